@@ -70,14 +70,13 @@ impl Live {
         }
     }
 
-    /// Simulates the ticks that are due, but at most `most`, so that the caller can look after others. Returns true if some are
-    /// still due.
-    pub fn advance(&mut self, most: u64, now: Duration) -> bool {
+    /// Simulates the ticks that are due as long as `goes_on` returns true, which is asked before each, so that the caller can look
+    /// after others. Returns true if some are still due.
+    pub fn advance(&mut self, now: Duration, mut goes_on: impl FnMut() -> bool) -> bool {
         let run = self.session.run();
         let due = self.pace.due(run.now(), now);
-        let left = run.end().saturating_sub(run.now());
-        let (mut done, wanted) = (0, due.min(most).min(left));
-        while done < wanted && !self.has_failed {
+        let (mut done, wanted) = (0, due.min(run.end().saturating_sub(run.now())));
+        while done < wanted && !self.has_failed && goes_on() {
             self.tick();
             done += 1;
         }

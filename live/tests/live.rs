@@ -56,6 +56,16 @@ fn ms(ms: u64) -> Duration {
     Duration::from_millis(ms)
 }
 
+/// Simulates at most so many ticks. Returns true if some are still due.
+fn advance(live: &mut Live, most: u64, now: Duration) -> bool {
+    let mut left = most;
+    live.advance(now, || {
+        let goes_on = left > 0;
+        left = left.saturating_sub(1);
+        goes_on
+    })
+}
+
 fn now(live: &Live) -> u64 {
     live.session().run().now()
 }
@@ -114,23 +124,23 @@ fn the_first_event_is_the_world() {
 #[test]
 fn a_run_follows_the_clock_at_its_rate() {
     let mut live = live();
-    assert!(!live.advance(100, ms(500)), "it stands still");
+    assert!(!advance(&mut live, 100, ms(500)), "it stands still");
     live.request(r#"{"do":"play","rate":2}"#, ms(1000));
     // 0.45 s at twice the real time are 0.9 s, ten ticks each.
-    assert!(!live.advance(100, ms(1450)));
+    assert!(!advance(&mut live, 100, ms(1450)));
     assert_eq!(now(&live), 9);
     live.request(r#"{"do":"pause"}"#, ms(1450));
-    live.advance(100, ms(9000));
+    advance(&mut live, 100, ms(9000));
     assert_eq!(now(&live), 9);
     live.request(r#"{"do":"step","ticks":3}"#, ms(9000));
-    assert!(live.advance(2, ms(9000)), "one is left");
-    assert!(!live.advance(2, ms(9000)));
+    assert!(advance(&mut live, 2, ms(9000)), "one is left");
+    assert!(!advance(&mut live, 2, ms(9000)));
     assert_eq!(now(&live), 12);
     live.request(r#"{"do":"play"}"#, ms(9000));
-    assert!(live.advance(10, ms(9000)));
+    assert!(advance(&mut live, 10, ms(9000)));
     assert_eq!(now(&live), 22);
     live.take_events();
-    assert!(!live.advance(1000, ms(9000)));
+    assert!(!advance(&mut live, 1000, ms(9000)));
     let state =
         json!({ "event": "state", "tick": 100, "plays": false, "rate": null, "over": true });
     assert_eq!(live.take_events().last(), Some(&state));
@@ -141,9 +151,9 @@ fn a_run_follows_the_clock_at_its_rate() {
 fn lost_time_is_not_made_up_for() {
     let mut live = live();
     live.request(r#"{"do":"play","rate":1}"#, ms(0));
-    assert!(!live.advance(5, ms(2000)), "twenty were due, and are not any more");
+    assert!(!advance(&mut live, 5, ms(2000)), "twenty were due, and are not any more");
     assert_eq!(now(&live), 5);
-    live.advance(5, ms(2100));
+    advance(&mut live, 5, ms(2100));
     assert_eq!(now(&live), 6);
 }
 
@@ -152,7 +162,7 @@ fn samples_are_a_recording() {
     let (mut live, mut known) = (live(), Vec::new());
     let first = sample(&mut live, &mut known);
     live.request(r#"{"do":"step","ticks":7}"#, ms(0));
-    live.advance(100, ms(0));
+    advance(&mut live, 100, ms(0));
     let second = sample(&mut live, &mut known);
     assert_eq!((first.tick, second.tick), (0, 7));
     assert_eq!(second.robots[0].unwrap().led, 6);
@@ -171,7 +181,7 @@ fn faults_and_log_lines_wait_until_they_are_taken() {
     let mut live = live();
     live.take_events();
     live.request(r#"{"do":"play"}"#, ms(0));
-    live.advance(30, ms(0));
+    advance(&mut live, 30, ms(0));
     let all = live.take_events();
     let of = |kind: &str| all.iter().find(|event| event["event"] == kind).unwrap();
     let line = json!({ "event": "log", "tick": 5, "robot": 1, "text": "n is 5" });
@@ -191,7 +201,7 @@ fn faults_and_log_lines_wait_until_they_are_taken() {
 fn the_memory_of_a_robot_is_told_by_name() {
     let mut live = live();
     live.request(r#"{"do":"step","ticks":4}"#, ms(0));
-    live.advance(100, ms(0));
+    advance(&mut live, 100, ms(0));
     live.request(r#"{"do":"inspect","robot":1}"#, ms(0));
     let told = events(&mut live, "inspection");
     let memory = &told[0]["memory"];
@@ -214,7 +224,7 @@ fn commands_are_kept_and_told() {
     let (mut live, mut known) = (live(), Vec::new());
     live.request(r#"{"do":"command","text":"load = 6\nscript = \"still.bzz\""}"#, ms(0));
     live.request(r#"{"do":"step","ticks":5}"#, ms(0));
-    live.advance(100, ms(0));
+    advance(&mut live, 100, ms(0));
     assert_eq!(sample(&mut live, &mut known).robots[0].unwrap().led, 7);
     live.take_events();
     live.request(r#"{"do":"commands"}"#, ms(0));
@@ -244,7 +254,7 @@ fn nonsense_is_refused_and_changes_nothing() {
         let told = refusal(&mut live);
         assert!(told.contains(reason), "{request}: {told}");
     }
-    live.advance(100, ms(10_000));
+    advance(&mut live, 100, ms(10_000));
     assert_eq!((now(&live), live.session().run().digest()), (0, digest));
     assert_eq!(live.session().run().commands(), "");
 }

@@ -6,11 +6,12 @@
 //! 3. **No pointers of the page's**: text goes through one buffer of the module, and the page reads and writes nothing else.
 //!
 //! # Use
-//! A page writes each file with [`input`] and [`add_file`], starts a scenario with [`start`], calls [`tick`], and reads [`digest`].
-//! An error is text, which [`output`] and [`output_length`] locate. `tests/run.mjs` does all of this.
+//! A page writes each file with [`input`] and [`add_file`] and starts a scenario with [`start`]. Then it writes a request and calls
+//! [`request`], calls [`advance`] as time passes, and reads what [`take_events`] and [`take_sample`] leave, which [`output`] and
+//! [`output_length`] locate. The crate `bittybuzz-live` says what requests, events and samples are. `tests/run.mjs` does all of this.
 //!
 //! # Cost
-//! The code of a release build takes 3.6 MB, 1 MB compressed, without names and lines for debuggers.
+//! The code of a release build takes 4.2 MB, 1.1 MB compressed, without names and lines for debuggers.
 //!
 //! # What it will not do
 //! Draw, run robots in emulators, use several threads, or know the libraries that `bbz` brings along: a page adds those that a script
@@ -18,25 +19,32 @@
 
 use std::cell::RefCell;
 use std::path::Path;
-use std::sync::Arc;
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+use std::time::Duration;
 
-use bittybuzz_arena::run::{Program, Setup, SetupError, Simulation};
+use bittybuzz_arena::run::{Program, Session, Setup, SetupError, Simulation};
 use bittybuzz_arena::scenario::{Group, Scenario, ScenarioError};
 use bittybuzz_compiler::compile::{Options, compile};
 use bittybuzz_compiler::include::{Files, Loader, MAX_SOURCE_BYTES, MemoryFiles};
 use bittybuzz_compiler::refusal;
 use bittybuzz_compiler::render::{Color, Renderer};
+use bittybuzz_live::Live;
 use bittybuzz_robot_files::all_shipped;
+use serde_json::Value;
+
+/// Copies of a run to go back to. A page has some gigabytes, and a run of 20,000 robots takes 60 MB.
+const COPIES: usize = 20;
 
 /// The state of the module.
 #[derive(Default)]
 struct Playground {
-    files: MemoryFiles,
-    run: Option<Simulation>,
+    /// A run compiles what commands load from them.
+    files: Arc<Mutex<MemoryFiles>>,
+    live: Option<Live>,
     /// Bytes that the page writes.
     input: Vec<u8>,
-    /// Text that the page reads.
-    output: String,
+    /// Bytes that the page reads.
+    output: Vec<u8>,
 }
 
 thread_local! {
@@ -44,8 +52,13 @@ thread_local! {
 }
 
 /// Opens a scenario and the files that it names, compiles the scripts, and returns the run before its first tick. Its seed is that
-/// of the scenario. An error is text for people.
-pub fn open(files: &MemoryFiles, path: &str, threads: usize) -> Result<Simulation, String> {
+/// of the scenario. Scripts that commands load are looked for among the files that are there then. An error is text for people.
+pub fn open(
+    shared: &Arc<Mutex<MemoryFiles>>,
+    path: &str,
+    threads: usize,
+) -> Result<Simulation, String> {
+    let files = &*lock(shared);
     let scenario = Scenario::open_in(files, path.as_ref(), &[], &bittybuzz_robot_models::all());
     let scenario = scenario.map_err(|errors| text_of(&errors))?;
     let programs = scenario.programs().map(|(group, script)| program(files, script, group));
@@ -55,7 +68,15 @@ pub fn open(files: &MemoryFiles, path: &str, threads: usize) -> Result<Simulatio
         SetupError::Scenario(errors) => text_of(&errors),
         SetupError::Refused { cause, .. } => format!("a script {}\n", refusal::sentence(&cause)),
     })?;
+    let shared = shared.clone();
+    let compiler = move |script: &Path, group: &Group| program(&lock(&shared), script, group);
+    let setup = setup.with_compiler(Arc::new(compiler));
     Simulation::new(Arc::new(setup), seed, threads).map_err(|error| text_of(&[error]))
+}
+
+/// Files are whole whatever their last user did.
+fn lock(files: &Mutex<MemoryFiles>) -> MutexGuard<'_, MemoryFiles> {
+    files.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
 /// Compiles a script for the robots of a group. An error is text for people.
@@ -93,41 +114,58 @@ impl Playground {
     fn add_file(&mut self, name_length: usize) {
         let (name, text) = self.input.split_at(name_length.min(self.input.len()));
         let name = String::from_utf8_lossy(name).into_owned();
-        self.files = std::mem::take(&mut self.files).with(name, text);
+        let mut files = lock(&self.files);
+        *files = std::mem::take(&mut *files).with(name, text);
     }
 
     /// Starts the scenario whose path is the input.
     fn start(&mut self) -> bool {
         let path = String::from_utf8_lossy(&self.input).into_owned();
-        match open(&self.files, &path, 1) {
-            Ok(run) => {
-                self.run = Some(run);
-                self.output.clear();
-            }
+        let opened = open(&self.files, &path, 1);
+        self.output.clear();
+        self.live = match opened {
+            Ok(run) => Some(Live::new(Session::new(run, COPIES))),
             Err(error) => {
-                self.run = None;
-                self.output = error;
+                self.output = error.into_bytes();
+                None
             }
-        }
-        self.run.is_some()
+        };
+        self.live.is_some()
     }
 
-    /// Simulates at most `count` ticks and returns how many have passed since the start.
-    fn tick(&mut self, count: u32) -> u32 {
-        let Some(run) = &mut self.run else { return 0 };
-        for _ in 0..count {
-            if run.is_over() {
-                break;
-            }
-            if let Err(error) = run.tick() {
-                self.output = error.to_string();
-                break;
-            }
-            run.take_log();
+    /// Carries out the request that is the input.
+    fn request(&mut self, now: Duration) {
+        if let Some(live) = &mut self.live {
+            live.request(&String::from_utf8_lossy(&self.input), now);
         }
-        // At most four weeks are simulated.
-        run.now() as u32
     }
+
+    /// Simulates at most `most` of the ticks that are due. Returns true if some are still due.
+    fn advance(&mut self, now: Duration, most: u32) -> bool {
+        let mut left = most;
+        let goes_on = || {
+            let goes_on = left > 0;
+            left = left.saturating_sub(1);
+            goes_on
+        };
+        self.live.as_mut().is_some_and(|live| live.advance(now, goes_on))
+    }
+
+    /// Leaves the events since the last question as a JSON array.
+    fn take_events(&mut self) {
+        let events = self.live.as_mut().map(Live::take_events).unwrap_or_default();
+        self.output = Value::Array(events).to_string().into_bytes();
+    }
+
+    /// Leaves a sample.
+    fn take_sample(&mut self) {
+        self.output = self.live.as_mut().map(Live::take_sample).unwrap_or_default();
+    }
+}
+
+/// A time on the page's clock.
+fn time(milliseconds: f64) -> Duration {
+    Duration::try_from_secs_f64(milliseconds / 1000.0).unwrap_or_default()
 }
 
 /// Does something with the state of the module. Nothing in the module calls one of its exported functions, so the state is free.
@@ -158,25 +196,43 @@ pub extern "C" fn start() -> u32 {
     with(|playground| playground.start().into())
 }
 
-/// Simulates at most `count` ticks of 100 ms, up to the end of the scenario. Returns how many have passed since the start.
+/// Carries out the request that is the input. `now` is the time on the page's clock in ms, which never goes back.
 #[unsafe(no_mangle)]
-pub extern "C" fn tick(count: u32) -> u32 {
-    with(|playground| playground.tick(count))
+pub extern "C" fn request(now: f64) {
+    with(|playground| playground.request(time(now)));
+}
+
+/// Simulates the ticks of 100 ms that are due, but at most `most`. Returns 1 if some are still due, else 0.
+#[unsafe(no_mangle)]
+pub extern "C" fn advance(now: f64, most: u32) -> u32 {
+    with(|playground| playground.advance(time(now), most).into())
+}
+
+/// Leaves the events since the last question, as a JSON array.
+#[unsafe(no_mangle)]
+pub extern "C" fn take_events() {
+    with(Playground::take_events);
+}
+
+/// Leaves a sample.
+#[unsafe(no_mangle)]
+pub extern "C" fn take_sample() {
+    with(Playground::take_sample);
 }
 
 /// Returns the digest of the run; 0 without one.
 #[unsafe(no_mangle)]
 pub extern "C" fn digest() -> u64 {
-    with(|playground| playground.run.as_ref().map_or(0, Simulation::digest))
+    with(|playground| playground.live.as_ref().map_or(0, |live| live.session().run().digest()))
 }
 
-/// Returns the address of the text that the last call left, in UTF-8, until the next call.
+/// Returns the address of the text or bytes that the last call left, until the next call. Text is UTF-8.
 #[unsafe(no_mangle)]
 pub extern "C" fn output() -> *const u8 {
     with(|playground| playground.output.as_ptr())
 }
 
-/// Returns the length of that text in bytes.
+/// Returns their length in bytes.
 #[unsafe(no_mangle)]
 pub extern "C" fn output_length() -> usize {
     with(|playground| playground.output.len())

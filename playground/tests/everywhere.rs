@@ -5,10 +5,14 @@
 use std::fs;
 use std::path::Path;
 use std::process::Command;
+use std::sync::{Arc, Mutex};
+use std::time::Duration;
 
-use bittybuzz_arena::run::Simulation;
+use bittybuzz_arena::run::{Session, Simulation};
 use bittybuzz_compiler::include::MemoryFiles;
+use bittybuzz_live::Live;
 use bittybuzz_playground::open;
+use serde_json::Value;
 
 /// Path of the module; without it nothing is compared with WebAssembly. `cargo xtask ci wasm` builds and names it.
 const MODULE: &str = "BITTYBUZZ_PLAYGROUND";
@@ -24,15 +28,16 @@ fn folder() -> &'static Path {
     Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/tests/worlds"))
 }
 
-fn files() -> MemoryFiles {
-    fs::read_dir(folder()).unwrap().fold(MemoryFiles::default(), |files, entry| {
+fn files() -> Arc<Mutex<MemoryFiles>> {
+    let files = fs::read_dir(folder()).unwrap().fold(MemoryFiles::default(), |files, entry| {
         let path = entry.unwrap().path();
         files.with(path.file_name().unwrap(), fs::read(&path).unwrap())
-    })
+    });
+    Arc::new(Mutex::new(files))
 }
 
 /// Returns the digest at the end of a run on that many threads.
-fn digest(files: &MemoryFiles, world: &str, threads: usize, is_restored: bool) -> u64 {
+fn digest(files: &Arc<Mutex<MemoryFiles>>, world: &str, threads: usize, is_restored: bool) -> u64 {
     let mut run = open(files, world, threads).unwrap_or_else(|error| panic!("{error}"));
     while run.now() < TICKS {
         if is_restored && run.now() == RESTORED {
@@ -43,6 +48,44 @@ fn digest(files: &MemoryFiles, world: &str, threads: usize, is_restored: bool) -
     }
     check(world, &mut run);
     run.digest()
+}
+
+/// Plays the session of `session.json` and returns its events and samples, a line for each request.
+fn session(files: &Arc<Mutex<MemoryFiles>>) -> Vec<String> {
+    let mut live = Live::new(Session::new(open(files, WORLDS[0], 1).unwrap(), 20));
+    let steps: Value = serde_json::from_str(include_str!("session.json")).unwrap();
+    let steps = steps.as_array().unwrap().iter().map(|step| {
+        let now = Duration::from_millis(step[1].as_u64().unwrap());
+        if let Some(text) = step[0].as_str() {
+            live.request(text, now);
+        }
+        let mut left = step[2].as_u64().unwrap();
+        live.advance(now, || {
+            let goes_on = left > 0;
+            left = left.saturating_sub(1);
+            goes_on
+        });
+        let sample = live.take_sample();
+        let sample: String = sample.iter().map(|byte| format!("{byte:02x}")).collect();
+        format!("{} {sample}", Value::Array(live.take_events()))
+    });
+    steps.collect()
+}
+
+#[test]
+fn the_session_has_everything_to_compare() {
+    let told = session(&files()).join("\n");
+    for part in [
+        "\"event\":\"begin\"",
+        "\"event\":\"inspection\"",
+        "\"text\":\"calm for 50\"",
+        "\"event\":\"fault\"",
+        "cannot read `none.bzz`",
+        "\"text\":\"[[event]]\\nat = 32.1\\nfail = 4",
+        "makes no sense",
+    ] {
+        assert!(told.contains(part), "{part} is missing:\n{told}");
+    }
 }
 
 /// The robots of a world have moved, talked, and not failed: its digest is about something.
@@ -65,16 +108,20 @@ fn a_run_has_one_digest() {
         })
         .collect();
     let Some(module) = std::env::var_os(MODULE) else { return };
-    let script = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/run.mjs");
+    let tests = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests");
     let mut node = Command::new("node");
-    node.arg(script).arg(module).arg(folder()).arg(TICKS.to_string());
-    let output = node.args(WORLDS).args(["emulated.toml", "missing.toml"]).output().unwrap();
+    node.arg(tests.join("run.mjs")).arg(module).arg(folder()).arg(TICKS.to_string());
+    node.arg(tests.join("session.json")).args(WORLDS).args(["emulated.toml", "missing.toml"]);
+    let output = node.output().unwrap();
     let told = String::from_utf8(output.stdout).unwrap();
     let told: Vec<&str> = told.lines().collect();
     assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
-    assert_eq!(told[..WORLDS.len()], lines);
+    let session = session(&files);
+    let errors = WORLDS.len()..told.len() - session.len();
+    assert_eq!(told[..errors.start], lines);
+    assert_eq!(told[errors.end..], session);
     // Errors name the file, the line and the cure.
-    let errors = told[WORLDS.len()..].join("\n");
+    let errors = told[errors].join("\n");
     let missing = "cannot read `missing.toml`: there is no such file";
     for part in ["emulated.toml:10:11: ", "without emulators", "backend = \"vm\"", missing] {
         assert!(errors.contains(part), "{errors}");
