@@ -159,12 +159,24 @@ impl Lexer<'_> {
                 }
             }
         }
-        let is_docstring =
-            self.tokens.last().is_some_and(|t| t.kind == TokenKind::Fixed(Fixed::CloseParen));
-        if holds_newline && !is_docstring {
+        if holds_newline && !self.is_behind_parameters() {
             self.multi_line_strings.push(opening);
         }
         self.push(TokenKind::Str(value));
+    }
+
+    /// Returns true behind `function name(parameters)`, where a docstring may stand.
+    fn is_behind_parameters(&self) -> bool {
+        let mut before = self.tokens.iter().rev().map(|token| &token.kind);
+        if before.next() != Some(&TokenKind::Fixed(Fixed::CloseParen)) {
+            return false;
+        }
+        let is_parameter =
+            |kind: &&TokenKind| matches!(kind, TokenKind::Name(_) | TokenKind::Fixed(Fixed::Comma));
+        let mut before = before.skip_while(is_parameter);
+        before.next() == Some(&TokenKind::Fixed(Fixed::OpenParen))
+            && matches!(before.next(), Some(TokenKind::Name(_)))
+            && before.next() == Some(&TokenKind::Fixed(Fixed::Function))
     }
 
     /// Behind a backslash: the character that it and the next one stand for.

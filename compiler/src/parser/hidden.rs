@@ -59,12 +59,22 @@ impl Hidden {
         for error in errors().filter(|error| error.code == Code::UnterminatedString) {
             let text = sources.file(error.span.file).text.get(error.span.start as usize..);
             let line = text.and_then(|text| text.lines().next()).unwrap_or_default();
-            let words = line.split(|c: char| !c.is_alphanumeric() && c != '_');
-            hidden.lost.extend(words.map(str::to_owned));
+            hidden.lost.extend(words(line));
+        }
+        // A quote that is missing may have made a string of lines of code.
+        let strings = tokens.iter().filter(|token| matches!(token.kind, TokenKind::Str(_)));
+        for text in strings.map(|token| sources.text(token.span)) {
+            if text.contains('\n') {
+                hidden.lost.extend(words(text));
+            }
         }
         hidden.lost.extend(unfinished(tokens, sources));
         hidden
     }
+}
+
+fn words(text: &str) -> impl Iterator<Item = String> {
+    text.split(|c: char| !c.is_alphanumeric() && c != '_').map(str::to_owned)
 }
 
 fn name(token: &Token) -> Option<&str> {

@@ -409,6 +409,7 @@ fn syntax_errors_hide_no_other_messages_but_bring_no_false_ones() {
         ("function f(a, b) { return a } f(1", ""),
         ("x = size(", ""),
         ("var s = 'text log(a) \nlog(s, text, a)", ""),
+        ("function f() \"text { return 1 }\nh = 2 log(\"a\")\nfunction g() { log(h) }", ""),
         ("if(a = 3) b = 1", ""),
         // A bracket too many or too few moves names to other functions.
         ("function f() { var a = 1 } log(a) }", ""),

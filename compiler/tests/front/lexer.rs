@@ -148,6 +148,9 @@ fn a_forgotten_quote_is_found_even_if_other_strings_follow() {
     expect("x = \"abc\ny = 2\nlog(\"x\")\nz = = 1", &["E0102 1:5", "E0201 4:5"]);
     let docstring = "function f() \"two\nlines\" { return 1 }\nx = \"abc\nlog(\"y\")";
     expect(docstring, &["E0102 3:5"]);
+    // Behind a parenthesis that holds no parameters stands no docstring.
+    let value = "x = f(y) \"abc\ny = 2\nlog(\"x\")\nz = = 1";
+    expect(value, &["E0102 1:10", "E0214 1:10", "E0201 4:5"]);
 }
 
 #[test]
