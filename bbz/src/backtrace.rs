@@ -2,15 +2,13 @@
 
 use annotate_snippets::{AnnotationKind, Element, Level, Origin, Snippet};
 use bittybuzz_compiler::codegen::GLOBAL_CODE;
+use bittybuzz_compiler::render::{LONGEST_LINE, MOST_MARKED_BYTES, WIDE_LINE};
 use bittybuzz_compiler::symbols::{Place, Symbols};
 use bittybuzz_vm_core::Entry;
 use serde_json::{Value, json};
 
 use crate::program::Program;
 use crate::report::printable;
-
-/// A source line longer than this is not shown, in bytes.
-const LONGEST_LINE: usize = 400;
 
 /// Calls that are shown from the innermost on. A recursion without end has thousands.
 const INNERMOST: usize = 6;
@@ -102,10 +100,14 @@ impl<'a> Backtrace<'a> {
         let start = byte(place.column);
         // Of an instruction that goes on over the line the rest of the line is marked.
         let end = if place.end_line == place.line { byte(place.end_column) } else { line.len() };
+        let most = match line.len() {
+            0..=WIDE_LINE => line.len(),
+            _ => line.floor_char_boundary(start + MOST_MARKED_BYTES),
+        };
         Snippet::source(line.to_owned())
             .line_start(index(place.line) + 1)
             .path(path)
-            .annotation(AnnotationKind::Primary.span(start..end.max(start)))
+            .annotation(AnnotationKind::Primary.span(start..end.min(most).max(start)))
             .into()
     }
 

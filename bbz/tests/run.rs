@@ -128,6 +128,15 @@ fn a_fault_shows_place_line_and_calls() {
 }
 
 #[test]
+fn of_a_long_line_the_part_around_the_fault_is_shown() {
+    let fields: String = (0..200).map(|number| format!(".a{number} = 1, ")).collect();
+    let script = format!("x = nil\nt = {{ {fields}.z = x + 1 }}\n");
+    let column = "t = { ".len() + fields.len() + ".z = ".len() + 1;
+    let place = format!("s.bzz:2:{column}\n");
+    run("long_line", &script, &[]).fails_with(1, &["R0001", &place, ".z = x + 1 }", "^^^^^"]);
+}
+
+#[test]
 fn a_fault_in_an_included_file_names_that_file() {
     let folder = Folder::with("fault_included", "s.bzz", "include \"part.bzz\"\nf(nil)\n");
     folder.write("part.bzz", "function f(x) {\n  return x + 1\n}\n");

@@ -10,8 +10,16 @@ use serde_json::{Value, json};
 use crate::diagnostic::{Diagnostic, Severity};
 use crate::source::{FileId, LineColumn, SourceMap, Span};
 
-/// The longest source line that is shown, in bytes; of longer ones only the place is named.
-const LONGEST_LINE: usize = 400;
+/// The longest source line of which anything is shown, in bytes: finding the part around a mark takes time that grows
+/// with the line. Of longer ones only the place is named.
+pub const LONGEST_LINE: usize = 1 << 16;
+
+/// A line of more bytes is wide: only the part around a mark is shown, and every mark in it on its own, because all
+/// that lies between two marks would be shown, too.
+pub const WIDE_LINE: usize = 400;
+
+/// The most bytes of a wide line that are marked.
+pub const MOST_MARKED_BYTES: usize = 60;
 
 /// The most source lines that one mark covers; a longer span is marked in its first line only.
 const MOST_MARKED_LINES: usize = 6;
@@ -166,14 +174,23 @@ impl<'a> Renderer<'a> {
 
     fn are_near(&self, a: Span, b: Span) -> bool {
         let distance = || self.lines(a).start.abs_diff(self.lines(b).start);
-        a.file == b.file && distance() <= NEAR
+        let is_wide = |span: Span| self.has_longer_line(span.file, self.lines(span), WIDE_LINE);
+        a.file == b.file && distance() <= NEAR && !is_wide(a) && !is_wide(b)
     }
 
     /// The lines that are shown of a span.
     fn lines(&self, span: Span) -> Range<usize> {
         let first = self.line_of(span.file, span.start as usize);
         let last = self.line_of(span.file, span.end as usize).max(first);
-        if last - first < MOST_MARKED_LINES { first..last + 1 } else { first..first + 1 }
+        let all = first..last + 1;
+        let is_shown = last - first < MOST_MARKED_LINES
+            && !self.has_longer_line(span.file, all.clone(), WIDE_LINE);
+        if is_shown { all } else { first..first + 1 }
+    }
+
+    /// Returns true if one of the lines has more than `most` bytes.
+    fn has_longer_line(&self, file: FileId, mut lines: Range<usize>, most: usize) -> bool {
+        lines.any(|line| self.line_start(file, line + 1) - self.line_start(file, line) > most)
     }
 
     /// A piece of source text with marks; all marks are in one file.
@@ -185,10 +202,7 @@ impl<'a> Renderer<'a> {
         let lines = || marks.iter().map(|mark| self.lines(mark.span));
         let first = lines().map(|lines| lines.start).min().unwrap_or(0);
         let last = lines().map(|lines| lines.end).max().unwrap_or(first + 1);
-        let too_long = (first..last).any(|line| {
-            self.line_start(file, line + 1) - self.line_start(file, line) > LONGEST_LINE
-        });
-        if too_long {
+        if self.has_longer_line(file, first..last, LONGEST_LINE) {
             let at = self.position(file, start as usize);
             let origin = Origin::path(path).line(at.line as usize).char_column(at.column as usize);
             return origin.into();
@@ -205,7 +219,11 @@ impl<'a> Renderer<'a> {
     fn annotation(&self, mark: &Mark<'a>, piece: Range<usize>) -> Annotation<'a> {
         let end_of_lines = self.line_start(mark.span.file, self.lines(mark.span).end);
         let start = mark.span.start as usize - piece.start;
-        let end = (mark.span.end as usize).min(end_of_lines).min(piece.end) - piece.start;
+        let mut end = (mark.span.end as usize).min(end_of_lines).min(piece.end) - piece.start;
+        if self.has_longer_line(mark.span.file, self.lines(mark.span), WIDE_LINE) {
+            let text = self.source(mark.span.file, piece);
+            end = end.min(text.floor_char_boundary(start + MOST_MARKED_BYTES));
+        }
         let kind = match mark.primary {
             true => AnnotationKind::Primary,
             false => AnnotationKind::Context,

@@ -102,8 +102,53 @@ fn a_script_cannot_control_the_terminal() {
     }
 }
 
+/// The column of `character` in the line that marks the place, and the character above it.
+fn marked(text: &str, character: char) -> (usize, Option<char>) {
+    let lines: Vec<&str> = text.lines().collect();
+    let under = lines.iter().position(|line| line.contains(character)).expect("a mark");
+    let column = lines[under].chars().position(|c| c == character).expect("a mark");
+    (column, lines[under - 1].chars().nth(column))
+}
+
 #[test]
-fn very_long_lines_are_left_out() {
+fn of_long_lines_the_part_around_the_place_is_shown() {
+    for filling in [" ", "\t", "1 + ", "'ä' + "] {
+        let before = filling.repeat(2000);
+        let parsed = parse_text(&format!("x = {before}= 1{}\ny = 2", " ".repeat(2000)));
+        let text = text(&parsed, 0);
+        let column = "x = ".len() + before.chars().count() + 1;
+        assert!(text.contains(&format!("--> main.bzz:1:{column}\n")), "{text}");
+        assert!(text.contains("= 1"), "{text}");
+        assert_eq!(marked(&text, '^').1, Some('='), "{text}");
+        assert!(text.lines().all(|line| line.chars().count() < 180), "{text}");
+    }
+}
+
+#[test]
+fn places_in_a_long_line_are_shown_one_by_one() {
+    let parsed = parse_text(&format!("x = (1{}\ny = 2", " + 1".repeat(1000)));
+    let text = text(&parsed, 0);
+    assert!(text.contains("main.bzz:1:4007"), "{text}");
+    assert!(text.contains("main.bzz:1:5"), "{text}");
+    assert!(text.contains("`)` is missing") && text.contains("this `(` is open"), "{text}");
+    assert!(text.lines().all(|line| line.chars().count() < 180), "{text}");
+}
+
+#[test]
+fn a_long_mark_in_a_long_line_is_cut() {
+    let parsed = parse_text(&format!("x = 1 + {}(2", "f(3)(".repeat(500)));
+    assert!(!parsed.diagnostics.is_empty());
+    let sum = parse_text(&format!("if(a == {}b) {{ x = 1 }}", "c + ".repeat(500)));
+    for parsed in [parsed, sum] {
+        for index in 0..parsed.diagnostics.len() {
+            let text = text(&parsed, index);
+            assert!(text.lines().all(|line| line.chars().count() < 300), "{text}");
+        }
+    }
+}
+
+#[test]
+fn of_lines_without_end_only_the_place_is_named() {
     let parsed = parse_text(&format!("x = {}= 1", " ".repeat(100_000)));
     let text = text(&parsed, 0);
     assert!(text.len() < 300, "{}", text.len());
