@@ -2,6 +2,7 @@
 //! stopped goes on where it was; it counts until the sources change that it is about.
 
 mod convergence;
+mod corpus;
 mod day;
 mod fuzz;
 mod kilobots;
@@ -69,6 +70,7 @@ const PARTS: &[Part] = &[
         run: convergence::run,
         made_of: SIMULATION,
     },
+    Part { name: "corpus", items: corpus::items, run: corpus::run, made_of: corpus::MADE_OF },
     Part { name: "day", items: day::items, run: day::run, made_of: SIMULATION },
     // Each target counts its executions itself, until the files change that it exercises.
     Part { name: "fuzz", items: fuzz::items, run: fuzz::run, made_of: ALL },
