@@ -199,7 +199,7 @@ fn parts<'a, B>(
     mut brains: &'a mut [B],
     mut poses: &'a mut [Pose],
     mut estimates: &'a mut [Option<Pose>],
-) -> impl Iterator<Item = Part<'a, B>> {
+) -> impl ExactSizeIterator<Item = Part<'a, B>> {
     cohorts.iter_mut().zip(scratch).map(move |(cohort, scratch)| {
         let count = cohort.count;
         Part {
@@ -213,18 +213,18 @@ fn parts<'a, B>(
     })
 }
 
-/// Does the same with every part, by several threads if there are any.
+/// Does the same with every part, by several threads if there are any. A single part does not wait for another thread to wake up.
 fn each<'a, B: Brain + 'a>(
     pool: Option<&ThreadPool>,
-    parts: impl Iterator<Item = Part<'a, B>>,
+    parts: impl ExactSizeIterator<Item = Part<'a, B>>,
     work: impl Fn(Part<'_, B>) + Send + Sync,
 ) {
     match pool {
-        None => parts.for_each(work),
-        Some(pool) => {
+        Some(pool) if parts.len() > 1 => {
             let parts: Vec<Part<'_, B>> = parts.collect();
             pool.install(|| parts.into_par_iter().for_each(work));
         }
+        _ => parts.for_each(work),
     }
 }
 
