@@ -74,6 +74,8 @@ pub(crate) struct Crowd {
     starts: Vec<u32>,
     discs: Vec<Disc>,
     next: Vec<Disc>,
+    /// The cells are others than those by which the discs are sorted.
+    is_new: bool,
     /// Cells in or beside which the last round moved something, and around which cells they are.
     awake: Vec<bool>,
     woken: Vec<u32>,
@@ -95,6 +97,7 @@ impl Crowd {
             starts: Vec::new(),
             discs: Vec::new(),
             next: Vec::new(),
+            is_new: true,
             awake: Vec::new(),
             woken: Vec::new(),
             touches: Vec::new(),
@@ -112,6 +115,7 @@ impl Crowd {
         self.starts = vec![0; self.cells.count() + 2];
         self.awake = vec![false; self.cells.count()];
         self.woken.clear();
+        self.is_new = true;
     }
 
     /// Adds the next herd.
@@ -265,6 +269,9 @@ impl Crowd {
 
     /// Sorts the discs by cells; within a cell by id.
     fn place(&mut self, poses: &[Pose]) {
+        if self.stay_in_cells(poses) {
+            return;
+        }
         self.starts.fill(0);
         let unsorted = &mut self.next;
         unsorted.clear();
@@ -294,6 +301,24 @@ impl Crowd {
             self.discs[*slot as usize] = *disc;
             *slot += 1;
         }
+    }
+
+    /// Moves the discs to these poses, if none of them leaves its cell: then their order stays. Returns false if one does.
+    fn stay_in_cells(&mut self, poses: &[Pose]) -> bool {
+        let cells = &self.cells;
+        let stays = |disc: &Disc| {
+            let pose = &poses[usize::from(disc.id)];
+            disc.cell as usize == cells.of(pose.x, pose.y)
+        };
+        if self.is_new || self.discs.len() != poses.len() || !self.discs.iter().all(stays) {
+            self.is_new = false;
+            return false;
+        }
+        for disc in &mut self.discs {
+            let Pose { x, y, z, .. } = poses[usize::from(disc.id)];
+            *disc = Disc { x, y, z, touches: 0, moved: false, ..*disc };
+        }
+        true
     }
 
     fn round(&mut self, round: usize, obstacles: &Obstacles, pool: Option<&ThreadPool>) {

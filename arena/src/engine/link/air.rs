@@ -240,6 +240,8 @@ impl Air {
                 }
             }
         }
+        // Those of one cell are in order then, and often there is but one.
+        found.reverse();
         found.sort_unstable_by_key(|near| (near.start, near.index));
     }
 }
