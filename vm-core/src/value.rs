@@ -4,6 +4,7 @@
 
 #[cfg(target_arch = "avr")]
 use crate::byte::Byte;
+use crate::number::wide::IS_WIDE;
 use crate::number::{Float, Number, Profile};
 use crate::slots::Pair;
 
@@ -276,6 +277,9 @@ impl<P: Profile> Value<P> {
     #[inline]
     pub(crate) fn unpack_float(self) -> Float<P> {
         let float = self.unpack();
+        if IS_WIDE && self.is(Tag::FLOAT) && !float.is_nan() {
+            return float;
+        }
         if P::FULL { P::unpack(P::pack(&float)) } else { float }
     }
 
@@ -296,6 +300,15 @@ impl<P: Profile> Value<P> {
             Tag::INT => Some(P::int_to_i32(self.raw()) as f32),
             Tag::FLOAT => Some(P::float_to_f32(self.raw())),
             _ => None,
+        }
+    }
+
+    /// The exact value of a number, for processors that compute with binary64.
+    pub(crate) fn as_f64(self) -> f64 {
+        if self.is(Tag::INT) {
+            f64::from(P::int_to_i32(self.raw()))
+        } else {
+            f64::from(P::float_to_f32(self.raw()))
         }
     }
 

@@ -8,6 +8,7 @@ use crate::builtin::string;
 use crate::bytecode::ByteCode;
 use crate::fault::{FaultCode, Stopped};
 use crate::number::Profile;
+use crate::number::wide::IS_WIDE;
 use crate::opcode::order;
 use crate::part::Part;
 use crate::value::{Tag, Value};
@@ -94,10 +95,13 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
 
     /// The order of two numbers.
     #[one_copy]
-    fn order_of_numbers(a: Value<P>, b: Value<P>) -> u8 {
+    pub(super) fn order_of_numbers(a: Value<P>, b: Value<P>) -> u8 {
         if !Self::has(Part::Floats) || a.is(Tag::INT) && b.is(Tag::INT) {
             // To unpack integers takes ten times as long.
             return order_of::<P>(a.raw(), b.raw());
+        }
+        if IS_WIDE {
+            return bit_of(a.as_f64().partial_cmp(&b.as_f64()));
         }
         bit_of(a.unpack().compare(&b.unpack()))
     }

@@ -15,6 +15,7 @@ use crate::bytecode::ByteCode;
 use crate::fault::Stopped;
 use crate::host::Host;
 use crate::image::USES_SELF;
+use crate::number::wide::IS_WIDE;
 use crate::number::{Profile, TextWork};
 use crate::opcode::{self, WIDE, order};
 use crate::value::{Tag, Value};
@@ -205,6 +206,11 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
                                 set!(sp.wrapping_sub(1), Value::new(Tag::INT, result));
                                 continue 'run;
                             }
+                            if IS_WIDE && let Some(result) = Self::compute_quickly(op, a, b) {
+                                sp = sp.wrapping_sub(1);
+                                set!(sp.wrapping_sub(1), result);
+                                continue 'run;
+                            }
                         }
                         opcode::DIV | opcode::MOD => {
                             if self.divide_quickly(op, sp) {
@@ -264,6 +270,16 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
                                     jump!(arg);
                                 }
                                 continue 'run;
+                            }
+                            if IS_WIDE && a.is_number() && b.is_number() {
+                                let found = Self::order_of_numbers(a, b);
+                                if found != order::NONE {
+                                    sp = sp.wrapping_sub(2);
+                                    if op & found != 0 {
+                                        jump!(arg);
+                                    }
+                                    continue 'run;
+                                }
                             }
                         }
                         opcode::JUMP_LT_INT
@@ -478,6 +494,10 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
         let at = sp.wrapping_sub(2);
         let [a, b] = self.arena.pair_fast(at);
         if !(a.is(Tag::INT) && b.is(Tag::INT)) {
+            if IS_WIDE && let Some(result) = Self::compute_quickly(op, a, b) {
+                self.arena.set_fast(at, result);
+                return true;
+            }
             return false;
         }
         let result = match op {

@@ -7,6 +7,7 @@ use crate::host::Host;
 use crate::image::{CAPTURES, PARAMETERS, USES_SELF};
 use crate::number::Profile;
 use crate::number::maths::{self, Function};
+use crate::number::wide::IS_WIDE;
 use crate::opcode::{self, DROP_RESULT, Operand};
 use crate::part::Part;
 use crate::rom::Effect;
@@ -174,6 +175,27 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
         Ok(closure)
     }
 
+    /// Adds, subtracts, multiplies or divides two numbers in binary32, on computers. Floats of the tiny profile have ten bits:
+    /// results rounded to 24 bits and then to ten are those that are rounded once, since 24 is at least 2 * 10 + 2 (Figueroa,
+    /// "When is double rounding innocuous?", 1995). `None` for another operation, and for integers of more bits.
+    #[hot]
+    pub(super) fn compute_quickly(op: u8, a: Value<P>, b: Value<P>) -> Option<Value<P>> {
+        let is_short = |value: Value<P>| {
+            P::FULL || value.is(Tag::FLOAT) || P::int_to_i32(value.raw()).unsigned_abs() <= 1 << 10
+        };
+        let (x, y) = (a.as_f32()?, b.as_f32()?);
+        if !is_short(a) || !is_short(b) {
+            return None;
+        }
+        Some(Value::float(match op {
+            opcode::ADD => x + y,
+            opcode::SUB => x - y,
+            opcode::MUL => x * y,
+            opcode::DIV => x / y,
+            _ => return None,
+        }))
+    }
+
     /// Arithmetic and bit operations on any two values; integers are added, subtracted and multiplied by the loop, and
     /// divided but by zero.
     #[one_copy]
@@ -194,6 +216,9 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
         }
         if !(a.is_number() && b.is_number()) {
             return Err(self.wrong_type(a, b));
+        }
+        if IS_WIDE && let Some(result) = Self::compute_quickly(op, a, b) {
+            return Ok(result);
         }
         if P::FULL {
             // As the chip or the compiler's library does it.
@@ -222,5 +247,53 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
             _ => return Err(self.wrong_type(a, b)),
         }
         Ok(Value::packed(&x))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::number::Tiny;
+
+    type TinyVm = Vm<Tiny, &'static [u8], 8>;
+
+    /// The result as the chips of robots compute it.
+    fn compute(op: u8, a: Value<Tiny>, b: Value<Tiny>) -> Value<Tiny> {
+        let mut x = a.unpack_float();
+        x.operate(op - opcode::ADD, &b.unpack_float());
+        Value::packed(&x)
+    }
+
+    /// All floats of the tiny profile, each with special ones, and with some of every exponent.
+    #[test]
+    fn computers_compute_with_short_floats_as_chips_do() {
+        let floats = (0..=u16::MAX).map(|raw| Value::<Tiny>::new(Tag::FLOAT, raw));
+        let special = [0, 0x8000, 0x0001, 0x0200, 0x8201, 0x7DFF, 0x7E00, 0xFE00, 0x7F00];
+        let mut state = 7_u32;
+        for a in floats {
+            state = state.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
+            let others = (0..64_u16).map(|exponent| (state >> 16) as u16 & 0x81FF | exponent << 9);
+            let others = others.chain(special).map(|raw| Value::new(Tag::FLOAT, raw));
+            let integers = [0, 1, -1, 3, 1000, -1024].map(Value::int);
+            for b in others.chain(integers) {
+                for op in [opcode::ADD, opcode::SUB, opcode::MUL, opcode::DIV] {
+                    for (a, b) in [(a, b), (b, a)] {
+                        let result = TinyVm::compute_quickly(op, a, b);
+                        let same = result.is_some_and(|found| found.same(compute(op, a, b)));
+                        assert!(same, "operation {op} of {a:?} and {b:?}: {result:?}");
+                    }
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn long_integers_are_not_rounded_twice() {
+        for op in [opcode::ADD, opcode::SUB, opcode::MUL, opcode::DIV] {
+            let (float, int) = (Value::float(1.5), Value::int(1025));
+            assert!(TinyVm::compute_quickly(op, float, int).is_none());
+            assert!(TinyVm::compute_quickly(op, int, float).is_none());
+        }
+        assert!(TinyVm::compute_quickly(opcode::MOD, Value::float(1.5), Value::int(1)).is_none());
     }
 }

@@ -6,6 +6,7 @@
 
 use super::float::{FINITE_LIMIT, Float, INFINITE_EXPONENT, ZERO_EXPONENT};
 use super::profile::Profile;
+use super::wide;
 use super::word::Word;
 
 /// The operations of [`Float::operate`]. The last bit of a result also stands for all bits after it, so that rounding to fewer
@@ -30,6 +31,11 @@ impl<P: Profile> Float<P> {
     #[one_copy]
     pub(super) fn normalize(&mut self) {
         let (mut significand, mut exponent) = (self.significand, self.exponent);
+        if wide::IS_WIDE {
+            let zeros = wide::leading_zeros(significand);
+            significand = significand << zeros;
+            exponent = exponent.wrapping_sub(zeros.into());
+        }
         while !significand.has_first() {
             significand = significand << 1;
             exponent = exponent.wrapping_sub(1);
@@ -154,7 +160,11 @@ impl<P: Profile> Float<P> {
                 }
                 let root = operation > operation::REMAINDER;
                 if steps >= 0 {
-                    let (quotient, rest) = divide(left, right, steps as u16, carry, root);
+                    let (quotient, rest) = if wide::IS_WIDE {
+                        divide_quickly(left, right, steps as u16, carry, root)
+                    } else {
+                        divide(left, right, steps as u16, carry, root)
+                    };
                     // The last bit also stands for all bits after it.
                     left = quotient | P::Raw::of(rest != P::ZERO);
                     if operation == operation::REMAINDER {
@@ -201,7 +211,7 @@ impl<P: Profile> Float<P> {
 /// A quotient and what is left, digit by digit: what is left of `left`, with a bit before it if `carry`, is doubled at each of
 /// `steps` steps, less the divisor if that is not negative. The quotient's bits tell where it was not. Or the square root.
 #[one_copy]
-fn divide<W: Word>(left: W, right: W, steps: u16, carry: bool, root: bool) -> (W, W) {
+pub(super) fn divide<W: Word>(left: W, right: W, steps: u16, carry: bool, root: bool) -> (W, W) {
     let (mut left, mut right, mut steps, mut carry) = (left, right, steps, carry);
     let mut quotient = W::ZERO;
     let mut bit = W::FIRST;
@@ -224,6 +234,15 @@ fn divide<W: Word>(left: W, right: W, steps: u16, carry: bool, root: bool) -> (W
     }
 }
 
+/// The same with the instructions of a large processor.
+fn divide_quickly<W: Word>(left: W, right: W, steps: u16, carry: bool, root: bool) -> (W, W) {
+    if root {
+        return wide::root(left);
+    }
+    let result = wide::divide(left, right, steps, carry);
+    result.unwrap_or_else(|| divide(left, right, steps, carry, false))
+}
+
 /// `bits / 2^count`; the last bit also stands for all that are shifted out.
 #[one_copy]
 pub(super) fn shift_right<W: Word>(bits: W, count: i16) -> W {
@@ -231,6 +250,9 @@ pub(super) fn shift_right<W: Word>(bits: W, count: i16) -> W {
         return W::of(bits != W::ZERO);
     }
     let (mut bits, mut count) = (bits, count as u8);
+    if wide::IS_WIDE {
+        return wide::shift_right(bits, count);
+    }
     while count > 0 {
         bits = bits >> 1 | bits & W::ONE;
         count = count.wrapping_sub(1);

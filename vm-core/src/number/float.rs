@@ -12,6 +12,7 @@ use core::cmp::Ordering;
 
 use super::arithmetic::shift_right;
 use super::profile::{Full, Profile};
+use super::wide;
 use super::word::Word;
 
 /// The exponent of zero: no sum of exponents of numbers that are not zero comes near.
@@ -70,6 +71,14 @@ impl<P: Profile> Float<P> {
     /// The same of two words. The last bit also stands for all bits after it.
     #[one_copy]
     pub(super) fn from_words(high: P::Raw, low: P::Raw, exponent: i16) -> Self {
+        if wide::IS_WIDE && high != P::ZERO && !high.has_first() {
+            let zeros = wide::leading_zeros(high);
+            let mut number = Float::new(high << zeros, exponent.wrapping_sub(zeros.into()));
+            // The bits that move up from the other word.
+            let rest = shift_right(low, Self::BITS.wrapping_sub(zeros.into()));
+            number.significand = number.significand | rest;
+            return number;
+        }
         let mut number = Float::normalized(high, exponent);
         number.add(&Float::normalized(low, exponent.wrapping_sub(Self::BITS)));
         number

@@ -18,6 +18,7 @@ mod profile;
 mod rng;
 pub(crate) mod tables;
 mod trigonometry;
+pub(crate) mod wide;
 mod word;
 
 pub use arithmetic::operation;

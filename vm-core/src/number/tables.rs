@@ -7,6 +7,7 @@
 
 use super::float::Float;
 use super::profile::Profile;
+use super::wide;
 use super::word::Word;
 use crate::bytecode::ByteCode;
 use crate::rom;
@@ -324,6 +325,9 @@ const fn constants_at<P: Profile>() -> usize {
 
 #[one_copy]
 fn word<P: Profile, C: ByteCode>(at: usize) -> P::Raw {
+    if wide::IS_WIDE {
+        return P::Raw::from_u32(wide::word_at(P::ROM, rom::MATHS_AT + at, P::FULL));
+    }
     let mut word = P::ZERO;
     for byte in 0..P::WORD_BYTES {
         let byte = P::raw_from_u16(C::rom::<P>(rom::MATHS_AT + at + byte).into());

@@ -3,6 +3,8 @@
 use core::fmt::Debug;
 use core::ops::{BitAnd, BitOr, BitXor, Not, Shl, Shr};
 
+use super::wide;
+
 /// `u16` or `u32`. Nothing of it panics: additions wrap, and no number is shifted by its width.
 pub trait Word:
     Copy
@@ -141,7 +143,11 @@ impl Word for u32 {
 
     #[hot]
     fn multiply(self, other: u32) -> (u32, u32) {
-        let product = multiply(self, other);
+        let product = if wide::IS_WIDE {
+            u64::from(self).wrapping_mul(u64::from(other))
+        } else {
+            multiply(self, other)
+        };
         ((product >> 32) as u32, product as u32)
     }
 
