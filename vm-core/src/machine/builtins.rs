@@ -6,6 +6,8 @@ use crate::bytecode::ByteCode;
 use crate::fault::{FaultCode, Stopped};
 use crate::host::{Arguments, Host};
 use crate::number::maths;
+#[cfg(target_pointer_width = "64")]
+use crate::number::memo;
 use crate::number::{Profile, Rng, Rounding};
 use crate::opcode::order;
 use crate::part::Part;
@@ -141,6 +143,20 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
         }
         if !Self::has(Part::Floats) {
             return Err(self.wrong_type(a, b));
+        }
+        #[cfg(target_pointer_width = "64")]
+        if !P::FULL
+            && a.is(Tag::FLOAT)
+            && (builtin::SQRT..builtin::ATAN).contains(&number)
+            && Self::has(Part::Maths)
+        {
+            let (function, argument) = (number - builtin::SQRT, P::raw_to_u16(a.raw()));
+            let result = memo::remember(function, argument, || {
+                let (mut x, y) = (a.unpack(), a.unpack());
+                maths::function::<P, C>(function, &mut x, &y);
+                P::raw_to_u16(P::pack(&x))
+            });
+            return Ok(Value::indexed(Tag::FLOAT, result));
         }
         let mut x = a.unpack_float();
         let y = b.unpack_float();

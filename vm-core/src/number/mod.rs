@@ -13,6 +13,8 @@ mod float;
 mod float16;
 mod format;
 pub mod maths;
+#[cfg(target_pointer_width = "64")]
+pub(crate) mod memo;
 mod mixed;
 mod profile;
 mod rng;
