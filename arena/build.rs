@@ -1,4 +1,4 @@
-//! The machines of the robots that ship: types exactly as large as their files say.
+//! The machines of the robots that ship: types as large as their files say.
 
 use std::collections::BTreeSet;
 use std::fmt::Write;
@@ -13,29 +13,32 @@ fn main() -> io::Result<()> {
     for robot in bittybuzz_robot_files::all_shipped() {
         let vm = &robot.vm;
         let slots = vm.slots as usize + robot.sizes().slots();
+        // Where the number of slots is a power of two, the machine needs no checks to reach one.
+        let rounded = slots.next_power_of_two();
+        let places = if 7 * rounded <= 8 * slots { rounded } else { slots };
         let mut profiles = vec!["Tiny"];
         // A robot with room for long frames can also run the small profile.
         if robot.profile == Profile::Full {
             profiles.push("Full");
         }
         for profile in profiles {
-            sizes.insert((slots, profile, vm.in_queue, vm.out_queue));
+            sizes.insert((slots, places, profile, vm.in_queue, vm.out_queue));
         }
     }
-    let smallest = sizes.iter().next().map_or(0, |(slots, ..)| *slots);
+    let smallest = sizes.iter().next().map_or(0, |(_, places, ..)| *places);
     let mut text = format!(
         "/// Slots of the smallest machine of a robot that ships.\n\
          #[cfg(test)]\nconst SMALLEST_SLOTS: usize = {smallest};\n\n\
-         /// Loads the machine of a robot that ships, if one has exactly these sizes: slots, and lengths of the queues.\n\
+         /// Loads the machine of a robot that ships, if one has these sizes: slots, and lengths of the queues.\n\
          fn load_shipped(\n    context: &GroupContext,\n    sizes: [usize; 3],\n    id: u16,\n    seed: u32,\n\
          ) -> Option<Loaded> {{\n    Some(match (context.profile, sizes) {{\n"
     );
-    for (slots, profile, inbox, outbox) in sizes {
+    for (slots, places, profile, inbox, outbox) in sizes {
         let frame = format!("{}_FRAME", profile.to_uppercase());
         let _ = writeln!(
             text,
             "        (NumberProfile::{profile}, [{slots}, {inbox}, {outbox}]) => \
-             load_exact::<{profile}, {{ {frame} }}, {slots}, {inbox}, {outbox}>(context, id, seed),"
+             load_exact::<{profile}, {{ {frame} }}, {places}, {inbox}, {outbox}>(context, id, seed),"
         );
     }
     text += "        _ => return None,\n    })\n}\n";

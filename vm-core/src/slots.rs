@@ -153,11 +153,20 @@ pub struct Split<P: Profile, const N: usize> {
     payloads: [P::Raw; N],
 }
 
+impl<P: Profile, const N: usize> Split<P, N> {
+    /// The same place. On computers, as in [`Joined`], none of a power of two is beyond the end.
+    #[hot]
+    fn place(at: usize) -> usize {
+        if cfg!(target_pointer_width = "64") && N.is_power_of_two() { at & (N - 1) } else { at }
+    }
+}
+
 impl<P: Profile, const N: usize> Slots<P> for Split<P, N> {
     const EMPTY: Self = Split { tags: [Tag::NIL; N], payloads: [P::ZERO; N] };
 
     #[hot]
     fn get(&self, at: usize) -> Value<P> {
+        let at = Self::place(at);
         // Less code on an AVR than making up a nil.
         let at = if at < N { at } else { 0 };
         match (self.tags.get(at), self.payloads.get(at)) {
@@ -168,6 +177,7 @@ impl<P: Profile, const N: usize> Slots<P> for Split<P, N> {
 
     #[hot]
     fn set(&mut self, at: usize, value: Value<P>) {
+        let at = Self::place(at);
         if let (Some(tag), Some(payload)) = (self.tags.get_mut(at), self.payloads.get_mut(at)) {
             *tag = value.tag();
             *payload = value.raw();
@@ -176,24 +186,24 @@ impl<P: Profile, const N: usize> Slots<P> for Split<P, N> {
 
     #[hot]
     fn index_at(&self, at: usize) -> usize {
-        self.payloads.get(at).map_or(0, |payload| usize::from(P::raw_to_u16(*payload)))
+        self.payloads.get(Self::place(at)).map_or(0, |payload| usize::from(P::raw_to_u16(*payload)))
     }
 
     #[hot]
     fn set_index(&mut self, at: usize, index: usize) {
-        if let Some(payload) = self.payloads.get_mut(at) {
+        if let Some(payload) = self.payloads.get_mut(Self::place(at)) {
             *payload = P::raw_from_u16(index as u16);
         }
     }
 
     #[hot]
     fn tag_at(&self, at: usize) -> Tag {
-        self.tags.get(at).copied().unwrap_or(Tag::NIL)
+        self.tags.get(Self::place(at)).copied().unwrap_or(Tag::NIL)
     }
 
     #[hot]
     fn set_tag(&mut self, at: usize, tag: Tag) {
-        if let Some(old) = self.tags.get_mut(at) {
+        if let Some(old) = self.tags.get_mut(Self::place(at)) {
             *old = tag;
         }
     }

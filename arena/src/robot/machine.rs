@@ -1,7 +1,7 @@
 //! Virtual machines of the sizes that robot files ask for.
 //!
-//! A machine's memory is part of its type, so there is one type for each robot that ships, exactly as large as its file says,
-//! and a few larger ones for robots of users: a robot gets the smallest into which it fits. The type makes no difference to a
+//! A machine's memory is part of its type, so there is one type for each robot that ships, as large as its file says or up to a
+//! seventh larger, and a few larger ones for robots of users: a robot gets the smallest into which it fits. The type makes no difference to a
 //! script: it gets the slots of its robot's file, no more.
 
 use bittybuzz_comms::queue::{Inbox, Outbox};
@@ -137,7 +137,7 @@ where
     }
 }
 
-/// Loads a machine that is exactly as large as the robot file says.
+/// Loads a machine that is as large as the robot file says.
 fn load_exact<
     P: Profile,
     const FRAME: usize,
