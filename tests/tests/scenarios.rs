@@ -53,6 +53,18 @@ fn a_swarm_survives_adversaries() {
     assert_eq!(outcome.status, Some(0), "{}{}", outcome.stdout, outcome.stderr);
 }
 
+/// The worlds by which the speed of the simulator is measured work as they are meant to.
+#[test]
+fn robots_that_are_timed_flock_and_gather() {
+    bbz::path();
+    for world in ["speed-crazyflies", "speed-zooids"] {
+        let path = format!("tests/scenarios/{world}.toml");
+        let outcome = bbz::run(&["sim", &path, "--headless"], &[]);
+        let has_errors = outcome.status != Some(0) || !outcome.stderr.is_empty();
+        assert!(!has_errors, "{world}: {}{}", outcome.stdout, outcome.stderr);
+    }
+}
+
 /// `cargo xtask soak day` runs all 24 hours.
 #[test]
 fn the_first_minutes_of_the_day() {
