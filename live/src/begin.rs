@@ -1,4 +1,4 @@
-//! The world as a client has to know it before the first sample.
+//! The world, which a client has to know before the first sample.
 
 use bittybuzz_arena::run::{Simulation, TICKS_PER_SECOND};
 use bittybuzz_arena::scenario::{Light, Obstacle, Outline};

@@ -1,4 +1,4 @@
-//! What happens in a run, as objects for clients.
+//! Faults and log lines of a run, as objects for clients.
 
 use bittybuzz_arena::robot::{Consequence, FaultRecord, LogLine, ProgramId};
 use bittybuzz_arena::run::{Event, EventKind, Observer, Setup};

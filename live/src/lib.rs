@@ -1,7 +1,6 @@
-//! A session of the simulator as messages: what a page asks of a run, and what it is told.
+//! A session of the simulator as messages: requests of a page, events and samples for it.
 //!
-//! [`Live`] takes requests as JSON text and gives events as JSON text and samples as bytes. What carries them is the caller's
-//! concern: a WebSocket of `bbz`, or a worker in the browser with the simulator as WebAssembly.
+//! [`Live`] takes requests as JSON text and gives events as JSON text and samples as bytes. The caller carries them: a WebSocket of `bbz`, or a worker in the browser with the simulator as WebAssembly.
 //!
 //! # Principles
 //! 1. **Time comes from the caller.** There is no clock here, so that it runs everywhere and tests wait for nothing.
@@ -14,11 +13,11 @@
 //! |---|---|
 //! | `{"do":"play","rate":2}` | the run goes on at twice the real time; 0.1 to 1000, without `rate` as fast as it can |
 //! | `{"do":"pause"}` | it stands still |
-//! | `{"do":"step","ticks":1}` | it stands still after so many ticks |
+//! | `{"do":"step","ticks":1}` | it goes on for that number of ticks |
 //! | `{"do":"go_to","tick":100}` | it is taken to a tick, back or forward, and stands still |
 //! | `{"do":"command","text":"fail = 3"}` | the command of the text acts at the next tick |
-//! | `{"do":"inspect","robot":5}` | after each sample the memory of the robot with this number is told; `null`: of none |
-//! | `{"do":"commands"}` | all commands are told, as the text of `[[event]]`s |
+//! | `{"do":"inspect","robot":5}` | after each sample an event has the memory of the robot with this number; `null`: no more |
+//! | `{"do":"commands"}` | an event has all commands, as the text of `[[event]]`s |
 //!
 //! # Events
 //! Each is an object whose `event` names its kind: `begin` (the world), `state` (tick, whether it plays, how fast, whether it is over),

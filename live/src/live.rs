@@ -14,7 +14,7 @@ use crate::pace::{Pace, RATES};
 use crate::request::Request;
 use crate::samples::Samples;
 
-/// What is told of a robot's tables: enough to look at, and little enough to be sent often.
+/// The part of a robot's tables that is shown: enough to look at, and little enough to be sent often.
 const LIMITS: Limits = Limits { depth: 4, values: 500 };
 
 /// A session that a client steers and watches.
@@ -23,9 +23,9 @@ pub struct Live {
     pace: Pace,
     samples: Samples,
     events: Vec<Value>,
-    /// The robot whose memory is told.
+    /// The robot whose memory is shown.
     inspected: Option<usize>,
-    /// What was told last of how the expectations fare.
+    /// The verdicts of the expectations, as the client knows them.
     verdicts: Vec<Verdict>,
     /// Its robots' firmware could not go on.
     has_failed: bool,
@@ -48,7 +48,7 @@ impl Live {
         live
     }
 
-    /// A client has come, perhaps in place of another one: it is told everything that it has to know.
+    /// A client has come, perhaps in place of another one: the next events are all that it has to know.
     pub fn begin(&mut self) {
         self.samples.restart();
         self.verdicts.clear();
@@ -175,7 +175,7 @@ impl Live {
         }));
     }
 
-    /// Tells the expectations whose verdict has changed.
+    /// Adds an event for each expectation whose verdict has changed.
     fn tell_verdicts(&mut self) {
         let convergences = self.session.run().convergences();
         let verdicts: Vec<Verdict> = convergences.iter().map(|one| one.verdict).collect();

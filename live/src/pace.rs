@@ -1,4 +1,4 @@
-//! How fast a run goes on.
+//! The pace of a run.
 
 use std::ops::RangeInclusive;
 use std::time::Duration;
@@ -9,12 +9,12 @@ const TICKS_PER_SECOND: f64 = bittybuzz_arena::run::TICKS_PER_SECOND;
 /// Rates that a client may ask for, in times of real time.
 pub const RATES: RangeInclusive<f64> = 0.1..=1000.0;
 
-/// How a run goes on.
+/// The pace of a run.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Pace {
     /// It stands still.
     Still,
-    /// So many ticks remain until it stands still.
+    /// This number of ticks remains until it stands still.
     Steps(u32),
     /// It follows the clock.
     Rate {
@@ -25,7 +25,7 @@ pub enum Pace {
         /// The tick.
         from: u64,
     },
-    /// As fast as it can.
+    /// It takes all the time that the caller gives.
     Unlimited,
 }
 
@@ -43,8 +43,8 @@ impl Pace {
         }
     }
 
-    /// Takes notice of `done` of the `due` ticks, which end at `tick`. What there was no time for is not made up for: a run that is too
-    /// slow for its rate is not faster afterwards.
+    /// Notes that `done` of the `due` ticks have passed, up to `tick`. Ticks for which there was no time are left out: a run that is
+    /// too slow for its rate is not faster afterwards.
     pub fn passed(&mut self, done: u64, due: u64, tick: u64, now: Duration) {
         match self {
             Pace::Steps(left) if u64::from(*left) <= done => *self = Pace::Still,

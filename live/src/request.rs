@@ -1,8 +1,8 @@
-//! What a client may ask.
+//! Requests of a client.
 
 use serde::Deserialize;
 
-/// A request.
+/// A request: an object whose `do` names it.
 #[derive(Debug, Clone, PartialEq, Deserialize)]
 #[serde(tag = "do", rename_all = "snake_case", deny_unknown_fields)]
 pub enum Request {
@@ -13,14 +13,14 @@ pub enum Request {
     },
     /// The run stands still.
     Pause,
-    /// The run stands still after so many ticks.
+    /// The run goes on for some ticks and stands still.
     Step {
-        /// How many.
+        /// The number of ticks.
         ticks: u32,
     },
     /// The run is taken to a tick.
     GoTo {
-        /// Which.
+        /// The tick.
         tick: u64,
     },
     /// A command is given.
@@ -28,11 +28,11 @@ pub enum Request {
         /// The keys of an `[[event]]` without `at`.
         text: String,
     },
-    /// The memory of a robot is told from now on.
+    /// The memory of a robot is an event from now on.
     Inspect {
-        /// Its number in the scenario; none: that of nobody.
+        /// Its number in the scenario; none: no robot's memory is told.
         robot: Option<usize>,
     },
-    /// All commands are told.
+    /// All commands are an event.
     Commands,
 }

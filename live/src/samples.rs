@@ -1,4 +1,4 @@
-//! Where the robots are and what they show, in the bytes of a recording.
+//! Places and LEDs of the robots, in the bytes of a recording.
 
 use bittybuzz_arena::output::recorder;
 use bittybuzz_arena::output::recording::Writer;

@@ -40,7 +40,7 @@ pub enum Piece {
 }
 
 impl Piece {
-    /// Appends what `log` prints of it. Without the symbols of the script, a constant of its own shows as its number.
+    /// Appends the text that `log` prints of it. Without the symbols of the script, a constant of its own shows as its number.
     pub fn append_to(&self, symbols: Option<&Symbols>, text: &mut Vec<u8>) {
         match self {
             Piece::Nil => text.extend(b"[nil]"),
@@ -63,7 +63,7 @@ impl Piece {
     }
 }
 
-/// Returns what stands for a constant string whose text is not known.
+/// Returns a stand-in for a constant string whose text is not known.
 #[must_use]
 pub fn unknown_string(number: u16) -> Vec<u8> {
     format!("[string {number}]").into_bytes()

@@ -1,4 +1,4 @@
-//! What robots run.
+//! Programs of robots.
 
 use std::path::Path;
 use std::sync::Arc;

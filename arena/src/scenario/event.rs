@@ -194,7 +194,7 @@ pub fn action(
     {
         loss.check_emulated(&entry);
     }
-    // What their flash holds was given to the emulator when it started.
+    // The emulator got the content of their flash when it started.
     if let Action::Load { robots, .. } = &action
         && census.is_emulated(robots)
     {

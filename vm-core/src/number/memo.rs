@@ -11,10 +11,10 @@ use super::maths::Function;
 /// The functions before this one have one argument.
 const FUNCTIONS: usize = Function::Atan2 as usize;
 
-/// In a place: its lower half is a result.
+/// A place with this bit has a result in its lower half.
 const IS_KNOWN: u32 = 1 << 16;
 
-/// For each function and each float [`IS_KNOWN`] and the result, or 0. Memory that nobody looks at is never occupied.
+/// For each function and each float [`IS_KNOWN`] and the result, or 0. Memory that is never read is never occupied.
 static RESULTS: [AtomicU32; FUNCTIONS << 16] = [const { AtomicU32::new(0) }; FUNCTIONS << 16];
 
 /// Returns the result of a function, by its number in [`Function`], and computes it if it is not known.
