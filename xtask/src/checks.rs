@@ -3,7 +3,7 @@
 use crate::sizes;
 use anyhow::{Result, ensure};
 use bittybuzz_bench_harness as bench;
-use bittybuzz_builds::board::{BOARDS, Board, CRAZYFLIE, KILOBOT, ZOOIDS};
+use bittybuzz_builds::board::{BOARDS, CRAZYFLIE, KILOBOT, ZOOIDS};
 use bittybuzz_builds::cargo_test::{SKIP_SLOW, cargo_test};
 use bittybuzz_builds::probe::PROBES;
 use bittybuzz_builds::shell::{Line, cargo, keep_lock_files, target};
@@ -200,20 +200,14 @@ fn lint() -> Result<()> {
     for folder in [bench::HOST].into_iter().chain(chip::WORKSPACES) {
         Line::cargo(&["fmt", "--all", "--check"]).in_workspace(folder).run()?;
     }
-    // A board's compiler waits for one large crate most of the time, so that the second processor is free for the others.
-    thread::scope(|scope| {
-        let boards = scope.spawn(|| BOARDS.iter().try_for_each(|board| lint_board(board, &DENY)));
-        soak::lint_fuzz_targets(&DENY)?;
-        cargo(&[&["clippy", "--workspace", "--all-targets", "--release"], &DENY[..]].concat())?;
-        boards.join().unwrap_or_else(|panic| resume_unwind(panic))
-    })
-}
-
-/// Format and lints of a board's workspace; clippy gets the arguments `deny`.
-fn lint_board(board: &Board, deny: &[&str]) -> Result<()> {
-    let firmware = |arguments: &[&str]| Line::cargo(arguments).in_workspace(board.folder).run();
-    firmware(&["fmt", "--check"])?;
-    firmware(&[&["clippy", "--release"], deny].concat())
+    soak::lint_fuzz_targets(&DENY)?;
+    cargo(&[&["clippy", "--workspace", "--all-targets", "--release"], &DENY[..]].concat())?;
+    for board in BOARDS {
+        let firmware = |arguments: &[&str]| Line::cargo(arguments).in_workspace(board.folder).run();
+        firmware(&["fmt", "--check"])?;
+        firmware(&[&["clippy", "--release"], &DENY[..]].concat())?;
+    }
+    Ok(())
 }
 
 /// Links the virtual machine for the robots' cores with a panic handler that does not exist: fails if a panic is left in
