@@ -11,13 +11,13 @@
 //! # Requests
 //! | Request | Effect |
 //! |---|---|
-//! | `{"do":"play","rate":2}` | the run goes on at twice the real time; 0.1 to 1000, without `rate` as fast as it can |
-//! | `{"do":"pause"}` | it stands still |
-//! | `{"do":"step","ticks":1}` | it goes on for that number of ticks |
-//! | `{"do":"go_to","tick":100}` | it is taken to a tick, back or forward, and stands still |
-//! | `{"do":"command","text":"fail = 3"}` | the command of the text acts at the next tick |
-//! | `{"do":"inspect","robot":5}` | after each sample an event has the memory of the robot with this number; `null`: no more |
-//! | `{"do":"commands"}` | an event has all commands, as the text of `[[event]]`s |
+//! | `{"play":{"rate":2}}` | the run goes on at twice the real time; 0.1 to 1000, without `rate` as fast as it can |
+//! | `"pause"` | it stands still |
+//! | `{"step":{"ticks":1}}` | it goes on for that number of ticks |
+//! | `{"go_to":{"tick":100}}` | it is taken to a tick, back or forward, and stands still |
+//! | `{"command":{"text":"fail = 3"}}` | the command of the text acts at the next tick |
+//! | `{"inspect":{"robot":5}}` | after each sample an event has the memory of the robot with this number; `null`: no more |
+//! | `"commands"` | an event has all commands, as the text of `[[event]]`s |
 //!
 //! # Events
 //! Each is an object whose `event` names its kind: `begin` (the world), `state` (tick, whether it plays, how fast, whether it is over),

@@ -2,9 +2,11 @@
 
 use serde::Deserialize;
 
-/// A request: an object whose `do` names it.
+/// A request: its name, or an object with its name as the only key.
+// Not with a key `do` beside the others: serde would have to keep those, and does not give numbers back if another crate asks
+// serde_json for `arbitrary_precision`.
 #[derive(Debug, Clone, PartialEq, Deserialize)]
-#[serde(tag = "do", rename_all = "snake_case", deny_unknown_fields)]
+#[serde(rename_all = "snake_case", deny_unknown_fields)]
 pub enum Request {
     /// The run goes on.
     Play {

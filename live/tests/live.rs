@@ -125,18 +125,18 @@ fn the_first_event_is_the_world() {
 fn a_run_follows_the_clock_at_its_rate() {
     let mut live = live();
     assert!(!advance(&mut live, 100, ms(500)), "it stands still");
-    live.request(r#"{"do":"play","rate":2}"#, ms(1000));
+    live.request(r#"{"play":{"rate":2}}"#, ms(1000));
     // 0.45 s at twice the real time are 0.9 s, ten ticks each.
     assert!(!advance(&mut live, 100, ms(1450)));
     assert_eq!(now(&live), 9);
-    live.request(r#"{"do":"pause"}"#, ms(1450));
+    live.request(r#""pause""#, ms(1450));
     advance(&mut live, 100, ms(9000));
     assert_eq!(now(&live), 9);
-    live.request(r#"{"do":"step","ticks":3}"#, ms(9000));
+    live.request(r#"{"step":{"ticks":3}}"#, ms(9000));
     assert!(advance(&mut live, 2, ms(9000)), "one is left");
     assert!(!advance(&mut live, 2, ms(9000)));
     assert_eq!(now(&live), 12);
-    live.request(r#"{"do":"play"}"#, ms(9000));
+    live.request(r#"{"play":{}}"#, ms(9000));
     assert!(advance(&mut live, 10, ms(9000)));
     assert_eq!(now(&live), 22);
     live.take_events();
@@ -150,7 +150,7 @@ fn a_run_follows_the_clock_at_its_rate() {
 #[test]
 fn lost_time_is_not_made_up_for() {
     let mut live = live();
-    live.request(r#"{"do":"play","rate":1}"#, ms(0));
+    live.request(r#"{"play":{"rate":1}}"#, ms(0));
     assert!(!advance(&mut live, 5, ms(2000)), "twenty were due, and are not any more");
     assert_eq!(now(&live), 5);
     advance(&mut live, 5, ms(2100));
@@ -161,14 +161,14 @@ fn lost_time_is_not_made_up_for() {
 fn samples_are_a_recording() {
     let (mut live, mut known) = (live(), Vec::new());
     let first = sample(&mut live, &mut known);
-    live.request(r#"{"do":"step","ticks":7}"#, ms(0));
+    live.request(r#"{"step":{"ticks":7}}"#, ms(0));
     advance(&mut live, 100, ms(0));
     let second = sample(&mut live, &mut known);
     assert_eq!((first.tick, second.tick), (0, 7));
     assert_eq!(second.robots[0].unwrap().led, 6);
     assert_ne!(first.robots[0].unwrap().x, second.robots[0].unwrap().x);
     // Back: the recording begins anew.
-    live.request(r#"{"do":"go_to","tick":3}"#, ms(0));
+    live.request(r#"{"go_to":{"tick":3}}"#, ms(0));
     let third = sample(&mut live, &mut known);
     assert_eq!((third.tick, third.robots[1].unwrap().led), (3, 2));
     // So it does for a client that has just come.
@@ -180,7 +180,7 @@ fn samples_are_a_recording() {
 fn faults_and_log_lines_wait_until_they_are_taken() {
     let mut live = live();
     live.take_events();
-    live.request(r#"{"do":"play"}"#, ms(0));
+    live.request(r#"{"play":{}}"#, ms(0));
     advance(&mut live, 30, ms(0));
     let all = live.take_events();
     let of = |kind: &str| all.iter().find(|event| event["event"] == kind).unwrap();
@@ -200,9 +200,9 @@ fn faults_and_log_lines_wait_until_they_are_taken() {
 #[test]
 fn the_memory_of_a_robot_is_told_by_name() {
     let mut live = live();
-    live.request(r#"{"do":"step","ticks":4}"#, ms(0));
+    live.request(r#"{"step":{"ticks":4}}"#, ms(0));
     advance(&mut live, 100, ms(0));
-    live.request(r#"{"do":"inspect","robot":1}"#, ms(0));
+    live.request(r#"{"inspect":{"robot":1}}"#, ms(0));
     let told = events(&mut live, "inspection");
     let memory = &told[0]["memory"];
     let globals = memory["globals"].as_array().unwrap();
@@ -214,7 +214,7 @@ fn the_memory_of_a_robot_is_told_by_name() {
     // After each sample, until it is not wanted any more.
     live.take_sample();
     assert_eq!(events(&mut live, "inspection").len(), 1);
-    live.request(r#"{"do":"inspect","robot":null}"#, ms(0));
+    live.request(r#"{"inspect":{"robot":null}}"#, ms(0));
     live.take_sample();
     assert!(events(&mut live, "inspection").is_empty());
 }
@@ -222,12 +222,12 @@ fn the_memory_of_a_robot_is_told_by_name() {
 #[test]
 fn commands_are_kept_and_told() {
     let (mut live, mut known) = (live(), Vec::new());
-    live.request(r#"{"do":"command","text":"load = 6\nscript = \"still.bzz\""}"#, ms(0));
-    live.request(r#"{"do":"step","ticks":5}"#, ms(0));
+    live.request(r#"{"command":{"text":"load = 6\nscript = \"still.bzz\""}}"#, ms(0));
+    live.request(r#"{"step":{"ticks":5}}"#, ms(0));
     advance(&mut live, 100, ms(0));
     assert_eq!(sample(&mut live, &mut known).robots[0].unwrap().led, 7);
     live.take_events();
-    live.request(r#"{"do":"commands"}"#, ms(0));
+    live.request(r#""commands""#, ms(0));
     let told = events(&mut live, "commands");
     assert_eq!(told[0]["text"], "[[event]]\nat = 0\nload = 6\nscript = \"still.bzz\"\n\n");
 }
@@ -240,15 +240,16 @@ fn nonsense_is_refused_and_changes_nothing() {
     for (request, reason) in [
         ("", "the request makes no sense"),
         ("[]", "the request makes no sense"),
-        (r#"{"do":"dance"}"#, "unknown variant `dance`"),
-        (r#"{"do":"step"}"#, "missing field `ticks`"),
-        (r#"{"do":"step","ticks":-1}"#, "the request makes no sense"),
-        (r#"{"do":"play","rate":0}"#, "0 cannot be `rate`"),
-        (r#"{"do":"play","rate":1e9}"#, "1000000000 cannot be `rate`"),
-        (r#"{"do":"play","speed":2}"#, "unknown field `speed`"),
-        (r#"{"do":"inspect","robot":2}"#, "there is no robot with the number 2"),
-        (r#"{"do":"command","text":"fail = 2"}"#, "there is no robot 2"),
-        (r#"{"do":"command","text":"load = 6\nscript = \"none.bzz\""}"#, "cannot be loaded"),
+        (r#""dance""#, "unknown variant `dance`"),
+        (r#"{"step":{}}"#, "missing field `ticks`"),
+        (r#"{"pause":1,"commands":2}"#, "the request makes no sense"),
+        (r#"{"step":{"ticks":-1}}"#, "the request makes no sense"),
+        (r#"{"play":{"rate":0}}"#, "0 cannot be `rate`"),
+        (r#"{"play":{"rate":1e9}}"#, "1000000000 cannot be `rate`"),
+        (r#"{"play":{"speed":2}}"#, "unknown field `speed`"),
+        (r#"{"inspect":{"robot":2}}"#, "there is no robot with the number 2"),
+        (r#"{"command":{"text":"fail = 2"}}"#, "there is no robot 2"),
+        (r#"{"command":{"text":"load = 6\nscript = \"none.bzz\""}}"#, "cannot be loaded"),
     ] {
         live.request(request, ms(0));
         let told = refusal(&mut live);

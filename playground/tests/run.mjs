@@ -39,7 +39,7 @@ for (const name of readdirSync(folder)) {
 }
 for (const scenario of scenarios) {
     if (start(scenario)) {
-        request(`{"do":"step","ticks":${ticks}}`, 0);
+        request(`{"step":{"ticks":${ticks}}}`, 0);
         while (exports.advance(0, 1000) === 1);
         exports.take_events();
         const state = JSON.parse(read()).findLast((event) => event.event === "state");
