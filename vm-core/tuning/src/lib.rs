@@ -24,13 +24,15 @@ pub fn hot(_: TokenStream, function: TokenStream) -> TokenStream {
 /// with everything in `tiny` and before tools/squeeze. The slots, values and cells of the heap alone are 3,360 of them,
 /// numbers 1,440, the network 1,376, messages 298.
 ///
-/// Computers with 64 bits do not lack memory for code, and the compiler decides there. With what `number/wide.rs` of the machine does,
-/// the worlds of `tests/scenarios/speed-*.toml` take 19 to 26 % fewer instructions.
+/// Computers with 64 bits do not lack memory for code, and the compiler decides there, but in builds with debug assertions, which
+/// are compiled often. With the arithmetic of `number/wide.rs` of the machine the worlds of `tests/scenarios/speed-*.toml` take 19 to
+/// 26 % fewer instructions.
 #[proc_macro_attribute]
 pub fn one_copy(_: TokenStream, function: TokenStream) -> TokenStream {
-    let on_chips = "#[cfg_attr(not(target_pointer_width = \"64\"), inline(never))]";
-    let on_computers = "#[cfg_attr(target_pointer_width = \"64\", inline)]";
-    with_attribute(&[on_chips, on_computers].concat(), function)
+    let is_roomy = "all(target_pointer_width = \"64\", not(debug_assertions))";
+    let attributes =
+        format!("#[cfg_attr({is_roomy}, inline)] #[cfg_attr(not({is_roomy}), inline(never))]");
+    with_attribute(&attributes, function)
 }
 
 fn with_attribute(attribute: &str, function: TokenStream) -> TokenStream {
