@@ -25,9 +25,7 @@ use bittybuzz_builds::shell::target;
 use fs_err as fs;
 use sources::Sources;
 use std::collections::BTreeMap;
-use std::panic::resume_unwind;
 use std::path::PathBuf;
-use std::thread;
 use std::time::Instant;
 
 /// A kind of evidence.
@@ -148,16 +146,6 @@ pub fn run(part: Option<&str>) -> Result<()> {
 /// A sample for CI: some of the mutants, of those of squeeze as well, an example with squeeze and without, a thousand steps of some of the Kilobots' examples, some seeds of the
 /// convergence and some executions of each fuzz target. The tests pass without the mutants.
 pub fn sample() -> Result<()> {
-    // Most of the others keep one processor busy.
-    thread::scope(|scope| {
-        let fuzz = scope.spawn(fuzz::sample);
-        others()?;
-        fuzz.join().unwrap_or_else(|panic| resume_unwind(panic))
-    })
-}
-
-/// Samples of everything but the fuzz targets.
-fn others() -> Result<()> {
     for name in mutants::sample() {
         match mutants::run(&name)? {
             Verdict::Shown(how) => println!("{name}: {how}"),
@@ -181,7 +169,8 @@ fn others() -> Result<()> {
         }
     }
     kilobots::sample()?;
-    convergence::sample()
+    convergence::sample()?;
+    fuzz::sample()
 }
 
 fn noise() -> Result<Verdict> {
