@@ -8,7 +8,7 @@ use serde_json::{Value, json};
 pub struct Notes<'a> {
     /// The programs of the run.
     pub setup: &'a Setup,
-    /// The events so far.
+    /// The events that were not taken yet.
     pub events: &'a mut Vec<Value>,
 }
 

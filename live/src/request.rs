@@ -32,7 +32,7 @@ pub enum Request {
     },
     /// The memory of a robot is an event from now on.
     Inspect {
-        /// Its number in the scenario; none: no robot's memory is told.
+        /// Its number in the scenario; without it the events end.
         robot: Option<usize>,
     },
     /// All commands are an event.

@@ -4,7 +4,7 @@ use bittybuzz_arena::output::recorder;
 use bittybuzz_arena::output::recording::Writer;
 use bittybuzz_arena::run::Simulation;
 
-/// A stream of samples: each has only what has changed since the last one that was taken.
+/// A stream of samples: each has only the changes since the last one that was taken.
 pub struct Samples {
     /// `None` before a beginning.
     writer: Option<Writer<Vec<u8>>>,

@@ -56,14 +56,10 @@ fn ms(ms: u64) -> Duration {
     Duration::from_millis(ms)
 }
 
-/// Simulates at most so many ticks. Returns true if some are still due.
+/// Simulates at most `most` ticks. Returns true if some are still due.
 fn advance(live: &mut Live, most: u64, now: Duration) -> bool {
-    let mut left = most;
-    live.advance(now, || {
-        let goes_on = left > 0;
-        left = left.saturating_sub(1);
-        goes_on
-    })
+    let mut ticks = 0..most;
+    live.advance(now, || ticks.next().is_some())
 }
 
 fn now(live: &Live) -> u64 {

@@ -59,12 +59,8 @@ fn session(files: &Arc<Mutex<MemoryFiles>>) -> Vec<String> {
         if let Some(text) = step[0].as_str() {
             live.request(text, now);
         }
-        let mut left = step[2].as_u64().unwrap();
-        live.advance(now, || {
-            let goes_on = left > 0;
-            left = left.saturating_sub(1);
-            goes_on
-        });
+        let mut ticks = 0..step[2].as_u64().unwrap();
+        live.advance(now, || ticks.next().is_some());
         let sample = live.take_sample();
         let sample: String = sample.iter().map(|byte| format!("{byte:02x}")).collect();
         format!("{} {sample}", Value::Array(live.take_events()))

@@ -154,7 +154,7 @@ pub struct Split<P: Profile, const N: usize> {
 }
 
 impl<P: Profile, const N: usize> Split<P, N> {
-    /// The same place. On computers, as in [`Joined`], none of a power of two is beyond the end.
+    /// Returns the place itself. On computers, as in [`Joined`], no place of a power of two is beyond the end.
     #[hot]
     fn place(at: usize) -> usize {
         if cfg!(target_pointer_width = "64") && N.is_power_of_two() { at & (N - 1) } else { at }

@@ -137,7 +137,7 @@ impl<W: Write> Writer<W> {
         Ok(())
     }
 
-    /// The output, from which the caller may take what was written so far.
+    /// Returns the output, from which the caller may take the bytes that are written already.
     pub fn output_mut(&mut self) -> &mut W {
         &mut self.output
     }

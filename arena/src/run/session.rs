@@ -91,7 +91,7 @@ impl Session {
         self.run.take_log()
     }
 
-    /// Returns the results of the run so far.
+    /// Returns the results of the run up to now.
     pub fn summary(&mut self) -> Summary {
         self.run.summary()
     }

@@ -184,7 +184,7 @@ impl Simulation {
         Ok(())
     }
 
-    /// Returns all commands so far as `[[event]]`s. A scenario that ends with these replays the session, without commands. A run that
+    /// Returns all commands as `[[event]]`s. A scenario that ends with these replays the session, without commands. A run that
     /// was taken back has its later commands, too, until another one takes their place.
     #[must_use]
     pub fn commands(&self) -> String {

@@ -129,7 +129,7 @@ impl Scenario {
         let format = (keys::COMMAND, &schema as toml_reader::Schema<'_>);
         toml_reader::read(&Source::new(keys::COMMAND, text), &[], format, |section| {
             let (census, groups) = (&self.census, &self.groups);
-            // Whoever compiles the script finds out whether it is there.
+            // The compiler reports a script that is missing.
             let script = |entry: &Entry<'_>| Some(self.folder.join(entry.string()?));
             let action = event::action(section, census, &self.world, groups, &self.used, &script)?;
             space::check_move(section, &self.world, &self.groups, &action);

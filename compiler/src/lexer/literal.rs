@@ -165,7 +165,7 @@ impl Lexer<'_> {
         self.push(TokenKind::Str(value));
     }
 
-    /// Returns true behind `function name(parameters)`, where a docstring may stand.
+    /// Returns true after `function name(parameters)`, where a docstring may stand.
     fn is_behind_parameters(&self) -> bool {
         let mut before = self.tokens.iter().rev().map(|token| &token.kind);
         if before.next() != Some(&TokenKind::Fixed(Fixed::CloseParen)) {

@@ -234,7 +234,7 @@ pub(super) fn divide<W: Word>(left: W, right: W, steps: u16, carry: bool, root: 
     }
 }
 
-/// The same with the instructions of a large processor.
+/// Divides or extracts a root, with the instructions of a processor of 64 bits.
 fn divide_quickly<W: Word>(left: W, right: W, steps: u16, carry: bool, root: bool) -> (W, W) {
     if root {
         return wide::root(left);

@@ -5,7 +5,7 @@
 
 use super::word::Word;
 
-/// The processor has these instructions. A constant: what it rules out is not compiled.
+/// The processor has these instructions. A constant, so that code which it rules out is not compiled.
 pub(crate) const IS_WIDE: bool = cfg!(any(target_pointer_width = "64", target_family = "wasm"));
 
 /// Returns the word of two bytes, or of four, at a place of a table, the highest byte first; 0 if it is not in there.
@@ -34,7 +34,7 @@ pub(super) fn shift_right<W: Word>(bits: W, count: u8) -> W {
     W::from_u32(shifted | u32::from(!is_exact))
 }
 
-/// Returns what [`divide`](super::arithmetic::divide) does for a ratio or a remainder; `None` if the digits of the quotient do not fit a word.
+/// Returns the result of [`divide`](super::arithmetic::divide) for a ratio or a remainder; `None` if the digits of the quotient do not fit a word.
 #[inline]
 pub(super) fn divide<W: Word>(left: W, right: W, steps: u16, carry: bool) -> Option<(W, W)> {
     let (bits, right) = (u16::from(W::BITS), u64::from(right.to_u32()));
@@ -49,7 +49,7 @@ pub(super) fn divide<W: Word>(left: W, right: W, steps: u16, carry: bool) -> Opt
     Some((W::from_u32(quotient as u32), W::from_u32(rest as u32)))
 }
 
-/// Returns what [`divide`](super::arithmetic::divide) does for a square root with as many digits as a word.
+/// Returns the result of [`divide`](super::arithmetic::divide) for a square root with as many digits as a word.
 #[inline]
 pub(super) fn root<W: Word>(square: W) -> (W, W) {
     // All digits but the last.
@@ -166,7 +166,7 @@ mod tests {
         }
         (0..=u16::MAX).for_each(check);
         words().into_iter().for_each(check);
-        // Squares, and what is next to them.
+        // Squares, and the words next to them.
         for word in words() {
             let square = ((u64::from(word) * u64::from(word)) >> 32) as u32;
             (0..3).for_each(|more| check(square.wrapping_sub(1).wrapping_add(more)));

@@ -25,7 +25,7 @@ pub fn hot(_: TokenStream, function: TokenStream) -> TokenStream {
 /// numbers 1,440, the network 1,376, messages 298.
 ///
 /// Computers with 64 bits do not lack memory for code, and the compiler decides there, but in builds with debug assertions, which
-/// are compiled often. With the arithmetic of `number/wide.rs` of the machine the worlds of `tests/scenarios/speed-*.toml` take 19 to
+/// are compiled often. With the arithmetic of `number/wide.rs` of the machine, the worlds of `tests/scenarios/speed-*.toml` take 19 to
 /// 26 % fewer instructions.
 #[proc_macro_attribute]
 pub fn one_copy(_: TokenStream, function: TokenStream) -> TokenStream {
