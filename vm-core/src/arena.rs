@@ -14,6 +14,7 @@ use core::num::NonZeroUsize;
 
 use crate::heap::NoCell;
 use crate::number::Profile;
+use crate::number::wide::IS_WIDE;
 use crate::slots::Slots;
 use crate::value::{Tag, Value};
 
@@ -212,7 +213,11 @@ impl<P: Profile, const SLOTS: usize> Arena<P, SLOTS> {
         }
         self.allocated = true;
         let cell = usize::from(cell);
-        self.fill(cell, cell + CELL);
+        if IS_WIDE && !cfg!(feature = "torture") {
+            self.slots.clear_cell(cell);
+        } else {
+            self.fill(cell, cell + CELL);
+        }
         NonZeroUsize::new(cell).ok_or(NoCell)
     }
 

@@ -96,6 +96,11 @@ impl<'a, const BYTES: usize> Area<'a, BYTES> {
     pub const fn empty(bytes: &'a [u8; BYTES]) -> Self {
         Area { bytes, length: 0 }
     }
+
+    /// The bytes of the image.
+    pub fn image(&self) -> &'a [u8] {
+        self.bytes.get(..self.length).unwrap_or(self.bytes)
+    }
 }
 
 impl<const BYTES: usize> ByteCode for Area<'_, BYTES> {

@@ -6,6 +6,7 @@
 
 use core::fmt::Debug;
 
+use crate::arena::CELL;
 use crate::number::{Full, Profile, Tiny};
 use crate::value::{Tag, Value};
 
@@ -38,6 +39,7 @@ pub trait Pair<P: Profile>: Copy + Debug {
 }
 
 /// A tag and a payload in registers of their own.
+#[cfg(not(target_pointer_width = "64"))]
 #[derive(Clone, Copy, Debug)]
 #[repr(C)]
 pub struct Apart<P: Profile> {
@@ -46,6 +48,7 @@ pub struct Apart<P: Profile> {
     tag: Tag,
 }
 
+#[cfg(not(target_pointer_width = "64"))]
 impl<P: Profile> Pair<P> for Apart<P> {
     const NIL: Self = Apart { tag: Tag::NIL, raw: P::ZERO };
 
@@ -110,6 +113,43 @@ impl Pair<Tiny> for Word {
     }
 }
 
+/// A payload of 32 bits above a tag, in one register of a computer. Aligned as on the chips, from whose layout robot files are
+/// checked.
+#[cfg(target_pointer_width = "64")]
+#[derive(Clone, Copy, Debug)]
+#[repr(C, packed(4))]
+pub struct Long(u64);
+
+#[cfg(target_pointer_width = "64")]
+impl Pair<Full> for Long {
+    const NIL: Self = Long(0);
+
+    #[hot]
+    fn new(tag: Tag, raw: u32) -> Self {
+        Long(u64::from(tag.byte()) | u64::from(raw) << 32)
+    }
+
+    #[hot]
+    fn tag(self) -> Tag {
+        Tag::of(self.0 as u8)
+    }
+
+    #[hot]
+    fn raw(self) -> u32 {
+        (self.0 >> 32) as u32
+    }
+
+    #[hot]
+    fn is(self, tag: Tag) -> bool {
+        self.0 as u32 == u32::from(tag.byte())
+    }
+
+    #[hot]
+    fn same(self, other: Self) -> bool {
+        self.0 == other.0
+    }
+}
+
 /// An array of slots. Verified code and the machine itself never ask for one beyond its end: it reads as any value, and
 /// writing it does nothing.
 pub trait Slots<P: Profile>: Clone {
@@ -128,11 +168,19 @@ pub trait Slots<P: Profile>: Clone {
     fn tag_at(&self, at: usize) -> Tag;
     /// Puts a tag on slot `at` and leaves its payload.
     fn set_tag(&mut self, at: usize, tag: Tag);
+    /// Sets the slots of the cell at `at` to nil, with a few wide instructions, for computers.
+    fn clear_cell(&mut self, at: usize);
 }
 
 impl Stored for Full {
+    #[cfg(not(target_pointer_width = "64"))]
     type Slots<const N: usize> = Split<Self, N>;
+    #[cfg(target_pointer_width = "64")]
+    type Slots<const N: usize> = Joined<Self, N>;
+    #[cfg(not(target_pointer_width = "64"))]
     type Pair = Apart<Self>;
+    #[cfg(target_pointer_width = "64")]
+    type Pair = Long;
 }
 
 impl Stored for Tiny {
@@ -147,12 +195,14 @@ impl Stored for Tiny {
 }
 
 /// Tags, then payloads.
+#[cfg(not(target_pointer_width = "64"))]
 #[derive(Clone)]
 pub struct Split<P: Profile, const N: usize> {
     tags: [Tag; N],
     payloads: [P::Raw; N],
 }
 
+#[cfg(not(target_pointer_width = "64"))]
 impl<P: Profile, const N: usize> Split<P, N> {
     /// Returns the place itself. On computers, as in [`Joined`], no place of a power of two is beyond the end.
     #[hot]
@@ -161,6 +211,7 @@ impl<P: Profile, const N: usize> Split<P, N> {
     }
 }
 
+#[cfg(not(target_pointer_width = "64"))]
 impl<P: Profile, const N: usize> Slots<P> for Split<P, N> {
     const EMPTY: Self = Split { tags: [Tag::NIL; N], payloads: [P::ZERO; N] };
 
@@ -205,6 +256,16 @@ impl<P: Profile, const N: usize> Slots<P> for Split<P, N> {
     fn set_tag(&mut self, at: usize, tag: Tag) {
         if let Some(old) = self.tags.get_mut(Self::place(at)) {
             *old = tag;
+        }
+    }
+
+    #[hot]
+    fn clear_cell(&mut self, at: usize) {
+        let tags = self.tags.get_mut(at..).and_then(<[_]>::first_chunk_mut);
+        let payloads = self.payloads.get_mut(at..).and_then(<[_]>::first_chunk_mut);
+        if let (Some(tags), Some(payloads)) = (tags, payloads) {
+            *tags = [Tag::NIL; CELL];
+            *payloads = [P::ZERO; CELL];
         }
     }
 }
@@ -263,6 +324,13 @@ impl<P: Profile, const N: usize> Slots<P> for Joined<P, N> {
     fn set_tag(&mut self, at: usize, tag: Tag) {
         if let Some(slot) = self.0.get_mut(Self::place(at)) {
             *slot = Value::new(tag, slot.raw());
+        }
+    }
+
+    #[hot]
+    fn clear_cell(&mut self, at: usize) {
+        if let Some(slots) = self.0.get_mut(at..).and_then(<[_]>::first_chunk_mut) {
+            *slots = [Value::NIL; CELL];
         }
     }
 }

@@ -130,6 +130,44 @@ fn content_comes_back<P: Profile>(content: &[u8]) {
     assert_eq!(room[..length], content[..length]);
 }
 
+/// Reading plain values at once gives what the items are, and nothing else.
+fn plain_values_are_the_items<P: Profile>(content: &[u8]) {
+    let mut values = [Value::nil(); 9];
+    let found = Reader::new(content, SCRIPT).1.plain::<P>(&mut values);
+    let found = found.map(|(count, has_table)| (values[..count].to_vec(), has_table));
+    let items = items::<P>(content).map(|(_, items, _)| items);
+    let has_table = items.iter().flatten().any(|item| matches!(item, Item::Table(_)));
+    let expected = items.and_then(|items| {
+        let mut plain = Vec::new();
+        for (index, item) in items.iter().enumerate() {
+            match item {
+                Item::Plain(value) => plain.push(*value),
+                // In place of the second value, with all others in it.
+                Item::Table(_) if index == 1 => {}
+                _ => return None,
+            }
+        }
+        (plain.len() <= values.len()).then_some((plain, has_table))
+    });
+    assert_eq!(format!("{found:?}"), format!("{expected:?}"), "{content:?}");
+}
+
+/// A content of the first two values, or of the first and a table of pairs of the others.
+fn written<P: Profile>(values: &[Plain], has_table: bool) -> Vec<u8> {
+    let mut room = [0; 100];
+    let mut writer = Writer::new(&mut room, SCRIPT, Head::Broadcast);
+    let (first, others) = values.split_first().expect("two at least");
+    writer.item(Item::Plain(first.value::<P>()));
+    let pairs = others.len() / 2;
+    let others = if has_table { &others[..2 * pairs] } else { &others[..1] };
+    if has_table {
+        writer.item::<P>(Item::Table(pairs as u8));
+    }
+    others.iter().for_each(|value| writer.item(Item::Plain(value.value::<P>())));
+    let length = writer.finish().expect("it had room");
+    room[..length].to_vec()
+}
+
 /// Bytes with the check that a content has to begin with.
 fn checked(bytes: &[u8]) -> Vec<u8> {
     let mut content = vec![0; 2];
@@ -261,6 +299,25 @@ proptest! {
         for content in [bytes.clone(), checked(&bytes), content] {
             content_comes_back::<Tiny>(&content);
             content_comes_back::<Full>(&content);
+            plain_values_are_the_items::<Tiny>(&content);
+            plain_values_are_the_items::<Full>(&content);
+        }
+    }
+
+    #[test]
+    fn plain_values_are_read_at_once(
+        values in prop::collection::vec(values(), 2..13), has_table in any::<bool>(), change in any::<(u8, u8)>(),
+    ) {
+        for content in [written::<Tiny>(&values, has_table), written::<Full>(&values, has_table)] {
+            plain_values_are_the_items::<Tiny>(&content);
+            plain_values_are_the_items::<Full>(&content);
+            let (at, bits) = change;
+            let mut changed = content.clone();
+            changed[usize::from(at) % content.len()] ^= bits;
+            plain_values_are_the_items::<Full>(&changed);
+            // Its check is right again.
+            plain_values_are_the_items::<Full>(&checked(&changed[2..]));
+            plain_values_are_the_items::<Full>(&content[..usize::from(at) % content.len()]);
         }
     }
 }

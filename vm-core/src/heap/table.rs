@@ -103,6 +103,26 @@ impl<P: Profile, const SLOTS: usize> Arena<P, SLOTS> {
         Ok(table)
     }
 
+    /// Puts pairs into a new table, if they fit into its head and need no comparison with each other: one or two, of different
+    /// constant strings and values that are not nil. Returns false for others, and changes nothing.
+    pub(crate) fn fill_head(&mut self, table: usize, pairs: &[[Value<P>; 2]]) -> bool {
+        let fits = match pairs {
+            [[key, _]] => key.is(Tag::STRING),
+            [[one, _], [other, _]] => {
+                one.is(Tag::STRING) && other.is(Tag::STRING) && !one.same(*other)
+            }
+            _ => false,
+        };
+        if !fits || pairs.iter().any(|[_, value]| value.is_nil()) {
+            return false;
+        }
+        for (slot, [key, value]) in (table + HEAD..).step_by(2).zip(pairs) {
+            self.set(slot, *key);
+            self.set(slot + 1, *value);
+        }
+        true
+    }
+
     /// Copies a table, with its keys and values in the same order. Tables among the values are shared with the copy. The table
     /// has to be reachable from the stack.
     #[one_copy]

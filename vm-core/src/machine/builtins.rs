@@ -105,6 +105,43 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
         if number < count { self.top(count - number) } else { Value::unset() }
     }
 
+    /// Computes a built-in that computers do without the calls of [`Vm::call_builtin`], from `count` arguments from slot `at` on:
+    /// an extreme of two numbers, or a function of a float.
+    pub(super) fn call_quickly(&self, number: u8, at: usize, count: usize) -> Option<Value<P>> {
+        let a = self.arena.get_fast(at);
+        match number {
+            builtin::MIN | builtin::MAX if count == 2 => {
+                let b = self.arena.get_fast(at.wrapping_add(1));
+                let other = if number == builtin::MAX { order::LESS } else { order::GREATER };
+                let are_numbers = a.is_number() && b.is_number();
+                are_numbers.then(|| if Self::order_of_numbers(a, b) == other { b } else { a })
+            }
+            builtin::SQRT..builtin::ATAN
+                if count == 1 && a.is(Tag::FLOAT) && Self::has(Part::Maths) =>
+            {
+                Some(Self::function_of(number - builtin::SQRT, a))
+            }
+            _ => None,
+        }
+    }
+
+    /// Returns a function of the library `math`, by its number in [`maths::Function`], of one float.
+    fn function_of(function: u8, a: Value<P>) -> Value<P> {
+        let compute = || {
+            let y = P::unpack(a.raw());
+            let mut x = y;
+            maths::function::<P, C>(function, &mut x, &y);
+            P::pack(&x)
+        };
+        #[cfg(target_pointer_width = "64")]
+        if !P::FULL {
+            let argument = P::raw_to_u16(a.raw());
+            let result = memo::remember(function, argument, || P::raw_to_u16(compute()));
+            return Value::indexed(Tag::FLOAT, result);
+        }
+        Value::new(Tag::FLOAT, compute())
+    }
+
     /// Computes a built-in that takes one or two numbers.
     #[one_copy]
     fn compute(&mut self, number: u8, a: Value<P>, b: Value<P>) -> Result<Value<P>, Stopped> {
@@ -143,20 +180,6 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
         }
         if !Self::has(Part::Floats) {
             return Err(self.wrong_type(a, b));
-        }
-        #[cfg(target_pointer_width = "64")]
-        if !P::FULL
-            && a.is(Tag::FLOAT)
-            && (builtin::SQRT..builtin::ATAN).contains(&number)
-            && Self::has(Part::Maths)
-        {
-            let (function, argument) = (number - builtin::SQRT, P::raw_to_u16(a.raw()));
-            let result = memo::remember(function, argument, || {
-                let (mut x, y) = (a.unpack(), a.unpack());
-                maths::function::<P, C>(function, &mut x, &y);
-                P::raw_to_u16(P::pack(&x))
-            });
-            return Ok(Value::indexed(Tag::FLOAT, result));
         }
         let mut x = a.unpack_float();
         let y = b.unpack_float();

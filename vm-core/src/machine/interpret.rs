@@ -17,7 +17,7 @@ use crate::host::Host;
 use crate::image::USES_SELF;
 use crate::number::wide::IS_WIDE;
 use crate::number::{Profile, TextWork};
-use crate::opcode::{self, WIDE, order};
+use crate::opcode::{self, DROP_RESULT, WIDE, order};
 use crate::value::{Tag, Value};
 
 impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
@@ -89,6 +89,11 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
             () => {
                 if H::IS_TIMED {
                     host.is_slice_over()
+                } else if IS_WIDE {
+                    // One instruction. The budget is not read after it is over.
+                    let is_over;
+                    (budget, is_over) = budget.overflowing_sub(1);
+                    is_over
                 } else {
                     let is_over = budget == 0;
                     budget = budget.wrapping_sub(1);
@@ -154,6 +159,31 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
                     decode_form!(code at pc, op arg, 'run);
                 }
                 'decoded: loop {
+                    // Leaves the function with `op`, `RETURN` or `RETURN_NIL`, and its operand.
+                    macro_rules! return_from {
+                        () => {{
+                            let value = if op == opcode::RETURN {
+                                get!(sp.wrapping_sub(1))
+                            } else {
+                                Value::nil()
+                            };
+                            let outer = get!(fp!());
+                            let caller = self.fp.wrapping_sub(u16::from(outer.tag().byte()));
+                            pc = outer.index();
+                            if pc == Native::EXIT.position() {
+                                // The value of an entry is not used.
+                                self.fp = caller;
+                                return Ok(Flow::Done);
+                            }
+                            sp = fp!().wrapping_sub(arg as usize);
+                            push!(value);
+                            set_fp!(caller);
+                            if pc >= SPECIAL {
+                                break 'run Left::Returned;
+                            }
+                            continue 'run;
+                        }};
+                    }
                     match op {
                         opcode::LOCAL_GET => {
                             operand!();
@@ -336,27 +366,18 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
                                 continue 'run;
                             }
                         }
-                        opcode::RETURN | opcode::RETURN_NIL => {
-                            let value = if op == opcode::RETURN {
-                                get!(sp.wrapping_sub(1))
-                            } else {
-                                Value::nil()
-                            };
-                            let outer = get!(fp!());
-                            let caller = self.fp.wrapping_sub(u16::from(outer.tag().byte()));
-                            pc = outer.index();
-                            if pc == Native::EXIT.position() {
-                                // Nobody takes the value of an entry.
-                                self.fp = caller;
-                                return Ok(Flow::Done);
+                        opcode::RETURN | opcode::RETURN_NIL => return_from!(),
+                        opcode::CALL_BUILTIN if IS_WIDE => {
+                            operand!();
+                            let trailer = code.byte(pc);
+                            let count = usize::from(trailer & !DROP_RESULT);
+                            let at = sp.wrapping_sub(count);
+                            if let Some(result) = self.call_quickly(arg as u8, at, count) {
+                                pc = pc.wrapping_add(1);
+                                set!(at, result);
+                                sp = at.wrapping_add(usize::from(trailer & DROP_RESULT == 0));
+                                continue 'run;
                             }
-                            sp = fp!().wrapping_sub(arg as usize);
-                            push!(value);
-                            set_fp!(caller);
-                            if pc >= SPECIAL {
-                                break 'run Left::Returned;
-                            }
-                            continue 'run;
                         }
                         // Tables under plain keys; libraries, other keys, functions that may have to be bound and
                         // allocations that need a collection are slow.
@@ -422,7 +443,17 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
                             push!(get!(GLOBALS + usize::from(op & 0x0f)));
                             continue 'run;
                         }
-                        short!(OTHERS) if Self::DIRECT => {
+                        // Computers have code enough for arms of their own, which take no second jump.
+                        short!(GLOBAL_SET) if Self::DIRECT && IS_WIDE => {
+                            sp = sp.wrapping_sub(1);
+                            set!(GLOBALS + usize::from(op & 0x07), get!(sp));
+                            continue 'run;
+                        }
+                        short!(RETURN) if Self::DIRECT && IS_WIDE => {
+                            (op, arg) = table::short_other(op);
+                            return_from!()
+                        }
+                        short!(GLOBAL_SET) | short!(RETURN) if Self::DIRECT => {
                             (op, arg) = table::short_other(op);
                             pc = pc.wrapping_sub(1);
                             continue 'decoded;

@@ -19,6 +19,34 @@ pub const fn crc16(check: u16, byte: u8) -> u16 {
     }
 }
 
+/// For each byte, the check of it and of no, one, two ... seven zeros after it, from 0.
+static CHECKS: [[u16; 256]; 8] = {
+    let mut checks = [[0; 256]; 8];
+    let mut at = 0;
+    while at < 8 * 256 {
+        let (zeros, byte) = (at / 256, at % 256);
+        checks[zeros][byte] = match zeros {
+            0 => crc16(0, byte as u8),
+            _ => crc16(checks[zeros - 1][byte], 0),
+        };
+        at += 1;
+    }
+    checks
+};
+
+/// Continues a check with more bytes, eight at once from a table, for computers.
+pub(super) fn wide_crc16(check: u16, bytes: &[u8]) -> u16 {
+    let [c0, c1, c2, c3, c4, c5, c6, c7] = &CHECKS;
+    let of = |table: &[u16; 256], byte: &u8| table[usize::from(*byte)];
+    let (eights, rest) = bytes.as_chunks();
+    let check = eights.iter().fold(check, |check, [a, b, c, d, e, f, g, h]| {
+        let [low, high] = check.to_le_bytes();
+        let later = of(c5, c) ^ of(c4, d) ^ of(c3, e) ^ of(c2, f) ^ of(c1, g) ^ of(c0, h);
+        of(c7, &(low ^ a)) ^ of(c6, &(high ^ b)) ^ later
+    });
+    rest.iter().fold(check, |check, byte| check >> 8 ^ of(c0, &(check as u8 ^ byte)))
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -37,6 +65,17 @@ mod tests {
         for check in 0..=u16::MAX {
             assert_eq!(crc16(check, 0), by_bits(check, 0));
             assert_eq!(crc16(check, check as u8 ^ 0x5a), by_bits(check, check as u8 ^ 0x5a));
+        }
+    }
+
+    #[test]
+    fn eight_bytes_at_once_are_the_same_as_one_after_the_other() {
+        let bytes: [u8; 19] = core::array::from_fn(|at| (at as u8).wrapping_mul(151) ^ 0x5a);
+        for length in 0..=bytes.len() {
+            let bytes = &bytes[..length];
+            for check in 0..=u16::MAX {
+                assert_eq!(wide_crc16(check, bytes), bytes.iter().fold(check, |c, b| crc16(c, *b)));
+            }
         }
     }
 

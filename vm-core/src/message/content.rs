@@ -5,7 +5,9 @@
 
 use core::slice;
 
+use super::check::wide_crc16;
 use super::{CLOCK_MAX, Ignored, Script, crc16};
+use crate::number::wide::IS_WIDE;
 use crate::number::{Profile, Word};
 use crate::value::{Tag, Value};
 
@@ -154,7 +156,9 @@ impl<'a> Writer<'a> {
     pub fn finish(self) -> Option<usize> {
         let (place, checked) = self.room.get_mut(..self.length)?.split_first_chunk_mut()?;
         let hash = self.script.hash as u16;
-        *place = check_of(checked.iter(), hash).to_le_bytes();
+        let check =
+            if IS_WIDE { wide_crc16(hash, checked) } else { check_of(checked.iter(), hash) };
+        *place = check.to_le_bytes();
         Some(self.length)
     }
 }
@@ -232,11 +236,51 @@ impl<'a> Reader<'a> {
         }
         // More bytes may follow the last item.
         let length = self.checked.len() - reader.rest.len();
-        if check_of(self.checked.iter().take(length), self.hash) == self.expected {
-            Ok(())
+        let found = if IS_WIDE {
+            wide_crc16(self.hash, self.checked.get(..length).unwrap_or(&[]))
         } else {
-            Err(Ignored::Foreign)
+            check_of(self.checked.iter().take(length), self.hash)
+        };
+        if found == self.expected { Ok(()) } else { Err(Ignored::Foreign) }
+    }
+
+    /// Reads a content of two plain values, or of one and a table of plain ones, into `values`, and returns their number and whether
+    /// there is a table. `None` if it is another one, if [`Reader::check`] fails, or if there is no room. For computers, which so read most
+    /// contents once; robots check them first.
+    pub fn plain<P: Profile>(&self, values: &mut [Value<P>]) -> Option<(usize, bool)> {
+        let mut rest = self.rest.as_slice();
+        let (mut left, mut count, mut has_table) = (2, 0, false);
+        while left != 0 {
+            let (tag, behind) = rest.split_first()?;
+            left -= 1;
+            if *tag == TABLE && count == 1 && !has_table {
+                let (pairs, behind) = behind.split_first()?;
+                (left, has_table, rest) = (2 * usize::from(*pairs), true, behind);
+                continue;
+            }
+            let value = values.get_mut(count)?;
+            count += 1;
+            if *tag == Tag::NIL.byte() {
+                (*value, rest) = (Value::nil(), behind);
+                continue;
+            }
+            let (word, behind) = if P::FULL {
+                let (word, behind) = behind.split_first_chunk()?;
+                (*word, behind)
+            } else {
+                let ([low, high], behind) = behind.split_first_chunk()?;
+                ([*low, *high, 0, 0], behind)
+            };
+            rest = behind;
+            *value = match *tag {
+                1 | 2 => Value::new(Tag::of(*tag), P::literal_from_le(word)),
+                3 => self.known(Value::new(Tag::STRING, P::literal_from_le(word)))?,
+                _ => return None,
+            };
         }
+        let length = self.checked.len() - rest.len();
+        let found = wide_crc16(self.hash, self.checked.get(..length).unwrap_or(&[]));
+        (self.wrong.is_none() && found == self.expected).then_some((count, has_table))
     }
 
     /// The next item; nil behind the last.
@@ -276,6 +320,14 @@ impl<'a> Reader<'a> {
         Value::string(number)
     }
 
+    /// The string of a word; `None` if the script has no such string.
+    fn known<P: Profile>(&self, word: Value<P>) -> Option<Value<P>> {
+        let low = P::raw_to_u16(word.raw());
+        let number = low.wrapping_sub(self.hash);
+        let is_known = number < self.strings && P::raw_from_u16(low) == word.raw();
+        is_known.then(|| Value::string(number))
+    }
+
     /// The next byte of a text.
     #[one_copy]
     pub fn byte(&mut self) -> u8 {
@@ -290,6 +342,11 @@ impl<'a> Reader<'a> {
 
     #[one_copy]
     fn number(&mut self) -> u16 {
+        // One check for both bytes, except at the very end.
+        if IS_WIDE && let Some((bytes, rest)) = self.rest.as_slice().split_first_chunk() {
+            self.rest = rest.iter();
+            return u16::from_le_bytes(*bytes);
+        }
         u16::from_le_bytes([self.byte(), self.byte()])
     }
 }

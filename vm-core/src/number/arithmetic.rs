@@ -183,6 +183,21 @@ impl<P: Profile> Float<P> {
         }
     }
 
+    /// Multiplies its magnitude by a number that is neither zero nor endless, as [`Float::mul`] does. It is not endless itself.
+    pub(super) fn scale(&mut self, other: &Self) {
+        let (mut high, mut low) = self.significand.multiply(other.significand);
+        let mut exponent = self.exponent.wrapping_add(other.exponent);
+        if !high.has_first() {
+            high = high << 1 | P::Raw::of(low.has_first());
+            low = low << 1;
+            exponent = exponent.wrapping_sub(1);
+        }
+        if self.significand != P::ZERO {
+            self.significand = P::Raw::round(high, low);
+            self.exponent = exponent;
+        }
+    }
+
     /// The Euclidean remainder of its division by `other`, the `r` in `0..|other|` for which the number minus
     /// `r` is a multiple of `other`, as a float of the profile.
     ///

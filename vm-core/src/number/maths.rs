@@ -19,6 +19,8 @@ use super::calculator::calculate;
 use super::float::Float;
 use super::profile::Profile;
 use super::tables::start;
+use super::trigonometry::sine_quickly;
+use super::wide::IS_WIDE;
 use crate::bytecode::ByteCode;
 
 /// `math.pi`
@@ -59,6 +61,10 @@ pub enum Function {
 
 /// Sets `x` to a function, by its number in [`Function`], of `x` and, if it has two arguments, `y`.
 pub fn function<P: Profile, C: ByteCode>(function: u8, x: &mut Float<P>, y: &Float<P>) {
+    let quarters = function.wrapping_sub(Function::Sin as u8);
+    if IS_WIDE && P::FULL && quarters < 2 && sine_quickly::<P, C>(x, quarters) {
+        return;
+    }
     if function == Function::Power as u8 || !x.is_nan() {
         calculate::<P, C>(start::<P, C>(function), x, y);
     }

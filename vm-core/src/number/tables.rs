@@ -348,6 +348,17 @@ pub(super) fn two_over_pi<P: Profile, C: ByteCode>(exponent: u8, number: u8) -> 
     word::<P, C>(at) << (place & 7) | P::raw_from_u16(more)
 }
 
+/// The three words of [`two_over_pi`] of the full profile, as one number.
+#[hot]
+pub(super) fn wide_two_over_pi(exponent: u8) -> u128 {
+    let bits_at = FULL.len() - TWO_OVER_PI_BITS.len() - 5;
+    let place = exponent.wrapping_add(6);
+    // The last of the 16 bytes from there on are those that the three words take.
+    let at = bits_at + usize::from(place >> 3) - 3;
+    let bytes = FULL.get(at..).and_then(<[u8]>::first_chunk);
+    bytes.map_or(0, |bytes| u128::from_be_bytes(*bytes) << 24 << (place & 7) >> 32)
+}
+
 /// A constant, by its number as an operand.
 #[one_copy]
 pub(super) fn constant<P: Profile, C: ByteCode>(number: u8) -> Float<P> {
@@ -371,6 +382,13 @@ pub(super) fn instruction_at<P: Profile, C: ByteCode>(at: u8) -> u8 {
 #[one_copy]
 pub(super) fn evaluate<P: Profile, C: ByteCode>(series: Series, x: P::Raw) -> P::Raw {
     let mut value = P::ZERO;
+    if wide::IS_WIDE && P::FULL {
+        let words = FULL_WORDS.get(series.first.into()..series.end.into()).unwrap_or(&[]);
+        for word in words {
+            value = P::Raw::from_u32(*word).sub(x.multiply_high(value));
+        }
+        return value;
+    }
     let mut index = series.first;
     while index != series.end {
         let coefficient = word::<P, C>(WORDS_AT + P::WORD_BYTES * usize::from(index));

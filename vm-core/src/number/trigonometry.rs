@@ -5,7 +5,8 @@
 
 use super::float::Float;
 use super::profile::Profile;
-use super::tables::two_over_pi;
+use super::tables::{constant, evaluate, operand, two_over_pi, wide_two_over_pi};
+use super::wide::IS_WIDE;
 use super::word::Word;
 use crate::bytecode::ByteCode;
 
@@ -18,6 +19,12 @@ pub(super) fn turn<P: Profile, C: ByteCode>(x: &mut Float<P>, quarters: u8) -> b
     // turns, and what is behind them changes less than the last bit of the first two by one.
     let (mut high, mut low, mut carried) = (P::ZERO, P::ZERO, P::ZERO);
     let mut word = 3_u8;
+    if IS_WIDE && P::FULL {
+        let product = u128::from(x.significand.to_u32()) * wide_two_over_pi(x.exponent as u8);
+        (high, low) =
+            (P::Raw::from_u32((product >> 64) as u32), P::Raw::from_u32((product >> 32) as u32));
+        word = 0;
+    }
     while word != 0 {
         word = word.wrapping_sub(1);
         let bits = two_over_pi::<P, C>(x.exponent as u8, word);
@@ -33,4 +40,29 @@ pub(super) fn turn<P: Profile, C: ByteCode>(x: &mut Float<P>, quarters: u8) -> b
     }
     *x = Float::from_words(high & !P::ZERO >> 2, low, 2);
     quarters & 2 != 0
+}
+
+/// Sets `x` to the sine of an angle, to which a number of quarter turns is added, 0 or 1. Returns false, and leaves `x`, if the angle
+/// is zero, infinite or NaN.
+///
+/// The result of the programs `SIN` and `COS` bit for bit, in less than a third of the calculator's instructions, for computers.
+pub(super) fn sine_quickly<P: Profile, C: ByteCode>(x: &mut Float<P>, quarters: u8) -> bool {
+    if x.is_special() {
+        return false;
+    }
+    let mut sign = x.negative && quarters == 0;
+    x.negative = false;
+    if x.exponent >= 0 {
+        sign ^= turn::<P, C>(x, quarters);
+    } else {
+        x.scale(&constant::<P, C>(operand::TWO_OVER_PI));
+        if quarters != 0 {
+            x.negative = true;
+            x.add(&constant::<P, C>(operand::ONE));
+        }
+    }
+    let series = evaluate::<P, C>(P::POLYNOMIALS.sine, x.square());
+    x.scale(&Float::new(series, 1));
+    x.negative = sign;
+    true
 }

@@ -67,8 +67,12 @@ mod tests {
     extern crate std;
 
     use super::super::arithmetic;
+    use super::super::calculator::calculate;
     use super::super::float::Float;
+    use super::super::maths::Function;
     use super::super::profile::{Full, Profile, Tiny};
+    use super::super::tables::{start, two_over_pi, wide_two_over_pi};
+    use super::super::trigonometry::sine_quickly;
     use super::super::word::multiply;
     use super::*;
     use std::vec::Vec;
@@ -132,6 +136,37 @@ mod tests {
             for low in words() {
                 check::<Full>(high, low);
                 check::<Tiny>(high as u16, low as u16);
+            }
+        }
+    }
+
+    #[test]
+    fn quarter_turns_are_counted_in_the_same_bits() {
+        for exponent in 0..=128 {
+            let word = |number| u128::from(two_over_pi::<Full, &[u8]>(exponent, number));
+            let joined = word(0) << 64 | word(1) << 32 | word(2);
+            assert_eq!(wide_two_over_pi(exponent), joined, "2^{exponent}");
+        }
+    }
+
+    #[test]
+    fn sines_are_those_of_the_calculator() {
+        let mut floats = words();
+        floats.extend(
+            (0..=255).flat_map(|exponent| [0, 1, 0x49_0FDB].map(|bits| exponent << 23 | bits)),
+        );
+        for bits in floats {
+            for quarters in [0, 1] {
+                let angle = Full::unpack(bits);
+                let mut expected = angle;
+                let function = Function::Sin as u8 + quarters;
+                calculate::<Full, &[u8]>(start::<Full, &[u8]>(function), &mut expected, &angle);
+                let mut sine = angle;
+                if sine_quickly::<Full, &[u8]>(&mut sine, quarters) {
+                    assert_eq!(Full::pack(&sine), Full::pack(&expected), "{bits:#x}, {quarters}");
+                } else {
+                    assert!(angle.is_special());
+                }
             }
         }
     }

@@ -7,6 +7,7 @@ use crate::host::Host;
 use crate::machine::Vm;
 use crate::network::Sighting;
 use crate::number::Profile;
+use crate::number::wide::IS_WIDE;
 use crate::part::Part;
 use crate::slots::Slots;
 use crate::value::{Tag, Value};
@@ -74,10 +75,20 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
     /// time is forgotten.
     #[one_copy]
     fn find_neighbor(&mut self, robot: u16) -> u8 {
+        if IS_WIDE {
+            // Most are known: their ids alone are compared first.
+            let (first, end) = self.neighbor_slots();
+            let mut slots = (first..end).step_by(self.sizes().neighbor());
+            let is_it =
+                |at: usize| self.arena.index_at(at) as u16 == robot && self.end_step(at) != 0;
+            if let Some(place) = slots.position(is_it) {
+                return place as u8;
+            }
+        }
         let mut fewest = u8::MAX;
         let mut oldest = 0;
         for place in 0..self.sizes().neighbors {
-            if self.is_neighbor(place, robot) {
+            if !IS_WIDE && self.is_neighbor(place, robot) {
                 return place;
             }
             let mut left = self.end_step(self.neighbor_slot(place));
@@ -178,6 +189,22 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
         let (mut at, end) = self.neighbor_slots();
         let mut found = 0;
         let mut lowest = u16::MAX;
+        if IS_WIDE {
+            let step = self.sizes().neighbor();
+            while at < end {
+                // One comparison for both bounds: a lower id wraps around to more.
+                let robot = self.arena.index_at(at) as u16;
+                if robot.wrapping_sub(from) <= lowest.wrapping_sub(from) && self.end_step(at) != 0 {
+                    found = at;
+                    lowest = robot;
+                    if robot == from {
+                        break;
+                    }
+                }
+                at += step;
+            }
+            return found;
+        }
         while at < end {
             let robot = self.arena.index_at(at) as u16;
             if self.end_step(at) != 0 && robot >= from && robot <= lowest {
@@ -238,7 +265,12 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
     ) -> Result<Value<P>, Stopped> {
         // On the stack, where a collection finds them.
         let first = usize::from(self.sp);
-        self.reserve(3)?;
+        if IS_WIDE {
+            self.ensure(first + 3)?;
+            self.sp = first as u16 + 3;
+        } else {
+            self.reserve(3)?;
+        }
         for (number, value) in values.into_iter().enumerate() {
             self.arena.set(first + number, value);
         }

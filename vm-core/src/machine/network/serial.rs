@@ -15,6 +15,7 @@ use crate::message::frame::Frame;
 use crate::message::{self, FRAGMENT_HEAD, FRAGMENTS_MAX, Fragment, STIGMERGIES};
 use crate::network::Buffer;
 use crate::number::Profile;
+use crate::number::wide::IS_WIDE;
 use crate::part::Part;
 use crate::value::{Tag, Value};
 
@@ -249,9 +250,16 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
         }
         let assembly = &mut self.protocol.assembly;
         let from = usize::from(index) * piece;
-        let room = assembly.content.as_mut().iter_mut().skip(from);
-        for (to, byte) in room.zip(part.iter().take(piece)) {
-            *to = *byte;
+        let room = assembly.content.as_mut();
+        if IS_WIDE
+            && let Some(to) = room.get_mut(from..from + part.len())
+            && part.len() <= piece
+        {
+            to.copy_from_slice(part);
+        } else {
+            for (to, byte) in room.iter_mut().skip(from).zip(part.iter().take(piece)) {
+                *to = *byte;
+            }
         }
         let bit = 1 << index;
         let is_new = assembly.present & bit == 0;
@@ -269,6 +277,9 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
         }
         if !is_complete {
             return Ok(false);
+        }
+        if let Some(head) = self.read_flat(length)? {
+            return self.take_message(host, head);
         }
         // A copy, since another message may come while this one is dealt with.
         let content = self.protocol.assembly.content;
@@ -291,6 +302,12 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
         }
         self.read(&mut reader)?;
         self.read(&mut reader)?;
+        self.take_message(host, head)
+    }
+
+    /// Ends a message whose two values are on the stack; see [`Vm::assemble`].
+    #[hot]
+    fn take_message<H: Host<P>>(&mut self, host: &mut H, head: Head) -> Result<bool, Stopped> {
         let (first, second) = (self.top(2), self.top(1));
         match head {
             Head::Broadcast => Ok(true),
@@ -381,6 +398,57 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
                 self.sp = at as u16;
             }
         }
+    }
+}
+
+/// The most values of a content that is read at once: topic or key, and a table of four.
+const FLAT: usize = 9;
+
+impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
+    /// Pushes the two values of the message that is complete, of that length, and returns its head, if it is right, without tables in
+    /// tables, and there is room without a collection. `None` for others, of which nothing is changed.
+    fn read_flat(&mut self, length: usize) -> Result<Option<Head>, Stopped> {
+        if !IS_WIDE {
+            return Ok(None);
+        }
+        let content = self.protocol.assembly.content.as_ref().get(..length).unwrap_or(&[]);
+        let (head, reader) = Reader::new(content, self.script());
+        let mut values = [Value::nil(); FLAT];
+        let Some((count, has_table)) = reader.plain(&mut values) else { return Ok(None) };
+        let pairs = values.get(1..count).unwrap_or(&[]).as_chunks().0;
+        let mut slots = 2 * crate::machine::NATIVE_ROOM;
+        if has_table {
+            slots += READING + CELL * (1 + pairs.len());
+        }
+        if self.arena.unused() < slots {
+            return Ok(None);
+        }
+        let [first, second, ..] = values;
+        self.reserve(1)?;
+        self.set_top(first);
+        self.reserve(1)?;
+        if !has_table {
+            self.set_top(second);
+            return Ok(Some(head));
+        }
+        // Plain keys and values need not be where a collection finds them.
+        self.reserve(READING)?;
+        let at = usize::from(self.sp) - READING;
+        let table = self.new_table()?;
+        self.arena.set(at + TABLE, table);
+        if !self.arena.fill_head(table.index(), pairs) {
+            for &[mut key, value] in pairs {
+                if key.is(Tag::FLOAT) {
+                    key = self.key(table, key)?;
+                }
+                if !key.is_nil() {
+                    self.table_set(table, key, value)?;
+                }
+            }
+        }
+        self.sp = at as u16;
+        self.set_top(table);
+        Ok(Some(head))
     }
 }
 
