@@ -21,7 +21,7 @@ impl Brain for Wanderer {
     fn tick(&mut self, io: &mut Io<'_>) {
         for frame in io.inbox.iter() {
             self.heard += u32::from(frame.bytes[0] == 5);
-            if let Some([distance, ..]) = frame.sighting.place {
+            if let Some([distance, ..]) = frame.sighting.place() {
                 self.nearest = self.nearest.min(distance);
             }
         }

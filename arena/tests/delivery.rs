@@ -32,7 +32,7 @@ fn flying_robots_see_each_other_where_they_are() {
                 probe(&world, id).heard.iter().rfind(|said| usize::from(said.from()) == other);
             let sighting = said.unwrap().sighting;
             assert_eq!(sighting.robot, Some(RobotId(other as u16)));
-            let [distance, azimuth, elevation] = sighting.place.unwrap();
+            let [distance, azimuth, elevation] = sighting.place().unwrap();
             // Back from the receiver's frame to the world.
             let bearing = azimuth + own.heading;
             let flat = distance * elevation.cos();
@@ -51,7 +51,7 @@ fn a_robot_on_the_left_has_a_positive_azimuth() {
     let id = world.add(RobotKind::Zooid, looks_up, Probe::default()).unwrap();
     world.add(RobotKind::Zooid, Pose::new(-300.0, 0.0, 0.0), Probe::talking()).unwrap();
     run(&mut world, 5);
-    let [distance, azimuth, elevation] = probe(&world, id).heard[0].sighting.place.unwrap();
+    let [distance, azimuth, elevation] = probe(&world, id).heard[0].sighting.place().unwrap();
     close(distance, 300.0, 1.0);
     close(azimuth, std::f32::consts::FRAC_PI_2, 0.05);
     assert_eq!(elevation, 0.0);
@@ -66,7 +66,7 @@ fn without_a_position_a_sender_has_no_place() {
     let id = crazyflie(&mut world, 500.0, 0.0, Probe::default());
     run(&mut world, 5);
     let sighting = probe(&world, id).heard[0].sighting;
-    assert_eq!((sighting.robot, sighting.place), (Some(RobotId(0)), None));
+    assert_eq!((sighting.robot, sighting.place()), (Some(RobotId(0)), None));
 }
 
 #[test]

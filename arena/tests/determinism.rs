@@ -31,7 +31,7 @@ impl Brain for Wanderer {
             for &byte in frame.bytes {
                 self.remember(u64::from(byte));
             }
-            for part in frame.sighting.place.into_iter().flatten() {
+            for part in frame.sighting.place().into_iter().flatten() {
                 self.remember(u64::from(part.to_bits()));
             }
         }

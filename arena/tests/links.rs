@@ -283,6 +283,6 @@ fn distances_have_a_deviation_of_2_mm() {
         close(mean, 33.0 + gap, 1.3);
         close(sigma, 2.0, 0.35);
         assert!(heard.iter().all(|said| said.from() == speaker.0));
-        assert!(heard.iter().all(|said| said.sighting.place.unwrap()[1..] == [0.0, 0.0]));
+        assert!(heard.iter().all(|said| said.sighting.place().unwrap()[1..] == [0.0, 0.0]));
     }
 }

@@ -29,6 +29,9 @@ const CHUNK: usize = 512;
 /// So many cells cost nothing worth mentioning.
 const CELLS: usize = 1000;
 
+/// The most discs of which each looks at each other one first, to see that all are apart.
+const FEW: usize = 64;
+
 /// mm by which a cell is larger than a disc: how far a disc may be pushed in one substep before it may miss a contact.
 const MARGIN: f32 = 3.0;
 
@@ -65,6 +68,8 @@ pub(crate) struct Crowd {
     crash_speeds: Vec<Option<f32>>,
     /// The herd of each robot.
     herds: Vec<u16>,
+    /// The largest radius of a robot in mm.
+    widest: f32,
     /// A robot can crash.
     has_fliers: bool,
     /// The place of each robot after the last substep, and its velocity in mm/s since; empty while no robot can crash.
@@ -91,6 +96,7 @@ impl Crowd {
             shapes: Vec::new(),
             crash_speeds: Vec::new(),
             herds: Vec::new(),
+            widest: 1.0,
             has_fliers: false,
             places: Vec::new(),
             velocities: Vec::new(),
@@ -110,8 +116,8 @@ impl Crowd {
     /// Makes cells for the largest robot that is there, and for the number of robots: every tick clears them all.
     fn resize(&mut self, area: Area) {
         let radii = self.herds.iter().map(|herd| self.shapes[usize::from(*herd)].radius);
-        let widest = radii.fold(1.0, f32::max);
-        self.cells = Cells::new(area, 2.0 * widest + MARGIN, CELLS.max(8 * self.herds.len()));
+        self.widest = radii.fold(1.0, f32::max);
+        self.cells = Cells::new(area, 2.0 * self.widest + MARGIN, CELLS.max(8 * self.herds.len()));
         self.starts = vec![0; self.cells.count() + 2];
         self.awake = vec![false; self.cells.count()];
         self.woken.clear();
@@ -322,11 +328,22 @@ impl Crowd {
     }
 
     fn round(&mut self, round: usize, obstacles: &Obstacles, pool: Option<&ThreadPool>) {
-        let Crowd { cells, shapes, crash_speeds, velocities, starts, discs, next, awake, .. } =
-            self;
+        let Crowd { cells, shapes, crash_speeds, velocities, starts, .. } = self;
+        let Crowd { widest, discs, next, awake, .. } = self;
         let all = round == 0;
-        let look =
-            Look { cells, shapes, crash_speeds, velocities, starts, discs, awake, obstacles, all };
+        let mut look = Look {
+            cells,
+            shapes,
+            crash_speeds,
+            velocities,
+            starts,
+            discs,
+            awake,
+            obstacles,
+            all,
+            are_apart: false,
+        };
+        look.are_apart = all && discs.len() <= FEW && look.finds_all_apart(*widest);
         let work = |(chunk, next): (usize, &mut [Disc])| {
             for (offset, next) in next.iter_mut().enumerate() {
                 *next = look.pushed(chunk * CHUNK + offset);
@@ -374,6 +391,8 @@ struct Look<'a> {
     obstacles: &'a Obstacles,
     /// Whether all discs look, not only those near something that moved.
     all: bool,
+    /// No two discs overlap.
+    are_apart: bool,
 }
 
 impl Look<'_> {
@@ -385,7 +404,8 @@ impl Look<'_> {
             return disc;
         }
         let (mut push_x, mut push_y) = (0.0, 0.0);
-        for row in self.cells.around(disc.cell as usize) {
+        let around = self.cells.around(disc.cell as usize);
+        for row in if self.are_apart { &[] } else { around.as_slice() } {
             let range = self.starts[row.start] as usize..self.starts[row.end] as usize;
             for (other_index, other) in range.clone().zip(&self.discs[range]) {
                 let (dx, dy) = (disc.x - other.x, disc.y - other.y);
@@ -415,6 +435,17 @@ impl Look<'_> {
         }
         disc.moved = disc.x != old_x || disc.y != old_y;
         disc
+    }
+
+    /// Returns true if no two discs touch. Their radii are at most `widest`.
+    fn finds_all_apart(&self, widest: f32) -> bool {
+        let reach = widest + widest - SLOP;
+        self.discs.iter().enumerate().all(|(place, disc)| {
+            self.discs[..place].iter().all(|other| {
+                let (dx, dy) = (disc.x - other.x, disc.y - other.y);
+                dx * dx + dy * dy >= reach * reach || !self.level(disc, other)
+            })
+        })
     }
 
     /// Returns [`CRASH`] if a disc crashes into another one.

@@ -149,7 +149,8 @@ const MARGIN: f32 = 61.0;
 
 impl Obstacles {
     pub(crate) fn new(area: Area) -> Self {
-        let cells = Cells::new(area, CELL, CELLS);
+        // Cells are made when there is an obstacle.
+        let cells = Cells::new(area, f32::INFINITY, 1);
         let members = vec![Vec::new(); cells.count()];
         Obstacles { area, margin: MARGIN, all: Vec::new(), heights: Vec::new(), cells, members }
     }
@@ -172,6 +173,10 @@ impl Obstacles {
         let low = (low.0 - self.margin, low.1 - self.margin);
         let high = (high.0 + self.margin, high.1 + self.margin);
         let index = self.all.len() as u32;
+        if index == 0 {
+            self.cells = Cells::new(self.area, CELL, CELLS);
+            self.members = vec![Vec::new(); self.cells.count()];
+        }
         self.all.push(obstacle);
         self.heights.push(height);
         for cell in self.cells.covered(low, high) {

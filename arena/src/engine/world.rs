@@ -182,6 +182,12 @@ impl<B: Brain> World<B> {
         }
     }
 
+    /// Returns all lamps, in the order in which they were added.
+    #[must_use]
+    pub fn lights(&self) -> &[Light] {
+        &self.lights
+    }
+
     /// Changes the daylight, 0 to 1023.
     pub fn set_ambient_light(&mut self, reading: f32) {
         self.settings.ambient_light = reading.clamp(0.0, 1023.0);

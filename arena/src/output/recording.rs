@@ -203,6 +203,8 @@ pub enum RecordingError {
     NotARecording,
     /// It is of another version.
     Version(u8),
+    /// It has no samples.
+    Empty,
     /// It ends before its end.
     Truncated,
     /// What stands at this byte makes no sense.
@@ -221,6 +223,7 @@ impl fmt::Display for RecordingError {
                      record the run again"
                 )
             }
+            RecordingError::Empty => f.write_str("it has no samples"),
             RecordingError::Truncated => f.write_str("it is cut off"),
             RecordingError::Malformed(at) => write!(f, "it is damaged at byte {at}"),
         }
@@ -229,8 +232,8 @@ impl fmt::Display for RecordingError {
 
 impl std::error::Error for RecordingError {}
 
-/// Reads a recording, sample by sample.
-#[derive(Debug)]
+/// Reads a recording, sample by sample. A copy reads on from the same place.
+#[derive(Debug, Clone)]
 pub struct Reader<'a> {
     bytes: &'a [u8],
     at: usize,

@@ -1,10 +1,10 @@
 //! Data that the robots of a group which run one program share in all runs.
 
-use std::collections::BTreeSet;
+use std::collections::BTreeMap;
 use std::sync::{Arc, Mutex, PoisonError};
 
 use bittybuzz_robot_spec::{Function, OnFault, Profile, Robot};
-use bittybuzz_vm_core::{Periods, Sizes};
+use bittybuzz_vm_core::{Area, Periods, Sizes};
 
 use crate::engine::TICK_US;
 
@@ -21,6 +21,12 @@ pub fn step_rates() -> impl Iterator<Item = u32> {
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub struct ProgramId(pub usize);
 
+/// Bytes of a kept image: the most that an image has, and two for [`Area`], which reads them without a check.
+const IMAGE_BYTES: usize = (1 << 16) + 2;
+
+/// An image that is never freed.
+pub type KeptImage = Area<'static, IMAGE_BYTES>;
+
 /// A program of a group's robots, their machine and their functions.
 pub struct GroupContext {
     /// The program.
@@ -28,7 +34,7 @@ pub struct GroupContext {
     /// Profile of the machine.
     pub profile: Profile,
     /// The script.
-    pub image: &'static [u8],
+    pub image: KeptImage,
     /// Slots of the machine for the script.
     pub slots: usize,
     /// Network memory of the machine.
@@ -96,17 +102,25 @@ impl GroupContext {
 }
 
 /// Returns the same image for as long as the process lives. A machine copies the reference to its image wherever it goes, so it
-/// cannot own the image. Equal images are kept once, and none is longer than 64 KiB.
-fn kept(image: &[u8]) -> &'static [u8] {
-    static KEPT: Mutex<BTreeSet<&'static [u8]>> = Mutex::new(BTreeSet::new());
-    // A set is whole whatever its last user did.
+/// cannot own the image. Equal images are kept once.
+fn kept(image: &[u8]) -> KeptImage {
+    static KEPT: Mutex<BTreeMap<Vec<u8>, KeptImage>> = Mutex::new(BTreeMap::new());
+    // A map is whole whatever its last user did.
     let mut kept = KEPT.lock().unwrap_or_else(PoisonError::into_inner);
     if let Some(known) = kept.get(image) {
-        return known;
+        return *known;
     }
-    let new: &'static [u8] = Box::leak(Box::from(image));
-    kept.insert(new);
+    let new = padded(image);
+    kept.insert(image.to_vec(), new);
     new
+}
+
+/// Returns a copy of an image with zeros after it. One that is too long for a machine is cut, but remains too long.
+fn padded(image: &[u8]) -> KeptImage {
+    let bytes = Box::leak(Box::new([0; IMAGE_BYTES]));
+    let length = image.len().min(KeptImage::MOST);
+    bytes[..length].copy_from_slice(&image[..length]);
+    Area::new(bytes, length).unwrap_or(Area::empty(bytes))
 }
 
 /// Robot files have no more than a byte holds.

@@ -16,7 +16,7 @@ use crate::engine::{Digest, Io, LossCause, Sighting};
 
 use super::checks::Slice;
 use super::content::{Content, content, value};
-use super::context::GroupContext;
+use super::context::{GroupContext, KeptImage};
 use super::overruns::Overrun;
 use super::platform::Platform;
 use super::queue::{InQueue, OutQueue, QueueProfile};
@@ -98,7 +98,7 @@ type Exact<P, const FRAME: usize, const SLOTS: usize, const IN: usize, const OUT
 /// A machine with queues of any type.
 #[derive(Clone)]
 struct Scripted<P: Profile, I, O, const SLOTS: usize> {
-    vm: Vm<P, &'static [u8], SLOTS>,
+    vm: Vm<P, KeptImage, SLOTS>,
     inbox: I,
     outbox: O,
     /// A frame may be in the inbox. Most ticks there is none, and the queue's memory need not be looked at.
@@ -168,7 +168,7 @@ where
     fn load(context: &GroupContext, inbox: I, outbox: O, id: u16, seed: u32) -> Loaded {
         let mut scripted =
             Box::new(Scripted { vm: Vm::new(), inbox, outbox, has_mail: false, has_unsent: false });
-        let vm: &mut Vm<P, &'static [u8], SLOTS> = &mut scripted.vm;
+        let vm: &mut Vm<P, KeptImage, SLOTS> = &mut scripted.vm;
         vm.equip(context.sizes);
         let has_function = |hash| context.function(hash).is_some();
         vm.load_limited(Image::new(context.image), context.slots, has_function)?;

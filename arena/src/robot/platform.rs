@@ -165,7 +165,7 @@ impl<P: Profile> Host<P> for Platform<'_, '_> {
         };
         let ids = &self.state.context.ids;
         let sender = heard.robot.and_then(|robot| ids.get(usize::from(robot.0)));
-        let place = heard.place.map(|place| place.map(Value::float));
+        let place = heard.place().map(|place| place.map(Value::float));
         *sighting = Sighting { robot: sender.copied(), place };
         Some(length)
     }

@@ -78,7 +78,8 @@ where
     }
 
     fn add_to(&self, digest: &mut Digest) {
-        self.hash_state(digest, |Sighting { robot, place }, digest| {
+        self.hash_state(digest, |sighting, digest| {
+            let (robot, place) = (sighting.robot, sighting.place());
             (robot, place.is_some()).hash(digest);
             place.iter().flatten().for_each(|part| digest.float(*part));
         });

@@ -91,7 +91,7 @@ impl State {
         let State { context, stage, is_running, is_waiting, overruns, clock, due_us, .. } = self;
         let State { steps, awake, memory, faults, .. } = self;
         // The script, which an event may have exchanged. The other numbers of its group are the scenario's.
-        context.image.hash(digest);
+        context.image.image().hash(digest);
         (*stage as u8, is_running, is_waiting, due_us, steps, awake).hash(digest);
         memory.add_to(digest);
         digest.text_of(&(clock, overruns, faults));

@@ -34,6 +34,8 @@ pub struct Convergence {
     pub first: Option<u64>,
     /// Since which tick the condition is true without a break, whatever the expectation says of times.
     pub since: Option<u64>,
+    /// The tick in which it was known to hold.
+    pub held_at: Option<u64>,
     /// The tick in which it failed.
     pub failed_at: Option<u64>,
     /// The first robot, by its number, whose number was against it then, if all had to agree to it.
@@ -46,6 +48,7 @@ impl Convergence {
         verdict: Verdict::Open,
         first: None,
         since: None,
+        held_at: None,
         failed_at: None,
         against: None,
     };
@@ -81,8 +84,10 @@ impl Bound {
             false if !is_within || tick >= to => Verdict::Failed,
             _ => Verdict::Open,
         };
-        if convergence.verdict == Verdict::Failed {
-            convergence.failed_at = Some(tick);
+        match convergence.verdict {
+            Verdict::Open => {}
+            Verdict::Held => convergence.held_at = Some(tick),
+            Verdict::Failed => convergence.failed_at = Some(tick),
         }
     }
 

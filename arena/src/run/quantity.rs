@@ -3,7 +3,7 @@
 use bittybuzz_vm_core::builtin;
 
 use crate::engine::{RobotState, View};
-use crate::scenario::{Cause, Key, Quantity, Scenario, Selection, Swarm, groups_of};
+use crate::scenario::{Cause, Group, Key, Load, Quantity, Selection, Swarm, groups_of};
 
 use super::program::Program;
 use crate::robot::{Content, ProgramId, SimRobot};
@@ -35,10 +35,11 @@ pub enum Probe {
 }
 
 impl Probe {
-    /// Looks names up in the programs of `robots`; at least one of them must have it.
+    /// Looks names up in the programs of `robots`; at least one of them must have it. The programs are those of the groups, then those
+    /// that are loaded later.
     pub fn new(
         quantity: &Quantity,
-        scenario: &Scenario,
+        (groups, loads): (&[Group], &[Load]),
         programs: &[Program],
         robots: &Selection,
     ) -> Result<Probe, Cause> {
@@ -46,12 +47,12 @@ impl Probe {
             Quantity::Global { name, keys } => {
                 let numbers: Vec<_> =
                     programs.iter().map(|program| path(program, name, keys)).collect();
-                let groups = groups_of(&scenario.groups, robots);
-                let own = (0..scenario.groups.len()).map(|group| (group, group));
-                let loads = (scenario.groups.len()..).zip(&scenario.loads);
+                let of_robots = groups_of(groups, robots);
+                let own = (0..groups.len()).map(|group| (group, group));
+                let loads = (groups.len()..).zip(loads);
                 let meant: Vec<usize> = own
                     .chain(loads.map(|(number, load)| (number, load.group)))
-                    .filter(|(_, group)| groups.contains(group))
+                    .filter(|(_, group)| of_robots.contains(group))
                     .map(|(number, _)| number)
                     .collect();
                 let has_it = |number: &usize| matches!(numbers.get(*number), Some(Some(_)));

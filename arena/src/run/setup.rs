@@ -12,7 +12,9 @@ use crate::robot::checks::Costs;
 use crate::robot::{
     GroupContext, MOST_QUEUED, MOST_SLOTS, News, ProgramId, RobotModel, SimRobot, common_effect,
 };
-use crate::scenario::{Backend, Cause, Group, Load, Scenario, ScenarioError, Selection, groups_of};
+use crate::scenario::{
+    Backend, Cause, Group, Load, Quantity, Scenario, ScenarioError, Selection, groups_of,
+};
 
 use super::expectation::Bound;
 use super::firmware::Firmware;
@@ -73,9 +75,10 @@ impl Setup {
                 errors.push(ScenarioError { cause, place });
             }
         }
+        let scripts = (&scenario.groups[..], &scenario.loads[..]);
         let mut expects = Vec::new();
         for expect in &scenario.expects {
-            match Probe::new(&expect.value, &scenario, &programs, &expect.robots) {
+            match Probe::new(&expect.value, scripts, &programs, &expect.robots) {
                 Ok(probe) => expects.push(Bound::new(expect, probe, &scenario)),
                 Err(cause) => errors.push(ScenarioError {
                     cause,
@@ -83,10 +86,10 @@ impl Setup {
                 }),
             }
         }
-        let all = crate::scenario::Selection::all(scenario.robot_count() as u32);
+        let all = Selection::all(scenario.robot_count() as u32);
         let mut plots = Vec::new();
         for (quantity, place) in &scenario.output.plot {
-            match Probe::new(quantity, &scenario, &programs, &all) {
+            match Probe::new(quantity, scripts, &programs, &all) {
                 Ok(probe) => plots.push(probe),
                 Err(cause) => {
                     errors.push(ScenarioError { cause, place: Some(Box::new(place.clone())) });
@@ -211,6 +214,14 @@ impl Setup {
     /// The expectations, with what their names mean.
     pub fn expects(&self) -> &[Bound] {
         &self.expects
+    }
+
+    /// Looks a quantity of all robots up in the programs, also those that commands have loaded.
+    pub fn probe(&self, quantity: &Quantity) -> Result<Probe, ScenarioError> {
+        let all = Selection::all(self.scenario.robot_count() as u32);
+        let scripts = (&self.scenario.groups[..], &self.loads[..]);
+        let probe = Probe::new(quantity, scripts, &self.programs, &all);
+        probe.map_err(|cause| ScenarioError { cause, place: None })
     }
 
     /// What is drawn over time.

@@ -9,10 +9,10 @@ use std::sync::Arc;
 use bittybuzz_inspect::{Inspection, Limits};
 
 use crate::engine::{
-    Digest, HerdId, IntruderSettings, Pose, RobotId, RobotState, Stream, View, World,
+    Digest, HerdId, IntruderSettings, Light, Pose, RobotId, RobotState, Stream, View, World,
 };
 use crate::robot::checks::Findings;
-use crate::robot::{FaultCounts, LogLine, News, ProgramId, SimRobot};
+use crate::robot::{FaultCounts, FaultRecord, LogLine, News, ProgramId, SimRobot};
 use crate::scenario::{
     Action, Adversary, Backend, Cause, Quantity, Reduction, ScenarioError, Selection, Swarm,
     settings_error,
@@ -194,6 +194,22 @@ impl Simulation {
             text += &format!("[[event]]\nat = {at}\n{command}\n\n");
         }
         text
+    }
+
+    /// Returns the ticks before which commands act, and their texts, in order.
+    pub fn command_list(&self) -> impl Iterator<Item = (u64, &str)> {
+        self.happenings.commands()
+    }
+
+    /// Returns the lamps as they are now. A lamp that an event has taken away has intensity 0.
+    pub fn lights(&self) -> &[Light] {
+        self.world.lights()
+    }
+
+    /// Returns the latest fault of a robot since it was switched on: of faults at the same place it is the first one.
+    pub fn last_fault(&self, number: usize) -> Option<&FaultRecord> {
+        let robot = self.world.brain(self.happenings.id(number)?)?;
+        robot.state().fault_places().last()
     }
 
     /// Simulates 100 ms: events and commands first, then the world, then a look at what is expected. Only robots that run their firmware

@@ -18,7 +18,7 @@ use super::body;
 use super::error::Cause;
 use super::folder::{Folder, read_text};
 use super::keys::ROBOTS;
-use super::medium::{self, MediumSettings};
+use super::medium::{self, Medium, MediumSettings};
 use super::read::{Entry, Section};
 use super::select::{self, Census, Emulated};
 use super::space::Standing;
@@ -449,6 +449,11 @@ impl Group {
     /// Returns the radius of a body in mm.
     pub fn radius(&self) -> f64 {
         f64::from(self.model.shape().radius)
+    }
+
+    /// Returns the medium that carries the robots' frames.
+    pub fn medium(&self) -> Medium {
+        Medium::of(self.model.medium())
     }
 
     /// Returns the robots at their places; none if chance decides.

@@ -1,5 +1,7 @@
 //! Room on the ground: bodies that have a place, obstacles and walls, and the robots that would start in one of them.
 
+use std::collections::HashMap;
+
 use crate::engine::SLOP;
 
 use super::error::Cause;
@@ -19,48 +21,37 @@ pub struct Standing {
     pub id: u32,
 }
 
-/// Bodies that have a place, in a grid, so that only near ones are looked at.
+/// Bodies that have a place, by the square cell of the ground, so that only near ones are looked at. Empty cells take no memory, however
+/// large the world.
 pub struct Space<'a> {
     world: &'a World,
     /// Side of a cell in mm; no body reaches beyond a neighbouring one.
-    cell: f64,
-    columns: usize,
-    rows: usize,
-    cells: Vec<Vec<Standing>>,
+    side: f64,
+    cells: HashMap<[i32; 2], Vec<Standing>>,
 }
 
 impl<'a> Space<'a> {
     /// Returns the ground of a world without robots. No robot of it will have a radius of more than `widest` mm.
     pub fn new(world: &'a World, widest: f64) -> Self {
-        let [width, height] = world.size;
-        // Not more cells than a million, however large the world.
-        let cell = (2.0 * widest.max(1.0)).max(width.max(height) / 1000.0);
-        let columns = (width / cell) as usize + 1;
-        let rows = (height / cell) as usize + 1;
-        Space { world, cell, columns, rows, cells: vec![Vec::new(); columns * rows] }
+        Space { world, side: 2.0 * widest.max(1.0), cells: HashMap::new() }
     }
 
-    fn cell_of(&self, point: [f64; 2]) -> (usize, usize) {
-        let [width, height] = self.world.size;
-        let column = ((point[0] + width / 2.0) / self.cell) as usize;
-        let row = ((point[1] + height / 2.0) / self.cell) as usize;
-        (column.min(self.columns - 1), row.min(self.rows - 1))
+    fn cell_of(&self, point: [f64; 2]) -> [i32; 2] {
+        point.map(|axis| (axis / self.side).floor() as i32)
     }
 
     /// Puts a robot at its place.
     pub fn add(&mut self, robot: Standing) {
-        let (column, row) = self.cell_of(robot.at);
-        self.cells[row * self.columns + column].push(robot);
+        self.cells.entry(self.cell_of(robot.at)).or_default().push(robot);
     }
 
     /// Returns a robot into which a body at that place would reach by more than `slack` mm.
     pub fn robot_at(&self, at: [f64; 2], radius: f64, slack: f64) -> Option<Standing> {
-        let (column, row) = self.cell_of(at);
-        let columns = column.saturating_sub(1)..=(column + 1).min(self.columns - 1);
-        let rows = row.saturating_sub(1)..=(row + 1).min(self.rows - 1);
-        let mut near = rows.flat_map(|row| columns.clone().map(move |column| (column, row)));
-        near.find_map(|(column, row)| {
-            let mut robots = self.cells[row * self.columns + column].iter();
+        let [column, row] = self.cell_of(at);
+        let around = |middle: i32| middle.saturating_sub(1)..=middle.saturating_add(1);
+        let mut near = around(row).flat_map(|row| around(column).map(move |column| [column, row]));
+        near.find_map(|cell| {
+            let mut robots = self.cells.get(&cell)?.iter();
             let touches =
                 |other: &&Standing| distance(other.at, at) < radius + other.radius - slack;
             robots.find(touches).copied()

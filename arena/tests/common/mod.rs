@@ -37,7 +37,7 @@ impl Said {
     }
 
     pub fn distance(&self) -> f32 {
-        self.sighting.place.unwrap()[0]
+        self.sighting.place().unwrap()[0]
     }
 }
 

@@ -14,6 +14,9 @@ pub const MOST_COMPILED: u64 = 64 << 20;
 /// Bytes of a program, the data of debuggers included: ELF, Intel hex.
 pub const MOST_PROGRAM: u64 = 256 << 20;
 
+/// Bytes of a recording of `bbz sim`: three hours of 20,000 robots that all move, with a sample each second.
+pub const MOST_RECORDING: u64 = 1 << 30;
+
 /// Symbolic links that are followed, as Linux does.
 const MOST_LINKS: usize = 40;
 

@@ -3,7 +3,7 @@
 use super::air::{Air, Near};
 use super::calibration::Calibration;
 use super::frame_log::{Arrival, Fate, LossCause, SentFrame};
-use super::packet::{Heard, Late, Sighting, Transmission};
+use super::packet::{Heard, Late, Sighting, Transmission, Way, polar};
 use super::topology::Topology;
 use super::{Link, Media, Medium, RangeAndBearing};
 use crate::engine::TICK_US;
@@ -165,25 +165,27 @@ impl Ether<'_> {
             }
             return Sighting {
                 robot: None,
-                place: Some([self.calibration.measure(gap), 0.0, 0.0]),
+                way: Some(Way::Polar([self.calibration.measure(gap), 0.0, 0.0])),
             };
         }
         let Transmission { x, y, z, claim, .. } = &self.air.transmissions()[frame.index as usize];
         if self.air.medium == Medium::RangeAndBearing {
             let RangeAndBearing { distance_sigma, bearing_sigma, .. } =
                 listener.media.range_and_bearing;
-            let [mut distance, mut azimuth, elevation] = seen_from(listener.pose, [*x, *y, *z]);
+            let [mut distance, mut azimuth, elevation] =
+                polar(way_to([*x, *y, *z], listener.pose), listener.pose.heading);
             if distance_sigma > 0.0 {
                 distance = (distance + distance_sigma * stream.normal()).max(0.0);
             }
             if bearing_sigma > 0.0 {
                 azimuth = wrap(azimuth + bearing_sigma * stream.normal());
             }
-            let place = Some([distance, azimuth, elevation]);
-            return Sighting { robot: Some(frame.from), place };
+            let way = Some(Way::Polar([distance, azimuth, elevation]));
+            return Sighting { robot: Some(frame.from), way };
         }
-        let place = claim.zip(listener.estimate).map(|(claim, own)| seen_from(own, claim));
-        Sighting { robot: Some(frame.from), place }
+        let claimed = claim.zip(listener.estimate);
+        let way = claimed.map(|(claim, own)| Way::Straight(way_to(claim, own), own.heading));
+        Sighting { robot: Some(frame.from), way }
     }
 }
 
@@ -213,10 +215,7 @@ fn disturbed(near: &[Near], place: usize, air_time: i32, listener: RobotId) -> O
     }
 }
 
-/// Distance, azimuth and elevation of a place, seen from another one.
-fn seen_from(own: &Pose, claim: [f32; 3]) -> [f32; 3] {
-    let (dx, dy, dz) = (claim[0] - own.x, claim[1] - own.y, claim[2] - own.z);
-    let flat = (dx * dx + dy * dy).sqrt();
-    let distance = (flat * flat + dz * dz).sqrt();
-    [distance, wrap(libm::atan2f(dy, dx) - own.heading), libm::atan2f(dz, flat)]
+/// Returns the way from a pose to a place in mm, along the axes of the world.
+fn way_to([x, y, z]: [f32; 3], own: &Pose) -> [f32; 3] {
+    [x - own.x, y - own.y, z - own.z]
 }

@@ -2,6 +2,7 @@
 
 use super::Medium;
 use super::frame_log::SentFrame;
+use crate::engine::geometry::wrap;
 use crate::engine::id::RobotId;
 
 /// The knowledge of a link about the sender of a frame.
@@ -9,9 +10,36 @@ use crate::engine::id::RobotId;
 pub struct Sighting {
     /// The sender, where the link's own frame names it (not on infrared).
     pub robot: Option<RobotId>,
-    /// Distance in mm, azimuth and elevation in radians in (-pi, pi], in the receiver's frame: azimuth 0 is ahead,
+    /// The sender's place, if the link knows it.
+    pub(crate) way: Option<Way>,
+}
+
+impl Sighting {
+    /// Returns distance in mm, azimuth and elevation in radians in (-pi, pi], in the receiver's frame: azimuth 0 is ahead,
     /// anticlockwise positive. A Kilobot measures the distance only, both angles are 0. `None` if unknown.
-    pub place: Option<[f32; 3]>,
+    pub fn place(&self) -> Option<[f32; 3]> {
+        self.way.map(|way| match way {
+            Way::Polar(place) => place,
+            Way::Straight(way, heading) => polar(way, heading),
+        })
+    }
+}
+
+/// The way from a receiver to a sender.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) enum Way {
+    /// See [`Sighting::place`].
+    Polar([f32; 3]),
+    /// Lengths in mm along the axes of the world, with the receiver's heading. Angles are computed when the robot reads the frame,
+    /// because a full queue drops many frames unread.
+    Straight([f32; 3], f32),
+}
+
+/// Returns distance, azimuth and elevation of a way in mm, seen by a robot with that heading.
+pub(super) fn polar([dx, dy, dz]: [f32; 3], heading: f32) -> [f32; 3] {
+    let flat = (dx * dx + dy * dy).sqrt();
+    let distance = (flat * flat + dz * dz).sqrt();
+    [distance, wrap(libm::atan2f(dy, dx) - heading), libm::atan2f(dz, flat)]
 }
 
 /// Longest frame of all media.
