@@ -27,7 +27,6 @@ mod instruction;
 mod interrupt;
 mod isp;
 mod json;
-mod library;
 mod memory;
 mod operand;
 mod output;
@@ -43,6 +42,8 @@ mod shell;
 mod sim;
 mod stubs;
 mod trace;
+#[cfg(feature = "view")]
+mod view;
 mod whole_file;
 
 use std::process::ExitCode;
@@ -79,6 +80,9 @@ enum Command {
     Run(run::Arguments),
     /// Simulate the robots of a scenario, and test what comes of it
     Sim(sim::Arguments),
+    /// Show a recording of a simulation in a page
+    #[cfg(feature = "view")]
+    View(view::Arguments),
     /// Write a script to a robot, and if asked the firmware
     Flash(flash::Arguments),
     /// Show what a robot tells of its script, live
@@ -126,6 +130,8 @@ fn main() -> ExitCode {
         Command::Build(arguments) => build::execute(arguments),
         Command::Run(arguments) => run::execute(arguments),
         Command::Sim(arguments) => sim::execute(arguments),
+        #[cfg(feature = "view")]
+        Command::View(arguments) => view::execute(arguments),
         Command::Flash(arguments) => flash::execute(arguments),
         Command::Trace(arguments) => trace::execute(arguments),
         Command::Disasm(arguments) => disasm::execute(arguments),

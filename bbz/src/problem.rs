@@ -5,6 +5,8 @@ use std::io;
 use std::path::{Path, PathBuf};
 use std::process::ExitStatus;
 
+#[cfg(feature = "view")]
+use bittybuzz_arena::output::recording::RecordingError;
 use bittybuzz_compiler::bo::error::BoError;
 use bittybuzz_compiler::refusal;
 use bittybuzz_compiler::symbols::SymbolsError;
@@ -34,6 +36,9 @@ pub enum Problem {
     TwoSeeds,
     /// `--checks` with several values of `--set`.
     ChecksOfMany,
+    /// `--view` with several values of `--set`.
+    #[cfg(feature = "view")]
+    ViewOfMany,
     /// Values of `--set` that change the columns of the table.
     UnlikeColumns,
     /// `--resume` with a table that goes to a stream.
@@ -223,6 +228,17 @@ pub enum Problem {
     Input(io::Error),
     /// Ctrl-C cannot be taken over.
     Interrupt(ctrlc::Error),
+    /// A recording that cannot be read.
+    #[cfg(feature = "view")]
+    Recording {
+        /// The file.
+        path: PathBuf,
+        /// The reason.
+        error: RecordingError,
+    },
+    /// The page cannot be served.
+    #[cfg(feature = "view")]
+    Page(bittybuzz_page::PageError),
     /// Standard output cannot be written.
     Output(io::Error),
 }
@@ -258,6 +274,8 @@ impl Problem {
             Problem::ReadAndWritten(_) => Some("name another file".to_owned()),
             Problem::TwoSeeds => Some("leave out one of them".to_owned()),
             Problem::ChecksOfMany => Some("give each key of `--set` one value".to_owned()),
+            #[cfg(feature = "view")]
+            Problem::ViewOfMany => Some("give each key of `--set` one value".to_owned()),
             Problem::UnlikeColumns => {
                 Some("use `bbz sim` once for each, with a table of its own".to_owned())
             }
@@ -372,6 +390,14 @@ impl Problem {
             | Problem::Unwritable { .. }
             | Problem::Interrupt(_)
             | Problem::Output(_) => None,
+            #[cfg(feature = "view")]
+            Problem::Page(_) => None,
+            #[cfg(feature = "view")]
+            Problem::Recording { error: RecordingError::NotARecording, .. } => {
+                Some("`bbz sim SCENARIO.toml --record FILE` makes one".to_owned())
+            }
+            #[cfg(feature = "view")]
+            Problem::Recording { .. } => None,
         }
     }
 }
@@ -396,6 +422,10 @@ impl fmt::Display for Problem {
             }
             Problem::ChecksOfMany => {
                 write!(f, "`--checks` reports one run, and `--set` asks for several")
+            }
+            #[cfg(feature = "view")]
+            Problem::ViewOfMany => {
+                write!(f, "`--view` shows one run, and `--set` asks for several")
             }
             Problem::UnlikeColumns => {
                 write!(f, "the values of `--set` change which columns the table has")
@@ -516,6 +546,12 @@ impl fmt::Display for Problem {
             }
             Problem::Input(error) => write!(f, "cannot read what the robot tells: {error}"),
             Problem::Interrupt(error) => write!(f, "cannot take over Ctrl-C: {error}"),
+            #[cfg(feature = "view")]
+            Problem::Page(error) => error.fmt(f),
+            #[cfg(feature = "view")]
+            Problem::Recording { path, error } => {
+                write!(f, "cannot show `{}`: {error}", path.display())
+            }
             Problem::Output(error) => write!(f, "cannot write to standard output: {error}"),
         }
     }

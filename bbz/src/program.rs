@@ -17,7 +17,6 @@ use bittybuzz_robot_spec::Profile;
 use bittybuzz_toml_reader::file::{self, ReadError};
 use bittybuzz_vm_core::{Image, builtin};
 
-use crate::library;
 use crate::problem::Problem;
 use crate::report;
 use crate::selection::Selection;
@@ -189,7 +188,7 @@ impl Program {
         }
         let path = self.symbols.as_ref()?.file(file)?;
         let library_name = path.strip_prefix(LIBRARY_FOLDER);
-        let mut library = library::FILES.iter();
+        let mut library = bittybuzz_library::FILES.iter();
         if let Some((_, text)) = library.find(|(name, _)| library_name == Some(name)) {
             return Some(Cow::Borrowed(text));
         }
@@ -237,7 +236,7 @@ pub fn parsed(path: &Path, include: &[PathBuf]) -> Parsed {
     let loader = Loader {
         folders: include.to_vec(),
         environment: env::split_paths(&environment).filter(is_named).collect(),
-        library: library::FILES,
+        library: bittybuzz_library::FILES,
         ..Loader::new(files)
     };
     parser::parse_file(

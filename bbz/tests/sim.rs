@@ -210,6 +210,9 @@ fn a_wrong_command_line_is_status_3() {
     folder.bbz(&["sim", "s.toml", "--record", "a", "--runs", "2"]).fails_with(3, &["--record"]);
     folder.bbz(&["sim", "s.toml", "--record", "no/such/file"]).fails_with(3, &["cannot write"]);
     folder.bbz(&["sim", "s.toml", "--csv", "no/such/file"]);
+    let several = ["sim", "s.toml", "--view", "--set", "world.seed=1,2"];
+    folder.bbz(&several).fails_with(3, &["`--view` shows one run", "one value"]);
+    folder.bbz(&["sim", "s.toml", "--view", "--runs", "2"]).fails_with(3, &["--runs"]);
 }
 
 #[test]
@@ -227,6 +230,12 @@ fn json_is_one_object() {
         serde_json::json!({ "global.n": { "mean": 19.0, "min": 19.0, "max": 19.0 } })
     );
     assert_eq!(result["faults"], serde_json::json!([]));
+    let digest = |seed: &str| {
+        let outcome = folder.bbz(&["sim", "s.toml", "--json", "--seed", seed]);
+        serde_json::from_str::<Value>(&outcome.stdout).unwrap()["digest"].clone()
+    };
+    assert_eq!(digest("9"), result["digest"]);
+    assert_ne!(digest("10"), result["digest"]);
 }
 
 #[test]

@@ -1,8 +1,10 @@
 //! The world, which a client has to know before the first sample.
 
-use bittybuzz_arena::run::{Simulation, TICKS_PER_SECOND};
-use bittybuzz_arena::scenario::{Light, Obstacle, Outline};
+use bittybuzz_arena::run::{Program, Setup, Simulation, TICKS_PER_SECOND};
+use bittybuzz_arena::scenario::{Group, Medium, Obstacle, Outline, QUANTITIES};
 use serde_json::{Value, json};
+
+use crate::conditions;
 
 /// Describes the world of a run: lengths in mm, times in seconds.
 pub fn describe(run: &Simulation) -> Value {
@@ -32,10 +34,35 @@ pub fn describe(run: &Simulation) -> Value {
         "seed": run.seed(),
         "groups": groups.collect::<Vec<_>>(),
         "obstacles": scenario.world.obstacles.iter().map(obstacle).collect::<Vec<_>>(),
-        "lights": scenario.world.lights.iter().map(light).collect::<Vec<_>>(),
+        "lights": conditions::lights(run),
+        "media": media(run),
         "events": events.collect::<Vec<_>>(),
+        "commands": conditions::commands(run),
+        "quantities": quantities(setup),
         "expectations": expects.collect::<Vec<_>>(),
     })
+}
+
+/// The quantities that a client can choose from: those of `plot`, those of every robot, those of the swarm, and globals.
+fn quantities(setup: &Setup) -> Value {
+    let plot: Vec<String> =
+        setup.scenario.output.plot.iter().map(|(of, _)| of.to_string()).collect();
+    // Names in capitals stand for others.
+    let simple = QUANTITIES.iter().filter(|form| !form.contains(char::is_uppercase));
+    let (swarm, robot): (Vec<&str>, Vec<&str>) =
+        simple.copied().partition(|form| form.starts_with("swarm."));
+    let mut globals: Vec<String> = setup.programs.iter().flat_map(globals).collect();
+    globals.sort();
+    globals.dedup();
+    json!({ "plot": plot, "robot": robot, "swarm": swarm, "global": globals })
+}
+
+/// The globals of a script that can hold a number: not its functions. Names with a blank are the compiler's own.
+fn globals(program: &Program) -> Vec<String> {
+    let functions = program.symbols.iter().flat_map(|symbols| &symbols.functions);
+    let functions: Vec<&str> = functions.map(|function| function.name.as_str()).collect();
+    let is_shown = |name: &&String| !name.contains(' ') && !functions.contains(&name.as_str());
+    program.globals().iter().filter(is_shown).map(|name| format!("global.{name}")).collect()
 }
 
 /// The keys of an obstacle in a scenario.
@@ -48,6 +75,15 @@ fn obstacle(obstacle: &Obstacle) -> Value {
     }
 }
 
-fn light(light: &Light) -> Value {
-    json!({ "at": light.at, "brightness": light.brightness })
+/// The media of the groups, each with the share of frames that it loses by the scenario; `null`: as the physical model has it.
+fn media(run: &Simulation) -> Vec<Value> {
+    let scenario = &run.setup().scenario;
+    let mut media: Vec<Medium> = scenario.groups.iter().map(Group::medium).collect();
+    media.sort_by_key(|medium| medium.name());
+    media.dedup();
+    let describe = |medium: Medium| {
+        let loss = scenario.media.of(medium).loss;
+        json!({ "name": medium.name(), "loss": loss.map(|loss| [loss.near, loss.far]) })
+    };
+    media.into_iter().map(describe).collect()
 }

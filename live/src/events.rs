@@ -1,8 +1,11 @@
 //! Faults and log lines of a run, as objects for clients.
 
+use bittybuzz_arena::engine::LossCause;
 use bittybuzz_arena::robot::{Consequence, FaultRecord, LogLine, ProgramId};
 use bittybuzz_arena::run::{Event, EventKind, Observer, Setup};
 use serde_json::{Value, json};
+
+use crate::watch::{Fate, Watch};
 
 /// Notes the faults and log lines of a tick.
 pub struct Notes<'a> {
@@ -10,6 +13,8 @@ pub struct Notes<'a> {
     pub setup: &'a Setup,
     /// The events that were not taken yet.
     pub events: &'a mut Vec<Value>,
+    /// The messages and the quantity that the client asked for.
+    pub watch: &'a mut Watch,
 }
 
 impl Observer for Notes<'_> {
@@ -23,7 +28,11 @@ impl Observer for Notes<'_> {
                 "text": text(self.setup, line),
             })),
             EventKind::Fault(record) => self.events.push(fault(self.setup, robot, record)),
-            // Frames and calls are for those who ask for them.
+            EventKind::Heard { receiver, .. } => self.watch.note(Fate::Heard, robot, receiver),
+            EventKind::Lost { receiver, cause: LossCause::Collision, .. } => {
+                self.watch.note(Fate::Collided, robot, receiver);
+            }
+            EventKind::Lost { receiver, .. } => self.watch.note(Fate::Lost, robot, receiver),
             _ => {}
         }
     }
@@ -37,7 +46,8 @@ fn text(setup: &Setup, line: &LogLine) -> String {
     String::from_utf8_lossy(&bytes).into_owned()
 }
 
-fn fault(setup: &Setup, robot: usize, record: &FaultRecord) -> Value {
+/// Describes a fault of a robot.
+pub fn fault(setup: &Setup, robot: usize, record: &FaultRecord) -> Value {
     let consequence = match record.consequence {
         Consequence::Contained => "contained",
         Consequence::Pause(_) => "pause",

@@ -1,6 +1,7 @@
-//! A session of the simulator as messages: requests of a page, events and samples for it.
+//! A session of the simulator, or a recording, as messages: requests of a page, events and samples for it.
 //!
-//! [`Live`] takes requests as JSON text and gives events as JSON text and samples as bytes. The caller carries them: a WebSocket of `bbz`, or a worker in the browser with the simulator as WebAssembly.
+//! A [`Source`] takes requests as JSON text and gives events as JSON text and samples as bytes. [`Live`] is a session, [`Replay`] a recording. The caller carries the
+//! messages: a WebSocket of `bbz`, or a worker in the browser with the simulator as WebAssembly.
 //!
 //! # Principles
 //! 1. **Time comes from the caller.** There is no clock here, so that it runs everywhere and tests wait for nothing.
@@ -17,12 +18,18 @@
 //! | `{"go_to":{"tick":100}}` | it is taken to a tick, back or forward, and stands still |
 //! | `{"command":{"text":"fail = 3"}}` | the command of the text acts at the next tick |
 //! | `{"inspect":{"robot":5}}` | after each sample an event has the memory of the robot with this number; `null`: no more |
+//! | `{"watch":{"messages":true,"quantity":"led"}}` | after each sample an event has the messages since the one before, and one has the quantity, which is written as in `plot` (docs/scenario.md); `false` and `null`: no more |
 //! | `"commands"` | an event has all commands, as the text of `[[event]]`s |
+//! | `"scenario"` | an event has the scenario with all commands as its last events: it replays the session |
+//! | `"digest"` | an event has the digest of the run, in hexadecimal: runs that went the same way have the same one |
 //!
 //! # Events
 //! Each is an object whose `event` names its kind: `begin` (the world), `state` (tick, whether it plays, how fast, whether it is over),
-//! `log`, `fault`, `expectation`, `inspection`, `commands`, `refused` (a request that was not carried out) and `failed` (the run cannot
-//! go on).
+//! `conditions` (lamps and commands, when they have changed), `log`, `fault`, `expectation`, `inspection`, `messages`,
+//! `quantity`, `commands`, `scenario`,
+//! `digest`, `refused` (a request that was not carried out) and `failed` (the run cannot go on).
+//!
+//! A recording carries out `play`, `pause`, `step` and `go_to`. Its `begin` has the key `recording`, and its ticks are those of its samples.
 //!
 //! # Samples
 //! The bytes of a recording (docs/recording.md), piece by piece. A piece that begins with the recording's magic bytes begins anew:
@@ -32,11 +39,17 @@
 //! Read files, compile scripts (the run's setup does, for commands), listen on a network, draw.
 
 mod begin;
+mod conditions;
 mod events;
 mod inspection;
 mod live;
 mod pace;
+mod replay;
 mod request;
 mod samples;
+mod source;
+mod watch;
 
 pub use live::Live;
+pub use replay::Replay;
+pub use source::Source;

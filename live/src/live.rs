@@ -2,17 +2,21 @@
 
 use std::time::Duration;
 
-use bittybuzz_arena::run::{Session, Verdict};
-use bittybuzz_arena::scenario::ScenarioError;
+use bittybuzz_arena::output::recorder;
+use bittybuzz_arena::run::{Session, TICKS_PER_SECOND, Verdict};
+use bittybuzz_arena::scenario::{Cause, Quantity, ScenarioError};
 use bittybuzz_inspect::Limits;
 use serde_json::{Value, json};
 
 use crate::begin;
-use crate::events::Notes;
+use crate::conditions;
+use crate::events::{self, Notes};
 use crate::inspection;
 use crate::pace::{Pace, RATES};
 use crate::request::Request;
 use crate::samples::Samples;
+use crate::source::Source;
+use crate::watch::Watch;
 
 /// The part of a robot's tables that is shown: enough to look at, and little enough to be sent often.
 const LIMITS: Limits = Limits { depth: 4, values: 500 };
@@ -20,11 +24,16 @@ const LIMITS: Limits = Limits { depth: 4, values: 500 };
 /// A session that a client steers and watches.
 pub struct Live {
     session: Session,
+    /// The text of its scenario.
+    scenario: String,
     pace: Pace,
     samples: Samples,
     events: Vec<Value>,
     /// The robot whose memory is shown.
     inspected: Option<usize>,
+    watch: Watch,
+    /// Lamps and commands, as the client knows them.
+    conditions: Value,
     /// The verdicts of the expectations, as the client knows them.
     verdicts: Vec<Verdict>,
     /// Its robots' firmware could not go on.
@@ -32,15 +41,18 @@ pub struct Live {
 }
 
 impl Live {
-    /// A session that stands still. Its first event is the world.
+    /// A session that stands still, and the text of its scenario. Its first event is the world.
     #[must_use]
-    pub fn new(session: Session) -> Self {
+    pub fn new(session: Session, scenario: String) -> Self {
         let mut live = Live {
             session,
+            scenario: scenario.trim_end().to_owned(),
             pace: Pace::Still,
             samples: Samples::NEW,
             events: Vec::new(),
             inspected: None,
+            watch: Watch::default(),
+            conditions: Value::Null,
             verdicts: Vec::new(),
             has_failed: false,
         };
@@ -48,61 +60,9 @@ impl Live {
         live
     }
 
-    /// A client has come, perhaps in place of another one: the next events are all that it has to know.
-    pub fn begin(&mut self) {
-        self.samples.restart();
-        self.verdicts.clear();
-        self.events = vec![begin::describe(self.session.run())];
-        self.tell_verdicts();
-        self.tell_state();
-    }
-
     /// The session.
     pub fn session(&self) -> &Session {
         &self.session
-    }
-
-    /// Carries a request out. `now` is the time on a clock of the caller's that never goes back.
-    pub fn request(&mut self, text: &str, now: Duration) {
-        match serde_json::from_str(text) {
-            Ok(request) => self.carry_out(request, now),
-            Err(error) => self.refuse(&format!("the request makes no sense: {error}"), None),
-        }
-    }
-
-    /// Simulates the ticks that are due as long as `goes_on` returns true, which is asked before each, so that the caller can look
-    /// after others. Returns true if some are still due.
-    pub fn advance(&mut self, now: Duration, mut goes_on: impl FnMut() -> bool) -> bool {
-        let run = self.session.run();
-        let due = self.pace.due(run.now(), now);
-        let (mut done, wanted) = (0, due.min(run.end().saturating_sub(run.now())));
-        while done < wanted && !self.has_failed && goes_on() {
-            self.tick();
-            done += 1;
-        }
-        if due == 0 {
-            return false;
-        }
-        self.pace.passed(done, due, self.session.run().now(), now);
-        if self.session.run().is_over() || self.has_failed {
-            self.pace = Pace::Still;
-        }
-        self.tell_verdicts();
-        if self.pace == Pace::Still {
-            self.tell_state();
-        }
-        self.pace.due(self.session.run().now(), now) > 0
-    }
-
-    /// Takes the events since the last question.
-    pub fn take_events(&mut self) -> Vec<Value> {
-        std::mem::take(&mut self.events)
-    }
-
-    /// Takes a sample: the robots as they are now. The memory of the robot that is inspected follows as an event.
-    pub fn take_sample(&mut self) -> Vec<u8> {
-        self.tell_inspection();
-        self.samples.take(self.session.run())
     }
 
     fn carry_out(&mut self, request: Request, now: Duration) {
@@ -112,8 +72,7 @@ impl Live {
                 self.pace = Pace::Rate { rate, since: now, from: self.session.run().now() };
             }
             Request::Play { rate: Some(rate) } => {
-                let help = format!("it is from {} to {}", RATES.start(), RATES.end());
-                return self.refuse(&format!("{rate} cannot be `rate`"), Some(help));
+                return self.refuse(&Pace::refusal(rate), None);
             }
             Request::Pause => self.pace = Pace::Still,
             Request::Step { ticks } => self.pace = Pace::Steps(ticks),
@@ -123,12 +82,13 @@ impl Live {
                     return self.refuse(&error.to_string(), None);
                 }
                 self.tell_verdicts();
+                self.tell_conditions();
             }
             Request::Command { text } => {
                 if let Err(errors) = self.session.command(&text) {
                     errors.iter().for_each(|error| self.refuse_command(error));
                 }
-                return;
+                return self.tell_conditions();
             }
             Request::Inspect { robot } => {
                 if let Some(robot) =
@@ -140,6 +100,26 @@ impl Live {
                 self.inspected = robot;
                 return self.tell_inspection();
             }
+            Request::Watch { messages, quantity } => {
+                match self.quantity(quantity) {
+                    Ok(quantity) => self.watch = Watch::new(messages, quantity),
+                    Err(error) => self.refuse_command(&error),
+                }
+                return;
+            }
+            Request::Scenario => {
+                let text = format!("{}\n\n{}", self.scenario, self.session.run().commands());
+                let text = text.trim_end().to_owned() + "\n";
+                self.events.push(json!({ "event": "scenario", "text": text }));
+                return;
+            }
+            Request::Digest => {
+                let run = self.session.run();
+                // JavaScript has no numbers of 64 bits.
+                let digest = format!("{:016x}", run.digest());
+                self.events.push(json!({ "event": "digest", "tick": run.now(), "digest": digest }));
+                return;
+            }
             Request::Commands => {
                 let text = self.session.run().commands();
                 self.events.push(json!({ "event": "commands", "text": text }));
@@ -149,9 +129,19 @@ impl Live {
         self.tell_state();
     }
 
-    fn tick(&mut self) {
+    /// Reads a quantity, of which some program has the name.
+    fn quantity(&self, text: Option<String>) -> Result<Option<Quantity>, ScenarioError> {
+        let Some(text) = text else { return Ok(None) };
+        let Some(quantity) = Quantity::parse(&text) else {
+            return Err(ScenarioError { cause: Cause::UnknownQuantity { text }, place: None });
+        };
+        self.session.run().setup().probe(&quantity)?;
+        Ok(Some(quantity))
+    }
+
+    fn simulate(&mut self) {
         let setup = self.session.run().setup().clone();
-        let mut notes = Notes { setup: &setup, events: &mut self.events };
+        let mut notes = Notes { setup: &setup, events: &mut self.events, watch: &mut self.watch };
         if let Err(error) = self.session.tick_observed(&mut notes) {
             self.has_failed = true;
             self.events.push(json!({ "event": "failed", "text": error.to_string() }));
@@ -179,16 +169,16 @@ impl Live {
     fn tell_verdicts(&mut self) {
         let convergences = self.session.run().convergences();
         let verdicts: Vec<Verdict> = convergences.iter().map(|one| one.verdict).collect();
-        for (number, verdict) in verdicts.iter().enumerate() {
-            if self.verdicts.get(number).unwrap_or(&Verdict::Open) == verdict {
+        for (number, one) in convergences.iter().enumerate() {
+            if *self.verdicts.get(number).unwrap_or(&Verdict::Open) == one.verdict {
                 continue;
             }
-            let verdict = match verdict {
+            let verdict = match one.verdict {
                 Verdict::Open => "open",
                 Verdict::Held => "held",
                 Verdict::Failed => "failed",
             };
-            let tick = self.session.run().now();
+            let tick = one.held_at.or(one.failed_at);
             self.events.push(json!({
                 "event": "expectation", "number": number, "verdict": verdict, "tick": tick,
             }));
@@ -196,12 +186,23 @@ impl Live {
         self.verdicts = verdicts;
     }
 
+    /// Adds an event if lamps or commands have changed.
+    fn tell_conditions(&mut self) {
+        let conditions = conditions::describe(self.session.run());
+        if self.conditions != conditions {
+            self.events.push(conditions.clone());
+            self.conditions = conditions;
+        }
+    }
+
     fn tell_inspection(&mut self) {
         let Some(robot) = self.inspected else { return };
         let run = self.session.run();
         let memory = run.inspect(robot, LIMITS).map(|memory| inspection::json(&memory));
+        let fault = run.last_fault(robot);
+        let fault = fault.map(|record| events::fault(run.setup(), robot, record));
         self.events.push(json!({
-            "event": "inspection", "robot": robot, "tick": run.now(), "memory": memory,
+            "event": "inspection", "robot": robot, "tick": run.now(), "memory": memory, "fault": fault,
         }));
     }
 
@@ -211,5 +212,63 @@ impl Live {
 
     fn refuse(&mut self, text: &str, help: Option<String>) {
         self.events.push(json!({ "event": "refused", "text": text, "help": help }));
+    }
+}
+
+impl Source for Live {
+    fn begin(&mut self) {
+        self.inspected = None;
+        self.watch = Watch::default();
+        self.samples.restart();
+        self.verdicts.clear();
+        self.events = vec![begin::describe(self.session.run())];
+        self.conditions = conditions::describe(self.session.run());
+        self.tell_verdicts();
+        self.tell_state();
+    }
+
+    fn request(&mut self, text: &str, now: Duration) {
+        match serde_json::from_str(text) {
+            Ok(request) => self.carry_out(request, now),
+            Err(error) => self.refuse(&format!("the request makes no sense: {error}"), None),
+        }
+    }
+
+    fn advance(&mut self, now: Duration, goes_on: &mut dyn FnMut() -> bool) -> bool {
+        let run = self.session.run();
+        let due = self.pace.due(run.now(), now, TICKS_PER_SECOND);
+        let (mut done, wanted) = (0, due.min(run.end().saturating_sub(run.now())));
+        while done < wanted && !self.has_failed && goes_on() {
+            self.simulate();
+            done += 1;
+        }
+        if due == 0 {
+            return false;
+        }
+        self.pace.passed(done, due, self.session.run().now(), now);
+        if self.session.run().is_over() || self.has_failed {
+            self.pace = Pace::Still;
+        }
+        self.tell_verdicts();
+        self.tell_conditions();
+        if self.pace == Pace::Still {
+            self.tell_state();
+        }
+        self.pace.due(self.session.run().now(), now, TICKS_PER_SECOND) > 0
+    }
+
+    fn tick(&self) -> u64 {
+        self.session.run().now()
+    }
+
+    fn take_events(&mut self) -> Vec<Value> {
+        std::mem::take(&mut self.events)
+    }
+
+    fn take_sample(&mut self) -> Vec<u8> {
+        self.tell_inspection();
+        self.events.extend(self.watch.take(self.session.run()));
+        let run = self.session.run();
+        self.samples.take(run.now(), &recorder::robots(run), || recorder::header(run))
     }
 }

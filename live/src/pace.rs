@@ -3,9 +3,6 @@
 use std::ops::RangeInclusive;
 use std::time::Duration;
 
-/// Ticks per second of real time.
-const TICKS_PER_SECOND: f64 = bittybuzz_arena::run::TICKS_PER_SECOND;
-
 /// Rates that a client may ask for, in times of real time.
 pub const RATES: RangeInclusive<f64> = 0.1..=1000.0;
 
@@ -30,13 +27,18 @@ pub enum Pace {
 }
 
 impl Pace {
-    /// Returns the number of ticks that are due for a run at a tick.
-    pub fn due(&self, tick: u64, now: Duration) -> u64 {
+    /// Says that a rate is not among the [`RATES`].
+    pub fn refusal(rate: f64) -> String {
+        format!("{rate} cannot be `rate`, which is from {} to {}", RATES.start(), RATES.end())
+    }
+
+    /// Returns the number of ticks that are due for a run at a tick. It has `ticks_per_second` in real time.
+    pub fn due(&self, tick: u64, now: Duration, ticks_per_second: f64) -> u64 {
         match *self {
             Pace::Still => 0,
             Pace::Steps(left) => left.into(),
             Pace::Rate { rate, since, from } => {
-                let passed = now.saturating_sub(since).as_secs_f64() * rate * TICKS_PER_SECOND;
+                let passed = now.saturating_sub(since).as_secs_f64() * rate * ticks_per_second;
                 (from + passed as u64).saturating_sub(tick)
             }
             Pace::Unlimited => u64::MAX,

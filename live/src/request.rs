@@ -35,6 +35,17 @@ pub enum Request {
         /// Its number in the scenario; without it the events end.
         robot: Option<usize>,
     },
+    /// Messages, or a quantity of each robot, are events from now on.
+    Watch {
+        /// Messages are.
+        messages: bool,
+        /// The quantity, as `plot` has it.
+        quantity: Option<String>,
+    },
     /// All commands are an event.
     Commands,
+    /// The session is an event, as a scenario.
+    Scenario,
+    /// The number that stands for the state of the run is an event.
+    Digest,
 }

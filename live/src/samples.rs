@@ -1,8 +1,6 @@
 //! Places and LEDs of the robots, in the bytes of a recording.
 
-use bittybuzz_arena::output::recorder;
-use bittybuzz_arena::output::recording::Writer;
-use bittybuzz_arena::run::Simulation;
+use bittybuzz_arena::output::recording::{Header, Robot, Writer};
 
 /// A stream of samples: each has only the changes since the last one that was taken.
 pub struct Samples {
@@ -16,18 +14,22 @@ impl Samples {
     /// Nothing has been taken yet.
     pub const NEW: Samples = Samples { writer: None, tick: 0 };
 
-    /// Returns the next piece: all robots as they are now.
-    pub fn take(&mut self, run: &Simulation) -> Vec<u8> {
+    /// Returns the next piece: all robots as they are at a tick. `header` is asked for at a beginning.
+    pub fn take(
+        &mut self,
+        tick: u64,
+        robots: &[Option<Robot>],
+        header: impl FnOnce() -> Header,
+    ) -> Vec<u8> {
         // Ticks of a recording ascend.
-        if run.now() < self.tick {
+        if tick < self.tick {
             self.writer = None;
         }
-        self.tick = run.now();
-        let robots = recorder::robots(run);
+        self.tick = tick;
         let bytes = match &mut self.writer {
-            Some(writer) => writer.write(run.now(), &robots).map(|()| writer),
-            None => Writer::new(Vec::new(), &recorder::header(run)).and_then(|mut writer| {
-                writer.write(run.now(), &robots)?;
+            Some(writer) => writer.write(tick, robots).map(|()| writer),
+            None => Writer::new(Vec::new(), &header()).and_then(|mut writer| {
+                writer.write(tick, robots)?;
                 Ok(self.writer.insert(writer))
             }),
         };

@@ -11,24 +11,26 @@ use bittybuzz_arena::run::{Program, Session, Setup, Simulation};
 use bittybuzz_arena::scenario::{Group, Scenario};
 use bittybuzz_compiler::compile::{Options, compile};
 use bittybuzz_compiler::include::{Files, Loader, MemoryFiles};
-use bittybuzz_live::Live;
+use bittybuzz_live::{Live, Source};
 use serde_json::{Value, json};
 
 /// In step 5 robot 7 logs, in step 8 it divides by zero.
 const SCRIPT: &str = "n = 0 t = {.a = 1, .b = {.c = 2}}\n\
-    function step() {\n  n = n + 1\n  if(id == 7 and n == 5) log(\"n is \", n)\n  if(id == 7 and n == 8) led(n / 0)\n  led(n % 8)\n  forward()\n}\n";
+    function step() {\n  n = n + 1\n  if(id == 7 and n == 5) log(\"n is \", n)\n  if(id == 7 and n == 8) led(n / 0)\n  led(n % 8)\n  forward()\n  neighbors.broadcast(\"n\", n)\n}\n";
 
 const SCENARIO: &str = "[world]\nsize = [800, 600]\nduration = 10\n\
     obstacles = [{ at = [300, 200], radius = 20 }]\nlights = [[100, 100]]\n\n\
     [[robots]]\nrobot = \"kilobot\"\nscript = \"s.bzz\"\nname = \"pair\"\ncount = 2\nfirst_id = 6\n\n\
     [[expect]]\nat = 2\nrobots = 6\nvalue = \"global.n\"\nequals = 19\n\n\
-    [[expect]]\nwithin = 3\nvalue = \"x\"\nbelow = -1000\n";
+    [[expect]]\nwithin = 3\nvalue = \"x\"\nbelow = -1000\n\n\
+    [output]\nplot = [\"global.n\"]\n";
 
 fn files() -> MemoryFiles {
     MemoryFiles::default()
         .with("s.toml", SCENARIO)
         .with("s.bzz", SCRIPT)
         .with("still.bzz", "function step() { led(7) }\n")
+        .with("other.bzz", "only_here = 5\nfunction step() { }\n")
 }
 
 fn program(files: &MemoryFiles, script: &Path, group: &Group) -> Result<Program, String> {
@@ -49,7 +51,8 @@ fn live() -> Live {
     let programs: Vec<Program> = own.collect::<Result<_, _>>().unwrap();
     let compiler = Arc::new(move |script: &Path, group: &Group| program(&files, script, group));
     let setup = Setup::new(scenario, programs).unwrap().with_compiler(compiler);
-    Live::new(Session::new(Simulation::new(Arc::new(setup), 1, 1).unwrap(), 10))
+    let session = Session::new(Simulation::new(Arc::new(setup), 1, 1).unwrap(), 10);
+    Live::new(session, SCENARIO.to_owned())
 }
 
 fn ms(ms: u64) -> Duration {
@@ -59,7 +62,7 @@ fn ms(ms: u64) -> Duration {
 /// Simulates at most `most` ticks. Returns true if some are still due.
 fn advance(live: &mut Live, most: u64, now: Duration) -> bool {
     let mut ticks = 0..most;
-    live.advance(now, || ticks.next().is_some())
+    live.advance(now, &mut || ticks.next().is_some())
 }
 
 fn now(live: &Live) -> u64 {
@@ -111,6 +114,8 @@ fn the_first_event_is_the_world() {
         json!([{ "at": [300.0, 200.0], "radius": 20.0, "height": null }])
     );
     assert_eq!(begin["lights"][0]["at"], json!([100.0, 100.0]));
+    assert_eq!(begin["media"], json!([{ "name": "ir", "loss": null }]));
+    assert_eq!(begin["commands"], json!([]));
     assert_eq!(begin["expectations"].as_array().unwrap().len(), 2);
     let state = json!({ "event": "state", "tick": 0, "plays": false, "rate": null, "over": false });
     assert_eq!(events[1], state);
@@ -190,6 +195,8 @@ fn faults_and_log_lines_wait_until_they_are_taken() {
     assert_eq!(place["function"], "step");
     let verdicts: Vec<&Value> = all.iter().filter(|e| e["event"] == "expectation").collect();
     assert_eq!((verdicts.len(), &verdicts[0]["verdict"]), (2, &json!("held")));
+    // `at = 2`, and the end of `within = 3`.
+    assert_eq!((&verdicts[0]["tick"], &verdicts[1]["tick"]), (&json!(20), &json!(30)));
     assert_eq!((&verdicts[1]["number"], &verdicts[1]["verdict"]), (&json!(1), &json!("failed")));
 }
 
@@ -225,7 +232,116 @@ fn commands_are_kept_and_told() {
     live.take_events();
     live.request(r#""commands""#, ms(0));
     let told = events(&mut live, "commands");
-    assert_eq!(told[0]["text"], "[[event]]\nat = 0\nload = 6\nscript = \"still.bzz\"\n\n");
+    let event = "[[event]]\nat = 0\nload = 6\nscript = \"still.bzz\"\n";
+    assert_eq!(told[0]["text"], format!("{event}\n"));
+    live.request(r#""scenario""#, ms(0));
+    let told = events(&mut live, "scenario");
+    assert_eq!(told[0]["text"], format!("{SCENARIO}\n{event}"));
+}
+
+#[test]
+fn a_change_of_lamps_is_an_event() {
+    let mut live = live();
+    live.take_events();
+    live.request(r#"{"command":{"text":"light = [{ at = [5, 6], brightness = 7 }]"}}"#, ms(0));
+    let command = json!([{ "tick": 0, "text": "light = [{ at = [5, 6], brightness = 7 }]" }]);
+    let changed = events(&mut live, "conditions");
+    assert_eq!((changed.len(), &changed[0]["commands"]), (1, &command));
+    assert_eq!(changed[0]["lights"][0]["at"], json!([100.0, 100.0]));
+    live.request(r#"{"step":{"ticks":1}}"#, ms(0));
+    advance(&mut live, 1, ms(0));
+    let changed = events(&mut live, "conditions");
+    assert_eq!(changed[0]["lights"], json!([{ "at": [5.0, 6.0], "brightness": 7.0 }]));
+    live.request(r#"{"go_to":{"tick":0}}"#, ms(0));
+    assert_eq!(events(&mut live, "conditions")[0]["lights"][0]["at"], json!([100.0, 100.0]));
+}
+
+#[test]
+fn the_digest_of_a_tick_is_the_same_after_a_way_back() {
+    let mut live = live();
+    let mut digest_at = |tick: u64| {
+        live.request(&json!({ "go_to": { "tick": tick } }).to_string(), ms(0));
+        live.request(r#""digest""#, ms(0));
+        let event = events(&mut live, "digest").pop().unwrap();
+        assert_eq!(event["tick"], tick);
+        event["digest"].as_str().unwrap().to_owned()
+    };
+    let (first, later) = (digest_at(30), digest_at(60));
+    assert_ne!(first, later);
+    assert_eq!((digest_at(30), digest_at(60)), (first, later));
+}
+
+#[test]
+fn an_inspection_has_the_fault_of_the_robot() {
+    let mut live = live();
+    live.request(r#"{"inspect":{"robot":1}}"#, ms(0));
+    assert_eq!(events(&mut live, "inspection")[0]["fault"], Value::Null);
+    live.request(r#"{"go_to":{"tick":10}}"#, ms(0));
+    live.take_sample();
+    let fault = &events(&mut live, "inspection")[0]["fault"];
+    assert_eq!((&fault["code"], &fault["tick"]), (&json!("R0005"), &json!(8)));
+    assert_eq!(fault["places"][0]["line"], 5);
+}
+
+#[test]
+fn messages_and_quantities_follow_each_sample() {
+    let mut live = live();
+    // Within reach, and on parallel ways.
+    for command in ["move = 6\nto = [0, 0]\nheading = 0", "move = 7\nto = [0, 50]\nheading = 0"] {
+        live.request(&json!({ "command": { "text": command } }).to_string(), ms(0));
+    }
+    live.request(r#"{"watch":{"messages":true,"quantity":null}}"#, ms(0));
+    live.request(r#"{"step":{"ticks":30}}"#, ms(0));
+    advance(&mut live, 30, ms(0));
+    live.take_sample();
+    let seen = events(&mut live, "messages").remove(0);
+    // Two robots alone: whoever is heard is heard by the other one.
+    let heard = seen["heard"].as_array().unwrap();
+    assert!(heard.contains(&json!([0, 1])) && heard.contains(&json!([1, 0])), "{seen}");
+    assert!(heard.iter().all(|pair| pair[0] != pair[1]));
+    live.take_sample();
+    assert_eq!(events(&mut live, "messages")[0]["heard"], json!([]), "they are told once");
+    live.request(r#"{"watch":{"messages":false,"quantity":"global.n"}}"#, ms(0));
+    live.take_sample();
+    let told = live.take_events();
+    let of = |kind: &str| told.iter().filter(|event| event["event"] == kind).count();
+    assert_eq!((of("messages"), of("quantity")), (0, 1));
+    let quantity = told.iter().find(|event| event["event"] == "quantity").unwrap();
+    // Robot 7 stopped in its step 8 and has begun anew.
+    assert_eq!(quantity["values"][0], 29.0);
+    for (quantity, reason) in
+        [("global.m", "no script has a global `m`"), ("sped", "there is no quantity `sped`")]
+    {
+        let watch = json!({ "watch": { "messages": false, "quantity": quantity } });
+        live.request(&watch.to_string(), ms(0));
+        assert_eq!(refusal(&mut live), reason);
+    }
+    live.take_sample();
+    assert_eq!(events(&mut live, "quantity").len(), 1, "the wish before still holds");
+}
+
+#[test]
+fn a_global_of_a_loaded_script_can_be_watched() {
+    let mut live = live();
+    let load = json!({ "command": { "text": "load = 6\nscript = \"other.bzz\"" } });
+    live.request(&load.to_string(), ms(0));
+    live.request(r#"{"step":{"ticks":10}}"#, ms(0));
+    advance(&mut live, 10, ms(0));
+    live.take_events();
+    live.request(r#"{"watch":{"messages":false,"quantity":"global.only_here"}}"#, ms(0));
+    live.take_sample();
+    assert_eq!(events(&mut live, "quantity")[0]["values"], json!([5.0, null]));
+}
+
+#[test]
+fn a_client_can_choose_from_quantities() {
+    let begin = live().take_events().remove(0);
+    let quantities = &begin["quantities"];
+    assert_eq!(quantities["plot"], json!(["global.n"]));
+    assert_eq!(quantities["global"], json!(["global.n", "global.t"]), "no functions");
+    let robot = quantities["robot"].as_array().unwrap();
+    assert!(robot.contains(&json!("led")) && !robot.contains(&json!("global.NAME")), "{robot:?}");
+    assert!(quantities["swarm"].as_array().unwrap().contains(&json!("swarm.spread")));
 }
 
 #[test]

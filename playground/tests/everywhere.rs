@@ -10,7 +10,7 @@ use std::time::Duration;
 
 use bittybuzz_arena::run::{Session, Simulation};
 use bittybuzz_compiler::include::MemoryFiles;
-use bittybuzz_live::Live;
+use bittybuzz_live::{Live, Source};
 use bittybuzz_playground::open;
 use serde_json::Value;
 
@@ -52,7 +52,8 @@ fn digest(files: &Arc<Mutex<MemoryFiles>>, world: &str, threads: usize, is_resto
 
 /// Plays the session of `session.json` and returns its events and samples, a line for each request.
 fn session(files: &Arc<Mutex<MemoryFiles>>) -> Vec<String> {
-    let mut live = Live::new(Session::new(open(files, WORLDS[0], 1).unwrap(), 20));
+    let text = fs::read_to_string(folder().join(WORLDS[0])).unwrap();
+    let mut live = Live::new(Session::new(open(files, WORLDS[0], 1).unwrap(), 20), text);
     let steps: Value = serde_json::from_str(include_str!("session.json")).unwrap();
     let steps = steps.as_array().unwrap().iter().map(|step| {
         let now = Duration::from_millis(step[1].as_u64().unwrap());
@@ -60,7 +61,7 @@ fn session(files: &Arc<Mutex<MemoryFiles>>) -> Vec<String> {
             live.request(text, now);
         }
         let mut ticks = 0..step[2].as_u64().unwrap();
-        live.advance(now, || ticks.next().is_some());
+        live.advance(now, &mut || ticks.next().is_some());
         let sample = live.take_sample();
         let sample: String = sample.iter().map(|byte| format!("{byte:02x}")).collect();
         format!("{} {sample}", Value::Array(live.take_events()))
@@ -89,6 +90,20 @@ fn check(world: &str, run: &mut Simulation) {
     let summary = run.summary();
     assert_eq!(summary.fault_counts.faults, 0, "{world}: {:?}", summary.faults);
     assert!(summary.statistics.all_links().received > 10_000, "{world}");
+}
+
+#[test]
+fn scripts_include_the_library() {
+    let script = b"include \"vec2.bzz\"\nfunction step() { log(math.vec2.length(math.vec2.new(3.0, 4.0))) }\n";
+    let scenario = b"[world]\nsize = [500, 500]\nduration = 1\n\n[[robots]]\nrobot = \"kilobot\"\nscript = \"s.bzz\"\ncount = 1\n";
+    let files = MemoryFiles::default().with("s.bzz", script).with("s.toml", scenario);
+    let mut run = open(&Arc::new(Mutex::new(files)), "s.toml", 1).unwrap();
+    while run.now() < 10 {
+        run.tick().unwrap();
+    }
+    let log = run.take_log();
+    assert!(!log.is_empty());
+    assert_eq!(run.summary().fault_counts.faults, 0);
 }
 
 #[test]

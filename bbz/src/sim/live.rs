@@ -88,6 +88,7 @@ pub fn run(arguments: &Arguments, set: &[String]) -> Result<Ending, Problem> {
     summary::faults(&setup, &opened.programs, &result);
     if arguments.json {
         let mut object = summary::json(&setup, &result);
+        object["digest"] = format!("{:016x}", simulation.digest()).into();
         if arguments.checks {
             object["checks"] = checks::json(&opened, &result);
         }

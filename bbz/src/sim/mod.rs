@@ -10,6 +10,8 @@ mod progress;
 mod summary;
 mod table;
 mod variants;
+#[cfg(feature = "view")]
+mod view;
 
 use std::path::PathBuf;
 
@@ -27,6 +29,7 @@ const SEED: &str = "world.seed";
 const EXAMPLES: &str = "\
 Examples:
   bbz sim swarm.toml                     run it: log lines, then a summary
+  bbz sim swarm.toml --view              show it in a page, and steer it there
   bbz sim swarm.toml --seed 7            the same world with other chance
   bbz sim swarm.toml --svg pictures      draw trajectories, and what [output] names over time
   bbz sim swarm.toml --record run.bbr    keep poses and LEDs of every robot
@@ -51,6 +54,14 @@ pub struct Arguments {
     /// Seed of all chance [default: that of the scenario]
     #[arg(long, value_name = "N")]
     seed: Option<u32>,
+    /// Show the run in a page on this computer, where it can be stopped, taken back and changed
+    #[cfg(feature = "view")]
+    #[arg(long, conflicts_with_all = ["headless", "json", "checks", "record", "svg", "runs", "csv"])]
+    view: bool,
+    /// Print the address of the page and open no browser
+    #[cfg(feature = "view")]
+    #[arg(long, requires = "view")]
+    no_browser: bool,
     /// Print no log lines and no progress, only the result
     #[arg(long)]
     headless: bool,
@@ -94,7 +105,11 @@ pub fn execute(arguments: &Arguments) -> Result<Ending, Problem> {
     }
     let variants = variants::variants(&arguments.set, arguments.runs.unwrap_or(1))?;
     match variants.as_slice() {
+        #[cfg(feature = "view")]
+        [only] if arguments.view => view::run(arguments, only),
         [only] if arguments.runs.is_none() && arguments.csv.is_none() => live::run(arguments, only),
+        #[cfg(feature = "view")]
+        _ if arguments.view => Err(Problem::ViewOfMany),
         _ if arguments.checks => Err(Problem::ChecksOfMany),
         _ => batch::run(arguments, &variants),
     }

@@ -22,6 +22,9 @@ use super::Arguments;
 /// A scenario and its programs.
 pub struct Opened {
     path: PathBuf,
+    /// The text of the scenario.
+    #[cfg(feature = "view")]
+    pub text: String,
     pub scenario: Arc<Scenario>,
     /// For messages, in the order of [`Scenario::programs`].
     pub programs: Vec<Program>,
@@ -87,6 +90,8 @@ pub fn open(arguments: &Arguments, set: &[String]) -> Result<Option<Opened>, Pro
     let emulators = models.iter().filter_map(program).collect();
     Ok(Some(Opened {
         path: path.clone(),
+        #[cfg(feature = "view")]
+        text,
         scenario: Arc::new(scenario),
         programs,
         images,

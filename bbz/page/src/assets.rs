@@ -1,0 +1,73 @@
+//! The files of the page.
+
+/// A file of the page.
+pub struct Asset {
+    /// Its name in the address; the page itself has none.
+    pub name: &'static str,
+    /// Its media type.
+    pub media_type: &'static str,
+    /// Its content.
+    pub bytes: &'static [u8],
+}
+
+const HTML: &str = "text/html; charset=utf-8";
+const SCRIPT: &str = "text/javascript; charset=utf-8";
+const STYLE: &str = "text/css; charset=utf-8";
+
+macro_rules! asset {
+    ($name:literal, $file:literal, $media_type:expr) => {
+        Asset {
+            name: $name,
+            media_type: $media_type,
+            bytes: include_bytes!(concat!("../web/", $file)),
+        }
+    };
+    ($file:literal, $media_type:expr) => {
+        asset!($file, $file, $media_type)
+    };
+}
+
+const ASSETS: [Asset; 18] = [
+    asset!("", "index.html", HTML),
+    asset!("style.css", STYLE),
+    asset!("curve.js", SCRIPT),
+    asset!("drawing.js", SCRIPT),
+    asset!("element.js", SCRIPT),
+    asset!("ground.js", SCRIPT),
+    asset!("log.js", SCRIPT),
+    asset!("look.js", SCRIPT),
+    asset!("main.js", SCRIPT),
+    asset!("memory.js", SCRIPT),
+    asset!("pointer.js", SCRIPT),
+    asset!("recording.js", SCRIPT),
+    asset!("robot.js", SCRIPT),
+    asset!("scene.js", SCRIPT),
+    asset!("session.js", SCRIPT),
+    asset!("texts.js", SCRIPT),
+    asset!("timeline.js", SCRIPT),
+    asset!("view.js", SCRIPT),
+];
+
+/// Returns the file with that name.
+pub fn find(name: &str) -> Option<&'static Asset> {
+    ASSETS.iter().find(|asset| asset.name == name)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use std::fs;
+
+    #[test]
+    fn every_file_of_the_folder_is_served() {
+        let folder = concat!(env!("CARGO_MANIFEST_DIR"), "/web");
+        let mut count = 0;
+        for entry in fs::read_dir(folder).unwrap() {
+            let name = entry.unwrap().file_name().into_string().unwrap();
+            let served = if name == "index.html" { "" } else { &name };
+            assert!(find(served).is_some(), "{name} is not in ASSETS");
+            count += 1;
+        }
+        assert_eq!(count, ASSETS.len());
+    }
+}

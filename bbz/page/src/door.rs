@@ -1,0 +1,42 @@
+//! Access to the server: requests need the secret and must not come from another site.
+
+use std::net::SocketAddr;
+
+use axum::http::HeaderMap;
+use axum::http::header::{HOST, ORIGIN};
+
+/// Bytes of the secret.
+const BYTES: usize = 16;
+
+/// The secret of a server, and the hosts by which it is known.
+pub struct Door {
+    secret: String,
+    hosts: [String; 2],
+}
+
+impl Door {
+    /// Draws a secret for a server at that address.
+    pub fn new(address: SocketAddr) -> Result<Self, getrandom::Error> {
+        let mut bytes = [0; BYTES];
+        getrandom::fill(&mut bytes)?;
+        let secret = bytes.iter().map(|byte| format!("{byte:02x}")).collect();
+        let port = address.port();
+        Ok(Door { secret, hosts: [format!("127.0.0.1:{port}"), format!("localhost:{port}")] })
+    }
+
+    /// Returns the address of the page.
+    pub fn url(&self) -> String {
+        format!("http://{}/{}/", self.hosts[0], self.secret)
+    }
+
+    /// Returns true for a request that has the secret, is meant for this server and, if it comes from a page, comes from the server's
+    /// own one. A site can make its name resolve to this computer, but requests for it have that name as `Host`.
+    pub fn admits(&self, secret: &str, headers: &HeaderMap) -> bool {
+        let text = |name| headers.get(name).map(|value| value.to_str().unwrap_or_default());
+        let is_own = |host: &str| self.hosts.iter().any(|own| own == host);
+        let comes_from = |origin: &str| origin.strip_prefix("http://").is_some_and(is_own);
+        secret == self.secret
+            && text(HOST).is_some_and(is_own)
+            && text(ORIGIN).is_none_or(comes_from)
+    }
+}

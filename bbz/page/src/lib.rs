@@ -1,0 +1,21 @@
+//! The page that shows a session, and its server.
+//!
+//! [`Page::open`] binds the loopback address and serves the page from a thread of its own; [`Page::show`] runs the session in the
+//! caller's thread until the page is closed.
+//!
+//! # Principles
+//! 1. **For the user of this computer alone.** The server listens on the loopback address, every path begins with a secret of 128 random
+//!    bits, and requests whose `Host` or `Origin` is not the server are refused: a page of another site can neither read nor steer.
+//! 2. **No files but its own.** They are part of the program. The server never opens a path of the file system.
+//! 3. **Events are never left out, samples are.** A sample is made when the one before was sent.
+//! 4. **No process is left.** When the page was closed for some seconds, the session ends.
+//!
+//! # What it will not do
+//! Serve several pages at once: a new one takes the place of the old one.
+
+mod assets;
+mod door;
+mod server;
+mod show;
+
+pub use server::{Page, PageError};

@@ -1,0 +1,206 @@
+//! The server, in a thread of its own.
+
+use std::fmt;
+use std::io;
+use std::net::Ipv4Addr;
+use std::sync::Arc;
+use std::sync::atomic::{AtomicU64, Ordering};
+use std::sync::mpsc::{Receiver, Sender, channel};
+use std::thread;
+
+use axum::Router;
+use axum::extract::ws::{Message, WebSocket, WebSocketUpgrade};
+use axum::extract::{Path, State};
+use axum::http::{HeaderMap, StatusCode, header};
+use axum::response::{IntoResponse, Response};
+use axum::routing::get;
+use tokio::net::TcpListener;
+use tokio::runtime::Builder;
+use tokio::sync::mpsc::{UnboundedReceiver, UnboundedSender, unbounded_channel};
+
+use crate::assets;
+use crate::door::Door;
+
+/// Bytes of the longest request: a command with a name and a place.
+const LONGEST_REQUEST: usize = 64 * 1024;
+
+/// The page may run its own scripts and connect to its own server, and nothing else.
+const POLICY: &str = "default-src 'none'; script-src 'self'; style-src 'self'; connect-src 'self'; img-src 'self' data:; \
+    base-uri 'none'; form-action 'none'; frame-ancestors 'none'";
+
+/// An event of a client, which is one opened page.
+pub enum ClientEvent {
+    /// It has connected and receives messages from this channel.
+    Connected(UnboundedSender<ToClient>),
+    /// It has sent a request.
+    Request(String),
+    /// The last sample was sent to it.
+    SampleSent,
+    /// It has disconnected.
+    Disconnected,
+}
+
+/// A message to a client.
+pub enum ToClient {
+    /// An event, as JSON.
+    Event(String),
+    /// A sample.
+    Sample(Vec<u8>),
+}
+
+/// A reason why a page cannot be served.
+#[derive(Debug)]
+pub enum PageError {
+    /// The operating system gives no port or no thread.
+    Server(io::Error),
+    /// The operating system gives no random numbers.
+    Secret(getrandom::Error),
+}
+
+impl fmt::Display for PageError {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            PageError::Server(error) => write!(f, "the page cannot be served: {error}"),
+            PageError::Secret(error) => write!(f, "the page's address has no secret: {error}"),
+        }
+    }
+}
+
+impl std::error::Error for PageError {}
+
+/// A page that is being served.
+pub struct Page {
+    url: String,
+    /// The events of all clients, each with the client's number.
+    pub(crate) events: Receiver<(u64, ClientEvent)>,
+}
+
+/// State that all requests share.
+struct Shared {
+    door: Door,
+    events: Sender<(u64, ClientEvent)>,
+    next_client: AtomicU64,
+}
+
+impl Page {
+    /// Binds a free port of the loopback address and serves from a thread of its own, for as long as the process lives.
+    pub fn open() -> Result<Self, PageError> {
+        let runtime = Builder::new_current_thread().enable_io().enable_time().build();
+        let runtime = runtime.map_err(PageError::Server)?;
+        let listener = runtime.block_on(TcpListener::bind((Ipv4Addr::LOCALHOST, 0)));
+        let listener = listener.map_err(PageError::Server)?;
+        let address = listener.local_addr().map_err(PageError::Server)?;
+        let door = Door::new(address).map_err(PageError::Secret)?;
+        let url = door.url();
+        let (sender, events) = channel();
+        let shared = Arc::new(Shared { door, events: sender, next_client: 0.into() });
+        let router = Router::new()
+            .route("/{secret}/", get(index))
+            .route("/{secret}/socket", get(socket))
+            .route("/{secret}/{name}", get(file))
+            .with_state(shared);
+        let serve = async move { axum::serve(listener, router).await };
+        let thread = thread::Builder::new().name("page".to_owned());
+        thread.spawn(move || runtime.block_on(serve)).map_err(PageError::Server)?;
+        Ok(Page { url, events })
+    }
+
+    /// Returns the address of the page, with its secret.
+    pub fn url(&self) -> &str {
+        &self.url
+    }
+}
+
+async fn index(
+    State(shared): State<Arc<Shared>>,
+    Path(secret): Path<String>,
+    headers: HeaderMap,
+) -> Response {
+    asset(&shared, &secret, "", &headers)
+}
+
+async fn file(
+    State(shared): State<Arc<Shared>>,
+    Path((secret, name)): Path<(String, String)>,
+    headers: HeaderMap,
+) -> Response {
+    asset(&shared, &secret, &name, &headers)
+}
+
+fn asset(shared: &Shared, secret: &str, name: &str, headers: &HeaderMap) -> Response {
+    match assets::find(name).filter(|_| shared.door.admits(secret, headers)) {
+        None => StatusCode::NOT_FOUND.into_response(),
+        Some(asset) => {
+            let headers = [
+                (header::CONTENT_TYPE, asset.media_type),
+                (header::CONTENT_SECURITY_POLICY, POLICY),
+                (header::REFERRER_POLICY, "no-referrer"),
+                (header::X_CONTENT_TYPE_OPTIONS, "nosniff"),
+                (header::CACHE_CONTROL, "no-store"),
+            ];
+            (headers, asset.bytes).into_response()
+        }
+    }
+}
+
+async fn socket(
+    State(shared): State<Arc<Shared>>,
+    Path(secret): Path<String>,
+    headers: HeaderMap,
+    upgrade: WebSocketUpgrade,
+) -> Response {
+    if !shared.door.admits(&secret, &headers) {
+        return StatusCode::NOT_FOUND.into_response();
+    }
+    let upgrade = upgrade.max_message_size(LONGEST_REQUEST).max_frame_size(LONGEST_REQUEST);
+    upgrade.on_upgrade(move |socket| serve(socket, shared))
+}
+
+/// Serves one client until it disconnects or the session is over.
+async fn serve(mut socket: WebSocket, shared: Arc<Shared>) {
+    let number = shared.next_client.fetch_add(1, Ordering::Relaxed);
+    // Fails when the session is over.
+    let report = |event| shared.events.send((number, event)).is_ok();
+    let (sender, messages) = unbounded_channel();
+    if report(ClientEvent::Connected(sender)) {
+        exchange(&mut socket, messages, report).await;
+        report(ClientEvent::Disconnected);
+    }
+}
+
+/// Passes requests and messages on until the client disconnects or is replaced.
+async fn exchange(
+    socket: &mut WebSocket,
+    mut messages: UnboundedReceiver<ToClient>,
+    report: impl Fn(ClientEvent) -> bool,
+) {
+    loop {
+        tokio::select! {
+            received = socket.recv() => match received {
+                Some(Ok(Message::Text(text))) => {
+                    if !report(ClientEvent::Request(text.as_str().to_owned())) {
+                        return;
+                    }
+                }
+                Some(Ok(Message::Close(_)) | Err(_)) | None => return,
+                // Axum answers pings; no other message is a request.
+                Some(Ok(_)) => {}
+            },
+            message = messages.recv() => {
+                let is_sample = matches!(message, Some(ToClient::Sample(_)));
+                let message = match message {
+                    // Another client has taken its place, or the session is over.
+                    None => return,
+                    Some(ToClient::Event(text)) => Message::Text(text.into()),
+                    Some(ToClient::Sample(bytes)) => Message::Binary(bytes.into()),
+                };
+                // Sending waits until a slow client has room.
+                if socket.send(message).await.is_err()
+                    || (is_sample && !report(ClientEvent::SampleSent))
+                {
+                    return;
+                }
+            }
+        }
+    }
+}

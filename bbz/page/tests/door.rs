@@ -1,0 +1,204 @@
+//! Access to the server, and its answers to nonsense.
+
+#![allow(clippy::unwrap_used, reason = "what fails here fails the test")]
+
+use std::io::{Read, Write};
+use std::net::TcpStream;
+use std::path::Path;
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::thread;
+
+use bittybuzz_arena::run::{Program, Session, Setup, Simulation};
+use bittybuzz_arena::scenario::{Group, Scenario};
+use bittybuzz_compiler::compile::{Options, compile};
+use bittybuzz_compiler::include::{Loader, MemoryFiles};
+use bittybuzz_live::Live;
+use bittybuzz_page::Page;
+use serde_json::Value;
+use tungstenite::client::IntoClientRequest;
+use tungstenite::http::HeaderValue;
+use tungstenite::{Message, WebSocket};
+
+const SCENARIO: &str = "[world]\nsize = [500, 500]\nduration = 1000\n\
+    [[robots]]\nrobot = \"kilobot\"\nscript = \"s.bzz\"\ncount = 3\n";
+
+fn live() -> Live {
+    let files = MemoryFiles::default().with("s.toml", SCENARIO).with("s.bzz", "");
+    let models = bittybuzz_robot_models::all();
+    let scenario = Scenario::open_in(&files, "s.toml".as_ref(), &[], &models).unwrap();
+    let program = |(group, script): (&Group, &Path)| {
+        let robots = bittybuzz_robot_files::all_shipped();
+        let options = Options { robot: Some(group.robot.clone()), robots, profile: None };
+        let script_text = "function step() { forward() }\n".to_owned();
+        let compiled = compile(script, script_text, &Loader::new(&files), &options);
+        Program { image: compiled.image.unwrap(), symbols: compiled.symbols }
+    };
+    let programs: Vec<Program> = scenario.programs().map(program).collect();
+    let setup = Arc::new(Setup::new(scenario, programs).unwrap());
+    let session = Session::new(Simulation::new(setup, 1, 1).unwrap(), 4);
+    Live::new(session, SCENARIO.to_owned())
+}
+
+/// Serves a session while `visit` uses its address.
+fn serve(visit: impl FnOnce(&str)) {
+    let page = Page::open().unwrap();
+    let url = page.url().to_owned();
+    let is_over = Arc::new(AtomicBool::new(false));
+    let flag = is_over.clone();
+    let server = thread::spawn(move || page.show(&mut live(), || flag.load(Ordering::Relaxed)));
+    visit(&url);
+    is_over.store(true, Ordering::Relaxed);
+    server.join().unwrap();
+}
+
+/// The status of an answer, and all of it.
+fn get(url: &str, path: &str, host: &str, more: &str) -> (u16, String) {
+    let authority = url.strip_prefix("http://").unwrap().split('/').next().unwrap();
+    let host = if host.is_empty() { authority } else { host };
+    let mut stream = TcpStream::connect(authority).unwrap();
+    write!(stream, "GET {path} HTTP/1.1\r\nHost: {host}\r\nConnection: close\r\n{more}\r\n")
+        .unwrap();
+    let mut answer = String::new();
+    stream.read_to_string(&mut answer).unwrap();
+    (answer.split(' ').nth(1).unwrap().parse().unwrap(), answer)
+}
+
+fn connect(url: &str, origin: Option<&str>) -> Result<WebSocket<TcpStream>, String> {
+    let authority = url.strip_prefix("http://").unwrap().split('/').next().unwrap();
+    let address = format!("{}socket", url.replacen("http", "ws", 1));
+    let mut request = address.into_client_request().unwrap();
+    if let Some(origin) = origin {
+        request.headers_mut().insert("Origin", HeaderValue::from_str(origin).unwrap());
+    }
+    let stream = TcpStream::connect(authority).unwrap();
+    let connected = tungstenite::client(request, stream);
+    connected.map(|(socket, _)| socket).map_err(|error| error.to_string())
+}
+
+/// The next event of that kind.
+fn event(socket: &mut WebSocket<TcpStream>, kind: &str) -> Value {
+    loop {
+        if let Message::Text(text) = socket.read().unwrap() {
+            let event: Value = serde_json::from_str(&text).unwrap();
+            if event["event"] == kind {
+                return event;
+            }
+        }
+    }
+}
+
+#[test]
+fn only_requests_with_the_secret_are_answered() {
+    serve(|url| {
+        let (_, path) = url.strip_prefix("http://").unwrap().split_once('/').unwrap();
+        let path = format!("/{path}");
+        assert_eq!(path.len(), 34, "128 bits: {path}");
+        let (status, page) = get(url, &path, "", "");
+        assert_eq!(status, 200);
+        for part in ["content-security-policy: default-src 'none'", "cache-control: no-store"] {
+            assert!(page.contains(part), "{page}");
+        }
+        let script = format!("{path}main.js");
+        assert_eq!(get(url, &script, "", "").0, 200);
+        let wrong = path.replace(|c: char| c.is_ascii_digit(), "f");
+        for path in ["/", "/main.js", wrong.as_str(), "/..%2f..%2fetc%2fpasswd/", "//"] {
+            assert_eq!(get(url, path, "", "").0, 404, "{path}");
+        }
+        for name in ["missing.js", "../Cargo.toml", "..%2fCargo.toml", "%2e%2e/x", ""] {
+            let found = get(url, &format!("{path}x/{name}"), "", "").0;
+            assert_eq!(found, 404, "{name}");
+        }
+        // A name that another site has made to lead here.
+        assert_eq!(get(url, &path, "evil.example", "").0, 404);
+        assert_eq!(get(url, &path, "", "Origin: http://evil.example\r\n").0, 404);
+        assert_eq!(get(url, &path, "", "Origin: null\r\n").0, 404);
+    });
+}
+
+#[test]
+fn a_socket_of_another_site_is_refused() {
+    serve(|url| {
+        for origin in ["http://evil.example", "null", "http://127.0.0.1", "https://127.0.0.1:1"] {
+            assert!(connect(url, Some(origin)).unwrap_err().contains("404"), "{origin}");
+        }
+        let own = url.rsplitn(3, '/').nth(2).unwrap();
+        let mut socket = connect(url, Some(own)).unwrap();
+        assert_eq!(event(&mut socket, "begin")["size"], serde_json::json!([500.0, 500.0]));
+        let wrong = url.replace(|c: char| ('a'..='f').contains(&c), "0");
+        assert!(connect(&wrong, None).is_err() || wrong == url);
+    });
+}
+
+#[test]
+fn a_page_steers_the_run_and_gets_samples() {
+    serve(|url| {
+        let mut socket = connect(url, None).unwrap();
+        event(&mut socket, "begin");
+        let request = "{\"go_to\":{\"tick\":50}}";
+        socket.send(Message::text(request)).unwrap();
+        while event(&mut socket, "state")["tick"] != 50 {}
+        socket.send(Message::text("{\"play\":{\"rate\":50}}")).unwrap();
+        let mut samples = 0;
+        while samples < 5 {
+            samples += usize::from(socket.read().unwrap().is_binary());
+        }
+        socket.send(Message::text("\"pause\"")).unwrap();
+        let state = std::iter::repeat_with(|| event(&mut socket, "state"));
+        let paused = state.filter(|state| state["plays"] == false).take(1).next().unwrap();
+        assert!(paused["tick"].as_u64().unwrap() > 50);
+        // A second page takes the place of the first.
+        let mut other = connect(url, None).unwrap();
+        event(&mut other, "begin");
+        while socket.read().is_ok() {}
+        other.send(Message::text("\"commands\"")).unwrap();
+        assert_eq!(event(&mut other, "commands")["text"], "");
+    });
+}
+
+/// Whatever is sent, the session answers the next request.
+#[test]
+fn nonsense_does_no_harm() {
+    serve(|url| {
+        let mut seed = 1_u64;
+        let mut random = move || {
+            seed = seed.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1);
+            (seed >> 33) as usize
+        };
+        let words = [
+            "{",
+            "}",
+            "\"do\"",
+            ":",
+            "\"go_to\"",
+            "\"tick\"",
+            "1e400",
+            "-1",
+            "[",
+            "]",
+            ",",
+            "\u{0}",
+            "null",
+        ];
+        for _ in 0..20 {
+            let mut socket = connect(url, None).unwrap();
+            event(&mut socket, "begin");
+            for _ in 0..20 {
+                let text: String =
+                    (0..random() % 8).map(|_| words[random() % words.len()]).collect();
+                let bytes: Vec<u8> = (0..random() % 300).map(|_| random() as u8).collect();
+                let message =
+                    if random() % 2 == 0 { Message::text(text) } else { Message::binary(bytes) };
+                socket.send(message).unwrap();
+            }
+            socket.send(Message::text("\"commands\"")).unwrap();
+            event(&mut socket, "commands");
+        }
+        // Too long: the socket is closed, the session stays.
+        let mut socket = connect(url, None).unwrap();
+        let _ = socket.send(Message::text("x".repeat(100_000)));
+        while socket.read().is_ok() {}
+        let mut socket = connect(url, None).unwrap();
+        assert_eq!(event(&mut socket, "begin")["end"], 10_000);
+    });
+}

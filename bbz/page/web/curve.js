@@ -1,0 +1,144 @@
+// A quantity over time: of all robots their quartiles and extremes, and the chosen robot.
+
+import { onFrame, part } from "./element.js";
+import { texts } from "./texts.js";
+
+// Numbers that are kept so that the curve of any robot can be shown later; 16 MB.
+const MOST_VALUES = 4e6;
+
+export class Curve {
+    constructor(view) {
+        this.view = view;
+        this.canvas = part("curve");
+        this.changed = onFrame(() => this.draw());
+        this.begin({ end: 1 });
+        new ResizeObserver(() => this.changed()).observe(this.canvas);
+        matchMedia("(prefers-color-scheme: dark)").addEventListener("change", () => this.changed());
+    }
+
+    begin(world) {
+        this.end = world.end;
+        this.name = null;
+        this.clear();
+    }
+
+    clear() {
+        // By tick: extremes and quartiles, and the values of the robots.
+        this.points = new Map();
+        this.kept = 0;
+        this.changed();
+    }
+
+    // The values at a tick. A single one is of the whole swarm.
+    take({ tick, name, values }) {
+        if (name !== this.name) {
+            this.name = name;
+            this.clear();
+        }
+        const known = Float64Array.from(values.filter((value) => value !== null)).sort();
+        this.kept -= this.points.get(tick)?.values?.length ?? 0;
+        const isKept = this.kept + values.length <= MOST_VALUES;
+        this.kept += isKept ? values.length : 0;
+        const at = (share) => quantile(known, share);
+        this.points.set(tick, { five: [0, 0.25, 0.5, 0.75, 1].map(at), values: isKept ? values : null });
+        this.last = tick;
+        this.changed();
+    }
+
+    // Forgets what comes another way when the run goes on from a tick.
+    forget(tick) {
+        for (const [at, { values }] of this.points) {
+            if (at > tick) {
+                this.points.delete(at);
+                this.kept -= values?.length ?? 0;
+            }
+        }
+        this.changed();
+    }
+
+    draw() {
+        const ticks = [...this.points.keys()].sort((one, other) => one - other);
+        part("curves").hidden = ticks.length === 0;
+        if (ticks.length === 0) {
+            return;
+        }
+        const points = ticks.map((tick) => this.points.get(tick));
+        const { chosen } = this.view;
+        const ofChosen = ({ values }) => (chosen === null || values?.length === 1 ? null : values?.[chosen]) ?? null;
+        this.tell(this.points.get(this.last) ?? points.at(-1), ofChosen);
+        const known = points.flatMap(({ five }) => [five[0], five[4]]).filter(Number.isFinite);
+        const [low, high] = known.reduce(([least, most], value) => [Math.min(least, value), Math.max(most, value)], [Infinity, -Infinity]);
+        const { width, height, paint } = this.prepare();
+        if (!(high >= low)) {
+            return;
+        }
+        const x = (index) => (ticks[index] / this.end) * width;
+        const y = (value) => height - 5 - ((value - low) / (high - low || 1)) * (height - 10);
+        const style = getComputedStyle(document.documentElement);
+        const colour = (name) => style.getPropertyValue(name);
+        const line = (values, name, wide) => {
+            paint.strokeStyle = colour(name);
+            paint.lineWidth = wide;
+            paint.beginPath();
+            let isDown = false;
+            values.forEach((value, index) => {
+                if (Number.isFinite(value)) {
+                    isDown ? paint.lineTo(x(index), y(value)) : paint.moveTo(x(index), y(value));
+                }
+                isDown = Number.isFinite(value);
+            });
+            paint.stroke();
+        };
+        const series = (number) => points.map(({ five }) => five[number]);
+        paint.fillStyle = colour("--accent");
+        paint.globalAlpha = 0.22;
+        for (let index = 1; index < points.length; index++) {
+            const [[, from1, , from3], [, to1, , to3]] = [points[index - 1].five, points[index].five];
+            if (Number.isFinite(from1) && Number.isFinite(to1)) {
+                paint.beginPath();
+                paint.moveTo(x(index - 1), y(from1));
+                paint.lineTo(x(index), y(to1));
+                paint.lineTo(x(index), y(to3));
+                paint.lineTo(x(index - 1), y(from3));
+                paint.fill();
+            }
+        }
+        paint.globalAlpha = 1;
+        line(series(0), "--soft", 0.6);
+        line(series(4), "--soft", 0.6);
+        line(series(2), "--accent", 1.8);
+        line(points.map(ofChosen), "--mark", 1.6);
+        part("curve-high").textContent = texts.number(high);
+        part("curve-low").textContent = texts.number(low);
+    }
+
+    // Clears the canvas, whose pixels are those of the screen.
+    prepare() {
+        const { canvas } = this;
+        const ratio = globalThis.devicePixelRatio || 1;
+        const [width, height] = [canvas.clientWidth, canvas.clientHeight];
+        canvas.width = Math.round(width * ratio);
+        canvas.height = Math.round(height * ratio);
+        const paint = canvas.getContext("2d");
+        paint.scale(ratio, ratio);
+        return { width, height, paint };
+    }
+
+    // The curve in words.
+    tell(point, ofChosen) {
+        const value = ofChosen(point);
+        const id = this.view.robots.ids[this.view.chosen];
+        const own = value === null ? "" : texts.curveOf(id, value);
+        part("curve-text").textContent = texts.curve(this.name, point.five, point.values?.length ?? 2) + own;
+    }
+}
+
+// Between the two nearest of the ascending values; NaN without any.
+function quantile(values, share) {
+    if (values.length === 0) {
+        return NaN;
+    }
+    const at = share * (values.length - 1);
+    const low = Math.floor(at);
+    return values[low] + (values[Math.ceil(at)] - values[low]) * (at - low);
+}

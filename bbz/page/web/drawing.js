@@ -1,0 +1,76 @@
+// The world as a drawing: SVG text, for papers.
+
+// mm around the world.
+const MARGIN = 30;
+
+// `view` has the world, the robots and what is to be seen of them.
+export function drawing(view) {
+    const { world, robots, colours } = view;
+    const [width, height] = world.size;
+    const parts = [`<rect x="${-width / 2}" y="${-height / 2}" width="${width}" height="${height}" ${paint(colours.ground)} stroke="${rgb(colours.obstacle)}" stroke-width="2"/>`];
+    for (const { at: [x, y], brightness } of view.lights) {
+        parts.push(`<circle cx="${x}" cy="${y}" r="14" ${paint(colours.light)} opacity="${Math.max(0.3, Math.min(1, brightness / 1023))}"/>`);
+    }
+    parts.push(...world.obstacles.map((obstacle) => outline(obstacle, colours.obstacle)));
+    for (const [first, second] of view.trails.slice(1).map((trail, index) => [view.trails[index], trail])) {
+        for (let robot = 0; robot < robots.count; robot++) {
+            const ends = [first[0][robot], first[1][robot], second[0][robot], second[1][robot]].map((tenths) => tenths / 10);
+            parts.push(segment(ends, colours.states[0], 1));
+        }
+    }
+    if (view.chosen !== null) {
+        const from = view.placeOf(view.chosen);
+        view.neighbors.forEach((robot) => parts.push(segment([...from, ...view.placeOf(robot)], colours.link, 2)));
+    }
+    for (let robot = 0; robot < robots.count; robot++) {
+        if (robots.isThere[robot]) {
+            parts.push(body(view, robot));
+        }
+    }
+    const box = [-width / 2 - MARGIN, -height / 2 - MARGIN, width + 2 * MARGIN, height + 3 * MARGIN];
+    return `<svg xmlns="http://www.w3.org/2000/svg" viewBox="${box.join(" ")}">\n<g transform="scale(1,-1)">\n${parts.join("\n")}\n</g>\n${bar(world)}\n</svg>\n`;
+}
+
+function outline(obstacle, colour) {
+    if (obstacle.from) {
+        return segment([...obstacle.from, ...obstacle.to], colour, 4);
+    }
+    const [x, y] = obstacle.at;
+    if (obstacle.radius) {
+        return `<circle cx="${x}" cy="${y}" r="${obstacle.radius}" ${paint(colour)}/>`;
+    }
+    const [width, height] = obstacle.size;
+    return `<rect x="${x - width / 2}" y="${y - height / 2}" width="${width}" height="${height}" ${paint(colour)}/>`;
+}
+
+// A disc with a line ahead, and its lit LED.
+function body(view, robot) {
+    const { robots, colours, radii } = view;
+    const [x, y] = view.placeOf(robot);
+    const radius = radii[robot];
+    const angle = (robots.heading[robot] / 65536) * 2 * Math.PI;
+    const led = robots.led[robot];
+    const lit = [led & 1, (led >> 1) & 1, (led >> 2) & 1].map((on) => on * 0.85 + 0.1);
+    const edge = view.chosen === robot ? colours.chosen : colours.edge;
+    return `<g><title>${robots.ids[robot]}</title>`
+        + `<circle cx="${x}" cy="${y}" r="${radius * 0.94}" ${paint(view.colourOf(robot))} stroke="${rgb(edge)}" stroke-width="${radius * 0.12}"/>`
+        + (led > 0 && !view.shares ? `<circle cx="${x}" cy="${y}" r="${radius * 0.62}" ${paint(lit)}/>` : "")
+        + segment([0.4, 1].flatMap((share) => [x + share * radius * Math.cos(angle), y + share * radius * Math.sin(angle)]), colours.edge, radius * 0.28)
+        + "</g>";
+}
+
+function segment([x, y, toX, toY], colour, wide) {
+    return `<line x1="${x.toFixed(1)}" y1="${y.toFixed(1)}" x2="${toX.toFixed(1)}" y2="${toY.toFixed(1)}" stroke="${rgb(colour)}" stroke-width="${wide}"/>`;
+}
+
+// A bar of 1, 2 or 5 times a power of ten mm: at most a quarter of the world.
+function bar({ size: [width, height] }) {
+    const power = 10 ** Math.floor(Math.log10(width / 4));
+    const long = [5, 2, 1].map((times) => times * power).find((one) => one <= width / 4);
+    const y = height / 2 + 1.2 * MARGIN;
+    return `<line x1="${-width / 2}" y1="${y}" x2="${long - width / 2}" y2="${y}" stroke="#808080" stroke-width="4"/>`
+        + `<text x="${long - width / 2 + 10}" y="${y + 8}" font-family="sans-serif" font-size="24" fill="#808080">${long} mm</text>`;
+}
+
+const rgb = (colour) => `rgb(${colour.slice(0, 3).map((share) => Math.round(255 * share)).join(",")})`;
+const paint = (colour) => `fill="${rgb(colour)}"`;

@@ -1,0 +1,97 @@
+// The panel of the world: links, lamps, the commands so far and the digest.
+
+import { element, part, row } from "./element.js";
+import { texts } from "./texts.js";
+
+export class Ground {
+    // `command(text)` gives a command, `ask(request)` asks for something else, `beginCut()` lets somebody draw a line.
+    constructor(command, ask, beginCut) {
+        Object.assign(this, { command, ask, beginCut });
+    }
+
+    begin(world) {
+        this.world = world;
+        const facts = [
+            row(texts.size, texts.sizeOf(...world.size)), row(texts.robots, String(world.groups.reduce((sum, { count }) => sum + count, 0))),
+            row(texts.seed, String(world.seed)),
+        ];
+        this.lamps = element("section");
+        this.commands = element("section");
+        this.digest = element("output", { id: "digest" });
+        const digest = element("section", {}, element("h3", {}, texts.digest),
+            element("p", {},
+                element("button", { type: "button", id: "ask-digest", title: texts.digestHelp, onclick: () => this.ask("digest") }, texts.compute),
+                " ", this.digest));
+        const losses = element("section", {}, element("h3", {}, texts.losses), ...world.media.map((medium) => this.loss(medium)));
+        part("ground").replaceChildren(element("dl", {}, ...facts), losses, this.partition(), this.lamps, this.commands, digest);
+        this.show(world);
+    }
+
+    // A slider for the share of frames that a medium loses.
+    loss({ name, loss }) {
+        const shown = element("output", {}, loss ? texts.percent(loss[0]) : texts.ofModel);
+        const slider = element("input", { type: "range", min: 0, max: 100, value: loss ? 100 * loss[0] : 0, "aria-label": texts.lossOf(name) });
+        slider.addEventListener("input", () => {
+            shown.textContent = texts.percent(slider.value / 100);
+        });
+        slider.addEventListener("change", () => this.command(`loss = ${slider.value / 100}\nmedium = "${name}"`));
+        return element("label", { class: "loss" }, element("span", {}, texts.media[name] ?? name), slider, shown);
+    }
+
+    // Parts that do not hear each other: by a line through the world, or by ids.
+    partition() {
+        const button = (name, onclick) => element("button", { type: "button", title: texts[`${name}Help`], onclick }, texts[name]);
+        const field = element("input", { type: "text", "aria-label": texts.partLabel, placeholder: texts.partExample });
+        const ids = element("form", {
+            class: "place",
+            onsubmit: (event) => {
+                event.preventDefault();
+                this.cut(field.value.split(",").map((one) => one.trim()).filter((one) => one !== ""));
+            },
+        }, field, element("button", { title: texts.cutOffHelp }, texts.cutOff));
+        return element("section", {}, element("h3", {}, texts.partition),
+            element("div", { class: "acts" }, button("drawLine", this.beginCut), button("heal", () => this.command("heal = true"))), ids);
+    }
+
+    // The robots with these ids, groups of them or ranges hear only each other.
+    cut(robots) {
+        const text = (one) => (/^\d+$/.test(one) ? String(one) : JSON.stringify(one));
+        this.command(`partition = [[${robots.map(text).join(", ")}]]`);
+    }
+
+    // Lamps and commands as they are now.
+    show({ lights, commands }) {
+        this.lights = lights;
+        const lamps = lights.map(({ at, brightness }, lamp) => {
+            const field = (label, value, set) => {
+                const input = element("input", { type: "number", step: "any", value: Math.round(value), "aria-label": label });
+                input.addEventListener("change", () => set(Number(input.value)));
+                return input;
+            };
+            return element("p", { class: "lamp" },
+                element("span", {}, texts.lamp(lamp + 1)),
+                field(texts.lampX(lamp + 1), at[0], (x) => this.moveLamp(lamp, [x, at[1]])),
+                field(texts.lampY(lamp + 1), at[1], (y) => this.moveLamp(lamp, [at[0], y])),
+                field(texts.lampBrightness(lamp + 1), brightness, (value) => this.moveLamp(lamp, at, value)));
+        });
+        const none = element("p", { class: "none" }, texts.none);
+        const head = element("p", { class: "lamp head" }, ...["", "x", "y", texts.brightness].map((text) => element("span", {}, text)));
+        if (!this.lamps.contains(document.activeElement)) {
+            this.lamps.replaceChildren(element("h3", {}, texts.lamps), ...(lamps.length > 0 ? [head, ...lamps] : [none]));
+        }
+        const lines = commands.map(({ tick, text }) => element("p", {},
+            element("time", {}, (tick / this.world.ticks_per_second).toFixed(1)),
+            element("code", {}, text.replaceAll("\n", ", "))));
+        this.commands.replaceChildren(element("h3", {}, texts.commands), ...(lines.length > 0 ? lines : [none.cloneNode(true)]));
+    }
+
+    moveLamp(moved, place, brightness) {
+        const lights = this.lights.map((light, lamp) => lamp === moved ? { at: place, brightness: brightness ?? light.brightness } : light);
+        const text = ({ at: [x, y], brightness: bright }) => `{ at = [${x.toFixed(1)}, ${y.toFixed(1)}], brightness = ${bright} }`;
+        this.command(`light = [${lights.map(text).join(", ")}]`);
+    }
+
+    showDigest({ tick, digest }) {
+        this.digest.textContent = texts.digestAt(digest, tick / this.world.ticks_per_second);
+    }
+}

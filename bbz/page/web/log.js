@@ -1,0 +1,53 @@
+// What robots logged and where scripts failed; what is expected of them.
+
+import { element, part } from "./element.js";
+import { texts } from "./texts.js";
+
+// Lines that are kept.
+const MOST_LINES = 500;
+
+export class Log {
+    // `onChoose(robot)` when somebody picks the robot of a line.
+    constructor(onChoose) {
+        this.onChoose = onChoose;
+        this.clear();
+    }
+
+    clear() {
+        part("log").replaceChildren(element("p", { class: "none" }, texts.noLog));
+    }
+
+    add(tick, seconds, robot, id, text, kind) {
+        const log = part("log");
+        log.querySelector(".none")?.remove();
+        const isAtEnd = log.scrollTop + log.clientHeight > log.scrollHeight - 30;
+        const choose = () => this.onChoose(robot);
+        const line = element("p", { class: kind },
+            element("time", {}, seconds.toFixed(1)),
+            element("button", { type: "button", title: texts.robot(id), onclick: choose }, String(id)),
+            element("span", {}, text));
+        line.tick = tick;
+        log.append(line);
+        while (log.childElementCount > MOST_LINES) {
+            log.firstElementChild.remove();
+        }
+        if (isAtEnd) {
+            log.scrollTop = log.scrollHeight;
+        }
+    }
+
+    // Forgets what comes again when the run goes on from a tick.
+    forget(tick) {
+        [...part("log").children].filter((line) => line.tick >= tick).forEach((line) => line.remove());
+        if (!part("log").hasChildNodes()) {
+            this.clear();
+        }
+    }
+}
+
+export function showTests(expectations) {
+    const lines = expectations.map(({ verdict = "open", name, text }) => element("p", { class: verdict },
+        element("b", {}, texts.verdicts[verdict]),
+        element("span", {}, name ? `${name}: ${text}` : text)));
+    part("tests").replaceChildren(...(lines.length > 0 ? lines : [element("p", { class: "none" }, texts.noTests)]));
+}

@@ -1,0 +1,66 @@
+// How the world is looked at: a quantity as colours and curve, messages as lines, pictures.
+
+import { element, part, save } from "./element.js";
+import { drawing } from "./drawing.js";
+import { texts } from "./texts.js";
+
+export class Look {
+    // `ask(request)` asks the session for what is to be seen.
+    constructor(view, curve, ask) {
+        Object.assign(this, { view, curve, ask });
+        part("messages").addEventListener("change", () => this.changed());
+        part("colour").addEventListener("change", () => this.changed());
+        part("trails").addEventListener("change", () => {
+            view.hasTrails = part("trails").checked;
+            view.sampled(true);
+        });
+        part("picture").addEventListener("click", () => {
+            // A picture has to be taken before the browser clears what was drawn.
+            view.draw();
+            view.canvas.toBlob((blob) => save(blob, texts.pictureAs));
+        });
+        part("drawing").addEventListener("click", () => save(new Blob([drawing(view)], { type: "image/svg+xml" }), texts.drawingAs));
+    }
+
+    begin(world) {
+        const before = part("colour").value;
+        const groups = Object.entries(world.quantities).filter(([, names]) => names.length > 0);
+        part("colour").replaceChildren(new Option(texts.byState, ""), ...groups.map(([kind, names]) => {
+            const group = element("optgroup", { label: texts.quantities[kind] });
+            const isElsewhere = (name) => kind !== "plot" && world.quantities.plot.includes(name);
+            group.append(...names.filter((name) => !isElsewhere(name)).map((name) => new Option(name)));
+            return group;
+        }));
+        part("colour").disabled = groups.length === 0;
+        // The same script in another world still has it.
+        part("colour").value = before;
+        if (part("colour").selectedIndex < 0) {
+            part("colour").value = "";
+        }
+        this.changed();
+    }
+
+    changed() {
+        const quantity = part("colour").value || null;
+        const messages = part("messages").checked;
+        this.view.showMessages({ heard: [], collided: [], lost: [] });
+        this.view.paint(null);
+        this.curve.begin({ end: this.curve.end });
+        part("legend").hidden = true;
+        this.ask({ watch: { messages, quantity } });
+    }
+
+    // A single number is one of the whole swarm.
+    paint(event) {
+        const { values } = event;
+        const known = values.filter((value) => value !== null);
+        const [least, most] = known.reduce(([low, high], value) => [Math.min(low, value), Math.max(high, value)], [Infinity, -Infinity]);
+        const robots = this.view.robots.count;
+        const all = values.length === robots ? values : Array(robots).fill(values[0]);
+        this.view.paint(all.map((value) => (value === null ? null : (value - least) / (most - least || 1))));
+        part("legend").hidden = known.length === 0;
+        part("least").textContent = texts.number(least);
+        part("most").textContent = texts.number(most);
+        this.curve.take(event);
+    }
+}

@@ -1,0 +1,237 @@
+// The page: the parts, and what passes between them and the session.
+
+import { Curve } from "./curve.js";
+import { element, fillTexts, part, row, save, showIcon, Tabs } from "./element.js";
+import { Ground } from "./ground.js";
+import { Log, showTests } from "./log.js";
+import { Look } from "./look.js";
+import { Pointer } from "./pointer.js";
+import { Robots } from "./recording.js";
+import { RobotPanel } from "./robot.js";
+import { connect } from "./session.js";
+import { texts } from "./texts.js";
+import { TimeLine } from "./timeline.js";
+import { View } from "./view.js";
+
+const RATES = [0.1, 0.25, 0.5, 1, 2, 5, 10, 20, 50, 100, 1000];
+
+let world = null;
+let state = { plays: false, tick: 0, over: false };
+// A tick to go to as soon as the one before is reached; `false`: nowhere is being gone to.
+let wanted = false;
+
+const ask = (request) => session.ask(request);
+// Recordings have no more than what is seen anyway.
+const watch = (request) => world.recording || ask(request);
+const command = (text) => {
+    part("status").textContent = "";
+    ask({ command: { text } });
+};
+
+fillTexts();
+const robots = new Robots();
+const view = new View(part("canvas"));
+const tabs = new Tabs(["robot", "log", "tests", "ground"]);
+const panel = new RobotPanel(robots, command);
+const log = new Log(choose);
+const ground = new Ground(command, ask, () => view.beginCut());
+const curve = new Curve(view);
+const look = new Look(view, curve, watch);
+const timeLine = new TimeLine(goTo);
+new Pointer(view, {
+    onChoose: choose,
+    onMove: (robot, at) => panel.move(at, robot),
+    onLamp: (lamp, at) => ground.moveLamp(lamp, at),
+    onCut: (from, to) => ground.cut(view.idsLeftOf(from, to)),
+});
+
+const session = connect({
+    onEvent(event) {
+        handlers[event.event]?.(event);
+    },
+    onSample(bytes) {
+        const before = robots.tick;
+        const isAnew = robots.take(bytes);
+        if (robots.tick < before) {
+            log.forget(robots.tick);
+        }
+        view.sampled(isAnew);
+        showTime();
+        panel.show();
+    },
+    onEnd(text) {
+        part("status").textContent = text;
+        document.body.classList.add("ended");
+    },
+});
+
+const handlers = {
+    begin(event) {
+        world = event;
+        let first = 0;
+        for (const group of world.groups) {
+            group.first = first;
+            first += group.count;
+        }
+        timeLine.begin(world.end);
+        world.events.forEach((seconds) => timeLine.mark("event", seconds * world.ticks_per_second, texts.eventAt(seconds)));
+        log.clear();
+        showTests(world.expectations);
+        view.begin(world, robots);
+        panel.begin(world);
+        ground.begin(world);
+        curve.begin(world);
+        look.begin(world);
+        document.body.classList.toggle("recorded", Boolean(world.recording));
+        if (view.chosen !== null) {
+            watch({ inspect: { robot: view.chosen } });
+        }
+        showCommands(world.commands);
+    },
+    state(event) {
+        state = event;
+        showIcon("play", event.plays ? "pause" : "play", event.plays ? texts.pause : texts.play);
+        const { cut } = world.recording ?? {};
+        part("status").textContent = cut ? texts.cut(cut) : event.over ? texts.over : "";
+        const next = wanted;
+        wanted = false;
+        if (typeof next === "number") {
+            goTo(next);
+        }
+        showTime();
+    },
+    conditions(event) {
+        view.lights = event.lights;
+        view.changed();
+        ground.show(event);
+        showCommands(event.commands);
+        if (event.commands.length !== world.commands.length) {
+            // The run goes another way from here on.
+            curve.forget(robots.tick);
+        }
+        world.commands = event.commands;
+    },
+    log(event) {
+        line(event, event.text, "");
+    },
+    fault(event) {
+        const text = texts.fault(event.code, event.places[0]);
+        line(event, text, "fault");
+        timeLine.mark("fault", event.tick, `${texts.robot(robots.ids[event.robot])}: ${text}`);
+    },
+    expectation({ number, verdict, tick }) {
+        Object.assign(world.expectations[number], { verdict, tick });
+        showTests(world.expectations);
+        for (const kind of ["held", "failed"]) {
+            timeLine.forget(kind, -1);
+            world.expectations.filter((one) => one.verdict === kind)
+                .forEach((one) => timeLine.mark(kind, one.tick, `${texts.verdicts[kind]}: ${one.text}`));
+        }
+    },
+    inspection(event) {
+        panel.inspect(event);
+        if (event.robot === view.chosen) {
+            const heard = new Set(panel.neighbors);
+            view.neighbors = robots.ids.flatMap((id, number) => (heard.has(id) ? [number] : []));
+            view.changed();
+        }
+    },
+    messages(event) {
+        view.showMessages(event, state.plays);
+    },
+    quantity(event) {
+        look.paint(event);
+    },
+    digest(event) {
+        ground.showDigest(event);
+    },
+    refused({ text, help }) {
+        wanted = false;
+        part("status").textContent = help ? `${text} (${help})` : text;
+    },
+    scenario({ text }) {
+        save(new Blob([text], { type: "application/toml" }), texts.savedAs);
+    },
+    failed({ text }) {
+        part("status").textContent = texts.failed(text);
+    },
+};
+
+function choose(robot) {
+    view.choose(robot);
+    curve.changed();
+    panel.choose(robot);
+    tabs.show("robot");
+    watch({ inspect: { robot } });
+}
+
+function play() {
+    const rate = Number(part("rate").value);
+    ask(state.plays ? "pause" : { play: rate > 0 ? { rate } : {} });
+}
+
+// One way at a time: who drags the time line gets to the last place.
+function goTo(tick) {
+    const inside = Math.max(0, Math.min(world?.end ?? 0, tick));
+    if (wanted === false) {
+        wanted = true;
+        ask({ go_to: { tick: inside } });
+    } else {
+        wanted = inside;
+    }
+}
+
+function step() {
+    ask({ step: { ticks: 1 } });
+}
+
+function showTime() {
+    if (!world) {
+        return;
+    }
+    const tick = Math.max(robots.tick, 0);
+    timeLine.show(tick, state.plays);
+    part("clock").textContent = texts.clock(tick / world.ticks_per_second, world.end / world.ticks_per_second);
+}
+
+function showCommands(commands) {
+    timeLine.forget("command", -1);
+    for (const { tick, text } of commands) {
+        timeLine.mark("command", tick, text);
+    }
+}
+
+function line({ tick, robot }, text, kind) {
+    log.add(tick, tick / world.ticks_per_second, robot, robots.ids[robot] ?? robot, text, kind);
+}
+
+for (const rate of RATES) {
+    part("rate").append(new Option(texts.rateOf(rate), rate, rate === 1, rate === 1));
+}
+part("rate").append(new Option(texts.asFast, 0));
+part("help").querySelector("dl").append(...texts.allKeys.map(([key, text]) => row(element("kbd", {}, key), text)));
+
+const acts = {
+    " ": play, ",": () => goTo(robots.tick - 1), ".": step, Home: () => goTo(0), "?": () => part("help").showModal(),
+};
+part("save").onclick = () => ask("scenario");
+part("keys").onclick = acts["?"];
+part("start").onclick = acts.Home;
+part("back").onclick = acts[","];
+part("play").onclick = play;
+part("step").onclick = step;
+part("rate").onchange = () => {
+    if (state.plays) {
+        state.plays = false;
+        play();
+    }
+};
+addEventListener("keydown", (event) => {
+    const isTyped = event.target.matches("input, select, textarea") || event.ctrlKey || event.metaKey || event.altKey;
+    // The space bar presses a button that has the focus.
+    const isPressed = event.key === " " && event.target.matches("button, summary");
+    if (acts[event.key] && !isTyped && !isPressed && !part("help").open) {
+        event.preventDefault();
+        acts[event.key]();
+    }
+});

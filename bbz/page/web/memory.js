@@ -1,0 +1,101 @@
+// What a robot's machine holds, as text that can be unfolded.
+
+import { element, row } from "./element.js";
+import { texts } from "./texts.js";
+
+export class Memory {
+    constructor() {
+        // What somebody has folded or unfolded, by its path.
+        this.folds = new Map();
+    }
+
+    // Shows it in a part of the page, in which the focus stays where it is.
+    show(place, held) {
+        this.objects = held.objects;
+        const focused = place.contains(document.activeElement) ? document.activeElement.parentElement.dataset.path : null;
+        place.replaceChildren(...this.sections(held));
+        if (focused) {
+            [...place.querySelectorAll("details")].find((one) => one.dataset.path === focused)?.firstElementChild.focus();
+        }
+    }
+
+    sections(held) {
+        const named = (pairs, path) => pairs.filter(([name]) => !name.includes(" "))
+            .map(([name, one]) => row(name, this.value(one, `${path}.${name}`)));
+        const parts = [section(texts.globals, named(held.globals, "globals"))];
+        for (const [index, frame] of held.frames.entries()) {
+            const at = frame.source ? `${frame.source.file}:${frame.source.line}` : "";
+            parts.push(section(`${texts.frame} ${frame.function} ${at}`, named(frame.locals, `frame ${index}`)));
+        }
+        parts.push(section(texts.neighbors, held.neighbors.map((one) => row(texts.robot(one.id), texts.neighbor(one)))));
+        if (held.swarms.length > 0) {
+            parts.push(section(texts.swarms, held.swarms.map((one) => row(String(one.number), texts.swarm(one.is_member)))));
+        }
+        for (const one of held.stigmergies) {
+            const rows = one.entries.map((entry, index) => row(this.value(entry.key, `stigmergy ${one.number} key ${index}`),
+                this.value(entry.value, `stigmergy ${one.number} ${index}`), " ",
+                element("small", {}, texts.entry(entry.owner, entry.clock))));
+            parts.push(section(`${texts.stigmergy} ${one.number}`, rows));
+        }
+        if (held.queues) {
+            const { inbox, outbox } = held.queues;
+            parts.push(section(texts.queues, [
+                row(texts.inbox, ...this.queue(inbox)), row(texts.outbox, ...this.queue(outbox)),
+            ]));
+        }
+        return parts;
+    }
+
+    queue({ capacity, messages }) {
+        const lines = messages.map((one) => element("span", { class: "message" }, texts.message(one), " ",
+            ...("value" in one ? [this.value(one.value, "message")] : [])));
+        return [texts.waiting(messages.length, capacity), ...lines];
+    }
+
+    // A value as text; tables unfold, each once on a path.
+    value(held, path, above = []) {
+        if (held === null) {
+            return element("span", { class: "nil" }, "nil");
+        }
+        if (typeof held === "number") {
+            return element("span", { class: "number" }, String(held));
+        }
+        if (typeof held === "string") {
+            return element("span", { class: "string" }, `"${held}"`);
+        }
+        if ("table" in held) {
+            return this.table(held.table, path, above);
+        }
+        const [kind, name] = Object.entries(held)[0];
+        const text = { unset: "nil", float: name, closure: "closure" }[kind] ?? `${kind.replace("_", " ")} ${name}`;
+        return element("span", { class: "other" }, text);
+    }
+
+    table(id, path, above) {
+        const object = this.objects[id];
+        if (!object?.entries || above.includes(id)) {
+            return element("span", { class: "other" }, "{…}");
+        }
+        if (object.entries.length === 0) {
+            return element("span", { class: "other" }, "{}");
+        }
+        const rows = object.entries.map(([key, held]) => {
+            const name = typeof key === "string" ? `.${key}` : `[${JSON.stringify(key)}]`;
+            return row(name, this.value(held, path + name, [...above, id]));
+        });
+        if (object.left_out > 0) {
+            rows.push(row(texts.leftOut(object.left_out)));
+        }
+        const isOpen = this.folds.get(path) ?? above.length === 0;
+        const details = element("details", isOpen ? { open: "" } : {},
+            element("summary", {}, texts.table(object.entries.length)), element("dl", {}, ...rows));
+        details.dataset.path = path;
+        details.addEventListener("toggle", () => this.folds.set(path, details.open));
+        return details;
+    }
+}
+
+function section(title, rows) {
+    const body = rows.length > 0 ? element("dl", {}, ...rows) : element("p", { class: "none" }, texts.none);
+    return element("section", {}, element("h3", {}, title), body);
+}

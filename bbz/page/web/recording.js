@@ -1,0 +1,104 @@
+// Samples of a session: the bytes of a recording (docs/recording.md), piece by piece.
+
+const MAGIC = [0x62, 0x62, 0x7a, 0x72, 0x65, 0x63, 1];
+
+export class Robots {
+    constructor() {
+        this.clear([]);
+    }
+
+    clear(ids) {
+        const count = ids.length;
+        this.ids = ids;
+        this.tick = 0;
+        // Tenths of mm.
+        this.x = new Int32Array(count);
+        this.y = new Int32Array(count);
+        this.z = new Int32Array(count);
+        // Turns of 1/65536.
+        this.heading = new Uint16Array(count);
+        this.led = new Uint8Array(count);
+        this.state = new Uint8Array(count);
+        this.isThere = new Uint8Array(count);
+    }
+
+    get count() {
+        return this.ids.length;
+    }
+
+    // Takes a piece. Returns true if it begins anew.
+    take(bytes) {
+        this.bytes = bytes;
+        this.at = 0;
+        const isNew = MAGIC.every((byte, index) => bytes[index] === byte);
+        if (isNew) {
+            this.at = MAGIC.length;
+            this.header();
+        }
+        while (this.at < bytes.length) {
+            this.sample();
+        }
+        return isNew;
+    }
+
+    header() {
+        this.size = [this.uint(), this.uint()];
+        this.tickMs = this.uint();
+        const count = this.uint();
+        const ids = [];
+        let last = 0;
+        for (let index = 0; index < count; index++) {
+            last += this.int();
+            ids.push(last);
+        }
+        this.clear(ids);
+    }
+
+    sample() {
+        const length = this.uint();
+        const start = this.tick;
+        this.tick = start + this.uint();
+        const end = this.at + length - 1;
+        let robot = -1;
+        while (this.at < end) {
+            robot += this.uint() + 1;
+            this.change(robot);
+        }
+    }
+
+    change(robot) {
+        const fields = this.bytes[this.at++];
+        this.isThere[robot] = 1;
+        if (fields & 1) {
+            this.x[robot] += this.int();
+            this.y[robot] += this.int();
+        }
+        if (fields & 2) {
+            this.z[robot] += this.int();
+        }
+        if (fields & 4) {
+            this.heading[robot] += this.int();
+        }
+        if (fields & 8) {
+            const shown = this.bytes[this.at++];
+            this.led[robot] = shown & 7;
+            this.state[robot] = shown >> 3;
+        }
+    }
+
+    uint() {
+        let value = 0;
+        for (let factor = 1; ; factor *= 128) {
+            const byte = this.bytes[this.at++];
+            value += (byte & 127) * factor;
+            if (byte < 128) {
+                return value;
+            }
+        }
+    }
+
+    int() {
+        const value = this.uint();
+        return value % 2 === 0 ? value / 2 : -(value + 1) / 2;
+    }
+}

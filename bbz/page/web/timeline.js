@@ -1,0 +1,64 @@
+// The time line: where the run is, and marks for what happened.
+
+import { element, onFrame, part } from "./element.js";
+
+// Marks of one kind; more would not be told apart.
+const MOST_MARKS = 400;
+
+export class TimeLine {
+    // `onGo(tick)` when somebody drags the slider.
+    constructor(onGo) {
+        this.slider = part("time");
+        this.slider.addEventListener("input", () => onGo(Number(this.slider.value)));
+        this.marks = new Map();
+        this.changed = onFrame(() => this.draw());
+    }
+
+    begin(end) {
+        this.end = end;
+        this.slider.max = end;
+        this.marks.clear();
+        this.changed();
+    }
+
+    show(tick, isPlaying) {
+        // Whoever drags it is ahead of the run.
+        if (isPlaying || !this.slider.matches(":active")) {
+            this.slider.value = tick;
+        }
+    }
+
+    // Kinds are the classes of the style sheet: event, command, fault, held, failed.
+    mark(kind, tick, text) {
+        const marks = this.marks.get(kind) ?? new Map();
+        this.marks.set(kind, marks);
+        if (marks.has(tick)) {
+            // What an earlier run of the same tick has marked is there once.
+            const known = marks.get(tick);
+            marks.set(tick, known.includes(text) ? known : `${known}\n${text}`);
+        } else if (marks.size < MOST_MARKS) {
+            marks.set(tick, text);
+        }
+        this.changed();
+    }
+
+    // Forgets the marks of a kind that come after a tick.
+    forget(kind, tick) {
+        const marks = this.marks.get(kind) ?? new Map();
+        [...marks.keys()].filter((at) => at > tick).forEach((at) => marks.delete(at));
+        this.changed();
+    }
+
+    draw() {
+        const all = [];
+        for (const [kind, marks] of this.marks) {
+            for (const [tick, text] of marks) {
+                const mark = element("i", { class: kind, title: text });
+                // By the object model: the page's policy allows no styles in attributes.
+                mark.style.left = `${(100 * tick) / this.end}%`;
+                all.push(mark);
+            }
+        }
+        part("marks").replaceChildren(...all);
+    }
+}

@@ -1,0 +1,383 @@
+// What is seen of the world.
+
+import { part } from "./element.js";
+import { Scene, SHAPES } from "./scene.js";
+
+// Places of a robot that are kept: of the chosen one, of each one.
+const TRAIL = 400;
+const TRAILS = 40;
+// Lines of all trails.
+const MOST_LINES = 60000;
+// Milliseconds for which a message is seen while the run goes on.
+const FLASH = 350;
+// From low to high, as bright as the number is great (the colours of Cividis, for all eyes).
+const PALETTE = [[0, 34, 78], [53, 69, 108], [102, 105, 112], [148, 142, 119], [200, 184, 102], [254, 232, 56]];
+// Radius of a robot in a recording, which does not tell it, as a share of the world.
+const DOT = 0.015;
+const NO_MESSAGES = { heard: [], collided: [], lost: [] };
+// A robot of a large world is seen as a dot of two pixels.
+const LEAST_PIXELS = 1;
+
+export class View {
+    constructor(canvas) {
+        this.canvas = canvas;
+        this.scene = new Scene(canvas);
+        // The place in the middle of the canvas, in mm, and pixels for one mm.
+        this.x = 0;
+        this.y = 0;
+        this.scale = 1;
+        this.chosen = null;
+        // A robot or lamp on its way to another place: { robot or lamp, at }.
+        this.dragged = null;
+        this.world = null;
+        this.lights = [];
+        // Numbers of the robots that the chosen one has heard.
+        this.neighbors = [];
+        this.trail = [];
+        this.hasTrails = false;
+        this.trails = [];
+        // Lines between two robots, and when they were drawn first; `null` while the run stands still.
+        this.messages = NO_MESSAGES;
+        this.flashed = null;
+        // Ends of the line that somebody draws through the world, in mm.
+        this.cut = null;
+        this.isCutting = false;
+        // From 0 to 1 for each robot; `null`: by state.
+        this.shares = null;
+        this.isStale = true;
+        this.readColours();
+        matchMedia("(prefers-color-scheme: dark)").addEventListener("change", () => this.readColours());
+        new ResizeObserver(() => this.resized()).observe(canvas);
+        const frame = () => {
+            if ((this.isStale || this.flashed !== null) && this.world && this.robots) {
+                this.isStale = false;
+                this.draw();
+            }
+            requestAnimationFrame(frame);
+        };
+        requestAnimationFrame(frame);
+    }
+
+    begin(world, robots) {
+        this.world = world;
+        this.lights = world.lights;
+        this.robots = robots;
+        this.radii = world.groups.flatMap((group) => Array(group.count).fill(group.radius ?? Math.min(...world.size) * DOT));
+        this.isFitted = true;
+        this.fit();
+    }
+
+    // Shows the whole world.
+    fit() {
+        if (!this.world) {
+            return;
+        }
+        const [width, height] = this.world.size;
+        const { clientWidth, clientHeight } = this.canvas;
+        this.x = 0;
+        this.y = 0;
+        this.scale = Math.min(clientWidth / width, clientHeight / height) * 0.94 || 1;
+        this.isFitted = true;
+        this.changed();
+    }
+
+    resized() {
+        if (this.isFitted) {
+            this.fit();
+        }
+        this.changed();
+    }
+
+    changed() {
+        this.isStale = true;
+    }
+
+    choose(robot) {
+        this.chosen = robot;
+        this.neighbors = [];
+        this.trail = [];
+        this.changed();
+    }
+
+    // The robots have moved; `isAnew` if the run was taken elsewhere.
+    sampled(isAnew) {
+        if (isAnew) {
+            this.trail = [];
+        }
+        if (this.chosen !== null) {
+            this.trail.push([this.robots.x[this.chosen] / 10, this.robots.y[this.chosen] / 10]);
+            this.trail.splice(0, this.trail.length - TRAIL);
+        }
+        if (!this.hasTrails || isAnew) {
+            this.trails = [];
+        }
+        if (this.hasTrails) {
+            this.trails.push([Int32Array.from(this.robots.x), Int32Array.from(this.robots.y)]);
+            const most = Math.max(2, Math.min(TRAILS, Math.floor(MOST_LINES / this.robots.count)));
+            this.trails.splice(0, this.trails.length - most);
+        }
+        this.changed();
+    }
+
+    // Lists of two robots each: messages that were heard, that collided and that were lost otherwise.
+    showMessages({ heard, collided, lost }, isPlaying = false) {
+        this.messages = { heard, collided, lost };
+        this.flashed = isPlaying ? performance.now() : null;
+        this.changed();
+    }
+
+    paint(shares) {
+        this.shares = shares;
+        this.changed();
+    }
+
+    readColours() {
+        const style = getComputedStyle(document.documentElement);
+        const colour = (name) => {
+            const hex = style.getPropertyValue(name).trim().slice(1);
+            return [0, 2, 4].map((at) => parseInt(hex.slice(at, at + 2), 16) / 255).concat(1);
+        };
+        this.colours = {
+            outside: colour("--outside"), ground: colour("--ground"), grid: colour("--grid"), edge: colour("--edge"),
+            obstacle: colour("--obstacle"), light: colour("--light"), chosen: colour("--mark"), link: colour("--accent"),
+            states: ["--running", "--stopped", "--failed", "--faulted"].map(colour),
+        };
+        this.changed();
+    }
+
+    draw() {
+        const { scene, colours } = this;
+        scene.begin();
+        this.drawGround();
+        this.drawLinks();
+        this.drawRobots();
+        if (this.cut) {
+            this.line(...this.cut, 0, colours.chosen, 1.5);
+        }
+        scene.draw(this, colours.outside, colours.edge);
+        this.showScale();
+    }
+
+    drawGround() {
+        const { scene, colours, world } = this;
+        const [width, height] = world.size;
+        scene.add(0, 0, width / 2, height / 2, 0, SHAPES.box, colours.ground);
+        scene.add(0, 0, width / 2, height / 2, 0, SHAPES.grid, colours.grid, this.gridStep());
+        this.lights.forEach((light, lamp) => {
+            const at = this.dragged?.lamp === lamp ? this.dragged.at : light.at;
+            // The law of the sensor: half of it after 350 mm.
+            const share = Math.min(1, light.brightness / 1023);
+            scene.add(...at, 700, 700, 0, SHAPES.light, fade(colours.light, 0.35 * share));
+        });
+        this.drawFrame(width / 2, height / 2);
+        this.lights.forEach((light, lamp) => {
+            const at = this.dragged?.lamp === lamp ? this.dragged.at : light.at;
+            scene.add(...at, ...this.dot(9), 0, SHAPES.disc, colours.light);
+            scene.add(...at, ...this.dot(14), 0, SHAPES.ring, fade(colours.light, 0.8));
+        });
+        for (const obstacle of world.obstacles) {
+            if (obstacle.from) {
+                this.line(obstacle.from, obstacle.to, 2, colours.obstacle);
+            } else if (obstacle.radius) {
+                scene.add(...obstacle.at, obstacle.radius, obstacle.radius, 0, SHAPES.disc, colours.obstacle);
+            } else {
+                const [w, h] = obstacle.size;
+                scene.add(...obstacle.at, w / 2, h / 2, 0, SHAPES.box, colours.obstacle);
+            }
+        }
+    }
+
+    // Four boxes around the world hide the glow of lamps there.
+    drawFrame(halfWidth, halfHeight) {
+        const wide = 5000 / this.scale;
+        for (const side of [-1, 1]) {
+            this.scene.add(side * (halfWidth + wide), 0, wide, halfHeight + 2 * wide, 0, SHAPES.box, this.colours.outside);
+            this.scene.add(0, side * (halfHeight + wide), halfWidth, wide, 0, SHAPES.box, this.colours.outside);
+        }
+    }
+
+    drawMessages() {
+        const age = this.flashed === null ? 0 : (performance.now() - this.flashed) / FLASH;
+        if (age >= 1) {
+            this.flashed = null;
+            this.messages = NO_MESSAGES;
+        }
+        const { heard, collided, lost } = this.messages;
+        const isThere = ([from, to]) => Math.max(from, to) < this.robots.count;
+        for (const [pairs, colour] of [[lost, this.colours.states[3]], [heard, this.colours.link]]) {
+            const faded = fade(colour, 0.5 * (1 - age));
+            pairs.filter(isThere).forEach(([from, to]) => this.line(this.placeOf(from), this.placeOf(to), 0, faded, 0.8));
+        }
+        // At the robot where messages collide, which hears none of them.
+        for (const robot of new Set(collided.filter(isThere).map(([, to]) => to))) {
+            const size = this.radii[robot] * 1.5;
+            this.scene.add(...this.placeOf(robot), size, size, 0, SHAPES.ring, fade(this.colours.states[3], 0.9 * (1 - age)));
+        }
+    }
+
+    drawTrails() {
+        const colour = fade(this.colours.states[0], 0.5);
+        for (let index = 1; index < this.trails.length; index++) {
+            const [[x, y], [toX, toY]] = [this.trails[index - 1], this.trails[index]];
+            for (let robot = 0; robot < x.length; robot++) {
+                if (x[robot] !== toX[robot] || y[robot] !== toY[robot]) {
+                    this.line([x[robot] / 10, y[robot] / 10], [toX[robot] / 10, toY[robot] / 10], 0, colour, 0.7);
+                }
+            }
+        }
+    }
+
+    drawLinks() {
+        this.drawTrails();
+        this.drawMessages();
+        const { colours, trail } = this;
+        for (let index = 1; index < trail.length; index++) {
+            this.line(trail[index - 1], trail[index], 0, fade(colours.chosen, (0.7 * index) / trail.length), 1);
+        }
+        if (this.chosen !== null) {
+            const from = this.placeOf(this.chosen);
+            this.neighbors.forEach((robot) => this.line(from, this.placeOf(robot), 0, fade(colours.link, 0.75), 1));
+        }
+    }
+
+    drawRobots() {
+        const { scene, colours, robots } = this;
+        for (let robot = 0; robot < robots.count; robot++) {
+            const led = robots.led[robot];
+            if (robots.isThere[robot] && led > 0 && !this.shares) {
+                const glow = [led & 1, (led >> 1) & 1, (led >> 2) & 1].map((lit) => lit * 0.85 + 0.1);
+                const reach = this.radii[robot] * 2.2;
+                scene.add(...this.placeOf(robot), reach, reach, 0, SHAPES.light, [...glow, 0.5]);
+            }
+        }
+        for (let robot = 0; robot < robots.count; robot++) {
+            if (!robots.isThere[robot]) {
+                continue;
+            }
+            const [x, y] = this.placeOf(robot);
+            const radius = Math.max(this.radii[robot], LEAST_PIXELS / this.scale);
+            const angle = (robots.heading[robot] / 65536) * 2 * Math.PI;
+            scene.add(x, y, radius, radius, angle, SHAPES.robot, this.colourOf(robot), this.shares ? 0 : robots.led[robot]);
+        }
+        if (this.chosen !== null && robots.isThere[this.chosen]) {
+            const size = Math.max(this.radii[this.chosen], 4 / this.scale) * 1.15;
+            scene.add(...this.placeOf(this.chosen), size, size, 0, SHAPES.ring, colours.chosen);
+        }
+    }
+
+    // By its share of the shown quantity, or its state.
+    colourOf(robot) {
+        const share = this.shares?.[robot];
+        return typeof share === "number" ? mix(share) : this.colours.states[this.robots.state[robot]];
+    }
+
+    // At least `thick` mm to each side, or `pixels`.
+    line([x, y], [toX, toY], thick, colour, pixels = 1) {
+        const half = Math.max(thick, pixels / this.scale);
+        this.scene.add((x + toX) / 2, (y + toY) / 2, Math.hypot(toX - x, toY - y) / 2, half,
+            Math.atan2(toY - y, toX - x), SHAPES.box, colour);
+    }
+
+    dot(mm) {
+        const size = Math.max(mm, 4 / this.scale);
+        return [size, size];
+    }
+
+    placeOf(robot) {
+        if (this.dragged?.robot === robot) {
+            return this.dragged.at;
+        }
+        return [this.robots.x[robot] / 10, this.robots.y[robot] / 10];
+    }
+
+    // 1, 2 or 5 times a power of ten, in mm: at least 40 pixels.
+    gridStep() {
+        const least = 40 / this.scale;
+        const power = 10 ** Math.floor(Math.log10(least));
+        return [1, 2, 5, 10].map((times) => times * power).find((step) => step >= least);
+    }
+
+    showScale() {
+        const step = this.gridStep();
+        part("bar").style.width = `${step * this.scale}px`;
+        part("bar-text").textContent = `${step} mm`;
+        const name = part("name");
+        name.hidden = this.chosen === null;
+        if (this.chosen !== null) {
+            const [x, y] = this.placeOf(this.chosen);
+            const { clientWidth, clientHeight } = this.canvas;
+            const away = this.radii[this.chosen] * this.scale + 6;
+            name.textContent = this.robots.ids[this.chosen];
+            name.style.left = `${clientWidth / 2 + (x - this.x) * this.scale + away}px`;
+            name.style.top = `${clientHeight / 2 - (y - this.y) * this.scale - away}px`;
+        }
+    }
+
+    // From a place on the screen to mm.
+    toWorld({ clientX, clientY }) {
+        const box = this.canvas.getBoundingClientRect();
+        const right = clientX - box.left - box.width / 2;
+        const down = clientY - box.top - box.height / 2;
+        return [this.x + right / this.scale, this.y - down / this.scale];
+    }
+
+    // The nearest robot there, within some pixels.
+    robotAt([x, y]) {
+        let [found, least] = [null, Infinity];
+        for (let robot = 0; robot < (this.robots?.count ?? 0); robot++) {
+            const away = Math.hypot(this.robots.x[robot] / 10 - x, this.robots.y[robot] / 10 - y);
+            const reach = this.radii[robot] + 6 / this.scale;
+            if (this.robots.isThere[robot] && away < reach && away < least) {
+                [found, least] = [robot, away];
+            }
+        }
+        return found;
+    }
+
+    lampAt([x, y]) {
+        const found = this.lights.findIndex(({ at }) => Math.hypot(at[0] - x, at[1] - y) < Math.max(14, 12 / this.scale));
+        return found < 0 ? null : found;
+    }
+
+    // The next drag draws a line.
+    beginCut() {
+        this.isCutting = true;
+        this.canvas.style.cursor = "crosshair";
+        this.canvas.focus();
+    }
+
+    idsLeftOf([x, y], [toX, toY]) {
+        const { robots } = this;
+        return robots.ids.filter((_, robot) => {
+            const [atX, atY] = this.placeOf(robot);
+            return robots.isThere[robot] && (toX - x) * (atY - y) - (toY - y) * (atX - x) > 0;
+        });
+    }
+
+    pan(right, down) {
+        this.x -= right / this.scale;
+        this.y += down / this.scale;
+        this.isFitted = false;
+        this.changed();
+    }
+
+    // A place stays where it is on the screen.
+    zoom(factor, [x, y] = [this.x, this.y]) {
+        this.scale *= factor;
+        this.x = x + (this.x - x) / factor;
+        this.y = y + (this.y - y) / factor;
+        this.isFitted = false;
+        this.changed();
+    }
+}
+
+function fade(colour, alpha) {
+    return [...colour.slice(0, 3), alpha];
+}
+
+// The colour of a share from 0 to 1.
+function mix(share) {
+    const at = share * (PALETTE.length - 1);
+    const low = Math.min(Math.floor(at), PALETTE.length - 2);
+    return PALETTE[low].map((part, index) => (part + (PALETTE[low + 1][index] - part) * (at - low)) / 255).concat(1);
+}

@@ -1,0 +1,54 @@
+//! `bbz view`: a recording in a page; and the page of `bbz sim --view`.
+
+use std::path::PathBuf;
+
+use ::open as open_page;
+use bittybuzz_live::{Replay, Source};
+use bittybuzz_page::Page;
+use bittybuzz_toml_reader::file;
+
+use crate::Ending;
+use crate::interrupt::Interrupt;
+use crate::output::Output;
+use crate::problem::Problem;
+
+const EXAMPLES: &str = "\
+Examples:
+  bbz sim swarm.toml --record swarm.bbr    make a recording
+  bbz view swarm.bbr                       show it in the browser
+  bbz view swarm.bbr --no-browser          only print the address of the page";
+
+#[derive(Debug, clap::Args)]
+#[command(after_help = EXAMPLES)]
+pub struct Arguments {
+    /// Recording of `bbz sim --record`
+    recording: PathBuf,
+    /// Print the address of the page and open no browser
+    #[arg(long)]
+    no_browser: bool,
+}
+
+/// Carries out the command.
+pub fn execute(arguments: &Arguments) -> Result<Ending, Problem> {
+    let path = &arguments.recording;
+    let bytes =
+        file::read(path, file::MOST_RECORDING).map_err(|error| Problem::unreadable(path, error))?;
+    let mut replay =
+        Replay::new(&bytes).map_err(|error| Problem::Recording { path: path.clone(), error })?;
+    show(&mut replay, arguments.no_browser)
+}
+
+/// Shows a session or a recording until its page is closed, or Ctrl-C.
+pub fn show(source: &mut dyn Source, no_browser: bool) -> Result<Ending, Problem> {
+    let mut interrupt = Interrupt::install().map_err(Problem::Interrupt)?;
+    let page = Page::open().map_err(Problem::Page)?;
+    let mut output = Output::new();
+    output.line(page.url().as_bytes());
+    output.finish()?;
+    if !no_browser {
+        // Without a browser on this computer the printed address is enough.
+        let _ = open_page::that_detached(page.url());
+    }
+    page.show(source, || interrupt.is_raised());
+    Ok(Ending::Success)
+}

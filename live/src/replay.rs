@@ -1,0 +1,219 @@
+//! A recording and its client.
+
+use std::time::Duration;
+
+use bittybuzz_arena::output::recording::{Reader, RecordingError, Robot, Sample};
+use serde_json::{Value, json};
+
+use crate::pace::{Pace, RATES};
+use crate::request::Request;
+use crate::samples::Samples;
+use crate::source::Source;
+
+/// The greatest number of places in a recording from which it is read again on a way back.
+const MOST_KEYS: usize = 256;
+
+/// A recording that a client steers and watches. Its ticks are those of its samples: between two of them nothing is known.
+pub struct Replay<'a> {
+    /// Reads the samples after the next one.
+    reader: Reader<'a>,
+    shown: Sample,
+    /// The sample after the one that is shown; `None` at the last.
+    next: Option<Sample>,
+    /// The reader in front of some samples, with the ticks of these, in ascending order.
+    keys: Vec<(u64, Reader<'a>)>,
+    /// The tick of the last sample.
+    end: u64,
+    /// The reason why the recording ends before its end.
+    cut: Option<RecordingError>,
+    pace: Pace,
+    samples: Samples,
+    events: Vec<Value>,
+}
+
+impl<'a> Replay<'a> {
+    /// Reads a recording through, and shows its first sample. One that is cut off or damaged ends where it cannot be read.
+    pub fn new(bytes: &'a [u8]) -> Result<Self, RecordingError> {
+        let start = Reader::new(bytes)?;
+        let mut reader = start.clone();
+        let (mut keys, mut apart, mut count) = (Vec::new(), 1, 0);
+        let (mut end, mut cut) = (0, None);
+        loop {
+            let here = reader.clone();
+            match reader.next() {
+                None => break,
+                Some(Err(error)) => {
+                    cut = Some(error);
+                    break;
+                }
+                Some(Ok(sample)) => {
+                    end = sample.tick;
+                    if count % apart == 0 {
+                        keys.push((sample.tick, here));
+                    }
+                    count += 1;
+                    if keys.len() > MOST_KEYS {
+                        let mut number = 0;
+                        keys.retain(|_| {
+                            number += 1;
+                            number % 2 == 1
+                        });
+                        apart *= 2;
+                    }
+                }
+            }
+        }
+        let mut reader = start;
+        let first = reader.next().ok_or(RecordingError::Empty)??;
+        let next = reader.next().and_then(Result::ok);
+        let mut replay = Replay {
+            reader,
+            shown: first,
+            next,
+            keys,
+            end,
+            cut,
+            pace: Pace::Still,
+            samples: Samples::NEW,
+            events: Vec::new(),
+        };
+        replay.begin();
+        Ok(replay)
+    }
+
+    /// Shows the next sample. Returns false at the last one.
+    fn step(&mut self) -> bool {
+        let Some(next) = self.next.take() else { return false };
+        self.shown = next;
+        self.next = self.reader.next().and_then(Result::ok);
+        true
+    }
+
+    /// Shows the last sample that is not after a tick, or the first one.
+    fn go_to(&mut self, tick: u64) {
+        if tick < self.shown.tick {
+            let at = self.keys.partition_point(|(of, _)| *of <= tick).saturating_sub(1);
+            if let Some((_, key)) = self.keys.get(at) {
+                self.reader = key.clone();
+                self.next = self.reader.next().and_then(Result::ok);
+                self.step();
+            }
+        }
+        while self.next.as_ref().is_some_and(|next| next.tick <= tick) {
+            self.step();
+        }
+    }
+
+    fn ticks_per_second(&self) -> f64 {
+        1000.0 / f64::from(self.reader.header().tick_ms.max(1))
+    }
+
+    fn tell_state(&mut self) {
+        let rate = match self.pace {
+            Pace::Rate { rate, .. } => Some(rate),
+            _ => None,
+        };
+        self.events.push(json!({
+            "event": "state",
+            "tick": self.shown.tick,
+            "plays": self.pace != Pace::Still,
+            "rate": rate,
+            "over": self.next.is_none(),
+        }));
+    }
+
+    fn refuse(&mut self, text: &str) {
+        self.events.push(json!({ "event": "refused", "text": text, "help": null }));
+    }
+}
+
+impl Source for Replay<'_> {
+    fn begin(&mut self) {
+        let header = self.reader.header();
+        let group = json!({
+            "name": null, "robot": null, "script": null, "count": header.ids.len(),
+            "first_id": header.ids.first(), "radius": null, "slots": null,
+        });
+        let cut = self.cut.map(|error| error.to_string());
+        self.samples.restart();
+        self.events = vec![json!({
+            "event": "begin",
+            "recording": { "cut": cut },
+            "size": header.size,
+            "ticks_per_second": self.ticks_per_second(),
+            "end": self.end,
+            "seed": null,
+            "groups": [group],
+            "obstacles": [],
+            "lights": [],
+            "media": [],
+            "events": [],
+            "commands": [],
+            "quantities": {},
+            "expectations": [],
+        })];
+        self.tell_state();
+    }
+
+    fn request(&mut self, text: &str, now: Duration) {
+        match serde_json::from_str(text) {
+            Ok(Request::Play { rate: None }) => self.pace = Pace::Unlimited,
+            Ok(Request::Play { rate: Some(rate) }) if RATES.contains(&rate) => {
+                self.pace = Pace::Rate { rate, since: now, from: self.shown.tick };
+            }
+            Ok(Request::Play { rate: Some(rate) }) => {
+                return self.refuse(&Pace::refusal(rate));
+            }
+            Ok(Request::Pause) => self.pace = Pace::Still,
+            Ok(Request::Step { ticks }) => {
+                self.pace = Pace::Still;
+                for _ in 0..ticks {
+                    if !self.step() {
+                        break;
+                    }
+                }
+            }
+            Ok(Request::GoTo { tick }) => {
+                self.pace = Pace::Still;
+                self.go_to(tick);
+            }
+            Ok(_) => return self.refuse("a recording has places, LEDs and states alone"),
+            Err(error) => return self.refuse(&format!("the request makes no sense: {error}")),
+        }
+        self.tell_state();
+    }
+
+    fn advance(&mut self, now: Duration, goes_on: &mut dyn FnMut() -> bool) -> bool {
+        let due = self.pace.due(self.shown.tick, now, self.ticks_per_second());
+        if due == 0 {
+            return false;
+        }
+        let wanted = self.shown.tick.saturating_add(due);
+        let is_due = |next: &Option<Sample>| next.as_ref().is_some_and(|next| next.tick <= wanted);
+        while is_due(&self.next) && goes_on() {
+            self.step();
+        }
+        if self.next.is_none() {
+            self.pace = Pace::Still;
+            self.tell_state();
+        }
+        let is_late = is_due(&self.next);
+        if is_late {
+            self.pace.passed(0, due, self.shown.tick, now);
+        }
+        is_late
+    }
+
+    fn tick(&self) -> u64 {
+        self.shown.tick
+    }
+
+    fn take_events(&mut self) -> Vec<Value> {
+        std::mem::take(&mut self.events)
+    }
+
+    fn take_sample(&mut self) -> Vec<u8> {
+        let robots: &[Option<Robot>] = &self.shown.robots;
+        self.samples.take(self.shown.tick, robots, || self.reader.header().clone())
+    }
+}

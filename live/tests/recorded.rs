@@ -1,0 +1,160 @@
+//! A recording as its client sees it.
+
+#![allow(clippy::unwrap_used, reason = "what fails here fails the test")]
+
+use std::time::Duration;
+
+use bittybuzz_arena::output::recording::{
+    Header, Reader, RecordingError, Robot, Sample, State, Writer,
+};
+use bittybuzz_live::{Replay, Source};
+use proptest::prelude::*;
+use serde_json::{Value, json};
+
+const ROBOT: Robot = Robot { x: 0, y: 0, z: 0, heading: 0, led: 0, state: State::Running };
+
+/// Robot 7 joins at the third sample. Samples are half a second apart: the ticks are 0, 5, 10 ...
+fn recording(samples: u64) -> Vec<u8> {
+    let header = Header { size: [800, 600], tick_ms: 100, ids: vec![3, 7] };
+    let mut writer = Writer::new(Vec::new(), &header).unwrap();
+    for number in 0..samples {
+        writer.write(5 * number, &robots(number)).unwrap();
+    }
+    writer.finish().unwrap()
+}
+
+fn robots(number: u64) -> [Option<Robot>; 2] {
+    let first = Robot { x: 10 * number as i32, led: (number % 8) as u8, ..ROBOT };
+    [Some(first), (number >= 2).then_some(Robot { y: -5, ..ROBOT })]
+}
+
+/// The sample that a client sees that has those bytes already.
+fn seen(replay: &mut Replay<'_>, known: &mut Vec<u8>) -> Sample {
+    let bytes = replay.take_sample();
+    if bytes.starts_with(b"bbzrec") {
+        known.clear();
+    }
+    known.extend(bytes);
+    Reader::new(known).unwrap().map_while(Result::ok).last().unwrap()
+}
+
+fn ask(replay: &mut Replay<'_>, request: Value) {
+    replay.request(&request.to_string(), Duration::ZERO);
+}
+
+#[test]
+fn the_first_event_is_the_world() {
+    let bytes = recording(3);
+    let mut replay = Replay::new(&bytes).unwrap();
+    let events = replay.take_events();
+    let begin = &events[0];
+    assert_eq!((&begin["size"], &begin["end"]), (&json!([800, 600]), &json!(10)));
+    assert_eq!(begin["ticks_per_second"], json!(10.0));
+    assert_eq!(begin["recording"], json!({ "cut": null }));
+    assert_eq!(begin["groups"][0]["count"], 2);
+    let state = json!({ "event": "state", "tick": 0, "plays": false, "rate": null, "over": false });
+    assert_eq!(events[1..], [state]);
+}
+
+#[test]
+fn it_plays_by_the_clock_and_steps_by_samples() {
+    let bytes = recording(100);
+    let mut replay = Replay::new(&bytes).unwrap();
+    let mut known = Vec::new();
+    assert_eq!(seen(&mut replay, &mut known), Sample { tick: 0, robots: robots(0).to_vec() });
+    let at = Duration::from_millis;
+    replay.request(r#"{"play":{"rate":2}}"#, at(1000));
+    // 1.2 s at twice the real time are 24 ticks; the last sample before is at 20.
+    assert!(!replay.advance(at(2200), &mut || true));
+    assert_eq!(seen(&mut replay, &mut known), Sample { tick: 20, robots: robots(4).to_vec() });
+    assert!(!replay.advance(at(2250), &mut || true));
+    assert_eq!(replay.tick(), 25);
+    ask(&mut replay, json!("pause"));
+    assert!(!replay.advance(at(9000), &mut || true));
+    ask(&mut replay, json!({ "step": { "ticks": 2 } }));
+    assert_eq!(replay.tick(), 35);
+    ask(&mut replay, json!({ "play": {} }));
+    let mut turns = 0..3;
+    assert!(replay.advance(at(9000), &mut || turns.next().is_some()));
+    assert_eq!(replay.tick(), 50);
+    assert!(!replay.advance(at(9000), &mut || true));
+    let last = replay.take_events().pop().unwrap();
+    assert_eq!(
+        (&last["tick"], &last["plays"], &last["over"]),
+        (&json!(495), &json!(false), &json!(true))
+    );
+    ask(&mut replay, json!({ "step": { "ticks": 4_000_000_000_u32 } }));
+    assert_eq!(replay.tick(), 495);
+}
+
+#[test]
+fn a_recording_that_is_cut_off_is_shown_up_to_there() {
+    let whole = recording(3);
+    let mut replay = Replay::new(&whole[..whole.len() - 2]).unwrap();
+    let begin = replay.take_events().remove(0);
+    assert_eq!((&begin["end"], &begin["recording"]["cut"]), (&json!(10), &json!("it is cut off")));
+    for length in 0..whole.len() {
+        match Replay::new(&whole[..length]) {
+            Ok(mut replay) => assert!(seen(&mut replay, &mut Vec::new()).robots[0].is_some()),
+            Err(error) => assert!(
+                matches!(error, RecordingError::NotARecording | RecordingError::Truncated),
+                "{length}: {error}"
+            ),
+        }
+    }
+    assert_eq!(Replay::new(&recording(0)).err(), Some(RecordingError::Empty));
+    assert_eq!(Replay::new(b"PNG").err(), Some(RecordingError::NotARecording));
+}
+
+#[test]
+fn what_a_recording_does_not_have_is_refused() {
+    let bytes = recording(3);
+    let mut replay = Replay::new(&bytes).unwrap();
+    for request in [
+        json!({ "command": { "text": "fail = 3" } }),
+        json!({ "inspect": { "robot": 0 } }),
+        json!("digest"),
+        json!({ "play": { "rate": 0 } }),
+        json!("fly"),
+    ] {
+        replay.take_events();
+        ask(&mut replay, request.clone());
+        let events = replay.take_events();
+        assert_eq!((events.len(), &events[0]["event"]), (1, &json!("refused")), "{request}");
+    }
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig::with_cases(64))]
+
+    /// More samples than places to read from again.
+    #[test]
+    fn any_way_through_it_shows_the_last_sample_before(
+        ticks in proptest::collection::vec(0u64..6000, 1..20),
+        samples in 1u64..1100,
+    ) {
+        let bytes = recording(samples);
+        let mut replay = Replay::new(&bytes).unwrap();
+        let mut known = Vec::new();
+        for tick in ticks {
+            ask(&mut replay, json!({ "go_to": { "tick": tick } }));
+            let number = (tick / 5).min(samples - 1);
+            let expected = Sample { tick: 5 * number, robots: robots(number).to_vec() };
+            prop_assert_eq!(seen(&mut replay, &mut known), expected);
+        }
+    }
+
+    #[test]
+    fn no_bytes_make_it_panic(mut bytes in proptest::collection::vec(any::<u8>(), 0..40), at in 0usize..60) {
+        let mut whole = recording(4);
+        if let Some(byte) = whole.get_mut(at) {
+            *byte = bytes.pop().unwrap_or(0xff);
+        }
+        for bytes in [whole, bytes] {
+            if let Ok(mut replay) = Replay::new(&bytes) {
+                ask(&mut replay, json!({ "go_to": { "tick": 10 } }));
+                replay.take_sample();
+            }
+        }
+    }
+}
