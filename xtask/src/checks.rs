@@ -1,10 +1,11 @@
 //! Tests, and what CI runs.
 
+use crate::site;
 use crate::sizes;
 use anyhow::{Result, ensure};
 use bittybuzz_bench_harness as bench;
 use bittybuzz_builds::board::{BOARDS, CRAZYFLIE, KILOBOT, ZOOIDS};
-use bittybuzz_builds::cargo_test::{SKIP_SLOW, cargo_test};
+use bittybuzz_builds::cargo_test::{EMULATORS, SKIP_SLOW, all_tests, cargo_test};
 use bittybuzz_builds::probe::PROBES;
 use bittybuzz_builds::shell::{Line, cargo, keep_lock_files, target};
 use bittybuzz_builds::{chip, on_chip, setup};
@@ -29,15 +30,6 @@ pub fn test() -> Result<()> {
     );
     let tests = Images::build()?.given_to(all_tests(&[], &SKIP_SLOW));
     tests.env("BITTYBUZZ_SEEDS", SEEDS).run()
-}
-
-/// All that share a build, with arguments for cargo and for the programs of tests. In one call, because cargo would compile
-/// their shared crates once for each.
-fn all_tests(options: &[&str], chosen: &[&str]) -> Line {
-    let all = ["--workspace", "--exclude", "bittybuzz-probe-rs-test"];
-    // These are tested optimised, as they are used.
-    let but = EMULATORS.map(|package| ["--exclude", package]).concat();
-    cargo_test(&[&all[..], &but, options, &["--"], chosen].concat())
 }
 
 /// All tests, the guides beside the others: their compilers have work for one processor most of the time.
@@ -76,16 +68,6 @@ impl Images {
     }
 }
 
-const EMULATORS: [&str; 7] = [
-    "bittybuzz-core-tests",
-    "bittybuzz-emulate-avr",
-    "bittybuzz-emulate-qemu",
-    "bittybuzz-emulate-stm32",
-    "bittybuzz-qemu",
-    "bittybuzz-simavr",
-    "bittybuzz-unicorn",
-];
-
 /// A part of the checks that a change must pass before it is merged, in the order of a whole run.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, clap::ValueEnum)]
 pub enum Step {
@@ -105,6 +87,8 @@ pub enum Step {
     Tests,
     /// Scenarios in the WebAssembly module with the same results as natively
     Wasm,
+    /// The page of `bbz sim --view` and the playground in a browser
+    Page,
     /// Chips and layouts of the robot files against probe-rs' own database
     ProbeRs,
     /// Samples of the long tests
@@ -140,6 +124,7 @@ impl Step {
             }
             Step::Tests => tests_and_guides()?,
             Step::Wasm => wasm()?,
+            Step::Page => page()?,
             Step::ProbeRs => cargo_test(&["--package", "bittybuzz-probe-rs-test"]).run()?,
             Step::Soak => soak::sample()?,
         }
@@ -156,12 +141,22 @@ fn workspaces() -> impl Iterator<Item = &'static str> {
 
 /// Builds the module of the playground and compares its runs, in node, with native ones.
 fn wasm() -> Result<()> {
-    const MODULE: &str = "bittybuzz-playground";
-    const TARGET: &str = "wasm32-unknown-unknown";
-    cargo(&["build", "--release", "--target", TARGET, "--package", MODULE])?;
-    let module = target()?.join(TARGET).join("release/bittybuzz_playground.wasm");
+    let module = site::module()?;
     all_tests(&["--test", "everywhere"], &[])
         .env("BITTYBUZZ_PLAYGROUND", &module.display().to_string())
+        .run()
+}
+
+/// Uses the page of `bbz sim --view`, and the playground, in a browser without a window.
+fn page() -> Result<()> {
+    let python = setup::browser()?;
+    // The tests' build has `bbz`, too.
+    all_tests(&["--no-run", "--test", "sim"], &[]).run()?;
+    let bbz = target()?.join("debug/bbz");
+    Line::named("python3", &python, &["-m", "pytest", "-q", "-p", "no:cacheprovider", "tests/page"])
+        .env("PYTHONDONTWRITEBYTECODE", "1")
+        .env("BBZ", &bbz.display().to_string())
+        .env("SITE", &site::build()?.display().to_string())
         .run()
 }
 

@@ -1,5 +1,5 @@
-//! Shows the project at work: runs a script, lets the tool explain errors, and simulates a swarm; if asked, also boots the
-//! firmware of a robot, then that of a whole swarm.
+//! Shows the project at work: runs a script, lets the tool explain errors, simulates a swarm, and shows it in a page; if asked, boots
+//! the firmware of a robot, then that of a whole swarm instead of the page.
 
 use crate::beside;
 use crate::unlike;
@@ -7,6 +7,7 @@ use anyhow::{Result, ensure};
 use bittybuzz_builds::setup;
 use bittybuzz_builds::shell::{Line, cargo, root, target};
 use fs_err as fs;
+use std::io::IsTerminal;
 use std::path::Path;
 
 /// Uses the clock and the LED.
@@ -22,7 +23,7 @@ const PICTURES: &str = "target/demo";
 const COMPILE_ERROR: i32 = 2;
 
 /// The demonstration, up to the emulated robots if they are asked for.
-pub fn run(robots: bool) -> Result<()> {
+pub fn run(robots: bool, no_browser: bool) -> Result<()> {
     if robots {
         setup::run()?;
     }
@@ -50,10 +51,21 @@ pub fn run(robots: bool) -> Result<()> {
     }
     if !robots {
         println!("The same with the firmware of robots, in emulation: cargo xtask demo --robots");
-        return Ok(());
+        return show(&bbz, no_browser);
     }
     beside::run(&bbz)?;
     unlike::run(&bbz)
+}
+
+/// Shows the swarm in a page until that is closed. Without a terminal it prints the command instead, since Ctrl-C could not end it.
+fn show(bbz: &Path, no_browser: bool) -> Result<()> {
+    if !std::io::stdout().is_terminal() {
+        println!("The same swarm in a page: bbz sim {SWARM} --view");
+        return Ok(());
+    }
+    println!("\n== {SWARM} in a page: press Play there; close it, or press Ctrl-C, to end");
+    let arguments: &[&str] = if no_browser { &["--no-browser"] } else { &[] };
+    Line::named("bbz", bbz, &[&["sim", SWARM, "--view"], arguments].concat()).run()
 }
 
 /// The names of the files in a folder, in alphabetical order.

@@ -1,13 +1,14 @@
 //! The chores of the project, so that people and the CI machine run the same commands.
 //!
 //! Each command prints what it runs and stops at the first failure. What a command needs and can be fetched by
-//! the ordinary clients (rustup, apt-get) is fetched by `setup`; nothing is installed in another way. `demo` needs nothing of that.
+//! the ordinary clients (rustup, apt-get, pip) is fetched by `setup`; nothing is installed in another way. `demo` needs nothing of that.
 //!
 //! Benchmarks live in `bench/harness`, long tests in `tests/soak`, programs and images that all of them build in `xtask/builds`.
 
 mod beside;
 mod checks;
 mod demo;
+mod site;
 mod sizes;
 mod unlike;
 
@@ -27,11 +28,14 @@ struct CommandLine {
 
 #[derive(Debug, Subcommand)]
 enum Task {
-    /// Run a script, explain some errors, and simulate a swarm
+    /// Run a script, explain some errors, simulate a swarm and show it in a page
     Demo {
         /// Go on with robots' firmware in emulation, for which `setup` comes first
         #[arg(long)]
         robots: bool,
+        /// Print the address of the page and open no browser
+        #[arg(long)]
+        no_browser: bool,
     },
     /// The tests of every change: on this computer, and the robots' firmware in emulation
     Test,
@@ -45,6 +49,8 @@ enum Task {
         #[arg(long)]
         json: bool,
     },
+    /// The playground as a folder of static files, for any web server
+    Site,
     /// Cycles or instructions of the benchmark scripts, beside the C BittyBuzz
     Bench(bench::Arguments),
     /// Long evidence, which goes on where it was stopped
@@ -62,11 +68,12 @@ enum Task {
 
 fn main() -> ExitCode {
     let (name, result) = match CommandLine::parse().task {
-        Task::Demo { robots } => ("demo", demo::run(robots)),
+        Task::Demo { robots, no_browser } => ("demo", demo::run(robots, no_browser)),
         Task::Test => ("test", checks::test()),
         Task::Setup => ("setup", setup::run()),
         Task::Build(arguments) => ("build", board::run(&arguments)),
         Task::Sizes { json } => ("sizes", sizes::run(json)),
+        Task::Site => ("site", site::run()),
         Task::Bench(arguments) => ("bench", bench::run(&arguments)),
         Task::Soak { part } => ("soak", soak::run(part.as_deref())),
         Task::Ci { step } => ("ci", checks::ci(step)),
@@ -94,10 +101,12 @@ mod tests {
     fn command_lines_that_are_understood() {
         for line in [
             "demo --robots",
+            "demo --no-browser",
             "build kilobot --script a.bzz",
             "build --script a.bzz crazyflie --profile tiny",
             "build behaviours",
             "sizes --json",
+            "site",
             "bench --json avr",
             "bench thumbv7em-full --update",
             "bench costs --update avr",

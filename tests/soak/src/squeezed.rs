@@ -6,16 +6,13 @@ use super::kilobots::{examples, keeps_pace};
 use crate::Verdict;
 use anyhow::Result;
 use bittybuzz_builds::board::{KILOBOT, target_of};
-use bittybuzz_builds::cargo_test::cargo_test;
+use bittybuzz_builds::cargo_test::all_tests;
 use bittybuzz_builds::elf;
 use bittybuzz_builds::shell::{Line, root, target};
 use bittybuzz_vm_core::Parts;
 use fs_err as fs;
 use std::path::{Path, PathBuf};
 
-/// The test.
-const TEST: [&str; 7] =
-    ["--package", "bittybuzz-hil", "--test", "squeezed", "--", "--ignored", "--nocapture"];
 /// Bytes of flash that a Kilobot has.
 const FLASH: u64 = 0x8000;
 
@@ -49,7 +46,7 @@ pub fn run(example: &str) -> Result<Verdict> {
     let squeezed_bytes = elf::footprint(&squeezed)?.flash;
     let plain_bytes = elf::footprint(&plain)?.flash;
     let chip = if plain_bytes > FLASH { "atmega1284p" } else { "atmega328p" };
-    let output = cargo_test(&TEST)
+    let output = all_tests(&["--test", "squeezed"], &["--ignored", "--nocapture"])
         .env("BITTYBUZZ_SQUEEZED", &squeezed.display().to_string())
         .env("BITTYBUZZ_PLAIN", &plain.display().to_string())
         .env("BITTYBUZZ_PLAIN_CHIP", chip)

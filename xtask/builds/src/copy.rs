@@ -44,7 +44,7 @@ impl Copy {
     }
 
     /// Variables with which cargo builds in the copy.
-    pub fn variables(&self) -> [(&'static str, String); 3] {
+    pub fn variables(&self) -> [(&'static str, String); 4] {
         [
             // Not the folder of the repository: cargo takes a crate of the copy for the one in the same place of the repository,
             // and would run the changed one in tests of that. Boards and tools share their compiled dependencies.
@@ -52,6 +52,9 @@ impl Copy {
             // Compilers take most of the time here; their programs run for seconds.
             ("CARGO_PROFILE_DEV_OPT_LEVEL", "0".to_owned()),
             ("CARGO_PROFILE_DEV_DEBUG", "none".to_owned()),
+            // Most builds follow a change, also in CI, which builds all else only once. CARGO_INCREMENTAL would reach the release
+            // profile too, in which the AVR's compiler then refuses `sts` in assembly.
+            ("CARGO_PROFILE_DEV_INCREMENTAL", "true".to_owned()),
         ]
     }
 

@@ -1,7 +1,7 @@
-//! Installs what the other commands need, by the ordinary clients.
+//! Installs the toolchains and packages of the other commands by the ordinary clients: rustup, apt-get, and pip in a folder of its own.
 
 use crate::board::KILOBOT;
-use crate::shell::{Line, is_installed};
+use crate::shell::{Line, is_installed, target};
 use anyhow::{Result, bail};
 use fs_err as fs;
 use std::path::{Path, PathBuf};
@@ -17,6 +17,8 @@ enum Sign {
     AvrLibc,
     /// A header of a library, where Debian puts them.
     Header(&'static str),
+    /// A module of Python.
+    Module(&'static str),
 }
 
 /// Debian packages that tasks need.
@@ -44,12 +46,22 @@ const PACKAGES: &[(Sign, &str)] = &[
     (Sign::Program("node"), "nodejs"),
 ];
 
+/// Debian packages for tests of web pages.
+const BROWSER_PACKAGES: &[(Sign, &str)] = &[
+    (Sign::Program("chromium"), "chromium"),
+    (Sign::Program("python3"), "python3"),
+    (Sign::Module("ensurepip"), "python3-venv"),
+];
+
+/// Python packages for tests of web pages.
+const REQUIREMENTS: &str = "tests/page/requirements.txt";
+
 /// Folders whose `rust-toolchain.toml` names a toolchain with more than the root's: components, targets of chips and of web pages.
 const TOOLCHAINS: [&str; 3] = ["firmware", KILOBOT.folder, "playground"];
 
 /// Rust's part and the system's part, both listed before they are installed.
 pub fn run() -> Result<()> {
-    let missing = missing_packages();
+    let missing = missing(PACKAGES, is_there);
     println!(
         "Needed: the toolchains of rust-toolchain.toml in {}; they take 1 GB.",
         TOOLCHAINS.join(", ")
@@ -70,13 +82,31 @@ pub fn rust() -> Result<()> {
     Ok(())
 }
 
-fn missing_packages() -> Vec<&'static str> {
-    missing(|sign| match sign {
+/// Installs a browser, and in a folder of its own a Python with the packages that drive it. Returns the path of that Python.
+pub fn browser() -> Result<PathBuf> {
+    install(&missing(BROWSER_PACKAGES, is_there))?;
+    let folder = target()?.join("page-tests");
+    let python = folder.join("bin/python3");
+    if !python.is_file() {
+        Line::new("python3", &["-m", "venv", &folder.display().to_string()]).run()?;
+    }
+    // Without network if they are there.
+    let install = ["-m", "pip", "install", "--quiet", "--requirement", REQUIREMENTS];
+    Line::named("pip", &python, &install).run()?;
+    Ok(python)
+}
+
+fn is_there(sign: Sign) -> bool {
+    match sign {
         Sign::Program(program) => is_installed(program),
         Sign::Libclang => has_libclang(),
         Sign::AvrLibc => Path::new("/usr/lib/avr/lib/libc.a").is_file(),
         Sign::Header(header) => Path::new("/usr/include").join(header).is_file(),
-    })
+        Sign::Module(module) => {
+            let import = format!("import {module}");
+            Line::new("python3", &["-c", &import]).unannounced().output(0).is_ok()
+        }
+    }
 }
 
 fn install(missing: &[&str]) -> Result<()> {
@@ -91,8 +121,11 @@ fn install(missing: &[&str]) -> Result<()> {
     Line::new("apt-get", &install).env("DEBIAN_FRONTEND", "noninteractive").run()
 }
 
-fn missing(is_there: impl Fn(Sign) -> bool) -> Vec<&'static str> {
-    let absent = PACKAGES.iter().filter(|(sign, _)| !is_there(*sign));
+fn missing(
+    packages: &[(Sign, &'static str)],
+    is_there: impl Fn(Sign) -> bool,
+) -> Vec<&'static str> {
+    let absent = packages.iter().filter(|(sign, _)| !is_there(*sign));
     absent.map(|(_, package)| *package).collect()
 }
 
@@ -138,9 +171,10 @@ mod tests {
 
     #[test]
     fn only_what_is_missing_is_installed() {
-        assert!(missing(|_| true).is_empty());
-        assert_eq!(missing(|sign| !matches!(sign, Sign::Program("cc"))), ["gcc"]);
-        assert_eq!(missing(|sign| !matches!(sign, Sign::Libclang)), ["libclang-dev"]);
+        assert!(missing(PACKAGES, |_| true).is_empty());
+        let without_cc = |sign| !matches!(sign, Sign::Program("cc"));
+        assert_eq!(missing(PACKAGES, without_cc), ["gcc"]);
+        assert_eq!(missing(PACKAGES, |sign| !matches!(sign, Sign::Libclang)), ["libclang-dev"]);
     }
 
     #[test]

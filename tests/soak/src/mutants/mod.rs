@@ -12,7 +12,7 @@ use crate::Verdict;
 use crate::sources;
 use anyhow::{Result, bail};
 use bittybuzz_builds::board::{BEHAVIOURS, Board, CRAZYFLIE, KILOBOT, ZOOIDS};
-use bittybuzz_builds::cargo_test::{SKIP_SLOW, cargo_test};
+use bittybuzz_builds::cargo_test::{SKIP_SLOW, all_tests, cargo_test};
 use bittybuzz_builds::copy::Copy;
 use bittybuzz_builds::shell::{Line, target};
 use fs_err as fs;
@@ -208,14 +208,13 @@ impl Tests {
                 let target = folder.join(board.robot);
                 let image = build(board, copy, &target, behaviours.first())?;
                 let programs = programs.iter().flat_map(|program| ["--test", program]);
-                let chosen: Vec<&str> =
-                    ["--package", "bittybuzz-hil"].into_iter().chain(programs).collect();
+                let programs: Vec<&str> = programs.collect();
                 let images = target.join("behaviours");
                 let bytes = fs::read(&image)?;
                 for name in *behaviours {
                     sources::write(&images.join(name).with_extension("elf"), &bytes)?;
                 }
-                cargo_test(&[&chosen[..], &["--"], &SKIP_SLOW].concat())
+                all_tests(&programs, &SKIP_SLOW)
                     .env(variable, &image.display().to_string())
                     .env("BITTYBUZZ_BEHAVIOURS", &images.display().to_string())
             }

@@ -1,0 +1,92 @@
+//! The playground as static files: the page, the module, and the examples as one file.
+
+use anyhow::{Result, ensure};
+use bittybuzz_builds::shell::{Line, cargo, root, target};
+use fs_err as fs;
+use serde_json::{Map, Value, json};
+use std::path::{Path, PathBuf};
+
+const MODULE: &str = "bittybuzz-playground";
+const PLAYGROUND: &str = "playground";
+const TARGET: &str = "wasm32-unknown-unknown";
+
+/// The folder of the site, in cargo's.
+const SITE: &str = "site";
+
+/// Files of the page, then those of the playground, which replace equal names.
+const PAGES: [&str; 2] = ["bbz/page/web", "playground/web"];
+
+const EXAMPLES: &str = "examples";
+
+/// Makes the site and prints its path.
+pub fn run() -> Result<()> {
+    let folder = build()?;
+    println!("{}", folder.display());
+    Ok(())
+}
+
+/// Makes the site; returns its path.
+pub fn build() -> Result<PathBuf> {
+    // Its toolchain has the target of web pages.
+    Line::new("rustup", &["toolchain", "install"]).in_workspace(PLAYGROUND).run()?;
+    let module = module()?;
+    let site = target()?.join(SITE);
+    if site.is_dir() {
+        fs::remove_dir_all(&site)?;
+    }
+    fs::create_dir_all(&site)?;
+    for page in PAGES {
+        for entry in fs::read_dir(root().join(page))? {
+            let path = entry?.path();
+            fs::copy(&path, site.join(path.file_name().unwrap_or_default()))?;
+        }
+    }
+    fs::copy(module, site.join("playground.wasm"))?;
+    fs::write(site.join("examples.json"), examples(root())?.to_string())?;
+    Ok(site)
+}
+
+/// Builds the WebAssembly module, small and without names; returns its path.
+pub fn module() -> Result<PathBuf> {
+    cargo(&["build", "--profile", SITE, "--target", TARGET, "--package", MODULE])?;
+    Ok(target()?.join(TARGET).join(SITE).join("bittybuzz_playground.wasm"))
+}
+
+/// Scripts, robot files and scenarios among the examples, by their paths, and the titles of the scenarios that need no emulator.
+fn examples(root: &Path) -> Result<Value> {
+    let mut files = Map::new();
+    add(root, Path::new(EXAMPLES), &mut files)?;
+    let of_vm = files.iter().filter_map(|(path, text)| Some((path, text.as_str()?))).filter(
+        |(path, text)| {
+            path.ends_with(".toml")
+                && text.contains("[[robots]]")
+                && !text.contains("backend = \"firmware\"")
+        },
+    );
+    let scenarios: Vec<Value> =
+        of_vm.map(|(path, _)| json!({ "path": path, "title": title(path) })).collect();
+    ensure!(!scenarios.is_empty(), "no scenarios in {EXAMPLES}");
+    Ok(json!({ "scenarios": scenarios, "files": files }))
+}
+
+/// Adds all files of a folder, and of those in it, that scenarios may name.
+fn add(root: &Path, folder: &Path, files: &mut Map<String, Value>) -> Result<()> {
+    for entry in fs::read_dir(root.join(folder))? {
+        let entry = entry?;
+        let path = folder.join(entry.file_name());
+        let ending = path.extension().and_then(|ending| ending.to_str());
+        if entry.file_type()?.is_dir() {
+            add(root, &path, files)?;
+        } else if matches!(ending, Some("bzz" | "toml")) {
+            let text = fs::read_to_string(root.join(&path))?;
+            files.insert(path.display().to_string(), text.into());
+        }
+    }
+    Ok(())
+}
+
+/// The name of a scenario, with its folder.
+fn title(path: &str) -> String {
+    let path = path.strip_prefix("examples/").unwrap_or(path);
+    path.strip_suffix(".toml").unwrap_or(path).replace('_', " ")
+}
