@@ -8,7 +8,7 @@ use crate::robots::{EEPROM, RAM, Robots, assemble};
 
 #[test]
 fn timers_interrupt_as_often_as_the_data_sheet_says() {
-    let mut robots = Robots::new(1, &assemble("timers", "timers", &[]));
+    let mut robots = Robots::new(1, &assemble("timers", &[]));
     robots.run(1_000_000);
     // 8 MHz / 1024 / 256, and 8 MHz / 8 / 510.
     assert_eq!(robots.words(0, RAM + 0x100, 2), [30, 1960]);
@@ -22,7 +22,7 @@ fn timers_interrupt_as_often_as_the_data_sheet_says() {
 
 #[test]
 fn a_cell_of_the_eeprom_is_written_in_its_time() {
-    let mut robots = Robots::new(1, &assemble("eeprom", "eeprom", &[]));
+    let mut robots = Robots::new(1, &assemble("eeprom", &[]));
     robots.run(2_000);
     assert_eq!(robots.byte(0, RAM + 0x102), 0, "it is not done yet");
     robots.run(2_000);
@@ -34,7 +34,7 @@ fn a_cell_of_the_eeprom_is_written_in_its_time() {
 
 #[test]
 fn deep_sleep_stops_the_timers_and_light_sleep_does_not() {
-    let mut robots = Robots::new(1, &assemble("sleep", "sleep", &[]));
+    let mut robots = Robots::new(1, &assemble("sleep", &[]));
     robots.run(63_000);
     assert_eq!(robots.byte(0, RAM + 0x100), 0, "64 ms of the watchdog");
     robots.run(2_000);
@@ -56,7 +56,7 @@ fn deep_sleep_stops_the_timers_and_light_sleep_does_not() {
 
 #[test]
 fn the_boot_loader_writes_flash_and_nobody_else_does() {
-    let mut robots = Robots::new(1, &assemble("boot", "boot", &[]));
+    let mut robots = Robots::new(1, &assemble("boot", &[]));
     let page = vec![0; 128];
     robots.tell(0, &Command::Write { address: 0x1000, bytes: page });
     robots.run(1_000);
@@ -75,7 +75,7 @@ fn the_boot_loader_writes_flash_and_nobody_else_does() {
 
 #[test]
 fn the_board_is_seen_and_measured() {
-    let mut robots = Robots::new(1, &assemble("board", "board", &["-DBAUD=12"]));
+    let mut robots = Robots::new(1, &assemble("board", &["-DBAUD=12"]));
     robots.tell(0, &Command::Battery { volts: 3.6, charging: true, usb_powered: false });
     robots.tell(0, &Command::Surroundings { light: 512, celsius: 85.0 });
     robots.run(3_000);
@@ -128,7 +128,7 @@ fn rounded(event: &Event) -> String {
 
 #[test]
 fn a_wrong_baud_rate_is_noticed() {
-    let mut robots = Robots::new(1, &assemble("board", "fast", &["-DBAUD=10"]));
+    let mut robots = Robots::new(1, &assemble("board", &["-DBAUD=10"]));
     robots.run(3_000);
     assert!(robots.errors()[0].contains("45454 baud"), "{:?}", robots.errors());
 }
@@ -141,7 +141,7 @@ fn what_goes_wrong_is_told_once() {
         (3, "below the RAM"),
         (4, "shines for more than 100 us"),
     ] {
-        let elf = assemble("faults", &format!("fault{fault}"), &[&format!("-DFAULT={fault}")]);
+        let elf = assemble("faults", &[&format!("-DFAULT={fault}")]);
         let mut robots = Robots::new(1, &elf);
         robots.run(5_000);
         let errors = robots.errors();
@@ -152,7 +152,7 @@ fn what_goes_wrong_is_told_once() {
 
 #[test]
 fn intel_hex_is_the_same_image() {
-    let elf = assemble("timers", "timers_too", &[]);
+    let elf = assemble("timers", &[]);
     let hex = elf.with_extension("hex");
     let status = std::process::Command::new("avr-objcopy")
         .args(["-O", "ihex"])
@@ -167,7 +167,7 @@ fn intel_hex_is_the_same_image() {
 
 #[test]
 fn what_cannot_be_done_is_explained() {
-    let image = assemble("timers", "refused", &[]);
+    let image = assemble("timers", &[]);
     let mut robots = Robots::new(1, &image);
     for (command, why) in [
         (Command::Touch { keys: 1 }, "a Kilobot has no such thing"),
@@ -194,7 +194,7 @@ fn file(name: &str, bytes: &[u8]) -> std::path::PathBuf {
 
 #[test]
 fn steps_are_counted_without_the_image_doing_anything_for_it() {
-    let mut robots = Robots::new(2, &assemble("phase", "phase", &[]));
+    let mut robots = Robots::new(2, &assemble("phase", &[]));
     robots.run(1_000);
     assert_eq!(robots.seen(), [&Event::Step; 3]);
     assert_eq!(robots.events.len(), 6, "each has its own");

@@ -14,7 +14,7 @@ const CAPTURES: u32 = RAM + 0x110;
 
 /// The first robot sends, at 0 mm; the others are where `places` says.
 fn around_a_sender(places: &[f64]) -> Robots {
-    let mut robots = Robots::new(1 + places.len(), &assemble("infrared", "infrared", &[]));
+    let mut robots = Robots::new(1 + places.len(), &assemble("infrared", &[]));
     robots.place(0, 0.0);
     for (robot, x) in (1..).zip(places) {
         robots.place(robot, *x);
@@ -145,7 +145,7 @@ fn everybody_sees_the_controller() {
 #[test]
 fn the_same_commands_give_the_same_answers() {
     let run = |threads, slices: u64| {
-        let mut robots = Robots::on_threads(6, &assemble("infrared", "same", &[]), threads);
+        let mut robots = Robots::on_threads(6, &assemble("infrared", &[]), threads);
         for robot in 0..6 {
             robots.place(robot, 30.0 * robot as f64);
             robots.set_id(robot, if robot == 4 { 9 } else { robot as u8 });

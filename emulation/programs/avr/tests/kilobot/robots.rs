@@ -2,6 +2,7 @@
 
 use std::path::{Path, PathBuf};
 use std::process::Command as Process;
+use std::sync::atomic::{AtomicUsize, Ordering};
 use std::time::Duration;
 
 use bittybuzz_emulation::message::{
@@ -12,10 +13,12 @@ use bittybuzz_emulation::{ClientError, Emulator};
 pub const RAM: u32 = 0x80_0000;
 pub const EEPROM: u32 = 0x81_0000;
 
-/// Assembles `programs/NAME.S`; where the program is. `name` tells files of different settings apart.
-pub fn assemble(program: &str, name: &str, settings: &[&str]) -> PathBuf {
+/// Assembles `programs/NAME.S`; where the program is. Each call writes a file of its own, since tests run beside each other.
+pub fn assemble(program: &str, settings: &[&str]) -> PathBuf {
+    static CALLS: AtomicUsize = AtomicUsize::new(0);
+    let call = CALLS.fetch_add(1, Ordering::Relaxed);
     let source = Path::new(env!("CARGO_MANIFEST_DIR")).join(format!("tests/programs/{program}.S"));
-    let elf = Path::new(env!("CARGO_TARGET_TMPDIR")).join(format!("{name}.elf"));
+    let elf = Path::new(env!("CARGO_TARGET_TMPDIR")).join(format!("{program}-{call}.elf"));
     let output = Process::new("avr-gcc")
         .args(["-mmcu=atmega328p", "-nostdlib", "-Wl,--section-start=.boot=0x7000"])
         .args(settings)
