@@ -2,13 +2,15 @@
 //! the longer of their own examples come to, beside virtual machines.
 
 use crate::Verdict;
+use crate::pairs::in_pairs;
 use crate::simulator::Build;
 use crate::sources::write;
-use anyhow::{Result, bail, ensure};
+use anyhow::{Context, Result, bail, ensure};
 use bittybuzz_builds::board::KILOBOT;
 use bittybuzz_builds::cargo_test::cargo_test;
 use bittybuzz_builds::shell::{Line, root, target};
 use fs_err as fs;
+use std::iter;
 use std::path::{Path, PathBuf};
 
 /// Where examples are; those of other folders are for other robots.
@@ -105,17 +107,27 @@ fn medians() -> Result<Verdict> {
     })
 }
 
-/// A thousand ticks of some examples, for CI; and a script that stands still is found.
+/// A thousand ticks of some examples, for CI; and a script that stands still is found. The firmware
+/// of the next script is built while a script runs.
 pub fn sample() -> Result<()> {
-    let script = target()?.join("soak/standstill.bzz");
-    write(&script, STANDSTILL.as_bytes())?;
-    let found = match play(Build::Checked, &script.display().to_string(), SECONDS_OF_STANDSTILL)? {
+    let standstill = target()?.join("soak/standstill.bzz");
+    write(&standstill, STANDSTILL.as_bytes())?;
+    let standstill = standstill.display().to_string();
+    let bbz = Build::Checked.simulator()?;
+    let examples = SAMPLE.map(|script| (script, SECONDS_OF_SAMPLE));
+    let mut verdicts = in_pairs(
+        iter::once((&*standstill, SECONDS_OF_STANDSTILL)).chain(examples),
+        |(script, seconds)| Ok((simulation(&bbz, script, seconds)?.announced(), seconds)),
+        |(simulation, seconds)| verdict(simulation, seconds),
+    )
+    .into_iter();
+    let found = match verdicts.next().context("no script was run")?? {
         Verdict::Missing(why) => why.contains("all: steps above") && why.contains("robot 1 had 3"),
         Verdict::Shown(_) => false,
     };
     ensure!(found, "not shown: kilobots: a script that stands still");
-    for item in SAMPLE {
-        match play(Build::Checked, item, SECONDS_OF_SAMPLE)? {
+    for (item, verdict) in SAMPLE.iter().zip(verdicts) {
+        match verdict? {
             Verdict::Shown(how) => println!("kilobots {item}: {how}"),
             Verdict::Missing(why) => {
                 bail!("not shown: kilobots {item} ({why})");
@@ -126,18 +138,27 @@ pub fn sample() -> Result<()> {
 }
 
 fn play(build: Build, script: &str, seconds: u32) -> Result<Verdict> {
-    let image = KILOBOT.build(Some(&root().join(script)), true)?;
-    let bbz = build.simulator()?;
+    verdict(simulation(&build.simulator()?, script, seconds)?, seconds)
+}
+
+/// Builds the firmware with a script, and returns the command that runs it. The image is copied to
+/// a file of its own, because the next build overwrites it.
+fn simulation(bbz: &Path, script: &str, seconds: u32) -> Result<Line> {
+    let built = KILOBOT.build(Some(&root().join(script)), true)?;
     let scenario =
         target()?.join("soak/kilobots").join(script.replace('/', "-")).with_extension("toml");
+    let image = scenario.with_extension("elf");
     let paced = keeps_pace(&fs::read_to_string(root().join(script))?);
     write(&scenario, text(script, &image, seconds, paced).as_bytes())?;
+    fs::copy(&built, &image)?;
     let arguments = ["sim", &scenario.display().to_string(), "--headless"];
-    // Its status is 1 if a script has stopped; what it prints tells why.
     // So few robots are slower on two threads, which wait for each other 2,000 times a second.
-    let output = Line::named("bbz", &bbz, &arguments)
-        .env("RAYON_NUM_THREADS", "1")
-        .output_if(|output| output.status.code().is_some())?;
+    Ok(Line::named("bbz", bbz, &arguments).env("RAYON_NUM_THREADS", "1"))
+}
+
+fn verdict(simulation: Line, seconds: u32) -> Result<Verdict> {
+    // Its status is 1 if a script has stopped; what it prints tells why.
+    let output = simulation.output_if(|output| output.status.code().is_some())?;
     let told = String::from_utf8_lossy(&output.stdout);
     Ok(if output.status.success() {
         let steps = told.lines().find(|line| line.starts_with("steps")).unwrap_or_default();

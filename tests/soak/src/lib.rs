@@ -7,6 +7,7 @@ mod day;
 mod fuzz;
 mod kilobots;
 mod mutants;
+mod pairs;
 mod properties;
 mod protocol;
 mod same;

@@ -81,6 +81,13 @@ impl Line {
         self
     }
 
+    /// Prints the command now, and not again when it runs: threads that run several commands keep
+    /// their order in the output.
+    pub fn announced(self) -> Line {
+        self.announce();
+        self.unannounced()
+    }
+
     /// Runs it, showing its output; fails unless it succeeds.
     pub fn run(mut self) -> Result<()> {
         self.announce();
