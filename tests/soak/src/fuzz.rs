@@ -2,8 +2,9 @@
 //! changes that the target exercises.
 
 use crate::Verdict;
+use crate::pairs::in_pairs;
 use crate::sources::{self, Sources};
-use anyhow::{Result, bail};
+use anyhow::{Result, ensure};
 use bittybuzz_builds::shell::{Line, target};
 use fs_err as fs;
 use std::panic::resume_unwind;
@@ -131,29 +132,35 @@ pub fn run(name: &str) -> Result<Verdict> {
     Ok(Verdict::Shown(format!("{} executions without a panic", count.executions)))
 }
 
-/// Builds every target, and runs a sample of each from the committed inputs, for CI.
+/// Builds every target, and runs a sample of each from the committed inputs, for CI. Two targets run
+/// at a time: the number of executions and the seed are fixed, so that neither changes the other.
 pub fn sample() -> Result<()> {
     let programs = build(&["--bins"])?;
     let folder = target()?.join("soak/fuzz");
-    // Empty, so that the inputs found by an earlier sample do not change this one.
-    let found = folder.join("sample");
-    for Target { name, .. } in TARGETS {
-        if found.exists() {
-            fs::remove_dir_all(&found)?;
-        }
-        fs::create_dir_all(&found)?;
-        let panics = artifacts(&folder, name);
-        let program = programs.join(name);
-        let known = known(&folder, name, &program)?.display().to_string();
-        let found = found.display().to_string();
-        let arguments = [&SAMPLE[..], &[SCHEDULE, &panics, &found, &known]].concat();
-        let output = Line::named(name, &program, &arguments).output_if(|_| true)?;
-        let report = String::from_utf8_lossy(&output.stderr);
-        if !output.status.success() {
-            bail!("not shown: fuzz {name} ({})", panicked(&report));
-        }
-    }
-    Ok(())
+    let results = in_pairs(
+        TARGETS.iter(),
+        |Target { name, .. }| {
+            // Empty, so that the inputs found by an earlier sample do not change this one.
+            let found = folder.join("sample").join(name);
+            if found.exists() {
+                fs::remove_dir_all(&found)?;
+            }
+            fs::create_dir_all(&found)?;
+            let panics = artifacts(&folder, name);
+            let program = programs.join(name);
+            let known = known(&folder, name, &program)?.display().to_string();
+            let found = found.display().to_string();
+            let arguments = [&SAMPLE[..], &[SCHEDULE, &panics, &found, &known]].concat();
+            Ok((name, Line::named(name, &program, &arguments).announced()))
+        },
+        |(name, line)| {
+            let output = line.output_if(|_| true)?;
+            let report = String::from_utf8_lossy(&output.stderr);
+            ensure!(output.status.success(), "not shown: fuzz {name} ({})", panicked(&report));
+            Ok(())
+        },
+    );
+    results.into_iter().collect()
 }
 
 /// Format and lints of the targets; clippy gets these arguments.
