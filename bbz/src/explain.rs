@@ -10,9 +10,6 @@ use crate::fault;
 use crate::output;
 use crate::problem::Problem;
 
-/// The sections about run-time errors; those of the compiler's messages are the compiler's.
-const RUN_TIME_ERRORS: &str = include_str!("../../docs/run-time-errors.md");
-
 /// Two codes that differ in more characters are not alike.
 const MOST_DIFFERENCES: usize = 1;
 
@@ -39,7 +36,7 @@ pub fn execute(arguments: &Arguments) -> Result<Ending, Problem> {
         return Ok(Ending::Success);
     };
     let wanted = code.to_uppercase();
-    let section = explain::explain(&wanted).or_else(|| run_time_error(&wanted));
+    let section = explain::explain(&wanted);
     let Some(section) = section else {
         return Err(Problem::UnknownCode { code: code.clone(), likely: likely(&wanted) });
     };
@@ -52,13 +49,6 @@ fn codes() -> impl Iterator<Item = (String, &'static str)> {
     let compiler = Code::ALL.iter().map(|code| (code.text().to_owned(), code.title()));
     let run_time = FaultCode::ALL.iter().map(|cause| (fault::code(*cause), fault::title(*cause)));
     compiler.chain(run_time)
-}
-
-/// The section about the code of a run-time error, in Markdown with its heading.
-fn run_time_error(code: &str) -> Option<&'static str> {
-    let heading = RUN_TIME_ERRORS.find(&format!("\n## {code} "))?;
-    let section = RUN_TIME_ERRORS.get(heading + 1..)?;
-    section.get(..section.find("\n## ").unwrap_or(section.len())).map(str::trim_end)
 }
 
 /// The code that was probably meant.
@@ -75,12 +65,12 @@ mod tests {
     fn every_run_time_error_has_a_section_with_its_title_and_an_example() {
         for cause in FaultCode::ALL {
             let code = fault::code(cause);
-            let section = run_time_error(&code).unwrap_or_else(|| panic!("{code} is missing"));
+            let section = explain::explain(&code).unwrap_or_else(|| panic!("{code} is missing"));
             let heading = format!("## {code} — {}\n", fault::title(cause));
             assert!(section.starts_with(&heading), "{section}");
             assert!(section.contains("\n```buzz\n"), "{code} has no example");
         }
-        let sections = RUN_TIME_ERRORS.matches("\n## ").count();
+        let sections = explain::run_time_sections().count();
         assert_eq!(sections, FaultCode::ALL.len(), "a section of no code");
     }
 

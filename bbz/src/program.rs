@@ -216,11 +216,7 @@ pub fn compiled(
     include: &[PathBuf],
     selection: &Selection,
 ) -> Result<Compiled, Problem> {
-    let options = Options {
-        profile: selection.profile,
-        robot: selection.robot.clone(),
-        robots: selection.known.clone(),
-    };
+    let options = selection.options();
     match kind {
         Kind::Script => Ok(compile::compile_parsed(parsed(path, include), &options)),
         Kind::Object => object(path, &options),
@@ -230,19 +226,22 @@ pub fn compiled(
 
 /// Parses a script with all its includes.
 pub fn parsed(path: &Path, include: &[PathBuf]) -> Parsed {
+    match is_standard_input(path) {
+        true => parser::parse_file(Path::new(STANDARD_INPUT), &loader(&StandardInput, include)),
+        false => parser::parse_file(path, &loader(&DiskFiles, include)),
+    }
+}
+
+/// A loader that finds included files as the commands do: in the folders of `-I`, those of the environment, and the library.
+pub fn loader<'a>(files: &'a dyn Files, include: &[PathBuf]) -> Loader<'a> {
     let environment = env::var_os(INCLUDE_PATH).unwrap_or_default();
     let is_named = |folder: &PathBuf| !folder.as_os_str().is_empty();
-    let files: &dyn Files = if is_standard_input(path) { &StandardInput } else { &DiskFiles };
-    let loader = Loader {
+    Loader {
         folders: include.to_vec(),
         environment: env::split_paths(&environment).filter(is_named).collect(),
         library: bittybuzz_library::FILES,
         ..Loader::new(files)
-    };
-    parser::parse_file(
-        if is_standard_input(path) { Path::new(STANDARD_INPUT) } else { path },
-        &loader,
-    )
+    }
 }
 
 /// Messages name the script on standard input so.

@@ -1,5 +1,6 @@
 //! The robots and the profile that the command line selects.
 
+use bittybuzz_compiler::compile::Options;
 use bittybuzz_robot_files::{all_shipped, find};
 use bittybuzz_robot_spec::{Profile, Robot};
 use clap::{Args, ValueEnum};
@@ -50,6 +51,11 @@ impl Selection {
             ProfileName::Full => Profile::Full,
         });
         Ok(Selection { robot, known: all_shipped(), profile })
+    }
+
+    /// The options of the compiler.
+    pub fn options(&self) -> Options {
+        Options { profile: self.profile, robot: self.robot.clone(), robots: self.known.clone() }
     }
 
     /// The profile to compile for.

@@ -1,20 +1,31 @@
-//! What each diagnostic means, for `bbz explain`: the sections of docs/diagnostics.md.
+//! The meaning of each code, for `bbz explain` and editors: the sections of docs/diagnostics.md and docs/run-time-errors.md.
 
 const DIAGNOSTICS: &str = include_str!("../../docs/diagnostics.md");
+const RUN_TIME_ERRORS: &str = include_str!("../../docs/run-time-errors.md");
 
 /// The beginning of the heading of a section, which goes on with a code.
 const HEADING: &str = "\n## ";
 
-/// The section about a code, such as `E0101`, in Markdown with its heading.
+/// Returns the section about a code, such as `E0101` or `R0005`, in Markdown with its heading.
 pub fn explain(code: &str) -> Option<&'static str> {
-    sections().find(|(heading, _)| heading.eq_ignore_ascii_case(code)).map(|(_, section)| section)
+    let mut all = sections().chain(run_time_sections());
+    all.find(|(heading, _)| heading.eq_ignore_ascii_case(code)).map(|(_, section)| section)
 }
 
-/// Every section with the code that it is about.
+/// Returns every section about a message of the compiler, with its code.
 pub fn sections() -> impl Iterator<Item = (&'static str, &'static str)> {
-    let starts = DIAGNOSTICS.match_indices(HEADING).map(|(start, _)| start + 1);
+    sections_of(DIAGNOSTICS)
+}
+
+/// Returns every section about an error of a running script, with its code.
+pub fn run_time_sections() -> impl Iterator<Item = (&'static str, &'static str)> {
+    sections_of(RUN_TIME_ERRORS)
+}
+
+fn sections_of(text: &'static str) -> impl Iterator<Item = (&'static str, &'static str)> {
+    let starts = text.match_indices(HEADING).map(|(start, _)| start + 1);
     starts.filter_map(|start| {
-        let rest = DIAGNOSTICS.get(start..)?;
+        let rest = text.get(start..)?;
         let section = rest.get(..rest.find(HEADING).unwrap_or(rest.len()))?;
         let heading = section.strip_prefix("## ")?;
         let code = heading.split_whitespace().next()?;

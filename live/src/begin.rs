@@ -44,7 +44,7 @@ pub fn describe(run: &Simulation) -> Value {
 }
 
 /// The quantities that a client can choose from: those of `plot`, those of every robot, those of the swarm, and globals.
-fn quantities(setup: &Setup) -> Value {
+pub fn quantities(setup: &Setup) -> Value {
     let plot: Vec<String> =
         setup.scenario.output.plot.iter().map(|(of, _)| of.to_string()).collect();
     // Names in capitals stand for others.

@@ -21,13 +21,18 @@
 //! | `{"watch":{"messages":true,"quantity":"led"}}` | after each sample an event has the messages since the one before, and one has the quantity, which is written as in `plot` (docs/scenario.md); `false` and `null`: no more |
 //! | `"commands"` | an event has all commands, as the text of `[[event]]`s |
 //! | `"scenario"` | an event has the scenario with all commands as its last events: it replays the session |
+//! | `{"script":{"name":"walk.bzz"}}` | an event has the text of a script, and the names that it may use |
+//! | `{"check":{"name":"walk.bzz","text":"…"}}` | an event has the compiler's messages about a text in the place of the script |
+//! | `{"run":{"name":"walk.bzz","text":"…","robots":[3]}}` | the robots with these ids get the text as a draft of the script, by a command; without `robots` all that have the script |
+//! | `{"write":{"name":"walk.bzz","text":"…"}}` | the text is written to the file of the script, if the client may |
+//! | `{"explain":{"code":"E0201"}}` | an event has the explanation of a message of the compiler, in Markdown |
 //! | `"digest"` | an event has the digest of the run, in hexadecimal: runs that went the same way have the same one |
 //!
 //! # Events
 //! Each is an object whose `event` names its kind: `begin` (the world), `state` (tick, whether it plays, how fast, whether it is over),
 //! `conditions` (lamps and commands, when they have changed), `log`, `fault`, `expectation`, `inspection`, `messages`,
-//! `quantity`, `commands`, `scenario`,
-//! `digest`, `refused` (a request that was not carried out) and `failed` (the run cannot go on).
+//! `quantity`, `commands`, `scenario` (with the drafts that it needs as `scripts`), `script`, `diagnostics` (as `bbz check --json` has
+//! them), `ran` (a draft was loaded), `written`, `explanation`, `digest`, `refused` (a request that was not carried out) and `failed` (the run cannot go on).
 //!
 //! A recording carries out `play`, `pause`, `step` and `go_to`. Its `begin` has the key `recording`, and its ticks are those of its samples.
 //!
@@ -36,10 +41,11 @@
 //! the session was taken back.
 //!
 //! # What it will not do
-//! Read files, compile scripts (the run's setup does, for commands), listen on a network, draw.
+//! Read or write files and compile scripts (a [`Workshop`] of the caller's does), listen on a network, draw.
 
 mod begin;
 mod conditions;
+mod edit;
 mod events;
 mod inspection;
 mod live;
@@ -49,7 +55,10 @@ mod request;
 mod samples;
 mod source;
 mod watch;
+mod words;
+mod workshop;
 
 pub use live::Live;
 pub use replay::Replay;
 pub use source::Source;
+pub use workshop::Workshop;

@@ -5,11 +5,13 @@ use std::time::Duration;
 use bittybuzz_arena::output::recorder;
 use bittybuzz_arena::run::{Session, TICKS_PER_SECOND, Verdict};
 use bittybuzz_arena::scenario::{Cause, Quantity, ScenarioError};
+use bittybuzz_compiler::explain::explain;
 use bittybuzz_inspect::Limits;
 use serde_json::{Value, json};
 
 use crate::begin;
 use crate::conditions;
+use crate::edit::{self, NotRun};
 use crate::events::{self, Notes};
 use crate::inspection;
 use crate::pace::{Pace, RATES};
@@ -17,6 +19,7 @@ use crate::request::Request;
 use crate::samples::Samples;
 use crate::source::Source;
 use crate::watch::Watch;
+use crate::workshop::{Drafts, Workshop};
 
 /// The part of a robot's tables that is shown: enough to look at, and little enough to be sent often.
 const LIMITS: Limits = Limits { depth: 4, values: 500 };
@@ -32,6 +35,8 @@ pub struct Live {
     /// The robot whose memory is shown.
     inspected: Option<usize>,
     watch: Watch,
+    /// `None`: no script can be edited.
+    drafts: Option<Drafts>,
     /// Lamps and commands, as the client knows them.
     conditions: Value,
     /// The verdicts of the expectations, as the client knows them.
@@ -52,12 +57,21 @@ impl Live {
             events: Vec::new(),
             inspected: None,
             watch: Watch::default(),
+            drafts: None,
             conditions: Value::Null,
             verdicts: Vec::new(),
             has_failed: false,
         };
         live.begin();
         live
+    }
+
+    /// Lets the client edit the scripts of the session.
+    #[must_use]
+    pub fn with_workshop(mut self, workshop: impl Workshop + 'static) -> Self {
+        self.drafts = Some(Drafts::new(Box::new(workshop)));
+        self.begin();
+        self
     }
 
     /// The session.
@@ -110,7 +124,42 @@ impl Live {
             Request::Scenario => {
                 let text = format!("{}\n\n{}", self.scenario, self.session.run().commands());
                 let text = text.trim_end().to_owned() + "\n";
-                self.events.push(json!({ "event": "scenario", "text": text }));
+                let setup = self.session.run().setup();
+                let scripts = self.drafts.as_ref().map(|drafts| edit::needed(drafts, setup));
+                let event = json!({ "event": "scenario", "text": text, "scripts": scripts });
+                self.events.push(event);
+                return;
+            }
+            Request::Script { name } => {
+                return self.edit(|drafts, session| {
+                    Ok(vec![edit::show(drafts, session.run().setup(), &name)?])
+                });
+            }
+            Request::Check { name, text } => {
+                return self.edit(|drafts, session| {
+                    Ok(vec![edit::check(drafts, session.run().setup(), &name, &text)?])
+                });
+            }
+            Request::Run { name, text, robots } => {
+                self.edit(|drafts, session| {
+                    let ran = edit::run(drafts, session, (&name, &text), robots.as_deref())?;
+                    Ok(ran.to_vec())
+                });
+                return self.tell_conditions();
+            }
+            Request::Write { name, text } => {
+                return self.edit(|drafts, session| {
+                    Ok(vec![edit::write(drafts, session.run().setup(), &name, &text)?])
+                });
+            }
+            Request::Explain { code } => {
+                match explain(&code) {
+                    Some(text) => {
+                        let event = json!({ "event": "explanation", "code": code, "text": text });
+                        self.events.push(event);
+                    }
+                    None => self.refuse(&format!("there is no message `{code}`"), None),
+                }
                 return;
             }
             Request::Digest => {
@@ -127,6 +176,24 @@ impl Live {
             }
         }
         self.tell_state();
+    }
+
+    /// Carries out a request of the editor.
+    fn edit(&mut self, act: impl FnOnce(&mut Drafts, &mut Session) -> Result<Vec<Value>, NotRun>) {
+        let Some(drafts) = &mut self.drafts else {
+            return self.refuse("scripts of this session cannot be edited", None);
+        };
+        match act(drafts, &mut self.session) {
+            Ok(events) => self.events.extend(events),
+            Err(NotRun::Refused(reason)) => self.refuse(&reason, None),
+            Err(NotRun::Errors(diagnostics)) => {
+                self.events.push(diagnostics);
+                self.refuse("the script has errors: the robots go on with what they have", None);
+            }
+            Err(NotRun::Command(errors)) => {
+                errors.iter().for_each(|error| self.refuse_command(error));
+            }
+        }
     }
 
     /// Reads a quantity, of which some program has the name.
@@ -221,7 +288,12 @@ impl Source for Live {
         self.watch = Watch::default();
         self.samples.restart();
         self.verdicts.clear();
-        self.events = vec![begin::describe(self.session.run())];
+        let mut begin = begin::describe(self.session.run());
+        if let Some(drafts) = &self.drafts {
+            let scripts = edit::names(self.session.run().setup());
+            begin["scripts"] = json!({ "names": scripts, "may_write": drafts.may_write() });
+        }
+        self.events = vec![begin];
         self.conditions = conditions::describe(self.session.run());
         self.tell_verdicts();
         self.tell_state();

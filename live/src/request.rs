@@ -46,6 +46,39 @@ pub enum Request {
     Commands,
     /// The session is an event, as a scenario.
     Scenario,
+    /// The text of a script is an event.
+    Script {
+        /// Its path from the folder of the scenario.
+        name: String,
+    },
+    /// The compiler's messages about a text are an event.
+    Check {
+        /// The script in whose place the text is.
+        name: String,
+        /// The text.
+        text: String,
+    },
+    /// Robots get a text as their script.
+    Run {
+        /// The script of which the text is a draft.
+        name: String,
+        /// The text.
+        text: String,
+        /// Their ids; without them all that have the script.
+        robots: Option<Vec<u16>>,
+    },
+    /// A text is written to the file of a script.
+    Write {
+        /// The script.
+        name: String,
+        /// The text.
+        text: String,
+    },
+    /// The explanation of a message of the compiler is an event.
+    Explain {
+        /// The code of the message.
+        code: String,
+    },
     /// The number that stands for the state of the run is an event.
     Digest,
 }

@@ -23,11 +23,11 @@ use std::time::Duration;
 
 use bittybuzz_arena::run::{Program, Session, Setup, SetupError, Simulation};
 use bittybuzz_arena::scenario::{Group, Scenario, ScenarioError};
-use bittybuzz_compiler::compile::{Options, compile};
+use bittybuzz_compiler::compile::{Compiled, Options, compile};
 use bittybuzz_compiler::include::{Files, Loader, MAX_SOURCE_BYTES, MemoryFiles};
 use bittybuzz_compiler::refusal;
 use bittybuzz_compiler::render::{Color, Renderer};
-use bittybuzz_live::{Live, Source};
+use bittybuzz_live::{Live, Source, Workshop};
 use bittybuzz_robot_files::all_shipped;
 use serde_json::Value;
 
@@ -80,20 +80,53 @@ fn lock(files: &Mutex<MemoryFiles>) -> MutexGuard<'_, MemoryFiles> {
 
 /// Compiles a script for the robots of a group. An error is text for people.
 fn program(files: &MemoryFiles, script: &Path, group: &Group) -> Result<Program, String> {
-    let robot = Some(group.robot.clone());
-    let options = Options { robot, robots: all_shipped(), profile: None };
-    let shown = script.display();
-    let bytes = files.read(script, MAX_SOURCE_BYTES);
-    let bytes = bytes.map_err(|error| format!("cannot read `{shown}`: {error}\n"))?;
-    let text = String::from_utf8(bytes).map_err(|_| format!("`{shown}` is not UTF-8 text\n"))?;
-    let loader = Loader { library: bittybuzz_library::FILES, ..Loader::new(files) };
-    let compiled = compile(script, text, &loader, &options);
+    let compiled = compiled(files, script, read(files, script)?, group);
     let Some(image) = compiled.image else {
         let renderer = Renderer::new(&compiled.sources);
         let texts = compiled.diagnostics.iter();
         return Err(texts.map(|one| renderer.text(one, Color::Never)).collect());
     };
     Ok(Program { image, symbols: compiled.symbols })
+}
+
+fn read(files: &MemoryFiles, script: &Path) -> Result<String, String> {
+    let shown = script.display();
+    let bytes = files.read(script, MAX_SOURCE_BYTES);
+    let bytes = bytes.map_err(|error| format!("cannot read `{shown}`: {error}\n"))?;
+    String::from_utf8(bytes).map_err(|_| format!("`{shown}` is not UTF-8 text\n"))
+}
+
+fn compiled(files: &MemoryFiles, script: &Path, text: String, group: &Group) -> Compiled {
+    let robot = Some(group.robot.clone());
+    let options = Options { robot, robots: all_shipped(), profile: None };
+    let loader = Loader { library: bittybuzz_library::FILES, ..Loader::new(files) };
+    compile(script, text, &loader, &options)
+}
+
+/// The files of the page, in which drafts are kept. A page keeps texts by downloading them.
+struct Shelf(Arc<Mutex<MemoryFiles>>);
+
+impl Workshop for Shelf {
+    fn read(&self, script: &Path) -> Result<String, String> {
+        read(&lock(&self.0), script)
+    }
+
+    fn compile(&self, script: &Path, text: &str, group: &Group) -> Compiled {
+        compiled(&lock(&self.0), script, text.to_owned(), group)
+    }
+
+    fn keep(&mut self, script: &Path, text: &str) {
+        let mut files = lock(&self.0);
+        *files = std::mem::take(&mut *files).with(script, text);
+    }
+
+    fn may_write(&self) -> bool {
+        false
+    }
+
+    fn write(&self, script: &Path, _: &str) -> Result<(), String> {
+        Err(format!("`{}` is in this page alone: download it", script.display()))
+    }
 }
 
 /// Returns the errors of a scenario with their places, a line or two for each.
@@ -127,7 +160,8 @@ impl Playground {
             Ok(run) => {
                 let text = lock(&self.files).read(path.as_ref(), MAX_SOURCE_BYTES);
                 let text = String::from_utf8(text.unwrap_or_default()).unwrap_or_default();
-                Some(Live::new(Session::new(run, COPIES), text))
+                let live = Live::new(Session::new(run, COPIES), text);
+                Some(live.with_workshop(Shelf(self.files.clone())))
             }
             Err(error) => {
                 self.output = error.into_bytes();

@@ -150,6 +150,14 @@ impl Setup {
         self.programs.get(number)
     }
 
+    /// Returns the group and the script of each program: those of the scenario, then those that commands have loaded.
+    pub fn scripts(&self) -> impl Iterator<Item = (&Group, &Path)> {
+        let groups = &self.scenario.groups;
+        let own = groups.iter().map(|group| (group, &*group.script));
+        let loads = self.loads.iter();
+        own.chain(loads.filter_map(|load| Some((groups.get(load.group)?, &*load.script))))
+    }
+
     /// Returns the program that robots of a group have of a script.
     pub(super) fn program_of(&self, group: usize, script: &Path) -> Option<ProgramId> {
         if self.scenario.groups.get(group)?.script == script {

@@ -74,7 +74,7 @@ pub struct Scenario {
     /// The scripts that events load into robots.
     pub loads: Vec<Load>,
     /// The folder of the file, from which commands name scripts.
-    folder: PathBuf,
+    pub folder: PathBuf,
     /// The robots by name and id, and the media that they use: for commands.
     census: Arc<select::Census>,
     used: Vec<Medium>,

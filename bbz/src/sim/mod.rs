@@ -2,6 +2,8 @@
 
 mod batch;
 mod checks;
+#[cfg(feature = "view")]
+mod desk;
 mod journal;
 mod keep;
 mod live;
@@ -30,6 +32,7 @@ const EXAMPLES: &str = "\
 Examples:
   bbz sim swarm.toml                     run it: log lines, then a summary
   bbz sim swarm.toml --view              show it in a page, and steer it there
+  bbz sim swarm.toml --view --edit       the page may also write its scripts
   bbz sim swarm.toml --seed 7            the same world with other chance
   bbz sim swarm.toml --svg pictures      draw trajectories, and what [output] names over time
   bbz sim swarm.toml --record run.bbr    keep poses and LEDs of every robot
@@ -58,6 +61,10 @@ pub struct Arguments {
     #[cfg(feature = "view")]
     #[arg(long, conflicts_with_all = ["headless", "json", "checks", "record", "svg", "runs", "csv"])]
     view: bool,
+    /// Let the page write scripts of the scenario back to their files
+    #[cfg(feature = "view")]
+    #[arg(long, requires = "view")]
+    edit: bool,
     /// Print the address of the page and open no browser
     #[cfg(feature = "view")]
     #[arg(long, requires = "view")]

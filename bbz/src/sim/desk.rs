@@ -1,0 +1,101 @@
+//! The desk at which a page edits scripts: files on disk, and drafts in memory.
+
+use std::path::{Path, PathBuf};
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+
+use bittybuzz_arena::run;
+use bittybuzz_arena::scenario::Group;
+use bittybuzz_compiler::compile::{Compiled, compile};
+use bittybuzz_compiler::include::{DiskFiles, Files, MAX_SOURCE_BYTES, MemoryFiles};
+use bittybuzz_compiler::render::{Color, Renderer};
+use bittybuzz_live::Workshop;
+use bittybuzz_robot_files::all_shipped;
+use bittybuzz_toml_reader::file;
+
+use crate::program::{self, Program};
+use crate::selection::Selection;
+use crate::whole_file;
+
+/// Drafts that the page and the commands of the run share, and the options for scripts.
+#[derive(Clone)]
+pub struct Desk {
+    drafts: Arc<Mutex<MemoryFiles>>,
+    include: Vec<PathBuf>,
+    /// Scripts may be written.
+    may_write: bool,
+}
+
+impl Desk {
+    /// No drafts yet.
+    pub fn new(include: &[PathBuf], may_write: bool) -> Self {
+        Desk { drafts: Arc::default(), include: include.to_vec(), may_write }
+    }
+
+    /// Compiles a script that a command loads: a draft, or a file. The error has all diagnostics of the script.
+    pub fn program(&self, script: &Path, group: &Group) -> Result<run::Program, String> {
+        let mut errors = String::new();
+        if let Some(text) = self.draft(script) {
+            let Compiled { image, symbols, diagnostics, sources } =
+                self.compile(script, &text, group);
+            let renderer = Renderer::new(&sources);
+            diagnostics.iter().for_each(|one| errors += &renderer.text(one, Color::Never));
+            return image.map(|image| run::Program { image, symbols }).ok_or(errors);
+        }
+        let selection = selection(group);
+        let opened =
+            Program::open_reporting(script, &self.include, &selection, |sources, found| {
+                let renderer = Renderer::new(sources);
+                found.iter().for_each(|one| errors += &renderer.text(one, Color::Never));
+                Ok(())
+            });
+        match opened {
+            Err(problem) => Err(problem.to_string()),
+            Ok(None) => Err(errors),
+            Ok(Some(program)) => {
+                Ok(run::Program { image: program.image, symbols: program.symbols })
+            }
+        }
+    }
+
+    fn draft(&self, script: &Path) -> Option<String> {
+        let bytes = self.drafts().read(script, MAX_SOURCE_BYTES).ok()?;
+        String::from_utf8(bytes).ok()
+    }
+
+    /// Drafts are whole whatever their last user did.
+    fn drafts(&self) -> MutexGuard<'_, MemoryFiles> {
+        self.drafts.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+}
+
+fn selection(group: &Group) -> Selection {
+    Selection { robot: Some(group.robot.clone()), known: all_shipped(), profile: None }
+}
+
+impl Workshop for Desk {
+    fn read(&self, script: &Path) -> Result<String, String> {
+        let text = file::read_text(script, MAX_SOURCE_BYTES as u64);
+        text.map_err(|error| format!("cannot read `{}`: {error}", script.display()))
+    }
+
+    fn compile(&self, script: &Path, text: &str, group: &Group) -> Compiled {
+        let options = selection(group).options();
+        compile(script, text.to_owned(), &program::loader(&DiskFiles, &self.include), &options)
+    }
+
+    fn keep(&mut self, script: &Path, text: &str) {
+        let mut drafts = self.drafts();
+        *drafts = std::mem::take(&mut *drafts).with(script, text);
+    }
+
+    fn may_write(&self) -> bool {
+        self.may_write
+    }
+
+    fn write(&self, script: &Path, text: &str) -> Result<(), String> {
+        if !self.may_write {
+            return Err("scripts are only written if `--edit` was given".to_owned());
+        }
+        whole_file::write(script, text.as_bytes()).map_err(|problem| problem.to_string())
+    }
+}

@@ -1,0 +1,121 @@
+//! Requests of an editor: scripts are shown, checked, run and written.
+
+use std::path::{Path, PathBuf};
+
+use bittybuzz_arena::run::{Session, Setup};
+use bittybuzz_arena::scenario::{Group, ScenarioError};
+use serde_json::{Value, json};
+
+use crate::begin;
+use crate::words;
+use crate::workshop::{Drafts, groups_with, scripts};
+
+/// A reason why a text does not run.
+pub enum NotRun {
+    /// Something is wrong with the request.
+    Refused(String),
+    /// The compiler has found errors: the event with its messages.
+    Errors(Value),
+    /// The command was refused.
+    Command(Vec<ScenarioError>),
+}
+
+impl From<String> for NotRun {
+    fn from(reason: String) -> Self {
+        NotRun::Refused(reason)
+    }
+}
+
+/// Returns the names of the scripts that a client may edit.
+pub fn names(setup: &Setup) -> Vec<String> {
+    scripts(setup).into_iter().map(|script| name_of(setup, script)).collect()
+}
+
+/// Returns the event with a script.
+pub fn show(drafts: &Drafts, setup: &Setup, name: &str) -> Result<Value, String> {
+    let script = find(setup, name)?;
+    let text = drafts.text(&script)?;
+    let words = words::describe(groups_with(setup, &script));
+    let file = script.display().to_string();
+    Ok(json!({ "event": "script", "name": name, "file": file, "text": text, "words": words }))
+}
+
+/// Returns the event with the compiler's messages about a text.
+pub fn check(drafts: &Drafts, setup: &Setup, name: &str, text: &str) -> Result<Value, String> {
+    let script = find(setup, name)?;
+    let (messages, _) = drafts.check(groups_with(setup, &script), &script, text);
+    Ok(diagnostics(name, messages))
+}
+
+/// Gives robots a text as a draft of a script. Returns the events that tell so.
+pub fn run(
+    drafts: &mut Drafts,
+    session: &mut Session,
+    (name, text): (&str, &str),
+    ids: Option<&[u16]>,
+) -> Result<[Value; 2], NotRun> {
+    let setup = session.run().setup().clone();
+    let script = find(&setup, name)?;
+    let groups: Vec<&Group> = match ids {
+        None => groups_with(&setup, &script).collect(),
+        Some(ids) => setup.scenario.groups.iter().filter(|one| has_some(one, ids)).collect(),
+    };
+    let robots = match ids {
+        Some(ids) => json!(ids),
+        None => groups.iter().map(|group| json!(range(group))).collect(),
+    };
+    let (messages, has_error) = drafts.check(groups.into_iter(), &script, text);
+    let diagnostics = diagnostics(name, messages);
+    if has_error {
+        return Err(NotRun::Errors(diagnostics));
+    }
+    let draft = name_of(&setup, &drafts.keep(&script, text));
+    // Names and numbers are written in TOML as in JSON.
+    let command = format!("load = {robots}\nscript = {}", Value::from(draft.as_str()));
+    session.command(&command).map_err(NotRun::Command)?;
+    let quantities = begin::quantities(session.run().setup());
+    let ran = json!({ "event": "ran", "name": name, "draft": draft, "quantities": quantities });
+    Ok([diagnostics, ran])
+}
+
+/// Writes a text to the file of a script. Returns the event that tells so.
+pub fn write(drafts: &mut Drafts, setup: &Setup, name: &str, text: &str) -> Result<Value, String> {
+    let script = find(setup, name)?;
+    drafts.write(&script, text)?;
+    Ok(json!({ "event": "written", "name": name }))
+}
+
+/// Returns the scripts that a saved session needs beside the files that are there.
+pub fn needed(drafts: &Drafts, setup: &Setup) -> Value {
+    let needed = drafts.needed(setup);
+    let scripts = needed.into_iter();
+    scripts.map(|(path, text)| json!({ "name": name_of(setup, path), "text": text })).collect()
+}
+
+fn diagnostics(name: &str, messages: Vec<Value>) -> Value {
+    json!({ "event": "diagnostics", "name": name, "diagnostics": messages })
+}
+
+/// Returns the path of a script from the folder of the scenario.
+fn name_of(setup: &Setup, script: &Path) -> String {
+    script.strip_prefix(&setup.scenario.folder).unwrap_or(script).display().to_string()
+}
+
+/// Finds the script of that name. No other file is read or written.
+fn find(setup: &Setup, name: &str) -> Result<PathBuf, String> {
+    let found = scripts(setup).into_iter().find(|script| name_of(setup, script) == name);
+    found.map(Path::to_owned).ok_or_else(|| format!("no robot has the script `{name}`"))
+}
+
+/// Returns true if a robot of the group has one of the ids.
+fn has_some(group: &Group, ids: &[u16]) -> bool {
+    let first = u32::from(group.first_id);
+    let own = first..first + group.count;
+    ids.iter().any(|id| own.contains(&u32::from(*id)))
+}
+
+/// Returns the ids of a group as a scenario has them.
+fn range(group: &Group) -> String {
+    let first = u32::from(group.first_id);
+    format!("{first}..{}", first + group.count.saturating_sub(1))
+}

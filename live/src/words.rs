@@ -1,0 +1,59 @@
+//! Names that scripts may use, with their help, for an editor to complete.
+
+use bittybuzz_arena::scenario::Group;
+use bittybuzz_robot_spec::{Function, Robot};
+use bittybuzz_vm_core::builtin::{self, Info, Kind, Library};
+use serde_json::{Value, json};
+
+/// The library of the methods of objects: names that come after any variable.
+const OBJECT: &str = "*";
+
+/// Returns the names that robots of some groups know: built-in functions, the robots' own, tables of sensors and their fields. Each is an
+/// object: `of` is the table before the dot, `*` for any variable and empty for names without one; `call` is written as in the
+/// help, and `is_called` tells functions from values.
+pub fn describe<'a>(groups: impl Iterator<Item = &'a Group>) -> Vec<Value> {
+    let mut words: Vec<Value> = builtin::TABLE.iter().map(of_builtin).collect();
+    words.extend(groups.flat_map(|group| of_robot(&group.robot)));
+    let mut once: Vec<Value> = Vec::new();
+    for word in words {
+        if !once.contains(&word) {
+            once.push(word);
+        }
+    }
+    once
+}
+
+fn of_builtin(info: &Info) -> Value {
+    let of = match info.library {
+        Library::Rng => "math.rng",
+        library if library.is_object() => OBJECT,
+        library => library.global_name().unwrap_or_default(),
+    };
+    let (call, help) = info.help.split_once(": ").unwrap_or((info.help, ""));
+    json!({ "of": of, "name": info.name, "call": call, "help": help, "is_called": info.kind != Kind::Value })
+}
+
+fn of_robot(robot: &Robot) -> impl Iterator<Item = Value> + '_ {
+    let functions = robot.functions.iter().map(|function| {
+        let (name, call, help) = (&function.name, call(function), &function.help);
+        json!({ "of": "", "name": name, "call": call, "help": help, "is_called": true })
+    });
+    let tables = robot.tables.iter().flat_map(|table| {
+        let help = &table.help;
+        let fields = table.fields.iter().map(move |field| {
+            let (of, name, call) = (&table.name, &field.name, format!("{}.{field}", table.name));
+            json!({ "of": of, "name": name, "call": call, "help": help, "is_called": false })
+        });
+        let name = &table.name;
+        let own = json!({ "of": "", "name": name, "call": name, "help": help, "is_called": false });
+        std::iter::once(own).chain(fields)
+    });
+    functions.chain(tables)
+}
+
+/// Writes the first list of arguments that a function accepts.
+fn call(function: &Function) -> String {
+    let parameters = function.accepts.first().into_iter().flatten();
+    let parameters: Vec<String> = parameters.map(ToString::to_string).collect();
+    format!("{}({})", function.name, parameters.join(", "))
+}

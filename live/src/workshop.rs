@@ -1,0 +1,150 @@
+//! Scripts of a session while they are written: texts, messages of the compiler, and drafts that robots run.
+
+use std::path::{Path, PathBuf};
+
+use bittybuzz_arena::run::Setup;
+use bittybuzz_arena::scenario::Group;
+use bittybuzz_compiler::compile::Compiled;
+use bittybuzz_compiler::diagnostic::Severity;
+use bittybuzz_compiler::render::Renderer;
+use bittybuzz_robot_spec::Robot;
+use serde_json::Value;
+
+/// The files of a session, its compiler, and whether the client may write.
+pub trait Workshop {
+    /// Returns the text of a script. An error is a reason for people.
+    fn read(&self, script: &Path) -> Result<String, String>;
+
+    /// Compiles a text as the script at a path, for the robots of a group.
+    fn compile(&self, script: &Path, text: &str, group: &Group) -> Compiled;
+
+    /// Keeps a text as the script at a path: commands load it from now on. No file is written.
+    fn keep(&mut self, script: &Path, text: &str);
+
+    /// The client may write scripts.
+    fn may_write(&self) -> bool;
+
+    /// Writes a text to the file of a script. An error is a reason for people.
+    fn write(&self, script: &Path, text: &str) -> Result<(), String>;
+}
+
+/// A version of a script that robots run and that is in no file.
+struct Draft {
+    script: PathBuf,
+    path: PathBuf,
+    text: String,
+}
+
+/// A workshop with the drafts that were made in it.
+pub struct Drafts {
+    workshop: Box<dyn Workshop>,
+    drafts: Vec<Draft>,
+    /// Scripts whose files were written, with the texts that the run began with.
+    originals: Vec<(PathBuf, String)>,
+}
+
+impl Drafts {
+    /// No drafts yet.
+    pub fn new(workshop: Box<dyn Workshop>) -> Self {
+        Drafts { workshop, drafts: Vec::new(), originals: Vec::new() }
+    }
+
+    /// Returns true if the client may write scripts.
+    pub fn may_write(&self) -> bool {
+        self.workshop.may_write()
+    }
+
+    /// Returns the last draft of a script, else the text of its file.
+    pub fn text(&self, script: &Path) -> Result<String, String> {
+        let last = self.drafts.iter().rfind(|draft| draft.script == script);
+        last.map_or_else(|| self.workshop.read(script), |draft| Ok(draft.text.clone()))
+    }
+
+    /// Compiles a text as a script for the robots of some groups, once for each kind of robot. Returns each message once, as an object
+    /// of [`Renderer::json`], and true if one of them is an error.
+    pub fn check<'a>(
+        &self,
+        groups: impl Iterator<Item = &'a Group>,
+        script: &Path,
+        text: &str,
+    ) -> (Vec<Value>, bool) {
+        let mut robots: Vec<&Robot> = Vec::new();
+        let (mut messages, mut has_error) = (Vec::new(), false);
+        for group in groups {
+            if robots.contains(&&group.robot) {
+                continue;
+            }
+            robots.push(&group.robot);
+            let compiled = self.workshop.compile(script, text, group);
+            let renderer = Renderer::new(&compiled.sources);
+            for one in &compiled.diagnostics {
+                has_error |= one.severity() == Severity::Error;
+                // The renderer writes an object; were it none, its text would still be told.
+                let json = renderer.json(one);
+                let message = serde_json::from_str(&json).unwrap_or(Value::String(json));
+                if !messages.contains(&message) {
+                    messages.push(message);
+                }
+            }
+        }
+        (messages, has_error)
+    }
+
+    /// Keeps a text as a draft of a script: of `walk.bzz` the first one is `walk.1.bzz`, unless there is such a file. Returns its
+    /// path. A text that is a draft already stays that one.
+    pub fn keep(&mut self, script: &Path, text: &str) -> PathBuf {
+        let same = |draft: &&Draft| draft.script == script && draft.text == text;
+        if let Some(draft) = self.drafts.iter().find(same) {
+            return draft.path.clone();
+        }
+        let stem = script.file_stem().unwrap_or_default().to_string_lossy();
+        let mut number = 1;
+        let path = loop {
+            let path = script.with_file_name(format!("{stem}.{number}.bzz"));
+            if self.workshop.read(&path).is_err() {
+                break path;
+            }
+            number += 1;
+        };
+        self.workshop.keep(&path, text);
+        let draft = Draft { script: script.to_owned(), path: path.clone(), text: text.to_owned() };
+        self.drafts.push(draft);
+        path
+    }
+
+    /// Writes a text to the file of a script, whose first text stays known.
+    pub fn write(&mut self, script: &Path, text: &str) -> Result<(), String> {
+        let before = self.workshop.read(script)?;
+        self.workshop.write(script, text)?;
+        if self.originals.iter().all(|(of, _)| of != script) {
+            self.originals.push((script.to_owned(), before));
+        }
+        Ok(())
+    }
+
+    /// Returns the scripts that a saved session needs and that are in no file: the drafts that were loaded, and the first texts of those
+    /// that were written.
+    pub fn needed(&self, setup: &Setup) -> Vec<(&Path, &str)> {
+        let is_loaded = |draft: &&Draft| setup.scripts().any(|(_, path)| path == draft.path);
+        let drafts = self.drafts.iter().filter(is_loaded);
+        let originals = self.originals.iter().map(|(path, text)| (&**path, &**text));
+        originals.chain(drafts.map(|draft| (&*draft.path, &*draft.text))).collect()
+    }
+}
+
+/// Returns the scripts of a scenario, each once. Images and object files are none.
+pub fn scripts(setup: &Setup) -> Vec<&Path> {
+    let mut scripts: Vec<&Path> = Vec::new();
+    for (_, path) in setup.scenario.programs() {
+        if path.extension().is_some_and(|extension| extension == "bzz") && !scripts.contains(&path)
+        {
+            scripts.push(path);
+        }
+    }
+    scripts
+}
+
+/// Returns the groups that have a script, from the start or by an event.
+pub fn groups_with<'a>(setup: &'a Setup, script: &'a Path) -> impl Iterator<Item = &'a Group> {
+    setup.scenario.programs().filter(move |(_, of)| *of == script).map(|(group, _)| group)
+}

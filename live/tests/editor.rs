@@ -1,0 +1,299 @@
+//! Scripts that a client edits.
+
+#![allow(clippy::unwrap_used, reason = "what fails here fails the test")]
+
+use std::cell::RefCell;
+use std::path::Path;
+use std::rc::Rc;
+use std::sync::{Arc, Mutex};
+use std::time::Duration;
+
+use bittybuzz_arena::run::{Program, Session, Setup, Simulation};
+use bittybuzz_arena::scenario::{Group, Scenario};
+use bittybuzz_compiler::compile::{Compiled, Options, compile};
+use bittybuzz_compiler::include::{Files, Loader, MemoryFiles};
+use bittybuzz_live::{Live, Source, Workshop};
+use serde_json::{Value, json};
+
+const SCRIPT: &str = "n = 0\nfunction step() { n = n + 1 led(n % 8) }\n";
+const RED: &str = "r = 1\nfunction step() { led(r) }\n";
+
+/// Kilobots and Zooids have one script; another Kilobot has its own one, and later a third.
+const SCENARIO: &str = "[world]\nsize = [800, 600]\nduration = 10\n\n\
+    [[robots]]\nrobot = \"kilobot\"\nscript = \"walk.bzz\"\ncount = 2\nfirst_id = 6\n\n\
+    [[robots]]\nrobot = \"zooids\"\nscript = \"walk.bzz\"\ncount = 1\nfirst_id = 20\n\n\
+    [[robots]]\nrobot = \"kilobot\"\nscript = \"sub/own.bzz\"\ncount = 1\nfirst_id = 30\n\n\
+    [[event]]\nat = 9\nload = 30\nscript = \"late.bzz\"\n";
+
+type Shared = Arc<Mutex<MemoryFiles>>;
+
+fn options(group: &Group) -> Options {
+    let robots = bittybuzz_robot_files::all_shipped();
+    Options { robot: Some(group.robot.clone()), robots, profile: None }
+}
+
+fn read(files: &MemoryFiles, script: &Path) -> Result<String, String> {
+    let bytes = files.read(script, 10_000).map_err(|error| error.to_string())?;
+    Ok(String::from_utf8(bytes).unwrap())
+}
+
+fn program(files: &MemoryFiles, script: &Path, group: &Group) -> Result<Program, String> {
+    let text = read(files, script)?;
+    let compiled = compile(script, text, &Loader::new(files), &options(group));
+    let symbols = compiled.symbols;
+    let program = compiled.image.map(|image| Program { image, symbols });
+    program.ok_or_else(|| compiled.diagnostics[0].message.clone())
+}
+
+/// Files in memory, and what was written to them.
+struct Folder {
+    files: Shared,
+    may_write: bool,
+    written: Rc<RefCell<Vec<String>>>,
+}
+
+impl Workshop for Folder {
+    fn read(&self, script: &Path) -> Result<String, String> {
+        read(&self.files.lock().unwrap(), script)
+    }
+
+    fn compile(&self, script: &Path, text: &str, group: &Group) -> Compiled {
+        let files = self.files.lock().unwrap();
+        compile(script, text.to_owned(), &Loader::new(&*files), &options(group))
+    }
+
+    fn keep(&mut self, script: &Path, text: &str) {
+        let mut files = self.files.lock().unwrap();
+        *files = files.clone().with(script, text);
+    }
+
+    fn may_write(&self) -> bool {
+        self.may_write
+    }
+
+    fn write(&self, script: &Path, text: &str) -> Result<(), String> {
+        if !self.may_write {
+            return Err("it is not allowed".to_owned());
+        }
+        self.written.borrow_mut().push(script.display().to_string());
+        let mut files = self.files.lock().unwrap();
+        *files = files.clone().with(script, text);
+        Ok(())
+    }
+}
+
+fn start(may_write: bool) -> (Live, Rc<RefCell<Vec<String>>>) {
+    let files = MemoryFiles::default()
+        .with("x/s.toml", SCENARIO)
+        .with("x/walk.bzz", SCRIPT)
+        .with("x/walk.1.bzz", "# Somebody's own.\n")
+        .with("x/sub/own.bzz", SCRIPT)
+        .with("x/late.bzz", RED)
+        .with("x/secret.bzz", "# Of no robot.\n");
+    let models = bittybuzz_robot_models::all();
+    let scenario = Scenario::open_in(&files, "x/s.toml".as_ref(), &[], &models).unwrap();
+    let own = scenario.programs().map(|(group, script)| program(&files, script, group));
+    let programs: Vec<Program> = own.collect::<Result<_, _>>().unwrap();
+    let files = Shared::new(files.into());
+    let shared = files.clone();
+    let compiler = Arc::new(move |script: &Path, group: &Group| {
+        program(&shared.lock().unwrap(), script, group)
+    });
+    let setup = Setup::new(scenario, programs).unwrap().with_compiler(compiler);
+    let session = Session::new(Simulation::new(Arc::new(setup), 1, 1).unwrap(), 10);
+    let written = Rc::new(RefCell::default());
+    let folder = Folder { files, may_write, written: Rc::clone(&written) };
+    (Live::new(session, SCENARIO.to_owned()).with_workshop(folder), written)
+}
+
+/// The events that answer a request.
+fn ask(live: &mut Live, request: Value) -> Vec<Value> {
+    live.take_events();
+    live.request(&request.to_string(), Duration::ZERO);
+    live.take_events()
+}
+
+/// The only event that answers a request.
+fn answer(live: &mut Live, request: Value) -> Value {
+    let events = ask(live, request);
+    assert_eq!(events.len(), 1, "{events:?}");
+    events[0].clone()
+}
+
+fn steps(live: &mut Live, ticks: u32) {
+    live.request(&json!({ "step": { "ticks": ticks } }).to_string(), Duration::ZERO);
+    live.advance(Duration::ZERO, &mut || true);
+}
+
+/// Returns true if a robot with that number has the global of [`RED`].
+fn is_red(live: &Live, robot: usize) -> bool {
+    live.session().run().program(robot).is_some_and(|program| program.global("r").is_some())
+}
+
+#[test]
+fn scripts_are_named_from_the_folder_of_the_scenario() {
+    let (mut live, _) = start(false);
+    let scripts = json!({ "names": ["walk.bzz", "sub/own.bzz", "late.bzz"], "may_write": false });
+    assert_eq!(live.take_events()[0]["scripts"], scripts);
+    let script = answer(&mut live, json!({ "script": { "name": "sub/own.bzz" } }));
+    assert_eq!((&script["event"], &script["text"]), (&json!("script"), &json!(SCRIPT)));
+    for name in ["secret.bzz", "x/walk.bzz", "../x/walk.bzz", "/etc/passwd", "s.toml", ""] {
+        let refused = answer(&mut live, json!({ "script": { "name": name } }));
+        assert_eq!(refused["text"], format!("no robot has the script `{name}`"));
+    }
+}
+
+#[test]
+fn names_are_those_of_all_robots_with_the_script() {
+    let (mut live, _) = start(false);
+    let names = |live: &mut Live, name: &str| -> Vec<String> {
+        let script = answer(live, json!({ "script": { "name": name } }));
+        let words = script["words"].as_array().unwrap();
+        let full = |word: &Value| format!("{}|{}", word["of"], word["name"]).replace('"', "");
+        words.iter().map(full).collect()
+    };
+    let both = names(&mut live, "walk.bzz");
+    for name in ["|set_motor", "|goto", "neighbors|broadcast", "*|put", "math.rng|uniform", "pos|x"]
+    {
+        assert!(both.iter().any(|other| other == name), "{name}: {both:?}");
+    }
+    let kilobots = names(&mut live, "sub/own.bzz");
+    assert!(!kilobots.contains(&"|goto".to_owned()), "a Zooid's function");
+}
+
+#[test]
+fn messages_are_those_of_all_kinds_of_robots_each_once() {
+    let (mut live, _) = start(false);
+    // Both have `led`, a Kilobot has no `goto`, and the name is wrong for both.
+    let text = "function step() {\n  led(1)\n  goto(1, 2)\n  nonsense()\n}\n";
+    let request = json!({ "check": { "name": "walk.bzz", "text": text } });
+    let event = answer(&mut live, request);
+    let found = event["diagnostics"].as_array().unwrap();
+    let lines: Vec<_> = found.iter().map(|one| (&one["severity"], &one["line"])).collect();
+    let error = json!("error");
+    assert_eq!(lines.iter().filter(|one| **one == (&error, &json!(4))).count(), 1, "{found:#?}");
+    assert_eq!(lines.iter().filter(|one| **one == (&error, &json!(3))).count(), 1, "{found:#?}");
+    assert!(found.iter().all(|one| one["file"] == "x/walk.bzz"));
+    assert_eq!(live.session().run().now(), 0);
+}
+
+#[test]
+fn all_robots_with_the_script_get_the_draft() {
+    let (mut live, _) = start(false);
+    steps(&mut live, 3);
+    let events = ask(&mut live, json!({ "run": { "name": "walk.bzz", "text": RED } }));
+    let ran = events.iter().find(|event| event["event"] == "ran").unwrap();
+    // There is a file of the first name.
+    assert_eq!(ran["draft"], "walk.2.bzz");
+    assert!(ran["quantities"]["global"].as_array().unwrap().contains(&json!("global.r")));
+    steps(&mut live, 1);
+    assert_eq!([0, 1, 2, 3].map(|robot| is_red(&live, robot)), [true, true, true, false]);
+    // The editor goes on with it, also after the page was loaded again.
+    let script = answer(&mut live, json!({ "script": { "name": "walk.bzz" } }));
+    assert_eq!(script["text"], RED);
+    // The same text is the same draft.
+    let events = ask(&mut live, json!({ "run": { "name": "walk.bzz", "text": RED } }));
+    assert!(events.iter().any(|event| event["draft"] == "walk.2.bzz"));
+}
+
+#[test]
+fn chosen_robots_get_the_draft_whatever_they_had() {
+    let (mut live, _) = start(false);
+    let request = json!({ "run": { "name": "walk.bzz", "text": RED, "robots": [7, 30] } });
+    ask(&mut live, request);
+    steps(&mut live, 1);
+    assert_eq!([0, 1, 2, 3].map(|robot| is_red(&live, robot)), [false, true, false, true]);
+    // Nobody has this id.
+    let request = json!({ "run": { "name": "walk.bzz", "text": RED, "robots": [99] } });
+    let events = ask(&mut live, request);
+    assert!(events.iter().any(|event| event["event"] == "refused"), "{events:?}");
+}
+
+#[test]
+fn a_script_with_errors_does_not_run() {
+    let (mut live, _) = start(false);
+    let events =
+        ask(&mut live, json!({ "run": { "name": "walk.bzz", "text": "function step( {" } }));
+    let kinds: Vec<_> = events.iter().map(|event| event["event"].as_str().unwrap()).collect();
+    assert_eq!(kinds, ["diagnostics", "refused"]);
+    assert_eq!(live.session().run().commands(), "");
+}
+
+/// What was saved, in files of a new folder, goes the same way.
+fn assert_replays(live: &mut Live) {
+    let saved = answer(live, json!("scenario"));
+    let own = [("walk.bzz", SCRIPT), ("sub/own.bzz", SCRIPT), ("late.bzz", RED)];
+    let mut files =
+        own.iter().fold(MemoryFiles::default(), |files, (name, text)| files.with(name, *text));
+    for script in saved["scripts"].as_array().unwrap() {
+        files = files.with(script["name"].as_str().unwrap(), script["text"].as_str().unwrap());
+    }
+    files = files.with("session.toml", saved["text"].as_str().unwrap());
+    let models = bittybuzz_robot_models::all();
+    let scenario = Scenario::open_in(&files, "session.toml".as_ref(), &[], &models).unwrap();
+    let own = scenario.programs().map(|(group, script)| program(&files, script, group));
+    let programs: Vec<Program> = own.collect::<Result<_, _>>().unwrap();
+    let setup = Setup::new(scenario, programs).unwrap();
+    let mut run = Simulation::new(Arc::new(setup), 1, 1).unwrap();
+    while run.now() < live.session().run().now() {
+        run.tick().unwrap();
+    }
+    assert_eq!(run.digest(), live.session().run().digest());
+}
+
+#[test]
+fn a_saved_session_has_its_drafts() {
+    let (mut live, _) = start(false);
+    steps(&mut live, 4);
+    ask(&mut live, json!({ "run": { "name": "walk.bzz", "text": RED, "robots": [6] } }));
+    steps(&mut live, 4);
+    ask(&mut live, json!({ "run": { "name": "sub/own.bzz", "text": format!("{RED}# other\n") } }));
+    steps(&mut live, 92);
+    let saved = answer(&mut live, json!("scenario"));
+    let scripts = saved["scripts"].as_array().unwrap();
+    let names: Vec<_> = scripts.iter().map(|script| script["name"].as_str().unwrap()).collect();
+    assert_eq!(names, ["walk.2.bzz", "sub/own.1.bzz"]);
+    assert_replays(&mut live);
+}
+
+#[test]
+fn a_saved_session_has_the_first_text_of_a_script_that_was_written() {
+    let (mut live, written) = start(true);
+    steps(&mut live, 4);
+    for text in [RED, "function step() { }\n"] {
+        let event = answer(&mut live, json!({ "write": { "name": "walk.bzz", "text": text } }));
+        assert_eq!(event, json!({ "event": "written", "name": "walk.bzz" }));
+    }
+    assert_eq!(*written.borrow(), ["x/walk.bzz", "x/walk.bzz"]);
+    let saved = answer(&mut live, json!("scenario"));
+    assert_eq!(saved["scripts"], json!([{ "name": "walk.bzz", "text": SCRIPT }]));
+    assert_replays(&mut live);
+    // The robots still run the first text; a draft of the written one is another script.
+    let events = ask(&mut live, json!({ "run": { "name": "walk.bzz", "text": RED } }));
+    assert!(events.iter().any(|event| event["event"] == "ran"), "{events:?}");
+    steps(&mut live, 4);
+    assert_replays(&mut live);
+}
+
+#[test]
+fn what_may_not_be_written_is_refused() {
+    let (mut live, written) = start(false);
+    let refused = answer(&mut live, json!({ "write": { "name": "walk.bzz", "text": RED } }));
+    assert_eq!(refused["text"], "it is not allowed");
+    let (mut live, also_written) = start(true);
+    let refused = answer(&mut live, json!({ "write": { "name": "secret.bzz", "text": RED } }));
+    assert_eq!(refused["text"], "no robot has the script `secret.bzz`");
+    assert!(written.borrow().is_empty() && also_written.borrow().is_empty());
+}
+
+#[test]
+fn messages_are_explained() {
+    let (mut live, _) = start(false);
+    for code in ["E0201", "W0302", "R0005", "e0201"] {
+        let event = answer(&mut live, json!({ "explain": { "code": code } }));
+        let text = event["text"].as_str().unwrap();
+        assert!(text.starts_with(&format!("## {}", code.to_uppercase())), "{text}");
+    }
+    let refused = answer(&mut live, json!({ "explain": { "code": "E9999" } }));
+    assert_eq!(refused["text"], "there is no message `E9999`");
+}
