@@ -74,14 +74,16 @@ def bbz(*arguments):
 
 
 @pytest.fixture
-def session(tmp_path):
+def session(tmp_path, request):
+    """A run with its page; a test may give it more options."""
     (tmp_path / "s.bzz").write_text(SCRIPT)
     (tmp_path / "s.toml").write_text(SCENARIO)
-    command = bbz("sim", "s.toml", "--view", "--no-browser")
+    command = bbz("sim", "s.toml", "--view", "--no-browser", *getattr(request, "param", []))
     # Who starts the tests by nohup ignores the signal, and so would its children.
     hang_up = functools.partial(signal.signal, signal.SIGHUP, signal.SIG_DFL)
     process = subprocess.Popen(command, cwd=tmp_path, stdout=subprocess.PIPE, text=True, preexec_fn=hang_up)
     process.url = process.stdout.readline().strip()
+    process.folder = tmp_path
     yield process
     process.kill()
     process.wait()
@@ -91,6 +93,8 @@ def session(tmp_path):
 def window(browser):
     page = browser.new_page(viewport={"width": 1280, "height": 800})
     page.problems, page.hosts = [], set()
+    # A page with changes asks before it is left.
+    page.on("dialog", lambda dialog: dialog.accept())
     page.on("console", lambda message: page.problems.append(message.text))
     page.on("pageerror", lambda error: page.problems.append(str(error)))
     page.on("request", lambda request: page.hosts.add(request.url.split("/")[2]))
@@ -389,6 +393,8 @@ def test_the_keyboard_is_enough(page):
     page.keyboard.press("Home")
     at(page, 0)
     page.focus("#tab-robot")
+    page.keyboard.press("ArrowRight")
+    expect(page.locator("#tab-script")).to_be_focused()
     page.keyboard.press("ArrowRight")
     expect(page.locator("#tab-log")).to_be_focused()
     expect(page.locator("#log")).to_be_visible()

@@ -2,6 +2,7 @@
 
 use crate::site;
 use crate::sizes;
+use crate::vendor;
 use anyhow::{Result, ensure};
 use bittybuzz_bench_harness as bench;
 use bittybuzz_builds::board::{BOARDS, CRAZYFLIE, KILOBOT, ZOOIDS};
@@ -149,6 +150,7 @@ fn wasm() -> Result<()> {
 
 /// Uses the page of `bbz sim --view`, and the playground, in a browser without a window.
 fn page() -> Result<()> {
+    vendor::check()?;
     let python = setup::browser()?;
     // The tests' build has `bbz`, too.
     all_tests(&["--no-run", "--test", "sim"], &[]).run()?;

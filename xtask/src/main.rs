@@ -1,7 +1,7 @@
 //! The chores of the project, so that people and the CI machine run the same commands.
 //!
 //! Each command prints what it runs and stops at the first failure. What a command needs and can be fetched by
-//! the ordinary clients (rustup, apt-get, pip) is fetched by `setup`; nothing is installed in another way. `demo` needs nothing of that.
+//! the ordinary clients (rustup, apt-get, pip, npm) is fetched by `setup`; nothing is installed in another way. `demo` needs nothing of that.
 //!
 //! Benchmarks live in `bench/harness`, long tests in `tests/soak`, programs and images that all of them build in `xtask/builds`.
 
@@ -11,6 +11,7 @@ mod demo;
 mod site;
 mod sizes;
 mod unlike;
+mod vendor;
 
 use bittybuzz_bench_harness as bench;
 use bittybuzz_builds::{board, setup};
@@ -51,6 +52,8 @@ enum Task {
     },
     /// The playground as a folder of static files, for any web server
     Site,
+    /// The packages of the page's editor as one file, which is committed
+    Vendor,
     /// Cycles or instructions of the benchmark scripts, beside the C BittyBuzz
     Bench(bench::Arguments),
     /// Long evidence, which goes on where it was stopped
@@ -74,6 +77,7 @@ fn main() -> ExitCode {
         Task::Build(arguments) => ("build", board::run(&arguments)),
         Task::Sizes { json } => ("sizes", sizes::run(json)),
         Task::Site => ("site", site::run()),
+        Task::Vendor => ("vendor", vendor::run()),
         Task::Bench(arguments) => ("bench", bench::run(&arguments)),
         Task::Soak { part } => ("soak", soak::run(part.as_deref())),
         Task::Ci { step } => ("ci", checks::ci(step)),
@@ -107,6 +111,7 @@ mod tests {
             "build behaviours",
             "sizes --json",
             "site",
+            "vendor",
             "bench --json avr",
             "bench thumbv7em-full --update",
             "bench costs --update avr",

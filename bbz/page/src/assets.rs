@@ -27,11 +27,13 @@ macro_rules! asset {
     };
 }
 
-const ASSETS: [Asset; 18] = [
+const ASSETS: [Asset; 21] = [
     asset!("", "index.html", HTML),
     asset!("style.css", STYLE),
+    asset!("buzz.js", SCRIPT),
     asset!("curve.js", SCRIPT),
     asset!("drawing.js", SCRIPT),
+    asset!("editor.js", SCRIPT),
     asset!("element.js", SCRIPT),
     asset!("ground.js", SCRIPT),
     asset!("log.js", SCRIPT),
@@ -45,6 +47,7 @@ const ASSETS: [Asset; 18] = [
     asset!("session.js", SCRIPT),
     asset!("texts.js", SCRIPT),
     asset!("timeline.js", SCRIPT),
+    asset!("vendor.js", SCRIPT),
     asset!("view.js", SCRIPT),
 ];
 

@@ -21,8 +21,8 @@ use tokio::sync::mpsc::{UnboundedReceiver, UnboundedSender, unbounded_channel};
 use crate::assets;
 use crate::door::Door;
 
-/// Bytes of the longest request: a command with a name and a place.
-const LONGEST_REQUEST: usize = 64 * 1024;
+/// Bytes of the longest request: the largest script that the compiler reads, 1 MiB, with each of its lines written as `\n`.
+const LONGEST_REQUEST: usize = 2 * 1024 * 1024;
 
 /// The page may run its own scripts and connect to its own server, and nothing else.
 const POLICY: &str = "default-src 'none'; script-src 'self'; style-src 'self'; connect-src 'self'; img-src 'self' data:; \

@@ -68,13 +68,17 @@ export function showIcon(id, icon, text) {
 export class Tabs {
     constructor(names) {
         this.names = names;
-        names.forEach((name, index) => {
+        names.forEach((name) => {
             const tab = part(`tab-${name}`);
             tab.addEventListener("click", () => this.show(name));
             tab.addEventListener("keydown", ({ key }) => {
                 const step = { ArrowRight: 1, ArrowLeft: names.length - 1 }[key];
                 if (step) {
-                    const next = names[(index + step) % names.length];
+                    let next = name;
+                    do {
+                        next = names[(names.indexOf(next) + step) % names.length];
+                        // A recording, for example, has no scripts.
+                    } while (next !== name && part(`tab-${next}`).offsetParent === null);
                     this.show(next);
                     part(`tab-${next}`).focus();
                 }
@@ -84,6 +88,8 @@ export class Tabs {
     }
 
     show(shown) {
+        this.shown = shown;
+        document.body.dataset.tab = shown;
         for (const name of this.names) {
             const isShown = name === shown;
             part(name).hidden = !isShown;

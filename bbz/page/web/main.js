@@ -1,6 +1,7 @@
 // The page: the parts, and what passes between them and the session.
 
 import { Curve } from "./curve.js";
+import { Editor } from "./editor.js";
 import { element, fillTexts, part, row, save, showIcon, Tabs } from "./element.js";
 import { Ground } from "./ground.js";
 import { Log, showTests } from "./log.js";
@@ -31,12 +32,13 @@ const command = (text) => {
 fillTexts();
 const robots = new Robots();
 const view = new View(part("canvas"));
-const tabs = new Tabs(["robot", "log", "tests", "ground"]);
+const tabs = new Tabs(["robot", "script", "log", "tests", "ground"]);
 const panel = new RobotPanel(robots, command);
 const log = new Log(choose);
 const ground = new Ground(command, ask, () => view.beginCut());
 const curve = new Curve(view);
 const look = new Look(view, curve, watch);
+const editor = new Editor(ask, () => state.plays || play(), () => (view.chosen === null ? null : robots.ids[view.chosen]));
 const timeLine = new TimeLine(goTo);
 new Pointer(view, {
     onChoose: choose,
@@ -82,6 +84,8 @@ const handlers = {
         ground.begin(world);
         curve.begin(world);
         look.begin(world);
+        editor.begin(world);
+        editor.choose(view.chosen === null ? null : robots.ids[view.chosen]);
         document.body.classList.toggle("recorded", Boolean(world.recording));
         if (view.chosen !== null) {
             watch({ inspect: { robot: view.chosen } });
@@ -149,8 +153,26 @@ const handlers = {
         wanted = false;
         part("status").textContent = help ? `${text} (${help})` : text;
     },
-    scenario({ text }) {
+    script(event) {
+        editor.show(event);
+    },
+    diagnostics(event) {
+        editor.diagnose(event);
+    },
+    ran(event) {
+        world.quantities = event.quantities;
+        look.begin(world);
+        editor.ran(event);
+    },
+    written(event) {
+        editor.written(event);
+    },
+    explanation(event) {
+        editor.explain(event);
+    },
+    scenario({ text, scripts }) {
         save(new Blob([text], { type: "application/toml" }), texts.savedAs);
+        scripts?.forEach((one) => save(new Blob([one.text], { type: "text/plain" }), one.name.split(/[\\/]/).pop()));
     },
     failed({ text }) {
         part("status").textContent = texts.failed(text);
@@ -161,7 +183,10 @@ function choose(robot) {
     view.choose(robot);
     curve.changed();
     panel.choose(robot);
-    tabs.show("robot");
+    editor.choose(robot === null ? null : robots.ids[robot]);
+    if (tabs.shown !== "script") {
+        tabs.show("robot");
+    }
     watch({ inspect: { robot } });
 }
 
@@ -227,10 +252,10 @@ part("rate").onchange = () => {
     }
 };
 addEventListener("keydown", (event) => {
-    const isTyped = event.target.matches("input, select, textarea") || event.ctrlKey || event.metaKey || event.altKey;
+    const isTyped = event.target.matches("input, select, textarea, #text") || event.ctrlKey || event.metaKey || event.altKey;
     // The space bar presses a button that has the focus.
     const isPressed = event.key === " " && event.target.matches("button, summary");
-    if (acts[event.key] && !isTyped && !isPressed && !part("help").open) {
+    if (acts[event.key] && !isTyped && !isPressed && !document.querySelector("dialog[open]")) {
         event.preventDefault();
         acts[event.key]();
     }

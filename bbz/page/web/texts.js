@@ -17,6 +17,7 @@ export const texts = {
         ["Tab", "from one part of the page to the next"],
         ["n  p", "in the world: the next robot, the one before"], ["Esc", "in the world: no robot"],
         ["Shift + arrows", "in the world: moves the chosen robot by 10 mm"],
+        ["Ctrl + Enter", "in the script: run it"],
         ["Arrows  +  −  0", "in the world: move the view, zoom, show all"],
     ],
 
@@ -33,7 +34,7 @@ export const texts = {
     },
     curveOf: (id, value) => `; robot ${id}: ${texts.number(value)}`,
     number: (value) => (Number.isInteger(value) ? String(value) : value.toPrecision(4)),
-    tabRobot: "Robot", tabLog: "Log", tabTests: "Tests", tabGround: "World",
+    tabRobot: "Robot", tabScript: "Script", tabLog: "Log", tabTests: "Tests", tabGround: "World",
 
     noRobot: "No robot is chosen. Click one.",
     robot: (id) => `Robot ${id}`,
@@ -65,6 +66,14 @@ export const texts = {
     message: (one) => `${one.kind}${one.robot === undefined ? "" : ` of ${one.robot}`}`,
     table: (count) => (count === 1 ? "1 entry" : `${count} entries`),
     leftOut: (count) => `… ${count} more`,
+
+    scriptText: "text of the script", diagnostics: "messages of the compiler", help: "help",
+    run: "Run", runHelp: "Robots get this text as their script (Ctrl + Enter)", ran: (name) => `The robots run ${name}.`,
+    runOn: "robots that run it", runOnAll: "on all that have it", runOnOne: (id) => `on robot ${id}`,
+    write: "Save", writeHelp: "Writes the text to its file", written: (name) => `${name} is saved.`,
+    download: "Download", downloadHelp: "Saves the text as a file",
+    explainHelp: "Explains the message", goThere: "To this place", fix: "Fix", fixHelp: "Changes the text as the message says",
+    line: (line) => `line ${line}`,
 
     noLog: "Nothing was logged so far.", noTests: "The scenario expects nothing.",
     verdicts: { open: "open", held: "held", failed: "failed" },

@@ -46,6 +46,10 @@ const PACKAGES: &[(Sign, &str)] = &[
     (Sign::Program("node"), "nodejs"),
 ];
 
+/// Debian packages that bundle packages of npm.
+const NODE_PACKAGES: &[(Sign, &str)] =
+    &[(Sign::Program("node"), "nodejs"), (Sign::Program("npm"), "npm")];
+
 /// Debian packages for tests of web pages.
 const BROWSER_PACKAGES: &[(Sign, &str)] = &[
     (Sign::Program("chromium"), "chromium"),
@@ -80,6 +84,11 @@ pub fn rust() -> Result<()> {
         Line::new("rustup", &["toolchain", "install"]).in_workspace(folder).run()?;
     }
     Ok(())
+}
+
+/// Installs node with npm.
+pub fn node() -> Result<()> {
+    install(&missing(NODE_PACKAGES, is_there))
 }
 
 /// Installs a browser, and in a folder of its own a Python with the packages that drive it. Returns the path of that Python.

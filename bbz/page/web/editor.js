@@ -1,0 +1,230 @@
+// The editor of the scenario's scripts.
+
+import { buzz, completing } from "./buzz.js";
+import { element, part, save } from "./element.js";
+import { texts } from "./texts.js";
+import {
+    autocompletion, bracketMatching, closeBrackets, closeBracketsKeymap, completionKeymap, defaultKeymap, drawSelection, EditorState,
+    EditorView, foldGutter, foldKeymap, highlightActiveLine, highlightSelectionMatches, HighlightStyle, history, historyKeymap, indentOnInput,
+    indentUnit, keymap, lineNumbers, lintGutter, lintKeymap, searchKeymap, setDiagnostics, syntaxHighlighting, tags,
+} from "./vendor.js";
+
+// Milliseconds between the last key and a look at the text by the compiler.
+const PAUSE = 150;
+
+const colours = HighlightStyle.define([
+    { tag: tags.keyword, color: "var(--accent)", fontWeight: "600" }, { tag: tags.comment, color: "var(--soft)", fontStyle: "italic" },
+    { tag: tags.string, color: "var(--held)" }, { tag: [tags.number, tags.atom], color: "var(--number)" },
+    { tag: tags.function(tags.variableName), color: "var(--accent)" },
+]);
+
+const look = EditorView.theme({
+    "&": { height: "100%", fontSize: ".85rem", backgroundColor: "var(--panel)", color: "var(--text)" },
+    ".cm-scroller": { fontFamily: "ui-monospace, \"Cascadia Mono\", \"DejaVu Sans Mono\", monospace", lineHeight: "1.5" },
+    ".cm-content": { caretColor: "var(--text)" },
+    "&.cm-focused": { outline: "3px solid var(--mark)", outlineOffset: "-3px" },
+    ".cm-cursor": { borderLeftColor: "var(--text)" },
+    ".cm-gutters": { backgroundColor: "var(--panel)", color: "var(--soft)", borderRight: "1px solid var(--line)" },
+    ".cm-activeLine, .cm-activeLineGutter": { backgroundColor: "var(--hover)" },
+    "&.cm-focused > .cm-scroller > .cm-selectionLayer .cm-selectionBackground, .cm-selectionBackground": { backgroundColor: "var(--chosen)" },
+    "&.cm-focused .cm-matchingBracket": { backgroundColor: "var(--chosen)" },
+    ".cm-tooltip, .cm-panels": { backgroundColor: "var(--panel)", color: "var(--text)", border: "1px solid var(--line)" },
+    ".cm-tooltip-autocomplete > ul > li[aria-selected]": { backgroundColor: "var(--accent)", color: "var(--panel)" },
+    ".cm-completionInfo": { maxWidth: "22rem" },
+    ".cm-button, .cm-textfield": { backgroundImage: "none", backgroundColor: "var(--panel)", color: "var(--text)", borderColor: "var(--line)" },
+});
+
+export class Editor {
+    // `ask(request)` asks the session, `onRun()` when robots have got another script, `chosen()` is the id of the chosen robot or null.
+    constructor(ask, onRun, chosen) {
+        Object.assign(this, { ask, onRun, chosen });
+        // Each script by its file, also of scenarios that were left: what is written there is not lost.
+        this.scripts = new Map();
+        this.shown = null;
+        // Styles of the editor's packages get into a shadow tree without an exception from the page's policy.
+        const root = part("text").attachShadow({ mode: "open" });
+        this.view = new EditorView({ root, parent: root });
+        part("script-name").addEventListener("change", () => this.open(part("script-name").value));
+        part("run").addEventListener("click", () => this.run());
+        part("write").addEventListener("click", () => this.write());
+        part("explanation").querySelector("form").addEventListener("submit", () => this.view.focus());
+        addEventListener("beforeunload", (event) => {
+            if ([...this.scripts.values()].some(({ kept, state }) => kept !== state.doc.toString())) {
+                event.preventDefault();
+            }
+        });
+    }
+
+    begin({ scripts }) {
+        const names = scripts?.names ?? [];
+        part("tab-script").hidden = names.length === 0;
+        this.mayWrite = scripts?.may_write ?? false;
+        part("write").textContent = this.mayWrite ? texts.write : texts.download;
+        part("write").title = this.mayWrite ? texts.writeHelp : texts.downloadHelp;
+        part("script-name").replaceChildren(...names.map((name) => new Option(name)));
+        this.shown = null;
+        if (names.length > 0) {
+            this.open(names[0]);
+        }
+    }
+
+    open(name) {
+        this.keep();
+        this.shown = null;
+        this.ask({ script: { name } });
+    }
+
+    // The state of the text that is left.
+    keep() {
+        if (this.shown) {
+            this.shown.state = this.view.state;
+        }
+    }
+
+    show({ name, file, text, words }) {
+        if (part("script-name").value !== name) {
+            return;
+        }
+        const known = this.scripts.get(file) ?? { name, file, kept: text, state: this.state(text) };
+        this.scripts.set(file, known);
+        this.shown = known;
+        known.words = words;
+        this.view.setState(known.state);
+        this.check();
+    }
+
+    state(doc) {
+        const run = () => {
+            this.run();
+            return true;
+        };
+        return EditorState.create({
+            doc,
+            extensions: [
+                lineNumbers(), foldGutter(), history(), drawSelection(), indentOnInput(), bracketMatching(), closeBrackets(), highlightActiveLine(),
+                highlightSelectionMatches(), lintGutter(), look, buzz, syntaxHighlighting(colours), indentUnit.of("    "),
+                autocompletion({ override: [completing(() => this.shown?.words ?? [])] }),
+                keymap.of([
+                    { key: "Mod-Enter", run }, ...closeBracketsKeymap, ...defaultKeymap, ...searchKeymap, ...historyKeymap, ...foldKeymap,
+                    ...completionKeymap, ...lintKeymap,
+                ]),
+                EditorView.contentAttributes.of({ "aria-label": texts.scriptText }),
+                EditorView.updateListener.of(({ docChanged }) => docChanged && this.changed()),
+            ],
+        });
+    }
+
+    changed() {
+        part("script-status").textContent = "";
+        clearTimeout(this.timer);
+        this.timer = setTimeout(() => this.check(), PAUSE);
+    }
+
+    get text() {
+        return this.view.state.doc.toString();
+    }
+
+    check() {
+        clearTimeout(this.timer);
+        if (this.shown) {
+            this.ask({ check: { name: this.shown.name, text: this.text } });
+        }
+    }
+
+    run() {
+        if (this.shown) {
+            clearTimeout(this.timer);
+            const robots = part("run-on").value === "one" ? [this.chosen()] : null;
+            this.ask({ run: { name: this.shown.name, text: this.text, robots } });
+        }
+    }
+
+    ran({ draft }) {
+        part("script-status").textContent = texts.ran(draft);
+        this.onRun();
+    }
+
+    write() {
+        if (!this.shown) {
+            return;
+        }
+        const { name } = this.shown;
+        if (this.mayWrite) {
+            this.ask({ write: { name, text: this.text } });
+        } else {
+            save(new Blob([this.text], { type: "text/plain" }), name.split(/[\\/]/).pop());
+            this.written({ name });
+        }
+    }
+
+    written({ name }) {
+        if (this.shown?.name === name) {
+            this.shown.kept = this.text;
+            part("script-status").textContent = this.mayWrite ? texts.written(name) : "";
+        }
+    }
+
+    // The chosen robot can be the only one that runs a text.
+    choose(id) {
+        const [all, one] = [new Option(texts.runOnAll, "all"), new Option(texts.runOnOne(id), "one")];
+        const before = part("run-on").value;
+        part("run-on").replaceChildren(all, ...(id === null ? [] : [one]));
+        part("run-on").value = id === null ? "all" : before || "all";
+    }
+
+    // The compiler's messages. The text may have changed since: places are moved into it.
+    diagnose({ name, diagnostics }) {
+        if (this.shown?.name !== name) {
+            return;
+        }
+        const { doc } = this.view.state;
+        const at = (line, column) => {
+            const { from, text } = doc.line(Math.max(1, Math.min(line, doc.lines)));
+            // Columns are characters, places in the text are units of UTF-16.
+            return from + [...text].slice(0, column - 1).join("").length;
+        };
+        const isHere = (one) => one.file === this.shown.file;
+        const fixOf = ({ edits }) => {
+            if (edits.length === 0 || !edits.every(isHere)) {
+                return null;
+            }
+            const changes = edits.map((edit) => ({ from: at(edit.line, edit.column), to: at(edit.end_line, edit.end_column), insert: edit.text }));
+            return () => this.view.dispatch({ changes });
+        };
+        const found = diagnostics.map((one) => ({ ...one, fix: fixOf(one), from: isHere(one) ? at(one.line, one.column) : 0 }));
+        const marks = found.filter(isHere).map((one) => ({
+            from: one.from, to: Math.max(one.from, at(one.end_line, one.end_column)), severity: one.severity, source: one.code,
+            message: one.help ? `${one.message}\n${texts.help}: ${one.help}` : one.message,
+        }));
+        marks.sort((a, b) => a.from - b.from);
+        this.view.dispatch(setDiagnostics(this.view.state, marks));
+        const lines = found.map((one) => element("li", { class: one.severity },
+            element("button", { type: "button", title: texts.explainHelp, onclick: () => this.ask({ explain: { code: one.code } }) }, one.code),
+            element("button", { type: "button", class: "place", title: texts.goThere, onclick: () => this.goTo(one.from) },
+                isHere(one) ? texts.line(one.line) : `${one.file}:${one.line}`),
+            element("span", {}, one.message, ...(one.help ? [element("small", {}, ` ${one.help}`)] : [])),
+            ...(one.fix ? [element("button", { type: "button", title: texts.fixHelp, onclick: one.fix }, texts.fix)] : [])));
+        part("diagnostics").replaceChildren(...lines);
+    }
+
+    goTo(place) {
+        this.view.dispatch({ selection: { anchor: place }, effects: EditorView.scrollIntoView(place, { y: "center" }) });
+        this.view.focus();
+    }
+
+    explain({ text }) {
+        const [heading, ...lines] = text.split("\n");
+        part("explanation").querySelector("h2").textContent = heading.replace(/^#+ /, "");
+        part("explanation").querySelector("div").replaceChildren(...lines.join("\n").split(/^```\w*$/m).flatMap(explained));
+        part("explanation").showModal();
+    }
+}
+
+// A part of an explanation: each second one is an example, the others have paragraphs with names between back quotes.
+function explained(text, number) {
+    if (number % 2 === 1) {
+        return [element("pre", {}, text.trim())];
+    }
+    const names = (piece, at) => (at % 2 === 1 ? element("code", {}, piece) : piece);
+    return text.trim().split(/\n\n+/).map((one) => element("p", {}, ...one.split("`").map(names)));
+}

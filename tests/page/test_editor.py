@@ -1,0 +1,140 @@
+"""The editor in the page of `bbz sim --view`."""
+
+import re
+
+import pytest
+from playwright.sync_api import expect
+from test_page import SCRIPT, digest, go, page, place, robot, session, simulated, value, window
+
+__all__ = ["page", "session", "window"]
+
+RED = "function step() {\n  led(1)\n}\n"
+
+
+def editor(page):
+    page.click("#tab-script")
+    content = page.locator("#text .cm-content")
+    expect(content).to_contain_text("function")
+    return content
+
+
+def write(page, text):
+    """Replaces the text, without the help of the editor."""
+    editor(page).click()
+    page.keyboard.press("Control+a")
+    # Chromium would give the new text the style of the old one, which the page's policy forbids.
+    page.keyboard.press("Delete")
+    page.keyboard.insert_text(text)
+
+
+def text(page):
+    return "\n".join(page.locator("#text .cm-line").all_inner_texts())
+
+
+def messages(page):
+    return page.locator("#diagnostics li")
+
+
+def test_the_script_is_shown(page):
+    editor(page)
+    assert text(page).splitlines() == [*SCRIPT.splitlines(), ""]
+    expect(page.locator("#script-name")).to_have_value("s.bzz")
+
+
+def test_an_error_is_told_explained_and_mended(page):
+    write(page, "function step() {\n  led(3\n}\n")
+    expect(messages(page).first).to_contain_text("line 2")
+    expect(page.locator("#text .cm-lint-marker-error")).not_to_have_count(0)
+    code = messages(page).first.get_by_role("button").first
+    name = code.inner_text()
+    assert re.fullmatch(r"E\d{4}", name)
+    code.click()
+    expect(page.locator("#explanation")).to_be_visible()
+    expect(page.locator("#explanation h2")).to_contain_text(name)
+    page.locator("#explanation").get_by_role("button").click()
+    # Robots go on with what they have.
+    page.click("#run")
+    expect(page.locator("#status")).to_contain_text("has errors")
+    write(page, RED)
+    expect(messages(page)).to_have_count(0)
+
+
+def test_a_suggested_change_is_made(page):
+    write(page, "function step() {\n  neihgbors.broadcast(\"a\", 1)\n}\n")
+    messages(page).first.get_by_role("button", name="Fix").click()
+    expect(page.locator("#text .cm-content")).to_contain_text("neighbors.broadcast(\"a\", 1)")
+    expect(messages(page)).to_have_count(0)
+
+
+def test_names_complete_with_their_help(page):
+    write(page, "")
+    page.keyboard.type("neighbors.br")
+    options = page.locator("#text .cm-tooltip-autocomplete")
+    expect(options).to_contain_text("neighbors.broadcast(topic, value)")
+    options.get_by_role("option").first.click()
+    expect(page.locator("#text .cm-content")).to_have_text("neighbors.broadcast")
+    page.keyboard.type("\nset_mo")
+    expect(options).to_contain_text("set_motor")
+    expect(page.locator("#text .cm-completionInfo")).to_contain_text(re.compile(r"\w"))
+
+
+def test_all_robots_run_a_draft(page):
+    write(page, RED)
+    page.keyboard.press("Control+Enter")
+    expect(page.locator("#script-status")).to_have_text("The robots run s.1.bzz.")
+    expect(page.locator("#play")).to_have_text("Pause")
+    page.click("#play")
+    page.click("#tab-robot")
+    page.mouse.click(*place(page, 40, 0))
+    expect(value(robot(page, 7), "Globals", "n")).to_have_count(0)
+    page.click("#tab-ground")
+    expect(page.locator("#ground")).to_contain_text("s.1.bzz")
+
+
+def test_the_chosen_robot_alone_runs_a_draft_and_the_session_is_saved(page, tmp_path):
+    go(page, 10)
+    page.mouse.click(*place(page, 40, 0))
+    robot(page, 7)
+    write(page, "var other = 5\nshown = other\nfunction step() { shown = shown + 1 }\n")
+    page.select_option("#run-on", label="on robot 7")
+    page.click("#run")
+    expect(page.locator("#script-status")).to_have_text("The robots run s.1.bzz.")
+    page.click("#play")
+    go(page, 20)
+    page.click("#tab-robot")
+    # Global code, `init` and no step in the tick of the start.
+    expect(value(robot(page, 7), "Globals", "shown")).to_have_text("14")
+    # The other one has the old script.
+    page.mouse.click(*place(page, -30, 0))
+    expect(value(robot(page, 6), "Globals", "n")).to_have_text("19")
+    go(page, 600)
+    at_end = digest(page, 600)
+    downloads = []
+    page.on("download", lambda download: downloads.append(download))
+    page.click("#save")
+    while len(downloads) < 2:
+        page.wait_for_timeout(20)
+    folder = tmp_path / "saved"
+    folder.mkdir()
+    for download in downloads:
+        download.save_as(folder / download.suggested_filename)
+    assert sorted(path.name for path in folder.iterdir()) == ["s.1.bzz", "session.toml"]
+    (folder / "s.bzz").write_text(SCRIPT)
+    assert simulated(folder / "session.toml")["digest"] == at_end
+
+
+@pytest.mark.parametrize("session", [["--edit"]], indirect=True)
+def test_a_script_is_written_to_its_file(page, session):
+    write(page, RED)
+    page.click("#write")
+    expect(page.locator("#script-status")).to_have_text("s.bzz is saved.")
+    assert (session.folder / "s.bzz").read_text() == RED
+
+
+def test_without_the_option_no_file_is_written(page, session):
+    write(page, RED)
+    with page.expect_download() as download:
+        page.click("#write")
+    assert download.value.suggested_filename == "s.bzz"
+    assert download.value.path().read_text() == RED
+    assert (session.folder / "s.bzz").read_text() == SCRIPT

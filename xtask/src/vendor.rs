@@ -1,0 +1,36 @@
+//! The packages of the page's editor, bundled into one file that is committed: a build of `bbz` needs no npm.
+
+use anyhow::{Result, ensure};
+use bittybuzz_builds::setup;
+use bittybuzz_builds::shell::{Line, root, target};
+use fs_err as fs;
+use std::path::Path;
+
+/// Versions of the packages, and the program that bundles them.
+const EDITOR: &str = "bbz/page/editor";
+
+/// The file of the page.
+const BUNDLE: &str = "bbz/page/web/vendor.js";
+
+/// Writes the bundle.
+pub fn run() -> Result<()> {
+    build(&root().join(BUNDLE))
+}
+
+/// Fails if the bundle is not that of the packages.
+pub fn check() -> Result<()> {
+    let again = target()?.join("vendor.js");
+    build(&again)?;
+    let is_same = fs::read(&again)? == fs::read(root().join(BUNDLE))?;
+    ensure!(is_same, "{BUNDLE} is not what {EDITOR} makes: `cargo xtask vendor` writes it");
+    Ok(())
+}
+
+fn build(bundle: &Path) -> Result<()> {
+    setup::node()?;
+    // The packages of the lock file, whose hashes npm checks. None of them may run a program of its own.
+    Line::new("npm", &["ci", "--ignore-scripts", "--no-audit", "--no-fund"])
+        .in_workspace(EDITOR)
+        .run()?;
+    Line::new("node", &["build.js", &bundle.display().to_string()]).in_workspace(EDITOR).run()
+}
