@@ -22,7 +22,7 @@ fn command(chance: &mut SmallRng) -> String {
         format!("[{x}, {y}]")
     };
     let (one, other) = (id(chance), id(chance));
-    match chance.random_range(0..18) {
+    match chance.random_range(0..20) {
         0 => format!("fail = {one}"),
         1 => format!("stop = [{one}, {other}]"),
         2 => "resume = \"all\"".to_owned(),
@@ -47,9 +47,15 @@ fn command(chance: &mut SmallRng) -> String {
             )
         }
         14 => format!("load = [{one}, {other}]\nscript = \"quiet.bzz\""),
+        17 => format!(
+            "set = [{one}, {other}]\nglobal = \"n\"\nnumber = {}",
+            chance.random_range(-500..=500)
+        ),
+        18 => "set = \"all\"\nglobal = \"heard\"\nnumber = 0.5".to_owned(),
         15 => {
             let robots = ["kilobot", "zooids", "all", "3..6"][chance.random_range(0..4)];
-            format!("load = \"{robots}\"\nscript = \"loud.bzz\"")
+            let keep = chance.random_range(0..2) == 0;
+            format!("load = \"{robots}\"\nscript = \"loud.bzz\"\nkeep = {keep}")
         }
         16 if one != other => format!("partition = [{one}, {other}] # an edge"),
         _ => "heal = true".to_owned(),

@@ -5,7 +5,7 @@ use bittybuzz_vm_core::image::EntryPoint;
 use bittybuzz_vm_core::number::Tiny;
 use bittybuzz_vm_core::opcode::*;
 use bittybuzz_vm_core::{
-    Entry, Fault, FaultCode, Image, Outcome, Refusal, RobotFault, Type, Vm, builtin,
+    Entry, Fault, FaultCode, Image, Outcome, Refusal, RobotFault, Type, Value, Vm, builtin,
 };
 
 type Machine<'a> = Vm<Tiny, &'a [u8], 120>;
@@ -105,6 +105,30 @@ fn entries_begin_only_when_they_exist_and_nothing_runs() {
     // A program that is refused leaves none.
     assert!(vm.load(Image::new(&[1, 2, 3]), |_| false).is_err());
     assert!(!vm.begin(Entry::Global));
+}
+
+#[test]
+fn the_host_sets_globals_to_numbers_alone() {
+    // Global code puts function 1 into global 1; `step` logs global 0.
+    let mut parts = ImageParts::new(&[
+        &[0, 1, FUNCTION, 1, 0xb1, END],
+        &[0, 1, 0xa0, CALL_BUILTIN, builtin::LOG, 0x81, END],
+    ]);
+    parts.entries[1] = EntryPoint::Global(1);
+    let image = parts.build();
+    let mut vm = load(&image);
+    let mut host = recorder();
+    assert_eq!(finish(&mut vm, &mut host, Entry::Global, 100).0, Outcome::Done);
+    for value in [Value::int(-3), Value::float(1.5)] {
+        assert!(vm.set_global(0, value));
+        assert_eq!(finish(&mut vm, &mut host, Entry::Step, 100).0, Outcome::Done);
+    }
+    assert_eq!(host.lines(), ["-3", "1.5"]);
+    let function = vm.global(1).expect("there is one");
+    assert!(!vm.set_global(0, function) && !vm.set_global(0, Value::nil()));
+    assert_eq!(vm.global(0).and_then(Value::as_f32), Some(1.5));
+    assert!(!vm.set_global(2, Value::int(1)), "there are two globals");
+    assert!(!Machine::new().set_global(0, Value::int(1)), "there is no program");
 }
 
 #[test]

@@ -11,7 +11,7 @@ use crate::engine::{Brain, Digest, Io};
 
 use super::checks::{Checker, Costs, Findings};
 use super::clock::Clock;
-use super::content::Content;
+use super::content::{Content, ScriptNumber};
 use super::context::GroupContext;
 use super::faults::{Consequence, FaultRecord};
 use super::log::{LogLine, News, Piece};
@@ -19,7 +19,7 @@ use super::machine::{self, Machine};
 use super::model::RobotModel;
 use super::overruns::Overrun;
 use super::seen::RobotEvent;
-use super::state::State;
+use super::state::{Setting, Stage, State};
 
 /// The program of a robot at work.
 #[derive(Clone)]
@@ -216,6 +216,26 @@ impl SimRobot {
     /// Returns a global of its script, or the value to which `keys` lead in tables there.
     pub fn global(&self, number: u16, keys: &[Content]) -> Content {
         self.machine().map_or(Content::Nil, |machine| machine.global(number, keys))
+    }
+
+    /// Returns the number in a global of its script, if it holds one.
+    pub fn number(&self, global: u16) -> Option<ScriptNumber> {
+        self.machine()?.number(global)
+    }
+
+    /// Sets a global of its script: now, or after the global code if that is still to run.
+    pub fn set(&mut self, global: u16, number: ScriptNumber) {
+        match &mut self.program {
+            Program::Machine(machine) if matches!(self.state.stage, Stage::Init | Stage::Step) => {
+                machine.set(global, number);
+            }
+            _ => self.state.settings.push(Setting { after: Stage::Global, global, number }),
+        }
+    }
+
+    /// Has a global of its script set when `init` is done.
+    pub fn keep(&mut self, global: u16, number: ScriptNumber) {
+        self.state.settings.push(Setting { after: Stage::Init, global, number });
     }
 
     /// Returns an entry of a stigmergy, as this robot knows it.

@@ -28,6 +28,31 @@ pub fn content<P: Profile>(value: Option<Value<P>>) -> Content {
     }
 }
 
+/// A number of a script.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum ScriptNumber {
+    /// An integer.
+    Int(i32),
+    /// A float.
+    Float(f32),
+}
+
+impl ScriptNumber {
+    /// Returns the number that a value is.
+    pub fn of<P: Profile>(value: Value<P>) -> Option<Self> {
+        let float = || value.as_f32().map(ScriptNumber::Float);
+        value.as_int().map(ScriptNumber::Int).or_else(float)
+    }
+
+    /// Returns it as a value. Robots whose numbers are smaller are not given it, which the scenario checks.
+    pub fn value<P: Profile>(self) -> Value<P> {
+        match self {
+            ScriptNumber::Int(int) => Value::int(int),
+            ScriptNumber::Float(float) => Value::float(float),
+        }
+    }
+}
+
 /// A key of a stigmergy or a table.
 pub fn value<P: Profile>(key: Content) -> Value<P> {
     match key {

@@ -15,13 +15,13 @@ use bittybuzz_vm_core::{Counters, Entry, Image, ImageError, Outcome, Vm};
 use crate::engine::{Digest, Io, LossCause, Sighting};
 
 use super::checks::Slice;
-use super::content::{Content, content, value};
+use super::content::{Content, ScriptNumber, content, value};
 use super::context::{GroupContext, KeptImage};
 use super::overruns::Overrun;
 use super::platform::Platform;
 use super::queue::{InQueue, OutQueue, QueueProfile};
 use super::seen::RobotEvent;
-use super::state::{Stage, State};
+use super::state::{Setting, Stage, State};
 
 include!(concat!(env!("OUT_DIR"), "/machines.rs"));
 
@@ -56,6 +56,12 @@ pub trait Machine {
 
     /// Returns a global of the script, or the value that `keys` lead to in its tables.
     fn global(&self, number: u16, keys: &[Content]) -> Content;
+
+    /// Returns the number in a global of the script, if it holds one.
+    fn number(&self, global: u16) -> Option<ScriptNumber>;
+
+    /// Sets a global of the script.
+    fn set(&mut self, global: u16, number: ScriptNumber);
 
     /// Returns an entry of a stigmergy, as this robot knows it.
     fn stigmergy(&self, number: u16, key: Content) -> Content;
@@ -250,6 +256,9 @@ where
                         Stage::Init | Stage::Step => Stage::Step,
                         Stage::Pause => Stage::Pause,
                     };
+                    for Setting { global, number, .. } in state.settings_after(stage) {
+                        vm.set_global(global, number.value());
+                    }
                     if stage != Stage::Global {
                         return;
                     }
@@ -342,6 +351,14 @@ where
     fn global(&self, number: u16, keys: &[Content]) -> Content {
         let global = self.vm.global(number);
         content(keys.iter().fold(global, |table, key| self.vm.field(table?, value(*key))))
+    }
+
+    fn number(&self, global: u16) -> Option<ScriptNumber> {
+        self.vm.global(global).and_then(ScriptNumber::of)
+    }
+
+    fn set(&mut self, global: u16, number: ScriptNumber) {
+        self.vm.set_global(global, number.value());
     }
 
     fn stigmergy(&self, number: u16, key: Content) -> Content {

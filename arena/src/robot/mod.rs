@@ -24,7 +24,7 @@ mod state;
 
 pub use brain::SimRobot;
 pub use call::{Autopilot, Call, CallNumbers, Done, Effect, Memory};
-pub use content::Content;
+pub use content::{Content, ScriptNumber};
 pub use context::{GroupContext, ProgramId, step_rates};
 pub use described::{DescribedRobot, LINK as DESCRIBED_LINK};
 pub use effect::{common as common_effect, led};

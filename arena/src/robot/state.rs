@@ -13,6 +13,7 @@ use crate::engine::{Digest, Io, Stream, TICK_US};
 use super::call::{Autopilot, Memory};
 use super::checks::Checker;
 use super::clock::Clock;
+use super::content::ScriptNumber;
 use super::context::GroupContext;
 use super::faults::{Consequence, FaultCounts, FaultRecord, Faults};
 use super::log::{LogLine, News};
@@ -27,6 +28,14 @@ pub enum Stage {
     Step,
     /// The pause after a fault: steps that handle messages only.
     Pause,
+}
+
+/// A global that gets another number when a part of the script is done.
+#[derive(Debug, Clone, Copy)]
+pub struct Setting {
+    pub after: Stage,
+    pub global: u16,
+    pub number: ScriptNumber,
 }
 
 /// Everything of a robot but the machine.
@@ -55,6 +64,8 @@ pub struct State {
     pub seen: Option<Box<Seen>>,
     /// The checks of the script, if there are any.
     pub checker: Option<Box<Checker>>,
+    /// Globals that are to be set.
+    pub settings: Vec<Setting>,
 }
 
 impl State {
@@ -83,6 +94,7 @@ impl State {
             refusal: None,
             seen: None,
             checker: None,
+            settings: Vec::new(),
         }
     }
 
@@ -95,6 +107,14 @@ impl State {
         (*stage as u8, is_running, is_waiting, due_us, steps, awake).hash(digest);
         memory.add_to(digest);
         digest.text_of(&(clock, overruns, faults));
+        if !self.settings.is_empty() {
+            digest.text_of(&self.settings);
+        }
+    }
+
+    /// Takes the globals that are to be set when a part of the script is done.
+    pub fn settings_after(&mut self, stage: Stage) -> Vec<Setting> {
+        self.settings.extract_if(.., |setting| setting.after == stage).collect()
     }
 
     /// Returns true while its script does not run because of a fault: in the pause after it, or until power-on.

@@ -164,7 +164,8 @@ impl Happenings {
                 world.heal();
             }
             // The simulation knows links and scripts.
-            Action::Adversary(_) => {}
+            // The run does these.
+            Action::Adversary(_) | Action::Set { .. } => {}
         }
         Vec::new()
     }

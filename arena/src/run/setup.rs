@@ -13,7 +13,7 @@ use crate::robot::{
     GroupContext, MOST_QUEUED, MOST_SLOTS, News, ProgramId, RobotModel, SimRobot, common_effect,
 };
 use crate::scenario::{
-    Backend, Cause, Group, Load, Quantity, Scenario, ScenarioError, Selection, groups_of,
+    Action, Backend, Cause, Group, Load, Quantity, Scenario, ScenarioError, Selection, groups_of,
 };
 
 use super::expectation::Bound;
@@ -84,6 +84,12 @@ impl Setup {
                     cause,
                     place: Some(Box::new(expect.value_place.clone())),
                 }),
+            }
+        }
+        for event in &scenario.events {
+            let Action::Set { robots, global, place, .. } = &event.action else { continue };
+            if let Err(cause) = Probe::new(&global_of(global), scripts, &programs, robots) {
+                errors.push(ScenarioError { cause, place: Some(Box::new(place.clone())) });
             }
         }
         let all = Selection::all(scenario.robot_count() as u32);
@@ -232,6 +238,12 @@ impl Setup {
         probe.map_err(|cause| ScenarioError { cause, place: None })
     }
 
+    /// Fails if no program of some robots has a global of that name.
+    pub(super) fn check_global(&self, robots: &Selection, name: &str) -> Result<(), Cause> {
+        let scripts = (&self.scenario.groups[..], &self.loads[..]);
+        Probe::new(&global_of(name), scripts, &self.programs, robots).map(|_| ())
+    }
+
     /// What is drawn over time.
     pub fn plots(&self) -> &[Probe] {
         &self.plots
@@ -246,6 +258,10 @@ impl Setup {
     pub fn id(&self, number: usize) -> u16 {
         id(&self.scenario, number)
     }
+}
+
+fn global_of(name: &str) -> Quantity {
+    Quantity::Global { name: name.to_owned(), keys: Vec::new() }
 }
 
 /// Returns the data that robots with each program share.

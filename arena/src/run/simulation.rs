@@ -18,6 +18,8 @@ use crate::scenario::{
     settings_error,
 };
 
+mod globals;
+
 use super::adversary::mind;
 use super::expectation::{Convergence, reduce};
 use super::firmware::{FirmwareError, Fleets};
@@ -175,10 +177,16 @@ impl Simulation {
             return Err(vec![ScenarioError { cause, place: None }]);
         }
         let action = self.setup.scenario.command(text)?;
-        if let Action::Load { robots, script } = &action {
-            let with_script = self.setup.with_script(robots, script);
-            let refused = |cause| vec![ScenarioError { cause, place: None }];
-            self.setup = Arc::new(with_script.map_err(refused)?);
+        let refused = |cause| vec![ScenarioError { cause, place: None }];
+        match &action {
+            Action::Load { robots, script, .. } => {
+                let with_script = self.setup.with_script(robots, script);
+                self.setup = Arc::new(with_script.map_err(refused)?);
+            }
+            Action::Set { robots, global, .. } => {
+                self.setup.check_global(robots, global).map_err(refused)?;
+            }
+            _ => {}
         }
         self.happenings.command(self.world.now(), text, action);
         Ok(())
@@ -217,8 +225,16 @@ impl Simulation {
     pub fn tick(&mut self) -> Result<(), FirmwareError> {
         let scenario = self.setup.scenario.clone();
         while let Some(action) = self.happenings.due(&scenario, self.world.now()) {
-            if let Action::Load { robots, script } = &action {
-                self.load(robots, script);
+            let mut kept = Vec::new();
+            match &action {
+                Action::Load { robots, script, keep } => {
+                    if *keep {
+                        kept = self.globals_of(robots);
+                    }
+                    self.load(robots, script);
+                }
+                Action::Set { robots, global, number, .. } => self.set(robots, global, *number),
+                _ => {}
             }
             for number in self.happenings.act(&action, &mut self.world) {
                 if let (Some(fleets), Some(id)) = (&mut self.fleets, self.happenings.id(number)) {
@@ -226,6 +242,7 @@ impl Simulation {
                 }
                 self.start(number);
             }
+            kept.iter().for_each(|(number, globals)| self.keep(*number, globals));
             if let Action::Adversary(adversary) = &action {
                 self.admit(adversary);
             }

@@ -2,12 +2,16 @@
 
 use std::path::PathBuf;
 
-use bittybuzz_toml_reader::TomlError;
+use bittybuzz_robot_spec::Profile;
+use bittybuzz_toml_reader::{Place, TomlError};
 use toml::de::DeValue;
+
+use crate::robot::ScriptNumber;
 
 use super::adversary::{self, Adversary};
 use super::error::Cause;
 use super::expect::not_after_end;
+use super::load::groups_of;
 use super::read::{Entry, Section};
 use super::robots::{Group, heading};
 use super::select::{Census, Selection};
@@ -43,6 +47,19 @@ pub enum Action {
         robots: Selection,
         /// The script, image or object file.
         script: PathBuf,
+        /// Globals that hold numbers keep them, if the new script has them, too.
+        keep: bool,
+    },
+    /// A global of the robots' scripts gets another number.
+    Set {
+        /// Which.
+        robots: Selection,
+        /// Its name.
+        global: String,
+        /// The number.
+        number: ScriptNumber,
+        /// The place of the name.
+        place: Place,
     },
     /// Robots that were not there from the start come.
     Join(Selection),
@@ -94,6 +111,7 @@ const ACTIONS: &[&str] = &[
     "restart",
     "brown_out",
     "load",
+    "set",
     "join",
     "move",
     "battery",
@@ -144,6 +162,9 @@ pub fn action(
         ("by", "move"),
         ("heading", "move"),
         ("script", "load"),
+        ("keep", "load"),
+        ("global", "set"),
+        ("number", "set"),
         ("volts", "battery"),
         ("medium", "loss"),
     ] {
@@ -160,8 +181,13 @@ pub fn action(
         "load" => {
             let robots = census.select(&entry);
             let script = section.required("script").and_then(|entry| script(&entry));
-            Action::Load { robots: robots?, script: script? }
+            let keep = match section.get("keep") {
+                None => Some(false),
+                Some(entry) => entry.boolean(),
+            };
+            Action::Load { robots: robots?, script: script?, keep: keep? }
         }
+        "set" => set(section, census.select(&entry), groups)?,
         "join" => Action::Join(census.select(&entry)?),
         "move" => moved(section, census.select(&entry), world)?,
         "battery" => {
@@ -194,8 +220,8 @@ pub fn action(
     {
         loss.check_emulated(&entry);
     }
-    // The emulator got the content of their flash when it started.
-    if let Action::Load { robots, .. } = &action
+    // The emulator got the content of their flash when it started, and nobody writes to its memory.
+    if let Action::Load { robots, .. } | Action::Set { robots, .. } = &action
         && census.is_emulated(robots)
     {
         entry.fail(Cause::NotEmulated { key });
@@ -215,6 +241,38 @@ pub fn action(
         return None;
     }
     Some(action)
+}
+
+/// A global and its number, which fits the robots that have the smallest numbers.
+fn set(section: &Section<'_>, robots: Option<Selection>, groups: &[Group]) -> Option<Action> {
+    let global = section.required("global").and_then(|entry| {
+        let name = entry.string()?.to_owned();
+        Some((name, entry.place()))
+    });
+    let robots = robots?;
+    let of_robots = groups_of(groups, &robots);
+    let groups = of_robots.iter().filter_map(|group| groups.get(*group));
+    let is_tiny = groups.map(|group| group.robot.profile).any(|profile| profile == Profile::Tiny);
+    let entry = section.required("number")?;
+    let number = match (entry.value, is_tiny) {
+        (DeValue::Integer(_), true) => int(entry.number(i16::MIN.into()..=i16::MAX.into())?),
+        (DeValue::Integer(_), false) => int(entry.number(i32::MIN.into()..=i32::MAX.into())?),
+        (_, true) => float(entry.number(-GREATEST_TINY..=GREATEST_TINY)?),
+        (_, false) => float(entry.number(f32::MIN.into()..=f32::MAX.into())?),
+    };
+    let (global, place) = global?;
+    Some(Action::Set { robots, global, number, place })
+}
+
+/// The greatest float of `tiny`: 10 bits, the greatest exponent is 31.
+const GREATEST_TINY: f64 = 1023.0 * (1u64 << 22) as f64;
+
+fn int(number: f64) -> ScriptNumber {
+    ScriptNumber::Int(number as i32)
+}
+
+fn float(number: f64) -> ScriptNumber {
+    ScriptNumber::Float(number as f32)
 }
 
 fn moved(section: &Section<'_>, robots: Option<Selection>, world: &World) -> Option<Action> {

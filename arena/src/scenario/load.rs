@@ -39,7 +39,7 @@ pub fn groups_of(groups: &[Group], robots: &Selection) -> Vec<usize> {
 pub fn loads(events: &[Event], groups: &[Group]) -> Vec<Load> {
     let mut loads: Vec<Load> = Vec::new();
     for event in events {
-        let Action::Load { robots, script } = &event.action else { continue };
+        let Action::Load { robots, script, .. } = &event.action else { continue };
         for group in groups_of(groups, robots) {
             let load = Load { group, script: script.clone() };
             let is_own = groups.get(group).is_some_and(|group| group.script == *script);

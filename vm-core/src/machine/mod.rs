@@ -394,6 +394,16 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
         if number < count { Some(self.arena.get(GLOBALS + usize::from(number))) } else { None }
     }
 
+    /// Sets a global to a number, for the host. Returns false and changes nothing if there is no such global or the value is no number.
+    pub fn set_global(&mut self, number: u16, value: Value<P>) -> bool {
+        let is_number = value.as_int().is_some() || value.as_f32().is_some();
+        let is_set = is_number && self.global(number).is_some();
+        if is_set {
+            self.arena.set(GLOBALS + usize::from(number), value);
+        }
+        is_set
+    }
+
     /// The calls that led to where the machine is, innermost first: offsets from the start of the code of the last
     /// byte of the instruction where each function is.
     pub fn calls(&self) -> Calls<'_, P, C, SLOTS> {

@@ -1,0 +1,46 @@
+//! Globals of scripts that events set, or that robots keep when they get another script.
+
+use crate::robot::ScriptNumber;
+use crate::scenario::Selection;
+
+use super::Simulation;
+
+/// Globals that hold numbers, by their names.
+pub type Globals = Vec<(String, ScriptNumber)>;
+
+impl Simulation {
+    /// A global of robots' scripts gets another number, where the script has one of that name.
+    pub(super) fn set(&mut self, robots: &Selection, name: &str, value: ScriptNumber) {
+        for number in robots.iter() {
+            let global = self.program(number).and_then(|program| program.global(name));
+            let brain = self.happenings.id(number).and_then(|id| self.world.brain_mut(id));
+            if let (Some(global), Some(brain)) = (global, brain) {
+                brain.set(global, value);
+            }
+        }
+    }
+
+    /// Returns the globals of robots that hold numbers, by their names.
+    pub(super) fn globals_of(&self, robots: &Selection) -> Vec<(usize, Globals)> {
+        let of_robot = |number: usize| {
+            let brain = self.world.brain(self.happenings.id(number)?)?;
+            let globals = self.program(number)?.globals().iter().zip(0..);
+            let of_global =
+                |(name, global): (&String, u16)| Some((name.clone(), brain.number(global)?));
+            Some((number, globals.filter_map(of_global).collect()))
+        };
+        robots.iter().filter_map(of_robot).collect()
+    }
+
+    /// A robot has got another script: globals keep the numbers that they had in the one before.
+    pub(super) fn keep(&mut self, number: usize, globals: &Globals) {
+        let program = self.program(number);
+        let known: Vec<(u16, ScriptNumber)> = globals
+            .iter()
+            .filter_map(|(name, value)| Some((program?.global(name)?, *value)))
+            .collect();
+        if let Some(brain) = self.happenings.id(number).and_then(|id| self.world.brain_mut(id)) {
+            known.into_iter().for_each(|(global, value)| brain.keep(global, value));
+        }
+    }
+}

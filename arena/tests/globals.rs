@@ -1,0 +1,210 @@
+//! Globals of scripts that events and commands set, and that robots keep when they get another script.
+
+#![allow(clippy::unwrap_used, reason = "what fails here fails the test")]
+
+mod script;
+
+use std::sync::Arc;
+
+use bittybuzz_arena::run::{Session, Setup, SetupError, Simulation, Verdict};
+use bittybuzz_arena::scenario::{Scenario, ScenarioError};
+use script::{folder, program, read};
+
+const COUNTS: &str = "join = 1 doubled = 0 half = 0.5 n = 0 whole = 0 t = {.a = 1}\n\
+    function init() { doubled = 2 * join }\n\
+    function step() { n = n + 1 whole = isint(join) }\n";
+
+/// Has `n` and `half` of the other one, a table by the name of its number, and a number by that of its table.
+const NEXT: &str = "n = 1000 half = 7.5 join = {} t = 3 new = 4\n\
+    function init() { n = 2000 }\n\
+    function step() { n = n + 1 }\n";
+
+const WORLD: &str = "[world]\nsize = [600, 600]\nduration = 10\n\n\
+    [[robots]]\nrobot = \"kilobot\"\nscript = \"counts.bzz\"\ncount = 3\nplacement = \"line\"\nspacing = 50\n\n\
+    [[robots]]\nrobot = \"crazyflie\"\nname = \"flies\"\nscript = \"counts.bzz\"\nat = [200, 0]\n\n\
+    [[robots]]\nrobot = \"kilobot\"\nname = \"late\"\nscript = \"counts.bzz\"\nat = [200, 200]\npresent = false\n\n";
+
+fn simulation(test: &str, events: &str) -> Simulation {
+    let folder = folder(test, &[("counts.bzz", COUNTS), ("next.bzz", NEXT)]);
+    let (scenario, programs) = read(&folder, &[WORLD, events].concat());
+    let setup = Setup::new(scenario, programs).unwrap().with_compiler(Arc::new(program));
+    Simulation::new(Arc::new(setup), 1, 1).unwrap()
+}
+
+/// Runs to the end; all that is expected must hold.
+fn run(test: &str, events: &str) {
+    let mut simulation = simulation(test, events);
+    while !simulation.is_over() {
+        simulation.tick().unwrap();
+    }
+    let summary = simulation.summary();
+    let expects = &simulation.setup().scenario.expects;
+    assert!(!expects.is_empty() && expects.len() == summary.convergences.len());
+    for (convergence, expect) in summary.convergences.iter().zip(expects) {
+        assert_eq!(convergence.verdict, Verdict::Held, "{expect}");
+    }
+}
+
+fn equals(at: u32, robots: &str, global: &str, number: &str) -> String {
+    format!(
+        "[[expect]]\nat = {at}\nrobots = {robots}\nvalue = \"global.{global}\"\nequals = {number}\n\n"
+    )
+}
+
+#[test]
+fn a_global_that_is_set_before_the_first_tick_is_there_in_init() {
+    let event = "[[event]]\nat = 0\nset = [1, \"flies\"]\nglobal = \"join\"\nnumber = 20\n\n";
+    let expects = [
+        equals(1, "[1, \"flies\"]", "doubled", "40"),
+        equals(1, "[1, \"flies\"]", "join", "20"),
+        equals(1, "[0, 2]", "doubled", "2"),
+    ];
+    run("globals_first", &(event.to_owned() + &expects.concat()));
+}
+
+#[test]
+fn a_global_is_set_during_the_run_as_an_integer_or_a_float() {
+    let events = "[[event]]\nat = 3\nset = 0\nglobal = \"join\"\nnumber = -7\n\n\
+        [[event]]\nat = 3\nset = 1\nglobal = \"join\"\nnumber = 2.5\n\n\
+        [[event]]\nat = 3\nset = \"flies\"\nglobal = \"join\"\nnumber = 100000\n\n\
+        [[event]]\nat = 3\nset = 2\nglobal = \"t\"\nnumber = 5.0\n\n";
+    let expects = [
+        equals(5, "0", "join", "-7"),
+        equals(5, "0", "whole", "1"),
+        // `init` has run before.
+        equals(5, "0", "doubled", "2"),
+        equals(5, "1", "join", "2.5"),
+        equals(5, "1", "whole", "0"),
+        equals(5, "\"flies\"", "join", "100000"),
+        // Also one that held a table, which is garbage then.
+        equals(5, "2", "t", "5"),
+        equals(10, "2", "n", "99"),
+    ];
+    run("globals_later", &(events.to_owned() + &expects.concat()));
+}
+
+#[test]
+fn robots_that_have_not_joined_and_those_that_are_restarted_begin_with_the_scripts_number() {
+    let events = "[[event]]\nat = 3\nset = \"all\"\nglobal = \"join\"\nnumber = 9\n\n\
+        [[event]]\nat = 5\njoin = \"late\"\n\n\
+        [[event]]\nat = 5\nrestart = 2\n\n";
+    let expects = [
+        equals(10, "[0, 1]", "join", "9"),
+        equals(10, "2", "join", "1"),
+        equals(10, "\"late\"", "join", "1"),
+    ];
+    run("globals_joined", &(events.to_owned() + &expects.concat()));
+}
+
+#[test]
+fn a_new_script_keeps_numbers_if_asked() {
+    let events = "[[event]]\nat = 3\nset = 1\nglobal = \"half\"\nnumber = 0.25\n\n\
+        [[event]]\nat = 5\nload = [0, 1]\nscript = \"next.bzz\"\nkeep = true\n\n\
+        [[event]]\nat = 5\nload = 2\nscript = \"next.bzz\"\nkeep = false\n\n\
+        [[event]]\nat = 7\nrestart = 1\n\n";
+    let expects = [
+        // `init` sets `n` to 2000 before the number of the old script comes back, which had 49 steps.
+        equals(6, "[0, 1]", "n", "58"),
+        equals(6, "0", "half", "0.5"),
+        equals(6, "1", "half", "0.25"),
+        equals(6, "0", "new", "4"),
+        // The old one was a table.
+        equals(6, "0", "t", "3"),
+        // Not asked, or begun anew.
+        equals(6, "2", "n", "2009"),
+        equals(6, "2", "half", "7.5"),
+        equals(10, "1", "n", "2029"),
+        equals(10, "1", "half", "7.5"),
+    ];
+    run("globals_kept", &(events.to_owned() + &expects.concat()));
+}
+
+#[test]
+fn a_session_with_settings_replays_and_goes_back() {
+    let commands = [
+        (0, "set = \"all\"\nglobal = \"join\"\nnumber = 3"),
+        (20, "set = [0, 2]\nglobal = \"n\"\nnumber = 500"),
+        (40, "load = \"kilobot\"\nscript = \"next.bzz\"\nkeep = true"),
+        (41, "set = \"kilobot\"\nglobal = \"half\"\nnumber = 1.5"),
+    ];
+    let mut session = Session::new(simulation("globals_session", ""), 10);
+    for tick in 0..60 {
+        let due = commands.iter().filter(|(at, _)| *at == tick);
+        due.for_each(|(_, text)| session.command(text).unwrap());
+        session.tick().unwrap();
+    }
+    let digest = session.run().digest();
+    let mut replayed = simulation("globals_session", &session.run().commands());
+    while replayed.now() < 60 {
+        replayed.tick().unwrap();
+    }
+    assert_eq!(replayed.digest(), digest);
+    // At tick 41 the new scripts have not run `init` yet, at 42 they have.
+    for tick in [0, 1, 20, 21, 40, 41, 42] {
+        session.go_to(tick).unwrap();
+        session.go_to(60).unwrap();
+        assert_eq!(session.run().digest(), digest, "back to {tick}");
+    }
+}
+
+fn told(errors: &[ScenarioError]) -> Vec<String> {
+    let place = |error: &ScenarioError| match &error.place {
+        Some(place) => format!("{}:{}", place.line, place.column),
+        None => "-".to_owned(),
+    };
+    let errors = errors.iter();
+    errors.map(|one| format!("{} {one} | {}", place(one), one.help().unwrap_or_default())).collect()
+}
+
+#[test]
+fn globals_that_no_script_has_are_errors() {
+    let folder = folder("globals_unknown", &[("counts.bzz", COUNTS)]);
+    let event = "[[event]]\nat = 3\nset = \"all\"\nglobal = \"jion\"\nnumber = 3\n";
+    let (scenario, programs) = read(&folder, &[WORLD, event].concat());
+    let Err(SetupError::Scenario(errors)) = Setup::new(scenario, programs) else { panic!() };
+    let line = WORLD.lines().count() + 4;
+    let expected = format!("{line}:10 no script has a global `jion` | did you mean `join`?");
+    assert_eq!(told(&errors), [expected]);
+    let mut live = simulation("globals_unknown_too", "");
+    let errors = live.command("set = 0\nglobal = \"jion\"\nnumber = 3").unwrap_err();
+    assert_eq!(told(&errors), ["- no script has a global `jion` | did you mean `join`?"]);
+    assert_eq!(live.commands(), "");
+}
+
+#[test]
+fn what_cannot_be_set_is_explained() {
+    let folder = folder("globals_refused", &[("counts.bzz", COUNTS)]);
+    for (event, expected) in [
+        ("set = 0\nglobal = \"join\"", "this [[event]] has no `number`"),
+        ("set = 0\nnumber = 1", "this [[event]] has no `global`"),
+        ("set = 0\nglobal = 5\nnumber = 1", "`global` must be a string, not an integer"),
+        ("set = 0\nglobal = \"join\"\nnumber = \"1\"", "`number` must be a number, not a string"),
+        // A Kilobot's integers have 16 bits, its floats an exponent up to 31; a Crazyflie's numbers have 32 bits.
+        ("set = \"all\"\nglobal = \"join\"\nnumber = 32768", "`number` cannot be 32768"),
+        ("set = 0\nglobal = \"join\"\nnumber = -4.3e9", "`number` cannot be -4300000000"),
+        (
+            "set = \"flies\"\nglobal = \"join\"\nnumber = 2147483648",
+            "`number` cannot be 2147483648",
+        ),
+        ("set = \"flies\"\nglobal = \"join\"\nnumber = nan", "`number` cannot be NaN"),
+        (
+            "set = 0\nglobal = \"join\"\nnumber = 1\nscript = \"counts.bzz\"",
+            "`script` means nothing without `load`",
+        ),
+        (
+            "load = 0\nscript = \"counts.bzz\"\nkeep = 1",
+            "`keep` must be true or false, not an integer",
+        ),
+        ("fail = 0\nkeep = true", "`keep` means nothing without `load`"),
+    ] {
+        let text = format!("{WORLD}[[event]]\nat = 3\n{event}\n");
+        let models = bittybuzz_robot_models::all();
+        let errors = Scenario::parse(&text, "test.toml", &folder, &[], &models).unwrap_err();
+        assert!(errors[0].to_string().contains(expected), "{event}: {:?}", told(&errors));
+    }
+    for number in ["32767", "-32768", "-4290772992.0"] {
+        let mut live = simulation("globals_fit", "");
+        live.command(&format!("set = 0\nglobal = \"join\"\nnumber = {number}")).unwrap();
+        live.tick().unwrap();
+    }
+}
