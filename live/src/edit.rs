@@ -7,6 +7,7 @@ use bittybuzz_arena::scenario::{Group, ScenarioError};
 use serde_json::{Value, json};
 
 use crate::begin;
+use crate::controls;
 use crate::words;
 use crate::workshop::{Drafts, groups_with, scripts};
 
@@ -31,6 +32,19 @@ pub fn names(setup: &Setup) -> Vec<String> {
     scripts(setup).into_iter().map(|script| name_of(setup, script)).collect()
 }
 
+/// Returns the controls of all scripts, a global's once.
+pub fn controls(drafts: &Drafts, setup: &Setup) -> Vec<Value> {
+    let texts = scripts(setup).into_iter().filter_map(|script| drafts.text(script).ok());
+    let mut once: Vec<Value> = Vec::new();
+    for control in texts.flat_map(|text| controls::describe(&text)) {
+        let is_new = once.iter().all(|other| other["name"] != control["name"]);
+        if is_new && control.get("problem").is_none() {
+            once.push(control);
+        }
+    }
+    once
+}
+
 /// Returns the event with a script.
 pub fn show(drafts: &Drafts, setup: &Setup, name: &str) -> Result<Value, String> {
     let script = find(setup, name)?;
@@ -44,7 +58,7 @@ pub fn show(drafts: &Drafts, setup: &Setup, name: &str) -> Result<Value, String>
 pub fn check(drafts: &Drafts, setup: &Setup, name: &str, text: &str) -> Result<Value, String> {
     let script = find(setup, name)?;
     let (messages, _) = drafts.check(groups_with(setup, &script), &script, text);
-    Ok(diagnostics(name, messages))
+    Ok(diagnostics(name, text, messages))
 }
 
 /// Gives robots a text as a draft of a script. Returns the events that tell so.
@@ -53,6 +67,7 @@ pub fn run(
     session: &mut Session,
     (name, text): (&str, &str),
     ids: Option<&[u16]>,
+    keep: bool,
 ) -> Result<[Value; 2], NotRun> {
     let setup = session.run().setup().clone();
     let script = find(&setup, name)?;
@@ -65,16 +80,20 @@ pub fn run(
         None => groups.iter().map(|group| json!(range(group))).collect(),
     };
     let (messages, has_error) = drafts.check(groups.into_iter(), &script, text);
-    let diagnostics = diagnostics(name, messages);
+    let diagnostics = diagnostics(name, text, messages);
     if has_error {
         return Err(NotRun::Errors(diagnostics));
     }
     let draft = name_of(&setup, &drafts.keep(&script, text));
     // Names and numbers are written in TOML as in JSON.
-    let command = format!("load = {robots}\nscript = {}", Value::from(draft.as_str()));
+    let keep = if keep { "\nkeep = true" } else { "" };
+    let command = format!("load = {robots}\nscript = {}{keep}", Value::from(draft.as_str()));
     session.command(&command).map_err(NotRun::Command)?;
     let quantities = begin::quantities(session.run().setup());
-    let ran = json!({ "event": "ran", "name": name, "draft": draft, "quantities": quantities });
+    let controls = controls(drafts, &setup);
+    let ran = json!({
+        "event": "ran", "name": name, "draft": draft, "quantities": quantities, "controls": controls,
+    });
     Ok([diagnostics, ran])
 }
 
@@ -92,8 +111,11 @@ pub fn needed(drafts: &Drafts, setup: &Setup) -> Value {
     scripts.map(|(path, text)| json!({ "name": name_of(setup, path), "text": text })).collect()
 }
 
-fn diagnostics(name: &str, messages: Vec<Value>) -> Value {
-    json!({ "event": "diagnostics", "name": name, "diagnostics": messages })
+/// Messages of the compiler, and comments that are meant as controls and are none.
+fn diagnostics(name: &str, text: &str, messages: Vec<Value>) -> Value {
+    let controls = controls::describe(text).into_iter();
+    let problems: Vec<Value> = controls.filter(|one| one.get("problem").is_some()).collect();
+    json!({ "event": "diagnostics", "name": name, "diagnostics": messages, "problems": problems })
 }
 
 /// Returns the path of a script from the folder of the scenario.

@@ -23,7 +23,7 @@
 //! | `"scenario"` | an event has the scenario with all commands as its last events: it replays the session |
 //! | `{"script":{"name":"walk.bzz"}}` | an event has the text of a script, and the names that it may use |
 //! | `{"check":{"name":"walk.bzz","text":"…"}}` | an event has the compiler's messages about a text in the place of the script |
-//! | `{"run":{"name":"walk.bzz","text":"…","robots":[3]}}` | the robots with these ids get the text as a draft of the script, by a command; without `robots` all that have the script |
+//! | `{"run":{"name":"walk.bzz","text":"…","robots":[3],"keep":true}}` | the robots with these ids get the text as a draft of the script, by a command; without `robots` all that have the script. With `keep` their globals keep numbers |
 //! | `{"write":{"name":"walk.bzz","text":"…"}}` | the text is written to the file of the script, if the client may |
 //! | `{"explain":{"code":"E0201"}}` | an event has the explanation of a message of the compiler, in Markdown |
 //! | `"digest"` | an event has the digest of the run, in hexadecimal: runs that went the same way have the same one |
@@ -33,6 +33,9 @@
 //! `conditions` (lamps and commands, when they have changed), `log`, `fault`, `expectation`, `inspection`, `messages`,
 //! `quantity`, `commands`, `scenario` (with the drafts that it needs as `scripts`), `script`, `diagnostics` (as `bbz check --json` has
 //! them), `ran` (a draft was loaded), `written`, `explanation`, `digest`, `refused` (a request that was not carried out) and `failed` (the run cannot go on).
+//!
+//! The events `begin` and `ran` have `controls`: the sliders, switches and buttons that scripts ask for in comments such as
+//! `# slider: JOIN 1..50 step 1`. A client sets the global by the command `set`.
 //!
 //! A recording carries out `play`, `pause`, `step` and `go_to`. Its `begin` has the key `recording`, and its ticks are those of its samples.
 //!
@@ -45,6 +48,7 @@
 
 mod begin;
 mod conditions;
+mod controls;
 mod edit;
 mod events;
 mod inspection;

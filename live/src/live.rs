@@ -140,9 +140,9 @@ impl Live {
                     Ok(vec![edit::check(drafts, session.run().setup(), &name, &text)?])
                 });
             }
-            Request::Run { name, text, robots } => {
+            Request::Run { name, text, robots, keep } => {
                 self.edit(|drafts, session| {
-                    let ran = edit::run(drafts, session, (&name, &text), robots.as_deref())?;
+                    let ran = edit::run(drafts, session, (&name, &text), robots.as_deref(), keep)?;
                     Ok(ran.to_vec())
                 });
                 return self.tell_conditions();
@@ -292,6 +292,7 @@ impl Source for Live {
         if let Some(drafts) = &self.drafts {
             let scripts = edit::names(self.session.run().setup());
             begin["scripts"] = json!({ "names": scripts, "may_write": drafts.may_write() });
+            begin["controls"] = json!(edit::controls(drafts, self.session.run().setup()));
         }
         self.events = vec![begin];
         self.conditions = conditions::describe(self.session.run());

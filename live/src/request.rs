@@ -66,6 +66,9 @@ pub enum Request {
         text: String,
         /// Their ids; without them all that have the script.
         robots: Option<Vec<u16>>,
+        /// Globals that hold numbers keep them.
+        #[serde(default)]
+        keep: bool,
     },
     /// A text is written to the file of a script.
     Write {

@@ -101,7 +101,8 @@ impl Drafts {
         let mut number = 1;
         let path = loop {
             let path = script.with_file_name(format!("{stem}.{number}.bzz"));
-            if self.workshop.read(&path).is_err() {
+            let is_draft = self.drafts.iter().any(|draft| draft.path == path);
+            if !is_draft && self.workshop.read(&path).is_err() {
                 break path;
             }
             number += 1;

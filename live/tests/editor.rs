@@ -48,6 +48,8 @@ fn program(files: &MemoryFiles, script: &Path, group: &Group) -> Result<Program,
 /// Files in memory, and what was written to them.
 struct Folder {
     files: Shared,
+    /// Not among the files, as on disk.
+    drafts: Shared,
     may_write: bool,
     written: Rc<RefCell<Vec<String>>>,
 }
@@ -63,8 +65,8 @@ impl Workshop for Folder {
     }
 
     fn keep(&mut self, script: &Path, text: &str) {
-        let mut files = self.files.lock().unwrap();
-        *files = files.clone().with(script, text);
+        let mut drafts = self.drafts.lock().unwrap();
+        *drafts = drafts.clone().with(script, text);
     }
 
     fn may_write(&self) -> bool {
@@ -95,14 +97,17 @@ fn start(may_write: bool) -> (Live, Rc<RefCell<Vec<String>>>) {
     let own = scenario.programs().map(|(group, script)| program(&files, script, group));
     let programs: Vec<Program> = own.collect::<Result<_, _>>().unwrap();
     let files = Shared::new(files.into());
-    let shared = files.clone();
+    let drafts = Shared::default();
+    let shared = [drafts.clone(), files.clone()];
     let compiler = Arc::new(move |script: &Path, group: &Group| {
-        program(&shared.lock().unwrap(), script, group)
+        let [of_drafts, of_files] = &shared;
+        let drafted = program(&of_drafts.lock().unwrap(), script, group);
+        drafted.or_else(|_| program(&of_files.lock().unwrap(), script, group))
     });
     let setup = Setup::new(scenario, programs).unwrap().with_compiler(compiler);
     let session = Session::new(Simulation::new(Arc::new(setup), 1, 1).unwrap(), 10);
     let written = Rc::new(RefCell::default());
-    let folder = Folder { files, may_write, written: Rc::clone(&written) };
+    let folder = Folder { files, drafts, may_write, written: Rc::clone(&written) };
     (Live::new(session, SCENARIO.to_owned()).with_workshop(folder), written)
 }
 
@@ -191,9 +196,11 @@ fn all_robots_with_the_script_get_the_draft() {
     // The editor goes on with it, also after the page was loaded again.
     let script = answer(&mut live, json!({ "script": { "name": "walk.bzz" } }));
     assert_eq!(script["text"], RED);
-    // The same text is the same draft.
-    let events = ask(&mut live, json!({ "run": { "name": "walk.bzz", "text": RED } }));
-    assert!(events.iter().any(|event| event["draft"] == "walk.2.bzz"));
+    // The same text is the same draft, another one is not.
+    for (text, draft) in [(RED, "walk.2.bzz"), (SCRIPT, "walk.3.bzz"), (RED, "walk.2.bzz")] {
+        let events = ask(&mut live, json!({ "run": { "name": "walk.bzz", "text": text } }));
+        assert!(events.iter().any(|event| event["draft"] == draft), "{draft}: {events:?}");
+    }
 }
 
 #[test]
@@ -272,6 +279,28 @@ fn a_saved_session_has_the_first_text_of_a_script_that_was_written() {
     let events = ask(&mut live, json!({ "run": { "name": "walk.bzz", "text": RED } }));
     assert!(events.iter().any(|event| event["event"] == "ran"), "{events:?}");
     steps(&mut live, 4);
+    assert_replays(&mut live);
+}
+
+#[test]
+fn controls_are_those_of_the_last_texts() {
+    let (mut live, _) = start(false);
+    assert_eq!(live.take_events()[0]["controls"], json!([]));
+    let text = format!("# slider: r 1..9\n{RED}# button: 9\n");
+    let events =
+        ask(&mut live, json!({ "run": { "name": "walk.bzz", "text": text, "keep": true } }));
+    assert_eq!(events[0]["problems"][0]["line"], 4);
+    let ran = events.iter().find(|event| event["event"] == "ran").unwrap();
+    assert_eq!(
+        (&ran["controls"][0]["name"], &ran["controls"][0]["value"]),
+        (&json!("r"), &json!(1.0))
+    );
+    assert_eq!(ran["controls"].as_array().unwrap().len(), 1);
+    assert!(live.session().run().commands().contains("keep = true"));
+    let command = "set = \"all\"\nglobal = \"r\"\nnumber = 5";
+    let events = ask(&mut live, json!({ "command": { "text": command } }));
+    assert!(events.iter().all(|event| event["event"] != "refused"), "{events:?}");
+    steps(&mut live, 3);
     assert_replays(&mut live);
 }
 

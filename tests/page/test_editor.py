@@ -138,3 +138,37 @@ def test_without_the_option_no_file_is_written(page, session):
     assert download.value.suggested_filename == "s.bzz"
     assert download.value.path().read_text() == RED
     assert (session.folder / "s.bzz").read_text() == SCRIPT
+
+
+
+def test_controls_set_globals(page):
+    write(page, "# slider: level 1..50 step 1\n# switch: lit\n# button: go\n# slider: broken\nlevel = 20\nlit = 0\ngo = 0\n"
+                "function step() { led(lit) }\n")
+    expect(messages(page)).to_contain_text(["a slider is written as"])
+    page.click("#run")
+    slider = page.get_by_role("slider", name="level")
+    expect(slider).to_have_value("20")
+    page.click("#play")
+    slider.fill("33")
+    page.get_by_role("checkbox", name="lit").check()
+    page.get_by_role("button", name="go", exact=True).click()
+    page.click("#tab-robot")
+    page.mouse.click(*place(page, 40, 0))
+    page.click("#step")
+    panel = robot(page, 7)
+    for name, number in [("level", "33"), ("lit", "1"), ("go", "1")]:
+        expect(value(panel, "Globals", name)).to_have_text(number)
+    # Back to before the change, and forward again.
+    page.click("#start")
+    expect(slider).to_have_value("20")
+    # A text with another control keeps the numbers, if asked.
+    write(page, "# slider: level 1..60 step 1\nlevel = 5\nfunction step() { }\n")
+    go(page, 100)
+    page.check("#keep")
+    page.click("#run")
+    expect(page.get_by_role("checkbox", name="lit")).to_have_count(0)
+    page.click("#play")
+    page.click("#step")
+    page.click("#tab-robot")
+    expect(value(panel, "Globals", "level")).to_have_text("33")
+    expect(slider).to_have_value("33")

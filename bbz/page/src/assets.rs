@@ -27,10 +27,11 @@ macro_rules! asset {
     };
 }
 
-const ASSETS: [Asset; 21] = [
+const ASSETS: [Asset; 22] = [
     asset!("", "index.html", HTML),
     asset!("style.css", STYLE),
     asset!("buzz.js", SCRIPT),
+    asset!("controls.js", SCRIPT),
     asset!("curve.js", SCRIPT),
     asset!("drawing.js", SCRIPT),
     asset!("editor.js", SCRIPT),

@@ -135,7 +135,7 @@ export class Editor {
         if (this.shown) {
             clearTimeout(this.timer);
             const robots = part("run-on").value === "one" ? [this.chosen()] : null;
-            this.ask({ run: { name: this.shown.name, text: this.text, robots } });
+            this.ask({ run: { name: this.shown.name, text: this.text, robots, keep: part("keep").checked } });
         }
     }
 
@@ -173,7 +173,7 @@ export class Editor {
     }
 
     // The compiler's messages. The text may have changed since: places are moved into it.
-    diagnose({ name, diagnostics }) {
+    diagnose({ name, diagnostics, problems }) {
         if (this.shown?.name !== name) {
             return;
         }
@@ -204,7 +204,10 @@ export class Editor {
                 isHere(one) ? texts.line(one.line) : `${one.file}:${one.line}`),
             element("span", {}, one.message, ...(one.help ? [element("small", {}, ` ${one.help}`)] : [])),
             ...(one.fix ? [element("button", { type: "button", title: texts.fixHelp, onclick: one.fix }, texts.fix)] : [])));
-        part("diagnostics").replaceChildren(...lines);
+        const others = problems.map(({ line, problem }) => element("li", {},
+            element("button", { type: "button", class: "place", title: texts.goThere, onclick: () => this.goTo(at(line, 1)) }, texts.line(line)),
+            element("span", {}, problem)));
+        part("diagnostics").replaceChildren(...lines, ...others);
     }
 
     goTo(place) {

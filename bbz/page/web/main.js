@@ -1,5 +1,6 @@
 // The page: the parts, and what passes between them and the session.
 
+import { Controls } from "./controls.js";
 import { Curve } from "./curve.js";
 import { Editor } from "./editor.js";
 import { element, fillTexts, part, row, save, showIcon, Tabs } from "./element.js";
@@ -36,6 +37,7 @@ const tabs = new Tabs(["robot", "script", "log", "tests", "ground"]);
 const panel = new RobotPanel(robots, command);
 const log = new Log(choose);
 const ground = new Ground(command, ask, () => view.beginCut());
+const controls = new Controls(command);
 const curve = new Curve(view);
 const look = new Look(view, curve, watch);
 const editor = new Editor(ask, () => state.plays || play(), () => (view.chosen === null ? null : robots.ids[view.chosen]));
@@ -84,6 +86,7 @@ const handlers = {
         ground.begin(world);
         curve.begin(world);
         look.begin(world);
+        controls.begin(world.controls ?? []);
         editor.begin(world);
         editor.choose(view.chosen === null ? null : robots.ids[view.chosen]);
         document.body.classList.toggle("recorded", Boolean(world.recording));
@@ -97,6 +100,7 @@ const handlers = {
         showIcon("play", event.plays ? "pause" : "play", event.plays ? texts.pause : texts.play);
         const { cut } = world.recording ?? {};
         part("status").textContent = cut ? texts.cut(cut) : event.over ? texts.over : "";
+        controls.follow(world.commands, event.tick);
         const next = wanted;
         wanted = false;
         if (typeof next === "number") {
@@ -114,6 +118,7 @@ const handlers = {
             curve.forget(robots.tick);
         }
         world.commands = event.commands;
+        controls.follow(world.commands, robots.tick);
     },
     log(event) {
         line(event, event.text, "");
@@ -162,6 +167,7 @@ const handlers = {
     ran(event) {
         world.quantities = event.quantities;
         look.begin(world);
+        controls.begin(event.controls);
         editor.ran(event);
     },
     written(event) {
