@@ -1,40 +1,96 @@
 // The connection to the session: a worker of this page runs it. Examples are chosen in the header.
+//
+// The address names the scenario behind `#`, and may have scripts in the place of the example's: `#examples/patrol.toml&examples/patrol.bzz=…`,
+// compressed and in the letters of addresses.
 
 import { element, part } from "./element.js";
+import { exportPage, inlined } from "./export.js";
 import { texts } from "./texts.js";
 
 const FIRST = "examples/swarm/gradient.toml";
 
+// Characters of the longest script that the compiler reads.
+const LONGEST = 1 << 20;
+
 export function connect({ onEvent, onSample, onEnd }) {
-    const worker = new Worker(new URL("worker.js", import.meta.url), { type: "module" });
-    const open = (scenario) => worker.postMessage({ open: scenario });
     const select = element("select", { id: "example", "aria-label": texts.example, title: texts.example });
     select.onchange = () => {
         location.hash = select.value;
     };
     part("controls").before(select);
-    const names = () => [...select.options].map(({ value }) => value);
-    const show = () => {
-        const wanted = decodeURIComponent(location.hash.slice(1));
-        select.value = names().includes(wanted) ? wanted : FIRST;
-        open(select.value);
-    };
-    addEventListener("hashchange", show);
-    worker.onmessage = ({ data }) => {
-        if (data.scenarios) {
-            select.append(...data.scenarios.map(({ path, title }) => new Option(title, path)));
-            show();
-        } else if (data.sample) {
-            onSample(data.sample);
-            worker.postMessage({ isSampled: true });
-        } else {
-            onEvent(data.event);
+    let worker = null;
+    // Scripts of the address.
+    let own = {};
+    const show = async () => {
+        const [wanted, ...scripts] = location.hash.slice(1).split("&");
+        const path = decodeURIComponent(wanted);
+        select.value = [...select.options].some(({ value }) => value === path) ? path : FIRST;
+        try {
+            own = await unpack(scripts);
+        } catch {
+            own = {};
+            onEvent({ event: "failed", text: texts.badAddress });
+            return;
         }
+        worker.postMessage({ open: select.value, files: own });
     };
-    worker.onerror = () => onEnd(texts.broken);
+    const begin = async () => {
+        const [program, module, list] = await Promise.all(["worker.js", "playground.wasm", "examples.json"].map(file));
+        const { scenarios, files } = JSON.parse(new TextDecoder().decode(list));
+        select.append(...scenarios.map(({ path, title }) => new Option(title, path)));
+        worker = new Worker(URL.createObjectURL(new Blob([program], { type: "text/javascript" })));
+        worker.onmessage = ({ data }) => {
+            if (data.isReady) {
+                addEventListener("hashchange", show);
+                show();
+            } else if (data.sample) {
+                onSample(data.sample);
+                worker.postMessage({ isSampled: true });
+            } else {
+                onEvent(data.event);
+            }
+        };
+        worker.onerror = () => onEnd(texts.broken);
+        worker.postMessage({ module, files }, [module]);
+    };
+    begin().catch(() => onEnd(texts.broken));
+    const changed = (scripts) => ({ ...own, ...scripts });
     return {
         ask(request) {
-            worker.postMessage({ request });
+            worker?.postMessage({ request });
         },
+        // Returns the address of this page with scripts, given as an object of files and texts.
+        async link(scripts) {
+            const packed = await Promise.all(Object.entries(changed(scripts)).map(async ([path, text]) => `&${encodeURIComponent(path)}=${await pack(text)}`));
+            return new URL(`#${select.value}${packed.join("")}`, location.href).href;
+        },
+        // Returns this page with the scenario and these scripts as one file.
+        exportPage: (scripts) => exportPage(select.value, changed(scripts)),
     };
+}
+
+async function file(name) {
+    const answer = inlined(name) ?? (await fetch(new URL(name, import.meta.url)));
+    return answer.arrayBuffer();
+}
+
+async function pack(text) {
+    const compressed = new Blob([text]).stream().pipeThrough(new CompressionStream("deflate-raw"));
+    const bytes = new Uint8Array(await new Response(compressed).arrayBuffer());
+    const letters = Array.from(bytes, (byte) => String.fromCharCode(byte)).join("");
+    return btoa(letters).replaceAll("+", "-").replaceAll("/", "_").replaceAll("=", "");
+}
+
+async function unpack(scripts) {
+    const unpacked = await Promise.all(scripts.map(async (one) => {
+        const [path, packed] = one.split("=");
+        const letters = atob(packed.replaceAll("-", "+").replaceAll("_", "/"));
+        const bytes = Uint8Array.from(letters, (letter) => letter.charCodeAt(0));
+        const text = await new Response(new Blob([bytes]).stream().pipeThrough(new DecompressionStream("deflate-raw"))).text();
+        if (text.length > LONGEST) {
+            throw new RangeError(path);
+        }
+        return [decodeURIComponent(path), text];
+    }));
+    return Object.fromEntries(unpacked);
 }

@@ -6,12 +6,9 @@ const TURN = 12;
 // Milliseconds between two looks at the clock.
 const PULSE = 15;
 
-const get = (name) => fetch(new URL(name, import.meta.url));
-const [module, { scenarios, files }] = await Promise.all([
-    get("playground.wasm").then((answer) => answer.arrayBuffer()),
-    get("examples.json").then((answer) => answer.json()),
-]);
-const { exports } = (await WebAssembly.instantiate(module, {})).instance;
+// The files of the examples, and the functions of the module.
+let files = {};
+let exports = null;
 
 let plays = false;
 let isReady = true;
@@ -40,10 +37,22 @@ function output() {
 
 const text = () => new TextDecoder().decode(output());
 
-function open(scenario) {
+// `own` are files in the place of the examples'.
+function open(scenario, own) {
+    for (const [path, content] of Object.entries({ ...files, ...own })) {
+        exports.add_file(write(path, content));
+    }
     write(scenario);
-    if (exports.start() !== 1) {
-        postMessage({ event: { event: "failed", text: text() } });
+    if (exports.start() === 1) {
+        return;
+    }
+    const reason = text();
+    if (Object.keys(own).length === 0) {
+        postMessage({ event: { event: "failed", text: reason } });
+    } else {
+        // The example runs, and the editor has the scripts.
+        open(scenario, {});
+        postMessage({ event: { event: "offered", scripts: own } });
     }
 }
 
@@ -78,9 +87,9 @@ function send() {
     }
 }
 
-onmessage = ({ data }) => {
+function carryOut({ data }) {
     if (data.open) {
-        open(data.open);
+        open(data.open, data.files ?? {});
         sampled = null;
     } else if (data.request) {
         write(JSON.stringify(data.request));
@@ -90,9 +99,12 @@ onmessage = ({ data }) => {
         isReady = true;
     }
     turn();
-};
-
-for (const [path, content] of Object.entries(files)) {
-    exports.add_file(write(path, content));
 }
-postMessage({ scenarios });
+
+// The first message has module and files. No module of JavaScript: a page from a file could not start it.
+onmessage = async ({ data }) => {
+    files = data.files;
+    exports = (await WebAssembly.instantiate(data.module, {})).instance.exports;
+    onmessage = carryOut;
+    postMessage({ isReady: true });
+};

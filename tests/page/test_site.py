@@ -4,6 +4,7 @@ import functools
 import http.server
 import json
 import os
+import shutil
 import subprocess
 import threading
 import tomllib
@@ -28,7 +29,9 @@ def page(browser, site):
     problems, hosts = [], set()
     page.on("console", lambda message: problems.append(message.text))
     page.on("pageerror", lambda error: problems.append(str(error)))
-    page.on("request", lambda request: hosts.add(request.url.split("/")[2]))
+    page.on("request", lambda request: request.url.startswith("blob:") or hosts.add(request.url.split("/")[2]))
+    # A page with changes asks before it is left.
+    page.on("dialog", lambda dialog: dialog.accept())
     page.goto(site)
     yield page
     page.close()
@@ -79,3 +82,87 @@ def test_every_example_opens(page):
         expect(page.locator("#clock")).to_have_text(f"0.0 s of {duration:.1f} s")
         page.locator("#step").click()
         expect(page.locator("#clock")).to_have_text(f"0.1 s of {duration:.1f} s")
+
+
+def type_script(page, text):
+    page.click("#tab-script")
+    content = page.locator("#text .cm-content")
+    expect(content).to_contain_text("function")
+    content.click()
+    page.keyboard.press("Control+a")
+    page.keyboard.press("Delete")
+    page.keyboard.insert_text(text)
+
+
+SCRIPT = "# Ünlike the example.\nhops = 0\nn = 0\nfunction step() {\n    n = n + 2\n    hops = n % 5\n    led(n % 7)\n    neighbors.broadcast(\"n\", n)\n}\n"
+
+
+def digest_of_script(tmp_path):
+    """The digest of the first example with another script, by the command line."""
+    folder = tmp_path / "swarm"
+    shutil.copytree("examples/swarm", folder)
+    (folder / "gradient.bzz").write_text(SCRIPT)
+    return digest_of(folder / "gradient.toml")
+
+
+def digest_in(page):
+    page.locator("#time").fill("1200")
+    expect(page.locator("#clock")).to_have_text("120.0 s of 120.0 s")
+    page.locator("#tab-ground").click()
+    page.get_by_role("button", name="Compute").click()
+    expect(page.locator("#digest")).to_contain_text("at 120.0 s")
+    return page.locator("#digest").inner_text().split()[0]
+
+
+def test_a_script_is_edited_and_runs(page):
+    type_script(page, SCRIPT)
+    page.click("#run")
+    expect(page.locator("#script-status")).to_have_text("The robots run gradient.1.bzz.")
+    expect(page.locator("#play")).to_have_text("Pause")
+
+
+def test_a_link_has_the_script(page, tmp_path):
+    type_script(page, SCRIPT)
+    page.click("#link")
+    expect(page.locator("#script-status")).to_contain_text("The address of this page has the text now")
+    assert "gradient.bzz=" in page.url
+    page.reload()
+    page.click("#tab-script")
+    expect(page.locator("#text .cm-content")).to_contain_text("Ünlike the example")
+    assert digest_in(page) == digest_of_script(tmp_path)
+    page.goto(page.url[:-9])
+    expect(page.locator("#status")).to_contain_text("the address has a script that cannot be read")
+
+
+def test_a_link_with_a_mistake_opens_the_editor(page):
+    type_script(page, "# Wrong.\nfunction step( {\n")
+    page.click("#link")
+    expect(page.locator("#script-status")).to_contain_text("The address of this page has the text now")
+    page.reload()
+    expect(page.locator("#clock")).to_have_text("0.0 s of 120.0 s")
+    expect(page.locator("#script-status")).to_contain_text("The script of the address does not run here")
+    expect(page.locator("#text .cm-content")).to_contain_text("# Wrong.")
+    expect(page.locator("#diagnostics li")).not_to_have_count(0)
+
+
+def test_the_page_is_exported_as_one_file(page, browser, tmp_path):
+    type_script(page, SCRIPT)
+    with page.expect_download() as download:
+        page.click("#export")
+    path = tmp_path / download.value.suggested_filename
+    download.value.save_as(path)
+    exported = browser.new_page(viewport={"width": 1280, "height": 800})
+    problems, addresses = [], []
+    exported.on("console", lambda message: problems.append(message.text))
+    exported.on("pageerror", lambda error: problems.append(str(error)))
+    exported.on("request", lambda request: addresses.append(request.url.split(":")[0]))
+    exported.goto(path.as_uri())
+    expect(exported.locator("#clock")).to_have_text("0.0 s of 120.0 s")
+    assert digest_in(exported) == digest_of_script(tmp_path)
+    # It exports itself.
+    with exported.expect_download() as again:
+        exported.click("#export")
+    assert again.value.path().read_text() == path.read_text()
+    exported.close()
+    assert problems == []
+    assert set(addresses) <= {"file", "data", "blob"}, "no request to any host"

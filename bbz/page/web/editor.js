@@ -55,7 +55,11 @@ export class Editor {
         });
     }
 
-    begin({ scripts }) {
+    begin(world) {
+        const { scripts } = world;
+        this.keep();
+        // Scenarios have scripts of the same names, but in other folders.
+        this.world = JSON.stringify(world.groups?.map(({ script }) => script));
         const names = scripts?.names ?? [];
         part("tab-script").hidden = names.length === 0;
         this.mayWrite = scripts?.may_write ?? false;
@@ -85,12 +89,33 @@ export class Editor {
         if (part("script-name").value !== name) {
             return;
         }
-        const known = this.scripts.get(file) ?? { name, file, kept: text, state: this.state(text) };
+        const known = this.scripts.get(file) ?? { name, file, world: this.world, opened: text, kept: text, state: this.state(text) };
         this.scripts.set(file, known);
         this.shown = known;
         known.words = words;
         this.view.setState(known.state);
+        if (known.opened !== text) {
+            // Another text came, for example by a link: `undo` brings the one before back.
+            this.view.dispatch({ changes: { from: 0, to: this.view.state.doc.length, insert: text } });
+            Object.assign(known, { opened: text, kept: text });
+        }
+        this.take();
         this.check();
+    }
+
+    // Scripts by their files take the place of those that are shown, as if they had been typed.
+    offer(scripts) {
+        this.offered = scripts;
+        this.take();
+    }
+
+    take() {
+        const text = this.offered?.[this.shown?.file];
+        if (text !== undefined) {
+            delete this.offered[this.shown.file];
+            this.view.dispatch({ changes: { from: 0, to: this.view.state.doc.length, insert: text } });
+            part("script-status").textContent = texts.offered;
+        }
     }
 
     state(doc) {
@@ -109,12 +134,27 @@ export class Editor {
                     ...completionKeymap, ...lintKeymap,
                 ]),
                 EditorView.contentAttributes.of({ "aria-label": texts.scriptText }),
-                EditorView.updateListener.of(({ docChanged }) => docChanged && this.changed()),
+                EditorView.updateListener.of(({ docChanged }) => docChanged && this.typed()),
             ],
         });
     }
 
+    // Texts that are not as they were opened, by their files.
     changed() {
+        this.keep();
+        const changed = [...this.scripts.values()].filter(({ world, opened, state }) => world === this.world && opened !== state.doc.toString());
+        return Object.fromEntries(changed.map(({ file, state }) => [file, state.doc.toString()]));
+    }
+
+    // `addressOf(scripts)` returns the address of this page with scripts.
+    async link(addressOf) {
+        const address = await addressOf(this.changed());
+        window.history.replaceState(null, "", address);
+        const isCopied = await navigator.clipboard?.writeText(address).then(() => true, () => false);
+        part("script-status").textContent = isCopied ? texts.linkedAndCopied : texts.linked;
+    }
+
+    typed() {
         part("script-status").textContent = "";
         clearTimeout(this.timer);
         this.timer = setTimeout(() => this.check(), PAUSE);

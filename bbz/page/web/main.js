@@ -170,6 +170,10 @@ const handlers = {
         controls.begin(event.controls);
         editor.ran(event);
     },
+    offered({ scripts }) {
+        tabs.show("script");
+        editor.offer(scripts);
+    },
     written(event) {
         editor.written(event);
     },
@@ -247,6 +251,14 @@ const acts = {
 };
 part("save").onclick = () => ask("scenario");
 part("keys").onclick = acts["?"];
+// The playground has these.
+part("link").hidden = !session.link;
+part("link").onclick = () => editor.link(session.link);
+part("export").hidden = !session.exportPage;
+part("export").onclick = async () => {
+    const text = await session.exportPage(editor.changed());
+    save(new Blob([text], { type: "text/html" }), texts.exportedAs);
+};
 part("start").onclick = acts.Home;
 part("back").onclick = acts[","];
 part("play").onclick = play;

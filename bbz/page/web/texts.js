@@ -74,6 +74,11 @@ export const texts = {
     runOn: "robots that run it", runOnAll: "on all that have it", runOnOne: (id) => `on robot ${id}`,
     write: "Save", writeHelp: "Writes the text to its file", written: (name) => `${name} is saved.`,
     download: "Download", downloadHelp: "Saves the text as a file",
+    link: "Link", linkHelp: "An address of this page that has the text",
+    linked: "The address of this page has the text now.", linkedAndCopied: "The address of this page has the text now, and is in the clipboard.",
+    offered: "The script of the address does not run here: mend it.",
+    badAddress: "the address has a script that cannot be read",
+    exportPage: "Export", exportHelp: "This page with scenario and scripts as one file, which runs without a network", exportedAs: "bittybuzz.html",
     explainHelp: "Explains the message", goThere: "To this place", fix: "Fix", fixHelp: "Changes the text as the message says",
     line: (line) => `line ${line}`,
 

@@ -1,0 +1,78 @@
+// The page with one scenario as a single file, which runs by a double click, without a network.
+//
+// Modules become data of an import map, since a page from a file may load no others; the rest stands in elements of the page.
+
+const IMPORT = /from "\.\/([\w-]+\.js)"/g;
+
+// Names by which modules of the file import each other.
+const NAME = "playground/";
+
+// Returns a file that stands in this page, as an answer to `fetch`; `undefined` if it is elsewhere.
+export function inlined(name) {
+    const kept = document.getElementById(`file-${name}`);
+    if (!kept) {
+        return undefined;
+    }
+    const bytes = Uint8Array.from(atob(kept.textContent), (letter) => letter.charCodeAt(0));
+    return new Response(new Blob([bytes]).stream().pipeThrough(new DecompressionStream("gzip")));
+}
+
+// Returns the text of the file.
+export async function exportPage(scenario, scripts) {
+    const examples = JSON.parse(await read("examples.json"));
+    const scenarios = examples.scenarios.filter(({ path }) => path === scenario);
+    const own = { scenarios, files: { ...examples.files, ...scripts } };
+    const files = {
+        "worker.js": await read("worker.js"),
+        "playground.wasm": await (inlined("playground.wasm") ?? (await fetch(address("playground.wasm")))).arrayBuffer(),
+        "examples.json": JSON.stringify(own),
+        // An exported page exports itself.
+        ...Object.fromEntries(await Promise.all(["index.html", "style.css"].map(async (name) => [name, await read(name)]))),
+    };
+    const modules = await collect("main.js", new Map());
+    modules.forEach((text, name) => {
+        files[name] = text;
+    });
+    const imports = Object.fromEntries(await Promise.all([...modules].map(async ([name, text]) => {
+        const renamed = text.replace(IMPORT, `from "${NAME}$1"`);
+        return [NAME + name, `data:text/javascript;charset=utf-8;base64,${await base64(new Blob([renamed]))}`];
+    })));
+    const elements = await Promise.all(Object.entries(files).map(async ([name, content]) => {
+        const compressed = new Response(new Blob([content]).stream().pipeThrough(new CompressionStream("gzip")));
+        return `<script type="application/gzip" id="file-${name}">${await base64(await compressed.blob())}</script>`;
+    }));
+    return files["index.html"]
+        .replace(/<link rel="stylesheet"[^>]*>/, () => `<style>\n${files["style.css"]}</style>`)
+        .replace(/<script type="module"[^>]*><\/script>/, () => [
+            `<script type="importmap">${JSON.stringify({ imports })}</script>`, ...elements,
+            `<script type="module">import "${NAME}main.js";</script>`,
+        ].join("\n"));
+}
+
+const address = (name) => new URL(name, import.meta.url);
+
+async function read(name) {
+    return (inlined(name) ?? (await fetch(address(name)))).text();
+}
+
+// Adds a module and all that it imports.
+async function collect(name, modules) {
+    if (!modules.has(name)) {
+        // Not twice, also while it is read.
+        modules.set(name, "");
+        const text = await read(name);
+        modules.set(name, text);
+        await Promise.all([...text.matchAll(IMPORT)].map(([, other]) => collect(other, modules)));
+    }
+    return modules;
+}
+
+// FileReader takes large files, which the arguments of a function do not.
+function base64(blob) {
+    return new Promise((resolve, reject) => {
+        const reader = new FileReader();
+        reader.onload = () => resolve(reader.result.slice(reader.result.indexOf(",") + 1));
+        reader.onerror = () => reject(reader.error);
+        reader.readAsDataURL(blob);
+    });
+}
