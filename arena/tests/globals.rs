@@ -15,9 +15,10 @@ const COUNTS: &str = "join = 1 doubled = 0 half = 0.5 n = 0 whole = 0 t = {.a = 
     function step() { n = n + 1 whole = isint(join) }\n";
 
 /// Has `n` and `half` of the other one, a table by the name of its number, and a number by that of its table.
-const NEXT: &str = "n = 1000 half = 7.5 join = {} t = 3 new = 4\n\
+const NEXT: &str = "n = 1000 half = 7.5 join = {.now = 6} t = 3 new = 4\n\
     function init() { n = 2000 }\n\
-    function step() { n = n + 1 }\n";
+    function whole() { return 1 }\n\
+    function step() { n = n + whole() }\n";
 
 const WORLD: &str = "[world]\nsize = [600, 600]\nduration = 10\n\n\
     [[robots]]\nrobot = \"kilobot\"\nscript = \"counts.bzz\"\ncount = 3\nplacement = \"line\"\nspacing = 50\n\n\
@@ -108,8 +109,9 @@ fn a_new_script_keeps_numbers_if_asked() {
         equals(6, "0", "half", "0.5"),
         equals(6, "1", "half", "0.25"),
         equals(6, "0", "new", "4"),
-        // The old one was a table.
+        // The old one was a table; the new ones are a table and a function, and stay so.
         equals(6, "0", "t", "3"),
+        equals(6, "0", "join.now", "6"),
         // Not asked, or begun anew.
         equals(6, "2", "n", "2009"),
         equals(6, "2", "half", "7.5"),

@@ -256,8 +256,8 @@ where
                         Stage::Init | Stage::Step => Stage::Step,
                         Stage::Pause => Stage::Pause,
                     };
-                    for Setting { global, number, .. } in state.settings_after(stage) {
-                        vm.set_global(global, number.value());
+                    if !state.settings.is_empty() {
+                        set_globals(vm, &state.settings_after(stage));
                     }
                     if stage != Stage::Global {
                         return;
@@ -281,6 +281,21 @@ where
                     return;
                 }
             }
+        }
+    }
+}
+
+/// Sets globals after a part of the script. What `init` has put there stays if it is no number.
+#[cold] // Few robots have any.
+fn set_globals<P: Profile, const SLOTS: usize>(
+    vm: &mut Vm<P, KeptImage, SLOTS>,
+    settings: &[Setting],
+) {
+    for Setting { after, global, number } in settings {
+        let now = vm.global(*global);
+        let is_free = now.is_none_or(|now| now.is_nil() || ScriptNumber::of(now).is_some());
+        if *after == Stage::Global || is_free {
+            vm.set_global(*global, number.value());
         }
     }
 }

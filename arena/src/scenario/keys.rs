@@ -205,7 +205,7 @@ pub const SECTIONS: &[SectionKeys] = &[
             "brown_out" "robots" "" "the supply of those that run fails for a moment: they are restarted",
             "load" "robots" "" "they get another `script`, and are switched off and on where they are",
             "script" "path" "" "load: .bzz, .bo or .bbi",
-            "keep" "boolean" "false" "load: globals that hold numbers keep them, where the new script has them",
+            "keep" "boolean" "false" "load: globals that hold numbers keep them, where the new script has numbers, too",
             "set" "robots" "" "a `global` of their scripts gets a `number`",
             "global" "string" "" "set: its name",
             "number" "number" "" "set: an integer, or a float with a point",

@@ -69,7 +69,7 @@ export const texts = {
 
     scriptText: "text of the script", diagnostics: "messages of the compiler", help: "help",
     controlsOfScripts: "controls of the scripts",
-    keep: "keep numbers", keepHelp: "Globals that hold numbers keep them, where the new text has them",
+    keep: "keep numbers", keepHelp: "Globals that hold numbers keep them, where the new text has numbers, too",
     run: "Run", runHelp: "Robots get this text as their script (Ctrl + Enter)", ran: (name) => `The robots run ${name}.`,
     runOn: "robots that run it", runOnAll: "on all that have it", runOnOne: (id) => `on robot ${id}`,
     write: "Save", writeHelp: "Writes the text to its file", written: (name) => `${name} is saved.`,
