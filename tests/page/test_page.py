@@ -354,6 +354,9 @@ def test_log_lines_faults_and_expectations_are_listed(page):
     line = log.locator("p", has_text="n is 5").first
     expect(line).to_contain_text("0.5")
     expect(log.locator(".fault").first).to_contain_text("error R0005 in s.bzz:11")
+    log.locator(".fault").first.get_by_role("button", name="Explain").click()
+    expect(page.locator("#explanation h2")).to_contain_text("R0005")
+    page.locator("#explanation").get_by_role("button").click()
     expect(page.locator("#marks .fault").first).to_be_attached()
     page.click("#tab-tests")
     expect(page.locator("#tests .held").first).to_contain_text("global.n equals 19")

@@ -7,9 +7,9 @@ import { texts } from "./texts.js";
 const MOST_LINES = 500;
 
 export class Log {
-    // `onChoose(robot)` when somebody picks the robot of a line.
-    constructor(onChoose) {
-        this.onChoose = onChoose;
+    // `onChoose(robot)` when somebody picks the robot of a line, `onExplain(code)` when somebody asks for the meaning of an error.
+    constructor(onChoose, onExplain) {
+        Object.assign(this, { onChoose, onExplain });
         this.clear();
     }
 
@@ -17,7 +17,8 @@ export class Log {
         part("log").replaceChildren(element("p", { class: "none" }, texts.noLog));
     }
 
-    add(tick, seconds, robot, id, text, kind) {
+    // `code` is that of an error.
+    add(tick, seconds, robot, id, text, kind, code) {
         const log = part("log");
         log.querySelector(".none")?.remove();
         const isAtEnd = log.scrollTop + log.clientHeight > log.scrollHeight - 30;
@@ -25,7 +26,8 @@ export class Log {
         const line = element("p", { class: kind },
             element("time", {}, seconds.toFixed(1)),
             element("button", { type: "button", title: texts.robot(id), onclick: choose }, String(id)),
-            element("span", {}, text));
+            element("span", {}, text),
+            ...(code ? [element("button", { type: "button", title: texts.explainHelp, onclick: () => this.onExplain(code) }, texts.explain)] : []));
         line.tick = tick;
         log.append(line);
         while (log.childElementCount > MOST_LINES) {

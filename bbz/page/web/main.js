@@ -35,7 +35,7 @@ const robots = new Robots();
 const view = new View(part("canvas"));
 const tabs = new Tabs(["robot", "script", "log", "tests", "ground"]);
 const panel = new RobotPanel(robots, command);
-const log = new Log(choose);
+const log = new Log(choose, (code) => ask({ explain: { code } }));
 const ground = new Ground(command, ask, () => view.beginCut());
 const controls = new Controls(command);
 const curve = new Curve(view);
@@ -125,7 +125,7 @@ const handlers = {
     },
     fault(event) {
         const text = texts.fault(event.code, event.places[0]);
-        line(event, text, "fault");
+        line(event, text, "fault", event.code);
         timeLine.mark("fault", event.tick, `${texts.robot(robots.ids[event.robot])}: ${text}`);
     },
     expectation({ number, verdict, tick }) {
@@ -236,8 +236,8 @@ function showCommands(commands) {
     }
 }
 
-function line({ tick, robot }, text, kind) {
-    log.add(tick, tick / world.ticks_per_second, robot, robots.ids[robot] ?? robot, text, kind);
+function line({ tick, robot }, text, kind, code) {
+    log.add(tick, tick / world.ticks_per_second, robot, robots.ids[robot] ?? robot, text, kind, code);
 }
 
 for (const rate of RATES) {

@@ -79,7 +79,7 @@ export const texts = {
     offered: "The script of the address does not run here: mend it.",
     badAddress: "the address has a script that cannot be read",
     exportPage: "Export", exportHelp: "This page with scenario and scripts as one file, which runs without a network", exportedAs: "bittybuzz.html",
-    explainHelp: "Explains the message", goThere: "To this place", fix: "Fix", fixHelp: "Changes the text as the message says",
+    explain: "Explain", explainHelp: "Explains the message", goThere: "To this place", fix: "Fix", fixHelp: "Changes the text as the message says",
     line: (line) => `line ${line}`,
 
     noLog: "Nothing was logged so far.", noTests: "The scenario expects nothing.",
