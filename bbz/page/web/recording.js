@@ -4,6 +4,8 @@ const MAGIC = [0x62, 0x62, 0x7a, 0x72, 0x65, 0x63, 1];
 
 export class Robots {
     constructor() {
+        // Grows with each change.
+        this.version = 0;
         this.clear([]);
     }
 
@@ -11,15 +13,19 @@ export class Robots {
         const count = ids.length;
         this.ids = ids;
         this.tick = 0;
+        // All that is drawn, in one piece, which goes to the graphics card as it is.
+        const shown = new ArrayBuffer(13 * count);
+        this.shown = new Uint8Array(shown);
         // Tenths of mm.
-        this.x = new Int32Array(count);
-        this.y = new Int32Array(count);
+        this.x = new Int32Array(shown, 0, count);
+        this.y = new Int32Array(shown, 4 * count, count);
         this.z = new Int32Array(count);
         // Turns of 1/65536.
-        this.heading = new Uint16Array(count);
-        this.led = new Uint8Array(count);
-        this.state = new Uint8Array(count);
-        this.isThere = new Uint8Array(count);
+        this.heading = new Uint16Array(shown, 8 * count, count);
+        this.led = new Uint8Array(shown, 10 * count, count);
+        this.state = new Uint8Array(shown, 11 * count, count);
+        this.isThere = new Uint8Array(shown, 12 * count, count);
+        this.version += 1;
     }
 
     get count() {
@@ -38,6 +44,7 @@ export class Robots {
         while (this.at < bytes.length) {
             this.sample();
         }
+        this.version += 1;
         return isNew;
     }
 

@@ -36,9 +36,14 @@ export class View {
         this.trail = [];
         this.hasTrails = false;
         this.trails = [];
+        // The lines from each sample of the trails to the next.
+        this.ways = [];
         // Lines between two robots, and when they were drawn first; `null` while the run stands still.
         this.messages = NO_MESSAGES;
         this.flashed = null;
+        this.lines = { lost: this.scene.makeLines(), heard: this.scene.makeLines() };
+        // Messages whose lines are drawn, and the robots at their ends have not moved since; else `null`.
+        this.drawn = null;
         // Ends of the line that somebody draws through the world, in mm.
         this.cut = null;
         this.isCutting = false;
@@ -47,6 +52,8 @@ export class View {
         this.isStale = true;
         this.readColours();
         matchMedia("(prefers-color-scheme: dark)").addEventListener("change", () => this.readColours());
+        // What the parts beside the canvas show.
+        this.shown = new Map();
         new ResizeObserver(() => this.resized()).observe(canvas);
         const frame = () => {
             if ((this.isStale || this.flashed !== null) && this.world && this.robots) {
@@ -63,6 +70,7 @@ export class View {
         this.lights = world.lights;
         this.robots = robots;
         this.radii = world.groups.flatMap((group) => Array(group.count).fill(group.radius ?? Math.min(...world.size) * DOT));
+        this.scene.setRadii(this.radii);
         this.isFitted = true;
         this.fit();
     }
@@ -73,15 +81,15 @@ export class View {
             return;
         }
         const [width, height] = this.world.size;
-        const { clientWidth, clientHeight } = this.canvas;
         this.x = 0;
         this.y = 0;
-        this.scale = Math.min(clientWidth / width, clientHeight / height) * 0.94 || 1;
+        this.scale = Math.min(this.scene.width / width, this.scene.height / height) * 0.94 || 1;
         this.isFitted = true;
         this.changed();
     }
 
     resized() {
+        this.scene.measure();
         if (this.isFitted) {
             this.fit();
         }
@@ -109,14 +117,23 @@ export class View {
             this.trail.splice(0, this.trail.length - TRAIL);
         }
         if (!this.hasTrails || isAnew) {
-            this.trails = [];
+            this.forgetTrails(this.trails.length);
         }
         if (this.hasTrails) {
-            this.trails.push([Int32Array.from(this.robots.x), Int32Array.from(this.robots.y)]);
+            this.trails.push([this.robots.x.slice(), this.robots.y.slice()]);
             const most = Math.max(2, Math.min(TRAILS, Math.floor(MOST_LINES / this.robots.count)));
-            this.trails.splice(0, this.trails.length - most);
+            this.forgetTrails(this.trails.length - most);
         }
+        this.drawn = null;
         this.changed();
+    }
+
+    // Forgets the first samples of the trails, and the lines that lead to them.
+    forgetTrails(count) {
+        if (count > 0) {
+            this.trails.splice(0, count);
+            this.ways.splice(0, count).forEach((way) => this.scene.dropLines(way));
+        }
     }
 
     // Lists of two robots each: messages that were heard, that collided and that were lost otherwise.
@@ -128,6 +145,7 @@ export class View {
 
     paint(shares) {
         this.shares = shares;
+        this.scene.setShares(shares);
         this.changed();
     }
 
@@ -147,34 +165,35 @@ export class View {
 
     draw() {
         const { scene, colours } = this;
-        scene.begin();
+        if (scene.width === 0 || scene.height === 0) {
+            return;
+        }
+        scene.begin(this, colours.outside);
         this.drawGround();
         this.drawLinks();
         this.drawRobots();
         if (this.cut) {
             this.line(...this.cut, 0, colours.chosen, 1.5);
         }
-        scene.draw(this, colours.outside, colours.edge);
+        scene.flush();
         this.showScale();
     }
 
     drawGround() {
         const { scene, colours, world } = this;
-        const [width, height] = world.size;
-        scene.add(0, 0, width / 2, height / 2, 0, SHAPES.box, colours.ground);
-        scene.add(0, 0, width / 2, height / 2, 0, SHAPES.grid, colours.grid, this.gridStep());
-        this.lights.forEach((light, lamp) => {
-            const at = this.dragged?.lamp === lamp ? this.dragged.at : light.at;
-            // The law of the sensor: half of it after 350 mm.
-            const share = Math.min(1, light.brightness / 1023);
-            scene.add(...at, 700, 700, 0, SHAPES.light, fade(colours.light, 0.35 * share));
+        const [halfWidth, halfHeight] = world.size.map((side) => side / 2);
+        const lights = this.lights.map((light, lamp) => ({ ...light, at: this.dragged?.lamp === lamp ? this.dragged.at : light.at }));
+        scene.ground(halfWidth, halfHeight, colours.ground, () => {
+            scene.grid(halfWidth, halfHeight, this.gridStep(), colours.grid);
+            for (const { at, brightness } of lights) {
+                // The law of the sensor: half of it after 350 mm.
+                scene.add(...at, 700, 700, 0, SHAPES.light, fade(colours.light, 0.35 * Math.min(1, brightness / 1023)));
+            }
         });
-        this.drawFrame(width / 2, height / 2);
-        this.lights.forEach((light, lamp) => {
-            const at = this.dragged?.lamp === lamp ? this.dragged.at : light.at;
+        for (const { at } of lights) {
             scene.add(...at, ...this.dot(9), 0, SHAPES.disc, colours.light);
             scene.add(...at, ...this.dot(14), 0, SHAPES.ring, fade(colours.light, 0.8));
-        });
+        }
         for (const obstacle of world.obstacles) {
             if (obstacle.from) {
                 this.line(obstacle.from, obstacle.to, 2, colours.obstacle);
@@ -187,44 +206,62 @@ export class View {
         }
     }
 
-    // Four boxes around the world hide the glow of lamps there.
-    drawFrame(halfWidth, halfHeight) {
-        const wide = 5000 / this.scale;
-        for (const side of [-1, 1]) {
-            this.scene.add(side * (halfWidth + wide), 0, wide, halfHeight + 2 * wide, 0, SHAPES.box, this.colours.outside);
-            this.scene.add(0, side * (halfHeight + wide), halfWidth, wide, 0, SHAPES.box, this.colours.outside);
-        }
-    }
-
     drawMessages() {
         const age = this.flashed === null ? 0 : (performance.now() - this.flashed) / FLASH;
         if (age >= 1) {
             this.flashed = null;
             this.messages = NO_MESSAGES;
         }
-        const { heard, collided, lost } = this.messages;
-        const isThere = ([from, to]) => Math.max(from, to) < this.robots.count;
-        for (const [pairs, colour] of [[lost, this.colours.states[3]], [heard, this.colours.link]]) {
-            const faded = fade(colour, 0.5 * (1 - age));
-            pairs.filter(isThere).forEach(([from, to]) => this.line(this.placeOf(from), this.placeOf(to), 0, faded, 0.8));
+        if (this.drawn !== this.messages || this.dragged) {
+            this.placeMessages();
+            // Somebody who is dragged has another place in the next picture.
+            this.drawn = this.dragged ? null : this.messages;
         }
-        // At the robot where messages collide, which hears none of them.
-        for (const robot of new Set(collided.filter(isThere).map(([, to]) => to))) {
+        const { scene, lines, colours } = this;
+        scene.drawLines(lines.lost, fade(colours.states[3], 0.5 * (1 - age)), 0.8);
+        scene.drawLines(lines.heard, fade(colours.link, 0.5 * (1 - age)), 0.8);
+        const colour = fade(colours.states[3], 0.9 * (1 - age));
+        for (const robot of this.deaf) {
             const size = this.radii[robot] * 1.5;
-            this.scene.add(...this.placeOf(robot), size, size, 0, SHAPES.ring, fade(this.colours.states[3], 0.9 * (1 - age)));
+            scene.add(...this.placeOf(robot), size, size, 0, SHAPES.ring, colour);
         }
     }
 
     drawTrails() {
-        const colour = fade(this.colours.states[0], 0.5);
-        for (let index = 1; index < this.trails.length; index++) {
-            const [[x, y], [toX, toY]] = [this.trails[index - 1], this.trails[index]];
+        const { scene, trails, ways } = this;
+        while (ways.length + 1 < trails.length) {
+            const [[x, y], [toX, toY]] = trails.slice(ways.length);
+            const ends = new Float32Array(4 * x.length);
+            let count = 0;
             for (let robot = 0; robot < x.length; robot++) {
                 if (x[robot] !== toX[robot] || y[robot] !== toY[robot]) {
-                    this.line([x[robot] / 10, y[robot] / 10], [toX[robot] / 10, toY[robot] / 10], 0, colour, 0.7);
+                    ends[4 * count] = x[robot];
+                    ends[4 * count + 1] = y[robot];
+                    ends[4 * count + 2] = toX[robot];
+                    ends[4 * count + 3] = toY[robot];
+                    count += 1;
                 }
             }
+            ways.push(scene.makeLines());
+            scene.setLines(ways.at(-1), ends, count);
         }
+        const colour = fade(this.colours.states[0], 0.5);
+        ways.forEach((way) => scene.drawLines(way, colour, 0.7));
+    }
+
+    placeMessages() {
+        const isThere = ([from, to]) => Math.max(from, to) < this.robots.count;
+        for (const kind of ["lost", "heard"]) {
+            const pairs = this.messages[kind].filter(isThere);
+            const ends = new Float32Array(4 * pairs.length);
+            pairs.forEach(([from, to], index) => {
+                const [[x, y], [toX, toY]] = [this.placeOf(from), this.placeOf(to)];
+                ends.set([10 * x, 10 * y, 10 * toX, 10 * toY], 4 * index);
+            });
+            this.scene.setLines(this.lines[kind], ends);
+        }
+        // Robots at which messages collide hear none of them.
+        this.deaf = new Set(this.messages.collided.filter(isThere).map(([, to]) => to));
     }
 
     drawLinks() {
@@ -241,24 +278,8 @@ export class View {
     }
 
     drawRobots() {
-        const { scene, colours, robots } = this;
-        for (let robot = 0; robot < robots.count; robot++) {
-            const led = robots.led[robot];
-            if (robots.isThere[robot] && led > 0 && !this.shares) {
-                const glow = [led & 1, (led >> 1) & 1, (led >> 2) & 1].map((lit) => lit * 0.85 + 0.1);
-                const reach = this.radii[robot] * 2.2;
-                scene.add(...this.placeOf(robot), reach, reach, 0, SHAPES.light, [...glow, 0.5]);
-            }
-        }
-        for (let robot = 0; robot < robots.count; robot++) {
-            if (!robots.isThere[robot]) {
-                continue;
-            }
-            const [x, y] = this.placeOf(robot);
-            const radius = Math.max(this.radii[robot], LEAST_PIXELS / this.scale);
-            const angle = (robots.heading[robot] / 65536) * 2 * Math.PI;
-            scene.add(x, y, radius, radius, angle, SHAPES.robot, this.colourOf(robot), this.shares ? 0 : robots.led[robot]);
-        }
+        const { scene, colours, robots, dragged } = this;
+        scene.drawRobots(robots, { states: colours.states, palette: PALETTE, edge: colours.edge, leastPixels: LEAST_PIXELS, dragged });
         if (this.chosen !== null && robots.isThere[this.chosen]) {
             const size = Math.max(this.radii[this.chosen], 4 / this.scale) * 1.15;
             scene.add(...this.placeOf(this.chosen), size, size, 0, SHAPES.ring, colours.chosen);
@@ -299,17 +320,34 @@ export class View {
 
     showScale() {
         const step = this.gridStep();
-        part("bar").style.width = `${step * this.scale}px`;
-        part("bar-text").textContent = `${step} mm`;
-        const name = part("name");
-        name.hidden = this.chosen === null;
+        this.show("bar", step * this.scale, (bar, width) => {
+            bar.style.width = `${width}px`;
+        });
+        this.show("bar-text", `${step} mm`, (place, text) => {
+            place.textContent = text;
+        });
+        let shown = null;
         if (this.chosen !== null) {
             const [x, y] = this.placeOf(this.chosen);
-            const { clientWidth, clientHeight } = this.canvas;
             const away = this.radii[this.chosen] * this.scale + 6;
-            name.textContent = this.robots.ids[this.chosen];
-            name.style.left = `${clientWidth / 2 + (x - this.x) * this.scale + away}px`;
-            name.style.top = `${clientHeight / 2 - (y - this.y) * this.scale - away}px`;
+            const left = this.scene.width / 2 + (x - this.x) * this.scale + away;
+            const top = this.scene.height / 2 - (y - this.y) * this.scale - away;
+            shown = [this.robots.ids[this.chosen], left, top].join(" ");
+        }
+        this.show("name", shown, (name) => {
+            name.hidden = shown === null;
+            const [id, left, top] = shown?.split(" ") ?? ["", 0, 0];
+            name.textContent = id;
+            name.style.left = `${left}px`;
+            name.style.top = `${top}px`;
+        });
+    }
+
+    // Sets a part of the page only when something else is to be shown there, because the browser then computes its style anew.
+    show(id, value, set) {
+        if (this.shown.get(id) !== value) {
+            this.shown.set(id, value);
+            set(part(id), value);
         }
     }
 
