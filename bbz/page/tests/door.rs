@@ -2,12 +2,13 @@
 
 #![allow(clippy::unwrap_used, reason = "what fails here fails the test")]
 
-use std::io::{Read, Write};
+use std::io::{ErrorKind, Read, Write};
 use std::net::TcpStream;
 use std::path::Path;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::thread;
+use std::time::Duration;
 
 use bittybuzz_arena::run::{Program, Session, Setup, Simulation};
 use bittybuzz_arena::scenario::{Group, Scenario};
@@ -19,6 +20,12 @@ use serde_json::Value;
 use tungstenite::client::IntoClientRequest;
 use tungstenite::http::HeaderValue;
 use tungstenite::{Message, WebSocket};
+
+/// A server that is asked answers in milliseconds.
+const LONGEST_WAIT: Duration = Duration::from_secs(60);
+
+/// Bytes of the longest request that the server reads.
+const LONGEST_REQUEST: usize = 2 * 1024 * 1024;
 
 const SCENARIO: &str = "[world]\nsize = [500, 500]\nduration = 1000\n\
     [[robots]]\nrobot = \"kilobot\"\nscript = \"s.bzz\"\ncount = 3\n";
@@ -57,6 +64,7 @@ fn get(url: &str, path: &str, host: &str, more: &str) -> (u16, String) {
     let authority = url.strip_prefix("http://").unwrap().split('/').next().unwrap();
     let host = if host.is_empty() { authority } else { host };
     let mut stream = TcpStream::connect(authority).unwrap();
+    stream.set_read_timeout(Some(LONGEST_WAIT)).unwrap();
     write!(stream, "GET {path} HTTP/1.1\r\nHost: {host}\r\nConnection: close\r\n{more}\r\n")
         .unwrap();
     let mut answer = String::new();
@@ -72,8 +80,23 @@ fn connect(url: &str, origin: Option<&str>) -> Result<WebSocket<TcpStream>, Stri
         request.headers_mut().insert("Origin", HeaderValue::from_str(origin).unwrap());
     }
     let stream = TcpStream::connect(authority).unwrap();
+    // A missing answer fails the test, instead of holding up all others.
+    stream.set_read_timeout(Some(LONGEST_WAIT)).unwrap();
     let connected = tungstenite::client(request, stream);
     connected.map(|(socket, _)| socket).map_err(|error| error.to_string())
+}
+
+/// Reads until the socket ends.
+fn end(socket: &mut WebSocket<TcpStream>) -> tungstenite::Error {
+    loop {
+        if let Err(error) = socket.read() {
+            return error;
+        }
+    }
+}
+
+fn is_timeout(error: &tungstenite::Error) -> bool {
+    matches!(error, tungstenite::Error::Io(error) if error.kind() == ErrorKind::WouldBlock)
 }
 
 /// The next event of that kind.
@@ -150,7 +173,7 @@ fn a_page_steers_the_run_and_gets_samples() {
         // A second page takes the place of the first.
         let mut other = connect(url, None).unwrap();
         event(&mut other, "begin");
-        while socket.read().is_ok() {}
+        assert!(!is_timeout(&end(&mut socket)), "the server keeps the first page");
         other.send(Message::text("\"commands\"")).unwrap();
         assert_eq!(event(&mut other, "commands")["text"], "");
     });
@@ -194,10 +217,15 @@ fn nonsense_does_no_harm() {
             socket.send(Message::text("\"commands\"")).unwrap();
             event(&mut socket, "commands");
         }
+        let mut socket = connect(url, None).unwrap();
+        let request = "\"commands\"";
+        let longest = format!("{}{request}", " ".repeat(LONGEST_REQUEST - request.len()));
+        socket.send(Message::text(longest)).unwrap();
+        event(&mut socket, "commands");
         // Too long: the socket is closed, the session stays.
         let mut socket = connect(url, None).unwrap();
-        let _ = socket.send(Message::text("x".repeat(100_000)));
-        while socket.read().is_ok() {}
+        let _ = socket.send(Message::text("x".repeat(LONGEST_REQUEST + 1)));
+        assert!(!is_timeout(&end(&mut socket)), "the server keeps the socket");
         let mut socket = connect(url, None).unwrap();
         assert_eq!(event(&mut socket, "begin")["end"], 10_000);
     });
