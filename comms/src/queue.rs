@@ -77,6 +77,12 @@ impl<P: Profile, E: Copy, const BYTES: usize, const FRAMES: usize> Inbox<P, E, B
         Inbox { queue: Queue::EMPTY, extras: [nothing; FRAMES] }
     }
 
+    /// An empty one for at most `frames` frames, fewer than its type has places for. [`Inbox::len`] counts the other places too.
+    /// For hosts, so that one type serves queues of all lengths.
+    pub fn with_room(nothing: E, frames: usize) -> Self {
+        Inbox { queue: Queue::with_room(frames), extras: [nothing; FRAMES] }
+    }
+
     /// How many frames wait.
     pub fn len(&self) -> usize {
         self.queue.len()
@@ -125,6 +131,11 @@ impl<P: Profile, const BYTES: usize, const FRAMES: usize> Outbox<P, BYTES, FRAME
     /// An empty one.
     pub const fn new() -> Self {
         Outbox { queue: Queue::EMPTY }
+    }
+
+    /// An empty one for at most `frames` frames, as [`Inbox::with_room`].
+    pub fn with_room(frames: usize) -> Self {
+        Outbox { queue: Queue::with_room(frames) }
     }
 
     /// How many frames wait.
@@ -227,6 +238,13 @@ impl<P: Profile, const BYTES: usize, const FRAMES: usize> Queue<P, BYTES, FRAMES
             profile: PhantomData,
         }
     };
+
+    /// Places beyond the first `frames` count as taken, and no frame is linked there.
+    fn with_room(frames: usize) -> Self {
+        let mut queue = Self::EMPTY;
+        queue.ranks.iter_mut().skip(frames).for_each(|rank| *rank = HIGHEST_RANK);
+        queue
+    }
 
     fn len(&self) -> usize {
         self.ranks.iter().filter(|rank| **rank & !STALE != FREE).count()

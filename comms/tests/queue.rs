@@ -376,6 +376,39 @@ fn acts() -> impl Strategy<Value = Vec<Act>> {
     prop::collection::vec(act, 0..120)
 }
 
+/// Compares queues of `ROOM` places with larger ones that have room for as many frames.
+fn same_as_smaller<const ROOM: usize>(acts: Vec<Act>) -> Result<(), TestCaseError> {
+    let mut inboxes =
+        (Inbox::<Tiny, u16, 10, ROOM>::new(0), Inbox::<Tiny, u16, 10, 9>::with_room(0, ROOM));
+    let mut outboxes = (Outbox::<Tiny, 10, ROOM>::new(), Outbox::<Tiny, 10, 9>::with_room(ROOM));
+    for act in acts {
+        match act {
+            Act::Push(frame, extra) => {
+                inboxes.0.push(&frame, extra);
+                inboxes.1.push(&frame, extra);
+                outboxes.0.push(&frame);
+                outboxes.1.push(&frame);
+            }
+            Act::Pop => {
+                let popped = inboxes.0.pop().map(|(frame, extra)| (frame.to_vec(), *extra));
+                let other = inboxes.1.pop().map(|(frame, extra)| (frame.to_vec(), *extra));
+                prop_assert_eq!(popped, other);
+                let popped = outboxes.0.pop().map(|frame| frame.to_vec());
+                prop_assert_eq!(popped, outboxes.1.pop().map(|frame| frame.to_vec()));
+            }
+            Act::Step => {
+                outboxes.0.begin_step();
+                outboxes.1.begin_step();
+            }
+        }
+        prop_assert!(inboxes.0.frames().eq(inboxes.1.frames()));
+        prop_assert!(outboxes.0.frames().eq(outboxes.1.frames()));
+        prop_assert_eq!(inboxes.0.counters(), inboxes.1.counters());
+        prop_assert_eq!(outboxes.0.counters(), outboxes.1.counters());
+    }
+    Ok(())
+}
+
 proptest! {
     #[test]
     fn an_inbox_does_what_the_model_does(acts in acts()) {
@@ -418,6 +451,18 @@ proptest! {
             }
             prop_assert_eq!(outbox.len(), model.waiting.len());
             prop_assert_eq!(outbox.counters(), model.counters);
+        }
+    }
+
+    /// A queue with more places than it has room for does what one does that has no more.
+    #[test]
+    fn a_queue_with_less_room_does_what_a_smaller_one_does(room in 1..=FRAMES, acts in acts()) {
+        match room {
+            1 => same_as_smaller::<1>(acts)?,
+            2 => same_as_smaller::<2>(acts)?,
+            3 => same_as_smaller::<3>(acts)?,
+            4 => same_as_smaller::<4>(acts)?,
+            _ => same_as_smaller::<FRAMES>(acts)?,
         }
     }
 

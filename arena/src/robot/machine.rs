@@ -19,14 +19,15 @@ use super::content::{Content, ScriptNumber, content, value};
 use super::context::{GroupContext, KeptImage};
 use super::overruns::Overrun;
 use super::platform::Platform;
-use super::queue::{InQueue, OutQueue, QueueProfile};
+use super::queue::{Bounded, InQueue, OutQueue, QueueProfile};
 use super::seen::RobotEvent;
 use super::state::{Setting, Stage, State};
 
 include!(concat!(env!("OUT_DIR"), "/machines.rs"));
 
-/// Slots of the machines for robots that do not ship.
-const LADDER: [usize; 3] = [1024, 4096, 16_384];
+/// Slots of the machines for robots that do not ship. In WebAssembly, which is downloaded, two of them are the same.
+const LADDER: [usize; 3] =
+    if cfg!(target_family = "wasm") { [1024, 16_384, 16_384] } else { [1024, 4096, 16_384] };
 
 /// The most slots of a machine: those of the script and those for neighbours, swarms and entries.
 pub const MOST_SLOTS: usize = LADDER[2];
@@ -97,9 +98,9 @@ type Loaded = Result<Box<dyn Machine + Send>, ImageError>;
 type Larger<P, const SLOTS: usize> =
     Scripted<P, Box<dyn InQueue + Send>, Box<dyn OutQueue + Send>, SLOTS>;
 
-/// A machine with queues of fixed lengths.
+/// A machine with queues of at most these lengths.
 type Exact<P, const FRAME: usize, const SLOTS: usize, const IN: usize, const OUT: usize> =
-    Scripted<P, Inbox<P, Sighting, FRAME, IN>, Outbox<P, FRAME, OUT>, SLOTS>;
+    Scripted<P, Bounded<Inbox<P, Sighting, FRAME, IN>>, Bounded<Outbox<P, FRAME, OUT>>, SLOTS>;
 
 /// A machine with queues of any type.
 #[derive(Clone)]
@@ -143,7 +144,7 @@ where
     }
 }
 
-/// Loads a machine that is as large as the robot file says.
+/// Loads a machine that is at least as large as the robot file says.
 fn load_exact<
     P: Profile,
     const FRAME: usize,
@@ -157,11 +158,12 @@ fn load_exact<
 ) -> Loaded
 where
     Exact<P, FRAME, SLOTS, IN, OUT>: Send,
-    Inbox<P, Sighting, FRAME, IN>: Send,
-    Outbox<P, FRAME, OUT>: Send,
+    Bounded<Inbox<P, Sighting, FRAME, IN>>: Send,
+    Bounded<Outbox<P, FRAME, OUT>>: Send,
 {
-    let inbox = Inbox::<P, Sighting, FRAME, IN>::new(Sighting::default());
-    let outbox = Outbox::<P, FRAME, OUT>::new();
+    let [inbox, outbox] = context.queues;
+    let inbox = Bounded::<Inbox<P, Sighting, FRAME, IN>>::inbox(inbox);
+    let outbox = Bounded::<Outbox<P, FRAME, OUT>>::outbox(outbox);
     Exact::<P, FRAME, SLOTS, IN, OUT>::load(context, inbox, outbox, id, seed)
 }
 

@@ -68,17 +68,44 @@ pub trait QueueProfile: Profile {
 /// Most frames of a queue.
 pub const MOST: usize = 32;
 
-impl<P: Profile, const FRAME: usize, const LENGTH: usize> InQueue
-    for Inbox<P, Sighting, FRAME, LENGTH>
+/// A queue for at most `length` frames, which may be fewer than its type has places for.
+///
+/// A type for each length would be 31 more copies of each queue, which the playground's module has no room for.
+#[derive(Clone)]
+pub struct Bounded<Q> {
+    queue: Q,
+    length: usize,
+}
+
+impl<P: Profile, const FRAME: usize, const PLACES: usize>
+    Bounded<Inbox<P, Sighting, FRAME, PLACES>>
+{
+    /// Returns an empty queue.
+    pub fn inbox(length: usize) -> Self {
+        let length = length.min(PLACES);
+        Bounded { queue: Inbox::with_room(Sighting::default(), length), length }
+    }
+}
+
+impl<P: Profile, const FRAME: usize, const PLACES: usize> Bounded<Outbox<P, FRAME, PLACES>> {
+    /// Returns an empty queue.
+    pub fn outbox(length: usize) -> Self {
+        let length = length.min(PLACES);
+        Bounded { queue: Outbox::with_room(length), length }
+    }
+}
+
+impl<P: Profile, const FRAME: usize, const PLACES: usize> InQueue
+    for Bounded<Inbox<P, Sighting, FRAME, PLACES>>
 where
-    Self: Send,
+    Self: Clone + Send + 'static,
 {
     fn copy(&self) -> Box<dyn InQueue + Send> {
         Box::new(self.clone())
     }
 
     fn add_to(&self, digest: &mut Digest) {
-        self.hash_state(digest, |sighting, digest| {
+        self.queue.hash_state(digest, |sighting, digest| {
             let (robot, place) = (sighting.robot, sighting.place());
             (robot, place.is_some()).hash(digest);
             place.iter().flatten().for_each(|part| digest.float(*part));
@@ -86,63 +113,65 @@ where
     }
 
     fn push(&mut self, frame: &[u8], sighting: Sighting) {
-        self.push(frame, sighting);
+        self.queue.push(frame, sighting);
     }
 
     fn pop(&mut self, frame: &mut [u8]) -> Option<(usize, Sighting)> {
-        let (bytes, sighting) = self.pop()?;
+        let (bytes, sighting) = self.queue.pop()?;
         let length = bytes.len().min(frame.len());
         frame[..length].copy_from_slice(&bytes[..length]);
         Some((length, *sighting))
     }
 
     fn dropped(&self) -> u16 {
-        self.counters().dropped
+        self.queue.counters().dropped
     }
 
     fn waiting(&self) -> (usize, Vec<Vec<u8>>) {
-        (LENGTH, self.frames().map(<[u8]>::to_vec).collect())
+        (self.length, self.queue.frames().map(<[u8]>::to_vec).collect())
     }
 }
 
-impl<P: Profile, const FRAME: usize, const LENGTH: usize> OutQueue for Outbox<P, FRAME, LENGTH>
+impl<P: Profile, const FRAME: usize, const PLACES: usize> OutQueue
+    for Bounded<Outbox<P, FRAME, PLACES>>
 where
-    Self: Send,
+    Self: Clone + Send + 'static,
 {
     fn copy(&self) -> Box<dyn OutQueue + Send> {
         Box::new(self.clone())
     }
 
     fn add_to(&self, digest: &mut Digest) {
-        self.hash_state(digest);
+        self.queue.hash_state(digest);
     }
 
     fn begin_step(&mut self) {
-        self.begin_step();
+        self.queue.begin_step();
     }
 
     fn push(&mut self, frame: &[u8]) {
-        self.push(frame);
+        self.queue.push(frame);
     }
 
     fn pop(&mut self, frame: &mut [u8]) -> usize {
         // No frame of the machine is longer than the link's.
-        self.pop().map_or(0, |next| {
+        self.queue.pop().map_or(0, |next| {
             frame.iter_mut().zip(&**next).for_each(|(to, from)| *to = *from);
             next.len()
         })
     }
 
     fn is_empty(&self) -> bool {
-        self.is_empty()
+        // Its length counts the places that are left out.
+        self.queue.frames().next().is_none()
     }
 
     fn dropped(&self) -> u16 {
-        self.counters().dropped
+        self.queue.counters().dropped
     }
 
     fn waiting(&self) -> (usize, Vec<Vec<u8>>) {
-        (LENGTH, self.frames().map(<[u8]>::to_vec).collect())
+        (self.length, self.queue.frames().map(<[u8]>::to_vec).collect())
     }
 }
 
@@ -218,27 +247,19 @@ impl OutQueue for Box<dyn OutQueue + Send> {
     }
 }
 
-/// Queues of a profile, of these lengths.
-macro_rules! lengths {
-    ($profile:ty, $frame:expr, $($length:literal)*) => {
+macro_rules! queues {
+    ($profile:ty, $frame:expr) => {
         impl QueueProfile for $profile {
             fn inbox(length: usize) -> Box<dyn InQueue + Send> {
-                let nothing = Sighting::default();
-                match length {
-                    $($length => Box::new(Inbox::<$profile, _, { $frame }, $length>::new(nothing)),)*
-                    _ => Box::new(Inbox::<$profile, _, { $frame }, MOST>::new(nothing)),
-                }
+                Box::new(Bounded::<Inbox<$profile, _, { $frame }, MOST>>::inbox(length))
             }
 
             fn outbox(length: usize) -> Box<dyn OutQueue + Send> {
-                match length {
-                    $($length => Box::new(Outbox::<$profile, { $frame }, $length>::new()),)*
-                    _ => Box::new(Outbox::<$profile, { $frame }, MOST>::new()),
-                }
+                Box::new(Bounded::<Outbox<$profile, { $frame }, MOST>>::outbox(length))
             }
         }
     };
 }
 
-lengths!(Tiny, TINY_FRAME, 1 2 3 4 5 6 7 8 9 10 11 12 13 14 15 16 17 18 19 20 21 22 23 24 25 26 27 28 29 30 31);
-lengths!(Full, FULL_FRAME, 1 2 3 4 5 6 7 8 9 10 11 12 13 14 15 16 17 18 19 20 21 22 23 24 25 26 27 28 29 30 31);
+queues!(Tiny, TINY_FRAME);
+queues!(Full, FULL_FRAME);
