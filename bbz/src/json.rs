@@ -8,12 +8,7 @@ use serde_json::{Value, json};
 /// Returns an object for each message about a script.
 pub fn diagnostics(sources: &SourceMap, diagnostics: &[Diagnostic]) -> Vec<Value> {
     let renderer = Renderer::new(sources);
-    diagnostics
-        .iter()
-        // The renderer writes an object; were it none, its text would still be told.
-        .map(|diagnostic| renderer.json(diagnostic))
-        .map(|text| serde_json::from_str(&text).unwrap_or(Value::String(text)))
-        .collect()
+    diagnostics.iter().map(|diagnostic| renderer.json(diagnostic)).collect()
 }
 
 /// Returns one object with all messages and the numbers of errors and warnings.

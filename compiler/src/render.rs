@@ -87,8 +87,8 @@ impl<'a> Renderer<'a> {
         text
     }
 
-    /// One JSON object on one line.
-    pub fn json(&self, diagnostic: &Diagnostic) -> String {
+    /// A JSON object.
+    pub fn json(&self, diagnostic: &Diagnostic) -> Value {
         let related = diagnostic.related.iter().map(|(span, text)| {
             let mut object = self.place_json(*span);
             object["label"] = json!(text);
@@ -112,7 +112,7 @@ impl<'a> Renderer<'a> {
             object
         });
         object["edits"] = json!(edits.collect::<Vec<Value>>());
-        object.to_string()
+        object
     }
 
     fn place_json(&self, span: Span) -> Value {

@@ -165,7 +165,7 @@ fn long_spans_show_their_first_line() {
 #[test]
 fn json_has_one_object_for_a_diagnostic() {
     let parsed = parse_text("x = \"ä\" y = (1\nz = 2");
-    let line = Renderer::new(&parsed.sources).json(&parsed.diagnostics[0]);
+    let line = Renderer::new(&parsed.sources).json(&parsed.diagnostics[0]).to_string();
     assert!(!line.contains('\n'));
     let object: serde_json::Value = serde_json::from_str(&line).unwrap();
     let expected = serde_json::json!({
