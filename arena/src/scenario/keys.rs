@@ -58,6 +58,8 @@ pub const COMMAND: &str = "the command";
 pub const EXPECT: &str = "this [[expect]]";
 /// What is kept.
 pub const OUTPUT: &str = "[output]";
+/// What is to be reached.
+pub const ASSIGNMENT: &str = "[assignment]";
 
 /// A table of keys: name, value, default and help of each.
 #[macro_export]
@@ -99,6 +101,7 @@ pub const SECTIONS: &[SectionKeys] = &[
             "event" "tables" "none" "what happens during the run",
             "expect" "tables" "none" "what must hold",
             "output" "table" "" "what is kept for pictures and recordings",
+            "assignment" "table" "none" "what a class is to reach",
         ],
     },
     SectionKeys {
@@ -250,6 +253,13 @@ pub const SECTIONS: &[SectionKeys] = &[
         keys: scenario_keys![
             "every" "number" "1" "seconds between two samples of recordings and pictures",
             "plot" "list of quantities" "none" "what `--svg` draws over time, `--csv` has columns of, and the summary tells at the end",
+        ],
+    },
+    SectionKeys {
+        name: ASSIGNMENT,
+        keys: scenario_keys![
+            "title" "string" "" "its name",
+            "text" "string" "empty" "what is to be done; an empty line begins a paragraph",
         ],
     },
 ];

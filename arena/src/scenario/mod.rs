@@ -4,6 +4,7 @@
 //! `docs/scenario.md` describes every key, and [`keys`] is what it is checked against.
 
 mod adversary;
+mod assignment;
 mod backend;
 mod body;
 mod bridge;
@@ -35,6 +36,7 @@ use crate::robot::{DESCRIBED_LINK, Models, RobotModel};
 use folder::Folder;
 
 pub use adversary::{Adversary, AdversaryKind};
+pub use assignment::Assignment;
 pub use backend::Backend;
 pub use bridge::Bridge;
 pub(crate) use error::settings_error;
@@ -71,6 +73,8 @@ pub struct Scenario {
     pub expects: Vec<Expect>,
     /// What is kept of a run.
     pub output: Output,
+    /// What somebody who learns is to reach.
+    pub assignment: Option<Assignment>,
     /// The scripts that events load into robots.
     pub loads: Vec<Load>,
     /// The folder of the file, from which commands name scripts.
@@ -104,8 +108,19 @@ impl Scenario {
             let cause = Cause::Unreadable { path: shown.to_string(), reason: error.to_string() };
             vec![ScenarioError { cause, place: None }]
         })?;
-        let path = path.parent().unwrap_or(Path::new(""));
-        parse(&text, &shown, Folder { files, path }, set, models)
+        Scenario::parse_in(files, &text, path, set, models)
+    }
+
+    /// Reads a text as the scenario file at a path, as [`open_in`](Self::open_in) does, and the files that it names from `files`.
+    pub fn parse_in(
+        files: &dyn Files,
+        text: &str,
+        path: &Path,
+        set: &[String],
+        models: &Models,
+    ) -> Result<Scenario, Vec<ScenarioError>> {
+        let folder = Folder { files, path: path.parent().unwrap_or(Path::new("")) };
+        parse(text, &path.to_string_lossy(), folder, set, models)
     }
 
     /// Reads the text of a scenario file. `path` only names it in errors; scripts and robot files are searched on disk, from
@@ -215,6 +230,7 @@ fn scenario(root: &Section<'_>, folder: Folder<'_>, models: &Models) -> Option<S
     }
     let expects = expect::read_all(root, &census, known.duration);
     let output = output::read(root, &census);
+    let assignment = assignment::read(root);
     let census = Arc::new(census);
     Some(Scenario {
         world: world?,
@@ -225,6 +241,7 @@ fn scenario(root: &Section<'_>, folder: Folder<'_>, models: &Models) -> Option<S
         events,
         expects,
         output,
+        assignment,
         loads,
         folder: folder.path.to_owned(),
         census,
