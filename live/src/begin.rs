@@ -40,6 +40,7 @@ pub fn describe(run: &Simulation) -> Value {
         "commands": conditions::commands(run),
         "quantities": quantities(setup),
         "expectations": expects.collect::<Vec<_>>(),
+        "assignment": scenario.assignment.as_ref().map(|one| json!({ "title": one.title, "text": one.text })),
     })
 }
 

@@ -8,6 +8,8 @@ use serde_json::{Value, json};
 
 use crate::begin;
 use crate::controls;
+use crate::hand_in::TextFile;
+use crate::set_up::{set_up, text_of};
 use crate::words;
 use crate::workshop::{Drafts, groups_with, scripts};
 
@@ -45,8 +47,24 @@ pub fn controls(drafts: &Drafts, setup: &Setup) -> Vec<Value> {
     once
 }
 
-/// Returns the event with a script.
-pub fn show(drafts: &Drafts, setup: &Setup, name: &str) -> Result<Value, String> {
+/// Returns the name of the scenario beside those of its scripts.
+pub fn name_of_scenario(drafts: &Drafts, setup: &Setup) -> String {
+    name_of(setup, drafts.workshop().scenario())
+}
+
+/// Returns true if that is the name of the scenario.
+pub fn is_scenario(drafts: &Drafts, setup: &Setup, name: &str) -> bool {
+    name == name_of_scenario(drafts, setup)
+}
+
+/// Returns the event with a script, or with the scenario.
+pub fn show(drafts: &Drafts, setup: &Setup, name: &str, scenario: &str) -> Result<Value, String> {
+    if is_scenario(drafts, setup, name) {
+        let file = drafts.workshop().scenario().display().to_string();
+        return Ok(
+            json!({ "event": "script", "name": name, "file": file, "text": scenario, "words": [] }),
+        );
+    }
     let script = find(setup, name)?;
     let text = drafts.text(&script)?;
     let words = words::describe(groups_with(setup, &script));
@@ -56,6 +74,10 @@ pub fn show(drafts: &Drafts, setup: &Setup, name: &str) -> Result<Value, String>
 
 /// Returns the event with the compiler's messages about a text.
 pub fn check(drafts: &Drafts, setup: &Setup, name: &str, text: &str) -> Result<Value, String> {
+    if is_scenario(drafts, setup, name) {
+        let errors = set_up(drafts.workshop(), text, &[], &drafts.last()).err();
+        return Ok(diagnostics(name, "", errors.unwrap_or_default()));
+    }
     let script = find(setup, name)?;
     let (messages, _) = drafts.check(groups_with(setup, &script), &script, text);
     Ok(diagnostics(name, text, messages))
@@ -95,6 +117,50 @@ pub fn run(
         "event": "ran", "name": name, "draft": draft, "quantities": quantities, "controls": controls,
     });
     Ok([diagnostics, ran])
+}
+
+/// Makes ready for a session with another text of the scenario, in which the last drafts are the texts of their scripts. Returns the
+/// events that tell so.
+pub fn begin(
+    drafts: &mut Drafts,
+    setup: &Setup,
+    text: &str,
+) -> Result<(Setup, Vec<Value>), NotRun> {
+    let name = name_of_scenario(drafts, setup);
+    let made = set_up(drafts.workshop(), text, &[], &drafts.last());
+    let made = made.map_err(|errors| NotRun::Errors(diagnostics(&name, "", errors)))?;
+    drafts.begin();
+    let made = made.with_compiler(drafts.workshop().compiler());
+    Ok((made, vec![json!({ "event": "began", "name": name })]))
+}
+
+/// Sets up the scenario with the last drafts, and with a value for a key of it or for a global. An error is text for people.
+pub fn trial(
+    drafts: &Drafts,
+    scenario: &str,
+    setting: Option<(&str, &str)>,
+) -> Result<Setup, String> {
+    let (mut text, mut values) = (scenario.to_owned(), Vec::new());
+    match setting.map(|(key, value)| (key.trim(), value.trim())) {
+        None => {}
+        Some((key, value)) => match key.strip_prefix("global.") {
+            Some(global) => {
+                // Names and numbers are written in TOML as in JSON.
+                let global = Value::from(global);
+                let event = format!("at = 0\nset = \"all\"\nglobal = {global}\nnumber = {value}");
+                text = format!("{}\n\n[[event]]\n{event}\n", text.trim_end());
+            }
+            None => values.push(format!("{key}={value}")),
+        },
+    }
+    let made = set_up(drafts.workshop(), &text, &values, &drafts.last());
+    made.map_err(|errors| text_of(&errors).trim_end().to_owned())
+}
+
+/// Returns all scripts of a scenario as they are handed in.
+pub fn handed_in(drafts: &Drafts, setup: &Setup) -> Result<Vec<TextFile>, String> {
+    let file = |script: &Path| Ok(TextFile::new(name_of(setup, script), drafts.text(script)?));
+    scripts(setup).into_iter().map(file).collect()
 }
 
 /// Writes a text to the file of a script. Returns the event that tells so.

@@ -2,7 +2,7 @@
 
 use bittybuzz_arena::engine::LossCause;
 use bittybuzz_arena::robot::{Consequence, FaultRecord, LogLine, ProgramId};
-use bittybuzz_arena::run::{Event, EventKind, Observer, Setup};
+use bittybuzz_arena::run::{Event, EventKind, Observer, Setup, Verdict};
 use serde_json::{Value, json};
 
 use crate::watch::{Fate, Watch};
@@ -35,6 +35,15 @@ impl Observer for Notes<'_> {
             EventKind::Lost { receiver, .. } => self.watch.note(Fate::Lost, robot, receiver),
             _ => {}
         }
+    }
+}
+
+/// The word for a verdict.
+pub fn verdict(verdict: Verdict) -> &'static str {
+    match verdict {
+        Verdict::Open => "open",
+        Verdict::Held => "held",
+        Verdict::Failed => "failed",
     }
 }
 

@@ -26,13 +26,16 @@
 //! | `{"run":{"name":"walk.bzz","text":"…","robots":[3],"keep":true}}` | the robots with these ids get the text as a draft of the script, by a command; without `robots` all that have the script. With `keep` their globals keep numbers |
 //! | `{"write":{"name":"walk.bzz","text":"…"}}` | the text is written to the file of the script, if the client may |
 //! | `{"explain":{"code":"E0201"}}` | an event has the explanation of a message of the compiler, in Markdown |
+//! | `{"sweep":{"key":"medium.ir.loss","values":["0","0.3"],"seeds":5,"quantity":"led"}}` | trials beside the session: the scenario from its start with the last drafts, each value with so many seeds; the key may be a global, as `global.JOIN` |
+//! | `{"hand_in":{"by":"Ada"}}` | a trial whose result is an event with a file for `bbz grade` |
+//! | `"stop_trials"` | trials that were not finished are given up |
 //! | `"digest"` | an event has the digest of the run, in hexadecimal: runs that went the same way have the same one |
 //!
 //! # Events
 //! Each is an object whose `event` names its kind: `begin` (the world), `state` (tick, whether it plays, how fast, whether it is over),
 //! `conditions` (lamps and commands, when they have changed), `log`, `fault`, `expectation`, `inspection`, `messages`,
 //! `quantity`, `commands`, `scenario` (with the drafts that it needs as `scripts`), `script`, `diagnostics` (as `bbz check --json` has
-//! them), `ran` (a draft was loaded), `written`, `explanation`, `digest`, `refused` (a request that was not carried out) and `failed` (the run cannot go on).
+//! them), `ran` (a draft was loaded), `written`, `explanation`, `digest`, `trials` (how far they are), `trial` (one is over), `result` (a file to hand in), `began` (another text of the scenario was started), `refused` (a request that was not carried out) and `failed` (the run cannot go on).
 //!
 //! The events `begin` and `ran` have `controls`: the sliders, switches and buttons that scripts ask for in comments such as
 //! `# slider: JOIN 1..50 step 1`. A client sets the global by the command `set`.
@@ -44,25 +47,32 @@
 //! the session was taken back.
 //!
 //! # What it will not do
-//! Read or write files and compile scripts (a [`Workshop`] of the caller's does), listen on a network, draw.
+//! Read or write files (a [`Workshop`] of the caller's does; a [`Shelf`] is one in memory), listen on a network, draw.
 
 mod begin;
 mod conditions;
 mod controls;
 mod edit;
 mod events;
+mod hand_in;
 mod inspection;
 mod live;
 mod pace;
 mod replay;
 mod request;
 mod samples;
+mod set_up;
+mod shelf;
 mod source;
+mod trials;
 mod watch;
 mod words;
 mod workshop;
 
+pub use hand_in::{HandIn, Outcome, TextFile};
 pub use live::Live;
 pub use replay::Replay;
+pub use set_up::{set_up, text_of};
+pub use shelf::{SharedFiles, Shelf};
 pub use source::Source;
 pub use workshop::Workshop;

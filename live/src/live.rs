@@ -1,9 +1,10 @@
 //! A session and its client.
 
+use std::sync::Arc;
 use std::time::Duration;
 
 use bittybuzz_arena::output::recorder;
-use bittybuzz_arena::run::{Session, TICKS_PER_SECOND, Verdict};
+use bittybuzz_arena::run::{Session, Setup, Simulation, TICKS_PER_SECOND, Verdict};
 use bittybuzz_arena::scenario::{Cause, Quantity, ScenarioError};
 use bittybuzz_compiler::explain::explain;
 use bittybuzz_inspect::Limits;
@@ -13,16 +14,20 @@ use crate::begin;
 use crate::conditions;
 use crate::edit::{self, NotRun};
 use crate::events::{self, Notes};
+use crate::hand_in::{HandIn, TextFile};
 use crate::inspection;
 use crate::pace::{Pace, RATES};
 use crate::request::Request;
 use crate::samples::Samples;
 use crate::source::Source;
+use crate::trials::{self, Purpose, Trials, Variant};
 use crate::watch::Watch;
 use crate::workshop::{Drafts, Workshop};
 
 /// The part of a robot's tables that is shown: enough to look at, and little enough to be sent often.
 const LIMITS: Limits = Limits { depth: 4, values: 500 };
+
+const NO_TRIALS: &str = "this session has no trials";
 
 /// A session that a client steers and watches.
 pub struct Live {
@@ -37,6 +42,7 @@ pub struct Live {
     watch: Watch,
     /// `None`: no script can be edited.
     drafts: Option<Drafts>,
+    trials: Option<Trials>,
     /// Lamps and commands, as the client knows them.
     conditions: Value,
     /// The verdicts of the expectations, as the client knows them.
@@ -51,13 +57,14 @@ impl Live {
     pub fn new(session: Session, scenario: String) -> Self {
         let mut live = Live {
             session,
-            scenario: scenario.trim_end().to_owned(),
+            scenario,
             pace: Pace::Still,
             samples: Samples::NEW,
             events: Vec::new(),
             inspected: None,
             watch: Watch::default(),
             drafts: None,
+            trials: None,
             conditions: Value::Null,
             verdicts: Vec::new(),
             has_failed: false,
@@ -122,7 +129,8 @@ impl Live {
                 return;
             }
             Request::Scenario => {
-                let text = format!("{}\n\n{}", self.scenario, self.session.run().commands());
+                let text =
+                    format!("{}\n\n{}", self.scenario.trim_end(), self.session.run().commands());
                 let text = text.trim_end().to_owned() + "\n";
                 let setup = self.session.run().setup();
                 let scripts = self.drafts.as_ref().map(|drafts| edit::needed(drafts, setup));
@@ -131,8 +139,9 @@ impl Live {
                 return;
             }
             Request::Script { name } => {
+                let scenario = self.scenario.clone();
                 return self.edit(|drafts, session| {
-                    Ok(vec![edit::show(drafts, session.run().setup(), &name)?])
+                    Ok(vec![edit::show(drafts, session.run().setup(), &name, &scenario)?])
                 });
             }
             Request::Check { name, text } => {
@@ -140,12 +149,35 @@ impl Live {
                     Ok(vec![edit::check(drafts, session.run().setup(), &name, &text)?])
                 });
             }
+            Request::Sweep { key, values, seeds, quantity } => {
+                let sweep = self.quantity(quantity).map_err(|error| error.to_string());
+                let sweep = sweep.and_then(|quantity| self.sweep(key, values, seeds, quantity));
+                return self.try_out(sweep);
+            }
+            Request::HandIn { by } => {
+                let hand_in = self.hand_in(by);
+                return self.try_out(hand_in);
+            }
+            Request::StopTrials => {
+                self.trials = None;
+                self.events.push(json!({ "event": "trials", "percent": 100 }));
+                return;
+            }
             Request::Run { name, text, robots, keep } => {
+                let mut scenario = None;
                 self.edit(|drafts, session| {
+                    if edit::is_scenario(drafts, session.run().setup(), &name) {
+                        let (setup, events) = edit::begin(drafts, session.run().setup(), &text)?;
+                        scenario = Some(setup);
+                        return Ok(events);
+                    }
                     let ran = edit::run(drafts, session, (&name, &text), robots.as_deref(), keep)?;
                     Ok(ran.to_vec())
                 });
-                return self.tell_conditions();
+                return match scenario {
+                    Some(setup) => self.restart(setup, text),
+                    None => self.tell_conditions(),
+                };
             }
             Request::Write { name, text } => {
                 return self.edit(|drafts, session| {
@@ -217,6 +249,108 @@ impl Live {
         self.session.take_log();
     }
 
+    /// Simulates ticks of the session that are due. Returns true if some are still due.
+    fn go_on(&mut self, now: Duration, goes_on: &mut dyn FnMut() -> bool) -> bool {
+        let run = self.session.run();
+        let due = self.pace.due(run.now(), now, TICKS_PER_SECOND);
+        let (mut done, wanted) = (0, due.min(run.end().saturating_sub(run.now())));
+        while done < wanted && !self.has_failed && goes_on() {
+            self.simulate();
+            done += 1;
+        }
+        if due == 0 {
+            return false;
+        }
+        self.pace.passed(done, due, self.session.run().now(), now);
+        if self.session.run().is_over() || self.has_failed {
+            self.pace = Pace::Still;
+        }
+        self.tell_verdicts();
+        self.tell_conditions();
+        if self.pace == Pace::Still {
+            self.tell_state();
+        }
+        self.pace.due(self.session.run().now(), now, TICKS_PER_SECOND) > 0
+    }
+
+    /// Begins anew with another text of the scenario.
+    fn restart(&mut self, setup: Setup, text: String) {
+        let seed = setup.scenario.world.seed;
+        let most = self.session.most_copies();
+        match Simulation::new(Arc::new(setup), seed, 0) {
+            Ok(run) => {
+                self.session = Session::new(run, most);
+                self.scenario = text;
+                self.pace = Pace::Still;
+                self.has_failed = false;
+                let before = std::mem::take(&mut self.events);
+                self.begin();
+                // The page forgets what it knows when a session begins.
+                self.events.extend(before);
+            }
+            Err(error) => self.refuse_command(&error),
+        }
+    }
+
+    /// Trials of the scenario with several values of a key.
+    fn sweep(
+        &self,
+        key: Option<String>,
+        values: Vec<String>,
+        seeds: u32,
+        quantity: Option<Quantity>,
+    ) -> Result<Trials, String> {
+        let drafts = self.drafts.as_ref().ok_or(NO_TRIALS)?;
+        let values: Vec<Option<String>> = match key {
+            None => vec![None],
+            Some(_) => values.into_iter().map(Some).collect(),
+        };
+        let count = values.len().saturating_mul(seeds as usize);
+        if count == 0 {
+            return Err("at least one value and one seed are needed".to_owned());
+        }
+        if count > trials::MOST {
+            let most = trials::MOST;
+            return Err(format!(
+                "{count} trials are more than {most}: `bbz sim --runs` has no such limit"
+            ));
+        }
+        let variants = values.into_iter().map(|value| {
+            let setting = key.as_deref().zip(value.as_deref());
+            let setup = edit::trial(drafts, &self.scenario, setting)?;
+            Ok(Variant { value, setup: Arc::new(setup) })
+        });
+        let variants = variants.collect::<Result<Vec<Variant>, String>>()?;
+        let first = self.session.run().seed();
+        let seeds = (0..seeds).map(|number| first.wrapping_add(number)).collect();
+        Ok(Trials::new(Purpose::Sweep(quantity), variants, seeds))
+    }
+
+    /// The trial of which the result is handed in.
+    fn hand_in(&self, by: String) -> Result<Trials, String> {
+        let drafts = self.drafts.as_ref().ok_or(NO_TRIALS)?;
+        let setup = edit::trial(drafts, &self.scenario, None)?;
+        let scenario = &setup.scenario;
+        let title = scenario.assignment.as_ref().map(|assignment| assignment.title.clone());
+        let title = title.ok_or("the scenario has no [assignment]")?;
+        let name = edit::name_of_scenario(drafts, &setup);
+        let text = TextFile::new(name, self.scenario.clone());
+        let hand_in = HandIn::new(by, title, text, edit::handed_in(drafts, &setup)?);
+        let (seed, setup) = (scenario.world.seed, Arc::new(setup));
+        let variant = Variant { value: None, setup };
+        Ok(Trials::new(Purpose::HandIn(Box::new(hand_in)), vec![variant], vec![seed]))
+    }
+
+    fn try_out(&mut self, trials: Result<Trials, String>) {
+        match trials {
+            Ok(trials) => {
+                self.trials = Some(trials);
+                self.events.push(json!({ "event": "trials", "percent": 0 }));
+            }
+            Err(reason) => self.refuse(&reason, None),
+        }
+    }
+
     fn tell_state(&mut self) {
         let run = self.session.run();
         let rate = match self.pace {
@@ -240,12 +374,7 @@ impl Live {
             if *self.verdicts.get(number).unwrap_or(&Verdict::Open) == one.verdict {
                 continue;
             }
-            let verdict = match one.verdict {
-                Verdict::Open => "open",
-                Verdict::Held => "held",
-                Verdict::Failed => "failed",
-            };
-            let tick = one.held_at.or(one.failed_at);
+            let (verdict, tick) = (events::verdict(one.verdict), one.held_at.or(one.failed_at));
             self.events.push(json!({
                 "event": "expectation", "number": number, "verdict": verdict, "tick": tick,
             }));
@@ -288,10 +417,14 @@ impl Source for Live {
         self.watch = Watch::default();
         self.samples.restart();
         self.verdicts.clear();
+        self.trials = None;
         let mut begin = begin::describe(self.session.run());
         if let Some(drafts) = &self.drafts {
-            let scripts = edit::names(self.session.run().setup());
-            begin["scripts"] = json!({ "names": scripts, "may_write": drafts.may_write() });
+            let setup = self.session.run().setup();
+            let (names, scenario) = (edit::names(setup), edit::name_of_scenario(drafts, setup));
+            begin["scripts"] = json!({
+                "names": names, "scenario": scenario, "may_write": drafts.may_write(),
+            });
             begin["controls"] = json!(edit::controls(drafts, self.session.run().setup()));
         }
         self.events = vec![begin];
@@ -308,26 +441,13 @@ impl Source for Live {
     }
 
     fn advance(&mut self, now: Duration, goes_on: &mut dyn FnMut() -> bool) -> bool {
-        let run = self.session.run();
-        let due = self.pace.due(run.now(), now, TICKS_PER_SECOND);
-        let (mut done, wanted) = (0, due.min(run.end().saturating_sub(run.now())));
-        while done < wanted && !self.has_failed && goes_on() {
-            self.simulate();
-            done += 1;
+        let is_late = self.go_on(now, goes_on);
+        let Some(trials) = &mut self.trials else { return is_late };
+        let has_more = trials.advance(&mut self.events, goes_on);
+        if !has_more {
+            self.trials = None;
         }
-        if due == 0 {
-            return false;
-        }
-        self.pace.passed(done, due, self.session.run().now(), now);
-        if self.session.run().is_over() || self.has_failed {
-            self.pace = Pace::Still;
-        }
-        self.tell_verdicts();
-        self.tell_conditions();
-        if self.pace == Pace::Still {
-            self.tell_state();
-        }
-        self.pace.due(self.session.run().now(), now, TICKS_PER_SECOND) > 0
+        is_late || has_more
     }
 
     fn tick(&self) -> u64 {

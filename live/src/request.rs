@@ -84,4 +84,23 @@ pub enum Request {
     },
     /// The number that stands for the state of the run is an event.
     Digest,
+    /// Trials are run beside the session, each an event.
+    Sweep {
+        /// A key of the scenario as `medium.ir.loss`, or a global as `global.JOIN`; without it all trials have the scenario's numbers.
+        key: Option<String>,
+        /// Its values.
+        #[serde(default)]
+        values: Vec<String>,
+        /// The number of seeds with which each value is tried.
+        seeds: u32,
+        /// The quantity, as `plot` has it, that is told of the end of each trial.
+        quantity: Option<String>,
+    },
+    /// The scripts are tried, and what comes of it is an event: a file to be handed in.
+    HandIn {
+        /// The name of who hands it in.
+        by: String,
+    },
+    /// Trials that were not finished are given up.
+    StopTrials,
 }

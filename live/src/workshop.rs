@@ -2,8 +2,8 @@
 
 use std::path::{Path, PathBuf};
 
-use bittybuzz_arena::run::Setup;
-use bittybuzz_arena::scenario::Group;
+use bittybuzz_arena::run::{Compiler, Setup};
+use bittybuzz_arena::scenario::{Group, Scenario, ScenarioError};
 use bittybuzz_compiler::compile::Compiled;
 use bittybuzz_compiler::diagnostic::Severity;
 use bittybuzz_compiler::render::Renderer;
@@ -12,6 +12,15 @@ use serde_json::Value;
 
 /// The files of a session, its compiler, and whether the client may write.
 pub trait Workshop {
+    /// Returns the path of the scenario.
+    fn scenario(&self) -> &Path;
+
+    /// Reads a text as the scenario at that path, with `values` (`medium.ir.loss=0.1`) in the place of its own.
+    fn parse(&self, text: &str, values: &[String]) -> Result<Scenario, Vec<ScenarioError>>;
+
+    /// Returns what compiles scripts by their paths: kept texts, or files.
+    fn compiler(&self) -> Compiler;
+
     /// Returns the text of a script. An error is a reason for people.
     fn read(&self, script: &Path) -> Result<String, String>;
 
@@ -28,7 +37,10 @@ pub trait Workshop {
     fn write(&self, script: &Path, text: &str) -> Result<(), String>;
 }
 
-/// A version of a script that robots run and that is in no file.
+/// The path and the text of a script.
+pub type Text = (PathBuf, String);
+
+/// A version of a script that robots run and that is in no file. Its path is that of the script if the session began with it.
 struct Draft {
     script: PathBuf,
     path: PathBuf,
@@ -40,7 +52,7 @@ pub struct Drafts {
     workshop: Box<dyn Workshop>,
     drafts: Vec<Draft>,
     /// Scripts whose files were written, with the texts that the run began with.
-    originals: Vec<(PathBuf, String)>,
+    originals: Vec<Text>,
 }
 
 impl Drafts {
@@ -79,9 +91,7 @@ impl Drafts {
             let renderer = Renderer::new(&compiled.sources);
             for one in &compiled.diagnostics {
                 has_error |= one.severity() == Severity::Error;
-                // The renderer writes an object; were it none, its text would still be told.
-                let json = renderer.json(one);
-                let message = serde_json::from_str(&json).unwrap_or(Value::String(json));
+                let message = renderer.json(one);
                 if !messages.contains(&message) {
                     messages.push(message);
                 }
@@ -113,11 +123,37 @@ impl Drafts {
         path
     }
 
+    /// The workshop.
+    pub fn workshop(&self) -> &dyn Workshop {
+        &*self.workshop
+    }
+
+    /// Returns the last draft of each script that has one.
+    pub fn last(&self) -> Vec<Text> {
+        let mut last: Vec<Text> = Vec::new();
+        for Draft { script, text, .. } in self.drafts.iter().rev() {
+            if last.iter().all(|(path, _)| path != script) {
+                last.push((script.clone(), text.clone()));
+            }
+        }
+        last
+    }
+
+    /// Begins another session, in which the last drafts are the texts of their scripts from the start.
+    pub fn begin(&mut self) {
+        let last = self.last();
+        last.iter().for_each(|(script, text)| self.workshop.keep(script, text));
+        let draft = |(script, text): Text| Draft { path: script.clone(), script, text };
+        self.drafts = last.into_iter().map(draft).collect();
+        self.originals.clear();
+    }
+
     /// Writes a text to the file of a script, whose first text stays known.
     pub fn write(&mut self, script: &Path, text: &str) -> Result<(), String> {
         let before = self.workshop.read(script)?;
         self.workshop.write(script, text)?;
-        if self.originals.iter().all(|(of, _)| of != script) {
+        let is_draft = self.drafts.iter().any(|draft| draft.path == script);
+        if !is_draft && self.originals.iter().all(|(of, _)| of != script) {
             self.originals.push((script.to_owned(), before));
         }
         Ok(())

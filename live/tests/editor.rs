@@ -8,8 +8,8 @@ use std::rc::Rc;
 use std::sync::{Arc, Mutex};
 use std::time::Duration;
 
-use bittybuzz_arena::run::{Program, Session, Setup, Simulation};
-use bittybuzz_arena::scenario::{Group, Scenario};
+use bittybuzz_arena::run::{Compiler, Program, Session, Setup, Simulation};
+use bittybuzz_arena::scenario::{Group, Scenario, ScenarioError};
 use bittybuzz_compiler::compile::{Compiled, Options, compile};
 use bittybuzz_compiler::include::{Files, Loader, MemoryFiles};
 use bittybuzz_live::{Live, Source, Workshop};
@@ -45,6 +45,15 @@ fn program(files: &MemoryFiles, script: &Path, group: &Group) -> Result<Program,
     program.ok_or_else(|| compiled.diagnostics[0].message.clone())
 }
 
+/// What compiles a draft, or else a file.
+fn compiler(drafts: &Shared, files: &Shared) -> Compiler {
+    let (drafts, files) = (drafts.clone(), files.clone());
+    Arc::new(move |script: &Path, group: &Group| {
+        let drafted = program(&drafts.lock().unwrap(), script, group);
+        drafted.or_else(|_| program(&files.lock().unwrap(), script, group))
+    })
+}
+
 /// Files in memory, and what was written to them.
 struct Folder {
     files: Shared,
@@ -55,6 +64,19 @@ struct Folder {
 }
 
 impl Workshop for Folder {
+    fn scenario(&self) -> &Path {
+        "x/s.toml".as_ref()
+    }
+
+    fn parse(&self, text: &str, values: &[String]) -> Result<Scenario, Vec<ScenarioError>> {
+        let (files, models) = (self.files.lock().unwrap(), bittybuzz_robot_models::all());
+        Scenario::parse_in(&*files, text, self.scenario(), values, &models)
+    }
+
+    fn compiler(&self) -> Compiler {
+        compiler(&self.drafts, &self.files)
+    }
+
     fn read(&self, script: &Path) -> Result<String, String> {
         read(&self.files.lock().unwrap(), script)
     }
@@ -98,13 +120,8 @@ fn start(may_write: bool) -> (Live, Rc<RefCell<Vec<String>>>) {
     let programs: Vec<Program> = own.collect::<Result<_, _>>().unwrap();
     let files = Shared::new(files.into());
     let drafts = Shared::default();
-    let shared = [drafts.clone(), files.clone()];
-    let compiler = Arc::new(move |script: &Path, group: &Group| {
-        let [of_drafts, of_files] = &shared;
-        let drafted = program(&of_drafts.lock().unwrap(), script, group);
-        drafted.or_else(|_| program(&of_files.lock().unwrap(), script, group))
-    });
-    let setup = Setup::new(scenario, programs).unwrap().with_compiler(compiler);
+    let setup = Setup::new(scenario, programs).unwrap();
+    let setup = setup.with_compiler(compiler(&drafts, &files));
     let session = Session::new(Simulation::new(Arc::new(setup), 1, 1).unwrap(), 10);
     let written = Rc::new(RefCell::default());
     let folder = Folder { files, drafts, may_write, written: Rc::clone(&written) };
@@ -138,11 +155,12 @@ fn is_red(live: &Live, robot: usize) -> bool {
 #[test]
 fn scripts_are_named_from_the_folder_of_the_scenario() {
     let (mut live, _) = start(false);
-    let scripts = json!({ "names": ["walk.bzz", "sub/own.bzz", "late.bzz"], "may_write": false });
+    let names = ["walk.bzz", "sub/own.bzz", "late.bzz"];
+    let scripts = json!({ "names": names, "scenario": "s.toml", "may_write": false });
     assert_eq!(live.take_events()[0]["scripts"], scripts);
     let script = answer(&mut live, json!({ "script": { "name": "sub/own.bzz" } }));
     assert_eq!((&script["event"], &script["text"]), (&json!("script"), &json!(SCRIPT)));
-    for name in ["secret.bzz", "x/walk.bzz", "../x/walk.bzz", "/etc/passwd", "s.toml", ""] {
+    for name in ["secret.bzz", "x/walk.bzz", "../x/walk.bzz", "/etc/passwd", "x/s.toml", ""] {
         let refused = answer(&mut live, json!({ "script": { "name": name } }));
         assert_eq!(refused["text"], format!("no robot has the script `{name}`"));
     }
@@ -313,6 +331,49 @@ fn what_may_not_be_written_is_refused() {
     let refused = answer(&mut live, json!({ "write": { "name": "secret.bzz", "text": RED } }));
     assert_eq!(refused["text"], "no robot has the script `secret.bzz`");
     assert!(written.borrow().is_empty() && also_written.borrow().is_empty());
+}
+
+/// The event of a kind.
+fn of_kind(events: &[Value], kind: &str) -> Value {
+    let found = events.iter().find(|event| event["event"] == kind);
+    found.unwrap_or_else(|| panic!("no {kind}: {events:#?}")).clone()
+}
+
+#[test]
+fn a_scenario_is_edited_and_begins_anew() {
+    let (mut live, _) = start(false);
+    let shown = answer(&mut live, json!({ "script": { "name": "s.toml" } }));
+    assert_eq!((&shown["text"], &shown["file"]), (&json!(SCENARIO), &json!("x/s.toml")));
+    let wrong = SCENARIO.replace("count = 2", "cuont = 2");
+    let event = answer(&mut live, json!({ "check": { "name": "s.toml", "text": wrong } }));
+    let found = &event["diagnostics"][0];
+    assert_eq!((&found["file"], &found["line"]), (&json!("x/s.toml"), &json!(8)), "{event}");
+    assert_eq!((&found["column"], &found["end_column"]), (&json!(1), &json!(6)));
+    // It does not run, and the session goes on.
+    steps(&mut live, 3);
+    let events = ask(&mut live, json!({ "run": { "name": "s.toml", "text": wrong } }));
+    of_kind(&events, "refused");
+    assert_eq!(live.session().run().now(), 3);
+    // A draft that robots have is the script of the next session from its start.
+    ask(&mut live, json!({ "run": { "name": "walk.bzz", "text": RED } }));
+    let more = SCENARIO.replace("count = 2", "count = 3").replace("duration = 10", "duration = 20");
+    let events = ask(&mut live, json!({ "run": { "name": "s.toml", "text": more } }));
+    assert_eq!(events[0]["event"], "begin");
+    assert_eq!((&events[0]["end"], &events[0]["groups"][0]["count"]), (&json!(200), &json!(3)));
+    of_kind(&events, "began");
+    assert_eq!(live.session().run().now(), 0);
+    assert_eq!([0, 3, 4].map(|robot| is_red(&live, robot)), [true, true, false]);
+    assert_eq!(live.session().run().commands(), "");
+    let shown = answer(&mut live, json!({ "script": { "name": "s.toml" } }));
+    assert_eq!(shown["text"], more);
+    // What is saved has that draft, under the name of the script, and goes the same way.
+    steps(&mut live, 20);
+    let saved = answer(&mut live, json!("scenario"));
+    assert_eq!(saved["scripts"], json!([{ "name": "walk.bzz", "text": RED }]));
+    assert_replays(&mut live);
+    ask(&mut live, json!({ "run": { "name": "walk.bzz", "text": format!("{RED}# 2\n") } }));
+    steps(&mut live, 20);
+    assert_replays(&mut live);
 }
 
 #[test]

@@ -17,18 +17,10 @@
 //! Draw, run robots in emulators, or use several threads.
 
 use std::cell::RefCell;
-use std::path::Path;
-use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::time::Duration;
 
-use bittybuzz_arena::run::{Program, Session, Setup, SetupError, Simulation};
-use bittybuzz_arena::scenario::{Group, Scenario, ScenarioError};
-use bittybuzz_compiler::compile::{Compiled, Options, compile};
-use bittybuzz_compiler::include::{Files, Loader, MAX_SOURCE_BYTES, MemoryFiles};
-use bittybuzz_compiler::refusal;
-use bittybuzz_compiler::render::{Color, Renderer};
-use bittybuzz_live::{Live, Source, Workshop};
-use bittybuzz_robot_files::all_shipped;
+use bittybuzz_arena::run::Session;
+use bittybuzz_live::{Live, SharedFiles, Shelf, Source};
 use serde_json::Value;
 
 /// Copies of a run to go back to. A page has some gigabytes, and a run of 20,000 robots takes 60 MB.
@@ -38,7 +30,7 @@ const COPIES: usize = 20;
 #[derive(Default)]
 struct Playground {
     /// Commands of a run load scripts from them.
-    files: Arc<Mutex<MemoryFiles>>,
+    files: SharedFiles,
     live: Option<Live>,
     /// Bytes that the page writes.
     input: Vec<u8>,
@@ -50,118 +42,23 @@ thread_local! {
     static PLAYGROUND: RefCell<Playground> = RefCell::default();
 }
 
-/// Opens a scenario and the files that it names, compiles the scripts, and returns the run before its first tick. Its seed is that
-/// of the scenario. Scripts that commands load are looked for among the files that are there then. An error is text for people.
-pub fn open(
-    shared: &Arc<Mutex<MemoryFiles>>,
-    path: &str,
-    threads: usize,
-) -> Result<Simulation, String> {
-    let files = &*lock(shared);
-    let scenario = Scenario::open_in(files, path.as_ref(), &[], &bittybuzz_robot_models::all());
-    let scenario = scenario.map_err(|errors| text_of(&errors))?;
-    let programs = scenario.programs().map(|(group, script)| program(files, script, group));
-    let programs: Result<Vec<Program>, String> = programs.collect();
-    let seed = scenario.world.seed;
-    let setup = Setup::new(scenario, programs?).map_err(|error| match error {
-        SetupError::Scenario(errors) => text_of(&errors),
-        SetupError::Refused { cause, .. } => format!("a script {}\n", refusal::sentence(&cause)),
-    })?;
-    let shared = shared.clone();
-    let compiler = move |script: &Path, group: &Group| program(&lock(&shared), script, group);
-    let setup = setup.with_compiler(Arc::new(compiler));
-    Simulation::new(Arc::new(setup), seed, threads).map_err(|error| text_of(&[error]))
-}
-
-/// Files are whole whatever their last user did.
-fn lock(files: &Mutex<MemoryFiles>) -> MutexGuard<'_, MemoryFiles> {
-    files.lock().unwrap_or_else(PoisonError::into_inner)
-}
-
-/// Compiles a script for the robots of a group. An error is text for people.
-fn program(files: &MemoryFiles, script: &Path, group: &Group) -> Result<Program, String> {
-    let compiled = compiled(files, script, read(files, script)?, group);
-    let Some(image) = compiled.image else {
-        let renderer = Renderer::new(&compiled.sources);
-        let texts = compiled.diagnostics.iter();
-        return Err(texts.map(|one| renderer.text(one, Color::Never)).collect());
-    };
-    Ok(Program { image, symbols: compiled.symbols })
-}
-
-fn read(files: &MemoryFiles, script: &Path) -> Result<String, String> {
-    let shown = script.display();
-    let bytes = files.read(script, MAX_SOURCE_BYTES);
-    let bytes = bytes.map_err(|error| format!("cannot read `{shown}`: {error}\n"))?;
-    String::from_utf8(bytes).map_err(|_| format!("`{shown}` is not UTF-8 text\n"))
-}
-
-fn compiled(files: &MemoryFiles, script: &Path, text: String, group: &Group) -> Compiled {
-    let robot = Some(group.robot.clone());
-    let options = Options { robot, robots: all_shipped(), profile: None };
-    let loader = Loader { library: bittybuzz_library::FILES, ..Loader::new(files) };
-    compile(script, text, &loader, &options)
-}
-
-/// The files of the page, in which drafts are kept. A page keeps texts by downloading them.
-struct Shelf(Arc<Mutex<MemoryFiles>>);
-
-impl Workshop for Shelf {
-    fn read(&self, script: &Path) -> Result<String, String> {
-        read(&lock(&self.0), script)
-    }
-
-    fn compile(&self, script: &Path, text: &str, group: &Group) -> Compiled {
-        compiled(&lock(&self.0), script, text.to_owned(), group)
-    }
-
-    fn keep(&mut self, script: &Path, text: &str) {
-        let mut files = lock(&self.0);
-        *files = std::mem::take(&mut *files).with(script, text);
-    }
-
-    fn may_write(&self) -> bool {
-        false
-    }
-
-    fn write(&self, script: &Path, _: &str) -> Result<(), String> {
-        Err(format!("`{}` is in this page alone: download it", script.display()))
-    }
-}
-
-/// Returns the errors of a scenario with their places, a line or two for each.
-fn text_of(errors: &[ScenarioError]) -> String {
-    let texts = errors.iter().map(|error| {
-        let place = error.place.iter();
-        let place: String = place
-            .map(|place| format!("{}:{}:{}: ", place.path, place.line, place.column))
-            .collect();
-        let help: String = error.help().iter().map(|help| format!("  help: {help}\n")).collect();
-        format!("{place}{error}\n{help}")
-    });
-    texts.collect()
-}
-
 impl Playground {
     /// Keeps the input as a file: its name, and its text from byte `name_length` on.
     fn add_file(&mut self, name_length: usize) {
         let (name, text) = self.input.split_at(name_length.min(self.input.len()));
         let name = String::from_utf8_lossy(name).into_owned();
-        let mut files = lock(&self.files);
-        *files = std::mem::take(&mut *files).with(name, text);
+        self.files.add(name, text);
     }
 
     /// Starts the scenario whose path is the input.
     fn start(&mut self) -> bool {
         let path = String::from_utf8_lossy(&self.input).into_owned();
-        let opened = open(&self.files, &path, 1);
+        let shelf = Shelf::new(self.files.clone(), path.into());
         self.output.clear();
-        self.live = match opened {
-            Ok(run) => {
-                let text = lock(&self.files).read(path.as_ref(), MAX_SOURCE_BYTES);
-                let text = String::from_utf8(text.unwrap_or_default()).unwrap_or_default();
+        self.live = match shelf.open(1) {
+            Ok((run, text)) => {
                 let live = Live::new(Session::new(run, COPIES), text);
-                Some(live.with_workshop(Shelf(self.files.clone())))
+                Some(live.with_workshop(shelf))
             }
             Err(error) => {
                 self.output = error.into_bytes();

@@ -5,13 +5,10 @@
 use std::fs;
 use std::path::Path;
 use std::process::Command;
-use std::sync::{Arc, Mutex};
 use std::time::Duration;
 
 use bittybuzz_arena::run::{Session, Simulation};
-use bittybuzz_compiler::include::MemoryFiles;
-use bittybuzz_live::{Live, Source};
-use bittybuzz_playground::open;
+use bittybuzz_live::{Live, SharedFiles, Shelf, Source};
 use serde_json::Value;
 
 /// Path of the module; without it nothing is compared with WebAssembly. `cargo xtask ci wasm` builds and names it.
@@ -28,17 +25,23 @@ fn folder() -> &'static Path {
     Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/tests/worlds"))
 }
 
-fn files() -> Arc<Mutex<MemoryFiles>> {
-    let files = fs::read_dir(folder()).unwrap().fold(MemoryFiles::default(), |files, entry| {
+fn files() -> SharedFiles {
+    let files = SharedFiles::default();
+    for entry in fs::read_dir(folder()).unwrap() {
         let path = entry.unwrap().path();
-        files.with(path.file_name().unwrap(), fs::read(&path).unwrap())
-    });
-    Arc::new(Mutex::new(files))
+        files.add(path.file_name().unwrap(), fs::read(&path).unwrap());
+    }
+    files
+}
+
+fn open(files: &SharedFiles, world: &str, threads: usize) -> Simulation {
+    let opened = Shelf::new(files.clone(), world.into()).open(threads);
+    opened.unwrap_or_else(|error| panic!("{error}")).0
 }
 
 /// Returns the digest at the end of a run on that many threads.
-fn digest(files: &Arc<Mutex<MemoryFiles>>, world: &str, threads: usize, is_restored: bool) -> u64 {
-    let mut run = open(files, world, threads).unwrap_or_else(|error| panic!("{error}"));
+fn digest(files: &SharedFiles, world: &str, threads: usize, is_restored: bool) -> u64 {
+    let mut run = open(files, world, threads);
     while run.now() < TICKS {
         if is_restored && run.now() == RESTORED {
             run = run.snapshot().unwrap();
@@ -51,9 +54,9 @@ fn digest(files: &Arc<Mutex<MemoryFiles>>, world: &str, threads: usize, is_resto
 }
 
 /// Plays the session of `session.json` and returns its events and samples, a line for each request.
-fn session(files: &Arc<Mutex<MemoryFiles>>) -> Vec<String> {
+fn session(files: &SharedFiles) -> Vec<String> {
     let text = fs::read_to_string(folder().join(WORLDS[0])).unwrap();
-    let mut live = Live::new(Session::new(open(files, WORLDS[0], 1).unwrap(), 20), text);
+    let mut live = Live::new(Session::new(open(files, WORLDS[0], 1), 20), text);
     let steps: Value = serde_json::from_str(include_str!("session.json")).unwrap();
     let steps = steps.as_array().unwrap().iter().map(|step| {
         let now = Duration::from_millis(step[1].as_u64().unwrap());
@@ -96,8 +99,10 @@ fn check(world: &str, run: &mut Simulation) {
 fn scripts_include_the_library() {
     let script = b"include \"vec2.bzz\"\nfunction step() { log(math.vec2.length(math.vec2.new(3.0, 4.0))) }\n";
     let scenario = b"[world]\nsize = [500, 500]\nduration = 1\n\n[[robots]]\nrobot = \"kilobot\"\nscript = \"s.bzz\"\ncount = 1\n";
-    let files = MemoryFiles::default().with("s.bzz", script).with("s.toml", scenario);
-    let mut run = open(&Arc::new(Mutex::new(files)), "s.toml", 1).unwrap();
+    let files = SharedFiles::default();
+    files.add("s.bzz", script);
+    files.add("s.toml", scenario);
+    let mut run = open(&files, "s.toml", 1);
     while run.now() < 10 {
         run.tick().unwrap();
     }

@@ -62,6 +62,11 @@ impl Session {
         &self.run
     }
 
+    /// The greatest number of copies.
+    pub fn most_copies(&self) -> usize {
+        self.most
+    }
+
     /// Gives a command, as [`Simulation::command`] does. If the session was taken back, everything is forgotten that came later.
     pub fn command(&mut self, text: &str) -> Result<(), Vec<ScenarioError>> {
         self.run.command(text)?;

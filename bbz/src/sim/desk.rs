@@ -1,10 +1,10 @@
-//! The desk at which a page edits scripts: files on disk, and drafts in memory.
+//! The desk at which scripts of a scenario are edited and graded: files on disk, and drafts in memory.
 
 use std::path::{Path, PathBuf};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
 use bittybuzz_arena::run;
-use bittybuzz_arena::scenario::Group;
+use bittybuzz_arena::scenario::{Group, Scenario, ScenarioError};
 use bittybuzz_compiler::compile::{Compiled, compile};
 use bittybuzz_compiler::include::{DiskFiles, Files, MAX_SOURCE_BYTES, MemoryFiles};
 use bittybuzz_compiler::render::{Color, Renderer};
@@ -19,6 +19,9 @@ use crate::whole_file;
 /// Drafts that the page and the commands of the run share, and the options for scripts.
 #[derive(Clone)]
 pub struct Desk {
+    scenario: PathBuf,
+    /// Values in the place of the scenario's.
+    values: Vec<String>,
     drafts: Arc<Mutex<MemoryFiles>>,
     include: Vec<PathBuf>,
     /// Scripts may be written.
@@ -27,12 +30,18 @@ pub struct Desk {
 
 impl Desk {
     /// No drafts yet.
-    pub fn new(include: &[PathBuf], may_write: bool) -> Self {
-        Desk { drafts: Arc::default(), include: include.to_vec(), may_write }
+    pub fn new(scenario: &Path, values: &[String], include: &[PathBuf], may_write: bool) -> Self {
+        Desk {
+            scenario: scenario.to_owned(),
+            values: values.to_vec(),
+            drafts: Arc::default(),
+            include: include.to_vec(),
+            may_write,
+        }
     }
 
-    /// Compiles a script that a command loads: a draft, or a file. The error has all diagnostics of the script.
-    pub fn program(&self, script: &Path, group: &Group) -> Result<run::Program, String> {
+    /// Compiles a script: a draft, or a file. The error has all diagnostics of the script.
+    fn program(&self, script: &Path, group: &Group) -> Result<run::Program, String> {
         let mut errors = String::new();
         if let Some(text) = self.draft(script) {
             let Compiled { image, symbols, diagnostics, sources } =
@@ -73,6 +82,21 @@ fn selection(group: &Group) -> Selection {
 }
 
 impl Workshop for Desk {
+    fn scenario(&self) -> &Path {
+        &self.scenario
+    }
+
+    fn parse(&self, text: &str, values: &[String]) -> Result<Scenario, Vec<ScenarioError>> {
+        let values: Vec<String> = self.values.iter().chain(values).cloned().collect();
+        let models = bittybuzz_robot_models::all();
+        Scenario::parse_in(&DiskFiles, text, &self.scenario, &values, &models)
+    }
+
+    fn compiler(&self) -> run::Compiler {
+        let desk = self.clone();
+        Arc::new(move |script, group| desk.program(script, group))
+    }
+
     fn read(&self, script: &Path) -> Result<String, String> {
         let text = file::read_text(script, MAX_SOURCE_BYTES as u64);
         text.map_err(|error| format!("cannot read `{}`: {error}", script.display()))

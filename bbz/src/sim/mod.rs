@@ -2,8 +2,7 @@
 
 mod batch;
 mod checks;
-#[cfg(feature = "view")]
-mod desk;
+pub mod desk;
 mod journal;
 mod keep;
 mod live;

@@ -1,11 +1,9 @@
 //! One run, shown in a page.
 
-use std::path::Path;
 use std::sync::Arc;
 
 use bittybuzz_arena::run::{Session, Simulation};
-use bittybuzz_arena::scenario::Group;
-use bittybuzz_live::Live;
+use bittybuzz_live::{Live, Workshop};
 
 use crate::Ending;
 use crate::problem::Problem;
@@ -22,10 +20,8 @@ const COPIES: usize = 32;
 pub fn run(arguments: &Arguments, set: &[String]) -> Result<Ending, Problem> {
     let Some(opened) = open::open(arguments, set)? else { return Ok(Ending::CompileError) };
     let Some(setup) = opened.setup() else { return Ok(Ending::CompileError) };
-    let desk = Desk::new(&arguments.include, arguments.edit);
-    let compiling = desk.clone();
-    let compiler = move |script: &Path, group: &Group| compiling.program(script, group);
-    let setup = Arc::new(setup.with_compiler(Arc::new(compiler)));
+    let desk = Desk::new(&arguments.scenario, set, &arguments.include, arguments.edit);
+    let setup = Arc::new(setup.with_compiler(desk.compiler()));
     let seed = arguments.seed.unwrap_or(opened.scenario.world.seed);
     let simulation = match Simulation::new(setup, seed, 0) {
         Ok(simulation) => simulation,

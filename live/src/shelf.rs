@@ -1,0 +1,125 @@
+//! Scenarios, scripts and robot files in memory: those of a page without a server.
+
+use std::fmt;
+use std::path::{Path, PathBuf};
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+
+use bittybuzz_arena::run::{Compiler, Program, Simulation};
+use bittybuzz_arena::scenario::{Group, Scenario, ScenarioError};
+use bittybuzz_compiler::compile::{Compiled, Options, compile};
+use bittybuzz_compiler::include::{Files, Loader, MAX_SOURCE_BYTES, MemoryFiles};
+use bittybuzz_compiler::render::{Color, Renderer};
+use bittybuzz_robot_files::all_shipped;
+
+use crate::set_up::{set_up, text_of};
+use crate::workshop::Workshop;
+
+/// Files in memory, which the page and the commands of a run share.
+#[derive(Clone, Default)]
+pub struct SharedFiles(Arc<Mutex<MemoryFiles>>);
+
+impl fmt::Debug for SharedFiles {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str("SharedFiles")
+    }
+}
+
+impl SharedFiles {
+    /// Adds a file, or replaces it.
+    pub fn add(&self, path: impl AsRef<Path>, text: impl Into<Vec<u8>>) {
+        let mut files = self.lock();
+        *files = std::mem::take(&mut *files).with(path, text);
+    }
+
+    /// Files are whole whatever their last user did.
+    fn lock(&self) -> MutexGuard<'_, MemoryFiles> {
+        self.0.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+
+    fn read(&self, path: &Path) -> Result<String, String> {
+        let shown = path.display();
+        let bytes = self.lock().read(path, MAX_SOURCE_BYTES);
+        let bytes = bytes.map_err(|error| format!("cannot read `{shown}`: {error}\n"))?;
+        String::from_utf8(bytes).map_err(|_| format!("`{shown}` is not UTF-8 text\n"))
+    }
+
+    fn compile(&self, script: &Path, text: String, group: &Group) -> Compiled {
+        let robot = Some(group.robot.clone());
+        let options = Options { robot, robots: all_shipped(), profile: None };
+        let files = &*self.lock();
+        let loader = Loader { library: bittybuzz_library::FILES, ..Loader::new(files) };
+        compile(script, text, &loader, &options)
+    }
+
+    /// Compiles a script for the robots of a group. An error is text for people.
+    fn program(&self, script: &Path, group: &Group) -> Result<Program, String> {
+        let compiled = self.compile(script, self.read(script)?, group);
+        let Some(image) = compiled.image else {
+            let renderer = Renderer::new(&compiled.sources);
+            let texts = compiled.diagnostics.iter();
+            return Err(texts.map(|one| renderer.text(one, Color::Never)).collect());
+        };
+        Ok(Program { image, symbols: compiled.symbols })
+    }
+}
+
+/// A scenario among files in memory. Drafts are kept there, and nothing is written: people keep texts by downloading them.
+#[derive(Debug)]
+pub struct Shelf {
+    files: SharedFiles,
+    scenario: PathBuf,
+}
+
+impl Shelf {
+    /// The scenario at a path.
+    pub fn new(files: SharedFiles, scenario: PathBuf) -> Self {
+        Shelf { files, scenario }
+    }
+
+    /// Opens the scenario, compiles its scripts, and returns the run before its first tick and the text of the scenario. The seed is
+    /// that of the scenario. An error is text for people.
+    pub fn open(&self, threads: usize) -> Result<(Simulation, String), String> {
+        let text = self.files.read(&self.scenario)?;
+        let setup = set_up(self, &text, &[], &[]).map_err(|errors| text_of(&errors))?;
+        let seed = setup.scenario.world.seed;
+        let setup = setup.with_compiler(self.compiler());
+        let run = Simulation::new(Arc::new(setup), seed, threads);
+        Ok((run.map_err(|error| error.to_string())?, text))
+    }
+}
+
+impl Workshop for Shelf {
+    fn scenario(&self) -> &Path {
+        &self.scenario
+    }
+
+    fn parse(&self, text: &str, values: &[String]) -> Result<Scenario, Vec<ScenarioError>> {
+        let files = &*self.files.lock();
+        Scenario::parse_in(files, text, &self.scenario, values, &bittybuzz_robot_models::all())
+    }
+
+    fn compiler(&self) -> Compiler {
+        let files = self.files.clone();
+        Arc::new(move |script, group| files.program(script, group))
+    }
+
+    fn read(&self, script: &Path) -> Result<String, String> {
+        self.files.read(script)
+    }
+
+    fn compile(&self, script: &Path, text: &str, group: &Group) -> Compiled {
+        self.files.compile(script, text.to_owned(), group)
+    }
+
+    fn keep(&mut self, script: &Path, text: &str) {
+        self.files.add(script, text);
+    }
+
+    fn may_write(&self) -> bool {
+        false
+    }
+
+    fn write(&self, script: &Path, _: &str) -> Result<(), String> {
+        Err(format!("`{}` is in this page alone: download it", script.display()))
+    }
+}

@@ -1,0 +1,136 @@
+//! Trials: runs beside the session, of the same scenario from its start, with other values and other chance.
+
+use std::sync::Arc;
+
+use bittybuzz_arena::run::{Setup, Simulation};
+use bittybuzz_arena::scenario::Quantity;
+use serde_json::{Value, json};
+
+use crate::events::verdict;
+use crate::hand_in::{HandIn, seconds};
+
+/// The greatest number of trials: a page is for a look, tables of more are made by `bbz sim --runs`.
+pub const MOST: usize = 1000;
+
+/// Trials with the same value.
+pub struct Variant {
+    /// The value, as the client wrote it; `None` if nothing is varied.
+    pub value: Option<String>,
+    /// What they share.
+    pub setup: Arc<Setup>,
+}
+
+/// What comes of trials.
+pub enum Purpose {
+    /// An event for each, with this quantity at its end.
+    Sweep(Option<Quantity>),
+    /// The result of the only one is handed in, completed by what it is to tell of the run.
+    HandIn(Box<HandIn>),
+}
+
+/// Trials that are under way.
+pub struct Trials {
+    purpose: Purpose,
+    variants: Vec<Variant>,
+    /// The seeds with which each variant runs.
+    seeds: Vec<u32>,
+    /// Trials that are over.
+    done: usize,
+    run: Option<Simulation>,
+    /// Percents that the client knows of.
+    told: u64,
+}
+
+impl Trials {
+    /// Trials that begin with the next turn.
+    pub fn new(purpose: Purpose, variants: Vec<Variant>, seeds: Vec<u32>) -> Self {
+        Trials { purpose, variants, seeds, done: 0, run: None, told: 0 }
+    }
+
+    fn count(&self) -> usize {
+        self.variants.len() * self.seeds.len()
+    }
+
+    /// Goes on for a tick, and for more as long as `goes_on` returns true. Adds events; returns true until all trials are over.
+    pub fn advance(&mut self, events: &mut Vec<Value>, goes_on: &mut dyn FnMut() -> bool) -> bool {
+        loop {
+            if let Err(reason) = self.tick(events) {
+                events.push(json!({ "event": "refused", "text": reason, "help": null }));
+                self.done = self.count();
+            }
+            self.tell_progress(events);
+            if self.done >= self.count() {
+                return false;
+            }
+            if !goes_on() {
+                return true;
+            }
+        }
+    }
+
+    fn tick(&mut self, events: &mut Vec<Value>) -> Result<(), String> {
+        let (number, count, seeds) = (self.done, self.count(), self.seeds.len().max(1));
+        let (variant, seed) = (self.variants.get(number / seeds), self.seeds.get(number % seeds));
+        let (Some(variant), Some(seed)) = (variant, seed) else { return Ok(()) };
+        let run = match &mut self.run {
+            Some(run) => run,
+            none => {
+                let run = Simulation::new(variant.setup.clone(), *seed, 1);
+                none.insert(run.map_err(|error| error.to_string())?)
+            }
+        };
+        if !run.is_over() {
+            run.tick().map_err(|error| error.to_string())?;
+            run.take_log();
+            return Ok(());
+        }
+        let result = match &self.purpose {
+            Purpose::Sweep(quantity) => sweep(run, (number, count), variant, quantity.as_ref()),
+            Purpose::HandIn(hand_in) => {
+                let mut hand_in = (**hand_in).clone();
+                hand_in.complete(run);
+                json!({ "event": "result", "name": hand_in.file_name(), "text": hand_in.text() })
+            }
+        };
+        events.push(result);
+        self.run = None;
+        self.done += 1;
+        Ok(())
+    }
+
+    fn tell_progress(&mut self, events: &mut Vec<Value>) {
+        let part = self.run.as_ref().map_or(0, |run| 100 * run.now() / run.end().max(1));
+        let percent = (100 * self.done as u64 + part) / self.count().max(1) as u64;
+        if percent != self.told {
+            self.told = percent;
+            events.push(json!({ "event": "trials", "percent": percent }));
+        }
+    }
+}
+
+/// The event of a trial.
+fn sweep(
+    run: &mut Simulation,
+    (number, count): (usize, usize),
+    Variant { value, setup }: &Variant,
+    quantity: Option<&Quantity>,
+) -> Value {
+    let numbers = quantity.and_then(|quantity| {
+        let probe = setup.probe(quantity).ok()?;
+        Some(run.numbers(&probe))
+    });
+    let (seed, summary) = (run.seed(), run.summary());
+    let convergences = &summary.convergences;
+    json!({
+        "event": "trial",
+        "number": number,
+        "count": count,
+        "value": value,
+        "seed": seed,
+        "success": summary.is_success(),
+        "verdicts": convergences.iter().map(|one| verdict(one.verdict)).collect::<Vec<_>>(),
+        // When each one was true for good; `null`: not at the end.
+        "since": convergences.iter().map(|one| one.since.map(seconds)).collect::<Vec<_>>(),
+        "numbers": numbers,
+    })
+}

@@ -1,0 +1,202 @@
+//! Trials beside a session: sweeps, and results that are handed in.
+
+#![allow(clippy::unwrap_used, reason = "what fails here fails the test")]
+
+use std::time::Duration;
+
+use bittybuzz_arena::run::Session;
+use bittybuzz_live::{HandIn, Live, SharedFiles, Shelf, Source};
+use serde_json::{Value, json};
+
+/// The greatest number that is heard becomes one's own.
+const SCRIPT: &str = "SEND = 1\nbest = id\nfunction step() {\n  neighbors.listen(\"best\", function(vid, value, rid) {\n    \
+    if(value > best) { best = value }\n  })\n  if(SEND > 0) { neighbors.broadcast(\"best\", best) }\n}\n";
+
+const SCENARIO: &str = "[world]\nsize = [400, 400]\nduration = 20\nseed = 5\n\n\
+    [[robots]]\nrobot = \"kilobot\"\nscript = \"best.bzz\"\ncount = 9\nplacement = \"grid\"\nspacing = 45\n\n\
+    [[expect]]\nwithin = 19\nvalue = \"global.best\"\nequals = 8\n\n\
+    [assignment]\ntitle = \"The best\"\ntext = \"Agree on it.\"\n";
+
+fn shelf() -> Shelf {
+    let files = SharedFiles::default();
+    files.add("x/s.toml", SCENARIO);
+    files.add("x/best.bzz", SCRIPT);
+    Shelf::new(files, "x/s.toml".into())
+}
+
+fn start() -> Live {
+    let (run, text) = shelf().open(1).unwrap();
+    Live::new(Session::new(run, 10), text).with_workshop(shelf())
+}
+
+/// Goes on once in a turn.
+fn once() -> impl FnMut() -> bool {
+    let mut times = 0..1;
+    move || times.next().is_some()
+}
+
+/// The events until the trials that a request begins are over, or until it is refused.
+fn finish(live: &mut Live, request: Value) -> Vec<Value> {
+    live.take_events();
+    live.request(&request.to_string(), Duration::ZERO);
+    let mut turns = 0;
+    while live.advance(Duration::ZERO, &mut once()) {
+        turns += 1;
+        assert!(turns < 100_000, "the trials do not end");
+    }
+    live.take_events()
+}
+
+fn of_kind<'a>(events: &'a [Value], kind: &str) -> Vec<&'a Value> {
+    events.iter().filter(|event| event["event"] == kind).collect()
+}
+
+fn refusal(events: &[Value]) -> &str {
+    of_kind(events, "refused")[0]["text"].as_str().unwrap()
+}
+
+#[test]
+fn a_key_of_the_scenario_is_varied() {
+    let mut live = start();
+    let request = json!({ "sweep": {
+        "key": "medium.ir.loss", "values": ["0", "1"], "seeds": 3, "quantity": "global.best",
+    } });
+    let events = finish(&mut live, request);
+    let trials = of_kind(&events, "trial");
+    let keys =
+        trials.iter().map(|one| (one["value"].as_str().unwrap(), one["seed"].as_u64().unwrap()));
+    let expected = ["0", "1"].map(|value| [5, 6, 7].map(|seed| (value, seed))).concat();
+    assert_eq!(keys.collect::<Vec<_>>(), expected);
+    for trial in trials {
+        // Nobody hears anything if all is lost.
+        let (verdict, best) = match trial["value"].as_str() {
+            Some("0") => ("held", json!(vec![8.0; 9])),
+            _ => ("failed", json!([0.0, 1.0, 2.0, 3.0, 4.0, 5.0, 6.0, 7.0, 8.0])),
+        };
+        assert_eq!((&trial["verdicts"], &trial["numbers"]), (&json!([verdict]), &best), "{trial}");
+        assert_eq!(trial["since"][0].is_null(), verdict == "failed");
+    }
+    let percents = of_kind(&events, "trials");
+    assert_eq!(
+        (&percents[0]["percent"], &percents.last().unwrap()["percent"]),
+        (&json!(0), &json!(100))
+    );
+    // The session has not moved.
+    assert_eq!(live.session().run().now(), 0);
+}
+
+#[test]
+fn a_global_is_varied_and_the_last_draft_runs() {
+    let mut live = start();
+    let request = json!({ "sweep": { "key": "global.SEND", "values": ["1", "0"], "seeds": 1 } });
+    let verdicts = |events: &[Value]| -> Vec<Value> {
+        of_kind(events, "trial").iter().map(|one| one["verdicts"][0].clone()).collect()
+    };
+    assert_eq!(verdicts(&finish(&mut live, request.clone())), ["held", "failed"]);
+    // Robots whose draft keeps its number to itself.
+    let silent = SCRIPT.replace("SEND > 0", "SEND > 9");
+    live.request(
+        &json!({ "run": { "name": "best.bzz", "text": silent } }).to_string(),
+        Duration::ZERO,
+    );
+    assert_eq!(verdicts(&finish(&mut live, request)), ["failed", "failed"]);
+}
+
+#[test]
+fn a_session_that_plays_goes_on_beside_trials() {
+    let mut live = start();
+    live.request("{\"play\":{}}", Duration::ZERO);
+    let request = json!({ "sweep": { "seeds": 2 } });
+    let events = finish(&mut live, request);
+    assert_eq!(of_kind(&events, "trial").len(), 2);
+    assert!(live.session().run().is_over());
+}
+
+#[test]
+fn trials_without_sense_are_refused() {
+    let mut live = start();
+    let sweep = |key: &str, values: Value, seeds: u32| json!({ "sweep": { "key": key, "values": values, "seeds": seeds, "quantity": "led" } });
+    for (request, reason) in [
+        (sweep("medium.ir.loss", json!([]), 3), "at least one value"),
+        (sweep("medium.ir.loss", json!(["0"]), 0), "at least one value"),
+        (sweep("medium.ir.loss", json!(["0", "1"]), 501), "1002 trials are more than 1000"),
+        (sweep("medium.ir.los", json!(["0"]), 1), "unknown key `los`"),
+        (sweep("medium.ir.loss", json!(["2"]), 1), "0 to 1"),
+        (sweep("global.NONE", json!(["2"]), 1), "`NONE`"),
+        (sweep("global.SEND", json!(["\"a\""]), 1), "number"),
+        (sweep("global.SEND", json!(["1\n[world]"]), 1), ""),
+        (json!({ "sweep": { "seeds": 1, "quantity": "nonsense" } }), "nonsense"),
+    ] {
+        let events = finish(&mut live, request.clone());
+        assert!(refusal(&events).contains(reason), "{request}: {}", refusal(&events));
+        assert!(of_kind(&events, "trial").is_empty());
+    }
+}
+
+#[test]
+fn trials_are_given_up() {
+    let mut live = start();
+    live.request(&json!({ "sweep": { "seeds": 100 } }).to_string(), Duration::ZERO);
+    assert!(live.advance(Duration::ZERO, &mut once()));
+    let events = finish(&mut live, json!("stop_trials"));
+    assert_eq!((of_kind(&events, "trial").len(), of_kind(&events, "trials").len()), (0, 1));
+}
+
+#[test]
+fn a_result_has_what_is_needed_to_run_it_again() {
+    let mut live = start();
+    // What was done to the session before does not count, the draft does.
+    let text = SCRIPT.replace("SEND = 1", "SEND = 2");
+    live.request(
+        &json!({ "run": { "name": "best.bzz", "text": text } }).to_string(),
+        Duration::ZERO,
+    );
+    live.request("{\"command\":{\"text\":\"fail = 8\"}}", Duration::ZERO);
+    let events = finish(&mut live, json!({ "hand_in": { "by": "Ada / L." } }));
+    let result = of_kind(&events, "result")[0];
+    assert_eq!(result["name"], "the-best-ada---l.json");
+    let told = HandIn::read(result["text"].as_str().unwrap()).unwrap();
+    assert_eq!((told.by.as_str(), told.assignment.as_str()), ("Ada / L.", "The best"));
+    assert_eq!((told.seed, told.seconds, told.success), (5, 20.0, true));
+    assert_eq!(told.scenario.text, SCENARIO);
+    assert_eq!(
+        (told.scripts[0].name.as_str(), told.scripts[0].text.as_str()),
+        ("best.bzz", text.as_str())
+    );
+    assert!(told.scripts[0].is_whole());
+    assert_eq!(told.expectations[0].text, "all: global.best equals 8, within 19 s");
+    // The same from the start, in a world of its own.
+    let again = shelf_with(&text);
+    let (mut run, _) = again.open(2).unwrap();
+    while !run.is_over() {
+        run.tick().unwrap();
+    }
+    assert_eq!(told.digest, format!("{:016x}", run.digest()));
+}
+
+fn shelf_with(script: &str) -> Shelf {
+    let files = SharedFiles::default();
+    files.add("s.toml", SCENARIO);
+    files.add("best.bzz", script);
+    Shelf::new(files, "s.toml".into())
+}
+
+#[test]
+fn hashes_are_those_of_other_programs() {
+    // FIPS 180-4, and `sha256sum`.
+    let file = bittybuzz_live::TextFile::new("a.bzz".to_owned(), "abc".to_owned());
+    assert_eq!(file.sha256, "ba7816bf8f01cfea414140de5dae2223b00361a396177a9cb410ff61f20015ad");
+}
+
+#[test]
+fn files_are_named_after_what_is_handed_in() {
+    let name = |by: &str, title: &str| {
+        let text = || bittybuzz_live::TextFile::new(String::new(), String::new());
+        let hand_in = HandIn::new(by.to_owned(), title.to_owned(), text(), Vec::new());
+        hand_in.file_name().display().to_string()
+    };
+    assert_eq!(name("Ada", "Hops"), "hops-ada.json");
+    assert_eq!(name("", ""), "result.json");
+    assert_eq!(name("../../etc/passwd", "Zählen"), "zählen-etc-passwd.json");
+    assert_eq!(name(&"x".repeat(1000), "a\u{0}b"), format!("a-b-{}.json", "x".repeat(40)));
+}
