@@ -21,6 +21,7 @@ mod explain;
 mod fault;
 mod firmware;
 mod flash;
+mod grade;
 mod hex;
 mod host;
 mod instruction;
@@ -83,6 +84,8 @@ enum Command {
     /// Show a recording of a simulation in a page
     #[cfg(feature = "view")]
     View(view::Arguments),
+    /// Run again what was handed in for an assignment
+    Grade(grade::Arguments),
     /// Write a script to a robot, and if asked the firmware
     Flash(flash::Arguments),
     /// Show what a robot tells of its script, live
@@ -132,6 +135,7 @@ fn main() -> ExitCode {
         Command::Sim(arguments) => sim::execute(arguments),
         #[cfg(feature = "view")]
         Command::View(arguments) => view::execute(arguments),
+        Command::Grade(arguments) => grade::execute(arguments),
         Command::Flash(arguments) => flash::execute(arguments),
         Command::Trace(arguments) => trace::execute(arguments),
         Command::Disasm(arguments) => disasm::execute(arguments),

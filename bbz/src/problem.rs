@@ -236,6 +236,12 @@ pub enum Problem {
         /// The reason.
         error: RecordingError,
     },
+    /// A folder to be graded that has no scenario, or several.
+    WhichAssignment(PathBuf),
+    /// A folder to be graded without results.
+    NothingHandedIn(PathBuf),
+    /// The assignment does not run: the mistakes of its scenario and scripts.
+    Assignment(String),
     /// The page cannot be served.
     #[cfg(feature = "view")]
     Page(bittybuzz_page::PageError),
@@ -381,7 +387,12 @@ impl Problem {
             Problem::NoProgrammer(_) => {
                 Some("environment variable PROBE_RS_PROBE chooses among several probes".to_owned())
             }
+            Problem::WhichAssignment(_) => Some("name it with `--scenario FILE`".to_owned()),
+            Problem::NothingHandedIn(_) => {
+                Some("the page of an assignment writes them by `Hand in`".to_owned())
+            }
             Problem::Unreadable { .. }
+            | Problem::Assignment(_)
             | Problem::Robot(_)
             | Problem::AvrdudeStart(_)
             | Problem::Emulator(_)
@@ -551,6 +562,15 @@ impl fmt::Display for Problem {
             #[cfg(feature = "view")]
             Problem::Recording { path, error } => {
                 write!(f, "cannot show `{}`: {error}", path.display())
+            }
+            Problem::WhichAssignment(folder) => {
+                write!(f, "`{}` does not have one scenario (*.toml)", folder.display())
+            }
+            Problem::NothingHandedIn(folder) => {
+                write!(f, "`{}` has no results (*.json)", folder.display())
+            }
+            Problem::Assignment(mistakes) => {
+                write!(f, "the assignment does not run: {}", mistakes.trim_end())
             }
             Problem::Output(error) => write!(f, "cannot write to standard output: {error}"),
         }

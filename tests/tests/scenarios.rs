@@ -8,6 +8,8 @@ fn shipped_scenarios_come_true() {
     let mut paths = files::with_extension("examples", "toml");
     // Those need images of robots: tests/hil/tests/unlike.rs.
     paths.retain(|path| !path.starts_with("examples/unlike/"));
+    // Those of assignments come true when somebody has done them: bbz/tests/grade.rs.
+    paths.retain(|path| !path.starts_with("examples/lessons/"));
     let failures: Vec<_> = files::in_parallel(&paths, |path| {
         let outcome = bbz::run(&["sim", path, "--headless"], &[]);
         let came_true = outcome.status == Some(0) && outcome.stderr.is_empty();

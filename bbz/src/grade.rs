@@ -1,0 +1,245 @@
+//! `bbz grade`: runs again what was handed in for an assignment.
+
+use std::collections::BTreeMap;
+use std::fs;
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+
+use bittybuzz_arena::run::Simulation;
+use bittybuzz_live::{HandIn, TextFile, set_up, text_of};
+use bittybuzz_toml_reader::file;
+use serde_json::{Value, json};
+
+use crate::Ending;
+use crate::output::Output;
+use crate::problem::Problem;
+use crate::report::{self, printable};
+use crate::sim::desk::Desk;
+
+/// The most bytes of a file that is graded: a scenario and scripts.
+const MOST_BYTES: u64 = 16 * 1024 * 1024;
+
+const EXAMPLES: &str = "\
+Examples:
+  bbz grade results                              what was handed in, and the only scenario (*.toml) beside it
+  bbz grade results --scenario hops.toml         the assignment is elsewhere
+  bbz grade results --json                       for programs that read the result
+
+The page of an assignment writes the files (*.json). Their scripts run in the scenario of the teacher, whatever
+scenario they were handed in with. The verdicts are those of this run, not those of the files.
+
+Exit status: 0 all files went the way that they tell, 1 one did not or does not run, 3 wrong command line or file.";
+
+#[derive(Debug, clap::Args)]
+#[command(after_help = EXAMPLES)]
+pub struct Arguments {
+    /// Folder with what was handed in (*.json)
+    folder: PathBuf,
+    /// Scenario of the assignment [default: the only *.toml file of the folder]
+    #[arg(long, value_name = "FILE")]
+    scenario: Option<PathBuf>,
+    /// Print the result as JSON
+    #[arg(long)]
+    json: bool,
+    /// Folder to search for included files; may be given several times
+    #[arg(short = 'I', value_name = "DIR")]
+    include: Vec<PathBuf>,
+}
+
+/// What came of a file.
+enum Grade {
+    /// Its scripts ran again.
+    Ran {
+        /// What was handed in.
+        told: Box<HandIn>,
+        /// What came of it here.
+        here: Box<HandIn>,
+        /// Why this is not what the file tells, if it is not.
+        differs: Option<String>,
+    },
+    /// It cannot be read, or its scripts do not run.
+    Failed(String),
+}
+
+/// Carries out the command.
+pub fn execute(arguments: &Arguments) -> Result<Ending, Problem> {
+    let scenario = match &arguments.scenario {
+        Some(scenario) => scenario.clone(),
+        None => only_scenario(&arguments.folder)?,
+    };
+    let text = file::read_text(&scenario, file::MOST_TEXT)
+        .map_err(|error| Problem::unreadable(&scenario, error))?;
+    let desk = Desk::new(&scenario, &[], &arguments.include, false);
+    // A mistake of the assignment is nobody else's.
+    set_up(&desk, &text, &[], &[]).map_err(|errors| Problem::Assignment(text_of(&errors)))?;
+    let files = files(&arguments.folder, "json")?;
+    if files.is_empty() {
+        return Err(Problem::NothingHandedIn(arguments.folder.clone()));
+    }
+    let grades: Vec<(PathBuf, Grade)> = files
+        .into_iter()
+        .map(|path| {
+            let grade = grade(&path, &desk, &scenario, &text).unwrap_or_else(Grade::Failed);
+            (path, grade)
+        })
+        .collect();
+    let twins = twins(&grades);
+    let mut output = Output::new();
+    if arguments.json {
+        let all: Vec<Value> =
+            grades.iter().map(|(path, grade)| object(path, grade, &twins)).collect();
+        output.line(json!({ "results": all }).to_string().as_bytes());
+    } else {
+        for (path, grade) in &grades {
+            lines(path, grade, &twins).iter().for_each(|line| output.line(line.as_bytes()));
+        }
+    }
+    output.finish()?;
+    let is_as_told =
+        |(_, grade): &(PathBuf, Grade)| matches!(grade, Grade::Ran { differs: None, .. });
+    let wrong = grades.iter().filter(|one| !is_as_told(one)).count();
+    if wrong == 0 {
+        return Ok(Ending::Success);
+    }
+    let text = format!("{wrong} of {} results did not go as they tell", grades.len());
+    report::warning(&text, None);
+    Ok(Ending::RuntimeError)
+}
+
+/// The scenario of a folder.
+fn only_scenario(folder: &Path) -> Result<PathBuf, Problem> {
+    let mut found = files(folder, "toml")?;
+    match (found.pop(), found.is_empty()) {
+        (Some(only), true) => Ok(only),
+        _ => Err(Problem::WhichAssignment(folder.to_owned())),
+    }
+}
+
+/// The files of a folder with that ending, by name.
+fn files(folder: &Path, ending: &str) -> Result<Vec<PathBuf>, Problem> {
+    let unreadable = |error| Problem::unreadable(folder, error);
+    let entries = fs::read_dir(folder).map_err(unreadable)?;
+    let paths = entries.map(|entry| entry.map(|entry| entry.path()));
+    let mut paths: Vec<PathBuf> = paths.collect::<Result<_, _>>().map_err(unreadable)?;
+    paths.retain(|path| path.extension().is_some_and(|other| other == ending));
+    paths.sort();
+    Ok(paths)
+}
+
+/// Runs what was handed in with a file. An error is a reason for people.
+fn grade(path: &Path, desk: &Desk, scenario: &Path, text: &str) -> Result<Grade, String> {
+    let content = file::read_text(path, MOST_BYTES).map_err(|error| error.to_string())?;
+    let told = HandIn::read(&content)
+        .map_err(|error| format!("it is no result of an assignment: {error}"))?;
+    let changed = told.scripts.iter().find(|script| !script.is_whole());
+    if let Some(TextFile { name, .. }) = changed {
+        return Err(format!("its script `{name}` was changed after it was handed in"));
+    }
+    let folder = scenario.parent().unwrap_or(Path::new(""));
+    let scripts =
+        told.scripts.iter().map(|script| (folder.join(&script.name), script.text.clone()));
+    let scripts: Vec<(PathBuf, String)> = scripts.collect();
+    let setup = set_up(desk, text, &[], &scripts).map_err(|errors| text_of(&errors))?;
+    let own: Vec<&Path> = setup.scenario.programs().map(|(_, script)| script).collect();
+    if let Some((other, _)) = scripts.iter().find(|(path, _)| !own.contains(&path.as_path())) {
+        return Err(format!("no robot of the assignment has the script `{}`", other.display()));
+    }
+    let seed = setup.scenario.world.seed;
+    let mut run = Simulation::new(Arc::new(setup), seed, 0).map_err(|error| error.to_string())?;
+    while !run.is_over() {
+        run.tick().map_err(|error| error.to_string())?;
+        run.take_log();
+    }
+    let mut here = told.clone();
+    here.complete(&mut run);
+    let lines = |text: &str| text.lines().map(str::to_owned).collect::<Vec<String>>();
+    let differs = if lines(&told.scenario.text) != lines(text) {
+        Some("it was handed in with another scenario".to_owned())
+    } else if told.digest != here.digest {
+        let version = (told.bittybuzz != env!("CARGO_PKG_VERSION")).then_some(&told.bittybuzz);
+        let reason = version.map_or_else(String::new, |version| format!(", by version {version}"));
+        Some(format!("it went another way where it was handed in{reason}"))
+    } else {
+        None
+    };
+    Ok(Grade::Ran { told: Box::new(told), here: Box::new(here), differs })
+}
+
+/// The files of each set of scripts that several handed in.
+fn twins(grades: &[(PathBuf, Grade)]) -> BTreeMap<Vec<&str>, Vec<&Path>> {
+    let mut twins: BTreeMap<Vec<&str>, Vec<&Path>> = BTreeMap::new();
+    for (path, grade) in grades {
+        if let Grade::Ran { told, .. } = grade {
+            twins.entry(hashes(told)).or_default().push(path);
+        }
+    }
+    twins.retain(|_, files| files.len() > 1);
+    twins
+}
+
+fn hashes(told: &HandIn) -> Vec<&str> {
+    told.scripts.iter().map(|script| script.sha256.as_str()).collect()
+}
+
+/// The other files with the same scripts.
+fn others<'a>(
+    path: &Path,
+    told: &HandIn,
+    twins: &BTreeMap<Vec<&str>, Vec<&'a Path>>,
+) -> Vec<&'a Path> {
+    let same = twins.get(&hashes(told)).into_iter().flatten().copied();
+    same.filter(|other| *other != path).collect()
+}
+
+fn name(path: &Path) -> String {
+    path.file_name().unwrap_or_default().to_string_lossy().into_owned()
+}
+
+fn lines(path: &Path, grade: &Grade, twins: &BTreeMap<Vec<&str>, Vec<&Path>>) -> Vec<String> {
+    let file = printable(&name(path));
+    let (told, here, differs) = match grade {
+        Grade::Failed(reason) => {
+            let mut lines = vec![format!("{file}: does not run")];
+            lines.extend(reason.trim_end().lines().map(|line| format!("    {}", printable(line))));
+            return lines;
+        }
+        Grade::Ran { told, here, differs } => (told, here, differs),
+    };
+    let held = here.expectations.iter().filter(|one| one.held).count();
+    let by = printable(&told.by);
+    let mut lines = vec![format!("{file}: {by}: {held} of {} held", here.expectations.len())];
+    for one in &here.expectations {
+        lines.push(match (one.held, one.since) {
+            (true, Some(since)) => format!("    held    {}; since {since:.1} s", one.text),
+            (true, None) => format!("    held    {}", one.text),
+            (false, _) => format!("    FAILED  {}", one.text),
+        });
+    }
+    if !here.success && held == here.expectations.len() {
+        lines.push("    FAILED  a script had an error".to_owned());
+    }
+    lines.extend(differs.iter().map(|reason| format!("    note: {}", printable(reason))));
+    let others: Vec<String> =
+        others(path, told, twins).into_iter().map(|path| printable(&name(path))).collect();
+    if !others.is_empty() {
+        lines.push(format!("    note: the same scripts as {}", others.join(", ")));
+    }
+    lines
+}
+
+fn object(path: &Path, grade: &Grade, twins: &BTreeMap<Vec<&str>, Vec<&Path>>) -> Value {
+    match grade {
+        Grade::Failed(reason) => json!({ "file": name(path), "runs": false, "reason": reason }),
+        Grade::Ran { told, here, differs } => json!({
+            "file": name(path),
+            "by": told.by,
+            "runs": true,
+            "success": here.success,
+            "expectations": here.expectations,
+            "digest": here.digest,
+            "as_handed_in": differs.is_none(),
+            "reason": differs,
+            "same_scripts": others(path, told, twins).into_iter().map(name).collect::<Vec<_>>(),
+        }),
+    }
+}

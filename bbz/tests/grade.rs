@@ -1,0 +1,152 @@
+//! `bbz grade`: results that were handed in run again.
+
+#![allow(clippy::unwrap_used, reason = "what fails here fails the test")]
+
+mod support;
+
+use std::fs;
+
+use bittybuzz_live::{HandIn, SharedFiles, Shelf, TextFile};
+use support::Folder;
+
+const SCENARIO: &str = include_str!("../../examples/lessons/hops.toml");
+const START: &str = include_str!("../../examples/lessons/hops.bzz");
+const SOLUTION: &str = include_str!("../../examples/swarm/gradient.bzz");
+
+/// The file that a page writes of a script.
+fn hand_in(by: &str, script: &str) -> HandIn {
+    let files = SharedFiles::default();
+    files.add("hops.toml", SCENARIO);
+    files.add("hops.bzz", script);
+    let (mut run, _) = Shelf::new(files, "hops.toml".into()).open(1).unwrap();
+    while !run.is_over() {
+        run.tick().unwrap();
+    }
+    let file = |name: &str, text: &str| TextFile::new(name.to_owned(), text.to_owned());
+    let scripts = vec![file("hops.bzz", script)];
+    let title = "Count the hops".to_owned();
+    let mut result = HandIn::new(by.to_owned(), title, file("hops.toml", SCENARIO), scripts);
+    result.complete(&mut run);
+    result
+}
+
+/// A folder with the assignment and some results.
+fn folder(test: &str, results: &[(&str, &str)]) -> Folder {
+    let folder = Folder::with(test, "hops.toml", SCENARIO);
+    folder.write("hops.bzz", START);
+    for (name, text) in results {
+        folder.write(name, text);
+    }
+    folder
+}
+
+#[test]
+fn results_run_again() {
+    let (ada, ben) = (hand_in("Ada", SOLUTION), hand_in("Ben", START));
+    assert!(ada.success && !ben.success);
+    let folder = folder("grade", &[("b.json", &ben.text()), ("a.json", &ada.text())]);
+    let outcome = folder.bbz(&["grade", "."]);
+    assert_eq!((outcome.status, &*outcome.stderr), (Some(0), ""));
+    let verdicts: Vec<&str> =
+        outcome.stdout.lines().map(|line| line.split(';').next().unwrap()).collect();
+    let expected = [
+        "a.json: Ada: 5 of 5 held",
+        "    held    all: global.hops equals 0, at 29 s",
+        "    held    all: global.hops equals 1, at 29 s",
+        "    held    all: global.hops equals 9, at 29 s",
+        "    held    all: global.hops equals 1, at 120 s",
+        "    held    all: global.hops equals 9, at 120 s",
+        "b.json: Ben: 1 of 5 held",
+        "    held    all: global.hops equals 0, at 29 s",
+        "    FAILED  all: global.hops equals 1, at 29 s",
+        "    FAILED  all: global.hops equals 9, at 29 s",
+        "    FAILED  all: global.hops equals 1, at 120 s",
+        "    FAILED  all: global.hops equals 9, at 120 s",
+    ];
+    assert_eq!(verdicts, expected);
+    // The digest is that of the simulator.
+    folder.write("hops.bzz", SOLUTION);
+    let simulated = folder.bbz(&["sim", "hops.toml", "--json"]);
+    let graded = folder.bbz(&["grade", ".", "--json"]);
+    assert!(graded.stdout.contains(&ada.digest), "{}", graded.stdout);
+    assert!(simulated.stdout.contains(&ada.digest), "{}", simulated.stdout);
+}
+
+#[test]
+fn what_is_not_as_it_was_handed_in_is_told() {
+    let ada = hand_in("Ada", SOLUTION);
+    let copied = HandIn { by: "Eve\u{1b}[2J".to_owned(), ..ada.clone() };
+    // Verdicts that somebody has written there do not count.
+    let mut boasted = hand_in("Ben", START);
+    boasted.expectations.clone_from(&ada.expectations);
+    boasted.digest.clone_from(&ada.digest);
+    let mut easier = hand_in("Cid", START);
+    easier.scenario.text = easier.scenario.text.replace("equals = 9", "equals = 50");
+    let mut edited = ada.clone();
+    edited.scripts[0].text += "# And more.\n";
+    let mut outside = ada.clone();
+    outside.scripts[0].name = "../hops.bzz".to_owned();
+    let wrong = TextFile::new("hops.bzz".to_owned(), "function step( {\n".to_owned());
+    let broken = HandIn { scripts: vec![wrong], ..ada.clone() };
+    let all = [&ada, &boasted, &easier, &copied, &edited, &outside, &broken].map(HandIn::text);
+    let names = ["a.json", "b.json", "c.json", "d.json", "e.json", "f.json", "g.json"];
+    let results: Vec<(&str, &str)> =
+        names.into_iter().zip(all.iter().map(String::as_str)).collect();
+    let folder = folder("grade-differs", &results);
+    folder.write("h.json", "{\"by\": 1}");
+    folder.write("i.json", [0xff, 0xfe]);
+    let outcome = folder.bbz(&["grade", "."]);
+    assert_eq!(outcome.status, Some(1));
+    assert!(
+        outcome.stderr.contains("7 of 9 results did not go as they tell"),
+        "{}",
+        outcome.stderr
+    );
+    for part in [
+        "a.json: Ada: 5 of 5 held",
+        "note: the same scripts as d.json",
+        "b.json: Ben: 1 of 5 held",
+        "note: it went another way where it was handed in",
+        "c.json: Cid: 1 of 5 held",
+        "note: it was handed in with another scenario",
+        "d.json: Eve\u{fffd}[2J: 5 of 5 held",
+        "e.json: does not run",
+        "its script `hops.bzz` was changed after it was handed in",
+        "f.json: does not run",
+        "no robot of the assignment has the script `./../hops.bzz`",
+        "g.json: does not run",
+        "hops.bzz:1:16: ",
+        "h.json: does not run",
+        "it is no result of an assignment: invalid type: integer `1`, expected a string at line 1",
+        "i.json: does not run",
+    ] {
+        assert!(outcome.stdout.contains(part), "{part}:\n{}", outcome.stdout);
+    }
+    let json = folder.bbz(&["grade", ".", "--json"]);
+    assert_eq!(json.status, Some(1));
+    for part in ["\"as_handed_in\":false", "\"same_scripts\":[\"d.json\"]", "\"runs\":false"] {
+        assert!(json.stdout.contains(part), "{part}:\n{}", json.stdout);
+    }
+}
+
+#[test]
+fn a_folder_without_an_assignment_is_refused() {
+    let folder = folder("grade-folder", &[]);
+    folder.bbz(&["grade", "."]).fails_with(3, &["`.` has no results (*.json)", "Hand in"]);
+    folder.bbz(&["grade", "none"]).fails_with(3, &["none"]);
+    folder.write("a.json", hand_in("Ada", SOLUTION).text());
+    folder.write("other.toml", SCENARIO);
+    folder.bbz(&["grade", "."]).fails_with(3, &["does not have one scenario", "--scenario FILE"]);
+    let outcome = folder.bbz(&["grade", ".", "--scenario", "hops.toml"]);
+    assert!(outcome.stdout.contains("a.json: Ada: 5 of 5 held"), "{}", outcome.stdout);
+    // A mistake of the assignment is told once.
+    folder.write("other.toml", SCENARIO.replace("count = 30", "cuont = 30"));
+    let outcome = folder.bbz(&["grade", ".", "--scenario", "other.toml"]);
+    outcome.fails_with(
+        3,
+        &["the assignment does not run: other.toml:24:1: ", "did you mean `count`?"],
+    );
+    fs::remove_file(folder.path("hops.bzz")).unwrap();
+    let outcome = folder.bbz(&["grade", ".", "--scenario", "hops.toml"]);
+    outcome.fails_with(3, &["the assignment does not run", "hops.bzz"]);
+}
