@@ -423,7 +423,10 @@ impl Source for Live {
             let setup = self.session.run().setup();
             let (names, scenario) = (edit::names(setup), edit::name_of_scenario(drafts, setup));
             begin["scripts"] = json!({
-                "names": names, "scenario": scenario, "may_write": drafts.may_write(),
+                "names": names,
+                "scenario": scenario,
+                "file": drafts.workshop().scenario().display().to_string(),
+                "may_write": drafts.may_write(),
             });
             begin["controls"] = json!(edit::controls(drafts, self.session.run().setup()));
         }

@@ -156,7 +156,9 @@ fn is_red(live: &Live, robot: usize) -> bool {
 fn scripts_are_named_from_the_folder_of_the_scenario() {
     let (mut live, _) = start(false);
     let names = ["walk.bzz", "sub/own.bzz", "late.bzz"];
-    let scripts = json!({ "names": names, "scenario": "s.toml", "may_write": false });
+    let scripts = json!({
+        "names": names, "scenario": "s.toml", "file": "x/s.toml", "may_write": false,
+    });
     assert_eq!(live.take_events()[0]["scripts"], scripts);
     let script = answer(&mut live, json!({ "script": { "name": "sub/own.bzz" } }));
     assert_eq!((&script["event"], &script["text"]), (&json!("script"), &json!(SCRIPT)));

@@ -55,8 +55,9 @@ fn digest(files: &SharedFiles, world: &str, threads: usize, is_restored: bool) -
 
 /// Plays the session of `session.json` and returns its events and samples, a line for each request.
 fn session(files: &SharedFiles) -> Vec<String> {
-    let text = fs::read_to_string(folder().join(WORLDS[0])).unwrap();
-    let mut live = Live::new(Session::new(open(files, WORLDS[0], 1), 20), text);
+    let shelf = Shelf::new(files.clone(), WORLDS[0].into());
+    let (run, text) = shelf.open(1).unwrap();
+    let mut live = Live::new(Session::new(run, 20), text).with_workshop(shelf);
     let steps: Value = serde_json::from_str(include_str!("session.json")).unwrap();
     let steps = steps.as_array().unwrap().iter().map(|step| {
         let now = Duration::from_millis(step[1].as_u64().unwrap());

@@ -166,3 +166,29 @@ def test_the_page_is_exported_as_one_file(page, browser, tmp_path):
     exported.close()
     assert problems == []
     assert set(addresses) <= {"file", "data", "blob"}, "no request to any host"
+
+
+def test_an_assignment_is_shared_by_its_address(page, browser):
+    page.locator("#example").select_option("examples/lessons/hops.toml")
+    expect(page.locator("#clock")).to_have_text("0.0 s of 120.0 s")
+    page.click("#tab-tests")
+    expect(page.locator("#assignment h2")).to_have_text("Count the hops")
+    # The teacher writes another text.
+    page.click("#tab-script")
+    page.locator("#script-name").select_option("hops.toml")
+    content = page.locator("#text .cm-content")
+    expect(content).to_contain_text("[assignment]")
+    text = open("examples/lessons/hops.toml", encoding="utf-8").read()
+    content.click()
+    page.keyboard.press("Control+a")
+    page.keyboard.press("Delete")
+    page.keyboard.insert_text(text.replace("Count the hops", "Hops of class 3"))
+    page.click("#run")
+    expect(page.locator("#script-status")).to_contain_text("has begun anew")
+    page.click("#link")
+    expect(page.locator("#script-status")).to_contain_text("The address of this page has the text now")
+    pupil = browser.new_page(viewport={"width": 1280, "height": 800})
+    pupil.goto(page.url)
+    pupil.click("#tab-tests")
+    expect(pupil.locator("#assignment h2")).to_have_text("Hops of class 3")
+    pupil.close()

@@ -27,7 +27,7 @@ macro_rules! asset {
     };
 }
 
-const ASSETS: [Asset; 22] = [
+const ASSETS: [Asset; 23] = [
     asset!("", "index.html", HTML),
     asset!("style.css", STYLE),
     asset!("buzz.js", SCRIPT),
@@ -48,6 +48,7 @@ const ASSETS: [Asset; 22] = [
     asset!("session.js", SCRIPT),
     asset!("texts.js", SCRIPT),
     asset!("timeline.js", SCRIPT),
+    asset!("trials.js", SCRIPT),
     asset!("vendor.js", SCRIPT),
     asset!("view.js", SCRIPT),
 ];

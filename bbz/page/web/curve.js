@@ -134,7 +134,7 @@ export class Curve {
 }
 
 // Between the two nearest of the ascending values; NaN without any.
-function quantile(values, share) {
+export function quantile(values, share) {
     if (values.length === 0) {
         return NaN;
     }

@@ -58,17 +58,18 @@ export class Editor {
     begin(world) {
         const { scripts } = world;
         this.keep();
+        const before = this.shown?.world === scripts?.file ? part("script-name").value : null;
         // Scenarios have scripts of the same names, but in other folders.
-        this.world = JSON.stringify(world.groups?.map(({ script }) => script));
-        const names = scripts?.names ?? [];
+        this.world = scripts?.file;
+        this.scenario = scripts?.scenario;
+        const names = scripts ? [...scripts.names, scripts.scenario] : [];
         part("tab-script").hidden = names.length === 0;
         this.mayWrite = scripts?.may_write ?? false;
-        part("write").textContent = this.mayWrite ? texts.write : texts.download;
-        part("write").title = this.mayWrite ? texts.writeHelp : texts.downloadHelp;
         part("script-name").replaceChildren(...names.map((name) => new Option(name)));
         this.shown = null;
         if (names.length > 0) {
-            this.open(names[0]);
+            part("script-name").value = names.includes(before) ? before : names[0];
+            this.open(part("script-name").value);
         }
     }
 
@@ -89,18 +90,32 @@ export class Editor {
         if (part("script-name").value !== name) {
             return;
         }
-        const known = this.scripts.get(file) ?? { name, file, world: this.world, opened: text, kept: text, state: this.state(text) };
+        const known = this.scripts.get(file) ?? { name, file, world: this.world, opened: text, kept: text, state: this.state(text, name === this.scenario) };
         this.scripts.set(file, known);
         this.shown = known;
         known.words = words;
         this.view.setState(known.state);
-        if (known.opened !== text) {
+        // The robots have an earlier text of this editor's, or one from elsewhere.
+        if (![known.opened, known.ran].includes(text)) {
             // Another text came, for example by a link: `undo` brings the one before back.
             this.view.dispatch({ changes: { from: 0, to: this.view.state.doc.length, insert: text } });
             Object.assign(known, { opened: text, kept: text });
         }
+        const isScenario = name === this.scenario;
+        [part("run-on"), part("keep").parentElement].forEach((one) => {
+            one.hidden = isScenario;
+        });
+        part("run").title = isScenario ? texts.beginHelp : texts.runHelp;
+        this.showWrite();
         this.take();
         this.check();
+    }
+
+    showWrite() {
+        // No server writes scenarios.
+        this.writes = this.mayWrite && this.shown.name !== this.scenario;
+        part("write").textContent = this.writes ? texts.write : texts.download;
+        part("write").title = this.writes ? texts.writeHelp : texts.downloadHelp;
     }
 
     // Scripts by their files take the place of those that are shown, as if they had been typed.
@@ -118,7 +133,7 @@ export class Editor {
         }
     }
 
-    state(doc) {
+    state(doc, isScenario) {
         const run = () => {
             this.run();
             return true;
@@ -127,8 +142,8 @@ export class Editor {
             doc,
             extensions: [
                 lineNumbers(), foldGutter(), history(), drawSelection(), indentOnInput(), bracketMatching(), closeBrackets(), highlightActiveLine(),
-                highlightSelectionMatches(), lintGutter(), look, buzz, syntaxHighlighting(colours), indentUnit.of("    "),
-                autocompletion({ override: [completing(() => this.shown?.words ?? [])] }),
+                highlightSelectionMatches(), lintGutter(), look, syntaxHighlighting(colours), indentUnit.of("    "),
+                ...(isScenario ? [] : [buzz, autocompletion({ override: [completing(() => this.shown?.words ?? [])] })]),
                 keymap.of([
                     { key: "Mod-Enter", run }, ...closeBracketsKeymap, ...defaultKeymap, ...searchKeymap, ...historyKeymap, ...foldKeymap,
                     ...completionKeymap, ...lintKeymap,
@@ -174,6 +189,7 @@ export class Editor {
     run() {
         if (this.shown) {
             clearTimeout(this.timer);
+            this.shown.ran = this.text;
             const robots = part("run-on").value === "one" ? [this.chosen()] : null;
             this.ask({ run: { name: this.shown.name, text: this.text, robots, keep: part("keep").checked } });
         }
@@ -184,12 +200,17 @@ export class Editor {
         this.onRun();
     }
 
+    // Another text of the scenario.
+    began({ name }) {
+        part("script-status").textContent = texts.began(name);
+    }
+
     write() {
         if (!this.shown) {
             return;
         }
         const { name } = this.shown;
-        if (this.mayWrite) {
+        if (this.writes) {
             this.ask({ write: { name, text: this.text } });
         } else {
             save(new Blob([this.text], { type: "text/plain" }), name.split(/[\\/]/).pop());
@@ -200,7 +221,7 @@ export class Editor {
     written({ name }) {
         if (this.shown?.name === name) {
             this.shown.kept = this.text;
-            part("script-status").textContent = this.mayWrite ? texts.written(name) : "";
+            part("script-status").textContent = this.writes ? texts.written(name) : "";
         }
     }
 
@@ -239,9 +260,10 @@ export class Editor {
         marks.sort((a, b) => a.from - b.from);
         this.view.dispatch(setDiagnostics(this.view.state, marks));
         const lines = found.map((one) => element("li", { class: one.severity },
-            element("button", { type: "button", title: texts.explainHelp, onclick: () => this.ask({ explain: { code: one.code } }) }, one.code),
-            element("button", { type: "button", class: "place", title: texts.goThere, onclick: () => this.goTo(one.from) },
-                isHere(one) ? texts.line(one.line) : `${one.file}:${one.line}`),
+            // Mistakes of scenarios have no code, and some have no place.
+            ...(one.code ? [element("button", { type: "button", title: texts.explainHelp, onclick: () => this.ask({ explain: { code: one.code } }) }, one.code)] : []),
+            ...(one.file ? [element("button", { type: "button", class: "place", title: texts.goThere, onclick: () => this.goTo(one.from) },
+                isHere(one) ? texts.line(one.line) : `${one.file}:${one.line}`)] : []),
             element("span", {}, one.message, ...(one.help ? [element("small", {}, ` ${one.help}`)] : [])),
             ...(one.fix ? [element("button", { type: "button", title: texts.fixHelp, onclick: one.fix }, texts.fix)] : [])));
         const others = problems.map(({ line, problem }) => element("li", {},

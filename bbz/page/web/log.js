@@ -51,5 +51,5 @@ export function showTests(expectations) {
     const lines = expectations.map(({ verdict = "open", name, text }) => element("p", { class: verdict },
         element("b", {}, texts.verdicts[verdict]),
         element("span", {}, name ? `${name}: ${text}` : text)));
-    part("tests").replaceChildren(...(lines.length > 0 ? lines : [element("p", { class: "none" }, texts.noTests)]));
+    part("expectations").replaceChildren(...(lines.length > 0 ? lines : [element("p", { class: "none" }, texts.noTests)]));
 }

@@ -13,6 +13,7 @@ import { RobotPanel } from "./robot.js";
 import { connect } from "./session.js";
 import { texts } from "./texts.js";
 import { TimeLine } from "./timeline.js";
+import { Trials } from "./trials.js";
 import { View } from "./view.js";
 
 const RATES = [0.1, 0.25, 0.5, 1, 2, 5, 10, 20, 50, 100, 1000];
@@ -41,6 +42,7 @@ const controls = new Controls(command);
 const curve = new Curve(view);
 const look = new Look(view, curve, watch);
 const editor = new Editor(ask, () => state.plays || play(), () => (view.chosen === null ? null : robots.ids[view.chosen]));
+const trials = new Trials(ask);
 const timeLine = new TimeLine(goTo);
 new Pointer(view, {
     onChoose: choose,
@@ -81,6 +83,9 @@ const handlers = {
         world.events.forEach((seconds) => timeLine.mark("event", seconds * world.ticks_per_second, texts.eventAt(seconds)));
         log.clear();
         showTests(world.expectations);
+        trials.begin(world);
+        // The playground has it in its list of examples.
+        part("scenario").textContent = session.link ? "" : (world.scripts?.scenario ?? "");
         view.begin(world, robots);
         panel.begin(world);
         ground.begin(world);
@@ -176,6 +181,18 @@ const handlers = {
     },
     written(event) {
         editor.written(event);
+    },
+    began(event) {
+        editor.began(event);
+    },
+    trials(event) {
+        trials.tell(event);
+    },
+    trial(event) {
+        trials.take(event);
+    },
+    result(event) {
+        trials.handIn(event);
     },
     explanation(event) {
         editor.explain(event);

@@ -1,7 +1,7 @@
 // All texts of the page.
 export const texts = {
     controls: "run", play: "Play", pause: "Pause", playHelp: "Play or pause (space)",
-    start: "To the beginning (Home)", back: "A tick back (,)", step: "A tick forward (.)",
+    home: "To the beginning (Home)", back: "A tick back (,)", step: "A tick forward (.)",
     rate: "Speed", asFast: "as fast as it can", rateOf: (rate) => `${rate} ×`,
     save: "Save as scenario", saveHelp: "A scenario file that replays this session",
     clock: (seconds, end) => `${seconds.toFixed(1)} s of ${end.toFixed(1)} s`, time: "Time of the run",
@@ -71,10 +71,12 @@ export const texts = {
     controlsOfScripts: "controls of the scripts",
     keep: "keep numbers", keepHelp: "Globals that hold numbers keep them, where the new text has numbers, too",
     run: "Run", runHelp: "Robots get this text as their script (Ctrl + Enter)", ran: (name) => `The robots run ${name}.`,
+    beginHelp: "The run begins anew with this text (Ctrl + Enter)",
     runOn: "robots that run it", runOnAll: "on all that have it", runOnOne: (id) => `on robot ${id}`,
     write: "Save", writeHelp: "Writes the text to its file", written: (name) => `${name} is saved.`,
     download: "Download", downloadHelp: "Saves the text as a file",
     link: "Link", linkHelp: "An address of this page that has the text",
+    began: (name) => `${name} has begun anew.`,
     linked: "The address of this page has the text now.", linkedAndCopied: "The address of this page has the text now, and is in the clipboard.",
     offered: "The script of the address does not run here: mend it.",
     badAddress: "the address has a script that cannot be read",
@@ -84,6 +86,15 @@ export const texts = {
 
     noLog: "Nothing was logged so far.", noTests: "The scenario expects nothing.",
     verdicts: { open: "open", held: "held", failed: "failed" },
+
+    handIn: "Hand in", handInHelp: "Tries the scripts as they ran last, from the start, and saves a file with them and what came of it",
+    by: "Your name", handedIn: (name) => `${name} is saved: hand it in.`,
+    tryOut: "Try many times", sweepHelp: "The scenario from its start, beside this run: with the scripts as they ran last, and without your changes",
+    vary: "Vary", varyNothing: "only chance", varyExample: "medium.ir.loss", values: "Values", valuesExample: "0, 0.1, 0.3",
+    seeds: "Seeds for each", measure: "Show", start: "Start", stopTrials: "Stop", since: "true since, in s", expectation: "expectations",
+    percentDone: (percent) => `${percent} %`, saveTable: "Save as table", tableAs: "trials.csv",
+    sweepLabel: "what was measured, for each value", chance: "chance",
+    sweepHead: ["Value", "Trials", "Succeeded", "Median", "Half of them"], quartiles: (low, high) => `${texts.number(low)} to ${texts.number(high)}`,
 
     size: "Size", sizeOf: (width, height) => `${width} × ${height} mm`, robots: "Robots", seed: "Seed",
     losses: "Messages that get lost", media: { ir: "Infrared", nrf24: "nRF24", p2p: "P2P", rab: "Range and bearing" },

@@ -1,0 +1,184 @@
+// What is to be reached, what somebody hands in, and trials beside the run.
+
+import { quantile } from "./curve.js";
+import { element, part, save } from "./element.js";
+import { texts } from "./texts.js";
+
+// Width and height of the picture, and the room for its numbers.
+const [WIDTH, HEIGHT, LEFT, BOTTOM] = [320, 150, 44, 18];
+
+export class Trials {
+    constructor(ask) {
+        this.ask = ask;
+    }
+
+    begin(world) {
+        // The same scenario begins anew when it is edited: what was filled in stays.
+        const before = this.form && Object.fromEntries(new FormData(this.form));
+        this.world = world;
+        this.showAssignment(world.assignment);
+        part("trials").hidden = !world.scripts;
+        this.vary = element("input", { type: "text", name: "vary", list: "keys-of-trials", placeholder: texts.varyExample });
+        const keys = element("datalist", { id: "keys-of-trials" }, ...this.keys().map((key) => new Option(key)));
+        this.form = element("form", {
+            class: "trials",
+            onsubmit: (event) => {
+                event.preventDefault();
+                this.start();
+            },
+        },
+            label(texts.vary, this.vary), keys,
+            label(texts.values, element("input", { type: "text", name: "values", placeholder: texts.valuesExample })),
+            label(texts.seeds, element("input", { type: "number", name: "seeds", min: 1, max: 1000, value: 5, required: "" })),
+            label(texts.measure, this.measures()),
+            element("div", { class: "acts" },
+                element("button", { class: "main", title: texts.sweepHelp }, texts.start),
+                element("button", { type: "button", onclick: () => this.ask("stop_trials") }, texts.stopTrials)));
+        for (const [name, value] of Object.entries(before ?? {})) {
+            this.form.elements[name].value = value || this.form.elements[name].value;
+        }
+        this.progress = element("progress", { max: 100, value: 0, hidden: "" });
+        this.result = element("div");
+        this.done = [];
+        part("trials").replaceChildren(element("h3", {}, texts.tryOut), this.form, this.progress, this.result);
+    }
+
+    showAssignment(assignment) {
+        part("assignment").hidden = !assignment;
+        if (!assignment) {
+            return;
+        }
+        const name = element("input", { type: "text", "aria-label": texts.by, placeholder: texts.by, autocomplete: "name", required: "" });
+        name.value = this.name ?? "";
+        const form = element("form", {
+            class: "place",
+            onsubmit: (event) => {
+                event.preventDefault();
+                this.name = name.value;
+                this.handed.textContent = "";
+                this.ask({ hand_in: { by: name.value } });
+            },
+        }, name, element("button", { class: "main", title: texts.handInHelp }, texts.handIn));
+        this.handed = element("p", { role: "status" });
+        // Lines of a paragraph may be as long as they are.
+        const paragraphs = assignment.text.split(/\n\s*\n/).filter((one) => one.trim() !== "");
+        part("assignment").replaceChildren(element("h2", {}, assignment.title),
+            ...paragraphs.map((one) => element("p", {}, ...one.split("`").map((piece, at) => (at % 2 === 1 ? element("code", {}, piece) : piece)))),
+            form, this.handed);
+    }
+
+    // Keys that are often varied, first those that the scripts name.
+    keys() {
+        const controls = (this.world.controls ?? []).map(({ name }) => `global.${name}`);
+        return [...controls, ...this.world.media.map(({ name }) => `medium.${name}.loss`), "robots.0.count"];
+    }
+
+    measures() {
+        const groups = [["since", this.world.expectations.map(({ name, text }, number) => new Option(name ?? text, `since ${number}`))],
+            ...Object.entries(this.world.quantities).map(([kind, names]) => [kind, names.map((name) => new Option(name, `end ${name}`))])];
+        return element("select", { name: "measure" }, ...groups.filter(([, options]) => options.length > 0)
+            .map(([kind, options]) => element("optgroup", { label: texts.quantities[kind] ?? texts.since }, ...options)));
+    }
+
+    start() {
+        const { vary, values, seeds, measure } = Object.fromEntries(new FormData(this.form));
+        const [kind, ...rest] = (measure ?? "").split(" ");
+        this.measured = kind === "since" ? Number(rest[0]) : null;
+        this.done = [];
+        this.key = vary.trim() || null;
+        this.ask({ sweep: {
+            key: this.key,
+            // Commas in brackets and quotes are part of a value.
+            values: values.match(/(?:\[[^\]]*\]|"[^"]*"|[^,])+/g)?.map((one) => one.trim()).filter((one) => one !== "") ?? [],
+            seeds: Number(seeds),
+            quantity: kind === "end" ? rest.join(" ") : null,
+        } });
+    }
+
+    tell({ percent }) {
+        this.progress.hidden = percent === 100;
+        this.progress.value = percent;
+    }
+
+    // A trial is over.
+    take(trial) {
+        this.done.push(trial);
+        const values = [...new Set(this.done.map(({ value }) => value))];
+        const rows = values.map((value) => this.summary(value));
+        const head = element("tr", {}, ...texts.sweepHead.map((text) => element("th", { scope: "col" }, text)));
+        const cells = rows.map(({ value, trials, successes, five }) => element("tr", {},
+            ...[value ?? texts.chance, trials, successes, five ? texts.number(five[2]) : texts.none, five ? texts.quartiles(five[1], five[3]) : ""]
+                .map((text) => element("td", {}, String(text)))));
+        this.result.replaceChildren(picture(rows), element("table", {}, element("thead", {}, head), element("tbody", {}, ...cells)),
+            element("button", { type: "button", onclick: () => this.saveTable() }, texts.saveTable));
+        if (this.done.length === 1) {
+            this.result.scrollIntoView({ block: "nearest" });
+        }
+    }
+
+    // The number that a trial counts as: the mean of its robots, or the time of an expectation.
+    number({ since, numbers }) {
+        if (this.measured !== null) {
+            return since[this.measured];
+        }
+        const known = (numbers ?? []).filter((one) => one !== null);
+        return known.length > 0 ? known.reduce((sum, one) => sum + one, 0) / known.length : null;
+    }
+
+    summary(value) {
+        const trials = this.done.filter((one) => one.value === value);
+        const numbers = trials.map((one) => this.number(one)).filter((one) => one !== null).sort((one, other) => one - other);
+        const five = numbers.length > 0 ? [0, 0.25, 0.5, 0.75, 1].map((share) => quantile(numbers, share)) : null;
+        return { value, trials: trials.length, successes: trials.filter(({ success }) => success).length, five };
+    }
+
+    saveTable() {
+        const quoted = (text) => `"${String(text).replaceAll("\"", "\"\"")}"`;
+        const expectations = this.world.expectations.map(({ name, text }) => name ?? text);
+        const head = [this.key ?? "value", "seed", "success", ...expectations.map((one) => `since ${one}`), "number"];
+        const rows = this.done.map((one) => [one.value ?? "", one.seed, one.success, ...one.since.map((since) => since ?? ""), this.number(one) ?? ""]);
+        const lines = [head, ...rows].map((row) => row.map((cell) => (typeof cell === "string" && cell !== "" ? quoted(cell) : cell)).join(","));
+        save(new Blob([`${lines.join("\n")}\n`], { type: "text/csv" }), texts.tableAs);
+    }
+
+    handIn({ name, text }) {
+        save(new Blob([text], { type: "application/json" }), name);
+        this.handed.textContent = texts.handedIn(name);
+    }
+}
+
+function label(text, field) {
+    return element("label", {}, element("span", {}, text), field);
+}
+
+// Medians as a line, quartiles as an area, extremes as thin lines; places on the x axis are the values, if all are numbers.
+function picture(rows) {
+    const known = rows.filter(({ five }) => five);
+    const drawn = (name, attributes, ...children) => {
+        const made = document.createElementNS("http://www.w3.org/2000/svg", name);
+        Object.entries(attributes).forEach(([key, value]) => made.setAttribute(key, value));
+        made.append(...children);
+        return made;
+    };
+    if (known.length === 0) {
+        return "";
+    }
+    const numbers = known.map(({ value }) => Number(value));
+    const isNumeric = known.length > 1 && known.every(({ value }) => value !== null) && numbers.every(Number.isFinite);
+    const places = isNumeric ? numbers : known.map((_, at) => at);
+    const [left, right] = [Math.min(...places), Math.max(...places)];
+    const [low, high] = [Math.min(...known.map(({ five }) => five[0])), Math.max(...known.map(({ five }) => five[4]))];
+    const x = (place) => LEFT + 8 + ((place - left) / (right - left || 1)) * (WIDTH - LEFT - 24);
+    const y = (number) => 8 + (1 - (number - low) / (high - low || 1)) * (HEIGHT - BOTTOM - 16);
+    const points = known.map(({ value, five }, at) => ({ value, x: x(places[at]), y: five.map(y) })).sort((one, other) => one.x - other.x);
+    const line = (list) => list.map((point) => point.map((one) => one.toFixed(1)).join(",")).join(" ");
+    const name = (text, at) => drawn("text", at, text);
+    return drawn("svg", { viewBox: `0 0 ${WIDTH} ${HEIGHT}`, role: "img", "aria-label": texts.sweepLabel, class: "sweep" },
+        drawn("polygon", { points: line([...points.map((one) => [one.x, one.y[1]]), ...points.toReversed().map((one) => [one.x, one.y[3]])]) }),
+        ...points.map((one) => drawn("line", { x1: one.x, x2: one.x, y1: one.y[0], y2: one.y[4] })),
+        drawn("polyline", { points: line(points.map((one) => [one.x, one.y[2]])) }),
+        ...points.map((one) => drawn("circle", { cx: one.x, cy: one.y[2], r: 3 })),
+        name(texts.number(high), { x: LEFT - 4, y: y(high) + 4, "text-anchor": "end" }),
+        ...(high > low ? [name(texts.number(low), { x: LEFT - 4, y: y(low) + 4, "text-anchor": "end" })] : []),
+        ...points.map((one) => name(one.value ?? texts.chance, { x: one.x, y: HEIGHT - 4, "text-anchor": "middle" })));
+}
