@@ -1,4 +1,4 @@
-//! `bbz grade`: runs again what was handed in for an assignment.
+//! `bbz grade`: runs the results of an assignment again.
 
 use std::collections::BTreeMap;
 use std::fs;
@@ -21,19 +21,19 @@ const MOST_BYTES: u64 = 16 * 1024 * 1024;
 
 const EXAMPLES: &str = "\
 Examples:
-  bbz grade results                              what was handed in, and the only scenario (*.toml) beside it
+  bbz grade results                              all results (*.json) in the only scenario (*.toml) there
   bbz grade results --scenario hops.toml         the assignment is elsewhere
   bbz grade results --json                       for programs that read the result
 
 The page of an assignment writes the files (*.json). Their scripts run in the scenario of the teacher, whatever
 scenario they were handed in with. The verdicts are those of this run, not those of the files.
 
-Exit status: 0 all files went the way that they tell, 1 one did not or does not run, 3 wrong command line or file.";
+Exit status: 0 all results are those of the files, 1 one is not or does not run, 3 wrong command line or file.";
 
 #[derive(Debug, clap::Args)]
 #[command(after_help = EXAMPLES)]
 pub struct Arguments {
-    /// Folder with what was handed in (*.json)
+    /// Folder with results that were handed in (*.json)
     folder: PathBuf,
     /// Scenario of the assignment [default: the only *.toml file of the folder]
     #[arg(long, value_name = "FILE")]
@@ -46,15 +46,15 @@ pub struct Arguments {
     include: Vec<PathBuf>,
 }
 
-/// What came of a file.
+/// The grade of a file.
 enum Grade {
     /// Its scripts ran again.
     Ran {
-        /// What was handed in.
-        told: Box<HandIn>,
-        /// What came of it here.
+        /// The content of the file.
+        handed_in: Box<HandIn>,
+        /// The same scripts with the results of the run here.
         here: Box<HandIn>,
-        /// Why this is not what the file tells, if it is not.
+        /// The reason why the results differ from those of the file, if they do.
         differs: Option<String>,
     },
     /// It cannot be read, or its scripts do not run.
@@ -70,7 +70,7 @@ pub fn execute(arguments: &Arguments) -> Result<Ending, Problem> {
     let text = file::read_text(&scenario, file::MOST_TEXT)
         .map_err(|error| Problem::unreadable(&scenario, error))?;
     let desk = Desk::new(&scenario, &[], &arguments.include, false);
-    // A mistake of the assignment is nobody else's.
+    // A mistake of the assignment is reported once, and not for each result.
     set_up(&desk, &text, &[], &[]).map_err(|errors| Problem::Assignment(text_of(&errors)))?;
     let files = files(&arguments.folder, "json")?;
     if files.is_empty() {
@@ -95,13 +95,12 @@ pub fn execute(arguments: &Arguments) -> Result<Ending, Problem> {
         }
     }
     output.finish()?;
-    let is_as_told =
-        |(_, grade): &(PathBuf, Grade)| matches!(grade, Grade::Ran { differs: None, .. });
-    let wrong = grades.iter().filter(|one| !is_as_told(one)).count();
+    let agrees = |(_, grade): &(PathBuf, Grade)| matches!(grade, Grade::Ran { differs: None, .. });
+    let wrong = grades.iter().filter(|one| !agrees(one)).count();
     if wrong == 0 {
         return Ok(Ending::Success);
     }
-    let text = format!("{wrong} of {} results did not go as they tell", grades.len());
+    let text = format!("{wrong} of {} results differ from their files or do not run", grades.len());
     report::warning(&text, None);
     Ok(Ending::RuntimeError)
 }
@@ -126,18 +125,18 @@ fn files(folder: &Path, ending: &str) -> Result<Vec<PathBuf>, Problem> {
     Ok(paths)
 }
 
-/// Runs what was handed in with a file. An error is a reason for people.
+/// Runs the scripts of a file. An error is a reason for people.
 fn grade(path: &Path, desk: &Desk, scenario: &Path, text: &str) -> Result<Grade, String> {
     let content = file::read_text(path, MOST_BYTES).map_err(|error| error.to_string())?;
-    let told = HandIn::read(&content)
+    let handed_in = HandIn::read(&content)
         .map_err(|error| format!("it is no result of an assignment: {error}"))?;
-    let changed = told.scripts.iter().find(|script| !script.is_whole());
+    let changed = handed_in.scripts.iter().find(|script| !script.is_whole());
     if let Some(TextFile { name, .. }) = changed {
         return Err(format!("its script `{name}` was changed after it was handed in"));
     }
     let folder = scenario.parent().unwrap_or(Path::new(""));
     let scripts =
-        told.scripts.iter().map(|script| (folder.join(&script.name), script.text.clone()));
+        handed_in.scripts.iter().map(|script| (folder.join(&script.name), script.text.clone()));
     let scripts: Vec<(PathBuf, String)> = scripts.collect();
     let setup = set_up(desk, text, &[], &scripts).map_err(|errors| text_of(&errors))?;
     let own: Vec<&Path> = setup.scenario.programs().map(|(_, script)| script).collect();
@@ -150,44 +149,45 @@ fn grade(path: &Path, desk: &Desk, scenario: &Path, text: &str) -> Result<Grade,
         run.tick().map_err(|error| error.to_string())?;
         run.take_log();
     }
-    let mut here = told.clone();
+    let mut here = handed_in.clone();
     here.complete(&mut run);
     let lines = |text: &str| text.lines().map(str::to_owned).collect::<Vec<String>>();
-    let differs = if lines(&told.scenario.text) != lines(text) {
+    let differs = if lines(&handed_in.scenario.text) != lines(text) {
         Some("it was handed in with another scenario".to_owned())
-    } else if told.digest != here.digest {
-        let version = (told.bittybuzz != env!("CARGO_PKG_VERSION")).then_some(&told.bittybuzz);
+    } else if handed_in.digest != here.digest {
+        let version =
+            (handed_in.bittybuzz != env!("CARGO_PKG_VERSION")).then_some(&handed_in.bittybuzz);
         let reason = version.map_or_else(String::new, |version| format!(", by version {version}"));
         Some(format!("it went another way where it was handed in{reason}"))
     } else {
         None
     };
-    Ok(Grade::Ran { told: Box::new(told), here: Box::new(here), differs })
+    Ok(Grade::Ran { handed_in: Box::new(handed_in), here: Box::new(here), differs })
 }
 
 /// The files of each set of scripts that several handed in.
 fn twins(grades: &[(PathBuf, Grade)]) -> BTreeMap<Vec<&str>, Vec<&Path>> {
     let mut twins: BTreeMap<Vec<&str>, Vec<&Path>> = BTreeMap::new();
     for (path, grade) in grades {
-        if let Grade::Ran { told, .. } = grade {
-            twins.entry(hashes(told)).or_default().push(path);
+        if let Grade::Ran { handed_in, .. } = grade {
+            twins.entry(hashes(handed_in)).or_default().push(path);
         }
     }
     twins.retain(|_, files| files.len() > 1);
     twins
 }
 
-fn hashes(told: &HandIn) -> Vec<&str> {
-    told.scripts.iter().map(|script| script.sha256.as_str()).collect()
+fn hashes(handed_in: &HandIn) -> Vec<&str> {
+    handed_in.scripts.iter().map(|script| script.sha256.as_str()).collect()
 }
 
 /// The other files with the same scripts.
 fn others<'a>(
     path: &Path,
-    told: &HandIn,
+    handed_in: &HandIn,
     twins: &BTreeMap<Vec<&str>, Vec<&'a Path>>,
 ) -> Vec<&'a Path> {
-    let same = twins.get(&hashes(told)).into_iter().flatten().copied();
+    let same = twins.get(&hashes(handed_in)).into_iter().flatten().copied();
     same.filter(|other| *other != path).collect()
 }
 
@@ -197,16 +197,16 @@ fn name(path: &Path) -> String {
 
 fn lines(path: &Path, grade: &Grade, twins: &BTreeMap<Vec<&str>, Vec<&Path>>) -> Vec<String> {
     let file = printable(&name(path));
-    let (told, here, differs) = match grade {
+    let (handed_in, here, differs) = match grade {
         Grade::Failed(reason) => {
             let mut lines = vec![format!("{file}: does not run")];
             lines.extend(reason.trim_end().lines().map(|line| format!("    {}", printable(line))));
             return lines;
         }
-        Grade::Ran { told, here, differs } => (told, here, differs),
+        Grade::Ran { handed_in, here, differs } => (handed_in, here, differs),
     };
     let held = here.expectations.iter().filter(|one| one.held).count();
-    let by = printable(&told.by);
+    let by = printable(&handed_in.by);
     let mut lines = vec![format!("{file}: {by}: {held} of {} held", here.expectations.len())];
     for one in &here.expectations {
         lines.push(match (one.held, one.since) {
@@ -220,7 +220,7 @@ fn lines(path: &Path, grade: &Grade, twins: &BTreeMap<Vec<&str>, Vec<&Path>>) ->
     }
     lines.extend(differs.iter().map(|reason| format!("    note: {}", printable(reason))));
     let others: Vec<String> =
-        others(path, told, twins).into_iter().map(|path| printable(&name(path))).collect();
+        others(path, handed_in, twins).into_iter().map(|path| printable(&name(path))).collect();
     if !others.is_empty() {
         lines.push(format!("    note: the same scripts as {}", others.join(", ")));
     }
@@ -230,16 +230,16 @@ fn lines(path: &Path, grade: &Grade, twins: &BTreeMap<Vec<&str>, Vec<&Path>>) ->
 fn object(path: &Path, grade: &Grade, twins: &BTreeMap<Vec<&str>, Vec<&Path>>) -> Value {
     match grade {
         Grade::Failed(reason) => json!({ "file": name(path), "runs": false, "reason": reason }),
-        Grade::Ran { told, here, differs } => json!({
+        Grade::Ran { handed_in, here, differs } => json!({
             "file": name(path),
-            "by": told.by,
+            "by": handed_in.by,
             "runs": true,
             "success": here.success,
             "expectations": here.expectations,
             "digest": here.digest,
             "as_handed_in": differs.is_none(),
             "reason": differs,
-            "same_scripts": others(path, told, twins).into_iter().map(name).collect::<Vec<_>>(),
+            "same_scripts": others(path, handed_in, twins).into_iter().map(name).collect::<Vec<_>>(),
         }),
     }
 }

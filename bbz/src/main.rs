@@ -84,7 +84,7 @@ enum Command {
     /// Show a recording of a simulation in a page
     #[cfg(feature = "view")]
     View(view::Arguments),
-    /// Run again what was handed in for an assignment
+    /// Run the results of an assignment again
     Grade(grade::Arguments),
     /// Write a script to a robot, and if asked the firmware
     Flash(flash::Arguments),

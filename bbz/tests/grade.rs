@@ -98,7 +98,7 @@ fn what_is_not_as_it_was_handed_in_is_told() {
     let outcome = folder.bbz(&["grade", "."]);
     assert_eq!(outcome.status, Some(1));
     assert!(
-        outcome.stderr.contains("7 of 9 results did not go as they tell"),
+        outcome.stderr.contains("7 of 9 results differ from their files or do not run"),
         "{}",
         outcome.stderr
     );

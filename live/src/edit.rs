@@ -120,7 +120,7 @@ pub fn run(
 }
 
 /// Makes ready for a session with another text of the scenario, in which the last drafts are the texts of their scripts. Returns the
-/// events that tell so.
+/// events for the client.
 pub fn begin(
     drafts: &mut Drafts,
     setup: &Setup,

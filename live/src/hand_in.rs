@@ -36,7 +36,7 @@ fn sha256(text: &str) -> String {
     Sha256::digest(text).iter().map(|byte| format!("{byte:02x}")).collect()
 }
 
-/// How an expectation fared.
+/// The verdict on an expectation.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Outcome {
     /// The expectation in words.
@@ -47,12 +47,12 @@ pub struct Outcome {
     pub since: Option<f64>,
 }
 
-/// The scripts of somebody, and what came of them.
+/// Scripts that are handed in, and the results of their run.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct HandIn {
     /// The version of BittyBuzz that ran them.
     pub bittybuzz: String,
-    /// Who hands them in.
+    /// The name of the person who hands them in.
     pub by: String,
     /// The title of the assignment.
     pub assignment: String,
@@ -96,7 +96,7 @@ impl HandIn {
         serde_json::from_str(text).map_err(|error| error.to_string())
     }
 
-    /// Notes what came of a run.
+    /// Adds the results of a run.
     pub fn complete(&mut self, run: &mut Simulation) {
         let summary = run.summary();
         self.seed = run.seed();

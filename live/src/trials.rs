@@ -16,15 +16,15 @@ pub const MOST: usize = 1000;
 pub struct Variant {
     /// The value, as the client wrote it; `None` if nothing is varied.
     pub value: Option<String>,
-    /// What they share.
+    /// The scenario and the programs of them all.
     pub setup: Arc<Setup>,
 }
 
-/// What comes of trials.
+/// The use that is made of trials.
 pub enum Purpose {
     /// An event for each, with this quantity at its end.
     Sweep(Option<Quantity>),
-    /// The result of the only one is handed in, completed by what it is to tell of the run.
+    /// The result of the only one is handed in.
     HandIn(Box<HandIn>),
 }
 
@@ -37,14 +37,14 @@ pub struct Trials {
     /// Trials that are over.
     done: usize,
     run: Option<Simulation>,
-    /// Percents that the client knows of.
-    told: u64,
+    /// The percentage that the client knows.
+    shown: u64,
 }
 
 impl Trials {
     /// Trials that begin with the next turn.
     pub fn new(purpose: Purpose, variants: Vec<Variant>, seeds: Vec<u32>) -> Self {
-        Trials { purpose, variants, seeds, done: 0, run: None, told: 0 }
+        Trials { purpose, variants, seeds, done: 0, run: None, shown: 0 }
     }
 
     fn count(&self) -> usize {
@@ -58,7 +58,7 @@ impl Trials {
                 events.push(json!({ "event": "refused", "text": reason, "help": null }));
                 self.done = self.count();
             }
-            self.tell_progress(events);
+            self.add_progress(events);
             if self.done >= self.count() {
                 return false;
             }
@@ -98,11 +98,11 @@ impl Trials {
         Ok(())
     }
 
-    fn tell_progress(&mut self, events: &mut Vec<Value>) {
+    fn add_progress(&mut self, events: &mut Vec<Value>) {
         let part = self.run.as_ref().map_or(0, |run| 100 * run.now() / run.end().max(1));
         let percent = (100 * self.done as u64 + part) / self.count().max(1) as u64;
-        if percent != self.told {
-            self.told = percent;
+        if percent != self.shown {
+            self.shown = percent;
             events.push(json!({ "event": "trials", "percent": percent }));
         }
     }

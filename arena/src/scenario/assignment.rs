@@ -1,4 +1,4 @@
-//! `[assignment]`: what somebody who learns is to reach, with the expectations as the test of it.
+//! `[assignment]`: the task of a class, which the expectations test.
 
 use super::keys::ASSIGNMENT;
 use super::read::Section;
@@ -8,7 +8,7 @@ use super::read::Section;
 pub struct Assignment {
     /// Its title.
     pub title: String,
-    /// What is to be done, for people; may be empty.
+    /// The task in words; may be empty.
     pub text: String,
 }
 

@@ -58,7 +58,7 @@ pub const COMMAND: &str = "the command";
 pub const EXPECT: &str = "this [[expect]]";
 /// What is kept.
 pub const OUTPUT: &str = "[output]";
-/// What is to be reached.
+/// The task of a class.
 pub const ASSIGNMENT: &str = "[assignment]";
 
 /// A table of keys: name, value, default and help of each.

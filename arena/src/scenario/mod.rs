@@ -73,7 +73,7 @@ pub struct Scenario {
     pub expects: Vec<Expect>,
     /// What is kept of a run.
     pub output: Output,
-    /// What somebody who learns is to reach.
+    /// The task of a class, if the scenario is an assignment.
     pub assignment: Option<Assignment>,
     /// The scripts that events load into robots.
     pub loads: Vec<Load>,

@@ -186,7 +186,7 @@ const handlers = {
         editor.began(event);
     },
     trials(event) {
-        trials.tell(event);
+        trials.advanced(event);
     },
     trial(event) {
         trials.take(event);

@@ -95,7 +95,7 @@ export class Trials {
         } });
     }
 
-    tell({ percent }) {
+    advanced({ percent }) {
         this.progress.hidden = percent === 100;
         this.progress.value = percent;
     }
