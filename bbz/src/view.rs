@@ -42,6 +42,13 @@ pub fn execute(arguments: &Arguments) -> Result<Ending, Problem> {
 pub fn show(source: &mut dyn Source, no_browser: bool) -> Result<Ending, Problem> {
     let mut interrupt = Interrupt::install().map_err(Problem::Interrupt)?;
     let page = Page::open().map_err(Problem::Page)?;
+    announce(&page, no_browser)?;
+    page.show(source, || interrupt.is_raised());
+    Ok(Ending::Success)
+}
+
+/// Prints the address of a page and opens it.
+pub fn announce(page: &Page, no_browser: bool) -> Result<(), Problem> {
     let mut output = Output::new();
     output.line(page.url().as_bytes());
     output.finish()?;
@@ -49,6 +56,5 @@ pub fn show(source: &mut dyn Source, no_browser: bool) -> Result<Ending, Problem
         // Without a browser on this computer the printed address is enough.
         let _ = open_page::that_detached(page.url());
     }
-    page.show(source, || interrupt.is_raised());
-    Ok(Ending::Success)
+    Ok(())
 }

@@ -1,6 +1,6 @@
 //! A session of the simulator, or a recording, as messages: requests of a page, events and samples for it.
 //!
-//! A [`Source`] takes requests as JSON text and gives events as JSON text and samples as bytes. [`Live`] is a session, [`Replay`] a recording. The caller carries the
+//! A [`Source`] takes requests as JSON text and gives events as JSON text and samples as bytes. [`Live`] is a session, [`Replay`] a recording, [`Watched`] are robots that report from elsewhere. The caller carries the
 //! messages: a WebSocket of `bbz`, or a worker in the browser with the simulator as WebAssembly.
 //!
 //! # Principles
@@ -41,6 +41,7 @@
 //! `# slider: JOIN 1..50 step 1`. A client sets the global by the command `set`.
 //!
 //! A recording carries out `play`, `pause`, `step` and `go_to`. Its `begin` has the key `recording`, and its ticks are those of its samples.
+//! Robots that are watched take no request; their `begin` has the key `watched`.
 //!
 //! # Samples
 //! The bytes of a recording (docs/recording.md), piece by piece. A piece that begins with the recording's magic bytes begins anew:
@@ -66,6 +67,7 @@ mod shelf;
 mod source;
 mod trials;
 mod watch;
+mod watched;
 mod words;
 mod workshop;
 
@@ -75,4 +77,5 @@ pub use replay::Replay;
 pub use set_up::{set_up, text_of};
 pub use shelf::{SharedFiles, Shelf};
 pub use source::Source;
+pub use watched::{Content, Report, Watched};
 pub use workshop::Workshop;

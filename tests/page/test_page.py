@@ -468,7 +468,7 @@ def test_a_quantity_is_drawn_over_time(page):
     expect(words).to_contain_text("all ")
     page.mouse.click(*place(page, -30, 0))
     robot(page, 6)
-    expect(words).to_contain_text("; robot 6: 79")
+    expect(words).to_contain_text("robot 6: 79")
     expect(page.locator("#curve-high")).to_have_text("79")
     curve = page.locator("#curve")
     before = curve.screenshot()
@@ -483,6 +483,31 @@ def test_a_quantity_is_drawn_over_time(page):
     expect(page.locator("#curve-high")).to_have_text("79")
     page.get_by_label("Colour by").select_option("neighbors")
     expect(words).to_contain_text("neighbors: ")
+
+
+def test_curves_of_robots_are_compared(page):
+    page.get_by_label("Colour by").select_option("global.n")
+    go(page, 15)
+    words = page.locator("#curve-text")
+    page.keyboard.down("Shift")
+    for number, x in [(6, -30), (7, 40)]:
+        page.mouse.click(*place(page, x, 0))
+        expect(words.locator("span").last).to_contain_text(f"robot {number}: ")
+    page.keyboard.up("Shift")
+    # This chooses none of them, and each has a colour of its own.
+    expect(page.locator("#robot")).to_contain_text("No robot is chosen")
+    expect(words.locator("span")).to_have_count(2)
+    assert words.locator("span").evaluate_all("all => new Set(all.map((one) => getComputedStyle(one).color)).size") == 2
+    # By the panel and by a key, too.
+    page.mouse.click(*place(page, -30, 0))
+    robot(page, 6)
+    button = page.get_by_role("button", name="Compare")
+    expect(button).to_have_attribute("aria-pressed", "true")
+    button.click()
+    expect(button).to_have_attribute("aria-pressed", "false")
+    expect(words.locator("span.one")).to_have_count(0)
+    page.locator("#canvas").press("c")
+    expect(words.locator("span.one")).to_contain_text("robot 6: ")
 
 
 def test_links_are_cut_off_and_reconnected(page, tmp_path):

@@ -1,7 +1,8 @@
 // A quantity over time: of all robots their quartiles and extremes, and the chosen robot.
 
-import { onFrame, part } from "./element.js";
+import { element, onFrame, part } from "./element.js";
 import { texts } from "./texts.js";
+import { COMPARED } from "./view.js";
 
 // Numbers that are kept so that the curve of any robot can be shown later; 16 MB.
 const MOST_VALUES = 4e6;
@@ -64,8 +65,10 @@ export class Curve {
         }
         const points = ticks.map((tick) => this.points.get(tick));
         const { chosen } = this.view;
-        const ofChosen = ({ values }) => (chosen === null || values?.length === 1 ? null : values?.[chosen]) ?? null;
-        this.tell(this.points.get(this.last) ?? points.at(-1), ofChosen);
+        // A single number is one of the whole swarm.
+        const of = (robot) => ({ values }) => (robot === null || values?.length === 1 ? null : values?.[robot]) ?? null;
+        const ofChosen = of(chosen);
+        this.tell(this.points.get(this.last) ?? points.at(-1), of);
         const known = points.flatMap(({ five }) => [five[0], five[4]]).filter(Number.isFinite);
         const [low, high] = known.reduce(([least, most], value) => [Math.min(least, value), Math.max(most, value)], [Infinity, -Infinity]);
         const { width, height, paint } = this.prepare();
@@ -107,6 +110,7 @@ export class Curve {
         line(series(0), "--soft", 0.6);
         line(series(4), "--soft", 0.6);
         line(series(2), "--accent", 1.8);
+        this.view.compared.forEach((robot, place) => line(points.map(of(robot)), COMPARED[place], 1.6));
         line(points.map(ofChosen), "--mark", 1.6);
         part("curve-high").textContent = texts.number(high);
         part("curve-low").textContent = texts.number(low);
@@ -125,11 +129,14 @@ export class Curve {
     }
 
     // The curve in words.
-    tell(point, ofChosen) {
-        const value = ofChosen(point);
-        const id = this.view.robots.ids[this.view.chosen];
-        const own = value === null ? "" : texts.curveOf(id, value);
-        part("curve-text").textContent = texts.curve(this.name, point.five, point.values?.length ?? 2) + own;
+    tell(point, of) {
+        const { chosen, compared, robots } = this.view;
+        const own = (robot, name) => {
+            const value = of(robot)(point);
+            return value === null ? [] : [element("span", { class: name }, texts.curveOf(robots.ids[robot], value))];
+        };
+        part("curve-text").replaceChildren(texts.curve(this.name, point.five, point.values?.length ?? 2),
+            ...own(chosen, "mark"), ...compared.flatMap((robot, place) => own(robot, COMPARED[place].slice(2))));
     }
 }
 

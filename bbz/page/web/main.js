@@ -24,8 +24,8 @@ let state = { plays: false, tick: 0, over: false };
 let wanted = false;
 
 const ask = (request) => session.ask(request);
-// Recordings have no more than what is seen anyway.
-const watch = (request) => world.recording || ask(request);
+// Recordings, and robots elsewhere, have no more than what is seen anyway.
+const watch = (request) => world.recording || world.watched || ask(request);
 const command = (text) => {
     part("status").textContent = "";
     ask({ command: { text } });
@@ -35,7 +35,7 @@ fillTexts();
 const robots = new Robots();
 const view = new View(part("canvas"));
 const tabs = new Tabs(["robot", "script", "log", "tests", "ground"]);
-const panel = new RobotPanel(robots, command);
+const panel = new RobotPanel(robots, command, compare);
 const log = new Log(choose, (code) => ask({ explain: { code } }));
 const ground = new Ground(command, ask, () => view.beginCut());
 const controls = new Controls(command);
@@ -46,6 +46,7 @@ const trials = new Trials(ask);
 const timeLine = new TimeLine(goTo);
 new Pointer(view, {
     onChoose: choose,
+    onCompare: compare,
     onMove: (robot, at) => panel.move(at, robot),
     onLamp: (lamp, at) => ground.moveLamp(lamp, at),
     onCut: (from, to) => ground.cut(view.idsLeftOf(from, to)),
@@ -87,7 +88,7 @@ const handlers = {
         // The playground has it in its list of examples.
         part("scenario").textContent = session.link ? "" : (world.scripts?.scenario ?? "");
         view.begin(world, robots);
-        panel.begin(world);
+        panel.begin(world, view.chosen);
         ground.begin(world);
         curve.begin(world);
         look.begin(world);
@@ -95,6 +96,11 @@ const handlers = {
         editor.begin(world);
         editor.choose(view.chosen === null ? null : robots.ids[view.chosen]);
         document.body.classList.toggle("recorded", Boolean(world.recording));
+        document.body.classList.toggle("watched", Boolean(world.watched));
+        part("hint").lastElementChild.textContent = world.watched ? texts.hintWatched : texts.hint;
+        if (world.watched && view.chosen === null) {
+            tabs.show("log");
+        }
         if (view.chosen !== null) {
             watch({ inspect: { robot: view.chosen } });
         }
@@ -104,7 +110,7 @@ const handlers = {
         state = event;
         showIcon("play", event.plays ? "pause" : "play", event.plays ? texts.pause : texts.play);
         const { cut } = world.recording ?? {};
-        part("status").textContent = cut ? texts.cut(cut) : event.over ? texts.over : "";
+        part("status").textContent = cut ? texts.cut(cut) : event.over ? (world.watched ? texts.noMore : texts.over) : "";
         controls.follow(world.commands, event.tick);
         const next = wanted;
         wanted = false;
@@ -210,11 +216,19 @@ function choose(robot) {
     view.choose(robot);
     curve.changed();
     panel.choose(robot);
+    panel.showCompared(view.compared);
     editor.choose(robot === null ? null : robots.ids[robot]);
     if (tabs.shown !== "script") {
         tabs.show("robot");
     }
     watch({ inspect: { robot } });
+}
+
+// Shows the curve of a robot beside others, or no more.
+function compare(robot) {
+    part("status").textContent = view.compare(robot) ? "" : texts.mostCompared;
+    panel.showCompared(view.compared);
+    curve.changed();
 }
 
 function play() {
@@ -243,7 +257,7 @@ function showTime() {
     }
     const tick = Math.max(robots.tick, 0);
     timeLine.show(tick, state.plays);
-    part("clock").textContent = texts.clock(tick / world.ticks_per_second, world.end / world.ticks_per_second);
+    part("clock").textContent = world.watched ? texts.seconds(tick / world.ticks_per_second) : texts.clock(tick / world.ticks_per_second, world.end / world.ticks_per_second);
 }
 
 function showCommands(commands) {

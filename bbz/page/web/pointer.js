@@ -4,9 +4,9 @@
 const SLACK = 4;
 
 export class Pointer {
-    // `onChoose(robot)` with its number or null; `onMove(robot, [x, y])`, `onLamp(lamp, [x, y])` and `onCut([x, y], [x, y])` in mm.
-    constructor(view, { onChoose, onMove, onLamp, onCut }) {
-        Object.assign(this, { view, onChoose, onMove, onLamp, onCut });
+    // `onChoose(robot)` with its number or null; `onCompare(robot)`; `onMove(robot, [x, y])`, `onLamp(lamp, [x, y])` and `onCut([x, y], [x, y])` in mm.
+    constructor(view, { onChoose, onCompare, onMove, onLamp, onCut }) {
+        Object.assign(this, { view, onChoose, onCompare, onMove, onLamp, onCut });
         // Where each finger is.
         this.down = new Map();
         this.pressed = null;
@@ -103,7 +103,7 @@ export class Pointer {
             return;
         }
         if (!pressed.hasMoved) {
-            this.onChoose(pressed.robot);
+            event.shiftKey && pressed.robot !== null ? this.onCompare(pressed.robot) : this.onChoose(pressed.robot);
         } else if (view.dragged && event.type === "pointerup") {
             const { robot, lamp, at } = view.dragged;
             robot === null ? this.onLamp(lamp, at) : this.onMove(robot, at);
@@ -127,6 +127,8 @@ export class Pointer {
         } else if (event.key === "n" || event.key === "p") {
             const next = (view.chosen ?? -1) + (event.key === "n" ? 1 : -1);
             this.onChoose(Math.max(0, Math.min(view.robots.count - 1, next)));
+        } else if (event.key === "c" && view.chosen !== null && !event.ctrlKey && !event.metaKey) {
+            this.onCompare(view.chosen);
         } else if (event.key === "Escape") {
             this.onChoose(null);
         } else {

@@ -8,16 +8,16 @@ const ACTIONS = ["fail", "stop", "resume", "restart"];
 
 export class RobotPanel {
     // `command(text)` gives a command.
-    constructor(robots, command) {
-        this.robots = robots;
-        this.command = command;
+    // `compare(robot)` shows its curve beside others, or no more.
+    constructor(robots, command, compare) {
+        Object.assign(this, { robots, command, compare });
         this.memory = new Memory();
         this.choose(null);
     }
 
-    begin(world) {
+    begin(world, chosen) {
         this.world = world;
-        this.choose(this.robot);
+        this.choose(chosen);
     }
 
     choose(robot) {
@@ -36,9 +36,15 @@ export class RobotPanel {
         this.facts = element("dl", { class: "facts" });
         this.fault = element("p", { class: "fault", role: "alert", hidden: "" });
         this.parts = element("div", { class: "memory" });
+        this.isCompared = element("button",
+            { type: "button", title: texts.compareHelp, "aria-pressed": false, onclick: () => this.compare(robot) }, texts.compare);
         panel.replaceChildren(element("h2", {}, texts.robot(id)), this.facts, this.fault,
-            element("div", { class: "acts" }, ...ACTIONS.map(act), link("block"), link("restore")), this.place(), this.parts);
+            element("div", { class: "acts" }, ...ACTIONS.map(act), link("block"), link("restore"), this.isCompared), this.place(), this.parts);
         this.show();
+    }
+
+    showCompared(compared) {
+        this.isCompared?.setAttribute("aria-pressed", this.robot !== null && compared.includes(this.robot));
     }
 
     get id() {
@@ -79,7 +85,7 @@ export class RobotPanel {
         const rows = [
             row(texts.state, element("span", { class: `state s${robots.state[robot]}` }, texts.states[robots.state[robot]])),
             ...(this.world.recording ? [] : [row(texts.group, `${group.name} (${group.robot})`), row(texts.script, group.script)]),
-            row(texts.place, texts.placeOf(x, y, z, degrees)),
+            ...(this.world.watched ? [] : [row(texts.place, texts.placeOf(x, y, z, degrees))]),
         ];
         const memory = this.inspection?.memory;
         if (memory) {

@@ -16,6 +16,7 @@ export const texts = {
         ["Space", "play or pause"], [",  .", "a tick back, a tick forward"], ["Home", "to the beginning"],
         ["Tab", "from one part of the page to the next"],
         ["n  p", "in the world: the next robot, the one before"], ["Esc", "in the world: no robot"],
+        ["Shift + click", "on a robot: compares its curve with others"], ["c", "in the world: compares the chosen robot, or no more"],
         ["Shift + arrows", "in the world: moves the chosen robot by 10 mm"],
         ["Ctrl + Enter", "in the script: run it"],
         ["Arrows  +  −  0", "in the world: move the view, zoom, show all"],
@@ -23,6 +24,7 @@ export const texts = {
 
     canvas: "The world, seen from above. Keys: question mark",
     hint: "Click a robot to look into it. Drag robots, lamps or the ground; zoom with the wheel.",
+    hintWatched: "Robots that report. Where they are is not known.", noMore: "The trace has ended.", seconds: (seconds) => `${seconds.toFixed(1)} s`,
     look: "how the world is shown", colour: "Colour by", byState: "state", messages: "Messages", trails: "Trails",
     picture: "Picture", pictureHelp: "Saves what is shown as a PNG file", pictureAs: "bittybuzz.png",
     drawing: "Drawing", drawingHelp: "Saves the world as an SVG file", drawingAs: "bittybuzz.svg",
@@ -32,7 +34,7 @@ export const texts = {
         const [a, b, c, d, e] = [least, low, median, high, most].map((value) => texts.number(value));
         return count === 1 ? `${name}: ${c}` : `${name}: median ${c}, half of the robots ${b} to ${d}, all ${a} to ${e}`;
     },
-    curveOf: (id, value) => `; robot ${id}: ${texts.number(value)}`,
+    curveOf: (id, value) => `robot ${id}: ${texts.number(value)}`,
     number: (value) => (Number.isInteger(value) ? String(value) : value.toPrecision(4)),
     tabRobot: "Robot", tabScript: "Script", tabLog: "Log", tabTests: "Tests", tabGround: "World",
 
@@ -46,6 +48,7 @@ export const texts = {
     stop: "Stop", stopHelp: "No motor, no message, no step until it resumes",
     resume: "Resume", resumeHelp: "A stopped robot goes on where it was",
     restart: "Restart", restartHelp: "Off and on: the script begins anew",
+    compare: "Compare", compareHelp: "Shows its curve beside those of other robots: six at most", mostCompared: "Six robots are compared already: leave one out.",
     block: "Cut off", blockHelp: "No message gets to it or from it",
     restore: "Reconnect", restoreHelp: "Its blocked links work again",
     x: "x in mm", y: "y in mm", move: "Move", moveHelp: "Moves the robot to this place",

@@ -14,6 +14,8 @@ const FLASH = 350;
 const PALETTE = [[0, 34, 78], [53, 69, 108], [102, 105, 112], [148, 142, 119], [200, 184, 102], [254, 232, 56]];
 // Radius of a robot in a recording, which does not tell it, as a share of the world.
 const DOT = 0.015;
+// The colours of the robots that are compared: variables of the style sheet.
+export const COMPARED = ["--one", "--two", "--three", "--four", "--five", "--six"];
 const NO_MESSAGES = { heard: [], collided: [], lost: [] };
 // A robot of a large world is seen as a dot of two pixels.
 const LEAST_PIXELS = 1;
@@ -27,6 +29,8 @@ export class View {
         this.y = 0;
         this.scale = 1;
         this.chosen = null;
+        // Numbers of the robots whose curves are shown beside that of the chosen one, by place; `null`: a free place.
+        this.compared = Array(COMPARED.length).fill(null);
         // A robot or lamp on its way to another place: { robot or lamp, at }.
         this.dragged = null;
         this.world = null;
@@ -71,6 +75,10 @@ export class View {
         this.robots = robots;
         this.radii = world.groups.flatMap((group) => Array(group.count).fill(group.radius ?? Math.min(...world.size) * DOT));
         this.scene.setRadii(this.radii);
+        // A world that was edited may have fewer robots.
+        const known = (robot) => (robot !== null && robot < this.radii.length ? robot : null);
+        this.chosen = known(this.chosen);
+        this.compared = this.compared.map(known);
         this.isFitted = true;
         this.fit();
     }
@@ -105,6 +113,17 @@ export class View {
         this.neighbors = [];
         this.trail = [];
         this.changed();
+    }
+
+    // Compares a robot, or no more. Returns false if there is no place for it.
+    compare(robot) {
+        const place = this.compared.indexOf(robot);
+        const free = place >= 0 ? place : this.compared.indexOf(null);
+        if (free >= 0) {
+            this.compared[free] = place >= 0 ? null : robot;
+        }
+        this.changed();
+        return free >= 0;
     }
 
     // The robots have moved; `isAnew` if the run was taken elsewhere.
@@ -158,6 +177,7 @@ export class View {
         this.colours = {
             outside: colour("--outside"), ground: colour("--ground"), grid: colour("--grid"), edge: colour("--edge"),
             obstacle: colour("--obstacle"), light: colour("--light"), chosen: colour("--mark"), link: colour("--accent"),
+            compared: COMPARED.map(colour),
             states: ["--running", "--stopped", "--failed", "--faulted"].map(colour),
         };
         this.changed();
@@ -280,6 +300,12 @@ export class View {
     drawRobots() {
         const { scene, colours, robots, dragged } = this;
         scene.drawRobots(robots, { states: colours.states, palette: PALETTE, edge: colours.edge, leastPixels: LEAST_PIXELS, dragged });
+        this.compared.forEach((robot, place) => {
+            if (robot !== null && robots.isThere[robot]) {
+                const size = Math.max(this.radii[robot], 4 / this.scale) * 1.35;
+                scene.add(...this.placeOf(robot), size, size, 0, SHAPES.ring, colours.compared[place]);
+            }
+        });
         if (this.chosen !== null && robots.isThere[this.chosen]) {
             const size = Math.max(this.radii[this.chosen], 4 / this.scale) * 1.15;
             scene.add(...this.placeOf(this.chosen), size, size, 0, SHAPES.ring, colours.chosen);

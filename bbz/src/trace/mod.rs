@@ -8,10 +8,13 @@ mod lines;
 mod message;
 mod source;
 mod teller;
+#[cfg(feature = "view")]
+mod view;
 
 use std::path::{Path, PathBuf};
 use std::time::Duration;
 
+use bittybuzz_robot_spec::Robot;
 use clap::Args;
 
 use crate::Ending;
@@ -38,6 +41,8 @@ Examples:
                                          Kilobots that stop, heard by one that listens (firmware/kilobot-avr)
   bbz trace firmware.elf --robot crazyflie --script blink.bzz --emulate --seconds 2 --plain
                                          only what the script logs, as `bbz run` prints it
+  bbz trace firmware.elf --robot crazyflie --script blink.bzz --view
+                                         in a page: log lines, and faults with their lines
   bbz trace kilobot.elf --robot kilobot --script blink.bzz --emulate --outputs
                                          an emulated Kilobot, started by its controller; it tells of faults only
 
@@ -84,6 +89,14 @@ pub struct Arguments {
     /// Print a JSON object per line
     #[arg(long, conflicts_with = "plain")]
     json: bool,
+    /// Show it in a page on this computer, instead of printing it
+    #[cfg(feature = "view")]
+    #[arg(long, conflicts_with_all = ["plain", "json"])]
+    view: bool,
+    /// Print the address of the page and open no browser
+    #[cfg(feature = "view")]
+    #[arg(long, requires = "view")]
+    no_browser: bool,
     /// End when the script stops
     #[arg(long)]
     until_fault: bool,
@@ -110,14 +123,33 @@ pub fn execute(arguments: &Arguments) -> Result<Ending, Problem> {
         name: report::printable(&path.to_string_lossy()),
         program,
     });
-    let mut teller = Teller::new(told, robot, format, arguments.until_fault);
-    let mut interrupt = Interrupt::install().map_err(Problem::Interrupt)?;
+    let teller = Teller::new(told, robot, format, arguments.until_fault);
+    let interrupt = Interrupt::install().map_err(Problem::Interrupt)?;
+    #[cfg(feature = "view")]
+    if arguments.view {
+        let kind = robot.map_or("robot", |robot| &robot.name);
+        return view::show(arguments.no_browser, kind, teller, interrupt, |teller, interrupt| {
+            listen(arguments, robot, script, teller, interrupt)
+        });
+    }
+    let (mut teller, mut interrupt) = (teller, interrupt);
+    listen(arguments, robot, script, &mut teller, &mut interrupt)?;
+    teller.finish()
+}
+
+/// Passes the messages of the source on until there are no more, or Ctrl-C.
+fn listen(
+    arguments: &Arguments,
+    robot: Option<&Robot>,
+    script: Option<(&Path, &Program)>,
+    teller: &mut Teller<'_>,
+    interrupt: &mut Interrupt,
+) -> Result<(), Problem> {
     if arguments.firmware == Path::new("-") {
         if arguments.emulate {
             return Err(Problem::NoFirmware);
         }
-        source::standard_input(&mut teller, &mut interrupt)?;
-        return teller.finish();
+        return source::standard_input(teller, interrupt);
     }
     let robot = robot.ok_or(Problem::NoRobot)?;
     if arguments.emulate {
@@ -129,11 +161,10 @@ pub fn execute(arguments: &Arguments) -> Result<Ending, Problem> {
             duration: arguments.seconds,
             outputs: arguments.outputs,
         };
-        emulation.run(&mut teller, &mut interrupt)?;
+        emulation.run(teller, interrupt)
     } else {
-        source::probe(robot, &arguments.firmware, &mut teller, &mut interrupt)?;
+        source::probe(robot, &arguments.firmware, teller, interrupt)
     }
-    teller.finish()
 }
 
 /// A number of seconds, such as `10` or `0.5`.

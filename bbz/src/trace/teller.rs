@@ -1,10 +1,19 @@
 //! Prints what a robot tells.
 
+#[cfg(feature = "view")]
+use std::sync::Arc;
+#[cfg(feature = "view")]
+use std::sync::atomic::{AtomicBool, Ordering};
+#[cfg(feature = "view")]
+use std::sync::mpsc::Sender;
+
 use annotate_snippets::{Group, Level as Severity};
 use bittybuzz_arena::robot::Piece;
 use bittybuzz_comms::infrared::FaultReport;
 use bittybuzz_comms::trace::{Item, Items, Record, RecordError, Unused};
 use bittybuzz_compiler::refusal;
+#[cfg(feature = "view")]
+use bittybuzz_live::{Content as Reported, Report};
 use bittybuzz_robot_spec::Robot;
 use bittybuzz_vm_core::image::VERSION;
 use bittybuzz_vm_core::{Fault, ImageError};
@@ -30,6 +39,9 @@ pub enum Format {
     Plain,
     /// A JSON object per line.
     Json,
+    /// Nothing: a page shows it.
+    #[cfg(feature = "view")]
+    Page,
 }
 
 /// The script that is thought to run, and its name.
@@ -67,6 +79,12 @@ pub struct Teller<'a> {
     /// Reports of Kilobots, which send each again and again.
     reported: Vec<FaultReport>,
     output: Output,
+    /// The robot that reports.
+    #[cfg(feature = "view")]
+    reporter: u16,
+    /// A page takes the reports as long as this flag is false.
+    #[cfg(feature = "view")]
+    page: Option<(Sender<Report>, Arc<AtomicBool>)>,
     ending: Ending,
 }
 
@@ -91,12 +109,34 @@ impl<'a> Teller<'a> {
             unused: None,
             reported: Vec::new(),
             output: Output::new(),
+            #[cfg(feature = "view")]
+            reporter: 0,
+            #[cfg(feature = "view")]
+            page: None,
             ending: Ending::Success,
         }
     }
 
+    /// Reports to a page instead of printing, until the flag says that the page is closed.
+    #[cfg(feature = "view")]
+    pub fn for_page(mut self, page: Sender<Report>, is_closed: Arc<AtomicBool>) -> Self {
+        self.format = Format::Page;
+        self.page = Some((page, is_closed));
+        self
+    }
+
+    /// The name of the script that is thought to run.
+    #[cfg(feature = "view")]
+    pub fn script_name(&self) -> &str {
+        self.script.as_ref().map_or("", |script| &script.name)
+    }
+
     /// Whether nothing more need be told.
     pub fn is_over(&self) -> bool {
+        #[cfg(feature = "view")]
+        if self.page.as_ref().is_some_and(|(_, is_closed)| is_closed.load(Ordering::Relaxed)) {
+            return true;
+        }
         (self.until_fault && self.is_stopped) || self.output.has_failed()
     }
 
@@ -211,6 +251,10 @@ impl<'a> Teller<'a> {
                 ));
             }
         }
+        #[cfg(feature = "view")]
+        {
+            self.reporter = robot_id;
+        }
         let object = json!({
             "kind": "start",
             "robot_id": robot_id,
@@ -277,6 +321,10 @@ impl<'a> Teller<'a> {
             return;
         }
         self.reported.push(*report);
+        #[cfg(feature = "view")]
+        {
+            self.reporter = report.robot;
+        }
         let Some(fault) = &report.fault else {
             self.is_stopped = true;
             self.ending = Ending::Usage;
@@ -331,6 +379,13 @@ impl<'a> Teller<'a> {
         is_contained: bool,
     ) {
         self.ending = Ending::RuntimeError;
+        #[cfg(feature = "view")]
+        if self.format == Format::Page {
+            let object = json::fault(step, fault, self.program(), &positions, None);
+            let places = object["calls"].as_array().cloned().unwrap_or_default();
+            let code = fault::code(fault.code);
+            return self.send(time, Reported::Fault { code, is_contained, places });
+        }
         let program = self.program();
         let expected = fault::accepted(fault, program, self.robot);
         let json = self.format == Format::Json;
@@ -415,8 +470,8 @@ impl<'a> Teller<'a> {
     }
 
     fn error(&mut self, time: Option<f64>, text: &str, help: Option<&str>, object: Value) {
-        if self.format == Format::Json {
-            return self.entry(time, "", b"", object);
+        if !matches!(self.format, Format::Text | Format::Plain) {
+            return self.entry(time, "-", text.as_bytes(), object);
         }
         self.output.flush();
         let title = Severity::ERROR.primary_title(text);
@@ -425,10 +480,29 @@ impl<'a> Teller<'a> {
         report::print(title.elements(note).elements(help));
     }
 
+    /// Reports to the page. One that is gone needs nothing.
+    #[cfg(feature = "view")]
+    fn send(&self, seconds: Option<f64>, content: Reported) {
+        if let Some((page, _)) = &self.page {
+            let _ = page.send(Report { seconds, robot: self.reporter, content });
+        }
+    }
+
     /// Prints a line, unless only the script's are wanted.
     fn entry(&mut self, time: Option<f64>, subject: &str, text: &[u8], mut object: Value) {
         match self.format {
             Format::Plain => {}
+            #[cfg(feature = "view")]
+            Format::Page => {
+                let text = String::from_utf8_lossy(text);
+                let content = match object["kind"].as_str() {
+                    Some("log") => Reported::Line(text.into_owned()),
+                    Some("start" | "restart") => Reported::Began(text.into_owned()),
+                    _ if subject == "-" => Reported::Line(text.into_owned()),
+                    _ => Reported::Line(format!("{subject}: {text}")),
+                };
+                self.send(time, content);
+            }
             Format::Json => {
                 object["time"] = json!(time);
                 self.output.line(object.to_string().as_bytes());

@@ -1,0 +1,226 @@
+//! Robots outside the simulator, by their reports: real ones, or emulated ones that are traced.
+
+use std::collections::VecDeque;
+use std::sync::mpsc::{Receiver, TryRecvError};
+use std::time::Duration;
+
+use bittybuzz_arena::output::recording::{Header, Robot, State};
+use serde_json::{Value, json};
+
+use crate::samples::Samples;
+use crate::source::Source;
+
+/// Ticks of a second, as the simulator has them.
+const TICKS_PER_SECOND: f64 = 10.0;
+
+/// The number of events that a page gets that comes later.
+const MOST_KEPT: usize = 1000;
+
+/// The radius of a robot in the picture, and the way from one to the next, in mm: the places of robots are not known.
+const RADIUS: u32 = 30;
+const APART: u32 = 100;
+
+/// A report of a robot.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Report {
+    /// Seconds on the robot's clock; `None` if they are not known.
+    pub seconds: Option<f64>,
+    /// The id of the robot.
+    pub robot: u16,
+    /// The content.
+    pub content: Content,
+}
+
+/// The content of a report.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Content {
+    /// A line that the script logged, or that is about the robot.
+    Line(String),
+    /// A line that also says that the script begins, or begins anew.
+    Began(String),
+    /// A fault of the script.
+    Fault {
+        /// Its code, such as `R0001`.
+        code: String,
+        /// Only a listener or a handler ended.
+        is_contained: bool,
+        /// The calls that led there, innermost first, each an object with `file`, `line`, `column` and `function`.
+        places: Vec<Value>,
+    },
+}
+
+/// Robots that report, as a client sees them. It steers nothing.
+pub struct Watched {
+    reports: Receiver<Report>,
+    /// The kind of robots, and the name of their script.
+    kind: [String; 2],
+    robots: Vec<(u16, State)>,
+    /// The last events of the robots, for a client that comes later.
+    kept: VecDeque<Value>,
+    events: Vec<Value>,
+    samples: Samples,
+    tick: u64,
+    /// Nothing more is reported.
+    is_over: bool,
+}
+
+impl Watched {
+    /// Robots of a kind whose reports come through a channel, and the name of their script. The session is over when the other end of
+    /// the channel is dropped.
+    pub fn new(reports: Receiver<Report>, robot: &str, script: &str) -> Self {
+        let mut watched = Watched {
+            reports,
+            kind: [robot.to_owned(), script.to_owned()],
+            robots: Vec::new(),
+            kept: VecDeque::new(),
+            events: Vec::new(),
+            samples: Samples::NEW,
+            tick: 0,
+            is_over: false,
+        };
+        watched.begin();
+        watched
+    }
+
+    fn take(&mut self, Report { seconds, robot, content }: Report) {
+        let number = self.number(robot);
+        let seconds = seconds.filter(|seconds| seconds.is_finite() && *seconds >= 0.0);
+        let now = seconds.map_or(self.tick, |seconds| (seconds * TICKS_PER_SECOND) as u64);
+        self.tick = self.tick.max(now);
+        let event = match content {
+            Content::Line(text) => line(now, number, &text),
+            Content::Began(text) => {
+                self.change(number, State::Running);
+                line(now, number, &text)
+            }
+            Content::Fault { code, is_contained, places } => {
+                if !is_contained {
+                    self.change(number, State::Faulted);
+                }
+                let consequence = if is_contained { "contained" } else { "stop" };
+                json!({
+                    "event": "fault",
+                    "tick": now,
+                    "robot": number,
+                    "code": code,
+                    "consequence": consequence,
+                    "places": places,
+                })
+            }
+        };
+        if self.kept.len() == MOST_KEPT {
+            self.kept.pop_front();
+        }
+        self.kept.push_back(event.clone());
+        self.events.push(event);
+    }
+
+    /// Returns the number of the robot with an id. One that has not reported before is new to the client.
+    fn number(&mut self, id: u16) -> usize {
+        if let Some(number) = self.robots.iter().position(|(known, _)| *known == id) {
+            return number;
+        }
+        self.robots.push((id, State::Running));
+        self.begin();
+        self.robots.len() - 1
+    }
+
+    fn change(&mut self, number: usize, to: State) {
+        if let Some((_, state)) = self.robots.get_mut(number)
+            && *state != to
+        {
+            *state = to;
+            // A sample is sent once for each tick.
+            self.tick += 1;
+        }
+    }
+
+    /// Width and height of the picture.
+    fn size(&self) -> [u32; 2] {
+        [4 * APART + APART * self.robots.len() as u32, 3 * APART]
+    }
+
+    fn add_state(&mut self) {
+        self.events.push(json!({
+            "event": "state", "tick": self.tick, "plays": !self.is_over, "rate": null, "over": self.is_over,
+        }));
+    }
+}
+
+fn line(tick: u64, robot: usize, text: &str) -> Value {
+    json!({ "event": "log", "tick": tick, "robot": robot, "text": text })
+}
+
+impl Source for Watched {
+    fn begin(&mut self) {
+        self.samples.restart();
+        let [robot, script] = &self.kind;
+        let groups = self.robots.iter().map(|(id, _)| {
+            json!({
+                "name": robot, "robot": robot, "script": script, "count": 1, "first_id": id, "radius": RADIUS, "slots": 0,
+            })
+        });
+        let begin = json!({
+            "event": "begin",
+            "watched": true,
+            "size": self.size(),
+            "ticks_per_second": TICKS_PER_SECOND,
+            "end": 1,
+            "seed": null,
+            "groups": groups.collect::<Vec<_>>(),
+            "obstacles": [],
+            "lights": [],
+            "media": [],
+            "events": [],
+            "commands": [],
+            "quantities": { "plot": [], "robot": [], "swarm": [], "global": [] },
+            "expectations": [],
+            "assignment": null,
+        });
+        self.events = std::iter::once(begin).chain(self.kept.iter().cloned()).collect();
+        self.add_state();
+    }
+
+    fn request(&mut self, _: &str, _: Duration) {
+        let text = "these robots are watched, not steered";
+        self.events.push(json!({ "event": "refused", "text": text, "help": null }));
+    }
+
+    fn advance(&mut self, _: Duration, goes_on: &mut dyn FnMut() -> bool) -> bool {
+        while !self.is_over {
+            match self.reports.try_recv() {
+                Ok(report) => self.take(report),
+                Err(TryRecvError::Empty) => return false,
+                Err(TryRecvError::Disconnected) => {
+                    self.is_over = true;
+                    self.add_state();
+                }
+            }
+            if !goes_on() {
+                return true;
+            }
+        }
+        false
+    }
+
+    fn tick(&self) -> u64 {
+        self.tick
+    }
+
+    fn take_events(&mut self) -> Vec<Value> {
+        std::mem::take(&mut self.events)
+    }
+
+    fn take_sample(&mut self) -> Vec<u8> {
+        let count = self.robots.len() as i32;
+        let apart = 10 * APART as i32;
+        let place = |number: i32| (2 * number - count + 1) * apart / 2;
+        let robots = (0..).zip(&self.robots).map(|(number, (_, state))| {
+            Some(Robot { x: place(number), y: 0, z: 0, heading: 0x4000, led: 0, state: *state })
+        });
+        let robots: Vec<Option<Robot>> = robots.collect();
+        let ids = self.robots.iter().map(|(id, _)| *id).collect();
+        let header = Header { size: self.size(), tick_ms: 100, ids };
+        self.samples.take(self.tick, &robots, || header)
+    }
+}

@@ -1,0 +1,99 @@
+//! Robots that report from outside the simulator.
+
+#![allow(clippy::unwrap_used, reason = "what fails here fails the test")]
+
+use std::sync::mpsc::{Sender, channel};
+use std::time::Duration;
+
+use bittybuzz_arena::output::recording::{Reader, State};
+use bittybuzz_live::{Content, Report, Source, Watched};
+use serde_json::{Value, json};
+
+fn start() -> (Sender<Report>, Watched) {
+    let (sender, reports) = channel();
+    (sender, Watched::new(reports, "kilobot", "blink.bzz"))
+}
+
+fn report(robot: u16, seconds: f64, content: Content) -> Report {
+    Report { seconds: Some(seconds), robot, content }
+}
+
+fn events(watched: &mut Watched) -> Vec<Value> {
+    while watched.advance(Duration::ZERO, &mut || true) {}
+    watched.take_events()
+}
+
+fn fault(is_contained: bool) -> Content {
+    let places = vec![json!({ "file": "blink.bzz", "line": 3, "column": 5, "function": "step" })];
+    Content::Fault { code: "R0001".to_owned(), is_contained, places }
+}
+
+/// The states of all robots in a sample that begins anew.
+fn states(watched: &mut Watched) -> Vec<State> {
+    watched.begin();
+    let bytes = watched.take_sample();
+    let mut reader = Reader::new(&bytes).unwrap();
+    let sample = reader.next().unwrap().unwrap();
+    sample.robots.iter().map(|robot| robot.unwrap().state).collect()
+}
+
+#[test]
+fn robots_are_known_when_they_report() {
+    let (sender, mut watched) = start();
+    assert_eq!(events(&mut watched)[0]["groups"], json!([]));
+    sender.send(report(7, 1.25, Content::Began("it begins".to_owned()))).unwrap();
+    sender.send(report(9, 1.5, Content::Line("n is 5".to_owned()))).unwrap();
+    let got = events(&mut watched);
+    let kinds: Vec<&str> = got.iter().map(|event| event["event"].as_str().unwrap()).collect();
+    assert_eq!(kinds, ["begin", "log", "state", "log"]);
+    let ids: Vec<&Value> =
+        got[0]["groups"].as_array().unwrap().iter().map(|group| &group["first_id"]).collect();
+    assert_eq!(ids, [&json!(7), &json!(9)]);
+    assert_eq!((&got[3]["robot"], &got[3]["tick"]), (&json!(1), &json!(15)));
+}
+
+#[test]
+fn a_fault_stops_a_script_until_it_begins_again() {
+    let (sender, mut watched) = start();
+    sender.send(report(7, 1.0, fault(true))).unwrap();
+    events(&mut watched);
+    assert_eq!(states(&mut watched), [State::Running]);
+    let before = watched.tick();
+    sender.send(report(7, 1.0, fault(false))).unwrap();
+    let got = events(&mut watched);
+    let got = got.iter().find(|event| event["event"] == "fault" && event["consequence"] == "stop");
+    assert_eq!(got.unwrap()["places"][0]["line"], 3);
+    assert!(watched.tick() > before, "another sample is due");
+    assert_eq!(states(&mut watched), [State::Faulted]);
+    sender.send(report(7, 3.0, Content::Began("again".to_owned()))).unwrap();
+    events(&mut watched);
+    assert_eq!(states(&mut watched), [State::Running]);
+}
+
+#[test]
+fn a_page_that_comes_later_gets_the_last_events() {
+    let (sender, mut watched) = start();
+    for number in 0..1500 {
+        sender.send(report(7, 1.0, Content::Line(number.to_string()))).unwrap();
+    }
+    events(&mut watched);
+    watched.begin();
+    let got = watched.take_events();
+    let lines: Vec<&Value> =
+        got.iter().filter(|event| event["event"] == "log").map(|event| &event["text"]).collect();
+    assert_eq!((lines.len(), lines[0], lines[999]), (1000, &json!("500"), &json!("1499")));
+}
+
+#[test]
+fn nonsense_and_the_end() {
+    let (sender, mut watched) = start();
+    for seconds in [f64::NAN, f64::INFINITY, -1.0, 1e300] {
+        sender.send(report(u16::MAX, seconds, Content::Line(String::new()))).unwrap();
+    }
+    watched.request("{\"play\":{}}", Duration::ZERO);
+    assert!(events(&mut watched).iter().any(|event| event["event"] == "log"));
+    drop(sender);
+    let got = events(&mut watched);
+    assert_eq!((&got[0]["event"], &got[0]["over"]), (&json!("state"), &json!(true)));
+    assert!(events(&mut watched).is_empty());
+}
