@@ -167,6 +167,7 @@ const handlers = {
     },
     refused({ text, help }) {
         wanted = false;
+        trials.refused();
         part("status").textContent = help ? `${text} (${help})` : text;
     },
     script(event) {

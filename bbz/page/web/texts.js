@@ -91,7 +91,7 @@ export const texts = {
     verdicts: { open: "open", held: "held", failed: "failed" },
 
     handIn: "Hand in", handInHelp: "Tries the scripts as they ran last, from the start, and saves a file with them and what came of it",
-    by: "Your name", handedIn: (name) => `${name} is saved: hand it in.`,
+    trying: "The scripts are tried …", by: "Your name", handedIn: (name) => `${name} is saved: hand it in.`,
     tryOut: "Try many times", sweepHelp: "The scenario from its start, beside this run: with the scripts as they ran last, and without your changes",
     vary: "Vary", varyNothing: "only chance", varyExample: "medium.ir.loss", values: "Values", valuesExample: "0, 0.1, 0.3",
     seeds: "Seeds for each", measure: "Show", start: "Start", stopTrials: "Stop", since: "true since, in s", expectation: "expectations",

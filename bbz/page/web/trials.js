@@ -35,7 +35,12 @@ export class Trials {
                 element("button", { class: "main", title: texts.sweepHelp }, texts.start),
                 element("button", { type: "button", onclick: () => this.ask("stop_trials") }, texts.stopTrials)));
         for (const [name, value] of Object.entries(before ?? {})) {
-            this.form.elements[name].value = value || this.form.elements[name].value;
+            const field = this.form.elements[name];
+            field.value = value || field.value;
+            if (field.selectedIndex < 0) {
+                // The edited scenario has not got that quantity.
+                field.selectedIndex = 0;
+            }
         }
         this.progress = element("progress", { max: 100, value: 0, hidden: "" });
         this.result = element("div");
@@ -55,7 +60,7 @@ export class Trials {
             onsubmit: (event) => {
                 event.preventDefault();
                 this.name = name.value;
-                this.handed.textContent = "";
+                this.handed.textContent = texts.trying;
                 this.ask({ hand_in: { by: name.value } });
             },
         }, name, element("button", { class: "main", title: texts.handInHelp }, texts.handIn));
@@ -139,6 +144,12 @@ export class Trials {
         const rows = this.done.map((one) => [one.value ?? "", one.seed, one.success, ...one.since.map((since) => since ?? ""), this.number(one) ?? ""]);
         const lines = [head, ...rows].map((row) => row.map((cell) => (typeof cell === "string" && cell !== "" ? quoted(cell) : cell)).join(","));
         save(new Blob([`${lines.join("\n")}\n`], { type: "text/csv" }), texts.tableAs);
+    }
+
+    refused() {
+        if (this.handed?.textContent === texts.trying) {
+            this.handed.textContent = "";
+        }
     }
 
     handIn({ name, text }) {
