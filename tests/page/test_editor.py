@@ -148,7 +148,11 @@ def test_controls_set_globals(page):
     page.click("#run")
     slider = page.get_by_role("slider", name="level")
     expect(slider).to_have_value("20")
+    expect(page.locator("#play")).to_have_text("Pause")
     page.click("#play")
+    expect(page.locator("#play")).to_have_text("Play")
+    # Not at the beginning, to which the way back leads.
+    go(page, 20)
     slider.fill("33")
     page.get_by_role("checkbox", name="lit").check()
     page.get_by_role("button", name="go", exact=True).click()
