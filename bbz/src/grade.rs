@@ -1,6 +1,6 @@
 //! `bbz grade`: runs the results of an assignment again.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use std::fs;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
@@ -18,6 +18,9 @@ use crate::sim::desk::Desk;
 
 /// The most bytes of a file that is graded: a scenario and scripts.
 const MOST_BYTES: u64 = 16 * 1024 * 1024;
+
+/// The most errors of a result that are listed.
+const MOST_ERRORS: usize = 5;
 
 const EXAMPLES: &str = "\
 Examples:
@@ -52,7 +55,7 @@ enum Grade {
     Ran {
         /// The content of the file.
         handed_in: Box<HandIn>,
-        /// The same scripts with the results of the run here.
+        /// The scripts of the file, with the results of this run.
         here: Box<HandIn>,
         /// The reason why the results differ from those of the file, if they do.
         differs: Option<String>,
@@ -69,7 +72,7 @@ pub fn execute(arguments: &Arguments) -> Result<Ending, Problem> {
     };
     let text = file::read_text(&scenario, file::MOST_TEXT)
         .map_err(|error| Problem::unreadable(&scenario, error))?;
-    let desk = Desk::new(&scenario, &[], &arguments.include, false);
+    let desk = Desk::for_scripts_of_others(&scenario, &arguments.include);
     // A mistake of the assignment is reported once, and not for each result.
     set_up(&desk, &text, &[], &[]).map_err(|errors| Problem::Assignment(text_of(&errors)))?;
     let files = files(&arguments.folder, "json")?;
@@ -130,6 +133,15 @@ fn grade(path: &Path, desk: &Desk, scenario: &Path, text: &str) -> Result<Grade,
     let content = file::read_text(path, MOST_BYTES).map_err(|error| error.to_string())?;
     let handed_in = HandIn::read(&content)
         .map_err(|error| format!("it is no result of an assignment: {error}"))?;
+    if handed_in.scripts.is_empty() {
+        return Err("it has no script".to_owned());
+    }
+    let mut names = BTreeSet::new();
+    if let Some(TextFile { name, .. }) =
+        handed_in.scripts.iter().find(|script| !names.insert(&script.name))
+    {
+        return Err(format!("it has the script `{name}` twice"));
+    }
     let changed = handed_in.scripts.iter().find(|script| !script.is_whole());
     if let Some(TextFile { name, .. }) = changed {
         return Err(format!("its script `{name}` was changed after it was handed in"));
@@ -138,7 +150,7 @@ fn grade(path: &Path, desk: &Desk, scenario: &Path, text: &str) -> Result<Grade,
     let scripts =
         handed_in.scripts.iter().map(|script| (folder.join(&script.name), script.text.clone()));
     let scripts: Vec<(PathBuf, String)> = scripts.collect();
-    let setup = set_up(desk, text, &[], &scripts).map_err(|errors| text_of(&errors))?;
+    let setup = set_up(desk, text, &[], &scripts).map_err(|errors| first(&errors))?;
     let own: Vec<&Path> = setup.scenario.programs().map(|(_, script)| script).collect();
     if let Some((other, _)) = scripts.iter().find(|(path, _)| !own.contains(&path.as_path())) {
         return Err(format!("no robot of the assignment has the script `{}`", other.display()));
@@ -163,6 +175,16 @@ fn grade(path: &Path, desk: &Desk, scenario: &Path, text: &str) -> Result<Grade,
         None
     };
     Ok(Grade::Ran { handed_in: Box::new(handed_in), here: Box::new(here), differs })
+}
+
+/// The first errors as text, and the number of the others.
+fn first(errors: &[Value]) -> String {
+    let listed = errors.len().min(MOST_ERRORS);
+    let text = text_of(&errors[..listed]);
+    match errors.len() - listed {
+        0 => text,
+        more => format!("{text}and {more} more\n"),
+    }
 }
 
 /// The files of each set of scripts that several handed in.

@@ -19,6 +19,7 @@ mod drive;
 mod emulator;
 mod explain;
 mod fault;
+mod fence;
 mod firmware;
 mod flash;
 mod grade;

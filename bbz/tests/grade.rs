@@ -129,6 +129,66 @@ fn what_is_not_as_it_was_handed_in_is_told() {
     }
 }
 
+/// Scripts of others read no files of the person who grades.
+#[test]
+fn scripts_include_files_of_the_assignment_alone() {
+    let secret = Folder::with("grade-secret", "secret.bzz", "root:x:0:0:root\n");
+    let absolute = fs::canonicalize(secret.path("secret.bzz")).unwrap();
+    let absolute = format!("include \"{}\"\n{SOLUTION}", absolute.display());
+    let [relative, near] = ["../grade-secret/secret.bzz", "near/hop.bzz"]
+        .map(|path| format!("include \"{path}\"\n{SOLUTION}"));
+    let library = format!("include \"vec2.bzz\"\n{SOLUTION}");
+    let ada = hand_in("Ada", SOLUTION);
+    let with = |script: &str| {
+        let script = TextFile::new("hops.bzz".to_owned(), script.to_owned());
+        HandIn { scripts: vec![script], ..ada.clone() }.text()
+    };
+    let folder = folder(
+        "grade-include",
+        &[
+            ("a.json", &with(&absolute)),
+            ("b.json", &with(&relative)),
+            ("c.json", &with(&near)),
+            ("d.json", &with(&library)),
+        ],
+    );
+    fs::create_dir(folder.path("near")).unwrap();
+    folder.write("near/hop.bzz", "HOP = 1\n");
+    let outcome = folder.bbz(&["grade", "."]);
+    assert!(!outcome.stdout.contains("root"), "{}", outcome.stdout);
+    for part in [
+        "a.json: does not run\n    ./hops.bzz:1:1: there is no file",
+        "b.json: does not run\n    ./hops.bzz:1:1: there is no file",
+        "c.json: Ada: 5 of 5 held",
+        "d.json: Ada: 5 of 5 held",
+    ] {
+        assert!(outcome.stdout.contains(part), "{part}:\n{}", outcome.stdout);
+    }
+    // Folders of `-I` are the choice of the person who grades.
+    let secret = secret.path(".").display().to_string();
+    let outcome = folder.bbz(&["grade", ".", "-I", &secret]);
+    assert!(outcome.stdout.contains("secret.bzz:1:5: "), "{}", outcome.stdout);
+}
+
+#[test]
+fn a_long_report_is_cut() {
+    let ada = hand_in("Ada", SOLUTION);
+    let script = TextFile::new("hops.bzz".to_owned(), "x = )\n".repeat(1000));
+    let text = HandIn { scripts: vec![script], ..ada.clone() }.text();
+    let mut doubled = ada.clone();
+    doubled.scripts.push(ada.scripts[0].clone());
+    let none = HandIn { scripts: Vec::new(), ..ada };
+    let results = [("a.json", text), ("b.json", doubled.text()), ("c.json", none.text())];
+    let folder = folder("grade-long", &results.each_ref().map(|(name, text)| (*name, &**text)));
+    let outcome = folder.bbz(&["grade", "."]);
+    let lines: Vec<&str> = outcome.stdout.lines().collect();
+    assert!(lines.len() < 20, "{}", outcome.stdout);
+    assert!(outcome.stdout.contains("    and 995 more\n"), "{}", outcome.stdout);
+    for part in ["it has the script `hops.bzz` twice", "it has no script"] {
+        assert!(outcome.stdout.contains(part), "{part}:\n{}", outcome.stdout);
+    }
+}
+
 #[test]
 fn a_folder_without_an_assignment_is_refused() {
     let folder = folder("grade-folder", &[]);
@@ -139,7 +199,7 @@ fn a_folder_without_an_assignment_is_refused() {
     folder.bbz(&["grade", "."]).fails_with(3, &["does not have one scenario", "--scenario FILE"]);
     let outcome = folder.bbz(&["grade", ".", "--scenario", "hops.toml"]);
     assert!(outcome.stdout.contains("a.json: Ada: 5 of 5 held"), "{}", outcome.stdout);
-    // A mistake of the assignment is told once.
+    // A mistake of the assignment is reported once.
     folder.write("other.toml", SCENARIO.replace("count = 30", "cuont = 30"));
     let outcome = folder.bbz(&["grade", ".", "--scenario", "other.toml"]);
     outcome.fails_with(

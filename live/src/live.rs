@@ -285,7 +285,7 @@ impl Live {
                 self.has_failed = false;
                 let before = std::mem::take(&mut self.events);
                 self.begin();
-                // The page forgets what it knows when a session begins.
+                // The event of a new session clears the page, so it is sent before the events of the command.
                 self.events.extend(before);
             }
             Err(error) => self.refuse_command(&error),

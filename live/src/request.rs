@@ -93,10 +93,10 @@ pub enum Request {
         values: Vec<String>,
         /// The number of seeds with which each value is tried.
         seeds: u32,
-        /// The quantity, as `plot` has it, that is told of the end of each trial.
+        /// The quantity that is measured at the end of each trial, as in `plot`.
         quantity: Option<String>,
     },
-    /// The scripts are tried, and what comes of it is an event: a file to be handed in.
+    /// Run the scripts to the end of the scenario. The result is an event: a file to be handed in.
     HandIn {
         /// The name of who hands it in.
         by: String,

@@ -10,7 +10,7 @@ use std::path::Path;
 
 use crate::workshop::{Text, Workshop};
 
-/// Makes what runs of a scenario share: from its text, with `values` in the place of its own, and with texts in the place of scripts.
+/// Compiles a scenario and its scripts for runs. `values` replace values of the scenario, and `scripts` replace files.
 /// An error is a list of messages, each an object as `bbz check --json` writes it.
 pub fn set_up(
     workshop: &dyn Workshop,

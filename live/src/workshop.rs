@@ -18,7 +18,7 @@ pub trait Workshop {
     /// Reads a text as the scenario at that path, with `values` (`medium.ir.loss=0.1`) in the place of its own.
     fn parse(&self, text: &str, values: &[String]) -> Result<Scenario, Vec<ScenarioError>>;
 
-    /// Returns what compiles scripts by their paths: kept texts, or files.
+    /// Returns a compiler that finds scripts by their paths, kept texts before files.
     fn compiler(&self) -> Compiler;
 
     /// Returns the text of a script. An error is a reason for people.

@@ -155,23 +155,23 @@ fn a_result_has_what_is_needed_to_run_it_again() {
     let events = finish(&mut live, json!({ "hand_in": { "by": "Ada / L." } }));
     let result = of_kind(&events, "result")[0];
     assert_eq!(result["name"], "the-best-ada---l.json");
-    let told = HandIn::read(result["text"].as_str().unwrap()).unwrap();
-    assert_eq!((told.by.as_str(), told.assignment.as_str()), ("Ada / L.", "The best"));
-    assert_eq!((told.seed, told.seconds, told.success), (5, 20.0, true));
-    assert_eq!(told.scenario.text, SCENARIO);
+    let read = HandIn::read(result["text"].as_str().unwrap()).unwrap();
+    assert_eq!((read.by.as_str(), read.assignment.as_str()), ("Ada / L.", "The best"));
+    assert_eq!((read.seed, read.seconds, read.success), (5, 20.0, true));
+    assert_eq!(read.scenario.text, SCENARIO);
     assert_eq!(
-        (told.scripts[0].name.as_str(), told.scripts[0].text.as_str()),
+        (read.scripts[0].name.as_str(), read.scripts[0].text.as_str()),
         ("best.bzz", text.as_str())
     );
-    assert!(told.scripts[0].is_whole());
-    assert_eq!(told.expectations[0].text, "all: global.best equals 8, within 19 s");
+    assert!(read.scripts[0].is_whole());
+    assert_eq!(read.expectations[0].text, "all: global.best equals 8, within 19 s");
     // The same from the start, in a world of its own.
     let again = shelf_with(&text);
     let (mut run, _) = again.open(2).unwrap();
     while !run.is_over() {
         run.tick().unwrap();
     }
-    assert_eq!(told.digest, format!("{:016x}", run.digest()));
+    assert_eq!(read.digest, format!("{:016x}", run.digest()));
 }
 
 fn shelf_with(script: &str) -> Shelf {

@@ -11,16 +11,17 @@ __all__ = ["page", "session", "window"]
 RED = "function step() {\n  led(1)\n}\n"
 
 
-def editor(page):
+def editor(page, part="function"):
+    """The editor, once it shows a text with that part."""
     page.click("#tab-script")
     content = page.locator("#text .cm-content")
-    expect(content).to_contain_text("function")
+    expect(content).to_contain_text(part)
     return content
 
 
-def write(page, text):
-    """Replaces the text, without the help of the editor."""
-    editor(page).click()
+def write(page, text, part="function"):
+    """Replaces a text with that part, without the help of the editor."""
+    editor(page, part).click()
     page.keyboard.press("Control+a")
     # Chromium would give the new text the style of the old one, which the page's policy forbids.
     page.keyboard.press("Delete")

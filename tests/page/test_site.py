@@ -11,6 +11,7 @@ import tomllib
 
 import pytest
 from playwright.sync_api import expect
+from test_editor import write
 
 
 @pytest.fixture(scope="module")
@@ -84,16 +85,6 @@ def test_every_example_opens(page):
         expect(page.locator("#clock")).to_have_text(f"0.1 s of {duration:.1f} s")
 
 
-def type_script(page, text):
-    page.click("#tab-script")
-    content = page.locator("#text .cm-content")
-    expect(content).to_contain_text("function")
-    content.click()
-    page.keyboard.press("Control+a")
-    page.keyboard.press("Delete")
-    page.keyboard.insert_text(text)
-
-
 SCRIPT = "# Ünlike the example.\nhops = 0\nn = 0\nfunction step() {\n    n = n + 2\n    hops = n % 5\n    led(n % 7)\n    neighbors.broadcast(\"n\", n)\n}\n"
 
 
@@ -115,14 +106,14 @@ def digest_in(page):
 
 
 def test_a_script_is_edited_and_runs(page):
-    type_script(page, SCRIPT)
+    write(page, SCRIPT)
     page.click("#run")
     expect(page.locator("#script-status")).to_have_text("The robots run gradient.1.bzz.")
     expect(page.locator("#play")).to_have_text("Pause")
 
 
 def test_a_link_has_the_script(page, tmp_path):
-    type_script(page, SCRIPT)
+    write(page, SCRIPT)
     page.click("#link")
     expect(page.locator("#script-status")).to_contain_text("The address of this page has the text now")
     assert "gradient.bzz=" in page.url
@@ -135,7 +126,7 @@ def test_a_link_has_the_script(page, tmp_path):
 
 
 def test_a_link_with_a_mistake_opens_the_editor(page):
-    type_script(page, "# Wrong.\nfunction step( {\n")
+    write(page, "# Wrong.\nfunction step( {\n")
     page.click("#link")
     expect(page.locator("#script-status")).to_contain_text("The address of this page has the text now")
     page.reload()
@@ -146,7 +137,7 @@ def test_a_link_with_a_mistake_opens_the_editor(page):
 
 
 def test_the_page_is_exported_as_one_file(page, browser, tmp_path):
-    type_script(page, SCRIPT)
+    write(page, SCRIPT)
     with page.expect_download() as download:
         page.click("#export")
     path = tmp_path / download.value.suggested_filename

@@ -64,20 +64,11 @@ def test_a_sweep_without_sense_is_told(page, session):
 def test_the_scenario_is_edited(page, session):
     page.click("#tab-script")
     page.locator("#script-name").select_option("s.toml")
-    content = page.locator("#text .cm-content")
-    expect(content).to_contain_text("[world]")
     expect(page.locator("#keep")).to_be_hidden()
-
-    def type_text(text):
-        content.click()
-        page.keyboard.press("Control+a")
-        page.keyboard.press("Delete")
-        page.keyboard.insert_text(text)
-
-    type_text(SCENARIO.replace("count = 2", "cuont = 2"))
+    write(page, SCENARIO.replace("count = 2", "cuont = 2"), "[world]")
     expect(page.locator("#diagnostics li").first).to_contain_text("line 10")
     expect(page.locator("#diagnostics li").first).to_contain_text("did you mean `count`?")
-    type_text(TASK)
+    write(page, TASK, "[world]")
     expect(page.locator("#diagnostics li")).to_have_count(0)
     page.click("#run")
     expect(page.locator("#script-status")).to_have_text("s.toml has begun anew.")
@@ -93,12 +84,7 @@ def test_the_scenario_is_edited(page, session):
 def test_what_is_handed_in_is_graded(page, session, tmp_path):
     page.click("#tab-script")
     page.locator("#script-name").select_option("s.toml")
-    content = page.locator("#text .cm-content")
-    expect(content).to_contain_text("[world]")
-    content.click()
-    page.keyboard.press("Control+a")
-    page.keyboard.press("Delete")
-    page.keyboard.insert_text(TASK)
+    write(page, TASK, "[world]")
     page.click("#run")
     expect(page.locator("#clock")).to_have_text("0.0 s of 50.0 s")
     page.locator("#script-name").select_option("s.bzz")

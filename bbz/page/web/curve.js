@@ -68,7 +68,7 @@ export class Curve {
         // A single number is one of the whole swarm.
         const of = (robot) => ({ values }) => (robot === null || values?.length === 1 ? null : values?.[robot]) ?? null;
         const ofChosen = of(chosen);
-        this.tell(this.points.get(this.last) ?? points.at(-1), of);
+        this.describe(this.points.get(this.last) ?? points.at(-1), of);
         const known = points.flatMap(({ five }) => [five[0], five[4]]).filter(Number.isFinite);
         const [low, high] = known.reduce(([least, most], value) => [Math.min(least, value), Math.max(most, value)], [Infinity, -Infinity]);
         const { width, height, paint } = this.prepare();
@@ -129,7 +129,7 @@ export class Curve {
     }
 
     // The curve in words.
-    tell(point, of) {
+    describe(point, of) {
         const { chosen, compared, robots } = this.view;
         const own = (robot, name) => {
             const value = of(robot)(point);

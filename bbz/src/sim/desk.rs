@@ -12,6 +12,7 @@ use bittybuzz_live::Workshop;
 use bittybuzz_robot_files::all_shipped;
 use bittybuzz_toml_reader::file;
 
+use crate::fence::Fence;
 use crate::program::{self, Program};
 use crate::selection::Selection;
 use crate::whole_file;
@@ -26,6 +27,8 @@ pub struct Desk {
     include: Vec<PathBuf>,
     /// Scripts may be written.
     may_write: bool,
+    /// Texts that are compiled include files of these folders alone.
+    fence: Option<Fence>,
 }
 
 impl Desk {
@@ -37,7 +40,17 @@ impl Desk {
             drafts: Arc::default(),
             include: include.to_vec(),
             may_write,
+            fence: None,
         }
+    }
+
+    /// A desk for scripts of others: they include files of the scenario's folder, of `-I` and of the library alone. Without this,
+    /// `include "/etc/passwd"` would make messages that quote that file.
+    pub fn for_scripts_of_others(scenario: &Path, include: &[PathBuf]) -> Self {
+        let folder = scenario.parent().unwrap_or(Path::new(""));
+        let folders = include.iter().map(PathBuf::as_path).chain([folder]);
+        let fence = Some(Fence::new(folders));
+        Desk { fence, ..Desk::new(scenario, &[], include, false) }
     }
 
     /// Compiles a script: a draft, or a file. The error has all diagnostics of the script.
@@ -104,7 +117,8 @@ impl Workshop for Desk {
 
     fn compile(&self, script: &Path, text: &str, group: &Group) -> Compiled {
         let options = selection(group).options();
-        compile(script, text.to_owned(), &program::loader(&DiskFiles, &self.include), &options)
+        let files: &dyn Files = self.fence.as_ref().map_or(&DiskFiles, |fence| fence);
+        compile(script, text.to_owned(), &program::loader(files, &self.include), &options)
     }
 
     fn keep(&mut self, script: &Path, text: &str) {

@@ -119,11 +119,11 @@ pub fn execute(arguments: &Arguments) -> Result<Ending, Problem> {
     };
     let robot = selection.robot.as_ref();
     let script = arguments.script.as_deref().zip(program.as_ref());
-    let told = script.map(|(path, program)| Script {
+    let script_for_reports = script.map(|(path, program)| Script {
         name: report::printable(&path.to_string_lossy()),
         program,
     });
-    let teller = Teller::new(told, robot, format, arguments.until_fault);
+    let teller = Teller::new(script_for_reports, robot, format, arguments.until_fault);
     let interrupt = Interrupt::install().map_err(Problem::Interrupt)?;
     #[cfg(feature = "view")]
     if arguments.view {
