@@ -8,15 +8,13 @@
 
 use core::hash::Hash;
 
-use rayon::ThreadPool;
-use rayon::prelude::*;
-
 use super::body::Shape;
 use super::digest::Digest;
 use super::geometry::{Area, Pose};
 use super::grid::Cells;
 use super::id::RobotId;
 use super::obstacle::{Obstacles, SLOP};
+use super::pool::Pool;
 use super::ray::Ray;
 use super::statistics::Statistics;
 
@@ -175,7 +173,7 @@ impl Crowd {
         &mut self,
         poses: &mut [Pose],
         obstacles: &Obstacles,
-        pool: Option<&ThreadPool>,
+        pool: &Pool,
         seconds: f32,
     ) {
         self.place(poses);
@@ -327,7 +325,7 @@ impl Crowd {
         true
     }
 
-    fn round(&mut self, round: usize, obstacles: &Obstacles, pool: Option<&ThreadPool>) {
+    fn round(&mut self, round: usize, obstacles: &Obstacles, pool: &Pool) {
         let Crowd { cells, shapes, crash_speeds, velocities, starts, .. } = self;
         let Crowd { widest, discs, next, awake, .. } = self;
         let all = round == 0;
@@ -349,12 +347,7 @@ impl Crowd {
                 *next = look.pushed(chunk * CHUNK + offset);
             }
         };
-        match pool {
-            Some(pool) if discs.len() > CHUNK => {
-                pool.install(|| next.par_chunks_mut(CHUNK).enumerate().for_each(work));
-            }
-            _ => next.chunks_mut(CHUNK).enumerate().for_each(work),
-        }
+        pool.each(next.chunks_mut(CHUNK).enumerate(), work);
         core::mem::swap(&mut self.discs, &mut self.next);
     }
 

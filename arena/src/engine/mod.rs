@@ -58,6 +58,7 @@ mod light;
 mod link;
 mod obstacle;
 mod outside;
+mod pool;
 mod ranger;
 mod ray;
 mod robot;

@@ -2,9 +2,6 @@
 
 use core::convert::Infallible;
 
-use rayon::ThreadPool;
-use rayon::prelude::*;
-
 use super::body::Moment;
 use super::brain::{Brain, Controls, Inbox, Io, Sensors};
 use super::geometry::Pose;
@@ -109,7 +106,7 @@ impl<B: Brain> World<B> {
             now: *now,
             is_watched: frame_log.is_some(),
         };
-        each(pool.as_deref(), parts(cohorts, scratch, robots, brains, poses, estimates), |part| {
+        pool.each(parts(cohorts, scratch, robots, brains, poses, estimates), |part| {
             part.think(&around)
         });
         for scratch in &mut self.scratch {
@@ -127,7 +124,7 @@ impl<B: Brain> World<B> {
 
     fn settle(&mut self) {
         let seconds = TICK / self.substeps as f32;
-        self.crowd.settle(&mut self.poses, &self.obstacles, self.pool.as_deref(), seconds);
+        self.crowd.settle(&mut self.poses, &self.obstacles, &self.pool, seconds);
     }
 
     /// Robots that have crashed fail.
@@ -165,7 +162,7 @@ impl<B: Brain> World<B> {
     /// Does the same with every cohort.
     fn each(&mut self, work: impl Fn(Part<'_, B>) + Send + Sync) {
         let World { pool, scratch, robots, brains, poses, estimates, cohorts, .. } = self;
-        each(pool.as_deref(), parts(cohorts, scratch, robots, brains, poses, estimates), work);
+        pool.each(parts(cohorts, scratch, robots, brains, poses, estimates), work);
     }
 
     /// The links send.
@@ -211,21 +208,6 @@ fn parts<'a, B>(
             estimates: cut(&mut estimates, count),
         }
     })
-}
-
-/// Does the same with every part, by several threads if there are any. A single part does not wait for another thread to wake up.
-fn each<'a, B: Brain + 'a>(
-    pool: Option<&ThreadPool>,
-    parts: impl ExactSizeIterator<Item = Part<'a, B>>,
-    work: impl Fn(Part<'_, B>) + Send + Sync,
-) {
-    match pool {
-        Some(pool) if parts.len() > 1 => {
-            let parts: Vec<Part<'_, B>> = parts.collect();
-            pool.install(|| parts.into_par_iter().for_each(work));
-        }
-        _ => parts.for_each(work),
-    }
 }
 
 impl<B: Brain> Part<'_, B> {

@@ -2,8 +2,6 @@
 
 use std::sync::Arc;
 
-use rayon::ThreadPool;
-
 use super::TICK;
 use super::body::{BLOCK, BodyModel, Moment, Shape, substeps};
 use super::brain::Brain;
@@ -16,6 +14,7 @@ use super::intruder::Station;
 use super::light::{Light, LightId};
 use super::link::{Air, Calibration, FrameLog, Loss, Media, Medium, Radio, Schedule, Topology};
 use super::obstacle::{Obstacle, Obstacles};
+use super::pool::Pool;
 use super::robot::{Robot, RobotState, View};
 use super::scratch::Scratch;
 use super::settings::Settings;
@@ -48,8 +47,7 @@ pub struct World<B> {
     pub(crate) scratch: Vec<Scratch>,
     /// `None`: nobody watches.
     pub(crate) frame_log: Option<Box<FrameLog>>,
-    /// `None`: the caller's thread does everything.
-    pub(crate) pool: Option<Arc<ThreadPool>>,
+    pub(crate) pool: Pool,
 }
 
 impl<B: Brain> World<B> {
@@ -57,12 +55,6 @@ impl<B: Brain> World<B> {
     pub fn new(settings: Settings) -> Result<Self, SettingsError> {
         settings.check()?;
         let Settings { area, threads, .. } = settings;
-        let pool = if threads == 1 {
-            None
-        } else {
-            // A machine that gives no threads still simulates.
-            rayon::ThreadPoolBuilder::new().num_threads(threads).build().ok().map(Arc::new)
-        };
         Ok(World {
             settings,
             now: 0,
@@ -84,7 +76,7 @@ impl<B: Brain> World<B> {
             statistics: Statistics::default(),
             scratch: Vec::new(),
             frame_log: None,
-            pool,
+            pool: Pool::new(threads),
         })
     }
 

@@ -1,0 +1,47 @@
+//! Threads that share the work of a tick.
+//!
+//! A WebAssembly module has one thread, so it is built without them.
+
+#[cfg(not(target_family = "wasm"))]
+use rayon::prelude::*;
+
+/// Threads, or that of the caller alone.
+#[derive(Clone, Debug)]
+pub(crate) struct Pool {
+    #[cfg(not(target_family = "wasm"))]
+    threads: Option<std::sync::Arc<rayon::ThreadPool>>,
+}
+
+impl Pool {
+    /// A pool of so many threads; 0 stands for one per processor. On a computer that gives none, the caller's thread does the work.
+    #[cfg(not(target_family = "wasm"))]
+    pub(crate) fn new(count: usize) -> Self {
+        let threads = match count {
+            1 => None,
+            _ => rayon::ThreadPoolBuilder::new().num_threads(count).build().ok(),
+        };
+        Pool { threads: threads.map(std::sync::Arc::new) }
+    }
+
+    #[cfg(target_family = "wasm")]
+    pub(crate) fn new(_: usize) -> Self {
+        Pool {}
+    }
+
+    /// Does the same with every item, in any order. A single item does not wait for another thread to wake up.
+    pub(crate) fn each<T: Send>(
+        &self,
+        items: impl ExactSizeIterator<Item = T>,
+        work: impl Fn(T) + Send + Sync,
+    ) {
+        #[cfg(not(target_family = "wasm"))]
+        if let Some(threads) = &self.threads
+            && items.len() > 1
+        {
+            let items: Vec<T> = items.collect();
+            threads.install(|| items.into_par_iter().for_each(work));
+            return;
+        }
+        items.for_each(work);
+    }
+}
