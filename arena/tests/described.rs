@@ -172,8 +172,10 @@ fn sensors_measure_the_world() {
         expect("s", 90.0, 1.0),
         expect("c", 1.0, 0.0),
     ];
-    let summary = run_with(&folder, &text.concat(), 1, |_| ());
+    let mut battery = None;
+    let summary = run_with(&folder, &text.concat(), 1, |run| battery = run.battery_mv(0));
     assert!(summary.is_success(), "{:?}\n{:?}", summary.convergences, summary.faults);
+    close(battery.unwrap().into(), 4000.0 - 5.1 * 1000.0 / 60.0, 1.0);
 }
 
 /// Two robots 500 mm apart hear each other, with distance and direction; one 2 m away does not.

@@ -8,6 +8,7 @@ mod script;
 use bittybuzz_arena::run::Simulation;
 use bittybuzz_inspect::{Inspection, Limits, QueuedMessage, ScriptValue};
 use busy::{rest, setup};
+use script::{folder, run_with};
 
 fn global<'a>(found: &'a Inspection, name: &str) -> &'a ScriptValue {
     &found.globals.iter().find(|global| global.name == name).unwrap().value
@@ -56,4 +57,27 @@ fn a_robot_that_is_not_there_has_nothing_to_inspect() {
     assert!(simulation.inspect(last, Limits::NONE).is_none());
     assert!(simulation.inspect(last + 1, Limits::NONE).is_none());
     assert!(simulation.inspect(0, Limits::NONE).is_some());
+}
+
+/// After a minute of 7 in the air, from 4.15 V to 3.2 V; and as an event sets it.
+#[test]
+fn the_battery_is_the_one_that_the_script_reads() {
+    let flier = "mv = 0\nfunction init() { takeoff(500) }\nfunction step() { mv = battery() }\n";
+    let folder = folder("battery", &[("fly.bzz", flier), ("rest.bzz", "mv = 0\n")]);
+    let text = "[world]\nsize = [2000, 2000]\nduration = 70\n\n\
+                [[robots]]\nrobot = \"crazyflie\"\nscript = \"fly.bzz\"\ncount = 1\n\n\
+                [[robots]]\nrobot = \"kilobot\"\nscript = \"rest.bzz\"\ncount = 1\n\n\
+                [[event]]\nat = 65\nbattery = 0\nvolts = 3.5\n";
+    let mut read = Vec::new();
+    run_with(&folder, text, 1, |run| {
+        let memory = run.inspect(0, Limits::NONE).unwrap();
+        if let ScriptValue::Int(mv) = global(&memory, "mv") {
+            read.push((f64::from(run.battery_mv(0).unwrap()), f64::from(*mv)));
+        }
+        assert_eq!(run.battery_mv(1), None);
+    });
+    let flown = |seconds: f64| 4150.0 - (4150.0 - 3200.0) * seconds / 420.0;
+    let (known, sensed) = read[600];
+    assert!((known - flown(60.0)).abs() < 10.0 && (known - sensed).abs() < 2.0, "{known} {sensed}");
+    assert_eq!(read.last(), Some(&(3500.0, 3500.0)));
 }

@@ -399,6 +399,7 @@ impl Live {
         let fault = fault.map(|record| events::fault(run.setup(), robot, record));
         self.events.push(json!({
             "event": "inspection", "robot": robot, "tick": run.now(), "memory": memory, "fault": fault,
+            "battery_mv": run.battery_mv(robot),
         }));
     }
 

@@ -193,6 +193,12 @@ impl SimRobot {
         self.state.clock = Clock::fast_by(ppm);
     }
 
+    /// Returns the voltage of its battery in mV after so many ms of the run, if anything is known of it.
+    pub fn battery_mv(&self, milliseconds: u64) -> Option<u16> {
+        let memory = &self.state.memory;
+        memory.battery_mv.or_else(|| memory.autopilot.as_ref()?.battery_mv(milliseconds))
+    }
+
     /// Sets the voltage of its battery.
     pub fn set_battery(&mut self, millivolts: u16) {
         self.state.memory.battery_mv = Some(millivolts);

@@ -9,7 +9,8 @@ use std::sync::Arc;
 use bittybuzz_inspect::{Inspection, Limits};
 
 use crate::engine::{
-    Digest, HerdId, IntruderSettings, Light, Pose, RobotId, RobotState, Stream, View, World,
+    Digest, HerdId, IntruderSettings, Light, Pose, RobotId, RobotState, Stream, TICK_US, View,
+    World,
 };
 use crate::robot::checks::Findings;
 use crate::robot::{FaultCounts, FaultRecord, LogLine, News, ProgramId, SimRobot};
@@ -338,6 +339,13 @@ impl Simulation {
     pub fn inspect(&self, number: usize, limits: Limits) -> Option<Inspection> {
         let robot = self.world.brain(self.happenings.id(number)?)?;
         robot.inspect(self.program(number)?.symbols.as_ref(), limits)
+    }
+
+    /// Returns the voltage of the battery of a robot in mV: what its sensor tells without noise. `None` of a robot whose model does not
+    /// say, unless the scenario has set it, and of one that runs its firmware.
+    pub fn battery_mv(&self, number: usize) -> Option<u16> {
+        let milliseconds = self.now() * u64::from(TICK_US / 1000);
+        self.world.brain(self.happenings.id(number)?)?.battery_mv(milliseconds)
     }
 
     /// Returns the program of a robot: that of its group, until an event or a command loads another one.

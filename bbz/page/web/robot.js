@@ -87,6 +87,10 @@ export class RobotPanel {
             ...(this.world.recording ? [] : [row(texts.group, `${group.name} (${group.robot})`), row(texts.script, group.script)]),
             ...(this.world.watched ? [] : [row(texts.place, texts.placeOf(x, y, z, degrees))]),
         ];
+        const battery = this.inspection?.battery_mv ?? null;
+        if (battery !== null) {
+            rows.push(row(texts.battery, texts.volts(battery)));
+        }
         const memory = this.inspection?.memory;
         if (memory) {
             const { stack, heap, free } = memory.slots;

@@ -60,6 +60,15 @@ impl Autopilot for Senses {
         Box::new(self.clone())
     }
 
+    fn battery_mv(&self, milliseconds: u64) -> Option<u16> {
+        self.sensors.iter().find_map(|sensor| match sensor.kind {
+            SensorKind::Battery { full_mv, empty_mv, minutes } => {
+                Some(voltage([full_mv, empty_mv], minutes, milliseconds) as u16)
+            }
+            _ => None,
+        })
+    }
+
     /// A robot whose battery is empty stops; one that flies falls.
     fn tick(&mut self, io: &mut Io<'_>, _: Option<u16>) {
         if self.is_empty(io) {
@@ -116,10 +125,15 @@ fn measure(sensor: &Sensor, radius: f32, io: &Io<'_>, chance: &mut Stream) -> Ve
             vec![distance, wrap_degrees(bearing + error), count as f32]
         }
         SensorKind::Battery { full_mv, empty_mv, minutes } => {
-            let share = (io.milliseconds() as f64 / (minutes * 60_000.0)).min(1.0);
-            vec![noisy((full_mv - (full_mv - empty_mv) * share) as f32).max(0.0)]
+            vec![noisy(voltage([*full_mv, *empty_mv], *minutes, io.milliseconds())).max(0.0)]
         }
     }
+}
+
+/// Returns mV of a battery after so many ms of the run. It falls evenly from full to empty.
+fn voltage([full, empty]: [f64; 2], minutes: f64, milliseconds: u64) -> f32 {
+    let share = (milliseconds as f64 / (minutes * 60_000.0)).min(1.0);
+    (full - (full - empty) * share) as f32
 }
 
 /// Returns the same direction in (-180, 180].

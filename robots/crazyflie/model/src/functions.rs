@@ -159,6 +159,10 @@ impl Autopilot for Pilot {
         }
     }
 
+    fn battery_mv(&self, _: u64) -> Option<u16> {
+        u16::try_from(self.battery()).ok()
+    }
+
     /// Lands for good.
     fn give_up(&mut self, io: &mut Io<'_>) {
         self.has_given_up = true;
