@@ -34,6 +34,9 @@ pub enum Problem {
     ReadAndWritten(PathBuf),
     /// The seed is given by `--seed` and by `--set`.
     TwoSeeds,
+    /// A value of `--set` that cannot be written into the text of the scenario.
+    #[cfg(feature = "view")]
+    NoPlace(String),
     /// `--checks` with several values of `--set`.
     ChecksOfMany,
     /// `--view` with several values of `--set`.
@@ -279,6 +282,8 @@ impl Problem {
             Problem::Folder(_) => Some("name a file in it".to_owned()),
             Problem::ReadAndWritten(_) => Some("name another file".to_owned()),
             Problem::TwoSeeds => Some("leave out one of them".to_owned()),
+            #[cfg(feature = "view")]
+            Problem::NoPlace(_) => Some("change it in the file".to_owned()),
             Problem::ChecksOfMany => Some("give each key of `--set` one value".to_owned()),
             #[cfg(feature = "view")]
             Problem::ViewOfMany => Some("give each key of `--set` one value".to_owned()),
@@ -430,6 +435,13 @@ impl fmt::Display for Problem {
             }
             Problem::TwoSeeds => {
                 write!(f, "`--seed` and `--set world.seed` both give the seed")
+            }
+            #[cfg(feature = "view")]
+            Problem::NoPlace(value) => {
+                write!(
+                    f,
+                    "`--set {value}` has no place in the text of the scenario, which the page shows"
+                )
             }
             Problem::ChecksOfMany => {
                 write!(f, "`--checks` reports one run, and `--set` asks for several")

@@ -345,6 +345,16 @@ def test_a_saved_session_has_the_same_digest(page, tmp_path):
     assert shown != original
 
 
+@pytest.mark.parametrize("session", [["--seed", "5", "--set", "medium.ir.loss=0.5"]], indirect=True)
+def test_values_of_the_command_line_are_saved(page, tmp_path):
+    go(page, 600)
+    shown = digest(page, 600)
+    saved = save(page, tmp_path)
+    assert saved.read_text() == SCENARIO.replace("[[-300, -200]]\n", "[[-300, -200]]\nseed = 5\n") + "\n[medium.ir]\nloss = 0.5\n"
+    assert simulated(saved)["digest"] == shown
+    assert shown != simulated(tmp_path / "s.toml")["digest"]
+
+
 def test_log_lines_faults_and_expectations_are_listed(page):
     page.locator("#rate").select_option("100")
     page.click("#play")

@@ -21,8 +21,6 @@ use crate::whole_file;
 #[derive(Clone)]
 pub struct Desk {
     scenario: PathBuf,
-    /// Values in the place of the scenario's.
-    values: Vec<String>,
     drafts: Arc<Mutex<MemoryFiles>>,
     include: Vec<PathBuf>,
     /// Scripts may be written.
@@ -33,10 +31,9 @@ pub struct Desk {
 
 impl Desk {
     /// No drafts yet.
-    pub fn new(scenario: &Path, values: &[String], include: &[PathBuf], may_write: bool) -> Self {
+    pub fn new(scenario: &Path, include: &[PathBuf], may_write: bool) -> Self {
         Desk {
             scenario: scenario.to_owned(),
-            values: values.to_vec(),
             drafts: Arc::default(),
             include: include.to_vec(),
             may_write,
@@ -50,7 +47,7 @@ impl Desk {
         let folder = scenario.parent().unwrap_or(Path::new(""));
         let folders = include.iter().map(PathBuf::as_path).chain([folder]);
         let fence = Some(Fence::new(folders));
-        Desk { fence, ..Desk::new(scenario, &[], include, false) }
+        Desk { fence, ..Desk::new(scenario, include, false) }
     }
 
     /// Compiles a script: a draft, or a file. The error has all diagnostics of the script.
@@ -100,9 +97,8 @@ impl Workshop for Desk {
     }
 
     fn parse(&self, text: &str, values: &[String]) -> Result<Scenario, Vec<ScenarioError>> {
-        let values: Vec<String> = self.values.iter().chain(values).cloned().collect();
         let models = bittybuzz_robot_models::all();
-        Scenario::parse_in(&DiskFiles, text, &self.scenario, &values, &models)
+        Scenario::parse_in(&DiskFiles, text, &self.scenario, values, &models)
     }
 
     fn compiler(&self) -> run::Compiler {

@@ -10,6 +10,8 @@ mod open;
 mod progress;
 mod summary;
 mod table;
+#[cfg(feature = "view")]
+mod values;
 mod variants;
 #[cfg(feature = "view")]
 mod view;
