@@ -3,7 +3,9 @@
 import functools
 import http.server
 import json
+import math
 import os
+import re
 import shutil
 import subprocess
 import threading
@@ -183,3 +185,52 @@ def test_an_assignment_is_shared_by_its_address(page, browser):
     pupil.click("#tab-tests")
     expect(pupil.locator("#assignment h2")).to_have_text("Hops of class 3")
     pupil.close()
+
+
+def test_fliers_are_seen_in_3d(page):
+    page.locator("#example").select_option("examples/swarm/particle_swarm.toml")
+    expect(page.locator("#clock")).to_have_text("0.0 s of 120.0 s")
+    tilt, canvas, name = page.locator("#tilt"), page.locator("#canvas"), page.locator("#name")
+    expect(tilt).to_be_hidden()
+    page.click("#play")
+    expect(tilt).to_be_visible()
+    # They rise for some seconds.
+    expect(page.locator("#clock")).to_contain_text("6.")
+    page.click("#play")
+    page.check("#tilted")
+    for _ in range(4):
+        canvas.press("n")
+    expect(page.locator("#robot h2")).to_have_text("Robot 3")
+    where = name.bounding_box()
+    canvas.press("Control+ArrowRight")
+    page.wait_for_function("left => document.getElementById('name').getBoundingClientRect().left !== left", arg=where["x"])
+    where = name.bounding_box()
+    page.mouse.move(400, 600)
+    page.mouse.down(button="right")
+    page.mouse.move(400, 570)
+    page.mouse.up(button="right")
+    page.wait_for_function("top => document.getElementById('name').getBoundingClientRect().top !== top", arg=where["y"])
+    # The name is beside the body, which is where it is seen.
+    pixels = page.locator("#bar").bounding_box()["width"] / int(page.locator("#bar-text").inner_text().split()[0])
+    where = page.evaluate("() => { const { left, top } = document.getElementById('name').style; return [left, top].map(parseFloat); }")
+    box = canvas.bounding_box()
+    # A Crazyflie has a radius of 60 mm in the simulator.
+    away = 60 * pixels + 6
+    x, y = box["x"] + where[0] - away, box["y"] + where[1] + away
+    canvas.press("Escape")
+    expect(page.locator("#robot h2")).to_have_count(0)
+    page.mouse.click(x, y)
+    expect(page.locator("#robot h2")).to_have_text("Robot 3")
+    place = page.locator("#robot dl > div", has=page.locator("dt", has_text="Place")).locator("dd")
+    expect(page.locator("#robot dl.facts")).to_contain_text(re.compile(r"Battery\s*4\.1\d V"))
+    before = place.inner_text()
+    page.mouse.move(x, y)
+    page.mouse.down()
+    page.mouse.move(x + 40, y, steps=4)
+    page.mouse.up()
+    page.click("#step")
+    expect(place).not_to_have_text(before)
+    # The way on the ground is the one that is seen, and the height stays, but for what it flies in a tick.
+    (x, y, z), (to_x, to_y, to_z) = ([float(number) for number in re.findall(r"-?[0-9.]+", text)[:3]] for text in (before, place.inner_text()))
+    assert abs(math.hypot(to_x - x, to_y - y) - 40 / pixels) < 60
+    assert abs(to_z - z) < 30

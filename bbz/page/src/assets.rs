@@ -27,10 +27,11 @@ macro_rules! asset {
     };
 }
 
-const ASSETS: [Asset; 23] = [
+const ASSETS: [Asset; 25] = [
     asset!("", "index.html", HTML),
     asset!("style.css", STYLE),
     asset!("buzz.js", SCRIPT),
+    asset!("camera.js", SCRIPT),
     asset!("controls.js", SCRIPT),
     asset!("curve.js", SCRIPT),
     asset!("drawing.js", SCRIPT),
@@ -42,6 +43,7 @@ const ASSETS: [Asset; 23] = [
     asset!("main.js", SCRIPT),
     asset!("memory.js", SCRIPT),
     asset!("pointer.js", SCRIPT),
+    asset!("programs.js", SCRIPT),
     asset!("recording.js", SCRIPT),
     asset!("robot.js", SCRIPT),
     asset!("scene.js", SCRIPT),

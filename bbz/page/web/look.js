@@ -14,6 +14,7 @@ export class Look {
             view.hasTrails = part("trails").checked;
             view.sampled(true);
         });
+        part("tilted").addEventListener("change", () => view.tilt(part("tilted").checked));
         part("picture").addEventListener("click", () => {
             // A picture has to be taken before the browser clears what was drawn.
             view.draw();
@@ -38,6 +39,11 @@ export class Look {
             part("colour").value = "";
         }
         this.changed();
+    }
+
+    // Robots have moved.
+    sampled() {
+        part("tilt").hidden = !this.view.hasFliers && !this.view.camera.isTilted;
     }
 
     changed() {

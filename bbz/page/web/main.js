@@ -63,6 +63,7 @@ const session = connect({
             log.forget(robots.tick);
         }
         view.sampled(isAnew);
+        look.sampled();
         showTime();
         panel.show();
     },

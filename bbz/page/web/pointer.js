@@ -2,6 +2,9 @@
 
 // Pixels that a click may move.
 const SLACK = 4;
+// Radians for each pixel of a turn, and for each key.
+const TURN = 0.01;
+const KEY_TURN = Math.PI / 24;
 
 export class Pointer {
     // `onChoose(robot)` with its number or null; `onCompare(robot)`; `onMove(robot, [x, y])`, `onLamp(lamp, [x, y])` and `onCut([x, y], [x, y])` in mm.
@@ -20,6 +23,7 @@ export class Pointer {
             event.preventDefault();
             view.zoom(Math.exp(-event.deltaY / 500), view.toWorld(event));
         }, { passive: false });
+        canvas.addEventListener("contextmenu", (event) => view.camera.isTilted && event.preventDefault());
         canvas.addEventListener("keydown", (event) => this.key(event));
     }
 
@@ -30,6 +34,10 @@ export class Pointer {
         if (this.down.size > 1) {
             this.pressed = null;
             view.dragged = null;
+            return;
+        }
+        if (view.camera.isTilted && event.button === 2) {
+            this.pressed = { isTurning: true, hasMoved: true, x: event.clientX, y: event.clientY };
             return;
         }
         const at = view.toWorld(event);
@@ -64,8 +72,11 @@ export class Pointer {
             return;
         }
         pressed.hasMoved = true;
-        if (pressed.robot !== null || pressed.lamp !== null) {
-            view.dragged = { robot: pressed.robot, lamp: pressed.lamp, at: view.toWorld(event) };
+        if (pressed.isTurning) {
+            view.turnBy(right * TURN, below * TURN);
+            [pressed.x, pressed.y] = [event.clientX, event.clientY];
+        } else if (pressed.robot !== null || pressed.lamp !== null) {
+            view.dragged = { robot: pressed.robot, lamp: pressed.lamp, at: view.toWorld(event, view.robots.z[pressed.robot] / 10 || 0) };
             view.changed();
         } else {
             view.pan(right, below);
@@ -73,16 +84,18 @@ export class Pointer {
         }
     }
 
-    // Two fingers zoom and move at once.
+    // Two fingers zoom and move at once, and turn the world in 3-D.
     pinch(event) {
         const { view, down } = this;
         const [other] = [...down.values()].filter((one) => one.pointerId !== event.pointerId);
         const before = down.get(event.pointerId);
         const apart = (one) => Math.hypot(one.clientX - other.clientX, one.clientY - other.clientY);
+        const angle = (one) => Math.atan2(one.clientY - other.clientY, one.clientX - other.clientX);
         const middle = (one) => ({ clientX: (one.clientX + other.clientX) / 2, clientY: (one.clientY + other.clientY) / 2 });
         const [from, to] = [middle(before), middle(event)];
         view.pan(to.clientX - from.clientX, to.clientY - from.clientY);
         view.zoom(apart(event) / Math.max(1, apart(before)), view.toWorld(to));
+        view.turnBy(angle(before) - angle(event), 0);
         down.set(event.pointerId, event);
     }
 
@@ -118,6 +131,8 @@ export class Pointer {
         if (arrow && event.shiftKey && view.chosen !== null) {
             const [x, y] = view.placeOf(view.chosen);
             this.onMove(view.chosen, [x + 10 * arrow[0], y + 10 * arrow[1]]);
+        } else if (arrow && event.ctrlKey) {
+            view.turnBy(KEY_TURN * arrow[0], KEY_TURN * arrow[1]);
         } else if (arrow) {
             view.pan(-40 * arrow[0], 40 * arrow[1]);
         } else if (event.key === "+" || event.key === "-") {

@@ -14,17 +14,17 @@ export class Robots {
         this.ids = ids;
         this.tick = 0;
         // All that is drawn, in one piece, which goes to the graphics card as it is.
-        const shown = new ArrayBuffer(13 * count);
+        const shown = new ArrayBuffer(17 * count);
         this.shown = new Uint8Array(shown);
         // Tenths of mm.
         this.x = new Int32Array(shown, 0, count);
         this.y = new Int32Array(shown, 4 * count, count);
-        this.z = new Int32Array(count);
+        this.z = new Int32Array(shown, 8 * count, count);
         // Turns of 1/65536.
-        this.heading = new Uint16Array(shown, 8 * count, count);
-        this.led = new Uint8Array(shown, 10 * count, count);
-        this.state = new Uint8Array(shown, 11 * count, count);
-        this.isThere = new Uint8Array(shown, 12 * count, count);
+        this.heading = new Uint16Array(shown, 12 * count, count);
+        this.led = new Uint8Array(shown, 14 * count, count);
+        this.state = new Uint8Array(shown, 15 * count, count);
+        this.isThere = new Uint8Array(shown, 16 * count, count);
         this.version += 1;
     }
 

@@ -1,5 +1,6 @@
 // What is seen of the world.
 
+import { Camera } from "./camera.js";
 import { part } from "./element.js";
 import { Scene, SHAPES } from "./scene.js";
 
@@ -24,10 +25,9 @@ export class View {
     constructor(canvas) {
         this.canvas = canvas;
         this.scene = new Scene(canvas);
-        // The place in the middle of the canvas, in mm, and pixels for one mm.
-        this.x = 0;
-        this.y = 0;
-        this.scale = 1;
+        this.camera = new Camera();
+        // A robot has been above the ground.
+        this.hasFliers = false;
         this.chosen = null;
         // Numbers of the robots whose curves are shown beside that of the chosen one, by place; `null`: a free place.
         this.compared = Array(COMPARED.length).fill(null);
@@ -45,7 +45,10 @@ export class View {
         // Lines between two robots, and when they were drawn first; `null` while the run stands still.
         this.messages = NO_MESSAGES;
         this.flashed = null;
-        this.lines = { lost: this.scene.makeLines(), heard: this.scene.makeLines() };
+        this.lines = {};
+        for (const kind of ["lost", "heard", "links", "stems"]) {
+            this.lines[kind] = this.scene.makeLines();
+        }
         // Messages whose lines are drawn, and the robots at their ends have not moved since; else `null`.
         this.drawn = null;
         // Ends of the line that somebody draws through the world, in mm.
@@ -79,6 +82,7 @@ export class View {
         const known = (robot) => (robot !== null && robot < this.radii.length ? robot : null);
         this.chosen = known(this.chosen);
         this.compared = this.compared.map(known);
+        this.hasFliers = false;
         this.isFitted = true;
         this.fit();
     }
@@ -88,10 +92,8 @@ export class View {
         if (!this.world) {
             return;
         }
-        const [width, height] = this.world.size;
-        this.x = 0;
-        this.y = 0;
-        this.scale = Math.min(this.scene.width / width, this.scene.height / height) * 0.94 || 1;
+        const top = this.robots.z.reduce((most, z) => Math.max(most, z / 10), 0);
+        this.camera.fit(this.world.size, top, [this.scene.width, this.scene.height]);
         this.isFitted = true;
         this.changed();
     }
@@ -132,19 +134,34 @@ export class View {
             this.trail = [];
         }
         if (this.chosen !== null) {
-            this.trail.push([this.robots.x[this.chosen] / 10, this.robots.y[this.chosen] / 10]);
+            this.trail.push(this.spaceOf(this.chosen));
             this.trail.splice(0, this.trail.length - TRAIL);
         }
         if (!this.hasTrails || isAnew) {
             this.forgetTrails(this.trails.length);
         }
         if (this.hasTrails) {
-            this.trails.push([this.robots.x.slice(), this.robots.y.slice()]);
+            this.trails.push([this.robots.x.slice(), this.robots.y.slice(), this.robots.z.slice()]);
             const most = Math.max(2, Math.min(TRAILS, Math.floor(MOST_LINES / this.robots.count)));
             this.forgetTrails(this.trails.length - most);
         }
+        this.hasFliers ||= this.robots.z.some((z) => z > 0);
         this.drawn = null;
         this.changed();
+    }
+
+    // From above, or in 3-D.
+    tilt(isTilted) {
+        this.camera.look(isTilted);
+        this.fit();
+    }
+
+    // Angles in radians.
+    turnBy(turn, rise) {
+        if (this.camera.isTilted) {
+            this.camera.turnBy(turn, rise);
+            this.changed();
+        }
     }
 
     // Forgets the first samples of the trails, and the lines that lead to them.
@@ -188,7 +205,7 @@ export class View {
         if (scene.width === 0 || scene.height === 0) {
             return;
         }
-        scene.begin(this, colours.outside);
+        scene.begin(this.camera, colours.outside);
         this.drawGround();
         this.drawLinks();
         this.drawRobots();
@@ -243,22 +260,22 @@ export class View {
         const colour = fade(colours.states[3], 0.9 * (1 - age));
         for (const robot of this.deaf) {
             const size = this.radii[robot] * 1.5;
-            scene.add(...this.placeOf(robot), size, size, 0, SHAPES.ring, colour);
+            this.ring(robot, size, colour);
         }
     }
 
     drawTrails() {
         const { scene, trails, ways } = this;
         while (ways.length + 1 < trails.length) {
-            const [[x, y], [toX, toY]] = trails.slice(ways.length);
-            const ends = new Float32Array(4 * x.length);
+            const [from, to] = trails.slice(ways.length);
+            const ends = new Float32Array(6 * from[0].length);
             let count = 0;
-            for (let robot = 0; robot < x.length; robot++) {
-                if (x[robot] !== toX[robot] || y[robot] !== toY[robot]) {
-                    ends[4 * count] = x[robot];
-                    ends[4 * count + 1] = y[robot];
-                    ends[4 * count + 2] = toX[robot];
-                    ends[4 * count + 3] = toY[robot];
+            for (let robot = 0; robot < from[0].length; robot++) {
+                if (from.some((axis, index) => axis[robot] !== to[index][robot])) {
+                    from.forEach((axis, index) => {
+                        ends[6 * count + index] = axis[robot];
+                        ends[6 * count + 3 + index] = to[index][robot];
+                    });
                     count += 1;
                 }
             }
@@ -273,43 +290,56 @@ export class View {
         const isThere = ([from, to]) => Math.max(from, to) < this.robots.count;
         for (const kind of ["lost", "heard"]) {
             const pairs = this.messages[kind].filter(isThere);
-            const ends = new Float32Array(4 * pairs.length);
-            pairs.forEach(([from, to], index) => {
-                const [[x, y], [toX, toY]] = [this.placeOf(from), this.placeOf(to)];
-                ends.set([10 * x, 10 * y, 10 * toX, 10 * toY], 4 * index);
-            });
-            this.scene.setLines(this.lines[kind], ends);
+            this.setLines(kind, pairs.map(([from, to]) => [this.spaceOf(from), this.spaceOf(to)]));
         }
         // Robots at which messages collide hear none of them.
         this.deaf = new Set(this.messages.collided.filter(isThere).map(([, to]) => to));
     }
 
+    // Lines between pairs of places in mm.
+    setLines(kind, pairs) {
+        this.scene.setLines(this.lines[kind], Float32Array.from(pairs.flat(2), (mm) => 10 * mm));
+    }
+
     drawLinks() {
         this.drawTrails();
         this.drawMessages();
-        const { colours, trail } = this;
+        const { scene, colours, trail, lines } = this;
+        // Older parts of the trail are paler.
         for (let index = 1; index < trail.length; index++) {
-            this.line(trail[index - 1], trail[index], 0, fade(colours.chosen, (0.7 * index) / trail.length), 1);
+            const [from, to] = [trail[index - 1], trail[index]];
+            this.line(from, to, 0, fade(colours.chosen, (0.7 * index) / trail.length), 1, to[2]);
         }
         if (this.chosen !== null) {
-            const from = this.placeOf(this.chosen);
-            this.neighbors.forEach((robot) => this.line(from, this.placeOf(robot), 0, fade(colours.link, 0.75), 1));
+            const from = this.spaceOf(this.chosen);
+            this.setLines("links", this.neighbors.map((robot) => [from, this.spaceOf(robot)]));
+            scene.drawLines(lines.links, fade(colours.link, 0.75), 1);
+        }
+        if (this.camera.isTilted) {
+            const fliers = [...this.robots.z.keys()].filter((robot) => this.robots.isThere[robot] && this.robots.z[robot] > 0);
+            this.setLines("stems", fliers.map((robot) => [[...this.placeOf(robot), 0], this.spaceOf(robot)]));
+            scene.drawLines(lines.stems, fade(colours.states[0], 0.6), 0.5);
         }
     }
 
     drawRobots() {
         const { scene, colours, robots, dragged } = this;
-        scene.drawRobots(robots, { states: colours.states, palette: PALETTE, edge: colours.edge, leastPixels: LEAST_PIXELS, dragged });
+        scene.drawRobots(robots, { states: colours.states, palette: PALETTE, edge: colours.edge, leastPixels: LEAST_PIXELS, dragged, shadow: fade(colours.edge, 0.3) });
         this.compared.forEach((robot, place) => {
             if (robot !== null && robots.isThere[robot]) {
-                const size = Math.max(this.radii[robot], 4 / this.scale) * 1.35;
-                scene.add(...this.placeOf(robot), size, size, 0, SHAPES.ring, colours.compared[place]);
+                const size = Math.max(this.radii[robot], 4 / this.camera.scale) * 1.35;
+                this.ring(robot, size, colours.compared[place]);
             }
         });
         if (this.chosen !== null && robots.isThere[this.chosen]) {
-            const size = Math.max(this.radii[this.chosen], 4 / this.scale) * 1.15;
-            scene.add(...this.placeOf(this.chosen), size, size, 0, SHAPES.ring, colours.chosen);
+            const size = Math.max(this.radii[this.chosen], 4 / this.camera.scale) * 1.15;
+            this.ring(this.chosen, size, colours.chosen);
         }
+    }
+
+    ring(robot, size, colour) {
+        const [x, y, z] = this.spaceOf(robot);
+        this.scene.add(x, y, size, size, 0, SHAPES.ring, colour, z);
     }
 
     // By its share of the shown quantity, or its state.
@@ -319,14 +349,14 @@ export class View {
     }
 
     // At least `thick` mm to each side, or `pixels`.
-    line([x, y], [toX, toY], thick, colour, pixels = 1) {
-        const half = Math.max(thick, pixels / this.scale);
+    line([x, y], [toX, toY], thick, colour, pixels = 1, height = 0) {
+        const half = Math.max(thick, pixels / this.camera.scale);
         this.scene.add((x + toX) / 2, (y + toY) / 2, Math.hypot(toX - x, toY - y) / 2, half,
-            Math.atan2(toY - y, toX - x), SHAPES.box, colour);
+            Math.atan2(toY - y, toX - x), SHAPES.box, colour, height);
     }
 
     dot(mm) {
-        const size = Math.max(mm, 4 / this.scale);
+        const size = Math.max(mm, 4 / this.camera.scale);
         return [size, size];
     }
 
@@ -337,16 +367,21 @@ export class View {
         return [this.robots.x[robot] / 10, this.robots.y[robot] / 10];
     }
 
+    // With its height.
+    spaceOf(robot) {
+        return [...this.placeOf(robot), this.robots.z[robot] / 10];
+    }
+
     // 1, 2 or 5 times a power of ten, in mm: at least 40 pixels.
     gridStep() {
-        const least = 40 / this.scale;
+        const least = 40 / this.camera.scale;
         const power = 10 ** Math.floor(Math.log10(least));
         return [1, 2, 5, 10].map((times) => times * power).find((step) => step >= least);
     }
 
     showScale() {
         const step = this.gridStep();
-        this.show("bar", step * this.scale, (bar, width) => {
+        this.show("bar", step * this.camera.scale, (bar, width) => {
             bar.style.width = `${width}px`;
         });
         this.show("bar-text", `${step} mm`, (place, text) => {
@@ -354,10 +389,10 @@ export class View {
         });
         let shown = null;
         if (this.chosen !== null) {
-            const [x, y] = this.placeOf(this.chosen);
-            const away = this.radii[this.chosen] * this.scale + 6;
-            const left = this.scene.width / 2 + (x - this.x) * this.scale + away;
-            const top = this.scene.height / 2 - (y - this.y) * this.scale - away;
+            const [right, up] = this.camera.project(...this.spaceOf(this.chosen));
+            const away = this.radii[this.chosen] * this.camera.scale + 6;
+            const left = this.scene.width / 2 + right + away;
+            const top = this.scene.height / 2 - up - away;
             shown = [this.robots.ids[this.chosen], left, top].join(" ");
         }
         this.show("name", shown, (name) => {
@@ -377,20 +412,21 @@ export class View {
         }
     }
 
-    // From a place on the screen to mm.
-    toWorld({ clientX, clientY }) {
+    // From a place on the screen to mm, at a height.
+    toWorld({ clientX, clientY }, z = 0) {
         const box = this.canvas.getBoundingClientRect();
-        const right = clientX - box.left - box.width / 2;
-        const down = clientY - box.top - box.height / 2;
-        return [this.x + right / this.scale, this.y - down / this.scale];
+        return this.camera.placeAt(clientX - box.left - box.width / 2, box.top + box.height / 2 - clientY, z);
     }
 
-    // The nearest robot there, within some pixels.
+    // The robot that is seen nearest to a place on the ground, within some pixels.
     robotAt([x, y]) {
+        const { camera } = this;
+        const [right, up] = camera.project(x, y);
         let [found, least] = [null, Infinity];
         for (let robot = 0; robot < (this.robots?.count ?? 0); robot++) {
-            const away = Math.hypot(this.robots.x[robot] / 10 - x, this.robots.y[robot] / 10 - y);
-            const reach = this.radii[robot] + 6 / this.scale;
+            const [itsRight, itsUp] = camera.project(...this.spaceOf(robot));
+            const away = Math.hypot(itsRight - right, itsUp - up);
+            const reach = this.radii[robot] * camera.scale + 6;
             if (this.robots.isThere[robot] && away < reach && away < least) {
                 [found, least] = [robot, away];
             }
@@ -399,7 +435,7 @@ export class View {
     }
 
     lampAt([x, y]) {
-        const found = this.lights.findIndex(({ at }) => Math.hypot(at[0] - x, at[1] - y) < Math.max(14, 12 / this.scale));
+        const found = this.lights.findIndex(({ at }) => Math.hypot(at[0] - x, at[1] - y) < Math.max(14, 12 / this.camera.scale));
         return found < 0 ? null : found;
     }
 
@@ -419,17 +455,14 @@ export class View {
     }
 
     pan(right, down) {
-        this.x -= right / this.scale;
-        this.y += down / this.scale;
+        this.camera.pan(right, down);
         this.isFitted = false;
         this.changed();
     }
 
     // A place stays where it is on the screen.
-    zoom(factor, [x, y] = [this.x, this.y]) {
-        this.scale *= factor;
-        this.x = x + (this.x - x) / factor;
-        this.y = y + (this.y - y) / factor;
+    zoom(factor, place) {
+        this.camera.zoom(factor, place);
         this.isFitted = false;
         this.changed();
     }
