@@ -1,4 +1,4 @@
-//! Files of chosen folders, for scripts that nobody here has read.
+//! Files of chosen folders alone, for scripts from other people.
 
 use std::fs;
 use std::io;
@@ -9,7 +9,7 @@ use bittybuzz_compiler::include::{DiskFiles, FileKind, Files};
 /// The files on disk below some folders. There are no others, whatever links or `..` a path has.
 #[derive(Debug, Clone)]
 pub struct Fence {
-    /// As the system names them, without links.
+    /// Canonical paths.
     folders: Vec<PathBuf>,
 }
 

@@ -13,7 +13,7 @@ pub(crate) struct Pool {
 }
 
 impl Pool {
-    /// A pool of so many threads; 0 stands for one per processor. On a computer that gives none, the caller's thread does the work.
+    /// A pool of `count` threads; 0 stands for one per processor. If the system gives no threads, the caller's thread does the work.
     #[cfg(not(target_family = "wasm"))]
     pub(crate) fn new(count: usize) -> Self {
         let threads = match count {

@@ -193,7 +193,7 @@ impl SimRobot {
         self.state.clock = Clock::fast_by(ppm);
     }
 
-    /// Returns the voltage of its battery in mV after so many ms of the run, if anything is known of it.
+    /// Returns the voltage of its battery in mV at a time of the run in ms, if it is known.
     pub fn battery_mv(&self, milliseconds: u64) -> Option<u16> {
         let memory = &self.state.memory;
         memory.battery_mv.or_else(|| memory.autopilot.as_ref()?.battery_mv(milliseconds))

@@ -66,7 +66,7 @@ pub trait Autopilot: Any + Debug + Send {
     /// set it.
     fn tick(&mut self, io: &mut Io<'_>, battery_mv: Option<u16>);
 
-    /// Returns the voltage of the battery in mV after so many ms of the run, without noise; `None` of a robot that does not measure it.
+    /// Returns the voltage of the battery in mV, without noise, at a time of the run in ms; `None` of a robot that does not measure it.
     fn battery_mv(&self, milliseconds: u64) -> Option<u16> {
         let _ = milliseconds;
         None

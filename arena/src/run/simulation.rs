@@ -341,8 +341,8 @@ impl Simulation {
         robot.inspect(self.program(number)?.symbols.as_ref(), limits)
     }
 
-    /// Returns the voltage of the battery of a robot in mV: what its sensor tells without noise. `None` of a robot whose model does not
-    /// say, unless the scenario has set it, and of one that runs its firmware.
+    /// Returns the voltage of a robot's battery in mV, without the noise of its sensor. `None` if its model has no battery and no event
+    /// has set the voltage, and of a robot that runs its firmware.
     pub fn battery_mv(&self, number: usize) -> Option<u16> {
         let milliseconds = self.now() * u64::from(TICK_US / 1000);
         self.world.brain(self.happenings.id(number)?)?.battery_mv(milliseconds)

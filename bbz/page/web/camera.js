@@ -43,14 +43,14 @@ export class Camera {
         return [fromX * xRight + fromY * yRight, fromX * xUp + fromY * yUp + z * zUp * this.scale];
     }
 
-    // The way on the ground in mm that is one of so many pixels to the right and up.
+    // The way on the ground, in mm, of a way in the picture: pixels to the right and up.
     way(right, up) {
         const [s, c] = [Math.sin(this.turn), Math.cos(this.turn)];
         const back = up / this.depth;
         return [(c * right + s * back) / this.scale, (c * back - s * right) / this.scale];
     }
 
-    // The place in mm, at a height, that is so many pixels to the right and up from the middle.
+    // The place in mm, at a height, of a place in the picture: pixels to the right and up from the middle.
     placeAt(right, up, z = 0) {
         const [x, y] = this.way(right, up - z * this.height * this.scale);
         return [this.x + x, this.y + y];

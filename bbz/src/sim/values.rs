@@ -78,7 +78,7 @@ robot = \"kilobot\"
 script = \"t.bzz\"
 ";
 
-    /// What a text means with some values, but for the lines where it says so.
+    /// The meaning of a text with some values, without the numbers of its lines.
     fn meaning(text: &str, set: &[String]) -> String {
         let models = bittybuzz_robot_models::all();
         let scripts = ["s.bzz", "t.bzz", "u.bzz"];

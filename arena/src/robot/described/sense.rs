@@ -130,7 +130,7 @@ fn measure(sensor: &Sensor, radius: f32, io: &Io<'_>, chance: &mut Stream) -> Ve
     }
 }
 
-/// Returns mV of a battery after so many ms of the run. It falls evenly from full to empty.
+/// Returns the voltage of a battery in mV at a time of the run in ms. It falls evenly from full to empty.
 fn voltage([full, empty]: [f64; 2], minutes: f64, milliseconds: u64) -> f32 {
     let share = (milliseconds as f64 / (minutes * 60_000.0)).min(1.0);
     (full - (full - empty) * share) as f32
