@@ -3,7 +3,7 @@
 #![allow(clippy::unwrap_used, reason = "what fails here fails the test")]
 
 use bittybuzz_arena::output::recording::{
-    Header, Reader, RecordingError, Robot, Sample, State, Writer,
+    Body, Header, Obstacle, Outline, Reader, RecordingError, Robot, Sample, State, Writer,
 };
 use proptest::collection::vec;
 use proptest::prelude::*;
@@ -26,7 +26,12 @@ fn read(file: &[u8]) -> Result<(Header, Vec<Sample>), RecordingError> {
 
 /// The header and the samples of the test vector.
 fn documented() -> (Header, Vec<Sample>) {
-    let header = Header { size: [2000, 1000], tick_ms: 100, ids: vec![0, 7] };
+    let bodies = vec![Body { id: 0, radius: 165 }, Body { id: 7, radius: 165 }];
+    let obstacles = vec![
+        Obstacle { outline: Outline::Disc([3000, 0, 800]), height: None },
+        Obstacle { outline: Outline::Wall([0, -500, 0, 500]), height: Some(1000) },
+    ];
+    let header = Header { size: [2000, 1000], tick_ms: 100, bodies, obstacles };
     let robot = Robot { x: -120, y: 5, z: 0, heading: 0x4000, led: 4, state: State::Running };
     let moved = Robot { x: -110, ..robot };
     let samples = vec![
@@ -67,12 +72,12 @@ fn other_files_and_versions_are_refused() {
     let mut file = write(&header, &samples);
     assert_eq!(read(b"[world]").unwrap_err(), RecordingError::NotARecording);
     assert_eq!(read(b"bbzrec").unwrap_err(), RecordingError::Truncated);
-    for (version, age) in [(0, "older"), (9, "newer")] {
+    for (version, age) in [(1, "older"), (9, "newer")] {
         file[6] = version;
         let error = read(&file).unwrap_err();
         assert_eq!(error, RecordingError::Version(version));
         let text = error.to_string();
-        assert!(text.contains(&format!("version {version}, {age} than version 1")), "{text}");
+        assert!(text.contains(&format!("version {version}, {age} than version 2")), "{text}");
         assert!(text.ends_with("record the run again"), "{text}");
     }
 }
@@ -81,8 +86,26 @@ fn other_files_and_versions_are_refused() {
 #[test]
 fn ids_that_overflow_are_malformed() {
     let rest = [100, 100, 100, 2, 2, 0xfe, 255, 255, 255, 255, 255, 255, 255, 255, 1];
-    let file = [b"bbzrec\x01".as_slice(), &rest].concat();
+    let file = [b"bbzrec\x02".as_slice(), &rest].concat();
     assert_eq!(read(&file).unwrap_err(), RecordingError::Malformed(12));
+}
+
+/// A damaged count of robots or obstacles ends at the end of the file, without memory for all of them.
+#[test]
+fn counts_beyond_the_file_are_cut_off() {
+    let most = [0xff, 0xff, 0xff, 0xff, 0x0f];
+    let robots = [b"bbzrec\x02\x01\x01\x64".as_slice(), &most].concat();
+    let obstacles = [b"bbzrec\x02\x01\x01\x64\x00".as_slice(), &most].concat();
+    for file in [robots, obstacles] {
+        assert_eq!(read(&file).unwrap_err(), RecordingError::Truncated);
+    }
+}
+
+/// The fourth form of an obstacle does not exist.
+#[test]
+fn unknown_obstacles_are_malformed() {
+    let file = b"bbzrec\x02\x01\x01\x64\x00\x01\x03";
+    assert_eq!(read(file).unwrap_err(), RecordingError::Malformed(12));
 }
 
 fn robot() -> impl Strategy<Value = Robot> {
@@ -99,12 +122,26 @@ fn robot() -> impl Strategy<Value = Robot> {
     )
 }
 
+fn obstacle() -> impl Strategy<Value = Obstacle> {
+    (0..3, any::<[i32; 4]>(), any::<Option<u32>>()).prop_map(|(form, numbers, height)| {
+        let [x, y, radius, _] = numbers;
+        let outline = match form {
+            0 => Outline::Disc([x, y, radius]),
+            1 => Outline::Block(numbers),
+            _ => Outline::Wall(numbers),
+        };
+        Obstacle { outline, height }
+    })
+}
+
 /// A recording of some robots: who has joined stays, and may move or not.
 fn recording() -> impl Strategy<Value = (Header, Vec<Sample>)> {
-    (vec(any::<u16>(), 0..6), any::<[u32; 2]>(), any::<u32>()).prop_flat_map(
-        |(ids, size, tick_ms)| {
-            let count = ids.len();
-            let header = Header { size, tick_ms, ids };
+    let bodies = vec(any::<(u16, u32)>(), 0..6);
+    (bodies, vec(obstacle(), 0..4), any::<[u32; 2]>(), any::<u32>()).prop_flat_map(
+        |(bodies, obstacles, size, tick_ms)| {
+            let count = bodies.len();
+            let bodies = bodies.into_iter().map(|(id, radius)| Body { id, radius }).collect();
+            let header = Header { size, tick_ms, bodies, obstacles };
             let step = (1u64..1 << 40, vec(proptest::option::of(robot()), count));
             vec(step, 0..8).prop_map(move |steps| {
                 let mut robots = vec![None; count];
@@ -140,7 +177,7 @@ proptest! {
 
     #[test]
     fn any_bytes_do_no_harm(rest in vec(any::<u8>(), 0..64)) {
-        let file = [b"bbzrec\x01".as_slice(), &rest].concat();
+        let file = [b"bbzrec\x02".as_slice(), &rest].concat();
         let _ = read(&file);
     }
 }

@@ -2,7 +2,9 @@
 
 use std::time::Duration;
 
-use bittybuzz_arena::output::recording::{Reader, RecordingError, Robot, Sample};
+use bittybuzz_arena::output::recording::{
+    Body, Obstacle, Outline, Reader, RecordingError, Robot, Sample,
+};
 use serde_json::{Value, json};
 
 use crate::pace::{Pace, RATES};
@@ -127,13 +129,45 @@ impl<'a> Replay<'a> {
     }
 }
 
+/// Describes successive robots of one size. A recording has no names.
+fn group(bodies: &[Body]) -> Value {
+    let radius = bodies.first().map(|body| mm(body.radius.into()));
+    json!({
+        "name": null, "robot": null, "script": null, "count": bodies.len(),
+        "first_id": bodies.first().map(|body| body.id), "radius": radius, "slots": null,
+    })
+}
+
+/// Describes an obstacle with the keys of a scenario.
+fn obstacle(obstacle: &Obstacle) -> Value {
+    let height = obstacle.height.map(|height| mm(height.into()));
+    match obstacle.outline {
+        Outline::Disc(numbers) => {
+            let [x, y, radius] = numbers.map(|tenths| mm(tenths.into()));
+            json!({ "at": [x, y], "radius": radius, "height": height })
+        }
+        Outline::Block(numbers) => {
+            let [x, y, width, height_of_box] = numbers.map(|tenths| mm(tenths.into()));
+            json!({ "at": [x, y], "size": [width, height_of_box], "height": height })
+        }
+        Outline::Wall(numbers) => {
+            let [x, y, to_x, to_y] = numbers.map(|tenths| mm(tenths.into()));
+            json!({ "from": [x, y], "to": [to_x, to_y], "height": height })
+        }
+    }
+}
+
+/// Tenths of mm in mm.
+fn mm(tenths: i64) -> f64 {
+    tenths as f64 / 10.0
+}
+
 impl Source for Replay<'_> {
     fn begin(&mut self) {
         let header = self.reader.header();
-        let group = json!({
-            "name": null, "robot": null, "script": null, "count": header.ids.len(),
-            "first_id": header.ids.first(), "radius": null, "slots": null,
-        });
+        let groups = header.bodies.chunk_by(|one, next| one.radius == next.radius);
+        let groups: Vec<Value> = groups.map(group).collect();
+        let obstacles: Vec<Value> = header.obstacles.iter().map(obstacle).collect();
         let cut = self.cut.map(|error| error.to_string());
         self.samples.restart();
         self.events = vec![json!({
@@ -143,8 +177,8 @@ impl Source for Replay<'_> {
             "ticks_per_second": self.ticks_per_second(),
             "end": self.end,
             "seed": null,
-            "groups": [group],
-            "obstacles": [],
+            "groups": groups,
+            "obstacles": obstacles,
             "lights": [],
             "media": [],
             "events": [],

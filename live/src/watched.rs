@@ -4,7 +4,7 @@ use std::collections::VecDeque;
 use std::sync::mpsc::{Receiver, TryRecvError};
 use std::time::Duration;
 
-use bittybuzz_arena::output::recording::{Header, Robot, State};
+use bittybuzz_arena::output::recording::{Body, Header, Robot, State};
 use serde_json::{Value, json};
 
 use crate::samples::Samples;
@@ -219,8 +219,13 @@ impl Source for Watched {
             Some(Robot { x: place(number), y: 0, z: 0, heading: 0x4000, led: 0, state: *state })
         });
         let robots: Vec<Option<Robot>> = robots.collect();
-        let ids = self.robots.iter().map(|(id, _)| *id).collect();
-        let header = Header { size: self.size(), tick_ms: 100, ids };
+        let bodies = self.robots.iter().map(|(id, _)| Body { id: *id, radius: 10 * RADIUS });
+        let header = Header {
+            size: self.size(),
+            tick_ms: 100,
+            bodies: bodies.collect(),
+            obstacles: Vec::new(),
+        };
         self.samples.take(self.tick, &robots, || header)
     }
 }

@@ -5,7 +5,7 @@
 use std::time::Duration;
 
 use bittybuzz_arena::output::recording::{
-    Header, Reader, RecordingError, Robot, Sample, State, Writer,
+    Body, Header, Obstacle, Outline, Reader, RecordingError, Robot, Sample, State, Writer,
 };
 use bittybuzz_live::{Replay, Source};
 use proptest::prelude::*;
@@ -15,7 +15,16 @@ const ROBOT: Robot = Robot { x: 0, y: 0, z: 0, heading: 0, led: 0, state: State:
 
 /// Robot 7 joins at the third sample. Samples are half a second apart: the ticks are 0, 5, 10 ...
 fn recording(samples: u64) -> Vec<u8> {
-    let header = Header { size: [800, 600], tick_ms: 100, ids: vec![3, 7] };
+    let header = Header {
+        size: [800, 600],
+        tick_ms: 100,
+        bodies: vec![Body { id: 3, radius: 165 }, Body { id: 7, radius: 460 }],
+        obstacles: vec![
+            Obstacle { outline: Outline::Disc([3000, -2000, 200]), height: None },
+            Obstacle { outline: Outline::Block([0, 5, 100, 40]), height: Some(750) },
+            Obstacle { outline: Outline::Wall([-1, 0, 1, 0]), height: None },
+        ],
+    };
     let mut writer = Writer::new(Vec::new(), &header).unwrap();
     for number in 0..samples {
         writer.write(5 * number, &robots(number)).unwrap();
@@ -51,7 +60,18 @@ fn the_first_event_is_the_world() {
     assert_eq!((&begin["size"], &begin["end"]), (&json!([800, 600]), &json!(10)));
     assert_eq!(begin["ticks_per_second"], json!(10.0));
     assert_eq!(begin["recording"], json!({ "cut": null }));
-    assert_eq!(begin["groups"][0]["count"], 2);
+    let groups = begin["groups"].as_array().unwrap();
+    let groups = groups.iter().map(|group| [&group["count"], &group["first_id"], &group["radius"]]);
+    assert_eq!(
+        groups.collect::<Vec<_>>(),
+        [[&json!(1), &json!(3), &json!(16.5)], [&json!(1), &json!(7), &json!(46.0)]]
+    );
+    let obstacles = json!([
+        { "at": [300.0, -200.0], "radius": 20.0, "height": null },
+        { "at": [0.0, 0.5], "size": [10.0, 4.0], "height": 75.0 },
+        { "from": [-0.1, 0.0], "to": [0.1, 0.0], "height": null },
+    ]);
+    assert_eq!(begin["obstacles"], obstacles);
     let state = json!({ "event": "state", "tick": 0, "plays": false, "rate": null, "over": false });
     assert_eq!(events[1..], [state]);
 }

@@ -2,22 +2,49 @@
 
 use crate::engine::RobotState;
 use crate::run::Simulation;
+use crate::scenario::{self, Scenario};
 
-use super::recording::{Header, Robot, State};
+use super::recording::{Body, Header, Obstacle, Outline, Robot, State};
 
 /// The header of a recording of this run.
 pub fn header(simulation: &Simulation) -> Header {
     let setup = simulation.setup();
-    let ids = (0..simulation.robot_count()).map(|number| setup.id(number)).collect();
-    let size = setup.scenario.world.size.map(|side| side as u32);
-    Header { size, tick_ms: crate::engine::TICK_US / 1000, ids }
+    let Scenario { world, groups, .. } = &*setup.scenario;
+    let body = |number| Body {
+        id: setup.id(number),
+        radius: tenths(groups[setup.group(number)].radius()).unsigned_abs(),
+    };
+    Header {
+        size: world.size.map(|side| side as u32),
+        tick_ms: crate::engine::TICK_US / 1000,
+        bodies: (0..simulation.robot_count()).map(body).collect(),
+        obstacles: world.obstacles.iter().map(obstacle).collect(),
+    }
+}
+
+fn obstacle(obstacle: &scenario::Obstacle) -> Obstacle {
+    let outline = match obstacle.outline {
+        scenario::Outline::Disc { at: [x, y], radius } => Outline::Disc([x, y, radius].map(tenths)),
+        scenario::Outline::Block { at: [x, y], size: [width, height] } => {
+            Outline::Block([x, y, width, height].map(tenths))
+        }
+        scenario::Outline::Wall([x, y], [to_x, to_y]) => {
+            Outline::Wall([x, y, to_x, to_y].map(tenths))
+        }
+    };
+    Obstacle { outline, height: obstacle.height.map(|height| tenths(height).unsigned_abs()) }
+}
+
+/// Rounds a length in mm to tenths of mm.
+fn tenths(mm: f64) -> i32 {
+    (mm * 10.0).round() as i32
 }
 
 /// Every robot as it is now.
 pub fn robots(simulation: &Simulation) -> Vec<Option<Robot>> {
     let robot = |number: usize| {
         let view = simulation.view(number)?;
-        let tenths = |mm: f32| (mm * 10.0).round() as i32;
+        let place = |mm: f32| (mm * 10.0).round() as i32;
         let turn = f64::from(view.pose.heading) / std::f64::consts::TAU;
         let state = match view.state {
             RobotState::Running if simulation.is_faulted(number) => State::Faulted,
@@ -26,9 +53,9 @@ pub fn robots(simulation: &Simulation) -> Vec<Option<Robot>> {
             RobotState::Failed => State::Failed,
         };
         Some(Robot {
-            x: tenths(view.pose.x),
-            y: tenths(view.pose.y),
-            z: tenths(view.pose.z),
+            x: place(view.pose.x),
+            y: place(view.pose.y),
+            z: place(view.pose.z),
             heading: (turn * 65_536.0).round() as i32 as u16,
             led: view.led,
             state,

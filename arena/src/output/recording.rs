@@ -1,9 +1,10 @@
 //! Recordings: where every robot was and what it showed, sample by sample. `docs/recording.md` has the format.
 //!
 //! ```
-//! use bittybuzz_arena::output::recording::{Header, Reader, Robot, State, Writer};
+//! use bittybuzz_arena::output::recording::{Body, Header, Reader, Robot, State, Writer};
 //!
-//! let header = Header { size: [2000, 1000], tick_ms: 100, ids: vec![0, 1] };
+//! let bodies = vec![Body { id: 0, radius: 165 }, Body { id: 1, radius: 165 }];
+//! let header = Header { size: [2000, 1000], tick_ms: 100, bodies, obstacles: Vec::new() };
 //! let mut file = Vec::new();
 //! let mut writer = Writer::new(&mut file, &header)?;
 //! let robot = Robot { x: -120, y: 5, z: 0, heading: 0x4000, led: 4, state: State::Running };
@@ -17,25 +18,75 @@
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 
-use std::fmt;
 use std::io::{self, Write};
 
-/// What a recording begins with.
+mod reader;
+
+pub use reader::{Reader, RecordingError};
+
+/// The first bytes of a recording.
 const MAGIC: &[u8; 6] = b"bbzrec";
 
 /// Version of the format.
-pub const VERSION: u8 = 1;
+pub const VERSION: u8 = 2;
 
-/// What holds for a whole recording.
+/// The facts that hold for a whole recording.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Header {
     /// Width and height of the world in mm.
     pub size: [u32; 2],
     /// Length of a tick in ms.
     pub tick_ms: u32,
-    /// The robots' ids.
-    pub ids: Vec<u16>,
+    /// The robots.
+    pub bodies: Vec<Body>,
+    /// The obstacles, which never move.
+    pub obstacles: Vec<Obstacle>,
 }
+
+/// The facts about a robot that no sample changes.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Body {
+    /// The robot's id.
+    pub id: u16,
+    /// Radius in tenths of mm.
+    pub radius: u32,
+}
+
+/// An obstacle.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Obstacle {
+    /// Its outline on the ground.
+    pub outline: Outline,
+    /// Height in tenths of mm from which on robots get over it; `None`: at no height.
+    pub height: Option<u32>,
+}
+
+/// The outline of an obstacle, in tenths of mm from the middle of the world.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Outline {
+    /// A disc: x and y of its centre, and its radius.
+    Disc([i32; 3]),
+    /// A box along the axes: x and y of its centre, width and height.
+    Block([i32; 4]),
+    /// A thin wall: x and y of both ends.
+    Wall([i32; 4]),
+}
+
+impl Outline {
+    /// The byte that stands for the form, and its numbers.
+    fn parts(&self) -> (u8, &[i32]) {
+        match self {
+            Outline::Disc(numbers) => (DISC, numbers),
+            Outline::Block(numbers) => (BLOCK, numbers),
+            Outline::Wall(numbers) => (WALL, numbers),
+        }
+    }
+}
+
+/// Bytes of the forms of obstacles.
+const DISC: u8 = 0;
+const BLOCK: u8 = 1;
+const WALL: u8 = 2;
 
 /// A robot in a sample.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -50,11 +101,11 @@ pub struct Robot {
     pub heading: u16,
     /// Colour: the sum of 1 red, 2 green, 4 blue.
     pub led: u8,
-    /// Whether it works.
+    /// Its state.
     pub state: State,
 }
 
-/// Whether a robot works.
+/// The state of a robot.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum State {
     /// Its script runs.
@@ -70,13 +121,13 @@ pub enum State {
 /// All robots at a time.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Sample {
-    /// When.
+    /// The tick.
     pub tick: u64,
-    /// Each robot, in the order of the header's ids; `None` before it joins.
+    /// Each robot, in the order of the header; `None` before it joins.
     pub robots: Vec<Option<Robot>>,
 }
 
-/// What a robot is taken for before its first sample.
+/// The robot from which a first change is the difference.
 const ORIGIN: Robot = Robot { x: 0, y: 0, z: 0, heading: 0, led: 0, state: State::Running };
 
 /// Bits of a change: which fields follow.
@@ -101,14 +152,18 @@ impl<W: Write> Writer<W> {
         put(&mut bytes, u64::from(header.size[0]));
         put(&mut bytes, u64::from(header.size[1]));
         put(&mut bytes, u64::from(header.tick_ms));
-        put(&mut bytes, header.ids.len() as u64);
-        let mut last = 0;
-        for id in &header.ids {
-            put_signed(&mut bytes, i64::from(*id) - last);
-            last = i64::from(*id);
+        put(&mut bytes, header.bodies.len() as u64);
+        put_differences(&mut bytes, header.bodies.iter().map(|body| i64::from(body.id)));
+        put_differences(&mut bytes, header.bodies.iter().map(|body| i64::from(body.radius)));
+        put(&mut bytes, header.obstacles.len() as u64);
+        for Obstacle { outline, height } in &header.obstacles {
+            let (form, numbers) = outline.parts();
+            bytes.push(form);
+            numbers.iter().for_each(|number| put_signed(&mut bytes, i64::from(*number)));
+            put(&mut bytes, height.map_or(0, |height| 1 + u64::from(height)));
         }
         output.write_all(&bytes)?;
-        Ok(Writer { output, last: vec![None; header.ids.len()], tick: 0, samples: 0 })
+        Ok(Writer { output, last: vec![None; header.bodies.len()], tick: 0, samples: 0 })
     }
 
     /// Writes a sample; ticks ascend. Robots that are not in the header are left out.
@@ -191,201 +246,16 @@ fn put(bytes: &mut Vec<u8>, mut value: u64) {
     bytes.push(value as u8);
 }
 
+/// Each number as difference from the one before, the first from 0.
+fn put_differences(bytes: &mut Vec<u8>, numbers: impl Iterator<Item = i64>) {
+    let mut last = 0;
+    for number in numbers {
+        put_signed(bytes, number - last);
+        last = number;
+    }
+}
+
 /// With the sign in the lowest bit.
 fn put_signed(bytes: &mut Vec<u8>, value: i64) {
     put(bytes, (value << 1 ^ value >> 63) as u64);
-}
-
-/// Why a recording cannot be read.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum RecordingError {
-    /// It does not begin like one.
-    NotARecording,
-    /// It is of another version.
-    Version(u8),
-    /// It has no samples.
-    Empty,
-    /// It ends before its end.
-    Truncated,
-    /// What stands at this byte makes no sense.
-    Malformed(usize),
-}
-
-impl fmt::Display for RecordingError {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match self {
-            RecordingError::NotARecording => f.write_str("it is not a recording"),
-            RecordingError::Version(version) => {
-                let age = if *version < VERSION { "older" } else { "newer" };
-                write!(
-                    f,
-                    "it is a recording of version {version}, {age} than version {VERSION}, which this program reads: \
-                     record the run again"
-                )
-            }
-            RecordingError::Empty => f.write_str("it has no samples"),
-            RecordingError::Truncated => f.write_str("it is cut off"),
-            RecordingError::Malformed(at) => write!(f, "it is damaged at byte {at}"),
-        }
-    }
-}
-
-impl std::error::Error for RecordingError {}
-
-/// Reads a recording, sample by sample. A copy reads on from the same place.
-#[derive(Debug, Clone)]
-pub struct Reader<'a> {
-    bytes: &'a [u8],
-    at: usize,
-    header: Header,
-    robots: Vec<Option<Robot>>,
-    tick: u64,
-    samples: u64,
-    is_over: bool,
-}
-
-impl<'a> Reader<'a> {
-    /// Reads the header.
-    pub fn new(bytes: &'a [u8]) -> Result<Self, RecordingError> {
-        let rest = bytes.strip_prefix(MAGIC).ok_or(RecordingError::NotARecording)?;
-        match rest.first() {
-            Some(&VERSION) => {}
-            Some(version) => return Err(RecordingError::Version(*version)),
-            None => return Err(RecordingError::Truncated),
-        }
-        let header = Header { size: [0; 2], tick_ms: 0, ids: Vec::new() };
-        let at = MAGIC.len() + 1;
-        let (robots, tick, samples) = (Vec::new(), 0, 0);
-        let mut reader = Reader { bytes, at, header, robots, tick, samples, is_over: false };
-        reader.header.size = [reader.get_as()?, reader.get_as()?];
-        reader.header.tick_ms = reader.get_as()?;
-        let count: u32 = reader.get_as()?;
-        let mut last = 0i64;
-        for _ in 0..count {
-            let malformed = RecordingError::Malformed(reader.at);
-            last = last.checked_add(reader.get_signed()?).ok_or(malformed)?;
-            reader.header.ids.push(u16::try_from(last).map_err(|_| malformed)?);
-        }
-        reader.robots = vec![None; reader.header.ids.len()];
-        Ok(reader)
-    }
-
-    /// What holds for the whole recording.
-    pub fn header(&self) -> &Header {
-        &self.header
-    }
-
-    fn sample(&mut self) -> Result<Option<Sample>, RecordingError> {
-        let at = self.at;
-        let length = self.get()?;
-        let Some(length) = length.checked_sub(1) else {
-            self.is_over = true;
-            let at = self.at;
-            let is_right = self.get()? == self.samples && self.at == self.bytes.len();
-            return if is_right { Ok(None) } else { Err(RecordingError::Malformed(at)) };
-        };
-        let tick = self.tick.checked_add(self.get()?).ok_or(RecordingError::Malformed(at))?;
-        let end = usize::try_from(length).ok().and_then(|length| self.at.checked_add(length));
-        let end = end.filter(|end| *end <= self.bytes.len()).ok_or(RecordingError::Truncated)?;
-        let mut next = 0usize;
-        while self.at < end {
-            let at = self.at;
-            let skipped = usize::try_from(self.get()?).unwrap_or(usize::MAX);
-            let number = next.saturating_add(skipped);
-            let Some(last) = self.robots.get(number).copied() else {
-                return Err(RecordingError::Malformed(at));
-            };
-            self.robots[number] = Some(self.change(last.unwrap_or(ORIGIN))?);
-            next = number + 1;
-        }
-        if self.at != end {
-            return Err(RecordingError::Malformed(end));
-        }
-        self.tick = tick;
-        self.samples += 1;
-        Ok(Some(Sample { tick, robots: self.robots.clone() }))
-    }
-
-    fn change(&mut self, mut robot: Robot) -> Result<Robot, RecordingError> {
-        let at = self.at;
-        let malformed = RecordingError::Malformed(at);
-        let fields = self.byte()?;
-        if fields & !(PLACE | HEIGHT | HEADING | SHOWN) != 0 {
-            return Err(malformed);
-        }
-        let moved = |from: i32, by: i64| {
-            let to = i64::from(from).checked_add(by).ok_or(malformed)?;
-            i32::try_from(to).map_err(|_| malformed)
-        };
-        if fields & PLACE != 0 {
-            robot.x = moved(robot.x, self.get_signed()?)?;
-            robot.y = moved(robot.y, self.get_signed()?)?;
-        }
-        if fields & HEIGHT != 0 {
-            robot.z = moved(robot.z, self.get_signed()?)?;
-        }
-        if fields & HEADING != 0 {
-            let turn = i16::try_from(self.get_signed()?).map_err(|_| malformed)?;
-            robot.heading = robot.heading.wrapping_add_signed(turn);
-        }
-        if fields & SHOWN != 0 {
-            let shown = self.byte()?;
-            robot.led = shown & 7;
-            robot.state = match shown >> 3 {
-                0 => State::Running,
-                1 => State::Stopped,
-                2 => State::Failed,
-                3 => State::Faulted,
-                _ => return Err(malformed),
-            };
-        }
-        Ok(robot)
-    }
-
-    fn byte(&mut self) -> Result<u8, RecordingError> {
-        let byte = self.bytes.get(self.at).ok_or(RecordingError::Truncated)?;
-        self.at += 1;
-        Ok(*byte)
-    }
-
-    fn get(&mut self) -> Result<u64, RecordingError> {
-        let at = self.at;
-        let mut value = 0u64;
-        for shift in (0..64).step_by(7) {
-            let byte = self.byte()?;
-            let bits = u64::from(byte & 0x7f);
-            if bits << shift >> shift != bits {
-                break;
-            }
-            value |= bits << shift;
-            if byte & 0x80 == 0 {
-                return Ok(value);
-            }
-        }
-        Err(RecordingError::Malformed(at))
-    }
-
-    fn get_as<T: TryFrom<u64>>(&mut self) -> Result<T, RecordingError> {
-        let at = self.at;
-        T::try_from(self.get()?).map_err(|_| RecordingError::Malformed(at))
-    }
-
-    fn get_signed(&mut self) -> Result<i64, RecordingError> {
-        let value = self.get()?;
-        Ok((value >> 1) as i64 ^ -((value & 1) as i64))
-    }
-}
-
-impl Iterator for Reader<'_> {
-    type Item = Result<Sample, RecordingError>;
-
-    fn next(&mut self) -> Option<Self::Item> {
-        if self.is_over {
-            return None;
-        }
-        let sample = self.sample();
-        // What is behind a mistake cannot be understood.
-        self.is_over |= sample.is_err();
-        sample.transpose()
-    }
 }

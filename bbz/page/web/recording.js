@@ -1,6 +1,8 @@
 // Samples of a session: the bytes of a recording (docs/recording.md), piece by piece.
 
-const MAGIC = [0x62, 0x62, 0x7a, 0x72, 0x65, 0x63, 1];
+const MAGIC = [0x62, 0x62, 0x7a, 0x72, 0x65, 0x63, 2];
+// How many numbers a disc, a box along the axes, and a wall have, before the height.
+const OUTLINES = [3, 4, 4];
 
 export class Robots {
     constructor() {
@@ -52,13 +54,25 @@ export class Robots {
         this.size = [this.uint(), this.uint()];
         this.tickMs = this.uint();
         const count = this.uint();
-        const ids = [];
-        let last = 0;
-        for (let index = 0; index < count; index++) {
-            last += this.int();
-            ids.push(last);
+        const ids = this.differences(count);
+        // Radii and obstacles are skipped: the event that begins a session has them.
+        this.differences(count);
+        for (let obstacles = this.uint(); obstacles > 0; obstacles--) {
+            const numbers = OUTLINES[this.bytes[this.at++]];
+            for (let number = 0; number <= numbers; number++) {
+                this.uint();
+            }
         }
         this.clear(ids);
+    }
+
+    // Numbers of which each is the difference from the one before.
+    differences(count) {
+        let last = 0;
+        return Array.from({ length: count }, () => {
+            last += this.int();
+            return last;
+        });
     }
 
     sample() {

@@ -3,7 +3,7 @@
 use std::path::Path;
 use std::sync::OnceLock;
 
-use bittybuzz_arena::output::recording::{Header, Reader, Sample, Writer};
+use bittybuzz_arena::output::recording::{Body, Header, Obstacle, Outline, Reader, Sample, Writer};
 use bittybuzz_arena::scenario::Scenario;
 use bittybuzz_compiler::disasm::disassemble;
 use bittybuzz_compiler::symbols::Symbols;
@@ -125,7 +125,7 @@ pub fn recording(data: &[u8]) -> bool {
     let Some((first, rest)) = data.split_first() else { return false };
     match first {
         0 => return read(rest).is_some(),
-        1 => return read(&[b"bbzrec\x01", rest].concat()).is_some(),
+        1 => return read(&[b"bbzrec\x02", rest].concat()).is_some(),
         _ => {}
     }
     let mut choices = Choices::new(rest);
@@ -147,14 +147,29 @@ pub fn recording(data: &[u8]) -> bool {
 fn written(choices: &mut Choices<'_>) -> Vec<u8> {
     use bittybuzz_arena::output::recording::{Robot, State};
     let mut bytes = Vec::new();
-    let ids = (0..choices.below(6)).map(|_| u16::from(choices.byte()) * 257).collect();
-    let header = Header { size: [1000, u32::from(choices.byte())], tick_ms: 100, ids };
+    let mut bodies = Vec::new();
+    for _ in 0..choices.below(6) {
+        bodies.push(Body { id: u16::from(choices.byte()) * 257, radius: choices.byte().into() });
+    }
+    let size = [1000, u32::from(choices.byte())];
     let mut far = || i32::from_le_bytes([0; 4].map(|_: u8| choices.byte()));
     let mut robots: Vec<Option<Robot>> = Vec::new();
-    for _ in &header.ids {
+    for _ in &bodies {
         let [x, y, z] = [far(), far(), far()];
         robots.push(Some(Robot { x, y, z, heading: 0, led: 0, state: State::Running }));
     }
+    let mut obstacles = Vec::new();
+    for _ in 0..choices.below(4) {
+        let numbers @ [x, y, radius, _] = [i32::MIN, -1, i32::from(choices.byte()), i32::MAX];
+        let outline = match choices.below(3) {
+            0 => Outline::Disc([x, y, radius]),
+            1 => Outline::Block(numbers),
+            _ => Outline::Wall(numbers),
+        };
+        let height = choices.flag().then_some(u32::MAX);
+        obstacles.push(Obstacle { outline, height });
+    }
+    let header = Header { size, tick_ms: 100, bodies, obstacles };
     let mut writer = Writer::new(&mut bytes, &header).expect("memory takes everything");
     let mut tick = 0;
     for _ in 0..choices.below(8) {
@@ -190,7 +205,7 @@ fn read(bytes: &[u8]) -> Option<Vec<Sample>> {
     }
     writer.finish().expect("memory takes everything");
     let reader = Reader::new(&again).expect("a recording that was written");
-    assert_eq!(reader.header().ids, header.ids);
+    assert_eq!(reader.header(), &header);
     let read_again: Vec<Sample> =
         reader.collect::<Result<_, _>>().expect("a recording that was written");
     assert_eq!(read_again.len(), samples.len());

@@ -1,0 +1,240 @@
+//! Reads recordings.
+
+use std::fmt;
+
+use super::{
+    BLOCK, Body, DISC, HEADING, HEIGHT, Header, MAGIC, ORIGIN, Obstacle, Outline, PLACE, Robot,
+    SHOWN, Sample, State, VERSION, WALL,
+};
+
+/// A reason why a recording cannot be read.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum RecordingError {
+    /// It does not begin like one.
+    NotARecording,
+    /// It is of another version.
+    Version(u8),
+    /// It has no samples.
+    Empty,
+    /// It ends before its end.
+    Truncated,
+    /// The content at this byte makes no sense.
+    Malformed(usize),
+}
+
+impl fmt::Display for RecordingError {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            RecordingError::NotARecording => f.write_str("it is not a recording"),
+            RecordingError::Version(version) => {
+                let age = if *version < VERSION { "older" } else { "newer" };
+                write!(
+                    f,
+                    "it is a recording of version {version}, {age} than version {VERSION}, which this program reads: \
+                     record the run again"
+                )
+            }
+            RecordingError::Empty => f.write_str("it has no samples"),
+            RecordingError::Truncated => f.write_str("it is cut off"),
+            RecordingError::Malformed(at) => write!(f, "it is damaged at byte {at}"),
+        }
+    }
+}
+
+impl std::error::Error for RecordingError {}
+
+/// Reads a recording, sample by sample. A copy reads on from the same place.
+#[derive(Debug, Clone)]
+pub struct Reader<'a> {
+    bytes: &'a [u8],
+    at: usize,
+    header: Header,
+    robots: Vec<Option<Robot>>,
+    tick: u64,
+    samples: u64,
+    is_over: bool,
+}
+
+impl<'a> Reader<'a> {
+    /// Reads the header.
+    pub fn new(bytes: &'a [u8]) -> Result<Self, RecordingError> {
+        let rest = bytes.strip_prefix(MAGIC).ok_or(RecordingError::NotARecording)?;
+        match rest.first() {
+            Some(&VERSION) => {}
+            Some(version) => return Err(RecordingError::Version(*version)),
+            None => return Err(RecordingError::Truncated),
+        }
+        let header = Header { size: [0; 2], tick_ms: 0, bodies: Vec::new(), obstacles: Vec::new() };
+        let at = MAGIC.len() + 1;
+        let (robots, tick, samples) = (Vec::new(), 0, 0);
+        let mut reader = Reader { bytes, at, header, robots, tick, samples, is_over: false };
+        reader.header.size = [reader.get_as()?, reader.get_as()?];
+        reader.header.tick_ms = reader.get_as()?;
+        let count: u32 = reader.get_as()?;
+        let ids: Vec<u16> = reader.get_differences(count)?;
+        let radii: Vec<u32> = reader.get_differences(count)?;
+        reader.header.bodies =
+            ids.into_iter().zip(radii).map(|(id, radius)| Body { id, radius }).collect();
+        let count: u32 = reader.get_as()?;
+        for _ in 0..count {
+            let obstacle = reader.obstacle()?;
+            reader.header.obstacles.push(obstacle);
+        }
+        reader.robots = vec![None; reader.header.bodies.len()];
+        Ok(reader)
+    }
+
+    /// The facts that hold for the whole recording.
+    pub fn header(&self) -> &Header {
+        &self.header
+    }
+
+    fn obstacle(&mut self) -> Result<Obstacle, RecordingError> {
+        let malformed = RecordingError::Malformed(self.at);
+        let outline = match self.byte()? {
+            DISC => Outline::Disc(self.numbers()?),
+            BLOCK => Outline::Block(self.numbers()?),
+            WALL => Outline::Wall(self.numbers()?),
+            _ => return Err(malformed),
+        };
+        let malformed = RecordingError::Malformed(self.at);
+        let height = self.get()?.checked_sub(1).map(u32::try_from).transpose();
+        Ok(Obstacle { outline, height: height.map_err(|_| malformed)? })
+    }
+
+    fn numbers<const COUNT: usize>(&mut self) -> Result<[i32; COUNT], RecordingError> {
+        let mut numbers = [0; COUNT];
+        for number in &mut numbers {
+            let malformed = RecordingError::Malformed(self.at);
+            *number = i32::try_from(self.get_signed()?).map_err(|_| malformed)?;
+        }
+        Ok(numbers)
+    }
+
+    /// Reads numbers that are each the difference from the one before.
+    fn get_differences<T: TryFrom<i64>>(&mut self, count: u32) -> Result<Vec<T>, RecordingError> {
+        let mut last = 0i64;
+        // No capacity is reserved: a damaged count would take all memory.
+        let mut numbers = Vec::new();
+        for _ in 0..count {
+            let malformed = RecordingError::Malformed(self.at);
+            last = last.checked_add(self.get_signed()?).ok_or(malformed)?;
+            numbers.push(T::try_from(last).map_err(|_| malformed)?);
+        }
+        Ok(numbers)
+    }
+
+    fn sample(&mut self) -> Result<Option<Sample>, RecordingError> {
+        let at = self.at;
+        let length = self.get()?;
+        let Some(length) = length.checked_sub(1) else {
+            self.is_over = true;
+            let at = self.at;
+            let is_right = self.get()? == self.samples && self.at == self.bytes.len();
+            return if is_right { Ok(None) } else { Err(RecordingError::Malformed(at)) };
+        };
+        let tick = self.tick.checked_add(self.get()?).ok_or(RecordingError::Malformed(at))?;
+        let end = usize::try_from(length).ok().and_then(|length| self.at.checked_add(length));
+        let end = end.filter(|end| *end <= self.bytes.len()).ok_or(RecordingError::Truncated)?;
+        let mut next = 0usize;
+        while self.at < end {
+            let at = self.at;
+            let skipped = usize::try_from(self.get()?).unwrap_or(usize::MAX);
+            let number = next.saturating_add(skipped);
+            let Some(last) = self.robots.get(number).copied() else {
+                return Err(RecordingError::Malformed(at));
+            };
+            self.robots[number] = Some(self.change(last.unwrap_or(ORIGIN))?);
+            next = number + 1;
+        }
+        if self.at != end {
+            return Err(RecordingError::Malformed(end));
+        }
+        self.tick = tick;
+        self.samples += 1;
+        Ok(Some(Sample { tick, robots: self.robots.clone() }))
+    }
+
+    fn change(&mut self, mut robot: Robot) -> Result<Robot, RecordingError> {
+        let at = self.at;
+        let malformed = RecordingError::Malformed(at);
+        let fields = self.byte()?;
+        if fields & !(PLACE | HEIGHT | HEADING | SHOWN) != 0 {
+            return Err(malformed);
+        }
+        let moved = |from: i32, by: i64| {
+            let to = i64::from(from).checked_add(by).ok_or(malformed)?;
+            i32::try_from(to).map_err(|_| malformed)
+        };
+        if fields & PLACE != 0 {
+            robot.x = moved(robot.x, self.get_signed()?)?;
+            robot.y = moved(robot.y, self.get_signed()?)?;
+        }
+        if fields & HEIGHT != 0 {
+            robot.z = moved(robot.z, self.get_signed()?)?;
+        }
+        if fields & HEADING != 0 {
+            let turn = i16::try_from(self.get_signed()?).map_err(|_| malformed)?;
+            robot.heading = robot.heading.wrapping_add_signed(turn);
+        }
+        if fields & SHOWN != 0 {
+            let shown = self.byte()?;
+            robot.led = shown & 7;
+            robot.state = match shown >> 3 {
+                0 => State::Running,
+                1 => State::Stopped,
+                2 => State::Failed,
+                3 => State::Faulted,
+                _ => return Err(malformed),
+            };
+        }
+        Ok(robot)
+    }
+
+    fn byte(&mut self) -> Result<u8, RecordingError> {
+        let byte = self.bytes.get(self.at).ok_or(RecordingError::Truncated)?;
+        self.at += 1;
+        Ok(*byte)
+    }
+
+    fn get(&mut self) -> Result<u64, RecordingError> {
+        let at = self.at;
+        let mut value = 0u64;
+        for shift in (0..64).step_by(7) {
+            let byte = self.byte()?;
+            let bits = u64::from(byte & 0x7f);
+            if bits << shift >> shift != bits {
+                break;
+            }
+            value |= bits << shift;
+            if byte & 0x80 == 0 {
+                return Ok(value);
+            }
+        }
+        Err(RecordingError::Malformed(at))
+    }
+
+    fn get_as<T: TryFrom<u64>>(&mut self) -> Result<T, RecordingError> {
+        let at = self.at;
+        T::try_from(self.get()?).map_err(|_| RecordingError::Malformed(at))
+    }
+
+    fn get_signed(&mut self) -> Result<i64, RecordingError> {
+        let value = self.get()?;
+        Ok((value >> 1) as i64 ^ -((value & 1) as i64))
+    }
+}
+
+impl Iterator for Reader<'_> {
+    type Item = Result<Sample, RecordingError>;
+
+    fn next(&mut self) -> Option<Self::Item> {
+        if self.is_over {
+            return None;
+        }
+        let sample = self.sample();
+        // Nothing after a mistake can be understood.
+        self.is_over |= sample.is_err();
+        sample.transpose()
+    }
+}
