@@ -1,7 +1,7 @@
 //! The machines of the robots that ship: types as large as their files say.
 //!
-//! Each machine is a copy of all its code. In WebAssembly, which is downloaded, those of at most [`SHARED_SLOTS`] slots share one
-//! for each profile, and larger ones are robots like those of users.
+//! Each machine is a copy of all its code. In WebAssembly, which is downloaded, the robots that ship run on the machines for robots of
+//! users instead.
 
 use std::collections::BTreeSet;
 use std::fmt::Write;
@@ -9,9 +9,6 @@ use std::path::Path;
 use std::{env, fs, io};
 
 use bittybuzz_robot_spec::Profile;
-
-/// Most slots of a machine that several robots share in WebAssembly.
-const SHARED_SLOTS: usize = 512;
 
 fn main() -> io::Result<()> {
     println!("cargo::rerun-if-changed=build.rs");
@@ -33,7 +30,7 @@ fn main() -> io::Result<()> {
     }
     let is_downloaded = env::var("CARGO_CFG_TARGET_FAMILY").as_deref() == Ok("wasm");
     if is_downloaded {
-        sizes.retain(|(_, places, ..)| *places <= SHARED_SLOTS);
+        sizes.clear();
     }
     let smallest = sizes.iter().next().map_or(0, |(_, places, ..)| *places);
     let mut text = format!(
@@ -44,15 +41,11 @@ fn main() -> io::Result<()> {
          ) -> Option<Loaded> {{\n    Some(match (context.profile, sizes) {{\n"
     );
     for &(slots, places, profile, inbox, outbox) in &sizes {
-        let shared = sizes.iter().filter(|(_, _, other, ..)| is_downloaded && *other == profile);
-        let (places, most_in, most_out) = shared.fold((places, inbox, outbox), |most, size| {
-            (most.0.max(size.1), most.1.max(size.3), most.2.max(size.4))
-        });
         let frame = format!("{}_FRAME", profile.to_uppercase());
         let _ = writeln!(
             text,
             "        (NumberProfile::{profile}, [{slots}, {inbox}, {outbox}]) => \
-             load_exact::<{profile}, {{ {frame} }}, {places}, {most_in}, {most_out}>(context, id, seed),"
+             load_exact::<{profile}, {{ {frame} }}, {places}, {inbox}, {outbox}>(context, id, seed),"
         );
     }
     text += "        _ => return None,\n    })\n}\n";

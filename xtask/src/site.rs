@@ -1,7 +1,7 @@
 //! The playground as static files: the page, the module, and the examples as one file.
 
 use anyhow::{Result, ensure};
-use bittybuzz_builds::shell::{Line, cargo, root, target};
+use bittybuzz_builds::shell::{Line, root, target};
 use fs_err as fs;
 use serde_json::{Map, Value, json};
 use std::path::{Path, PathBuf};
@@ -9,6 +9,21 @@ use std::path::{Path, PathBuf};
 const MODULE: &str = "bittybuzz-playground";
 const PLAYGROUND: &str = "playground";
 const TARGET: &str = "wasm32-unknown-unknown";
+
+/// The standard library is built with the module.
+const LIBRARY: [&str; 2] =
+    ["-Zbuild-std=std,panic_abort", "-Zbuild-std-features=optimize_for_size"];
+
+/// A panic traps without a text, which no page would show; and numbers of functions take no more bytes than they need.
+const SMALL: [&str; 4] = [
+    "-Zunstable-options",
+    "-Cpanic=immediate-abort",
+    "-Zlocation-detail=none",
+    "-Clink-arg=--compress-relocations",
+];
+
+/// The profile of the module.
+const PROFILE: &str = "module";
 
 /// The folder of the site, in cargo's.
 const SITE: &str = "site";
@@ -27,8 +42,6 @@ pub fn run() -> Result<()> {
 
 /// Makes the site; returns its path.
 pub fn build() -> Result<PathBuf> {
-    // Its toolchain has the target of web pages.
-    Line::new("rustup", &["toolchain", "install"]).in_workspace(PLAYGROUND).run()?;
     let module = module()?;
     let site = target()?.join(SITE);
     if site.is_dir() {
@@ -48,8 +61,14 @@ pub fn build() -> Result<PathBuf> {
 
 /// Builds the WebAssembly module, small and without names; returns its path.
 pub fn module() -> Result<PathBuf> {
-    cargo(&["build", "--profile", SITE, "--target", TARGET, "--package", MODULE])?;
-    Ok(target()?.join(TARGET).join(SITE).join("bittybuzz_playground.wasm"))
+    Line::new("rustup", &["toolchain", "install"]).in_workspace(PLAYGROUND).run()?;
+    let cargo =
+        ["build", "--locked", "--profile", PROFILE, "--target", TARGET, "--package", MODULE];
+    Line::new("cargo", &[&cargo, &LIBRARY[..]].concat())
+        .in_workspace(PLAYGROUND)
+        .env("RUSTFLAGS", &SMALL.join(" "))
+        .run()?;
+    Ok(target()?.join(TARGET).join(PROFILE).join("bittybuzz_playground.wasm"))
 }
 
 /// Scripts, robot files and scenarios among the examples, by their paths, and the titles of the scenarios that need no emulator.

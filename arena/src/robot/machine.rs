@@ -25,12 +25,15 @@ use super::state::{Setting, Stage, State};
 
 include!(concat!(env!("OUT_DIR"), "/machines.rs"));
 
-/// Slots of the machines for robots that do not ship. In WebAssembly, which is downloaded, two of them are the same.
-const LADDER: [usize; 3] =
-    if cfg!(target_family = "wasm") { [1024, 16_384, 16_384] } else { [1024, 4096, 16_384] };
+/// Slots of the machines for robots that do not ship, by profile. In WebAssembly, which is downloaded, robots that ship run on them
+/// as well, and two of them are the same.
+const TINY: [usize; 3] = if cfg!(target_family = "wasm") { [512, LARGE, LARGE] } else { FULL };
+const FULL: [usize; 3] =
+    if cfg!(target_family = "wasm") { [1024, LARGE, LARGE] } else { [1024, 4096, LARGE] };
+const LARGE: usize = 16_384;
 
 /// The most slots of a machine: those of the script and those for neighbours, swarms and entries.
-pub const MOST_SLOTS: usize = LADDER[2];
+pub const MOST_SLOTS: usize = LARGE;
 
 /// A virtual machine, and the frames that wait for it and for its link.
 pub trait Machine {
@@ -123,24 +126,35 @@ pub fn load(context: &GroupContext, id: u16, seed: u32) -> Loaded {
         return loaded;
     }
     match context.profile {
-        NumberProfile::Tiny => load_larger::<Tiny>(context, slots, id, seed),
-        NumberProfile::Full => load_larger::<Full>(context, slots, id, seed),
+        NumberProfile::Tiny => {
+            load_larger::<Tiny, { TINY[0] }, { TINY[1] }, { TINY[2] }>(context, slots, id, seed)
+        }
+        NumberProfile::Full => {
+            load_larger::<Full, { FULL[0] }, { FULL[1] }, { FULL[2] }>(context, slots, id, seed)
+        }
     }
 }
 
-/// Loads the smallest machine of the ladder.
-fn load_larger<P: QueueProfile>(context: &GroupContext, slots: usize, id: u16, seed: u32) -> Loaded
+/// Loads the smallest of three machines that has the slots.
+fn load_larger<P: QueueProfile, const SMALL: usize, const MIDDLE: usize, const LARGE: usize>(
+    context: &GroupContext,
+    slots: usize,
+    id: u16,
+    seed: u32,
+) -> Loaded
 where
-    Larger<P, { LADDER[0] }>: Send,
-    Larger<P, { LADDER[1] }>: Send,
-    Larger<P, { LADDER[2] }>: Send,
+    Larger<P, SMALL>: Send,
+    Larger<P, MIDDLE>: Send,
+    Larger<P, LARGE>: Send,
 {
     let [inbox, outbox] = context.queues;
     let (inbox, outbox) = (P::inbox(inbox), P::outbox(outbox));
-    match slots {
-        0..=1024 => Larger::<P, { LADDER[0] }>::load(context, inbox, outbox, id, seed),
-        1025..=4096 => Larger::<P, { LADDER[1] }>::load(context, inbox, outbox, id, seed),
-        _ => Larger::<P, { LADDER[2] }>::load(context, inbox, outbox, id, seed),
+    if slots <= SMALL {
+        Larger::<P, SMALL>::load(context, inbox, outbox, id, seed)
+    } else if slots <= MIDDLE {
+        Larger::<P, MIDDLE>::load(context, inbox, outbox, id, seed)
+    } else {
+        Larger::<P, LARGE>::load(context, inbox, outbox, id, seed)
     }
 }
 
