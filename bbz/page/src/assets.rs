@@ -27,7 +27,7 @@ macro_rules! asset {
     };
 }
 
-const ASSETS: [Asset; 25] = [
+const ASSETS: [Asset; 27] = [
     asset!("", "index.html", HTML),
     asset!("style.css", STYLE),
     asset!("buzz.js", SCRIPT),
@@ -42,6 +42,7 @@ const ASSETS: [Asset; 25] = [
     asset!("look.js", SCRIPT),
     asset!("main.js", SCRIPT),
     asset!("memory.js", SCRIPT),
+    asset!("obstacles.js", SCRIPT),
     asset!("pointer.js", SCRIPT),
     asset!("programs.js", SCRIPT),
     asset!("recording.js", SCRIPT),
@@ -50,6 +51,7 @@ const ASSETS: [Asset; 25] = [
     asset!("session.js", SCRIPT),
     asset!("texts.js", SCRIPT),
     asset!("timeline.js", SCRIPT),
+    asset!("trails.js", SCRIPT),
     asset!("trials.js", SCRIPT),
     asset!("vendor.js", SCRIPT),
     asset!("view.js", SCRIPT),

@@ -12,10 +12,10 @@ export function drawing(view) {
         parts.push(`<circle cx="${x}" cy="${y}" r="14" ${paint(colours.light)} opacity="${Math.max(0.3, Math.min(1, brightness / 1023))}"/>`);
     }
     parts.push(...world.obstacles.map((obstacle) => outline(obstacle, colours.obstacle)));
-    for (const [first, second] of view.trails.slice(1).map((trail, index) => [view.trails[index], trail])) {
-        for (let robot = 0; robot < robots.count; robot++) {
-            const ends = [first[0][robot], first[1][robot], second[0][robot], second[1][robot]].map((tenths) => tenths / 10);
-            parts.push(segment(ends, colours.states[0], 1));
+    for (const { ends } of view.trails.ways) {
+        for (let at = 0; at < ends.length; at += 6) {
+            const [x, y, , toX, toY] = ends.subarray(at, at + 6);
+            parts.push(segment([x, y, toX, toY].map((tenths) => tenths / 10), colours.states[0], 1));
         }
     }
     if (view.chosen !== null) {

@@ -83,6 +83,29 @@ void main() {
     result = vec4(paint.rgb, paint.a * clamp(halfWidth + 0.5 - abs(away), 0.0, 1.0));
 }`;
 
+// The whole canvas.
+export const LAYER_VERTEX = `${HEAD}
+void main() {
+    gl_Position = vec4(vec2(gl_VertexID & 1, gl_VertexID >> 1) * 4.0 - 1.0, 0.0, 1.0);
+}`;
+
+// One colour.
+export const FADE_FRAGMENT = `${HEAD}
+uniform vec4 paint;
+out vec4 result;
+void main() {
+    result = paint;
+}`;
+
+// A layer in one colour.
+export const LAYER_FRAGMENT = `${HEAD}
+uniform sampler2D layer;
+uniform vec4 paint;
+out vec4 result;
+void main() {
+    result = vec4(paint.rgb, paint.a * texelFetch(layer, ivec2(gl_FragCoord.xy), 0).r);
+}`;
+
 // The bodies of all robots, or the glows of their LEDs; as points or as squares.
 export const robotVertex = (isPoint, isGlow) => `${HEAD}
 layout(location = 0) in vec2 corner;

@@ -8,7 +8,10 @@
 // of the time of a square. So robots are points, and lines and shapes are squares of four corners, without instances. Each program
 // fades the edges of what it draws, so the canvas needs only one sample for a pixel.
 
-import { GLOW, LINE_FRAGMENT, LINE_VERTEX, Program, SHAPE_FRAGMENT, SHAPE_VERTEX, robotFragment, robotVertex } from "./programs.js";
+import {
+    FADE_FRAGMENT, GLOW, LAYER_FRAGMENT, LAYER_VERTEX, LINE_FRAGMENT, LINE_VERTEX, Program, SHAPE_FRAGMENT, SHAPE_VERTEX,
+    robotFragment, robotVertex,
+} from "./programs.js";
 
 export const SHAPES = { disc: 0, box: 1, light: 2, ring: 3 };
 
@@ -30,6 +33,8 @@ export class Scene {
         gl.bufferData(gl.ARRAY_BUFFER, new Float32Array([-1, -1, 1, -1, -1, 1, 1, 1]), gl.STATIC_DRAW);
         this.shapes = new Program(gl, SHAPE_VERTEX, SHAPE_FRAGMENT);
         this.segments = new Program(gl, LINE_VERTEX, LINE_FRAGMENT);
+        this.fades = new Program(gl, LAYER_VERTEX, FADE_FRAGMENT);
+        this.layers = new Program(gl, LAYER_VERTEX, LAYER_FRAGMENT);
         const robot = (isPoint, isGlow) => {
             const program = new Program(gl, robotVertex(isPoint, isGlow), robotFragment(isPoint, isGlow), isPoint ? 0 : 1);
             program.read(corners, [[0, 2, 0]], gl.FLOAT);
@@ -157,6 +162,14 @@ export class Scene {
         this.count += 1;
     }
 
+    // Adds a line between two places in mm, at least `thick` mm to each side, or `pixels`.
+    addLine([x, y], [toX, toY], thick, colour, pixels = 1, height = 0) {
+        const half = Math.max(thick, pixels / this.camera.scale);
+        const length = Math.hypot(toX - x, toY - y);
+        const angle = Math.atan2(toY - y, toX - x);
+        this.add((x + toX) / 2, (y + toY) / 2, length / 2, half, angle, SHAPES.box, colour, height);
+    }
+
     // Draws the shapes so far, below all that follows.
     flush() {
         if (this.count > 0) {
@@ -176,7 +189,8 @@ export class Scene {
     }
 
     // Six numbers for each line: x, y and z of its ends in tenths of mm.
-    setLines(lines, ends, count = ends.length / 6) {
+    setLines(lines, ends) {
+        const count = ends.length / 6;
         const corners = new Float32Array(24 * count);
         for (let line = 0; line < count; line++) {
             for (let corner = 0; corner < 4; corner++) {
@@ -200,6 +214,66 @@ export class Scene {
             gl.uniform1f(segments.at("halfWidth"), halfWidth * (globalThis.devicePixelRatio || 1));
             this.drawQuads(segments, lines.count);
         }
+    }
+
+    // Makes a layer: lines that stay from one picture to the next, as a share from 0 to 1 for each pixel.
+    makeLayer() {
+        const { gl } = this;
+        return { texture: gl.createTexture(), frame: gl.createFramebuffer(), seen: "" };
+    }
+
+    // Returns true if a layer was painted for this picture's camera and canvas; else it is cleared, and all has to be painted anew.
+    readyLayer(layer) {
+        const { gl, camera } = this;
+        const { width, height } = this.canvas;
+        const seen = [camera.x, camera.y, this.scale, ...camera.axes, width, height].join(" ");
+        if (layer.seen === seen) {
+            return true;
+        }
+        gl.bindTexture(gl.TEXTURE_2D, layer.texture);
+        gl.texImage2D(gl.TEXTURE_2D, 0, gl.R8, width, height, 0, gl.RED, gl.UNSIGNED_BYTE, null);
+        gl.texParameteri(gl.TEXTURE_2D, gl.TEXTURE_MIN_FILTER, gl.NEAREST);
+        gl.bindFramebuffer(gl.FRAMEBUFFER, layer.frame);
+        gl.framebufferTexture2D(gl.FRAMEBUFFER, gl.COLOR_ATTACHMENT0, gl.TEXTURE_2D, layer.texture, 0);
+        gl.bindFramebuffer(gl.FRAMEBUFFER, null);
+        layer.seen = seen;
+        return false;
+    }
+
+    // The next picture paints a layer anew.
+    clearLayer(layer) {
+        layer.seen = "";
+    }
+
+    // Whatever `paint()` draws goes into a layer.
+    paintLayer(layer, paint) {
+        const { gl } = this;
+        this.flush();
+        gl.bindTexture(gl.TEXTURE_2D, null);
+        gl.bindFramebuffer(gl.FRAMEBUFFER, layer.frame);
+        paint();
+        gl.bindFramebuffer(gl.FRAMEBUFFER, null);
+    }
+
+    // Takes a share away from all pixels of the layer that is painted.
+    fadeLayer(share) {
+        const { gl, fades } = this;
+        gl.blendEquation(gl.FUNC_REVERSE_SUBTRACT);
+        gl.blendFunc(gl.ONE, gl.ONE);
+        fades.use();
+        gl.uniform4f(fades.at("paint"), share, share, share, share);
+        gl.drawArrays(gl.TRIANGLES, 0, 3);
+        gl.blendEquation(gl.FUNC_ADD);
+        gl.blendFunc(gl.SRC_ALPHA, gl.ONE_MINUS_SRC_ALPHA);
+    }
+
+    // Draws a layer in one colour.
+    drawLayer(layer, colour) {
+        const { gl, layers } = this;
+        gl.bindTexture(gl.TEXTURE_2D, layer.texture);
+        layers.use();
+        gl.uniform4f(layers.at("paint"), ...colour);
+        gl.drawArrays(gl.TRIANGLES, 0, 3);
     }
 
     // Squares of four corners each, in the order of their numbers.

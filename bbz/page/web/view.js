@@ -2,19 +2,16 @@
 
 import { Camera } from "./camera.js";
 import { part } from "./element.js";
+import { Obstacles } from "./obstacles.js";
 import { Scene, SHAPES } from "./scene.js";
+import { Trails } from "./trails.js";
 
-// Places of a robot that are kept: of the chosen one, of each one.
+// Places of the chosen robot that are kept.
 const TRAIL = 400;
-const TRAILS = 40;
-// Lines of all trails.
-const MOST_LINES = 60000;
 // Milliseconds for which a message is seen while the run goes on.
 const FLASH = 350;
 // From low to high, as bright as the number is great (the colours of Cividis, for all eyes).
 const PALETTE = [[0, 34, 78], [53, 69, 108], [102, 105, 112], [148, 142, 119], [200, 184, 102], [254, 232, 56]];
-// Radius of a robot in a recording, which does not tell it, as a share of the world.
-const DOT = 0.015;
 // The colours of the robots that are compared: variables of the style sheet.
 export const COMPARED = ["--one", "--two", "--three", "--four", "--five", "--six"];
 const NO_MESSAGES = { heard: [], collided: [], lost: [] };
@@ -26,6 +23,7 @@ export class View {
         this.canvas = canvas;
         this.scene = new Scene(canvas);
         this.camera = new Camera();
+        this.obstacles = new Obstacles(this.scene);
         // A robot has been above the ground.
         this.hasFliers = false;
         this.chosen = null;
@@ -39,9 +37,7 @@ export class View {
         this.neighbors = [];
         this.trail = [];
         this.hasTrails = false;
-        this.trails = [];
-        // The lines from each sample of the trails to the next.
-        this.ways = [];
+        this.trails = new Trails(this.scene);
         // Lines between two robots, and when they were drawn first; `null` while the run stands still.
         this.messages = NO_MESSAGES;
         this.flashed = null;
@@ -76,8 +72,9 @@ export class View {
         this.world = world;
         this.lights = world.lights;
         this.robots = robots;
-        this.radii = world.groups.flatMap((group) => Array(group.count).fill(group.radius ?? Math.min(...world.size) * DOT));
+        this.radii = world.groups.flatMap((group) => Array(group.count).fill(group.radius));
         this.scene.setRadii(this.radii);
+        this.obstacles.set(world.obstacles, world.size);
         // A world that was edited may have fewer robots.
         const known = (robot) => (robot !== null && robot < this.radii.length ? robot : null);
         this.chosen = known(this.chosen);
@@ -92,7 +89,7 @@ export class View {
         if (!this.world) {
             return;
         }
-        const top = this.robots.z.reduce((most, z) => Math.max(most, z / 10), 0);
+        const top = this.robots.z.reduce((most, z) => Math.max(most, z / 10), this.obstacles.top);
         this.camera.fit(this.world.size, top, [this.scene.width, this.scene.height]);
         this.isFitted = true;
         this.changed();
@@ -137,13 +134,11 @@ export class View {
             this.trail.push(this.spaceOf(this.chosen));
             this.trail.splice(0, this.trail.length - TRAIL);
         }
-        if (!this.hasTrails || isAnew) {
-            this.forgetTrails(this.trails.length);
+        if (isAnew || !(this.hasTrails || this.trails.isEmpty)) {
+            this.trails.clear();
         }
         if (this.hasTrails) {
-            this.trails.push([this.robots.x.slice(), this.robots.y.slice(), this.robots.z.slice()]);
-            const most = Math.max(2, Math.min(TRAILS, Math.floor(MOST_LINES / this.robots.count)));
-            this.forgetTrails(this.trails.length - most);
+            this.trails.add(this.robots);
         }
         this.hasFliers ||= this.robots.z.some((z) => z > 0);
         this.drawn = null;
@@ -161,14 +156,6 @@ export class View {
         if (this.camera.isTilted) {
             this.camera.turnBy(turn, rise);
             this.changed();
-        }
-    }
-
-    // Forgets the first samples of the trails, and the lines that lead to them.
-    forgetTrails(count) {
-        if (count > 0) {
-            this.trails.splice(0, count);
-            this.ways.splice(0, count).forEach((way) => this.scene.dropLines(way));
         }
     }
 
@@ -210,7 +197,7 @@ export class View {
         this.drawLinks();
         this.drawRobots();
         if (this.cut) {
-            this.line(...this.cut, 0, colours.chosen, 1.5);
+            scene.addLine(...this.cut, 0, colours.chosen, 1.5);
         }
         scene.flush();
         this.showScale();
@@ -231,16 +218,7 @@ export class View {
             scene.add(...at, ...this.dot(9), 0, SHAPES.disc, colours.light);
             scene.add(...at, ...this.dot(14), 0, SHAPES.ring, fade(colours.light, 0.8));
         }
-        for (const obstacle of world.obstacles) {
-            if (obstacle.from) {
-                this.line(obstacle.from, obstacle.to, 2, colours.obstacle);
-            } else if (obstacle.radius) {
-                scene.add(...obstacle.at, obstacle.radius, obstacle.radius, 0, SHAPES.disc, colours.obstacle);
-            } else {
-                const [w, h] = obstacle.size;
-                scene.add(...obstacle.at, w / 2, h / 2, 0, SHAPES.box, colours.obstacle);
-            }
-        }
+        this.obstacles.draw(colours.obstacle, this.camera.isTilted);
     }
 
     drawMessages() {
@@ -264,28 +242,6 @@ export class View {
         }
     }
 
-    drawTrails() {
-        const { scene, trails, ways } = this;
-        while (ways.length + 1 < trails.length) {
-            const [from, to] = trails.slice(ways.length);
-            const ends = new Float32Array(6 * from[0].length);
-            let count = 0;
-            for (let robot = 0; robot < from[0].length; robot++) {
-                if (from.some((axis, index) => axis[robot] !== to[index][robot])) {
-                    from.forEach((axis, index) => {
-                        ends[6 * count + index] = axis[robot];
-                        ends[6 * count + 3 + index] = to[index][robot];
-                    });
-                    count += 1;
-                }
-            }
-            ways.push(scene.makeLines());
-            scene.setLines(ways.at(-1), ends, count);
-        }
-        const colour = fade(this.colours.states[0], 0.5);
-        ways.forEach((way) => scene.drawLines(way, colour, 0.7));
-    }
-
     placeMessages() {
         const isThere = ([from, to]) => Math.max(from, to) < this.robots.count;
         for (const kind of ["lost", "heard"]) {
@@ -302,13 +258,13 @@ export class View {
     }
 
     drawLinks() {
-        this.drawTrails();
+        this.trails.draw(fade(this.colours.states[0], 0.9));
         this.drawMessages();
         const { scene, colours, trail, lines } = this;
         // Older parts of the trail are paler.
         for (let index = 1; index < trail.length; index++) {
             const [from, to] = [trail[index - 1], trail[index]];
-            this.line(from, to, 0, fade(colours.chosen, (0.7 * index) / trail.length), 1, to[2]);
+            scene.addLine(from, to, 0, fade(colours.chosen, (0.7 * index) / trail.length), 1, to[2]);
         }
         if (this.chosen !== null) {
             const from = this.spaceOf(this.chosen);
@@ -346,13 +302,6 @@ export class View {
     colourOf(robot) {
         const share = this.shares?.[robot];
         return typeof share === "number" ? mix(share) : this.colours.states[this.robots.state[robot]];
-    }
-
-    // At least `thick` mm to each side, or `pixels`.
-    line([x, y], [toX, toY], thick, colour, pixels = 1, height = 0) {
-        const half = Math.max(thick, pixels / this.camera.scale);
-        this.scene.add((x + toX) / 2, (y + toY) / 2, Math.hypot(toX - x, toY - y) / 2, half,
-            Math.atan2(toY - y, toX - x), SHAPES.box, colour, height);
     }
 
     dot(mm) {

@@ -1,0 +1,83 @@
+// The trails of all robots.
+//
+// They are painted into a layer of their own, each sample over those before, which fade. So a picture costs the lines of its new
+// sample alone, for two thousand robots as well; only after the camera has moved are all lines painted again.
+
+// Samples after which a part of a trail is gone.
+const SAMPLES = 40;
+// Lines that are painted at once when the camera moves, and that are kept.
+const MOST_LINES = 120000;
+
+export class Trails {
+    constructor(scene) {
+        this.scene = scene;
+        this.layer = scene.makeLayer();
+        // The last sample: x, y and z of each robot.
+        this.last = null;
+        // The lines from each sample to the next, with their ends: x, y and z of both in tenths of mm.
+        this.ways = [];
+        // How many of the last ones are not painted yet.
+        this.pending = 0;
+    }
+
+    get isEmpty() {
+        return this.last === null;
+    }
+
+    clear() {
+        this.forget(this.ways.length);
+        this.last = null;
+        this.scene.clearLayer(this.layer);
+    }
+
+    // The robots have moved.
+    add({ x, y, z, count }) {
+        const next = [x, y, z].map((axis) => axis.slice());
+        if (this.last?.[0].length === count) {
+            const [lines, ends] = [this.scene.makeLines(), endsOf(this.last, next)];
+            this.scene.setLines(lines, ends);
+            this.ways.push({ lines, ends });
+            this.pending += 1;
+            this.forget(this.ways.length - Math.max(2, Math.min(SAMPLES, Math.floor(MOST_LINES / count))));
+        }
+        this.last = next;
+    }
+
+    // Forgets the first samples.
+    forget(count) {
+        if (count > 0) {
+            this.ways.splice(0, count).forEach(({ lines }) => this.scene.dropLines(lines));
+            this.pending = Math.min(this.pending, this.ways.length);
+        }
+    }
+
+    draw(colour) {
+        const { scene, layer, ways } = this;
+        if (this.isEmpty) {
+            return;
+        }
+        const count = scene.readyLayer(layer) ? this.pending : ways.length;
+        scene.paintLayer(layer, () => ways.slice(ways.length - count).forEach(({ lines }) => {
+            scene.fadeLayer(1 / SAMPLES);
+            scene.drawLines(lines, [1, 1, 1, 1], 0.7);
+        }));
+        this.pending = 0;
+        scene.drawLayer(layer, colour);
+    }
+}
+
+// The ends of the ways of those who have moved.
+function endsOf(from, to) {
+    const ends = new Float32Array(6 * from[0].length);
+    let count = 0;
+    for (let robot = 0; robot < from[0].length; robot++) {
+        if (from.some((axis, index) => axis[robot] !== to[index][robot])) {
+            from.forEach((axis, index) => {
+                ends[6 * count + index] = axis[robot];
+                ends[6 * count + 3 + index] = to[index][robot];
+            });
+            count += 1;
+        }
+    }
+    return ends.subarray(0, 6 * count);
+}

@@ -1,0 +1,113 @@
+"""The camera: fingers, obstacles in 3-D, and the trails that follow it."""
+
+import base64
+import math
+
+from playwright.sync_api import expect
+from test_site import page, site  # noqa: F401
+
+# Counts the pixels in which two pictures differ.
+DIFFERENCE = """async (pictures) => {
+    const [one, other] = await Promise.all(pictures.map(async (picture) => {
+        const image = await createImageBitmap(await (await fetch(picture)).blob());
+        const context = new OffscreenCanvas(image.width, image.height).getContext("2d");
+        context.drawImage(image, 0, 0);
+        return context.getImageData(0, 0, image.width, image.height).data;
+    }));
+    return one.reduce((sum, part, at) => sum + (at % 4 === 0 && Math.abs(part - other[at]) > 8), 0);
+}"""
+
+
+def picture(page):  # noqa: F811
+    # Frames that were asked for before are shown.
+    page.evaluate("() => new Promise((shown) => requestAnimationFrame(() => requestAnimationFrame(shown)))")
+    taken = page.locator("#canvas").screenshot(animations="disabled")
+    return "data:image/png;base64," + base64.b64encode(taken).decode()
+
+
+def difference(page, one, other):  # noqa: F811
+    return page.evaluate(DIFFERENCE, [one, other])
+
+
+def play_until(page, seconds):  # noqa: F811
+    page.click("#play")
+    page.wait_for_function("least => parseFloat(document.getElementById('clock').textContent) >= least", arg=seconds)
+    page.click("#play")
+    expect(page.locator("#play")).to_have_text("Play")
+
+
+class Fingers:
+    """Fingers on the screen: places in pixels of the page."""
+
+    def __init__(self, page):  # noqa: F811
+        self.session = page.context.new_cdp_session(page)
+
+    def send(self, kind, places):
+        points = [{"x": x, "y": y, "id": finger} for finger, (x, y) in enumerate(places)]
+        self.session.send("Input.dispatchTouchEvent", {"type": kind, "touchPoints": points})
+
+    def drag(self, ways):
+        """The way of each finger, a list of places; all ways are equally long."""
+        self.send("touchStart", [way[0] for way in ways])
+        for places in zip(*ways):
+            self.send("touchMove", places)
+        self.send("touchEnd", [])
+
+
+def arc(middle, radius, start, turn):
+    """A way around a place, with angles in degrees, clockwise on the screen."""
+    angles = [math.radians(start + turn * part / 12) for part in range(13)]
+    return [(middle[0] + radius * math.cos(angle), middle[1] + radius * math.sin(angle)) for angle in angles]
+
+
+def test_two_fingers_zoom_and_turn(page):  # noqa: F811
+    page.locator("#example").select_option("examples/swarm/particle_swarm.toml")
+    expect(page.locator("#clock")).to_have_text("0.0 s of 120.0 s")
+    fingers, middle = Fingers(page), (500, 400)
+    line = page.locator("#bar").evaluate_handle("bar => bar")
+    mm = lambda: int(page.locator("#bar-text").inner_text().split()[0]) / line.bounding_box()["width"]  # noqa: E731
+    before = mm()
+    fingers.drag([[(500 - 50 - 5 * part, 400) for part in range(11)], [(500 + 50 + 5 * part, 400) for part in range(11)]])
+    assert math.isclose(before / mm(), 2, rel_tol=0.05), "twice as far apart, twice as large"
+    # From above, the world is not turned.
+    above = picture(page)
+    fingers.drag([arc(middle, 100, 0, 90), arc(middle, 100, 180, 90)])
+    assert difference(page, above, picture(page)) < 500
+    play_until(page, 4)
+    page.check("#tilted")
+    tilted = picture(page)
+    fingers.drag([arc(middle, 100, 0, 90), arc(middle, 100, 180, 90)])
+    assert difference(page, tilted, picture(page)) > 5000
+    # Three quarters of a turn more, and all is as before.
+    for _ in range(3):
+        fingers.drag([arc(middle, 100, 0, 90), arc(middle, 100, 180, 90)])
+    assert difference(page, tilted, picture(page)) < 1500
+
+
+def look(page):  # noqa: F811
+    """A picture of the canvas, which has a frame while somebody uses it by the keyboard."""
+    page.mouse.move(2, 2)
+    page.focus("#canvas")
+    page.keyboard.press("Escape")
+    return picture(page)
+
+
+def test_trails_follow_the_camera(page):  # noqa: F811
+    page.locator("#example").select_option("examples/swarm/flocking.toml")
+    expect(page.locator("#clock")).to_contain_text("0.0 s")
+    page.check("#trails")
+    play_until(page, 4)
+    page.focus("#canvas")
+    for _ in range(8):
+        page.keyboard.press("+")
+    with_trails = look(page)
+    page.keyboard.press("ArrowRight")
+    assert difference(page, with_trails, picture(page)) > 1000
+    page.keyboard.press("ArrowLeft")
+    assert difference(page, with_trails, picture(page)) < 50, "painted anew as they were"
+    page.uncheck("#trails")
+    without = look(page)
+    assert difference(page, with_trails, without) > 1000
+    page.check("#trails")
+    # The check mark has some 250 pixels.
+    assert difference(page, without, look(page)) < 500, "trails begin where they are asked for"
