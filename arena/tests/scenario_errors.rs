@@ -221,6 +221,7 @@ const AFTER_GROUP: &[(&str, &str, &[&str])] = &[
     ("first_id = 70000\n", "7:12", &["`first_id` cannot be 70000"]),
     ("count = 10\nfirst_id = 65530\n", "8:12", &["id 65539", "0 to 65535"]),
     ("placement = \"gird\"\n", "7:13", &["\"gird\"", "`grid`?"]),
+    ("positions = \"grid\"\n", "7:13", &["`positions` must be a list, not a string"]),
     ("placement = \"grid\"\n", "4:1", &["this [[robots]] has no `spacing`"]),
     (
         "placement = \"grid\"\nspacing = 50\nradius = 3\n",

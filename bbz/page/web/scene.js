@@ -245,18 +245,19 @@ export class Scene {
         layer.seen = "";
     }
 
-    // Whatever `paint()` draws goes into a layer.
-    paintLayer(layer, paint) {
+    // Takes a share away from all pixels of a layer, and draws into it: `paint()` draws shares as shades of grey.
+    paintLayer(layer, share, paint) {
         const { gl } = this;
         this.flush();
         gl.bindTexture(gl.TEXTURE_2D, null);
         gl.bindFramebuffer(gl.FRAMEBUFFER, layer.frame);
+        this.fade(share);
         paint();
         gl.bindFramebuffer(gl.FRAMEBUFFER, null);
     }
 
-    // Takes a share away from all pixels of the layer that is painted.
-    fadeLayer(share) {
+    // Takes a share away from all pixels.
+    fade(share) {
         const { gl, fades } = this;
         gl.blendEquation(gl.FUNC_REVERSE_SUBTRACT);
         gl.blendFunc(gl.ONE, gl.ONE);

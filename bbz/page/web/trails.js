@@ -57,10 +57,12 @@ export class Trails {
             return;
         }
         const count = scene.readyLayer(layer) ? this.pending : ways.length;
-        scene.paintLayer(layer, () => ways.slice(ways.length - count).forEach(({ lines }) => {
-            scene.fadeLayer(1 / SAMPLES);
-            scene.drawLines(lines, [1, 1, 1, 1], 0.7);
-        }));
+        if (count > 0) {
+            scene.paintLayer(layer, count / SAMPLES, () => ways.slice(ways.length - count).forEach(({ lines }, index) => {
+                const share = 1 - (count - 1 - index) / SAMPLES;
+                scene.drawLines(lines, [share, share, share, 1], 0.7);
+            }));
+        }
         this.pending = 0;
         scene.drawLayer(layer, colour);
     }

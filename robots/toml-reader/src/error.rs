@@ -9,7 +9,7 @@ pub const LIMIT: usize = 100;
 const LISTED: usize = 24;
 
 /// A reason why a format refuses a file. Its `Display` is one sentence.
-pub trait Cause: fmt::Display + From<TomlError> {
+pub trait Cause: fmt::Display + PartialEq + From<TomlError> {
     /// Returns the cure, if the sentence does not name it.
     fn help(&self) -> Option<String>;
 }

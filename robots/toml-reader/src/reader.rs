@@ -102,9 +102,13 @@ impl<C: Cause> Reader<'_, C> {
         let mut mistakes = self.mistakes.borrow_mut();
         if mistakes.kept.len() >= LIMIT {
             mistakes.more += 1;
-        } else {
-            let place = place().map(Box::new);
-            mistakes.kept.push(FileError { cause: cause.into(), place });
+            return;
+        }
+        let place = place().map(Box::new);
+        let mistake = FileError { cause: cause.into(), place };
+        // A value that is read twice is wrong once.
+        if !mistakes.kept.contains(&mistake) {
+            mistakes.kept.push(mistake);
         }
     }
 }
