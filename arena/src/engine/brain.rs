@@ -1,4 +1,4 @@
-//! What an engine asks of a robot's brain, and what it gives to it.
+//! The interface between the engine and a robot's controller.
 
 use core::any::Any;
 
@@ -12,20 +12,22 @@ use super::link::{Heard, Late, Medium, SentFrame, Sighting, Transmission};
 use super::ranger::Sight;
 use super::ray::{Ray, Side};
 
-/// Decides what a robot does: a virtual machine, an emulated image, or a few lines of a test.
+/// Decides the actions of a robot: a virtual machine, an emulated image, or a few lines of a test.
 ///
-/// The world is generic over one brain type; a world of unlike brains takes an enum, or `Box<dyn Brain>`.
+/// The world is generic over one brain type; a world of unlike brains takes an enum, or `Box<dyn
+/// Brain>`.
 pub trait Brain: Send {
     /// Runs one tick of 100 ms.
     fn tick(&mut self, io: &mut Io<'_>);
 
-    /// Whether it has a frame to be sent; asked after each tick and each frame.
+    /// Returns true if it has a frame to send; called after each tick and each frame.
     fn has_frame(&self) -> bool {
         false
     }
 
-    /// The channel is free and the link begins to send: writes what is newest now, type byte and payload, and returns how
-    /// many bytes these are; 0 sends nothing after all. `frame` is as long as the link's longest, and all zeros; infrared
+    /// The channel is free and the link begins to send: writes the newest frame, type byte and
+    /// payload, and returns its length in bytes; 0 sends nothing. `frame` is as long as the link's
+    /// longest, and all zeros; infrared
     /// sends all of it.
     fn next_frame(&mut self, frame: &mut [u8]) -> usize {
         let _ = frame;
@@ -50,11 +52,11 @@ impl<B: Brain + ?Sized> Brain for Box<B> {
 /// A robot's senses and limbs during one tick.
 #[derive(Debug)]
 pub struct Io<'a> {
-    /// Who this is.
+    /// The robot's id.
     pub id: RobotId,
     /// Ticks since the world began.
     pub now: u64,
-    /// What was heard since the last tick.
+    /// The frames received since the last tick.
     pub inbox: Inbox<'a>,
     /// Light and position.
     pub sensors: Sensors<'a>,
@@ -93,7 +95,7 @@ impl Io<'_> {
 pub struct Frame<'a> {
     /// Type byte and payload. On infrared always 10 bytes, padded with zeros.
     pub bytes: &'a [u8],
-    /// Who sent it.
+    /// The position and distance of the sender.
     pub sighting: Sighting,
 }
 
@@ -107,13 +109,13 @@ pub struct Inbox<'a> {
 }
 
 impl<'a> Inbox<'a> {
-    /// How many there are.
+    /// Returns the number of frames.
     #[must_use]
     pub fn len(&self) -> usize {
         self.heard.len() + usize::from(self.late.is_some())
     }
 
-    /// Whether nothing was heard.
+    /// Returns true if no frame was received.
     #[must_use]
     pub fn is_empty(&self) -> bool {
         self.len() == 0
@@ -143,7 +145,7 @@ impl<'a> Inbox<'a> {
     }
 }
 
-/// What a robot senses; nothing is computed that is not asked for.
+/// The sensors of a robot. A reading is computed when the brain asks for it.
 #[derive(Clone, Copy, Debug)]
 pub struct Sensors<'a> {
     pub(crate) id: RobotId,
@@ -157,14 +159,17 @@ pub struct Sensors<'a> {
 }
 
 impl Sensors<'_> {
-    /// Where the robot believes to be: `None` on a Kilobot, and where there is no positioning system.
+    /// Returns the robot's estimate of its pose: `None` on a Kilobot, and without a positioning
+    /// system.
     #[must_use]
     pub fn estimate(&self) -> Option<Pose> {
         self.estimate.copied()
     }
 
-    /// What the Multi-ranger deck of a Crazyflie reads: mm from the robot's middle to the wall, obstacle or robot ahead
-    /// or beside, at its height; `None` if nothing is in reach. A line, not the sensor's cone, and without noise.
+    /// Returns the reading of the Crazyflie's Multi-ranger deck: mm from the robot's middle to the
+    /// wall, obstacle or robot ahead
+    /// or beside, at its height; `None` if nothing is in reach. A line, not the sensor's cone, and
+    /// without noise.
     #[must_use]
     pub fn range(&self, side: Side) -> Option<f32> {
         self.sight.range(self.id, self.pose, side)
@@ -205,7 +210,7 @@ impl Sensors<'_> {
         light::brightness(self.pose, look, self.ambient, self.lights)
     }
 
-    /// What the light sensor reads, 0 (dark) to 1023.
+    /// Returns the reading of the light sensor, 0 (dark) to 1023.
     #[must_use]
     pub fn light(&self) -> u16 {
         light::reading(self.pose, self.ambient, self.lights)

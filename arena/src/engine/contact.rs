@@ -1,10 +1,13 @@
 //! Contacts: discs that overlap push each other apart, walls and obstacles push them out.
 //!
-//! Every disc looks at its neighbours where they were before and moves by half of each overlap, so the result does not
-//! depend on an order, and two discs move by the same amount in opposite directions. This is repeated near discs
-//! that moved, a few times; what is left of dense crowds is done in the next tick.
+//! Every disc looks at its neighbours where they were before and moves by half of each overlap, so
+//! the result does not
+//! depend on an order, and two discs move by the same amount in opposite directions. This is
+//! repeated near discs
+//! that moved, a few times; the remaining overlaps of dense crowds are resolved in the next tick.
 //!
-//! A body that flies crashes when it touches something in the air. Its velocity is its way in the last substep.
+//! A body that flies crashes when it touches something in the air. Its velocity is its way in the
+//! last substep.
 
 use core::hash::Hash;
 
@@ -24,7 +27,7 @@ const ROUNDS: usize = 4;
 /// Discs that one thread takes at a time.
 const CHUNK: usize = 512;
 
-/// So many cells cost nothing worth mentioning.
+/// The limit at which the memory of the cells is negligible.
 const CELLS: usize = 1000;
 
 /// The most discs of which each looks at each other one first, to see that all are apart.
@@ -52,7 +55,7 @@ struct Disc {
     herd: u16,
     /// [`ROBOT`], [`WALL`], [`CRASH`].
     touches: u8,
-    /// Whether the last round moved it.
+    /// True if the last round moved it.
     moved: bool,
 }
 
@@ -73,7 +76,7 @@ pub(crate) struct Crowd {
     /// The place of each robot after the last substep, and its velocity in mm/s since; empty while no robot can crash.
     places: Vec<[f32; 3]>,
     velocities: Vec<[f32; 3]>,
-    /// Of each cell, where its discs begin; two more at the end.
+    /// The index of each cell's first disc; two more entries at the end.
     starts: Vec<u32>,
     discs: Vec<Disc>,
     next: Vec<Disc>,
@@ -82,7 +85,7 @@ pub(crate) struct Crowd {
     /// Cells in or beside which the last round moved something, and around which cells they are.
     awake: Vec<bool>,
     woken: Vec<u32>,
-    /// Of each robot, what it touched in this and in the last tick.
+    /// The contacts of each robot in this and in the last tick.
     touches: Vec<u8>,
     touched: Vec<u8>,
 }
@@ -206,7 +209,8 @@ impl Crowd {
         }
     }
 
-    /// How far along a ray the first robot is (at the height of the ray, as it was after the last tick), at most `reach`.
+    /// Returns the distance along a ray to the first robot (at the height of the ray, as it was
+    /// after the last tick), at most `reach`.
     pub(crate) fn nearest(&self, robot: RobotId, ray: &Ray, height: f32, reach: f32) -> f32 {
         let mut nearest = reach;
         let mut walked = 0.0;
@@ -372,7 +376,7 @@ impl Crowd {
     }
 }
 
-/// What a disc sees in a round.
+/// The inputs of a disc in a round.
 struct Look<'a> {
     cells: &'a Cells,
     shapes: &'a [Shape],
@@ -382,7 +386,7 @@ struct Look<'a> {
     discs: &'a [Disc],
     awake: &'a [bool],
     obstacles: &'a Obstacles,
-    /// Whether all discs look, not only those near something that moved.
+    /// True if all discs look, not only those near one that moved.
     all: bool,
     /// No two discs overlap.
     are_apart: bool,

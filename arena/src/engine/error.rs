@@ -1,4 +1,4 @@
-//! What the engine refuses.
+//! The errors of the engine.
 
 use core::fmt;
 
@@ -9,7 +9,7 @@ use super::id::RobotId;
 pub struct SettingsError {
     /// Path of the field, such as `infrared.link.range`.
     pub field: &'static str,
-    /// What it must be.
+    /// The condition that it must meet.
     pub must: &'static str,
 }
 
@@ -21,7 +21,7 @@ impl fmt::Display for SettingsError {
 
 impl core::error::Error for SettingsError {}
 
-/// Why a robot cannot be where it was wanted.
+/// A reason why a robot cannot be placed.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum AddError {
     /// Ids have 16 bits.

@@ -2,7 +2,7 @@
 
 use core::f32::consts::{PI, TAU};
 
-/// Where a body is and where it looks.
+/// The position and heading of a body.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Pose {
     /// mm, to the right of the middle of the world.
@@ -37,14 +37,14 @@ pub struct Area {
 }
 
 impl Area {
-    /// Whether a point is inside.
+    /// Returns true if a point is inside.
     #[must_use]
     pub fn contains(&self, x: f32, y: f32) -> bool {
         x.abs() <= self.width / 2.0 && y.abs() <= self.height / 2.0
     }
 }
 
-/// The same direction in (-pi, pi].
+/// Returns the same direction in (-pi, pi].
 #[must_use]
 pub fn wrap(angle: f32) -> f32 {
     if angle > -PI && angle <= PI {

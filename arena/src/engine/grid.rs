@@ -4,8 +4,8 @@ use core::ops::Range;
 
 use super::geometry::Area;
 
-/// How the world is divided. Around the world lies a rim of cells in which nothing is, so that every cell has eight
-/// neighbours.
+/// A division of the world into cells. A rim of empty cells surrounds it, so that every cell has
+/// eight neighbours.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Cells {
     left: f32,
@@ -43,7 +43,7 @@ impl Cells {
         1.0 / self.per_mm
     }
 
-    /// How many cells there are, the rim included.
+    /// Returns the number of cells, the rim included.
     pub(crate) fn count(&self) -> usize {
         self.count
     }

@@ -1,7 +1,8 @@
 //! Intruders: senders without a body that keep none of the robots' rules.
 //!
-//! An intruder hears what a robot at its place would hear. It sends at its own pace and never waits for a free channel; what becomes
-//! of its frames the link decides as it does for robots. To the links it is a robot with an id that counts down from 65,535, and in
+//! An intruder receives the frames that a robot at its place would receive. It sends at its own
+//! pace and never waits for a free channel; the link treats its frames as those of robots. To the
+//! links it is a robot with an id that counts down from 65,535, and in
 //! no part of a partition.
 
 use core::fmt::Debug;
@@ -129,7 +130,7 @@ impl<B: Brain> World<B> {
         Ok(())
     }
 
-    /// Returns the number of intruders that have come so far.
+    /// Returns the number of intruders that have been added.
     #[must_use]
     pub fn intruder_count(&self) -> usize {
         self.stations.len()

@@ -23,9 +23,10 @@ const SATURATED: f32 = 1023.0;
 /// Beyond this distance in mm a lamp adds nothing (the Kilobot plugin of ARGoS).
 const REACH: f32 = 2500.0;
 
-/// What the sensor of a robot reads, 0 to 1023.
+/// Returns the reading of a robot's sensor, 0 to 1023.
 ///
-/// A lamp adds `intensity * exp(-2 d) * (1 - angle / pi)` at d metres, angle between the robot's heading and the lamp:
+/// A lamp adds `intensity * exp(-2 d) * (1 - angle / pi)` at d metres, angle between the robot's
+/// heading and the lamp:
 /// the law of ARGoS' Kilobot sensor, with the sensor looking ahead.
 pub(crate) fn reading(pose: &Pose, ambient: f32, lights: &[Light]) -> u16 {
     brightness(pose, Some(pose.heading), ambient, lights) as u16

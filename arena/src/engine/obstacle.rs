@@ -72,7 +72,7 @@ impl Obstacle {
         }
     }
 
-    /// Where a disc must be so that it just touches; `None` if it is clear.
+    /// Returns the place of a disc that just touches the obstacle; `None` if it is clear.
     fn push_out(&self, x: f32, y: f32, radius: f32) -> Option<(f32, f32)> {
         match *self {
             Obstacle::Segment { from, to } => {
@@ -134,7 +134,7 @@ pub(crate) struct Obstacles {
     /// The height in mm of each obstacle; bodies at that height or above get over it.
     heights: Vec<f32>,
     cells: Cells,
-    /// Of each cell, the obstacles that reach into it.
+    /// The obstacles that reach into each cell.
     members: Vec<Vec<u32>>,
 }
 

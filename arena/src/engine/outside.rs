@@ -1,4 +1,5 @@
-//! What moves robots from outside of the engine: firmware in an emulator, which turns wheels at any time.
+//! Robots that are moved from outside of the engine: firmware in an emulator turns wheels at any
+//! time.
 
 use super::brain::Brain;
 use super::error::UnknownRobot;
@@ -8,7 +9,8 @@ use super::light;
 use super::world::World;
 
 impl<B: Brain> World<B> {
-    /// Into how many equal substeps a tick is divided, so that nobody gets through anybody in one.
+    /// Returns the number of equal substeps of a tick: enough that no robot passes through another
+    /// in one.
     #[must_use]
     pub fn substeps(&self) -> u32 {
         self.substeps
@@ -28,7 +30,7 @@ impl<B: Brain> World<B> {
         Ok(block.roll(index - *first, duties, &mut self.poses[index], seconds))
     }
 
-    /// What the light sensor of a robot reads, 0 to 1023.
+    /// Returns the reading of a robot's light sensor, 0 to 1023.
     pub fn light(&self, id: RobotId) -> Result<u16, UnknownRobot> {
         let index = self.index(id)?;
         Ok(light::reading(&self.poses[index], self.settings.ambient_light, &self.lights))

@@ -1,4 +1,4 @@
-//! Range finders: what lies on a line, and how far.
+//! Range finders: the distance to the first thing on a line.
 
 use super::contact::Crowd;
 use super::geometry::{Area, Pose};

@@ -1,10 +1,10 @@
-//! One robot: who it is and what others may see of it.
+//! One robot: its identity, and the state that others may see.
 
 use super::geometry::Pose;
 use super::herd::HerdId;
 use super::link::Radio;
 
-/// Whether a robot works.
+/// The state of a robot.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum RobotState {
     /// Its brain runs.
@@ -15,16 +15,16 @@ pub enum RobotState {
     Failed,
 }
 
-/// What can be seen of a robot.
+/// The visible state of a robot.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct View {
     /// The herd to which it belongs.
     pub herd: HerdId,
-    /// Whether it works.
+    /// Its state.
     pub state: RobotState,
-    /// Where it is.
+    /// Its pose.
     pub pose: Pose,
-    /// Where it believes to be, if it knows.
+    /// The robot's estimate of its pose, if it has one.
     pub estimate: Option<Pose>,
     /// mm
     pub radius: f32,

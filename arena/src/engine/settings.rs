@@ -6,7 +6,7 @@ use super::geometry::Area;
 /// Numbers that a world has from its beginning.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Settings {
-    /// Of all chance in the world.
+    /// The seed of all random numbers in the world.
     pub seed: u64,
     /// The number of threads; the trace does not depend on it. 0 is one per core.
     pub threads: usize,

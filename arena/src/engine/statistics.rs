@@ -1,4 +1,4 @@
-//! What was counted since the world began.
+//! Counters since the world began.
 
 use super::id::RobotId;
 use super::link::Medium;
@@ -27,7 +27,7 @@ pub struct LinkStatistics {
 /// Counts of the whole world.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
 pub struct Statistics {
-    /// Times that a robot which touched nobody began to touch another one.
+    /// The number of times that a robot without contact began to touch another.
     pub contacts: u64,
     /// Robot-ticks in touch with another robot.
     pub contact_ticks: u64,
@@ -47,7 +47,7 @@ impl Statistics {
         &self.links[medium as usize]
     }
 
-    /// Adds what was counted outside of the engine.
+    /// Adds the counts of links outside of the engine.
     pub(crate) fn add(&mut self, medium: Medium, counted: &LinkStatistics) {
         self.links[medium as usize].add(counted);
     }

@@ -16,7 +16,7 @@ use super::stream::{Purpose, Stream};
 use super::world::World;
 use super::{TICK, TICK_US};
 
-/// What holds for all robots while they think.
+/// The data that all robots share while their brains run.
 struct Surroundings<'a> {
     ether: [Ether<'a>; Medium::COUNT],
     sight: Sight<'a>,

@@ -1,19 +1,20 @@
-//! Random numbers: a stream for each purpose, robot and tick, so that nobody's chance depends on who came before.
+//! Random numbers: a stream for each purpose, robot and tick, so that no draw depends on the order
+//! of others.
 
 use rand::{Rng, RngExt, SeedableRng};
 use rand_distr::{Distribution, StandardNormal};
 use rand_xoshiro::SplitMix64;
 
-/// What a stream is for. Streams of unlike purposes share nothing.
+/// The purpose of a stream. Streams of unlike purposes share nothing.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Purpose {
     /// Differences between robots of one kind.
     Build = 1,
-    /// What happens to frames on the way.
+    /// The loss and errors of received frames.
     Hear = 2,
-    /// When a frame is first tried.
+    /// The time of the first attempt at a frame.
     Send = 3,
-    /// When it is tried again.
+    /// The time of the next attempt.
     BackOff = 6,
     /// Errors of the position estimate.
     Estimate = 4,
@@ -64,7 +65,7 @@ impl Stream {
         Stream(SplitMix64::seed_from_u64(self.0.next_u64()))
     }
 
-    /// In [0, 1).
+    /// Returns a number in [0, 1).
     pub fn unit(&mut self) -> f32 {
         self.0.random()
     }
@@ -74,7 +75,7 @@ impl Stream {
         probability > 0.0 && self.unit() < probability
     }
 
-    /// In 0..end.
+    /// Returns a number in 0..end.
     pub fn below(&mut self, end: u32) -> u32 {
         ((u64::from(self.0.next_u32()) * u64::from(end)) >> 32) as u32
     }

@@ -1,4 +1,4 @@
-//! The world: robots, obstacles, lamps, and what one may do to them.
+//! The world: robots, obstacles, lamps, and operations on them.
 
 use std::sync::Arc;
 
@@ -45,7 +45,7 @@ pub struct World<B> {
     pub(crate) calibration: Calibration,
     pub(crate) statistics: Statistics,
     pub(crate) scratch: Vec<Scratch>,
-    /// `None`: nobody watches.
+    /// `None` if the run is not observed.
     pub(crate) frame_log: Option<Box<FrameLog>>,
     pub(crate) pool: Pool,
 }
@@ -144,8 +144,8 @@ impl<B: Brain> World<B> {
         Ok(RobotId(id))
     }
 
-    /// Adds a wall or an obstacle. A size counts without its sign; what is further away than 10 km, or at
-    /// no number, is nowhere.
+    /// Adds a wall or an obstacle. A size counts without its sign; an obstacle that is more than 10
+    /// km away, or at no number, is left out.
     pub fn add_obstacle(&mut self, obstacle: Obstacle) {
         self.obstacles.add(obstacle, f32::INFINITY);
     }
@@ -185,7 +185,7 @@ impl<B: Brain> World<B> {
         self.settings.ambient_light = reading.clamp(0.0, 1023.0);
     }
 
-    /// Changes the loss of a medium, whoever sends.
+    /// Changes the loss of a medium, for all senders.
     pub fn set_loss(&mut self, medium: Medium, loss: Loss) {
         let Loss { near, far } = loss;
         let loss = Loss { near: near.clamp(0.0, 1.0), far: far.clamp(0.0, 1.0) };
@@ -238,8 +238,9 @@ impl<B: Brain> World<B> {
         Ok(())
     }
 
-    /// Switches a robot off and on, whatever its state: it runs, where it is, with another brain and its motors off. What is
-    /// of its body stays, such as the gains of its motors. Returns the brain that it had.
+    /// Switches a robot off and on, whatever its state: it runs, where it is, with another brain
+    /// and its motors off. Properties of its body stay, such as the gains of its motors. Returns
+    /// the brain that it had.
     pub fn restart(&mut self, id: RobotId, brain: B) -> Result<B, UnknownRobot> {
         let index = self.index(id)?;
         let robot = &mut self.robots[index];
@@ -268,13 +269,13 @@ impl<B: Brain> World<B> {
         self.now
     }
 
-    /// How many robots there are; their ids are below.
+    /// Returns the number of robots; their ids are below it.
     #[must_use]
     pub fn len(&self) -> usize {
         self.brains.len()
     }
 
-    /// Whether there are no robots.
+    /// Returns true if there are no robots.
     #[must_use]
     pub fn is_empty(&self) -> bool {
         self.brains.is_empty()
@@ -285,7 +286,7 @@ impl<B: Brain> World<B> {
         (0..self.brains.len()).map(|index| RobotId(index as u16))
     }
 
-    /// What can be seen of a robot.
+    /// Returns the visible state of a robot.
     #[must_use]
     pub fn robot(&self, id: RobotId) -> Option<View> {
         let index = self.index(id).ok()?;
@@ -311,7 +312,8 @@ impl<B: Brain> World<B> {
         self.brains.get_mut(usize::from(id.0))
     }
 
-    /// How far the frames of a robot reach, in mm between two middles; 0 if there is no such robot.
+    /// Returns the reach of a robot's frames, in mm between two middles; 0 if there is no such
+    /// robot.
     #[must_use]
     pub fn reach(&self, id: RobotId) -> f64 {
         let Ok(index) = self.index(id) else { return 0.0 };
@@ -319,7 +321,8 @@ impl<B: Brain> World<B> {
         f64::from(self.air[*medium as usize].reach(*link))
     }
 
-    /// Whether frames of one robot get to another: they have one medium, are near enough, and nothing cuts them off.
+    /// Returns true if frames of one robot reach another: both have one medium, are near enough,
+    /// and are not cut off.
     #[must_use]
     pub fn can_hear(&self, by: RobotId, of: RobotId) -> bool {
         let (Ok(listener), Ok(sender)) = (self.index(by), self.index(of)) else { return false };
@@ -331,7 +334,7 @@ impl<B: Brain> World<B> {
             && self.topology.connects(by, of)
     }
 
-    /// Whether nothing cuts two robots off from each other; distance does not count.
+    /// Returns true if two robots are not cut off from each other; distance does not count.
     #[must_use]
     pub fn connects(&self, a: RobotId, b: RobotId) -> bool {
         self.topology.connects(a, b)
@@ -353,7 +356,7 @@ impl<B: Brain> World<B> {
         self.frame_log.take().map_or_else(FrameLog::default, |log| *log)
     }
 
-    /// What was counted since the beginning.
+    /// Returns the counters since the beginning.
     #[must_use]
     pub fn statistics(&self) -> &Statistics {
         &self.statistics

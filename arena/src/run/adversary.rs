@@ -1,6 +1,7 @@
-//! Adversaries: senders that disturb a swarm, or send it what no robot of it would send.
+//! Adversaries: senders that disturb a swarm, or send frames that no robot of it would send.
 //!
-//! An adversary knows the script of the robots that it imitates, as everybody does who has heard a beacon and has the source. It
+//! An adversary knows the script of the robots that it imitates, as any receiver of a beacon with
+//! the source does. It
 //! learns keys, topics and ids from the frames that it hears.
 
 use std::collections::VecDeque;
@@ -63,7 +64,7 @@ struct Mind<P: Profile> {
     entries: Vec<Entry<P>>,
     topics: Vec<u16>,
     robots: Vec<u16>,
-    /// Messages so far, on which the next ones depend.
+    /// The number of messages sent, which selects the next ones.
     count: usize,
     /// Frames of the message that it is sending.
     frames: VecDeque<Vec<u8>>,
@@ -108,7 +109,7 @@ impl<P: Profile> Mind<P> {
         }
     }
 
-    /// Remembers a frame, and what is in it.
+    /// Remembers a frame, and the ids and keys in it.
     fn learn(&mut self, bytes: &[u8]) {
         let place = if self.heard.len() < KEPT {
             self.heard.push(Vec::new());

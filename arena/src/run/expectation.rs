@@ -1,11 +1,11 @@
-//! Whether what a scenario expects holds.
+//! The evaluation of a scenario's expectations.
 
 use crate::scenario::{Expect, Of, Reduction, Scenario, Test, Wanted, When};
 
 use super::quantity::{Probe, Reading};
 use super::tick_at;
 
-/// An expectation, with what its names mean.
+/// An expectation whose names are resolved.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Bound {
     pub expect: Expect,
@@ -14,10 +14,10 @@ pub struct Bound {
     window: (u64, u64),
 }
 
-/// How an expectation fared.
+/// The outcome of an expectation.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Verdict {
-    /// It is too early to tell.
+    /// The outcome is not decided yet.
     Open,
     /// It held when it had to.
     Held,
@@ -28,7 +28,7 @@ pub enum Verdict {
 /// An expectation during a run.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Convergence {
-    /// How it fares.
+    /// The outcome so far.
     pub verdict: Verdict,
     /// The first tick at which the condition was true.
     pub first: Option<u64>,

@@ -20,7 +20,8 @@ pub fn group_of(scenario: &Scenario, number: usize) -> (usize, usize) {
     (scenario.groups.len(), within)
 }
 
-/// The robots' numbers in the order in which they come into the world: whoever is there, then who joins.
+/// Returns the robots' numbers in the order in which they enter the world: those present at the
+/// start, then those that join.
 pub fn joining_order(scenario: &Scenario) -> Vec<usize> {
     let mut order = Vec::new();
     let mut is_there = Vec::new();

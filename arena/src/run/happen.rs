@@ -9,12 +9,12 @@ use super::settings::{engine_light, engine_loss, engine_medium};
 use super::tick_at;
 use crate::robot::{ProgramId, SimRobot};
 
-/// Which events were, and what they have left behind.
+/// The events so far, and their lasting effects.
 #[derive(Clone)]
 pub struct Happenings {
     /// Number of the next event.
     next: usize,
-    /// Where robots are or will be when they join.
+    /// The places where robots are or will be when they join.
     starts: Vec<Pose>,
     /// The engine's number of each robot that is there.
     ids: Vec<Option<RobotId>>,
@@ -53,7 +53,7 @@ impl Happenings {
         due.for_each(|(.., action)| digest.text_of(action));
     }
 
-    /// How many robots there are or will be.
+    /// Returns the number of robots, present or to come.
     pub fn count(&self) -> usize {
         self.ids.len()
     }
@@ -170,7 +170,7 @@ impl Happenings {
         Vec::new()
     }
 
-    /// Puts everybody into its part, those who have just joined too.
+    /// Puts all robots into their parts, those that have just joined too.
     pub fn settle(&self, world: &mut World<SimRobot>) {
         let Some(parts) = &self.parts else { return };
         let mut by_id = vec![0; world.len()];

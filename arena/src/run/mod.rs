@@ -41,6 +41,6 @@ pub const TICKS_PER_SECOND: f64 = 10.0;
 
 /// The first tick that is not before that time.
 fn tick_at(seconds: f64) -> u64 {
-    // What was meant as a whole number of ticks is one, whatever binary fractions make of it.
+    // A time that was meant as a whole number of ticks is one, despite binary fractions.
     (seconds * TICKS_PER_SECOND - 1e-6).ceil().max(0.0) as u64
 }

@@ -1,4 +1,4 @@
-//! Where the robots of a run start.
+//! The starts of the robots of a run.
 
 use crate::engine::{Pose, Stream};
 use crate::scenario::{
@@ -15,7 +15,7 @@ const PLACEMENT: u64 = 0x706c_6163_656d_656e;
 pub fn poses(scenario: &Scenario, seed: u64) -> Result<Vec<Pose>, ScenarioError> {
     let widest = scenario.groups.iter().map(Group::radius).fold(0.0, f64::max);
     let mut space = Space::new(&scenario.world, widest);
-    // Whoever has a place of its own keeps it; chance looks for the rest.
+    // Robots with a given place keep it; the others are placed at random.
     for group in &scenario.groups {
         group.standing().for_each(|robot| space.add(robot));
     }

@@ -10,7 +10,7 @@ use crate::scenario::Group;
 /// Compiles a script for the robots of a group. An error is a report of all mistakes, for people.
 pub type Compiler = Arc<dyn Fn(&Path, &Group) -> Result<Program, String> + Send + Sync>;
 
-/// An image, and what is known of its source.
+/// An image, and the facts about its source.
 #[derive(Debug, Clone)]
 pub struct Program {
     /// The image.

@@ -8,7 +8,7 @@ use crate::scenario::{Cause, Group, Key, Load, Quantity, Selection, Swarm, group
 use super::program::Program;
 use crate::robot::{Content, ProgramId, SimRobot};
 
-/// What a quantity of a robot is at a time.
+/// A quantity of a robot at a time.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Reading<'p> {
     /// nil, or the robot is not there.

@@ -1,4 +1,4 @@
-//! From what a scenario says to the numbers of the engine.
+//! The translation of a scenario's settings to those of the engine.
 
 use crate::engine;
 use crate::scenario::{Group, Light, Loss, Medium, MediumSettings, Outline, Scenario};

@@ -1,4 +1,4 @@
-//! A scenario and its programs, checked against each other: what every run of them shares.
+//! A scenario and its programs, checked against each other: the data that all its runs share.
 
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
@@ -22,21 +22,21 @@ use super::group::{group_of, id, joining_order};
 use super::program::{Compiler, Program};
 use super::quantity::Probe;
 
-/// Why a scenario cannot be run with these programs.
+/// A reason why a scenario cannot be run with these programs.
 #[derive(Debug)]
 pub enum SetupError {
-    /// The scenario asks for what the programs do not have.
+    /// The scenario needs something that the programs do not have.
     Scenario(Vec<ScenarioError>),
     /// The virtual machine refuses the image of a group.
     Refused {
         /// The program.
         program: ProgramId,
-        /// Why.
+        /// The reason.
         cause: ImageError,
     },
 }
 
-/// What all runs of a scenario share.
+/// The data that all runs of a scenario share.
 #[derive(Clone)]
 pub struct Setup {
     /// The scenario.
@@ -47,7 +47,7 @@ pub struct Setup {
     loads: Vec<Load>,
     /// The programs that emulate robots of a kind, where they are not the usual ones.
     emulators: Vec<(String, PathBuf)>,
-    /// What is flashed to emulated robots, for each kind.
+    /// The files flashed to emulated robots, for each kind.
     #[cfg_attr(not(feature = "emulators"), expect(dead_code, reason = "nothing is emulated"))]
     pub(super) firmware: Arc<[Firmware]>,
     /// The data that robots with each program share.
@@ -225,7 +225,7 @@ impl Setup {
         named.next_back().map_or(Path::new(usual), |(_, path)| path)
     }
 
-    /// The expectations, with what their names mean.
+    /// Returns the expectations with their names resolved.
     pub fn expects(&self) -> &[Bound] {
         &self.expects
     }
@@ -244,7 +244,7 @@ impl Setup {
         Probe::new(&global_of(name), scripts, &self.programs, robots).map(|_| ())
     }
 
-    /// What is drawn over time.
+    /// Returns the quantities that are drawn over time.
     pub fn plots(&self) -> &[Probe] {
         &self.plots
     }

@@ -41,17 +41,17 @@ use super::{TICKS_PER_SECOND, tick_at};
 /// A run that goes on tick by tick.
 pub struct Simulation {
     setup: Arc<Setup>,
-    /// Of each group.
+    /// The herd of each group.
     herds: Vec<HerdId>,
     world: World<SimRobot>,
-    /// Of the robots that run their firmware.
+    /// The robots that run their firmware.
     fleets: Option<Fleets>,
     happenings: Happenings,
     seed: u32,
     convergences: Vec<Convergence>,
     /// Faults of robots before they were switched off and on.
     faults: Vec<FaultOf>,
-    /// What robots had counted that were restarted.
+    /// The counters of robots before their restart.
     past: Past,
     news: News,
     end: u64,
@@ -144,7 +144,7 @@ impl Simulation {
         self.happenings.follow(&later.happenings);
     }
 
-    /// Whether the scenario's duration is over.
+    /// Returns true if the scenario's duration is over.
     pub fn is_over(&self) -> bool {
         self.world.now() >= self.end
     }
@@ -159,7 +159,7 @@ impl Simulation {
         self.end
     }
 
-    /// What the run is of.
+    /// Returns the setup of the run.
     pub fn setup(&self) -> &Arc<Setup> {
         &self.setup
     }
@@ -221,7 +221,8 @@ impl Simulation {
         robot.state().fault_places().last()
     }
 
-    /// Simulates 100 ms: events and commands first, then the world, then a look at what is expected. Only robots that run their firmware
+    /// Simulates 100 ms: events and commands first, then the world, then the expectations. Only
+    /// robots that run their firmware
     /// make it fail; it cannot go on then.
     pub fn tick(&mut self) -> Result<(), FirmwareError> {
         let scenario = self.setup.scenario.clone();
@@ -271,8 +272,9 @@ impl Simulation {
         Ok(())
     }
 
-    /// Simulates 100 ms as [`tick`](Self::tick) does, and then shows an observer what happened. The run is the same, bit for bit,
-    /// whether a tick is observed or not. A tick that fails shows what happened until then.
+    /// Simulates 100 ms as [`tick`](Self::tick) does, and then shows its events to an observer. The
+    /// run is the same, bit for bit,
+    /// whether a tick is observed or not. A tick that fails shows the events until then.
     pub fn tick_observed(&mut self, observer: &mut dyn Observer) -> Result<(), FirmwareError> {
         let tick = self.world.now();
         self.world.watch();
@@ -323,7 +325,7 @@ impl Simulation {
         lines
     }
 
-    /// What can be seen of a robot; `None` if it is not there yet.
+    /// Returns the visible state of a robot; `None` if it is not there yet.
     pub fn view(&self, number: usize) -> Option<View> {
         self.world.robot(self.happenings.id(number)?)
     }
@@ -378,17 +380,17 @@ impl Simulation {
         measure(of, &self.world, ids).map_or(Reading::Nil, Reading::Number)
     }
 
-    /// How many robots the scenario has, absent ones included.
+    /// Returns the number of robots in the scenario, absent ones included.
     pub fn robot_count(&self) -> usize {
         self.happenings.count()
     }
 
-    /// How the expectations fare, in the order of the file.
+    /// Returns the outcomes of the expectations, in the order of the file.
     pub fn convergences(&self) -> &[Convergence] {
         &self.convergences
     }
 
-    /// What can be told of the run so far.
+    /// Returns the summary of the run so far.
     pub fn summary(&mut self) -> Summary {
         let mut statistics = *self.world.statistics();
         let mut past = self.past.clone();
@@ -493,7 +495,7 @@ impl Simulation {
             return;
         };
         let there = self.happenings.id(number);
-        // Whoever is switched on anew throws other dice.
+        // A restarted robot draws other random numbers.
         let seed = match there {
             Some(_) => self.seed ^ (self.world.now() as u32 + 1).wrapping_mul(0x9e37_79b9),
             None => self.seed,
@@ -535,7 +537,7 @@ impl Simulation {
         if let Some(old) = self.world.brain_mut(id) {
             robot.adopt(old);
         }
-        // The world knows everybody who is there.
+        // The world knows all robots that are present.
         let _ = self.world.restart(id, robot);
     }
 
@@ -581,7 +583,7 @@ fn faults_of(number: usize, robot: &SimRobot) -> impl Iterator<Item = FaultOf> {
     places.map(move |record| FaultOf { robot: number, record: record.clone() })
 }
 
-/// What robots count for the summary.
+/// The robots' counters for the summary.
 #[derive(Debug, Clone, Default)]
 struct Past {
     unusable: Unusable,

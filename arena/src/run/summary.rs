@@ -1,4 +1,4 @@
-//! What is told of a run when it is over.
+//! The summary of a run.
 
 use std::collections::BTreeMap;
 
@@ -45,7 +45,7 @@ impl OverrunSummary {
 /// Messages that robots heard and could not use, all robots together.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct Unusable {
-    /// Of another script.
+    /// Messages of another script.
     pub foreign: u64,
     /// Without sense.
     pub malformed: u64,
@@ -98,7 +98,7 @@ pub struct Summary {
     pub ticks: u64,
     /// Robots in the world.
     pub robots: usize,
-    /// How the expectations fared, in the order of the file.
+    /// The outcomes of the expectations, in the order of the file.
     pub convergences: Vec<Convergence>,
     /// Frames, contacts and crashes.
     pub statistics: Statistics,

@@ -15,7 +15,7 @@ struct Member {
     at: [f64; 3],
 }
 
-/// What is measured of these robots; `None` where there are too few of them.
+/// Returns a measure of these robots; `None` if there are too few of them.
 pub fn measure(
     of: Swarm,
     world: &World<SimRobot>,
@@ -35,7 +35,7 @@ pub fn measure(
         };
         members.retain(is_heard);
     }
-    // Who is near is near in this order: only so many are looked at.
+    // Near robots are near in this order, so that only a few are compared.
     members.sort_by(|a, b| a.at[0].total_cmp(&b.at[0]));
     let count = members.len() as f64;
     match of {

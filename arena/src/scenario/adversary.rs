@@ -1,4 +1,4 @@
-//! `[[adversary]]`: senders that disturb a swarm, or send it what no robot of it would send.
+//! `[[adversary]]`: senders that disturb a swarm, or send frames that no robot of it would send.
 
 use toml::de::DeValue;
 
@@ -26,7 +26,7 @@ pub struct Adversary {
     pub group: usize,
     /// Distance in mm at which its frames are just heard; `None`: as those of the group.
     pub range: Option<f64>,
-    /// Frames per second; `None`: one behind the other.
+    /// Frames per second; `None`: each frame follows the one before without a pause.
     pub rate: Option<f64>,
     /// The time in seconds from which on it is silent.
     pub until: f64,
@@ -53,7 +53,8 @@ pub enum AdversaryKind {
     SameId(u16),
 }
 
-/// Frames per second, unless the file says so; of a jammer there is one behind the other.
+/// Frames per second, unless the file sets a rate; the frames of a jammer follow each other without
+/// a pause.
 const RATE: f64 = 10.0;
 
 #[derive(Clone, Copy, PartialEq, Eq)]

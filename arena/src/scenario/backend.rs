@@ -1,4 +1,5 @@
-//! `backend`: what runs the scripts of a group, and what robots that run their firmware cannot be asked for.
+//! `backend`: the program that runs the scripts of a group, and the keys that robots with firmware
+//! cannot have.
 
 use std::path::{Path, PathBuf};
 
@@ -12,16 +13,16 @@ use super::error::Cause;
 use super::folder::Folder;
 use super::read::Section;
 
-/// What runs the script of a group.
+/// The program that runs the script of a group.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Backend {
     /// A virtual machine in this process.
     Vm,
     /// The robot's firmware, in an emulator.
     Firmware {
-        /// What would be flashed (ELF).
+        /// The file that would be flashed (ELF).
         image: PathBuf,
-        /// Where the file asks for it.
+        /// The place of the key in the file.
         place: Place,
     },
 }
@@ -36,7 +37,7 @@ impl Backend {
     }
 }
 
-/// What the group says.
+/// Returns the backend that the group names.
 pub fn of_group(
     section: &Section<'_>,
     model: Option<&dyn RobotModel>,

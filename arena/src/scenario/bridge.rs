@@ -1,4 +1,4 @@
-//! `[bridge]`: what carries messages between unlike media.
+//! `[bridge]`: a station that passes messages on between unlike media.
 
 use std::path::PathBuf;
 
@@ -20,9 +20,9 @@ pub struct Bridge {
     pub at: [f64; 2],
     /// Its program; `None` if no robots need one.
     pub image: Option<PathBuf>,
-    /// As whom it passes on what does not say who sends it.
+    /// The sender's id of messages that it passes on and that have none of their own.
     pub id: u16,
-    /// Where it is written.
+    /// Its place in the file.
     pub place: Place,
 }
 

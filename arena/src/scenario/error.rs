@@ -1,4 +1,4 @@
-//! What can be wrong with a scenario file, where, and what to do about it.
+//! The mistakes of scenario files, each with its place and its cure.
 
 use std::fmt;
 
@@ -10,7 +10,7 @@ use crate::robot::step_rates;
 /// A mistake in a scenario: a sentence (`Display`), perhaps a place, and perhaps a cure ([`FileError::help`]).
 pub type ScenarioError = FileError<Cause>;
 
-/// What is wrong, one variant for each cause.
+/// A mistake, one variant for each cause.
 #[derive(Debug, Clone, PartialEq, Eq)]
 #[allow(missing_docs, reason = "the fields are what the messages below print")]
 pub enum Cause {
@@ -69,7 +69,7 @@ pub enum Cause {
     UnknownQuantity { text: String },
     /// No script of the robots has a global of that name.
     UnknownGlobal { name: String, known: Vec<String> },
-    /// What the comparison needs is not a number.
+    /// An operand of the comparison is not a number.
     NotANumber { of: &'static str },
     /// A key that counts numbers together where there is only one.
     OneNumber { key: &'static str },
@@ -99,7 +99,7 @@ pub enum Cause {
     TooManyEmulated { count: u32, most: u32 },
     /// Nothing that an emulator does.
     NotEmulated { key: &'static str },
-    /// What is in the memory of a robot that nobody looks into.
+    /// A quantity in the memory of a robot that is not inspected.
     Unseen { quantity: String },
     /// A command loads a script into a run that has no compiler.
     NoCompiler { script: String },

@@ -1,4 +1,4 @@
-//! `[[event]]`: what happens to the world during a run.
+//! `[[event]]`: changes to the world during a run.
 
 use std::path::PathBuf;
 
@@ -24,11 +24,11 @@ use super::{Light, Loss, Medium};
 pub struct Event {
     /// Seconds from the start. It happens before the robots act at that time.
     pub at: f64,
-    /// What happens.
+    /// The change.
     pub action: Action,
 }
 
-/// What happens.
+/// A change to the world.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Action {
     /// The robots fail: no motor, no frame, no step.
@@ -67,7 +67,7 @@ pub enum Action {
     Move {
         /// Which.
         robots: Selection,
-        /// Where to, or by how much.
+        /// The new place, or the way to it.
         to: Target,
         /// Degrees to look at afterwards.
         heading: Option<f64>,
@@ -95,12 +95,12 @@ pub enum Action {
     Adversary(Box<Adversary>),
 }
 
-/// Where robots are moved.
+/// The place to which robots are moved.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Target {
     /// Their centre comes to this point; they keep their places to each other.
     To([f64; 2]),
-    /// Each by so many mm.
+    /// By this way from their places, in mm.
     By([f64; 2]),
 }
 
@@ -220,7 +220,7 @@ pub fn action(
     {
         loss.check_emulated(&entry);
     }
-    // The emulator got the content of their flash when it started, and nobody writes to its memory.
+    // The emulator read the flash when it started, and nothing writes to its memory later.
     if let Action::Load { robots, .. } | Action::Set { robots, .. } = &action
         && census.is_emulated(robots)
     {

@@ -1,4 +1,4 @@
-//! `[[expect]]`: what must hold, so that a scenario is a test.
+//! `[[expect]]`: conditions on a run, so that a scenario is a test.
 
 use std::collections::{BTreeMap, btree_map};
 
@@ -17,25 +17,25 @@ use super::value::{Quantity, is_identifier};
 pub struct Expect {
     /// Its name, which no other expectation of the scenario has.
     pub name: Option<String>,
-    /// When it must hold.
+    /// The time at which, or for which, it must hold.
     pub when: When,
     /// Which robots are looked at.
     pub robots: Selection,
-    /// What of them.
+    /// The quantity of these robots.
     pub value: Quantity,
-    /// How the robots' values count together.
+    /// The rule that combines the robots' values.
     pub of: Of,
-    /// What each value, or the one that comes of all, is compared with. [`Of::Agree`] needs none.
+    /// The comparison of each value, or of the combined one. [`Of::Agree`] needs none.
     pub test: Option<Test>,
     /// Numbers that differ by no more than this are equal.
     pub tolerance: f64,
-    /// Where the condition is written.
+    /// The place of the condition in the file.
     pub place: Place,
-    /// Where its quantity is.
+    /// The place of its quantity in the file.
     pub value_place: Place,
 }
 
-/// When an expectation must hold, in seconds.
+/// The time at which an expectation must hold, in seconds.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum When {
     /// At that time.
@@ -46,18 +46,18 @@ pub enum When {
     Always(f64, f64),
 }
 
-/// How the values of several robots count together.
+/// The rule that combines the values of several robots.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Of {
     /// Every robot's value passes the test.
     All,
-    /// That of one robot or more.
+    /// At least one robot's value passes.
     Any,
-    /// That of exactly one.
+    /// Exactly one robot's value passes.
     One,
     /// The test holds for no robot; every robot has a value, unless the test is for existence.
     None,
-    /// That of so many or more.
+    /// At least this number of robots pass.
     AtLeast(u32),
     /// All values are the same, and if there is a test they pass it.
     Agree,
@@ -82,10 +82,10 @@ pub enum Reduction {
     Different,
 }
 
-/// What a value is compared with.
+/// A comparison of a value.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Test {
-    /// The same.
+    /// Equal to this.
     Equals(Wanted),
     /// Not the same.
     Differs(Wanted),
@@ -93,13 +93,13 @@ pub enum Test {
     Below(f64),
     /// Greater than.
     Above(f64),
-    /// In a closed range.
+    /// In this closed range.
     Between(f64, f64),
     /// Not nil, or nil.
     Exists(bool),
 }
 
-/// What a value may be equal to.
+/// A value to compare with.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Wanted {
     /// A number.

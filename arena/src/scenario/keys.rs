@@ -7,11 +7,11 @@ use std::ops::RangeInclusive;
 pub struct Key {
     /// Its name.
     pub name: &'static str,
-    /// What it takes.
+    /// The form of its value.
     pub takes: &'static str,
-    /// What holds without it; empty where it is needed or where there is nothing then.
+    /// The value without the key; empty if the key is needed, or if nothing stands in for it.
     pub default: &'static str,
-    /// What it means, with its unit.
+    /// The meaning, with its unit.
     pub help: &'static str,
 }
 
@@ -46,7 +46,7 @@ pub const NRF24: &str = "[medium.nrf24]";
 pub const P2P: &str = "[medium.p2p]";
 /// Range and bearing.
 pub const RAB: &str = "[medium.rab]";
-/// What is between media.
+/// The station between media.
 pub const BRIDGE: &str = "[bridge]";
 /// An adversary.
 pub const ADVERSARY: &str = "this [[adversary]]";
@@ -56,7 +56,7 @@ pub const EVENT: &str = "this [[event]]";
 pub const COMMAND: &str = "the command";
 /// An expectation.
 pub const EXPECT: &str = "this [[expect]]";
-/// What is kept.
+/// The results that are kept.
 pub const OUTPUT: &str = "[output]";
 /// The task of a class.
 pub const ASSIGNMENT: &str = "[assignment]";

@@ -1,4 +1,4 @@
-//! `[medium.*]`: what becomes of the frames that robots send each other.
+//! `[medium.*]`: the loss, range and rate of the frames that robots send each other.
 
 use toml::de::DeValue;
 
@@ -8,7 +8,7 @@ use super::error::Cause;
 use super::keys::{IR, NRF24, P2P, RAB};
 use super::read::{Entry, Section};
 
-/// What carries frames.
+/// A carrier of frames.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub enum Medium {
     /// Infrared light.
@@ -47,7 +47,7 @@ impl Medium {
     }
 }
 
-/// How a medium behaves. What is `None` is as the physical model of the medium has it.
+/// The behaviour of a medium. A field that is `None` follows the physical model of the medium.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct MediumSettings {
     /// Largest distance at which a frame is heard, in mm: from rim to rim for infrared, from middle to middle for radio.
@@ -67,9 +67,9 @@ pub struct MediumSettings {
 /// Share of frames that are lost on a link, beside all collisions.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Loss {
-    /// Of robots that touch.
+    /// For robots that touch.
     pub near: f64,
-    /// Of robots as far apart as the medium reaches.
+    /// For robots as far apart as the medium reaches.
     pub far: f64,
 }
 

@@ -63,15 +63,15 @@ pub struct Scenario {
     pub groups: Vec<Group>,
     /// The robots that it could have, with the numbers that hold for all of a kind.
     pub models: Vec<Arc<dyn RobotModel>>,
-    /// What carries their frames.
+    /// The media that carry their frames.
     pub media: Media,
-    /// What passes them on between unlike media.
+    /// The station that passes frames on between unlike media.
     pub bridge: Option<Bridge>,
-    /// What happens, by time; at one time in the order of the file.
+    /// Changes, by time; those at one time in the order of the file.
     pub events: Vec<Event>,
-    /// What must hold.
+    /// Conditions that must hold.
     pub expects: Vec<Expect>,
-    /// What is kept of a run.
+    /// The results of a run that are kept.
     pub output: Output,
     /// The task of a class, if the scenario is an assignment.
     pub assignment: Option<Assignment>,
@@ -152,7 +152,7 @@ impl Scenario {
         })
     }
 
-    /// How many robots there are, absent ones included.
+    /// Returns the number of robots, absent ones included.
     pub fn robot_count(&self) -> usize {
         self.groups.iter().map(|group| group.count as usize).sum()
     }
@@ -197,7 +197,7 @@ fn scenario(root: &Section<'_>, folder: Folder<'_>, models: &Models) -> Option<S
     let is_complete = groups.iter().all(Option::is_some);
     let groups: Vec<Group> = groups.into_iter().flatten().collect();
     let mut used = Vec::new();
-    // A group that is wrong may have any medium: then nothing is known of what is used.
+    // A group that is wrong may have any medium, so the media in use are unknown.
     for group in groups.iter().filter(|_| is_complete) {
         let medium = Medium::of(group.model.medium());
         if !used.contains(&medium) {

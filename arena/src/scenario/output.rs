@@ -1,4 +1,4 @@
-//! `[output]`: what is kept of a run.
+//! `[output]`: the results of a run that are kept.
 
 use bittybuzz_toml_reader::Place;
 
@@ -10,7 +10,7 @@ use super::select::Census;
 use super::time::seconds;
 use super::value::Quantity;
 
-/// What is kept of a run, for pictures and tables.
+/// The results of a run that are kept for pictures and tables.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Output {
     /// Seconds between two samples of pictures and recordings.

@@ -1,4 +1,4 @@
-//! `[[robots]]`: which robots there are, where they start, and what they run.
+//! `[[robots]]`: the groups of robots, with their kinds, starts and scripts.
 
 use std::ffi::OsStr;
 use std::ops::RangeInclusive;
@@ -29,7 +29,7 @@ use super::world::{World, point_inside};
 pub struct Group {
     /// By which events and expectations know it; none else has it.
     pub name: String,
-    /// What kind of robot.
+    /// The kind of robot.
     pub robot: Robot,
     /// The robot file, for a robot that does not ship.
     pub robot_file: Option<PathBuf>,
@@ -37,32 +37,32 @@ pub struct Group {
     pub model: Arc<dyn RobotModel>,
     /// The script, image or object file that they run.
     pub script: PathBuf,
-    /// What runs it.
+    /// The program that runs the script.
     pub backend: Backend,
-    /// How many.
+    /// The number of robots.
     pub count: u32,
     /// Id of the first; the others follow.
     pub first_id: u16,
-    /// Where they start.
+    /// The places where they start.
     pub placement: Placement,
-    /// Where they look at the start.
+    /// Their headings at the start.
     pub heading: Heading,
-    /// Whether they are there from the start; else an event lets them join.
+    /// True if they are there from the start; else an event lets them join.
     pub present: bool,
     /// The least and the greatest percentage by which the clock of a robot is fast; below 0 it is slow.
     pub clock_skew: [f64; 2],
     /// Mean time in seconds from one brown-out of a robot to the next; `None`: there are none.
     pub brown_out_every: Option<f64>,
-    /// In what their frames differ from all of that medium.
+    /// The settings in which their frames differ from all frames of that medium.
     pub link: MediumSettings,
-    /// Where the group is written.
+    /// The place of the group in the file.
     pub place: Place,
 }
 
-/// Where robots start. Points in mm.
+/// The places where robots start. Points in mm.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Placement {
-    /// In rows, around a centre.
+    /// Rows around a centre.
     Grid {
         /// Centre of the grid.
         at: [f64; 2],
@@ -80,7 +80,7 @@ pub enum Placement {
         /// Robots in a row.
         columns: u32,
     },
-    /// In a row, from a point on.
+    /// A row that begins at a point.
     Line {
         /// The first robot.
         at: [f64; 2],
@@ -103,11 +103,11 @@ pub enum Placement {
         /// Its width and height in mm.
         area: [f64; 2],
     },
-    /// Where the file says.
+    /// The places that the file lists.
     List(Vec<[f64; 2]>),
 }
 
-/// Where robots look at the start.
+/// The headings of robots at the start.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Heading {
     /// Degrees, 0 along the x axis, anticlockwise.
@@ -166,7 +166,7 @@ fn group(
     let count = section.integer("count", COUNT);
     let listed = section.get("positions").and_then(|entry| entry.list());
     let is_sized = count.is_some() || section.get("count").is_none();
-    // So many that a wrong count has no other consequences.
+    // A wrong count is replaced by the number of places, so that it has no other consequences.
     let count = count.unwrap_or(listed.map_or(1, |listed| listed.len() as u32));
     let name = name(section, robot.as_ref(), census);
     let first_id = section.integer("first_id", 0..=0xffff).unwrap_or(census.next_id());
@@ -216,7 +216,8 @@ fn group(
     })
 }
 
-/// Percent by which the clocks of scripts may be off. An RC oscillator that nobody has calibrated is within 10 %.
+/// Percent by which the clocks of scripts may be off. An RC oscillator without calibration is
+/// within 10 %.
 const CLOCK_SKEW: RangeInclusive<f64> = -20.0..=20.0;
 
 /// One percentage for all robots, or the least and the greatest.
@@ -353,7 +354,7 @@ const FORMS: [(&str, Form); 6] = [
     ("list", Form::List),
 ];
 
-/// Keys of placements, the placements that have them, and what a file must say for that.
+/// Keys of placements, the placements that have them, and the line that a file needs for a key.
 const KEYS: [(&str, &[Form], &str); 7] = [
     (
         "at",
@@ -465,7 +466,8 @@ impl Group {
 }
 
 impl Placement {
-    /// Where the robots of a group of that size start; nothing for [`Placement::Random`], which chance decides.
+    /// Returns the starts of the robots of a group of that size; none for [`Placement::Random`],
+    /// which draws them.
     pub fn points(&self, count: u32) -> impl Iterator<Item = [f64; 2]> {
         let count = match self {
             Placement::Random { .. } => 0,

@@ -15,7 +15,7 @@ use super::value::Quantity;
 pub struct Selection(Vec<Range<u32>>);
 
 impl Selection {
-    /// Every robot of a scenario with so many.
+    /// Returns all robots of a scenario with `count` robots.
     pub fn all(count: u32) -> Self {
         Selection(std::iter::once(0..count).collect())
     }
@@ -25,7 +25,7 @@ impl Selection {
         self.0.iter().flat_map(|range| range.start as usize..range.end as usize)
     }
 
-    /// How many robots are meant.
+    /// Returns the number of robots.
     pub fn count(&self) -> usize {
         self.0.iter().map(|range| range.len()).sum()
     }
@@ -36,7 +36,7 @@ impl Selection {
         ranges.any(|own| (own.start as usize) < numbers.end && numbers.start < own.end as usize)
     }
 
-    /// Whether that robot is meant.
+    /// Returns true if the selection has that robot.
     pub fn contains(&self, robot: usize) -> bool {
         u32::try_from(robot).is_ok_and(|robot| self.0.iter().any(|range| range.contains(&robot)))
     }
@@ -54,7 +54,7 @@ impl Selection {
     }
 }
 
-/// Whether a text means robots that are not those of the group with that name.
+/// Returns true if a text selects robots outside the group with that name.
 pub fn means_others(text: &str) -> bool {
     let is_id = |text: &str| text.trim().parse::<u16>().is_ok();
     text == "all" || is_id(text) || text.split_once("..").is_some_and(|(a, b)| is_id(a) && is_id(b))
@@ -73,7 +73,7 @@ pub struct Census {
     numbers: HashMap<String, u32>,
     count: u32,
     next_id: u32,
-    /// The count or the ids of a group are wrong: nobody knows which ids there are.
+    /// The count or the ids of a group are wrong, so the ids of all groups are uncertain.
     is_unsure: bool,
 }
 
@@ -119,7 +119,7 @@ impl Census {
         self.next_id
     }
 
-    /// Where a group with one of these ids is defined, and the first such id.
+    /// Returns the line of a group with one of these ids, and the first such id.
     pub fn taken(&self, ids: &Range<u32>) -> Option<(u32, usize)> {
         let mut groups = self.groups.iter();
         let (robots, group) = groups.find_map(|group| Some((group.with_ids(ids)?, group)))?;
@@ -133,7 +133,7 @@ impl Census {
         group.map_or(0, |group| group.first_id + (number - group.robots.start))
     }
 
-    /// Where a group of that name is defined.
+    /// Returns the line of the group with that name.
     pub fn line_of(&self, name: &str) -> Option<usize> {
         self.named(name).map(|group| group.line)
     }
@@ -174,7 +174,7 @@ impl Census {
         }
     }
 
-    /// Whether firmware runs on one of these robots.
+    /// Returns true if firmware runs on one of these robots.
     pub fn is_emulated(&self, robots: &Selection) -> bool {
         self.any_of(robots, |group| group.emulated.is_some())
     }
@@ -184,12 +184,12 @@ impl Census {
         !self.any_of(robots, |group| group.emulated.is_some_and(|emulated| !emulated.has_switch))
     }
 
-    /// Whether a quantity can be told of all of these robots.
+    /// Returns true if all of these robots have a quantity.
     pub fn all_tell(&self, quantity: &Quantity, robots: &Selection) -> bool {
         !self.any_of(robots, |group| !group.tells(quantity))
     }
 
-    /// Whether there are robots, and a quantity can be told of none.
+    /// Returns true if there are robots, and none of them has a quantity.
     pub fn nobody_tells(&self, quantity: &Quantity) -> bool {
         !self.groups.is_empty() && !self.groups.iter().any(|group| group.tells(quantity))
     }
@@ -204,7 +204,7 @@ impl Census {
         })
     }
 
-    /// Whether firmware runs on any robot.
+    /// Returns true if firmware runs on any robot.
     pub fn any_is_emulated(&self) -> bool {
         self.groups.iter().any(|group| group.emulated.is_some())
     }

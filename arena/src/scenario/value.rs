@@ -1,4 +1,4 @@
-//! What can be measured of a robot, as scenario files write it.
+//! Quantities of a robot, as scenario files write them.
 
 use std::fmt;
 
@@ -62,7 +62,7 @@ pub enum Quantity {
     Overruns,
     /// Crashes since the run began.
     Crashes,
-    /// A global of its script, or what is in a table there.
+    /// A global of its script, or a value in a table there.
     Global {
         /// Its name.
         name: String,
@@ -80,10 +80,10 @@ pub enum Quantity {
     Swarm(Swarm),
 }
 
-/// What can be measured of a swarm.
+/// A quantity of a swarm.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Swarm {
-    /// How much they look one way: length of the mean of their headings, 0 to 1.
+    /// The agreement of their headings: the length of the mean of unit vectors, 0 to 1.
     Polarisation,
     /// Mean distance to the nearest other one, in mm between the middles.
     Nearest,

@@ -1,4 +1,4 @@
-//! `[world]`: the ground, what stands on it, light and time.
+//! `[world]`: the ground, the obstacles on it, light and time.
 
 use bittybuzz_toml_reader::{TomlError, number_text};
 use toml::de::DeValue;
@@ -13,11 +13,11 @@ use super::time::seconds;
 pub struct World {
     /// Width and height in mm.
     pub size: [f64; 2],
-    /// What stands on it.
+    /// The obstacles on the ground.
     pub obstacles: Vec<Obstacle>,
     /// The lights at the start.
     pub lights: Vec<Light>,
-    /// Light that is everywhere, 0 to 1023 as the robot's sensor tells it.
+    /// Ambient light, 0 to 1023 in the units of a robot's sensor.
     pub ambient: f64,
     /// From which all chance comes.
     pub seed: u32,
@@ -58,16 +58,16 @@ pub enum Outline {
 /// A lamp.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Light {
-    /// Where it is, in mm.
+    /// Its place in mm.
     pub at: [f64; 2],
-    /// What the sensor of a robot beside it tells that looks at it, 0 to 1023.
+    /// The reading of a sensor next to the lamp that faces it, 0 to 1023.
     pub brightness: f64,
 }
 
 /// A side of the world in mm: from a palm to a kilometre.
 const EXTENT: std::ops::RangeInclusive<f64> = 10.0..=1e6;
 
-/// What a 10-bit sensor tells.
+/// The readings of a 10-bit sensor.
 const BRIGHTNESS: std::ops::RangeInclusive<f64> = 0.0..=1023.0;
 
 /// Seconds: at most four weeks.
@@ -155,7 +155,7 @@ pub fn point_inside(entry: &Entry<'_>, world: &World) -> Option<[f64; 2]> {
 }
 
 impl World {
-    /// Whether a point is on the ground.
+    /// Returns true if a point is on the ground.
     pub fn contains(&self, [x, y]: [f64; 2]) -> bool {
         2.0 * x.abs() <= self.size[0] && 2.0 * y.abs() <= self.size[1]
     }

@@ -1,4 +1,4 @@
-//! What is on the air of one medium during a tick.
+//! The transmissions of one medium during a tick.
 
 use core::hash::Hash;
 
@@ -17,7 +17,7 @@ const CELLS: usize = 100_000;
 /// No transmission follows.
 const END: u32 = u32::MAX;
 
-/// What one needs of a transmission to know whether it is heard.
+/// The parts of a transmission that decide who can receive it.
 #[derive(Clone, Copy, Debug)]
 struct Beam {
     x: f32,
@@ -25,7 +25,7 @@ struct Beam {
     z: f32,
     start: i32,
     from: RobotId,
-    /// Of the sender.
+    /// The sender.
     link: u16,
     /// The one before in the same cell.
     earlier: u32,
@@ -37,9 +37,9 @@ pub(crate) struct Air {
     pub(crate) medium: Medium,
     /// The link of each herd on this medium.
     links: Vec<Reach>,
-    /// As large as the longest reach.
+    /// Cells as large as the longest reach.
     cells: Cells,
-    /// Of each cell, the latest transmission.
+    /// The latest transmission of each cell.
     latest: Vec<u32>,
     beams: Vec<Beam>,
     transmissions: Vec<Transmission>,
@@ -136,7 +136,7 @@ impl Air {
         }
     }
 
-    /// Begins the next tick: keeps what is still on the air, or overlapped with what is.
+    /// Begins the next tick: keeps the transmissions that go on, and those that overlap with them.
     pub(crate) fn turn(&mut self) {
         let (tick, air_time) = (TICK_US as i32, self.medium.air_time_us() as i32);
         for beam in &self.beams {
@@ -165,7 +165,8 @@ impl Air {
         *latest = index as u32;
     }
 
-    /// How many frames a robot senses at time `at` that began before `since`; its own count too.
+    /// Returns the number of frames that a robot senses at time `at` and that began before `since`;
+    /// its own frames count.
     pub(crate) fn sensed(
         &self,
         robot: RobotId,
@@ -179,7 +180,8 @@ impl Air {
         for row in self.cells.around(self.cells.of(pose.x, pose.y)) {
             for &latest in &self.latest[row] {
                 let mut next = latest;
-                // Of one cell the later come first: behind the first that has ended all have.
+                // In a cell the later ones come first: after the first that has ended, all have
+                // ended.
                 while let Some(beam) = self.beams.get(next as usize) {
                     if beam.start <= on_air {
                         break;

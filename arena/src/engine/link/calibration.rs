@@ -1,9 +1,13 @@
-//! How a Kilobot measures a distance: two amplitudes of a frame's first pulses, and the tables of its calibration.
+//! The distance measurement of a Kilobot: two amplitudes of a frame's first pulses, and the tables
+//! of its calibration.
 //!
-//! kilolib has two tables per robot, of 14 converter readings at gaps of 0, 5, ... 65 mm, one for each gain of the
-//! receiver. The tables of real robots were never published; these fall like those of a light spreading out, saturate
-//! where the high gain does, and overlap where kilolib blends the two gains (700 to 900). What matters here is what they
-//! do to a distance: whole millimetres, coarser far away, none beyond the end.
+//! kilolib has two tables per robot, of 14 converter readings at gaps of 0, 5, ... 65 mm, one for
+//! each gain of the
+//! receiver. The tables of real robots were never published; these fall like those of a light
+//! spreading out, saturate
+//! where the high gain does, and overlap where kilolib blends the two gains (700 to 900). Their
+//! effect on a distance is as on real robots: whole millimetres, coarser far away, none beyond the
+//! end.
 
 /// Converter readings of the high gain at gaps of 0, 5, ... 65 mm.
 const HIGH: [i32; 14] = [1020, 1015, 1008, 998, 975, 920, 850, 780, 710, 650, 600, 560, 530, 508];
@@ -34,14 +38,15 @@ impl Calibration {
         Calibration { distances }
     }
 
-    /// What a robot measures of a true gap (mm, errors included): the distance between the middles in whole mm.
+    /// Returns the distance that a robot measures for a true gap (mm, errors included): between the
+    /// middles, in whole mm.
     pub(crate) fn measure(&self, gap: f32) -> f32 {
         let step = (gap.max(0.0) * STEPS + 0.5) as usize;
         f32::from(self.distances[step.min(self.distances.len() - 1)])
     }
 }
 
-/// What the converter reads at a gap; beyond the table the last slope goes on.
+/// Returns the converter's reading at a gap; beyond the table the last slope continues.
 fn reading(table: &[i32; 14], gap: f32) -> i32 {
     let index = ((gap / 5.0) as usize).min(12);
     let (low, high) = (table[index] as f32, table[index + 1] as f32);
@@ -106,7 +111,7 @@ mod tests {
 
     #[test]
     fn blends_both_gains() {
-        // At 800, halfway between 700 and 900: the mean of what both tables say.
+        // At 800, halfway between 700 and 900, the result is the mean of both tables.
         let (far, near) = (between(&HIGH, 800, 7), between(&LOW, 520, 9));
         assert_eq!(i32::from(distance(800, 520)), 33 + (far + near) / 2);
     }

@@ -1,4 +1,4 @@
-//! What one robot hears of a tick's transmissions.
+//! The reception of a tick's transmissions by one robot.
 
 use super::air::{Air, Near};
 use super::calibration::Calibration;
@@ -28,7 +28,7 @@ pub(crate) struct Listener<'a> {
     pub(crate) now: u64,
 }
 
-/// What listeners have in common.
+/// The data that all listeners share.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Ether<'a> {
     pub(crate) air: &'a Air,
@@ -195,13 +195,14 @@ fn ends_in_tick(frame: &Near, air_time: i32) -> bool {
     end > 0 && end <= TICK_US as i32
 }
 
-/// What keeps a robot from hearing a frame.
+/// A reason why a robot cannot receive a frame.
 enum Disturbance {
     Sending,
     Collision,
 }
 
-/// What overlaps with the frame at `place` of all that are in reach, sorted by time and all of one length.
+/// Returns the disturbance of the frame at `place` by others in reach; `None` if it arrives alone.
+/// `near` is sorted by time, and all frames have one length.
 fn disturbed(near: &[Near], place: usize, air_time: i32, listener: RobotId) -> Option<Disturbance> {
     let start = near[place].start;
     let before = near[..place].iter().rev().take_while(|other| other.start + air_time > start);

@@ -1,4 +1,4 @@
-//! Links: what goes through the air between robots, frame by frame.
+//! Links: the exchange of frames between robots.
 
 mod air;
 mod calibration;
@@ -22,7 +22,7 @@ pub(crate) use radio::Radio;
 pub(crate) use schedule::{Attempt, Schedule, Senders, Window};
 pub(crate) use topology::Topology;
 
-/// What carries frames. Between unlike media nothing passes.
+/// A carrier of frames. Nothing passes between unlike media.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum Medium {
     /// Infrared light of the Kilobots.
@@ -36,7 +36,7 @@ pub enum Medium {
 }
 
 impl Medium {
-    /// How many there are.
+    /// The number of media.
     pub const COUNT: usize = 4;
 
     /// All of them.
@@ -71,14 +71,14 @@ impl Medium {
 /// Probability that a frame is lost on the way, beside all collisions.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Loss {
-    /// Of robots that touch, 0 to 1.
+    /// For robots that touch, 0 to 1.
     pub near: f32,
-    /// Of robots as far apart as the link reaches; it grows with the square of the distance.
+    /// For robots as far apart as the link reaches; it grows with the square of the distance.
     pub far: f32,
 }
 
 impl Loss {
-    /// The same at any distance.
+    /// Returns a loss that is equal at any distance.
     #[must_use]
     pub fn even(probability: f32) -> Self {
         Loss { near: probability, far: probability }
@@ -88,7 +88,8 @@ impl Loss {
 /// The numbers that every medium has.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Link {
-    /// mm: between the rims of two robots for infrared, between their middles for radio; `None` reaches everybody.
+    /// The range in mm: between the rims of two robots for infrared, between their middles for
+    /// radio; `None` is unlimited.
     pub range: Option<f32>,
     /// Loss on the way.
     pub loss: Loss,
@@ -112,8 +113,9 @@ pub struct Infrared {
 }
 
 impl Infrared {
-    /// 70 mm between rims (100 mm of ICRA 2012 between middles), two frames per second, 2 mm. Nobody published a curve
-    /// of loss: 5 % when touching and 15 % at the end is a choice. Clocks: the ATmega328P's data sheet promises 1 %
+    /// 70 mm between rims (100 mm of ICRA 2012 between middles), two frames per second, 2 mm. No
+    /// curve of loss is published: 5 % when touching and 15 % at the end is a choice. Clocks: the
+    /// ATmega328P's data sheet promises 1 %
     /// after calibration.
     pub const STANDARD: Self = Infrared {
         link: Link {

@@ -53,7 +53,7 @@ pub(crate) struct Packet {
 }
 
 impl Packet {
-    /// What a brain writes for a link of that medium; `None` if it writes nothing.
+    /// Returns the packet that a brain writes for a link of that medium; `None` if it writes none.
     pub(crate) fn of(medium: Medium, write: impl FnOnce(&mut [u8]) -> usize) -> Option<Self> {
         let mut bytes = [0; CAPACITY];
         let frame = &mut bytes[..medium.frame_bytes()];
@@ -82,15 +82,15 @@ const _: () = {
 /// A frame on its way.
 #[derive(Clone, Debug)]
 pub(crate) struct Transmission {
-    /// When it began: microseconds after the window's beginning; negative if before.
+    /// The time when it began, in microseconds after the window's beginning; negative if before.
     pub(crate) start: i32,
     pub(crate) from: RobotId,
-    /// Of the sender.
+    /// The sender.
     pub(crate) link: u16,
     pub(crate) x: f32,
     pub(crate) y: f32,
     pub(crate) z: f32,
-    /// Where its sender believes to be, as the frame tells it.
+    /// The sender's estimate of its position, as the frame carries it.
     pub(crate) claim: Option<[f32; 3]>,
     pub(crate) packet: Packet,
 }

@@ -1,4 +1,4 @@
-//! When a robot sends: its link's own clock, pacing and back-off.
+//! The timing of a robot's transmissions: its link's own clock, pacing and back-off.
 
 use core::hash::Hash;
 
@@ -14,7 +14,7 @@ const UNIT_US: u32 = 128;
 /// kilolib's timer: 256 units. It asks for a message at each interrupt.
 const TIMER_US: u32 = 256 * UNIT_US;
 
-/// A transmitter that begins senses nothing that began less than so many µs before.
+/// The time in µs before its own start in which a transmitter cannot sense the start of another.
 const fn blind_us(medium: Medium) -> i32 {
     match medium {
         // The interrupt of the first pulse.
@@ -32,11 +32,12 @@ pub(crate) struct Radio {
     pub(crate) late: Option<Box<Late>>,
     /// The brain has a frame for it.
     pub(crate) waits: bool,
-    /// When it tries to send then.
+    /// The time of its attempt.
     pub(crate) attempt: i32,
     /// Earliest time for the next frame.
     ready: i32,
-    /// When in a tick the robot's script has frames for it: robots are switched on at any time.
+    /// The time within a tick when the robot's script has frames for it: robots are switched on at
+    /// different times.
     script: i32,
     /// Infrared: the first timer interrupt of this tick.
     interrupt: i32,
@@ -75,7 +76,7 @@ impl Radio {
         digest.text_of(late);
     }
 
-    /// Forgets what was to be sent and what is to arrive.
+    /// Discards the frames to be sent and those on their way.
     pub(crate) fn silence(&mut self) {
         self.waits = false;
         self.late = None;
@@ -113,10 +114,12 @@ impl Radio {
         (medium != Medium::P2p).then(|| at - blind_us(medium))
     }
 
-    /// The channel was busy at `self.attempt` with so many frames: tries again later.
+    /// Plans a later attempt: the channel was busy at `self.attempt` with `frames` frames.
     ///
-    /// kilolib: a receiver inside a frame keeps the timer's interrupt from sending; one that two frames confuse believes
-    /// to be idle, sends its first pulse, sees light and asks for an early interrupt after 0 to 255 units.
+    /// kilolib: a receiver inside a frame keeps the timer's interrupt from sending; one that two
+    /// frames confuse believes
+    /// to be idle, sends its first pulse, sees light and asks for an early interrupt after 0 to 255
+    /// units.
     pub(crate) fn back_off(
         &mut self,
         medium: Medium,
@@ -168,7 +171,7 @@ impl Radio {
     }
 }
 
-/// Of a Crazyflie before a frame, µs.
+/// Returns the pause of a Crazyflie before a frame, in µs.
 fn pause(pacing: &Media, stream: &mut Stream) -> i32 {
     let [least, most] = pacing.p2p.pause_us;
     (least + stream.below((most - least).max(1))) as i32

@@ -1,6 +1,7 @@
-//! Who sends when: all robots' attempts in the order of time.
+//! The order of transmissions: all robots' attempts, sorted by time.
 //!
-//! This is the only part of a tick that one thread does alone: whether a robot may send depends on who began before.
+//! One thread runs this part of a tick alone, because a robot may send only if no other began
+//! before.
 
 use core::cmp::Reverse;
 use std::collections::BinaryHeap;
@@ -34,7 +35,7 @@ pub(crate) struct Schedule {
     again: BinaryHeap<Reverse<Attempt>>,
 }
 
-/// What holds for a whole tick.
+/// The data of a whole tick.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Window<'a> {
     pub(crate) topology: &'a Topology,
@@ -61,7 +62,8 @@ pub(crate) struct Senders<'a, B> {
 }
 
 impl Schedule {
-    /// Carries out the planned attempts, and those that follow from them. `seen` takes each if somebody watches.
+    /// Executes the planned attempts, and those that follow from them. `seen` takes each if the run
+    /// is observed.
     pub(crate) fn run<B: Brain>(
         &mut self,
         window: &Window<'_>,

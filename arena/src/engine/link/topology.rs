@@ -1,15 +1,15 @@
-//! Who is cut off from whom: blocked links and partitions.
+//! Blocked links and partitions: which robots are cut off from each other.
 
 use std::collections::BTreeSet;
 
 use crate::engine::id::RobotId;
 
-/// What keeps frames from passing, apart from distance. A robot that is cut off neither hears nor disturbs nor senses
-/// the other.
+/// The barriers between robots, apart from distance. A robot that is cut off neither receives nor
+/// disturbs nor senses the other.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Topology {
     blocked: BTreeSet<(RobotId, RobotId)>,
-    /// Of each robot; empty without a partition.
+    /// The part of each robot; empty without a partition.
     groups: Vec<u8>,
 }
 
@@ -30,7 +30,7 @@ impl Topology {
         self.groups.clear();
     }
 
-    /// Whether frames pass between two robots that are near enough.
+    /// Returns true if frames pass between two robots that are near enough.
     pub(crate) fn connects(&self, a: RobotId, b: RobotId) -> bool {
         (self.groups.is_empty() || self.group(a) == self.group(b))
             && (self.blocked.is_empty() || !self.blocked.contains(&(a.min(b), a.max(b))))

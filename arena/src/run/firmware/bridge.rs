@@ -1,14 +1,19 @@
-//! What passes messages on between Kilobots, Zooids and Crazyflies: a bridge that could be built, and was **not tried on hardware**.
+//! A station that passes messages on between Kilobots, Zooids and Crazyflies. It could be built,
+//! and was **not tried on hardware**.
 //!
 //! ```text
 //! Kilobots ─light─▶ a Kilobot that listens ─debug line─▶ computer ─▶ nRF24 dongle ─▶ Zooids
 //!          ◀─light─ overhead controller    ◀─serial────           ─▶ Crazyradio   ─▶ Crazyflies
 //! ```
-//! A Kilobot cannot be told anything by wire: its receive pin is the one that shows whether it is charged. So the computer speaks
-//! by the overhead controller, which every lab with Kilobots has. The listening Kilobot is emulated with its image
-//! (`firmware/kilobot-avr/src/bin/ear.rs`); computer, dongles and controller are modelled here by the time they take.
+//! A Kilobot has no serial input: its receive pin is the one that shows charging. So the computer
+//! speaks
+//! by the overhead controller, which every lab with Kilobots has. The listening Kilobot is emulated
+//! with its image
+//! (`firmware/kilobot-avr/src/bin/ear.rs`); computer, dongles and controller are modelled here by
+//! the time they take.
 //!
-//! What waits for light waits in a queue like that of a robot, which knows what is stale and what is double. Light has little room:
+//! Messages for light wait in a queue like that of a robot, which drops stale and double ones.
+//! Light has little room:
 //! the computer speaks [`PAUSE`] apart, so that Kilobots are heard in between.
 
 use std::collections::VecDeque;
@@ -24,26 +29,27 @@ use bittybuzz_vm_core::number::Tiny;
 
 use crate::engine::Medium;
 
-/// Until the computer has what a dongle or a line gives, and a dongle what the computer gives: a frame of USB each, and as much
-/// for the program.
+/// The delay from a dongle or a line to the computer, and from the computer to a dongle: one frame
+/// of USB and as much for the program.
 const USB: Duration = Duration::from_millis(3);
 /// Between two packets of a dongle.
 const DONGLE: Duration = Duration::from_millis(1);
 /// A packet of the controller's serial line: 132 bytes of ten bits at 38,400 baud (kilogui, serialconn.cpp).
 const SERIAL: Duration = Duration::from_micros(34_375);
-/// What it was told last the controller says again and again, about as often (kilogui, ohc.c), here three times.
+/// The controller repeats its last message again and again, about this often (kilogui, ohc.c), here
+/// three times.
 const REPEAT: Duration = Duration::from_micros(10_400);
 const REPEATS: u32 = 3;
 /// Between two messages for Kilobots.
 const PAUSE: Duration = Duration::from_millis(200);
-/// What the controller said comes back by the listening Kilobot within so long.
+/// The listening Kilobot reports the controller's own messages within this time.
 const ECHO: Duration = Duration::from_millis(500);
 /// Messages that wait for light.
 const WAITING: usize = 32;
 /// Strength of the Crazyradio's signal, in -dBm.
 const RSSI: u8 = 50;
 
-/// What a dongle or the controller is to send, and when.
+/// A message that a dongle or the controller is to send, and its time.
 pub struct Sending {
     pub medium: Medium,
     pub command: Command,
@@ -51,18 +57,18 @@ pub struct Sending {
 
 /// A bridge at work.
 pub struct Bridge {
-    /// As whom it passes on what does not say who sends it.
+    /// The sender's id of messages that have none of their own.
     id: u16,
-    /// What came of a line that is not complete yet.
+    /// The start of a line that is not complete yet.
     line: Vec<u8>,
     for_light: Inbox<Tiny, (), TINY_FRAME, WAITING>,
-    /// When the controller may be told the next message.
+    /// The time when the controller is free for the next message.
     light_free: Duration,
-    /// When each dongle may send.
+    /// The time when each dongle is free to send.
     radio_free: [Duration; 2],
     /// Frames on their way to a radio: when they are there.
     for_radio: VecDeque<(Duration, Medium, Vec<u8>)>,
-    /// What the controller said of late.
+    /// The controller's latest messages.
     said: VecDeque<(Duration, [u8; infrared::FRAME])>,
 }
 
@@ -129,7 +135,7 @@ impl Bridge {
         }
     }
 
-    /// What is sent now: nothing begins before `now`, which is where the robots are.
+    /// Returns the messages that are sent now: none begins before `now`, the time of the robots.
     pub fn send(&mut self, now: Duration) -> Vec<Sending> {
         let mut sendings = Vec::new();
         while let Some((ready, medium, frame)) = self.for_radio.pop_front() {
@@ -171,7 +177,8 @@ impl Bridge {
     }
 }
 
-/// Who sends a frame, if it says so: of an entry it names only the robot that wrote it.
+/// Returns the sender of a frame, if the frame names it: an entry names only the robot that wrote
+/// it.
 fn sender(frame: &[u8]) -> Option<u16> {
     let [kind, low, high, ..] = frame else { return None };
     let names_sender = Kind::of(*kind).is_some_and(|kind| kind != Kind::Entry);

@@ -1,5 +1,5 @@
-//! The emulated robots of one kind, side by side with the world: wheels turn when motors' signals change, and what that and
-//! contacts make of the robots' places is what the projector shows next.
+//! The emulated robots of one kind, side by side with the world: wheels turn when motors' signals
+//! change, and the projector shows the places that result from wheels and contacts.
 
 use std::collections::BTreeSet;
 use std::path::Path;
@@ -29,7 +29,7 @@ pub struct Fleet {
     /// Since power-on, and since the world began.
     now: Duration,
     seed: u64,
-    /// How often the loss was set.
+    /// The number of changes of the loss.
     losses: u64,
 }
 
@@ -42,17 +42,17 @@ struct Emulated {
     /// Duties of the inputs of the motors' drivers, 0 to 1.
     inputs: [f64; 4],
     led: u8,
-    /// Until then its wheels have turned.
+    /// The time up to which its wheels have turned.
     rolled: Duration,
-    /// What the emulator knows of its place.
+    /// The motion that the emulator knows.
     told: Option<Motion>,
-    /// Whether it has power.
+    /// True if it has power.
     is_on: bool,
     /// Numbers of those that it is cut off from.
     deaf_to: BTreeSet<usize>,
     /// The last command by which it sensed its surroundings.
     sensed: Option<Command>,
-    /// `None` if the firmware tells nothing.
+    /// `None` if the firmware has no trace.
     reader: Option<Reader>,
 }
 
@@ -141,7 +141,7 @@ impl Fleet {
         self.robots.iter().position(|robot| robot.id == id)
     }
 
-    /// A robot's battery has so many mV, if it is an emulated one.
+    /// Sets the battery voltage of a robot, if it is emulated.
     pub fn set_battery(&mut self, id: RobotId, millivolts: u16) -> Result<(), ClientError> {
         let Some(number) = self.number(id) else { return Ok(()) };
         let volts = f32::from(millivolts) / 1000.0;
@@ -189,12 +189,12 @@ impl Fleet {
         self.emulation.look()
     }
 
-    /// Somebody who is no robot sends.
+    /// Sends a frame of a sender that is not a robot.
     pub fn hear(&mut self, command: &Command) -> Result<(), ClientError> {
         self.room.done(command)
     }
 
-    /// Runs until a time; the bridge hears what is sent.
+    /// Runs until a time; the bridge receives the frames that are sent.
     pub fn run(
         &mut self,
         world: &mut World<SimRobot>,
@@ -248,7 +248,7 @@ impl Fleet {
         Ok(())
     }
 
-    /// What became of the robots' packets, and how many of them found their radios full.
+    /// Returns the fate of the robots' packets, and the number that found radios full.
     pub fn links(&mut self) -> Result<(LinkStatistics, u64), ClientError> {
         let (mut links, mut overflown) = (LinkStatistics::default(), 0);
         for number in 0..self.robots.len() {
@@ -266,7 +266,7 @@ impl Emulated {
         self.emulation.duties(self.inputs)
     }
 
-    /// Where it is now and how it moves.
+    /// Returns its pose and motion now.
     fn motion(&self, world: &mut World<SimRobot>, now: Duration) -> Option<Motion> {
         let [speed, turn] = world.roll(self.id, self.duties(), 0.0).ok()??;
         let pose = world.robot(self.id)?.pose;
@@ -290,7 +290,7 @@ impl Emulated {
     ) -> Result<(), Failure> {
         match event {
             Event::Motor { number, duty, .. } => {
-                // What is known when an instruction ends may be a moment later.
+                // An event at the end of an instruction may come a moment later.
                 self.roll(at.min(until), world);
                 let input = usize::from(number).checked_sub(1);
                 if let Some(input) = input.and_then(|input| self.inputs.get_mut(input)) {

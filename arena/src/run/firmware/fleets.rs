@@ -1,5 +1,5 @@
-//! All emulated robots of a run, and what carries messages between unlike ones: between the world's substeps the emulators run as
-//! far.
+//! All emulated robots of a run, and the bridge between unlike ones. Between the world's substeps
+//! the emulators run up to the same time.
 
 use std::time::Duration;
 
@@ -16,7 +16,8 @@ use super::bridge::Bridge;
 use super::fleet::Fleet;
 use super::{FirmwareError, unusable};
 
-/// With a bridge robots run no longer before it passes on what they have sent; that takes it longer.
+/// The longest time that robots run before the bridge passes on their frames; the bridge itself
+/// takes longer.
 const LOOK_BRIDGE: Duration = Duration::from_micros(2500);
 
 /// All emulated robots: a fleet for each kind.
@@ -61,13 +62,13 @@ impl Fleets {
         Ok(Some(Fleets { fleets, bridge, now: Duration::ZERO, tick: 0, substeps: 0 }))
     }
 
-    /// What carries packets between a medium's robots loses so many from now on.
+    /// Sets the loss of a medium's packets from now on.
     pub fn lose(&mut self, medium: Medium, loss: Loss) -> Result<(), ClientError> {
         let mut on_it = self.fleets.iter_mut().filter(|fleet| fleet.medium() == medium);
         on_it.try_for_each(|fleet| fleet.lose(loss))
     }
 
-    /// A robot's battery has so many mV, if it is an emulated one.
+    /// Sets the battery voltage of a robot, if it is emulated.
     pub fn set_battery(&mut self, id: RobotId, millivolts: u16) -> Result<(), ClientError> {
         self.fleets.iter_mut().try_for_each(|fleet| fleet.set_battery(id, millivolts))
     }
@@ -108,7 +109,7 @@ impl Fleets {
         Ok(())
     }
 
-    /// What became of the packets of each medium's robots, and how many of them found radios full.
+    /// Returns the fate of the packets of each medium, and the number that found radios full.
     pub fn links(&mut self) -> Result<Vec<(Medium, LinkStatistics, u64)>, ClientError> {
         let of = |fleet: &mut Fleet| {
             let (links, overflown) = fleet.links()?;

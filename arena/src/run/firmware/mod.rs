@@ -27,13 +27,14 @@ use super::settings::media;
 pub use fleets::Fleets;
 pub use p2p::{P2pAir, TURN};
 
-/// What is flashed in a scenario to the robots of a kind: their firmware, and the script and the id of each.
+/// The files that a scenario flashes to the robots of a kind: their firmware, and the script and
+/// the id of each.
 pub struct Firmware {
     model: Arc<dyn RobotModel>,
     path: PathBuf,
-    /// Where the scenario asks for it first.
+    /// The place where the scenario first names it.
     place: Place,
-    /// The texts of its messages; none if it tells nothing.
+    /// The texts of its messages; none if it has no trace.
     messages: Option<Arc<Table>>,
     robots: Vec<Flashed>,
     /// One more, for a bridge.
@@ -42,13 +43,13 @@ pub struct Firmware {
 
 /// The robot that listens for a bridge.
 struct Ear {
-    /// What is in its flash, from address 0 on.
+    /// The content of its flash, from address 0 on.
     program: Vec<u8>,
-    /// Where it lies, in mm.
+    /// Its place in mm.
     at: [f64; 2],
 }
 
-/// What is written to one robot beside the firmware.
+/// The data that one robot has in addition to the firmware.
 struct Flashed {
     /// Number of the robot.
     number: usize,
@@ -59,7 +60,7 @@ struct Flashed {
 }
 
 impl Firmware {
-    /// That of the scenario, for each kind of robots that run any.
+    /// Returns the firmware of the scenario, for each kind of robots that run any.
     pub fn of(scenario: &Scenario, programs: &[Program]) -> Result<Vec<Self>, ScenarioError> {
         let mut all: Vec<Firmware> = Vec::new();
         let (media, mut number) = (media(scenario), 0);
@@ -116,7 +117,7 @@ impl Firmware {
         self.robots.iter().map(|robot| robot.number)
     }
 
-    /// What is wrong with robots that shall run it.
+    /// Returns an error about robots that run it.
     pub fn failed(&self, cause: Cause) -> ScenarioError {
         ScenarioError { cause, place: Some(Box::new(self.place.clone())) }
     }
@@ -140,7 +141,7 @@ fn ear(
     Ok(Some(Ear { program, at: bridge.at }))
 }
 
-/// Why an emulator cannot be had.
+/// Returns the reason why an emulator cannot be used.
 pub fn unusable(error: ClientError) -> Cause {
     match error {
         ClientError::NoProgram { program, source } => {
@@ -150,10 +151,10 @@ pub fn unusable(error: ClientError) -> Cause {
     }
 }
 
-/// Why a run with emulated robots cannot go on.
+/// A reason why a run with emulated robots cannot go on.
 #[derive(Debug)]
 pub enum FirmwareError {
-    /// The emulator is gone, or does not do what it is told to.
+    /// The emulator is gone, or does not follow its commands.
     Emulator(ClientError),
     /// A robot's firmware has failed.
     Failed {
@@ -161,27 +162,27 @@ pub enum FirmwareError {
         robot: u16,
         /// Since power-on.
         at: Duration,
-        /// How.
+        /// The failure.
         failure: Failure,
     },
 }
 
-/// How firmware fails.
+/// A failure of firmware.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub enum Failure {
     /// It was reset.
     Reset {
-        /// By what.
+        /// The cause.
         cause: String,
     },
-    /// It does what the chip does not allow.
+    /// It does something that the chip does not allow.
     Hardware {
-        /// What.
+        /// The emulator's description.
         text: String,
     },
     /// A fault while it handled a fault.
     Lockup {
-        /// Where.
+        /// The program counter.
         pc: u32,
     },
     /// It refuses the script.

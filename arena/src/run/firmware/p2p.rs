@@ -17,7 +17,7 @@ const RSSI: u8 = 60;
 /// The longest frame is on the air for 0.3 ms.
 const LONGEST: Duration = Duration::from_millis(1);
 
-/// The air, and what was counted in it.
+/// The air, and its counters.
 #[derive(Debug, Default)]
 pub struct P2pAir {
     frames: Vec<OnAir>,
@@ -25,7 +25,7 @@ pub struct P2pAir {
     random: u64,
     /// Frames that were on the air, once for each robot that could have heard it.
     pub carried: u64,
-    /// Of these, the ones that were lost on the way.
+    /// The number of these that were lost on the way.
     pub lost: u64,
     /// And the ones that overlapped with another.
     pub collided: u64,
@@ -58,8 +58,8 @@ impl P2pAir {
         self.frames.push(OnAir { sender, begin, end, port, payload, has_arrived: false });
     }
 
-    /// A turn is over: what the others hear of frames that end before the end of the next one, by their number. `hears` tells who
-    /// would hear whom.
+    /// Ends a turn: returns the frames that others receive before the end of the next one, by their
+    /// number. `hears` decides which robot is in reach of which.
     pub fn carry(
         &mut self,
         now: Duration,

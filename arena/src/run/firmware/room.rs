@@ -22,7 +22,7 @@ pub struct PerRobot {
     robots: Vec<Emulator>,
     air: P2pAir,
     now: Duration,
-    /// Who does not hear whom.
+    /// The robots that each robot cannot receive.
     deaf: Vec<BTreeSet<usize>>,
 }
 
@@ -81,7 +81,7 @@ impl Room {
         }
     }
 
-    /// Gives robots commands, then runs all until a time; hands over what happens.
+    /// Gives robots commands, then runs all until a time; hands over their events.
     pub fn run_after(
         &mut self,
         commands: &[(usize, Command)],

@@ -6,7 +6,7 @@ use bittybuzz_emulation::message::Command;
 
 use crate::engine::{Pose, wrap};
 
-/// Where a robot is at a time and how it moves, in the world's frame.
+/// The pose and motion of a robot at a time, in the world's frame.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Motion {
     /// Since power-on.
@@ -30,7 +30,8 @@ impl Motion {
         [self.speed * cos, self.speed * sin]
     }
 
-    /// Whether the emulator knows this, if it was told `other`: it lets robots go straight on while they turn.
+    /// Returns true if the emulator, which knows `other`, already predicts this motion: it
+    /// extrapolates straight ways and turns.
     pub fn follows(&self, other: &Motion) -> bool {
         if (self.speed, self.turn) != (other.speed, other.turn) {
             return false;

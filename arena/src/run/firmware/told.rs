@@ -1,4 +1,4 @@
-//! What firmware tells of its script: records among its messages, by defmt over RTT.
+//! The trace of firmware about its script: records among its messages, by defmt over RTT.
 
 use std::sync::Arc;
 
@@ -8,7 +8,7 @@ use bittybuzz_vm_core::{Fault, ImageError};
 
 use crate::robot::Piece;
 
-/// What was told.
+/// An event of the trace.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Told {
     /// The script has logged a line.
@@ -27,28 +27,29 @@ pub enum Told {
     Overrun(u32),
 }
 
-/// Reads what a robot tells.
+/// Reads the trace of a robot.
 pub struct Reader(TraceReader);
 
 impl Reader {
-    /// Of firmware with these messages.
+    /// Returns a reader for firmware with these messages.
     pub fn new(table: Arc<Table>) -> Self {
         Reader(TraceReader::new(table))
     }
 
-    /// Of the same firmware after a power-on: what was not told whole never will be.
+    /// Returns a reader of the same firmware after a power-on, when an incomplete message is lost.
     pub fn anew(mut self) -> Self {
         self.0.restart();
         self
     }
 
-    /// Reads what has come. Messages that were not told whole are left out, as on a debug probe.
+    /// Reads received bytes. Incomplete messages are left out, as on a debug probe.
     pub fn read(&mut self, bytes: &[u8]) -> Vec<Told> {
         self.0.read(bytes).into_iter().filter_map(|message| told(message.content)).collect()
     }
 }
 
-/// The record in a message; `None` for what the firmware says of itself, and for what does not concern a run.
+/// Returns the record in a message; `None` for messages of the firmware about itself, and for those
+/// that a run does not use.
 fn told(content: Content) -> Option<Told> {
     let Content::Record(bytes) = content else { return None };
     match Record::decode(&bytes).ok()? {
@@ -66,7 +67,7 @@ fn told(content: Content) -> Option<Told> {
     }
 }
 
-/// Stands for what did not fit.
+/// Marks a text that was cut.
 const CUT: &[u8] = b"...";
 
 fn piece(item: Item<'_>) -> Piece {
