@@ -20,15 +20,15 @@ pub enum Library {
     Neighbors = 4,
     /// `swarm`
     Swarm = 5,
-    /// What `swarm.create` and its relatives return.
+    /// The object that `swarm.create` and its relatives return.
     SwarmObject = 6,
     /// `stigmergy`
     Stigmergy = 7,
-    /// What `stigmergy.create` returns.
+    /// The object that `stigmergy.create` returns.
     StigmergyObject = 8,
     /// `pos`: the position of the robot, where it knows one.
     Position = 9,
-    /// What `neighbors.map` and its relatives return.
+    /// The object that `neighbors.map` and its relatives return.
     Snapshot = 10,
 }
 
@@ -65,7 +65,7 @@ impl Library {
         }
     }
 
-    /// Whether its functions work on an object, which is their first argument then.
+    /// Returns true if its functions work on an object, which is then their first argument.
     pub const fn is_object(self) -> bool {
         matches!(self, Library::SwarmObject | Library::StigmergyObject | Library::Snapshot)
     }
@@ -93,7 +93,7 @@ pub enum Feature {
     Numbers = 1 << 6,
 }
 
-/// How a built-in behaves.
+/// The behaviour of a built-in.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Kind {
     /// Computes its result at once.
@@ -110,7 +110,7 @@ pub enum Kind {
 pub struct Info {
     /// Number in images.
     pub number: u8,
-    /// Where it is found.
+    /// The library that has it.
     pub library: Library,
     /// Under which name.
     pub name: &'static str,
@@ -118,9 +118,9 @@ pub struct Info {
     pub min: u8,
     /// Most arguments; 255 for any number.
     pub max: u8,
-    /// How it behaves.
+    /// Its behaviour.
     pub kind: Kind,
-    /// What it needs.
+    /// The feature that it needs.
     pub feature: Feature,
     /// Parameters and meaning in one line.
     pub help: &'static str,
@@ -295,7 +295,7 @@ pub mod string {
     pub const TABLE: u16 = 10;
     /// "timestamp"
     pub const TIMESTAMP: u16 = 11;
-    /// How many strings the machine knows; the first string of the script has this number.
+    /// The number of strings that the machine has; the first string of the script has this number.
     pub const COUNT: u16 = 12;
 }
 

@@ -1,4 +1,4 @@
-//! Where an image is kept.
+//! The storage of an image.
 
 use crate::network::Sizes;
 use crate::number::Profile;
@@ -9,7 +9,8 @@ use crate::part::{Part, Parts};
 /// ARM and the host use a slice; on the AVR the firmware implements it by `lpm`, so that no copy is in RAM. It is
 /// usually zero sized or two words, and is kept by value.
 pub trait ByteCode: Copy {
-    /// The parts of the machine that runs it: firmware with little flash leaves out what its scripts do not use.
+    /// The parts of the machine that runs it: firmware with little flash leaves out those that its
+    /// scripts do not use.
     const PARTS: Parts = Parts::ALL;
 
     /// How much that machine remembers of other robots, if it is always the same: then it is not
@@ -20,7 +21,7 @@ pub trait ByteCode: Copy {
     /// whether it has some.
     const ONLY: Option<Self> = None;
 
-    /// How many bytes.
+    /// Returns the number of bytes.
     fn len(&self) -> usize;
 
     /// The byte at `at`; anything, but always the same, if `at` is not below the length.
@@ -42,7 +43,7 @@ pub trait ByteCode: Copy {
         }
     }
 
-    /// Whether there are no bytes.
+    /// Returns true if there are no bytes.
     fn is_empty(&self) -> bool {
         self.len() == 0
     }

@@ -1,4 +1,4 @@
-//! What stops a script.
+//! The faults that stop a script.
 
 use crate::value::Type;
 
@@ -70,7 +70,7 @@ impl FaultCode {
 pub struct Fault {
     /// The cause.
     pub code: FaultCode,
-    /// Where: offset of the instruction from the start of the code.
+    /// The offset of the instruction from the start of the code.
     pub position: u16,
     /// Types of the operands or of the offending value, where the cause has some.
     pub operands: [Type; 2],
@@ -87,17 +87,17 @@ pub enum RobotFault {
     Refused(Refusal),
 }
 
-/// Why a robot function cannot do what it was asked to. Its number is the fault's detail.
+/// A reason why a robot function refuses a call. Its number is the fault's detail.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 #[repr(u16)]
 pub enum Refusal {
     /// It takes another number of arguments.
     ArgumentCount = 1,
-    /// An argument is outside what the robot can do.
+    /// An argument is outside the robot's range.
     OutOfRange = 2,
     /// The function is known, but this firmware cannot do it.
     NotBuiltIn = 3,
-    /// What it needs is not there, or has not answered yet.
+    /// A device that it needs is missing, or has not answered yet.
     NotReady = 4,
 }
 

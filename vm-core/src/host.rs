@@ -1,4 +1,4 @@
-//! What the machine asks of the robot, or of the host program that plays one.
+//! The interface between the machine and the robot, or the host program that plays one.
 
 use crate::bytecode::ByteCode;
 use crate::fault::{Fault, RobotFault};
@@ -7,7 +7,7 @@ use crate::network::{Periods, Sighting};
 use crate::number::Profile;
 use crate::value::{Tag, Value};
 
-/// What a robot function answers.
+/// The answer of a robot function.
 #[derive(Clone, Copy, Debug)]
 pub enum Reply<P: Profile> {
     /// It is finished, with this result.
@@ -43,24 +43,25 @@ pub trait Host<P: Profile> {
     /// `log(...)`
     fn log<C: ByteCode, const SLOTS: usize>(&mut self, arguments: Arguments<'_, P, C, SLOTS>);
 
-    /// Whether `delay(ms)` is over; it starts when `again` is false.
+    /// Returns true once `delay(ms)` is over; the delay starts when `again` is false.
     fn delay_is_over(&mut self, ms: i32, again: bool) -> bool;
 
     /// The robot's position, `None` where it does not know it.
     fn position(&mut self, axis: Axis) -> Option<f32>;
 
-    /// How often the robot is heard without the script's doing.
+    /// Returns the periods of messages that the machine sends on its own.
     fn periods(&self) -> Periods {
         Periods::DEFAULT
     }
 
-    /// Moves the oldest waiting frame into `frame` and tells its length. What is known of who sent it is written to
-    /// `sighting`, which tells of nothing. Asked before every step, until there is none.
+    /// Moves the oldest waiting frame into `frame` and returns its length. Writes the link's
+    /// knowledge of the sender to `sighting`, which is empty on entry. The machine calls this
+    /// before every step, until no frame is left.
     fn receive(&mut self, _frame: &mut [u8], _sighting: &mut Sighting<P>) -> Option<usize> {
         None
     }
 
-    /// Sends a frame to whoever hears it: queues it, best in a `bittybuzz_comms::queue::Outbox`.
+    /// Sends a frame to all robots in reach: queues it, best in a `bittybuzz_comms::queue::Outbox`.
     fn send(&mut self, _frame: &[u8]) {}
 
     /// Slices end by time alone: the machine asks [`Host::is_slice_over`] before each instruction and counts no budget.
@@ -113,7 +114,7 @@ pub enum Item<'a, P: Profile, C: ByteCode, const SLOTS: usize> {
     Float(f32),
     /// A string.
     String(Text<'a, P, C, SLOTS>),
-    /// A table with so many entries.
+    /// A table with this number of entries.
     Table(usize),
     /// A function.
     Function,
@@ -126,12 +127,12 @@ pub struct Text<'a, P: Profile, C: ByteCode, const SLOTS: usize> {
 }
 
 impl<'a, P: Profile, C: ByteCode, const SLOTS: usize> Arguments<'a, P, C, SLOTS> {
-    /// How many.
+    /// Returns the number of arguments.
     pub fn count(&self) -> usize {
         self.count
     }
 
-    /// Argument `index`, nil if there are not so many.
+    /// Returns argument `index`, nil if there is none.
     pub fn value(&self, index: usize) -> Value<P> {
         if index < self.count {
             self.script.arena.get(self.end - self.count + index)
@@ -140,7 +141,7 @@ impl<'a, P: Profile, C: ByteCode, const SLOTS: usize> Arguments<'a, P, C, SLOTS>
         }
     }
 
-    /// Argument `index` with what it refers to.
+    /// Returns argument `index` with the object that it refers to.
     pub fn item(&self, index: usize) -> Item<'a, P, C, SLOTS> {
         let value = self.value(index);
         match value.tag() {

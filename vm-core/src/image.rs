@@ -42,7 +42,8 @@ pub const DEPTH_MAX: u8 = 200;
 /// Bytes of a row of the library table.
 pub(crate) const LIBRARY_ROW: usize = 4;
 
-/// Why bytes cannot be run. All values have the same size, so that it is returned in registers.
+/// A reason why bytes cannot be run. All variants have the same size, so that it is returned in
+/// registers.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[non_exhaustive]
 pub enum ImageError {
@@ -85,7 +86,7 @@ pub enum ImageError {
 }
 
 impl ImageError {
-    /// As two numbers, for a link to the host: the cause and its value.
+    /// Returns the cause and its value as two numbers, for a link to the host.
     pub const fn to_code(self) -> (u8, u16) {
         match self {
             ImageError::NotAnImage => (0, 0),
@@ -150,7 +151,7 @@ pub enum Entry {
     Destroy,
 }
 
-/// Where an entry's function is found.
+/// The place of an entry's function.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum EntryPoint {
     /// The script has none.
@@ -207,16 +208,17 @@ const LENGTH_MAX: usize = 0xff00;
 const FIXED: usize = 7;
 /// The counts that every image has.
 const COUNTS: usize = 8;
-/// Of them, those of the entries.
+/// The first of these counts are those of the entries.
 const ENTRIES: usize = 4;
 
-/// Where the parts of an image are, and how many of each: offsets in bytes from the start of the image.
+/// The offsets of an image's parts, in bytes from its start, and their counts.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Header {
     /// Magic, form, features and script hash.
     fixed: [u8; FIXED],
-    /// Of the entries `init`, `step`, `reset`, `destroy`; of globals, functions, imports and strings; then, as below, what follows
-    /// from them. An array, because reading it takes a fraction of the code.
+    /// The counts of the entries `init`, `step`, `reset`, `destroy`, and of globals, functions,
+    /// imports and strings; then the numbers below, which follow from them. An array, because
+    /// reading it takes a fraction of the code.
     counts: [u16; WORDS],
 }
 
@@ -252,8 +254,8 @@ impl Header {
         self.counts.iter().take(ENTRIES).copied()
     }
 
-    /// How many there are of what an operand names, from [`Operand::Global`] to [`Operand::String`] (of strings, those of the
-    /// script).
+    /// Returns the number of things that an operand can name, from [`Operand::Global`] to
+    /// [`Operand::String`] (of strings, those of the script).
     pub(crate) fn count(&self, operand: u8) -> u16 {
         self.counts[usize::from(operand) % COUNTS]
     }
@@ -319,17 +321,17 @@ impl Header {
         self.count(Operand::String as u8)
     }
 
-    /// Whether the image is for the `full` profile.
+    /// Returns true if the image is for the `full` profile.
     pub fn is_full(&self) -> bool {
         self.form() & FORM_FULL != 0
     }
 
-    /// Whether strings of the script can be put in order with the machine's own.
+    /// Returns true if strings of the script can be ordered with the machine's own.
     pub fn has_order(&self) -> bool {
         self.form() & FORM_ORDER != 0
     }
 
-    /// Whether there is text, which strings made at run time need.
+    /// Returns true if the image has texts, which strings made at run time need.
     pub fn has_text(&self) -> bool {
         self.form() & FORM_TEXT != 0
     }
@@ -345,12 +347,12 @@ impl Header {
         self.functions_at() + 2 * self.functions()
     }
 
-    /// Whether a string number exists: the machine's own and the script's.
+    /// Returns true if a string has that number, the machine's own included.
     pub fn has_string(&self, number: u16) -> bool {
         number < self.strings() + builtin::string::COUNT
     }
 
-    /// Where an entry's function is found.
+    /// Returns the place of an entry's function.
     pub fn entry(&self, entry: Entry) -> EntryPoint {
         let [init, step, reset, destroy, ..] = self.counts;
         EntryPoint::from_count(match entry {
@@ -363,15 +365,16 @@ impl Header {
     }
 }
 
-/// Reads one part after the other; `code_at` is the part to come. Parts may lie behind the end, where bytes may be anything:
-/// that is looked at once, when all is read, which is much smaller than a question at each part.
+/// Reads one part after the other; `code_at` is the part to come. Parts may lie after the end,
+/// where bytes are arbitrary: one check after all reads finds that, which is much smaller than a
+/// check for each part.
 impl Header {
     /// Nothing read yet.
     pub(crate) const EMPTY: Self = Header { fixed: [0; FIXED], counts: [0; WORDS] };
 
     #[one_copy]
     pub(crate) fn read<C: ByteCode>(&mut self, code: &C) -> Result<(), ImageError> {
-        // Of the program before nothing is left, not even what this one does not say.
+        // Nothing of the previous program is left, not even the count that this one does not have.
         self.counts[LIBRARY_ROWS] = 0;
         let length = code.len();
         // Positions at the end of 16 bits are return addresses of the machine itself.
@@ -482,7 +485,7 @@ impl<'a, C: ByteCode> Verified<'a, C> {
         self.function(number)
     }
 
-    /// The built-in behind a name of a library.
+    /// Returns the built-in that a name of a library stands for.
     pub(crate) fn library_member(self, library: u8, string: u16) -> Option<u8> {
         let rows = (0..self.header.library_rows()).map(move |row| self.library_row(row));
         rows.filter(|row| row.0 == library && row.1 == string).map(|row| row.2).next()
@@ -510,14 +513,14 @@ impl<'a, C: ByteCode> Verified<'a, C> {
         self.code.byte(usize::from(self.header.functions_at().wrapping_sub(1).wrapping_sub(row)))
     }
 
-    /// How many of the machine's own strings sort before this string of the script.
+    /// Returns the number of the machine's own strings that sort before this string of the script.
     pub(crate) fn string_order(self, number: u16) -> u8 {
         let index = number.wrapping_sub(builtin::string::COUNT);
         self.code.byte(usize::from(self.header.order_at()) + usize::from(index))
     }
 }
 
-/// The position behind a count, and the count.
+/// Returns the position after a count, and the count.
 #[one_copy]
 fn count<C: ByteCode>(code: &C, at: u16) -> (u16, u16) {
     let first = code.byte(at.into());

@@ -5,12 +5,12 @@ use crate::message::FRAGMENTS_MAX;
 use crate::number::Profile;
 use crate::value::{Tag, Value};
 
-/// How much a machine remembers of other robots. What is 0 is left out.
+/// The memory of a machine for other robots. A size of 0 leaves the part out.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub struct Sizes {
     /// Neighbours at a time.
     pub neighbors: u8,
-    /// Whether it is known in which direction a neighbour is; else azimuth and elevation are 0.0.
+    /// True if the link measures the direction of a neighbour; else azimuth and elevation are 0.0.
     pub bearings: bool,
     /// Entries of all stigmergies together, and stigmergies; at most 100.
     pub entries: u8,
@@ -25,7 +25,7 @@ impl Sizes {
     /// No neighbours, no swarms, no stigmergies.
     pub const NONE: Sizes = Sizes { neighbors: 0, bearings: false, entries: 0, swarms: 0 };
 
-    /// Within what a byte can count.
+    /// Returns the sizes limited to those that a byte can count.
     pub(crate) fn clamped(self) -> Sizes {
         Sizes { entries: self.entries.min(100), swarms: self.swarms.min(8), ..self }
     }
@@ -44,10 +44,10 @@ impl Sizes {
     }
 }
 
-/// What the link knows of who sent a frame.
+/// The link's knowledge of a frame's sender.
 #[derive(Clone, Copy, Debug)]
 pub struct Sighting<P: Profile> {
-    /// The sender, where the link itself tells it; else it is in the frame, if at all.
+    /// The sender, if the link itself knows it; else it is in the frame, if at all.
     pub robot: Option<u16>,
     /// Distance in mm, azimuth and elevation in radians as the receiver sees the sender: 0 ahead, anticlockwise and up
     /// positive; floats. `None` where it is not known.
@@ -55,7 +55,7 @@ pub struct Sighting<P: Profile> {
 }
 
 impl<P: Profile> Sighting<P> {
-    /// Of a link that knows how far the sender is, a float in mm, but not in which direction.
+    /// Returns the sighting of a link that measures the distance, a float in mm, but no direction.
     #[inline]
     pub fn at(distance: Value<P>) -> Self {
         let zero = Value::new(Tag::FLOAT, P::ZERO);
@@ -70,10 +70,10 @@ impl<P: Profile> Default for Sighting<P> {
     }
 }
 
-/// How often a robot is heard without its script's doing, in steps.
+/// The periods of messages that the machine sends on its own, in steps.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Periods {
-    /// A robot that has sent nothing for so long sends a beacon.
+    /// A robot that has sent nothing for this time sends a beacon.
     pub beacon: u8,
     /// Steps without a frame after which a neighbour is forgotten, at most 126; half of them if only one was received.
     pub forget: u8,
@@ -86,7 +86,7 @@ impl Periods {
     pub const DEFAULT: Periods = Periods { beacon: 10, forget: 30, advertise: 20 };
 }
 
-/// What was heard but could not be used, and what else went wrong without harm.
+/// Counters of frames that were received and not used, and of other harmless errors.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Counters {
     /// Messages of another script.
@@ -115,7 +115,7 @@ impl<const BYTES: usize> Buffer for [u8; BYTES] {
     const ZERO: Self = [0; BYTES];
 }
 
-/// Bytes of all fragments of a message whose frames have so many.
+/// Returns the bytes of all fragments of a message with frames of this length.
 pub(crate) const fn content_bytes(frame: usize) -> usize {
     FRAGMENTS_MAX as usize * (frame - crate::message::FRAGMENT_HEAD)
 }

@@ -1,9 +1,13 @@
 //! Parts that a machine may be built without, where flash is scarce.
 //!
-//! The firmware's [`ByteCode`](crate::ByteCode) says which parts its machine has ([`ByteCode::PARTS`](crate::ByteCode::PARTS)).
-//! It is a constant, so that a question for a part costs nothing and what depends on the part is left out with it; everywhere
-//! else all parts are there, also where a script is exchanged without its firmware. Scripts that use a missing part are
-//! refused where the image is sealed, see [`crate::seal`]; the verifier refuses those that declare a
+//! The firmware's [`ByteCode`](crate::ByteCode) says which parts its machine has
+//! ([`ByteCode::PARTS`](crate::ByteCode::PARTS)).
+//! It is a constant, so that a test for a part costs nothing and the code of a missing part is left
+//! out; everywhere
+//! else all parts are there, also where a script is exchanged without its firmware. Scripts that
+//! use a missing part are
+//! refused where the image is sealed, see [`crate::seal`]; the verifier refuses those that declare
+//! a
 //! [feature](crate::builtin::Feature) of which all parts are missing.
 
 use crate::builtin::{self, Feature, Info, Kind, Library};
@@ -28,7 +32,7 @@ macro_rules! parts {
                 match self { $(Part::$part => $name,)* }
             }
 
-            /// What of scripts needs it.
+            /// Returns the constructs of scripts that need it.
             pub const fn what(self) -> &'static str {
                 match self { $(Part::$part => $what,)* }
             }
@@ -84,7 +88,7 @@ impl Parts {
         self.0
     }
 
-    /// Whether that part is among them.
+    /// Returns true if that part is among them.
     #[hot]
     pub const fn has(self, part: Part) -> bool {
         self.0 & 1 << part as u8 != 0
@@ -105,7 +109,7 @@ impl Parts {
         Part::ALL.iter().copied().filter(move |part| self.has(*part))
     }
 
-    /// What a built-in needs.
+    /// Returns the parts that a built-in needs.
     pub fn of_builtin(info: &Info) -> Parts {
         let mut parts = match info.library {
             _ if info.feature == Feature::Maths => Parts::of(&[Part::Floats, Part::Maths]),
@@ -142,7 +146,7 @@ impl Parts {
         parts
     }
 
-    /// What an instruction needs, of what it names apart.
+    /// Returns the parts that an instruction needs, apart from those of its operand.
     pub const fn of_opcode(opcode: u8) -> Parts {
         match opcode {
             opcode::FLOAT | opcode::FLOAT_HALF => Parts::of(&[Part::Floats]),
@@ -153,7 +157,7 @@ impl Parts {
         }
     }
 
-    /// What a function needs, by the first byte of its header.
+    /// Returns the parts that a function needs, by the first byte of its header.
     pub const fn of_function(head: u8) -> Parts {
         if head & (CAPTURES | USES_SELF) != 0 { Parts::of(&[Part::Closures]) } else { Parts::NONE }
     }

@@ -1,7 +1,10 @@
-//! What the verifier and the calls need of the tables of instructions and built-ins, as bytes that a chip may keep in flash.
+//! The facts from the tables of instructions and built-ins that the verifier and calls need, as
+//! bytes that a chip may keep in flash.
 //!
-//! On the AVR every table of a Rust program is copied to RAM. So the machine reads these bytes through
-//! [`ByteCode::rom`], which the firmware there implements by `lpm` over a copy of [`TINY`] in flash.
+//! On the AVR every table of a Rust program is copied to RAM. So the machine reads these bytes
+//! through
+//! [`ByteCode::rom`], which the firmware there implements by `lpm` over a copy of [`TINY`] in
+//! flash.
 
 use crate::builtin::{self, Kind};
 use crate::bytecode::ByteCode;
@@ -46,7 +49,7 @@ const VALUE: u8 = 1 << 7;
 /// Its first argument is the object that it was read from.
 const METHOD: u8 = 1 << 5;
 
-/// Where the two bytes of an opcode are.
+/// Returns the place of an opcode's two bytes.
 const fn row_of(opcode: u8) -> usize {
     // As a byte, so that reading there needs no check.
     opcode.wrapping_sub(FIRST).wrapping_mul(2) as usize
@@ -97,18 +100,20 @@ const fn kind_bits(kind: Kind) -> u8 {
     }
 }
 
-/// What the verifier needs of an instruction.
+/// The facts about an instruction that the verifier needs.
 #[derive(Clone, Copy)]
 pub(crate) struct Effect(u8, u8);
 
 impl Effect {
-    /// That of a plain or narrow opcode; of other bytes it says only that they [are none](Effect::is_known).
+    /// Returns the facts of a plain or narrow opcode; for other bytes only
+    /// [`is_known`](Effect::is_known) is meaningful.
     pub(crate) fn of<P: Profile, C: ByteCode>(opcode: u8) -> Effect {
         let at = row_of(opcode);
         Effect(C::rom::<P>(at), C::rom::<P>(at + 1))
     }
 
-    /// Whether there is such an opcode: bytes below the first have no row, so theirs is anything.
+    /// Returns true if there is such an opcode: bytes below the first have no row, so theirs is
+    /// arbitrary.
     pub(crate) fn is_known(self, opcode: u8) -> bool {
         opcode >= FIRST && self.0 & KNOWN != 0
     }
@@ -123,7 +128,7 @@ impl Effect {
         self.0 & LEAVES
     }
 
-    /// Whether its trailer counts arguments.
+    /// Returns true if its trailer counts arguments.
     pub(crate) fn has_arguments(self) -> bool {
         self.0 & ARGUMENTS != 0
     }
@@ -133,18 +138,18 @@ impl Effect {
         usize::from(self.1 & TRAILER)
     }
 
-    /// As in the table of instructions.
+    /// Returns the number of values that it pops, as in the table of instructions.
     pub(crate) fn pops(self) -> u8 {
         self.1 >> 5
     }
 
-    /// As in the table of instructions.
+    /// Returns the number of values that it pushes, as in the table of instructions.
     pub(crate) fn pushes(self) -> u8 {
         self.1 >> 3 & PUSHES
     }
 }
 
-/// What a built-in is: its bit of [`Feature`](builtin::Feature), and how it behaves.
+/// The kind of a built-in: its bit of [`Feature`](builtin::Feature), and its behaviour.
 #[derive(Clone, Copy)]
 pub(crate) struct Needs(u8);
 
@@ -164,22 +169,22 @@ impl Needs {
         self.0
     }
 
-    /// Whether it behaves in that way.
+    /// Returns true if it behaves in that way.
     pub(crate) fn is(self, kind: Kind) -> bool {
         self.0 & (CALLS | VALUE) == kind_bits(kind)
     }
 
-    /// Whether its first argument is the object that it was read from.
+    /// Returns true if its first argument is the object from which it was read.
     pub(crate) fn is_method(self) -> bool {
         self.0 & METHOD != 0
     }
 
-    /// Whether it is among these features.
+    /// Returns true if it is among these features.
     pub(crate) fn are_in(self, features: u8) -> bool {
         self.0 & !(CALLS | VALUE | METHOD | features) == 0
     }
 
-    /// Whether it is a function, and among these features.
+    /// Returns true if it is a function, and among these features.
     pub(crate) fn is_function_in(self, features: u8) -> bool {
         self.0 & !(CALLS | METHOD | features) == 0
     }

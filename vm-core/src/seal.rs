@@ -21,7 +21,7 @@ use crate::number::Profile;
 use crate::part::Parts;
 use crate::verify::within;
 
-/// Bytes that a seal puts behind an image.
+/// Bytes that a seal adds to an image.
 pub const LENGTH: usize = 2 * WORDS + CHECK;
 const CHECK: usize = 2;
 
@@ -31,7 +31,8 @@ pub struct Sealed<C: ByteCode> {
     pub(crate) code: C,
 }
 
-/// What a robot offers to scripts, as one number: version, profile, those of its machine's [`features`](crate::features) for
+/// Returns the robot's offer to scripts as one number: version, profile, those of its machine's
+/// [`features`](crate::features) for
 /// which it has room, the machine's parts, and the name hashes of its functions in their order.
 pub const fn robot<P: Profile>(features: u8, sizes: Sizes, parts: Parts, functions: &[u16]) -> u16 {
     let mut check = crc16(crc16(crc16(0xffff, VERSION), P::FULL as u8), within(features, sizes));
@@ -50,7 +51,8 @@ impl<C: ByteCode> Sealed<C> {
         Sealed { code }
     }
 
-    /// The image, if the seal is whole and was made for this robot and so many slots.
+    /// Returns the image, if the seal is whole and was made for this robot and this number of
+    /// slots.
     #[inline]
     pub(crate) fn open(
         &self,
@@ -75,7 +77,7 @@ impl<C: ByteCode> Sealed<C> {
 }
 
 impl<C: ByteCode> Verified<'_, C> {
-    /// What goes behind its `length` bytes.
+    /// Returns the bytes that follow its `length` bytes.
     pub(crate) fn seal(self, robot: u16, slots: u16) -> [u8; LENGTH] {
         let mut check = word(robot, slots);
         for at in 0..self.code.len() {

@@ -8,7 +8,8 @@ use crate::number::wide::IS_WIDE;
 use crate::number::{Float, Number, Profile};
 use crate::slots::Pair;
 
-/// What a value is. A plain byte, because the same slots also hold frame records and cell headers. nil is zero, so that
+/// The kind of a value. A plain byte, because the same slots also hold frame records and cell
+/// headers. nil is zero, so that
 /// empty memory is.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub struct Tag(Byte);
@@ -46,7 +47,7 @@ impl Tag {
     pub const BOUND: Tag = Tag::of(0x12);
     /// String made at run time.
     pub const TEXT: Tag = Tag::of(0x13);
-    /// Neighbours and what is kept for each: a table that has functions.
+    /// Neighbours and a value for each: a table that has functions.
     pub const SNAPSHOT: Tag = Tag::of(0x15);
     /// Inside a table's head: its chain of array cells. Scripts never hold it.
     pub const CHAIN: Tag = Tag::of(0x14);
@@ -92,7 +93,7 @@ impl Type {
     pub const ALL: [Type; 7] =
         [Type::Nil, Type::Int, Type::Float, Type::String, Type::Table, Type::Closure, Type::Unset];
 
-    /// As `type()` names it.
+    /// Returns the name that `type()` gives.
     pub const fn name(self) -> &'static str {
         match self {
             Type::Nil => "nil",
@@ -138,7 +139,7 @@ const FALSE_BIT: u8 = Tag::INT.byte() ^ Tag::NIL.byte();
 pub struct Value<P: Profile>(P::Pair);
 
 impl<P: Profile> Value<P> {
-    /// What a value takes in memory at least; where slots are padded for speed it is more.
+    /// The least memory of a value; where slots are padded for speed it is more.
     pub const SLOT_BYTES: usize = 1 + size_of::<P::Raw>();
 
     /// nil, of which all bits are zero.
@@ -236,19 +237,19 @@ impl<P: Profile> Value<P> {
         self.tag().byte() & Tag::HEAP_BIT != 0
     }
 
-    /// Whether reading it out of a table may have to bind it.
+    /// Returns true if a read from a table may have to bind it.
     #[hot]
     pub(crate) fn may_use_self(self) -> bool {
         matches!(self.tag(), Tag::FUNCTION | Tag::CLOSURE | Tag::BOUND)
     }
 
-    /// Whether it is an integer or a float.
+    /// Returns true if it is an integer or a float.
     #[hot]
     pub(crate) fn is_number(self) -> bool {
         matches!(self.tag(), Tag::INT | Tag::FLOAT)
     }
 
-    /// Whether it is nil.
+    /// Returns true if it is nil.
     #[hot]
     pub fn is_nil(self) -> bool {
         self.is(Tag::NIL)
@@ -260,7 +261,7 @@ impl<P: Profile> Value<P> {
         self.tag().byte() & !FALSE_BIT == Tag::NIL.byte() && P::is_zero(self.raw())
     }
 
-    /// As an integer, if it is one.
+    /// Returns the integer, if it is one.
     #[hot]
     pub fn as_int(self) -> Option<i32> {
         if self.is(Tag::INT) { Some(P::int_to_i32(self.raw())) } else { None }
@@ -283,7 +284,7 @@ impl<P: Profile> Value<P> {
         if P::FULL { P::unpack(P::pack(&float)) } else { float }
     }
 
-    /// As a number, if it is one.
+    /// Returns the number, if it is one.
     #[inline]
     pub fn as_number(self) -> Option<Number> {
         match self.tag() {
@@ -293,7 +294,7 @@ impl<P: Profile> Value<P> {
         }
     }
 
-    /// As a float, if it is a number.
+    /// Returns the number as a float, if it is one.
     #[inline]
     pub fn as_f32(self) -> Option<f32> {
         match self.tag() {
@@ -312,7 +313,7 @@ impl<P: Profile> Value<P> {
         }
     }
 
-    /// As the number of a constant string, if it is one.
+    /// Returns the number of a constant string, if it is one.
     #[hot]
     pub fn as_string(self) -> Option<u16> {
         if self.is(Tag::STRING) { Some(self.index() as u16) } else { None }

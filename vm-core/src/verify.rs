@@ -42,7 +42,7 @@ const fn when(is_there: bool, feature: Feature) -> u8 {
     if is_there { feature as u8 } else { 0 }
 }
 
-/// Of these, those for which a machine of these sizes has room.
+/// Returns those features for which a machine of these sizes has room.
 pub(crate) const fn within(features: u8, sizes: Sizes) -> u8 {
     features
         & !(when(sizes.neighbors == 0, Feature::Neighbors)
@@ -62,15 +62,15 @@ const COUNT: u8 = Operand::Count as u8;
 const CAPTURE: u8 = Operand::Capture as u8;
 const OWN_PARAMETERS: u8 = Operand::Parameters as u8;
 
-/// In place of a number that is never negative: there is no such thing. Smaller than an `Option`.
+/// Stands for no number, where numbers are never negative. Smaller than an `Option`.
 const NONE: i16 = -1;
 
 /// The bit of a function's header that no function sets.
 const RESERVED: u8 = 1 << 5;
 
 impl<C: ByteCode> Verified<'_, C> {
-    /// Checks every byte that the machine will rely on. `is_robot_function` tells whether the robot has a function
-    /// of that name hash.
+    /// Checks every byte that the machine will rely on. `is_robot_function` returns true if the
+    /// robot has a function with that name hash.
     #[one_copy]
     pub(crate) fn verify<P: Profile, const SLOTS: usize>(
         self,
@@ -141,13 +141,14 @@ impl<C: ByteCode> Verified<'_, C> {
         }
     }
 
-    /// Where a function starts; the end of the code if there is none of that number.
+    /// Returns the start of a function; the end of the code if there is none of that number.
     #[one_copy]
     fn start(self, number: u16) -> usize {
         if number < self.header.functions() { self.function(number) } else { self.code.len() }
     }
 
-    /// What an operand names by a number, from [`Operand::Global`] to [`Operand::Count`]: the header of a function, the
+    /// Returns the thing that an operand names by a number, from [`Operand::Global`] to
+    /// [`Operand::Count`]: the header of a function, the
     /// [`Needs`] of a built-in, 0 for what else exists, [`NONE`] if it does not.
     #[one_copy]
     fn named<P: Profile>(self, operand: u8, number: u16) -> i16 {
@@ -174,7 +175,8 @@ impl<C: ByteCode> Verified<'_, C> {
         byte.into()
     }
 
-    /// How many values an instruction takes off the stack; [`NONE`] if its operand or trailer is wrong, locals and jumps
+    /// Returns the number of values that an instruction takes off the stack; [`NONE`] if its
+    /// operand or trailer is wrong, locals and jumps
     /// aside. `head` is the header of the function that it is in.
     #[one_copy]
     fn pops<P: Profile>(
@@ -252,8 +254,8 @@ impl<C: ByteCode> Verified<'_, C> {
         let mut opcode = opcode::NIL;
         // Not zero if the instruction before does not lead here.
         let mut leaves = 0;
-        // Slots in use, each with a position and, in place of a tag, the depth there: targets of jumps that lie ahead, and places
-        // behind, where backward jumps may lead.
+        // Slots in use, each with a position and, in place of a tag, the depth there: targets of
+        // jumps that lie ahead, and passed places to which backward jumps may lead.
         let mut marks = 0;
         loop {
             let here = at as u16;
@@ -365,7 +367,8 @@ impl<C: ByteCode> Verified<'_, C> {
     }
 }
 
-/// Whether a function with that header has that local at that depth, from which `pops` values are taken first. The `hidden`
+/// Returns true if a function with that header has that local at that depth, from which `pops`
+/// values are taken first. The `hidden`
 /// locals do not count.
 #[one_copy]
 fn is_local(offset: i16, head: u8, hidden: u8, depth: u8, pops: u8) -> bool {

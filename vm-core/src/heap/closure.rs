@@ -5,7 +5,7 @@ use crate::arena::{Arena, CELL};
 use crate::number::Profile;
 use crate::value::{Tag, Value};
 
-/// Captured values in the closure's first cell, behind function and self.
+/// Captured values in the closure's first cell, after function and self.
 const IN_HEAD: usize = CELL - 3;
 const IN_CELL: usize = CELL - 1;
 
@@ -35,7 +35,8 @@ impl<P: Profile, const SLOTS: usize> Arena<P, SLOTS> {
         Ok(Value::indexed(Tag::CLOSURE, head as u16))
     }
 
-    /// `function` bound to `self_value`, in the cell of a new table that nobody has.
+    /// Returns `function` bound to `self_value`, in the cell of a new table that has no other
+    /// reference.
     pub(crate) fn bound(
         &mut self,
         cell: usize,
@@ -59,7 +60,7 @@ impl<P: Profile, const SLOTS: usize> Arena<P, SLOTS> {
         self.get(closure + 2)
     }
 
-    /// A captured value of a closure, nil if it has not so many.
+    /// Returns a captured value of a closure, nil if its number is too high.
     pub(crate) fn captured(&self, closure: usize, number: usize) -> Value<P> {
         if number < IN_HEAD {
             return self.get(closure + 3 + number);

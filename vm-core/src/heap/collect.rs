@@ -16,7 +16,7 @@ const MARKED: u8 = LIVE.byte() | Tag::HEAP_BIT;
 const FOLLOWED_SHIFT: u8 = 5;
 
 impl<P: Profile, const SLOTS: usize> Arena<P, SLOTS> {
-    /// Whether the slot holds a reference to a cell, or the header of a marked cell.
+    /// Returns true if the slot holds a reference to a cell, or the header of a marked cell.
     #[hot]
     fn leads_on(&self, at: usize) -> bool {
         self.slots.tag_at(at).byte() & Tag::HEAP_BIT != 0

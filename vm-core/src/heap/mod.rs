@@ -1,7 +1,9 @@
-//! What heap cells hold, and the collector.
+//! The layout of heap cells, and the collector.
 //!
-//! Every cell is a header and six slots. The header's tag byte holds the cell's kind and the collector's marks, its
-//! payload links to the next cell of the same object. The other slots are values (unused ones nil), so the collector
+//! Every cell is a header and six slots. The header's tag byte holds the cell's kind and the
+//! collector's marks, its
+//! payload links to the next cell of the same object. The other slots are values (unused ones nil),
+//! so the collector
 //! treats all cells alike:
 //!
 //! | kind | slots 1 to 6 | link |

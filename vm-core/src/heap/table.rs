@@ -30,7 +30,8 @@ const HEAD: usize = 3;
 pub(crate) const ITERATION: usize = 4;
 /// Keys 0, 1, 2, ...
 const CONSECUTIVE: u8 = 0;
-/// The array behind the first gap. All other phases are pairs: the odd number of the next pair's slot in its cell.
+/// The array after the first gap. All other phases are pairs: the odd number of the next pair's
+/// slot in its cell.
 const BEHIND_GAP: u8 = 2;
 
 /// A visit to the entries of a table: first the array, then the pairs. Who puts them into another table in this order gives it
@@ -425,13 +426,14 @@ impl<P: Profile, const SLOTS: usize> Arena<P, SLOTS> {
         }
     }
 
-    /// How many entries: a value for each element of the array, key and value for each pair, and the head's own two.
+    /// Returns the number of entries: one value for each element of the array, key and value for
+    /// each pair, and the head's own two.
     #[one_copy]
     pub(crate) fn table_size(&self, table: usize) -> usize {
         self.count(self.index_at(table + CHAIN)) + self.count(table) / 2 - 1
     }
 
-    /// How many slots of a chain of cells are not nil.
+    /// Returns the number of slots in a chain of cells that are not nil.
     #[one_copy]
     fn count(&self, mut cell: usize) -> usize {
         let mut count = 0;
@@ -460,7 +462,7 @@ mod tests {
         if number % 2 == 0 { Value::int(number / 2) } else { Value::string(number as u16) }
     }
 
-    /// Where iterations keep themselves.
+    /// The slot at which these tests keep an iteration.
     const HERE: usize = 0;
 
     fn entries(memory: &mut Memory, table: usize) -> Vec<(Value<Tiny>, i32)> {

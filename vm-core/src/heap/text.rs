@@ -8,7 +8,7 @@ use crate::number::Profile;
 use crate::value::{Tag, Value};
 
 const SLOT_BYTES: usize = 4;
-/// Bytes in the first cell, behind the length.
+/// Bytes in the first cell, after the length.
 const IN_HEAD: usize = (CELL - 2) * SLOT_BYTES;
 const IN_CELL: usize = (CELL - 1) * SLOT_BYTES;
 
@@ -33,7 +33,7 @@ pub(crate) struct TextCursor {
 }
 
 impl TextCursor {
-    /// How many bytes follow.
+    /// Returns the number of bytes that follow.
     pub(crate) fn left(&self) -> usize {
         self.left
     }
@@ -84,7 +84,7 @@ impl<P: Profile, const SLOTS: usize> Arena<P, SLOTS> {
     /// Before the first byte of a text.
     pub(crate) fn text_start(&self, text: usize) -> TextCursor {
         let length = P::int_to_i32(self.get(text + 1).raw()) as usize;
-        // The first slot behind the length.
+        // The first slot after the length.
         TextCursor { cell: text, at: SLOT_BYTES, left: length }
     }
 
@@ -106,7 +106,7 @@ impl<P: Profile, const SLOTS: usize> Arena<P, SLOTS> {
         Some(byte)
     }
 
-    /// Whether both are texts, with the same bytes.
+    /// Returns true if both are texts with the same bytes.
     #[hot]
     pub(crate) fn same_text(&self, a: Value<P>, b: Value<P>) -> bool {
         P::FULL && a.is(Tag::TEXT) && b.is(Tag::TEXT) && self.same_bytes(a.index(), b.index())
