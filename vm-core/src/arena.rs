@@ -47,7 +47,7 @@ pub(crate) struct Arena<P: Profile, const SLOTS: usize> {
 }
 
 impl<P: Profile, const SLOTS: usize> Arena<P, SLOTS> {
-    /// Of no slots before [`Arena::reset`]: all zeros.
+    /// An arena without slots before [`Arena::reset`]: all zeros.
     pub(crate) const fn new() -> Self {
         const { assert!(SLOTS <= 0xfff0, "slots are numbered in 16 bits") }
         Arena {
@@ -151,7 +151,7 @@ impl<P: Profile, const SLOTS: usize> Arena<P, SLOTS> {
         self.set_fast(at, value);
     }
 
-    /// Writes what slot `from` holds to slot `to` as well.
+    /// Copies slot `from` to slot `to`.
     #[one_copy]
     pub(crate) fn copy(&mut self, from: usize, to: usize) {
         self.set_fast(to, self.get_fast(from));

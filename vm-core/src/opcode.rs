@@ -16,7 +16,7 @@
 //! `a b -- c` means: b is on top and popped first. `locals` are addressed from the frame's record: parameter i
 //! of n at offset `i - n`, the slots above the record at 1, 2, ... (see `frame.rs`).
 
-/// What follows opcode and operand.
+/// The bytes after opcode and operand.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Trailer {
     /// Nothing.
@@ -36,7 +36,7 @@ pub enum Trailer {
 }
 
 impl Trailer {
-    /// How many bytes, where a literal has `word_bytes`.
+    /// Returns the number of bytes, where a literal has `word_bytes`.
     pub const fn length(self, word_bytes: usize) -> usize {
         match self {
             Trailer::None => 0,
@@ -51,7 +51,8 @@ impl Trailer {
 /// In an argument count byte: the result is not pushed.
 pub const DROP_RESULT: u8 = 0x80;
 
-/// What an operand means. The numbers from [`Operand::Global`] to [`Operand::String`] are the positions of their counts in an
+/// The meaning of an operand. The numbers from [`Operand::Global`] to [`Operand::String`] are the
+/// positions of their counts in an
 /// image's header; the verifier checks those from there on against a limit.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[repr(u8)]
@@ -256,7 +257,7 @@ pub struct Short {
     pub first: u8,
     /// Smallest operand.
     pub low: i16,
-    /// How many operands have a short form.
+    /// The number of operands with a short form.
     pub count: u8,
 }
 

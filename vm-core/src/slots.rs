@@ -1,8 +1,11 @@
-//! How slots lie in memory and values in registers: what is fastest on the chip at hand.
+//! The layout of slots in memory and of values in registers, chosen for speed on each chip.
 //!
-//! [`Split`] keeps tags and payloads apart: no padding anywhere, and on the AVR no multiplication by an odd size to
-//! reach a slot, which would double the code. [`Joined`] keeps them together: in the tiny profile on a 32-bit chip a slot then
-//! takes four bytes instead of three, but is reached by one address and is one register, a [`Word`].
+//! [`Split`] keeps tags and payloads apart: no padding anywhere, and on the AVR no multiplication
+//! by an odd size to
+//! reach a slot, which would double the code. [`Joined`] keeps them together: in the tiny profile
+//! on a 32-bit chip a slot then
+//! takes four bytes instead of three, but is reached by one address and is one register, a
+//! [`Word`].
 
 use core::fmt::Debug;
 
@@ -32,9 +35,9 @@ pub trait Pair<P: Profile>: Copy + Debug {
     fn tag(self) -> Tag;
     /// The payload.
     fn raw(self) -> P::Raw;
-    /// Whether it has this tag.
+    /// Returns true if it has this tag.
     fn is(self, tag: Tag) -> bool;
-    /// Whether both are the same.
+    /// Returns true if both are the same.
     fn same(self, other: Self) -> bool;
 }
 

@@ -78,7 +78,7 @@ mod tests {
     use crate::value::Tag;
     use proptest::prelude::*;
 
-    /// What a replica has after another stamp was heard.
+    /// Returns the stamp of a replica after it received another.
     fn join(known: Stamp<Tiny>, heard: Stamp<Tiny>) -> Stamp<Tiny> {
         if heard.order(&known) == Ordering::Greater { heard } else { known }
     }

@@ -30,14 +30,14 @@ impl ByteCode for CountedCode<'_> {
     }
 }
 
-/// What to do to allocations.
+/// The failures that are added to allocations.
 #[derive(Debug, Clone, Copy, Default)]
 pub struct Torture {
     /// Every allocation collects first.
     pub collect_always: bool,
     /// The allocation of that number, counted from 0, fails.
     pub fail_at: Option<u32>,
-    /// Allocations so far.
+    /// The number of allocations so far.
     pub allocations: u32,
 }
 
@@ -46,7 +46,7 @@ impl Torture {
     pub(crate) const NONE: Torture =
         Torture { collect_always: false, fail_at: None, allocations: 0 };
 
-    /// Counts an allocation and tells whether it must fail.
+    /// Counts an allocation and returns true if it must fail.
     pub(crate) fn refuses(&mut self) -> bool {
         self.allocations += 1;
         self.fail_at == Some(self.allocations - 1)

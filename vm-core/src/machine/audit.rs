@@ -15,7 +15,7 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
         self.arena.accesses()
     }
 
-    /// Collects, and says what is wrong with the memory of a script that has not stopped.
+    /// Collects, and returns the first error in the memory of a script that has not stopped.
     pub fn audit(&mut self) -> Result<(), &'static str> {
         if self.loaded().is_none() || matches!(self.state, State::Faulted(_)) {
             return Ok(());

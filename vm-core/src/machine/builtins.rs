@@ -38,7 +38,7 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
                 host.log(Arguments { script: self.view(), end, count });
                 Ok(Value::nil())
             }
-            // Without an argument there is what an earlier call left.
+            // Without an argument, a value of an earlier call is on the stack.
             builtin::SIZE if !a.is(Tag::UNSET) => {
                 if !self.is_table(a)? {
                     return Ok(Value::unset());
@@ -99,7 +99,7 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
         }
     }
 
-    /// Argument `number` of the `count` on top, unset if there are not so many.
+    /// Returns argument `number` of the `count` on top, unset if there is none.
     #[one_copy]
     pub(super) fn argument(&self, number: u8, count: u8) -> Value<P> {
         if number < count { self.top(count - number) } else { Value::unset() }

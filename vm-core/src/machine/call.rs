@@ -36,7 +36,7 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
         usize::from(self.fp.wrapping_add_signed(number))
     }
 
-    /// That local.
+    /// Returns a local.
     #[one_copy]
     pub(super) fn local(&self, number: i8) -> Value<P> {
         self.arena.get_fast(self.local_slot(number.into()))
@@ -102,7 +102,7 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
         let head = program.code.byte(position);
         let room = program.code.byte(position.wrapping_add(1));
         let wanted = head & PARAMETERS;
-        // Where the first argument will be, and the record behind the last.
+        // The place of the first argument, and that of the record after the last.
         let start = self.sp.wrapping_sub(u16::from(count)).wrapping_sub(u16::from(below));
         let fp = start.wrapping_add(u16::from(wanted));
         // What is on the stack now has its room already.
@@ -148,7 +148,7 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
         }
     }
 
-    /// Calls what is no script function.
+    /// Calls a value that is no script function.
     #[one_copy]
     fn call_native<H: Host<P>>(
         &mut self,

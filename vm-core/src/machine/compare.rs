@@ -55,8 +55,8 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
         Err(self.fail_on(FaultCode::Unordered, a, b))
     }
 
-    /// The machine's own strings and those of the script are each numbered in order; the image's order table tells
-    /// how they mix.
+    /// The machine's own strings and those of the script are each numbered in order; the image's
+    /// order table merges the two orders.
     fn order_of_constants(&self, a: u16, b: u16) -> u8 {
         let a_is_own = a < string::COUNT;
         let is_less = if a_is_own == (b < string::COUNT) {
@@ -77,7 +77,7 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
         if is_less { order::LESS } else { order::GREATER }
     }
 
-    /// Whether the relation of an instruction holds.
+    /// Returns true if the relation of an instruction holds.
     #[one_copy]
     pub(super) fn compare_slow(
         &mut self,

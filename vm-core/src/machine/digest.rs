@@ -26,7 +26,7 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
         (arena.top() as u16, arena.bottom, arena.free, arena.reserved).hash(hasher);
         (arena.floor, arena.pressed, arena.allocated).hash(hasher);
         let network = self.network_base();
-        // Nobody reads slots between frames and heap before they are written.
+        // Slots between frames and heap are written before they are read.
         self.hash_slots(0..usize::from(*sp), hasher);
         self.hash_slots(usize::from(arena.bottom)..arena.top(), hasher);
         self.hash_slots(network..network + self.sizes().slots(), hasher);

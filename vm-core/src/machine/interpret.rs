@@ -486,7 +486,7 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
                     budget = self.less_work(host, budget);
                 }
                 Left::Undone => {
-                    // Without an operand it is the byte behind.
+                    // Without an operand, it is the byte after the opcode.
                     if Self::DIRECT && op & 0x40 == 0 {
                         arg = 0;
                     }
@@ -498,7 +498,7 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
         }
     }
 
-    /// What is left of a budget after the work on text.
+    /// Returns the rest of a budget after the work on text.
     fn less_work<H: Host<P>>(&mut self, host: &mut H, budget: usize) -> usize {
         let work = self.work.take();
         host.has_worked(work);
@@ -567,7 +567,7 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
     }
 }
 
-/// Why the inner loop was left.
+/// The reason why the inner loop ended.
 enum Left {
     /// The instruction is decoded, but not done.
     Undone,

@@ -1,7 +1,9 @@
-//! Built-ins that call script functions or wait. Each has a frame; [`Vm::resume`] goes on when the callback has
+//! Built-ins that call script functions or wait. Each has a frame; [`Vm::resume`] goes on when the
+//! callback has
 //! returned, or when the machine runs again.
 //!
-//! What is iterated is the first argument: a table, a snapshot of neighbours, a stigmergy, or `neighbors` itself.
+//! The first argument is iterated: a table, a snapshot of neighbours, a stigmergy, or `neighbors`
+//! itself.
 
 use super::network::is_of_neighbors;
 use super::{Flow, Native, Vm};
@@ -17,7 +19,7 @@ use crate::value::{Tag, Value};
 // Locals of a built-in's frame. All are nil in the beginning.
 /// The result so far: a table, or the accumulator of `reduce`.
 const RESULT: i8 = 1;
-/// Of `delay`: whether the host knows of it.
+/// For `delay`: true once the host has begun it.
 const BEGUN: i8 = 1;
 /// Key and element that the callback is called for, where they are needed after it.
 const KEY: i8 = 2;
@@ -25,12 +27,13 @@ const ELEMENT: i8 = 3;
 /// The first slot of the iteration, see [`crate::heap`]. Its last two slots are above the locals: the first arguments of
 /// the callback.
 const ITERATES: usize = 4;
-/// How many locals there are.
+/// The number of locals.
 const LOCALS: usize = 5;
 /// The first argument of a callback; its result then is in the same slot.
 const CALLBACK: usize = ITERATES + 2;
 
-/// How many arguments a built-in of kind `Calls` with that [`task`] takes, with what it iterates.
+/// Returns the number of arguments of a built-in of kind `Calls` with that [`task`], the iterated
+/// one included.
 fn parameters(task: u8) -> u8 {
     match task {
         builtin::CLONE | builtin::DELAY => 1,
@@ -39,7 +42,7 @@ fn parameters(task: u8) -> u8 {
     }
 }
 
-/// The built-in that does with tables what this one does, where there is such a one.
+/// Returns the built-in that does the same with tables, if there is one.
 #[one_copy]
 fn task(number: u8) -> u8 {
     match number {
@@ -152,7 +155,7 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
             return Ok(Flow::Continue);
         }
         if returned {
-            // What the callback, or the clone of an element, has left.
+            // The result of the callback, or of the clone of an element.
             let mut value = self.top(1);
             if task == builtin::REDUCE {
                 self.set_local(RESULT, value);

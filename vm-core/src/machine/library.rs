@@ -34,8 +34,8 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
     /// The interpreter's loop may allocate by itself. Tests of scarce memory want all allocations in [`Vm::allocate`].
     pub(super) const ALLOCATES_QUICKLY: bool = cfg!(not(feature = "torture"));
 
-    /// Runs an allocation; if there is no cell, collects and tries once more. What the allocation needs must be
-    /// on the stack.
+    /// Runs an allocation; if there is no cell, collects and tries once more. All values that the
+    /// allocation uses must be on the stack.
     #[hot]
     pub(super) fn allocate<T>(
         &mut self,
@@ -198,7 +198,7 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
         Ok(self.arena.get(OVERLAYS))
     }
 
-    /// The same, made if there is none.
+    /// Returns the overlay, and makes it if there is none.
     fn make_overlay(&mut self, library: Value<P>) -> Result<Value<P>, Stopped> {
         let found = self.overlay(library);
         if !found.is_nil() {
@@ -213,7 +213,7 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
         Ok(made)
     }
 
-    /// Pushes so many nils on the operands of a frame that may be full already.
+    /// Pushes this number of nils on the operands of a frame that may be full already.
     #[one_copy]
     pub(super) fn reserve(&mut self, count: usize) -> Result<(), Stopped> {
         let top = usize::from(self.sp);

@@ -80,7 +80,7 @@ pub(crate) struct View<'a, P: Profile, C: ByteCode, const SLOTS: usize> {
     program: Option<Verified<'a, C>>,
 }
 
-/// What a run ended with.
+/// The end of a run.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub enum Outcome {
     /// The budget is used up; run again.
@@ -101,7 +101,7 @@ enum State {
     Empty = 0,
     /// Ready for an entry.
     Idle,
-    /// In an entry.
+    /// An entry runs.
     Running,
     /// Stopped by this fault.
     Faulted(Fault),
@@ -124,7 +124,7 @@ pub struct Vm<P: Profile, C: ByteCode, const SLOTS: usize> {
     state: State,
     /// Instructions that text took the time of, and that are still to be taken from the budget.
     work: P::TextWork,
-    /// What tests do to allocations.
+    /// The failures that tests add to allocations.
     #[cfg(feature = "torture")]
     pub torture: crate::torture::Torture,
     /// The image of the program.
@@ -162,13 +162,13 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
         }
     }
 
-    /// Whether the machine has that part: a constant.
+    /// Returns true if the machine has that part: a constant.
     #[hot]
     const fn has(part: Part) -> bool {
         C::PARTS.has(part)
     }
 
-    /// Whether functions may be bound to the table or object that they are read from.
+    /// True if functions may be bound to the table or object from which they are read.
     const BINDS: bool = Self::has(Part::Closures) || Self::has(Part::Libraries);
 
     /// The program. Where there is only one it is there before it is loaded; but then the machine does not run.
@@ -178,13 +178,14 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
         Some(Verified { code, header: &self.header })
     }
 
-    /// What a host may look at.
+    /// Returns the parts that a host may inspect.
     fn view(&self) -> View<'_, P, C, SLOTS> {
         View { arena: &self.arena, program: self.program() }
     }
 
-    /// Verifies an image and makes it the program, with all memory empty. `is_robot_function` tells whether the robot
-    /// has a function of that name hash. On an error there is no program.
+    /// Verifies an image and makes it the program, with all memory empty. `is_robot_function`
+    /// returns true if the robot has a function with that name hash. On an error there is no
+    /// program.
     pub fn load(
         &mut self,
         image: Image<C>,
@@ -207,14 +208,15 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
         })
     }
 
-    /// Makes an image the program that was verified where it was built, without the verifier on the robot: see [`seal`]. `robot`
-    /// is what the robot offers, as a constant: [`seal::robot`].
+    /// Makes an image the program that was verified where it was built, without the verifier on the
+    /// robot: see [`seal`]. `robot` is the robot's offer, as a constant: [`seal::robot`].
     #[inline]
     pub fn load_sealed(&mut self, image: Sealed<C>, robot: u16) -> Result<(), ImageError> {
         self.take(image.code, SLOTS, |header, arena| image.open(header, robot, arena.top() as u16))
     }
 
-    /// The seal of the program for robots like this machine, of which [`seal::robot`] is `robot`; goes behind the image.
+    /// Returns the seal of the program for robots like this machine, of which [`seal::robot`] is
+    /// `robot`; it follows the image.
     pub fn seal(&self, robot: u16) -> Option<[u8; seal::LENGTH]> {
         Some(self.loaded()?.seal(robot, self.arena.top() as u16))
     }
@@ -295,7 +297,7 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
         self.begin_value(callee)
     }
 
-    /// What an entry calls.
+    /// Returns the function that an entry calls.
     #[one_copy]
     fn entry_value(&self, point: EntryPoint) -> Value<P> {
         match point {
@@ -427,7 +429,7 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
         }
     }
 
-    /// Frees what the script cannot reach any more.
+    /// Frees all cells that the script cannot reach.
     #[one_copy]
     fn collect(&mut self) {
         let (mut pc, mut fp) = (usize::from(self.pc), usize::from(self.fp));
@@ -454,7 +456,7 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
         self.arena.allocated = false;
     }
 
-    /// Where the caller of the frame at `fp` goes on, and its frame.
+    /// Returns the position at which the caller of the frame at `fp` continues, and its frame.
     #[one_copy]
     fn caller(&self, fp: usize) -> (usize, usize) {
         let record = self.arena.get_fast(fp);
@@ -518,7 +520,7 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Default for Vm<P, C, SLOTS> {
     }
 }
 
-/// How the interpreter goes on.
+/// The next action of the interpreter.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 enum Flow {
     Continue,

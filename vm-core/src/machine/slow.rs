@@ -14,7 +14,7 @@ use crate::rom::Effect;
 use crate::value::{Tag, Value};
 
 impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
-    /// Executes one instruction; `pc` is behind opcode and operand.
+    /// Executes one instruction; `pc` is after opcode and operand.
     #[one_copy]
     pub(super) fn slow<H: Host<P>>(
         &mut self,
@@ -44,7 +44,7 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
             }
             _ => {}
         }
-        // The lowest operand, and the next or what the instruction says in its place.
+        // The lowest operand, and the next one or the instruction's own value in its place.
         let pops = effect.pops();
         let a = self.top(pops);
         let b = if effect.operand() == Operand::String as u8 {

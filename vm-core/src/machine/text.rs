@@ -11,7 +11,7 @@ use crate::message::content::Reader;
 use crate::number::{self, Number, Profile, TextWork};
 use crate::value::{Tag, Value};
 
-/// Where in a string the next byte is.
+/// The place of the next byte of a string.
 #[derive(Clone, Copy)]
 enum Cursor {
     /// One of the machine's own strings, from this byte on.
@@ -23,7 +23,7 @@ enum Cursor {
 }
 
 impl<P: Profile, C: ByteCode, const SLOTS: usize> View<'_, P, C, SLOTS> {
-    /// Start and end of the text at `at` in the image, behind its count.
+    /// Returns start and end of the text at `at` in the image, after its count.
     fn image_text(&self, at: usize) -> (usize, usize) {
         let byte = |at: usize| self.program.as_ref().map_or(0, |program| program.code.byte(at));
         let first = usize::from(byte(at));
@@ -64,7 +64,7 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> View<'_, P, C, SLOTS> {
         }
     }
 
-    /// How many bytes are left.
+    /// Returns the number of bytes left.
     fn left(&self, cursor: &Cursor) -> usize {
         match cursor {
             Cursor::Own(bytes) => bytes.len(),
@@ -161,7 +161,7 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
         Ok(())
     }
 
-    /// The text of the next so many bytes of a message.
+    /// Returns the text of the next `length` bytes of a message.
     pub(super) fn read_text(
         &mut self,
         reader: &mut Reader<'_>,
@@ -199,8 +199,8 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
         Ok(())
     }
 
-    /// A byte of text takes about the time of two instructions: so many are taken from the budget, that a slice of a
-    /// script full of text does not take longer than another.
+    /// A byte of text takes about the time of two instructions. They are taken from the budget, so
+    /// that a slice of a script full of text takes no longer than another.
     fn charge(&mut self, bytes: usize) {
         let instructions = u16::try_from(2 * bytes).unwrap_or(u16::MAX);
         self.work.add(instructions);

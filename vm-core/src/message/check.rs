@@ -1,6 +1,6 @@
 //! CRC-16/MCRF4XX, one byte after the other: the check of Kilobots' frames (from 0xffff) and of contents.
 
-/// The check of what was checked before, and one more byte.
+/// Extends a check by one more byte.
 // All eight bits at once, as `_crc_ccitt_update` of avr-libc does it. A table would take more flash than the rest of the
 // messages. An AVR calculates with bytes, all others with words.
 #[cfg_attr(target_arch = "avr", one_copy)]

@@ -11,7 +11,7 @@ use crate::number::wide::IS_WIDE;
 use crate::number::{Profile, Word};
 use crate::value::{Tag, Value};
 
-/// What kind of message a content is.
+/// The kind of message in a content.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Head {
     /// `neighbors.broadcast`: topic and value follow.
@@ -20,9 +20,9 @@ pub enum Head {
     Entry {
         /// Number of the stigmergy.
         stigmergy: u16,
-        /// Who wrote the value.
+        /// The robot that wrote the value.
         owner: u16,
-        /// When, on Lamport's clock, up to [`CLOCK_MAX`].
+        /// The time of the put on Lamport's clock, up to [`CLOCK_MAX`].
         clock: u32,
         /// Digest of key and value, as the robot that put them wrote them. It travels with the entry, since a table may
         /// be written in another order by a robot that has read it.
@@ -35,11 +35,12 @@ pub enum Head {
 pub enum Item<P: Profile> {
     /// nil, a number or a constant string.
     Plain(Value<P>),
-    /// A string made at run time: so many bytes follow.
+    /// A string made at run time: this number of bytes follows.
     Text(u8),
-    /// A table: so many pairs of items follow, key and value.
+    /// A table: this number of pairs of items follows, key and value.
     Table(u8),
-    /// A function without captured values, by its number. Whether the script has so many is not checked.
+    /// A function without captured values, by its number. The number is not checked against the
+    /// script.
     Function(u16),
 }
 
@@ -64,7 +65,7 @@ pub fn digest(content: &[u8]) -> u16 {
 #[derive(Debug)]
 pub struct Writer<'a> {
     room: &'a mut [u8],
-    /// How many bytes there are, or would be if there was room.
+    /// The number of bytes, also of those without room.
     length: usize,
     script: Script,
 }
@@ -135,7 +136,7 @@ impl<'a> Writer<'a> {
         self.length = self.length.saturating_add(N);
     }
 
-    /// Bytes written so far, the check included.
+    /// Returns the bytes written so far, the check included.
     pub(crate) fn length(&self) -> usize {
         self.length
     }
@@ -147,12 +148,13 @@ impl<'a> Writer<'a> {
         }
     }
 
-    /// Whether there was room for everything so far.
+    /// Returns true if there was room for everything so far.
     pub fn fits(&self) -> bool {
         self.length <= self.room.len()
     }
 
-    /// Writes the check and tells how many bytes the content has; `None` if there is no room for it.
+    /// Writes the check and returns the length of the content in bytes; `None` if there is no room
+    /// for it.
     pub fn finish(self) -> Option<usize> {
         let (place, checked) = self.room.get_mut(..self.length)?.split_first_chunk_mut()?;
         let hash = self.script.hash as u16;
@@ -177,16 +179,16 @@ pub struct Reader<'a> {
     checked: &'a [u8],
     /// The low bits of the script's hash.
     hash: u16,
-    /// How many constant strings there are.
+    /// The number of constant strings.
     strings: u16,
-    /// That of the content.
+    /// The check that the content carries.
     expected: u16,
     wrong: Option<Ignored>,
 }
 
 impl<'a> Reader<'a> {
-    /// Begins a content that is complete, and behind which there may be more bytes. If [`Reader::check`] finds it right,
-    /// [`Reader::item`] gives what was written.
+    /// Begins a complete content, after which there may be more bytes. If [`Reader::check`] finds
+    /// it right, [`Reader::item`] returns the items that were written.
     #[one_copy]
     pub fn new(content: &'a [u8], script: Script) -> (Head, Self) {
         let hash = script.hash as u16;
@@ -283,7 +285,7 @@ impl<'a> Reader<'a> {
         (self.wrong.is_none() && found == self.expected).then_some((count, has_table))
     }
 
-    /// The next item; nil behind the last.
+    /// Returns the next item; nil after the last.
     #[one_copy]
     pub fn item<P: Profile>(&mut self) -> Item<P> {
         let tag = self.byte();

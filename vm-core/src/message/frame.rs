@@ -69,7 +69,8 @@ impl<P: Profile> Frame<P> {
         if self.translate(kind, script, false) { Ok(kind) } else { Err(Ignored::Foreign) }
     }
 
-    /// Seals an open frame and tells its length, of a fragment without its content; `None` if there is no such frame.
+    /// Seals an open frame and returns its length, of a fragment without its content; `None` if
+    /// there is no such frame.
     #[one_copy]
     pub(crate) fn seal(&mut self, script: &Script) -> Option<usize> {
         let first = self.byte(0);
@@ -79,7 +80,8 @@ impl<P: Profile> Frame<P> {
         self.length(kind)
     }
 
-    /// How many bytes travel, of a fragment without its content; `None` if there is no such frame.
+    /// Returns the number of bytes that travel, of a fragment without its content; `None` if there
+    /// is no such frame.
     #[hot]
     fn length(&self, kind: Kind) -> Option<usize> {
         let length = match kind {
@@ -206,7 +208,7 @@ impl<P: Profile> Frame<P> {
         }
     }
 
-    /// Of a broadcast or an entry.
+    /// Returns the value of a broadcast or an entry.
     #[hot]
     fn value(&self, at: usize) -> Value<P> {
         let tag = Tag::of(self.byte(0) & VALUE);
@@ -252,7 +254,7 @@ impl<P: Profile> Frame<P> {
         Swarms { count: info & 0x0f, joined: info >> 4, ids }
     }
 
-    /// A fragment; `content` is what is behind its head.
+    /// Returns a fragment; `content` is the bytes after its head.
     #[hot]
     pub(crate) fn fragment<'a>(&self, content: &'a [u8]) -> Fragment<'a> {
         let first = self.byte(0);

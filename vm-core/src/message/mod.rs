@@ -22,7 +22,7 @@ use crate::value::{Tag, Value};
 pub const PLAIN_MAX: usize = 17;
 /// Bytes of the longest frame in the tiny profile: those of a Kilobot, its type byte and nine more.
 pub const TINY_FRAME: usize = 10;
-/// Bytes of the longest frame in the full profile, which fits what every link of such robots carries.
+/// Bytes of the longest frame in the full profile, which every link of such robots can carry.
 pub const FULL_FRAME: usize = 49;
 
 /// Most swarms in a frame of the full profile; the tiny profile's hold half as many.
@@ -43,7 +43,7 @@ pub const STIGMERGIES: u16 = 3;
 pub struct Script {
     /// Its hash.
     pub hash: u32,
-    /// How many constant strings there are: the machine's own and the script's.
+    /// The number of constant strings: the machine's own and the script's.
     pub strings: u16,
 }
 
@@ -61,12 +61,12 @@ pub enum Message<'a, P: Profile> {
     },
     /// An entry of a stigmergy, or the question for it.
     Entry(Entry<P>),
-    /// A robot tells that it is there.
+    /// A robot announces that it is there.
     Beacon {
         /// The sender.
         robot: u16,
     },
-    /// A beacon of a robot that knows stigmergies, and what their entries sum up to.
+    /// A beacon of a robot that knows stigmergies, with the sum of their entries.
     Digest {
         /// The sender.
         robot: u16,
@@ -89,9 +89,10 @@ pub enum Message<'a, P: Profile> {
 pub struct Entry<P: Profile> {
     /// Number of the stigmergy.
     pub stigmergy: u16,
-    /// Who wrote the value; in a question, who asks.
+    /// The robot that wrote the value; in a question, the robot that asks.
     pub owner: u16,
-    /// When, on Lamport's clock, up to [`CLOCK_MAX`]. 0 is the question who knows the key.
+    /// The time of the put on Lamport's clock, up to [`CLOCK_MAX`]. 0 asks for the entry of the
+    /// key.
     pub clock: u32,
     /// An integer or a constant string.
     pub key: Value<P>,
@@ -116,13 +117,13 @@ pub struct Fragment<'a> {
     pub number: u8,
     /// Which part, below [`FRAGMENTS_MAX`].
     pub index: u8,
-    /// Whether none follows.
+    /// True for the last one.
     pub last: bool,
     /// Its bytes, at least one.
     pub content: &'a [u8],
 }
 
-/// Why a frame is no message for this robot.
+/// A reason why a frame is no message for this robot.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Ignored {
     /// From a robot that runs another script.
@@ -155,7 +156,7 @@ impl Kind {
         Self::of_quickly(type_byte)
     }
 
-    /// The same, where time is scarcer than flash.
+    /// Returns the kind of a type byte, where time is scarcer than flash.
     #[hot]
     pub(crate) const fn of_quickly(type_byte: u8) -> Option<Kind> {
         Some(match type_byte {
@@ -176,7 +177,7 @@ impl Swarms {
         if P::FULL { SWARMS_MAX as u8 } else { SWARMS_MAX as u8 / 2 }
     }
 
-    /// How many.
+    /// Returns the number of swarms.
     pub const fn count(&self) -> u8 {
         self.count
     }
@@ -204,7 +205,7 @@ impl Swarms {
 }
 
 impl<P: Profile> Value<P> {
-    /// Whether it fits a frame: nil, a number or a constant string.
+    /// Returns true if it fits a frame: nil, a number or a constant string.
     #[hot]
     pub(crate) fn is_plain(self) -> bool {
         self.tag().byte() <= Tag::STRING.byte()

@@ -5,7 +5,7 @@ use super::{CLOCK_MAX, FRAGMENT_HEAD, Ignored, Kind, Message, Script};
 use crate::number::Profile;
 
 impl<'a, P: Profile> Message<'a, P> {
-    /// Reads a frame. Bytes behind what the message needs are ignored.
+    /// Reads a frame. Bytes after those of the message are ignored.
     pub fn decode(bytes: &'a [u8], script: Script) -> Result<Self, Ignored> {
         let mut frame = Frame::<P>::EMPTY;
         for (to, from) in frame.bytes_mut().iter_mut().zip(bytes) {
@@ -28,7 +28,8 @@ impl<'a, P: Profile> Message<'a, P> {
         })
     }
 
-    /// Writes the frame and tells its length. `None` if there is no such frame, or no room for it.
+    /// Writes the frame and returns its length. `None` if there is no such frame, or no room for
+    /// it.
     pub fn encode(&self, script: Script, bytes: &mut [u8]) -> Option<usize> {
         let mut frame = Frame::<P>::EMPTY;
         match self {

@@ -1,4 +1,4 @@
-//! What queues have to know of frames that wait in them.
+//! The facts about waiting frames that queues need.
 
 use super::Kind;
 use crate::number::Profile;
@@ -9,7 +9,7 @@ const CLOCK: u8 = 0x18;
 const ROBOT: usize = 1;
 const TOPIC: usize = 3;
 const KEY: usize = 6;
-/// Bytes of the hash behind the robot of a beacon.
+/// Bytes of the hash after the robot of a beacon.
 const HASH: usize = 4;
 /// Bytes of the check after the words of a frame.
 const CHECK: usize = 3;

@@ -27,7 +27,7 @@ pub(super) fn split<P: Profile>(x: &mut Float<P>) -> Option<i16> {
     if x.is_endless() {
         return None;
     }
-    // No cancellation: the logarithm of what remains has the sign of the power.
+    // No cancellation: the logarithm of the rest has the sign of the power.
     let remaining = i16::from(x.exponent > 0);
     let power = x.exponent.wrapping_sub(remaining);
     x.exponent = remaining;
@@ -66,7 +66,7 @@ pub(super) fn exp2_product<P: Profile, C: ByteCode>(x: &mut Float<P>, y: &Float<
 /// positive and finite. With that the sign of the power.
 #[hot]
 pub(super) fn simple_power<P: Profile>(x: &mut Float<P>, y: &Float<P>) -> (bool, bool) {
-    // What is larger than the integers of the profile is an even integer.
+    // A float beyond the integers of the profile is an even integer.
     let (integer, whole) = match y.as_int() {
         Some(int) if y.negative => (true, int.neg()),
         Some(int) => (true, int),

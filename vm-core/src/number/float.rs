@@ -22,7 +22,7 @@ pub(super) const NAN_EXPONENT: i16 = 0x3000;
 /// Beyond every exponent of a number that is neither zero nor infinite nor NaN.
 pub(super) const FINITE_LIMIT: i16 = 0x07FF;
 
-/// How a number becomes an integer.
+/// The rounding of a number to an integer.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Rounding {
     /// Towards zero.
@@ -47,7 +47,7 @@ pub struct Float<P: Profile = Full> {
 }
 
 impl<P: Profile> Float<P> {
-    /// As a place of the point.
+    /// The bits of a payload, as a place of the point.
     pub(super) const BITS: i16 = P::Raw::BITS as i16;
 
     /// `significand / 2^bits * 2^exponent`, where the first bit of the significand is set.
@@ -68,7 +68,7 @@ impl<P: Profile> Float<P> {
         number
     }
 
-    /// The same of two words. The last bit also stands for all bits after it.
+    /// Returns the float of two words. The last bit also stands for all bits after it.
     #[one_copy]
     pub(super) fn from_words(high: P::Raw, low: P::Raw, exponent: i16) -> Self {
         if wide::IS_WIDE && high != P::ZERO && !high.has_first() {
@@ -103,22 +103,22 @@ impl<P: Profile> Float<P> {
         number
     }
 
-    /// Whether it is NaN.
+    /// Returns true if it is NaN.
     pub fn is_nan(&self) -> bool {
         self.exponent == NAN_EXPONENT
     }
 
-    /// Whether it is zero.
+    /// Returns true if it is zero.
     pub(super) fn is_zero(&self) -> bool {
         self.exponent < -FINITE_LIMIT
     }
 
-    /// Whether it is infinite or NaN.
+    /// Returns true if it is infinite or NaN.
     pub(super) fn is_endless(&self) -> bool {
         self.exponent > FINITE_LIMIT
     }
 
-    /// Whether it is zero, infinite or NaN.
+    /// Returns true if it is zero, infinite or NaN.
     pub(super) fn is_special(&self) -> bool {
         self.is_zero() || self.is_endless()
     }
@@ -153,7 +153,7 @@ impl<P: Profile> Float<P> {
         Some(if less { Ordering::Less } else { Ordering::Greater })
     }
 
-    /// Whether its magnitude is smaller.
+    /// Returns true if its magnitude is smaller.
     #[one_copy]
     pub(super) fn is_smaller(&self, other: &Self) -> bool {
         if self.exponent == other.exponent {
@@ -229,7 +229,7 @@ impl<P: Profile> Float<P> {
         self.negative = false;
     }
 
-    /// Whether it is 1.
+    /// Returns true if it is 1.
     pub(super) fn is_one(&self) -> bool {
         self.exponent == 1 && self.significand == P::Raw::FIRST && !self.negative
     }

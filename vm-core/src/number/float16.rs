@@ -63,7 +63,7 @@ impl F16 {
         F16(sign | bits)
     }
 
-    /// The same number in binary32: always exact.
+    /// Returns the same number in binary32: always exact.
     pub fn to_f32(self) -> f32 {
         let sign = u32::from(self.0 & 0x8000) << 16;
         let magnitude = self.0 & 0x7FFF;
@@ -100,7 +100,7 @@ impl F16 {
         F16(if number.negative { bits | 1 << 15 } else { bits })
     }
 
-    /// The same number unpacked.
+    /// Returns the same number unpacked.
     #[one_copy]
     pub fn unpack(self) -> Float<Tiny> {
         let field = (self.0 >> 9 & 63) as u8;

@@ -36,7 +36,7 @@ pub trait Profile: sealed::Sealed + Stored + Copy + Default + Debug + 'static {
     const NAME: &'static str;
     /// The number in an image's header.
     const ID: u8;
-    /// Whether this is the full profile.
+    /// True for the full profile.
     const FULL: bool;
     /// Width of an integer.
     const INT_BITS: u32;
@@ -56,7 +56,7 @@ pub trait Profile: sealed::Sealed + Stored + Copy + Default + Debug + 'static {
     const ROM: &'static [u8];
     /// The tables of a machine without [`Part::Maths`](crate::Part::Maths).
     const ROM_WITHOUT_MATHS: &'static [u8];
-    /// Where among them the coefficients of polynomials are.
+    /// The places of the coefficients of polynomials among them.
     const POLYNOMIALS: Polynomials;
 
     /// A payload from 16 bits (an index, an id); the rest is zero.
@@ -65,7 +65,7 @@ pub trait Profile: sealed::Sealed + Stored + Copy + Default + Debug + 'static {
     fn raw_to_u16(raw: Self::Raw) -> u16;
     /// The payload of a literal: the first [`Profile::WORD_BYTES`] bytes, little endian.
     fn literal_from_le(bytes: [u8; 4]) -> Self::Raw;
-    /// Whether all bits are zero, which integer 0 is and no other integer.
+    /// Returns true if all bits are zero, as in integer 0 and in no other integer.
     fn is_zero(raw: Self::Raw) -> bool;
 
     /// The value of an integer.
@@ -105,7 +105,7 @@ pub trait Profile: sealed::Sealed + Stored + Copy + Default + Debug + 'static {
     /// `a >> count` keeping the sign; `None` unless `count` is in 0..[`Profile::INT_BITS`].
     fn shr(a: Self::Raw, count: Self::Raw) -> Option<Self::Raw>;
 
-    /// Whether `a < b` as integers.
+    /// Returns true if `a < b` as integers.
     fn int_less(a: Self::Raw, b: Self::Raw) -> bool;
 }
 

@@ -1,9 +1,13 @@
-//! What the mathematical functions keep in flash ([`crate::rom`]): programs of the [calculator](super::calculator), constants,
+//! The constants of the mathematical functions in flash ([`crate::rom`]): programs of the
+//! [calculator](super::calculator), constants,
 //! and the coefficients of polynomials.
 //!
-//! The polynomials are minimax approximations, as fractions of the profile's words. Their coefficients alternate in sign. The
-//! relative errors are 2^-34 or less in the full profile; in the tiny one, where the coefficients were rounded one after
-//! the other and the remaining ones fitted again, 2^-18, but for the arc tangent 2^-15.9, since there is no fraction 1.
+//! The polynomials are minimax approximations, as fractions of the profile's words. Their
+//! coefficients alternate in sign. The
+//! relative errors are 2^-34 or less in the full profile; in the tiny one, where the coefficients
+//! were rounded one after
+//! the other and the remaining ones fitted again, 2^-18, but for the arc tangent 2^-15.9, since
+//! there is no fraction 1.
 
 use super::float::Float;
 use super::profile::Profile;
@@ -21,7 +25,7 @@ pub(super) mod operand {
     pub const S: u8 = 2;
     pub const T: u8 = 3;
     pub const U: u8 = 4;
-    /// How many registers there are.
+    /// The number of registers.
     pub const REGISTERS: u8 = 5;
     pub const ONE: u8 = REGISTERS;
     pub const HALF_PI: u8 = REGISTERS + 1;
@@ -34,7 +38,8 @@ pub(super) mod operand {
     pub const LN_2_SCALED: u8 = REGISTERS + 7;
 }
 
-/// The instructions of the calculator: an operation, and in the low four bits its operand or what it does.
+/// The instructions of the calculator: an operation, and in the low four bits its operand or its
+/// variant.
 pub(super) mod instruction {
     use super::super::arithmetic::operation;
 
@@ -72,7 +77,7 @@ pub(super) mod instruction {
     pub const IF_STEEP: u8 = 0xE0;
     /// The next instruction is skipped unless the point is to the left of the axis of Y.
     pub const IF_LEFT: u8 = 0xE1;
-    /// Goes on at the program in the next byte, and behind that byte when that program ends.
+    /// Continues with the program in the next byte, and after that byte when that program ends.
     pub const CALL: u8 = 0xE2;
     /// Ends the program.
     pub const END: u8 = 0xF0;
@@ -102,7 +107,7 @@ impl Polynomials {
     pub(super) const TINY: Polynomials = Polynomials::of([4, 6, 4, 5]);
     pub(super) const FULL: Polynomials = Polynomials::of([6, 12, 7, 7]);
 
-    /// With so many coefficients.
+    /// Returns the places of polynomials with these numbers of coefficients.
     const fn of(lengths: [u8; 4]) -> Polynomials {
         let [sine, arc_tangent, logarithm, exponential] = lengths;
         let logarithm_at = sine + arc_tangent;
@@ -115,7 +120,7 @@ impl Polynomials {
         }
     }
 
-    /// How many coefficients there are.
+    /// Returns the number of coefficients.
     const fn count(&self) -> usize {
         self.exponential.end as usize
     }
@@ -247,7 +252,7 @@ pub(super) mod program {
 
     pub(in crate::number) const BYTES: &[u8] = PROGRAMS;
 
-    /// Where the functions begin, in the order of [`crate::number::maths::Function`].
+    /// The starts of the functions, in the order of [`crate::number::maths::Function`].
     pub(in crate::number) const STARTS: [u8; 12] =
         [SQRT, EXP, LN, LOG2, LOG10, SIN, COS, TAN, ASIN, ACOS, ATAN, RAISE];
 }
@@ -260,7 +265,7 @@ const fn length(width: usize, count: usize, bits: usize) -> usize {
     WORDS_AT + width * count + (width + 1) * CONSTANTS.len() + width + 1 + bits
 }
 
-/// All of it for the tiny profile. Of 2/pi, what the largest float needs.
+/// All tables of the tiny profile. It has as many bits of 2/pi as the largest float needs.
 pub(crate) const TINY: [u8; length(2, TINY_WORDS.len(), 8)] = {
     let mut words = [0; TINY_WORDS.len()];
     let mut at = 0;
@@ -368,7 +373,7 @@ pub(super) fn constant<P: Profile, C: ByteCode>(number: u8) -> Float<P> {
     Float::new(word::<P, C>(at), i16::from(exponent as i8))
 }
 
-/// Where a function of [`super::maths::Function`] begins.
+/// Returns the start of a function of [`super::maths::Function`].
 pub(super) fn start<P: Profile, C: ByteCode>(function: u8) -> u8 {
     C::rom::<P>(rom::MATHS_AT + usize::from(function))
 }

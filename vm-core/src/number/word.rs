@@ -18,7 +18,7 @@ pub trait Word:
     + Shr<u8, Output = Self>
     + 'static
 {
-    /// How many bits it has.
+    /// The number of bits.
     const BITS: u8;
     /// 0
     const ZERO: Self;
@@ -31,7 +31,7 @@ pub trait Word:
     fn of(bit: bool) -> Self;
     /// The last bits of a number.
     fn from_u32(bits: u32) -> Self;
-    /// The same number.
+    /// Returns the same number as 32 bits.
     fn to_u32(self) -> u32;
     /// The last bits.
     fn to_i16(self) -> i16;
@@ -51,7 +51,7 @@ pub trait Word:
     /// The significand of a product from its two words, of which the first bit is set.
     fn round(high: Self, low: Self) -> Self;
 
-    /// Whether the first bit is set.
+    /// Returns true if the first bit is set.
     #[hot]
     fn has_first(self) -> bool {
         self & Self::FIRST != Self::ZERO

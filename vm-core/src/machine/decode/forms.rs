@@ -1,4 +1,4 @@
-//! The decoder that tells forms apart by their upper bits, before the opcode is looked up.
+//! The decoder that distinguishes forms by their upper bits, before the opcode is looked up.
 
 /// Decodes the instruction at `pc`, which then is after opcode and operand. Short reads are done at once.
 ///

@@ -121,7 +121,8 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
         Some(ClosureParts { function, self_value: self.arena.closure_self(cell), slots })
     }
 
-    /// Returns a captured value of a closure by its number, nil if it has not so many or is none.
+    /// Returns a captured value of a closure by its number, nil if there is none, or if the value
+    /// is no closure.
     pub fn captured(&self, closure: Value<P>, number: u16) -> Value<P> {
         match closure.tag() {
             Tag::CLOSURE => self.arena.captured(closure.index(), number.into()),

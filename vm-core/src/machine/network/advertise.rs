@@ -112,7 +112,7 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
         self.hurry(at);
     }
 
-    /// Advances all timers by a step, and sends what is due.
+    /// Advances all timers by a step, and sends the messages that are due.
     #[one_copy]
     pub(super) fn keep_in_touch<H: Host<P>>(&mut self, host: &mut H) {
         let periods = host.periods();

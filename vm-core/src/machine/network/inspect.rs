@@ -20,7 +20,7 @@ pub struct Neighbor<P: Profile> {
     /// Steps after which it is forgotten if nothing more is heard of it. Each frame sets them anew, so they are its age the
     /// other way round.
     pub steps_left: u8,
-    /// Bit n is set if it has told that it is in the swarm that comes at place n of [`Vm::swarms`].
+    /// Bit n is set if it has announced membership of the swarm at place n of [`Vm::swarms`].
     pub swarms: u8,
 }
 
@@ -82,7 +82,7 @@ pub struct Assembling {
 }
 
 impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
-    /// How many robots were heard of late.
+    /// Returns the number of robots from which a message came recently.
     pub fn neighbor_count(&self) -> usize {
         self.count_neighbors()
     }

@@ -1,7 +1,9 @@
-//! Messages: those that came are handled before a step, what is to be sent goes out when an entry ends.
+//! Messages: received ones are handled before a step, and waiting ones are sent when an entry ends.
 //!
-//! A step begins with a frame of its own, in which [`Vm::next_message`] takes one message after the other from the host;
-//! listeners and handlers of conflicts are called from there. When none is left, `step()` takes the frame's place.
+//! A step begins with a frame of its own, in which [`Vm::next_message`] takes one message after the
+//! other from the host;
+//! listeners and handlers of conflicts are called from there. When none is left, `step()` takes the
+//! frame's place.
 
 use super::protocol::{Conflict, Count};
 use crate::builtin::{self, Feature, string};
@@ -44,7 +46,7 @@ pub(super) const NETWORK_FEATURES: u8 =
     Feature::Neighbors as u8 | Feature::Swarm as u8 | Feature::Stigmergy as u8;
 
 impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
-    /// What was heard but could not be used.
+    /// Returns the counters of messages that were received and not used.
     pub fn counters(&self) -> Counters {
         let [foreign, malformed, own_id, not_kept, incomplete, undecided, failed] =
             self.protocol.counters;
@@ -251,7 +253,7 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
         false
     }
 
-    /// Remembers what the next call of [`Vm::next_message`] needs to end a conflict.
+    /// Stores the values with which the next call of [`Vm::next_message`] ends a conflict.
     pub(super) fn begin_conflict(&mut self, stigmergy: u8, key: Value<P>, theirs: &Stamp<P>) {
         let [low, high, highest, _] = theirs.clock.to_le_bytes();
         let conflict = u16::from_le_bytes([stigmergy, highest]);

@@ -1,4 +1,4 @@
-//! `neighbors`: robots that were heard, and snapshots of what is kept for each.
+//! `neighbors`: the robots that this one receives, and snapshots of the values for each.
 
 use crate::builtin::{self, string};
 use crate::bytecode::ByteCode;
@@ -24,12 +24,13 @@ const STEP: u8 = 0x7f;
 pub(super) const LAST_STEP: u8 = 0x7f;
 
 impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
-    /// Makes a robot a neighbour for so many steps, as if a frame of its had been received: for hosts that have no link.
+    /// Makes a robot a neighbour for this number of steps, as if a frame of it had been received:
+    /// for hosts that have no link.
     pub fn meet(&mut self, robot: u16, sighting: &Sighting<P>, steps: u8) {
         self.hear(robot, sighting, steps);
     }
 
-    /// The slots of neighbours: the first, and the first behind them.
+    /// Returns the slots of neighbours: the first, and the one after the last.
     #[hot]
     fn neighbor_slots(&self) -> (usize, usize) {
         (self.network_base(), self.entries_at())
@@ -41,7 +42,7 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
         self.arena.slots.tag_at(at + DISTANCE).byte() & STEP
     }
 
-    /// How many there are.
+    /// Returns the number of neighbours.
     pub(super) fn count_neighbors(&self) -> usize {
         let (mut at, end) = self.neighbor_slots();
         let mut count = 0;
@@ -62,7 +63,7 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
         self.network_base() + slots
     }
 
-    /// Whether that robot is the neighbour at that place.
+    /// Returns true if that robot is the neighbour at that place.
     #[hot]
     fn is_neighbor(&self, place: u8, robot: u16) -> bool {
         let at = self.neighbor_slot(place);
@@ -175,7 +176,7 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
         self.arena.set(at, Value::marked(bits, value.raw()));
     }
 
-    /// Whether a neighbour is in the swarm at that place.
+    /// Returns true if a neighbour is in the swarm at that place.
     pub(super) fn is_kin(&self, at: usize, swarm: u8) -> bool {
         if swarm == 7 {
             return self.arena.get(at + DISTANCE).tag().byte() & !STEP != 0;

@@ -40,7 +40,7 @@ pub(in crate::machine) struct Protocol<P: Profile> {
     pub(in crate::machine) stigmergies: u8,
     /// Number of the step, on which neighbours are forgotten.
     pub(in crate::machine) step: u8,
-    /// 1 + the place of the neighbour that was heard last: often the next message comes from the one behind it.
+    /// 1 + the place of the last sender: the next message often comes from the neighbour after it.
     pub(in crate::machine) heard: u8,
     /// The script has created a swarm or a stigmergy.
     pub(in crate::machine) shares: bool,
@@ -61,7 +61,7 @@ pub(in crate::machine) struct Protocol<P: Profile> {
     pub(in crate::machine) timers: [u8; 4],
     /// The first slot of the entry that has changed last; 0 before any has.
     pub(in crate::machine) newest: u16,
-    /// The entry, or behind them the swarm, that was advertised last.
+    /// The entry, or after all entries the swarm, that was advertised last.
     pub(in crate::machine) advertised: u8,
     /// Hash of the entry that was relayed last without being kept.
     pub(in crate::machine) relayed: u16,
@@ -69,7 +69,7 @@ pub(in crate::machine) struct Protocol<P: Profile> {
     pub(in crate::machine) answers: u8,
     /// Entries of a former life of this robot that it has put again of late.
     pub(in crate::machine) reclaimed: u8,
-    /// Steps, counted modulo 65,536, for what happens once in many.
+    /// Steps, counted modulo 65,536, for actions that are due once in many.
     pub(in crate::machine) age: u16,
     /// Turns of advertising, counted modulo 256.
     pub(in crate::machine) turn: u8,

@@ -97,7 +97,7 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
         Ok(copy)
     }
 
-    /// Sends what has no frame: topic or key, and value.
+    /// Sends a topic or key with a value that fits no frame.
     #[one_copy]
     pub(super) fn send_long<H: Host<P>>(
         &mut self,
@@ -323,7 +323,7 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
         }
     }
 
-    /// Whether a content is right, and its values find room without harm to the script.
+    /// Returns true if a content is right, and its values find room without harm to the script.
     #[one_copy]
     fn has_room_for(&mut self, reader: &Reader<'_>) -> bool {
         let mut slots = 2 * crate::machine::NATIVE_ROOM;

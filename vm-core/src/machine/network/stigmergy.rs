@@ -100,7 +100,7 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
             self.arena.set(at + DIGEST, Value::indexed(Tag::INT, age));
             if age >= FORGOTTEN {
                 self.arena.fill(at, at + ENTRY);
-                // There is room again for what others have put.
+                // There is room again for entries of others.
                 self.protocol.has_dropped = false;
             }
         }
@@ -144,7 +144,7 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
         self.entry_state(at) & !NEWS == stigmergy + 1
     }
 
-    /// That an entry is news, or no longer.
+    /// Sets an entry to be sent, or no longer.
     pub(super) fn set_entry_state(&mut self, at: usize, state: u8) {
         let robot = self.arena.get(at + ROBOT).raw();
         self.arena.set(at + ROBOT, Value::marked(state, robot));
@@ -405,8 +405,9 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
             }
         }
         let mut mine = self.stamp(at);
-        // A robot that was switched off knows its own puts of before only from others. What it has put since is the later
-        // value, whatever the clock says: as for the router's own announcements in OSPF (RFC 2328, 13.4).
+        // A robot that was switched off knows its own puts of before only from others. A put since
+        // then is the later value, whatever its clock: as for the router's own announcements in
+        // OSPF (RFC 2328, 13.4).
         if robot == self.robot_id
             && self.arena.get(at + CLOCK).tag().byte() & OWN != 0
             && theirs.order(&mine) == Ordering::Greater
@@ -457,7 +458,7 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
         let mine = self.stamp(at);
         match theirs.order(&mine) {
             Ordering::Greater => return self.adopt(host, at, stigmergy, theirs, &mine),
-            // The neighbour is behind.
+            // The neighbour has an older entry.
             Ordering::Less => self.answer(at),
             // The neighbour has it: less haste.
             Ordering::Equal => {
@@ -507,7 +508,8 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
         Ok(())
     }
 
-    /// Ends a conflict by what the handler said: the winner is stored and sent. `onconflictlost` may have to run, and
+    /// Ends a conflict with the handler's result: the winner is stored and sent. `onconflictlost`
+    /// may have to run, and
     /// begins then.
     #[one_copy]
     pub(super) fn settle<H: Host<P>>(
@@ -537,7 +539,7 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
         let (value, digest) = self.sendable(stigmergy, key, data)?;
         let winner = Stamp { clock, robot: robot.index() as u16, value, digest };
         if winner.order(&mine) == Ordering::Equal {
-            // The neighbor is behind.
+            // The neighbor has an older entry.
             self.answer(at);
             return Ok(());
         }

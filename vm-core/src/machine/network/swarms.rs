@@ -37,7 +37,7 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
         self.entry_slot(entries) + usize::from(entries) + usize::from(place)
     }
 
-    /// Whether the robot is in the swarm at that place.
+    /// Returns true if the robot is in the swarm at that place.
     #[one_copy]
     pub(super) fn is_member(&self, place: u8) -> bool {
         self.arena.get(self.swarm_slot(place)).tag().byte() & MEMBER != 0
