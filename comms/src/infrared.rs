@@ -95,11 +95,11 @@ pub const CONTAINED: u8 = 0x0e;
 /// lower four bits.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct FaultReport {
-    /// Who tells it.
+    /// The robot that reports.
     pub robot: u16,
     /// Which script.
     pub script: u16,
-    /// Why; `None` if the script could not even begin.
+    /// The fault; `None` if the script could not begin.
     pub fault: Option<Fault>,
     /// The fault ended only a listener or a handler of conflicts.
     pub is_contained: bool,
@@ -223,7 +223,7 @@ mod tests {
         assert_eq!(FaultReport::of(&damaged), None);
     }
 
-    /// As kilolib computes them, with avr-libc's `_crc_ccitt_update`.
+    /// The values are those of kilolib, which uses avr-libc's `_crc_ccitt_update`.
     #[test]
     fn checks_are_kilolib_s() {
         assert_eq!(sealed(0, &[0xff; 9])[10..], 0x881d_u16.to_le_bytes());

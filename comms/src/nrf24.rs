@@ -7,10 +7,10 @@
 //! Numbers have their least significant byte first. The radio has a checksum of its own. The first byte is none of the types that
 //! the robots' base station or the C BittyBuzz sends (3 to 6, 0x10, 0xf0, 0xf1, 0xff).
 
-/// Channel: 2488 MHz, above what most Wi-Fi uses. 2 Mbit/s, and a checksum of two bytes.
+/// Channel: 2488 MHz, above most Wi-Fi channels. 2 Mbit/s, and a checksum of two bytes.
 pub const CHANNEL: u8 = 88;
-/// The address of all robots, as its registers take it. Payloads have their own length (`EN_DPL`), and nobody acknowledges
-/// them: all would at once.
+/// The address of all robots, as its registers take it. Payloads have their own length (`EN_DPL`),
+/// and no robot acknowledges them: all would at once.
 pub const ADDRESS: [u8; 5] = [0x5a, 0x6f, 0x6f, 0x69, 0xd3];
 
 /// Most bytes of a payload: the nRF24L01+'s limit.
@@ -23,12 +23,12 @@ const HERE: u8 = 0xb1;
 /// Tag, robot, position.
 const HEADER_MAX: usize = 1 + 2 + 2 * 2;
 
-/// A swarm message as one robot tells it to all others.
+/// A swarm message from one robot to all others.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Payload<'a> {
-    /// Who sends it.
+    /// The sender.
     pub robot: u16,
-    /// Where on the table that is, x and y in mm, if it knows.
+    /// The sender's position on the table, x and y in mm, if it knows.
     pub position: Option<[i16; 2]>,
     /// 1 to [`MESSAGE_MAX`] bytes.
     pub message: &'a [u8],
@@ -49,7 +49,7 @@ impl<'a> Payload<'a> {
         fits.then_some(Payload { robot: u16::from_le_bytes(robot), position, message })
     }
 
-    /// Writes the payload and tells its length; `None` if the message is empty or too long.
+    /// Writes the payload and returns its length; `None` if the message is empty or too long.
     pub fn write(&self, room: &mut [u8; PAYLOAD_MAX]) -> Option<usize> {
         if !(1..=MESSAGE_MAX).contains(&self.message.len()) {
             return None;

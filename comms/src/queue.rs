@@ -15,7 +15,7 @@ use core::ops::Deref;
 use bittybuzz_vm_core::message::{Kind, replaces};
 use bittybuzz_vm_core::number::Profile;
 
-/// What a queue has not passed on.
+/// The frames that a queue has not passed on.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct Counters {
     /// Frames for which there was no place, that were too long, or of no known type.
@@ -24,7 +24,7 @@ pub struct Counters {
     pub duplicates: u16,
 }
 
-/// A frame, and room behind it for longer ones, which is zero.
+/// A frame, and zeros after it up to the longest one.
 #[derive(Debug, Clone, Copy)]
 // A Cortex-M0 copies words, where it knows that they are aligned.
 #[cfg_attr(not(target_arch = "avr"), repr(C, align(4)))]
@@ -36,7 +36,8 @@ pub struct Frame<const BYTES: usize> {
 impl<const BYTES: usize> Frame<BYTES> {
     const EMPTY: Self = Frame { bytes: [0; BYTES], length: 0 };
 
-    /// Copies it with all of the room, which takes less time than without, and tells its length.
+    /// Copies the frame with all of its room, which takes less time than the frame alone, and
+    /// returns its length.
     #[inline(always)]
     pub fn copy_to(&self, room: &mut [u8; BYTES]) -> usize {
         *room = self.bytes;
@@ -58,7 +59,7 @@ impl<const BYTES: usize> Deref for Frame<BYTES> {
     }
 }
 
-/// Frames that were received, at most `FRAMES` of at most `BYTES` bytes, each with what the link knows of it.
+/// Received frames, at most `FRAMES` of at most `BYTES` bytes, each with the link's facts about it.
 #[derive(Debug, Clone)]
 pub struct Inbox<P: Profile, E: Copy, const BYTES: usize, const FRAMES: usize> {
     queue: Queue<P, BYTES, FRAMES>,
@@ -72,7 +73,7 @@ pub struct Outbox<P: Profile, const BYTES: usize, const FRAMES: usize> {
 }
 
 impl<P: Profile, E: Copy, const BYTES: usize, const FRAMES: usize> Inbox<P, E, BYTES, FRAMES> {
-    /// An empty one; `nothing` is what the link knows of no frame.
+    /// An empty queue; `nothing` stands for the facts about no frame.
     pub const fn new(nothing: E) -> Self {
         Inbox { queue: Queue::EMPTY, extras: [nothing; FRAMES] }
     }
@@ -83,17 +84,17 @@ impl<P: Profile, E: Copy, const BYTES: usize, const FRAMES: usize> Inbox<P, E, B
         Inbox { queue: Queue::with_room(frames), extras: [nothing; FRAMES] }
     }
 
-    /// How many frames wait.
+    /// Returns the number of waiting frames.
     pub fn len(&self) -> usize {
         self.queue.len()
     }
 
-    /// Whether no frame waits.
+    /// Returns true if no frame waits.
     pub fn is_empty(&self) -> bool {
         self.queue.len() == 0
     }
 
-    /// What was not passed on.
+    /// Returns the counts of frames that were not passed on.
     pub fn counters(&self) -> Counters {
         self.queue.counters
     }
@@ -111,7 +112,7 @@ impl<P: Profile, E: Copy, const BYTES: usize, const FRAMES: usize> Inbox<P, E, B
         self.queue.frames()
     }
 
-    /// A frame was received. Where the same one waits, that is what the link knows of it now.
+    /// Adds a received frame. If the same frame waits, `extra` replaces the link's facts about it.
     pub fn push(&mut self, frame: &[u8], extra: E) {
         if let Some(place) = self.queue.push(frame, false)
             && let Some(there) = self.extras.get_mut(place)
@@ -138,17 +139,17 @@ impl<P: Profile, const BYTES: usize, const FRAMES: usize> Outbox<P, BYTES, FRAME
         Outbox { queue: Queue::with_room(frames) }
     }
 
-    /// How many frames wait.
+    /// Returns the number of waiting frames.
     pub fn len(&self) -> usize {
         self.queue.len()
     }
 
-    /// Whether no frame waits.
+    /// Returns true if no frame waits.
     pub fn is_empty(&self) -> bool {
         self.queue.len() == 0
     }
 
-    /// What was not passed on.
+    /// Returns the counts of frames that were not passed on.
     pub fn counters(&self) -> Counters {
         self.queue.counters
     }
@@ -211,7 +212,7 @@ const BY_AGE: u8 = 1 << 7;
 
 const FREE: u8 = 0;
 const HIGHEST_RANK: u8 = Kind::Broadcast as u8 + 1;
-/// In a rank: from a step that is over.
+/// In a rank: the frame is from an earlier step.
 const STALE: u8 = 1 << 7;
 
 /// Bytes in which most frames differ.
@@ -220,8 +221,8 @@ const HEAD: usize = 4;
 /// Frames that replace none have a search of their own. An AVR has no flash for it.
 const IS_QUICK: bool = cfg!(not(target_arch = "avr"));
 
-/// How well a place suits a new frame: the same waits there; one that the new frame replaces. Below, the rank of what waits there
-/// decides.
+/// The fitness of a place for a new frame: the same frame waits there, or one that the new frame
+/// replaces. Below these values, the rank of the waiting frame decides.
 const SAME: u8 = 255;
 const REPLACED: u8 = 254;
 const OF_NO_RANK: u8 = 253;
@@ -289,7 +290,7 @@ impl<P: Profile, const BYTES: usize, const FRAMES: usize> Queue<P, BYTES, FRAMES
         self.ranks.get(index(place)).copied().unwrap_or(FREE) & !STALE
     }
 
-    /// What comes after the frame there, or, as the oldest, after none.
+    /// Sets the successor of the frame there, or, for no frame, the oldest one.
     fn link(&mut self, place: u8, younger: u8) {
         match self.younger.get_mut(index(place)) {
             Some(link) => *link = younger,
@@ -308,9 +309,10 @@ impl<P: Profile, const BYTES: usize, const FRAMES: usize> Queue<P, BYTES, FRAMES
         }
     }
 
-    /// Puts a frame in and tells where; `None` if it is dropped.
+    /// Adds a frame and returns its place; `None` if it is dropped.
     ///
-    /// Replaced frames go. One of them, the oldest, leaves its place to the new frame, so that an entry that changes all the
+    /// Replaced frames go. One of them, the oldest, leaves its place to the new frame, so that an
+    /// entry that changes all the
     /// time is not always the last.
     fn push(&mut self, frame: &[u8], is_own: bool) -> Option<usize> {
         let kind = frame.first().and_then(|first| Kind::of(*first));
@@ -419,7 +421,8 @@ impl<P: Profile, const BYTES: usize, const FRAMES: usize> Queue<P, BYTES, FRAMES
         (OF_NO_RANK - lowest, below, place, older)
     }
 
-    /// Takes the next frame out, and tells where: it can be read until the next one comes in.
+    /// Takes the next frame out, and returns its place: it can be read until the next frame is
+    /// added.
     fn pop(&mut self) -> Option<(usize, &Frame<BYTES>)> {
         let (mut older, mut place) = (NOWHERE, self.oldest());
         if place == NOWHERE {
@@ -433,7 +436,8 @@ impl<P: Profile, const BYTES: usize, const FRAMES: usize> Queue<P, BYTES, FRAMES
         Some((index(place), self.frames.get(index(place))?))
     }
 
-    /// The oldest frame of the highest priority, behind the next older one. A Cortex-M0 has too few registers to do that beside.
+    /// Returns the oldest frame of the highest priority, after the next older one. A Cortex-M0 has
+    /// too few registers to inline this.
     #[cfg_attr(not(target_arch = "avr"), inline(never))]
     fn foremost(&self) -> (u8, u8) {
         let (mut older, mut place) = (NOWHERE, self.oldest());
@@ -449,7 +453,7 @@ impl<P: Profile, const BYTES: usize, const FRAMES: usize> Queue<P, BYTES, FRAMES
     }
 }
 
-/// Where in an array; beyond its end for [`NOWHERE`].
+/// Returns the index in an array; beyond its end for [`NOWHERE`].
 #[inline(always)]
 fn index(place: u8) -> usize {
     usize::from(place.wrapping_sub(1))

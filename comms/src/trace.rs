@@ -55,11 +55,11 @@ const REST: u8 = 7;
 /// Bytes of the longest item that has one length.
 const ITEM_MAX: usize = 5;
 
-/// What `show` prints before the ms of the stopwatch.
+/// The text that `show` prints before the ms of the stopwatch.
 const BEFORE_TIME: &[u8] = b" after ";
-/// What it prints behind them.
+/// The text after them.
 const AFTER_TIME: &[u8] = b" ms";
-/// Bytes of the items that tell the time.
+/// Bytes of the items with the time.
 const TIME_BYTES: usize = 2 + BEFORE_TIME.len() + ITEM_MAX + 2 + AFTER_TIME.len();
 
 /// A record, read.
@@ -67,7 +67,7 @@ const TIME_BYTES: usize = 2 + BEFORE_TIME.len() + ITEM_MAX + 2 + AFTER_TIME.len(
 pub enum Record<'a> {
     /// A script begins.
     Start {
-        /// Who tells it.
+        /// The robot that reports.
         robot_id: u16,
         /// Which script.
         script_hash: u32,
@@ -76,14 +76,14 @@ pub enum Record<'a> {
     Log {
         /// Steps completed before.
         step: u32,
-        /// What it printed.
+        /// The printed items.
         items: Items<'a>,
     },
     /// The script has stopped.
     Fault {
         /// Steps completed before.
         step: u32,
-        /// Why.
+        /// The fault.
         fault: Fault,
         /// The calls that led there, innermost first: positions in the code.
         calls: Calls<'a>,
@@ -97,12 +97,12 @@ pub enum Record<'a> {
         /// Ticks missed since the start.
         missed: u32,
     },
-    /// No step was completed for so long that the robot has stopped.
+    /// No step was completed for long enough that the robot has stopped.
     Expired {
         /// Steps completed before.
         step: u32,
     },
-    /// So many log lines were printed faster than they could be told.
+    /// This number of log lines was printed faster than they could be sent.
     Lost(u32),
     /// Messages came to nothing; all of them since the start.
     Unused(Unused),
@@ -129,7 +129,7 @@ pub enum Record<'a> {
 pub struct Unused {
     /// Frames for which queues had no room: heard, and to be sent.
     pub dropped: [u16; 2],
-    /// What the script's machine could not use.
+    /// The messages that the script's machine discarded.
     pub messages: Counters,
 }
 
@@ -146,7 +146,7 @@ pub enum Item<'a> {
     String(u16),
     /// A string made at run time.
     Text(&'a [u8]),
-    /// A table with so many entries.
+    /// A table with this number of entries.
     Table(u16),
     /// A function.
     Function,
@@ -234,7 +234,7 @@ pub fn log_with_time<P: Profile, C: ByteCode, const SLOTS: usize>(
     record
 }
 
-/// The script has stopped. Of the calls, the innermost are told, as many as fit.
+/// The script has stopped. The record has the innermost calls, as many as fit.
 pub fn fault(step: u32, fault: &Fault, calls: impl Iterator<Item = u16>) -> Encoded {
     with_fault(FAULT, step, fault, calls)
 }
@@ -272,7 +272,7 @@ pub fn expired(step: u32) -> Encoded {
     with_step(EXPIRED, step)
 }
 
-/// `count` log lines were printed faster than they could be told.
+/// `count` log lines were printed faster than they could be sent.
 pub fn lost(count: u32) -> Encoded {
     with_step(LOST, count)
 }
@@ -315,7 +315,7 @@ fn put_item(record: &mut Encoded, tag: u8, payload: &[u8]) {
     put(record, payload);
 }
 
-/// Records are built so that everything fits; what does not is left out.
+/// Records are built so that everything fits; the rest is left out.
 fn put(record: &mut Encoded, bytes: &[u8]) {
     let _ = record.extend_from_slice(bytes);
 }
@@ -366,7 +366,7 @@ impl<'a> Record<'a> {
     }
 }
 
-/// What a `log` printed, item by item.
+/// The items that a `log` printed, one by one.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Items<'a> {
     rest: &'a [u8],

@@ -7,7 +7,7 @@ const HEADER_MASK: u8 = 0xf3;
 const ECHO: u8 = 0xf0;
 /// Port 6, channel 1.
 const GENERIC_LOCALIZATION: u8 = 0x61;
-/// Of generic localization.
+/// A type of generic localization.
 const EXTERNAL_POSE: u8 = 8;
 
 /// Farther away nothing is: a number that is wrong, not far.
@@ -19,11 +19,11 @@ const FARTHEST_M: f32 = 1000.0;
 pub enum Crtp {
     /// To be sent back as it is.
     Echo,
-    /// Where a positioning system sees the robot.
+    /// The robot's pose, measured by a positioning system.
     ExternalPose(ExternalPose),
 }
 
-/// Where a positioning system sees the robot.
+/// The robot's pose, measured by a positioning system.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct ExternalPose {
     /// x, y and z (up) in m, none beyond 1 km.
@@ -73,7 +73,7 @@ mod tests {
         [&[0x6d, 8][..], &numbers].concat()
     }
 
-    /// As Bitcraze's library packs it: `<Bfffffff` on port 6, channel 1.
+    /// Bitcraze's library packs it as `<Bfffffff` on port 6, channel 1.
     #[test]
     fn an_external_pose() {
         let bytes = [

@@ -9,14 +9,14 @@ pub const FRAME_MAX: usize = MTU + OVERHEAD;
 /// First bytes of every frame.
 pub(super) const START: [u8; 2] = [0xbc, 0xcf];
 
-/// A frame whose checksum is right. Says nothing about what is in it.
+/// A frame whose checksum is right. Its content is not checked.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Frame<'a> {
     kind: u8,
     data: &'a [u8],
 }
 
-/// Why there is no frame.
+/// A reason why there is no frame.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum FrameError {
     /// More than [`MTU`] bytes of data.

@@ -44,12 +44,12 @@ impl Position {
     }
 }
 
-/// A swarm message as one robot tells it to all others.
+/// A swarm message from one robot to all others.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct SwarmFrame<'a> {
-    /// Who sends it.
+    /// The sender.
     pub robot: u16,
-    /// Where that is, if it knows.
+    /// The sender's position, if it knows.
     pub position: Option<Position>,
     /// 1 to [`SWARM_MESSAGE_MAX`] bytes.
     pub message: &'a [u8],

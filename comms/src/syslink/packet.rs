@@ -1,4 +1,4 @@
-//! What frames mean: the types that a robot's firmware needs.
+//! The meaning of frames: the types that a robot's firmware needs.
 
 use super::frame::{Frame, FrameError, MTU};
 
@@ -110,7 +110,7 @@ pub enum Packet<'a> {
     RadioLed(bool),
 }
 
-/// Why a frame makes no sense.
+/// A reason why a frame has no meaning.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum PacketError {
     /// A type that this firmware does not use.
@@ -143,7 +143,8 @@ impl<'a> Packet<'a> {
                 Ok(Packet::P2pReceived { port: port & 0x0f, rssi: -i16::from(*rssi), data })
             }
             (kind::PM_ONOFF_SWITCHOFF, []) => Ok(Packet::SwitchOff),
-            // Charger current and, on newer boards, temperature follow; nobody needs them here.
+            // Charger current and, on newer boards, temperature follow; the firmware does not use
+            // them.
             (kind::PM_BATTERY_STATE, [flags, v0, v1, v2, v3, rest @ ..])
                 if matches!(rest.len(), 4 | 8) =>
             {

@@ -4,8 +4,10 @@ use super::frame::{Bytes, Frame, MTU, OVERHEAD, START, check};
 
 /// Finds the frames in a stream.
 ///
-/// It keeps the bytes of the frame that may be under way. When they turn out to be none (a wrong checksum, a length above
-/// the limit), it looks for a start behind the first of them: a frame that follows a truncated one is found even where the
+/// It keeps the bytes of the frame that may be under way. When they turn out to be none (a wrong
+/// checksum, a length above
+/// the limit), it looks for a start after the first of them: a frame that follows a truncated one
+/// is found even where the
 /// truncated one seemed to contain it.
 #[derive(Debug, Clone, Default)]
 pub struct Parser {
@@ -13,13 +15,13 @@ pub struct Parser {
     rejected: u32,
 }
 
-/// What the pending bytes are.
+/// The meaning of the pending bytes.
 enum Pending {
     /// The beginning of a frame, or nothing.
     Incomplete,
     /// No frame: as many bytes are to be dropped.
     Garbage(usize),
-    /// A frame of so many bytes.
+    /// A frame of this number of bytes.
     Complete(usize),
 }
 
@@ -50,7 +52,7 @@ impl Parser {
         }
     }
 
-    /// How many false starts there were: frames with a wrong checksum or length. Wraps.
+    /// Returns the number of false starts: frames with a wrong checksum or length. Wraps.
     pub fn rejected(&self) -> u32 {
         self.rejected
     }

@@ -3,7 +3,7 @@
 use super::p2p::{Ping, SWARM_PORT};
 use super::packet::{DataRate, P2P_MAX, Packet};
 
-/// How the radio works. All robots of a swarm use the same.
+/// The settings of the radio. All robots of a swarm use the same.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Radio {
     /// 0 to 125: 2400 + n MHz.
@@ -17,7 +17,7 @@ pub struct Radio {
 }
 
 impl Radio {
-    /// What a Crazyflie without a valid configuration uses, at 0 dBm.
+    /// The settings of a Crazyflie without a valid configuration, at 0 dBm.
     pub const DEFAULT: Radio =
         Radio { channel: 80, data_rate: DataRate::Megabits2, address: [0xe7; 5], power: 0 };
 }

@@ -1,4 +1,4 @@
-//! Where the robot's EEPROM holds what was measured for it (kilolib.c).
+//! The places of the robot's measured calibration in its EEPROM (kilolib.c).
 
 use crate::distance::{ENTRIES, Gain};
 

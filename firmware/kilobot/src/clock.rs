@@ -8,7 +8,7 @@ pub const fn units(ms: u16) -> u16 {
     ms * 8 - ms * 3 / 16
 }
 
-/// Whether `at` is `now` or past, of times that are less than four seconds apart.
+/// Returns true if `at` is `now` or past, for times that are less than four seconds apart.
 pub const fn is_past(at: u16, now: u16) -> bool {
     (now.wrapping_sub(at) as i16) >= 0
 }
@@ -26,7 +26,7 @@ impl Ticks {
         Ticks { next: now, quarter: 0 }
     }
 
-    /// Whether there was a tick. Those that nobody asked for in time are skipped.
+    /// Returns true if there was a tick. Ticks that were not taken in time are skipped.
     #[inline(never)]
     pub fn take(&mut self, now: u16) -> bool {
         let mut is_tick = false;
@@ -46,16 +46,16 @@ pub struct Delay {
     ms: u16,
 }
 
-/// What is taken off a long wait at a time, ms.
+/// The part of a long wait that is subtracted at a time, ms.
 const PART: u16 = 1024;
 
 impl Delay {
-    /// Of so many ms, from now on.
+    /// Starts a wait of `ms` from now on.
     pub const fn start(now: u16, ms: u16) -> Self {
         Delay { since: now, ms }
     }
 
-    /// Whether it is over.
+    /// Returns true if the wait is over.
     pub fn is_over(&mut self, now: u16) -> bool {
         let elapsed = now.wrapping_sub(self.since);
         if self.ms <= PART {

@@ -1,4 +1,5 @@
-//! Messages of the overhead controller: what the person at KiloGUI wants (kilolib, `message.h` and `ohc.h`).
+//! Messages of the overhead controller: the commands of a person at KiloGUI (kilolib, `message.h`
+//! and `ohc.h`).
 
 /// Bytes of data in a message.
 pub const DATA: usize = 9;
@@ -9,7 +10,7 @@ pub const FIRST: u8 = 0x80;
 // Types.
 /// The boot loader receives a program.
 pub const BOOT: u8 = 0x80;
-/// As if switched on.
+/// Restarts the robot as if switched on.
 pub const RESET: u8 = 0x83;
 /// Saves the battery.
 pub const SLEEP: u8 = 0x84;

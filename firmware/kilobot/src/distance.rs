@@ -1,4 +1,4 @@
-//! How far away the sender of a message is, by the two amplitudes of its first pulses.
+//! The distance to the sender of a message, from the two amplitudes of its first pulses.
 
 /// Entries of a table: the reading at 0, 5, ... 65 mm between two robots' rims.
 pub const ENTRIES: u8 = 14;
@@ -15,27 +15,27 @@ const READING_MAX: u16 = 1023;
 /// Above this reading the high gain says nothing; above [`LOUD`] the low one says something.
 const TOO_LOUD: u16 = 900;
 const LOUD: u16 = 700;
-/// For so many readings both say something.
+/// The number of readings for which both gains give a distance.
 const BOTH: u8 = (TOO_LOUD - LOUD) as u8;
 
-/// What a receiver without a smaller reading in its table for the low gain takes for the gap, mm.
+/// The gap that a receiver assumes without a smaller reading in its table for the low gain, mm.
 const FAR: u8 = 90;
 
 /// Readings of the analog converter, 0 to 1023.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Amplitudes {
-    /// Of the first pulse.
+    /// The amplitude of the first pulse.
     pub high_gain: u16,
-    /// Of the second.
+    /// The amplitude of the second pulse.
     pub low_gain: u16,
 }
 
 /// Which of the receiver's amplifiers.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Gain {
-    /// For what is far away.
+    /// The gain for far robots.
     High,
-    /// For what is near.
+    /// The gain for near robots.
     Low,
 }
 
@@ -53,7 +53,7 @@ pub fn distance(heard: Amplitudes, entry: impl Fn(Gain, u8) -> u16) -> Option<u8
     }
     if high > LOUD {
         let by_low = gap(Gain::Low, low, &entry)?;
-        // Where both tell, from one to the other.
+        // Where both gains give a distance, the result blends from one to the other.
         let sum =
             u16::from(between) * u16::from(weight) + u16::from(by_low) * u16::from(BOTH - weight);
         between = (sum / u16::from(BOTH)) as u8;

@@ -1,9 +1,9 @@
-//! What the robot does, as the overhead controller has it.
+//! The states of the robot, as the overhead controller switches them.
 
 use crate::calibration::{ERASED_DUTY, ERASED_ID};
 use crate::controller::*;
 
-/// What the robot does.
+/// The state of the robot.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum State {
     /// Waits for the controller: blinks green.
@@ -22,7 +22,7 @@ pub enum State {
     Moving,
 }
 
-/// What only the hardware can do.
+/// An action of the hardware.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Act {
     /// Nothing.
@@ -38,7 +38,7 @@ pub enum Act {
 /// Life, and the calibration that can be changed by messages.
 #[derive(Debug)]
 pub struct Life {
-    /// What it does.
+    /// Its state.
     pub state: State,
     /// Duties of left and right motor for showing the calibration.
     pub shown: [u8; 2],

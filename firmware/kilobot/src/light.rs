@@ -27,12 +27,12 @@ impl Color {
     /// Dim red.
     pub const DIM_RED: Color = Color::of(1, 0, 0);
 
-    /// Of brightnesses 0 to 3.
+    /// Returns the color of brightnesses 0 to 3.
     pub const fn of(red: u8, green: u8, blue: u8) -> Color {
         Color { bits: red & 3 | (green & 3) << 2 | (blue & 3) << 4 }
     }
 
-    /// Of the sum of 1 red, 2 green and 4 blue, all bright.
+    /// Returns the color of the sum of 1 red, 2 green and 4 blue, all bright.
     pub const fn of_sum(sum: u8) -> Color {
         let mut bits = 0;
         if sum & 1 != 0 {
@@ -48,7 +48,7 @@ impl Color {
     }
 }
 
-/// What the battery's reading is shown as (kilolib.c).
+/// Returns the color that stands for the battery's reading (kilolib.c).
 pub const fn of_battery(reading: u16) -> Color {
     match reading {
         683.. => Color::GREEN,
@@ -58,11 +58,11 @@ pub const fn of_battery(reading: u16) -> Color {
     }
 }
 
-/// Of waiting and charging: a flash of a ms every 201.
+/// Waiting and charging: a flash of a ms every 201.
 const FLASH: u16 = units(1);
 const FLASH_ROUND: u16 = units(201);
 
-/// Of a fault: on for 200 ms, off for 200 ms, as often as its number says; then dark for 1.4 s.
+/// A fault: on for 200 ms, off for 200 ms, as often as its number; then dark for 1.4 s.
 const BLINK: u16 = units(200);
 const PAUSE: u8 = 7;
 
@@ -79,7 +79,8 @@ impl Blinker {
         Blinker { since: now, phase: 0 }
     }
 
-    /// Whether the lamp of a robot that waits is lit. To be asked at least every eight seconds.
+    /// Returns true if the lamp of a waiting robot is lit. Must be called at least every eight
+    /// seconds.
     pub fn flash(&mut self, now: u16) -> bool {
         let mut at = now.wrapping_sub(self.since);
         if at >= FLASH_ROUND {
@@ -89,7 +90,7 @@ impl Blinker {
         at < FLASH
     }
 
-    /// Whether the lamp that tells a fault's number is lit.
+    /// Returns true if the lamp that blinks a fault's number is lit.
     pub fn tell(&mut self, number: u8, now: u16) -> bool {
         if now.wrapping_sub(self.since) >= BLINK {
             self.since = now;

@@ -2,11 +2,11 @@
 
 use crate::clock::{is_past, units};
 
-/// Full duty for so long, ms; more than 50 within two seconds would harm the motor (kilolib.h).
+/// The time of full duty, ms; more than 50 within two seconds would harm the motor (kilolib.h).
 const PUSH_MS: u16 = 15;
 const FULL: u8 = 255;
 
-/// What the motors are told. Left is the one that turns the robot to the left (`ccw`).
+/// The duties of the motors. Left is the one that turns the robot to the left (`ccw`).
 #[derive(Debug)]
 pub struct Motors {
     motors: [Motor; 2],

@@ -1,9 +1,10 @@
-//! What the script is doing. An emulator follows it in the robot's memory, and so counts steps of which the robot tells nobody.
+//! The phase of the script. An emulator follows it in the robot's memory, and so counts steps that
+//! the robot does not report.
 
 /// The image's symbol for the byte that holds the [`Phase`]: a name beside others, which takes no memory.
 pub const SYMBOL: &str = "bbz_phase";
 
-/// What the script is doing.
+/// The phase of the script.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 #[repr(u8)]
 pub enum Phase {
@@ -23,18 +24,18 @@ pub enum Phase {
     Relays,
 }
 
-/// Counts the steps that are completed, of somebody who looks whenever the phase may have changed.
+/// Counts the completed steps of an observer that looks whenever the phase may have changed.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Steps {
     completed: u64,
     /// The phase, as it was seen last.
     seen: u8,
-    /// What runs has begun with a tick; `init()` has not.
+    /// True if the running entry began with a tick; `init()` did not.
     is_step: bool,
 }
 
 impl Steps {
-    /// How many were completed.
+    /// Returns the number of completed steps.
     pub fn completed(&self) -> u64 {
         self.completed
     }

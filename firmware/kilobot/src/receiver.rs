@@ -1,9 +1,12 @@
 //! Pulses of light to the bytes of a message.
 //!
-//! A bit takes 269 cycles of 8 MHz: a short pulse is 1, none is 0. A byte is a start bit (1), eight bits, the lowest first, and
-//! a stop bit (1). A message is a byte 0, whose two pulses tell how loud the sender is, and twelve bytes.
+//! A bit takes 269 cycles of 8 MHz: a short pulse is 1, none is 0. A byte is a start bit (1), eight
+//! bits, the lowest first, and
+//! a stop bit (1). A message is a byte 0, whose two pulses give the sender's loudness, and twelve
+//! bytes.
 //!
-//! Each byte is measured from its own start bit, so that the clocks of sender and receiver may differ by -5 to +4 percent.
+//! Each byte is measured from its own start bit, so that the clocks of sender and receiver may
+//! differ by -5 to +4 percent.
 
 use crate::distance::Amplitudes;
 
@@ -20,7 +23,7 @@ const LATEST_STOP: u16 = 9 * BIT + BIT * 2 / 3;
 /// Bytes of a message.
 pub const MESSAGE: usize = 12;
 
-/// What a pulse was.
+/// The meaning of a pulse.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Pulse {
     /// The first of a message: measure it with the high gain. The deadline begins.
@@ -42,7 +45,7 @@ pub enum Pulse {
 pub struct Heard {
     /// Its bytes, perhaps damaged.
     pub message: [u8; MESSAGE],
-    /// Of its first two pulses.
+    /// The amplitudes of its first two pulses.
     pub amplitudes: Amplitudes,
 }
 
@@ -52,9 +55,10 @@ const IDLE: u8 = 0;
 /// Receives messages.
 #[derive(Debug)]
 pub struct Receiver {
-    /// Where the next pulse is expected: 2 n before byte n, 2 n + 1 within it. Byte 0 is the one that tells how loud the sender is.
+    /// The place of the next pulse: 2 n before byte n, 2 n + 1 within it. Byte 0 is the one that
+    /// gives the sender's loudness.
     place: u8,
-    /// When the byte's start bit was.
+    /// The time of the byte's start bit.
     start: u16,
     value: u8,
     /// The message is whole from [`Pulse::Last`] to the next [`Pulse::Start`]. The amplitudes are the caller's to measure.
@@ -69,7 +73,7 @@ impl Receiver {
         Receiver { place: IDLE, start: 0, value: 0, heard }
     }
 
-    /// Whether a message comes in.
+    /// Returns true if a message is being received.
     #[inline(always)]
     pub fn is_busy(&self) -> bool {
         self.place != IDLE
@@ -125,12 +129,13 @@ impl Default for Receiver {
     }
 }
 
-/// The bit so many cycles behind the start, 0 for the stop bit: from half a bit to nine and a half.
+/// Returns the bit at this number of cycles after the start, 0 for the stop bit: from half a bit to
+/// nine and a half.
 #[inline(always)]
 fn bit_at(since: u16) -> u8 {
     let mut bit = 1_u8;
     let mut rest = since - BIT / 2;
-    // Of all pulses, what follows takes longest for this one.
+    // Of all pulses, this one needs the longest work.
     if rest >= 8 * BIT {
         return 0;
     }

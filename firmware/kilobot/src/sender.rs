@@ -1,8 +1,8 @@
-//! When to send: as kilolib, whose timer asks every 255 units of 128 µs whether it is time.
+//! The times to send: as kilolib, whose timer checks every 255 units of 128 µs.
 
 use crate::clock::is_past;
 
-/// At least so long from one message to the next: two a second (`kilo_tx_period`).
+/// The least time from one message to the next: two per second (`kilo_tx_period`).
 const PERIOD: u16 = 3906;
 /// While a message comes in, the timer's next turn is waited for.
 const TURN: u16 = 255;
@@ -14,12 +14,13 @@ pub struct Sender {
 }
 
 impl Sender {
-    /// The first message so many units after `now`: not all robots at once.
+    /// Plans the first message `wait` units after `now`, so that robots do not start together.
     pub const fn start(now: u16, wait: u8) -> Self {
         Sender { next: now.wrapping_add(wait as u16) }
     }
 
-    /// Whether a message may be tried. To be asked at least every four seconds, even if there is none.
+    /// Returns true if a message may be tried. Must be called at least every four seconds, even if
+    /// there is none.
     pub fn is_due(&mut self, now: u16) -> bool {
         let is_due = is_past(self.next, now);
         if is_due {
@@ -39,7 +40,7 @@ impl Sender {
         self.next = now.wrapping_add(PERIOD);
     }
 
-    /// Another robot sends; try again after so many units, at random.
+    /// Another robot sends: plans another attempt after `wait` units, drawn at random.
     pub fn collided(&mut self, now: u16, wait: u8) {
         self.next = now.wrapping_add(u16::from(wait));
     }

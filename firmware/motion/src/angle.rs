@@ -21,12 +21,12 @@ impl Angle {
         Angle(self.0.wrapping_sub(other.0))
     }
 
-    /// How far it is from 0, at most half a turn.
+    /// Returns the distance from 0, at most half a turn.
     pub const fn magnitude(self) -> u16 {
         self.0.unsigned_abs()
     }
 
-    /// As a number of 65536ths in (-32768, 32768]: half a turn is positive.
+    /// Returns the angle as a number of 65536ths in (-32768, 32768]: half a turn is positive.
     pub const fn signed(self) -> i32 {
         if self.0 == Angle::HALF.0 { 1 << 15 } else { self.0 as i32 }
     }

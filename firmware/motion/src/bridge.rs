@@ -4,7 +4,7 @@
 //! for the duty (SwarmUI, motors.c). A bridge with both inputs high brakes, one with both low lets the wheel coast and,
 //! after 1 ms, sleeps (data sheet of the A3909, the A3901's sister).
 
-/// The timer's period in steps: a compare value of so much is always high, 0 always low.
+/// The timer's period in steps: a compare value of this size is always high, 0 always low.
 pub const PERIOD: u16 = 100;
 
 /// Compare values of a bridge's inputs.

@@ -31,7 +31,7 @@ const CLOSE: Length = 2 * MM;
 const PASSED: Length = 5 * MM;
 
 impl Goal {
-    /// Whether a robot is there.
+    /// Returns true if a robot is there.
     pub fn is_reached(self, pose: &Pose) -> bool {
         polar(self.x - pose.x, self.y - pose.y).0 < ARRIVED
     }
@@ -61,7 +61,7 @@ const MOVED: Length = 3 * MM;
 /// From the middle to a wheel: 10 mm; in 1/16 mm per 2^16 of an angle in 65536ths of a turn.
 const TURNED: i32 = 1005;
 
-/// What is known of the duty at which the wheels begin to turn.
+/// The knowledge about the duty at which the wheels begin to turn.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Minimum {
     /// It.
@@ -76,13 +76,13 @@ enum Minimum {
 #[derive(Clone, Copy, Debug)]
 pub struct Pilot {
     minimum: Minimum,
-    /// Whether it stands at the goal.
+    /// True if it stands at the goal.
     is_there: bool,
 }
 
 impl Pilot {
-    /// Of a robot whose wheels begin to turn at this duty in percent. If that is not known it is found out on the way to the
-    /// first goal.
+    /// Returns the drive of a robot whose wheels begin to turn at this duty in percent. `None`
+    /// measures it on the way to the first goal.
     pub const fn new(minimum: Option<u8>) -> Self {
         let minimum = match minimum {
             Some(duty) => Minimum::Known(duty),
@@ -126,7 +126,7 @@ impl Pilot {
         Wheels { left: wheel(ahead - turn), right: wheel(ahead + turn) }
     }
 
-    /// From efforts to duties, as far as is known what these do.
+    /// Returns the function from efforts to duties, with the present knowledge about these.
     fn seek(&mut self, pose: &Pose, now: u32) -> impl Fn(i32) -> i8 + use<> {
         self.minimum = match self.minimum {
             Minimum::Known(duty) => Minimum::Known(duty),

@@ -13,7 +13,7 @@ const BLINK: u32 = 8;
 /// Phases between the last blink's end and the first: 1.4 s.
 const PAUSE: u32 = 24;
 
-/// Whether the LED that tells `number` is lit in phase `phase`.
+/// Returns true if the LED that blinks `number` is lit in phase `phase`.
 pub const fn is_lit(number: u8, phase: u32) -> bool {
     let blinks = BLINK * number as u32;
     let at = phase % (blinks + PAUSE);

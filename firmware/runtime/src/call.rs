@@ -1,4 +1,4 @@
-//! What robot functions do with their arguments.
+//! The conversion of the arguments of robot functions.
 
 use bittybuzz_vm_core::number::Profile;
 use bittybuzz_vm_core::{Arguments, ByteCode, Item, Refusal, Reply, RobotFault, Type, Value};

@@ -9,7 +9,7 @@ use embassy_time::Duration;
 /// A task shows that it lives at least this often, also while it waits.
 pub const BEAT: Duration = Duration::from_millis(50);
 
-/// How often the watchdog's task looks: at least one beat of each task lies between two looks.
+/// The period of the watchdog's task: at least one beat of each task lies between two checks.
 pub const LOOK: Duration = Duration::from_millis(100);
 
 /// The tasks of a robot, up to eight, each with its bit.
@@ -26,7 +26,7 @@ pub struct Pulse {
 }
 
 impl Liveness {
-    /// Of a robot with so many tasks, at most eight.
+    /// Returns the liveness of a robot with this number of tasks, at most eight.
     pub const fn new(tasks: u8) -> Self {
         let all = if tasks < 8 { (1 << tasks) - 1 } else { u8::MAX };
         Liveness { all, seen: Mutex::new(Cell::new(0)) }
@@ -37,7 +37,7 @@ impl Liveness {
         Pulse { of: self, bit: 1 << (number & 7) }
     }
 
-    /// Whether all tasks have shown that they live since the last time it was so.
+    /// Returns true if all tasks have shown that they live since the last time it was so.
     pub fn all_live(&self) -> bool {
         self.seen.lock(|seen| {
             let live = seen.get() == self.all;

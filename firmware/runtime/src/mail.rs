@@ -13,8 +13,9 @@ use embassy_time::{Duration, Timer, with_timeout};
 
 use crate::liveness::{BEAT, Pulse};
 
-/// Before each frame, µs: 10 ms on average, and seldom the same as another robot's. Without carrier sense nobody hears what
-/// two robots send at once, and robots that were switched on together also step together.
+/// Before each frame, µs: 10 ms on average, and seldom the same as another robot's. Without carrier
+/// sense, frames that two robots send at once are lost, and robots that were switched on together
+/// also step together.
 const PAUSE_US: core::ops::Range<u32> = 2_000..18_000;
 
 type Shared<T> = Mutex<CriticalSectionRawMutex, RefCell<T>>;
@@ -64,12 +65,12 @@ impl<P: Profile, const FRAME: usize, const IN: usize, const OUT: usize> Mail<P, 
         self.waiting.signal(());
     }
 
-    /// What was heard and not read.
+    /// Returns the counts of received frames that were not read.
     pub fn unread(&self) -> Counters {
         with(&self.inbox, |inbox| inbox.counters()).unwrap_or_default()
     }
 
-    /// What was not sent.
+    /// Returns the counts of frames that were not sent.
     pub fn unsent(&self) -> Counters {
         with(&self.outbox, |outbox| outbox.counters()).unwrap_or_default()
     }
@@ -97,7 +98,7 @@ impl<P: Profile, const FRAME: usize, const IN: usize, const OUT: usize> Mail<P, 
         self.waiting.wait().await;
     }
 
-    /// Takes the next frame that is to be sent, and tells its length.
+    /// Takes the next frame that is to be sent, and returns its length.
     pub fn next_unsent(&self, frame: &mut [u8; FRAME]) -> Option<usize> {
         with(&self.outbox, |outbox| Some(outbox.pop()?.copy_to(frame)))?
     }
@@ -111,12 +112,12 @@ impl<P: Profile, const FRAME: usize, const IN: usize, const OUT: usize> Default
     }
 }
 
-/// Nobody holds it twice: the borrow always succeeds.
+/// Only one task holds it at a time: the borrow always succeeds.
 fn with<T, R>(shared: &Shared<T>, act: impl FnOnce(&mut T) -> R) -> Option<R> {
     shared.lock(|shared| shared.try_borrow_mut().ok().map(|mut shared| act(&mut shared)))
 }
 
-/// How long a robot waits before it sends a frame.
+/// Returns the time that a robot waits before it sends a frame.
 pub fn pause(rng: &mut Rng) -> Duration {
     let us = rng.uniform_int::<Full>(PAUSE_US.start, PAUSE_US.end);
     Duration::from_micros(us.into())

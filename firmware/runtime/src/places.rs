@@ -77,7 +77,7 @@ mod tests {
 
     use super::*;
 
-    /// Two sectors with a place each are enough: what stands in the others is erased.
+    /// Two sectors with a place each are enough: the others are erased.
     type Flash = [[u8; PLACE]; 2];
 
     fn layout() -> Layout {

@@ -1,4 +1,4 @@
-//! Where the robot is, as a positioning system tells it, and where it sees others.
+//! The robot's pose from a positioning system, and the places of other robots relative to it.
 
 use core::cell::Cell;
 
@@ -9,10 +9,10 @@ use embassy_sync::blocking_mutex::Mutex;
 use embassy_sync::blocking_mutex::raw::CriticalSectionRawMutex;
 use embassy_time::{Duration, Instant};
 
-/// A pose is known for so long.
+/// The time for which a pose is valid.
 pub const VALID: Duration = Duration::from_secs(1);
 
-/// Where the robot is, and where its nose points.
+/// The position of the robot and the direction of its nose.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Pose {
     /// x, y and z (up) in mm.
@@ -35,7 +35,7 @@ impl LatestPose {
         self.0.lock(|latest| latest.set(Some((pose, Instant::now()))));
     }
 
-    /// Where the robot is, unless that was told too long ago.
+    /// Returns the robot's pose, unless it is too old.
     pub fn get(&self) -> Option<Pose> {
         let (pose, at) = self.0.lock(Cell::get)?;
         (at.elapsed() <= VALID).then_some(pose)
@@ -67,8 +67,10 @@ impl Pose {
         }
     }
 
-    /// Where this robot sees another that is at this position (mm): distance in mm, azimuth in (-pi, pi] and elevation in
-    /// radians. The azimuth counts from the nose, anticlockwise; a tilt of the robot is not taken into account.
+    /// Returns the place of another robot at this position (mm), as this robot sees it: distance in
+    /// mm, azimuth in (-pi, pi] and elevation in
+    /// radians. The azimuth counts from the nose, anticlockwise; a tilt of the robot is not taken
+    /// into account.
     pub fn place_of<P: Profile, C: ByteCode>(&self, other_mm: [f32; 3]) -> [Value<P>; 3] {
         let ([x, y, z], [ahead_x, ahead_y]) = (self.position_mm, self.heading);
         let [dx, dy, dz] = [other_mm[0] - x, other_mm[1] - y, other_mm[2] - z];
@@ -92,7 +94,7 @@ fn atan2<C: ByteCode>(y: f32, x: f32) -> f32 {
     calculate::<C>(Function::Atan2, y, x)
 }
 
-/// As scripts calculate: the same on every robot.
+/// Calculates as scripts do: the same on every robot.
 fn calculate<C: ByteCode>(function: Function, first: f32, second: f32) -> f32 {
     let mut result = Float::from_f32(first);
     maths::function::<Full, C>(function as u8, &mut result, &Float::from_f32(second));

@@ -30,8 +30,9 @@ use ticks::Ticks;
 /// Longest time for which the script keeps the processor, a collection included.
 pub const SLICE_MAX: Duration = Duration::from_micros(500);
 
-/// µs after which a slice ends at the next look at the clock. The rest of [`SLICE_MAX`] is for what comes before that
-/// look: [`CHUNK`] short instructions, and a long one with a collection of a full heap.
+/// µs after which a slice ends at the next look at the clock. The rest of [`SLICE_MAX`] is for the
+/// work before that look: [`CHUNK`] short instructions, and a long one with a collection of a full
+/// heap.
 const SLICE: u16 = 150;
 
 /// Short instructions between two looks at the clock. After a long one the machine looks at once.
@@ -40,15 +41,17 @@ const CHUNK: u16 = 50;
 /// Looks at the clock in a slice, at most: it ends even if the clock should stand still.
 const CHUNKS: u32 = 1000;
 
-/// A script that prints much waits so long for its readers: a debug probe takes some hundred bytes in a ms.
+/// The pause of a script that prints much, for its readers: a debug probe takes some hundred bytes
+/// in a ms.
 const PAUSE: Duration = Duration::from_millis(2);
 
-/// How often a waiting script is asked whether it can go on, unless it said when.
+/// The period at which a waiting script tries again, unless it gave a time.
 const POLL: Duration = Duration::from_millis(10);
 
 /// The robot, as the script's task sees it.
 pub trait Robot<P: Profile> {
-    /// Whether there is anybody to tell. Else nothing is written down, and the code for it is left out.
+    /// True if the robot has a trace. Else nothing is written down, and the code for it is left
+    /// out.
     const TELLS: bool = true;
 
     /// Every fault stops the script for good.
@@ -81,7 +84,7 @@ pub trait Robot<P: Profile> {
         None
     }
 
-    /// A step begins: what it sends may replace what the one before has sent and nobody has heard yet.
+    /// A step begins: its messages may replace waiting ones of the step before.
     fn begin_step(&mut self) {}
 
     /// Sends a frame to all robots in range, as [`Host::send`](bittybuzz_vm_core::Host::send) says: queues it.
@@ -92,7 +95,7 @@ pub trait Robot<P: Profile> {
         [0; 2]
     }
 
-    /// Tells people. Called between slices only.
+    /// Reports to people. Called between slices only.
     fn report(&mut self, record: &[u8]);
 
     /// An entry was completed, or waits on purpose: set-points hold anew.
@@ -108,7 +111,7 @@ pub trait Robot<P: Profile> {
     fn restart(&mut self);
 }
 
-/// Why a script does not run any more.
+/// The reason why a script has stopped.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Stopped {
     /// It ended as it should: there is no `step()`.
@@ -119,7 +122,7 @@ pub enum Stopped {
     Refused,
 }
 
-/// What the script has done so far.
+/// Counts of the script's work so far.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Counts {
     /// Steps completed.
@@ -139,17 +142,17 @@ pub struct Script<P: Profile, C: ByteCode + 'static, R, const SLOTS: usize> {
     pulse: Pulse,
     log: Log,
     counts: Counts,
-    /// What was told last of messages that came to nothing.
+    /// The last report of discarded messages.
     unused: Unused,
-    /// When the running `delay` is over.
+    /// The end of the running `delay`.
     delay: Option<Instant>,
     restarts: Restarts,
     contained: Places,
 }
 
 impl<P: Profile, C: ByteCode + 'static, R: Robot<P>, const SLOTS: usize> Script<P, C, R, SLOTS> {
-    /// In this machine, on the robot with this id. `log` is the room for what is printed in a slice, each time a byte and at
-    /// most [`trace::RECORD_MAX`]; none where nobody is told.
+    /// In this machine, on the robot with this id. `log` is the room for the lines printed in a
+    /// slice, each a byte and at most [`trace::RECORD_MAX`]; it is empty without a trace.
     pub fn new(
         vm: &'static mut Vm<P, C, SLOTS>,
         robot_id: u16,
@@ -304,7 +307,8 @@ impl<P: Profile, C: ByteCode + 'static, R: Robot<P>, const SLOTS: usize> Script<
         }
     }
 
-    /// Counts the ticks that have passed during a step. Of those of one step the first is told, and then one in ten.
+    /// Counts the ticks that have passed during a step. The first one of a step is reported, and
+    /// then one in ten.
     fn count_missed(&mut self, ticks: &mut Ticks, overruns: &mut u32) {
         let missed = ticks.miss();
         if missed == 0 {
@@ -324,7 +328,7 @@ impl<P: Profile, C: ByteCode + 'static, R: Robot<P>, const SLOTS: usize> Script<
         self.tell_unused();
     }
 
-    /// Tells of messages that came to nothing, if there are more.
+    /// Reports discarded messages, if there are more.
     fn tell_unused(&mut self) {
         if !R::TELLS {
             return;
@@ -366,7 +370,7 @@ impl<P: Profile, C: ByteCode + 'static, R: Robot<P>, const SLOTS: usize> Script<
         outcome
     }
 
-    /// Passes on what the script printed in the slice.
+    /// Passes on the lines that the script printed in the slice.
     fn tell(&mut self) {
         if R::TELLS {
             self.log.drain(|record| self.robot.report(record));

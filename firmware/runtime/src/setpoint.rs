@@ -1,6 +1,7 @@
-//! Set-points: what the motors shall do, and until when.
+//! Set-points: commands for the motors with an expiry.
 //!
-//! The script's task has the [`Writer`], the motors' task runs [`drive`]; between them is a [`Channel`] that holds the latest
+//! The script's task has the [`Writer`], the motors' task runs [`drive`]; between them is a
+//! [`Channel`] that holds the latest
 //! command only, because an old one is of no use to a motor.
 
 use core::future::pending;
@@ -12,10 +13,10 @@ use embassy_time::{Duration, Instant, Timer};
 
 use crate::liveness::{BEAT, Pulse};
 
-/// How long a set-point holds unless a completed step renews it.
+/// The time for which a set-point holds unless a completed step renews it.
 pub const HOLD: Duration = Duration::from_millis(500);
 
-/// What the motors' task is told.
+/// A command for the motors' task.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Command<S> {
     /// Do this, until then.
@@ -29,13 +30,14 @@ pub type Channel<S> = Signal<CriticalSectionRawMutex, Command<S>>;
 
 /// The motors of a robot.
 pub trait Motors {
-    /// What they can be told to do.
+    /// A set-point of these motors.
     type Setpoint: Copy;
     /// Do it.
     fn apply(&mut self, setpoint: Self::Setpoint);
     /// Stop.
     fn stop(&mut self);
-    /// What they do until the next command, such as steering by where the robot is. It is begun anew when it is finished, at
+    /// Their work until the next command, such as steering by the robot's pose. It is begun anew
+    /// when it is finished, at
     /// each command and for each [`BEAT`].
     fn steer(&mut self) -> impl Future<Output = ()> {
         pending()
@@ -50,7 +52,7 @@ pub struct Writer<S: Copy + 'static> {
 }
 
 impl<S: Copy> Writer<S> {
-    /// Of this channel; nothing is set.
+    /// Returns the writer of this channel; nothing is set.
     pub fn new(channel: &'static Channel<S>) -> Self {
         Writer { channel, held: None, until: Instant::now() + HOLD }
     }
@@ -73,7 +75,8 @@ impl<S: Copy> Writer<S> {
         self.send();
     }
 
-    /// Forgets a set-point that has expired, and tells whether there was one just now: a later step does not bring it
+    /// Forgets a set-point that has expired, and returns true if there was one just now: a later
+    /// step does not bring it
     /// back.
     pub fn expire(&mut self) -> bool {
         let expired = self.held.is_some() && Instant::now() >= self.until;
@@ -96,7 +99,7 @@ impl<S: Copy> Writer<S> {
     }
 }
 
-/// The motors' task: does what it is told for as long as it holds, and stops them then.
+/// The motors' task: applies each command for as long as it holds, and then stops the motors.
 pub async fn drive<M: Motors>(
     channel: &'static Channel<M::Setpoint>,
     motors: &mut M,

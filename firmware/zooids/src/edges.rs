@@ -44,11 +44,11 @@ pub struct Eye {
     times: &'static Times,
     /// DMA channel, counted from 0.
     channel: usize,
-    /// Of port B.
+    /// The pin of port B.
     pin: usize,
     /// The next to be read.
     next: usize,
-    /// What it has seen.
+    /// The decoder of its edges.
     pub decoder: Decoder,
 }
 
@@ -69,7 +69,7 @@ impl Eye {
         Eye { times, channel, pin, next: 0, decoder: Decoder::new() }
     }
 
-    /// Passes on what was captured since the last time.
+    /// Passes on the edges captured since the last time.
     pub fn look(&mut self) {
         // It counts down and begins anew.
         let left = usize::from(pac::DMA1.ch(self.channel).ndtr().read().ndt());
@@ -84,7 +84,7 @@ impl Eye {
         self.next = end;
     }
 
-    /// Where the frame says that it is, as [`Decoder::pixel`] says.
+    /// Returns the position in the frame, as [`Decoder::pixel`] does.
     pub fn read(&mut self) -> Option<Pixel> {
         self.decoder.pixel(is_high(pac::GPIOB, self.pin))
     }
@@ -127,7 +127,8 @@ pub fn watch() {
     pac::SYSCFG.exticr(RADIO_IRQ / 4).modify(|w| w.set_exti(RADIO_IRQ % 4, PORT_A));
     pac::EXTI.ftsr(0).write(|w| w.set_line(RADIO_IRQ, true));
     pac::EXTI.imr(0).write(|w| w.set_line(RADIO_IRQ, true));
-    // SAFETY: what the handler needs is there from the start, and nothing relies on it being off.
+    // SAFETY: everything that the handler needs is there from the start, and nothing relies on it
+    // being off.
     unsafe { interrupt::EXTI4_15.enable() };
 }
 

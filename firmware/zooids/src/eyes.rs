@@ -1,4 +1,4 @@
-//! Where the robot is, by two photodiodes under the projector.
+//! The robot's pose, from two photodiodes under the projector.
 
 use core::cell::RefCell;
 
@@ -23,12 +23,12 @@ fn us(at: Instant) -> u32 {
     at.as_ticks() as u32
 }
 
-/// Nobody holds it twice: the borrow always succeeds.
+/// Only one task holds it at a time: the borrow always succeeds.
 fn with<R>(act: impl FnOnce(&mut Tracker) -> R) -> Option<R> {
     TRACKER.lock(|tracker| tracker.try_borrow_mut().ok().map(|mut tracker| act(&mut tracker)))
 }
 
-/// Where the robot is now, unless it is blind.
+/// Returns the robot's pose now, unless it is blind.
 pub fn pose() -> Option<Pose> {
     with(|tracker| tracker.pose(us(Instant::now())))?
 }
@@ -64,7 +64,7 @@ impl Eyes {
             return;
         }
         self.next += FRAME;
-        // The other photodiode has told the same frame.
+        // The other photodiode has decoded the same frame.
         let is_same = left.decoder.begun().is_some_and(|other| {
             u32::from(other.wrapping_sub(begun).wrapping_add(HALF)) < PATTERN_US
         });

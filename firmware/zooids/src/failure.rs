@@ -18,13 +18,14 @@ const WRITTEN: u32 = 0xb177_fa11;
 #[unsafe(link_section = ".uninit.failure")]
 static mut NOTE: [u32; 4] = [0; 4];
 
-/// Why the robot has restarted.
+/// The reason why the robot has restarted.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum Failure {
     /// A task showed no sign of life and the watchdog ended the program.
     Watchdog,
-    /// The program found a mistake of its own; `lr` is behind the call of the panic handler.
+    /// The program found a mistake of its own; `lr` is the address after the call of the panic
+    /// handler.
     Panic { lr: u32 },
     /// The processor refused an instruction or an access, or the stack is full. `pc` is the instruction, 0 if the stack could
     /// not hold it, and `lr` its caller.
@@ -35,7 +36,8 @@ pub enum Failure {
     Unhandled { number: u32 },
 }
 
-/// Why the last reset came, if it was not power-on or a person. Clears the chip's flags and the note.
+/// Returns the cause of the last reset, if it was not power-on or a person. Clears the chip's flags
+/// and the note.
 pub fn take() -> Option<Failure> {
     let flags = RCC.csr().read();
     RCC.csr().modify(|w| w.set_rmvf(true));
@@ -121,6 +123,6 @@ extern "C" fn hard_fault(frame: *const u32) -> ! {
     restart_after(3, pc, lr)
 }
 
-/// Where an exception frame of eight words can begin.
+/// The addresses at which an exception frame of eight words can begin.
 const STACK: core::ops::Range<usize> = crate::robot::STACK_ADDRESS
     ..crate::robot::STACK_ADDRESS + crate::robot::STACK_SIZE - 7 * size_of::<u32>();

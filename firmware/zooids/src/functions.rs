@@ -30,7 +30,7 @@ const TURN: i8 = 40;
 /// Steps between two status lines.
 const STATUS_STEPS: u32 = 10 * robot::TICK_HZ as u32;
 
-/// What scripts can reach.
+/// The functions and settings that scripts can reach.
 pub struct Zooid {
     light: &'static LightChannel,
     setpoint: Writer<Drive>,
@@ -183,7 +183,7 @@ impl Robot<Tiny> for Zooid {
     }
 }
 
-/// Whether there is a function of this name hash.
+/// Returns true if there is a function of this name hash.
 pub fn is_function(hash: u16) -> bool {
     robot::FUNCTIONS.iter().any(|(known, _)| *known == hash)
 }

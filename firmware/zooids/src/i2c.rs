@@ -6,7 +6,7 @@ use embassy_stm32::pac::I2C2;
 use embassy_stm32::pac::i2c::regs::{Isr, Timingr};
 use embassy_stm32::pac::i2c::vals::{Autoend, Dir};
 
-/// Nobody answers, or the bus hangs.
+/// No device answers, or the bus hangs.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct NoAnswer;
 

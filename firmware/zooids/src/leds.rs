@@ -35,7 +35,7 @@ pub const GREEN: Color = 2;
 /// Channel 2.
 pub const BLUE: Color = 4;
 
-/// What the LED shall show.
+/// The content of the LED.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Light {
     /// The script's colour.
@@ -50,7 +50,7 @@ pub enum Light {
 pub type LightChannel = Signal<CriticalSectionRawMutex, Light>;
 
 impl Light {
-    /// What a stopped script leaves behind, if it is not just the end.
+    /// Returns the light for a stopped script, unless it has ended normally.
     pub fn of(stopped: Stopped) -> Option<Self> {
         match stopped {
             Stopped::Ended => None,

@@ -66,14 +66,14 @@ use radio::nrf24::Nrf24;
 use settings::setting;
 use touch::Touch;
 
-/// Room for what the script prints in a slice; nobody reads it but defmt.
+/// Room for the lines that the script prints in a slice; only defmt reads it.
 const LOG_BYTES: usize = if cfg!(feature = "defmt") { 256 } else { 0 };
 
 static TASKS: Liveness = Liveness::new(5);
 static SETPOINTS: setpoint::Channel<Drive> = setpoint::Channel::new();
 static LIGHT: LightChannel = LightChannel::new();
 
-/// What the machine remembers of other robots.
+/// The memory of the machine for other robots.
 const SIZES: Sizes = Sizes {
     neighbors: robot::NEIGHBORS as u8,
     bearings: robot::BEARINGS != 0,
@@ -88,7 +88,7 @@ type ScriptTask = Script<Tiny, section::Section, Zooid, SLOTS>;
 const _: () = assert!(size_of::<Machine>() <= robot::MEMORY - robot::QUEUE_MEMORY);
 /// With its sender and position a message fits a payload of the radio.
 const _: () = assert!(robot::FRAME_BYTES <= MESSAGE_MAX);
-/// It has what scripts are built for.
+/// The machine has the parts for which scripts are built.
 const _: () = assert!(robot::MATHS == section::Section::PARTS.has(Part::Maths));
 
 #[embassy_executor::main]
@@ -153,7 +153,8 @@ async fn main(spawner: Spawner) {
     start(spawner, watchdog::feed(watchdog, &TASKS));
 }
 
-/// Each task is started once: there is a place for it. If there were none, the watchdog would tell.
+/// Each task is started once, so that there is a place for it. If there were none, the watchdog
+/// would reset the robot.
 fn start<S>(spawner: Spawner, task: Result<SpawnToken<S>, SpawnError>) {
     if let Ok(task) = task {
         spawner.spawn(task);

@@ -28,7 +28,7 @@ use crate::sensors;
 /// 48 MHz / 12 = 4 MHz, of which a period of 100 steps is 40 kHz.
 const PRESCALER: u16 = 12;
 
-/// What the motors can be told.
+/// A command for the motors.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Drive {
     /// These duties.
@@ -42,7 +42,7 @@ pub struct Motors {
     pilot: Pilot,
     eyes: Eyes,
     drive: Option<Drive>,
-    /// What the bridges' inputs are.
+    /// The state of the bridges' inputs.
     inputs: [Inputs; 2],
 }
 
@@ -131,7 +131,7 @@ fn set(channel: usize, inputs: Inputs) {
 /// Takes the motors' power whatever state the program is in, until the next reset: the pins become plain outputs, low. The
 /// timer no longer reaches them.
 pub fn cut_power() {
-    // Something may have failed before anybody turned the port on.
+    // A failure may come before the port is turned on.
     pac::RCC.ahbenr().modify(|w| w.set_gpioaen(true));
     for pin in MOTORS {
         pac::GPIOA.bsrr().write(|w| w.set_br(pin, true));

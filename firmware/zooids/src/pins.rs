@@ -9,22 +9,22 @@ use Use::{Alternate, Bus, Captured, Fast, Input};
 use embassy_stm32::pac;
 use embassy_stm32::pac::gpio::Gpio;
 
-/// What a pin does.
+/// The use of a pin.
 #[derive(Clone, Copy)]
 enum Use {
     /// An input that something drives.
     Input,
     /// An output of a peripheral, by the number of its alternate function (data sheet of the STM32F051, tables 14 and 15).
     Alternate(u32),
-    /// The same, for more than 2 MHz.
+    /// An output for more than 2 MHz.
     Fast(u32),
-    /// The same, but only ever pulls low.
+    /// A fast output that only ever pulls low.
     Bus(u32),
     /// An input of a peripheral, with a resistor to the supply.
     Captured(u32),
 }
 
-/// Low when the radio has something to tell: port A.
+/// Low when the radio has an event: port A.
 pub const RADIO_IRQ: usize = 15;
 /// Photodiodes, high when lit: port B.
 pub const RIGHT: usize = 9;
@@ -131,7 +131,7 @@ pub fn connect() {
     PORT_B.set(pac::GPIOB);
 }
 
-/// Whether a pin is high.
+/// Returns true if a pin is high.
 pub fn is_high(gpio: Gpio, pin: usize) -> bool {
     gpio.idr().read().0 & 1 << pin != 0
 }

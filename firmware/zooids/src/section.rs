@@ -8,7 +8,8 @@ use bittybuzz_vm_core::Area;
 
 use crate::robot::{SCRIPT_ADDRESS, SCRIPT_SIZE};
 
-/// What the build puts there. Never read by this name: another script may have been flashed since.
+/// The script that the build puts there. Never read by this name: another script may have been
+/// flashed since.
 #[used]
 #[unsafe(link_section = ".script")]
 static BUILT_IN: [u8; include_bytes!(concat!(env!("OUT_DIR"), "/script.bin")).len()] =

@@ -27,12 +27,12 @@ static CHARGING: AtomicBool = AtomicBool::new(false);
 static TOUCHED: AtomicBool = AtomicBool::new(false);
 static BATTERY_MV: AtomicU16 = AtomicU16::new(0);
 
-/// Whether the battery is being charged: then neither motors nor radio have power.
+/// Returns true if the battery is being charged: then neither motors nor radio have power.
 pub fn is_charging() -> bool {
     CHARGING.load(Ordering::Relaxed)
 }
 
-/// Whether a finger touches the robot.
+/// Returns true if a finger touches the robot.
 pub fn is_touched() -> bool {
     TOUCHED.load(Ordering::Relaxed)
 }

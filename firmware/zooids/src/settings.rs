@@ -1,4 +1,5 @@
-//! In what this robot differs from others: its id and its settings, which `bbz flash` has written to pages of their own.
+//! The facts that are this robot's own: its id and its settings, which `bbz flash` has written to
+//! pages of their own.
 
 use core::hint::black_box;
 

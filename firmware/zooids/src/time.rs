@@ -19,7 +19,7 @@ use embassy_time_queue_utils::Queue;
 const PRESCALER: u16 = 48;
 const _: () = assert!(48_000_000 / PRESCALER as u64 == TICK_HZ);
 
-/// Half of the counter's period; channel 1 tells of it, the overflow of the other half.
+/// Half of the counter's period; channel 1 marks its end, the overflow that of the other half.
 const HALF_BITS: u32 = 15;
 /// Channels in the model of the registers.
 const MIDDLE: usize = 0;
@@ -37,7 +37,7 @@ time_driver_impl!(static CLOCK: Clock = Clock {
     alarm: Mutex::new(RefCell::new(Alarm { queue: Queue::new(), at: u64::MAX })),
 });
 
-/// Who waits, and when the first of them is to be woken or before that.
+/// The waiting tasks, and a time not after the one at which the first of them is to be woken.
 struct Alarm {
     queue: Queue,
     at: u64,
@@ -48,7 +48,7 @@ impl Alarm {
     fn set(&mut self, at: u64) {
         self.at = at;
         pac::TIM3.ccr(ALARM).write(|w| w.set_ccr(at as u16));
-        // What is over does not match any more: by program, then (18.4.6).
+        // A time that is over does not match any more, so that the program sets the event (18.4.6).
         if at <= CLOCK.now() {
             pac::TIM3.egr().write(|w| w.set_ccg(ALARM, true));
         }
@@ -66,7 +66,8 @@ impl Alarm {
 impl Driver for Clock {
     fn now(&self) -> u64 {
         let halves = self.halves.load(Ordering::Relaxed);
-        // Read after it. Its highest bit tells which half it is; the interrupt that counts may not have come yet.
+        // The counter is read after it. Its highest bit gives the half; the interrupt that counts
+        // halves may be pending.
         let count = u32::from(pac::TIM3.cnt().read().cnt());
         let halves = halves.wrapping_add((count >> HALF_BITS ^ halves) & 1);
         u64::from(halves) << HALF_BITS | u64::from(count & ((1 << HALF_BITS) - 1))
@@ -74,7 +75,7 @@ impl Driver for Clock {
 
     fn schedule_wake(&self, at: u64, waker: &Waker) {
         self.alarm.lock(|alarm| {
-            // Nobody holds it twice.
+            // Only one task holds it at a time.
             if let Ok(mut alarm) = alarm.try_borrow_mut()
                 && alarm.queue.schedule_wake(at, waker)
                 && at < alarm.at
@@ -106,7 +107,8 @@ pub fn start() {
         w.set_ccie(ALARM, true);
     });
     timer.cr1().write(|w| w.set_cen(true));
-    // SAFETY: what the handler needs is there from the start, and nothing relies on it being off.
+    // SAFETY: everything that the handler needs is there from the start, and nothing relies on it
+    // being off.
     unsafe { interrupt::TIM3.enable() };
 }
 
@@ -114,7 +116,7 @@ pub fn start() {
 fn TIM3() {
     let timer = pac::TIM3;
     let flags = timer.sr().read();
-    // Writing ones leaves what came meanwhile, and captures, which are the DMA controller's.
+    // Writing ones leaves flags that came meanwhile, and captures, which are the DMA controller's.
     let mut seen = SrGp16(u32::MAX);
     seen.set_uif(!flags.uif());
     seen.set_ccif(MIDDLE, !flags.ccif(MIDDLE));

@@ -16,7 +16,7 @@ const DETECTION_STATUS: u8 = 2;
 const SETUP: u8 = 32;
 const CALIBRATE: u8 = 56;
 
-/// What [`CHIP_ID`] holds.
+/// The content of [`CHIP_ID`].
 const QT1070: u8 = 0x2e;
 
 /// In the detection status: some key is touched; it calibrates itself.
@@ -44,7 +44,8 @@ impl Touch {
         Touch { change: Input::new(change, Pull::None), is_set_up: false }
     }
 
-    /// Whether there is a touch now, if that has changed. One that does not answer is asked again the next time.
+    /// Returns true or false if the touch has changed. A sensor that does not answer is read again
+    /// the next time.
     pub fn changed(&mut self) -> Option<bool> {
         if !self.is_set_up {
             let [id] = read(CHIP_ID)?;

@@ -35,7 +35,8 @@ impl Log {
         true
     }
 
-    /// Whether it is time to tell: the rest of the room is for what one more chunk of instructions may print.
+    /// Returns true if the lines are to be reported: the rest of the room is for the output of one
+    /// more chunk of instructions.
     pub fn is_much(&self) -> bool {
         self.used > self.room.len() / 4
     }

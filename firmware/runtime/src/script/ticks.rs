@@ -2,7 +2,7 @@
 
 use embassy_time::{Duration, Instant};
 
-/// When steps begin.
+/// The times at which steps begin.
 pub struct Ticks {
     period: Duration,
     next: Instant,
@@ -14,7 +14,7 @@ impl Ticks {
         Ticks { period, next: Instant::now() + period }
     }
 
-    /// When the next step begins.
+    /// Returns the time at which the next step begins.
     pub fn next(&self) -> Instant {
         self.next
     }

@@ -1,4 +1,4 @@
-//! Swarm messages by radio: broadcasts that nobody acknowledges.
+//! Swarm messages by radio: broadcasts without acknowledgement.
 
 pub mod nrf24;
 
@@ -24,7 +24,7 @@ pub static MAIL: Mail<Tiny, FRAME_BYTES, IN_QUEUE, OUT_QUEUE> = Mail::new();
 pub static COUNTS: [portable_atomic::AtomicU32; 3] =
     [const { portable_atomic::AtomicU32::new(0) }; 3];
 
-/// What is counted.
+/// A counter.
 #[derive(Clone, Copy)]
 enum Count {
     Heard,
@@ -32,7 +32,7 @@ enum Count {
     Sent,
 }
 
-/// One more. Nobody asks without defmt.
+/// Adds one. Without defmt there is no reader.
 fn count(_what: Count) {
     #[cfg(feature = "defmt")]
     COUNTS[_what as usize].add(1, portable_atomic::Ordering::Relaxed);
@@ -46,17 +46,17 @@ const FIRST: u32 = 3;
 /// jammed channel nor a detector that never clears may silence a robot.
 const BUSY_LOOKS: u8 = 4;
 
-/// What hears swarm messages.
+/// The receiver of swarm messages.
 struct Ears {
     robot_id: u16,
-    /// Beyond it nobody is heard.
+    /// Messages from robots beyond this distance are discarded.
     range: Option<Length>,
-    /// Whether it was told that another robot has this one's id.
+    /// True once it has reported that another robot has this one's id.
     has_told: bool,
 }
 
 impl Ears {
-    /// Where a message's sender is seen now is found out now: at the next step both robots may be elsewhere.
+    /// The sender's place is computed now: at the next step both robots may be elsewhere.
     fn hear(&mut self, payload: &[u8]) {
         count(Count::Heard);
         let Some(Payload { robot, position, message }) = Payload::parse(payload) else {

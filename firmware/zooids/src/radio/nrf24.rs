@@ -50,7 +50,7 @@ const SENDER: u8 = ASLEEP | 0b10;
 /// With power: it receives.
 const RECEIVER: u8 = SENDER | 0b1;
 
-/// In the status, where the number of a pipe would be: nothing was received.
+/// In the status, in place of the number of a pipe: nothing was received.
 const RX_NONE: u8 = 0b1110;
 const RX_DR: u8 = 1 << 6;
 const TX_DS: u8 = 1 << 5;
@@ -71,7 +71,7 @@ const SETUP: [(u8, u8); 9] = [
     (FEATURE, 0b101),
 ];
 
-/// It needs so long after power-on before it can be talked to (6.1.7, table 16).
+/// The time that it needs after power-on before it answers (6.1.7, table 16).
 const POWER_ON: Duration = Duration::from_millis(100);
 /// From power-down to standby, with more than enough for the clock from outside (table 16).
 const START_UP: Duration = Duration::from_millis(5);
@@ -137,7 +137,8 @@ impl Nrf24 {
         self.ce.set_high();
     }
 
-    /// Clears the interrupt's cause, before what has come is read: a payload that comes after that pulls the line low again.
+    /// Clears the interrupt's cause, before the payload is read: a payload that comes after that
+    /// pulls the line low again.
     pub fn acknowledge(&mut self) {
         self.write(STATUS, &[RX_DR]);
     }
@@ -169,12 +170,13 @@ impl Nrf24 {
         self.read(RPD) & 1 != 0
     }
 
-    /// Sends a payload to whoever hears it. What comes meanwhile is lost.
+    /// Sends a payload to all receivers. Payloads that arrive meanwhile are lost.
     pub async fn send(&mut self, payload: &mut [u8]) {
         self.ce.set_low();
         self.write(CONFIG, &[SENDER]);
         self.transfer(W_TX_PAYLOAD_NOACK, payload);
-        // What has come just before still waits in the FIFO; but while its cause holds the line low, there is no edge.
+        // A payload that came just before still waits in the FIFO; but while its cause holds the
+        // line low, there is no edge.
         self.write(STATUS, &[RX_DR]);
         IRQ.reset();
         self.ce.set_high();
@@ -186,7 +188,7 @@ impl Nrf24 {
         self.listen();
     }
 
-    /// A register, or what a command answers.
+    /// Reads a register, or the answer to a command.
     fn read(&mut self, command: u8) -> u8 {
         let mut value = [0];
         self.transfer(command, &mut value);
@@ -206,7 +208,8 @@ impl Nrf24 {
         self.transfer(command, &mut []);
     }
 
-    /// A command, and bytes both ways; tells the status, which is the first that the radio answers (8.3.1).
+    /// Sends a command, and bytes both ways; returns the status, which is the radio's first answer
+    /// (8.3.1).
     fn transfer(&mut self, command: u8, bytes: &mut [u8]) -> u8 {
         self.csn.set_low();
         SPI1.dr8().write_value(command);
