@@ -11,7 +11,7 @@ use crate::source::Span;
 pub struct Ident {
     /// The name.
     pub name: String,
-    /// Where it is written.
+    /// The place in the source text.
     pub span: Span,
 }
 
@@ -27,7 +27,7 @@ pub struct Block {
 /// A statement.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Stmt {
-    /// What it is.
+    /// The statement.
     pub kind: StmtKind,
     /// From its first to its last token.
     pub span: Span,
@@ -78,7 +78,7 @@ pub struct Function {
 /// An expression.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Expr {
-    /// What it is.
+    /// The expression.
     pub kind: ExprKind,
     /// From its first to its last token.
     pub span: Span,
@@ -132,11 +132,11 @@ pub struct Link {
 /// `.key = value` in a table literal.
 #[derive(Debug, Clone, PartialEq)]
 pub struct TableField {
-    /// What follows the dot.
+    /// The key after the dot.
     pub key: FieldKey,
     /// The key without its dot.
     pub key_span: Span,
-    /// What is stored.
+    /// The stored value.
     pub value: Expr,
 }
 

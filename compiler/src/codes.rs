@@ -12,7 +12,7 @@ macro_rules! codes {
             /// Every code, in order.
             pub const ALL: &'static [Code] = &[$(Code::$variant,)*];
 
-            /// As it is printed: `E0201`.
+            /// Returns the printed form: `E0201`.
             pub fn text(self) -> &'static str {
                 match self { $(Code::$variant => $text,)* }
             }
@@ -143,7 +143,7 @@ codes! {
 }
 
 impl Code {
-    /// Whether it stops the build.
+    /// Returns the severity, which decides if it stops the build.
     pub fn severity(self) -> Severity {
         if self.text().starts_with('W') { Severity::Warning } else { Severity::Error }
     }

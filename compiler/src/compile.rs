@@ -19,7 +19,7 @@ use crate::parser::{Parsed, parse};
 use crate::source::{SourceMap, Span};
 use crate::symbols::{FORMAT, FunctionSymbol, LineEntry, LocalSymbol, Places, Symbols};
 
-/// What a script is compiled for.
+/// The target and settings of a compilation.
 #[derive(Debug, Clone, Default)]
 pub struct Options {
     /// The number profile; without, the robot's, and `full` where no robot is named.
@@ -45,7 +45,7 @@ impl Options {
     }
 }
 
-/// What comes of a script.
+/// The result of a compilation.
 #[derive(Debug, Clone)]
 pub struct Compiled {
     /// The image; `None` if there are errors.
@@ -124,7 +124,7 @@ fn write(generated: &Generated) -> Result<Image, Box<Diagnostic>> {
     })
 }
 
-/// What keeps the image off the robot.
+/// Returns the reasons why the robot cannot run the image.
 fn fit(generated: &Generated, image: &Image, robot: &Robot) -> Vec<Diagnostic> {
     let name = |number: u16| function_name(generated, number);
     let refused = fit::misfits(&image.bytes, robot).into_iter().map(|misfit| {

@@ -1,4 +1,4 @@
-//! What the compiler tells the author of a script.
+//! The messages of the compiler to the author of a script.
 
 use crate::codes::Code;
 use crate::source::Span;
@@ -6,7 +6,7 @@ use crate::source::Span;
 /// An error stops the build, a warning does not. A [`Code`] has exactly one severity.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Severity {
-    /// The script means something, but perhaps not what its author thinks.
+    /// The script has a meaning, but perhaps not the one that its author intends.
     Warning,
     /// No image is made.
     Error,
@@ -17,7 +17,7 @@ pub enum Severity {
 pub struct Diagnostic {
     /// The kind of mistake.
     pub code: Code,
-    /// The headline: what is wrong, in one sentence without a full stop.
+    /// The headline: the mistake in one sentence without a full stop.
     pub message: String,
     /// The place.
     pub span: Span,
@@ -25,7 +25,7 @@ pub struct Diagnostic {
     pub label: String,
     /// Other places that explain this one ("first defined here").
     pub related: Vec<(Span, String)>,
-    /// What to do about it.
+    /// The cure.
     pub help: Option<String>,
     /// Changes of the source that do it, all of them together; empty where only the author can say.
     pub edits: Vec<Edit>,
@@ -68,7 +68,7 @@ impl Diagnostic {
         self
     }
 
-    /// Says what to do about it.
+    /// Adds the cure.
     pub fn help(mut self, help: impl Into<String>) -> Self {
         self.help = Some(help.into());
         self

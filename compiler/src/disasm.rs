@@ -202,7 +202,7 @@ impl View<'_> {
         Ok(())
     }
 
-    /// Names what the operand stands for.
+    /// Returns the name that the operand stands for.
     fn meaning(&self, info: &opcode::Info, instruction: &Decoded, trailer: usize) -> String {
         let number = instruction.operand;
         let index = u16::try_from(number).ok();

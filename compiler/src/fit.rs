@@ -1,4 +1,5 @@
-//! Whether a robot can run an image, before the image is on the robot: what the robot's file and the image tell.
+//! Checks that a robot can run an image, before the image is on the robot, from the robot's file
+//! and the image.
 
 mod code;
 mod stack;
@@ -19,12 +20,12 @@ pub use stack::Way;
 /// Bytes of a row of the library table.
 const ROW: usize = 4;
 
-/// As many slots as a machine can have.
+/// The most slots that a machine can have.
 const MOST_SLOTS: usize = 65_520;
 
 type Machine<'a, P> = Box<Vm<P, &'a [u8], MOST_SLOTS>>;
 
-/// What keeps an image off a robot.
+/// A reason why a robot cannot run an image.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub enum Misfit {
     /// The robot's machine is built without a part that the script needs.
@@ -50,7 +51,7 @@ pub enum Misfit {
     },
     /// There are more globals than the robot's memory holds.
     Globals {
-        /// How many there are.
+        /// The number of globals.
         globals: usize,
         /// The most that there can be.
         most: usize,
@@ -59,7 +60,7 @@ pub enum Misfit {
     },
     /// Globals and stack together need more than the robot's memory.
     Stack {
-        /// How the stack comes to be so deep.
+        /// The calls that make the stack this deep.
         way: Way,
         /// Slots for globals.
         globals: usize,
@@ -68,7 +69,8 @@ pub enum Misfit {
     },
 }
 
-/// What keeps the image off the robot. The image is one that the verifier accepts; of others not everything is found.
+/// Returns the reasons why a robot cannot run the image. The image is one that the verifier
+/// accepts; for others the list may be incomplete.
 pub fn misfits(image: &[u8], robot: &Robot) -> Vec<Misfit> {
     let Ok(header) = Image::new(image).header() else { return Vec::new() };
     let slots = robot.vm.slots as usize;
@@ -125,7 +127,7 @@ fn uses(image: &[u8], header: &Header) -> Vec<(Part, Option<usize>)> {
             note(parts, Some(instruction.at));
         }
     }
-    // What the machine finds by name: at the first instruction that may ask for it.
+    // The machine finds these by name: the place is the first instruction that may use one.
     for row in 0..usize::from(header.library_rows()) {
         let at = usize::from(header.libraries_at()) + ROW * row;
         let Some([_, low, high, number]) = image.get(at..at + ROW) else { break };
@@ -179,7 +181,7 @@ fn needs(instruction: &Instruction, feature: Feature) -> bool {
 }
 
 impl Misfit {
-    /// What is wrong.
+    /// Returns the sentence of the mistake.
     pub fn message(&self, robot: &Robot, function: &dyn Fn(u16) -> String) -> String {
         let title = &robot.title;
         match self {
@@ -202,7 +204,7 @@ impl Misfit {
         }
     }
 
-    /// What to do about it.
+    /// Returns the cure.
     pub fn help(&self) -> String {
         match self {
             Misfit::Feature { name, .. } => {
@@ -257,8 +259,8 @@ pub fn verify(image: &[u8], profile: Profile, robot: &Robot) -> Result<(), Image
     }
 }
 
-/// The image with its seal behind it, which spares that robot the verifier: see [`seal`]. An error says why a robot would
-/// refuse the image.
+/// Returns the image followed by its seal, which spares that robot the verifier: see [`seal`]. The
+/// error is the reason why a robot would refuse the image.
 pub fn sealed(image: &[u8], robot: &Robot) -> Result<Vec<u8>, ImageError> {
     match robot.profile {
         Profile::Tiny => sealed_for::<Tiny>(image, robot),
@@ -291,7 +293,7 @@ fn load<'a, P: number::Profile>(
 ) -> Result<Machine<'a, P>, ImageError> {
     // Too large for the stack of a thread.
     let mut vm: Machine<'a, P> = Box::new(Vm::new());
-    // [`lacking`] says what the robot does not have.
+    // [`lacking`] reports missing parts of the robot.
     vm.equip(Sizes { neighbors: 1, bearings: false, entries: 1, swarms: 1 });
     let has_function = |hash| robot.functions.iter().any(|function| function.hash() == hash);
     vm.load_limited(Image::new(image), robot.vm.slots as usize, has_function)?;

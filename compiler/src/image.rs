@@ -55,35 +55,35 @@ pub struct Parts {
     pub functions: Vec<FunctionCode>,
 }
 
-/// An image with what is known of its layout.
+/// An image and its layout.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Image {
     /// The bytes.
     pub bytes: Vec<u8>,
-    /// Where the code starts in them. Everything below is counted from there, as faults are.
+    /// The start of the code in them. All positions below are counted from there, as in faults.
     pub code_at: usize,
-    /// Where each function's header is.
+    /// The places of the functions' headers.
     pub functions: Vec<usize>,
-    /// Where the instructions come from: offset of the first of a run with one span; ascending.
+    /// The sources of the instructions: offset of the first of a run with one span; ascending.
     pub lines: Vec<(usize, Span)>,
 }
 
 impl Image {
-    /// Where the instruction at that offset comes from.
+    /// Returns the source of the instruction at that offset.
     pub fn source(&self, at: usize) -> Span {
         let line = self.lines.iter().rev().find(|(start, _)| *start <= at);
         line.map_or(Span::default(), |(_, span)| *span)
     }
 }
 
-/// Why there is no image of a script.
+/// A reason why there is no image of a script.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum ImageError {
     /// A count in the header would exceed 32767.
     Count {
-        /// What there is too much of.
+        /// The things of which there are too many.
         what: &'static str,
-        /// How many.
+        /// Their number.
         count: usize,
     },
     /// A string of more than 32767 bytes.

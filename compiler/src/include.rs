@@ -19,13 +19,14 @@ use search::Found;
 /// The largest script that is read, in bytes: far more than any robot holds, little for a host.
 pub const MAX_SOURCE_BYTES: usize = 1 << 20;
 
-/// How files of the shipped library are shown in messages: `<library>/vec2.bzz`.
+/// The folder that messages show for files of the shipped library: `<library>/vec2.bzz`.
 const LIBRARY_FOLDER: &str = "<library>";
 
-/// Where included files are searched, in this order: the folder of the including file, the working folder, then
+/// The places where included files are searched, in this order: the folder of the including file,
+/// the working folder, then
 /// the lists below.
 pub struct Loader<'a> {
-    /// How files are read.
+    /// The source of the files.
     pub files: &'a dyn Files,
     /// The folder the compiler was started in; relative paths of the main script start here.
     pub working_folder: PathBuf,
@@ -94,7 +95,7 @@ fn rejected(main: &Path, text: String, problem: &Problem) -> Loaded {
     Loaded { tokens: vec![end], sources, diagnostics: vec![problem.diagnostic(main, span)] }
 }
 
-/// Why a file cannot be a script.
+/// A reason why a file cannot be a script.
 enum Problem {
     Unreadable(io::Error),
     TooLarge,

@@ -29,7 +29,7 @@ struct Lexer<'a> {
     file: FileId,
     text: &'a str,
     position: usize,
-    /// Where the token that is being read starts.
+    /// The start of the token that is being read.
     start: usize,
     separation: Separation,
     /// The brackets that are open here.
@@ -80,7 +80,7 @@ impl<'a> Lexer<'a> {
                 _ => self.operator(next),
             }
         }
-        // Behind the last text: an empty line has nothing to show.
+        // The place after the last text: an empty line has nothing to show.
         self.position = self.text.trim_end().len();
         self.start = self.position;
         self.push(TokenKind::FileEnd);
@@ -213,7 +213,7 @@ impl<'a> Lexer<'a> {
         }
     }
 
-    /// After the word `include`: reads the string behind it, if there is one.
+    /// After the word `include`: reads the string that follows, if there is one.
     fn include(&mut self) -> bool {
         let (start, separation) = (self.start, self.separation);
         self.skip_blanks();
@@ -248,7 +248,7 @@ fn is_name_part(c: char) -> bool {
     c == '_' || c.is_alphanumeric()
 }
 
-/// True if `kind` ends an expression, so that a `.` behind it takes a field out of it.
+/// Returns true if `kind` ends an expression, so that a `.` after it takes a field out of it.
 fn ends_value(kind: &TokenKind) -> bool {
     match kind {
         TokenKind::Name(_) | TokenKind::Int(_) | TokenKind::Float(_) | TokenKind::Str(_) => true,

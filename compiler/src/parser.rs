@@ -1,7 +1,8 @@
 //! From tokens to the syntax tree, by recursive descent.
 //!
-//! Errors: a function that reported one returns `Err(Reported)`. Brackets catch it and go on behind their closing
-//! bracket; what no bracket catches, the statement list does, and goes on at the next statement. So one mistake
+//! Errors: a function that reported one returns `Err(Reported)`. Brackets catch it and continue
+//! after their closing bracket; the statement list catches the others, and continues at the next
+//! statement. So one mistake
 //! gives one message, and many mistakes are found in one run.
 
 mod brackets;
@@ -28,18 +29,19 @@ use crate::token::{Fixed, Token, TokenKind, hash_tokens};
 use brackets::Brackets;
 pub use hidden::Hidden;
 
-/// How deep expressions, blocks and includes may nest, and how high the syntax tree may grow: whoever walks the
-/// tree recursively may rely on it. Far beyond what people write, far below what overflows a thread's stack.
+/// The deepest nesting of expressions, blocks and includes, and the greatest height of the syntax
+/// tree: recursive walks of the tree rely on it. It is far beyond scripts that people write, and
+/// far below the depth that overflows a thread's stack.
 pub const MAX_NESTING: u32 = 200;
 
-/// What the front end makes of a script.
+/// The front end's result for a script.
 #[derive(Debug, Clone, Default)]
 pub struct Parsed {
     /// The syntax tree, as far as it could be built.
     pub script: Script,
     /// The script and everything that it includes.
     pub sources: SourceMap,
-    /// In the order of the sources.
+    /// The diagnostics, in the order of the sources.
     pub diagnostics: Vec<Diagnostic>,
     /// Hash of the tokens after includes, see [`hash_tokens`].
     pub token_hash: u32,
@@ -89,7 +91,7 @@ fn parse_loaded(loaded: Loaded) -> Parsed {
     Parsed { script, sources, diagnostics, token_hash, strings, hidden }
 }
 
-/// Proof that a diagnostic was issued for what could not be parsed.
+/// Proof that a diagnostic was issued for text that could not be parsed.
 #[derive(Debug, Clone, Copy)]
 struct Reported;
 
@@ -106,13 +108,13 @@ struct Parser<'a> {
     last_error: Option<usize>,
     /// Set by an error after which nothing else can be said.
     gave_up: bool,
-    /// How many levels are open here.
+    /// The number of levels that are open here.
     depth: u32,
     /// The height of the tree built so far inside the innermost level.
     height: u32,
     /// The brackets that are open here, as token positions; those of statement blocks too.
     open: Vec<usize>,
-    /// How many statement blocks are open here.
+    /// The number of statement blocks that are open here.
     blocks: u32,
     strings: BTreeSet<String>,
     /// Tokens that were not understood.
@@ -142,7 +144,7 @@ impl<'a> Parser<'a> {
         self.token_at(self.position)
     }
 
-    /// The token at `position`, the final one for every position behind it.
+    /// Returns the token at `position`; the final one for every position after it.
     fn token_at(&self, position: usize) -> &'a Token {
         static END: Token = Token {
             kind: TokenKind::FileEnd,
@@ -183,7 +185,7 @@ impl<'a> Parser<'a> {
         *self.kind() == TokenKind::FileEnd
     }
 
-    /// The token here; the parser moves behind it.
+    /// Returns the token here and moves past it.
     fn advance(&mut self) -> &'a Token {
         let token = self.token();
         if self.position + 1 < self.tokens.len() {
@@ -244,7 +246,7 @@ impl<'a> Parser<'a> {
         let diagnostic = Diagnostic::new(Code::NestingTooDeep, self.span(), message)
             .help("give a part of it a name: store it in a variable, or make a function of it");
         let reported = self.report(diagnostic);
-        // What follows is most likely not meant for people; its errors would not help anybody.
+        // The rest is most likely not written by a person; its errors would not help.
         self.gave_up = true;
         self.position = self.tokens.len().saturating_sub(1);
         reported

@@ -1,10 +1,10 @@
-//! Why the virtual machine refuses an image, in sentences.
+//! The reasons why the virtual machine refuses an image, in sentences.
 
 use bittybuzz_vm_core::ImageError;
 use bittybuzz_vm_core::builtin::Feature;
 use bittybuzz_vm_core::image::VERSION;
 
-/// What is wrong, behind the name of the image.
+/// Returns the sentence about the mistake that follows the name of the image.
 pub fn sentence(cause: &ImageError) -> String {
     match cause {
         ImageError::NotAnImage => "is not an image".to_owned(),
@@ -55,7 +55,7 @@ pub fn sentence(cause: &ImageError) -> String {
     }
 }
 
-/// What to do about it.
+/// Returns the cure.
 pub fn help(cause: &ImageError) -> Option<String> {
     let help = match cause {
         ImageError::Version(version) if *version > u16::from(VERSION) => {

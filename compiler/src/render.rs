@@ -24,7 +24,7 @@ pub const MOST_MARKED_BYTES: usize = 60;
 /// The most source lines that one mark covers; a longer span is marked in its first line only.
 const MOST_MARKED_LINES: usize = 6;
 
-/// Places at most so many lines apart are shown in one piece of source text.
+/// Places at most this number of lines apart are shown in one piece of source text.
 const NEAR: usize = 10;
 
 /// Writes the diagnostics of one compilation.
@@ -36,7 +36,7 @@ pub struct Renderer<'a> {
     layouts: Vec<Layout>,
 }
 
-/// What is computed once of a file.
+/// The layout of a file, computed once.
 struct Layout {
     /// The offsets at which its lines begin.
     line_starts: Vec<usize>,
@@ -44,7 +44,7 @@ struct Layout {
     is_ascii: bool,
 }
 
-/// Whether text output is coloured with ANSI escape sequences.
+/// The choice of colours by ANSI escape sequences in text output.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Color {
     /// Plain text.
@@ -127,7 +127,8 @@ impl<'a> Renderer<'a> {
         })
     }
 
-    /// As [`SourceMap::line_column`], without reading the file from its beginning.
+    /// Returns the position as [`SourceMap::line_column`] does, without reading the file from its
+    /// beginning.
     fn position(&self, file: FileId, offset: usize) -> LineColumn {
         let line = self.line_of(file, offset);
         let start = self.line_start(file, line);
@@ -148,7 +149,7 @@ impl<'a> Renderer<'a> {
         starts.partition_point(|start| *start <= offset).saturating_sub(1)
     }
 
-    /// Where a line begins; for lines behind the last one, where the file ends.
+    /// Returns the beginning of a line; for lines after the last one, the end of the file.
     fn line_start(&self, file: FileId, line: usize) -> usize {
         let start = self.layout(file).and_then(|layout| layout.line_starts.get(line).copied());
         start.unwrap_or(self.sources.file(file).text.len())
@@ -233,7 +234,7 @@ impl<'a> Renderer<'a> {
     }
 }
 
-/// A place in the source text with what is written under it.
+/// A place in the source text with the label under it.
 struct Mark<'a> {
     span: Span,
     label: &'a str,

@@ -32,7 +32,8 @@ impl Span {
 /// A file that was read.
 #[derive(Debug, Clone)]
 pub struct SourceFile {
-    /// As the user would write it: the argument of the command line, or the resolved path of an include.
+    /// The path as the user would write it: the argument of the command line, or the resolved path
+    /// of an include.
     pub path: PathBuf,
     /// The whole text.
     pub text: String,

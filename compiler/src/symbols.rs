@@ -1,7 +1,9 @@
-//! What the host knows of an image: names, texts and places, kept beside it as `.sym` (JSON).
+//! The host's knowledge of an image: names, texts and places, kept beside it as `.sym` (JSON).
 //!
-//! A robot reports numbers: a position, a function, a string. With the symbols of the same script hash these become
-//! file, line and column, names and text. Positions count from the start of the image's code, as faults do.
+//! A robot reports numbers: a position, a function, a string. With the symbols of the same script
+//! hash these become
+//! file, line and column, names and text. Positions count from the start of the image's code, as
+//! faults do.
 
 use std::fmt;
 
@@ -36,7 +38,7 @@ pub struct Symbols {
     pub globals: Vec<String>,
     /// Names of the imported robot functions, by number.
     pub imports: Vec<String>,
-    /// Where the code comes from, in order.
+    /// The sources of the code, in order.
     pub lines: Vec<LineEntry>,
 }
 
@@ -45,7 +47,7 @@ pub struct Symbols {
 pub struct FunctionSymbol {
     /// Its name; for a lambda where it is written.
     pub name: String,
-    /// Where its header is in the code.
+    /// The place of its header in the code.
     pub offset: u32,
     /// Its parameters, variables, captured values and `self`, by the start of their ranges.
     pub locals: Vec<LocalSymbol>,
@@ -143,10 +145,10 @@ impl<'de> Deserialize<'de> for LineEntry {
     }
 }
 
-/// Why a `.sym` file cannot be used.
+/// A reason why a `.sym` file cannot be used.
 #[derive(Debug)]
 pub enum SymbolsError {
-    /// It is not what this version writes.
+    /// It is not in the format of this version.
     Malformed(serde_json::Error),
     /// It was written by another version.
     Format(u32),

@@ -1,4 +1,4 @@
-//! Tokens: what the lexer makes of the text and the parser reads.
+//! Tokens: the output of the lexer and the input of the parser.
 
 use bittybuzz_vm_core::hash::{fnv_1a, fnv_1a_from};
 
@@ -20,11 +20,11 @@ pub enum Separation {
 /// One token with its place.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Token {
-    /// What it is.
+    /// Its kind.
     pub kind: TokenKind,
-    /// Where it stands.
+    /// Its place.
     pub span: Span,
-    /// What separates it from the token before.
+    /// The separation from the token before it.
     pub separation: Separation,
 }
 
@@ -65,7 +65,7 @@ macro_rules! fixed_tokens {
         pub enum Fixed { $(#[doc = concat!("`", $text, "`")] $variant,)* }
 
         impl Fixed {
-            /// As it is written in a script.
+            /// Returns the form in a script.
             pub fn text(self) -> &'static str {
                 match self { $(Fixed::$variant => $text,)* }
             }
@@ -151,7 +151,7 @@ impl Fixed {
 }
 
 impl TokenKind {
-    /// How a message names this token.
+    /// Returns the name of this token in messages.
     pub fn describe(&self) -> String {
         match self {
             TokenKind::Name(name) => format!("`{name}`"),

@@ -1,8 +1,11 @@
-//! With how many arguments functions are called, as far as the program tells.
+//! The numbers of arguments with which functions are called, as far as the program shows them.
 //!
-//! A `.bo` file does not say how many parameters a function has. Mostly its own use of locals tells enough, but where
-//! a function creates a lambda, parameters that only the lambda uses look like the lambda's own. Then the calls
-//! decide. To find the calls of a function that is stored, passed on or returned, all places that may hold the same
+//! A `.bo` file does not say how many parameters a function has. Mostly its own use of locals tells
+//! enough, but where
+//! a function creates a lambda, parameters that only the lambda uses look like the lambda's own.
+//! Then the calls
+//! decide. To find the calls of a function that is stored, passed on or returned, all places that
+//! may hold the same
 //! function are put in one class: globals, fields by name, elements, locals, parameters, results.
 
 use std::collections::{BTreeMap, BTreeSet, HashMap};
@@ -34,7 +37,7 @@ type Class = usize;
 
 #[derive(Debug, Default)]
 struct Members {
-    /// What it was merged into.
+    /// The class into which it was merged.
     into: Option<Class>,
     /// Numbers of arguments in calls.
     counts: BTreeSet<usize>,
@@ -52,8 +55,9 @@ pub struct Arities {
 }
 
 impl Arities {
-    /// Looks through a program. `entries` are the names of functions that the host calls without arguments;
-    /// `has_plain_base` tells which functions have their first parameter as local 1.
+    /// Looks through a program. `entries` are the names of functions that the host calls without
+    /// arguments;
+    /// `has_plain_base` is true for functions whose first parameter is local 1.
     pub fn new(
         outlines: &[Outline],
         names: &Names,
@@ -156,7 +160,7 @@ impl Arities {
         self.classes[class].counts.insert(count);
     }
 
-    /// The class of what a function of this class returns.
+    /// Returns the class of the value that a function of this class returns.
     fn result(&mut self, class: Class) -> Class {
         let class = self.find(class);
         if let Some(result) = self.classes[class].result {
@@ -375,7 +379,7 @@ fn callback(callee: &Expr, index: usize, names: &Names) -> Option<usize> {
     }
 }
 
-/// `neighbors`, or what one of its functions returns.
+/// Returns true for `neighbors` and the results of its functions.
 fn is_neighbors(expr: &Expr, names: &Names) -> bool {
     match &expr.kind {
         ExprKind::Name(id) => names.text(*id) == "neighbors",

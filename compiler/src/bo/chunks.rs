@@ -87,7 +87,7 @@ impl Chunks {
         Ok(Chunks { registrations, chunks, starts })
     }
 
-    /// Where a chunk starts.
+    /// Returns the start of a chunk.
     pub fn start(&self, number: usize) -> usize {
         self.chunks.get(number).map_or(0, |chunk| chunk.code.start)
     }
@@ -129,7 +129,7 @@ fn creator(bo: &Bo, bounds: &[usize], number: usize, at: usize) -> Result<usize,
     if creator < number { Ok(creator) } else { Err(bo.error(at, Cause::LambdaBeforeCreator)) }
 }
 
-/// Where the code of a chunk ends: before the instruction that ends every chunk of its kind.
+/// Returns the end of a chunk's code: before the instruction that ends every chunk of its kind.
 fn body_end(bo: &Bo, number: usize, start: usize, end: usize) -> Result<usize, BoError> {
     // For a script without any statement the compiler writes no `done`.
     if number == 0 && start == bo.code.len() && bo.strings.is_empty() {

@@ -27,7 +27,7 @@ pub struct DebugPlace {
     pub column: u32,
 }
 
-/// Why a `.bdb` file cannot be used. The program runs without it.
+/// A reason why a `.bdb` file cannot be used. The program runs without it.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum DebugError {
     /// It ends inside the record at this offset.
@@ -77,7 +77,7 @@ impl DebugInfo {
                 .ok()
                 .filter(|offset| bo.code.binary_search_by_key(offset, |i| i.offset).is_ok());
             let Some(offset) = instruction else { return Err(DebugError::OtherProgram(start)) };
-            // Behind the end of the script the compiler writes line 0 of no file.
+            // After the end of the script the compiler writes line 0 of no file.
             if line == 0 {
                 continue;
             }
@@ -95,7 +95,7 @@ impl DebugInfo {
         })
     }
 
-    /// Where the instruction at an offset comes from.
+    /// Returns the source of the instruction at an offset.
     pub fn place(&self, offset: usize) -> Option<DebugPlace> {
         self.places.get(&offset).copied()
     }

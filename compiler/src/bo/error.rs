@@ -1,4 +1,4 @@
-//! Why a `.bo` file cannot be imported.
+//! The reasons why a `.bo` file cannot be imported.
 
 use std::collections::BTreeSet;
 use std::fmt;
@@ -6,7 +6,7 @@ use std::fmt;
 use crate::codegen::asm::MAX_PARAMETERS;
 use crate::include::MAX_SOURCE_BYTES;
 
-/// Why and where.
+/// A reason and its place.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct BoError {
     /// Offset in the file.
@@ -15,7 +15,7 @@ pub struct BoError {
     pub cause: Cause,
 }
 
-/// What is wrong with a `.bo` file.
+/// A mistake in a `.bo` file.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub enum Cause {
     // The file.
@@ -91,8 +91,8 @@ pub enum Cause {
     SelfAssigned,
     /// A local is used that does not exist there, or more are removed than were made.
     InconsistentLocals,
-    /// What a lambda in this function takes for its own parameters depends on how many the function has, which the
-    /// file does not tell; its calls pass these numbers of arguments.
+    /// The parameters of a lambda in this function depend on the number of the function's own,
+    /// which the file does not have; its calls pass these numbers of arguments.
     UnknownParameters(BTreeSet<usize>),
 
     /// A function has more parameters than an image can name.
@@ -102,7 +102,7 @@ pub enum Cause {
 }
 
 impl Cause {
-    /// Whether the file may be sound but cannot come from the Buzz compiler.
+    /// Returns true if the file may be sound but cannot come from the Buzz compiler.
     fn is_foreign(&self) -> bool {
         match self {
             Cause::TooLarge

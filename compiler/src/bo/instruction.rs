@@ -2,7 +2,8 @@
 
 use crate::ast::{BinaryOp, UnaryOp};
 
-/// What an instruction does. In the notation the top of the stack is on the right. Strings and places in the code
+/// The action of an instruction. In the notation the top of the stack is on the right. Strings and
+/// places in the code
 /// are given by their numbers.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Action {
@@ -54,7 +55,7 @@ pub enum Action {
     Lload(u32),
     /// `a --`: local = a
     Lstore(u32),
-    /// Forgets so many of the last locals.
+    /// Removes this number of the last locals.
     Lremove(u32),
     /// `--`
     Jump(usize),
@@ -64,7 +65,7 @@ pub enum Action {
     Jumpnz(usize),
 }
 
-/// What follows an opcode in the file, and how the action comes of it.
+/// The bytes after an opcode in the file, and the action that they make.
 #[derive(Debug, Clone, Copy)]
 pub enum Form {
     /// Nothing.
@@ -146,8 +147,8 @@ pub const TABLE: [(&str, Form); 47] = {
 pub struct Instruction {
     /// Offset of its opcode from the start of the file.
     pub offset: usize,
-    /// As assembly text names it.
+    /// The name in assembly text.
     pub mnemonic: &'static str,
-    /// What it does. Jumps and functions name the number of an instruction, not its offset.
+    /// Its action. Jumps and functions name the number of an instruction, not its offset.
     pub action: Action,
 }

@@ -9,9 +9,9 @@ use crate::source::{FileId, Span};
 /// The text of a `.bo` file, and which line is which instruction.
 #[derive(Debug, Clone)]
 pub struct Listing {
-    /// `OFFSET: mnemonic argument`, for a string with its text behind `#`.
+    /// `OFFSET: mnemonic argument`, for a string with its text after `#`.
     pub text: String,
-    /// Where each line starts.
+    /// The start of each line.
     starts: Vec<u32>,
 }
 

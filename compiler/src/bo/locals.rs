@@ -1,9 +1,13 @@
-//! How many parameters a function has, which its file does not say.
+//! The number of a function's parameters, which its file does not have.
 //!
-//! Locals are numbered: 0 is `self`, in a lambda the locals of its creator follow, then the parameters, then each
-//! `var`, which starts with `pushnil; lstore` of the next free number and ends with the `lremove` of its block. With a
-//! supposed number of parameters every use of a local means something or is wrong, so code that has a `var` fits one
-//! number only. Code without fits all that are large enough; the smallest is right, for nobody reads the others,
+//! Locals are numbered: 0 is `self`, in a lambda the locals of its creator follow, then the
+//! parameters, then each
+//! `var`, which starts with `pushnil; lstore` of the next free number and ends with the `lremove`
+//! of its block. With a
+//! supposed number of parameters every use of a local means something or is wrong, so code that has
+//! a `var` fits one
+//! number only. Code without fits all that are large enough; the smallest is right, for nobody
+//! reads the others,
 //! unless a lambda does.
 
 use crate::bo::listing::Listing;
@@ -32,14 +36,14 @@ pub fn parameters(outline: &Outline, base: u32, listing: &Listing) -> Parameters
     let start_otherwise = outline.touched.iter().filter(|(_, starts_like_var)| !**starts_like_var);
     let count = |local: u32| (local + 1).saturating_sub(base);
     let least = start_otherwise.map(|(local, _)| count(*local)).max().unwrap_or(0);
-    // Above the highest local there is nothing to tell the numbers apart.
+    // Above the highest local nothing distinguishes the numbers.
     let most = outline.touched.keys().map(|local| count(*local)).max().unwrap_or(0);
     let most = most.min(MAX_PARAMETERS as u32);
     let fits = |parameters| {
         let mut check = Check { listing, live: base.saturating_add(parameters) };
         match check.block(&outline.nodes)? {
             Open { count: 0, .. } => Ok(()),
-            // The end of a function removes what its `var`s made.
+            // The end of a function removes the locals of its `var`s.
             Open { at, .. } => Err(Misfit(at)),
         }
     };
@@ -61,7 +65,7 @@ pub fn parameters(outline: &Outline, base: u32, listing: &Listing) -> Parameters
 #[derive(Debug, Clone, Copy, Default)]
 struct Open {
     count: u32,
-    /// Where one of them starts.
+    /// The start of one of them.
     at: usize,
 }
 

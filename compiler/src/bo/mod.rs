@@ -50,16 +50,16 @@ use error::BoError;
 use listing::Listing;
 use read::Bo;
 
-/// What comes of a `.bo` file.
+/// The result of a `.bo` file.
 #[derive(Debug, Clone)]
 pub struct Imported {
-    /// As of a script. Its source is the listing.
+    /// The result of compiling it as a script. Its source is the listing.
     pub compiled: Compiled,
-    /// What is to be said about the file itself.
+    /// Warnings about the file itself.
     pub warnings: Vec<Warning>,
 }
 
-/// What is wrong with a `.bo` file that can be run all the same.
+/// A flaw of a `.bo` file that can be run all the same.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub enum Warning {
     /// The debug file is of no use.

@@ -10,7 +10,7 @@ use crate::check::tree::NameId;
 pub struct GlobalName {
     /// The name.
     pub text: String,
-    /// Whether any code reads it.
+    /// True if any code reads it.
     pub is_read: bool,
     /// Chunks of the named functions of that name; the last one counts.
     pub functions: Vec<usize>,
@@ -45,7 +45,7 @@ impl Names {
     }
 }
 
-/// Whether a script could use the text as a name.
+/// Returns an error if a script could not use the text as a name.
 pub fn check_name(text: &str) -> Result<(), Cause> {
     let mut characters = text.chars();
     let is_identifier = characters.next().is_some_and(|c| c.is_ascii_alphabetic() || c == '_')

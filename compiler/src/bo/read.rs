@@ -4,7 +4,8 @@ use crate::bo::error::{BoError, Cause};
 use crate::bo::instruction::{Action, Form, Instruction, TABLE};
 use crate::include::MAX_SOURCE_BYTES;
 
-/// A `.bo` file of which every number is sound. What its instructions do together is not checked.
+/// A `.bo` file of which every number is sound. The combined effect of its instructions is not
+/// checked.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Bo {
     /// Strings by number.
@@ -53,12 +54,12 @@ impl Bo {
         Ok(Bo { strings, code, length: bytes.len() })
     }
 
-    /// The action at a place; behind the last instruction nothing happens.
+    /// Returns the action at a place; after the last instruction, one without effect.
     pub fn action(&self, at: usize) -> Action {
         self.code.get(at).map_or(Action::Nop, |instruction| instruction.action)
     }
 
-    /// Offset of an instruction; the length of the file behind the last one.
+    /// Returns the offset of an instruction; the length of the file after the last one.
     pub fn offset(&self, at: usize) -> usize {
         self.code.get(at).map_or(self.length, |instruction| instruction.offset)
     }

@@ -89,7 +89,7 @@ struct Builder<'a> {
     names: &'a Names,
     arities: Arities,
     strings: BTreeSet<String>,
-    /// How many locals exist at this place, `self` and those of the creators included.
+    /// The number of locals at this place, `self` and those of the creators included.
     live: u32,
 }
 
@@ -116,7 +116,7 @@ impl Builder<'_> {
         Ok(Function { params, body: Block { stmts, span }, span })
     }
 
-    /// How many parameters a function has.
+    /// Returns the number of a function's parameters.
     fn parameters(&mut self, number: usize, base: u32) -> Result<u32, BoError> {
         let start = self.chunks.start(number);
         let Some(outline) = self.outlines.get(number) else { return Ok(0) };
@@ -148,7 +148,7 @@ impl Builder<'_> {
         }
     }
 
-    /// Whether nothing reads the name of a named function.
+    /// Returns true if no code reads the name of a named function.
     fn is_dead(&self, number: usize) -> bool {
         let mut names = self.names.iter().filter(|(_, name)| name.functions.contains(&number));
         names.any(|(_, name)| !name.is_read && !ENTRIES.contains(&name.text.as_str()))
@@ -191,7 +191,8 @@ impl Builder<'_> {
                     stmts.push(self.stmt(StmtKind::If { branches, otherwise }, *at));
                 }
                 Node::Loop { condition, update, body, at } => {
-                    // The statement before a `for` is its first part; it comes before what the body declares, too.
+                    // The statement before a `for` is its first part; it comes before the
+                    // declarations of the body, too.
                     let is_simple = |stmt: &mut Stmt| {
                         matches!(stmt.kind, StmtKind::Assign { .. } | StmtKind::Call(_))
                     };
@@ -270,7 +271,7 @@ impl Builder<'_> {
         Ok(())
     }
 
-    /// Whether an expression, or a lambda in it, names a local.
+    /// Returns true if an expression, or a lambda in it, names a local.
     fn names_local(&self, expr: &tree::Expr, number: u32) -> bool {
         let mut found = match expr.kind {
             tree::ExprKind::Local(local) => local.0 == number as usize,
@@ -350,7 +351,8 @@ impl Builder<'_> {
     }
 }
 
-/// A loop. What cannot be a `for` becomes a `while` that does the update at the end of its body.
+/// Makes a loop. A loop that cannot be a `for` becomes a `while` with the update at the end of its
+/// body.
 fn repeat(
     init: Option<Stmt>,
     condition: Expr,

@@ -1,6 +1,7 @@
-//! The operand stack while code is read: what each instruction pushes is the expression that it computes.
+//! The operand stack while code is read: each instruction pushes the expression that it computes.
 //!
-//! The Buzz compiler writes every expression from left to right and leaves the stack empty behind every statement. So
+//! The Buzz compiler writes every expression from left to right and leaves the stack empty behind
+//! every statement. So
 //! the expression that an instruction takes from the stack is the one that the script had there.
 
 use crate::ast::{BinaryOp, Power, UnaryOp};
@@ -16,7 +17,7 @@ use crate::source::Span;
 enum Entry {
     /// A value.
     Value(Expr),
-    /// What `dup` made of the table below it.
+    /// The copy of the table below it, made by `dup`.
     Copy,
     /// The function found under this key in the table below it.
     Method(Expr),
@@ -27,13 +28,13 @@ enum Entry {
 pub struct Stack {
     /// Each with the height of its expression.
     entries: Vec<(Entry, u32)>,
-    /// How many blocks are open: the tree is that much higher.
+    /// The number of open blocks: the tree is higher by that.
     pub depth: u32,
     /// The height of the tree so far, open blocks included.
     pub highest: u32,
 }
 
-/// What a table access makes: `t.x` where the key is a string.
+/// Returns the expression of a table access: `t.x` if the key is a string.
 pub fn element(table: Expr, key: Expr, span: Span) -> Expr {
     let object = Box::new(table);
     let kind = match key.kind {
@@ -44,7 +45,7 @@ pub fn element(table: Expr, key: Expr, span: Span) -> Expr {
 }
 
 impl Stack {
-    /// Whether nothing is on it.
+    /// Returns true if it is empty.
     pub fn is_empty(&self) -> bool {
         self.entries.is_empty()
     }
@@ -230,7 +231,7 @@ impl Stack {
     }
 }
 
-/// Whether it makes no difference that an expression is not evaluated: it has no effect and cannot fault.
+/// Returns true if an expression may be left out: it has no effect and cannot fault.
 fn does_nothing(expr: &Expr) -> bool {
     match &expr.kind {
         ExprKind::Nil

@@ -44,7 +44,7 @@ pub enum Node {
     },
     /// `lremove`
     Remove {
-        /// How many locals end.
+        /// The number of locals that end.
         count: u32,
         /// The instruction.
         at: usize,
@@ -78,7 +78,7 @@ pub enum Node {
     Loop {
         /// The condition.
         condition: Expr,
-        /// What `for` does after each round; the file has it before the body.
+        /// The update of `for` after each round; the file has it before the body.
         update: Vec<Node>,
         /// The body.
         body: Vec<Node>,
@@ -87,7 +87,7 @@ pub enum Node {
     },
 }
 
-/// What a chunk does, but for the meaning of its locals.
+/// The structure of a chunk, without the meaning of its locals.
 #[derive(Debug, Clone, Default)]
 pub struct Outline {
     /// Its statements.
@@ -96,7 +96,7 @@ pub struct Outline {
     pub touched: BTreeMap<u32, bool>,
     /// Every local that it or a lambda in it names.
     pub reach: BTreeSet<u32>,
-    /// Whether it names local 0.
+    /// True if it names local 0.
     pub names_self: bool,
     /// The lambdas that it creates, and whether inside an `if`, `while` or `for`.
     pub lambdas: Vec<(usize, bool)>,

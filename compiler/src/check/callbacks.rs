@@ -1,4 +1,4 @@
-//! Checks functions that the machine calls back: whether their parameters are what they get.
+//! Checks the parameters of functions that the machine calls back against its arguments.
 
 use std::collections::BTreeSet;
 
@@ -23,7 +23,7 @@ enum Role {
     Key,
     /// The number of a robot.
     Id,
-    /// The record that tells where a neighbour is.
+    /// The record with the place of a neighbour.
     Data,
     /// Any value.
     Value,
@@ -49,7 +49,7 @@ impl Role {
     }
 }
 
-/// The argument that is called back, and what it gets.
+/// Returns the argument that is called back, and the roles of its parameters.
 fn roles(info: &Info) -> Option<(usize, &'static [Role])> {
     use Role::{Data, Id, Key, Topic, Value};
     Some(match info.number {
@@ -338,7 +338,7 @@ fn is_assigned(body: &[Stmt], id: LocalId) -> bool {
     found
 }
 
-/// The first use of a parameter that stops the script, and what it is.
+/// Returns the first use of a parameter that stops the script, and its description.
 fn wrong_use(body: &[Stmt], id: LocalId, role: Role) -> Option<(Span, &'static str)> {
     let mut found = None;
     each_expr(body, &mut |expr| {

@@ -18,7 +18,7 @@ fn is_complete(args: &[Expr]) -> bool {
 }
 
 impl Checker<'_> {
-    /// Checks the callee and its arguments; what they are made of is checked elsewhere.
+    /// Checks the callee and its arguments; their parts are checked elsewhere.
     pub fn check_call(&mut self, callee: &Expr, args: &[Expr], span: Span) {
         match &callee.kind {
             ExprKind::Name(name) => self.check_named_call(*name, args, callee.span, span),
@@ -244,7 +244,7 @@ impl Checker<'_> {
     }
 }
 
-/// Whether a parameter takes a value of that type; what is not known may fit.
+/// Returns true if a parameter takes a value of that type; an unknown value may fit.
 fn accepts(parameter: Type, kind: Option<Kind>) -> bool {
     match (parameter, kind) {
         (Type::Any, _) | (_, None) => true,

@@ -95,7 +95,7 @@ fn not_function(program: &Program, id: NameId, meanings: &Meanings<'_>) -> Optio
         assigned_values(&function.body, &mut assigned);
     }
     let values = assigned.remove(&id)?;
-    // One function among them, or a value that cannot be seen, may be what the robot calls.
+    // The robot may call one function among them, or a value that cannot be seen.
     let kind = |value: &Expr| kind_of(value, meanings);
     let is_value = |value: &&Expr| !matches!(kind(value), None | Some(Kind::Function | Kind::Nil));
     if values.is_empty() || !values.iter().all(is_value) {

@@ -202,7 +202,7 @@ fn created_in_step(program: &Program, meanings: &Meanings<'_>) -> Option<Diagnos
         let value = match &stmt.kind {
             StmtKind::Var { value, .. } => value.as_ref(),
             StmtKind::Assign { value, .. } | StmtKind::Call(value) => Some(value),
-            // Behind a condition not every step comes by, and after a block that returns neither.
+            // After a condition not every step passes, and after a block that returns none does.
             StmtKind::If { .. } | StmtKind::While { .. } | StmtKind::Return(_) => return None,
         };
         let Some(value) = value else { continue };

@@ -1,4 +1,5 @@
-//! Checks a script as a whole: what its names mean, and what can be seen to go wrong before it runs.
+//! Checks a script as a whole: the meaning of its names, and the mistakes that are visible before
+//! it runs.
 
 mod arguments;
 mod callbacks;
@@ -26,12 +27,12 @@ use names::Meanings;
 use robots::Robots;
 use tree::Program;
 
-/// A script whose names are resolved, and what is to be said about it.
+/// A script whose names are resolved, and the diagnostics about it.
 #[derive(Debug, Clone)]
 pub struct Checked<'a> {
     /// The script.
     pub program: Program,
-    /// What its names mean.
+    /// The meanings of its names.
     pub meanings: Meanings<'a>,
     /// Errors and warnings.
     pub diagnostics: Vec<Diagnostic>,

@@ -1,6 +1,8 @@
-//! What every name of a script means: a constant function, a variable, or something that machine or robot offer.
+//! The meaning of every name of a script: a constant function, a variable, or an offer of machine
+//! or robot.
 //!
-//! The whole program is known, so a function that is never assigned again needs no variable, and a function of an
+//! The whole program is known, so a function that is never assigned again needs no variable, and a
+//! function of an
 //! untouched library is known where it is called.
 
 use std::collections::{BTreeMap, BTreeSet};
@@ -15,7 +17,7 @@ use crate::check::tree::{
 };
 use crate::codegen::constant::Profile;
 
-/// What a name that is no local means.
+/// The meaning of a name that is no local.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Meaning {
     /// Nothing defines it: it reads nil.
@@ -34,7 +36,7 @@ pub enum Meaning {
     RobotId,
 }
 
-/// What a field of a library is.
+/// The meaning of a library's field.
 #[derive(Debug, Clone, Copy)]
 pub enum Member {
     /// Always this built-in.
@@ -61,7 +63,7 @@ pub struct Meanings<'a> {
     objects: BTreeMap<NameId, Library>,
 }
 
-/// What machine and robot offer under a name.
+/// Returns the meaning of a name that machine or robot offer.
 pub fn offered(robots: Robots<'_>, profile: Profile, name: &str) -> Meaning {
     if name == "id" {
         return Meaning::RobotId;
@@ -147,7 +149,7 @@ impl<'a> Meanings<'a> {
         self.profile
     }
 
-    /// What machine and robot offer under a name.
+    /// Returns the meaning of a name that machine or robot offer.
     pub fn offered(&self, name: &str) -> Meaning {
         offered(self.robots, self.profile, name)
     }
@@ -157,7 +159,7 @@ impl<'a> Meanings<'a> {
         self.names.get(name.0).copied().unwrap_or(Meaning::Nil)
     }
 
-    /// Whether a function's self is always nil, because nothing can put it into a table.
+    /// Returns true if a function's self is always nil, because nothing can put it into a table.
     pub fn self_is_nil(&self, function: FunctionId) -> bool {
         self.self_is_nil.get(function.0).copied().unwrap_or(false)
     }
@@ -179,7 +181,7 @@ impl<'a> Meanings<'a> {
         }
     }
 
-    /// What a field of a library is.
+    /// Returns the meaning of a library's field.
     pub fn member(&self, library: Library, key: &str) -> Member {
         if self.escaped.contains(&library) || self.is_assigned(library, key) {
             return Member::Changing;
@@ -192,7 +194,7 @@ impl<'a> Meanings<'a> {
         &self.escaped
     }
 
-    /// Whether the script assigns that field of a library.
+    /// Returns true if the script assigns that field of a library.
     pub fn is_assigned(&self, library: Library, key: &str) -> bool {
         self.assigned.contains(&(library, key.to_owned()))
     }

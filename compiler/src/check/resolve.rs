@@ -79,12 +79,12 @@ impl Resolver {
         &mut self.program.functions[id.0]
     }
 
-    /// Whether the place belongs to the global code, in a block or not.
+    /// Returns true if the place belongs to the global code, in a block or not.
     fn is_global_code(&self) -> bool {
         self.contexts.last().is_some_and(|context| context.function == FunctionId::GLOBAL)
     }
 
-    /// Whether a `var` here declares a global.
+    /// Returns true if a `var` here declares a global.
     fn is_top_level(&self) -> bool {
         self.is_global_code()
             && self.contexts.last().is_some_and(|context| context.blocks.len() == 1)
@@ -110,7 +110,8 @@ impl Resolver {
         LocalId(function.locals.len() - 1)
     }
 
-    /// What a name means here; `None` for a global. Captures it where it belongs to a function around this one.
+    /// Returns the meaning of a name here; `None` for a global. Captures it if it belongs to a
+    /// function around this one.
     fn find(&mut self, name: &str) -> Option<Binding> {
         let owner =
             (0..self.contexts.len()).rev().find(|&at| self.contexts[at].find(name).is_some())?;
@@ -244,7 +245,8 @@ impl Resolver {
         Stmt { kind: StmtKind::Var { local, value }, span }
     }
 
-    /// Where the local variable of that name is declared that can be seen from here, also from inside a lambda.
+    /// Returns the declaration of the visible local variable of that name, also from inside a
+    /// lambda.
     fn visible_local(&self, name: &str) -> Option<Span> {
         self.contexts.iter().rev().find_map(|context| match context.find(name)? {
             Binding::Local(local) => {
@@ -480,7 +482,7 @@ impl Resolver {
     }
 }
 
-/// Whether control never comes behind the statement.
+/// Returns true if control never gets past the statement.
 fn leaves(stmt: &Stmt) -> bool {
     let block_leaves = |block: &Block| block.stmts.iter().any(leaves);
     match &stmt.kind {

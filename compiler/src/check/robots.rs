@@ -1,4 +1,5 @@
-//! What the robots offer to the script: those of one robot, or of every known robot when none is named.
+//! The functions that robots offer to the script: those of one robot, or of every known robot when
+//! none is named.
 
 use bittybuzz_robot_spec::{Function, Robot};
 use bittybuzz_vm_core::builtin::{self, Library};
@@ -6,7 +7,7 @@ use bittybuzz_vm_core::builtin::{self, Library};
 /// The robots that a script is compiled for.
 #[derive(Debug, Clone, Copy)]
 pub struct Robots<'a> {
-    /// The robot that the script is built for; `None` to accept what any robot accepts.
+    /// The robot for which the script is built; `None` to accept the functions of any robot.
     pub target: Option<&'a Robot>,
     /// Every robot that is known.
     pub known: &'a [Robot],
@@ -24,12 +25,12 @@ impl<'a> Robots<'a> {
         self.targets().filter_map(|robot| robot.function(name)).collect()
     }
 
-    /// Whether the table exists on a robot that runs the script.
+    /// Returns true if the table exists on a robot that runs the script.
     pub fn has_table(self, name: &str) -> bool {
         self.targets().any(|robot| robot.table(name).is_some())
     }
 
-    /// Whether the field of a table exists on a robot that runs the script.
+    /// Returns true if the field of a table exists on a robot that runs the script.
     pub fn has_field(self, table: &str, field: &str) -> bool {
         let mut tables = self.targets().filter_map(|robot| robot.table(table));
         tables.any(|table| table.fields.iter().any(|known| known.name == field))

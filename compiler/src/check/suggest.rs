@@ -1,4 +1,4 @@
-//! Likely names: what the author may have meant by a name that nothing defines.
+//! Likely names: suggestions for a name that nothing defines.
 
 use bittybuzz_vm_core::builtin::{self, Library};
 
@@ -137,7 +137,7 @@ fn for_object(library: Library, key: &str) -> Option<String> {
     Some(format!("`{variable} = {library}.create(1)` in `init` makes one that has it: `{form}`"))
 }
 
-/// Whether the first letters say enough, as in `squareroot` and `sqrt`.
+/// Returns true if the first letters are enough, as in `squareroot` and `sqrt`.
 fn is_prefix(key: &str, name: &str) -> bool {
     key.len() >= 3
         && key.chars().take(2).eq(name.chars().take(2))
@@ -157,7 +157,7 @@ pub fn path(info: &builtin::Info) -> String {
     }
 }
 
-/// As scripts write a library.
+/// Returns the name of a library as scripts write it.
 pub fn library_path(library: Library) -> &'static str {
     match library {
         Library::Rng => "math.rng",
@@ -196,7 +196,7 @@ fn foreign(name: &str) -> Option<&'static str> {
     })
 }
 
-/// What something is, for messages.
+/// Returns a description of a meaning, for messages.
 pub fn describe(meaning: Meaning) -> &'static str {
     match meaning {
         Meaning::Nil => "nil",

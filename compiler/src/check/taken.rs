@@ -7,7 +7,7 @@ use crate::codegen::constant::Profile;
 use crate::codes::Code;
 use crate::diagnostic::Diagnostic;
 
-/// Checks what a script does with names.
+/// Checks the names that a script defines.
 pub fn check_names(program: &Program, robots: Robots<'_>, profile: Profile) -> Vec<Diagnostic> {
     let mut diagnostics = Vec::new();
     for name in &program.names {
@@ -39,7 +39,7 @@ fn taken(name: &Name, robots: Robots<'_>, profile: Profile) -> Option<Diagnostic
     )
 }
 
-/// Where no robot is named, a script that takes the name of what only some robots have is none the worse.
+/// Without a named robot, a script may take a name that only some robots have.
 fn of_robot(name: &str, robots: Robots<'_>) -> Option<String> {
     match robots.target {
         Some(robot) => Some(format!("a function of the {}", robot.title)),

@@ -1,7 +1,8 @@
-//! The script with its names resolved: what [`super::resolve`] makes of the syntax tree, and what checks and code
-//! generator work on.
+//! The script with its names resolved: [`super::resolve`] makes it from the syntax tree, for the
+//! checks and the code generator.
 //!
-//! Functions lie in one list; number 0 is the global code. Parentheses are gone, `for` is a `while` with an update.
+//! Functions lie in one list; number 0 is the global code. Parentheses are gone, `for` is a `while`
+//! with an update.
 
 use std::collections::HashMap;
 
@@ -69,7 +70,7 @@ impl Program {
 /// A name that is no local, and where the script uses it.
 #[derive(Debug, Clone, Default)]
 pub struct Name {
-    /// As written.
+    /// The text as written.
     pub text: String,
     /// Places that read it, but for direct calls.
     pub reads: Vec<Span>,
@@ -112,15 +113,15 @@ impl Function {
 /// A local variable.
 #[derive(Debug, Clone)]
 pub struct Local {
-    /// As written.
+    /// The name as written.
     pub name: String,
-    /// Where it is declared.
+    /// The place of its declaration.
     pub span: Span,
-    /// What it is.
+    /// Its kind.
     pub kind: LocalKind,
 }
 
-/// What a local variable is.
+/// The kind of a local variable.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum LocalKind {
     /// Parameter number, from 0.
@@ -139,13 +140,13 @@ pub enum LocalKind {
 /// A statement.
 #[derive(Debug, Clone)]
 pub struct Stmt {
-    /// What it does.
+    /// The statement.
     pub kind: StmtKind,
     /// Its source.
     pub span: Span,
 }
 
-/// What a statement does.
+/// A statement.
 #[derive(Debug, Clone)]
 pub enum StmtKind {
     /// Declares a local; a `var` that declares a global is an [`StmtKind::Assign`].
@@ -169,7 +170,7 @@ pub enum StmtKind {
         /// The block that runs if none of them is true.
         otherwise: Block,
     },
-    /// `while`, or what follows the first part of a `for`.
+    /// `while`, or the part of a `for` after its first statement.
     While {
         /// The condition.
         condition: Expr,
@@ -205,13 +206,13 @@ pub struct Block {
 /// An expression.
 #[derive(Debug, Clone)]
 pub struct Expr {
-    /// What it computes.
+    /// The expression.
     pub kind: ExprKind,
     /// Its source.
     pub span: Span,
 }
 
-/// What an expression computes.
+/// An expression.
 #[derive(Debug, Clone)]
 pub enum ExprKind {
     /// nil
@@ -234,7 +235,7 @@ pub enum ExprKind {
         object: Box<Expr>,
         /// Name of the field.
         key: String,
-        /// Where the name stands.
+        /// The place of the name.
         key_span: Span,
     },
     /// `object[index]`
@@ -246,7 +247,7 @@ pub enum ExprKind {
     },
     /// `callee(args)`; a callee that is a field or an element makes its table the `self` of the call.
     Call {
-        /// What is called.
+        /// The called value.
         callee: Box<Expr>,
         /// Its arguments.
         args: Vec<Expr>,

@@ -54,7 +54,8 @@ pub fn check_unused(program: &Program, meanings: &Meanings<'_>) -> Vec<Diagnosti
     diagnostics
 }
 
-/// Returns true for a function whose callers are all known, so that its parameters are nobody else's idea.
+/// Returns true for a function whose callers are all known, so that its author chose its
+/// parameters.
 fn is_called_by_name(program: &Program, meanings: &Meanings<'_>, id: FunctionId) -> bool {
     let name = program.function(id).name.as_deref().and_then(|name| program.find_name(name));
     name.is_some_and(|name| {

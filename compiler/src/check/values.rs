@@ -29,7 +29,7 @@ pub enum Kind {
 }
 
 impl Kind {
-    /// As messages name it.
+    /// Returns the name in messages.
     pub fn name(self) -> &'static str {
         match self {
             Kind::Nil => "nil",
@@ -104,7 +104,7 @@ fn number_kind(kind: Option<Kind>) -> Kind {
 }
 
 impl Checker<'_> {
-    /// Whether an integer literal fits the profile.
+    /// Checks that an integer literal fits the profile.
     pub fn check_int(&mut self, value: i64, span: Span) {
         let (low, high) = constant::int_range(self.profile);
         if value < i64::from(low) || value > i64::from(high) {
@@ -129,7 +129,7 @@ impl Checker<'_> {
         }
     }
 
-    /// Whether a float literal fits the profile.
+    /// Checks that a float literal fits the profile.
     pub fn check_float(&mut self, value: f64, span: Span) {
         let nearest = constant::from_bits(self.profile, constant::float_bits(self.profile, value));
         let problem = if value.is_infinite() {

@@ -74,7 +74,7 @@ impl Checker<'_> {
         suggest::for_name(name, self.program, self.function, self.meanings.robots())
     }
 
-    /// Whether a condition around this place makes sure that the name is not nil.
+    /// Returns true if a condition around this place makes sure that the name is not nil.
     pub fn is_guarded(&self, name: NameId) -> bool {
         self.guarded.contains(&name)
     }
@@ -188,7 +188,7 @@ impl Checker<'_> {
         self.guarded.truncate(outside);
     }
 
-    /// Testing for what another robot has is the way to write a script for unlike robots.
+    /// A test for a function of another robot is the way to write a script for unlike robots.
     fn tested_name(&mut self, name: NameId, span: Span) {
         let text = &self.program.name(name).text;
         if self.meanings.robots().elsewhere(text).is_empty() && text != "string" {

@@ -21,7 +21,7 @@ pub const MAX_CAPTURES: usize = 199;
 /// Bytes of a function's header.
 pub const HEADER_BYTES: usize = 2;
 
-/// What the header of a function says.
+/// The facts in the header of a function.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct Shape {
     /// Number of parameters.
@@ -52,7 +52,7 @@ pub struct Label(usize);
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Mark(usize);
 
-/// Why a function cannot be assembled.
+/// A reason why a function cannot be assembled.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum AsmErrorKind {
     /// More than [`MAX_PARAMETERS`] parameters.
@@ -75,7 +75,7 @@ pub enum AsmErrorKind {
     BadLabel,
 }
 
-/// Why and where a function cannot be assembled.
+/// A reason why a function cannot be assembled, and its place.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct AsmError {
     /// The cause.
@@ -89,7 +89,8 @@ pub struct AsmError {
 pub struct FunctionCode {
     /// Header and instructions.
     pub bytes: Vec<u8>,
-    /// Where the instructions come from: offset in `bytes` of the first of a run with one span; ascending.
+    /// The sources of the instructions: offset in `bytes` of the first of a run with one span;
+    /// ascending.
     pub lines: Vec<(usize, Span)>,
     /// Offsets in `bytes` of the marks.
     pub marks: Vec<usize>,
@@ -173,7 +174,7 @@ impl FunctionBuilder {
         self.depth
     }
 
-    /// Whether control can come here; instructions are dropped where it cannot.
+    /// Returns true if control can reach this place; else instructions are dropped.
     pub fn is_reachable(&self) -> bool {
         self.reachable
     }
@@ -351,7 +352,8 @@ impl FunctionBuilder {
                 self.depth = depth;
                 self.reachable = true;
             }
-            // Nothing jumps here yet, and only the head of a loop may be jumped to from behind.
+            // Nothing jumps here yet, and only the head of a loop may be the target of a later
+            // jump.
             None => {}
         }
     }
@@ -490,7 +492,7 @@ impl FunctionBuilder {
         Ok(())
     }
 
-    /// Whether a jump other than the one that enters the loop leads to that label.
+    /// Returns true if a jump other than the one that enters the loop leads to that label.
     fn is_repeated(&self, head: Label) -> bool {
         self.items.iter().any(|item| {
             !item.removed

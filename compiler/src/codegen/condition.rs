@@ -101,7 +101,7 @@ impl<'a> Code<'_, 'a> {
         self.builder.jump(opcode, target, expr.span);
     }
 
-    /// Whether a name is certainly that global built-in.
+    /// Returns true if a name is certainly that global built-in.
     pub fn is_builtin(&self, callee: &Expr, number: u8) -> bool {
         matches!(callee.kind, ExprKind::Name(name)
             if self.generator.meanings.of(name) == Meaning::Builtin(number))

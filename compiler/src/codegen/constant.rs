@@ -11,7 +11,7 @@ pub use bittybuzz_robot_spec::Profile;
 /// A number that is known when the script is compiled.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Number {
-    /// In the range of the profile.
+    /// An integer in the range of the profile.
     Int(i32),
     /// A value that the profile can hold; `f32` holds all of both profiles.
     Float(f32),

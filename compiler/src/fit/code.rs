@@ -1,4 +1,4 @@
-//! The instructions of an image. What cannot be understood ends a function.
+//! The instructions of an image. A byte without meaning ends a function.
 
 use bittybuzz_vm_core::image::Header;
 use bittybuzz_vm_core::opcode::{self, Info};
@@ -6,13 +6,13 @@ use bittybuzz_vm_core::opcode::{self, Info};
 /// An instruction.
 #[derive(Debug, Clone, Copy)]
 pub struct Instruction {
-    /// Where it is, counted from the start of the code.
+    /// Its place, counted from the start of the code.
     pub at: usize,
-    /// Where the next one is.
+    /// The place of the next one.
     pub next: usize,
     pub info: &'static Info,
     pub operand: i16,
-    /// The first byte behind the operand, if something is there.
+    /// The first byte after the operand, if there is one.
     pub trailer: u8,
 }
 

@@ -17,7 +17,7 @@ pub struct Way {
     pub slots: usize,
     /// The functions, an entry first.
     pub functions: Vec<u16>,
-    /// Where each calls the next, counted from the start of the code; one fewer.
+    /// The place of each call to the next function, counted from the start of the code; one fewer.
     pub calls: Vec<usize>,
 }
 
@@ -73,7 +73,8 @@ fn way(functions: &[Function], entry: u16, slots: usize) -> Way {
     way
 }
 
-/// Finds what a function needs, and all that it calls. Not by recursion: a script may have many functions.
+/// Finds the needs of a function and of all that it calls. Not by recursion: a script may have many
+/// functions.
 fn find_needs(functions: &mut [Function], entry: u16) {
     let mut is_active = vec![false; functions.len()];
     // Functions within each other, each with the number of its next call.

@@ -7,7 +7,7 @@ use crate::codes::Code;
 use crate::diagnostic::Diagnostic;
 use crate::source::Span;
 
-/// Where an included file is.
+/// The result of a search for an included file.
 pub(super) enum Found<'a> {
     OnDisk { path: PathBuf, identity: PathBuf },
     InWorkingFolder { path: PathBuf, identity: PathBuf },

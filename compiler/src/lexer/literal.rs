@@ -147,7 +147,7 @@ impl Lexer<'_> {
                     value.push(c);
                 }
                 None => {
-                    // Go on behind the line of the opening quote.
+                    // Continues after the line of the opening quote.
                     self.position = opening;
                     self.eat_while(|c| c != '\n');
                     self.diagnostics.retain(|d| (d.span.start as usize) < opening);
@@ -179,7 +179,7 @@ impl Lexer<'_> {
             && before.next() == Some(&TokenKind::Fixed(Fixed::Function))
     }
 
-    /// Behind a backslash: the character that it and the next one stand for.
+    /// Returns the character that a backslash and the character after it stand for.
     fn escape(&mut self, backslash: usize) -> char {
         match self.peek() {
             Some(c @ ('\\' | '"' | '\'')) => {

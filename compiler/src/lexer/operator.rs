@@ -1,4 +1,4 @@
-//! Operators and brackets, and what people type who come from other languages.
+//! Operators and brackets, and those that users of other languages type.
 
 use super::Lexer;
 use crate::codes::Code;
@@ -34,7 +34,8 @@ const OPERATORS: [Fixed; 26] = [
     Fixed::CloseBrace,
 ];
 
-/// Operators of other languages, what was probably meant, and what to write. None of these sequences can occur in
+/// Operators of other languages, their likely meaning, and the cure. None of these sequences can
+/// occur in
 /// a correct script. Longer ones stand before those that they start with.
 const FOREIGN: [(&str, Fixed, &str); 22] = [
     ("===", Fixed::Equal, "equality is `==`"),

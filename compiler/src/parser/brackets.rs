@@ -1,4 +1,5 @@
-//! Which bracket closes which, found in advance: errors are recovered from behind the closing bracket.
+//! The pairs of brackets, found in advance: after an error the parser continues after the closing
+//! bracket.
 
 use crate::token::{Fixed, Token, TokenKind};
 
@@ -74,7 +75,7 @@ impl Brackets {
         self.partner.get(position).filter(|partner| **partner != NONE).map(|p| *p as usize)
     }
 
-    /// True if a `}` behind `position` has no partner: then a `{` is missing somewhere.
+    /// Returns true if a `}` after `position` has no partner: then a `{` is missing somewhere.
     pub(super) fn lack_opening_brace(&self, position: usize) -> bool {
         self.last_stray_brace.is_some_and(|stray| stray > position)
     }

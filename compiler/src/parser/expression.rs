@@ -66,7 +66,7 @@ impl Parser<'_> {
         })
     }
 
-    /// What may follow when the first operand has been read already.
+    /// Parses the rest of a condition when the first operand has been read already.
     pub(super) fn condition_rest(&mut self, value: &mut Expr) -> Parse<()> {
         self.binary_rest(value, Power::Sum)?;
         self.comparison_rest(value)?;
@@ -213,7 +213,7 @@ impl Parser<'_> {
         Ok(())
     }
 
-    /// Reports and skips `++` or `--` behind a value; `a ++b` and `a + +b` are sums.
+    /// Reports and skips `++` or `--` after a value; `a ++b` and `a + +b` are sums.
     pub(super) fn increment(&mut self) -> bool {
         let Some(sign @ (Fixed::Plus | Fixed::Minus)) = self.fixed() else { return false };
         let (first, second) = (self.token(), self.token_at(self.position + 1));

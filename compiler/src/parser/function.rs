@@ -48,7 +48,7 @@ impl Parser<'_> {
         Ok(StmtKind::Assign { target, value: self.expr(ExprKind::Lambda(function), start) })
     }
 
-    /// `function t.f() {}` means what `t.f = function() {}` says.
+    /// Parses `function t.f() {}`, which means `t.f = function() {}`.
     fn function_in_table(&mut self, name: Ident, start: Span) -> Parse<StmtKind> {
         let mut target = Expr { kind: ExprKind::Name(name.name), span: name.span };
         while self.at(Fixed::Dot) {

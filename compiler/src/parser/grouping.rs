@@ -9,7 +9,8 @@ use crate::codes::Code;
 use crate::diagnostic::Diagnostic;
 use crate::source::Span;
 
-/// How C and Python programmers expect an operator to bind: the larger, the tighter.
+/// Returns the binding that C and Python programmers expect of an operator: the larger, the
+/// tighter.
 fn expected_power(op: BinaryOp) -> u8 {
     match op {
         BinaryOp::Or => 1,

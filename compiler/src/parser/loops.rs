@@ -9,7 +9,7 @@ use crate::token::{Fixed, Separation, TokenKind};
 
 const FOR_HELP: &str = "a loop is written `for(i = 0, i < 5, i = i + 1) { ... }`";
 
-/// What stands in the parentheses behind `for`.
+/// The content of the parentheses after `for`.
 struct ForHead {
     init: Box<Stmt>,
     condition: Expr,
@@ -44,7 +44,7 @@ impl Parser<'_> {
         }
     }
 
-    /// Behind `if`.
+    /// Parses the part after `if`.
     fn branch(&mut self) -> Parse<Branch> {
         let condition = self.head_condition("if")?;
         let then = self.body("if")?;
@@ -169,7 +169,7 @@ impl Parser<'_> {
         Err(self.report(diagnostic))
     }
 
-    /// The condition behind `if` or `while`, in its parentheses.
+    /// Parses the condition after `if` or `while`, in its parentheses.
     fn head_condition(&mut self, keyword: &str) -> Parse<Expr> {
         let (start, has_parentheses) = (self.span(), self.at(Fixed::OpenParen));
         let first = self.position;

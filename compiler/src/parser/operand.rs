@@ -1,4 +1,4 @@
-//! Operands: literals, names with what is called and taken from them, parentheses, tables.
+//! Operands: literals, names with calls and fields, parentheses, tables.
 
 use super::{Parse, Parser};
 use crate::ast::{Expr, ExprKind, FieldKey, Ident, Power, TableField, UnaryOp};
@@ -57,7 +57,8 @@ impl Parser<'_> {
         Ok(not)
     }
 
-    /// A sign belongs to the literal behind it; else it applies to a whole power: `-y^2` is `-(y^2)`.
+    /// A sign belongs to the literal after it; else it applies to a whole power: `-y^2` is
+    /// `-(y^2)`.
     fn signed(&mut self) -> Parse<Expr> {
         let start = self.span();
         let is_negative = self.at(Fixed::Minus);
@@ -103,7 +104,7 @@ impl Parser<'_> {
         })
     }
 
-    /// Only what begins with a name can be called or indexed on the spot.
+    /// Reports a call or an index of an operand that does not begin with a name.
     pub(super) fn reject_direct_use(&mut self, value: Expr) -> Parse<Expr> {
         let is_used =
             matches!(self.fixed(), Some(Fixed::OpenParen | Fixed::OpenBracket | Fixed::Dot));
@@ -171,7 +172,7 @@ impl Parser<'_> {
         }
     }
 
-    /// `[index]` behind `object`.
+    /// Parses `[index]` after `object`.
     fn index(&mut self, object: Expr) -> Parse<ExprKind> {
         let object = Box::new(object);
         self.warn_if_running_on();
@@ -181,7 +182,7 @@ impl Parser<'_> {
         Ok(ExprKind::Index { object, index })
     }
 
-    /// `(args)` behind `callee`.
+    /// Parses `(args)` after `callee`.
     fn call(&mut self, callee: Expr) -> Parse<ExprKind> {
         let callee = Box::new(callee);
         self.warn_if_running_on();
@@ -202,7 +203,7 @@ impl Parser<'_> {
         Expr { kind: ExprKind::Error, span: self.previous().span }
     }
 
-    /// `.name` behind `object`.
+    /// Parses `.name` after `object`.
     pub(super) fn field(&mut self, object: Expr) -> Parse<ExprKind> {
         let dot = self.advance().span;
         let object = Box::new(object);
@@ -229,7 +230,7 @@ impl Parser<'_> {
         Ok(ExprKind::Index { object, index: Box::new(self.expr(number, token.span)) })
     }
 
-    /// The name behind a dot. A keyword is reported, but taken for a name.
+    /// Parses the name after a dot. A keyword is reported, but taken for a name.
     fn field_name(&mut self) -> Parse<Ident> {
         let token = self.token();
         match &token.kind {
@@ -324,7 +325,7 @@ impl Parser<'_> {
         Ok(TableField { key, key_span, value })
     }
 
-    /// Consumes the dot of a field; the place of the key behind it.
+    /// Consumes the dot of a field; returns the place of the key after it.
     fn field_dot(&mut self) -> Parse<Span> {
         if matches!(self.kind(), TokenKind::FileEnd | TokenKind::FileStart) {
             let diagnostic = self.unexpected("a field");

@@ -1,4 +1,4 @@
-//! Reporting errors, and going on behind them.
+//! Reports errors, and continues after them.
 
 use super::{Parse, Parser, Reported};
 use crate::codes::Code;
@@ -45,12 +45,12 @@ impl Parser<'_> {
         }
     }
 
-    /// The place right behind the previous token, where something is missing.
+    /// Returns the place right after the previous token, where something is missing.
     pub(super) fn gap(&self) -> Span {
         let Some(before) = self.position.checked_sub(1) else {
             return Span { end: self.span().start, ..self.span() };
         };
-        // Behind an included file: the include.
+        // After an included file, the include is the place.
         let before = match self.token_at(before).kind {
             TokenKind::FileEnd => self.brackets.partner(before).unwrap_or(before),
             _ => before,
@@ -105,8 +105,8 @@ impl Parser<'_> {
         self.advance();
     }
 
-    /// Consumes the bracket that closes the innermost open one. If something else stands here, reports it; then
-    /// goes on behind the closing bracket, or right here if there is none.
+    /// Consumes the bracket that closes the innermost open one. If there is another token, reports
+    /// it; then continues after the closing bracket, or right here if there is none.
     pub(super) fn close(&mut self, expected: &str) -> Parse<()> {
         let Some(opening) = self.open.last().copied() else { return Ok(()) };
         let Some(closing) = self.fixed_at(opening).and_then(Fixed::closing) else { return Ok(()) };
@@ -133,7 +133,8 @@ impl Parser<'_> {
         let diagnostic = self.unclosed(opening, closing);
         let reported = self.report(diagnostic);
         self.open.pop();
-        // What stands on the next line, or begins a block, does not belong to the unclosed bracket.
+        // Text on the next line, or at the beginning of a block, does not belong to the unclosed
+        // bracket.
         let goes_on = self.token().is_separated()
             || matches!(self.fixed(), Some(Fixed::OpenBrace | Fixed::CloseBrace))
             || self.at_end();
@@ -153,7 +154,8 @@ impl Parser<'_> {
         self.brackets.partner(opening).filter(|closing| *closing >= self.position)
     }
 
-    /// Goes behind the bracket that closes the innermost open one, after an error inside; false if there is none.
+    /// Moves past the bracket that closes the innermost open one, after an error inside; returns
+    /// false if there is none.
     pub(super) fn skip_to_closing(&mut self) -> bool {
         let Some(opening) = self.open.pop() else { return false };
         let Some(closing) = self.partner_ahead(opening) else { return false };
@@ -168,8 +170,8 @@ impl Parser<'_> {
         self.lost.push(start..self.position);
     }
 
-    /// Parses the content of a bracket that was opened with [`Self::open`]; after an error inside goes on behind
-    /// it, with nothing for its content.
+    /// Parses the content of a bracket that was opened with [`Self::open`]; after an error inside
+    /// continues after it, with nothing for its content.
     pub(super) fn enclosed<T>(
         &mut self,
         expected: &str,

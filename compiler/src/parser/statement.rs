@@ -35,7 +35,7 @@ impl Parser<'_> {
         }
     }
 
-    /// Goes on behind a statement that could not be parsed.
+    /// Continues after a statement that could not be parsed.
     fn recover(&mut self, start: usize, open: usize) {
         self.open.truncate(open);
         self.skip_statement(start);
@@ -228,7 +228,8 @@ impl Parser<'_> {
         Ok(StmtKind::Return { value: Some(value) })
     }
 
-    /// As [`Self::value`], but `return a or b` is fine: a function may well answer 0 or 1.
+    /// Parses a value as [`Self::value`] does, but accepts `return a or b`: a function may return 0
+    /// or 1.
     fn value_of_return(&mut self, statement: usize) -> Parse<Expr> {
         let level = self.open.len();
         self.condition().or_else(|_| {
@@ -303,7 +304,7 @@ impl Parser<'_> {
         self.block_of_nobody()
     }
 
-    /// What stands alone, and may stand in the head of a `for`: `target = value` or a call.
+    /// Parses a statement that may also be in the head of a `for`: `target = value` or a call.
     pub(super) fn assignment_or_call(&mut self) -> Parse<Stmt> {
         let (start, span) = (self.position, self.span());
         if !matches!(self.kind(), TokenKind::Name(_)) {
@@ -329,7 +330,7 @@ impl Parser<'_> {
         Ok(Stmt { kind: StmtKind::Call(target), span: self.span_since(span) })
     }
 
-    /// `= value` behind its target.
+    /// Parses `= value` after its target.
     fn assignment(&mut self, target: Expr, statement: usize) -> Parse<StmtKind> {
         if is_call(&target) {
             self.complain(

@@ -8,7 +8,7 @@ use crate::codes::Code;
 use crate::diagnostic::Diagnostic;
 use crate::token::{Fixed, KEYWORDS, TokenKind};
 
-/// What Buzz has instead of a word of another language.
+/// Returns Buzz's counterpart of a word from another language.
 fn instead_of(word: &str) -> Option<&'static str> {
     Some(match word {
         "elseif" | "elif" | "elsif" => "write `else if(...)`",
@@ -51,7 +51,7 @@ fn misspelt_keyword(word: &str) -> Option<&'static str> {
 }
 
 impl Parser<'_> {
-    /// Reports `elseif` behind the block of an `if`, and skips it.
+    /// Reports `elseif` after the block of an `if`, and skips it.
     pub(super) fn foreign_else_if(&mut self) -> bool {
         let Some(word @ ("elseif" | "elif" | "elsif")) = self.name_at(self.position) else {
             return false;
@@ -157,7 +157,7 @@ impl Parser<'_> {
     }
 }
 
-/// What to write instead of a word at the beginning of a statement that cannot be right.
+/// Returns the cure for a word that cannot begin a statement.
 fn explain(word: &str) -> Option<String> {
     let misspelt = || misspelt_keyword(word).map(|keyword| format!("did you mean `{keyword}`?"));
     instead_of(word).map(str::to_owned).or_else(misspelt)
