@@ -6,30 +6,31 @@ use crate::Time;
 use crate::nrf24::Transmission;
 use crate::random::Random;
 
-/// How long before its first bit a radio announces a packet: so long robots may run without hearing of each other.
+/// The time before its first bit at which a radio announces a packet: robots may run this long
+/// without news of each other.
 pub const LOOKAHEAD: Time = Time::from_micros(120);
 
-/// Who sends.
+/// The sender.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Sender {
     /// The robot with this number.
     Robot(usize),
-    /// Somebody else, whom all robots hear.
+    /// A sender that is no robot and reaches all robots.
     Stranger,
 }
 
-/// What the air did.
+/// The counters of the air.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct AirStatistics {
     /// Packets, once for each robot that could have heard it.
     pub carried: u64,
-    /// Of these, the ones that overlapped with another packet on the same channel.
+    /// The number of these that overlapped with another packet on the same channel.
     pub collided: u64,
     /// And the ones that were lost by chance.
     pub lost: u64,
 }
 
-/// What a robot hears.
+/// An event at a robot's receiver.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Heard {
     /// A signal on a channel, from, to: it is too early to say more.
@@ -44,11 +45,11 @@ pub struct Air {
     on_air: Vec<OnAir>,
     loss: f64,
     random: Random,
-    /// Of robots that do not hear all others: whom they do not hear.
+    /// The robots that each robot cannot receive, if there are some.
     deaf: BTreeMap<usize, BTreeSet<usize>>,
     /// Robots without power.
     off: BTreeSet<usize>,
-    /// What has happened.
+    /// The counters so far.
     pub statistics: AirStatistics,
 }
 
@@ -88,7 +89,7 @@ impl Air {
         }
     }
 
-    /// Whether what is sent gets to a robot.
+    /// Returns true if a sender reaches a robot.
     fn reaches(&self, robot: usize, sender: Sender) -> bool {
         match sender {
             Sender::Robot(number) => {
@@ -103,13 +104,14 @@ impl Air {
         (self.loss, self.random) = (loss, Random::new(seed));
     }
 
-    /// Somebody will send.
+    /// Adds a transmission in the future.
     pub fn add(&mut self, sender: Sender, transmission: Transmission) {
         let (is_sensed, has_arrived) = (false, false);
         self.on_air.push(OnAir { sender, transmission, is_sensed, has_arrived });
     }
 
-    /// Tells `robots` robots by `tell` what happens before `until`, up to which all that will be sent must be known.
+    /// Reports the events before `until` to `robots` robots by `tell`; all transmissions up to then
+    /// must be known.
     pub fn carry(&mut self, until: Time, robots: usize, mut tell: impl FnMut(usize, Heard)) {
         if self.on_air.is_empty() {
             return;
@@ -134,7 +136,7 @@ impl Air {
             for receiver in receivers {
                 let overlaps = |other: &OnAir| {
                     let (sent, by) = (&other.transmission, other.sender);
-                    // To what it sends itself a receiver is deaf anyway.
+                    // A receiver cannot receive its own transmission.
                     !std::ptr::eq(other, &self.on_air[number])
                         && self.reaches(receiver, by)
                         && sent.packet.channel() == channel
@@ -150,7 +152,8 @@ impl Air {
                 tell(receiver, Heard::Packet(packet, !collides && !is_lost));
             }
         }
-        // What may still overlap with one that has not ended stays: the longest packet of 250 kb/s is on the air for 1.4 ms.
+        // A packet that may still overlap with one that has not ended stays: the longest one at 250
+        // kb/s is on the air for 1.4 ms.
         let old = until - Time::from_millis(2);
         self.on_air.retain(|packet| !packet.has_arrived || packet.transmission.end > old);
     }

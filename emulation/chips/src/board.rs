@@ -1,4 +1,4 @@
-//! What a core needs to know of the robot around it.
+//! The interface between a core and the robot around it.
 
 use crate::{Event, FlashChange, Heard, Lines, ResetCause, Time, Transfer, Transmission, Width};
 
@@ -11,7 +11,7 @@ pub enum CoreKind {
     CortexM4F,
 }
 
-/// What lies in the core's address space.
+/// The content of the core's address space.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct MemoryMap {
     /// Bytes of flash at 0x0800_0000, also seen at 0.
@@ -20,9 +20,9 @@ pub struct MemoryMap {
     pub ram: u32,
     /// Bytes of core-coupled memory at 0x1000_0000; 0 for none.
     pub ccm: u32,
-    /// First addresses and sizes, in whole pages of 4 KiB, of what the board answers for.
+    /// First addresses and sizes, in whole pages of 4 KiB, of the peripherals of the board.
     pub peripherals: &'static [(u32, u32)],
-    /// The same of what it answers for, too, but always alike; writing there is a fault.
+    /// First addresses and sizes of the board's constant memory; a write there is a fault.
     pub read_only: &'static [(u32, u32)],
 }
 
@@ -87,7 +87,7 @@ pub struct Start {
 pub trait Board: Sized {
     /// The core it wants.
     const CORE: CoreKind;
-    /// What that core sees.
+    /// The memory map of that core.
     const MEMORY: MemoryMap;
 
     /// Robot `number` of several, whose power was just turned on.
@@ -99,13 +99,14 @@ pub trait Board: Sized {
     /// Lets time pass until `to`; does nothing if that is past.
     fn advance(&mut self, to: Time);
 
-    /// When an interrupt line may next move by itself, or a DMA transfer be due.
+    /// Returns the time at which an interrupt line may next change by itself, or a DMA transfer is
+    /// due.
     fn next_event(&self) -> Option<Time>;
 
     /// The core reads. `address` is aligned to `width` and within [`MemoryMap::peripherals`].
     fn read(&mut self, address: u32, width: Width) -> u32;
 
-    /// Whether reading there may have an effect; else it needs not be looked for.
+    /// Returns true if a read there may have an effect; else it need not be trapped.
     fn reading_acts(&self, _address: u32) -> bool {
         true
     }
@@ -119,7 +120,8 @@ pub trait Board: Sized {
     /// Frequency of the core, as the RCC registers say.
     fn core_clock_hz(&self) -> u64;
 
-    /// Whether the chip wants to be reset, and why; the core then calls [`reset`](Self::reset).
+    /// Returns the reason if the chip wants to be reset; the core then calls
+    /// [`reset`](Self::reset).
     fn take_reset_request(&mut self) -> Option<ResetCause>;
 
     /// Resets the STM32; the rest of the robot goes on.
@@ -138,16 +140,17 @@ pub trait Board: Sized {
     /// A debugger halts the core, or lets it go on: peripherals that DBGMCU stops then stand still.
     fn set_halted(&mut self, _halted: bool) {}
 
-    /// Whether the watchdog runs: it will reset a chip that does nothing any more.
+    /// Returns true if the watchdog runs: it will reset a chip that does nothing any more.
     fn watchdog_runs(&self) -> bool;
 
-    /// Whether the STM32 has power.
+    /// Returns true if the STM32 has power.
     fn is_powered(&self) -> bool;
 
-    /// What happened since the last call, in order.
+    /// Returns the events since the last call, in order.
     fn take_events(&mut self) -> Vec<(Time, Event)>;
 
-    /// Whether [`next_transfer`](Self::next_transfer) or [`take_flash_change`](Self::take_flash_change) has something to do.
+    /// Returns true if [`next_transfer`](Self::next_transfer) or
+    /// [`take_flash_change`](Self::take_flash_change) has something to return.
     fn wants_memory(&self) -> bool {
         false
     }
@@ -157,12 +160,12 @@ pub trait Board: Sized {
         None
     }
 
-    /// The core writes a halfword to the flash, where `old` stands; what that changes.
+    /// Writes a halfword to the flash in place of `old`; returns the change.
     fn program(&mut self, _address: u32, _old: u16, _new: u16) -> Option<FlashChange> {
         None
     }
 
-    /// Until when nothing changes as long as the core sleeps.
+    /// Returns the time up to which nothing changes while the core sleeps.
     fn quiet_until(&self) -> Time {
         self.next_event().unwrap_or(Time::NEVER)
     }
@@ -180,7 +183,7 @@ pub trait Board: Sized {
         None
     }
 
-    /// What the firmware has told the flash to do.
+    /// Returns the change of the flash that the firmware has started.
     fn take_flash_change(&mut self) -> Option<FlashChange> {
         None
     }

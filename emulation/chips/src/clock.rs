@@ -64,7 +64,7 @@ impl Clock {
     }
 }
 
-/// Of a clock of `hz`; nothing is asked of one that stands still.
+/// Returns the period of a clock of `hz`; one that stands still is never used.
 fn period(hz: u64) -> (u64, u64) {
     let (mut a, mut b) = (1_000_000_000_000, hz);
     // Euclid's greatest common divisor.

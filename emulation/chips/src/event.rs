@@ -1,4 +1,4 @@
-//! What can be seen from outside a board.
+//! The events that are visible from outside a board.
 
 use std::fmt;
 
@@ -11,7 +11,7 @@ pub enum Event {
     Led {
         /// Which one.
         led: Led,
-        /// Whether it shines.
+        /// True if it shines.
         on: bool,
     },
     /// The signal at a motor changes.
@@ -21,7 +21,7 @@ pub enum Event {
         number: u8,
         /// Part of the time that the motor is on, 0 to 1.
         duty: f64,
-        /// How often per second it is turned on; 0 for a constant level.
+        /// The frequency at which it is turned on, in Hz; 0 for a constant level.
         frequency_hz: f64,
     },
     /// The firmware sent a frame to the radio's processor.
@@ -30,16 +30,16 @@ pub enum Event {
         kind: u8,
         /// Its content.
         payload: Vec<u8>,
-        /// Whether it arrived with a good checksum; if not, the peer dropped it.
+        /// True if it arrived with a good checksum; if not, the peer dropped it.
         intact: bool,
     },
     /// The nRF24L01+ begins to transmit a packet.
     Radio {
-        /// It is sent at 2400 + so many MHz.
+        /// It is sent at 2400 + `channel` MHz.
         channel: u8,
         /// Its content.
         payload: Vec<u8>,
-        /// How long it takes: the last bit is out then.
+        /// The time on the air, up to the end of the last bit.
         air: Time,
     },
     /// The radio begins to transmit a P2P frame to all other robots; it is deaf meanwhile.
@@ -48,7 +48,7 @@ pub enum Event {
         port: u8,
         /// Its content.
         payload: Vec<u8>,
-        /// How long it takes: the last bit is out then.
+        /// The time on the air, up to the end of the last bit.
         air: Time,
     },
     /// The colour of a Kilobot's LED changes; each is 0 to 3.
@@ -74,12 +74,12 @@ pub enum Event {
     },
     /// The radio's processor cuts the power of the STM32.
     PowerOff {
-        /// Whether the firmware acknowledged the request in time.
+        /// True if the firmware acknowledged the request in time.
         acknowledged: bool,
     },
     /// The bootloader starts a loader instead of the firmware, and the chip waits there for a person.
     Loader(Loader),
-    /// The firmware does what the chip does not allow.
+    /// The firmware does something that the chip does not allow.
     HardwareError(HardwareError),
 }
 
@@ -117,11 +117,11 @@ pub enum Led {
     RedRight,
     /// The radio processor's.
     BlueRight,
-    /// Of a Zooid.
+    /// The red part of a Zooid's LED.
     Red,
-    /// Of a Zooid.
+    /// The green part of a Zooid's LED.
     Green,
-    /// Of a Zooid.
+    /// The blue part of a Zooid's LED.
     Blue,
 }
 
@@ -142,7 +142,7 @@ impl Led {
     }
 }
 
-/// Why the chip starts anew (RM0090 6.3.21, RCC_CSR).
+/// The reason why the chip restarts (RM0090 6.3.21, RCC_CSR).
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum ResetCause {
     /// Power was applied.
@@ -173,16 +173,16 @@ impl ResetCause {
     }
 }
 
-/// What the chip does not allow; each is reported once per cause, not once per access.
+/// An action that the chip does not allow; each is reported once per cause, not once per access.
 #[derive(Clone, Debug, PartialEq, Eq, Hash)]
 pub enum HardwareError {
     /// A clock beyond its limit (RM0090 6.2, RM0091 6.2).
     ClockTooFast {
         /// SYSCLK, AHB, APB1 or APB2.
         clock: &'static str,
-        /// What the registers say.
+        /// The frequency in the registers.
         hz: u64,
-        /// What is allowed.
+        /// The highest frequency allowed.
         limit_hz: u64,
     },
     /// FLASH_ACR.LATENCY is too small for the core clock (RM0090 3.5.1).
@@ -204,31 +204,31 @@ pub enum HardwareError {
     },
     /// SPI clocks the nRF24L01+ faster than that allows (product specification, 8.3.2).
     RadioSpiTooFast {
-        /// Of SCK.
+        /// The frequency of SCK.
         hz: u64,
-        /// What is allowed.
+        /// The highest frequency allowed.
         limit_hz: u64,
     },
     /// A Kilobot's debug line is not 38400 baud with eight data bits.
     SerialFormat {
-        /// What it is.
+        /// The rate in the registers.
         baud: u64,
     },
     /// A Kilobot's infrared LED shines longer than any pulse.
     LongPulse,
     /// `spm` below the boot loader's section does nothing (DS40002061B 27.3).
     StoreOutside {
-        /// Where it stands.
+        /// The program counter.
         pc: u16,
     },
     /// `spm` came too late after SPMCSR, or while a page is written (DS40002061B 27.9.1).
     StoreLocked {
-        /// Where it stands.
+        /// The program counter.
         pc: u16,
     },
     /// An interrupt's vector stands in flash that cannot be read while it is written (DS40002061B 27.6).
     ReadWhileWrite {
-        /// Where.
+        /// The address.
         address: u16,
     },
     /// The stack has left the RAM.
@@ -236,14 +236,14 @@ pub enum HardwareError {
         /// The stack pointer.
         pointer: u16,
     },
-    /// A Kilobot's core executed what is no instruction, or reached beyond all memory.
+    /// A Kilobot's core executed an unknown instruction, or reached beyond all memory.
     BadInstruction {
         /// Not long after this address.
         after: u16,
     },
     /// A peripheral was used whose clock is off: reads give 0, writes are lost.
     NoClock {
-        /// Where its registers begin.
+        /// The start of its registers.
         base: u32,
     },
 }

@@ -4,19 +4,20 @@
 pub(crate) const FRAME_BITS: u64 = 10;
 /// Receivers of the STM32 tolerate 3.33 to 3.75 % (RM0090 30.3.5), those of the nRF51 no more.
 const TOLERANCE_PER_MILLE: u64 = 30;
-/// How far from the middle of a bit a sample may be besides the drift, in thousandths of a bit: so far that
-/// at the limit of the tolerance the sample of the stop bit, 9.5 bits after the start, falls on its edge.
+/// The distance of a sample from the middle of a bit, besides the drift, in thousandths of a bit:
+/// such that at the limit of the tolerance the sample of the stop bit, 9.5 bits after the start,
+/// falls on its edge.
 const SLACK: u64 = 500 - 95 * TOLERANCE_PER_MILLE / 10;
 
-/// What a receiver made of a frame.
+/// The receiver's result for a frame.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) struct Received {
     pub byte: u8,
     pub framing_error: bool,
 }
 
-/// Receives `byte`, sent at `sender` baud, with a receiver at `receiver` baud: it samples the line in the
-/// middle of what it takes for the bits. After the frame the line is high.
+/// Receives `byte`, sent at `sender` baud, with a receiver at `receiver` baud: it samples the line
+/// in the middle of the bits as it times them. After the frame the line is high.
 pub(crate) fn receive(byte: u8, sender: u64, receiver: u64) -> Received {
     if sender.abs_diff(receiver) * 1000 <= receiver * TOLERANCE_PER_MILLE {
         return Received { byte, framing_error: false };

@@ -2,7 +2,7 @@
 
 use std::ops::{Add, Sub};
 
-/// In a second.
+/// Picoseconds in a second.
 const PICOS: u64 = 1_000_000_000_000;
 const KILO: u64 = 1_000;
 /// Faster clocks need more than 64 bits.
@@ -40,7 +40,8 @@ impl Time {
         Time(millis.saturating_mul(1_000_000_000))
     }
 
-    /// How long `ticks` of a clock of `hz` take, rounded up: at the returned time the last tick has happened.
+    /// Returns the time of `ticks` of a clock of `hz`, rounded up: at the returned time the last
+    /// tick has happened.
     /// A clock that stands still takes for ever.
     pub fn of_ticks(ticks: u64, hz: u64) -> Time {
         if hz == 0 {
@@ -55,7 +56,7 @@ impl Time {
         Time(u64::try_from(picos).unwrap_or(u64::MAX))
     }
 
-    /// How many ticks of a clock of `hz` fit into this span.
+    /// Returns the number of ticks of a clock of `hz` that fit into this span.
     pub fn ticks(self, hz: u64) -> u64 {
         if hz.is_multiple_of(KILO) && hz < FASTEST {
             let part = self.0 % PICOS * (hz / KILO) / (PICOS / KILO);
@@ -65,12 +66,12 @@ impl Time {
         u64::try_from(ticks).unwrap_or(u64::MAX)
     }
 
-    /// In picoseconds.
+    /// Returns the time in picoseconds.
     pub const fn picos(self) -> u64 {
         self.0
     }
 
-    /// In nanoseconds, rounded down.
+    /// Returns the time in nanoseconds, rounded down.
     pub const fn nanos(self) -> u64 {
         self.0 / 1_000
     }

@@ -9,19 +9,19 @@ const ADIE: u8 = 1 << 3;
 /// ADMUX.
 const ADLAR: u8 = 1 << 5;
 
-/// What may start a conversion: ADTS in ADCSRB.
+/// The sources that may start a conversion: ADTS in ADCSRB.
 pub const FREE_RUNNING: u8 = 0;
 pub const COMPARATOR: u8 = 1;
 pub const CAPTURE: u8 = 7;
 
-/// What is to be measured now.
+/// The input to be measured now.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Sample {
     /// ADMUX.MUX.
     pub channel: u8,
     /// ADMUX.REFS.
     pub reference: u8,
-    /// When, in cycles of the clock for peripherals.
+    /// The time in cycles of the clock for peripherals.
     pub at: u64,
 }
 
@@ -36,7 +36,7 @@ pub struct Adc {
     is_locked: bool,
     /// The first conversion since it was turned on is longer.
     is_fresh: bool,
-    /// When its prescaler was 0.
+    /// The cycle at which its prescaler was 0.
     origin: u64,
     conversion: Option<Conversion>,
     /// Something that starts conversions, which is not modelled.
@@ -45,7 +45,7 @@ pub struct Adc {
 
 #[derive(Clone, Debug)]
 struct Conversion {
-    /// When the input is looked at; none when that is over.
+    /// The cycle at which the input is sampled; none once that is over.
     sample: Option<u64>,
     end: u64,
     value: u16,
@@ -84,7 +84,7 @@ impl Adc {
         self.adcsra |= ADSC;
     }
 
-    /// The flag of what may start a conversion goes up.
+    /// Reports that the flag of a source that may start a conversion was set.
     pub fn trigger(&mut self, source: u8, now: u64) {
         if self.adcsra & ADATE != 0 && self.adcsrb & 7 == source && source != FREE_RUNNING {
             self.start(now, true);
@@ -100,7 +100,8 @@ impl Adc {
         self.conversion.as_ref().map(|conversion| conversion.sample.unwrap_or(conversion.end))
     }
 
-    /// What is to be measured at `now`, if anything: its value goes to [`measured`](Self::measured).
+    /// Returns the input to be measured at `now`, if there is one: its value goes to
+    /// [`measured`](Self::measured).
     pub fn sample(&mut self, now: u64) -> Option<Sample> {
         let conversion = self.conversion.as_mut()?;
         let at = conversion.sample.filter(|at| *at <= now)?;

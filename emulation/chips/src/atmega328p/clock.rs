@@ -2,12 +2,13 @@
 
 use crate::Time;
 
-/// What it is calibrated to.
+/// The calibrated frequency.
 pub const NOMINAL_HZ: u64 = 8_000_000;
 
 /// A step of OSCCAL changes the frequency by this part: the data sheet shows about half an octave for the 128 steps of a range.
 const STEP: f64 = 0.004;
-/// The upper range of OSCCAL begins so many steps above where the lower one begins: the two overlap.
+/// The upper range of OSCCAL begins this number of steps above the beginning of the lower one: the
+/// two overlap.
 const UPPER_RANGE: f64 = 80.0;
 
 const FEMTOS: f64 = 1e15;
@@ -18,7 +19,7 @@ const FEMTOS_PER_PICO: u128 = 1000;
 pub struct RcClock {
     base_cycle: u64,
     base: Time,
-    /// Of a cycle, in fs.
+    /// The period of a cycle in fs.
     period: u64,
     /// OSCCAL at which the oscillator runs at its nominal frequency but for its error.
     best: u8,
@@ -76,7 +77,7 @@ impl RcClock {
         self.change(cycle, |clock| clock.error_ppm = error_ppm);
     }
 
-    /// When a cycle begins.
+    /// Returns the time at which a cycle begins.
     pub fn time(&self, cycle: u64) -> Time {
         let cycles = u128::from(cycle.saturating_sub(self.base_cycle));
         self.base + Time::from_picos((cycles * u128::from(self.period) / FEMTOS_PER_PICO) as u64)
@@ -91,7 +92,7 @@ impl RcClock {
         self.base_cycle + span.div_ceil(u128::from(self.period)) as u64
     }
 
-    /// How many cycles fit into a span.
+    /// Returns the number of cycles that fit into a span.
     pub fn cycles_of(&self, span: Time) -> u64 {
         (u128::from(span.picos()) * FEMTOS_PER_PICO / u128::from(self.period)) as u64
     }

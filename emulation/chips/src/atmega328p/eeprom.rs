@@ -9,11 +9,11 @@ const MODE: u8 = 3 << 4;
 
 /// Bytes of EEPROM.
 pub const SIZE: usize = 1024;
-/// Of the calibrated oscillator, for an erase and write: table 8-2.
+/// Cycles of the calibrated oscillator for an erase and write: table 8-2.
 const ERASE_AND_WRITE: u64 = 26_368;
 /// EEMPE is cleared by hardware after four cycles; the write comes at least one after it.
 const UNLOCKED: u64 = 4;
-/// The core halts for so long: 8.6.3.
+/// Cycles for which the core halts: 8.6.3.
 const READ_HALT: u64 = 4;
 const WRITE_HALT: u64 = 2;
 
@@ -33,7 +33,7 @@ impl Eeprom {
         Eeprom { cells, address: 0, data: 0, control: 0, unlocked_until: 0, done: None }
     }
 
-    /// The registers as a reset leaves them; what is being written is.
+    /// Sets the registers to their reset values; a write in progress goes on.
     pub fn reset(&mut self) {
         (self.control, self.unlocked_until) = (0, 0);
     }

@@ -49,7 +49,7 @@ const IVSEL: u8 = 1 << 1;
 const IVCE: u8 = 1 << 0;
 /// CLKPR.
 const CLKPCE: u8 = 1 << 7;
-/// What IVCE and CLKPCE unlock must come within four cycles.
+/// The accesses that IVCE and CLKPCE unlock must come within four cycles.
 const UNLOCKED: u64 = 4;
 
 /// The ports' letters, as indices.
@@ -79,7 +79,7 @@ impl Port {
     }
 }
 
-/// What the chip needs from the board, or tells it.
+/// A request to the board, or an event for it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Signal {
     /// The converter looks at an input: [`Atmega328p::measured`] takes the value.
@@ -88,7 +88,7 @@ pub enum Signal {
     Sent(Sent),
 }
 
-/// How deep the core sleeps.
+/// The depth of the core's sleep.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Sleep {
     /// The peripherals go on.
@@ -129,7 +129,7 @@ pub struct Atmega328p {
     stopped: u64,
     /// For how long the core does nothing more.
     halt: u64,
-    /// What is known of the future; none after anything has changed.
+    /// The next internal events; none after any change.
     outlook: Option<Outlook>,
 }
 
@@ -250,7 +250,7 @@ impl Atmega328p {
         }
     }
 
-    /// What happens next of what is not computed when somebody looks.
+    /// Returns the next internal event that is not computed on access.
     fn next_internal(&self) -> Option<u64> {
         let watchdog = self.watchdog.next_event().map(|due| self.clock.cycle(due));
         if !self.runs() {
@@ -361,7 +361,7 @@ impl Atmega328p {
         self.outlook = None;
     }
 
-    /// Whether the watchdog has run out.
+    /// Returns true if the watchdog has run out.
     pub fn is_expired(&self) -> bool {
         self.watchdog.is_expired
     }
@@ -385,7 +385,7 @@ impl Atmega328p {
         Ok(change)
     }
 
-    /// Whether the application's flash cannot be read now.
+    /// Returns true if the application's flash cannot be read now.
     pub fn is_application_busy(&self) -> bool {
         self.flash.is_application_busy()
     }

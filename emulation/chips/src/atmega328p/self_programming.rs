@@ -11,15 +11,16 @@ const SELFPRGEN: u8 = 1 << 0;
 
 /// Bytes of a page.
 pub const PAGE: u16 = 128;
-/// Where the boot loader's section begins: BOOTSZ of 2048 words.
+/// The start of the boot loader's section: BOOTSZ of 2048 words.
 pub const BOOT_SECTION: u16 = 0x7000;
 /// Above it, the flash cannot be read while it is written: 27.6, table 27-6.
 const NO_READ_WHILE_WRITE: u16 = 0x7000;
-/// A page is erased or written in 3.7 to 4.5 ms; so many cycles of the calibrated oscillator are 4 ms.
+/// A page is erased or written in 3.7 to 4.5 ms; this number of cycles of the calibrated oscillator
+/// is 4 ms.
 const BUSY: u64 = 32_000;
 const UNLOCKED: u64 = 4;
 
-/// What the program does to the flash.
+/// A change of the flash by the program.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum Change {
     /// The page that begins there becomes 0xff.
@@ -28,7 +29,7 @@ pub enum Change {
     Program(u16, Box<[u8; PAGE as usize]>),
 }
 
-/// Why `spm` did nothing.
+/// The reason why `spm` did nothing.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Mistake {
     /// It stands below the boot loader's section.
@@ -66,7 +67,7 @@ impl SelfProgramming {
         self.done.is_some()
     }
 
-    /// Whether the application's section cannot be read.
+    /// Returns true if the application's section cannot be read.
     pub fn is_application_busy(&self) -> bool {
         self.control & RWWSB != 0
     }
@@ -93,7 +94,8 @@ impl SelfProgramming {
         }
     }
 
-    /// `spm` at address `pc`, with Z and R1:R0: what happens to the flash, and for how many cycles the core halts.
+    /// Executes `spm` at address `pc`, with Z and R1:R0: returns the change of the flash, and the
+    /// cycles for which the core halts.
     pub fn execute(
         &mut self,
         pc: u16,

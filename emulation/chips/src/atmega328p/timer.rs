@@ -1,6 +1,7 @@
 //! Timers 0, 1 and 2 (data sheet DS40002061B, chapters 15, 16 and 18).
 //!
-//! A timer is computed when somebody looks: between two looks only the flags are kept that were raised. `OCRnx` takes effect
+//! A timer is computed on access: between two accesses only the raised flags are kept. `OCRnx`
+//! takes effect
 //! at once in the PWM modes, too, where the chip waits for the end of the slope.
 
 /// TOVn, OCFnA, OCFnB and ICF1 in TIFRn; the same bits of TIMSKn let them interrupt.
@@ -21,7 +22,7 @@ pub enum Kind {
     Timer2,
 }
 
-/// How it counts.
+/// The counting mode.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 struct Shape {
     top: u32,
@@ -54,9 +55,9 @@ pub struct Timer {
     pub enabled: u8,
     count: u32,
     is_falling: bool,
-    /// Until this cycle of the clock for peripherals it is computed.
+    /// The cycle of the clock for peripherals up to which it is computed.
     computed: u64,
-    /// When the prescaler was 0.
+    /// The cycle at which the prescaler was 0.
     origin: u64,
 }
 
@@ -220,7 +221,8 @@ impl Timer {
         }
     }
 
-    /// When the next flag is raised that interrupts and is not up; in cycles of the clock for peripherals.
+    /// Returns the time of the next flag that interrupts and is not set, in cycles of the clock for
+    /// peripherals.
     pub fn next_event(&self) -> Option<u64> {
         let wanted = self.enabled & !self.flags & (OVERFLOW | COMPARE_A | COMPARE_B);
         if wanted == 0 {

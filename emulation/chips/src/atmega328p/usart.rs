@@ -1,4 +1,5 @@
-//! The transmitter of USART0 (chapter 20), asynchronous. Nobody sends to a Kilobot by wire: there is no receiver.
+//! The transmitter of USART0 (chapter 20), asynchronous. There is no receiver, because a Kilobot
+//! has no serial input.
 
 /// UCSR0A.
 const TXC: u8 = 1 << 6;
@@ -27,9 +28,9 @@ pub struct Usart {
     control: u8,
     format: u8,
     divisor: u16,
-    /// What waits.
+    /// The waiting byte.
     buffer: Option<u8>,
-    /// What is being sent, and when its last bit is out.
+    /// The byte that is being sent, and the time when its last bit is out.
     shifting: Option<(u8, u64)>,
 }
 

@@ -112,7 +112,7 @@ mod tests {
 
     const SECONDS_8: u8 = 0x21;
 
-    /// As avr-libc turns it on: key, then value within four cycles.
+    /// Turns it on as avr-libc does: key, then value within four cycles.
     fn set(watchdog: &mut Watchdog, value: u8, cycle: u64) {
         watchdog.set_control(WDCE | WDE, cycle, Time::ZERO, false);
         watchdog.set_control(value, cycle + 2, Time::ZERO, false);

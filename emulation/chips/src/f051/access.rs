@@ -1,4 +1,4 @@
-//! What the core reads from the peripherals and writes to them.
+//! The core's reads and writes of peripherals.
 
 use super::rcc::Bus;
 use super::*;

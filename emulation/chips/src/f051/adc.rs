@@ -137,12 +137,12 @@ impl Adc {
         self.isr & self.ier != 0
     }
 
-    /// Whether interrupts or DMA transfers may come of what it does.
+    /// Returns true if it may cause interrupts or DMA transfers.
     pub fn is_watched(&self) -> bool {
         self.ier != 0 || self.cfgr1 & CFGR1_DMAEN != 0
     }
 
-    /// Whether it asks for a DMA transfer.
+    /// Returns true if it requests a DMA transfer.
     pub fn dma_request(&self) -> bool {
         self.cfgr1 & CFGR1_DMAEN != 0 && self.isr & ISR_EOC != 0
     }
@@ -165,7 +165,7 @@ impl Adc {
         }
     }
 
-    /// Writes a register; false if it turns on what has no model.
+    /// Writes a register; returns false if that enables a function without a model.
     pub fn write(&mut self, offset: u32, write: Write, now: Time) -> bool {
         match offset {
             ISR => self.isr &= !write.ones(),

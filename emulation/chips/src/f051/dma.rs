@@ -1,6 +1,8 @@
-//! DMA controller (RM0091 10): transfers between a peripheral and memory, one data item per request.
+//! DMA controller (RM0091 10): transfers between a peripheral and memory, one data item per
+//! request.
 //!
-//! The memory belongs to the core: a [`Transfer`] says what is to be moved, and whoever has the memory moves it.
+//! The memory belongs to the core: a [`Transfer`] describes the data, and the owner of the memory
+//! moves it.
 
 use crate::Width;
 use crate::stm32::Write;
@@ -27,9 +29,9 @@ const HTIF: u32 = 4;
 /// One data item to be moved.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Transfer {
-    /// Where it comes from, and how wide it is there.
+    /// The source, and its width.
     pub from: (u32, Width),
-    /// Where it goes, and how wide it is there: zero-extended or cut off.
+    /// The destination, and its width: zero-extended or cut off.
     pub to: (u32, Width),
 }
 
@@ -39,7 +41,7 @@ struct Channel {
     cndtr: u32,
     cpar: u32,
     cmar: u32,
-    /// Of the transfer that runs: as they were when it began.
+    /// The length of the running transfer, as it was at the start.
     total: u32,
     done: u32,
 }
@@ -48,17 +50,17 @@ struct Channel {
 pub(crate) struct Dma {
     isr: u32,
     channels: [Channel; CHANNELS],
-    /// Whether any channel is on.
+    /// True if any channel is on.
     is_on: bool,
 }
 
 impl Dma {
-    /// Whether any channel is on: asked for much more often than it changes.
+    /// Returns true if any channel is on: read much more often than it changes.
     pub fn is_on(&self) -> bool {
         self.is_on
     }
 
-    /// Whether channel `index` has something to move in this direction.
+    /// Returns true if channel `index` has data to move in this direction.
     pub fn is_ready(&self, index: usize, to_peripheral: bool) -> bool {
         self.channels.get(index).is_some_and(|channel| {
             channel.ccr & CCR_EN != 0
@@ -67,7 +69,8 @@ impl Dma {
         })
     }
 
-    /// What channel `index` (0 for channel 1) moves now that its peripheral asks: to the peripheral, or from it.
+    /// Returns the data that channel `index` (0 for channel 1) moves now that its peripheral
+    /// requests it: to the peripheral, or from it.
     pub fn request(&mut self, index: usize, to_peripheral: bool) -> Option<Transfer> {
         if !self.is_ready(index, to_peripheral) {
             return None;
@@ -105,12 +108,12 @@ impl Dma {
         Some(Transfer { from, to })
     }
 
-    /// Whether any channel may want its interrupt.
+    /// Returns true if any channel may request its interrupt.
     pub fn is_watched(&self) -> bool {
         self.channels.iter().any(|channel| channel.ccr & (CCR_TCIE | CCR_HTIE) != 0)
     }
 
-    /// Whether channel `index` wants its interrupt.
+    /// Returns true if channel `index` requests its interrupt.
     pub fn interrupt(&self, index: usize) -> bool {
         let enabled = self.channels[index].ccr & (CCR_TCIE | CCR_HTIE);
         self.isr >> (4 * index) & enabled != 0
@@ -131,7 +134,7 @@ impl Dma {
         }
     }
 
-    /// Writes a register; false if it turns on what has no model.
+    /// Writes a register; returns false if that enables a function without a model.
     pub fn write(&mut self, offset: u32, write: Write) -> bool {
         if offset == IFCR {
             // CGIF clears all flags of its channel (10.4.2).

@@ -30,21 +30,21 @@ pub(super) const PAGE: u32 = 1024;
 const ERASE: Time = Time::from_millis(30);
 const PROGRAM: Time = Time::from_nanos(53_500);
 
-/// What the flash does while the core waits.
+/// A change of the flash while the core waits.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct FlashChange {
     /// First address that changes.
     pub address: u32,
-    /// What stands there afterwards.
+    /// The new content.
     pub content: FlashContent,
-    /// How long a core waits that runs from the flash (3.2.2).
+    /// The time for which a core that runs from the flash waits (3.2.2).
     pub takes: Time,
 }
 
 /// See [`FlashChange`].
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum FlashContent {
-    /// A page of so many bytes of 0xff.
+    /// A page of this number of bytes of 0xff.
     Erased(u32),
     /// A halfword.
     Halfword(u16),
@@ -91,7 +91,7 @@ impl Flash {
         }
     }
 
-    /// Writes a register; what it makes of the flash.
+    /// Writes a register; returns the change of the flash.
     pub fn write(&mut self, offset: u32, write: Write) -> Option<FlashChange> {
         match offset {
             // PRFTBS shows PRFTBE.

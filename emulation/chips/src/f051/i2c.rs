@@ -1,7 +1,7 @@
 //! I2C with a timing register (RM0091 26), as a master with addresses of seven bits.
 //!
-//! It tells what it does on the bus by [`Action`]s, which whoever is connected answers. Slave mode, SMBus, and what goes
-//! wrong on a real bus (lost arbitration, bus errors) have no model.
+//! It reports its actions on the bus as [`Action`]s, which the connected device answers. Slave
+//! mode, SMBus, and the faults of a real bus (lost arbitration, bus errors) have no model.
 
 use crate::Time;
 use crate::stm32::Write;
@@ -38,7 +38,7 @@ const ISR_BUSY: u32 = 1 << 15;
 /// A byte and its acknowledgement.
 const BYTE_BITS: u64 = 9;
 
-/// What the master does on the bus.
+/// An action of the master on the bus.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Action {
     /// It has sent a start condition and an address: to be acknowledged.
@@ -61,10 +61,10 @@ pub(crate) struct I2c {
     registers: [u32; REGISTERS],
     isr: u32,
     received: u8,
-    /// Of this transfer, until RELOAD or the end.
+    /// The bytes left of this transfer, until RELOAD or the end.
     left: u32,
     reading: bool,
-    /// What is on the wire, and when it is complete.
+    /// The action on the wire, and the time when it is complete.
     busy: Option<(Time, Action)>,
 }
 
@@ -104,7 +104,8 @@ impl I2c {
         self.busy.map(|(end, _)| end)
     }
 
-    /// What is complete at `now`, to be answered by [`Self::acknowledge`] or [`Self::receive`].
+    /// Returns the action that is complete at `now`, to be answered by [`Self::acknowledge`] or
+    /// [`Self::receive`].
     pub fn advance(&mut self, now: Time) -> Option<(Time, Action)> {
         let (end, action) = self.busy.take_if(|(end, _)| *end <= now)?;
         if action == Action::Stop {
@@ -139,7 +140,7 @@ impl I2c {
         }
     }
 
-    /// The next byte, or what comes behind the last.
+    /// Begins the next byte, or the action after the last one.
     fn proceed(&mut self, now: Time) {
         if self.left == 0 {
             self.finish(now);
@@ -169,12 +170,12 @@ impl I2c {
         self.isr & enabled != 0
     }
 
-    /// Whether interrupts or DMA transfers may come of what it does.
+    /// Returns true if it may cause interrupts or DMA transfers.
     pub fn is_watched(&self) -> bool {
         self.register(CR1) & (CR1_INTERRUPTS | CR1_TXDMAEN | CR1_RXDMAEN) != 0
     }
 
-    /// Whether it asks for a DMA transfer: to it, from it.
+    /// Returns its requests for DMA transfers: to it, from it.
     pub fn dma_requests(&self) -> [bool; 2] {
         let cr1 = self.register(CR1);
         [
@@ -199,7 +200,7 @@ impl I2c {
         }
     }
 
-    /// Writes a register; false if it turns on what has no model.
+    /// Writes a register; returns false if that enables a function without a model.
     pub fn write(&mut self, offset: u32, write: Write, now: Time) -> bool {
         match offset {
             CR1 => {

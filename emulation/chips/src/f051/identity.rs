@@ -1,4 +1,5 @@
-//! What identifies the chip: read-only bytes of the system memory (RM0091 33, DS8668) and the option bytes.
+//! The identity of the chip: read-only bytes of the system memory (RM0091 33, DS8668) and the
+//! option bytes.
 
 /// Three words (33.1).
 const UNIQUE_ID: u32 = 0x1fff_f7ac;
@@ -7,7 +8,7 @@ const FLASH_SIZE: u32 = 0x1fff_f7cc;
 /// The reference's conversion at 3.3 V and 30 °C, in the upper halfword of this word (DS8668, table "Internal reference
 /// voltage calibration values"): 1.23 V / 3.3 V * 4096.
 const VREFINT_CAL: u32 = 0x1fff_f7b8;
-/// Of the option bytes RDP and USER, each with its complement: as delivered (4.1).
+/// The option bytes RDP and USER, each with its complement: as delivered (4.1).
 const OPTIONS: u32 = 0x1fff_f800;
 
 pub(crate) struct Identity {

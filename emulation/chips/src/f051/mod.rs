@@ -25,8 +25,8 @@ use crate::stm32::watchdog::{APB1_FREEZE, FREEZE_WATCHDOG};
 use crate::stm32::{Exti, Kind, Pin, Port, PortReset, Timer, Watchdog, Write};
 use crate::{HardwareError, Lines, ResetCause, Time, Width};
 
-/// A timer's first address (RM0091 table 1), what it has, and its interrupt (table 36): of TIM1 that of updates, the
-/// next one is that of compares.
+/// A timer's first address (RM0091 table 1), its kind, and its interrupt (table 36): for TIM1 that
+/// of updates, and the next one is that of compares.
 const TIMERS: [(u32, Kind, u8); 7] = [
     (0x4001_2c00, Kind::Advanced, 13),
     (0x4000_0000, Kind::Wide, 15),
@@ -65,7 +65,7 @@ const I2C2_CHANNELS: [usize; 2] = [3, 4];
 struct Capture {
     port: usize,
     pin: u8,
-    /// As an alternate function of the pin (data sheet, table 15).
+    /// The alternate function of the pin (data sheet, table 15).
     function: u8,
     /// Index in [`TIMERS`].
     timer: usize,
@@ -92,7 +92,7 @@ const BLOCK: u32 = 0x400;
 /// Bytes of flash.
 pub const FLASH_SIZE: u32 = flash::SIZE;
 
-/// What the chip does at its pins and waits for.
+/// An action of the chip at its pins for which it waits.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Signal {
     /// SPI1 has sent this byte; [`F051::spi_received`] gives the one that came.
@@ -105,7 +105,7 @@ pub enum Signal {
 pub struct F051 {
     now: Time,
     rcc: Rcc,
-    /// What it makes, asked for much more often than it changes.
+    /// The frequencies that it makes, read much more often than they change.
     clocks: Clocks,
     flash: Flash,
     /// Ports A to F; there is no port E.
@@ -120,9 +120,10 @@ pub struct F051 {
     next_timer: Option<Time>,
     watchdog: Watchdog,
     identity: Identity,
-    /// What has no model: the value of every word that was written.
+    /// Registers without a model: the value of every word that was written.
     storage: BTreeMap<u32, u32>,
-    /// First address used of each block without a model, and of what a model does not know.
+    /// First address used of each block without a model, and of registers that a model does not
+    /// know.
     pub unknown: BTreeMap<u32, u32>,
     /// Accesses to peripherals whose clock is off.
     pub accesses_without_clock: u64,
@@ -193,7 +194,8 @@ impl F051 {
         self.pins_changed();
     }
 
-    /// Lets time pass until `now`, which is not beyond [`Self::next`]; returns what is to be answered.
+    /// Lets time pass until `now`, which is not beyond [`Self::next`]; returns the signal that
+    /// needs an answer.
     pub fn advance(&mut self, now: Time) -> Option<Signal> {
         self.now = now;
         if self.next_timer.is_some_and(|at| at <= now) {
@@ -216,13 +218,14 @@ impl F051 {
         signal
     }
 
-    /// When something happens in the chip by itself.
+    /// Returns the time of the next internal event.
     pub fn next(&self) -> Option<Time> {
         let buses = self.spi.next_event().into_iter().chain(self.i2c.next_event());
         buses.chain(self.adc.next_event()).chain(self.next_event()).min()
     }
 
-    /// When an interrupt line may move, or a DMA transfer be due: not what a program sees only when it looks.
+    /// Returns the time at which an interrupt line may change, or a DMA transfer is due: not of
+    /// changes that a program sees on access alone.
     pub fn next_event(&self) -> Option<Time> {
         let spi = self.spi.next_event().filter(|_| self.spi.is_watched());
         let i2c = self.i2c.next_event().filter(|_| self.i2c.is_watched());
@@ -269,7 +272,7 @@ impl F051 {
             .or_else(|| [0, 1].into_iter().find_map(i2c))
     }
 
-    /// Whether a DMA transfer or a change of the flash is due.
+    /// Returns true if a DMA transfer or a change of the flash is due.
     pub fn wants_memory(&self) -> bool {
         self.flash_change.is_some() || self.dma.is_on() && self.due().is_some()
     }
@@ -282,7 +285,8 @@ impl F051 {
         transfer
     }
 
-    /// Whether an edge at a pin that a timer may capture has an effect on the core before that looks: by an interrupt.
+    /// Returns true if an edge at a pin that a timer may capture reaches the core before its next
+    /// access: by an interrupt.
     pub fn hears_captures(&self) -> bool {
         self.dma.is_watched()
             || CAPTURES.iter().any(|Capture { port, pin, timer, .. }| {
@@ -290,7 +294,8 @@ impl F051 {
             })
     }
 
-    /// Whether the watchdog has run out; asked once, it stands still until the reset that it wants.
+    /// Returns true if the watchdog has run out; it then stands still until the reset that it
+    /// requests.
     pub fn take_watchdog_expiry(&mut self) -> bool {
         let expired = self.watchdog.expires().is_some_and(|at| at <= self.now);
         if expired {
@@ -329,7 +334,7 @@ impl F051 {
         self.clocks.hclk
     }
 
-    /// What the pin MCO shows, PA8 with alternate function 0; 0 for nothing.
+    /// Returns the frequency at the pin MCO, PA8 with alternate function 0; 0 for none.
     pub fn mco_hz(&self) -> u64 {
         if self.ports[0].pin(8) == Pin::Alternate(0) { self.clocks.mco } else { 0 }
     }
@@ -349,7 +354,8 @@ impl F051 {
         !self.errors.is_empty()
     }
 
-    /// Whether reading a register never changes anything: ports, and the counts and flags of timers.
+    /// Returns true if a read of a register never changes anything: ports, and the counts and flags
+    /// of timers.
     pub fn is_only_looked_at(address: u32) -> bool {
         let base = address & !(BLOCK - 1);
         match base {

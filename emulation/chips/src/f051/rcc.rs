@@ -43,9 +43,9 @@ pub(crate) struct Clocks {
     pub hclk: u64,
     pub pclk: u64,
     pub timers: u64,
-    /// Of the converter's own oscillator; 0 while it is off.
+    /// The frequency of the converter's own oscillator; 0 while it is off.
     pub hsi14: u64,
-    /// What the pin MCO shows; 0 for nothing.
+    /// The frequency at the pin MCO; 0 for none.
     pub mco: u64,
 }
 
@@ -196,7 +196,8 @@ impl Rcc {
         Clocks { sysclk, hclk, pclk, timers: rcc::timers(pclk, apb), hsi14, mco }
     }
 
-    /// What is out of range in the clock tree (6.2; data sheet DS8668, table "PLL characteristics").
+    /// Returns the frequencies out of range in the clock tree (6.2; data sheet DS8668, table "PLL
+    /// characteristics").
     pub fn errors(&self) -> Vec<HardwareError> {
         let sysclk = self.clocks().sysclk;
         let mut errors = Vec::new();
@@ -216,7 +217,8 @@ impl Rcc {
         errors
     }
 
-    /// Whether the peripheral whose registers begin at `base` has its clock (6.4.6 to 6.4.8).
+    /// Returns true if the peripheral whose registers begin at `base` has its clock (6.4.6 to
+    /// 6.4.8).
     pub fn is_clocked(&self, base: u32) -> bool {
         let (register, bit) = match base {
             // RTC, and the independent watchdog, have clocks of their own; EXTI has no enable bit.

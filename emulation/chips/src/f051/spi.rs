@@ -33,7 +33,7 @@ pub(crate) struct Spi {
     cr1: u32,
     cr2: u32,
     overrun: bool,
-    /// Whether OVR is cleared by the next read of SR: DR was read since.
+    /// True if OVR is cleared by the next read of SR: DR was read since.
     read_data: bool,
     transmit: VecDeque<u8>,
     receive: VecDeque<u8>,
@@ -64,12 +64,13 @@ impl Spi {
         self.hz >> ((self.cr1 >> 3 & 7) + 1)
     }
 
-    /// When a byte on the wire is complete.
+    /// Returns the time at which a byte on the wire is complete.
     pub fn next_event(&self) -> Option<Time> {
         self.shifting.map(|(end, _)| end)
     }
 
-    /// The byte that has left until `now`, at most one; what came in exchange goes to [`Self::received`].
+    /// Returns the byte that has left until `now`, at most one; the byte in exchange goes to
+    /// [`Self::received`].
     pub fn advance(&mut self, now: Time) -> Option<(Time, u8)> {
         self.shifting.take_if(|(end, _)| *end <= now)
     }
@@ -117,13 +118,13 @@ impl Spi {
             || self.overrun && self.cr2 & CR2_ERRIE != 0
     }
 
-    /// Whether interrupts or DMA transfers may come of what it does.
+    /// Returns true if it may cause interrupts or DMA transfers.
     pub fn is_watched(&self) -> bool {
         let interrupts = CR2_RXNEIE | CR2_TXEIE | CR2_ERRIE;
         self.cr2 & (interrupts | CR2_RXDMAEN | CR2_TXDMAEN) != 0
     }
 
-    /// Whether it asks for a DMA transfer: to it, from it.
+    /// Returns its requests for DMA transfers: to it, from it.
     pub fn dma_requests(&self) -> [bool; 2] {
         let status = self.status();
         let enabled = self.cr1 & CR1_SPE != 0;
@@ -157,7 +158,7 @@ impl Spi {
         }
     }
 
-    /// Writes a register; false if it turns on what has no model.
+    /// Writes a register; returns false if that enables a function without a model.
     pub fn write(&mut self, offset: u32, write: Write, wide: bool, now: Time) -> bool {
         match offset {
             CR1 => {

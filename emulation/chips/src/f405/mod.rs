@@ -59,9 +59,10 @@ pub struct F405 {
     /// Frequency of the oscillator LSI, which the watchdog counts.
     lsi_hz: u64,
     identity: Identity,
-    /// What has no model: the value of every word that was written.
+    /// Registers without a model: the value of every word that was written.
     storage: BTreeMap<u32, u32>,
-    /// First address used of each block without a model, and of what a model does not know.
+    /// First address used of each block without a model, and of registers that a model does not
+    /// know.
     pub unknown: BTreeMap<u32, u32>,
     /// Accesses to peripherals whose clock is off.
     pub accesses_without_clock: u64,
@@ -146,7 +147,7 @@ impl F405 {
             }
         }
         self.update_lines();
-        // What the line gets is what pin PC6 lets through.
+        // The line gets the bytes that pin PC6 lets through.
         sent.filter(|_| self.ports[2].pin(6) == Pin::Alternate(8))
     }
 
@@ -156,7 +157,8 @@ impl F405 {
         timers.chain(self.usart.next_event()).chain(self.watchdog.expires()).min()
     }
 
-    /// Whether the watchdog has run out; asked once, it stands still until the reset that it wants.
+    /// Returns true if the watchdog has run out; it then stands still until the reset that it
+    /// requests.
     pub fn take_watchdog_expiry(&mut self) -> bool {
         let expired = self.watchdog.expires().is_some_and(|at| at <= self.now);
         if expired {
@@ -206,7 +208,7 @@ impl F405 {
         std::mem::take(&mut self.errors)
     }
 
-    /// Whether USART6 hears the line: pin PC7.
+    /// Returns true if USART6 receives from the line: pin PC7.
     pub fn listens(&self) -> bool {
         self.ports[2].pin(7) == Pin::Alternate(8)
     }

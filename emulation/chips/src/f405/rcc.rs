@@ -36,7 +36,7 @@ pub(crate) struct Clocks {
     pub hclk: u64,
     pub pclk1: u64,
     pub pclk2: u64,
-    /// Of the timers on APB1.
+    /// The frequency of the timers on APB1.
     pub timers1: u64,
 }
 
@@ -158,7 +158,7 @@ impl Rcc {
         Clocks { sysclk, hclk, pclk1, pclk2: hclk >> apb2, timers1 }
     }
 
-    /// What is out of range in the clock tree, at voltage scale 1 or 2.
+    /// Returns the frequencies out of range in the clock tree, at voltage scale 1 or 2.
     pub fn errors(&self, scale_1: bool) -> Vec<HardwareError> {
         let clocks = self.clocks();
         let core = if scale_1 { 168_000_000 } else { 144_000_000 };
@@ -182,7 +182,7 @@ impl Rcc {
         errors
     }
 
-    /// Whether the peripheral whose registers begin at `base` has its clock.
+    /// Returns true if the peripheral whose registers begin at `base` has its clock.
     pub fn is_clocked(&self, base: u32) -> bool {
         let slot = base >> 10 & 0x3f;
         let (register, bit) = match base {

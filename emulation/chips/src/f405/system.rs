@@ -1,4 +1,5 @@
-//! The small ones: power controller (RM0090 5), flash interface (3) and what identifies the chip (38, 39).
+//! The small blocks: power controller (RM0090 5), flash interface (3) and the identity of the chip
+//! (38, 39).
 
 use crate::HardwareError;
 use crate::stm32::Write;

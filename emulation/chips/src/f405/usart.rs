@@ -49,7 +49,7 @@ pub struct Sent {
 pub struct Usart {
     hz: u64,
     sr: u32,
-    /// Of the flags that reading clears, those that the last read of SR has shown.
+    /// The flags that the last read of SR has shown, among those that a read clears.
     shown: u32,
     received: u8,
     brr: u32,
@@ -61,7 +61,7 @@ pub struct Usart {
     shifting: Option<(Time, Sent)>,
     waiting: Option<u8>,
     idle_at: Option<Time>,
-    /// When RXNE was set.
+    /// The time at which RXNE was set.
     received_at: Time,
     /// Longest time from a byte's arrival to its being read.
     pub longest_unread: Time,
@@ -93,7 +93,7 @@ impl Usart {
         }
     }
 
-    /// The registers to their reset values; what was counted stays.
+    /// Sets the registers to their reset values; the counters stay.
     pub(crate) fn reset(&mut self) {
         *self = Usart {
             longest_unread: self.longest_unread,

@@ -52,7 +52,7 @@ impl Bench {
     }
 }
 
-/// What a driver has of a radio.
+/// A driver's access to a radio.
 #[derive(Clone)]
 struct Port {
     bench: Rc<RefCell<Bench>>,

@@ -27,12 +27,12 @@ use crate::Time;
 const FIFO: usize = 3;
 /// The specification's limit for SCK.
 pub const SPI_LIMIT_HZ: u64 = 10_000_000;
-/// What must stand at XC1.
+/// The frequency at XC1.
 pub const CLOCK_HZ: u64 = 16_000_000;
 /// From power-on until SPI works (6.1.7, Tpor: 100 ms for the supply, the reset included).
 const POWER_ON: Time = Time::from_millis(100);
 
-/// What waits to be sent.
+/// A packet that waits to be sent.
 #[derive(Clone, Debug, PartialEq, Eq)]
 enum Outgoing {
     Payload {
@@ -58,7 +58,7 @@ pub enum PowerDetector {
     Live,
 }
 
-/// What the radio counted since power-on.
+/// The radio's counters since power-on.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct RadioStatistics {
     /// Packets sent, acknowledgements and repetitions included.
@@ -99,7 +99,7 @@ pub struct Nrf24 {
     state: State,
     /// Number of the next packet.
     id: u8,
-    /// Of each pipe the last packet, to drop repetitions.
+    /// The last packet of each pipe, to drop repetitions.
     last: [Option<(u8, Vec<u8>)>; PIPES],
     /// Signals on the air: those that have not ended, and when each is audible.
     carriers: Vec<(u8, Time, Time)>,
@@ -111,9 +111,9 @@ pub struct Nrf24 {
     has_received: bool,
     power_detector: PowerDetector,
     transmissions: Vec<Transmission>,
-    /// When the last of them ends.
+    /// The end of the last of them.
     transmissions_end: Time,
-    /// When its power came.
+    /// The time at which its power came.
     powered_at: Time,
     /// Counters since power-on.
     pub statistics: RadioStatistics,
@@ -154,7 +154,7 @@ impl Nrf24 {
         }
     }
 
-    /// Its power goes and comes: what is on the air stays there, and what was counted.
+    /// Its power goes and comes: packets on the air and the counters stay.
     pub fn restart(&mut self, now: Time) {
         let statistics = std::mem::take(&mut self.statistics);
         let carriers = std::mem::take(&mut self.carriers);
@@ -172,7 +172,7 @@ impl Nrf24 {
         self.raised & !self.registers.get(CONFIG) & INTERRUPTS == 0
     }
 
-    /// What it begins to send, soon: announced 120 µs before the first bit.
+    /// Returns the packets that it begins to send soon: announced 120 µs before the first bit.
     pub fn take_transmissions(&mut self) -> Vec<Transmission> {
         std::mem::take(&mut self.transmissions)
     }

@@ -1,4 +1,4 @@
-//! What is on the air.
+//! The packets on the air.
 
 use super::registers::Address;
 use crate::Time;
@@ -6,7 +6,7 @@ use crate::Time;
 /// Most bytes of a payload.
 pub const MAX_PAYLOAD: usize = 32;
 
-/// How a packet is sent, which its receiver must agree to.
+/// The format of a packet, which its receiver must share.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(super) struct Format {
     /// 2400 + `channel` MHz.
@@ -30,7 +30,7 @@ pub struct Packet {
 }
 
 impl Packet {
-    /// 0 to 127: the packet is sent at 2400 + so many MHz.
+    /// Returns the channel, 0 to 127: the packet is sent at 2400 + channel MHz.
     pub fn channel(&self) -> u8 {
         self.format.channel
     }
@@ -40,7 +40,8 @@ impl Packet {
         &self.payload
     }
 
-    /// How long it is on the air (product specification, 7.3): preamble, address, control field, payload, checksum.
+    /// Returns the time on the air (product specification, 7.3): preamble, address, control field,
+    /// payload, checksum.
     pub fn air_time(&self) -> Time {
         let Format { bits_per_second, crc_bytes, enhanced, .. } = self.format;
         let bytes = 1 + self.address.width() + self.payload.len() + crc_bytes;
@@ -54,8 +55,8 @@ impl Packet {
 pub struct Transmission {
     /// Its first bit.
     pub begin: Time,
-    /// Behind its last bit.
+    /// The end of its last bit.
     pub end: Time,
-    /// What is sent.
+    /// The packet.
     pub packet: Packet,
 }

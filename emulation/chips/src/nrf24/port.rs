@@ -15,7 +15,7 @@ const FLUSH_TX: u8 = 0xe1;
 const FLUSH_RX: u8 = 0xe2;
 const REUSE_TX_PL: u8 = 0xe3;
 
-/// What has passed since CSN went low.
+/// The exchange since CSN went low.
 #[derive(Default)]
 pub struct Exchange {
     command: Option<u8>,
@@ -79,7 +79,7 @@ impl Nrf24 {
         self.control(now);
     }
 
-    /// CSN goes high: what counts as a whole is done now.
+    /// CSN goes high: commands that count as a whole are executed now.
     fn finish(&mut self, command: u8, mut data: Vec<u8>, now: Time) {
         data.truncate(MAX_PAYLOAD);
         match command {

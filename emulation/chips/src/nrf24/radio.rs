@@ -10,14 +10,14 @@ use crate::Time;
 
 /// Power-down to standby with a clock from outside (6.1.7, Tpd2stby).
 const START_UP: Time = Time::from_micros(150);
-/// CE must be high so long to send (Thce).
+/// The time for which CE must be high to send (Thce).
 const PULSE: Time = Time::from_micros(10);
 /// Standby to sending or receiving, and between the two (Tstby2a).
 const SETTLING: Time = Time::from_micros(130);
-/// A signal is detected after so long (6.4).
+/// The time after which a signal is detected (6.4).
 const DETECTION: Time = Time::from_micros(40);
 
-/// What the radio does, and until when.
+/// The radio's state, and its end.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum State {
     PoweredDown,
@@ -74,7 +74,7 @@ impl Nrf24 {
         }
     }
 
-    /// Whether it sends or receives, or is about to.
+    /// Returns true if it sends or receives, or is about to.
     pub(super) fn is_active(&self) -> bool {
         !matches!(self.state, State::PoweredDown | State::Starting(_) | State::Standby)
     }
@@ -94,7 +94,7 @@ impl Nrf24 {
         self.proceed(now);
     }
 
-    /// From standby to what the pins and registers want.
+    /// Moves from standby to the state that pins and registers select.
     pub(super) fn proceed(&mut self, now: Time) {
         if self.state != State::Standby || !self.enabled {
             return;
@@ -243,7 +243,8 @@ impl Nrf24 {
         }
     }
 
-    /// Somebody else's signal is on the air, or will be. A packet that can be received comes by [`Self::hear`], too.
+    /// A signal of another sender is on the air, or will be. A packet that can be received comes by
+    /// [`Self::hear`], too.
     pub fn sense(&mut self, channel: u8, begin: Time, end: Time, now: Time) {
         self.carriers.retain(|(_, _, other)| *other > now);
         self.carriers.push((channel, begin, end));
@@ -315,7 +316,8 @@ impl Nrf24 {
         self.registers.has_feature(FEATURE_EN_DPL) && self.registers.is_set(DYNPD, pipe)
     }
 
-    /// Whether a payload of this length is what a pipe expects: a wrong one moves the checksum, and so has none.
+    /// Returns true if a pipe expects a payload of this length: a wrong one moves the checksum,
+    /// which then does not match.
     fn fits(&self, pipe: usize, length: usize) -> bool {
         self.is_dynamic(pipe) || usize::from(self.registers.get(RX_PW_P0 + pipe as u8)) == length
     }

@@ -42,13 +42,13 @@ pub const PIPES: usize = 6;
 pub struct Address(Vec<u8>);
 
 impl Address {
-    /// In bytes.
+    /// Returns the width in bytes.
     pub fn width(&self) -> usize {
         self.0.len()
     }
 }
 
-/// The registers that hold what is written.
+/// The registers that hold written values.
 pub struct Registers {
     bytes: [u8; COUNT],
     /// RX_ADDR_P0, RX_ADDR_P1, TX_ADDR, least significant byte first.
@@ -132,7 +132,7 @@ impl Registers {
         self.address(self.long[2])
     }
 
-    /// Of pipe 2 to 5 only the lowest byte is its own (9.1, RX_ADDR_P2).
+    /// Pipes 2 to 5 own only the lowest byte of their address (9.1, RX_ADDR_P2).
     pub fn pipe_address(&self, pipe: usize) -> Address {
         let bytes = match pipe {
             0 => self.long[0],
@@ -167,7 +167,8 @@ impl Registers {
         }
     }
 
-    /// Whether packets have the control field of Enhanced ShockBurst: off only if neither acknowledgement nor
+    /// Returns true if packets have the control field of Enhanced ShockBurst: off only if neither
+    /// acknowledgement nor
     /// retransmission is on (7.10).
     pub fn is_enhanced(&self) -> bool {
         self.get(EN_AA) != 0 || self.get(SETUP_RETR) & 0xf != 0

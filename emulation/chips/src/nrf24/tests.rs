@@ -9,7 +9,7 @@ fn radio() -> (Nrf24, Time) {
     (radio, POWER_ON)
 }
 
-/// A command and its data; what came back behind STATUS.
+/// Sends a command and its data; returns the bytes after STATUS.
 fn command(radio: &mut Nrf24, bytes: &[u8], now: Time) -> Vec<u8> {
     radio.select(true, now);
     let answer = bytes.iter().map(|byte| radio.transfer(*byte, now)).collect();
@@ -36,7 +36,7 @@ fn start(radio: &mut Nrf24, is_receiver: bool, now: Time) -> Time {
     standby
 }
 
-/// Lets `radio` alone until `until`, and returns what it announced.
+/// Runs `radio` alone until `until`, and returns its announcements.
 fn run(radio: &mut Nrf24, until: Time) -> Vec<Transmission> {
     while let Some(at) = radio.next_event().filter(|at| *at <= until) {
         radio.advance(at);
@@ -44,7 +44,7 @@ fn run(radio: &mut Nrf24, until: Time) -> Vec<Transmission> {
     radio.take_transmissions()
 }
 
-/// What `from` has announced arrives at `to`.
+/// Delivers the announcements of `from` to `to`.
 fn carry(from: Vec<Transmission>, to: &mut Nrf24) {
     for transmission in from {
         to.sense(transmission.packet.channel(), transmission.begin, transmission.end, Time::ZERO);
@@ -116,7 +116,7 @@ fn a_packet_takes_the_time_of_its_bits() {
     assert_eq!(end, begin + Time::from_micros(64));
     assert_eq!(get(&mut sender, 0x07, end) & 0x70, 0x20, "TX_DS");
     assert!(!sender.irq());
-    // A receiver that was told at the same time was ready for the first bit.
+    // A receiver that was switched on at the same time was ready for the first bit.
     carry(sent, &mut receiver);
     run(&mut receiver, end);
     assert!(!receiver.irq());
@@ -146,7 +146,7 @@ fn air_time_follows_rate_and_format() {
 }
 
 impl Nrf24 {
-    /// How long the packet that waits would be on the air.
+    /// Returns the time that the waiting packet would be on the air.
     fn transmission_time(&mut self) -> Time {
         let mut copy = Nrf24::new();
         std::mem::swap(&mut copy.registers, &mut self.registers);

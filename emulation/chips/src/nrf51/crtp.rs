@@ -1,4 +1,4 @@
-//! What a ground station says over the radio: its packets reach the STM32 as they are.
+//! The packets of a ground station: they reach the STM32 unchanged.
 
 use super::Frame;
 
@@ -10,7 +10,7 @@ const GENERIC_LOCALIZATION: u8 = 6 << 4 | 3 << 2 | 1;
 /// External pose: x, y, z in m and a quaternion x, y, z, w, each a binary32, least significant byte first.
 const EXTERNAL_POSE: u8 = 8;
 
-/// Where a positioning system sees the robot, upright.
+/// The robot's upright pose, measured by a positioning system.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Pose {
     /// x, y and z (up) in mm.

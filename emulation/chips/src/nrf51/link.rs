@@ -2,7 +2,7 @@
 
 use crate::random::Random;
 
-/// How bad the line is, in both directions.
+/// The quality of the line, in both directions.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Link {
     /// Probability that a byte is lost, 0 to 1.
@@ -13,7 +13,7 @@ pub struct Link {
     pub seed: u64,
 }
 
-/// A line and what it has done.
+/// A line and its counters.
 #[derive(Default)]
 pub(crate) struct Line {
     link: Link,
@@ -28,7 +28,7 @@ impl Line {
         self.random = Random::new(link.seed);
     }
 
-    /// What arrives when `byte` is sent, if anything.
+    /// Returns the byte that arrives when `byte` is sent, if one does.
     pub fn pass(&mut self, byte: u8) -> Option<u8> {
         if self.link.lose == 0.0 && self.link.corrupt == 0.0 {
             return Some(byte);

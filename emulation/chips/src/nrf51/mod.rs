@@ -18,7 +18,7 @@ pub use peer::{BAUD, Nrf51, Nrf51Settings, Output};
 pub use radio::RadioCounts;
 pub use syslink::{Frame, MAX_PAYLOAD};
 
-/// What the power management measures.
+/// The measurements of the power management.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Battery {
     /// Voltage of the cell.

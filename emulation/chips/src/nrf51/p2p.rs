@@ -5,7 +5,7 @@ use super::Frame;
 /// Most data bytes of a P2P frame.
 pub const P2P_MAX: usize = 60;
 
-/// Type of a frame that tells the STM32 of one.
+/// The type of the frame that carries one to the STM32.
 const P2P_BROADCAST: u8 = 0x0a;
 
 /// A frame of another robot, as this robot's radio receives it.
@@ -23,7 +23,7 @@ impl P2pFrame {
         (data.len() <= P2P_MAX).then_some(P2pFrame { port: port & 0x0f, rssi, data })
     }
 
-    /// What the STM32 is told.
+    /// Returns the frame for the STM32.
     pub(super) fn received(&self) -> Frame {
         let payload = [&[self.port, self.rssi], self.data.as_slice()].concat();
         Frame { kind: P2P_BROADCAST, payload }

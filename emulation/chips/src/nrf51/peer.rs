@@ -18,7 +18,7 @@ use crate::{Event, Led, Time};
 pub const BAUD: u64 = 1_000_000;
 /// Bytes in the UART's FIFO (nRF51 reference manual, 29.4).
 const FIFO: usize = 6;
-/// Bytes in the queue behind it: one of its 128 places stays empty.
+/// Bytes in the queue after it: one of its 128 places stays empty.
 const QUEUE: usize = 127;
 /// Between two reports of battery and signal strength.
 const REPORT_PERIOD: Time = Time::from_millis(10);
@@ -27,7 +27,8 @@ const REPORTS_AFTER: Time = Time::from_millis(1_000);
 /// From its reset until it listens to the STM32: 100 ms and somewhat more. With whole milliseconds its reports would come at the
 /// very moments at which the STM32's timers expire.
 const BOOT: Time = Time::from_micros(103_700);
-/// Radio reception starts so long after its start, or when the firmware says that it is ready.
+/// Radio reception starts at this time after its start, or when the firmware reports that it is
+/// ready.
 const READY_AFTER: Time = Time::from_millis(3_000);
 /// Time that the firmware has to acknowledge a shutdown: 1000 ticks of 1 ms (the comment there says 100 ms).
 const SHUTDOWN_AFTER: Time = Time::from_millis(1_000);
@@ -85,7 +86,7 @@ mod kind {
     pub const DEBUG_PROBE: u8 = 0xf0;
 }
 
-/// What the nRF51 does at its end of the line.
+/// An action of the nRF51 at its end of the line.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Output {
     /// It begins to send a byte.
@@ -154,7 +155,7 @@ struct State {
     /// Bytes to be sent, with true if the loop waits for them, and the one on the wire (none if the wire loses it) until its end.
     unsent: VecDeque<(u8, bool)>,
     sending: Option<(Time, Option<u8>, bool)>,
-    /// Whether a valid frame was received: nothing is sent before.
+    /// True if a valid frame was received: nothing is sent before.
     talks: bool,
     ready: bool,
     next_report: Option<Time>,
@@ -299,8 +300,8 @@ impl Nrf51 {
         self.state.shutdown_at = Some(now + SHUTDOWN_AFTER);
     }
 
-    /// When [`advance`](Self::advance) has something to do; what was just given to be sent needs a call at
-    /// once.
+    /// Returns the time at which [`advance`](Self::advance) has something to do; a frame that was
+    /// just given needs a call at once.
     pub fn next_event(&self, now: Time) -> Option<Time> {
         let state = &self.state;
         let sent = state.sending.map(|(end, _, _)| end);
@@ -313,7 +314,7 @@ impl Nrf51 {
         events.into_iter().flatten().min()
     }
 
-    /// Does what is due at `now`; the outputs are in order.
+    /// Executes the actions that are due at `now`; the outputs are in order.
     pub fn advance(&mut self, now: Time) -> Vec<Output> {
         let mut outputs = Vec::new();
         if let Some((end, byte, _)) = self.state.sending
@@ -378,7 +379,7 @@ impl Nrf51 {
         self.state.radio.expect(frame.received(), end);
     }
 
-    /// Whether the radio receives.
+    /// Returns true if the radio receives.
     fn listens(&self, now: Time) -> bool {
         let State { start, ready, .. } = self.state;
         start <= now && (ready || !self.settings.knows_ready || now >= start + READY_AFTER)
@@ -559,7 +560,7 @@ impl Nrf51 {
             (kind::DEBUG_PROBE, _) => return self.answer_probe(),
             _ => return,
         }
-        // What sets the radio up is echoed.
+        // Frames that set the radio up are echoed.
         self.send(frame.kind(), payload);
     }
 

@@ -243,7 +243,7 @@ fn another_baud_rate_is_not_understood() {
 fn frames_from_the_air_go_over_the_line() {
     let frame = |n: u8| P2pFrame::new(3, 60, vec![n; 60]).unwrap();
     let (mut peer, now) = ready_peer();
-    // Before the radio listens nothing is heard, also what began to arrive.
+    // Before the radio listens nothing is received, not even a frame that began to arrive.
     let mut early = Nrf51::new();
     tell(&mut early, 0x02, &[2], Time::ZERO);
     early.hear(&frame(0), Time::from_millis(1));
@@ -262,7 +262,7 @@ fn frames_from_the_air_go_over_the_line() {
     }
 }
 
-/// Who transmits is heard by nobody who transmits.
+/// A transmitting radio receives nothing.
 #[test]
 fn a_broadcast_is_told_when_it_begins() {
     let (mut peer, now) = ready_peer();

@@ -29,7 +29,7 @@ pub struct RadioCounts {
     pub cut: u64,
 }
 
-/// What the firmware has set, and what is on the air.
+/// The settings of the firmware, and the frames on the air.
 pub(super) struct Radio {
     pub channel_set: bool,
     /// 0, 1, 2: 250 kb/s, 1 Mb/s, 2 Mb/s.
@@ -58,7 +58,8 @@ impl Radio {
         }
     }
 
-    /// Begins to transmit a frame of so many bytes, its port among them, and says how long that takes.
+    /// Begins to transmit a frame of `bytes` bytes, its port among them, and returns its time on
+    /// the air.
     pub fn transmit(&mut self, bytes: usize, now: Time) -> Time {
         self.reset(now);
         let air = RAMP + self.on_air(bytes);
@@ -74,7 +75,7 @@ impl Radio {
         }
     }
 
-    /// How long a frame of so many bytes, its port among them, is on the air.
+    /// Returns the time on the air of a frame of `bytes` bytes, its port among them.
     fn on_air(&self, bytes: usize) -> Time {
         let bits_per_second = [250_000, 1_000_000, 2_000_000][usize::from(self.rate)];
         Time::of_ticks(8 * (OVERHEAD + bytes as u64) + HEADER_BITS, bits_per_second)
@@ -86,13 +87,13 @@ impl Radio {
         self.arriving.insert(place, (end, frame));
     }
 
-    /// When the next frame is complete.
+    /// Returns the time at which the next frame is complete.
     pub fn next_arrival(&self) -> Option<Time> {
         self.arriving.front().map(|(end, _)| *end)
     }
 
-    /// Receives what is complete. A radio that `listens` hears it, unless it was transmitting meanwhile. Returns how
-    /// many frames came while it did not listen.
+    /// Receives complete frames. A radio that `listens` keeps them, unless it was transmitting
+    /// meanwhile. Returns the number of frames that came while it did not listen.
     pub fn hear(&mut self, listens: bool, now: Time) -> u64 {
         let mut ignored = 0;
         while let Some((end, frame)) = self.arriving.pop_front_if(|(end, _)| *end <= now) {
@@ -111,7 +112,7 @@ impl Radio {
         ignored
     }
 
-    /// Whether a received frame waits for the processor.
+    /// Returns true if a received frame waits for the processor.
     pub fn has_received(&self) -> bool {
         !self.received.is_empty()
     }

@@ -30,7 +30,7 @@ impl Frame {
         &self.payload
     }
 
-    /// As it stands on the wire.
+    /// Returns the bytes on the wire.
     pub fn to_bytes(&self) -> Vec<u8> {
         let mut bytes = vec![START[0], START[1], self.kind, self.payload.len() as u8];
         bytes.extend_from_slice(&self.payload);
@@ -47,7 +47,7 @@ fn fletcher(bytes: &[u8]) -> (u8, u8) {
     })
 }
 
-/// What the receiver made of a frame.
+/// The receiver's result for a frame.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(crate) struct Arrived {
     pub frame: Frame,

@@ -1,4 +1,4 @@
-//! How the core reaches the peripherals, and they the core.
+//! The accesses between the core and the peripherals.
 
 /// Size of an access.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -22,7 +22,7 @@ impl Width {
         }
     }
 
-    /// How many bytes it has.
+    /// Returns the number of bytes.
     pub const fn bytes(self) -> u32 {
         match self {
             Width::Byte => 1,
@@ -76,7 +76,7 @@ impl Write {
 pub struct Lines(u128);
 
 impl Lines {
-    /// Whether line `irq` is high.
+    /// Returns true if line `irq` is high.
     pub const fn is_high(self, irq: u8) -> bool {
         irq < 128 && self.0 >> irq & 1 != 0
     }

@@ -41,7 +41,7 @@ impl Exti {
         (self.exticr[usize::from(line / 4)] >> (4 * (line % 4)) & 0xf) as usize
     }
 
-    /// Whether edges of this pin raise an interrupt.
+    /// Returns true if edges of this pin raise an interrupt.
     pub fn hears(&self, port: usize, pin: u8) -> bool {
         (self.imr & (self.rtsr | self.ftsr)) >> pin & 1 != 0 && self.port(pin) == port
     }

@@ -12,10 +12,10 @@ const BSRR: u32 = 0x18;
 const LCKR: u32 = 0x1c;
 const AFRL: u32 = 0x20;
 const AFRH: u32 = 0x24;
-/// Of the STM32F0 only; nothing uses it on the STM32F4, where it is reserved.
+/// A register of the STM32F0 only; it is reserved and unused on the STM32F4.
 const BRR: u32 = 0x28;
 
-/// What of a port is not zero after a reset.
+/// The registers of a port that are not zero after a reset.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct PortReset {
     pub moder: u32,
@@ -23,7 +23,7 @@ pub(crate) struct PortReset {
     pub pupdr: u32,
 }
 
-/// What a pin does to the world.
+/// The effect of a pin on the outside.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Pin {
     /// Nothing: input, analog, or an open drain that is off.
@@ -66,7 +66,7 @@ impl Port {
         }
     }
 
-    /// The registers to their reset values; what the board drives stays.
+    /// Sets the registers to their reset values; inputs that the board drives stay.
     pub(crate) fn reset(&mut self) {
         *self = Port { driven: self.driven, levels: self.levels, ..Port::new(self.after_reset) };
     }
@@ -95,7 +95,7 @@ impl Port {
         match self.pin(pin) {
             Pin::Level(high) => high,
             _ if self.driven >> pin & 1 != 0 => self.levels >> pin & 1 != 0,
-            // A pin that nobody drives follows its pull-up; without one it reads low here.
+            // A pin without a driver follows its pull-up; without one it reads low here.
             _ => self.pupdr >> (2 * pin) & 3 == 1,
         }
     }

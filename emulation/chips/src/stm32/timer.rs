@@ -30,10 +30,12 @@ const CR1_URS: u32 = 1 << 2;
 /// One pulse, direction, centred.
 const CR1_UNMODELLED: u32 = 1 << 3 | 1 << 4 | 3 << 5;
 const SMCR_SMS: u32 = 7;
-/// Of each channel: it captures its own pin; that, another's or the trigger, divided or filtered.
+/// For each channel: it captures its own pin; that of another channel or the trigger, divided or
+/// filtered.
 const CCMR_OWN_INPUT: u32 = 1;
 const CCMR_UNMODELLED: u32 = 0xfe;
-/// Of each channel: on, and which edges are captured: rising, falling, a reserved value, both (18.4.9).
+/// For each channel: on, and the edges that are captured: rising, falling, a reserved value, both
+/// (18.4.9).
 const CCER_ENABLE: u32 = 1 << 0;
 const CCER_EDGES: u32 = 0b1010;
 const CCER_FALLING: u32 = 0b0010;
@@ -44,18 +46,18 @@ const INTERRUPTS: u32 = 0x1f;
 /// Main output enable.
 const BDTR_MOE: u32 = 1 << 15;
 
-/// What a timer has.
+/// The kind of a timer.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Kind {
     /// 32 bits, four channels: TIM2, and TIM5 of the STM32F4.
     Wide,
     /// 16 bits, four channels: TIM3, TIM4.
     General,
-    /// 16 bits, four channels behind a main output enable: TIM1.
+    /// 16 bits, four channels with a main output enable: TIM1.
     Advanced,
-    /// Two channels behind a main output enable: TIM15 of the STM32F0.
+    /// Two channels with a main output enable: TIM15 of the STM32F0.
     Dual,
-    /// One channel behind a main output enable: TIM16 and TIM17 of the STM32F0.
+    /// One channel with a main output enable: TIM16 and TIM17 of the STM32F0.
     SingleGated,
     /// One channel: TIM14 of the STM32F0.
     Single,
@@ -110,9 +112,9 @@ pub struct Timer {
     since: Time,
     /// Count up to which flags were raised.
     seen: u64,
-    /// What [`Timer::next_event`] says: asked for much more often than it changes.
+    /// The result of [`Timer::next_event`]: read much more often than it changes.
     next: Option<Time>,
-    /// Up to this count no flag is raised, whether anybody waits for it or not.
+    /// Up to this count no flag is raised, enabled or not.
     calm: u64,
 }
 
@@ -133,7 +135,7 @@ impl Timer {
         }
     }
 
-    /// Whether reading a register never clears a flag.
+    /// Returns true if a read of a register never clears a flag.
     pub(crate) const fn is_only_looked_at(offset: u32) -> bool {
         offset < CCR1
     }
@@ -234,7 +236,7 @@ impl Timer {
         self.calm = matches.fold(self.next_count(0), u64::min);
     }
 
-    /// When an enabled interrupt will be raised that is not yet.
+    /// Returns the time at which the next enabled interrupt is raised.
     pub(crate) fn next_event(&self) -> Option<Time> {
         self.next
     }
@@ -251,8 +253,8 @@ impl Timer {
         compares.chain(update).min().map(|count| self.time_of(count))
     }
 
-    /// The pin of channel `channel` goes high or low. A second capture before the first is read is told by a flag of its own
-    /// (18.3.5).
+    /// The pin of channel `channel` goes high or low. A second capture before the first is read
+    /// sets a flag of its own (18.3.5).
     pub(crate) fn capture(&mut self, channel: u32, high: bool, now: Time) {
         let edges = self.register(CCER) >> (4 * channel);
         let is_captured = match edges & CCER_EDGES {
@@ -269,12 +271,12 @@ impl Timer {
         self.registers[SR as usize / 4] |= flag | raised << 8;
     }
 
-    /// Whether a capture raises an interrupt.
+    /// Returns true if a capture raises an interrupt.
     pub(crate) fn hears_captures(&self) -> bool {
         self.register(DIER) & self.captures() != 0
     }
 
-    /// Whether channel `channel` asks for a DMA transfer: of what it has captured.
+    /// Returns true if channel `channel` requests a DMA transfer of its capture.
     pub(crate) fn dma_request(&self, channel: u32) -> bool {
         let flag = 2 << channel;
         self.register(SR) & self.register(DIER) >> 8 & flag != 0 && self.captures() & flag != 0
@@ -284,7 +286,7 @@ impl Timer {
         self.register(SR) & self.register(DIER) & INTERRUPTS != 0
     }
 
-    /// Of TIM1, whose interrupts have lines of their own: update, and compare.
+    /// Returns the interrupts of TIM1, which have lines of their own: update, and compare.
     pub(crate) fn separate_interrupts(&self) -> [bool; 2] {
         let raised = self.register(SR) & self.register(DIER) & INTERRUPTS;
         [raised & UIF != 0, raised & !UIF != 0]
@@ -303,7 +305,7 @@ impl Timer {
         match offset {
             CNT => (self.count_at(now) % self.period()) as u32,
             EGR => 0,
-            // Whoever reads what was captured clears the flag (18.4.5).
+            // A read of the capture clears the flag (18.4.5).
             CCR1..=CCR4 => {
                 let flag = 2 << ((offset - CCR1) / 4);
                 self.registers[SR as usize / 4] &= !(flag & self.captures());
@@ -313,7 +315,7 @@ impl Timer {
         }
     }
 
-    /// Writes a register; false if it turns on what has no model.
+    /// Writes a register; returns false if that enables a function without a model.
     pub(crate) fn write(&mut self, offset: u32, write: Write, now: Time) -> bool {
         self.advance(now);
         self.calm = 0;
@@ -378,7 +380,8 @@ impl Timer {
         true
     }
 
-    /// What channel 0 to 3 puts on its pin; none if its output is off (CCxE, MOE) or it is no output.
+    /// Returns the signal of channel 0 to 3 at its pin; none if its output is off (CCxE, MOE) or it
+    /// is no output.
     pub fn output(&self, channel: u32) -> Option<Pwm> {
         let enable = self.register(CCER) >> (4 * channel);
         let mode = self.mode(channel);

@@ -23,7 +23,7 @@ impl Watchdog {
         Watchdog { lsi_hz, prescaler: 0, reload: 0xfff, unlocked: false, expires: None, left: None }
     }
 
-    /// When it will reset the chip.
+    /// Returns the time at which it resets the chip.
     pub fn expires(&self) -> Option<Time> {
         self.expires
     }
