@@ -1,4 +1,5 @@
-//! What instructions do that ends a straight line: accesses to other things than RAM, and all that concerns exceptions.
+//! The instructions that end a straight line: accesses outside RAM, and all that concern
+//! exceptions.
 
 use bittybuzz_chips::{Board, Width};
 
@@ -8,7 +9,7 @@ use crate::exception::Lockup;
 use crate::registers::{PC, Processor};
 
 impl Processor {
-    /// Does what `op` does, an instruction at `at`. The PC is behind it, and the cycles are counted.
+    /// Executes `op`, an instruction at `at`. The PC is after it, and the cycles are counted.
     #[inline(never)]
     pub fn aside<B: Board>(&mut self, bus: &mut Bus<B>, op: Op, at: u32) -> Result<(), Lockup> {
         let Op { kind, d, b, imm, .. } = op;

@@ -1,4 +1,4 @@
-//! What the core sees: flash, RAM, its own registers, and the board.
+//! The core's address space: flash, RAM, its own registers, and the board.
 
 use bittybuzz_chips::{Board, Clock, CoreKind, FlashChange, FlashContent, Time, Width};
 use bittybuzz_cortex_m::Nvic;
@@ -21,13 +21,13 @@ const CCR_VALUE: u32 = 1 << 9 | 1 << 3;
 pub struct Bus<B> {
     pub board: B,
     pub flash: Vec<u8>,
-    /// What the flash's instructions do, and whether they have changed since.
+    /// The decoded instructions of the flash, and their changes.
     pub code: Code,
     pub flash_has_changed: bool,
     pub ram: Vec<u8>,
     pub nvic: Nvic,
     pub clock: Clock,
-    /// Of the core since power-on, without those it slept.
+    /// The core's cycles since power-on, without those in sleep.
     pub cycles: u64,
     /// No instruction begins at or after this cycle.
     pub deadline: u64,
@@ -85,7 +85,8 @@ impl<B: Board> Bus<B> {
         }
     }
 
-    /// Where `length` bytes at `address` begin in the flash, which is also seen at 0.
+    /// Returns the index in the flash of `length` bytes at `address`; the flash is also mapped at
+    /// 0.
     fn flash_index(&self, address: u32, length: usize) -> Option<usize> {
         let at = address.wrapping_sub(FLASH) as usize;
         let at = if at < self.flash.len() { at } else { address as usize };
@@ -129,7 +130,8 @@ impl<B: Board> Bus<B> {
         }
     }
 
-    /// The operation at `pc` in the flash, as long as that does not change: what it loads from there is known, too.
+    /// Returns the operation at `pc` in the flash, valid until the flash changes: its literal loads
+    /// are resolved, too.
     pub fn look_once(&self, pc: u32) -> Op {
         let op = self.look(pc);
         if op.kind == Kind::LdrLiteral {
@@ -202,7 +204,7 @@ impl<B: Board> Bus<B> {
         Some(())
     }
 
-    /// The flash interface decides what becomes of a halfword that is written to the flash.
+    /// The flash interface decides the effect of a halfword that is written to the flash.
     fn program(&mut self, address: u32, new: u16) {
         self.catch_up();
         let at = (address - FLASH) as usize;

@@ -1,4 +1,5 @@
-//! What is in the flash as a program: instructions that are looked at once, and how long each straight line of them takes.
+//! The flash as a program: instructions that are decoded once, and the time of each straight line
+//! of them.
 
 use std::ops::{Add, Sub};
 use std::slice;
@@ -8,20 +9,21 @@ use bittybuzz_chips::Board;
 use crate::bus::{Bus, FLASH};
 use crate::decode::{Kind, Op};
 
-/// What instructions cost: cycles in the upper half, and how many instructions that were. Small, since there is one for each
+/// The cost of instructions: cycles in the upper half, and the number of instructions. Small, since
+/// there is one for each
 /// halfword of the flash.
 #[derive(Clone, Copy, PartialEq, Eq)]
 pub struct Cost(u32);
 
 impl Cost {
     const NOTHING: Cost = Cost(0);
-    /// What was not looked at yet, more than anybody has.
+    /// The cost of code that is not decoded yet, more than any budget.
     const UNKNOWN: Cost = Cost(1 << 31);
-    /// What no budget is enough for, either.
+    /// A cost that exceeds any budget, too.
     const TOO_MUCH: Cost = Cost(0x7fff_ffff);
-    /// As much as is spent at once: further lines are begun anew.
+    /// The most that is spent at once: further lines begin again.
     const MOST_CYCLES: u64 = 0x3fff;
-    /// Of a conditional branch that is taken, beyond its own.
+    /// The cost of a conditional branch that is taken, beyond its own.
     pub const BRANCH: Cost = Cost(2 << 16);
 
     fn of(op: &Op) -> Self {
@@ -34,7 +36,7 @@ impl Cost {
         costs.get(at as usize).copied().unwrap_or(Cost::NOTHING)
     }
 
-    /// As many cycles, however many instructions.
+    /// Returns a cost of these cycles, for any number of instructions.
     fn at_most(cycles: u64) -> Self {
         Cost((cycles.min(Self::MOST_CYCLES) as u32) << 16 | 0xffff)
     }
@@ -76,11 +78,12 @@ impl Sub for Cost {
 pub struct Code {
     /// By halfwords.
     ops: Vec<Op>,
-    /// What each costs with those behind it, to the end of its straight line.
+    /// The cost of each instruction with those after it, to the end of its straight line.
     costs: Vec<Cost>,
 }
 
-/// Instructions one behind the other, by halfwords. They form straight lines, which end where another one comes next for sure.
+/// Successive instructions, by halfwords. They form straight lines, which end where another one
+/// certainly comes next.
 #[derive(Clone, Copy)]
 pub struct Lines<'c> {
     pub ops: &'c [Op],
@@ -89,12 +92,12 @@ pub struct Lines<'c> {
     pub base: u32,
     /// Which one comes next. There is time for its line.
     pub first: u32,
-    /// What may be spent: no instruction begins when it is used up.
+    /// The budget: no instruction begins when it is used up.
     pub budget: Cost,
 }
 
 impl Lines<'_> {
-    /// Of that instruction.
+    /// Returns the address of that instruction.
     pub fn address(&self, at: u32) -> u32 {
         self.base.wrapping_add(at.wrapping_mul(2))
     }
@@ -116,7 +119,7 @@ impl Alone {
 }
 
 impl Code {
-    /// Of a flash with so many bytes.
+    /// Returns the code of a flash with this number of bytes.
     pub fn new(bytes: u32) -> Self {
         let halfwords = bytes as usize / 2;
         Code { ops: vec![Op::UNDEFINED; halfwords], costs: vec![Cost::UNKNOWN; halfwords] }
@@ -165,8 +168,8 @@ impl Code {
 }
 
 impl Op {
-    /// Whether another instruction than the next halfword always comes next, or may not come at once: whatever concerns
-    /// interrupts, too.
+    /// Returns true if another instruction than the next halfword always comes next, or may not
+    /// come at once: also all that concern interrupts.
     pub fn ends_line(&self) -> bool {
         matches!(
             self.kind,

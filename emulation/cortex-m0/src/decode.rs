@@ -2,7 +2,7 @@
 
 use crate::registers::Register;
 
-/// What an instruction does. `b` and `c` of [`Op`] are registers, `d` is the destination.
+/// The operation of an instruction. `b` and `c` of [`Op`] are registers, `d` is the destination.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[repr(u8)]
 pub enum Kind {
@@ -135,7 +135,7 @@ impl Op {
         Op { kind, d: Register::of(d), b: Register::of(b), c: Register::of(c), imm }
     }
 
-    /// Of several registers.
+    /// Returns an operation on several registers.
     const fn several(kind: Kind, b: u16, list: u32, cycles: u32) -> Op {
         Op::new(kind, 0, b, 0, list | cycles << 16)
     }
@@ -145,13 +145,13 @@ impl Op {
         self.imm & 0x1ff
     }
 
-    /// Of an instruction with several registers: cycles beyond one.
+    /// Returns the cycles beyond one of an instruction with several registers.
     pub const fn more_cycles(&self) -> u32 {
         self.imm >> 16
     }
 }
 
-/// Whether an instruction that begins with `first` has a second halfword (A5.1).
+/// Returns true if an instruction that begins with `first` has a second halfword (A5.1).
 pub const fn is_wide(first: u16) -> bool {
     first >> 11 >= 0b11101
 }

@@ -1,4 +1,4 @@
-//! How the core enters an exception and returns from it (ARMv6-M B1.5.6 to B1.5.8), and what faults lead to (B1.5.14).
+//! Exception entry and return (ARMv6-M B1.5.6 to B1.5.8), and the results of faults (B1.5.14).
 
 use bittybuzz_chips::Board;
 use bittybuzz_cortex_m::number::{HARD_FAULT, SV_CALL};
@@ -6,8 +6,8 @@ use bittybuzz_cortex_m::number::{HARD_FAULT, SV_CALL};
 use crate::bus::Bus;
 use crate::registers::{LR, PC, Processor, SP};
 
-/// Cycles from an interrupt to its handler (DDI 0432, 3.9), and back again: that is not published and taken to be what a
-/// Cortex-M4 needs.
+/// Cycles from an interrupt to its handler (DDI 0432, 3.9), and back: the return is not published
+/// and taken from a Cortex-M4.
 const ENTRY_CYCLES: u64 = 16;
 const EXIT_CYCLES: u64 = 10;
 /// Bytes of a frame: r0 to r3, r12, lr, return address, xPSR.
@@ -22,8 +22,8 @@ const STACKED: [usize; 6] = [0, 1, 2, 3, 12, LR];
 pub struct Lockup;
 
 impl Processor {
-    /// Takes `exception`, to go on at `return_to`: stacks what the procedure call standard does not save, and goes to the
-    /// handler.
+    /// Takes `exception`, to return to `return_to`: stacks the registers that the procedure call
+    /// standard does not save, and enters the handler.
     pub fn enter<B: Board>(
         &mut self,
         bus: &mut Bus<B>,
@@ -116,7 +116,7 @@ impl Processor {
         Ok(())
     }
 
-    /// What the instruction at `at` does is not allowed.
+    /// Takes the fault of the instruction at `at`.
     pub fn fault<B: Board>(&mut self, bus: &mut Bus<B>, at: u32) -> Result<(), Lockup> {
         if bus.nvic.is_active(HARD_FAULT) {
             return Err(Lockup);

@@ -1,4 +1,4 @@
-//! What instructions do (ARMv6-M A6; cycles: DDI 0432, table 3-1).
+//! The execution of instructions (ARMv6-M A6; cycles: DDI 0432, table 3-1).
 
 use bittybuzz_chips::Board;
 
@@ -12,7 +12,7 @@ use crate::registers::{LR, PC, PRIMASK, Processor, Register, SP};
 /// The sign.
 const N: u32 = 1 << 31;
 
-/// Why the core has stopped.
+/// The reason why the core has stopped.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Stop {
     Deadline,
@@ -20,11 +20,11 @@ pub enum Stop {
     WaitForInterrupt,
 }
 
-/// Why instructions are no longer executed one behind the other.
+/// The reason why the loop over successive instructions ends.
 enum Exit {
-    /// The next one is not among them, or what it leads to takes too long.
+    /// The next instruction is not among them, or its line takes too long.
     End,
-    /// The last one does something else than what it may here.
+    /// The last instruction has an effect that this loop does not handle.
     Aside,
     /// The last one waits.
     Stop(Stop),
@@ -91,7 +91,7 @@ impl Processor {
         sum
     }
 
-    /// Whether N is V: what was compared is not less, as signed numbers.
+    /// Returns true if N is V: the first operand is not less, as signed numbers.
     #[inline]
     fn is_not_less(&self) -> bool {
         (self.nz & N != 0) == self.v
@@ -108,7 +108,7 @@ impl Processor {
         result
     }
 
-    /// Within lines of code nothing happens but what instructions do.
+    /// Within lines of code nothing happens except by instructions.
     fn execute<B: Board>(&mut self, code: &mut Code, bus: &mut Bus<B>) -> Result<Stop, Lockup> {
         loop {
             if bus.cycles >= bus.deadline {
@@ -163,7 +163,7 @@ impl Processor {
         let exit = loop {
             let Some(op) = ops.get(next as usize) else { break Exit::End };
             next = next.wrapping_add(1);
-            /// What the PC reads as: two instructions ahead.
+            /// The value of the PC when read: two instructions ahead.
             macro_rules! ahead {
                 () => {
                     base.wrapping_add(2 * next + 2)

@@ -7,10 +7,10 @@ use crate::decode::Op;
 use crate::ram;
 use crate::registers::{LR, Processor, Register, SP};
 
-/// Of an instruction that pushes: LR.
+/// The bit of LR in an instruction that pushes.
 const LINK: u32 = 1 << 8;
 
-/// Where all of the words are in RAM; else nothing happens.
+/// Transfers whose words are all in RAM; else nothing happens.
 impl Processor {
     pub fn push_to_ram(&mut self, memory: &mut [u8], op: &Op) -> Option<()> {
         let start = self.r[SP].wrapping_sub(4 * op.more_cycles());
@@ -30,7 +30,7 @@ impl Processor {
         Some(())
     }
 
-    /// The same, and where to go on, if that takes no more than a jump.
+    /// Pops as above and returns the next address, if that takes no more than a jump.
     pub fn pop_to_from_ram(&mut self, memory: &[u8], op: &Op) -> Option<u32> {
         // Two of its cycles are the jump's.
         let count = op.more_cycles() - 2;
@@ -54,14 +54,14 @@ impl Processor {
     pub fn load_from_ram(&mut self, memory: &[u8], op: &Op) -> Option<()> {
         let start = self.get(op.b);
         self.load_all(ram::words(memory, start, op.more_cycles() as usize)?, op.list());
-        // A base that is loaded keeps what was loaded (A6.7.25).
+        // A loaded base keeps its loaded value (A6.7.25).
         if op.list() >> (op.b as u8) & 1 == 0 {
             self.set(op.b, start.wrapping_add(4 * op.more_cycles()));
         }
         Some(())
     }
 
-    /// Stores those of R0 to R7 whose bits are set; the word behind them, if there is one.
+    /// Stores those of R0 to R7 whose bits are set; returns the word after them, if there is one.
     fn store_to<'w>(&self, words: &'w mut [[u8; 4]], list: u32) -> Option<&'w mut [u8; 4]> {
         let (mut words, mut list) = (words.iter_mut(), list);
         while list != 0 {
@@ -98,7 +98,7 @@ impl Processor {
         Some(())
     }
 
-    /// The same, and what is to be branched to.
+    /// Pops as above, and returns the address of the branch.
     pub fn pop_to<B: Board>(&mut self, bus: &mut Bus<B>, list: u32) -> Option<u32> {
         let end = self.load_from(bus, self.r[SP], list)?;
         let to = bus.read_word(end)?;
@@ -124,14 +124,14 @@ impl Processor {
         list: u32,
     ) -> Option<()> {
         let end = self.load_from(bus, self.get(base), list)?;
-        // A base that is loaded keeps what was loaded (A6.7.25).
+        // A loaded base keeps its loaded value (A6.7.25).
         if list >> (base as u8) & 1 == 0 {
             self.set(base, end);
         }
         Some(())
     }
 
-    /// Stores those of R0 to R7 whose bits are set, and tells where the last one ends.
+    /// Stores those of R0 to R7 whose bits are set, and returns the end of the last one.
     fn store_from<B: Board>(&self, bus: &mut Bus<B>, start: u32, list: u32) -> Option<u32> {
         let (mut address, mut list) = (start, list);
         while list != 0 {
@@ -142,7 +142,7 @@ impl Processor {
         Some(address)
     }
 
-    /// Loads those of R0 to R7 whose bits are set, and tells where the last one ends.
+    /// Loads those of R0 to R7 whose bits are set, and returns the end of the last one.
     fn load_from<B: Board>(&mut self, bus: &mut Bus<B>, start: u32, list: u32) -> Option<u32> {
         let (mut address, mut list) = (start, list);
         while list != 0 {

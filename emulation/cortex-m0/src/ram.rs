@@ -2,7 +2,7 @@
 
 use crate::bus::RAM;
 
-/// Where an address is in the RAM, or beyond it.
+/// Returns the index of an address in the RAM, or one beyond it.
 #[inline]
 fn index(address: u32) -> usize {
     address.wrapping_sub(RAM) as usize
@@ -54,7 +54,7 @@ pub fn words(ram: &[u8], address: u32, count: usize) -> Option<&[[u8; 4]]> {
     (address & 3 == 0).then_some(bytes.as_chunks().0)
 }
 
-/// The same, to be written.
+/// Returns the same words for writing.
 #[inline]
 pub fn words_mut(ram: &mut [u8], address: u32, count: usize) -> Option<&mut [[u8; 4]]> {
     let bytes = ram.get_mut(index(address)..index(address) + 4 * count)?;

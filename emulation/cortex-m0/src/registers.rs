@@ -9,7 +9,7 @@ pub const SP: usize = 13;
 pub const LR: usize = 14;
 pub const PC: usize = 15;
 
-/// As MRS and MSR number it.
+/// The number of PRIMASK in MRS and MSR.
 pub const PRIMASK: u32 = 16;
 
 const N: u32 = 1 << 31;
@@ -60,7 +60,7 @@ pub struct Processor {
     pub c: bool,
     pub v: bool,
     pub primask: bool,
-    /// In thread mode, CONTROL.SPSEL.
+    /// CONTROL.SPSEL, for thread mode.
     pub uses_process_stack: bool,
     /// The stack pointer that is not in use.
     pub other_stack: u32,
@@ -69,7 +69,7 @@ pub struct Processor {
 }
 
 impl Processor {
-    /// As after a reset, with this stack pointer and first instruction.
+    /// Returns the registers after a reset, with this stack pointer and first instruction.
     pub fn new(stack: u32, first: u32) -> Self {
         let mut r = [0; 16];
         (r[SP], r[LR], r[PC]) = (stack & !3, 0xffff_ffff, first & !1);
@@ -122,7 +122,7 @@ impl Processor {
         }
     }
 
-    /// Sets PRIMASK: what has waited for that comes at once.
+    /// Sets PRIMASK: an interrupt that has waited for that comes at once.
     pub fn mask<B: Board>(&mut self, bus: &mut Bus<B>, is_masked: bool) {
         self.primask = is_masked;
         if !is_masked && bus.nvic.any_pending() {

@@ -38,7 +38,8 @@ impl Random {
 /// Instructions that touch no memory and cause no exception.
 fn is_plain(first: u16) -> bool {
     match first {
-        // Shifts to data processing; high registers but BX, BLX and what ARMv6-M calls unpredictable.
+        // Shifts to data processing; high registers except BX, BLX and those that ARMv6-M calls
+        // unpredictable.
         0x0000..=0x43ff => true,
         0x4400..=0x46ff => {
             let (d, b) = (first & 7 | first >> 4 & 8, first >> 3 & 0xf);
@@ -169,7 +170,7 @@ fn straight_lines_do_what_their_instructions_do_one_by_one() {
 
 type Robot = EmulatedRobot<CortexM0<Zooid>>;
 
-/// Where programs begin.
+/// The start of programs.
 const CODE: usize = 0xc0;
 const STACK: u32 = RAM + 0x1000;
 

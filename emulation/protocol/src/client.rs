@@ -11,7 +11,7 @@ use crate::message::{self, Command, Output, Reply, RobotEvent, Statistics, Timed
 /// kilolib's message that lets the program of a Kilobot run, without its checksum (`message.h`).
 const RUN: [u8; 10] = [0, 0, 0, 0, 0, 0, 0, 0, 0, 0x88];
 
-/// How long after the robots were switched on it is said.
+/// The times after power-on at which the controller repeats its message.
 const RUN_AFTER_MS: [u64; 3] = [20, 30, 40];
 
 /// An emulator program that runs as a child process. It ends with this value.
@@ -21,14 +21,14 @@ pub struct Emulator {
     output: BufReader<ChildStdout>,
 }
 
-/// What a run brought.
+/// The result of a run.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Run {
-    /// What happened, in order.
+    /// The events, in order.
     pub events: Vec<TimedEvent>,
     /// The time reached.
     pub at: Duration,
-    /// Why it is over.
+    /// The reason why it has ended.
     pub reason: Pause,
 }
 
@@ -67,7 +67,7 @@ impl Emulator {
         self.done(&Command::Write { address, bytes: bytes.into() })
     }
 
-    /// Reads flash, RAM, or the unique id and what was programmed once.
+    /// Reads flash, RAM, or the unique id and the bytes that were programmed once.
     pub fn read(&mut self, address: u32, length: u32) -> Result<Vec<u8>, ClientError> {
         self.read_of(0, address, length)
     }
@@ -227,7 +227,7 @@ impl Drop for Emulator {
     }
 }
 
-/// Why the emulator did not do what it was asked to.
+/// A reason why the emulator did not execute a command.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum ClientError {
@@ -237,9 +237,9 @@ pub enum ClientError {
         package(program)
     )]
     NoProgram {
-        /// What was to be started.
+        /// The program that was to be started.
         program: String,
-        /// Why it does not.
+        /// The reason of the system.
         source: io::Error,
     },
     /// The emulator says why.

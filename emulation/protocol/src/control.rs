@@ -7,19 +7,19 @@ use bittybuzz_chips::{Board, MAX_PAYLOAD, Memory, P2P_MAX};
 
 use crate::message::{self, BoardStatistics, Command};
 
-/// A board that is told what happens to its robot.
+/// A board that receives changes of its robot's surroundings.
 pub trait Control: Board {
-    /// What people call the robot.
+    /// The robot's usual name.
     const NAME: &'static str;
 
     /// Obeys a command that concerns the board.
     fn obey(&mut self, command: Command) -> Result<(), Refusal>;
 
-    /// What it counted since power-on.
+    /// Returns its counters since power-on.
     fn counted(&self) -> BoardStatistics;
 }
 
-/// Why a board does not obey.
+/// A reason why a board refuses a command.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum Refusal {
@@ -37,15 +37,15 @@ pub enum Refusal {
     NotFinite {
         /// The member of the command.
         name: &'static str,
-        /// What it was.
+        /// The refused value.
         value: f64,
     },
     /// Edges cannot be that late.
     #[error("jitter_us is between 0 and {most}, not {value}")]
     Jitter {
-        /// What it may be.
+        /// The highest value.
         most: f64,
-        /// What it was.
+        /// The refused value.
         value: f64,
     },
     /// No lamp is so bad.
@@ -59,9 +59,9 @@ pub enum Refusal {
     /// No oscillator is so wrong.
     #[error("error_ppm is between -{most} and {most}, not {value}")]
     ClockError {
-        /// What it may be, in either direction.
+        /// The highest magnitude.
         most: f64,
-        /// What it was.
+        /// The refused value.
         value: f64,
     },
     /// No oscillator of this chip is so slow or so fast.
@@ -86,7 +86,7 @@ pub enum Refusal {
     /// Longer than any test waits.
     #[error("ble_shutdown_us is at most 1000000, not {0}")]
     BleShutdown(u64),
-    /// No frame of a Kilobot has so many bytes.
+    /// No frame of a Kilobot has that length.
     #[error(
         "a Kilobot's frame is 9 bytes of data and its type, and 2 of its checksum or none: 10 or 12, not {0}"
     )]

@@ -164,7 +164,7 @@ impl<C: Core> Robots for Fleet<C> {
             self.air.carry(time(turn), robots, |robot, heard| members[robot].board().hear(heard));
             let mut reason = None;
             for (number, member) in self.members.iter_mut().enumerate() {
-                // At the end everybody stands at the same time.
+                // At the end all robots have the same time.
                 if turn < until && member.quiet_until() > turn {
                     continue;
                 }

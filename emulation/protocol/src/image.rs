@@ -6,9 +6,9 @@ use object::elf;
 use object::read::elf::{ElfFile32, ProgramHeader};
 use object::{Endianness, Object, ObjectSymbol, SymbolKind};
 
-/// Where the flash begins, and so where an image without bootloader does.
+/// The start of the flash, and so of an image without bootloader.
 const FLASH: u32 = 0x0800_0000;
-/// Where Bitcraze's bootloader expects the application.
+/// The address at which Bitcraze's bootloader expects the application.
 const APPLICATION: u32 = 0x0800_4000;
 const FLASH_END: u32 = 0x0810_0000;
 /// What an AVR's tools add to addresses of RAM; EEPROM, fuses and lock bits come after it.

@@ -1,4 +1,5 @@
-//! Whether a call of a robot function passes what the robot file says, for programs that play robots on a computer.
+//! Checks calls of robot functions against the robot file, for programs that play robots on a
+//! computer.
 
 use bittybuzz_vm_core::number::Profile;
 use bittybuzz_vm_core::{Arguments, ByteCode, Item, Refusal, RobotFault, Value};
@@ -36,7 +37,7 @@ pub fn accepted_lists(candidates: &[&Function]) -> String {
     format!("{name} takes {}", accepted.join(" or "))
 }
 
-/// What a function returns that is not carried out: 0, 0.0 or nil.
+/// Returns the result of a function that is not carried out: 0, 0.0 or nil.
 pub fn idle_result<P: Profile>(function: &Function) -> Value<P> {
     match function.returns {
         Some(Type::Int) => Value::int(0),
@@ -45,7 +46,7 @@ pub fn idle_result<P: Profile>(function: &Function) -> Value<P> {
     }
 }
 
-/// What keeps arguments from fitting a list of parameters.
+/// A reason why arguments do not fit a list of parameters.
 enum Mismatch {
     None,
     Count,

@@ -1,4 +1,4 @@
-//! Where firmware, script and data lie on the chip.
+//! The places of firmware, script and data on the chip.
 
 use std::fmt::Write;
 
@@ -45,17 +45,17 @@ pub struct Layout {
 pub struct Region {
     /// Its first byte.
     pub address: u32,
-    /// How many bytes it has. It ends within the address space.
+    /// Its size in bytes. It ends within the address space.
     pub size: u32,
 }
 
 impl Region {
-    /// The address behind its last byte.
+    /// Returns the address after its last byte.
     pub const fn end(self) -> u32 {
         self.address + self.size
     }
 
-    /// Whether all of another lies in it.
+    /// Returns true if all of another region is in it.
     pub const fn contains(self, other: Region) -> bool {
         match other.address.checked_add(other.size) {
             Some(end) => self.address <= other.address && end <= self.end(),
@@ -63,7 +63,7 @@ impl Region {
         }
     }
 
-    /// Whether a byte lies in both.
+    /// Returns true if both have a byte in common.
     pub const fn overlaps(self, other: Region) -> bool {
         self.address < other.end() && other.address < self.end()
     }
@@ -128,7 +128,7 @@ impl Layout {
         Some(section)
     }
 
-    /// The end of a place: what makes the script in it a whole one. To be written last.
+    /// Returns the end of a place, which makes the script in it complete. Must be written last.
     pub fn script_mark(image: &[u8]) -> [u8; MARK as usize] {
         let length = (image.len() as u32).to_le_bytes();
         let sequence = SEQUENCE.to_le_bytes();
@@ -162,7 +162,8 @@ impl Layout {
         for (name, Region { address, size }) in self.regions() {
             writeln!(out, "  {name} : ORIGIN = {address:#010x}, LENGTH = {size:#x}")?;
         }
-        // With regions of their own, what lies between them is no part of the program: it stays erased.
+        // With regions of their own, the bytes between them are no part of the program: they stay
+        // erased.
         let script = self.script.address;
         let (mark, copy) = (PLACE - MARK, self.script.size / 2);
         let parts =

@@ -82,7 +82,7 @@ pub use sensor::{Reading, Sensor, SensorKind, SensorValue};
 pub use signature::{MAX_PARAMETERS, Parameter, Type, parameter_at, takes_count};
 pub use trailing::{NoSection, SCRIPT_MARK, find_script_section, script_section};
 
-/// What a robot file says.
+/// The content of a robot file.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Robot {
     /// The word by which the command line knows it, such as `kilobot`.
@@ -105,13 +105,14 @@ pub struct Robot {
     pub parts: Parts,
     /// The most that its firmware may need; `None` for a robot that is never flashed.
     pub budget: Option<Budget>,
-    /// Where firmware, script and data lie on the chip; `None` where no script can be flashed alone.
+    /// The places of firmware, script and data on the chip; `None` if no script can be flashed
+    /// alone.
     pub layout: Option<Layout>,
     /// The functions that its scripts may call, in the order of the file.
     pub functions: Vec<Function>,
     /// The tables that it keeps up to date for its scripts, in the order of the file.
     pub tables: Vec<SensorTable>,
-    /// What can be set on each robot, in the order of the file.
+    /// The settings of each robot, in the order of the file.
     pub settings: Vec<Setting>,
     /// The body that the simulator moves; `None` if the simulator has no robot of this kind, or code of its own for it.
     pub body: Option<Body>,
@@ -169,7 +170,7 @@ pub struct VmSizes {
     pub slots: u32,
     /// Neighbours remembered at a time; 0 leaves `neighbors` out.
     pub neighbors: u32,
-    /// Whether it measures in which direction a neighbour is; true if left out.
+    /// True if it measures the direction of a neighbour; true if left out.
     pub bearings: bool,
     /// Messages that can wait to be read by the script.
     pub in_queue: u32,
@@ -179,7 +180,7 @@ pub struct VmSizes {
     pub stigmergy_entries: u32,
     /// Swarms known at a time, at most 8; 0 leaves `swarm` out.
     pub swarms: u32,
-    /// Whether it has the floating-point functions of `math`, and powers; true if left out.
+    /// True if it has the floating-point functions of `math`, and powers; true if left out.
     pub maths: bool,
     /// Steps of silence after which a beacon is sent; 10 if left out.
     pub beacon_steps: u32,
@@ -205,11 +206,11 @@ pub struct Function {
     pub name: String,
     /// The argument lists that it accepts, none twice; at least one.
     pub accepts: Vec<Vec<Parameter>>,
-    /// What it returns; `None` if it returns nil.
+    /// The type of its result; `None` if it returns nil.
     pub returns: Option<Type>,
-    /// Whether it finishes later: the script waits for it, the robot does not.
+    /// True if it finishes later: the script waits for it, the robot does not.
     pub waits: bool,
-    /// What it does, with units, in one line.
+    /// Its effect, with units, in one line.
     pub help: String,
     /// The effect in the simulator: `Some` where the robot has a [`Body`].
     pub effect: Option<Effect>,
@@ -221,7 +222,7 @@ impl Function {
         name_hash(self.name.as_str())
     }
 
-    /// Whether one of the accepted lists has that many arguments.
+    /// Returns true if one of the accepted lists has that many arguments.
     pub fn accepts_count(&self, count: usize) -> bool {
         self.accepts.iter().any(|list| takes_count(list, count))
     }
@@ -237,7 +238,7 @@ pub struct Setting {
     pub least: u16,
     /// The largest value.
     pub most: u16,
-    /// What it does, with its unit, and what holds without it, in one line.
+    /// Its meaning, with its unit and the value without it, in one line.
     pub help: String,
 }
 
@@ -248,7 +249,7 @@ pub struct SensorTable {
     pub name: String,
     /// Its fields; at least one.
     pub fields: Vec<Parameter>,
-    /// What it tells, with units, in one line.
+    /// Its meaning, with units, in one line.
     pub help: String,
 }
 

@@ -10,7 +10,7 @@ use crate::{Profile, Robot, VmSizes};
 /// firmware's build checks it.
 const REGISTERS: [u32; 2] = [84, 100];
 
-/// When what is to be sent, counters, and which fragments are here.
+/// The time of messages to be sent, counters, and the fragments that have arrived.
 const PROTOCOL: u32 = 60;
 /// Beside a frame in a queue: which comes next, and its priority with whether it is stale.
 const QUEUED: u32 = 2;
@@ -18,17 +18,18 @@ const QUEUED: u32 = 2;
 /// between tasks, and its half of what wakes the sending one.
 const QUEUE: [u32; 2] = [5, 18];
 
-/// How chips of the AVR family are named.
+/// The names of chips of the AVR family begin with these.
 const AVR: [&str; 2] = ["ATmega", "ATtiny"];
 
 impl Robot {
-    /// Whether its chip takes bytes as they come. A robot without a chip counts as the smallest one.
+    /// Returns true if its chip packs bytes without alignment. A robot without a chip counts as the
+    /// smallest one.
     fn is_packed(&self) -> bool {
         let is_avr = |chip: &String| AVR.iter().any(|family| chip.starts_with(family));
         self.chip.as_ref().is_none_or(is_avr)
     }
 
-    /// Of a number on the ATmega328P and one on Cortex-M, the one that holds.
+    /// Returns the number for its chip, of one for the ATmega328P and one for Cortex-M.
     fn of_chip(&self, [packed, aligned]: [u32; 2]) -> u32 {
         if self.is_packed() { packed } else { aligned }
     }
@@ -45,7 +46,7 @@ impl Robot {
         bytes as u32
     }
 
-    /// How much of other robots is remembered.
+    /// Returns the sizes of the memory for other robots.
     pub fn sizes(&self) -> Sizes {
         let byte = |count: u32| u8::try_from(count).unwrap_or(u8::MAX);
         Sizes {
@@ -65,7 +66,8 @@ impl Robot {
         bytes as u32
     }
 
-    /// Bytes for what the link knows of the sender of a frame that waits to be read: how far it is in mm, or where it was seen.
+    /// Returns the bytes of the link's facts about the sender of a waiting frame: its distance in
+    /// mm, or its place.
     pub fn sighting_bytes(&self) -> u32 {
         let bytes = match (self.vm.bearings, self.profile) {
             (false, _) => 1,

@@ -8,7 +8,7 @@ use std::ops::Range;
 /// The most parameters of a robot function.
 pub const MAX_PARAMETERS: usize = 7;
 
-/// What a parameter accepts, what a function returns or what a field holds.
+/// The type of a parameter, a result or a field.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub enum Type {
     /// An integer.
@@ -61,7 +61,7 @@ impl fmt::Display for Type {
 pub struct Parameter {
     /// Its name, for messages and documentation.
     pub name: String,
-    /// What it accepts or holds.
+    /// The type that it accepts or holds.
     pub kind: Type,
     /// True for a last parameter that stands for any number of arguments, also for none: `values: any...`.
     pub is_repeated: bool,
@@ -90,7 +90,7 @@ pub fn parameter_at(list: &[Parameter], argument: usize) -> Option<&Parameter> {
     list.get(argument).or_else(|| list.last().filter(|last| last.is_repeated))
 }
 
-/// What is wrong in a list, and where in it (bytes).
+/// A mistake in a list, and its place in it (bytes).
 pub type ListError = (Range<usize>, Cause);
 
 /// Reads a list of parameters. An empty or blank text is the empty list.
@@ -99,7 +99,7 @@ pub fn parse_list(text: &str) -> Result<Vec<Parameter>, ListError> {
     if text.trim().is_empty() {
         return Ok(list);
     }
-    // Every part is a slice of `text`, so its address tells where it stands.
+    // Every part is a slice of `text`, so that its address gives its place.
     let span_of = |part: &str| {
         let start = part.as_ptr().addr() - text.as_ptr().addr();
         start..start + part.len()
@@ -132,7 +132,7 @@ pub fn parse_list(text: &str) -> Result<Vec<Parameter>, ListError> {
     Ok(list)
 }
 
-/// Whether a script could use the text as a name, keywords aside.
+/// Returns true if a script could use the text as a name, keywords aside.
 pub fn is_identifier(text: &str) -> bool {
     let mut characters = text.chars();
     characters.next().is_some_and(|first| first.is_ascii_alphabetic() || first == '_')

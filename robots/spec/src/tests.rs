@@ -173,7 +173,7 @@ fn on_fault_is_read() {
 
 #[test]
 fn every_error_has_its_place() {
-    // What is replaced (its first occurrence), by what, and the error.
+    // The replaced text (its first occurrence), the new text, and the error.
     let cases = [
         ("tick_hz = 10", "tick_hz = ", Expected("Syntax", 5, 11, "not TOML")),
         ("tick_hz", "name = \"x\"\ntick_hz", Expected("Syntax", 5, 1, "duplicate key")),
@@ -311,7 +311,7 @@ fn every_error_has_its_place() {
     expect_errors(GOOD, &cases);
 }
 
-/// The names that a user would be told are taken: the globals of the language manual.
+/// The names that are refused as taken: the globals of the language manual.
 #[test]
 fn names_of_the_language_are_taken() {
     let names = "size foreach map reduce filter type isnil isint isfloat isstring istable isclosure isuserdata \

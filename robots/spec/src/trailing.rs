@@ -9,18 +9,18 @@ use bittybuzz_vm_core::{Part, Parts};
 
 use crate::Robot;
 
-/// What such a section begins with.
+/// The first bytes of such a section.
 pub const SCRIPT_MARK: [u8; 4] = *b"bbz\x02";
 
 /// Bytes before the image.
 const HEADER: usize = SCRIPT_MARK.len() + 4;
 
-/// Why there is no place for a script in a program.
+/// A reason why there is no place for a script in a program.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum NoSection {
     /// There is no mark.
     Missing,
-    /// There are several marks, or something stands behind the script.
+    /// There are several marks, or bytes follow the script.
     Ambiguous,
     /// The program was built by another version: its own script is an image of this one.
     Version(u8),
@@ -32,7 +32,7 @@ pub fn script_section(parts: Parts, sealed: &[u8]) -> Option<Vec<u8>> {
     Some([&SCRIPT_MARK[..], &parts.bits().to_le_bytes(), &length, sealed].concat())
 }
 
-/// Where in a program the section begins, and the parts of the program's machine.
+/// Returns the start of the section in a program, and the parts of the program's machine.
 pub fn find_script_section(program: &[u8]) -> Result<(usize, Parts), NoSection> {
     let mut found = Err(NoSection::Missing);
     for (at, bytes) in program.windows(HEADER).enumerate() {

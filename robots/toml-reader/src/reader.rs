@@ -60,7 +60,7 @@ pub fn read<T, C: Cause>(
     let unclosed = if syntax.is_empty() { None } else { unclosed::find(source.text) };
     for mistake in &syntax {
         let span = mistake.span().unwrap_or(0..0);
-        // What comes after an unclosed bracket only follows from it.
+        // Mistakes after an unclosed bracket only follow from it.
         if unclosed.is_none_or(|unclosed| span.start < unclosed.at) {
             let cause = TomlError::Syntax { message: mistake.message().to_owned() };
             reader.note(cause, || Some(source.place(span)));

@@ -8,7 +8,7 @@ use bittybuzz_kilobot_board::{Amplitude, DIAMETER_MM, Edge, Light};
 /// Centre to centre: Rubenstein, Ahler, Nagpal, ICRA 2012.
 const RANGE_MM: f64 = 100.0;
 
-/// A controller above the table: everybody sees it as if it was so far away. A choice.
+/// The distance at which every robot sees the controller above the table. A choice.
 const CONTROLLER_MM: f64 = DIAMETER_MM + 40.0;
 
 /// What kilolib's message_send takes at 8 MHz, in ns (measured): a pulse, first to second pulse, second to the first byte's
@@ -19,7 +19,7 @@ const TO_BYTES: u64 = 35_750;
 const BIT: u64 = 33_750;
 const TO_BYTE: u64 = 35_250;
 
-/// Who sees whom, and what they see in this window.
+/// The pairs of robots that see each other, and their light in this window.
 pub struct Air {
     places: Vec<Option<[f64; 2]>>,
     /// For each robot whom it sees, and how far away; the controller is not among them.
@@ -29,11 +29,11 @@ pub struct Air {
     range_mm: f64,
     noise_mm: f64,
     lose: f64,
-    /// Of readings, of losses.
+    /// The seeds of readings and of losses.
     seeds: [u64; 2],
-    /// What the LEDs do in this window, as far as it is known; the controller comes last.
+    /// The changes of the LEDs in this window, as far as they are known; the controller comes last.
     edges: Vec<Vec<Edge>>,
-    /// What the controller will do.
+    /// The controller's next changes.
     announced: VecDeque<Edge>,
     end: Time,
     carried: u64,
@@ -41,7 +41,7 @@ pub struct Air {
 }
 
 impl Air {
-    /// Between so many robots, which nobody sees yet.
+    /// Returns the air between `count` robots, of which none sees another yet.
     pub fn new(count: usize) -> Self {
         Air {
             places: vec![None; count],
@@ -70,7 +70,7 @@ impl Air {
         }
     }
 
-    /// Whether and how far away one sees another.
+    /// Computes the distance at which one robot sees another, if it does.
     fn look(&mut self, robot: usize, other: usize) {
         let distance = self.places[robot]
             .zip(self.places[other])
@@ -98,7 +98,7 @@ impl Air {
         seen.chain([(self.places.len(), CONTROLLER_MM)])
     }
 
-    /// How far light reaches, and the standard deviation of the distance that a reading tells, in mm.
+    /// Sets the reach of light, and the standard deviation of a measured distance, in mm.
     pub fn set_light(&mut self, range_mm: f64, noise_mm: f64, seed: u64) {
         (self.range_mm, self.noise_mm, self.seeds[0]) = (range_mm, noise_mm, seed);
         for robot in 0..self.places.len() {
@@ -111,7 +111,7 @@ impl Air {
         (self.lose, self.seeds[1]) = (probability, seed);
     }
 
-    /// The controller sends a frame, which all see; after what it sends already.
+    /// Announces a frame of the controller, which all see; it follows those that it sends already.
     pub fn announce(&mut self, at: Time, frame: [u8; 12]) {
         let first = self.announced.back().map_or(at, |edge| edge.at + Time::from_nanos(10 * BIT));
         let burst = first.max(at);
@@ -134,7 +134,7 @@ impl Air {
         }
     }
 
-    /// What the robots' LEDs do is known better: whether anything has changed.
+    /// Learns the robots' changes of their LEDs, and returns true if there is a new one.
     pub fn learn<'a>(&mut self, edges: impl Iterator<Item = &'a [Edge]>) -> bool {
         let mut is_news = false;
         for (known, edges) in self.edges.iter_mut().zip(edges) {
@@ -147,12 +147,12 @@ impl Air {
         is_news
     }
 
-    /// Whether anybody's LED does anything in this window.
+    /// Returns true if any LED changes in this window.
     pub fn is_busy(&self) -> bool {
         self.edges.iter().any(|edges| !edges.is_empty())
     }
 
-    /// What one robot sees in this window.
+    /// Returns the light that one robot sees in this window.
     pub fn lights_for(&self, robot: usize) -> Vec<Light> {
         let mut lights = Vec::new();
         if !self.is_busy() {
@@ -235,7 +235,7 @@ pub fn frame(payload: &[u8]) -> Option<[u8; 12]> {
     Some(frame)
 }
 
-/// When the pulses of a frame begin, in ns.
+/// Returns the times at which the pulses of a frame begin, in ns.
 fn pulses(frame: &[u8; 12]) -> Vec<u64> {
     let mut pulses = vec![0, LEADING];
     let mut start = LEADING + TO_BYTES;
@@ -295,7 +295,7 @@ mod tests {
         assert_eq!(carried, 400);
         assert_eq!(lost + readings.len() as u64, 400);
         assert!((160..240).contains(&lost), "{lost}");
-        // Two mm are so much there.
+        // The change of the reading over two mm at that distance.
         let slope = f64::from(Amplitude::at(89.0).high) - f64::from(Amplitude::at(91.0).high);
         let mean = readings.iter().sum::<f64>() / readings.len() as f64;
         let deviation = readings.iter().map(|r| (r - mean).powi(2)).sum::<f64>();

@@ -24,7 +24,7 @@ use crate::robot::Robot;
 /// and threads wait for each other more often.
 const WINDOW: Time = Time::from_micros(500);
 
-/// Where the memories are in what an AVR's tools call addresses.
+/// The addresses of the memories as an AVR's tools number them.
 const RAM_BASE: u32 = 0x80_0000;
 const EEPROM_BASE: u32 = 0x81_0000;
 /// `ret`
@@ -38,12 +38,12 @@ pub struct Fleet {
     image: Option<Image>,
 }
 
-/// A robot, and what it did in this window as far as it is known.
+/// A robot, and its actions in this window as far as they are known.
 struct Member {
     robot: Robot,
     /// The light that it saw.
     seen: Vec<Light>,
-    /// What its own LED did.
+    /// The changes of its own LED.
     edges: Vec<Edge>,
     /// It was sending at the end of the last window.
     is_sending: bool,
@@ -53,7 +53,7 @@ struct Member {
     is_off: bool,
     /// It must run, once more or for the first time.
     must_run: bool,
-    /// Resets and steps that were told.
+    /// The number of resets and steps that were reported.
     resets: u64,
     steps: u64,
     is_dead: bool,
@@ -90,7 +90,7 @@ impl Member {
 }
 
 impl Fleet {
-    /// So many robots, switched off.
+    /// Returns `count` robots, switched off.
     pub fn new(count: usize, chip: Chip) -> Self {
         let members = (0..count).map(|number| Member::new(number, chip)).collect();
         Fleet { chip, members, air: Air::new(count), image: None }
@@ -107,7 +107,8 @@ impl Fleet {
             let is_awake = !member.seen.is_empty() || !member.robot.is_quiet(end);
             member.must_run = !member.is_off && is_awake;
         }
-        // Who is sending now is not disturbed by others: their pulses are known before anybody listens.
+        // Senders are not disturbed by others, so that their pulses are known before other robots
+        // listen.
         run(members, end, |member| member.must_run && member.is_sending);
         air.learn(members.iter().map(|member| member.edges.as_slice()));
         for (number, member) in members.iter_mut().enumerate() {
@@ -135,7 +136,7 @@ impl Fleet {
         }
     }
 
-    /// Lights that are on would stay so for whoever does not see them go out any more.
+    /// Lights that are on would stay on for robots that do not see them go out any more.
     fn darken(&mut self, now: Time) {
         let lit: Vec<usize> = (0..self.members.len())
             .filter(|number| self.members[*number].robot.board.is_lit())
@@ -168,7 +169,7 @@ fn run(members: &mut [Member], end: Time, chosen: impl Fn(&Member) -> bool + Syn
 }
 
 impl Member {
-    /// Collects what has happened in a window that is settled.
+    /// Collects the events of a window that is settled.
     fn note(&mut self) {
         let events = self.robot.board.take_events().into_iter();
         self.events.extend(events.map(|(at, event)| TimedEvent {
@@ -191,7 +192,7 @@ impl Member {
         }
     }
 
-    /// The bytes from `address` on, so many that are there.
+    /// Returns the bytes from `address` on, at most `length`.
     fn memory(&mut self, address: u32, length: usize) -> Result<Vec<u8>, MachineError> {
         let robot = &mut self.robot;
         let part = |memory: &[u8], base: u32| {
@@ -239,7 +240,7 @@ impl Robots for Fleet {
             for (address, bytes) in image.segments() {
                 let is_memory = (address as usize) < flash_size
                     || (EEPROM_BASE..EEPROM_BASE + EEPROM_SIZE as u32).contains(&address);
-                // Fuses and lock bits are not what runs.
+                // Fuses and lock bits are not executed.
                 if is_memory {
                     member.write_memory(address, bytes)?;
                 }

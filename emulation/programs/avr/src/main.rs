@@ -77,7 +77,7 @@ fn main() -> ExitCode {
     let mut fleet = fleet::Fleet::new(count.into(), chip);
     let output = BufWriter::new(stdout().lock());
     match bittybuzz_emulation::serve_robots(&mut fleet, stdin().lock(), output) {
-        // Whoever started this program is gone.
+        // The program that started this one is gone.
         Err(error) if error.kind() != ErrorKind::BrokenPipe => {
             eprintln!("error: {error}");
             ExitCode::FAILURE

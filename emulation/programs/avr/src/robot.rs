@@ -6,7 +6,7 @@ use bittybuzz_kilobot::phase::Steps;
 use bittybuzz_kilobot_board::{Edge, Kilobot, Light};
 use bittybuzz_simavr::{Chip, Core, DATA, REGISTERS, State, Stop, changed};
 
-/// A core that sleeps needs so many cycles more to enter an interrupt: 7.7.1 of the data sheet.
+/// The additional cycles in which a sleeping core enters an interrupt: 7.7.1 of the data sheet.
 const WAKE_UP: u64 = 4;
 
 /// A Kilobot that runs.
@@ -20,16 +20,16 @@ pub struct Robot {
     pub counted: Counted,
     /// Content of the chip's memory after its supply has fallen.
     pub memory: Memory,
-    /// Where in the data space its image keeps what the script is doing.
+    /// The place in the data space of the image's phase of the script.
     pub phase: Option<u16>,
-    /// Where time would be turned back to.
+    /// The state to which time would be turned back.
     before: Box<Before>,
     /// Pages as they were, in the order of their changes.
     undo: Vec<(u16, [u8; PAGE as usize])>,
     pub is_dead: bool,
 }
 
-/// What is counted since power-on.
+/// The counters since power-on.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Counted {
     /// Cycles in which the core slept.
@@ -98,12 +98,12 @@ impl Robot {
         }
     }
 
-    /// Whether nothing happens until `time` as long as it sees no light.
+    /// Returns true if nothing happens until `time` as long as it sees no light.
     pub fn is_quiet(&mut self, time: Time) -> bool {
         self.asleep.is_some() && self.board.next_event() >= self.board.cycle(time)
     }
 
-    /// Keeps what it is now.
+    /// Stores its state.
     pub fn save(&mut self) {
         self.undo.clear();
         let before = &mut *self.before;
@@ -113,7 +113,7 @@ impl Robot {
         (before.counted, before.is_dead) = (self.counted, self.is_dead);
     }
 
-    /// Goes back to what was kept.
+    /// Restores the stored state.
     pub fn restore(&mut self) {
         while let Some((page, bytes)) = self.undo.pop() {
             self.core.write_flash(page.into(), &bytes);
@@ -126,7 +126,7 @@ impl Robot {
         (self.counted, self.is_dead) = (before.counted, before.is_dead);
     }
 
-    /// Runs until `end`, while neighbours' light changes as `lights` tells. What its own LED did.
+    /// Runs until `end`, with neighbours' light in `lights`. Returns the changes of its own LED.
     pub fn run(&mut self, end: Time, lights: &[Light]) -> Vec<Edge> {
         self.board.will_see(lights.iter().copied());
         let mut until = self.board.cycle(end);

@@ -37,7 +37,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     Ok(())
 }
 
-/// As docs/emulation.md has them.
+/// Returns the commands as docs/emulation.md has them.
 fn commands(elf: &Path, is_tracked: bool) -> Result<String, Box<dyn Error>> {
     let elf = elf.to_str().ok_or("the path is no text")?.replace('\\', "\\\\").replace('"', "\\\"");
     let mut commands = format!("{{\"command\":\"load\",\"elf\":\"{elf}\"}}\n");
@@ -52,7 +52,7 @@ fn commands(elf: &Path, is_tracked: bool) -> Result<String, Box<dyn Error>> {
     Ok(commands)
 }
 
-/// What this program has had of a processor.
+/// Returns the processor time of this program in seconds.
 fn processor_seconds() -> io::Result<f64> {
     let times = fs::read_to_string("/proc/self/schedstat")?;
     let nanos = times.split_whitespace().next().and_then(|nanos| nanos.parse::<f64>().ok());

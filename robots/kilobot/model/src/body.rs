@@ -221,7 +221,7 @@ impl Preset {
 /// Radians.
 const DEGREE: f32 = core::f32::consts::PI / 180.0;
 
-/// What a model means for one substep.
+/// The constants of a model for one substep.
 #[derive(Clone, Copy, Debug)]
 struct KilobotStep {
     /// Seconds.
@@ -231,7 +231,8 @@ struct KilobotStep {
     ahead: f32,
     /// Radians per duty of one motor.
     turn: f32,
-    /// Seconds at `straight_duty` per duty of both motors: what a bias in radians per second is multiplied by.
+    /// Seconds at `straight_duty` per duty of both motors: the factor of a bias in radians per
+    /// second.
     straight: f32,
     /// Share of the noise that is left after a tick, and deviation of what is added then, in radians per second.
     decay: f32,

@@ -13,7 +13,8 @@ use bittybuzz_arena::scenario::Cause;
 /// Addresses from here on are not flash.
 const FLASH_END: u32 = 0x8000;
 
-/// What the script `image` is in the flash of a robot with the program in `path`: address and bytes.
+/// Returns the address and bytes of the script `image` in the flash of a robot with the program in
+/// `path`.
 pub fn section(path: &Path, image: &[u8], robot: &Robot) -> Result<(u32, Vec<u8>), Cause> {
     let unusable = |reason: String| Cause::NoFirmware {
         robots: crate::ROBOTS,
@@ -53,7 +54,7 @@ pub fn section(path: &Path, image: &[u8], robot: &Robot) -> Result<(u32, Vec<u8>
     }
 }
 
-/// What is flashed, from address 0 on.
+/// Returns the content of the flash, from address 0 on.
 pub fn flash(image: &Image) -> Vec<u8> {
     let mut program = Vec::new();
     for (address, bytes) in image.segments().filter(|(address, _)| *address < FLASH_END) {

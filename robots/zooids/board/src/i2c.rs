@@ -24,7 +24,7 @@ pub(super) struct Devices {
     selected: Option<u8>,
     /// The next byte that is written is a register's number.
     points: bool,
-    /// How often touch controller and motion sensor were addressed.
+    /// The number of times that touch controller and motion sensor were addressed.
     pub addressed: [u64; 2],
 }
 
@@ -49,7 +49,7 @@ impl Devices {
         }
     }
 
-    /// Whether somebody answers to `address`.
+    /// Returns true if a device answers to `address`.
     pub fn start(&mut self, address: u8, read: bool, now: Time) -> bool {
         self.selected = Some(address);
         let known = [Touch::ADDRESS, Motion::ADDRESS];
@@ -64,7 +64,7 @@ impl Devices {
         is_awake
     }
 
-    /// Whether the byte is acknowledged.
+    /// Returns true if the byte is acknowledged.
     pub fn write(&mut self, byte: u8, now: Time) -> bool {
         let points = std::mem::take(&mut self.points);
         let Some(device) = self.device() else { return false };
@@ -76,7 +76,7 @@ impl Devices {
         true
     }
 
-    /// The bus is high where nobody drives it.
+    /// The bus is high without a driver.
     pub fn read(&mut self, now: Time) -> u8 {
         self.device().map_or(0xff, |device| device.read(now))
     }

@@ -43,14 +43,14 @@ const LEDS: [(Led, u8, u32); 3] = [(Led::Red, 10, 2), (Led::Green, 11, 3), (Led:
 const TIMER_FUNCTION: u8 = 2;
 const MOTOR_INPUTS: u8 = 4;
 
-/// What a Zooid counted since its first power-on.
+/// The counters of a Zooid since its first power-on.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct ZooidStatistics {
-    /// Of the radio.
+    /// The counters of the radio.
     pub radio: RadioStatistics,
-    /// How often the touch controller was addressed on I2C.
+    /// The number of times that the touch controller was addressed on I2C.
     pub touch_addressed: u64,
-    /// How often the motion sensor was.
+    /// The number of times that the motion sensor was addressed.
     pub motion_addressed: u64,
     /// The longest share of the time for which a color of the LED has shone: 0 to 1.
     pub brightest: f64,
@@ -58,20 +58,20 @@ pub struct ZooidStatistics {
     pub clocks_hz: [u64; 2],
     /// Accesses to peripherals whose clock is off.
     pub accesses_without_clock: u64,
-    /// First addresses that were used of what has no model and is plain storage.
+    /// First addresses that were used of blocks that have no model and are plain storage.
     pub unknown: Vec<u32>,
 }
 
 /// A Zooid without the core of its STM32.
 pub struct Zooid {
     now: Time,
-    /// When something happens by itself.
+    /// The time of the next internal event.
     next: Option<Time>,
     f051: F051,
     radio: Nrf24,
     devices: Devices,
     diodes: Diodes,
-    /// Where it is, and since when that is known.
+    /// Its pose, and the time of that pose.
     pose: Option<(Time, TablePose)>,
     leds: [bool; LEDS.len()],
     brightest: f64,
@@ -95,7 +95,7 @@ pub struct Zooid {
 }
 
 impl Zooid {
-    /// Lets the bus masters and the pins act on what has happened now.
+    /// Lets the bus masters and the pins act on the latest events.
     fn step(&mut self) {
         while let Some(signal) = self.f051.advance(self.now) {
             match signal {
@@ -152,7 +152,7 @@ impl Zooid {
         self.settle_touch();
     }
 
-    /// The radio's pins, and what it announces.
+    /// Updates the radio's pins, and its announcements.
     fn settle_radio(&mut self) {
         let irq = self.radio.irq();
         if irq != std::mem::replace(&mut self.irq, irq) {
@@ -173,7 +173,7 @@ impl Zooid {
         }
     }
 
-    /// What the firmware does to the radio's pins. What nobody drives does nothing.
+    /// Applies the firmware's outputs to the radio's pins. A pin without a driver has no effect.
     fn settle_pins(&mut self) {
         let selected = self.f051.ports[CSN.0].pin(CSN.1) == Pin::Level(false);
         if selected != std::mem::replace(&mut self.selected, selected) {
@@ -199,7 +199,8 @@ impl Zooid {
         self.next = self.find_next();
     }
 
-    /// The signal at a pin of port A that may be channel `channel` of a timer; none if nobody drives it.
+    /// Returns the signal at a pin of port A that may be channel `channel` of a timer; none without
+    /// a driver.
     fn signal(&self, pin: u8, timer: usize, channel: u32) -> Option<Pwm> {
         match self.f051.ports[A].pin(pin) {
             Pin::Floating => None,
@@ -265,14 +266,15 @@ impl Zooid {
         self.next = self.find_next();
     }
 
-    /// The battery has so many volts, and is charged or not.
+    /// Sets the battery's voltage in volts, and charging on or off.
     pub fn set_battery(&mut self, volts: f64, charging: bool) {
         self.f051.set_battery_volts(volts);
         self.f051.drive(CHARGING.0, CHARGING.1, !charging);
         self.next = self.find_next();
     }
 
-    /// The battery is connected from now on, or not. The flash keeps what it has, and the world its light and fingers.
+    /// Connects the battery, or disconnects it. The flash keeps its content, and the world its
+    /// light and fingers.
     pub fn set_power(&mut self, on: bool) {
         if on != self.has_power {
             self.has_power = on;
@@ -305,7 +307,7 @@ impl Board for Zooid {
         ram: 8 * 1024,
         ccm: 0,
         peripherals: &[(0x4000_0000, 0x3_0000), (0x4800_0000, 0x2000)],
-        // What is below the RAM: a stack that overflows is noticed.
+        // The memory below the RAM: a stack that overflows is noticed.
         read_only: &[(0x1fff_e000, 0x2000)],
     };
 
@@ -445,7 +447,7 @@ impl Board for Zooid {
     }
 
     fn is_powered(&self) -> bool {
-        // Whoever has none may get some: it is held in reset.
+        // A robot without power may get some: it is held in reset.
         true
     }
 
@@ -461,7 +463,7 @@ impl Board for Zooid {
         self.f051.next_transfer()
     }
 
-    /// What the photodiodes see is written down while the core sleeps on.
+    /// The photodiodes' edges are recorded while the core sleeps on.
     fn quiet_until(&self) -> Time {
         if self.reset_request.is_some() {
             return self.now;

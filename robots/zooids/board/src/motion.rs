@@ -37,7 +37,7 @@ impl Motion {
         Motion { registers, pointer: 0, turn_degrees_s: 0.0 }
     }
 
-    /// As after power-on; what turns the robot stays.
+    /// Sets the state after power-on; the robot's rotation stays.
     pub fn restart(&mut self) {
         *self = Motion { turn_degrees_s: self.turn_degrees_s, ..Motion::new() };
     }

@@ -11,7 +11,7 @@ const PATTERN: Time = Time::from_micros(333);
 pub(super) const FRAME: Time = Time::from_micros(333 * PATTERNS as u64);
 /// Bits of each coordinate.
 const BITS: u32 = 10;
-/// What is projected: columns and rows, in steps of the code.
+/// The projected columns and rows, in steps of the code.
 const COLUMNS: std::ops::RangeInclusive<f64> = 56.0..=967.0;
 const ROWS: std::ops::RangeInclusive<f64> = 227.0..=796.0;
 /// A step in mm, along x and along y (0.8128 m over 883 steps and 0.508 m over 558, position_control.c of SwarmUI).
@@ -29,7 +29,7 @@ pub struct TablePose {
     pub x_mm: f64,
     /// mm.
     pub y_mm: f64,
-    /// Where the antenna points, in degrees.
+    /// The direction of the antenna, in degrees.
     pub heading_degrees: f64,
     /// mm/s along x and y.
     pub velocity_mm_s: [f64; 2],
@@ -45,7 +45,7 @@ impl TablePose {
         TablePose { x_mm, y_mm, heading_degrees, velocity_mm_s, turn_degrees_s }
     }
 
-    /// After so long.
+    /// Returns the pose after a span.
     pub fn after(&self, span: Time) -> Self {
         let seconds = span.picos() as f64 * 1e-12;
         TablePose {
@@ -62,18 +62,19 @@ impl TablePose {
         [DIODE_MM * cos, DIODE_MM * sin]
     }
 
-    /// Where its photodiodes are, in mm.
+    /// Returns the places of its photodiodes, in mm.
     fn diodes(&self, [x, y]: [f64; 2]) -> [[f64; 2]; 2] {
         [[self.x_mm + x, self.y_mm + y], [self.x_mm - x, self.y_mm - y]]
     }
 }
 
-/// How bad the light is.
+/// The disturbances of the light.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Light {
     /// Probability that a frame does not reach the robot: both diodes stay dark.
     pub lose: f64,
-    /// An edge comes up to so many µs too early or too late, all equally probable: 0 to [`Light::MOST_JITTER_US`].
+    /// The largest time in µs by which an edge comes too early or too late, uniformly distributed:
+    /// 0 to [`Light::MOST_JITTER_US`].
     pub jitter_us: f64,
     /// Glitches per second at each photodiode, as lamps and the resets of the projector's mirrors make them: for 1 to
     /// [`Light::LONGEST_GLITCH_US`] it sees the opposite.
@@ -110,7 +111,7 @@ fn gray(n: u32) -> u32 {
     n ^ n >> 1
 }
 
-/// What the two photodiodes of a robot see, one edge after the other.
+/// The edges that the two photodiodes of a robot see, one after the other.
 pub(super) struct Diodes {
     light: Light,
     /// Edges of the frame that is shown, in order.
@@ -132,7 +133,7 @@ impl Diodes {
         self.light = light;
     }
 
-    /// When one of them changes, or a frame begins.
+    /// Returns the time at which one of them changes, or a frame begins.
     pub fn next_event(&self) -> Time {
         match self.edges.get(self.next) {
             Some((at, _, _)) => *at,
@@ -140,7 +141,8 @@ impl Diodes {
         }
     }
 
-    /// The diode that changes at `now` and what it becomes. `pose` is where the robot is at `since`.
+    /// Returns the diode that changes at `now` and its new level. `pose` is the robot's pose at
+    /// `since`.
     pub fn advance(&mut self, now: Time, pose: Option<(Time, TablePose)>) -> Option<(usize, bool)> {
         if self.next == self.edges.len() && begin_of(self.frame) <= now {
             self.show(pose);
@@ -175,7 +177,8 @@ impl Diodes {
                 if level != std::mem::replace(&mut self.levels[diode], level) {
                     let early = Time::from_picos((self.light.jitter_us * 1e6) as u64);
                     let late = early.picos() as f64 * 2.0 * random.unit();
-                    // Not before the frame or the edge before: what is over cannot change.
+                    // An edge comes after the frame's beginning and the edge before, which cannot
+                    // change any more.
                     let at = (at + Time::from_picos(late as u64) - early).max(*last);
                     *last = at;
                     self.edges.push((at, diode, level));
@@ -215,7 +218,7 @@ fn begin_of(frame: u64) -> Time {
 mod tests {
     use super::*;
 
-    /// What the code shows in steps `x`, `y`, bits of each coordinate as text.
+    /// Returns the patterns of the code at steps `x`, `y`, bits of each coordinate as text.
     fn code(x: u32, y: u32) -> [String; 2] {
         let at = [f64::from(x) * STEP_MM[0], f64::from(y) * STEP_MM[1]];
         let text = |range: std::ops::Range<u32>| {

@@ -48,7 +48,7 @@ impl Touch {
         }
     }
 
-    /// As after power-on; fingers stay where they are.
+    /// Sets the state after power-on; fingers stay where they are.
     pub fn restart(&mut self, now: Time) {
         let keys = self.registers[usize::from(KEY_STATUS)];
         let asleep_until = now + START_UP;

@@ -9,7 +9,7 @@ use bittybuzz_arena::engine::{
     first_wrong, within, wrap,
 };
 
-/// What its firmware is told to do with its wheels.
+/// The command of its firmware for the wheels.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Drive {
     /// These duties.
@@ -127,7 +127,7 @@ const FRAME: f32 = 0.013_653;
 struct Zooid {
     drive: Drive,
     pilot: Pilot,
-    /// Where the pilot drives to.
+    /// The goal of the pilot.
     goal: Option<Goal>,
     gain_left: f32,
     gain_right: f32,
@@ -245,7 +245,7 @@ impl Zooid {
                 if self.goal.replace(goal) != Some(goal) {
                     self.pilot.depart();
                 }
-                // What the time is matters only while the least duty is sought.
+                // The time matters only while the least duty is sought.
                 self.pilot.steer(goal, &for_firmware(pose), 0)
             }
         }
