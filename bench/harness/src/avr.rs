@@ -13,7 +13,7 @@ use std::path::Path;
 
 pub const RUNNER: &str = "simavr";
 
-/// What simavr calls its record.
+/// The name of simavr's record.
 const RECORD: &str = "gtkwave_trace.vcd";
 /// The record's unit is 10 ns: at 1 MHz a cycle is a hundred of them, and nothing is rounded.
 const FREQUENCY: &str = "1000000";
@@ -83,7 +83,7 @@ fn event(at: u64, mark: Mark, [_, low, high]: [u8; 3]) -> Event {
 mod tests {
     use super::*;
 
-    /// As simavr 1.6 writes it.
+    /// A record in the form of simavr 1.6.
     const RECORD: &str = "$timescale 10ns $end\n$scope module logic $end\n\
         $var wire 8 ! GPIOR0 $end\n$var wire 8 \" GPIOR1 $end\n$var wire 8 # GPIOR2 $end\n\
         $upscope $end\n$enddefinitions $end\n$dumpvars\nbxxxxxxxx !\nbxxxxxxxx \"\nbxxxxxxxx #\n$end\n\

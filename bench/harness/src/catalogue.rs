@@ -1,4 +1,4 @@
-//! The scripts, their results, and what they cost the reference: bench/reference.toml.
+//! The scripts, their results, and their cost in the reference: bench/reference.toml.
 
 use crate::error::BenchError;
 use crate::target::Target;
@@ -45,12 +45,12 @@ impl Catalogue {
 }
 
 impl Script {
-    /// Whether it has to do with a profile of numbers at all.
+    /// Returns true if it concerns a profile of numbers at all.
     pub fn is_for(&self, target: Target) -> bool {
         !self.full || target.profile() == Profile::Full
     }
 
-    /// What it costs the reference. That has no profiles.
+    /// Returns its cost in the reference, which has no profiles.
     pub fn reference(&self, target: Target) -> Option<u64> {
         match target {
             Target::Host => self.host,

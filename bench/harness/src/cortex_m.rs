@@ -20,7 +20,8 @@ pub const M4F: &str = "mps2-an386";
 
 /// The function that a program calls to mark a place.
 const MARK: &str = "bench_mark";
-/// How often the patience of the debugger's client, some seconds, may end between two marks.
+/// The number of times that the debugger's client may time out, after some seconds each, between
+/// two marks.
 const TRIES: u32 = 24;
 
 /// Runs a program.

@@ -1,11 +1,11 @@
-//! Why benchmarks cannot be counted, or fail.
+//! The reasons why benchmarks cannot be counted, or fail.
 
 use bittybuzz_bench::Mark;
 use bittybuzz_qemu::qemu::QemuError;
 use std::fmt;
 use std::path::PathBuf;
 
-/// Why benchmarks cannot be counted, or fail.
+/// A reason why benchmarks cannot be counted, or fail.
 #[derive(Debug)]
 pub enum BenchError {
     /// A program of the system is missing.
@@ -18,7 +18,7 @@ pub enum BenchError {
     TooLong { name: String },
     /// A linked program does not have a symbol.
     NoSymbol { program: PathBuf, symbol: &'static str },
-    /// What an emulator recorded cannot be understood.
+    /// The record of an emulator cannot be understood.
     Record { what: String },
     /// QEMU fails.
     Qemu(QemuError),
@@ -28,7 +28,7 @@ pub enum BenchError {
     NoResult { target: &'static str, name: String, mark: Mark, value: u32 },
     /// The script computes something else.
     WrongResult { target: &'static str, name: String, result: String, expected: String },
-    /// What an instruction costs cannot be counted.
+    /// The cost of an instruction cannot be counted.
     Costs { name: String, reason: String },
     /// Something costs more than the baseline allows.
     Grown(Vec<String>),

@@ -1,4 +1,4 @@
-//! What scripts cost: measured, or committed in bench/baseline.json, in the same form.
+//! The costs of scripts: measured, or committed in bench/baseline.json, in the same form.
 
 use crate::error::BenchError;
 use crate::target::Target;
@@ -11,10 +11,10 @@ use std::collections::BTreeMap;
 
 const FILE: &str = "bench/baseline.json";
 
-/// How much more than before something may cost, in percent.
+/// The increase that a cost may have, in percent.
 const TOLERANCE: u64 = 2;
 
-/// What a script costs on a target.
+/// The cost of a script on a target.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Figure {
     /// Cycles or instructions of a step.
@@ -57,12 +57,12 @@ pub fn to_json(counts: &Counts) -> String {
     format!("{{\n{}\n}}", targets.collect::<Vec<_>>().join(",\n"))
 }
 
-/// Whether that is more than it may be.
+/// Returns true if that is more than allowed.
 pub fn is_more(now: u64, before: u64) -> bool {
     now * 100 > before * (100 + TOLERANCE)
 }
 
-/// What costs more than it may.
+/// Returns the costs that have grown beyond the tolerance.
 pub fn grown(target: Target, now: &Scripts, before: Option<&Scripts>) -> Vec<String> {
     let rows = now.iter().filter_map(|(name, figure)| {
         let (now, before) = (figure.count, before?.get(name)?.count);

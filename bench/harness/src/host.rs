@@ -13,9 +13,9 @@ pub const RUNNER: &str = "valgrind";
 /// Counts only in the first function, and writes and forgets the count at the second one.
 const FUNCTIONS: [&str; 2] =
     ["--toggle-collect=bench_host::counted", "--dump-before=bench_host::write_counts"];
-/// What stands before the count in a file of Callgrind's.
+/// The text before the count in a file of Callgrind's.
 const TOTALS: &str = "totals: ";
-/// How often counts are written.
+/// The number of counts that are written.
 const COUNTS: usize = 4;
 
 /// Runs the host's program with a script.

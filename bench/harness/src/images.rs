@@ -57,7 +57,7 @@ impl Compiled {
         Ok(Compiled { name: name.to_owned(), image, global: global as u16 })
     }
 
-    /// What a program has inside instead of zeros.
+    /// Returns the bytes that a program has inside instead of zeros.
     pub fn block(&self) -> Result<Vec<u8>, BenchError> {
         let length = u16::try_from(self.image.len()).unwrap_or(u16::MAX);
         let block = [&header(self.global, length), self.image.as_slice()].concat();

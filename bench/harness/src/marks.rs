@@ -1,4 +1,4 @@
-//! What a program says while it runs, and what that means.
+//! The marks of a program while it runs, and their meaning.
 
 use crate::catalogue::Script;
 use crate::error::BenchError;
@@ -14,7 +14,7 @@ pub struct Event {
     pub value: u32,
 }
 
-/// What a program has told when it is over.
+/// The marks of a program that has ended.
 #[derive(Debug, PartialEq, Eq)]
 pub struct Told {
     /// In the order of `bittybuzz_bench::run`: nothing, loading, two steps; fewer if it failed.
@@ -37,7 +37,7 @@ impl Told {
         Some(Told { counts: counts.collect::<Option<_>>()?, mark: last.mark, value: last.value })
     }
 
-    /// What loading the image takes.
+    /// Returns the cost of loading the image.
     pub fn load(&self) -> u64 {
         self.count(1)
     }
@@ -47,18 +47,19 @@ impl Told {
         [self.count(2), self.count(3)]
     }
 
-    /// What a step takes.
+    /// Returns the cost of a step.
     pub fn step(&self) -> u64 {
         let [second, third] = self.steps();
         (second + third) / 2
     }
 
-    /// Whether both steps take the same, but for the instruction that QEMU may be off by.
+    /// Returns true if both steps cost the same, except for the instruction by which QEMU may be
+    /// off.
     pub fn is_steady(&self) -> bool {
         self.count(2).abs_diff(self.count(3)) <= 1
     }
 
-    /// Without what marking takes.
+    /// Returns a count without the cost of marking.
     fn count(&self, index: usize) -> u64 {
         let count = |index| self.counts.get(index).copied().unwrap_or(0);
         u64::saturating_sub(count(index), count(0))

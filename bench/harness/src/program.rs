@@ -53,7 +53,7 @@ pub struct Program {
     target: Target,
     path: PathBuf,
     bytes: Vec<u8>,
-    /// For what is made on the way.
+    /// The folder of intermediate files.
     folder: PathBuf,
 }
 
@@ -106,7 +106,7 @@ impl Program {
     }
 }
 
-/// Where a symbol's bytes are in an ELF file.
+/// Returns the place of a symbol's bytes in an ELF file.
 fn file_offset(elf: &[u8], symbol: &str) -> Option<usize> {
     let file = object::File::parse(elf).ok()?;
     let symbol = file.symbols().find(|known| known.name() == Ok(symbol))?;

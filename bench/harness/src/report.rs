@@ -6,7 +6,7 @@ use crate::target::Target;
 use crate::{COLLECTION, FIB, NO_COLLECTION, VERIFICATION};
 use std::fmt::Write;
 
-/// What follows the scripts, and how it is called.
+/// The derived figures that follow the scripts, with their names.
 const DERIVED: [(&str, &str); 3] = [
     (FIB, "fib, per call"),
     (COLLECTION, "collection of a full heap"),

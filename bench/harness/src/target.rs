@@ -1,4 +1,4 @@
-//! What is measured: a machine for a core.
+//! The targets of measurements: a machine for a core.
 
 use bittybuzz_robot_spec::Profile;
 
@@ -43,7 +43,7 @@ impl Target {
         }
     }
 
-    /// What its counts are of.
+    /// Returns the unit of its counts.
     pub fn unit(self) -> &'static str {
         match self {
             Target::Host => "instructions of the host, by Callgrind",

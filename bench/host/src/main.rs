@@ -33,7 +33,7 @@ fn counted(work: &mut dyn FnMut()) {
     black_box(work)();
 }
 
-/// Callgrind writes what it has counted, and forgets it, when this function is called.
+/// Callgrind writes its counts, and clears them, when this function is called.
 #[inline(never)]
 fn write_counts() {
     black_box(());

@@ -30,10 +30,10 @@ mod robot {
     include!(concat!(env!("OUT_DIR"), "/robot.rs"));
 }
 
-/// What the machine may take on the smallest chip, the queues of messages beside it included.
+/// The memory that the machine may take on the smallest chip, its queues of messages included.
 pub const MEMORY: usize = robot::MEMORY;
 
-/// What the machine remembers of other robots.
+/// The machine's memory for other robots.
 const SIZES: Sizes = Sizes {
     neighbors: robot::NEIGHBORS as u8,
     bearings: robot::BEARINGS != 0,
@@ -55,10 +55,11 @@ const FIRST_NEIGHBOR: u16 = 2;
 /// Budget of a slice.
 const BUDGET: u16 = u16::MAX;
 
-/// After how many slices an entry is given up: several times what the longest script needs.
+/// The number of slices after which an entry is given up: several times the need of the longest
+/// script.
 const MOST_SLICES: u16 = 200;
 
-/// What the program says to whoever runs it. Its numbers are the protocol between the two.
+/// A mark of the program for its caller. The numbers are the protocol between the two.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[repr(u8)]
 pub enum Mark {
@@ -89,12 +90,12 @@ impl Mark {
     }
 }
 
-/// The way from the program to whoever runs it.
+/// The way from the program to its caller.
 pub trait Meter {
     /// Says something. On the AVR the upper half of the value gets lost, of a float the lower half, which is zero there.
     fn mark(&mut self, mark: Mark, value: u32);
 
-    /// Has it counted what `work` takes.
+    /// Counts the cost of `work`.
     #[inline(always)]
     fn count<R>(&mut self, work: impl FnOnce() -> R) -> R {
         self.mark(Mark::Begin, 0);
@@ -104,8 +105,8 @@ pub trait Meter {
     }
 }
 
-/// Counts in this order: nothing; verifying and loading the image; the second step; the third step. Then tells the
-/// value of the global of that number.
+/// Counts in this order: nothing; verifying and loading the image; the second step; the third step.
+/// Then reports the value of the global of that number.
 pub fn run<P: Profile, C: ByteCode>(
     vm: &mut Machine<P, C>,
     image: Image<C>,
@@ -143,7 +144,7 @@ fn count_all<P: Profile, C: ByteCode>(
     Ok(())
 }
 
-/// All neighbours come into sight, and what they have sent waits.
+/// Brings all neighbours into sight, with their messages waiting.
 fn approach<P: Profile, C: ByteCode>(vm: &mut Machine<P, C>, robot: &mut Robot<P>) {
     for (robot, distance) in (FIRST_NEIGHBOR..).zip(&robot.distances) {
         vm.meet(robot, &Sighting::at(*distance), u8::MAX);
@@ -167,12 +168,13 @@ fn load<P: Profile, C: ByteCode>(vm: &mut Machine<P, C>, image: Image<C>) -> Res
     vm.load(image, is_known).map_err(drop)
 }
 
-/// Whether the robot has this function. Not a search in a table, which the AVR would keep in RAM.
+/// Returns true if the robot has this function. Not a search in a table, which the AVR would keep
+/// in RAM.
 fn is_known(function: u16) -> bool {
     matches!(function, robot::function::LED | robot::function::MOTORS)
 }
 
-/// What a robot does at a tick. Not inlined, so that there is one copy, as in a robot.
+/// Does the work of a robot at a tick. Not inlined, so that there is one copy, as in a robot.
 #[inline(never)]
 fn enter<P: Profile, C: ByteCode>(
     vm: &mut Machine<P, C>,
@@ -205,13 +207,13 @@ fn result<P: Profile>(value: Value<P>) -> (Mark, u32) {
 /// A robot whose functions do nothing, and the frames of its neighbours. It is measured on chips without an allocator, so it
 /// must cost less than that of `bittybuzz-testkit`.
 struct Robot<P: Profile> {
-    /// What they send: the first of them what the script has broadcast last.
+    /// The messages of the neighbours: the first one has the script's last broadcast.
     frames: [P::Frame; NEIGHBORS as usize],
     /// Its length, 0 if there was none.
     length: usize,
-    /// How many neighbours have still to send it.
+    /// The number of neighbours that have still to send it.
     coming: u8,
-    /// How far they are, floats in mm.
+    /// The distances of the neighbours, floats in mm.
     distances: [Value<P>; NEIGHBORS as usize],
 }
 

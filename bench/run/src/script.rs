@@ -1,12 +1,13 @@
-//! How a script gets into a linked program: in place of [`ROOM`] bytes, a header and the image.
+//! The place of a script in a linked program: in place of [`ROOM`] bytes, a header and the image.
 
 /// The symbol under which a program keeps these bytes.
 pub const SYMBOL: &str = "BENCH_SCRIPT";
 
-/// How many.
+/// The number of these bytes.
 pub const ROOM: usize = 4096;
 
-/// How many of them are before the image: two `u16`, least significant byte first. The number of the global that holds
+/// The number of bytes before the image: two `u16`, least significant byte first. The number of the
+/// global that holds
 /// the result, and the length of the image.
 pub const HEADER: usize = 4;
 

@@ -238,6 +238,6 @@ extern "C" fn hard_fault(frame: *const u32) -> ! {
     restart_after(HARD_FAULT, pc, lr, status)
 }
 
-/// Where an exception frame of eight words can begin.
+/// The addresses at which an exception frame of eight words can begin.
 const STACK: core::ops::Range<usize> = crate::robot::STACK_ADDRESS
     ..crate::robot::STACK_ADDRESS + crate::robot::STACK_SIZE - 7 * size_of::<u32>();

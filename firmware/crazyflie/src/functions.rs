@@ -20,7 +20,7 @@ use crate::section::Section;
 /// Steps between two status lines.
 const STATUS_STEPS: u32 = 10 * robot::TICK_HZ as u32;
 
-/// What scripts can reach.
+/// The functions and settings that scripts can reach.
 pub struct Crazyflie {
     leds: ScriptLeds,
     setpoint: Writer<Powers>,
@@ -198,7 +198,7 @@ impl Robot<Numbers> for Crazyflie {
     }
 }
 
-/// Whether there is a function of this name hash.
+/// Returns true if there is a function of this name hash.
 pub fn is_function(hash: u16) -> bool {
     robot::FUNCTIONS.iter().any(|(known, _)| *known == hash)
 }

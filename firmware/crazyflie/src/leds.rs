@@ -72,7 +72,7 @@ fn low_if(low: bool) -> Level {
     if low { Level::Low } else { Level::High }
 }
 
-/// What the firmware's LEDs show.
+/// The status that the firmware's LEDs show.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Status {
     /// All is well.

@@ -68,10 +68,10 @@ static TASKS: Liveness = Liveness::new(7);
 static SETPOINTS: setpoint::Channel<Powers> = setpoint::Channel::new();
 static STATUS: StatusChannel = StatusChannel::new();
 
-/// Room for what the script prints in a slice.
+/// Room for the lines that the script prints in a slice.
 const LOG_BYTES: usize = 1024;
 
-/// What the machine remembers of other robots.
+/// The machine's memory for other robots.
 const SIZES: Sizes = Sizes {
     neighbors: robot::NEIGHBORS as u8,
     bearings: robot::BEARINGS != 0,
@@ -87,7 +87,7 @@ const _: () = assert!(size_of::<Machine>() <= robot::MEMORY - robot::QUEUE_MEMOR
 const _: () = assert!(size_of_val(&link::swarm::MAIL) <= robot::QUEUE_MEMORY);
 /// With its sender and position a message fits a frame of the radio.
 const _: () = assert!(robot::FRAME_BYTES <= SWARM_MESSAGE_MAX);
-/// It has what scripts are built for.
+/// The machine has the parts for which scripts are built.
 const _: () = assert!(robot::MATHS == section::Section::PARTS.has(Part::Maths));
 
 #[embassy_executor::main]

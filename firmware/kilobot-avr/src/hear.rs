@@ -38,7 +38,7 @@ pub fn start(chip: &Chip) {
     resume(chip);
 }
 
-/// Forgets what came while nobody listened: the robot's own light, when it was sending.
+/// Discards the light that came while the robot did not listen: its own, when it was sending.
 #[inline(never)] // -58 bytes
 pub fn resume(chip: &Chip) {
     // SAFETY: as above.
@@ -56,7 +56,7 @@ pub fn has_seen_light(chip: &Chip) -> bool {
     chip.AC.acsr().read().aci().bit_is_set()
 }
 
-/// Whether a message comes in.
+/// Returns true if a message is being received.
 #[inline(never)]
 pub fn is_busy() -> bool {
     let receiver = &raw const RECEIVER;

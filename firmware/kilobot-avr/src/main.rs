@@ -58,7 +58,7 @@ unsafe extern "C" {}
 #[link(name = "c", kind = "static", modifiers = "-bundle")]
 unsafe extern "C" {}
 
-/// What the machine remembers of other robots.
+/// The machine's memory for other robots.
 const SIZES: Sizes = Sizes {
     neighbors: toml::NEIGHBORS as u8,
     bearings: toml::BEARINGS != 0,
@@ -160,7 +160,7 @@ impl Body {
         self.sender = Sender::start(0, id as u8);
     }
 
-    /// Does what there is to do, for a few ms at most. Whether there is more.
+    /// Does the pending work, for a few ms at most. Returns true if there is more.
     #[inline(never)]
     fn turn(&mut self, vm: &mut Machine) -> bool {
         let has_heard = hear::has_message();
@@ -221,7 +221,7 @@ impl Body {
         eeprom::write(&registers(), straight_right, life.duties[3]);
     }
 
-    /// Does what the robot's state is about; the LED's colour.
+    /// Does the work of the robot's state; returns the LED's colour.
     #[inline(never)]
     fn live(&mut self, vm: &mut Machine, now: u16) -> Color {
         let robot = &mut self.robot;
@@ -259,7 +259,7 @@ impl Body {
         }
     }
 
-    /// Sleeps for eight seconds; then looks for ten ms whether somebody sends, and if so listens for longer.
+    /// Sleeps for eight seconds; then listens for ten ms, and for longer if another robot sends.
     #[inline(never)]
     fn sleep(&mut self) {
         let chip = &registers();

@@ -32,7 +32,7 @@ const RESET_2S: u8 = 0b0000_1111;
 const WAKE_8S: u8 = 0b0110_0001;
 const OFF: u8 = 0;
 
-/// Whether the watchdog has reset the robot. To be called first.
+/// Returns true if the watchdog has reset the robot. Must be called first.
 #[inline(always)]
 pub fn was_stuck() -> bool {
     let cause: u8;
@@ -82,7 +82,7 @@ fn watch(_: &Chip, what: u8) {
     });
 }
 
-/// Whether the battery is being charged: pin D0 is low.
+/// Returns true if the battery is being charged: pin D0 is low.
 pub fn is_charging(chip: &Chip) -> bool {
     chip.PORTD.pind().read().bits() & 1 == 0
 }
@@ -125,7 +125,7 @@ pub fn sleep(chip: &Chip) {
     hear::resume(chip);
 }
 
-/// Waits for so many µs, or a little longer.
+/// Waits for `us` µs, or a little longer.
 #[inline(never)]
 pub fn pause(us: u16) {
     for _ in 0..us {
@@ -151,7 +151,7 @@ pub fn boot(chip: &Chip) -> ! {
     unsafe { asm!("jmp 0x7000", options(noreturn)) }
 }
 
-/// As after a reset, as far as whoever comes next relies on it.
+/// Restores the state after a reset, as far as the next program relies on it.
 fn leave(chip: &Chip) {
     interrupt::disable();
     watch(chip, OFF);

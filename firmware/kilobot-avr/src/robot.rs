@@ -19,9 +19,9 @@ use crate::{clock, hear};
 
 /// The robot.
 pub struct Robot {
-    /// What it does.
+    /// The robot's state.
     pub life: Life,
-    /// What its motors are told.
+    /// The duties of its motors.
     pub motors: Motors,
     /// The script's colour.
     pub color: Color,

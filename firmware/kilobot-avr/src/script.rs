@@ -13,16 +13,16 @@ use crate::robot::Robot;
 use crate::section::Section;
 use crate::toml::{self, FUNCTIONS};
 
-/// What the script has set holds for so long after the last step that was completed.
+/// The time for which the script's settings hold after the last completed step.
 const HOLD: u16 = units(500);
 
-/// Features of the machine: the parts say what is left of them, but for the functions of `math`.
+/// Features of the machine: its parts limit them, except for the functions of `math`.
 const FEATURES: u8 = {
     let left_out = if toml::MATHS { 0 } else { Feature::Maths as u8 };
     features::<Tiny>() & !left_out
 };
 
-/// What it offers to scripts.
+/// Its offer to scripts.
 const OFFERED: u16 = {
     let mut hashes = [0; FUNCTIONS.len()];
     let mut index = 0;
@@ -36,13 +36,14 @@ const OFFERED: u16 = {
 /// The machine.
 pub type Machine = Vm<Tiny, Section, { crate::SLOTS }>;
 
-/// When the script runs, and what it is doing. The machine is handed over with each call: at an address that the compiler
+/// The times of the script's steps, and its phase. The machine is handed over with each call: at an
+/// address that the compiler
 /// knows, it takes a quarter less flash.
 pub struct Script {
     pub(crate) phase: Phase,
     restarts: Restarts,
     ticks: Ticks,
-    /// When the last step was completed.
+    /// The time of the last completed step.
     completed: u16,
     /// It has more to do at once.
     goes_on: bool,
@@ -66,7 +67,7 @@ impl Script {
         self.completed = now;
     }
 
-    /// Whether it has more to do at once, as of the last call of [`run`](Self::run).
+    /// Returns true if it has more to do at once, as of the last call of [`run`](Self::run).
     pub fn goes_on(&self) -> bool {
         self.goes_on
     }

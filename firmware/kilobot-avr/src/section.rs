@@ -18,7 +18,7 @@ global_asm!(".global exit, abort", "exit:", "abort: rjmp abort");
 #[unsafe(link_section = ".fini0")]
 static SCRIPT: [u8; BYTES.len()] = *include_bytes!(concat!(env!("OUT_DIR"), "/script.bin"));
 
-/// Where the length stands, two bytes before the image.
+/// The place of the length, two bytes before the image.
 const LENGTH: usize = SCRIPT_HEADER - 2;
 
 /// The image in flash.

@@ -56,9 +56,9 @@ pub struct Decoder {
     /// The last edge, and the one before: a glitch takes the last one back.
     edge: u16,
     before: u16,
-    /// When the frame began.
+    /// The time at which the frame began.
     start: u16,
-    /// Whether the light changes with pattern `n` of the frame: bit `31 - n`.
+    /// Bit `31 - n` is set if the light changes with pattern `n` of the frame.
     changes: u32,
     /// Start and changes of the frame before: where the code ends with light, a glitch has as much white before it as a frame.
     replaced_start: u16,
@@ -88,7 +88,8 @@ impl Decoder {
         *self = decoder;
     }
 
-    /// The light has gone on or off. After so much white, and only there, a black pattern is the first.
+    /// Takes an edge of the light. After this much white, and only there, a black pattern is the
+    /// first.
     pub fn edge(&mut self, at: u16) {
         let run = at.wrapping_sub(self.edge);
         if run < GLITCH_US {
@@ -125,7 +126,7 @@ impl Decoder {
         }
     }
 
-    /// When the frame began that was not read yet.
+    /// Returns the time at which the unread frame began.
     pub fn begun(&self) -> Option<u16> {
         (self.changes & FIRST != 0).then_some(self.start)
     }

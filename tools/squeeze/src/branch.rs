@@ -7,7 +7,8 @@ use std::collections::HashMap;
 use crate::fixed::Fixed;
 use crate::listing::{Function, Line, Listing};
 
-/// Bytes that a conditional branch reaches, counted from behind it (AVR instruction set manual, BRBS).
+/// Bytes that a conditional branch reaches, counted from the instruction after it (AVR instruction
+/// set manual, BRBS).
 const REACH: std::ops::RangeInclusive<isize> = -128..=126;
 
 /// Turns the condition around where that saves the jump.
@@ -95,7 +96,7 @@ fn chained(
     None
 }
 
-/// Whether all conditional branches of a function reach their targets.
+/// Returns true if all conditional branches of a function reach their targets.
 pub fn all_reach(lines: &[Line]) -> bool {
     let places = places(lines);
     let mut at = 0;
@@ -147,7 +148,7 @@ fn straighten_function(listing: &mut Listing, function: &Function) -> bool {
     changed
 }
 
-/// Whether that label stands before the next instruction.
+/// Returns true if that label is before the next instruction.
 fn leads_to(listing: &Listing, from: usize, end: usize, wanted: &str) -> bool {
     listing.lines[from..end]
         .iter()
@@ -155,7 +156,7 @@ fn leads_to(listing: &Listing, from: usize, end: usize, wanted: &str) -> bool {
         .any(|line| matches!(line, Line::Label(label) if label == wanted))
 }
 
-/// How many bytes stand in front of each label.
+/// Returns the number of bytes in front of each label.
 fn places(lines: &[Line]) -> HashMap<String, isize> {
     let mut places = HashMap::new();
     let mut at = 0;

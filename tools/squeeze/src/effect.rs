@@ -1,4 +1,4 @@
-//! What an instruction reads and writes, as the AVR instruction set manual says.
+//! The reads and writes of each instruction, from the AVR instruction set manual.
 
 use crate::listing::Instruction;
 
@@ -19,9 +19,10 @@ impl Set {
     pub const REST: Set = Set(1 << 34);
     /// The bit that `bst` and `bld` copy.
     pub const T: Set = Set(1 << 35);
-    /// What arithmetic sets.
+    /// The flags that arithmetic sets.
     pub const FLAGS: Set = Set(7 << 32);
-    /// What a function may leave changed: r0, r18 to r27, r30, r31, and flags (AVR-GCC ABI, "Call-used registers").
+    /// The registers that a function may leave changed: r0, r18 to r27, r30, r31, and flags
+    /// (AVR-GCC ABI, "Call-used registers").
     pub const CALL_USED: Set = Set(0xf_cffc_0001);
     /// The registers of results: r18 to r25.
     pub const RESULTS: Set = Set(0x3fc_0000);
@@ -36,22 +37,22 @@ impl Set {
         Set::register(number).or(Set::register(number + 1))
     }
 
-    /// What is in one of both.
+    /// Returns the union.
     pub const fn or(self, other: Set) -> Set {
         Set(self.0 | other.0)
     }
 
-    /// What is in both.
+    /// Returns the intersection.
     pub const fn and(self, other: Set) -> Set {
         Set(self.0 & other.0)
     }
 
-    /// What is in this one alone.
+    /// Returns the difference.
     pub const fn without(self, other: Set) -> Set {
         Set(self.0 & !other.0)
     }
 
-    /// Whether there is nothing in both.
+    /// Returns true if the intersection is empty.
     pub const fn is_apart(self, other: Set) -> bool {
         self.0 & other.0 == 0
     }
@@ -67,7 +68,7 @@ impl Set {
     }
 }
 
-/// What an instruction does.
+/// The effect of an instruction.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Effect {
     /// Registers and flags on which it depends.
@@ -79,7 +80,7 @@ pub struct Effect {
 }
 
 impl Effect {
-    /// Of an instruction that does not go on elsewhere; `None` for one that is not known.
+    /// Returns the effect of an instruction that does not branch; `None` for an unknown one.
     pub fn of(code: &Instruction) -> Option<Effect> {
         let mut operands = code.operands.split(',').map(str::trim);
         let (first, second) = (operands.next().unwrap_or(""), operands.next().unwrap_or(""));
@@ -159,7 +160,7 @@ impl Effect {
     }
 }
 
-/// What an address reads and writes.
+/// Returns the registers that an address reads and writes.
 fn pointer(operand: &str) -> Option<(Set, Set)> {
     let pair = match operand.trim_start_matches('-').chars().next()? {
         'X' => Set::pair(26),

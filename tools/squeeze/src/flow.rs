@@ -8,19 +8,19 @@ use std::collections::{HashMap, HashSet};
 use crate::effect::{Effect, Set};
 use crate::listing::{Function, Line, Listing};
 
-/// What is read behind each line of a listing.
+/// The registers and flags that are read after each line of a listing.
 pub struct Flow {
     after: Vec<Set>,
     /// The registers by which each function and its callers exchange values.
     contracts: HashMap<String, Known>,
 }
 
-/// What is known of a function.
+/// The knowledge about a function.
 #[derive(Clone, Copy, Default)]
 pub struct Known {
-    /// What it reads of what it finds.
+    /// The registers of its caller that it reads.
     pub arguments: Set,
-    /// What its callers read of what it leaves.
+    /// The registers of its result that callers read.
     pub results: Set,
 }
 
@@ -53,7 +53,7 @@ impl Flow {
         }
     }
 
-    /// What is read behind that line before it is written.
+    /// Returns the registers that are read after that line before they are written.
     pub fn after(&self, line: usize) -> Set {
         self.after[line]
     }

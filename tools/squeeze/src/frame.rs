@@ -15,7 +15,7 @@ use crate::listing::{Function, Instruction, Line, Listing};
 /// Bytes that must be won, or a function keeps its own code.
 const WORTH: isize = 4;
 
-/// What a function saves and how much room it makes.
+/// The registers that a function saves, and the room that it makes.
 #[derive(Clone, Debug, PartialEq, Eq)]
 struct Frame {
     /// The registers that it saves, in the order in which it does.
@@ -93,7 +93,7 @@ pub fn with_arguments(listing: &Listing) -> HashSet<String> {
     listing.functions().into_iter().filter(takes).map(|function| function.symbol).collect()
 }
 
-/// How far from Y an operand lies.
+/// Returns the distance of an operand from Y.
 fn displacement(operands: &str) -> Option<u8> {
     let (_, behind) = operands.split_once("Y+")?;
     behind.split(',').next()?.trim().parse().ok()
@@ -141,7 +141,7 @@ fn replace(listing: &mut Listing, lines: &[usize], room: Option<u8>, by: Instruc
     }
 }
 
-/// How a function begins.
+/// The beginning of a function.
 struct Entry {
     frame: Frame,
     lines: Vec<usize>,
@@ -195,7 +195,7 @@ fn is_pointer_set(listing: &Listing, code: &[usize]) -> bool {
         })
 }
 
-/// How much Y changes, and by how many instructions.
+/// Returns the change of Y, and the number of instructions that make it.
 fn change(
     first: &Instruction,
     second: &Instruction,
@@ -218,7 +218,7 @@ fn change(
     None
 }
 
-/// How a function ends.
+/// The end of a function.
 struct Exit {
     lines: Vec<usize>,
 }

@@ -23,10 +23,10 @@ const AS_WRAPPER: &str = "link";
 /// The environment variable that leaves everything out if it is `off`.
 const SWITCH: &str = "BBZ_SQUEEZE";
 
-/// What went wrong.
+/// A failure.
 #[derive(Debug)]
 enum LinkError {
-    /// Not all of what GCC passes is there.
+    /// Arguments that GCC passes are missing.
     Arguments,
     /// A file cannot be read or written, or a program not be run.
     Io(PathBuf, io::Error),
@@ -79,7 +79,7 @@ impl fmt::Display for LinkError {
     }
 }
 
-/// What the build script of an AVR program does; the functions of these names keep their speed.
+/// The build script of an AVR program; the functions of these names keep their speed.
 pub fn build_script(hot: &[&str]) {
     let mut arguments = env::args_os().skip(1);
     if arguments.next().is_some_and(|first| first == AS_WRAPPER) {

@@ -14,7 +14,8 @@ pub enum Line {
 }
 
 impl Line {
-    /// Sets whether what follows was written by the programmer, who may count its cycles.
+    /// Sets `by_hand` if the following lines were written by the programmer, who may count their
+    /// cycles.
     pub fn enters_assembly(&self, by_hand: &mut bool) {
         if let Line::Other(text) = self
             && text.contains("APP")
@@ -29,7 +30,7 @@ impl Line {
 pub struct Instruction {
     /// Its mnemonic, in small letters.
     pub name: String,
-    /// What follows the mnemonic.
+    /// The text after the mnemonic.
     pub operands: String,
 }
 
@@ -39,22 +40,22 @@ impl Instruction {
         Instruction { name: name.into(), operands: operands.into() }
     }
 
-    /// How many bytes it takes, at most.
+    /// Returns its size in bytes, at most.
     pub fn bytes(&self) -> usize {
         if matches!(self.name.as_str(), "call" | "jmp" | "lds" | "sts") { 4 } else { 2 }
     }
 
-    /// Whether it may leave out the next instruction.
+    /// Returns true if it may skip the next instruction.
     pub fn skips(&self) -> bool {
         matches!(self.name.as_str(), "cpse" | "sbrc" | "sbrs" | "sbic" | "sbis")
     }
 
-    /// Whether the next instruction does not come after it.
+    /// Returns true if the next instruction does not follow it.
     pub fn ends_flow(&self) -> bool {
         matches!(self.name.as_str(), "ret" | "reti" | "rjmp" | "jmp" | "ijmp")
     }
 
-    /// Whether it goes on elsewhere.
+    /// Returns true if it branches.
     pub fn branches(&self) -> bool {
         self.ends_flow()
             || self.name.starts_with("br")
@@ -73,9 +74,9 @@ impl fmt::Display for Instruction {
 pub struct Function {
     /// Its symbol.
     pub symbol: String,
-    /// Its first line, behind the symbol.
+    /// Its first line, after the symbol.
     pub start: usize,
-    /// The line behind its last.
+    /// The line after its last.
     pub end: usize,
 }
 
@@ -87,7 +88,7 @@ pub struct Listing {
 }
 
 impl Listing {
-    /// Reads what LLVM writes.
+    /// Reads assembly of LLVM.
     pub fn read(text: &str) -> Listing {
         // The debugger's files stand where they are needed first, which may be moved.
         let is_file = |line: &Line| matches!(line, Line::Other(text) if text.contains("\t.file\t"));
@@ -142,7 +143,7 @@ impl Listing {
         (start..line).rev().find_map(|line| self.code(line))
     }
 
-    /// Whether a second branch follows the one behind that line.
+    /// Returns true if a second branch follows the one after that line.
     pub fn is_branch_behind_branch(&self, line: usize, end: usize) -> bool {
         self.next_code(line + 1, end)
             .and_then(|branch| self.next_code(branch + 1, end))
@@ -174,7 +175,7 @@ impl fmt::Display for Listing {
     }
 }
 
-/// Whether a label only marks a place for the debugger.
+/// Returns true if a label only marks a place for the debugger.
 pub fn is_mark(label: &str) -> bool {
     label.starts_with(".Ltmp") || label.starts_with(".Lfunc")
 }

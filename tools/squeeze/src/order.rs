@@ -10,9 +10,9 @@ use crate::listing::{Line, Listing};
 /// How far calls are that become short: `rcall` reaches 4,096 bytes (AVR instruction set manual, RCALL), and between it and its
 /// target are others that become short, which are measured as long ones here.
 const REACH: usize = 4_400;
-/// How many moves are tried.
+/// The number of moves that are tried.
 const MOVES: u32 = 2_000_000;
-/// How many long calls more a move may cost, in the beginning.
+/// The number of additional long calls that a move may cost in the beginning.
 const HEAT: f64 = 3.0;
 
 /// The lines of a section, and the calls in it.
@@ -20,7 +20,7 @@ const HEAT: f64 = 3.0;
 struct Section<'a> {
     lines: Vec<&'a Line>,
     bytes: usize,
-    /// Where calls are, and whom they call.
+    /// The places of calls, and their targets.
     calls: Vec<(usize, &'a str)>,
 }
 

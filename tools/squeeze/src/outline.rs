@@ -13,7 +13,7 @@ const CALL: usize = 2;
 /// Bytes that a routine must win.
 const WORTH: usize = 2;
 
-/// A function that is called from so many places runs often, whatever it is.
+/// A function that is called from this number of places runs often.
 const BUSY: usize = 8;
 
 /// Moves sequences, with calls of functions that are not `on_stack`, that occur again and again into routines, those that win most first; the routines.
@@ -101,7 +101,7 @@ fn runs(
     runs
 }
 
-/// Whether an instruction does the same in a routine.
+/// Returns true if an instruction has the same effect in a routine.
 fn is_movable(code: &Instruction, on_stack: &HashSet<String>) -> bool {
     let uses_stack = matches!(code.name.as_str(), "push" | "pop")
         || matches!(code.name.as_str(), "in" | "out")

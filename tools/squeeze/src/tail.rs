@@ -11,11 +11,11 @@ use crate::listing::{Instruction, Line, Listing, is_mark};
 /// An end: its instructions, from the last to the first.
 struct End {
     lines: Vec<usize>,
-    /// How many of them nothing else leads into.
+    /// The number of them into which nothing else leads.
     whole: usize,
     /// Those, by their number, that may be left out by the one before.
     skipped: Vec<usize>,
-    /// The last does not jump: what comes next stands behind it.
+    /// The last one does not jump: the next code follows it.
     falls: bool,
 }
 
@@ -93,7 +93,7 @@ fn share_once(listing: &mut Listing, number: &mut usize) -> bool {
     changed
 }
 
-/// How many instructions both have in common, of which those of `left` can go.
+/// Returns the number of instructions that both have in common, of which those of `left` can go.
 fn common(listing: &Listing, kept: &End, left: &End) -> usize {
     let same = |(kept, left): &(&usize, &usize)| listing.code(**kept) == listing.code(**left);
     let from = usize::from(kept.falls);
@@ -106,7 +106,7 @@ fn common(listing: &Listing, kept: &End, left: &End) -> usize {
     common
 }
 
-/// Ends that do the same last, by what that is.
+/// Returns ends with equal last instructions, by these.
 fn ends(listing: &Listing, fixed: &Fixed) -> HashMap<(usize, String), Vec<End>> {
     let mut ends: HashMap<(usize, String), Vec<End>> = HashMap::new();
     for (number, function) in listing.functions().into_iter().enumerate() {

@@ -1,10 +1,10 @@
-//! Labels and comparisons that nobody needs.
+//! Labels and comparisons that are not used.
 
 use std::collections::HashSet;
 
 use crate::listing::{Function, Line, Listing, is_mark};
 
-/// Removes labels to which nothing leads, so that what stands around them becomes one.
+/// Removes labels to which nothing leads, so that the code around them becomes one.
 pub fn remove_labels(listing: &mut Listing) {
     for function in listing.functions() {
         let used = used_labels(listing, &function);
@@ -88,7 +88,8 @@ pub fn remove_comparisons(listing: &mut Listing) {
     listing.compact();
 }
 
-/// Whether the instruction sets Z if and only if its first register becomes 0 (AVR instruction set manual).
+/// Returns true if the instruction sets Z if and only if its first register becomes 0 (AVR
+/// instruction set manual).
 fn sets_zero(name: &str) -> bool {
     matches!(
         name,

@@ -9,7 +9,7 @@ use crate::effect::{Effect, Set, register};
 use crate::flow::Flow;
 use crate::listing::{Function, Instruction, Line, Listing, is_mark};
 
-/// Until nothing changes any more.
+/// Simplifies until nothing changes any more.
 pub fn simplify(listing: &mut Listing) {
     loop {
         let mut changed = false;
@@ -28,7 +28,7 @@ pub fn simplify(listing: &mut Listing) {
     }
 }
 
-/// Removes what computes only what is not read.
+/// Removes instructions whose results are not read.
 fn remove_dead(listing: &mut Listing, function: &Function, flow: &Flow) -> bool {
     let mut changed = false;
     let mut after_skip = false;
@@ -47,7 +47,7 @@ fn remove_dead(listing: &mut Listing, function: &Function, flow: &Flow) -> bool 
     changed
 }
 
-/// Reads registers that held a value first, and leaves out what is there already.
+/// Reads registers that held a value first, and removes moves of values that are there already.
 fn reuse(listing: &mut Listing, function: &Function, flow: &Flow) -> bool {
     let mut changed = false;
     let has_zero = !is_interrupt(listing, function);
@@ -113,10 +113,11 @@ fn is_interrupt(listing: &Listing, function: &Function) -> bool {
     code.any(|code| code.name == "reti")
 }
 
-/// What is known of the registers: those of one number hold the same. Numbers below 256 are constants.
+/// The knowledge about the registers: those of one number hold the same. Numbers below 256 are
+/// constants.
 struct Values {
     of: [u32; 32],
-    /// When it came there.
+    /// The time since which it is there.
     since: [u32; 32],
     next: u32,
     texts: HashMap<String, u32>,
@@ -183,7 +184,7 @@ impl Values {
         Some((to, value))
     }
 
-    /// Whether the registers are as if the instruction had been done.
+    /// Returns true if the registers are as after the instruction.
     fn has_done(&self, code: &Instruction) -> bool {
         let (first, second) = operands(code);
         let (Some(to), from) = (register(first), register(second)) else { return false };
@@ -200,14 +201,14 @@ impl Values {
         }
     }
 
-    /// Whether it compares zero with zero.
+    /// Returns true if it compares zero with zero.
     fn are_zero(&self, code: &Instruction) -> bool {
         let (first, second) = operands(code);
         let zero = |operand| register(operand).is_some_and(|register| self.at(register) == 0);
         zero(first) && zero(second)
     }
 
-    /// Does the same, and reads registers that held what it reads before others did.
+    /// Returns the same instruction with operands in registers that held the values earlier.
     fn better(&mut self, code: &Instruction, after: Set) -> Instruction {
         let (first, second) = operands(code);
         let (mut first, mut second) = (first.to_owned(), second.to_owned());
@@ -264,7 +265,7 @@ impl Values {
         format!("r{}", oldest.unwrap_or(number))
     }
 
-    /// What is known behind an instruction.
+    /// Updates the knowledge by an instruction.
     fn follow(&mut self, code: &Instruction) {
         let (first, second) = operands(code);
         if code.name == "movw" {

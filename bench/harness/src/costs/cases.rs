@@ -1,4 +1,4 @@
-//! What is counted: every instruction, as it mostly is and where it takes longer.
+//! The counted cases: every instruction in its usual form, and in its longer ones.
 
 use super::image::{
     Body, CLOSURE, CONSTANT, FAR_GLOBAL, FAR_LOCAL, FIRST_FIELD, LARGE, LAST_FIELD, LED,
@@ -10,22 +10,23 @@ use bittybuzz_vm_core::opcode as op;
 /// Instructions on a function that is being written.
 type Write = Box<dyn Fn(&mut Body)>;
 
-/// An instruction, and what tells one of its costs from another.
+/// An instruction, and the name of one of its costs.
 pub struct Case {
     pub opcode: u8,
     /// Empty for the most frequent one.
     pub label: &'static str,
     pub place: Place,
-    /// How often the instruction stands in the image; what it leaves behind must fit the stack and the heap.
+    /// The number of times that the instruction is in the image; its results must fit the stack and
+    /// the heap.
     pub times: usize,
-    /// What comes with the instruction,
+    /// The code around the instruction,
     pub without: Write,
-    /// and with what, then with it.
+    /// and the same code with the instruction.
     pub with: Write,
 }
 
 impl Case {
-    /// As it is named in the table of costs.
+    /// Returns the name in the table of costs.
     pub fn name(&self) -> String {
         let name = op::info(self.opcode).map_or("?", |info| info.name);
         if self.label.is_empty() { name.to_owned() } else { format!("{name}, {}", self.label) }
@@ -37,7 +38,7 @@ impl Case {
 struct Cases(Vec<Case>);
 
 impl Cases {
-    /// An instruction behind others.
+    /// Adds an instruction after others.
     fn add(
         &mut self,
         opcode: u8,

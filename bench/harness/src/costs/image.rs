@@ -11,7 +11,7 @@ use bittybuzz_vm_core::opcode as op;
 
 /// The global with the result.
 const RESULT: i32 = 0;
-/// What it holds after every step that ended as it should.
+/// The value after every step that ended as it should.
 pub const EXPECTED: i32 = 7;
 
 /// Globals that hold tables and a closure.
@@ -47,10 +47,10 @@ pub const CAPTURING: i32 = 4;
 /// The imported robot function.
 pub const LED: i32 = 0;
 
-/// Where the instructions in question stand.
+/// The place of the instructions in question.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Place {
-    /// In `step`, behind its locals.
+    /// In `step`, after its locals.
     Step,
     /// In a function with a captured value, which `step` calls.
     Capturing,
@@ -120,7 +120,7 @@ impl Body {
         self.builder.bind(next, SOURCE);
     }
 
-    /// The same with an integer to compare with.
+    /// Writes the same with an integer to compare with.
     pub fn jump_int(&mut self, opcode: u8, immediate: i8) {
         let next = self.builder.label();
         self.builder.jump_int(opcode - op::WITH_INT, immediate.into(), next, SOURCE);
@@ -147,7 +147,8 @@ impl Body {
         self.builder.bind(end, SOURCE);
     }
 
-    /// Uses so much of the stack that the frame is as large with the instructions in question as without.
+    /// Uses enough of the stack that the frame is as large with the instructions in question as
+    /// without.
     fn reach_high(&mut self) {
         for _ in 0..ROOM {
             self.plain(op::NIL);
@@ -165,7 +166,7 @@ impl Body {
 /// No source at all.
 const SOURCE: Span = Span { file: bittybuzz_compiler::source::FileId(0), start: 0, end: 0 };
 
-/// An image whose step has the instructions so many times.
+/// Returns an image whose step has the instructions `times` times.
 pub fn image(
     name: &str,
     profile: Profile,
@@ -209,7 +210,7 @@ pub fn image(
     Ok(Compiled::new(name, image, RESULT as u16))
 }
 
-/// So much that a collection comes in between, and leaves room for the cells of three steps.
+/// Enough that a collection comes in between, and leaves room for the cells of three steps.
 const GARBAGE: usize = 5;
 
 /// Makes the tables and the closure, so that no step has to.

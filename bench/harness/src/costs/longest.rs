@@ -26,7 +26,7 @@ pub const ROBOTS: [Robot; 3] = [
 
 /// A statement that is counted.
 pub struct Statement {
-    /// The instruction that takes the time, and what it works on.
+    /// The instruction that takes the time, and its operand.
     pub name: &'static str,
     /// Code that makes a table `t`, with `N` for a number of elements.
     table: &'static str,

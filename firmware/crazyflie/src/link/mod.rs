@@ -16,7 +16,7 @@ use bittybuzz_runtime::pose::LatestPose;
 
 /// Numbers of the link that others read.
 pub struct State {
-    /// mV; 0 until the nRF51 has told it.
+    /// The battery's voltage in mV; 0 until the nRF51 has sent it.
     battery_mv: AtomicU16,
     /// There is power on USB.
     usb_powered: AtomicBool,
@@ -28,7 +28,7 @@ pub struct State {
     rejected: AtomicU32,
     /// P2P frames of other robots.
     heard: AtomicU32,
-    /// Of these, the ones on the port of swarm messages that are none.
+    /// The number of these on the port of swarm messages that are no swarm messages.
     unknown: AtomicU32,
     /// P2P frames of robots with this one's id.
     same_id: AtomicU32,
@@ -38,7 +38,7 @@ pub struct State {
     can_send: AtomicBool,
 }
 
-/// Where a positioning system sees the robot, which the ground station tells.
+/// The robot's pose from a positioning system, sent by the ground station.
 pub static POSE: LatestPose = LatestPose::new();
 
 /// There is one link.
@@ -55,7 +55,8 @@ pub static STATE: State = State {
     can_send: AtomicBool::new(false),
 };
 
-/// What is told of the link from time to time: signal strength in dBm, what [`State`] counts, and swarm messages that were
+/// The periodic report about the link: signal strength in dBm, what [`State`] counts, and swarm
+/// messages that were
 /// heard while the same one waited.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, defmt::Format)]
 pub struct Counts {

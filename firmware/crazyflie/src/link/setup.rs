@@ -1,4 +1,5 @@
-//! Keeps the radio set up: sends the nRF51 what it has not echoed, and everything again when its reports end.
+//! Keeps the radio set up: sends the nRF51 the settings that it has not echoed, and all of them
+//! again when its reports end.
 
 use bittybuzz_comms::syslink::{Packet, Radio, Setup};
 use embassy_time::{Duration, Instant};
@@ -35,7 +36,7 @@ impl Keeper {
         Keeper { setup, next: now, reported: now, has_reported: false }
     }
 
-    /// Does what is due.
+    /// Executes the actions that are due.
     pub fn tend(&mut self) {
         let now = Instant::now();
         let silence = now - self.reported;

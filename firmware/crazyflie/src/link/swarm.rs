@@ -18,7 +18,7 @@ use crate::{id, log};
 /// Messages that wait for the script, and those that wait for the radio.
 pub static MAIL: Mail<Numbers, FRAME_BYTES, IN_QUEUE, OUT_QUEUE> = Mail::new();
 
-/// Between two answers to pings. Whoever sends more of them must not keep the radio busy.
+/// The time between two answers to pings. More pings must not keep the radio busy.
 const ANSWER_PERIOD: Duration = Duration::from_millis(100);
 
 /// Receives swarm messages and pings.
@@ -31,7 +31,7 @@ pub struct Ears {
 }
 
 impl Ears {
-    /// Of the robot with this id.
+    /// Returns the receiver of the robot with this id.
     pub fn new(robot_id: u16) -> Self {
         Ears { robot_id, has_told: false, next_answer: Instant::MIN }
     }

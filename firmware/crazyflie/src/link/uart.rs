@@ -39,7 +39,7 @@ use static_cell::StaticCell;
 
 /// The interrupt that is never masked.
 pub const INTERRUPT: interrupt::Interrupt = Usart6::IRQ;
-/// Of a peripheral that is not used: wakes tasks for it.
+/// The interrupt of an unused peripheral, which wakes tasks.
 const WAKING: interrupt::Interrupt = Waking::IRQ;
 
 const BAUD: u32 = 1_000_000;
@@ -141,7 +141,7 @@ fn may_send() -> bool {
     pac::GPIOA.idr().read().idr(4) == Idr::LOW
 }
 
-/// Lets the interrupt send what is in the ring, once the line allows it.
+/// Lets the interrupt send the bytes in the ring, once the line allows it.
 fn go_on() {
     // The interrupt changes the same register: here even it has to wait, for three instructions.
     cortex_m::interrupt::free(|_| pac::USART6.cr1().modify(|w| w.set_txeie(true)));

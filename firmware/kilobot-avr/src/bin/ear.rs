@@ -90,7 +90,7 @@ fn main() -> ! {
     }
 }
 
-/// Messages that are to be told, and how far the first of them is.
+/// Messages that are to be reported, and the progress of the first of them.
 struct Line {
     waiting: [[u8; infrared::MESSAGE]; WAITING],
     first: usize,

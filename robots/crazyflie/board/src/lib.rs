@@ -24,7 +24,8 @@ const LEDS: [(Led, usize, u8, bool); 5] = [
     (Led::RedRight, 2, 3, false),
 ];
 
-/// Where motors 1 to 4 hang: port, pin, and which timer's channel which alternate function brings there.
+/// The connections of motors 1 to 4: port, pin, and the timer's channel that an alternate function
+/// brings there.
 const MOTORS: [Motor; 4] = [
     Motor { port: 0, pin: 1, function: 1, timer: 2, channel: 1 },
     Motor { port: 1, pin: 11, function: 1, timer: 2, channel: 3 },
@@ -47,7 +48,7 @@ const CCM: u32 = 0x1000_0000;
 /// Port and pin of the radio's flow control.
 const FLOW_CONTROL: (usize, u8) = (0, 4);
 
-/// What differs from one Crazyflie to the next.
+/// The differences from one Crazyflie to the next.
 #[derive(Clone, Debug)]
 pub struct Settings {
     /// The chip's 96-bit unique id (RM0090 39.1).
@@ -62,7 +63,7 @@ impl Default for Settings {
     }
 }
 
-/// What was counted since power-on.
+/// The counters since power-on.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Statistics {
     /// Longest time from a byte's arrival at USART6 to its being read.
@@ -73,7 +74,7 @@ pub struct Statistics {
     pub framing_errors: u64,
     /// Bytes that the radio's processor received.
     pub peer_received: u64,
-    /// Of these, the ones with a wrong stop bit.
+    /// The number of these with a wrong stop bit.
     pub peer_framing_errors: u64,
     /// Frames that the radio's processor dropped for their checksum.
     pub peer_bad_checksums: u64,
@@ -97,14 +98,14 @@ pub struct Statistics {
     pub clocks_hz: [u64; 3],
     /// Accesses to peripherals whose clock is off.
     pub accesses_without_clock: u64,
-    /// First addresses that were used of what has no model and is plain storage.
+    /// First addresses that were used of blocks that have no model and are plain storage.
     pub unknown: Vec<u32>,
 }
 
 /// A Crazyflie 2 without the core of its STM32.
 pub struct Crazyflie {
     now: Time,
-    /// When something happens by itself.
+    /// The time of the next internal event.
     next: Option<Time>,
     f405: F405,
     chip: Chip,
@@ -147,7 +148,7 @@ impl Crazyflie {
         board
     }
 
-    /// Carries to the other end of the line and the pins what has changed now.
+    /// Carries the latest changes to the other end of the line and the pins.
     fn settle(&mut self) {
         for output in self.nrf51.advance(self.now) {
             match output {
@@ -245,7 +246,7 @@ impl Crazyflie {
         self.settle();
     }
 
-    /// A ground station tells the firmware where a positioning system sees the robot.
+    /// Sends the robot's pose from a positioning system to the firmware, as a ground station does.
     pub fn tell_pose(&mut self, pose: Pose) {
         self.send(&pose.frame());
     }

@@ -53,7 +53,7 @@ fn start_usart(board: &mut Crazyflie, divider: u32) {
     write(board, USART6 + 0x0c, 1 << 13 | 1 << 5 | 1 << 3 | 1 << 2);
 }
 
-/// Sends bytes as a driver does, and returns what has come meanwhile.
+/// Sends bytes as a driver does, and returns the bytes that came meanwhile.
 fn talk(board: &mut Crazyflie, bytes: &[u8], until: Time) -> Vec<u8> {
     let mut bytes = bytes.iter();
     let mut received = Vec::new();

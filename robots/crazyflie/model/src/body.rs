@@ -5,7 +5,7 @@ use bittybuzz_arena::engine::{
     first_wrong, not_below_0, within, wrap,
 };
 
-/// What the flight controller is told.
+/// A command for the flight controller.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub enum Flight {
     /// Propellers off: stands, or falls.
@@ -28,12 +28,12 @@ pub struct Velocity {
     pub turn: f32,
 }
 
-/// What tells a Crazyflie where it is.
+/// The source of a Crazyflie's position.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Positioning {
     /// Nothing: it knows no position, and neighbours have no place.
     None,
-    /// It counts what it flew (Flow deck): the errors add up.
+    /// Dead reckoning (Flow deck): the errors add up.
     Flow {
         /// Deviation of the horizontal error after a second of flight, mm; it grows with the root of the time.
         walk: f32,
@@ -63,7 +63,7 @@ impl Positioning {
 pub struct CrazyflieModel {
     /// mm
     pub radius: f32,
-    /// Time in which the velocity comes to 63 % of what was asked, seconds.
+    /// The time in which the velocity reaches 63 % of its command, seconds.
     pub lag: f32,
     /// Greatest speed, mm/s.
     pub speed: f32,
@@ -71,7 +71,7 @@ pub struct CrazyflieModel {
     pub acceleration: f32,
     /// Closing speed above which a contact in the air is a crash, mm/s; 0: every contact is one.
     pub crash_speed: f32,
-    /// What tells it where it is.
+    /// The source of its position.
     pub positioning: Positioning,
 }
 
@@ -269,7 +269,7 @@ impl Crazyflie {
     }
 }
 
-/// The same direction, not longer than `most`; what is no number becomes 0.
+/// Returns the same direction, not longer than `most`; a vector that is no number becomes 0.
 fn shorten(vector: [f32; 3], most: f32) -> [f32; 3] {
     let length = vector.iter().map(|part| part * part).sum::<f32>().sqrt();
     if !length.is_finite() {

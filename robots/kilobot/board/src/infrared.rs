@@ -1,8 +1,8 @@
-//! How strong a neighbour's light is, and what pulses mean.
+//! The strength of a neighbour's light, and the meaning of pulses.
 
-/// Of a Kilobot: 33 mm from side to side.
+/// The diameter of a Kilobot: 33 mm from side to side.
 pub const DIAMETER_MM: f64 = 33.0;
-/// A calibration table's entries are so many mm apart, from 0 mm between two robots on.
+/// The step of a calibration table's entries in mm, from 0 mm between two robots on.
 const TABLE_STEP_MM: f64 = 5.0;
 const TABLE_LENGTH: usize = 14;
 /// The converter's largest reading.
@@ -15,7 +15,7 @@ const DEPTH_MM: f64 = 25.0;
 const LOW_AT_TOUCH: f64 = 900.0;
 const HIGH_BY_LOW: f64 = 7.0;
 
-/// What the converter reads while a pulse lasts.
+/// The converter's readings during a pulse.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Amplitude {
     /// ADC0.
@@ -25,7 +25,7 @@ pub struct Amplitude {
 }
 
 impl Amplitude {
-    /// Of a sender whose centre is so many mm away.
+    /// Returns the amplitude of a sender whose centre is `distance_mm` away.
     pub fn at(distance_mm: f64) -> Self {
         let gap = (distance_mm - DIAMETER_MM).max(-DIAMETER_MM / 2.0);
         let low = LOW_AT_TOUCH / (1.0 + gap / DEPTH_MM).powi(2);
@@ -33,7 +33,7 @@ impl Amplitude {
         Amplitude { high: reading(HIGH_BY_LOW * low), low: reading(low) }
     }
 
-    /// Of two lights at once.
+    /// Returns the amplitude of two lights at once.
     pub fn with(self, other: Self) -> Self {
         Amplitude {
             high: (self.high + other.high).min(MOST),
@@ -58,23 +58,23 @@ const BYTES: usize = 12;
 /// Silence that ends a burst: more than from a start to its stop bit.
 const SILENCE: u64 = 12 * BIT;
 
-/// What a pulse completes.
+/// The result of a pulse.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Heard {
     /// A burst begins.
     Begin,
     /// A frame: data, type and checksum. When it began.
     Frame([u8; BYTES], u64),
-    /// What came before was no frame.
+    /// The pulses before were no frame.
     Broken,
 }
 
 /// Reads frames from pulses.
 #[derive(Clone, Debug, Default)]
 pub struct Decoder {
-    /// When the first pulse of the burst came, and the last.
+    /// The times of the first and last pulse of the burst.
     burst: Option<[u64; 2]>,
-    /// When the start bit came; none between bytes.
+    /// The time of the start bit; none between bytes.
     start: Option<u64>,
     byte: u8,
     bytes: [u8; BYTES],
@@ -126,20 +126,20 @@ impl Decoder {
         None
     }
 
-    /// Whether a burst goes on.
+    /// Returns true if a burst goes on.
     pub fn is_busy(&self, cycle: u64) -> bool {
         self.burst.is_some_and(|[_, last]| cycle - last <= SILENCE)
     }
 }
 
-/// What stands at the end of a frame: CRC-16/MCRF4XX of data and type, low byte first.
+/// Returns the checksum at the end of a frame: CRC-16/MCRF4XX of data and type, low byte first.
 pub fn infrared_checksum(frame: &[u8; BYTES]) -> [u8; 2] {
     let bit = |crc: u16, _| crc >> 1 ^ if crc & 1 != 0 { 0x8408 } else { 0 };
     let byte = |crc: u16, byte: &u8| (0..8).fold(crc ^ u16::from(*byte), bit);
     frame[..10].iter().fold(0xffff_u16, byte).to_le_bytes()
 }
 
-/// Whether a frame's checksum is right.
+/// Returns true if a frame's checksum is right.
 pub fn is_intact(frame: &[u8; BYTES]) -> bool {
     frame[10..] == infrared_checksum(frame)
 }

@@ -22,7 +22,7 @@ use self::infrared::{Decoder, Heard, is_intact, tables};
 const BEST_OSCCAL: u8 = 0x9c;
 const FACTORY_OSCCAL: u8 = 0x9d;
 
-/// Where calibration and configuration stand in the EEPROM.
+/// The places of calibration and configuration in the EEPROM.
 mod cell {
     pub const OSCCAL: usize = 0x01;
     pub const TURN_LEFT: usize = 0x05;
@@ -35,7 +35,7 @@ mod cell {
     pub const UID: usize = 0xb0;
 }
 
-/// Duties that calibration leaves: in the middle of what is usual. A choice.
+/// Duties after calibration: in the middle of the usual range. A choice.
 const DUTIES: [(usize, u8); 4] = [
     (cell::TURN_LEFT, 77),
     (cell::TURN_RIGHT, 77),
@@ -64,7 +64,8 @@ const SUPPLY_MV: f64 = 3000.0;
 const BANDGAP_MV: f64 = 1100.0;
 /// Table 24-2 of the data sheet: 314 mV at 25 °C, 242 at -45, 380 at 85.
 const THERMOMETER: [(f64, f64); 3] = [(-45.0, 242.0), (25.0, 314.0), (85.0, 380.0)];
-/// Readings of battery, light and temperature are off by up to so much: kilolib makes its random numbers of it. A choice.
+/// The largest error of readings of battery, light and temperature: kilolib makes its random
+/// numbers of it. A choice.
 const NOISE: u64 = 2;
 /// The debug line's rate, and how far a receiver follows another: 20.10 of the data sheet, rounded.
 const SERIAL_HZ: f64 = 38_400.0;
@@ -73,28 +74,28 @@ const SERIAL_TOLERANCE: f64 = 0.04;
 /// The LED of a robot goes on or off.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Edge {
-    /// When.
+    /// The time.
     pub at: Time,
     /// On or off.
     pub on: bool,
-    /// When the first pulse came of those that belong together.
+    /// The time of the first pulse of the burst.
     pub burst: Time,
 }
 
 /// The light of a neighbour changes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Light {
-    /// When.
+    /// The time.
     pub at: Time,
     /// On or off.
     pub on: bool,
     /// Which neighbour.
     pub from: u16,
-    /// How strong it is.
+    /// The strength of the light.
     pub amplitude: Amplitude,
 }
 
-/// What is around a robot.
+/// The surroundings of a robot.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Surroundings {
     /// Reading of the light sensor: 0 to 1023.
@@ -103,12 +104,12 @@ pub struct Surroundings {
     pub celsius: f64,
 }
 
-/// What a Kilobot counted since power-on.
+/// The counters of a Kilobot since power-on.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct KilobotStatistics {
     /// Frames that it sent.
     pub sent: u64,
-    /// Bursts that ended before they were one: somebody else was heard.
+    /// Bursts that ended before they were complete, because another sender was received.
     pub aborted: u64,
     /// Frames that reached its receiver with a good checksum.
     pub arrived: u64,
@@ -133,16 +134,16 @@ pub struct Kilobot {
     edges: Vec<Edge>,
     sending: Decoder,
     burst: Time,
-    /// What will be seen.
+    /// The light that will be seen.
     coming: VecDeque<Light>,
-    /// When the next of it is.
+    /// The time of the next light.
     next_light: u64,
     /// Neighbours' LEDs that are on now.
     seen: Vec<(u16, Amplitude)>,
     held: Amplitude,
     held_until: u64,
     receiving: Decoder,
-    /// Who is heard in this burst, if it is one neighbour; and whether there are more.
+    /// The sender of this burst, if it is one neighbour; and true if there are more.
     heard: Option<(u16, bool)>,
     colour: [u8; 3],
     motors: [(f64, f64); 2],
@@ -196,7 +197,7 @@ impl Kilobot {
         robot
     }
 
-    /// The EEPROM. What the robot is wired like follows it until its program runs.
+    /// Returns the EEPROM. The robot's wiring follows it until its program runs.
     pub fn eeprom(&mut self) -> &mut [u8; EEPROM_SIZE] {
         &mut self.chip.eeprom.cells
     }
@@ -207,13 +208,13 @@ impl Kilobot {
         self.led_pins = if mask & !LED_PINS == 0 && mask != 0 { mask } else { 1 };
     }
 
-    /// A battery of so many volts that is charged or not.
+    /// Sets the battery's voltage in volts, and charging on or off.
     pub fn set_battery(&mut self, volts: f64, charging: bool) {
         self.battery = (volts / BATTERY_FULL_SCALE * 1024.0).clamp(0.0, 1023.0) as u16;
         self.chip.drive(D, CHARGING, !charging);
     }
 
-    /// From now on its oscillator runs so many millionths too fast.
+    /// Sets the error of its oscillator from now on, in millionths too fast.
     pub fn set_clock_error(&mut self, ppm: f64) {
         let now = self.chip.now();
         self.chip.clock.set_error(now, ppm);
@@ -225,12 +226,12 @@ impl Kilobot {
         self.surroundings = surroundings;
     }
 
-    /// The start of what is pseudo-random in its readings.
+    /// Sets the seed of the pseudo-random part of its readings.
     pub fn set_seed(&mut self, seed: u64) {
         self.seed = seed;
     }
 
-    /// When a cycle of its core begins.
+    /// Returns the time at which a cycle of its core begins.
     pub fn time(&self, cycle: u64) -> Time {
         self.chip.clock.time(cycle)
     }
@@ -240,7 +241,7 @@ impl Kilobot {
         self.chip.clock.cycle(time)
     }
 
-    /// What neighbours' LEDs will do, in order, after all that was said before.
+    /// Adds the light of neighbours' LEDs, in order, after all that was added before.
     pub fn will_see(&mut self, lights: impl IntoIterator<Item = Light>) {
         self.coming.extend(lights);
         self.plan_light();
@@ -252,12 +253,12 @@ impl Kilobot {
         self.next_light = next.unwrap_or(u64::MAX);
     }
 
-    /// Whether its infrared LED is on.
+    /// Returns true if its infrared LED is on.
     pub fn is_lit(&self) -> bool {
         self.lit.is_some()
     }
 
-    /// What its own LED did since the last call.
+    /// Returns the changes of its own LED since the last call.
     pub fn take_edges(&mut self) -> Vec<Edge> {
         std::mem::take(&mut self.edges)
     }
@@ -294,7 +295,7 @@ impl Kilobot {
         self.settle_comparator();
     }
 
-    /// What could be received: whether the program does is its own business.
+    /// Counts the frames that could be received, even if the program does not.
     fn count_pulse(&mut self, from: u16, cycle: u64) {
         let is_going_on = self.receiving.is_busy(cycle);
         match &mut self.heard {
@@ -354,7 +355,7 @@ impl Kilobot {
         self.serial.push(sent.byte);
     }
 
-    /// Tells of a mistake, once of each kind.
+    /// Reports a mistake, once of each kind.
     pub fn fail(&mut self, error: HardwareError) {
         let bit = match &error {
             HardwareError::SerialFormat { .. } => 1 << 0,
@@ -396,13 +397,13 @@ impl Kilobot {
         self.chip.sleep()
     }
 
-    /// An interrupt wakes the core after so many cycles.
+    /// An interrupt wakes the core after this number of cycles.
     pub fn wake(&mut self, slept: u64) {
         self.chip.wake(slept);
         self.settle_comparator();
     }
 
-    /// Whether the watchdog has run out.
+    /// Returns true if the watchdog has run out.
     pub fn is_expired(&self) -> bool {
         self.chip.is_expired()
     }
@@ -428,7 +429,7 @@ impl Kilobot {
         self.chip.watchdog_restarts()
     }
 
-    /// What the pins do.
+    /// Applies the state of the pins.
     fn settle(&mut self) {
         let cycle = self.chip.now();
         let port = self.chip.ports[B];
@@ -499,7 +500,7 @@ impl Kilobot {
         }
     }
 
-    /// Whether a LED that was left on shines longer than any pulse.
+    /// Checks that a LED that was left on does not shine longer than any pulse.
     fn check_led(&mut self) {
         if let Some(since) = self.lit
             && self.time(self.chip.now()) - self.time(since) > LONGEST_PULSE
@@ -508,7 +509,7 @@ impl Kilobot {
         }
     }
 
-    /// What happened since the last call, in order.
+    /// Returns the events since the last call, in order.
     pub fn take_events(&mut self) -> Vec<(Time, Event)> {
         self.check_led();
         if !self.serial.is_empty() {
@@ -590,7 +591,7 @@ impl AvrBoard for Kilobot {
     }
 }
 
-/// In mV.
+/// Returns the sensor's voltage in mV.
 fn thermometer(celsius: f64) -> f64 {
     let [(cold, at_cold), (middle, at_middle), (hot, at_hot)] = THERMOMETER;
     if celsius < middle {

@@ -148,7 +148,8 @@ impl Trail {
     }
 }
 
-/// The place of a value on the tape, if it stands there, with what it is compared with.
+/// Returns the place of a value on the tape, if it is there, with the value to which it is
+/// compared.
 fn place(tape: &Tape, tag: u128, value: u8, other: u8) -> Option<(usize, u8)> {
     let place = tag.trailing_zeros() as usize;
     (tag.count_ones() == 1 && tape.at(place) == value).then_some((place, other))
