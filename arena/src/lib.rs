@@ -24,7 +24,7 @@
 //! * [`output`]: recordings, pictures, tables.
 //! * [`robot`]: the interface to models of robots, and robots with their scripts.
 //! * [`run`]: scripts in the robots of a scenario, its events, expectations and observers.
-//! * [`scenario`]: files that say what is in a world, what happens in it, and what must come of it.
+//! * [`scenario`]: files with the content of a world, its events, and the expected results.
 
 #![forbid(unsafe_code)]
 

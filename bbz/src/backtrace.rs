@@ -1,4 +1,4 @@
-//! Where a script was: the source line, and the calls that led there.
+//! The place of a stopped script: the source line, and the calls that led there.
 
 use annotate_snippets::{AnnotationKind, Element, Level, Origin, Snippet};
 use bittybuzz_compiler::codegen::GLOBAL_CODE;
@@ -16,17 +16,17 @@ const INNERMOST: usize = 6;
 /// The outermost calls, which are shown too.
 const OUTERMOST: usize = 2;
 
-/// Where the machine stopped.
+/// The place at which the machine stopped.
 pub struct Backtrace<'a> {
     program: &'a Program,
     /// Positions in the code: the instruction that stopped, then the calls that led there.
     positions: Vec<u16>,
-    /// What the robot called, if that is known.
+    /// The entry that the robot called, if it is known.
     entry: Option<Entry>,
 }
 
 impl<'a> Backtrace<'a> {
-    /// The positions that the machine tells, innermost first.
+    /// Returns the backtrace of the machine's positions, innermost first.
     pub fn new(program: &'a Program, positions: Vec<u16>, entry: Option<Entry>) -> Self {
         Backtrace { program, positions, entry }
     }

@@ -124,7 +124,8 @@ pub fn execute(arguments: &Arguments) -> Result<Ending, Problem> {
     Ok(Ending::Success)
 }
 
-/// What the names of the written files begin with. A folder gets the name of the script.
+/// Returns the common beginning of the names of the written files. A folder gets the name of the
+/// script.
 fn base(script: &Path, output: Option<&Path>) -> PathBuf {
     let Some(output) = output else { return script.with_extension("") };
     let ends_in_separator = output.to_string_lossy().ends_with(std::path::is_separator);

@@ -19,7 +19,7 @@ const SLICE: u16 = 50_000;
 /// Slices that the running entry, and then `destroy()`, still get after Ctrl-C.
 const LAST_SLICES: usize = 4;
 
-/// How to run.
+/// The settings of a run.
 pub struct Settings {
     /// Id of the robot.
     pub id: u16,
@@ -27,7 +27,7 @@ pub struct Settings {
     pub seed: u32,
     /// Slots of the robot's machine.
     pub slots: usize,
-    /// What it remembers of other robots.
+    /// The memory for other robots.
     pub sizes: Sizes,
     /// Steps at full speed, or without end in real time.
     pub steps: Option<u64>,
@@ -50,26 +50,26 @@ pub struct InSight {
     pub place: [f32; 3],
 }
 
-/// How a run ended.
+/// The end of a run.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum End {
-    /// As the script and the settings say.
+    /// As the script and the settings define it.
     Complete,
     /// A run-time error.
     Fault(Fault),
     /// Ctrl-C, in an entry that would not end.
     Interrupted,
-    /// Nobody reads the output any more.
+    /// The reader of the output has gone.
     OutputClosed,
 }
 
 /// A run that has ended, and where.
 pub struct Ended {
-    /// How.
+    /// The end.
     pub end: End,
-    /// Where the machine is: positions in the code, innermost first.
+    /// The machine's positions in the code, innermost first.
     pub positions: Vec<u16>,
-    /// What was called last.
+    /// The last entry that was called.
     pub entry: Entry,
     /// Steps that were begun.
     pub steps: u64,
@@ -112,7 +112,7 @@ struct Run<'a, 'h, 'i, P: Profile> {
     host: &'a mut HostRobot<'h>,
     interrupt: &'a mut Interrupt,
     neighbors: &'a [InSight],
-    /// What was called last.
+    /// The last entry that was called.
     entry: Entry,
     checker: Option<Checker>,
     /// Steps that were begun.
@@ -203,7 +203,7 @@ impl<P: Profile> Run<'_, '_, '_, P> {
         }
     }
 
-    /// Whether there is a reason to end from outside.
+    /// Returns an error if there is a reason to end from outside.
     fn look_up(&mut self) -> Result<(), End> {
         self.host.output.refresh();
         if self.host.output.has_failed() {
@@ -223,7 +223,7 @@ impl<P: Profile> Run<'_, '_, '_, P> {
         self.run_out().unwrap_or(End::Complete)
     }
 
-    /// Runs the entry to its end, if that comes soon; else tells what kept it.
+    /// Runs the entry to its end, if that comes soon; else returns the reason why it did not.
     fn run_out(&mut self) -> Option<End> {
         for _ in 0..LAST_SLICES {
             match self.slice() {

@@ -1,4 +1,4 @@
-//! `bbz explain`: what a code means, and what to do about it.
+//! `bbz explain`: the meaning of a code, and the cure.
 
 use bittybuzz_compiler::codes::Code;
 use bittybuzz_compiler::explain;

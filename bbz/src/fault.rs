@@ -1,6 +1,8 @@
-//! Run-time errors: their codes, and what they mean in this script.
+//! Run-time errors: their codes, and their meaning in this script.
 //!
-//! The machine tells a cause, the types of the operands and a position. The instruction there tells the operation, the
+//! The machine reports a cause, the types of the operands and a position. The instruction there
+//! tells
+//! the operation, the
 //! symbols tell the place: together they make a sentence about the script.
 
 use annotate_snippets::Level;
@@ -46,9 +48,9 @@ pub fn title(cause: FaultCode) -> &'static str {
 /// A fault in words.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Words {
-    /// What is wrong, in one sentence without a full stop.
+    /// The mistake, in one sentence without a full stop.
     pub headline: String,
-    /// What to do about it.
+    /// The cure.
     pub help: Option<String>,
 }
 
@@ -102,7 +104,7 @@ pub fn json(
     json!({ "code": code(fault.code), "message": headline, "help": help, "calls": backtrace.places() })
 }
 
-/// What the function of a robot accepts that has refused its arguments.
+/// Returns the arguments that a robot's function accepts, after it has refused others.
 pub fn accepted(fault: &Fault, program: &Program, robot: Option<&Robot>) -> Option<String> {
     match fault.code {
         FaultCode::WrongType => {}
@@ -239,7 +241,7 @@ impl What<'_> {
 
     fn help(&self, refusal: Option<&str>) -> Option<String> {
         let [first, second] = self.fault.operands;
-        // What has one operand leaves the second nil.
+        // An operation with one operand leaves the second nil.
         let is_nil = first == Type::Nil || (self.is_binary() && second == Type::Nil);
         Some(match self.fault.code {
             FaultCode::WrongType | FaultCode::RobotRefused if refusal.is_some() => {

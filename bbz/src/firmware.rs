@@ -11,7 +11,7 @@ use object::read::elf::{FileHeader, ProgramHeader};
 
 use crate::problem::Problem;
 
-/// Why a file is not the firmware of a robot.
+/// A reason why a file is not the firmware of a robot.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub enum FirmwareError {
     /// It is no ELF file, or a damaged one.
@@ -40,7 +40,7 @@ impl fmt::Display for FirmwareError {
 }
 
 impl FirmwareError {
-    /// What to do about it.
+    /// Returns the cure.
     pub fn help(&self) -> &'static str {
         match self {
             FirmwareError::NotElf => "name the file that cargo built, without extension",
@@ -53,7 +53,7 @@ impl FirmwareError {
     }
 }
 
-/// Whether the file at `path` is firmware for such a robot.
+/// Checks that the file at `path` is firmware for such a robot.
 pub fn check(path: &Path, layout: &Layout) -> Result<(), Problem> {
     let bytes =
         file::read(path, file::MOST_PROGRAM).map_err(|error| Problem::unreadable(path, error))?;

@@ -135,7 +135,7 @@ fn done(script: &Path, program: &Program, robot: &Robot) -> Result<Ending, Probl
     Ok(Ending::Success)
 }
 
-/// Whether the robot would run the image.
+/// Checks that the robot would run the image.
 fn check(path: &Path, program: &Program, robot: &Robot) -> Result<(), Problem> {
     if program.profile != robot.profile {
         return Err(Problem::RobotProfile {
@@ -145,7 +145,7 @@ fn check(path: &Path, program: &Program, robot: &Robot) -> Result<(), Problem> {
         });
     }
     match fit::verify(&program.image, program.profile, robot) {
-        // It is told below, with what there is room for.
+        // It is reported below, together with the room.
         Ok(()) | Err(ImageError::TooManyGlobals(_)) => {}
         Err(cause) => return Err(Problem::refused(path, cause)),
     }
@@ -181,21 +181,21 @@ fn script_calls(chip: &str, layout: &Layout, script: &Path) -> Vec<ProbeRs> {
     addresses.into_iter().map(call).collect()
 }
 
-/// What a robot is to keep in a region of its own.
+/// Bytes that a robot is to keep in a region of its own.
 struct Assignment {
     address: u32,
     section: Vec<u8>,
     file: Scratch,
 }
 
-/// What is needed to give a robot its id, if it can have one.
+/// Returns the bytes that give a robot its id, if it can have one.
 fn assign(id: u16, robot: &Robot, layout: &Layout, script: &Path) -> Result<Assignment, Problem> {
     let region = layout.id.ok_or_else(|| Problem::NoIdRegion(robot.title.clone()))?;
     let (section, file) = (Layout::id_section(id).to_vec(), Scratch::new(script, "id.bin"));
     Ok(Assignment { address: region.address, section, file })
 }
 
-/// What is needed to give a robot these settings, if there are any.
+/// Returns the bytes that give a robot these settings, if there are any.
 fn set(
     arguments: &[String],
     robot: &Robot,

@@ -26,7 +26,7 @@ const MOST: usize = 0x1_0000;
 /// Bytes in a line of a hex file.
 const LINE: usize = 16;
 
-/// Why a file is no program that a script can be put into.
+/// A reason why a script cannot be put into a program.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub enum ProgramError {
     /// It is neither ELF nor Intel hex.
@@ -37,13 +37,13 @@ pub enum ProgramError {
     NotAvr,
     /// Bytes are missing here: the program has a gap, which KiloGUI would not send, or does not begin at 0.
     Gap(u32),
-    /// It has variables with a value, which belong behind the script.
+    /// It has variables with a value, which belong after the script.
     Variables,
-    /// Its machine lacks what the script uses.
+    /// Its machine lacks a part that the script uses.
     Part {
         /// The part.
         part: Part,
-        /// Where the script uses it first: function, file, line.
+        /// The script's first use of it: function, file, line.
         at: Option<(String, String, u32)>,
     },
     /// There is no place for a script.
@@ -93,7 +93,7 @@ impl fmt::Display for ProgramError {
 }
 
 impl ProgramError {
-    /// What to do about it.
+    /// Returns the cure.
     pub fn help(&self) -> &'static str {
         match self {
             ProgramError::TooLong { .. } => "shorten the script, or leave out what it does not use",
@@ -165,7 +165,7 @@ fn place(symbols: &Symbols, at: u32) -> Option<(String, String, u32)> {
     Some((function.name.clone(), symbols.file(place.file)?.to_owned(), place.line))
 }
 
-/// What is flashed, from address 0 on.
+/// Returns the content of the flash, from address 0 on.
 fn program(bytes: &[u8]) -> Result<Vec<u8>, ProgramError> {
     let mut pieces = if bytes.starts_with(b"\x7fELF") { of_elf(bytes)? } else { of_hex(bytes)? };
     pieces.sort_by_key(|(address, _)| *address);

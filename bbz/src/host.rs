@@ -16,13 +16,13 @@ use bittybuzz_vm_core::{
 use crate::output::{Form, Output};
 use crate::program::Program;
 
-/// How time passes for the script.
+/// The time of the script.
 pub enum Clock {
     /// Waits are over at once.
     Simulated,
     /// Waits take as long as the script says.
     Real {
-        /// When the running `delay` is over.
+        /// The end of the running `delay`.
         until: Option<Instant>,
     },
 }
@@ -33,11 +33,11 @@ pub struct HostRobot<'a> {
     /// Fields of `pos` that one of the robots knows.
     position: Vec<&'a str>,
     program: &'a Program,
-    /// Where calls and logs go.
+    /// The destination of calls and logs.
     pub output: Output,
-    /// How time passes.
+    /// The clock.
     pub clock: Clock,
-    /// Why the last robot function refused its arguments.
+    /// The reason why the last robot function refused its arguments.
     pub refusal: Option<String>,
 }
 
@@ -60,7 +60,7 @@ impl<'a> HostRobot<'a> {
         }
     }
 
-    /// How long the running `delay` still lasts.
+    /// Returns the rest of the running `delay`.
     pub fn remaining_delay(&self) -> Duration {
         match self.clock {
             Clock::Real { until: Some(until) } => until.saturating_duration_since(Instant::now()),

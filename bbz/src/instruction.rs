@@ -1,4 +1,4 @@
-//! Finding an instruction in an image: what was the machine doing when it stopped?
+//! Finds an instruction in an image: the one at which the machine stopped.
 
 use bittybuzz_vm_core::Image;
 use bittybuzz_vm_core::opcode::{self, Trailer, WIDE};

@@ -40,19 +40,19 @@ impl Interrupt {
         self.flag.clone()
     }
 
-    /// Whether it was pressed.
+    /// Returns true if it was pressed.
     pub fn is_raised(&mut self) -> bool {
         self.raised |= self.pressed.try_recv().is_ok();
         self.raised
     }
 
-    /// Whether it was pressed, or is within that time.
+    /// Returns true if it was pressed, or is within that time.
     pub fn is_raised_within(&mut self, time: Duration) -> bool {
         self.wait(time);
         self.raised
     }
 
-    /// Waits so long, or until it is pressed.
+    /// Waits for that time, or until it is pressed.
     pub fn wait(&mut self, time: Duration) {
         if !self.raised {
             self.raised = self.pressed.recv_timeout(time).is_ok();

@@ -24,7 +24,7 @@ const PROGRAM: &str = "avrdude";
 /// Bytes of the flash of an ATmega328P.
 const FLASH: usize = 0x8000;
 
-/// What erased memory holds.
+/// The value of erased memory.
 const ERASED: u8 = 0xff;
 
 /// Bits of the lock byte that are 0 where the flash cannot be read (data sheet, table 28-2).
@@ -33,7 +33,7 @@ const UNREADABLE: u8 = 0b11;
 /// Erased bytes in which a script may end: those of its seal.
 const SEAL: usize = 4;
 
-/// How the programmer is reached, as avrdude names it. Without them avrdude's own settings say.
+/// The access to the programmer, in avrdude's terms. Without it avrdude's own settings hold.
 #[derive(Debug, Clone, Default, clap::Args)]
 pub struct Programmer {
     /// Kilobots: avrdude's name of the programmer, such as avrisp2 or usbasp [default: that of ~/.avrduderc]
@@ -45,7 +45,7 @@ pub struct Programmer {
 }
 
 impl Programmer {
-    /// Whether anything is given.
+    /// Returns true if anything is given.
     pub fn is_given(&self) -> bool {
         self.programmer.is_some() || self.port.is_some()
     }
@@ -67,18 +67,18 @@ fn warn_of_erased(cells: &[u8], title: &str) {
     report::warning(&text, Some("--id N gives it an id, calibration by KiloGUI an id and duties"));
 }
 
-/// Whether the robot's chip is written so.
+/// Returns true if this robot is programmed with avrdude.
 pub fn reaches(robot: &Robot) -> bool {
     robot.layout.is_none() && robot.chip.as_deref() == Some("ATmega328P")
 }
 
-/// What shall be on the robot.
+/// The content that the robot is to have.
 pub struct Task<'a> {
     /// The robot, of which [`reaches`] is true.
     pub robot: &'a Robot,
-    /// How it is reached.
+    /// The access to the robot.
     pub programmer: &'a Programmer,
-    /// Where the script comes from, and what it is.
+    /// The path of the script, and its image.
     pub script: (&'a Path, &'a Program),
     /// The firmware in which the script takes the place of the one there; else the firmware that the robot has.
     pub firmware: Option<&'a Path>,
@@ -97,7 +97,7 @@ impl Task<'_> {
         hex::exchanged(path, program, (script, symbols.as_ref()), image, self.robot)
     }
 
-    /// Writes it; in a dry run only checks what can be, and prints the calls.
+    /// Writes it; in a dry run only checks the files, and prints the calls.
     pub fn execute(&self, dry_run: bool) -> Result<(), Problem> {
         if self.id == Some(ERASED_ID) {
             return Err(Problem::ErasedId(self.robot.title.clone()));
@@ -140,7 +140,7 @@ impl Task<'_> {
         new_flash.write(&whole)?;
         new_eeprom.write(&cells)?;
         write.run().map_err(|error| {
-            // The chip may be erased already: what was on it is kept.
+            // The chip may be erased already: its earlier content is kept.
             let restore = self.call(&[('w', "flash", &flash), ('w', "eeprom", &eeprom)]);
             flash.keep();
             eeprom.keep();
@@ -164,19 +164,19 @@ impl Task<'_> {
     }
 }
 
-/// What avrdude has read.
+/// Returns the bytes that avrdude has read.
 fn content(file: &Scratch) -> Result<Vec<u8>, Problem> {
     fs::read(file.path()).map_err(|error| Problem::unreadable(file.path(), error))
 }
 
-/// What avrdude has read, with the erased bytes at the end that it leaves out.
+/// Returns the bytes that avrdude has read, with the erased bytes at the end that it leaves out.
 fn filled(file: &Scratch, length: usize) -> Result<Vec<u8>, Problem> {
     let mut bytes = content(file)?;
     bytes.resize(length, ERASED);
     Ok(bytes)
 }
 
-/// The program in a robot's flash, which is erased behind it.
+/// Returns the program in a robot's flash, which is erased after it.
 fn in_flash(flash: &[u8]) -> &[u8] {
     let last = flash.iter().rposition(|byte| *byte != ERASED).map_or(0, |last| last + 1);
     let ends = last..=flash.len().min(last + SEAL);

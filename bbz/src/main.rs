@@ -101,7 +101,7 @@ enum Command {
     Explain(explain::Arguments),
 }
 
-/// How a command ended: its exit status.
+/// The end of a command: its exit status.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum Ending {
     Success = 0,
@@ -123,7 +123,7 @@ fn main() -> ExitCode {
     let command_line = match CommandLine::try_parse() {
         Ok(command_line) => command_line,
         Err(message) => {
-            // Help is a message too, but no mistake. If it cannot be printed there is nobody to tell.
+            // Help is a message too, but no mistake. If it cannot be printed, there is no reader.
             let _ = message.print();
             let ending = if message.use_stderr() { Ending::Usage } else { Ending::Success };
             return ending.into();

@@ -1,4 +1,4 @@
-//! Standard output, in order with what goes to standard error.
+//! Standard output, in order with standard error.
 
 use std::io::{self, BufWriter, Stdout, Write};
 use std::time::{Duration, Instant};
@@ -7,7 +7,7 @@ use serde_json::json;
 
 use crate::problem::Problem;
 
-/// How long a person may wait to see a line.
+/// The longest time before a person sees a line.
 const PATIENCE: Duration = Duration::from_millis(50);
 
 /// The form of a script's output.
@@ -19,8 +19,8 @@ pub enum Form {
     Json,
 }
 
-/// Results of a run. Buffered, because a script may log thousands of lines in a second; whoever writes to standard
-/// error or waits flushes first.
+/// Results of a run. Buffered, because a script may log thousands of lines in a second; code that
+/// writes to standard error or waits flushes first.
 pub struct Output {
     stdout: BufWriter<Stdout>,
     form: Form,
@@ -64,14 +64,14 @@ impl Output {
         self.flushed = Instant::now();
     }
 
-    /// Makes visible what has waited for long enough: for runs without pauses.
+    /// Flushes output that has waited for long enough: for runs without pauses.
     pub fn refresh(&mut self) {
         if self.flushed.elapsed() >= PATIENCE {
             self.flush();
         }
     }
 
-    /// Whether nothing more can be written.
+    /// Returns true if nothing more can be written.
     pub fn has_failed(&self) -> bool {
         self.error.is_some()
     }

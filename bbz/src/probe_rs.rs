@@ -15,16 +15,16 @@ use crate::shell;
 
 const PROGRAM: &str = "probe-rs";
 
-/// What probe-rs says if it finds no probe.
+/// The message of probe-rs if it finds no probe.
 const NO_PROBE: &str = "No connected probes";
 
-/// How long it may take to let the robot go.
+/// The time that probe-rs may take to release the robot.
 const FAREWELL: Duration = Duration::from_secs(3);
 
 /// Time between two looks at whether it has.
 const PATIENCE: Duration = Duration::from_millis(20);
 
-/// Why a robot cannot be reached.
+/// Returns the reason why a robot cannot be reached.
 fn not_yet(robot: &Robot) -> Problem {
     Problem::NotYet(robot.title.clone())
 }
@@ -35,7 +35,7 @@ pub fn chip(robot: &Robot) -> Result<&str, Problem> {
     chip.ok_or_else(|| not_yet(robot))
 }
 
-/// Where firmware and script lie on a robot.
+/// Returns the places of firmware and script on a robot.
 pub fn layout(robot: &Robot) -> Result<Layout, Problem> {
     robot.layout.ok_or_else(|| not_yet(robot))
 }
@@ -54,7 +54,8 @@ pub fn script_section(layout: &Layout, path: &Path, image: &[u8]) -> Result<Vec<
 pub struct ProbeRs(Command);
 
 impl ProbeRs {
-    /// A command about a chip. probe-rs must not ask which probe is meant: nobody might be there to answer.
+    /// A command about a chip. probe-rs must not ask for the probe: there may be no person to
+    /// answer.
     pub fn new(command: &str, chip: &str) -> Self {
         let mut call = Command::new(PROGRAM);
         call.args([command, "--non-interactive", "--chip", chip]);
@@ -94,7 +95,7 @@ impl ProbeRs {
     }
 }
 
-/// As a shell would take it.
+/// The form that a shell would take.
 impl fmt::Display for ProbeRs {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.write_str(&shell::line(&self.0))
@@ -108,7 +109,7 @@ pub struct Running {
 }
 
 impl Running {
-    /// What it prints; once.
+    /// Takes its output; once.
     pub fn take_stdout(&mut self) -> ChildOutput {
         ChildOutput(self.child.stdout.take())
     }
@@ -126,7 +127,7 @@ impl Running {
         })
     }
 
-    /// Asks it to end, as Ctrl-C would: it then sets back what it has changed on the robot, and lets it go.
+    /// Asks it to end, as Ctrl-C would: it then restores its changes on the robot, and releases it.
     pub fn end(mut self) -> Result<(), Problem> {
         interrupt(&self.child);
         let deadline = Instant::now() + FAREWELL;
@@ -177,7 +178,7 @@ impl Read for ChildOutput {
     }
 }
 
-/// Copies to standard error, and returns what it was. What cannot be shown is still read.
+/// Copies to standard error, and returns the text. Bytes that cannot be shown are still read.
 fn pass_on(mut pipe: impl Read) -> String {
     let mut all = Vec::new();
     let mut buffer = [0; 1024];

@@ -1,4 +1,4 @@
-//! What is wrong with a command line, or with the files that it names.
+//! The mistakes of a command line, or of the files that it names.
 
 use std::fmt;
 use std::io;
@@ -20,7 +20,7 @@ use crate::firmware::FirmwareError;
 use crate::hex::ProgramError;
 use crate::sim::MOST_RUNS;
 
-/// Why a command cannot be carried out, one variant for each cause.
+/// A reason why a command cannot be carried out, one variant for each cause.
 #[derive(Debug)]
 pub enum Problem {
     /// The file cannot be read.
@@ -85,7 +85,7 @@ pub enum Problem {
     Object {
         /// The file.
         path: PathBuf,
-        /// Why.
+        /// The reader's error.
         error: BoError,
     },
     /// `--robot` names no robot, or the robot file is wrong.
@@ -99,16 +99,16 @@ pub enum Problem {
     },
     /// The virtual machine refuses the image.
     Refused {
-        /// Where the image comes from.
+        /// The file of the image.
         path: PathBuf,
-        /// Why.
+        /// The verifier's error.
         cause: ImageError,
     },
     /// A file cannot be written.
     Unwritable {
         /// The file.
         path: PathBuf,
-        /// What the system says.
+        /// The error of the system.
         error: io::Error,
     },
     /// `bbz explain` was asked for a code that does not exist.
@@ -122,7 +122,7 @@ pub enum Problem {
     Symbols {
         /// The file.
         path: PathBuf,
-        /// Why.
+        /// The reader's error.
         error: SymbolsError,
     },
     /// A command about a robot that is not named.
@@ -133,9 +133,10 @@ pub enum Problem {
     NoIdRegion(String),
     /// A `--set` that is no `KEY=VALUE`.
     Setting(String),
-    /// A `--set` that the robot, by its title, does not know or take; and what it takes.
+    /// A `--set` that the robot, by its title, does not know or accept; and the values that it
+    /// accepts.
     RobotSetting {
-        /// What was given.
+        /// The argument.
         argument: String,
         /// Its title.
         robot: String,
@@ -148,7 +149,7 @@ pub enum Problem {
     NoImage(PathBuf),
     /// An image for another profile than the robot's.
     RobotProfile {
-        /// Where the image comes from.
+        /// The file of the image.
         path: PathBuf,
         /// Its profile.
         image: Profile,
@@ -157,32 +158,32 @@ pub enum Problem {
     },
     /// An image that does not fit the robot.
     Misfit {
-        /// Where the image comes from.
+        /// The file of the image.
         path: PathBuf,
-        /// Why.
+        /// The reason.
         message: String,
-        /// What to do about it.
+        /// The cure.
         help: String,
     },
-    /// What should be firmware is not.
+    /// A file that should be firmware is not.
     Firmware {
         /// The file.
         path: PathBuf,
-        /// Why.
+        /// The reason.
         error: FirmwareError,
     },
-    /// What should be a program for a script is not.
+    /// A file that should be a program for a script is not.
     Program {
         /// The file.
         path: PathBuf,
-        /// Why.
+        /// The reason.
         error: ProgramError,
     },
     /// `--firmware` for a robot, by its title, whose script has a region of its own.
     OwnRegion(String),
     /// The script does not fit into its region of the flash.
     TooLong {
-        /// Where the script comes from.
+        /// The file of the script.
         path: PathBuf,
         /// Bytes of its image.
         bytes: usize,
@@ -193,10 +194,10 @@ pub enum Problem {
     NoMessages {
         /// The file.
         path: PathBuf,
-        /// What is wrong with the table, if there is one.
+        /// The mistake in the table, if there is one.
         reason: Option<String>,
     },
-    /// The emulator cannot do what is needed.
+    /// The emulator cannot do the requested work.
     Emulator(ClientError),
     /// probe-rs is not installed.
     NoProbeRs,
@@ -218,16 +219,16 @@ pub enum Problem {
     ErasedId(String),
     /// A robot was perhaps erased, but not written.
     Unfinished {
-        /// Why.
+        /// The reason.
         error: Box<Problem>,
-        /// The call that writes what was on it.
+        /// The call that writes the earlier content.
         restore: String,
     },
     /// Options for programmers, and a robot, by its title, that is flashed through a debug probe.
     NoProgrammer(String),
     /// One emulator for robots that need several.
     SeveralEmulators,
-    /// Standard input, or what another program prints, cannot be read.
+    /// Standard input, or the output of another program, cannot be read.
     Input(io::Error),
     /// Ctrl-C cannot be taken over.
     Interrupt(ctrlc::Error),
@@ -271,7 +272,7 @@ impl Problem {
         Problem::Refused { path: path.to_owned(), cause }
     }
 
-    /// What to do about it.
+    /// Returns the cure.
     pub fn help(&self) -> Option<String> {
         match self {
             Problem::Unreadable { path, error: ReadError::Io(error) }

@@ -1,4 +1,5 @@
-//! What the commands work on: an image with what is known of its source, from a script or from a file.
+//! The input of the commands: an image with the facts about its source, from a script or from a
+//! file.
 
 use std::borrow::Cow;
 use std::env;
@@ -25,7 +26,7 @@ use crate::whole_file::Inputs;
 /// The environment variable with folders to search for included files.
 const INCLUDE_PATH: &str = "BUZZ_INCLUDE_PATH";
 
-/// What the paths of the shipped library begin with.
+/// The beginning of the paths of the shipped library.
 const LIBRARY_FOLDER: &str = "<library>/";
 
 /// What a file holds, by its extension.
@@ -40,7 +41,7 @@ pub enum Kind {
 }
 
 impl Kind {
-    /// What the file at `path` holds, once it is sure that there is a file.
+    /// Returns the kind of the file at `path`, once it is certain that there is a file.
     pub fn of(path: &Path) -> Result<Kind, Problem> {
         if is_standard_input(path) {
             return Ok(Kind::Script);
@@ -72,12 +73,13 @@ pub struct Program {
     pub profile: Profile,
     /// Names, texts and places.
     pub symbols: Option<Symbols>,
-    /// What it was compiled from just now.
+    /// The texts from which it was compiled just now.
     sources: Option<SourceMap>,
 }
 
 impl Program {
-    /// Reads an image, or compiles what is none: prints errors and warnings then, and is `None` if there are errors.
+    /// Reads an image, or compiles any other file: then it prints errors and warnings, and returns
+    /// `None` if there are errors.
     pub fn open(
         path: &Path,
         include: &[PathBuf],
@@ -108,7 +110,8 @@ impl Program {
         Ok(image.map(|image| Program { image, profile, symbols, sources }))
     }
 
-    /// As [`Program::open`]; also takes symbols (`.sym`), with the image beside them if there is one and it is theirs.
+    /// Opens a program as [`Program::open`] does; also takes symbols (`.sym`), with the image next
+    /// to them if there is one that belongs to them.
     pub fn open_with_symbols(
         path: &Path,
         include: &[PathBuf],
@@ -144,7 +147,7 @@ impl Program {
         Program { image: Vec::new(), profile: Profile::Full, symbols: None, sources: None }
     }
 
-    /// What names its script.
+    /// Returns the hash of its script.
     pub fn script_hash(&self) -> Option<u32> {
         match &self.symbols {
             Some(symbols) => Some(symbols.script_hash),
@@ -173,14 +176,14 @@ impl Program {
         }
     }
 
-    /// Whether the image itself holds the text of its strings.
+    /// Returns true if the image itself has the text of its strings.
     pub fn has_text(&self) -> bool {
         let header = Image::new(self.image.as_slice()).header();
         header.is_ok_and(|header| header.has_text())
     }
 
-    /// The text of a source file by its number in the symbols. What was not compiled just now is read now, and may
-    /// have changed since.
+    /// The text of a source file by its number in the symbols. A file that was not compiled just
+    /// now is read now, and may have changed since.
     pub fn source(&self, file: u32) -> Option<Cow<'_, str>> {
         let mut compiled = self.sources.iter().flat_map(SourceMap::files);
         if let Some((_, source)) = compiled.find(|(id, _)| id.0 == file) {
@@ -281,7 +284,7 @@ impl Files for StandardInput {
     }
 }
 
-/// Compiles an object file; the `.bdb` file beside it tells places in the script.
+/// Compiles an object file; the `.bdb` file next to it has the places in the script.
 fn object(path: &Path, options: &Options) -> Result<Compiled, Problem> {
     let debug = debug_beside(path);
     let imported = bo::import(path, &read(path)?, debug.as_deref(), options)

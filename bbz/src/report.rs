@@ -15,7 +15,7 @@ use crate::problem::Problem;
 /// The errors, and the warnings, of a script that are printed. `--json` has all.
 const LIMIT: usize = 100;
 
-/// Prints what the compiler says about a script.
+/// Prints the compiler's messages about a script.
 pub fn diagnostics(sources: &SourceMap, diagnostics: &[Diagnostic]) {
     let renderer = Renderer::new(sources);
     let (mut errors, mut warnings) = (0, 0);
@@ -48,7 +48,7 @@ fn not_shown(errors: usize, warnings: usize) -> Option<String> {
     (!parts.is_empty()).then(|| format!("{} {verb} not shown", parts.join(" and ")))
 }
 
-/// How many errors and warnings there are.
+/// Returns the number of errors and warnings.
 pub fn count(diagnostics: &[Diagnostic]) -> (usize, usize) {
     let is_error = |diagnostic: &&Diagnostic| diagnostic.severity() == Severity::Error;
     let errors = diagnostics.iter().filter(is_error).count();
@@ -62,7 +62,7 @@ pub fn counted(count: impl TryInto<u64>, noun: &str) -> String {
     format!("{count} {noun}{plural}")
 }
 
-/// Prints what is wrong with the command line or a file.
+/// Prints a mistake in the command line or a file.
 pub fn problem(problem: &Problem) {
     match problem {
         Problem::Robot(RobotErrors(errors)) => {
@@ -74,7 +74,7 @@ pub fn problem(problem: &Problem) {
     }
 }
 
-/// Prints an error, where it is, and what to do about it.
+/// Prints an error, its place, and the cure.
 pub fn mistake(message: &str, place: Option<&Place>, help: Option<String>) {
     let title = Level::ERROR.primary_title(message);
     let Some(place) = place else {

@@ -32,7 +32,7 @@ use crate::selection::SelectionArguments;
 /// Steps per second where no robot is named.
 const TICK_HZ: u32 = 10;
 
-/// What is remembered of other robots where no robot is named.
+/// The memory for other robots if no robot is named.
 const MOST_SIZES: Sizes = Sizes { neighbors: 255, bearings: true, entries: 100, swarms: 8 };
 
 const EXAMPLES: &str = "\

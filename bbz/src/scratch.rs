@@ -11,13 +11,13 @@ use crate::problem::Problem;
 pub struct Scratch(PathBuf);
 
 impl Scratch {
-    /// A file, not there yet, that is named after the script and what it holds.
+    /// Returns a file, not there yet, that is named after the script and its content.
     pub fn new(script: &Path, content: &str) -> Self {
         let stem = script.file_stem().unwrap_or_default().to_string_lossy();
         Scratch(env::temp_dir().join(format!("bbz-{}-{stem}-{content}", process::id())))
     }
 
-    /// Where it is.
+    /// Returns its path.
     pub fn path(&self) -> &Path {
         &self.0
     }
@@ -35,7 +35,7 @@ impl Scratch {
 
 impl Drop for Scratch {
     fn drop(&mut self) {
-        // Perhaps nobody has written it.
+        // It may never have been written.
         let _ = fs::remove_file(&self.0);
     }
 }

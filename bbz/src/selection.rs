@@ -70,7 +70,7 @@ impl Selection {
         self.robot.iter().chain(all)
     }
 
-    /// Whether one of them has a function of that name hash.
+    /// Returns true if one of them has a function of that name hash.
     pub fn has_function(&self, hash: u16) -> bool {
         let mut functions = self.playable().flat_map(|robot| &robot.functions);
         functions.any(|function| function.hash() == hash)

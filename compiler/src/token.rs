@@ -4,9 +4,10 @@ use bittybuzz_vm_core::hash::{fnv_1a, fnv_1a_from};
 
 use crate::source::Span;
 
-/// What stands between a token and the one before it, apart from blanks and comments.
+/// The separation between a token and the one before it, apart from blanks and comments.
 ///
-/// To the grammar a newline and a `;` mean nothing; they matter only to warnings and to a bare `return`.
+/// To the grammar a newline and a `;` mean nothing; they matter only to warnings and to a bare
+/// `return`.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Separation {
     /// Both tokens are on one line.

@@ -83,7 +83,7 @@ pub fn check(drafts: &Drafts, setup: &Setup, name: &str, text: &str) -> Result<V
     Ok(diagnostics(name, text, messages))
 }
 
-/// Gives robots a text as a draft of a script. Returns the events that tell so.
+/// Gives robots a text as a draft of a script. Returns the events about it.
 pub fn run(
     drafts: &mut Drafts,
     session: &mut Session,
@@ -163,7 +163,7 @@ pub fn handed_in(drafts: &Drafts, setup: &Setup) -> Result<Vec<TextFile>, String
     scripts(setup).into_iter().map(file).collect()
 }
 
-/// Writes a text to the file of a script. Returns the event that tells so.
+/// Writes a text to the file of a script. Returns the event about it.
 pub fn write(drafts: &mut Drafts, setup: &Setup, name: &str, text: &str) -> Result<Value, String> {
     let script = find(setup, name)?;
     drafts.write(&script, text)?;

@@ -233,7 +233,8 @@ pub mod order {
 /// What a jump after a comparison with an immediate integer is above the one after a comparison of two values.
 pub const WITH_INT: u8 = JUMP_EQ_INT - JUMP_EQ;
 
-/// What the first byte behind [`JUMP_LOCAL`] says: the jump after a comparison with an immediate integer that it stands
+/// Returns the meaning of the first byte after [`JUMP_LOCAL`]: the jump after a comparison with an
+/// immediate integer that it stands
 /// for, by its low four bits, and the local, as `LOCAL_GET` has it in its short form.
 pub const fn relation_of_local(byte: u8) -> (u8, i16) {
     (JUMP_LT_INT & 0xf0 | byte >> 4, (byte & 0x0f) as i16 + SHORT_LOCAL_GET.low)

@@ -2,7 +2,7 @@
 
 use crate::run::{Simulation, TICKS_PER_SECOND};
 
-/// Where robots were and what they had, sample by sample.
+/// The places and values of robots, sample by sample.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct History {
     /// Seconds.

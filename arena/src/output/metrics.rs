@@ -29,7 +29,7 @@ pub fn names(scenario: &Scenario) -> Vec<String> {
     names
 }
 
-/// What they are of a run of that scenario.
+/// Returns the metrics of a run of that scenario.
 pub fn values(scenario: &Scenario, summary: &Summary) -> Vec<Option<f64>> {
     let truth = |is: bool| Some(f64::from(u8::from(is)));
     let mut values = vec![truth(summary.is_success())];

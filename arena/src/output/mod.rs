@@ -1,4 +1,4 @@
-//! What is kept of runs: recordings, pictures, tables.
+//! The kept results of runs: recordings, pictures, tables.
 
 mod chart;
 mod history;

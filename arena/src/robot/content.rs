@@ -3,7 +3,7 @@
 use bittybuzz_vm_core::Value;
 use bittybuzz_vm_core::number::Profile;
 
-/// What a variable holds, as far as it can be seen from outside.
+/// The content of a variable, as far as it is visible from outside.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Content {
     /// nil, or nothing.

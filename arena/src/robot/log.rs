@@ -1,4 +1,4 @@
-//! What scripts log. Text is made of it only when it is shown.
+//! The log of scripts. It becomes text only when it is shown.
 
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};

@@ -41,7 +41,7 @@ struct Run {
 /// Ends of runs, by number.
 type Ends = BTreeMap<usize, Result<Metrics, RunError>>;
 
-/// Runs every variant with every seed, and tells what is usual.
+/// Runs every variant with every seed, and prints the usual results.
 pub fn run(arguments: &Arguments, variants: &[Vec<String>]) -> Result<Ending, Problem> {
     let mut opened = Vec::new();
     for set in variants {
@@ -178,7 +178,8 @@ struct Batch<'a> {
     /// Runs that have ended.
     done: AtomicUsize,
     progress: Mutex<Progress>,
-    /// Of each variant the first run of this process in which a script had an error, with its number.
+    /// For each variant, the first run of this process in which a script had an error, with its
+    /// number.
     faulty: Mutex<BTreeMap<usize, (usize, Summary)>>,
 }
 
@@ -222,7 +223,7 @@ impl Batch<'_> {
                     finished.insert(run, metrics);
                     is_written = false;
                 }
-                // The terminal tells emulators of Ctrl-C, too, in any order.
+                // The terminal sends Ctrl-C to emulators, too, in any order.
                 Err(error) if is_emulators(&error) && self.is_interrupted_within(PATIENCE) => break,
                 Err(error) => {
                     failed.insert(run, Err(error));

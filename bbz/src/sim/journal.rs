@@ -74,7 +74,7 @@ impl Journal {
         }
         let lock = File::options().create(true).truncate(false).write(true).open(folder.join(LOCK));
         let lock = lock.map_err(unwritable)?;
-        // Some network drives have no locks: there, nobody watches over it.
+        // Some network drives have no locks: there, simultaneous runs are not detected.
         if let Err(TryLockError::WouldBlock) = lock.try_lock() {
             return Err(Problem::BatchBusy(folder));
         }
@@ -113,7 +113,8 @@ impl Journal {
         &self.folder
     }
 
-    /// Writes the finished runs of a part, and keeps what was written before until this is on the disk.
+    /// Writes the finished runs of a part, and keeps the earlier file until this one is on the
+    /// disk.
     pub fn write(&self, number: usize, finished: &Finished) -> Result<(), Problem> {
         let mut text = self.head.clone() + "\n";
         for (run, metrics) in finished {
@@ -208,7 +209,8 @@ fn row(line: &str) -> Option<(usize, Metrics)> {
     Some((run, cells.map(metric).collect::<Option<Metrics>>()?))
 }
 
-/// The names of what is in a folder. What is no text is shown as such, and is nothing of ours.
+/// Returns the names in a folder. A name that is no text is shown as such, and is none of this
+/// program's.
 fn names(folder: &Path) -> Result<Vec<String>, Problem> {
     let name = |entry: io::Result<fs::DirEntry>| {
         entry.map(|entry| entry.file_name().to_string_lossy().into_owned())
@@ -255,7 +257,8 @@ pub fn key(arguments: &Arguments, opened: &[Opened]) -> Result<Value, Problem> {
     }))
 }
 
-/// Returns a number that tells contents apart. It may be another one in the next release of the standard library,
+/// Returns a number that differs for different contents. It may be another one in the next release
+/// of the standard library,
 /// which the program's own content in the key rules out.
 fn fingerprint(mut content: File) -> io::Result<u64> {
     let mut hasher = DefaultHasher::new();
@@ -268,7 +271,7 @@ fn fingerprint(mut content: File) -> io::Result<u64> {
     }
 }
 
-/// Names what is not as it was, for people.
+/// Returns the names of changed values, for people.
 fn differences(old: &Value, new: &Value) -> Vec<String> {
     let options = ["runs", "seed", "set"].map(|key| (key, format!("--{key}")));
     let others = [("bbz", "bbz itself".to_owned()), ("emulators", "the emulator".to_owned())];

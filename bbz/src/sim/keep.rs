@@ -1,4 +1,4 @@
-//! What is kept of a run beside its summary: a recording, pictures.
+//! The results of a run that are kept next to its summary: a recording, pictures.
 
 use std::fs;
 use std::path::PathBuf;

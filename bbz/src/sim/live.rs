@@ -19,7 +19,7 @@ use super::open;
 use super::progress::Progress;
 use super::{Arguments, checks, summary};
 
-/// How long after an emulator Ctrl-C may be heard of here.
+/// The time after an emulator's end within which Ctrl-C may be reported here.
 pub const PATIENCE: Duration = Duration::from_millis(200);
 
 /// Runs a scenario once.
@@ -50,7 +50,7 @@ pub fn run(arguments: &Arguments, set: &[String]) -> Result<Ending, Problem> {
     let mut failure = None;
     while !simulation.is_over() && !interrupt.is_raised() && !output.has_failed() {
         if let Err(error) = simulation.tick() {
-            // The terminal tells emulators of Ctrl-C, too, in any order.
+            // The terminal sends Ctrl-C to emulators, too, in any order.
             failure = (!interrupt.is_raised_within(PATIENCE)).then_some(error);
             break;
         }
@@ -112,7 +112,7 @@ pub fn run(arguments: &Arguments, set: &[String]) -> Result<Ending, Problem> {
     Ok(ending(&result))
 }
 
-/// How a run ended.
+/// Returns the exit status of a run.
 fn ending(summary: &Summary) -> Ending {
     if summary.is_success() { Ending::Success } else { Ending::RuntimeError }
 }

@@ -34,7 +34,8 @@ pub struct Opened {
     emulators: Vec<(&'static str, PathBuf)>,
 }
 
-/// Reads a scenario with the values of `--set`, and compiles its scripts. Prints what is wrong, and is `None` then.
+/// Reads a scenario with the values of `--set`, and compiles its scripts. Prints mistakes, and then
+/// returns `None`.
 pub fn open(arguments: &Arguments, set: &[String]) -> Result<Option<Opened>, Problem> {
     let Arguments { scenario: path, include, .. } = arguments;
     // The content of the file is the scenario's concern, that it can be read is the command line's.
@@ -60,7 +61,7 @@ pub fn open(arguments: &Arguments, set: &[String]) -> Result<Option<Opened>, Pro
         let is_same = |(other, of): (&Group, &Path)| (of, &other.robot) == (script, &group.robot);
         let same = scenario.programs().take(number).position(is_same);
         let program = match same {
-            // It was told already what is wrong with it.
+            // Its mistakes were printed already.
             Some(same) => programs.get(same).cloned().flatten(),
             None => {
                 let robot = Some(group.robot.clone());
@@ -119,7 +120,7 @@ impl Opened {
         self.emulators.iter().map(|(_, program)| program.as_path())
     }
 
-    /// What all runs of it share. Prints what is wrong, and is `None` then.
+    /// Returns the data that all its runs share. Prints mistakes, and then returns `None`.
     pub fn setup(&self) -> Option<run::Setup> {
         match run::Setup::new(self.scenario.clone(), self.images.clone()) {
             Ok(setup) => {
@@ -141,7 +142,7 @@ impl Opened {
     }
 }
 
-/// Prints what is wrong with a scenario.
+/// Prints the mistakes of a scenario.
 pub fn print(errors: &[ScenarioError]) {
     for error in errors {
         report::mistake(&error.to_string(), error.place.as_deref(), error.help());

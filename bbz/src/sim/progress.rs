@@ -1,13 +1,13 @@
-//! How far a simulation is, on a terminal.
+//! The progress of a simulation, on a terminal.
 
 use std::time::{Duration, Instant};
 
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 
-/// How often the line is written anew.
+/// The number of times per second that the line is written anew.
 const REFRESH_HZ: u8 = 5;
 
-/// A line that shows how far it is; nothing where nobody would see it.
+/// A line that shows the progress; nothing without a terminal.
 pub struct Progress {
     bar: ProgressBar,
     start: Instant,
@@ -15,7 +15,7 @@ pub struct Progress {
 }
 
 impl Progress {
-    /// A line for so many steps, ticks or runs.
+    /// Returns a line for this number of steps, ticks or runs.
     pub fn new(length: u64, is_hidden: bool) -> Self {
         let target = match is_hidden {
             true => ProgressDrawTarget::hidden(),

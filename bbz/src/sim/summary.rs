@@ -1,4 +1,4 @@
-//! What came of a run, for people and for programs.
+//! The results of a run, for people and for programs.
 
 use std::collections::BTreeMap;
 use std::time::Duration;
@@ -229,7 +229,7 @@ pub fn faults(setup: &Setup, programs: &[Program], summary: &Summary) {
         let memory = record.memory.as_ref().map(|memory| memory::text(memory, program));
         let notes: Vec<String> = std::iter::once(note(setup, &alike)).chain(memory).collect();
         let backtrace = Backtrace::new(program, record.positions.clone(), record.entry);
-        // Firmware tells only the fault.
+        // Firmware reports only the fault.
         let robot = setup.scenario.groups.get(setup.group(fault.robot)).map(|group| &group.robot);
         let refusal =
             record.refusal.clone().or_else(|| fault::accepted(&record.fault, program, robot));

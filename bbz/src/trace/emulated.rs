@@ -26,10 +26,10 @@ use super::teller::Teller;
 /// Simulated time between two looks at Ctrl-C.
 const SLICE: Duration = Duration::from_millis(20);
 
-/// How long after the emulator Ctrl-C may be heard of here.
+/// The time after the emulator's end within which Ctrl-C may be reported here.
 const PATIENCE: Duration = Duration::from_millis(200);
 
-/// What to emulate.
+/// The emulated robot.
 pub struct Emulation<'a> {
     /// The program that emulates, if it is not the usual one of the robot.
     pub program: Option<&'a Path>,
@@ -41,12 +41,12 @@ pub struct Emulation<'a> {
     pub script: Option<(&'a Path, &'a Program)>,
     /// Simulated time at full speed; else real time without end.
     pub duration: Option<Duration>,
-    /// Whether to tell of LEDs and motors.
+    /// True to print LEDs and motors.
     pub outputs: bool,
 }
 
 impl Emulation<'_> {
-    /// Runs it, and prints what it tells.
+    /// Runs it, and prints its messages.
     pub fn run(&self, teller: &mut Teller<'_>, interrupt: &mut Interrupt) -> Result<(), Problem> {
         // A robot of one's own runs on the board that has its chip.
         let mut boards = bittybuzz_robot_files::all_shipped().into_iter();
@@ -85,7 +85,7 @@ impl Emulation<'_> {
             let until = self.duration.map_or(now + SLICE, |end| end.min(now + SLICE));
             let run = emulator.run_with(until, |event| {
                 for content in reader.contents(event.event, self.outputs) {
-                    // What comes after the end that was asked for is not told.
+                    // Messages after the requested end are not printed.
                     if !teller.is_over() {
                         teller.tell(&Message { time: Some(event.at.as_secs_f64()), content });
                     }
@@ -93,7 +93,7 @@ impl Emulation<'_> {
             });
             let (at, pause) = match run {
                 Ok(paused) => paused,
-                // The terminal tells both programs of Ctrl-C, in any order.
+                // The terminal sends Ctrl-C to both programs, in any order.
                 Err(_) if interrupt.is_raised_within(PATIENCE) => break,
                 Err(error) => return Err(Problem::Emulator(error)),
             };
@@ -143,7 +143,7 @@ impl Emulation<'_> {
     }
 }
 
-/// Reads what the firmware writes.
+/// Reads the firmware's output.
 struct Reader {
     /// For its messages; a Kilobot has none.
     defmt: Option<TraceReader>,

@@ -47,7 +47,7 @@ pub fn unused(unused: &Unused) -> Value {
     })
 }
 
-/// Where a function was: all of it null but the position if there are no symbols.
+/// Returns the place of a function: all of it null but the position if there are no symbols.
 fn call(program: &Program, position: u16) -> Value {
     let symbols = program.symbols.as_ref();
     let at = u32::from(position);

@@ -15,7 +15,7 @@ pub const FORMAT: &str = "{t} {L} {s}";
 pub fn parse(line: &str) -> Message {
     let line = strip_str(line).to_string();
     let line = line.trim_end();
-    // A Kilobot that listens tells of all that it hears, most of which concerns no person.
+    // A Kilobot that listens reports all messages that it receives, of which few concern a person.
     if let Some(message) = infrared::from_line(line.as_bytes()) {
         let content = match FaultReport::of(&message) {
             Some(report) => Content::Report(report),

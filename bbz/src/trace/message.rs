@@ -1,18 +1,18 @@
-//! What a robot tells.
+//! The messages of a robot.
 
 use bittybuzz_comms::infrared::FaultReport;
 use bittybuzz_trace_reader as reader;
 
-/// Something that a robot has told, or that was seen of it.
+/// A message of a robot, or an observation of it.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Message {
-    /// When: its own clock, or the time since power-on of an emulated robot.
+    /// The time: its own clock, or the time since power-on of an emulated robot.
     pub time: Option<f64>,
-    /// What.
+    /// The content.
     pub content: Content,
 }
 
-/// What was told.
+/// The content of a message.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Content {
     /// A record about the script ([`bittybuzz_comms::trace`]).
@@ -23,19 +23,19 @@ pub enum Content {
     Heard,
     /// A step of an emulated Kilobot was completed. In a pause after a fault there is none.
     Step,
-    /// What looks like a record, but is damaged.
+    /// A damaged record.
     Damaged(String),
     /// A message of the firmware.
     Firmware { level: Option<Level>, text: String },
-    /// What an emulated robot did.
+    /// An output of an emulated robot.
     Output { name: String, state: String },
     /// The chip was reset.
     Reset { cause: String },
-    /// The firmware cannot go on, or did what the chip does not allow.
+    /// The firmware cannot go on, or did something that the chip does not allow.
     Failure(String),
 }
 
-/// How grave a message of the firmware is, as defmt names it.
+/// The level of a message of the firmware, as defmt names it.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Level {
     Trace,

@@ -1,6 +1,7 @@
-//! `bbz trace`: what a robot tells of its script and of itself.
+//! `bbz trace`: the reports of a robot about its script and itself.
 //!
-//! A source (a robot on a debug probe, an emulated robot, lines of text) gives [`message::Message`]s; a [`Teller`] prints them.
+//! A source (a robot on a debug probe, an emulated robot, lines of text) gives
+//! [`message::Message`]s; a [`Teller`] prints them.
 
 mod emulated;
 mod json;

@@ -25,13 +25,13 @@ const LONGEST_LINE: u64 = 1 << 20;
 /// Time between two looks at Ctrl-C.
 const PATIENCE: Duration = Duration::from_millis(50);
 
-/// Prints what comes on standard input.
+/// Prints the lines of standard input.
 pub fn standard_input(teller: &mut Teller<'_>, interrupt: &mut Interrupt) -> Result<(), Problem> {
     let lines = read_aside(io::stdin());
     tell(&lines, teller, interrupt)
 }
 
-/// Prints what probe-rs reads from the robot.
+/// Prints the bytes that probe-rs reads from the robot.
 pub fn probe(
     robot: &Robot,
     firmware: &Path,
@@ -52,7 +52,7 @@ pub fn probe(
     if teller.is_over() || interrupt.is_raised() { child.end() } else { child.finish() }
 }
 
-/// Prints lines until there are no more, nobody wants more, or Ctrl-C.
+/// Prints lines until their end, the reader's end, or Ctrl-C.
 fn tell(
     lines: &Receiver<io::Result<String>>,
     teller: &mut Teller<'_>,

@@ -1,4 +1,4 @@
-//! Prints what a robot tells.
+//! Prints the messages of a robot.
 
 #[cfg(feature = "view")]
 use std::sync::Arc;
@@ -30,12 +30,12 @@ use crate::report;
 use super::json;
 use super::message::{Content, Message};
 
-/// How to print.
+/// The form of the output.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Format {
     /// Lines with time and subject.
     Text,
-    /// What the script logs, nothing else.
+    /// The lines that the script logs, nothing else.
     Plain,
     /// A JSON object per line.
     Json,
@@ -50,7 +50,7 @@ pub struct Script<'a> {
     pub program: &'a Program,
 }
 
-/// What the robot has said of its script.
+/// The robot's last report about its script.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum Told {
     Nothing,
@@ -66,7 +66,7 @@ pub struct Teller<'a> {
     /// Stands for a script of which nothing is known.
     unknown: Program,
     told: Told,
-    /// Whether it was said that symbols are missing or are taken on trust.
+    /// True once it was printed that symbols are missing or are taken on trust.
     noted: bool,
     robot: Option<&'a Robot>,
     format: Format,
@@ -131,7 +131,7 @@ impl<'a> Teller<'a> {
         self.script.as_ref().map_or("", |script| &script.name)
     }
 
-    /// Whether nothing more need be told.
+    /// Returns true if nothing more need be printed.
     pub fn is_over(&self) -> bool {
         #[cfg(feature = "view")]
         if self.page.as_ref().is_some_and(|(_, is_closed)| is_closed.load(Ordering::Relaxed)) {
@@ -140,7 +140,7 @@ impl<'a> Teller<'a> {
         (self.until_fault && self.is_stopped) || self.output.has_failed()
     }
 
-    /// Makes everything told visible.
+    /// Flushes all messages.
     pub fn flush(&mut self) {
         self.output.flush();
     }
@@ -268,7 +268,7 @@ impl<'a> Teller<'a> {
         }
     }
 
-    /// Says once what the names, strings and places rest on, unless the robot has said it.
+    /// Prints once the origin of names, strings and places, unless the robot has reported it.
     fn note_trust(&mut self) {
         let text = match &self.script {
             _ if self.noted => return,
@@ -417,7 +417,7 @@ impl<'a> Teller<'a> {
         self.is_stopped = true;
         self.ending = Ending::Usage;
         let sentence = match cause {
-            // The robot does not run what this `bbz` builds.
+            // The robot runs an image of another version than this `bbz` builds.
             ImageError::Version(version) if version == u16::from(VERSION) => {
                 format!("is an image of version {version}, its firmware is of another version")
             }
@@ -435,7 +435,8 @@ impl<'a> Teller<'a> {
         self.error(time, &text, help.as_deref(), object);
     }
 
-    /// In a flood the robot tells it with every step; people are told once a second, and at last.
+    /// In a flood the robot reports it with every step; it is printed once per second, and at the
+    /// end.
     fn unused(&mut self, time: Option<f64>, unused: Unused) {
         self.unused = Some((time, unused));
         let is_soon = self.unused_told.zip(time).is_some_and(|(told, now)| now < told + 1.0);
@@ -460,7 +461,8 @@ impl<'a> Teller<'a> {
         self.remark(time, "damaged", &text, json!({ "kind": "damaged", "text": text }));
     }
 
-    /// What concerns the script, but is no line of it: a warning where only those are printed.
+    /// Prints a message about the script that is no line of it: as a warning if only lines are
+    /// printed.
     fn remark(&mut self, time: Option<f64>, subject: &str, text: &str, object: Value) {
         if self.format == Format::Plain {
             self.output.flush();

@@ -1,7 +1,9 @@
-//! What each instruction costs on each chip.
+//! The cost of each instruction on each chip.
 //!
-//! An image in which the instruction stands many times, beside what it needs, takes longer than one with only what it
-//! needs; the difference, divided by how many there are, is its cost. No cost depends on the place of the instruction.
+//! An image in which the instruction stands many times, beside what it needs, takes longer than one
+//! with only what it
+//! needs; the difference, divided by how many there are, is its cost. No cost depends on the place
+//! of the instruction.
 
 mod cases;
 mod image;

@@ -1,6 +1,8 @@
-//! What a step of each benchmark script costs on each target, beside the C BittyBuzz and beside what it cost before.
+//! The cost of a step of each benchmark script on each target, next to the C BittyBuzz and to its
+//! earlier cost.
 //!
-//! The rules of counting stand in bench/README.md. Nothing here depends on the time of day or the load of the computer:
+//! The rules of counting stand in bench/README.md. Nothing here depends on the time of day or the
+//! load of the computer:
 //! every number is counted by an emulator.
 
 mod avr;

@@ -44,7 +44,7 @@ pub fn generate(
     Ok((code, locals))
 }
 
-/// What the header of a function says.
+/// The facts in the header of a function.
 pub fn shape(generator: &Generator<'_>, id: FunctionId) -> Shape {
     let function = generator.program.function(id);
     Shape {

@@ -37,7 +37,7 @@ pub use locals::LocalRange;
 /// The functions that the host calls, in the order of the image header.
 pub const ENTRIES: [&str; 4] = ["init", "step", "reset", "destroy"];
 
-/// What the code generator makes.
+/// The result of the code generator.
 #[derive(Debug, Clone)]
 pub struct Generated {
     /// Everything for the image, but for the script hash.
@@ -181,7 +181,7 @@ fn source_function(program: &Program, id: FunctionId) -> SourceFunction {
     SourceFunction { name: function.name.clone().or(global), span: function.span }
 }
 
-/// What all functions of a program share while they are generated.
+/// The state that all functions of a program share while they are generated.
 struct Generator<'a> {
     program: &'a Program,
     meanings: &'a Meanings<'a>,
@@ -307,7 +307,7 @@ impl Generator<'_> {
     }
 }
 
-/// As an operand; what does not fit is refused by the assembler.
+/// Returns the number as an operand; the assembler refuses one that does not fit.
 fn operand(number: usize) -> i32 {
     i32::try_from(number).unwrap_or(i32::MAX)
 }

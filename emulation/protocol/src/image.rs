@@ -11,7 +11,8 @@ const FLASH: u32 = 0x0800_0000;
 /// The address at which Bitcraze's bootloader expects the application.
 const APPLICATION: u32 = 0x0800_4000;
 const FLASH_END: u32 = 0x0810_0000;
-/// What an AVR's tools add to addresses of RAM; EEPROM, fuses and lock bits come after it.
+/// The offset that an AVR's tools add to addresses of RAM; EEPROM, fuses and lock bits come after
+/// it.
 const AVR_RAM: u32 = 0x80_0000;
 /// Bytes of flash of an ATmega328P.
 pub const AVR_FLASH_SIZE: usize = 0x8000;
@@ -99,7 +100,7 @@ impl Image {
         Image { segments: vec![(vectors, bytes)], vectors, symbols: Vec::new() }
     }
 
-    /// What is to be written where: physical addresses and bytes.
+    /// Returns the bytes to be written, with their physical addresses.
     pub fn segments(&self) -> impl Iterator<Item = (u32, &[u8])> {
         self.segments.iter().map(|(address, bytes)| (*address, bytes.as_slice()))
     }
@@ -201,7 +202,7 @@ fn hex(bytes: &[u8]) -> Result<Vec<(u32, Vec<u8>)>, ImageError> {
     Ok(segments)
 }
 
-/// Why an image cannot be used.
+/// A reason why an image cannot be used.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum ImageError {
@@ -210,13 +211,13 @@ pub enum ImageError {
     Unreadable {
         /// Path of the file.
         path: PathBuf,
-        /// Why.
+        /// The error of the system.
         source: std::io::Error,
     },
     /// Not a 32-bit ELF file.
     #[error("not a 32-bit ELF file ({reason}): give the file that cargo built, not a .bin or .hex")]
     NotElf {
-        /// What the reader says.
+        /// The reader's error.
         reason: String,
     },
     /// Another processor.
@@ -232,7 +233,7 @@ pub enum ImageError {
     NotHex {
         /// Beginning with 1.
         line: usize,
-        /// What the reader says.
+        /// The reader's error.
         reason: String,
     },
     /// Nothing would be flashed.
@@ -255,7 +256,7 @@ pub enum ImageError {
          the chip without it one at 0x08000000"
     )]
     WrongStart {
-        /// Where it starts.
+        /// The start of the image.
         address: u32,
     },
     /// No such function.

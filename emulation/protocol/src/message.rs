@@ -1,4 +1,4 @@
-//! What the two ends say to each other, one JSON object per line.
+//! The messages between the two ends, one JSON object per line.
 
 use std::collections::BTreeSet;
 use std::path::PathBuf;
@@ -44,7 +44,7 @@ pub fn parse<T: DeserializeOwned>(line: &[u8]) -> serde_json::Result<T> {
     serde_json::from_value(serde_json::from_slice(line)?)
 }
 
-/// What the emulator shall do.
+/// A command for the emulator.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(tag = "command", rename_all = "snake_case", deny_unknown_fields)]
 pub enum Command {
@@ -57,11 +57,11 @@ pub enum Command {
     Write {
         /// First address.
         address: u32,
-        /// What to write, in hexadecimal.
+        /// The bytes to write, in hexadecimal.
         #[serde(with = "hex")]
         bytes: Vec<u8>,
     },
-    /// Read flash, RAM, or the unique id and what was programmed once.
+    /// Read flash, RAM, or the unique id and the bytes that were programmed once.
     Read {
         /// First address.
         address: u32,
@@ -91,7 +91,7 @@ pub enum Command {
     },
     /// Another robot's P2P frame is on the air.
     P2p {
-        /// When its last bit comes; not before now.
+        /// The time of its last bit; not before now.
         #[serde(rename = "at_ns", with = "nanoseconds")]
         at: Duration,
         /// 0 to 15
@@ -102,7 +102,7 @@ pub enum Command {
         #[serde(with = "hex")]
         payload: Vec<u8>,
     },
-    /// A ground station tells the robot where it is.
+    /// A ground station sends the robot its pose.
     Pose {
         /// x in mm.
         x_mm: f32,
@@ -141,29 +141,30 @@ pub enum Command {
     RadioRestart,
     /// The radio's processor stops its UART's receiver, which says so, or goes on.
     FlowControl {
-        /// Whether it stops.
+        /// True if it stops.
         full: bool,
     },
     /// The battery changes.
     Battery {
         /// Its voltage.
         volts: f32,
-        /// Whether it is being charged.
+        /// True if it is being charged.
         charging: bool,
-        /// Whether USB is plugged in.
+        /// True if USB is plugged in.
         usb_powered: bool,
     },
     /// The power button is pressed.
     Shutdown,
-    /// A Zooid is somewhere on its table, in the projector's frame; or a Kilobot, which nobody sees the heading of.
+    /// The place of a Zooid on its table, in the projector's frame; or of a Kilobot, without its
+    /// heading.
     Place {
         /// To the right, in mm.
         x_mm: f64,
         /// Down as seen from above, in mm.
         y_mm: f64,
-        /// Where its antenna points in degrees, from x towards y.
+        /// The direction of its antenna in degrees, from x towards y.
         heading_degrees: f64,
-        /// How it moves until it is placed anew: mm/s along x.
+        /// Its velocity until it is placed again: mm/s along x.
         #[serde(default)]
         vx_mm_s: f64,
         /// mm/s along y.
@@ -179,7 +180,7 @@ pub enum Command {
     Light {
         /// Probability that a frame is lost.
         lose: f64,
-        /// Edges come up to so many µs too early or too late.
+        /// The largest time in µs by which edges come too early or too late.
         jitter_us: f64,
         /// Glitches per second at each photodiode, 1 to 50 µs long.
         #[serde(default)]
@@ -192,21 +193,21 @@ pub enum Command {
         /// The reading.
         reading: PowerDetector,
     },
-    /// The light between Kilobots: how far it reaches, and how well it tells how far.
+    /// The light between Kilobots: its reach, and the error of measured distances.
     Infrared {
         /// Between their centres, in mm.
         range_mm: f64,
-        /// Standard deviation of the distance that one reading tells, in mm.
+        /// Standard deviation of a measured distance, in mm.
         noise_mm: f64,
         /// Start of the pseudo-random sequence.
         seed: u64,
     },
     /// A Kilobot's oscillator runs wrong from now on.
     Clock {
-        /// So many millionths too fast.
+        /// The error of the clock, in millionths too fast.
         error_ppm: f64,
     },
-    /// What a Kilobot's sensors measure.
+    /// The surroundings that a Kilobot's sensors measure.
     Surroundings {
         /// Light, as the converter reads it: 0 to 1023.
         light: u16,
@@ -247,12 +248,12 @@ pub enum Command {
         /// The cause that the chip notes.
         cause: ResetCause,
     },
-    /// A Zooid is switched on or off. Its flash keeps what it has.
+    /// Switches a Zooid on or off. Its flash keeps its content.
     Power {
-        /// Whether it is switched on.
+        /// True to switch it on.
         on: bool,
     },
-    /// A Zooid hears nothing of these others, and of all that are not named what it would hear otherwise.
+    /// A Zooid receives nothing from these others; the links to all others are as before.
     Deaf {
         /// Their numbers.
         to: BTreeSet<usize>,
@@ -264,9 +265,10 @@ pub enum Command {
         /// Start of the pseudo-random sequence.
         seed: u64,
     },
-    /// Somebody sends a packet to the Zooids as they send to each other; to Kilobots a controller above the table does.
+    /// Sends a packet to the Zooids as they send to each other; to Kilobots from a controller above
+    /// the table.
     Radio {
-        /// When its first bit comes; not before now.
+        /// The time of its first bit; not before now.
         #[serde(rename = "at_ns", with = "nanoseconds")]
         at: Duration,
         /// Content, in hexadecimal.
@@ -353,7 +355,7 @@ pub enum ResetCause {
     BrownOut,
     /// The reset pin was pulled.
     Pin,
-    /// Somebody wrote to AIRCR: a debugger, or a program that has lost its way.
+    /// A write to AIRCR: by a debugger, or by a program that has lost its way.
     Software,
 }
 
@@ -373,7 +375,7 @@ pub struct RobotEvent {
     /// Which robot of the program's; not written for the first.
     #[serde(default, skip_serializing_if = "is_first")]
     pub robot: usize,
-    /// What, and when.
+    /// The event and its time.
     #[serde(flatten)]
     pub timed: TimedEvent,
 }
@@ -389,18 +391,18 @@ pub struct TimedEvent {
     /// Since power-on.
     #[serde(rename = "at_ns", with = "nanoseconds")]
     pub at: Duration,
-    /// What happened.
+    /// The event.
     #[serde(flatten)]
     pub event: Event,
 }
 
-/// What happens on a robot.
+/// An event on a robot.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(tag = "event", rename_all = "snake_case")]
 pub enum Event {
     /// The firmware logged (RTT up channel 0).
     Rtt {
-        /// What came, in hexadecimal.
+        /// The bytes, in hexadecimal.
         #[serde(with = "hex")]
         bytes: Vec<u8>,
     },
@@ -408,7 +410,7 @@ pub enum Event {
     Led {
         /// Its name.
         name: String,
-        /// Whether it shines.
+        /// True if it shines.
         on: bool,
     },
     /// The signal at a motor changed.
@@ -418,7 +420,7 @@ pub enum Event {
         number: u8,
         /// Part of the time that it is on, 0 to 1.
         duty: f64,
-        /// How often it is turned on; 0 for a constant level.
+        /// The frequency at which it is turned on; 0 for a constant level.
         frequency_hz: f64,
     },
     /// The firmware sent a frame.
@@ -429,7 +431,7 @@ pub enum Event {
         /// Content, in hexadecimal.
         #[serde(with = "hex")]
         payload: Vec<u8>,
-        /// Whether its checksum was right.
+        /// True if its checksum was right.
         intact: bool,
     },
     /// The radio begins to transmit a P2P frame.
@@ -439,18 +441,18 @@ pub enum Event {
         /// Content, in hexadecimal.
         #[serde(with = "hex")]
         payload: Vec<u8>,
-        /// How long it takes; the radio is deaf meanwhile.
+        /// The time on the air; the radio is deaf meanwhile.
         #[serde(rename = "air_ns", with = "nanoseconds")]
         air: Duration,
     },
     /// A Zooid begins to transmit a packet.
     Radio {
-        /// It is sent at 2400 + so many MHz.
+        /// It is sent at 2400 + `channel` MHz.
         channel: u8,
         /// Content, in hexadecimal.
         #[serde(with = "hex")]
         payload: Vec<u8>,
-        /// How long it takes.
+        /// The time on the air.
         #[serde(rename = "air_ns", with = "nanoseconds")]
         air: Duration,
     },
@@ -474,7 +476,7 @@ pub enum Event {
     },
     /// A Kilobot has sent bytes on its debug line.
     Serial {
-        /// What came, in hexadecimal.
+        /// The bytes, in hexadecimal.
         #[serde(with = "hex")]
         bytes: Vec<u8>,
     },
@@ -487,7 +489,7 @@ pub enum Event {
     },
     /// The power was cut.
     PowerOff {
-        /// Whether the firmware had acknowledged.
+        /// True if the firmware had acknowledged.
         acknowledged: bool,
     },
     /// The bootloader has started a loader instead of the firmware.
@@ -495,19 +497,19 @@ pub enum Event {
         /// `dfu` or `crtp`.
         name: String,
     },
-    /// The firmware did what the chip does not allow.
+    /// The firmware did something that the chip does not allow.
     HardwareError {
-        /// What, and what to do.
+        /// The error, and the cure.
         text: String,
     },
     /// The core locked up: a fault while it handled a fault.
     Lockup {
-        /// Where.
+        /// The program counter.
         pc: u32,
     },
 }
 
-/// How a command ended.
+/// The end of a command.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(tag = "reply", rename_all = "snake_case")]
 pub enum Reply {
@@ -515,7 +517,7 @@ pub enum Reply {
     Ok,
     /// With the bytes that were read.
     Bytes {
-        /// In hexadecimal.
+        /// The bytes, in hexadecimal.
         #[serde(with = "hex")]
         bytes: Vec<u8>,
     },
@@ -524,19 +526,19 @@ pub enum Reply {
         /// The time reached.
         #[serde(rename = "at_ns", with = "nanoseconds")]
         at: Duration,
-        /// Why.
+        /// The reason.
         reason: PauseReason,
     },
     /// The counters.
     Statistics(Box<Statistics>),
     /// Not done.
     Error {
-        /// Why, and what to do.
+        /// The error, and the cure.
         message: String,
     },
 }
 
-/// Why `run` is over.
+/// The reason why `run` has ended.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum PauseReason {

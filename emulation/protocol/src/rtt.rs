@@ -37,7 +37,7 @@ impl Rtt {
         Ok(())
     }
 
-    /// What was logged since the last call.
+    /// Returns the bytes that were logged since the last call.
     pub fn poll<C: Core>(&self, robot: &mut EmulatedRobot<C>) -> Result<Vec<u8>, MachineError> {
         let mut block = [0; UP_CHANNEL as usize + 24];
         robot.read_memory(self.control_block, &mut block)?;

@@ -11,15 +11,15 @@ use crate::fleet::Fleet;
 use crate::message::{Command, Output, Reply, RobotEvent, TimedEvent, parse_command};
 use crate::{Core, ImageError, MachineError, Pause};
 
-/// How often events are asked for, in the robots' time.
+/// The period at which events are collected, in the robots' time.
 const POLL: Duration = Duration::from_millis(1);
 
 /// More than the largest memory there is.
 pub const LONGEST_READ: u32 = 1024 * 1024;
 
-/// The robots that a program plays, and what is between them.
+/// The robots that a program plays, and the air between them.
 pub trait Robots {
-    /// How many.
+    /// Returns the number of robots.
     fn count(&self) -> usize;
 
     /// Turns the power of all off, writes the image at `path` and turns the power on.
@@ -28,11 +28,12 @@ pub trait Robots {
     /// Runs all from one time to another, or until nothing can happen to any any more.
     fn run(&mut self, from: Duration, until: Duration) -> Result<Pause, MachineError>;
 
-    /// What happened on a robot since the last call, in order. It is `now`.
+    /// Returns the events on a robot since the last call, in order. It is `now`.
     fn take_events(&mut self, robot: usize, now: Duration)
     -> Result<Vec<TimedEvent>, MachineError>;
 
-    /// Does what a command for a robot says, once something is loaded: all but `load`, `run` and `quit`. It is `now`.
+    /// Executes a command for a robot, once something is loaded: all but `load`, `run` and `quit`.
+    /// It is `now`.
     fn execute(
         &mut self,
         robot: usize,
@@ -41,7 +42,7 @@ pub trait Robots {
     ) -> Result<Reply, CommandError>;
 }
 
-/// Why a command was not done.
+/// A reason why a command was not executed.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum CommandError {
@@ -62,7 +63,7 @@ pub enum CommandError {
     NoRobot {
         /// The number.
         robot: usize,
-        /// How many there are.
+        /// The number of robots.
         robots: usize,
     },
     /// The robot does not obey.
@@ -164,7 +165,7 @@ impl<R: Robots, W: Write> Server<'_, R, W> {
                 }
             }
             if is_news {
-                // Whoever watches wants to see them now.
+                // The observer wants to see them now.
                 self.output.flush()?;
             }
         }

@@ -1,4 +1,5 @@
-//! What a trapped load or store means: done in the core's place, with the board's registers.
+//! The meaning of a trapped load or store: executed in the core's place, with the board's
+//! registers.
 
 use bittybuzz_chips::{Board, Width};
 use bittybuzz_cortex_m::registers::{AIRCR, VTOR, requests_reset};
@@ -7,14 +8,15 @@ use crate::core::{CoreError, Processor};
 use crate::memory::{CCM, FLASH, Layout, SRAM};
 use crate::thumb::{self, DecodeError};
 
-/// What the board answers for: the peripherals; and the one-time programmable area, the system memory and the unique id,
+/// The address ranges of the board: the peripherals; and the one-time programmable area, the system
+/// memory and the unique id,
 /// whose places differ from chip to chip.
 const PERIPHERALS: Region = Region { start: 0x4000_0000, length: 0x2000_0000 };
 const SYSTEM_MEMORY: Region = Region { start: 0x1fff_7000, length: 0x9000 };
 /// SysTick's registers (ARMv7-M manual, B3.3.2).
 const SYSTICK: Region = Region { start: 0xe000_e010, length: 0x10 };
 
-/// What came of an access.
+/// The result of an access.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Outcome {
     /// It is done.
@@ -25,18 +27,18 @@ pub enum Outcome {
     SysTick,
 }
 
-/// Why an access cannot be done.
+/// A reason why an access cannot be done.
 #[derive(Debug, thiserror::Error)]
 pub enum AccessError {
     /// The core failed.
     #[error(transparent)]
     Core(#[from] CoreError),
-    /// The instruction does what no driver does to a peripheral.
+    /// The instruction does not access a peripheral in a driver's way.
     #[error("the instruction at {pc:#010x} accesses a peripheral, but is {source}")]
     Instruction {
-        /// Where.
+        /// The program counter.
         pc: u32,
-        /// What is wrong.
+        /// The decoder's error.
         source: DecodeError,
     },
     /// Not aligned, or only in part to something trapped.
@@ -44,9 +46,9 @@ pub enum AccessError {
         "the instruction at {pc:#010x} accesses {address:#010x} in a way that no peripheral allows"
     )]
     Address {
-        /// Where.
+        /// The program counter.
         pc: u32,
-        /// What it accesses.
+        /// The accessed address.
         address: u32,
     },
 }
@@ -107,7 +109,7 @@ pub fn perform(
     Ok(outcome)
 }
 
-/// The half-word at `pc` and the one behind it; the last of a memory has none behind it.
+/// Returns the half-word at `pc` and the one after it, which the last of a memory does not have.
 fn instruction(core: &mut Processor, flash: &[u8], pc: u32) -> Result<[u16; 2], CoreError> {
     let mut code = [0; 4];
     match flash.get(pc.wrapping_sub(FLASH.start) as usize..) {

@@ -15,17 +15,18 @@ use crate::qtest::QtestError;
 use crate::registers::Registers;
 use crate::sites;
 
-/// What of QEMU plays a robot's core: a board, of which all that matters is its chip.
+/// The part of QEMU that plays a robot's core: a board, of which only the chip matters.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Machine {
     name: &'static str,
     chip: &'static str,
-    /// QEMU's SysTick counts at so many MHz, its clock at 1 GHz.
+    /// QEMU's SysTick counts at this rate in MHz, its clock at 1 GHz.
     systick_mhz: u64,
 }
 
 impl Machine {
-    /// The one whose core executes what `core` does, with memory at the same addresses.
+    /// Returns the machine whose core executes the instructions of `core`, with memory at the same
+    /// addresses.
     pub const fn with(core: CoreKind) -> Self {
         match core {
             CoreKind::CortexM4F => {
@@ -43,7 +44,7 @@ impl Machine {
         if self.has_ccm() { 1024 * 1024 } else { 128 * 1024 }
     }
 
-    /// Whether it has core-coupled memory, or QEMU should have modelled it.
+    /// Returns true if it has core-coupled memory, or QEMU should have modelled it.
     const fn has_ccm(self) -> bool {
         self.systick_mhz == 168
     }
@@ -63,7 +64,7 @@ const CLOCK_MHZ: u64 = 1000;
 const LONGEST_RUN: u64 = 50_000_000;
 /// Reset value of the program status: Thumb state.
 const XPSR_THUMB: u32 = 1 << 24;
-/// How often the patience of the debugger's client may end until QEMU is given up.
+/// The number of times that the debugger's client may time out until QEMU is given up.
 const TRIES: u32 = 10;
 
 /// In place of the bootloader stands a vector table with only SysTick's entry, and its handler; they are
@@ -77,7 +78,7 @@ const EARLY_CODE: [u8; 8] = [0x41, 0x00, 0x00, 0x08, 0x00, 0xbf, 0x70, 0x47];
 const SPARE_RETURN: u32 = 0x0801_0000;
 const RETURN: [u8; 2] = [0x70, 0x47];
 
-/// Why the core stopped and what it did.
+/// The reason why the core stopped, and its actions.
 pub struct Stopped {
     /// What for.
     pub cause: Cause,
@@ -104,7 +105,7 @@ pub struct Processor {
     layout: Layout,
     /// The registers in QEMU.
     registers: Registers,
-    /// What they shall be when the core goes on.
+    /// The values that they have when the core goes on.
     pub next: Registers,
     /// Instructions since QEMU's start.
     executed: u64,
@@ -300,7 +301,7 @@ impl Processor {
         self.next.r[usize::from(Registers::PC)] = self.exit;
     }
 
-    /// What QEMU printed when it ended.
+    /// The output of QEMU when it ended.
     pub fn last_words(self) -> String {
         self.qemu.last_words()
     }

@@ -1,11 +1,15 @@
-//! What happens when the firmware itself fails: the motors lose power first, then the robot notes what happened where a
-//! reset does not erase it, and restarts. After the restart it reports the failure, and stays on the ground: no script runs
+//! The handling of failures of the firmware itself: the motors lose power first, then the robot
+//! notes the failure where a reset does not erase it, and restarts. After the restart it reports
+//! the failure, and stays on the ground: no script runs
 //! until the power is switched off and on.
 //!
 //! # Where the note lies
-//! In the backup registers of the real-time clock. Every reset runs Bitcraze's bootloader first, which clears RAM from
-//! 0x20000014 to 0x20002878 and has its stack below 0x20005000; and no manual promises what RAM holds after a reset. No reset
-//! touches the backup registers but that of the backup domain (RM0090 26.3.13 and 6.1.3). They need PWR's clock and PWR_CR.DBP
+//! In the backup registers of the real-time clock. Every reset runs Bitcraze's bootloader first,
+//! which clears RAM from
+//! 0x20000014 to 0x20002878 and has its stack below 0x20005000; and no manual promises what RAM
+//! holds after a reset. No reset
+//! touches the backup registers but that of the backup domain (RM0090 26.3.13 and 6.1.3). They need
+//! PWR's clock and PWR_CR.DBP
 //! to be written (5.1.2), neither the clock nor the key of the real-time clock (26.3.5).
 //!
 //! # What a restart means
@@ -20,7 +24,8 @@
 //! | pin alone | good | failure, as noted: only power-on ends the lock |
 //! | none, or others | any | failure |
 //!
-//! A damaged note is a failure, too, except after power-on. So whatever cannot be explained keeps the motors off.
+//! A damaged note is a failure, too, except after power-on. So whatever cannot be explained keeps
+//! the motors off.
 
 use core::arch::naked_asm;
 use core::panic::PanicInfo;

@@ -131,7 +131,8 @@ impl Decoder {
         (self.changes & FIRST != 0).then_some(self.start)
     }
 
-    /// Reads the frame, once it is [readable](READABLE_US) and until the next one begins. `is_lit` tells whether there is light now.
+    /// Reads the frame, once it is [readable](READABLE_US) and until the next one begins. `is_lit`
+    /// is true if there is light now.
     /// `None` if it was not seen whole.
     pub fn pixel(&mut self, is_lit: bool) -> Option<Pixel> {
         self.note_pulse();
@@ -163,7 +164,7 @@ fn patterns(us: u16) -> u32 {
     ((u32::from(us) + PATTERN_US / 2) * 12_595) >> 22
 }
 
-/// The number whose Gray code is `code`: each bit tells whether those up to it are an odd number.
+/// The number whose Gray code is `code`: each bit is the parity of those up to it.
 fn from_gray(code: u32) -> u32 {
     let code = code ^ code >> 16;
     let code = code ^ code >> 8;

@@ -13,7 +13,8 @@ const MIDDLE: [i32; 2] = [56 + 967, 227 + 796];
 /// Half a pixel in 2^-16 of a [`Length`]: 883 columns are 812.8 mm, 558 rows are 508 mm (SwarmUI, position_control.c).
 const HALF_PIXEL: [i32; 2] = [half_pixel(8128, 883), half_pixel(5080, 558)];
 
-/// Of so many pixels in so many tenths of a mm.
+/// Returns half a pixel, in 2^-16 of a [`Length`], where `pixels` pixels are `tenths` tenths of a
+/// mm.
 const fn half_pixel(tenths: i64, pixels: i64) -> i32 {
     (tenths * MM as i64 * 65_536 / (10 * 2 * pixels)) as i32
 }

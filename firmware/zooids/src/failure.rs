@@ -1,5 +1,6 @@
-//! What happens when the firmware itself fails: the motors lose power first, then the robot notes what happened where a
-//! reset does not erase it, and restarts. After the restart it tells, and stands still: no script runs until the power is
+//! The handling of failures of the firmware itself: the motors lose power first, then the robot
+//! notes the failure where a reset does not erase it, and restarts. After the restart it reports,
+//! and stands still: no script runs until the power is
 //! switched off and on. A robot whose battery is flat switches itself off in the same way.
 
 use core::arch::naked_asm;

@@ -14,7 +14,8 @@ const REGISTERS: [u32; 2] = [84, 100];
 const PROTOCOL: u32 = 60;
 /// Beside a frame in a queue: which comes next, and its priority with whether it is stale.
 const QUEUED: u32 = 2;
-/// Of a queue: what was dropped, what came twice, and which frame is the oldest. On Cortex-M also the alignment, what guards it
+/// For a queue: the counts of dropped and double frames, and the place of the oldest one. On
+/// Cortex-M also the alignment, what guards it
 /// between tasks, and its half of what wakes the sending one.
 const QUEUE: [u32; 2] = [5, 18];
 

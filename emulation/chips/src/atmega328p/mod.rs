@@ -1,7 +1,9 @@
 //! The ATmega328P around its core (data sheet DS40002061B).
 //!
-//! The core tells how many cycles have passed; a register is computed when it is read, and a cycle is announced when an
-//! interrupt may come by itself. Peripherals count cycles of their own clock, which stands still in deep sleep.
+//! The core reports the number of cycles that have passed; a register is computed when it is read,
+//! and a cycle is announced when an
+//! interrupt may come by itself. Peripherals count cycles of their own clock, which stands still in
+//! deep sleep.
 
 mod access;
 mod adc;

@@ -11,7 +11,8 @@ const RANGE_MM: f64 = 100.0;
 /// The distance at which every robot sees the controller above the table. A choice.
 const CONTROLLER_MM: f64 = DIAMETER_MM + 40.0;
 
-/// What kilolib's message_send takes at 8 MHz, in ns (measured): a pulse, first to second pulse, second to the first byte's
+/// The times of kilolib's message_send at 8 MHz, in ns (measured): a pulse, first to second pulse,
+/// second to the first byte's
 /// start bit, bit to bit, stop bit to start bit.
 const PULSE: u64 = 1_125;
 const LEADING: u64 = 302_500;

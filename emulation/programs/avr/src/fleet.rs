@@ -117,7 +117,8 @@ impl Fleet {
             }
         }
         run(members, end, |member| member.must_run);
-        // Whoever has begun to send, or did anything but what was assumed, is told to those who have not seen it; until all
+        // A robot that has begun to send, or did not act as was assumed, is shown to those that
+        // have not seen it; until all
         // have seen what was there. Each round is right for longer than the one before.
         while air.learn(members.iter().map(|member| member.edges.as_slice())) {
             for (number, member) in members.iter_mut().enumerate() {

@@ -1,4 +1,4 @@
-//! What was counted.
+//! The counters.
 
 use std::time::Duration;
 
@@ -10,15 +10,16 @@ use super::nanoseconds;
 /// Counters since power-on.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Statistics {
-    /// What the core counted.
+    /// The core's counters.
     pub core: CoreStatistics,
-    /// What the board counted.
+    /// The board's counters.
     pub board: BoardStatistics,
-    /// What happened to the packets between all Zooids of the program, or the bursts of light between all Kilobots.
+    /// The fate of the packets between all Zooids of the program, or of the bursts of light between
+    /// all Kilobots.
     pub air: AirStatistics,
 }
 
-/// What a core counts.
+/// The counters of a core.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct CoreStatistics {
     /// Instructions executed; 0 where the core does not count them.
@@ -35,7 +36,7 @@ pub struct CoreStatistics {
     pub longest_turn: u64,
 }
 
-/// What the air did; the meaning of each stands in [`bittybuzz_chips::AirStatistics`].
+/// The counters of the air; [`bittybuzz_chips::AirStatistics`] has the meaning of each.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[allow(missing_docs, reason = "bittybuzz_chips::AirStatistics says it")]
 pub struct AirStatistics {
@@ -50,15 +51,15 @@ impl From<chips::AirStatistics> for AirStatistics {
     }
 }
 
-/// What a board counts.
+/// The counters of a board.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(untagged)]
 pub enum BoardStatistics {
-    /// That of a Crazyflie.
+    /// The counters of a Crazyflie.
     Crazyflie(CrazyflieStatistics),
-    /// That of a Zooid.
+    /// The counters of a Zooid.
     Zooid(ZooidStatistics),
-    /// That of a Kilobot.
+    /// The counters of a Kilobot.
     Kilobot(KilobotStatistics),
 }
 

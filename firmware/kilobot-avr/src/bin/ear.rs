@@ -1,14 +1,17 @@
-//! A Kilobot that listens, and tells a computer on its debug line what it hears: 38,400 baud, a line for each message,
+//! A Kilobot that listens, and reports the messages that it receives on its debug line to a
+//! computer: 38,400 baud, a line for each message,
 //!
 //! ```text
 //! ir 0201d9abfeffcdab34050000
 //! ```
-//! the twelve bytes of the message in hexadecimal, as they came: [`bittybuzz_comms::infrared`] says what they mean. `bbz trace -`
+//! the twelve bytes of the message in hexadecimal, as they came: [`bittybuzz_comms::infrared`] says
+//! what they mean. `bbz trace -`
 //! reads it and tells of scripts that have stopped; a bridge passes swarm messages on.
 //!
 //! **Not tried on hardware**: the image is tested in emulation.
 //!
-//! It sends nothing and runs no script. Of the overhead controller's messages it obeys BOOT, so that KiloGUI can give it another
+//! It sends nothing and runs no script. Of the overhead controller's messages it obeys BOOT, so
+//! that KiloGUI can give it another
 //! program, and RESET.
 
 #![no_std]

@@ -1,5 +1,5 @@
-//! What the script prints during a slice. It is told after the slice, so that no formatting or transport runs inside the
-//! interpreter's loop.
+//! The lines that the script prints during a slice. They are reported after the slice, so that no
+//! formatting or transport runs inside the interpreter's loop.
 
 use bittybuzz_comms::trace;
 

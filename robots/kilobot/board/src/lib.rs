@@ -1,7 +1,10 @@
-//! The board of a Kilobot: an ATmega328P, a LED and a receiver for infrared light, three colours, two vibration motors.
+//! The board of a Kilobot: an ATmega328P, a LED and a receiver for infrared light, three colours,
+//! two vibration motors.
 //!
-//! Pins, gains and rates are kilolib's; what it does not tell is marked as a choice. Light is at the level of pulses: a
-//! robot's pulses are [`Edge`]s, a neighbour's come as [`Light`]. The air between robots is the emulator's, which knows
+//! Pins, gains and rates are kilolib's; a value without that source is marked as a choice. Light is
+//! at the level of pulses: a
+//! robot's pulses are [`Edge`]s, a neighbour's come as [`Light`]. The air between robots is the
+//! emulator's, which knows
 //! where they are.
 
 mod infrared;

@@ -1,4 +1,5 @@
-//! What `simavr` shall record (simavr's `avr_mcu_section.h`): entries of a tag, a length and so many bytes.
+//! The records that `simavr` shall make (simavr's `avr_mcu_section.h`): entries of a tag, a length
+//! and so many bytes.
 
 /// A register to record.
 #[repr(C, packed)]
