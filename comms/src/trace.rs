@@ -1,31 +1,23 @@
-//! A robot's reports about its script: records, small enough for a debug probe, that the host turns
-//! into text with the
+//! A robot's reports about its script: records, small enough for a debug probe, that the host turns into text with the
 //! script's symbols.
 //!
-//! A record is one kind byte and the fields below, least significant byte first. On STM32 robots it
-//! travels as the
+//! A record is one kind byte and the fields below, least significant byte first. On STM32 robots it travels as the
 //! defmt message `bbz {=[u8]}`, so that it keeps its place among the firmware's own messages.
 //!
 //! | kind | fields |
 //! |---|---|
 //! | 1 start | robot id `u16`, script hash `u32` |
 //! | 2 log | step `u32`, items up to the end |
-//! | 3 fault | step `u32`, cause `u8`, operand types `u8` `u8`, detail `u16`, positions `u16` of
-//! the calls, innermost first |
+//! | 3 fault | step `u32`, cause `u8`, operand types `u8` `u8`, detail `u16`, positions `u16` of the calls, innermost first |
 //! | 4 refused | why the image cannot run: cause `u8`, value `u16` |
 //! | 5 overrun | step `u32`, ticks missed since the start `u32` |
 //! | 6 expired | step `u32`: the set-points have expired, the robot has stopped |
 //! | 7 lost | log lines `u32` that were printed faster than they could be told |
-//! | 8 unused | messages that came to nothing since the start, `u16` each: no room for heard ones,
-//! for own ones; of another script, without sense, with the robot's own id, entries not kept,
-//! incomplete, undecided, failed |
-//! | 9 contained | the fields of 3: a fault that ended a listener or a handler of conflicts; the
-//! script goes on |
-//! | 10 restart | step `u32`, ticks `u16` until the script starts again after a fault; 0: it starts
-//! now |
+//! | 8 unused | messages that came to nothing since the start, `u16` each: no room for heard ones, for own ones; of another script, without sense, with the robot's own id, entries not kept, incomplete, undecided, failed |
+//! | 9 contained | the fields of 3: a fault that ended a listener or a handler of conflicts; the script goes on |
+//! | 10 restart | step `u32`, ticks `u16` until the script starts again after a fault; 0: it starts now |
 //!
-//! An item is a tag and its payload: 0 nil, 1 integer `i32`, 2 float `f32`, 3 string by number
-//! `u16`, 4 text (length
+//! An item is a tag and its payload: 0 nil, 1 integer `i32`, 2 float `f32`, 3 string by number `u16`, 4 text (length
 //! `u8`, bytes), 5 table (entries `u16`), 6 function, 7 the rest did not fit.
 
 use bittybuzz_vm_core::number::Profile;

@@ -1,22 +1,16 @@
-//! The benchmark program of every chip: it loads an image, runs its steps, and marks the counted
-//! parts.
+//! The benchmark program of every chip: it loads an image, runs its steps, and marks the counted parts.
 //!
 //! # Principles
-//! 1. **One program for all scripts.** `cargo xtask bench` compiles a script and puts the image
-//! into the linked program,
-//!    in place of [`ROOM`] bytes of zeros. So the compiler of the program cannot know the script,
-//! and every script runs the
+//! 1. **One program for all scripts.** `cargo xtask bench` compiles a script and puts the image into the linked program,
+//!    in place of [`ROOM`] bytes of zeros. So the compiler of the program cannot know the script, and every script runs the
 //!    same machine code.
-//! 2. **The program does not count**, whoever runs it does: the program only [marks](Mark) where.
-//! Marks cost something, so
+//! 2. **The program does not count**, whoever runs it does: the program only [marks](Mark) where. Marks cost something, so
 //!    the first thing counted is nothing.
 //! 3. **The machine is the robots' own**, every check on; its sizes are those of robots/bench.toml.
 //!
 //! # Neighbours
-//! Before each step there are [`NEIGHBORS`] robots in sight, with ids from 2 on, at 10 mm, 20 mm
-//! and so on. If the script has
-//! broadcast an integer, each of them sends the same on its topic: the first 0, the next 1 and so
-//! on.
+//! Before each step there are [`NEIGHBORS`] robots in sight, with ids from 2 on, at 10 mm, 20 mm and so on. If the script has
+//! broadcast an integer, each of them sends the same on its topic: the first 0, the next 1 and so on.
 
 #![no_std]
 #![forbid(unsafe_code)]
