@@ -2,7 +2,7 @@
 
 use bittybuzz_robot_files::{all_shipped, find};
 use bittybuzz_robot_spec::{
-    Body, Budget, Effect, Function, OnFault, Robot, Sensor, SensorKind, Setting,
+    Body, Budget, Effect, Indicator, OnFault, Robot, Sensor, SensorKind, Setting,
 };
 use clap::Args;
 
@@ -48,7 +48,7 @@ fn list(robots: &[Robot]) -> String {
     text
 }
 
-/// Functions, tables, settings and limits.
+/// Functions, tables, settings, signals of its lights, and limits.
 fn describe(robot: &Robot) -> String {
     let chip = robot.chip.as_deref().unwrap_or("never flashed");
     let mut lines = vec![format!("{} (`--robot {}`): {chip}", robot.title, robot.name)];
@@ -57,7 +57,7 @@ fn describe(robot: &Robot) -> String {
     lines.extend(robot.sensors.iter().map(|sensor| format!("  {}", sensor_text(sensor))));
     for function in &robot.functions {
         lines.push(String::new());
-        lines.extend(forms(function));
+        lines.extend(function.forms());
         let waits = if function.waits { "; the script waits until that is done" } else { "" };
         lines.push(format!("    {}{waits}", function.help));
         if let Some(effect) = &function.effect {
@@ -71,6 +71,9 @@ fn describe(robot: &Robot) -> String {
     }
     for Setting { name, least, most, help } in &robot.settings {
         lines.push(format!("\nbbz flash --set {name}={least} to {name}={most}\n    {help}"));
+    }
+    for Indicator { shows, means } in &robot.indicators {
+        lines.push(format!("\nlight: {shows}\n    {means}"));
     }
     lines.join("\n") + "\n"
 }
@@ -146,13 +149,4 @@ fn effect_text(effect: &Effect, sensors: &[Sensor]) -> String {
         parts.push(format!("reads {}{value} ({unit})", sensor.name));
     }
     parts.join("; ")
-}
-
-/// The ways to call a function.
-fn forms(function: &Function) -> impl Iterator<Item = String> {
-    function.accepts.iter().map(|list| {
-        let list: Vec<String> = list.iter().map(ToString::to_string).collect();
-        let returns = function.returns.map_or(String::new(), |kind| format!(": {kind}"));
-        format!("{}({}){returns}", function.name, list.join(", "))
-    })
 }

@@ -6,6 +6,7 @@
 //! Benchmarks live in `bench/harness`, long tests in `tests/soak`, programs and images that all of them build in `xtask/builds`.
 
 mod beside;
+mod book;
 mod checks;
 mod demo;
 mod site;
@@ -52,6 +53,8 @@ enum Task {
     },
     /// The playground as a folder of static files, for any web server
     Site,
+    /// The book of docs/ as a folder of static files
+    Book,
     /// The packages of the page's editor as one file, which is committed
     Vendor,
     /// Cycles or instructions of the benchmark scripts, beside the C BittyBuzz
@@ -77,6 +80,7 @@ fn main() -> ExitCode {
         Task::Build(arguments) => ("build", board::run(&arguments)),
         Task::Sizes { json } => ("sizes", sizes::run(json)),
         Task::Site => ("site", site::run()),
+        Task::Book => ("book", book::run()),
         Task::Vendor => ("vendor", vendor::run()),
         Task::Bench(arguments) => ("bench", bench::run(&arguments)),
         Task::Soak { part } => ("soak", soak::run(part.as_deref())),
@@ -111,6 +115,7 @@ mod tests {
             "build behaviours",
             "sizes --json",
             "site",
+            "book",
             "vendor",
             "bench --json avr",
             "bench thumbv7em-full --update",

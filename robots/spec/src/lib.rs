@@ -32,6 +32,7 @@
 //! | `[[function]]` | a function that scripts may call, see [`Function`] |
 //! | `[[table]]` | a table that the robot keeps up to date, such as `pos`, see [`SensorTable`] |
 //! | `[[setting]]` | a number that people write to one robot's flash, see [`Setting`] |
+//! | `[[indicator]]` | a signal of the firmware's by its lights, see [`Indicator`] |
 //! | `[body]` | the body that the simulator moves, see [`Body`]; left out for a robot with code of its own for it |
 //! | `[[sensor]]` | a sensor of that body, see [`Sensor`] |
 //!
@@ -114,6 +115,8 @@ pub struct Robot {
     pub tables: Vec<SensorTable>,
     /// The settings of each robot, in the order of the file.
     pub settings: Vec<Setting>,
+    /// The signals that the firmware gives by its lights, in the order of the file.
+    pub indicators: Vec<Indicator>,
     /// The body that the simulator moves; `None` if the simulator has no robot of this kind, or code of its own for it.
     pub body: Option<Body>,
     /// The sensors of that body, in the order of the file.
@@ -222,6 +225,15 @@ impl Function {
         name_hash(self.name.as_str())
     }
 
+    /// Returns each way to call it, as `distance(beam: int): int`.
+    pub fn forms(&self) -> impl Iterator<Item = String> {
+        self.accepts.iter().map(|list| {
+            let list: Vec<String> = list.iter().map(ToString::to_string).collect();
+            let returns = self.returns.map_or(String::new(), |kind| format!(": {kind}"));
+            format!("{}({}){returns}", self.name, list.join(", "))
+        })
+    }
+
     /// Returns true if one of the accepted lists has that many arguments.
     pub fn accepts_count(&self, count: usize) -> bool {
         self.accepts.iter().any(|list| takes_count(list, count))
@@ -240,6 +252,15 @@ pub struct Setting {
     pub most: u16,
     /// Its meaning, with its unit and the value without it, in one line.
     pub help: String,
+}
+
+/// A signal that the firmware gives by the robot's lights, in place of the script's color or beside it.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Indicator {
+    /// The light as people see it, such as `red, blinking`, in one line.
+    pub shows: String,
+    /// The state of the robot, and the cure where there is one, in one line.
+    pub means: String,
 }
 
 /// A table that a robot keeps up to date for its scripts.

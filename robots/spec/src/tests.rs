@@ -239,6 +239,11 @@ fn every_error_has_its_place() {
             "[[setting]]\nname = \"x\"\nleast = 2\nmost = 3\nhelp = \"y\"\n[[table]]",
             Expected("MissingKey", 21, 1, "[layout] has no `settings`"),
         ),
+        (
+            "[[table]]",
+            "[[indicator]]\nshows = \"red\"\n[[table]]",
+            Expected("MissingKey", 27, 1, "this [[indicator]] has no `means`"),
+        ),
         ("size = 0x200 }", "size = 0 }", Expected("OutOfRange", 25, 41, "from 512")),
         ("0x1000_0000", "0x1_0000_0000", Expected("OutOfRange", 25, 21, "cannot be")),
         ("size = 0x200 }", "size = 0xf000_0000 }", Expected("OutOfRange", 25, 41, "to 4026531839")),
@@ -328,7 +333,7 @@ fn a_key_unlike_any_other_does_not_stand_for_a_missing_one() {
     let errors = errors_of(&GOOD.replacen("title", "colour", 1));
     let places = errors.0.iter().map(|error| (error.place.clone().unwrap().line, error.help()));
     let help = "one of name, title, chip, profile, tick_hz, message_bytes, on_fault, vm, budget, \
-                layout, function, table, setting, body, sensor";
+                layout, function, table, setting, indicator, body, sensor";
     assert_eq!(places.collect::<Vec<_>>(), [(1, None), (2, Some(help.to_owned()))], "{errors}");
 }
 

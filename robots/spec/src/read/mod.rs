@@ -15,7 +15,9 @@ use crate::error::{Cause, RobotErrors};
 use crate::generate::constant;
 use crate::layout::{Layout, PLACE, Region};
 use crate::signature::{self, Parameter, Type};
-use crate::{Budget, Function, OnFault, Profile, Robot, SensorTable, Setting, VmSizes, name_hash};
+use crate::{
+    Budget, Function, Indicator, OnFault, Profile, Robot, SensorTable, Setting, VmSizes, name_hash,
+};
 use body::{BODY, SENSOR, SensorNames};
 use effect::SETS;
 
@@ -38,6 +40,7 @@ const REGION: &str = "the region";
 const FUNCTION: &str = "this [[function]]";
 const TABLE: &str = "this [[table]]";
 const SETTING: &str = "this [[setting]]";
+const INDICATOR: &str = "this [[indicator]]";
 
 /// The keys of each section.
 fn keys(section: &'static str) -> Vec<&'static str> {
@@ -59,6 +62,7 @@ fn keys(section: &'static str) -> Vec<&'static str> {
             "function",
             "table",
             "setting",
+            "indicator",
             "body",
             "sensor",
         ],
@@ -82,6 +86,7 @@ fn keys(section: &'static str) -> Vec<&'static str> {
         FUNCTION => &["name", "accepts", "returns", "waits", "help", "sets", "reads", "logs"],
         TABLE => &["name", "fields", "help"],
         SETTING => &["name", "least", "most", "help"],
+        INDICATOR => &["shows", "means"],
         _ => &[],
     };
     keys.to_vec()
@@ -165,6 +170,9 @@ fn root(root: &Section<'_>) -> Option<Robot> {
         layout.required("settings");
     }
 
+    let indicators = root.sections("indicator", INDICATOR);
+    let indicators: Vec<_> = indicators.iter().map(indicator).collect();
+
     let body = body_section.map(|section| body::body(&section, drive.flatten()));
     let mut robot = Robot {
         name: name?,
@@ -181,6 +189,7 @@ fn root(root: &Section<'_>) -> Option<Robot> {
         functions: functions.into_iter().collect::<Option<_>>()?,
         tables: tables.into_iter().collect::<Option<_>>()?,
         settings: settings.into_iter().collect::<Option<_>>()?,
+        indicators: indicators.into_iter().collect::<Option<_>>()?,
         body: given(body)?,
         sensors: sensors.into_iter().collect::<Option<_>>()?,
     };
@@ -394,6 +403,11 @@ fn setting(section: &Section<'_>, names: &mut Names) -> Option<Setting> {
     let most = integer(section, "most", least.unwrap_or(0)..=MOST_SETTING);
     let help = line(section, "help");
     Some(Setting { name: name?, least: least? as u16, most: most? as u16, help: help? })
+}
+
+fn indicator(section: &Section<'_>) -> Option<Indicator> {
+    let [shows, means] = ["shows", "means"].map(|key| line(section, key));
+    Some(Indicator { shows: shows?, means: means? })
 }
 
 /// Returns true for a lower-case word that the command line takes as the name of a robot.
