@@ -29,6 +29,7 @@ macro_rules! guides {
 }
 
 guides! {
+    guide_to_the_first_steps: "docs/start.md", [Core::Own];
     guide_to_a_robot: "docs/new-robot.md", [Core::Unicorn];
     guide_to_a_robot_function: "docs/new-robot-function.md", [Core::Unicorn];
     guide_to_a_built_in: "docs/recipes/built-in.md", [];
