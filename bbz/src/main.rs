@@ -13,6 +13,7 @@ mod backtrace;
 mod build;
 mod check;
 mod checks;
+mod completions;
 mod costs;
 mod disasm;
 mod drive;
@@ -29,6 +30,7 @@ mod instruction;
 mod interrupt;
 mod isp;
 mod json;
+mod manual;
 mod memory;
 mod operand;
 mod output;
@@ -50,7 +52,7 @@ mod whole_file;
 
 use std::process::ExitCode;
 
-use clap::{Parser, Subcommand};
+use clap::{CommandFactory, Parser, Subcommand};
 
 const EXAMPLES: &str = "\
 Examples:
@@ -99,6 +101,10 @@ enum Command {
     Stubs(stubs::Arguments),
     /// Explain the code of a message
     Explain(explain::Arguments),
+    /// Print the script by which a shell completes command lines of bbz
+    Completions(completions::Arguments),
+    /// Write the manual pages of all commands
+    Manual(manual::Arguments),
 }
 
 /// The end of a command: its exit status.
@@ -143,6 +149,8 @@ fn main() -> ExitCode {
         Command::Robots(arguments) => robots::execute(arguments),
         Command::Stubs(arguments) => stubs::execute(arguments),
         Command::Explain(arguments) => explain::execute(arguments),
+        Command::Completions(arguments) => completions::execute(arguments, CommandLine::command()),
+        Command::Manual(arguments) => manual::execute(arguments, CommandLine::command()),
     };
     let ending = ending.unwrap_or_else(|problem| {
         report::problem(&problem);

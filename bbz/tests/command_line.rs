@@ -41,6 +41,32 @@ fn explain_explains_any_code_and_lists_all() {
 }
 
 #[test]
+fn every_shell_gets_completions() {
+    let folder = Folder::new("completions");
+    for shell in ["bash", "elvish", "fish", "powershell", "zsh"] {
+        let outcome = folder.bbz(&["completions", shell]);
+        assert_eq!((outcome.status, outcome.stderr.as_str()), (Some(0), ""));
+        for word in ["explain", "robot", "seed"] {
+            assert!(outcome.stdout.contains(word), "{shell}: {word}");
+        }
+    }
+    folder.bbz(&["completions", "csh"]).fails_with(3, &["csh", "bash"]);
+}
+
+#[test]
+fn every_command_has_a_manual_page() {
+    let folder = Folder::new("manual");
+    assert_eq!(folder.bbz(&["manual", "."]).status, Some(0));
+    for (page, part) in
+        [("bbz.1", "Exit status"), ("bbz-sim.1", "seed"), ("bbz-explain.1", "E0201")]
+    {
+        let text = String::from_utf8(folder.read(page)).unwrap();
+        assert!(text.contains(".TH") && text.contains(part), "{page}: {text}");
+    }
+    folder.bbz(&["manual", "nowhere"]).fails_with(3, &["cannot write `nowhere`"]);
+}
+
+#[test]
 fn wrong_options_are_usage_errors() {
     let folder = Folder::with("options", "s.bzz", "log(1)\n");
     let cases: [(&[&str], &[&str]); 10] = [

@@ -1,0 +1,29 @@
+//! `bbz manual`: the manual pages of all commands.
+
+use std::path::PathBuf;
+
+use clap::{Args, Command};
+
+use crate::Ending;
+use crate::problem::Problem;
+
+const EXAMPLES: &str = "\
+Examples:
+  bbz manual ~/.local/share/man/man1    then `man bbz-sim` shows a page";
+
+/// Arguments of `bbz manual`.
+#[derive(Debug, Args)]
+#[command(after_help = EXAMPLES)]
+pub struct Arguments {
+    /// Existing folder for the pages: bbz.1, and one for each command
+    #[arg(value_name = "FOLDER")]
+    folder: PathBuf,
+}
+
+/// Writes the pages of a command line.
+pub fn execute(arguments: &Arguments, command: Command) -> Result<Ending, Problem> {
+    let folder = &arguments.folder;
+    let written = clap_mangen::generate_to(command.disable_help_subcommand(true), folder);
+    written.map_err(|error| Problem::unwritable(folder, error))?;
+    Ok(Ending::Success)
+}
