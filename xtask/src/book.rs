@@ -2,12 +2,17 @@
 
 use anyhow::Result;
 use bittybuzz_builds::shell::{cargo, target};
+use std::path::Path;
 
 /// The folder of the book, in cargo's.
 const BOOK: &str = "book";
 
-/// Builds the book, follows its links and prints the path of its first page.
+/// Builds the book and prints the path of its first page.
 pub fn run() -> Result<()> {
-    let folder = target()?.join(BOOK);
+    build(&target()?.join(BOOK))
+}
+
+/// Builds the book into a folder, and follows its links.
+pub fn build(folder: &Path) -> Result<()> {
     cargo(&["run", "--package", "bittybuzz-book", "--", &folder.display().to_string()])
 }

@@ -72,7 +72,7 @@ impl Images {
 /// A part of the checks that a change must pass before it is merged, in the order of a whole run.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, clap::ValueEnum)]
 pub enum Step {
-    /// Lock files, format and lints of every workspace
+    /// Lock files, spelling, format and lints of every workspace
     Lint,
     /// Documentation of every crate, in which no link leads nowhere
     Doc,
@@ -189,10 +189,11 @@ fn document() -> Result<()> {
     Ok(())
 }
 
-/// Format and lints of every workspace.
+/// Spelling, format and lints of every workspace.
 fn lint() -> Result<()> {
     locks()?;
     const DENY: [&str; 3] = ["--", "-D", "warnings"];
+    Line::named("typos", &setup::typos()?, &[]).run()?;
     cargo(&["fmt", "--all", "--check"])?;
     for folder in [bench::HOST].into_iter().chain(chip::WORKSPACES) {
         Line::cargo(&["fmt", "--all", "--check"]).in_workspace(folder).run()?;

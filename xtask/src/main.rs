@@ -9,6 +9,8 @@ mod beside;
 mod book;
 mod checks;
 mod demo;
+mod package;
+mod release;
 mod site;
 mod sizes;
 mod unlike;
@@ -55,6 +57,17 @@ enum Task {
     Site,
     /// The book of docs/ as a folder of static files
     Book,
+    /// Archives of a release, with checksums
+    Package {
+        /// Only this part
+        part: Option<package::Part>,
+    },
+    /// Check that the working copy can be released, and tag its version
+    Release {
+        /// Print the changes of this version instead
+        #[arg(long)]
+        notes: bool,
+    },
     /// The packages of the page's editor as one file, which is committed
     Vendor,
     /// Cycles or instructions of the benchmark scripts, beside the C BittyBuzz
@@ -81,6 +94,8 @@ fn main() -> ExitCode {
         Task::Sizes { json } => ("sizes", sizes::run(json)),
         Task::Site => ("site", site::run()),
         Task::Book => ("book", book::run()),
+        Task::Package { part } => ("package", package::run(part)),
+        Task::Release { notes } => ("release", release::run(notes)),
         Task::Vendor => ("vendor", vendor::run()),
         Task::Bench(arguments) => ("bench", bench::run(&arguments)),
         Task::Soak { part } => ("soak", soak::run(part.as_deref())),
@@ -116,6 +131,9 @@ mod tests {
             "sizes --json",
             "site",
             "book",
+            "package",
+            "package tools",
+            "release --notes",
             "vendor",
             "bench --json avr",
             "bench thumbv7em-full --update",

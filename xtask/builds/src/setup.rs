@@ -51,14 +51,17 @@ const NODE_PACKAGES: &[(Sign, &str)] =
     &[(Sign::Program("node"), "nodejs"), (Sign::Program("npm"), "npm")];
 
 /// Debian packages for tests of web pages.
-const BROWSER_PACKAGES: &[(Sign, &str)] = &[
-    (Sign::Program("chromium"), "chromium"),
-    (Sign::Program("python3"), "python3"),
-    (Sign::Module("ensurepip"), "python3-venv"),
-];
+const BROWSER_PACKAGES: &[(Sign, &str)] = &[(Sign::Program("chromium"), "chromium")];
+
+/// Debian packages for Python with packages of its own.
+const PYTHON_PACKAGES: &[(Sign, &str)] =
+    &[(Sign::Program("python3"), "python3"), (Sign::Module("ensurepip"), "python3-venv")];
 
 /// Python packages for tests of web pages.
-const REQUIREMENTS: &str = "tests/page/requirements.txt";
+const BROWSER_REQUIREMENTS: &str = "tests/page/requirements.txt";
+
+/// Python packages for the checks of sources.
+const CHECK_REQUIREMENTS: &str = "xtask/requirements.txt";
 
 /// Folders whose `rust-toolchain.toml` names a toolchain with more than the root's: components, targets of chips and of web pages.
 const TOOLCHAINS: [&str; 3] = ["firmware", KILOBOT.folder, "playground"];
@@ -94,13 +97,25 @@ pub fn node() -> Result<()> {
 /// Installs a browser, and in a folder of its own a Python with the packages that drive it. Returns the path of that Python.
 pub fn browser() -> Result<PathBuf> {
     install(&missing(BROWSER_PACKAGES, is_there))?;
-    let folder = target()?.join("page-tests");
+    python("page-tests", BROWSER_REQUIREMENTS)
+}
+
+/// Installs the program that finds misspelt words. Returns its path.
+pub fn typos() -> Result<PathBuf> {
+    let python = python("checks", CHECK_REQUIREMENTS)?;
+    Ok(python.with_file_name("typos"))
+}
+
+/// Installs a Python with these packages in a folder of its own, among cargo's outputs. Returns the path of that Python.
+fn python(folder: &str, requirements: &str) -> Result<PathBuf> {
+    install(&missing(PYTHON_PACKAGES, is_there))?;
+    let folder = target()?.join(folder);
     let python = folder.join("bin/python3");
     if !python.is_file() {
         Line::new("python3", &["-m", "venv", &folder.display().to_string()]).run()?;
     }
     // Without network if they are there.
-    let install = ["-m", "pip", "install", "--quiet", "--requirement", REQUIREMENTS];
+    let install = ["-m", "pip", "install", "--quiet", "--requirement", requirements];
     Line::named("pip", &python, &install).run()?;
     Ok(python)
 }

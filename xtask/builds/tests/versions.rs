@@ -76,3 +76,36 @@ fn version(dependency: &Value) -> Option<String> {
     let version = dependency.as_str().or_else(|| dependency.get("version")?.as_str());
     version.map(str::to_owned)
 }
+
+/// The packages of a release have its version and say what they are; none of any workspace goes to a registry by mistake.
+#[test]
+fn packages_describe_themselves() {
+    let own = manifest(root());
+    let package = |folder: &Path| manifest(folder).get("package").cloned();
+    let is_kept = |package: &Value| package.get("publish") == Some(&Value::Boolean(false));
+    for folder in members(&own) {
+        let package = package(&folder).unwrap();
+        let name = folder.display();
+        assert!(is_kept(&package), "{name}");
+        assert!(package["version"].is_table(), "{name}: version.workspace = true");
+        assert!(package.get("description").is_some_and(Value::is_str), "{name}");
+    }
+    for folder in own["workspace"]["exclude"].as_array().unwrap() {
+        // A workspace of several programs has no package of its own.
+        let package = package(&root().join(folder.as_str().unwrap()));
+        assert!(package.as_ref().is_none_or(is_kept), "{folder}");
+    }
+}
+
+/// The toolchain of every test is the oldest one that the packages promise to work with.
+#[test]
+fn the_minimum_version_of_rust_is_the_one_that_tests_use() {
+    let own = manifest(root());
+    let least = own["workspace"]["package"]["rust-version"].as_str().unwrap();
+    for folder in ["", "firmware"] {
+        let text = fs::read_to_string(root().join(folder).join("rust-toolchain.toml")).unwrap();
+        let table: Table = text.parse().unwrap();
+        let channel = table["toolchain"]["channel"].as_str().unwrap();
+        assert_eq!(channel, format!("{least}.0"), "{folder}/rust-toolchain.toml");
+    }
+}

@@ -1,0 +1,147 @@
+//! Archives that a release consists of: the tools for this computer, the robots' firmware, and the site.
+
+use crate::{book, site};
+use anyhow::{Context, Result, bail};
+use bittybuzz_builds::board::BOARDS;
+use bittybuzz_builds::setup;
+use bittybuzz_builds::shell::{Line, root, target};
+use clap::ValueEnum;
+use fs_err as fs;
+use sha2::{Digest, Sha256};
+use std::env::consts::EXE_SUFFIX;
+use std::fmt::Write as _;
+use std::path::{Path, PathBuf};
+
+/// The folder of the archives, in cargo's.
+const PACKAGES: &str = "package";
+
+/// Programs for the host: those that link no library of others.
+const PROGRAMS: [&str; 2] = ["bbz", "bittybuzz-emulate-m0"];
+
+/// Files of the repository that lie beside them.
+const TEXTS: [&str; 4] = ["README.md", "CHANGELOG.md", "LICENSE-APACHE", "LICENSE-MIT"];
+
+/// A part of a release.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub enum Part {
+    /// `bbz` and the emulator of Zooids for this computer, manual pages and completions
+    Tools,
+    /// The images of all robots, with the scripts of their own folders
+    Firmware,
+    /// The playground and the book as static files
+    Site,
+}
+
+/// Packs one part, or all; prints the archives.
+pub fn run(part: Option<Part>) -> Result<()> {
+    for part in part.as_ref().map_or(Part::value_variants(), std::slice::from_ref) {
+        let archive = pack(*part)?;
+        println!("{}\n{}", archive.display(), checksum(&archive)?);
+    }
+    Ok(())
+}
+
+/// The version of all packages.
+pub const fn version() -> &'static str {
+    env!("CARGO_PKG_VERSION")
+}
+
+fn pack(part: Part) -> Result<PathBuf> {
+    let kind = match part {
+        Part::Tools => host()?,
+        Part::Firmware => "firmware".to_owned(),
+        Part::Site => "site".to_owned(),
+    };
+    let name = format!("bittybuzz-{}-{kind}", version());
+    let packages = target()?.join(PACKAGES);
+    let folder = packages.join(&name);
+    if folder.is_dir() {
+        fs::remove_dir_all(&folder)?;
+    }
+    fs::create_dir_all(&folder)?;
+    match part {
+        Part::Tools => tools(&folder)?,
+        Part::Firmware => firmware(&folder)?,
+        Part::Site => {
+            copy_all(&site::build()?, &folder)?;
+            book::build(&folder.join("book"))?;
+        }
+    }
+    // Linux, macOS and Windows have a `tar` that knows these options.
+    let archive = packages.join(format!("{name}.tar.gz"));
+    let [from, to] = [packages.display(), archive.display()].map(|path| path.to_string());
+    Line::new("tar", &["-czf", &to, "-C", &from, &name]).run()?;
+    let sum = format!("{}  {name}.tar.gz\n", checksum(&archive)?);
+    fs::write(packages.join(format!("{name}.tar.gz.sha256")), sum)?;
+    Ok(archive)
+}
+
+/// The computer for which rustc builds, such as `x86_64-unknown-linux-gnu`.
+fn host() -> Result<String> {
+    let output = Line::new("rustc", &["--print", "host-tuple"]).unannounced().output(0)?;
+    Ok(String::from_utf8(output.stdout)?.trim().to_owned())
+}
+
+fn tools(folder: &Path) -> Result<()> {
+    let packages = PROGRAMS.map(|package| ["--package", package]).concat();
+    Line::cargo(&[&["build", "--release"], &packages[..]].concat()).run()?;
+    for package in PROGRAMS {
+        let program = package.trim_start_matches("bittybuzz-").replace("emulate", "bbz-emulate");
+        let program = program + EXE_SUFFIX;
+        fs::copy(target()?.join("release").join(&program), folder.join(&program))?;
+    }
+    for text in TEXTS {
+        fs::copy(root().join(text), folder.join(text))?;
+    }
+    let [man, completions] = ["man", "completions"].map(|name| folder.join(name));
+    fs::create_dir_all(&man)?;
+    fs::create_dir_all(&completions)?;
+    let bbz = folder.join(format!("bbz{EXE_SUFFIX}"));
+    Line::named("bbz", &bbz, &["manual", &man.display().to_string()]).run()?;
+    for shell in ["bash", "fish", "powershell", "zsh"] {
+        let output = Line::named("bbz", &bbz, &["completions", shell]).output(0)?;
+        fs::write(completions.join(format!("bbz.{shell}")), output.stdout)?;
+    }
+    Ok(())
+}
+
+fn firmware(folder: &Path) -> Result<()> {
+    setup::run()?;
+    for board in BOARDS {
+        let image = board.build(None, false)?;
+        let name = image.file_name().context("an image without a name")?;
+        fs::copy(&image, folder.join(name))?;
+        fs::copy(
+            root().join(board.folder).join("README.md"),
+            folder.join(format!("{}.md", board.robot)),
+        )?;
+        let hex = image.with_extension("hex");
+        if hex.is_file() {
+            fs::copy(&hex, folder.join(hex.file_name().context("an image without a name")?))?;
+        }
+    }
+    for text in TEXTS {
+        fs::copy(root().join(text), folder.join(text))?;
+    }
+    Ok(())
+}
+
+fn copy_all(from: &Path, to: &Path) -> Result<()> {
+    for entry in fs::read_dir(from)? {
+        let entry = entry?;
+        if entry.file_type()?.is_dir() {
+            bail!("{}: the site has no folders", entry.path().display());
+        }
+        fs::copy(entry.path(), to.join(entry.file_name()))?;
+    }
+    Ok(())
+}
+
+/// The SHA-256 of a file, in hexadecimal.
+fn checksum(file: &Path) -> Result<String> {
+    let mut text = String::new();
+    for byte in Sha256::digest(fs::read(file)?) {
+        write!(text, "{byte:02x}")?;
+    }
+    Ok(text)
+}
