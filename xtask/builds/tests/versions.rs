@@ -93,7 +93,7 @@ fn packages_describe_themselves() {
     for folder in own["workspace"]["exclude"].as_array().unwrap() {
         // A workspace of several programs has no package of its own.
         let package = package(&root().join(folder.as_str().unwrap()));
-        assert!(package.as_ref().is_none_or(is_kept), "{folder}");
+        assert!(package.as_ref().is_none_or(is_kept), "{folder:?}");
     }
 }
 
