@@ -1,5 +1,6 @@
 //! The robots and the profile that the command line selects.
 
+use bittybuzz_arena::scenario::Group;
 use bittybuzz_compiler::compile::Options;
 use bittybuzz_robot_files::{all_shipped, find};
 use bittybuzz_robot_spec::{Profile, Robot};
@@ -51,6 +52,15 @@ impl Selection {
             ProfileName::Full => Profile::Full,
         });
         Ok(Selection { robot, known: all_shipped(), profile })
+    }
+
+    /// The robot of a group. The other robots of its scenario are known: one script may be for all of them.
+    pub fn of_group(group: &Group) -> Self {
+        let mut known = all_shipped();
+        let others = group.robots_of_scenario.iter();
+        let others: Vec<Robot> = others.filter(|robot| !known.contains(robot)).cloned().collect();
+        known.extend(others);
+        Selection { robot: Some(group.robot.clone()), known, profile: None }
     }
 
     /// The options of the compiler.

@@ -45,7 +45,11 @@ impl SharedFiles {
 
     fn compile(&self, script: &Path, text: String, group: &Group) -> Compiled {
         let robot = Some(group.robot.clone());
-        let options = Options { robot, robots: all_shipped(), profile: None };
+        let mut robots = all_shipped();
+        let others = group.robots_of_scenario.iter();
+        let others: Vec<_> = others.filter(|other| !robots.contains(other)).cloned().collect();
+        robots.extend(others);
+        let options = Options { robot, robots, profile: None };
         let files = &*self.lock();
         let loader = Loader { library: bittybuzz_library::FILES, ..Loader::new(files) };
         compile(script, text, &loader, &options)

@@ -50,8 +50,9 @@ pub fn check(path: &str, folder: &Path) -> Vec<Failure> {
 
 /// Checks, runs, builds, and runs what was built.
 fn check_on(path: &str, robot: &str, folder: &Path) -> Option<Failure> {
-    let name = Path::new(path).file_stem()?.to_string_lossy();
-    let image = folder.join(format!("{name}-{robot}.bbi")).to_string_lossy().into_owned();
+    // Both may be paths; files of one name lie in several folders.
+    let image = format!("{path}-{robot}.bbi").replace('/', "_");
+    let image = folder.join(image).to_string_lossy().into_owned();
     let commands = [
         vec!["check", path, "--robot", robot],
         vec!["run", path, "--robot", robot, "--steps", STEPS],

@@ -195,7 +195,8 @@ fn scenario(root: &Section<'_>, folder: Folder<'_>, models: &Models) -> Option<S
     let models = body::read(root, models);
     let groups = robots::read(root, folder, known, &models, &mut census);
     let is_complete = groups.iter().all(Option::is_some);
-    let groups: Vec<Group> = groups.into_iter().flatten().collect();
+    let mut groups: Vec<Group> = groups.into_iter().flatten().collect();
+    robots::introduce(&mut groups);
     let mut used = Vec::new();
     // A group that is wrong may have any medium, so the media in use are unknown.
     for group in groups.iter().filter(|_| is_complete) {

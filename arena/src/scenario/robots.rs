@@ -31,6 +31,8 @@ pub struct Group {
     pub name: String,
     /// The kind of robot.
     pub robot: Robot,
+    /// The robots of all groups, each once: a script for several of them may ask for functions that one of them lacks.
+    pub robots_of_scenario: Arc<[Robot]>,
     /// The robot file, for a robot that does not ship.
     pub robot_file: Option<PathBuf>,
     /// Their bodies, with the numbers of this group.
@@ -57,6 +59,20 @@ pub struct Group {
     pub link: MediumSettings,
     /// The place of the group in the file.
     pub place: Place,
+}
+
+/// Lets every group know the robots of all groups.
+pub(super) fn introduce(groups: &mut [Group]) {
+    let mut robots: Vec<Robot> = Vec::new();
+    for group in &*groups {
+        if robots.iter().all(|robot| robot.name != group.robot.name) {
+            robots.push(group.robot.clone());
+        }
+    }
+    let robots: Arc<[Robot]> = robots.into();
+    for group in groups {
+        group.robots_of_scenario = Arc::clone(&robots);
+    }
 }
 
 /// The places where robots start. Points in mm.
@@ -197,6 +213,7 @@ fn group(
     Some(Group {
         name,
         robot: robot?,
+        robots_of_scenario: Arc::default(),
         robot_file,
         script: script?,
         backend: backend?,

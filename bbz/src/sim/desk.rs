@@ -9,7 +9,6 @@ use bittybuzz_compiler::compile::{Compiled, compile};
 use bittybuzz_compiler::include::{DiskFiles, Files, MAX_SOURCE_BYTES, MemoryFiles};
 use bittybuzz_compiler::render::{Color, Renderer};
 use bittybuzz_live::Workshop;
-use bittybuzz_robot_files::all_shipped;
 use bittybuzz_toml_reader::file;
 
 use crate::fence::Fence;
@@ -60,7 +59,7 @@ impl Desk {
             diagnostics.iter().for_each(|one| errors += &renderer.text(one, Color::Never));
             return image.map(|image| run::Program { image, symbols }).ok_or(errors);
         }
-        let selection = selection(group);
+        let selection = Selection::of_group(group);
         let opened =
             Program::open_reporting(script, &self.include, &selection, |sources, found| {
                 let renderer = Renderer::new(sources);
@@ -87,10 +86,6 @@ impl Desk {
     }
 }
 
-fn selection(group: &Group) -> Selection {
-    Selection { robot: Some(group.robot.clone()), known: all_shipped(), profile: None }
-}
-
 impl Workshop for Desk {
     fn scenario(&self) -> &Path {
         &self.scenario
@@ -112,7 +107,7 @@ impl Workshop for Desk {
     }
 
     fn compile(&self, script: &Path, text: &str, group: &Group) -> Compiled {
-        let options = selection(group).options();
+        let options = Selection::of_group(group).options();
         let files: &dyn Files = self.fence.as_ref().map_or(&DiskFiles, |fence| fence);
         compile(script, text.to_owned(), &program::loader(files, &self.include), &options)
     }

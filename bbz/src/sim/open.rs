@@ -7,7 +7,6 @@ use bittybuzz_arena::robot::RobotModel;
 use bittybuzz_arena::run;
 use bittybuzz_arena::scenario::{Group, Scenario, ScenarioError};
 use bittybuzz_compiler::refusal;
-use bittybuzz_robot_files::all_shipped;
 use bittybuzz_toml_reader::file;
 
 use crate::emulator;
@@ -56,18 +55,13 @@ pub fn open(arguments: &Arguments, set: &[String]) -> Result<Option<Opened>, Pro
         }
     };
     let mut programs: Vec<Option<Program>> = Vec::new();
-    let known = all_shipped();
     for (number, (group, script)) in scenario.programs().enumerate() {
         let is_same = |(other, of): (&Group, &Path)| (of, &other.robot) == (script, &group.robot);
         let same = scenario.programs().take(number).position(is_same);
         let program = match same {
             // Its mistakes were printed already.
             Some(same) => programs.get(same).cloned().flatten(),
-            None => {
-                let robot = Some(group.robot.clone());
-                let selection = Selection { robot, known: known.clone(), profile: None };
-                Program::open(script, include, &selection)?
-            }
+            None => Program::open(script, include, &Selection::of_group(group))?,
         };
         programs.push(program);
     }
