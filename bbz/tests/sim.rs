@@ -427,3 +427,29 @@ fn a_lack_of_memory_names_the_globals_that_hold_it() {
         }
     }
 }
+
+/// One script for unlike robots asks for the functions that a robot may lack.
+#[test]
+fn a_script_knows_the_functions_of_all_robots_of_its_scenario() {
+    let folder = folder("sim_unlike");
+    let robot = |name: &str, function: &str| {
+        format!(
+            "name = \"{name}\"\n[body]\ndrive = \"unicycle\"\nradius_mm = 40\nspeed_mm_s = 50\n\
+             turn_deg_s = 90\n[[function]]\nname = \"{function}\"\naccepts = [\"x: int\"]\n\
+             sets = {{ color = \"x\" }}\nhelp = \"shines\"\n"
+        )
+    };
+    folder.write("a.toml", robot("ant", "glow"));
+    folder.write("b.toml", robot("bee", "flash"));
+    folder.write("s.bzz", "function step() {\n  if(glow) glow(1)\n  if(flash) flash(2)\n}\n");
+    folder.write(
+        "s.toml",
+        "[world]\nsize = [500, 500]\nduration = 1\n\
+         [[robots]]\nrobot = \"a.toml\"\nscript = \"s.bzz\"\ncount = 2\n\
+         [[robots]]\nrobot = \"b.toml\"\nscript = \"s.bzz\"\ncount = 2\n\
+         [[expect]]\nat = 1\nrobots = \"ant\"\nvalue = \"led\"\nequals = 1\n\
+         [[expect]]\nat = 1\nrobots = \"bee\"\nvalue = \"led\"\nequals = 2\n",
+    );
+    let outcome = folder.bbz(&["sim", "s.toml"]);
+    assert_eq!((outcome.status, outcome.stderr.as_str()), (Some(0), ""), "{}", outcome.stdout);
+}
