@@ -71,9 +71,9 @@ fn compiled<P: Profile>(script: &str) -> (Vec<u8>, Symbols) {
 
 fn machine<P: Profile>(image: &[u8], slots: usize) -> Machine<'_, P> {
     let mut vm = Machine::new();
-    vm.equip(SIZES);
+    vm.set_network_capacity(SIZES);
     vm.load_limited(Image::new(image), slots, |_| true).unwrap();
-    vm.identify(7, 1);
+    vm.set_robot_id(7, 1);
     vm
 }
 

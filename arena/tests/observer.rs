@@ -84,7 +84,7 @@ impl Observer for Counter {
 
 /// Keeps what it sees.
 #[derive(Debug, Default, PartialEq)]
-struct Keeper {
+struct RecordingObserver {
     /// Everything, as text.
     events: Vec<String>,
     /// Tick, sender and receiver of each fate of a frame.
@@ -95,7 +95,7 @@ struct Keeper {
     calls: Vec<(u64, usize, FunctionCall)>,
 }
 
-impl Observer for Keeper {
+impl Observer for RecordingObserver {
     fn see(&mut self, event: Event<'_>) {
         self.events.push(format!("{event:?}"));
         let Event { tick, robot, kind } = event;
@@ -230,18 +230,18 @@ fn an_observer_changes_nothing() {
     let unobserved = busy::rest(&mut Simulation::new(setup.clone(), 5, 1).unwrap());
     for threads in [1, 2] {
         let mut run = Simulation::new(setup.clone(), 5, threads).unwrap();
-        let mut keeper = Keeper::default();
+        let mut observer = RecordingObserver::default();
         let mut seen = Vec::new();
         while !run.is_over() {
             // Now and then nobody looks.
             match run.now() % 7 {
                 3 => run.tick().unwrap(),
-                _ => run.tick_observed(&mut keeper).unwrap(),
+                _ => run.tick_observed(&mut observer).unwrap(),
             }
             seen.push((run.digest(), run.take_log()));
         }
         assert_eq!(seen, unobserved, "{threads} threads");
-        assert!(keeper.robots.iter().all(|(tick, _)| tick % 7 != 3));
+        assert!(observer.robots.iter().all(|(tick, _)| tick % 7 != 3));
     }
 }
 
@@ -250,9 +250,9 @@ fn threads_change_no_event() {
     let setup = busy::setup("threads", TROUBLE);
     let [one, two] = [1, 2].map(|threads| {
         let mut run = Simulation::new(setup.clone(), 5, threads).unwrap();
-        let mut keeper = Keeper::default();
-        observe(&mut run, &mut keeper);
-        keeper
+        let mut observer = RecordingObserver::default();
+        observe(&mut run, &mut observer);
+        observer
     });
     assert_eq!(one, two);
     assert!(one.robots.is_sorted(), "by tick and robot");
@@ -262,37 +262,37 @@ fn threads_change_no_event() {
 #[test]
 fn a_snapshot_has_no_observer() {
     let mut run = Simulation::new(busy::setup("unseen", TROUBLE), 5, 1).unwrap();
-    let mut keeper = Keeper::default();
+    let mut observer = RecordingObserver::default();
     for _ in 0..30 {
-        run.tick_observed(&mut keeper).unwrap();
+        run.tick_observed(&mut observer).unwrap();
     }
     let mut copy = run.snapshot().unwrap();
-    let seen = keeper.events.len();
+    let seen = observer.events.len();
     let rest_of_copy = busy::rest(&mut copy);
-    assert_eq!(keeper.events.len(), seen);
+    assert_eq!(observer.events.len(), seen);
     assert_eq!(rest_of_copy, busy::rest(&mut run));
 }
 
 #[test]
 fn logs_and_faults_are_those_of_the_report() {
     let mut run = Simulation::new(busy::setup("reported", ""), 5, 1).unwrap();
-    let (mut keeper, mut logged) = (Keeper::default(), Vec::new());
+    let (mut observer, mut logged) = (RecordingObserver::default(), Vec::new());
     while !run.is_over() {
-        run.tick_observed(&mut keeper).unwrap();
+        run.tick_observed(&mut observer).unwrap();
         logged.extend(run.take_log());
     }
     assert!(!logged.is_empty());
-    assert_eq!(keeper.logs, logged);
+    assert_eq!(observer.logs, logged);
     let summary = run.summary();
     let contained =
         |(_, fault): &&(usize, FaultRecord)| fault.consequence == Consequence::Contained;
-    let handler_faults = keeper.faults.iter().filter(contained).count() as u64;
-    let faults = keeper.faults.len() as u64 - handler_faults;
+    let handler_faults = observer.faults.iter().filter(contained).count() as u64;
+    let faults = observer.faults.len() as u64 - handler_faults;
     let counts = summary.fault_counts;
     assert_eq!([faults, handler_faults], [counts.faults, counts.handler_faults]);
     assert!(faults > 0);
     for place in &summary.faults {
-        let first = keeper
+        let first = observer
             .faults
             .iter()
             .find(|(robot, fault)| (*robot, fault.tick) == (place.robot, place.record.tick));
@@ -302,7 +302,7 @@ fn logs_and_faults_are_those_of_the_report() {
 }
 
 /// Robots of one kind that run `s.bzz`, and what their observer sees in a second.
-fn seen_of(name: &str, robot: &str, script: &str) -> Keeper {
+fn seen_of(name: &str, robot: &str, script: &str) -> RecordingObserver {
     let folder = folder(name, &[("s.bzz", script)]);
     let text = format!(
         "[world]\nsize = [2000, 2000]\nduration = 5\nambient = 300\n\
@@ -311,9 +311,9 @@ fn seen_of(name: &str, robot: &str, script: &str) -> Keeper {
     let (scenario, programs) = read(&folder, &text);
     let setup = Arc::new(Setup::new(scenario, programs).unwrap());
     let mut run = Simulation::new(setup, 1, 1).unwrap();
-    let mut keeper = Keeper::default();
-    observe(&mut run, &mut keeper);
-    keeper
+    let mut observer = RecordingObserver::default();
+    observe(&mut run, &mut observer);
+    observer
 }
 
 fn call(function: &str, arguments: Vec<Piece>, result: CallResult) -> FunctionCall {
@@ -323,7 +323,7 @@ fn call(function: &str, arguments: Vec<Piece>, result: CallResult) -> FunctionCa
 #[test]
 fn calls_have_name_arguments_and_result() {
     let script = "t = 0 e = {}\nfunction step() { t = t + 1 if(t == 1) { led(5) l = light() } if(t == 2) led(e.x) }\n";
-    let keeper = seen_of("calls", "kilobot", script);
+    let observer = seen_of("calls", "kilobot", script);
     let returned = CallResult::Returned;
     let refused = CallResult::Refused(RobotFault::WrongType(Type::Nil));
     let expected = [
@@ -331,9 +331,9 @@ fn calls_have_name_arguments_and_result() {
         (1, 0, call("light", vec![], returned(Piece::Int(300)))),
         (2, 0, call("led", vec![Piece::Nil], refused)),
     ];
-    assert_eq!(keeper.calls[..3], expected);
+    assert_eq!(observer.calls[..3], expected);
     // The refusal is a fault of the script.
-    let (_, fault) = &keeper.faults[0];
+    let (_, fault) = &observer.faults[0];
     assert_eq!((fault.tick, fault.consequence), (2, Consequence::Pause(10)));
     assert!(fault.refusal.as_ref().unwrap().starts_with("led takes"));
 }
@@ -342,21 +342,22 @@ fn calls_have_name_arguments_and_result() {
 #[test]
 fn a_call_that_waits_is_seen_twice() {
     let script = "function init() { takeoff(500) }\nfunction step() {}\n";
-    let keeper = seen_of("waits", "crazyflie", script);
+    let observer = seen_of("waits", "crazyflie", script);
     let arguments = || vec![Piece::Int(500)];
-    let calls: Vec<FunctionCall> = keeper.calls.iter().map(|(.., call)| call.clone()).collect();
+    let calls: Vec<FunctionCall> = observer.calls.iter().map(|(.., call)| call.clone()).collect();
     let ends = CallResult::Returned(Piece::Nil);
     let expected =
         [call("takeoff", arguments(), CallResult::Waiting), call("takeoff", arguments(), ends)];
     assert_eq!(calls, expected);
-    assert!(keeper.calls[1].0 >= keeper.calls[0].0 + 5, "half a second at least");
+    assert!(observer.calls[1].0 >= observer.calls[0].0 + 5, "half a second at least");
 }
 
 /// A function that logs is a call and a line.
 #[test]
 fn a_line_of_a_function_comes_before_its_call() {
-    let keeper = seen_of("shows", "crazyflie", "function init() { show(7) }\nfunction step() {}\n");
-    let kinds: Vec<&str> = keeper
+    let observer =
+        seen_of("shows", "crazyflie", "function init() { show(7) }\nfunction step() {}\n");
+    let kinds: Vec<&str> = observer
         .events
         .iter()
         .filter_map(|event| ["Log(", "Call("].into_iter().find(|kind| event.contains(kind)))

@@ -3,7 +3,7 @@
 #![allow(clippy::unwrap_used, reason = "what fails here fails the test")]
 
 use bittybuzz_arena::output::recording::{
-    Body, Header, Obstacle, Outline, Reader, RecordingError, Robot, Sample, State, Writer,
+    Body, Header, Obstacle, Outline, Reader, RecordedRobot, RecordingError, Sample, State, Writer,
 };
 use proptest::collection::vec;
 use proptest::prelude::*;
@@ -32,8 +32,9 @@ fn documented() -> (Header, Vec<Sample>) {
         Obstacle { outline: Outline::Wall([0, -500, 0, 500]), height: Some(1000) },
     ];
     let header = Header { size: [2000, 1000], tick_ms: 100, bodies, obstacles };
-    let robot = Robot { x: -120, y: 5, z: 0, heading: 0x4000, led: 4, state: State::Running };
-    let moved = Robot { x: -110, ..robot };
+    let robot =
+        RecordedRobot { x: -120, y: 5, z: 0, heading: 0x4000, led: 4, state: State::Running };
+    let moved = RecordedRobot { x: -110, ..robot };
     let samples = vec![
         Sample { tick: 0, robots: vec![None, Some(robot)] },
         Sample { tick: 10, robots: vec![None, Some(moved)] },
@@ -108,10 +109,10 @@ fn unknown_obstacles_are_malformed() {
     assert_eq!(read(file).unwrap_err(), RecordingError::Malformed(12));
 }
 
-fn robot() -> impl Strategy<Value = Robot> {
+fn robot() -> impl Strategy<Value = RecordedRobot> {
     let states = [State::Running, State::Stopped, State::Failed, State::Faulted];
     (any::<[i32; 3]>(), any::<u16>(), 0u8..8, 0usize..4).prop_map(
-        move |([x, y, z], heading, led, state)| Robot {
+        move |([x, y, z], heading, led, state)| RecordedRobot {
             x,
             y,
             z,

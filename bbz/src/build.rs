@@ -7,7 +7,7 @@ use bittybuzz_compiler::fit;
 use clap::Args;
 use serde_json::json;
 
-use crate::Ending;
+use crate::ExitStatus;
 use crate::hex;
 use crate::json;
 use crate::output;
@@ -29,7 +29,7 @@ Exit status: 0, or 2 compile error, 3 wrong command line or file.";
 /// Arguments of `bbz build`.
 #[derive(Debug, Args)]
 #[command(after_help = EXAMPLES)]
-pub struct Arguments {
+pub struct BuildArguments {
     /// Script (.bzz) or Buzz object file (.bo)
     file: PathBuf,
     /// Robot: its name (kilobot, zooids, crazyflie) or the path of a robot file (*.toml)
@@ -53,7 +53,7 @@ pub struct Arguments {
 }
 
 /// Carries out the command.
-pub fn execute(arguments: &Arguments) -> Result<Ending, Problem> {
+pub fn execute(arguments: &BuildArguments) -> Result<ExitStatus, Problem> {
     let kind = Kind::of(&arguments.file)?;
     let selection = Selection::new(Some(&arguments.robot), arguments.profile)?;
     let Compiled { image, symbols, diagnostics, sources } =
@@ -67,7 +67,7 @@ pub fn execute(arguments: &Arguments) -> Result<Ending, Problem> {
         if arguments.json {
             output::write(&format!("{result}\n"))?;
         }
-        return Ok(Ending::CompileError);
+        return Ok(ExitStatus::CompileError);
     };
     fit::verify(&image, selection.effective_profile(), robot)
         .map_err(|cause| Problem::refused(&arguments.file, cause))?;
@@ -108,7 +108,7 @@ pub fn execute(arguments: &Arguments) -> Result<Ending, Problem> {
             "flash_budget": budget,
             "hex": hex_path.map(|path| path.display().to_string()),
         });
-        return output::write(&format!("{result}\n")).map(|()| Ending::Success);
+        return output::write(&format!("{result}\n")).map(|()| ExitStatus::Success);
     }
     let mut line = format!("{}: {} bytes for {}", image_path.display(), image.len(), robot.title);
     if let Some(budget) = budget {
@@ -121,7 +121,7 @@ pub fn execute(arguments: &Arguments) -> Result<Ending, Problem> {
             path.display()
         ))?;
     }
-    Ok(Ending::Success)
+    Ok(ExitStatus::Success)
 }
 
 /// Returns the common beginning of the names of the written files. A folder gets the name of the

@@ -11,7 +11,7 @@ use bittybuzz_compiler::diagnostic::{Diagnostic, Severity};
 use bittybuzz_compiler::fit;
 use clap::Args;
 
-use crate::Ending;
+use crate::ExitStatus;
 use crate::json;
 use crate::output;
 use crate::problem::Problem;
@@ -35,7 +35,7 @@ Exit status: 0, or 2 compile error or denied warning, 3 wrong command line or fi
 /// Arguments of `bbz check`.
 #[derive(Debug, Args)]
 #[command(after_help = EXAMPLES)]
-pub struct Arguments {
+pub struct CheckArguments {
     /// Scripts (.bzz) or Buzz object files (.bo); `-` is a script on standard input
     #[arg(required = true, value_name = "FILE")]
     files: Vec<PathBuf>,
@@ -84,7 +84,7 @@ struct Found {
 }
 
 /// Carries out the command.
-pub fn execute(arguments: &Arguments) -> Result<Ending, Problem> {
+pub fn execute(arguments: &CheckArguments) -> Result<ExitStatus, Problem> {
     let selection = arguments.selection.select()?;
     let mut found = Found { objects: Vec::new(), errors: 0, warnings: 0, denied: 0, first: None };
     for path in &arguments.files {
@@ -104,12 +104,16 @@ pub fn execute(arguments: &Arguments) -> Result<Ending, Problem> {
         let title = format!("{count} {are} denied by `--deny`");
         report::print(Group::with_title(Level::ERROR.primary_title(title)));
     }
-    Ok(if found.errors + found.denied == 0 { Ending::Success } else { Ending::CompileError })
+    Ok(if found.errors + found.denied == 0 {
+        ExitStatus::Success
+    } else {
+        ExitStatus::CompileError
+    })
 }
 
 fn check(
     path: &Path,
-    arguments: &Arguments,
+    arguments: &CheckArguments,
     selection: &Selection,
     found: &mut Found,
 ) -> Result<(), Problem> {

@@ -3,7 +3,7 @@
 use clap::{Args, Command};
 use clap_complete::{Shell, generate};
 
-use crate::Ending;
+use crate::ExitStatus;
 use crate::output;
 use crate::problem::Problem;
 
@@ -16,15 +16,18 @@ Examples:
 /// Arguments of `bbz completions`.
 #[derive(Debug, Args)]
 #[command(after_help = EXAMPLES)]
-pub struct Arguments {
+pub struct CompletionsArguments {
     /// The shell that reads the script
     shell: Shell,
 }
 
 /// Prints the script for a command line.
-pub fn execute(arguments: &Arguments, mut command: Command) -> Result<Ending, Problem> {
+pub fn execute(
+    arguments: &CompletionsArguments,
+    mut command: Command,
+) -> Result<ExitStatus, Problem> {
     let mut script = Vec::new();
     let name = command.get_name().to_owned();
     generate(arguments.shell, &mut command, name, &mut script);
-    output::write(&String::from_utf8_lossy(&script)).map(|()| Ending::Success)
+    output::write(&String::from_utf8_lossy(&script)).map(|()| ExitStatus::Success)
 }

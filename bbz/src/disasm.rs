@@ -6,7 +6,7 @@ use bittybuzz_compiler::bo;
 use bittybuzz_compiler::disasm::disassemble;
 use clap::Args;
 
-use crate::Ending;
+use crate::ExitStatus;
 use crate::output;
 use crate::problem::Problem;
 use crate::program::{self, Kind, Program};
@@ -22,7 +22,7 @@ Examples:
 /// Arguments of `bbz disasm`.
 #[derive(Debug, Args)]
 #[command(after_help = EXAMPLES)]
-pub struct Arguments {
+pub struct DisasmArguments {
     /// Script (.bzz), Buzz object file (.bo) or image (.bbi)
     file: PathBuf,
     #[command(flatten)]
@@ -33,16 +33,16 @@ pub struct Arguments {
 }
 
 /// Carries out the command.
-pub fn execute(arguments: &Arguments) -> Result<Ending, Problem> {
+pub fn execute(arguments: &DisasmArguments) -> Result<ExitStatus, Problem> {
     let selection = arguments.selection.select()?;
     if Kind::of(&arguments.file)? == Kind::Object {
         let listing = bo::disassemble(&program::read(&arguments.file)?);
         let path = arguments.file.clone();
         output::write(&listing.map_err(|error| Problem::Object { path, error })?)?;
-        return Ok(Ending::Success);
+        return Ok(ExitStatus::Success);
     }
     let opened = Program::open(&arguments.file, &arguments.include, &selection)?;
-    let Some(program) = opened else { return Ok(Ending::CompileError) };
+    let Some(program) = opened else { return Ok(ExitStatus::CompileError) };
     output::write(&disassemble(&program.image, program.symbols.as_ref()))?;
-    Ok(Ending::Success)
+    Ok(ExitStatus::Success)
 }

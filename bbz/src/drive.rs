@@ -88,9 +88,9 @@ pub fn drive<P: Profile>(
     interrupt: &mut Interrupt,
 ) -> Result<Ended, ImageError> {
     let mut vm: Box<Vm<P, &[u8], SLOTS>> = Box::new(Vm::new());
-    vm.equip(settings.sizes);
+    vm.set_network_capacity(settings.sizes);
     vm.load_limited(Image::new(image), settings.slots, is_robot_function)?;
-    vm.identify(settings.id, settings.seed);
+    vm.set_robot_id(settings.id, settings.seed);
     let neighbors = &settings.neighbors;
     let checker = settings.checker.clone();
     let mut run = Run { vm, host, interrupt, neighbors, entry: Entry::Global, checker, steps: 0 };

@@ -5,7 +5,7 @@ use bittybuzz_compiler::explain;
 use bittybuzz_vm_core::FaultCode;
 use clap::Args;
 
-use crate::Ending;
+use crate::ExitStatus;
 use crate::fault;
 use crate::output;
 use crate::problem::Problem;
@@ -23,17 +23,17 @@ Examples:
 /// Arguments of `bbz explain`.
 #[derive(Debug, Args)]
 #[command(after_help = EXAMPLES)]
-pub struct Arguments {
+pub struct ExplainArguments {
     /// Code of a message, such as E0201; without, all are listed
     code: Option<String>,
 }
 
 /// Carries out the command.
-pub fn execute(arguments: &Arguments) -> Result<Ending, Problem> {
+pub fn execute(arguments: &ExplainArguments) -> Result<ExitStatus, Problem> {
     let Some(code) = &arguments.code else {
         let lines = codes().map(|(code, title)| format!("{code}  {title}\n"));
         output::write(&lines.collect::<String>())?;
-        return Ok(Ending::Success);
+        return Ok(ExitStatus::Success);
     };
     let wanted = code.to_uppercase();
     let section = explain::explain(&wanted);
@@ -41,7 +41,7 @@ pub fn execute(arguments: &Arguments) -> Result<Ending, Problem> {
         return Err(Problem::UnknownCode { code: code.clone(), likely: likely(&wanted) });
     };
     output::write(&format!("{section}\n"))?;
-    Ok(Ending::Success)
+    Ok(ExitStatus::Success)
 }
 
 /// Every code with its title.

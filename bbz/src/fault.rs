@@ -63,7 +63,7 @@ pub fn describe(
     refusal: Option<&str>,
 ) -> Words {
     let instruction = instruction::ending_at(&program.image, fault.position);
-    let what = What { fault, program, instruction, callee: callee(instruction, program) };
+    let what = FaultText { fault, program, instruction, callee: callee(instruction, program) };
     let nil = marked.and_then(|marked| operand::nil(marked, fault.code, fault.operands));
     let mut headline = what.headline(marked);
     if let Some(nil) = &nil {
@@ -115,7 +115,7 @@ pub fn accepted(fault: &Fault, program: &Program, robot: Option<&Robot>) -> Opti
     Some(bittybuzz_robot_spec::accepted_lists(&[robot?.function(name)?]))
 }
 
-struct What<'a> {
+struct FaultText<'a> {
     fault: &'a Fault,
     program: &'a Program,
     instruction: Option<Instruction>,
@@ -123,7 +123,7 @@ struct What<'a> {
     callee: Option<String>,
 }
 
-impl What<'_> {
+impl FaultText<'_> {
     fn headline(&self, marked: Option<&str>) -> String {
         let [first, second] = self.fault.operands.map(with_article);
         match self.fault.code {

@@ -7,7 +7,7 @@ use bittybuzz_robot_spec::{Layout, Robot, Setting};
 use bittybuzz_vm_core::ImageError;
 use clap::Args;
 
-use crate::Ending;
+use crate::ExitStatus;
 use crate::firmware;
 use crate::isp::{self, Programmer, Task};
 use crate::output;
@@ -40,7 +40,7 @@ Exit status: 0, or 2 compile error, 3 wrong command line or file, an image that 
 /// Arguments of `bbz flash`.
 #[derive(Debug, Args)]
 #[command(after_help = EXAMPLES)]
-pub struct Arguments {
+pub struct FlashArguments {
     /// Script (.bzz), Buzz object file (.bo) or image (.bbi)
     file: PathBuf,
     /// Robot: its name (crazyflie) or the path of a robot file (*.toml)
@@ -66,10 +66,10 @@ pub struct Arguments {
 }
 
 /// Carries out the command.
-pub fn execute(arguments: &Arguments) -> Result<Ending, Problem> {
+pub fn execute(arguments: &FlashArguments) -> Result<ExitStatus, Problem> {
     let selection = Selection::new(Some(&arguments.robot), None)?;
     let robot = selection.robot.as_ref().ok_or(Problem::NoRobot)?;
-    if isp::reaches(robot) {
+    if isp::is_programmed_by_isp(robot) {
         return by_programmer(arguments, &selection, robot);
     }
     if arguments.programmer.is_given() {
@@ -77,7 +77,7 @@ pub fn execute(arguments: &Arguments) -> Result<Ending, Problem> {
     }
     let (chip, layout) = (probe_rs::chip(robot)?, probe_rs::layout(robot)?);
     let opened = Program::open(&arguments.file, &arguments.include, &selection)?;
-    let Some(program) = opened else { return Ok(Ending::CompileError) };
+    let Some(program) = opened else { return Ok(ExitStatus::CompileError) };
     check(&arguments.file, &program, robot)?;
     let section = probe_rs::script_section(&layout, &arguments.file, &program.image)?;
     if let Some(path) = &arguments.firmware {
@@ -94,7 +94,7 @@ pub fn execute(arguments: &Arguments) -> Result<Ending, Problem> {
     let calls: Vec<ProbeRs> = firmware.into_iter().chain(assigned).chain(scripts).collect();
     if arguments.dry_run {
         let calls: String = calls.iter().map(|call| format!("{call}\n")).collect();
-        return output::write(&calls).map(|()| Ending::Success);
+        return output::write(&calls).map(|()| ExitStatus::Success);
     }
     file.write(&section)?;
     for assignment in assignments.iter().flatten() {
@@ -106,12 +106,12 @@ pub fn execute(arguments: &Arguments) -> Result<Ending, Problem> {
 
 /// A robot whose whole program is written.
 fn by_programmer(
-    arguments: &Arguments,
+    arguments: &FlashArguments,
     selection: &Selection,
     robot: &Robot,
-) -> Result<Ending, Problem> {
+) -> Result<ExitStatus, Problem> {
     let Some(program) = Program::open(&arguments.file, &arguments.include, selection)? else {
-        return Ok(Ending::CompileError);
+        return Ok(ExitStatus::CompileError);
     };
     check(&arguments.file, &program, robot)?;
     if let Some(setting) = arguments.set.first() {
@@ -125,14 +125,14 @@ fn by_programmer(
         id: arguments.id,
     };
     task.execute(arguments.dry_run)?;
-    if arguments.dry_run { Ok(Ending::Success) } else { done(&arguments.file, &program, robot) }
+    if arguments.dry_run { Ok(ExitStatus::Success) } else { done(&arguments.file, &program, robot) }
 }
 
-fn done(script: &Path, program: &Program, robot: &Robot) -> Result<Ending, Problem> {
+fn done(script: &Path, program: &Program, robot: &Robot) -> Result<ExitStatus, Problem> {
     let (script, title) = (script.display(), &robot.title);
     let bytes = program.image.len();
     output::write(&format!("`{script}` ({bytes} bytes) is on the {title}, which starts anew\n"))?;
-    Ok(Ending::Success)
+    Ok(ExitStatus::Success)
 }
 
 /// Checks that the robot would run the image.
@@ -150,7 +150,7 @@ fn check(path: &Path, program: &Program, robot: &Robot) -> Result<(), Problem> {
         Err(cause) => return Err(Problem::refused(path, cause)),
     }
     // If it was compiled just now, the compiler has found none.
-    let Some(misfit) = fit::misfits(&program.image, robot).into_iter().next() else {
+    let Some(misfit) = fit::capacity_errors(&program.image, robot).into_iter().next() else {
         return Ok(());
     };
     let name = |number: u16| {
@@ -159,7 +159,7 @@ fn check(path: &Path, program: &Program, robot: &Robot) -> Result<(), Problem> {
         known.map_or(format!("function {number}"), |function| function.name.clone())
     };
     let message = misfit.message(robot, &name);
-    Err(Problem::Misfit { path: path.to_owned(), message, help: misfit.help() })
+    Err(Problem::CapacityError { path: path.to_owned(), message, help: misfit.help() })
 }
 
 /// The call that writes the firmware. Its file holds a script too, so the other one is written after it.

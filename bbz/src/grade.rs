@@ -10,7 +10,7 @@ use bittybuzz_live::{HandIn, TextFile, set_up, text_of};
 use bittybuzz_toml_reader::file;
 use serde_json::{Value, json};
 
-use crate::Ending;
+use crate::ExitStatus;
 use crate::output::Output;
 use crate::problem::Problem;
 use crate::report::{self, printable};
@@ -35,7 +35,7 @@ Exit status: 0 all results are those of the files, 1 one is not or does not run,
 
 #[derive(Debug, clap::Args)]
 #[command(after_help = EXAMPLES)]
-pub struct Arguments {
+pub struct GradeArguments {
     /// Folder with results that were handed in (*.json)
     folder: PathBuf,
     /// Scenario of the assignment [default: the only *.toml file of the folder]
@@ -65,7 +65,7 @@ enum Grade {
 }
 
 /// Carries out the command.
-pub fn execute(arguments: &Arguments) -> Result<Ending, Problem> {
+pub fn execute(arguments: &GradeArguments) -> Result<ExitStatus, Problem> {
     let scenario = match &arguments.scenario {
         Some(scenario) => scenario.clone(),
         None => only_scenario(&arguments.folder)?,
@@ -101,11 +101,11 @@ pub fn execute(arguments: &Arguments) -> Result<Ending, Problem> {
     let agrees = |(_, grade): &(PathBuf, Grade)| matches!(grade, Grade::Ran { differs: None, .. });
     let wrong = grades.iter().filter(|one| !agrees(one)).count();
     if wrong == 0 {
-        return Ok(Ending::Success);
+        return Ok(ExitStatus::Success);
     }
     let text = format!("{wrong} of {} results differ from their files or do not run", grades.len());
     report::warning(&text, None);
-    Ok(Ending::RuntimeError)
+    Ok(ExitStatus::RuntimeError)
 }
 
 /// The scenario of a folder.

@@ -4,7 +4,7 @@
 use std::fmt;
 use std::path::Path;
 
-use bittybuzz_compiler::fit::{self, Misfit};
+use bittybuzz_compiler::fit::{self, CapacityError};
 use bittybuzz_compiler::symbols::Symbols;
 use bittybuzz_robot_spec::{NoSection, Robot, find_script_section, script_section};
 use bittybuzz_toml_reader::file;
@@ -139,8 +139,8 @@ pub fn exchanged(
     let (at, parts) =
         find_script_section(program).map_err(|error| wrong(ProgramError::Section(error)))?;
     let limited = robot.clone().limited_to(parts);
-    for misfit in fit::misfits(image, &limited) {
-        if let Misfit::Part { part, at } = misfit {
+    for misfit in fit::capacity_errors(image, &limited) {
+        if let CapacityError::Part { part, at } = misfit {
             let at = at.and_then(|at| place(symbols?, u32::try_from(at).ok()?));
             return Err(wrong(ProgramError::Part { part, at }));
         }

@@ -68,13 +68,13 @@ fn warn_of_erased(cells: &[u8], title: &str) {
 }
 
 /// Returns true if this robot is programmed with avrdude.
-pub fn reaches(robot: &Robot) -> bool {
+pub fn is_programmed_by_isp(robot: &Robot) -> bool {
     robot.layout.is_none() && robot.chip.as_deref() == Some("ATmega328P")
 }
 
 /// The content that the robot is to have.
 pub struct Task<'a> {
-    /// The robot, of which [`reaches`] is true.
+    /// The robot, of which [`is_programmed_by_isp`] is true.
     pub robot: &'a Robot,
     /// The access to the robot.
     pub programmer: &'a Programmer,

@@ -2,7 +2,7 @@
 //!
 //! # Principles
 //! * Results go to standard output, messages to standard error.
-//! * The exit status tells what happened: see [`Ending`].
+//! * The exit status tells what happened: see [`ExitStatus`].
 //! * A message names the place and says what to do.
 //! * No robot is needed: a script runs on the very virtual machine that the robots carry.
 //!
@@ -77,39 +77,39 @@ struct CommandLine {
 #[derive(Debug, Subcommand)]
 enum Command {
     /// Find the mistakes of a script
-    Check(check::Arguments),
+    Check(check::CheckArguments),
     /// Make the image that a robot runs
-    Build(build::Arguments),
+    Build(build::BuildArguments),
     /// Run a script on this computer
-    Run(run::Arguments),
+    Run(run::RunArguments),
     /// Simulate the robots of a scenario, and test what comes of it
-    Sim(sim::Arguments),
+    Sim(sim::SimArguments),
     /// Show a recording of a simulation in a page
     #[cfg(feature = "view")]
-    View(view::Arguments),
+    View(view::ViewArguments),
     /// Run the results of an assignment again
-    Grade(grade::Arguments),
+    Grade(grade::GradeArguments),
     /// Write a script to a robot, and if asked the firmware
-    Flash(flash::Arguments),
+    Flash(flash::FlashArguments),
     /// Show what a robot tells of its script, live
-    Trace(trace::Arguments),
+    Trace(trace::TraceArguments),
     /// Show the instructions that a script compiles to
-    Disasm(disasm::Arguments),
+    Disasm(disasm::DisasmArguments),
     /// List the robots, or the functions and limits of one
-    Robots(robots::Arguments),
+    Robots(robots::RobotsArguments),
     /// Write a robot file for the robot functions that a script calls
-    Stubs(stubs::Arguments),
+    Stubs(stubs::StubsArguments),
     /// Explain the code of a message
-    Explain(explain::Arguments),
+    Explain(explain::ExplainArguments),
     /// Print the script by which a shell completes command lines of bbz
-    Completions(completions::Arguments),
+    Completions(completions::CompletionsArguments),
     /// Write the manual pages of all commands
-    Manual(manual::Arguments),
+    Manual(manual::ManualArguments),
 }
 
 /// The end of a command: its exit status.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-enum Ending {
+enum ExitStatus {
     Success = 0,
     RuntimeError = 1,
     CompileError = 2,
@@ -119,8 +119,8 @@ enum Ending {
     Interrupted = interrupt::KILLED as isize,
 }
 
-impl From<Ending> for ExitCode {
-    fn from(ending: Ending) -> ExitCode {
+impl From<ExitStatus> for ExitCode {
+    fn from(ending: ExitStatus) -> ExitCode {
         ExitCode::from(ending as u8)
     }
 }
@@ -131,7 +131,7 @@ fn main() -> ExitCode {
         Err(message) => {
             // Help is a message too, but no mistake. If it cannot be printed, there is no reader.
             let _ = message.print();
-            let ending = if message.use_stderr() { Ending::Usage } else { Ending::Success };
+            let ending = if message.use_stderr() { ExitStatus::Usage } else { ExitStatus::Success };
             return ending.into();
         }
     };
@@ -154,7 +154,7 @@ fn main() -> ExitCode {
     };
     let ending = ending.unwrap_or_else(|problem| {
         report::problem(&problem);
-        Ending::Usage
+        ExitStatus::Usage
     });
     ending.into()
 }

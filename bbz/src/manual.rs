@@ -4,7 +4,7 @@ use std::path::PathBuf;
 
 use clap::{Args, Command};
 
-use crate::Ending;
+use crate::ExitStatus;
 use crate::problem::Problem;
 
 const EXAMPLES: &str = "\
@@ -14,16 +14,16 @@ Examples:
 /// Arguments of `bbz manual`.
 #[derive(Debug, Args)]
 #[command(after_help = EXAMPLES)]
-pub struct Arguments {
+pub struct ManualArguments {
     /// Existing folder for the pages: bbz.1, and one for each command
     #[arg(value_name = "FOLDER")]
     folder: PathBuf,
 }
 
 /// Writes the pages of a command line.
-pub fn execute(arguments: &Arguments, command: Command) -> Result<Ending, Problem> {
+pub fn execute(arguments: &ManualArguments, command: Command) -> Result<ExitStatus, Problem> {
     let folder = &arguments.folder;
     let written = clap_mangen::generate_to(command.disable_help_subcommand(true), folder);
     written.map_err(|error| Problem::unwritable(folder, error))?;
-    Ok(Ending::Success)
+    Ok(ExitStatus::Success)
 }

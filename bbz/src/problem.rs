@@ -157,7 +157,7 @@ pub enum Problem {
         robot: String,
     },
     /// An image that does not fit the robot.
-    Misfit {
+    CapacityError {
         /// The file of the image.
         path: PathBuf,
         /// The reason.
@@ -354,7 +354,7 @@ impl Problem {
                 Some("name the script (.bzz), or its image (.bbi) beside the symbols".to_owned())
             }
             Problem::RobotProfile { .. } => Some("build it without --profile".to_owned()),
-            Problem::Misfit { help, .. } => Some(help.clone()),
+            Problem::CapacityError { help, .. } => Some(help.clone()),
             Problem::Firmware { error, .. } => Some(error.help().to_owned()),
             Problem::Program { error, .. } => Some(error.help().to_owned()),
             Problem::OwnRegion(_) => Some("`bbz flash --firmware` writes both".to_owned()),
@@ -529,7 +529,9 @@ impl fmt::Display for Problem {
                 path.display(),
                 image.name()
             ),
-            Problem::Misfit { path, message, .. } => write!(f, "`{}`: {message}", path.display()),
+            Problem::CapacityError { path, message, .. } => {
+                write!(f, "`{}`: {message}", path.display())
+            }
             Problem::Firmware { path, error } => write!(f, "`{}` {error}", path.display()),
             Problem::Program { path, error } => write!(f, "`{}` {error}", path.display()),
             Problem::OwnRegion(robot) => {

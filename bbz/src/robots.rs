@@ -6,7 +6,7 @@ use bittybuzz_robot_spec::{
 };
 use clap::Args;
 
-use crate::Ending;
+use crate::ExitStatus;
 use crate::output;
 use crate::problem::Problem;
 
@@ -19,19 +19,19 @@ Examples:
 /// Arguments of `bbz robots`.
 #[derive(Debug, Args)]
 #[command(after_help = EXAMPLES)]
-pub struct Arguments {
+pub struct RobotsArguments {
     /// Robot: its name or the path of a robot file (*.toml); without, all are listed
     #[arg(value_name = "NAME|PATH.toml")]
     robot: Option<String>,
 }
 
 /// Carries out the command.
-pub fn execute(arguments: &Arguments) -> Result<Ending, Problem> {
+pub fn execute(arguments: &RobotsArguments) -> Result<ExitStatus, Problem> {
     let text = match &arguments.robot {
         Some(robot) => describe(&find(robot).map_err(Problem::Robot)?),
         None => list(&all_shipped()),
     };
-    output::write(&text).map(|()| Ending::Success)
+    output::write(&text).map(|()| ExitStatus::Success)
 }
 
 /// A line for each robot.

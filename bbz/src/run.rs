@@ -13,7 +13,7 @@ use bittybuzz_vm_core::{Entry, Sizes};
 use clap::Args;
 use serde_json::{Value, json};
 
-use crate::Ending;
+use crate::ExitStatus;
 use crate::backtrace::Backtrace;
 use crate::checks::Checked;
 use crate::costs;
@@ -56,7 +56,7 @@ Exit status: 0, or 1 run-time error, 2 compile error, 3 wrong command line or fi
 /// Arguments of `bbz run`.
 #[derive(Debug, Args)]
 #[command(after_help = EXAMPLES)]
-pub struct Arguments {
+pub struct RunArguments {
     /// Script (.bzz), Buzz object file (.bo) or image (.bbi)
     file: PathBuf,
     #[command(flatten)]
@@ -106,7 +106,7 @@ fn neighbor(text: &str) -> Result<InSight, String> {
 }
 
 /// Carries out the command.
-pub fn execute(arguments: &Arguments) -> Result<Ending, Problem> {
+pub fn execute(arguments: &RunArguments) -> Result<ExitStatus, Problem> {
     let selection = arguments.selection.select()?;
     let print = |sources: &SourceMap, diagnostics: &[Diagnostic]| {
         if !arguments.json {
@@ -118,7 +118,7 @@ pub fn execute(arguments: &Arguments) -> Result<Ending, Problem> {
         output::write(&format!("{messages}\n"))
     };
     let opened = Program::open_reporting(&arguments.file, &arguments.include, &selection, print)?;
-    let Some(program) = opened else { return Ok(Ending::CompileError) };
+    let Some(program) = opened else { return Ok(ExitStatus::CompileError) };
     let robot = selection.robot.as_ref();
     let tick_hz = robot.map_or(TICK_HZ, |robot| robot.tick_hz);
     let costs = robot.filter(|_| arguments.checks);
@@ -175,24 +175,24 @@ pub fn execute(arguments: &Arguments) -> Result<Ending, Problem> {
         host.output.plain(object.to_string().as_bytes());
         host.output.finish()?;
         return Ok(match end {
-            End::Fault(_) => Ending::RuntimeError,
-            End::Complete | End::OutputClosed | End::Interrupted => Ending::Success,
+            End::Fault(_) => ExitStatus::RuntimeError,
+            End::Complete | End::OutputClosed | End::Interrupted => ExitStatus::Success,
         });
     }
     host.output.finish()?;
     let ending = match end {
-        End::Complete | End::OutputClosed => Ending::Success,
+        End::Complete | End::OutputClosed => ExitStatus::Success,
         End::Interrupted => {
             let title = Level::NOTE.primary_title(format!("stopped by {}", interrupt::NAME));
             report::print(Group::with_title(title).elements(backtrace.elements()));
-            Ending::Success
+            ExitStatus::Success
         }
         End::Fault(fault) => {
             let step = (entry == Entry::Step).then(|| format!("in step {steps}"));
             let memory = memory.map(|memory| memory::text(&memory, &program));
             let notes: Vec<String> = step.into_iter().chain(memory).collect();
             fault::report(&fault, &program, &backtrace, refusal.as_deref(), &notes);
-            Ending::RuntimeError
+            ExitStatus::RuntimeError
         }
     };
     if let Some(checked) = checked {

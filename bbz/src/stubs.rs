@@ -8,7 +8,7 @@ use bittybuzz_compiler::source::SourceMap;
 use bittybuzz_robot_spec::{MAX_PARAMETERS, Robot, is_robot_name};
 use clap::Args;
 
-use crate::Ending;
+use crate::ExitStatus;
 use crate::output;
 use crate::problem::Problem;
 use crate::program::{self, Kind};
@@ -50,7 +50,7 @@ help = \"x, y and z in mm, orientation in degrees\"
 /// Arguments of `bbz stubs`.
 #[derive(Debug, Args)]
 #[command(after_help = EXAMPLES)]
-pub struct Arguments {
+pub struct StubsArguments {
     /// Script (.bzz)
     file: PathBuf,
     /// Write the robot file to OUT [default: standard output]
@@ -62,7 +62,7 @@ pub struct Arguments {
 }
 
 /// Carries out the command.
-pub fn execute(arguments: &Arguments) -> Result<Ending, Problem> {
+pub fn execute(arguments: &StubsArguments) -> Result<ExitStatus, Problem> {
     let path = arguments.file.as_path();
     if Kind::of(path)? != Kind::Script {
         return Err(Problem::NotAScript(path.to_owned()));
@@ -70,7 +70,7 @@ pub fn execute(arguments: &Arguments) -> Result<Ending, Problem> {
     let parsed = program::parsed(path, &arguments.include);
     if parsed.has_errors() {
         report::diagnostics(&parsed.sources, &parsed.diagnostics);
-        return Ok(Ending::CompileError);
+        return Ok(ExitStatus::CompileError);
     }
     let output = arguments.output.as_deref();
     let text = robot_file(path, output, &missing(&parsed.script), &parsed.sources);
@@ -86,7 +86,7 @@ pub fn execute(arguments: &Arguments) -> Result<Ending, Problem> {
             whole_file::write(output, text.as_bytes())?;
         }
     }
-    Ok(Ending::Success)
+    Ok(ExitStatus::Success)
 }
 
 fn robot_file(

@@ -7,7 +7,7 @@ use bittybuzz_live::{Replay, Source};
 use bittybuzz_page::Page;
 use bittybuzz_toml_reader::file;
 
-use crate::Ending;
+use crate::ExitStatus;
 use crate::interrupt::Interrupt;
 use crate::output::Output;
 use crate::problem::Problem;
@@ -20,7 +20,7 @@ Examples:
 
 #[derive(Debug, clap::Args)]
 #[command(after_help = EXAMPLES)]
-pub struct Arguments {
+pub struct ViewArguments {
     /// Recording of `bbz sim --record`
     recording: PathBuf,
     /// Print the address of the page and open no browser
@@ -29,7 +29,7 @@ pub struct Arguments {
 }
 
 /// Carries out the command.
-pub fn execute(arguments: &Arguments) -> Result<Ending, Problem> {
+pub fn execute(arguments: &ViewArguments) -> Result<ExitStatus, Problem> {
     let path = &arguments.recording;
     let bytes =
         file::read(path, file::MOST_RECORDING).map_err(|error| Problem::unreadable(path, error))?;
@@ -39,12 +39,12 @@ pub fn execute(arguments: &Arguments) -> Result<Ending, Problem> {
 }
 
 /// Shows a session or a recording until its page is closed, or Ctrl-C.
-pub fn show(source: &mut dyn Source, no_browser: bool) -> Result<Ending, Problem> {
+pub fn show(source: &mut dyn Source, no_browser: bool) -> Result<ExitStatus, Problem> {
     let mut interrupt = Interrupt::install().map_err(Problem::Interrupt)?;
     let page = Page::open().map_err(Problem::Page)?;
     announce(&page, no_browser)?;
     page.show(source, || interrupt.is_raised());
-    Ok(Ending::Success)
+    Ok(ExitStatus::Success)
 }
 
 /// Prints the address of a page and opens it.

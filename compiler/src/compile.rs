@@ -12,7 +12,7 @@ use crate::codegen::constant::Profile;
 use crate::codegen::{self, GLOBAL_CODE, Generated, LocalRange, SourceFunction};
 use crate::codes::Code;
 use crate::diagnostic::{Diagnostic, Severity};
-use crate::fit::{self, Misfit};
+use crate::fit::{self, CapacityError};
 use crate::image::{Image, ImageError};
 use crate::include::Loader;
 use crate::parser::{Parsed, parse};
@@ -127,20 +127,20 @@ fn write(generated: &Generated) -> Result<Image, Box<Diagnostic>> {
 /// Returns the reasons why the robot cannot run the image.
 fn fit(generated: &Generated, image: &Image, robot: &Robot) -> Vec<Diagnostic> {
     let name = |number: u16| function_name(generated, number);
-    let refused = fit::misfits(&image.bytes, robot).into_iter().map(|misfit| {
+    let refused = fit::capacity_errors(&image.bytes, robot).into_iter().map(|misfit| {
         let message = misfit.message(robot, &name);
         let diagnostic = |code, span| Diagnostic::new(code, span, message).help(misfit.help());
         match &misfit {
-            Misfit::Feature { at, .. } | Misfit::Part { at, .. } => {
+            CapacityError::Feature { at, .. } | CapacityError::Part { at, .. } => {
                 let span = at.map_or(Span::default(), |at| image.source(at));
                 diagnostic(Code::MissingFeature, span)
             }
-            Misfit::Flash { .. } => diagnostic(Code::FlashBudget, Span::default()),
-            Misfit::Globals { most, .. } => {
+            CapacityError::Flash { .. } => diagnostic(Code::FlashBudget, Span::default()),
+            CapacityError::Globals { most, .. } => {
                 let span = generated.first_uses.get(*most).copied().unwrap_or_default();
                 diagnostic(Code::TooManyGlobals, span).label("the first that does not fit")
             }
-            Misfit::Stack { way, .. } => {
+            CapacityError::Stack { way, .. } => {
                 let Some(last) = way.calls.last() else {
                     let entry = way.functions.first().map(|entry| usize::from(*entry));
                     let entry = entry.and_then(|entry| generated.functions.get(entry));

@@ -15,7 +15,7 @@ use bittybuzz_vm_core::seal;
 use bittybuzz_vm_core::{Image, ImageError, Part, Parts, Sizes, Vm, features};
 
 use code::Instruction;
-pub use stack::Way;
+pub use stack::CallPath;
 
 /// Bytes of a row of the library table.
 const ROW: usize = 4;
@@ -27,7 +27,7 @@ type Machine<'a, P> = Box<Vm<P, &'a [u8], MOST_SLOTS>>;
 
 /// A reason why a robot cannot run an image.
 #[derive(Debug, Clone, PartialEq, Eq)]
-pub enum Misfit {
+pub enum CapacityError {
     /// The robot's machine is built without a part that the script needs.
     Feature {
         /// The part, as scripts call it.
@@ -61,7 +61,7 @@ pub enum Misfit {
     /// Globals and stack together need more than the robot's memory.
     Stack {
         /// The calls that make the stack this deep.
-        way: Way,
+        way: CallPath,
         /// Slots for globals.
         globals: usize,
         /// Slots of the robot.
@@ -71,28 +71,32 @@ pub enum Misfit {
 
 /// Returns the reasons why a robot cannot run the image. The image is one that the verifier
 /// accepts; for others the list may be incomplete.
-pub fn misfits(image: &[u8], robot: &Robot) -> Vec<Misfit> {
+pub fn capacity_errors(image: &[u8], robot: &Robot) -> Vec<CapacityError> {
     let Ok(header) = Image::new(image).header() else { return Vec::new() };
     let slots = robot.vm.slots as usize;
     let mut found = lacking(image, &header, robot);
     let missing = uses(image, &header).into_iter().filter(|(part, _)| !robot.parts.has(*part));
-    found.extend(missing.map(|(part, at)| Misfit::Part { part, at }));
+    found.extend(missing.map(|(part, at)| CapacityError::Part { part, at }));
     let most = match (robot.layout, robot.budget) {
         (Some(layout), _) => layout.most_script() as usize,
         (None, Some(budget)) => budget.flash_bytes as usize,
         (None, None) => usize::MAX,
     };
     if image.len() > most {
-        found.push(Misfit::Flash { bytes: image.len(), most });
+        found.push(CapacityError::Flash { bytes: image.len(), most });
     }
     let globals = usize::from(header.globals());
     if globals + BESIDE_GLOBALS > slots {
-        found.push(Misfit::Globals { globals, most: slots.saturating_sub(BESIDE_GLOBALS), slots });
+        found.push(CapacityError::Globals {
+            globals,
+            most: slots.saturating_sub(BESIDE_GLOBALS),
+            slots,
+        });
         return found;
     }
     let way = stack::deepest(image, &header);
     if globals + way.slots > slots {
-        found.push(Misfit::Stack { way, globals, slots });
+        found.push(CapacityError::Stack { way, globals, slots });
     }
     found
 }
@@ -150,7 +154,7 @@ fn uses(image: &[u8], header: &Header) -> Vec<(Part, Option<usize>)> {
 }
 
 /// The parts of the machine that the script needs and the robot lacks.
-fn lacking(image: &[u8], header: &Header, robot: &Robot) -> Vec<Misfit> {
+fn lacking(image: &[u8], header: &Header, robot: &Robot) -> Vec<CapacityError> {
     let instructions: Vec<Instruction> = (0..header.functions())
         .flat_map(|number| code::instructions(image, header, number))
         .collect();
@@ -164,7 +168,7 @@ fn lacking(image: &[u8], header: &Header, robot: &Robot) -> Vec<Misfit> {
         let first = instructions.iter().find(|instruction| needs(instruction, feature));
         let is_needed = first.is_some() || header.features() & feature as u8 != 0;
         let at = first.map(|instruction| instruction.at);
-        (is_needed && !is_there).then_some(Misfit::Feature { name, at })
+        (is_needed && !is_there).then_some(CapacityError::Feature { name, at })
     });
     missing.collect()
 }
@@ -180,23 +184,23 @@ fn needs(instruction: &Instruction, feature: Feature) -> bool {
     }
 }
 
-impl Misfit {
+impl CapacityError {
     /// Returns the sentence of the mistake.
     pub fn message(&self, robot: &Robot, function: &dyn Fn(u16) -> String) -> String {
         let title = &robot.title;
         match self {
-            Misfit::Feature { name, .. } => format!("the {title} is built without `{name}`"),
-            Misfit::Part { part, .. } => {
+            CapacityError::Feature { name, .. } => format!("the {title} is built without `{name}`"),
+            CapacityError::Part { part, .. } => {
                 format!("the firmware is built without `{}`: {}", part.name(), part.what())
             }
-            Misfit::Flash { bytes, most } => {
+            CapacityError::Flash { bytes, most } => {
                 format!("the image has {bytes} bytes, the {title} has room for {most}")
             }
-            Misfit::Globals { globals, slots, .. } => format!(
+            CapacityError::Globals { globals, slots, .. } => format!(
                 "{globals} globals need {} slots of memory, the {title} has {slots}",
                 globals + BESIDE_GLOBALS
             ),
-            Misfit::Stack { way, globals, slots } => format!(
+            CapacityError::Stack { way, globals, slots } => format!(
                 "{way} needs {} slots of memory, {globals} of them for globals; the {title} has {slots}",
                 globals + way.slots,
                 way = Named { way, function }
@@ -207,20 +211,20 @@ impl Misfit {
     /// Returns the cure.
     pub fn help(&self) -> String {
         match self {
-            Misfit::Feature { name, .. } => {
+            CapacityError::Feature { name, .. } => {
                 format!("leave `{name}` out of the script, or allow it in the [vm] of the robot file")
             }
-            Misfit::Part { .. } => {
+            CapacityError::Part { .. } => {
                 "build it with this script: `cargo xtask build ROBOT --script FILE`".to_owned()
             }
-            Misfit::Flash { .. } => {
+            CapacityError::Flash { .. } => {
                 "leave out what this robot does not need; `if(name) { ... }` tells robots apart"
                     .to_owned()
             }
-            Misfit::Globals { most, .. } => format!(
+            CapacityError::Globals { most, .. } => format!(
                 "at most {most} fit; use local variables, or keep values in a table, which needs 7 slots for 6"
             ),
-            Misfit::Stack { .. } => {
+            CapacityError::Stack { .. } => {
                 "fewer globals, fewer local variables in these functions, or fewer calls within calls"
                     .to_owned()
             }
@@ -230,7 +234,7 @@ impl Misfit {
 
 /// A way as people read it: `step() -> turn() -> measure()`.
 struct Named<'a> {
-    way: &'a Way,
+    way: &'a CallPath,
     function: &'a dyn Fn(u16) -> String,
 }
 
@@ -294,7 +298,7 @@ fn load<'a, P: number::Profile>(
     // Too large for the stack of a thread.
     let mut vm: Machine<'a, P> = Box::new(Vm::new());
     // [`lacking`] reports missing parts of the robot.
-    vm.equip(Sizes { neighbors: 1, bearings: false, entries: 1, swarms: 1 });
+    vm.set_network_capacity(Sizes { neighbors: 1, bearings: false, entries: 1, swarms: 1 });
     let has_function = |hash| robot.functions.iter().any(|function| function.hash() == hash);
     vm.load_limited(Image::new(image), robot.vm.slots as usize, has_function)?;
     Ok(vm)

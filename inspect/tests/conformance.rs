@@ -22,9 +22,9 @@ fn run<P: Profile>(path: &str, script: &str, limits: Option<Limits>) -> Option<S
     // Some scripts have errors to be found.
     let (image, symbols) = (compiled.image?, compiled.symbols?);
     let mut vm: Box<Vm<P, &[u8], SLOTS>> = Box::new(Vm::new());
-    vm.equip(SIZES);
+    vm.set_network_capacity(SIZES);
     vm.load(Image::new(&image), |_| true).expect("it is sound");
-    vm.identify(1, 7);
+    vm.set_robot_id(1, 7);
     let mut host = Recorder::default();
     let mut output = String::new();
     for entry in [Entry::Global, Entry::Init, Entry::Step, Entry::Step, Entry::Destroy] {

@@ -3,7 +3,7 @@
 use std::time::Duration;
 
 use bittybuzz_arena::output::recording::{
-    Body, Obstacle, Outline, Reader, RecordingError, Robot, Sample,
+    Body, Obstacle, Outline, Reader, RecordedRobot, RecordingError, Sample,
 };
 use serde_json::{Value, json};
 
@@ -247,7 +247,7 @@ impl Source for Replay<'_> {
     }
 
     fn take_sample(&mut self) -> Vec<u8> {
-        let robots: &[Option<Robot>] = &self.shown.robots;
+        let robots: &[Option<RecordedRobot>] = &self.shown.robots;
         self.samples.take(self.shown.tick, robots, || self.reader.header().clone())
     }
 }

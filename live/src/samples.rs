@@ -1,6 +1,6 @@
 //! Places and LEDs of the robots, in the bytes of a recording.
 
-use bittybuzz_arena::output::recording::{Header, Robot, Writer};
+use bittybuzz_arena::output::recording::{Header, RecordedRobot, Writer};
 
 /// A stream of samples: each has only the changes since the last one that was taken.
 pub struct Samples {
@@ -18,7 +18,7 @@ impl Samples {
     pub fn take(
         &mut self,
         tick: u64,
-        robots: &[Option<Robot>],
+        robots: &[Option<RecordedRobot>],
         header: impl FnOnce() -> Header,
     ) -> Vec<u8> {
         // Ticks of a recording ascend.

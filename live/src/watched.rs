@@ -4,7 +4,7 @@ use std::collections::VecDeque;
 use std::sync::mpsc::{Receiver, TryRecvError};
 use std::time::Duration;
 
-use bittybuzz_arena::output::recording::{Body, Header, Robot, State};
+use bittybuzz_arena::output::recording::{Body, Header, RecordedRobot, State};
 use serde_json::{Value, json};
 
 use crate::samples::Samples;
@@ -216,9 +216,16 @@ impl Source for Watched {
         let apart = 10 * APART as i32;
         let place = |number: i32| (2 * number - count + 1) * apart / 2;
         let robots = (0..).zip(&self.robots).map(|(number, (_, state))| {
-            Some(Robot { x: place(number), y: 0, z: 0, heading: 0x4000, led: 0, state: *state })
+            Some(RecordedRobot {
+                x: place(number),
+                y: 0,
+                z: 0,
+                heading: 0x4000,
+                led: 0,
+                state: *state,
+            })
         });
-        let robots: Vec<Option<Robot>> = robots.collect();
+        let robots: Vec<Option<RecordedRobot>> = robots.collect();
         let bodies = self.robots.iter().map(|(id, _)| Body { id: *id, radius: 10 * RADIUS });
         let header = Header {
             size: self.size(),

@@ -5,13 +5,14 @@
 use std::time::Duration;
 
 use bittybuzz_arena::output::recording::{
-    Body, Header, Obstacle, Outline, Reader, RecordingError, Robot, Sample, State, Writer,
+    Body, Header, Obstacle, Outline, Reader, RecordedRobot, RecordingError, Sample, State, Writer,
 };
 use bittybuzz_live::{Replay, Source};
 use proptest::prelude::*;
 use serde_json::{Value, json};
 
-const ROBOT: Robot = Robot { x: 0, y: 0, z: 0, heading: 0, led: 0, state: State::Running };
+const ROBOT: RecordedRobot =
+    RecordedRobot { x: 0, y: 0, z: 0, heading: 0, led: 0, state: State::Running };
 
 /// Robot 7 joins at the third sample. Samples are half a second apart: the ticks are 0, 5, 10 ...
 fn recording(samples: u64) -> Vec<u8> {
@@ -32,9 +33,9 @@ fn recording(samples: u64) -> Vec<u8> {
     writer.finish().unwrap()
 }
 
-fn robots(number: u64) -> [Option<Robot>; 2] {
-    let first = Robot { x: 10 * number as i32, led: (number % 8) as u8, ..ROBOT };
-    [Some(first), (number >= 2).then_some(Robot { y: -5, ..ROBOT })]
+fn robots(number: u64) -> [Option<RecordedRobot>; 2] {
+    let first = RecordedRobot { x: 10 * number as i32, led: (number % 8) as u8, ..ROBOT };
+    [Some(first), (number >= 2).then_some(RecordedRobot { y: -5, ..ROBOT })]
 }
 
 /// The sample that a client sees that has those bytes already.

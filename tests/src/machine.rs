@@ -74,7 +74,7 @@ pub fn run<'i, P: Profile, const SLOTS: usize>(
         assert!(ENTRIES.iter().all(|entry| !vm.begin(*entry)), "a refused image begins");
         return Trace { output: String::new(), end: End::Refused(error), globals: String::new() };
     }
-    vm.identify(1, 7);
+    vm.set_robot_id(1, 7);
     let mut recorder = recorder();
     let mut output = String::new();
     let mut left = settings.most;

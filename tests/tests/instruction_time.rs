@@ -24,7 +24,12 @@ fn longest<P: Profile>(script: &str, neighbors: u16) -> u64 {
     let image = compiled.image.unwrap_or_else(|| panic!("{script}\n{:?}", compiled.diagnostics));
     let reads = Cell::new(0);
     let mut vm: Box<Vm<P, CountedCode<'_>, SLOTS>> = Box::new(Vm::new());
-    vm.equip(Sizes { neighbors: (neighbors / 4) as u8, bearings: true, entries: 4, swarms: 8 });
+    vm.set_network_capacity(Sizes {
+        neighbors: (neighbors / 4) as u8,
+        bearings: true,
+        entries: 4,
+        swarms: 8,
+    });
     vm.load(Image::new(CountedCode::new(&image, &reads)), |_| true)
         .unwrap_or_else(|error| panic!("{script}\n{error:?}"));
     for robot in 0..neighbors / 4 {

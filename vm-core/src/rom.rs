@@ -151,17 +151,17 @@ impl Effect {
 
 /// The kind of a built-in: its bit of [`Feature`](builtin::Feature), and its behaviour.
 #[derive(Clone, Copy)]
-pub(crate) struct Needs(u8);
+pub(crate) struct BuiltinFlags(u8);
 
-impl Needs {
+impl BuiltinFlags {
     /// Those of a number that is in the table, else anything.
-    pub(crate) fn of<P: Profile, C: ByteCode>(number: u8) -> Needs {
-        Needs(C::rom::<P>(BUILTINS_AT + usize::from(number)))
+    pub(crate) fn of<P: Profile, C: ByteCode>(number: u8) -> BuiltinFlags {
+        BuiltinFlags(C::rom::<P>(BUILTINS_AT + usize::from(number)))
     }
 
-    /// From [`Needs::byte`].
-    pub(crate) fn from_byte(byte: u8) -> Needs {
-        Needs(byte)
+    /// From [`BuiltinFlags::byte`].
+    pub(crate) fn from_byte(byte: u8) -> BuiltinFlags {
+        BuiltinFlags(byte)
     }
 
     /// All in one byte.
@@ -215,14 +215,14 @@ mod tests {
             assert_eq!(in_full.trailer(), info.trailer.length(4), "{}", info.name);
         }
         for info in builtin::TABLE {
-            let needs = Needs::of::<Full, Code>(info.number);
+            let needs = BuiltinFlags::of::<Full, Code>(info.number);
             assert!(needs.is(info.kind), "{}", info.name);
             assert_eq!(needs.are_in(0), info.feature == Feature::Core, "{}", info.name);
             assert!(needs.are_in(info.feature as u8), "{}", info.name);
             let function = info.kind != Kind::Value;
             assert_eq!(needs.is_function_in(info.feature as u8), function, "{}", info.name);
             assert_eq!(needs.is_method(), function && info.library.is_object(), "{}", info.name);
-            assert_eq!(needs.byte(), Needs::from_byte(needs.byte()).byte());
+            assert_eq!(needs.byte(), BuiltinFlags::from_byte(needs.byte()).byte());
         }
     }
 

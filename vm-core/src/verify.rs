@@ -17,7 +17,7 @@ use crate::network::Sizes;
 use crate::number::Profile;
 use crate::opcode::{self, DROP_RESULT, Operand};
 use crate::part::{Part, Parts};
-use crate::rom::{Effect, Needs};
+use crate::rom::{BuiltinFlags, Effect};
 use crate::value::{Tag, Value};
 
 /// The bits of [`Feature`] that a machine with all [parts](Part) offers in a profile: strings made at run time need
@@ -112,7 +112,7 @@ impl<C: ByteCode> Verified<'_, C> {
             if self.named::<P>(LIBRARY, library.into()) < 0
                 || self.named::<P>(STRING, string) < 0
                 || needs < 0
-                || !Needs::from_byte(needs as u8).are_in(offered)
+                || !BuiltinFlags::from_byte(needs as u8).are_in(offered)
             {
                 return Err(ImageError::LibraryTable(row));
             }
@@ -149,7 +149,7 @@ impl<C: ByteCode> Verified<'_, C> {
 
     /// Returns the thing that an operand names by a number, from [`Operand::Global`] to
     /// [`Operand::Count`]: the header of a function, the
-    /// [`Needs`] of a built-in, 0 for what else exists, [`NONE`] if it does not.
+    /// [`BuiltinFlags`] of a built-in, 0 for what else exists, [`NONE`] if it does not.
     #[one_copy]
     fn named<P: Profile>(self, operand: u8, number: u16) -> i16 {
         let limit = if operand < BUILTIN {
@@ -168,7 +168,7 @@ impl<C: ByteCode> Verified<'_, C> {
         let byte = if operand == FUNCTION {
             self.code.byte(self.start(number))
         } else if operand == BUILTIN {
-            Needs::of::<P, C>(number as u8).byte()
+            BuiltinFlags::of::<P, C>(number as u8).byte()
         } else {
             0
         };
@@ -224,7 +224,7 @@ impl<C: ByteCode> Verified<'_, C> {
             }
         }
         if operand == BUILTIN {
-            let needs = Needs::from_byte(named);
+            let needs = BuiltinFlags::from_byte(named);
             // A result can be dropped only where it comes at once.
             let drops = effect.has_arguments() && trailer & DROP_RESULT != 0;
             if !needs.is_function_in(offered) || drops && needs.is(Kind::Calls) {

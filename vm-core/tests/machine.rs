@@ -14,7 +14,7 @@ const END: u8 = 0xbc; // RETURN_NIL 0
 
 fn load(bytes: &[u8]) -> Machine<'_> {
     let mut vm = Vm::new();
-    vm.identify(5, 0);
+    vm.set_robot_id(5, 0);
     vm.load(Image::new(bytes), |hash| hash <= 9).expect("the image is sound");
     vm
 }

@@ -15,7 +15,7 @@ const SECONDS: &str = "3.05";
 
 /// A line of output.
 #[derive(Clone, Debug, PartialEq, Eq)]
-struct Told {
+struct PrintedLine {
     text: String,
     /// Whether the script logged it: it should be on both sides.
     is_log: bool,
@@ -51,26 +51,26 @@ pub fn run(bbz: &Path) -> Result<()> {
 }
 
 /// The output of `bbz run`: calls of robot functions, and the rest.
-fn told_here(robot: &Robot, output: &str) -> Vec<Told> {
+fn told_here(robot: &Robot, output: &str) -> Vec<PrintedLine> {
     let is_call =
         |text: &str| text.split_once('(').is_some_and(|(name, _)| robot.function(name).is_some());
-    let told = |text: &str| Told { text: text.to_owned(), is_log: !is_call(text) };
+    let told = |text: &str| PrintedLine { text: text.to_owned(), is_log: !is_call(text) };
     output.lines().map(told).collect()
 }
 
 /// The output of `bbz trace`: time, subject, text.
-fn told_there(output: &str) -> Vec<Told> {
+fn told_there(output: &str) -> Vec<PrintedLine> {
     let is_log = |text: &str| text.split_whitespace().nth(1) == Some("step");
-    let told = |text: &str| Told { text: text.to_owned(), is_log: is_log(text) };
+    let told = |text: &str| PrintedLine { text: text.to_owned(), is_log: is_log(text) };
     output.lines().map(told).collect()
 }
 
-fn logs(told: &[Told]) -> impl Iterator<Item = &str> {
+fn logs(told: &[PrintedLine]) -> impl Iterator<Item = &str> {
     told.iter().filter(|told| told.is_log).map(|told| told.text.as_str())
 }
 
 /// Two columns; log lines that belong together are in one row.
-fn beside(here: &[Told], there: &[Told]) -> String {
+fn beside(here: &[PrintedLine], there: &[PrintedLine]) -> String {
     let mut rows = vec![("bbz run", "bbz trace --emulate"), ("", "")];
     let (mut here, mut there) = (here.iter().peekable(), there.iter().peekable());
     while here.peek().is_some() || there.peek().is_some() {
@@ -92,7 +92,7 @@ fn beside(here: &[Told], there: &[Told]) -> String {
     lines.map(|line| line.trim_end().to_owned() + "\n").collect()
 }
 
-fn text(told: Option<&Told>) -> &str {
+fn text(told: Option<&PrintedLine>) -> &str {
     told.map_or("", |told| told.text.as_str())
 }
 

@@ -6,7 +6,7 @@ use core::hash::{Hash, Hasher};
 use super::brain::Brain;
 use super::geometry::Pose;
 use super::herd::Cohort;
-use super::robot::Robot;
+use super::robot::EngineRobot;
 use super::world::World;
 
 /// The bits of the only NaN in digests: processors and WebAssembly engines choose others for equal results.
@@ -104,7 +104,7 @@ impl<B: Brain> World<B> {
         self.statistics.hash(digest);
         digest.float(self.settings.ambient_light);
         for ((pose, estimate), robot) in self.poses.iter().zip(&self.estimates).zip(&self.robots) {
-            let Robot { herd, cohort, radio, state, led, crashes } = robot;
+            let EngineRobot { herd, cohort, radio, state, led, crashes } = robot;
             digest.pose(pose);
             estimate.is_some().hash(digest);
             estimate.iter().for_each(|estimate| digest.pose(estimate));

@@ -38,7 +38,7 @@ pub struct View {
 
 /// A robot, but for its brain, its body and its place.
 #[derive(Clone, Debug)]
-pub(crate) struct Robot {
+pub(crate) struct EngineRobot {
     pub(crate) herd: HerdId,
     /// The number of its cohort.
     pub(crate) cohort: u32,

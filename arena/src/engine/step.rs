@@ -10,7 +10,7 @@ use super::id::RobotId;
 use super::light::Light;
 use super::link::{Attempt, Ether, Listener, Medium, Senders, Window};
 use super::ranger::Sight;
-use super::robot::{Robot, RobotState};
+use super::robot::{EngineRobot, RobotState};
 use super::scratch::Scratch;
 use super::stream::{Purpose, Stream};
 use super::world::World;
@@ -32,7 +32,7 @@ struct Surroundings<'a> {
 struct Part<'a, B> {
     cohort: &'a mut Cohort,
     scratch: &'a mut Scratch,
-    robots: &'a mut [Robot],
+    robots: &'a mut [EngineRobot],
     brains: &'a mut [B],
     poses: &'a mut [Pose],
     estimates: &'a mut [Option<Pose>],
@@ -192,7 +192,7 @@ impl<B: Brain> World<B> {
 fn parts<'a, B>(
     cohorts: &'a mut [Cohort],
     scratch: &'a mut [Scratch],
-    mut robots: &'a mut [Robot],
+    mut robots: &'a mut [EngineRobot],
     mut brains: &'a mut [B],
     mut poses: &'a mut [Pose],
     mut estimates: &'a mut [Option<Pose>],
@@ -239,7 +239,7 @@ impl<B: Brain> Part<'_, B> {
 /// A robot that hears and decides.
 struct Thinker<'a> {
     id: RobotId,
-    robot: &'a mut Robot,
+    robot: &'a mut EngineRobot,
     herd: &'a Herd,
     body: Controls<'a>,
     pose: &'a Pose,

@@ -15,7 +15,7 @@ use super::light::{Light, LightId};
 use super::link::{Air, Calibration, FrameLog, Loss, Media, Medium, Radio, Schedule, Topology};
 use super::obstacle::{Obstacle, Obstacles};
 use super::pool::Pool;
-use super::robot::{Robot, RobotState, View};
+use super::robot::{EngineRobot, RobotState, View};
 use super::scratch::Scratch;
 use super::settings::Settings;
 use super::statistics::Statistics;
@@ -27,7 +27,7 @@ pub struct World<B> {
     pub(crate) settings: Settings,
     pub(crate) now: u64,
     pub(crate) brains: Vec<B>,
-    pub(crate) robots: Vec<Robot>,
+    pub(crate) robots: Vec<EngineRobot>,
     pub(crate) poses: Vec<Pose>,
     /// The places at which robots believe to be.
     pub(crate) estimates: Vec<Option<Pose>>,
@@ -130,7 +130,7 @@ impl<B: Brain> World<B> {
         let radio = Radio::new(*medium, media, &mut build);
         self.brains.push(brain);
         let state = RobotState::Running;
-        self.robots.push(Robot { herd, cohort, radio, state, led: 0, crashes: 0 });
+        self.robots.push(EngineRobot { herd, cohort, radio, state, led: 0, crashes: 0 });
         self.poses.push(pose);
         self.estimates.push(None);
         self.crowd.add(herd.0, self.settings.area);
@@ -290,7 +290,7 @@ impl<B: Brain> World<B> {
     #[must_use]
     pub fn robot(&self, id: RobotId) -> Option<View> {
         let index = self.index(id).ok()?;
-        let Robot { herd, state, led, crashes, .. } = self.robots[index];
+        let EngineRobot { herd, state, led, crashes, .. } = self.robots[index];
         let Shape { radius, height } = self.herds[usize::from(herd.0)].shape;
         let (pose, estimate) = (self.poses[index], self.estimates[index]);
         Some(View { herd, state, pose, estimate, radius, height, led, crashes })

@@ -4,7 +4,7 @@ use crate::engine::RobotState;
 use crate::run::Simulation;
 use crate::scenario::{self, Scenario};
 
-use super::recording::{Body, Header, Obstacle, Outline, Robot, State};
+use super::recording::{Body, Header, Obstacle, Outline, RecordedRobot, State};
 
 /// The header of a recording of this run.
 pub fn header(simulation: &Simulation) -> Header {
@@ -41,7 +41,7 @@ fn tenths(mm: f64) -> i32 {
 }
 
 /// Every robot as it is now.
-pub fn robots(simulation: &Simulation) -> Vec<Option<Robot>> {
+pub fn robots(simulation: &Simulation) -> Vec<Option<RecordedRobot>> {
     let robot = |number: usize| {
         let view = simulation.view(number)?;
         let place = |mm: f32| (mm * 10.0).round() as i32;
@@ -52,7 +52,7 @@ pub fn robots(simulation: &Simulation) -> Vec<Option<Robot>> {
             RobotState::Stopped => State::Stopped,
             RobotState::Failed => State::Failed,
         };
-        Some(Robot {
+        Some(RecordedRobot {
             x: place(view.pose.x),
             y: place(view.pose.y),
             z: place(view.pose.z),

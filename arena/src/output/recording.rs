@@ -90,7 +90,7 @@ const WALL: u8 = 2;
 
 /// A robot in a sample.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct Robot {
+pub struct RecordedRobot {
     /// Tenths of mm, to the right of the middle of the world.
     pub x: i32,
     /// Tenths of mm, up from the middle.
@@ -124,11 +124,12 @@ pub struct Sample {
     /// The tick.
     pub tick: u64,
     /// Each robot, in the order of the header; `None` before it joins.
-    pub robots: Vec<Option<Robot>>,
+    pub robots: Vec<Option<RecordedRobot>>,
 }
 
 /// The robot from which a first change is the difference.
-const ORIGIN: Robot = Robot { x: 0, y: 0, z: 0, heading: 0, led: 0, state: State::Running };
+const ORIGIN: RecordedRobot =
+    RecordedRobot { x: 0, y: 0, z: 0, heading: 0, led: 0, state: State::Running };
 
 /// Bits of a change: which fields follow.
 const PLACE: u8 = 1;
@@ -139,7 +140,7 @@ const SHOWN: u8 = 8;
 /// Writes a recording.
 pub struct Writer<W: Write> {
     output: W,
-    last: Vec<Option<Robot>>,
+    last: Vec<Option<RecordedRobot>>,
     tick: u64,
     samples: u64,
 }
@@ -167,7 +168,7 @@ impl<W: Write> Writer<W> {
     }
 
     /// Writes a sample; ticks ascend. Robots that are not in the header are left out.
-    pub fn write(&mut self, tick: u64, robots: &[Option<Robot>]) -> io::Result<()> {
+    pub fn write(&mut self, tick: u64, robots: &[Option<RecordedRobot>]) -> io::Result<()> {
         let mut changes = Vec::new();
         let mut unchanged = 0;
         for (last, robot) in self.last.iter_mut().zip(robots) {
@@ -207,7 +208,7 @@ impl<W: Write> Writer<W> {
     }
 }
 
-fn change(bytes: &mut Vec<u8>, from: Robot, to: Robot) {
+fn change(bytes: &mut Vec<u8>, from: RecordedRobot, to: RecordedRobot) {
     let mut fields = 0;
     for (field, differs) in [
         (PLACE, (from.x, from.y) != (to.x, to.y)),

@@ -191,10 +191,10 @@ where
         let mut scripted =
             Box::new(Scripted { vm: Vm::new(), inbox, outbox, has_mail: false, has_unsent: false });
         let vm: &mut Vm<P, KeptImage, SLOTS> = &mut scripted.vm;
-        vm.equip(context.sizes);
+        vm.set_network_capacity(context.sizes);
         let has_function = |hash| context.function(hash).is_some();
         vm.load_limited(Image::new(context.image), context.slots, has_function)?;
-        vm.identify(id, seed);
+        vm.set_robot_id(id, seed);
         Ok(scripted)
     }
 

@@ -7,11 +7,11 @@
 
 mod adversary;
 mod complete;
+mod event_queue;
 mod expectation;
 #[cfg_attr(not(feature = "emulators"), path = "no_firmware.rs")]
 mod firmware;
 mod group;
-mod happen;
 mod observer;
 mod place;
 mod program;

@@ -6,7 +6,7 @@ use crate::engine::{LinkStatistics, Loss, Medium, RobotId, World};
 use crate::robot::SimRobot;
 use crate::scenario::{Scenario, ScenarioError};
 
-use super::happen::Happenings;
+use super::event_queue::EventQueue;
 use super::program::Program;
 use super::setup::Setup;
 
@@ -27,7 +27,7 @@ impl Fleets {
     pub fn start(
         _: &Setup,
         _: &World<SimRobot>,
-        _: &Happenings,
+        _: &EventQueue,
         _: u32,
     ) -> Result<Option<Self>, ScenarioError> {
         Ok(None)

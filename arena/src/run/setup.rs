@@ -69,8 +69,8 @@ impl Setup {
         let (scenario, programs) = (scenario.into(), programs.into());
         let mut errors = Vec::new();
         for group in &scenario.groups {
-            if let Some(needs) = misfit(group) {
-                let cause = Cause::Misfit { robot: group.robot.name.clone(), needs };
+            if let Some(needs) = capacity_error(group) {
+                let cause = Cause::CapacityError { robot: group.robot.name.clone(), needs };
                 let place = Some(Box::new(group.place.clone()));
                 errors.push(ScenarioError { cause, place });
             }
@@ -302,7 +302,7 @@ pub fn emulated(scenario: &Scenario) -> Vec<Arc<dyn RobotModel>> {
 }
 
 /// Returns the sizes that a machine of the group's robots lacks to be simulated; `None` if it can be.
-fn misfit(Group { robot, model, .. }: &Group) -> Option<String> {
+fn capacity_error(Group { robot, model, .. }: &Group) -> Option<String> {
     let slots = robot.vm.slots as usize + robot.sizes().slots();
     let queued = robot.vm.in_queue.max(robot.vm.out_queue) as usize;
     if robot.profile == Profile::Full && model.medium().frame_bytes() < FULL_FRAME {

@@ -22,10 +22,10 @@ use crate::scenario::{
 mod globals;
 
 use super::adversary::mind;
+use super::event_queue::EventQueue;
 use super::expectation::{Convergence, reduce};
 use super::firmware::{FirmwareError, Fleets};
 use super::group::group_of;
-use super::happen::Happenings;
 use super::observer::{self, Observer};
 use super::place::poses;
 use super::program::Program;
@@ -46,7 +46,7 @@ pub struct Simulation {
     world: World<SimRobot>,
     /// The robots that run their firmware.
     fleets: Option<Fleets>,
-    happenings: Happenings,
+    happenings: EventQueue,
     seed: u32,
     convergences: Vec<Convergence>,
     /// Faults of robots before they were switched off and on.
@@ -86,7 +86,7 @@ impl Simulation {
             herds,
             world,
             fleets: None,
-            happenings: Happenings::new(poses, programs, lights),
+            happenings: EventQueue::new(poses, programs, lights),
             seed,
             convergences: vec![Convergence::START; setup.expects().len()],
             faults: Vec::new(),

@@ -9,7 +9,7 @@ use super::expect::not_after_end;
 use super::keys::ADVERSARY;
 use super::read::{Entry, Section};
 use super::robots::Group;
-use super::select::Census;
+use super::select::RobotIndex;
 use super::time::seconds;
 use super::world::{World, point_inside};
 
@@ -77,7 +77,7 @@ const WORDS: [(&str, Word); 8] = [
 /// Reads the adversaries of the file: each is an event at its beginning.
 pub fn read_all(
     root: &Section<'_>,
-    census: &Census,
+    census: &RobotIndex,
     world: &World,
     groups: &[Group],
 ) -> Vec<Event> {
@@ -96,7 +96,7 @@ pub fn read_all(
 /// Reads the adversary of an event, which begins with it.
 pub fn of_event(
     entry: &Entry<'_>,
-    census: &Census,
+    census: &RobotIndex,
     world: &World,
     groups: &[Group],
 ) -> Option<Action> {
@@ -119,7 +119,7 @@ fn within_the_run(entry: &Entry<'_>, key: &'static str, world: &World) -> Option
 
 fn read(
     section: &Section<'_>,
-    census: &Census,
+    census: &RobotIndex,
     world: &World,
     groups: &[Group],
 ) -> Option<Adversary> {
@@ -144,7 +144,7 @@ fn read(
     Some(Adversary { kind, at: at?, height, group: group?, range, rate, until: until? })
 }
 
-fn kind(section: &Section<'_>, census: &Census) -> Option<AdversaryKind> {
+fn kind(section: &Section<'_>, census: &RobotIndex) -> Option<AdversaryKind> {
     section.required("kind")?;
     let word = section.word("kind", &WORDS)?;
     let id = section.get("id");

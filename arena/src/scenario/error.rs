@@ -76,7 +76,7 @@ pub enum Cause {
     /// A medium that no robot of the scenario has.
     NoSuchMedium { medium: &'static str },
     /// A robot file whose virtual machine the simulator does not have.
-    Misfit { robot: String, needs: String },
+    CapacityError { robot: String, needs: String },
     /// A robot file with steps that are no whole number of ticks apart.
     StepRate { robot: String, rate: u32 },
     /// A robot that nothing emulates.
@@ -189,7 +189,7 @@ impl fmt::Display for Cause {
             Cause::NoSuchMedium { medium } => {
                 write!(f, "no robot of the scenario has the medium `{medium}`")
             }
-            Cause::Misfit { robot, needs } => {
+            Cause::CapacityError { robot, needs } => {
                 write!(f, "`{robot}` cannot be simulated: its body needs {needs}")
             }
             Cause::StepRate { robot, rate } => {
@@ -388,7 +388,7 @@ impl toml_reader::Cause for Cause {
             Cause::Unreadable { .. }
             | Cause::Without { .. }
             | Cause::TwoParts { .. }
-            | Cause::Misfit { .. }
+            | Cause::CapacityError { .. }
             | Cause::Settings { .. }
             | Cause::TooManyEmulated { .. }
             | Cause::ScriptTooLong { .. }

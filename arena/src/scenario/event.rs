@@ -14,7 +14,7 @@ use super::expect::not_after_end;
 use super::load::groups_of;
 use super::read::{Entry, Section};
 use super::robots::{Group, heading};
-use super::select::{Census, Selection};
+use super::select::{RobotIndex, Selection};
 use super::time::seconds;
 use super::world::{World, light, point_inside};
 use super::{Light, Loss, Medium};
@@ -127,7 +127,7 @@ const ACTIONS: &[&str] = &[
 /// Reads an event with its time. `script` reads the path of a script.
 pub fn read(
     section: &Section<'_>,
-    census: &Census,
+    census: &RobotIndex,
     world: &World,
     groups: &[Group],
     used: &[Medium],
@@ -150,7 +150,7 @@ pub fn read(
 /// Reads the action of an event or a command. `script` reads the path of a script.
 pub fn action(
     section: &Section<'_>,
-    census: &Census,
+    census: &RobotIndex,
     world: &World,
     groups: &[Group],
     used: &[Medium],
@@ -319,7 +319,7 @@ fn loss(section: &Section<'_>, entry: &Entry<'_>, used: &[Medium]) -> Option<Act
     Some(Action::Loss(medium?, loss?))
 }
 
-fn pair(entry: &Entry<'_>, census: &Census) -> Option<[Selection; 2]> {
+fn pair(entry: &Entry<'_>, census: &RobotIndex) -> Option<[Selection; 2]> {
     let items = entry.list()?;
     let [one, other] = items.as_slice() else {
         let expected = "two lists of robots";
@@ -333,7 +333,7 @@ fn pair(entry: &Entry<'_>, census: &Census) -> Option<[Selection; 2]> {
 /// Parts of a partition are numbered in a byte; 0 is that of robots in no part.
 const PARTS: usize = 255;
 
-fn parts(entry: &Entry<'_>, census: &Census) -> Option<Vec<Selection>> {
+fn parts(entry: &Entry<'_>, census: &RobotIndex) -> Option<Vec<Selection>> {
     let items = entry.list()?;
     if items.is_empty() || items.len() > PARTS {
         let expected = "a list of 1 to 255 parts";

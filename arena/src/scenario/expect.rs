@@ -8,7 +8,7 @@ use toml::de::DeValue;
 use super::error::Cause;
 use super::keys::EXPECT;
 use super::read::{Entry, Section};
-use super::select::{Census, Selection};
+use super::select::{RobotIndex, Selection};
 use super::time::{check_ticks, seconds};
 use super::value::{Quantity, is_identifier};
 
@@ -130,7 +130,7 @@ const TESTS: &[&str] = &["equals", "differs", "below", "above", "between", "exis
 const FINITE: std::ops::RangeInclusive<f64> = f64::MIN..=f64::MAX;
 
 /// Reads the expectations of a file.
-pub fn read_all(root: &Section<'_>, census: &Census, duration: f64) -> Vec<Expect> {
+pub fn read_all(root: &Section<'_>, census: &RobotIndex, duration: f64) -> Vec<Expect> {
     let sections = root.sections("expect", EXPECT);
     let mut lines = BTreeMap::new();
     let names: Vec<Option<String>> =
@@ -161,7 +161,7 @@ fn name(section: &Section<'_>, lines: &mut BTreeMap<String, usize>) -> Option<St
 fn read(
     section: &Section<'_>,
     name: Option<String>,
-    census: &Census,
+    census: &RobotIndex,
     duration: f64,
 ) -> Option<Expect> {
     let when = when(section, duration);

@@ -80,7 +80,7 @@ pub struct Scenario {
     /// The folder of the file, from which commands name scripts.
     pub folder: PathBuf,
     /// The robots by name and id, and the media that they use: for commands.
-    census: Arc<select::Census>,
+    census: Arc<select::RobotIndex>,
     used: Vec<Medium>,
 }
 
@@ -191,7 +191,7 @@ fn scenario(root: &Section<'_>, folder: Folder<'_>, models: &Models) -> Option<S
         duration: f64::MAX,
     };
     let known = world.as_ref().unwrap_or(&boundless);
-    let mut census = select::Census::default();
+    let mut census = select::RobotIndex::default();
     let models = body::read(root, models);
     let groups = robots::read(root, folder, known, &models, &mut census);
     let is_complete = groups.iter().all(Option::is_some);

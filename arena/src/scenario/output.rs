@@ -6,7 +6,7 @@ use super::error::Cause;
 use super::expect::quantity;
 use super::keys::OUTPUT;
 use super::read::Section;
-use super::select::Census;
+use super::select::RobotIndex;
 use super::time::seconds;
 use super::value::Quantity;
 
@@ -19,7 +19,7 @@ pub struct Output {
     pub plot: Vec<(Quantity, Place)>,
 }
 
-pub fn read(root: &Section<'_>, census: &Census) -> Output {
+pub fn read(root: &Section<'_>, census: &RobotIndex) -> Output {
     let mut output = Output { every: 1.0, plot: Vec::new() };
     let Some(section) = root.section("output", OUTPUT) else { return output };
     if let Some(every) = section.get("every").and_then(|entry| seconds(&entry, 0.1..=3600.0)) {

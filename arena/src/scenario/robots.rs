@@ -20,7 +20,7 @@ use super::folder::{Folder, read_text};
 use super::keys::ROBOTS;
 use super::medium::{self, Medium, MediumSettings};
 use super::read::{Entry, Section};
-use super::select::{self, Census, Emulated};
+use super::select::{self, Emulated, RobotIndex};
 use super::space::Standing;
 use super::world::{World, point_inside};
 
@@ -144,7 +144,7 @@ pub fn read(
     folder: Folder<'_>,
     world: &World,
     models: &Models,
-    census: &mut Census,
+    census: &mut RobotIndex,
 ) -> Vec<Option<Group>> {
     let sections = root.sections("robots", ROBOTS);
     if sections.is_empty() && root.get("robots").is_none() {
@@ -158,7 +158,7 @@ fn group(
     folder: Folder<'_>,
     world: &World,
     models: &Models,
-    census: &mut Census,
+    census: &mut RobotIndex,
 ) -> Option<Group> {
     let place = section.place();
     let robot_entry = section.required("robot");
@@ -314,7 +314,7 @@ fn robot(entry: &Entry<'_>, file: Option<&Path>, folder: Folder<'_>) -> Option<R
 }
 
 /// The name of a group: its own, else that of its robot, with a number where that is taken.
-fn name(section: &Section<'_>, robot: Option<&Robot>, census: &mut Census) -> String {
+fn name(section: &Section<'_>, robot: Option<&Robot>, census: &mut RobotIndex) -> String {
     if let Some(entry) = section.get("name") {
         let name = entry.string().unwrap_or_default();
         if name.is_empty() || select::means_others(name) {

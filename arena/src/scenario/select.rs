@@ -65,7 +65,7 @@ const MOST_DESCRIBED: usize = 24;
 
 /// The robots that a scenario has, to find them by name and id.
 #[derive(Debug, Default)]
-pub struct Census {
+pub struct RobotIndex {
     groups: Vec<Known>,
     /// The index of the first group of each name.
     by_name: HashMap<String, usize>,
@@ -113,7 +113,7 @@ impl Known {
     }
 }
 
-impl Census {
+impl RobotIndex {
     /// The id after all others.
     pub fn next_id(&self) -> u32 {
         self.next_id

@@ -15,7 +15,7 @@ use bittybuzz_arena::run::{self, RunError, Setup, Summary};
 use bittybuzz_arena::scenario::{Cause, Scenario};
 use rayon::prelude::*;
 
-use crate::Ending;
+use crate::ExitStatus;
 use crate::interrupt::{self, Interrupt};
 use crate::output;
 use crate::problem::Problem;
@@ -27,7 +27,7 @@ use super::live::PATIENCE;
 use super::open::{self, Opened};
 use super::progress::Progress;
 use super::variants::parts;
-use super::{Arguments, summary, table};
+use super::{SimArguments, summary, table};
 
 /// A part of the batch that takes longer is written each time that this has passed.
 const WRITE_AGAIN: Duration = Duration::from_secs(10);
@@ -42,11 +42,11 @@ struct Run {
 type Ends = BTreeMap<usize, Result<Metrics, RunError>>;
 
 /// Runs every variant with every seed, and prints the usual results.
-pub fn run(arguments: &Arguments, variants: &[Vec<String>]) -> Result<Ending, Problem> {
+pub fn run(arguments: &SimArguments, variants: &[Vec<String>]) -> Result<ExitStatus, Problem> {
     let mut opened = Vec::new();
     for set in variants {
         let Some(variant) = open::open(arguments, set)? else {
-            return Ok(Ending::CompileError);
+            return Ok(ExitStatus::CompileError);
         };
         opened.push(variant);
     }
@@ -58,8 +58,8 @@ pub fn run(arguments: &Arguments, variants: &[Vec<String>]) -> Result<Ending, Pr
             Some((Arc::new(variant.setup()?), seed))
         })
         .collect();
-    let Some(setups) = setups else { return Ok(Ending::CompileError) };
-    let Some(first) = opened.first() else { return Ok(Ending::Success) };
+    let Some(setups) = setups else { return Ok(ExitStatus::CompileError) };
+    let Some(first) = opened.first() else { return Ok(ExitStatus::Success) };
     let columns = metrics::names(&first.scenario);
     if opened.iter().any(|variant| metrics::names(&variant.scenario) != columns) {
         return Err(Problem::UnlikeColumns);
@@ -102,7 +102,7 @@ pub fn run(arguments: &Arguments, variants: &[Vec<String>]) -> Result<Ending, Pr
     let is_worldless = |end: &Result<_, RunError>| matches!(end, Err(RunError::Scenario(_)));
     if is_complete && ends.values().all(is_worldless) {
         journal.map_or(Ok(()), Journal::remove)?;
-        return Ok(Ending::CompileError);
+        return Ok(ExitStatus::CompileError);
     }
     let rows = ends.iter().filter_map(|(number, end)| {
         let run = runs.get(*number)?;
@@ -138,16 +138,16 @@ pub fn run(arguments: &Arguments, variants: &[Vec<String>]) -> Result<Ending, Pr
     output::write(&text)?;
     if !is_complete {
         print_interrupt([kept, runs.len()], folder.as_deref());
-        return Ok(Ending::Interrupted);
+        return Ok(ExitStatus::Interrupted);
     }
     let is_success = |row: &Row| row.metrics.first() == Some(&Some(1.0));
     let is_success = table.rows.iter().all(is_success);
-    Ok(if is_success { Ending::Success } else { Ending::RuntimeError })
+    Ok(if is_success { ExitStatus::Success } else { ExitStatus::RuntimeError })
 }
 
 /// Opens the journal of the table that is asked for, unless that is a stream, in which nothing stays.
 fn journal(
-    arguments: &Arguments,
+    arguments: &SimArguments,
     opened: &[Opened],
     sizes: [usize; 2],
 ) -> Result<(Option<Journal>, Finished), Problem> {

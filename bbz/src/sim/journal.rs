@@ -21,7 +21,7 @@ use serde_json::{Value, json};
 use crate::problem::Problem;
 use crate::whole_file;
 
-use super::Arguments;
+use super::SimArguments;
 use super::open::Opened;
 
 const KEY: &str = "batch.json";
@@ -225,7 +225,7 @@ fn is_own(name: &str) -> bool {
 }
 
 /// Returns all that the rows of a batch depend on.
-pub fn key(arguments: &Arguments, opened: &[Opened]) -> Result<Value, Problem> {
+pub fn key(arguments: &SimArguments, opened: &[Opened]) -> Result<Value, Problem> {
     let of_file = |path: &Path| {
         let number = File::open(path).and_then(fingerprint);
         let number = number.map_err(|error| Problem::unreadable(path, error))?;

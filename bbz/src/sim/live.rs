@@ -7,27 +7,27 @@ use annotate_snippets::{Group, Level};
 use bittybuzz_arena::robot::LogLine;
 use bittybuzz_arena::run::{Setup, Simulation, Summary};
 
-use crate::Ending;
+use crate::ExitStatus;
 use crate::costs;
 use crate::interrupt::{self, Interrupt};
 use crate::output::Output;
 use crate::problem::Problem;
 use crate::report;
 
-use super::keep::Keeper;
 use super::open;
 use super::progress::Progress;
-use super::{Arguments, checks, summary};
+use super::recorder::Recorder;
+use super::{SimArguments, checks, summary};
 
 /// The time after an emulator's end within which Ctrl-C may be reported here.
 pub const PATIENCE: Duration = Duration::from_millis(200);
 
 /// Runs a scenario once.
-pub fn run(arguments: &Arguments, set: &[String]) -> Result<Ending, Problem> {
+pub fn run(arguments: &SimArguments, set: &[String]) -> Result<ExitStatus, Problem> {
     let Some(opened) = open::open(arguments, set)? else {
-        return Ok(Ending::CompileError);
+        return Ok(ExitStatus::CompileError);
     };
-    let Some(mut setup) = opened.setup() else { return Ok(Ending::CompileError) };
+    let Some(mut setup) = opened.setup() else { return Ok(ExitStatus::CompileError) };
     if arguments.checks {
         setup = setup.checked(|group| costs::of(&group.robot, group.robot.profile));
     }
@@ -37,7 +37,7 @@ pub fn run(arguments: &Arguments, set: &[String]) -> Result<Ending, Problem> {
         Ok(simulation) => simulation,
         Err(error) => {
             open::print(&[error]);
-            return Ok(Ending::CompileError);
+            return Ok(ExitStatus::CompileError);
         }
     };
     let mut interrupt = Interrupt::install().map_err(Problem::Interrupt)?;
@@ -45,7 +45,7 @@ pub fn run(arguments: &Arguments, set: &[String]) -> Result<Ending, Problem> {
     let is_quiet = arguments.headless || arguments.json;
     let mut progress = Progress::new(simulation.end(), is_quiet);
     let robots = simulation.robot_count() as f64;
-    let mut keeper = Keeper::new(arguments, &simulation, &opened.inputs())?;
+    let mut keeper = Recorder::new(arguments, &simulation, &opened.inputs())?;
     keeper.sample(&simulation)?;
     let mut failure = None;
     while !simulation.is_over() && !interrupt.is_raised() && !output.has_failed() {
@@ -107,14 +107,14 @@ pub fn run(arguments: &Arguments, set: &[String]) -> Result<Ending, Problem> {
     if let Some(error) = failure {
         let seconds = simulation.now() as f64 / 10.0;
         report::mistake(&format!("the run has ended after {seconds} s: {error}"), None, None);
-        return Ok(Ending::RuntimeError);
+        return Ok(ExitStatus::RuntimeError);
     }
     Ok(ending(&result))
 }
 
 /// Returns the exit status of a run.
-fn ending(summary: &Summary) -> Ending {
-    if summary.is_success() { Ending::Success } else { Ending::RuntimeError }
+fn ending(summary: &Summary) -> ExitStatus {
+    if summary.is_success() { ExitStatus::Success } else { ExitStatus::RuntimeError }
 }
 
 /// `    12.3 robot 7    text`

@@ -4,10 +4,10 @@ mod batch;
 mod checks;
 pub mod desk;
 mod journal;
-mod keep;
 mod live;
 mod open;
 mod progress;
+mod recorder;
 mod summary;
 mod table;
 #[cfg(feature = "view")]
@@ -20,7 +20,7 @@ use std::path::PathBuf;
 
 use clap::Args;
 
-use crate::Ending;
+use crate::ExitStatus;
 use crate::problem::Problem;
 
 /// The runs of one command: all their results are kept until the last one, some kilobytes each.
@@ -52,7 +52,7 @@ or a script does not compile, 3 wrong command line or file, 130 many runs were s
 /// Arguments of `bbz sim`.
 #[derive(Debug, Args)]
 #[command(after_help = EXAMPLES)]
-pub struct Arguments {
+pub struct SimArguments {
     /// Scenario (*.toml)
     scenario: PathBuf,
     /// Seed of all chance [default: that of the scenario]
@@ -106,7 +106,7 @@ pub struct Arguments {
 }
 
 /// Carries out the command.
-pub fn execute(arguments: &Arguments) -> Result<Ending, Problem> {
+pub fn execute(arguments: &SimArguments) -> Result<ExitStatus, Problem> {
     let sets_seed = |set: &String| set.split('=').next().is_some_and(|key| key.trim() == SEED);
     if arguments.seed.is_some() && arguments.set.iter().any(sets_seed) {
         return Err(Problem::TwoSeeds);

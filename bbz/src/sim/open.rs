@@ -16,7 +16,7 @@ use crate::report;
 use crate::selection::Selection;
 use crate::whole_file::Inputs;
 
-use super::Arguments;
+use super::SimArguments;
 
 /// A scenario and its programs.
 pub struct Opened {
@@ -35,8 +35,8 @@ pub struct Opened {
 
 /// Reads a scenario with the values of `--set`, and compiles its scripts. Prints mistakes, and then
 /// returns `None`.
-pub fn open(arguments: &Arguments, set: &[String]) -> Result<Option<Opened>, Problem> {
-    let Arguments { scenario: path, include, .. } = arguments;
+pub fn open(arguments: &SimArguments, set: &[String]) -> Result<Option<Opened>, Problem> {
+    let SimArguments { scenario: path, include, .. } = arguments;
     // The content of the file is the scenario's concern, that it can be read is the command line's.
     let text =
         file::read_text(path, file::MOST_TEXT).map_err(|error| Problem::unreadable(path, error))?;

@@ -5,20 +5,20 @@ use std::sync::Arc;
 use bittybuzz_arena::run::{Session, Simulation};
 use bittybuzz_live::{Live, Workshop};
 
-use crate::Ending;
+use crate::ExitStatus;
 use crate::problem::Problem;
 use crate::view;
 
 use super::desk::Desk;
-use super::{Arguments, SEED, open, values};
+use super::{SEED, SimArguments, open, values};
 
 /// The greatest number of copies for ways back: 2 GB with 20,000 robots.
 const COPIES: usize = 32;
 
 /// Shows a scenario until the page is closed, or Ctrl-C.
-pub fn run(arguments: &Arguments, set: &[String]) -> Result<Ending, Problem> {
-    let Some(opened) = open::open(arguments, set)? else { return Ok(Ending::CompileError) };
-    let Some(setup) = opened.setup() else { return Ok(Ending::CompileError) };
+pub fn run(arguments: &SimArguments, set: &[String]) -> Result<ExitStatus, Problem> {
+    let Some(opened) = open::open(arguments, set)? else { return Ok(ExitStatus::CompileError) };
+    let Some(setup) = opened.setup() else { return Ok(ExitStatus::CompileError) };
     // The page shows the text that runs, and saves it.
     let seed = arguments.seed.map(|seed| format!("{SEED}={seed}"));
     let values = set.iter().chain(&seed).map(String::as_str);
@@ -30,7 +30,7 @@ pub fn run(arguments: &Arguments, set: &[String]) -> Result<Ending, Problem> {
         Ok(simulation) => simulation,
         Err(error) => {
             open::print(&[error]);
-            return Ok(Ending::CompileError);
+            return Ok(ExitStatus::CompileError);
         }
     };
     let mut live = Live::new(Session::new(simulation, COPIES), text).with_workshop(desk);

@@ -21,7 +21,7 @@ use crate::problem::Problem;
 use crate::program::Program;
 
 use super::message::{Content, Level, Message};
-use super::teller::Teller;
+use super::printer::TracePrinter;
 
 /// Simulated time between two looks at Ctrl-C.
 const SLICE: Duration = Duration::from_millis(20);
@@ -47,7 +47,11 @@ pub struct Emulation<'a> {
 
 impl Emulation<'_> {
     /// Runs it, and prints its messages.
-    pub fn run(&self, teller: &mut Teller<'_>, interrupt: &mut Interrupt) -> Result<(), Problem> {
+    pub fn run(
+        &self,
+        printer: &mut TracePrinter<'_>,
+        interrupt: &mut Interrupt,
+    ) -> Result<(), Problem> {
         // A robot of one's own runs on the board that has its chip.
         let mut boards = bittybuzz_robot_files::all_shipped().into_iter();
         let board = boards.find(|board| board.chip == self.robot.chip);
@@ -79,15 +83,15 @@ impl Emulation<'_> {
         let start = Instant::now();
         let mut now = Duration::ZERO;
         while self.duration.is_none_or(|end| now < end) {
-            if teller.is_over() || interrupt.is_raised() {
+            if printer.is_over() || interrupt.is_raised() {
                 break;
             }
             let until = self.duration.map_or(now + SLICE, |end| end.min(now + SLICE));
             let run = emulator.run_with(until, |event| {
                 for content in reader.contents(event.event, self.outputs) {
                     // Messages after the requested end are not printed.
-                    if !teller.is_over() {
-                        teller.tell(&Message { time: Some(event.at.as_secs_f64()), content });
+                    if !printer.is_over() {
+                        printer.tell(&Message { time: Some(event.at.as_secs_f64()), content });
                     }
                 }
             });
@@ -102,7 +106,7 @@ impl Emulation<'_> {
                 Pause::Lockup | Pause::PowerOff => break,
             }
             if self.duration.is_none() {
-                teller.flush();
+                printer.flush();
                 interrupt.wait(now.saturating_sub(start.elapsed()));
             }
         }
@@ -116,7 +120,7 @@ impl Emulation<'_> {
         if program.image.is_empty() {
             return Err(Problem::NoImage(path.to_owned()));
         }
-        if isp::reaches(self.robot) {
+        if isp::is_programmed_by_isp(self.robot) {
             let script = (path, program.symbols.as_ref());
             let firmware = hex::read(self.firmware)?;
             let whole =

@@ -1,14 +1,14 @@
 //! `bbz trace`: the reports of a robot about its script and itself.
 //!
 //! A source (a robot on a debug probe, an emulated robot, lines of text) gives
-//! [`message::Message`]s; a [`Teller`] prints them.
+//! [`message::Message`]s; a [`TracePrinter`] prints them.
 
 mod emulated;
 mod json;
 mod lines;
 mod message;
+mod printer;
 mod source;
-mod teller;
 #[cfg(feature = "view")]
 mod view;
 
@@ -18,7 +18,7 @@ use std::time::Duration;
 use bittybuzz_robot_spec::Robot;
 use clap::Args;
 
-use crate::Ending;
+use crate::ExitStatus;
 use crate::interrupt::Interrupt;
 use crate::problem::Problem;
 use crate::program::Program;
@@ -26,7 +26,7 @@ use crate::report;
 use crate::selection::SelectionArguments;
 
 use emulated::Emulation;
-use teller::{Format, Script, Teller};
+use printer::{Format, Script, TracePrinter};
 
 const EXAMPLES: &str = "\
 Examples:
@@ -61,7 +61,7 @@ that the robot refuses, no probe.";
 /// Arguments of `bbz trace`.
 #[derive(Debug, Args)]
 #[command(after_help = EXAMPLES)]
-pub struct Arguments {
+pub struct TraceArguments {
     /// Firmware that runs on the robot (ELF), or - for lines of text on standard input
     firmware: PathBuf,
     #[command(flatten)]
@@ -104,13 +104,13 @@ pub struct Arguments {
 }
 
 /// Carries out the command.
-pub fn execute(arguments: &Arguments) -> Result<Ending, Problem> {
+pub fn execute(arguments: &TraceArguments) -> Result<ExitStatus, Problem> {
     let selection = arguments.selection.select()?;
     let program = match &arguments.script {
         None => None,
         Some(path) => match Program::open_with_symbols(path, &arguments.include, &selection)? {
             Some(program) => Some(program),
-            None => return Ok(Ending::CompileError),
+            None => return Ok(ExitStatus::CompileError),
         },
     };
     let format = match (arguments.plain, arguments.json) {
@@ -124,33 +124,33 @@ pub fn execute(arguments: &Arguments) -> Result<Ending, Problem> {
         name: report::printable(&path.to_string_lossy()),
         program,
     });
-    let teller = Teller::new(script_for_reports, robot, format, arguments.until_fault);
+    let printer = TracePrinter::new(script_for_reports, robot, format, arguments.until_fault);
     let interrupt = Interrupt::install().map_err(Problem::Interrupt)?;
     #[cfg(feature = "view")]
     if arguments.view {
         let kind = robot.map_or("robot", |robot| &robot.name);
-        return view::show(arguments.no_browser, kind, teller, interrupt, |teller, interrupt| {
-            listen(arguments, robot, script, teller, interrupt)
+        return view::show(arguments.no_browser, kind, printer, interrupt, |printer, interrupt| {
+            listen(arguments, robot, script, printer, interrupt)
         });
     }
-    let (mut teller, mut interrupt) = (teller, interrupt);
-    listen(arguments, robot, script, &mut teller, &mut interrupt)?;
-    teller.finish()
+    let (mut printer, mut interrupt) = (printer, interrupt);
+    listen(arguments, robot, script, &mut printer, &mut interrupt)?;
+    printer.finish()
 }
 
 /// Passes the messages of the source on until there are no more, or Ctrl-C.
 fn listen(
-    arguments: &Arguments,
+    arguments: &TraceArguments,
     robot: Option<&Robot>,
     script: Option<(&Path, &Program)>,
-    teller: &mut Teller<'_>,
+    printer: &mut TracePrinter<'_>,
     interrupt: &mut Interrupt,
 ) -> Result<(), Problem> {
     if arguments.firmware == Path::new("-") {
         if arguments.emulate {
             return Err(Problem::NoFirmware);
         }
-        return source::standard_input(teller, interrupt);
+        return source::standard_input(printer, interrupt);
     }
     let robot = robot.ok_or(Problem::NoRobot)?;
     if arguments.emulate {
@@ -162,9 +162,9 @@ fn listen(
             duration: arguments.seconds,
             outputs: arguments.outputs,
         };
-        emulation.run(teller, interrupt)
+        emulation.run(printer, interrupt)
     } else {
-        source::probe(robot, &arguments.firmware, teller, interrupt)
+        source::probe(robot, &arguments.firmware, printer, interrupt)
     }
 }
 

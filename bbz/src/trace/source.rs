@@ -14,7 +14,7 @@ use crate::probe_rs::{self, ProbeRs};
 use crate::problem::Problem;
 
 use super::lines;
-use super::teller::Teller;
+use super::printer::TracePrinter;
 
 /// Lines that may wait to be printed.
 const WAITING: usize = 1024;
@@ -26,16 +26,19 @@ const LONGEST_LINE: u64 = 1 << 20;
 const PATIENCE: Duration = Duration::from_millis(50);
 
 /// Prints the lines of standard input.
-pub fn standard_input(teller: &mut Teller<'_>, interrupt: &mut Interrupt) -> Result<(), Problem> {
+pub fn standard_input(
+    printer: &mut TracePrinter<'_>,
+    interrupt: &mut Interrupt,
+) -> Result<(), Problem> {
     let lines = read_aside(io::stdin());
-    tell(&lines, teller, interrupt)
+    tell(&lines, printer, interrupt)
 }
 
 /// Prints the bytes that probe-rs reads from the robot.
 pub fn probe(
     robot: &Robot,
     firmware: &Path,
-    teller: &mut Teller<'_>,
+    printer: &mut TracePrinter<'_>,
     interrupt: &mut Interrupt,
 ) -> Result<(), Problem> {
     file::open(firmware).map_err(|error| Problem::unreadable(firmware, error))?;
@@ -48,20 +51,20 @@ pub fn probe(
         .arg(firmware)
         .spawn()?;
     let lines = read_aside(child.take_stdout());
-    tell(&lines, teller, interrupt)?;
-    if teller.is_over() || interrupt.is_raised() { child.end() } else { child.finish() }
+    tell(&lines, printer, interrupt)?;
+    if printer.is_over() || interrupt.is_raised() { child.end() } else { child.finish() }
 }
 
 /// Prints lines until their end, the reader's end, or Ctrl-C.
 fn tell(
     lines: &Receiver<io::Result<String>>,
-    teller: &mut Teller<'_>,
+    printer: &mut TracePrinter<'_>,
     interrupt: &mut Interrupt,
 ) -> Result<(), Problem> {
-    while !teller.is_over() && !interrupt.is_raised() {
+    while !printer.is_over() && !interrupt.is_raised() {
         match lines.recv_timeout(PATIENCE) {
-            Ok(line) => teller.tell(&lines::parse(&line.map_err(Problem::Input)?)),
-            Err(RecvTimeoutError::Timeout) => teller.flush(),
+            Ok(line) => printer.tell(&lines::parse(&line.map_err(Problem::Input)?)),
+            Err(RecvTimeoutError::Timeout) => printer.flush(),
             Err(RecvTimeoutError::Disconnected) => break,
         }
     }

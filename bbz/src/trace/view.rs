@@ -9,12 +9,12 @@ use std::time::Duration;
 use bittybuzz_live::Watched;
 use bittybuzz_page::Page;
 
-use crate::Ending;
+use crate::ExitStatus;
 use crate::interrupt::Interrupt;
 use crate::problem::Problem;
 use crate::view;
 
-use super::teller::Teller;
+use super::printer::TracePrinter;
 
 /// Time between two looks at the page after the last message.
 const PATIENCE: Duration = Duration::from_millis(100);
@@ -23,15 +23,15 @@ const PATIENCE: Duration = Duration::from_millis(100);
 pub fn show(
     no_browser: bool,
     kind: &str,
-    teller: Teller<'_>,
+    printer: TracePrinter<'_>,
     mut interrupt: Interrupt,
-    listen: impl FnOnce(&mut Teller<'_>, &mut Interrupt) -> Result<(), Problem>,
-) -> Result<Ending, Problem> {
+    listen: impl FnOnce(&mut TracePrinter<'_>, &mut Interrupt) -> Result<(), Problem>,
+) -> Result<ExitStatus, Problem> {
     let page = Page::open().map_err(Problem::Page)?;
     let (sender, reports) = channel();
     let is_closed = Arc::new(AtomicBool::new(false));
-    let mut watched = Watched::new(reports, kind, teller.script_name());
-    let mut teller = teller.for_page(sender, is_closed.clone());
+    let mut watched = Watched::new(reports, kind, printer.script_name());
+    let mut printer = printer.for_page(sender, is_closed.clone());
     view::announce(&page, no_browser)?;
     let is_pressed = interrupt.flag();
     thread::scope(|scope| {
@@ -40,13 +40,13 @@ pub fn show(
             page.show(&mut watched, || is_over.load(Ordering::Relaxed));
             is_closed.store(true, Ordering::Relaxed);
         });
-        let listened = listen(&mut teller, &mut interrupt);
+        let listened = listen(&mut printer, &mut interrupt);
         if listened.is_err() {
             // The command ends with its message.
             is_pressed.store(true, Ordering::Relaxed);
         }
         // The page learns that nothing more comes.
-        let ending = teller.finish();
+        let ending = printer.finish();
         while !shown.is_finished() && !interrupt.is_raised() {
             interrupt.wait(PATIENCE);
         }

@@ -53,7 +53,7 @@ impl<P: Profile> Host<P> for Robot {
 pub fn records(image: &[u8], steps: u32) -> Vec<Vec<u8>> {
     let mut robot = Robot { records: Vec::new(), step: 0 };
     let mut vm: Box<Vm<Full, &[u8], SLOTS>> = Box::new(Vm::new());
-    vm.identify(ID, 0);
+    vm.set_robot_id(ID, 0);
     if let Err(error) = vm.load(Image::new(image), |_| true) {
         return vec![trace::refused(error).to_vec()];
     }

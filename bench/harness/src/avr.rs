@@ -4,7 +4,7 @@
 //! `#12` is a time, `b00000001 !` the new value of a register.
 
 use crate::error::BenchError;
-use crate::marks::{Event, Told};
+use crate::marks::{Event, ReportedMark};
 use anyhow::Result;
 use bittybuzz_bench::Mark;
 use bittybuzz_builds::shell::Line;
@@ -25,14 +25,14 @@ const CHIP: &str = "atmega1284p";
 const REGISTERS: [&str; 3] = ["GPIOR0", "GPIOR1", "GPIOR2"];
 
 /// Runs a program.
-pub fn run(program: &Path, folder: &Path) -> Result<Told> {
+pub fn run(program: &Path, folder: &Path) -> Result<ReportedMark> {
     let (program, folder_text) = (program.display().to_string(), folder.display().to_string());
     let arguments = ["-m", CHIP, "-f", FREQUENCY, &program];
     // It writes its record where it runs.
     Line::new(RUNNER, &arguments).in_workspace(&folder_text).unannounced().output(0)?;
     let path = folder.join(RECORD);
     let record = fs::read_to_string(&path)?;
-    let told = events(&record).and_then(|events| Told::from_events(&events));
+    let told = events(&record).and_then(|events| ReportedMark::from_events(&events));
     let what = path.display().to_string();
     told.ok_or(BenchError::Record { what }.into())
 }

@@ -2,7 +2,7 @@
 
 use crate::error::BenchError;
 use crate::images::Compiled;
-use crate::marks::{Event, Told};
+use crate::marks::{Event, ReportedMark};
 use crate::program::address;
 use anyhow::Result;
 use bittybuzz_bench::Mark;
@@ -25,10 +25,10 @@ const MARK: &str = "bench_mark";
 const TRIES: u32 = 24;
 
 /// Runs a program.
-pub fn run(machine: &str, program: &Path, script: &Compiled) -> Result<Told> {
+pub fn run(machine: &str, program: &Path, script: &Compiled) -> Result<ReportedMark> {
     let mark = address(program, MARK)?;
     let events = watch(machine, program, mark).map_err(BenchError::Qemu)?;
-    let told = events.and_then(|events| Told::from_events(&events));
+    let told = events.and_then(|events| ReportedMark::from_events(&events));
     told.ok_or_else(|| BenchError::Silent { name: script.name.clone() }.into())
 }
 

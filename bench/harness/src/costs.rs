@@ -11,7 +11,7 @@ mod longest;
 
 use crate::error::BenchError;
 use crate::images::Compiled;
-use crate::marks::Told;
+use crate::marks::ReportedMark;
 use crate::program::Program;
 use crate::target::Target;
 use anyhow::{Error, Result};
@@ -19,7 +19,7 @@ use bittybuzz_bench::Mark;
 use bittybuzz_builds::shell::root;
 use cases::Case;
 use fs_err as fs;
-use longest::{Robot, Statement};
+use longest::{MeasuredRobot, Statement};
 use std::collections::{BTreeMap, HashMap};
 use std::path::Path;
 
@@ -84,7 +84,7 @@ fn measure(target: Target) -> Result<Costs> {
 }
 
 /// Counts the longest time of instructions on a robot.
-fn measure_longest(robot: &Robot) -> Result<Costs> {
+fn measure_longest(robot: &MeasuredRobot) -> Result<Costs> {
     eprintln!("costs: {}", robot.name);
     let spec = bittybuzz_robot_files::find(robot.name)?;
     let mut runner = Runner::new(robot.target)?;
@@ -157,7 +157,7 @@ impl Runner {
     }
 
     /// Runs an image, which must end as all of them do.
-    fn run(&self, image: &Compiled) -> Result<Told> {
+    fn run(&self, image: &Compiled) -> Result<ReportedMark> {
         let told = self.program.run(image)?;
         if told.mark != Mark::Integer || told.value as i32 != image::EXPECTED {
             return Err(failed(&image.name, format!("{:?} {}", told.mark, told.value)));

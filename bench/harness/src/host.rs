@@ -1,7 +1,7 @@
 //! Callgrind: counts the instructions of this computer.
 
 use crate::error::BenchError;
-use crate::marks::Told;
+use crate::marks::ReportedMark;
 use anyhow::{Error, Result};
 use bittybuzz_bench::Mark;
 use bittybuzz_builds::shell::Line;
@@ -19,7 +19,7 @@ const TOTALS: &str = "totals: ";
 const COUNTS: usize = 4;
 
 /// Runs the host's program with a script.
-pub fn run(program: &Path, script: &Path, folder: &Path) -> Result<Told> {
+pub fn run(program: &Path, script: &Path, folder: &Path) -> Result<ReportedMark> {
     let out = folder.join("callgrind");
     let file = |number| folder.join(format!("callgrind.{number}"));
     // Of an earlier run, which may have written more.
@@ -41,7 +41,7 @@ pub fn run(program: &Path, script: &Path, folder: &Path) -> Result<Told> {
         let count = count.and_then(|count| count.trim().parse().ok());
         counts.push(count.ok_or_else(|| unexpected(format!("no count in {}", path.display())))?);
     }
-    Ok(Told { counts, mark, value })
+    Ok(ReportedMark { counts, mark, value })
 }
 
 fn unexpected(what: String) -> Error {

@@ -16,7 +16,7 @@ pub struct Event {
 
 /// The marks of a program that has ended.
 #[derive(Debug, PartialEq, Eq)]
-pub struct Told {
+pub struct ReportedMark {
     /// In the order of `bittybuzz_bench::run`: nothing, loading, two steps; fewer if it failed.
     pub counts: Vec<u64>,
     /// The last mark, and its value.
@@ -24,9 +24,9 @@ pub struct Told {
     pub value: u32,
 }
 
-impl Told {
+impl ReportedMark {
     /// From the marks of a run; `None` if they do not belong together.
-    pub fn from_events(events: &[Event]) -> Option<Told> {
+    pub fn from_events(events: &[Event]) -> Option<ReportedMark> {
         let (last, pairs) = events.split_last()?;
         let counts = pairs.chunks(2).map(|pair| match pair {
             [begin, end] if (begin.mark, end.mark) == (Mark::Begin, Mark::End) => {
@@ -34,7 +34,11 @@ impl Told {
             }
             _ => None,
         });
-        Some(Told { counts: counts.collect::<Option<_>>()?, mark: last.mark, value: last.value })
+        Some(ReportedMark {
+            counts: counts.collect::<Option<_>>()?,
+            mark: last.mark,
+            value: last.value,
+        })
     }
 
     /// Returns the cost of loading the image.
@@ -105,16 +109,19 @@ mod tests {
             .flat_map(|(begin, end)| [event(*begin, Mark::Begin), event(*end, Mark::End)])
             .collect();
         events.push(event(600, Mark::Integer));
-        let told = Told::from_events(&events).unwrap();
+        let told = ReportedMark::from_events(&events).unwrap();
         assert_eq!((told.load(), told.step()), (100, 101));
         assert_eq!((told.mark, told.value), (Mark::Integer, 7));
     }
 
     #[test]
     fn marks_must_belong_together() {
-        assert_eq!(Told::from_events(&[]), None);
-        assert_eq!(Told::from_events(&[event(1, Mark::Begin), event(2, Mark::Fault)]), None);
+        assert_eq!(ReportedMark::from_events(&[]), None);
+        assert_eq!(
+            ReportedMark::from_events(&[event(1, Mark::Begin), event(2, Mark::Fault)]),
+            None
+        );
         let wrong = [event(1, Mark::End), event(2, Mark::Begin), event(3, Mark::Integer)];
-        assert_eq!(Told::from_events(&wrong), None);
+        assert_eq!(ReportedMark::from_events(&wrong), None);
     }
 }

@@ -2,7 +2,7 @@
 
 use crate::error::BenchError;
 use crate::images::Compiled;
-use crate::marks::Told;
+use crate::marks::ReportedMark;
 use crate::target::Target;
 use crate::{avr, cortex_m, host};
 use anyhow::Result;
@@ -75,7 +75,7 @@ impl Program {
     }
 
     /// Runs a script.
-    pub fn run(&self, script: &Compiled) -> Result<Told> {
+    pub fn run(&self, script: &Compiled) -> Result<ReportedMark> {
         let block = script.block()?;
         if self.target == Target::Host {
             let file = self.write("script", &block)?;

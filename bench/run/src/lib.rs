@@ -113,8 +113,8 @@ pub fn run<P: Profile, C: ByteCode>(
     global: u16,
     meter: &mut impl Meter,
 ) {
-    vm.equip(SIZES);
-    vm.identify(ROBOT_ID, 0);
+    vm.set_network_capacity(SIZES);
+    vm.set_robot_id(ROBOT_ID, 0);
     let (mark, value) = match count_all(vm, image, meter) {
         Ok(()) => result(vm.global(global).unwrap_or(Value::nil())),
         Err(failure) => failure,
@@ -132,7 +132,7 @@ fn count_all<P: Profile, C: ByteCode>(
     // How far they are is the link's work to find out.
     let distances = core::array::from_fn(|number| Value::float_from_int(10 * (number as i32 + 1)));
     let frames = [P::Frame::ZERO; NEIGHBORS as usize];
-    let mut robot = Robot { frames, length: 0, coming: 0, distances };
+    let mut robot = BenchHost { frames, length: 0, coming: 0, distances };
     enter(vm, Entry::Global, &mut robot)?;
     enter(vm, Entry::Init, &mut robot)?;
     approach(vm, &mut robot);
@@ -145,7 +145,7 @@ fn count_all<P: Profile, C: ByteCode>(
 }
 
 /// Brings all neighbours into sight, with their messages waiting.
-fn approach<P: Profile, C: ByteCode>(vm: &mut Machine<P, C>, robot: &mut Robot<P>) {
+fn approach<P: Profile, C: ByteCode>(vm: &mut Machine<P, C>, robot: &mut BenchHost<P>) {
     for (robot, distance) in (FIRST_NEIGHBOR..).zip(&robot.distances) {
         vm.meet(robot, &Sighting::at(*distance), u8::MAX);
     }
@@ -179,7 +179,7 @@ fn is_known(function: u16) -> bool {
 fn enter<P: Profile, C: ByteCode>(
     vm: &mut Machine<P, C>,
     entry: Entry,
-    robot: &mut Robot<P>,
+    robot: &mut BenchHost<P>,
 ) -> Result<(), (Mark, u32)> {
     if !vm.begin(entry) {
         return Ok(());
@@ -206,7 +206,7 @@ fn result<P: Profile>(value: Value<P>) -> (Mark, u32) {
 
 /// A robot whose functions do nothing, and the frames of its neighbours. It is measured on chips without an allocator, so it
 /// must cost less than that of `bittybuzz-testkit`.
-struct Robot<P: Profile> {
+struct BenchHost<P: Profile> {
     /// The messages of the neighbours: the first one has the script's last broadcast.
     frames: [P::Frame; NEIGHBORS as usize],
     /// Its length, 0 if there was none.
@@ -217,7 +217,7 @@ struct Robot<P: Profile> {
     distances: [Value<P>; NEIGHBORS as usize],
 }
 
-impl<P: Profile> Host<P> for Robot<P> {
+impl<P: Profile> Host<P> for BenchHost<P> {
     #[inline]
     fn call<C: ByteCode, const SLOTS: usize>(
         &mut self,

@@ -28,7 +28,7 @@ pub enum Parameters {
 
 /// The supposed number of parameters does not fit; seen at this instruction.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-struct Misfit(usize);
+struct UnreachedLocal(usize);
 
 /// The numbers of parameters that fit a function whose first parameter would be local `base`.
 pub fn parameters(outline: &Outline, base: u32, listing: &Listing) -> Parameters {
@@ -44,7 +44,7 @@ pub fn parameters(outline: &Outline, base: u32, listing: &Listing) -> Parameters
         match check.block(&outline.nodes)? {
             Open { count: 0, .. } => Ok(()),
             // The end of a function removes the locals of its `var`s.
-            Open { at, .. } => Err(Misfit(at)),
+            Open { at, .. } => Err(UnreachedLocal(at)),
         }
     };
     let found = |parameters: u32| match fits(parameters + 1) {
@@ -54,7 +54,7 @@ pub fn parameters(outline: &Outline, base: u32, listing: &Listing) -> Parameters
     match fits(least) {
         Ok(()) => found(least),
         // Parameters that are set to nil before they are read start like a `var`.
-        Err(Misfit(at)) => {
+        Err(UnreachedLocal(at)) => {
             let other = (least + 1..=most).find(|parameters| fits(*parameters).is_ok());
             other.map_or(Parameters::None(at), found)
         }
@@ -77,7 +77,7 @@ struct Check<'a> {
 }
 
 impl Check<'_> {
-    fn block(&mut self, nodes: &[Node]) -> Result<Open, Misfit> {
+    fn block(&mut self, nodes: &[Node]) -> Result<Open, UnreachedLocal> {
         let mut open = Open::default();
         for (index, node) in nodes.iter().enumerate() {
             match node {
@@ -85,7 +85,7 @@ impl Check<'_> {
                     self.expr(value)?;
                     if *local >= self.live {
                         if *local > self.live || !matches!(value.kind, ExprKind::Nil) {
-                            return Err(Misfit(*at));
+                            return Err(UnreachedLocal(*at));
                         }
                         self.live += 1;
                         open = Open { count: open.count + 1, at: *at };
@@ -93,7 +93,7 @@ impl Check<'_> {
                 }
                 Node::Remove { count, at } => {
                     if *count != open.count || index + 1 != nodes.len() {
-                        return Err(Misfit(*at));
+                        return Err(UnreachedLocal(*at));
                     }
                     self.live -= open.count;
                     open.count = 0;
@@ -121,7 +121,7 @@ impl Check<'_> {
         Ok(open)
     }
 
-    fn inner(&mut self, nodes: &[Node], open: &mut Open) -> Result<(), Misfit> {
+    fn inner(&mut self, nodes: &[Node], open: &mut Open) -> Result<(), UnreachedLocal> {
         let inner = self.block(nodes)?;
         if inner.count > 0 {
             *open = Open { count: open.count + inner.count, at: inner.at };
@@ -129,10 +129,10 @@ impl Check<'_> {
         Ok(())
     }
 
-    fn expr(&self, expr: &Expr) -> Result<(), Misfit> {
+    fn expr(&self, expr: &Expr) -> Result<(), UnreachedLocal> {
         let mut result = match expr.kind {
             ExprKind::Local(local) if local.0 >= self.live as usize => {
-                Err(Misfit(self.listing.instruction(expr.span)))
+                Err(UnreachedLocal(self.listing.instruction(expr.span)))
             }
             _ => Ok(()),
         };

@@ -11,8 +11,8 @@ pub mod names;
 mod overflow;
 pub mod resolve;
 pub mod robots;
+mod shadowing;
 mod suggest;
-mod taken;
 pub mod tree;
 mod unused;
 pub mod values;
@@ -50,7 +50,7 @@ pub fn check<'a>(
     let (mut program, mut diagnostics) = resolve::resolve(script);
     program.hidden = hidden;
     let meanings = Meanings::new(&program, robots, profile);
-    diagnostics.extend(taken::check_names(&program, robots, profile));
+    diagnostics.extend(shadowing::check_names(&program, robots, profile));
     diagnostics.extend(walk::check_expressions(&program, &meanings, profile));
     diagnostics.extend(entries::check_entries(&program, &meanings));
     diagnostics.extend(callbacks::check_callbacks(&program, &meanings));

@@ -64,7 +64,7 @@ pub struct SourceFunction {
 }
 
 /// The parts of the machine that send.
-const SOCIAL: u8 = Feature::Neighbors as u8 | Feature::Swarm as u8 | Feature::Stigmergy as u8;
+const NETWORK: u8 = Feature::Neighbors as u8 | Feature::Swarm as u8 | Feature::Stigmergy as u8;
 
 /// The name under which the global code appears among the functions.
 pub const GLOBAL_CODE: &str = "global code";
@@ -81,7 +81,7 @@ pub fn generate(
     for library in meanings.escaped() {
         names.extend(builtin::TABLE.iter().filter(|b| b.library == *library).map(|b| b.name));
     }
-    let holds_own_strings = own_strings::may_hold(&program, meanings);
+    let holds_own_strings = own_strings::may_observe_builtin_strings(&program, meanings);
     let table = StringTable::new(names);
     let sent = classes::sent(&program, meanings, profile);
     let mut classes = sent.table(table.script());
@@ -125,7 +125,7 @@ pub fn generate(
     }
     let libraries = generator.library_rows();
     // A script that has nothing to do with others sends nothing, whatever is not known of its values.
-    if generator.features & SOCIAL == 0 {
+    if generator.features & NETWORK == 0 {
         classes = Vec::new();
     } else {
         generator.features |= sending;

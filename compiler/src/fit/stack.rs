@@ -12,7 +12,7 @@ use super::code;
 
 /// A way through a program's calls.
 #[derive(Debug, Clone, Default, PartialEq, Eq)]
-pub struct Way {
+pub struct CallPath {
     /// Slots that it needs, globals of the script not counted.
     pub slots: usize,
     /// The functions, an entry first.
@@ -41,7 +41,7 @@ struct Function {
 }
 
 /// The way that needs most.
-pub fn deepest(image: &[u8], header: &Header) -> Way {
+pub fn deepest(image: &[u8], header: &Header) -> CallPath {
     let numbers = 0..header.functions();
     let mut functions: Vec<Function> =
         numbers.map(|number| function(image, header, number)).collect();
@@ -59,8 +59,8 @@ pub fn deepest(image: &[u8], header: &Header) -> Way {
     ways.reduce(|most, way| if way.slots > most.slots { way } else { most }).unwrap_or_default()
 }
 
-fn way(functions: &[Function], entry: u16, slots: usize) -> Way {
-    let mut way = Way { slots, functions: vec![entry], calls: Vec::new() };
+fn way(functions: &[Function], entry: u16, slots: usize) -> CallPath {
+    let mut way = CallPath { slots, functions: vec![entry], calls: Vec::new() };
     let mut number = entry;
     while let Some(function) = functions.get(usize::from(number))
         && let Some((_, Some(call))) = function.need

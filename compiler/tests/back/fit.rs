@@ -2,7 +2,7 @@
 
 use bittybuzz_compiler::compile::Options;
 use bittybuzz_compiler::diagnostic::Diagnostic;
-use bittybuzz_compiler::fit::{Misfit, misfits, sealed};
+use bittybuzz_compiler::fit::{CapacityError, capacity_errors, sealed};
 use bittybuzz_robot_spec::Robot;
 use bittybuzz_testkit::Recorder;
 use bittybuzz_vm_core::number::Tiny;
@@ -85,7 +85,7 @@ fn what_a_script_needs_is_what_the_machine_needs() {
         let (image, _) = image(script, TINY);
         let mut fits = |slots| {
             robot.vm.slots = slots;
-            misfits(&image, &robot).is_empty()
+            capacity_errors(&image, &robot).is_empty()
         };
         let enough = (1..400).find(|slots| fits(*slots)).expect("400 slots are enough");
         assert_eq!(fault(&image, enough as usize), Ok(()), "{enough} slots\n{script}");
@@ -128,8 +128,8 @@ fn a_circle_of_calls_counts_once() {
         function step() { x = even(10) }";
     assert_eq!(codes(script, with_slots(40)), [""; 0]);
     let (image, _) = image(script, TINY);
-    let found = misfits(&image, &with_slots(17));
-    let [Misfit::Stack { way, .. }] = found.as_slice() else { panic!("{found:?}") };
+    let found = capacity_errors(&image, &with_slots(17));
+    let [CapacityError::Stack { way, .. }] = found.as_slice() else { panic!("{found:?}") };
     assert_eq!((way.functions.len(), way.calls.len()), (3, 2));
 }
 
@@ -141,8 +141,8 @@ fn bytes_of_any_kind_are_taken() {
         for byte in [0, 1, 0x7f, 0x80, 0xff] {
             let mut damaged = image.clone();
             damaged[at] = byte;
-            misfits(&damaged, &robot);
-            misfits(&damaged[..at], &robot);
+            capacity_errors(&damaged, &robot);
+            capacity_errors(&damaged[..at], &robot);
         }
     }
 }
@@ -193,10 +193,10 @@ fn a_sealed_image_is_for_its_robot() {
     let functions: Vec<u16> = kilobot.functions.iter().map(|function| function.hash()).collect();
     let robot = seal::robot::<Tiny>(features::<Tiny>(), SIZES, Parts::ALL, &functions);
     let mut vm: Box<Vm<Tiny, &[u8], SLOTS>> = Box::new(Vm::new());
-    vm.equip(SIZES);
+    vm.set_network_capacity(SIZES);
     assert_eq!(vm.load_sealed(Sealed::new(&bytes), robot), Ok(()));
     let mut smaller: Box<Vm<Tiny, &[u8], { SLOTS - 1 }>> = Box::new(Vm::new());
-    smaller.equip(SIZES);
+    smaller.set_network_capacity(SIZES);
     assert_eq!(smaller.load_sealed(Sealed::new(&bytes), robot), Err(ImageError::Seal));
 
     // Both robots can run it, with other functions and memory.

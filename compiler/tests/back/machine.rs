@@ -89,7 +89,7 @@ pub fn verify(image: &[u8], profile: ProfileName) -> Result<(), bittybuzz_vm_cor
 
 fn machine<'a, P: Profile>() -> Box<Vm<P, &'a [u8], 4000>> {
     let mut vm = Box::new(Vm::new());
-    vm.identify(1, 0);
+    vm.set_robot_id(1, 0);
     vm
 }
 

@@ -4,7 +4,7 @@ use std::fs;
 use std::path::Path;
 
 use bittybuzz_compiler::compile::Options;
-use bittybuzz_compiler::fit::{self, Misfit};
+use bittybuzz_compiler::fit::{self, CapacityError};
 use bittybuzz_testkit::{Event, Swarm, TestRobot};
 use bittybuzz_vm_core::builtin::Feature;
 use bittybuzz_vm_core::number::Tiny;
@@ -102,8 +102,9 @@ fn a_missing_part_is_told_where_it_is_used_first() {
         .map(|found| (found.code.text(), compiled.sources.line_column(found.span).line))
         .collect();
     assert_eq!(lines, [("E0608", 3), ("E0608", 6)]);
-    let misfits = fit::misfits(&image(script, TINY).0, &robot(|robot| robot.parts = Parts::ALL));
-    assert!(!misfits.iter().any(|misfit| matches!(misfit, Misfit::Part { .. })));
+    let capacity_errors =
+        fit::capacity_errors(&image(script, TINY).0, &robot(|robot| robot.parts = Parts::ALL));
+    assert!(!capacity_errors.iter().any(|misfit| matches!(misfit, CapacityError::Part { .. })));
 }
 
 /// An image for a machine that has only these parts.

@@ -120,7 +120,7 @@ type Machine<'a, P> = Box<Vm<P, &'a [u8], 4000>>;
 
 fn load<P: Profile>(image: &[u8]) -> Result<Machine<'_, P>, ImageError> {
     let mut vm: Machine<'_, P> = Box::new(Vm::new());
-    vm.identify(1, 0);
+    vm.set_robot_id(1, 0);
     vm.load(Image::new(image), |_| true)?;
     Ok(vm)
 }

@@ -139,7 +139,7 @@ impl Processor {
             bus.cycles += spent.cycles();
             self.r[PC] = lines.address(at);
             if let Some(op) = op {
-                self.aside(bus, *op, lines.address(last))?;
+                self.execute_rare(bus, *op, lines.address(last))?;
             }
             if let Exit::Stop(stop) = exit {
                 return Ok(stop);
@@ -170,7 +170,7 @@ impl Processor {
                 };
             }
             /// The instruction is not executed here.
-            macro_rules! aside {
+            macro_rules! execute_rare {
                 () => {
                     break Exit::Aside
                 };
@@ -179,7 +179,7 @@ impl Processor {
                 ($read:ident, $offset:expr, $value:ident => $loaded:expr) => {
                     match ram::$read(memory, self.get(op.b).wrapping_add($offset)) {
                         Some($value) => self.set(op.d, $loaded),
-                        None => aside!(),
+                        None => execute_rare!(),
                     }
                 };
             }
@@ -187,14 +187,14 @@ impl Processor {
                 ($write:ident, $offset:expr, $type:ty) => {{
                     let address = self.get(op.b).wrapping_add($offset);
                     if ram::$write(memory, address, self.get(op.d) as $type).is_none() {
-                        aside!();
+                        execute_rare!();
                     }
                 }};
             }
             macro_rules! many {
                 ($done:expr) => {
                     if $done.is_none() {
-                        aside!();
+                        execute_rare!();
                     }
                 };
             }
@@ -227,7 +227,7 @@ impl Processor {
                 ($to:expr) => {{
                     let to: u32 = $to;
                     if to & 1 == 0 || to >> 28 == 0xf {
-                        aside!();
+                        execute_rare!();
                     }
                     to.wrapping_sub(base) >> 1
                 }};
@@ -383,7 +383,7 @@ impl Processor {
                 Kind::Ldm => many!(self.load_from_ram(memory, op)),
                 Kind::PopPc => match self.pop_to_from_ram(memory, op) {
                     Some(to) => jump!(to.wrapping_sub(base) >> 1),
-                    None => aside!(),
+                    None => execute_rare!(),
                 },
                 Kind::BranchEq => branch_if!(self.nz == 0),
                 Kind::BranchNe => branch_if!(self.nz != 0),
@@ -424,7 +424,7 @@ impl Processor {
                 | Kind::Msr
                 | Kind::SupervisorCall
                 | Kind::Breakpoint
-                | Kind::Undefined => aside!(),
+                | Kind::Undefined => execute_rare!(),
             }
         };
         *at = next;

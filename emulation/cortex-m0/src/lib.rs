@@ -14,12 +14,12 @@
 //! SysTick (its registers read 0, and a write is reported as a hardware error once), and code in RAM that is fast.
 //! Not compared with hardware, but with two other cores.
 
-mod aside;
 mod bus;
 mod code;
 mod decode;
 mod exception;
 mod execute;
+mod execute_rare;
 mod multiple;
 mod ram;
 mod registers;

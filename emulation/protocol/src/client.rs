@@ -59,12 +59,12 @@ impl Emulator {
 
     /// Loads the ELF file at `elf` and turns the robot on.
     pub fn load(&mut self, elf: &Path) -> Result<(), ClientError> {
-        self.done(&Command::Load { elf: elf.into() })
+        self.execute(&Command::Load { elf: elf.into() })
     }
 
     /// Writes to flash or RAM.
     pub fn write(&mut self, address: u32, bytes: &[u8]) -> Result<(), ClientError> {
-        self.done(&Command::Write { address, bytes: bytes.into() })
+        self.execute(&Command::Write { address, bytes: bytes.into() })
     }
 
     /// Reads flash, RAM, or the unique id and the bytes that were programmed once.
@@ -153,12 +153,12 @@ impl Emulator {
     }
 
     /// Sends a command that is answered by `ok`: the ones without a method of their own.
-    pub fn done(&mut self, command: &Command) -> Result<(), ClientError> {
-        self.done_by(0, command)
+    pub fn execute(&mut self, command: &Command) -> Result<(), ClientError> {
+        self.execute_on(0, command)
     }
 
     /// Sends a command for one of several robots that is answered by `ok`.
-    pub fn done_by(&mut self, robot: usize, command: &Command) -> Result<(), ClientError> {
+    pub fn execute_on(&mut self, robot: usize, command: &Command) -> Result<(), ClientError> {
         match self.ask(robot, command, |_| ())? {
             Reply::Ok => Ok(()),
             reply => Err(ClientError::unexpected(&reply)),
@@ -170,7 +170,7 @@ impl Emulator {
     pub fn start_kilobots(&mut self, now: Duration) -> Result<(), ClientError> {
         for after in RUN_AFTER_MS {
             let at = now + Duration::from_millis(after);
-            self.done(&Command::Radio { at, payload: RUN.to_vec() })?;
+            self.execute(&Command::Radio { at, payload: RUN.to_vec() })?;
         }
         Ok(())
     }

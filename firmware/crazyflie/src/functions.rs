@@ -1,7 +1,7 @@
 //! The robot functions that scripts call: one entry in `robots/crazyflie/robot.toml` and one arm here.
 
 use bittybuzz_runtime::call::{expect_count, integer, nothing};
-use bittybuzz_runtime::script::{Console, Counts, Robot, Stopped};
+use bittybuzz_runtime::script::{Console, Counts, RobotHost, Stopped};
 use bittybuzz_runtime::setpoint::Writer;
 use bittybuzz_vm_core::number::{Profile, Rng};
 use bittybuzz_vm_core::{
@@ -81,7 +81,7 @@ impl Crazyflie {
     }
 }
 
-impl Robot<Numbers> for Crazyflie {
+impl RobotHost<Numbers> for Crazyflie {
     const ON_FAULT_STOPS: bool = robot::ON_FAULT_STOPS;
 
     fn call<C: ByteCode, const SLOTS: usize>(

@@ -127,7 +127,7 @@ async fn main(spawner: Spawner) {
     static VM: ConstStaticCell<Machine> = ConstStaticCell::new(Vm::new());
     static SCRIPT: StaticCell<ScriptTask> = StaticCell::new();
     let vm = VM.take();
-    vm.equip(SIZES);
+    vm.set_network_capacity(SIZES);
     let script = SCRIPT.init(Script::new(vm, robot_id, crazyflie, pulse(0), LOG.take()));
     if let Some(failure) = failure {
         log::error!("restarted after {}: no script runs until power-on", failure);

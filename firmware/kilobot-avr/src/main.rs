@@ -42,13 +42,13 @@ use bittybuzz_comms::infrared::{self, FaultReport};
 use bittybuzz_kilobot::calibration::{self, DUTIES, ID, TRANSMITTERS};
 use bittybuzz_kilobot::controller;
 use bittybuzz_kilobot::distance::distance;
-use bittybuzz_kilobot::life::{Act, State};
 use bittybuzz_kilobot::light::{Blinker, Color, of_battery};
+use bittybuzz_kilobot::mode::{Act, State};
 use bittybuzz_kilobot::sender::Sender;
 use bittybuzz_vm_core::{Sizes, Vm};
 
 use chip::registers;
-use robot::Robot;
+use robot::KilobotHost;
 use script::{Machine, Script};
 
 // avr-libc's float and memory functions are smaller and faster than those of compiler_builtins.
@@ -80,14 +80,14 @@ fn panic(_: &core::panic::PanicInfo) -> ! {
     unsafe { the_program_contains_a_panic() }
 }
 
-static mut BODY: Body = Body::new();
+static mut BODY: App = App::new();
 
 // A name for what the script is doing (`bittybuzz_kilobot::phase`), for emulators: nothing is added to the image.
 global_asm!(
     ".global bbz_phase",
     ".set bbz_phase, {body} + {phase}",
     body = sym BODY,
-    phase = const offset_of!(Body, script.phase),
+    phase = const offset_of!(App, script.phase),
 );
 
 #[avr_device::entry]
@@ -109,8 +109,8 @@ fn main() -> ! {
 }
 
 /// Everything but the machine.
-struct Body {
-    robot: Robot,
+struct App {
+    robot: KilobotHost,
     script: Script,
     sender: Sender,
     /// Messages sent, modulo 256.
@@ -122,11 +122,11 @@ struct Body {
     was_stuck: bool,
 }
 
-impl Body {
+impl App {
     /// Zeros, which take no flash.
     const fn new() -> Self {
-        Body {
-            robot: Robot::new(),
+        App {
+            robot: KilobotHost::new(),
             script: Script::new(),
             sender: Sender::start(0, 0),
             sent: 0,
@@ -148,9 +148,9 @@ impl Body {
         let id = u16::from_le_bytes([eeprom::read(chip, ID), eeprom::read(chip, ID + 1)]);
         self.transmitters = calibration::transmitters(eeprom::read(chip, TRANSMITTERS));
         let [left, right, straight_left, straight_right] = DUTIES;
-        let life = &mut self.robot.life;
-        life.id = id;
-        life.duties = [
+        let mode = &mut self.robot.mode;
+        mode.id = id;
+        mode.duties = [
             eeprom::read(chip, left),
             eeprom::read(chip, right),
             eeprom::read(chip, straight_left),
@@ -172,10 +172,10 @@ impl Body {
         light::show(&registers(), color);
         let duties = self.robot.motors.duties(now);
         motors::drive(&registers(), duties);
-        if self.robot.life.state == State::Running && self.sender.is_due(now) {
+        if self.robot.mode.state == State::Running && self.sender.is_due(now) {
             self.send(now);
         }
-        let is_running = self.robot.life.state == State::Running;
+        let is_running = self.robot.mode.state == State::Running;
         has_heard || (is_running && self.script.goes_on())
     }
 
@@ -193,14 +193,14 @@ impl Body {
             // It takes no others than those of swarms.
             return robot.inbox.push(&infrared::frame(kind, data), mm.unwrap_or(0));
         }
-        let was = robot.life.state;
-        match robot.life.obey(kind, data) {
+        let was = robot.mode.state;
+        match robot.mode.obey(kind, data) {
             Act::None => {}
             Act::Boot => power::boot(&registers()),
             Act::Reset => power::reset(&registers()),
             Act::Store => self.store(),
         }
-        if was != self.robot.life.state {
+        if was != self.robot.mode.state {
             let now = clock::now(&registers());
             self.blinker = Blinker::start(now);
             self.script.resume(now);
@@ -210,22 +210,22 @@ impl Body {
     /// Keeps id and duties.
     #[inline(never)]
     fn store(&mut self) {
-        let life = &self.robot.life;
-        let [low, high] = life.id.to_le_bytes();
+        let mode = &self.robot.mode;
+        let [low, high] = mode.id.to_le_bytes();
         eeprom::write(&registers(), ID, low);
         eeprom::write(&registers(), ID + 1, high);
         let [left, right, straight_left, straight_right] = DUTIES;
-        eeprom::write(&registers(), left, life.duties[0]);
-        eeprom::write(&registers(), right, life.duties[1]);
-        eeprom::write(&registers(), straight_left, life.duties[2]);
-        eeprom::write(&registers(), straight_right, life.duties[3]);
+        eeprom::write(&registers(), left, mode.duties[0]);
+        eeprom::write(&registers(), right, mode.duties[1]);
+        eeprom::write(&registers(), straight_left, mode.duties[2]);
+        eeprom::write(&registers(), straight_right, mode.duties[3]);
     }
 
     /// Does the work of the robot's state; returns the LED's colour.
     #[inline(never)]
     fn live(&mut self, vm: &mut Machine, now: u16) -> Color {
         let robot = &mut self.robot;
-        match robot.life.state {
+        match robot.mode.state {
             State::Running if self.was_stuck => return Color::RED,
             State::Running => {
                 self.script.run(vm, robot, now);
@@ -238,13 +238,13 @@ impl Body {
                 return if is_lit { Color::RED } else { Color::DARK };
             }
             State::Moving => {
-                robot.motors.set(robot.life.shown, now);
+                robot.motors.set(robot.mode.shown, now);
                 return Color::DARK;
             }
             _ => robot.motors.set([0, 0], now),
         }
         let flash = self.blinker.flash(now);
-        match robot.life.state {
+        match robot.mode.state {
             State::Waiting if flash => Color::GREEN,
             State::Uncalibrated => Color::MAGENTA,
             State::Battery if !hear::is_busy() => {

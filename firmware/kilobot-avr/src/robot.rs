@@ -3,8 +3,8 @@
 use bittybuzz_comms::infrared::{CONTAINED, FaultReport, MESSAGE};
 use bittybuzz_comms::queue::{Inbox, Outbox};
 use bittybuzz_kilobot::clock::Delay;
-use bittybuzz_kilobot::life::Life;
 use bittybuzz_kilobot::light::Color;
+use bittybuzz_kilobot::mode::ModeSwitch;
 use bittybuzz_kilobot::motors::Motors;
 use bittybuzz_vm_core::number::Tiny;
 use bittybuzz_vm_core::{
@@ -18,9 +18,9 @@ use crate::toml::{self, function};
 use crate::{clock, hear};
 
 /// The robot.
-pub struct Robot {
+pub struct KilobotHost {
     /// The robot's state.
-    pub life: Life,
+    pub mode: ModeSwitch,
     /// The duties of its motors.
     pub motors: Motors,
     /// The script's colour.
@@ -40,11 +40,11 @@ pub struct Robot {
 
 type Result = core::result::Result<Reply<Tiny>, RobotFault>;
 
-impl Robot {
+impl KilobotHost {
     /// Nothing is known yet: zeros, which take no flash.
     pub const fn new() -> Self {
-        Robot {
-            life: Life::new(0, [0; 4]),
+        KilobotHost {
+            mode: ModeSwitch::new(0, [0; 4]),
             motors: Motors::new(),
             color: Color::DARK,
             inbox: Inbox::new(0),
@@ -58,7 +58,7 @@ impl Robot {
     /// Prepares the message about a fault; `None` if the robot refuses the image.
     #[inline(never)]
     pub fn note(&mut self, fault: Option<Fault>, is_contained: bool) {
-        let report = FaultReport { robot: self.life.id, script: self.script, fault, is_contained };
+        let report = FaultReport { robot: self.mode.id, script: self.script, fault, is_contained };
         self.report = report.message();
     }
 
@@ -75,7 +75,7 @@ impl Robot {
     }
 }
 
-impl Host<Tiny> for Robot {
+impl Host<Tiny> for KilobotHost {
     // The question is a bit of a register that the processor tests in two cycles.
     const IS_TIMED: bool = true;
 
@@ -111,9 +111,9 @@ impl Host<Tiny> for Robot {
                 return nothing();
             }
             function::SET_MOTOR => [first, second],
-            function::FORWARD => self.life.straight(),
-            function::LEFT => self.life.turn_left(),
-            function::RIGHT => self.life.turn_right(),
+            function::FORWARD => self.mode.straight(),
+            function::LEFT => self.mode.turn_left(),
+            function::RIGHT => self.mode.turn_right(),
             function::STOP => [0, 0],
             function::LIGHT => return read(Sensor::Light),
             function::BATTERY => return read(Sensor::Battery),

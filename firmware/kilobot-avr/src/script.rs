@@ -9,7 +9,7 @@ use bittybuzz_vm_core::{ByteCode, Entry, Fault, FaultCode, Outcome, Restarts, Vm
 
 use crate::chip::registers;
 use crate::clock;
-use crate::robot::Robot;
+use crate::robot::KilobotHost;
 use crate::section::Section;
 use crate::toml::{self, FUNCTIONS};
 
@@ -84,7 +84,7 @@ impl Script {
 
     /// Ends the run of the script: for good, or until the pause is over.
     #[inline(never)]
-    fn stop(&mut self, vm: &mut Machine, robot: &mut Robot, fault: Option<Fault>) {
+    fn stop(&mut self, vm: &mut Machine, robot: &mut KilobotHost, fault: Option<Fault>) {
         robot.note(fault, false);
         self.phase = match fault {
             Some(fault) if !toml::ON_FAULT_STOPS && fault.code != FaultCode::AssertFailed => {
@@ -98,7 +98,7 @@ impl Script {
 
     /// Runs a slice, if there is something to run.
     #[inline(never)]
-    pub fn run(&mut self, vm: &mut Machine, robot: &mut Robot, now: u16) {
+    pub fn run(&mut self, vm: &mut Machine, robot: &mut KilobotHost, now: u16) {
         self.goes_on = true;
         match self.phase {
             Phase::New => {
@@ -106,7 +106,7 @@ impl Script {
                     return self.stop(vm, robot, None);
                 }
                 robot.script = vm.header().map_or(0, |header| header.hash()) as u16;
-                vm.identify(robot.life.id, 0);
+                vm.set_robot_id(robot.mode.id, 0);
                 self.begin(vm, Entry::Global, Phase::Global);
             }
             Phase::Global | Phase::Runs | Phase::Relays => match self.slice(vm, robot) {
@@ -147,13 +147,13 @@ impl Script {
 
     /// Runs the machine until the slice is over.
     #[inline(always)]
-    fn slice(&self, vm: &mut Machine, robot: &mut Robot) -> Outcome {
+    fn slice(&self, vm: &mut Machine, robot: &mut KilobotHost) -> Outcome {
         clock::begin_slice(&registers());
         vm.run(robot, 0)
     }
 
     /// Takes a tick: a step begins. In a pause the robot handles messages then, and the last tick starts the script again.
-    fn tick(&mut self, vm: &mut Machine, robot: &mut Robot, now: u16) {
+    fn tick(&mut self, vm: &mut Machine, robot: &mut KilobotHost, now: u16) {
         robot.outbox.begin_step();
         if self.phase == Phase::Waits {
             self.begin(vm, Entry::Step, Phase::Runs);

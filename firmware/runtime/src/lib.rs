@@ -11,7 +11,7 @@
 //!    ([`bittybuzz_comms::trace`]) that the board passes to people.
 //! 4. **A flood harms nobody.** What is heard and what is to be sent waits in queues of fixed size, [`mail`]; what there is
 //!    no room for is counted.
-//! 5. **Boards stay thin.** A board supplies [`script::Robot`] and [`setpoint::Motors`] and wires the tasks; this crate knows no
+//! 5. **Boards stay thin.** A board supplies [`script::RobotHost`] and [`setpoint::Motors`] and wires the tasks; this crate knows no
 //!    chip and is tested on the host.
 //!
 //! # What it will not do

@@ -3,7 +3,7 @@
 //! A fault in one of them stops the script and the motors. After a pause ([`Restarts`]) the script starts again with its
 //! global code. In the pause the robot sends beacons, merges and relays as before, but no code of the script runs. A fault
 //! in a listener ends only that call, and is reported once per place. A failed `assert` stops the script for good; so does
-//! every fault if [`Robot::ON_FAULT_STOPS`].
+//! every fault if [`RobotHost::ON_FAULT_STOPS`].
 
 use bittybuzz_comms::trace::{self, Unused};
 use bittybuzz_vm_core::number::Profile;
@@ -49,10 +49,10 @@ const PAUSE: Duration = Duration::from_millis(2);
 const POLL: Duration = Duration::from_millis(10);
 
 /// The robot, as the script's task sees it.
-pub trait Robot<P: Profile> {
+pub trait RobotHost<P: Profile> {
     /// True if the robot has a trace. Else nothing is written down, and the code for it is left
     /// out.
-    const TELLS: bool = true;
+    const HAS_TRACE: bool = true;
 
     /// Every fault stops the script for good.
     const ON_FAULT_STOPS: bool = false;
@@ -150,7 +150,9 @@ pub struct Script<P: Profile, C: ByteCode + 'static, R, const SLOTS: usize> {
     contained: Places,
 }
 
-impl<P: Profile, C: ByteCode + 'static, R: Robot<P>, const SLOTS: usize> Script<P, C, R, SLOTS> {
+impl<P: Profile, C: ByteCode + 'static, R: RobotHost<P>, const SLOTS: usize>
+    Script<P, C, R, SLOTS>
+{
     /// In this machine, on the robot with this id. `log` is the room for the lines printed in a
     /// slice, each a byte and at most [`trace::RECORD_MAX`]; it is empty without a trace.
     pub fn new(
@@ -189,7 +191,7 @@ impl<P: Profile, C: ByteCode + 'static, R: Robot<P>, const SLOTS: usize> Script<
             self.robot.stop(Stopped::Refused);
             return Stopped::Refused;
         }
-        self.vm.identify(self.robot_id, seed);
+        self.vm.set_robot_id(self.robot_id, seed);
         let hash = self.vm.header().map_or(0, |header| header.hash());
         let robot_id = self.robot_id;
         self.report(|| trace::start(robot_id, hash));
@@ -240,7 +242,7 @@ impl<P: Profile, C: ByteCode + 'static, R: Robot<P>, const SLOTS: usize> Script<
     fn stop(&mut self, fault: &Fault) -> Stopped {
         let stopped = Stopped::Fault(fault.code as u8);
         self.robot.stop(stopped);
-        if R::TELLS {
+        if R::HAS_TRACE {
             self.robot.report(&trace::fault(self.counts.steps, fault, self.vm.calls()));
         }
         self.tell_unused();
@@ -330,7 +332,7 @@ impl<P: Profile, C: ByteCode + 'static, R: Robot<P>, const SLOTS: usize> Script<
 
     /// Reports discarded messages, if there are more.
     fn tell_unused(&mut self) {
-        if !R::TELLS {
+        if !R::HAS_TRACE {
             return;
         }
         let unused = Unused { dropped: self.robot.dropped(), messages: self.vm.counters() };
@@ -372,13 +374,13 @@ impl<P: Profile, C: ByteCode + 'static, R: Robot<P>, const SLOTS: usize> Script<
 
     /// Passes on the lines that the script printed in the slice.
     fn tell(&mut self) {
-        if R::TELLS {
+        if R::HAS_TRACE {
             self.log.drain(|record| self.robot.report(record));
         }
     }
 
     fn report(&mut self, record: impl FnOnce() -> trace::Encoded) {
-        if R::TELLS {
+        if R::HAS_TRACE {
             self.robot.report(&record());
         }
     }

@@ -5,7 +5,7 @@ use core::ops::RangeInclusive;
 use bittybuzz_motion::drive::{Goal, Wheels};
 use bittybuzz_motion::{Length, MM, units};
 use bittybuzz_runtime::call::{expect_count, integer, nothing};
-use bittybuzz_runtime::script::{Console, Counts, Robot, Stopped};
+use bittybuzz_runtime::script::{Console, Counts, RobotHost, Stopped};
 use bittybuzz_runtime::setpoint::Writer;
 use bittybuzz_vm_core::number::Tiny;
 use bittybuzz_vm_core::{
@@ -51,8 +51,8 @@ impl Zooid {
     }
 }
 
-impl Robot<Tiny> for Zooid {
-    const TELLS: bool = cfg!(feature = "defmt");
+impl RobotHost<Tiny> for Zooid {
+    const HAS_TRACE: bool = cfg!(feature = "defmt");
     const ON_FAULT_STOPS: bool = robot::ON_FAULT_STOPS;
 
     fn call<C: ByteCode, const SLOTS: usize>(

@@ -130,7 +130,7 @@ async fn main(spawner: Spawner) {
     static VM: ConstStaticCell<Machine> = ConstStaticCell::new(Vm::new());
     static SCRIPT: StaticCell<ScriptTask> = StaticCell::new();
     let vm = VM.take();
-    vm.equip(SIZES);
+    vm.set_network_capacity(SIZES);
     let script = SCRIPT.init(Script::new(vm, robot_id, zooid, pulse(0), LOG.take()));
     // Else it must not restart for a charger.
     let watches_battery = matches!(failure, None | Some(Failure::FlatBattery));

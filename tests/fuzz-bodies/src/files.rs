@@ -145,7 +145,7 @@ pub fn recording(data: &[u8]) -> bool {
 
 /// Returns a recording of some robots that move, stop and change their color.
 fn written(choices: &mut Choices<'_>) -> Vec<u8> {
-    use bittybuzz_arena::output::recording::{Robot, State};
+    use bittybuzz_arena::output::recording::{RecordedRobot, State};
     let mut bytes = Vec::new();
     let mut bodies = Vec::new();
     for _ in 0..choices.below(6) {
@@ -153,10 +153,10 @@ fn written(choices: &mut Choices<'_>) -> Vec<u8> {
     }
     let size = [1000, u32::from(choices.byte())];
     let mut far = || i32::from_le_bytes([0; 4].map(|_: u8| choices.byte()));
-    let mut robots: Vec<Option<Robot>> = Vec::new();
+    let mut robots: Vec<Option<RecordedRobot>> = Vec::new();
     for _ in &bodies {
         let [x, y, z] = [far(), far(), far()];
-        robots.push(Some(Robot { x, y, z, heading: 0, led: 0, state: State::Running }));
+        robots.push(Some(RecordedRobot { x, y, z, heading: 0, led: 0, state: State::Running }));
     }
     let mut obstacles = Vec::new();
     for _ in 0..choices.below(4) {

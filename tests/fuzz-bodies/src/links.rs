@@ -6,7 +6,7 @@ use bittybuzz_comms::nrf24::{self, Payload};
 use bittybuzz_comms::syslink::{
     Crtp, Frame, MTU, P2P_MAX, Packet, Parser, Ping, Position, SWARM_PORT, SwarmFrame, kind,
 };
-use bittybuzz_kilobot::life::Life;
+use bittybuzz_kilobot::mode::ModeSwitch;
 use bittybuzz_kilobot::receiver::{BIT, DEADLINE, Pulse, Receiver};
 
 use crate::choices::Choices;
@@ -145,7 +145,7 @@ pub fn nrf24(data: &[u8]) -> bool {
 pub fn ir(data: &[u8]) -> bool {
     let mut choices = Choices::new(data);
     let mut receiver = Receiver::new();
-    let mut life = Life::new(1, [0; 4]);
+    let mut mode = ModeSwitch::new(1, [0; 4]);
     let mut now = 0u16;
     let mut understood = false;
     while !choices.is_empty() {
@@ -156,7 +156,7 @@ pub fn ir(data: &[u8]) -> bool {
             }
             now = now.wrapping_add(after);
             if receiver.pulse(now) == Pulse::Last {
-                understood |= check_message(&receiver.heard.message, &mut life);
+                understood |= check_message(&receiver.heard.message, &mut mode);
             }
         }
     }
@@ -212,7 +212,7 @@ fn pulses_of(message: &[u8]) -> Vec<u16> {
 }
 
 /// Reads a message in every way that a robot and a computer do. Returns whether it is whole.
-fn check_message(message: &[u8; infrared::MESSAGE], life: &mut Life) -> bool {
+fn check_message(message: &[u8; infrared::MESSAGE], mode: &mut ModeSwitch) -> bool {
     let digits: String = message.iter().map(|byte| format!("{byte:02x}")).collect();
     assert_eq!(infrared::from_line(format!("ir {digits}\r\n").as_bytes()).as_ref(), Some(message));
     let Some((kind, data)) = infrared::opened(message) else {
@@ -226,6 +226,6 @@ fn check_message(message: &[u8; infrared::MESSAGE], life: &mut Life) -> bool {
     if let Some(report) = FaultReport::of(message) {
         assert_eq!(FaultReport::of(&report.message()), Some(report));
     }
-    let _ = life.obey(kind, data);
+    let _ = mode.obey(kind, data);
     true
 }

@@ -139,7 +139,7 @@ fn fail<P: Profile>(
 
 fn run<P: Profile>(vm: &mut Machine<'_, P>, length: usize, settings: Settings) -> Trace {
     vm.torture = settings.torture;
-    vm.identify(3, 7);
+    vm.set_robot_id(3, 7);
     let mut player = player();
     let mut left = settings.instructions;
     let entries =

@@ -148,9 +148,9 @@ fn play<P: Profile>(image: &[u8], choices: &mut Choices<'_>) -> Result<(), Image
     let mut robots = Vec::new();
     for id in 1..=2 + choices.below(3) as u16 {
         let mut vm: Machine<'_, P> = Box::new(Vm::new());
-        vm.equip(SIZES);
+        vm.set_network_capacity(SIZES);
         vm.load_limited(Image::new(image), slots, |_| true)?;
-        vm.identify(id, 1);
+        vm.set_robot_id(id, 1);
         vm.torture = torture;
         let budget = 1 + u16::from(choices.byte() % 60);
         robots.push(Robot {

@@ -122,7 +122,7 @@ fn measure<P: Profile>(data: &[u8], profile: ProfileName) -> bool {
     let image = compiled.image.unwrap_or_else(|| panic!("{script}\n{:?}", compiled.diagnostics));
     let reads = Cell::new(0);
     let mut vm: Box<Machine<'_, P>> = Box::new(Vm::new());
-    vm.equip(SIZES);
+    vm.set_network_capacity(SIZES);
     if let Err(error) = vm.load(Image::new(CountedCode::new(&image, &reads)), |_| true) {
         panic!("{script}\n{error:?}");
     }

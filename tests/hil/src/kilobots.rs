@@ -131,7 +131,7 @@ impl Kilobots {
 
     /// Gives the emulator a command for a robot.
     pub fn tell(&mut self, robot: usize, command: &Command) {
-        let told = self.emulator.done_by(robot, command);
+        let told = self.emulator.execute_on(robot, command);
         told.unwrap_or_else(|error| panic!("{command:?}: {error}"));
     }
 

@@ -24,7 +24,7 @@ mod told;
 pub use kilobots::{Kilobots, ear, kilobot};
 pub use swarm::{Member, Pose, Swarm};
 pub use table::{Place, Table};
-pub use told::Told;
+pub use told::TraceLog;
 
 use std::path::{Path, PathBuf};
 use std::sync::OnceLock;
@@ -267,7 +267,7 @@ impl Robot {
 
     /// Gives the emulator a command.
     pub fn tell(&mut self, command: &Command) {
-        self.emulator.done(command).unwrap_or_else(|error| panic!("{command:?}: {error}"));
+        self.emulator.execute(command).unwrap_or_else(|error| panic!("{command:?}: {error}"));
     }
 
     /// The radio's processor sends a frame.

@@ -4,7 +4,7 @@ use std::time::Duration;
 
 use bittybuzz_arena::run::{P2pAir, TURN};
 
-use crate::told::Told;
+use crate::told::TraceLog;
 use crate::{Command, Core, Event, Robot, TimedEvent};
 
 const TURN_US: u64 = TURN.as_micros() as u64;
@@ -27,7 +27,7 @@ pub struct Member {
     /// Its emulator.
     pub robot: Robot,
     /// What it told.
-    pub told: Told,
+    pub told: TraceLog,
     pose: Option<Pose>,
 }
 
@@ -37,7 +37,7 @@ impl Swarm {
         let member = |id: &u16| {
             let mut robot = Robot::crazyflie(Core::Unicorn, script);
             robot.assign_id(*id);
-            Member { robot, told: Told::of_crazyflie(), pose: None }
+            Member { robot, told: TraceLog::of_crazyflie(), pose: None }
         };
         let members = ids.iter().map(member).collect();
         Swarm { members, now_us: 0, air: P2pAir::default() }

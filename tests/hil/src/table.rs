@@ -12,7 +12,7 @@ use bittybuzz_robot_spec::Layout;
 use bittybuzz_tests::bbz;
 use bittybuzz_zooids_board::STEP_MM;
 
-use crate::told::Told;
+use crate::told::TraceLog;
 use crate::{
     BoardStatistics, Command, Core, Event, Statistics, TimedEvent, ZooidStatistics, image_for,
 };
@@ -102,7 +102,7 @@ impl Place {
 /// A robot of the table.
 pub struct Zooid {
     /// What it told.
-    pub told: Told,
+    pub told: TraceLog,
     /// What happened on it, but for what it told.
     pub events: Vec<TimedEvent>,
     /// Duties of IN1 to IN4.
@@ -181,11 +181,17 @@ impl Table {
                 (layout.script.address, section.clone()),
                 (id_section, Layout::id_section(*id).to_vec()),
             ] {
-                emulator.done_by(robot, &Command::Write { address, bytes }).expect("it is written");
+                emulator
+                    .execute_on(robot, &Command::Write { address, bytes })
+                    .expect("it is written");
             }
         }
-        let zooid =
-            || Zooid { told: Told::of_zooid(), events: Vec::new(), inputs: [0.0; 4], place: None };
+        let zooid = || Zooid {
+            told: TraceLog::of_zooid(),
+            events: Vec::new(),
+            inputs: [0.0; 4],
+            place: None,
+        };
         let zooids = ids.iter().map(|_| zooid()).collect();
         Table { emulator, zooids, now: Duration::ZERO }
     }
@@ -202,7 +208,7 @@ impl Table {
 
     /// Gives the emulator a command for a robot.
     pub fn tell(&mut self, robot: usize, command: &Command) {
-        let told = self.emulator.done_by(robot, command);
+        let told = self.emulator.execute_on(robot, command);
         told.unwrap_or_else(|error| panic!("{command:?}: {error}"));
     }
 

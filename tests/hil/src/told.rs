@@ -11,7 +11,7 @@ use crate::table::zooids;
 use crate::{Event, TimedEvent, crazyflie};
 
 /// What a robot told.
-pub struct Told {
+pub struct TraceLog {
     /// What its script logged: when, and the values.
     pub log: Vec<(Duration, Vec<String>)>,
     /// Messages of its firmware.
@@ -25,7 +25,7 @@ pub struct Told {
     reader: TraceReader,
 }
 
-impl Told {
+impl TraceLog {
     /// Nothing yet, of a Crazyflie.
     pub(crate) fn of_crazyflie() -> Self {
         static TABLE: OnceLock<Arc<Table>> = OnceLock::new();
@@ -34,7 +34,7 @@ impl Told {
 
     /// All that a Crazyflie told in these events.
     pub fn of_events(events: &[TimedEvent]) -> Self {
-        let mut told = Told::of_crazyflie();
+        let mut told = TraceLog::of_crazyflie();
         for event in events {
             match &event.event {
                 Event::Rtt { bytes } => told.read(bytes),
@@ -54,7 +54,7 @@ impl Told {
 
     fn new(table: Arc<Table>) -> Self {
         let (log, firmware, records, unused) = (vec![], vec![], vec![], Unused::default());
-        Told { log, firmware, records, unused, lost: 0, reader: TraceReader::new(table) }
+        TraceLog { log, firmware, records, unused, lost: 0, reader: TraceReader::new(table) }
     }
 
     /// The power was gone: what was not told whole never will be.

@@ -16,7 +16,7 @@ use bittybuzz_hil::safety::{
 };
 use bittybuzz_hil::supply::Doing;
 use bittybuzz_hil::{
-    Command, Core, ECHO_HEADER, RADIO_RAW, Robot, Told, image, layout, motors, resets,
+    Command, Core, ECHO_HEADER, RADIO_RAW, Robot, TraceLog, image, layout, motors, resets,
 };
 use bittybuzz_robot_spec::Layout;
 
@@ -42,7 +42,7 @@ fn chip(memory: Memory, seed: u64, crystal: bool) -> Command {
 
 /// Messages of the firmware since the reset at `at`.
 fn messages(robot: &Robot, at: Duration) -> Vec<String> {
-    Told::of_events(since(robot, at)).firmware
+    TraceLog::of_events(since(robot, at)).firmware
 }
 
 /// A probe writes `new` at the beginning of a sector that holds `old`, and is cut short.
@@ -140,7 +140,7 @@ fn survives(number: u64) -> bool {
         at = reset(&mut robot, ResetCause::PowerOn);
     }
     assert_runs(&mut robot);
-    let told = Told::of_events(since(&robot, at));
+    let told = TraceLog::of_events(since(&robot, at));
     assert!(!told.firmware.iter().any(|line| line.contains("restarted")), "{:?}", told.firmware);
     let logged: Vec<&str> = told.log.iter().map(|(_, values)| values[0].as_str()).collect();
     let expected = if doing == Doing::TakingAScript { &["1", "2"][..] } else { &["1"] };

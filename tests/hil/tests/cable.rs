@@ -6,7 +6,7 @@ use std::time::Duration;
 
 use bittybuzz_chips::Random;
 use bittybuzz_comms::syslink::SwarmFrame;
-use bittybuzz_hil::{Command, Event, Place, Swarm, Table, TimedEvent, Told, resets};
+use bittybuzz_hil::{Command, Event, Place, Swarm, Table, TimedEvent, TraceLog, resets};
 
 /// Drives, sends and logs in each step; half a second of it fills the robot's buffer.
 const SCRIPT: &str = "\
@@ -59,7 +59,7 @@ impl Load {
 
     /// After this many steps nothing of a pulled cable is to be seen but missing messages, at least one for each of so many
     /// `pulls`, of which the robot reports the number.
-    fn assert_undisturbed(&self, told: &Told, events: &[TimedEvent], steps: u32, pulls: u32) {
+    fn assert_undisturbed(&self, told: &TraceLog, events: &[TimedEvent], steps: u32, pulls: u32) {
         assert_eq!(resets(events), []);
         assert_eq!(told.records, Vec::<String>::new());
         let step_of = |values: &[String]| values[0].parse::<u32>().unwrap();

@@ -13,7 +13,7 @@ use bittybuzz_comms::nrf24::{PAYLOAD_MAX, Payload};
 use bittybuzz_comms::syslink::{P2P_MAX, SWARM_PORT, SwarmFrame};
 use bittybuzz_hil::kilobots::behaviour;
 use bittybuzz_hil::{
-    Command, Event, Kilobots, Place, Swarm, Table, TimedEvent, Told, compiled_for,
+    Command, Event, Kilobots, Place, Swarm, Table, TimedEvent, TraceLog, compiled_for,
 };
 use bittybuzz_kilobot::phase::{self, Phase};
 use bittybuzz_testkit::FORGER;
@@ -90,7 +90,7 @@ fn has_shown(events: &[TimedEvent], since: Duration) -> bool {
 }
 
 /// The aftermath on a robot that has a debug probe.
-fn told_aftermath(told: &Told, events: &[TimedEvent], since: Duration) -> Aftermath {
+fn told_aftermath(told: &TraceLog, events: &[TimedEvent], since: Duration) -> Aftermath {
     // Steps are told every hundred; five were completed before the message.
     let steps =
         told.firmware.iter().rev().find_map(|line| line.split_once(" steps, ")?.0.parse().ok());

@@ -171,9 +171,9 @@ fn in_process(id: u16, heard: &[Vec<Vec<u8>>], image: &[u8]) -> (Vec<Known>, Win
     let zooid = bittybuzz_robot_files::find("zooids").unwrap();
     assert_eq!([zooid.vm.in_queue, zooid.vm.out_queue], [QUEUE as u32; 2]);
     let mut vm: Box<Vm<Tiny, &[u8], SLOTS>> = Box::new(Vm::new());
-    vm.equip(zooid.sizes());
+    vm.set_network_capacity(zooid.sizes());
     vm.load_limited(Image::new(image), zooid.vm.slots as usize, |_| false).unwrap();
-    vm.identify(id, 0);
+    vm.set_robot_id(id, 0);
     let steps = |steps: u32| u8::try_from(steps).unwrap();
     let periods = Periods {
         beacon: steps(zooid.vm.beacon_steps),

@@ -6,7 +6,9 @@ use std::time::Duration;
 
 use bittybuzz_comms::infrared::{self, FaultReport};
 use bittybuzz_hil::kilobots::behaviour;
-use bittybuzz_hil::{Command, Core, Event, Kilobots, ScriptFile, Swarm, Table, Told, time, trace};
+use bittybuzz_hil::{
+    Command, Core, Event, Kilobots, ScriptFile, Swarm, Table, TraceLog, time, trace,
+};
 use bittybuzz_vm_core::FaultCode;
 
 /// Robot 1 divides by zero in its fifth step, again and again. The others log the number of their neighbors.
@@ -39,7 +41,7 @@ function step() {
 /// Two of the robot's neighbors forget it after three seconds without a message: in the pause from 4.5 to 8.5 s it sends some.
 const IN_PAUSE_MS: u64 = 8_400;
 
-fn restarts(told: &Told) -> Vec<&str> {
+fn restarts(told: &TraceLog) -> Vec<&str> {
     let records = told.records.iter().map(String::as_str);
     records.filter(|record| record.starts_with("Restart")).collect()
 }
@@ -52,7 +54,7 @@ const RESTARTS: [&str; 5] = [
     "Restart { step: 12, pause: 40 }",
 ];
 
-fn has_contained_once(told: &Told) {
+fn has_contained_once(told: &TraceLog) {
     let contained: Vec<&String> =
         told.records.iter().filter(|record| record.starts_with("contained")).collect();
     assert_eq!(contained.len(), 1, "{:?}", told.records);

@@ -3,7 +3,7 @@
 
 #![allow(clippy::unwrap_used, reason = "a test may")]
 
-use bittybuzz_hil::{Swarm, Table, Told};
+use bittybuzz_hil::{Swarm, Table, TraceLog};
 
 /// Scripts, in which `PAIRS` stands for as many entries as nearly fill the memory of the robot, `TABLES` for as many
 /// tables, and `ITEMS` for as many numbers as fit a message.
@@ -86,7 +86,7 @@ fn text(script: &str, [pairs, tables, items]: [u16; 3]) -> String {
 const MOST_US: u32 = 500;
 
 /// The longest slice, in µs, of a robot that reports it with every hundred steps.
-fn longest_slice(name: &str, told: &Told) -> u32 {
+fn longest_slice(name: &str, told: &TraceLog) -> u32 {
     let is_overrun = |record: &String| record.starts_with("Overrun");
     assert!(told.records.iter().all(is_overrun), "{name}: {:?}", told.records);
     let longest = told.firmware.iter().rev().find_map(|line| {

@@ -41,7 +41,7 @@ pub fn run<P: Profile, C: ByteCode, const SLOTS: usize>(
             End::Refused(error)
         }
         Ok(()) => {
-            vm.identify(ROBOT_ID, SEED);
+            vm.set_robot_id(ROBOT_ID, SEED);
             run.entries(vm)
         }
     };

@@ -61,9 +61,9 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> TestRobot<P, C, SLOTS> {
 
     fn power_on(&mut self) -> Result<(), ImageError> {
         *self.vm = Vm::new();
-        self.vm.equip(self.sizes);
+        self.vm.set_network_capacity(self.sizes);
         self.vm.load(Image::new(self.code), |_| true)?;
-        self.vm.identify(self.id, self.seed);
+        self.vm.set_robot_id(self.id, self.seed);
         (self.fault, self.has_begun) = (None, false);
         Ok(())
     }

@@ -375,7 +375,7 @@ fn two_robots_with_one_id_do_not_fill_the_air() {
          function step() { log(neighbors.count()) }",
     );
     for robot in &mut swarm.robots[..2] {
-        robot.vm.identify(7, u32::from(robot.id));
+        robot.vm.set_robot_id(7, u32::from(robot.id));
     }
     swarm.steps(300);
     let counts = count_kinds(&mut swarm, 1000);

@@ -8,7 +8,7 @@ use crate::host::{Arguments, Host, Reply};
 use crate::image::{CAPTURES, PARAMETERS, USES_SELF};
 use crate::number::Profile;
 use crate::part::Part;
-use crate::rom::Needs;
+use crate::rom::BuiltinFlags;
 use crate::value::{Tag, Type, Value};
 
 impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
@@ -88,7 +88,7 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
     ) -> Result<(), Stopped> {
         let mut function = callee;
         let mut closure = callee;
-        if Self::BINDS && function.is(Tag::BOUND) {
+        if Self::HAS_BOUND_METHODS && function.is(Tag::BOUND) {
             function = self.arena.closure_function(function.index());
             closure = function;
         }
@@ -170,7 +170,7 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
         if !function.is(Tag::BUILTIN) {
             return Err(self.fail_on(FaultCode::NotCallable, callee, callee));
         }
-        if Self::has(Part::Libraries) && Needs::of::<P, C>(number as u8).is_method() {
+        if Self::has(Part::Libraries) && BuiltinFlags::of::<P, C>(number as u8).is_method() {
             let mut object = Value::nil();
             if callee.is(Tag::BOUND) {
                 object = self.arena.closure_self(callee.index());
@@ -209,7 +209,7 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
         count: u8,
         drop_result: bool,
     ) -> Result<(), Stopped> {
-        if Needs::of::<P, C>(number).is(Kind::Calls) {
+        if BuiltinFlags::of::<P, C>(number).is(Kind::Calls) {
             return self.begin_native(number, count);
         }
         let result = self.builtin(host, number, count)?;

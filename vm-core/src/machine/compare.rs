@@ -23,7 +23,7 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
         if a.is_number() && b.is_number() {
             return Self::order_of_numbers(a, b) == order::EQUAL;
         }
-        if Self::BINDS && a.is(Tag::BOUND) && b.is(Tag::BOUND) {
+        if Self::HAS_BOUND_METHODS && a.is(Tag::BOUND) && b.is(Tag::BOUND) {
             // Reading a method twice binds it twice: still the same method of the same table.
             let (a, b) = (a.index(), b.index());
             return self.arena.closure_function(a).same(self.arena.closure_function(b))

@@ -47,8 +47,8 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
 
 impl<P: Profile> Protocol<P> {
     fn hash_state<H: Hasher>(&self, hasher: &mut H) {
-        let Protocol { sizes, stigmergies, step, heard, shares, has_news, .. } = self;
-        (sizes, stigmergies, step, heard, shares, has_news).hash(hasher);
+        let Protocol { sizes, stigmergies, step, heard, shares, has_dirty_entries, .. } = self;
+        (sizes, stigmergies, step, heard, shares, has_dirty_entries).hash(hasher);
         let Protocol { messages_left, in_message, conflict, is_resting, silent, .. } = self;
         (messages_left, in_message, *conflict as u8, is_resting, silent).hash(hasher);
         let Protocol { interval, timers, newest, advertised, relayed, answers, .. } = self;

@@ -138,7 +138,7 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
                 if contained!(self.resume(host)) == Flow::Waiting {
                     return Ok(Flow::Waiting);
                 }
-                budget = self.less_work(host, budget);
+                budget = self.charge_text_work(host, budget);
                 continue;
             }
 
@@ -149,7 +149,7 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
                 if is_over!() {
                     op = opcode::NIL;
                     arg = 0;
-                    break 'run Left::SliceOver;
+                    break 'run LoopExit::SliceOver;
                 }
 
                 if Self::DIRECT {
@@ -179,7 +179,7 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
                             push!(value);
                             set_fp!(caller);
                             if pc >= SPECIAL {
-                                break 'run Left::Returned;
+                                break 'run LoopExit::Returned;
                             }
                             continue 'run;
                         }};
@@ -466,40 +466,40 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
                         _ if Self::DIRECT && op & 0x40 != 0 => operand!(),
                         _ => {}
                     }
-                    break 'run Left::Undone;
+                    break 'run LoopExit::Undone;
                 }
                 // The table may have been long.
                 if !H::IS_TIMED && host.is_slice_over() {
-                    break 'run Left::SliceOver;
+                    break 'run LoopExit::SliceOver;
                 }
             };
             self.pc = pc as u16;
             self.sp = sp as u16;
             match left {
-                Left::SliceOver => return Ok(Flow::Continue),
+                LoopExit::SliceOver => return Ok(Flow::Continue),
                 // The commonest of the slow ones, without a second search for the opcode.
-                Left::Undone if matches!(op, opcode::CALL | opcode::CALL_METHOD) => {
+                LoopExit::Undone if matches!(op, opcode::CALL | opcode::CALL_METHOD) => {
                     let count = arg as u8;
                     let callee = get!(sp.wrapping_sub(usize::from(count)).wrapping_sub(1));
                     let below = op.wrapping_sub(opcode::CALL - 1);
                     contained!(self.call(host, callee, count, below));
-                    budget = self.less_work(host, budget);
+                    budget = self.charge_text_work(host, budget);
                 }
-                Left::Undone => {
+                LoopExit::Undone => {
                     // Without an operand, it is the byte after the opcode.
                     if Self::DIRECT && op & 0x40 == 0 {
                         arg = 0;
                     }
                     contained!(self.slow(host, op, arg as i16));
-                    budget = self.less_work(host, budget);
+                    budget = self.charge_text_work(host, budget);
                 }
-                Left::Returned => has_returned = true,
+                LoopExit::Returned => has_returned = true,
             }
         }
     }
 
     /// Returns the rest of a budget after the work on text.
-    fn less_work<H: Host<P>>(&mut self, host: &mut H, budget: usize) -> usize {
+    fn charge_text_work<H: Host<P>>(&mut self, host: &mut H, budget: usize) -> usize {
         let work = self.work.take();
         host.has_worked(work);
         budget.saturating_sub(usize::from(work))
@@ -568,7 +568,7 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
 }
 
 /// The reason why the inner loop ended.
-enum Left {
+enum LoopExit {
     /// The instruction is decoded, but not done.
     Undone,
     /// A function has returned to the machine itself.

@@ -12,7 +12,7 @@ use crate::host::{Axis, Host};
 use crate::image::USES_SELF;
 use crate::number::Profile;
 use crate::part::Part;
-use crate::rom::Needs;
+use crate::rom::BuiltinFlags;
 use crate::value::{Tag, Value};
 
 // Locals of the frame that copies a library to a table.
@@ -143,7 +143,7 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
     /// The value as read out of a table: a function that uses self gets the table as its self.
     #[hot]
     fn bind(&mut self, value: Value<P>, table: Value<P>) -> Result<Value<P>, Stopped> {
-        if Self::BINDS && value.may_use_self() {
+        if Self::HAS_BOUND_METHODS && value.may_use_self() {
             self.bind_function(value, table)
         } else {
             Ok(value)
@@ -169,7 +169,7 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
             Tag::FUNCTION => self.head(number) & USES_SELF != 0,
             // Once read from its object it stays bound to it.
             Tag::BUILTIN if Self::HAS_NETWORK => {
-                value.is(Tag::BUILTIN) && Needs::of::<P, C>(number as u8).is_method()
+                value.is(Tag::BUILTIN) && BuiltinFlags::of::<P, C>(number as u8).is_method()
             }
             _ => false,
         };

@@ -169,7 +169,7 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
     }
 
     /// True if functions may be bound to the table or object from which they are read.
-    const BINDS: bool = Self::has(Part::Closures) || Self::has(Part::Libraries);
+    const HAS_BOUND_METHODS: bool = Self::has(Part::Closures) || Self::has(Part::Libraries);
 
     /// The program. Where there is only one it is there before it is loaded; but then the machine does not run.
     #[hot]
@@ -265,7 +265,7 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
     }
 
     /// Sets the id that scripts see, and seeds `rand` and `math.rng` from the seed of the run and this id.
-    pub fn identify(&mut self, robot_id: u16, seed: u32) {
+    pub fn set_robot_id(&mut self, robot_id: u16, seed: u32) {
         self.robot_id = robot_id;
         self.rng = Rng::new(seed, robot_id);
         self.identify_network(robot_id);

@@ -21,11 +21,11 @@ pub struct Board {
     target: &'static str,
     program: &'static str,
     /// Leaves out what only a debug probe reads.
-    untold: &'static [&'static str],
+    no_trace_features: &'static [&'static str],
     /// The script with which it is measured, from the root; its own if there is none.
     measured: Option<&'static str>,
     /// Its flash holds not much more of the machine than those parts that the script uses: `BBZ_PARTS` of its build script.
-    is_tight: bool,
+    is_built_by_parts: bool,
 }
 
 /// The Crazyflie's.
@@ -34,9 +34,9 @@ pub const CRAZYFLIE: Board = Board {
     folder: "firmware/crazyflie",
     target: "thumbv7em-none-eabihf",
     program: "bittybuzz-crazyflie",
-    untold: &[],
+    no_trace_features: &[],
     measured: None,
-    is_tight: false,
+    is_built_by_parts: false,
 };
 
 /// The Zooid's.
@@ -46,10 +46,10 @@ pub const ZOOIDS: Board = Board {
     target: "thumbv6m-none-eabi",
     program: "bittybuzz-zooids",
     // It would take a sixth of the RAM.
-    untold: &["--no-default-features"],
+    no_trace_features: &["--no-default-features"],
     // The longest of all examples.
     measured: Some("examples/swarm/herding.bzz"),
-    is_tight: false,
+    is_built_by_parts: false,
 };
 
 /// The Kilobot's.
@@ -58,9 +58,9 @@ pub const KILOBOT: Board = Board {
     folder: "firmware/kilobot-avr",
     target: "avr-none",
     program: "bittybuzz-kilobot-avr.elf",
-    untold: &[],
+    no_trace_features: &[],
     measured: None,
-    is_tight: true,
+    is_built_by_parts: true,
 };
 
 /// All of them.
@@ -106,7 +106,7 @@ pub fn run(arguments: &Arguments) -> Result<()> {
     let footprint = elf::footprint(&image)?;
     println!("{}", image.display());
     println!("{} bytes of flash, {} bytes of static RAM", footprint.flash, footprint.ram);
-    if board.is_tight { board.write_hex(script.as_deref(), &image) } else { Ok(()) }
+    if board.is_built_by_parts { board.write_hex(script.as_deref(), &image) } else { Ok(()) }
 }
 
 impl Board {
@@ -158,7 +158,7 @@ impl Board {
     /// The image that is measured: without what only a debug probe reads.
     pub fn build_measured(&self, quiet: bool) -> Result<PathBuf> {
         let script = self.measured.map(|script| root().join(script));
-        self.build_with(self.untold, script.as_deref(), quiet)
+        self.build_with(self.no_trace_features, script.as_deref(), quiet)
     }
 
     fn build_with(
@@ -168,7 +168,7 @@ impl Board {
         quiet: bool,
     ) -> Result<PathBuf> {
         let image = self.build_parts(None, arguments, script, quiet)?;
-        if !self.is_tight || self.excess(&image)? == 0 {
+        if !self.is_built_by_parts || self.excess(&image)? == 0 {
             return Ok(image);
         }
         // The whole language is for scripts that leave room for it.

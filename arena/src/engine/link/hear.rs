@@ -3,7 +3,7 @@
 use super::air::{Air, Near};
 use super::calibration::Calibration;
 use super::frame_log::{Arrival, Fate, LossCause, SentFrame};
-use super::packet::{Heard, Late, Sighting, Transmission, Way, polar};
+use super::packet::{Direction, Heard, Late, Sighting, Transmission, polar};
 use super::topology::Topology;
 use super::{Link, Media, Medium, RangeAndBearing};
 use crate::engine::TICK_US;
@@ -165,7 +165,7 @@ impl Ether<'_> {
             }
             return Sighting {
                 robot: None,
-                way: Some(Way::Polar([self.calibration.measure(gap), 0.0, 0.0])),
+                way: Some(Direction::Polar([self.calibration.measure(gap), 0.0, 0.0])),
             };
         }
         let Transmission { x, y, z, claim, .. } = &self.air.transmissions()[frame.index as usize];
@@ -180,11 +180,11 @@ impl Ether<'_> {
             if bearing_sigma > 0.0 {
                 azimuth = wrap(azimuth + bearing_sigma * stream.normal());
             }
-            let way = Some(Way::Polar([distance, azimuth, elevation]));
+            let way = Some(Direction::Polar([distance, azimuth, elevation]));
             return Sighting { robot: Some(frame.from), way };
         }
         let claimed = claim.zip(listener.estimate);
-        let way = claimed.map(|(claim, own)| Way::Straight(way_to(claim, own), own.heading));
+        let way = claimed.map(|(claim, own)| Direction::Straight(way_to(claim, own), own.heading));
         Sighting { robot: Some(frame.from), way }
     }
 }

@@ -11,7 +11,7 @@ pub struct Sighting {
     /// The sender, where the link's own frame names it (not on infrared).
     pub robot: Option<RobotId>,
     /// The sender's place, if the link knows it.
-    pub(crate) way: Option<Way>,
+    pub(crate) way: Option<Direction>,
 }
 
 impl Sighting {
@@ -19,15 +19,15 @@ impl Sighting {
     /// anticlockwise positive. A Kilobot measures the distance only, both angles are 0. `None` if unknown.
     pub fn place(&self) -> Option<[f32; 3]> {
         self.way.map(|way| match way {
-            Way::Polar(place) => place,
-            Way::Straight(way, heading) => polar(way, heading),
+            Direction::Polar(place) => place,
+            Direction::Straight(way, heading) => polar(way, heading),
         })
     }
 }
 
 /// The way from a receiver to a sender.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) enum Way {
+pub(crate) enum Direction {
     /// See [`Sighting::place`].
     Polar([f32; 3]),
     /// Lengths in mm along the axes of the world, with the receiver's heading. Angles are computed when the robot reads the frame,

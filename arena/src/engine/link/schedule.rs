@@ -17,7 +17,7 @@ use crate::engine::geometry::Pose;
 use crate::engine::herd::Herd;
 use crate::engine::id::RobotId;
 use crate::engine::intruder::{self, Station};
-use crate::engine::robot::Robot;
+use crate::engine::robot::EngineRobot;
 use crate::engine::statistics::LinkStatistics;
 use crate::engine::stream::{Purpose, Stream};
 
@@ -56,7 +56,7 @@ impl Window<'_> {
 /// All that send.
 #[derive(Debug)]
 pub(crate) struct Senders<'a, B> {
-    pub(crate) robots: &'a mut [Robot],
+    pub(crate) robots: &'a mut [EngineRobot],
     pub(crate) brains: &'a mut [B],
     pub(crate) stations: &'a mut [Station],
 }
@@ -123,7 +123,7 @@ fn send(
 fn carry_out(
     Attempt { at, robot }: Attempt,
     window: &Window<'_>,
-    Robot { herd, radio, .. }: &mut Robot,
+    EngineRobot { herd, radio, .. }: &mut EngineRobot,
     brain: &mut impl Brain,
     air: &mut Air,
     count: &mut LinkStatistics,

@@ -3,8 +3,8 @@
 use std::fmt;
 
 use super::{
-    BLOCK, Body, DISC, HEADING, HEIGHT, Header, MAGIC, ORIGIN, Obstacle, Outline, PLACE, Robot,
-    SHOWN, Sample, State, VERSION, WALL,
+    BLOCK, Body, DISC, HEADING, HEIGHT, Header, MAGIC, ORIGIN, Obstacle, Outline, PLACE,
+    RecordedRobot, SHOWN, Sample, State, VERSION, WALL,
 };
 
 /// A reason why a recording cannot be read.
@@ -49,7 +49,7 @@ pub struct Reader<'a> {
     bytes: &'a [u8],
     at: usize,
     header: Header,
-    robots: Vec<Option<Robot>>,
+    robots: Vec<Option<RecordedRobot>>,
     tick: u64,
     samples: u64,
     is_over: bool,
@@ -155,7 +155,7 @@ impl<'a> Reader<'a> {
         Ok(Some(Sample { tick, robots: self.robots.clone() }))
     }
 
-    fn change(&mut self, mut robot: Robot) -> Result<Robot, RecordingError> {
+    fn change(&mut self, mut robot: RecordedRobot) -> Result<RecordedRobot, RecordingError> {
         let at = self.at;
         let malformed = RecordingError::Malformed(at);
         let fields = self.byte()?;

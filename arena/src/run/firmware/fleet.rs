@@ -15,16 +15,16 @@ use crate::engine::{LinkStatistics, Loss, Media, Medium, Pose, RobotId, RobotSta
 use crate::robot::{Emulation, SimRobot};
 
 use super::bridge::Bridge;
-use super::room::Room;
+use super::emulator_pool::EmulatorPool;
 use super::table::Motion;
-use super::told::{Reader, Told};
+use super::trace_events::{TraceEvent, TraceEventReader};
 use super::{Failure, Firmware, FirmwareError};
 
 /// All emulated robots of a kind. They are switched on when the run begins; whose brain does not run in the world has no power.
 pub struct Fleet {
     emulation: Arc<dyn Emulation>,
     medium: Medium,
-    room: Room,
+    pool: EmulatorPool,
     robots: Vec<Emulated>,
     /// Since power-on, and since the world began.
     now: Duration,
@@ -53,7 +53,7 @@ struct Emulated {
     /// The last command by which it sensed its surroundings.
     sensed: Option<Command>,
     /// `None` if the firmware has no trace.
-    reader: Option<Reader>,
+    reader: Option<TraceEventReader>,
 }
 
 impl Fleet {
@@ -69,20 +69,20 @@ impl Fleet {
         let medium = firmware.model().medium();
         // A robot that listens for a bridge comes after all others.
         let count = firmware.robots.len() + usize::from(firmware.ear.is_some());
-        let mut room = match emulation.shared_as() {
-            Some(name) => Room::shared(program, name, count, &firmware.path)?,
-            None => Room::apart(program, count, &firmware.path)?,
+        let mut pool = match emulation.shared_as() {
+            Some(name) => EmulatorPool::shared(program, name, count, &firmware.path)?,
+            None => EmulatorPool::apart(program, count, &firmware.path)?,
         };
         let mut robots = Vec::new();
         for (number, flashed) in firmware.robots.iter().enumerate() {
             for (address, bytes) in &flashed.sections {
                 let write = Command::Write { address: *address, bytes: bytes.clone() };
-                room.done_by(number, &write)?;
+                pool.execute_on(number, &write)?;
             }
             let of_group = flashed.model.emulation();
             let commands = of_group.map_or(Vec::new(), |of| of.set_up(number, seed, media));
             for command in commands {
-                room.done_by(number, &command)?;
+                pool.execute_on(number, &command)?;
             }
             let Some((id, own_id)) = join(flashed.number) else { continue };
             robots.push(Emulated {
@@ -96,22 +96,22 @@ impl Fleet {
                 is_on: true,
                 deaf_to: BTreeSet::new(),
                 sensed: None,
-                reader: firmware.messages.clone().map(Reader::new),
+                reader: firmware.messages.clone().map(TraceEventReader::new),
             });
         }
         if let Some(ear) = &firmware.ear {
             let write = Command::Write { address: 0, bytes: ear.program.clone() };
-            room.done_by(robots.len(), &write)?;
+            pool.execute_on(robots.len(), &write)?;
             let [x, y] = ear.at.map(|mm| mm as f32);
             let pose = Pose::new(x, y, 0.0);
             let there = Motion { since: Duration::ZERO, pose, speed: 0.0, turn: 0.0 };
-            room.done_by(robots.len(), &there.command(emulation.origin()))?;
+            pool.execute_on(robots.len(), &there.command(emulation.origin()))?;
         }
         if let Some(command) = emulation.air(media, seed) {
-            room.done(&command)?;
+            pool.execute(&command)?;
         }
         let now = Duration::ZERO;
-        let mut fleet = Fleet { emulation, medium, room, robots, now, seed, losses: 0 };
+        let mut fleet = Fleet { emulation, medium, pool, robots, now, seed, losses: 0 };
         fleet.lose(media.link(medium).loss)?;
         fleet.let_run()?;
         Ok(fleet)
@@ -119,9 +119,9 @@ impl Fleet {
 
     /// Lets the programs of robots run that have power since a moment ago; it does not matter to others.
     fn let_run(&mut self) -> Result<(), ClientError> {
-        match &mut self.room {
-            Room::Shared(emulator) => self.emulation.start(emulator, self.now),
-            Room::Apart(_) => Ok(()),
+        match &mut self.pool {
+            EmulatorPool::Shared(emulator) => self.emulation.start(emulator, self.now),
+            EmulatorPool::Apart(_) => Ok(()),
         }
     }
 
@@ -134,7 +134,7 @@ impl Fleet {
     pub fn lose(&mut self, loss: Loss) -> Result<(), ClientError> {
         self.losses += 1;
         let seed = self.seed.wrapping_add(self.losses << 32);
-        self.room.done(&Command::Air { lose: self.emulation.loss(loss), seed })
+        self.pool.execute(&Command::Air { lose: self.emulation.loss(loss), seed })
     }
 
     fn number(&self, id: RobotId) -> Option<usize> {
@@ -146,7 +146,7 @@ impl Fleet {
         let Some(number) = self.number(id) else { return Ok(()) };
         let volts = f32::from(millivolts) / 1000.0;
         let battery = Command::Battery { volts, charging: false, usb_powered: false };
-        self.room.done_by(number, &battery)
+        self.pool.execute_on(number, &battery)
     }
 
     /// Takes a robot's power away; [`settle`](Self::settle) gives it back to one that runs.
@@ -160,7 +160,7 @@ impl Fleet {
     fn set_power(&mut self, number: usize, on: bool) -> Result<(), ClientError> {
         if let Some(robot) = self.robots.get_mut(number) {
             robot.is_on = on;
-            self.room.done_by(number, &Command::Power { on })?;
+            self.pool.execute_on(number, &Command::Power { on })?;
         }
         if on { self.let_run() } else { Ok(()) }
     }
@@ -178,7 +178,7 @@ impl Fleet {
             }
             if let Some(robot) = self.robots.get_mut(number).filter(|robot| robot.deaf_to != to) {
                 robot.deaf_to.clone_from(&to);
-                self.room.done_by(number, &Command::Deaf { to })?;
+                self.pool.execute_on(number, &Command::Deaf { to })?;
             }
         }
         Ok(())
@@ -191,7 +191,7 @@ impl Fleet {
 
     /// Sends a frame of a sender that is not a robot.
     pub fn hear(&mut self, command: &Command) -> Result<(), ClientError> {
-        self.room.done(command)
+        self.pool.execute(command)
     }
 
     /// Runs until a time; the bridge receives the frames that are sent.
@@ -201,7 +201,7 @@ impl Fleet {
         mut bridge: Option<&mut Bridge>,
         until: Duration,
     ) -> Result<(), FirmwareError> {
-        let Fleet { room, robots, now, .. } = self;
+        let Fleet { pool, robots, now, .. } = self;
         let mut places = Vec::new();
         for (number, robot) in robots.iter_mut().enumerate() {
             let view = world.robot(robot.id).zip(world.light(robot.id).ok());
@@ -219,7 +219,7 @@ impl Fleet {
             }
         }
         let mut failed = None;
-        room.run_after(&places, until, |event| {
+        pool.run_after(&places, until, |event| {
             if let Some(bridge) = bridge.as_deref_mut() {
                 let TimedEvent { at, event: timed } = &event.timed;
                 match timed {
@@ -252,7 +252,7 @@ impl Fleet {
     pub fn links(&mut self) -> Result<(LinkStatistics, u64), ClientError> {
         let (mut links, mut overflown) = (LinkStatistics::default(), 0);
         for number in 0..self.robots.len() {
-            let counted = self.room.statistics_of(number)?;
+            let counted = self.pool.statistics_of(number)?;
             overflown += self.emulation.count(&counted, &mut links);
             links.collided = counted.air.collided;
             links.lost = counted.air.lost;
@@ -321,15 +321,17 @@ impl Emulated {
                 let Some(robot) = world.brain_mut(self.id) else { return Ok(()) };
                 for told in told {
                     match told {
-                        Told::Log(pieces) => robot.has_logged(tick, pieces),
-                        Told::Fault(fault, positions) => robot.has_stopped(tick, fault, positions),
-                        Told::Contained(fault, positions) => {
+                        TraceEvent::Log(pieces) => robot.has_logged(tick, pieces),
+                        TraceEvent::Fault(fault, positions) => {
+                            robot.has_stopped(tick, fault, positions)
+                        }
+                        TraceEvent::Contained(fault, positions) => {
                             robot.has_contained(tick, fault, positions);
                         }
-                        Told::Restart(pause) => robot.has_restarted(pause),
-                        Told::Unused(unused) => robot.has_missed(unused),
-                        Told::Overrun(missed) => robot.has_overrun(tick, missed),
-                        Told::Refused(cause) => return Err(Failure::Refused(cause)),
+                        TraceEvent::Restart(pause) => robot.has_restarted(pause),
+                        TraceEvent::Unused(unused) => robot.has_missed(unused),
+                        TraceEvent::Overrun(missed) => robot.has_overrun(tick, missed),
+                        TraceEvent::Refused(cause) => return Err(Failure::Refused(cause)),
                     }
                 }
             }
@@ -354,7 +356,7 @@ impl Emulated {
             // Its power was cut, or is back.
             Event::Reset { cause } if cause == ResetCause::PowerOff.name() => {}
             Event::Reset { cause } if cause == ResetCause::PowerOn.name() => {
-                self.reader = self.reader.take().map(Reader::anew);
+                self.reader = self.reader.take().map(TraceEventReader::anew);
             }
             Event::Reset { cause } => return Err(Failure::Reset { cause }),
             Event::Loader { name } => {

@@ -7,7 +7,7 @@ use bittybuzz_emulation::ClientError;
 
 use crate::engine::{LinkStatistics, Loss, Medium, Pose, RobotId, TICK_US, World};
 use crate::robot::SimRobot;
-use crate::run::happen::Happenings;
+use crate::run::event_queue::EventQueue;
 use crate::run::settings::media;
 use crate::run::setup::Setup;
 use crate::scenario::{Cause, ScenarioError};
@@ -36,7 +36,7 @@ impl Fleets {
     pub fn start(
         setup: &Setup,
         world: &World<SimRobot>,
-        happenings: &Happenings,
+        happenings: &EventQueue,
         seed: u32,
     ) -> Result<Option<Self>, ScenarioError> {
         if setup.firmware.is_empty() {

@@ -1,12 +1,12 @@
 //! Robots that run their firmware: programs emulate them, and they move as their motors' signals say.
 
 mod bridge;
+mod emulator_pool;
 mod fleet;
 mod fleets;
 mod p2p;
-mod room;
 mod table;
-mod told;
+mod trace_events;
 
 use std::fmt;
 use std::path::PathBuf;

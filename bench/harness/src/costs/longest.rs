@@ -12,16 +12,16 @@ pub const FEW_CELLS: u64 = 3;
 pub const MORE_CELLS: u64 = 7;
 
 /// A robot of which the longest instructions are published.
-pub struct Robot {
+pub struct MeasuredRobot {
     pub name: &'static str,
     pub target: Target,
 }
 
 /// One for each chip.
-pub const ROBOTS: [Robot; 3] = [
-    Robot { name: "kilobot", target: Target::Avr },
-    Robot { name: "zooids", target: Target::Thumbv6m },
-    Robot { name: "crazyflie", target: Target::Thumbv7emFull },
+pub const ROBOTS: [MeasuredRobot; 3] = [
+    MeasuredRobot { name: "kilobot", target: Target::Avr },
+    MeasuredRobot { name: "zooids", target: Target::Thumbv6m },
+    MeasuredRobot { name: "crazyflie", target: Target::Thumbv7emFull },
 ];
 
 /// A statement that is counted.

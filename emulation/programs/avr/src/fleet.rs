@@ -18,7 +18,7 @@ use bittybuzz_simavr::{Chip, DATA};
 use rayon::iter::{IndexedParallelIterator, IntoParallelRefMutIterator, ParallelIterator};
 
 use crate::air::Air;
-use crate::robot::Robot;
+use crate::robot::EmulatedKilobot;
 
 /// Robots run for so long before they hear of each other. Longer, and more is done twice when somebody begins to send; shorter,
 /// and threads wait for each other more often.
@@ -40,7 +40,7 @@ pub struct Fleet {
 
 /// A robot, and its actions in this window as far as they are known.
 struct Member {
-    robot: Robot,
+    robot: EmulatedKilobot,
     /// The light that it saw.
     seen: Vec<Light>,
     /// The changes of its own LED.
@@ -64,7 +64,7 @@ struct Member {
 impl Member {
     fn new(number: usize, chip: Chip) -> Self {
         Member {
-            robot: Robot::new(number as u16, chip),
+            robot: EmulatedKilobot::new(number as u16, chip),
             seen: Vec::new(),
             edges: Vec::new(),
             is_sending: false,

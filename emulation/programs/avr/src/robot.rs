@@ -10,7 +10,7 @@ use bittybuzz_simavr::{Chip, Core, DATA, REGISTERS, State, Stop, changed};
 const WAKE_UP: u64 = 4;
 
 /// A Kilobot that runs.
-pub struct Robot {
+pub struct EmulatedKilobot {
     pub core: Core<Kilobot>,
     pub board: Kilobot,
     /// Since this cycle the core sleeps.
@@ -81,10 +81,10 @@ struct Before {
     is_dead: bool,
 }
 
-impl Robot {
+impl EmulatedKilobot {
     /// With erased flash.
     pub fn new(number: u16, chip: Chip) -> Self {
-        Robot {
+        EmulatedKilobot {
             core: Core::new(chip),
             board: Kilobot::new(number),
             asleep: None,

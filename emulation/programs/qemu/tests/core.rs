@@ -192,7 +192,7 @@ fn what_this_bridge_lacks_is_said() {
 fn a_skipped_function_returns_at_once() {
     assert_eq!(play(10, 1)[1..3], [2, 1]);
     let mut robot = robot(10);
-    robot.done(&message::Command::Skip { symbol: "change_result".into() }).unwrap();
+    robot.execute(&message::Command::Skip { symbol: "change_result".into() }).unwrap();
     run(&mut robot, 1);
     assert_eq!(results(&mut robot)[1..3], [1, 1]);
 }

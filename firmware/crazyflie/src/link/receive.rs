@@ -8,8 +8,8 @@ use bittybuzz_runtime::pose::Pose;
 use embassy_time::with_timeout;
 
 use super::send::send;
-use super::setup::Keeper;
-use super::swarm::Ears;
+use super::setup::RadioSetup;
+use super::swarm::SwarmReceiver;
 use super::uart::Receiver;
 use super::{POSE, STATE};
 use crate::motors;
@@ -18,12 +18,12 @@ use crate::motors;
 #[embassy_executor::task]
 pub async fn receive_frames(mut uart: Receiver, robot_id: u16, pulse: Pulse) -> ! {
     let mut parser = Parser::new();
-    let mut keeper = Keeper::new(robot_id);
-    let mut ears = Ears::new(robot_id);
+    let mut keeper = RadioSetup::new(robot_id);
+    let mut ears = SwarmReceiver::new(robot_id);
     let mut buffer = [0; 64];
     loop {
         pulse.beat();
-        keeper.tend();
+        keeper.poll();
         let Ok(count) = with_timeout(BEAT, uart.read(&mut buffer)).await else { continue };
         for byte in buffer.iter().take(count) {
             parser.push(*byte, |frame| {
@@ -39,7 +39,7 @@ pub async fn receive_frames(mut uart: Receiver, robot_id: u16, pulse: Pulse) -> 
     }
 }
 
-fn act(packet: &Packet<'_>, ears: &mut Ears) {
+fn act(packet: &Packet<'_>, ears: &mut SwarmReceiver) {
     match packet {
         Packet::Raw(data) => match Crtp::parse(data) {
             Some(Crtp::Echo) => send(packet),

@@ -20,7 +20,7 @@ const DOUBT: Duration = Duration::from_millis(50);
 const SILENCE: Duration = Duration::from_millis(2000);
 
 /// The radio's set-up as a matter of time.
-pub struct Keeper {
+pub struct RadioSetup {
     setup: Setup,
     next: Instant,
     /// The last report, or the start of the set-up.
@@ -28,16 +28,16 @@ pub struct Keeper {
     has_reported: bool,
 }
 
-impl Keeper {
+impl RadioSetup {
     /// Nothing is set up; begins at once.
     pub fn new(robot_id: u16) -> Self {
         let now = Instant::now();
         let setup = Setup::new(Radio::DEFAULT, robot_id);
-        Keeper { setup, next: now, reported: now, has_reported: false }
+        RadioSetup { setup, next: now, reported: now, has_reported: false }
     }
 
     /// Executes the actions that are due.
-    pub fn tend(&mut self) {
+    pub fn poll(&mut self) {
         let now = Instant::now();
         let silence = now - self.reported;
         if silence > SILENCE {

@@ -22,7 +22,7 @@ pub static MAIL: Mail<Numbers, FRAME_BYTES, IN_QUEUE, OUT_QUEUE> = Mail::new();
 const ANSWER_PERIOD: Duration = Duration::from_millis(100);
 
 /// Receives swarm messages and pings.
-pub struct Ears {
+pub struct SwarmReceiver {
     robot_id: u16,
     /// The log says that another robot has this one's id.
     has_told: bool,
@@ -30,10 +30,10 @@ pub struct Ears {
     next_answer: Instant,
 }
 
-impl Ears {
+impl SwarmReceiver {
     /// Returns the receiver of the robot with this id.
     pub fn new(robot_id: u16) -> Self {
-        Ears { robot_id, has_told: false, next_answer: Instant::MIN }
+        SwarmReceiver { robot_id, has_told: false, next_answer: Instant::MIN }
     }
 
     /// The data of a P2P frame on the port of swarm messages. Where its sender is seen now is found out now: at the next

@@ -9,7 +9,7 @@ use embassy_time::{Duration, Instant};
 use heapless::Vec;
 
 use super::log::Log;
-use super::{Robot, SLICE};
+use super::{RobotHost, SLICE};
 
 /// Contained faults that were reported: position and cause. Faults at further places are only counted.
 pub type Places = Vec<(u16, FaultCode), 8>;
@@ -51,7 +51,7 @@ pub struct Bridge<'a, R> {
     pub contained: &'a mut Places,
 }
 
-impl<P: Profile, R: Robot<P>> Host<P> for Bridge<'_, R> {
+impl<P: Profile, R: RobotHost<P>> Host<P> for Bridge<'_, R> {
     fn call<C: ByteCode, const SLOTS: usize>(
         &mut self,
         function: u16,
@@ -63,7 +63,7 @@ impl<P: Profile, R: Robot<P>> Host<P> for Bridge<'_, R> {
     }
 
     fn log<C: ByteCode, const SLOTS: usize>(&mut self, arguments: Arguments<'_, P, C, SLOTS>) {
-        if R::TELLS {
+        if R::HAS_TRACE {
             self.log.push(&trace::log(self.step, &arguments));
         }
     }
@@ -107,7 +107,7 @@ impl<P: Profile, R: Robot<P>> Host<P> for Bridge<'_, R> {
         fault: &Fault,
         calls: Calls<'_, P, C, SLOTS>,
     ) -> bool {
-        if R::TELLS && !R::ON_FAULT_STOPS {
+        if R::HAS_TRACE && !R::ON_FAULT_STOPS {
             let place = (fault.position, fault.code);
             let is_known = self.contained.contains(&place) || self.contained.is_full();
             // One that finds no room in the log is reported when it comes again.

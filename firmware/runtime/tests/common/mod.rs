@@ -13,7 +13,7 @@ use bittybuzz_comms::trace::{Item, Record};
 use bittybuzz_compiler::compile::{Options, compile};
 use bittybuzz_compiler::include::{DiskFiles, Loader};
 use bittybuzz_runtime::liveness::Liveness;
-use bittybuzz_runtime::script::{Console, Counts, Robot, Script, Stopped};
+use bittybuzz_runtime::script::{Console, Counts, RobotHost, Script, Stopped};
 use bittybuzz_runtime::setpoint::{Channel, Motors, Writer};
 use bittybuzz_vm_core::hash::name_hash;
 use bittybuzz_vm_core::number::Full;
@@ -65,7 +65,7 @@ pub fn is_function(hash: u16) -> bool {
     [MOTOR, WORK].contains(&hash)
 }
 
-impl<const ON_FAULT_STOPS: bool> Robot<Full> for Fake<ON_FAULT_STOPS> {
+impl<const ON_FAULT_STOPS: bool> RobotHost<Full> for Fake<ON_FAULT_STOPS> {
     const ON_FAULT_STOPS: bool = ON_FAULT_STOPS;
 
     fn call<C: ByteCode, const SLOTS: usize>(
@@ -207,7 +207,7 @@ pub fn run_robot<const ON_FAULT_STOPS: bool>(image: &[u8], radio: Frames, ms: u6
     let image: &'static [u8] = Box::leak(image.to_vec().into_boxed_slice());
     let robot = Fake::<ON_FAULT_STOPS> { setpoint: Writer::new(channel), radio };
     let vm = Box::leak(Box::new(bittybuzz_vm_core::Vm::new()));
-    vm.equip(SIZES);
+    vm.set_network_capacity(SIZES);
     let mut script: Script<Full, &[u8], Fake<ON_FAULT_STOPS>, 400> =
         Script::new(vm, 7, robot, liveness.pulse(0), Box::leak(Box::new([0; 1024])));
     let both = async {

@@ -47,7 +47,7 @@ const FIRST: u32 = 3;
 const BUSY_LOOKS: u8 = 4;
 
 /// The receiver of swarm messages.
-struct Ears {
+struct SwarmReceiver {
     robot_id: u16,
     /// Messages from robots beyond this distance are discarded.
     range: Option<Length>,
@@ -55,7 +55,7 @@ struct Ears {
     has_told: bool,
 }
 
-impl Ears {
+impl SwarmReceiver {
     /// The sender's place is computed now: at the next step both robots may be elsewhere.
     fn hear(&mut self, payload: &[u8]) {
         count(Count::Heard);
@@ -86,7 +86,7 @@ impl Ears {
 #[embassy_executor::task]
 pub async fn talk(mut radio: Nrf24, robot_id: u16, pulse: Pulse) -> ! {
     let range = setting(robot::setting::RANGE_MM).map(|mm| i32::from(mm) * MM);
-    let mut ears = Ears { robot_id, range, has_told: false };
+    let mut ears = SwarmReceiver { robot_id, range, has_told: false };
     // Also robots that have the same id by mistake send at different times, and so hear of it.
     let mut rng = Rng::new(chip(), robot_id);
     let mut payload = [0; PAYLOAD_MAX];

@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use bittybuzz_compiler::fit::{self, Misfit};
+use bittybuzz_compiler::fit::{self, CapacityError};
 use bittybuzz_compiler::refusal;
 use bittybuzz_emulation::{AVR_FLASH_SIZE, Image};
 use bittybuzz_robot_spec::{NoSection, Robot, find_script_section, script_section};
@@ -37,8 +37,8 @@ pub fn section(path: &Path, image: &[u8], robot: &Robot) -> Result<(u32, Vec<u8>
         })
     })?;
     let limited = robot.clone().limited_to(parts);
-    for misfit in fit::misfits(image, &limited) {
-        if let Misfit::Part { part, .. } = misfit {
+    for misfit in fit::capacity_errors(image, &limited) {
+        if let CapacityError::Part { part, .. } = misfit {
             let (name, what) = (part.name(), part.what());
             let reason = format!("it was built without `{name}` ({what}), which the script uses");
             return Err(unusable(reason));

@@ -126,7 +126,7 @@ extern "C" fn main() -> ! {
         // SAFETY: the only reference to it; main runs once.
         let vm = unsafe { &mut *place };
         if PARTS.has(Part::Neighbors) {
-            vm.equip(core::hint::black_box(Sizes::NONE));
+            vm.set_network_capacity(core::hint::black_box(Sizes::NONE));
         }
         if vm.load_sealed(Sealed::new(Flash), ROBOT).is_ok() {
             for entry in [Entry::Global, Entry::Init, Entry::Step, Entry::Reset, Entry::Destroy] {

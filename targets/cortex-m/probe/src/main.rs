@@ -108,7 +108,7 @@ fn main() -> ! {
     static mut VM: Vm<Numbers, Code, SLOTS> = Vm::new();
     if cfg!(not(feature = "empty")) {
         if PARTS.has(Part::Neighbors) {
-            VM.equip(core::hint::black_box(Sizes::NONE));
+            VM.set_network_capacity(core::hint::black_box(Sizes::NONE));
         }
         let image = Code(core::hint::black_box(&IMAGE));
         if VM.load(Image::new(image), |hash| hash == 1).is_ok() {

@@ -19,7 +19,7 @@ pub enum Edit {
 
 /// Why a change does not fit its file.
 #[derive(Debug, Clone, PartialEq, Eq)]
-pub enum Misfit {
+pub enum EditError {
     /// The file is not there.
     Missing,
     /// The new file is there already.
@@ -28,24 +28,24 @@ pub enum Misfit {
     Places { wanted: String, count: usize },
 }
 
-impl fmt::Display for Misfit {
+impl fmt::Display for EditError {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
-            Misfit::Missing => f.write_str("does not exist"),
-            Misfit::Exists => f.write_str("exists already"),
-            Misfit::Places { wanted, count: 0 } => write!(f, "has nowhere\n{wanted}"),
-            Misfit::Places { wanted, count } => write!(f, "has in {count} places\n{wanted}"),
+            EditError::Missing => f.write_str("does not exist"),
+            EditError::Exists => f.write_str("exists already"),
+            EditError::Places { wanted, count: 0 } => write!(f, "has nowhere\n{wanted}"),
+            EditError::Places { wanted, count } => write!(f, "has in {count} places\n{wanted}"),
         }
     }
 }
 
 impl Edit {
     /// The file after the change; `before` is `None` if there is no such file.
-    pub fn apply(&self, before: Option<&str>) -> Result<String, Misfit> {
+    pub fn apply(&self, before: Option<&str>) -> Result<String, EditError> {
         match (self, before) {
             (Edit::New(text), None) => Ok(text.clone()),
-            (Edit::New(_), Some(_)) => Err(Misfit::Exists),
-            (_, None) => Err(Misfit::Missing),
+            (Edit::New(_), Some(_)) => Err(EditError::Exists),
+            (_, None) => Err(EditError::Missing),
             (Edit::Append(text), Some(before)) => Ok(format!("{before}{text}")),
             (Edit::After(anchor, text), Some(before)) => insert(before, anchor, 1, text),
             (Edit::Before(anchor, text), Some(before)) => insert(before, anchor, 0, text),
@@ -58,13 +58,13 @@ impl Edit {
     }
 }
 
-fn insert(text: &str, anchor: &str, below: usize, more: &str) -> Result<String, Misfit> {
+fn insert(text: &str, anchor: &str, below: usize, more: &str) -> Result<String, EditError> {
     let lines: Vec<&str> = text.lines().collect();
     let at = only(anchor, (0..lines.len()).filter(|at| lines[*at].contains(anchor)))? + below;
     Ok(joined([&lines[..at], &more.lines().collect::<Vec<_>>(), &lines[at..]]))
 }
 
-fn patch(text: &str, change: &[&str]) -> Result<String, Misfit> {
+fn patch(text: &str, change: &[&str]) -> Result<String, EditError> {
     // Editors take the space of an empty line away.
     let side = |other: char| -> Vec<&str> {
         change
@@ -80,11 +80,11 @@ fn patch(text: &str, change: &[&str]) -> Result<String, Misfit> {
     Ok(joined([&lines[..at], &new, &lines[at + old.len()..]]))
 }
 
-fn only(wanted: &str, places: impl Iterator<Item = usize>) -> Result<usize, Misfit> {
+fn only(wanted: &str, places: impl Iterator<Item = usize>) -> Result<usize, EditError> {
     let places: Vec<usize> = places.collect();
     match places[..] {
         [at] => Ok(at),
-        _ => Err(Misfit::Places { wanted: wanted.to_owned(), count: places.len() }),
+        _ => Err(EditError::Places { wanted: wanted.to_owned(), count: places.len() }),
     }
 }
 
@@ -98,7 +98,7 @@ mod tests {
 
     const FILE: &str = "one {\n  two\n}\n\nthree {\n  two\n}\n";
 
-    fn apply(edit: Edit) -> Result<String, Misfit> {
+    fn apply(edit: Edit) -> Result<String, EditError> {
         edit.apply(Some(FILE))
     }
 
@@ -118,13 +118,14 @@ mod tests {
 
     #[test]
     fn changes_that_do_not_fit() {
-        let places = |wanted: &str, count| Err(Misfit::Places { wanted: wanted.to_owned(), count });
+        let places =
+            |wanted: &str, count| Err(EditError::Places { wanted: wanted.to_owned(), count });
         let more = String::new;
         assert_eq!(apply(Edit::After("two".to_owned(), more())), places("two", 2));
         assert_eq!(apply(Edit::Before("four".to_owned(), more())), places("four", 0));
         assert_eq!(apply(Edit::Patch("-  two\n }\n".to_owned())), places("  two\n}", 2));
         assert_eq!(apply(Edit::Patch("+four\n".to_owned())), places("", 0));
-        assert_eq!(apply(Edit::New(more())), Err(Misfit::Exists));
-        assert_eq!(Edit::Append(more()).apply(None), Err(Misfit::Missing));
+        assert_eq!(apply(Edit::New(more())), Err(EditError::Exists));
+        assert_eq!(Edit::Append(more()).apply(None), Err(EditError::Missing));
     }
 }

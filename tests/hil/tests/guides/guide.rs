@@ -20,7 +20,7 @@ use std::process::Command;
 use bittybuzz_builds::copy::Copy;
 
 use crate::console;
-use crate::edit::{Edit, Misfit};
+use crate::edit::{Edit, EditError};
 
 /// A guide.
 #[derive(Debug)]
@@ -61,7 +61,7 @@ enum Cause {
     /// A block without an end.
     Endless,
     /// The change does not fit the file.
-    Misfit { file: String, misfit: Misfit },
+    EditError { file: String, misfit: EditError },
     /// A file of the copy cannot be read or written.
     File { file: String, error: anyhow::Error },
     /// The shell does not start.
@@ -81,7 +81,7 @@ impl fmt::Display for Failure {
                  `TEXT`: (or before), In `F`: and a diff",
             ),
             Cause::Endless => f.write_str("this block has no end"),
-            Cause::Misfit { file, misfit } => write!(f, "`{file}` {misfit}"),
+            Cause::EditError { file, misfit } => write!(f, "`{file}` {misfit}"),
             Cause::File { file, error } => write!(f, "`{file}`: {error}"),
             Cause::Shell(error) => write!(f, "the shell does not start: {error}"),
             Cause::NoCommand => f.write_str("a console block begins with `$ ` and a command"),
@@ -176,7 +176,7 @@ fn change(copy: &Copy, file: &str, edit: &Edit) -> Result<(), Cause> {
     };
     let after = edit
         .apply(before.as_deref())
-        .map_err(|misfit| Cause::Misfit { file: file.to_owned(), misfit })?;
+        .map_err(|misfit| Cause::EditError { file: file.to_owned(), misfit })?;
     copy.put(file, after.as_bytes()).map_err(unusable)
 }
 

@@ -18,7 +18,7 @@ macro_rules! decode_form {
                     let value = get!(fp!().wrapping_add_signed(local));
                     if value.is(Tag::UNSET) {
                         $op = opcode::LOCAL_GET;
-                        break $run Left::Undone;
+                        break $run LoopExit::Undone;
                     }
                     push!(value);
                     continue $run;

@@ -49,15 +49,15 @@ pub(super) const FORGOTTEN: u16 = 40;
 impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
     /// Sends the entries and swarms that the ending entry point has changed, at most [`NEWS_MAX`] entries.
     #[one_copy]
-    pub(super) fn send_news<H: Host<P>>(&mut self, host: &mut H) {
-        self.protocol.has_news = false;
+    pub(super) fn flush_stigmergy<H: Host<P>>(&mut self, host: &mut H) {
+        self.protocol.has_dirty_entries = false;
         let mut left = NEWS_MAX;
         for place in 0..self.sizes().entries {
             let at = self.entry_slot(place);
             let state = self.entry_state(at);
             if state & NEWS != 0 {
                 if left == 0 {
-                    self.protocol.has_news = true;
+                    self.protocol.has_dirty_entries = true;
                     break;
                 }
                 left -= 1;
@@ -107,7 +107,7 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
         if self.protocol.answers != 0 {
             self.protocol.answers -= 1;
             self.set_entry_state(at, self.entry_state(at) | NEWS);
-            self.protocol.has_news = true;
+            self.protocol.has_dirty_entries = true;
         }
         self.hurry(at);
     }

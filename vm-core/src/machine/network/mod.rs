@@ -61,7 +61,7 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
         Self::has(Part::Neighbors) && Self::has(Part::Iteration);
 
     /// Says how much it remembers of other robots; before an image is loaded. Takes [`Sizes::slots`] of its slots.
-    pub fn equip(&mut self, sizes: Sizes) {
+    pub fn set_network_capacity(&mut self, sizes: Sizes) {
         self.code = None;
         self.state = State::Empty;
         self.protocol.sizes = sizes.clamped();
@@ -115,8 +115,8 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
     /// Sends the entries and swarms that have changed, when an entry point has ended.
     #[hot]
     pub(super) fn send_changes<H: Host<P>>(&mut self, host: &mut H) {
-        if Self::HAS_SHARED_STATE && self.protocol.has_news {
-            self.send_news(host);
+        if Self::HAS_SHARED_STATE && self.protocol.has_dirty_entries {
+            self.flush_stigmergy(host);
         }
     }
 

@@ -45,7 +45,7 @@ pub(in crate::machine) struct Protocol<P: Profile> {
     /// The script has created a swarm or a stigmergy.
     pub(in crate::machine) shares: bool,
     /// An entry or a swarm is to be sent when the entry point that is running returns.
-    pub(in crate::machine) has_news: bool,
+    pub(in crate::machine) has_dirty_entries: bool,
     /// The number of messages that this step may still take.
     pub(in crate::machine) messages_left: u8,
     /// A message is being handled: a fault ends that, not the script.
@@ -129,7 +129,7 @@ impl<P: Profile> Protocol<P> {
         step: 0,
         heard: 0,
         shares: false,
-        has_news: false,
+        has_dirty_entries: false,
         messages_left: 0,
         in_message: false,
         conflict: Conflict::None,
@@ -166,7 +166,7 @@ impl<P: Profile> Protocol<P> {
         self.stigmergies = 0;
         self.heard = 0;
         self.shares = false;
-        self.has_news = false;
+        self.has_dirty_entries = false;
         self.in_message = false;
         self.conflict = Conflict::None;
         self.is_resting = false;

@@ -84,7 +84,7 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
         // Of a deleted entry that is its age.
         let digest = if stamp.value.is_nil() { 0 } else { stamp.digest };
         self.arena.set(at + DIGEST, Value::indexed(Tag::INT, digest));
-        self.protocol.has_news = true;
+        self.protocol.has_dirty_entries = true;
         self.protocol.digest = 0;
         self.hurry(at);
     }

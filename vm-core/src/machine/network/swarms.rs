@@ -49,7 +49,7 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
             let swarm = self.arena.get(at);
             let state = (swarm.tag().byte() ^ MEMBER) | NEWS;
             self.arena.set(at, Value::marked(state, swarm.raw()));
-            self.protocol.has_news = true;
+            self.protocol.has_dirty_entries = true;
         }
     }
 

@@ -77,7 +77,7 @@ fn light_may_be_noisy_lost_or_short() {
         assert_eq!(robots.byte(1, COUNT), heard, "{range} {lose}");
     }
     let mut robots = around_a_sender(&[60.0]);
-    robots.emulator.done_by(1, &Command::Remove).unwrap();
+    robots.emulator.execute_on(1, &Command::Remove).unwrap();
     robots.run(14_000);
     assert_eq!(robots.byte(1, COUNT), 0);
 }

@@ -54,7 +54,7 @@ impl Robots {
     }
 
     pub fn tell(&mut self, robot: usize, command: &Command) {
-        self.emulator.done_by(robot, command).expect("it obeys");
+        self.emulator.execute_on(robot, command).expect("it obeys");
     }
 
     pub fn place(&mut self, robot: usize, x_mm: f64) {
@@ -113,7 +113,7 @@ impl Robots {
 
     /// Why the program does not do it.
     pub fn refusal(&mut self, command: &Command) -> String {
-        match self.emulator.done(command) {
+        match self.emulator.execute(command) {
             Err(ClientError::Refused(why)) => why,
             other => panic!("not refused: {other:?}"),
         }

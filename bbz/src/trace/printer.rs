@@ -19,7 +19,7 @@ use bittybuzz_vm_core::image::VERSION;
 use bittybuzz_vm_core::{Fault, ImageError};
 use serde_json::{Value, json};
 
-use crate::Ending;
+use crate::ExitStatus;
 use crate::backtrace::Backtrace;
 use crate::fault;
 use crate::output::Output;
@@ -52,7 +52,7 @@ pub struct Script<'a> {
 
 /// The robot's last report about its script.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-enum Told {
+enum ScriptMatch {
     Nothing,
     /// It is the one that is thought to run.
     Same,
@@ -61,11 +61,11 @@ enum Told {
 }
 
 /// Prints messages, and remembers how it ends.
-pub struct Teller<'a> {
+pub struct TracePrinter<'a> {
     script: Option<Script<'a>>,
     /// Stands for a script of which nothing is known.
     unknown: Program,
-    told: Told,
+    told: ScriptMatch,
     /// True once it was printed that symbols are missing or are taken on trust.
     noted: bool,
     robot: Option<&'a Robot>,
@@ -85,10 +85,10 @@ pub struct Teller<'a> {
     /// A page takes the reports as long as this flag is false.
     #[cfg(feature = "view")]
     page: Option<(Sender<Report>, Arc<AtomicBool>)>,
-    ending: Ending,
+    ending: ExitStatus,
 }
 
-impl<'a> Teller<'a> {
+impl<'a> TracePrinter<'a> {
     /// Prints to standard output. With `until_fault` it is over when the script stops.
     pub fn new(
         script: Option<Script<'a>>,
@@ -96,10 +96,10 @@ impl<'a> Teller<'a> {
         format: Format,
         until_fault: bool,
     ) -> Self {
-        Teller {
+        TracePrinter {
             script,
             unknown: Program::unknown(),
-            told: Told::Nothing,
+            told: ScriptMatch::Nothing,
             noted: false,
             robot,
             format,
@@ -113,7 +113,7 @@ impl<'a> Teller<'a> {
             reporter: 0,
             #[cfg(feature = "view")]
             page: None,
-            ending: Ending::Success,
+            ending: ExitStatus::Success,
         }
     }
 
@@ -146,7 +146,7 @@ impl<'a> Teller<'a> {
     }
 
     /// Prints the rest, and says how it ended.
-    pub fn finish(mut self) -> Result<Ending, Problem> {
+    pub fn finish(mut self) -> Result<ExitStatus, Problem> {
         self.tell_unused();
         self.output.finish()?;
         Ok(self.ending)
@@ -180,7 +180,7 @@ impl<'a> Teller<'a> {
             }
             Content::Failure(text) => {
                 self.is_stopped = true;
-                self.ending = Ending::RuntimeError;
+                self.ending = ExitStatus::RuntimeError;
                 self.error(time, text, None, json!({ "kind": "failure", "text": text }));
             }
         }
@@ -231,7 +231,7 @@ impl<'a> Teller<'a> {
     /// The program that the robot runs, as far as is known.
     fn program(&self) -> &Program {
         match &self.script {
-            Some(script) if self.told != Told::Other => script.program,
+            Some(script) if self.told != ScriptMatch::Other => script.program,
             _ => &self.unknown,
         }
     }
@@ -241,10 +241,10 @@ impl<'a> Teller<'a> {
         let mut warning = None;
         if let Some(Script { name, program }) = &self.script {
             if program.script_hash() == Some(hash) {
-                self.told = Told::Same;
+                self.told = ScriptMatch::Same;
                 text = format!("{text} (`{name}`)");
             } else {
-                self.told = Told::Other;
+                self.told = ScriptMatch::Other;
                 let other = program.script_hash().unwrap_or_default();
                 warning = Some(format!(
                     "the robot runs script {hash:08x}, `{name}` is script {other:08x}"
@@ -259,7 +259,7 @@ impl<'a> Teller<'a> {
             "kind": "start",
             "robot_id": robot_id,
             "script_hash": format!("{hash:08x}"),
-            "symbols": self.told == Told::Same,
+            "symbols": self.told == ScriptMatch::Same,
         });
         self.entry(time, "start", text.as_bytes(), object);
         if let Some(warning) = warning {
@@ -276,7 +276,7 @@ impl<'a> Teller<'a> {
                 "strings and places are shown as numbers: there are no symbols (.sym) beside `{}`",
                 script.name
             ),
-            Some(_) if self.told != Told::Nothing => return,
+            Some(_) if self.told != ScriptMatch::Nothing => return,
             None => "strings and places are shown as numbers: --script names the script".to_owned(),
             Some(script) => {
                 format!("the robot began before this trace; it is taken to run `{}`", script.name)
@@ -327,7 +327,7 @@ impl<'a> Teller<'a> {
         }
         let Some(fault) = &report.fault else {
             self.is_stopped = true;
-            self.ending = Ending::Usage;
+            self.ending = ExitStatus::Usage;
             let text = format!("robot {} refuses its script", report.robot);
             let object = json!({ "kind": "refused", "text": text, "help": UNSUITABLE });
             return self.error(time, &text, Some(UNSUITABLE), object);
@@ -335,7 +335,7 @@ impl<'a> Teller<'a> {
         let known = self.script.as_ref().and_then(|script| script.program.script_hash());
         if let Some(hash) = known {
             let is_same = hash as u16 == report.script;
-            self.told = if is_same { Told::Same } else { Told::Other };
+            self.told = if is_same { ScriptMatch::Same } else { ScriptMatch::Other };
             if !is_same {
                 let (robot, script) = (report.robot, report.script);
                 let text = format!("robot {robot} runs a script whose hash ends in {script:04x}");
@@ -378,7 +378,7 @@ impl<'a> Teller<'a> {
         positions: Vec<u16>,
         is_contained: bool,
     ) {
-        self.ending = Ending::RuntimeError;
+        self.ending = ExitStatus::RuntimeError;
         #[cfg(feature = "view")]
         if self.format == Format::Page {
             let object = json::fault(step, fault, self.program(), &positions, None);
@@ -415,7 +415,7 @@ impl<'a> Teller<'a> {
 
     fn refused(&mut self, time: Option<f64>, cause: ImageError) {
         self.is_stopped = true;
-        self.ending = Ending::Usage;
+        self.ending = ExitStatus::Usage;
         let sentence = match cause {
             // The robot runs an image of another version than this `bbz` builds.
             ImageError::Version(version) if version == u16::from(VERSION) => {

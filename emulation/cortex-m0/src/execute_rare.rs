@@ -11,7 +11,12 @@ use crate::registers::{PC, Processor};
 impl Processor {
     /// Executes `op`, an instruction at `at`. The PC is after it, and the cycles are counted.
     #[inline(never)]
-    pub fn aside<B: Board>(&mut self, bus: &mut Bus<B>, op: Op, at: u32) -> Result<(), Lockup> {
+    pub fn execute_rare<B: Board>(
+        &mut self,
+        bus: &mut Bus<B>,
+        op: Op,
+        at: u32,
+    ) -> Result<(), Lockup> {
         let Op { kind, d, b, imm, .. } = op;
         match kind {
             Kind::Cps => self.mask(bus, imm != 0),

@@ -10,7 +10,7 @@ use crate::robot::Piece;
 
 /// An event of the trace.
 #[derive(Debug, Clone, PartialEq)]
-pub enum Told {
+pub enum TraceEvent {
     /// The script has logged a line.
     Log(Vec<Piece>),
     /// The script has stopped, with the positions of the calls that led there.
@@ -28,12 +28,12 @@ pub enum Told {
 }
 
 /// Reads the trace of a robot.
-pub struct Reader(TraceReader);
+pub struct TraceEventReader(TraceReader);
 
-impl Reader {
+impl TraceEventReader {
     /// Returns a reader for firmware with these messages.
     pub fn new(table: Arc<Table>) -> Self {
-        Reader(TraceReader::new(table))
+        TraceEventReader(TraceReader::new(table))
     }
 
     /// Returns a reader of the same firmware after a power-on, when an incomplete message is lost.
@@ -43,26 +43,28 @@ impl Reader {
     }
 
     /// Reads received bytes. Incomplete messages are left out, as on a debug probe.
-    pub fn read(&mut self, bytes: &[u8]) -> Vec<Told> {
-        self.0.read(bytes).into_iter().filter_map(|message| told(message.content)).collect()
+    pub fn read(&mut self, bytes: &[u8]) -> Vec<TraceEvent> {
+        self.0.read(bytes).into_iter().filter_map(|message| event_of(message.content)).collect()
     }
 }
 
 /// Returns the record in a message; `None` for messages of the firmware about itself, and for those
 /// that a run does not use.
-fn told(content: Content) -> Option<Told> {
+fn event_of(content: Content) -> Option<TraceEvent> {
     let Content::Record(bytes) = content else { return None };
     match Record::decode(&bytes).ok()? {
         Record::Log { items, .. } => {
             let pieces = items.map(|item| item.map_or(Piece::Text(CUT.into()), piece));
-            Some(Told::Log(pieces.collect()))
+            Some(TraceEvent::Log(pieces.collect()))
         }
-        Record::Fault { fault, calls, .. } => Some(Told::Fault(fault, calls.collect())),
-        Record::Contained { fault, calls, .. } => Some(Told::Contained(fault, calls.collect())),
-        Record::Restart { pause, .. } => Some(Told::Restart(pause)),
-        Record::Refused(cause) => Some(Told::Refused(cause)),
-        Record::Unused(unused) => Some(Told::Unused(unused)),
-        Record::Overrun { missed, .. } => Some(Told::Overrun(missed)),
+        Record::Fault { fault, calls, .. } => Some(TraceEvent::Fault(fault, calls.collect())),
+        Record::Contained { fault, calls, .. } => {
+            Some(TraceEvent::Contained(fault, calls.collect()))
+        }
+        Record::Restart { pause, .. } => Some(TraceEvent::Restart(pause)),
+        Record::Refused(cause) => Some(TraceEvent::Refused(cause)),
+        Record::Unused(unused) => Some(TraceEvent::Unused(unused)),
+        Record::Overrun { missed, .. } => Some(TraceEvent::Overrun(missed)),
         Record::Start { .. } | Record::Expired { .. } | Record::Lost(_) => None,
     }
 }

@@ -11,7 +11,7 @@ use crate::robot::{ProgramId, SimRobot};
 
 /// The events so far, and their lasting effects.
 #[derive(Clone)]
-pub struct Happenings {
+pub struct EventQueue {
     /// Number of the next event.
     next: usize,
     /// The places where robots are or will be when they join.
@@ -29,12 +29,12 @@ pub struct Happenings {
     carried_out: usize,
 }
 
-impl Happenings {
+impl EventQueue {
     /// `programs` are those of the robots.
     pub fn new(starts: Vec<Pose>, programs: Vec<ProgramId>, lights: Vec<LightId>) -> Self {
         let ids = vec![None; starts.len()];
         let (parts, commands) = (None, Vec::new());
-        Happenings { next: 0, ids, programs, starts, lights, parts, commands, carried_out: 0 }
+        EventQueue { next: 0, ids, programs, starts, lights, parts, commands, carried_out: 0 }
     }
 
     /// Adds everything but the scenario's events that decides the next ticks to a digest: places and programs of robots that have

@@ -10,7 +10,7 @@ use bittybuzz_emulation::{ClientError, Emulator};
 use super::p2p::{P2pAir, TURN};
 
 /// The programs, robots by their number.
-pub enum Room {
+pub enum EmulatorPool {
     /// One has all of them, and the air between them.
     Shared(Emulator),
     /// Each has one; the air is here.
@@ -26,7 +26,7 @@ pub struct PerRobot {
     deaf: Vec<BTreeSet<usize>>,
 }
 
-impl Room {
+impl EmulatorPool {
     /// One program for `count` robots of that name, all with the firmware in `path`.
     pub fn shared(
         program: &Path,
@@ -37,7 +37,7 @@ impl Room {
         let arguments = ["--robot", name, "--count", &count.to_string()];
         let mut emulator = Emulator::spawn_with(program, &arguments)?;
         emulator.load(path)?;
-        Ok(Room::Shared(emulator))
+        Ok(EmulatorPool::Shared(emulator))
     }
 
     /// A program for each of `count` robots with the firmware in `path`.
@@ -50,33 +50,35 @@ impl Room {
         let robots = robots.collect::<Result<Vec<Emulator>, ClientError>>()?;
         let deaf = vec![BTreeSet::new(); count];
         let (air, now) = (P2pAir::default(), Duration::ZERO);
-        Ok(Room::Apart(PerRobot { robots, air, now, deaf }))
+        Ok(EmulatorPool::Apart(PerRobot { robots, air, now, deaf }))
     }
 
     /// A command for a robot.
-    pub fn done_by(&mut self, robot: usize, command: &Command) -> Result<(), ClientError> {
+    pub fn execute_on(&mut self, robot: usize, command: &Command) -> Result<(), ClientError> {
         match self {
-            Room::Shared(emulator) => emulator.done_by(robot, command),
-            Room::Apart(PerRobot { robots, deaf, .. }) => match (command, deaf.get_mut(robot)) {
-                (Command::Deaf { to }, Some(deaf)) => {
-                    deaf.clone_from(to);
-                    Ok(())
+            EmulatorPool::Shared(emulator) => emulator.execute_on(robot, command),
+            EmulatorPool::Apart(PerRobot { robots, deaf, .. }) => {
+                match (command, deaf.get_mut(robot)) {
+                    (Command::Deaf { to }, Some(deaf)) => {
+                        deaf.clone_from(to);
+                        Ok(())
+                    }
+                    _ => robots.get_mut(robot).map_or(Ok(()), |emulator| emulator.execute(command)),
                 }
-                _ => robots.get_mut(robot).map_or(Ok(()), |emulator| emulator.done(command)),
-            },
+            }
         }
     }
 
     /// A command for the air between all.
-    pub fn done(&mut self, command: &Command) -> Result<(), ClientError> {
+    pub fn execute(&mut self, command: &Command) -> Result<(), ClientError> {
         match (self, command) {
-            (Room::Shared(emulator), _) => emulator.done(command),
-            (Room::Apart(of), Command::Air { lose, seed }) => {
+            (EmulatorPool::Shared(emulator), _) => emulator.execute(command),
+            (EmulatorPool::Apart(of), Command::Air { lose, seed }) => {
                 of.air.lose(*lose, *seed);
                 Ok(())
             }
-            (Room::Apart(of), _) => {
-                of.robots.iter_mut().try_for_each(|emulator| emulator.done(command))
+            (EmulatorPool::Apart(of), _) => {
+                of.robots.iter_mut().try_for_each(|emulator| emulator.execute(command))
             }
         }
     }
@@ -89,14 +91,14 @@ impl Room {
         mut on_event: impl FnMut(RobotEvent),
     ) -> Result<(), ClientError> {
         match self {
-            Room::Shared(emulator) => {
+            EmulatorPool::Shared(emulator) => {
                 emulator.run_all_after(commands, until, on_event)?;
                 Ok(())
             }
-            Room::Apart(of) => {
+            EmulatorPool::Apart(of) => {
                 for (robot, command) in commands {
                     if let Some(emulator) = of.robots.get_mut(*robot) {
-                        emulator.done(command)?;
+                        emulator.execute(command)?;
                     }
                 }
                 of.run(until, &mut on_event)
@@ -107,8 +109,8 @@ impl Room {
     /// The counters of a robot.
     pub fn statistics_of(&mut self, robot: usize) -> Result<Statistics, ClientError> {
         match self {
-            Room::Shared(emulator) => emulator.statistics_of(robot),
-            Room::Apart(of) => {
+            EmulatorPool::Shared(emulator) => emulator.statistics_of(robot),
+            EmulatorPool::Apart(of) => {
                 let Some(emulator) = of.robots.get_mut(robot) else {
                     return Err(ClientError::Ended);
                 };
@@ -144,7 +146,7 @@ impl PerRobot {
                 |one: usize, other: usize| !deaf.get(one).is_some_and(|of| of.contains(&other));
             for (robot, command) in self.air.carry(self.now, self.robots.len(), hears) {
                 if let Some(emulator) = self.robots.get_mut(robot) {
-                    emulator.done(&command)?;
+                    emulator.execute(&command)?;
                 }
             }
         }

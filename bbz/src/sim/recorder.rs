@@ -10,23 +10,23 @@ use bittybuzz_arena::run::{Setup, Simulation, TICKS_PER_SECOND};
 use crate::problem::Problem;
 use crate::whole_file::{self, Inputs, WholeFile};
 
-use super::Arguments;
+use super::SimArguments;
 
 /// The picture of where all robots went.
 const TRAJECTORIES: &str = "trajectories.svg";
 
 /// Takes samples as often as the scenario says.
-pub struct Keeper {
+pub struct Recorder {
     recording: Option<(PathBuf, Writer<WholeFile>)>,
     pictures: Option<(PathBuf, History)>,
     /// Ticks between two samples.
     every: u64,
 }
 
-impl Keeper {
+impl Recorder {
     /// Creates the files that the command line asks for, none of which may be an input.
     pub fn new(
-        arguments: &Arguments,
+        arguments: &SimArguments,
         simulation: &Simulation,
         inputs: &Inputs,
     ) -> Result<Self, Problem> {
@@ -51,7 +51,7 @@ impl Keeper {
             None => None,
         };
         let seconds = simulation.setup().scenario.output.every;
-        Ok(Keeper { recording, pictures, every: (seconds * TICKS_PER_SECOND).round() as u64 })
+        Ok(Recorder { recording, pictures, every: (seconds * TICKS_PER_SECOND).round() as u64 })
     }
 
     /// Takes a sample, if it is time to.

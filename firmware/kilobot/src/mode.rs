@@ -37,7 +37,7 @@ pub enum Act {
 
 /// Life, and the calibration that can be changed by messages.
 #[derive(Debug)]
-pub struct Life {
+pub struct ModeSwitch {
     /// Its state.
     pub state: State,
     /// Duties of left and right motor for showing the calibration.
@@ -48,10 +48,10 @@ pub struct Life {
     pub duties: [u8; 4],
 }
 
-impl Life {
+impl ModeSwitch {
     /// Switched on. A stored id and duties.
     pub const fn new(id: u16, duties: [u8; 4]) -> Self {
-        Life { state: State::Waiting, shown: [0, 0], id, duties }
+        ModeSwitch { state: State::Waiting, shown: [0, 0], id, duties }
     }
 
     /// Does as the controller says, by a message of this type with these data.
