@@ -26,7 +26,7 @@ fn tables_are_those_of_the_recorded_counts() {
     let page = path("docs/performance.md");
     let before = fs::read_to_string(&page).unwrap();
     let mut text = before.clone();
-    for (name, block) in [("means", means()), ("collector", collector()), ("peers", peers())] {
+    for (name, block) in [("means", means()), ("peers", peers())] {
         let start = format!("<!-- {name}: written by tools/book/tests/performance.rs -->\n");
         let (head, rest) = text.split_once(&start).unwrap();
         let (_, tail) = rest.split_once("<!-- end -->\n").unwrap();
@@ -106,35 +106,6 @@ fn means() -> String {
         );
     }
     text + "\n"
-}
-
-fn collector() -> String {
-    let moved = table("bench/reference-collector.toml");
-    let ours = baseline("thumbv7em");
-    let mut text =
-        "\n| Script, Cortex-M4F | C BittyBuzz | with the line moved | here |\n|---|---|---|---|\n"
-            .to_owned();
-    let (mut before, mut after) = (Vec::new(), Vec::new());
-    for script in entries(&moved, "script") {
-        let name = script["name"].as_str().unwrap();
-        let [unmodified, changed] =
-            ["unmodified", "moved"].map(|key| script[key].as_integer().unwrap() as f64);
-        let Some(own) = count(&ours, name) else { continue };
-        before.push(unmodified / own);
-        after.push(changed / own);
-        text += &format!(
-            "| `{name}` | {} | {} | {} |\n",
-            number(unmodified),
-            number(changed),
-            number(own)
-        );
-    }
-    text += &format!(
-        "| geometric mean of the ratios to BittyBuzz in Rust | {:.0} | {:.1} | 1 |\n\n",
-        geometric_mean(&before),
-        geometric_mean(&after)
-    );
-    text
 }
 
 /// Scripts of the table of other interpreters.
