@@ -1,11 +1,32 @@
 //! The verifier: from any bytes to code that can be trusted.
 //!
-//! One forward pass over each function. Its memory is the arena that the image will use, which is still empty: one
-//! slot for each forward jump whose target is still ahead, and one for each place that a backward jump may lead to. The rules are in
-//! `docs/image-format.md`.
+//! An image comes from outside: over a debug probe, by radio, from a file. After the verifier has
+//! accepted it, the interpreter reads it without a check. So the verifier decides alone whether a
+//! script can leave its memory, and it proves:
 //!
-//! It has been written for a small robot's flash: what is asked in several places is asked by one function, numbers are compared
-//! with one limit each, and failures are returned in registers.
+//! * every jump leads to the start of an instruction of the same function;
+//! * the operand stack has one known depth at each instruction, whatever way leads there, never
+//!   less than the instruction takes and never more than the header of the function promises;
+//! * every operand names something that exists: a local, a global, a function, a string, a
+//!   built-in, a function of the robot;
+//! * calls by number pass as many arguments as the function has parameters;
+//! * the image has the number profile of the machine, and needs no part that the machine lacks.
+//!
+//! # One pass
+//! Each function is read once, from its start to its end. That is possible because of a rule for
+//! loops, which the compiler keeps: the depth of the stack at the target of a backward jump is
+//! known when the pass gets there. The verifier remembers one slot for each forward jump whose
+//! target is still ahead, and one for each place that a backward jump may lead to. These slots
+//! are the arena that the image will use, which is still empty, so the verifier needs no memory
+//! of its own.
+//!
+//! `docs/image-format.md` has the rules one by one.
+//!
+//! # Flash
+//! The verifier is written for the flash of a small robot: a question that arises in several
+//! places is one function, numbers are compared with one limit each, and failures are returned in
+//! registers. A robot without room for it takes images that were verified where they were built
+//! ([`crate::seal`]).
 
 use crate::arena::Arena;
 use crate::builtin::{self, Feature, Kind, Library};

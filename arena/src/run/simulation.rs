@@ -1,4 +1,28 @@
-//! One run of a scenario with one seed.
+//! One run of a scenario with one seed, tick by tick.
+//!
+//! A simulation joins four things: the world of the engine (bodies, links, light), in which each
+//! robot has a brain with a virtual machine; the fleets of robots that run their firmware in
+//! emulator programs; the events and commands that change the world; and the expectations that
+//! are checked after each tick.
+//!
+//! # The order of a tick
+//! 1. Events of the scenario and commands of the session act, in the order of their times and of
+//!    the file.
+//! 2. The engine lets all robots act, moves bodies, and carries frames. Robots in emulators are
+//!    brought to the same time, and their signals move the bodies.
+//! 3. Expectations are checked, and an observer gets what happened.
+//!
+//! # Determinism
+//! All chance comes from the seed, by streams that belong to a robot or a link and not to a
+//! thread. Work is divided by robot, and results are joined in the order of robots. So the same
+//! scenario and seed give the same [`Simulation::digest`] on any number of threads, natively and
+//! in WebAssembly.
+//!
+//! # Snapshots and sessions
+//! A simulation owns everything that decides how it goes on, so a copy of it is a snapshot
+//! ([`Simulation::snapshot`]). Whatever happens to a running world is a command, which is kept
+//! with its tick and can be written as an `[[event]]`: a session replays as a scenario. Robots in
+//! emulators have state elsewhere, so they allow no snapshot.
 
 use std::collections::BTreeMap;
 use std::hash::Hasher;

@@ -1,9 +1,22 @@
 //! Assembler for one function of an image.
 //!
-//! [`FunctionBuilder`] takes instructions in order and gives the bytes of the function, following every rule that
-//! the verifier checks (`docs/image-format.md`): it counts the depth of the operand stack, drops instructions that
-//! nothing can reach, picks the shortest form of every operand and lets loops be entered in the one allowed way. It
-//! knows nothing of the syntax tree, so that every producer of images can use it.
+//! [`FunctionBuilder`] takes instructions in order and gives the bytes of the function. It knows
+//! nothing of the syntax tree, so every producer of images can use it: code generation and the
+//! importer of `.bo` files.
+//!
+//! The verifier on the robot accepts only code that follows its rules (`docs/image-format.md`).
+//! Two producers that each kept these rules would get them wrong in different ways, so the
+//! assembler keeps them for both:
+//!
+//! * It counts the depth of the operand stack at every instruction. All ways to one place must
+//!   have the same depth, and the deepest one goes into the function's header.
+//! * It drops instructions that nothing can reach, whose depth nobody could know.
+//! * It lets loops be entered in the one allowed way, with a depth that a single forward pass
+//!   knows.
+//!
+//! It also chooses the shortest form of each operand. Jumps are the difficult ones, since the
+//! length of a jump decides how far other jumps have to go: all start in their short form, and
+//! those that do not reach grow until none does.
 
 use bittybuzz_vm_core::opcode::{self, DROP_RESULT, Operand, SHORTS, WIDE};
 

@@ -1,8 +1,26 @@
 //! From the checked program to the parts of an image.
 //!
-//! Functions are generated when something first refers to them, so what nothing uses is not in the image. What is
-//! known of the whole program decides the form of the code: functions that never change are called by number,
-//! members of untouched libraries without a look-up, and the globals used most get the shortest instructions.
+//! The checks have found every mistake by now, so code generation cannot fail for a reason that
+//! the user has not been told of; what remains are the limits of the format.
+//!
+//! # Whole program
+//! A script is small and complete, and the compiler sees all of it, includes too. The form of the
+//! code depends on this knowledge:
+//!
+//! * A function is generated when something first refers to it. What nothing uses is not in the
+//!   image.
+//! * A function that no code ever replaces is called by its number, without a look-up of its
+//!   name.
+//! * A member of a library that the script leaves alone is a built-in, without a table.
+//! * The globals that are used most get the numbers with the shortest instructions.
+//!
+//! # Division of labor
+//! This module walks the syntax tree and decides what to compute. [`asm`] decides how it is
+//! encoded, counts the stack, and keeps the rules of the verifier. The importer of `.bo` files
+//! has no syntax tree and uses the same assembler.
+//!
+//! Strings are numbered by the source alone, so that robots of different kinds agree on the
+//! numbers that travel in messages.
 
 pub mod asm;
 mod call;

@@ -1,9 +1,31 @@
-//! The script's task: loads the image, runs global code, `init()`, and `step()` ten times a second.
+//! The script's task: loads the image, runs the global code, `init()`, and `step()` ten times per
+//! second.
 //!
-//! A fault in one of them stops the script and the motors. After a pause ([`Restarts`]) the script starts again with its
-//! global code. In the pause the robot sends beacons, merges and relays as before, but no code of the script runs. A fault
-//! in a listener ends only that call, and is reported once per place. A failed `assert` stops the script for good; so does
-//! every fault if [`RobotHost::ON_FAULT_STOPS`].
+//! One task runs the virtual machine, next to those of the radio, the motors and the watchdog, on
+//! one stack and one processor. It must therefore never run for long, and a script may do
+//! anything.
+//!
+//! # Slices
+//! The machine runs in slices of at most 500 µs, and the task yields after each. A slice ends by
+//! the robot's clock, which the machine reads after every instruction that may take long. Ticks
+//! that come while a step is still running are skipped and counted, never queued: a script that
+//! is too slow becomes slower and does not fall behind.
+//!
+//! # Set-points
+//! A robot function that moves the robot writes a set-point with the time until which it holds.
+//! Each completed step renews it. When steps stop, for whatever reason, the motors' task stops
+//! the motors.
+//!
+//! # Faults
+//! A fault in a listener ends that call and is reported once per place. Any other fault stops the
+//! script and the motors; after a pause ([`Restarts`]), which doubles up to a minute, the script
+//! starts again with its global code. During the pause the robot sends beacons, merges and relays
+//! as before, but no code of the script runs. A failed `assert` stops the script for good; so
+//! does every fault if [`RobotHost::ON_FAULT_STOPS`].
+//!
+//! # Output
+//! Log lines and faults become records after the slice in which they arose. Formatting and
+//! transport never run inside the interpreter's loop.
 
 use bittybuzz_comms::trace::{self, Unused};
 use bittybuzz_vm_core::number::Profile;

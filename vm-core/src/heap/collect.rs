@@ -1,8 +1,30 @@
-//! The collector: mark and sweep over uniform cells, exact at any depth in constant memory.
+//! The collector: mark and sweep over uniform cells, exact at any depth, in constant memory.
 //!
-//! Marking reverses pointers (Deutsch, Schorr and Waite): while a cell's slot is being followed, that slot leads back to
-//! the cell before, and the header's tag remembers which slot it is. The machine's own stack is not used, so no
-//! structure is too deep.
+//! Tables, closures and long strings consist of cells of equal size, which never move. So a free
+//! list is enough for allocation, a cell fits wherever another one was freed, and references are
+//! plain slot numbers that stay true.
+//!
+//! # Marking without a stack
+//! A structure of a script may be as deep as its memory, and this machine has no memory to spare
+//! for a stack of cells that are still to be visited. Marking therefore reverses pointers
+//! (Deutsch, Schorr and Waite): while a slot of a cell is followed, that slot holds the way back
+//! to the cell before, and the tag of the cell's header holds the number of the slot. On the way
+//! back each slot gets its own value again. The cost is one write to go down and one to come back
+//! for each reference; the processor's stack is not used at all.
+//!
+//! A marked header has the bit that references have, so one test, [`Arena::leads_on`], answers
+//! both "is this a reference?" and "is this cell marked?".
+//!
+//! # Sweeping
+//! The sweep visits all cells from the lowest to the highest, frees those without a mark and
+//! removes the marks. Free cells at the lower end of the heap become stack space again. The free
+//! list gives the highest cell first, so that the heap keeps to the top and leaves room for
+//! calls.
+//!
+//! # When
+//! The machine collects when no cell is left, or when the heap has doubled since the last
+//! collection, and never for an instruction that allocates nothing. Roots are globals, frames,
+//! and what the machine itself remembers: its caller marks them one after the other.
 
 use super::{FREE, LIVE};
 use crate::arena::{Arena, CELL};

@@ -1,12 +1,35 @@
 //! The interpreter loop.
 //!
-//! Position and stack pointer are locals of one loop over one `match`; all else is in memory, since an AVR has no more
-//! registers to give away. An arm does what its instruction mostly does, with integers, and goes on; everything else falls
-//! through to [`super::slow`], which works on the stored registers. The arms change nothing before they are sure to
-//! finish. Instructions are decoded by [`super::decode`].
+//! The code is verified, so the loop checks neither jumps nor stack: every position that it
+//! reaches is an instruction, and every slot that it names exists. What is left to check are the
+//! types of values, and room for a call.
 //!
-//! Opcodes with an arm in common stand side by side: a range would be tested by itself, before the jump table or behind
-//! it. Whatever calls a function is a function itself, on slots, so that the loop keeps no values across a call.
+//! # Fast and slow
+//! An arm handles the case that its instruction has most of the time, almost always with
+//! integers, and continues with the next instruction. Any other case leaves the `match`, and
+//! [`super::slow`] handles it on the stored registers. An arm changes nothing before it is sure
+//! to finish, so the slow path starts the instruction again from its beginning. This keeps the
+//! loop small enough for its values to stay in registers, and every rare case in one place.
+//!
+//! # Registers
+//! Position, stack pointer and frame are locals of the loop; all else is in memory, since an AVR
+//! has no more registers to give away. Code that calls a function is a function of its own that
+//! works on slots, so the loop keeps no values across a call. After anything that is not an arm,
+//! the locals are loaded again.
+//!
+//! # Never from within
+//! No built-in calls the interpreter. `foreach`, `map` and the handling of messages have frames
+//! with a return position above [`SPECIAL`]: when a function returns there, the loop lets the
+//! built-in go on. So a script can nest them as deep as its memory allows, and `run` can stop
+//! between any two instructions.
+//!
+//! # Budget
+//! Each instruction takes one from the budget. Instructions that may take long ask the host after
+//! they have finished whether the slice is over; on a Kilobot the host is asked before each
+//! instruction (`Host::IS_TIMED`).
+//!
+//! Opcodes with an arm in common stand next to each other: a range would be tested by itself,
+//! before or after the jump table. Instructions are decoded by [`super::decode`].
 
 use super::decode::forms::decode_form;
 use super::decode::table::{self, short};

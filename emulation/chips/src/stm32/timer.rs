@@ -1,8 +1,21 @@
-//! Timers (RM0090 18; RM0091 17 to 20), counting up: compare and update interrupts, PWM, input capture with DMA.
+//! Timers (RM0090 18; RM0091 17 to 20), counting up: compare and update interrupts, PWM, input
+//! capture with DMA.
 //!
-//! Compare values and the reload value take effect at once, as if never preloaded: at most one period of the
-//! timer too early. Counting down, centred counting, one-pulse and slave modes, repetition, captures that are filtered, divided or
-//! of another channel's pin, and break have no model; [`Timer::write`] says so when the firmware asks for one of all but the last.
+//! A timer is computed and not stepped: it keeps a count and the time at which the counter stood
+//! there, and derives the counter from the time now. Between two accesses of the firmware nothing
+//! has to run, so a timer costs the same at 1 kHz and at 84 MHz. The next event is the smallest
+//! of the times at which a channel matches or the counter wraps; the board asks for it and calls
+//! back then.
+//!
+//! The clock comes from the tree that the firmware has set up (RCC). A new prescaler takes effect
+//! with the next update, as on the chip.
+//!
+//! # Known differences
+//! * Compare values and the reload value take effect at once, as if never preloaded: at most one
+//!   period of the timer too early.
+//! * Counting down, centered counting, one-pulse and slave modes, repetition, captures that are
+//!   filtered, divided or of another channel's pin, and break have no model. [`Timer::write`]
+//!   reports an error when the firmware asks for one of all but the last.
 
 use super::bus::Write;
 use crate::Time;

@@ -1,8 +1,23 @@
-//! The link to the nRF51822, which has the radio, the power switch and the battery: syslink on USART6 at 1 Mbaud.
+//! The link to the nRF51822: syslink on USART6 at 1 Mbaud.
 //!
-//! [`uart`] moves bytes between the pins and two rings, in interrupts. [`receive`] makes frames of them and acts upon them;
-//! [`send`] writes frames. [`swarm`] carries the script's messages to and from other robots. [`setup`] brings the radio up,
-//! and again when the nRF51 has forgotten it.
+//! The Crazyflie has two processors. The nRF51 owns the radio, the power switch and the charger;
+//! this one reaches all of them by frames over one serial line. If the link stalls, the robot
+//! hears nobody, does not know its battery and cannot switch off, so the link must work whatever
+//! the script does.
+//!
+//! # Layers
+//! * [`uart`] moves bytes between the pins and two rings, in an interrupt above all critical
+//!   sections: a byte arrives every 10 µs, and the chip has room for one.
+//! * [`receive`] makes frames of the bytes and handles them: battery, shutdown, packets of other
+//!   robots.
+//! * [`send`] writes frames, one at a time. The nRF51 has flow control for its UART but not for
+//!   the queue after it, so the task waits until the frame before has been read.
+//! * [`swarm`] carries the script's messages over P2P broadcasts.
+//! * [`setup`] sets the radio up, and does so again when the nRF51 has restarted and forgotten
+//!   it.
+//!
+//! Nothing here waits for a reader: a packet that finds no room is dropped and counted, and a
+//! damaged frame is skipped up to the next start.
 
 pub mod receive;
 pub mod send;

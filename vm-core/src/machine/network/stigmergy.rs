@@ -1,4 +1,33 @@
 //! `stigmergy`: tables that all robots share, each in a replica of its own.
+//!
+//! The network loses messages, doubles them and delivers them late; robots are switched off, and
+//! groups of them are out of reach for minutes. A stigmergy must become equal on all robots all
+//! the same, without a robot that coordinates them, and with room for a few entries only.
+//!
+//! # Last writer wins, in a total order
+//! Each entry carries a stamp: clock, value and robot ([`crate::stamp`]). Of two entries for one
+//! key the greater stamp wins, on every robot. Stamps are totally ordered, so merging is
+//! idempotent, commutative and associative: replicas that have seen the same entries are equal,
+//! in whatever order and however often these arrived. The clock is a Lamport clock, a serial
+//! number of 22 bits that is one greater than the latest that the robot has seen; a script's
+//! handler of conflicts only decides between entries of equal clocks.
+//!
+//! # Deletion
+//! A deleted entry stays as an entry without a value, since a replica that missed the deletion
+//! would bring the old value back. When all robots had time to hear of it ([`FORGOTTEN`]), its
+//! place is free again.
+//!
+//! # Restarts
+//! A robot that was switched off remembers no clock. Entries that it put in its former life come
+//! back from the others with later clocks than those of its new puts, and would win. The robot
+//! recognizes them by its own id and puts its new value again, with a later clock; how often is
+//! bounded by [`RECLAIMED_MAX`], since two robots with one id would do so for ever.
+//!
+//! # A full store
+//! A put of the script's own is then a fault, which the script can see. An entry of another robot
+//! is not kept; it is relayed at a low rate, so that this robot is no wall between others.
+//!
+//! When and how entries are sent is decided in [`super::advertise`].
 
 use core::cmp::Ordering;
 
