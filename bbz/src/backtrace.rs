@@ -62,7 +62,7 @@ impl<'a> Backtrace<'a> {
         match (self.place(), &self.program.symbols, self.positions.first()) {
             (Some(place), Some(symbols), _) => elements.push(self.source(place, symbols)),
             (_, _, Some(position)) => elements.push(note(format!(
-                "at position {position} of the code; there are no symbols to tell file and line"
+                "at position {position} of the code; without symbols, file and line are unknown"
             ))),
             // The function itself could not be called.
             (_, _, None) => elements.push(note(format!("the robot called {}", self.entry_name()))),

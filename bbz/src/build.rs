@@ -38,7 +38,7 @@ pub struct BuildArguments {
     /// Number profile: 16-bit or 32-bit numbers [default: the robot's]
     #[arg(long)]
     profile: Option<ProfileName>,
-    /// Write OUT.bbi and OUT.sym [default: beside the script]
+    /// Write OUT.bbi and OUT.sym [default: next to the script]
     #[arg(short, long, value_name = "OUT")]
     output: Option<PathBuf>,
     /// Also put the script into this firmware (.elf or .hex), and write OUT.hex; for robots whose script has no region of its own

@@ -248,9 +248,9 @@ impl FaultText<'_> {
                 return refusal.map(str::to_owned);
             }
             FaultCode::WrongType | FaultCode::NotATable if is_nil => {
-                "a variable or field that was never assigned is nil; `isnil(x)` tells".to_owned()
+                "a variable or field that was never assigned is nil; `isnil(x)` tests for it".to_owned()
             }
-            FaultCode::WrongType => "`type(x)` tells what a value is".to_owned(),
+            FaultCode::WrongType => "`type(x)` returns the type of a value".to_owned(),
             FaultCode::NotATable => "only tables have entries".to_owned(),
             FaultCode::NotCallable if is_nil => {
                 "is the name spelt as in its definition, and is it assigned before this call?"

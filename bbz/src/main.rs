@@ -61,7 +61,7 @@ Examples:
   bbz build hello.bzz --robot kilobot    make the image that the robot runs
   bbz sim swarm.toml                     simulate the robots of a scenario
   bbz flash hello.bzz --robot crazyflie  write it to the robot
-  bbz trace robot.elf --robot crazyflie --script hello.bzz    what a robot tells
+  bbz trace robot.elf --robot crazyflie --script hello.bzz    print its log and errors
   bbz robots kilobot                     list what a script can call on a robot
   bbz explain E0201                      explain a message
 
@@ -82,7 +82,7 @@ enum Command {
     Build(build::BuildArguments),
     /// Run a script on this computer
     Run(run::RunArguments),
-    /// Simulate the robots of a scenario, and test what comes of it
+    /// Simulate the robots of a scenario and check its expectations
     Sim(sim::SimArguments),
     /// Show a recording of a simulation in a page
     #[cfg(feature = "view")]
@@ -91,7 +91,7 @@ enum Command {
     Grade(grade::GradeArguments),
     /// Write a script to a robot, and if asked the firmware
     Flash(flash::FlashArguments),
-    /// Show what a robot tells of its script, live
+    /// Print a robot's log lines and errors, live
     Trace(trace::TraceArguments),
     /// Show the instructions that a script compiles to
     Disasm(disasm::DisasmArguments),

@@ -301,10 +301,10 @@ impl Problem {
                 Some("wait for it, or name another file for the table".to_owned())
             }
             Problem::BatchUnfinished(_) => {
-                Some("--resume goes on with it; to begin anew, remove the folder".to_owned())
+                Some("--resume goes on with it; to start again, remove the folder".to_owned())
             }
             Problem::BatchDiffers { .. } => Some(
-                "give the options and files that it was started with; to begin anew, remove the folder"
+                "give the options and files that it was started with; to start again, remove the folder"
                     .to_owned(),
             ),
             Problem::BatchPart { .. } => {
@@ -351,7 +351,7 @@ impl Problem {
             Problem::RobotSetting { settings, .. } => Some(settings.join("\n      ")),
             Problem::NoFirmware => Some("name the firmware (ELF) in place of -".to_owned()),
             Problem::NoImage(_) => {
-                Some("name the script (.bzz), or its image (.bbi) beside the symbols".to_owned())
+                Some("name the script (.bzz), or its image (.bbi) next to the symbols".to_owned())
             }
             Problem::RobotProfile { .. } => Some("build it without --profile".to_owned()),
             Problem::CapacityError { help, .. } => Some(help.clone()),
@@ -388,7 +388,7 @@ impl Problem {
                 Some(format!("what was on the robot is kept; this writes it: {restore}"))
             }
             Problem::SeveralEmulators => {
-                Some("without --emulator they are searched beside this program, and in PATH".to_owned())
+                Some("without --emulator they are searched next to this program, and in PATH".to_owned())
             }
             Problem::NoProgrammer(_) => {
                 Some("environment variable PROBE_RS_PROBE chooses among several probes".to_owned())
@@ -521,7 +521,7 @@ impl fmt::Display for Problem {
             }
             Problem::NoFirmware => write!(f, "there is no firmware to emulate"),
             Problem::NoImage(path) => {
-                write!(f, "`{}` tells of a script, but is not one", path.display())
+                write!(f, "`{}` describes a script, but is not one", path.display())
             }
             Problem::RobotProfile { path, image, robot } => write!(
                 f,
@@ -535,7 +535,7 @@ impl fmt::Display for Problem {
             Problem::Firmware { path, error } => write!(f, "`{}` {error}", path.display()),
             Problem::Program { path, error } => write!(f, "`{}` {error}", path.display()),
             Problem::OwnRegion(robot) => {
-                write!(f, "on the {robot} the script has a place of its own, beside the firmware")
+                write!(f, "on the {robot} the script has a place of its own, next to the firmware")
             }
             Problem::TooLong { path, bytes, most } => {
                 write!(f, "`{}` needs {bytes} bytes, the robot has room for {most}", path.display())
@@ -570,7 +570,7 @@ impl fmt::Display for Problem {
             Problem::NoProgrammer(robot) => {
                 write!(f, "the {robot} is flashed through a debug probe, not through a programmer")
             }
-            Problem::Input(error) => write!(f, "cannot read what the robot tells: {error}"),
+            Problem::Input(error) => write!(f, "cannot read the robot's messages: {error}"),
             Problem::Interrupt(error) => write!(f, "cannot take over Ctrl-C: {error}"),
             #[cfg(feature = "view")]
             Problem::Page(error) => error.fmt(f),

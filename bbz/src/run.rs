@@ -61,7 +61,7 @@ pub struct RunArguments {
     file: PathBuf,
     #[command(flatten)]
     selection: SelectionArguments,
-    /// Run so many steps at full speed [default: 10 steps per second until Ctrl-C]
+    /// Number of steps, at full speed [default: 10 steps per second until Ctrl-C]
     #[arg(long, value_name = "N", allow_negative_numbers = true)]
     steps: Option<u64>,
     /// Call destroy() after the last step, as Ctrl-C does without --steps

@@ -184,7 +184,7 @@ fn every_other_record_has_its_words() {
     let words = [
         "a step took longer than a tick: 3 ticks missed so far",
         "no step has ended for so long that the robot has stopped its motors",
-        "12 log lines came faster than the robot could tell",
+        "12 log lines came faster than the robot could send them",
         "discarded messages so far: 7 received without room for it",
         "the script starts again in 2.5 s",
         "the script starts again",

@@ -218,7 +218,7 @@ impl CapacityError {
                 "build it with this script: `cargo xtask build ROBOT --script FILE`".to_owned()
             }
             CapacityError::Flash { .. } => {
-                "leave out what this robot does not need; `if(name) { ... }` tells robots apart"
+                "leave out what this robot does not need; `if(name) { ... }` distinguishes robots"
                     .to_owned()
             }
             CapacityError::Globals { most, .. } => format!(

@@ -112,7 +112,7 @@ pub const SECTIONS: &[SectionKeys] = &[
             "seed" "integer" "1" "from which all chance comes",
             "obstacles" "list of tables" "none" "what no robot gets through",
             "lights" "list of lights" "none" "lamps: tables, or only their places as [x, y]",
-            "ambient" "0 to 1023" "0" "light that is everywhere, as the sensor tells it",
+            "ambient" "0 to 1023" "0" "light that is everywhere, as the sensor reads it",
         ],
     },
     SectionKeys {
@@ -130,7 +130,7 @@ pub const SECTIONS: &[SectionKeys] = &[
         name: LIGHT,
         keys: scenario_keys![
             "at" "[x, y]" "" "place in mm",
-            "brightness" "0 to 1023" "1023" "what the sensor of a robot beside it tells that looks at it",
+            "brightness" "0 to 1023" "1023" "reading of a robot next to it that looks at it",
         ],
     },
     SectionKeys {
@@ -204,7 +204,7 @@ pub const SECTIONS: &[SectionKeys] = &[
             "fail" "robots" "" "they fail: no motor, no frame, no step, until they are restarted",
             "stop" "robots" "" "no motor, no frame, no step, until they resume",
             "resume" "robots" "" "stopped robots go on where they were",
-            "restart" "robots" "" "they are switched off and on where they are: their scripts begin anew",
+            "restart" "robots" "" "they are switched off and on where they are: their scripts start again",
             "brown_out" "robots" "" "the supply of those that run fails for a moment: they are restarted",
             "load" "robots" "" "they get another `script`, and are switched off and on where they are",
             "script" "path" "" "load: .bzz, .bo or .bbi",
@@ -217,7 +217,7 @@ pub const SECTIONS: &[SectionKeys] = &[
             "to" "[x, y]" "" "move: where their middle comes to, in mm",
             "by" "[x, y]" "" "move: by how much, in mm",
             "heading" "degrees" "as before" "move: where they look then",
-            "battery" "robots" "" "their batteries have so many `volts` from now on, whatever they do",
+            "battery" "robots" "" "their batteries have this voltage from now on, whatever they do",
             "volts" "0 to 5" "" "battery: how many",
             "light" "light or list" "" "these lights take the place of those before",
             "loss" "0 to 1 or [near, far]" "" "the medium loses that share of all frames from now on",
@@ -252,7 +252,7 @@ pub const SECTIONS: &[SectionKeys] = &[
         name: OUTPUT,
         keys: scenario_keys![
             "every" "number" "1" "seconds between two samples of recordings and pictures",
-            "plot" "list of quantities" "none" "what `--svg` draws over time, `--csv` has columns of, and the summary tells at the end",
+            "plot" "list of quantities" "none" "quantities that `--svg` draws over time, and that `--csv` and the summary print",
         ],
     },
     SectionKeys {

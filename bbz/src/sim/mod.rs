@@ -85,7 +85,7 @@ pub struct SimArguments {
     /// Write pictures to a folder
     #[arg(long, value_name = "DIR", conflicts_with_all = ["runs", "csv"])]
     svg: Option<PathBuf>,
-    /// Simulate so many times, with one seed after the other
+    /// Number of runs, with one seed after the other
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=i64::from(MOST_RUNS)))]
     runs: Option<u32>,
     /// Take other values than the file's for a key such as `medium.ir.loss`; with several every combination is simulated

@@ -45,7 +45,7 @@ Examples:
   bbz trace firmware.elf --robot crazyflie --script blink.bzz --view
                                          in a page: log lines, and faults with their lines
   bbz trace kilobot.elf --robot kilobot --script blink.bzz --emulate --outputs
-                                         an emulated Kilobot, started by its controller; it tells of faults only
+                                         an emulated Kilobot, started by its controller; it reports faults only
 
 A line is the time in seconds, what it is about, and the text. The time is the robot's own clock, of an emulated
 robot the time since power-on. `step N` is a line that the script logged after N complete steps; levels such as INFO
@@ -66,7 +66,7 @@ pub struct TraceArguments {
     firmware: PathBuf,
     #[command(flatten)]
     selection: SelectionArguments,
-    /// The script that the robot runs (.bzz, .bo, .bbi or .sym): tells names, lines and strings
+    /// The script that the robot runs (.bzz, .bo, .bbi or .sym), for names, lines and strings
     #[arg(long, value_name = "FILE", visible_alias = "symbols")]
     script: Option<PathBuf>,
     /// Folder to search for included files; may be given several times

@@ -219,7 +219,7 @@ impl<'a> TracePrinter<'a> {
             }
             Record::Lost(count) => {
                 let text = format!(
-                    "{} came faster than the robot could tell",
+                    "{} came faster than the robot could send them",
                     report::counted(count, "log line")
                 );
                 self.remark(time, "lost", &text, json!({ "kind": "lost", "count": count }));
@@ -273,7 +273,7 @@ impl<'a> TracePrinter<'a> {
         let text = match &self.script {
             _ if self.noted => return,
             Some(script) if script.program.symbols.is_none() => format!(
-                "strings and places are shown as numbers: there are no symbols (.sym) beside `{}`",
+                "strings and places are shown as numbers: there are no symbols (.sym) next to `{}`",
                 script.name
             ),
             Some(_) if self.told != ScriptMatch::Nothing => return,

@@ -118,7 +118,7 @@ pub(super) fn working_folder_warning(path: &Path, including: &Path, span: Span) 
     Diagnostic::new(
         Code::IncludeFromWorkingFolder,
         span,
-        format!("`{path}` is not beside the file that includes it"),
+        format!("`{path}` is not next to the file that includes it"),
     )
     .label("found in the working folder")
     .help(format!(

@@ -161,7 +161,7 @@ impl fmt::Display for Cause {
             Cause::Toml(error) => error.fmt(f),
             Cause::TooManySlots { slots, slot_bytes, memory, .. } => write!(
                 f,
-                "{slots} slots of {slot_bytes} bytes do not fit in {memory} bytes of `memory`, beside neighbours and messages"
+                "{slots} slots of {slot_bytes} bytes do not fit in {memory} bytes of `memory`, with neighbors and messages"
             ),
             Cause::Unaligned { address, to } => {
                 write!(f, "a region cannot begin at {address:#010x}: no multiple of {to}")
