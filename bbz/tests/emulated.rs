@@ -259,7 +259,7 @@ fn what_keeps_it_from_running_is_said() {
     folder.write("emulator", "#!/bin/sh\n");
     emulate(&folder, &[]).fails_with(3, &["emulator"]);
     fs::remove_file(folder.path("s.bbi")).unwrap();
-    emulate(&folder, &["--script", "s.sym"]).fails_with(3, &["`s.sym` tells of a script", ".bbi"]);
+    emulate(&folder, &["--script", "s.sym"]).fails_with(3, &["`s.sym` describes a script", ".bbi"]);
     fs::remove_file(folder.path("emulator")).unwrap();
     emulate(&folder, &[]).fails_with(3, &["cannot start", "emulator"]);
     folder.write("robot.elf", elf::arm(&[]));

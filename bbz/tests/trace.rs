@@ -138,7 +138,7 @@ fn without_symbols_there_are_numbers() {
     assert_eq!(outcome.stderr.matches("--script").count(), 1);
     std::fs::remove_file(folder.path("s.sym")).unwrap();
     let outcome = trace_lines(&folder, &told(&folder, 0), &["--plain", "--script", "s.bbi"]);
-    outcome.says(&["no symbols (.sym) beside `s.bbi`", "cannot add nil and an integer"]);
+    outcome.says(&["no symbols (.sym) next to `s.bbi`", "cannot add nil and an integer"]);
 }
 
 #[test]
