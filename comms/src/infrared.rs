@@ -97,7 +97,7 @@ pub const CONTAINED: u8 = 0x0e;
 pub struct FaultReport {
     /// The robot that reports.
     pub robot: u16,
-    /// Which script.
+    /// The lower half of the hash of the script.
     pub script: u16,
     /// The fault; `None` if the script could not begin.
     pub fault: Option<Fault>,

@@ -69,7 +69,7 @@ pub enum Record<'a> {
     Start {
         /// The robot that reports.
         robot_id: u16,
-        /// Which script.
+        /// The hash of the script that runs.
         script_hash: u32,
     },
     /// `log(...)`

@@ -23,7 +23,7 @@ pub enum Separation {
 pub struct Token {
     /// Its kind.
     pub kind: TokenKind,
-    /// Its place.
+    /// The place in the source.
     pub span: Span,
     /// The separation from the token before it.
     pub separation: Separation,

@@ -57,7 +57,7 @@ pub const DROP_RESULT: u8 = 0x80;
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[repr(u8)]
 pub enum Operand {
-    /// There is none.
+    /// The instruction has no operand.
     None = 0,
     /// An integer value.
     Int = 1,

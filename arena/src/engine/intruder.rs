@@ -38,7 +38,7 @@ pub trait Intruder: Debug + Send {
 /// The place, the link and the pace of an intruder.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct IntruderSettings {
-    /// Its place.
+    /// Position in mm and heading in radians.
     pub pose: Pose,
     /// The herd whose link it uses.
     pub herd: HerdId,

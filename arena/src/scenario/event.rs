@@ -43,7 +43,7 @@ pub enum Action {
     BrownOut(Selection),
     /// The robots get another script, and are switched off and on.
     Load {
-        /// Which.
+        /// The robots that the event is for.
         robots: Selection,
         /// The script, image or object file.
         script: PathBuf,
@@ -52,7 +52,7 @@ pub enum Action {
     },
     /// A global of the robots' scripts gets another number.
     Set {
-        /// Which.
+        /// The robots that the event is for.
         robots: Selection,
         /// Its name.
         global: String,
@@ -65,7 +65,7 @@ pub enum Action {
     Join(Selection),
     /// The robots are moved.
     Move {
-        /// Which.
+        /// The robots that the event is for.
         robots: Selection,
         /// The new place, or the way to it.
         to: Target,
@@ -74,7 +74,7 @@ pub enum Action {
     },
     /// The robots' batteries have another voltage.
     Battery {
-        /// Which.
+        /// The robots that the event is for.
         robots: Selection,
         /// mV.
         millivolts: u16,

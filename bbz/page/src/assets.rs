@@ -6,7 +6,7 @@ pub struct Asset {
     pub name: &'static str,
     /// Its media type.
     pub media_type: &'static str,
-    /// Its content.
+    /// The bytes of the file.
     pub bytes: &'static [u8],
 }
 

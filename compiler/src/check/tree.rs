@@ -142,7 +142,7 @@ pub enum LocalKind {
 pub struct Stmt {
     /// The statement.
     pub kind: StmtKind,
-    /// Its source.
+    /// The place in the source.
     pub span: Span,
 }
 
@@ -199,7 +199,7 @@ pub struct Branch {
 pub struct Block {
     /// The statements.
     pub stmts: Vec<Stmt>,
-    /// Its source.
+    /// The place in the source.
     pub span: Span,
 }
 
@@ -208,7 +208,7 @@ pub struct Block {
 pub struct Expr {
     /// The expression.
     pub kind: ExprKind,
-    /// Its source.
+    /// The place in the source.
     pub span: Span,
 }
 

@@ -95,7 +95,7 @@ pub fn result_kind(op: BinaryOp, left: Option<Kind>, right: Option<Kind>) -> Kin
 pub struct Operand {
     /// The type of its value, where that is certain.
     pub kind: Option<Kind>,
-    /// Its source.
+    /// The place in the source.
     pub span: Span,
 }
 

@@ -77,7 +77,7 @@ pub struct Generated {
 pub struct SourceFunction {
     /// `None` for a lambda.
     pub name: Option<String>,
-    /// Where it is.
+    /// The place in the source.
     pub span: Span,
 }
 

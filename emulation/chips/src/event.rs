@@ -28,7 +28,7 @@ pub enum Event {
     Syslink {
         /// Type byte of the frame.
         kind: u8,
-        /// Its content.
+        /// The bytes of the packet.
         payload: Vec<u8>,
         /// True if it arrived with a good checksum; if not, the peer dropped it.
         intact: bool,
@@ -37,7 +37,7 @@ pub enum Event {
     Radio {
         /// It is sent at 2400 + `channel` MHz.
         channel: u8,
-        /// Its content.
+        /// The bytes of the packet.
         payload: Vec<u8>,
         /// The time on the air, up to the end of the last bit.
         air: Time,
@@ -46,7 +46,7 @@ pub enum Event {
     P2p {
         /// 0 to 15
         port: u8,
-        /// Its content.
+        /// The bytes of the packet.
         payload: Vec<u8>,
         /// The time on the air, up to the end of the last bit.
         air: Time,

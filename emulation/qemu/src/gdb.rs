@@ -46,9 +46,9 @@ pub enum GdbError {
     /// A request that QEMU does not accept.
     #[error("QEMU answered \"{reply}\" to the debugger's request \"{request}\"")]
     Refused {
-        /// What was asked.
+        /// The request that was sent.
         request: String,
-        /// What it said.
+        /// The reply of QEMU.
         reply: String,
     },
 }

@@ -25,9 +25,9 @@ pub enum QtestError {
     /// A request that QEMU does not accept.
     #[error("QEMU answered \"{reply}\" to the qtest request \"{request}\"")]
     Refused {
-        /// What was asked.
+        /// The request that was sent.
         request: String,
-        /// What it said.
+        /// The reply of QEMU.
         reply: String,
     },
 }

@@ -165,7 +165,7 @@ impl<B: AvrBoard> Core<B> {
         self.avr.cycle = self.avr.cycle.max(cycle);
     }
 
-    /// Where it is.
+    /// Returns the program counter, in bytes.
     pub fn pc(&self) -> u16 {
         self.avr.pc as u16
     }

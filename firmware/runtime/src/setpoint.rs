@@ -32,7 +32,7 @@ pub type Channel<S> = Signal<CriticalSectionRawMutex, Command<S>>;
 pub trait Motors {
     /// A set-point of these motors.
     type Setpoint: Copy;
-    /// Do it.
+    /// Gives the motors this set-point.
     fn apply(&mut self, setpoint: Self::Setpoint);
     /// Stop.
     fn stop(&mut self);

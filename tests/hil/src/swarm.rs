@@ -26,7 +26,7 @@ pub struct Swarm {
 pub struct Member {
     /// Its emulator.
     pub robot: Robot,
-    /// What it told.
+    /// The messages of its firmware and its script.
     pub told: TraceLog,
     pose: Option<Pose>,
 }

@@ -101,7 +101,7 @@ impl Place {
 
 /// A robot of the table.
 pub struct Zooid {
-    /// What it told.
+    /// The messages of its firmware and its script.
     pub told: TraceLog,
     /// What happened on it, but for what it told.
     pub events: Vec<TimedEvent>,

@@ -28,7 +28,7 @@ pub fn items() -> Vec<String> {
     [UNCHANGED].into_iter().chain(names).map(str::to_owned).collect()
 }
 
-/// Tries one.
+/// Builds squeeze with the mistake of that name, and lets the proof judge it.
 pub fn run(name: &str) -> Result<Verdict> {
     let mutant = MUTANTS.iter().find(|mutant| mutant.name == name);
     println!("\n== {name}: {}", mutant.map_or("nothing", |mutant| mutant.breaks));

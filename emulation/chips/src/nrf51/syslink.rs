@@ -25,7 +25,7 @@ impl Frame {
         self.kind
     }
 
-    /// Its content.
+    /// Returns the bytes after type and length.
     pub fn payload(&self) -> &[u8] {
         &self.payload
     }

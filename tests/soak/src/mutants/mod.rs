@@ -153,7 +153,7 @@ pub fn sample() -> Vec<String> {
     SUBJECTS.iter().flat_map(of_subject).collect()
 }
 
-/// Tries one.
+/// Builds and tests the sources with the mistake of that name.
 pub fn run(item: &str) -> Result<Verdict> {
     let chosen = item.split_once(' ').and_then(|(subject, name)| {
         let subject = SUBJECTS.iter().find(|known| known.name == subject)?;

@@ -172,7 +172,7 @@ pub(super) fn object<P: Profile>(library: Library, number: u8) -> Value<P> {
     Value::indexed(Tag::LIBRARY, u16::from_le_bytes([library as u8, number]))
 }
 
-/// Its place.
+/// Returns the place of the swarm or stigmergy that an object stands for.
 pub(super) fn object_number<P: Profile>(object: Value<P>) -> u8 {
     let [_, number] = (object.index() as u16).to_le_bytes();
     number
