@@ -1,13 +1,13 @@
 //! Recordings: where every robot was and what it showed, sample by sample. `docs/recording.md` has the format.
 //!
 //! ```
-//! use bittybuzz_arena::output::recording::{Body, Header, Reader, Robot, State, Writer};
+//! use bittybuzz_arena::output::recording::{Body, Header, Reader, RecordedRobot, State, Writer};
 //!
 //! let bodies = vec![Body { id: 0, radius: 165 }, Body { id: 1, radius: 165 }];
 //! let header = Header { size: [2000, 1000], tick_ms: 100, bodies, obstacles: Vec::new() };
 //! let mut file = Vec::new();
 //! let mut writer = Writer::new(&mut file, &header)?;
-//! let robot = Robot { x: -120, y: 5, z: 0, heading: 0x4000, led: 4, state: State::Running };
+//! let robot = RecordedRobot { x: -120, y: 5, z: 0, heading: 0x4000, led: 4, state: State::Running };
 //! writer.write(0, &[Some(robot), None])?;
 //! writer.finish()?;
 //!
