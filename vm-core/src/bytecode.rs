@@ -14,7 +14,7 @@ pub trait ByteCode: Copy {
     const PARTS: Parts = Parts::ALL;
 
     /// How much that machine remembers of other robots, if it is always the same: then it is not
-    /// [told](crate::Vm::equip), and the code for it is shorter.
+    /// [told](crate::Vm::set_network_capacity), and the code for it is shorter.
     const SIZES: Option<Sizes> = None;
 
     /// The bytes, if there are no others and they lie where they always do: then the machine does not keep where, and does not ask

@@ -35,7 +35,7 @@ pub enum Act {
     Store,
 }
 
-/// Life, and the calibration that can be changed by messages.
+/// The mode of the robot, and the calibration that messages can change.
 #[derive(Debug)]
 pub struct ModeSwitch {
     /// Its state.

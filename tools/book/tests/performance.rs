@@ -144,14 +144,10 @@ fn peers() -> String {
             let title =
                 format!("{name}{}", option.map_or(String::new(), |option| format!(", {option}")));
             let integer = |value: &toml::Value| value.as_integer().map(|value| value as f64);
-            let flash = peer.get("flash_bytes").and_then(integer);
+            let flash = ["flash_bytes", "flash_whole_image_bytes"];
+            let flash = flash.iter().find_map(|key| peer.get(*key).and_then(integer));
             text += &row(title, &|script| counts.get(script).and_then(integer), flash);
         }
-    }
-    text += "\n";
-    for peer in entries(&recorded, "peer") {
-        let Some(sentence) = peer.get("sentence").and_then(toml::Value::as_str) else { continue };
-        text += &format!("* {sentence}\n");
     }
     text + "\n"
 }
