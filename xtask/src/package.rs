@@ -15,6 +15,9 @@ use std::path::{Path, PathBuf};
 /// The folder of the archives, in cargo's.
 const PACKAGES: &str = "package";
 
+/// The profile of programs that are packed: without what debuggers read.
+const PROFILE: &str = "dist";
+
 /// Programs for the host: those that link no library of others.
 const PROGRAMS: [&str; 2] = ["bbz", "bittybuzz-emulate-m0"];
 
@@ -84,11 +87,11 @@ fn host() -> Result<String> {
 
 fn tools(folder: &Path) -> Result<()> {
     let packages = PROGRAMS.map(|package| ["--package", package]).concat();
-    Line::cargo(&[&["build", "--release"], &packages[..]].concat()).run()?;
+    Line::cargo(&[&["build", "--profile", PROFILE], &packages[..]].concat()).run()?;
     for package in PROGRAMS {
         let program = package.trim_start_matches("bittybuzz-").replace("emulate", "bbz-emulate");
         let program = program + EXE_SUFFIX;
-        fs::copy(target()?.join("release").join(&program), folder.join(&program))?;
+        fs::copy(target()?.join(PROFILE).join(&program), folder.join(&program))?;
     }
     for text in TEXTS {
         fs::copy(root().join(text), folder.join(text))?;

@@ -65,8 +65,10 @@ mod tests {
     }
 
     #[test]
-    fn this_version_has_a_section() {
+    fn this_version_has_a_section_and_can_be_cited() {
         let changes = fs::read_to_string(root().join(CHANGELOG)).unwrap();
         assert!(section(&changes, version()).is_some());
+        let citation = fs::read_to_string(root().join("CITATION.cff")).unwrap();
+        assert!(citation.contains(&format!("\nversion: {}\n", version())));
     }
 }
