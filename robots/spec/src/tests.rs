@@ -355,7 +355,7 @@ fn colliding_hashes_are_refused() {
 fn the_message_shows_the_line() {
     let text = GOOD.replacen("Toy robot\"", "Toy r\u{f6}bot\" # \u{fc}", 1);
     let error = error_of(&text.replacen("slots = 200", "slots =   1_000", 1));
-    let expected = "toy.toml:10:11: 1000 slots of 4 bytes do not fit in 1928 bytes of `memory`, beside neighbours \
+    let expected = "toy.toml:10:11: 1000 slots of 4 bytes do not fit in 1928 bytes of `memory`, with neighbors \
                     and messages\n\
                     10 | slots =   1_000\n   |           ^^^^^\n\
                     help: there is room for 209 `slots`; or set `memory` to 5092 or more: earlier versions needed less";
