@@ -118,7 +118,7 @@ fn a_way_back_does_not_compile_again() {
             session.command("load = 2\nscript = \"quiet.bzz\"").unwrap();
         }
     });
-    let script = concat!(env!("CARGO_TARGET_TMPDIR"), "/session_script/quiet.bzz");
+    let script = session.run().setup().scenario.folder.join("quiet.bzz");
     std::fs::write(script, "this is no script").unwrap();
     session.go_to(20).unwrap();
     session.go_to(90).unwrap();

@@ -6,15 +6,19 @@
 use std::fs;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
+use std::sync::atomic::{AtomicUsize, Ordering};
 
 use bittybuzz_arena::run::{Program, Setup, SetupError, Simulation, Summary};
 use bittybuzz_arena::scenario::{Group, Scenario, ScenarioError};
 use bittybuzz_compiler::compile::{Options, compile};
 use bittybuzz_compiler::include::{DiskFiles, Loader};
 
-/// A folder with scripts, by name and text.
+/// Returns a folder with scripts, given by name and text. Each call returns another folder: a test that writes a script
+/// empties the file first, and another test could read it at that moment.
 pub fn folder(test: &str, scripts: &[(&str, &str)]) -> PathBuf {
-    let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join(test);
+    static CALLS: AtomicUsize = AtomicUsize::new(0);
+    let call = CALLS.fetch_add(1, Ordering::Relaxed);
+    let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join(format!("{test}-{call}"));
     fs::create_dir_all(&folder).unwrap();
     for (name, text) in scripts {
         fs::write(folder.join(name), text).unwrap();
