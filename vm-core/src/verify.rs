@@ -1,32 +1,42 @@
-//! The verifier: from any bytes to code that can be trusted.
+//! The verifier: it decides whether bytes are code that the machine can run without checks.
 //!
 //! An image comes from outside: over a debug probe, by radio, from a file. After the verifier has
-//! accepted it, the interpreter reads it without a check. So the verifier decides alone whether a
-//! script can leave its memory, and it proves:
+//! accepted it, the interpreter reads it without a check. The verifier alone therefore decides
+//! whether a script can leave its memory. It proves five properties:
 //!
-//! * every jump leads to the start of an instruction of the same function;
-//! * the operand stack has one known depth at each instruction, whatever way leads there, never
-//!   less than the instruction takes and never more than the header of the function promises;
-//! * every operand names something that exists: a local, a global, a function, a string, a
-//!   built-in, a function of the robot;
-//! * calls by number pass as many arguments as the function has parameters;
-//! * the image has the number profile of the machine, and needs no part that the machine lacks.
+//! * Every jump leads to the start of an instruction of the same function.
+//! * The operand stack has one known depth at each instruction, on every path that leads there. It
+//!   is never less than the instruction takes, and never more than the function's header promises.
+//! * Every operand names something that exists: a local, a global, a function, a string, a
+//!   built-in, a function of the robot.
+//! * Calls by number pass as many arguments as the function has parameters.
+//! * The image has the number profile of the machine, and needs no part that the machine lacks.
+//!
+//! Types are not among them: a Buzz variable has no type, so the interpreter checks the tags of
+//! values while it runs. Termination is not among them either: the budget of a run takes care of
+//! that.
 //!
 //! # One pass
-//! Each function is read once, from its start to its end. That is possible because of a rule for
-//! loops, which the compiler keeps: the depth of the stack at the target of a backward jump is
-//! known when the pass gets there. The verifier remembers one slot for each forward jump whose
-//! target is still ahead, and one for each place that a backward jump may lead to. These slots
-//! are the arena that the image will use, which is still empty, so the verifier needs no memory
-//! of its own.
+//! A verifier for general control flow merges the states of all paths until nothing changes, and
+//! needs memory for a state at each instruction. This one reads each function once, from its start
+//! to its end. A rule for loops, which the compiler keeps, makes that possible: a backward jump may
+//! lead only to an instruction right after a `JUMP`, with the depth of that `JUMP`. The depth at
+//! the target is then known when the pass gets there.
 //!
-//! `docs/image-format.md` has the rules one by one.
+//! The verifier remembers one slot for each forward jump whose target is still ahead, and one for
+//! each place to which a backward jump of the function may lead. These slots are the arena of the
+//! image, which is still empty, so the verifier needs no memory of its own. A function with more of
+//! them than the arena has slots is refused. The time grows with the product of the instructions
+//! and the slots remembered at each.
 //!
 //! # Flash
-//! The verifier is written for the flash of a small robot: a question that arises in several
-//! places is one function, numbers are compared with one limit each, and failures are returned in
-//! registers. A robot without room for it takes images that were verified where they were built
-//! ([`crate::seal`]).
+//! The verifier is written for the flash of a small robot. A question that arises in several places
+//! is one function, the numbers that an operand may name are compared with one limit each, and
+//! failures are returned in registers. A robot without room for the verifier takes images that were
+//! verified where they were built ([`crate::seal`]).
+//!
+//! `docs/image-format.md` has the rules one by one, and the fuzz targets `image` and `program` look
+//! for a program that breaks them.
 
 use crate::arena::Arena;
 use crate::builtin::{self, Feature, Kind, Library};
@@ -41,13 +51,14 @@ use crate::part::{Part, Parts};
 use crate::rom::{BuiltinFlags, Effect};
 use crate::value::{Tag, Value};
 
-/// The bits of [`Feature`] that a machine with all [parts](Part) offers in a profile: strings made at run time need
-/// `full`; neighbours, swarms and stigmergy memory for them.
+/// Returns the bits of [`Feature`] that a machine with all [parts](Part) offers in a profile.
+/// Strings made at run time need the profile `full`. Neighbors, swarms and stigmergies also need
+/// memory, which is not considered here.
 pub const fn features<P: Profile>() -> u8 {
     features_of::<P>(Parts::ALL)
 }
 
-/// The bits of [`Feature`] that a machine with these parts offers in a profile.
+/// Returns the bits of [`Feature`] that a machine with these parts offers in a profile.
 pub(crate) const fn features_of<P: Profile>(parts: Parts) -> u8 {
     let speaks = parts.has(Part::Neighbors) || parts.has(Part::Messages);
     Feature::Numbers as u8
@@ -71,7 +82,8 @@ pub(crate) const fn within(features: u8, sizes: Sizes) -> u8 {
             | when(sizes.entries == 0, Feature::Stigmergy))
 }
 
-// Operands as the table of effects has them. Not the enum, because to get there from a number takes a comparison for each.
+// The kinds of operands as numbers, as the table of effects has them. The conversion of a number to
+// the enum would take a comparison for each variant.
 const JUMP: u8 = Operand::Jump as u8;
 const LOCAL: u8 = Operand::Local as u8;
 const GLOBAL: u8 = Operand::Global as u8;
@@ -83,10 +95,11 @@ const COUNT: u8 = Operand::Count as u8;
 const CAPTURE: u8 = Operand::Capture as u8;
 const OWN_PARAMETERS: u8 = Operand::Parameters as u8;
 
-/// Stands for no number, where numbers are never negative. Smaller than an `Option`.
+/// The result of [`Verified::named`] and [`Verified::pops`] for an operand that is wrong. Valid
+/// results are never negative, and an `i16` takes less code than an `Option`.
 const NONE: i16 = -1;
 
-/// The bit of a function's header that no function sets.
+/// The bit of a function's header that is reserved; it must be 0.
 const RESERVED: u8 = 1 << 5;
 
 impl<C: ByteCode> Verified<'_, C> {
@@ -111,7 +124,8 @@ impl<C: ByteCode> Verified<'_, C> {
             return Err(ImageError::TooManyGlobals(header.globals()));
         }
         for (number, count) in header.entries().enumerate() {
-            // As EntryPoint::from_count reads it.
+            // The encoding of EntryPoint::from_count: even counts name a global or nothing, odd
+            // ones a function, which must not have captured values.
             let known = if count % 2 == 0 {
                 count / 2 <= header.globals()
             } else {
@@ -143,7 +157,7 @@ impl<C: ByteCode> Verified<'_, C> {
             return Err(ImageError::Function(0));
         }
         let mut number = 0;
-        // At least once, which an image without functions does not survive.
+        // The loop runs at least once, so that an image without functions is refused.
         loop {
             let end = self.start(number + 1);
             if end < start + 3
@@ -162,15 +176,16 @@ impl<C: ByteCode> Verified<'_, C> {
         }
     }
 
-    /// Returns the start of a function; the end of the code if there is none of that number.
+    /// Returns the offset of a function, or the end of the code if there is no function of that
+    /// number.
     #[one_copy]
     fn start(self, number: u16) -> usize {
         if number < self.header.functions() { self.function(number) } else { self.code.len() }
     }
 
-    /// Returns the thing that an operand names by a number, from [`Operand::Global`] to
-    /// [`Operand::Count`]: the header of a function, the
-    /// [`BuiltinFlags`] of a built-in, 0 for what else exists, [`NONE`] if it does not.
+    /// Looks up the thing that an operand, from [`Operand::Global`] to [`Operand::Count`], names by
+    /// its number. Returns the first header byte of a function, the [`BuiltinFlags`] of a built-in,
+    /// 0 for any other thing that exists, and [`NONE`] if it does not exist.
     #[one_copy]
     fn named<P: Profile>(self, operand: u8, number: u16) -> i16 {
         let limit = if operand < BUILTIN {
@@ -196,9 +211,10 @@ impl<C: ByteCode> Verified<'_, C> {
         byte.into()
     }
 
-    /// Returns the number of values that an instruction takes off the stack; [`NONE`] if its
-    /// operand or trailer is wrong, locals and jumps
-    /// aside. `head` is the header of the function that it is in.
+    /// Returns the number of values that an instruction takes off the stack, or [`NONE`] if its
+    /// operand or trailer is wrong. Locals and jumps are not checked here, because they depend on
+    /// the depth and the position. `head` is the first header byte of the function that the
+    /// instruction is in.
     #[one_copy]
     fn pops<P: Profile>(
         self,
@@ -246,7 +262,8 @@ impl<C: ByteCode> Verified<'_, C> {
         }
         if operand == BUILTIN {
             let needs = BuiltinFlags::from_byte(named);
-            // A result can be dropped only where it comes at once.
+            // A built-in of kind `Calls` has its result only after script functions have returned,
+            // and its frame does not record that the result is to be dropped.
             let drops = effect.has_arguments() && trailer & DROP_RESULT != 0;
             if !needs.is_function_in(offered) || drops && needs.is(Kind::Calls) {
                 return NONE;
@@ -255,7 +272,8 @@ impl<C: ByteCode> Verified<'_, C> {
         if effect.has_arguments() { (trailer & !DROP_RESULT).into() } else { pops }
     }
 
-    /// Follows the code of the function from `start` to `end`. Inlined into its caller, for one prologue less.
+    /// Checks the code of the function from `start` to `end`. It is inlined into its only caller,
+    /// which saves a prologue.
     #[hot]
     fn pass<P: Profile, const SLOTS: usize>(
         self,
@@ -273,14 +291,16 @@ impl<C: ByteCode> Verified<'_, C> {
         let mut at = start + 2;
         let mut before = at;
         let mut opcode = opcode::NIL;
-        // Not zero if the instruction before does not lead here.
+        // Not zero if the instruction before never continues with the next one.
         let mut leaves = 0;
-        // Slots in use, each with a position and, in place of a tag, the depth there: targets of
-        // jumps that lie ahead, and passed places to which backward jumps may lead.
+        // The number of slots in use. Each holds a position and, in place of a tag, the depth
+        // there. Positions ahead are targets of forward jumps; positions already passed are places
+        // to which backward jumps may lead.
         let mut marks = 0;
         loop {
             let here = at as u16;
-            // Asked once for all instructions, so a mark may have been lost in the one before.
+            // One check serves all instructions that add a mark. If the one before found no slot
+            // for its mark, the mark is lost, but the function is refused here.
             if marks > memory.top() {
                 return Err(ImageError::TooManyJumps(before as u16));
             }
@@ -335,7 +355,7 @@ impl<C: ByteCode> Verified<'_, C> {
             let pops = pops as u8;
             let mut wrong = false;
             if operand == LOCAL {
-                // Hidden locals are never written.
+                // Hidden locals can be read but never written.
                 let hole = if opcode == opcode::LOCAL_GET { 0 } else { hidden };
                 wrong = !is_local(decoded.operand, head, hole, depth, pops);
             }
@@ -378,7 +398,7 @@ impl<C: ByteCode> Verified<'_, C> {
                     if usize::from(number) >= end - at {
                         return Err(ImageError::Jump(here));
                     }
-                    // A kept truth value is on the stack at the target.
+                    // AND and OR put the truth value back before they jump.
                     let depth = depth + u8::from(value);
                     memory.set(marks, Value::indexed(Tag::of(depth), target as u16));
                     marks += 1;
@@ -388,9 +408,8 @@ impl<C: ByteCode> Verified<'_, C> {
     }
 }
 
-/// Returns true if a function with that header has that local at that depth, from which `pops`
-/// values are taken first. The `hidden`
-/// locals do not count.
+/// Returns true if a function with the header byte `head` has a local at `offset` after `pops`
+/// values were taken off a stack of that `depth`. The first `hidden` locals do not count.
 #[one_copy]
 fn is_local(offset: i16, head: u8, hidden: u8, depth: u8, pops: u8) -> bool {
     if offset < 0 {

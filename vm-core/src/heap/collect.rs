@@ -1,30 +1,37 @@
-//! The collector: mark and sweep over uniform cells, exact at any depth, in constant memory.
+//! The collector: mark and sweep over cells of equal size, in constant memory.
 //!
-//! Tables, closures and long strings consist of cells of equal size, which never move. So a free
-//! list is enough for allocation, a cell fits wherever another one was freed, and references are
-//! plain slot numbers that stay true.
+//! Tables, closures and long strings consist of cells of equal size, which never move. A free list is
+//! therefore enough for allocation, and any cell fits where another one was freed. References are plain
+//! slot numbers and stay valid. A copying collector would need half of the memory for its copies, and
+//! reference counting would need a counter in each cell and would leave cycles behind it.
 //!
 //! # Marking without a stack
-//! A structure of a script may be as deep as its memory, and this machine has no memory to spare
-//! for a stack of cells that are still to be visited. Marking therefore reverses pointers
-//! (Deutsch, Schorr and Waite): while a slot of a cell is followed, that slot holds the way back
-//! to the cell before, and the tag of the cell's header holds the number of the slot. On the way
-//! back each slot gets its own value again. The cost is one write to go down and one to come back
-//! for each reference; the processor's stack is not used at all.
+//! A structure of a script may be as deep as its memory, and this machine has no memory to spare for a
+//! stack of cells that still have to be visited. Marking therefore reverses pointers (Deutsch, Schorr
+//! and Waite). While a slot of a cell is followed, that slot holds the way back to the previous cell,
+//! and the tag of the cell's header holds the number of the slot. On the way back each slot gets its
+//! own value again. A cell that is reached for the first time costs two writes more than its mark: one
+//! for the reversed pointer, one to restore it. The processor's stack does not grow.
 //!
-//! A marked header has the bit that references have, so one test, [`Arena::leads_on`], answers
-//! both "is this a reference?" and "is this cell marked?".
+//! A marked header has the same tag bit as a reference, so one test, [`Arena::leads_on`], answers both
+//! "is this a reference?" and "is this cell marked?".
 //!
 //! # Sweeping
-//! The sweep visits all cells from the lowest to the highest, frees those without a mark and
-//! removes the marks. Free cells at the lower end of the heap become stack space again. The free
-//! list gives the highest cell first, so that the heap keeps to the top and leaves room for
-//! calls.
+//! The sweep visits all cells from the lowest to the highest, frees those without a mark and removes
+//! the marks. Free cells at the lower end of the heap become stack space again. The free list gives the
+//! highest cell first, so that the heap stays at the top and leaves room for calls.
 //!
-//! # When
-//! The machine collects when no cell is left, or when the heap has doubled since the last
-//! collection, and never for an instruction that allocates nothing. Roots are globals, frames,
-//! and what the machine itself remembers: its caller marks them one after the other.
+//! # When the machine collects
+//! * An allocation finds no free cell, or the heap has grown to its limit: twice the size that it had
+//!   after the last collection, and at least a quarter of the memory ([`Arena::set_floor`]).
+//! * A call needs stack space that heap cells occupy.
+//! * An entry point ends after it allocated something, and less than a quarter of the memory is unused.
+//! * The script restarts after a fault.
+//!
+//! A collection may therefore happen at any call and at any allocation, and a value that an instruction
+//! still needs must lie in a slot. Roots are the globals, the frames, and the keys and values of the
+//! stigmergies; `Vm::collect` passes them to [`Arena::mark`] one by one. `docs/performance.md` has the
+//! time that a collection takes on each chip.
 
 use super::{FREE, LIVE};
 use crate::arena::{Arena, CELL};
@@ -32,9 +39,10 @@ use crate::number::Profile;
 use crate::slots::Slots;
 use crate::value::{Tag, Value};
 
-/// Header tag of a marked cell. With it a header, whose payload is a link, looks as a reference to a cell does.
+/// The header tag of a marked cell. The payload of a header is its link, so a marked header looks
+/// like a reference to the linked cell, and marking follows it like any other reference.
 const MARKED: u8 = LIVE.byte() | Tag::HEAP_BIT;
-/// Above it in the header's tag: the number of the slot being followed.
+/// The first bit in the header's tag of the number, 0 to 6, of the slot that is being followed.
 const FOLLOWED_SHIFT: u8 = 5;
 
 impl<P: Profile, const SLOTS: usize> Arena<P, SLOTS> {
@@ -44,7 +52,7 @@ impl<P: Profile, const SLOTS: usize> Arena<P, SLOTS> {
         self.slots.tag_at(at).byte() & Tag::HEAP_BIT != 0
     }
 
-    /// Marks everything that a value leads to.
+    /// Marks every cell that can be reached from a value.
     #[one_copy]
     pub(crate) fn mark(&mut self, root: Value<P>) {
         if !root.is_heap() {
@@ -81,7 +89,7 @@ impl<P: Profile, const SLOTS: usize> Arena<P, SLOTS> {
             if before == 0 {
                 return;
             }
-            // Back to the cell before: the slot that was followed gets its own value again.
+            // Go back to the previous cell. The slot that was followed gets its own value again.
             at = before + usize::from(self.slots.tag_at(before).byte() >> FOLLOWED_SHIFT);
             let back = self.slots.index_at(at);
             self.slots.set_index(at, cell);
@@ -91,8 +99,8 @@ impl<P: Profile, const SLOTS: usize> Arena<P, SLOTS> {
         }
     }
 
-    /// Frees every cell that is not marked, and forgets the marks. Free cells at the lower end of the heap become
-    /// stack space again; the list holds the others, highest first, so that the heap keeps to the top.
+    /// Frees every cell that is not marked, and removes all marks. Free cells at the lower end of the
+    /// heap become stack space again; the free list holds the others, the highest first.
     #[one_copy]
     pub(crate) fn sweep(&mut self) {
         let mut cell = self.bottom as usize;
@@ -144,7 +152,7 @@ mod tests {
             list = memory.table_get(list.index(), Value::string(0));
         }
         assert!(list.is_nil());
-        // Without a root all of it goes.
+        // Without a root nothing is kept.
         memory.sweep();
         assert_eq!(usize::from(memory.bottom), memory.top());
     }
@@ -162,7 +170,7 @@ mod tests {
             let mut edges: Vec<(usize, usize)> = Vec::new();
             for _ in 0..random(90) {
                 let (from, to) = (random(40), random(40));
-                // Array elements, pairs and closures all lead on.
+                // References in arrays, in pairs and in bound functions are all followed.
                 let value = match random(3) {
                     0 => {
                         let cell = memory.new_table().unwrap().index();

@@ -1,12 +1,11 @@
 //! The layout of heap cells, and the collector.
 //!
-//! Every cell is a header and six slots. The header's tag byte holds the cell's kind and the
-//! collector's marks, its
-//! payload links to the next cell of the same object. The other slots are values (unused ones nil),
-//! so the collector
-//! treats all cells alike:
+//! Every cell is a header and six slots. The header's tag byte holds the state of the cell, [`LIVE`] or
+//! [`FREE`], and during a collection the collector's mark. Its payload links to the next cell of the
+//! same object, or of the free list. The other slots hold values, and nil where they are not used. The
+//! collector does not know what an object is: it treats all cells alike.
 //!
-//! | kind | slots 1 to 6 | link |
+//! | object | slots 1 to 6 | link |
 //! |---|---|---|
 //! | table | array chain, length of the array, two pairs of key and value | pairs |
 //! | array | six values, for keys 6 n, 6 n + 1, ... | array |
@@ -28,11 +27,13 @@ pub(crate) use text::{TextBuilder, TextCursor};
 
 use crate::value::Tag;
 
-/// Header tag of a cell in use, whatever it holds: only the collector reads it. As that of nil it costs nothing to set.
+/// The header tag of a cell in use; only the collector reads it. It is the tag of nil, so a new cell,
+/// which is all nil, already has it.
 pub(crate) const LIVE: Tag = Tag::NIL;
-/// Header tag of a free cell.
+/// The header tag of a free cell.
 pub(crate) const FREE: Tag = Tag::of(2);
 
-/// There was no cell: collect, then try again; if that fails too, the heap is full.
+/// The error of an allocation that found no cell. The caller collects and tries again; if that fails
+/// too, the heap is full.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) struct NoCell;

@@ -1,35 +1,43 @@
 //! The interpreter loop.
 //!
-//! The code is verified, so the loop checks neither jumps nor stack: every position that it
-//! reaches is an instruction, and every slot that it names exists. What is left to check are the
-//! types of values, and room for a call.
+//! The verifier has proved that every position which the loop reaches is an instruction and that
+//! every slot which an operand names exists ([`crate::verify`]). The loop therefore checks neither
+//! jumps nor the depth of the stack. Two checks are left, because no verifier can decide them: the
+//! types of values, and the room for the frame of a call.
 //!
-//! # Fast and slow
-//! An arm handles the case that its instruction has most of the time, almost always with
-//! integers, and continues with the next instruction. Any other case leaves the `match`, and
-//! [`super::slow`] handles it on the stored registers. An arm changes nothing before it is sure
-//! to finish, so the slow path starts the instruction again from its beginning. This keeps the
-//! loop small enough for its values to stay in registers, and every rare case in one place.
+//! # Fast arms and the slow path
+//! An arm of the `match` handles the case that its instruction has most of the time, such as two
+//! integers, and continues with the next instruction. Every other case leaves the `match`, and
+//! [`Vm::slow`] executes the decoded instruction on the stored registers. An arm changes neither
+//! slots nor the stack pointer before it is sure to finish, so the slow path can do all of the
+//! instruction. The obvious alternative is to handle all cases in the arm. It would make the loop
+//! so large that its variables no longer fit in registers, and it would spread each rare case over
+//! several arms.
 //!
 //! # Registers
-//! Position, stack pointer and frame are locals of the loop; all else is in memory, since an AVR
-//! has no more registers to give away. Code that calls a function is a function of its own that
-//! works on slots, so the loop keeps no values across a call. After anything that is not an arm,
-//! the locals are loaded again.
+//! Position, stack pointer and frame are local variables of the loop. Everything else stays in
+//! memory, since an AVR has no more registers to give away. The helpers that arms call are
+//! functions of their own which take slots by number, so few values have to survive a call. The
+//! local variables are stored when the inner loop ends and loaded again when the outer loop goes
+//! round.
 //!
-//! # Never from within
+//! # No recursion
 //! No built-in calls the interpreter. `foreach`, `map` and the handling of messages have frames
-//! with a return position above [`SPECIAL`]: when a function returns there, the loop lets the
-//! built-in go on. So a script can nest them as deep as its memory allows, and `run` can stop
-//! between any two instructions.
+//! whose return position is at least [`SPECIAL`]. When a script's function returns to such a
+//! position, the loop resumes the built-in. A script can therefore nest them as deep as its own
+//! memory allows, the processor's stack does not grow with the script, and `run` can stop between
+//! any two instructions.
 //!
 //! # Budget
-//! Each instruction takes one from the budget. Instructions that may take long ask the host after
-//! they have finished whether the slice is over; on a Kilobot the host is asked before each
-//! instruction (`Host::IS_TIMED`).
+//! Each instruction takes one from the budget, and work on text takes more. After instructions that
+//! may take long, the loop asks the host whether the slice is over. On a host with
+//! [`Host::IS_TIMED`], such as a Kilobot, it asks before each instruction instead and counts no
+//! budget.
 //!
-//! Opcodes with an arm in common stand next to each other: a range would be tested by itself,
-//! before or after the jump table. Instructions are decoded by [`super::decode`].
+//! # Order of the arms
+//! Opcodes that share an arm are listed one by one. A range would be compared separately, before or
+//! after the jump table. [`super::decode`] explains the two decoders; `docs/instruction-set.md` has
+//! all instructions, and `docs/performance.md` the cost of each.
 
 use super::decode::forms::decode_form;
 use super::decode::table::{self, short};
@@ -44,7 +52,8 @@ use crate::opcode::{self, DROP_RESULT, WIDE, order};
 use crate::value::{Tag, Value};
 
 impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
-    /// Runs at most `budget` instructions, or as long as the host lets it: `Continue` means that the slice is over.
+    /// Runs at most `budget` instructions, or until the host ends the slice. `Continue` means that
+    /// the script is not finished and runs on in the next slice.
     #[one_copy]
     #[allow(clippy::collapsible_match, reason = "guards would split the jump table")]
     #[allow(
@@ -56,13 +65,13 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
         host: &mut H,
         budget: u16,
     ) -> Result<Flow, Stopped> {
-        // As wide as the processor's registers.
+        // A word of the processor: arithmetic on 16 bits would need extra instructions on ARM.
         let mut budget = usize::from(budget);
         let Some(program) = self.program() else { return Ok(Flow::Done) };
         let code = program.code;
         let mut pc;
         let mut sp;
-        // Where there are registers or a stack to address: the frame's record.
+        // The slot of the frame's record. Only the decoder `table` reads it; see `fp!`.
         let mut fp;
 
         macro_rules! get {
@@ -98,7 +107,8 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
                 pc = pc.wrapping_add_signed($offset)
             };
         }
-        // The instruction has an operand: with `DIRECT` the position is still in front of its last byte.
+        // Passes over the operand. With `DIRECT` it has been read together with the opcode, but the
+        // position is still in front of its last byte.
         macro_rules! operand {
             () => {
                 if Self::DIRECT {
@@ -107,13 +117,14 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
             };
         }
 
-        // No instruction is left. Otherwise one is taken from the budget.
+        // True if the slice is over. Otherwise takes one instruction from the budget.
         macro_rules! is_over {
             () => {
                 if H::IS_TIMED {
                     host.is_slice_over()
                 } else if IS_WIDE {
-                    // One instruction. The budget is not read after it is over.
+                    // One machine instruction. The wrapped budget does no harm, because the slice
+                    // ends here.
                     let is_over;
                     (budget, is_over) = budget.overflowing_sub(1);
                     is_over
@@ -125,7 +136,8 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
             };
         }
 
-        // Whatever may stop the script. A fault in the handling of a message may end only that.
+        // Takes the value of an operation that can fail. A fault during the handling of a message
+        // may end that handling alone; every other fault stops the script.
         macro_rules! contained {
             ($result:expr) => {
                 match $result {
@@ -141,7 +153,8 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
             pc = usize::from(self.pc);
             sp = usize::from(self.sp);
             fp = usize::from(self.fp);
-            // The last instruction may have taken long, unless it was a return.
+            // The instruction that ended the inner loop may have taken long, unless it was a
+            // return.
             if !H::IS_TIMED && !has_returned && host.is_slice_over() {
                 budget = 0;
             }
@@ -150,7 +163,7 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
                 if pc == Native::EXIT.position() {
                     return Ok(Flow::Done);
                 }
-                // Going on in a built-in counts as an instruction.
+                // A resumed built-in counts as one instruction.
                 if is_over!() {
                     return Ok(Flow::Continue);
                 }
@@ -167,7 +180,7 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
 
             let mut op;
             let mut arg: isize;
-            // Runs until an instruction is not done by its arm.
+            // Executes instructions until an arm cannot finish its instruction.
             let left = 'run: loop {
                 if is_over!() {
                     op = opcode::NIL;
@@ -182,7 +195,8 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
                     decode_form!(code at pc, op arg, 'run);
                 }
                 'decoded: loop {
-                    // Leaves the function with `op`, `RETURN` or `RETURN_NIL`, and its operand.
+                    // Executes `op`, which is `RETURN` or `RETURN_NIL`; its operand is the number
+                    // of parameters.
                     macro_rules! return_from {
                         () => {{
                             let value = if op == opcode::RETURN {
@@ -402,8 +416,9 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
                                 continue 'run;
                             }
                         }
-                        // Tables under plain keys; libraries, other keys, functions that may have to be bound and
-                        // allocations that need a collection are slow.
+                        // The next arms handle tables with integer and string keys. The slow path
+                        // handles libraries, other keys, functions that may have to be bound, and
+                        // allocations that need a collection.
                         opcode::FIELD_GET => {
                             operand!();
                             let at = sp.wrapping_sub(1);
@@ -447,7 +462,7 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
                             push!(self.arena.captured(closure, arg as usize));
                             continue 'run;
                         }
-                        // With `DIRECT`, short forms as they are in the image.
+                        // With `DIRECT`, the jump table also has the short forms of the image.
                         short!(LOCAL_GET) if Self::DIRECT => {
                             let low = table::short_local(op);
                             let value = get!(fp!().wrapping_add_signed(low));
@@ -466,7 +481,8 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
                             push!(get!(GLOBALS + usize::from(op & 0x0f)));
                             continue 'run;
                         }
-                        // Computers have code enough for arms of their own, which take no second jump.
+                        // On computers the size of the code does not matter, so these forms have
+                        // arms of their own and need no second jump.
                         short!(GLOBAL_SET) if Self::DIRECT && IS_WIDE => {
                             sp = sp.wrapping_sub(1);
                             set!(GLOBALS + usize::from(op & 0x07), get!(sp));
@@ -491,7 +507,7 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
                     }
                     break 'run LoopExit::Undone;
                 }
-                // The table may have been long.
+                // A search in a long table takes long.
                 if !H::IS_TIMED && host.is_slice_over() {
                     break 'run LoopExit::SliceOver;
                 }
@@ -500,7 +516,8 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
             self.sp = sp as u16;
             match left {
                 LoopExit::SliceOver => return Ok(Flow::Continue),
-                // The commonest of the slow ones, without a second search for the opcode.
+                // Calls are the most frequent slow instructions. Here they need no second search
+                // for the opcode.
                 LoopExit::Undone if matches!(op, opcode::CALL | opcode::CALL_METHOD) => {
                     let count = arg as u8;
                     let callee = get!(sp.wrapping_sub(usize::from(count)).wrapping_sub(1));
@@ -509,7 +526,7 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
                     budget = self.charge_text_work(host, budget);
                 }
                 LoopExit::Undone => {
-                    // Without an operand, it is the byte after the opcode.
+                    // `fetch` takes the next byte for an operand; this instruction has none.
                     if Self::DIRECT && op & 0x40 == 0 {
                         arg = 0;
                     }
@@ -521,7 +538,7 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
         }
     }
 
-    /// Returns the rest of a budget after the work on text.
+    /// Returns the rest of the budget after the work on text, and reports that work to the host.
     fn charge_text_work<H: Host<P>>(&mut self, host: &mut H, budget: usize) -> usize {
         let work = self.work.take();
         host.has_worked(work);
@@ -529,7 +546,8 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
     }
 }
 
-/// The order of two integers, as the bit of the relations that hold.
+/// Returns the order of two integers as one bit of [`order`]. The opcode of a conditional jump has
+/// the bits of all orders for which it jumps.
 #[hot]
 pub(super) fn order_of<P: Profile>(a: P::Raw, b: P::Raw) -> u8 {
     if P::int_less(a, b) {
@@ -542,7 +560,9 @@ pub(super) fn order_of<P: Profile>(a: P::Raw, b: P::Raw) -> u8 {
 }
 
 impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
-    /// Divides integers, if they are the two operands below `sp`.
+    /// Executes `DIV` or `MOD` on the two operands below `sp`, and puts the result in place of the
+    /// lower one. Returns false and changes nothing where the slow path has to do it, as for a
+    /// division by zero.
     #[one_copy]
     fn divide_quickly(&mut self, op: u8, sp: usize) -> bool {
         let at = sp.wrapping_sub(2);
@@ -563,8 +583,9 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
         true
     }
 
-    /// Puts the value under a key of the table in slot `table` into slot `to`, if it is a table. In the table's own slot it
-    /// may be no function that would have to be bound.
+    /// Reads the value under a key of the table in slot `table`, and puts it into slot `to`.
+    /// Returns false and changes nothing if slot `table` holds no table, or if the value replaces
+    /// the table and is a function that would have to be bound to it.
     #[one_copy]
     fn get_quickly(&mut self, table: usize, key: Value<P>, to: usize) -> bool {
         let object = self.arena.get_fast(table);
@@ -579,7 +600,8 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
         true
     }
 
-    /// Stores the top value into the table in a slot if no collection is needed for it.
+    /// Stores the value on top of the stack under a key of the table in slot `table`. Returns false
+    /// and changes nothing if there is no table, or if a collection has to come first.
     #[one_copy]
     fn set_quickly(&mut self, table: usize, key: Value<P>, sp: usize) -> bool {
         let table = self.arena.get_fast(table);
@@ -592,9 +614,10 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
 
 /// The reason why the inner loop ended.
 enum LoopExit {
-    /// The instruction is decoded, but not done.
+    /// The instruction is decoded, but its arm could not finish it.
     Undone,
-    /// A function has returned to the machine itself.
+    /// A function has returned to a position of the machine itself, at least [`SPECIAL`].
     Returned,
+    /// The host ended the slice, or the budget is used up.
     SliceOver,
 }
