@@ -17,8 +17,8 @@ use bittybuzz_compiler::include::{Loader, MemoryFiles};
 use bittybuzz_compiler::symbols::Symbols;
 use bittybuzz_vm_core::number::{Full, Number, Profile, Tiny};
 use bittybuzz_vm_core::{
-    Arguments, Axis, ByteCode, Entry, Host, Image, Item, Outcome, Reply, RobotFault, Sizes, Value,
-    Vm,
+    Argument, Arguments, Axis, ByteCode, Entry, Host, Image, Outcome, Reply, RobotFault, Sizes,
+    Value, Vm,
 };
 
 const SIZES: Sizes = Sizes { neighbors: 4, bearings: false, entries: 6, swarms: 2 };
@@ -43,9 +43,9 @@ impl<P: Profile> Host<P> for Logger {
 
     fn log<C: ByteCode, const N: usize>(&mut self, arguments: Arguments<'_, P, C, N>) {
         let item = |index| match arguments.item(index) {
-            Item::Int(value) => value.to_string(),
-            Item::Float(value) => format!("{value:?}"),
-            Item::String(text) => format!("{:?}", text.bytes().collect::<Vec<u8>>()),
+            Argument::Int(value) => value.to_string(),
+            Argument::Float(value) => format!("{value:?}"),
+            Argument::String(text) => format!("{:?}", text.bytes().collect::<Vec<u8>>()),
             _ => "-".to_owned(),
         };
         self.lines.push((0..arguments.count()).map(item).collect::<Vec<_>>().join(" "));

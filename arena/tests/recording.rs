@@ -3,7 +3,8 @@
 #![allow(clippy::unwrap_used, reason = "what fails here fails the test")]
 
 use bittybuzz_arena::output::recording::{
-    Body, Header, Obstacle, Outline, Reader, RecordedRobot, RecordingError, Sample, State, Writer,
+    Body, Header, Obstacle, Outline, RecordedRobot, RecordingError, RecordingReader, RobotStatus,
+    Sample, Writer,
 };
 use proptest::collection::vec;
 use proptest::prelude::*;
@@ -19,7 +20,7 @@ fn write(header: &Header, samples: &[Sample]) -> Vec<u8> {
 }
 
 fn read(file: &[u8]) -> Result<(Header, Vec<Sample>), RecordingError> {
-    let mut reader = Reader::new(file)?;
+    let mut reader = RecordingReader::new(file)?;
     let samples = reader.by_ref().collect::<Result<Vec<Sample>, RecordingError>>()?;
     Ok((reader.header().clone(), samples))
 }
@@ -33,7 +34,7 @@ fn documented() -> (Header, Vec<Sample>) {
     ];
     let header = Header { size: [2000, 1000], tick_ms: 100, bodies, obstacles };
     let robot =
-        RecordedRobot { x: -120, y: 5, z: 0, heading: 0x4000, led: 4, state: State::Running };
+        RecordedRobot { x: -120, y: 5, z: 0, heading: 0x4000, led: 4, state: RobotStatus::Running };
     let moved = RecordedRobot { x: -110, ..robot };
     let samples = vec![
         Sample { tick: 0, robots: vec![None, Some(robot)] },
@@ -110,7 +111,8 @@ fn unknown_obstacles_are_malformed() {
 }
 
 fn robot() -> impl Strategy<Value = RecordedRobot> {
-    let states = [State::Running, State::Stopped, State::Failed, State::Faulted];
+    let states =
+        [RobotStatus::Running, RobotStatus::Stopped, RobotStatus::Failed, RobotStatus::Faulted];
     (any::<[i32; 3]>(), any::<u16>(), 0u8..8, 0usize..4).prop_map(
         move |([x, y, z], heading, led, state)| RecordedRobot {
             x,

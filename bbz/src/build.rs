@@ -12,7 +12,7 @@ use crate::hex;
 use crate::json;
 use crate::output;
 use crate::problem::Problem;
-use crate::program::{self, Kind};
+use crate::program::{self, InputKind};
 use crate::report;
 use crate::selection::{ProfileName, Selection};
 use crate::whole_file::{self, Inputs, with_suffix};
@@ -54,7 +54,7 @@ pub struct BuildArguments {
 
 /// Carries out the command.
 pub fn execute(arguments: &BuildArguments) -> Result<ExitStatus, Problem> {
-    let kind = Kind::of(&arguments.file)?;
+    let kind = InputKind::of(&arguments.file)?;
     let selection = Selection::new(Some(&arguments.robot), arguments.profile)?;
     let Compiled { image, symbols, diagnostics, sources } =
         program::compiled(&arguments.file, kind, &arguments.include, &selection)?;

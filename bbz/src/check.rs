@@ -15,7 +15,7 @@ use crate::ExitStatus;
 use crate::json;
 use crate::output;
 use crate::problem::Problem;
-use crate::program::{self, Kind};
+use crate::program::{self, InputKind};
 use crate::report;
 use crate::selection::{Selection, SelectionArguments};
 
@@ -117,7 +117,7 @@ fn check(
     selection: &Selection,
     found: &mut Found,
 ) -> Result<(), Problem> {
-    let kind = Kind::of(path)?;
+    let kind = InputKind::of(path)?;
     let compile = || program::compiled(path, kind, &arguments.include, selection);
     let mut compiled = compile()?;
     if arguments.fix {

@@ -9,7 +9,7 @@ use clap::Args;
 use crate::ExitStatus;
 use crate::output;
 use crate::problem::Problem;
-use crate::program::{self, Kind, Program};
+use crate::program::{self, InputKind, Program};
 use crate::selection::SelectionArguments;
 
 const EXAMPLES: &str = "\
@@ -35,7 +35,7 @@ pub struct DisasmArguments {
 /// Carries out the command.
 pub fn execute(arguments: &DisasmArguments) -> Result<ExitStatus, Problem> {
     let selection = arguments.selection.select()?;
-    if Kind::of(&arguments.file)? == Kind::Object {
+    if InputKind::of(&arguments.file)? == InputKind::Object {
         let listing = bo::disassemble(&program::read(&arguments.file)?);
         let path = arguments.file.clone();
         output::write(&listing.map_err(|error| Problem::Object { path, error })?)?;

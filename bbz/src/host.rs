@@ -10,7 +10,7 @@ use bittybuzz_arena::robot::{Piece, unknown_string};
 use bittybuzz_robot_spec::{Function, Robot, accepted_lists, accepting, idle_result};
 use bittybuzz_vm_core::number::{Profile, format_float, format_int};
 use bittybuzz_vm_core::{
-    Arguments, Axis, ByteCode, Calls, Fault, Host, Item, Reply, RobotFault, Text,
+    Argument, Arguments, Axis, ByteCode, Calls, Fault, Host, Reply, RobotFault, Text,
 };
 
 use crate::output::{Form, Output};
@@ -91,13 +91,13 @@ impl<'a> HostRobot<'a> {
                 line.extend(b", ");
             }
             match arguments.item(index) {
-                Item::Nil => line.extend(b"nil"),
-                Item::String(text) => quote(&self.bytes(&text), &mut line),
-                Item::Table(0) => line.extend(b"{}"),
-                Item::Table(_) => line.extend(b"{...}"),
-                Item::Function => line.extend(b"[closure]"),
-                Item::Int(value) => format_int(value, &mut |byte| line.push(byte)),
-                Item::Float(value) => format_float(value, &mut |byte| line.push(byte)),
+                Argument::Nil => line.extend(b"nil"),
+                Argument::String(text) => quote(&self.bytes(&text), &mut line),
+                Argument::Table(0) => line.extend(b"{}"),
+                Argument::Table(_) => line.extend(b"{...}"),
+                Argument::Function => line.extend(b"[closure]"),
+                Argument::Int(value) => format_int(value, &mut |byte| line.push(byte)),
+                Argument::Float(value) => format_float(value, &mut |byte| line.push(byte)),
             }
         }
         line.push(b')');
@@ -125,12 +125,12 @@ impl<P: Profile> Host<P> for HostRobot<'_> {
         let mut line = Vec::new();
         for index in 0..arguments.count() {
             let piece = match arguments.item(index) {
-                Item::Nil => Piece::Nil,
-                Item::String(text) => Piece::Text(self.bytes(&text)),
-                Item::Table(size) => Piece::Table(size),
-                Item::Function => Piece::Function,
-                Item::Int(value) => Piece::Int(value),
-                Item::Float(value) => Piece::Float(value),
+                Argument::Nil => Piece::Nil,
+                Argument::String(text) => Piece::Text(self.bytes(&text)),
+                Argument::Table(size) => Piece::Table(size),
+                Argument::Function => Piece::Function,
+                Argument::Int(value) => Piece::Int(value),
+                Argument::Float(value) => Piece::Float(value),
             };
             piece.append_to(None, &mut line);
         }

@@ -31,7 +31,7 @@ const LIBRARY_FOLDER: &str = "<library>/";
 
 /// What a file holds, by its extension.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Kind {
+pub enum InputKind {
     /// `.bzz`
     Script,
     /// `.bo`, what the compiler of the reference implementation makes of a script
@@ -40,16 +40,16 @@ pub enum Kind {
     Image,
 }
 
-impl Kind {
+impl InputKind {
     /// Returns the kind of the file at `path`, once it is certain that there is a file.
-    pub fn of(path: &Path) -> Result<Kind, Problem> {
+    pub fn of(path: &Path) -> Result<InputKind, Problem> {
         if is_standard_input(path) {
-            return Ok(Kind::Script);
+            return Ok(InputKind::Script);
         }
         let kind = match path.extension().and_then(|extension| extension.to_str()) {
-            Some("bzz") => Some(Kind::Script),
-            Some("bo") => Some(Kind::Object),
-            Some("bbi") => Some(Kind::Image),
+            Some("bzz") => Some(InputKind::Script),
+            Some("bo") => Some(InputKind::Object),
+            Some("bbi") => Some(InputKind::Image),
             _ => None,
         };
         match fs::metadata(path) {
@@ -98,8 +98,8 @@ impl Program {
         selection: &Selection,
         report: impl FnOnce(&SourceMap, &[Diagnostic]) -> Result<(), Problem>,
     ) -> Result<Option<Program>, Problem> {
-        let kind = Kind::of(path)?;
-        if kind == Kind::Image {
+        let kind = InputKind::of(path)?;
+        if kind == InputKind::Image {
             return Program::load(path, selection).map(Some);
         }
         let Compiled { image, symbols, diagnostics, sources } =
@@ -215,15 +215,15 @@ pub fn add_inputs(path: &Path, sources: Option<&SourceMap>, inputs: &mut Inputs)
 /// Compiles a script or an object file; an image is an error. Prints warnings about an object file.
 pub fn compiled(
     path: &Path,
-    kind: Kind,
+    kind: InputKind,
     include: &[PathBuf],
     selection: &Selection,
 ) -> Result<Compiled, Problem> {
     let options = selection.options();
     match kind {
-        Kind::Script => Ok(compile::compile_parsed(parsed(path, include), &options)),
-        Kind::Object => object(path, &options),
-        Kind::Image => Err(Problem::NotAScript(path.to_owned())),
+        InputKind::Script => Ok(compile::compile_parsed(parsed(path, include), &options)),
+        InputKind::Object => object(path, &options),
+        InputKind::Image => Err(Problem::NotAScript(path.to_owned())),
     }
 }
 

@@ -11,7 +11,7 @@ use clap::Args;
 use crate::ExitStatus;
 use crate::output;
 use crate::problem::Problem;
-use crate::program::{self, Kind};
+use crate::program::{self, InputKind};
 use crate::report;
 use crate::whole_file::{self, Inputs};
 
@@ -64,7 +64,7 @@ pub struct StubsArguments {
 /// Carries out the command.
 pub fn execute(arguments: &StubsArguments) -> Result<ExitStatus, Problem> {
     let path = arguments.file.as_path();
-    if Kind::of(path)? != Kind::Script {
+    if InputKind::of(path)? != InputKind::Script {
         return Err(Problem::NotAScript(path.to_owned()));
     }
     let parsed = program::parsed(path, &arguments.include);

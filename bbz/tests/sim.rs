@@ -377,7 +377,7 @@ fn the_number_of_runs_is_limited() {
 fn a_signal_ends_a_run_with_a_summary_and_a_whole_recording() {
     use std::io::{BufRead, BufReader, Read};
 
-    use bittybuzz_arena::output::recording::Reader;
+    use bittybuzz_arena::output::recording::RecordingReader;
 
     for signal in ["-INT", "-TERM"] {
         let folder = folder(&format!("sim{signal}"));
@@ -397,7 +397,7 @@ fn a_signal_ends_a_run_with_a_summary_and_a_whole_recording() {
         stdout.read_to_string(&mut printed).unwrap();
         assert!(printed.contains("OPEN    s.toml:10:"), "{printed}");
         let recording = folder.read("run.bbr");
-        assert!(Reader::new(&recording).unwrap().all(|sample| sample.is_ok()), "{signal}");
+        assert!(RecordingReader::new(&recording).unwrap().all(|sample| sample.is_ok()), "{signal}");
     }
 }
 

@@ -7,7 +7,7 @@
 //! 0xffff over data and type. Types 0 and 1 and those from 0x80 on are the robot's own (program, calibrate, sleep). Source:
 //! kilolib, `message.h` and `message_crc.c`. Types 0x0e and 0x0f report faults of a script: [`FaultReport`].
 
-use bittybuzz_vm_core::message::{Kind, crc16};
+use bittybuzz_vm_core::message::{FrameKind, crc16};
 use bittybuzz_vm_core::{Fault, FaultCode, Type};
 
 /// Bytes of a message.
@@ -19,7 +19,7 @@ const DATA: usize = 9;
 /// The message with that frame of a swarm; `None` if it is longer than [`FRAME`], or no such frame.
 pub fn message_of(frame: &[u8]) -> Option<[u8; MESSAGE]> {
     let (kind, payload) = frame.split_first()?;
-    Kind::of(*kind)?;
+    FrameKind::of(*kind)?;
     let mut data = [0; DATA];
     data.get_mut(..payload.len())?.copy_from_slice(payload);
     Some(sealed(*kind, &data))
@@ -46,7 +46,7 @@ pub fn opened(message: &[u8; MESSAGE]) -> Option<(u8, &[u8; DATA])> {
 /// The frame of a swarm in a message; `None` if it was damaged, or is one of the robot's own.
 pub fn frame_of(message: &[u8; MESSAGE]) -> Option<[u8; FRAME]> {
     let (kind, data) = opened(message)?;
-    Kind::of(kind)?;
+    FrameKind::of(kind)?;
     Some(frame(kind, data))
 }
 

@@ -2,7 +2,7 @@
 //!
 //! Queues have a fixed size and no allocator. What is in them is worth having: doubles are dropped, an entry of a stigmergy
 //! takes the place of the older one of its key that still waits, a broadcast of the one on its topic of a step that is over. If
-//! there still is no place, the oldest frame of the lowest priority goes, and is counted. Priorities are those of [`Kind`];
+//! there still is no place, the oldest frame of the lowest priority goes, and is counted. Priorities are those of [`FrameKind`];
 //! but a robot's own beacon, which it sends only after a long silence, has the highest one, so that no flood of entries
 //! hides the robot.
 //!
@@ -12,7 +12,7 @@ use core::hash::{Hash, Hasher};
 use core::marker::PhantomData;
 use core::ops::Deref;
 
-use bittybuzz_vm_core::message::{Kind, replaces};
+use bittybuzz_vm_core::message::{FrameKind, replaces};
 use bittybuzz_vm_core::number::Profile;
 
 /// The frames that a queue has not passed on.
@@ -28,13 +28,13 @@ pub struct Counters {
 #[derive(Debug, Clone, Copy)]
 // A Cortex-M0 copies words, where it knows that they are aligned.
 #[cfg_attr(not(target_arch = "avr"), repr(C, align(4)))]
-pub struct Frame<const BYTES: usize> {
+pub struct QueuedFrame<const BYTES: usize> {
     bytes: [u8; BYTES],
     length: u8,
 }
 
-impl<const BYTES: usize> Frame<BYTES> {
-    const EMPTY: Self = Frame { bytes: [0; BYTES], length: 0 };
+impl<const BYTES: usize> QueuedFrame<BYTES> {
+    const EMPTY: Self = QueuedFrame { bytes: [0; BYTES], length: 0 };
 
     /// Copies the frame with all of its room, which takes less time than the frame alone, and
     /// returns its length.
@@ -51,7 +51,7 @@ impl<const BYTES: usize> Frame<BYTES> {
     }
 }
 
-impl<const BYTES: usize> Deref for Frame<BYTES> {
+impl<const BYTES: usize> Deref for QueuedFrame<BYTES> {
     type Target = [u8];
 
     fn deref(&self) -> &[u8] {
@@ -122,7 +122,7 @@ impl<P: Profile, E: Copy, const BYTES: usize, const FRAMES: usize> Inbox<P, E, B
     }
 
     /// Takes a frame out: in turn the oldest of the highest priority, and the oldest.
-    pub fn pop(&mut self) -> Option<(&Frame<BYTES>, &E)> {
+    pub fn pop(&mut self) -> Option<(&QueuedFrame<BYTES>, &E)> {
         let (place, frame) = self.queue.pop()?;
         Some((frame, self.extras.get(place)?))
     }
@@ -177,7 +177,7 @@ impl<P: Profile, const BYTES: usize, const FRAMES: usize> Outbox<P, BYTES, FRAME
     }
 
     /// Takes a frame out: in turn the oldest of the highest priority, and the oldest.
-    pub fn pop(&mut self) -> Option<&Frame<BYTES>> {
+    pub fn pop(&mut self) -> Option<&QueuedFrame<BYTES>> {
         self.queue.pop().map(|(_, frame)| frame)
     }
 }
@@ -198,10 +198,10 @@ struct Queue<P, const BYTES: usize, const FRAMES: usize> {
     oldest: u8,
     /// For each frame the place of the next younger one, or [`NOWHERE`].
     younger: [u8; FRAMES],
-    /// For each place [`FREE`], or 1 more than the priority of the [`Kind`] that waits there, of which 0 is the lowest, with
+    /// For each place [`FREE`], or 1 more than the priority of the [`FrameKind`] that waits there, of which 0 is the lowest, with
     /// [`STALE`].
     ranks: [u8; FRAMES],
-    frames: [Frame<BYTES>; FRAMES],
+    frames: [QueuedFrame<BYTES>; FRAMES],
     profile: PhantomData<P>,
 }
 
@@ -211,7 +211,7 @@ const NOWHERE: u8 = 0;
 const BY_AGE: u8 = 1 << 7;
 
 const FREE: u8 = 0;
-const HIGHEST_RANK: u8 = Kind::Broadcast as u8 + 1;
+const HIGHEST_RANK: u8 = FrameKind::Broadcast as u8 + 1;
 /// In a rank: the frame is from an earlier step.
 const STALE: u8 = 1 << 7;
 
@@ -235,7 +235,7 @@ impl<P: Profile, const BYTES: usize, const FRAMES: usize> Queue<P, BYTES, FRAMES
             oldest: NOWHERE,
             younger: [NOWHERE; FRAMES],
             ranks: [FREE; FRAMES],
-            frames: [Frame::EMPTY; FRAMES],
+            frames: [QueuedFrame::EMPTY; FRAMES],
             profile: PhantomData,
         }
     };
@@ -315,18 +315,18 @@ impl<P: Profile, const BYTES: usize, const FRAMES: usize> Queue<P, BYTES, FRAMES
     /// entry that changes all the
     /// time is not always the last.
     fn push(&mut self, frame: &[u8], is_own: bool) -> Option<usize> {
-        let kind = frame.first().and_then(|first| Kind::of(*first));
+        let kind = frame.first().and_then(|first| FrameKind::of(*first));
         let (Some(kind), true) = (kind, frame.len() <= BYTES) else {
             count(&mut self.counters.dropped);
             return None;
         };
-        let is_beacon = matches!(kind, Kind::Beacon | Kind::Digest);
+        let is_beacon = matches!(kind, FrameKind::Beacon | FrameKind::Digest);
         let new_rank = if is_own && is_beacon { HIGHEST_RANK } else { kind as u8 + 1 };
         // Broadcasts replace stale ones, which are in no inbox.
         let replaces_none = match kind {
-            Kind::Swarms | Kind::Fragment => true,
-            Kind::Broadcast => !is_own,
-            Kind::Beacon | Kind::Digest | Kind::Entry => false,
+            FrameKind::Swarms | FrameKind::Fragment => true,
+            FrameKind::Broadcast => !is_own,
+            FrameKind::Beacon | FrameKind::Digest | FrameKind::Entry => false,
         };
         let (suits, older, mut place, mut youngest) = 'search: loop {
             if IS_QUICK && replaces_none {
@@ -384,7 +384,7 @@ impl<P: Profile, const BYTES: usize, const FRAMES: usize> Queue<P, BYTES, FRAMES
         let at = index(place);
         *self.ranks.get_mut(at)? = new_rank;
         let room = self.frames.get_mut(at)?;
-        *room = Frame::EMPTY;
+        *room = QueuedFrame::EMPTY;
         room.length = frame.len() as u8;
         if let Some(to) = room.bytes.get_mut(..frame.len()) {
             to.copy_from_slice(frame);
@@ -423,7 +423,7 @@ impl<P: Profile, const BYTES: usize, const FRAMES: usize> Queue<P, BYTES, FRAMES
 
     /// Takes the next frame out, and returns its place: it can be read until the next frame is
     /// added.
-    fn pop(&mut self) -> Option<(usize, &Frame<BYTES>)> {
+    fn pop(&mut self) -> Option<(usize, &QueuedFrame<BYTES>)> {
         let (mut older, mut place) = (NOWHERE, self.oldest());
         if place == NOWHERE {
             return None;

@@ -22,7 +22,7 @@
 
 use bittybuzz_vm_core::number::Profile;
 use bittybuzz_vm_core::{
-    Arguments, ByteCode, Counters, Fault, FaultCode, ImageError, Item as Argument, Type,
+    Argument, Arguments, ByteCode, Counters, Fault, FaultCode, ImageError, Type,
 };
 use heapless::Vec;
 
@@ -135,7 +135,7 @@ pub struct Unused {
 
 /// A value that a script printed.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub enum Item<'a> {
+pub enum PrintedValue<'a> {
     /// nil
     Nil,
     /// An integer.
@@ -323,7 +323,7 @@ fn put(record: &mut Encoded, bytes: &[u8]) {
 impl<'a> Record<'a> {
     /// Reads a record.
     pub fn decode(bytes: &'a [u8]) -> Result<Self, RecordError> {
-        let mut reader = Reader { rest: bytes };
+        let mut reader = ByteReader { rest: bytes };
         let record = match reader.byte()? {
             START => Record::Start { robot_id: reader.u16()?, script_hash: reader.u32()? },
             LOG => {
@@ -373,13 +373,13 @@ pub struct Items<'a> {
 }
 
 impl<'a> Iterator for Items<'a> {
-    type Item = Result<Item<'a>, RecordError>;
+    type Item = Result<PrintedValue<'a>, RecordError>;
 
     fn next(&mut self) -> Option<Self::Item> {
         if self.rest.is_empty() {
             return None;
         }
-        let mut reader = Reader { rest: self.rest };
+        let mut reader = ByteReader { rest: self.rest };
         let item = reader.item();
         // After an error nothing can be trusted.
         self.rest = if item.is_ok() { reader.rest } else { &[] };
@@ -403,11 +403,11 @@ impl Iterator for Calls<'_> {
     }
 }
 
-struct Reader<'a> {
+struct ByteReader<'a> {
     rest: &'a [u8],
 }
 
-impl<'a> Reader<'a> {
+impl<'a> ByteReader<'a> {
     fn array<const N: usize>(&mut self) -> Result<[u8; N], RecordError> {
         let (bytes, rest) = self.rest.split_first_chunk().ok_or(RecordError::Length)?;
         self.rest = rest;
@@ -451,21 +451,21 @@ impl<'a> Reader<'a> {
         core::mem::take(&mut self.rest)
     }
 
-    fn item(&mut self) -> Result<Item<'a>, RecordError> {
+    fn item(&mut self) -> Result<PrintedValue<'a>, RecordError> {
         Ok(match self.byte()? {
-            NIL => Item::Nil,
-            INT => Item::Int(self.array().map(i32::from_le_bytes)?),
-            FLOAT => Item::Float(self.array().map(f32::from_le_bytes)?),
-            STRING => Item::String(self.u16()?),
+            NIL => PrintedValue::Nil,
+            INT => PrintedValue::Int(self.array().map(i32::from_le_bytes)?),
+            FLOAT => PrintedValue::Float(self.array().map(f32::from_le_bytes)?),
+            STRING => PrintedValue::String(self.u16()?),
             TEXT => {
                 let length = usize::from(self.byte()?);
                 let text = self.rest.get(..length).ok_or(RecordError::Length)?;
                 self.rest = self.rest.get(length..).unwrap_or(&[]);
-                Item::Text(text)
+                PrintedValue::Text(text)
             }
-            TABLE => Item::Table(self.u16()?),
-            FUNCTION => Item::Function,
-            REST => Item::Rest,
+            TABLE => PrintedValue::Table(self.u16()?),
+            FUNCTION => PrintedValue::Function,
+            REST => PrintedValue::Rest,
             _ => return Err(RecordError::Value),
         })
     }

@@ -1,9 +1,9 @@
 //! Packets by the table of Bitcraze's protocol: every type, and what is refused.
 
-use bittybuzz_comms::syslink::{Battery, DataRate, Frame, MTU, Packet, PacketError, kind};
+use bittybuzz_comms::syslink::{Battery, DataRate, MTU, Packet, PacketError, SyslinkFrame, kind};
 
 fn received(kind: u8, data: &[u8]) -> Result<Packet<'_>, PacketError> {
-    Packet::received(Frame::new(kind, data).expect("it fits"))
+    Packet::received(SyslinkFrame::new(kind, data).expect("it fits"))
 }
 
 #[test]

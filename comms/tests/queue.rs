@@ -3,12 +3,12 @@
 use bittybuzz_comms::queue::{Counters, Inbox, Outbox};
 use bittybuzz_vm_core::Value;
 use bittybuzz_vm_core::message::{
-    CLOCK_MAX, Entry, Fragment, Kind, Message, PLAIN_MAX, Script, Swarms,
+    CLOCK_MAX, Fragment, FrameKind, Message, PLAIN_MAX, ScriptIdentity, StigmergyEntry, Swarms,
 };
 use bittybuzz_vm_core::number::{Full, Profile, Tiny};
 use proptest::prelude::*;
 
-const SCRIPT: Script = Script { hash: 0x5bad_c0de, strings: 30 };
+const SCRIPT: ScriptIdentity = ScriptIdentity { hash: 0x5bad_c0de, strings: 30 };
 
 fn frame<P: Profile>(message: Message<'_, P>) -> Vec<u8> {
     let mut frame = [0; PLAIN_MAX + 20];
@@ -34,7 +34,7 @@ fn broadcast_of<P: Profile>(robot: u16, topic: u16, value: i32) -> Vec<u8> {
 
 fn entry<P: Profile>(owner: u16, clock: u32, key: i32, value: i32) -> Vec<u8> {
     let (key, value) = (Value::int(key), Value::int(value));
-    frame::<P>(Message::Entry(Entry { stigmergy: 1, owner, clock, key, value }))
+    frame::<P>(Message::Entry(StigmergyEntry { stigmergy: 1, owner, clock, key, value }))
 }
 
 fn swarms(id: u16) -> Vec<u8> {
@@ -186,7 +186,7 @@ fn entries_replace_older_ones<P: Profile>() {
     let message = |stigmergy, key, script| {
         let value = Value::nil();
         let mut frame = [0; 20];
-        let entry = Entry::<P> { stigmergy, owner: 7, clock: 0x20_0000, key, value };
+        let entry = StigmergyEntry::<P> { stigmergy, owner: 7, clock: 0x20_0000, key, value };
         let length = Message::Entry(entry).encode(script, &mut frame).expect("it fits");
         frame[..length].to_vec()
     };
@@ -195,10 +195,10 @@ fn entries_replace_older_ones<P: Profile>() {
     assert!(!replaces::<P>(&waiting, &message(2, Value::int(3), SCRIPT)));
     let number = 3_u16.wrapping_sub(SCRIPT.hash as u16);
     assert!(!replaces::<P>(&waiting, &message(1, Value::string(number), SCRIPT)));
-    let foreign = Script { hash: SCRIPT.hash ^ 0x1000_0000, ..SCRIPT };
+    let foreign = ScriptIdentity { hash: SCRIPT.hash ^ 0x1000_0000, ..SCRIPT };
     assert!(!replaces::<P>(&waiting, &message(1, Value::int(3), foreign)));
     if P::FULL {
-        let foreign = Script { hash: SCRIPT.hash ^ 1, ..SCRIPT };
+        let foreign = ScriptIdentity { hash: SCRIPT.hash ^ 1, ..SCRIPT };
         assert!(!replaces::<P>(&waiting, &message(1, Value::int(3), foreign)));
     }
 }
@@ -281,7 +281,7 @@ const FRAMES: usize = 5;
 
 impl Model {
     fn push(&mut self, frame: &[u8], extra: u16) {
-        let Some(kind) = frame.first().and_then(|first| Kind::of(*first)) else {
+        let Some(kind) = frame.first().and_then(|first| FrameKind::of(*first)) else {
             self.counters.dropped += 1;
             return;
         };
@@ -290,16 +290,17 @@ impl Model {
         let clock = |frame: &[u8]| (frame[0] & 0x18, frame[5] & 15, frame[4], frame[3]);
         let is_replaced = |at: &usize| {
             let (old, is_stale, _) = &self.waiting[*at];
-            match (kind, Kind::of(old[0])) {
-                (Kind::Entry, Some(Kind::Entry)) => {
+            match (kind, FrameKind::of(old[0])) {
+                (FrameKind::Entry, Some(FrameKind::Entry)) => {
                     key(old) == key(frame)
                         && (clock(old) < clock(frame)
                             || clock(old) == clock(frame) && old[1..3] == frame[1..3])
                 }
-                (Kind::Beacon | Kind::Digest, Some(Kind::Beacon | Kind::Digest)) => {
-                    old[1..7] == frame[1..7]
-                }
-                (Kind::Broadcast, Some(Kind::Broadcast)) => {
+                (
+                    FrameKind::Beacon | FrameKind::Digest,
+                    Some(FrameKind::Beacon | FrameKind::Digest),
+                ) => old[1..7] == frame[1..7],
+                (FrameKind::Broadcast, Some(FrameKind::Broadcast)) => {
                     *is_stale && old[1..5] == frame[1..5] && old[7..] == frame[7..]
                 }
                 _ => false,
@@ -329,9 +330,11 @@ impl Model {
         self.waiting.push(new);
     }
 
-    fn rank(&self, frame: &[u8]) -> Option<Kind> {
-        match Kind::of(frame[0]) {
-            Some(Kind::Beacon | Kind::Digest) if self.is_out => Some(Kind::Broadcast),
+    fn rank(&self, frame: &[u8]) -> Option<FrameKind> {
+        match FrameKind::of(frame[0]) {
+            Some(FrameKind::Beacon | FrameKind::Digest) if self.is_out => {
+                Some(FrameKind::Broadcast)
+            }
             kind => kind,
         }
     }

@@ -1,10 +1,14 @@
 //! Hostile streams: whatever came before, good frames are received.
 
-use bittybuzz_comms::syslink::{FRAME_MAX, Frame, MTU, Packet, Parser};
+use bittybuzz_comms::syslink::{FRAME_MAX, MTU, Packet, Parser, SyslinkFrame};
 use proptest::prelude::*;
 
 fn bytes(kind: u8, data: &[u8]) -> Vec<u8> {
-    Frame::new(kind, data).expect("not longer than the link allows").bytes().as_slice().to_vec()
+    SyslinkFrame::new(kind, data)
+        .expect("not longer than the link allows")
+        .bytes()
+        .as_slice()
+        .to_vec()
 }
 
 fn frames(stream: &[u8]) -> Vec<(u8, Vec<u8>)> {
@@ -86,7 +90,7 @@ proptest! {
 
     #[test]
     fn any_frame_is_understood_or_refused(kind in any::<u8>(), data in prop::collection::vec(any::<u8>(), 0..=MTU)) {
-        let frame = Frame::new(kind, &data).expect("not longer than the link allows");
+        let frame = SyslinkFrame::new(kind, &data).expect("not longer than the link allows");
         if let Ok(packet) = Packet::received(frame) {
             let mut buffer = [0; MTU];
             let again = packet.frame(&mut buffer).expect("it came in a frame");

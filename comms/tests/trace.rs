@@ -1,6 +1,6 @@
 //! Records of a script's life: written out by hand from the table in the module's documentation.
 
-use bittybuzz_comms::trace::{self, Item, Record, RecordError, Unused};
+use bittybuzz_comms::trace::{self, PrintedValue, Record, RecordError, Unused};
 use bittybuzz_vm_core::{Counters, Fault, FaultCode, ImageError, Type};
 use proptest::prelude::*;
 
@@ -19,16 +19,16 @@ fn log_lines() {
         b'i', 5, 3, 0, 6, 7,
     ];
     let Ok(Record::Log { step: 7, items }) = Record::decode(&bytes) else { panic!("no log line") };
-    let items: Result<Vec<Item<'_>>, RecordError> = items.collect();
+    let items: Result<Vec<PrintedValue<'_>>, RecordError> = items.collect();
     let expected = [
-        Item::Nil,
-        Item::Int(-2),
-        Item::Float(1.5),
-        Item::String(9),
-        Item::Text(b"hi"),
-        Item::Table(3),
-        Item::Function,
-        Item::Rest,
+        PrintedValue::Nil,
+        PrintedValue::Int(-2),
+        PrintedValue::Float(1.5),
+        PrintedValue::String(9),
+        PrintedValue::Text(b"hi"),
+        PrintedValue::Table(3),
+        PrintedValue::Function,
+        PrintedValue::Rest,
     ];
     assert_eq!(items.as_deref(), Ok(&expected[..]));
 }

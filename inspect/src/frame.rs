@@ -5,7 +5,7 @@ use bittybuzz_vm_core::ByteCode;
 use bittybuzz_vm_core::inspect::{CallFrame, FramePlace};
 use bittybuzz_vm_core::number::Profile;
 
-use crate::reader::{Reader, builtin_name};
+use crate::reader::{MachineReader, builtin_name};
 use crate::value::Named;
 
 /// Offset of the closure of a function that captures values.
@@ -13,7 +13,7 @@ const CLOSURE: i16 = 1;
 
 /// A function that is running.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Frame {
+pub struct ScriptFrame {
     /// The function.
     pub function: FrameFunction,
     /// The names that the function can use at that place, outer ones first. Without symbols all parameters and slots.
@@ -55,16 +55,19 @@ pub struct SourcePlace {
 
 /// The frames of a machine, innermost first.
 pub fn frames<P: Profile, C: ByteCode, const SLOTS: usize>(
-    reader: &mut Reader<'_, P, C, SLOTS>,
-) -> Vec<Frame> {
+    reader: &mut MachineReader<'_, P, C, SLOTS>,
+) -> Vec<ScriptFrame> {
     let vm = reader.vm;
     vm.frames()
-        .map(|frame| Frame { function: function(reader, &frame), locals: locals(reader, &frame) })
+        .map(|frame| ScriptFrame {
+            function: function(reader, &frame),
+            locals: locals(reader, &frame),
+        })
         .collect()
 }
 
 fn function<P: Profile, C: ByteCode, const SLOTS: usize>(
-    reader: &Reader<'_, P, C, SLOTS>,
+    reader: &MachineReader<'_, P, C, SLOTS>,
     frame: &CallFrame,
 ) -> FrameFunction {
     match frame.place {
@@ -85,7 +88,7 @@ fn function<P: Profile, C: ByteCode, const SLOTS: usize>(
 }
 
 fn locals<P: Profile, C: ByteCode, const SLOTS: usize>(
-    reader: &mut Reader<'_, P, C, SLOTS>,
+    reader: &mut MachineReader<'_, P, C, SLOTS>,
     frame: &CallFrame,
 ) -> Vec<Named> {
     let FramePlace::Script { parameters, position, .. } = frame.place else { return Vec::new() };

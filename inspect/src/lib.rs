@@ -26,14 +26,14 @@ use bittybuzz_vm_core::inspect::{Activity, Assembling, KnownSwarm};
 use bittybuzz_vm_core::number::Profile;
 use bittybuzz_vm_core::{ByteCode, Vm};
 
-pub use frame::{Frame, FrameFunction, SourcePlace};
+pub use frame::{FrameFunction, ScriptFrame, SourcePlace};
 pub use memory::ScriptMemory;
 pub use network::{Handler, HandlerTrigger, Neighbor, Stigmergy, StigmergyEntry};
 pub use object::{Limits, Object, ObjectId, Objects};
 pub use queue::{Queue, QueuedMessage, Queues};
 pub use value::{Named, ScriptValue};
 
-use reader::Reader;
+use reader::MachineReader;
 
 /// Everything that a machine holds, with names.
 #[derive(Debug, Clone, PartialEq)]
@@ -43,7 +43,7 @@ pub struct Inspection {
     /// The script's globals, by number.
     pub globals: Vec<Named>,
     /// The functions that are running, innermost first. After a fault these are the functions that it has stopped.
-    pub frames: Vec<Frame>,
+    pub frames: Vec<ScriptFrame>,
     /// Robots that were heard of late, by their ids.
     pub neighbors: Vec<Neighbor>,
     /// Swarms that the script has created.
@@ -79,7 +79,7 @@ pub fn inspect<P: Profile, C: ByteCode, const SLOTS: usize>(
     symbols: Option<&Symbols>,
     limits: Limits,
 ) -> Inspection {
-    let mut reader = Reader::new(vm, symbols, limits);
+    let mut reader = MachineReader::new(vm, symbols, limits);
     let globals = reader.globals();
     let frames = frame::frames(&mut reader);
     let stigmergies = network::stigmergies(&mut reader);

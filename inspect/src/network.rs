@@ -4,7 +4,7 @@ use bittybuzz_vm_core::inspect::{StoredEntry, Trigger};
 use bittybuzz_vm_core::number::Profile;
 use bittybuzz_vm_core::{ByteCode, Vm};
 
-use crate::reader::Reader;
+use crate::reader::MachineReader;
 use crate::value::ScriptValue;
 
 /// A robot that was heard of late.
@@ -88,7 +88,7 @@ pub fn neighbors<P: Profile, C: ByteCode, const SLOTS: usize>(
 
 /// The stigmergies of a robot.
 pub fn stigmergies<P: Profile, C: ByteCode, const SLOTS: usize>(
-    reader: &mut Reader<'_, P, C, SLOTS>,
+    reader: &mut MachineReader<'_, P, C, SLOTS>,
 ) -> Vec<Stigmergy> {
     let vm = reader.vm;
     let all = vm.stigmergies().map(|number| {
@@ -105,7 +105,7 @@ pub fn stigmergies<P: Profile, C: ByteCode, const SLOTS: usize>(
 
 /// The handlers of a script.
 pub fn handlers<P: Profile, C: ByteCode, const SLOTS: usize>(
-    reader: &mut Reader<'_, P, C, SLOTS>,
+    reader: &mut MachineReader<'_, P, C, SLOTS>,
 ) -> Vec<Handler> {
     let vm = reader.vm;
     let all = vm.handlers().map(|(trigger, function)| Handler {

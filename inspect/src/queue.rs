@@ -6,7 +6,7 @@ use bittybuzz_vm_core::number::Profile;
 use bittybuzz_vm_core::{ByteCode, Value, Vm};
 
 use crate::object::Limits;
-use crate::reader::Reader;
+use crate::reader::MachineReader;
 use crate::value::ScriptValue;
 
 /// Both queues of a robot.
@@ -96,14 +96,14 @@ impl Queue {
         capacity: usize,
         frames: impl IntoIterator<Item = F>,
     ) -> Queue {
-        let mut reader = Reader::new(vm, symbols, Limits { depth: 0, values: 0 });
+        let mut reader = MachineReader::new(vm, symbols, Limits { depth: 0, values: 0 });
         let decoded = frames.into_iter().map(|frame| message(&mut reader, frame.as_ref()));
         Queue { capacity, messages: decoded.collect() }
     }
 }
 
 fn message<P: Profile, C: ByteCode, const SLOTS: usize>(
-    reader: &mut Reader<'_, P, C, SLOTS>,
+    reader: &mut MachineReader<'_, P, C, SLOTS>,
     frame: &[u8],
 ) -> QueuedMessage {
     let Some(script) = reader.vm.message_script() else { return QueuedMessage::Foreign };

@@ -12,7 +12,7 @@ use crate::object::{Limits, Object, ObjectId, Objects};
 use crate::value::{Named, ScriptValue};
 
 /// A machine that is being read.
-pub struct Reader<'a, P: Profile, C: ByteCode, const SLOTS: usize> {
+pub struct MachineReader<'a, P: Profile, C: ByteCode, const SLOTS: usize> {
     pub vm: &'a Vm<P, C, SLOTS>,
     /// Those of the machine's script.
     pub symbols: Option<&'a Symbols>,
@@ -25,16 +25,16 @@ pub struct Reader<'a, P: Profile, C: ByteCode, const SLOTS: usize> {
     depth: usize,
 }
 
-impl<'a, P: Profile, C: ByteCode, const SLOTS: usize> Reader<'a, P, C, SLOTS> {
+impl<'a, P: Profile, C: ByteCode, const SLOTS: usize> MachineReader<'a, P, C, SLOTS> {
     pub fn new(
         vm: &'a Vm<P, C, SLOTS>,
         symbols: Option<&'a Symbols>,
         limits: Limits,
-    ) -> Reader<'a, P, C, SLOTS> {
+    ) -> MachineReader<'a, P, C, SLOTS> {
         let hash = vm.header().map(|header| header.hash());
         let symbols = symbols.filter(|symbols| Some(symbols.script_hash) == hash);
         let (met, waiting) = (BTreeSet::new(), VecDeque::new());
-        Reader { vm, symbols, limits, met, waiting, depth: 1 }
+        MachineReader { vm, symbols, limits, met, waiting, depth: 1 }
     }
 
     /// The globals of the script.

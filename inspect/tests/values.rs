@@ -4,11 +4,13 @@ use std::collections::BTreeSet;
 
 use bittybuzz_compiler::symbols::Symbols;
 use bittybuzz_inspect::{
-    Frame, FrameFunction, Inspection, Limits, Named, Object, ObjectId, ScriptMemory, ScriptValue,
-    inspect,
+    FrameFunction, Inspection, Limits, Named, Object, ObjectId, ScriptFrame, ScriptMemory,
+    ScriptValue, inspect,
 };
 use bittybuzz_testkit::profiles::{Full, Tiny};
-use bittybuzz_testkit::{Answer, Argument, Event, Program, SIZES, TestRobot, in_both_profiles};
+use bittybuzz_testkit::{
+    Answer, Event, Program, RecordedArgument, SIZES, TestRobot, in_both_profiles,
+};
 use bittybuzz_vm_core::inspect::Activity;
 use bittybuzz_vm_core::number::Profile;
 use bittybuzz_vm_core::{Entry, FaultCode, Outcome};
@@ -93,8 +95,10 @@ fn entries_are_in_the_order_of_foreach() {
         .iter()
         .map(|event| match event {
             Event::Log(arguments) => match &arguments[0] {
-                Argument::Int(key) => Int(*key),
-                Argument::String(number) => text(symbols.string(*number).expect("is known")),
+                RecordedArgument::Int(key) => Int(*key),
+                RecordedArgument::String(number) => {
+                    text(symbols.string(*number).expect("is known"))
+                }
                 other => panic!("{other}"),
             },
             other => panic!("{other:?}"),
@@ -225,7 +229,9 @@ fn names<P: Profile>() {
     let outcome = step_through::<P>(script, |found, events, symbols| {
         for event in events {
             let Event::Log(arguments) = event else { continue };
-            let [Argument::String(name), value] = &arguments[..] else { panic!("{event:?}") };
+            let [RecordedArgument::String(name), value] = &arguments[..] else {
+                panic!("{event:?}")
+            };
             let name = symbols.string(*name).expect("is known");
             let value = value.as_int().map_or(Nil, Int);
             let locals = &found.frames[0].locals;
@@ -240,7 +246,7 @@ fn names<P: Profile>() {
 
 in_both_profiles!(names_have_the_values_that_the_script_logs, names);
 
-fn name(frame: &Frame) -> String {
+fn name(frame: &ScriptFrame) -> String {
     match &frame.function {
         FrameFunction::Script { name, .. } => name.clone(),
         FrameFunction::Builtin(name) => name.clone(),

@@ -5,8 +5,8 @@
 //! `stigmergy`, `string` (one of which only the number is known), `unset` (an argument that was not passed).
 
 use bittybuzz_inspect::{
-    Frame, FrameFunction, Handler, HandlerTrigger, Inspection, Named, Neighbor, Object, Queue,
-    QueuedMessage, ScriptValue, Stigmergy,
+    FrameFunction, Handler, HandlerTrigger, Inspection, Named, Neighbor, Object, Queue,
+    QueuedMessage, ScriptFrame, ScriptValue, Stigmergy,
 };
 use bittybuzz_vm_core::inspect::Activity;
 use serde_json::{Map, Value, json};
@@ -71,7 +71,7 @@ fn named(all: &[Named]) -> Value {
     all.iter().map(|one| json!([one.name, value(&one.value)])).collect()
 }
 
-fn frame(frame: &Frame) -> Value {
+fn frame(frame: &ScriptFrame) -> Value {
     let (name, source) = match &frame.function {
         FrameFunction::Script { name, source, .. } => (name.as_str(), source.as_ref()),
         FrameFunction::Builtin(name) | FrameFunction::RobotFunction(name) => (name.as_str(), None),

@@ -3,7 +3,7 @@
 use std::time::Duration;
 
 use bittybuzz_arena::output::recording::{
-    Body, Obstacle, Outline, Reader, RecordedRobot, RecordingError, Sample,
+    Body, Obstacle, Outline, RecordedRobot, RecordingError, RecordingReader, Sample,
 };
 use serde_json::{Value, json};
 
@@ -18,12 +18,12 @@ const MOST_KEYS: usize = 256;
 /// A recording that a client steers and watches. Its ticks are those of its samples: between two of them nothing is known.
 pub struct Replay<'a> {
     /// Reads the samples after the next one.
-    reader: Reader<'a>,
+    reader: RecordingReader<'a>,
     shown: Sample,
     /// The sample after the one that is shown; `None` at the last.
     next: Option<Sample>,
     /// The reader in front of some samples, with the ticks of these, in ascending order.
-    keys: Vec<(u64, Reader<'a>)>,
+    keys: Vec<(u64, RecordingReader<'a>)>,
     /// The tick of the last sample.
     end: u64,
     /// The reason why the recording ends before its end.
@@ -36,7 +36,7 @@ pub struct Replay<'a> {
 impl<'a> Replay<'a> {
     /// Reads a recording through, and shows its first sample. One that is cut off or damaged ends where it cannot be read.
     pub fn new(bytes: &'a [u8]) -> Result<Self, RecordingError> {
-        let start = Reader::new(bytes)?;
+        let start = RecordingReader::new(bytes)?;
         let mut reader = start.clone();
         let (mut keys, mut apart, mut count) = (Vec::new(), 1, 0);
         let (mut end, mut cut) = (0, None);

@@ -4,7 +4,7 @@ use std::collections::VecDeque;
 use std::sync::mpsc::{Receiver, TryRecvError};
 use std::time::Duration;
 
-use bittybuzz_arena::output::recording::{Body, Header, RecordedRobot, State};
+use bittybuzz_arena::output::recording::{Body, Header, RecordedRobot, RobotStatus};
 use serde_json::{Value, json};
 
 use crate::samples::Samples;
@@ -54,7 +54,7 @@ pub struct Watched {
     reports: Receiver<Report>,
     /// The kind of robots, and the name of their script.
     kind: [String; 2],
-    robots: Vec<(u16, State)>,
+    robots: Vec<(u16, RobotStatus)>,
     /// The last events of the robots, for a client that comes later.
     kept: VecDeque<Value>,
     events: Vec<Value>,
@@ -90,12 +90,12 @@ impl Watched {
         let event = match content {
             Content::Line(text) => line(now, number, &text),
             Content::Began(text) => {
-                self.change(number, State::Running);
+                self.change(number, RobotStatus::Running);
                 line(now, number, &text)
             }
             Content::Fault { code, is_contained, places } => {
                 if !is_contained {
-                    self.change(number, State::Faulted);
+                    self.change(number, RobotStatus::Faulted);
                 }
                 let consequence = if is_contained { "contained" } else { "stop" };
                 json!({
@@ -120,12 +120,12 @@ impl Watched {
         if let Some(number) = self.robots.iter().position(|(known, _)| *known == id) {
             return number;
         }
-        self.robots.push((id, State::Running));
+        self.robots.push((id, RobotStatus::Running));
         self.begin();
         self.robots.len() - 1
     }
 
-    fn change(&mut self, number: usize, to: State) {
+    fn change(&mut self, number: usize, to: RobotStatus) {
         if let Some((_, state)) = self.robots.get_mut(number)
             && *state != to
         {

@@ -2,7 +2,7 @@
 
 use bittybuzz_arena::scenario::Group;
 use bittybuzz_robot_spec::{Function, Robot};
-use bittybuzz_vm_core::builtin::{self, Info, Kind, Library};
+use bittybuzz_vm_core::builtin::{self, BuiltinKind, Info, Library};
 use serde_json::{Value, json};
 
 /// The library of the methods of objects: names that come after any variable.
@@ -30,7 +30,7 @@ fn of_builtin(info: &Info) -> Value {
         library => library.global_name().unwrap_or_default(),
     };
     let (call, help) = info.help.split_once(": ").unwrap_or((info.help, ""));
-    json!({ "of": of, "name": info.name, "call": call, "help": help, "is_called": info.kind != Kind::Value })
+    json!({ "of": of, "name": info.name, "call": call, "help": help, "is_called": info.kind != BuiltinKind::Value })
 }
 
 fn of_robot(robot: &Robot) -> impl Iterator<Item = Value> + '_ {

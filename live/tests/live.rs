@@ -6,7 +6,7 @@ use std::path::Path;
 use std::sync::Arc;
 use std::time::Duration;
 
-use bittybuzz_arena::output::recording::{Reader, Sample};
+use bittybuzz_arena::output::recording::{RecordingReader, Sample};
 use bittybuzz_arena::run::{Program, Session, Setup, Simulation};
 use bittybuzz_arena::scenario::{Group, Scenario};
 use bittybuzz_compiler::compile::{Options, compile};
@@ -89,7 +89,7 @@ fn sample(live: &mut Live, known: &mut Vec<u8>) -> Sample {
         known.clear();
     }
     known.extend(bytes);
-    let mut reader = Reader::new(known).unwrap();
+    let mut reader = RecordingReader::new(known).unwrap();
     let mut last = None;
     // A stream has no end: after the last sample the reader finds it cut off.
     while let Some(Ok(sample)) = reader.next() {

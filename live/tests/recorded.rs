@@ -5,14 +5,15 @@
 use std::time::Duration;
 
 use bittybuzz_arena::output::recording::{
-    Body, Header, Obstacle, Outline, Reader, RecordedRobot, RecordingError, Sample, State, Writer,
+    Body, Header, Obstacle, Outline, RecordedRobot, RecordingError, RecordingReader, RobotStatus,
+    Sample, Writer,
 };
 use bittybuzz_live::{Replay, Source};
 use proptest::prelude::*;
 use serde_json::{Value, json};
 
 const ROBOT: RecordedRobot =
-    RecordedRobot { x: 0, y: 0, z: 0, heading: 0, led: 0, state: State::Running };
+    RecordedRobot { x: 0, y: 0, z: 0, heading: 0, led: 0, state: RobotStatus::Running };
 
 /// Robot 7 joins at the third sample. Samples are half a second apart: the ticks are 0, 5, 10 ...
 fn recording(samples: u64) -> Vec<u8> {
@@ -45,7 +46,7 @@ fn seen(replay: &mut Replay<'_>, known: &mut Vec<u8>) -> Sample {
         known.clear();
     }
     known.extend(bytes);
-    Reader::new(known).unwrap().map_while(Result::ok).last().unwrap()
+    RecordingReader::new(known).unwrap().map_while(Result::ok).last().unwrap()
 }
 
 fn ask(replay: &mut Replay<'_>, request: Value) {

@@ -5,7 +5,7 @@
 use std::sync::mpsc::{Sender, channel};
 use std::time::Duration;
 
-use bittybuzz_arena::output::recording::{Reader, State};
+use bittybuzz_arena::output::recording::{RecordingReader, RobotStatus};
 use bittybuzz_live::{Content, Report, Source, Watched};
 use serde_json::{Value, json};
 
@@ -29,10 +29,10 @@ fn fault(is_contained: bool) -> Content {
 }
 
 /// The states of all robots in a sample that begins anew.
-fn states(watched: &mut Watched) -> Vec<State> {
+fn states(watched: &mut Watched) -> Vec<RobotStatus> {
     watched.begin();
     let bytes = watched.take_sample();
-    let mut reader = Reader::new(&bytes).unwrap();
+    let mut reader = RecordingReader::new(&bytes).unwrap();
     let sample = reader.next().unwrap().unwrap();
     sample.robots.iter().map(|robot| robot.unwrap().state).collect()
 }
@@ -57,17 +57,17 @@ fn a_fault_stops_a_script_until_it_begins_again() {
     let (sender, mut watched) = start();
     sender.send(report(7, 1.0, fault(true))).unwrap();
     events(&mut watched);
-    assert_eq!(states(&mut watched), [State::Running]);
+    assert_eq!(states(&mut watched), [RobotStatus::Running]);
     let before = watched.tick();
     sender.send(report(7, 1.0, fault(false))).unwrap();
     let got = events(&mut watched);
     let got = got.iter().find(|event| event["event"] == "fault" && event["consequence"] == "stop");
     assert_eq!(got.unwrap()["places"][0]["line"], 3);
     assert!(watched.tick() > before, "another sample is due");
-    assert_eq!(states(&mut watched), [State::Faulted]);
+    assert_eq!(states(&mut watched), [RobotStatus::Faulted]);
     sender.send(report(7, 3.0, Content::Began("again".to_owned()))).unwrap();
     events(&mut watched);
-    assert_eq!(states(&mut watched), [State::Running]);
+    assert_eq!(states(&mut watched), [RobotStatus::Running]);
 }
 
 #[test]

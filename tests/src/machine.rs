@@ -2,7 +2,7 @@
 
 use std::fmt::Write;
 
-use bittybuzz_testkit::{Answer, Argument, Call, Event, Recorder};
+use bittybuzz_testkit::{Answer, Call, Event, RecordedArgument, Recorder};
 use bittybuzz_vm_core::hash::name_hash;
 use bittybuzz_vm_core::number::Profile;
 use bittybuzz_vm_core::{
@@ -138,9 +138,9 @@ fn recorder() -> Recorder {
     const GO_TO: u16 = name_hash("goto");
     const SET_MOTOR: u16 = name_hash("set_motor");
     let answer = |call: &Call<'_>| match (call.function, call.arguments.first()) {
-        (LED, Some(Argument::Int(_))) => Answer::Nil,
+        (LED, Some(RecordedArgument::Int(_))) => Answer::Nil,
         (LED, other) => {
-            Answer::Fault(RobotFault::WrongType(other.map_or(Type::Nil, Argument::type_of)))
+            Answer::Fault(RobotFault::WrongType(other.map_or(Type::Nil, RecordedArgument::type_of)))
         }
         (SET_MOTOR, _) => Answer::Fault(RobotFault::Refused(Refusal::NotBuiltIn)),
         (GO_TO, _) if call.polls < call.number % 4 => Answer::Wait,
@@ -172,7 +172,7 @@ fn write_events(output: &mut String, events: Vec<Event>) {
         for argument in arguments {
             let _ = match argument {
                 // No byte of it gets lost.
-                Argument::Text(bytes) => write!(output, " '{}'", bytes.escape_ascii()),
+                RecordedArgument::Text(bytes) => write!(output, " '{}'", bytes.escape_ascii()),
                 other => write!(output, " {other}"),
             };
         }

@@ -1,7 +1,7 @@
 //! The compiler finds every class of value that a script sends: robots with one script never drop a message of each other.
 
 use bittybuzz_compiler::include::MemoryFiles;
-use bittybuzz_testkit::{Answer, Argument, Event, Recorder, SIZES, Swarm, TestRobot};
+use bittybuzz_testkit::{Answer, Event, RecordedArgument, Recorder, SIZES, Swarm, TestRobot};
 use bittybuzz_tests::generator::{self, Options};
 use bittybuzz_tests::{compiler, files, report};
 use bittybuzz_vm_core::image::{ALL_CLASSES, Image};
@@ -111,14 +111,14 @@ fn is_whole(value: &str) -> bool {
     depth == 0 && !is_text && !value.ends_with([',', '=', '+', '-', '*', '/', '|', '&'])
 }
 
-fn class(value: &Argument) -> u8 {
+fn class(value: &RecordedArgument) -> u8 {
     match value {
-        Argument::Nil => class::NIL,
-        Argument::Int(_) | Argument::Float(_) => class::NUMBER,
-        Argument::String(_) => class::STRING,
-        Argument::Text(_) => class::TEXT,
-        Argument::Table(_) => class::TABLE,
-        Argument::Function => class::FUNCTION,
+        RecordedArgument::Nil => class::NIL,
+        RecordedArgument::Int(_) | RecordedArgument::Float(_) => class::NUMBER,
+        RecordedArgument::String(_) => class::STRING,
+        RecordedArgument::Text(_) => class::TEXT,
+        RecordedArgument::Table(_) => class::TABLE,
+        RecordedArgument::Function => class::FUNCTION,
     }
 }
 
@@ -163,7 +163,9 @@ fn probe_program<P: Profile>(seed: u64) -> Result<(usize, usize), String> {
     let (mut passed, mut checked) = (0, 0);
     for event in &robot.host.events {
         let Event::Log(arguments) = event else { continue };
-        let [Argument::Int(number), value, Argument::Int(end)] = arguments.as_slice() else {
+        let [RecordedArgument::Int(number), value, RecordedArgument::Int(end)] =
+            arguments.as_slice()
+        else {
             continue;
         };
         if *end != number + 10_000 {

@@ -95,7 +95,7 @@ pub enum Feature {
 
 /// The behaviour of a built-in.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Kind {
+pub enum BuiltinKind {
     /// Computes its result at once.
     Plain,
     /// Calls script functions, suspends, or takes an instruction for each element: its result comes later, so it cannot
@@ -119,7 +119,7 @@ pub struct Info {
     /// Most arguments; 255 for any number.
     pub max: u8,
     /// Its behaviour.
-    pub kind: Kind,
+    pub kind: BuiltinKind,
     /// The feature that it needs.
     pub feature: Feature,
     /// Parameters and meaning in one line.
@@ -133,7 +133,7 @@ macro_rules! builtins {
         /// Every built-in, by number.
         pub const TABLE: &[Info] = &[$(Info {
             number: $number, library: Library::$library, name: $name, min: $min, max: $max,
-            kind: Kind::$kind, feature: Feature::$feature, help: $help,
+            kind: BuiltinKind::$kind, feature: Feature::$feature, help: $help,
         },)*];
     };
 }

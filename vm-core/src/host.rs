@@ -105,7 +105,7 @@ pub struct Arguments<'a, P: Profile, C: ByteCode, const SLOTS: usize> {
 }
 
 /// An argument, as a robot function sees it.
-pub enum Item<'a, P: Profile, C: ByteCode, const SLOTS: usize> {
+pub enum Argument<'a, P: Profile, C: ByteCode, const SLOTS: usize> {
     /// nil
     Nil,
     /// An integer.
@@ -142,15 +142,17 @@ impl<'a, P: Profile, C: ByteCode, const SLOTS: usize> Arguments<'a, P, C, SLOTS>
     }
 
     /// Returns argument `index` with the object that it refers to.
-    pub fn item(&self, index: usize) -> Item<'a, P, C, SLOTS> {
+    pub fn item(&self, index: usize) -> Argument<'a, P, C, SLOTS> {
         let value = self.value(index);
         match value.tag() {
-            Tag::INT => Item::Int(value.as_int().unwrap_or(0)),
-            Tag::FLOAT => Item::Float(value.as_f32().unwrap_or(0.0)),
-            Tag::NIL | Tag::UNSET => Item::Nil,
-            Tag::STRING | Tag::TEXT => Item::String(Text { script: self.script, value }),
-            Tag::TABLE | Tag::SNAPSHOT => Item::Table(self.script.arena.table_size(value.index())),
-            _ => Item::Function,
+            Tag::INT => Argument::Int(value.as_int().unwrap_or(0)),
+            Tag::FLOAT => Argument::Float(value.as_f32().unwrap_or(0.0)),
+            Tag::NIL | Tag::UNSET => Argument::Nil,
+            Tag::STRING | Tag::TEXT => Argument::String(Text { script: self.script, value }),
+            Tag::TABLE | Tag::SNAPSHOT => {
+                Argument::Table(self.script.arena.table_size(value.index()))
+            }
+            _ => Argument::Function,
         }
     }
 }

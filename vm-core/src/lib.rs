@@ -68,7 +68,7 @@ mod verify;
 
 pub use bytecode::{Area, ByteCode};
 pub use fault::{Fault, FaultCode, Refusal, RobotFault};
-pub use host::{Arguments, Axis, Host, Item, Reply, Text};
+pub use host::{Argument, Arguments, Axis, Host, Reply, Text};
 pub use image::{Entry, Image, ImageError};
 pub use machine::{Callee, Calls, GLOBALS, Instruction, Outcome, Vm};
 pub use network::{Buffer, Counters, Periods, Sighting, Sizes};

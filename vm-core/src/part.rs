@@ -10,7 +10,7 @@
 //! a
 //! [feature](crate::builtin::Feature) of which all parts are missing.
 
-use crate::builtin::{self, Feature, Info, Kind, Library};
+use crate::builtin::{self, BuiltinKind, Feature, Info, Library};
 use crate::image::{CAPTURES, USES_SELF};
 use crate::opcode;
 
@@ -139,7 +139,8 @@ impl Parts {
                 _ => Parts::NONE,
             },
         };
-        if info.kind == Kind::Calls && !matches!(info.number, builtin::DELAY | builtin::SWARM_EXEC)
+        if info.kind == BuiltinKind::Calls
+            && !matches!(info.number, builtin::DELAY | builtin::SWARM_EXEC)
         {
             parts = parts.and(Parts::of(&[Part::Iteration]));
         }

@@ -6,7 +6,7 @@
 //! [`ByteCode::rom`], which the firmware there implements by `lpm` over a copy of [`TINY`] in
 //! flash.
 
-use crate::builtin::{self, Kind};
+use crate::builtin::{self, BuiltinKind};
 use crate::bytecode::ByteCode;
 use crate::number::tables;
 use crate::number::{Full, Profile, Tiny};
@@ -78,7 +78,7 @@ const fn bytes<const LENGTH: usize>(maths: &[u8], word_bytes: usize) -> [u8; LEN
     while row < builtin::TABLE.len() {
         let info = builtin::TABLE[row];
         let method = match info.kind {
-            Kind::Plain | Kind::Calls if info.library.is_object() => METHOD,
+            BuiltinKind::Plain | BuiltinKind::Calls if info.library.is_object() => METHOD,
             _ => 0,
         };
         bytes[BUILTINS_AT + row] = kind_bits(info.kind) | method | info.feature as u8;
@@ -92,11 +92,11 @@ const fn bytes<const LENGTH: usize>(maths: &[u8], word_bytes: usize) -> [u8; LEN
     bytes
 }
 
-const fn kind_bits(kind: Kind) -> u8 {
+const fn kind_bits(kind: BuiltinKind) -> u8 {
     match kind {
-        Kind::Plain => 0,
-        Kind::Calls => CALLS,
-        Kind::Value => VALUE,
+        BuiltinKind::Plain => 0,
+        BuiltinKind::Calls => CALLS,
+        BuiltinKind::Value => VALUE,
     }
 }
 
@@ -170,7 +170,7 @@ impl BuiltinFlags {
     }
 
     /// Returns true if it behaves in that way.
-    pub(crate) fn is(self, kind: Kind) -> bool {
+    pub(crate) fn is(self, kind: BuiltinKind) -> bool {
         self.0 & (CALLS | VALUE) == kind_bits(kind)
     }
 
@@ -219,7 +219,7 @@ mod tests {
             assert!(needs.is(info.kind), "{}", info.name);
             assert_eq!(needs.are_in(0), info.feature == Feature::Core, "{}", info.name);
             assert!(needs.are_in(info.feature as u8), "{}", info.name);
-            let function = info.kind != Kind::Value;
+            let function = info.kind != BuiltinKind::Value;
             assert_eq!(needs.is_function_in(info.feature as u8), function, "{}", info.name);
             assert_eq!(needs.is_method(), function && info.library.is_object(), "{}", info.name);
             assert_eq!(needs.byte(), BuiltinFlags::from_byte(needs.byte()).byte());

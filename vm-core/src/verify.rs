@@ -39,7 +39,7 @@
 //! for a program that breaks them.
 
 use crate::arena::Arena;
-use crate::builtin::{self, Feature, Kind, Library};
+use crate::builtin::{self, BuiltinKind, Feature, Library};
 use crate::bytecode::ByteCode;
 use crate::image::{
     BESIDE_GLOBALS, CAPTURES, DEPTH_MAX, ImageError, PARAMETERS, USES_SELF, Verified,
@@ -265,7 +265,7 @@ impl<C: ByteCode> Verified<'_, C> {
             // A built-in of kind `Calls` has its result only after script functions have returned,
             // and its frame does not record that the result is to be dropped.
             let drops = effect.has_arguments() && trailer & DROP_RESULT != 0;
-            if !needs.is_function_in(offered) || drops && needs.is(Kind::Calls) {
+            if !needs.is_function_in(offered) || drops && needs.is(BuiltinKind::Calls) {
                 return NONE;
             }
         }

@@ -4,7 +4,7 @@
 use std::collections::BTreeMap;
 use std::fmt::Write;
 
-use bittybuzz_vm_core::builtin::{self, Kind, Library};
+use bittybuzz_vm_core::builtin::{self, BuiltinKind, Library};
 use bittybuzz_vm_core::opcode::{Operand, SHORTS, TABLE, Trailer};
 use bittybuzz_vm_core::{class, image};
 
@@ -83,15 +83,15 @@ fn instruction_set_is_up_to_date() {
     text.push_str("\n## Built-ins\n| Number | Arguments | Kind | Meaning |\n|---|---|---|---|\n");
     for info in builtin::TABLE {
         let arguments = match (info.kind, info.min, info.max) {
-            (Kind::Value, ..) => String::new(),
+            (BuiltinKind::Value, ..) => String::new(),
             (_, min, 255) => format!("{min} or more"),
             (_, min, max) if min == max => min.to_string(),
             (_, min, max) => format!("{min} to {max}"),
         };
         let kind = match info.kind {
-            Kind::Plain => "at once",
-            Kind::Calls => "calls or waits",
-            Kind::Value => "value",
+            BuiltinKind::Plain => "at once",
+            BuiltinKind::Calls => "calls or waits",
+            BuiltinKind::Value => "value",
         };
         writeln!(text, "| {} | {arguments} | {kind} | `{}` |", info.number, info.help).unwrap();
     }

@@ -1,11 +1,11 @@
 //! Contents of messages in fragments: what is refused, and their check.
 
 use bittybuzz_vm_core::Value;
-use bittybuzz_vm_core::message::content::{Head, Item, Reader, Writer, digest};
-use bittybuzz_vm_core::message::{CLOCK_MAX, Ignored, Script, crc16};
+use bittybuzz_vm_core::message::content::{ContentItem, ContentReader, Head, Writer, digest};
+use bittybuzz_vm_core::message::{CLOCK_MAX, Ignored, ScriptIdentity, crc16};
 use bittybuzz_vm_core::number::{Full, Profile, Tiny};
 
-const SCRIPT: Script = Script { hash: 0x1234_5678, strings: 20 };
+const SCRIPT: ScriptIdentity = ScriptIdentity { hash: 0x1234_5678, strings: 20 };
 
 #[test]
 fn the_check_is_mcrf4xx() {
@@ -20,12 +20,12 @@ fn the_check_is_mcrf4xx() {
 fn content<P: Profile>(head: Head) -> Vec<u8> {
     let mut room = [0xee; 64];
     let mut writer = Writer::new(&mut room, SCRIPT, head);
-    writer.item::<P>(Item::Plain(Value::float(-1.5)));
-    writer.item::<P>(Item::Table(1));
-    writer.item::<P>(Item::Plain(Value::string(13)));
-    writer.item::<P>(Item::Table(1));
-    writer.item::<P>(Item::Plain(Value::int(0)));
-    writer.item::<P>(Item::Function(300));
+    writer.item::<P>(ContentItem::Plain(Value::float(-1.5)));
+    writer.item::<P>(ContentItem::Table(1));
+    writer.item::<P>(ContentItem::Plain(Value::string(13)));
+    writer.item::<P>(ContentItem::Table(1));
+    writer.item::<P>(ContentItem::Plain(Value::int(0)));
+    writer.item::<P>(ContentItem::Function(300));
     let length = writer.finish().expect("room");
     room[..length].to_vec()
 }
@@ -40,15 +40,15 @@ fn a_table_is_its_pairs() {
     ];
     assert_eq!(bytes[2..], expected);
     let padded = [&bytes[..], &[9, 9]].concat();
-    let (read, mut items) = Reader::new(&padded, SCRIPT);
+    let (read, mut items) = ContentReader::new(&padded, SCRIPT);
     items.check::<Tiny>(|_| {}).unwrap();
     assert_eq!(read, head);
-    assert!(matches!(items.item::<Tiny>(), Item::Plain(v) if v.as_f32() == Some(-1.5)));
-    assert!(matches!(items.item::<Tiny>(), Item::Table(1)));
-    assert!(matches!(items.item::<Tiny>(), Item::Plain(v) if v.as_string() == Some(13)));
-    assert!(matches!(items.item::<Tiny>(), Item::Table(1)));
-    assert!(matches!(items.item::<Tiny>(), Item::Plain(v) if v.as_int() == Some(0)));
-    assert!(matches!(items.item::<Tiny>(), Item::Function(300)));
+    assert!(matches!(items.item::<Tiny>(), ContentItem::Plain(v) if v.as_f32() == Some(-1.5)));
+    assert!(matches!(items.item::<Tiny>(), ContentItem::Table(1)));
+    assert!(matches!(items.item::<Tiny>(), ContentItem::Plain(v) if v.as_string() == Some(13)));
+    assert!(matches!(items.item::<Tiny>(), ContentItem::Table(1)));
+    assert!(matches!(items.item::<Tiny>(), ContentItem::Plain(v) if v.as_int() == Some(0)));
+    assert!(matches!(items.item::<Tiny>(), ContentItem::Function(300)));
 }
 
 /// A digest is of key and value: robots that put the same at other times have the same one.
@@ -65,8 +65,8 @@ fn a_digest_is_of_the_items() {
     assert_eq!(digest(&bytes), digest(&of(2, CLOCK_MAX)));
 }
 
-fn checked(bytes: &[u8], script: Script) -> Result<(), Ignored> {
-    Reader::new(bytes, script).1.check::<Full>(|_| {})
+fn checked(bytes: &[u8], script: ScriptIdentity) -> Result<(), Ignored> {
+    ContentReader::new(bytes, script).1.check::<Full>(|_| {})
 }
 
 #[test]
@@ -81,7 +81,7 @@ fn what_is_cut_or_changed_is_refused() {
         changed[bit / 8] ^= 1 << (bit % 8);
         assert!(checked(&changed, SCRIPT).is_err(), "bit {bit}");
     }
-    let other = Script { hash: SCRIPT.hash + 1, ..SCRIPT };
+    let other = ScriptIdentity { hash: SCRIPT.hash + 1, ..SCRIPT };
     assert_eq!(checked(&bytes, other), Err(Ignored::Foreign));
 }
 
@@ -89,7 +89,7 @@ fn what_is_cut_or_changed_is_refused() {
 fn without_room_there_is_no_content() {
     let mut room = [0; 8];
     let mut writer = Writer::new(&mut room, SCRIPT, Head::Broadcast);
-    writer.item::<Tiny>(Item::Plain(Value::string(13)));
-    writer.item::<Tiny>(Item::Plain(Value::int(1)));
+    writer.item::<Tiny>(ContentItem::Plain(Value::string(13)));
+    writer.item::<Tiny>(ContentItem::Plain(Value::int(1)));
     assert_eq!(writer.finish(), None);
 }

@@ -1,14 +1,14 @@
 //! What holds for every message, and for every sequence of bytes that may be one.
 
 use bittybuzz_vm_core::Value;
-use bittybuzz_vm_core::message::content::{Head, Item, Reader, Writer};
+use bittybuzz_vm_core::message::content::{ContentItem, ContentReader, Head, Writer};
 use bittybuzz_vm_core::message::{
-    CLOCK_MAX, Entry, Fragment, Ignored, Kind, Message, Script, Swarms,
+    CLOCK_MAX, Fragment, FrameKind, Ignored, Message, ScriptIdentity, StigmergyEntry, Swarms,
 };
 use bittybuzz_vm_core::number::{Full, Profile, Tiny};
 use proptest::prelude::*;
 
-const SCRIPT: Script = Script { hash: 0xfeed_fade, strings: 300 };
+const SCRIPT: ScriptIdentity = ScriptIdentity { hash: 0xfeed_fade, strings: 300 };
 
 type TinyMessage<'a> = Message<'a, Tiny>;
 type FullMessage<'a> = Message<'a, Full>;
@@ -83,7 +83,7 @@ fn comes_back<P: Profile>(message: &Message<'_, P>) {
 
 /// With other bits of the hash that the frame carries.
 fn is_foreign<P: Profile>(message: &Message<'_, P>, bits: u32) {
-    let other = Script { hash: SCRIPT.hash ^ bits, ..SCRIPT };
+    let other = ScriptIdentity { hash: SCRIPT.hash ^ bits, ..SCRIPT };
     let read = Message::<P>::decode(&sealed(message).expect("a frame"), other).map(|_| ());
     assert_eq!(read, Err(Ignored::Foreign));
 }
@@ -92,22 +92,22 @@ fn nothing_else_is_read<P: Profile>(bytes: &[u8]) {
     let Ok(message) = Message::<P>::decode(bytes, SCRIPT) else { return };
     let frame = sealed(&message).expect("what can be read can be written");
     assert!(frame.len() <= bytes.len());
-    assert_eq!(Kind::of(frame[0]), Kind::of(bytes[0]));
+    assert_eq!(FrameKind::of(frame[0]), FrameKind::of(bytes[0]));
     let again = Message::<P>::decode(&frame, SCRIPT).expect("and read again");
     assert_eq!(meaning(&again), meaning(&message));
 }
 
 /// The items of a content, `None` if it is refused.
-fn items<P: Profile>(content: &[u8]) -> Option<(Head, Vec<Item<P>>, Vec<u8>)> {
-    let (head, mut reader) = Reader::new(content, SCRIPT);
+fn items<P: Profile>(content: &[u8]) -> Option<(Head, Vec<ContentItem<P>>, Vec<u8>)> {
+    let (head, mut reader) = ContentReader::new(content, SCRIPT);
     reader.check::<P>(|_| {}).ok()?;
     let (mut items, mut text, mut left) = (Vec::new(), Vec::new(), 2_usize);
     while left > 0 {
         left -= 1;
         let item = reader.item::<P>();
         match item {
-            Item::Table(pairs) => left += 2 * usize::from(pairs),
-            Item::Text(length) => text.extend((0..length).map(|_| reader.byte())),
+            ContentItem::Table(pairs) => left += 2 * usize::from(pairs),
+            ContentItem::Text(length) => text.extend((0..length).map(|_| reader.byte())),
             _ => {}
         }
         items.push(item);
@@ -122,7 +122,7 @@ fn content_comes_back<P: Profile>(content: &[u8]) {
     let mut writer = Writer::new(&mut room, SCRIPT, head);
     for item in items {
         writer.item(item);
-        if let Item::Text(length) = item {
+        if let ContentItem::Text(length) = item {
             text.by_ref().take(length.into()).for_each(|byte| writer.byte(byte));
         }
     }
@@ -133,17 +133,17 @@ fn content_comes_back<P: Profile>(content: &[u8]) {
 /// Reading plain values at once gives what the items are, and nothing else.
 fn plain_values_are_the_items<P: Profile>(content: &[u8]) {
     let mut values = [Value::nil(); 9];
-    let found = Reader::new(content, SCRIPT).1.plain::<P>(&mut values);
+    let found = ContentReader::new(content, SCRIPT).1.plain::<P>(&mut values);
     let found = found.map(|(count, has_table)| (values[..count].to_vec(), has_table));
     let items = items::<P>(content).map(|(_, items, _)| items);
-    let has_table = items.iter().flatten().any(|item| matches!(item, Item::Table(_)));
+    let has_table = items.iter().flatten().any(|item| matches!(item, ContentItem::Table(_)));
     let expected = items.and_then(|items| {
         let mut plain = Vec::new();
         for (index, item) in items.iter().enumerate() {
             match item {
-                Item::Plain(value) => plain.push(*value),
+                ContentItem::Plain(value) => plain.push(*value),
                 // In place of the second value, with all others in it.
-                Item::Table(_) if index == 1 => {}
+                ContentItem::Table(_) if index == 1 => {}
                 _ => return None,
             }
         }
@@ -157,13 +157,13 @@ fn written<P: Profile>(values: &[Plain], has_table: bool) -> Vec<u8> {
     let mut room = [0; 100];
     let mut writer = Writer::new(&mut room, SCRIPT, Head::Broadcast);
     let (first, others) = values.split_first().expect("two at least");
-    writer.item(Item::Plain(first.value::<P>()));
+    writer.item(ContentItem::Plain(first.value::<P>()));
     let pairs = others.len() / 2;
     let others = if has_table { &others[..2 * pairs] } else { &others[..1] };
     if has_table {
-        writer.item::<P>(Item::Table(pairs as u8));
+        writer.item::<P>(ContentItem::Table(pairs as u8));
     }
-    others.iter().for_each(|value| writer.item(Item::Plain(value.value::<P>())));
+    others.iter().for_each(|value| writer.item(ContentItem::Plain(value.value::<P>())));
     let length = writer.finish().expect("it had room");
     room[..length].to_vec()
 }
@@ -220,8 +220,8 @@ proptest! {
         stigmergy in 0..3_u16, owner: u16, clock in 0..=CLOCK_MAX, key in keys(), value in values(),
         bits in 1..16_u32,
     ) {
-        let tiny = Entry::<Tiny> { stigmergy, owner, clock, key: key.value(), value: value.value() };
-        let full = Entry::<Full> { stigmergy, owner, clock, key: key.value(), value: value.value() };
+        let tiny = StigmergyEntry::<Tiny> { stigmergy, owner, clock, key: key.value(), value: value.value() };
+        let full = StigmergyEntry::<Full> { stigmergy, owner, clock, key: key.value(), value: value.value() };
         comes_back(&Message::Entry(tiny));
         comes_back(&Message::Entry(full));
         is_foreign(&Message::Entry(tiny), bits << 28);
@@ -235,7 +235,7 @@ proptest! {
         index in 0..8_u8,
     ) {
         let (key, value) = (key.value::<Full>(), value.value());
-        let entry = Message::Entry(Entry { stigmergy, owner: 1, clock, key, value });
+        let entry = Message::Entry(StigmergyEntry { stigmergy, owner: 1, clock, key, value });
         let has_key = key.as_int().is_some() || key.as_string().is_some();
         let has_frame = stigmergy < 3 && clock <= CLOCK_MAX && has_key;
         prop_assert_eq!(sealed(&entry).is_some(), has_frame);

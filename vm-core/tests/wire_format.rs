@@ -5,12 +5,14 @@
 use std::fmt::Write;
 
 use bittybuzz_vm_core::Value;
-use bittybuzz_vm_core::message::content::{Head, Item, Reader, Writer};
-use bittybuzz_vm_core::message::{Entry, Fragment, Kind, Message, Script, Swarms};
+use bittybuzz_vm_core::message::content::{ContentItem, ContentReader, Head, Writer};
+use bittybuzz_vm_core::message::{
+    Fragment, FrameKind, Message, ScriptIdentity, StigmergyEntry, Swarms,
+};
 use bittybuzz_vm_core::number::{Full, Number, Profile, Tiny};
 
 const DOCUMENT: &str = include_str!("../../docs/wire-format.md");
-const SCRIPT: Script = Script { hash: 0x1234_abcd, strings: 40 };
+const SCRIPT: ScriptIdentity = ScriptIdentity { hash: 0x1234_abcd, strings: 40 };
 
 /// Rows of the vectors' table that begins so: text, bytes in the tiny profile, bytes in the full profile.
 fn rows(table: &str) -> Vec<[&'static str; 3]> {
@@ -52,15 +54,15 @@ impl<'a> Words<'a> {
         self.number()
     }
 
-    fn item<P: Profile>(&mut self) -> Option<Item<P>> {
+    fn item<P: Profile>(&mut self) -> Option<ContentItem<P>> {
         Some(match self.word()? {
-            "nil" => Item::Plain(Value::nil()),
-            "int" => Item::Plain(Value::int(self.word().unwrap().parse().unwrap())),
-            "float" => Item::Plain(Value::float(self.word().unwrap().parse().unwrap())),
-            "string" => Item::Plain(Value::string(self.number() as u16)),
-            "function" => Item::Function(self.number() as u16),
-            "table" => Item::Table(self.number() as u8),
-            "text" => Item::Text(0),
+            "nil" => ContentItem::Plain(Value::nil()),
+            "int" => ContentItem::Plain(Value::int(self.word().unwrap().parse().unwrap())),
+            "float" => ContentItem::Plain(Value::float(self.word().unwrap().parse().unwrap())),
+            "string" => ContentItem::Plain(Value::string(self.number() as u16)),
+            "function" => ContentItem::Function(self.number() as u16),
+            "table" => ContentItem::Table(self.number() as u8),
+            "text" => ContentItem::Text(0),
             word => panic!("{word} is no value"),
         })
     }
@@ -68,7 +70,7 @@ impl<'a> Words<'a> {
     fn value<P: Profile>(&mut self, name: &str) -> Value<P> {
         assert_eq!(self.word(), Some(name));
         match self.item() {
-            Some(Item::Plain(value)) => value,
+            Some(ContentItem::Plain(value)) => value,
             item => panic!("{item:?}"),
         }
     }
@@ -94,7 +96,7 @@ fn written<P: Profile>(text: &str) -> Vec<u8> {
             topic: words.value::<P>("topic").as_string().unwrap(),
             value: words.value::<P>("value"),
         },
-        "entry" => Message::Entry(Entry {
+        "entry" => Message::Entry(StigmergyEntry {
             stigmergy: words.named("stigmergy") as u16,
             owner: words.named("owner") as u16,
             clock: words.named("clock"),
@@ -138,7 +140,7 @@ fn read<P: Profile>(frame: &[u8]) -> String {
         Message::Broadcast { robot, topic, value } => {
             format!("broadcast: robot {robot}, topic string {topic}, value {}", shown(value))
         }
-        Message::Entry(Entry { stigmergy, owner, clock, key, value }) => format!(
+        Message::Entry(StigmergyEntry { stigmergy, owner, clock, key, value }) => format!(
             "entry: stigmergy {stigmergy}, owner {owner}, clock {clock}, key {}, value {}",
             shown(key),
             shown(value)
@@ -178,10 +180,16 @@ fn frames_are_as_documented() {
             assert_eq!(read::<Full>(&[&full[..], &[1, 2, 3]].concat()), *text);
         }
     }
-    for kind in
-        [Kind::Broadcast, Kind::Entry, Kind::Beacon, Kind::Digest, Kind::Swarms, Kind::Fragment]
-    {
-        let is_of = |[_, tiny, _]: &&[&str; 3]| Kind::of(bytes(tiny).unwrap()[0]) == Some(kind);
+    for kind in [
+        FrameKind::Broadcast,
+        FrameKind::Entry,
+        FrameKind::Beacon,
+        FrameKind::Digest,
+        FrameKind::Swarms,
+        FrameKind::Fragment,
+    ] {
+        let is_of =
+            |[_, tiny, _]: &&[&str; 3]| FrameKind::of(bytes(tiny).unwrap()[0]) == Some(kind);
         assert!(rows.iter().any(|row| is_of(&row)), "{kind:?}");
     }
 }
@@ -202,9 +210,9 @@ fn content<P: Profile>(text: &str) -> Vec<u8> {
     let mut room = [0; 64];
     let mut writer = Writer::new(&mut room, SCRIPT, head);
     while let Some(item) = words.item::<P>() {
-        if let Item::Text(_) = item {
+        if let ContentItem::Text(_) = item {
             let text = words.word().unwrap();
-            writer.item::<P>(Item::Text(text.len() as u8));
+            writer.item::<P>(ContentItem::Text(text.len() as u8));
             text.bytes().for_each(|byte| writer.byte(byte));
         } else {
             writer.item(item);
@@ -215,7 +223,7 @@ fn content<P: Profile>(text: &str) -> Vec<u8> {
 }
 
 fn read_content<P: Profile>(content: &[u8]) -> String {
-    let (head, mut reader) = Reader::new(content, SCRIPT);
+    let (head, mut reader) = ContentReader::new(content, SCRIPT);
     reader.check::<P>(|_| {}).expect("a content");
     let mut text = match head {
         Head::Broadcast => "broadcast:".to_owned(),
@@ -229,13 +237,13 @@ fn read_content<P: Profile>(content: &[u8]) -> String {
         left -= 1;
         top += 1;
         match reader.item::<P>() {
-            Item::Plain(value) => write!(text, " {}", shown(value)).unwrap(),
-            Item::Function(number) => write!(text, " function {number}").unwrap(),
-            Item::Table(pairs) => {
+            ContentItem::Plain(value) => write!(text, " {}", shown(value)).unwrap(),
+            ContentItem::Function(number) => write!(text, " function {number}").unwrap(),
+            ContentItem::Table(pairs) => {
                 write!(text, " table {pairs}").unwrap();
                 left += 2 * pairs;
             }
-            Item::Text(length) => {
+            ContentItem::Text(length) => {
                 text.push_str(" text ");
                 (0..length).for_each(|_| text.push(char::from(reader.byte())));
             }

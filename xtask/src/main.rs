@@ -71,7 +71,7 @@ enum Task {
     /// The packages of the page's editor as one file, which is committed
     Vendor,
     /// Cycles or instructions of the benchmark scripts, and of the C BittyBuzz
-    Bench(bench::Arguments),
+    Bench(bench::BenchArguments),
     /// Long evidence, which goes on where it was stopped
     Soak {
         /// Only this part

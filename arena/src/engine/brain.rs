@@ -92,7 +92,7 @@ impl Io<'_> {
 
 /// A frame that was heard.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Frame<'a> {
+pub struct ReceivedFrame<'a> {
     /// Type byte and payload. On infrared always 10 bytes, padded with zeros.
     pub bytes: &'a [u8],
     /// The position and distance of the sender.
@@ -122,15 +122,20 @@ impl<'a> Inbox<'a> {
     }
 
     /// All of them, the oldest first.
-    pub fn iter(&self) -> impl Iterator<Item = Frame<'a>> + use<'a> {
+    pub fn iter(&self) -> impl Iterator<Item = ReceivedFrame<'a>> + use<'a> {
         let Inbox { heard, air, late, .. } = *self;
         heard
             .iter()
-            .map(|heard| Frame {
+            .map(|heard| ReceivedFrame {
                 bytes: air[heard.transmission as usize].packet.bytes(),
                 sighting: heard.sighting,
             })
-            .chain(late.map(|late| Frame { bytes: late.frame.bytes(), sighting: late.sighting }))
+            .chain(
+                late.map(|late| ReceivedFrame {
+                    bytes: late.frame.bytes(),
+                    sighting: late.sighting,
+                }),
+            )
     }
 
     /// Returns the frame at a place of [`iter`](Self::iter), as observers see it; `now` is the tick.

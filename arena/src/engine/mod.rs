@@ -70,7 +70,7 @@ mod stream;
 mod world;
 
 pub use body::{BLOCK, Block, Bodies, Body, BodyModel, Moment, Shape};
-pub use brain::{Brain, Frame, Inbox, Io, Sensors};
+pub use brain::{Brain, Inbox, Io, ReceivedFrame, Sensors};
 pub(crate) use digest::Digest;
 pub use error::{AddError, SettingsError, UnknownRobot};
 pub use geometry::{Area, Pose, wrap};

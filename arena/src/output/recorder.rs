@@ -4,7 +4,7 @@ use crate::engine::RobotState;
 use crate::run::Simulation;
 use crate::scenario::{self, Scenario};
 
-use super::recording::{Body, Header, Obstacle, Outline, RecordedRobot, State};
+use super::recording::{Body, Header, Obstacle, Outline, RecordedRobot, RobotStatus};
 
 /// The header of a recording of this run.
 pub fn header(simulation: &Simulation) -> Header {
@@ -47,10 +47,10 @@ pub fn robots(simulation: &Simulation) -> Vec<Option<RecordedRobot>> {
         let place = |mm: f32| (mm * 10.0).round() as i32;
         let turn = f64::from(view.pose.heading) / std::f64::consts::TAU;
         let state = match view.state {
-            RobotState::Running if simulation.is_faulted(number) => State::Faulted,
-            RobotState::Running => State::Running,
-            RobotState::Stopped => State::Stopped,
-            RobotState::Failed => State::Failed,
+            RobotState::Running if simulation.is_faulted(number) => RobotStatus::Faulted,
+            RobotState::Running => RobotStatus::Running,
+            RobotState::Stopped => RobotStatus::Stopped,
+            RobotState::Failed => RobotStatus::Failed,
         };
         Some(RecordedRobot {
             x: place(view.pose.x),

@@ -1,17 +1,17 @@
 //! Recordings: where every robot was and what it showed, sample by sample. `docs/recording.md` has the format.
 //!
 //! ```
-//! use bittybuzz_arena::output::recording::{Body, Header, Reader, RecordedRobot, State, Writer};
+//! use bittybuzz_arena::output::recording::{Body, Header, RecordingReader, RecordedRobot, RobotStatus, Writer};
 //!
 //! let bodies = vec![Body { id: 0, radius: 165 }, Body { id: 1, radius: 165 }];
 //! let header = Header { size: [2000, 1000], tick_ms: 100, bodies, obstacles: Vec::new() };
 //! let mut file = Vec::new();
 //! let mut writer = Writer::new(&mut file, &header)?;
-//! let robot = RecordedRobot { x: -120, y: 5, z: 0, heading: 0x4000, led: 4, state: State::Running };
+//! let robot = RecordedRobot { x: -120, y: 5, z: 0, heading: 0x4000, led: 4, state: RobotStatus::Running };
 //! writer.write(0, &[Some(robot), None])?;
 //! writer.finish()?;
 //!
-//! let mut reader = Reader::new(&file)?;
+//! let mut reader = RecordingReader::new(&file)?;
 //! assert_eq!(reader.header(), &header);
 //! let sample = reader.next().unwrap()?;
 //! assert_eq!((sample.tick, sample.robots[0]), (0, Some(robot)));
@@ -22,7 +22,7 @@ use std::io::{self, Write};
 
 mod reader;
 
-pub use reader::{Reader, RecordingError};
+pub use reader::{RecordingError, RecordingReader};
 
 /// The first bytes of a recording.
 const MAGIC: &[u8; 6] = b"bbzrec";
@@ -102,12 +102,12 @@ pub struct RecordedRobot {
     /// Colour: the sum of 1 red, 2 green, 4 blue.
     pub led: u8,
     /// Its state.
-    pub state: State,
+    pub state: RobotStatus,
 }
 
 /// The state of a robot.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum State {
+pub enum RobotStatus {
     /// Its script runs.
     Running = 0,
     /// Stopped by an event.
@@ -129,7 +129,7 @@ pub struct Sample {
 
 /// The robot from which a first change is the difference.
 const ORIGIN: RecordedRobot =
-    RecordedRobot { x: 0, y: 0, z: 0, heading: 0, led: 0, state: State::Running };
+    RecordedRobot { x: 0, y: 0, z: 0, heading: 0, led: 0, state: RobotStatus::Running };
 
 /// Bits of a change: which fields follow.
 const PLACE: u8 = 1;

@@ -19,11 +19,11 @@ use super::machine::{self, Machine};
 use super::model::RobotModel;
 use super::overruns::Overrun;
 use super::seen::RobotEvent;
-use super::state::{Setting, Stage, State};
+use super::state::{RobotState, Setting, Stage};
 
 /// The program of a robot at work.
 #[derive(Clone)]
-enum Program {
+enum RobotProgram {
     /// A machine of this process.
     Machine(Box<dyn Machine + Send>),
     /// The firmware of the robot, in an emulator: only its reports are known.
@@ -33,8 +33,8 @@ enum Program {
 /// A robot and its script.
 #[derive(Clone)]
 pub struct SimRobot {
-    program: Program,
-    state: State,
+    program: RobotProgram,
+    state: RobotState,
 }
 
 impl SimRobot {
@@ -46,22 +46,22 @@ impl SimRobot {
         id: u16,
         seed: u32,
     ) -> Result<Self, ImageError> {
-        let program = Program::Machine(machine::load(context, id, seed)?);
+        let program = RobotProgram::Machine(machine::load(context, id, seed)?);
         Ok(SimRobot {
             program,
-            state: State::new(context.clone(), news, model.autopilot(), id, seed),
+            state: RobotState::new(context.clone(), news, model.autopilot(), id, seed),
         })
     }
 
     /// Returns a robot of that id that runs its firmware.
     pub fn emulated(context: &Arc<GroupContext>, news: News, id: u16) -> Self {
-        let program = Program::Firmware(Unused::default());
-        SimRobot { program, state: State::new(context.clone(), news, None, id, 0) }
+        let program = RobotProgram::Firmware(Unused::default());
+        SimRobot { program, state: RobotState::new(context.clone(), news, None, id, 0) }
     }
 
     /// Checks its script from now on, if a machine of this process runs it. Without costs, cycles are not counted.
     pub fn check(&mut self, id: u16, costs: Option<Arc<Costs>>) {
-        if let Program::Machine(_) = &self.program {
+        if let RobotProgram::Machine(_) = &self.program {
             self.state.checker = Some(Box::new(Checker::new(id, costs)));
         }
     }
@@ -73,7 +73,7 @@ impl SimRobot {
 
     /// Takes the counters of unused messages from its firmware: all of them since power-on.
     pub fn has_missed(&mut self, unused: Unused) {
-        if let Program::Firmware(known) = &mut self.program {
+        if let RobotProgram::Firmware(known) = &mut self.program {
             *known = unused;
         }
         if unused.messages.failed > 0 {
@@ -145,30 +145,30 @@ impl SimRobot {
 
     /// Adds everything to a digest that decides how the robot goes on. The state of firmware is in its emulator.
     pub(crate) fn add_to(&self, digest: &mut Digest) {
-        if let Program::Machine(machine) = &self.program {
+        if let RobotProgram::Machine(machine) = &self.program {
             machine.add_to(digest);
             self.state.add_to(digest);
         }
     }
 
     /// Returns its state.
-    pub fn state(&self) -> &State {
+    pub fn state(&self) -> &RobotState {
         &self.state
     }
 
     /// Returns the frames that its queues had no room for, heard and to be sent.
     pub fn dropped(&self) -> [u16; 2] {
         match &self.program {
-            Program::Machine(machine) => machine.dropped(),
-            Program::Firmware(unused) => unused.dropped,
+            RobotProgram::Machine(machine) => machine.dropped(),
+            RobotProgram::Firmware(unused) => unused.dropped,
         }
     }
 
     /// Returns the messages that it could not use.
     pub fn counters(&self) -> Counters {
         match &self.program {
-            Program::Machine(machine) => machine.counters(),
-            Program::Firmware(unused) => unused.messages,
+            RobotProgram::Machine(machine) => machine.counters(),
+            RobotProgram::Firmware(unused) => unused.messages,
         }
     }
 
@@ -232,7 +232,9 @@ impl SimRobot {
     /// Sets a global of its script: now, or after the global code if that is still to run.
     pub fn set(&mut self, global: u16, number: ScriptNumber) {
         match &mut self.program {
-            Program::Machine(machine) if matches!(self.state.stage, Stage::Init | Stage::Step) => {
+            RobotProgram::Machine(machine)
+                if matches!(self.state.stage, Stage::Init | Stage::Step) =>
+            {
                 machine.set(global, number);
             }
             _ => self.state.settings.push(Setting { after: Stage::Global, global, number }),
@@ -266,15 +268,15 @@ impl SimRobot {
 
     fn machine(&self) -> Option<&(dyn Machine + Send)> {
         match &self.program {
-            Program::Machine(machine) => Some(&**machine),
-            Program::Firmware(_) => None,
+            RobotProgram::Machine(machine) => Some(&**machine),
+            RobotProgram::Firmware(_) => None,
         }
     }
 }
 
 impl Brain for SimRobot {
     fn tick(&mut self, io: &mut Io<'_>) {
-        if let Program::Machine(machine) = &mut self.program {
+        if let RobotProgram::Machine(machine) = &mut self.program {
             machine.tick(&mut self.state, io);
             let memory = &mut self.state.memory;
             if let Some(autopilot) = &mut memory.autopilot {
@@ -289,8 +291,8 @@ impl Brain for SimRobot {
 
     fn next_frame(&mut self, frame: &mut [u8]) -> usize {
         match &mut self.program {
-            Program::Machine(machine) => machine.next_frame(frame),
-            Program::Firmware(_) => 0,
+            RobotProgram::Machine(machine) => machine.next_frame(frame),
+            RobotProgram::Firmware(_) => 0,
         }
     }
 }

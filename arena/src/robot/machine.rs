@@ -8,7 +8,7 @@ use bittybuzz_comms::queue::{Inbox, Outbox};
 use bittybuzz_compiler::symbols::Symbols;
 use bittybuzz_inspect::{Inspection, Limits, Queue, Queues, inspect};
 use bittybuzz_robot_spec::Profile as NumberProfile;
-use bittybuzz_vm_core::message::{FULL_FRAME, Kind, TINY_FRAME};
+use bittybuzz_vm_core::message::{FULL_FRAME, FrameKind, TINY_FRAME};
 use bittybuzz_vm_core::number::{Full, Profile, Tiny};
 use bittybuzz_vm_core::{Counters, Entry, Image, ImageError, Outcome, Vm};
 
@@ -21,7 +21,7 @@ use super::overruns::Overrun;
 use super::platform::Platform;
 use super::queue::{Bounded, InQueue, OutQueue, QueueProfile};
 use super::seen::RobotEvent;
-use super::state::{Setting, Stage, State};
+use super::state::{RobotState, Setting, Stage};
 
 include!(concat!(env!("OUT_DIR"), "/machines.rs"));
 
@@ -44,7 +44,7 @@ pub trait Machine {
     fn add_to(&self, digest: &mut Digest);
 
     /// Runs a tick.
-    fn tick(&mut self, state: &mut State, io: &mut Io<'_>);
+    fn tick(&mut self, state: &mut RobotState, io: &mut Io<'_>);
 
     /// Returns true if a frame is to be sent.
     fn has_unsent(&self) -> bool;
@@ -92,7 +92,7 @@ fn is_readable(profile: NumberProfile, frame: &[u8]) -> bool {
         NumberProfile::Tiny => TINY_FRAME,
         NumberProfile::Full => FULL_FRAME,
     };
-    frame.len() <= longest && frame.first().is_some_and(|first| Kind::of(*first).is_some())
+    frame.len() <= longest && frame.first().is_some_and(|first| FrameKind::of(*first).is_some())
 }
 
 type Loaded = Result<Box<dyn Machine + Send>, ImageError>;
@@ -221,7 +221,7 @@ where
 
     /// Runs a tick: global code and `init` in the first, then a step in each in which one is due, unless the one before takes longer.
     /// After a fault the steps of the pause handle messages only, and the script begins anew.
-    fn run(&mut self, state: &mut State, io: &mut Io<'_>, is_due: bool) {
+    fn run(&mut self, state: &mut RobotState, io: &mut Io<'_>, is_due: bool) {
         let budget = state.context.budget;
         let Scripted { vm, inbox, outbox, has_mail, has_unsent } = self;
         if !state.is_running && !is_due {
@@ -332,7 +332,7 @@ where
         self.outbox.add_to(digest);
     }
 
-    fn tick(&mut self, state: &mut State, io: &mut Io<'_>) {
+    fn tick(&mut self, state: &mut RobotState, io: &mut Io<'_>) {
         let mut is_due = state.take_due(io.now);
         if let Some(faults) = &mut state.faults {
             if faults.is_over() {

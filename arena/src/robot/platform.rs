@@ -3,7 +3,7 @@
 use bittybuzz_robot_spec::{OnFault, accepted_lists, accepting, idle_result};
 use bittybuzz_vm_core::number::Profile;
 use bittybuzz_vm_core::{
-    Arguments, Axis, ByteCode, Calls, Fault, Host, Item, Periods, Refusal, Reply, RobotFault,
+    Argument, Arguments, Axis, ByteCode, Calls, Fault, Host, Periods, Refusal, Reply, RobotFault,
     Sighting, Value,
 };
 
@@ -13,12 +13,12 @@ use super::call::{Call, CallNumbers, Done};
 use super::log::{LogLine, Piece};
 use super::queue::{InQueue, OutQueue};
 use super::seen::{CallResult, RobotEvent, Seen};
-use super::state::State;
+use super::state::RobotState;
 
 /// A robot during a tick. Frames wait in queues like the real robots'.
 pub struct Platform<'a, 'io> {
     pub io: &'a mut Io<'io>,
-    pub state: &'a mut State,
+    pub state: &'a mut RobotState,
     pub inbox: &'a mut dyn InQueue,
     pub outbox: &'a mut dyn OutQueue,
     /// A frame may be in the inbox.
@@ -32,15 +32,15 @@ fn pieces<P: Profile, C: ByteCode, const SLOTS: usize>(
     arguments: &Arguments<'_, P, C, SLOTS>,
 ) -> Vec<Piece> {
     let items = (0..arguments.count()).map(|index| match arguments.item(index) {
-        Item::Nil => Piece::Nil,
-        Item::Int(value) => Piece::Int(value),
-        Item::Float(value) => Piece::Float(value),
-        Item::String(text) => match text.number() {
+        Argument::Nil => Piece::Nil,
+        Argument::Int(value) => Piece::Int(value),
+        Argument::Float(value) => Piece::Float(value),
+        Argument::String(text) => match text.number() {
             Some(number) => Piece::Constant(number),
             None => Piece::Text(text.bytes().collect()),
         },
-        Item::Table(size) => Piece::Table(size),
-        Item::Function => Piece::Function,
+        Argument::Table(size) => Piece::Table(size),
+        Argument::Function => Piece::Function,
     });
     items.collect()
 }
@@ -76,7 +76,7 @@ impl<P: Profile> Host<P> for Platform<'_, '_> {
         again: bool,
     ) -> Result<Reply<P>, RobotFault> {
         let Platform { io, state, .. } = self;
-        let State { context, news, memory, refusal, seen, .. } = &mut **state;
+        let RobotState { context, news, memory, refusal, seen, .. } = &mut **state;
         let Some((function, effect)) = context.function(function) else {
             return Err(RobotFault::Refused(Refusal::NotBuiltIn));
         };
@@ -88,8 +88,8 @@ impl<P: Profile> Host<P> for Platform<'_, '_> {
             return Err(fault);
         }
         let number = |index| match arguments.item(index) {
-            Item::Int(value) => value as f32,
-            Item::Float(value) => value,
+            Argument::Int(value) => value as f32,
+            Argument::Float(value) => value,
             _ => 0.0,
         };
         let count = arguments.count();

@@ -40,7 +40,7 @@ pub struct Setting {
 
 /// Everything of a robot but the machine.
 #[derive(Clone)]
-pub struct State {
+pub struct RobotState {
     pub context: Arc<GroupContext>,
     pub news: News,
     pub stage: Stage,
@@ -68,7 +68,7 @@ pub struct State {
     pub settings: Vec<Setting>,
 }
 
-impl State {
+impl RobotState {
     pub fn new(
         context: Arc<GroupContext>,
         news: News,
@@ -78,7 +78,7 @@ impl State {
     ) -> Self {
         let chance = Stream::for_brain(u64::from(seed), id);
         let program = context.program;
-        State {
+        RobotState {
             context,
             news,
             stage: Stage::Global,
@@ -100,8 +100,9 @@ impl State {
 
     /// Adds everything to a digest that decides how the robot goes on, but the machine.
     pub fn add_to(&self, digest: &mut Digest) {
-        let State { context, stage, is_running, is_waiting, overruns, clock, due_us, .. } = self;
-        let State { steps, awake, memory, faults, .. } = self;
+        let RobotState { context, stage, is_running, is_waiting, overruns, clock, due_us, .. } =
+            self;
+        let RobotState { steps, awake, memory, faults, .. } = self;
         // The script, which an event may have exchanged. The other numbers of its group are the scenario's.
         context.image.image().hash(digest);
         (*stage as u8, is_running, is_waiting, due_us, steps, awake).hash(digest);

@@ -8,9 +8,10 @@ use std::collections::VecDeque;
 
 use bittybuzz_robot_spec::Profile as NumberProfile;
 use bittybuzz_vm_core::builtin::string;
-use bittybuzz_vm_core::message::content::{Head, Item, Writer};
+use bittybuzz_vm_core::message::content::{ContentItem, Head, Writer};
 use bittybuzz_vm_core::message::{
-    CLOCK_MAX, Entry, FRAGMENT_HEAD, FULL_FRAME, Fragment, Message, Script, TINY_FRAME,
+    CLOCK_MAX, FRAGMENT_HEAD, FULL_FRAME, Fragment, Message, ScriptIdentity, StigmergyEntry,
+    TINY_FRAME,
 };
 use bittybuzz_vm_core::number::{Full, Profile, Tiny};
 use bittybuzz_vm_core::{Image, Value};
@@ -43,10 +44,10 @@ pub fn mind(
 }
 
 /// Returns the part of an image that messages need.
-fn script(image: &[u8]) -> Script {
+fn script(image: &[u8]) -> ScriptIdentity {
     // Setup has loaded the image: it has a header.
-    let unknown = Script { hash: 0, strings: 0 };
-    Image::new(image).header().map_or(unknown, |header| Script {
+    let unknown = ScriptIdentity { hash: 0, strings: 0 };
+    Image::new(image).header().map_or(unknown, |header| ScriptIdentity {
         hash: header.hash(),
         strings: header.strings() + string::COUNT,
     })
@@ -56,12 +57,12 @@ fn script(image: &[u8]) -> Script {
 #[derive(Clone, Debug)]
 struct Mind<P: Profile> {
     kind: AdversaryKind,
-    script: Script,
+    script: ScriptIdentity,
     stream: Stream,
     /// Frames that it heard.
     heard: Vec<Vec<u8>>,
     /// The latest entry of each key.
-    entries: Vec<Entry<P>>,
+    entries: Vec<StigmergyEntry<P>>,
     topics: Vec<u16>,
     robots: Vec<u16>,
     /// The number of messages sent, which selects the next ones.
@@ -95,7 +96,7 @@ where
 }
 
 impl<P: Profile> Mind<P> {
-    fn new(kind: AdversaryKind, script: Script, stream: Stream) -> Self {
+    fn new(kind: AdversaryKind, script: ScriptIdentity, stream: Stream) -> Self {
         Mind {
             kind,
             script,
@@ -139,8 +140,10 @@ impl<P: Profile> Mind<P> {
         remember(&mut self.robots, robot);
     }
 
-    fn learn_entry(&mut self, entry: Entry<P>) {
-        let name = |entry: &Entry<P>| (entry.stigmergy, entry.key.as_int(), entry.key.as_string());
+    fn learn_entry(&mut self, entry: StigmergyEntry<P>) {
+        let name = |entry: &StigmergyEntry<P>| {
+            (entry.stigmergy, entry.key.as_int(), entry.key.as_string())
+        };
         if let Some(known) = self.entries.iter_mut().find(|known| name(known) == name(&entry)) {
             *known = entry;
         } else if self.entries.len() < LEARNED {
@@ -188,34 +191,34 @@ impl<P: Profile> Mind<P> {
             None => CLOCK_MAX,
         };
         let (owner, value) = (self.any_robot(), Value::int(self.below(100) as i32));
-        self.frame(&Message::Entry(Entry { owner, clock, value, ..known }))
+        self.frame(&Message::Entry(StigmergyEntry { owner, clock, value, ..known }))
     }
 
     /// A value of the next class, on a topic or under a key that the script uses.
     fn poison(&mut self) -> Vec<Vec<u8>> {
-        let pair = [Item::Plain(Value::string(0)), Item::Plain(Value::int(1))];
-        let items: &[Item<P>] = match self.count / 2 % 6 {
-            0 => &[Item::Plain(Value::nil())],
-            1 => &[Item::Plain(Value::int(-32_767))],
-            2 => &[Item::Plain(Value::float(f32::NAN))],
-            3 => &[Item::Plain(Value::string(0))],
-            4 => &[Item::Table(1), pair[0], pair[1]],
-            _ => &[Item::Function(0)],
+        let pair = [ContentItem::Plain(Value::string(0)), ContentItem::Plain(Value::int(1))];
+        let items: &[ContentItem<P>] = match self.count / 2 % 6 {
+            0 => &[ContentItem::Plain(Value::nil())],
+            1 => &[ContentItem::Plain(Value::int(-32_767))],
+            2 => &[ContentItem::Plain(Value::float(f32::NAN))],
+            3 => &[ContentItem::Plain(Value::string(0))],
+            4 => &[ContentItem::Table(1), pair[0], pair[1]],
+            _ => &[ContentItem::Function(0)],
         };
         let robot = self.any_robot();
         if self.count.is_multiple_of(2) {
             let place = self.below(self.topics.len());
             let Some(topic) = self.topics.get(place).copied() else { return Vec::new() };
-            if let [Item::Plain(value)] = items {
+            if let [ContentItem::Plain(value)] = items {
                 return self.frame(&Message::Broadcast { robot, topic, value: *value });
             }
-            let items = [&[Item::Plain(Value::string(topic))], items].concat();
+            let items = [&[ContentItem::Plain(Value::string(topic))], items].concat();
             return self.fragments(robot, Head::Broadcast, &items);
         }
         let Some(known) = self.any_entry() else { return Vec::new() };
         let clock = known.clock % CLOCK_MAX + 1;
-        if let [Item::Plain(value)] = items {
-            return self.frame(&Message::Entry(Entry {
+        if let [ContentItem::Plain(value)] = items {
+            return self.frame(&Message::Entry(StigmergyEntry {
                 owner: robot,
                 clock,
                 value: *value,
@@ -223,7 +226,7 @@ impl<P: Profile> Mind<P> {
             }));
         }
         let head = Head::Entry { stigmergy: known.stigmergy, owner: robot, clock, digest: 1 };
-        let items = [&[Item::Plain(known.key)], items].concat();
+        let items = [&[ContentItem::Plain(known.key)], items].concat();
         self.fragments(robot, head, &items)
     }
 
@@ -236,7 +239,7 @@ impl<P: Profile> Mind<P> {
             (1, Some(topic), _) => self.frame(&Message::Broadcast { robot, topic, value }),
             (2, _, Some(known)) => {
                 let clock = known.clock % CLOCK_MAX + 1;
-                self.frame(&Message::Entry(Entry { owner: robot, clock, value, ..known }))
+                self.frame(&Message::Entry(StigmergyEntry { owner: robot, clock, value, ..known }))
             }
             _ => self.frame(&Message::Beacon { robot }),
         }
@@ -256,7 +259,7 @@ impl<P: Profile> Mind<P> {
     }
 
     /// Returns the frames of a long message: topic or key, and value.
-    fn fragments(&self, robot: u16, head: Head, items: &[Item<P>]) -> Vec<Vec<u8>> {
+    fn fragments(&self, robot: u16, head: Head, items: &[ContentItem<P>]) -> Vec<Vec<u8>> {
         let mut room = [0; 64];
         let mut writer = Writer::new(&mut room, self.script, head);
         items.iter().for_each(|item| writer.item(*item));
@@ -272,7 +275,7 @@ impl<P: Profile> Mind<P> {
         fragments.collect()
     }
 
-    fn any_entry(&mut self) -> Option<Entry<P>> {
+    fn any_entry(&mut self) -> Option<StigmergyEntry<P>> {
         let place = self.below(self.entries.len());
         self.entries.get(place).copied()
     }

@@ -28,7 +28,7 @@ pub use expectation::{Convergence, Verdict};
 pub use firmware::FirmwareError;
 #[cfg(feature = "emulators")]
 pub use firmware::{Failure, P2pAir, TURN};
-pub use observer::{Event, EventKind, Frame, Observer};
+pub use observer::{Event, EventKind, FrameOnAir, Observer};
 pub use program::{Compiler, Program};
 pub use quantity::Reading;
 pub use session::{NoWayBack, Session};

@@ -35,7 +35,7 @@ pub struct Event<'a> {
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum EventKind<'a> {
     /// The robot began to send a frame.
-    Sent(Frame<'a>),
+    Sent(FrameOnAir<'a>),
     /// The robot wanted to send and found the channel busy.
     Postponed {
         /// The time of the attempt, in µs since the run began.
@@ -46,7 +46,7 @@ pub enum EventKind<'a> {
     /// A frame of the robot arrived at another one. Its queue may still refuse it: [`LossCause::QueueFull`].
     Heard {
         /// The frame.
-        frame: Frame<'a>,
+        frame: FrameOnAir<'a>,
         /// Number of the robot that heard it.
         receiver: usize,
         /// It arrived twice (`duplication` of the medium).
@@ -57,7 +57,7 @@ pub enum EventKind<'a> {
     /// A frame of the robot did not get to the script of another one in its reach.
     Lost {
         /// The frame.
-        frame: Frame<'a>,
+        frame: FrameOnAir<'a>,
         /// Number of the robot in its reach.
         receiver: usize,
         /// The reason.
@@ -78,7 +78,7 @@ pub enum EventKind<'a> {
 
 /// A frame on the air. Its sender and its beginning name it, because a robot sends one frame at a time.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Frame<'a> {
+pub struct FrameOnAir<'a> {
     /// The medium that carried it, which knows its time on the air.
     pub medium: Medium,
     /// The time at which it began, in µs since the run began.
@@ -87,9 +87,9 @@ pub struct Frame<'a> {
     pub bytes: &'a [u8],
 }
 
-impl<'a> Frame<'a> {
+impl<'a> FrameOnAir<'a> {
     fn of(sent: &'a SentFrame) -> Self {
-        Frame { medium: sent.medium, start_us: sent.start_us, bytes: sent.bytes() }
+        FrameOnAir { medium: sent.medium, start_us: sent.start_us, bytes: sent.bytes() }
     }
 }
 
@@ -139,7 +139,7 @@ pub fn show(
         }
         while let Some(attempt) = attempts.next_if(|next| number(sender(next)) == robot) {
             see(match attempt {
-                SendAttempt::Sent(frame) => EventKind::Sent(Frame::of(frame)),
+                SendAttempt::Sent(frame) => EventKind::Sent(FrameOnAir::of(frame)),
                 SendAttempt::Postponed { at_us, sensed, .. } => {
                     EventKind::Postponed { at_us: *at_us, sensed: *sensed }
                 }
@@ -156,7 +156,7 @@ fn sender(attempt: &SendAttempt) -> RobotId {
 }
 
 fn arrived(Arrival { frame, fate, .. }: &Arrival, receiver: usize) -> EventKind<'_> {
-    let frame = Frame::of(frame);
+    let frame = FrameOnAir::of(frame);
     match *fate {
         Fate::Heard { is_duplicated, held_until } => {
             EventKind::Heard { frame, receiver, is_duplicated, held_until }

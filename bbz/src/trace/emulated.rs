@@ -79,7 +79,7 @@ impl Emulation<'_> {
         if let Some(played) = played {
             played.start(&mut emulator, Duration::ZERO).map_err(Problem::Emulator)?;
         }
-        let mut reader = Reader { defmt: table.map(Arc::new).map(TraceReader::new) };
+        let mut reader = ReportReader { defmt: table.map(Arc::new).map(TraceReader::new) };
         let start = Instant::now();
         let mut now = Duration::ZERO;
         while self.duration.is_none_or(|end| now < end) {
@@ -148,12 +148,12 @@ impl Emulation<'_> {
 }
 
 /// Reads the firmware's output.
-struct Reader {
+struct ReportReader {
     /// For its messages; a Kilobot has none.
     defmt: Option<TraceReader>,
 }
 
-impl Reader {
+impl ReportReader {
     fn contents(&mut self, event: Event, outputs: bool) -> Vec<Content> {
         let output = |name: String, state: String| match outputs {
             true => vec![Content::Output { name, state }],

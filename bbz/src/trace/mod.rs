@@ -26,7 +26,7 @@ use crate::report;
 use crate::selection::SelectionArguments;
 
 use emulated::Emulation;
-use printer::{Format, Script, TracePrinter};
+use printer::{Format, TracePrinter, TracedScript};
 
 const EXAMPLES: &str = "\
 Examples:
@@ -120,7 +120,7 @@ pub fn execute(arguments: &TraceArguments) -> Result<ExitStatus, Problem> {
     };
     let robot = selection.robot.as_ref();
     let script = arguments.script.as_deref().zip(program.as_ref());
-    let script_for_reports = script.map(|(path, program)| Script {
+    let script_for_reports = script.map(|(path, program)| TracedScript {
         name: report::printable(&path.to_string_lossy()),
         program,
     });

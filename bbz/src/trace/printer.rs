@@ -10,7 +10,7 @@ use std::sync::mpsc::Sender;
 use annotate_snippets::{Group, Level as Severity};
 use bittybuzz_arena::robot::Piece;
 use bittybuzz_comms::infrared::FaultReport;
-use bittybuzz_comms::trace::{Item, Items, Record, RecordError, Unused};
+use bittybuzz_comms::trace::{Items, PrintedValue, Record, RecordError, Unused};
 use bittybuzz_compiler::refusal;
 #[cfg(feature = "view")]
 use bittybuzz_live::{Content as Reported, Report};
@@ -45,7 +45,7 @@ pub enum Format {
 }
 
 /// The script that is thought to run, and its name.
-pub struct Script<'a> {
+pub struct TracedScript<'a> {
     pub name: String,
     pub program: &'a Program,
 }
@@ -62,7 +62,7 @@ enum ScriptMatch {
 
 /// Prints messages, and remembers how it ends.
 pub struct TracePrinter<'a> {
-    script: Option<Script<'a>>,
+    script: Option<TracedScript<'a>>,
     /// Stands for a script of which nothing is known.
     unknown: Program,
     told: ScriptMatch,
@@ -91,7 +91,7 @@ pub struct TracePrinter<'a> {
 impl<'a> TracePrinter<'a> {
     /// Prints to standard output. With `until_fault` it is over when the script stops.
     pub fn new(
-        script: Option<Script<'a>>,
+        script: Option<TracedScript<'a>>,
         robot: Option<&'a Robot>,
         format: Format,
         until_fault: bool,
@@ -239,7 +239,7 @@ impl<'a> TracePrinter<'a> {
     fn start(&mut self, time: Option<f64>, robot_id: u16, hash: u32) {
         let mut text = format!("robot {robot_id} runs script {hash:08x}");
         let mut warning = None;
-        if let Some(Script { name, program }) = &self.script {
+        if let Some(TracedScript { name, program }) = &self.script {
             if program.script_hash() == Some(hash) {
                 self.told = ScriptMatch::Same;
                 text = format!("{text} (`{name}`)");
@@ -292,15 +292,15 @@ impl<'a> TracePrinter<'a> {
         let mut complete = true;
         for item in items {
             let piece = match item {
-                Ok(Item::Nil) => Piece::Nil,
-                Ok(Item::Int(value)) => Piece::Int(value),
-                Ok(Item::Float(value)) => Piece::Float(value),
-                Ok(Item::String(number)) => Piece::Constant(number),
-                Ok(Item::Text(text)) => Piece::Text(text.to_vec()),
-                Ok(Item::Table(size)) => Piece::Table(usize::from(size)),
-                Ok(Item::Function) => Piece::Function,
+                Ok(PrintedValue::Nil) => Piece::Nil,
+                Ok(PrintedValue::Int(value)) => Piece::Int(value),
+                Ok(PrintedValue::Float(value)) => Piece::Float(value),
+                Ok(PrintedValue::String(number)) => Piece::Constant(number),
+                Ok(PrintedValue::Text(text)) => Piece::Text(text.to_vec()),
+                Ok(PrintedValue::Table(size)) => Piece::Table(usize::from(size)),
+                Ok(PrintedValue::Function) => Piece::Function,
                 // Decoding has found no error.
-                Ok(Item::Rest) | Err(_) => {
+                Ok(PrintedValue::Rest) | Err(_) => {
                     complete = false;
                     Piece::Text(b"...".to_vec())
                 }

@@ -15,13 +15,13 @@ const FILE: &str = "bench/reference.toml";
 #[serde(deny_unknown_fields)]
 pub struct Catalogue {
     #[serde(rename = "script")]
-    pub scripts: Vec<Script>,
+    pub scripts: Vec<BenchScript>,
 }
 
 /// A script.
 #[derive(Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
-pub struct Script {
+pub struct BenchScript {
     pub name: String,
     /// The global `r` after the third step: an integer or a float.
     pub result: serde_json::Number,
@@ -44,7 +44,7 @@ impl Catalogue {
     }
 }
 
-impl Script {
+impl BenchScript {
     /// Returns true if it concerns a profile of numbers at all.
     pub fn is_for(&self, target: Target) -> bool {
         !self.full || target.profile() == Profile::Full

@@ -12,7 +12,7 @@ mod longest;
 use crate::error::BenchError;
 use crate::images::Compiled;
 use crate::marks::ReportedMark;
-use crate::program::Program;
+use crate::program::LinkedProgram;
 use crate::target::Target;
 use anyhow::{Error, Result};
 use bittybuzz_bench::Mark;
@@ -106,13 +106,13 @@ fn measure_longest(robot: &MeasuredRobot) -> Result<Costs> {
 /// Counts images, none twice.
 struct Runner {
     target: Target,
-    program: Program,
+    program: LinkedProgram,
     counted: HashMap<Vec<u8>, u64>,
 }
 
 impl Runner {
     fn new(target: Target) -> Result<Runner> {
-        Ok(Runner { target, program: Program::build(target)?, counted: HashMap::new() })
+        Ok(Runner { target, program: LinkedProgram::build(target)?, counted: HashMap::new() })
     }
 
     /// Counts a statement and one without the instruction, on a table of this number of cells, and returns the difference.

@@ -23,7 +23,7 @@ use catalogue::Catalogue;
 use error::BenchError;
 use figures::{Counts, Figure};
 use images::Compiled;
-use program::Program;
+use program::LinkedProgram;
 use target::Target;
 
 pub use program::HOST;
@@ -39,7 +39,7 @@ const VERIFICATION: &str = "verification";
 /// Options of `bench`.
 #[derive(Debug, clap::Args)]
 #[command(args_conflicts_with_subcommands = true)]
-pub struct Arguments {
+pub struct BenchArguments {
     #[command(subcommand)]
     costs: Option<Subject>,
     /// Prints an object for each target
@@ -66,7 +66,7 @@ enum Subject {
 }
 
 /// Measures, and prints the counts beside the baseline and the C BittyBuzz.
-pub fn run(wanted: &Arguments) -> Result<()> {
+pub fn run(wanted: &BenchArguments) -> Result<()> {
     if let Some(Subject::Costs { update, target }) = wanted.costs {
         ensure!(
             target != Some(Target::Host),
@@ -114,7 +114,7 @@ pub fn check() -> Result<()> {
 /// Every script that the target's machine can run.
 fn measure(target: Target, catalogue: &Catalogue) -> Result<figures::Scripts> {
     eprintln!("bench: {}", target.name());
-    let program = Program::build(target)?;
+    let program = LinkedProgram::build(target)?;
     let mut counts = figures::Scripts::new();
     let mut verification = None;
     for script in catalogue.scripts.iter().filter(|script| script.is_for(target)) {

@@ -1,6 +1,6 @@
 //! The marks of a program while it runs, and their meaning.
 
-use crate::catalogue::Script;
+use crate::catalogue::BenchScript;
 use crate::error::BenchError;
 use crate::target::Target;
 use bittybuzz_bench::Mark;
@@ -70,7 +70,7 @@ impl ReportedMark {
     }
 
     /// The result, if it is right.
-    pub fn result(&self, target: Target, script: &Script) -> Result<Number, BenchError> {
+    pub fn result(&self, target: Target, script: &BenchScript) -> Result<Number, BenchError> {
         let (target_name, name) = (target.name(), script.name.clone());
         let result = match self.mark {
             Mark::Integer => Some(Number::from(self.value as i32)),

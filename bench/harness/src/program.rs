@@ -49,7 +49,7 @@ fn build_for_host() -> Result<PathBuf> {
 }
 
 /// A linked program.
-pub struct Program {
+pub struct LinkedProgram {
     target: Target,
     path: PathBuf,
     bytes: Vec<u8>,
@@ -57,9 +57,9 @@ pub struct Program {
     folder: PathBuf,
 }
 
-impl Program {
+impl LinkedProgram {
     /// Builds the program of a target.
-    pub fn build(target: Target) -> Result<Program> {
+    pub fn build(target: Target) -> Result<LinkedProgram> {
         let program = runner(target);
         if !is_installed(program) {
             return Err(BenchError::Missing { program }.into());
@@ -71,7 +71,7 @@ impl Program {
         let bytes = fs::read(&path)?;
         let folder = self::target()?.join("bench");
         fs::create_dir_all(&folder)?;
-        Ok(Program { target, path, bytes, folder })
+        Ok(LinkedProgram { target, path, bytes, folder })
     }
 
     /// Runs a script.

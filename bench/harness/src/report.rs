@@ -1,6 +1,6 @@
 //! The table for people.
 
-use crate::catalogue::{Catalogue, Script};
+use crate::catalogue::{BenchScript, Catalogue};
 use crate::figures::{Figure, Scripts};
 use crate::target::Target;
 use crate::{COLLECTION, FIB, NO_COLLECTION, VERIFICATION};
@@ -41,7 +41,7 @@ fn write_table(
         "one step", "here", "C BittyBuzz", "times", "committed"
     )?;
     let mut ratios = Vec::new();
-    let is_row = |script: &&Script| {
+    let is_row = |script: &&BenchScript| {
         script.is_for(target) && ![COLLECTION, NO_COLLECTION, VERIFICATION].contains(&&*script.name)
     };
     for script in catalogue.scripts.iter().filter(is_row) {

@@ -11,7 +11,7 @@ pub(super) const START: [u8; 2] = [0xbc, 0xcf];
 
 /// A frame whose checksum is right. Its content is not checked.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct Frame<'a> {
+pub struct SyslinkFrame<'a> {
     kind: u8,
     data: &'a [u8],
 }
@@ -23,10 +23,10 @@ pub enum FrameError {
     TooLong,
 }
 
-impl<'a> Frame<'a> {
+impl<'a> SyslinkFrame<'a> {
     /// A frame to be sent.
     pub fn new(kind: u8, data: &'a [u8]) -> Result<Self, FrameError> {
-        if data.len() > MTU { Err(FrameError::TooLong) } else { Ok(Frame { kind, data }) }
+        if data.len() > MTU { Err(FrameError::TooLong) } else { Ok(SyslinkFrame { kind, data }) }
     }
 
     /// The type byte.
@@ -112,7 +112,7 @@ mod tests {
     use std::vec::Vec;
 
     fn written(kind: u8, data: &[u8]) -> Vec<u8> {
-        Frame::new(kind, data).unwrap().bytes().as_slice().to_vec()
+        SyslinkFrame::new(kind, data).unwrap().bytes().as_slice().to_vec()
     }
 
     /// Checksums worked out by hand from the definition.
@@ -135,7 +135,7 @@ mod tests {
     #[test]
     fn the_longest_frame_fits() {
         assert_eq!(written(0, &[7; MTU]).len(), FRAME_MAX);
-        assert_eq!(Frame::new(0, &[7; MTU + 1]), Err(FrameError::TooLong));
+        assert_eq!(SyslinkFrame::new(0, &[7; MTU + 1]), Err(FrameError::TooLong));
     }
 
     #[test]

@@ -14,7 +14,7 @@ mod parser;
 mod setup;
 
 pub use crtp::{Crtp, ExternalPose};
-pub use frame::{Bytes, FRAME_MAX, Frame, FrameError, MTU};
+pub use frame::{Bytes, FRAME_MAX, FrameError, MTU, SyslinkFrame};
 pub use p2p::{PING_MAX, Ping, Position, SWARM_MESSAGE_MAX, SWARM_PORT, SwarmFrame};
 pub use packet::{Battery, DataRate, P2P_MAX, Packet, PacketError, kind};
 pub use parser::Parser;

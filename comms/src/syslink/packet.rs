@@ -1,6 +1,6 @@
 //! The meaning of frames: the types that a robot's firmware needs.
 
-use super::frame::{Frame, FrameError, MTU};
+use super::frame::{FrameError, MTU, SyslinkFrame};
 
 /// Types of frames.
 pub mod kind {
@@ -123,7 +123,7 @@ pub enum PacketError {
 
 impl<'a> Packet<'a> {
     /// The meaning of a frame that the nRF51 has sent.
-    pub fn received(frame: Frame<'a>) -> Result<Self, PacketError> {
+    pub fn received(frame: SyslinkFrame<'a>) -> Result<Self, PacketError> {
         let kind = frame.kind();
         let data = frame.data();
         match (kind, data) {
@@ -175,7 +175,7 @@ impl<'a> Packet<'a> {
     }
 
     /// Writes the packet's data to `buffer` and makes a frame of it, as the STM32 sends it.
-    pub fn frame<'b>(&self, buffer: &'b mut [u8; MTU]) -> Result<Frame<'b>, FrameError> {
+    pub fn frame<'b>(&self, buffer: &'b mut [u8; MTU]) -> Result<SyslinkFrame<'b>, FrameError> {
         let mut length = 0;
         let mut put = |bytes: &[u8]| {
             for byte in bytes {
@@ -235,7 +235,7 @@ impl<'a> Packet<'a> {
             Packet::RadioLed(false) => kind::PM_LED_OFF,
         };
         match buffer.get(..length) {
-            Some(data) => Frame::new(kind, data),
+            Some(data) => SyslinkFrame::new(kind, data),
             None => Err(FrameError::TooLong),
         }
     }

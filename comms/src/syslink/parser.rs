@@ -1,6 +1,6 @@
 //! From a stream of bytes to frames.
 
-use super::frame::{Bytes, Frame, MTU, OVERHEAD, START, check};
+use super::frame::{Bytes, MTU, OVERHEAD, START, SyslinkFrame, check};
 
 /// Finds the frames in a stream.
 ///
@@ -33,7 +33,7 @@ impl Parser {
 
     /// Takes one byte, and gives the frames that it completes to `sink`: mostly none or one; more only where a false start
     /// had hidden some.
-    pub fn push(&mut self, byte: u8, mut sink: impl FnMut(Frame<'_>)) {
+    pub fn push(&mut self, byte: u8, mut sink: impl FnMut(SyslinkFrame<'_>)) {
         self.pending.push(byte);
         loop {
             match self.pending() {
@@ -42,7 +42,7 @@ impl Parser {
                 Pending::Complete(length) => {
                     if let [_, _, kind, _, rest @ ..] = self.pending.as_slice()
                         && let Some(data) = rest.get(..length - OVERHEAD)
-                        && let Ok(frame) = Frame::new(*kind, data)
+                        && let Ok(frame) = SyslinkFrame::new(*kind, data)
                     {
                         sink(frame);
                     }
@@ -109,7 +109,7 @@ mod tests {
     }
 
     fn frame(kind: u8, data: &[u8]) -> Vec<u8> {
-        Frame::new(kind, data).unwrap().bytes().as_slice().to_vec()
+        SyslinkFrame::new(kind, data).unwrap().bytes().as_slice().to_vec()
     }
 
     const GOOD: [u8; 7] = [0xbc, 0xcf, 0x01, 0x01, 0x50, 0x52, 0x55];

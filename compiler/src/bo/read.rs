@@ -22,7 +22,7 @@ impl Bo {
         if bytes.len() > MAX_SOURCE_BYTES {
             return Err(BoError { offset: MAX_SOURCE_BYTES, cause: Cause::TooLarge });
         }
-        let mut reader = Reader { bytes, at: 0 };
+        let mut reader = BoReader { bytes, at: 0 };
         let strings = reader.strings()?;
         let raw = reader.instructions()?;
         let mut code = Vec::with_capacity(raw.len());
@@ -84,12 +84,12 @@ struct Raw {
     argument: u32,
 }
 
-struct Reader<'a> {
+struct BoReader<'a> {
     bytes: &'a [u8],
     at: usize,
 }
 
-impl Reader<'_> {
+impl BoReader<'_> {
     fn take<const N: usize>(&mut self) -> Option<[u8; N]> {
         let taken = self.bytes.get(self.at..)?.first_chunk::<N>()?;
         self.at += N;

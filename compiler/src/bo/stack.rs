@@ -14,7 +14,7 @@ use crate::source::Span;
 
 /// An entry of the stack.
 #[derive(Debug)]
-enum Entry {
+enum StackEntry {
     /// A value.
     Value(Expr),
     /// The copy of the table below it, made by `dup`.
@@ -27,7 +27,7 @@ enum Entry {
 #[derive(Debug, Default)]
 pub struct Stack {
     /// Each with the height of its expression.
-    entries: Vec<(Entry, u32)>,
+    entries: Vec<(StackEntry, u32)>,
     /// The number of open blocks: the tree is higher by that.
     pub depth: u32,
     /// The height of the tree so far, open blocks included.
@@ -63,7 +63,7 @@ impl Stack {
     /// Pushes an expression of that height.
     pub fn push_value(&mut self, expr: Expr, height: u32) -> Result<(), Cause> {
         self.check_height(height)?;
-        self.entries.push((Entry::Value(expr), height));
+        self.entries.push((StackEntry::Value(expr), height));
         Ok(())
     }
 
@@ -90,9 +90,9 @@ impl Stack {
 
     fn pop_with_height(&mut self) -> Result<(Expr, u32), Cause> {
         match self.entries.pop() {
-            Some((Entry::Value(expr), height)) => Ok((expr, height)),
-            Some((Entry::Copy, _)) => Err(Cause::StrayCopy),
-            Some((Entry::Method(_), _)) => Err(Cause::MethodWithoutTable),
+            Some((StackEntry::Value(expr), height)) => Ok((expr, height)),
+            Some((StackEntry::Copy, _)) => Err(Cause::StrayCopy),
+            Some((StackEntry::Method(_), _)) => Err(Cause::MethodWithoutTable),
             None => Err(Cause::StackEmpty),
         }
     }
@@ -111,8 +111,8 @@ impl Stack {
     /// `dup`
     pub fn copy(&mut self) -> Result<(), Cause> {
         match self.entries.last() {
-            Some((Entry::Value(_), _)) => {
-                self.entries.push((Entry::Copy, 0));
+            Some((StackEntry::Value(_), _)) => {
+                self.entries.push((StackEntry::Copy, 0));
                 Ok(())
             }
             Some(_) => Err(Cause::StrayCopy),
@@ -123,8 +123,8 @@ impl Stack {
     /// `tget`
     pub fn get(&mut self, span: Span) -> Result<(), Cause> {
         let (key, key_height) = self.pop_with_height()?;
-        if let Some((entry @ Entry::Copy, height)) = self.entries.last_mut() {
-            *entry = Entry::Method(key);
+        if let Some((entry @ StackEntry::Copy, height)) = self.entries.last_mut() {
+            *entry = StackEntry::Method(key);
             *height = key_height;
             return Ok(());
         }
@@ -137,7 +137,7 @@ impl Stack {
         let (value, value_height) = self.pop_with_height()?;
         let (key, key_height) = self.pop_with_height()?;
         let height = 1 + value_height.max(key_height);
-        if !matches!(self.entries.last(), Some((Entry::Copy, _))) {
+        if !matches!(self.entries.last(), Some((StackEntry::Copy, _))) {
             let (table, table_height) = self.pop_with_height()?;
             self.check_height(height.max(1 + table_height))?;
             return Ok(Some((element(table, key, span), value)));
@@ -147,7 +147,7 @@ impl Stack {
             return Err(Cause::ComputedField);
         }
         match self.entries.last_mut() {
-            Some((Entry::Value(Expr { kind: ExprKind::Table(fields), .. }), of_table)) => {
+            Some((StackEntry::Value(Expr { kind: ExprKind::Table(fields), .. }), of_table)) => {
                 fields.push((key, value));
                 *of_table = height.max(*of_table);
                 self.check_height(height).map(|()| None)
@@ -176,13 +176,13 @@ impl Stack {
         }
         args.reverse();
         let callee = match self.entries.pop() {
-            Some((Entry::Method(key), key_height)) => {
+            Some((StackEntry::Method(key), key_height)) => {
                 let (table, table_height) = self.pop_with_height()?;
                 height = height.max(1 + key_height.max(table_height));
                 let key_span = key.span;
                 element(table, key, key_span)
             }
-            Some((Entry::Value(callee), callee_height)) => {
+            Some((StackEntry::Value(callee), callee_height)) => {
                 let (self_value, _) = self.pop_with_height()?;
                 // With a table access as callee the tree would mean a method call.
                 let is_element =
@@ -193,7 +193,7 @@ impl Stack {
                 height = height.max(callee_height);
                 callee
             }
-            Some((Entry::Copy, _)) => return Err(Cause::StrayCopy),
+            Some((StackEntry::Copy, _)) => return Err(Cause::StrayCopy),
             None => return Err(Cause::StackEmpty),
         };
         let kind = ExprKind::Call { callee: Box::new(callee), args };

@@ -114,7 +114,7 @@ pub fn outlines(
     let mut outlines = vec![Outline::default(); chunks.chunks.len()];
     // Lambdas before the functions that create them, so that their heights are known.
     for (number, chunk) in chunks.chunks.iter().enumerate().rev() {
-        let mut reader = Reader {
+        let mut reader = StructureReader {
             bo,
             listing,
             chunks,
@@ -138,7 +138,7 @@ pub fn outlines(
     Ok(outlines)
 }
 
-struct Reader<'a> {
+struct StructureReader<'a> {
     bo: &'a Bo,
     listing: &'a Listing,
     chunks: &'a Chunks,
@@ -150,7 +150,7 @@ struct Reader<'a> {
     outline: Outline,
 }
 
-impl Reader<'_> {
+impl StructureReader<'_> {
     /// The statements of a range of instructions, which no jump leaves.
     fn block(&mut self, range: Range<usize>) -> Result<Vec<Node>, BoError> {
         self.stack.open_block().map_err(|cause| self.bo.error(range.start, cause))?;

@@ -4,8 +4,8 @@ use bittybuzz_vm_core::builtin::{self, Info};
 
 use crate::check::names::{Meaning, Meanings, Member};
 use crate::check::suggest;
-use crate::check::tree::{Expr, ExprKind, Program, each_expr};
-use crate::check::values::{Kind, kind_of};
+use crate::check::tree::{Expr, ExprKind, ResolvedScript, each_expr};
+use crate::check::values::{ValueKind, kind_of};
 use crate::codes::Code;
 use crate::diagnostic::Diagnostic;
 
@@ -37,15 +37,15 @@ impl Wanted {
         }
     }
 
-    fn takes(self, kind: Kind) -> bool {
-        let is_number = matches!(kind, Kind::Int | Kind::Float | Kind::Number);
+    fn takes(self, kind: ValueKind) -> bool {
+        let is_number = matches!(kind, ValueKind::Int | ValueKind::Float | ValueKind::Number);
         match self {
             Wanted::Number => is_number,
-            Wanted::Integer => matches!(kind, Kind::Int | Kind::Number),
-            Wanted::Text => kind == Kind::String,
-            Wanted::Table => kind == Kind::Table,
-            Wanted::Function => kind == Kind::Function,
-            Wanted::Listener => matches!(kind, Kind::Function | Kind::Nil),
+            Wanted::Integer => matches!(kind, ValueKind::Int | ValueKind::Number),
+            Wanted::Text => kind == ValueKind::String,
+            Wanted::Table => kind == ValueKind::Table,
+            Wanted::Function => kind == ValueKind::Function,
+            Wanted::Listener => matches!(kind, ValueKind::Function | ValueKind::Nil),
         }
     }
 }
@@ -95,7 +95,7 @@ pub fn wanted(number: u8) -> &'static [Wanted] {
 }
 
 /// Checks a whole script.
-pub fn check_arguments(program: &Program, meanings: &Meanings<'_>) -> Vec<Diagnostic> {
+pub fn check_arguments(program: &ResolvedScript, meanings: &Meanings<'_>) -> Vec<Diagnostic> {
     let mut diagnostics = Vec::new();
     for function in &program.functions {
         each_expr(&function.body, &mut |expr| match &expr.kind {

@@ -8,7 +8,7 @@ use crate::check::calls::counted;
 use crate::check::names::{Meaning, Meanings, Member};
 use crate::check::suggest;
 use crate::check::tree::{
-    Expr, ExprKind, FunctionId, LocalId, Program, Stmt, StmtKind, each_expr, each_stmt,
+    Expr, ExprKind, FunctionId, LocalId, ResolvedScript, Stmt, StmtKind, each_expr, each_stmt,
 };
 use crate::codes::Code;
 use crate::diagnostic::Diagnostic;
@@ -81,7 +81,7 @@ const KEY_NAMES: [&str; 6] = ["key", "k", "id", "rid", "topic", "robot_id"];
 const NEIGHBOR_FIELDS: [&str; 3] = ["distance", "azimuth", "elevation"];
 
 /// Checks every callback of a script.
-pub fn check_callbacks(program: &Program, meanings: &Meanings<'_>) -> Vec<Diagnostic> {
+pub fn check_callbacks(program: &ResolvedScript, meanings: &Meanings<'_>) -> Vec<Diagnostic> {
     let mut checker = Checker {
         program,
         meanings,
@@ -105,7 +105,7 @@ pub fn check_callbacks(program: &Program, meanings: &Meanings<'_>) -> Vec<Diagno
 }
 
 /// The names of all fields that the script writes, in any table.
-fn written_fields(program: &Program) -> BTreeSet<&str> {
+fn written_fields(program: &ResolvedScript) -> BTreeSet<&str> {
     let mut fields = BTreeSet::new();
     for function in &program.functions {
         each_stmt(&function.body, &mut |stmt| {
@@ -128,7 +128,7 @@ fn written_fields(program: &Program) -> BTreeSet<&str> {
 }
 
 struct Checker<'a> {
-    program: &'a Program,
+    program: &'a ResolvedScript,
     meanings: &'a Meanings<'a>,
     /// The names of the fields that the script itself writes.
     fields: BTreeSet<&'a str>,

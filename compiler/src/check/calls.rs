@@ -6,7 +6,7 @@ use bittybuzz_vm_core::builtin::{self, Library};
 use crate::check::names::{Meaning, Member};
 use crate::check::suggest;
 use crate::check::tree::{Expr, ExprKind, FunctionId, NameId};
-use crate::check::values::{Kind, kind_of};
+use crate::check::values::{ValueKind, kind_of};
 use crate::check::walk::Checker;
 use crate::codes::Code;
 use crate::diagnostic::Diagnostic;
@@ -29,7 +29,7 @@ impl Checker<'_> {
             }
             _ => {
                 if let Some(kind) =
-                    kind_of(callee, self.meanings).filter(|kind| *kind != Kind::Function)
+                    kind_of(callee, self.meanings).filter(|kind| *kind != ValueKind::Function)
                 {
                     self.not_callable(callee.span, kind.name());
                 }
@@ -143,7 +143,7 @@ impl Checker<'_> {
         span: Span,
     ) {
         match self.meanings.member(library, key) {
-            Member::Known(info) if info.kind == builtin::Kind::Value => {
+            Member::Known(info) if info.kind == builtin::BuiltinKind::Value => {
                 let what = match info.number {
                     builtin::RNG => "a table",
                     _ => "a number",
@@ -210,9 +210,10 @@ impl Checker<'_> {
             );
             return;
         }
-        let kinds: Vec<Option<Kind>> = args.iter().map(|arg| kind_of(arg, self.meanings)).collect();
+        let kinds: Vec<Option<ValueKind>> =
+            args.iter().map(|arg| kind_of(arg, self.meanings)).collect();
         let first_wrong = |list: &[Parameter]| {
-            let is_wrong = |(index, (_, kind)): &(usize, (&Expr, &Option<Kind>))| {
+            let is_wrong = |(index, (_, kind)): &(usize, (&Expr, &Option<ValueKind>))| {
                 parameter_at(list, *index).is_some_and(|known| !accepts(known.kind, **kind))
             };
             args.iter().zip(&kinds).enumerate().find(is_wrong)
@@ -245,14 +246,16 @@ impl Checker<'_> {
 }
 
 /// Returns true if a parameter takes a value of that type; an unknown value may fit.
-fn accepts(parameter: Type, kind: Option<Kind>) -> bool {
+fn accepts(parameter: Type, kind: Option<ValueKind>) -> bool {
     match (parameter, kind) {
         (Type::Any, _) | (_, None) => true,
-        (Type::Int, Some(kind)) => matches!(kind, Kind::Int | Kind::Number),
-        (Type::Number, Some(kind)) => matches!(kind, Kind::Int | Kind::Float | Kind::Number),
-        (Type::String, Some(kind)) => kind == Kind::String,
-        (Type::Table, Some(kind)) => kind == Kind::Table,
-        (Type::Function, Some(kind)) => kind == Kind::Function,
+        (Type::Int, Some(kind)) => matches!(kind, ValueKind::Int | ValueKind::Number),
+        (Type::Number, Some(kind)) => {
+            matches!(kind, ValueKind::Int | ValueKind::Float | ValueKind::Number)
+        }
+        (Type::String, Some(kind)) => kind == ValueKind::String,
+        (Type::Table, Some(kind)) => kind == ValueKind::Table,
+        (Type::Function, Some(kind)) => kind == ValueKind::Function,
     }
 }
 

@@ -5,15 +5,15 @@ use std::collections::BTreeMap;
 use crate::check::calls::counted;
 use crate::check::names::{Meaning, Meanings};
 use crate::check::tree::{
-    Expr, ExprKind, Function, Name, NameId, Program, Stmt, StmtKind, each_stmt,
+    Expr, ExprKind, Function, Name, NameId, ResolvedScript, Stmt, StmtKind, each_stmt,
 };
-use crate::check::values::{Kind, kind_of};
+use crate::check::values::{ValueKind, kind_of};
 use crate::codegen::ENTRIES;
 use crate::codes::Code;
 use crate::diagnostic::Diagnostic;
 
 /// Checks entry points, and functions that were meant to be one.
-pub fn check_entries(program: &Program, meanings: &Meanings<'_>) -> Vec<Diagnostic> {
+pub fn check_entries(program: &ResolvedScript, meanings: &Meanings<'_>) -> Vec<Diagnostic> {
     let mut diagnostics = Vec::new();
     for entry in ENTRIES {
         if let Some(id) = program.find_name(entry).filter(|_| !program.hidden.is_lost(entry)) {
@@ -27,7 +27,7 @@ pub fn check_entries(program: &Program, meanings: &Meanings<'_>) -> Vec<Diagnost
 
 /// Returns the entry point that a function was meant to be: nothing uses the function, and the script has no such
 /// entry point.
-pub fn meant_entry(program: &Program, name: &Name) -> Option<&'static str> {
+pub fn meant_entry(program: &ResolvedScript, name: &Name) -> Option<&'static str> {
     let is_used = !name.reads.is_empty() || !name.calls.is_empty() || !name.writes.is_empty();
     let is_known = !is_used && !program.hidden.is_lost(&name.text);
     if !is_known || name.definitions.is_empty() || ENTRIES.contains(&name.text.as_str()) {
@@ -46,12 +46,12 @@ pub fn meant_entry(program: &Program, name: &Name) -> Option<&'static str> {
     })
 }
 
-fn is_assigned(program: &Program, text: &str) -> bool {
+fn is_assigned(program: &ResolvedScript, text: &str) -> bool {
     let name = program.find_name(text).map(|id| program.name(id));
     name.is_some_and(|name| !name.definitions.is_empty() || !name.writes.is_empty())
 }
 
-fn misspelt(program: &Program, name: &Name) -> Option<Diagnostic> {
+fn misspelt(program: &ResolvedScript, name: &Name) -> Option<Diagnostic> {
     let entry = meant_entry(program, name)?;
     let (_, span) = name.definitions.last()?;
     Some(
@@ -65,7 +65,7 @@ fn misspelt(program: &Program, name: &Name) -> Option<Diagnostic> {
     )
 }
 
-fn parameters(program: &Program, id: NameId, meanings: &Meanings<'_>) -> Option<Diagnostic> {
+fn parameters(program: &ResolvedScript, id: NameId, meanings: &Meanings<'_>) -> Option<Diagnostic> {
     let Meaning::Function(function) = meanings.of(id) else { return None };
     let name = program.name(id);
     // A script that calls it, too, may pass something.
@@ -89,7 +89,11 @@ fn parameters(program: &Program, id: NameId, meanings: &Meanings<'_>) -> Option<
     )
 }
 
-fn not_function(program: &Program, id: NameId, meanings: &Meanings<'_>) -> Option<Diagnostic> {
+fn not_function(
+    program: &ResolvedScript,
+    id: NameId,
+    meanings: &Meanings<'_>,
+) -> Option<Diagnostic> {
     let mut assigned = BTreeMap::new();
     for function in &program.functions {
         assigned_values(&function.body, &mut assigned);
@@ -97,7 +101,8 @@ fn not_function(program: &Program, id: NameId, meanings: &Meanings<'_>) -> Optio
     let values = assigned.remove(&id)?;
     // The robot may call one function among them, or a value that cannot be seen.
     let kind = |value: &Expr| kind_of(value, meanings);
-    let is_value = |value: &&Expr| !matches!(kind(value), None | Some(Kind::Function | Kind::Nil));
+    let is_value =
+        |value: &&Expr| !matches!(kind(value), None | Some(ValueKind::Function | ValueKind::Nil));
     if values.is_empty() || !values.iter().all(is_value) {
         return None;
     }

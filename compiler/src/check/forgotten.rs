@@ -8,14 +8,15 @@ use crate::ast::{BinaryOp, UnaryOp};
 use crate::check::names::{Meaning, Meanings, Member};
 use crate::check::suggest;
 use crate::check::tree::{
-    Branch, Expr, ExprKind, FunctionId, Link, LocalId, NameId, Program, Stmt, StmtKind, children,
+    Branch, Expr, ExprKind, FunctionId, Link, LocalId, NameId, ResolvedScript, Stmt, StmtKind,
+    children,
 };
 use crate::codes::Code;
 use crate::diagnostic::Diagnostic;
 use crate::source::Span;
 
 /// Checks a whole script.
-pub fn check_forgotten(program: &Program, meanings: &Meanings<'_>) -> Vec<Diagnostic> {
+pub fn check_forgotten(program: &ResolvedScript, meanings: &Meanings<'_>) -> Vec<Diagnostic> {
     let mut scan = Scan {
         meanings,
         function: FunctionId::GLOBAL,
@@ -127,7 +128,7 @@ impl Scan<'_> {
         let ExprKind::Field { object, key, .. } = &expr.kind else { return None };
         match self.meanings.member(self.meanings.library(object)?, key) {
             Member::Known(info) => {
-                (info.kind != builtin::Kind::Value && info.max <= most).then_some(info)
+                (info.kind != builtin::BuiltinKind::Value && info.max <= most).then_some(info)
             }
             Member::Absent | Member::Changing => None,
         }
@@ -194,7 +195,7 @@ fn forgotten(info: &Info, span: Span) -> Diagnostic {
 }
 
 /// The first `stigmergy.create` that every step comes by.
-fn created_in_step(program: &Program, meanings: &Meanings<'_>) -> Option<Diagnostic> {
+fn created_in_step(program: &ResolvedScript, meanings: &Meanings<'_>) -> Option<Diagnostic> {
     // A statement that was not understood may leave the step before.
     let step = program.find_name("step").filter(|_| !program.hidden.is_any())?;
     let Meaning::Function(step) = meanings.of(step) else { return None };

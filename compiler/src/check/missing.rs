@@ -5,7 +5,7 @@ use std::collections::{BTreeSet, HashMap, HashSet};
 use super::names::{Meaning, Meanings};
 use super::resolve;
 use super::robots::Robots;
-use super::tree::{ExprKind, NameId, Program, StmtKind, each_expr, each_stmt};
+use super::tree::{ExprKind, NameId, ResolvedScript, StmtKind, each_expr, each_stmt};
 use crate::ast::Script;
 use crate::codegen::constant::Profile;
 use crate::source::Span;
@@ -64,7 +64,7 @@ struct Call {
     span: Span,
 }
 
-fn calls(program: &Program) -> HashMap<NameId, Vec<Call>> {
+fn calls(program: &ResolvedScript) -> HashMap<NameId, Vec<Call>> {
     let mut calls: HashMap<NameId, Vec<Call>> = HashMap::new();
     for function in &program.functions {
         let mut statements = HashSet::new();

@@ -25,13 +25,13 @@ use crate::diagnostic::{Diagnostic, Severity};
 use crate::parser::Hidden;
 use names::Meanings;
 use robots::Robots;
-use tree::Program;
+use tree::ResolvedScript;
 
 /// A script whose names are resolved, and the diagnostics about it.
 #[derive(Debug, Clone)]
 pub struct Checked<'a> {
     /// The script.
-    pub program: Program,
+    pub program: ResolvedScript,
     /// The meanings of its names.
     pub meanings: Meanings<'a>,
     /// Errors and warnings.
@@ -69,7 +69,7 @@ pub fn check<'a>(
 }
 
 /// A lambda has the self of the function that creates it, which therefore needs its self, too.
-fn pass_self_on(program: &mut Program, meanings: &Meanings<'_>) {
+fn pass_self_on(program: &mut ResolvedScript, meanings: &Meanings<'_>) {
     // Lambdas come after their creators.
     for number in (0..program.functions.len()).rev() {
         let Some(function) = program.functions.get(number) else { continue };

@@ -13,7 +13,7 @@ use crate::ast::UnaryOp;
 use crate::check::entries::assigned_values;
 use crate::check::robots::Robots;
 use crate::check::tree::{
-    Block, Expr, ExprKind, FunctionId, Name, NameId, Program, Stmt, StmtKind, children,
+    Block, Expr, ExprKind, FunctionId, Name, NameId, ResolvedScript, Stmt, StmtKind, children,
 };
 use crate::codegen::constant::Profile;
 
@@ -86,7 +86,7 @@ pub fn offered(robots: Robots<'_>, profile: Profile, name: &str) -> Meaning {
 
 impl<'a> Meanings<'a> {
     /// Finds the meaning of every name.
-    pub fn new(program: &Program, robots: Robots<'a>, profile: Profile) -> Self {
+    pub fn new(program: &ResolvedScript, robots: Robots<'a>, profile: Profile) -> Self {
         let names: Vec<Meaning> =
             program.names.iter().map(|name| meaning(robots, profile, name)).collect();
         let mut meanings = Meanings {
@@ -210,7 +210,7 @@ fn meaning(robots: Robots<'_>, profile: Profile, name: &Name) -> Meaning {
 }
 
 /// Globals that get their values from `swarm.create` or `stigmergy.create` only.
-fn objects(program: &Program, meanings: &Meanings<'_>) -> BTreeMap<NameId, Library> {
+fn objects(program: &ResolvedScript, meanings: &Meanings<'_>) -> BTreeMap<NameId, Library> {
     let mut objects = BTreeMap::new();
     let mut assigned = BTreeMap::new();
     for function in &program.functions {

@@ -1,7 +1,7 @@
 //! Finds operations on constants whose result the numbers of the robot cannot hold.
 
 use crate::ast::{BinaryOp, UnaryOp};
-use crate::check::tree::{Expr, ExprKind, Program, each_expr};
+use crate::check::tree::{Expr, ExprKind, ResolvedScript, each_expr};
 use crate::check::values::word_bits;
 use crate::codegen::constant::{self, Number, Profile};
 use crate::codes::Code;
@@ -9,7 +9,7 @@ use crate::diagnostic::Diagnostic;
 use crate::source::Span;
 
 /// Checks a whole script for robots of that profile.
-pub fn check_overflow(program: &Program, profile: Profile) -> Vec<Diagnostic> {
+pub fn check_overflow(program: &ResolvedScript, profile: Profile) -> Vec<Diagnostic> {
     let mut diagnostics = Vec::new();
     for function in &program.functions {
         each_expr(&function.body, &mut |expr| match &expr.kind {

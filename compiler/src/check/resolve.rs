@@ -6,8 +6,8 @@
 use crate::ast;
 use crate::ast::UnaryOp;
 use crate::check::tree::{
-    Block, Branch, Expr, ExprKind, Function, FunctionId, Link, Local, LocalId, LocalKind, Program,
-    Stmt, StmtKind,
+    Block, Branch, Expr, ExprKind, Function, FunctionId, Link, Local, LocalId, LocalKind,
+    ResolvedScript, Stmt, StmtKind,
 };
 use crate::codegen::asm::MAX_PARAMETERS;
 use crate::codes::Code;
@@ -15,13 +15,13 @@ use crate::diagnostic::Diagnostic;
 use crate::source::Span;
 
 /// Resolves a script.
-pub fn resolve(script: &ast::Script) -> (Program, Vec<Diagnostic>) {
+pub fn resolve(script: &ast::Script) -> (ResolvedScript, Vec<Diagnostic>) {
     let span = match (script.stmts.first(), script.stmts.last()) {
         (Some(first), Some(last)) => first.span.to(last.span),
         _ => Span::default(),
     };
     let mut resolver = Resolver {
-        program: Program::default(),
+        program: ResolvedScript::default(),
         contexts: vec![Context::new(FunctionId::GLOBAL)],
         diagnostics: Vec::new(),
     };
@@ -63,7 +63,7 @@ impl Context {
 }
 
 struct Resolver {
-    program: Program,
+    program: ResolvedScript,
     /// The functions around the place, each a lambda in the one before.
     contexts: Vec<Context>,
     diagnostics: Vec<Diagnostic>,

@@ -2,13 +2,17 @@
 
 use crate::check::names::{Meaning, offered};
 use crate::check::robots::Robots;
-use crate::check::tree::{Name, Program};
+use crate::check::tree::{Name, ResolvedScript};
 use crate::codegen::constant::Profile;
 use crate::codes::Code;
 use crate::diagnostic::Diagnostic;
 
 /// Checks the names that a script defines.
-pub fn check_names(program: &Program, robots: Robots<'_>, profile: Profile) -> Vec<Diagnostic> {
+pub fn check_names(
+    program: &ResolvedScript,
+    robots: Robots<'_>,
+    profile: Profile,
+) -> Vec<Diagnostic> {
     let mut diagnostics = Vec::new();
     for name in &program.names {
         diagnostics.extend(taken(name, robots, profile));

@@ -4,7 +4,7 @@ use bittybuzz_vm_core::builtin::{self, Library};
 
 use crate::check::names::Meaning;
 use crate::check::robots::Robots;
-use crate::check::tree::{FunctionId, Program};
+use crate::check::tree::{FunctionId, ResolvedScript};
 use crate::diagnostic::Diagnostic;
 use crate::source::Span;
 use crate::token::{Fixed, KEYWORDS};
@@ -56,7 +56,7 @@ impl Advice {
 /// Advice for a name that nothing defines; `function` is where it stands.
 pub fn for_name(
     name: &str,
-    program: &Program,
+    program: &ResolvedScript,
     function: FunctionId,
     robots: Robots<'_>,
 ) -> Option<Advice> {

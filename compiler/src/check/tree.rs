@@ -10,11 +10,11 @@ use crate::ast::{BinaryOp, UnaryOp};
 use crate::parser::Hidden;
 use crate::source::Span;
 
-/// Index into [`Program::functions`].
+/// Index into [`ResolvedScript::functions`].
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord)]
 pub struct FunctionId(pub usize);
 
-/// Index into [`Program::names`].
+/// Index into [`ResolvedScript::names`].
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord)]
 pub struct NameId(pub usize);
 
@@ -29,7 +29,7 @@ impl FunctionId {
 
 /// A whole script.
 #[derive(Debug, Clone, Default)]
-pub struct Program {
+pub struct ResolvedScript {
     /// Number 0 is the global code; a lambda comes after the function that creates it.
     pub functions: Vec<Function>,
     /// Names that are no locals, in order of first appearance.
@@ -39,7 +39,7 @@ pub struct Program {
     numbers: HashMap<String, NameId>,
 }
 
-impl Program {
+impl ResolvedScript {
     /// The function with that number.
     pub fn function(&self, id: FunctionId) -> &Function {
         &self.functions[id.0]

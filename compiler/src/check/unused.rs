@@ -6,7 +6,7 @@ use crate::ast::UnaryOp;
 use crate::check::entries::meant_entry;
 use crate::check::names::{Meaning, Meanings, offered};
 use crate::check::tree::{
-    Branch, Expr, ExprKind, FunctionId, LocalId, LocalKind, NameId, Program, Stmt, StmtKind,
+    Branch, Expr, ExprKind, FunctionId, LocalId, LocalKind, NameId, ResolvedScript, Stmt, StmtKind,
     children,
 };
 use crate::codegen::ENTRIES;
@@ -15,7 +15,7 @@ use crate::diagnostic::Diagnostic;
 use crate::source::{FileId, Span};
 
 /// Checks a whole script.
-pub fn check_unused(program: &Program, meanings: &Meanings<'_>) -> Vec<Diagnostic> {
+pub fn check_unused(program: &ResolvedScript, meanings: &Meanings<'_>) -> Vec<Diagnostic> {
     let mut diagnostics = Vec::new();
     let mut uses = Uses {
         function: FunctionId::GLOBAL,
@@ -56,7 +56,7 @@ pub fn check_unused(program: &Program, meanings: &Meanings<'_>) -> Vec<Diagnosti
 
 /// Returns true for a function whose callers are all known, so that its author chose its
 /// parameters.
-fn is_called_by_name(program: &Program, meanings: &Meanings<'_>, id: FunctionId) -> bool {
+fn is_called_by_name(program: &ResolvedScript, meanings: &Meanings<'_>, id: FunctionId) -> bool {
     let name = program.function(id).name.as_deref().and_then(|name| program.find_name(name));
     name.is_some_and(|name| {
         let uses = program.name(name);
@@ -81,7 +81,7 @@ fn unused_parameter(name: &str, span: Span) -> Diagnostic {
 }
 
 /// Functions of the main script that nothing mentions. A file without an entry point is a library or a first trial.
-fn unused_functions(program: &Program) -> Vec<Diagnostic> {
+fn unused_functions(program: &ResolvedScript) -> Vec<Diagnostic> {
     let has_entry = program.names.iter().any(|name| {
         ENTRIES.contains(&name.text.as_str())
             && (!name.definitions.is_empty() || !name.writes.is_empty())
@@ -118,7 +118,11 @@ fn self_assignment(span: Span) -> Diagnostic {
 }
 
 /// Globals each of whose values needs the value before: there is never a first one.
-fn only_own_values(program: &Program, meanings: &Meanings<'_>, uses: &Uses) -> Vec<Diagnostic> {
+fn only_own_values(
+    program: &ResolvedScript,
+    meanings: &Meanings<'_>,
+    uses: &Uses,
+) -> Vec<Diagnostic> {
     let mut diagnostics = Vec::new();
     for (id, values) in &uses.assigned {
         let name = program.name(*id);

@@ -11,7 +11,7 @@ use crate::source::Span;
 
 /// The type of a value, as far as the source shows it.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Kind {
+pub enum ValueKind {
     /// nil
     Nil,
     /// An integer.
@@ -28,42 +28,44 @@ pub enum Kind {
     Function,
 }
 
-impl Kind {
+impl ValueKind {
     /// Returns the name in messages.
     pub fn name(self) -> &'static str {
         match self {
-            Kind::Nil => "nil",
-            Kind::Int => "an integer",
-            Kind::Float => "a float",
-            Kind::Number => "a number",
-            Kind::String => "a string",
-            Kind::Table => "a table",
-            Kind::Function => "a function",
+            ValueKind::Nil => "nil",
+            ValueKind::Int => "an integer",
+            ValueKind::Float => "a float",
+            ValueKind::Number => "a number",
+            ValueKind::String => "a string",
+            ValueKind::Table => "a table",
+            ValueKind::Function => "a function",
         }
     }
 
     fn is_number(self) -> bool {
-        matches!(self, Kind::Int | Kind::Float | Kind::Number)
+        matches!(self, ValueKind::Int | ValueKind::Float | ValueKind::Number)
     }
 }
 
 /// The type of an expression's value, where it is certain unless the expression faults.
-pub fn kind_of(expr: &Expr, meanings: &Meanings<'_>) -> Option<Kind> {
+pub fn kind_of(expr: &Expr, meanings: &Meanings<'_>) -> Option<ValueKind> {
     match &expr.kind {
-        ExprKind::Nil => Some(Kind::Nil),
-        ExprKind::Int(_) => Some(Kind::Int),
-        ExprKind::Float(_) => Some(Kind::Float),
-        ExprKind::Str(_) => Some(Kind::String),
-        ExprKind::Table(_) => Some(Kind::Table),
-        ExprKind::Lambda(_) => Some(Kind::Function),
+        ExprKind::Nil => Some(ValueKind::Nil),
+        ExprKind::Int(_) => Some(ValueKind::Int),
+        ExprKind::Float(_) => Some(ValueKind::Float),
+        ExprKind::Str(_) => Some(ValueKind::String),
+        ExprKind::Table(_) => Some(ValueKind::Table),
+        ExprKind::Lambda(_) => Some(ValueKind::Function),
         ExprKind::Name(name) => match meanings.of(*name) {
-            Meaning::Function(_) | Meaning::Builtin(_) | Meaning::Robot => Some(Kind::Function),
-            Meaning::Library(_) => Some(Kind::Table),
-            Meaning::RobotId => Some(Kind::Int),
+            Meaning::Function(_) | Meaning::Builtin(_) | Meaning::Robot => {
+                Some(ValueKind::Function)
+            }
+            Meaning::Library(_) => Some(ValueKind::Table),
+            Meaning::RobotId => Some(ValueKind::Int),
             Meaning::Nil | Meaning::Global => None,
         },
         ExprKind::Unary { op, operand } => Some(match op {
-            UnaryOp::Not | UnaryOp::BitNot => Kind::Int,
+            UnaryOp::Not | UnaryOp::BitNot => ValueKind::Int,
             UnaryOp::Negate | UnaryOp::Plus => number_kind(kind_of(operand, meanings)),
         }),
         ExprKind::Chain { first, links } => {
@@ -76,17 +78,17 @@ pub fn kind_of(expr: &Expr, meanings: &Meanings<'_>) -> Option<Kind> {
 }
 
 /// The type of an operation's value, from those of its two sides.
-pub fn result_kind(op: BinaryOp, left: Option<Kind>, right: Option<Kind>) -> Kind {
+pub fn result_kind(op: BinaryOp, left: Option<ValueKind>, right: Option<ValueKind>) -> ValueKind {
     match op {
         BinaryOp::Add | BinaryOp::Sub | BinaryOp::Mul | BinaryOp::Div | BinaryOp::Mod => {
             match (number_kind(left), number_kind(right)) {
-                (Kind::Float, _) | (_, Kind::Float) => Kind::Float,
-                (Kind::Int, Kind::Int) => Kind::Int,
-                _ => Kind::Number,
+                (ValueKind::Float, _) | (_, ValueKind::Float) => ValueKind::Float,
+                (ValueKind::Int, ValueKind::Int) => ValueKind::Int,
+                _ => ValueKind::Number,
             }
         }
-        BinaryOp::Pow => Kind::Float,
-        _ => Kind::Int,
+        BinaryOp::Pow => ValueKind::Float,
+        _ => ValueKind::Int,
     }
 }
 
@@ -94,13 +96,13 @@ pub fn result_kind(op: BinaryOp, left: Option<Kind>, right: Option<Kind>) -> Kin
 #[derive(Debug, Clone, Copy)]
 pub struct Operand {
     /// The type of its value, where that is certain.
-    pub kind: Option<Kind>,
+    pub kind: Option<ValueKind>,
     /// The place in the source.
     pub span: Span,
 }
 
-fn number_kind(kind: Option<Kind>) -> Kind {
-    kind.filter(|kind| kind.is_number()).unwrap_or(Kind::Number)
+fn number_kind(kind: Option<ValueKind>) -> ValueKind {
+    kind.filter(|kind| kind.is_number()).unwrap_or(ValueKind::Number)
 }
 
 impl Checker<'_> {
@@ -165,7 +167,7 @@ impl Checker<'_> {
         let Some(kind) = kind_of(operand, self.meanings) else { return };
         let works = match op {
             UnaryOp::Negate | UnaryOp::Plus => kind.is_number(),
-            UnaryOp::BitNot => matches!(kind, Kind::Int | Kind::Number),
+            UnaryOp::BitNot => matches!(kind, ValueKind::Int | ValueKind::Number),
             UnaryOp::Not => true,
         };
         if !works {
@@ -198,7 +200,12 @@ impl Checker<'_> {
         }
     }
 
-    fn check_equality(&mut self, op: BinaryOp, kinds: (Option<Kind>, Option<Kind>), span: Span) {
+    fn check_equality(
+        &mut self,
+        op: BinaryOp,
+        kinds: (Option<ValueKind>, Option<ValueKind>),
+        span: Span,
+    ) {
         let (Some(left), Some(right)) = kinds else { return };
         if left == right || (left.is_number() && right.is_number()) {
             return;
@@ -215,13 +222,13 @@ impl Checker<'_> {
         );
     }
 
-    fn check_order(&mut self, kinds: (Option<Kind>, Option<Kind>), span: Span) {
+    fn check_order(&mut self, kinds: (Option<ValueKind>, Option<ValueKind>), span: Span) {
         let (Some(left), Some(right)) = kinds else { return };
         // nil is below everything.
-        let is_ordered = left == Kind::Nil
-            || right == Kind::Nil
+        let is_ordered = left == ValueKind::Nil
+            || right == ValueKind::Nil
             || (left.is_number() && right.is_number())
-            || (left == Kind::String && right == Kind::String);
+            || (left == ValueKind::String && right == ValueKind::String);
         if !is_ordered {
             self.report(
                 Diagnostic::new(
@@ -245,7 +252,7 @@ impl Checker<'_> {
     ) -> bool {
         for operand in [left, right] {
             let Some(kind) = operand.kind else { continue };
-            if !kind.is_number() || (op.is_bitwise() && kind == Kind::Float) {
+            if !kind.is_number() || (op.is_bitwise() && kind == ValueKind::Float) {
                 let wanted = if op.is_bitwise() { "integers" } else { "numbers" };
                 self.impossible(span, operand.span, kind, wanted);
                 return false;
@@ -258,7 +265,7 @@ impl Checker<'_> {
     fn check_right_side(&mut self, op: BinaryOp, left: Operand, right: &Expr, span: Span) {
         let ExprKind::Int(value) = right.kind else { return };
         match op {
-            BinaryOp::Div | BinaryOp::Mod if value == 0 && left.kind != Some(Kind::Float) => {
+            BinaryOp::Div | BinaryOp::Mod if value == 0 && left.kind != Some(ValueKind::Float) => {
                 self.report(
                     Diagnostic::new(Code::DivisionByZero, span, "division by zero")
                         .label("stops the script if the left side is an integer"),
@@ -279,7 +286,7 @@ impl Checker<'_> {
         }
     }
 
-    fn impossible(&mut self, span: Span, operand: Span, kind: Kind, wanted: &str) {
+    fn impossible(&mut self, span: Span, operand: Span, kind: ValueKind, wanted: &str) {
         self.report(
             Diagnostic::new(
                 Code::ImpossibleOperation,
@@ -293,7 +300,8 @@ impl Checker<'_> {
 
     /// A key between brackets.
     pub fn check_key(&mut self, key: &Expr) {
-        let Some(kind @ (Kind::Nil | Kind::Table | Kind::Function)) = kind_of(key, self.meanings)
+        let Some(kind @ (ValueKind::Nil | ValueKind::Table | ValueKind::Function)) =
+            kind_of(key, self.meanings)
         else {
             return;
         };

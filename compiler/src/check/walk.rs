@@ -9,9 +9,9 @@ use crate::check::names::{Meaning, Meanings, Member};
 use crate::check::resolve::self_is_nil;
 use crate::check::suggest::{self, Advice};
 use crate::check::tree::{
-    Block, Branch, Expr, ExprKind, FunctionId, Link, NameId, Program, Stmt, StmtKind,
+    Block, Branch, Expr, ExprKind, FunctionId, Link, NameId, ResolvedScript, Stmt, StmtKind,
 };
-use crate::check::values::{Kind, Operand, kind_of, result_kind};
+use crate::check::values::{Operand, ValueKind, kind_of, result_kind};
 use crate::codegen::constant::Profile;
 use crate::codes::Code;
 use crate::diagnostic::Diagnostic;
@@ -19,7 +19,7 @@ use crate::source::Span;
 
 /// The state of the walk.
 pub struct Checker<'a> {
-    pub program: &'a Program,
+    pub program: &'a ResolvedScript,
     pub meanings: &'a Meanings<'a>,
     pub profile: Profile,
     /// The function that the walk is in.
@@ -39,7 +39,7 @@ const MOST_SEARCHES: usize = 100;
 
 /// Checks every expression of a script.
 pub fn check_expressions(
-    program: &Program,
+    program: &ResolvedScript,
     meanings: &Meanings<'_>,
     profile: Profile,
 ) -> Vec<Diagnostic> {
@@ -243,7 +243,7 @@ impl Checker<'_> {
             && let Some((name, span)) = compared_with_nil(link.op, first, &link.right)
         {
             self.tested_name(name, span);
-            left = Operand { kind: Some(Kind::Int), span: link.span };
+            left = Operand { kind: Some(ValueKind::Int), span: link.span };
             links.next();
         } else {
             self.expr(first);

@@ -123,7 +123,7 @@ enum Argument {
 }
 
 #[derive(Debug, Clone, Copy)]
-struct Item {
+struct AsmItem {
     opcode: u8,
     argument: Argument,
     trailer: [u8; 4],
@@ -151,7 +151,7 @@ struct LabelState {
 pub struct FunctionBuilder {
     shape: Shape,
     word_bytes: usize,
-    items: Vec<Item>,
+    items: Vec<AsmItem>,
     labels: Vec<LabelState>,
     /// For each mark the number of instructions before it.
     marks: Vec<usize>,
@@ -328,7 +328,7 @@ impl FunctionBuilder {
     fn local_on_top(&self) -> Option<i16> {
         let here = Some(self.items.len());
         match self.items.last()? {
-            Item { opcode: opcode::LOCAL_GET, argument: Argument::Value(local), .. }
+            AsmItem { opcode: opcode::LOCAL_GET, argument: Argument::Value(local), .. }
                 if self.labels.iter().all(|label| label.position != here) =>
             {
                 Some(*local)
@@ -456,7 +456,7 @@ impl FunctionBuilder {
         for (to, from) in bytes.iter_mut().zip(trailer) {
             *to = *from;
         }
-        self.items.push(Item {
+        self.items.push(AsmItem {
             opcode,
             argument,
             trailer: bytes,
@@ -639,7 +639,7 @@ fn is_terminator(opcode: u8) -> bool {
     matches!(opcode, opcode::JUMP | opcode::RETURN | opcode::RETURN_NIL)
 }
 
-fn length(item: &Item) -> usize {
+fn length(item: &AsmItem) -> usize {
     if item.removed {
         return 0;
     }

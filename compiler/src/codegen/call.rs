@@ -1,6 +1,6 @@
 //! Code of calls: directly by number where the callee is known, else by value.
 
-use bittybuzz_vm_core::builtin::{self, Kind};
+use bittybuzz_vm_core::builtin::{self, BuiltinKind};
 use bittybuzz_vm_core::opcode;
 
 use crate::check::names::{Meaning, Member};
@@ -37,7 +37,7 @@ impl<'a> Code<'_, 'a> {
             ExprKind::Field { object, key, .. } => {
                 if let Some(library) = self.generator.meanings.library(object)
                     && let Member::Known(info) = self.generator.meanings.member(library, key)
-                    && info.kind != Kind::Value
+                    && info.kind != BuiltinKind::Value
                 {
                     return self.call_builtin(info, args, drop, span);
                 }
@@ -102,7 +102,7 @@ impl<'a> Code<'_, 'a> {
         self.arguments(args);
         let number = self.generator.builtin(info);
         // A result that comes later cannot be dropped by the call.
-        let at_once = drop && info.kind == Kind::Plain;
+        let at_once = drop && info.kind == BuiltinKind::Plain;
         self.builder.call_native(opcode::CALL_BUILTIN, number, args.len(), at_once, span);
         self.drop_result(drop && !at_once, span);
     }

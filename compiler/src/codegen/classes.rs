@@ -19,7 +19,7 @@ use bittybuzz_vm_core::{builtin, class};
 
 use crate::check::names::{Meaning, Meanings, Member};
 use crate::check::tree::{
-    Branch, Expr, ExprKind, FunctionId, LocalId, LocalKind, NameId, Program, Stmt, StmtKind,
+    Branch, Expr, ExprKind, FunctionId, LocalId, LocalKind, NameId, ResolvedScript, Stmt, StmtKind,
 };
 use crate::codegen::constant::Profile;
 
@@ -128,7 +128,11 @@ impl Sent<'_> {
 }
 
 /// Analyzes the whole script.
-pub fn sent<'a>(program: &'a Program, meanings: &'a Meanings<'a>, profile: Profile) -> Sent<'a> {
+pub fn sent<'a>(
+    program: &'a ResolvedScript,
+    meanings: &'a Meanings<'a>,
+    profile: Profile,
+) -> Sent<'a> {
     let mut flow = Flow {
         program,
         meanings,
@@ -192,7 +196,7 @@ struct Arg<'a> {
 }
 
 struct Flow<'a> {
-    program: &'a Program,
+    program: &'a ResolvedScript,
     meanings: &'a Meanings<'a>,
     /// Every class of the profile.
     any: Classes,

@@ -142,7 +142,7 @@ impl<'a> Code<'_, 'a> {
             if info.number == builtin::RNG {
                 return self.library_value(Library::Rng, span);
             }
-            if info.kind != builtin::Kind::Value {
+            if info.kind != builtin::BuiltinKind::Value {
                 let number = self.generator.builtin(info);
                 return self.builder.operand(opcode::BUILTIN, number, span);
             }

@@ -6,11 +6,11 @@ use bittybuzz_vm_core::builtin::{self, Library};
 
 use crate::ast::{BinaryOp, Power, UnaryOp};
 use crate::check::names::{Meaning, Meanings, Member};
-use crate::check::tree::{Block, Expr, ExprKind, FunctionId, Link, Program, Stmt, StmtKind};
+use crate::check::tree::{Block, Expr, ExprKind, FunctionId, Link, ResolvedScript, Stmt, StmtKind};
 use crate::codegen::constant::{self, Number, Profile};
 
 /// Folds every function of a program.
-pub fn fold(program: &mut Program, meanings: &Meanings<'_>, profile: Profile) {
+pub fn fold(program: &mut ResolvedScript, meanings: &Meanings<'_>, profile: Profile) {
     for (number, function) in program.functions.iter_mut().enumerate() {
         let folder =
             Folder { meanings, profile, self_is_nil: meanings.self_is_nil(FunctionId(number)) };

@@ -4,10 +4,10 @@ use std::cmp::Reverse;
 use std::collections::BTreeMap;
 
 use crate::check::names::{Meaning, Meanings};
-use crate::check::tree::{ExprKind, NameId, Program, each_expr};
+use crate::check::tree::{ExprKind, NameId, ResolvedScript, each_expr};
 
 /// The names that are global variables, by number.
-pub fn number(program: &Program, meanings: &Meanings<'_>) -> Vec<NameId> {
+pub fn number(program: &ResolvedScript, meanings: &Meanings<'_>) -> Vec<NameId> {
     let mut uses: BTreeMap<NameId, usize> = (0..program.names.len())
         .map(NameId)
         .filter(|id| meanings.of(*id) == Meaning::Global)

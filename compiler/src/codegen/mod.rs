@@ -42,7 +42,7 @@ use bittybuzz_vm_core::hash::name_hash;
 use bittybuzz_vm_core::image::EntryPoint;
 
 use crate::check::names::{Meaning, Meanings};
-use crate::check::tree::{FunctionId, NameId, Program};
+use crate::check::tree::{FunctionId, NameId, ResolvedScript};
 use crate::codes::Code;
 use crate::diagnostic::Diagnostic;
 use crate::image::{LibraryRow, Parts};
@@ -89,7 +89,7 @@ pub const GLOBAL_CODE: &str = "global code";
 
 /// Generates code for a program without errors. `strings` are all strings of the source.
 pub fn generate(
-    mut program: Program,
+    mut program: ResolvedScript,
     meanings: &Meanings<'_>,
     profile: Profile,
     strings: &BTreeSet<String>,
@@ -177,7 +177,7 @@ pub fn generate(
     })
 }
 
-fn first_uses(program: &Program, globals: &[NameId]) -> Vec<Span> {
+fn first_uses(program: &ResolvedScript, globals: &[NameId]) -> Vec<Span> {
     let names = globals.iter().map(|id| program.name(*id));
     let mut spans: Vec<Span> = names
         .filter_map(|name| {
@@ -193,7 +193,7 @@ fn place(span: &Span) -> (FileId, u32) {
     (span.file, span.start)
 }
 
-fn source_function(program: &Program, id: FunctionId) -> SourceFunction {
+fn source_function(program: &ResolvedScript, id: FunctionId) -> SourceFunction {
     let function = program.function(id);
     let global = (id == FunctionId::GLOBAL).then(|| GLOBAL_CODE.to_owned());
     SourceFunction { name: function.name.clone().or(global), span: function.span }
@@ -201,7 +201,7 @@ fn source_function(program: &Program, id: FunctionId) -> SourceFunction {
 
 /// The state that all functions of a program share while they are generated.
 struct Generator<'a> {
-    program: &'a Program,
+    program: &'a ResolvedScript,
     meanings: &'a Meanings<'a>,
     profile: Profile,
     strings: StringTable,

@@ -5,11 +5,11 @@
 use bittybuzz_vm_core::builtin;
 
 use crate::check::names::{Meaning, Meanings};
-use crate::check::tree::{ExprKind, Program, each_expr};
+use crate::check::tree::{ExprKind, ResolvedScript, each_expr};
 use crate::strings::own_number;
 
 /// Looks at the whole script, also at what is never run on this robot: others may send it.
-pub fn may_observe_builtin_strings(program: &Program, meanings: &Meanings<'_>) -> bool {
+pub fn may_observe_builtin_strings(program: &ResolvedScript, meanings: &Meanings<'_>) -> bool {
     // A variable of such a name holds the built-in at first.
     let gets_them = program.names.iter().any(|name| {
         let is_used = !name.reads.is_empty() || !name.calls.is_empty();

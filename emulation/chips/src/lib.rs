@@ -42,7 +42,7 @@ pub use event::{Event, HardwareError, Led, Loader, ResetCause};
 pub use f051::{FlashChange, FlashContent, Transfer};
 pub use memory::Memory;
 pub use nrf24::{MAX_PAYLOAD as RADIO_MAX, Packet, PowerDetector, RadioStatistics, Transmission};
-pub use nrf51::{Battery, Frame, Link, MAX_PAYLOAD, Nrf51Settings, P2P_MAX, P2pFrame, Pose};
+pub use nrf51::{Battery, Link, LinkFrame, MAX_PAYLOAD, Nrf51Settings, P2P_MAX, P2pFrame, Pose};
 pub use random::Random;
 pub use stm32::{Lines, Width};
 pub use time::Time;

@@ -8,7 +8,7 @@ use bittybuzz_cortex_m::registers::{
 };
 
 use crate::code::Code;
-use crate::decode::{Kind, Op, decode};
+use crate::decode::{Op, Operation, decode};
 use crate::ram;
 
 pub const FLASH: u32 = 0x0800_0000;
@@ -134,11 +134,11 @@ impl<B: Board> Bus<B> {
     /// are resolved, too.
     pub fn look_once(&self, pc: u32) -> Op {
         let op = self.look(pc);
-        if op.kind == Kind::LdrLiteral {
+        if op.kind == Operation::LdrLiteral {
             let address = (pc.wrapping_add(4) & !3).wrapping_add(op.imm);
             let word = self.flash_index(address, 4).and_then(|at| self.flash[at..].first_chunk());
             if let Some(word) = word {
-                return Op { kind: Kind::Constant, imm: u32::from_le_bytes(*word), ..op };
+                return Op { kind: Operation::Constant, imm: u32::from_le_bytes(*word), ..op };
             }
         }
         op

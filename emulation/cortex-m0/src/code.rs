@@ -7,7 +7,7 @@ use std::slice;
 use bittybuzz_chips::Board;
 
 use crate::bus::{Bus, FLASH};
-use crate::decode::{Kind, Op};
+use crate::decode::{Op, Operation};
 
 /// The cost of instructions: cycles in the upper half, and the number of instructions. Small, since
 /// there is one for each
@@ -173,49 +173,57 @@ impl Op {
     pub fn ends_line(&self) -> bool {
         matches!(
             self.kind,
-            Kind::Undefined
-                | Kind::AddPc
-                | Kind::MovPc
-                | Kind::Bx
-                | Kind::Blx
-                | Kind::PopPc
-                | Kind::Cps
-                | Kind::Breakpoint
-                | Kind::Wfe
-                | Kind::Wfi
-                | Kind::SupervisorCall
-                | Kind::Branch
-                | Kind::BranchLink
-                | Kind::Mrs
-                | Kind::Msr
-                | Kind::Barrier
+            Operation::Undefined
+                | Operation::AddPc
+                | Operation::MovPc
+                | Operation::Bx
+                | Operation::Blx
+                | Operation::PopPc
+                | Operation::Cps
+                | Operation::Breakpoint
+                | Operation::Wfe
+                | Operation::Wfi
+                | Operation::SupervisorCall
+                | Operation::Branch
+                | Operation::BranchLink
+                | Operation::Mrs
+                | Operation::Msr
+                | Operation::Barrier
         )
     }
 
     /// Cycles (DDI 0432, table 3-1); those of a conditional branch that is not taken.
     fn cycles(&self) -> u32 {
         match self.kind {
-            Kind::AddPc | Kind::MovPc | Kind::Bx | Kind::Blx | Kind::Branch => 3,
-            Kind::BranchLink | Kind::Barrier | Kind::Mrs | Kind::Msr => 4,
-            Kind::LdrLiteral
-            | Kind::Constant
-            | Kind::StrReg
-            | Kind::StrhReg
-            | Kind::StrbReg
-            | Kind::LdrsbReg
-            | Kind::LdrReg
-            | Kind::LdrhReg
-            | Kind::LdrbReg
-            | Kind::LdrshReg
-            | Kind::StrImm
-            | Kind::LdrImm
-            | Kind::StrbImm
-            | Kind::LdrbImm
-            | Kind::StrhImm
-            | Kind::LdrhImm
-            | Kind::Wfe
-            | Kind::Wfi => 2,
-            Kind::Push | Kind::Pop | Kind::PopPc | Kind::Stm | Kind::Ldm => 1 + self.more_cycles(),
+            Operation::AddPc
+            | Operation::MovPc
+            | Operation::Bx
+            | Operation::Blx
+            | Operation::Branch => 3,
+            Operation::BranchLink | Operation::Barrier | Operation::Mrs | Operation::Msr => 4,
+            Operation::LdrLiteral
+            | Operation::Constant
+            | Operation::StrReg
+            | Operation::StrhReg
+            | Operation::StrbReg
+            | Operation::LdrsbReg
+            | Operation::LdrReg
+            | Operation::LdrhReg
+            | Operation::LdrbReg
+            | Operation::LdrshReg
+            | Operation::StrImm
+            | Operation::LdrImm
+            | Operation::StrbImm
+            | Operation::LdrbImm
+            | Operation::StrhImm
+            | Operation::LdrhImm
+            | Operation::Wfe
+            | Operation::Wfi => 2,
+            Operation::Push
+            | Operation::Pop
+            | Operation::PopPc
+            | Operation::Stm
+            | Operation::Ldm => 1 + self.more_cycles(),
             _ => 1,
         }
     }

@@ -4,7 +4,7 @@ use bittybuzz_chips::Board;
 
 use crate::bus::Bus;
 use crate::code::{Alone, Code, Cost, Lines};
-use crate::decode::Kind;
+use crate::decode::Operation;
 use crate::exception::Lockup;
 use crate::ram;
 use crate::registers::{LR, PC, PRIMASK, Processor, Register, SP};
@@ -233,88 +233,88 @@ impl Processor {
                 }};
             }
             match op.kind {
-                Kind::MovReg => self.set_nz(op.d, self.get(op.b)),
-                Kind::LslImm => {
+                Operation::MovReg => self.set_nz(op.d, self.get(op.b)),
+                Operation::LslImm => {
                     // By 1 to 31.
                     let before = self.get(op.b) << (op.imm - 1);
                     self.c = before >> 31 != 0;
                     self.set_nz(op.d, before << 1);
                 }
-                Kind::LsrImm => {
+                Operation::LsrImm => {
                     // By 1 to 32.
                     let before = self.get(op.b) >> (op.imm - 1);
                     self.c = before & 1 != 0;
                     self.set_nz(op.d, before >> 1);
                 }
-                Kind::AsrImm => {
+                Operation::AsrImm => {
                     let before = self.get(op.b) as i32 >> (op.imm - 1);
                     self.c = before & 1 != 0;
                     self.set_nz(op.d, (before >> 1) as u32);
                 }
-                Kind::AddReg => {
+                Operation::AddReg => {
                     let sum = self.add(self.get(op.b), self.get(op.c));
                     self.set(op.d, sum);
                 }
-                Kind::SubReg => {
+                Operation::SubReg => {
                     let difference = self.subtract(self.get(op.b), self.get(op.c));
                     self.set(op.d, difference);
                 }
-                Kind::AddImm => {
+                Operation::AddImm => {
                     let sum = self.add(self.get(op.b), op.imm);
                     self.set(op.d, sum);
                 }
-                Kind::SubImm => {
+                Operation::SubImm => {
                     let difference = self.subtract(self.get(op.b), op.imm);
                     self.set(op.d, difference);
                 }
-                Kind::MovImm => self.set_nz(op.d, op.imm),
-                Kind::CmpImm => {
+                Operation::MovImm => self.set_nz(op.d, op.imm),
+                Operation::CmpImm => {
                     self.subtract(self.get(op.d), op.imm);
                 }
-                Kind::And => self.set_nz(op.d, self.get(op.d) & self.get(op.b)),
-                Kind::Eor => self.set_nz(op.d, self.get(op.d) ^ self.get(op.b)),
-                Kind::Orr => self.set_nz(op.d, self.get(op.d) | self.get(op.b)),
-                Kind::Bic => self.set_nz(op.d, self.get(op.d) & !self.get(op.b)),
-                Kind::Mvn => self.set_nz(op.d, !self.get(op.b)),
-                Kind::Mul => self.set_nz(op.d, self.get(op.d).wrapping_mul(self.get(op.b))),
-                Kind::Tst => self.nz = self.get(op.d) & self.get(op.b),
-                Kind::Cmp => {
+                Operation::And => self.set_nz(op.d, self.get(op.d) & self.get(op.b)),
+                Operation::Eor => self.set_nz(op.d, self.get(op.d) ^ self.get(op.b)),
+                Operation::Orr => self.set_nz(op.d, self.get(op.d) | self.get(op.b)),
+                Operation::Bic => self.set_nz(op.d, self.get(op.d) & !self.get(op.b)),
+                Operation::Mvn => self.set_nz(op.d, !self.get(op.b)),
+                Operation::Mul => self.set_nz(op.d, self.get(op.d).wrapping_mul(self.get(op.b))),
+                Operation::Tst => self.nz = self.get(op.d) & self.get(op.b),
+                Operation::Cmp => {
                     self.subtract(self.get(op.d), self.get(op.b));
                 }
-                Kind::CmpHigh => {
+                Operation::CmpHigh => {
                     self.subtract(self.get(op.d), self.get_high(op.b, ahead!()));
                 }
-                Kind::Cmn => {
+                Operation::Cmn => {
                     self.add(self.get(op.d), self.get(op.b));
                 }
-                Kind::Adc => {
+                Operation::Adc => {
                     let sum = self.add_with_carry(self.get(op.d), self.get(op.b));
                     self.set(op.d, sum);
                 }
-                Kind::Sbc => {
+                Operation::Sbc => {
                     let difference = self.add_with_carry(self.get(op.d), !self.get(op.b));
                     self.set(op.d, difference);
                 }
-                Kind::Rsb => {
+                Operation::Rsb => {
                     let difference = self.subtract(0, self.get(op.b));
                     self.set(op.d, difference);
                 }
-                Kind::LslReg => {
+                Operation::LslReg => {
                     let (value, by) = (self.get(op.d), self.get(op.b) & 0xff);
                     if by > 0 {
                         self.c = by <= 32 && value >> (32 - by) & 1 != 0;
                     }
                     self.set_nz(op.d, value.unbounded_shl(by));
                 }
-                Kind::LsrReg => match self.get(op.b) & 0xff {
+                Operation::LsrReg => match self.get(op.b) & 0xff {
                     0 => self.nz = self.get(op.d),
                     by => self.shift_right(op.d, self.get(op.d), by),
                 },
-                Kind::AsrReg => match self.get(op.b) & 0xff {
+                Operation::AsrReg => match self.get(op.b) & 0xff {
                     0 => self.nz = self.get(op.d),
                     by => self.shift_signed(op.d, self.get(op.d), by),
                 },
-                Kind::Ror => {
+                Operation::Ror => {
                     let by = self.get(op.b) & 0xff;
                     let value = self.get(op.d).rotate_right(by & 31);
                     if by > 0 {
@@ -322,109 +322,109 @@ impl Processor {
                     }
                     self.set_nz(op.d, value);
                 }
-                Kind::AddHigh => {
+                Operation::AddHigh => {
                     let sum = self.get(op.d).wrapping_add(self.get_high(op.b, ahead!()));
                     self.set(op.d, if op.d == Register::Sp { sum & !3 } else { sum });
                 }
-                Kind::AddPc => {
+                Operation::AddPc => {
                     let to = ahead!().wrapping_add(self.get_high(op.b, ahead!()));
                     jump!(to.wrapping_sub(base) >> 1);
                 }
-                Kind::MovHigh => self.set(op.d, self.get(op.b)),
-                Kind::MovSpecial => {
+                Operation::MovHigh => self.set(op.d, self.get(op.b)),
+                Operation::MovSpecial => {
                     let value = self.get_high(op.b, ahead!());
                     self.set(op.d, if op.d == Register::Sp { value & !3 } else { value });
                 }
-                Kind::MovPc => jump!(self.get_high(op.b, ahead!()).wrapping_sub(base) >> 1),
-                Kind::Bx => {
+                Operation::MovPc => jump!(self.get_high(op.b, ahead!()).wrapping_sub(base) >> 1),
+                Operation::Bx => {
                     let to = exchange!(self.get_high(op.b, ahead!()));
                     jump!(to);
                 }
-                Kind::Blx => {
+                Operation::Blx => {
                     let to = exchange!(self.get(op.b));
                     self.link(ahead!().wrapping_sub(2));
                     jump!(to);
                 }
-                Kind::Constant => self.set(op.d, op.imm),
-                Kind::LdrReg => load!(word, self.get(op.c), value => value),
-                Kind::LdrImm => load!(word, op.imm, value => value),
-                Kind::LdrhReg => load!(half, self.get(op.c), value => u32::from(value)),
-                Kind::LdrhImm => load!(half, op.imm, value => u32::from(value)),
-                Kind::LdrbReg => load!(byte, self.get(op.c), value => u32::from(value)),
-                Kind::LdrbImm => load!(byte, op.imm, value => u32::from(value)),
-                Kind::LdrsbReg => {
+                Operation::Constant => self.set(op.d, op.imm),
+                Operation::LdrReg => load!(word, self.get(op.c), value => value),
+                Operation::LdrImm => load!(word, op.imm, value => value),
+                Operation::LdrhReg => load!(half, self.get(op.c), value => u32::from(value)),
+                Operation::LdrhImm => load!(half, op.imm, value => u32::from(value)),
+                Operation::LdrbReg => load!(byte, self.get(op.c), value => u32::from(value)),
+                Operation::LdrbImm => load!(byte, op.imm, value => u32::from(value)),
+                Operation::LdrsbReg => {
                     load!(byte, self.get(op.c), value => i32::from(value as i8) as u32);
                 }
-                Kind::LdrshReg => {
+                Operation::LdrshReg => {
                     load!(half, self.get(op.c), value => i32::from(value as i16) as u32);
                 }
-                Kind::StrReg => store!(set_word, self.get(op.c), u32),
-                Kind::StrImm => store!(set_word, op.imm, u32),
-                Kind::StrhReg => store!(set_half, self.get(op.c), u16),
-                Kind::StrhImm => store!(set_half, op.imm, u16),
-                Kind::StrbReg => store!(set_byte, self.get(op.c), u8),
-                Kind::StrbImm => store!(set_byte, op.imm, u8),
-                Kind::Adr => self.set(op.d, (ahead!() & !3).wrapping_add(op.imm)),
-                Kind::AddSp => self.set(op.d, self.r[SP].wrapping_add(op.imm)),
-                Kind::SpUp => self.r[SP] = self.r[SP].wrapping_add(op.imm),
-                Kind::SpDown => self.r[SP] = self.r[SP].wrapping_sub(op.imm),
-                Kind::Sxth => self.set(op.d, i32::from(self.get(op.b) as i16) as u32),
-                Kind::Sxtb => self.set(op.d, i32::from(self.get(op.b) as i8) as u32),
-                Kind::Uxth => self.set(op.d, self.get(op.b) & 0xffff),
-                Kind::Uxtb => self.set(op.d, self.get(op.b) & 0xff),
-                Kind::Rev => self.set(op.d, self.get(op.b).swap_bytes()),
-                Kind::Rev16 => self.set(op.d, self.get(op.b).swap_bytes().rotate_right(16)),
-                Kind::Revsh => {
+                Operation::StrReg => store!(set_word, self.get(op.c), u32),
+                Operation::StrImm => store!(set_word, op.imm, u32),
+                Operation::StrhReg => store!(set_half, self.get(op.c), u16),
+                Operation::StrhImm => store!(set_half, op.imm, u16),
+                Operation::StrbReg => store!(set_byte, self.get(op.c), u8),
+                Operation::StrbImm => store!(set_byte, op.imm, u8),
+                Operation::Adr => self.set(op.d, (ahead!() & !3).wrapping_add(op.imm)),
+                Operation::AddSp => self.set(op.d, self.r[SP].wrapping_add(op.imm)),
+                Operation::SpUp => self.r[SP] = self.r[SP].wrapping_add(op.imm),
+                Operation::SpDown => self.r[SP] = self.r[SP].wrapping_sub(op.imm),
+                Operation::Sxth => self.set(op.d, i32::from(self.get(op.b) as i16) as u32),
+                Operation::Sxtb => self.set(op.d, i32::from(self.get(op.b) as i8) as u32),
+                Operation::Uxth => self.set(op.d, self.get(op.b) & 0xffff),
+                Operation::Uxtb => self.set(op.d, self.get(op.b) & 0xff),
+                Operation::Rev => self.set(op.d, self.get(op.b).swap_bytes()),
+                Operation::Rev16 => self.set(op.d, self.get(op.b).swap_bytes().rotate_right(16)),
+                Operation::Revsh => {
                     self.set(op.d, i32::from((self.get(op.b) as u16).swap_bytes() as i16) as u32);
                 }
-                Kind::Push => many!(self.push_to_ram(memory, op)),
-                Kind::Pop => many!(self.pop_from_ram(memory, op)),
-                Kind::Stm => many!(self.store_to_ram(memory, op)),
-                Kind::Ldm => many!(self.load_from_ram(memory, op)),
-                Kind::PopPc => match self.pop_to_from_ram(memory, op) {
+                Operation::Push => many!(self.push_to_ram(memory, op)),
+                Operation::Pop => many!(self.pop_from_ram(memory, op)),
+                Operation::Stm => many!(self.store_to_ram(memory, op)),
+                Operation::Ldm => many!(self.load_from_ram(memory, op)),
+                Operation::PopPc => match self.pop_to_from_ram(memory, op) {
                     Some(to) => jump!(to.wrapping_sub(base) >> 1),
                     None => execute_rare!(),
                 },
-                Kind::BranchEq => branch_if!(self.nz == 0),
-                Kind::BranchNe => branch_if!(self.nz != 0),
-                Kind::BranchCs => branch_if!(self.c),
-                Kind::BranchCc => branch_if!(!self.c),
-                Kind::BranchMi => branch_if!(self.nz & N != 0),
-                Kind::BranchPl => branch_if!(self.nz & N == 0),
-                Kind::BranchVs => branch_if!(self.v),
-                Kind::BranchVc => branch_if!(!self.v),
-                Kind::BranchHi => branch_if!(self.c && self.nz != 0),
-                Kind::BranchLs => branch_if!(!self.c || self.nz == 0),
-                Kind::BranchGe => branch_if!(self.is_not_less()),
-                Kind::BranchLt => branch_if!(!self.is_not_less()),
-                Kind::BranchGt => branch_if!(self.is_not_less() && self.nz != 0),
-                Kind::BranchLe => branch_if!(!self.is_not_less() || self.nz == 0),
-                Kind::Branch => branch!(),
-                Kind::BranchLink => {
+                Operation::BranchEq => branch_if!(self.nz == 0),
+                Operation::BranchNe => branch_if!(self.nz != 0),
+                Operation::BranchCs => branch_if!(self.c),
+                Operation::BranchCc => branch_if!(!self.c),
+                Operation::BranchMi => branch_if!(self.nz & N != 0),
+                Operation::BranchPl => branch_if!(self.nz & N == 0),
+                Operation::BranchVs => branch_if!(self.v),
+                Operation::BranchVc => branch_if!(!self.v),
+                Operation::BranchHi => branch_if!(self.c && self.nz != 0),
+                Operation::BranchLs => branch_if!(!self.c || self.nz == 0),
+                Operation::BranchGe => branch_if!(self.is_not_less()),
+                Operation::BranchLt => branch_if!(!self.is_not_less()),
+                Operation::BranchGt => branch_if!(self.is_not_less() && self.nz != 0),
+                Operation::BranchLe => branch_if!(!self.is_not_less() || self.nz == 0),
+                Operation::Branch => branch!(),
+                Operation::BranchLink => {
                     self.link(ahead!());
                     branch!();
                 }
-                Kind::Nop => {}
-                Kind::Sev => *event = true,
-                Kind::Wfe => break Exit::Stop(Stop::WaitForEvent),
-                Kind::Wfi => break Exit::Stop(Stop::WaitForInterrupt),
-                Kind::Barrier => jump!(next.wrapping_add(1)),
+                Operation::Nop => {}
+                Operation::Sev => *event = true,
+                Operation::Wfe => break Exit::Stop(Stop::WaitForEvent),
+                Operation::Wfi => break Exit::Stop(Stop::WaitForInterrupt),
+                Operation::Barrier => jump!(next.wrapping_add(1)),
                 // As critical sections begin.
-                Kind::Cps if op.imm != 0 => {
+                Operation::Cps if op.imm != 0 => {
                     self.primask = true;
                     jump!(next);
                 }
-                Kind::Mrs if op.imm == PRIMASK => {
+                Operation::Mrs if op.imm == PRIMASK => {
                     self.set(op.d, self.primask.into());
                     jump!(next.wrapping_add(1));
                 }
-                Kind::LdrLiteral
-                | Kind::Cps
-                | Kind::Mrs
-                | Kind::Msr
-                | Kind::SupervisorCall
-                | Kind::Breakpoint
-                | Kind::Undefined => execute_rare!(),
+                Operation::LdrLiteral
+                | Operation::Cps
+                | Operation::Mrs
+                | Operation::Msr
+                | Operation::SupervisorCall
+                | Operation::Breakpoint
+                | Operation::Undefined => execute_rare!(),
             }
         };
         *at = next;

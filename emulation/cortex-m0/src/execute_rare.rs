@@ -4,7 +4,7 @@
 use bittybuzz_chips::{Board, Width};
 
 use crate::bus::Bus;
-use crate::decode::{Kind, Op};
+use crate::decode::{Op, Operation};
 use crate::exception::Lockup;
 use crate::registers::{PC, Processor};
 
@@ -19,24 +19,24 @@ impl Processor {
     ) -> Result<(), Lockup> {
         let Op { kind, d, b, imm, .. } = op;
         match kind {
-            Kind::Cps => self.mask(bus, imm != 0),
-            Kind::Mrs => {
+            Operation::Cps => self.mask(bus, imm != 0),
+            Operation::Mrs => {
                 self.r[PC] = at.wrapping_add(4);
                 let value = self.special(bus, imm);
                 self.set(d, value);
             }
-            Kind::Msr => {
+            Operation::Msr => {
                 self.r[PC] = at.wrapping_add(4);
                 self.set_special(bus, imm, self.get(d));
             }
-            Kind::SupervisorCall => return self.call_supervisor(bus, at),
-            Kind::Bx => return self.exchange(bus, self.get_high(b, at.wrapping_add(4))),
-            Kind::Blx => {
+            Operation::SupervisorCall => return self.call_supervisor(bus, at),
+            Operation::Bx => return self.exchange(bus, self.get_high(b, at.wrapping_add(4))),
+            Operation::Blx => {
                 let to = self.get(b);
                 self.link(at.wrapping_add(2));
                 return self.exchange(bus, to);
             }
-            Kind::PopPc => {
+            Operation::PopPc => {
                 return match self.pop_to(bus, op.list()) {
                     Some(to) => self.exchange(bus, to),
                     None => self.fault(bus, at),
@@ -68,27 +68,27 @@ impl Processor {
             (self.get(b).wrapping_add(self.get(c)), self.get(b).wrapping_add(imm));
         let value = self.get(d);
         let value = match kind {
-            Kind::LdrLiteral => {
+            Operation::LdrLiteral => {
                 bus.read((at.wrapping_add(4) & !3).wrapping_add(imm), Width::Word)?
             }
-            Kind::LdrReg => bus.read(by_register, Width::Word)?,
-            Kind::LdrImm => bus.read(by_number, Width::Word)?,
-            Kind::LdrhReg => bus.read(by_register, Width::Half)? & 0xffff,
-            Kind::LdrhImm => bus.read(by_number, Width::Half)? & 0xffff,
-            Kind::LdrbReg => bus.read(by_register, Width::Byte)? & 0xff,
-            Kind::LdrbImm => bus.read(by_number, Width::Byte)? & 0xff,
-            Kind::LdrshReg => i32::from(bus.read(by_register, Width::Half)? as i16) as u32,
-            Kind::LdrsbReg => i32::from(bus.read(by_register, Width::Byte)? as i8) as u32,
-            Kind::StrReg => return bus.write(by_register, Width::Word, value),
-            Kind::StrImm => return bus.write(by_number, Width::Word, value),
-            Kind::StrhReg => return bus.write(by_register, Width::Half, value & 0xffff),
-            Kind::StrhImm => return bus.write(by_number, Width::Half, value & 0xffff),
-            Kind::StrbReg => return bus.write(by_register, Width::Byte, value & 0xff),
-            Kind::StrbImm => return bus.write(by_number, Width::Byte, value & 0xff),
-            Kind::Push => return self.push(bus, op.list()),
-            Kind::Pop => return self.pop(bus, op.list()),
-            Kind::Stm => return self.store_many(bus, b, op.list()),
-            Kind::Ldm => return self.load_many(bus, b, op.list()),
+            Operation::LdrReg => bus.read(by_register, Width::Word)?,
+            Operation::LdrImm => bus.read(by_number, Width::Word)?,
+            Operation::LdrhReg => bus.read(by_register, Width::Half)? & 0xffff,
+            Operation::LdrhImm => bus.read(by_number, Width::Half)? & 0xffff,
+            Operation::LdrbReg => bus.read(by_register, Width::Byte)? & 0xff,
+            Operation::LdrbImm => bus.read(by_number, Width::Byte)? & 0xff,
+            Operation::LdrshReg => i32::from(bus.read(by_register, Width::Half)? as i16) as u32,
+            Operation::LdrsbReg => i32::from(bus.read(by_register, Width::Byte)? as i8) as u32,
+            Operation::StrReg => return bus.write(by_register, Width::Word, value),
+            Operation::StrImm => return bus.write(by_number, Width::Word, value),
+            Operation::StrhReg => return bus.write(by_register, Width::Half, value & 0xffff),
+            Operation::StrhImm => return bus.write(by_number, Width::Half, value & 0xffff),
+            Operation::StrbReg => return bus.write(by_register, Width::Byte, value & 0xff),
+            Operation::StrbImm => return bus.write(by_number, Width::Byte, value & 0xff),
+            Operation::Push => return self.push(bus, op.list()),
+            Operation::Pop => return self.pop(bus, op.list()),
+            Operation::Stm => return self.store_many(bus, b, op.list()),
+            Operation::Ldm => return self.load_many(bus, b, op.list()),
             _ => return None,
         };
         self.set(d, value);

@@ -17,24 +17,24 @@ use crate::sites;
 
 /// The part of QEMU that plays a robot's core: a board, of which only the chip matters.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Machine {
+pub struct QemuMachine {
     name: &'static str,
     chip: &'static str,
     /// QEMU's SysTick counts at this rate in MHz, its clock at 1 GHz.
     systick_mhz: u64,
 }
 
-impl Machine {
+impl QemuMachine {
     /// Returns the machine whose core executes the instructions of `core`, with memory at the same
     /// addresses.
     pub const fn with(core: CoreKind) -> Self {
         match core {
             CoreKind::CortexM4F => {
-                Machine { name: "netduinoplus2", chip: "stm32f405-soc", systick_mhz: 168 }
+                QemuMachine { name: "netduinoplus2", chip: "stm32f405-soc", systick_mhz: 168 }
             }
             // A Cortex-M3, which knows all instructions of a Cortex-M0; 128 KiB of flash and, like the Zooid, 8 of RAM.
             CoreKind::CortexM0 => {
-                Machine { name: "stm32vldiscovery", chip: "stm32f100-soc", systick_mhz: 24 }
+                QemuMachine { name: "stm32vldiscovery", chip: "stm32f100-soc", systick_mhz: 24 }
             }
         }
     }
@@ -98,7 +98,7 @@ pub enum Cause {
 
 /// The core.
 pub struct Processor {
-    machine: Machine,
+    machine: QemuMachine,
     qemu: Qemu,
     /// Path of the core with its interrupt controller in QEMU's object model.
     path: String,
@@ -160,7 +160,7 @@ impl From<QtestError> for CoreError {
 
 impl Processor {
     /// A core with `flash` as content of the flash, not yet started.
-    pub fn new(machine: Machine, flash: &[u8]) -> Result<Self, CoreError> {
+    pub fn new(machine: QemuMachine, flash: &[u8]) -> Result<Self, CoreError> {
         let mut qemu = Qemu::start(machine.name, &[])?;
         let chip = qemu.find(machine.chip)?.ok_or(CoreError::NoChip(machine.name))?;
         let has_ccm = !machine.has_ccm() || qemu.gdb.read_memory(memory::CCM.start, &mut [0])?;

@@ -8,7 +8,7 @@ use bittybuzz_emulation::message::{CoreStatistics, Event, TimedEvent};
 use bittybuzz_emulation::{Control, Core, CoreState, Image, MachineError};
 
 use crate::access::{self, AccessError, Outcome};
-use crate::core::{Cause, CoreError, Machine, Processor};
+use crate::core::{Cause, CoreError, Processor, QemuMachine};
 use crate::memory::{self, Layout};
 use crate::registers::Registers;
 use crate::sites::{self, Action, Site};
@@ -17,7 +17,7 @@ use crate::sites::{self, Action, Site};
 pub struct QemuCore<B> {
     board: B,
     core: Processor,
-    machine: Machine,
+    machine: QemuMachine,
     flash: Vec<u8>,
     sites: HashMap<u32, Site>,
     skipped: HashSet<u32>,
@@ -75,7 +75,7 @@ impl<B: Control> Core for QemuCore<B> {
                 .ok_or(MachineError::NoMemory { address, length: bytes.len() })?;
             place.copy_from_slice(bytes);
         }
-        let machine = Machine::with(B::CORE);
+        let machine = QemuMachine::with(B::CORE);
         let sites = sites::find(memory::FLASH.start, &flash).collect();
         let skipped = HashSet::new();
         Ok(QemuCore {
@@ -343,7 +343,7 @@ impl<B: Control> QemuCore<B> {
 
 /// A core that stops where the bridge is needed.
 fn start_core(
-    machine: Machine,
+    machine: QemuMachine,
     flash: &[u8],
     sites: &HashMap<u32, Site>,
     skipped: &HashSet<u32>,

@@ -93,7 +93,7 @@ pub struct Core<B> {
 }
 
 /// What a core is at a moment, but for the flash.
-pub struct State {
+pub struct CoreState {
     data: [u8; DATA],
     flags: [u8; 8],
     pc: u32,
@@ -254,23 +254,23 @@ impl<B: AvrBoard> Core<B> {
     }
 
     /// What it is now.
-    pub fn save(&mut self, state: &mut State) {
+    pub fn save(&mut self, state: &mut CoreState) {
         state.data.copy_from_slice(self.data());
         (state.flags, state.pc, state.cycle) = (self.avr.sreg, self.avr.pc, self.avr.cycle);
         state.is_delayed = self.is_delayed();
     }
 
     /// Back to what it was.
-    pub fn restore(&mut self, state: &State) {
+    pub fn restore(&mut self, state: &CoreState) {
         self.data().copy_from_slice(&state.data);
         (self.avr.sreg, self.avr.pc, self.avr.cycle) = (state.flags, state.pc, state.cycle);
         self.avr.interrupt_state = if state.is_delayed { -2 } else { 0 };
     }
 }
 
-impl Default for State {
+impl Default for CoreState {
     fn default() -> Self {
-        State { data: [0; DATA], flags: [0; 8], pc: 0, cycle: 0, is_delayed: false }
+        CoreState { data: [0; DATA], flags: [0; 8], pc: 0, cycle: 0, is_delayed: false }
     }
 }
 

@@ -43,7 +43,7 @@ mod robot {
 use bittybuzz_comms::syslink::SWARM_MESSAGE_MAX;
 use bittybuzz_runtime::id::Id;
 use bittybuzz_runtime::liveness::{BEAT, LOOK, Liveness, Pulse};
-use bittybuzz_runtime::script::Script;
+use bittybuzz_runtime::script;
 use bittybuzz_runtime::setpoint::{self, Writer};
 use bittybuzz_vm_core::{ByteCode, Image, Part, Sizes, Vm};
 use defmt_rtt as _;
@@ -80,7 +80,7 @@ const SIZES: Sizes = Sizes {
 };
 const SLOTS: usize = robot::SLOTS + SIZES.slots();
 type Machine = Vm<Numbers, section::Section, SLOTS>;
-type ScriptTask = Script<Numbers, section::Section, Crazyflie, SLOTS>;
+type ScriptTask = script::ScriptTask<Numbers, section::Section, Crazyflie, SLOTS>;
 
 /// The machine takes no more memory than the robot file promises.
 const _: () = assert!(size_of::<Machine>() <= robot::MEMORY - robot::QUEUE_MEMORY);
@@ -128,7 +128,7 @@ async fn main(spawner: Spawner) {
     static SCRIPT: StaticCell<ScriptTask> = StaticCell::new();
     let vm = VM.take();
     vm.set_network_capacity(SIZES);
-    let script = SCRIPT.init(Script::new(vm, robot_id, crazyflie, pulse(0), LOG.take()));
+    let script = SCRIPT.init(ScriptTask::new(vm, robot_id, crazyflie, pulse(0), LOG.take()));
     if let Some(failure) = failure {
         log::error!("restarted after {}: no script runs until power-on", failure);
         STATUS.signal(Status::Stopped);

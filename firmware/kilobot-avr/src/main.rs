@@ -43,13 +43,13 @@ use bittybuzz_kilobot::calibration::{self, DUTIES, ID, TRANSMITTERS};
 use bittybuzz_kilobot::controller;
 use bittybuzz_kilobot::distance::distance;
 use bittybuzz_kilobot::light::{Blinker, Color, of_battery};
-use bittybuzz_kilobot::mode::{Act, State};
+use bittybuzz_kilobot::mode::{Act, RobotMode};
 use bittybuzz_kilobot::sender::Sender;
 use bittybuzz_vm_core::{Sizes, Vm};
 
 use chip::registers;
 use robot::KilobotHost;
-use script::{Machine, Script};
+use script::{Machine, ScriptSchedule};
 
 // avr-libc's float and memory functions are smaller and faster than those of compiler_builtins.
 #[link(name = "m", kind = "static", modifiers = "-bundle")]
@@ -111,7 +111,7 @@ fn main() -> ! {
 /// Everything but the machine.
 struct App {
     robot: KilobotHost,
-    script: Script,
+    script: ScriptSchedule,
     sender: Sender,
     /// Messages sent, modulo 256.
     sent: u8,
@@ -127,7 +127,7 @@ impl App {
     const fn new() -> Self {
         App {
             robot: KilobotHost::new(),
-            script: Script::new(),
+            script: ScriptSchedule::new(),
             sender: Sender::start(0, 0),
             sent: 0,
             blinker: Blinker::start(0),
@@ -172,10 +172,10 @@ impl App {
         light::show(&registers(), color);
         let duties = self.robot.motors.duties(now);
         motors::drive(&registers(), duties);
-        if self.robot.mode.state == State::Running && self.sender.is_due(now) {
+        if self.robot.mode.state == RobotMode::Running && self.sender.is_due(now) {
             self.send(now);
         }
-        let is_running = self.robot.mode.state == State::Running;
+        let is_running = self.robot.mode.state == RobotMode::Running;
         has_heard || (is_running && self.script.goes_on())
     }
 
@@ -226,8 +226,8 @@ impl App {
     fn live(&mut self, vm: &mut Machine, now: u16) -> Color {
         let robot = &mut self.robot;
         match robot.mode.state {
-            State::Running if self.was_stuck => return Color::RED,
-            State::Running => {
+            RobotMode::Running if self.was_stuck => return Color::RED,
+            RobotMode::Running => {
                 self.script.run(vm, robot, now);
                 if self.script.is_on() {
                     self.blinker = Blinker::start(now);
@@ -237,7 +237,7 @@ impl App {
                 let is_lit = number == 0 || self.blinker.tell(number, now);
                 return if is_lit { Color::RED } else { Color::DARK };
             }
-            State::Moving => {
+            RobotMode::Moving => {
                 robot.motors.set(robot.mode.shown, now);
                 return Color::DARK;
             }
@@ -245,13 +245,13 @@ impl App {
         }
         let flash = self.blinker.flash(now);
         match robot.mode.state {
-            State::Waiting if flash => Color::GREEN,
-            State::Uncalibrated => Color::MAGENTA,
-            State::Battery if !hear::is_busy() => {
+            RobotMode::Waiting if flash => Color::GREEN,
+            RobotMode::Uncalibrated => Color::MAGENTA,
+            RobotMode::Battery if !hear::is_busy() => {
                 of_battery(adc::read(&registers(), adc::Sensor::Battery))
             }
-            State::Charging if flash && power::is_charging(&registers()) => Color::DIM_RED,
-            State::Asleep => {
+            RobotMode::Charging if flash && power::is_charging(&registers()) => Color::DIM_RED,
+            RobotMode::Asleep => {
                 self.sleep();
                 Color::DARK
             }

@@ -39,7 +39,7 @@ pub type Machine = Vm<Tiny, Section, { crate::SLOTS }>;
 /// The times of the script's steps, and its phase. The machine is handed over with each call: at an
 /// address that the compiler
 /// knows, it takes a quarter less flash.
-pub struct Script {
+pub struct ScriptSchedule {
     pub(crate) phase: Phase,
     restarts: Restarts,
     ticks: Ticks,
@@ -49,10 +49,10 @@ pub struct Script {
     goes_on: bool,
 }
 
-impl Script {
+impl ScriptSchedule {
     /// Not started.
     pub const fn new() -> Self {
-        Script {
+        ScriptSchedule {
             phase: Phase::New,
             restarts: Restarts::new(),
             ticks: Ticks::start(0),

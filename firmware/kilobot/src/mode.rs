@@ -5,7 +5,7 @@ use crate::controller::*;
 
 /// The state of the robot.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum State {
+pub enum RobotMode {
     /// Waits for the controller: blinks green.
     Waiting,
     /// Sleeps, and listens every eight seconds.
@@ -39,7 +39,7 @@ pub enum Act {
 #[derive(Debug)]
 pub struct ModeSwitch {
     /// Its state.
-    pub state: State,
+    pub state: RobotMode,
     /// Duties of left and right motor for showing the calibration.
     pub shown: [u8; 2],
     /// The robot's id.
@@ -51,7 +51,7 @@ pub struct ModeSwitch {
 impl ModeSwitch {
     /// Switched on. A stored id and duties.
     pub const fn new(id: u16, duties: [u8; 4]) -> Self {
-        ModeSwitch { state: State::Waiting, shown: [0, 0], id, duties }
+        ModeSwitch { state: RobotMode::Waiting, shown: [0, 0], id, duties }
     }
 
     /// Does as the controller says, by a message of this type with these data.
@@ -59,24 +59,24 @@ impl ModeSwitch {
         self.state = match kind {
             BOOT => return Act::Boot,
             RESET => return Act::Reset,
-            SLEEP => State::Asleep,
-            WAKE => State::Waiting,
-            CHARGE => State::Charging,
-            VOLTAGE => State::Battery,
-            RUN => State::Running,
+            SLEEP => RobotMode::Asleep,
+            WAKE => RobotMode::Waiting,
+            CHARGE => RobotMode::Charging,
+            VOLTAGE => RobotMode::Battery,
+            RUN => RobotMode::Running,
             READ_ID => {
                 let [bit, ..] = *data;
                 let is_set = bit < 16 && self.id >> bit & 1 != 0;
                 self.shown = if is_set { self.turn_left() } else { [0, 0] };
-                State::Moving
+                RobotMode::Moving
             }
             // Any robot can send this. A script that runs must not lose its id or duties to one that babbles.
-            CALIBRATE if self.state == State::Running => return Act::None,
+            CALIBRATE if self.state == RobotMode::Running => return Act::None,
             CALIBRATE => return self.calibrate(data),
             _ => return Act::None,
         };
-        if self.state == State::Running && !self.is_calibrated() {
-            self.state = State::Uncalibrated;
+        if self.state == RobotMode::Running && !self.is_calibrated() {
+            self.state = RobotMode::Uncalibrated;
         }
         Act::None
     }
@@ -91,8 +91,8 @@ impl ModeSwitch {
     fn calibrate(&mut self, data: &[u8; DATA]) -> Act {
         let [mode, low, high, left, right, straight_left, straight_right, ..] = *data;
         self.shown = match mode {
-            SAVE if self.state == State::Moving => {
-                self.state = State::Waiting;
+            SAVE if self.state == RobotMode::Moving => {
+                self.state = RobotMode::Waiting;
                 return Act::Store;
             }
             SET_ID => {
@@ -114,7 +114,7 @@ impl ModeSwitch {
             }
             _ => return Act::None,
         };
-        self.state = State::Moving;
+        self.state = RobotMode::Moving;
         Act::None
     }
 

@@ -1,27 +1,27 @@
 //! The controller's messages, with types and data as kilolib's `message.h` and `ohc.h` have them.
 
-use bittybuzz_kilobot::mode::{Act, ModeSwitch, State};
+use bittybuzz_kilobot::mode::{Act, ModeSwitch, RobotMode};
 
 const DUTIES: [u8; 4] = [61, 62, 63, 64];
 
 #[test]
 fn types_of_the_messages() {
     let expected = [
-        (0x80, Act::Boot, State::Waiting),
-        (0x83, Act::Reset, State::Waiting),
-        (0x84, Act::None, State::Asleep),
-        (0x85, Act::None, State::Waiting),
-        (0x86, Act::None, State::Charging),
-        (0x87, Act::None, State::Battery),
-        (0x88, Act::None, State::Running),
-        (0x89, Act::None, State::Moving),
+        (0x80, Act::Boot, RobotMode::Waiting),
+        (0x83, Act::Reset, RobotMode::Waiting),
+        (0x84, Act::None, RobotMode::Asleep),
+        (0x85, Act::None, RobotMode::Waiting),
+        (0x86, Act::None, RobotMode::Charging),
+        (0x87, Act::None, RobotMode::Battery),
+        (0x88, Act::None, RobotMode::Running),
+        (0x89, Act::None, RobotMode::Moving),
     ];
     for kind in 0..=255 {
         // There is no mode 5 of calibration, and no other type.
         let (_, act, state) = expected.into_iter().find(|(known, ..)| *known == kind).unwrap_or((
             kind,
             Act::None,
-            State::Waiting,
+            RobotMode::Waiting,
         ));
         let mut mode = ModeSwitch::new(1, DUTIES);
         assert_eq!(mode.obey(kind, &[5, 0, 0, 0, 0, 0, 0, 0, 0]), act, "{kind:#x}");
@@ -34,9 +34,9 @@ fn calibration_is_tried_and_stored() {
     let mut mode = ModeSwitch::new(0xffff, DUTIES);
     let calibrate = |mode: &mut ModeSwitch, data| mode.obey(0x8a, &data);
     assert_eq!(calibrate(&mut mode, [0; 9]), Act::None, "there is nothing to store");
-    assert_eq!(mode.state, State::Waiting);
+    assert_eq!(mode.state, RobotMode::Waiting);
     assert_eq!(calibrate(&mut mode, [1, 0x34, 0x12, 0, 0, 0, 0, 0, 0]), Act::None);
-    assert_eq!((mode.state, mode.id, mode.shown), (State::Moving, 0x1234, [0, 0]));
+    assert_eq!((mode.state, mode.id, mode.shown), (RobotMode::Moving, 0x1234, [0, 0]));
     let _ = calibrate(&mut mode, [2, 0, 0, 81, 0, 0, 0, 0, 0]);
     assert_eq!(mode.shown, [81, 0]);
     let _ = calibrate(&mut mode, [3, 0, 0, 0, 82, 0, 0, 0, 0]);
@@ -44,7 +44,7 @@ fn calibration_is_tried_and_stored() {
     let _ = calibrate(&mut mode, [4, 0, 0, 0, 0, 83, 84, 0, 0]);
     assert_eq!(mode.shown, [83, 84]);
     assert_eq!(calibrate(&mut mode, [0; 9]), Act::Store);
-    assert_eq!((mode.state, mode.id, mode.duties), (State::Waiting, 0x1234, [81, 82, 83, 84]));
+    assert_eq!((mode.state, mode.id, mode.duties), (RobotMode::Waiting, 0x1234, [81, 82, 83, 84]));
 }
 
 /// Chips come with an EEPROM of 0xff, and a programmer erases it.
@@ -60,20 +60,20 @@ fn a_robot_with_erased_id_or_duties_does_not_run() {
     for (id, duties) in robots {
         let mut mode = ModeSwitch::new(id, duties);
         let _ = mode.obey(RUN, &[0; 9]);
-        assert_eq!(mode.state, State::Uncalibrated, "{id:#x}, {duties:?}");
+        assert_eq!(mode.state, RobotMode::Uncalibrated, "{id:#x}, {duties:?}");
         // What the controller sets counts at once, stored or not.
         let _ = mode.obey(CALIBRATE, &[1, 2, 0, 0, 0, 0, 0, 0, 0]);
         let _ = mode.obey(CALIBRATE, &[2, 0, 0, 65, 0, 0, 0, 0, 0]);
         let _ = mode.obey(CALIBRATE, &[3, 0, 0, 0, 65, 0, 0, 0, 0]);
         let _ = mode.obey(CALIBRATE, &[4, 0, 0, 0, 0, 65, 65, 0, 0]);
         let _ = mode.obey(RUN, &[0; 9]);
-        assert_eq!(mode.state, State::Running, "{id:#x}, {duties:?}");
+        assert_eq!(mode.state, RobotMode::Running, "{id:#x}, {duties:?}");
     }
     // Values next to the erased ones are as good as any.
     for id in [0, 0x00ff, 0xff00, 0xfffe] {
         let mut mode = ModeSwitch::new(id, [0xfe; 4]);
         let _ = mode.obey(RUN, &[0; 9]);
-        assert_eq!(mode.state, State::Running, "{id:#x}");
+        assert_eq!(mode.state, RobotMode::Running, "{id:#x}");
     }
 }
 
@@ -84,7 +84,7 @@ fn the_id_is_shown_bit_by_bit() {
         let _ = mode.obey(0x89, &[bit, 0, 0, 0, 0, 0, 0, 0, 0]);
         let is_set = matches!(bit, 0 | 13 | 15);
         assert_eq!(mode.shown, if is_set { [61, 0] } else { [0, 0] }, "bit {bit}");
-        assert_eq!(mode.state, State::Moving);
+        assert_eq!(mode.state, RobotMode::Moving);
     }
 }
 
@@ -95,7 +95,11 @@ fn calibration_is_ignored_while_the_script_runs() {
     let _ = mode.obey(0x88, &[0; 9]);
     for kind in 0..=255 {
         assert_eq!(mode.obey(0x8a, &[kind, 9, 9, 9, 9, 9, 9, 0, 0]), Act::None, "mode {kind}");
-        assert_eq!((mode.state, mode.id, mode.duties), (State::Running, 1, DUTIES), "mode {kind}");
+        assert_eq!(
+            (mode.state, mode.id, mode.duties),
+            (RobotMode::Running, 1, DUTIES),
+            "mode {kind}"
+        );
     }
     // The controller pauses the script first.
     let _ = mode.obey(0x85, &[0; 9]);

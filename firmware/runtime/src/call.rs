@@ -1,7 +1,7 @@
 //! The conversion of the arguments of robot functions.
 
 use bittybuzz_vm_core::number::Profile;
-use bittybuzz_vm_core::{Arguments, ByteCode, Item, Refusal, Reply, RobotFault, Type, Value};
+use bittybuzz_vm_core::{Argument, Arguments, ByteCode, Refusal, Reply, RobotFault, Type, Value};
 
 /// The answer of a function that returns nothing.
 pub fn nothing<P: Profile>() -> Result<Reply<P>, RobotFault> {
@@ -26,8 +26,8 @@ pub fn integer<P: Profile, C: ByteCode, const N: usize>(
     index: usize,
 ) -> Result<i32, RobotFault> {
     match arguments.item(index) {
-        Item::Int(value) => Ok(value),
-        Item::Nil => Err(RobotFault::WrongType(Type::Nil)),
+        Argument::Int(value) => Ok(value),
+        Argument::Nil => Err(RobotFault::WrongType(Type::Nil)),
         _ => Err(RobotFault::WrongType(arguments.value(index).type_of())),
     }
 }

@@ -156,7 +156,7 @@ pub struct Counts {
 }
 
 /// The script's task.
-pub struct Script<P: Profile, C: ByteCode + 'static, R, const SLOTS: usize> {
+pub struct ScriptTask<P: Profile, C: ByteCode + 'static, R, const SLOTS: usize> {
     vm: &'static mut Vm<P, C, SLOTS>,
     robot_id: u16,
     /// The robot.
@@ -173,7 +173,7 @@ pub struct Script<P: Profile, C: ByteCode + 'static, R, const SLOTS: usize> {
 }
 
 impl<P: Profile, C: ByteCode + 'static, R: RobotHost<P>, const SLOTS: usize>
-    Script<P, C, R, SLOTS>
+    ScriptTask<P, C, R, SLOTS>
 {
     /// In this machine, on the robot with this id. `log` is the room for the lines printed in a
     /// slice, each a byte and at most [`trace::RECORD_MAX`]; it is empty without a trace.
@@ -184,7 +184,7 @@ impl<P: Profile, C: ByteCode + 'static, R: RobotHost<P>, const SLOTS: usize>
         pulse: Pulse,
         log: &'static mut [u8],
     ) -> Self {
-        Script {
+        ScriptTask {
             vm,
             robot_id,
             robot,

@@ -5,7 +5,7 @@
 mod common;
 
 use bittybuzz_vm_core::builtin::string;
-use bittybuzz_vm_core::message::{FULL_FRAME, Message, Script};
+use bittybuzz_vm_core::message::{FULL_FRAME, Message, ScriptIdentity};
 use bittybuzz_vm_core::number::Full;
 use bittybuzz_vm_core::{Image, Sighting, Value};
 use common::{Events, Frames, image, run, run_hearing, run_robot};
@@ -112,7 +112,7 @@ const SOCIAL: &str = "function init() {\n\
 /// Broadcasts of robot 9 on the topic of a script.
 fn broadcasts(image: &[u8], values: &[(u64, Value<Full>)]) -> Frames {
     let header = Image::new(image).header().unwrap();
-    let script = Script { hash: header.hash(), strings: header.strings() + string::COUNT };
+    let script = ScriptIdentity { hash: header.hash(), strings: header.strings() + string::COUNT };
     // The topic is the last string of these scripts.
     let topic = script.strings - 1;
     let frame = |value: Value<Full>| {

@@ -9,7 +9,7 @@ use bittybuzz_runtime::script::{Console, Counts, RobotHost, Stopped};
 use bittybuzz_runtime::setpoint::Writer;
 use bittybuzz_vm_core::number::Tiny;
 use bittybuzz_vm_core::{
-    Arguments, Axis, ByteCode, Item, Periods, Refusal, Reply, RobotFault, Sighting, Value,
+    Argument, Arguments, Axis, ByteCode, Periods, Refusal, Reply, RobotFault, Sighting, Value,
 };
 
 use crate::eyes;
@@ -198,7 +198,7 @@ fn length<C: ByteCode, const N: usize>(
     index: usize,
 ) -> core::result::Result<Length, RobotFault> {
     match arguments.item(index) {
-        Item::Float(mm) => units::from_mm(mm).ok_or(RobotFault::Refused(Refusal::OutOfRange)),
+        Argument::Float(mm) => units::from_mm(mm).ok_or(RobotFault::Refused(Refusal::OutOfRange)),
         // 16 bits.
         _ => Ok(integer(arguments, index)? * MM),
     }

@@ -45,7 +45,7 @@ use bittybuzz_motion::drive::Pilot;
 use bittybuzz_runtime::battery::Charge;
 use bittybuzz_runtime::id::Id;
 use bittybuzz_runtime::liveness::{Liveness, Pulse};
-use bittybuzz_runtime::script::Script;
+use bittybuzz_runtime::script;
 use bittybuzz_runtime::setpoint::{self, Writer};
 use bittybuzz_vm_core::number::Tiny;
 use bittybuzz_vm_core::{ByteCode, Image, Part, Sizes, Vm};
@@ -82,7 +82,7 @@ const SIZES: Sizes = Sizes {
 };
 const SLOTS: usize = robot::SLOTS + SIZES.slots();
 type Machine = Vm<Tiny, section::Section, SLOTS>;
-type ScriptTask = Script<Tiny, section::Section, Zooid, SLOTS>;
+type ScriptTask = script::ScriptTask<Tiny, section::Section, Zooid, SLOTS>;
 
 /// The machine takes no more memory than the robot file promises.
 const _: () = assert!(size_of::<Machine>() <= robot::MEMORY - robot::QUEUE_MEMORY);
@@ -131,7 +131,7 @@ async fn main(spawner: Spawner) {
     static SCRIPT: StaticCell<ScriptTask> = StaticCell::new();
     let vm = VM.take();
     vm.set_network_capacity(SIZES);
-    let script = SCRIPT.init(Script::new(vm, robot_id, zooid, pulse(0), LOG.take()));
+    let script = SCRIPT.init(ScriptTask::new(vm, robot_id, zooid, pulse(0), LOG.take()));
     // Else it must not restart for a charger.
     let watches_battery = matches!(failure, None | Some(Failure::FlatBattery));
     match failure {

@@ -2,7 +2,7 @@
 //! computer.
 
 use bittybuzz_vm_core::number::Profile;
-use bittybuzz_vm_core::{Arguments, ByteCode, Item, Refusal, RobotFault, Value};
+use bittybuzz_vm_core::{Argument, Arguments, ByteCode, Refusal, RobotFault, Value};
 
 use crate::{Function, Parameter, Type, parameter_at, takes_count};
 
@@ -65,11 +65,11 @@ fn mismatch<P: Profile, C: ByteCode, const SLOTS: usize>(
         matches!(
             (kind, arguments.item(index)),
             (Type::Any, _)
-                | (Type::Int | Type::Number, Item::Int(_))
-                | (Type::Number, Item::Float(_))
-                | (Type::String, Item::String(_))
-                | (Type::Table, Item::Table(_))
-                | (Type::Function, Item::Function)
+                | (Type::Int | Type::Number, Argument::Int(_))
+                | (Type::Number, Argument::Float(_))
+                | (Type::String, Argument::String(_))
+                | (Type::Table, Argument::Table(_))
+                | (Type::Function, Argument::Function)
         )
     };
     let is_wrong = |index: &usize| {

@@ -3,7 +3,9 @@
 use std::path::Path;
 use std::sync::OnceLock;
 
-use bittybuzz_arena::output::recording::{Body, Header, Obstacle, Outline, Reader, Sample, Writer};
+use bittybuzz_arena::output::recording::{
+    Body, Header, Obstacle, Outline, RecordingReader, Sample, Writer,
+};
 use bittybuzz_arena::scenario::Scenario;
 use bittybuzz_compiler::disasm::disassemble;
 use bittybuzz_compiler::symbols::Symbols;
@@ -145,7 +147,7 @@ pub fn recording(data: &[u8]) -> bool {
 
 /// Returns a recording of some robots that move, stop and change their color.
 fn written(choices: &mut Choices<'_>) -> Vec<u8> {
-    use bittybuzz_arena::output::recording::{RecordedRobot, State};
+    use bittybuzz_arena::output::recording::{RecordedRobot, RobotStatus};
     let mut bytes = Vec::new();
     let mut bodies = Vec::new();
     for _ in 0..choices.below(6) {
@@ -156,7 +158,14 @@ fn written(choices: &mut Choices<'_>) -> Vec<u8> {
     let mut robots: Vec<Option<RecordedRobot>> = Vec::new();
     for _ in &bodies {
         let [x, y, z] = [far(), far(), far()];
-        robots.push(Some(RecordedRobot { x, y, z, heading: 0, led: 0, state: State::Running }));
+        robots.push(Some(RecordedRobot {
+            x,
+            y,
+            z,
+            heading: 0,
+            led: 0,
+            state: RobotStatus::Running,
+        }));
     }
     let mut obstacles = Vec::new();
     for _ in 0..choices.below(4) {
@@ -177,8 +186,12 @@ fn written(choices: &mut Choices<'_>) -> Vec<u8> {
             robot.x = robot.x.wrapping_add(i32::from(choices.byte()) << choices.below(24));
             robot.heading = robot.heading.wrapping_add(u16::from(choices.byte()) * 200);
             robot.led = choices.byte() & 7;
-            robot.state =
-                [State::Running, State::Stopped, State::Failed, State::Faulted][choices.below(4)];
+            robot.state = [
+                RobotStatus::Running,
+                RobotStatus::Stopped,
+                RobotStatus::Failed,
+                RobotStatus::Faulted,
+            ][choices.below(4)];
         }
         writer.write(tick, &robots).expect("memory takes everything");
         tick += 1 + u64::from(choices.byte());
@@ -189,7 +202,7 @@ fn written(choices: &mut Choices<'_>) -> Vec<u8> {
 
 /// Returns the samples of a recording that can be read to its end.
 fn read(bytes: &[u8]) -> Option<Vec<Sample>> {
-    let reader = match Reader::new(bytes) {
+    let reader = match RecordingReader::new(bytes) {
         Ok(reader) => reader,
         Err(error) => {
             assert!(!error.to_string().is_empty());
@@ -204,7 +217,7 @@ fn read(bytes: &[u8]) -> Option<Vec<Sample>> {
         writer.write(sample.tick, &sample.robots).expect("memory takes everything");
     }
     writer.finish().expect("memory takes everything");
-    let reader = Reader::new(&again).expect("a recording that was written");
+    let reader = RecordingReader::new(&again).expect("a recording that was written");
     assert_eq!(reader.header(), &header);
     let read_again: Vec<Sample> =
         reader.collect::<Result<_, _>>().expect("a recording that was written");

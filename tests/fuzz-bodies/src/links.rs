@@ -4,7 +4,7 @@
 use bittybuzz_comms::infrared::{self, FaultReport};
 use bittybuzz_comms::nrf24::{self, Payload};
 use bittybuzz_comms::syslink::{
-    Crtp, Frame, MTU, P2P_MAX, Packet, Parser, Ping, Position, SWARM_PORT, SwarmFrame, kind,
+    Crtp, MTU, P2P_MAX, Packet, Parser, Ping, Position, SWARM_PORT, SwarmFrame, SyslinkFrame, kind,
 };
 use bittybuzz_kilobot::mode::ModeSwitch;
 use bittybuzz_kilobot::receiver::{BIT, DEADLINE, Pulse, Receiver};
@@ -27,7 +27,7 @@ pub fn syslink(data: &[u8]) -> bool {
         }
     }
     // Whatever came before, a good frame gets through, if nothing else did in its place.
-    let good = Frame::new(3, &[1, 2, 3]).expect("it is short");
+    let good = SyslinkFrame::new(3, &[1, 2, 3]).expect("it is short");
     let mut frames = 0;
     for byte in good.bytes().as_slice().iter().chain(&[0; SILENCE]) {
         parser.push(*byte, |_| frames += 1);
@@ -76,7 +76,7 @@ fn serial(choices: &mut Choices<'_>) -> Vec<u8> {
         _ => (&[], 0),
     };
     let data = [beginning, &noise(choices, length)].concat();
-    let Ok(frame) = Frame::new(kind, &data) else { return data };
+    let Ok(frame) = SyslinkFrame::new(kind, &data) else { return data };
     let mut bytes = frame.bytes().as_slice().to_vec();
     if change == 1 {
         let at = choices.below(bytes.len());
@@ -86,7 +86,7 @@ fn serial(choices: &mut Choices<'_>) -> Vec<u8> {
 }
 
 /// Reads a frame and what is in it. Returns whether it means something.
-fn check_frame(frame: Frame<'_>) -> bool {
+fn check_frame(frame: SyslinkFrame<'_>) -> bool {
     let mut again = 0;
     let mut parser = Parser::new();
     for byte in frame.bytes().as_slice() {

@@ -3,9 +3,10 @@
 use std::sync::OnceLock;
 
 use bittybuzz_testkit::{Program, Queues, Received, TestRobot};
-use bittybuzz_vm_core::message::content::{Head, Item, Reader, Writer};
+use bittybuzz_vm_core::message::content::{ContentItem, ContentReader, Head, Writer};
 use bittybuzz_vm_core::message::{
-    Entry, FRAGMENT_HEAD, FULL_FRAME, Fragment, Message, Script, Swarms, TINY_FRAME, crc16,
+    FRAGMENT_HEAD, FULL_FRAME, Fragment, Message, ScriptIdentity, StigmergyEntry, Swarms,
+    TINY_FRAME, crc16,
 };
 use bittybuzz_vm_core::number::{Full, Profile, Tiny};
 use bittybuzz_vm_core::{Entry as EntryPoint, FaultCode, Outcome, Sizes, Value};
@@ -136,7 +137,7 @@ fn step<P: Profile>(robot: &mut Robot<P>, entry: EntryPoint) -> bool {
 }
 
 /// What can be read can be written, and is then read as the same. Whether it can be read.
-fn check<P: Profile>(frame: &[u8], script: Script) -> bool {
+fn check<P: Profile>(frame: &[u8], script: ScriptIdentity) -> bool {
     let Ok(message) = Message::<P>::decode(frame, script) else { return false };
     let mut room = [0; 64];
     let length = message.encode(script, &mut room).expect("a message that was read");
@@ -153,7 +154,7 @@ fn check<P: Profile>(frame: &[u8], script: Script) -> bool {
 }
 
 /// A frame, or those of a message in fragments.
-fn frames<P: Profile>(choices: &mut Choices<'_>, script: Script) -> Vec<Vec<u8>> {
+fn frames<P: Profile>(choices: &mut Choices<'_>, script: ScriptIdentity) -> Vec<Vec<u8>> {
     let sealed = |message: &Message<'_, P>| {
         let mut frame = [0; FRAME];
         let length = message.encode(script, &mut frame);
@@ -170,7 +171,7 @@ fn frames<P: Profile>(choices: &mut Choices<'_>, script: Script) -> Vec<Vec<u8>>
             let value = value(choices);
             sealed(&Message::Broadcast { robot, topic, value })
         }
-        2 | 3 => sealed(&Message::Entry(Entry {
+        2 | 3 => sealed(&Message::Entry(StigmergyEntry {
             stigmergy: choices.below(4) as u16,
             owner: robot,
             clock: clock(choices),
@@ -211,14 +212,14 @@ fn value<P: Profile>(choices: &mut Choices<'_>) -> Value<P> {
 }
 
 /// A content that begins with the right check.
-fn bytes(choices: &mut Choices<'_>, script: Script) -> Vec<u8> {
+fn bytes(choices: &mut Choices<'_>, script: ScriptIdentity) -> Vec<u8> {
     let content: Vec<u8> = (0..choices.below(CONTENT)).map(|_| choices.byte()).collect();
     let check = content.iter().fold(script.hash as u16, |check, byte| crc16(check, *byte));
     [&check.to_le_bytes()[..], &content].concat()
 }
 
 /// A content of items.
-fn items<P: Profile>(choices: &mut Choices<'_>, script: Script) -> Vec<u8> {
+fn items<P: Profile>(choices: &mut Choices<'_>, script: ScriptIdentity) -> Vec<u8> {
     let head = if choices.flag() {
         Head::Broadcast
     } else {
@@ -234,16 +235,16 @@ fn items<P: Profile>(choices: &mut Choices<'_>, script: Script) -> Vec<u8> {
         match choices.below(8) {
             0 => {
                 let pairs = choices.below(4);
-                writer.item::<P>(Item::Table(pairs as u8));
+                writer.item::<P>(ContentItem::Table(pairs as u8));
                 left += 2 * pairs;
             }
             1 if P::FULL => {
                 let length = choices.below(12);
-                writer.item::<P>(Item::Text(length as u8));
+                writer.item::<P>(ContentItem::Text(length as u8));
                 (0..length).for_each(|_| writer.byte(choices.byte()));
             }
-            2 => writer.item::<P>(Item::Function(choices.byte().into())),
-            _ => writer.item::<P>(Item::Plain(value(choices))),
+            2 => writer.item::<P>(ContentItem::Function(choices.byte().into())),
+            _ => writer.item::<P>(ContentItem::Plain(value(choices))),
         }
         if left > CONTENT {
             return Vec::new();
@@ -251,7 +252,7 @@ fn items<P: Profile>(choices: &mut Choices<'_>, script: Script) -> Vec<u8> {
     }
     let Some(length) = writer.finish() else { return Vec::new() };
     let content = room[..length].to_vec();
-    let (again, reader) = Reader::new(&content, script);
+    let (again, reader) = ContentReader::new(&content, script);
     if reader.check::<P>(|_| {}).is_ok() {
         assert_eq!(again, head);
     }

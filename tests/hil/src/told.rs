@@ -4,7 +4,7 @@ use std::path::Path;
 use std::sync::{Arc, OnceLock};
 use std::time::Duration;
 
-use bittybuzz_comms::trace::{Item, Record, Unused};
+use bittybuzz_comms::trace::{PrintedValue, Record, Unused};
 use bittybuzz_trace_reader::{Content, Table, TraceReader};
 
 use crate::table::zooids;
@@ -101,11 +101,11 @@ fn messages(path: &Path) -> Arc<Table> {
     Arc::new(Table::parse(&elf).expect("it can be read").expect("it has defmt messages"))
 }
 
-fn text_of(item: Item<'_>) -> String {
+fn text_of(item: PrintedValue<'_>) -> String {
     match item {
-        Item::Nil => "nil".to_owned(),
-        Item::Int(value) => value.to_string(),
-        Item::Float(value) => value.to_string(),
+        PrintedValue::Nil => "nil".to_owned(),
+        PrintedValue::Int(value) => value.to_string(),
+        PrintedValue::Float(value) => value.to_string(),
         other => format!("{other:?}"),
     }
 }

@@ -18,7 +18,7 @@ use bittybuzz_robot_spec::Robot;
 use bittybuzz_tests::bbz;
 use bittybuzz_vm_core::Value;
 use bittybuzz_vm_core::builtin::string;
-use bittybuzz_vm_core::message::{Message, Script, TINY_FRAME};
+use bittybuzz_vm_core::message::{Message, ScriptIdentity, TINY_FRAME};
 use bittybuzz_vm_core::number::Tiny;
 use object::{Object, ObjectSymbol};
 
@@ -206,7 +206,7 @@ fn variables_and_stack_leave_memory() {
 fn step_times(mut robots: Kilobots, topic: &str, value: impl Fn(i32) -> i32) -> [Duration; 2] {
     let symbols = Symbols::from_json(&robots.symbols()).unwrap();
     let strings = string::COUNT + symbols.strings.len() as u16;
-    let script = Script { hash: symbols.script_hash, strings };
+    let script = ScriptIdentity { hash: symbols.script_hash, strings };
     let topic = (0..strings).find(|n| symbols.string(*n) == Some(topic)).unwrap();
     let message = |number: u16| {
         let value = Value::<Tiny>::int(value(number.into()));

@@ -20,8 +20,8 @@ use bittybuzz_testkit::FORGER;
 use bittybuzz_testkit::forged::{self, Target};
 use bittybuzz_tests::files;
 use bittybuzz_vm_core::builtin::string;
-use bittybuzz_vm_core::message::Script;
-use bittybuzz_vm_core::message::content::Item;
+use bittybuzz_vm_core::message::ScriptIdentity;
+use bittybuzz_vm_core::message::content::ContentItem;
 use bittybuzz_vm_core::number::{Full, Profile, Tiny};
 use object::{Object, ObjectSymbol};
 
@@ -59,11 +59,11 @@ fn survive<P: Profile>(
     let text = files::read(example);
     let symbols = compiled_for(robot, &text).symbols.unwrap();
     let strings = string::COUNT + symbols.strings.len() as u16;
-    let script = Script { hash: symbols.script_hash, strings };
+    let script = ScriptIdentity { hash: symbols.script_hash, strings };
     let mut targets: Vec<(String, Target<P>)> = forged::targets(&text, &symbols.strings);
     targets.retain(|(name, _)| names.contains(&name.as_str()));
     assert_eq!(targets.len(), names.len(), "{example}");
-    let values: Vec<(&str, Vec<Item<P>>)> =
+    let values: Vec<(&str, Vec<ContentItem<P>>)> =
         forged::values().into_iter().filter(|(class, _)| CLASSES.contains(class)).collect();
     assert_eq!(values.len(), CLASSES.len());
     let (mut arrived, mut wrong) = (0, Vec::new());

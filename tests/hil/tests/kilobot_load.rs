@@ -10,7 +10,7 @@ use bittybuzz_hil::kilobots::behaviour;
 use bittybuzz_hil::{Command, Kilobots};
 use bittybuzz_vm_core::Value;
 use bittybuzz_vm_core::builtin::string;
-use bittybuzz_vm_core::message::{Message, Script, TINY_FRAME};
+use bittybuzz_vm_core::message::{Message, ScriptIdentity, TINY_FRAME};
 use bittybuzz_vm_core::number::Tiny;
 
 /// Each step turns the LED, and says how much was heard. It uses nothing of the machine that the gradient does not.
@@ -35,7 +35,7 @@ fn among_neighbors(rate: u64) -> (Vec<Duration>, i32) {
     let mut robots = Kilobots::in_image(SCRIPT, &behaviour("gradient"), 1);
     let symbols = Symbols::from_json(&robots.symbols()).unwrap();
     let strings = string::COUNT + symbols.strings.len() as u16;
-    let script = Script { hash: symbols.script_hash, strings };
+    let script = ScriptIdentity { hash: symbols.script_hash, strings };
     let number = |name: &str| (0..strings).find(|n| symbols.string(*n) == Some(name)).unwrap();
     let (topic, answer) = (number("number"), number("heard"));
     robots.start();

@@ -11,9 +11,9 @@ use std::time::Duration;
 
 use bittybuzz_comms::nrf24::Payload;
 use bittybuzz_hil::{Event as HilEvent, Place, Table, TimedEvent, image_for};
-use bittybuzz_testkit::{Argument, Event, Queues, Random, Received, Recorder};
+use bittybuzz_testkit::{Event, Queues, Random, Received, RecordedArgument, Recorder};
 use bittybuzz_vm_core::builtin::STRINGS;
-use bittybuzz_vm_core::message::{Entry, Message, Script, TINY_FRAME};
+use bittybuzz_vm_core::message::{Message, ScriptIdentity, StigmergyEntry, TINY_FRAME};
 use bittybuzz_vm_core::number::Tiny;
 use bittybuzz_vm_core::{Image, Outcome, Periods, Value, Vm};
 
@@ -81,13 +81,13 @@ fn sent(event: &TimedEvent) -> Option<(Duration, Vec<u8>)> {
 }
 
 /// The script as messages know it.
-fn known_script(image: &[u8]) -> Script {
+fn known_script(image: &[u8]) -> ScriptIdentity {
     let header = Image::new(image).header().unwrap();
     let strings = STRINGS.len() as u16 + header.strings();
-    Script { hash: header.hash(), strings }
+    ScriptIdentity { hash: header.hash(), strings }
 }
 
-fn entry(message: &[u8], script: Script) -> Option<Entry<Tiny>> {
+fn entry(message: &[u8], script: ScriptIdentity) -> Option<StigmergyEntry<Tiny>> {
     match Message::decode(message, script) {
         Ok(Message::Entry(entry)) => Some(entry),
         _ => None,
@@ -95,9 +95,9 @@ fn entry(message: &[u8], script: Script) -> Option<Entry<Tiny>> {
 }
 
 /// `stranger` asks who knows the key.
-fn question((stigmergy, key): (u16, i32), script: Script) -> Vec<u8> {
+fn question((stigmergy, key): (u16, i32), script: ScriptIdentity) -> Vec<u8> {
     let (key, value) = (Value::int(key), Value::nil());
-    let entry = Entry { stigmergy, owner: STRANGER, clock: 0, key, value };
+    let entry = StigmergyEntry { stigmergy, owner: STRANGER, clock: 0, key, value };
     let mut frame = [0; TINY_FRAME];
     let length = Message::<Tiny>::Entry(entry).encode(script, &mut frame).unwrap();
     let mut room = [0; bittybuzz_comms::nrf24::PAYLOAD_MAX];
@@ -107,7 +107,7 @@ fn question((stigmergy, key): (u16, i32), script: Script) -> Vec<u8> {
 }
 
 /// The answers among messages.
-fn winners<'a>(messages: impl Iterator<Item = &'a [u8]>, script: Script) -> Winners {
+fn winners<'a>(messages: impl Iterator<Item = &'a [u8]>, script: ScriptIdentity) -> Winners {
     let mut winners = Winners::new();
     for message in messages {
         let Some(entry) = entry(message, script).filter(|entry| entry.clock > 0) else { continue };
@@ -121,7 +121,11 @@ fn winners<'a>(messages: impl Iterator<Item = &'a [u8]>, script: Script) -> Winn
 
 /// The image hears the trace. What it knows after each step, who has won, and what it has heard in each tick: while it sends
 /// it is deaf.
-fn on_image(id: u16, trace: &Trace, script: Script) -> (Vec<Known>, Winners, Vec<Vec<Vec<u8>>>) {
+fn on_image(
+    id: u16,
+    trace: &Trace,
+    script: ScriptIdentity,
+) -> (Vec<Known>, Winners, Vec<Vec<Vec<u8>>>) {
     let mut table = Table::new(SCRIPT, &[id]);
     let mut heard = vec![Vec::new(); STEPS];
     let mut questions = KEYS.map(|key| question(key, script)).into_iter();
@@ -203,7 +207,7 @@ fn in_process(id: u16, heard: &[Vec<Vec<u8>>], image: &[u8]) -> (Vec<Known>, Win
         }
     }
     let log = host.events.iter().map(|event| match event {
-        Event::Log(items) => items.iter().map(Argument::to_string).collect(),
+        Event::Log(items) => items.iter().map(RecordedArgument::to_string).collect(),
         other => panic!("the script only logs: {other:?}"),
     });
     let log = log.collect();
@@ -262,7 +266,7 @@ fn the_same_frames_have_the_same_winner_in_a_machine_and_in_an_image() {
             let winners = replay(&format!("seed {seed}, {what}"), id, trace, &image);
             for message in winners.values() {
                 let entry = entry(message, script).unwrap();
-                let Entry { stigmergy, owner, clock, key, value } = entry;
+                let StigmergyEntry { stigmergy, owner, clock, key, value } = entry;
                 let (key, value) = (key.as_int().unwrap(), value.as_int());
                 println!(
                     "seed {seed}, {what}: {stigmergy}, {key}: {value:?} at {clock} by {owner}"

@@ -8,7 +8,7 @@ use std::cell::Cell;
 use std::rc::Rc;
 
 use bittybuzz_testkit::{Answer, FORGER, Program, Recorder, Swarm, TestRobot};
-use bittybuzz_vm_core::message::{Entry, Message};
+use bittybuzz_vm_core::message::{Message, StigmergyEntry};
 use bittybuzz_vm_core::number::Tiny;
 use bittybuzz_vm_core::{FaultCode, Periods, Sizes, Value};
 use stateright::{Model, Property};
@@ -121,7 +121,7 @@ impl Histories {
                 Event::Restart(robot) => swarm.robots[robot].restart(),
                 Event::Forge(clock) => {
                     let (key, value) = (Value::int(0), Value::int(value));
-                    let entry = Entry { stigmergy: 1, owner: FORGER, clock, key, value };
+                    let entry = StigmergyEntry { stigmergy: 1, owner: FORGER, clock, key, value };
                     let frame = swarm.robots[0].frame(&Message::Entry(entry));
                     swarm.inject(&frame, (0..ROBOTS).filter(|to| *robot != Some(*to)));
                 }

@@ -10,7 +10,7 @@ use std::rc::Rc;
 use std::sync::OnceLock;
 
 use bittybuzz_testkit::{Answer, Program, Recorder, TestRobot};
-use bittybuzz_vm_core::message::{CLOCK_MAX, Entry as EntryMessage, Message};
+use bittybuzz_vm_core::message::{CLOCK_MAX, Message, StigmergyEntry as EntryMessage};
 use bittybuzz_vm_core::number::Tiny;
 use bittybuzz_vm_core::{Sizes, Value};
 

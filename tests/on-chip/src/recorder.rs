@@ -6,7 +6,7 @@
 use bittybuzz_vm_core::hash::name_hash;
 use bittybuzz_vm_core::number::Profile;
 use bittybuzz_vm_core::{
-    Arguments, Axis, ByteCode, Host, Item, Refusal, Reply, RobotFault, Text, Value,
+    Argument, Arguments, Axis, ByteCode, Host, Refusal, Reply, RobotFault, Text, Value,
 };
 
 use crate::trace::Trace;
@@ -49,12 +49,12 @@ impl Recorder {
     ) {
         for index in 0..arguments.count() {
             let (kind, content) = match arguments.item(index) {
-                Item::Nil => (0, 0),
-                Item::Int(value) => (1, value as u32),
-                Item::Float(value) => (2, value.to_bits()),
-                Item::String(text) => (3, self.text(&text)),
-                Item::Table(size) => (4, size as u32),
-                Item::Function => (5, 0),
+                Argument::Nil => (0, 0),
+                Argument::Int(value) => (1, value as u32),
+                Argument::Float(value) => (2, value.to_bits()),
+                Argument::String(text) => (3, self.text(&text)),
+                Argument::Table(size) => (4, size as u32),
+                Argument::Function => (5, 0),
             };
             self.trace.add(kind);
             self.trace.add(content);
@@ -100,7 +100,7 @@ impl<P: Profile> Host<P> for Recorder {
         }
         match function {
             LED => match arguments.item(0) {
-                Item::Int(_) => Ok(Reply::Value(Value::nil())),
+                Argument::Int(_) => Ok(Reply::Value(Value::nil())),
                 _ => Err(RobotFault::WrongType(arguments.value(0).type_of())),
             },
             SET_MOTOR => Err(RobotFault::Refused(Refusal::NotBuiltIn)),

@@ -2,8 +2,8 @@
 
 use bittybuzz_vm_core::Value;
 use bittybuzz_vm_core::builtin::{self, string};
-use bittybuzz_vm_core::message::content::{Head, Item};
-use bittybuzz_vm_core::message::{Entry, Message, Script};
+use bittybuzz_vm_core::message::content::{ContentItem, Head};
+use bittybuzz_vm_core::message::{Message, ScriptIdentity, StigmergyEntry};
 use bittybuzz_vm_core::number::Profile;
 
 use crate::hostile::FORGER;
@@ -27,7 +27,7 @@ pub enum Target<P: Profile> {
 
 /// Returns a value of each class with its name, as items of a message of several frames. All but tables and functions fit
 /// a single frame, too.
-pub fn values<P: Profile>() -> Vec<(&'static str, Vec<Item<P>>)> {
+pub fn values<P: Profile>() -> Vec<(&'static str, Vec<ContentItem<P>>)> {
     let plain = [
         ("nil", Value::nil()),
         ("string", Value::string(string::COUNT)),
@@ -38,12 +38,12 @@ pub fn values<P: Profile>() -> Vec<(&'static str, Vec<Item<P>>)> {
         ("-1", Value::int(-1)),
         ("0", Value::int(0)),
     ];
-    let mut values: Vec<(&str, Vec<Item<P>>)> =
-        plain.into_iter().map(|(name, value)| (name, vec![Item::Plain(value)])).collect();
-    let pair = [Item::Plain(Value::string(0)), Item::Plain(Value::int(1))];
-    values.push(("an empty table", vec![Item::Table(0)]));
-    values.push(("a table", [&[Item::Table(1)], &pair[..]].concat()));
-    values.push(("a function", vec![Item::Function(0)]));
+    let mut values: Vec<(&str, Vec<ContentItem<P>>)> =
+        plain.into_iter().map(|(name, value)| (name, vec![ContentItem::Plain(value)])).collect();
+    let pair = [ContentItem::Plain(Value::string(0)), ContentItem::Plain(Value::int(1))];
+    values.push(("an empty table", vec![ContentItem::Table(0)]));
+    values.push(("a table", [&[ContentItem::Table(1)], &pair[..]].concat()));
+    values.push(("a function", vec![ContentItem::Function(0)]));
     values
 }
 
@@ -89,13 +89,23 @@ pub fn targets<P: Profile>(text: &str, own_strings: &[String]) -> Vec<(String, T
 ///
 /// # Panics
 /// If the items are too long for a message.
-pub fn frames<P: Profile>(script: Script, target: Target<P>, items: &[Item<P>]) -> Vec<Vec<u8>> {
+pub fn frames<P: Profile>(
+    script: ScriptIdentity,
+    target: Target<P>,
+    items: &[ContentItem<P>],
+) -> Vec<Vec<u8>> {
     let whole = match (target, items) {
-        (Target::Topic(topic), [Item::Plain(value)]) => {
+        (Target::Topic(topic), [ContentItem::Plain(value)]) => {
             Some(Message::Broadcast { robot: FORGER, topic, value: *value })
         }
-        (Target::Entry { stigmergy, key, clock }, [Item::Plain(value)]) => {
-            Some(Message::Entry(Entry { stigmergy, owner: FORGER, clock, key, value: *value }))
+        (Target::Entry { stigmergy, key, clock }, [ContentItem::Plain(value)]) => {
+            Some(Message::Entry(StigmergyEntry {
+                stigmergy,
+                owner: FORGER,
+                clock,
+                key,
+                value: *value,
+            }))
         }
         _ => None,
     };
@@ -108,5 +118,5 @@ pub fn frames<P: Profile>(script: Script, target: Target<P>, items: &[Item<P>]) 
             (Head::Entry { stigmergy, owner: FORGER, clock, digest: 0 }, key)
         }
     };
-    fragments(script, FORGER, head, &[&[Item::Plain(first)], items].concat())
+    fragments(script, FORGER, head, &[&[ContentItem::Plain(first)], items].concat())
 }

@@ -1,8 +1,8 @@
 //! Frames of messages, as any robot with that script would send them.
 
-use bittybuzz_vm_core::message::content::{Head, Item, Writer};
+use bittybuzz_vm_core::message::content::{ContentItem, Head, Writer};
 use bittybuzz_vm_core::message::{
-    FRAGMENT_HEAD, FULL_FRAME, Fragment, Message, Script, TINY_FRAME,
+    FRAGMENT_HEAD, FULL_FRAME, Fragment, Message, ScriptIdentity, TINY_FRAME,
 };
 use bittybuzz_vm_core::number::Profile;
 
@@ -10,7 +10,7 @@ use bittybuzz_vm_core::number::Profile;
 ///
 /// # Panics
 /// If the message does not fit.
-pub fn frame<P: Profile>(script: Script, message: &Message<'_, P>) -> Vec<u8> {
+pub fn frame<P: Profile>(script: ScriptIdentity, message: &Message<'_, P>) -> Vec<u8> {
     let mut room = [0; FULL_FRAME];
     let length = message.encode(script, &mut room);
     let length = length.unwrap_or_else(|| panic!("{message:?} does not fit"));
@@ -22,10 +22,10 @@ pub fn frame<P: Profile>(script: Script, message: &Message<'_, P>) -> Vec<u8> {
 /// # Panics
 /// If the message does not fit.
 pub fn fragments<P: Profile>(
-    script: Script,
+    script: ScriptIdentity,
     robot: u16,
     head: Head,
-    items: &[Item<P>],
+    items: &[ContentItem<P>],
 ) -> Vec<Vec<u8>> {
     let mut room = [0; 64];
     let mut writer = Writer::new(&mut room, script, head);

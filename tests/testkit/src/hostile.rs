@@ -1,9 +1,10 @@
 //! A sender that is no robot and does not keep the rules.
 
 use bittybuzz_vm_core::Value;
-use bittybuzz_vm_core::message::content::{Head, Item};
+use bittybuzz_vm_core::message::content::{ContentItem, Head};
 use bittybuzz_vm_core::message::{
-    CLOCK_MAX, Entry, FRAGMENT_HEAD, FULL_FRAME, Fragment, Message, Script, TINY_FRAME,
+    CLOCK_MAX, FRAGMENT_HEAD, FULL_FRAME, Fragment, Message, ScriptIdentity, StigmergyEntry,
+    TINY_FRAME,
 };
 use bittybuzz_vm_core::number::Profile;
 
@@ -58,12 +59,12 @@ const KEPT: usize = 256;
 /// The attacker. It receives all frames of the robots and learns topics and keys from them; its
 /// own frames reach all robots, with the loss of the air.
 pub struct Hostile<P: Profile> {
-    script: Script,
+    script: ScriptIdentity,
     random: Random,
     attacks: Vec<Running>,
     heard: Vec<Vec<u8>>,
     /// The latest entry of each key.
-    entries: Vec<Entry<P>>,
+    entries: Vec<StigmergyEntry<P>>,
     topics: Vec<u16>,
     /// Messages sent so far, on which the next ones depend.
     count: usize,
@@ -78,7 +79,7 @@ struct Running {
 
 impl<P: Profile> Hostile<P> {
     /// Returns an attacker that knows the script and is quiet.
-    pub fn new(script: Script, seed: u64) -> Self {
+    pub fn new(script: ScriptIdentity, seed: u64) -> Self {
         Hostile {
             script,
             random: Random::new(seed),
@@ -112,7 +113,7 @@ impl<P: Profile> Hostile<P> {
                 self.topics.push(topic);
             }
             Ok(Message::Entry(entry)) if entry.clock != 0 => {
-                let is_same = |known: &&mut Entry<P>| {
+                let is_same = |known: &&mut StigmergyEntry<P>| {
                     known.stigmergy == entry.stigmergy
                         && known.key.as_int() == entry.key.as_int()
                         && known.key.as_string() == entry.key.as_string()
@@ -155,13 +156,13 @@ impl<P: Profile> Hostile<P> {
                     None => CLOCK_MAX - (self.count % 6 - 4) as u32,
                 };
                 let value = Value::int(self.random.below(100) as i32);
-                self.entry(Entry { owner: FORGER, clock, value, ..known })
+                self.entry(StigmergyEntry { owner: FORGER, clock, value, ..known })
             }
             Attack::ForgedValues => self.forge_value(invented),
             Attack::InventedKeys => {
                 let Some(known) = self.any_entry() else { return Vec::new() };
                 let key = Value::int(1000 + self.random.below(1000) as i32);
-                self.entry(Entry { owner: FORGER, key, ..known })
+                self.entry(StigmergyEntry { owner: FORGER, key, ..known })
             }
             Attack::InventedRobots => {
                 vec![frame::<P>(self.script, &Message::Beacon { robot: invented })]
@@ -183,25 +184,25 @@ impl<P: Profile> Hostile<P> {
         }
     }
 
-    fn any_entry(&mut self) -> Option<Entry<P>> {
+    fn any_entry(&mut self) -> Option<StigmergyEntry<P>> {
         let number = self.random.below(self.entries.len().max(1) as u64) as usize;
         self.entries.get(number).copied()
     }
 
-    fn entry(&self, entry: Entry<P>) -> Vec<Vec<u8>> {
+    fn entry(&self, entry: StigmergyEntry<P>) -> Vec<Vec<u8>> {
         vec![frame(self.script, &Message::Entry(entry))]
     }
 
     /// Returns a value of the next class, on a topic or under a key.
     fn forge_value(&mut self, invented: u16) -> Vec<Vec<u8>> {
-        let pair = [Item::Plain(Value::string(0)), Item::Plain(Value::int(1))];
-        let items: &[Item<P>] = match self.count / 2 % 6 {
-            0 => &[Item::Plain(Value::nil())],
-            1 => &[Item::Plain(Value::int(-32767))],
-            2 => &[Item::Plain(Value::float(f32::NAN))],
-            3 => &[Item::Plain(Value::string(0))],
-            4 => &[Item::Table(1), pair[0], pair[1]],
-            _ => &[Item::Function(0)],
+        let pair = [ContentItem::Plain(Value::string(0)), ContentItem::Plain(Value::int(1))];
+        let items: &[ContentItem<P>] = match self.count / 2 % 6 {
+            0 => &[ContentItem::Plain(Value::nil())],
+            1 => &[ContentItem::Plain(Value::int(-32767))],
+            2 => &[ContentItem::Plain(Value::float(f32::NAN))],
+            3 => &[ContentItem::Plain(Value::string(0))],
+            4 => &[ContentItem::Table(1), pair[0], pair[1]],
+            _ => &[ContentItem::Function(0)],
         };
         // In the name of a robot that there is, or of one that there is not.
         let robot = if self.random.chance(0.5) { 1 + (invented & 7) } else { invented };
@@ -210,20 +211,20 @@ impl<P: Profile> Hostile<P> {
             else {
                 return Vec::new();
             };
-            if let [Item::Plain(value)] = items {
+            if let [ContentItem::Plain(value)] = items {
                 let message = Message::Broadcast { robot, topic: *topic, value: *value };
                 return vec![frame(self.script, &message)];
             }
-            let items = [&[Item::Plain(Value::string(*topic))], items].concat();
+            let items = [&[ContentItem::Plain(Value::string(*topic))], items].concat();
             return fragments(self.script, robot, Head::Broadcast, &items);
         }
         let Some(known) = self.any_entry() else { return Vec::new() };
         let clock = known.clock % CLOCK_MAX + 1;
-        if let [Item::Plain(value)] = items {
-            return self.entry(Entry { owner: robot, clock, value: *value, ..known });
+        if let [ContentItem::Plain(value)] = items {
+            return self.entry(StigmergyEntry { owner: robot, clock, value: *value, ..known });
         }
         let head = Head::Entry { stigmergy: known.stigmergy, owner: robot, clock, digest: 1 };
-        fragments(self.script, robot, head, &[&[Item::Plain(known.key)], items].concat())
+        fragments(self.script, robot, head, &[&[ContentItem::Plain(known.key)], items].concat())
     }
 
     fn first_fragment(&self, robot: u16, number: u8) -> Vec<Vec<u8>> {

@@ -67,6 +67,6 @@ pub use image::ImageParts;
 pub use link::{Direct, Link, Queues, Received};
 pub use program::Program;
 pub use random::Random;
-pub use recorder::{Answer, Argument, Call, Event, Recorder};
+pub use recorder::{Answer, Call, Event, RecordedArgument, Recorder};
 pub use robot::{SIZES, TestRobot};
 pub use swarm::Swarm;

@@ -7,7 +7,7 @@ use bittybuzz_compiler::symbols::Symbols;
 use bittybuzz_vm_core::hash::name_hash;
 use bittybuzz_vm_core::number::Profile;
 use bittybuzz_vm_core::{
-    Arguments, Axis, ByteCode, Calls, Fault, Host, Item, Periods, Reply, RobotFault, Sighting,
+    Argument, Arguments, Axis, ByteCode, Calls, Fault, Host, Periods, Reply, RobotFault, Sighting,
     Type, Value,
 };
 
@@ -15,7 +15,7 @@ use crate::link::{Direct, Link, Received};
 
 /// An argument of a call, copied out of the machine.
 #[derive(Debug, Clone)]
-pub enum Argument {
+pub enum RecordedArgument {
     /// nil
     Nil,
     /// An integer.
@@ -32,51 +32,52 @@ pub enum Argument {
     Function,
 }
 
-impl PartialEq for Argument {
+impl PartialEq for RecordedArgument {
     fn eq(&self, other: &Self) -> bool {
         match (self, other) {
-            (Argument::Nil, Argument::Nil) | (Argument::Function, Argument::Function) => true,
-            (Argument::Int(a), Argument::Int(b)) => a == b,
-            (Argument::Float(a), Argument::Float(b)) => a.to_bits() == b.to_bits(),
-            (Argument::String(a), Argument::String(b)) => a == b,
-            (Argument::Text(a), Argument::Text(b)) => a == b,
-            (Argument::Table(a), Argument::Table(b)) => a == b,
+            (RecordedArgument::Nil, RecordedArgument::Nil)
+            | (RecordedArgument::Function, RecordedArgument::Function) => true,
+            (RecordedArgument::Int(a), RecordedArgument::Int(b)) => a == b,
+            (RecordedArgument::Float(a), RecordedArgument::Float(b)) => a.to_bits() == b.to_bits(),
+            (RecordedArgument::String(a), RecordedArgument::String(b)) => a == b,
+            (RecordedArgument::Text(a), RecordedArgument::Text(b)) => a == b,
+            (RecordedArgument::Table(a), RecordedArgument::Table(b)) => a == b,
             _ => false,
         }
     }
 }
 
-impl Eq for Argument {}
+impl Eq for RecordedArgument {}
 
-impl fmt::Display for Argument {
+impl fmt::Display for RecordedArgument {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
-            Argument::Nil => f.write_str("nil"),
-            Argument::Int(value) => value.fmt(f),
+            RecordedArgument::Nil => f.write_str("nil"),
+            RecordedArgument::Int(value) => value.fmt(f),
             // With its fraction, so that 1.0 does not look like 1.
-            Argument::Float(value) => write!(f, "{value:?}"),
-            Argument::String(number) => write!(f, "string {number}"),
-            Argument::Text(bytes) => f.write_str(&String::from_utf8_lossy(bytes)),
-            Argument::Table(size) => write!(f, "table of {size}"),
-            Argument::Function => f.write_str("function"),
+            RecordedArgument::Float(value) => write!(f, "{value:?}"),
+            RecordedArgument::String(number) => write!(f, "string {number}"),
+            RecordedArgument::Text(bytes) => f.write_str(&String::from_utf8_lossy(bytes)),
+            RecordedArgument::Table(size) => write!(f, "table of {size}"),
+            RecordedArgument::Function => f.write_str("function"),
         }
     }
 }
 
-impl Argument {
+impl RecordedArgument {
     fn all<P: Profile, C: ByteCode, const SLOTS: usize>(
         arguments: &Arguments<'_, P, C, SLOTS>,
-    ) -> Vec<Argument> {
+    ) -> Vec<RecordedArgument> {
         let copy = |index| match arguments.item(index) {
-            Item::Nil => Argument::Nil,
-            Item::Int(value) => Argument::Int(value),
-            Item::Float(value) => Argument::Float(value),
-            Item::String(text) => match text.number() {
-                Some(number) => Argument::String(number),
-                None => Argument::Text(text.bytes().collect()),
+            Argument::Nil => RecordedArgument::Nil,
+            Argument::Int(value) => RecordedArgument::Int(value),
+            Argument::Float(value) => RecordedArgument::Float(value),
+            Argument::String(text) => match text.number() {
+                Some(number) => RecordedArgument::String(number),
+                None => RecordedArgument::Text(text.bytes().collect()),
             },
-            Item::Table(size) => Argument::Table(size),
-            Item::Function => Argument::Function,
+            Argument::Table(size) => RecordedArgument::Table(size),
+            Argument::Function => RecordedArgument::Function,
         };
         (0..arguments.count()).map(copy).collect()
     }
@@ -84,7 +85,7 @@ impl Argument {
     /// Returns its integer, if it is one.
     pub fn as_int(&self) -> Option<i32> {
         match self {
-            Argument::Int(value) => Some(*value),
+            RecordedArgument::Int(value) => Some(*value),
             _ => None,
         }
     }
@@ -92,12 +93,12 @@ impl Argument {
     /// Returns its type as `type()` names it.
     pub fn type_of(&self) -> Type {
         match self {
-            Argument::Nil => Type::Nil,
-            Argument::Int(_) => Type::Int,
-            Argument::Float(_) => Type::Float,
-            Argument::String(_) | Argument::Text(_) => Type::String,
-            Argument::Table(_) => Type::Table,
-            Argument::Function => Type::Closure,
+            RecordedArgument::Nil => Type::Nil,
+            RecordedArgument::Int(_) => Type::Int,
+            RecordedArgument::Float(_) => Type::Float,
+            RecordedArgument::String(_) | RecordedArgument::Text(_) => Type::String,
+            RecordedArgument::Table(_) => Type::Table,
+            RecordedArgument::Function => Type::Closure,
         }
     }
 }
@@ -110,10 +111,10 @@ pub enum Event {
         /// Hash of the function's name.
         function: u16,
         /// Its arguments.
-        arguments: Vec<Argument>,
+        arguments: Vec<RecordedArgument>,
     },
     /// `log(...)`
-    Log(Vec<Argument>),
+    Log(Vec<RecordedArgument>),
     /// `delay(ms)`, recorded once.
     Delay(i32),
 }
@@ -124,7 +125,7 @@ pub struct Call<'a> {
     /// Hash of the function's name.
     pub function: u16,
     /// Its arguments.
-    pub arguments: &'a [Argument],
+    pub arguments: &'a [RecordedArgument],
     /// Times that the machine has asked again.
     pub polls: u32,
     /// The number of this call, from 1.
@@ -222,7 +223,7 @@ impl Recorder {
     }
 
     fn line(&self, event: &Event) -> Option<String> {
-        let show = |items: &[Argument], separator: &str| {
+        let show = |items: &[RecordedArgument], separator: &str| {
             items.iter().map(|item| self.show(item)).collect::<Vec<_>>().join(separator)
         };
         match event {
@@ -238,9 +239,9 @@ impl Recorder {
     }
 
     /// Returns an argument as text, a constant string by its name.
-    pub fn show(&self, argument: &Argument) -> String {
+    pub fn show(&self, argument: &RecordedArgument) -> String {
         match argument {
-            Argument::String(number) => {
+            RecordedArgument::String(number) => {
                 let name = self.symbols.as_ref().and_then(|symbols| symbols.string(*number));
                 name.map_or_else(|| argument.to_string(), str::to_owned)
             }
@@ -256,7 +257,7 @@ impl<P: Profile> Host<P> for Recorder {
         arguments: Arguments<'_, P, C, SLOTS>,
         again: bool,
     ) -> Result<Reply<P>, RobotFault> {
-        let items = Argument::all(&arguments);
+        let items = RecordedArgument::all(&arguments);
         if again {
             self.polls += 1;
             self.asked_again += 1;
@@ -276,7 +277,7 @@ impl<P: Profile> Host<P> for Recorder {
     }
 
     fn log<C: ByteCode, const SLOTS: usize>(&mut self, arguments: Arguments<'_, P, C, SLOTS>) {
-        self.events.push(Event::Log(Argument::all(&arguments)));
+        self.events.push(Event::Log(RecordedArgument::all(&arguments)));
     }
 
     fn delay_is_over(&mut self, ms: i32, again: bool) -> bool {

@@ -1,6 +1,6 @@
 //! A machine with its recorder.
 
-use bittybuzz_vm_core::message::{Message, Script};
+use bittybuzz_vm_core::message::{Message, ScriptIdentity};
 use bittybuzz_vm_core::number::Profile;
 use bittybuzz_vm_core::{
     ByteCode, Counters, Entry, Fault, Image, ImageError, Outcome, Sizes, Vm, builtin,
@@ -134,9 +134,9 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> TestRobot<P, C, SLOTS> {
     }
 
     /// Returns the script as messages know it.
-    pub fn script(&self) -> Script {
+    pub fn script(&self) -> ScriptIdentity {
         let header = self.vm.header().expect("an image is loaded");
-        Script { hash: header.hash(), strings: header.strings() + builtin::string::COUNT }
+        ScriptIdentity { hash: header.hash(), strings: header.strings() + builtin::string::COUNT }
     }
 
     /// Returns the frame of a message between robots of this script.

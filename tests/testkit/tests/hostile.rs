@@ -6,7 +6,7 @@ use std::rc::Rc;
 
 use bittybuzz_testkit::{Attack, FORGER, Hostile, INVENTED, Swarm};
 use bittybuzz_vm_core::Value;
-use bittybuzz_vm_core::message::{CLOCK_MAX, Entry, Message};
+use bittybuzz_vm_core::message::{CLOCK_MAX, Message, StigmergyEntry};
 use bittybuzz_vm_core::number::Tiny;
 
 /// Robots with an entry that talk.
@@ -68,7 +68,7 @@ fn messages_are_as_many_as_asked() {
 fn clocks_are_forged_on_keys_that_there_are() {
     let mut clocks = BTreeSet::new();
     each(Attack::ForgedClocks, |message| match message {
-        Message::Entry(Entry { stigmergy: 1, owner: FORGER, clock, key, .. }) => {
+        Message::Entry(StigmergyEntry { stigmergy: 1, owner: FORGER, clock, key, .. }) => {
             assert_eq!(key.as_int(), Some(1));
             clocks.insert(clock);
         }

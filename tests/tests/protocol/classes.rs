@@ -5,21 +5,23 @@ use bittybuzz_testkit::{FORGER, SIZES, TestRobot, in_both_profiles};
 use bittybuzz_tests::compiler;
 use bittybuzz_vm_core::Value;
 use bittybuzz_vm_core::builtin::string;
-use bittybuzz_vm_core::message::content::{Head, Item, Writer};
-use bittybuzz_vm_core::message::{Entry, FRAGMENT_HEAD, FULL_FRAME, Fragment, Message, TINY_FRAME};
+use bittybuzz_vm_core::message::content::{ContentItem, Head, Writer};
+use bittybuzz_vm_core::message::{
+    FRAGMENT_HEAD, FULL_FRAME, Fragment, Message, StigmergyEntry, TINY_FRAME,
+};
 use bittybuzz_vm_core::number::Profile;
 
 /// A value of each class, and whether a number is expected.
-fn values<P: Profile>() -> Vec<(&'static str, Vec<Item<P>>, bool)> {
-    let pair = [Item::Plain(Value::int(1)), Item::Plain(Value::int(2))];
+fn values<P: Profile>() -> Vec<(&'static str, Vec<ContentItem<P>>, bool)> {
+    let pair = [ContentItem::Plain(Value::int(1)), ContentItem::Plain(Value::int(2))];
     vec![
-        ("nil", vec![Item::Plain(Value::nil())], false),
-        ("string", vec![Item::Plain(Value::string(string::COUNT))], false),
-        ("empty table", vec![Item::Table(0)], false),
-        ("table", [&[Item::Table(1)], &pair[..]].concat(), false),
-        ("function", vec![Item::Function(0)], false),
-        ("int", vec![Item::Plain(Value::int(7))], true),
-        ("float", vec![Item::Plain(Value::float(7.5))], true),
+        ("nil", vec![ContentItem::Plain(Value::nil())], false),
+        ("string", vec![ContentItem::Plain(Value::string(string::COUNT))], false),
+        ("empty table", vec![ContentItem::Table(0)], false),
+        ("table", [&[ContentItem::Table(1)], &pair[..]].concat(), false),
+        ("function", vec![ContentItem::Function(0)], false),
+        ("int", vec![ContentItem::Plain(Value::int(7))], true),
+        ("float", vec![ContentItem::Plain(Value::float(7.5))], true),
     ]
 }
 
@@ -31,12 +33,12 @@ enum To<P: Profile> {
 }
 
 /// A frame that carries the value, if it fits one, or else all of its fragments.
-fn receive<P: Profile>(robot: &mut TestRobot<P>, to: To<P>, clock: u32, items: &[Item<P>]) {
-    if let [Item::Plain(value)] = *items {
+fn receive<P: Profile>(robot: &mut TestRobot<P>, to: To<P>, clock: u32, items: &[ContentItem<P>]) {
+    if let [ContentItem::Plain(value)] = *items {
         let message = match to {
             To::Topic(topic) => Message::Broadcast { robot: FORGER, topic, value },
             To::Key(key) => {
-                Message::Entry(Entry { stigmergy: 1, owner: FORGER, clock, key, value })
+                Message::Entry(StigmergyEntry { stigmergy: 1, owner: FORGER, clock, key, value })
             }
         };
         return robot.receive(&message);
@@ -47,7 +49,7 @@ fn receive<P: Profile>(robot: &mut TestRobot<P>, to: To<P>, clock: u32, items: &
     };
     let mut room = [0; 64];
     let mut writer = Writer::new(&mut room, robot.script(), head);
-    writer.item(Item::Plain(first));
+    writer.item(ContentItem::Plain(first));
     items.iter().for_each(|item| writer.item(*item));
     let length = writer.finish().expect("there is room");
     let frame = if P::FULL { FULL_FRAME } else { TINY_FRAME };
@@ -146,7 +148,7 @@ fn deletion<P: Profile>() {
     let (mut robot, strings) = robot::<P>(SHARED);
     robot.step().expect("it starts");
     let gone = Value::string(number(&strings, "gone"));
-    receive(&mut robot, To::Key(gone), 1000, &[Item::Plain(Value::nil())]);
+    receive(&mut robot, To::Key(gone), 1000, &[ContentItem::Plain(Value::nil())]);
     robot.step().expect("no fault");
     assert_eq!(robot.host.logs(), ["5", "5", "5", "5", "5", "nil"]);
     assert_eq!(robot.counters().malformed, 0);
@@ -157,9 +159,9 @@ fn question<P: Profile>() {
     let (mut robot, strings) = robot::<P>(SHARED);
     robot.step().expect("it starts");
     let key = Value::string(number(&strings, "k"));
-    receive(&mut robot, To::Key(key), 0, &[Item::Plain(Value::nil())]);
+    receive(&mut robot, To::Key(key), 0, &[ContentItem::Plain(Value::nil())]);
     // A question that brings a value along changes nothing either.
-    receive(&mut robot, To::Key(key), 0, &[Item::Plain(Value::string(string::COUNT))]);
+    receive(&mut robot, To::Key(key), 0, &[ContentItem::Plain(Value::string(string::COUNT))]);
     robot.step().expect("no fault");
     assert_eq!(robot.host.logs(), ["5"; 6]);
     assert_eq!(robot.counters().malformed, 0);

@@ -2,7 +2,7 @@
 //! goes on with its neighbors in every case.
 
 use bittybuzz_testkit::{Program, SIZES, Swarm, TestRobot, in_both_profiles};
-use bittybuzz_vm_core::message::{Kind, Message};
+use bittybuzz_vm_core::message::{FrameKind, Message};
 use bittybuzz_vm_core::number::{Profile, Tiny};
 use bittybuzz_vm_core::{FaultCode, Image};
 use std::cell::Cell;
@@ -126,7 +126,8 @@ fn tables_in_conflict<P: Profile>() {
     let others = Rc::new(Cell::new(0));
     let count = others.clone();
     swarm.air.observe = Box::new(move |frame| {
-        let is_beacon = matches!(Kind::of(frame.bytes[0]), Some(Kind::Beacon | Kind::Digest));
+        let is_beacon =
+            matches!(FrameKind::of(frame.bytes[0]), Some(FrameKind::Beacon | FrameKind::Digest));
         count.set(count.get() + u32::from(!is_beacon));
     });
     swarm.steps(100);

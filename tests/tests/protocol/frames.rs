@@ -2,8 +2,8 @@
 
 use super::rules::{LISTEN, broadcast};
 use bittybuzz_testkit::{FORGER, Received, Swarm, fragments, frame};
-use bittybuzz_vm_core::message::content::{Head, Item};
-use bittybuzz_vm_core::message::{Entry, Message, Script, Swarms};
+use bittybuzz_vm_core::message::content::{ContentItem, Head};
+use bittybuzz_vm_core::message::{Message, ScriptIdentity, StigmergyEntry, Swarms};
 use bittybuzz_vm_core::number::{Full, Profile, Tiny};
 use bittybuzz_vm_core::{Counters, Value, builtin};
 
@@ -81,7 +81,7 @@ fn messages_with_another_hash_are_foreign() {
             let topic = if is_less { 0 } else { script.strings - 1 };
             let (string, number) = (Value::string(topic), Value::int(7));
             let entry = |key, value| {
-                Message::<P>::Entry(Entry { stigmergy: 1, owner: 2, clock: 3, key, value })
+                Message::<P>::Entry(StigmergyEntry { stigmergy: 1, owner: 2, clock: 3, key, value })
             };
             let four_bits = if P::FULL { 0xf0ff_ffff } else { 0xf000_0000 };
             for (message, carried) in [
@@ -97,7 +97,10 @@ fn messages_with_another_hash_are_foreign() {
             ] {
                 let is_ours = (hash ^ script.hash) & carried == 0;
                 let mut robot = Swarm::<P>::new(1, LISTEN).robots.remove(0);
-                robot.host.link.push(Received::new(&frame(Script { hash, ..script }, &message)));
+                robot
+                    .host
+                    .link
+                    .push(Received::new(&frame(ScriptIdentity { hash, ..script }, &message)));
                 robot.step().expect("no fault");
                 let counted = robot.counters().foreign;
                 assert_eq!(counted, u16::from(!is_ours), "{}: {message:?} {hash:08x}", P::NAME);
@@ -135,7 +138,7 @@ fn an_entry_makes_a_neighbor_of_its_sender_only() {
     for (sender, expected) in [(None, "0 7"), (Some(3), "1 7"), (Some(1), "0 nil")] {
         let mut swarm: Swarm<Tiny> = Swarm::new(1, script);
         let (key, value) = (Value::int(5), Value::int(7));
-        let entry = Entry { stigmergy: 1, owner: FORGER, clock: 1, key, value };
+        let entry = StigmergyEntry { stigmergy: 1, owner: FORGER, clock: 1, key, value };
         let bytes = swarm.robots[0].frame(&Message::Entry(entry));
         swarm.step();
         swarm.robots[0].host.link.push(Received { sender, ..Received::new(&bytes) });
@@ -160,7 +163,7 @@ fn functions_with_captures_do_not_arrive() {
     let arrives = |number: u16| {
         let mut swarm: Swarm<Tiny> = Swarm::new(1, script);
         swarm.step();
-        let items = [Item::Plain(Value::string(topic)), Item::Function(number)];
+        let items = [ContentItem::Plain(Value::string(topic)), ContentItem::Function(number)];
         let script = swarm.robots[0].script();
         for frame in fragments::<Tiny>(script, FORGER, Head::Broadcast, &items) {
             swarm.inject(&frame, [0]);
@@ -178,8 +181,8 @@ fn functions_with_captures_do_not_arrive() {
 fn a_text_is_dropped_where_no_script_makes_one() {
     let mut swarm: Swarm<Tiny> = Swarm::new(1, LISTEN);
     let robot = &mut swarm.robots[0];
-    let topic = Item::Plain(Value::string(builtin::string::COUNT));
-    let items = [topic, Item::Text(0)];
+    let topic = ContentItem::Plain(Value::string(builtin::string::COUNT));
+    let items = [topic, ContentItem::Text(0)];
     for frame in fragments::<Tiny>(robot.script(), FORGER, Head::Broadcast, &items) {
         robot.host.link.push(Received::new(&frame));
     }

@@ -1,7 +1,7 @@
 //! Rules of the protocol, each shown by few messages.
 
 use bittybuzz_testkit::{FORGER, Program, SIZES, Swarm, TestRobot};
-use bittybuzz_vm_core::message::{Entry, Message};
+use bittybuzz_vm_core::message::{Message, StigmergyEntry};
 use bittybuzz_vm_core::number::{Full, Tiny};
 use bittybuzz_vm_core::opcode::CALL_BUILTIN;
 use bittybuzz_vm_core::{FaultCode, Sizes, Value, builtin};
@@ -43,7 +43,7 @@ fn with_keys(keys: u16, clock: u32) -> (Swarm<Tiny>, Vec<u8>) {
     swarm.steps(100);
     swarm.robots[0].take_sent();
     let (key, value) = (Value::int(9), Value::nil());
-    let entry = Entry { stigmergy: 1, owner: FORGER, clock, key, value };
+    let entry = StigmergyEntry { stigmergy: 1, owner: FORGER, clock, key, value };
     let frame = swarm.robots[0].frame(&Message::Entry(entry));
     (swarm, frame)
 }
@@ -82,7 +82,8 @@ fn a_robot_without_room_for_an_entry_sends_no_digest() {
             function step() { log(neighbors.count()) }";
         let mut swarm: Swarm<Tiny> = Swarm::new(1, script);
         swarm.steps(100);
-        let entry = Entry { stigmergy: 1, owner: FORGER, clock: 5, key: Value::int(9), value };
+        let entry =
+            StigmergyEntry { stigmergy: 1, owner: FORGER, clock: 5, key: Value::int(9), value };
         let robot = &mut swarm.robots[0];
         robot.take_sent();
         robot.receive(&Message::Entry(entry));
@@ -105,7 +106,13 @@ fn a_robot_without_neighbors_and_digest_sends_no_beacons() {
     let (mut swarm, _) = with_keys(4, 5);
     let (key, value) = (Value::int(9), Value::int(1));
     let robot = &mut swarm.robots[0];
-    robot.receive(&Message::Entry(Entry { stigmergy: 1, owner: FORGER, clock: 5, key, value }));
+    robot.receive(&Message::Entry(StigmergyEntry {
+        stigmergy: 1,
+        owner: FORGER,
+        clock: 5,
+        key,
+        value,
+    }));
     (0..40).for_each(|_| robot.step().expect("the script goes on"));
     let (sent, script) = (robot.take_sent(), robot.script());
     for frame in sent {
@@ -119,7 +126,7 @@ fn the_pause_between_relayed_entries_ends() {
     let (mut swarm, _) = with_keys(4, 5);
     let mut relays = |key: i32| {
         let (key, value) = (Value::int(key), Value::int(1));
-        let entry = Entry { stigmergy: 1, owner: FORGER, clock: 5, key, value };
+        let entry = StigmergyEntry { stigmergy: 1, owner: FORGER, clock: 5, key, value };
         let frame = swarm.robots[0].frame(&Message::Entry(entry));
         swarm.inject(&frame, [0]);
         swarm.robots[0].step().expect("the script goes on");
@@ -136,7 +143,7 @@ fn an_entry_is_not_relayed_twice_in_a_row() {
     let (mut swarm, _) = with_keys(4, 5);
     let mut relays = |key: i32| {
         let (key, value) = (Value::int(key), Value::int(1));
-        let entry = Entry { stigmergy: 1, owner: FORGER, clock: 5, key, value };
+        let entry = StigmergyEntry { stigmergy: 1, owner: FORGER, clock: 5, key, value };
         let frame = swarm.robots[0].frame(&Message::Entry(entry));
         swarm.inject(&frame, [0]);
         swarm.robots[0].step().expect("the script goes on");
@@ -349,7 +356,13 @@ fn answers_are_few() {
     for _ in 0..20 {
         for key in 0..4 {
             let (key, value) = (Value::int(key), Value::int(0));
-            robot.receive(&Message::Entry(Entry { stigmergy: 1, owner: 2, clock: 1, key, value }));
+            robot.receive(&Message::Entry(StigmergyEntry {
+                stigmergy: 1,
+                owner: 2,
+                clock: 1,
+                key,
+                value,
+            }));
         }
         robot.step().expect("the script goes on");
         sent.push(robot.take_sent().len());
@@ -366,7 +379,13 @@ fn an_old_value_that_comes_twice_is_answered() {
     let robot = &mut swarm.robots[0];
     for _ in 0..2 {
         let (key, value) = (Value::int(0), Value::int(0));
-        robot.receive(&Message::Entry(Entry { stigmergy: 1, owner: 2, clock: 0, key, value }));
+        robot.receive(&Message::Entry(StigmergyEntry {
+            stigmergy: 1,
+            owner: 2,
+            clock: 0,
+            key,
+            value,
+        }));
     }
     robot.step().expect("the script goes on");
     let script = robot.script();

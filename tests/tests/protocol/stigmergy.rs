@@ -1,7 +1,7 @@
 //! The stigmergy in hard times: stores that are too small, robots that lose their memory, clocks that are forged.
 
 use bittybuzz_testkit::{Program, Queues, SIZES, Swarm, TestRobot};
-use bittybuzz_vm_core::message::{CLOCK_MAX, Entry, Kind, Message};
+use bittybuzz_vm_core::message::{CLOCK_MAX, FrameKind, Message, StigmergyEntry};
 use bittybuzz_vm_core::number::{Full, Profile, Tiny};
 use bittybuzz_vm_core::{Entry as EntryPoint, Value};
 use std::cell::RefCell;
@@ -32,10 +32,10 @@ pub fn count_kinds<P: Profile, const SLOTS: usize>(
     let counts = Rc::new(RefCell::new(BTreeMap::new()));
     let seen = counts.clone();
     swarm.air.observe = Box::new(move |frame| {
-        let name = match Kind::of(frame.bytes[0]) {
-            Some(Kind::Entry) => "entry",
-            Some(Kind::Digest) => "digest",
-            Some(Kind::Beacon) => "beacon",
+        let name = match FrameKind::of(frame.bytes[0]) {
+            Some(FrameKind::Entry) => "entry",
+            Some(FrameKind::Digest) => "digest",
+            Some(FrameKind::Beacon) => "beacon",
             _ => "other",
         };
         *seen.borrow_mut().entry(name).or_default() += 1;
@@ -123,7 +123,7 @@ fn a_robot_takes_back_its_key_some_times() {
     let mut keeps = |swarm: &mut Swarm<Tiny>| {
         clock += 1000;
         let (key, value) = (Value::int(1), Value::int(6));
-        let other = Entry { stigmergy: 1, owner: 1, clock, key, value };
+        let other = StigmergyEntry { stigmergy: 1, owner: 1, clock, key, value };
         // The sender of a frame is no part of an entry, so the own id does not keep it out.
         let frame = swarm.robots[0].frame(&Message::Entry(other));
         swarm.inject(&frame, [0]);
@@ -284,7 +284,7 @@ fn a_new_put_exceeds_a_deletion_that_others_still_remember() {
 
 fn entry(owner: u16, clock: u32, value: i32) -> Message<'static, Tiny> {
     let (key, value) = (Value::int(1), Value::int(value));
-    Message::Entry(Entry { stigmergy: 1, owner, clock, key, value })
+    Message::Entry(StigmergyEntry { stigmergy: 1, owner, clock, key, value })
 }
 
 /// One forged frame with the greatest clock, or any other, rules until the next put and no longer.

@@ -141,10 +141,10 @@ fn known_outside<'a>(listing: &'a Listing, functions: &'a [Function]) -> HashSet
 /// The instructions of a function and where they lead.
 struct Body<'a> {
     symbol: &'a str,
-    steps: Vec<Step<'a>>,
+    steps: Vec<FlowStep<'a>>,
 }
 
-struct Step<'a> {
+struct FlowStep<'a> {
     line: usize,
     effect: Option<Effect>,
     /// The instructions that may come next, by their number.
@@ -174,7 +174,7 @@ impl<'a> Body<'a> {
                 Line::Other(_) => {}
             }
         }
-        let mut steps: Vec<Step<'_>> = Vec::new();
+        let mut steps: Vec<FlowStep<'_>> = Vec::new();
         let mut saves = true;
         for (number, (line, code)) in lines.iter().enumerate() {
             let is_conditional = number > 0 && lines[number - 1].1.skips();
@@ -215,7 +215,7 @@ impl<'a> Body<'a> {
             if code.name == "ret" {
                 effect = Some(Effect::default());
             }
-            steps.push(Step { line: *line, effect, next, end, called, is_conditional });
+            steps.push(FlowStep { line: *line, effect, next, end, called, is_conditional });
         }
         Body { symbol: &function.symbol, steps }
     }

@@ -17,7 +17,7 @@ const WORTH: isize = 4;
 
 /// The registers that a function saves, and the room that it makes.
 #[derive(Clone, Debug, PartialEq, Eq)]
-struct Frame {
+struct Prologue {
     /// The registers that it saves, in the order in which it does.
     registers: Vec<u8>,
     /// Bytes of its variables; `None`: Y does not point to any.
@@ -29,11 +29,11 @@ struct Frame {
 struct Routine {
     /// The first register; even, 18 if there is none below Y.
     first: u8,
-    kind: Kind,
+    kind: PrologueKind,
 }
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
-enum Kind {
+enum PrologueKind {
     /// Registers up to r17.
     Plain,
     /// Y, too.
@@ -42,24 +42,24 @@ enum Kind {
     Room,
 }
 
-impl Kind {
+impl PrologueKind {
     fn suffix(self) -> &'static str {
         match self {
-            Kind::Plain => "",
-            Kind::Pointer => "_y",
-            Kind::Room => "_room",
+            PrologueKind::Plain => "",
+            PrologueKind::Pointer => "_y",
+            PrologueKind::Room => "_room",
         }
     }
 }
 
-impl Frame {
+impl Prologue {
     fn routine(&self) -> Routine {
         let lowest = self.registers.first().copied().unwrap_or(28);
         let has_y = self.registers.iter().any(|register| *register >= 28);
         let kind = match self.room {
-            Some(_) => Kind::Room,
-            None if has_y => Kind::Pointer,
-            None => Kind::Plain,
+            Some(_) => PrologueKind::Room,
+            None if has_y => PrologueKind::Pointer,
+            None => PrologueKind::Plain,
         };
         Routine { first: (lowest & !1).min(18), kind }
     }
@@ -84,7 +84,7 @@ pub fn with_arguments(listing: &Listing) -> HashSet<String> {
     let takes = |function: &Function| {
         let code: Vec<usize> =
             (function.start..function.end).filter(|line| listing.code(*line).is_some()).collect();
-        let room = Entry::find(listing, &code).and_then(|entry| entry.frame.room);
+        let room = FunctionStart::find(listing, &code).and_then(|entry| entry.frame.room);
         code.iter().filter_map(|line| listing.code(*line)).any(|code| match room {
             Some(room) => displacement(&code.operands).is_some_and(|at| at > room),
             None => *code == Instruction::new("in", "r28, 61"),
@@ -102,7 +102,7 @@ fn displacement(operands: &str) -> Option<u8> {
 fn share_function(listing: &mut Listing, function: &Function) -> Option<Routine> {
     let code: Vec<usize> =
         (function.start..function.end).filter(|line| listing.code(*line).is_some()).collect();
-    let entry = Entry::find(listing, &code)?;
+    let entry = FunctionStart::find(listing, &code)?;
     let exits = Exit::find_all(listing, &code, &entry)?;
     let bytes = |lines: &[usize]| -> isize { 2 * lines.len() as isize };
     let each = if entry.frame.room.is_some() { 6 } else { 4 };
@@ -142,13 +142,13 @@ fn replace(listing: &mut Listing, lines: &[usize], room: Option<u8>, by: Instruc
 }
 
 /// The beginning of a function.
-struct Entry {
-    frame: Frame,
+struct FunctionStart {
+    frame: Prologue,
     lines: Vec<usize>,
 }
 
-impl Entry {
-    fn find(listing: &Listing, code: &[usize]) -> Option<Entry> {
+impl FunctionStart {
+    fn find(listing: &Listing, code: &[usize]) -> Option<FunctionStart> {
         let mut registers = Vec::new();
         let mut lines = Vec::new();
         for line in code {
@@ -171,7 +171,7 @@ impl Entry {
             lines.extend(&rest[..behind]);
             room = Some(size);
         }
-        Some(Entry { frame: Frame { registers, room }, lines })
+        Some(FunctionStart { frame: Prologue { registers, room }, lines })
     }
 }
 
@@ -225,7 +225,7 @@ struct Exit {
 
 impl Exit {
     /// All exits; `None` if one of them is another than the entry wants.
-    fn find_all(listing: &Listing, code: &[usize], entry: &Entry) -> Option<Vec<Exit>> {
+    fn find_all(listing: &Listing, code: &[usize], entry: &FunctionStart) -> Option<Vec<Exit>> {
         let mut exits = Vec::new();
         let mut pops = 0;
         for (number, line) in code.iter().enumerate() {
@@ -242,7 +242,7 @@ impl Exit {
     }
 
     /// The exit of which `code` ends with the return.
-    fn find(listing: &Listing, code: &[usize], entry: &Entry) -> Option<Exit> {
+    fn find(listing: &Listing, code: &[usize], entry: &FunctionStart) -> Option<Exit> {
         let registers = &entry.frame.registers;
         let from = code.len().checked_sub(1 + registers.len())?;
         for (line, wanted) in code[from..].iter().zip(registers.iter().rev()) {
@@ -282,7 +282,7 @@ fn register(operand: &str) -> Option<u8> {
 /// The routines.
 fn text(routines: &BTreeSet<Routine>) -> String {
     let mut text = String::from("\t.section\t.text.shared_frames,\"ax\",@progbits\n");
-    let kinds: BTreeSet<Kind> = routines.iter().map(|routine| routine.kind).collect();
+    let kinds: BTreeSet<PrologueKind> = routines.iter().map(|routine| routine.kind).collect();
     for kind in kinds {
         save(&mut text, kind, routines);
     }
@@ -294,7 +294,7 @@ fn text(routines: &BTreeSet<Routine>) -> String {
 }
 
 /// What saves: the return address is taken from the stack first, and jumped to in the end.
-fn save(text: &mut String, kind: Kind, routines: &BTreeSet<Routine>) {
+fn save(text: &mut String, kind: PrologueKind, routines: &BTreeSet<Routine>) {
     let suffix = kind.suffix();
     let firsts: Vec<u8> =
         routines.iter().filter(|routine| routine.kind == kind).map(|of| of.first).collect();
@@ -312,11 +312,11 @@ fn save(text: &mut String, kind: Kind, routines: &BTreeSet<Routine>) {
             let _ = writeln!(text, ".Lpush_{register}{suffix}:");
         }
         let is_above = firsts.iter().any(|first| *first <= register);
-        if is_above && (register < 28 || kind != Kind::Plain) {
+        if is_above && (register < 28 || kind != PrologueKind::Plain) {
             let _ = writeln!(text, "\tpush\tr{register}");
         }
     }
-    if kind == Kind::Room {
+    if kind == PrologueKind::Room {
         text.push_str("\tin\tr28, 61\n\tin\tr29, 62\n\tsub\tr28, r26\n\tsbc\tr29, r1\n");
         set_pointer(text);
     }
@@ -325,17 +325,17 @@ fn save(text: &mut String, kind: Kind, routines: &BTreeSet<Routine>) {
 
 fn restore(text: &mut String, first: u8, routines: &BTreeSet<Routine>) {
     let has = |kind| routines.contains(&Routine { first, kind });
-    if has(Kind::Room) {
+    if has(PrologueKind::Room) {
         let _ = writeln!(text, "__restore_{first}_room:\n\tadd\tr28, r26\n\tadc\tr29, r1");
         set_pointer(text);
     }
-    if has(Kind::Pointer) {
+    if has(PrologueKind::Pointer) {
         let _ = writeln!(text, "__restore_{first}_y:");
     }
-    if has(Kind::Room) || has(Kind::Pointer) {
+    if has(PrologueKind::Room) || has(PrologueKind::Pointer) {
         text.push_str("\tpop\tr29\n\tpop\tr28\n");
     }
-    if has(Kind::Plain) {
+    if has(PrologueKind::Plain) {
         let _ = writeln!(text, "__restore_{first}:");
     }
     for register in (first..=17).rev() {

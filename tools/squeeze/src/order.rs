@@ -17,7 +17,7 @@ const HEAT: f64 = 3.0;
 
 /// The lines of a section, and the calls in it.
 #[derive(Default)]
-struct Section<'a> {
+struct AsmSection<'a> {
     lines: Vec<&'a Line>,
     bytes: usize,
     /// The places of calls, and their targets.
@@ -33,7 +33,7 @@ struct Call {
 /// Puts the sections of functions in order, before everything else.
 pub fn order(listing: &Listing) -> Listing {
     let starts_section = |line: &Line| matches!(line, Line::Other(text) if text.trim_start().starts_with(".section"));
-    let mut code: Vec<Section<'_>> = Vec::new();
+    let mut code: Vec<AsmSection<'_>> = Vec::new();
     let mut rest = Vec::new();
     // The number of the section of each name: it may go on elsewhere.
     let mut numbers = HashMap::new();
@@ -50,7 +50,7 @@ pub fn order(listing: &Listing) -> Listing {
         }
         let number = *numbers.entry(name).or_insert(code.len());
         if number == code.len() {
-            code.push(Section::default());
+            code.push(AsmSection::default());
         }
         code[number].read(lines, number, &mut labels);
     }
@@ -70,7 +70,7 @@ pub fn order(listing: &Listing) -> Listing {
     Listing { lines: all.cloned().collect() }
 }
 
-impl<'a> Section<'a> {
+impl<'a> AsmSection<'a> {
     /// Takes these lines to the section of that number.
     fn read(
         &mut self,
@@ -97,7 +97,7 @@ impl<'a> Section<'a> {
 }
 
 /// The numbers of the sections in the order in which the fewest calls are long.
-fn anneal(sections: &[Section<'_>], calls: &[Call]) -> Vec<usize> {
+fn anneal(sections: &[AsmSection<'_>], calls: &[Call]) -> Vec<usize> {
     let mut order: Vec<usize> = (0..sections.len()).collect();
     let mut places = vec![0; sections.len()];
     let mut now = long_calls(sections, calls, &order, &mut places);
@@ -129,7 +129,7 @@ fn anneal(sections: &[Section<'_>], calls: &[Call]) -> Vec<usize> {
 }
 
 fn long_calls(
-    sections: &[Section<'_>],
+    sections: &[AsmSection<'_>],
     calls: &[Call],
     order: &[usize],
     places: &mut [usize],

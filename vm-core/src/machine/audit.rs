@@ -1,6 +1,6 @@
 //! For tests: looks whether memory is as it must be. See feature `torture`.
 
-use super::{GLOBALS, OVERLAYS, State, Vm};
+use super::{GLOBALS, OVERLAYS, Vm, VmState};
 use crate::arena::CELL;
 use crate::bytecode::ByteCode;
 use crate::heap::{FREE, LIVE};
@@ -17,7 +17,7 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
 
     /// Collects, and returns the first error in the memory of a script that has not stopped.
     pub fn audit(&mut self) -> Result<(), &'static str> {
-        if self.loaded().is_none() || matches!(self.state, State::Faulted(_)) {
+        if self.loaded().is_none() || matches!(self.state, VmState::Faulted(_)) {
             return Ok(());
         }
         self.audit_stack()?;

@@ -1,7 +1,7 @@
 //! Calls of values: the callee is known only when it is called.
 
 use super::{Flow, Native, Vm, record};
-use crate::builtin::Kind;
+use crate::builtin::BuiltinKind;
 use crate::bytecode::ByteCode;
 use crate::fault::{FaultCode, RobotFault, Stopped};
 use crate::host::{Arguments, Host, Reply};
@@ -209,7 +209,7 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
         count: u8,
         drop_result: bool,
     ) -> Result<(), Stopped> {
-        if BuiltinFlags::of::<P, C>(number).is(Kind::Calls) {
+        if BuiltinFlags::of::<P, C>(number).is(BuiltinKind::Calls) {
             return self.begin_native(number, count);
         }
         let result = self.builtin(host, number, count)?;

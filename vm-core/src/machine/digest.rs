@@ -4,7 +4,7 @@ use core::hash::{Hash, Hasher};
 use core::ops::Range;
 
 use super::network::{Assembly, Protocol};
-use super::{State, Vm};
+use super::{Vm, VmState};
 use crate::bytecode::ByteCode;
 use crate::number::{Profile, TextWork};
 use crate::slots::Slots;
@@ -17,7 +17,7 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
     pub fn hash_state<H: Hasher>(&self, hasher: &mut H) {
         let Vm { pc, fp, sp, robot_id, rng, state, network_base, uses_network, .. } = self;
         // Between entries the position is the one at which some loop has stopped.
-        let pc = if *state == State::Running { *pc } else { 0 };
+        let pc = if *state == VmState::Running { *pc } else { 0 };
         (pc, fp, sp, robot_id, rng, state, network_base, uses_network).hash(hasher);
         let mut work = self.work;
         work.take().hash(hasher);

@@ -96,7 +96,7 @@ pub enum Outcome {
 #[derive(Clone, Copy, PartialEq, Eq, Hash, Debug)]
 // A tag of its own: among the bits of the fault, zero would not be the first.
 #[repr(u8)]
-enum State {
+enum VmState {
     /// No program.
     Empty = 0,
     /// Ready for an entry.
@@ -121,7 +121,7 @@ pub struct Vm<P: Profile, C: ByteCode, const SLOTS: usize> {
     sp: u16,
     robot_id: u16,
     rng: Rng,
-    state: State,
+    state: VmState,
     /// Instructions that text took the time of, and that are still to be taken from the budget.
     work: P::TextWork,
     /// The failures that tests add to allocations.
@@ -155,7 +155,7 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
             sp: 0,
             robot_id: 0,
             rng: Rng::ZERO,
-            state: State::Empty,
+            state: VmState::Empty,
             work: P::TextWork::NONE,
             #[cfg(feature = "torture")]
             torture: crate::torture::Torture::NONE,
@@ -230,7 +230,7 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
         check: impl FnOnce(&mut Header, &mut Arena<P, SLOTS>) -> Result<(), ImageError>,
     ) -> Result<(), ImageError> {
         self.code = None;
-        self.state = State::Empty;
+        self.state = VmState::Empty;
         // A script that stopped may have left some.
         self.work = P::TextWork::NONE;
         let others = self.sizes().slots();
@@ -250,7 +250,7 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
         self.arena.reserved = base as u16;
         self.fp = base as u16;
         self.sp = base as u16;
-        self.state = State::Idle;
+        self.state = VmState::Idle;
         Ok(())
     }
 
@@ -261,7 +261,7 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
 
     /// The program, once it is loaded.
     fn loaded(&self) -> Option<Verified<'_, C>> {
-        if self.state == State::Empty { None } else { self.program() }
+        if self.state == VmState::Empty { None } else { self.program() }
     }
 
     /// Sets the id that scripts see, and seeds `rand` and `math.rng` from the seed of the run and this id.
@@ -273,9 +273,9 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
 
     /// Starts an entry; [`Vm::run`] then runs it. False if the script does not have it, or cannot run now.
     pub fn begin(&mut self, entry: Entry) -> bool {
-        let is_restart = entry == Entry::Global && self.state == State::Resting;
+        let is_restart = entry == Entry::Global && self.state == VmState::Resting;
         let Some(program) = self.program() else { return false };
-        if self.state != State::Idle && !is_restart {
+        if self.state != VmState::Idle && !is_restart {
             return false;
         }
         let point = program.header.entry(entry);
@@ -290,7 +290,7 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
             return is_there;
         }
         if self.enter_function(point, usize::from(self.sp)) {
-            self.state = State::Running;
+            self.state = VmState::Running;
             return true;
         }
         let callee = self.entry_value(point);
@@ -330,7 +330,7 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
         if callee.is_nil() {
             return false;
         }
-        self.state = State::Running;
+        self.state = VmState::Running;
         self.pc = Native::EXIT.position() as u16;
         // A fault is reported by the next run.
         let base = usize::from(self.sp);
@@ -344,8 +344,11 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
 
     /// Runs at most `budget` instructions.
     pub fn run<H: Host<P>>(&mut self, host: &mut H, budget: u16) -> Outcome {
-        let flow =
-            if self.state == State::Running { self.interpret(host, budget) } else { Err(Stopped) };
+        let flow = if self.state == VmState::Running {
+            self.interpret(host, budget)
+        } else {
+            Err(Stopped)
+        };
         match flow {
             Ok(Flow::Done) => {
                 self.finish();
@@ -364,14 +367,14 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
     /// Until the global code begins, a step handles messages and nothing else: the robot goes on with beacons, and merges
     /// and relays entries. Without a program, and for a script that has nothing to do with others, there is no such step.
     pub fn restart(&mut self) {
-        if self.state == State::Empty {
+        if self.state == VmState::Empty {
             return;
         }
         let base = GLOBALS + usize::from(self.header.globals());
         self.arena.fill(OVERLAYS, base);
         self.fp = base as u16;
         self.sp = base as u16;
-        self.state = State::Resting;
+        self.state = VmState::Resting;
         self.work = P::TextWork::NONE;
         self.rest_network();
         self.collect();
@@ -385,7 +388,7 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
 
     fn stopped(&self) -> Outcome {
         match self.state {
-            State::Faulted(fault) => Outcome::Fault(fault),
+            VmState::Faulted(fault) => Outcome::Fault(fault),
             _ => Outcome::Done,
         }
     }
@@ -410,14 +413,14 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
     /// byte of the instruction where each function is.
     pub fn calls(&self) -> Calls<'_, P, C, SLOTS> {
         // Between entries none runs, but the loop leaves the position as it was.
-        let is_running = !matches!(self.state, State::Empty | State::Idle | State::Resting);
+        let is_running = !matches!(self.state, VmState::Empty | VmState::Idle | VmState::Resting);
         let pc = if !is_running { Native::EXIT.position() } else { usize::from(self.pc) };
         Calls { vm: self, pc, fp: usize::from(self.fp) }
     }
 
     /// The entry's frame is left: collects if little of the heap is left and the entry allocated anything.
     fn finish(&mut self) {
-        self.state = State::Idle;
+        self.state = VmState::Idle;
         // The outermost frame began where the stack does.
         self.sp = self.fp;
         if self.arena.allocated {
@@ -435,7 +438,7 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
         let (mut pc, mut fp) = (usize::from(self.pc), usize::from(self.fp));
         let mut slot = usize::from(self.sp);
         // Changed entries are sent after the outermost frame was left: then no value on the stack is a record.
-        if self.state == State::Idle {
+        if self.state == VmState::Idle {
             fp = slot;
         }
         let mut reserved = slot;
@@ -509,7 +512,7 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
     #[one_copy]
     fn fail_with(&mut self, code: FaultCode, operands: [Type; 2], detail: u16) -> Stopped {
         let position = self.calls().next().unwrap_or(0);
-        self.state = State::Faulted(Fault { code, position, operands, detail });
+        self.state = VmState::Faulted(Fault { code, position, operands, detail });
         Stopped
     }
 }

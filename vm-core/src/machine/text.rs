@@ -7,7 +7,7 @@ use crate::builtin::{self, string};
 use crate::bytecode::ByteCode;
 use crate::fault::{FaultCode, Stopped};
 use crate::heap::{TextBuilder, TextCursor};
-use crate::message::content::Reader;
+use crate::message::content::ContentReader;
 use crate::number::{self, Number, Profile, TextWork};
 use crate::value::{Tag, Value};
 
@@ -164,7 +164,7 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
     /// Returns the text of the next `length` bytes of a message.
     pub(super) fn read_text(
         &mut self,
-        reader: &mut Reader<'_>,
+        reader: &mut ContentReader<'_>,
         length: u8,
     ) -> Result<Value<P>, Stopped> {
         let mut text = self.begin_text()?;

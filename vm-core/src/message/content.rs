@@ -6,7 +6,7 @@
 use core::slice;
 
 use super::check::wide_crc16;
-use super::{CLOCK_MAX, Ignored, Script, crc16};
+use super::{CLOCK_MAX, Ignored, ScriptIdentity, crc16};
 use crate::number::wide::IS_WIDE;
 use crate::number::{Profile, Word};
 use crate::value::{Tag, Value};
@@ -32,7 +32,7 @@ pub enum Head {
 
 /// A value, or the start of one.
 #[derive(Clone, Copy, Debug)]
-pub enum Item<P: Profile> {
+pub enum ContentItem<P: Profile> {
     /// nil, a number or a constant string.
     Plain(Value<P>),
     /// A string made at run time: this number of bytes follows.
@@ -67,12 +67,12 @@ pub struct Writer<'a> {
     room: &'a mut [u8],
     /// The number of bytes, also of those without room.
     length: usize,
-    script: Script,
+    script: ScriptIdentity,
 }
 
 impl<'a> Writer<'a> {
     /// Begins a content in this room.
-    pub fn new(room: &'a mut [u8], script: Script, head: Head) -> Self {
+    pub fn new(room: &'a mut [u8], script: ScriptIdentity, head: Head) -> Self {
         let mut writer = Writer { room, length: CHECK, script };
         match head {
             Head::Broadcast => writer.byte(BROADCAST),
@@ -90,9 +90,9 @@ impl<'a> Writer<'a> {
 
     /// The next item.
     #[hot]
-    pub fn item<P: Profile>(&mut self, item: Item<P>) {
+    pub fn item<P: Profile>(&mut self, item: ContentItem<P>) {
         match item {
-            Item::Plain(value) => {
+            ContentItem::Plain(value) => {
                 let offset = if value.is(Tag::STRING) { self.script.hash as u16 } else { 0 };
                 let [b0, b1] = P::raw_to_u16(value.raw()).wrapping_add(offset).to_le_bytes();
                 let [_, _, b2, b3] = value.raw().to_u32().to_le_bytes();
@@ -103,15 +103,15 @@ impl<'a> Writer<'a> {
                     () => self.bytes([tag, b0, b1]),
                 }
             }
-            Item::Text(length) => {
+            ContentItem::Text(length) => {
                 self.byte(TEXT);
                 self.byte(length);
             }
-            Item::Table(pairs) => {
+            ContentItem::Table(pairs) => {
                 self.byte(TABLE);
                 self.byte(pairs);
             }
-            Item::Function(number) => {
+            ContentItem::Function(number) => {
                 self.byte(FUNCTION);
                 self.number(number);
             }
@@ -173,7 +173,7 @@ fn check_of<'a>(bytes: impl Iterator<Item = &'a u8>, hash: u16) -> u16 {
 
 /// Reads a content.
 #[derive(Clone, Debug)]
-pub struct Reader<'a> {
+pub struct ContentReader<'a> {
     rest: slice::Iter<'a, u8>,
     /// The bytes that the check covers: all that follow it.
     checked: &'a [u8],
@@ -186,14 +186,15 @@ pub struct Reader<'a> {
     wrong: Option<Ignored>,
 }
 
-impl<'a> Reader<'a> {
-    /// Begins a complete content, after which there may be more bytes. If [`Reader::check`] finds
-    /// it right, [`Reader::item`] returns the items that were written.
+impl<'a> ContentReader<'a> {
+    /// Begins a complete content, after which there may be more bytes. If [`ContentReader::check`] finds
+    /// it right, [`ContentReader::item`] returns the items that were written.
     #[one_copy]
-    pub fn new(content: &'a [u8], script: Script) -> (Head, Self) {
+    pub fn new(content: &'a [u8], script: ScriptIdentity) -> (Head, Self) {
         let hash = script.hash as u16;
         let (rest, strings) = (content.iter(), script.strings);
-        let mut reader = Reader { rest, checked: &[], hash, strings, expected: 0, wrong: None };
+        let mut reader =
+            ContentReader { rest, checked: &[], hash, strings, expected: 0, wrong: None };
         reader.expected = reader.number();
         reader.checked = reader.rest.as_slice();
         let head = match reader.byte() {
@@ -215,7 +216,7 @@ impl<'a> Reader<'a> {
     }
 
     /// Fails unless all items make sense and the check is right. Shows each item, of a wrong content some.
-    pub fn check<P: Profile>(&self, mut show: impl FnMut(Item<P>)) -> Result<(), Ignored> {
+    pub fn check<P: Profile>(&self, mut show: impl FnMut(ContentItem<P>)) -> Result<(), Ignored> {
         let mut reader = self.clone();
         // Topic or key, and value. Each item takes a byte at least, so the content ends before the number does.
         let mut left = 2_usize;
@@ -223,12 +224,12 @@ impl<'a> Reader<'a> {
             left -= 1;
             let item = reader.item::<P>();
             match item {
-                Item::Text(length) if P::FULL => {
+                ContentItem::Text(length) if P::FULL => {
                     for _ in 0..length {
                         reader.byte();
                     }
                 }
-                Item::Table(pairs) => left += 2 * usize::from(pairs),
+                ContentItem::Table(pairs) => left += 2 * usize::from(pairs),
                 _ => {}
             }
             show(item);
@@ -247,7 +248,7 @@ impl<'a> Reader<'a> {
     }
 
     /// Reads a content of two plain values, or of one and a table of plain ones, into `values`, and returns their number and whether
-    /// there is a table. `None` if it is another one, if [`Reader::check`] fails, or if there is no room. For computers, which so read most
+    /// there is a table. `None` if it is another one, if [`ContentReader::check`] fails, or if there is no room. For computers, which so read most
     /// contents once; robots check them first.
     pub fn plain<P: Profile>(&self, values: &mut [Value<P>]) -> Option<(usize, bool)> {
         let mut rest = self.rest.as_slice();
@@ -287,7 +288,7 @@ impl<'a> Reader<'a> {
 
     /// Returns the next item; nil after the last.
     #[one_copy]
-    pub fn item<P: Profile>(&mut self) -> Item<P> {
+    pub fn item<P: Profile>(&mut self) -> ContentItem<P> {
         let tag = self.byte();
         match tag {
             0..=3 => {
@@ -300,14 +301,14 @@ impl<'a> Reader<'a> {
                         value = self.string(value);
                     }
                 }
-                Item::Plain(value)
+                ContentItem::Plain(value)
             }
-            TEXT if P::FULL => Item::Text(self.byte()),
-            TABLE => Item::Table(self.byte()),
-            FUNCTION => Item::Function(self.number()),
+            TEXT if P::FULL => ContentItem::Text(self.byte()),
+            TABLE => ContentItem::Table(self.byte()),
+            FUNCTION => ContentItem::Function(self.number()),
             _ => {
                 self.wrong = Some(Ignored::Malformed);
-                Item::Plain(Value::nil())
+                ContentItem::Plain(Value::nil())
             }
         }
     }

@@ -3,7 +3,10 @@
 //! An open frame has strings as their numbers, the whole clock of an entry in one place, and zero for the hash. Opening and sealing
 //! differ in direction only, so there is one function for all kinds and both ways.
 
-use super::{Entry, FRAGMENT_HEAD, Fragment, Ignored, Kind, STIGMERGIES, Script, Swarms};
+use super::{
+    FRAGMENT_HEAD, Fragment, FrameKind, Ignored, STIGMERGIES, ScriptIdentity, StigmergyEntry,
+    Swarms,
+};
 use crate::network::Buffer;
 use crate::number::{Profile, Word};
 use crate::value::{Tag, Value};
@@ -60,9 +63,13 @@ impl<P: Profile> Frame<P> {
 
     /// Opens the frame of that length that is in the buffer.
     #[hot]
-    pub(crate) fn open(&mut self, length: usize, script: &Script) -> Result<Kind, Ignored> {
-        let kind = Kind::of_quickly(self.byte(0)).ok_or(Ignored::Malformed)?;
-        let content = usize::from(kind == Kind::Fragment);
+    pub(crate) fn open(
+        &mut self,
+        length: usize,
+        script: &ScriptIdentity,
+    ) -> Result<FrameKind, Ignored> {
+        let kind = FrameKind::of_quickly(self.byte(0)).ok_or(Ignored::Malformed)?;
+        let content = usize::from(kind == FrameKind::Fragment);
         if self.length(kind).is_none_or(|needed| needed + content > length) {
             return Err(Ignored::Malformed);
         }
@@ -72,10 +79,10 @@ impl<P: Profile> Frame<P> {
     /// Seals an open frame and returns its length, of a fragment without its content; `None` if
     /// there is no such frame.
     #[one_copy]
-    pub(crate) fn seal(&mut self, script: &Script) -> Option<usize> {
+    pub(crate) fn seal(&mut self, script: &ScriptIdentity) -> Option<usize> {
         let first = self.byte(0);
         let is_avr = cfg!(target_arch = "avr");
-        let kind = if is_avr { Kind::of(first)? } else { Kind::of_quickly(first)? };
+        let kind = if is_avr { FrameKind::of(first)? } else { FrameKind::of_quickly(first)? };
         self.translate(kind, script, true);
         self.length(kind)
     }
@@ -83,39 +90,39 @@ impl<P: Profile> Frame<P> {
     /// Returns the number of bytes that travel, of a fragment without its content; `None` if there
     /// is no such frame.
     #[hot]
-    fn length(&self, kind: Kind) -> Option<usize> {
+    fn length(&self, kind: FrameKind) -> Option<usize> {
         let length = match kind {
-            Kind::Broadcast => 3 + 2 * P::WORD_BYTES as u8 + 3,
-            Kind::Entry => 6 + 2 * P::WORD_BYTES as u8 + if P::FULL { 3 } else { 0 },
-            Kind::Swarms => {
+            FrameKind::Broadcast => 3 + 2 * P::WORD_BYTES as u8 + 3,
+            FrameKind::Entry => 6 + 2 * P::WORD_BYTES as u8 + if P::FULL { 3 } else { 0 },
+            FrameKind::Swarms => {
                 let count = self.byte(INFO) & 0x0f;
                 if count.wrapping_sub(1) >= Swarms::capacity::<P>() {
                     return None;
                 }
                 6 + 2 * count
             }
-            Kind::Beacon => 7,
-            Kind::Digest => 10,
-            Kind::Fragment => FRAGMENT_HEAD as u8,
+            FrameKind::Beacon => 7,
+            FrameKind::Digest => 10,
+            FrameKind::Fragment => FRAGMENT_HEAD as u8,
         };
         Some(usize::from(length))
     }
 
     /// Puts the script's hash on it or takes it off; `false` if it was that of another script.
     #[one_copy]
-    fn translate(&mut self, kind: Kind, script: &Script, out: bool) -> bool {
+    fn translate(&mut self, kind: FrameKind, script: &ScriptIdentity, out: bool) -> bool {
         let hash = script.hash.to_le_bytes();
         let [h0, h1, _, h3] = hash;
         let first = self.byte(0);
         let foreign = match kind {
-            Kind::Fragment => 0,
-            Kind::Beacon | Kind::Digest => self.mix_three(3, hash) | self.mix(6, h3),
-            Kind::Swarms => self.mix(3, h0) | self.mix(4, h1),
-            Kind::Broadcast => {
+            FrameKind::Fragment => 0,
+            FrameKind::Beacon | FrameKind::Digest => self.mix_three(3, hash) | self.mix(6, h3),
+            FrameKind::Swarms => self.mix(3, h0) | self.mix(4, h1),
+            FrameKind::Broadcast => {
                 self.mix_three(TOPIC + 2 * P::WORD_BYTES, hash)
                     | self.translate_words(TOPIC, Tag::STRING, script, out)
             }
-            Kind::Entry => {
+            FrameKind::Entry => {
                 let key = if first & STRING_KEY == 0 { Tag::INT } else { Tag::STRING };
                 let high = self.byte(5);
                 let mut clock = high & 0x0f;
@@ -153,7 +160,7 @@ impl<P: Profile> Frame<P> {
 
     /// Translates topic or key, and value, where they are strings; not 0 if one is not of this script.
     #[hot]
-    fn translate_words(&mut self, at: usize, first: Tag, script: &Script, out: bool) -> u8 {
+    fn translate_words(&mut self, at: usize, first: Tag, script: &ScriptIdentity, out: bool) -> u8 {
         let value = Tag::of(self.byte(0) & VALUE);
         let bytes = self.0.as_mut();
         let mut foreign = 0;
@@ -230,10 +237,10 @@ impl<P: Profile> Frame<P> {
 
     /// An entry.
     #[hot]
-    pub(crate) fn entry(&self) -> Entry<P> {
+    pub(crate) fn entry(&self) -> StigmergyEntry<P> {
         let first = self.byte(0);
         let key = if first & STRING_KEY != 0 { Tag::STRING } else { Tag::INT };
-        Entry {
+        StigmergyEntry {
             stigmergy: u16::from((first / STIGMERGY).wrapping_sub(1)),
             owner: self.robot(),
             clock: u32::from_le_bytes([self.byte(3), self.byte(4), self.byte(5), 0]),
@@ -302,7 +309,7 @@ impl<P: Profile> Frame<P> {
     /// Makes an empty frame an open entry; `None` if it does not fit. Then the frame has no type, but owner, clock,
     /// stigmergy and digest, which distinguish the entry from others.
     #[one_copy]
-    pub(crate) fn put_entry(&mut self, entry: &Entry<P>, digest: u16) -> Option<()> {
+    pub(crate) fn put_entry(&mut self, entry: &StigmergyEntry<P>, digest: u16) -> Option<()> {
         self.set_number(ROBOT, entry.owner);
         self.set_number(3, entry.clock as u16);
         self.set_byte(5, (entry.clock >> 16) as u8);
@@ -358,7 +365,7 @@ fn plain_tag<P: Profile>(value: Value<P>) -> Option<u8> {
 ///
 /// Strings of another script are hardly ever strings of this one.
 #[one_copy]
-fn translate_string(word: &mut [u8], script: &Script, out: bool) -> u8 {
+fn translate_string(word: &mut [u8], script: &ScriptIdentity, out: bool) -> u8 {
     let Some((bytes, high)) = word.split_first_chunk_mut() else { return 1 };
     let mut number = u16::from_le_bytes(*bytes);
     if out {

@@ -40,7 +40,7 @@ pub const STIGMERGIES: u16 = 3;
 
 /// The script of a robot, as far as messages need it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Script {
+pub struct ScriptIdentity {
     /// Its hash.
     pub hash: u32,
     /// The number of constant strings: the machine's own and the script's.
@@ -60,7 +60,7 @@ pub enum Message<'a, P: Profile> {
         value: Value<P>,
     },
     /// An entry of a stigmergy, or the question for it.
-    Entry(Entry<P>),
+    Entry(StigmergyEntry<P>),
     /// A robot announces that it is there.
     Beacon {
         /// The sender.
@@ -86,7 +86,7 @@ pub enum Message<'a, P: Profile> {
 
 /// An entry of a stigmergy on its way.
 #[derive(Clone, Copy, Debug)]
-pub struct Entry<P: Profile> {
+pub struct StigmergyEntry<P: Profile> {
     /// Number of the stigmergy.
     pub stigmergy: u16,
     /// The robot that wrote the value; in a question, the robot that asks.
@@ -134,7 +134,7 @@ pub enum Ignored {
 
 /// Kinds of frames, by ascending priority.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
-pub enum Kind {
+pub enum FrameKind {
     /// A robot announces that it is there.
     Beacon,
     /// A beacon with the digest of the sender's stigmergies.
@@ -149,23 +149,23 @@ pub enum Kind {
     Broadcast,
 }
 
-impl Kind {
+impl FrameKind {
     /// The kind of frames with that type byte, `None` if it is no frame of ours.
     #[one_copy]
-    pub const fn of(type_byte: u8) -> Option<Kind> {
+    pub const fn of(type_byte: u8) -> Option<FrameKind> {
         Self::of_quickly(type_byte)
     }
 
     /// Returns the kind of a type byte, where time is scarcer than flash.
     #[hot]
-    pub(crate) const fn of_quickly(type_byte: u8) -> Option<Kind> {
+    pub(crate) const fn of_quickly(type_byte: u8) -> Option<FrameKind> {
         Some(match type_byte {
-            0x04..=0x07 => Kind::Broadcast,
-            0x08 => Kind::Beacon,
-            0x09 => Kind::Swarms,
-            0x0a => Kind::Digest,
-            0x10..=0x1f => Kind::Fragment,
-            0x20..=0x7f => Kind::Entry,
+            0x04..=0x07 => FrameKind::Broadcast,
+            0x08 => FrameKind::Beacon,
+            0x09 => FrameKind::Swarms,
+            0x0a => FrameKind::Digest,
+            0x10..=0x1f => FrameKind::Fragment,
+            0x20..=0x7f => FrameKind::Entry,
             _ => return None,
         })
     }

@@ -1,12 +1,12 @@
 //! Messages from frames and to frames, for who looks at them from outside of a machine.
 
 use super::frame::Frame;
-use super::{CLOCK_MAX, FRAGMENT_HEAD, Ignored, Kind, Message, Script};
+use super::{CLOCK_MAX, FRAGMENT_HEAD, FrameKind, Ignored, Message, ScriptIdentity};
 use crate::number::Profile;
 
 impl<'a, P: Profile> Message<'a, P> {
     /// Reads a frame. Bytes after those of the message are ignored.
-    pub fn decode(bytes: &'a [u8], script: Script) -> Result<Self, Ignored> {
+    pub fn decode(bytes: &'a [u8], script: ScriptIdentity) -> Result<Self, Ignored> {
         let mut frame = Frame::<P>::EMPTY;
         for (to, from) in frame.bytes_mut().iter_mut().zip(bytes) {
             *to = *from;
@@ -14,23 +14,23 @@ impl<'a, P: Profile> Message<'a, P> {
         let kind = frame.open(bytes.len(), &script)?;
         let robot = frame.robot();
         Ok(match kind {
-            Kind::Beacon => Message::Beacon { robot },
-            Kind::Digest => Message::Digest { robot, digest: frame.digest() },
-            Kind::Swarms => Message::Swarms { robot, swarms: frame.swarms() },
-            Kind::Fragment => {
+            FrameKind::Beacon => Message::Beacon { robot },
+            FrameKind::Digest => Message::Digest { robot, digest: frame.digest() },
+            FrameKind::Swarms => Message::Swarms { robot, swarms: frame.swarms() },
+            FrameKind::Fragment => {
                 Message::Fragment(frame.fragment(bytes.get(FRAGMENT_HEAD..).unwrap_or(&[])))
             }
-            Kind::Broadcast => {
+            FrameKind::Broadcast => {
                 let (topic, value) = frame.broadcast();
                 Message::Broadcast { robot, topic, value }
             }
-            Kind::Entry => Message::Entry(frame.entry()),
+            FrameKind::Entry => Message::Entry(frame.entry()),
         })
     }
 
     /// Writes the frame and returns its length. `None` if there is no such frame, or no room for
     /// it.
-    pub fn encode(&self, script: Script, bytes: &mut [u8]) -> Option<usize> {
+    pub fn encode(&self, script: ScriptIdentity, bytes: &mut [u8]) -> Option<usize> {
         let mut frame = Frame::<P>::EMPTY;
         match self {
             Message::Beacon { robot } => frame.put_beacon(*robot),

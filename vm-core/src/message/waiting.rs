@@ -1,6 +1,6 @@
 //! The facts about waiting frames that queues need.
 
-use super::Kind;
+use super::FrameKind;
 use crate::number::Profile;
 use crate::stamp::is_earlier;
 
@@ -20,24 +20,24 @@ const CHECK: usize = 3;
 /// robot; at equal clocks of two robots both have to be heard, as that is a conflict. A broadcast does it to one of the same
 /// robot on the same topic that is stale, that is of an earlier step; a beacon does it to one of the same robot.
 #[one_copy]
-pub fn replaces<P: Profile>(kind: Kind, new: &[u8], waiting: &[u8], is_stale: bool) -> bool {
+pub fn replaces<P: Profile>(kind: FrameKind, new: &[u8], waiting: &[u8], is_stale: bool) -> bool {
     let words = 2 * P::WORD_BYTES;
     let (of_type, others) = match kind {
         // Most often asked.
-        Kind::Broadcast if !is_stale => return false,
-        Kind::Broadcast => {
+        FrameKind::Broadcast if !is_stale => return false,
+        FrameKind::Broadcast => {
             let check = TOPIC + words;
             (0xfc, bytes(ROBOT, TOPIC + P::WORD_BYTES) | bytes(check, check + CHECK))
         }
         // A beacon and one with a digest differ in one bit.
-        Kind::Beacon | Kind::Digest => (0xfd, bytes(ROBOT, ROBOT + 2 + HASH)),
+        FrameKind::Beacon | FrameKind::Digest => (0xfd, bytes(ROBOT, ROBOT + 2 + HASH)),
         // Stigmergy and kind of key.
-        Kind::Entry => {
+        FrameKind::Entry => {
             let check = KEY + words;
             let check = if P::FULL { bytes(check, check + CHECK) } else { 0 };
             (0xe4, bytes(KEY, KEY + P::WORD_BYTES) | check)
         }
-        Kind::Swarms | Kind::Fragment => return false,
+        FrameKind::Swarms | FrameKind::Fragment => return false,
     };
     if !same(new, waiting, of_type, others) {
         return false;
@@ -45,7 +45,7 @@ pub fn replaces<P: Profile>(kind: Kind, new: &[u8], waiting: &[u8], is_stale: bo
     let (Some(new), Some(waiting)) = (new.first_chunk(), waiting.first_chunk()) else {
         return false;
     };
-    if kind != Kind::Entry {
+    if kind != FrameKind::Entry {
         return true;
     }
     // The higher half of the byte belongs to the hash.

@@ -130,15 +130,15 @@ fn is_space(byte: u8) -> bool {
 }
 
 /// A text that is read once from the front.
-struct Reader<I: Iterator<Item = u8>> {
+struct TextReader<I: Iterator<Item = u8>> {
     rest: I,
     next: Option<u8>,
 }
 
-impl<I: Iterator<Item = u8>> Reader<I> {
+impl<I: Iterator<Item = u8>> TextReader<I> {
     fn new(mut rest: I) -> Self {
         let next = rest.next();
-        Reader { rest, next }
+        TextReader { rest, next }
     }
 
     fn advance(&mut self) {
@@ -174,7 +174,7 @@ impl<I: Iterator<Item = u8>> Reader<I> {
 ///
 /// `None` if there is no digit; the nearest `i32` if the integer does not fit.
 pub fn parse_int(text: impl Iterator<Item = u8>) -> Option<i32> {
-    let mut text = Reader::new(text);
+    let mut text = TextReader::new(text);
     text.skip_space();
     let negative = text.sign();
     let mut value = 0_i32;
@@ -238,7 +238,7 @@ impl Big {
 /// at most 20 digits after leading zeros; of more, the rest only decides ties. `inf`, `nan` and
 /// hexadecimal floats are not read.
 pub fn parse_float(text: impl Iterator<Item = u8>) -> Option<f32> {
-    let mut text = Reader::new(text);
+    let mut text = TextReader::new(text);
     text.skip_space();
     let negative = text.sign();
 

@@ -4,7 +4,7 @@ use std::fmt;
 
 use super::{
     BLOCK, Body, DISC, HEADING, HEIGHT, Header, MAGIC, ORIGIN, Obstacle, Outline, PLACE,
-    RecordedRobot, SHOWN, Sample, State, VERSION, WALL,
+    RecordedRobot, RobotStatus, SHOWN, Sample, VERSION, WALL,
 };
 
 /// A reason why a recording cannot be read.
@@ -45,7 +45,7 @@ impl std::error::Error for RecordingError {}
 
 /// Reads a recording, sample by sample. A copy reads on from the same place.
 #[derive(Debug, Clone)]
-pub struct Reader<'a> {
+pub struct RecordingReader<'a> {
     bytes: &'a [u8],
     at: usize,
     header: Header,
@@ -55,7 +55,7 @@ pub struct Reader<'a> {
     is_over: bool,
 }
 
-impl<'a> Reader<'a> {
+impl<'a> RecordingReader<'a> {
     /// Reads the header.
     pub fn new(bytes: &'a [u8]) -> Result<Self, RecordingError> {
         let rest = bytes.strip_prefix(MAGIC).ok_or(RecordingError::NotARecording)?;
@@ -67,7 +67,8 @@ impl<'a> Reader<'a> {
         let header = Header { size: [0; 2], tick_ms: 0, bodies: Vec::new(), obstacles: Vec::new() };
         let at = MAGIC.len() + 1;
         let (robots, tick, samples) = (Vec::new(), 0, 0);
-        let mut reader = Reader { bytes, at, header, robots, tick, samples, is_over: false };
+        let mut reader =
+            RecordingReader { bytes, at, header, robots, tick, samples, is_over: false };
         reader.header.size = [reader.get_as()?, reader.get_as()?];
         reader.header.tick_ms = reader.get_as()?;
         let count: u32 = reader.get_as()?;
@@ -181,10 +182,10 @@ impl<'a> Reader<'a> {
             let shown = self.byte()?;
             robot.led = shown & 7;
             robot.state = match shown >> 3 {
-                0 => State::Running,
-                1 => State::Stopped,
-                2 => State::Failed,
-                3 => State::Faulted,
+                0 => RobotStatus::Running,
+                1 => RobotStatus::Stopped,
+                2 => RobotStatus::Failed,
+                3 => RobotStatus::Faulted,
                 _ => return Err(malformed),
             };
         }
@@ -225,7 +226,7 @@ impl<'a> Reader<'a> {
     }
 }
 
-impl Iterator for Reader<'_> {
+impl Iterator for RecordingReader<'_> {
     type Item = Result<Sample, RecordingError>;
 
     fn next(&mut self) -> Option<Self::Item> {

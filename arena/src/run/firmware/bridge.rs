@@ -24,7 +24,7 @@ use bittybuzz_comms::nrf24::{PAYLOAD_MAX, Payload};
 use bittybuzz_comms::queue::Inbox;
 use bittybuzz_comms::syslink::{P2P_MAX, SWARM_PORT, SwarmFrame};
 use bittybuzz_emulation::message::Command;
-use bittybuzz_vm_core::message::{Kind, TINY_FRAME};
+use bittybuzz_vm_core::message::{FrameKind, TINY_FRAME};
 use bittybuzz_vm_core::number::Tiny;
 
 use crate::engine::Medium;
@@ -181,6 +181,6 @@ impl Bridge {
 /// it.
 fn sender(frame: &[u8]) -> Option<u16> {
     let [kind, low, high, ..] = frame else { return None };
-    let names_sender = Kind::of(*kind).is_some_and(|kind| kind != Kind::Entry);
+    let names_sender = FrameKind::of(*kind).is_some_and(|kind| kind != FrameKind::Entry);
     names_sender.then(|| u16::from_le_bytes([*low, *high]))
 }

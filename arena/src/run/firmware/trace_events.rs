@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use bittybuzz_comms::trace::{Item, Record, Unused};
+use bittybuzz_comms::trace::{PrintedValue, Record, Unused};
 use bittybuzz_trace_reader::{Content, Table, TraceReader};
 use bittybuzz_vm_core::{Fault, ImageError};
 
@@ -72,15 +72,15 @@ fn event_of(content: Content) -> Option<TraceEvent> {
 /// Marks a text that was cut.
 const CUT: &[u8] = b"...";
 
-fn piece(item: Item<'_>) -> Piece {
+fn piece(item: PrintedValue<'_>) -> Piece {
     match item {
-        Item::Nil => Piece::Nil,
-        Item::Int(value) => Piece::Int(value),
-        Item::Float(value) => Piece::Float(value),
-        Item::String(number) => Piece::Constant(number),
-        Item::Text(text) => Piece::Text(text.to_vec()),
-        Item::Table(size) => Piece::Table(usize::from(size)),
-        Item::Function => Piece::Function,
-        Item::Rest => Piece::Text(CUT.into()),
+        PrintedValue::Nil => Piece::Nil,
+        PrintedValue::Int(value) => Piece::Int(value),
+        PrintedValue::Float(value) => Piece::Float(value),
+        PrintedValue::String(number) => Piece::Constant(number),
+        PrintedValue::Text(text) => Piece::Text(text.to_vec()),
+        PrintedValue::Table(size) => Piece::Table(usize::from(size)),
+        PrintedValue::Function => Piece::Function,
+        PrintedValue::Rest => Piece::Text(CUT.into()),
     }
 }

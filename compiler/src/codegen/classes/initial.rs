@@ -2,7 +2,7 @@
 
 use std::collections::BTreeSet;
 
-use bittybuzz_vm_core::builtin::{self, Kind, Library};
+use bittybuzz_vm_core::builtin::{self, BuiltinKind, Library};
 
 use super::{Classes, Flow, Place};
 use crate::check::names::{Meaning, Member};
@@ -166,7 +166,7 @@ impl<'f, 'a> Assigned<'f, 'a> {
 
 /// Returns true if the built-in calls no function.
 fn is_plain(number: u8) -> bool {
-    builtin::info(number).is_some_and(|info| info.kind == Kind::Plain)
+    builtin::info(number).is_some_and(|info| info.kind == BuiltinKind::Plain)
 }
 
 /// Returns true if the statement may end the function that it is in.

@@ -1,6 +1,6 @@
 //! Functions of the machine: the values that they send, the functions that they call, and the classes of their results.
 
-use bittybuzz_vm_core::builtin::{self, Info, Kind, Library};
+use bittybuzz_vm_core::builtin::{self, BuiltinKind, Info, Library};
 use bittybuzz_vm_core::message::STIGMERGIES;
 
 use super::{Arg, Classes, Flow, Name, Place};
@@ -18,7 +18,7 @@ impl<'a> Flow<'a> {
         };
         match self.meanings.member(library, key) {
             Member::Known(info) => {
-                self.is_lost |= sends(library) && info.kind != Kind::Value;
+                self.is_lost |= sends(library) && info.kind != BuiltinKind::Value;
                 self.native(info)
             }
             Member::Absent => self.element(),
@@ -56,7 +56,7 @@ impl<'a> Flow<'a> {
 
     /// A function of the machine as a value, which may be called anywhere.
     pub(super) fn native(&mut self, info: &Info) -> Classes {
-        if info.kind == Kind::Value {
+        if info.kind == BuiltinKind::Value {
             if info.number == builtin::RNG {
                 self.native_all();
             }
@@ -65,7 +65,7 @@ impl<'a> Flow<'a> {
         let is_simple = matches!(
             info.library,
             Library::Global | Library::Math | Library::Rng | Library::String
-        ) && info.kind == Kind::Plain;
+        ) && info.kind == BuiltinKind::Plain;
         if is_simple {
             let result = self.result(info.number, Classes::NONE);
             self.put(Place::AnyResult, result);
@@ -195,7 +195,7 @@ impl<'a> Flow<'a> {
         match (key, args) {
             ("put", [key, value, ..]) => {
                 let is_float =
-                    values::kind_of(key.expr, self.meanings) == Some(values::Kind::Float);
+                    values::kind_of(key.expr, self.meanings) == Some(values::ValueKind::Float);
                 self.is_long |= is_float || key.classes.has(Classes::TEXT);
                 self.put(Place::Key, key.classes);
                 let sent = self.pass(value) | self.get(Place::Verdict);
@@ -246,7 +246,7 @@ impl<'a> Flow<'a> {
     fn other_method(&mut self, key: &str, args: &[Arg<'a>]) -> Classes {
         let mut result = self.pass_all(args);
         for info in builtin::TABLE.iter().filter(|info| info.name == key) {
-            if info.library.is_object() && info.kind == Kind::Plain {
+            if info.library.is_object() && info.kind == BuiltinKind::Plain {
                 result |= self.result(info.number, Classes::NONE);
             } else if sends(info.library) {
                 // `neighbors` or `stigmergy` by another name.
@@ -318,5 +318,5 @@ fn sends(library: Library) -> bool {
 /// Returns true if objects have a function of that name.
 fn is_method(key: &str) -> bool {
     let named = builtin::TABLE.iter().filter(|info| info.name == key);
-    named.into_iter().any(|info| info.library.is_object() && info.kind != Kind::Value)
+    named.into_iter().any(|info| info.library.is_object() && info.kind != BuiltinKind::Value)
 }

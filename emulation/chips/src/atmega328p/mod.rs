@@ -26,7 +26,9 @@ pub use usart::Sent;
 use self::adc::Adc;
 use self::eeprom::Eeprom;
 use self::self_programming::SelfProgramming;
-use self::timer::{CANCEL_NOISE, CAPTURE, COMPARE_A, COMPARE_B, Kind, OVERFLOW, RISING, Timer};
+use self::timer::{
+    CANCEL_NOISE, CAPTURE, COMPARE_A, COMPARE_B, OVERFLOW, RISING, Timer, TimerNumber,
+};
 use self::usart::Usart;
 use self::watchdog::Watchdog;
 use crate::ResetCause;
@@ -148,7 +150,7 @@ impl Atmega328p {
             clock: RcClock::new(best, factory),
             ports: [Port::default(); 3],
             eeprom: Eeprom::new(eeprom),
-            timers: [Kind::Timer0, Kind::Timer1, Kind::Timer2].map(Timer::new),
+            timers: [TimerNumber::Timer0, TimerNumber::Timer1, TimerNumber::Timer2].map(Timer::new),
             adc: Adc::default(),
             usart: Usart::new(),
             watchdog: Watchdog::default(),

@@ -16,7 +16,7 @@ pub const CANCEL_NOISE: u8 = 1 << 7;
 
 /// Which of the three.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Kind {
+pub enum TimerNumber {
     Timer0,
     Timer1,
     Timer2,
@@ -44,7 +44,7 @@ pub struct Wave {
 /// One timer.
 #[derive(Clone, Debug)]
 pub struct Timer {
-    kind: Kind,
+    kind: TimerNumber,
     pub tccra: u8,
     pub tccrb: u8,
     pub ocr: [u16; 2],
@@ -62,7 +62,7 @@ pub struct Timer {
 }
 
 impl Timer {
-    pub fn new(kind: Kind) -> Self {
+    pub fn new(kind: TimerNumber) -> Self {
         Timer {
             kind,
             tccra: 0,
@@ -80,13 +80,13 @@ impl Timer {
 
     /// The largest count.
     fn max(&self) -> u32 {
-        if self.kind == Kind::Timer1 { 0xffff } else { 0xff }
+        if self.kind == TimerNumber::Timer1 { 0xffff } else { 0xff }
     }
 
     /// Cycles per count; none if it stands still. An external clock stands still, too.
     fn prescaler(&self) -> Option<u32> {
         match (self.kind, self.tccrb & 7) {
-            (Kind::Timer2, select) => {
+            (TimerNumber::Timer2, select) => {
                 [None, Some(1), Some(8), Some(32), Some(64), Some(128), Some(256), Some(1024)]
                     [usize::from(select)]
             }
@@ -100,7 +100,7 @@ impl Timer {
         let one = |top| Shape { top, two_slopes: false };
         let two = |top| Shape { top, two_slopes: true };
         let (a, icr) = (u32::from(self.ocr[0]), u32::from(self.icr));
-        if self.kind == Kind::Timer1 {
+        if self.kind == TimerNumber::Timer1 {
             return match (self.tccrb >> 3 & 3) << 2 | self.tccra & 3 {
                 0 | 13 => one(0xffff),
                 1 => two(0xff),
@@ -216,7 +216,9 @@ impl Timer {
     /// Fast PWM raises TOVn at the top, CTC at the largest count only.
     fn overflows_at_top(&self) -> bool {
         match self.kind {
-            Kind::Timer1 => matches!((self.tccrb >> 3 & 3) << 2 | self.tccra & 3, 5..=7 | 14 | 15),
+            TimerNumber::Timer1 => {
+                matches!((self.tccrb >> 3 & 3) << 2 | self.tccra & 3, 5..=7 | 14 | 15)
+            }
             _ => self.tccra & 3 == 3,
         }
     }
@@ -297,7 +299,7 @@ impl Timer {
 mod tests {
     use super::*;
 
-    fn timer(kind: Kind, tccra: u8, tccrb: u8) -> Timer {
+    fn timer(kind: TimerNumber, tccra: u8, tccrb: u8) -> Timer {
         let mut timer = Timer::new(kind);
         timer.configure(tccra, tccrb);
         timer
@@ -305,7 +307,7 @@ mod tests {
 
     #[test]
     fn an_eight_bit_timer_overflows_after_256_counts_of_1024_cycles() {
-        let mut timer = timer(Kind::Timer0, 0, 5);
+        let mut timer = timer(TimerNumber::Timer0, 0, 5);
         timer.ocr = [0xff, 10];
         timer.enabled = COMPARE_A | COMPARE_B;
         // The flag comes with the count after the match: 15.9, figure 15-10.
@@ -322,7 +324,7 @@ mod tests {
     #[test]
     fn motors_frequency_is_that_of_two_slopes() {
         // 18.7.4: clk / (N * 510); the overflow comes at the bottom.
-        let mut timer = timer(Kind::Timer2, 0xa1, 2);
+        let mut timer = timer(TimerNumber::Timer2, 0xa1, 2);
         timer.ocr = [75, 255];
         timer.enabled = OVERFLOW;
         assert_eq!(timer.next_event(), Some(510 * 8));
@@ -341,7 +343,7 @@ mod tests {
 
     #[test]
     fn ctc_ends_at_the_compare_value_and_a_count_above_it_runs_on() {
-        let mut timer = timer(Kind::Timer1, 0, 0x09);
+        let mut timer = timer(TimerNumber::Timer1, 0, 0x09);
         timer.ocr = [999, 0xffff];
         timer.compute(1000);
         assert_eq!((timer.count(), timer.flags), (0, COMPARE_A));
@@ -356,7 +358,7 @@ mod tests {
     #[test]
     fn looking_often_changes_nothing() {
         for (tccra, tccrb) in [(0, 1), (1, 1), (3, 1), (0, 9), (2, 0x12), (1, 0x11), (3, 0x1a)] {
-            let mut timers = [(); 2].map(|()| timer(Kind::Timer1, tccra, tccrb));
+            let mut timers = [(); 2].map(|()| timer(TimerNumber::Timer1, tccra, tccrb));
             for timer in &mut timers {
                 timer.ocr = [700, 90];
                 timer.icr = 500;
@@ -375,7 +377,7 @@ mod tests {
     #[test]
     fn events_come_when_they_were_announced() {
         for (tccra, tccrb) in [(0, 2), (1, 2), (3, 2), (2, 2), (1, 0x0a), (3, 0x0a)] {
-            let mut timer = timer(Kind::Timer0, tccra, tccrb);
+            let mut timer = timer(TimerNumber::Timer0, tccra, tccrb);
             (timer.ocr, timer.enabled) = ([77, 30], OVERFLOW | COMPARE_A | COMPARE_B);
             for _ in 0..20 {
                 let Some(at) = timer.next_event() else { break };

@@ -22,19 +22,19 @@ use self::identity::Identity;
 use self::rcc::{Clocks, Rcc};
 use self::spi::Spi;
 use crate::stm32::watchdog::{APB1_FREEZE, FREEZE_WATCHDOG};
-use crate::stm32::{Exti, Kind, Pin, Port, PortReset, Timer, Watchdog, Write};
+use crate::stm32::{Exti, Pin, Port, PortReset, Timer, TimerKind, Watchdog, Write};
 use crate::{HardwareError, Lines, ResetCause, Time, Width};
 
 /// A timer's first address (RM0091 table 1), its kind, and its interrupt (table 36): for TIM1 that
 /// of updates, and the next one is that of compares.
-const TIMERS: [(u32, Kind, u8); 7] = [
-    (0x4001_2c00, Kind::Advanced, 13),
-    (0x4000_0000, Kind::Wide, 15),
-    (0x4000_0400, Kind::General, 16),
-    (0x4000_2000, Kind::Single, 19),
-    (0x4001_4000, Kind::Dual, 20),
-    (0x4001_4400, Kind::SingleGated, 21),
-    (0x4001_4800, Kind::SingleGated, 22),
+const TIMERS: [(u32, TimerKind, u8); 7] = [
+    (0x4001_2c00, TimerKind::Advanced, 13),
+    (0x4000_0000, TimerKind::Wide, 15),
+    (0x4000_0400, TimerKind::General, 16),
+    (0x4000_2000, TimerKind::Single, 19),
+    (0x4001_4000, TimerKind::Dual, 20),
+    (0x4001_4400, TimerKind::SingleGated, 21),
+    (0x4001_4800, TimerKind::SingleGated, 22),
 ];
 const TIM1: usize = 0;
 const WATCHDOG: u32 = 0x4000_3000;

@@ -11,7 +11,7 @@ pub use self::system::OTP;
 use self::system::{Backup, Flash, Identity, Power};
 pub use self::usart::{Sent, Usart};
 use crate::stm32::watchdog::{APB1_FREEZE, FREEZE_WATCHDOG};
-use crate::stm32::{Exti, Kind, Pin, Port, PortReset, Timer, Watchdog, Write};
+use crate::stm32::{Exti, Pin, Port, PortReset, Timer, TimerKind, Watchdog, Write};
 use crate::{HardwareError, Lines, ResetCause, Time, Width};
 
 /// First address of each timer, and its interrupt (RM0090 tables 1 and 62).
@@ -85,7 +85,7 @@ impl F405 {
             ports: PORTS.map(Port::new),
             exti: Exti::new(EXTI_IRQ),
             usart: Usart::new(clocks.pclk2),
-            timers: [Kind::Wide, Kind::General, Kind::General, Kind::Wide]
+            timers: [TimerKind::Wide, TimerKind::General, TimerKind::General, TimerKind::Wide]
                 .map(|kind| Timer::new(kind, clocks.timers1, Time::ZERO)),
             watchdog: Watchdog::new(lsi_hz),
             lsi_hz,

@@ -16,7 +16,7 @@ use std::collections::VecDeque;
 
 pub use self::packet::{MAX_PAYLOAD, Packet, Transmission};
 use self::port::Exchange;
-use self::radio::State;
+use self::radio::RadioState;
 use self::registers::{
     CONFIG, CONFIG_PRIM_RX, CONFIG_PWR_UP, FIFO_STATUS, INTERRUPTS, OBSERVE_TX, PIPES, RPD,
     Registers, STATUS,
@@ -96,7 +96,7 @@ pub struct Nrf24 {
     has_clock: bool,
     /// CE.
     enabled: bool,
-    state: State,
+    state: RadioState,
     /// Number of the next packet.
     id: u8,
     /// The last packet of each pipe, to drop repetitions.
@@ -139,7 +139,7 @@ impl Nrf24 {
             exchange: None,
             has_clock: false,
             enabled: false,
-            state: State::PoweredDown,
+            state: RadioState::PoweredDown,
             id: 0,
             last: Default::default(),
             carriers: Vec::new(),

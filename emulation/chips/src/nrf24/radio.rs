@@ -19,7 +19,7 @@ const DETECTION: Time = Time::from_micros(40);
 
 /// The radio's state, and its end.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub enum State {
+pub enum RadioState {
     PoweredDown,
     Starting(Time),
     Standby,
@@ -47,11 +47,13 @@ impl Nrf24 {
         self.enabled = enabled;
         if !enabled {
             match self.state {
-                State::Pulse(_) => {
+                RadioState::Pulse(_) => {
                     self.statistics.short_pulses += 1;
-                    self.state = State::Standby;
+                    self.state = RadioState::Standby;
                 }
-                State::ReceiveSettling(_) | State::Receiving(_) => self.end_receiving(now),
+                RadioState::ReceiveSettling(_) | RadioState::Receiving(_) => {
+                    self.end_receiving(now)
+                }
                 _ => {}
             }
             self.has_received = false;
@@ -62,7 +64,7 @@ impl Nrf24 {
     /// Ends reception. The register RPD keeps its present value (6.4).
     fn end_receiving(&mut self, now: Time) {
         self.power_detected = self.detects_power(now);
-        self.state = State::Standby;
+        self.state = RadioState::Standby;
     }
 
     /// The frequency at XC1.
@@ -76,17 +78,20 @@ impl Nrf24 {
 
     /// Returns true if it sends or receives, or is about to.
     pub(super) fn is_active(&self) -> bool {
-        !matches!(self.state, State::PoweredDown | State::Starting(_) | State::Standby)
+        !matches!(
+            self.state,
+            RadioState::PoweredDown | RadioState::Starting(_) | RadioState::Standby
+        )
     }
 
     /// CONFIG or the clock may have changed.
     pub(super) fn control(&mut self, now: Time) {
         if !self.is_powered_up() || !self.has_clock {
-            self.state = State::PoweredDown;
-        } else if self.state == State::PoweredDown {
-            self.state = State::Starting(now + START_UP);
+            self.state = RadioState::PoweredDown;
+        } else if self.state == RadioState::PoweredDown {
+            self.state = RadioState::Starting(now + START_UP);
         } else if !self.is_receiver()
-            && matches!(self.state, State::ReceiveSettling(_) | State::Receiving(_))
+            && matches!(self.state, RadioState::ReceiveSettling(_) | RadioState::Receiving(_))
         {
             self.end_receiving(now);
             self.has_received = false;
@@ -96,13 +101,13 @@ impl Nrf24 {
 
     /// Moves from standby to the state that pins and registers select.
     pub(super) fn proceed(&mut self, now: Time) {
-        if self.state != State::Standby || !self.enabled {
+        if self.state != RadioState::Standby || !self.enabled {
             return;
         }
         if self.is_receiver() {
-            self.state = State::ReceiveSettling(now + SETTLING);
+            self.state = RadioState::ReceiveSettling(now + SETTLING);
         } else if self.raised & MAX_RT == 0 && self.outgoing().is_some() {
-            self.state = State::Pulse(now + PULSE);
+            self.state = RadioState::Pulse(now + PULSE);
         }
     }
 
@@ -116,15 +121,15 @@ impl Nrf24 {
     /// The time of the next event that comes by itself.
     pub fn next_event(&self) -> Option<Time> {
         let state = match self.state {
-            State::Starting(at)
-            | State::Pulse(at)
-            | State::SendSettling(at)
-            | State::Sending(at)
-            | State::AwaitingAck(at)
-            | State::ReceiveSettling(at)
-            | State::AckSettling(at)
-            | State::Acknowledging(at) => Some(at),
-            State::PoweredDown | State::Standby | State::Receiving(_) => None,
+            RadioState::Starting(at)
+            | RadioState::Pulse(at)
+            | RadioState::SendSettling(at)
+            | RadioState::Sending(at)
+            | RadioState::AwaitingAck(at)
+            | RadioState::ReceiveSettling(at)
+            | RadioState::AckSettling(at)
+            | RadioState::Acknowledging(at) => Some(at),
+            RadioState::PoweredDown | RadioState::Standby | RadioState::Receiving(_) => None,
         };
         self.arriving.iter().map(|(transmission, _)| transmission.end).chain(state).min()
     }
@@ -136,11 +141,11 @@ impl Nrf24 {
             self.arrive(transmission, intact);
         }
         match self.state {
-            State::Starting(at) if at <= now => {
-                self.state = State::Standby;
+            RadioState::Starting(at) if at <= now => {
+                self.state = RadioState::Standby;
                 self.proceed(now);
             }
-            State::Pulse(at) if at <= now => {
+            RadioState::Pulse(at) if at <= now => {
                 let begin = at + (SETTLING - PULSE);
                 self.retries = 0;
                 if !self.reuses {
@@ -148,17 +153,17 @@ impl Nrf24 {
                 }
                 self.announce(begin);
             }
-            State::SendSettling(at) if at <= now => {
-                self.state = State::Sending(self.transmissions_end);
+            RadioState::SendSettling(at) if at <= now => {
+                self.state = RadioState::Sending(self.transmissions_end);
             }
-            State::Sending(at) if at <= now => self.sent(at),
-            State::AwaitingAck(at) if at <= now => self.retry(at),
-            State::ReceiveSettling(at) if at <= now => self.state = State::Receiving(at),
-            State::AckSettling(at) if at <= now => {
-                self.state = State::Acknowledging(self.transmissions_end);
+            RadioState::Sending(at) if at <= now => self.sent(at),
+            RadioState::AwaitingAck(at) if at <= now => self.retry(at),
+            RadioState::ReceiveSettling(at) if at <= now => self.state = RadioState::Receiving(at),
+            RadioState::AckSettling(at) if at <= now => {
+                self.state = RadioState::Acknowledging(self.transmissions_end);
             }
-            State::Acknowledging(at) if at <= now => {
-                self.state = State::Standby;
+            RadioState::Acknowledging(at) if at <= now => {
+                self.state = RadioState::Standby;
                 self.proceed(at);
             }
             _ => {}
@@ -193,10 +198,10 @@ impl Nrf24 {
     /// The packet goes out at `begin`.
     fn announce(&mut self, begin: Time) {
         let Some(packet) = self.packet() else {
-            self.state = State::Standby;
+            self.state = RadioState::Standby;
             return;
         };
-        self.state = State::SendSettling(begin);
+        self.state = RadioState::SendSettling(begin);
         self.transmit_at(begin, packet);
     }
 
@@ -211,7 +216,7 @@ impl Nrf24 {
     fn sent(&mut self, now: Time) {
         let Some((_, no_ack)) = self.outgoing() else {
             // The FIFO was flushed meanwhile.
-            self.state = State::Standby;
+            self.state = RadioState::Standby;
             return;
         };
         if no_ack || !self.registers.is_set(EN_AA, 0) {
@@ -219,7 +224,7 @@ impl Nrf24 {
             return;
         }
         let delay = u64::from(self.registers.get(SETUP_RETR) >> 4) + 1;
-        self.state = State::AwaitingAck(now + Time::from_micros(250 * delay) - SETTLING);
+        self.state = RadioState::AwaitingAck(now + Time::from_micros(250 * delay) - SETTLING);
     }
 
     fn delivered(&mut self, now: Time) {
@@ -227,7 +232,7 @@ impl Nrf24 {
         if !self.reuses {
             self.transmit.pop_front();
         }
-        self.state = State::Standby;
+        self.state = RadioState::Standby;
         self.proceed(now);
     }
 
@@ -239,7 +244,7 @@ impl Nrf24 {
         } else {
             self.raised |= MAX_RT;
             self.lost = (self.lost + 1).min(15);
-            self.state = State::Standby;
+            self.state = RadioState::Standby;
         }
     }
 
@@ -257,7 +262,7 @@ impl Nrf24 {
 
     /// The register RPD (6.4): a snapshot while the radio receives, its last value afterwards.
     pub(super) fn detects_power(&self, now: Time) -> bool {
-        let State::Receiving(since) = self.state else { return self.power_detected };
+        let RadioState::Receiving(since) = self.state else { return self.power_detected };
         if self.has_received && self.power_detector == PowerDetector::Latched {
             return true;
         }
@@ -272,8 +277,8 @@ impl Nrf24 {
             return;
         }
         match self.state {
-            State::Receiving(since) if since <= begin => {}
-            State::AwaitingAck(_) => {
+            RadioState::Receiving(since) if since <= begin => {}
+            RadioState::AwaitingAck(_) => {
                 if intact && packet.address == self.registers.pipe_address(0) {
                     self.acknowledged(packet, end);
                 }
@@ -342,7 +347,7 @@ impl Nrf24 {
             *sent = true;
         }
         let answer = Packet { payload, no_ack: true, ..packet.clone() };
-        self.state = State::AckSettling(end + SETTLING);
+        self.state = RadioState::AckSettling(end + SETTLING);
         self.transmit_at(end + SETTLING, answer);
     }
 

@@ -1,6 +1,6 @@
 //! The packets of a ground station: they reach the STM32 unchanged.
 
-use super::Frame;
+use super::LinkFrame;
 
 /// Type of the frames that carry them.
 const RADIO_RAW: u8 = 0x00;
@@ -21,13 +21,13 @@ pub struct Pose {
 
 impl Pose {
     /// The packet that a ground station sends.
-    pub fn frame(&self) -> Frame {
+    pub fn frame(&self) -> LinkFrame {
         let half = f64::from(self.yaw_degrees).to_radians() / 2.0;
         let quaternion = [0.0, 0.0, half.sin() as f32, half.cos() as f32];
         let mut payload = vec![GENERIC_LOCALIZATION, EXTERNAL_POSE];
         let numbers = self.position_mm.iter().map(|mm| mm / 1000.0).chain(quaternion);
         payload.extend(numbers.flat_map(f32::to_le_bytes));
-        Frame { kind: RADIO_RAW, payload }
+        LinkFrame { kind: RADIO_RAW, payload }
     }
 }
 

@@ -16,7 +16,7 @@ pub use p2p::{P2P_MAX, P2pFrame};
 
 pub use peer::{BAUD, Nrf51, Nrf51Settings, Output};
 pub use radio::RadioCounts;
-pub use syslink::{Frame, MAX_PAYLOAD};
+pub use syslink::{LinkFrame, MAX_PAYLOAD};
 
 /// The measurements of the power management.
 #[derive(Clone, Copy, Debug, PartialEq)]

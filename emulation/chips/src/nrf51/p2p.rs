@@ -1,6 +1,6 @@
 //! Frames from robot to robot.
 
-use super::Frame;
+use super::LinkFrame;
 
 /// Most data bytes of a P2P frame.
 pub const P2P_MAX: usize = 60;
@@ -24,8 +24,8 @@ impl P2pFrame {
     }
 
     /// Returns the frame for the STM32.
-    pub(super) fn received(&self) -> Frame {
+    pub(super) fn received(&self) -> LinkFrame {
         let payload = [&[self.port, self.rssi], self.data.as_slice()].concat();
-        Frame { kind: P2P_BROADCAST, payload }
+        LinkFrame { kind: P2P_BROADCAST, payload }
     }
 }

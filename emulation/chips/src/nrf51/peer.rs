@@ -10,7 +10,7 @@ use std::collections::VecDeque;
 use super::link::Line;
 use super::radio::{Radio, RadioCounts};
 use super::syslink::{Arrived, Parser};
-use super::{Battery, Frame, Link, P2pFrame};
+use super::{Battery, Link, LinkFrame, P2pFrame};
 use crate::serial::{self, FRAME_BITS};
 use crate::{Event, Led, Time};
 
@@ -112,7 +112,7 @@ pub struct Nrf51 {
     battery: Battery,
     line: Line,
     powered: bool,
-    state: State,
+    state: VolatileState,
     events: Vec<(Time, Event)>,
     /// Bytes received from the STM32.
     pub received: u64,
@@ -129,7 +129,7 @@ pub struct Nrf51 {
 }
 
 /// Everything that a restart forgets.
-struct State {
+struct VolatileState {
     /// It listens to the STM32 from then on.
     start: Time,
     stage: Stage,
@@ -143,7 +143,7 @@ struct State {
     /// A P2P frame to be transmitted when Bluetooth is off: port and data.
     outgoing: Option<Vec<u8>>,
     /// Packets that the radio receives according to the world outside.
-    from_world: VecDeque<Frame>,
+    from_world: VecDeque<LinkFrame>,
     /// Received by the UART.
     fifo: VecDeque<u8>,
     /// The UART receives nothing, and says so.
@@ -162,9 +162,9 @@ struct State {
     shutdown_at: Option<Time>,
 }
 
-impl State {
+impl VolatileState {
     fn new(start: Time) -> Self {
-        State {
+        VolatileState {
             start,
             stage: Stage::Radio,
             worked: false,
@@ -208,7 +208,7 @@ impl Nrf51 {
             battery: Battery::default(),
             line: Line::default(),
             powered: true,
-            state: State::new(Time::ZERO),
+            state: VolatileState::new(Time::ZERO),
             events: Vec::new(),
             received: 0,
             framing_errors: 0,
@@ -227,7 +227,7 @@ impl Nrf51 {
     /// Forgets everything and starts; the STM32 keeps its power.
     pub fn restart(&mut self, now: Time) {
         let counted = self.state.radio.counted;
-        self.state = State::new(now + BOOT);
+        self.state = VolatileState::new(now + BOOT);
         self.state.radio.counted = counted;
     }
 
@@ -360,7 +360,7 @@ impl Nrf51 {
     }
 
     /// Sends a frame on behalf of the world outside, if the nRF51 would.
-    pub fn send_frame(&mut self, frame: &Frame, now: Time) {
+    pub fn send_frame(&mut self, frame: &LinkFrame, now: Time) {
         let from_radio = matches!(
             frame.kind(),
             kind::RADIO_RAW | kind::RADIO_RAW_BROADCAST | kind::P2P | kind::P2P_BROADCAST
@@ -381,7 +381,7 @@ impl Nrf51 {
 
     /// Returns true if the radio receives.
     fn listens(&self, now: Time) -> bool {
-        let State { start, ready, .. } = self.state;
+        let VolatileState { start, ready, .. } = self.state;
         start <= now && (ready || !self.settings.knows_ready || now >= start + READY_AFTER)
     }
 
@@ -391,7 +391,7 @@ impl Nrf51 {
     }
 
     fn send(&mut self, kind: u8, payload: &[u8]) {
-        match Frame::new(kind, payload) {
+        match LinkFrame::new(kind, payload) {
             Some(frame) if self.state.talks => {
                 self.state.unsent.extend(frame.to_bytes().into_iter().map(|byte| (byte, true)));
             }

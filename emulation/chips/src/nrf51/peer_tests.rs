@@ -4,7 +4,7 @@ use super::*;
 
 /// Sends a frame to the peer at the line's rate and returns when it has arrived.
 fn tell(peer: &mut Nrf51, kind: u8, payload: &[u8], now: Time) -> Time {
-    deliver(peer, &Frame::new(kind, payload).unwrap().to_bytes(), now)
+    deliver(peer, &LinkFrame::new(kind, payload).unwrap().to_bytes(), now)
 }
 
 fn deliver(peer: &mut Nrf51, bytes: &[u8], mut now: Time) -> Time {
@@ -32,7 +32,7 @@ fn ready_peer() -> (Nrf51, Time) {
 }
 
 /// All frames that the peer sends until `until`, and when each was complete.
-fn listen(peer: &mut Nrf51, mut now: Time, until: Time) -> Vec<(Time, Frame)> {
+fn listen(peer: &mut Nrf51, mut now: Time, until: Time) -> Vec<(Time, LinkFrame)> {
     let mut parser = Parser::default();
     let mut frames = Vec::new();
     while now <= until {
@@ -52,14 +52,14 @@ fn listen(peer: &mut Nrf51, mut now: Time, until: Time) -> Vec<(Time, Frame)> {
     frames
 }
 
-fn kinds(frames: &[(Time, Frame)]) -> Vec<u8> {
+fn kinds(frames: &[(Time, LinkFrame)]) -> Vec<u8> {
     frames.iter().map(|(_, frame)| frame.kind()).collect()
 }
 
 #[test]
 fn silent_until_the_first_good_frame() {
     let mut peer = Nrf51::new();
-    peer.send_frame(&Frame::new(0x30, *b"hello").unwrap(), Time::ZERO);
+    peer.send_frame(&LinkFrame::new(0x30, *b"hello").unwrap(), Time::ZERO);
     peer.receive(0x00, BAUD, Time::ZERO);
     assert_eq!(listen(&mut peer, Time::ZERO, Time::from_millis(100)), []);
     assert_eq!(peer.not_sent, 1);
@@ -88,7 +88,7 @@ fn reports_every_ten_milliseconds_once_asked() {
 #[test]
 fn radio_frames_wait_for_ready() {
     let mut peer = Nrf51::new();
-    let p2p = Frame::new(0x0a, [0, 40, 1, 2, 3]).unwrap();
+    let p2p = LinkFrame::new(0x0a, [0, 40, 1, 2, 3]).unwrap();
     let now = tell(&mut peer, 0x02, &[2], Time::ZERO);
     peer.send_frame(&p2p, now);
     assert_eq!(kinds(&listen(&mut peer, now, Time::from_millis(10))), [0x02]);
@@ -104,7 +104,7 @@ fn a_full_queue_drops_silently() {
     let now = tell(&mut peer, 0x0a, &[7; 60], Time::ZERO);
     assert_eq!(peer.take_events().len(), 1, "read, and not yet transmitted");
     let bytes: Vec<u8> =
-        (0..14).flat_map(|_| Frame::new(0x01, [1; 4]).unwrap().to_bytes()).collect();
+        (0..14).flat_map(|_| LinkFrame::new(0x01, [1; 4]).unwrap().to_bytes()).collect();
     for (number, byte) in (1..).zip(&bytes) {
         peer.receive(*byte, BAUD, now + Time::from_micros(10 * number));
         assert!(!peer.is_full(now));
@@ -144,7 +144,7 @@ fn packets_of_the_radio_keep_the_loop_from_the_queue() {
     // 68 bytes each on the line.
     (0..3).for_each(|_| peer.hear(&P2pFrame::new(3, 60, [9; 60]).unwrap(), start));
     peer.advance(start);
-    let now = deliver(&mut peer, &Frame::new(0x17, []).unwrap().to_bytes().repeat(4), start);
+    let now = deliver(&mut peer, &LinkFrame::new(0x17, []).unwrap().to_bytes().repeat(4), start);
     assert_eq!(peer.state.queue.len(), 24);
     for (after_us, left) in [(670, 24), (690, 18), (1370, 12), (2050, 0)] {
         listen(&mut peer, now, start + Time::from_micros(after_us));
@@ -178,7 +178,7 @@ fn a_restart_forgets_everything() {
     assert_eq!(listen(&mut peer, now, up), []);
     assert!(!peer.is_full(up));
     assert_eq!((peer.received, peer.state.queue.len()), (counted, 0));
-    peer.send_frame(&Frame::new(0x0a, [3, 60, 1]).unwrap(), up);
+    peer.send_frame(&LinkFrame::new(0x0a, [3, 60, 1]).unwrap(), up);
     assert_eq!(peer.not_sent, 1, "the radio's gate is closed");
     let now = tell(&mut peer, 0x0b, &[], up);
     assert_eq!(kinds(&listen(&mut peer, now, up + Time::from_millis(5))), [0x0b]);
@@ -191,7 +191,7 @@ fn an_old_one_knows_no_ready_and_has_no_gate() {
     peer.set(Nrf51Settings { knows_ready: false, ..Nrf51Settings::default() });
     let now = tell(&mut peer, 0x0b, &[], Time::ZERO);
     assert_eq!(listen(&mut peer, now, Time::from_millis(5)), []);
-    peer.send_frame(&Frame::new(0x0a, [3, 60, 1]).unwrap(), Time::from_millis(5));
+    peer.send_frame(&LinkFrame::new(0x0a, [3, 60, 1]).unwrap(), Time::from_millis(5));
     let frames = listen(&mut peer, Time::from_millis(5), Time::from_millis(20));
     assert_eq!(kinds(&frames), [0x0a]);
 }
@@ -231,7 +231,7 @@ fn the_probe_counts_bad_sums() {
 #[test]
 fn another_baud_rate_is_not_understood() {
     let mut peer = Nrf51::new();
-    for byte in Frame::new(0x0b, []).unwrap().to_bytes() {
+    for byte in LinkFrame::new(0x0b, []).unwrap().to_bytes() {
         peer.receive(byte, 950_000, Time::ZERO);
     }
     assert!(!peer.state.talks);

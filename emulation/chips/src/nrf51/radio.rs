@@ -6,7 +6,7 @@
 
 use std::collections::VecDeque;
 
-use super::Frame;
+use super::LinkFrame;
 use crate::Time;
 
 /// From reception to transmission on the air (nRF51 reference manual, tRXEN and tTXEN with fast ramp-up off).
@@ -39,8 +39,8 @@ pub(super) struct Radio {
     /// The last transmission: when the radio stopped to listen, and when it listened again.
     deaf: (Time, Time),
     /// Frames whose last bit is still to come, and when it comes; in this order.
-    arriving: VecDeque<(Time, Frame)>,
-    received: VecDeque<Frame>,
+    arriving: VecDeque<(Time, LinkFrame)>,
+    received: VecDeque<LinkFrame>,
     pub counted: RadioCounts,
 }
 
@@ -82,7 +82,7 @@ impl Radio {
     }
 
     /// The last bit of a frame, as it goes to the STM32, will come at `end`.
-    pub fn expect(&mut self, frame: Frame, end: Time) {
+    pub fn expect(&mut self, frame: LinkFrame, end: Time) {
         let place = self.arriving.partition_point(|(other, _)| *other <= end);
         self.arriving.insert(place, (end, frame));
     }
@@ -118,7 +118,7 @@ impl Radio {
     }
 
     /// The oldest received frame.
-    pub fn take(&mut self) -> Option<Frame> {
+    pub fn take(&mut self) -> Option<LinkFrame> {
         self.received.pop_front()
     }
 }
@@ -127,8 +127,8 @@ impl Radio {
 mod tests {
     use super::*;
 
-    fn frame(bytes: usize) -> Frame {
-        Frame::new(0x0a, vec![0; bytes]).unwrap()
+    fn frame(bytes: usize) -> LinkFrame {
+        LinkFrame::new(0x0a, vec![0; bytes]).unwrap()
     }
 
     /// 2 Mb/s: half a microsecond per bit. Bits as in the data sheet's packet layout.

@@ -8,16 +8,16 @@ const START: [u8; 2] = [0xbc, 0xcf];
 
 /// A frame of the link, without its sum.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub struct Frame {
+pub struct LinkFrame {
     pub(super) kind: u8,
     pub(super) payload: Vec<u8>,
 }
 
-impl Frame {
+impl LinkFrame {
     /// A frame of type `kind`; none if `payload` is longer than [`MAX_PAYLOAD`].
-    pub fn new(kind: u8, payload: impl Into<Vec<u8>>) -> Option<Frame> {
+    pub fn new(kind: u8, payload: impl Into<Vec<u8>>) -> Option<LinkFrame> {
         let payload = payload.into();
-        (payload.len() <= MAX_PAYLOAD).then_some(Frame { kind, payload })
+        (payload.len() <= MAX_PAYLOAD).then_some(LinkFrame { kind, payload })
     }
 
     /// Its type.
@@ -50,7 +50,7 @@ fn fletcher(bytes: &[u8]) -> (u8, u8) {
 /// The receiver's result for a frame.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(crate) struct Arrived {
-    pub frame: Frame,
+    pub frame: LinkFrame,
     pub first_sum_good: bool,
     pub second_sum_good: bool,
 }
@@ -83,7 +83,7 @@ impl Parser {
         let (content, sums) = bytes[2..].split_at(length + 2);
         let (a, b) = fletcher(content);
         let arrived = Arrived {
-            frame: Frame { kind: content[0], payload: content[2..].to_vec() },
+            frame: LinkFrame { kind: content[0], payload: content[2..].to_vec() },
             first_sum_good: sums[0] == a,
             second_sum_good: sums[1] == b,
         };
@@ -113,7 +113,7 @@ mod tests {
     fn vectors_both_ways() {
         let mut parser = Parser::default();
         for (bytes, kind, payload) in VECTORS {
-            let frame = Frame::new(kind, payload).unwrap();
+            let frame = LinkFrame::new(kind, payload).unwrap();
             assert_eq!(frame.to_bytes(), bytes);
             let arrived: Vec<Arrived> = bytes.iter().filter_map(|b| parser.push(*b)).collect();
             assert_eq!(arrived, [Arrived { frame, first_sum_good: true, second_sum_good: true }]);
@@ -134,7 +134,7 @@ mod tests {
 
     #[test]
     fn payloads_have_a_limit() {
-        assert!(Frame::new(0, vec![0; MAX_PAYLOAD]).is_some());
-        assert_eq!(Frame::new(0, vec![0; MAX_PAYLOAD + 1]), None);
+        assert!(LinkFrame::new(0, vec![0; MAX_PAYLOAD]).is_some());
+        assert_eq!(LinkFrame::new(0, vec![0; MAX_PAYLOAD + 1]), None);
     }
 }

@@ -12,6 +12,6 @@ pub use self::bus::{Lines, Width};
 pub(crate) use self::exti::Exti;
 pub(crate) use self::gpio::PortReset;
 pub use self::gpio::{Pin, Port};
-pub(crate) use self::timer::Kind;
+pub(crate) use self::timer::TimerKind;
 pub use self::timer::{Pwm, Timer};
 pub(crate) use self::watchdog::Watchdog;

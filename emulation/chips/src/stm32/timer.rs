@@ -61,7 +61,7 @@ const BDTR_MOE: u32 = 1 << 15;
 
 /// The kind of a timer.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum Kind {
+pub(crate) enum TimerKind {
     /// 32 bits, four channels: TIM2, and TIM5 of the STM32F4.
     Wide,
     /// 16 bits, four channels: TIM3, TIM4.
@@ -76,22 +76,22 @@ pub(crate) enum Kind {
     Single,
 }
 
-impl Kind {
+impl TimerKind {
     const fn channels(self) -> u32 {
         match self {
-            Kind::Wide | Kind::General | Kind::Advanced => 4,
-            Kind::Dual => 2,
-            Kind::SingleGated | Kind::Single => 1,
+            TimerKind::Wide | TimerKind::General | TimerKind::Advanced => 4,
+            TimerKind::Dual => 2,
+            TimerKind::SingleGated | TimerKind::Single => 1,
         }
     }
 
     const fn has_main_output(self) -> bool {
-        matches!(self, Kind::Advanced | Kind::Dual | Kind::SingleGated)
+        matches!(self, TimerKind::Advanced | TimerKind::Dual | TimerKind::SingleGated)
     }
 
     /// The largest count.
     const fn limit(self) -> u32 {
-        if matches!(self, Kind::Wide) { 0xffff_ffff } else { 0xffff }
+        if matches!(self, TimerKind::Wide) { 0xffff_ffff } else { 0xffff }
     }
 }
 
@@ -115,7 +115,7 @@ impl Pwm {
 pub struct Timer {
     /// The registers that are only remembered, and those that are not but CNT, by offset / 4.
     registers: [u32; REGISTERS],
-    kind: Kind,
+    kind: TimerKind,
     hz: u64,
     /// The prescaler at work; PSC is taken over at the next update.
     prescaler: u32,
@@ -132,7 +132,7 @@ pub struct Timer {
 }
 
 impl Timer {
-    pub(crate) fn new(kind: Kind, hz: u64, now: Time) -> Self {
+    pub(crate) fn new(kind: TimerKind, hz: u64, now: Time) -> Self {
         let mut registers = [0; REGISTERS];
         registers[ARR as usize / 4] = kind.limit();
         Timer {
@@ -153,7 +153,7 @@ impl Timer {
         offset < CCR1
     }
 
-    pub(crate) fn kind(&self) -> Kind {
+    pub(crate) fn kind(&self) -> TimerKind {
         self.kind
     }
 
@@ -435,7 +435,7 @@ mod tests {
     const HZ: u64 = 84_000_000;
 
     fn timer() -> Timer {
-        Timer::new(Kind::Wide, HZ, Time::ZERO)
+        Timer::new(TimerKind::Wide, HZ, Time::ZERO)
     }
 
     fn write(timer: &mut Timer, offset: u32, value: u32, now: Time) {
@@ -547,7 +547,7 @@ mod tests {
 
     #[test]
     fn an_advanced_timer_needs_its_main_output() {
-        let mut timer = Timer::new(Kind::Advanced, 48_000_000, Time::ZERO);
+        let mut timer = Timer::new(TimerKind::Advanced, 48_000_000, Time::ZERO);
         for (offset, value) in [(PSC, 23), (ARR, 9999), (CCMR2, 6 << 4), (CCER, 1 << 8 | 1 << 9)] {
             write(&mut timer, offset, value, Time::ZERO);
         }
@@ -565,7 +565,7 @@ mod tests {
 
     #[test]
     fn channels_that_a_timer_has_not_do_nothing() {
-        let mut timer = Timer::new(Kind::Single, 48_000_000, Time::ZERO);
+        let mut timer = Timer::new(TimerKind::Single, 48_000_000, Time::ZERO);
         write(&mut timer, CCR1 + 4, 5, Time::ZERO);
         assert_eq!(timer.read(CCR1 + 4, Time::ZERO), 0);
         write(&mut timer, DIER, 0x1e, Time::ZERO);
@@ -576,7 +576,7 @@ mod tests {
 
     /// 1 MHz, all 16 bits, channel 2 captures these edges of its pin.
     fn capturing(edges: u32) -> Timer {
-        let mut timer = Timer::new(Kind::General, 48_000_000, Time::ZERO);
+        let mut timer = Timer::new(TimerKind::General, 48_000_000, Time::ZERO);
         let enabled = (CCER_ENABLE | edges) << 4;
         for (offset, value) in
             [(PSC, 47), (CCMR1, 1 << 8), (CCER, enabled), (DIER, 1 << 10), (EGR, 1)]
@@ -629,7 +629,7 @@ mod tests {
     fn captures_without_a_model_are_refused() {
         // Of the neighbour's pin, divided by two, filtered.
         for mode in [2, 1 | 1 << 2, 1 | 1 << 4] {
-            let mut timer = Timer::new(Kind::General, 48_000_000, Time::ZERO);
+            let mut timer = Timer::new(TimerKind::General, 48_000_000, Time::ZERO);
             assert!(!timer.write(CCMR2, Write::new(CCMR2, Width::Word, mode << 8), Time::ZERO));
         }
     }

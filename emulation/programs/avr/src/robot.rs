@@ -4,7 +4,7 @@ use bittybuzz_chips::atmega328p::{AvrBoard, Change, PAGE, RAM};
 use bittybuzz_chips::{HardwareError, Memory, ResetCause, Time};
 use bittybuzz_kilobot::phase::Steps;
 use bittybuzz_kilobot_board::{Edge, Kilobot, Light};
-use bittybuzz_simavr::{Chip, Core, DATA, REGISTERS, State, Stop, changed};
+use bittybuzz_simavr::{Chip, Core, CoreState, DATA, REGISTERS, Stop, changed};
 
 /// The additional cycles in which a sleeping core enters an interrupt: 7.7.1 of the data sheet.
 const WAKE_UP: u64 = 4;
@@ -73,7 +73,7 @@ impl Turns {
 
 #[derive(Default)]
 struct Before {
-    core: State,
+    core: CoreState,
     board: Option<Kilobot>,
     asleep: Option<u64>,
     waiting: Option<u64>,

@@ -30,7 +30,7 @@ use core::sync::atomic::{AtomicBool, AtomicI16, AtomicU16, AtomicU32, Ordering};
 use bittybuzz_runtime::pose::LatestPose;
 
 /// Numbers of the link that others read.
-pub struct State {
+pub struct LinkState {
     /// The battery's voltage in mV; 0 until the nRF51 has sent it.
     battery_mv: AtomicU16,
     /// There is power on USB.
@@ -57,7 +57,7 @@ pub struct State {
 pub static POSE: LatestPose = LatestPose::new();
 
 /// There is one link.
-pub static STATE: State = State {
+pub static STATE: LinkState = LinkState {
     battery_mv: AtomicU16::new(0),
     usb_powered: AtomicBool::new(false),
     rssi: AtomicI16::new(0),
@@ -70,7 +70,7 @@ pub static STATE: State = State {
     can_send: AtomicBool::new(false),
 };
 
-/// The periodic report about the link: signal strength in dBm, what [`State`] counts, and swarm
+/// The periodic report about the link: signal strength in dBm, what [`LinkState`] counts, and swarm
 /// messages that were
 /// heard while the same one waited.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, defmt::Format)]
@@ -86,7 +86,7 @@ pub struct Counts {
     dropped: u32,
 }
 
-impl State {
+impl LinkState {
     /// The battery's voltage in mV, once it is known.
     pub fn battery_mv(&self) -> Option<u16> {
         Some(self.battery_mv.load(Ordering::Relaxed)).filter(|mv| *mv > 0)

@@ -9,11 +9,11 @@ use std::pin::pin;
 use std::sync::{Mutex, MutexGuard, PoisonError};
 use std::task::{Context, Poll, Waker};
 
-use bittybuzz_comms::trace::{Item, Record};
+use bittybuzz_comms::trace::{PrintedValue, Record};
 use bittybuzz_compiler::compile::{Options, compile};
 use bittybuzz_compiler::include::{DiskFiles, Loader};
 use bittybuzz_runtime::liveness::Liveness;
-use bittybuzz_runtime::script::{Console, Counts, RobotHost, Script, Stopped};
+use bittybuzz_runtime::script::{Console, Counts, RobotHost, ScriptTask, Stopped};
 use bittybuzz_runtime::setpoint::{Channel, Motors, Writer};
 use bittybuzz_vm_core::hash::name_hash;
 use bittybuzz_vm_core::number::Full;
@@ -141,10 +141,10 @@ impl<const ON_FAULT_STOPS: bool> RobotHost<Full> for Fake<ON_FAULT_STOPS> {
     }
 }
 
-fn item_text(item: Item<'_>) -> String {
+fn item_text(item: PrintedValue<'_>) -> String {
     match item {
-        Item::Int(value) => value.to_string(),
-        Item::Text(text) => String::from_utf8(text.to_vec()).unwrap(),
+        PrintedValue::Int(value) => value.to_string(),
+        PrintedValue::Text(text) => String::from_utf8(text.to_vec()).unwrap(),
         other => format!("{other:?}"),
     }
 }
@@ -208,8 +208,8 @@ pub fn run_robot<const ON_FAULT_STOPS: bool>(image: &[u8], radio: Frames, ms: u6
     let robot = Fake::<ON_FAULT_STOPS> { setpoint: Writer::new(channel), radio };
     let vm = Box::leak(Box::new(bittybuzz_vm_core::Vm::new()));
     vm.set_network_capacity(SIZES);
-    let mut script: Script<Full, &[u8], Fake<ON_FAULT_STOPS>, 400> =
-        Script::new(vm, 7, robot, liveness.pulse(0), Box::leak(Box::new([0; 1024])));
+    let mut script: ScriptTask<Full, &[u8], Fake<ON_FAULT_STOPS>, 400> =
+        ScriptTask::new(vm, 7, robot, liveness.pulse(0), Box::leak(Box::new([0; 1024])));
     let both = async {
         let _ = script
             .run(bittybuzz_vm_core::Image::new(image), is_function, 1, Duration::from_hz(10))

@@ -4,7 +4,7 @@ use std::time::Duration;
 
 use bittybuzz_chips::f405::OTP;
 use bittybuzz_chips::{
-    Battery, Chip, Frame, Link, Nrf51Settings, P2pFrame, Pose, ResetCause, Time,
+    Battery, Chip, Link, LinkFrame, Nrf51Settings, P2pFrame, Pose, ResetCause, Time,
 };
 use bittybuzz_emulation::message::{self, BoardStatistics, Command, CrazyflieStatistics};
 use bittybuzz_emulation::{Control, Refusal, lsi, probability};
@@ -18,7 +18,7 @@ impl Control for Crazyflie {
         match command {
             Command::Send { kind, payload } => {
                 let length = payload.len();
-                let frame = Frame::new(kind, payload).ok_or(Refusal::FrameTooLong(length))?;
+                let frame = LinkFrame::new(kind, payload).ok_or(Refusal::FrameTooLong(length))?;
                 self.send(&frame);
             }
             Command::P2p { at, port, rssi, payload } => {

@@ -9,7 +9,7 @@ use bittybuzz_chips::f405::F405;
 use bittybuzz_chips::nrf51::{BAUD, Nrf51, Output};
 use bittybuzz_chips::stm32::{Pin, Pwm};
 use bittybuzz_chips::{
-    Battery, Board, Chip, CoreKind, Event, Frame, Led, Lines, Link, Memory, MemoryMap,
+    Battery, Board, Chip, CoreKind, Event, Led, Lines, Link, LinkFrame, Memory, MemoryMap,
     Nrf51Settings, P2pFrame, Pose, Random, ResetCause, Start, Time, Width,
 };
 
@@ -234,7 +234,7 @@ impl Crazyflie {
     /// The radio's processor sends a frame, after those that still wait. It sends nothing before it has
     /// received a good frame, and nothing from the radio before the firmware is ready or 3 s have passed;
     /// such frames are lost and counted.
-    pub fn send(&mut self, frame: &Frame) {
+    pub fn send(&mut self, frame: &LinkFrame) {
         self.nrf51.send_frame(frame, self.now);
         self.settle();
     }

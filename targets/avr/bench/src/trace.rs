@@ -36,7 +36,7 @@ const fn register<const N: usize>(address: u16, text: &[u8; N]) -> Register {
 
 /// All of them. Not loaded into the chip.
 #[repr(C, packed)]
-struct Section {
+struct SimavrSection {
     registers: [Register; 3],
     /// How often the record is written to its file, in µs.
     period: Long,
@@ -47,7 +47,7 @@ struct Section {
 /// Found by simavr by the name of the section; kept and placed beyond all memory by the linker's arguments.
 #[unsafe(no_mangle)]
 #[unsafe(link_section = ".mmcu")]
-static _mmcu: Section = Section {
+static _mmcu: SimavrSection = SimavrSection {
     // Data addresses.
     registers: [register(0x3e, b"GPIOR0"), register(0x4a, b"GPIOR1"), register(0x4b, b"GPIOR2")],
     period: Long { tag: TAG_VCD_PERIOD, length: 4, value: 1000 },

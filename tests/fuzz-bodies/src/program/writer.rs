@@ -249,14 +249,14 @@ impl<'a, 'b> Writer<'a, 'b> {
 
     fn call_builtin(&mut self, opcode: u8) {
         let builtin = self.program.builtin(self.choices);
-        if builtin.kind == builtin::Kind::Value {
+        if builtin.kind == builtin::BuiltinKind::Value {
             return;
         }
         // Mostly as many arguments as there must be.
         let choice = self.choices.byte();
         let fitting = usize::from(builtin.min) + usize::from(builtin.max > builtin.min);
         let arguments = if choice < 16 { usize::from(choice) % 4 } else { fitting };
-        let drop = choice & 16 != 0 && builtin.kind == builtin::Kind::Plain;
+        let drop = choice & 16 != 0 && builtin.kind == builtin::BuiltinKind::Plain;
         self.need(arguments, kind::arguments(builtin));
         self.builder.call_native(opcode, i32::from(builtin.number), arguments, drop, SPAN);
     }
@@ -277,7 +277,8 @@ impl<'a, 'b> Writer<'a, 'b> {
             Operand::Robot => self.choices.below(IMPORTS.len()) as i32,
             Operand::Builtin => {
                 let builtin = program.builtin(self.choices);
-                (builtin.kind != builtin::Kind::Value).then_some(i32::from(builtin.number))?
+                (builtin.kind != builtin::BuiltinKind::Value)
+                    .then_some(i32::from(builtin.number))?
             }
             Operand::Function => {
                 let number = self.choices.below(program.shapes.len());

@@ -4,7 +4,7 @@
 use bittybuzz_testkit::forged::{self, Target};
 use bittybuzz_testkit::{Answer, FORGER, Received, Recorder, SIZES, TestRobot};
 use bittybuzz_tests::{compiler, files, report};
-use bittybuzz_vm_core::message::content::Item;
+use bittybuzz_vm_core::message::content::ContentItem;
 use bittybuzz_vm_core::number::{Full, Profile, Tiny};
 use bittybuzz_vm_core::{Fault, FaultCode, Restarts};
 
@@ -54,7 +54,7 @@ impl<P: Profile> Host<P> {
     }
 
     /// The message arrives, in fragments if it does not fit a frame.
-    fn receive(&mut self, target: Target<P>, items: &[Item<P>]) {
+    fn receive(&mut self, target: Target<P>, items: &[ContentItem<P>]) {
         let place = Some([50.0, 0.0, 0.0]);
         for bytes in forged::frames(self.robot.script(), target, items) {
             self.robot.host.link.push(Received { bytes, sender: Some(FORGER), place });

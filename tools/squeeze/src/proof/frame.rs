@@ -3,12 +3,12 @@
 use std::collections::HashMap;
 
 use super::decode::{Op, Pair, flag};
-use super::program::{Place, Program, Routine};
+use super::program::{AssemblyProgram, Place, Routine};
 use super::run::{Event, Run, SAVED};
 
 /// The part of the stack that a function takes when it begins.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub struct Frame {
+pub struct StackUse {
     /// Bytes of registers that it saves.
     pub saved: u16,
     /// Bytes of its variables.
@@ -24,7 +24,7 @@ pub struct StackAccesses {
 
 impl StackAccesses {
     /// Counts the accesses of an execution.
-    pub fn take(&mut self, run: &Run, frame: Frame) {
+    pub fn take(&mut self, run: &Run, frame: StackUse) {
         /// Bytes of arguments that are looked at.
         const ABOVE: u16 = 64;
         let top = run.before.stack;
@@ -46,7 +46,7 @@ impl StackAccesses {
 }
 
 /// The frame that a function makes before anything else, itself or by a shared routine.
-pub fn frame(program: &Program, routine: &Routine, is_interrupt: bool) -> Frame {
+pub fn frame(program: &AssemblyProgram, routine: &Routine, is_interrupt: bool) -> StackUse {
     let mut at = routine.start;
     let mut saved = 0;
     let mut room = 0;
@@ -54,7 +54,7 @@ pub fn frame(program: &Program, routine: &Routine, is_interrupt: bool) -> Frame 
     let mut has_pointer = false;
     let mut shared_size = 0;
     // The frame as it was before a call, which may be one of another routine.
-    let mut before_call: Option<Frame> = None;
+    let mut before_call: Option<StackUse> = None;
     loop {
         let step = &program.steps[at];
         at += 1;
@@ -81,15 +81,15 @@ pub fn frame(program: &Program, routine: &Routine, is_interrupt: bool) -> Frame 
             Some(Op::Pair(Pair::Sbc, 29, 1)) if before_call.is_some() => {}
             Some(Op::Out(0x3d, 28)) if has_pointer => {
                 if before_call.is_none() {
-                    return Frame { saved, room };
+                    return StackUse { saved, room };
                 }
             }
             Some(Op::Call(..)) if before_call.is_none() => match step.place {
                 Place::Inside(target) => {
-                    before_call = Some(Frame { saved, room: 0 });
+                    before_call = Some(StackUse { saved, room: 0 });
                     at = target;
                 }
-                _ => return Frame { saved, room: 0 },
+                _ => return StackUse { saved, room: 0 },
             },
             Some(Op::Jump(..)) if before_call.is_some() => match step.place {
                 Place::Inside(target) => at = target,
@@ -97,9 +97,9 @@ pub fn frame(program: &Program, routine: &Routine, is_interrupt: bool) -> Frame 
             },
             // Back from a shared routine.
             Some(Op::JumpPointer) if before_call.is_some() => {
-                return Frame { saved, room: if has_pointer { room } else { 0 } };
+                return StackUse { saved, room: if has_pointer { room } else { 0 } };
             }
-            _ => return before_call.unwrap_or(Frame { saved, room: 0 }),
+            _ => return before_call.unwrap_or(StackUse { saved, room: 0 }),
         }
     }
 }

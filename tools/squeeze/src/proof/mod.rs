@@ -38,7 +38,7 @@ use std::fmt;
 use compare::Comparison;
 use decode::Op;
 use frame::{StackAccesses, frame};
-use program::{Place, Program, Routine};
+use program::{AssemblyProgram, Place, Routine};
 pub use refusal::{Cause, Difference, Refusal};
 use run::{ARGUMENTS, RESULTS, Run, SAVED, Start, Steer, mix, run};
 use search::{Input, search};
@@ -117,8 +117,8 @@ pub fn prove(
     squeezed: &str,
     contracts: &HashMap<String, Contract>,
 ) -> Result<Report, Refusal> {
-    let original = Program::read(original).map_err(Refusal::Original)?;
-    let squeezed = Program::read(squeezed).map_err(Refusal::Squeezed)?;
+    let original = AssemblyProgram::read(original).map_err(Refusal::Original)?;
+    let squeezed = AssemblyProgram::read(squeezed).map_err(Refusal::Squeezed)?;
     same_rest(&original, &squeezed)?;
     let mut reached = [vec![false; original.steps.len()], vec![false; squeezed.steps.len()]];
     let mut report = Report::default();
@@ -140,13 +140,13 @@ pub fn prove(
 }
 
 /// Everything outside of functions has to be the same, and the functions of the same names.
-fn same_rest(original: &Program, squeezed: &Program) -> Result<(), Refusal> {
+fn same_rest(original: &AssemblyProgram, squeezed: &AssemblyProgram) -> Result<(), Refusal> {
     for name in original.rest.keys().chain(squeezed.rest.keys()) {
         if original.rest.get(name) != squeezed.rest.get(name) {
             return Err(Refusal::Section(name.clone()));
         }
     }
-    let known = |program: &Program, symbol: &str| {
+    let known = |program: &AssemblyProgram, symbol: &str| {
         program.routines.iter().filter(|routine| routine.symbol == symbol).count() == 1
     };
     for routine in original.routines.iter().chain(&squeezed.routines) {
@@ -159,7 +159,7 @@ fn same_rest(original: &Program, squeezed: &Program) -> Result<(), Refusal> {
 
 /// The contracts that are relied on: of functions whose callers are not all known, those of the ABI.
 fn contracts_of(
-    original: &Program,
+    original: &AssemblyProgram,
     contracts: &HashMap<String, Contract>,
 ) -> HashMap<String, Contract> {
     let mut all: HashMap<String, Contract> = LIBRARY
@@ -184,8 +184,8 @@ fn contracts_of(
 }
 
 struct Proof<'a> {
-    original: &'a Program,
-    squeezed: &'a Program,
+    original: &'a AssemblyProgram,
+    squeezed: &'a AssemblyProgram,
     contracts: HashMap<String, Contract>,
 }
 
@@ -283,7 +283,7 @@ impl Proof<'_> {
                 others: OnceCell::new(),
             };
             comparison.check().map_err(|(at, cause)| {
-                let line = |run: &Run, program: &Program| {
+                let line = |run: &Run, program: &AssemblyProgram| {
                     let event = run.events.get(at).or(run.events.last());
                     event.map_or(0, |event| program.steps[event.step].line)
                 };

@@ -141,7 +141,7 @@ pub enum Place {
 
 /// An instruction at its place.
 #[derive(Clone, Debug)]
-pub struct Step {
+pub struct ProofStep {
     /// The instruction; `None` after the last one of a function.
     pub op: Option<Op>,
     /// The place where its branch, jump or call leads.
@@ -167,9 +167,9 @@ pub struct Routine {
 
 /// The functions of a file, and everything else in it.
 #[derive(Debug, Default)]
-pub struct Program {
+pub struct AssemblyProgram {
     /// All instructions of functions and of sections that squeeze writes.
-    pub steps: Vec<Step>,
+    pub steps: Vec<ProofStep>,
     /// The functions.
     pub routines: Vec<Routine>,
     /// The lines outside of functions, by their section.
@@ -181,8 +181,8 @@ pub struct Program {
 }
 
 /// A program of which the rest has still to be read.
-struct Reader {
-    program: Program,
+struct ProgramReader {
+    program: AssemblyProgram,
     section: String,
     labels: HashMap<String, usize>,
     /// The symbols that code or data mention, but for calls and jumps.
@@ -205,11 +205,11 @@ struct Block {
     is_seen: bool,
 }
 
-impl Program {
+impl AssemblyProgram {
     /// Reads assembly as LLVM writes it.
-    pub fn read(text: &str) -> Result<Program, ReadError> {
-        let mut reader = Reader {
-            program: Program::default(),
+    pub fn read(text: &str) -> Result<AssemblyProgram, ReadError> {
+        let mut reader = ProgramReader {
+            program: AssemblyProgram::default(),
             section: ".text".into(),
             labels: HashMap::new(),
             mentioned: HashSet::new(),
@@ -234,7 +234,7 @@ impl Program {
         let mut reachable = vec![false; self.steps.len()];
         let mut open: Vec<usize> = starts.collect();
         while let Some(at) = open.pop() {
-            let Some(Step { op: Some(op), place, .. }) = self.steps.get(at) else { continue };
+            let Some(ProofStep { op: Some(op), place, .. }) = self.steps.get(at) else { continue };
             if std::mem::replace(&mut reachable[at], true) {
                 continue;
             }
@@ -260,7 +260,7 @@ impl Program {
     }
 }
 
-impl Reader {
+impl ProgramReader {
     fn take(&mut self, line: &str) -> Result<(), ReadCause> {
         let trimmed = line.trim();
         match trimmed {
@@ -328,7 +328,7 @@ impl Reader {
             op,
             Some(Op::ReadAt(..) | Op::WriteAt(..) | Op::Jump(_, true) | Op::Call(_, true))
         );
-        self.program.steps.push(Step { op, place: Place::None, line: self.line, is_long });
+        self.program.steps.push(ProofStep { op, place: Place::None, line: self.line, is_long });
     }
 
     fn mention(&mut self, text: &str) {
@@ -411,13 +411,13 @@ impl Reader {
         Ok(())
     }
 
-    fn finish(mut self) -> Result<Program, ReadError> {
+    fn finish(mut self) -> Result<AssemblyProgram, ReadError> {
         if let Some(routine) = self.function {
             let function = Some(routine.symbol);
             return Err(ReadError { function, line: self.line, cause: ReadCause::Nested });
         }
         self.step(None);
-        let Program { steps, routines, .. } = &mut self.program;
+        let AssemblyProgram { steps, routines, .. } = &mut self.program;
         let symbols: HashSet<&str> =
             routines.iter().map(|routine| routine.symbol.as_str()).collect();
         let sizes: Vec<u16> = steps.iter().map(|step| if step.is_long { 4 } else { 2 }).collect();

@@ -6,8 +6,8 @@
 
 use super::cpu::{Bus, Control, Cpu};
 use super::decode::{Op, flag};
-use super::frame::Frame;
-use super::program::{Place, Program};
+use super::frame::StackUse;
+use super::program::{AssemblyProgram, Place};
 use super::trail::{Hint, Trail};
 
 /// Registers that a function returns as it found them (AVR-GCC ABI, "Call-saved registers").
@@ -161,11 +161,11 @@ impl Steer<'_> {
 /// The beginning of an execution.
 pub struct Start<'a> {
     /// The text.
-    pub program: &'a Program,
+    pub program: &'a AssemblyProgram,
     /// The function's first instruction.
     pub entry: usize,
     /// Its frame.
-    pub frame: Frame,
+    pub frame: StackUse,
     /// Bytes by which the stack pointer is higher, so that the variables are at the same addresses.
     pub shift: u16,
     /// The registers that are the same in both texts, from the tape.

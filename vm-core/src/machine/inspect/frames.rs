@@ -1,6 +1,6 @@
 //! The frames of running functions, those of built-ins included.
 
-use super::super::{Native, SPECIAL, State, Vm};
+use super::super::{Native, SPECIAL, Vm, VmState};
 use crate::bytecode::ByteCode;
 use crate::image::PARAMETERS;
 use crate::number::Profile;
@@ -45,8 +45,8 @@ pub enum FramePlace {
 impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
     /// Returns the functions that are running, innermost first. After a fault these are the functions that it has stopped.
     pub fn frames(&self) -> CallFrames<'_, P, C, SLOTS> {
-        let is_between = self.state == State::Running;
-        let is_in_entry = is_between || matches!(self.state, State::Faulted(_));
+        let is_between = self.state == VmState::Running;
+        let is_in_entry = is_between || matches!(self.state, VmState::Faulted(_));
         let pc = if is_in_entry { usize::from(self.pc) } else { Native::EXIT.position() };
         CallFrames { vm: self, pc, fp: self.fp.into(), end: self.sp, is_between }
     }

@@ -1,6 +1,6 @@
 //! The next instruction, with its operands and the locals of its function.
 
-use super::super::{SPECIAL, State, Vm};
+use super::super::{SPECIAL, Vm, VmState};
 use crate::bytecode::ByteCode;
 use crate::number::Profile;
 use crate::opcode::{self, Decoded};
@@ -39,7 +39,7 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
     /// Returns the instruction that is executed next; `None` if no entry is running, or if the machine goes on in a built-in.
     pub fn next_instruction(&self) -> Option<Instruction> {
         let at = usize::from(self.pc);
-        let program = self.program().filter(|_| self.state == State::Running && at < SPECIAL)?;
+        let program = self.program().filter(|_| self.state == VmState::Running && at < SPECIAL)?;
         let byte = |offset| program.code.byte(at + offset);
         let first_byte = byte(0);
         let Decoded { opcode, operand, length } = opcode::decode([first_byte, byte(1), byte(2)]);

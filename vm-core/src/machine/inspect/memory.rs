@@ -1,6 +1,6 @@
 //! The memory in use.
 
-use super::super::{GLOBALS, Native, State, Vm};
+use super::super::{GLOBALS, Native, Vm, VmState};
 use crate::bytecode::ByteCode;
 use crate::number::Profile;
 use crate::value::Value;
@@ -9,7 +9,7 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
     /// Returns the slots that globals and frames take, with those that the running functions may still use.
     pub fn stack_slots(&self) -> usize {
         let mut slots = usize::from(self.sp);
-        if self.state != State::Running {
+        if self.state != VmState::Running {
             return slots;
         }
         let (mut pc, mut fp) = (usize::from(self.pc), usize::from(self.fp));
@@ -52,7 +52,7 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
         for other in (0..count).filter(|other| Some(*other) != global) {
             copy.arena.set(GLOBALS + usize::from(other), Value::nil());
         }
-        copy.state = State::Idle;
+        copy.state = VmState::Idle;
         copy.sp = GLOBALS as u16 + count;
         copy.needed_slots()
     }

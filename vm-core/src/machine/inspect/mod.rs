@@ -13,7 +13,7 @@ pub use frames::{CallFrame, CallFrames, FramePlace};
 pub use instruction::{Callee, Instruction};
 pub use values::{ClosureParts, TableEntries, ValueKind};
 
-use super::{Native, State, Vm};
+use super::{Native, Vm, VmState};
 use crate::builtin;
 use crate::bytecode::ByteCode;
 use crate::fault::Fault;
@@ -42,13 +42,13 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
         let pc = usize::from(self.pc);
         let waits = [Native(builtin::DELAY), Native::ROBOT].map(Native::position);
         match self.state {
-            State::Empty => Activity::Empty,
-            State::Resting => Activity::Resting,
-            State::Idle if self.protocol.is_resting => Activity::Resting,
-            State::Idle => Activity::Idle,
-            State::Running if waits.contains(&pc) => Activity::Waiting,
-            State::Running => Activity::Running,
-            State::Faulted(fault) => Activity::Faulted(fault),
+            VmState::Empty => Activity::Empty,
+            VmState::Resting => Activity::Resting,
+            VmState::Idle if self.protocol.is_resting => Activity::Resting,
+            VmState::Idle => Activity::Idle,
+            VmState::Running if waits.contains(&pc) => Activity::Waiting,
+            VmState::Running => Activity::Running,
+            VmState::Faulted(fault) => Activity::Faulted(fault),
         }
     }
 }

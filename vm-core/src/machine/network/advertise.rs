@@ -18,7 +18,7 @@ use crate::hash::fnv_1a;
 use crate::host::Host;
 use crate::machine::Vm;
 use crate::message::frame::Frame;
-use crate::message::{Entry, Swarms};
+use crate::message::{StigmergyEntry, Swarms};
 use crate::number::Profile;
 use crate::part::Part;
 use crate::value::Value;
@@ -261,7 +261,12 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
 
     /// Handles an entry that finds no place here: counts it, and relays it if none was relayed for a while.
     #[one_copy]
-    pub(super) fn relay<H: Host<P>>(&mut self, host: &mut H, entry: &Entry<P>, digest: u16) {
+    pub(super) fn relay<H: Host<P>>(
+        &mut self,
+        host: &mut H,
+        entry: &StigmergyEntry<P>,
+        digest: u16,
+    ) {
         self.protocol.count(Count::NotKept);
         // No digest covers deletions.
         self.protocol.has_dropped |= !entry.value.is_nil();
@@ -296,7 +301,7 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
 
 /// A hash of an entry: FNV-1a over its frame, in which a digest stands for key and value that do not fit.
 #[one_copy]
-fn hash<P: Profile>(entry: &Entry<P>, digest: u16) -> u32 {
+fn hash<P: Profile>(entry: &StigmergyEntry<P>, digest: u16) -> u32 {
     let mut frame = Frame::EMPTY;
     let _ = frame.put_entry(entry, digest);
     let hash = fnv_1a(frame.bytes_mut());

@@ -6,7 +6,7 @@ use super::stigmergy::{CLOCK, ON_CONFLICT, ON_CONFLICT_LOST, OWN};
 use super::swarms::{MEMBER, NEWS, object_number};
 use crate::bytecode::ByteCode;
 use crate::machine::{OVERLAYS, Vm};
-use crate::message::Script;
+use crate::message::ScriptIdentity;
 use crate::number::Profile;
 use crate::value::{Tag, Value};
 
@@ -184,7 +184,7 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
     }
 
     /// Returns the facts about the script that decode messages which wait in a queue; `None` without a script.
-    pub fn message_script(&self) -> Option<Script> {
+    pub fn message_script(&self) -> Option<ScriptIdentity> {
         self.header().map(|_| self.script())
     }
 

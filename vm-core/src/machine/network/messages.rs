@@ -11,10 +11,10 @@ use crate::bytecode::ByteCode;
 use crate::fault::{FaultCode, Stopped};
 use crate::host::Host;
 use crate::image::{Entry as EntryOf, FORM_CLASSES};
-use crate::machine::{GLOBALS, Native, State, Vm};
+use crate::machine::{GLOBALS, Native, Vm, VmState};
 use crate::message::content::Head;
 use crate::message::frame::Frame;
-use crate::message::{Entry, FRAGMENT_HEAD, Ignored, Kind, Script};
+use crate::message::{FRAGMENT_HEAD, FrameKind, Ignored, ScriptIdentity, StigmergyEntry};
 use crate::network::{Counters, Sighting};
 use crate::number::Profile;
 use crate::part::Part;
@@ -56,7 +56,7 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
     /// Begins a step: messages first. A fault is reported by the next run.
     #[one_copy]
     pub(in crate::machine) fn begin_messages(&mut self) {
-        self.state = State::Running;
+        self.state = VmState::Running;
         let _ = self.enter_messages();
     }
 
@@ -119,7 +119,7 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
     /// Returns false if it is not such a fault, or stops the script nevertheless.
     #[one_copy]
     pub(in crate::machine) fn contain<H: Host<P>>(&mut self, host: &mut H) -> bool {
-        let State::Faulted(fault) = &self.state else { return false };
+        let VmState::Faulted(fault) = &self.state else { return false };
         if !self.protocol.in_message
             || fault.code == FaultCode::AssertFailed
             || !host.contain(fault, self.calls())
@@ -134,7 +134,7 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
         self.fp = (GLOBALS + usize::from(self.header.globals())) as u16;
         self.sp = self.fp + 1 + LOCALS as u16;
         self.pc = Native::MESSAGES.position() as u16;
-        self.state = State::Running;
+        self.state = VmState::Running;
         true
     }
 
@@ -154,8 +154,8 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
         self.settle(host, self.top(1), stigmergy, key, clock)
     }
 
-    pub(super) fn script(&self) -> Script {
-        Script { hash: self.header.hash(), strings: string::COUNT + self.header.strings() }
+    pub(super) fn script(&self) -> ScriptIdentity {
+        ScriptIdentity { hash: self.header.hash(), strings: string::COUNT + self.header.strings() }
     }
 
     #[hot]
@@ -177,7 +177,7 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
             }
         };
         let robot = frame.robot();
-        let sender = if kind == Kind::Entry { sighting.robot } else { Some(robot) };
+        let sender = if kind == FrameKind::Entry { sighting.robot } else { Some(robot) };
         if let Some(sender) = sender {
             if sender == self.robot_id {
                 self.protocol.count(Count::OwnId);
@@ -188,11 +188,11 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
             }
         }
         let (topic, value) = match kind {
-            Kind::Broadcast if Self::has(Part::Messages) => {
+            FrameKind::Broadcast if Self::has(Part::Messages) => {
                 let (topic, value) = frame.broadcast();
                 (Value::string(topic), value)
             }
-            Kind::Fragment if Self::has(Part::LongMessages) => {
+            FrameKind::Fragment if Self::has(Part::LongMessages) => {
                 let content = frame.bytes(length).get(FRAGMENT_HEAD..).unwrap_or(&[]);
                 if !self.assemble(host, &frame.fragment(content))? {
                     return Ok(());
@@ -200,14 +200,14 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
                 // Both stay on the stack below the arguments.
                 (self.top(2), self.top(1))
             }
-            Kind::Entry if Self::has(Part::Stigmergy) => {
+            FrameKind::Entry if Self::has(Part::Stigmergy) => {
                 return self.merge(host, &frame.entry(), 0);
             }
-            Kind::Beacon | Kind::Digest if Self::has(Part::Stigmergy) => {
-                self.compare((kind == Kind::Digest).then(|| frame.digest()));
+            FrameKind::Beacon | FrameKind::Digest if Self::has(Part::Stigmergy) => {
+                self.compare((kind == FrameKind::Digest).then(|| frame.digest()));
                 return Ok(());
             }
-            Kind::Swarms if Self::has(Part::Swarms) && Self::has(Part::Neighbors) => {
+            FrameKind::Swarms if Self::has(Part::Swarms) && Self::has(Part::Neighbors) => {
                 for (number, is_member) in frame.swarms().iter() {
                     let swarm = self.find_swarm(number);
                     if swarm < self.sizes().swarms {
@@ -315,12 +315,17 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
     /// Sends an entry of a stigmergy, in fragments if need be. An entry for whose walk there is no memory now is not sent:
     /// its turn comes again.
     #[one_copy]
-    pub(super) fn send_entry<H: Host<P>>(&mut self, host: &mut H, entry: &Entry<P>, digest: u16) {
+    pub(super) fn send_entry<H: Host<P>>(
+        &mut self,
+        host: &mut H,
+        entry: &StigmergyEntry<P>,
+        digest: u16,
+    ) {
         let mut frame = Frame::EMPTY;
         if frame.put_entry(entry, digest).is_none() {
             // Without that part there is none: see `sendable`.
             if Self::has(Part::LongMessages) {
-                let Entry { stigmergy, owner, clock, key, value } = *entry;
+                let StigmergyEntry { stigmergy, owner, clock, key, value } = *entry;
                 let (sp, state) = (self.sp, self.state);
                 let head = Head::Entry { stigmergy, owner, clock, digest };
                 if self.send_long(host, head, key, value).is_err() {

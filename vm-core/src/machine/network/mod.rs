@@ -30,7 +30,7 @@ mod serial;
 mod stigmergy;
 mod swarms;
 
-use super::{State, Vm};
+use super::{Vm, VmState};
 use crate::builtin::{self, Library};
 use crate::bytecode::ByteCode;
 use crate::fault::Stopped;
@@ -63,7 +63,7 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
     /// Says how much it remembers of other robots; before an image is loaded. Takes [`Sizes::slots`] of its slots.
     pub fn set_network_capacity(&mut self, sizes: Sizes) {
         self.code = None;
-        self.state = State::Empty;
+        self.state = VmState::Empty;
         self.protocol.sizes = sizes.clamped();
     }
 
@@ -125,7 +125,7 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
     pub(super) fn rest_network(&mut self) {
         if Self::HAS_NETWORK {
             if self.uses_network {
-                self.state = State::Idle;
+                self.state = VmState::Idle;
             }
             self.protocol.rest();
             if Self::HAS_SHARED_STATE {

@@ -10,7 +10,7 @@ use crate::heap::{VISIT, Visit};
 use crate::host::Host;
 use crate::image::CAPTURES;
 use crate::machine::Vm;
-use crate::message::content::{self, Head, Item, Reader, Writer};
+use crate::message::content::{self, ContentItem, ContentReader, Head, Writer};
 use crate::message::frame::Frame;
 use crate::message::{self, FRAGMENT_HEAD, FRAGMENTS_MAX, Fragment, STIGMERGIES};
 use crate::network::Buffer;
@@ -195,11 +195,11 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
     /// Writes a value; of a table, that there is one, with a number of pairs that is still to come.
     fn write_item(&mut self, writer: &mut Writer<'_>, value: Value<P>) -> Result<(), Stopped> {
         let item = match value.tag() {
-            Tag::NIL | Tag::INT | Tag::FLOAT | Tag::STRING => Item::Plain(value),
-            Tag::FUNCTION => Item::Function(value.index() as u16),
-            Tag::TABLE | Tag::SNAPSHOT => Item::Table(0),
+            Tag::NIL | Tag::INT | Tag::FLOAT | Tag::STRING => ContentItem::Plain(value),
+            Tag::FUNCTION => ContentItem::Function(value.index() as u16),
+            Tag::TABLE | Tag::SNAPSHOT => ContentItem::Table(0),
             Tag::TEXT if P::FULL => match u8::try_from(self.view().text_length(value)) {
-                Ok(length) => Item::Text(length),
+                Ok(length) => ContentItem::Text(length),
                 Err(_) => return Err(self.fail(FaultCode::TooLong)),
             },
             _ => return Err(self.fail_on(FaultCode::NotSendable, value, value)),
@@ -284,7 +284,7 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
         // A copy, since another message may come while this one is dealt with.
         let content = self.protocol.assembly.content;
         let content = content.as_ref().get(..length).unwrap_or(&[]);
-        let (head, reader) = Reader::new(content, self.script());
+        let (head, reader) = ContentReader::new(content, self.script());
         self.deliver(host, head, reader)
     }
 
@@ -294,7 +294,7 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
         &mut self,
         host: &mut H,
         head: Head,
-        mut reader: Reader<'_>,
+        mut reader: ContentReader<'_>,
     ) -> Result<bool, Stopped> {
         if !self.has_room_for(&reader) {
             self.protocol.count(Count::Incomplete);
@@ -316,7 +316,7 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
                     Tag::INT | Tag::FLOAT | Tag::STRING | Tag::TEXT => first,
                     _ => return Ok(false),
                 };
-                let entry = message::Entry { stigmergy, owner, clock, key, value: second };
+                let entry = message::StigmergyEntry { stigmergy, owner, clock, key, value: second };
                 self.merge(host, &entry, digest)?;
                 Ok(false)
             }
@@ -325,15 +325,15 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
 
     /// Returns true if a content is right, and its values find room without harm to the script.
     #[one_copy]
-    fn has_room_for(&mut self, reader: &Reader<'_>) -> bool {
+    fn has_room_for(&mut self, reader: &ContentReader<'_>) -> bool {
         let mut slots = 2 * crate::machine::NATIVE_ROOM;
         let mut is_known = true;
         let checked = reader.check::<P>(|item| match item {
             // The head has two pairs, each other cell at least one.
-            Item::Table(pairs) => slots += READING + CELL * (1 + usize::from(pairs)),
-            Item::Text(length) if P::FULL => slots += CELL * (1 + usize::from(length) / 20),
+            ContentItem::Table(pairs) => slots += READING + CELL * (1 + usize::from(pairs)),
+            ContentItem::Text(length) if P::FULL => slots += CELL * (1 + usize::from(length) / 20),
             // A function that captures values is none without them.
-            Item::Function(number) => is_known &= self.head(number) & CAPTURES == 0,
+            ContentItem::Function(number) => is_known &= self.head(number) & CAPTURES == 0,
             _ => {}
         });
         if checked.is_err() || !is_known {
@@ -346,14 +346,14 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
     }
 
     /// Pushes the next value of a content.
-    fn read(&mut self, reader: &mut Reader<'_>) -> Result<(), Stopped> {
+    fn read(&mut self, reader: &mut ContentReader<'_>) -> Result<(), Stopped> {
         let result = usize::from(self.sp);
         self.reserve(1)?;
         loop {
             let mut value = match reader.item::<P>() {
-                Item::Plain(value) => value,
-                Item::Function(number) => Value::indexed(Tag::FUNCTION, number),
-                Item::Table(pairs) => {
+                ContentItem::Plain(value) => value,
+                ContentItem::Function(number) => Value::indexed(Tag::FUNCTION, number),
+                ContentItem::Table(pairs) => {
                     self.reserve(READING)?;
                     let at = usize::from(self.sp) - READING;
                     let table = self.new_table()?;
@@ -366,8 +366,8 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
                     self.sp = at as u16;
                     table
                 }
-                Item::Text(length) if P::FULL => self.read_text(reader, length)?,
-                Item::Text(_) => Value::nil(),
+                ContentItem::Text(length) if P::FULL => self.read_text(reader, length)?,
+                ContentItem::Text(_) => Value::nil(),
             };
             // To its table, which may be complete with it.
             loop {
@@ -412,7 +412,7 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
             return Ok(None);
         }
         let content = self.protocol.assembly.content.as_ref().get(..length).unwrap_or(&[]);
-        let (head, reader) = Reader::new(content, self.script());
+        let (head, reader) = ContentReader::new(content, self.script());
         let mut values = [Value::nil(); FLAT];
         let Some((count, has_table)) = reader.plain(&mut values) else { return Ok(None) };
         let pairs = values.get(1..count).unwrap_or(&[]).as_chunks().0;

@@ -40,7 +40,7 @@ use crate::bytecode::ByteCode;
 use crate::fault::{FaultCode, Stopped};
 use crate::host::Host;
 use crate::machine::Vm;
-use crate::message::Entry;
+use crate::message::StigmergyEntry;
 use crate::network::ENTRY;
 use crate::number::Profile;
 use crate::part::Part;
@@ -181,10 +181,10 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
 
     /// An entry as it is sent, and its digest.
     #[one_copy]
-    pub(super) fn entry_message(&self, at: usize) -> (Entry<P>, u16) {
+    pub(super) fn entry_message(&self, at: usize) -> (StigmergyEntry<P>, u16) {
         let stamp = self.stamp(at);
         let place = (self.entry_state(at) & !NEWS).wrapping_sub(1);
-        let entry = Entry {
+        let entry = StigmergyEntry {
             stigmergy: self.number_of_stigmergy(place),
             owner: stamp.robot,
             clock: stamp.clock,
@@ -320,7 +320,7 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
             // Who knows it?
             let stigmergy = self.number_of_stigmergy(stigmergy);
             let owner = self.robot_id;
-            let question = Entry { stigmergy, owner, clock: 0, key, value: Value::nil() };
+            let question = StigmergyEntry { stigmergy, owner, clock: 0, key, value: Value::nil() };
             self.send_entry(host, &question, 0);
             return Ok(Value::nil());
         }
@@ -401,10 +401,10 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
     pub(super) fn merge<H: Host<P>>(
         &mut self,
         host: &mut H,
-        remote: &Entry<P>,
+        remote: &StigmergyEntry<P>,
         digest: u16,
     ) -> Result<(), Stopped> {
-        let Entry { owner: robot, clock, key, value, .. } = *remote;
+        let StigmergyEntry { owner: robot, clock, key, value, .. } = *remote;
         let stigmergy = self.find_stigmergy(remote.stigmergy);
         if stigmergy == self.protocol.stigmergies {
             // The sender has entries that this robot's digest cannot cover.
