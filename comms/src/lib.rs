@@ -2,7 +2,7 @@
 //!
 //! # Principles
 //! 1. **A stream is hostile.** Bytes are lost, doubled and made up; whatever came before, the next good frame is received.
-//! 2. **Raw and parsed are two types.** A [`syslink::Frame`] has passed its checksum; a [`syslink::Packet`] also makes sense.
+//! 2. **Raw and parsed are two types.** A [`syslink::SyslinkFrame`] has passed its checksum; a [`syslink::Packet`] also makes sense.
 //! 3. **No allocation, no panic, no unsafe code**, so that all of it may run in an interrupt handler.
 //!
 //! # What is here
