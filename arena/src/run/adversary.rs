@@ -1,8 +1,7 @@
 //! Adversaries: senders that disturb a swarm, or send frames that no robot of it would send.
 //!
-//! An adversary knows the script of the robots that it imitates, as any receiver of a beacon with
-//! the source does. It
-//! learns keys, topics and ids from the frames that it hears.
+//! An adversary knows the script of the robots that it imitates, as any receiver of a beacon can if
+//! it has the source. It learns keys, topics and ids from the frames that it receives.
 
 use std::collections::VecDeque;
 
@@ -19,18 +18,18 @@ use bittybuzz_vm_core::{Image, Value};
 use crate::engine::{Inbox, Intruder, Stream};
 use crate::scenario::AdversaryKind;
 
-/// Frames that are kept to be replayed.
+/// The number of received frames that are kept for a replay.
 const KEPT: usize = 256;
-/// Topics, keys and ids that are remembered, of each kind.
+/// The number of topics, of keys and of ids that are remembered, each.
 const LEARNED: usize = 64;
-/// The id in whose name an adversary speaks before it has heard any.
+/// The sender id of an adversary that has not received any id yet.
 const NOBODY: u16 = 65_535;
-/// Invented ids begin here.
+/// The lowest invented id.
 const INVENTED: u32 = 1000;
 /// A type byte that belongs to no message.
 const NOISE: u8 = 0xff;
 
-/// Returns the mind of an adversary that knows a script.
+/// Returns the logic of an adversary that knows the script in `image`.
 pub fn mind(
     kind: AdversaryKind,
     profile: NumberProfile,
@@ -43,9 +42,9 @@ pub fn mind(
     }
 }
 
-/// Returns the part of an image that messages need.
+/// Returns the identity of the script in an image, which the coding of messages needs.
 fn script(image: &[u8]) -> ScriptIdentity {
-    // Setup has loaded the image: it has a header.
+    // `Setup` accepted the image, so the header is there.
     let unknown = ScriptIdentity { hash: 0, strings: 0 };
     Image::new(image).header().map_or(unknown, |header| ScriptIdentity {
         hash: header.hash(),
@@ -53,13 +52,13 @@ fn script(image: &[u8]) -> ScriptIdentity {
     })
 }
 
-/// An adversary at work.
+/// The state of an adversary.
 #[derive(Clone, Debug)]
 struct Mind<P: Profile> {
     kind: AdversaryKind,
     script: ScriptIdentity,
     stream: Stream,
-    /// Frames that it heard.
+    /// Received frames, at most [`KEPT`].
     heard: Vec<Vec<u8>>,
     /// The latest entry of each key.
     entries: Vec<StigmergyEntry<P>>,
@@ -110,7 +109,7 @@ impl<P: Profile> Mind<P> {
         }
     }
 
-    /// Remembers a frame, and the ids and keys in it.
+    /// Stores a frame, and the ids, topics and keys in it.
     fn learn(&mut self, bytes: &[u8]) {
         let place = if self.heard.len() < KEPT {
             self.heard.push(Vec::new());
@@ -151,7 +150,8 @@ impl<P: Profile> Mind<P> {
         }
     }
 
-    /// Returns the frames of the next message; none as long as too little was heard. `room` is the length of the link's longest frame.
+    /// Returns the frames of the next message, or none while the received frames do not suffice for
+    /// one. `room` is the length of the link's longest frame.
     fn message(&mut self, room: usize) -> Vec<Vec<u8>> {
         match self.kind {
             AdversaryKind::Jam => vec![vec![NOISE; room]],
@@ -170,7 +170,8 @@ impl<P: Profile> Mind<P> {
                 self.frame(&Message::Beacon { robot })
             }
             AdversaryKind::HeldFragments => {
-                // The same message again, others of one robot, others of other robots.
+                // In turn: one message again and again, further messages of the same robot, and
+                // messages of other robots.
                 let [robot, number] = match self.count % 3 {
                     0 => [NOBODY, 7],
                     1 => [NOBODY, (self.count % 256) as u16],
@@ -182,7 +183,9 @@ impl<P: Profile> Mind<P> {
         }
     }
 
-    /// An entry that was heard, with a clock far ahead: later, the last of the half circle that is later, earlier, or the greatest.
+    /// Returns a known entry with a clock far ahead of the known one: by 1000, by half of the
+    /// clock's range and by one less and one more than that (clocks are compared on a circle, where
+    /// this is the limit between later and earlier), or with the greatest clock.
     fn forged_clock(&mut self) -> Vec<Vec<u8>> {
         let Some(known) = self.any_entry() else { return Vec::new() };
         let ahead = [1000, CLOCK_MAX / 2 - 1, CLOCK_MAX / 2, CLOCK_MAX / 2 + 1];
@@ -194,7 +197,7 @@ impl<P: Profile> Mind<P> {
         self.frame(&Message::Entry(StigmergyEntry { owner, clock, value, ..known }))
     }
 
-    /// A value of the next class, on a topic or under a key that the script uses.
+    /// Returns a value of the next type, on a topic or under a key that the script uses.
     fn poison(&mut self) -> Vec<Vec<u8>> {
         let pair = [ContentItem::Plain(Value::string(0)), ContentItem::Plain(Value::int(1))];
         let items: &[ContentItem<P>] = match self.count / 2 % 6 {
@@ -230,7 +233,7 @@ impl<P: Profile> Mind<P> {
         self.fragments(robot, head, &items)
     }
 
-    /// A beacon, a broadcast or an entry as if that robot had sent it.
+    /// Returns a beacon, a broadcast or an entry with `robot` as its sender.
     fn in_the_name_of(&mut self, robot: u16) -> Vec<Vec<u8>> {
         let place = self.below(self.topics.len());
         let topic = self.topics.get(place).copied();
@@ -251,14 +254,14 @@ impl<P: Profile> Mind<P> {
         self.frame(&Message::Fragment(fragment))
     }
 
-    /// Returns the frame of a message; none if it has no frame of its own.
+    /// Returns the frame of a message, or none if the message does not fit into one frame.
     fn frame(&self, message: &Message<'_, P>) -> Vec<Vec<u8>> {
         let mut room = [0; FULL_FRAME];
         let length = message.encode(self.script, &mut room);
         length.and_then(|length| room.get(..length)).map(<[u8]>::to_vec).into_iter().collect()
     }
 
-    /// Returns the frames of a long message: topic or key, and value.
+    /// Returns the fragments of a message that consists of a topic or key, and a value.
     fn fragments(&self, robot: u16, head: Head, items: &[ContentItem<P>]) -> Vec<Vec<u8>> {
         let mut room = [0; 64];
         let mut writer = Writer::new(&mut room, self.script, head);
@@ -280,7 +283,7 @@ impl<P: Profile> Mind<P> {
         self.entries.get(place).copied()
     }
 
-    /// A robot that it heard of.
+    /// Returns the id of a robot that has been received, chosen at random.
     fn any_robot(&mut self) -> u16 {
         let place = self.below(self.robots.len());
         self.robots.get(place).copied().unwrap_or(NOBODY)
@@ -290,13 +293,13 @@ impl<P: Profile> Mind<P> {
         (INVENTED + self.stream.below(60_000)) as u16
     }
 
-    /// A random number below `end`; 0 if there is none.
+    /// Returns a random number below `end`; 0 if `end` is 0.
     fn below(&mut self, end: usize) -> usize {
         self.stream.below(end as u32) as usize
     }
 }
 
-/// Bytes of a fragment's content.
+/// Returns the number of content bytes in a fragment.
 fn piece<P: Profile>() -> usize {
     if P::FULL { FULL_FRAME - FRAGMENT_HEAD } else { TINY_FRAME - FRAGMENT_HEAD }
 }

@@ -1,4 +1,4 @@
-//! One run of many, from its first tick to its last.
+//! A complete run, from its first tick to its last, as one of many.
 
 use std::fmt;
 use std::sync::Arc;
@@ -13,9 +13,9 @@ use super::summary::Summary;
 /// A reason why a run has no summary.
 #[derive(Debug)]
 pub enum RunError {
-    /// The world cannot be made.
+    /// The world cannot be created from the scenario.
     Scenario(ScenarioError),
-    /// Robots that run their firmware could not go on.
+    /// The emulation of robots that run their firmware failed.
     Firmware(FirmwareError),
 }
 
@@ -30,8 +30,8 @@ impl fmt::Display for RunError {
 
 impl std::error::Error for RunError {}
 
-/// Simulates a run to its end, on this thread alone: many of them share nothing but the setup. `None` if
-/// `is_interrupted` returned true before a tick.
+/// Simulates a run to its end on the calling thread. Parallel runs share only the setup. Returns
+/// `None` if `is_interrupted` returned true before a tick.
 pub fn complete(
     setup: &Arc<Setup>,
     seed: u32,
@@ -44,7 +44,7 @@ pub fn complete(
             return Ok(None);
         }
         simulation.tick().map_err(RunError::Firmware)?;
-        // The log is not used here, and would grow.
+        // The log is not used here, and would grow without limit.
         simulation.take_log();
     }
     Ok(Some(simulation.summary()))

@@ -9,36 +9,38 @@ use super::settings::{engine_light, engine_loss, engine_medium};
 use super::tick_at;
 use crate::robot::{ProgramId, SimRobot};
 
-/// The events so far, and their lasting effects.
+/// The position in the list of events, the commands, and the lasting effects of both.
 #[derive(Clone)]
 pub struct EventQueue {
-    /// Number of the next event.
+    /// Index of the next event in the scenario.
     next: usize,
-    /// The places where robots are or will be when they join.
+    /// The start pose of each robot, also of those that have not joined yet.
     starts: Vec<Pose>,
-    /// The engine's number of each robot that is there.
+    /// The engine's id of each robot; `None` until the robot joins.
     ids: Vec<Option<RobotId>>,
     /// The program of each robot.
     programs: Vec<ProgramId>,
     lights: Vec<LightId>,
-    /// The part of each robot while links are partitioned.
+    /// The part of each robot during a partition; 0 for robots in no part.
     parts: Option<Vec<u8>>,
-    /// Commands: the tick before which each acts, its text and its action.
+    /// The tick before which each command acts, its text and its action; in order of ticks.
     commands: Vec<(u64, String, Action)>,
     /// The number of commands that were carried out.
     carried_out: usize,
 }
 
 impl EventQueue {
-    /// `programs` are those of the robots.
+    /// Returns a queue before its first event. `starts` and `programs` have one item for each
+    /// robot.
     pub fn new(starts: Vec<Pose>, programs: Vec<ProgramId>, lights: Vec<LightId>) -> Self {
         let ids = vec![None; starts.len()];
         let (parts, commands) = (None, Vec::new());
         EventQueue { next: 0, ids, programs, starts, lights, parts, commands, carried_out: 0 }
     }
 
-    /// Adds everything but the scenario's events that decides the next ticks to a digest: places and programs of robots that have
-    /// not joined yet, the partition, and commands that act before the tick `now`.
+    /// Adds everything that decides the next ticks to a digest, except the scenario's events: start
+    /// poses and programs of robots that have not joined yet, the partition, and commands that act
+    /// before tick `now`.
     pub fn add_to(&self, digest: &mut Digest, now: u64) {
         for ((start, id), program) in self.starts.iter().zip(&self.ids).zip(&self.programs) {
             id.hash(digest);
@@ -67,25 +69,25 @@ impl EventQueue {
         self.programs.get(number).copied()
     }
 
-    /// Gives a robot a program, for its next start.
+    /// Assigns a program to a robot for its next start.
     pub fn load(&mut self, number: usize, program: ProgramId) {
         if let Some(place) = self.programs.get_mut(number) {
             *place = program;
         }
     }
 
-    /// The number of a robot of the world in the scenario.
+    /// Returns the number in the scenario of a robot in the world.
     pub fn number(&self, id: RobotId) -> Option<usize> {
         self.ids.iter().position(|known| *known == Some(id))
     }
 
-    /// Returns the numbers of the robots of the world in the scenario, by id.
+    /// Returns the scenario's numbers of all robots in the world, ordered by their id.
     pub fn numbers(&self) -> Vec<usize> {
         let there = self.ids.iter().enumerate();
         let mut pairs: Vec<(RobotId, usize)> =
             there.filter_map(|(number, id)| Some(((*id)?, number))).collect();
         pairs.sort_unstable();
-        // Ids count up from 0.
+        // Ids count up from 0, so the index is the id.
         pairs.into_iter().map(|(_, number)| number).collect()
     }
 
@@ -99,19 +101,21 @@ impl EventQueue {
         }
     }
 
-    /// Takes a command that acts before a tick. Those of later ticks, which a run has that was taken back, are gone by it.
+    /// Queues a command that acts before a tick. Commands of later ticks, which a run has after it
+    /// was taken back, are removed.
     pub fn command(&mut self, tick: u64, text: &str, action: Action) {
         let later = self.commands.partition_point(|(other, ..)| *other <= tick);
         self.commands.truncate(later);
         self.commands.push((tick, text.trim().to_owned(), action));
     }
 
-    /// Takes the commands of a later state of the same run: those that were not carried out yet act at their times.
+    /// Copies the commands of a later state of the same run, so that those that are still pending
+    /// here act again at their times.
     pub fn follow(&mut self, later: &Self) {
         self.commands.clone_from(&later.commands);
     }
 
-    /// Returns the commands, in order, as the tick before which each acts and its text.
+    /// Returns the commands in order: the tick before which each acts, and its text.
     pub fn commands(&self) -> impl Iterator<Item = (u64, &str)> {
         self.commands.iter().map(|(tick, text, _)| (*tick, text.as_str()))
     }
@@ -131,7 +135,8 @@ impl EventQueue {
         Some(action.clone())
     }
 
-    /// Makes it happen; the robots whose scripts are to begin.
+    /// Applies an action to the world. Returns the numbers of the robots whose scripts must be
+    /// started.
     pub fn act(&mut self, action: &Action, world: &mut World<SimRobot>) -> Vec<usize> {
         match action {
             Action::Fail(robots) => self.each(robots, |id| world.fail(id)),
@@ -163,14 +168,13 @@ impl EventQueue {
                 self.parts = None;
                 world.heal();
             }
-            // The simulation knows links and scripts.
-            // The run does these.
+            // The simulation applies these actions itself, because they need links and scripts.
             Action::Adversary(_) | Action::Set { .. } => {}
         }
         Vec::new()
     }
 
-    /// Puts all robots into their parts, those that have just joined too.
+    /// Applies the partition to all robots in the world, including those that have just joined.
     pub fn settle(&self, world: &mut World<SimRobot>) {
         let Some(parts) = &self.parts else { return };
         let mut by_id = vec![0; world.len()];
@@ -200,7 +204,7 @@ impl EventQueue {
         }
     }
 
-    /// The part of each robot; that of robots in no part has number 0.
+    /// Returns the part of each robot, counted from 1; 0 for a robot in no part.
     fn numbered(&self, parts: &[Selection]) -> Vec<u8> {
         let mut numbers = vec![0; self.ids.len()];
         for (part, robots) in parts.iter().enumerate() {
@@ -242,7 +246,8 @@ impl EventQueue {
             match (self.id(number), self.starts.get_mut(number)) {
                 // The engine knows every robot that has joined.
                 (Some(id), _) => drop(world.move_to(id, pose)),
-                // The engine takes who is there to the nearest place inside.
+                // The engine clamps robots that are present to the area; robots that have yet to
+                // join are clamped here.
                 (None, Some(start)) => {
                     let area = world.settings().area;
                     pose.x = pose.x.clamp(-area.width / 2.0, area.width / 2.0);

@@ -10,7 +10,7 @@ use super::tick_at;
 pub struct Bound {
     pub expect: Expect,
     pub probe: Probe,
-    /// Ticks from and to which it counts.
+    /// The first and the last tick at which the condition counts.
     window: (u64, u64),
 }
 
@@ -19,31 +19,33 @@ pub struct Bound {
 pub enum Verdict {
     /// The outcome is not decided yet.
     Open,
-    /// It held when it had to.
+    /// The condition was true when it had to be.
     Held,
-    /// It did not.
+    /// The condition was false when it had to be true.
     Failed,
 }
 
-/// An expectation during a run.
+/// The state of an expectation during a run.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Convergence {
     /// The outcome so far.
     pub verdict: Verdict,
     /// The first tick at which the condition was true.
     pub first: Option<u64>,
-    /// Since which tick the condition is true without a break, whatever the expectation says of times.
+    /// The tick since which the condition has been true without a break, regardless of the times of
+    /// the expectation.
     pub since: Option<u64>,
-    /// The tick in which it was known to hold.
+    /// The tick at which the verdict became [`Verdict::Held`].
     pub held_at: Option<u64>,
-    /// The tick in which it failed.
+    /// The tick at which the verdict became [`Verdict::Failed`].
     pub failed_at: Option<u64>,
-    /// The first robot, by its number, whose number was against it then, if all had to agree to it.
+    /// The robot with the lowest number whose value did not pass at `failed_at`, and this value.
+    /// Only for an expectation that every robot has to pass.
     pub against: Option<(usize, f64)>,
 }
 
 impl Convergence {
-    /// Before the first look.
+    /// The state before the first check.
     pub const START: Convergence = Convergence {
         verdict: Verdict::Open,
         first: None,
@@ -66,7 +68,7 @@ impl Bound {
         Bound { expect: expect.clone(), probe, window }
     }
 
-    /// Takes notice of whether the condition is true at that tick.
+    /// Updates the state with the result of the condition at a tick.
     pub fn follow(&self, convergence: &mut Convergence, tick: u64, is_true: bool) {
         convergence.since = match (is_true, convergence.since) {
             (true, None) => Some(tick),
@@ -91,7 +93,8 @@ impl Bound {
         }
     }
 
-    /// The first of these robots whose number does not pass, if all have to.
+    /// Returns the first of these robots whose value does not pass the test, and the value, if
+    /// every robot has to pass.
     pub fn against<'p>(
         &self,
         mut readings: impl Iterator<Item = (usize, Reading<'p>)>,
@@ -103,7 +106,8 @@ impl Bound {
         Some((robot, reading.number()?))
     }
 
-    /// Returns true if the condition is true of these readings. nil passes no test but that for existence, and agrees with nothing.
+    /// Returns true if the condition is true of these readings. nil passes only the test for
+    /// existence, and agrees with nothing.
     pub fn is_true<'p>(&self, readings: impl Iterator<Item = Reading<'p>> + Clone) -> bool {
         let Expect { of, test, tolerance, .. } = &self.expect;
         let mut readings = readings;
@@ -148,7 +152,7 @@ fn passes(test: &Test, reading: &Reading<'_>, tolerance: f64) -> bool {
     }
 }
 
-/// Returns one number that stands for many readings; `None` if none of them has a value.
+/// Reduces many readings to one number; `None` if no reading has a value.
 pub fn reduce<'p>(
     reduction: Reduction,
     readings: impl Iterator<Item = Reading<'p>>,

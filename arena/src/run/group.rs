@@ -1,14 +1,14 @@
-//! The robots of a scenario by their numbers.
+//! The mapping from a robot's number in the scenario to its id and group.
 
 use crate::scenario::{Action, Scenario};
 
-/// The id of a robot.
+/// Returns the id of a robot.
 pub fn id(scenario: &Scenario, number: usize) -> u16 {
     let (group, within) = group_of(scenario, number);
     scenario.groups.get(group).map_or(0, |group| group.first_id + within as u16)
 }
 
-/// The group of a robot, and its number in it.
+/// Returns the group of a robot, and the robot's number within it.
 pub fn group_of(scenario: &Scenario, number: usize) -> (usize, usize) {
     let mut within = number;
     for (index, group) in scenario.groups.iter().enumerate() {

@@ -1,9 +1,10 @@
 //! Runs a scenario: scripts in robots, events, expectations, many runs at once.
 //!
-//! [`Setup`] is a scenario with its programs, checked against each other; a [`Simulation`] is one run of it with one
-//! seed, and owns all that it needs. The caller makes it go on, a tick at a time, looks at it in between, and may keep a snapshot; a
-//! [`Session`] is such a run that commands change and that can be taken back to any tick.
-//! An [`Observer`] sees frames, faults, logs and calls of robot functions.
+//! [`Setup`] is a scenario with its programs, checked against each other. A [`Simulation`] is one
+//! run of a setup with one seed, and owns everything that it needs. The caller advances it tick by
+//! tick, reads it in between, and may take snapshots. A [`Session`] is a run that commands change
+//! and that can be taken back to any tick. An [`Observer`] sees frames, faults, logs and calls of
+//! robot functions.
 
 mod adversary;
 mod complete;
@@ -39,8 +40,9 @@ pub use summary::{FaultOf, OverrunSummary, Summary, Unusable};
 /// Ticks per second.
 pub const TICKS_PER_SECOND: f64 = 10.0;
 
-/// The first tick that is not before that time.
+/// Returns the first tick at or after a time.
 fn tick_at(seconds: f64) -> u64 {
-    // A time that was meant as a whole number of ticks is one, despite binary fractions.
+    // The tolerance keeps a time that is a whole number of ticks at this tick, although binary
+    // fractions are inexact.
     (seconds * TICKS_PER_SECOND - 1e-6).ceil().max(0.0) as u64
 }

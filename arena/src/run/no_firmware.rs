@@ -1,4 +1,5 @@
-//! The place of emulated robots in a build without the feature `emulators`: there are none, as the types say.
+//! The substitute for the module `firmware` in a build without the feature `emulators`. Its types
+//! have no values, so no robot can be emulated.
 
 use std::fmt;
 
@@ -14,7 +15,7 @@ use super::setup::Setup;
 pub enum Firmware {}
 
 impl Firmware {
-    /// Returns none: the reader of scenarios has refused groups that would need one.
+    /// Returns an empty list: the reader of scenarios rejects groups with firmware.
     pub fn of(_: &Scenario, _: &[Program]) -> Result<Vec<Self>, ScenarioError> {
         Ok(Vec::new())
     }
@@ -58,7 +59,7 @@ impl Fleets {
     }
 }
 
-/// The error of a run with emulated robots: no run has any.
+/// The error of a run with emulated robots, which this build does not have.
 #[derive(Debug)]
 pub enum FirmwareError {}
 

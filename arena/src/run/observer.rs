@@ -1,33 +1,38 @@
-//! Everything that an observer of a run sees: frames, faults, logs, calls of robot functions.
+//! The events of a run that an observer sees: frames, faults, logs and calls of robot functions.
 //!
-//! A run notes nothing of this but in ticks that are observed ([`Simulation::tick_observed`](super::Simulation::tick_observed)).
+//! A run records these events only in ticks that are observed
+//! ([`Simulation::tick_observed`](super::Simulation::tick_observed)).
 
 use crate::engine::{Arrival, Fate, FrameLog, LossCause, Medium, RobotId, SendAttempt, SentFrame};
 use crate::robot::{FaultRecord, FunctionCall, LogLine, RobotEvent};
 
-/// Something that looks at a run: a page, a debugger, a recording.
+/// A receiver of a run's events: a web page, a debugger or a recorder.
 ///
-/// After each observed tick it sees the events of the tick, robot by robot in the order of their numbers in the scenario. Of each robot
-/// come first the fates of its frames that ended in the tick before, by receiver and time; then the faults, logs and calls of its
-/// script and the frames without room in its queue for the link, in the order in which they happened; then its attempts to send, in
-/// the order of time. The order does not depend on the number of threads.
+/// After each observed tick it receives the events of the tick, robot by robot in the order of
+/// their numbers in the scenario. The events of each robot come in three parts:
+/// 1. the fates of its frames that ended in the previous tick, by receiver and time;
+/// 2. the faults, logs and calls of its script, and the frames that found its send queue full, in
+///    the order in which they happened;
+/// 3. its attempts to send, by time.
 ///
-/// Of robots that run their firmware in an emulator it sees the faults and logs that the firmware reports. Their frames are in the
-/// emulator's air, and the calls of their scripts in its memory.
+/// The order does not depend on the number of threads.
+///
+/// For robots that run their firmware in an emulator, it receives only the faults and logs that the
+/// firmware reports. The emulator does not expose their frames and the calls of their scripts.
 pub trait Observer {
-    /// Sees an event.
+    /// Receives an event.
     fn see(&mut self, event: Event<'_>);
 }
 
 /// An event of an observed tick.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Event<'a> {
-    /// Ticks since the run began; the event is of the 100 ms that follow.
+    /// Ticks since the run began. The event happened in the 100 ms that follow this tick.
     pub tick: u64,
-    /// Number of the robot in the scenario: the sender of a frame, or the robot whose script it is. Adversaries follow the robots of the
-    /// scenario, in the order in which they come; they only send.
+    /// Number of the robot in the scenario: the sender of a frame, or the robot that runs the
+    /// script. Adversaries are numbered after the robots of the scenario, in the order in which
+    /// they appear; they only send.
     pub robot: usize,
-    /// The event.
     pub kind: EventKind<'a>,
 }
 
@@ -36,36 +41,35 @@ pub struct Event<'a> {
 pub enum EventKind<'a> {
     /// The robot began to send a frame.
     Sent(FrameOnAir<'a>),
-    /// The robot wanted to send and found the channel busy.
+    /// The robot tried to send, but the channel was busy.
     Postponed {
         /// The time of the attempt, in µs since the run began.
         at_us: u64,
-        /// The number of frames that it sensed.
+        /// The number of frames that the robot sensed on the channel.
         sensed: usize,
     },
-    /// A frame of the robot arrived at another one. Its queue may still refuse it: [`LossCause::QueueFull`].
+    /// A frame of the robot arrived at another one. The receiver's queue may still discard it, see
+    /// [`LossCause::QueueFull`].
     Heard {
-        /// The frame.
         frame: FrameOnAir<'a>,
-        /// Number of the robot that heard it.
+        /// Number of the receiver.
         receiver: usize,
-        /// It arrived twice (`duplication` of the medium).
+        /// True if the frame arrived twice (`duplication` of the medium).
         is_duplicated: bool,
-        /// The tick until which the link holds it back (`reordering` of the medium).
+        /// The tick until which the link delays the frame (`reordering` of the medium).
         held_until: Option<u64>,
     },
-    /// A frame of the robot did not get to the script of another one in its reach.
+    /// A frame of the robot did not reach the script of another robot in its range.
     Lost {
-        /// The frame.
         frame: FrameOnAir<'a>,
-        /// Number of the robot in its reach.
+        /// Number of the robot in range.
         receiver: usize,
         /// The reason.
         cause: LossCause,
     },
-    /// A frame of the robot found its queue for the link full. The queue may have discarded another frame to take this one.
+    /// The send queue of the robot was full when a frame came. The queue may have discarded another
+    /// frame to take this one.
     Unsent {
-        /// The frame.
         bytes: &'a [u8],
     },
     /// The script logged a line.
@@ -76,14 +80,15 @@ pub enum EventKind<'a> {
     Call(&'a FunctionCall),
 }
 
-/// A frame on the air. Its sender and its beginning name it, because a robot sends one frame at a time.
+/// A frame on the channel. Sender and start time identify it, because a robot sends one frame at a
+/// time.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct FrameOnAir<'a> {
-    /// The medium that carried it, which knows its time on the air.
+    /// The medium, which determines the duration of the frame.
     pub medium: Medium,
-    /// The time at which it began, in µs since the run began.
+    /// The time at which the frame began, in µs since the run began.
     pub start_us: u64,
-    /// Type byte and payload; on infrared always 10 bytes.
+    /// Type byte and payload. A frame on infrared always has 10 bytes.
     pub bytes: &'a [u8],
 }
 
@@ -93,7 +98,8 @@ impl<'a> FrameOnAir<'a> {
     }
 }
 
-/// Shows a tick. `number` gives the number of a sender, which is below `count`, and `robots` are the robots' events by id.
+/// Passes the events of a tick to an observer. `number` returns the number of a sender, which is
+/// below `count`. `robots` are the robots' events by id.
 pub fn show(
     tick: u64,
     number: &dyn Fn(RobotId) -> usize,
@@ -113,7 +119,8 @@ pub fn show(
             }
         }
     }
-    // Stable: a frame arrives before it finds a queue full, and attempts stay in the order of time.
+    // The sorts are stable: the arrival of a frame stays before its loss in a full queue, and
+    // attempts stay ordered by time.
     arrivals.sort_by_key(|Arrival { frame, receiver, .. }| {
         (number(frame.sender), number(*receiver), frame.start_us)
     });
@@ -133,7 +140,7 @@ pub fn show(
                 RobotEvent::Fault(record) => see(EventKind::Fault(record)),
                 RobotEvent::Call(call) => see(EventKind::Call(call)),
                 RobotEvent::Unsent(bytes) => see(EventKind::Unsent { bytes }),
-                // Among the arrivals.
+                // The loop above turned these into arrivals.
                 RobotEvent::Unread(..) => {}
             }
         }

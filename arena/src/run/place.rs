@@ -1,17 +1,17 @@
-//! The starts of the robots of a run.
+//! The start poses of the robots of a run.
 
 use crate::engine::{Pose, Stream};
 use crate::scenario::{
     Cause, Group, Heading, Placement, Scenario, ScenarioError, Space, Standing, length_up,
 };
 
-/// Places that are tried for one robot before the world counts as full.
+/// The number of places that are tried for one robot before the world counts as full.
 const TRIES: usize = 2000;
 
-/// Parts a run's seed for placement from all its other streams.
+/// Separates the random numbers of the placement from all other streams of a run's seed.
 const PLACEMENT: u64 = 0x706c_6163_656d_656e;
 
-/// The poses of all robots, in the order of the scenario.
+/// Returns the poses of all robots, in the order of the scenario.
 pub fn poses(scenario: &Scenario, seed: u64) -> Result<Vec<Pose>, ScenarioError> {
     let widest = scenario.groups.iter().map(Group::radius).fold(0.0, f64::max);
     let mut space = Space::new(&scenario.world, widest);
@@ -39,7 +39,7 @@ pub fn poses(scenario: &Scenario, seed: u64) -> Result<Vec<Pose>, ScenarioError>
     Ok(poses)
 }
 
-/// Returns places for a group, anywhere in the part of the area that is in the world.
+/// Returns random places for a group, in the part of the area that is within the world.
 fn scatter(
     scenario: &Scenario,
     space: &mut Space<'_>,
@@ -61,7 +61,8 @@ fn scatter(
             .map(|_| [x.0 + x.1 * f64::from(chance.unit()), y.0 + y.1 * f64::from(chance.unit())]);
         let Some(at) = tries.find(|point| space.is_free(*point, radius)) else {
             let (count, placed) = (group.count as usize, points.len());
-            // Two bodies that touch may overlap by less than the engine sees.
+            // The tolerance counts a robot that fits exactly: bodies in contact may overlap by less
+            // than the engine sees.
             let places = |side: f64| (side / (2.0 * radius) + 1e-6) as usize + 1;
             let has_room = scenario.world.size.iter().all(|side| *side >= 2.0 * radius);
             let grid = if has_room { places(x.1) * places(y.1) } else { 0 };

@@ -1,4 +1,4 @@
-//! Programs of robots.
+//! The programs that robots run.
 
 use std::path::Path;
 use std::sync::Arc;
@@ -7,31 +7,32 @@ use bittybuzz_compiler::symbols::Symbols;
 
 use crate::scenario::Group;
 
-/// Compiles a script for the robots of a group. An error is a report of all mistakes, for people.
+/// A function that compiles a script for the robots of a group. Its error is a report of all
+/// mistakes, for users.
 pub type Compiler = Arc<dyn Fn(&Path, &Group) -> Result<Program, String> + Send + Sync>;
 
-/// An image, and the facts about its source.
+/// An image, and the symbols of its source.
 #[derive(Debug, Clone)]
 pub struct Program {
     /// The image.
     pub image: Vec<u8>,
-    /// Names and texts; without them globals have no names.
+    /// Names and texts of the script. Without them globals have no names.
     pub symbols: Option<Symbols>,
 }
 
 impl Program {
-    /// The number of a global.
+    /// Returns the number of a global.
     pub fn global(&self, name: &str) -> Option<u16> {
         let globals = &self.symbols.as_ref()?.globals;
         globals.iter().position(|global| global == name).and_then(|at| u16::try_from(at).ok())
     }
 
-    /// The names of the globals.
+    /// Returns the names of the globals.
     pub fn globals(&self) -> &[String] {
         self.symbols.as_ref().map_or(&[], |symbols| &symbols.globals)
     }
 
-    /// The text of a string.
+    /// Returns the text of a string.
     pub fn string(&self, number: u16) -> Option<&str> {
         self.symbols.as_ref()?.string(number)
     }

@@ -1,4 +1,5 @@
-//! Quantities of a run: names of the scenario are looked up once, then values are read from robots.
+//! Quantities of a run. The names in the scenario are resolved once; then values are read from
+//! robots.
 
 use bittybuzz_vm_core::builtin;
 
@@ -8,35 +9,36 @@ use crate::scenario::{Cause, Group, Key, Load, Quantity, Selection, Swarm, group
 use super::program::Program;
 use crate::robot::{Content, ProgramId, SimRobot};
 
-/// A quantity of a robot at a time.
+/// The value of a robot's quantity at one time.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Reading<'p> {
-    /// nil, or the robot is not there.
+    /// nil, or the robot has not joined.
     Nil,
     /// A number.
     Number(f64),
     /// A string of the script.
     Text(&'p str),
-    /// A table, a function, or a string that is not in the script's text.
+    /// A table, a function, or a string that the script does not contain.
     Other,
 }
 
-/// A quantity whose names are looked up.
+/// A quantity whose names are resolved.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Probe {
-    /// Something about the body.
+    /// A quantity of the body or of the state of the script.
     Body(Quantity),
-    /// Global of each program, and the keys into tables there; `None` where the script has none of these names.
+    /// The global's number in each program, and the keys into tables there; `None` for a program
+    /// without one of these names.
     Global(Vec<Option<(u16, Vec<Content>)>>),
-    /// One number of all robots.
+    /// A measure of all robots together.
     Swarm(Swarm),
     /// A stigmergy's entry: its number, and the key in each program.
     Stigmergy(u16, Vec<Option<Content>>),
 }
 
 impl Probe {
-    /// Looks names up in the programs of `robots`; at least one of them must have it. The programs are those of the groups, then those
-    /// that are loaded later.
+    /// Resolves names in the programs of `robots`. At least one of the programs must have them.
+    /// `programs` are those of the groups, then those that are loaded later.
     pub fn new(
         quantity: &Quantity,
         (groups, loads): (&[Group], &[Load]),
@@ -61,7 +63,7 @@ impl Probe {
                 }
                 let programs = meant.iter().filter_map(|number| programs.get(*number));
                 let known = programs.flat_map(Program::globals);
-                // Names with a blank are the compiler's own.
+                // Names with a blank are internal to the compiler.
                 let mut known: Vec<String> =
                     known.filter(|name| !name.contains(' ')).cloned().collect();
                 known.sort();
@@ -77,7 +79,7 @@ impl Probe {
         }
     }
 
-    /// Looks the names of its quantity up in one more program.
+    /// Resolves the names of the quantity in one more program.
     pub fn learn(&mut self, quantity: &Quantity, program: &Program) {
         match (self, quantity) {
             (Probe::Global(numbers), Quantity::Global { name, keys }) => {
@@ -90,7 +92,8 @@ impl Probe {
         }
     }
 
-    /// Reads it from a robot with that program. `None`: the robot is not there.
+    /// Reads the quantity from a robot with that program. `robot` is `None` if the robot has not
+    /// joined.
     pub fn read<'p>(
         &self,
         ProgramId(number): ProgramId,
@@ -100,7 +103,7 @@ impl Probe {
         let Some((robot, view)) = robot else { return Reading::Nil };
         match self {
             Probe::Body(quantity) => body(quantity, robot, &view),
-            // No robot has it alone.
+            // A single robot has no such quantity.
             Probe::Swarm(_) => Reading::Nil,
             Probe::Global(numbers) => match numbers.get(number) {
                 Some(Some((global, keys))) => reading(robot.global(*global, keys), program),
@@ -114,7 +117,8 @@ impl Probe {
     }
 }
 
-/// The name that no script has: that of the global, or where there is one with the keys.
+/// Returns the name that no script has: the name of the global, or, if a script has the global, the
+/// name with the keys.
 fn unknown(name: &str, keys: &[Key], known: &[String]) -> String {
     match known.iter().any(|global| global == name) {
         true => Quantity::Global { name: name.to_owned(), keys: keys.to_vec() }
@@ -124,13 +128,14 @@ fn unknown(name: &str, keys: &[Key], known: &[String]) -> String {
     }
 }
 
-/// A global of a program and keys into tables there; `None` if the script lacks one of the names.
+/// Returns the number of a global and the keys into tables there; `None` if the script lacks one of
+/// the names.
 fn path(program: &Program, name: &str, keys: &[Key]) -> Option<(u16, Vec<Content>)> {
     let keys = keys.iter().map(|key| content(program, key));
     Some((program.global(name)?, keys.collect::<Option<Vec<Content>>>()?))
 }
 
-/// A key as the script has it; `None` for a string that it has not.
+/// Returns a key as it is in the script; `None` for a string that the script does not contain.
 fn content(program: &Program, key: &Key) -> Option<Content> {
     match key {
         Key::Number(key) => Some(Content::Number(f64::from(*key))),
@@ -138,7 +143,7 @@ fn content(program: &Program, key: &Key) -> Option<Content> {
     }
 }
 
-/// The number of a string of the script.
+/// Returns the number of a string of the script.
 fn string_number(program: &Program, text: &str) -> Option<u16> {
     let symbols = program.symbols.as_ref()?;
     let own = symbols.strings.iter().position(|string| string == text);
@@ -180,7 +185,7 @@ fn body<'p>(quantity: &Quantity, robot: &SimRobot, view: &View) -> Reading<'p> {
             let runs = view.state == RobotState::Running && !robot.state().is_faulted();
             f64::from(u8::from(runs))
         }
-        // They have probes of their own.
+        // Other variants of `Probe` read these.
         Quantity::Global { .. } | Quantity::Stigmergy { .. } | Quantity::Swarm(_) => {
             return Reading::Other;
         }
@@ -188,7 +193,7 @@ fn body<'p>(quantity: &Quantity, robot: &SimRobot, view: &View) -> Reading<'p> {
 }
 
 impl Reading<'_> {
-    /// The number, if it is one.
+    /// Returns the number, if the reading is one.
     pub fn number(&self) -> Option<f64> {
         match self {
             Reading::Number(number) => Some(*number),
@@ -196,7 +201,8 @@ impl Reading<'_> {
         }
     }
 
-    /// Returns true if two readings are the same value; numbers up to a tolerance. nil is no value.
+    /// Returns true if two readings have the same value. Numbers may differ by `tolerance`. nil
+    /// equals nothing.
     pub fn is_like(&self, other: &Reading<'_>, tolerance: f64) -> bool {
         match (self, other) {
             (Reading::Number(one), Reading::Number(other)) => (one - other).abs() <= tolerance,

@@ -10,15 +10,17 @@ use super::simulation::Simulation;
 use super::summary::Summary;
 use crate::robot::LogLine;
 
-/// A run and copies of its earlier states, at ticks that are equally far apart. The way from a copy to a later tick is simulated
-/// again, which gives the same state bit for bit.
+/// A run, and copies of its earlier states at ticks that are equally far apart. To reach a later
+/// tick, a session simulates again from a copy, which gives the same state bit for bit.
 ///
-/// A copy takes as much memory as the run: about 3 kB for each robot in a world of 20,000, and 9 kB in one of 1,000.
+/// A copy takes as much memory as the run: about 3 kB for each robot in a world of 20,000, and 9 kB
+/// in one of 1,000.
 pub struct Session {
     run: Simulation,
-    /// By time, the first at the beginning of the session; none of a run with robots in emulators, whose state is not here.
+    /// The copies by time, the first from the start of the session. Empty for a run with emulated
+    /// robots, whose state cannot be copied.
     copies: Vec<Simulation>,
-    /// Ticks from one copy to the next.
+    /// The number of ticks from one copy to the next.
     every: u64,
     /// The greatest number of copies, at least 2.
     most: usize,
@@ -27,11 +29,11 @@ pub struct Session {
 /// A reason why a session cannot be taken to a tick.
 #[derive(Debug)]
 pub enum NoWayBack {
-    /// Robots run their firmware in emulators, and their state is there.
+    /// Robots run in emulators, whose state cannot be copied.
     Emulated,
-    /// The session began later, at this tick.
+    /// The session began at this later tick.
     BeforeBeginning(u64),
-    /// On the way forward the robots' firmware could not go on.
+    /// The emulation of robots failed on the way forward.
     Firmware(FirmwareError),
 }
 
@@ -50,24 +52,26 @@ impl fmt::Display for NoWayBack {
 impl std::error::Error for NoWayBack {}
 
 impl Session {
-    /// Begins with a run as it stands, and keeps at most `most` copies, but at least 2.
+    /// Returns a session that begins with the current state of a run, and keeps at most `most`
+    /// copies, but at least 2.
     #[must_use]
     pub fn new(run: Simulation, most: usize) -> Self {
         let copies = run.snapshot().into_iter().collect();
         Session { run, copies, every: 1, most: most.max(2) }
     }
 
-    /// The run as it stands.
+    /// Returns the run in its current state.
     pub fn run(&self) -> &Simulation {
         &self.run
     }
 
-    /// The greatest number of copies.
+    /// Returns the greatest number of copies.
     pub fn most_copies(&self) -> usize {
         self.most
     }
 
-    /// Gives a command, as [`Simulation::command`] does. If the session was taken back, everything is forgotten that came later.
+    /// Gives a command, as [`Simulation::command`] does. If the session was taken back, all later
+    /// states and commands are discarded.
     pub fn command(&mut self, text: &str) -> Result<(), Vec<ScenarioError>> {
         self.run.command(text)?;
         let now = self.run.now();
@@ -90,8 +94,8 @@ impl Session {
         Ok(())
     }
 
-    /// Returns the lines that were logged since the last question, as [`Simulation::take_log`] does. Lines of ticks that
-    /// [`go_to`](Self::go_to) simulates are not among them.
+    /// Returns the lines that were logged since the last call, as [`Simulation::take_log`] does.
+    /// The lines of ticks that [`go_to`](Self::go_to) simulates are not included.
     pub fn take_log(&mut self) -> Vec<(usize, LogLine)> {
         self.run.take_log()
     }
@@ -101,8 +105,8 @@ impl Session {
         self.run.summary()
     }
 
-    /// Goes to a tick, back or forward, but not beyond the end of the run. After a way back the commands that were given later act again
-    /// at their times, until another command is given.
+    /// Goes back or forward to a tick, but not beyond the end of the run. After a step back, later
+    /// commands act again at their times, until a new command replaces them.
     pub fn go_to(&mut self, tick: u64) -> Result<(), NoWayBack> {
         let now = self.run.now();
         let nearest = self.copies.iter().rfind(|copy| copy.now() <= tick);
@@ -122,7 +126,7 @@ impl Session {
         Ok(())
     }
 
-    /// Keeps a copy if it is time for one. When there are too many copies, every second one is dropped.
+    /// Takes a copy if one is due. If there are then too many copies, every second one is dropped.
     fn keep(&mut self) {
         let Some(last) = self.copies.last() else { return };
         if self.run.now() < last.now() + self.every {

@@ -14,7 +14,7 @@ pub fn settings(scenario: &Scenario, seed: u32, threads: usize) -> engine::Setti
     }
 }
 
-/// The numbers of the media of a scenario.
+/// Returns the engine's settings of the media of a scenario.
 pub fn media(scenario: &Scenario) -> engine::Media {
     let mut media = engine::Media::STANDARD;
     scenario.models.iter().for_each(|model| model.set_media(&mut media));
@@ -24,7 +24,7 @@ pub fn media(scenario: &Scenario) -> engine::Media {
     media
 }
 
-/// The numbers of the media of a group, of which `media` holds for the world.
+/// Returns the media of a group, where `media` are those of the whole world.
 pub fn media_of(scenario: &Scenario, mut media: engine::Media, group: &Group) -> engine::Media {
     let medium = Medium::of(group.model.medium());
     group.model.set_own_media(&mut media);
@@ -46,7 +46,7 @@ fn set_medium(media: &mut engine::Media, medium: Medium, differs: &MediumSetting
     // Only infrared has these.
     set(&mut media.infrared.distance_sigma, differs.distance_error);
     if let Some(rate) = differs.rate {
-        // In units of 128 µs.
+        // The period is in units of 128 µs.
         media.infrared.tx_period = (1.0 / rate / 128e-6).clamp(1.0, 65_535.0) as u16;
     }
 }

@@ -1,4 +1,4 @@
-//! A scenario and its programs, checked against each other: the data that all its runs share.
+//! A scenario and its programs, checked against each other. All runs of a scenario share this data.
 
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
@@ -43,18 +43,19 @@ pub struct Setup {
     pub scenario: Arc<Scenario>,
     /// The programs of [`Scenario::programs`], then those that commands have loaded.
     pub programs: Arc<[Program]>,
-    /// The groups and scripts of the programs after those of the groups.
+    /// The group and the script of each program that follows those of the groups.
     loads: Vec<Load>,
-    /// The programs that emulate robots of a kind, where they are not the usual ones.
+    /// The emulator programs that replace the usual one of a model, by the model's name.
     emulators: Vec<(String, PathBuf)>,
-    /// The files flashed to emulated robots, for each kind.
+    /// The data flashed to emulated robots, for each model.
     #[cfg_attr(not(feature = "emulators"), expect(dead_code, reason = "nothing is emulated"))]
     pub(super) firmware: Arc<[Firmware]>,
     /// The data that robots with each program share.
     pub(super) contexts: Vec<Arc<GroupContext>>,
     expects: Vec<Bound>,
     plots: Vec<Probe>,
-    /// The costs of instructions of each group, where they are known, if scripts are checked.
+    /// The instruction costs of each group, where they are known. `None` if scripts are not
+    /// checked.
     pub(super) checks: Option<Vec<Option<Arc<Costs>>>>,
     /// Compiles the scripts that commands load.
     compiler: Option<Compiler>,
@@ -130,21 +131,23 @@ impl Setup {
         })
     }
 
-    /// Names the program that emulates robots of a model: a path, or a name that PATH knows. Otherwise it is the model's.
+    /// Sets the program that emulates robots of a model: a path, or a name to be found in PATH. The
+    /// default is that of the model.
     #[must_use]
     pub fn emulated_by(mut self, model: &str, emulator: PathBuf) -> Self {
         self.emulators.push((model.to_owned(), emulator));
         self
     }
 
-    /// Has the scripts of all robots checked that are not in emulators. `costs` returns those of a group's robots.
+    /// Enables the checks of scripts, for all robots that are not emulated. `costs` returns the
+    /// instruction costs of a group's robots.
     #[must_use]
     pub fn checked(mut self, costs: impl Fn(&Group) -> Option<Arc<Costs>>) -> Self {
         self.checks = Some(self.scenario.groups.iter().map(costs).collect());
         self
     }
 
-    /// Lets commands load scripts, which `compiler` compiles.
+    /// Allows commands to load scripts, which `compiler` compiles.
     #[must_use]
     pub fn with_compiler(mut self, compiler: Compiler) -> Self {
         self.compiler = Some(compiler);
@@ -156,7 +159,8 @@ impl Setup {
         self.programs.get(number)
     }
 
-    /// Returns the group and the script of each program: those of the scenario, then those that commands have loaded.
+    /// Returns the group and the script of each program: those of the scenario, then those that
+    /// commands have loaded.
     pub fn scripts(&self) -> impl Iterator<Item = (&Group, &Path)> {
         let groups = &self.scenario.groups;
         let own = groups.iter().map(|group| (group, &*group.script));
@@ -164,7 +168,7 @@ impl Setup {
         own.chain(loads.filter_map(|load| Some((groups.get(load.group)?, &*load.script))))
     }
 
-    /// Returns the program that robots of a group have of a script.
+    /// Returns the program that robots of a group run for a script.
     pub(super) fn program_of(&self, group: usize, script: &Path) -> Option<ProgramId> {
         if self.scenario.groups.get(group)?.script == script {
             return Some(ProgramId(group));
@@ -174,7 +178,8 @@ impl Setup {
         Some(ProgramId(self.scenario.groups.len() + loaded))
     }
 
-    /// Returns the setup of a run in which a command loads a script into robots, with the programs for their groups.
+    /// Returns a copy of this setup with the programs for a script that a command loads into
+    /// robots.
     pub(super) fn with_script(&self, robots: &Selection, script: &Path) -> Result<Self, Cause> {
         let shown = || script.display().to_string();
         let Some(compiler) = &self.compiler else {
@@ -200,7 +205,7 @@ impl Setup {
         Ok(setup)
     }
 
-    /// Adds a program, which the machine of the group's robots must take.
+    /// Adds a program, or fails if the virtual machine of the group's robots rejects it.
     fn add(&mut self, load: Load, group: &Group, program: Program) -> Result<(), ImageError> {
         let ids = joining_ids(&self.scenario);
         let context = context(group, (ProgramId(self.programs.len()), &program), ids);
@@ -217,7 +222,7 @@ impl Setup {
         Ok(())
     }
 
-    /// The program that emulates robots of a kind.
+    /// Returns the program that emulates robots of a model.
     #[cfg(feature = "emulators")]
     pub(super) fn emulator(&self, model: &dyn RobotModel) -> &Path {
         let mut named = self.emulators.iter().filter(|(of, _)| of == model.name());
@@ -230,7 +235,8 @@ impl Setup {
         &self.expects
     }
 
-    /// Looks a quantity of all robots up in the programs, also those that commands have loaded.
+    /// Resolves a quantity of all robots in all programs, including those that commands have
+    /// loaded.
     pub fn probe(&self, quantity: &Quantity) -> Result<Probe, ScenarioError> {
         let all = Selection::all(self.scenario.robot_count() as u32);
         let scripts = (&self.scenario.groups[..], &self.loads[..]);
@@ -238,7 +244,7 @@ impl Setup {
         probe.map_err(|cause| ScenarioError { cause, place: None })
     }
 
-    /// Fails if no program of some robots has a global of that name.
+    /// Fails if no program of these robots has a global of that name.
     pub(super) fn check_global(&self, robots: &Selection, name: &str) -> Result<(), Cause> {
         let scripts = (&self.scenario.groups[..], &self.loads[..]);
         Probe::new(&global_of(name), scripts, &self.programs, robots).map(|_| ())
@@ -249,12 +255,12 @@ impl Setup {
         &self.plots
     }
 
-    /// The group of a robot by its number.
+    /// Returns the group of a robot by its number.
     pub fn group(&self, number: usize) -> usize {
         group_of(&self.scenario, number).0
     }
 
-    /// The id of a robot by its number.
+    /// Returns the id of a robot by its number.
     pub fn id(&self, number: usize) -> u16 {
         id(&self.scenario, number)
     }
@@ -285,12 +291,12 @@ fn context(
     Arc::new(GroupContext::new(robot, (id, &program.image), model.budget(), ids, effect))
 }
 
-/// Returns the robots' ids in the order in which they come into the world.
+/// Returns the robots' ids in the order in which they enter the world.
 fn joining_ids(scenario: &Scenario) -> Arc<[u16]> {
     joining_order(scenario).into_iter().map(|number| id(scenario, number)).collect()
 }
 
-/// Returns the models of robots that run their firmware in a scenario.
+/// Returns the models of the scenario's robots that run their firmware.
 pub fn emulated(scenario: &Scenario) -> Vec<Arc<dyn RobotModel>> {
     let mut models: Vec<Arc<dyn RobotModel>> = Vec::new();
     for group in scenario.groups.iter().filter(|group| group.backend != Backend::Vm) {
@@ -301,7 +307,8 @@ pub fn emulated(scenario: &Scenario) -> Vec<Arc<dyn RobotModel>> {
     models
 }
 
-/// Returns the sizes that a machine of the group's robots lacks to be simulated; `None` if it can be.
+/// Returns the requirement that the group's robot file exceeds, in words; `None` if its robots can
+/// be simulated.
 fn capacity_error(Group { robot, model, .. }: &Group) -> Option<String> {
     let slots = robot.vm.slots as usize + robot.sizes().slots();
     let queued = robot.vm.in_queue.max(robot.vm.out_queue) as usize;

@@ -1,28 +1,28 @@
 //! One run of a scenario with one seed, tick by tick.
 //!
-//! A simulation joins four things: the world of the engine (bodies, links, light), in which each
+//! A simulation joins four parts: the world of the engine (bodies, links, light), in which each
 //! robot has a brain with a virtual machine; the fleets of robots that run their firmware in
-//! emulator programs; the events and commands that change the world; and the expectations that
-//! are checked after each tick.
+//! emulator programs; the events and commands that change the world; and the expectations that are
+//! checked after each tick.
 //!
 //! # The order of a tick
 //! 1. Events of the scenario and commands of the session act, in the order of their times and of
 //!    the file.
-//! 2. The engine lets all robots act, moves bodies, and carries frames. Robots in emulators are
-//!    brought to the same time, and their signals move the bodies.
-//! 3. Expectations are checked, and an observer gets what happened.
+//! 2. The engine runs all robots, moves bodies, and carries frames. Robots in emulators advance to
+//!    the same time, and their signals move the bodies.
+//! 3. Expectations are checked, and an observer receives the events of the tick.
 //!
 //! # Determinism
-//! All chance comes from the seed, by streams that belong to a robot or a link and not to a
+//! All random numbers come from the seed, by streams that belong to a robot or a link and not to a
 //! thread. Work is divided by robot, and results are joined in the order of robots. So the same
-//! scenario and seed give the same [`Simulation::digest`] on any number of threads, natively and
-//! in WebAssembly.
+//! scenario and seed give the same [`Simulation::digest`] on any number of threads, natively and in
+//! WebAssembly.
 //!
 //! # Snapshots and sessions
-//! A simulation owns everything that decides how it goes on, so a copy of it is a snapshot
-//! ([`Simulation::snapshot`]). Whatever happens to a running world is a command, which is kept
-//! with its tick and can be written as an `[[event]]`: a session replays as a scenario. Robots in
-//! emulators have state elsewhere, so they allow no snapshot.
+//! A simulation owns everything that decides its further course, so a copy of it is a snapshot
+//! ([`Simulation::snapshot`]). Every change to a running world is a command, which is stored with
+//! its tick and can be written as an `[[event]]`: a session replays as a scenario. The state of
+//! robots in emulators cannot be copied, so a run with them allows no snapshot.
 
 use std::collections::BTreeMap;
 use std::hash::Hasher;
@@ -62,10 +62,10 @@ use super::summary::{FaultOf, OverrunSummary, Summary, Unusable};
 use super::swarm::measure;
 use super::{TICKS_PER_SECOND, tick_at};
 
-/// A run that goes on tick by tick.
+/// A run, which advances tick by tick.
 pub struct Simulation {
     setup: Arc<Setup>,
-    /// The herd of each group.
+    /// The engine's herd of each group.
     herds: Vec<HerdId>,
     world: World<SimRobot>,
     /// The robots that run their firmware.
@@ -73,16 +73,17 @@ pub struct Simulation {
     happenings: EventQueue,
     seed: u32,
     convergences: Vec<Convergence>,
-    /// Faults of robots before they were switched off and on.
+    /// Faults of robots from before their last restart.
     faults: Vec<FaultOf>,
-    /// The counters of robots before their restart.
+    /// The counters of robots from before their last restart.
     past: Past,
     news: News,
     end: u64,
 }
 
 impl Simulation {
-    /// The world before its first tick. The trace does not depend on the number of `threads`; 0 is one per core.
+    /// Creates the world before its first tick. The result does not depend on the number of
+    /// `threads`; 0 uses one per core.
     pub fn new(setup: Arc<Setup>, seed: u32, threads: usize) -> Result<Self, ScenarioError> {
         let scenario = &setup.scenario;
         let settings = settings(scenario, seed, threads);
@@ -133,8 +134,8 @@ impl Simulation {
         Ok(simulation)
     }
 
-    /// Returns a copy that goes on as this one would, bit for bit, however often either is copied; `None` with robots in emulators,
-    /// whose state is not here.
+    /// Returns a copy, whose further course is the same as that of this run, bit for bit. Returns
+    /// `None` with robots in emulators, whose state cannot be copied.
     #[must_use]
     pub fn snapshot(&self) -> Option<Self> {
         if self.fleets.is_some() {
@@ -162,7 +163,8 @@ impl Simulation {
         })
     }
 
-    /// Takes the commands of a later state of the same run, and the scripts that they load: this one goes on as that has gone.
+    /// Copies the commands of a later state of the same run, and the scripts that they load, so
+    /// that this state goes on to the later one.
     pub(super) fn follow(&mut self, later: &Self) {
         self.setup = later.setup.clone();
         self.happenings.follow(&later.happenings);
@@ -173,12 +175,12 @@ impl Simulation {
         self.world.now() >= self.end
     }
 
-    /// Ticks that have passed.
+    /// Returns the number of ticks that have passed.
     pub fn now(&self) -> u64 {
         self.world.now()
     }
 
-    /// Ticks that the scenario lasts.
+    /// Returns the number of ticks that the scenario lasts.
     pub fn end(&self) -> u64 {
         self.end
     }
@@ -188,13 +190,15 @@ impl Simulation {
         &self.setup
     }
 
-    /// Seed of the run.
+    /// Returns the seed of the run.
     pub fn seed(&self) -> u32 {
         self.seed
     }
 
-    /// Gives a command, which acts at the beginning of the next tick, after the events of the scenario: the keys of an `[[event]]`
-    /// without `at`, such as `fail = 3`, or `move = 3` and `to = [100, 0]`. Errors name the place in the text and the cure; the run is unchanged then.
+    /// Queues a command, which acts at the beginning of the next tick, after the events of the
+    /// scenario. Its text has the keys of an `[[event]]` without `at`, such as `fail = 3`, or
+    /// `move = 3` and `to = [100, 0]`. An error leaves the run unchanged, and names the place in
+    /// the text and the remedy.
     pub fn command(&mut self, text: &str) -> Result<(), Vec<ScenarioError>> {
         if self.is_over() {
             let duration = self.setup.scenario.world.duration.to_string();
@@ -217,8 +221,9 @@ impl Simulation {
         Ok(())
     }
 
-    /// Returns all commands as `[[event]]`s. A scenario that ends with these replays the session, without commands. A run that
-    /// was taken back has its later commands, too, until another one takes their place.
+    /// Returns all commands as `[[event]]`s. A scenario that ends with these replays the session
+    /// without commands. A run that was taken back still has its later commands, until a new
+    /// command replaces them.
     #[must_use]
     pub fn commands(&self) -> String {
         let mut text = String::new();
@@ -229,25 +234,25 @@ impl Simulation {
         text
     }
 
-    /// Returns the ticks before which commands act, and their texts, in order.
+    /// Returns the commands in order: the tick before which each acts, and its text.
     pub fn command_list(&self) -> impl Iterator<Item = (u64, &str)> {
         self.happenings.commands()
     }
 
-    /// Returns the lamps as they are now. A lamp that an event has taken away has intensity 0.
+    /// Returns the current lamps. A lamp that an event removed has intensity 0.
     pub fn lights(&self) -> &[Light] {
         self.world.lights()
     }
 
-    /// Returns the latest fault of a robot since it was switched on: of faults at the same place it is the first one.
+    /// Returns the latest fault of a robot since it was switched on. Of several faults at one place
+    /// of the script, this is the first.
     pub fn last_fault(&self, number: usize) -> Option<&FaultRecord> {
         let robot = self.world.brain(self.happenings.id(number)?)?;
         robot.state().fault_places().last()
     }
 
-    /// Simulates 100 ms: events and commands first, then the world, then the expectations. Only
-    /// robots that run their firmware
-    /// make it fail; it cannot go on then.
+    /// Simulates 100 ms: events and commands first, then the world, then the expectations. A tick
+    /// can fail only because of robots that run their firmware; the run cannot go on then.
     pub fn tick(&mut self) -> Result<(), FirmwareError> {
         let scenario = self.setup.scenario.clone();
         while let Some(action) = self.happenings.due(&scenario, self.world.now()) {
@@ -296,9 +301,9 @@ impl Simulation {
         Ok(())
     }
 
-    /// Simulates 100 ms as [`tick`](Self::tick) does, and then shows its events to an observer. The
-    /// run is the same, bit for bit,
-    /// whether a tick is observed or not. A tick that fails shows the events until then.
+    /// Simulates 100 ms as [`tick`](Self::tick) does, and then passes its events to an observer.
+    /// Observation does not change the run, bit for bit. A tick that fails passes the events up to
+    /// the failure.
     pub fn tick_observed(&mut self, observer: &mut dyn Observer) -> Result<(), FirmwareError> {
         let tick = self.world.now();
         self.world.watch();
@@ -322,9 +327,11 @@ impl Simulation {
         outcome
     }
 
-    /// Returns a number that stands for everything that decides how the run goes on: world, machines, frames that wait, chance,
-    /// and commands that were not carried out yet. Runs that went the same way have the same number, on any number of threads, on
-    /// any machine, natively or as WebAssembly, and after any restore of a snapshot. Of robots in emulators only the bodies count.
+    /// Returns a hash of everything that decides the further course of the run: world, machines,
+    /// frames that wait, random streams, and commands that are still pending. Runs with the same
+    /// history have the same digest, on any number of threads, on any machine, natively or as
+    /// WebAssembly, and after any restore of a snapshot. The digest of robots in emulators covers
+    /// only their bodies.
     #[must_use]
     pub fn digest(&self) -> u64 {
         let mut digest = Digest::new();
@@ -335,7 +342,8 @@ impl Simulation {
         digest.finish()
     }
 
-    /// Lines that were logged since the last question: number of the robot and line, by robot.
+    /// Returns the lines that were logged since the last call, with the number of the robot,
+    /// ordered by robot.
     pub fn take_log(&mut self) -> Vec<(usize, LogLine)> {
         let mut lines = Vec::new();
         if !self.news.take() {
@@ -349,32 +357,35 @@ impl Simulation {
         lines
     }
 
-    /// Returns the visible state of a robot; `None` if it is not there yet.
+    /// Returns the visible state of a robot; `None` if it has not joined yet.
     pub fn view(&self, number: usize) -> Option<View> {
         self.world.robot(self.happenings.id(number)?)
     }
 
-    /// Returns true while the script of a robot does not run because of a fault.
+    /// Returns true while a fault keeps the script of a robot from running.
     pub fn is_faulted(&self, number: usize) -> bool {
         let robot = self.happenings.id(number).and_then(|id| self.world.brain(id));
         robot.is_some_and(|robot| robot.state().is_faulted())
     }
 
-    /// Reads everything that the machine of a robot holds, with the names of its script. Nothing changes by that. `None` of a
-    /// robot that is not there yet, and of one that runs its firmware.
+    /// Reads the whole state of a robot's virtual machine, with the names of its script, without
+    /// changing it. Returns `None` for a robot that has not joined yet, and for one that runs its
+    /// firmware.
     pub fn inspect(&self, number: usize, limits: Limits) -> Option<Inspection> {
         let robot = self.world.brain(self.happenings.id(number)?)?;
         robot.inspect(self.program(number)?.symbols.as_ref(), limits)
     }
 
-    /// Returns the voltage of a robot's battery in mV, without the noise of its sensor. `None` if its model has no battery and no event
-    /// has set the voltage, and of a robot that runs its firmware.
+    /// Returns the voltage of a robot's battery in mV, without the noise of its sensor. Returns
+    /// `None` if its model has no battery and no event has set the voltage, and for a robot that
+    /// runs its firmware.
     pub fn battery_mv(&self, number: usize) -> Option<u16> {
         let milliseconds = self.now() * u64::from(TICK_US / 1000);
         self.world.brain(self.happenings.id(number)?)?.battery_mv(milliseconds)
     }
 
-    /// Returns the program of a robot: that of its group, until an event or a command loads another one.
+    /// Returns the program of a robot: that of its group, until an event or a command loads another
+    /// one.
     pub fn program(&self, number: usize) -> Option<&Program> {
         self.setup.program(self.happenings.program(number)?)
     }
@@ -390,7 +401,8 @@ impl Simulation {
         probe.read(of, program, robot)
     }
 
-    /// The numbers of a quantity now: of each robot, or a single one of the swarm. `None` where there is none.
+    /// Returns the current numbers of a quantity: one for each robot, or a single one for a measure
+    /// of the swarm. `None` stands for a value that is not a number.
     pub fn numbers(&self, probe: &Probe) -> Vec<Option<f64>> {
         let robots = 0..self.robot_count();
         match probe {
@@ -453,7 +465,7 @@ impl Simulation {
         }
     }
 
-    /// Mean, smallest and largest of a quantity now.
+    /// Returns the mean, the smallest and the largest number of a quantity now.
     fn spread(&self, probe: &Probe) -> Option<[f64; 3]> {
         let numbers = self.numbers(probe);
         let readings = numbers.iter().flatten().map(|number| Reading::Number(*number));
@@ -461,7 +473,7 @@ impl Simulation {
         Some([of(Reduction::Mean)?, of(Reduction::Min)?, of(Reduction::Max)?])
     }
 
-    /// An adversary comes.
+    /// Adds an adversary to the world.
     fn admit(&mut self, adversary: &Adversary) {
         let Adversary { kind, at: [x, y], height, group, range, rate, until } = *adversary;
         let (scenario, programs) = (&self.setup.scenario, &self.setup.programs);
@@ -475,11 +487,12 @@ impl Simulation {
             until: tick_at(until),
         };
         let (profile, image) = (group.robot.profile, &program.image);
-        // The scenario has only places in the world; a world that is full of robots has no room for an adversary.
+        // The scenario places adversaries inside the world; a world that is full of robots has no
+        // room for one.
         let _ = self.world.add_intruder(settings, |stream| mind(kind, profile, image, stream));
     }
 
-    /// Robots of groups with brown-outs lose their power by chance.
+    /// Restarts robots at random in groups with brown-outs.
     fn brown_out(&mut self) {
         let setup = self.setup.clone();
         let (mut first, tick) = (0, self.world.now());
@@ -499,17 +512,17 @@ impl Simulation {
         }
     }
 
-    /// Robots get another script, for their next start.
+    /// Assigns a script to robots, for their next start.
     fn load(&mut self, robots: &Selection, script: &Path) {
         for number in robots.iter() {
-            // The setup has the programs of all scripts that are loaded.
+            // The setup has the programs of all scripts that commands and events load.
             if let Some(program) = self.setup.program_of(self.setup.group(number), script) {
                 self.happenings.load(number, program);
             }
         }
     }
 
-    /// A robot is switched on: one that is there already, off before.
+    /// Switches a robot on. A robot that has already joined is switched off before.
     fn start(&mut self, number: usize) {
         let (group, _) = group_of(&self.setup.scenario, number);
         let (setup, program) = (self.setup.clone(), self.happenings.program(number));
@@ -519,7 +532,7 @@ impl Simulation {
             return;
         };
         let there = self.happenings.id(number);
-        // A restarted robot draws other random numbers.
+        // A restarted robot gets other random numbers than at its first start.
         let seed = match there {
             Some(_) => self.seed ^ (self.world.now() as u32 + 1).wrapping_mul(0x9e37_79b9),
             None => self.seed,
@@ -530,12 +543,12 @@ impl Simulation {
             Backend::Vm => SimRobot::new(&*of.model, context, news, own_id, seed),
             Backend::Firmware { .. } => Ok(SimRobot::emulated(context, news, own_id)),
         };
-        // The image was loaded before: it is not refused now.
+        // The setup loaded the image before, so it is not refused now.
         let Ok(mut robot) = robot else { return };
         let [slowest, fastest] = of.clock_skew;
         if slowest != 0.0 || fastest != 0.0 {
             let share = f64::from(Stream::for_clock(self.seed.into(), own_id).unit());
-            // Percent in millionths.
+            // From percent to millionths.
             robot.skew_clock(((slowest + (fastest - slowest) * share) * 1e4).round() as i32);
         }
         if self.world.is_watched() {
@@ -561,7 +574,7 @@ impl Simulation {
         if let Some(old) = self.world.brain_mut(id) {
             robot.adopt(old);
         }
-        // The world knows all robots that are present.
+        // The call cannot fail: the world knows all robots that are present.
         let _ = self.world.restart(id, robot);
     }
 
@@ -573,7 +586,7 @@ impl Simulation {
             expects.iter().any(|expect| expect.value == by && expect.robots.contains(number))
         };
         let has_stopped = faults > 0 && !is_counted(Quantity::Faults);
-        // Who counts restarts says nothing of a script that did not start again.
+        // An expectation of restarts does not cover a script that did not start again.
         (has_stopped && (faults > restarts || !is_counted(Quantity::Restarts)))
             || (handler_faults > 0 && !is_counted(Quantity::HandlerFaults))
     }
@@ -601,13 +614,13 @@ impl Simulation {
     }
 }
 
-/// The faults of a robot since it was switched on.
+/// Returns the faults of a robot since it was switched on.
 fn faults_of(number: usize, robot: &SimRobot) -> impl Iterator<Item = FaultOf> {
     let places = robot.state().fault_places().iter();
     places.map(move |record| FaultOf { robot: number, record: record.clone() })
 }
 
-/// The robots' counters for the summary.
+/// The sums of the robots' counters for the summary.
 #[derive(Debug, Clone, Default)]
 struct Past {
     unusable: Unusable,
@@ -616,7 +629,6 @@ struct Past {
     /// Robots with faults that no expectation counts.
     unexpected: usize,
     overruns: OverrunSummary,
-    /// By program.
     findings: BTreeMap<ProgramId, Findings>,
 }
 

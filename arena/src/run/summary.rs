@@ -15,23 +15,23 @@ use crate::robot::{FaultCounts, FaultRecord, Overrun, Overruns, ProgramId};
 pub struct FaultOf {
     /// Number of the robot in the scenario.
     pub robot: usize,
-    /// The first of them, and their count.
+    /// The first of these faults, and their count.
     pub record: FaultRecord,
 }
 
-/// Steps that robots missed because the ones before took too long, all robots together.
+/// Steps that robots missed because the previous one took too long, summed over all robots.
 #[derive(Debug, Clone, PartialEq, Eq, Default)]
 pub struct OverrunSummary {
-    /// Steps that were due while a script still executed the one before.
+    /// The number of steps that were due while a script still executed the previous one.
     pub missed: u64,
-    /// Robots that missed a step. One that was switched off and on counts once for each time.
+    /// The number of robots that missed a step. A robot counts again after each restart.
     pub robots: usize,
-    /// The first of them: number of the robot, and its first missed step.
+    /// The first overrun, with the number of the robot.
     pub first: Option<(usize, Overrun)>,
 }
 
 impl OverrunSummary {
-    /// Adds those of a robot.
+    /// Adds the counts of a robot.
     pub(super) fn add(&mut self, robot: usize, overruns: &Overruns) {
         self.missed += overruns.missed;
         self.robots += 1;
@@ -42,25 +42,25 @@ impl OverrunSummary {
     }
 }
 
-/// Messages that robots heard and could not use, all robots together.
+/// Messages that robots received and could not use, summed over all robots.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct Unusable {
     /// Messages of another script.
     pub foreign: u64,
-    /// Without sense.
+    /// Messages that make no sense.
     pub malformed: u64,
-    /// From a robot with the receiver's id.
+    /// Messages from a robot with the receiver's id.
     pub own_id: u64,
-    /// Entries of stigmergies for which there was no room; they were passed on.
+    /// Entries of stigmergies that were passed on but not stored, because there was no room.
     pub not_kept: u64,
     /// Messages of which a fragment was missing.
     pub incomplete: u64,
-    /// Conflicts that a handler did not decide.
+    /// Conflicts of entries that a handler did not decide.
     pub undecided: u64,
 }
 
 impl Unusable {
-    /// Adds those of a robot.
+    /// Adds the counts of a robot.
     pub(super) fn add(mut self, robot: Counters) -> Self {
         for (sum, count) in [
             (&mut self.foreign, robot.foreign),
@@ -75,7 +75,7 @@ impl Unusable {
         self
     }
 
-    /// Names and counts, in the order of the fields.
+    /// Returns names and counts, in the order of the fields.
     pub fn counts(&self) -> [(&'static str, u64); 6] {
         let Unusable { foreign, malformed, own_id, not_kept, incomplete, undecided } = *self;
         [
@@ -89,7 +89,7 @@ impl Unusable {
     }
 }
 
-/// A run in numbers.
+/// The results of a run.
 #[derive(Debug, Clone)]
 pub struct Summary {
     /// Seed of the run.
@@ -104,21 +104,23 @@ pub struct Summary {
     pub statistics: Statistics,
     /// Tick of the first crash, and number of the robot in the scenario.
     pub first_crash: Option<(u64, usize)>,
-    /// Frames that robots' queues had no room for: heard, and to be sent.
+    /// Frames that did not fit into robots' queues: received ones, and those to be sent.
     pub dropped: [u64; 2],
     /// Messages that robots could not use.
     pub unusable: Unusable,
-    /// Places of faults, by the time of the first: at most eight of each robot.
+    /// Faults by robot and place, ordered by the time of the first: at most eight places for each
+    /// robot.
     pub faults: Vec<FaultOf>,
-    /// The numbers of all faults.
+    /// The counts of all faults.
     pub fault_counts: FaultCounts,
     /// Robots with faults that no expectation counts.
     pub unexpected: usize,
     /// Steps that took longer than the time between two steps.
     pub overruns: OverrunSummary,
-    /// Mean, smallest and largest of each quantity of `plot` at the end; the number of a swarm's is all three.
+    /// Mean, smallest and largest value of each quantity of `plot` at the end. For a measure of the
+    /// swarm, all three are the same.
     pub values: Vec<Option<[f64; 3]>>,
-    /// The results of checks, by program: of those that ran in a robot that was checked.
+    /// The results of checks, by program. Only programs that ran in a checked robot are included.
     pub findings: BTreeMap<ProgramId, Findings>,
 }
 

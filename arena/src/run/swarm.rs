@@ -1,11 +1,12 @@
-//! Measures of a swarm: one number of many robots.
+//! Measures of a swarm: one number for many robots.
 
 use crate::engine::{RobotId, RobotState, View, World};
 use crate::scenario::Swarm;
 
 use crate::robot::SimRobot;
 
-/// mm between the rims of two robots up to which they touch: those that pushed each other apart a moment ago, too.
+/// The distance in mm between the rims of two robots up to which they count as touching. It
+/// includes robots that have just pushed each other apart.
 const GAP: f64 = 1.0;
 
 /// A robot of the swarm.
@@ -35,7 +36,7 @@ pub fn measure(
         };
         members.retain(is_heard);
     }
-    // Near robots are near in this order, so that only a few are compared.
+    // The order by x limits the comparisons to robots with a similar x.
     members.sort_by(|a, b| a.at[0].total_cmp(&b.at[0]));
     let count = members.len() as f64;
     match of {
@@ -71,7 +72,7 @@ fn distance(one: &Member, other: &Member) -> f64 {
     (dx * dx + dy * dy + dz * dz).sqrt()
 }
 
-/// From a member to the nearest other one.
+/// Returns the distance from a member to the nearest other one.
 fn nearest(members: &[Member], index: usize) -> f64 {
     let own = &members[index];
     let mut nearest = f64::INFINITY;
@@ -91,7 +92,7 @@ fn nearest(members: &[Member], index: usize) -> f64 {
     nearest
 }
 
-/// Pairs that touch.
+/// Returns the number of pairs that touch.
 fn contacts(members: &[Member]) -> usize {
     let widest = members.iter().map(|member| f64::from(member.view.radius)).fold(0.0, f64::max);
     let mut count = 0;
@@ -112,14 +113,15 @@ fn contacts(members: &[Member]) -> usize {
     count
 }
 
-/// Into how many parts the members fall that hear each other, directly or through others.
+/// Returns the number of connected components: groups of members that receive each other, directly
+/// or through others.
 fn components(members: &[Member], world: &World<SimRobot>) -> usize {
     let mut parts = members.len();
     let mut parents: Vec<usize> = (0..parts).collect();
     let reaches: Vec<f64> = members.iter().map(|member| world.reach(member.id)).collect();
     for (index, one) in members.iter().enumerate() {
         for (other_index, other) in members.iter().enumerate().skip(index + 1) {
-            // Both must hear: no link is longer than the shorter reach.
+            // A link needs reception in both directions, so it is no longer than the shorter reach.
             if parts == 1 || other.at[0] - one.at[0] > reaches[index] {
                 break;
             }

@@ -1,20 +1,18 @@
-//! A station that passes messages on between Kilobots, Zooids and Crazyflies. It could be built,
-//! and was **not tried on hardware**.
+//! A station that forwards messages between Kilobots, Zooids and Crazyflies. It could be built, and
+//! was **not tried on hardware**.
 //!
 //! ```text
 //! Kilobots ─light─▶ a Kilobot that listens ─debug line─▶ computer ─▶ nRF24 dongle ─▶ Zooids
 //!          ◀─light─ overhead controller    ◀─serial────           ─▶ Crazyradio   ─▶ Crazyflies
 //! ```
 //! A Kilobot has no serial input: its receive pin is the one that shows charging. So the computer
-//! speaks
-//! by the overhead controller, which every lab with Kilobots has. The listening Kilobot is emulated
-//! with its image
-//! (`firmware/kilobot-avr/src/bin/ear.rs`); computer, dongles and controller are modelled here by
-//! the time they take.
+//! sends to Kilobots through the overhead controller, which every lab with Kilobots has. The
+//! listening Kilobot is emulated with its image (`firmware/kilobot-avr/src/bin/ear.rs`); computer,
+//! dongles and controller are modelled here only by their delays.
 //!
-//! Messages for light wait in a queue like that of a robot, which drops stale and double ones.
-//! Light has little room:
-//! the computer speaks [`PAUSE`] apart, so that Kilobots are heard in between.
+//! Messages for infrared wait in a queue like that of a robot, which drops stale and duplicate
+//! ones. The infrared channel has little capacity, so the computer sends its messages [`PAUSE`]
+//! apart, which leaves time for the Kilobots' own messages.
 
 use std::collections::VecDeque;
 use std::time::Duration;
@@ -29,53 +27,55 @@ use bittybuzz_vm_core::number::Tiny;
 
 use crate::engine::Medium;
 
-/// The delay from a dongle or a line to the computer, and from the computer to a dongle: one frame
-/// of USB and as much for the program.
+/// The delay between the computer and a dongle or a line, in each direction: one USB frame, and as
+/// long again for the program.
 const USB: Duration = Duration::from_millis(3);
-/// Between two packets of a dongle.
+/// The time between two packets of a dongle.
 const DONGLE: Duration = Duration::from_millis(1);
-/// A packet of the controller's serial line: 132 bytes of ten bits at 38,400 baud (kilogui, serialconn.cpp).
+/// The duration of a packet on the controller's serial line: 132 bytes of ten bits at 38,400 baud
+/// (kilogui, serialconn.cpp).
 const SERIAL: Duration = Duration::from_micros(34_375);
-/// The controller repeats its last message again and again, about this often (kilogui, ohc.c), here
-/// three times.
+/// The period with which the controller repeats its last message, approximately (kilogui, ohc.c).
+/// The controller goes on repeating; the model sends each message three times.
 const REPEAT: Duration = Duration::from_micros(10_400);
 const REPEATS: u32 = 3;
-/// Between two messages for Kilobots.
+/// The time between two messages to Kilobots.
 const PAUSE: Duration = Duration::from_millis(200);
-/// The listening Kilobot reports the controller's own messages within this time.
+/// The time after a message of the controller within which a report of the listening Kilobot counts
+/// as its echo.
 const ECHO: Duration = Duration::from_millis(500);
-/// Messages that wait for light.
+/// The number of messages that can wait for infrared.
 const WAITING: usize = 32;
 /// Strength of the Crazyradio's signal, in -dBm.
 const RSSI: u8 = 50;
 
-/// A message that a dongle or the controller is to send, and its time.
+/// A timed message for a dongle or the controller to send.
 pub struct Sending {
     pub medium: Medium,
     pub command: Command,
 }
 
-/// A bridge at work.
+/// The state of a bridge.
 pub struct Bridge {
-    /// The sender's id of messages that have none of their own.
+    /// The sender id for messages that do not name their sender.
     id: u16,
-    /// The start of a line that is not complete yet.
+    /// The bytes of an incomplete line.
     line: Vec<u8>,
     for_light: Inbox<Tiny, (), TINY_FRAME, WAITING>,
     /// The time when the controller is free for the next message.
     light_free: Duration,
     /// The time when each dongle is free to send.
     radio_free: [Duration; 2],
-    /// Frames on their way to a radio: when they are there.
+    /// Frames on their way to a radio, with the time of their arrival there.
     for_radio: VecDeque<(Duration, Medium, Vec<u8>)>,
-    /// The controller's latest messages.
+    /// The controller's latest messages and their times, for the recognition of echoes.
     said: VecDeque<(Duration, [u8; infrared::FRAME])>,
 }
 
 const RADIOS: [Medium; 2] = [Medium::Nrf24, Medium::P2p];
 
 impl Bridge {
-    /// With the id of a robot that is none.
+    /// Returns an idle bridge. No robot may have its `id`.
     pub fn new(id: u16) -> Self {
         Bridge {
             id,
@@ -88,7 +88,7 @@ impl Bridge {
         }
     }
 
-    /// The listening Kilobot has sent bytes on its line.
+    /// Reads bytes from the debug line of the listening Kilobot.
     pub fn read_line(&mut self, at: Duration, bytes: &[u8]) {
         for byte in bytes {
             if *byte != b'\n' {
@@ -107,14 +107,14 @@ impl Bridge {
         }
     }
 
-    /// A dongle has heard a packet of Zooids.
+    /// Forwards a packet that a dongle received from Zooids.
     pub fn hear_nrf24(&mut self, at: Duration, payload: &[u8]) {
         if let Some(Payload { message, .. }) = Payload::parse(payload) {
             self.pass_on(at, Medium::Nrf24, message);
         }
     }
 
-    /// A dongle has heard a P2P frame of Crazyflies.
+    /// Forwards a P2P frame that a dongle received from Crazyflies.
     pub fn hear_p2p(&mut self, at: Duration, port: u8, data: &[u8]) {
         if let Some(SwarmFrame { message, .. }) = SwarmFrame::parse(data)
             && port == SWARM_PORT
@@ -135,7 +135,8 @@ impl Bridge {
         }
     }
 
-    /// Returns the messages that are sent now: none begins before `now`, the time of the robots.
+    /// Returns the messages to send now. None of them begins before `now`, in the time of the
+    /// robots.
     pub fn send(&mut self, now: Duration) -> Vec<Sending> {
         let mut sendings = Vec::new();
         while let Some((ready, medium, frame)) = self.for_radio.pop_front() {
@@ -177,8 +178,8 @@ impl Bridge {
     }
 }
 
-/// Returns the sender of a frame, if the frame names it: an entry names only the robot that wrote
-/// it.
+/// Returns the sender of a frame, if the frame names it. An entry does not: it names the robot that
+/// wrote its value.
 fn sender(frame: &[u8]) -> Option<u16> {
     let [kind, low, high, ..] = frame else { return None };
     let names_sender = FrameKind::of(*kind).is_some_and(|kind| kind != FrameKind::Entry);

@@ -1,4 +1,4 @@
-//! The programs that emulate the robots of a kind: one for all of them, or one for each.
+//! The processes that emulate the robots of one model: one for all robots, or one for each.
 
 use std::collections::BTreeSet;
 use std::path::Path;
@@ -9,15 +9,15 @@ use bittybuzz_emulation::{ClientError, Emulator};
 
 use super::p2p::{P2pAir, TURN};
 
-/// The programs, robots by their number.
+/// The emulator processes; robots have their number in the pool.
 pub enum EmulatorPool {
-    /// One has all of them, and the air between them.
+    /// One process emulates all robots and the radio channel between them.
     Shared(Emulator),
-    /// Each has one; the air is here.
+    /// Each robot has a process of its own, and the pool simulates the radio channel.
     Apart(PerRobot),
 }
 
-/// Robots with a program each that hear each other.
+/// Robots with one process each, and the radio channel between them.
 pub struct PerRobot {
     robots: Vec<Emulator>,
     air: P2pAir,
@@ -27,7 +27,7 @@ pub struct PerRobot {
 }
 
 impl EmulatorPool {
-    /// One program for `count` robots of that name, all with the firmware in `path`.
+    /// Starts one process for `count` robots of that name, all with the firmware in `path`.
     pub fn shared(
         program: &Path,
         name: &str,
@@ -40,7 +40,7 @@ impl EmulatorPool {
         Ok(EmulatorPool::Shared(emulator))
     }
 
-    /// A program for each of `count` robots with the firmware in `path`.
+    /// Starts one process for each of `count` robots, with the firmware in `path`.
     pub fn apart(program: &Path, count: usize, path: &Path) -> Result<Self, ClientError> {
         let robots = (0..count).map(|_| {
             let mut emulator = Emulator::spawn(program)?;
@@ -53,7 +53,7 @@ impl EmulatorPool {
         Ok(EmulatorPool::Apart(PerRobot { robots, air, now, deaf }))
     }
 
-    /// A command for a robot.
+    /// Executes a command on a robot.
     pub fn execute_on(&mut self, robot: usize, command: &Command) -> Result<(), ClientError> {
         match self {
             EmulatorPool::Shared(emulator) => emulator.execute_on(robot, command),
@@ -69,7 +69,7 @@ impl EmulatorPool {
         }
     }
 
-    /// A command for the air between all.
+    /// Executes a command on the radio channel, or on all robots.
     pub fn execute(&mut self, command: &Command) -> Result<(), ClientError> {
         match (self, command) {
             (EmulatorPool::Shared(emulator), _) => emulator.execute(command),
@@ -83,7 +83,8 @@ impl EmulatorPool {
         }
     }
 
-    /// Gives robots commands, then runs all until a time; hands over their events.
+    /// Executes commands on robots, then runs all robots until a time. Passes their events to
+    /// `on_event`.
     pub fn run_after(
         &mut self,
         commands: &[(usize, Command)],
@@ -106,7 +107,7 @@ impl EmulatorPool {
         }
     }
 
-    /// The counters of a robot.
+    /// Returns the counters of a robot.
     pub fn statistics_of(&mut self, robot: usize) -> Result<Statistics, ClientError> {
         match self {
             EmulatorPool::Shared(emulator) => emulator.statistics_of(robot),

@@ -1,5 +1,6 @@
-//! The emulated robots of one kind, side by side with the world: wheels turn when motors' signals
-//! change, and the projector shows the places that result from wheels and contacts.
+//! The emulated robots of one model, coupled to the world: changes of the motors' signals turn the
+//! wheels in the world, and the poses that result from wheels and contacts go back to the emulator,
+//! as by a projector.
 
 use std::collections::BTreeSet;
 use std::path::Path;
@@ -20,20 +21,21 @@ use super::table::Motion;
 use super::trace_events::{TraceEvent, TraceEventReader};
 use super::{Failure, Firmware, FirmwareError};
 
-/// All emulated robots of a kind. They are switched on when the run begins; whose brain does not run in the world has no power.
+/// All emulated robots of one model. They are powered on when the run begins. A robot that is not
+/// running in the world has no power.
 pub struct Fleet {
     emulation: Arc<dyn Emulation>,
     medium: Medium,
     pool: EmulatorPool,
     robots: Vec<Emulated>,
-    /// Since power-on, and since the world began.
+    /// Time since power-on, which is also the time since the world began.
     now: Duration,
     seed: u64,
-    /// The number of changes of the loss.
+    /// The number of times that the loss was set; each time has a seed of its own.
     losses: u64,
 }
 
-/// A robot, as far as it is seen from outside.
+/// The state of an emulated robot that is visible from outside.
 struct Emulated {
     emulation: Arc<dyn Emulation>,
     id: RobotId,
@@ -44,20 +46,20 @@ struct Emulated {
     led: u8,
     /// The time up to which its wheels have turned.
     rolled: Duration,
-    /// The motion that the emulator knows.
+    /// The motion that was last sent to the emulator.
     told: Option<Motion>,
-    /// True if it has power.
     is_on: bool,
-    /// Numbers of those that it is cut off from.
+    /// The pool's numbers of the robots that it is cut off from.
     deaf_to: BTreeSet<usize>,
-    /// The last command by which it sensed its surroundings.
+    /// The last command that described its surroundings.
     sensed: Option<Command>,
     /// `None` if the firmware has no trace.
     reader: Option<TraceEventReader>,
 }
 
 impl Fleet {
-    /// Starts the emulator and flashes all robots. `join` gives the world's number of a robot, and the id that its script sees.
+    /// Starts the emulator and flashes all robots. `join` returns the world's id of a robot, and
+    /// the id that its script sees.
     pub fn new(
         program: &Path,
         emulation: Arc<dyn Emulation>,
@@ -67,7 +69,7 @@ impl Fleet {
         seed: u64,
     ) -> Result<Self, ClientError> {
         let medium = firmware.model().medium();
-        // A robot that listens for a bridge comes after all others.
+        // The listening robot of a bridge has the number after all others.
         let count = firmware.robots.len() + usize::from(firmware.ear.is_some());
         let mut pool = match emulation.shared_as() {
             Some(name) => EmulatorPool::shared(program, name, count, &firmware.path)?,
@@ -117,7 +119,7 @@ impl Fleet {
         Ok(fleet)
     }
 
-    /// Lets the programs of robots run that have power since a moment ago; it does not matter to others.
+    /// Starts the programs of robots that have just been powered on; has no effect on other robots.
     fn let_run(&mut self) -> Result<(), ClientError> {
         match &mut self.pool {
             EmulatorPool::Shared(emulator) => self.emulation.start(emulator, self.now),
@@ -130,7 +132,8 @@ impl Fleet {
         self.medium
     }
 
-    /// Loses packets as the medium says, as far as the emulator can: to it all robots are equally far from each other.
+    /// Applies a medium's loss, as far as the emulator can: the emulator has no distances, so all
+    /// links have the same loss.
     pub fn lose(&mut self, loss: Loss) -> Result<(), ClientError> {
         self.losses += 1;
         let seed = self.seed.wrapping_add(self.losses << 32);
@@ -149,7 +152,7 @@ impl Fleet {
         self.pool.execute_on(number, &battery)
     }
 
-    /// Takes a robot's power away; [`settle`](Self::settle) gives it back to one that runs.
+    /// Cuts a robot's power. [`settle`](Self::settle) restores it if the robot runs in the world.
     pub fn switch_off(&mut self, id: RobotId) -> Result<(), ClientError> {
         match self.number(id) {
             Some(number) => self.set_power(number, false),
@@ -165,7 +168,8 @@ impl Fleet {
         if on { self.let_run() } else { Ok(()) }
     }
 
-    /// Robots have power if they run in the world, and hear who is not cut off there.
+    /// Copies the state of the world to the emulator: a robot has power if it runs in the world,
+    /// and does not receive robots that it is cut off from there.
     pub fn settle(&mut self, world: &World<SimRobot>) -> Result<(), ClientError> {
         for number in 0..self.robots.len() {
             let Some(robot) = self.robots.get(number) else { continue };
@@ -184,17 +188,17 @@ impl Fleet {
         Ok(())
     }
 
-    /// The longest time that it may run at once.
+    /// Returns the longest time that the fleet may run in one call.
     pub fn look(&self) -> Duration {
         self.emulation.look()
     }
 
-    /// Sends a frame of a sender that is not a robot.
+    /// Lets the robots receive a frame of a sender that is not a robot.
     pub fn hear(&mut self, command: &Command) -> Result<(), ClientError> {
         self.pool.execute(command)
     }
 
-    /// Runs until a time; the bridge receives the frames that are sent.
+    /// Runs all robots until a time. The bridge receives the frames that they send.
     pub fn run(
         &mut self,
         world: &mut World<SimRobot>,
@@ -248,7 +252,8 @@ impl Fleet {
         Ok(())
     }
 
-    /// Returns the fate of the robots' packets, and the number that found radios full.
+    /// Returns the link statistics, and the number of packets that were lost because a radio's
+    /// buffer was full.
     pub fn links(&mut self) -> Result<(LinkStatistics, u64), ClientError> {
         let (mut links, mut overflown) = (LinkStatistics::default(), 0);
         for number in 0..self.robots.len() {
@@ -266,22 +271,22 @@ impl Emulated {
         self.emulation.duties(self.inputs)
     }
 
-    /// Returns its pose and motion now.
+    /// Returns the current pose and motion of the robot.
     fn motion(&self, world: &mut World<SimRobot>, now: Duration) -> Option<Motion> {
         let [speed, turn] = world.roll(self.id, self.duties(), 0.0).ok()??;
         let pose = world.robot(self.id)?.pose;
         Some(Motion { since: now, pose, speed, turn })
     }
 
-    /// Lets its wheels turn until then as they do.
+    /// Moves the robot in the world up to `until`, with the current duties of its motors.
     fn roll(&mut self, until: Duration, world: &mut World<SimRobot>) {
         let span = until.saturating_sub(self.rolled);
         self.rolled = self.rolled.max(until);
-        // The world knows the robot.
+        // The call cannot fail: the world knows the robot.
         let _ = world.roll(self.id, self.duties(), span.as_secs_f32());
     }
 
-    /// Something has happened on it, not later than `until`.
+    /// Handles an event of the robot. Its effects are at `until` at the latest.
     fn note(
         &mut self,
         TimedEvent { at, event }: TimedEvent,
@@ -290,7 +295,7 @@ impl Emulated {
     ) -> Result<(), Failure> {
         match event {
             Event::Motor { number, duty, .. } => {
-                // An event at the end of an instruction may come a moment later.
+                // An event at the end of an instruction may be slightly later than `until`.
                 self.roll(at.min(until), world);
                 let input = usize::from(number).checked_sub(1);
                 if let Some(input) = input.and_then(|input| self.inputs.get_mut(input)) {
@@ -302,17 +307,17 @@ impl Emulated {
                     "red" | "red_left" => 1,
                     "green" | "green_left" => 2,
                     "blue" | "blue_left" => 4,
-                    // The firmware's own.
+                    // The firmware controls the other LEDs, not the script.
                     _ => return Ok(()),
                 };
                 self.led = if on { self.led | bit } else { self.led & !bit };
-                // The world knows the robot.
+                // The call cannot fail: the world knows the robot.
                 let _ = world.shine(self.id, self.led);
             }
             Event::Colour { red, green, blue } => {
                 let shines = [red, green, blue].map(|part| u8::from(part > 0));
                 self.led = shines[0] | shines[1] << 1 | shines[2] << 2;
-                // The world knows the robot.
+                // The call cannot fail: the world knows the robot.
                 let _ = world.shine(self.id, self.led);
             }
             Event::Rtt { bytes } => {
@@ -341,7 +346,7 @@ impl Emulated {
                 let fault = report.fault.ok_or(Failure::Unsuitable)?;
                 let tick = world.now();
                 let Some(robot) = world.brain_mut(self.id) else { return Ok(()) };
-                // The robot sends each report again and again.
+                // The robot repeats each report, so that only a new one counts.
                 if report.is_contained {
                     robot.has_contained_once(tick, fault);
                 } else if !robot.state().is_faulted() {
@@ -353,7 +358,7 @@ impl Emulated {
                     robot.has_stepped();
                 }
             }
-            // Its power was cut, or is back.
+            // A cut or a restored power supply is no failure.
             Event::Reset { cause } if cause == ResetCause::PowerOff.name() => {}
             Event::Reset { cause } if cause == ResetCause::PowerOn.name() => {
                 self.reader = self.reader.take().map(TraceEventReader::anew);

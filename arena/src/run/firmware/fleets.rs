@@ -1,5 +1,5 @@
-//! All emulated robots of a run, and the bridge between unlike ones. Between the world's substeps
-//! the emulators run up to the same time.
+//! All emulated robots of a run, and the bridge between different media. After each substep of the
+//! world the emulators run up to the same time.
 
 use std::time::Duration;
 
@@ -16,23 +16,24 @@ use super::bridge::Bridge;
 use super::fleet::Fleet;
 use super::{FirmwareError, unusable};
 
-/// The longest time that robots run before the bridge passes on their frames; the bridge itself
-/// takes longer.
+/// The longest time that robots run before the bridge forwards their frames. The delay of the
+/// bridge itself is longer.
 const LOOK_BRIDGE: Duration = Duration::from_micros(2500);
 
-/// All emulated robots: a fleet for each kind.
+/// All emulated robots: one fleet for each model.
 pub struct Fleets {
     fleets: Vec<Fleet>,
     bridge: Option<Bridge>,
-    /// Since power-on, and since the world began.
+    /// Time since power-on, which is also the time since the world began.
     now: Duration,
-    /// A tick, and how many of its substeps are over: who joins may change their number.
+    /// The current tick, and the number of its substeps that are over. Robots that join may change
+    /// the number of substeps per tick.
     tick: u64,
     substeps: u32,
 }
 
 impl Fleets {
-    /// Switches the emulated robots of a scenario on; `None` if it has none.
+    /// Powers on the emulated robots of a scenario; returns `None` if it has none.
     pub fn start(
         setup: &Setup,
         world: &World<SimRobot>,
@@ -62,7 +63,7 @@ impl Fleets {
         Ok(Some(Fleets { fleets, bridge, now: Duration::ZERO, tick: 0, substeps: 0 }))
     }
 
-    /// Sets the loss of a medium's packets from now on.
+    /// Sets the loss of a medium from now on.
     pub fn lose(&mut self, medium: Medium, loss: Loss) -> Result<(), ClientError> {
         let mut on_it = self.fleets.iter_mut().filter(|fleet| fleet.medium() == medium);
         on_it.try_for_each(|fleet| fleet.lose(loss))
@@ -73,24 +74,25 @@ impl Fleets {
         self.fleets.iter_mut().try_for_each(|fleet| fleet.set_battery(id, millivolts))
     }
 
-    /// Takes a robot's power away; [`settle`](Self::settle) gives it back to one that runs.
+    /// Cuts a robot's power. [`settle`](Self::settle) restores it if the robot runs in the world.
     pub fn switch_off(&mut self, id: RobotId) -> Result<(), ClientError> {
         self.fleets.iter_mut().try_for_each(|fleet| fleet.switch_off(id))
     }
 
-    /// Robots have power if they run in the world, and hear who is not cut off there.
+    /// Copies the state of the world to the emulators: a robot has power if it runs in the world,
+    /// and does not receive robots that it is cut off from there.
     pub fn settle(&mut self, world: &World<SimRobot>) -> Result<(), ClientError> {
         self.fleets.iter_mut().try_for_each(|fleet| fleet.settle(world))
     }
 
-    /// Runs for a substep of the world.
+    /// Runs all fleets and the bridge for one substep of the world.
     pub fn advance(&mut self, world: &mut World<SimRobot>) -> Result<(), FirmwareError> {
         if self.tick != world.now() {
             (self.tick, self.substeps) = (world.now(), 0);
         }
         self.substeps += 1;
         let tick = Duration::from_micros(TICK_US.into());
-        // At most four weeks are simulated.
+        // A run lasts at most four weeks, so the number of ticks fits 32 bits.
         let end = tick * world.now() as u32 + tick * self.substeps / world.substeps();
         while self.now < end {
             let looks = self.fleets.iter().map(Fleet::look);
@@ -109,7 +111,8 @@ impl Fleets {
         Ok(())
     }
 
-    /// Returns the fate of the packets of each medium, and the number that found radios full.
+    /// Returns the link statistics of each medium, and the number of packets that were lost because
+    /// a radio's buffer was full.
     pub fn links(&mut self) -> Result<Vec<(Medium, LinkStatistics, u64)>, ClientError> {
         let of = |fleet: &mut Fleet| {
             let (links, overflown) = fleet.links()?;

@@ -1,4 +1,5 @@
-//! Robots that run their firmware: programs emulate them, and they move as their motors' signals say.
+//! Robots that run their firmware in emulator processes. The signals of their motors move them in
+//! the world.
 
 mod bridge;
 mod emulator_pool;
@@ -27,17 +28,17 @@ use super::settings::media;
 pub use fleets::Fleets;
 pub use p2p::{P2pAir, TURN};
 
-/// The files that a scenario flashes to the robots of a kind: their firmware, and the script and
-/// the id of each.
+/// The data that a scenario flashes to the robots of one model: their firmware, and the script and
+/// the id of each robot.
 pub struct Firmware {
     model: Arc<dyn RobotModel>,
     path: PathBuf,
-    /// The place where the scenario first names it.
+    /// The place in the scenario that first names the firmware.
     place: Place,
-    /// The texts of its messages; none if it has no trace.
+    /// The table of the trace's messages; `None` if the firmware has no trace.
     messages: Option<Arc<Table>>,
     robots: Vec<Flashed>,
-    /// One more, for a bridge.
+    /// One more robot, which listens for a bridge.
     ear: Option<Ear>,
 }
 
@@ -45,22 +46,22 @@ pub struct Firmware {
 struct Ear {
     /// The content of its flash, from address 0 on.
     program: Vec<u8>,
-    /// Its place in mm.
+    /// The position of the robot in mm.
     at: [f64; 2],
 }
 
 /// The data that one robot has in addition to the firmware.
 struct Flashed {
-    /// Number of the robot.
+    /// The number of the robot in the scenario.
     number: usize,
-    /// Addresses and bytes.
+    /// Address and content of each section of memory.
     sections: Vec<(u32, Vec<u8>)>,
-    /// Its group's.
+    /// The model of the robot's group, which may have settings of its own.
     model: Arc<dyn RobotModel>,
 }
 
 impl Firmware {
-    /// Returns the firmware of the scenario, for each kind of robots that run any.
+    /// Returns the firmware for each model of the scenario with robots that run any.
     pub fn of(scenario: &Scenario, programs: &[Program]) -> Result<Vec<Self>, ScenarioError> {
         let mut all: Vec<Firmware> = Vec::new();
         let (media, mut number) = (media(scenario), 0);
@@ -112,18 +113,19 @@ impl Firmware {
         &*self.model
     }
 
-    /// The numbers of the robots that run it.
+    /// Returns the scenario's numbers of the robots that run the firmware.
     pub fn numbers(&self) -> impl Iterator<Item = usize> {
         self.robots.iter().map(|robot| robot.number)
     }
 
-    /// Returns an error about robots that run it.
+    /// Returns an error at the place that names the firmware.
     pub fn failed(&self, cause: Cause) -> ScenarioError {
         ScenarioError { cause, place: Some(Box::new(self.place.clone())) }
     }
 }
 
-/// Returns the image that is flashed to the robot that listens for the scenario's bridge.
+/// Returns the robot that listens for the scenario's bridge; `None` if there is no bridge, or if
+/// robots of this model do not listen for one.
 fn ear(
     scenario: &Scenario,
     model: &dyn RobotModel,
@@ -154,15 +156,14 @@ pub fn unusable(error: ClientError) -> Cause {
 /// A reason why a run with emulated robots cannot go on.
 #[derive(Debug)]
 pub enum FirmwareError {
-    /// The emulator is gone, or does not follow its commands.
+    /// The emulator process has ended, or rejects a command.
     Emulator(ClientError),
     /// A robot's firmware has failed.
     Failed {
         /// Id of the robot.
         robot: u16,
-        /// Since power-on.
+        /// Time since power-on.
         at: Duration,
-        /// The failure.
         failure: Failure,
     },
 }
@@ -170,24 +171,25 @@ pub enum FirmwareError {
 /// A failure of firmware.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub enum Failure {
-    /// It was reset.
+    /// The chip was reset.
     Reset {
         /// The cause.
         cause: String,
     },
-    /// It does something that the chip does not allow.
+    /// The firmware did something that the chip does not allow.
     Hardware {
         /// The emulator's description.
         text: String,
     },
-    /// A fault while it handled a fault.
+    /// A fault occurred in the fault handler of the processor.
     Lockup {
         /// The program counter.
         pc: u32,
     },
-    /// It refuses the script.
+    /// The firmware rejects the script.
     Refused(ImageError),
-    /// A robot without room for the verifier refuses the script, which others have verified for it.
+    /// A robot whose memory is too small for the verifier rejects the script, because the script
+    /// was made for another robot or program.
     Unsuitable,
 }
 

@@ -1,37 +1,38 @@
-//! The air between Crazyflies: which P2P frames get to whom.
+//! The radio channel between Crazyflies. It decides which robots receive which P2P frames.
 //!
-//! Emulated Crazyflies run by turns that are no longer than a radio needs from its decision to transmit to the first bit. So all
-//! frames that overlap with one on the air are known before its last bit, with which it reaches the others. Two that overlap
-//! are both lost. Who transmits is deaf: that is the emulators' business.
+//! The emulators of Crazyflies run in turns, which are no longer than a radio takes from its
+//! decision to transmit to the first bit. So at the last bit of a frame, when it reaches the
+//! others, every frame that overlaps with it is known. Frames that overlap are both lost. A robot
+//! that transmits receives nothing; the emulators model this themselves.
 
 use std::time::Duration;
 
 use bittybuzz_emulation::message::Command;
 
-/// From reception to transmission: nRF51 reference manual.
+/// The time from reception to transmission (nRF51 reference manual).
 const RAMP: Duration = Duration::from_micros(130);
-/// Longest turn.
+/// The longest turn.
 pub const TURN: Duration = RAMP;
-/// Strength of every signal, in -dBm.
+/// The strength of every signal, in -dBm.
 const RSSI: u8 = 60;
-/// The longest frame is on the air for 0.3 ms.
+/// A bound on the duration of a frame. The longest one takes 0.3 ms.
 const LONGEST: Duration = Duration::from_millis(1);
 
-/// The air, and its counters.
+/// The radio channel, and its counters.
 #[derive(Debug, Default)]
 pub struct P2pAir {
     frames: Vec<OnAir>,
     loss: f64,
     random: u64,
-    /// Frames that were on the air, once for each robot that could have heard it.
+    /// The number of frames on the channel, once for each robot that could have received it.
     pub carried: u64,
-    /// The number of these that were lost on the way.
+    /// The number of these that were lost at random.
     pub lost: u64,
-    /// And the ones that overlapped with another.
+    /// The number of these that overlapped with another frame.
     pub collided: u64,
 }
 
-/// A frame on its way.
+/// A frame on the channel.
 #[derive(Debug)]
 struct OnAir {
     sender: usize,
@@ -43,23 +44,25 @@ struct OnAir {
 }
 
 impl P2pAir {
-    /// From now on frames are lost with this probability, for each receiver on its own; equal seeds lose the same.
+    /// Loses frames with this probability from now on, independently for each receiver. Equal seeds
+    /// lose the same frames.
     pub fn lose(&mut self, probability: f64, seed: u64) {
         self.loss = probability;
-        // Xorshift knows no zero, and begins slowly with few bits.
+        // Xorshift needs a state other than zero, and its first numbers are poor if few bits are
+        // set.
         self.random = seed.wrapping_mul(0x9e37_79b9_7f4a_7c15) | 1;
     }
 
-    /// Robot number `sender` began to transmit a frame `at` a time. Its radio has one buffer: its frame before is cut off if that
-    /// is still on the air.
+    /// Adds a frame that robot number `sender` decided to transmit at the time `at`. The robot's
+    /// radio has one buffer, so a previous frame that is still being transmitted is cut off.
     pub fn send(&mut self, sender: usize, at: Duration, air: Duration, port: u8, payload: Vec<u8>) {
         let (begin, end) = (at + RAMP, at + air);
         self.frames.retain(|frame| frame.sender != sender || frame.end <= at || frame.has_arrived);
         self.frames.push(OnAir { sender, begin, end, port, payload, has_arrived: false });
     }
 
-    /// Ends a turn: returns the frames that others receive before the end of the next one, by their
-    /// number. `hears` decides which robot is in reach of which.
+    /// Ends a turn. Returns the frames that end before the end of the next turn, with the number of
+    /// each receiver. `hears` returns true if its first robot can receive the second one.
     pub fn carry(
         &mut self,
         now: Duration,
@@ -75,7 +78,8 @@ impl P2pAir {
             self.frames[number].has_arrived = true;
             for receiver in (0..robots).filter(|other| *other != sender && hears(*other, sender)) {
                 self.carried += 1;
-                // To its own frames the receiver is deaf anyway.
+                // A receiver's own frames need no check: the emulator receives nothing while it
+                // transmits.
                 let overlaps = |other: &OnAir| {
                     ![sender, receiver].contains(&other.sender)
                         && hears(receiver, other.sender)
@@ -96,7 +100,7 @@ impl P2pAir {
         heard
     }
 
-    /// Xorshift: from 0 to 1.
+    /// Returns a random number from 0 to 1, by xorshift.
     fn chance(&mut self) -> f64 {
         self.random ^= self.random << 13;
         self.random ^= self.random >> 7;
@@ -139,13 +143,14 @@ mod tests {
         let mut air = P2pAir::default();
         send(&mut air, 0, 20);
         send(&mut air, 1, 200);
-        // Robot 2 hears both, robot 3 only the first; both senders are deaf, which is not known here.
+        // Robot 2 receives both frames, robot 3 only the first. Both senders receive nothing while
+        // they transmit, which is not modelled here.
         let hears = |receiver: usize, sender: usize| receiver != 3 || sender == 0;
         let mut heard = receivers(&air.carry(us(390), 4, hears));
         heard.extend(receivers(&air.carry(us(520), 4, hears)));
         assert_eq!(heard, [1, 3, 0]);
         assert_eq!(air.collided, 2);
-        // Of two that follow one another both arrive.
+        // Two frames that follow one another both arrive.
         let mut air = P2pAir::default();
         send(&mut air, 0, 0);
         send(&mut air, 1, 330);

@@ -1,4 +1,5 @@
-//! Places and motions: from the world's frame to that of an emulator, which is a projector's: y and headings go the other way.
+//! The conversion of poses and motions from the world's frame to that of an emulator, which is the
+//! projector's: y and headings have the opposite sign.
 
 use std::time::Duration;
 
@@ -9,29 +10,29 @@ use crate::engine::{Pose, wrap};
 /// The pose and motion of a robot at a time, in the world's frame.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Motion {
-    /// Since power-on.
+    /// Time since power-on.
     pub since: Duration,
     pub pose: Pose,
-    /// mm/s ahead.
+    /// Forward speed in mm/s.
     pub speed: f32,
-    /// Radians per second, anticlockwise.
+    /// Turn rate in radians per second, anticlockwise.
     pub turn: f32,
 }
 
-/// Less than the code shows: a hundredth of a step.
+/// A distance in mm that the projector's code cannot show: a hundredth of a step.
 const NEAR: f32 = 0.01;
-/// Radians that move a photodiode by about as much.
+/// An angle in radians that moves a photodiode by about [`NEAR`].
 const ASIDE: f32 = 0.001;
 
 impl Motion {
-    /// mm/s along x and y.
+    /// Returns the velocity along x and y in mm/s.
     fn velocity(&self) -> [f32; 2] {
         let (sin, cos) = libm::sincosf(self.pose.heading);
         [self.speed * cos, self.speed * sin]
     }
 
-    /// Returns true if the emulator, which knows `other`, already predicts this motion: it
-    /// extrapolates straight ways and turns.
+    /// Returns true if the emulator, which was sent `other`, already predicts this motion. The
+    /// emulator extrapolates straight and turning motion.
     pub fn follows(&self, other: &Motion) -> bool {
         if (self.speed, self.turn) != (other.speed, other.turn) {
             return false;
@@ -45,7 +46,8 @@ impl Motion {
             && wrap(self.pose.heading - heading).abs() < ASIDE
     }
 
-    /// Returns the command that places a robot. `origin` is the world's middle in the emulator's frame.
+    /// Returns the command that places a robot. The argument is the middle of the world in the
+    /// emulator's frame, in mm.
     pub fn command(&self, [x, y]: [f64; 2]) -> Command {
         let [vx, vy] = self.velocity().map(f64::from);
         let degrees = |radians: f32| f64::from(radians).to_degrees();

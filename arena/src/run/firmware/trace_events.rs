@@ -1,4 +1,5 @@
-//! The trace of firmware about its script: records among its messages, by defmt over RTT.
+//! The trace of a script in firmware: records among the firmware's own messages, sent by defmt over
+//! RTT.
 
 use std::sync::Arc;
 
@@ -19,11 +20,11 @@ pub enum TraceEvent {
     Contained(Fault, Vec<u16>),
     /// The script starts again after this number of ticks; 0: it starts now.
     Restart(u16),
-    /// It does not start.
+    /// The firmware rejects the script, which does not start.
     Refused(ImageError),
-    /// Messages came to nothing: all of them since power-on.
+    /// The counters of messages that were not used, since power-on.
     Unused(Unused),
-    /// A step took too long: the number of steps that were left out since power-on.
+    /// A step took too long: the number of steps that were skipped since power-on.
     Overrun(u32),
 }
 
@@ -42,14 +43,14 @@ impl TraceEventReader {
         self
     }
 
-    /// Reads received bytes. Incomplete messages are left out, as on a debug probe.
+    /// Reads received bytes. Incomplete messages are skipped, as on a debug probe.
     pub fn read(&mut self, bytes: &[u8]) -> Vec<TraceEvent> {
         self.0.read(bytes).into_iter().filter_map(|message| event_of(message.content)).collect()
     }
 }
 
-/// Returns the record in a message; `None` for messages of the firmware about itself, and for those
-/// that a run does not use.
+/// Returns the event in a message; `None` for messages of the firmware about itself, and for
+/// records that a run does not use.
 fn event_of(content: Content) -> Option<TraceEvent> {
     let Content::Record(bytes) = content else { return None };
     match Record::decode(&bytes).ok()? {
@@ -69,7 +70,7 @@ fn event_of(content: Content) -> Option<TraceEvent> {
     }
 }
 
-/// Marks a text that was cut.
+/// Marks the end of a truncated text.
 const CUT: &[u8] = b"...";
 
 fn piece(item: PrintedValue<'_>) -> Piece {

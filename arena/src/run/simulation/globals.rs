@@ -1,4 +1,4 @@
-//! Globals of scripts that events set, or that robots keep when they get another script.
+//! Globals of scripts that events set, or that robots keep when another script is loaded.
 
 use crate::robot::ScriptNumber;
 use crate::scenario::Selection;
@@ -9,7 +9,7 @@ use super::Simulation;
 pub type Globals = Vec<(String, ScriptNumber)>;
 
 impl Simulation {
-    /// A global of robots' scripts gets another number, where the script has one of that name.
+    /// Sets a global in the scripts of robots, where the script has one of that name.
     pub(super) fn set(&mut self, robots: &Selection, name: &str, value: ScriptNumber) {
         for number in robots.iter() {
             let global = self.program(number).and_then(|program| program.global(name));
@@ -32,7 +32,7 @@ impl Simulation {
         robots.iter().filter_map(of_robot).collect()
     }
 
-    /// A robot has got another script: globals keep the numbers that they had in the one before.
+    /// Sets the globals of a newly loaded script to the numbers that they had in the previous one.
     pub(super) fn keep(&mut self, number: usize, globals: &Globals) {
         let program = self.program(number);
         let known: Vec<(u16, ScriptNumber)> = globals
