@@ -16,30 +16,30 @@ use super::world::{World, point_inside};
 /// A sender that stands in the world without a body.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Adversary {
-    /// Its conduct.
+    /// The kind of its frames.
     pub kind: AdversaryKind,
-    /// Its place in mm.
+    /// Its position in mm.
     pub at: [f64; 2],
     /// Its height over the ground in mm.
     pub height: f64,
     /// Number of the group whose link it uses and whose script it knows.
     pub group: usize,
-    /// Distance in mm at which its frames are just heard; `None`: as those of the group.
+    /// The largest distance in mm at which its frames are received; `None`: that of the group.
     pub range: Option<f64>,
-    /// Frames per second; `None`: each frame follows the one before without a pause.
+    /// Frames per second; `None`: each frame follows the previous one without a pause.
     pub rate: Option<f64>,
-    /// The time in seconds from which on it is silent.
+    /// The time in seconds at which it stops sending.
     pub until: f64,
 }
 
-/// The conduct of an adversary.
+/// The kind of frames that an adversary sends.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum AdversaryKind {
-    /// Noise, in which other frames are lost.
+    /// Noise, which collides with other frames.
     Jam,
     /// Random bytes.
     Babble,
-    /// Frames that it heard.
+    /// Copies of frames that it received.
     Replay,
     /// Entries of stigmergies with clocks far ahead.
     ForgedClock,
@@ -49,11 +49,11 @@ pub enum AdversaryKind {
     InventedIds,
     /// First fragments of messages that never end.
     HeldFragments,
-    /// Messages in the name of the robot with this id.
+    /// Messages with the robot of this id as their sender.
     SameId(u16),
 }
 
-/// Frames per second, unless the file sets a rate; the frames of a jammer follow each other without
+/// Frames per second, unless the file sets a rate. The frames of a jammer follow each other without
 /// a pause.
 const RATE: f64 = 10.0;
 
@@ -74,7 +74,7 @@ const WORDS: [(&str, Word); 8] = [
     ("same-id", Word::SameId),
 ];
 
-/// Reads the adversaries of the file: each is an event at its beginning.
+/// Reads the adversaries of the file. Each becomes an event at the time when it begins.
 pub fn read_all(
     root: &Section<'_>,
     census: &RobotIndex,
@@ -93,7 +93,7 @@ pub fn read_all(
     sections.iter().filter_map(event).collect()
 }
 
-/// Reads the adversary of an event, which begins with it.
+/// Reads the adversary of an event. The time of the event is its beginning, so `from` is an error.
 pub fn of_event(
     entry: &Entry<'_>,
     census: &RobotIndex,
@@ -107,7 +107,7 @@ pub fn of_event(
     Some(Action::Adversary(Box::new(read(&section, census, world, groups)?)))
 }
 
-/// A time at which something begins.
+/// Reads a time that must lie before the end of the run.
 fn within_the_run(entry: &Entry<'_>, key: &'static str, world: &World) -> Option<f64> {
     let at = seconds(entry, 0.0..=f64::MAX)?;
     if at >= world.duration {
@@ -167,7 +167,7 @@ fn kind(section: &Section<'_>, census: &RobotIndex) -> Option<AdversaryKind> {
     }
 }
 
-/// The number of the group that it imitates.
+/// Returns the number of the group that an adversary imitates.
 fn group(section: &Section<'_>, groups: &[Group]) -> Option<usize> {
     let entry = section.get("group");
     let number = match &entry {

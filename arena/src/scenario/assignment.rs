@@ -1,18 +1,17 @@
-//! `[assignment]`: the task of a class, which the expectations test.
+//! `[assignment]`: a task for a class, which the expectations test.
 
 use super::keys::ASSIGNMENT;
 use super::read::Section;
 
-/// An assignment of a class.
+/// An assignment for a class.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Assignment {
-    /// Its title.
     pub title: String,
     /// The task in words; may be empty.
     pub text: String,
 }
 
-/// Reads the section. A mistake in it is reported, and the rest of the file is read all the same.
+/// Reads the section. A mistake in it is reported, and the rest of the file is still read.
 pub fn read(root: &Section<'_>) -> Option<Assignment> {
     let section = root.section("assignment", ASSIGNMENT)?;
     let title = section.required("title").and_then(|entry| entry.string());

@@ -18,17 +18,17 @@ use super::read::Section;
 pub enum Backend {
     /// A virtual machine in this process.
     Vm,
-    /// The robot's firmware, in an emulator.
+    /// The robot's firmware in an emulator.
     Firmware {
         /// The file that would be flashed (ELF).
         image: PathBuf,
-        /// The place of the key in the file.
+        /// The place of the key `backend` in the scenario.
         place: Place,
     },
 }
 
 impl Backend {
-    /// The firmware, if it is one.
+    /// Returns the path of the firmware; `None` for a virtual machine.
     pub fn firmware(&self) -> Option<&Path> {
         match self {
             Backend::Vm => None,
@@ -37,7 +37,7 @@ impl Backend {
     }
 }
 
-/// Returns the backend that the group names.
+/// Returns the backend of a group; `None` after an error.
 pub fn of_group(
     section: &Section<'_>,
     model: Option<&dyn RobotModel>,
@@ -71,7 +71,8 @@ pub fn of_group(
     Some(Backend::Firmware { image: image(section, model, folder, usual)?, place: entry.place() })
 }
 
-/// Returns the firmware of robots with that model: the file that the section names, or the usual one.
+/// Returns the firmware of robots with that model: the file that the section names, or the usual
+/// one in a folder above the scenario.
 pub fn image(
     section: &Section<'_>,
     model: &dyn RobotModel,
@@ -84,7 +85,7 @@ pub fn image(
         reason,
     };
     let Some(entry) = section.get("firmware") else {
-        // An unreadable working folder has no firmware either.
+        // An unreadable working folder has no firmware either, so the error is ignored.
         let start = std::path::absolute(folder.path).unwrap_or_default();
         let is_file = |path: &PathBuf| matches!(folder.files.kind(path), Ok(FileKind::File { .. }));
         let found = start.ancestors().map(|folder| folder.join(usual)).find(is_file);

@@ -1,4 +1,4 @@
-//! `[body.*]`: the models of the robots, and their differences from the real ones.
+//! `[body.*]`: the models of the robots, and their differences from the default ones.
 
 use std::sync::Arc;
 
@@ -10,7 +10,7 @@ use super::error::Cause;
 use super::keys;
 use super::read::Section;
 
-/// Returns the models with the numbers of the file.
+/// Returns the models with the settings of the file.
 pub fn read(root: &Section<'_>, models: &[Arc<dyn RobotModel>]) -> Vec<Arc<dyn RobotModel>> {
     let Some(body) = root.section("body", keys::BODY) else { return models.to_vec() };
     let with =
@@ -21,8 +21,8 @@ pub fn read(root: &Section<'_>, models: &[Arc<dyn RobotModel>]) -> Vec<Arc<dyn R
     models.iter().map(with).collect()
 }
 
-/// Returns the model of a group: that which the group names, that of a robot that ships, or the description in the robot's file;
-/// with the group's own numbers.
+/// Returns the model of a group, with the group's own settings. It is the model that the group
+/// names, the description in the robot's file, or the model of a robot that ships.
 pub fn of_group(
     group: &Section<'_>,
     robot: &Robot,

@@ -1,4 +1,4 @@
-//! `[bridge]`: a station that passes messages on between unlike media.
+//! `[bridge]`: a station that forwards messages between different media.
 
 use std::path::PathBuf;
 
@@ -12,21 +12,21 @@ use super::read::Section;
 use super::robots::Group;
 use super::world::{World, point_inside};
 
-/// A computer between the media: it hears infrared by a listening robot on its debug line, speaks by an overhead controller, and has
-/// a dongle for each radio.
+/// A computer between the media. It receives infrared through a listening robot on its debug line,
+/// sends infrared through an overhead controller, and has a dongle for each radio.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Bridge {
-    /// The place of the listening robot, in mm.
+    /// The position of the listening robot in mm.
     pub at: [f64; 2],
-    /// Its program; `None` if no robots need one.
+    /// The program of the listening robot; `None` if no group needs such a robot.
     pub image: Option<PathBuf>,
-    /// The sender's id of messages that it passes on and that have none of their own.
+    /// The sender id for forwarded messages that do not name their sender.
     pub id: u16,
-    /// Its place in the file.
+    /// The place of the section in the file.
     pub place: Place,
 }
 
-/// The bridge of the file, which needs robots that run their firmware on both sides.
+/// Reads the bridge of the file. All groups must run their firmware.
 pub fn read<'g>(
     root: &Section<'_>,
     folder: Folder<'_>,

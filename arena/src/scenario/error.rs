@@ -1,4 +1,4 @@
-//! The mistakes of scenario files, each with its place and its cure.
+//! The mistakes of scenario files, each with its place and its remedy.
 
 use std::fmt;
 
@@ -7,7 +7,8 @@ use bittybuzz_toml_reader::{self as toml_reader, FileError, TomlError, one_of};
 
 use crate::robot::step_rates;
 
-/// A mistake in a scenario: a sentence (`Display`), perhaps a place, and perhaps a cure ([`FileError::help`]).
+/// A mistake in a scenario: a sentence (`Display`), and optionally a place and a remedy
+/// ([`FileError::help`]).
 pub type ScenarioError = FileError<Cause>;
 
 /// A mistake, one variant for each cause.
@@ -18,27 +19,27 @@ pub enum Cause {
     Unreadable { path: String, reason: String },
     /// A mistake that any TOML file can have.
     Toml(TomlError),
-    /// A key that only has a meaning together with another one.
+    /// A key that has no meaning without another one.
     Without { key: &'static str, needs: &'static str },
-    /// No group of robots.
+    /// The file has no group of robots.
     NoRobots,
-    /// The robot file is wrong, or no robot has that name.
+    /// The robot file has a mistake, or no robot has that name.
     Robot { error: Box<RobotError> },
-    /// The script of a group is not there.
+    /// The script of a group does not exist.
     NoScript { path: String, reason: String, likely: Option<String> },
-    /// A name of a group that means nothing, or other robots.
+    /// A name of a group that is empty, or that selects other robots.
     BadGroupName { name: String },
-    /// Two groups of one name.
+    /// Two groups with one name.
     DuplicateGroup { name: String, line: usize },
-    /// A name of an expectation that cannot be part of a column's name.
+    /// A name of an expectation that cannot be a column's name.
     BadExpectationName { name: String },
-    /// Two expectations of one name.
+    /// Two expectations with one name.
     DuplicateExpectation { name: String, line: usize },
     /// Two robots with one id.
     DuplicateId { id: u32, line: usize },
-    /// More ids than 16 bits have.
+    /// An id that exceeds 16 bits.
     IdsExhausted { last: u32 },
-    /// Neither group nor id nor range of ids.
+    /// A text that is neither a group, nor an id, nor a range of ids.
     UnknownRobots { text: String, groups: Vec<String> },
     /// No group has that name.
     UnknownGroup { name: String, groups: Vec<String> },
@@ -50,81 +51,82 @@ pub enum Cause {
     EmptyRange { text: String },
     /// A robot outside the world.
     OutsideWorld { what: String, size: [u32; 2] },
-    /// Two robots that overlap at the start: id and place of each, the length in mm that they need from middle to middle, and the key of
-    /// the file that would give it, with its least value.
+    /// Two robots that overlap at the start: the id and place of each, the distance in mm between
+    /// their middles that they need, and the key of the file that would separate them, with its
+    /// least value.
     Overlap {
         robots: Box<[(u32, String); 2]>,
         apart: String,
         least: Option<(&'static str, String)>,
     },
-    /// A body that reaches into a wall of the world, and the largest |x| and |y| that it can have.
+    /// A body that reaches into a wall of the world, and the largest possible |x| and |y|.
     InWall { id: u32, at: String, radius: String, most: [String; 2] },
     /// A body that reaches into an obstacle.
     InObstacle { id: u32, at: String, radius: String },
     /// A time after the end of the run.
     AfterEnd { key: &'static str, duration: String },
-    /// A time in seconds between two ticks, and those of the nearest ticks.
+    /// A time in seconds between two ticks, and the nearest times at ticks.
     BetweenTicks { key: String, value: String, nearest: [String; 2] },
     /// A quantity that does not exist.
     UnknownQuantity { text: String },
     /// No script of the robots has a global of that name.
     UnknownGlobal { name: String, known: Vec<String> },
-    /// An operand of the comparison is not a number.
+    /// A comparison that needs a number has none.
     NotANumber { of: &'static str },
-    /// A key that counts numbers together where there is only one.
+    /// A key that combines the values of robots, for a quantity with a single value.
     OneNumber { key: &'static str },
     /// A medium that no robot of the scenario has.
     NoSuchMedium { medium: &'static str },
-    /// A robot file whose virtual machine the simulator does not have.
+    /// A robot file that needs more than the simulator's virtual machine has.
     CapacityError { robot: String, needs: String },
-    /// A robot file with steps that are no whole number of ticks apart.
+    /// A robot file with steps that are not a whole number of ticks apart.
     StepRate { robot: String, rate: u32 },
-    /// A robot that nothing emulates.
+    /// A robot without an emulator.
     NoEmulator { robot: String },
     /// Firmware is asked for in a build without the feature `emulators`.
     NoEmulators,
     /// A robot file that does not describe the robot's body.
     NoBody { robot: String, known: Vec<&'static str> },
-    /// A function that the simulator cannot carry out.
+    /// A function of a robot that has no effect in the simulator.
     NoEffect { robot: String, function: String },
-    /// The firmware of these robots is not there, or is none.
+    /// The firmware of these robots does not exist or cannot be used.
     NoFirmware { robots: &'static [&'static str], path: String, reason: String },
-    /// Robots of a kind in virtual machines beside emulated ones.
+    /// Emulated robots and robots in virtual machines of one model.
     UnlikeBackends { line: usize },
-    /// Two groups with two images.
+    /// Two groups of one model with different firmware.
     UnlikeFirmware { line: usize },
-    /// A robot that no bridge hears.
+    /// A robot that the bridge does not reach.
     NotBridged,
-    /// More robots than an emulator plays.
+    /// More robots than an emulator can run.
     TooManyEmulated { count: u32, most: u32 },
-    /// Nothing that an emulator does.
+    /// A key that emulated robots do not support.
     NotEmulated { key: &'static str },
-    /// A quantity in the memory of a robot that is not inspected.
+    /// A quantity that cannot be read from an emulated robot.
     Unseen { quantity: String },
     /// A command loads a script into a run that has no compiler.
     NoCompiler { script: String },
     /// The script of a command has errors, as the compiler reports them.
     NotCompiled { script: String, report: String },
-    /// The robots' machine refuses the script of a command.
+    /// The robots' virtual machine rejects the script of a command.
     NotLoaded { script: String, reason: String },
-    /// The script of a command was loaded before, when it had another text.
+    /// The script of a command was loaded before, and has changed since.
     ScriptChanged { script: String },
-    /// The script has no room in the robot's flash.
+    /// The script is too long for the robot's flash.
     ScriptTooLong { bytes: usize, most: u32 },
-    /// An emulated robot that no projector shines on.
+    /// An emulated robot outside the projector's light.
     InTheDark { id: u16 },
-    /// The emulator is not there.
+    /// The emulator program does not exist.
     NoEmulatorProgram { program: String, reason: String },
-    /// The emulator does not take the firmware.
+    /// The emulator rejects the firmware.
     Emulator { message: String },
-    /// The engine cannot have these numbers.
+    /// The engine rejects the settings.
     Settings { message: String },
-    /// More robots than random placement finds room for, the number that a grid would hold if nothing else were there, and its spacing in
-    /// mm.
+    /// More robots than random placement finds room for, with the number of robots that an empty
+    /// grid would hold, and its spacing in mm.
     NoRoom { count: usize, placed: usize, grid: usize, spacing: String },
 }
 
-/// Numbers that pass by themselves, but not together.
+/// Returns the error of settings that are valid one by one, but not together.
 pub(crate) fn settings_error(error: crate::engine::SettingsError) -> ScenarioError {
     ScenarioError { cause: Cause::Settings { message: error.to_string() }, place: None }
 }

@@ -19,10 +19,10 @@ use super::time::seconds;
 use super::world::{World, light, point_inside};
 use super::{Light, Loss, Medium};
 
-/// Something that happens at a time.
+/// A change to the world at a time.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Event {
-    /// Seconds from the start. It happens before the robots act at that time.
+    /// Seconds from the start. The change takes effect before the robots act at that time.
     pub at: f64,
     /// The change.
     pub action: Action,
@@ -31,15 +31,15 @@ pub struct Event {
 /// A change to the world.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Action {
-    /// The robots fail: no motor, no frame, no step.
+    /// The robots fail: no motor, no frame, no step, until they are restarted.
     Fail(Selection),
-    /// The robots stop: no motor, no frame, no step.
+    /// The robots stop: no motor, no frame, no step, until they resume.
     Stop(Selection),
-    /// Stopped robots go on where they were.
+    /// Stopped robots continue from their state.
     Resume(Selection),
     /// The robots are switched off and on.
     Restart(Selection),
-    /// The supply of the robots that run fails for a moment.
+    /// The power supply of the running robots fails for a moment.
     BrownOut(Selection),
     /// The robots get another script, and are switched off and on.
     Load {
@@ -47,60 +47,60 @@ pub enum Action {
         robots: Selection,
         /// The script, image or object file.
         script: PathBuf,
-        /// Globals that hold numbers keep them, if the new script has them, too.
+        /// True if globals that hold numbers keep them, where the new script has the same globals.
         keep: bool,
     },
-    /// A global of the robots' scripts gets another number.
+    /// A global of the robots' scripts is set to a number.
     Set {
         /// The robots that the event is for.
         robots: Selection,
-        /// Its name.
+        /// The name of the global.
         global: String,
-        /// The number.
         number: ScriptNumber,
-        /// The place of the name.
+        /// The place of the name in the file.
         place: Place,
     },
-    /// Robots that were not there from the start come.
+    /// Robots that were absent at the start join.
     Join(Selection),
     /// The robots are moved.
     Move {
         /// The robots that the event is for.
         robots: Selection,
-        /// The new place, or the way to it.
+        /// The destination.
         to: Target,
-        /// Degrees to look at afterwards.
+        /// The new heading in degrees; `None` keeps it.
         heading: Option<f64>,
     },
-    /// The robots' batteries have another voltage.
+    /// The voltage of the robots' batteries is set.
     Battery {
         /// The robots that the event is for.
         robots: Selection,
-        /// mV.
+        /// The voltage in mV.
         millivolts: u16,
     },
     /// The lights of the world are replaced.
     Light(Vec<Light>),
-    /// A medium loses another share of its frames.
+    /// The share of frames that a medium loses is set.
     Loss(Medium, Loss),
-    /// No frame gets from one of these robots to one of those, nor back.
+    /// Links between robots of the first and of the second selection are blocked in both
+    /// directions.
     Block(Selection, Selection),
-    /// Frames get through again.
+    /// Blocked links work again.
     Restore(Selection, Selection),
-    /// Frames only get through inside of each part. Robots of no part are a part of their own.
+    /// Links work only within each part. Robots in no part form one more part.
     Partition(Vec<Selection>),
-    /// The partition is over.
+    /// The partition ends.
     Heal,
-    /// An adversary begins.
+    /// An adversary appears.
     Adversary(Box<Adversary>),
 }
 
-/// The place to which robots are moved.
+/// The destination of robots that are moved.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Target {
-    /// Their centre comes to this point; they keep their places to each other.
+    /// The mean of their positions moves to this point, in mm. Their relative positions stay.
     To([f64; 2]),
-    /// By this way from their places, in mm.
+    /// Each robot moves by this displacement in mm.
     By([f64; 2]),
 }
 
@@ -136,7 +136,7 @@ pub fn read(
     let at = section.required("at").and_then(|entry| {
         let at = seconds(&entry, 0.0..=f64::MAX)?;
         not_after_end(&entry, "at", at, world.duration)?;
-        // At the very end nothing acts any more.
+        // No action takes effect at the very end of the run.
         if at >= world.duration {
             entry.fail(Cause::AfterEnd { key: "at", duration: world.duration.to_string() });
             return None;
@@ -220,14 +220,14 @@ pub fn action(
     {
         loss.check_emulated(&entry);
     }
-    // The emulator read the flash when it started, and nothing writes to its memory later.
+    // The emulator loads the flash only at its start, and has no access to the memory later.
     if let Action::Load { robots, .. } | Action::Set { robots, .. } = &action
         && census.is_emulated(robots)
     {
         entry.fail(Cause::NotEmulated { key });
         return None;
     }
-    // Robots have no pause button.
+    // Real robots cannot be paused.
     if let Action::Stop(robots) | Action::Resume(robots) = &action
         && census.is_emulated(robots)
     {
@@ -243,7 +243,7 @@ pub fn action(
     Some(action)
 }
 
-/// A global and its number, which fits the robots that have the smallest numbers.
+/// Reads a global and its number, which must fit the smallest number range of the robots.
 fn set(section: &Section<'_>, robots: Option<Selection>, groups: &[Group]) -> Option<Action> {
     let global = section.required("global").and_then(|entry| {
         let name = entry.string()?.to_owned();
@@ -264,7 +264,7 @@ fn set(section: &Section<'_>, robots: Option<Selection>, groups: &[Group]) -> Op
     Some(Action::Set { robots, global, number, place })
 }
 
-/// The greatest float of `tiny`: 10 bits, the greatest exponent is 31.
+/// The greatest float of the profile `tiny`: 10 bits, and the greatest exponent is 31.
 const GREATEST_TINY: f64 = 1023.0 * (1u64 << 22) as f64;
 
 fn int(number: f64) -> ScriptNumber {
@@ -289,7 +289,7 @@ fn moved(section: &Section<'_>, robots: Option<Selection>, world: &World) -> Opt
     Some(Action::Move { robots: robots?, to: target, heading })
 }
 
-/// The lights of an event: one, or a list of them.
+/// Reads the lights of an event: one, or a list of them.
 fn lights(entry: &Entry<'_>, world: &World) -> Option<Vec<Light>> {
     match entry.value {
         DeValue::Array(_) => {
@@ -302,9 +302,9 @@ fn lights(entry: &Entry<'_>, world: &World) -> Option<Vec<Light>> {
 fn loss(section: &Section<'_>, entry: &Entry<'_>, used: &[Medium]) -> Option<Action> {
     let loss = super::medium::loss(entry);
     let medium = match (section.get("medium"), used) {
-        // There is only one that can be meant.
+        // The scenario has a single medium, so the key can be absent.
         (None, [only]) => Some(*only),
-        // Nothing is known of the media.
+        // The media are unknown because of another error, so no error is added.
         (None, []) => None,
         (None, _) => section.required("medium").and(None),
         (Some(entry), _) => {
@@ -330,7 +330,8 @@ fn pair(entry: &Entry<'_>, census: &RobotIndex) -> Option<[Selection; 2]> {
     Some([one?, other?])
 }
 
-/// Parts of a partition are numbered in a byte; 0 is that of robots in no part.
+/// The largest number of parts. The number of a part is one byte, and 0 is that of robots in no
+/// part.
 const PARTS: usize = 255;
 
 fn parts(entry: &Entry<'_>, census: &RobotIndex) -> Option<Vec<Selection>> {

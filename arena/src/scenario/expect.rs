@@ -12,14 +12,14 @@ use super::select::{RobotIndex, Selection};
 use super::time::{check_ticks, seconds};
 use super::value::{Quantity, is_identifier};
 
-/// A condition on robots, and when it must hold.
+/// A condition on robots, and the time at which it must hold.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Expect {
-    /// Its name, which no other expectation of the scenario has.
+    /// The name, unique in the scenario.
     pub name: Option<String>,
     /// The time at which, or for which, it must hold.
     pub when: When,
-    /// Which robots are looked at.
+    /// The robots that the condition is about.
     pub robots: Selection,
     /// The quantity of these robots.
     pub value: Quantity,
@@ -38,11 +38,11 @@ pub struct Expect {
 /// The time at which an expectation must hold, in seconds.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum When {
-    /// At that time.
+    /// At this time.
     At(f64),
-    /// At some time up to then.
+    /// At some time from the start to this one.
     Within(f64),
-    /// All the time from the first to the second.
+    /// Throughout the time from the first to the second.
     Always(f64, f64),
 }
 
@@ -55,47 +55,48 @@ pub enum Of {
     Any,
     /// Exactly one robot's value passes.
     One,
-    /// The test holds for no robot; every robot has a value, unless the test is for existence.
+    /// No robot's value passes the test. Every robot must have a value, unless the test is for
+    /// existence.
     None,
     /// At least this number of robots pass.
     AtLeast(u32),
-    /// All values are the same, and if there is a test they pass it.
+    /// All values are equal and pass the test, if there is one.
     Agree,
-    /// The test is about one number that comes of all.
+    /// One number computed from all values passes the test.
     Reduced(Reduction),
 }
 
-/// One number out of many. Values that are no numbers are left out.
+/// A computation of one number from many values. Values other than numbers are ignored.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Reduction {
-    /// Arithmetic mean.
+    /// The arithmetic mean.
     Mean,
-    /// Sum.
+    /// The sum.
     Sum,
-    /// Smallest.
+    /// The smallest number.
     Min,
-    /// Largest.
+    /// The largest number.
     Max,
-    /// Largest minus smallest.
+    /// The largest number minus the smallest.
     Spread,
-    /// The number of different values, numbers or not. nil is none of them.
+    /// The number of different values, including values other than numbers, but not nil.
     Different,
 }
 
 /// A comparison of a value.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Test {
-    /// Equal to this.
+    /// The value is equal to this one.
     Equals(Wanted),
-    /// Not the same.
+    /// The value exists and is not equal to this one.
     Differs(Wanted),
-    /// Smaller than.
+    /// The value is less than this number.
     Below(f64),
-    /// Greater than.
+    /// The value is greater than this number.
     Above(f64),
-    /// In this closed range.
+    /// The value is in this closed range.
     Between(f64, f64),
-    /// Not nil, or nil.
+    /// The value is not nil (true), or is nil (false).
     Exists(bool),
 }
 
@@ -126,7 +127,7 @@ pub const WORDS: [(&str, Of); 11] = [
 const TIMES: &[&str] = &["at", "within", "always"];
 const TESTS: &[&str] = &["equals", "differs", "below", "above", "between", "exists"];
 
-/// Any number of TOML that is one.
+/// The range of all finite numbers.
 const FINITE: std::ops::RangeInclusive<f64> = f64::MIN..=f64::MAX;
 
 /// Reads the expectations of a file.
@@ -139,7 +140,8 @@ pub fn read_all(root: &Section<'_>, census: &RobotIndex, duration: f64) -> Vec<E
     expects.filter_map(|(section, name)| read(section, name, census, duration)).collect()
 }
 
-/// Returns the name of an expectation, if it has one. `lines` are those of the names before it.
+/// Returns the name of an expectation, if it has one. `lines` holds the lines of the names before
+/// it.
 fn name(section: &Section<'_>, lines: &mut BTreeMap<String, usize>) -> Option<String> {
     let entry = section.get("name")?;
     let name = entry.string()?.to_owned();
@@ -226,7 +228,7 @@ fn read(
     })
 }
 
-/// A quantity of the file.
+/// Reads a quantity.
 pub fn quantity(entry: &Entry<'_>) -> Option<Quantity> {
     let text = entry.string()?;
     let quantity = Quantity::parse(text);
@@ -261,7 +263,7 @@ fn when(section: &Section<'_>, duration: f64) -> Option<When> {
     })
 }
 
-/// Notes a time at which nothing happens any more.
+/// Reports a time after the end of the run.
 pub fn not_after_end(entry: &Entry<'_>, key: &'static str, time: f64, duration: f64) -> Option<()> {
     if time > duration {
         entry.fail(Cause::AfterEnd { key, duration: duration.to_string() });
@@ -303,7 +305,7 @@ fn test(section: &Section<'_>) -> Option<Test> {
     })
 }
 
-/// Notes a tolerance that nothing uses.
+/// Reads the tolerance, and reports one that no test uses.
 fn tolerance(section: &Section<'_>) -> f64 {
     let Some(entry) = section.get("tolerance") else { return 0.0 };
     let is_agree = section.get("of").is_some_and(|of| of.value.as_str() == Some("agree"));

@@ -1,4 +1,4 @@
-//! The folder of a scenario, in which the files are that it names.
+//! The folder of a scenario, which contains the files that the scenario names.
 
 use std::io::ErrorKind;
 use std::path::{Path, PathBuf};
@@ -9,15 +9,15 @@ use bittybuzz_toml_reader::file::{MOST_TEXT, ReadError};
 /// A folder on disk or in memory.
 #[derive(Clone, Copy)]
 pub struct Folder<'a> {
-    /// The files that there are.
+    /// The file system.
     pub files: &'a dyn Files,
-    /// Its path.
+    /// The path of the folder.
     pub path: &'a Path,
 }
 
 impl Folder<'_> {
-    /// Returns the path of a file that has that path from here; else the reason why it is none. It has at most `most` bytes, if
-    /// that is limited.
+    /// Returns the path of the file `name`, which is relative to the folder, or the reason why it
+    /// is not a readable file. `most` is the largest length in bytes, if that is limited.
     pub fn file(&self, name: &str, most: Option<u64>) -> Result<PathBuf, String> {
         let path = self.path.join(name);
         match self.files.kind(&path) {
@@ -35,11 +35,11 @@ impl Folder<'_> {
     }
 }
 
-/// Reads a text that people write: a scenario or a robot file.
+/// Reads a text file that users write: a scenario or a robot file.
 pub fn read_text(files: &dyn Files, path: &Path) -> Result<String, ReadError> {
     match files.kind(path)? {
         FileKind::Folder => return Err(ReadError::Folder),
-        // It could be waited for without end.
+        // A read could block forever.
         FileKind::Stream => return Err(ReadError::NotAFile("a device or a pipe")),
         FileKind::File { .. } => {}
     }

@@ -1,32 +1,32 @@
-//! Every key of a scenario file: the table against which files and the document are checked.
+//! Every key of a scenario file. Files and the document are checked against these tables.
 
 use std::ops::RangeInclusive;
 
 /// A key of a section.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Key {
-    /// Its name.
     pub name: &'static str,
-    /// The form of its value.
+    /// The form of the value.
     pub takes: &'static str,
-    /// The value without the key; empty if the key is needed, or if nothing stands in for it.
+    /// The value that applies without the key; empty if the key is required, or if there is no such
+    /// value.
     pub default: &'static str,
-    /// The meaning, with its unit.
+    /// The meaning of the value, with its unit.
     pub help: &'static str,
 }
 
-/// A section, as errors name it, and its keys.
+/// A section and its keys.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct SectionKeys {
-    /// Its name.
+    /// The name of the section in errors.
     pub name: &'static str,
-    /// Its keys, in the order of the document.
+    /// The keys, in the order of the document.
     pub keys: &'static [Key],
 }
 
-/// The file itself.
+/// The top level of the file.
 pub const ROOT: &str = "the file";
-/// World.
+/// The ground, light and time.
 pub const WORLD: &str = "[world]";
 /// An obstacle of the world.
 pub const OBSTACLE: &str = "this obstacle";
@@ -34,34 +34,34 @@ pub const OBSTACLE: &str = "this obstacle";
 pub const LIGHT: &str = "this light";
 /// A group of robots.
 pub const ROBOTS: &str = "this [[robots]]";
-/// The bodies.
+/// The models of the robots.
 pub const BODY: &str = "[body]";
 /// The media.
 pub const MEDIUM: &str = "[medium]";
-/// Infrared.
+/// Infrared light.
 pub const IR: &str = "[medium.ir]";
-/// nRF24L01+.
+/// nRF24L01+ radio.
 pub const NRF24: &str = "[medium.nrf24]";
-/// Peer to peer.
+/// Peer-to-peer packets of the nRF51.
 pub const P2P: &str = "[medium.p2p]";
-/// Range and bearing.
+/// Range and bearing, the link of robots that their file describes.
 pub const RAB: &str = "[medium.rab]";
-/// The station between media.
+/// The station that forwards messages between media.
 pub const BRIDGE: &str = "[bridge]";
 /// An adversary.
 pub const ADVERSARY: &str = "this [[adversary]]";
 /// An event.
 pub const EVENT: &str = "this [[event]]";
-/// An event without its time.
+/// A command: an event without its time.
 pub const COMMAND: &str = "the command";
 /// An expectation.
 pub const EXPECT: &str = "this [[expect]]";
-/// The results that are kept.
+/// The results of a run that are kept.
 pub const OUTPUT: &str = "[output]";
-/// The task of a class.
+/// The task for a class.
 pub const ASSIGNMENT: &str = "[assignment]";
 
-/// A table of keys: name, value, default and help of each.
+/// Makes a table of keys from the name, value, default and help of each.
 #[macro_export]
 macro_rules! scenario_keys {
     ($($name:literal $takes:literal $default:literal $help:literal),* $(,)?) => {
@@ -75,7 +75,8 @@ pub const RADIUS: RangeInclusive<f64> = 1.0..=10_000.0;
 /// Standard deviations of motors' gains.
 pub const GAIN_ERROR: RangeInclusive<f64> = 0.0..=1.0;
 
-/// Infrared measures distances and sends at a rate; the radios do neither.
+/// The keys of infrared, which measures distances and has a rate. The last two keys do not apply to
+/// radios.
 const IR_KEYS: &[Key] = scenario_keys![
     "range" "number" "of the model" "largest distance at which a frame is heard, in mm; ir: from rim to rim, radio: from middle to middle",
     "loss" "0 to 1 or [near, far]" "of the model" "share of frames lost on each link: everywhere, or where robots touch and at the end of the range",

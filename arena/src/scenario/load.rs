@@ -4,7 +4,8 @@ use std::path::{Path, PathBuf};
 
 use super::{Action, Event, Group, Scenario, Selection};
 
-/// A script that an event or a command loads into robots of a group. Each kind of robots has its own image of it.
+/// A script that an event or a command loads into the robots of a group. Each group has its own
+/// image of it.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Load {
     /// Number of the group.
@@ -14,8 +15,8 @@ pub struct Load {
 }
 
 impl Scenario {
-    /// Returns the robots and the script of each program of a run: those of the groups, then those that events load, in the order of
-    /// the file. Programs have their numbers in this order.
+    /// Returns the group and the script of each program of a run: those of the groups, then those
+    /// that events load, in the order of the file. Programs are numbered in this order.
     pub fn programs(&self) -> impl Iterator<Item = (&Group, &Path)> {
         let own = self.groups.iter().map(|group| (group, group.script.as_path()));
         let loaded = self.loads.iter();
@@ -23,7 +24,7 @@ impl Scenario {
     }
 }
 
-/// Returns the numbers of the groups that have some of these robots.
+/// Returns the numbers of the groups that contain some of these robots.
 pub fn groups_of(groups: &[Group], robots: &Selection) -> Vec<usize> {
     let mut first = 0;
     let ranges = groups.iter().map(|group| {
@@ -35,7 +36,8 @@ pub fn groups_of(groups: &[Group], robots: &Selection) -> Vec<usize> {
     ranges.enumerate().filter(|(_, range)| has_some(range)).map(|(number, _)| number).collect()
 }
 
-/// Returns the scripts that events load and groups do not have from the start, each once, in the order of the events.
+/// Returns the scripts that events load and that groups do not run from the start, each once, in
+/// the order of the events.
 pub fn loads(events: &[Event], groups: &[Group]) -> Vec<Load> {
     let mut loads: Vec<Load> = Vec::new();
     for event in events {

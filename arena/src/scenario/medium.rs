@@ -17,7 +17,7 @@ pub enum Medium {
     Nrf24,
     /// Peer-to-peer packets of an nRF51.
     P2p,
-    /// Link of robots that are described by their file: range and bearing.
+    /// The range-and-bearing link of robots that their file describes.
     Rab,
 }
 
@@ -26,7 +26,7 @@ impl Medium {
     pub const WORDS: [(&'static str, Medium); 4] =
         [("ir", Medium::Ir), ("nrf24", Medium::Nrf24), ("p2p", Medium::P2p), ("rab", Medium::Rab)];
 
-    /// The medium as the engine has it.
+    /// Returns the scenario's name for a medium of the engine.
     pub(crate) fn of(medium: engine::Medium) -> Self {
         match medium {
             engine::Medium::Infrared => Medium::Ir,
@@ -36,7 +36,7 @@ impl Medium {
         }
     }
 
-    /// Its name in scenario files.
+    /// Returns the name in scenario files.
     pub fn name(self) -> &'static str {
         match self {
             Medium::Ir => "ir",
@@ -47,24 +47,25 @@ impl Medium {
     }
 }
 
-/// The behaviour of a medium. A field that is `None` follows the physical model of the medium.
+/// The settings of a medium. A field that is `None` follows the physical model of the medium.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct MediumSettings {
-    /// Largest distance at which a frame is heard, in mm: from rim to rim for infrared, from middle to middle for radio.
+    /// The largest distance in mm at which a frame is received: from rim to rim for infrared, from
+    /// middle to middle for radio.
     pub range: Option<f64>,
-    /// Share of frames that are lost.
+    /// The share of frames that are lost.
     pub loss: Option<Loss>,
-    /// Share of frames that arrive twice.
+    /// The share of frames that arrive twice.
     pub duplication: Option<f64>,
-    /// Share of frames that arrive up to half a second late.
+    /// The share of frames that arrive up to half a second late.
     pub reordering: Option<f64>,
-    /// Frames per second that a robot can send; infrared only.
+    /// The number of frames per second that a robot can send; infrared only.
     pub rate: Option<f64>,
     /// Standard deviation of measured distances in mm; infrared only.
     pub distance_error: Option<f64>,
 }
 
-/// Share of frames that are lost on a link, beside all collisions.
+/// The share of frames that are lost on a link, in addition to collisions.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Loss {
     /// For robots that touch.
@@ -74,7 +75,7 @@ pub struct Loss {
 }
 
 impl Loss {
-    /// Notes a loss that depends on the distance, which an emulator does not know.
+    /// Reports a loss that depends on the distance, which an emulator does not model.
     pub(super) fn check_emulated(self, entry: &Entry<'_>) {
         if self.near != self.far {
             entry.fail(Cause::NotEmulated { key: "loss = [near, far]" });
@@ -107,10 +108,11 @@ impl Media {
     }
 }
 
-/// Effects on packets that emulators do not have.
+/// Keys of effects that emulators do not have.
 const NOT_EMULATED: [&str; 2] = ["duplication", "reordering"];
 
-/// The media of the file; those which are `emulated` carry packets between emulated robots.
+/// Reads the media of the file. `used` are those of all robots, and `emulated` those that carry
+/// packets between emulated robots.
 pub fn read(root: &Section<'_>, used: &[Medium], emulated: &[Medium]) -> Media {
     let mut media = Media::default();
     let Some(section) = root.section("medium", super::keys::MEDIUM) else { return media };
@@ -145,7 +147,8 @@ pub fn read(root: &Section<'_>, used: &[Medium], emulated: &[Medium]) -> Media {
     media
 }
 
-/// The fate of a group's frames, where it differs from the medium's. `name` is that of the section in messages.
+/// Reads the settings of a group's frames that differ from the medium's. `name` is the name of the
+/// section in messages.
 pub fn link(group: &Section<'_>, name: &'static str) -> MediumSettings {
     group.section("link", name).map_or_else(MediumSettings::default, |section| read_one(&section))
 }
@@ -157,13 +160,14 @@ fn read_one(section: &Section<'_>) -> MediumSettings {
         loss: section.get("loss").and_then(|entry| loss(&entry)),
         duplication: share("duplication"),
         reordering: share("reordering"),
-        // A frame takes 4.4 ms; the period of kilolib is 16 bits of 128 µs.
+        // A frame takes 4.4 ms, which limits the rate from above. The period of kilolib is 16 bits
+        // in units of 128 µs, which limits it from below.
         rate: section.number("rate", 0.12..=225.0),
         distance_error: section.number("distance_error", 0.0..=1000.0),
     }
 }
 
-/// One share for all links, or those of near and far ones.
+/// Reads one share for all links, or one for near and one for far links.
 pub fn loss(entry: &Entry<'_>) -> Option<Loss> {
     if let DeValue::Array(_) = entry.value {
         let [near, far] = entry.numbers("a number or two as [near, far]", 0.0..=1.0)?;

@@ -1,12 +1,12 @@
-//! Groups of emulated robots that cannot be in one world.
+//! The check for groups of emulated robots that cannot be in one world.
 
 use super::backend::Backend;
 use super::error::Cause;
 use super::read::Section;
 use super::robots::Group;
 
-/// Notes groups that cannot be in one world: one program emulates all robots of a kind with one firmware, and only these hear
-/// others of their kind.
+/// Reports groups that cannot be in one world: one emulator program runs all robots of a model with
+/// one firmware, and robots outside it do not receive their frames.
 pub fn check(root: &Section<'_>, groups: &[Group]) {
     let fail = |group: &Group, cause| {
         let place = match &group.backend {

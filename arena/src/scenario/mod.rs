@@ -1,7 +1,8 @@
-//! Scenario files: a world, the robots in it, what happens and what must come of it.
+//! Scenario files: a world, the robots in it, events during the run, and expected results.
 //!
-//! A file is refused rather than guessed at. All its mistakes are found in one run, each with its place and what to do;
-//! `docs/scenario.md` describes every key, and [`keys`] is what it is checked against.
+//! The reader rejects a file with a mistake instead of guessing. It finds all mistakes in one pass,
+//! each with its place and remedy. `docs/scenario.md` describes every key, and [`keys`] is the
+//! table against which files are checked.
 
 mod adversary;
 mod assignment;
@@ -61,32 +62,32 @@ pub struct Scenario {
     pub world: World,
     /// The robots; at least one group.
     pub groups: Vec<Group>,
-    /// The robots that it could have, with the numbers that hold for all of a kind.
+    /// The models of robots that are available, with the file's settings for each.
     pub models: Vec<Arc<dyn RobotModel>>,
     /// The media that carry their frames.
     pub media: Media,
-    /// The station that passes frames on between unlike media.
+    /// The station that forwards frames between different media.
     pub bridge: Option<Bridge>,
-    /// Changes, by time; those at one time in the order of the file.
+    /// Changes by time; those at the same time in the order of the file.
     pub events: Vec<Event>,
     /// Conditions that must hold.
     pub expects: Vec<Expect>,
     /// The results of a run that are kept.
     pub output: Output,
-    /// The task of a class, if the scenario is an assignment.
+    /// The task for a class, if the scenario is an assignment.
     pub assignment: Option<Assignment>,
     /// The scripts that events load into robots.
     pub loads: Vec<Load>,
-    /// The folder of the file, from which commands name scripts.
+    /// The folder of the file. The scripts that commands name are relative to it.
     pub folder: PathBuf,
-    /// The robots by name and id, and the media that they use: for commands.
+    /// The robots by name and id. Commands need this index.
     census: Arc<select::RobotIndex>,
     used: Vec<Medium>,
 }
 
 impl Scenario {
-    /// Reads a scenario file on disk, with the values that `set` (`medium.ir.loss=0.1`) gives instead of the file's. `models` are
-    /// the robots that it can have.
+    /// Reads a scenario file on disk. The values in `set` (`medium.ir.loss=0.1`) override those of
+    /// the file. `models` are the available models of robots.
     pub fn open(
         path: &Path,
         set: &[String],
@@ -95,8 +96,8 @@ impl Scenario {
         Scenario::open_in(&DiskFiles, path, set, models)
     }
 
-    /// Reads a scenario file as [`open`](Self::open) does, and the files that it names, from `files`: on disk or in memory. Errors
-    /// name the same files and lines.
+    /// Reads a scenario file as [`open`](Self::open) does. The scenario file and the files that it
+    /// names come from `files`, on disk or in memory. Errors name the same files and lines.
     pub fn open_in(
         files: &dyn Files,
         path: &Path,
@@ -111,7 +112,8 @@ impl Scenario {
         Scenario::parse_in(files, &text, path, set, models)
     }
 
-    /// Reads a text as the scenario file at a path, as [`open_in`](Self::open_in) does, and the files that it names from `files`.
+    /// Reads a text as if it were the scenario file at `path`, as [`open_in`](Self::open_in) does.
+    /// The files that it names come from `files`.
     pub fn parse_in(
         files: &dyn Files,
         text: &str,
@@ -123,8 +125,8 @@ impl Scenario {
         parse(text, &path.to_string_lossy(), folder, set, models)
     }
 
-    /// Reads the text of a scenario file. `path` only names it in errors; scripts and robot files are searched on disk, from
-    /// `folder`.
+    /// Reads the text of a scenario file. `path` is only its name in errors. Scripts and robot
+    /// files are on disk, relative to `folder`.
     pub fn parse(
         text: &str,
         path: &str,
@@ -135,7 +137,8 @@ impl Scenario {
         parse(text, path, Folder { files: &DiskFiles, path: folder }, set, models)
     }
 
-    /// Reads a command to a running world: the keys of an `[[event]]` without `at`, such as `fail = 3`. Returns its action.
+    /// Reads a command to a running world and returns its action. The text has the keys of an
+    /// `[[event]]` without `at`, such as `fail = 3`.
     pub fn command(&self, text: &str) -> Result<Action, Vec<ScenarioError>> {
         let schema = |section| match section {
             keys::COMMAND => keys::of(keys::EVENT).into_iter().filter(|key| *key != "at").collect(),
@@ -158,7 +161,8 @@ impl Scenario {
     }
 }
 
-/// Reads the text of a scenario file. `path` only names it in errors; the files that it names are searched from `folder`.
+/// Reads the text of a scenario file. `path` is only its name in errors. The files that it names
+/// are relative to `folder`.
 fn parse(
     text: &str,
     path: &str,
@@ -178,10 +182,12 @@ fn parse(
     })
 }
 
-/// Reads everything, so that every mistake is found; `None` if there is one.
+/// Reads all sections even after an error, so that every mistake is found. Returns `None` if a
+/// required part is missing.
 fn scenario(root: &Section<'_>, folder: Folder<'_>, models: &Models) -> Option<Scenario> {
     let world = world::read(root);
-    // Places and times cannot be checked against a world that is not there.
+    // Without a valid `[world]`, places and times cannot be checked: an unbounded world accepts
+    // all.
     let boundless = World {
         size: [f64::MAX; 2],
         obstacles: Vec::new(),
@@ -198,7 +204,7 @@ fn scenario(root: &Section<'_>, folder: Folder<'_>, models: &Models) -> Option<S
     let mut groups: Vec<Group> = groups.into_iter().flatten().collect();
     robots::introduce(&mut groups);
     let mut used = Vec::new();
-    // A group that is wrong may have any medium, so the media in use are unknown.
+    // A group with a mistake may have any medium, so the media in use are unknown.
     for group in groups.iter().filter(|_| is_complete) {
         let medium = Medium::of(group.model.medium());
         if !used.contains(&medium) {
@@ -250,7 +256,7 @@ fn scenario(root: &Section<'_>, folder: Folder<'_>, models: &Models) -> Option<S
     })
 }
 
-/// Returns the names of the keys of a section: of every scenario, or of one of the models.
+/// Returns the names of the keys of a section, either of scenarios or of one of the models.
 fn keys_of(section: &str, models: &Models) -> Vec<&'static str> {
     if section == keys::BODY {
         return models.iter().map(|model| model.name()).collect();
@@ -268,7 +274,8 @@ fn keys_of(section: &str, models: &Models) -> Vec<&'static str> {
     })
 }
 
-/// The parts of `medium.ir.loss=0.1`, and how errors name the place of the value.
+/// Returns the key and the value of `medium.ir.loss=0.1`, and between them the name of its place in
+/// errors.
 fn split(set: &str) -> (&str, String, &str) {
     let (key, value) = set.split_once('=').unwrap_or((set, ""));
     (key.trim(), format!("--set {}", key.trim()), value.trim())

@@ -15,7 +15,7 @@ use super::value::Quantity;
 pub struct Output {
     /// Seconds between two samples of pictures and recordings.
     pub every: f64,
-    /// Quantities over time, and where each is written.
+    /// Quantities to show over time, with the place of each in the file.
     pub plot: Vec<(Quantity, Place)>,
 }
 

@@ -1,4 +1,5 @@
-//! The reader of scenario files: [`bittybuzz_toml_reader`] with the mistakes of a scenario.
+//! The reader of scenario files: the types of [`bittybuzz_toml_reader`], with [`Cause`] as the
+//! mistakes.
 
 use bittybuzz_toml_reader as toml_reader;
 

@@ -1,4 +1,4 @@
-//! `[[robots]]`: the groups of robots, with their kinds, starts and scripts.
+//! `[[robots]]`: the groups of robots, with their models, start poses and scripts.
 
 use std::ffi::OsStr;
 use std::ops::RangeInclusive;
@@ -27,15 +27,16 @@ use super::world::{World, point_inside};
 /// Robots of one kind that run one script.
 #[derive(Debug, Clone)]
 pub struct Group {
-    /// By which events and expectations know it; none else has it.
+    /// The unique name by which events and expectations refer to the group.
     pub name: String,
-    /// The kind of robot.
+    /// The content of the robot file.
     pub robot: Robot,
-    /// The robots of all groups, each once: a script for several of them may ask for functions that one of them lacks.
+    /// The robot files of all groups, each once. A script for several of them may ask for functions
+    /// that one of them lacks.
     pub robots_of_scenario: Arc<[Robot]>,
-    /// The robot file, for a robot that does not ship.
+    /// The path of the robot file, for a robot that does not ship.
     pub robot_file: Option<PathBuf>,
-    /// Their bodies, with the numbers of this group.
+    /// The model of the robots, with the settings of this group.
     pub model: Arc<dyn RobotModel>,
     /// The script, image or object file that they run.
     pub script: PathBuf,
@@ -43,25 +44,26 @@ pub struct Group {
     pub backend: Backend,
     /// The number of robots.
     pub count: u32,
-    /// Id of the first; the others follow.
+    /// The id of the first robot; the others follow.
     pub first_id: u16,
     /// The places where they start.
     pub placement: Placement,
     /// Their headings at the start.
     pub heading: Heading,
-    /// True if they are there from the start; else an event lets them join.
+    /// True if the robots are present at the start; otherwise an event lets them join.
     pub present: bool,
-    /// The least and the greatest percentage by which the clock of a robot is fast; below 0 it is slow.
+    /// The range of the percentage by which the clock of a robot is fast; a negative clock skew is
+    /// slow.
     pub clock_skew: [f64; 2],
-    /// Mean time in seconds from one brown-out of a robot to the next; `None`: there are none.
+    /// The mean time in seconds between two brown-outs of a robot; `None` if there are none.
     pub brown_out_every: Option<f64>,
-    /// The settings in which their frames differ from all frames of that medium.
+    /// The settings of the robots' frames that differ from those of the medium.
     pub link: MediumSettings,
     /// The place of the group in the file.
     pub place: Place,
 }
 
-/// Lets every group know the robots of all groups.
+/// Stores the robot files of all groups in every group.
 pub(super) fn introduce(groups: &mut [Group]) {
     let mut robots: Vec<Robot> = Vec::new();
     for group in &*groups {
@@ -75,48 +77,46 @@ pub(super) fn introduce(groups: &mut [Group]) {
     }
 }
 
-/// The places where robots start. Points in mm.
+/// The places where robots start. All points are in mm.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Placement {
     /// Rows around a centre.
     Grid {
-        /// Centre of the grid.
         at: [f64; 2],
-        /// From robot to robot, in mm.
+        /// The distance between neighbouring robots in mm.
         spacing: f64,
-        /// Robots in a row.
+        /// The number of robots in a row.
         columns: u32,
     },
-    /// Rows around a centre, every second row shifted by half a place: each robot has up to six neighbours at the same distance.
+    /// Rows around a centre, with every second row shifted by half the spacing: each robot has up
+    /// to six neighbours at the same distance.
     Hexagonal {
-        /// Centre of the rows.
         at: [f64; 2],
-        /// From robot to robot, in mm.
+        /// The distance between neighbouring robots in mm.
         spacing: f64,
-        /// Robots in a row.
+        /// The number of robots in a row.
         columns: u32,
     },
     /// A row that begins at a point.
     Line {
-        /// The first robot.
+        /// The position of the first robot.
         at: [f64; 2],
-        /// From robot to robot, in mm.
+        /// The distance between neighbouring robots in mm.
         spacing: f64,
-        /// Degrees.
+        /// The direction of the row in degrees, 0 along the x axis, anticlockwise.
         direction: f64,
     },
     /// Evenly on a circle.
     Circle {
-        /// Its centre.
         at: [f64; 2],
-        /// Its radius in mm.
+        /// The radius in mm.
         radius: f64,
     },
-    /// Anywhere in a rectangle, no two in one place.
+    /// Random places in a rectangle, without overlap.
     Random {
         /// Centre of the rectangle.
         at: [f64; 2],
-        /// Its width and height in mm.
+        /// Width and height of the rectangle in mm.
         area: [f64; 2],
     },
     /// The places that the file lists.
@@ -128,17 +128,17 @@ pub enum Placement {
 pub enum Heading {
     /// Degrees, 0 along the x axis, anticlockwise.
     Degrees(f64),
-    /// Anywhere.
+    /// A random heading for each robot.
     Random,
 }
 
-/// Robots of a group: as many as there are ids.
+/// The number of robots in a group: at most one for each id.
 const COUNT: RangeInclusive<u32> = 1..=0x1_0000;
 
-/// Robots that stand closer than this would be in one another, in mm.
+/// The valid spacings in mm. Robots at a smaller distance would overlap.
 const SPACING: RangeInclusive<f64> = 1.0..=1e6;
 
-/// The groups of the file; `None` for one that is wrong.
+/// Reads the groups of the file; `None` stands for a group with a mistake.
 pub fn read(
     root: &Section<'_>,
     folder: Folder<'_>,
@@ -182,7 +182,7 @@ fn group(
     let count = section.integer("count", COUNT);
     let listed = section.get("positions").and_then(|entry| entry.list());
     let is_sized = count.is_some() || section.get("count").is_none();
-    // A wrong count is replaced by the number of places, so that it has no other consequences.
+    // The number of places replaces an invalid count, so that no further errors follow from it.
     let count = count.unwrap_or(listed.map_or(1, |listed| listed.len() as u32));
     let name = name(section, robot.as_ref(), census);
     let first_id = section.integer("first_id", 0..=0xffff).unwrap_or(census.next_id());
@@ -233,11 +233,10 @@ fn group(
     })
 }
 
-/// Percent by which the clocks of scripts may be off. An RC oscillator without calibration is
-/// within 10 %.
+/// The valid clock skews in percent. An RC oscillator without calibration is within 10 %.
 const CLOCK_SKEW: RangeInclusive<f64> = -20.0..=20.0;
 
-/// One percentage for all robots, or the least and the greatest.
+/// Reads one percentage for all robots, or the least and the greatest one.
 fn clock_skew(entry: &Entry<'_>) -> Option<[f64; 2]> {
     if let DeValue::Array(_) = entry.value {
         let [one, other]: [f64; 2] =
@@ -247,7 +246,7 @@ fn clock_skew(entry: &Entry<'_>) -> Option<[f64; 2]> {
     entry.number(CLOCK_SKEW).map(|skew| [skew; 2])
 }
 
-/// Notes a robot whose steps are no whole number of ticks apart.
+/// Reports a robot file with steps that are not a whole number of ticks apart.
 fn check_rate(section: &Section<'_>, robot: Option<&Robot>) {
     let (Some(robot), Some(entry)) = (robot, section.get("robot")) else { return };
     if !step_rates().any(|rate| rate == robot.tick_hz) {
@@ -255,7 +254,7 @@ fn check_rate(section: &Section<'_>, robot: Option<&Robot>) {
     }
 }
 
-/// Notes functions of a robot that the simulator cannot carry out.
+/// Reports functions of a robot that have no effect in the simulator.
 fn check_effects(section: &Section<'_>, robot: &Robot, model: &dyn RobotModel) {
     for function in &robot.functions {
         if model.effect(function).is_none() && common_effect(function).is_none() {
@@ -269,7 +268,7 @@ fn check_effects(section: &Section<'_>, robot: &Robot, model: &dyn RobotModel) {
     }
 }
 
-/// Degrees.
+/// Reads a heading in degrees.
 pub fn heading(entry: &Entry<'_>) -> Option<f64> {
     if let DeValue::String(_) = entry.value {
         entry.wrong_type("a number of degrees or \"random\"");
@@ -278,7 +277,7 @@ pub fn heading(entry: &Entry<'_>) -> Option<f64> {
     entry.number(-360.0..=360.0)
 }
 
-/// The path of the robot file, if the value is one.
+/// Returns the path of the robot file, if the value is one.
 fn robot_file(entry: &Entry<'_>, folder: Folder<'_>) -> Option<PathBuf> {
     let path = Path::new(entry.value.as_str()?);
     (path.extension() == Some(OsStr::new("toml"))).then(|| folder.path.join(path))
@@ -301,7 +300,7 @@ fn robot(entry: &Entry<'_>, file: Option<&Path>, folder: Folder<'_>) -> Option<R
         Err(errors) => {
             for error in errors.0 {
                 match error.place.clone() {
-                    // The mistake is in the robot file.
+                    // The mistake has its place in the robot file.
                     Some(place) => {
                         entry.reader.fail_at(&place, Cause::Robot { error: Box::new(error) });
                     }
@@ -313,7 +312,8 @@ fn robot(entry: &Entry<'_>, file: Option<&Path>, folder: Folder<'_>) -> Option<R
     }
 }
 
-/// The name of a group: its own, else that of its robot, with a number where that is taken.
+/// Returns the name of a group: its own, or else the name of its robot, with a number if that name
+/// is taken.
 fn name(section: &Section<'_>, robot: Option<&Robot>, census: &mut RobotIndex) -> String {
     if let Some(entry) = section.get("name") {
         let name = entry.string().unwrap_or_default();
@@ -327,7 +327,7 @@ fn name(section: &Section<'_>, robot: Option<&Robot>, census: &mut RobotIndex) -
     census.unused_name(robot.map_or("", |robot| robot.name.as_str()))
 }
 
-/// Reads the path of a script, which is in the folder.
+/// Reads the path of a script, relative to the folder.
 pub fn script(entry: &Entry<'_>, folder: Folder<'_>) -> Option<PathBuf> {
     let text = entry.string()?;
     match folder.file(text, None) {
@@ -342,7 +342,7 @@ pub fn script(entry: &Entry<'_>, folder: Folder<'_>) -> Option<PathBuf> {
     }
 }
 
-/// The script beside a missing one whose name is most like its.
+/// Returns the name of the script in the same folder that is most similar to a missing one.
 fn likely_file(path: &Path, files: &dyn Files) -> Option<String> {
     let wanted = path.file_name()?.to_str()?;
     let is_script = |name: &String| [".bzz", ".bo", ".bbi"].iter().any(|end| name.ends_with(end));
@@ -371,7 +371,8 @@ const FORMS: [(&str, Form); 6] = [
     ("list", Form::List),
 ];
 
-/// Keys of placements, the placements that have them, and the line that a file needs for a key.
+/// The keys of placements. Each has the placements that use it, and the text for an error that
+/// names them.
 const KEYS: [(&str, &[Form], &str); 7] = [
     (
         "at",
@@ -426,7 +427,7 @@ fn placement(section: &Section<'_>, count: u32, world: &World) -> Option<Placeme
             let area = section
                 .get("area")
                 .map(|entry| entry.numbers("two numbers as [width, height]", 1.0..=1e6));
-            // The whole world, wherever the centre of a smaller area may be.
+            // Without an area, the whole world is used, whatever `at` is.
             Placement::Random { at, area: area.unwrap_or(Some(world.size))? }
         }
         Form::List => return list(section, count, world),
@@ -464,7 +465,7 @@ fn list(section: &Section<'_>, count: u32, world: &World) -> Option<Placement> {
 }
 
 impl Group {
-    /// Returns the radius of a body in mm.
+    /// Returns the radius of a robot's body in mm.
     pub fn radius(&self) -> f64 {
         f64::from(self.model.shape().radius)
     }
@@ -474,7 +475,7 @@ impl Group {
         Medium::of(self.model.medium())
     }
 
-    /// Returns the robots at their places; none if chance decides.
+    /// Returns the robots at their start places; none for random placement.
     pub(crate) fn standing(&self) -> impl Iterator<Item = Standing> {
         let radius = self.radius();
         let points = self.placement.points(self.count);
@@ -483,8 +484,8 @@ impl Group {
 }
 
 impl Placement {
-    /// Returns the starts of the robots of a group of that size; none for [`Placement::Random`],
-    /// which draws them.
+    /// Returns the start positions of a group of `count` robots; none for [`Placement::Random`],
+    /// where they are drawn for each run.
     pub fn points(&self, count: u32) -> impl Iterator<Item = [f64; 2]> {
         let count = match self {
             Placement::Random { .. } => 0,
@@ -506,7 +507,7 @@ impl Placement {
                 if let Placement::Grid { .. } = self {
                     return [at[0] + x, at[1] + y];
                 }
-                // Rows are as far apart as an equilateral triangle is high.
+                // The distance between rows is the height of an equilateral triangle.
                 let shift = if row % 2 == 0 { -spacing / 4.0 } else { spacing / 4.0 };
                 let shift = if rows > 1 { shift } else { 0.0 };
                 [at[0] + x + shift, at[1] + y * 0.75_f64.sqrt()]

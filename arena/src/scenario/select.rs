@@ -1,4 +1,4 @@
-//! Which robots an event or an expectation means.
+//! The selection of the robots that an event or an expectation refers to.
 
 use std::collections::HashMap;
 use std::ops::Range;
@@ -10,7 +10,7 @@ use super::error::Cause;
 use super::read::{Entry, Section};
 use super::value::Quantity;
 
-/// Robots of a scenario, by their numbers in the order of the file, from 0.
+/// Robots of a scenario, as ranges of their numbers in the order of the file, from 0.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Selection(Vec<Range<u32>>);
 
@@ -20,7 +20,7 @@ impl Selection {
         Selection(std::iter::once(0..count).collect())
     }
 
-    /// The robots' numbers, ascending, none twice.
+    /// Returns the robots' numbers, ascending and without duplicates.
     pub fn iter(&self) -> impl Iterator<Item = usize> + Clone {
         self.0.iter().flat_map(|range| range.start as usize..range.end as usize)
     }
@@ -30,13 +30,13 @@ impl Selection {
         self.0.iter().map(|range| range.len()).sum()
     }
 
-    /// Returns true if some robot of these numbers is meant.
+    /// Returns true if the selection contains one of these numbers.
     pub fn overlaps(&self, numbers: &Range<usize>) -> bool {
         let mut ranges = self.0.iter();
         ranges.any(|own| (own.start as usize) < numbers.end && numbers.start < own.end as usize)
     }
 
-    /// Returns true if the selection has that robot.
+    /// Returns true if the selection contains that robot.
     pub fn contains(&self, robot: usize) -> bool {
         u32::try_from(robot).is_ok_and(|robot| self.0.iter().any(|range| range.contains(&robot)))
     }
@@ -54,26 +54,27 @@ impl Selection {
     }
 }
 
-/// Returns true if a text selects robots outside the group with that name.
+/// Returns true if a text selects robots even if no group has it as its name.
 pub fn means_others(text: &str) -> bool {
     let is_id = |text: &str| text.trim().parse::<u16>().is_ok();
     text == "all" || is_id(text) || text.split_once("..").is_some_and(|(a, b)| is_id(a) && is_id(b))
 }
 
-/// The groups that a message describes.
+/// The largest number of groups that a message describes.
 const MOST_DESCRIBED: usize = 24;
 
-/// The robots that a scenario has, to find them by name and id.
+/// The index of a scenario's robots by name and id.
 #[derive(Debug, Default)]
 pub struct RobotIndex {
     groups: Vec<Known>,
     /// The index of the first group of each name.
     by_name: HashMap<String, usize>,
-    /// The next number that makes a name from that of a robot.
+    /// The number for the next group's name, by the name of the robot.
     numbers: HashMap<String, u32>,
     count: u32,
     next_id: u32,
-    /// The count or the ids of a group are wrong, so the ids of all groups are uncertain.
+    /// True if the count or the ids of a group are wrong, so that the ids of all groups are
+    /// uncertain.
     is_unsure: bool,
 }
 
@@ -81,7 +82,7 @@ pub struct RobotIndex {
 struct Known {
     name: String,
     first_id: u32,
-    /// Their numbers.
+    /// The numbers of the group's robots.
     robots: Range<u32>,
     line: usize,
     /// The limits of its emulator, if its robots run their firmware.
@@ -104,7 +105,7 @@ impl Known {
         self.first_id..self.first_id + self.robots.len() as u32
     }
 
-    /// The robots of these ids that are in the group.
+    /// Returns the numbers of the group's robots with these ids.
     fn with_ids(&self, ids: &Range<u32>) -> Option<Range<u32>> {
         let own = self.ids();
         let (start, end) = (ids.start.max(own.start), ids.end.min(own.end));
@@ -114,19 +115,19 @@ impl Known {
 }
 
 impl RobotIndex {
-    /// The id after all others.
+    /// Returns the id after the highest known one.
     pub fn next_id(&self) -> u32 {
         self.next_id
     }
 
-    /// Returns the line of a group with one of these ids, and the first such id.
+    /// Returns the first of these ids that a group already has, and the line of the group.
     pub fn taken(&self, ids: &Range<u32>) -> Option<(u32, usize)> {
         let mut groups = self.groups.iter();
         let (robots, group) = groups.find_map(|group| Some((group.with_ids(ids)?, group)))?;
         Some((group.first_id + (robots.start - group.robots.start), group.line))
     }
 
-    /// The id of a robot by its number.
+    /// Returns the id of a robot by its number.
     pub fn id(&self, robot: usize) -> u32 {
         let number = robot as u32;
         let group = self.groups.iter().find(|group| group.robots.contains(&number));
@@ -142,7 +143,7 @@ impl RobotIndex {
         self.groups.get(*self.by_name.get(name)?)
     }
 
-    /// Returns a name for a group of robots that has none: that of the robot, with a number where it is taken.
+    /// Returns a name for an unnamed group: that of the robot, with a number if it is taken.
     pub fn unused_name(&mut self, robot: &str) -> String {
         let next = self.numbers.entry(robot.to_owned()).or_insert(1);
         loop {
@@ -157,7 +158,7 @@ impl RobotIndex {
         }
     }
 
-    /// One more group, and whether its ids are right.
+    /// Adds a group. `is_right` is false if its count or ids have a mistake.
     pub fn add(&mut self, name: String, first_id: u32, count: u32, is_right: bool, place: &Place) {
         self.is_unsure |= !is_right;
         let robots = self.count..self.count + count;
@@ -167,29 +168,30 @@ impl RobotIndex {
         self.groups.push(Known { name, first_id, robots, line: place.line, emulated: None });
     }
 
-    /// The group that was added last runs the firmware of such robots.
+    /// Marks the group that was added last as emulated, with the limits of its emulator.
     pub fn last_is_emulated(&mut self, emulated: Option<Emulated>) {
         if let Some(group) = self.groups.last_mut() {
             group.emulated = emulated;
         }
     }
 
-    /// Returns true if firmware runs on one of these robots.
+    /// Returns true if one of these robots is emulated.
     pub fn is_emulated(&self, robots: &Selection) -> bool {
         self.any_of(robots, |group| group.emulated.is_some())
     }
 
-    /// Returns true if all of these robots can be switched off and on; not every emulator does.
+    /// Returns true if all of these robots can be switched off and on, which not every emulator
+    /// supports.
     pub fn have_switches(&self, robots: &Selection) -> bool {
         !self.any_of(robots, |group| group.emulated.is_some_and(|emulated| !emulated.has_switch))
     }
 
-    /// Returns true if all of these robots have a quantity.
+    /// Returns true if a quantity can be read from all of these robots.
     pub fn all_tell(&self, quantity: &Quantity, robots: &Selection) -> bool {
         !self.any_of(robots, |group| !group.tells(quantity))
     }
 
-    /// Returns true if there are robots, and none of them has a quantity.
+    /// Returns true if there are robots, and a quantity can be read from none of them.
     pub fn nobody_tells(&self, quantity: &Quantity) -> bool {
         !self.groups.is_empty() && !self.groups.iter().any(|group| group.tells(quantity))
     }
@@ -204,12 +206,13 @@ impl RobotIndex {
         })
     }
 
-    /// Returns true if firmware runs on any robot.
+    /// Returns true if any robot is emulated.
     pub fn any_is_emulated(&self) -> bool {
         self.groups.iter().any(|group| group.emulated.is_some())
     }
 
-    /// Describes the groups for messages: `workers` with ids 0 to 19. Of many groups only the first are described.
+    /// Describes the groups for messages, as "`workers` with ids 0 to 19". If there are more than
+    /// [`MOST_DESCRIBED`] groups, only the first are described.
     fn described(&self) -> Vec<String> {
         let describe = |group: &Known| {
             let ids = group.ids();
@@ -223,7 +226,7 @@ impl RobotIndex {
         described
     }
 
-    /// The robots of that key; all of them if it is left out.
+    /// Returns the robots that a key selects; all robots if the key is absent.
     pub fn selection(&self, section: &Section<'_>, key: &str) -> Option<Selection> {
         match section.get(key) {
             Some(entry) => self.select(&entry),
@@ -277,7 +280,8 @@ impl RobotIndex {
             Some((first.trim().parse::<u16>().ok()?, last.trim().parse::<u16>().ok()?))
         });
         let Some((first, last)) = ids else {
-            // Each cause lists all groups, and is not looked at when there are enough.
+            // Each cause lists all groups. The list is left out when the reader has enough errors
+            // and shows no more.
             let listed = if item.reader.is_full() { &[] } else { self.groups.as_slice() };
             let groups = listed.iter().map(|group| group.name.clone()).collect();
             item.fail(Cause::UnknownRobots { text: text.to_owned(), groups });

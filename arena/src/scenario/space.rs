@@ -1,4 +1,5 @@
-//! Room on the ground: bodies that have a place, obstacles and walls, and the robots that would start in one of them.
+//! Space on the ground: placed bodies, obstacles and walls, and the check for robots that would
+//! start inside one of them.
 
 use std::collections::HashMap;
 
@@ -10,28 +11,29 @@ use super::read::Section;
 use super::robots::{Group, Placement};
 use super::world::{Obstacle, Outline, World};
 
-/// A robot at its place.
+/// A robot at a position.
 #[derive(Debug, Clone, Copy)]
 pub struct Standing {
-    /// Its middle, in mm.
+    /// The middle of the robot, in mm.
     pub at: [f64; 2],
-    /// mm
+    /// The radius of the body in mm.
     pub radius: f64,
     /// The id of the robot.
     pub id: u32,
 }
 
-/// Bodies that have a place, by the square cell of the ground, so that only near ones are looked at. Empty cells take no memory, however
-/// large the world.
+/// Placed bodies by the square cell of the ground, so that only near ones are compared. Empty cells
+/// take no memory, however large the world is.
 pub struct Space<'a> {
     world: &'a World,
-    /// Side of a cell in mm; no body reaches beyond a neighbouring one.
+    /// The side of a cell in mm. A body reaches at most into the adjacent cells.
     side: f64,
     cells: HashMap<[i32; 2], Vec<Standing>>,
 }
 
 impl<'a> Space<'a> {
-    /// Returns the ground of a world without robots. No robot of it will have a radius of more than `widest` mm.
+    /// Returns the ground of a world without robots. `widest` is the largest radius in mm of the
+    /// robots that will be added.
     pub fn new(world: &'a World, widest: f64) -> Self {
         Space { world, side: 2.0 * widest.max(1.0), cells: HashMap::new() }
     }
@@ -40,12 +42,12 @@ impl<'a> Space<'a> {
         point.map(|axis| (axis / self.side).floor() as i32)
     }
 
-    /// Puts a robot at its place.
+    /// Adds a robot at its position.
     pub fn add(&mut self, robot: Standing) {
         self.cells.entry(self.cell_of(robot.at)).or_default().push(robot);
     }
 
-    /// Returns a robot into which a body at that place would reach by more than `slack` mm.
+    /// Returns a robot that a body at that place would overlap by more than `slack` mm.
     pub fn robot_at(&self, at: [f64; 2], radius: f64, slack: f64) -> Option<Standing> {
         let [column, row] = self.cell_of(at);
         let around = |middle: i32| middle.saturating_sub(1)..=middle.saturating_add(1);
@@ -58,20 +60,21 @@ impl<'a> Space<'a> {
         })
     }
 
-    /// Returns true if a body has room there and overlaps nothing at all.
+    /// Returns true if a body at that place would overlap nothing.
     pub fn is_free(&self, at: [f64; 2], radius: f64) -> bool {
         self.robot_at(at, radius, 0.0).is_none() && stands_in(self.world, at, radius, 0.0).is_none()
     }
 }
 
-/// A thing that is no robot and in which a body would stand.
+/// A thing other than a robot that a body can overlap.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum Barrier {
     Wall,
     Obstacle,
 }
 
-/// Returns the barrier into which a body at that place would reach: an obstacle by more than `slack` mm.
+/// Returns the barrier that a body at that place would overlap. For an obstacle, an overlap of up
+/// to `slack` mm is allowed.
 fn stands_in(world: &World, at: [f64; 2], radius: f64, slack: f64) -> Option<Barrier> {
     let is_beyond = |axis: usize| at[axis].abs() + radius - SLACK > world.size[axis] / 2.0;
     if is_beyond(0) || is_beyond(1) {
@@ -81,11 +84,12 @@ fn stands_in(world: &World, at: [f64; 2], radius: f64, slack: f64) -> Option<Bar
     world.obstacles.iter().any(is_in).then_some(Barrier::Obstacle)
 }
 
-/// The slack of bodies in contact: the engine leaves such an overlap as it is.
+/// The overlap of bodies in contact in mm, which the engine does not correct.
 const SLACK: f64 = SLOP as f64;
 
-/// Notes robots that would start in each other, in an obstacle or in a wall: the first of each group. Robots for which chance looks for a
-/// place always have room, and those that are not present need it when they join.
+/// Reports the first robot of each group that would start in another robot, in an obstacle or in a
+/// wall. Robots with a random placement always get a free place. Absent robots need their place
+/// when they join.
 pub fn check_starts(root: &Section<'_>, world: &World, groups: &[Group], events: &[Event]) {
     let is_barred = |group: &Group| {
         let mut robots = group.standing();
@@ -124,8 +128,8 @@ pub fn check_starts(root: &Section<'_>, world: &World, groups: &[Group], events:
     }
 }
 
-/// Notes a move of one robot to a place in an obstacle or in a wall. The places of several robots, and of all that are moved `by` a way,
-/// depend on the run.
+/// Reports a move of one robot to a place in an obstacle or in a wall. The destinations of several
+/// robots, and of all moves with `by`, depend on the run and are not checked.
 pub fn check_move(section: &Section<'_>, world: &World, groups: &[Group], action: &Action) {
     let Action::Move { robots, to: Target::To(at), .. } = action else { return };
     let (1, Some(mut number)) = (robots.count(), robots.iter().next()) else { return };
@@ -160,7 +164,7 @@ fn barred_by(barrier: Barrier, robot: Standing, world: &World) -> Cause {
 fn overlap(group: &Group, robot: Standing, other: Standing) -> Cause {
     let ids = u32::from(group.first_id)..u32::from(group.first_id) + group.count;
     let apart = robot.radius + other.radius;
-    // Robots of other groups are no matter of this group's spacing.
+    // The spacing of this group does not affect overlaps with robots of other groups.
     let key = match group.placement {
         _ if !ids.contains(&other.id) => None,
         Placement::Grid { .. } | Placement::Hexagonal { .. } | Placement::Line { .. } => {
@@ -184,16 +188,16 @@ fn place_text(at: [f64; 2]) -> String {
     format!("({x}, {y})")
 }
 
-/// Returns a length in mm to two decimals.
+/// Formats a length in mm with at most two decimals.
 fn short(length: f64) -> String {
     let rounded = (length * 100.0).round() / 100.0;
-    // No -0.
+    // The sum turns -0 into 0.
     (rounded + 0.0).to_string()
 }
 
-/// Returns a length in mm that is enough, to one decimal.
+/// Formats a length in mm with at most one decimal, rounded up.
 pub fn length_up(length: f64) -> String {
-    // Radii are binary32: 25.4 mm may be a little more.
+    // Radii are binary32 numbers, so 25.4 mm may be a little more.
     ((length * 10.0 - 1e-3).ceil() / 10.0).to_string()
 }
 
@@ -201,7 +205,7 @@ fn distance(one: [f64; 2], other: [f64; 2]) -> f64 {
     libm::hypot(one[0] - other[0], one[1] - other[1])
 }
 
-/// Returns the way from a point to an obstacle; not above 0 inside.
+/// Returns the distance from a point to an obstacle; at most 0 inside.
 fn gap(outline: Outline, point: [f64; 2]) -> f64 {
     match outline {
         Outline::Disc { at, radius } => distance(at, point) - radius,

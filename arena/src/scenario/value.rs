@@ -1,8 +1,8 @@
-//! Quantities of a robot, as scenario files write them.
+//! Quantities of a robot, as written in scenario files.
 
 use std::fmt;
 
-/// The ways to write a quantity.
+/// The written forms of quantities.
 pub const FORMS: &[&str] = &[
     "x",
     "y",
@@ -29,54 +29,56 @@ pub const FORMS: &[&str] = &[
     "swarm.components",
 ];
 
-/// Something that every robot has at every time, or that all of them have together.
+/// A value that every robot has at every time, or that all of them have together.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Quantity {
-    /// mm from the left edge of the world.
+    /// x in mm, from the middle of the world to the right.
     X,
-    /// mm from the lower edge of the world.
+    /// y in mm, from the middle of the world upwards.
     Y,
     /// Height in mm.
     Z,
     /// Degrees in (-180, 180], 0 along the x axis, anticlockwise.
     Heading,
-    /// mm on the ground to a point.
+    /// The distance on the ground to a point, in mm.
     Distance([f64; 2]),
     /// The colour that the LED shows, 0 to 7.
     Led,
-    /// Robots that it has heard of late.
+    /// The number of robots that it has received recently.
     Neighbors,
-    /// Slots of its script's memory that are free.
+    /// The number of free slots in its script's memory.
     Free,
     /// 1 while its script runs, else 0.
     Running,
-    /// Steps that its script has completed since it was switched on.
+    /// The number of steps that its script has completed since the robot was switched on.
     Steps,
-    /// Faults that stopped its script since it was switched on.
+    /// The number of faults that stopped its script since the robot was switched on.
     Faults,
-    /// Starts of its script after such a fault.
+    /// The number of restarts of its script after such faults.
     Restarts,
-    /// Faults that ended a listener or a handler of conflicts since it was switched on.
+    /// The number of faults that ended a listener or a handler of conflicts since the robot was
+    /// switched on.
     HandlerFaults,
-    /// Steps that were due while its script still executed the one before, since it was switched on.
+    /// The number of steps that were due while its script still executed the previous one, since
+    /// the robot was switched on.
     Overruns,
-    /// Crashes since the run began.
+    /// The number of crashes since the run began.
     Crashes,
-    /// A global of its script, or a value in a table there.
+    /// A global of its script, or a value in a table in it.
     Global {
-        /// Its name.
+        /// The name of the global.
         name: String,
-        /// The keys that lead into tables; none for the global itself.
+        /// The keys into nested tables; empty for the global itself.
         keys: Vec<Key>,
     },
     /// An entry of a stigmergy, as this robot knows it.
     Stigmergy {
         /// The stigmergy's number in the script.
         number: u16,
-        /// The key; digits are an integer.
+        /// The key. Digits make an integer key.
         key: Key,
     },
-    /// One number of all robots that are meant.
+    /// A measure of all selected robots.
     Swarm(Swarm),
 }
 
@@ -85,13 +87,14 @@ pub enum Quantity {
 pub enum Swarm {
     /// The agreement of their headings: the length of the mean of unit vectors, 0 to 1.
     Polarisation,
-    /// Mean distance to the nearest other one, in mm between the middles.
+    /// The mean distance from a robot to its nearest neighbour, in mm between the middles.
     Nearest,
-    /// Root mean square of the distances to their centre, in mm on the ground.
+    /// The root mean square of the distances to their centre, in mm on the ground.
     Spread,
-    /// Pairs that touch.
+    /// The number of pairs that touch.
     Contacts,
-    /// Parts into which they fall that hear each other, directly or through others.
+    /// The number of connected components: groups of robots that receive each other, directly or
+    /// through others.
     Components,
 }
 
@@ -113,8 +116,9 @@ pub enum Key {
 }
 
 impl Quantity {
-    /// Returns true if it is known of a robot that runs its firmware. Of its memory an emulator knows at most when the script
-    /// completes a step.
+    /// Returns true if the quantity can be read from a robot that runs its firmware. An emulator
+    /// exposes at most the completed steps of the script's state; `counts_steps` is true if it
+    /// does.
     pub fn is_seen_on_firmware(&self, counts_steps: bool) -> bool {
         match self {
             Quantity::Neighbors
@@ -127,7 +131,7 @@ impl Quantity {
         }
     }
 
-    /// Reads a quantity; `None` if it is none.
+    /// Parses a quantity; `None` if the text is not one.
     pub fn parse(text: &str) -> Option<Quantity> {
         if let Some(path) = text.strip_prefix("global.") {
             let mut words = path.split('.');
@@ -170,7 +174,7 @@ impl Quantity {
     }
 }
 
-/// Digits are an integer.
+/// Parses a key. Digits make an integer key.
 fn key(text: &str) -> Option<Key> {
     match text.parse() {
         _ if text.is_empty() => None,

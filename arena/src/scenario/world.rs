@@ -8,7 +8,7 @@ use super::keys::{LIGHT, OBSTACLE, WORLD};
 use super::read::{Entry, Section};
 use super::time::seconds;
 
-/// The ground on which the robots are: a rectangle with walls around it and (0, 0) in its middle.
+/// The ground under the robots: a rectangle with walls around it and (0, 0) in its middle.
 #[derive(Debug, Clone, PartialEq)]
 pub struct World {
     /// Width and height in mm.
@@ -19,18 +19,18 @@ pub struct World {
     pub lights: Vec<Light>,
     /// Ambient light, 0 to 1023 in the units of a robot's sensor.
     pub ambient: f64,
-    /// From which all chance comes.
+    /// The seed of all random numbers.
     pub seed: u32,
-    /// Seconds.
+    /// The duration of the run in seconds.
     pub duration: f64,
 }
 
-/// Something that no robot gets through.
+/// An obstacle, which robots cannot pass through.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Obstacle {
-    /// Its place and size on the ground.
+    /// The place and size on the ground.
     pub outline: Outline,
-    /// Height in mm from which on robots get over it; `None`: at no height.
+    /// The height in mm at and above which robots pass over it; `None` if they cannot.
     pub height: Option<f64>,
 }
 
@@ -39,14 +39,14 @@ pub struct Obstacle {
 pub enum Outline {
     /// A disc.
     Disc {
-        /// Its centre in mm.
+        /// The centre in mm.
         at: [f64; 2],
-        /// Its radius in mm.
+        /// The radius in mm.
         radius: f64,
     },
-    /// A box along the axes.
+    /// A rectangle along the axes.
     Block {
-        /// Its centre in mm.
+        /// The centre in mm.
         at: [f64; 2],
         /// Width and height in mm.
         size: [f64; 2],
@@ -58,19 +58,19 @@ pub enum Outline {
 /// A lamp.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Light {
-    /// Its place in mm.
+    /// The position in mm.
     pub at: [f64; 2],
     /// The reading of a sensor next to the lamp that faces it, 0 to 1023.
     pub brightness: f64,
 }
 
-/// A side of the world in mm: from a palm to a kilometre.
+/// The valid sides of the world in mm: from 10 mm to 1 km.
 const EXTENT: std::ops::RangeInclusive<f64> = 10.0..=1e6;
 
-/// The readings of a 10-bit sensor.
+/// The valid brightnesses: the readings of a 10-bit sensor.
 const BRIGHTNESS: std::ops::RangeInclusive<f64> = 0.0..=1023.0;
 
-/// Seconds: at most four weeks.
+/// The valid durations in seconds: at most four weeks.
 const DURATION: std::ops::RangeInclusive<f64> = 0.1..=2_419_200.0;
 
 pub fn read(root: &Section<'_>) -> Option<World> {
@@ -88,7 +88,7 @@ pub fn read(root: &Section<'_>) -> Option<World> {
         lights: Vec::new(),
         ambient: section.number("ambient", BRIGHTNESS).unwrap_or(0.0),
         seed: section.integer("seed", 0..=u32::MAX).unwrap_or(1),
-        // Whatever comes later cannot be after the end then.
+        // Without a valid duration, no time in the file is after the end.
         duration: duration.unwrap_or(*DURATION.end()),
     };
     for item in section.get("obstacles").and_then(|entry| entry.list()).unwrap_or_default() {
@@ -132,7 +132,7 @@ fn outline(section: &Section<'_>, world: &World) -> Option<Outline> {
     })
 }
 
-/// A lamp: a table, or only its place.
+/// Reads a lamp: a table, or only its position.
 pub fn light(entry: &Entry<'_>, world: &World) -> Option<Light> {
     if let DeValue::Array(_) = entry.value {
         return Some(Light { at: point_inside(entry, world)?, brightness: *BRIGHTNESS.end() });
@@ -143,7 +143,7 @@ pub fn light(entry: &Entry<'_>, world: &World) -> Option<Light> {
     Some(Light { at: at?, brightness })
 }
 
-/// A point of the world.
+/// Reads a point, which must be within the world.
 pub fn point_inside(entry: &Entry<'_>, world: &World) -> Option<[f64; 2]> {
     let point = entry.numbers("two numbers as [x, y]", f64::MIN..=f64::MAX)?;
     if !world.contains(point) {
