@@ -1,4 +1,4 @@
-//! The world, which a client has to know before the first sample.
+//! The description of the world, which a client needs before the first sample.
 
 use bittybuzz_arena::run::{Program, Setup, Simulation, TICKS_PER_SECOND};
 use bittybuzz_arena::scenario::{Group, Medium, Obstacle, Outline, QUANTITIES};
@@ -6,7 +6,7 @@ use serde_json::{Value, json};
 
 use crate::conditions;
 
-/// Describes the world of a run: lengths in mm, times in seconds.
+/// Describes the world of a run. Lengths are in mm, times in seconds.
 pub fn describe(run: &Simulation) -> Value {
     let setup = run.setup();
     let scenario = &setup.scenario;
@@ -44,11 +44,12 @@ pub fn describe(run: &Simulation) -> Value {
     })
 }
 
-/// The quantities that a client can choose from: those of `plot`, those of every robot, those of the swarm, and globals.
+/// Returns the quantities that a client can choose from: those of `plot`, those of every robot,
+/// those of the swarm, and globals.
 pub fn quantities(setup: &Setup) -> Value {
     let plot: Vec<String> =
         setup.scenario.output.plot.iter().map(|(of, _)| of.to_string()).collect();
-    // Names in capitals stand for others.
+    // Capitals in a form are placeholders, so it is not a complete name.
     let simple = QUANTITIES.iter().filter(|form| !form.contains(char::is_uppercase));
     let (swarm, robot): (Vec<&str>, Vec<&str>) =
         simple.copied().partition(|form| form.starts_with("swarm."));
@@ -58,7 +59,8 @@ pub fn quantities(setup: &Setup) -> Value {
     json!({ "plot": plot, "robot": robot, "swarm": swarm, "global": globals })
 }
 
-/// The globals of a script that can hold a number: not its functions. Names with a blank are the compiler's own.
+/// Returns the globals of a script that can hold a number, which excludes its functions. Names with
+/// a blank are internal to the compiler.
 fn globals(program: &Program) -> Vec<String> {
     let functions = program.symbols.iter().flat_map(|symbols| &symbols.functions);
     let functions: Vec<&str> = functions.map(|function| function.name.as_str()).collect();
@@ -66,7 +68,7 @@ fn globals(program: &Program) -> Vec<String> {
     program.globals().iter().filter(is_shown).map(|name| format!("global.{name}")).collect()
 }
 
-/// The keys of an obstacle in a scenario.
+/// Describes an obstacle with the keys of a scenario.
 fn obstacle(obstacle: &Obstacle) -> Value {
     let height = obstacle.height;
     match obstacle.outline {
@@ -76,7 +78,8 @@ fn obstacle(obstacle: &Obstacle) -> Value {
     }
 }
 
-/// The media of the groups, each with the share of frames that it loses by the scenario; `null`: as the physical model has it.
+/// Describes the media of the groups. `loss` is the share of frames that the scenario lets the
+/// medium lose; `null` stands for the physical model's.
 fn media(run: &Simulation) -> Vec<Value> {
     let scenario = &run.setup().scenario;
     let mut media: Vec<Medium> = scenario.groups.iter().map(Group::medium).collect();

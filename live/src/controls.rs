@@ -1,4 +1,4 @@
-//! Controls that a script asks for in comments: sliders, switches and buttons that set its globals.
+//! Controls that a script requests in comments: sliders, switches and buttons that set its globals.
 //!
 //! ```text
 //! # slider: JOIN 1..50 step 1
@@ -9,14 +9,14 @@
 
 use serde_json::{Value, json};
 
-/// The word before the colon.
+/// The kinds of controls, as written before the colon.
 const KINDS: [&str; 3] = ["slider", "switch", "button"];
 
 const SLIDER: &str = "a slider is written as `# slider: NAME 1..50 step 1`";
 
-/// Describes the controls of a script, each as an object with `kind` and `name`, a slider also with `least`, `most`, `step` and
-/// `is_float`; `value` is the number that the script gives the global, if it is written as one. A comment that is no control has
-/// `line` and `problem` instead.
+/// Describes the controls of a script. Each is an object with `kind` and `name`, for a slider also
+/// with `least`, `most`, `step` and `is_float`. `value` is the number that the script assigns to
+/// the global, if it is a literal. A malformed control has `line` and `problem` instead.
 pub fn describe(text: &str) -> Vec<Value> {
     let lines = text.lines().zip(1_u32..);
     let described = lines.filter_map(|(line, number)| {
@@ -41,7 +41,8 @@ pub fn describe(text: &str) -> Vec<Value> {
     described.collect()
 }
 
-/// Reads `NAME 1..50 step 1`; without a step it is 1, and a hundredth of the range where one of its ends is a float.
+/// Reads `NAME 1..50 step 1`. The default step is 1, or a hundredth of the range if one of its ends
+/// is a float.
 fn slider(text: &str) -> Result<Value, String> {
     let words: Vec<&str> = text.split_whitespace().collect();
     let (name, range, step) = match words[..] {

@@ -1,4 +1,4 @@
-//! Requests of an editor: scripts are shown, checked, run and written.
+//! Requests of an editor: to show, check, run and write scripts.
 
 use std::path::{Path, PathBuf};
 
@@ -13,13 +13,13 @@ use crate::set_up::{set_up, text_of};
 use crate::words;
 use crate::workshop::{Drafts, groups_with, scripts};
 
-/// A reason why a text does not run.
+/// A reason why a text cannot be run.
 pub enum NotRun {
-    /// Something is wrong with the request.
+    /// The request is not valid.
     Refused(String),
-    /// The compiler has found errors: the event with its messages.
+    /// The compiler found errors. The value is the event with its messages.
     Errors(Value),
-    /// The command was refused.
+    /// The session rejected the command.
     Command(Vec<ScenarioError>),
 }
 
@@ -34,7 +34,7 @@ pub fn names(setup: &Setup) -> Vec<String> {
     scripts(setup).into_iter().map(|script| name_of(setup, script)).collect()
 }
 
-/// Returns the controls of all scripts, a global's once.
+/// Returns the controls of all scripts, at most one for each global.
 pub fn controls(drafts: &Drafts, setup: &Setup) -> Vec<Value> {
     let texts = scripts(setup).into_iter().filter_map(|script| drafts.text(script).ok());
     let mut once: Vec<Value> = Vec::new();
@@ -47,7 +47,7 @@ pub fn controls(drafts: &Drafts, setup: &Setup) -> Vec<Value> {
     once
 }
 
-/// Returns the name of the scenario beside those of its scripts.
+/// Returns the name of the scenario, in the form of the scripts' names.
 pub fn name_of_scenario(drafts: &Drafts, setup: &Setup) -> String {
     name_of(setup, drafts.workshop().scenario())
 }
@@ -83,7 +83,8 @@ pub fn check(drafts: &Drafts, setup: &Setup, name: &str, text: &str) -> Result<V
     Ok(diagnostics(name, text, messages))
 }
 
-/// Gives robots a text as a draft of a script. Returns the events about it.
+/// Loads a text into robots as a draft of a script. Returns the events about it. Without `ids` it
+/// is loaded into all robots with the script.
 pub fn run(
     drafts: &mut Drafts,
     session: &mut Session,
@@ -107,7 +108,7 @@ pub fn run(
         return Err(NotRun::Errors(diagnostics));
     }
     let draft = name_of(&setup, &drafts.keep(&script, text));
-    // Names and numbers are written in TOML as in JSON.
+    // JSON's notation of strings and numbers is valid TOML.
     let keep = if keep { "\nkeep = true" } else { "" };
     let command = format!("load = {robots}\nscript = {}{keep}", Value::from(draft.as_str()));
     session.command(&command).map_err(NotRun::Command)?;
@@ -119,8 +120,8 @@ pub fn run(
     Ok([diagnostics, ran])
 }
 
-/// Makes ready for a session with another text of the scenario, in which the last drafts are the texts of their scripts. Returns the
-/// events for the client.
+/// Prepares a session with a new text of the scenario, in which the last drafts replace the texts
+/// of their scripts. Returns the setup and the events for the client.
 pub fn begin(
     drafts: &mut Drafts,
     setup: &Setup,
@@ -134,7 +135,8 @@ pub fn begin(
     Ok((made, vec![json!({ "event": "began", "name": name })]))
 }
 
-/// Sets up the scenario with the last drafts, and with a value for a key of it or for a global. An error is text for people.
+/// Sets up the scenario with the last drafts. `setting` is a key of the scenario, or a global, with
+/// its value. An error is a text for users.
 pub fn trial(
     drafts: &Drafts,
     scenario: &str,
@@ -145,7 +147,7 @@ pub fn trial(
         None => {}
         Some((key, value)) => match key.strip_prefix("global.") {
             Some(global) => {
-                // Names and numbers are written in TOML as in JSON.
+                // JSON's notation of strings and numbers is valid TOML.
                 let global = Value::from(global);
                 let event = format!("at = 0\nset = \"all\"\nglobal = {global}\nnumber = {value}");
                 text = format!("{}\n\n[[event]]\n{event}\n", text.trim_end());
@@ -157,7 +159,7 @@ pub fn trial(
     made.map_err(|errors| text_of(&errors).trim_end().to_owned())
 }
 
-/// Returns all scripts of a scenario as they are handed in.
+/// Returns all scripts of a scenario for a hand-in.
 pub fn handed_in(drafts: &Drafts, setup: &Setup) -> Result<Vec<TextFile>, String> {
     let file = |script: &Path| Ok(TextFile::new(name_of(setup, script), drafts.text(script)?));
     scripts(setup).into_iter().map(file).collect()
@@ -170,26 +172,26 @@ pub fn write(drafts: &mut Drafts, setup: &Setup, name: &str, text: &str) -> Resu
     Ok(json!({ "event": "written", "name": name }))
 }
 
-/// Returns the scripts that a saved session needs beside the files that are there.
+/// Returns the scripts that a saved session needs in addition to the existing files.
 pub fn needed(drafts: &Drafts, setup: &Setup) -> Value {
     let needed = drafts.needed(setup);
     let scripts = needed.into_iter();
     scripts.map(|(path, text)| json!({ "name": name_of(setup, path), "text": text })).collect()
 }
 
-/// Messages of the compiler, and comments that are meant as controls and are none.
+/// Returns the event with the compiler's messages and the malformed controls in a text.
 fn diagnostics(name: &str, text: &str, messages: Vec<Value>) -> Value {
     let controls = controls::describe(text).into_iter();
     let problems: Vec<Value> = controls.filter(|one| one.get("problem").is_some()).collect();
     json!({ "event": "diagnostics", "name": name, "diagnostics": messages, "problems": problems })
 }
 
-/// Returns the path of a script from the folder of the scenario.
+/// Returns the path of a script relative to the folder of the scenario.
 fn name_of(setup: &Setup, script: &Path) -> String {
     script.strip_prefix(&setup.scenario.folder).unwrap_or(script).display().to_string()
 }
 
-/// Finds the script of that name. No other file is read or written.
+/// Finds the script of that name. A client can read and write no other files.
 fn find(setup: &Setup, name: &str) -> Result<PathBuf, String> {
     let found = scripts(setup).into_iter().find(|script| name_of(setup, script) == name);
     found.map(Path::to_owned).ok_or_else(|| format!("no robot has the script `{name}`"))
@@ -202,7 +204,7 @@ fn has_some(group: &Group, ids: &[u16]) -> bool {
     ids.iter().any(|id| own.contains(&u32::from(*id)))
 }
 
-/// Returns the ids of a group as a scenario has them.
+/// Returns the ids of a group as a range of a scenario, such as `0..19`.
 fn range(group: &Group) -> String {
     let first = u32::from(group.first_id);
     format!("{first}..{}", first + group.count.saturating_sub(1))

@@ -1,4 +1,4 @@
-//! Faults and log lines of a run, as objects for clients.
+//! Faults and log lines of a run, as JSON objects for clients.
 
 use bittybuzz_arena::engine::LossCause;
 use bittybuzz_arena::robot::{Consequence, FaultRecord, LogLine, ProgramId};
@@ -7,13 +7,13 @@ use serde_json::{Value, json};
 
 use crate::watch::{Fate, Watch};
 
-/// Notes the faults and log lines of a tick.
+/// Records the faults, log lines and watched messages of a tick.
 pub struct Notes<'a> {
     /// The programs of the run.
     pub setup: &'a Setup,
-    /// The events that were not taken yet.
+    /// The events that the client has not taken yet.
     pub events: &'a mut Vec<Value>,
-    /// The messages and the quantity that the client asked for.
+    /// The subscription of the client, which collects messages.
     pub watch: &'a mut Watch,
 }
 
@@ -38,7 +38,7 @@ impl Observer for Notes<'_> {
     }
 }
 
-/// The word for a verdict.
+/// Returns the word for a verdict.
 pub fn verdict(verdict: Verdict) -> &'static str {
     match verdict {
         Verdict::Open => "open",
@@ -47,7 +47,7 @@ pub fn verdict(verdict: Verdict) -> &'static str {
     }
 }
 
-/// The text of a line; bytes that are no UTF-8 are replaced.
+/// Returns the text of a line. Bytes that are not valid UTF-8 are replaced.
 fn text(setup: &Setup, line: &LogLine) -> String {
     let symbols = setup.program(line.program).and_then(|program| program.symbols.as_ref());
     let mut bytes = Vec::new();
@@ -72,7 +72,7 @@ pub fn fault(setup: &Setup, robot: usize, record: &FaultRecord) -> Value {
     })
 }
 
-/// The source of a position in the code, innermost call first; `null` without symbols.
+/// Returns the source of a position in the code; `null` without symbols.
 fn place(setup: &Setup, program: ProgramId, position: u16) -> Value {
     let symbols = setup.program(program).and_then(|program| program.symbols.as_ref());
     let Some(symbols) = symbols else { return Value::Null };

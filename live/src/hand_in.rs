@@ -1,4 +1,5 @@
-//! The result of an assignment: a file that a page writes and that `bbz grade` runs again.
+//! The result of an assignment: a file that a page writes and that `bbz grade` verifies by running
+//! it again.
 
 use std::path::PathBuf;
 
@@ -6,27 +7,26 @@ use bittybuzz_arena::run::{Simulation, TICKS_PER_SECOND, Verdict};
 use serde::{Deserialize, Serialize};
 use sha2::{Digest, Sha256};
 
-/// Characters of a name that a file name may have.
+/// The number of characters of a name that a file name keeps.
 const LONGEST_NAME: usize = 40;
 
-/// A text, and the path that the scenario has for it.
+/// A text, and the path by which the scenario refers to it.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
 pub struct TextFile {
-    /// The path from the folder of the scenario.
+    /// The path relative to the folder of the scenario.
     pub name: String,
     /// SHA-256 of the text in hexadecimal, as `sha256sum` prints it.
     pub sha256: String,
-    /// The text.
     pub text: String,
 }
 
 impl TextFile {
-    /// A text with its hash.
+    /// Returns a text with its hash.
     pub fn new(name: String, text: String) -> Self {
         TextFile { name, sha256: sha256(&text), text }
     }
 
-    /// Returns true if the hash is that of the text.
+    /// Returns true if the hash matches the text.
     pub fn is_whole(&self) -> bool {
         self.sha256 == sha256(&self.text)
     }
@@ -36,14 +36,15 @@ fn sha256(text: &str) -> String {
     Sha256::digest(text).iter().map(|byte| format!("{byte:02x}")).collect()
 }
 
-/// The verdict on an expectation.
+/// The result of an expectation.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Outcome {
     /// The expectation in words.
     pub text: String,
-    /// It held.
+    /// True if the expectation held.
     pub held: bool,
-    /// The second from which on it was true for good.
+    /// The time in seconds since which its condition was true until the end; `None` if it was false
+    /// at the end.
     pub since: Option<f64>,
 }
 
@@ -56,24 +57,23 @@ pub struct HandIn {
     pub by: String,
     /// The title of the assignment.
     pub assignment: String,
-    /// The scenario.
     pub scenario: TextFile,
     /// The scripts that were edited.
     pub scripts: Vec<TextFile>,
     /// The seed of the run.
     pub seed: u32,
-    /// Its length in seconds.
+    /// The length of the run in seconds.
     pub seconds: f64,
-    /// The digest of its end in hexadecimal.
+    /// The digest at the end of the run, in hexadecimal.
     pub digest: String,
-    /// Every expectation held, and no script had an error that none expects.
+    /// True if every expectation held, and no script had an unexpected fault.
     pub success: bool,
     /// The expectations, in the order of the scenario.
     pub expectations: Vec<Outcome>,
 }
 
 impl HandIn {
-    /// Scripts that have not run.
+    /// Returns a hand-in without results.
     pub fn new(by: String, assignment: String, scenario: TextFile, scripts: Vec<TextFile>) -> Self {
         let bittybuzz = env!("CARGO_PKG_VERSION").to_owned();
         let (digest, expectations) = (String::new(), Vec::new());
@@ -91,7 +91,7 @@ impl HandIn {
         }
     }
 
-    /// Reads a file. An error is a reason for people.
+    /// Parses the text of a file. An error is a text for users.
     pub fn read(text: &str) -> Result<Self, String> {
         serde_json::from_str(text).map_err(|error| error.to_string())
     }
@@ -113,13 +113,13 @@ impl HandIn {
             .collect();
     }
 
-    /// The text of the file.
+    /// Returns the text of the file.
     pub fn text(&self) -> String {
-        // A structure of texts and numbers is always written.
+        // Serialization cannot fail for a structure of strings and numbers.
         serde_json::to_string_pretty(self).unwrap_or_default() + "\n"
     }
 
-    /// A name for the file, of letters that every file system has.
+    /// Returns a name for the file, with only letters, digits and `-` from the names in it.
     pub fn file_name(&self) -> PathBuf {
         let letters = |text: &str| -> String {
             let known = |c: char| if c.is_alphanumeric() { c } else { '-' };
@@ -134,7 +134,7 @@ impl HandIn {
     }
 }
 
-/// Ticks as seconds.
+/// Converts ticks to seconds.
 pub fn seconds(ticks: u64) -> f64 {
     ticks as f64 / TICKS_PER_SECOND
 }

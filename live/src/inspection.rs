@@ -1,8 +1,9 @@
-//! The memory of a robot, as an object for clients.
+//! The memory of a robot, as a JSON object for clients.
 //!
-//! A value is `null`, a number, a string, or an object with one key that names its kind: `float` (one that JSON has no number for),
-//! `table` and `closure` (the number of an object in `objects`), `function`, `builtin`, `robot_function`, `library`, `swarm`,
-//! `stigmergy`, `string` (one of which only the number is known), `unset` (an argument that was not passed).
+//! A value is `null`, a number, a string, or an object with one key that names its kind: `float` (a
+//! float that JSON has no number for), `table` and `closure` (the number of an object in
+//! `objects`), `function`, `builtin`, `robot_function`, `library`, `swarm`, `stigmergy`, `string`
+//! (a string of which only the number is known), `unset` (an argument that was not passed).
 
 use bittybuzz_inspect::{
     FrameFunction, Handler, HandlerTrigger, Inspection, Named, Neighbor, Object, Queue,
@@ -11,7 +12,7 @@ use bittybuzz_inspect::{
 use bittybuzz_vm_core::inspect::Activity;
 use serde_json::{Map, Value, json};
 
-/// Returns everything that a machine holds.
+/// Returns the whole state of a machine.
 pub fn json(memory: &Inspection) -> Value {
     let objects: Map<String, Value> =
         memory.objects.iter().map(|(id, known)| (id.0.to_string(), object(known))).collect();
@@ -66,7 +67,7 @@ fn value(value: &ScriptValue) -> Value {
     }
 }
 
-/// Names and values, in their order: an array of pairs.
+/// Returns names and values in their order, as an array of pairs.
 fn named(all: &[Named]) -> Value {
     all.iter().map(|one| json!([one.name, value(&one.value)])).collect()
 }

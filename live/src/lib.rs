@@ -1,13 +1,18 @@
-//! A session of the simulator, or a recording, as messages: requests of a page, events and samples for it.
+//! The protocol between a client, such as a web page, and a session of the simulator or a
+//! recording: the client sends requests, and receives events and samples.
 //!
-//! A [`Source`] takes requests as JSON text and gives events as JSON text and samples as bytes. [`Live`] is a session, [`Replay`] a recording, [`Watched`] are robots that report from elsewhere. The caller carries the
-//! messages: a WebSocket of `bbz`, or a worker in the browser with the simulator as WebAssembly.
+//! A [`Source`] takes requests as JSON text, and returns events as JSON text and samples as bytes.
+//! [`Live`] is a session, [`Replay`] is a recording, and [`Watched`] are robots outside the
+//! simulator that report. The caller transports the messages: through a WebSocket of `bbz`, or
+//! to a worker in the browser that runs the simulator as WebAssembly.
 //!
 //! # Principles
-//! 1. **Time comes from the caller.** There is no clock here, so that it runs everywhere and tests wait for nothing.
-//! 2. **Samples may be left out, events may not.** A slow page asks for a sample less often and then gets the newest one; faults and
-//!    log lines wait until they are taken.
-//! 3. **A client may send anything.** A request that makes no sense is answered with an event that says why, and changes nothing.
+//! 1. **Time comes from the caller.** The crate reads no clock, so that it runs everywhere and
+//!    tests do not wait.
+//! 2. **Samples may be skipped, events may not.** A slow page requests samples less often, and then
+//!    gets the newest one. Faults and log lines are queued until the page takes them.
+//! 3. **A client may send anything.** An invalid request changes nothing; the answer is an event
+//!    with the reason.
 //!
 //! # Requests
 //! | Request | Effect |
@@ -32,23 +37,30 @@
 //! | `"digest"` | an event has the digest of the run, in hexadecimal: runs that went the same way have the same one |
 //!
 //! # Events
-//! Each is an object whose `event` names its kind: `begin` (the world), `state` (tick, whether it plays, how fast, whether it is over),
-//! `conditions` (lamps and commands, when they have changed), `log`, `fault`, `expectation`, `inspection`, `messages`,
-//! `quantity`, `commands`, `scenario` (with the drafts that it needs as `scripts`), `script`, `diagnostics` (as `bbz check --json` has
-//! them), `ran` (a draft was loaded), `written`, `explanation`, `digest`, `trials` (how far they are), `trial` (one is over), `result` (a file to hand in), `began` (another text of the scenario was started), `refused` (a request that was not carried out) and `failed` (the run cannot go on).
+//! Each event is an object whose `event` names its kind: `begin` (the world), `state` (the tick,
+//! the pace, and whether the run is over), `conditions` (lamps and commands, when they have
+//! changed), `log`, `fault`, `expectation`, `inspection`, `messages`, `quantity`, `commands`,
+//! `scenario` (with the drafts that it needs as `scripts`), `script`, `diagnostics` (in the format
+//! of `bbz check --json`), `ran` (a draft was loaded), `written`, `explanation`, `digest`, `trials`
+//! (their progress), `trial` (one has ended), `result` (a file to hand in), `began` (a new text of
+//! the scenario was started), `refused` (a request that was not carried out) and `failed` (the run
+//! cannot go on).
 //!
-//! The events `begin` and `ran` have `controls`: the sliders, switches and buttons that scripts ask for in comments such as
-//! `# slider: JOIN 1..50 step 1`. A client sets the global by the command `set`.
+//! The events `begin` and `ran` have `controls`: the sliders, switches and buttons that scripts
+//! request in comments such as `# slider: JOIN 1..50 step 1`. A client sets the global by the
+//! command `set`.
 //!
-//! A recording carries out `play`, `pause`, `step` and `go_to`. Its `begin` has the key `recording`, and its ticks are those of its samples.
-//! Robots that are watched take no request; their `begin` has the key `watched`.
+//! A recording supports only `play`, `pause`, `step` and `go_to`. Its `begin` has the key
+//! `recording`, and its ticks are those of its samples. Watched robots support no request; their
+//! `begin` has the key `watched`.
 //!
 //! # Samples
-//! The bytes of a recording (docs/recording.md), piece by piece. A piece that begins with the recording's magic bytes begins anew:
-//! the session was taken back.
+//! A sample is the next piece of a recording (docs/recording.md). A piece that begins with the
+//! recording's magic bytes starts a new recording, for example after a step back.
 //!
 //! # What it will not do
-//! Read or write files (a [`Workshop`] of the caller's does; a [`Shelf`] is one in memory), listen on a network, draw.
+//! Read or write files (the caller's [`Workshop`] does; a [`Shelf`] is one in memory), listen on a
+//! network, draw.
 
 mod begin;
 mod conditions;

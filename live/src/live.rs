@@ -1,4 +1,4 @@
-//! A session and its client.
+//! A session that a client controls.
 
 use std::sync::Arc;
 use std::time::Duration;
@@ -24,35 +24,36 @@ use crate::trials::{self, Purpose, Trials, Variant};
 use crate::watch::Watch;
 use crate::workshop::{Drafts, Workshop};
 
-/// The part of a robot's tables that is shown: enough to look at, and little enough to be sent often.
+/// The limits on the tables of a robot that are shown: enough to read, and small enough to be sent
+/// often.
 const LIMITS: Limits = Limits { depth: 4, values: 500 };
 
 const NO_TRIALS: &str = "this session has no trials";
 
-/// A session that a client steers and watches.
+/// A session that a client controls and watches.
 pub struct Live {
     session: Session,
-    /// The text of its scenario.
+    /// The text of the scenario.
     scenario: String,
     pace: Pace,
     samples: Samples,
     events: Vec<Value>,
-    /// The robot whose memory is shown.
+    /// The robot whose memory is sent after each sample.
     inspected: Option<usize>,
     watch: Watch,
-    /// `None`: no script can be edited.
+    /// `None` if scripts cannot be edited.
     drafts: Option<Drafts>,
     trials: Option<Trials>,
-    /// Lamps and commands, as the client knows them.
+    /// Lamps and commands, as they were last sent to the client.
     conditions: Value,
-    /// The verdicts of the expectations, as the client knows them.
+    /// The verdicts of the expectations, as they were last sent to the client.
     verdicts: Vec<Verdict>,
-    /// Its robots' firmware could not go on.
+    /// True if the emulation of robots failed, so that the run cannot go on.
     has_failed: bool,
 }
 
 impl Live {
-    /// A session that stands still, and the text of its scenario. Its first event is the world.
+    /// Returns a paused session with the text of its scenario. Its first event describes the world.
     #[must_use]
     pub fn new(session: Session, scenario: String) -> Self {
         let mut live = Live {
@@ -73,7 +74,7 @@ impl Live {
         live
     }
 
-    /// Lets the client edit the scripts of the session.
+    /// Allows the client to edit the scripts of the session.
     #[must_use]
     pub fn with_workshop(mut self, workshop: impl Workshop + 'static) -> Self {
         self.drafts = Some(Drafts::new(Box::new(workshop)));
@@ -81,7 +82,7 @@ impl Live {
         self
     }
 
-    /// The session.
+    /// Returns the session.
     pub fn session(&self) -> &Session {
         &self.session
     }
@@ -196,7 +197,7 @@ impl Live {
             }
             Request::Digest => {
                 let run = self.session.run();
-                // JavaScript has no numbers of 64 bits.
+                // A string, because JavaScript numbers do not hold 64 bits.
                 let digest = format!("{:016x}", run.digest());
                 self.events.push(json!({ "event": "digest", "tick": run.now(), "digest": digest }));
                 return;
@@ -210,7 +211,7 @@ impl Live {
         self.tell_state();
     }
 
-    /// Carries out a request of the editor.
+    /// Handles a request of the editor.
     fn edit(&mut self, act: impl FnOnce(&mut Drafts, &mut Session) -> Result<Vec<Value>, NotRun>) {
         let Some(drafts) = &mut self.drafts else {
             return self.refuse("scripts of this session cannot be edited", None);
@@ -228,7 +229,7 @@ impl Live {
         }
     }
 
-    /// Reads a quantity, of which some program has the name.
+    /// Parses a quantity. Its names must exist in some program.
     fn quantity(&self, text: Option<String>) -> Result<Option<Quantity>, ScenarioError> {
         let Some(text) = text else { return Ok(None) };
         let Some(quantity) = Quantity::parse(&text) else {
@@ -245,11 +246,12 @@ impl Live {
             self.has_failed = true;
             self.events.push(json!({ "event": "failed", "text": error.to_string() }));
         }
-        // The observer has seen the lines.
+        // The observer has received the lines already.
         self.session.take_log();
     }
 
-    /// Simulates ticks of the session that are due. Returns true if some are still due.
+    /// Simulates the ticks of the session that are due, as long as `goes_on` returns true. Returns
+    /// true if ticks are still due.
     fn go_on(&mut self, now: Duration, goes_on: &mut dyn FnMut() -> bool) -> bool {
         let run = self.session.run();
         let due = self.pace.due(run.now(), now, TICKS_PER_SECOND);
@@ -273,7 +275,7 @@ impl Live {
         self.pace.due(self.session.run().now(), now, TICKS_PER_SECOND) > 0
     }
 
-    /// Begins anew with another text of the scenario.
+    /// Restarts with a new text of the scenario.
     fn restart(&mut self, setup: Setup, text: String) {
         let seed = setup.scenario.world.seed;
         let most = self.session.most_copies();
@@ -285,14 +287,15 @@ impl Live {
                 self.has_failed = false;
                 let before = std::mem::take(&mut self.events);
                 self.begin();
-                // The event of a new session clears the page, so it is sent before the events of the command.
+                // The event of a new session clears the page, so it is sent before the events of
+                // the request.
                 self.events.extend(before);
             }
             Err(error) => self.refuse_command(&error),
         }
     }
 
-    /// Trials of the scenario with several values of a key.
+    /// Returns trials of the scenario with several values of a key.
     fn sweep(
         &self,
         key: Option<String>,
@@ -326,7 +329,7 @@ impl Live {
         Ok(Trials::new(Purpose::Sweep(quantity), variants, seeds))
     }
 
-    /// The trial of which the result is handed in.
+    /// Returns the trial whose result is handed in.
     fn hand_in(&self, by: String) -> Result<Trials, String> {
         let drafts = self.drafts.as_ref().ok_or(NO_TRIALS)?;
         let setup = edit::trial(drafts, &self.scenario, None)?;

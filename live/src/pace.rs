@@ -3,36 +3,37 @@
 use std::ops::RangeInclusive;
 use std::time::Duration;
 
-/// Rates that a client may ask for, in times of real time.
+/// The valid rates, in multiples of real time.
 pub const RATES: RangeInclusive<f64> = 0.1..=1000.0;
 
 /// The pace of a run.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Pace {
-    /// It stands still.
+    /// The run is paused.
     Still,
-    /// This number of ticks remains until it stands still.
+    /// The run pauses after this number of further ticks.
     Steps(u32),
-    /// It follows the clock.
+    /// The run follows the caller's clock.
     Rate {
-        /// Times real time.
+        /// The speed as a multiple of real time.
         rate: f64,
-        /// The time on the caller's clock at which the run was at `from`.
+        /// The time on the caller's clock at which the run was at tick `from`.
         since: Duration,
-        /// The tick.
+        /// The tick at the time `since`.
         from: u64,
     },
-    /// It takes all the time that the caller gives.
+    /// The run uses all the time that the caller gives.
     Unlimited,
 }
 
 impl Pace {
-    /// Says that a rate is not among the [`RATES`].
+    /// Returns the message for a rate outside the [`RATES`].
     pub fn refusal(rate: f64) -> String {
         format!("{rate} cannot be `rate`, which is from {} to {}", RATES.start(), RATES.end())
     }
 
-    /// Returns the number of ticks that are due for a run at a tick. It has `ticks_per_second` in real time.
+    /// Returns the number of ticks that are due at the time `now`, for a run that is at `tick` and
+    /// has `ticks_per_second` in real time.
     pub fn due(&self, tick: u64, now: Duration, ticks_per_second: f64) -> u64 {
         match *self {
             Pace::Still => 0,
@@ -45,8 +46,9 @@ impl Pace {
         }
     }
 
-    /// Notes that `done` of the `due` ticks have passed, up to `tick`. Ticks for which there was no time are left out: a run that is
-    /// too slow for its rate is not faster afterwards.
+    /// Records that `done` of the `due` ticks have passed, up to `tick`. Ticks for which there was
+    /// no time are skipped, so that a run that was too slow for its rate does not speed up
+    /// afterwards.
     pub fn passed(&mut self, done: u64, due: u64, tick: u64, now: Duration) {
         match self {
             Pace::Steps(left) if u64::from(*left) <= done => *self = Pace::Still,

@@ -1,4 +1,4 @@
-//! A recording and its client.
+//! A recording that a client plays.
 
 use std::time::Duration;
 
@@ -12,21 +12,24 @@ use crate::request::Request;
 use crate::samples::Samples;
 use crate::source::Source;
 
-/// The greatest number of places in a recording from which it is read again on a way back.
+/// The greatest number of positions in a recording from which it can be read again after a step
+/// back.
 const MOST_KEYS: usize = 256;
 
-/// A recording that a client steers and watches. Its ticks are those of its samples: between two of them nothing is known.
+/// A recording that a client plays and watches. Its ticks are those of its samples: it has no data
+/// between two of them.
 pub struct Replay<'a> {
-    /// Reads the samples after the next one.
+    /// The reader of the samples after `next`.
     reader: RecordingReader<'a>,
     shown: Sample,
-    /// The sample after the one that is shown; `None` at the last.
+    /// The sample after the shown one; `None` at the last.
     next: Option<Sample>,
-    /// The reader in front of some samples, with the ticks of these, in ascending order.
+    /// Copies of the reader before some samples, with the ticks of these samples, in ascending
+    /// order.
     keys: Vec<(u64, RecordingReader<'a>)>,
     /// The tick of the last sample.
     end: u64,
-    /// The reason why the recording ends before its end.
+    /// The error that ends the recording early; `None` if it is complete.
     cut: Option<RecordingError>,
     pace: Pace,
     samples: Samples,
@@ -34,7 +37,8 @@ pub struct Replay<'a> {
 }
 
 impl<'a> Replay<'a> {
-    /// Reads a recording through, and shows its first sample. One that is cut off or damaged ends where it cannot be read.
+    /// Reads a whole recording, and shows its first sample. A truncated or damaged recording ends
+    /// where it cannot be read.
     pub fn new(bytes: &'a [u8]) -> Result<Self, RecordingError> {
         let start = RecordingReader::new(bytes)?;
         let mut reader = start.clone();
@@ -91,7 +95,7 @@ impl<'a> Replay<'a> {
         true
     }
 
-    /// Shows the last sample that is not after a tick, or the first one.
+    /// Shows the last sample at or before a tick, or the first sample of the recording.
     fn go_to(&mut self, tick: u64) {
         if tick < self.shown.tick {
             let at = self.keys.partition_point(|(of, _)| *of <= tick).saturating_sub(1);
@@ -129,7 +133,7 @@ impl<'a> Replay<'a> {
     }
 }
 
-/// Describes successive robots of one size. A recording has no names.
+/// Describes successive robots of one size as a group. A recording has no names.
 fn group(bodies: &[Body]) -> Value {
     let radius = bodies.first().map(|body| mm(body.radius.into()));
     json!({
@@ -157,7 +161,7 @@ fn obstacle(obstacle: &Obstacle) -> Value {
     }
 }
 
-/// Tenths of mm in mm.
+/// Converts tenths of a millimetre to millimetres.
 fn mm(tenths: i64) -> f64 {
     tenths as f64 / 10.0
 }

@@ -2,105 +2,100 @@
 
 use serde::Deserialize;
 
-/// A request: its name, or an object with its name as the only key.
-// Not with a key `do` beside the others: serde would have to keep those, and does not give numbers back if another crate asks
-// serde_json for `arbitrary_precision`.
+/// A request. It is written as its name, or as an object with its name as the only key.
+// A key `do` next to the others would not work: serde would have to buffer those, and then fails to
+// return numbers if another crate enables serde_json's `arbitrary_precision`.
 #[derive(Debug, Clone, PartialEq, Deserialize)]
 #[serde(rename_all = "snake_case", deny_unknown_fields)]
 pub enum Request {
-    /// The run goes on.
+    /// Runs the session.
     Play {
-        /// Times real time; without it as fast as it can.
+        /// The speed as a multiple of real time; `None` is as fast as possible.
         rate: Option<f64>,
     },
-    /// The run stands still.
+    /// Pauses the run.
     Pause,
-    /// The run goes on for some ticks and stands still.
+    /// Runs for some ticks, then pauses.
     Step {
-        /// The number of ticks.
         ticks: u32,
     },
-    /// The run is taken to a tick.
+    /// Goes to a tick, back or forward, and pauses.
     GoTo {
-        /// The tick.
         tick: u64,
     },
-    /// A command is given.
+    /// Gives a command.
     Command {
         /// The keys of an `[[event]]` without `at`.
         text: String,
     },
-    /// The memory of a robot is an event from now on.
+    /// Subscribes to the memory of a robot.
     Inspect {
-        /// Its number in the scenario; without it the events end.
+        /// The number of the robot in the scenario; `None` ends the subscription.
         robot: Option<usize>,
     },
-    /// Messages, or a quantity of each robot, are events from now on.
+    /// Subscribes to messages, and to a quantity of each robot.
     Watch {
-        /// Messages are.
+        /// True to receive messages.
         messages: bool,
-        /// The quantity, as `plot` has it.
+        /// The quantity, written as in `plot`.
         quantity: Option<String>,
     },
-    /// All commands are an event.
+    /// Requests all commands.
     Commands,
-    /// The session is an event, as a scenario.
+    /// Requests the session as a scenario.
     Scenario,
-    /// The text of a script is an event.
+    /// Requests the text of a script.
     Script {
-        /// Its path from the folder of the scenario.
+        /// The path of the script relative to the folder of the scenario.
         name: String,
     },
-    /// The compiler's messages about a text are an event.
+    /// Requests the compiler's messages about a text.
     Check {
-        /// The script in whose place the text is.
+        /// The script that the text would replace.
         name: String,
-        /// The text.
         text: String,
     },
-    /// Robots get a text as their script.
+    /// Loads a text into robots as their script.
     Run {
         /// The script of which the text is a draft.
         name: String,
-        /// The text.
         text: String,
-        /// Their ids; without them all that have the script.
+        /// The ids of the robots; `None` selects all that have the script.
         robots: Option<Vec<u16>>,
-        /// Globals that hold numbers keep them.
+        /// True if globals that hold numbers keep them.
         #[serde(default)]
         keep: bool,
     },
-    /// A text is written to the file of a script.
+    /// Writes a text to the file of a script.
     Write {
-        /// The script.
         name: String,
-        /// The text.
         text: String,
     },
-    /// The explanation of a message of the compiler is an event.
+    /// Requests the explanation of a message of the compiler.
     Explain {
         /// The code of the message.
         code: String,
     },
-    /// The number that stands for the state of the run is an event.
+    /// Requests the digest of the run.
     Digest,
-    /// Trials are run beside the session, each an event.
+    /// Runs trials next to the session. Each trial ends with an event.
     Sweep {
-        /// A key of the scenario as `medium.ir.loss`, or a global as `global.JOIN`; without it all trials have the scenario's numbers.
+        /// A key of the scenario, such as `medium.ir.loss`, or a global, such as `global.JOIN`;
+        /// `None` varies nothing.
         key: Option<String>,
-        /// Its values.
+        /// The values of the key.
         #[serde(default)]
         values: Vec<String>,
-        /// The number of seeds with which each value is tried.
+        /// The number of seeds for each value.
         seeds: u32,
-        /// The quantity that is measured at the end of each trial, as in `plot`.
+        /// The quantity that is measured at the end of each trial, written as in `plot`.
         quantity: Option<String>,
     },
-    /// Run the scripts to the end of the scenario. The result is an event: a file to be handed in.
+    /// Runs the scripts to the end of the scenario. The result is an event with a file to hand in.
     HandIn {
-        /// The name of who hands it in.
+        /// The name of the person who hands it in.
         by: String,
     },
-    /// Trials that were not finished are given up.
+    /// Cancels the trials that have not finished.
     StopTrials,
 }

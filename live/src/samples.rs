@@ -1,27 +1,28 @@
-//! Places and LEDs of the robots, in the bytes of a recording.
+//! Poses and LEDs of the robots, in the format of a recording.
 
 use bittybuzz_arena::output::recording::{Header, RecordedRobot, Writer};
 
-/// A stream of samples: each has only the changes since the last one that was taken.
+/// A stream of samples. Each contains only the changes since the previous one.
 pub struct Samples {
-    /// `None` before a beginning.
+    /// `None` if the next sample starts a new recording.
     writer: Option<Writer<Vec<u8>>>,
-    /// Tick of the last sample.
+    /// The tick of the last sample.
     tick: u64,
 }
 
 impl Samples {
-    /// Nothing has been taken yet.
+    /// A stream before its first sample.
     pub const NEW: Samples = Samples { writer: None, tick: 0 };
 
-    /// Returns the next piece: all robots as they are at a tick. `header` is asked for at a beginning.
+    /// Returns the next piece, with the state of all robots at a tick. `header` is called when the
+    /// piece starts a new recording.
     pub fn take(
         &mut self,
         tick: u64,
         robots: &[Option<RecordedRobot>],
         header: impl FnOnce() -> Header,
     ) -> Vec<u8> {
-        // Ticks of a recording ascend.
+        // The ticks of a recording must ascend, so an earlier tick starts a new one.
         if tick < self.tick {
             self.writer = None;
         }
@@ -33,11 +34,11 @@ impl Samples {
                 Ok(self.writer.insert(writer))
             }),
         };
-        // A vector takes everything.
+        // Writing to a vector cannot fail.
         bytes.map(|writer| std::mem::take(writer.output_mut())).unwrap_or_default()
     }
 
-    /// The next piece begins anew, for another client.
+    /// Makes the next piece start a new recording, for another client.
     pub fn restart(&mut self) {
         self.writer = None;
     }

@@ -1,4 +1,4 @@
-//! A scenario with its scripts, from texts that may be in no file.
+//! The setup of a scenario and its scripts, from texts that may not be in a file.
 
 use bittybuzz_arena::run::{Program, Setup, SetupError};
 use bittybuzz_arena::scenario::{Backend, Group, ScenarioError};
@@ -10,8 +10,9 @@ use std::path::Path;
 
 use crate::workshop::{Text, Workshop};
 
-/// Compiles a scenario and its scripts for runs. `values` replace values of the scenario, and `scripts` replace files.
-/// An error is a list of messages, each an object as `bbz check --json` writes it.
+/// Compiles a scenario and its scripts for runs. `values` override values of the scenario, and
+/// `scripts` replace files. An error is a list of messages, each an object in the format of
+/// `bbz check --json`.
 pub fn set_up(
     workshop: &dyn Workshop,
     text: &str,
@@ -44,7 +45,7 @@ pub fn set_up(
     })
 }
 
-/// Compiles a script from a text, or else from its file.
+/// Compiles a script from `text`, or else from its file.
 fn program(
     workshop: &dyn Workshop,
     script: &Path,
@@ -64,7 +65,7 @@ fn program(
     Err(errors.map(|one| renderer.json(one)).collect())
 }
 
-/// The mistakes of a scenario.
+/// Returns the mistakes of a scenario as messages.
 fn messages(errors: &[ScenarioError]) -> Vec<Value> {
     let of = |error: &ScenarioError| {
         let mut object = message(&error.to_string());
@@ -81,7 +82,7 @@ fn messages(errors: &[ScenarioError]) -> Vec<Value> {
     errors.iter().map(of).collect()
 }
 
-/// The messages of [`set_up`] as text: a line or two for each.
+/// Formats the messages of [`set_up`] as text: a line or two for each.
 pub fn text_of(errors: &[Value]) -> String {
     let texts = errors.iter().map(|error| {
         let word = |key: &str| error[key].as_str().unwrap_or_default();

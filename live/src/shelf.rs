@@ -1,4 +1,4 @@
-//! Scenarios, scripts and robot files in memory: those of a page without a server.
+//! Scenarios, scripts and robot files in memory, for a page without a server.
 
 use std::fmt;
 use std::path::{Path, PathBuf};
@@ -31,7 +31,8 @@ impl SharedFiles {
         *files = std::mem::take(&mut *files).with(path, text);
     }
 
-    /// Files are whole whatever their last user did.
+    /// Locks the files. A panic of another user leaves them complete, so a poisoned lock is
+    /// ignored.
     fn lock(&self) -> MutexGuard<'_, MemoryFiles> {
         self.0.lock().unwrap_or_else(PoisonError::into_inner)
     }
@@ -55,7 +56,7 @@ impl SharedFiles {
         compile(script, text, &loader, &options)
     }
 
-    /// Compiles a script for the robots of a group. An error is text for people.
+    /// Compiles a script for the robots of a group. An error is a text for users.
     fn program(&self, script: &Path, group: &Group) -> Result<Program, String> {
         let compiled = self.compile(script, self.read(script)?, group);
         let Some(image) = compiled.image else {
@@ -67,7 +68,8 @@ impl SharedFiles {
     }
 }
 
-/// A scenario among files in memory. Drafts are kept there, and nothing is written: people keep texts by downloading them.
+/// A workshop for a scenario among files in memory. Drafts are stored there, and nothing is written
+/// to disk: users download texts to keep them.
 #[derive(Debug)]
 pub struct Shelf {
     files: SharedFiles,
@@ -75,13 +77,13 @@ pub struct Shelf {
 }
 
 impl Shelf {
-    /// The scenario at a path.
+    /// Returns a shelf for the scenario at a path.
     pub fn new(files: SharedFiles, scenario: PathBuf) -> Self {
         Shelf { files, scenario }
     }
 
-    /// Opens the scenario, compiles its scripts, and returns the run before its first tick and the text of the scenario. The seed is
-    /// that of the scenario. An error is text for people.
+    /// Opens the scenario and compiles its scripts. Returns the run before its first tick, with the
+    /// seed of the scenario, and the text of the scenario. An error is a text for users.
     pub fn open(&self, threads: usize) -> Result<(Simulation, String), String> {
         let text = self.files.read(&self.scenario)?;
         let setup = set_up(self, &text, &[], &[]).map_err(|errors| text_of(&errors))?;

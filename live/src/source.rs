@@ -4,24 +4,25 @@ use std::time::Duration;
 
 use serde_json::Value;
 
-/// A run or a recording, as its client sees it: requests go in, events and samples come out.
+/// A run or a recording, from a client's view: it takes requests, and returns events and samples.
 pub trait Source {
-    /// A client has come, perhaps in place of another one: the next events are all that it has to know.
+    /// Starts anew for a client, which may replace another one. The next events contain the full
+    /// state.
     fn begin(&mut self);
 
-    /// Carries a request out. `now` is the time on a clock of the caller's that never goes back.
+    /// Handles a request. `now` is the time on a clock of the caller's that never goes back.
     fn request(&mut self, text: &str, now: Duration);
 
-    /// Goes on to the tick that is due as long as `goes_on` returns true, so that the caller can look after others. Returns true if
-    /// ticks are still due.
+    /// Advances to the tick that is due, as long as `goes_on` returns true. This lets the caller do
+    /// other work in between. Returns true if ticks are still due.
     fn advance(&mut self, now: Duration, goes_on: &mut dyn FnMut() -> bool) -> bool;
 
-    /// Returns the tick that is shown.
+    /// Returns the current tick.
     fn tick(&self) -> u64;
 
-    /// Takes the events since the last question.
+    /// Takes the events since the last call.
     fn take_events(&mut self) -> Vec<Value>;
 
-    /// Takes a sample: the robots as they are at this tick.
+    /// Takes a sample: the state of the robots at the current tick.
     fn take_sample(&mut self) -> Vec<u8>;
 }

@@ -1,4 +1,5 @@
-//! Trials: runs beside the session, of the same scenario from its start, with other values and other chance.
+//! Trials: runs next to the session, of the same scenario from its start, with other values or
+//! seeds.
 
 use std::sync::Arc;
 
@@ -9,40 +10,41 @@ use serde_json::{Value, json};
 use crate::events::verdict;
 use crate::hand_in::{HandIn, seconds};
 
-/// The greatest number of trials: a page is for a look, tables of more are made by `bbz sim --runs`.
+/// The greatest number of trials. A page is for quick experiments; `bbz sim --runs` makes larger
+/// tables.
 pub const MOST: usize = 1000;
 
-/// Trials with the same value.
+/// The trials with one value.
 pub struct Variant {
-    /// The value, as the client wrote it; `None` if nothing is varied.
+    /// The value, as the client wrote it; `None` if no key is varied.
     pub value: Option<String>,
-    /// The scenario and the programs of them all.
+    /// The scenario and the programs of these trials.
     pub setup: Arc<Setup>,
 }
 
-/// The use that is made of trials.
+/// The purpose of trials.
 pub enum Purpose {
-    /// An event for each, with this quantity at its end.
+    /// Each trial makes an event, with this quantity at its end.
     Sweep(Option<Quantity>),
-    /// The result of the only one is handed in.
+    /// The result of the only trial is handed in.
     HandIn(Box<HandIn>),
 }
 
-/// Trials that are under way.
+/// Trials in progress.
 pub struct Trials {
     purpose: Purpose,
     variants: Vec<Variant>,
-    /// The seeds with which each variant runs.
+    /// The seeds of each variant.
     seeds: Vec<u32>,
-    /// Trials that are over.
+    /// The number of trials that have ended.
     done: usize,
     run: Option<Simulation>,
-    /// The percentage that the client knows.
+    /// The percentage that was last sent to the client.
     shown: u64,
 }
 
 impl Trials {
-    /// Trials that begin with the next turn.
+    /// Returns trials that begin with the next call of [`advance`](Self::advance).
     pub fn new(purpose: Purpose, variants: Vec<Variant>, seeds: Vec<u32>) -> Self {
         Trials { purpose, variants, seeds, done: 0, run: None, shown: 0 }
     }
@@ -51,7 +53,8 @@ impl Trials {
         self.variants.len() * self.seeds.len()
     }
 
-    /// Goes on for a tick, and for more as long as `goes_on` returns true. Adds events; returns true until all trials are over.
+    /// Simulates one tick, and further ticks as long as `goes_on` returns true. Adds events.
+    /// Returns false when all trials have ended.
     pub fn advance(&mut self, events: &mut Vec<Value>, goes_on: &mut dyn FnMut() -> bool) -> bool {
         loop {
             if let Err(reason) = self.tick(events) {
@@ -108,7 +111,7 @@ impl Trials {
     }
 }
 
-/// The event of a trial.
+/// Returns the event of a trial that has ended.
 fn sweep(
     run: &mut Simulation,
     (number, count): (usize, usize),
@@ -129,7 +132,7 @@ fn sweep(
         "seed": seed,
         "success": summary.is_success(),
         "verdicts": convergences.iter().map(|one| verdict(one.verdict)).collect::<Vec<_>>(),
-        // When each one was true for good; `null`: not at the end.
+        // The time since which each condition was true until the end; `null` if it was false there.
         "since": convergences.iter().map(|one| one.since.map(seconds)).collect::<Vec<_>>(),
         "numbers": numbers,
     })

@@ -1,41 +1,43 @@
-//! Events after each sample that a client may ask for: messages on their way, and a quantity of each robot.
+//! Events after each sample that a client subscribes to: messages between robots, and a quantity of
+//! each robot.
 
 use bittybuzz_arena::run::Simulation;
 use bittybuzz_arena::scenario::Quantity;
 use serde_json::{Value, json};
 
-/// The greatest number of messages of one fate in an event: more lines than these are a gray area.
+/// The greatest number of messages of one fate in an event: more lines than this merge into a gray
+/// area.
 const MOST_MESSAGES: usize = 4000;
 
-/// The fate of a message at a robot in its reach.
+/// The fate of a message at a robot in range.
 #[derive(Clone, Copy)]
 pub enum Fate {
-    /// It arrived.
+    /// The message arrived.
     Heard,
-    /// It overlapped with another one there.
+    /// The message overlapped with another one at the receiver.
     Collided,
-    /// It did not arrive for another reason.
+    /// The message was lost for another reason.
     Lost,
 }
 
-/// The wishes of the client, and the messages since the last sample.
+/// The subscription of a client, and the messages since the last sample.
 #[derive(Default)]
 pub struct Watch {
-    /// Messages are wanted.
+    /// True if the client wants messages.
     messages: bool,
-    /// The wanted quantity.
+    /// The quantity that the client wants.
     quantity: Option<Quantity>,
-    /// Senders and receivers of the messages of each fate.
+    /// The sender and the receiver of each message, by fate.
     fates: [Vec<[usize; 2]>; 3],
 }
 
 impl Watch {
-    /// The wishes of a client that has seen no messages yet.
+    /// Returns the subscription of a client, without messages yet.
     pub fn new(messages: bool, quantity: Option<Quantity>) -> Self {
         Watch { messages, quantity, ..Watch::default() }
     }
 
-    /// Notes the fate of a message at one robot.
+    /// Records the fate of a message at one robot.
     pub fn note(&mut self, fate: Fate, sender: usize, receiver: usize) {
         let [heard, collided, lost] = &mut self.fates;
         let list = match fate {
@@ -58,7 +60,7 @@ impl Watch {
             }));
         }
         if let Some(quantity) = &self.quantity
-            // Looked up again each time: scripts are loaded during a run.
+            // Resolved again each time, because scripts may be loaded during a run.
             && let Ok(probe) = run.setup().probe(quantity)
         {
             let (name, values) = (quantity.to_string(), run.numbers(&probe));

@@ -1,4 +1,5 @@
-//! Robots outside the simulator, by their reports: real ones, or emulated ones that are traced.
+//! Robots outside the simulator, as seen from their reports: real ones, or emulated ones that are
+//! traced.
 
 use std::collections::VecDeque;
 use std::sync::mpsc::{Receiver, TryRecvError};
@@ -10,13 +11,14 @@ use serde_json::{Value, json};
 use crate::samples::Samples;
 use crate::source::Source;
 
-/// Ticks of a second, as the simulator has them.
+/// Ticks per second, as in the simulator.
 const TICKS_PER_SECOND: f64 = 10.0;
 
-/// The number of events that a page gets that comes later.
+/// The number of past events that are kept for a page that connects later.
 const MOST_KEPT: usize = 1000;
 
-/// The radius of a robot in the picture, and the way from one to the next, in mm: the places of robots are not known.
+/// The radius of a robot in the picture and the distance from one to the next, in mm. The positions
+/// of the robots are not known.
 const RADIUS: u32 = 30;
 const APART: u32 = 100;
 
@@ -27,46 +29,47 @@ pub struct Report {
     pub seconds: Option<f64>,
     /// The id of the robot.
     pub robot: u16,
-    /// The content.
     pub content: Content,
 }
 
 /// The content of a report.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Content {
-    /// A line that the script logged, or that is about the robot.
+    /// A line that the script logged, or a line about the robot.
     Line(String),
-    /// A line that also says that the script begins, or begins anew.
+    /// A line at a start or a restart of the script.
     Began(String),
     /// A fault of the script.
     Fault {
-        /// Its code, such as `R0001`.
+        /// The code of the fault, such as `R0001`.
         code: String,
-        /// Only a listener or a handler ended.
+        /// True if the fault ended only a listener or a handler.
         is_contained: bool,
-        /// The calls that led there, innermost first, each an object with `file`, `line`, `column` and `function`.
+        /// The calls that led to the fault, innermost first, each an object with `file`, `line`,
+        /// `column` and `function`.
         places: Vec<Value>,
     },
 }
 
-/// Robots that report, as a client sees them. It steers nothing.
+/// Robots that report, from a client's view. The client cannot control them.
 pub struct Watched {
     reports: Receiver<Report>,
-    /// The kind of robots, and the name of their script.
+    /// The name of the robots' model, and the name of their script.
     kind: [String; 2],
     robots: Vec<(u16, RobotStatus)>,
-    /// The last events of the robots, for a client that comes later.
+    /// The last events of the robots, for a client that connects later.
     kept: VecDeque<Value>,
     events: Vec<Value>,
     samples: Samples,
     tick: u64,
-    /// Nothing more is reported.
+    /// True if no more reports can come.
     is_over: bool,
 }
 
 impl Watched {
-    /// Robots of a kind whose reports come through a channel, and the name of their script. The session is over when the other end of
-    /// the channel is dropped.
+    /// Returns a session of robots whose reports come through a channel. `robot` and `script` are
+    /// the names of their model and their script. The session is over when the other end of the
+    /// channel is dropped.
     pub fn new(reports: Receiver<Report>, robot: &str, script: &str) -> Self {
         let mut watched = Watched {
             reports,
@@ -115,7 +118,8 @@ impl Watched {
         self.events.push(event);
     }
 
-    /// Returns the number of the robot with an id. One that has not reported before is new to the client.
+    /// Returns the number of the robot with an id. A robot without a previous report is added,
+    /// which starts anew for the client.
     fn number(&mut self, id: u16) -> usize {
         if let Some(number) = self.robots.iter().position(|(known, _)| *known == id) {
             return number;
@@ -130,12 +134,12 @@ impl Watched {
             && *state != to
         {
             *state = to;
-            // A sample is sent once for each tick.
+            // A sample is sent at most once per tick, so a change needs a new tick.
             self.tick += 1;
         }
     }
 
-    /// Width and height of the picture.
+    /// Returns width and height of the picture in mm.
     fn size(&self) -> [u32; 2] {
         [4 * APART + APART * self.robots.len() as u32, 3 * APART]
     }

@@ -1,16 +1,17 @@
-//! Names that scripts may use, with their help, for an editor to complete.
+//! The names that scripts may use, with their help, for the completion in an editor.
 
 use bittybuzz_arena::scenario::Group;
 use bittybuzz_robot_spec::{Function, Robot};
 use bittybuzz_vm_core::builtin::{self, BuiltinKind, Info, Library};
 use serde_json::{Value, json};
 
-/// The library of the methods of objects: names that come after any variable.
+/// The library of methods of objects, which can follow any variable.
 const OBJECT: &str = "*";
 
-/// Returns the names that robots of some groups know: built-in functions, the robots' own, tables of sensors and their fields. Each is an
-/// object: `of` is the table before the dot, `*` for any variable and empty for names without one; `call` is written as in the
-/// help, and `is_called` tells functions from values.
+/// Returns the names that scripts can use on the robots of some groups: built-in functions,
+/// functions of the robots, and tables of sensors with their fields. Each is an object. `of` is the
+/// table before the dot, `*` for any variable, and empty for names without a dot. `call` is written
+/// as in the help. `is_called` is true for functions, and false for values.
 pub fn describe<'a>(groups: impl Iterator<Item = &'a Group>) -> Vec<Value> {
     let mut words: Vec<Value> = builtin::TABLE.iter().map(of_builtin).collect();
     words.extend(groups.flat_map(|group| of_robot(&group.robot)));
@@ -51,7 +52,7 @@ fn of_robot(robot: &Robot) -> impl Iterator<Item = Value> + '_ {
     functions.chain(tables)
 }
 
-/// Writes the first list of arguments that a function accepts.
+/// Formats a call with the first list of arguments that a function accepts.
 fn call(function: &Function) -> String {
     let parameters = function.accepts.first().into_iter().flatten();
     let parameters: Vec<String> = parameters.map(ToString::to_string).collect();

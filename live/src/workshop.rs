@@ -1,4 +1,5 @@
-//! Scripts of a session while they are written: texts, messages of the compiler, and drafts that robots run.
+//! Scripts of a session while they are edited: texts, messages of the compiler, and drafts that
+//! robots run.
 
 use std::path::{Path, PathBuf};
 
@@ -10,53 +11,56 @@ use bittybuzz_compiler::render::Renderer;
 use bittybuzz_robot_spec::Robot;
 use serde_json::Value;
 
-/// The files of a session, its compiler, and whether the client may write.
+/// The files of a session, its compiler, and the permission to write.
 pub trait Workshop {
     /// Returns the path of the scenario.
     fn scenario(&self) -> &Path;
 
-    /// Reads a text as the scenario at that path, with `values` (`medium.ir.loss=0.1`) in the place of its own.
+    /// Parses a text as the scenario at that path. `values` (`medium.ir.loss=0.1`) override its
+    /// own.
     fn parse(&self, text: &str, values: &[String]) -> Result<Scenario, Vec<ScenarioError>>;
 
-    /// Returns a compiler that finds scripts by their paths, kept texts before files.
+    /// Returns a compiler that finds scripts by their paths. Kept texts replace files.
     fn compiler(&self) -> Compiler;
 
-    /// Returns the text of a script. An error is a reason for people.
+    /// Returns the text of a script. An error is a text for users.
     fn read(&self, script: &Path) -> Result<String, String>;
 
     /// Compiles a text as the script at a path, for the robots of a group.
     fn compile(&self, script: &Path, text: &str, group: &Group) -> Compiled;
 
-    /// Keeps a text as the script at a path: commands load it from now on. No file is written.
+    /// Stores a text as the script at a path, without writing a file. Commands load this text from
+    /// now on.
     fn keep(&mut self, script: &Path, text: &str);
 
-    /// The client may write scripts.
+    /// Returns true if the client may write scripts.
     fn may_write(&self) -> bool;
 
-    /// Writes a text to the file of a script. An error is a reason for people.
+    /// Writes a text to the file of a script. An error is a text for users.
     fn write(&self, script: &Path, text: &str) -> Result<(), String>;
 }
 
 /// The path and the text of a script.
 pub type Text = (PathBuf, String);
 
-/// A version of a script that robots run and that is in no file. Its path is that of the script if the session began with it.
+/// A version of a script that is not in a file and that robots can run. `path` equals `script` if
+/// the session began with this version.
 struct Draft {
     script: PathBuf,
     path: PathBuf,
     text: String,
 }
 
-/// A workshop with the drafts that were made in it.
+/// A workshop and the drafts that were made in it.
 pub struct Drafts {
     workshop: Box<dyn Workshop>,
     drafts: Vec<Draft>,
-    /// Scripts whose files were written, with the texts that the run began with.
+    /// Scripts whose files were overwritten, with the texts that the run began with.
     originals: Vec<Text>,
 }
 
 impl Drafts {
-    /// No drafts yet.
+    /// Returns a workshop without drafts.
     pub fn new(workshop: Box<dyn Workshop>) -> Self {
         Drafts { workshop, drafts: Vec::new(), originals: Vec::new() }
     }
@@ -66,14 +70,15 @@ impl Drafts {
         self.workshop.may_write()
     }
 
-    /// Returns the last draft of a script, else the text of its file.
+    /// Returns the last draft of a script, or else the text of its file.
     pub fn text(&self, script: &Path) -> Result<String, String> {
         let last = self.drafts.iter().rfind(|draft| draft.script == script);
         last.map_or_else(|| self.workshop.read(script), |draft| Ok(draft.text.clone()))
     }
 
-    /// Compiles a text as a script for the robots of some groups, once for each kind of robot. Returns each message once, as an object
-    /// of [`Renderer::json`], and true if one of them is an error.
+    /// Compiles a text as a script for the robots of some groups, once for each different robot.
+    /// Returns each message once, as an object of [`Renderer::json`], and true if one of them is an
+    /// error.
     pub fn check<'a>(
         &self,
         groups: impl Iterator<Item = &'a Group>,
@@ -100,8 +105,8 @@ impl Drafts {
         (messages, has_error)
     }
 
-    /// Keeps a text as a draft of a script: of `walk.bzz` the first one is `walk.1.bzz`, unless there is such a file. Returns its
-    /// path. A text that is a draft already stays that one.
+    /// Stores a text as a draft of a script and returns its path. The first draft of `walk.bzz` is
+    /// `walk.1.bzz`, unless this file exists. The same text gets no second draft.
     pub fn keep(&mut self, script: &Path, text: &str) -> PathBuf {
         let same = |draft: &&Draft| draft.script == script && draft.text == text;
         if let Some(draft) = self.drafts.iter().find(same) {
@@ -123,7 +128,7 @@ impl Drafts {
         path
     }
 
-    /// The workshop.
+    /// Returns the workshop.
     pub fn workshop(&self) -> &dyn Workshop {
         &*self.workshop
     }
@@ -139,7 +144,8 @@ impl Drafts {
         last
     }
 
-    /// Begins another session, in which the last drafts are the texts of their scripts from the start.
+    /// Prepares a new session, in which the last drafts replace the texts of their scripts from the
+    /// start.
     pub fn begin(&mut self) {
         let last = self.last();
         last.iter().for_each(|(script, text)| self.workshop.keep(script, text));
@@ -148,7 +154,7 @@ impl Drafts {
         self.originals.clear();
     }
 
-    /// Writes a text to the file of a script, whose first text stays known.
+    /// Writes a text to the file of a script, and keeps the text that the run began with.
     pub fn write(&mut self, script: &Path, text: &str) -> Result<(), String> {
         let before = self.workshop.read(script)?;
         self.workshop.write(script, text)?;
@@ -159,8 +165,8 @@ impl Drafts {
         Ok(())
     }
 
-    /// Returns the scripts that a saved session needs and that are in no file: the drafts that were loaded, and the first texts of those
-    /// that were written.
+    /// Returns the scripts that a saved session needs and that are not in files: the drafts that
+    /// were loaded, and the original texts of scripts that were overwritten.
     pub fn needed(&self, setup: &Setup) -> Vec<(&Path, &str)> {
         let is_loaded = |draft: &&Draft| setup.scripts().any(|(_, path)| path == draft.path);
         let drafts = self.drafts.iter().filter(is_loaded);
@@ -169,7 +175,7 @@ impl Drafts {
     }
 }
 
-/// Returns the scripts of a scenario, each once. Images and object files are none.
+/// Returns the scripts of a scenario, each once, without images and object files.
 pub fn scripts(setup: &Setup) -> Vec<&Path> {
     let mut scripts: Vec<&Path> = Vec::new();
     for (_, path) in setup.scenario.programs() {
@@ -181,7 +187,7 @@ pub fn scripts(setup: &Setup) -> Vec<&Path> {
     scripts
 }
 
-/// Returns the groups that have a script, from the start or by an event.
+/// Returns the groups that run a script, from the start or after an event.
 pub fn groups_with<'a>(setup: &'a Setup, script: &'a Path) -> impl Iterator<Item = &'a Group> {
     setup.scenario.programs().filter(move |(_, of)| *of == script).map(|(group, _)| group)
 }

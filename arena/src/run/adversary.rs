@@ -283,7 +283,7 @@ impl<P: Profile> Mind<P> {
         self.entries.get(place).copied()
     }
 
-    /// Returns the id of a robot that has been received, chosen at random.
+    /// Returns an id from received frames, chosen at random.
     fn any_robot(&mut self) -> u16 {
         let place = self.below(self.robots.len());
         self.robots.get(place).copied().unwrap_or(NOBODY)

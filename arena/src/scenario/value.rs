@@ -44,7 +44,7 @@ pub enum Quantity {
     Distance([f64; 2]),
     /// The colour that the LED shows, 0 to 7.
     Led,
-    /// The number of robots that it has received recently.
+    /// The number of robots whose frames it has received recently.
     Neighbors,
     /// The number of free slots in its script's memory.
     Free,
