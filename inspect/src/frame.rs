@@ -1,4 +1,4 @@
-//! The functions that are running, with their locals by name.
+//! The active functions, with their locals by name.
 
 use bittybuzz_compiler::symbols::{LocalPlace, Place};
 use bittybuzz_vm_core::ByteCode;
@@ -8,15 +8,15 @@ use bittybuzz_vm_core::number::Profile;
 use crate::reader::{MachineReader, builtin_name};
 use crate::value::Named;
 
-/// Offset of the closure of a function that captures values.
+/// The offset of the closure in the frame of a function that captures values.
 const CLOSURE: i16 = 1;
 
-/// A function that is running.
+/// An active function.
 #[derive(Debug, Clone, PartialEq)]
 pub struct ScriptFrame {
-    /// The function.
     pub function: FrameFunction,
-    /// The names that the function can use at that place, outer ones first. Without symbols all parameters and slots.
+    /// The variables that the function can use at its current place, outer ones first. Without
+    /// symbols, all parameters and slots.
     pub locals: Vec<Named>,
 }
 
@@ -25,35 +25,37 @@ pub struct ScriptFrame {
 pub enum FrameFunction {
     /// A function of the script.
     Script {
-        /// Its name, such as `f`, `global code`, `lambda at a.bzz:3` or, without symbols, `function 2`.
+        /// The name, such as `f`, `global code`, `lambda at a.bzz:3` or, without symbols,
+        /// `function 2`.
         name: String,
-        /// A byte of the instruction where it is: of the next one in the function that runs, else of the call.
+        /// A byte position in the current instruction: the next one in the innermost function, the
+        /// call in the others.
         position: u16,
-        /// Source of that instruction.
+        /// The source of that instruction.
         source: Option<SourcePlace>,
     },
-    /// A built-in that calls functions of the script or waits, such as `foreach` or `delay`.
+    /// A built-in that calls functions of the script or that waits, such as `foreach` or `delay`.
     Builtin(String),
-    /// A robot function that goes on.
+    /// A robot function that has not finished.
     RobotFunction(String),
-    /// The machine handles messages before `step()`.
+    /// The handling of messages before `step()`.
     Messages,
-    /// The machine is about to call an entry.
+    /// The machine, about to call an entry point.
     Entry,
-    /// The machine copies a library to a table for a built-in.
+    /// The copy of a library to a table, for a built-in.
     LibraryCopy,
 }
 
-/// A piece of source.
+/// A range of the source.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct SourcePlace {
-    /// Path of the file.
+    /// The path of the file.
     pub file: String,
-    /// Lines and columns.
+    /// The lines and columns.
     pub place: Place,
 }
 
-/// The frames of a machine, innermost first.
+/// Returns the frames of a machine, innermost first.
 pub fn frames<P: Profile, C: ByteCode, const SLOTS: usize>(
     reader: &mut MachineReader<'_, P, C, SLOTS>,
 ) -> Vec<ScriptFrame> {

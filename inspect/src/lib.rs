@@ -1,17 +1,20 @@
 //! Inspection: a virtual machine and the symbols of its script as one tree of named values.
 //!
-//! [`inspect`] reads a machine between any two instructions, or after a fault, and returns an [`Inspection`] that owns all
-//! it holds: the calls with their locals, globals, tables, closures, neighbors, swarms, stigmergies and handlers. A
-//! [`Queue`] decodes the messages that wait, and [`ScriptMemory`] counts the slots that the script needs.
+//! [`inspect`] reads a machine between any two instructions, or after a fault. It returns an
+//! [`Inspection`], which owns all its data: the calls with their locals, globals, tables, closures,
+//! neighbors, swarms, stigmergies and handlers. A [`Queue`] decodes the messages that wait, and
+//! [`ScriptMemory`] counts the slots that the script needs.
 //!
 //! # Principles
-//! 1. **It only reads.** A run is the same with and without inspection, and robots carry no byte for it.
-//! 2. **Objects have an identity.** A value names its table or closure by an [`ObjectId`]; each object is expanded once, so
-//!    that a cycle has an end. The caller limits how much is expanded.
-//! 3. **Names are optional.** Without symbols, or with those of another script, numbers stand in their place.
+//! 1. **Inspection only reads.** A run is the same with and without inspection, and robots store no
+//!    data for it.
+//! 2. **Objects have an identity.** A value refers to its table or closure by an [`ObjectId`]. Each
+//!    object is expanded once, so that cycles end. The caller limits the expansion.
+//! 3. **Names are optional.** Without symbols, or with those of another script, numbers replace
+//!    them.
 //!
 //! # What it will not do
-//! Change a machine, format text for people, or know a robot.
+//! Change a machine, format text for users, or depend on a robot.
 
 mod frame;
 mod memory;
@@ -35,41 +38,42 @@ pub use value::{Named, ScriptValue};
 
 use reader::MachineReader;
 
-/// Everything that a machine holds, with names.
+/// The whole state of a machine, with names.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Inspection {
     /// The machine's state.
     pub activity: Activity,
-    /// The script's globals, by number.
+    /// The script's globals, ordered by number.
     pub globals: Vec<Named>,
-    /// The functions that are running, innermost first. After a fault these are the functions that it has stopped.
+    /// The active functions, innermost first. After a fault, these are the functions that it
+    /// stopped.
     pub frames: Vec<ScriptFrame>,
-    /// Robots that were heard of late, by their ids.
+    /// Robots whose frames were received recently, ordered by id.
     pub neighbors: Vec<Neighbor>,
     /// Swarms that the script has created.
     pub swarms: Vec<KnownSwarm>,
     /// Stigmergies that the script has created.
     pub stigmergies: Vec<Stigmergy>,
-    /// Functions that handle messages and conflicts.
+    /// The functions that handle messages and conflicts.
     pub handlers: Vec<Handler>,
-    /// The message of which some fragments are here.
+    /// The message of which some fragments have arrived.
     pub assembling: Option<Assembling>,
-    /// The messages that wait; `None` if the queues are not known.
+    /// The messages in the queues; `None` if the caller does not provide the queues.
     pub queues: Option<Queues>,
     /// The memory in use.
     pub slots: SlotUse,
-    /// The tables and closures to which values refer, as far as the limits let them be expanded.
+    /// The tables and closures that values refer to, expanded within the limits.
     pub objects: Objects,
 }
 
 /// The use of a machine's memory, in slots.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct SlotUse {
-    /// Globals and functions that are running.
+    /// Slots of globals and of active functions.
     pub stack: usize,
-    /// Tables, closures and strings, with garbage.
+    /// Slots of tables, closures and strings, including garbage.
     pub heap: usize,
-    /// Neither.
+    /// Free slots.
     pub free: usize,
 }
 

@@ -1,4 +1,4 @@
-//! The memory that a script needs, and the globals that hold it.
+//! The memory that a script needs, and the globals that keep it alive.
 
 use bittybuzz_vm_core::number::Profile;
 use bittybuzz_vm_core::{ByteCode, Fault, FaultCode, Vm};
@@ -6,19 +6,19 @@ use bittybuzz_vm_core::{ByteCode, Fault, FaultCode, Vm};
 /// The slots of a machine and their use.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct ScriptMemory {
-    /// All slots.
+    /// The number of all slots.
     pub slots: usize,
-    /// Slots of globals and of functions that are running.
+    /// Slots of globals and of active functions.
     pub stack: usize,
     /// Slots of tables, closures and strings that the script can still reach.
     pub heap: usize,
-    /// Numbers of globals with the slots of the heap that can be reached from them, most first.
+    /// The numbers of globals, each with the heap slots that can be reached from it, largest first.
     pub held: Vec<(u16, usize)>,
 }
 
 impl ScriptMemory {
-    /// Counts the slots of a machine that has that many. Copies of the machine collect garbage to find out, one for each
-    /// global.
+    /// Counts the used slots of a machine with `slots` slots in total. The count collects garbage
+    /// in copies of the machine, one for each global.
     pub fn of<P: Profile, C: ByteCode, const SLOTS: usize>(
         vm: &Vm<P, C, SLOTS>,
         slots: usize,
@@ -32,7 +32,8 @@ impl ScriptMemory {
         ScriptMemory { slots, stack, heap: vm.needed_slots().saturating_sub(stack), held }
     }
 
-    /// Counts the slots of a machine that a fault has stopped for want of memory; `None` after other faults.
+    /// Counts the used slots of a machine that stopped because it ran out of memory; `None` after
+    /// other faults.
     pub fn after<P: Profile, C: ByteCode, const SLOTS: usize>(
         fault: &Fault,
         vm: &Vm<P, C, SLOTS>,

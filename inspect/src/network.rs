@@ -1,4 +1,4 @@
-//! A robot's knowledge of others, with names.
+//! A robot's knowledge of other robots, with names.
 
 use bittybuzz_vm_core::inspect::{StoredEntry, Trigger};
 use bittybuzz_vm_core::number::Profile;
@@ -7,68 +7,66 @@ use bittybuzz_vm_core::{ByteCode, Vm};
 use crate::reader::MachineReader;
 use crate::value::ScriptValue;
 
-/// A robot that was heard of late.
+/// A robot whose frames were received recently.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Neighbor {
-    /// Its id.
+    /// The id of the robot.
     pub id: u16,
     /// Distance in mm, azimuth and elevation in radians; `None` if the link did not measure them.
     pub place: Option<[f32; 3]>,
-    /// Steps after which it is forgotten if nothing more is heard of it.
+    /// The number of steps after which the neighbor is removed if nothing more is received from it.
     pub steps_left: u8,
-    /// Numbers of the swarms in which it is, as far as this robot has created them and heard of it.
+    /// The numbers of its swarms, as far as this robot has created them and has been informed.
     pub swarms: Vec<u16>,
 }
 
 /// A stigmergy, as this robot knows it.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Stigmergy {
-    /// The number that scripts give it.
+    /// The number by which scripts refer to it.
     pub number: u16,
-    /// Its entries, deleted ones included, as they are stored.
+    /// The entries in the order in which they are stored, including deleted ones.
     pub entries: Vec<StigmergyEntry>,
 }
 
 /// An entry of a stigmergy.
 #[derive(Debug, Clone, PartialEq)]
 pub struct StigmergyEntry {
-    /// Its key.
     pub key: ScriptValue,
-    /// Its value; nil if it was deleted.
+    /// The value; nil if the entry was deleted.
     pub value: ScriptValue,
-    /// The robot that put it.
+    /// The id of the robot that wrote the value.
     pub owner: u16,
-    /// The time of the put, on Lamport's clock.
+    /// The Lamport clock of the write.
     pub clock: u32,
-    /// The digest of key and value where they do not fit a frame, else 0; `None` of a deleted entry.
+    /// The digest of key and value if they do not fit into a frame, otherwise 0; `None` for a
+    /// deleted entry.
     pub digest: Option<u16>,
-    /// This robot has put it since it was switched on.
+    /// True if this robot wrote the entry since it was switched on.
     pub is_own: bool,
-    /// It has changed, and will be sent when an entry point ends.
+    /// True if the entry has changed and will be sent when an entry point ends.
     pub is_unsent: bool,
 }
 
 /// A function that handles messages or conflicts.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Handler {
-    /// The event for which it is called.
     pub trigger: HandlerTrigger,
-    /// The function.
     pub function: ScriptValue,
 }
 
 /// The event for which a handler is called.
 #[derive(Debug, Clone, PartialEq)]
 pub enum HandlerTrigger {
-    /// A message on that topic.
+    /// A message on this topic.
     Message(ScriptValue),
-    /// A conflict in the stigmergy of that number.
+    /// A conflict in the stigmergy with this number.
     Conflict(u16),
-    /// A conflict that this robot lost, in the stigmergy of that number.
+    /// A conflict that this robot lost, in the stigmergy with this number.
     LostConflict(u16),
 }
 
-/// The neighbors of a robot.
+/// Returns the neighbors of a robot.
 pub fn neighbors<P: Profile, C: ByteCode, const SLOTS: usize>(
     vm: &Vm<P, C, SLOTS>,
 ) -> Vec<Neighbor> {
@@ -86,7 +84,7 @@ pub fn neighbors<P: Profile, C: ByteCode, const SLOTS: usize>(
     all.collect()
 }
 
-/// The stigmergies of a robot.
+/// Returns the stigmergies of a robot.
 pub fn stigmergies<P: Profile, C: ByteCode, const SLOTS: usize>(
     reader: &mut MachineReader<'_, P, C, SLOTS>,
 ) -> Vec<Stigmergy> {
@@ -103,7 +101,7 @@ pub fn stigmergies<P: Profile, C: ByteCode, const SLOTS: usize>(
     all.collect()
 }
 
-/// The handlers of a script.
+/// Returns the handlers of a script.
 pub fn handlers<P: Profile, C: ByteCode, const SLOTS: usize>(
     reader: &mut MachineReader<'_, P, C, SLOTS>,
 ) -> Vec<Handler> {

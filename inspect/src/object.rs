@@ -4,12 +4,12 @@ use std::collections::BTreeMap;
 
 use crate::value::{Named, ScriptValue};
 
-/// The identity of a table or closure: equal ids are the same object as long as the script can reach it. When it cannot any
-/// more, another object may get its id.
+/// The identity of a table or closure. Equal ids mean the same object while the script can reach
+/// it. After that, another object may get the id.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub struct ObjectId(pub u16);
 
-/// The objects that were expanded.
+/// The expanded objects by their identity.
 pub type Objects = BTreeMap<ObjectId, Object>;
 
 /// The contents of a table or closure.
@@ -19,38 +19,38 @@ pub enum Object {
     Table {
         /// Keys and values, in the order in which scripts iterate over them.
         entries: Vec<(ScriptValue, ScriptValue)>,
-        /// Entries after these, which the limits left out.
+        /// The number of further entries, which the limits exclude.
         left_out: usize,
     },
     /// A function with captured values.
     Closure {
-        /// Its function.
+        /// The name of the function.
         function: String,
-        /// Its `self`, or nil.
+        /// The value of `self`, or nil.
         self_value: ScriptValue,
-        /// Captured values.
+        /// The captured values.
         captures: Vec<Named>,
     },
-    /// A function that was read from a table.
+    /// A function that was read from a table, which becomes its `self`.
     Bound {
-        /// The function.
         function: ScriptValue,
-        /// The table, its `self`.
+        /// The table.
         self_value: ScriptValue,
     },
 }
 
-/// Limits of the objects that are expanded. A value still names the others by their identity.
+/// The limits of the expansion. Values refer to objects outside the limits only by their identity.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Limits {
-    /// Steps from a global, a local or another root to an object: with 0 no object is expanded, with 1 those that roots
-    /// refer to.
+    /// The greatest number of steps from a root, such as a global or a local, to an object: 0
+    /// expands no object, 1 expands those that roots refer to.
     pub depth: usize,
-    /// Entries and captured values of all objects together. The nearest objects are expanded first.
+    /// The greatest number of entries and captured values of all objects together. The nearest
+    /// objects are expanded first.
     pub values: usize,
 }
 
 impl Limits {
-    /// Nothing is left out.
+    /// No limits.
     pub const NONE: Limits = Limits { depth: usize::MAX, values: usize::MAX };
 }

@@ -1,4 +1,4 @@
-//! The messages that wait in a robot's queues.
+//! The messages in a robot's queues.
 
 use bittybuzz_compiler::symbols::Symbols;
 use bittybuzz_vm_core::message::{Ignored, Message};
@@ -12,84 +12,82 @@ use crate::value::ScriptValue;
 /// Both queues of a robot.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Queues {
-    /// Frames that were heard and wait for the script's next step.
+    /// Received frames, which wait for the script's next step.
     pub inbox: Queue,
-    /// Frames that wait for the link.
+    /// Frames to be sent, which wait for the link.
     pub outbox: Queue,
 }
 
 /// A queue of frames.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Queue {
-    /// Frames that fit.
+    /// The number of frames that the queue can hold.
     pub capacity: usize,
-    /// Frames that wait, oldest first.
+    /// The frames in the queue, oldest first.
     pub messages: Vec<QueuedMessage>,
 }
 
-/// A frame that waits.
+/// A decoded frame in a queue.
 #[derive(Debug, Clone, PartialEq)]
 pub enum QueuedMessage {
-    /// `neighbors.broadcast`
+    /// A broadcast of `neighbors.broadcast`.
     Broadcast {
-        /// The sender.
+        /// The id of the sender.
         robot: u16,
-        /// Its topic, a string.
+        /// The topic, a string.
         topic: ScriptValue,
-        /// Its value.
         value: ScriptValue,
     },
-    /// An entry of a stigmergy, or the question for it.
+    /// An entry of a stigmergy, or a query for it.
     Entry {
-        /// Number of the stigmergy.
+        /// The number of the stigmergy.
         stigmergy: u16,
-        /// The robot that put the value, or that asks.
+        /// The id of the robot that wrote the value or that sends the query.
         owner: u16,
-        /// The time of the put, on Lamport's clock; 0 is the question for the key.
+        /// The Lamport clock of the write; 0 for a query.
         clock: u32,
-        /// The key.
         key: ScriptValue,
-        /// The value.
         value: ScriptValue,
     },
-    /// A robot announces that it is there.
+    /// A message by which a robot announces its presence.
     Beacon {
-        /// The sender.
+        /// The id of the sender.
         robot: u16,
     },
     /// A beacon with the digest of the sender's stigmergies.
     Digest {
-        /// The sender.
+        /// The id of the sender.
         robot: u16,
-        /// The sum over its entries.
+        /// The sum over the sender's entries.
         digest: u32,
     },
-    /// Swarms that a robot knows.
+    /// The swarms that a robot knows.
     Swarms {
-        /// The sender.
+        /// The id of the sender.
         robot: u16,
-        /// Numbers of swarms; true if the sender is in the swarm.
+        /// The numbers of swarms; true if the sender is a member.
         swarms: Vec<(u16, bool)>,
     },
     /// A part of a longer message.
     Fragment {
-        /// The sender.
+        /// The id of the sender.
         robot: u16,
-        /// The message's number.
+        /// The number of the message.
         number: u8,
-        /// Which part.
+        /// The index of the part.
         index: u8,
-        /// None follows.
+        /// True for the last part.
         is_last: bool,
     },
-    /// The frame of a robot with another script.
+    /// A frame of a robot with another script.
     Foreign,
-    /// A frame that makes no sense.
+    /// A frame that cannot be decoded.
     Malformed,
 }
 
 impl Queue {
-    /// Decodes the frames in a queue of a robot with that machine. Symbols of another script are ignored.
+    /// Decodes the frames in a queue of the robot with this machine. Symbols of another script are
+    /// ignored.
     pub fn of<P: Profile, C: ByteCode, const SLOTS: usize, F: AsRef<[u8]>>(
         vm: &Vm<P, C, SLOTS>,
         symbols: Option<&Symbols>,

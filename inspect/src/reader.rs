@@ -1,4 +1,4 @@
-//! Reads values of a machine, and the objects to which they refer, the nearest first.
+//! The reader of a machine's values, and of the objects they refer to, the nearest first.
 
 use std::collections::{BTreeSet, VecDeque};
 
@@ -11,17 +11,17 @@ use bittybuzz_vm_core::{ByteCode, Value, Vm};
 use crate::object::{Limits, Object, ObjectId, Objects};
 use crate::value::{Named, ScriptValue};
 
-/// A machine that is being read.
+/// The state of an inspection.
 pub struct MachineReader<'a, P: Profile, C: ByteCode, const SLOTS: usize> {
     pub vm: &'a Vm<P, C, SLOTS>,
-    /// Those of the machine's script.
+    /// The symbols of the machine's script.
     pub symbols: Option<&'a Symbols>,
     limits: Limits,
-    /// Objects that were met.
+    /// Objects that were found, to expand each only once.
     met: BTreeSet<ObjectId>,
     /// Objects to expand, with their depth.
     waiting: VecDeque<(ObjectId, Value<P>, usize)>,
-    /// Depth of the objects to which the values refer that are being read.
+    /// The depth of the objects that the current values refer to.
     depth: usize,
 }
 
@@ -37,7 +37,7 @@ impl<'a, P: Profile, C: ByteCode, const SLOTS: usize> MachineReader<'a, P, C, SL
         MachineReader { vm, symbols, limits, met, waiting, depth: 1 }
     }
 
-    /// The globals of the script.
+    /// Returns the globals of the script.
     pub fn globals(&mut self) -> Vec<Named> {
         let (vm, symbols) = (self.vm, self.symbols);
         let values = (0..).map_while(|number| Some((number, vm.global(number)?)));
@@ -50,7 +50,7 @@ impl<'a, P: Profile, C: ByteCode, const SLOTS: usize> MachineReader<'a, P, C, SL
         named.collect()
     }
 
-    /// A value. Objects to which it refers are expanded later.
+    /// Converts a value. The objects that it refers to are expanded later.
     pub fn value(&mut self, value: Value<P>) -> ScriptValue {
         match self.vm.kind(value) {
             ValueKind::Nil => ScriptValue::Nil,
@@ -74,21 +74,21 @@ impl<'a, P: Profile, C: ByteCode, const SLOTS: usize> MachineReader<'a, P, C, SL
         }
     }
 
-    /// The name of a function of the script.
+    /// Returns the name of a function of the script.
     pub fn function(&self, number: u16) -> String {
         let functions = self.symbols.map_or(&[][..], |symbols| &symbols.functions);
         let known = functions.get(usize::from(number));
         known.map_or_else(|| format!("function {number}"), |function| function.name.clone())
     }
 
-    /// The name of an imported robot function.
+    /// Returns the name of an imported robot function.
     pub fn import(&self, number: u16) -> String {
         let imports = self.symbols.map_or(&[][..], |symbols| &symbols.imports);
         let known = imports.get(usize::from(number));
         known.map_or_else(|| format!("robot function {number}"), Clone::clone)
     }
 
-    /// Expands the objects that were met, within the limits.
+    /// Expands the objects that were found, within the limits.
     pub fn expand(mut self) -> Objects {
         let mut objects = Objects::new();
         let mut left = self.limits.values;
@@ -140,7 +140,8 @@ impl<'a, P: Profile, C: ByteCode, const SLOTS: usize> MachineReader<'a, P, C, SL
         Object::Closure { function: self.function(number), self_value, captures }
     }
 
-    /// The names of captured values, by their numbers. Without symbols the last ones that are nil are not known to be there.
+    /// Returns the names of captured values, by their numbers. Without symbols, nil values at the
+    /// end cannot be distinguished from unused slots and are left out.
     fn capture_names(&self, function: u16, closure: Value<P>, slots: usize) -> Vec<String> {
         let functions = self.symbols.map(|symbols| &symbols.functions);
         let Some(known) = functions.and_then(|all| all.get(usize::from(function))) else {
@@ -179,7 +180,7 @@ impl<'a, P: Profile, C: ByteCode, const SLOTS: usize> MachineReader<'a, P, C, SL
     }
 }
 
-/// The name of a built-in as a script writes it.
+/// Returns the name of a built-in, as written in scripts.
 pub fn builtin_name(number: u8) -> String {
     match builtin::info(number) {
         Some(info) if info.library == Library::Global => info.name.to_owned(),
@@ -188,7 +189,7 @@ pub fn builtin_name(number: u8) -> String {
     }
 }
 
-/// The name of a library as a script writes it, or a word for an object that has none.
+/// Returns the name of a library, as written in scripts, or a term for an object without a name.
 fn library_name(library: Library) -> &'static str {
     match library {
         Library::Rng => "math.rng",

@@ -1,11 +1,11 @@
-//! Values with names.
+//! Values of a script, with names.
 
 use crate::object::ObjectId;
 
 /// A value of a script.
 #[derive(Debug, Clone, PartialEq)]
 pub enum ScriptValue {
-    /// nil
+    /// The value nil.
     Nil,
     /// An argument that was not passed.
     Unset,
@@ -13,13 +13,13 @@ pub enum ScriptValue {
     Int(i32),
     /// A float.
     Float(f32),
-    /// A string. Bytes that are no UTF-8 are replaced.
+    /// A string. Bytes that are not valid UTF-8 are replaced.
     String(String),
     /// A constant string of which only the number is known.
     UnknownString(u16),
-    /// A table, or a result of `neighbors.map` and its relatives.
+    /// A table, or a result of `neighbors.map` or a similar function.
     Table(ObjectId),
-    /// A function that refers to captured values or to its `self`.
+    /// A function with captured values or a `self`.
     Closure(ObjectId),
     /// A function of the script that captures nothing.
     Function(String),
@@ -29,17 +29,16 @@ pub enum ScriptValue {
     RobotFunction(String),
     /// A library, such as `neighbors`.
     Library(&'static str),
-    /// A swarm, by the number that the script gave it.
+    /// A swarm, by its number in the script.
     Swarm(u16),
-    /// A stigmergy, by the number that the script gave it.
+    /// A stigmergy, by its number in the script.
     Stigmergy(u16),
 }
 
-/// A value under its name.
+/// A value with its name.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Named {
     /// The name in the source; without symbols a number, such as `global 3`.
     pub name: String,
-    /// Its value.
     pub value: ScriptValue,
 }
