@@ -1,4 +1,4 @@
-//! A run is the same with a look at everything that the machine holds before each instruction.
+//! A run does not change if the whole state of the machine is inspected before each instruction.
 
 use std::fs;
 use std::path::Path;
@@ -12,14 +12,14 @@ use bittybuzz_vm_core::{Entry, Image, Outcome, Sighting, Sizes, Value, Vm};
 
 const SLOTS: usize = 4000;
 const SIZES: Sizes = Sizes { neighbors: 5, bearings: true, entries: 8, swarms: 8 };
-/// Instructions of an entry after which it is given up.
+/// The number of instructions after which an entry is stopped.
 const MOST: usize = 50_000;
 
-/// The record of a run: outcomes, events, and the contents of the machine in the end.
+/// The record of a run: outcomes, events, and the state of the machine at the end.
 fn run<P: Profile>(path: &str, script: &str, limits: Option<Limits>) -> Option<String> {
     let profile = if P::FULL { ProfileName::Full } else { ProfileName::Tiny };
     let compiled = Program::compile(script, &Program::options(profile));
-    // Some scripts have errors to be found.
+    // Some scripts contain errors on purpose.
     let (image, symbols) = (compiled.image?, compiled.symbols?);
     let mut vm: Box<Vm<P, &[u8], SLOTS>> = Box::new(Vm::new());
     vm.set_network_capacity(SIZES);
@@ -46,7 +46,8 @@ fn run<P: Profile>(path: &str, script: &str, limits: Option<Limits>) -> Option<S
             }
         }
     }
-    // Symbols or not, it is the same tree, but for operands of running functions, which have no names.
+    // The tree is the same with and without symbols, except for operands of running functions,
+    // which have no names.
     let [named, numbered] = [Some(&symbols), None].map(|names| inspect(&vm, names, Limits::NONE));
     if named.frames.is_empty() {
         assert_eq!(named.objects.len(), numbered.objects.len(), "{path}");
@@ -54,7 +55,7 @@ fn run<P: Profile>(path: &str, script: &str, limits: Option<Limits>) -> Option<S
     Some(format!("{output}{:?}\n{named:?}", host.events))
 }
 
-/// Every object that is near enough is there.
+/// The tree contains every object within the depth limit.
 fn check(found: &Inspection, limits: Limits) {
     let locals = found.frames.iter().flat_map(|frame| &frame.locals);
     for root in found.globals.iter().chain(locals) {

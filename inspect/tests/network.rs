@@ -1,4 +1,4 @@
-//! Neighbors, swarms, stigmergies, handlers and queues of two robots that hear each other.
+//! Neighbors, swarms, stigmergies, handlers and queues of two robots that receive each other.
 
 use bittybuzz_inspect::{
     HandlerTrigger, Inspection, Limits, Queue, QueuedMessage, ScriptValue, inspect,
@@ -42,11 +42,12 @@ fn pair<P: Profile>() {
         let found = look(&swarm, number);
         let [neighbor] = &found.neighbors[..] else { panic!("{:?}", found.neighbors) };
         assert_eq!(neighbor.id, other);
-        // Robots stand in a row, 10 mm apart, and look along it: the first one has the second ahead.
+        // The robots stand in a row, 10 mm apart, and face along it, so that the second is ahead of
+        // the first.
         let [distance, azimuth, elevation] = neighbor.place.expect("is measured");
         let expected = if number == 0 { 0.0 } else { std::f32::consts::PI };
         assert!(distance == 10.0 && elevation == 0.0 && (azimuth - expected).abs() < 0.01);
-        // It was heard in the last step or the one before: the period is 10 steps.
+        // The neighbor was received in the last step or in the one before: the period is 10 steps.
         assert!((8..=10).contains(&neighbor.steps_left), "{}", neighbor.steps_left);
         assert_eq!(neighbor.swarms, if other == 1 { vec![7] } else { vec![] });
         let known = |number, is_member| KnownSwarm { number, is_member, is_unsent: false };

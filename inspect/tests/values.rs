@@ -23,7 +23,7 @@ fn robot<P: Profile>(script: &str) -> (TestRobot<P>, Symbols) {
     (TestRobot::new(program.leak(), 1, SIZES), symbols)
 }
 
-/// The machine after the global code of a script.
+/// Returns the machine after the global code of a script.
 fn after_global<P: Profile>(script: &str, limits: Limits) -> Inspection {
     let (mut robot, symbols) = robot::<P>(script);
     robot.enter(Entry::Global).expect("no fault");
@@ -39,7 +39,7 @@ fn text(text: &str) -> ScriptValue {
     ScriptValue::String(text.to_owned())
 }
 
-/// The entries of the table that a value is.
+/// Returns the entries of a table.
 fn entries<'a>(
     inspection: &'a Inspection,
     value: &ScriptValue,
@@ -61,7 +61,8 @@ fn tables<P: Profile>() {
     let t = named(&found.globals, "t").clone();
     let all = entries(&found, &t);
     let inner = all[3].1.clone();
-    // Keys 0, 1, ... first, then as they were put; a table within itself is named, not expanded again.
+    // Keys 0, 1, ... come first, then the others in the order of insertion. A table within itself
+    // is named, not expanded again.
     let expected = [
         (Int(0), Int(10)),
         (Int(1), Int(11)),
@@ -128,7 +129,7 @@ fn limits_leave_out_what_is_far_and_what_is_much() {
             other => panic!("{other:?}"),
         })
         .collect();
-    // Twelve entries in all, of those of both tables.
+    // Twelve entries in total, from both tables.
     assert_eq!(sizes.iter().map(|(shown, _)| shown).sum::<usize>(), 12);
     assert_eq!(sizes.iter().map(|(_, left_out)| left_out).sum::<usize>(), 19);
 }
@@ -168,7 +169,7 @@ fn strings_made_at_run_time_are_read() {
     assert_eq!(*named(&found.globals, "c"), text("constant"));
 }
 
-/// Runs the global code an instruction at a time, with a look at the machine before each.
+/// Runs the global code one instruction at a time, and inspects the machine before each.
 fn step_through<P: Profile>(
     script: &str,
     mut look: impl FnMut(&Inspection, &[Event], &Symbols),
@@ -187,7 +188,8 @@ fn step_through<P: Profile>(
     panic!("no end");
 }
 
-/// Every line that the script logs is a name and its value, as the frame that logs knows it.
+/// Checks the logged lines of a script. Each is a name and its value, as seen in the frame that
+/// logs.
 fn names<P: Profile>() {
     let script = "function f(a, b) {
             var x = a + 1
@@ -306,7 +308,7 @@ fn a_fault_keeps_the_frames() {
     assert_eq!(*named(&found.frames[0].locals, "b"), Int(42));
     let FrameFunction::Script { position, .. } = found.frames[0].function else { panic!() };
     assert_eq!(position, fault.position);
-    // All of it is gone once the script starts again.
+    // A restart of the script clears everything.
     robot.rest();
     let found = inspect(&robot.vm, Some(&symbols), Limits::NONE);
     assert!(found.frames.is_empty());
@@ -352,7 +354,7 @@ fn without_symbols_numbers_stand_for_names() {
         for object in found.objects.values() {
             match object {
                 Object::Table { entries, .. } => {
-                    // The text of a string is not in a tiny image.
+                    // A tiny image does not contain the text of a string.
                     let keys = entries.iter().map(|(key, _)| key);
                     assert!(keys.clone().all(|key| *key == ScriptValue::UnknownString(12)));
                 }

@@ -1,4 +1,4 @@
-//! Scripts that a client edits.
+//! Tests of scripts that a client edits.
 
 #![allow(clippy::unwrap_used, reason = "what fails here fails the test")]
 
@@ -18,7 +18,8 @@ use serde_json::{Value, json};
 const SCRIPT: &str = "n = 0\nfunction step() { n = n + 1 led(n % 8) }\n";
 const RED: &str = "r = 1\nfunction step() { led(r) }\n";
 
-/// Kilobots and Zooids have one script; another Kilobot has its own one, and later a third.
+/// Kilobots and Zooids share a script. Another Kilobot has its own script, and loads a third one
+/// later.
 const SCENARIO: &str = "[world]\nsize = [800, 600]\nduration = 10\n\n\
     [[robots]]\nrobot = \"kilobot\"\nscript = \"walk.bzz\"\ncount = 2\nfirst_id = 6\n\n\
     [[robots]]\nrobot = \"zooids\"\nscript = \"walk.bzz\"\ncount = 1\nfirst_id = 20\n\n\
@@ -45,7 +46,7 @@ fn program(files: &MemoryFiles, script: &Path, group: &Group) -> Result<Program,
     program.ok_or_else(|| compiled.diagnostics[0].message.clone())
 }
 
-/// What compiles a draft, or else a file.
+/// Returns a compiler for drafts, or else for files.
 fn compiler(drafts: &Shared, files: &Shared) -> Compiler {
     let (drafts, files) = (drafts.clone(), files.clone());
     Arc::new(move |script: &Path, group: &Group| {
@@ -54,10 +55,10 @@ fn compiler(drafts: &Shared, files: &Shared) -> Compiler {
     })
 }
 
-/// Files in memory, and what was written to them.
+/// Files in memory, and the paths that were written.
 struct Folder {
     files: Shared,
-    /// Not among the files, as on disk.
+    /// Drafts are not among the files, as on disk.
     drafts: Shared,
     may_write: bool,
     written: Rc<RefCell<Vec<String>>>,
@@ -128,14 +129,14 @@ fn start(may_write: bool) -> (Live, Rc<RefCell<Vec<String>>>) {
     (Live::new(session, SCENARIO.to_owned()).with_workshop(folder), written)
 }
 
-/// The events that answer a request.
+/// Sends a request and returns the events that answer it.
 fn ask(live: &mut Live, request: Value) -> Vec<Value> {
     live.take_events();
     live.request(&request.to_string(), Duration::ZERO);
     live.take_events()
 }
 
-/// The only event that answers a request.
+/// Sends a request and returns the only event that answers it.
 fn answer(live: &mut Live, request: Value) -> Value {
     let events = ask(live, request);
     assert_eq!(events.len(), 1, "{events:?}");
@@ -189,7 +190,7 @@ fn names_are_those_of_all_robots_with_the_script() {
 #[test]
 fn messages_are_those_of_all_kinds_of_robots_each_once() {
     let (mut live, _) = start(false);
-    // Both have `led`, a Kilobot has no `goto`, and the name is wrong for both.
+    // Both robots have `led`, a Kilobot has no `goto`, and the last name is wrong for both.
     let text = "function step() {\n  led(1)\n  goto(1, 2)\n  nonsense()\n}\n";
     let request = json!({ "check": { "name": "walk.bzz", "text": text } });
     let event = answer(&mut live, request);
@@ -208,15 +209,15 @@ fn all_robots_with_the_script_get_the_draft() {
     steps(&mut live, 3);
     let events = ask(&mut live, json!({ "run": { "name": "walk.bzz", "text": RED } }));
     let ran = events.iter().find(|event| event["event"] == "ran").unwrap();
-    // There is a file of the first name.
+    // A file with the first name exists already.
     assert_eq!(ran["draft"], "walk.2.bzz");
     assert!(ran["quantities"]["global"].as_array().unwrap().contains(&json!("global.r")));
     steps(&mut live, 1);
     assert_eq!([0, 1, 2, 3].map(|robot| is_red(&live, robot)), [true, true, true, false]);
-    // The editor goes on with it, also after the page was loaded again.
+    // The editor shows the draft, also after a reload of the page.
     let script = answer(&mut live, json!({ "script": { "name": "walk.bzz" } }));
     assert_eq!(script["text"], RED);
-    // The same text is the same draft, another one is not.
+    // An equal text is the same draft, and a different text is a new one.
     for (text, draft) in [(RED, "walk.2.bzz"), (SCRIPT, "walk.3.bzz"), (RED, "walk.2.bzz")] {
         let events = ask(&mut live, json!({ "run": { "name": "walk.bzz", "text": text } }));
         assert!(events.iter().any(|event| event["draft"] == draft), "{draft}: {events:?}");
@@ -230,7 +231,7 @@ fn chosen_robots_get_the_draft_whatever_they_had() {
     ask(&mut live, request);
     steps(&mut live, 1);
     assert_eq!([0, 1, 2, 3].map(|robot| is_red(&live, robot)), [false, true, false, true]);
-    // Nobody has this id.
+    // No robot has this id.
     let request = json!({ "run": { "name": "walk.bzz", "text": RED, "robots": [99] } });
     let events = ask(&mut live, request);
     assert!(events.iter().any(|event| event["event"] == "refused"), "{events:?}");
@@ -246,7 +247,7 @@ fn a_script_with_errors_does_not_run() {
     assert_eq!(live.session().run().commands(), "");
 }
 
-/// What was saved, in files of a new folder, goes the same way.
+/// Checks that the saved session, in files of a new folder, has the same course.
 fn assert_replays(live: &mut Live) {
     let saved = answer(live, json!("scenario"));
     let own = [("walk.bzz", SCRIPT), ("sub/own.bzz", SCRIPT), ("late.bzz", RED)];
@@ -335,7 +336,7 @@ fn what_may_not_be_written_is_refused() {
     assert!(written.borrow().is_empty() && also_written.borrow().is_empty());
 }
 
-/// The event of a kind.
+/// Returns the first event of a kind.
 fn of_kind(events: &[Value], kind: &str) -> Value {
     let found = events.iter().find(|event| event["event"] == kind);
     found.unwrap_or_else(|| panic!("no {kind}: {events:#?}")).clone()
@@ -351,12 +352,12 @@ fn a_scenario_is_edited_and_begins_anew() {
     let found = &event["diagnostics"][0];
     assert_eq!((&found["file"], &found["line"]), (&json!("x/s.toml"), &json!(8)), "{event}");
     assert_eq!((&found["column"], &found["end_column"]), (&json!(1), &json!(6)));
-    // It does not run, and the session goes on.
+    // The wrong scenario does not run, and the session goes on.
     steps(&mut live, 3);
     let events = ask(&mut live, json!({ "run": { "name": "s.toml", "text": wrong } }));
     of_kind(&events, "refused");
     assert_eq!(live.session().run().now(), 3);
-    // A draft that robots have is the script of the next session from its start.
+    // A draft that robots run is the script of the next session from its start.
     ask(&mut live, json!({ "run": { "name": "walk.bzz", "text": RED } }));
     let more = SCENARIO.replace("count = 2", "count = 3").replace("duration = 10", "duration = 20");
     let events = ask(&mut live, json!({ "run": { "name": "s.toml", "text": more } }));
@@ -368,7 +369,7 @@ fn a_scenario_is_edited_and_begins_anew() {
     assert_eq!(live.session().run().commands(), "");
     let shown = answer(&mut live, json!({ "script": { "name": "s.toml" } }));
     assert_eq!(shown["text"], more);
-    // What is saved has that draft, under the name of the script, and goes the same way.
+    // The saved session contains that draft under the name of the script, and has the same course.
     steps(&mut live, 20);
     let saved = answer(&mut live, json!("scenario"));
     assert_eq!(saved["scripts"], json!([{ "name": "walk.bzz", "text": RED }]));

@@ -1,4 +1,4 @@
-//! A session as its client sees it.
+//! Tests of a session from its client's view.
 
 #![allow(clippy::unwrap_used, reason = "what fails here fails the test")]
 
@@ -69,20 +69,20 @@ fn now(live: &Live) -> u64 {
     live.session().run().now()
 }
 
-/// The events of that kind since the last question.
+/// Takes all events and returns those of a kind.
 fn events(live: &mut Live, kind: &str) -> Vec<Value> {
     let of_kind = |event: &Value| event["event"] == kind;
     live.take_events().into_iter().filter(of_kind).collect()
 }
 
-/// The reason of the only refusal since the last question.
+/// Takes all events and returns the reason of the only refusal.
 fn refusal(live: &mut Live) -> String {
     let events = events(live, "refused");
     assert_eq!(events.len(), 1, "{events:?}");
     events[0]["text"].as_str().unwrap().to_owned()
 }
 
-/// Takes a sample as a client does that has those bytes already.
+/// Takes a sample as a client would that has the bytes `known` already.
 fn sample(live: &mut Live, known: &mut Vec<u8>) -> Sample {
     let bytes = live.take_sample();
     if bytes.starts_with(b"bbzrec") {
@@ -91,7 +91,7 @@ fn sample(live: &mut Live, known: &mut Vec<u8>) -> Sample {
     known.extend(bytes);
     let mut reader = RecordingReader::new(known).unwrap();
     let mut last = None;
-    // A stream has no end: after the last sample the reader finds it cut off.
+    // A stream has no end mark, so after the last sample the reader reports a truncated recording.
     while let Some(Ok(sample)) = reader.next() {
         last = Some(sample);
     }
@@ -127,7 +127,7 @@ fn a_run_follows_the_clock_at_its_rate() {
     let mut live = live();
     assert!(!advance(&mut live, 100, ms(500)), "it stands still");
     live.request(r#"{"play":{"rate":2}}"#, ms(1000));
-    // 0.45 s at twice the real time are 0.9 s, ten ticks each.
+    // 0.45 s at twice the real time are 0.9 s, at ten ticks per second.
     assert!(!advance(&mut live, 100, ms(1450)));
     assert_eq!(now(&live), 9);
     live.request(r#""pause""#, ms(1450));
@@ -147,7 +147,7 @@ fn a_run_follows_the_clock_at_its_rate() {
     assert_eq!(live.take_events().last(), Some(&state));
 }
 
-/// A computer that is too slow for a rate lags, and does not race afterwards.
+/// A computer that is too slow for a rate falls back, and does not catch up afterwards.
 #[test]
 fn lost_time_is_not_made_up_for() {
     let mut live = live();
@@ -168,11 +168,11 @@ fn samples_are_a_recording() {
     assert_eq!((first.tick, second.tick), (0, 7));
     assert_eq!(second.robots[0].unwrap().led, 6);
     assert_ne!(first.robots[0].unwrap().x, second.robots[0].unwrap().x);
-    // Back: the recording begins anew.
+    // A step back starts a new recording.
     live.request(r#"{"go_to":{"tick":3}}"#, ms(0));
     let third = sample(&mut live, &mut known);
     assert_eq!((third.tick, third.robots[1].unwrap().led), (3, 2));
-    // So it does for a client that has just come.
+    // So does a new client.
     live.begin();
     assert!(live.take_sample().starts_with(b"bbzrec"));
 }
@@ -214,7 +214,7 @@ fn the_memory_of_a_robot_is_told_by_name() {
     let table = &memory["objects"][global("t")["table"].to_string()]["entries"];
     assert_eq!(table[0], json!(["a", 1]));
     assert!(memory["slots"]["free"].as_u64().unwrap() > 0);
-    // After each sample, until it is not wanted any more.
+    // The event follows each sample until the client unsubscribes.
     live.take_sample();
     assert_eq!(events(&mut live, "inspection").len(), 1);
     live.request(r#"{"inspect":{"robot":null}}"#, ms(0));
@@ -286,7 +286,7 @@ fn an_inspection_has_the_fault_of_the_robot() {
 #[test]
 fn messages_and_quantities_follow_each_sample() {
     let mut live = live();
-    // Within reach, and on parallel ways.
+    // The robots are in range of each other, and move in parallel.
     for command in ["move = 6\nto = [0, 0]\nheading = 0", "move = 7\nto = [0, 50]\nheading = 0"] {
         live.request(&json!({ "command": { "text": command } }).to_string(), ms(0));
     }
@@ -295,7 +295,7 @@ fn messages_and_quantities_follow_each_sample() {
     advance(&mut live, 30, ms(0));
     live.take_sample();
     let seen = events(&mut live, "messages").remove(0);
-    // Two robots alone: whoever is heard is heard by the other one.
+    // There are only two robots, so each frame that arrives comes from the other one.
     let heard = seen["heard"].as_array().unwrap();
     assert!(heard.contains(&json!([0, 1])) && heard.contains(&json!([1, 0])), "{seen}");
     assert!(heard.iter().all(|pair| pair[0] != pair[1]));
@@ -307,7 +307,7 @@ fn messages_and_quantities_follow_each_sample() {
     let of = |kind: &str| told.iter().filter(|event| event["event"] == kind).count();
     assert_eq!((of("messages"), of("quantity")), (0, 1));
     let quantity = told.iter().find(|event| event["event"] == "quantity").unwrap();
-    // Robot 7 stopped in its step 8 and has begun anew.
+    // Robot 7 had a fault in its step 8 and has restarted.
     assert_eq!(quantity["values"][0], 29.0);
     for (quantity, reason) in
         [("global.m", "no script has a global `m`"), ("sped", "there is no quantity `sped`")]

@@ -1,4 +1,4 @@
-//! A recording as its client sees it.
+//! Tests of a recording from its client's view.
 
 #![allow(clippy::unwrap_used, reason = "what fails here fails the test")]
 
@@ -39,7 +39,7 @@ fn robots(number: u64) -> [Option<RecordedRobot>; 2] {
     [Some(first), (number >= 2).then_some(RecordedRobot { y: -5, ..ROBOT })]
 }
 
-/// The sample that a client sees that has those bytes already.
+/// Takes a sample as a client would that has the bytes `known` already.
 fn seen(replay: &mut Replay<'_>, known: &mut Vec<u8>) -> Sample {
     let bytes = replay.take_sample();
     if bytes.starts_with(b"bbzrec") {
@@ -86,7 +86,7 @@ fn it_plays_by_the_clock_and_steps_by_samples() {
     assert_eq!(seen(&mut replay, &mut known), Sample { tick: 0, robots: robots(0).to_vec() });
     let at = Duration::from_millis;
     replay.request(r#"{"play":{"rate":2}}"#, at(1000));
-    // 1.2 s at twice the real time are 24 ticks; the last sample before is at 20.
+    // 1.2 s at twice the real time are 24 ticks. The last sample before that is at tick 20.
     assert!(!replay.advance(at(2200), &mut || true));
     assert_eq!(seen(&mut replay, &mut known), Sample { tick: 20, robots: robots(4).to_vec() });
     assert!(!replay.advance(at(2250), &mut || true));
@@ -149,7 +149,7 @@ fn what_a_recording_does_not_have_is_refused() {
 proptest! {
     #![proptest_config(ProptestConfig::with_cases(64))]
 
-    /// More samples than places to read from again.
+    /// The recording can have more samples than positions to read again from.
     #[test]
     fn any_way_through_it_shows_the_last_sample_before(
         ticks in proptest::collection::vec(0u64..6000, 1..20),

@@ -1,4 +1,4 @@
-//! Trials beside a session: sweeps, and results that are handed in.
+//! Tests of trials next to a session: sweeps, and results that are handed in.
 
 #![allow(clippy::unwrap_used, reason = "what fails here fails the test")]
 
@@ -8,7 +8,7 @@ use bittybuzz_arena::run::Session;
 use bittybuzz_live::{HandIn, Live, SharedFiles, Shelf, Source};
 use serde_json::{Value, json};
 
-/// The greatest number that is heard becomes one's own.
+/// Each robot adopts the greatest number that it receives.
 const SCRIPT: &str = "SEND = 1\nbest = id\nfunction step() {\n  neighbors.listen(\"best\", function(vid, value, rid) {\n    \
     if(value > best) { best = value }\n  })\n  if(SEND > 0) { neighbors.broadcast(\"best\", best) }\n}\n";
 
@@ -29,13 +29,13 @@ fn start() -> Live {
     Live::new(Session::new(run, 10), text).with_workshop(shelf())
 }
 
-/// Goes on once in a turn.
+/// Returns a `goes_on` that allows one more tick per turn.
 fn once() -> impl FnMut() -> bool {
     let mut times = 0..1;
     move || times.next().is_some()
 }
 
-/// The events until the trials that a request begins are over, or until it is refused.
+/// Sends a request and returns the events until its trials have ended, or until it is refused.
 fn finish(live: &mut Live, request: Value) -> Vec<Value> {
     live.take_events();
     live.request(&request.to_string(), Duration::ZERO);
@@ -68,7 +68,7 @@ fn a_key_of_the_scenario_is_varied() {
     let expected = ["0", "1"].map(|value| [5, 6, 7].map(|seed| (value, seed))).concat();
     assert_eq!(keys.collect::<Vec<_>>(), expected);
     for trial in trials {
-        // Nobody hears anything if all is lost.
+        // With a loss of 1, no robot receives anything.
         let (verdict, best) = match trial["value"].as_str() {
             Some("0") => ("held", json!(vec![8.0; 9])),
             _ => ("failed", json!([0.0, 1.0, 2.0, 3.0, 4.0, 5.0, 6.0, 7.0, 8.0])),
@@ -93,7 +93,7 @@ fn a_global_is_varied_and_the_last_draft_runs() {
         of_kind(events, "trial").iter().map(|one| one["verdicts"][0].clone()).collect()
     };
     assert_eq!(verdicts(&finish(&mut live, request.clone())), ["held", "failed"]);
-    // Robots whose draft keeps its number to itself.
+    // With this draft, robots do not send their number.
     let silent = SCRIPT.replace("SEND > 0", "SEND > 9");
     live.request(
         &json!({ "run": { "name": "best.bzz", "text": silent } }).to_string(),
@@ -145,7 +145,7 @@ fn trials_are_given_up() {
 #[test]
 fn a_result_has_what_is_needed_to_run_it_again() {
     let mut live = start();
-    // What was done to the session before does not count, the draft does.
+    // Earlier commands to the session do not count, but the draft does.
     let text = SCRIPT.replace("SEND = 1", "SEND = 2");
     live.request(
         &json!({ "run": { "name": "best.bzz", "text": text } }).to_string(),
@@ -165,7 +165,7 @@ fn a_result_has_what_is_needed_to_run_it_again() {
     );
     assert!(read.scripts[0].is_whole());
     assert_eq!(read.expectations[0].text, "all: global.best equals 8, within 19 s");
-    // The same from the start, in a world of its own.
+    // The same run from the start, in a new world, gives the same digest.
     let again = shelf_with(&text);
     let (mut run, _) = again.open(2).unwrap();
     while !run.is_over() {

@@ -1,4 +1,4 @@
-//! Robots that report from outside the simulator.
+//! Tests of robots that report from outside the simulator.
 
 #![allow(clippy::unwrap_used, reason = "what fails here fails the test")]
 
@@ -28,7 +28,7 @@ fn fault(is_contained: bool) -> Content {
     Content::Fault { code: "R0001".to_owned(), is_contained, places }
 }
 
-/// The states of all robots in a sample that begins anew.
+/// Returns the states of all robots in a sample that starts a new recording.
 fn states(watched: &mut Watched) -> Vec<RobotStatus> {
     watched.begin();
     let bytes = watched.take_sample();
