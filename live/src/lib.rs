@@ -17,10 +17,10 @@
 //! # Requests
 //! | Request | Effect |
 //! |---|---|
-//! | `{"play":{"rate":2}}` | the run goes on at twice the real time; 0.1 to 1000, without `rate` as fast as it can |
-//! | `"pause"` | it stands still |
-//! | `{"step":{"ticks":1}}` | it goes on for that number of ticks |
-//! | `{"go_to":{"tick":100}}` | it is taken to a tick, back or forward, and stands still |
+//! | `{"play":{"rate":2}}` | run at `rate` times real time, 0.1 to 1000; without it unlimited |
+//! | `"pause"` | pause |
+//! | `{"step":{"ticks":1}}` | run for this number of ticks, then pause |
+//! | `{"go_to":{"tick":100}}` | go to a tick, back or forward, and pause |
 //! | `{"command":{"text":"fail = 3"}}` | the command of the text acts at the next tick |
 //! | `{"inspect":{"robot":5}}` | after each sample an event has the memory of the robot with this number; `null`: no more |
 //! | `{"watch":{"messages":true,"quantity":"led"}}` | after each sample an event has the messages since the one before, and one has the quantity, which is written as in `plot` (docs/scenario.md); `false` and `null`: no more |
