@@ -17,10 +17,12 @@ pub enum Request {
     Pause,
     /// Runs for some ticks, then pauses.
     Step {
+        /// The number of ticks to run.
         ticks: u32,
     },
     /// Goes to a tick, back or forward, and pauses.
     GoTo {
+        /// The tick to go to. A tick after the end means the end.
         tick: u64,
     },
     /// Gives a command.
@@ -68,6 +70,7 @@ pub enum Request {
     },
     /// Writes a text to the file of a script.
     Write {
+        /// The path of the script relative to the folder of the scenario.
         name: String,
         text: String,
     },

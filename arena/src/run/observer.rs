@@ -70,6 +70,7 @@ pub enum EventKind<'a> {
     /// The send queue of the robot was full when a frame came. The queue may have discarded another
     /// frame to take this one.
     Unsent {
+        /// Type byte and payload.
         bytes: &'a [u8],
     },
     /// The script logged a line.
