@@ -6,11 +6,11 @@ use crate::Time;
 use crate::nrf24::Transmission;
 use crate::random::Random;
 
-/// The time before its first bit at which a radio announces a packet: robots may run this long
-/// without news of each other.
+/// The time between a radio's announcement of a packet and the packet's first bit. Robots can be
+/// emulated independently for this long.
 pub const LOOKAHEAD: Time = Time::from_micros(120);
 
-/// The sender.
+/// The sender of a packet.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Sender {
     /// The robot with this number.
@@ -19,33 +19,34 @@ pub enum Sender {
     Stranger,
 }
 
-/// The counters of the air.
+/// The counters of the radio channel.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct AirStatistics {
-    /// Packets, once for each robot that could have heard it.
+    /// Packets, counted once for each robot that could have received them.
     pub carried: u64,
-    /// The number of these that overlapped with another packet on the same channel.
+    /// Packets among these that overlapped with another one on the same channel.
     pub collided: u64,
-    /// And the ones that were lost by chance.
+    /// Packets among these that were lost at random.
     pub lost: u64,
 }
 
 /// An event at a robot's receiver.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Heard {
-    /// A signal on a channel, from, to: it is too early to say more.
+    /// A signal on this channel, with its begin and end. The packet is not complete yet.
     Signal(u8, Time, Time),
-    /// A packet, and whether it is whole.
+    /// A complete packet; true if it arrived undamaged.
     Packet(Transmission, bool),
 }
 
-/// The air between robots on one table: all hear all, but for those that are cut off. Packets that overlap on one channel are lost, both of them, and
-/// others by chance, for each receiver on its own.
+/// The radio channel between robots on one table. Every robot receives every other one, except
+/// those that were cut off. Two packets that overlap on a channel are both lost; further packets
+/// are lost at random, independently for each receiver.
 pub struct Air {
     on_air: Vec<OnAir>,
     loss: f64,
     random: Random,
-    /// The robots that each robot cannot receive, if there are some.
+    /// For each robot that was cut off, the robots that it cannot receive.
     deaf: BTreeMap<usize, BTreeSet<usize>>,
     /// Robots without power.
     off: BTreeSet<usize>,
@@ -67,20 +68,20 @@ impl Default for Air {
 }
 
 impl Air {
-    /// Without losses but those of overlapping packets.
+    /// Creates a radio channel on which only overlapping packets are lost.
     pub fn new() -> Self {
         let (on_air, random) = (Vec::new(), Random::new(0));
         let (deaf, off) = (BTreeMap::new(), BTreeSet::new());
         Air { on_air, loss: 0.0, random, deaf, off, statistics: AirStatistics::default() }
     }
 
-    /// From now on nothing gets to `robot` from these others, as if there were walls: it neither hears nor senses them, and
-    /// they disturb no packet.
+    /// Isolates `robot` from the robots in `from` from now on, as if there were walls: `robot`
+    /// neither receives nor senses them, and they disturb no packet on its way to `robot`.
     pub fn cut_off(&mut self, robot: usize, from: BTreeSet<usize>) {
         self.deaf.insert(robot, from);
     }
 
-    /// A robot has power from now on, or could not hear anything.
+    /// Switches a robot on or off. A robot without power receives nothing.
     pub fn set_power(&mut self, robot: usize, on: bool) {
         if on {
             self.off.remove(&robot);
@@ -99,7 +100,8 @@ impl Air {
         }
     }
 
-    /// From now on a packet is lost with probability `loss`; equal seeds lose the same.
+    /// Sets the probability with which a packet is lost from now on. Equal seeds lose the same
+    /// packets.
     pub fn lose(&mut self, loss: f64, seed: u64) {
         (self.loss, self.random) = (loss, Random::new(seed));
     }
@@ -110,8 +112,8 @@ impl Air {
         self.on_air.push(OnAir { sender, transmission, is_sensed, has_arrived });
     }
 
-    /// Reports the events before `until` to `robots` robots by `tell`; all transmissions up to then
-    /// must be known.
+    /// Reports the events before `until` to `robots` robots through `tell`. All transmissions up to
+    /// then must be known.
     pub fn carry(&mut self, until: Time, robots: usize, mut tell: impl FnMut(usize, Heard)) {
         if self.on_air.is_empty() {
             return;
@@ -152,8 +154,8 @@ impl Air {
                 tell(receiver, Heard::Packet(packet, !collides && !is_lost));
             }
         }
-        // A packet that may still overlap with one that has not ended stays: the longest one at 250
-        // kb/s is on the air for 1.4 ms.
+        // A packet that may overlap with one still on the air is kept: the longest packet, at 250
+        // kb/s, is on the air for 1.4 ms.
         let old = until - Time::from_millis(2);
         self.on_air.retain(|packet| !packet.has_arrived || packet.transmission.end > old);
     }

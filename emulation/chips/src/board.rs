@@ -2,10 +2,10 @@
 
 use crate::{Event, FlashChange, Heard, Lines, ResetCause, Time, Transfer, Transmission, Width};
 
-/// Which core executes the program.
+/// The type of the core that executes the program.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum CoreKind {
-    /// ARMv6-M: two bits of priority, 32 interrupts, no way to mask but PRIMASK.
+    /// ARMv6-M: two bits of priority, 32 interrupts, no mask register but PRIMASK.
     CortexM0,
     /// ARMv7E-M with single precision: four bits of priority.
     CortexM4F,
@@ -22,7 +22,7 @@ pub struct MemoryMap {
     pub ccm: u32,
     /// First addresses and sizes, in whole pages of 4 KiB, of the peripherals of the board.
     pub peripherals: &'static [(u32, u32)],
-    /// First addresses and sizes of the board's constant memory; a write there is a fault.
+    /// First addresses and sizes of the board's constant memory; a write to it is a fault.
     pub read_only: &'static [(u32, u32)],
 }
 
@@ -39,18 +39,18 @@ impl MemoryMap {
         is_in(RAM, self.ram) || is_in(CCM, self.ccm)
     }
 
-    /// Returns true if the board answers for an address at which the core may write.
+    /// Returns true if the core may write at this address and the board handles the access.
     pub fn is_peripheral(&self, address: u32) -> bool {
         is_in(self.peripherals, address)
     }
 
-    /// Returns true if the board answers for an address at which the core reads.
+    /// Returns true if the core may read at this address and the board handles the access.
     pub fn is_readable(&self, address: u32) -> bool {
         self.is_peripheral(address) || is_in(self.read_only, address)
     }
 
-    /// Returns each RAM's first address and its content when its power comes: static RAM is not zero then. Here it is always the
-    /// same.
+    /// Returns the first address and the initial content of each RAM. Static RAM is not zero at
+    /// power-on. The content here is pseudo-random and always the same.
     pub fn ram_at_power_on(&self) -> Vec<(u32, Vec<u8>)> {
         let mut state = 1_u32;
         let mut noise = |size| {
@@ -72,10 +72,11 @@ fn is_in(regions: &[(u32, u32)], address: u32) -> bool {
     regions.iter().any(|(base, size)| address.wrapping_sub(*base) < *size)
 }
 
-/// The state in which a program finds its core after a reset.
+/// The changes that a bootloader makes before the program starts after a reset.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Start {
-    /// Memory that changed since the reset: first addresses and new contents, to be written in this order.
+    /// Memory that changed since the reset: first addresses and new contents, to be written in this
+    /// order.
     pub memory: Vec<(u32, Vec<u8>)>,
     /// Content of the register VTOR.
     pub vector_table: u32,
@@ -83,51 +84,53 @@ pub struct Start {
     pub is_in_loader: bool,
 }
 
-/// A robot without the core of its STM32.
+/// Everything in a robot except the core of its STM32.
 pub trait Board: Sized {
-    /// The core it wants.
+    /// The core that this board needs.
     const CORE: CoreKind;
     /// The memory map of that core.
     const MEMORY: MemoryMap;
 
-    /// Robot `number` of several, whose power was just turned on.
+    /// Creates robot `number` of several, at the moment of its power-on.
     fn power_on(number: usize) -> Self;
 
-    /// The time that all peripherals have reached.
+    /// Returns the time that all peripherals have reached.
     fn now(&self) -> Time;
 
-    /// Lets time pass until `to`; does nothing if that is past.
+    /// Advances time to `to`; does nothing if `to` is in the past.
     fn advance(&mut self, to: Time);
 
-    /// Returns the time at which an interrupt line may next change by itself, or a DMA transfer is
-    /// due.
+    /// Returns the earliest time at which an interrupt line may change without an access, or a DMA
+    /// transfer is due.
     fn next_event(&self) -> Option<Time>;
 
-    /// The core reads. `address` is aligned to `width` and within [`MemoryMap::peripherals`].
+    /// Performs a read of the core. `address` is aligned to `width` and within
+    /// [`MemoryMap::peripherals`].
     fn read(&mut self, address: u32, width: Width) -> u32;
 
-    /// Returns true if a read there may have an effect; else it need not be trapped.
+    /// Returns true if a read at this address may have a side effect. Otherwise the emulator need
+    /// not trap it.
     fn reading_acts(&self, _address: u32) -> bool {
         true
     }
 
-    /// The core writes to a peripheral.
+    /// Performs a write of the core to a peripheral.
     fn write(&mut self, address: u32, width: Width, value: u32);
 
-    /// The levels of the interrupt lines.
+    /// Returns the levels of the interrupt lines.
     fn interrupts(&self) -> Lines;
 
-    /// Frequency of the core, as the RCC registers say.
+    /// Returns the frequency of the core in Hz, as the RCC registers set it.
     fn core_clock_hz(&self) -> u64;
 
-    /// Returns the reason if the chip wants to be reset; the core then calls
-    /// [`reset`](Self::reset).
+    /// Returns the cause if the chip requests a reset; the core then calls [`reset`](Self::reset).
     fn take_reset_request(&mut self) -> Option<ResetCause>;
 
-    /// Resets the STM32; the rest of the robot goes on.
+    /// Resets the STM32. The rest of the robot keeps its state.
     fn reset(&mut self, cause: ResetCause);
 
-    /// Does the work of a bootloader, after power-on or a reset and before the program with its vectors at `vectors` starts.
+    /// Does the work of a bootloader: called after power-on or a reset, before the program with its
+    /// vectors at `vectors` starts.
     fn start(&mut self, _vectors: u32) -> Start {
         Start::default()
     }
@@ -137,10 +140,11 @@ pub trait Board: Sized {
         false
     }
 
-    /// A debugger halts the core, or lets it go on: peripherals that DBGMCU stops then stand still.
+    /// Called when a debugger halts the core or resumes it. Peripherals that DBGMCU stops stand
+    /// still meanwhile.
     fn set_halted(&mut self, _halted: bool) {}
 
-    /// Returns true if the watchdog runs: it will reset a chip that does nothing any more.
+    /// Returns true if the watchdog runs, so that it will reset a chip whose firmware hangs.
     fn watchdog_runs(&self) -> bool;
 
     /// Returns true if the STM32 has power.
@@ -155,12 +159,13 @@ pub trait Board: Sized {
         false
     }
 
-    /// The data item that the DMA controller moves now, if any: to be done by the core, which has the memory.
+    /// Returns the data item that the DMA controller moves now, if any. The core performs the
+    /// transfer, because it owns the memory.
     fn next_transfer(&mut self) -> Option<Transfer> {
         None
     }
 
-    /// Writes a halfword to the flash in place of `old`; returns the change.
+    /// Writes the halfword `new` over `old` in the flash and returns the change.
     fn program(&mut self, _address: u32, _old: u16, _new: u16) -> Option<FlashChange> {
         None
     }
@@ -170,20 +175,22 @@ pub trait Board: Sized {
         self.next_event().unwrap_or(Time::NEVER)
     }
 
-    /// The packets that it begins to transmit on a channel shared with others; see [`Air`](crate::Air).
+    /// Returns the packets that the robot begins to transmit on a channel shared with others; see
+    /// [`Air`](crate::Air).
     fn take_transmissions(&mut self) -> Vec<Transmission> {
         Vec::new()
     }
 
-    /// Something is on that channel, not before now.
+    /// Reports a signal or packet on the shared channel. It does not begin in the past.
     fn hear(&mut self, _heard: Heard) {}
 
-    /// A packet with this payload as this robot would send it from `begin` on; none without such a radio.
+    /// Returns a packet with this payload as this robot would send it from `begin` on; none without
+    /// such a radio.
     fn packet_of(&self, _payload: &[u8], _begin: Time) -> Option<Transmission> {
         None
     }
 
-    /// Returns the change of the flash that the firmware has started.
+    /// Returns the change of the flash that the firmware started.
     fn take_flash_change(&mut self) -> Option<FlashChange> {
         None
     }

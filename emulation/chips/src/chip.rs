@@ -5,7 +5,8 @@ use crate::Memory;
 /// The properties of a robot's STM32 that differ from chip to chip, or that the manual leaves open.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Chip {
-    /// Frequency of the oscillator LSI in Hz, which the watchdog counts: 17,000 to 47,000 for an STM32F405 (data sheet DS8626).
+    /// Frequency in Hz of the oscillator LSI, which clocks the watchdog: 17,000 to 47,000 for an
+    /// STM32F405 (data sheet DS8626).
     pub lsi_hz: u64,
     /// False if the crystal never oscillates.
     pub has_crystal: bool,

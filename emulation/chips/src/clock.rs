@@ -1,4 +1,4 @@
-//! From a core's cycles to time and back.
+//! Conversion between a core's cycles and time.
 
 use crate::Time;
 
@@ -6,25 +6,27 @@ use crate::Time;
 #[derive(Clone, Copy, Debug)]
 pub struct Clock {
     hz: u64,
-    /// A cycle in picoseconds, as a fraction in its lowest terms: it is asked for all the time.
+    /// The duration of a cycle in picoseconds, as a fraction in lowest terms. Stored because every
+    /// conversion uses it.
     period: (u64, u64),
-    /// It stood at `cycles` at `time`.
+    /// The clock had counted `cycles` at `time`; conversions start from this point.
     time: Time,
     cycles: u64,
 }
 
 impl Clock {
-    /// Starts at zero.
+    /// Creates a clock that starts at cycle 0 and time 0.
     pub fn new(hz: u64) -> Self {
         Clock { hz, period: period(hz), time: Time::ZERO, cycles: 0 }
     }
 
-    /// Its frequency.
+    /// Returns the frequency in Hz; 0 for a stopped clock.
     pub fn hz(&self) -> u64 {
         self.hz
     }
 
-    /// The time after `cycles`. A clock that stands still has none to come.
+    /// Returns the time at which `cycles` cycles were counted. A stopped clock returns the time at
+    /// which it stopped.
     pub fn time(&self, cycles: u64) -> Time {
         if self.hz == 0 {
             return self.time;
@@ -33,12 +35,13 @@ impl Clock {
         self.time + Time::from_picos((cycles - self.cycles).saturating_mul(picos).div_ceil(per))
     }
 
-    /// The first cycle at which `time` is reached.
+    /// Returns the first cycle that is not before `time`.
     pub fn cycle(&self, time: Time) -> u64 {
         if self.hz == 0 {
             return self.cycles;
         }
-        // The time of a cycle is rounded up, so the first that is not before is that of the rounded-down quotient or the next.
+        // The time of a cycle is rounded up, so the result is the rounded-down quotient or its
+        // successor.
         let span = time - self.time;
         let (picos, per) = self.period;
         let cycles = match span.picos().checked_mul(per) {
@@ -49,14 +52,14 @@ impl Clock {
         if self.time(cycle) < time { cycle.saturating_add(1) } else { cycle }
     }
 
-    /// From now on the frequency is `hz`.
+    /// Changes the frequency to `hz`, from cycle `cycles` on.
     pub fn set_hz(&mut self, hz: u64, cycles: u64) {
         if hz != self.hz {
             *self = Clock { hz, period: period(hz), time: self.time(cycles), cycles };
         }
     }
 
-    /// The core has slept until `time`.
+    /// Moves the clock to `time` without counting: the core slept until then.
     pub fn skip_to(&mut self, time: Time, cycles: u64) {
         if time > self.time(cycles) {
             (self.time, self.cycles) = (time, cycles);
@@ -64,7 +67,8 @@ impl Clock {
     }
 }
 
-/// Returns the period of a clock of `hz`; one that stands still is never used.
+/// Returns the period of a clock of `hz` in picoseconds, as a reduced fraction. For 0 Hz the result
+/// is never used.
 fn period(hz: u64) -> (u64, u64) {
     let (mut a, mut b) = (1_000_000_000_000, hz);
     // Euclid's greatest common divisor.

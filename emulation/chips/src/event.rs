@@ -4,24 +4,23 @@ use std::fmt;
 
 use crate::Time;
 
-/// Something that an observer of the robot would notice.
+/// An action of the robot that an observer could notice.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Event {
     /// A LED goes on or off.
     Led {
-        /// Which one.
         led: Led,
-        /// True if it shines.
+        /// True when the LED goes on.
         on: bool,
     },
     /// The signal at a motor changes.
     Motor {
-        /// 1 to 4: the motors of a Crazyflie as on its board; the inputs of a Zooid's bridges, IN1 and IN2 of motor 1, then those
-        /// of motor 2.
+        /// For a Crazyflie, motors 1 to 4 as numbered on its board. For a Zooid, 1 to 4 are the
+        /// bridge inputs IN1 and IN2 of motor 1, then those of motor 2.
         number: u8,
-        /// Part of the time that the motor is on, 0 to 1.
+        /// The fraction of time that the motor is on, 0 to 1.
         duty: f64,
-        /// The frequency at which it is turned on, in Hz; 0 for a constant level.
+        /// The frequency of the pulses in Hz; 0 for a constant level.
         frequency_hz: f64,
     },
     /// The firmware sent a frame to the radio's processor.
@@ -30,19 +29,19 @@ pub enum Event {
         kind: u8,
         /// The bytes of the packet.
         payload: Vec<u8>,
-        /// True if it arrived with a good checksum; if not, the peer dropped it.
+        /// True if the frame arrived with a good checksum; otherwise the peer dropped it.
         intact: bool,
     },
     /// The nRF24L01+ begins to transmit a packet.
     Radio {
-        /// It is sent at 2400 + `channel` MHz.
+        /// The packet is sent at 2400 + `channel` MHz.
         channel: u8,
         /// The bytes of the packet.
         payload: Vec<u8>,
         /// The time on the air, up to the end of the last bit.
         air: Time,
     },
-    /// The radio begins to transmit a P2P frame to all other robots; it is deaf meanwhile.
+    /// The radio begins to transmit a P2P frame to all other robots. It receives nothing meanwhile.
     P2p {
         /// 0 to 15
         port: u8,
@@ -51,25 +50,23 @@ pub enum Event {
         /// The time on the air, up to the end of the last bit.
         air: Time,
     },
-    /// The colour of a Kilobot's LED changes; each is 0 to 3.
+    /// The colour of a Kilobot's LED changes. Each of its components is 0 to 3.
     Colour {
-        /// Red.
+        /// Red component, 0 to 3.
         red: u8,
-        /// Green.
         green: u8,
-        /// Blue.
         blue: u8,
     },
-    /// A Kilobot has sent a frame by infrared light; its last pulse begins now.
+    /// A Kilobot sent a frame by infrared light; its last pulse begins now.
     Infrared {
         /// Data, type and checksum.
         payload: Vec<u8>,
-        /// Since its first pulse.
+        /// The time since the first pulse of the frame.
         air: Time,
     },
-    /// A Kilobot has sent bytes on its debug line.
+    /// A Kilobot sent bytes on its debug line.
     Serial {
-        /// The bytes.
+        /// The bytes in the order in which they were sent.
         bytes: Vec<u8>,
     },
     /// The radio's processor cuts the power of the STM32.
@@ -77,23 +74,24 @@ pub enum Event {
         /// True if the firmware acknowledged the request in time.
         acknowledged: bool,
     },
-    /// The bootloader starts a loader instead of the firmware, and the chip waits there for a person.
+    /// The bootloader starts a loader instead of the firmware. The chip then waits for somebody to
+    /// send new firmware.
     Loader(Loader),
-    /// The firmware does something that the chip does not allow.
+    /// The firmware performs an action that the chip does not allow.
     HardwareError(HardwareError),
 }
 
 /// A program that receives new firmware.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Loader {
-    /// The one in the chip's ROM, which receives over USB (ST AN2606).
+    /// The loader in the chip's ROM, which receives over USB (ST AN2606).
     Dfu,
-    /// Bitcraze's, which receives over the radio.
+    /// Bitcraze's loader, which receives over the radio.
     Crtp,
 }
 
 impl Loader {
-    /// Its name in messages.
+    /// Returns the name in messages.
     pub const fn name(self) -> &'static str {
         match self {
             Loader::Dfu => "dfu",
@@ -105,7 +103,7 @@ impl Loader {
 /// The LEDs of a Crazyflie 2, and the colours of a Zooid's.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum Led {
-    /// PD2, beside the charger.
+    /// PD2, next to the charger.
     BlueLeft,
     /// PC0.
     RedLeft,
@@ -115,7 +113,7 @@ pub enum Led {
     GreenRight,
     /// PC3.
     RedRight,
-    /// The radio processor's.
+    /// The LED that the radio's processor drives.
     BlueRight,
     /// The red part of a Zooid's LED.
     Red,
@@ -126,7 +124,7 @@ pub enum Led {
 }
 
 impl Led {
-    /// Its name in messages.
+    /// Returns the name in messages.
     pub const fn name(self) -> &'static str {
         match self {
             Led::BlueLeft => "blue_left",
@@ -147,20 +145,20 @@ impl Led {
 pub enum ResetCause {
     /// Power was applied.
     PowerOn,
-    /// Power is cut: held in reset until it comes back.
+    /// Power is cut; the chip is held in reset until it comes back.
     PowerOff,
     /// The supply fell below the threshold of the brown-out detector, but not below that of power-on.
     BrownOut,
     /// The reset pin was pulled.
     Pin,
-    /// AIRCR.SYSRESETREQ.
+    /// The firmware set AIRCR.SYSRESETREQ.
     Software,
-    /// The independent watchdog ran out.
+    /// The independent watchdog expired.
     IndependentWatchdog,
 }
 
 impl ResetCause {
-    /// Its name in messages.
+    /// Returns the name in messages.
     pub const fn name(self) -> &'static str {
         match self {
             ResetCause::PowerOn => "power_on",
@@ -173,25 +171,25 @@ impl ResetCause {
     }
 }
 
-/// An action that the chip does not allow; each is reported once per cause, not once per access.
+/// An action that the chip does not allow. Each is reported once per cause, not once per access.
 #[derive(Clone, Debug, PartialEq, Eq, Hash)]
 pub enum HardwareError {
-    /// A clock beyond its limit (RM0090 6.2, RM0091 6.2).
+    /// A clock is above its limit (RM0090 6.2, RM0091 6.2).
     ClockTooFast {
         /// SYSCLK, AHB, APB1 or APB2.
         clock: &'static str,
-        /// The frequency in the registers.
+        /// The frequency that the registers set.
         hz: u64,
         /// The highest frequency allowed.
         limit_hz: u64,
     },
     /// FLASH_ACR.LATENCY is too small for the core clock (RM0090 3.5.1).
     FlashTooSlow {
-        /// The core clock.
+        /// The frequency of the core.
         hz: u64,
-        /// Wait states as set.
+        /// The wait states that the firmware set.
         wait_states: u32,
-        /// Wait states that are needed.
+        /// The wait states that this frequency needs.
         needed: u32,
     },
     /// The system clock was switched to a source that does not run, or the PLL's input or output is out of
@@ -199,51 +197,54 @@ pub enum HardwareError {
     PllOutOfRange {
         /// Frequency at the PLL's input.
         input_hz: u64,
-        /// Frequency of the oscillator within.
+        /// Frequency of the oscillator within the PLL.
         vco_hz: u64,
     },
-    /// SPI clocks the nRF24L01+ faster than that allows (product specification, 8.3.2).
+    /// SPI clocks the nRF24L01+ faster than it allows (product specification, 8.3.2).
     RadioSpiTooFast {
         /// The frequency of SCK.
         hz: u64,
         /// The highest frequency allowed.
         limit_hz: u64,
     },
-    /// A Kilobot's debug line is not 38400 baud with eight data bits.
+    /// A Kilobot's debug line does not use 38400 baud with eight data bits.
     SerialFormat {
-        /// The rate in the registers.
+        /// The rate that the registers set.
         baud: u64,
     },
-    /// A Kilobot's infrared LED shines longer than any pulse.
+    /// A Kilobot's infrared LED shines longer than any valid pulse.
     LongPulse,
-    /// `spm` below the boot loader's section does nothing (DS40002061B 27.3).
+    /// `spm` was executed below the boot loader's section, where it does nothing (DS40002061B
+    /// 27.3).
     StoreOutside {
         /// The program counter.
         pc: u16,
     },
-    /// `spm` came too late after SPMCSR, or while a page is written (DS40002061B 27.9.1).
+    /// `spm` was executed too late after SPMCSR was written, or while a page is written
+    /// (DS40002061B 27.9.1).
     StoreLocked {
         /// The program counter.
         pc: u16,
     },
-    /// An interrupt's vector stands in flash that cannot be read while it is written (DS40002061B 27.6).
+    /// An interrupt's vector lies in flash that cannot be read while it is written (DS40002061B
+    /// 27.6).
     ReadWhileWrite {
-        /// The address.
+        /// The address of the vector.
         address: u16,
     },
-    /// The stack has left the RAM.
+    /// The stack pointer left the RAM.
     Stack {
         /// The stack pointer.
         pointer: u16,
     },
-    /// A Kilobot's core executed an unknown instruction, or reached beyond all memory.
+    /// A Kilobot's core executed an unknown instruction, or accessed an address beyond all memory.
     BadInstruction {
-        /// Not long after this address.
+        /// The program counter shortly before the error.
         after: u16,
     },
-    /// A peripheral was used whose clock is off: reads give 0, writes are lost.
+    /// A peripheral was used while its clock is off: reads return 0, and writes are lost.
     NoClock {
-        /// The start of its registers.
+        /// The first address of its registers.
         base: u32,
     },
 }

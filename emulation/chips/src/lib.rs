@@ -1,22 +1,26 @@
-//! The chips around a core: peripherals of microcontrollers, and the other chips that boards connect to them.
+//! Emulated chips: the peripherals of microcontrollers, and the other chips that boards connect to
+//! them.
 //!
-//! An emulator executes instructions and hands every access to a peripheral to a [`Board`]; the board owns time, interrupt
-//! lines and the rest of the robot, and is built from these chips in the robot's own folder (robots/*/board). So one model
-//! serves every core: Unicorn, QEMU, or any other that runs a robot's image.
+//! An emulator executes instructions and hands every access to a peripheral to a [`Board`]. The
+//! board owns time, the interrupt lines and the rest of the robot; it is assembled from these chips
+//! in the robot's own folder (robots/*/board). One model therefore serves every core: Unicorn,
+//! QEMU, or any other that runs a robot's image.
 //!
 //! # Principles
-//! 1. **The registers decide.** Clocks, baud rates, timer rates and the watchdog follow what the firmware
-//!    wrote, as the reference manual (RM0090 for the STM32F405, RM0091 for the STM32F051; the data sheet
-//!    DS40002061B for the ATmega328P) says; a pin shows what its mode lets through.
-//! 2. **A mistake must show.** A clock beyond its limit, too few flash wait states, a peripheral without its
-//!    clock, a wrong baud rate: each is an event, or garbage on the wire, as on the robot.
-//! 3. **Only what happens.** Time is in picoseconds since power-on and jumps from event to event; the same
-//!    inputs give the same outputs, bit for bit.
+//! 1. **The registers decide.** Clocks, baud rates, timer rates and the watchdog follow what the
+//!    firmware wrote, as the reference manual (RM0090 for the STM32F405, RM0091 for the STM32F051;
+//!    the data sheet DS40002061B for the ATmega328P) says. The output of a pin depends on its mode.
+//! 2. **A mistake must show.** A clock beyond its limit, too few flash wait states, a peripheral
+//!    without its clock or a wrong baud rate causes an event, or garbage on the wire, as on the
+//!    robot.
+//! 3. **Event-driven and deterministic.** Time is in picoseconds since power-on and jumps from
+//!    event to event. Equal inputs give equal outputs, bit for bit.
 //!
-//! # What it will not do
-//! Execute instructions, model the core's own peripherals (NVIC, SysTick: they belong to the core), or
-//! electrical effects. A register that no robot here needs is plain storage, and its first use is recorded.
-//! The models are written from the manuals; they were not compared with hardware.
+//! # Limits
+//! This crate does not execute instructions. It does not model the core's own peripherals (NVIC and
+//! SysTick, which belong to the core) or electrical effects. A register that no robot here needs is
+//! plain storage, and its first use is recorded. The models are written from the manuals; they were
+//! not compared with hardware.
 
 mod air;
 pub mod atmega328p;

@@ -1,17 +1,18 @@
-//! Memory that an event leaves in a state that no data sheet promises.
+//! The content of memory after an event for which no data sheet promises it.
 
 use crate::Random;
 
-/// The content of memory after such an event. It also says how deep the supply fell at a brown-out, where a robot has more than
-/// one part that this concerns: with `Kept` not so deep that any of them noticed.
+/// The content of memory after a reset, a power-on or a brown-out. On a robot with several parts
+/// that a brown-out concerns, this value also says how deep the supply fell: with `Kept` it stayed
+/// high enough that none of them noticed.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Memory {
-    /// Unchanged.
+    /// The content is unchanged.
     #[default]
     Kept,
     /// All zeros.
     Zeroed,
-    /// Anything.
+    /// Pseudo-random bytes.
     Noise {
         /// Start of the pseudo-random sequence.
         seed: u64,
@@ -19,7 +20,7 @@ pub enum Memory {
 }
 
 impl Memory {
-    /// The sequence that [`content`](Self::content) takes noise from.
+    /// Returns the sequence that [`content`](Self::content) takes noise from.
     pub fn noise(self) -> Random {
         match self {
             Memory::Noise { seed } => Random::new(seed),
@@ -27,7 +28,7 @@ impl Memory {
         }
     }
 
-    /// New content for this number of bytes; none if they are unchanged.
+    /// Returns the new content of `bytes` bytes, or none if they are unchanged.
     pub fn content(self, bytes: u32, noise: &mut Random) -> Option<Vec<u8>> {
         match self {
             Memory::Kept => None,

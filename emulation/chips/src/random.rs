@@ -1,22 +1,23 @@
-//! Numbers that look random and are the same every time.
+//! Deterministic pseudo-random numbers.
 
-/// SplitMix64.
+/// The generator SplitMix64.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Random(u64);
 
 impl Random {
-    /// Equal seeds, equal sequences.
+    /// Creates a generator. Equal seeds give equal sequences.
     pub const fn new(seed: u64) -> Self {
         Random(seed)
     }
 
-    /// A sequence of its own for the `number`-th of things that share a seed.
+    /// Creates the generator of item `number` of several items that share a seed. Each item has its
+    /// own sequence.
     pub fn of(seed: u64, number: u64) -> Self {
         let mut root = Random(seed ^ number.wrapping_mul(0xd134_2543_de82_ef95));
         Random(root.bits())
     }
 
-    /// All 64 bits.
+    /// Returns the next 64 random bits.
     pub fn bits(&mut self) -> u64 {
         self.0 = self.0.wrapping_add(0x9e37_79b9_7f4a_7c15);
         let mut z = self.0;
@@ -25,13 +26,13 @@ impl Random {
         z ^ z >> 31
     }
 
-    /// 0 to 1, without 1.
+    /// Returns a number from 0 (inclusive) to 1 (exclusive).
     pub fn unit(&mut self) -> f64 {
-        // 53 bits, as many as the number has.
+        // An `f64` holds 53 significant bits.
         (self.bits() >> 11) as f64 / (1_u64 << 53) as f64
     }
 
-    /// True with this probability.
+    /// Returns true with the given probability.
     pub fn chance(&mut self, probability: f64) -> bool {
         self.unit() < probability
     }

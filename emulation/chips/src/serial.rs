@@ -1,12 +1,12 @@
 //! Asynchronous serial frames between two clocks that may disagree.
 
-/// Start bit, eight data bits, stop bit.
+/// A start bit, eight data bits and a stop bit.
 pub(crate) const FRAME_BITS: u64 = 10;
-/// Receivers of the STM32 tolerate 3.33 to 3.75 % (RM0090 30.3.5), those of the nRF51 no more.
+/// The receivers of the STM32 tolerate 3.33 to 3.75 % (RM0090 30.3.5), those of the nRF51 no more.
 const TOLERANCE_PER_MILLE: u64 = 30;
-/// The distance of a sample from the middle of a bit, besides the drift, in thousandths of a bit:
-/// such that at the limit of the tolerance the sample of the stop bit, 9.5 bits after the start,
-/// falls on its edge.
+/// The extra distance of a sample from the middle of a bit, in addition to the drift, in
+/// thousandths of a bit. It is chosen such that at the limit of the tolerance the sample of the
+/// stop bit, 9.5 bits after the start, falls on its edge.
 const SLACK: u64 = 500 - 95 * TOLERANCE_PER_MILLE / 10;
 
 /// The receiver's result for a frame.
@@ -16,8 +16,8 @@ pub(crate) struct Received {
     pub framing_error: bool,
 }
 
-/// Receives `byte`, sent at `sender` baud, with a receiver at `receiver` baud: it samples the line
-/// in the middle of the bits as it times them. After the frame the line is high.
+/// Receives `byte`, sent at `sender` baud, with a receiver at `receiver` baud. The receiver samples
+/// the line in the middle of each bit by its own clock. After the frame the line is high.
 pub(crate) fn receive(byte: u8, sender: u64, receiver: u64) -> Received {
     if sender.abs_diff(receiver) * 1000 <= receiver * TOLERANCE_PER_MILLE {
         return Received { byte, framing_error: false };
@@ -27,7 +27,7 @@ pub(crate) fn receive(byte: u8, sender: u64, receiver: u64) -> Received {
     }
     let wire = u32::from(byte) << 1 | 1 << 9;
     let sample = |bit: u64| {
-        // Where the middle of the receiver's bit is, in thousandths of the sender's bits.
+        // The middle of the receiver's bit, in thousandths of the sender's bits.
         let middle = (2 * bit + 1) * 500 * sender / receiver;
         let late = sender > receiver;
         let at = if late { middle + SLACK } else { middle.saturating_sub(SLACK) } / 1000;

@@ -5,11 +5,11 @@ use std::ops::{Add, Sub};
 /// Picoseconds in a second.
 const PICOS: u64 = 1_000_000_000_000;
 const KILO: u64 = 1_000;
-/// Faster clocks need more than 64 bits.
+/// From this frequency on, [`Time::ticks`] computes with 128 bits.
 const FASTEST: u64 = 10_000_000_000;
 
-/// A point in time or a span of it, in picoseconds: a cycle of 168 MHz is 5952.38 ps, so rounding stays
-/// below a millionth of a cycle per event. 64 bits last for 213 days.
+/// A point in time or a span of time, in picoseconds. A cycle at 168 MHz is 5952.38 ps, so rounding
+/// stays below a millionth of a cycle per event. 64 bits last for 213 days.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub struct Time(u64);
 
@@ -17,38 +17,38 @@ impl Time {
     /// Power-on.
     pub const ZERO: Time = Time(0);
 
-    /// Later than everything.
+    /// A time later than every event.
     pub const NEVER: Time = Time(u64::MAX);
 
-    /// `picos` picoseconds.
+    /// Returns a time of `picos` picoseconds.
     pub const fn from_picos(picos: u64) -> Time {
         Time(picos)
     }
 
-    /// `nanos` nanoseconds.
+    /// Returns a time of `nanos` nanoseconds.
     pub const fn from_nanos(nanos: u64) -> Time {
         Time(nanos.saturating_mul(1_000))
     }
 
-    /// `micros` microseconds.
+    /// Returns a time of `micros` microseconds.
     pub const fn from_micros(micros: u64) -> Time {
         Time(micros.saturating_mul(1_000_000))
     }
 
-    /// `millis` milliseconds.
+    /// Returns a time of `millis` milliseconds.
     pub const fn from_millis(millis: u64) -> Time {
         Time(millis.saturating_mul(1_000_000_000))
     }
 
-    /// Returns the time of `ticks` of a clock of `hz`, rounded up: at the returned time the last
-    /// tick has happened.
-    /// A clock that stands still takes for ever.
+    /// Returns the duration of `ticks` ticks of a clock of `hz`, rounded up: at the returned time
+    /// the last tick has happened. For a stopped clock the result is [`Time::NEVER`].
     pub fn of_ticks(ticks: u64, hz: u64) -> Time {
         if hz == 0 {
             return Time::NEVER;
         }
         if hz.is_multiple_of(KILO) {
-            // As most clocks are: then 64 bits are enough for the part of a second, and much faster.
+            // Most clocks are multiples of 1 kHz. For these, 64 bits are enough for the part of a
+            // second, which is much faster.
             let part = (ticks % hz * (PICOS / KILO)).div_ceil(hz / KILO);
             return Time((ticks / hz).saturating_mul(PICOS).saturating_add(part));
         }
@@ -77,7 +77,7 @@ impl Time {
     }
 }
 
-/// Saturates: the end of time is never passed.
+/// The sum saturates at [`Time::NEVER`].
 impl Add for Time {
     type Output = Time;
 
@@ -86,7 +86,7 @@ impl Add for Time {
     }
 }
 
-/// Saturates at zero.
+/// The difference saturates at zero.
 impl Sub for Time {
     type Output = Time;
 

@@ -1,7 +1,8 @@
 //! nRF24L01+ (Nordic's product specification, version 1.0), at the level of its pins: SPI, CE, IRQ, and the air.
 //!
-//! What follows from the analog part is reduced to time: it settles for 130 µs before it sends or receives, and it hears
-//! what others say exactly. Between two packets it settles anew even when CE stays high, which the chip does not.
+//! The analog part is modelled by its timing only: the radio settles for 130 µs before it transmits
+//! or receives, and reception itself is exact. Between two packets this model settles again even
+//! when CE stays high, which the chip does not do.
 
 #[cfg(test)]
 mod driver_tests;
@@ -23,13 +24,13 @@ use self::registers::{
 };
 use crate::Time;
 
-/// Payloads that each FIFO holds.
+/// The capacity of each FIFO in payloads.
 const FIFO: usize = 3;
-/// The specification's limit for SCK.
+/// The specification's limit for the frequency of SCK.
 pub const SPI_LIMIT_HZ: u64 = 10_000_000;
-/// The frequency at XC1.
+/// The frequency that the radio needs at XC1.
 pub const CLOCK_HZ: u64 = 16_000_000;
-/// From power-on until SPI works (6.1.7, Tpor: 100 ms for the supply, the reset included).
+/// The time from power-on until SPI works (6.1.7, Tpor: 100 ms for the supply, the reset included).
 const POWER_ON: Time = Time::from_millis(100);
 
 /// A packet that waits to be sent.
@@ -39,7 +40,7 @@ enum Outgoing {
         bytes: Vec<u8>,
         no_ack: bool,
     },
-    /// With the next acknowledgement on this pipe; `sent` once it was.
+    /// A payload for the next acknowledgement on this pipe. `sent` is true once it was transmitted.
     Acknowledgement {
         pipe: usize,
         bytes: Vec<u8>,
@@ -47,8 +48,9 @@ enum Outgoing {
     },
 }
 
-/// The two readings of the specification's sentence "the RPD status is latched when a valid packet is received" (6.4). It does not
-/// say when the bit is released while CE stays high, so that firmware has to work with both.
+/// The two interpretations of the specification's sentence "the RPD status is latched when a valid
+/// packet is received" (6.4). The sentence does not define when the bit is released while CE stays
+/// high, so firmware has to work with both.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum PowerDetector {
     /// A packet sets the bit until CE goes low.
@@ -65,26 +67,27 @@ pub struct RadioStatistics {
     pub sent: u64,
     /// Packets that reached the receive FIFO.
     pub received: u64,
-    /// Packets for it that were damaged.
+    /// Packets for this radio that arrived damaged.
     pub damaged: u64,
-    /// Packets that came while it did not listen.
+    /// Packets that arrived while the radio did not listen.
     pub unheard: u64,
     /// Packets for which the receive FIFO had no room.
     pub overflown: u64,
-    /// Bytes on SPI before the radio's power-on reset was over.
+    /// Bytes on SPI before the radio's power-on reset ended.
     pub too_early: u64,
-    /// Registers other than STATUS written while it sent or received, which only works by chance.
+    /// Writes to registers other than STATUS while the radio transmitted or received, which work
+    /// only by chance.
     pub written_while_active: u64,
-    /// CE pulses that were too short to send.
+    /// CE pulses that were too short to start a transmission.
     pub short_pulses: u64,
 }
 
-/// The radio by its pins: SPI, CE and IRQ.
+/// The radio, controlled through its pins SPI, CE and IRQ.
 pub struct Nrf24 {
     registers: Registers,
     /// RX_DR, TX_DS and MAX_RT.
     raised: u8,
-    /// OBSERVE_TX: packets lost, retransmissions of the current one.
+    /// The fields of OBSERVE_TX: packets lost, and retransmissions of the current packet.
     lost: u8,
     retries: u8,
     transmit: VecDeque<Outgoing>,
@@ -94,26 +97,26 @@ pub struct Nrf24 {
     /// The command on SPI, while CSN is low.
     exchange: Option<Exchange>,
     has_clock: bool,
-    /// CE.
+    /// The level of CE.
     enabled: bool,
     state: RadioState,
-    /// Number of the next packet.
+    /// Identifier of the packet that is sent, 0 to 3.
     id: u8,
     /// The last packet of each pipe, to drop repetitions.
     last: [Option<(u8, Vec<u8>)>; PIPES],
-    /// Signals on the air: those that have not ended, and when each is audible.
+    /// The signals on the air that have not ended: channel, begin and end.
     carriers: Vec<(u8, Time, Time)>,
-    /// Packets on their way here, and whether they arrive undamaged.
+    /// Packets on their way to this radio; true if they arrive undamaged.
     arriving: Vec<(Transmission, bool)>,
-    /// RPD, when the radio does not listen.
+    /// The value of RPD while the radio does not listen.
     power_detected: bool,
     /// A valid packet was received since CE went high.
     has_received: bool,
     power_detector: PowerDetector,
     transmissions: Vec<Transmission>,
-    /// The end of the last of them.
+    /// The end of the last transmission.
     transmissions_end: Time,
-    /// The time at which its power came.
+    /// The time of power-on.
     powered_at: Time,
     /// Counters since power-on.
     pub statistics: RadioStatistics,
@@ -126,7 +129,7 @@ impl Default for Nrf24 {
 }
 
 impl Nrf24 {
-    /// One whose power has just come.
+    /// Creates a radio at the moment of its power-on.
     pub fn new() -> Self {
         Nrf24 {
             registers: Registers::new(),
@@ -154,7 +157,7 @@ impl Nrf24 {
         }
     }
 
-    /// Its power goes and comes: packets on the air and the counters stay.
+    /// Switches the radio's power off and on. Packets on the air and the counters are kept.
     pub fn restart(&mut self, now: Time) {
         let statistics = std::mem::take(&mut self.statistics);
         let carriers = std::mem::take(&mut self.carriers);
@@ -162,17 +165,18 @@ impl Nrf24 {
         *self = Nrf24 { powered_at: now, carriers, statistics, power_detector, ..Nrf24::new() };
     }
 
-    /// From now on RPD is read this way.
+    /// Selects the interpretation of RPD.
     pub fn set_power_detector(&mut self, power_detector: PowerDetector) {
         self.power_detector = power_detector;
     }
 
-    /// The level of its pin IRQ: low while an unmasked flag is raised.
+    /// Returns the level of pin IRQ: low while an unmasked flag is set.
     pub fn irq(&self) -> bool {
         self.raised & !self.registers.get(CONFIG) & INTERRUPTS == 0
     }
 
-    /// Returns the packets that it begins to send soon: announced 120 µs before the first bit.
+    /// Returns the packets that the radio begins to transmit soon. Each is announced 120 µs before
+    /// its first bit.
     pub fn take_transmissions(&mut self) -> Vec<Transmission> {
         std::mem::take(&mut self.transmissions)
     }

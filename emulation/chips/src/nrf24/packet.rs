@@ -1,19 +1,19 @@
-//! The packets on the air.
+//! The packets that radios exchange.
 
 use super::registers::Address;
 use crate::Time;
 
-/// Most bytes of a payload.
+/// The largest payload in bytes.
 pub const MAX_PAYLOAD: usize = 32;
 
 /// The format of a packet, which its receiver must share.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(super) struct Format {
-    /// 2400 + `channel` MHz.
+    /// The frequency is 2400 + `channel` MHz.
     pub channel: u8,
     pub bits_per_second: u64,
     pub crc_bytes: usize,
-    /// With the control field of nine bits.
+    /// True if the packet has the control field of nine bits.
     pub enhanced: bool,
 }
 
@@ -22,9 +22,9 @@ pub(super) struct Format {
 pub struct Packet {
     pub(super) format: Format,
     pub(super) address: Address,
-    /// Distinguishes a new packet from a repeated one, 0 to 3.
+    /// An identifier that distinguishes a new packet from a repeated one, 0 to 3.
     pub(super) id: u8,
-    /// The receiver shall not acknowledge it.
+    /// True if the receiver shall not acknowledge the packet.
     pub(super) no_ack: bool,
     pub(super) payload: Vec<u8>,
 }
@@ -35,7 +35,7 @@ impl Packet {
         self.format.channel
     }
 
-    /// 0 to 32 bytes.
+    /// Returns the payload of 0 to 32 bytes.
     pub fn payload(&self) -> &[u8] {
         &self.payload
     }
@@ -50,13 +50,12 @@ impl Packet {
     }
 }
 
-/// A packet with its time.
+/// A packet and the time of its transmission.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Transmission {
-    /// Its first bit.
+    /// The time of the first bit.
     pub begin: Time,
-    /// The end of its last bit.
+    /// The end of the last bit.
     pub end: Time,
-    /// The packet.
     pub packet: Packet,
 }

@@ -23,7 +23,7 @@ pub struct Exchange {
 }
 
 impl Nrf24 {
-    /// CSN; true for low.
+    /// Sets the level of CSN; `selected` is true for low.
     pub fn select(&mut self, selected: bool, now: Time) {
         if selected {
             self.exchange.get_or_insert_default();
@@ -34,7 +34,8 @@ impl Nrf24 {
         }
     }
 
-    /// Eight clocks of SCK, the last of which is now: takes a byte and gives one.
+    /// Exchanges a byte: eight clocks of SCK, the last of which is at `now`. Returns the byte on
+    /// MISO.
     pub fn transfer(&mut self, byte: u8, now: Time) -> u8 {
         if now < self.powered_at + POWER_ON {
             self.statistics.too_early += u64::from(self.exchange.is_some());
@@ -79,11 +80,12 @@ impl Nrf24 {
         self.control(now);
     }
 
-    /// CSN goes high: commands that count as a whole are executed now.
+    /// Handles the end of a command, when CSN goes high. Commands that take effect as a whole are
+    /// executed here.
     fn finish(&mut self, command: u8, mut data: Vec<u8>, now: Time) {
         data.truncate(MAX_PAYLOAD);
         match command {
-            // A payload that was not read to its end stays.
+            // A payload that was not read completely stays in the FIFO.
             R_RX_PAYLOAD => {
                 self.receive.pop_front_if(|(_, bytes)| data.len() >= bytes.len());
             }
@@ -111,7 +113,7 @@ impl Nrf24 {
         self.proceed(now);
     }
 
-    /// A payload that finds the FIFO full is ignored.
+    /// Adds a payload to the transmit FIFO; a full FIFO ignores it.
     fn push(&mut self, outgoing: Outgoing) {
         if self.transmit.len() < FIFO {
             self.transmit.push_back(outgoing);

@@ -8,38 +8,38 @@ use super::registers::{
 use super::{FIFO, Nrf24, Outgoing, Packet, PowerDetector, Transmission};
 use crate::Time;
 
-/// Power-down to standby with a clock from outside (6.1.7, Tpd2stby).
+/// The time from power-down to standby with an external clock (6.1.7, Tpd2stby).
 const START_UP: Time = Time::from_micros(150);
-/// The time for which CE must be high to send (Thce).
+/// The shortest CE pulse that starts a transmission (Thce).
 const PULSE: Time = Time::from_micros(10);
-/// Standby to sending or receiving, and between the two (Tstby2a).
+/// The time from standby to transmission or reception, and between the two (Tstby2a).
 const SETTLING: Time = Time::from_micros(130);
 /// The time after which a signal is detected (6.4).
 const DETECTION: Time = Time::from_micros(40);
 
-/// The radio's state, and its end.
+/// The radio's state and the time at which it ends.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum RadioState {
     PoweredDown,
     Starting(Time),
     Standby,
-    /// CE is high, but not long enough.
+    /// CE is high, but not yet long enough to start a transmission.
     Pulse(Time),
-    /// The packet is announced; at the time its first bit goes out.
+    /// A packet is announced; its first bit is transmitted at this time.
     SendSettling(Time),
     Sending(Time),
-    /// The acknowledgement may come; at the time it is too late.
+    /// The radio waits for an acknowledgement until this time.
     AwaitingAck(Time),
     ReceiveSettling(Time),
-    /// Since.
+    /// The radio receives since this time.
     Receiving(Time),
-    /// An acknowledgement is announced, then sent.
+    /// An acknowledgement is announced and starts at this time.
     AckSettling(Time),
     Acknowledging(Time),
 }
 
 impl Nrf24 {
-    /// CE.
+    /// Sets the level of CE.
     pub fn enable(&mut self, enabled: bool, now: Time) {
         if enabled == self.enabled {
             return;
@@ -61,13 +61,13 @@ impl Nrf24 {
         self.proceed(now);
     }
 
-    /// Ends reception. The register RPD keeps its present value (6.4).
+    /// Ends reception. RPD keeps its present value (6.4).
     fn end_receiving(&mut self, now: Time) {
         self.power_detected = self.detects_power(now);
         self.state = RadioState::Standby;
     }
 
-    /// The frequency at XC1.
+    /// Sets the frequency at XC1.
     pub fn set_clock(&mut self, hz: u64, now: Time) {
         let has_clock = hz == super::CLOCK_HZ;
         if has_clock != self.has_clock {
@@ -76,7 +76,7 @@ impl Nrf24 {
         }
     }
 
-    /// Returns true if it sends or receives, or is about to.
+    /// Returns true if the radio transmits, receives, or is about to.
     pub(super) fn is_active(&self) -> bool {
         !matches!(
             self.state,
@@ -84,7 +84,7 @@ impl Nrf24 {
         )
     }
 
-    /// CONFIG or the clock may have changed.
+    /// Updates the state after a change of CONFIG or of the clock.
     pub(super) fn control(&mut self, now: Time) {
         if !self.is_powered_up() || !self.has_clock {
             self.state = RadioState::PoweredDown;
@@ -118,7 +118,7 @@ impl Nrf24 {
         }
     }
 
-    /// The time of the next event that comes by itself.
+    /// Returns the time of the next internal event.
     pub fn next_event(&self) -> Option<Time> {
         let state = match self.state {
             RadioState::Starting(at)
@@ -134,7 +134,7 @@ impl Nrf24 {
         self.arriving.iter().map(|(transmission, _)| transmission.end).chain(state).min()
     }
 
-    /// Lets time pass until `now`, which is not beyond the next event.
+    /// Advances time to `now`, which is not beyond the next event.
     pub fn advance(&mut self, now: Time) {
         while let Some(arrived) = self.arriving.iter().position(|(packet, _)| packet.end <= now) {
             let (transmission, intact) = self.arriving.remove(arrived);
@@ -179,15 +179,16 @@ impl Nrf24 {
         }
     }
 
-    /// A packet with this payload as this radio would send it now, without acknowledgement.
+    /// Returns a packet with this payload as this radio would transmit it now, without
+    /// acknowledgement.
     pub fn packet_of(&self, payload: &[u8]) -> Packet {
         let payload = payload.iter().take(super::MAX_PAYLOAD).copied().collect();
         let address = self.registers.transmit_address();
-        // Strangers do not count.
+        // Senders other than robots do not number their packets.
         Packet { format: self.format(), address, id: 0, no_ack: true, payload }
     }
 
-    /// The packet that is to be sent.
+    /// Returns the packet at the head of the transmit FIFO.
     fn packet(&self) -> Option<Packet> {
         let (bytes, no_ack) = self.outgoing()?;
         let payload = bytes.to_vec();
@@ -195,7 +196,7 @@ impl Nrf24 {
         Some(Packet { format: self.format(), address, id: self.id, no_ack, payload })
     }
 
-    /// The packet goes out at `begin`.
+    /// Announces the next packet, which begins at `begin`.
     fn announce(&mut self, begin: Time) {
         let Some(packet) = self.packet() else {
             self.state = RadioState::Standby;
@@ -212,7 +213,7 @@ impl Nrf24 {
         self.transmissions.push(Transmission { begin, end, packet });
     }
 
-    /// Its last bit is out.
+    /// Handles the end of a transmission.
     fn sent(&mut self, now: Time) {
         let Some((_, no_ack)) = self.outgoing() else {
             // The FIFO was flushed meanwhile.
@@ -236,7 +237,7 @@ impl Nrf24 {
         self.proceed(now);
     }
 
-    /// No acknowledgement has come (7.4.2): at `now` begins the settling before the next try.
+    /// Handles a missing acknowledgement (7.4.2): the settling before the next try begins at `now`.
     fn retry(&mut self, now: Time) {
         if self.retries < self.registers.get(SETUP_RETR) & 0xf {
             self.retries += 1;
@@ -248,19 +249,21 @@ impl Nrf24 {
         }
     }
 
-    /// A signal of another sender is on the air, or will be. A packet that can be received comes by
-    /// [`Self::hear`], too.
+    /// Adds the signal of another sender, which is on the air or will be. A packet that can be
+    /// received is also passed to [`Self::hear`].
     pub fn sense(&mut self, channel: u8, begin: Time, end: Time, now: Time) {
         self.carriers.retain(|(_, _, other)| *other > now);
         self.carriers.push((channel, begin, end));
     }
 
-    /// A packet is on its way here; `intact` unless something else is on the air with it.
+    /// Adds a packet that is on its way to this radio. `intact` is false if another signal overlaps
+    /// with it.
     pub fn hear(&mut self, transmission: Transmission, intact: bool) {
         self.arriving.push((transmission, intact));
     }
 
-    /// The register RPD (6.4): a snapshot while the radio receives, its last value afterwards.
+    /// Returns RPD (6.4): the present signal while the radio receives, and its last value
+    /// afterwards.
     pub(super) fn detects_power(&self, now: Time) -> bool {
         let RadioState::Receiving(since) = self.state else { return self.power_detected };
         if self.has_received && self.power_detector == PowerDetector::Latched {
@@ -321,14 +324,14 @@ impl Nrf24 {
         self.registers.has_feature(FEATURE_EN_DPL) && self.registers.is_set(DYNPD, pipe)
     }
 
-    /// Returns true if a pipe expects a payload of this length: a wrong one moves the checksum,
-    /// which then does not match.
+    /// Returns true if a pipe expects a payload of this length. With a wrong length the checksum is
+    /// at another position and does not match.
     fn fits(&self, pipe: usize, length: usize) -> bool {
         self.is_dynamic(pipe) || usize::from(self.registers.get(RX_PW_P0 + pipe as u8)) == length
     }
 
-    /// Answers a packet, with the payload that waits for this pipe. One that was sent before has arrived when a new
-    /// packet comes (7.4.1).
+    /// Acknowledges a packet, with the payload that waits for this pipe. A new packet confirms that
+    /// the payload sent before has arrived (7.4.1).
     fn acknowledge(&mut self, pipe: usize, packet: &Packet, is_repeated: bool, end: Time) {
         if !is_repeated {
             let has_arrived = |outgoing: &Outgoing| matches!(outgoing, Outgoing::Acknowledgement { pipe: on, sent: true, .. } if *on == pipe);
@@ -351,7 +354,7 @@ impl Nrf24 {
         self.transmit_at(end + SETTLING, answer);
     }
 
-    /// The acknowledgement has come, maybe with a payload.
+    /// Handles an acknowledgement, which may carry a payload.
     fn acknowledged(&mut self, packet: Packet, now: Time) {
         if !packet.payload.is_empty() && self.receive.len() < FIFO {
             self.receive.push_back((0, packet.payload));

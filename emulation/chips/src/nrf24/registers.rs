@@ -24,7 +24,7 @@ pub const CONFIG_PRIM_RX: u8 = 1 << 0;
 pub const CONFIG_PWR_UP: u8 = 1 << 1;
 pub const CONFIG_CRCO: u8 = 1 << 2;
 pub const CONFIG_EN_CRC: u8 = 1 << 3;
-/// RX_DR, TX_DS and MAX_RT stand in STATUS where their masks do in CONFIG.
+/// RX_DR, TX_DS and MAX_RT have the same positions in STATUS as their masks in CONFIG.
 pub const RX_DR: u8 = 1 << 6;
 pub const TX_DS: u8 = 1 << 5;
 pub const MAX_RT: u8 = 1 << 4;
@@ -34,7 +34,7 @@ pub const FEATURE_EN_ACK_PAY: u8 = 1 << 1;
 pub const FEATURE_EN_DYN_ACK: u8 = 1 << 0;
 const RF_DR_LOW: u8 = 1 << 5;
 const RF_DR_HIGH: u8 = 1 << 3;
-/// Pipes that a receiver listens to.
+/// The number of pipes on which a receiver listens.
 pub const PIPES: usize = 6;
 
 /// An address on the air, most significant byte first; 3 to 5 bytes.
@@ -89,7 +89,8 @@ impl Registers {
         }
     }
 
-    /// Byte `index` of a register; those of one byte repeat.
+    /// Returns byte `index` of a register. A register of one byte returns the same byte for every
+    /// index.
     pub fn read(&self, register: u8, index: usize) -> u8 {
         match Self::long(register) {
             Some(long) => self.long[long].get(index).copied().unwrap_or(0),
@@ -119,7 +120,8 @@ impl Registers {
         }
     }
 
-    /// Bytes of an address (SETUP_AW); 0 is illegal and taken as 2, which no driver sets.
+    /// Returns the width of an address in bytes (SETUP_AW). The value 0 is illegal and read as 2
+    /// bytes; no driver sets it.
     pub fn address_width(&self) -> usize {
         usize::from(self.get(SETUP_AW)) + 2
     }
@@ -132,7 +134,8 @@ impl Registers {
         self.address(self.long[2])
     }
 
-    /// Pipes 2 to 5 own only the lowest byte of their address (9.1, RX_ADDR_P2).
+    /// Returns the address of a pipe. Pipes 2 to 5 have only the lowest byte of their own (9.1,
+    /// RX_ADDR_P2).
     pub fn pipe_address(&self, pipe: usize) -> Address {
         let bytes = match pipe {
             0 => self.long[0],
@@ -150,12 +153,13 @@ impl Registers {
         match self.get(RF_SETUP) & (RF_DR_LOW | RF_DR_HIGH) {
             RF_DR_LOW => 250_000,
             RF_DR_HIGH => 2_000_000,
-            // Both bits are reserved.
+            // Both bits together are reserved.
             _ => 1_000_000,
         }
     }
 
-    /// Bytes of the checksum; acknowledgement on any pipe forces it on (9.1, CONFIG).
+    /// Returns the size of the checksum in bytes. Acknowledgement on any pipe enables the checksum
+    /// (9.1, CONFIG).
     pub fn crc_bytes(&self) -> usize {
         let config = self.get(CONFIG);
         if config & CONFIG_EN_CRC == 0 && self.get(EN_AA) == 0 {
@@ -167,9 +171,8 @@ impl Registers {
         }
     }
 
-    /// Returns true if packets have the control field of Enhanced ShockBurst: off only if neither
-    /// acknowledgement nor
-    /// retransmission is on (7.10).
+    /// Returns true if packets have the control field of Enhanced ShockBurst. It is absent only if
+    /// neither acknowledgement nor retransmission is on (7.10).
     pub fn is_enhanced(&self) -> bool {
         self.get(EN_AA) != 0 || self.get(SETUP_RETR) & 0xf != 0
     }

@@ -1,11 +1,11 @@
-//! The packets of a ground station: they reach the STM32 unchanged.
+//! The packets of a ground station, which the nRF51 passes to the STM32 unchanged.
 
 use super::LinkFrame;
 
-/// Type of the frames that carry them.
+/// Type of the link frames that carry these packets.
 const RADIO_RAW: u8 = 0x00;
-/// Port 6, localization; channel 1, generic. The two bits between are always set (Bitcraze, "CRTP - Communication with
-/// the Crazyflie" and "Localization CRTP port").
+/// Port 6, localization; channel 1, generic. The two bits between the fields are always set
+/// (Bitcraze, "CRTP - Communication with the Crazyflie" and "Localization CRTP port").
 const GENERIC_LOCALIZATION: u8 = 6 << 4 | 3 << 2 | 1;
 /// External pose: x, y, z in m and a quaternion x, y, z, w, each a binary32, least significant byte first.
 const EXTERNAL_POSE: u8 = 8;
@@ -20,7 +20,7 @@ pub struct Pose {
 }
 
 impl Pose {
-    /// The packet that a ground station sends.
+    /// Returns the packet that a ground station sends.
     pub fn frame(&self) -> LinkFrame {
         let half = f64::from(self.yaw_degrees).to_radians() / 2.0;
         let quaternion = [0.0, 0.0, half.sin() as f32, half.cos() as f32];

@@ -9,11 +9,11 @@ pub struct Link {
     pub lose: f64,
     /// Probability that a byte arrives as another one, 0 to 1.
     pub corrupt: f64,
-    /// Start of the pseudo-random sequence that decides: equal seeds, equal faults.
+    /// Seed of the pseudo-random faults. Equal seeds give equal faults.
     pub seed: u64,
 }
 
-/// A line and its counters.
+/// A serial line and its counters.
 #[derive(Default)]
 pub(crate) struct Line {
     link: Link,
@@ -28,7 +28,7 @@ impl Line {
         self.random = Random::new(link.seed);
     }
 
-    /// Returns the byte that arrives when `byte` is sent, if one does.
+    /// Returns the byte that arrives when `byte` is sent; none if it is lost.
     pub fn pass(&mut self, byte: u8) -> Option<u8> {
         if self.link.lose == 0.0 && self.link.corrupt == 0.0 {
             return Some(byte);

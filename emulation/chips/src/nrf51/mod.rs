@@ -1,7 +1,8 @@
-//! The Crazyflie's other processor, seen from the STM32: power management and radio behind a serial link.
+//! The Crazyflie's second processor as the STM32 sees it: power management and radio, connected by
+//! a serial link.
 //!
-//! Written anew from the protocol's description and not with the crate that the firmware uses, so that a
-//! misunderstanding shared by sender and receiver does not stay hidden.
+//! This model was written from the description of the protocol, without the crate that the firmware
+//! uses. A misunderstanding shared by sender and receiver would otherwise stay hidden.
 
 mod crtp;
 mod link;
@@ -23,14 +24,14 @@ pub use syslink::{LinkFrame, MAX_PAYLOAD};
 pub struct Battery {
     /// Voltage of the cell.
     pub volts: f32,
-    /// Charging at this moment.
+    /// True while the battery is charging.
     pub charging: bool,
-    /// Powered through USB.
+    /// True while the robot is powered through USB.
     pub usb_powered: bool,
 }
 
 impl Default for Battery {
-    /// Half full, in flight.
+    /// Returns the state of a half full battery in flight.
     fn default() -> Self {
         Battery { volts: 3.8, charging: false, usb_powered: false }
     }

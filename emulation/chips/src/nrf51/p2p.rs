@@ -2,10 +2,10 @@
 
 use super::LinkFrame;
 
-/// Most data bytes of a P2P frame.
+/// The largest number of data bytes in a P2P frame.
 pub const P2P_MAX: usize = 60;
 
-/// The type of the frame that carries one to the STM32.
+/// Type of the link frame that carries a P2P frame to the STM32.
 const P2P_BROADCAST: u8 = 0x0a;
 
 /// A frame of another robot, as this robot's radio receives it.
@@ -17,13 +17,14 @@ pub struct P2pFrame {
 }
 
 impl P2pFrame {
-    /// To `port`, 0 to 15, heard with `rssi` in -dBm; none if `data` is longer than [`P2P_MAX`].
+    /// Creates a frame to `port`, 0 to 15, received with a signal strength of `rssi` in -dBm.
+    /// Returns none if `data` is longer than [`P2P_MAX`].
     pub fn new(port: u8, rssi: u8, data: impl Into<Vec<u8>>) -> Option<P2pFrame> {
         let data = data.into();
         (data.len() <= P2P_MAX).then_some(P2pFrame { port: port & 0x0f, rssi, data })
     }
 
-    /// Returns the frame for the STM32.
+    /// Returns the link frame for the STM32.
     pub(super) fn received(&self) -> LinkFrame {
         let payload = [&[self.port, self.rssi], self.data.as_slice()].concat();
         LinkFrame { kind: P2P_BROADCAST, payload }

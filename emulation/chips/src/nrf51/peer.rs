@@ -1,9 +1,10 @@
 //! Behaviour of the nRF51's firmware (crazyflie2-nrf-firmware: src/main.c, src/uart.c, src/esb.c, src/shutdown.c).
 //!
-//! One loop does everything in turn: it passes on a packet of the radio, reads one frame of the STM32, sends its reports. It
-//! sends a frame byte by byte and waits for each, and meanwhile reads nothing. The STM32's bytes get into the UART's FIFO, from
-//! where an interrupt moves it to a queue. RTS, which is PA4 of the STM32, follows the FIFO, not the queue: bytes that find the
-//! queue full are lost without a sign.
+//! The firmware has one loop, each turn of which passes on one packet of the radio, reads one frame
+//! of the STM32 and sends the reports that are due. The loop sends a frame byte by byte, waits for
+//! each byte, and reads nothing meanwhile. The STM32's bytes enter the UART's FIFO; an interrupt
+//! moves them to a queue. RTS, which is PA4 of the STM32, follows the FIFO, not the queue: bytes
+//! that arrive while the queue is full are lost without notice.
 
 use std::collections::VecDeque;
 
@@ -14,48 +15,50 @@ use super::{Battery, Link, LinkFrame, P2pFrame};
 use crate::serial::{self, FRAME_BITS};
 use crate::{Event, Led, Time};
 
-/// Rate of the serial link.
+/// The rate of the serial link in bits per second.
 pub const BAUD: u64 = 1_000_000;
-/// Bytes in the UART's FIFO (nRF51 reference manual, 29.4).
+/// Capacity of the UART's FIFO in bytes (nRF51 reference manual, 29.4).
 const FIFO: usize = 6;
-/// Bytes in the queue after it: one of its 128 places stays empty.
+/// Capacity in bytes of the queue after the FIFO: one of its 128 places stays empty.
 const QUEUE: usize = 127;
-/// Between two reports of battery and signal strength.
+/// The time between two reports of battery and signal strength.
 const REPORT_PERIOD: Time = Time::from_millis(10);
-/// The first report comes no earlier after its reset.
+/// The first report comes at least this long after the reset.
 const REPORTS_AFTER: Time = Time::from_millis(1_000);
-/// From its reset until it listens to the STM32: 100 ms and somewhat more. With whole milliseconds its reports would come at the
-/// very moments at which the STM32's timers expire.
+/// The time from the nRF51's reset until it listens to the STM32: 100 ms and somewhat more. With
+/// whole milliseconds the reports would come exactly when the STM32's timers expire.
 const BOOT: Time = Time::from_micros(103_700);
-/// Radio reception starts at this time after its start, or when the firmware reports that it is
-/// ready.
+/// Radio reception starts this long after the start, or when the firmware reports that it is ready.
 const READY_AFTER: Time = Time::from_millis(3_000);
-/// Time that the firmware has to acknowledge a shutdown: 1000 ticks of 1 ms (the comment there says 100 ms).
+/// The time that the firmware has to acknowledge a shutdown: 1000 ticks of 1 ms (the comment in the
+/// nRF51's source says 100 ms).
 const SHUTDOWN_AFTER: Time = Time::from_millis(1_000);
-/// Signal strength that is reported, in -dBm.
+/// The signal strength that is reported, in -dBm.
 const RSSI: u8 = 50;
 
-/// The properties of an nRF51 that differ from one firmware to the next, or that no document states.
+/// The properties of an nRF51 that depend on its firmware, or that no document states.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Nrf51Settings {
     /// False for firmware from before 2025-10-09, which ignores RADIO_READY and listens from its start.
     pub knows_ready: bool,
-    /// Bytes in the UART's FIFO from which on RTS is high: 1 to [`Nrf51Settings::MOST_RTS_BYTES`].
+    /// RTS is high while the UART's FIFO holds at least this number of bytes: 1 to
+    /// [`Nrf51Settings::MOST_RTS_BYTES`].
     pub rts_bytes: u8,
-    /// Duration of Bluetooth's shutdown, before the first packet that the radio sends or receives. The loop stops meanwhile.
+    /// Duration of Bluetooth's shutdown, which precedes the first packet that the radio transmits
+    /// or receives. The loop stops meanwhile.
     pub ble_shutdown: Time,
-    /// True if no interrupt is served during that shutdown: the FIFO fills, and RTS rises.
+    /// True if no interrupt is served during that shutdown. The FIFO then fills, and RTS rises.
     pub ble_masks: bool,
 }
 
 impl Nrf51Settings {
-    /// The STM32 has two bytes under way when it sees RTS.
+    /// The largest value of `rts_bytes`: the STM32 may still send two bytes after RTS rises.
     pub const MOST_RTS_BYTES: u8 = 4;
 }
 
 impl Default for Nrf51Settings {
-    /// The firmware of today. RTS rises when there is room for four bytes, as Nordic's manuals say; of the shutdown no
-    /// figure is known.
+    /// Returns the settings of the current firmware. RTS rises when there is room for four more
+    /// bytes, as Nordic's manuals say. The duration of the shutdown is not documented.
     fn default() -> Self {
         let ble_shutdown = Time::from_millis(5);
         Nrf51Settings { knows_ready: true, rts_bytes: 2, ble_shutdown, ble_masks: false }
@@ -89,24 +92,24 @@ mod kind {
 /// An action of the nRF51 at its end of the line.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Output {
-    /// It begins to send a byte.
+    /// The nRF51 begins to send a byte.
     Begin,
-    /// A byte has arrived at the other end.
+    /// A byte arrived at the STM32.
     Byte(u8),
 }
 
-/// The parts of the loop's turn that may take time.
+/// The stages of the loop's turn that may take time.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Stage {
-    /// A packet of the radio goes to the STM32.
+    /// Passes a packet of the radio to the STM32.
     Radio,
-    /// A frame of the STM32 is read, and answered.
+    /// Reads and answers a frame of the STM32.
     Read,
-    /// Battery and signal strength are reported.
+    /// Reports battery and signal strength.
     Report,
 }
 
-/// The processor at its end of the line.
+/// The nRF51 and its end of the serial line.
 pub struct Nrf51 {
     settings: Nrf51Settings,
     battery: Battery,
@@ -116,46 +119,47 @@ pub struct Nrf51 {
     events: Vec<(Time, Event)>,
     /// Bytes received from the STM32.
     pub received: u64,
-    /// Bytes with a wrong stop bit among these.
+    /// Received bytes with a wrong stop bit.
     pub framing_errors: u64,
-    /// Frames dropped for their first checksum byte, and for their second.
+    /// Frames dropped because the first checksum byte was wrong, or only the second.
     pub bad_sums: [u64; 2],
-    /// Bytes that the UART lost: the firmware ignored flow control.
+    /// Bytes that the UART lost because the firmware ignored flow control.
     pub overruns: u64,
-    /// Bytes lost because the queue of frames was full.
+    /// Bytes lost because the queue was full.
     pub dropped: u64,
-    /// Frames for the STM32 while the processor is still silent.
+    /// Frames for the STM32 that were dropped because the processor does not send yet.
     pub not_sent: u64,
 }
 
-/// Everything that a restart forgets.
+/// The state that a restart discards.
 struct VolatileState {
-    /// It listens to the STM32 from then on.
+    /// The nRF51 listens to the STM32 from this time on.
     start: Time,
     stage: Stage,
-    /// Something was done in this turn of the loop.
+    /// True if this turn of the loop did any work.
     worked: bool,
-    /// The loop stands still until then.
+    /// The loop waits until this time.
     resumes: Time,
     ble_is_on: bool,
     parser: Parser,
     radio: Radio,
-    /// A P2P frame to be transmitted when Bluetooth is off: port and data.
+    /// A P2P frame to be transmitted once Bluetooth is off: port and data.
     outgoing: Option<Vec<u8>>,
-    /// Packets that the radio receives according to the world outside.
+    /// Packets that were injected from outside for the radio to receive.
     from_world: VecDeque<LinkFrame>,
-    /// Received by the UART.
+    /// The bytes in the UART's FIFO.
     fifo: VecDeque<u8>,
-    /// The UART receives nothing, and says so.
+    /// True if the UART receives nothing and keeps RTS high.
     stopped: bool,
-    /// No interrupt is served until then.
+    /// No interrupt is served until this time.
     masked: Time,
-    /// Received and not yet looked at.
+    /// Bytes that the interrupt received and the loop did not read yet.
     queue: VecDeque<u8>,
-    /// Bytes to be sent, with true if the loop waits for them, and the one on the wire (none if the wire loses it) until its end.
+    /// Bytes to be sent, with true if the loop waits for them. `sending` is the byte on the wire
+    /// (none if the line loses it), with the time of its end.
     unsent: VecDeque<(u8, bool)>,
     sending: Option<(Time, Option<u8>, bool)>,
-    /// True if a valid frame was received: nothing is sent before.
+    /// True once a valid frame was received. The nRF51 sends nothing before.
     talks: bool,
     ready: bool,
     next_report: Option<Time>,
@@ -187,7 +191,7 @@ impl VolatileState {
         }
     }
 
-    /// True while the loop waits for a byte to be sent.
+    /// Returns true while the loop waits for a byte to be sent.
     fn is_sending(&self) -> bool {
         let on_wire = self.sending.is_some_and(|(_, _, waits)| waits);
         on_wire || self.unsent.front().is_some_and(|(_, waits)| *waits)
@@ -201,7 +205,7 @@ impl Default for Nrf51 {
 }
 
 impl Nrf51 {
-    /// An nRF51 that has started and given the STM32 its power.
+    /// Creates an nRF51 that has started and given the STM32 its power.
     pub fn new() -> Self {
         Nrf51 {
             settings: Nrf51Settings::default(),
@@ -219,12 +223,12 @@ impl Nrf51 {
         }
     }
 
-    /// Sets the differences between two firmwares of this processor.
+    /// Sets the properties that depend on the nRF51's firmware.
     pub fn set(&mut self, settings: Nrf51Settings) {
         self.settings = settings;
     }
 
-    /// Forgets everything and starts; the STM32 keeps its power.
+    /// Restarts the nRF51, which loses its state. The STM32 keeps its power.
     pub fn restart(&mut self, now: Time) {
         let counted = self.state.radio.counted;
         self.state = VolatileState::new(now + BOOT);
@@ -236,53 +240,53 @@ impl Nrf51 {
         self.powered
     }
 
-    /// Bytes that the line lost on request, in both directions.
+    /// Returns the number of bytes that the line lost on request, in both directions.
     pub fn lost(&self) -> u64 {
         self.line.lost
     }
 
-    /// Bytes that the line changed on request, in both directions.
+    /// Returns the number of bytes that the line changed on request, in both directions.
     pub fn corrupted(&self) -> u64 {
         self.line.corrupted
     }
 
-    /// Counters of the radio since power-on.
+    /// Returns the counters of the radio since power-on.
     pub fn radio(&self) -> RadioCounts {
         self.state.radio.counted
     }
 
-    /// Events since the last call, in order.
+    /// Returns the events since the last call, in order.
     pub fn take_events(&mut self) -> Vec<(Time, Event)> {
         std::mem::take(&mut self.events)
     }
 
-    /// The line loses and corrupts bytes from now on.
+    /// Sets the quality of the line.
     pub fn set_link(&mut self, link: Link) {
         self.line.set(link);
     }
 
-    /// The battery is in this state from now on.
+    /// Sets the state of the battery.
     pub fn set_battery(&mut self, battery: Battery) {
         self.battery = battery;
     }
 
-    /// The UART receives nothing (`true`), or goes on.
+    /// Stops the UART's reception (`true`) or resumes it.
     pub fn set_stopped(&mut self, stopped: bool, now: Time) {
         self.state.stopped = stopped;
         self.empty_fifo(now);
         self.run(now);
     }
 
-    /// The level of RTS: high when no more bytes should come. Before the UART is set up only the STM32's pull-up drives the
-    /// line.
+    /// Returns the level of RTS, which is high when no more bytes should come. Before the UART is
+    /// set up only the STM32's pull-up drives the line.
     pub fn is_full(&self, now: Time) -> bool {
         let state = &self.state;
         let is_full = state.fifo.len() >= usize::from(self.settings.rts_bytes);
         now < state.start || state.stopped || is_full
     }
 
-    /// The level of its line to the STM32, bit by bit; high while it sends nothing (serial.rs: start bit, eight bits, the
-    /// least significant first, stop bit).
+    /// Returns the level of the nRF51's line to the STM32, bit by bit; high while it sends nothing
+    /// (serial.rs: start bit, eight bits, the least significant first, stop bit).
     pub fn line_is_high(&self, now: Time) -> bool {
         let Some((end, Some(byte), _)) = self.state.sending else {
             return true;
@@ -294,27 +298,27 @@ impl Nrf51 {
         }
     }
 
-    /// The button was pressed.
+    /// Requests a shutdown, as a press of the button does.
     pub fn request_shutdown(&mut self, now: Time) {
         self.send(kind::SHUTDOWN_REQUEST, &[]);
         self.state.shutdown_at = Some(now + SHUTDOWN_AFTER);
     }
 
-    /// Returns the time at which [`advance`](Self::advance) has something to do; a frame that was
-    /// just given needs a call at once.
+    /// Returns the time at which [`advance`](Self::advance) has work to do. A frame that was just
+    /// passed in needs a call at once.
     pub fn next_event(&self, now: Time) -> Option<Time> {
         let state = &self.state;
         let sent = state.sending.map(|(end, _, _)| end);
         let resumed = (now < state.resumes).then_some(state.resumes);
         let unmasked = (now < state.masked).then_some(state.masked);
         let heard = state.radio.next_arrival();
-        // A report that is due already waits for the loop.
+        // A report that is already due waits for the loop.
         let report = state.next_report.filter(|at| now < *at);
         let events = [sent, resumed, unmasked, heard, report, state.shutdown_at];
         events.into_iter().flatten().min()
     }
 
-    /// Executes the actions that are due at `now`; the outputs are in order.
+    /// Executes the actions that are due at `now` and returns the outputs in order.
     pub fn advance(&mut self, now: Time) -> Vec<Output> {
         let mut outputs = Vec::new();
         if let Some((end, byte, _)) = self.state.sending
@@ -339,7 +343,7 @@ impl Nrf51 {
         outputs
     }
 
-    /// A byte arrives from the STM32, sent at `baud`.
+    /// Receives a byte that the STM32 sent at `baud`.
     pub fn receive(&mut self, byte: u8, baud: u64, now: Time) {
         let Some(byte) = self.line.pass(byte) else {
             return;
@@ -359,7 +363,7 @@ impl Nrf51 {
         self.run(now);
     }
 
-    /// Sends a frame on behalf of the world outside, if the nRF51 would.
+    /// Sends a frame from outside to the STM32, if the nRF51 would send it in its present state.
     pub fn send_frame(&mut self, frame: &LinkFrame, now: Time) {
         let from_radio = matches!(
             frame.kind(),
@@ -374,7 +378,7 @@ impl Nrf51 {
         }
     }
 
-    /// Another robot's P2P frame is on the air; its last bit comes at `end`.
+    /// Adds another robot's P2P frame that is on the air. Its last bit arrives at `end`.
     pub fn hear(&mut self, frame: &P2pFrame, end: Time) {
         self.state.radio.expect(frame.received(), end);
     }
@@ -385,7 +389,7 @@ impl Nrf51 {
         start <= now && (ready || !self.settings.knows_ready || now >= start + READY_AFTER)
     }
 
-    /// Puts bytes on the wire, whatever they are. The loop does not wait for them.
+    /// Puts arbitrary bytes on the wire. The loop does not wait for them.
     pub fn send_bytes(&mut self, bytes: &[u8]) {
         self.state.unsent.extend(bytes.iter().map(|byte| (*byte, false)));
     }
@@ -399,7 +403,7 @@ impl Nrf51 {
         }
     }
 
-    /// The UART's interrupt.
+    /// Moves the FIFO's bytes to the queue, as the UART's interrupt does.
     fn empty_fifo(&mut self, now: Time) {
         let state = &mut self.state;
         if state.stopped || now < state.masked {
@@ -414,7 +418,7 @@ impl Nrf51 {
         }
     }
 
-    /// The loop: turns until it has to wait, or until a turn has done nothing.
+    /// Runs the loop until it has to wait, or until a turn did no work.
     fn run(&mut self, now: Time) {
         while self.powered && self.state.resumes <= now && !self.state.is_sending() {
             if let Some(payload) = self.state.outgoing.take() {
@@ -465,7 +469,7 @@ impl Nrf51 {
         }
     }
 
-    /// Takes bytes from the queue up to the end of a frame.
+    /// Reads bytes from the queue up to the end of a frame.
     fn read_frame(&mut self, now: Time) {
         while let Some(byte) = self.state.queue.pop_front() {
             self.state.worked = true;
@@ -475,7 +479,8 @@ impl Nrf51 {
         }
     }
 
-    /// The port and data of a P2P frame go to all. There is one buffer: a frame that is still on the air is cut off.
+    /// Transmits the port and data of a P2P frame to all robots. There is one buffer: a frame that
+    /// is still on the air is cut off.
     fn transmit(&mut self, payload: &[u8], now: Time) {
         let [port, data @ ..] = payload else { return };
         let air = self.state.radio.transmit(payload.len(), now);
@@ -536,7 +541,7 @@ impl Nrf51 {
                 return;
             }
             (kind::BATTERY_AUTOUPDATE, _) => {
-                // Counted from the reset.
+                // The minimum counts from the reset, which was `BOOT` before the start.
                 let earliest = self.state.start + (REPORTS_AFTER - BOOT);
                 let first = earliest.max(now + REPORT_PERIOD);
                 self.state.next_report = self.state.next_report.or(Some(first));
@@ -560,7 +565,7 @@ impl Nrf51 {
             (kind::DEBUG_PROBE, _) => return self.answer_probe(),
             _ => return,
         }
-        // Frames that set the radio up are echoed.
+        // Frames that configure the radio are echoed.
         self.send(frame.kind(), payload);
     }
 

@@ -1,27 +1,31 @@
-//! The nRF51's radio, as far as P2P frames go. It is deaf while it transmits, listens to nobody before it transmits, and
-//! keeps a few received packets until its processor has passed them on (crazyflie2-nrf-firmware, src/esb.c). It transmits at once,
-//! from its only buffer: what is still on the air is cut off, also by a change of the radio's settings.
+//! The nRF51's radio, limited to P2P frames. The radio receives nothing while it transmits, does
+//! not check for other signals before a transmission, and stores a few received packets until its
+//! processor has passed them on (crazyflie2-nrf-firmware, src/esb.c). It transmits at once, from
+//! its only buffer. A new transmission, or a change of the radio's settings, cuts off a frame that
+//! is still on the air.
 //!
-//! Who is in range, and which frames destroy each other on the air, is the business of whoever connects the radios.
+//! The code that connects the radios decides which robots are in range, and which frames collide on
+//! the air.
 
 use std::collections::VecDeque;
 
 use super::LinkFrame;
 use crate::Time;
 
-/// From reception to transmission on the air (nRF51 reference manual, tRXEN and tTXEN with fast ramp-up off).
+/// The time from reception to transmission (nRF51 reference manual, tRXEN and tTXEN with fast
+/// ramp-up off).
 const RAMP: Time = Time::from_micros(130);
-/// Bytes on the air beside a P2P frame's port and data: preamble, address, header (with three bits more), the marker
-/// before the port, checksum.
+/// Bytes on the air in addition to a P2P frame's port and data: preamble, address, header (with
+/// three bits more), the marker before the port, checksum.
 const OVERHEAD: u64 = 1 + 5 + 1 + 1 + 2;
 const HEADER_BITS: u64 = 1;
-/// Received packets that can wait for the processor: one of its 8 places stays empty.
+/// The number of received packets that can wait for the processor. One of its 8 places stays empty.
 const QUEUE: usize = 7;
 
 /// Counters of frames that were lost.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct RadioCounts {
-    /// Frames that came while the radio was transmitting.
+    /// Frames that arrived while the radio was transmitting.
     pub unheard: u64,
     /// Frames for which there was no room in the queue.
     pub overflown: u64,
@@ -29,16 +33,16 @@ pub struct RadioCounts {
     pub cut: u64,
 }
 
-/// The settings of the firmware, and the frames on the air.
+/// The settings that the firmware made, and the frames on the air.
 pub(super) struct Radio {
     pub channel_set: bool,
-    /// 0, 1, 2: 250 kb/s, 1 Mb/s, 2 Mb/s.
+    /// The data rate: 0, 1 and 2 are 250 kb/s, 1 Mb/s and 2 Mb/s.
     pub rate: u8,
     pub rate_set: bool,
     pub address_set: bool,
-    /// The last transmission: when the radio stopped to listen, and when it listened again.
+    /// Begin and end of the last transmission, during which the radio received nothing.
     deaf: (Time, Time),
-    /// Frames whose last bit is still to come, and when it comes; in this order.
+    /// Frames whose last bit is still to come, and the time of that bit, in ascending order.
     arriving: VecDeque<(Time, LinkFrame)>,
     received: VecDeque<LinkFrame>,
     pub counted: RadioCounts,
@@ -58,8 +62,8 @@ impl Radio {
         }
     }
 
-    /// Begins to transmit a frame of `bytes` bytes, its port among them, and returns its time on
-    /// the air.
+    /// Begins to transmit a frame of `bytes` bytes, its port included, and returns its time on the
+    /// air.
     pub fn transmit(&mut self, bytes: usize, now: Time) -> Time {
         self.reset(now);
         let air = RAMP + self.on_air(bytes);
@@ -75,13 +79,13 @@ impl Radio {
         }
     }
 
-    /// Returns the time on the air of a frame of `bytes` bytes, its port among them.
+    /// Returns the time on the air of a frame of `bytes` bytes, its port included.
     fn on_air(&self, bytes: usize) -> Time {
         let bits_per_second = [250_000, 1_000_000, 2_000_000][usize::from(self.rate)];
         Time::of_ticks(8 * (OVERHEAD + bytes as u64) + HEADER_BITS, bits_per_second)
     }
 
-    /// The last bit of a frame, as it goes to the STM32, will come at `end`.
+    /// Adds a frame, in the form that is passed to the STM32. Its last bit arrives at `end`.
     pub fn expect(&mut self, frame: LinkFrame, end: Time) {
         let place = self.arriving.partition_point(|(other, _)| *other <= end);
         self.arriving.insert(place, (end, frame));
@@ -92,12 +96,12 @@ impl Radio {
         self.arriving.front().map(|(end, _)| *end)
     }
 
-    /// Receives complete frames. A radio that `listens` keeps them, unless it was transmitting
-    /// meanwhile. Returns the number of frames that came while it did not listen.
+    /// Receives complete frames. A radio that `listens` stores them, unless it was transmitting
+    /// meanwhile. Returns the number of frames that arrived while it did not listen.
     pub fn hear(&mut self, listens: bool, now: Time) -> u64 {
         let mut ignored = 0;
         while let Some((end, frame)) = self.arriving.pop_front_if(|(end, _)| *end <= now) {
-            // The strength of the signal is in the frame, but was not on the air.
+            // The frame holds a byte for the signal strength, which was not on the air.
             let begin = end - self.on_air(frame.payload().len() - 1);
             if !listens {
                 ignored += 1;
@@ -117,7 +121,7 @@ impl Radio {
         !self.received.is_empty()
     }
 
-    /// The oldest received frame.
+    /// Removes and returns the oldest received frame.
     pub fn take(&mut self) -> Option<LinkFrame> {
         self.received.pop_front()
     }

@@ -1,12 +1,12 @@
-//! Frames of the serial link: `BC CF type length payload A B`, A and B a Fletcher-8 sum over all from the
-//! type on.
+//! Frames of the serial link: `BC CF type length payload A B`, where A and B are a Fletcher-8
+//! checksum over all bytes from the type on.
 
 /// Longest payload of a frame.
 pub const MAX_PAYLOAD: usize = 64;
 
 const START: [u8; 2] = [0xbc, 0xcf];
 
-/// A frame of the link, without its sum.
+/// A frame of the link, without its checksum.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct LinkFrame {
     pub(super) kind: u8,
@@ -14,13 +14,13 @@ pub struct LinkFrame {
 }
 
 impl LinkFrame {
-    /// A frame of type `kind`; none if `payload` is longer than [`MAX_PAYLOAD`].
+    /// Creates a frame of type `kind`. Returns none if `payload` is longer than [`MAX_PAYLOAD`].
     pub fn new(kind: u8, payload: impl Into<Vec<u8>>) -> Option<LinkFrame> {
         let payload = payload.into();
         (payload.len() <= MAX_PAYLOAD).then_some(LinkFrame { kind, payload })
     }
 
-    /// Its type.
+    /// Returns the type byte.
     pub fn kind(&self) -> u8 {
         self.kind
     }
@@ -55,11 +55,11 @@ pub(crate) struct Arrived {
     pub second_sum_good: bool,
 }
 
-/// Finds frames in a stream, as the nRF51's firmware does: a byte that does not fit makes it wait for the
-/// next start.
+/// Finds frames in a stream of bytes, as the nRF51's firmware does. After a byte that does not fit,
+/// the parser waits for the next start of a frame.
 #[derive(Default)]
 pub(crate) struct Parser {
-    /// The frame so far, with both bytes of its start.
+    /// The bytes of the frame so far, including the two start bytes.
     bytes: Vec<u8>,
 }
 

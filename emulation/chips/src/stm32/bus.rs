@@ -12,7 +12,7 @@ pub enum Width {
 }
 
 impl Width {
-    /// The width of an access of `bytes` bytes.
+    /// Returns the width of an access of `bytes` bytes; none for any other number than 1, 2 and 4.
     pub const fn from_bytes(bytes: usize) -> Option<Width> {
         match bytes {
             1 => Some(Width::Byte),
@@ -40,7 +40,7 @@ impl Width {
     }
 }
 
-/// A write to a register of 32 bits, of which only the bits in `mask` are meant.
+/// A write to a 32-bit register. Only the bits in `mask` were written.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Write {
     value: u32,
@@ -48,24 +48,24 @@ pub(crate) struct Write {
 }
 
 impl Write {
-    /// A write of `value` with `width` to `address`.
+    /// Creates a write of `value` with `width` to `address`.
     pub fn new(address: u32, width: Width, value: u32) -> Self {
         let shift = (address & 3) * 8;
         let mask = width.mask().checked_shl(shift).unwrap_or(0);
         Write { value: (value & width.mask()).checked_shl(shift).unwrap_or(0) & mask, mask }
     }
 
-    /// The register afterwards: untouched bits stay as they were.
+    /// Returns the register's value after the write to its value `old`.
     pub fn merge(self, old: u32) -> u32 {
         old & !self.mask | self.value
     }
 
-    /// The bits written as one.
+    /// Returns the bits that were written as 1.
     pub fn ones(self) -> u32 {
         self.value
     }
 
-    /// The bits written as zero.
+    /// Returns the bits that were written as 0.
     pub fn zeros(self) -> u32 {
         self.mask & !self.value
     }
@@ -81,7 +81,7 @@ impl Lines {
         irq < 128 && self.0 >> irq & 1 != 0
     }
 
-    /// All lines, bit n is interrupt n.
+    /// Returns all lines; bit n is interrupt n.
     pub const fn bits(self) -> u128 {
         self.0
     }

@@ -1,9 +1,10 @@
-//! External interrupts of pins (RM0090 12, RM0091 11.2) and the choice of the pins (SYSCFG, RM0090 9.3, RM0091 9.1).
+//! External interrupts of pins (RM0090 12, RM0091 11.2) and the selection of the pins (SYSCFG,
+//! RM0090 9.3, RM0091 9.1).
 
 use super::bus::{Lines, Write};
 
 pub(crate) struct Exti {
-    /// The interrupt of each line.
+    /// The NVIC interrupt of each line.
     irq: [u8; 16],
     imr: u32,
     emr: u32,
@@ -13,14 +14,14 @@ pub(crate) struct Exti {
     pending: u32,
     /// SYSCFG_EXTICR1 to 4.
     exticr: [u32; 4],
-    /// Levels of the chosen pins.
+    /// Levels of the selected pins.
     levels: u32,
-    /// The requests that the lines show.
+    /// The requests that [`Exti::drive`] last put on the interrupt lines.
     driven: u32,
 }
 
 impl Exti {
-    /// One whose lines 0 to 15 raise these interrupts.
+    /// Creates a controller whose lines 0 to 15 raise these interrupts.
     pub fn new(irq: [u8; 16]) -> Self {
         Exti {
             irq,
@@ -36,7 +37,7 @@ impl Exti {
         }
     }
 
-    /// Which port line `line` listens to.
+    /// Returns the port whose pin is connected to line `line`.
     pub fn port(&self, line: u8) -> usize {
         (self.exticr[usize::from(line / 4)] >> (4 * (line % 4)) & 0xf) as usize
     }
@@ -46,7 +47,7 @@ impl Exti {
         (self.imr & (self.rtsr | self.ftsr)) >> pin & 1 != 0 && self.port(pin) == port
     }
 
-    /// The chosen pins have these levels now.
+    /// Updates the levels of the selected pins; an enabled edge becomes pending.
     pub fn observe(&mut self, levels: u32) {
         let rising = levels & !self.levels & self.rtsr;
         let falling = !levels & self.levels & self.ftsr;
@@ -54,7 +55,7 @@ impl Exti {
         self.pending |= rising | falling;
     }
 
-    /// The pin of one line has this level now.
+    /// Updates the level of the pin of one line.
     pub fn observe_one(&mut self, line: u8, high: bool) {
         self.observe(self.levels & !(1 << line) | u32::from(high) << line);
     }
@@ -93,7 +94,8 @@ impl Exti {
                 self.swier |= risen;
                 self.pending |= risen;
             }
-            // Cleared by writing ones, and SWIER with it (12.3.5, 12.3.6).
+            // Bits of PR are cleared by writing ones; the same bits of SWIER are cleared, too
+            // (12.3.5, 12.3.6).
             0x14 => {
                 self.pending &= !write.ones();
                 self.swier &= !write.ones();
@@ -116,7 +118,7 @@ mod tests {
     use super::*;
     use crate::Width;
 
-    /// Those of the STM32F405 (RM0090 table 62).
+    /// The interrupts of the STM32F405 (RM0090 table 62).
     const IRQ: [u8; 16] = [6, 7, 8, 9, 10, 23, 23, 23, 23, 23, 40, 40, 40, 40, 40, 40];
 
     #[test]

@@ -23,14 +23,14 @@ pub(crate) struct PortReset {
     pub pupdr: u32,
 }
 
-/// The effect of a pin on the outside.
+/// The output of a pin.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Pin {
-    /// Nothing: input, analog, or an open drain that is off.
+    /// The pin drives nothing: it is an input, analog, or an open drain that is off.
     Floating,
-    /// Holds a level.
+    /// The pin drives this level.
     Level(bool),
-    /// Belongs to alternate function n.
+    /// The pin belongs to this alternate function.
     Alternate(u8),
 }
 
@@ -44,7 +44,7 @@ pub struct Port {
     odr: u32,
     lckr: u32,
     afr: [u32; 2],
-    /// Which pins the board drives, and to which level.
+    /// The pins that the board drives, and their levels.
     driven: u16,
     levels: u16,
 }
@@ -71,13 +71,13 @@ impl Port {
         *self = Port { driven: self.driven, levels: self.levels, ..Port::new(self.after_reset) };
     }
 
-    /// The board drives `pin`.
+    /// Drives `pin` from the board with this level.
     pub(crate) fn drive(&mut self, pin: u8, high: bool) {
         self.driven |= 1 << pin;
         self.levels = self.levels & !(1 << pin) | u16::from(high) << pin;
     }
 
-    /// The output of a pin.
+    /// Returns the output of a pin.
     pub fn pin(&self, pin: u8) -> Pin {
         match self.moder >> (2 * pin) & 3 {
             1 => {
@@ -90,12 +90,12 @@ impl Port {
         }
     }
 
-    /// The level at `pin`, as IDR and EXTI see it.
+    /// Returns the level at `pin`, as IDR and EXTI see it.
     pub(crate) fn level(&self, pin: u8) -> bool {
         match self.pin(pin) {
             Pin::Level(high) => high,
             _ if self.driven >> pin & 1 != 0 => self.levels >> pin & 1 != 0,
-            // A pin without a driver follows its pull-up; without one it reads low here.
+            // A pin that nothing drives is high with its pull-up and otherwise reads as low here.
             _ => self.pupdr >> (2 * pin) & 3 == 1,
         }
     }

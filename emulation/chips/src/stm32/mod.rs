@@ -1,4 +1,4 @@
-//! Peripherals that more than one of the STM32 have, and how a core reaches them.
+//! Peripherals that several types of STM32 share, and the types of an access by the core.
 
 mod bus;
 mod exti;

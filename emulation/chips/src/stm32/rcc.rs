@@ -16,7 +16,7 @@ const CSR_PINRSTF: u32 = 1 << 26;
 const CSR_SFTRSTF: u32 = 1 << 28;
 const CSR_IWDGRSTF: u32 = 1 << 29;
 
-/// The source of the system clock, as SW and SWS of CFGR number it.
+/// The source of the system clock, in the order of SW and SWS in CFGR.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Source {
     Hsi,
@@ -25,8 +25,8 @@ pub(crate) enum Source {
 }
 
 impl Source {
-    /// The source after a write to CR or CFGR: it is switched as soon as the wanted one is ready (6.2.6). `control` is CR as
-    /// it is read.
+    /// Returns the source after a write to CR or CFGR. The clock switches as soon as the selected
+    /// source is ready (6.2.6). `control` is the value that a read of CR returns.
     pub fn after_write(self, cfgr: u32, control: u32) -> Self {
         let wanted = match cfgr & 3 {
             0 => Source::Hsi,
@@ -34,11 +34,12 @@ impl Source {
             2 => Source::Pll,
             _ => return self,
         };
-        // Each source has its ready bit one above the one that turns it on.
+        // The ready bit of each source is one above the bit that turns the source on.
         if control & wanted.on() << 1 != 0 { wanted } else { self }
     }
 
-    /// The bit of CR that turns it on. While it drives the system clock it cannot be turned off (6.3.1, 6.4.1).
+    /// Returns the bit of CR that turns this source on. The source cannot be turned off while it
+    /// drives the system clock (6.3.1, 6.4.1).
     pub fn on(self) -> u32 {
         match self {
             Source::Hsi => CR_HSION,
@@ -48,8 +49,9 @@ impl Source {
     }
 }
 
-/// CR as it is read: of the bits `oscillators`, the ready bits stand one above. Oscillators are ready at once; a crystal whose
-/// driver is bypassed does not oscillate, nor does a PLL of the bits `plls_without_input`.
+/// Returns the value that a read of CR returns. For each bit of `oscillators`, the ready bit is one
+/// above. Oscillators are ready at once. A crystal whose driver is bypassed never becomes ready,
+/// and neither does a PLL in `plls_without_input`.
 pub(crate) fn read_control(
     control: u32,
     oscillators: u32,
@@ -68,17 +70,18 @@ pub(crate) fn crystal_runs(control: u32, has_crystal: bool) -> bool {
     control & (CR_HSEON | CR_HSEBYP) == CR_HSEON && has_crystal
 }
 
-/// CFGR as it is read: SWS names the source of the system clock.
+/// Returns the value that a read of CFGR returns: SWS is the source of the system clock.
 pub(crate) fn read_configuration(configuration: u32, source: Source) -> u32 {
     configuration & !0xc | (source as u32) << 2
 }
 
-/// BDCR as it is read. No board has a crystal of 32768 Hz: it is never ready.
+/// Returns the value that a read of BDCR returns. No board has a crystal of 32768 Hz, so LSE is
+/// never ready.
 pub(crate) fn read_backup(backup: u32) -> u32 {
     backup & !BDCR_LSERDY
 }
 
-/// BDCR after a write: the reset of the backup domain clears the rest.
+/// Returns BDCR after a write: the reset of the backup domain clears all other bits.
 pub(crate) fn write_backup(new: u32) -> u32 {
     if is_backup_reset(new) { BDCR_BDRST } else { new }
 }
@@ -88,7 +91,7 @@ pub(crate) fn is_backup_reset(backup: u32) -> bool {
     backup & BDCR_BDRST != 0
 }
 
-/// CSR as it is read: LSI is ready once it is on.
+/// Returns the value that a read of CSR returns: LSI is ready once it is on.
 pub(crate) fn read_status(status: u32) -> u32 {
     status & !2 | (status & CSR_LSION) << 1
 }
@@ -98,13 +101,13 @@ pub(crate) fn lsi_is_on(status: u32) -> bool {
     status & CSR_LSION != 0
 }
 
-/// CSR after a write: of its flags, the bits `causes`, RMVF clears all.
+/// Returns CSR after a write. RMVF clears all flags, which are the bits in `causes`.
 pub(crate) fn write_status(old: u32, new: u32, causes: u32) -> u32 {
     if new & CSR_RMVF != 0 { new & CSR_LSION } else { old & causes | new & CSR_LSION }
 }
 
-/// Flags of CSR that a reset sets, but those of the supply, which are the chip's own. Every cause inside the chip also pulls the
-/// reset pin (6.1.1, 6.1.2).
+/// Returns the flags of CSR that a reset sets, without those of the supply, which each type of chip
+/// sets itself. Every cause inside the chip also pulls the reset pin (6.1.1, 6.1.2).
 pub(crate) fn flags(cause: ResetCause) -> u32 {
     match cause {
         ResetCause::PowerOn | ResetCause::PowerOff | ResetCause::BrownOut => 0,
@@ -114,7 +117,7 @@ pub(crate) fn flags(cause: ResetCause) -> u32 {
     }
 }
 
-/// The power of two by which HPRE divides.
+/// Returns the exponent of the power of two by which the field HPRE divides.
 pub(crate) fn ahb_shift(configuration: u32) -> u32 {
     match configuration >> 4 & 0xf {
         divider @ 8..=11 => divider - 7,
@@ -123,12 +126,13 @@ pub(crate) fn ahb_shift(configuration: u32) -> u32 {
     }
 }
 
-/// The power of two by which a field PPRE divides.
+/// Returns the exponent of the power of two by which a field PPRE divides.
 pub(crate) fn apb_shift(field: u32) -> u32 {
     if field & 4 == 0 { 0 } else { (field & 3) + 1 }
 }
 
-/// The clock of the timers on a bus: twice that of the bus, unless that is undivided (6.2).
+/// Returns the clock of the timers on a bus: twice the clock of the bus, unless the bus is
+/// undivided (6.2).
 pub(crate) fn timers(bus_hz: u64, apb_shift: u32) -> u64 {
     if apb_shift == 0 { bus_hz } else { 2 * bus_hz }
 }

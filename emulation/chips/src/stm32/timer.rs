@@ -1,21 +1,21 @@
 //! Timers (RM0090 18; RM0091 17 to 20), counting up: compare and update interrupts, PWM, input
 //! capture with DMA.
 //!
-//! A timer is computed and not stepped: it keeps a count and the time at which the counter stood
-//! there, and derives the counter from the time now. Between two accesses of the firmware nothing
-//! has to run, so a timer costs the same at 1 kHz and at 84 MHz. The next event is the smallest
-//! of the times at which a channel matches or the counter wraps; the board asks for it and calls
-//! back then.
+//! A timer is computed, not stepped. The model stores a count and the time at which the counter had
+//! this count, and derives the present count from the present time. Nothing runs between two
+//! accesses of the firmware, so a timer costs the same at 1 kHz and at 84 MHz. The next event is
+//! the earliest time at which a channel matches or the counter wraps; the board reads this time and
+//! calls back then.
 //!
-//! The clock comes from the tree that the firmware has set up (RCC). A new prescaler takes effect
+//! The firmware sets the timer's clock through the clock tree (RCC). A new prescaler takes effect
 //! with the next update, as on the chip.
 //!
 //! # Known differences
-//! * Compare values and the reload value take effect at once, as if never preloaded: at most one
-//!   period of the timer too early.
-//! * Counting down, centered counting, one-pulse and slave modes, repetition, captures that are
-//!   filtered, divided or of another channel's pin, and break have no model. [`Timer::write`]
-//!   reports an error when the firmware asks for one of all but the last.
+//! * Compare values and the reload value take effect at once, as if they were not preloaded: at
+//!   most one period of the timer too early.
+//! * Not modelled are counting down, centered counting, one-pulse and slave modes, repetition,
+//!   captures that are filtered, divided or taken from another channel's pin, and break.
+//!   [`Timer::write`] reports an error when the firmware enables any of these except break.
 
 use super::bus::Write;
 use crate::Time;
@@ -40,15 +40,15 @@ const REGISTERS: usize = 0x54 / 4;
 const CR1_CEN: u32 = 1 << 0;
 const CR1_UDIS: u32 = 1 << 1;
 const CR1_URS: u32 = 1 << 2;
-/// One pulse, direction, centred.
+/// One-pulse mode, direction and centered counting.
 const CR1_UNMODELLED: u32 = 1 << 3 | 1 << 4 | 3 << 5;
 const SMCR_SMS: u32 = 7;
-/// For each channel: it captures its own pin; that of another channel or the trigger, divided or
-/// filtered.
+/// Fields of CCMR for each channel: it captures its own pin; it captures another channel's pin or
+/// the trigger, or divides or filters the signal.
 const CCMR_OWN_INPUT: u32 = 1;
 const CCMR_UNMODELLED: u32 = 0xfe;
-/// For each channel: on, and the edges that are captured: rising, falling, a reserved value, both
-/// (18.4.9).
+/// Fields of CCER for each channel: enabled, and the edges that are captured. The codes are rising,
+/// falling, a reserved value, and both (18.4.9).
 const CCER_ENABLE: u32 = 1 << 0;
 const CCER_EDGES: u32 = 0b1010;
 const CCER_FALLING: u32 = 0b0010;
@@ -95,39 +95,40 @@ impl TimerKind {
     }
 }
 
-/// The signal of a channel.
+/// The output signal of a channel.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Pwm {
-    /// Part of the time that it is high.
+    /// The fraction of time that the signal is high, 0 to 1.
     pub duty: f64,
     /// Periods per second; 0 for a constant level.
     pub frequency_hz: f64,
 }
 
 impl Pwm {
-    /// Never on.
+    /// A constant low level.
     pub const LOW: Pwm = Pwm { duty: 0.0, frequency_hz: 0.0 };
-    /// Always on.
+    /// A constant high level.
     pub const HIGH: Pwm = Pwm { duty: 1.0, frequency_hz: 0.0 };
 }
 
 /// A timer with its channels.
 pub struct Timer {
-    /// The registers that are only remembered, and those that are not but CNT, by offset / 4.
+    /// The registers by offset / 4. CNT is computed instead.
     registers: [u32; REGISTERS],
     kind: TimerKind,
     hz: u64,
-    /// The prescaler at work; PSC is taken over at the next update.
+    /// The prescaler in use; the value of PSC replaces it at the next update.
     prescaler: u32,
-    /// The counter stood at `count` at `since`. While it runs, `count` goes on beyond the reload value and
-    /// CNT is the remainder.
+    /// The counter was at `count` at the time `since`. While the timer runs, `count` continues
+    /// beyond the reload value, and CNT is the remainder.
     count: u64,
     since: Time,
-    /// Count up to which flags were raised.
+    /// The count up to which flags were raised.
     seen: u64,
-    /// The result of [`Timer::next_event`]: read much more often than it changes.
+    /// The result of [`Timer::next_event`], stored because it is read much more often than it
+    /// changes.
     next: Option<Time>,
-    /// Up to this count no flag is raised, enabled or not.
+    /// No flag is raised before this count, whether enabled or not.
     calm: u64,
 }
 
@@ -148,7 +149,7 @@ impl Timer {
         }
     }
 
-    /// Returns true if a read of a register never clears a flag.
+    /// Returns true if a read of the register at this offset never clears a flag.
     pub(crate) const fn is_only_looked_at(offset: u32) -> bool {
         offset < CCR1
     }
@@ -161,7 +162,7 @@ impl Timer {
         self.registers[offset as usize / 4]
     }
 
-    /// The counter is blocked while the reload value is 0 (18.4.12).
+    /// Returns true if the timer counts. A reload value of 0 blocks the counter (18.4.12).
     fn runs(&self) -> bool {
         self.register(CR1) & CR1_CEN != 0 && self.register(ARR) != 0
     }
@@ -170,13 +171,13 @@ impl Timer {
         u64::from(self.register(ARR)) + 1
     }
 
-    /// The bits of CCMR that are this channel's.
+    /// Returns the bits of CCMR that belong to this channel.
     fn mode(&self, channel: u32) -> u32 {
         let register = if channel < 2 { CCMR1 } else { CCMR2 };
         self.register(register) >> (8 * (channel % 2)) & 0xff
     }
 
-    /// The channels that capture, as compare flags are counted.
+    /// Returns the channels that capture, as a mask of their flags in SR.
     fn captures(&self) -> u32 {
         (0..self.kind.channels())
             .filter(|channel| self.mode(*channel) & 3 == CCMR_OWN_INPUT)
@@ -206,20 +207,21 @@ impl Timer {
         self.calm = 0;
     }
 
-    /// First count after `seen` at which the counter matches compare register `channel`. A value beyond the
-    /// reload value matches when the counter overflows (18.4.5, CC1IF).
+    /// Returns the first count after `seen` at which the counter matches compare register
+    /// `channel`. A value beyond the reload value matches when the counter overflows (18.4.5,
+    /// CC1IF).
     fn next_match(&self, channel: u32) -> u64 {
         let value = u64::from(self.register(CCR1 + 4 * channel));
         self.next_count(if value < self.period() { value } else { 0 })
     }
 
-    /// First count after `seen` at which CNT is `value`.
+    /// Returns the first count after `seen` at which CNT is `value`.
     fn next_count(&self, value: u64) -> u64 {
         let count = self.seen / self.period() * self.period() + value;
         if count > self.seen { count } else { count + self.period() }
     }
 
-    /// Raises the flags of everything until `now`.
+    /// Raises the flags of all matches and overflows until `now`.
     pub(crate) fn advance(&mut self, now: Time) {
         let count = self.count_at(now);
         if count == self.seen || count < self.calm {
@@ -266,8 +268,8 @@ impl Timer {
         compares.chain(update).min().map(|count| self.time_of(count))
     }
 
-    /// The pin of channel `channel` goes high or low. A second capture before the first is read
-    /// sets a flag of its own (18.3.5).
+    /// Handles an edge at the pin of channel `channel`. If the previous capture was not read yet, a
+    /// further flag reports the loss (18.3.5).
     pub(crate) fn capture(&mut self, channel: u32, high: bool, now: Time) {
         let edges = self.register(CCER) >> (4 * channel);
         let is_captured = match edges & CCER_EDGES {
@@ -305,7 +307,7 @@ impl Timer {
         [raised & UIF != 0, raised & !UIF != 0]
     }
 
-    /// The clock of the timer changes.
+    /// Changes the clock of the timer; the count is kept.
     pub(crate) fn set_clock(&mut self, hz: u64, now: Time) {
         self.advance(now);
         self.restart(self.count_at(now) % self.period(), now);
@@ -366,12 +368,13 @@ impl Timer {
             ARR => {
                 let reload = write.merge(self.register(ARR)) & width;
                 self.registers[ARR as usize / 4] = reload;
-                // A counter already beyond the new value would go on to its width's end and wrap there.
+                // On the chip, a counter already beyond the new value continues to the end of its
+                // width and wraps there.
                 self.restart(if count > u64::from(reload) { 0 } else { count }, now);
             }
             CCR1..=CCR4 if (offset - CCR1) / 4 >= self.kind.channels() => {}
             RCR => return write.ones() == 0,
-            // Of a channel that captures it can only be read (18.4.13).
+            // The register of a channel that captures is read-only (18.4.13).
             CCR1..=CCR4 if self.captures() & 2 << ((offset - CCR1) / 4) != 0 => {}
             CCR1..=CCR4 => {
                 let register = &mut self.registers[offset as usize / 4];
@@ -393,8 +396,8 @@ impl Timer {
         true
     }
 
-    /// Returns the signal of channel 0 to 3 at its pin; none if its output is off (CCxE, MOE) or it
-    /// is no output.
+    /// Returns the signal of channel 0 to 3 at its pin. Returns none if the output is off (CCxE,
+    /// MOE) or the channel is an input.
     pub fn output(&self, channel: u32) -> Option<Pwm> {
         let enable = self.register(CCER) >> (4 * channel);
         let mode = self.mode(channel);
@@ -420,7 +423,7 @@ impl Timer {
                 };
                 Pwm { duty: if pwm == 6 { duty } else { 1.0 - duty }, frequency_hz }
             }
-            // Frozen, and the modes that act at a match only, which no motor here uses.
+            // Frozen, and the modes that act only at a match. No motor here uses them.
             _ => Pwm::LOW,
         };
         Some(if inverted { Pwm { duty: 1.0 - active.duty, ..active } } else { active })

@@ -1,4 +1,5 @@
-//! The independent watchdog (RM0090 21, RM0091 23); its window, which no robot uses, stays open.
+//! The independent watchdog (RM0090 21, RM0091 23). Its window is always open, because no robot
+//! uses it.
 
 use super::bus::Write;
 use crate::Time;
@@ -13,36 +14,37 @@ pub(crate) struct Watchdog {
     reload: u32,
     unlocked: bool,
     expires: Option<Time>,
-    /// The rest of its time while it stands still.
+    /// The time that was left when the watchdog was stopped.
     left: Option<Time>,
 }
 
 impl Watchdog {
-    /// One that counts the periods of an oscillator of `lsi_hz`.
+    /// Creates a stopped watchdog that counts the periods of an oscillator of `lsi_hz`.
     pub fn new(lsi_hz: u64) -> Self {
         Watchdog { lsi_hz, prescaler: 0, reload: 0xfff, unlocked: false, expires: None, left: None }
     }
 
-    /// Returns the time at which it resets the chip.
+    /// Returns the time at which the watchdog resets the chip.
     pub fn expires(&self) -> Option<Time> {
         self.expires
     }
 
-    /// Stands still: DBGMCU stops it while the core is halted.
+    /// Stops the watchdog, as DBGMCU does while the core is halted.
     pub fn stop(&mut self, now: Time) {
         if let Some(expires) = self.expires.take() {
             self.left = Some(expires.max(now) - now);
         }
     }
 
-    /// Goes on where it was stopped.
+    /// Resumes counting after [`Self::stop`].
     pub fn go_on(&mut self, now: Time) {
         if let Some(left) = self.left.take() {
             self.expires = Some(now + left);
         }
     }
 
-    /// From a full counter to the reset: RLR + 1 periods of LSI / (4 * 2^PR), at most / 256.
+    /// Returns the time from a full counter to the reset: RLR + 1 periods of LSI / (4 * 2^PR), with
+    /// a divider of at most 256.
     fn period(&self) -> Time {
         let divider = 4 << self.prescaler.min(6);
         Time::of_ticks(u64::from(self.reload + 1) * divider, self.lsi_hz)
@@ -52,9 +54,9 @@ impl Watchdog {
         match offset {
             0x04 => self.prescaler,
             0x08 => self.reload,
-            // WINR, of the STM32F0.
+            // WINR exists on the STM32F0 only.
             0x10 => 0xfff,
-            // The key cannot be read; new values are taken over at once (SR 0).
+            // The key cannot be read. New values take effect at once, so SR reads as 0.
             _ => 0,
         }
     }
