@@ -44,7 +44,8 @@ mod at {
     pub const UDR0: u16 = 0xc6;
 }
 
-/// Registers that are storage on the chip, too, or that no robot here needs to work: DIDR0, DIDR1, PRR, GPIOR0 to GPIOR2.
+/// Registers that are storage on the chip, too, or whose function no robot here needs: DIDR0,
+/// DIDR1, PRR, GPIOR0 to GPIOR2.
 const STORAGE: [u16; 6] = [0x7e, 0x7f, 0x64, 0x3e, 0x4a, 0x4b];
 
 impl Atmega328p {
@@ -56,7 +57,8 @@ impl Atmega328p {
         &mut self.storage[at]
     }
 
-    /// The core reads a register, at the cycle that [`advance`](Self::advance) has reached.
+    /// Performs a read of a register by the core, at the cycle that [`advance`](Self::advance) has
+    /// reached.
     pub fn read(&mut self, address: u16) -> u8 {
         match address {
             at::PINB..=at::PORTD => {
@@ -144,15 +146,15 @@ impl Atmega328p {
         }
     }
 
-    /// The core writes a register. Flags are cleared by ones.
+    /// Performs a write of a register by the core. Flags are cleared by ones.
     pub fn write(&mut self, address: u16, value: u8) {
         if (at::PINB..=at::PORTD).contains(&address) {
-            // Nothing that is computed depends on it, but for the pin of input capture.
+            // Ports affect no computed register except through the pin of input capture.
             let index = usize::from(address - at::PINB) / 3;
             let before = self.ports[index].pins();
             let port = &mut self.ports[index];
             match (address - at::PINB) % 3 {
-                // 14.2.2
+                // Writing a one to PINx toggles the output (14.2.2).
                 0 => port.port ^= value,
                 1 => port.direction = value,
                 _ => port.port = value,
@@ -193,7 +195,7 @@ impl Atmega328p {
                 self.timers[1].ocr[of] = u16::from_le_bytes([value, self.temporary]);
             }
             at::GTCCR => {
-                // PSRSYNC and PSRASY; TSM, which holds them, is not modelled.
+                // PSRSYNC and PSRASY. TSM, which keeps them set, is not modelled.
                 if value & 1 != 0 {
                     self.timers[0].reset_prescaler(io);
                     self.timers[1].reset_prescaler(io);
@@ -221,7 +223,7 @@ impl Atmega328p {
             at::SMCR => self.smcr = value & 0xf,
             at::MCUSR => self.mcusr &= value,
             at::MCUCR => {
-                // 12.4.1: IVSEL within four cycles after IVCE.
+                // IVSEL must be written within four cycles after IVCE (12.4.1).
                 if value & IVCE != 0 {
                     self.unlocked_until[0] = self.now + UNLOCKED;
                     self.mcucr = self.mcucr & IVSEL | value & !IVSEL;

@@ -1,4 +1,4 @@
-//! The analog to digital converter (chapter 24).
+//! The analog-to-digital converter (chapter 24).
 
 /// ADCSRA.
 const ADEN: u8 = 1 << 7;
@@ -9,19 +9,19 @@ const ADIE: u8 = 1 << 3;
 /// ADMUX.
 const ADLAR: u8 = 1 << 5;
 
-/// The sources that may start a conversion: ADTS in ADCSRB.
+/// Sources that may start a conversion: the values of ADTS in ADCSRB.
 pub const FREE_RUNNING: u8 = 0;
 pub const COMPARATOR: u8 = 1;
 pub const CAPTURE: u8 = 7;
 
-/// The input to be measured now.
+/// An input to be measured.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Sample {
     /// ADMUX.MUX.
     pub channel: u8,
     /// ADMUX.REFS.
     pub reference: u8,
-    /// The time in cycles of the clock for peripherals.
+    /// The time in cycles of the peripherals' clock.
     pub at: u64,
 }
 
@@ -32,20 +32,20 @@ pub struct Adc {
     adcsra: u8,
     adcsrb: u8,
     result: u16,
-    /// ADCL was read: the result stays until ADCH is.
+    /// True if ADCL was read: the result is locked until ADCH is read.
     is_locked: bool,
-    /// The first conversion since it was turned on is longer.
+    /// True before the first conversion since the converter was turned on, which takes longer.
     is_fresh: bool,
-    /// The cycle at which its prescaler was 0.
+    /// The cycle at which the prescaler was 0.
     origin: u64,
     conversion: Option<Conversion>,
-    /// Something that starts conversions, which is not modelled.
+    /// True if the firmware selected a trigger that is not modelled.
     pub is_unknown_trigger: bool,
 }
 
 #[derive(Clone, Debug)]
 struct Conversion {
-    /// The cycle at which the input is sampled; none once that is over.
+    /// The cycle at which the input is sampled; none once it was sampled.
     sample: Option<u64>,
     end: u64,
     value: u16,
@@ -63,14 +63,15 @@ impl Adc {
         }
         let divider = self.divider();
         let first = std::mem::take(&mut self.is_fresh);
-        // A trigger resets the prescaler; else the conversion begins with the next clock of the converter.
+        // A trigger resets the prescaler. Otherwise the conversion begins with the next clock of
+        // the converter.
         let begin = if is_triggered {
             self.origin = now;
             now
         } else {
             self.origin + (now - self.origin).div_ceil(divider) * divider
         };
-        // Table 24-1, in halves of the converter's clock.
+        // The times of table 24-1, in halves of the converter's clock.
         let (sample, end) = match (first, is_triggered) {
             (true, _) => (27, 50),
             (false, false) => (3, 26),
@@ -84,14 +85,14 @@ impl Adc {
         self.adcsra |= ADSC;
     }
 
-    /// Reports that the flag of a source that may start a conversion was set.
+    /// Handles a trigger: the flag of `source`, which may start a conversion, was set.
     pub fn trigger(&mut self, source: u8, now: u64) {
         if self.adcsra & ADATE != 0 && self.adcsrb & 7 == source && source != FREE_RUNNING {
             self.start(now, true);
         }
     }
 
-    /// Sleep mode "ADC noise reduction" starts one.
+    /// Starts a conversion, as entering the sleep mode "ADC noise reduction" does.
     pub fn start_for_sleep(&mut self, now: u64) {
         self.start(now, false);
     }
@@ -100,7 +101,7 @@ impl Adc {
         self.conversion.as_ref().map(|conversion| conversion.sample.unwrap_or(conversion.end))
     }
 
-    /// Returns the input to be measured at `now`, if there is one: its value goes to
+    /// Returns the input to be measured at `now`, if there is one. Its value must be passed to
     /// [`measured`](Self::measured).
     pub fn sample(&mut self, now: u64) -> Option<Sample> {
         let conversion = self.conversion.as_mut()?;
@@ -171,7 +172,7 @@ impl Adc {
     }
 
     pub fn set_adcsra(&mut self, value: u8, now: u64) {
-        // ADIF is cleared by writing one, ADSC by nothing.
+        // ADIF is cleared by writing one. ADSC cannot be cleared.
         let flag = self.adcsra & ADIF & !value;
         let was = std::mem::replace(&mut self.adcsra, value & !(ADIF | ADSC) | flag);
         if value & ADEN == 0 {
@@ -206,7 +207,8 @@ impl Adc {
 mod tests {
     use super::*;
 
-    /// Runs until the conversion is over; when the input was looked at, and when it ended.
+    /// Runs a conversion; returns the times at which the input was sampled and the conversion
+    /// ended.
     fn convert(adc: &mut Adc) -> [u64; 2] {
         let sampled = adc.next_event().unwrap();
         let sample = adc.sample(sampled).unwrap();
@@ -222,13 +224,14 @@ mod tests {
 
     #[test]
     fn conversions_take_as_long_as_the_data_sheet_says() {
-        // Table 24-1, at 1 MHz: the first 25 and the others 13 clocks, looked at after 13.5 and 1.5; a triggered one 13.5 and 2.
+        // Table 24-1, at 1 MHz: the first conversion takes 25 clocks and the others 13, sampled
+        // after 13.5 and 1.5; a triggered one takes 13.5, sampled after 2.
         let mut adc = Adc::default();
         adc.set_adcsra(ADEN | ADSC | 3, 100);
         assert_eq!(convert(&mut adc), [100 + 108, 100 + 200]);
         adc.set_adcsra(ADEN | ADSC | ADIF | 3, 308);
         assert_eq!(convert(&mut adc), [308 + 12, 308 + 104]);
-        // Not at a clock of its own: it waits for the next.
+        // A start between two clocks of the converter waits for the next one.
         adc.set_adcsra(ADEN | ADSC | ADIF | 3, 501);
         assert_eq!(convert(&mut adc), [508 + 12, 508 + 104]);
         adc.set_adcsra(ADEN | ADATE | 3, 1000);

@@ -1,36 +1,38 @@
-//! The internal RC oscillator (chapter 9.6): every robot's runs a little wrong.
+//! The internal RC oscillator (chapter 9.6), whose frequency is slightly wrong on every robot.
 
 use crate::Time;
 
-/// The calibrated frequency.
+/// The calibrated frequency in Hz.
 pub const NOMINAL_HZ: u64 = 8_000_000;
 
-/// A step of OSCCAL changes the frequency by this part: the data sheet shows about half an octave for the 128 steps of a range.
+/// The relative change of the frequency by a step of OSCCAL: the data sheet shows about half an
+/// octave for the 128 steps of a range.
 const STEP: f64 = 0.004;
-/// The upper range of OSCCAL begins this number of steps above the beginning of the lower one: the
-/// two overlap.
+/// The beginning of OSCCAL's upper range, in steps above the beginning of the lower range. The two
+/// ranges overlap.
 const UPPER_RANGE: f64 = 80.0;
 
 const FEMTOS: f64 = 1e15;
 const FEMTOS_PER_PICO: u128 = 1000;
 
-/// Cycles of the core, and when they are.
+/// The conversion between cycles of the core and time.
 #[derive(Clone, Debug)]
 pub struct RcClock {
     base_cycle: u64,
     base: Time,
     /// The period of a cycle in fs.
     period: u64,
-    /// OSCCAL at which the oscillator runs at its nominal frequency but for its error.
+    /// The OSCCAL at which the oscillator has its nominal frequency, apart from its error.
     best: u8,
     osccal: u8,
-    /// CLKPS: the core's clock is divided by two to the power of it.
+    /// CLKPS: the core's clock is divided by 2^`divider`.
     divider: u8,
     error_ppm: f64,
 }
 
 impl RcClock {
-    /// An oscillator that runs right at `best`.
+    /// Creates an oscillator that has its nominal frequency at OSCCAL `best`, and starts with
+    /// `osccal`.
     pub fn new(best: u8, osccal: u8) -> Self {
         let mut clock = RcClock {
             base_cycle: 0,
@@ -72,7 +74,7 @@ impl RcClock {
         self.change(cycle, |clock| clock.divider = divider.min(8));
     }
 
-    /// Sets how many millionths too fast the oscillator runs, from `cycle` on.
+    /// Sets the oscillator's error in millionths from `cycle` on; positive is too fast.
     pub fn set_error(&mut self, cycle: u64, error_ppm: f64) {
         self.change(cycle, |clock| clock.error_ppm = error_ppm);
     }
@@ -83,7 +85,7 @@ impl RcClock {
         self.base + Time::from_picos((cycles * u128::from(self.period) / FEMTOS_PER_PICO) as u64)
     }
 
-    /// The first cycle that begins at `time` or later.
+    /// Returns the first cycle that begins at `time` or later.
     pub fn cycle(&self, time: Time) -> u64 {
         if time == Time::NEVER {
             return u64::MAX;
@@ -97,7 +99,7 @@ impl RcClock {
         (u128::from(span.picos()) * FEMTOS_PER_PICO / u128::from(self.period)) as u64
     }
 
-    /// Frequency of the core.
+    /// Returns the frequency of the core.
     pub fn hz(&self) -> f64 {
         FEMTOS / self.period as f64
     }

@@ -9,11 +9,12 @@ const MODE: u8 = 3 << 4;
 
 /// Bytes of EEPROM.
 pub const SIZE: usize = 1024;
-/// Cycles of the calibrated oscillator for an erase and write: table 8-2.
+/// The duration of an erase and write in cycles of the calibrated oscillator (table 8-2).
 const ERASE_AND_WRITE: u64 = 26_368;
-/// EEMPE is cleared by hardware after four cycles; the write comes at least one after it.
+/// The number of cycles after which hardware clears EEMPE. The write comes at least one cycle after
+/// EEMPE.
 const UNLOCKED: u64 = 4;
-/// Cycles for which the core halts: 8.6.3.
+/// Cycles for which the core halts (8.6.3).
 const READ_HALT: u64 = 4;
 const WRITE_HALT: u64 = 2;
 
@@ -38,8 +39,8 @@ impl Eeprom {
         (self.control, self.unlocked_until) = (0, 0);
     }
 
-    /// Ends the write that is under way, if there is one, because the supply is too low for it: its cell holds `value` then, and all
-    /// others are unchanged (8.4.2, "Preventing EEPROM Corruption").
+    /// Aborts a write in progress because the supply is too low. Its cell then holds `value`, and
+    /// all others are unchanged (8.4.2, "Preventing EEPROM Corruption").
     pub fn cut(&mut self, value: u8) {
         if self.done.take().is_some() {
             self.cells[usize::from(self.address)] = value;
@@ -77,7 +78,7 @@ impl Eeprom {
         self.address.to_le_bytes()
     }
 
-    /// EEAR is written, which is not possible while a cell is (8.6.3).
+    /// Writes a byte of EEAR, which is not possible while a cell is written (8.6.3).
     pub fn set_address(&mut self, byte: usize, value: u8) {
         if self.done.is_some() {
             return;
@@ -87,7 +88,8 @@ impl Eeprom {
         self.address = u16::from_le_bytes(bytes) % SIZE as u16;
     }
 
-    /// EECR is written; for how many cycles the core halts. Nothing is written while the flash is.
+    /// Writes EECR and returns the number of cycles for which the core halts. A write does not
+    /// start while the flash is written.
     pub fn set_control(&mut self, value: u8, now: u64, is_flash_busy: bool) -> u64 {
         let is_unlocked = self.control & EEMPE != 0 && now <= self.unlocked_until;
         self.control = value & (EERIE | MODE);

@@ -1,9 +1,8 @@
-//! The ATmega328P around its core (data sheet DS40002061B).
+//! The ATmega328P without its core (data sheet DS40002061B).
 //!
-//! The core reports the number of cycles that have passed; a register is computed when it is read,
-//! and a cycle is announced when an
-//! interrupt may come by itself. Peripherals count cycles of their own clock, which stands still in
-//! deep sleep.
+//! The core reports the number of cycles that have passed. A register is computed when it is read;
+//! the chip announces only the cycles at which an interrupt may come without an access. Peripherals
+//! count cycles of their own clock, which stands still in deep sleep.
 
 mod access;
 mod adc;
@@ -53,30 +52,30 @@ const IVSEL: u8 = 1 << 1;
 const IVCE: u8 = 1 << 0;
 /// CLKPR.
 const CLKPCE: u8 = 1 << 7;
-/// The accesses that IVCE and CLKPCE unlock must come within four cycles.
+/// The accesses that IVCE and CLKPCE unlock must come within this number of cycles.
 const UNLOCKED: u64 = 4;
 
-/// The ports' letters, as indices.
+/// Index of port B.
 pub const B: usize = 0;
 /// Index of port C.
 pub const C: usize = 1;
 /// Index of port D.
 pub const D: usize = 2;
 
-/// Three registers of a port.
+/// The registers of a port, and the levels that the board drives.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Port {
-    /// Bits that are outputs.
+    /// Bit n is 1 if pin n is an output.
     pub direction: u8,
-    /// Levels of outputs, pull-ups of inputs.
+    /// The levels of outputs, and the pull-ups of inputs.
     pub port: u8,
-    /// Pins that the board drives, and their levels.
+    /// The pins that the board drives, and their levels.
     driven: u8,
     levels: u8,
 }
 
 impl Port {
-    /// The levels of all pins.
+    /// Returns the levels of all pins.
     pub fn pins(self) -> u8 {
         let inputs = self.driven & self.levels | !self.driven & self.port;
         self.direction & self.port | !self.direction & inputs
@@ -86,25 +85,25 @@ impl Port {
 /// A request to the board, or an event for it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Signal {
-    /// The converter looks at an input: [`Atmega328p::measured`] takes the value.
+    /// The converter samples an input; the board passes the value to [`Atmega328p::measured`].
     Sample(Sample),
-    /// A byte is out on PD1.
+    /// The last bit of a byte has left PD1.
     Sent(Sent),
 }
 
 /// The depth of the core's sleep.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Sleep {
-    /// The peripherals go on.
+    /// The peripherals continue.
     Idle,
-    /// Only the watchdog does.
+    /// Only the watchdog continues.
     PowerDown,
 }
 
 /// The chip without its core.
 #[derive(Clone, Debug)]
 pub struct Atmega328p {
-    /// The oscillator, from cycles to time.
+    /// The oscillator, which converts cycles to time.
     pub clock: RcClock,
     /// Ports B, C and D.
     pub ports: [Port; 3],
@@ -125,15 +124,16 @@ pub struct Atmega328p {
     /// High half of the 16-bit registers of timer 1.
     temporary: u8,
     storage: [u8; 0x100],
-    /// Bit n: register n is plain storage here and not on the chip, and was used.
+    /// Bit n is set if register n was used, which is plain storage in this model but not on the
+    /// chip.
     unknown: [u64; 4],
     now: u64,
     asleep: Option<Sleep>,
-    /// Cycles that the clock of the peripherals stood still.
+    /// The number of cycles for which the clock of the peripherals stood still.
     stopped: u64,
-    /// For how long the core does nothing more.
+    /// The cycles for which the core still has to halt.
     halt: u64,
-    /// The next internal events; none after any change.
+    /// The result of `outlook`; none after any change of the state.
     outlook: Option<Outlook>,
 }
 
@@ -144,7 +144,8 @@ struct Outlook {
 }
 
 impl Atmega328p {
-    /// Whose oscillator runs right at the OSCCAL `best`, and starts with `factory`.
+    /// Creates a chip whose oscillator has its nominal frequency at the OSCCAL `best`, and starts
+    /// with `factory`.
     pub fn new(best: u8, factory: u8, eeprom: [u8; EEPROM_SIZE]) -> Self {
         Atmega328p {
             clock: RcClock::new(best, factory),
@@ -173,8 +174,8 @@ impl Atmega328p {
         }
     }
 
-    /// Everything but the EEPROM begins anew. MCUSR collects the causes, and only power-on clears them (11.9.1). Brown-out
-    /// detection, which a fuse turns on, is on.
+    /// Resets everything except the EEPROM. MCUSR collects the causes, and only power-on clears
+    /// them (11.9.1). Brown-out detection, which a fuse enables, is on.
     pub fn reset(&mut self, factory: u8, cause: ResetCause) {
         let mut fresh = Atmega328p::new(factory, factory, self.eeprom.cells);
         fresh.eeprom = self.eeprom.clone();
@@ -203,7 +204,7 @@ impl Atmega328p {
         *self = fresh;
     }
 
-    /// The clock of the peripherals at that cycle.
+    /// Returns the cycle of the peripherals' clock at this cycle of the core.
     fn io(&self, cycle: u64) -> u64 {
         cycle - self.stopped
     }
@@ -212,12 +213,12 @@ impl Atmega328p {
         self.asleep != Some(Sleep::PowerDown)
     }
 
-    /// The cycle that all peripherals have reached.
+    /// Returns the cycle that all peripherals have reached.
     pub fn now(&self) -> u64 {
         self.now
     }
 
-    /// Lets time pass until the next signal for the board, at most to `to`.
+    /// Advances to the next signal for the board, at most to cycle `to`.
     pub fn advance(&mut self, to: u64) -> Option<Signal> {
         if self.outlook.is_some_and(|outlook| outlook.next <= to) {
             self.outlook = None;
@@ -244,7 +245,7 @@ impl Atmega328p {
         None
     }
 
-    /// Takes a look at the timers.
+    /// Brings the timers up to date.
     fn compute_timers(&mut self) {
         if self.runs() {
             let io = self.io(self.now);
@@ -285,12 +286,12 @@ impl Atmega328p {
         outlook
     }
 
-    /// The next cycle at which an interrupt may come, or anything be seen from outside.
+    /// Returns the next cycle at which an interrupt may come or a change is visible from outside.
     pub fn next_event(&mut self) -> u64 {
         self.outlook().next
     }
 
-    /// Table 12-6: bit n is vector n, beginning with reset.
+    /// Returns the pending interrupts: bit n is vector n of table 12-6, beginning with reset.
     fn pending(&self) -> u32 {
         let mut pending = 0;
         let mut set = |vector: u8, is: bool| pending |= u32::from(is) << vector;
@@ -314,13 +315,14 @@ impl Atmega328p {
         pending
     }
 
-    /// The interrupt that is served first, if any waits: its number in the table of vectors.
+    /// Returns the pending interrupt with the highest priority, as its number in the table of
+    /// vectors.
     pub fn interrupt(&mut self) -> Option<u8> {
         let pending = self.outlook().pending;
         (pending != 0).then(|| pending.trailing_zeros() as u8)
     }
 
-    /// The core enters that interrupt: its flag goes down. Where its vector is.
+    /// Acknowledges an interrupt: clears its flag and returns the address of its vector.
     pub fn acknowledge(&mut self, vector: u8) -> u16 {
         self.outlook = None;
         match vector {
@@ -338,7 +340,7 @@ impl Atmega328p {
         table + 4 * u16::from(vector)
     }
 
-    /// `sleep`: whether the core sleeps now.
+    /// Executes `sleep` and returns the depth of the sleep; none if SMCR does not enable sleep.
     pub fn sleep(&mut self) -> Option<Sleep> {
         if self.smcr & 1 == 0 {
             return None;
@@ -357,7 +359,7 @@ impl Atmega328p {
         self.asleep
     }
 
-    /// An interrupt wakes the core.
+    /// Wakes the core after `slept` cycles, as an interrupt does.
     pub fn wake(&mut self, slept: u64) {
         if self.asleep.take() == Some(Sleep::PowerDown) {
             self.stopped += slept;
@@ -365,23 +367,23 @@ impl Atmega328p {
         self.outlook = None;
     }
 
-    /// Returns true if the watchdog has run out.
+    /// Returns true if the watchdog has expired.
     pub fn is_expired(&self) -> bool {
         self.watchdog.is_expired
     }
 
-    /// `wdr`
+    /// Executes `wdr`.
     pub fn restart_watchdog(&mut self) {
         self.watchdog.restart(self.clock.time(self.now));
         self.outlook = None;
     }
 
-    /// Returns how often the chip has executed `wdr` since its last reset.
+    /// Returns the number of `wdr` instructions since the last reset.
     pub fn watchdog_restarts(&self) -> u64 {
         self.watchdog.restarts
     }
 
-    /// `spm` at address `pc`.
+    /// Executes `spm` at address `pc`.
     pub fn store_program(&mut self, pc: u16, z: u16, word: u16) -> Result<Option<Change>, Mistake> {
         self.outlook = None;
         let (change, halt) = self.flash.execute(pc, z, word, self.io(self.now))?;
@@ -394,18 +396,19 @@ impl Atmega328p {
         self.flash.is_application_busy()
     }
 
-    /// For how many cycles the core does nothing more.
+    /// Returns the number of cycles for which the core halts, and clears it.
     pub fn take_halt(&mut self) -> u64 {
         std::mem::take(&mut self.halt)
     }
 
-    /// The input that the board was asked for.
+    /// Takes the value of the input that the board was asked for.
     pub fn measured(&mut self, value: u16) {
         self.adc.measured(value);
         self.outlook = None;
     }
 
-    /// The difference at the comparator's inputs changes its sign.
+    /// Sets the comparator's input; `positive` is the sign of the difference between its two
+    /// inputs.
     pub fn compare(&mut self, positive: bool) {
         self.comparator_input = positive;
         self.settle_comparator();
@@ -437,7 +440,7 @@ impl Atmega328p {
         }
     }
 
-    /// An edge at timer 1's input.
+    /// Handles an edge at timer 1's capture input.
     fn capture(&mut self, rises: bool) {
         let io = self.io(self.now);
         let timer = &mut self.timers[1];
@@ -448,7 +451,7 @@ impl Atmega328p {
         let was = timer.flags & CAPTURE != 0;
         timer.capture();
         if timer.tccrb & CANCEL_NOISE != 0 {
-            // Four equal samples: 16.6.2.
+            // The noise canceller waits for four equal samples (16.6.2).
             let mut later = timer.clone();
             later.compute(io + 4);
             timer.icr = later.count();
@@ -459,19 +462,19 @@ impl Atmega328p {
         }
     }
 
-    /// The board drives a pin.
+    /// Drives a pin from the board.
     pub fn drive(&mut self, port: usize, pin: u8, level: bool) {
         let port = &mut self.ports[port];
         port.driven |= 1 << pin;
         port.levels = port.levels & !(1 << pin) | u8::from(level) << pin;
     }
 
-    /// The signal at OC2A or OC2B.
+    /// Returns the signal at OC2A (`output` 0) or OC2B (1).
     pub fn motor(&self, output: usize) -> Option<Wave> {
         self.timers[2].wave(output)
     }
 
-    /// Something that is plain storage here, and that was used: each address once.
+    /// Returns the addresses that were used and are plain storage in this model, each once.
     pub fn take_unknown(&self) -> Vec<u32> {
         (0..0x100_u32).filter(|n| self.unknown[*n as usize / 64] >> (n % 64) & 1 != 0).collect()
     }

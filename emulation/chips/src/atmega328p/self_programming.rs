@@ -1,4 +1,4 @@
-//! The flash as a program writes it (chapter 27).
+//! Self-programming: a program erases and writes the flash (chapter 27).
 
 /// SPMCSR.
 const SPMIE: u8 = 1 << 7;
@@ -11,34 +11,34 @@ const SELFPRGEN: u8 = 1 << 0;
 
 /// Bytes of a page.
 pub const PAGE: u16 = 128;
-/// The start of the boot loader's section: BOOTSZ of 2048 words.
+/// The first address of the boot loader's section, for a BOOTSZ of 2048 words.
 pub const BOOT_SECTION: u16 = 0x7000;
-/// Above it, the flash cannot be read while it is written: 27.6, table 27-6.
+/// From this address on, the flash cannot be read while it is written (27.6, table 27-6).
 const NO_READ_WHILE_WRITE: u16 = 0x7000;
-/// A page is erased or written in 3.7 to 4.5 ms; this number of cycles of the calibrated oscillator
-/// is 4 ms.
+/// Erasing or writing a page takes 3.7 to 4.5 ms; this number of cycles of the calibrated
+/// oscillator is 4 ms.
 const BUSY: u64 = 32_000;
 const UNLOCKED: u64 = 4;
 
 /// A change of the flash by the program.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum Change {
-    /// The page that begins there becomes 0xff.
+    /// The page that begins at this address becomes 0xff.
     Erase(u16),
-    /// Bits of the page that begins there become 0.
+    /// Bits of the page that begins at this address become 0.
     Program(u16, Box<[u8; PAGE as usize]>),
 }
 
 /// The reason why `spm` did nothing.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Mistake {
-    /// It stands below the boot loader's section.
+    /// The instruction is below the boot loader's section.
     Outside,
-    /// SPMCSR was not written in the four cycles before.
+    /// SPMCSR was not written in the four cycles before, or a page is still being written.
     Locked,
 }
 
-/// The registers and the buffer of a page.
+/// SPMCSR and the page buffer.
 #[derive(Clone, Debug)]
 pub struct SelfProgramming {
     control: u8,
@@ -94,8 +94,8 @@ impl SelfProgramming {
         }
     }
 
-    /// Executes `spm` at address `pc`, with Z and R1:R0: returns the change of the flash, and the
-    /// cycles for which the core halts.
+    /// Executes `spm` at address `pc`, with Z and R1:R0. Returns the change of the flash, and the
+    /// number of cycles for which the core halts.
     pub fn execute(
         &mut self,
         pc: u16,

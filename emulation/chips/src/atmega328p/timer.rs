@@ -1,20 +1,20 @@
 //! Timers 0, 1 and 2 (data sheet DS40002061B, chapters 15, 16 and 18).
 //!
-//! A timer is computed on access: between two accesses only the raised flags are kept. `OCRnx`
-//! takes effect
-//! at once in the PWM modes, too, where the chip waits for the end of the slope.
+//! A timer is computed on access: between two accesses only the flags that were raised are stored.
+//! `OCRnx` takes effect at once in the PWM modes, too, where the chip waits for the end of the
+//! slope.
 
-/// TOVn, OCFnA, OCFnB and ICF1 in TIFRn; the same bits of TIMSKn let them interrupt.
+/// TOVn, OCFnA, OCFnB and ICF1 in TIFRn; the same bits of TIMSKn enable the interrupts.
 pub const OVERFLOW: u8 = 1 << 0;
 pub const COMPARE_A: u8 = 1 << 1;
 pub const COMPARE_B: u8 = 1 << 2;
 pub const CAPTURE: u8 = 1 << 5;
 
-/// In TCCR1B: input capture on the rising edge; its noise canceller.
+/// Bits of TCCR1B: input capture on the rising edge, and its noise canceller.
 pub const RISING: u8 = 1 << 6;
 pub const CANCEL_NOISE: u8 = 1 << 7;
 
-/// Which of the three.
+/// One of the three timers.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum TimerNumber {
     Timer0,
@@ -26,22 +26,22 @@ pub enum TimerNumber {
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 struct Shape {
     top: u32,
-    /// Down again from the top, instead of starting anew.
+    /// True if the timer counts down again from the top instead of restarting at 0.
     two_slopes: bool,
 }
 
 /// A pulse-width modulated output.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Wave {
-    /// Counts that it is high, of [`period`](Self::period).
+    /// The counts for which the signal is high, of [`period`](Self::period).
     pub high: u32,
-    /// Counts of a period.
+    /// The counts of a period.
     pub period: u32,
     /// Cycles of the chip's clock per count.
     pub prescaler: u32,
 }
 
-/// One timer.
+/// A timer and its registers.
 #[derive(Clone, Debug)]
 pub struct Timer {
     kind: TimerNumber,
@@ -55,7 +55,7 @@ pub struct Timer {
     pub enabled: u8,
     count: u32,
     is_falling: bool,
-    /// The cycle of the clock for peripherals up to which it is computed.
+    /// The cycle of the peripherals' clock up to which the timer is computed.
     computed: u64,
     /// The cycle at which the prescaler was 0.
     origin: u64,
@@ -78,12 +78,13 @@ impl Timer {
         }
     }
 
-    /// The largest count.
+    /// Returns the largest count.
     fn max(&self) -> u32 {
         if self.kind == TimerNumber::Timer1 { 0xffff } else { 0xff }
     }
 
-    /// Cycles per count; none if it stands still. An external clock stands still, too.
+    /// Returns the cycles per count; none if the timer stands still, as it does with an external
+    /// clock.
     fn prescaler(&self) -> Option<u32> {
         match (self.kind, self.tccrb & 7) {
             (TimerNumber::Timer2, select) => {
@@ -95,7 +96,7 @@ impl Timer {
         }
     }
 
-    /// Tables 15-8, 16-4 and 18-8.
+    /// Returns the counting mode (tables 15-8, 16-4 and 18-8).
     fn shape(&self) -> Shape {
         let one = |top| Shape { top, two_slopes: false };
         let two = |top| Shape { top, two_slopes: true };
@@ -123,13 +124,13 @@ impl Timer {
         }
     }
 
-    /// Counts that fit between two cycles.
+    /// Returns the number of counts between two cycles.
     fn ticks(&self, from: u64, to: u64, prescaler: u32) -> u64 {
         let since = |cycle: u64| (cycle - self.origin) / u64::from(prescaler);
         since(to) - since(from)
     }
 
-    /// Lets it count until `cycle`, raising its flags.
+    /// Counts until `cycle` and raises the flags.
     pub fn compute(&mut self, cycle: u64) {
         if cycle <= self.computed {
             return;
@@ -139,8 +140,9 @@ impl Timer {
         let mut left = self.ticks(from, cycle, prescaler);
         let shape = self.shape();
         while left > 0 {
-            // To the next count at which anything happens: a compare match, whose flag comes with the count after it, or the
-            // end of a slope. Two periods raise whatever can be raised.
+            // Each turn goes to the next count at which anything happens: a compare match, whose
+            // flag comes with the count after it, or the end of a slope. Two periods raise every
+            // flag that can be raised.
             let period = self.period(shape);
             if left > 2 * u64::from(period) {
                 left = u64::from(period) + left % u64::from(period);
@@ -158,7 +160,7 @@ impl Timer {
         if shape.two_slopes { (2 * shape.top).max(1) } else { shape.top + 1 }
     }
 
-    /// Counts to the next flag or turn.
+    /// Returns the number of counts to the next flag or end of a slope.
     fn step(&self, shape: Shape) -> u32 {
         let end = if self.count > shape.top { self.max() } else { shape.top };
         let matches = self.ocr.map(u32::from);
@@ -173,7 +175,7 @@ impl Timer {
         next.min(turn).max(1)
     }
 
-    /// Counts on, not beyond the next flag or turn.
+    /// Advances by `counts`, which is not beyond the next flag or end of a slope.
     fn move_by(&mut self, counts: u32, shape: Shape) {
         let before = self.count;
         let last = if shape.two_slopes && self.is_falling {
@@ -213,7 +215,8 @@ impl Timer {
         }
     }
 
-    /// Fast PWM raises TOVn at the top, CTC at the largest count only.
+    /// Returns true if TOVn is raised at the top, as in fast PWM. CTC raises it at the largest
+    /// count only.
     fn overflows_at_top(&self) -> bool {
         match self.kind {
             TimerNumber::Timer1 => {
@@ -223,8 +226,8 @@ impl Timer {
         }
     }
 
-    /// Returns the time of the next flag that interrupts and is not set, in cycles of the clock for
-    /// peripherals.
+    /// Returns the time at which the next enabled flag that is not yet set is raised, in cycles of
+    /// the peripherals' clock.
     pub fn next_event(&self) -> Option<u64> {
         let wanted = self.enabled & !self.flags & (OVERFLOW | COMPARE_A | COMPARE_B);
         if wanted == 0 {
@@ -235,7 +238,8 @@ impl Timer {
         ahead.flags = 0;
         let shape = self.shape();
         let mut counts = 0_u64;
-        // Two periods raise whatever can be raised, and a period has at most six turns and flags.
+        // Two periods raise every flag that can be raised, and a period has at most six turns and
+        // flags.
         for _ in 0..16 {
             let step = ahead.step(shape);
             ahead.move_by(step, shape);
@@ -248,7 +252,7 @@ impl Timer {
         None
     }
 
-    /// TCNTn, computed until now.
+    /// Returns TCNTn, as last computed.
     pub fn count(&self) -> u16 {
         self.count as u16
     }
@@ -257,7 +261,7 @@ impl Timer {
         self.count = u32::from(count) & self.max();
     }
 
-    /// TCCRnA or TCCRnB are written.
+    /// Writes TCCRnA and TCCRnB.
     pub fn configure(&mut self, tccra: u8, tccrb: u8) {
         self.tccra = tccra;
         self.tccrb = tccrb;
@@ -266,18 +270,19 @@ impl Timer {
         }
     }
 
-    /// GTCCR resets the prescaler.
+    /// Resets the prescaler, as GTCCR does.
     pub fn reset_prescaler(&mut self, cycle: u64) {
         self.origin = cycle;
     }
 
-    /// An edge that TCCR1B asks for: the count is kept.
+    /// Handles an edge that TCCR1B selects: stores the count.
     pub fn capture(&mut self) {
         self.icr = self.count as u16;
         self.flags |= CAPTURE;
     }
 
-    /// The signal at OCnA or OCnB; none if the pin is the port's or not a PWM output.
+    /// Returns the signal at OCnA or OCnB. Returns none if the pin belongs to the port or is not a
+    /// PWM output.
     pub fn wave(&self, output: usize) -> Option<Wave> {
         let mode = self.tccra >> (6 - 2 * output) & 3;
         let shape = self.shape();
@@ -287,7 +292,8 @@ impl Timer {
             return None;
         }
         let ocr = u32::from(self.ocr[output]).min(shape.top);
-        // 15.7.3 and 15.7.4: OCRnx and its successor, of TOP + 1 counts; two slopes reach 0 and TOP themselves.
+        // In fast PWM the output is high for OCRnx + 1 of TOP + 1 counts; with two slopes it can be
+        // constantly low or high (15.7.3, 15.7.4).
         let (high, period) =
             if shape.two_slopes { (2 * ocr, 2 * shape.top) } else { (ocr + 1, shape.top + 1) };
         let high = if mode == 2 { high } else { period - high };

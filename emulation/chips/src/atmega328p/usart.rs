@@ -1,5 +1,5 @@
-//! The transmitter of USART0 (chapter 20), asynchronous. There is no receiver, because a Kilobot
-//! has no serial input.
+//! The transmitter of USART0 (chapter 20), in asynchronous mode. The receiver is not modelled,
+//! because a Kilobot has no serial input.
 
 /// UCSR0A.
 const TXC: u8 = 1 << 6;
@@ -10,14 +10,14 @@ const TXCIE: u8 = 1 << 6;
 const UDRIE: u8 = 1 << 5;
 const TXEN: u8 = 1 << 3;
 
-/// A byte on the line, sent by the registers' settings.
+/// A byte on the line, with the format that the registers set.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Sent {
     /// The eight data bits.
     pub byte: u8,
     /// Cycles per bit.
     pub bit: u32,
-    /// Eight data bits, no parity.
+    /// True for eight data bits without parity.
     pub is_plain: bool,
 }
 
@@ -30,7 +30,7 @@ pub struct Usart {
     divisor: u16,
     /// The waiting byte.
     buffer: Option<u8>,
-    /// The byte that is being sent, and the time when its last bit is out.
+    /// The byte that is being sent, and the cycle at which its last bit ends.
     shifting: Option<(u8, u64)>,
 }
 
@@ -62,7 +62,7 @@ impl Usart {
         self.shifting.map(|(_, end)| end)
     }
 
-    /// The byte that is out by now.
+    /// Returns the byte whose last bit ended until `now`.
     pub fn advance(&mut self, now: u64) -> Option<Sent> {
         let (byte, end) = self.shifting.filter(|(_, end)| *end <= now)?;
         self.shifting = None;
@@ -121,7 +121,7 @@ impl Usart {
         self.divisor = u16::from_le_bytes(bytes) & 0xfff;
     }
 
-    /// UDR0 is written.
+    /// Writes UDR0.
     pub fn send(&mut self, byte: u8, now: u64) {
         if self.control & TXEN != 0 && self.buffer.is_none() {
             self.buffer = Some(byte);

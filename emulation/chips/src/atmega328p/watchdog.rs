@@ -9,7 +9,7 @@ const WDCE: u8 = 1 << 4;
 const WDE: u8 = 1 << 3;
 
 const HZ: u64 = 128_000;
-/// The change must come within four cycles.
+/// A change must follow the key within this number of cycles.
 const UNLOCKED: u64 = 4;
 
 /// The watchdog.
@@ -18,14 +18,15 @@ pub struct Watchdog {
     control: u8,
     unlocked_until: u64,
     due: Option<Time>,
-    /// It has run out and resets the chip.
+    /// True if the watchdog has expired and resets the chip.
     pub is_expired: bool,
-    /// `wdr` was executed so often since the last reset.
+    /// The number of `wdr` instructions since the last reset.
     pub restarts: u64,
 }
 
 impl Watchdog {
-    /// 2048 cycles of its oscillator, and twice as many with each step: table 10-3.
+    /// Returns the time-out: 2048 cycles of the watchdog's oscillator, doubled with each step of
+    /// the prescaler (table 10-3).
     fn timeout(&self) -> Time {
         let prescaler = (self.control & 7 | self.control >> 2 & 8).min(9);
         Time::of_ticks(2048 << prescaler, HZ)
@@ -35,13 +36,14 @@ impl Watchdog {
         self.control & (WDE | WDIE) != 0
     }
 
-    /// `wdr`
+    /// Restarts the time-out, as `wdr` does.
     pub fn restart(&mut self, now: Time) {
         self.restarts += 1;
         self.due = self.is_on().then(|| now + self.timeout());
     }
 
-    /// After a reset by itself it stays on, with the shortest time: 10.9.2.
+    /// Resets the watchdog. After a reset by the watchdog itself it stays on, with the shortest
+    /// time-out (10.9.2).
     pub fn reset(&mut self, by_watchdog: bool, now: Time) {
         *self = Watchdog { control: if by_watchdog { WDE } else { 0 }, ..Watchdog::default() };
         self.restart(now);
@@ -65,7 +67,8 @@ impl Watchdog {
         self.control & (WDIF | WDIE) == WDIF | WDIE
     }
 
-    /// In interrupt and system reset mode the next time-out resets: 10.9.2.
+    /// Acknowledges the interrupt. In interrupt and system reset mode the next time-out then resets
+    /// the chip (10.9.2).
     pub fn acknowledge(&mut self) {
         self.control &= !WDIF;
         if self.control & WDE != 0 {
@@ -77,7 +80,7 @@ impl Watchdog {
         self.control
     }
 
-    /// WDTCSR is written. `is_forced`: MCUSR.WDRF keeps it on.
+    /// Writes WDTCSR. With `is_forced`, MCUSR.WDRF keeps the watchdog on.
     pub fn set_control(&mut self, value: u8, cycle: u64, now: Time, is_forced: bool) {
         let was = self.control;
         let is_unlocked = was & WDCE != 0 && cycle <= self.unlocked_until;
@@ -97,7 +100,7 @@ impl Watchdog {
             self.unlocked_until = cycle + UNLOCKED;
         }
         self.control = control;
-        // A change of its settings also starts its time anew.
+        // A change of the settings also restarts the time-out.
         if self.is_on() && (was & (WDE | WDIE) == 0 || is_unlocked) {
             self.restart(now);
         } else if !self.is_on() {
@@ -112,7 +115,7 @@ mod tests {
 
     const SECONDS_8: u8 = 0x21;
 
-    /// Turns it on as avr-libc does: key, then value within four cycles.
+    /// Turns the watchdog on as avr-libc does: key, then value within four cycles.
     fn set(watchdog: &mut Watchdog, value: u8, cycle: u64) {
         watchdog.set_control(WDCE | WDE, cycle, Time::ZERO, false);
         watchdog.set_control(value, cycle + 2, Time::ZERO, false);

@@ -66,7 +66,7 @@ impl F051 {
                 }
             },
         };
-        // Reading these has effects.
+        // A read of these peripherals has side effects.
         if matches!(base, I2C2 | ADC | SPI1) {
             self.update_lines();
         }
@@ -74,7 +74,8 @@ impl F051 {
     }
 
     fn note_unknown(&mut self, base: u32, address: u32) {
-        // The rest of SYSCFG, DBGMCU and the power controller are storage on the chip, too.
+        // The other registers of SYSCFG, DBGMCU and the power controller are storage on the chip,
+        // too.
         if ![SYSCFG, DBGMCU, PWR].contains(&base) {
             self.unknown.entry(base).or_insert(address);
         }
@@ -143,7 +144,7 @@ impl F051 {
         }
     }
 
-    /// The core writes to the flash, where the halfword `old` stands.
+    /// Performs a write of the core to the flash, over the halfword `old`.
     pub fn program(&mut self, address: u32, old: u16, new: u16) -> Option<FlashChange> {
         let change = self.flash.program(address, old, new);
         self.update_lines();
@@ -172,7 +173,7 @@ impl F051 {
         }
     }
 
-    /// RCC_xxxRSTR: the bits are those of RCC_xxxENR.
+    /// Resets peripherals through RCC_xxxRSTR, whose bits are those of RCC_xxxENR.
     fn reset_peripherals(&mut self, bus: Bus, bits: u32) {
         let is_set = |of: Bus, bit: usize| bus == of && bits >> bit & 1 != 0;
         for (number, port) in self.ports.iter_mut().enumerate() {

@@ -24,22 +24,23 @@ const CR_ADSTART: u32 = 1 << 2;
 const CR_ADSTP: u32 = 1 << 4;
 const CR_ADCAL: u32 = 1 << 31;
 const CFGR1_DMAEN: u32 = 1 << 0;
-/// Scans backwards, external triggers, continuous and discontinuous mode, automatic power.
+/// Bits of CFGR1 for modes without a model: backward scans, external triggers, continuous and
+/// discontinuous mode, automatic power.
 const CFGR1_UNMODELLED: u32 = 1 << 2 | 3 << 10 | 1 << 13 | 1 << 15 | 1 << 16;
 const CCR_VREFEN: u32 = 1 << 22;
 const CCR_VBATEN: u32 = 1 << 24;
 
-/// Channels inside the chip (13.3.8, 13.9, 13.10).
+/// Channels connected to sources inside the chip (13.3.8, 13.9, 13.10).
 const VREFINT: u8 = 17;
 const VBAT: u8 = 18;
 const CHANNELS: u8 = 19;
-/// The analog supply from the Zooid's regulator, unless the battery has less.
+/// The analog supply in volts from the Zooid's regulator, unless the battery has less.
 const REGULATED_VOLTS: f64 = 3.3;
 /// Typical voltage of the internal reference (DS8668).
 const VREFINT_VOLTS: f64 = 1.23;
-/// Sampling times in halves of a cycle (13.12.6).
+/// The sampling times in half cycles (13.12.6).
 const SAMPLING: [u64; 8] = [3, 15, 27, 57, 83, 111, 143, 479];
-/// Cycles of a conversion by resolution, in halves: 12, 10, 8, 6 bits (13.3.12).
+/// The durations of a conversion in half cycles, for 12, 10, 8 and 6 bits (13.3.12).
 const CONVERSION: [u64; 4] = [25, 22, 18, 14];
 
 pub(crate) struct Adc {
@@ -54,9 +55,9 @@ pub(crate) struct Adc {
     chselr: u32,
     ccr: u32,
     data: u32,
-    /// The channel that is converted, and when that is done.
+    /// The channel that is being converted, and the end of the conversion.
     converting: Option<(Time, u8)>,
-    /// At the pin VBAT.
+    /// The voltage at the pin VBAT.
     pub battery_volts: f64,
 }
 
@@ -83,7 +84,9 @@ impl Adc {
         (self.pclk, self.hsi14) = (pclk, hsi14);
     }
 
-    /// Converting starts the oscillator HSI14 by itself, unless that is forbidden (6.2.5); here it needs RCC_CR2.
+    /// Returns the frequency of the converter's clock. On the chip a conversion starts the
+    /// oscillator HSI14, unless that is forbidden (6.2.5); this model requires that RCC_CR2 turns
+    /// it on.
     fn clock_hz(&self) -> u64 {
         match self.cfgr2 >> 30 {
             0 => self.hsi14,
@@ -120,7 +123,7 @@ impl Adc {
         self.converting = Some((now + Time::of_ticks(halves, 2 * self.clock_hz()), channel));
     }
 
-    /// Pins carry nothing here: they read 0.
+    /// Converts a channel. External channels have no model and read as 0.
     fn convert(&self, channel: u8) -> u32 {
         let volts = match channel {
             VBAT if self.ccr & CCR_VBATEN != 0 => self.battery_volts / 2.0,
@@ -137,12 +140,12 @@ impl Adc {
         self.isr & self.ier != 0
     }
 
-    /// Returns true if it may cause interrupts or DMA transfers.
+    /// Returns true if the converter may cause interrupts or DMA transfers.
     pub fn is_watched(&self) -> bool {
         self.ier != 0 || self.cfgr1 & CFGR1_DMAEN != 0
     }
 
-    /// Returns true if it requests a DMA transfer.
+    /// Returns true if the converter requests a DMA transfer.
     pub fn dma_request(&self) -> bool {
         self.cfgr1 & CFGR1_DMAEN != 0 && self.isr & ISR_EOC != 0
     }
@@ -172,8 +175,8 @@ impl Adc {
             IER => self.ier = write.merge(self.ier),
             CR => {
                 let ones = write.ones();
-                // Calibration takes no time here; ADEN, ADSTART and their opposites are set by the program and
-                // cleared by the converter.
+                // Calibration takes no time here. The program sets ADEN, ADSTART and their
+                // opposites; the converter clears them.
                 if ones & CR_ADEN != 0 && ones & CR_ADCAL == 0 {
                     self.cr |= CR_ADEN;
                     if self.clock_hz() > 0 {

@@ -1,4 +1,4 @@
-//! DMA controller (RM0091 10): transfers between a peripheral and memory, one data item per
+//! The DMA controller (RM0091 10): transfers between a peripheral and memory, one data item per
 //! request.
 //!
 //! The memory belongs to the core: a [`Transfer`] describes the data, and the owner of the memory
@@ -26,12 +26,12 @@ const GIF: u32 = 1;
 const TCIF: u32 = 2;
 const HTIF: u32 = 4;
 
-/// One data item to be moved.
+/// A data item to be moved.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Transfer {
-    /// The source, and its width.
+    /// The address of the source and its width.
     pub from: (u32, Width),
-    /// The destination, and its width: zero-extended or cut off.
+    /// The address of the destination and its width; the value is zero-extended or truncated.
     pub to: (u32, Width),
 }
 
@@ -41,7 +41,7 @@ struct Channel {
     cndtr: u32,
     cpar: u32,
     cmar: u32,
-    /// The length of the running transfer, as it was at the start.
+    /// The length of the running transfer when it started, in data items.
     total: u32,
     done: u32,
 }
@@ -55,7 +55,7 @@ pub(crate) struct Dma {
 }
 
 impl Dma {
-    /// Returns true if any channel is on: read much more often than it changes.
+    /// Returns true if any channel is on.
     pub fn is_on(&self) -> bool {
         self.is_on
     }
@@ -69,8 +69,8 @@ impl Dma {
         })
     }
 
-    /// Returns the data that channel `index` (0 for channel 1) moves now that its peripheral
-    /// requests it: to the peripheral, or from it.
+    /// Returns the data item that channel `index` (0 for channel 1) moves, now that its peripheral
+    /// requests a transfer. Returns none if the channel is not ready in this direction.
     pub fn request(&mut self, index: usize, to_peripheral: bool) -> Option<Transfer> {
         if !self.is_ready(index, to_peripheral) {
             return None;

@@ -1,4 +1,5 @@
-//! Flash interface (RM0091 3): wait states, and erasing and programming of the main memory by the firmware.
+//! The flash interface (RM0091 3): wait states, and erasing and programming of the main memory by
+//! the firmware.
 
 use crate::stm32::Write;
 use crate::{HardwareError, Time};
@@ -26,11 +27,12 @@ const CR_EOPIE: u32 = 1 << 12;
 pub(super) const START: u32 = 0x0800_0000;
 pub(super) const SIZE: u32 = 64 * 1024;
 pub(super) const PAGE: u32 = 1024;
-/// Typical times of the data sheet (DS8668, table "Flash memory characteristics"): a page, a halfword.
+/// Typical durations from the data sheet (DS8668, table "Flash memory characteristics"): erasing a
+/// page, programming a halfword.
 const ERASE: Time = Time::from_millis(30);
 const PROGRAM: Time = Time::from_nanos(53_500);
 
-/// A change of the flash while the core waits.
+/// A change of the flash, during which the core waits.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct FlashChange {
     /// First address that changes.
@@ -41,10 +43,10 @@ pub struct FlashChange {
     pub takes: Time,
 }
 
-/// See [`FlashChange`].
+/// The new content of the changed part of the flash.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum FlashContent {
-    /// A page of this number of bytes of 0xff.
+    /// A page of this number of bytes, all 0xff.
     Erased(u32),
     /// A halfword.
     Halfword(u16),
@@ -55,7 +57,8 @@ pub(crate) struct Flash {
     sr: u32,
     cr: u32,
     ar: u32,
-    /// Keys that came in order; a wrong one locks the interface until the next reset.
+    /// The number of keys written in the right order. A wrong key locks the interface until the
+    /// next reset.
     keys: usize,
     locked_for_good: bool,
 }
@@ -65,7 +68,7 @@ impl Flash {
         Flash { acr: 0x30, sr: 0, cr: CR_LOCK, ar: 0, keys: 0, locked_for_good: false }
     }
 
-    /// Beyond 24 MHz the flash needs a wait state (3.5.1).
+    /// Returns an error if there are too few wait states: the flash needs one above 24 MHz (3.5.1).
     pub fn error(&self, hz: u64) -> Option<HardwareError> {
         let wait_states = self.acr & 7;
         let needed = u32::from(hz > 24_000_000);
@@ -80,11 +83,11 @@ impl Flash {
     pub fn read(&self, offset: u32) -> u32 {
         match offset {
             ACR => self.acr,
-            // The core waits until an operation is over, so it never sees BSY.
+            // BSY is never visible, because the core waits until an operation is over.
             SR => self.sr,
             CR => self.cr,
             AR => self.ar,
-            // No protection: the option bytes as delivered (3.5.7, 3.5.8).
+            // The option bytes as delivered, without protection (3.5.7, 3.5.8).
             OBR => 0x03ff_fff2,
             WRPR => 0xffff_ffff,
             _ => 0,
@@ -94,7 +97,7 @@ impl Flash {
     /// Writes a register; returns the change of the flash.
     pub fn write(&mut self, offset: u32, write: Write) -> Option<FlashChange> {
         match offset {
-            // PRFTBS shows PRFTBE.
+            // PRFTBS follows PRFTBE.
             ACR => {
                 let new = write.merge(self.acr) & 0x1f;
                 self.acr = new | (new & 0x10) << 1;
@@ -132,8 +135,8 @@ impl Flash {
         None
     }
 
-    /// The core writes a halfword to the main memory, where `old` stands. Only an erased halfword can be
-    /// programmed, or any to zero (3.2.2).
+    /// Performs a write of a halfword by the core to the main memory, over `old`. Only an erased
+    /// halfword can be programmed, or any halfword to zero (3.2.2).
     pub fn program(&mut self, address: u32, old: u16, new: u16) -> Option<FlashChange> {
         if self.cr & (CR_LOCK | CR_PG) != CR_PG {
             self.sr |= SR_PGERR;

@@ -1,7 +1,7 @@
 //! I2C with a timing register (RM0091 26), as a master with addresses of seven bits.
 //!
-//! It reports its actions on the bus as [`Action`]s, which the connected device answers. Slave
-//! mode, SMBus, and the faults of a real bus (lost arbitration, bus errors) have no model.
+//! The model reports its actions on the bus as [`Action`]s, which the connected device answers.
+//! Slave mode, SMBus, and the faults of a real bus (lost arbitration, bus errors) have no model.
 
 use crate::Time;
 use crate::stm32::Write;
@@ -16,7 +16,7 @@ const TXDR: u32 = 0x28;
 const REGISTERS: usize = TXDR as usize / 4 + 1;
 
 const CR1_PE: u32 = 1 << 0;
-/// TXIE to ERRIE.
+/// The interrupt enable bits TXIE to ERRIE.
 const CR1_INTERRUPTS: u32 = 0xfe;
 const CR1_TXDMAEN: u32 = 1 << 14;
 const CR1_RXDMAEN: u32 = 1 << 15;
@@ -35,24 +35,24 @@ const ISR_STOPF: u32 = 1 << 5;
 const ISR_TC: u32 = 1 << 6;
 const ISR_TCR: u32 = 1 << 7;
 const ISR_BUSY: u32 = 1 << 15;
-/// A byte and its acknowledgement.
+/// The bits of a byte and its acknowledgement.
 const BYTE_BITS: u64 = 9;
 
 /// An action of the master on the bus.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Action {
-    /// It has sent a start condition and an address: to be acknowledged.
+    /// The master sent a start condition and an address; the answer is an acknowledgement.
     Start {
-        /// Seven bits.
+        /// The address of seven bits.
         address: u8,
-        /// True to read.
+        /// True for a transfer to the master.
         read: bool,
     },
-    /// It has sent a byte: to be acknowledged.
+    /// The master sent a byte; the answer is an acknowledgement.
     Write(u8),
-    /// It wants a byte.
+    /// The master reads; the answer is a byte.
     Read,
-    /// It has let the bus go.
+    /// The master sent a stop condition and released the bus.
     Stop,
 }
 
@@ -61,7 +61,7 @@ pub(crate) struct I2c {
     registers: [u32; REGISTERS],
     isr: u32,
     received: u8,
-    /// The bytes left of this transfer, until RELOAD or the end.
+    /// The bytes left in this transfer, until RELOAD or the end.
     left: u32,
     reading: bool,
     /// The action on the wire, and the time when it is complete.
@@ -89,7 +89,8 @@ impl I2c {
         self.registers[offset as usize / 4]
     }
 
-    /// A period of SCL: (SCLL + 1 + SCLH + 1) * (PRESC + 1) of the clock, without the edges (26.4.8).
+    /// Returns the duration of `bits` periods of SCL. A period is (SCLL + 1 + SCLH + 1) * (PRESC +
+    /// 1) cycles of the clock, without the edges (26.4.8).
     fn bits(&self, bits: u64) -> Time {
         let timing = u64::from(self.register(TIMINGR));
         let cycles = ((timing & 0xff) + 1 + (timing >> 8 & 0xff) + 1) * ((timing >> 28) + 1);
@@ -104,7 +105,7 @@ impl I2c {
         self.busy.map(|(end, _)| end)
     }
 
-    /// Returns the action that is complete at `now`, to be answered by [`Self::acknowledge`] or
+    /// Returns the action that is complete at `now`; the answer is [`Self::acknowledge`] or
     /// [`Self::receive`].
     pub fn advance(&mut self, now: Time) -> Option<(Time, Action)> {
         let (end, action) = self.busy.take_if(|(end, _)| *end <= now)?;
@@ -115,7 +116,7 @@ impl I2c {
         Some((end, action))
     }
 
-    /// The answer to a start or a byte.
+    /// Handles the answer to a start or a byte.
     pub fn acknowledge(&mut self, acknowledged: bool, now: Time) {
         self.registers[CR2 as usize / 4] &= !CR2_START;
         if !acknowledged {
@@ -130,7 +131,7 @@ impl I2c {
         self.proceed(now);
     }
 
-    /// The byte that was wanted.
+    /// Handles the byte that the device sent.
     pub fn receive(&mut self, byte: u8, now: Time) {
         self.received = byte;
         self.isr |= ISR_RXNE;
@@ -164,18 +165,19 @@ impl I2c {
 
     pub fn interrupt(&self) -> bool {
         let cr1 = self.register(CR1);
-        // TXIE, RXIE, ADDRIE, NACKIE and STOPIE stand where their flags do; TCIE is for two.
+        // TXIE, RXIE, ADDRIE, NACKIE and STOPIE have the positions of their flags; TCIE enables two
+        // flags.
         let transfer = if cr1 & ISR_TC != 0 { ISR_TC | ISR_TCR } else { 0 };
         let enabled = cr1 & (ISR_TXIS | ISR_RXNE | ISR_NACKF | ISR_STOPF) | transfer;
         self.isr & enabled != 0
     }
 
-    /// Returns true if it may cause interrupts or DMA transfers.
+    /// Returns true if the I2C may cause interrupts or DMA transfers.
     pub fn is_watched(&self) -> bool {
         self.register(CR1) & (CR1_INTERRUPTS | CR1_TXDMAEN | CR1_RXDMAEN) != 0
     }
 
-    /// Returns its requests for DMA transfers: to it, from it.
+    /// Returns the requests for DMA transfers: to the I2C, and from it.
     pub fn dma_requests(&self) -> [bool; 2] {
         let cr1 = self.register(CR1);
         [
@@ -190,7 +192,7 @@ impl I2c {
             RXDR => {
                 let was_full = self.isr & ISR_RXNE != 0;
                 self.isr &= !ISR_RXNE;
-                // The clock was held low until there was room.
+                // SCL was held low until RXDR had been read.
                 if was_full && self.left > 0 && self.busy.is_none() {
                     self.begin(Action::Read, BYTE_BITS, now);
                 }
@@ -206,7 +208,7 @@ impl I2c {
             CR1 => {
                 self.registers[0] = write.merge(self.registers[0]);
                 if self.register(CR1) & CR1_PE == 0 {
-                    // 26.4.5: the state machine and the flags are as after a reset.
+                    // Without PE the state machine and the flags are as after a reset (26.4.5).
                     self.isr = ISR_TXE;
                     self.busy = None;
                     self.left = 0;
@@ -215,7 +217,7 @@ impl I2c {
             }
             CR2 => {
                 let old = self.register(CR2);
-                // START and STOP are set by the program and cleared by the bus.
+                // The program sets START and STOP, and the bus clears them.
                 let new = write.merge(old) | old & (CR2_START | CR2_STOP);
                 self.registers[CR2 as usize / 4] = new;
                 return self.control(old, new, now) && new & CR2_ADD10 == 0;
@@ -269,7 +271,7 @@ mod tests {
         assert!(i2c.write(offset, Write::new(offset, Width::Word, value), now));
     }
 
-    /// 48 MHz / 480: 100 kHz.
+    /// An enabled I2C at 48 MHz / 480 = 100 kHz.
     fn i2c() -> I2c {
         let mut i2c = I2c::new(48_000_000);
         write(&mut i2c, TIMINGR, 1 << 28 | 119 << 8 | 119, Time::ZERO);

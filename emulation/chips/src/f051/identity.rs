@@ -1,14 +1,14 @@
 //! The identity of the chip: read-only bytes of the system memory (RM0091 33, DS8668) and the
 //! option bytes.
 
-/// Three words (33.1).
+/// The unique identifier of three words (33.1).
 const UNIQUE_ID: u32 = 0x1fff_f7ac;
-/// KiB in the lower halfword (33.2).
+/// The size of the flash in KiB, in the lower halfword (33.2).
 const FLASH_SIZE: u32 = 0x1fff_f7cc;
 /// The reference's conversion at 3.3 V and 30 °C, in the upper halfword of this word (DS8668, table "Internal reference
 /// voltage calibration values"): 1.23 V / 3.3 V * 4096.
 const VREFINT_CAL: u32 = 0x1fff_f7b8;
-/// The option bytes RDP and USER, each with its complement: as delivered (4.1).
+/// The option bytes RDP and USER, each with its complement, as delivered (4.1).
 const OPTIONS: u32 = 0x1fff_f800;
 
 pub(crate) struct Identity {
@@ -20,7 +20,7 @@ impl Identity {
         Identity { unique_id }
     }
 
-    /// The word at `address`, if it is in this area.
+    /// Returns the word at `address`, if it is in this area.
     pub fn read(&self, address: u32) -> Option<u32> {
         if !(0x1fff_e000..0x2000_0000).contains(&address) {
             return None;

@@ -25,8 +25,8 @@ use crate::stm32::watchdog::{APB1_FREEZE, FREEZE_WATCHDOG};
 use crate::stm32::{Exti, Pin, Port, PortReset, Timer, TimerKind, Watchdog, Write};
 use crate::{HardwareError, Lines, ResetCause, Time, Width};
 
-/// A timer's first address (RM0091 table 1), its kind, and its interrupt (table 36): for TIM1 that
-/// of updates, and the next one is that of compares.
+/// For each timer its first address (RM0091 table 1), its kind, and its interrupt (table 36). For
+/// TIM1 this is the update interrupt, and the next one is the compare interrupt.
 const TIMERS: [(u32, TimerKind, u8); 7] = [
     (0x4001_2c00, TimerKind::Advanced, 13),
     (0x4000_0000, TimerKind::Wide, 15),
@@ -73,31 +73,33 @@ struct Capture {
     /// DMA channel, counted from 0.
     dma: usize,
 }
-/// PB1 by TIM3, PB9 by TIM17. Other pins and timers have no model.
+/// Captures of PB1 by TIM3 and of PB9 by TIM17. Other pins and timers have no model.
 const CAPTURES: [Capture; 2] = [
     Capture { port: 1, pin: 1, function: 1, timer: 2, channel: 3, dma: 2 },
     Capture { port: 1, pin: 9, function: 2, timer: 6, channel: 0, dma: 0 },
 ];
 /// DBGMCU_IDCODE of the STM32F051, revision 1.0 (32.4.1).
 const DEBUG_ID: u32 = 0x1000_0440;
-/// The pins of the debugger are the only ones that are not inputs (RM0091 8.4). There is no port E.
+/// The modes of the ports after a reset. Only the pins of the debugger are not inputs (RM0091 8.4).
+/// There is no port E.
 const PORTS: [PortReset; 6] = {
     let mut ports = [PortReset { moder: 0, ospeedr: 0, pupdr: 0 }; 6];
     ports[0] = PortReset { moder: 0x2800_0000, ospeedr: 0x0c00_0000, pupdr: 0x2400_0000 };
     ports
 };
-/// Peripherals begin at multiples of this.
+/// The size of a peripheral's address range; each begins at a multiple of it.
 const BLOCK: u32 = 0x400;
 
 /// Bytes of flash.
 pub const FLASH_SIZE: u32 = flash::SIZE;
 
-/// An action of the chip at its pins for which it waits.
+/// An action of the chip at its pins that needs an answer of the connected device.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Signal {
-    /// SPI1 has sent this byte; [`F051::spi_received`] gives the one that came.
+    /// SPI1 has sent this byte; the answer is [`F051::spi_received`].
     Spi(Time, u8),
-    /// I2C2 has done this; [`F051::i2c_acknowledge`] or [`F051::i2c_received`] answers.
+    /// I2C2 has finished this action; the answer is [`F051::i2c_acknowledge`] or
+    /// [`F051::i2c_received`].
     I2c(Time, Action),
 }
 
@@ -105,7 +107,8 @@ pub enum Signal {
 pub struct F051 {
     now: Time,
     rcc: Rcc,
-    /// The frequencies that it makes, read much more often than they change.
+    /// The frequencies of the clock tree, stored because they are read much more often than they
+    /// change.
     clocks: Clocks,
     flash: Flash,
     /// Ports A to F; there is no port E.
@@ -116,14 +119,14 @@ pub struct F051 {
     adc: Adc,
     dma: Dma,
     timers: [Timer; TIMERS.len()],
-    /// The earliest event of all timers: asked for much more often than it changes.
+    /// The earliest event of all timers, stored because it is read much more often than it changes.
     next_timer: Option<Time>,
     watchdog: Watchdog,
     identity: Identity,
     /// Registers without a model: the value of every word that was written.
     storage: BTreeMap<u32, u32>,
-    /// First address used of each block without a model, and of registers that a model does not
-    /// know.
+    /// For each block, the first address used that has no model: a block without a model, or a
+    /// register that a model does not know.
     pub unknown: BTreeMap<u32, u32>,
     /// Accesses to peripherals whose clock is off.
     pub accesses_without_clock: u64,
@@ -134,7 +137,7 @@ pub struct F051 {
 }
 
 impl F051 {
-    /// A chip whose power was just turned on.
+    /// Creates a chip at the moment of its power-on.
     pub fn new(unique_id: [u8; 12], battery_volts: f64) -> Self {
         let rcc = Rcc::new();
         let clocks = rcc.clocks();
@@ -169,7 +172,7 @@ impl F051 {
         self.rcc.has_crystal = has_crystal;
     }
 
-    /// Resets the chip; its pins are driven as before.
+    /// Resets the chip. The board continues to drive its pins.
     pub fn reset(&mut self, cause: ResetCause) {
         self.rcc.reset(cause);
         self.flash = Flash::new();
@@ -194,8 +197,8 @@ impl F051 {
         self.pins_changed();
     }
 
-    /// Lets time pass until `now`, which is not beyond [`Self::next`]; returns the signal that
-    /// needs an answer.
+    /// Advances time to `now`, which is not beyond [`Self::next`]. Returns the signal that needs an
+    /// answer.
     pub fn advance(&mut self, now: Time) -> Option<Signal> {
         self.now = now;
         if self.next_timer.is_some_and(|at| at <= now) {
@@ -224,8 +227,8 @@ impl F051 {
         buses.chain(self.adc.next_event()).chain(self.next_event()).min()
     }
 
-    /// Returns the time at which an interrupt line may change, or a DMA transfer is due: not of
-    /// changes that a program sees on access alone.
+    /// Returns the time at which an interrupt line may change or a DMA transfer is due. Changes
+    /// that a program sees only on access are not included.
     pub fn next_event(&self) -> Option<Time> {
         let spi = self.spi.next_event().filter(|_| self.spi.is_watched());
         let i2c = self.i2c.next_event().filter(|_| self.i2c.is_watched());
@@ -234,25 +237,26 @@ impl F051 {
         timers.chain(self.watchdog.expires()).chain(spi).chain(i2c).chain(adc).min()
     }
 
-    /// The byte that SPI1 got for the one that it has sent.
+    /// Receives the byte that the device returned for the one that SPI1 sent.
     pub fn spi_received(&mut self, byte: u8, end: Time) {
         self.spi.received(byte, end);
         self.update_lines();
     }
 
-    /// I2C2's acknowledge bit ends at `end`.
+    /// Answers I2C2 with an acknowledge bit that ends at `end`.
     pub fn i2c_acknowledge(&mut self, acknowledged: bool, end: Time) {
         self.i2c.acknowledge(acknowledged, end);
         self.update_lines();
     }
 
-    /// I2C2 receives a byte, whose last bit ends at `end`.
+    /// Answers I2C2 with a byte whose last bit ends at `end`.
     pub fn i2c_received(&mut self, byte: u8, end: Time) {
         self.i2c.receive(byte, end);
         self.update_lines();
     }
 
-    /// The DMA channel that has something to move now, and whether that is to the peripheral: it is on, and its peripheral asks.
+    /// Returns the DMA channel that has data to move now, and true if the data goes to the
+    /// peripheral. Such a channel is on, and its peripheral requests a transfer.
     fn due(&self) -> Option<(usize, bool)> {
         let due = |channel, to| self.dma.is_ready(channel, to).then_some((channel, to));
         let captured = |capture: &Capture| {
@@ -277,7 +281,7 @@ impl F051 {
         self.flash_change.is_some() || self.dma.is_on() && self.due().is_some()
     }
 
-    /// The data item that the DMA controller moves now, if any.
+    /// Returns the data item that the DMA controller moves now, if any.
     pub fn next_transfer(&mut self) -> Option<Transfer> {
         let (channel, to_peripheral) = self.due()?;
         let transfer = self.dma.request(channel, to_peripheral);
@@ -285,8 +289,8 @@ impl F051 {
         transfer
     }
 
-    /// Returns true if an edge at a pin that a timer may capture reaches the core before its next
-    /// access: by an interrupt.
+    /// Returns true if an edge at a pin that a timer may capture can raise an interrupt, so that
+    /// the core notices the edge before its next access.
     pub fn hears_captures(&self) -> bool {
         self.dma.is_watched()
             || CAPTURES.iter().any(|Capture { port, pin, timer, .. }| {
@@ -294,7 +298,7 @@ impl F051 {
             })
     }
 
-    /// Returns true if the watchdog has run out; it then stands still until the reset that it
+    /// Returns true if the watchdog has expired. It then stands still until the reset that it
     /// requests.
     pub fn take_watchdog_expiry(&mut self) -> bool {
         let expired = self.watchdog.expires().is_some_and(|at| at <= self.now);
@@ -304,7 +308,8 @@ impl F051 {
         expired
     }
 
-    /// A debugger halts the core, or lets it go on. DBGMCU can stop several peripherals; only the watchdog is modelled.
+    /// Called when a debugger halts or resumes the core. DBGMCU can stop several peripherals; only
+    /// the watchdog is modelled.
     pub fn set_halted(&mut self, halted: bool) {
         let freeze = self.storage.get(&(DBGMCU + APB1_FREEZE)).copied().unwrap_or(0);
         if !halted {
@@ -319,43 +324,43 @@ impl F051 {
         self.watchdog.expires().is_some()
     }
 
-    /// The levels of the interrupt lines.
+    /// Returns the levels of the interrupt lines.
     pub fn lines(&self) -> Lines {
         self.lines
     }
 
-    /// Frequencies of the core, and of the bus that all peripherals hang on.
+    /// Returns the frequencies in Hz of the core and of the bus of all peripherals.
     pub fn clocks_hz(&self) -> [u64; 2] {
         [self.clocks.hclk, self.clocks.pclk]
     }
 
-    /// Frequency of the core, as the RCC registers say.
+    /// Returns the frequency of the core in Hz, as the RCC registers set it.
     pub fn core_clock_hz(&self) -> u64 {
         self.clocks.hclk
     }
 
-    /// Returns the frequency at the pin MCO, PA8 with alternate function 0; 0 for none.
+    /// Returns the frequency in Hz at the pin MCO (PA8 with alternate function 0); 0 for no signal.
     pub fn mco_hz(&self) -> u64 {
         if self.ports[0].pin(8) == Pin::Alternate(0) { self.clocks.mco } else { 0 }
     }
 
-    /// Bits per second on SPI1.
+    /// Returns the bits per second on SPI1.
     pub fn spi_bit_rate(&self) -> u64 {
         self.spi.bit_rate()
     }
 
-    /// TIM1 or TIM2.
+    /// Returns timer `number`, 1 or 2.
     pub fn timer(&self, number: usize) -> &Timer {
         &self.timers[number - 1]
     }
 
-    /// Returns true if [`take_errors`](Self::take_errors) has something.
+    /// Returns true if [`take_errors`](Self::take_errors) has errors to return.
     pub fn has_errors(&self) -> bool {
         !self.errors.is_empty()
     }
 
-    /// Returns true if a read of a register never changes anything: ports, and the counts and flags
-    /// of timers.
+    /// Returns true if a read of the register at this address never has a side effect. These are
+    /// ports, and the counts and flags of timers.
     pub fn is_only_looked_at(address: u32) -> bool {
         let base = address & !(BLOCK - 1);
         match base {
@@ -367,27 +372,27 @@ impl F051 {
         }
     }
 
-    /// Mistakes of the firmware since the last call.
+    /// Returns the errors of the firmware since the last call.
     pub fn take_errors(&mut self) -> Vec<HardwareError> {
         std::mem::take(&mut self.errors)
     }
 
-    /// The change of the flash that the firmware has started.
+    /// Returns the change of the flash that the firmware started.
     pub fn take_flash_change(&mut self) -> Option<FlashChange> {
         self.flash_change.take()
     }
 
-    /// Nothing happens until `now`.
+    /// Sets the time; nothing may be due until `now`.
     pub fn set_now(&mut self, now: Time) {
         self.now = now;
     }
 
-    /// Sets the supply before the regulator, which the converter measures.
+    /// Sets the voltage of the supply before the regulator, which the converter measures.
     pub fn set_battery_volts(&mut self, volts: f64) {
         self.adc.battery_volts = volts;
     }
 
-    /// The board drives a pin.
+    /// Drives a pin from the board.
     pub fn drive(&mut self, port: usize, pin: u8, high: bool) {
         let before = self.ports[port].level(pin);
         self.ports[port].drive(pin, high);
@@ -426,7 +431,7 @@ impl F051 {
         }
     }
 
-    /// Those of all but timers and pins.
+    /// Updates all interrupt lines except those of timers and pins.
     fn update_lines(&mut self) {
         for irq in [DMA_IRQ[0], DMA_IRQ[1], DMA_IRQ[3]] {
             let raised = |channel: usize| DMA_IRQ[channel] == irq && self.dma.interrupt(channel);

@@ -21,9 +21,9 @@ const REGISTERS: usize = CR2 + 1;
 
 const CR_ON: u32 = CR_HSION | CR_HSEON | CR_PLLON;
 const CFGR_PLLSRC_HSE: u32 = 1 << 16;
-/// The same bit as the lowest of CFGR2_PREDIV.
+/// This bit is the same as the lowest one of CFGR2_PREDIV.
 const CFGR_PLLXTPRE: u32 = 1 << 17;
-/// Locked while the PLL runs: PLLMUL, PLLXTPRE, PLLSRC.
+/// The fields that are locked while the PLL runs: PLLMUL, PLLXTPRE, PLLSRC.
 const CFGR_PLL: u32 = 0xf << 18 | CFGR_PLLXTPRE | CFGR_PLLSRC_HSE;
 const CSR_CAUSES: u32 = 0xfe80_0000;
 const CR2_HSI14ON: u32 = 1 << 0;
@@ -35,21 +35,21 @@ pub(super) const LSI_HZ: u64 = 40_000;
 /// The crystal on the Zooid's board.
 const HSE_HZ: u64 = 16_000_000;
 
-/// The clocks that the registers make.
+/// The frequencies in Hz that the registers set.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) struct Clocks {
     pub sysclk: u64,
-    /// AHB, and the core.
+    /// The frequency of AHB and the core.
     pub hclk: u64,
     pub pclk: u64,
     pub timers: u64,
     /// The frequency of the converter's own oscillator; 0 while it is off.
     pub hsi14: u64,
-    /// The frequency at the pin MCO; 0 for none.
+    /// The frequency at the pin MCO; 0 for no signal.
     pub mco: u64,
 }
 
-/// Which register resets a peripheral.
+/// The bus of a peripheral, which selects the register that resets the peripheral.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Bus {
     Ahb,
@@ -60,7 +60,7 @@ pub(crate) enum Bus {
 pub(crate) struct Rcc {
     registers: [u32; REGISTERS],
     source: Source,
-    /// Frequency of LSI, which differs from chip to chip.
+    /// Frequency of LSI in Hz, which differs from chip to chip.
     pub lsi_hz: u64,
     /// False if the crystal never oscillates.
     pub has_crystal: bool,
@@ -74,8 +74,9 @@ impl Rcc {
         rcc
     }
 
-    /// Everything to its reset value, but the backup domain, and the causes are collected until the firmware
-    /// clears them (6.4.10). Every cause inside the chip also pulls the reset pin (6.1.2).
+    /// Sets all registers to their reset values, except those of the backup domain. The flags of
+    /// the causes accumulate until the firmware clears them (6.4.10). Every cause inside the chip
+    /// also pulls the reset pin (6.1.2).
     pub fn reset(&mut self, cause: ResetCause) {
         let backup = self.registers[BDCR];
         let causes = match cause {
@@ -89,7 +90,8 @@ impl Rcc {
         self.registers[CR2] = 0x80;
         self.registers[CSR] = causes
             | match cause {
-                // No brown-out detector: the one of power-down resets the chip, and PORRSTF is its flag, too (6.4.10).
+                // The chip has no brown-out detector. The power-down detector resets it and sets
+                // PORRSTF, too (6.4.10).
                 ResetCause::PowerOn | ResetCause::BrownOut => 1 << 27 | 1 << 26,
                 _ => rcc::flags(cause),
             };
@@ -112,7 +114,8 @@ impl Rcc {
         }
     }
 
-    /// Writes a register and returns the bits that reset peripherals, if it is a register that does.
+    /// Writes a register. If it is a register that resets peripherals, returns its bus and the bits
+    /// that were set.
     pub fn write(&mut self, offset: u32, write: Write) -> Option<(Bus, u32)> {
         let register = offset as usize / 4;
         let old = *self.registers.get(register)?;
@@ -156,7 +159,8 @@ impl Rcc {
         if self.registers[CR] & CR_HSION != 0 { HSI_HZ } else { 0 }
     }
 
-    /// Half of HSI, or HSE by PREDIV + 1 (6.4.2, 6.4.12).
+    /// Returns the frequency at the PLL's input: half of HSI, or HSE divided by PREDIV + 1 (6.4.2,
+    /// 6.4.12).
     fn pll_input_hz(&self) -> u64 {
         if self.registers[CFGR] & CFGR_PLLSRC_HSE == 0 {
             self.hsi_hz() / 2
@@ -183,7 +187,7 @@ impl Rcc {
         let hsi14 = if self.registers[CR2] & CR2_HSI14ON != 0 { HSI14_HZ } else { 0 };
         let pll = if self.registers[CR] & CR_PLLON != 0 { self.pll_hz() } else { 0 };
         let lsi = if rcc::lsi_is_on(self.registers[CSR]) { self.lsi_hz } else { 0 };
-        // 6.4.2: without PLLNODIV, which the STM32F051 does not have, half of the PLL.
+        // Half of the PLL, because the STM32F051 does not have PLLNODIV (6.4.2).
         let mco = match cfgr >> 24 & 7 {
             1 => hsi14,
             2 => lsi,
@@ -196,8 +200,8 @@ impl Rcc {
         Clocks { sysclk, hclk, pclk, timers: rcc::timers(pclk, apb), hsi14, mco }
     }
 
-    /// Returns the frequencies out of range in the clock tree (6.2; data sheet DS8668, table "PLL
-    /// characteristics").
+    /// Returns an error for each frequency in the clock tree that is out of range (6.2; data sheet
+    /// DS8668, table "PLL characteristics").
     pub fn errors(&self) -> Vec<HardwareError> {
         let sysclk = self.clocks().sysclk;
         let mut errors = Vec::new();
@@ -217,13 +221,13 @@ impl Rcc {
         errors
     }
 
-    /// Returns true if the peripheral whose registers begin at `base` has its clock (6.4.6 to
+    /// Returns true if the clock of the peripheral whose registers begin at `base` is on (6.4.6 to
     /// 6.4.8).
     pub fn is_clocked(&self, base: u32) -> bool {
         let (register, bit) = match base {
-            // RTC, and the independent watchdog, have clocks of their own; EXTI has no enable bit.
+            // RTC and the independent watchdog have clocks of their own; EXTI has no enable bit.
             0x4000_2800 | 0x4000_3000 | 0x4001_0400 => return true,
-            // The bits of both peripheral buses stand in the order of the addresses.
+            // The bits of both peripheral buses have the order of the addresses.
             0x4000_0000..=0x4000_7fff => (APB1ENR, base >> 10 & 0x1f),
             0x4001_0000 => (APB2ENR, 0),
             0x4001_2400 => (APB2ENR, 9),
@@ -248,7 +252,7 @@ mod tests {
         Write::new(0, Width::Word, value)
     }
 
-    /// 16 MHz / 2 * 6, HSE at MCO.
+    /// The Zooid's clock tree: 16 MHz / 2 * `multiplier`, with HSE at MCO.
     fn zooid(multiplier: u32) -> Rcc {
         let mut rcc = Rcc::new();
         rcc.write(0x00, word(0x83 | CR_HSEON));

@@ -12,7 +12,8 @@ const DR: u32 = 0x0c;
 
 const CR1_MSTR: u32 = 1 << 2;
 const CR1_SPE: u32 = 1 << 6;
-/// Clock idle high, or data at the second edge; least significant bit first; bidirectional, receive only, CRC.
+/// Bits of CR1 for modes without a model: clock idle high, data at the second edge, least
+/// significant bit first, bidirectional, receive only, CRC.
 const CR1_UNMODELLED: u32 = 3 | 1 << 7 | 1 << 10 | 1 << 13 | 1 << 15;
 const CR2_RXDMAEN: u32 = 1 << 0;
 const CR2_TXDMAEN: u32 = 1 << 1;
@@ -24,7 +25,7 @@ const SR_RXNE: u32 = 1 << 0;
 const SR_TXE: u32 = 1 << 1;
 const SR_OVR: u32 = 1 << 6;
 const SR_BSY: u32 = 1 << 7;
-/// Bytes that each FIFO holds.
+/// The capacity of each FIFO in bytes.
 const FIFO: usize = 4;
 const FRAME_BITS: u64 = 8;
 
@@ -33,11 +34,11 @@ pub(crate) struct Spi {
     cr1: u32,
     cr2: u32,
     overrun: bool,
-    /// True if OVR is cleared by the next read of SR: DR was read since.
+    /// True if the next read of SR clears OVR, because DR was read before.
     read_data: bool,
     transmit: VecDeque<u8>,
     receive: VecDeque<u8>,
-    /// The byte on the wire, and when its last bit has come.
+    /// The byte on the wire, and the time of the end of its last bit.
     shifting: Option<(Time, u8)>,
 }
 
@@ -59,7 +60,7 @@ impl Spi {
         self.hz = hz;
     }
 
-    /// Bits per second: PCLK / 2^(BR + 1) (28.9.1).
+    /// Returns the bits per second: PCLK / 2^(BR + 1) (28.9.1).
     pub fn bit_rate(&self) -> u64 {
         self.hz >> ((self.cr1 >> 3 & 7) + 1)
     }
@@ -69,13 +70,13 @@ impl Spi {
         self.shifting.map(|(end, _)| end)
     }
 
-    /// Returns the byte that has left until `now`, at most one; the byte in exchange goes to
-    /// [`Self::received`].
+    /// Returns the byte that was sent until `now`, at most one. The byte in exchange must be passed
+    /// to [`Self::received`].
     pub fn advance(&mut self, now: Time) -> Option<(Time, u8)> {
         self.shifting.take_if(|(end, _)| *end <= now)
     }
 
-    /// The byte that came in exchange for the one that has left at `end`.
+    /// Receives the byte that came in exchange for the one that ended at `end`.
     pub fn received(&mut self, byte: u8, end: Time) {
         if self.receive.len() == FIFO {
             self.overrun = true;
@@ -99,7 +100,7 @@ impl Spi {
         let mut status = level(self.receive.len()) << 9 | level(self.transmit.len()) << 11;
         for (condition, bit) in [
             (self.receive.len() >= threshold, SR_RXNE),
-            // At most half full (28.5.9).
+            // TXE is set while the FIFO is at most half full (28.5.9).
             (self.transmit.len() <= FIFO / 2, SR_TXE),
             (self.overrun, SR_OVR),
             (self.shifting.is_some() || !self.transmit.is_empty(), SR_BSY),
@@ -118,13 +119,13 @@ impl Spi {
             || self.overrun && self.cr2 & CR2_ERRIE != 0
     }
 
-    /// Returns true if it may cause interrupts or DMA transfers.
+    /// Returns true if the SPI may cause interrupts or DMA transfers.
     pub fn is_watched(&self) -> bool {
         let interrupts = CR2_RXNEIE | CR2_TXEIE | CR2_ERRIE;
         self.cr2 & (interrupts | CR2_RXDMAEN | CR2_TXDMAEN) != 0
     }
 
-    /// Returns its requests for DMA transfers: to it, from it.
+    /// Returns the requests for DMA transfers: to the SPI, and from it.
     pub fn dma_requests(&self) -> [bool; 2] {
         let status = self.status();
         let enabled = self.cr1 & CR1_SPE != 0;
@@ -134,7 +135,8 @@ impl Spi {
         ]
     }
 
-    /// `wide`: the access has more than eight bits, and so takes two bytes at once (28.5.9).
+    /// Reads a register. With `wide` the access has more than eight bits, and so takes two bytes at
+    /// once (28.5.9).
     pub fn read(&mut self, offset: u32, wide: bool) -> u32 {
         match offset {
             CR1 => self.cr1,
@@ -152,7 +154,7 @@ impl Spi {
                 let high = if wide { self.receive.pop_front().unwrap_or(0) } else { 0 };
                 u32::from(u16::from_le_bytes([low, high]))
             }
-            // Polynomial of the CRC.
+            // CRCPR: the reset value of the CRC's polynomial.
             0x10 => 7,
             _ => 0,
         }
@@ -188,7 +190,7 @@ impl Spi {
     }
 }
 
-/// Empty, a quarter, half, full.
+/// Returns the level of a FIFO as SR encodes it: empty, a quarter, half, full.
 fn level(bytes: usize) -> u32 {
     [0, 1, 2, 2, 3][bytes.min(FIFO)]
 }
@@ -202,7 +204,7 @@ mod tests {
         spi.write(offset, Write::new(offset, Width::Half, value), false, Time::ZERO)
     }
 
-    /// 48 MHz / 8, on, RXNE with every byte.
+    /// An enabled SPI at 48 MHz / 8 that sets RXNE with every byte.
     fn spi() -> Spi {
         let mut spi = Spi::new(48_000_000);
         assert_eq!(spi.read(CR2, true), 0x0700);

@@ -14,7 +14,7 @@ use crate::stm32::watchdog::{APB1_FREEZE, FREEZE_WATCHDOG};
 use crate::stm32::{Exti, Pin, Port, PortReset, Timer, TimerKind, Watchdog, Write};
 use crate::{HardwareError, Lines, ResetCause, Time, Width};
 
-/// First address of each timer, and its interrupt (RM0090 tables 1 and 62).
+/// The first address and the interrupt of TIM2 to TIM5 (RM0090 tables 1 and 62).
 const TIMERS: [(u32, u8); 4] =
     [(0x4000_0000, 28), (0x4000_0400, 29), (0x4000_0800, 30), (0x4000_0c00, 50)];
 const RTC: u32 = 0x4000_2800;
@@ -29,16 +29,16 @@ const GPIO_LAST: u32 = 0x4002_2000;
 const RCC: u32 = 0x4002_3800;
 const FLASH: u32 = 0x4002_3c00;
 const DEBUG: u32 = 0xe004_2000;
-/// Numbers of the interrupts of EXTI lines 0 to 15 (RM0090 table 62).
+/// The interrupts of EXTI lines 0 to 15 (RM0090 table 62).
 const EXTI_IRQ: [u8; 16] = [6, 7, 8, 9, 10, 23, 23, 23, 23, 23, 40, 40, 40, 40, 40, 40];
-/// The pins of the debugger are the only ones that are not inputs (RM0090 8.4).
+/// The modes of the ports after a reset. Only the pins of the debugger are not inputs (RM0090 8.4).
 const PORTS: [PortReset; 9] = {
     let mut ports = [PortReset { moder: 0, ospeedr: 0, pupdr: 0 }; 9];
     ports[0] = PortReset { moder: 0xa800_0000, ospeedr: 0, pupdr: 0x6400_0000 };
     ports[1] = PortReset { moder: 0x0000_0280, ospeedr: 0x0000_00c0, pupdr: 0x0000_0100 };
     ports
 };
-/// Peripherals begin at multiples of this.
+/// The size of a peripheral's address range; each begins at a multiple of it.
 const BLOCK: u32 = 0x400;
 
 /// The chip without its core and its memory.
@@ -51,18 +51,18 @@ pub struct F405 {
     /// Ports A to I.
     pub ports: [Port; 9],
     exti: Exti,
-    /// USART6, to the radio's processor.
+    /// USART6, which is connected to the radio's processor.
     pub usart: Usart,
     /// TIM2 to TIM5.
     timers: [Timer; 4],
     watchdog: Watchdog,
-    /// Frequency of the oscillator LSI, which the watchdog counts.
+    /// Frequency in Hz of the oscillator LSI, which clocks the watchdog.
     lsi_hz: u64,
     identity: Identity,
     /// Registers without a model: the value of every word that was written.
     storage: BTreeMap<u32, u32>,
-    /// First address used of each block without a model, and of registers that a model does not
-    /// know.
+    /// For each block, the first address used that has no model: a block without a model, or a
+    /// register that a model does not know.
     pub unknown: BTreeMap<u32, u32>,
     /// Accesses to peripherals whose clock is off.
     pub accesses_without_clock: u64,
@@ -72,7 +72,7 @@ pub struct F405 {
 }
 
 impl F405 {
-    /// A chip whose power was just turned on.
+    /// Creates a chip at the moment of its power-on.
     pub fn new(unique_id: [u8; 12], device_type: &str, lsi_hz: u64) -> Self {
         let rcc = Rcc::new();
         let clocks = rcc.clocks();
@@ -105,17 +105,17 @@ impl F405 {
         self.rcc.set_crystal(has_crystal);
     }
 
-    /// Programs the one-time programmable bytes anew.
+    /// Replaces the content of the one-time programmable bytes.
     pub fn set_otp(&mut self, content: &[u8]) {
         self.identity.set_otp(content);
     }
 
-    /// The backup registers hold something else after a power-on.
+    /// Fills the backup registers, whose content after a power-on is undefined.
     pub fn fill_backup(&mut self, content: impl FnMut() -> u32) {
         self.backup.fill(content);
     }
 
-    /// Resets the chip; its pins are driven as before.
+    /// Resets the chip. The board continues to drive its pins.
     pub fn reset(&mut self, cause: ResetCause) {
         self.rcc.reset(cause);
         self.power = Power::new();
@@ -136,8 +136,8 @@ impl F405 {
         self.pins_changed();
     }
 
-    /// Lets time pass until `now`, which is not beyond the next event; returns the byte that has left USART6
-    /// at this moment.
+    /// Advances time to `now`, which is not beyond the next event. Returns the byte that has left
+    /// USART6 at this moment.
     pub fn advance(&mut self, now: Time) -> Option<Sent> {
         self.now = now;
         let sent = self.usart.advance(now);
@@ -147,17 +147,17 @@ impl F405 {
             }
         }
         self.update_lines();
-        // The line gets the bytes that pin PC6 lets through.
+        // Bytes reach the line only if pin PC6 belongs to USART6.
         sent.filter(|_| self.ports[2].pin(6) == Pin::Alternate(8))
     }
 
-    /// The time of the next event that comes by itself.
+    /// Returns the time of the next internal event.
     pub fn next_event(&self) -> Option<Time> {
         let timers = self.timers.iter().filter_map(Timer::next_event);
         timers.chain(self.usart.next_event()).chain(self.watchdog.expires()).min()
     }
 
-    /// Returns true if the watchdog has run out; it then stands still until the reset that it
+    /// Returns true if the watchdog has expired. It then stands still until the reset that it
     /// requests.
     pub fn take_watchdog_expiry(&mut self) -> bool {
         let expired = self.watchdog.expires().is_some_and(|at| at <= self.now);
@@ -167,7 +167,8 @@ impl F405 {
         expired
     }
 
-    /// A debugger halts the core, or lets it go on. DBGMCU can stop several peripherals; only the watchdog is modelled.
+    /// Called when a debugger halts or resumes the core. DBGMCU can stop several peripherals; only
+    /// the watchdog is modelled.
     pub fn set_halted(&mut self, halted: bool) {
         let freeze = self.storage.get(&(DEBUG + APB1_FREEZE)).copied().unwrap_or(0);
         if !halted {
@@ -182,45 +183,45 @@ impl F405 {
         self.watchdog.expires().is_some()
     }
 
-    /// The levels of the interrupt lines.
+    /// Returns the levels of the interrupt lines.
     pub fn lines(&self) -> Lines {
         self.lines
     }
 
-    /// Frequencies of the core, of APB1 and of APB2.
+    /// Returns the frequencies of the core, of APB1 and of APB2 in Hz.
     pub fn clocks_hz(&self) -> [u64; 3] {
         let clocks = self.rcc.clocks();
         [clocks.hclk, clocks.pclk1, clocks.pclk2]
     }
 
-    /// Frequency of the core, as the RCC registers say.
+    /// Returns the frequency of the core in Hz, as the RCC registers set it.
     pub fn core_clock_hz(&self) -> u64 {
         self.rcc.clocks().hclk
     }
 
-    /// TIM2 to TIM5.
+    /// Returns timer `number`, 2 to 5.
     pub fn timer(&self, number: usize) -> &Timer {
         &self.timers[number - 2]
     }
 
-    /// Mistakes of the firmware since the last call.
+    /// Returns the errors of the firmware since the last call.
     pub fn take_errors(&mut self) -> Vec<HardwareError> {
         std::mem::take(&mut self.errors)
     }
 
-    /// Returns true if USART6 receives from the line: pin PC7.
+    /// Returns true if USART6 is connected to its receive pin PC7.
     pub fn listens(&self) -> bool {
         self.ports[2].pin(7) == Pin::Alternate(8)
     }
 
-    /// A byte begins to arrive at PC7.
+    /// Handles the begin of a byte at PC7.
     pub fn begin_byte(&mut self) {
         if self.listens() {
             self.usart.begin();
         }
     }
 
-    /// A byte has arrived at PC7.
+    /// Receives a byte that arrived at PC7.
     pub fn receive(&mut self, byte: u8, baud: u64) {
         if self.listens() {
             self.usart.receive(byte, baud, self.now);
@@ -228,12 +229,12 @@ impl F405 {
         }
     }
 
-    /// Nothing happens until `now`.
+    /// Sets the time; nothing may be due until `now`.
     pub fn set_now(&mut self, now: Time) {
         self.now = now;
     }
 
-    /// The board drives a pin.
+    /// Drives a pin from the board.
     pub fn drive(&mut self, port: usize, pin: u8, high: bool) {
         self.ports[port].drive(pin, high);
         self.pins_changed();
@@ -311,7 +312,7 @@ impl F405 {
     }
 
     fn note_unknown(&mut self, base: u32, address: u32) {
-        // The rest of SYSCFG and DBGMCU are storage on the chip, too.
+        // The other registers of SYSCFG and DBGMCU are storage on the chip, too.
         if base != SYSCFG && base != DEBUG {
             self.unknown.entry(base).or_insert(address);
         }
@@ -335,7 +336,7 @@ impl F405 {
                     self.unknown.entry(base).or_insert(address);
                 }
             }
-            // Without DBP nothing is written, in reset everything stays 0.
+            // Without DBP nothing is written; while the domain is in reset all registers stay 0.
             RTC if self.backup.read(offset).is_some() => {
                 if self.power.is_backup_writable() && !self.rcc.is_backup_reset() {
                     self.backup.write(offset, write);
@@ -396,7 +397,7 @@ impl F405 {
         }
     }
 
-    /// RCC_xxxRSTR: the bits are those of RCC_xxxENR.
+    /// Resets peripherals through RCC_xxxRSTR, whose bits are those of RCC_xxxENR.
     fn reset_peripherals(&mut self, register: usize, bits: u32) {
         let is_set = |number: usize, bit: usize| register == number && bits >> bit & 1 != 0;
         for (number, port) in self.ports.iter_mut().enumerate() {

@@ -28,11 +28,11 @@ const HSI_HZ: u64 = 16_000_000;
 /// The crystal on the Crazyflie's board.
 const HSE_HZ: u64 = 8_000_000;
 
-/// The clocks that the registers make.
+/// The frequencies in Hz that the registers set.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) struct Clocks {
     pub sysclk: u64,
-    /// AHB, and the core.
+    /// The frequency of AHB and the core.
     pub hclk: u64,
     pub pclk1: u64,
     pub pclk2: u64,
@@ -55,8 +55,9 @@ impl Rcc {
         rcc
     }
 
-    /// Everything to its reset value, but the backup domain, and the causes are collected until the firmware
-    /// clears them or the power comes anew (6.3.21). Every cause inside the chip also pulls the reset pin (6.1.1).
+    /// Sets all registers to their reset values, except those of the backup domain. The flags of
+    /// the causes accumulate until the firmware clears them or power is cut (6.3.21). Every cause
+    /// inside the chip also pulls the reset pin (6.1.1).
     pub fn reset(&mut self, cause: ResetCause) {
         let (backup, causes) = match cause {
             ResetCause::PowerOn => (0, 0),
@@ -66,7 +67,8 @@ impl Rcc {
         self.registers[CR] = CR_RESET;
         self.registers[PLLCFGR] = 0x2400_3010;
         self.registers[AHB1ENR] = 0x0010_0000;
-        // AHB1LPENR to APB2LPENR, for the chips of this family that have Ethernet and camera.
+        // AHB1LPENR to APB2LPENR have the values of the chips of this family that have Ethernet and
+        // a camera interface.
         for (register, value) in
             [0x7e67_91ff, 0xf1, 1, 0, 0x36fe_c9ff, 0x0007_5f33].into_iter().enumerate()
         {
@@ -99,8 +101,8 @@ impl Rcc {
         }
     }
 
-    /// Writes a register and returns the bits that reset peripherals, if it is a register that does:
-    /// (0 for AHB1RSTR to 5 for APB2RSTR, bits).
+    /// Writes a register. If it is a register that resets peripherals, returns its number (0 for
+    /// AHB1RSTR to 5 for APB2RSTR) and the bits that were set.
     pub fn write(&mut self, offset: u32, write: Write) -> Option<(usize, u32)> {
         let register = offset as usize / 4;
         let old = *self.registers.get(register)?;
@@ -118,7 +120,7 @@ impl Rcc {
         (AHB1RSTR..=AHB1RSTR + 5).contains(&register).then(|| (register - AHB1RSTR, new & !old))
     }
 
-    /// The crystal oscillates when it is turned on, or never does.
+    /// Sets the crystal's state: it oscillates when it is turned on, or never does.
     pub fn set_crystal(&mut self, works: bool) {
         self.has_crystal = works;
     }
@@ -158,7 +160,8 @@ impl Rcc {
         Clocks { sysclk, hclk, pclk1, pclk2: hclk >> apb2, timers1 }
     }
 
-    /// Returns the frequencies out of range in the clock tree, at voltage scale 1 or 2.
+    /// Returns an error for each frequency in the clock tree that is out of range, at voltage scale
+    /// 1 or 2.
     pub fn errors(&self, scale_1: bool) -> Vec<HardwareError> {
         let clocks = self.clocks();
         let core = if scale_1 { 168_000_000 } else { 144_000_000 };
@@ -182,13 +185,13 @@ impl Rcc {
         errors
     }
 
-    /// Returns true if the peripheral whose registers begin at `base` has its clock.
+    /// Returns true if the clock of the peripheral whose registers begin at `base` is on.
     pub fn is_clocked(&self, base: u32) -> bool {
         let slot = base >> 10 & 0x3f;
         let (register, bit) = match base {
-            // RTC, window watchdog's neighbour and the independent watchdog have clocks of their own.
+            // RTC and the independent watchdog have clocks of their own.
             0x4000_2800 | 0x4000_3000 => return true,
-            // The bits of APB1 stand in the order of the addresses.
+            // The bits of APB1 have the order of the addresses.
             0x4000_0000..=0x4000_7fff => (APB1ENR, slot),
             // External interrupts have no enable bit.
             0x4001_3c00 => return true,

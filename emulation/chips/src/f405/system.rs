@@ -11,7 +11,7 @@ const PWR_CR_DBP: u32 = 1 << 8;
 const PWR_CR_VOS: u32 = 1 << 14;
 const PWR_CSR_VOSRDY: u32 = 1 << 14;
 
-/// Power controller: the voltage regulator is ready at once.
+/// The power controller. The voltage regulator is ready at once.
 pub(crate) struct Power {
     cr: u32,
     csr: u32,
@@ -22,12 +22,12 @@ impl Power {
         Power { cr: PWR_CR_VOS, csr: 0 }
     }
 
-    /// Scale 1 allows 168 MHz, scale 2 144 MHz (5.1.3).
+    /// Returns true at voltage scale 1, which allows 168 MHz; scale 2 allows 144 MHz (5.1.3).
     pub fn is_scale_1(&self) -> bool {
         self.cr & PWR_CR_VOS != 0
     }
 
-    /// Without this bit nothing writes to the backup domain (5.1.2).
+    /// Returns true if DBP is set; otherwise the backup domain is write-protected (5.1.2).
     pub fn is_backup_writable(&self) -> bool {
         self.cr & PWR_CR_DBP != 0
     }
@@ -50,12 +50,13 @@ impl Power {
     }
 }
 
-/// First of the backup registers of the real-time clock, and how many there are (26.6.20).
+/// Offset of the first backup register of the real-time clock, and their number (26.6.20).
 const BACKUP: u32 = 0x50;
 const BACKUP_REGISTERS: usize = 20;
 
-/// The backup registers of the real-time clock, which no reset clears but that of the backup domain. They need neither the
-/// clock of the RTC nor its write key (26.3.5). The clock itself has no model.
+/// The backup registers of the real-time clock. Only the reset of the backup domain clears them.
+/// They need neither the clock of the RTC nor its write key (26.3.5). The real-time clock itself
+/// has no model.
 pub(crate) struct Backup {
     registers: [u32; BACKUP_REGISTERS],
 }
@@ -65,7 +66,7 @@ impl Backup {
         Backup { registers: [0; BACKUP_REGISTERS] }
     }
 
-    /// They hold something else now.
+    /// Fills the registers with `content`.
     pub fn fill(&mut self, mut content: impl FnMut() -> u32) {
         self.registers.fill_with(&mut content);
     }
@@ -75,12 +76,12 @@ impl Backup {
         (index < BACKUP_REGISTERS).then_some(index)
     }
 
-    /// The register there; none if it is not one of them.
+    /// Returns the register at this offset; none if it is no backup register.
     pub fn read(&self, offset: u32) -> Option<u32> {
         Self::index(offset).map(|index| self.registers[index])
     }
 
-    /// Writes the register there; returns false if it is not one of them.
+    /// Writes the register at this offset; returns false if it is no backup register.
     pub fn write(&mut self, offset: u32, write: Write) -> bool {
         let Some(index) = Self::index(offset) else {
             return false;
@@ -90,7 +91,7 @@ impl Backup {
     }
 }
 
-/// Flash interface: wait states; programming by the firmware has no model.
+/// The flash interface: wait states only. Programming by the firmware has no model.
 pub(crate) struct Flash {
     registers: [u32; 6],
 }
@@ -101,7 +102,8 @@ impl Flash {
         Flash { registers: [0, 0, 0, 0, 0x8000_0000, 0x0fff_aaed] }
     }
 
-    /// At 2.7 to 3.6 V every started 30 MHz beyond the first take a wait state (3.5.1, table 10).
+    /// Returns an error if there are too few wait states: at 2.7 to 3.6 V, one for every started 30
+    /// MHz beyond the first (3.5.1, table 10).
     pub fn error(&self, hz: u64) -> Option<HardwareError> {
         let wait_states = self.registers[0] & 7;
         let needed = hz.div_ceil(30_000_000).saturating_sub(1) as u32;
@@ -121,10 +123,11 @@ impl Flash {
 
 const AREA: u32 = 0x1fff_7000;
 const AREA_END: u32 = 0x1fff_8000;
-/// One-time programmable bytes (3.8); Bitcraze keeps the device type in the first slot of 32.
+/// Offset of the one-time programmable bytes (3.8). Bitcraze stores the device type in the first
+/// slot of 32 bytes.
 const DEVICE_TYPE: usize = 0x800;
 const DEVICE_TYPE_SLOT: usize = 32;
-/// Bytes of all 16 slots.
+/// The one-time programmable bytes of all 16 slots.
 pub const OTP: usize = 16 * DEVICE_TYPE_SLOT;
 const UNIQUE_ID: usize = 0xa10;
 const FLASH_KBYTES: usize = 0xa22;
@@ -139,7 +142,7 @@ impl Identity {
         let mut bytes = vec![0xff; (AREA_END - AREA) as usize];
         let slot = &mut bytes[DEVICE_TYPE..DEVICE_TYPE + DEVICE_TYPE_SLOT];
         slot.fill(0);
-        // The slot keeps room for the zero at the end.
+        // The slot ends with at least one zero.
         for (to, from) in slot[..DEVICE_TYPE_SLOT - 1].iter_mut().zip(device_type.bytes()) {
             *to = from;
         }
@@ -148,7 +151,7 @@ impl Identity {
         Identity { bytes }
     }
 
-    /// Programs the one-time programmable bytes anew, from the first on; the rest is erased.
+    /// Replaces the one-time programmable bytes, starting with the first; the rest is erased.
     pub fn set_otp(&mut self, content: &[u8]) {
         let otp = &mut self.bytes[DEVICE_TYPE..DEVICE_TYPE + OTP];
         otp.fill(0xff);
@@ -157,7 +160,7 @@ impl Identity {
         }
     }
 
-    /// The word at `address`, if it is in this area.
+    /// Returns the word at `address`, if it is in this area.
     pub fn read(&self, address: u32) -> Option<u32> {
         if !(AREA..AREA_END).contains(&address) {
             return None;

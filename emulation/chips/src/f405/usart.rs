@@ -18,14 +18,14 @@ const SR_IDLE: u32 = 1 << 4;
 const SR_RXNE: u32 = 1 << 5;
 const SR_TC: u32 = 1 << 6;
 const SR_TXE: u32 = 1 << 7;
-/// Cleared by reading SR, then DR (30.6.1).
+/// Flags that are cleared by reading SR, then DR (30.6.1).
 const SR_BY_READING: u32 = SR_FE | SR_ORE | SR_IDLE;
-/// Cleared by writing 0: CTS, LBD, TC, RXNE.
+/// Flags that are cleared by writing 0: CTS, LBD, TC, RXNE.
 const SR_BY_WRITING: u32 = 1 << 9 | 1 << 8 | SR_TC | SR_RXNE;
 
 const CR1_RE: u32 = 1 << 2;
 const CR1_TE: u32 = 1 << 3;
-/// IDLE, RXNE, TC and TXE have their interrupt enable bits where their flags are.
+/// The interrupt enable bits of IDLE, RXNE, TC and TXE have the positions of their flags.
 const CR1_INTERRUPTS: u32 = SR_IDLE | SR_RXNE | SR_TC | SR_TXE;
 const CR1_RXNEIE: u32 = SR_RXNE;
 const CR1_PCE: u32 = 1 << 10;
@@ -45,11 +45,11 @@ pub struct Sent {
     pub baud: u64,
 }
 
-/// A USART of the STM32F405, as far as it is asynchronous.
+/// A USART of the STM32F405 in asynchronous mode.
 pub struct Usart {
     hz: u64,
     sr: u32,
-    /// The flags that the last read of SR has shown, among those that a read clears.
+    /// The flags that the last read of SR has shown, of those in `SR_BY_READING`.
     shown: u32,
     received: u8,
     brr: u32,
@@ -57,15 +57,15 @@ pub struct Usart {
     cr2: u32,
     cr3: u32,
     gtpr: u32,
-    /// Byte in the shift register and when it will have left.
+    /// The byte in the shift register, and the time at which it will have left.
     shifting: Option<(Time, Sent)>,
     waiting: Option<u8>,
     idle_at: Option<Time>,
     /// The time at which RXNE was set.
     received_at: Time,
-    /// Longest time from a byte's arrival to its being read.
+    /// The longest time from a byte's arrival until it was read.
     pub longest_unread: Time,
-    /// Bytes lost because the one before had not been read.
+    /// Bytes lost because the byte before had not been read.
     pub overruns: u64,
     /// Bytes with a wrong stop bit.
     pub framing_errors: u64,
@@ -107,9 +107,9 @@ impl Usart {
         self.hz = hz;
     }
 
-    /// Bits per second: f / (8 * (2 - OVER8) * USARTDIV), 30.3.4. With 16 samples a bit, BRR is f / baud;
-    /// with 8, its lowest three bits are eighths. A frame other than 8N1 is none that the peer understands:
-    /// no baud rate at all.
+    /// Returns the bits per second: f / (8 * (2 - OVER8) * USARTDIV), 30.3.4. With 16 samples a
+    /// bit, BRR is f / baud; with 8, its lowest three bits are eighths. The peer understands 8N1
+    /// frames only; for other frames the result is 0.
     pub(crate) fn baud(&self) -> u64 {
         let divider = if self.cr1 & CR1_OVER8 == 0 {
             self.brr & 0xffff
@@ -126,12 +126,12 @@ impl Usart {
         self.cr1 & (CR1_UE | CR1_RE) == CR1_UE | CR1_RE
     }
 
-    /// A byte begins to arrive: the line is not idle.
+    /// Handles the begin of a byte: the line is not idle.
     pub(crate) fn begin(&mut self) {
         self.idle_at = None;
     }
 
-    /// A byte has arrived.
+    /// Receives a byte that was sent at `peer_baud`.
     pub(crate) fn receive(&mut self, byte: u8, peer_baud: u64, now: Time) {
         if !self.receives() {
             return;
@@ -153,7 +153,7 @@ impl Usart {
         self.idle_at = Some(now + Time::of_ticks(FRAME_BITS, self.baud()));
     }
 
-    /// Lets time pass until `now`, at which at most one byte has left.
+    /// Advances time to `now`, at which at most one byte has left.
     pub(crate) fn advance(&mut self, now: Time) -> Option<Sent> {
         if self.idle_at.is_some_and(|at| at <= now) {
             self.idle_at = None;
@@ -259,7 +259,7 @@ mod tests {
         usart.write(offset, Write::new(offset, Width::Word, value), now);
     }
 
-    /// 84 MHz, 1 Mbaud, on.
+    /// An enabled USART with a clock of 84 MHz, at 1 Mbaud.
     fn usart() -> Usart {
         let mut usart = Usart::new(84_000_000);
         write(&mut usart, BRR, 84, Time::ZERO);
@@ -275,7 +275,7 @@ mod tests {
             write(&mut usart, BRR, brr, Time::ZERO);
             assert_eq!(usart.baud(), baud);
         }
-        // With 8 samples twice as much per divider: 1 Mbaud is 10.5.
+        // With 8 samples the rate doubles for the same divider: 1 Mbaud is 10.5.
         write(&mut usart, CR1, CR1_UE | CR1_OVER8, Time::ZERO);
         write(&mut usart, BRR, 10 << 4 | 4, Time::ZERO);
         assert_eq!(usart.baud(), 1_000_000);
