@@ -1,4 +1,5 @@
-//! Exceptions: which are pending, active and enabled, and which comes next (ARMv7-M B1.5, B3.4).
+//! Exceptions: the pending, active and enabled ones, and the selection of the next one (ARMv7-M
+//! B1.5, B3.4).
 
 use bittybuzz_chips::CoreKind;
 
@@ -23,30 +24,30 @@ const ICSR_PENDSVCLR: u32 = 1 << 27;
 const ICSR_PENDSVSET: u32 = 1 << 28;
 const ICSR_NMIPENDSET: u32 = 1 << 31;
 
-/// Interrupts of the STM32F405, rounded up to whole registers; the Cortex-M0 has 32.
+/// The interrupts of the STM32F405, rounded up to whole registers; the Cortex-M0 has 32.
 const INTERRUPTS: usize = 96;
-/// Priority of code that no exception runs: below all.
+/// The priority of thread mode, which is below all others.
 const THREAD: i16 = 256;
 
-/// The special registers that keep exceptions away.
+/// The special registers that mask exceptions.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Masks {
-    /// PRIMASK: all of configurable priority.
+    /// PRIMASK: masks all exceptions of configurable priority.
     pub primask: bool,
-    /// FAULTMASK: all but NMI.
+    /// FAULTMASK: masks all exceptions except NMI.
     pub faultmask: bool,
-    /// BASEPRI: those of this priority and less urgent ones; 0 for none.
+    /// BASEPRI: masks exceptions of this priority and less urgent ones; 0 masks none.
     pub basepri: u8,
 }
 
 impl Masks {
-    /// Returns true if some interrupt could be kept away.
+    /// Returns true if some interrupt could be masked.
     pub fn any(self) -> bool {
         self.primask || self.faultmask || self.basepri != 0
     }
 }
 
-/// The interrupt controller, and which exceptions run.
+/// The interrupt controller, and the stack of active exceptions.
 #[derive(Clone)]
 pub struct Nvic {
     core: CoreKind,
@@ -54,10 +55,10 @@ pub struct Nvic {
     pending: u128,
     lines: u128,
     priorities: [u8; INTERRUPTS],
-    /// Of exceptions 0 to 15; those before 4 are fixed.
+    /// The priorities of exceptions 0 to 15; those before 4 are fixed.
     system_priorities: [u8; 16],
     system_pending: u16,
-    /// Exceptions that have begun and not returned, innermost last.
+    /// Exceptions that were entered and have not returned, innermost last.
     active: Vec<u8>,
     /// AIRCR.PRIGROUP.
     group: u8,
@@ -79,7 +80,7 @@ impl Nvic {
         }
     }
 
-    /// Those of a priority that count, the upper ones.
+    /// Returns the bits of a priority that are implemented, which are the upper ones.
     fn priority_bits(&self) -> u8 {
         match self.core {
             CoreKind::CortexM0 => 0xc0,
@@ -94,7 +95,7 @@ impl Nvic {
         }
     }
 
-    /// The levels of the interrupt lines: one that rises becomes pending.
+    /// Sets the levels of the interrupt lines. The interrupt of a rising line becomes pending.
     #[inline]
     pub fn set_lines(&mut self, lines: u128) {
         self.pending |= lines & !self.lines;
@@ -132,34 +133,35 @@ impl Nvic {
         }
     }
 
-    /// Returns true if anything is pending that is enabled.
+    /// Returns true if any enabled exception is pending.
     #[inline]
     pub fn any_pending(&self) -> bool {
         self.system_pending != 0 || self.pending & self.enabled != 0
     }
 
-    /// The exception that runs; 0 in thread mode.
+    /// Returns the exception that runs; 0 in thread mode.
     pub fn current(&self) -> u8 {
         self.active.last().copied().unwrap_or(0)
     }
 
-    /// Returns true if the exception has begun and not returned.
+    /// Returns true if the exception was entered and has not returned.
     pub fn is_active(&self, exception: u8) -> bool {
         self.active.contains(&exception)
     }
 
-    /// Exceptions that have begun and not returned.
+    /// Returns the number of exceptions that were entered and have not returned.
     pub fn active_count(&self) -> usize {
         self.active.len()
     }
 
-    /// The exception begins.
+    /// Marks the exception as active and no longer pending.
     pub fn activate(&mut self, exception: u8) {
         self.unpend(exception);
         self.active.push(exception);
     }
 
-    /// The exception returns; an interrupt whose line is still high becomes pending again.
+    /// Marks the exception as no longer active. An interrupt whose line is still high becomes
+    /// pending again.
     pub fn deactivate(&mut self, exception: u8) {
         self.active.retain(|active| *active != exception);
         if let Some(interrupt) = exception.checked_sub(number::FIRST_INTERRUPT) {
@@ -167,7 +169,7 @@ impl Nvic {
         }
     }
 
-    /// Full priority; fixed ones are negative.
+    /// Returns the full priority. Fixed priorities are negative.
     fn priority(&self, exception: u8) -> i16 {
         match exception {
             number::NMI => -2,
@@ -177,12 +179,12 @@ impl Nvic {
         }
     }
 
-    /// Of a priority the part that decides about preemption (B1.5.4).
+    /// Returns the part of a priority that decides about preemption (B1.5.4).
     fn group_of(&self, priority: i16) -> i16 {
         if priority < 0 { priority } else { priority & !((2 << self.group) - 1) }
     }
 
-    /// Priority of what runs now, boosted by the masks.
+    /// Returns the priority of the code that runs now, boosted by the masks.
     fn execution_priority(&self, masks: Masks) -> i16 {
         let active = self.active.iter().map(|active| self.group_of(self.priority(*active)));
         let basepri = (masks.basepri != 0).then(|| self.group_of(i16::from(masks.basepri)));
@@ -196,7 +198,8 @@ impl Nvic {
         self.group_of(self.priority(exception)) < self.execution_priority(masks)
     }
 
-    /// The exception to be taken now: the most urgent, among equals the lowest number.
+    /// Returns the exception to be taken now: the most urgent one, and among equals the one with
+    /// the lowest number.
     pub fn next(&self, masks: Masks) -> Option<u8> {
         let system = (2..16_u8).filter(|n| self.system_pending >> n & 1 != 0);
         let mut interrupts = self.pending & self.enabled;
@@ -211,7 +214,7 @@ impl Nvic {
             .filter(|exception| self.preempts(*exception, masks))
     }
 
-    /// AIRCR.PRIGROUP.
+    /// Returns AIRCR.PRIGROUP.
     pub fn group(&self) -> u8 {
         self.group
     }
@@ -221,7 +224,7 @@ impl Nvic {
         self.group = group & 7;
     }
 
-    /// Returns true if the core has this exception and its priority can be chosen.
+    /// Returns true if the core has this exception and its priority is configurable.
     fn has_priority(&self, exception: usize) -> bool {
         let exception = exception as u8;
         match exception {
@@ -233,12 +236,13 @@ impl Nvic {
         }
     }
 
-    /// Reads SHPR1 to SHPR3, by the number of their first exception.
+    /// Reads SHPR1 to SHPR3; `first` is the number of the first exception in the register.
     pub fn read_priorities(&self, first: usize) -> u32 {
         u32::from_le_bytes(std::array::from_fn(|n| self.system_priorities[first + n]))
     }
 
-    /// Writes the bytes of `value` that are in `mask` to SHPR1 to SHPR3, by the number of their first exception.
+    /// Writes the bytes of `value` that are in `mask` to SHPR1 to SHPR3; `first` is the number of
+    /// the first exception in the register.
     pub fn write_priorities(&mut self, first: usize, value: u32, mask: u32) {
         for byte in (0..4).filter(|byte| mask >> (8 * byte) & 0xff != 0) {
             if self.has_priority(first + byte) {
@@ -251,7 +255,7 @@ impl Nvic {
     /// Reads ICSR (B3.2.4).
     pub fn read_icsr(&self) -> u32 {
         let pending = |exception, bit: u32| if self.is_pending(exception) { bit } else { 0 };
-        // RETTOBASE, which a Cortex-M0 lacks.
+        // RETTOBASE does not exist on a Cortex-M0.
         let is_outermost = self.core == CoreKind::CortexM4F && self.active.len() <= 1;
         u32::from(self.current())
             | u32::from(is_outermost) << 11
@@ -281,7 +285,7 @@ impl Nvic {
         }
     }
 
-    /// Reads NVIC_ISER to NVIC_IPR; `offset` from 0xe000e100, of a word.
+    /// Reads a word of NVIC_ISER to NVIC_IPR; `offset` counts from 0xe000e100.
     pub fn read(&self, offset: u32) -> u32 {
         let word = |bits: u128| match offset & 0x7f {
             index @ 0..=0xc => (bits >> (8 * index)) as u32,
@@ -318,7 +322,7 @@ impl Nvic {
             0x000..0x080 => self.enabled |= bits,
             0x080..0x100 => self.enabled &= !bits,
             0x100..0x180 => self.pending |= bits,
-            // A line that is high keeps its interrupt pending, unless that runs already.
+            // A line that is high keeps its interrupt pending, unless the interrupt is active.
             0x180..0x200 => {
                 let running = self.active.iter().fold(0_u128, |running, active| {
                     let interrupt = active.checked_sub(number::FIRST_INTERRUPT);
