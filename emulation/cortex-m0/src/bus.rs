@@ -15,23 +15,23 @@ pub const FLASH: u32 = 0x0800_0000;
 pub const RAM: u32 = 0x2000_0000;
 const PRIVATE: u32 = 0xe000_0000;
 
-/// STKALIGN and UNALIGN_TRP are always on.
+/// CCR: STKALIGN and UNALIGN_TRP are always on.
 const CCR_VALUE: u32 = 1 << 9 | 1 << 3;
-/// Memory, board, and the interrupt controller.
+/// The memory, the board, and the interrupt controller.
 pub struct Bus<B> {
     pub board: B,
     pub flash: Vec<u8>,
-    /// The decoded instructions of the flash, and their changes.
+    /// The decoded instructions of the flash.
     pub code: Code,
     pub flash_has_changed: bool,
     pub ram: Vec<u8>,
     pub nvic: Nvic,
     pub clock: Clock,
-    /// The core's cycles since power-on, without those in sleep.
+    /// The core's cycles since power-on, without those asleep.
     pub cycles: u64,
     /// No instruction begins at or after this cycle.
     pub deadline: u64,
-    /// The event register.
+    /// The event register, which wakes a core that waits in WFE.
     pub event: bool,
     pub reset_requested: bool,
     pub systick_used: bool,
@@ -39,7 +39,7 @@ pub struct Bus<B> {
 }
 
 impl<B: Board> Bus<B> {
-    /// Robot `number` of several, whose flash is erased.
+    /// Creates the bus of robot `number` of several, with erased flash.
     pub fn new(number: usize) -> Self {
         let board = B::power_on(number);
         let clock = Clock::new(board.core_clock_hz());
@@ -64,13 +64,14 @@ impl<B: Board> Bus<B> {
         self.clock.time(self.cycles)
     }
 
-    /// Brings the board to the core's time and its interrupts to the core.
+    /// Advances the board to the core's time and passes its interrupt lines to the core.
     pub fn catch_up(&mut self) {
         self.board.advance(self.now());
         self.nvic.set_lines(self.board.interrupts().bits());
     }
 
-    /// Clocks may have changed, interrupts may be pending, events may come earlier.
+    /// Updates the core after an access, which may have changed clocks, raised interrupts or moved
+    /// the next event to an earlier time.
     fn after_access(&mut self) {
         self.nvic.set_lines(self.board.interrupts().bits());
         let hz = self.board.core_clock_hz();
@@ -85,7 +86,7 @@ impl<B: Board> Bus<B> {
         }
     }
 
-    /// Returns the index in the flash of `length` bytes at `address`; the flash is also mapped at
+    /// Returns the index in the flash of `length` bytes at `address`. The flash is also mapped at
     /// 0.
     fn flash_index(&self, address: u32, length: usize) -> Option<usize> {
         let at = address.wrapping_sub(FLASH) as usize;
@@ -93,7 +94,7 @@ impl<B: Board> Bus<B> {
         (at + length <= self.flash.len()).then_some(at)
     }
 
-    /// `length` bytes at `address`, if all of them are in one memory.
+    /// Returns `length` bytes at `address`, if all of them are in one memory.
     pub fn memory(&self, address: u32, length: usize) -> Option<&[u8]> {
         let at = address.wrapping_sub(RAM) as usize;
         if at < self.ram.len() {
@@ -103,7 +104,7 @@ impl<B: Board> Bus<B> {
         self.flash.get(at..at + length)
     }
 
-    /// Writes as a debugger does.
+    /// Writes to RAM or flash, as a debugger does.
     pub fn write_memory(&mut self, address: u32, bytes: &[u8]) -> Option<()> {
         let at = address.wrapping_sub(RAM) as usize;
         let place = if at < self.ram.len() {
@@ -117,7 +118,7 @@ impl<B: Board> Bus<B> {
         Some(())
     }
 
-    /// The operation at `pc`, wherever it is.
+    /// Decodes the operation at `pc`, in any memory.
     pub fn look(&self, pc: u32) -> Op {
         // Nothing is executed from peripherals and beyond (B3.1).
         let halfword = |address: u32| {
@@ -130,8 +131,8 @@ impl<B: Board> Bus<B> {
         }
     }
 
-    /// Returns the operation at `pc` in the flash, valid until the flash changes: its literal loads
-    /// are resolved, too.
+    /// Decodes the operation at `pc` in the flash. The result is valid until the flash changes,
+    /// because literal loads are resolved, too.
     pub fn look_once(&self, pc: u32) -> Op {
         let op = self.look(pc);
         if op.kind == Operation::LdrLiteral {
@@ -158,7 +159,7 @@ impl<B: Board> Bus<B> {
         }
     }
 
-    /// Reads whatever there is but RAM.
+    /// Reads from anything but RAM: flash, core registers or the board.
     pub fn read(&mut self, address: u32, width: Width) -> Option<u32> {
         let length = width.bytes() as usize;
         if !address.is_multiple_of(width.bytes()) {
@@ -183,13 +184,13 @@ impl<B: Board> Bus<B> {
         Some(value)
     }
 
-    /// Writes whatever there is but RAM.
+    /// Writes to anything but RAM: core registers, the board or the flash.
     pub fn write(&mut self, address: u32, width: Width, value: u32) -> Option<()> {
         if !address.is_multiple_of(width.bytes()) {
             return None;
         }
         if address >= PRIVATE {
-            // Of the private registers only words can be written (B3.1.1).
+            // The private registers accept writes of words only (B3.1.1).
             self.write_private(address & !3, value);
             self.deadline = 0;
         } else if B::MEMORY.is_peripheral(address) {
@@ -204,7 +205,7 @@ impl<B: Board> Bus<B> {
         Some(())
     }
 
-    /// The flash interface decides the effect of a halfword that is written to the flash.
+    /// Writes a halfword to the flash; the flash interface decides about its effect.
     fn program(&mut self, address: u32, new: u16) {
         self.catch_up();
         let at = (address - FLASH) as usize;
@@ -215,7 +216,7 @@ impl<B: Board> Bus<B> {
         self.deadline = 0;
     }
 
-    /// The flash changes, and the core waits.
+    /// Applies a change of the flash, during which the core waits.
     pub fn change_flash(&mut self, change: FlashChange) {
         match change.content {
             FlashContent::Erased(bytes) => {

@@ -1,5 +1,5 @@
-//! The flash as a program: instructions that are decoded once, and the time of each straight line
-//! of them.
+//! The flash as a program: instructions that are decoded once, and the cost of each straight line
+//! of instructions.
 
 use std::ops::{Add, Sub};
 use std::slice;
@@ -9,34 +9,33 @@ use bittybuzz_chips::Board;
 use crate::bus::{Bus, FLASH};
 use crate::decode::{Op, Operation};
 
-/// The cost of instructions: cycles in the upper half, and the number of instructions. Small, since
-/// there is one for each
-/// halfword of the flash.
+/// The cost of instructions: cycles in the upper half, the number of instructions in the lower
+/// half. The type is small because there is one for each halfword of the flash.
 #[derive(Clone, Copy, PartialEq, Eq)]
 pub struct Cost(u32);
 
 impl Cost {
     const NOTHING: Cost = Cost(0);
-    /// The cost of code that is not decoded yet, more than any budget.
+    /// The cost of code that is not decoded yet; it exceeds any budget.
     const UNKNOWN: Cost = Cost(1 << 31);
-    /// A cost that exceeds any budget, too.
+    /// The cost of a line that is too long, which exceeds any budget, too.
     const TOO_MUCH: Cost = Cost(0x7fff_ffff);
-    /// The most that is spent at once: further lines begin again.
+    /// The largest budget in cycles. After it is spent, execution restarts with a new budget.
     const MOST_CYCLES: u64 = 0x3fff;
-    /// The cost of a conditional branch that is taken, beyond its own.
+    /// The cost of a taken conditional branch in addition to its own.
     pub const BRANCH: Cost = Cost(2 << 16);
 
     fn of(op: &Op) -> Self {
         Cost(op.cycles() << 16 | 1)
     }
 
-    /// From instruction `at` to the end of its line, if no branch is taken.
+    /// Returns the cost from instruction `at` to the end of its line, if no branch is taken.
     #[inline]
     pub fn of_line(costs: &[Cost], at: u32) -> Cost {
         costs.get(at as usize).copied().unwrap_or(Cost::NOTHING)
     }
 
-    /// Returns a cost of these cycles, for any number of instructions.
+    /// Returns a budget of these cycles and any number of instructions.
     fn at_most(cycles: u64) -> Self {
         Cost((cycles.min(Self::MOST_CYCLES) as u32) << 16 | 0xffff)
     }
@@ -73,37 +72,38 @@ impl Sub for Cost {
     }
 }
 
-/// The flash's instructions, as far as they were looked at. It does not see when the flash changes.
+/// The instructions of the flash, decoded on first use. After a change of the flash the owner must
+/// call [`Code::forget`].
 #[derive(Default)]
 pub struct Code {
-    /// By halfwords.
+    /// One operation for each halfword.
     ops: Vec<Op>,
-    /// The cost of each instruction with those after it, to the end of its straight line.
+    /// The cost of each instruction and those after it, to the end of its straight line.
     costs: Vec<Cost>,
 }
 
-/// Successive instructions, by halfwords. They form straight lines, which end where another one
-/// certainly comes next.
+/// Successive instructions, one for each halfword. They form straight lines; a line ends with an
+/// instruction that always continues elsewhere.
 #[derive(Clone, Copy)]
 pub struct Lines<'c> {
     pub ops: &'c [Op],
     pub costs: &'c [Cost],
-    /// Address of the first of them.
+    /// The address of the first halfword.
     pub base: u32,
-    /// Which one comes next. There is time for its line.
+    /// The number of the next instruction. The budget is large enough for its line.
     pub first: u32,
-    /// The budget: no instruction begins when it is used up.
+    /// No instruction begins after this budget is spent.
     pub budget: Cost,
 }
 
 impl Lines<'_> {
-    /// Returns the address of that instruction.
+    /// Returns the address of instruction `at`.
     pub fn address(&self, at: u32) -> u32 {
         self.base.wrapping_add(at.wrapping_mul(2))
     }
 }
 
-/// An instruction alone.
+/// A single instruction outside a line.
 pub struct Alone(Op, Cost);
 
 impl Alone {
@@ -111,7 +111,7 @@ impl Alone {
         Alone(op, Cost::of(&op))
     }
 
-    /// To be executed once.
+    /// Returns the instruction as a line, whose budget lets it execute once.
     pub fn lines(&self, address: u32) -> Lines<'_> {
         let (ops, costs) = (slice::from_ref(&self.0), slice::from_ref(&self.1));
         Lines { ops, costs, base: address, first: 0, budget: self.1 }
@@ -125,13 +125,13 @@ impl Code {
         Code { ops: vec![Op::UNDEFINED; halfwords], costs: vec![Cost::UNKNOWN; halfwords] }
     }
 
-    /// The flash has changed.
+    /// Discards all decoded instructions, after a change of the flash.
     pub fn forget(&mut self) {
         self.costs.fill(Cost::UNKNOWN);
     }
 
-    /// The lines around `pc`, in which no instruction begins `cycles` from now or later. None where there is no flash, and if the
-    /// first line may take longer.
+    /// Returns the lines around `pc`, with a budget of `cycles`. Returns none outside the flash,
+    /// and if the first line may take longer.
     #[inline]
     pub fn lines<B: Board>(&mut self, bus: &Bus<B>, pc: u32, cycles: u64) -> Option<Lines<'_>> {
         let first = pc.wrapping_sub(FLASH) / 2;
@@ -143,7 +143,7 @@ impl Code {
         Some(Lines { ops: &self.ops, costs: &self.costs, base: FLASH, first, budget })
     }
 
-    /// Looks at a line that begins with halfword `first`.
+    /// Decodes the line that begins with halfword `first`.
     #[cold]
     #[inline(never)]
     fn learn<B: Board>(&mut self, bus: &Bus<B>, first: usize) {
@@ -168,8 +168,8 @@ impl Code {
 }
 
 impl Op {
-    /// Returns true if another instruction than the next halfword always comes next, or may not
-    /// come at once: also all that concern interrupts.
+    /// Returns true if execution never continues with the next halfword, or may have to pause
+    /// first. All instructions that concern interrupts belong to the latter.
     pub fn ends_line(&self) -> bool {
         matches!(
             self.kind,
@@ -192,7 +192,7 @@ impl Op {
         )
     }
 
-    /// Cycles (DDI 0432, table 3-1); those of a conditional branch that is not taken.
+    /// Returns the cycles (DDI 0432, table 3-1); for a conditional branch those without a jump.
     fn cycles(&self) -> u32 {
         match self.kind {
             Operation::AddPc

@@ -1,12 +1,13 @@
-//! From halfwords to operations (ARMv6-M A5).
+//! The decoder from halfwords to operations (ARMv6-M A5).
 
 use crate::registers::Register;
 
-/// The operation of an instruction. `b` and `c` of [`Op`] are registers, `d` is the destination.
+/// The operation of an instruction. In [`Op`], `d` is the destination; `b` and `c` are source
+/// registers.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[repr(u8)]
 pub enum Operation {
-    /// No instruction of ARMv6-M.
+    /// The code is no instruction of ARMv6-M.
     Undefined,
     // d = b; d = b shifted by imm, which is not 0; with flags.
     MovReg,
@@ -38,17 +39,18 @@ pub enum Operation {
     Mul,
     Bic,
     Mvn,
-    // High registers: without flags, but for the comparison.
+    // High registers, without flags except for the comparison.
     AddHigh,
     AddPc,
     CmpHigh,
     MovHigh,
-    // From the PC, or to the SP.
+    // A move from the PC, or to the SP.
     MovSpecial,
     MovPc,
     Bx,
     Blx,
-    // d = word at imm from the aligned PC; d = imm, which is such a word in the flash.
+    // d = word at imm from the aligned PC. The second one has the word itself in imm, because it is
+    // in the flash.
     LdrLiteral,
     Constant,
     // Address b + c.
@@ -76,11 +78,11 @@ pub enum Operation {
     Sxtb,
     Uxth,
     Uxtb,
-    // Several registers: `list`, and `more_cycles`.
+    // Several registers, encoded for `list` and `more_cycles`.
     Push,
     Pop,
     PopPc,
-    // imm: PRIMASK afterwards.
+    // imm: the new PRIMASK.
     Cps,
     Rev,
     Rev16,
@@ -90,10 +92,10 @@ pub enum Operation {
     Wfe,
     Wfi,
     Sev,
-    // The same from b.
+    // Several registers from address b on, encoded as above.
     Stm,
     Ldm,
-    // imm: how many halfwords are added to the PC.
+    // imm: the number of halfwords to be added to the PC.
     BranchEq,
     BranchNe,
     BranchCs,
@@ -110,9 +112,9 @@ pub enum Operation {
     BranchLe,
     SupervisorCall,
     Branch,
-    // 32 bits: imm as before.
+    // An instruction of 32 bits; imm as before.
     BranchLink,
-    // a: register; imm: special register.
+    // d: register; imm: special register.
     Mrs,
     Msr,
     Barrier,
@@ -140,12 +142,12 @@ impl Op {
         Op::new(kind, 0, b, 0, list | cycles << 16)
     }
 
-    /// The registers as bits, bit 8 for LR.
+    /// Returns the registers as bits, bit 8 for LR.
     pub const fn list(&self) -> u32 {
         self.imm & 0x1ff
     }
 
-    /// Returns the cycles beyond one of an instruction with several registers.
+    /// Returns the cycles in addition to the first one, for an instruction with several registers.
     pub const fn more_cycles(&self) -> u32 {
         self.imm >> 16
     }
@@ -156,7 +158,8 @@ pub const fn is_wide(first: u16) -> bool {
     first >> 11 >= 0b11101
 }
 
-/// The operation of `first`, or of both.
+/// Decodes the instruction that begins with `first`; `second` is used only if the instruction has
+/// 32 bits.
 pub fn decode(first: u16, second: u16) -> Op {
     if is_wide(first) {
         return wide(first, second).unwrap_or(Op::UNDEFINED);
@@ -166,7 +169,7 @@ pub fn decode(first: u16, second: u16) -> Op {
     let imm8 = u32::from(first & 0xff);
     let d8 = first >> 8 & 7;
     match first >> 11 {
-        // LSL by 0 is a move, the others by 0 are by 32.
+        // LSL by 0 is a move. A field of 0 in the others means a shift by 32.
         0b00000 if imm5 == 0 => Op::new(Operation::MovReg, d, b, 0, 0),
         0b00000 => Op::new(Operation::LslImm, d, b, 0, imm5),
         0b00001 => Op::new(Operation::LsrImm, d, b, 0, if imm5 == 0 { 32 } else { imm5 }),
@@ -227,7 +230,7 @@ pub fn decode(first: u16, second: u16) -> Op {
     }
 }
 
-/// By their conditions (A6.3).
+/// The branches by the number of their condition (A6.3).
 const BRANCHES: [Operation; 14] = [
     Operation::BranchEq,
     Operation::BranchNe,
@@ -282,7 +285,7 @@ fn high_registers(first: u16) -> Option<Op> {
     })
 }
 
-/// A5.2.5.
+/// Decodes the miscellaneous 16-bit instructions (A5.2.5).
 fn miscellaneous(first: u16) -> Option<Op> {
     let (d, b) = (first & 7, first >> 3 & 7);
     let stack = 4 * u32::from(first & 0x7f);
@@ -319,7 +322,7 @@ fn miscellaneous(first: u16) -> Option<Op> {
     })
 }
 
-/// A5.3.
+/// Decodes a 32-bit instruction (A5.3).
 fn wide(first: u16, second: u16) -> Option<Op> {
     if first >> 11 != 0b11110 || second & 0x8000 == 0 {
         return None;

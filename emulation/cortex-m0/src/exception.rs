@@ -1,4 +1,4 @@
-//! Exception entry and return (ARMv6-M B1.5.6 to B1.5.8), and the results of faults (B1.5.14).
+//! Exception entry and return (ARMv6-M B1.5.6 to B1.5.8), and the handling of faults (B1.5.14).
 
 use bittybuzz_chips::Board;
 use bittybuzz_cortex_m::number::{HARD_FAULT, SV_CALL};
@@ -6,24 +6,24 @@ use bittybuzz_cortex_m::number::{HARD_FAULT, SV_CALL};
 use crate::bus::Bus;
 use crate::registers::{LR, PC, Processor, SP};
 
-/// Cycles from an interrupt to its handler (DDI 0432, 3.9), and back: the return is not published
-/// and taken from a Cortex-M4.
+/// Cycles of an exception's entry (DDI 0432, 3.9) and return. The figure of the return is not
+/// published and taken from a Cortex-M4.
 const ENTRY_CYCLES: u64 = 16;
 const EXIT_CYCLES: u64 = 10;
-/// Bytes of a frame: r0 to r3, r12, lr, return address, xPSR.
+/// The size of a frame in bytes: r0 to r3, r12, lr, return address, xPSR.
 const FRAME: u32 = 32;
-/// In a stacked xPSR: the frame was aligned by one word.
+/// Bit of a stacked xPSR: the frame was aligned by one word.
 const XPSR_ALIGNED: u32 = 1 << 9;
 const XPSR_T: u32 = 1 << 24;
 const STACKED: [usize; 6] = [0, 1, 2, 3, 12, LR];
 
-/// The core cannot go on: a fault where no fault may be taken.
+/// The error of a core that cannot continue: a fault where no fault may be taken.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Lockup;
 
 impl Processor {
-    /// Takes `exception`, to return to `return_to`: stacks the registers that the procedure call
-    /// standard does not save, and enters the handler.
+    /// Takes `exception`, which returns to `return_to`: stacks the registers that the procedure
+    /// call standard does not save, and enters the handler.
     pub fn enter<B: Board>(
         &mut self,
         bus: &mut Bus<B>,
@@ -50,8 +50,8 @@ impl Processor {
             self.other_stack = std::mem::replace(&mut self.r[SP], self.other_stack);
             self.uses_process_stack = false;
         }
-        // A frame that cannot be written is a fault, which takes the place of the exception; a HardFault is entered all the
-        // same: its handler may take another stack first.
+        // A frame that cannot be written is a fault, which replaces the exception. A HardFault is
+        // entered nevertheless: its handler may first select another stack.
         let mut exception = exception;
         if !is_stacked {
             if bus.nvic.is_active(HARD_FAULT) {
@@ -76,7 +76,7 @@ impl Processor {
         Ok(())
     }
 
-    /// Returns from an exception: `value` was branched to.
+    /// Returns from an exception, after a branch to `value`.
     pub fn leave<B: Board>(&mut self, bus: &mut Bus<B>, value: u32) -> Result<(), Lockup> {
         let exception = bus.nvic.current();
         let to_thread = value & 8 != 0;
@@ -124,7 +124,7 @@ impl Processor {
         self.enter(bus, HARD_FAULT, at)
     }
 
-    /// SVC; where its priority does not suffice, a HardFault.
+    /// Executes SVC. If its priority does not suffice, it causes a HardFault.
     pub fn call_supervisor<B: Board>(&mut self, bus: &mut Bus<B>, at: u32) -> Result<(), Lockup> {
         if bus.nvic.preempts(SV_CALL, self.masks()) {
             self.enter(bus, SV_CALL, at + 2)

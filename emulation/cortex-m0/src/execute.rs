@@ -9,10 +9,10 @@ use crate::exception::Lockup;
 use crate::ram;
 use crate::registers::{LR, PC, PRIMASK, Processor, Register, SP};
 
-/// The sign.
+/// The bit of the sign.
 const N: u32 = 1 << 31;
 
-/// The reason why the core has stopped.
+/// The reason why the core stopped.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Stop {
     Deadline,
@@ -22,11 +22,11 @@ pub enum Stop {
 
 /// The reason why the loop over successive instructions ends.
 enum Exit {
-    /// The next instruction is not among them, or its line takes too long.
+    /// The next instruction is not among them, or its line exceeds the budget.
     End,
     /// The last instruction has an effect that this loop does not handle.
     Aside,
-    /// The last one waits.
+    /// The last instruction waits.
     Stop(Stop),
 }
 
@@ -41,13 +41,14 @@ impl Processor {
         self.r[register as usize] = value;
     }
 
-    /// A register as an operand of instructions that may name the PC, which reads as `ahead`.
+    /// Returns a register as an operand of instructions that may use the PC, which reads as
+    /// `ahead`.
     #[inline]
     pub fn get_high(&self, register: Register, ahead: u32) -> u32 {
         if register == Register::Pc { ahead } else { self.get(register) }
     }
 
-    /// The address that subroutines return to.
+    /// Sets LR to the address to which a subroutine returns.
     #[inline]
     pub fn link(&mut self, address: u32) {
         self.r[LR] = address | 1;
@@ -60,7 +61,7 @@ impl Processor {
         self.nz = value;
     }
 
-    /// a + b, with all flags.
+    /// Returns a + b and sets all flags.
     #[inline]
     fn add(&mut self, a: u32, b: u32) -> u32 {
         let (sum, carry) = a.overflowing_add(b);
@@ -70,7 +71,7 @@ impl Processor {
         sum
     }
 
-    /// a - b, with all flags: C says that nothing was borrowed.
+    /// Returns a - b and sets all flags; C is set if nothing was borrowed.
     #[inline]
     fn subtract(&mut self, a: u32, b: u32) -> u32 {
         let (difference, borrow) = a.overflowing_sub(b);
@@ -80,7 +81,7 @@ impl Processor {
         difference
     }
 
-    /// a + b + C, with all flags.
+    /// Returns a + b + C and sets all flags.
     #[inline]
     fn add_with_carry(&mut self, a: u32, b: u32) -> u32 {
         let wide = u64::from(a) + u64::from(b) + u64::from(self.c);
@@ -91,13 +92,14 @@ impl Processor {
         sum
     }
 
-    /// Returns true if N is V: the first operand is not less, as signed numbers.
+    /// Returns true if N equals V: the first operand of a comparison is not less, as a signed
+    /// number.
     #[inline]
     fn is_not_less(&self) -> bool {
         (self.nz & N != 0) == self.v
     }
 
-    /// Executes until the deadline or until it waits.
+    /// Executes until the deadline, or until an instruction waits.
     pub fn run<B: Board>(&mut self, bus: &mut Bus<B>) -> Result<Stop, Lockup> {
         let mut code = std::mem::take(&mut bus.code);
         if std::mem::take(&mut bus.flash_has_changed) {
@@ -108,7 +110,8 @@ impl Processor {
         result
     }
 
-    /// Within lines of code nothing happens except by instructions.
+    /// Executes lines of code. Interrupts and the board act only between calls of
+    /// [`Self::straight_on`].
     fn execute<B: Board>(&mut self, code: &mut Code, bus: &mut Bus<B>) -> Result<Stop, Lockup> {
         loop {
             if bus.cycles >= bus.deadline {
@@ -117,7 +120,7 @@ impl Processor {
             let pc = self.r[PC];
             let budget = bus.deadline - bus.cycles;
             let alone;
-            // Whole lines, as long as they end before the deadline; else the next instruction alone.
+            // Whole lines, if they end before the deadline; otherwise the next instruction alone.
             let lines = match code.lines(bus, pc, budget) {
                 Some(lines) => lines,
                 None => {
@@ -147,8 +150,9 @@ impl Processor {
         }
     }
 
-    /// Executes line after line within the budget. There is nothing but registers, RAM and the event register, and nothing comes
-    /// between. `at` is the number of the next instruction, at last that of the one behind the last.
+    /// Executes line after line within the budget. Only registers, RAM and the event register are
+    /// used, so nothing can interrupt the execution. `at` is the number of the next instruction,
+    /// also on return.
     #[inline(never)]
     fn straight_on(
         &mut self,
@@ -169,7 +173,7 @@ impl Processor {
                     base.wrapping_add(2 * next + 2)
                 };
             }
-            /// The instruction is not executed here.
+            /// Ends the loop: the instruction is not executed here.
             macro_rules! execute_rare {
                 () => {
                     break Exit::Aside
@@ -198,7 +202,7 @@ impl Processor {
                     }
                 };
             }
-            /// Goes on with that one, if there is time for its line.
+            /// Continues with instruction `$to`, if the budget suffices for its line.
             macro_rules! jump {
                 ($to:expr) => {{
                     next = $to;
@@ -208,7 +212,7 @@ impl Processor {
                     }
                 }};
             }
-            /// Over halfwords from the PC on.
+            /// Branches by `imm` halfwords from the PC.
             macro_rules! branch {
                 () => {
                     jump!(next.wrapping_add(1).wrapping_add(op.imm))
@@ -222,7 +226,8 @@ impl Processor {
                     }
                 };
             }
-            /// To an address, unless that takes more than a jump.
+            /// Returns the number of the instruction at an address, unless the branch needs more
+            /// than a jump.
             macro_rules! exchange {
                 ($to:expr) => {{
                     let to: u32 = $to;
@@ -235,13 +240,13 @@ impl Processor {
             match op.kind {
                 Operation::MovReg => self.set_nz(op.d, self.get(op.b)),
                 Operation::LslImm => {
-                    // By 1 to 31.
+                    // The shift is by 1 to 31.
                     let before = self.get(op.b) << (op.imm - 1);
                     self.c = before >> 31 != 0;
                     self.set_nz(op.d, before << 1);
                 }
                 Operation::LsrImm => {
-                    // By 1 to 32.
+                    // The shift is by 1 to 32.
                     let before = self.get(op.b) >> (op.imm - 1);
                     self.c = before & 1 != 0;
                     self.set_nz(op.d, before >> 1);
@@ -409,7 +414,7 @@ impl Processor {
                 Operation::Wfe => break Exit::Stop(Stop::WaitForEvent),
                 Operation::Wfi => break Exit::Stop(Stop::WaitForInterrupt),
                 Operation::Barrier => jump!(next.wrapping_add(1)),
-                // As critical sections begin.
+                // Critical sections begin with this instruction, so it is worth a fast path.
                 Operation::Cps if op.imm != 0 => {
                     self.primask = true;
                     jump!(next);
@@ -431,13 +436,13 @@ impl Processor {
         (exit, spent)
     }
 
-    /// By 1 or more.
+    /// Shifts right by at least 1, and sets N, Z and C.
     fn shift_right(&mut self, d: Register, value: u32, by: u32) {
         self.c = by <= 32 && value >> (by - 1) & 1 != 0;
         self.set_nz(d, value.unbounded_shr(by));
     }
 
-    /// By 1 or more: sign bits come from the left.
+    /// Shifts right by at least 1 with copies of the sign bit, and sets N, Z and C.
     fn shift_signed(&mut self, d: Register, value: u32, by: u32) {
         let by = by.min(32);
         let before = (value as i32) >> (by - 1);

@@ -1,5 +1,5 @@
-//! The instructions that end a straight line: accesses outside RAM, and all that concern
-//! exceptions.
+//! Instructions that the fast loop of `execute.rs` does not handle: accesses outside RAM, and those
+//! that concern exceptions.
 
 use bittybuzz_chips::{Board, Width};
 
@@ -9,7 +9,8 @@ use crate::exception::Lockup;
 use crate::registers::{PC, Processor};
 
 impl Processor {
-    /// Executes `op`, an instruction at `at`. The PC is after it, and the cycles are counted.
+    /// Executes `op`, the instruction at `at`. The PC already points after it, and its cycles are
+    /// counted.
     #[inline(never)]
     pub fn execute_rare<B: Board>(
         &mut self,
@@ -51,7 +52,7 @@ impl Processor {
         Ok(())
     }
 
-    /// To an address whose lowest bit says that there is Thumb code, or back from an exception.
+    /// Branches to an address, whose lowest bit selects Thumb code, or returns from an exception.
     fn exchange<B: Board>(&mut self, bus: &mut Bus<B>, to: u32) -> Result<(), Lockup> {
         if to >> 28 == 0xf && bus.nvic.current() != 0 {
             bus.deadline = 0;
@@ -61,7 +62,8 @@ impl Processor {
         if to & 1 == 0 { self.fault(bus, to & !1) } else { Ok(()) }
     }
 
-    /// None if there is no such memory, or no such instruction.
+    /// Executes an access to memory. Returns none if there is no such memory, or if `op` is no such
+    /// instruction.
     fn access<B: Board>(&mut self, bus: &mut Bus<B>, op: Op, at: u32) -> Option<()> {
         let Op { kind, d, b, c, imm } = op;
         let (by_register, by_number) =

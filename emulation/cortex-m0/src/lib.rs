@@ -1,18 +1,24 @@
-//! A Cortex-M0 for the boards of `bittybuzz-chips`: [`CortexM0`] runs a firmware image as it is flashed.
+//! An emulated Cortex-M0 for the boards of `bittybuzz-chips`: [`CortexM0`] runs the same firmware
+//! image that is flashed to the chip.
 //!
-//! The core's instructions, exceptions and interrupt controller are written from the ARMv6-M Architecture Reference Manual
-//! (DDI 0419), the cycles from the Cortex-M0 Technical Reference Manual (DDI 0432). A library without foreign code: a swarm of
-//! robots may live in one process, and in one that is not under the licence of somebody's emulator.
+//! The core's instructions, exceptions and interrupt controller are written from the ARMv6-M
+//! Architecture Reference Manual (DDI 0419), the cycles from the Cortex-M0 Technical Reference
+//! Manual (DDI 0432). The library contains no foreign code: a swarm of robots can run in one
+//! process, and the process is not bound to the licence of another emulator.
 //!
 //! # Principles
-//! 1. **Fast enough for swarms.** Instructions in flash are decoded once and executed by straight lines; whoever sleeps costs nothing; the board is asked only
-//!    when a register of it is touched or its next event is due.
-//! 2. **Cycles are the manual's**, with memory that never waits: at 48 MHz the chip's flash makes some instructions wait.
-//! 3. **Faults are the firmware's**: what is undefined, not aligned or nowhere is a HardFault, and one within that a lockup.
+//! 1. **Fast enough for swarms.** Instructions in flash are decoded once and executed line by line,
+//!    where a line is a sequence without a jump. A sleeping core costs nothing. The core calls the
+//!    board only for an access to a peripheral or when the board's next event is due.
+//! 2. **Cycles are the manual's**, for memory without wait states. On the chip, the flash makes
+//!    some instructions wait at 48 MHz.
+//! 3. **Faults are the firmware's**: an undefined instruction, an unaligned access or an access to
+//!    no memory is a HardFault; a fault within a HardFault is a lockup.
 //!
-//! # What it will not do
-//! SysTick (its registers read 0, and a write is reported as a hardware error once), and code in RAM that is fast.
-//! Not compared with hardware, but with two other cores.
+//! # Limits
+//! SysTick is not emulated: its registers read as 0, and the first write is reported as a hardware
+//! error. Code in RAM runs, but slowly. The core was not compared with hardware, but with two other
+//! emulated cores.
 
 mod bus;
 mod code;

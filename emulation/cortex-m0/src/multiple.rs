@@ -1,4 +1,5 @@
-//! Loads and stores of several registers. Without a value there is no memory.
+//! Loads and stores of several registers. A function returns none if there is no memory at the
+//! address.
 
 use bittybuzz_chips::Board;
 
@@ -7,10 +8,10 @@ use crate::decode::Op;
 use crate::ram;
 use crate::registers::{LR, Processor, Register, SP};
 
-/// The bit of LR in an instruction that pushes.
+/// The bit of LR in the list of a push.
 const LINK: u32 = 1 << 8;
 
-/// Transfers whose words are all in RAM; else nothing happens.
+/// Transfers whose words are all in RAM. Otherwise the functions return none and change nothing.
 impl Processor {
     pub fn push_to_ram(&mut self, memory: &mut [u8], op: &Op) -> Option<()> {
         let start = self.r[SP].wrapping_sub(4 * op.more_cycles());
@@ -30,9 +31,10 @@ impl Processor {
         Some(())
     }
 
-    /// Pops as above and returns the next address, if that takes no more than a jump.
+    /// Pops registers and returns the address of the next instruction. Returns none if the popped
+    /// address needs more than a jump.
     pub fn pop_to_from_ram(&mut self, memory: &[u8], op: &Op) -> Option<u32> {
-        // Two of its cycles are the jump's.
+        // Two of the cycles belong to the jump.
         let count = op.more_cycles() - 2;
         let (last, words) = ram::words(memory, self.r[SP], count as usize)?.split_last()?;
         let to = u32::from_le_bytes(*last);
@@ -54,14 +56,14 @@ impl Processor {
     pub fn load_from_ram(&mut self, memory: &[u8], op: &Op) -> Option<()> {
         let start = self.get(op.b);
         self.load_all(ram::words(memory, start, op.more_cycles() as usize)?, op.list());
-        // A loaded base keeps its loaded value (A6.7.25).
+        // A base register that is in the list keeps its loaded value (A6.7.25).
         if op.list() >> (op.b as u8) & 1 == 0 {
             self.set(op.b, start.wrapping_add(4 * op.more_cycles()));
         }
         Some(())
     }
 
-    /// Stores those of R0 to R7 whose bits are set; returns the word after them, if there is one.
+    /// Stores the registers of R0 to R7 in `list`; returns the word after them, if there is one.
     fn store_to<'w>(&self, words: &'w mut [[u8; 4]], list: u32) -> Option<&'w mut [u8; 4]> {
         let (mut words, mut list) = (words.iter_mut(), list);
         while list != 0 {
@@ -71,7 +73,7 @@ impl Processor {
         words.next()
     }
 
-    /// Loads those of R0 to R7 whose bits are set.
+    /// Loads the registers of R0 to R7 in `list`.
     fn load_all(&mut self, words: &[[u8; 4]], list: u32) {
         let mut list = list;
         for word in words {
@@ -82,7 +84,7 @@ impl Processor {
 }
 
 impl Processor {
-    /// Those of R0 to R7 whose bits are set, and LR for bit 8.
+    /// Pushes the registers of R0 to R7 in `list`, and LR for bit 8.
     pub fn push<B: Board>(&mut self, bus: &mut Bus<B>, list: u32) -> Option<()> {
         let start = self.r[SP].wrapping_sub(4 * list.count_ones());
         let end = self.store_from(bus, start, list & !LINK)?;
@@ -98,7 +100,7 @@ impl Processor {
         Some(())
     }
 
-    /// Pops as above, and returns the address of the branch.
+    /// Pops registers and returns the address of the branch.
     pub fn pop_to<B: Board>(&mut self, bus: &mut Bus<B>, list: u32) -> Option<u32> {
         let end = self.load_from(bus, self.r[SP], list)?;
         let to = bus.read_word(end)?;
@@ -124,14 +126,14 @@ impl Processor {
         list: u32,
     ) -> Option<()> {
         let end = self.load_from(bus, self.get(base), list)?;
-        // A loaded base keeps its loaded value (A6.7.25).
+        // A base register that is in the list keeps its loaded value (A6.7.25).
         if list >> (base as u8) & 1 == 0 {
             self.set(base, end);
         }
         Some(())
     }
 
-    /// Stores those of R0 to R7 whose bits are set, and returns the end of the last one.
+    /// Stores the registers of R0 to R7 in `list`, and returns the address after the last one.
     fn store_from<B: Board>(&self, bus: &mut Bus<B>, start: u32, list: u32) -> Option<u32> {
         let (mut address, mut list) = (start, list);
         while list != 0 {
@@ -142,7 +144,7 @@ impl Processor {
         Some(address)
     }
 
-    /// Loads those of R0 to R7 whose bits are set, and returns the end of the last one.
+    /// Loads the registers of R0 to R7 in `list`, and returns the address after the last one.
     fn load_from<B: Board>(&mut self, bus: &mut Bus<B>, start: u32, list: u32) -> Option<u32> {
         let (mut address, mut list) = (start, list);
         while list != 0 {

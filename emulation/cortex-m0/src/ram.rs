@@ -1,14 +1,15 @@
-//! Accesses to the RAM. None where there is none, or not aligned.
+//! Accesses to the RAM. A function returns none outside the RAM, or if the address is not aligned.
 
 use crate::bus::RAM;
 
-/// Returns the index of an address in the RAM, or one beyond it.
+/// Returns the index of an address in the RAM. Addresses outside give an index beyond its end.
 #[inline]
 fn index(address: u32) -> usize {
     address.wrapping_sub(RAM) as usize
 }
 
-/// Which word, of 2 to the power of `SHIFT` bytes, is at an address; one that is nowhere if the address is not aligned.
+/// Returns the number of the unit of 2^`SHIFT` bytes at an address. The rotation makes the number
+/// of an address that is not aligned larger than any RAM.
 #[inline]
 fn number<const SHIFT: u32>(address: u32) -> usize {
     address.wrapping_sub(RAM).rotate_right(SHIFT) as usize
@@ -47,7 +48,7 @@ pub fn set_byte(ram: &mut [u8], address: u32, value: u8) -> Option<()> {
     Some(())
 }
 
-/// `count` words from `address` on.
+/// Returns `count` words from `address` on.
 #[inline]
 pub fn words(ram: &[u8], address: u32, count: usize) -> Option<&[[u8; 4]]> {
     let bytes = ram.get(index(address)..index(address) + 4 * count)?;

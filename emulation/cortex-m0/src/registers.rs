@@ -17,7 +17,7 @@ const Z: u32 = 1 << 30;
 const C: u32 = 1 << 29;
 const V: u32 = 1 << 28;
 
-/// A register that instructions name.
+/// A register as instructions encode it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[repr(u8)]
 pub enum Register {
@@ -45,7 +45,7 @@ impl Register {
         [R0, R1, R2, R3, R4, R5, R6, R7, R8, R9, R10, R11, R12, Sp, Lr, Pc]
     };
 
-    /// By the four lowest bits of a number.
+    /// Returns the register for the four lowest bits of `number`.
     pub const fn of(number: u16) -> Self {
         Self::ALL[(number & 15) as usize]
     }
@@ -53,9 +53,10 @@ impl Register {
 
 /// The core's registers.
 pub struct Processor {
-    /// R13 is the stack pointer in use, R15 the address of the next instruction.
+    /// R0 to R15. R13 is the stack pointer in use, R15 the address of the next instruction.
     pub r: [u32; 16],
-    /// Whose sign is N and which is 0 if Z; no value has both.
+    /// The flags N and Z as a value: N is its sign, and Z is set if it is 0. N and Z are never both
+    /// set.
     pub nz: u32,
     pub c: bool,
     pub v: bool,
@@ -86,7 +87,7 @@ impl Processor {
         }
     }
 
-    /// The only mask that ARMv6-M has.
+    /// Returns PRIMASK, the only mask that ARMv6-M has.
     pub fn masks(&self) -> Masks {
         Masks { primask: self.primask, ..Masks::default() }
     }
@@ -107,7 +108,8 @@ impl Processor {
         self.v = psr & V != 0;
     }
 
-    /// B4.2: 0 to 3 APSR and its combinations, 5 to 7 with IPSR; 8 MSP, 9 PSP, 16 PRIMASK, 20 CONTROL.
+    /// Returns a special register (B4.2): 0 to 3 are APSR and its combinations, 5 to 7 include
+    /// IPSR; 8 MSP, 9 PSP, 16 PRIMASK, 20 CONTROL.
     pub fn special<B: Board>(&self, bus: &Bus<B>, number: u32) -> u32 {
         let exception = u32::from(bus.nvic.current());
         match number {
@@ -122,7 +124,7 @@ impl Processor {
         }
     }
 
-    /// Sets PRIMASK: an interrupt that has waited for that comes at once.
+    /// Sets PRIMASK. An interrupt that was masked is taken at once when PRIMASK is cleared.
     pub fn mask<B: Board>(&mut self, bus: &mut Bus<B>, is_masked: bool) {
         self.primask = is_masked;
         if !is_masked && bus.nvic.any_pending() {
@@ -136,7 +138,7 @@ impl Processor {
             8 | 9 if (number == 9) == self.uses_process_stack => self.r[SP] = value & !3,
             8 | 9 => self.other_stack = value & !3,
             PRIMASK => self.mask(bus, value & 1 != 0),
-            // In an exception there is only the main stack.
+            // An exception always uses the main stack.
             20 if bus.nvic.current() == 0 && (value & 2 != 0) != self.uses_process_stack => {
                 self.other_stack = std::mem::replace(&mut self.r[SP], self.other_stack);
                 self.uses_process_stack = !self.uses_process_stack;

@@ -1,4 +1,4 @@
-//! The core as robots use it: resets, turns, sleep.
+//! The interface of the core to a robot: reset, execution, sleep.
 
 use std::time::Duration;
 
@@ -21,13 +21,14 @@ pub struct CortexM0<B> {
 }
 
 impl<B: Board> CortexM0<B> {
-    /// The core of robot `number` of several, whose flash is erased.
+    /// Creates the core of robot `number` of several, with erased flash.
     pub(crate) fn new(number: usize) -> Self {
         let (processor, bus) = (Processor::new(0, 0), Bus::new(number));
         CortexM0 { processor, bus, systick_reported: false, events: Vec::new() }
     }
 
-    /// Starts as the chip does: stack pointer and first instruction stand at the beginning of the flash.
+    /// Starts as the chip does, with the stack pointer and first instruction from the beginning of
+    /// the flash.
     fn start(&mut self) {
         let word = |address| {
             let bytes = self.bus.memory(address, 4).and_then(|bytes| bytes.first_chunk().copied());
@@ -42,7 +43,7 @@ impl<B: Board> CortexM0<B> {
         self.bus.scr = 0;
     }
 
-    /// The state after an exception was taken, or after the core locked up instead.
+    /// Returns the state after an exception was taken, or after the core locked up instead.
     fn settle(&self, outcome: Result<(), Lockup>) -> CoreState {
         match outcome {
             Ok(()) => CoreState::Running,
@@ -63,7 +64,8 @@ impl<B: Control> Core for CortexM0<B> {
         Ok(core)
     }
 
-    /// The vectors are at the beginning of the flash.
+    /// Restarts the core. The arguments are ignored, because the vectors are always at the
+    /// beginning of the flash.
     fn restart(&mut self, _vectors: u32, _vector_table: u32) -> Result<(), MachineError> {
         let hz = self.bus.board.core_clock_hz();
         self.bus.clock.set_hz(hz, self.bus.cycles);
