@@ -1,4 +1,4 @@
-//! Bindings for what is used of simavr.
+//! Generates bindings for the parts of simavr that are used.
 
 use std::path::PathBuf;
 
@@ -10,7 +10,7 @@ const HEADER: &str = "
 
 fn main() {
     println!("cargo:rerun-if-changed=build.rs");
-    // Not by pkg-config: Debian's file for it wants libelf, too, which nothing here uses.
+    // pkg-config is not used: Debian's file for simavr requires libelf, which nothing here uses.
     println!("cargo:rustc-link-lib=simavr");
     let bindings = bindgen::Builder::default()
         .header_contents("simavr.h", HEADER)

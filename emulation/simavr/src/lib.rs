@@ -1,8 +1,10 @@
-//! simavr's decoder of instructions as the core of emulated robots: [`Core`], with a board of ours at every register.
+//! The core of emulated AVR robots: [`Core`] uses simavr to decode and execute instructions, with a
+//! board of this project at every register.
 //!
-//! simavr's structure is filled in by hand instead of by its `avr_init`: interrupts, sleep and peripherals are not simavr's here,
-//! and all that its decoder uses of the structure is set in [`Core::new`]. Data space and flash are as large as any 16-bit
-//! address, because the decoder goes on after an access beyond the end.
+//! simavr's structure is filled in by hand instead of by its `avr_init`. simavr's own interrupts,
+//! sleep and peripherals are not used, and [`Core::new`] sets every field that the decoder reads.
+//! Data space and flash cover all 16-bit addresses, because the decoder continues after an access
+//! beyond the end.
 
 #![allow(unsafe_code, reason = "C is called")]
 
@@ -27,18 +29,20 @@ mod ffi {
     include!(concat!(env!("OUT_DIR"), "/simavr.rs"));
 }
 
-/// The chip, of which only the flash matters.
+/// The type of chip, which decides about the size of the flash.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Chip {
     /// The chip of Kilobots.
     Atmega328p,
-    /// A chip for programs that are too large for a Kilobot. Registers and interrupts are taken to be those of the smaller chip.
+    /// A chip for programs that are too large for a Kilobot. Its registers and interrupts are
+    /// assumed to be those of the smaller chip.
     Atmega1284p,
 }
 
 impl Chip {
-    /// Bytes of flash. Addresses beyond it reach the same flash again, because the program counter has as many bits as are needed. Of the
-    /// larger chip only the half is there to which `lpm` reaches.
+    /// Returns the size of the flash in bytes. Addresses beyond it wrap around to the same flash,
+    /// because the program counter has only the bits that the size needs. For the larger chip, only
+    /// the half that `lpm` can address is modelled.
     pub const fn flash_size(self) -> usize {
         match self {
             Chip::Atmega328p => 0x8000,
@@ -47,36 +51,37 @@ impl Chip {
     }
 }
 
-/// The core's general registers in the data space.
+/// The addresses of the core's general registers in the data space.
 pub const REGISTERS: Range<usize> = 0..0x20;
 /// Bytes of data space: registers and RAM.
 pub const DATA: usize = 0x900;
-/// All that a 16-bit address reaches.
+/// The number of bytes that a 16-bit address can address.
 const REACH: usize = 0x1_0000;
 
 const FIRST_REGISTER: u16 = 0x20;
-/// Stack pointer and flags are the core's own.
+/// Addresses of the stack pointer and the flags, which belong to the core.
 const STACK_POINTER: u16 = 0x5d;
 const STATUS: u16 = 0x5f;
 const Z: usize = 30;
 
-/// Registers in which `sbi` sets one bit only, where simavr reads, sets and writes all: PINB, PINC, PIND, and flags (1.2.1 of
-/// the instruction set manual: SBI).
+/// Registers in which `sbi` sets one bit only: PINB, PINC, PIND, and flags (1.2.1 of the
+/// instruction set manual: SBI). simavr reads the register, sets the bit and writes all bits.
 const ONE_BIT: [u16; 8] = [0x23, 0x26, 0x29, 0x35, 0x36, 0x37, 0x3b, 0x3c];
 const SBI: u16 = 0x9a00;
 
-/// What simavr calls its instructions `spm` and `wdr`.
+/// simavr's codes for the instructions `spm` and `wdr`.
 const SPM: u32 = u32::from_be_bytes(*b"fspm");
 const WDR: u32 = u32::from_be_bytes(*b"wdtr");
 
-/// Data that callbacks reach, whichever board there is.
+/// Data for callbacks, independent of the type of the board.
 struct Common {
     change: Option<Change>,
     is_bad: bool,
     chip: Chip,
 }
 
-/// Data that callbacks reach. Its beginning is `Common`, by which messages reach it: simavr's logger serves all cores.
+/// Data for callbacks. It begins with `Common`, because simavr's logger serves all cores and cannot
+/// know the type of the board.
 #[repr(C)]
 struct Shared<B> {
     common: Common,
@@ -84,15 +89,15 @@ struct Shared<B> {
     board: *mut B,
 }
 
-/// A core, with its flash.
+/// An AVR core with its data space and flash.
 pub struct Core<B> {
     avr: Box<ffi::avr_t>,
-    /// simavr keeps pointers to the two.
+    /// This and `shared` are boxed because simavr keeps pointers to them.
     _module: Box<ffi::avr_io_t>,
     shared: Box<Shared<B>>,
 }
 
-/// What a core is at a moment, but for the flash.
+/// A saved state of a core, without the flash.
 pub struct CoreState {
     data: [u8; DATA],
     flags: [u8; 8],
@@ -101,15 +106,15 @@ pub struct CoreState {
     is_delayed: bool,
 }
 
-// SAFETY: everything that its pointers reach is its own; of what simavr shares between cores only the logger is used, which is
-// set once.
+// SAFETY: the core owns everything that its pointers refer to. Of the data that simavr shares
+// between cores only the logger is used, which is set once.
 unsafe impl<B: Send> Send for Core<B> {}
 
 impl<B: AvrBoard> Core<B> {
-    /// With erased flash.
+    /// Creates a core with erased flash.
     pub fn new(chip: Chip) -> Self {
         static LOGGER: std::sync::Once = std::sync::Once::new();
-        // SAFETY: the function is of the type that simavr calls.
+        // SAFETY: the function has the type that simavr calls.
         LOGGER.call_once(|| unsafe { ffi::avr_global_logger_set(Some(on_message)) });
         let board = ptr::null_mut();
         let mut shared =
@@ -146,7 +151,8 @@ impl<B: AvrBoard> Core<B> {
         core
     }
 
-    /// Starts anew at address 0: BOOTRST is not programmed. RAM keeps what it holds.
+    /// Resets the core, which starts at address 0, because BOOTRST is not programmed. RAM keeps its
+    /// content.
     pub fn reset(&mut self) {
         self.avr.pc = 0;
         self.avr.sreg = [0; 8];
@@ -155,12 +161,12 @@ impl<B: AvrBoard> Core<B> {
         self.set_stack_pointer(DATA as u16 - 1);
     }
 
-    /// Cycles since power-on.
+    /// Returns the cycles since power-on.
     pub fn cycle(&self) -> u64 {
         self.avr.cycle
     }
 
-    /// Lets cycles pass in which it does nothing.
+    /// Advances to `cycle` without executing instructions.
     pub fn wait_until(&mut self, cycle: u64) {
         self.avr.cycle = self.avr.cycle.max(cycle);
     }
@@ -170,19 +176,21 @@ impl<B: AvrBoard> Core<B> {
         self.avr.pc as u16
     }
 
-    /// Registers and RAM.
+    /// Returns the data space: registers and RAM.
     pub fn data(&mut self) -> &mut [u8] {
-        // SAFETY: it was allocated so large, and nobody else uses it while no instruction is executed.
+        // SAFETY: the allocation has at least this size, and no other code uses it while no
+        // instruction is executed.
         unsafe { std::slice::from_raw_parts_mut(self.avr.data, DATA) }
     }
 
-    /// The flash as it is.
+    /// Returns the flash.
     pub fn flash(&self) -> &[u8] {
-        // SAFETY: as above; only `write_flash` changes it, which needs this value for itself.
+        // SAFETY: as above; only `write_flash` changes the flash, and it borrows the core
+        // exclusively.
         unsafe { std::slice::from_raw_parts(self.avr.flash, self.shared.common.chip.flash_size()) }
     }
 
-    /// Changes the flash, in each place where the program counter sees it.
+    /// Writes to the flash, at each address at which the program counter sees the byte.
     pub fn write_flash(&mut self, at: usize, bytes: &[u8]) {
         // SAFETY: as above.
         let all = unsafe { std::slice::from_raw_parts_mut(self.avr.flash, REACH) };
@@ -193,7 +201,7 @@ impl<B: AvrBoard> Core<B> {
         }
     }
 
-    /// The stack pointer.
+    /// Returns the stack pointer.
     pub fn stack_pointer(&mut self) -> u16 {
         let at = usize::from(STACK_POINTER);
         u16::from_le_bytes([self.data()[at], self.data()[at + 1]])
@@ -204,23 +212,24 @@ impl<B: AvrBoard> Core<B> {
         self.data()[at..at + 2].copy_from_slice(&value.to_le_bytes());
     }
 
-    /// Whether interrupts are served.
+    /// Returns true if interrupts are enabled.
     pub fn interrupts_are_on(&self) -> bool {
         self.avr.sreg[ffi::S_I as usize] != 0
     }
 
-    /// Whether one more instruction comes before any interrupt: after `sei` and `reti`.
+    /// Returns true if one more instruction is executed before any interrupt, as after `sei` and
+    /// `reti`.
     pub fn is_delayed(&self) -> bool {
         self.avr.interrupt_state != 0
     }
 
-    /// Enters an interrupt: four cycles (7.7.1 of the data sheet).
+    /// Enters an interrupt, which takes four cycles (7.7.1 of the data sheet).
     pub fn enter(&mut self, vector: u16) {
         let [low, high] = (self.pc() / 2).to_le_bytes();
         let stack = self.stack_pointer();
         for (byte, below) in [(low, 0), (high, 1)] {
             let at = usize::from(stack.wrapping_sub(below));
-            // Below the RAM are registers: what is lost there is lost on the chip, too.
+            // Below the RAM are registers. Bytes that are lost here are lost on the chip, too.
             if (usize::from(RAM)..DATA).contains(&at) {
                 self.data()[at] = byte;
             }
@@ -231,12 +240,12 @@ impl<B: AvrBoard> Core<B> {
         self.avr.cycle += 4;
     }
 
-    /// Executes instructions for at least so many cycles, or until an interrupt may be due.
+    /// Executes instructions for at least `cycles` cycles, or until an interrupt may be due.
     pub fn run(&mut self, board: &mut B, cycles: u64) -> Stop {
         self.shared.board = board;
         self.avr.interrupt_state = 0;
         self.avr.run_cycle_count = cycles.max(1);
-        // SAFETY: the structure is complete as far as the decoder uses it, and the board outlives the call.
+        // SAFETY: every field that the decoder uses is set, and the board outlives the call.
         let pc = unsafe { ffi::avr_run_one(&raw mut *self.avr) };
         self.avr.pc = pc % self.shared.common.chip.flash_size() as u32;
         self.shared.board = ptr::null_mut();
@@ -253,14 +262,14 @@ impl<B: AvrBoard> Core<B> {
         }
     }
 
-    /// What it is now.
+    /// Saves the core's state to `state`.
     pub fn save(&mut self, state: &mut CoreState) {
         state.data.copy_from_slice(self.data());
         (state.flags, state.pc, state.cycle) = (self.avr.sreg, self.avr.pc, self.avr.cycle);
         state.is_delayed = self.is_delayed();
     }
 
-    /// Back to what it was.
+    /// Restores the core's state from `state`.
     pub fn restore(&mut self, state: &CoreState) {
         self.data().copy_from_slice(&state.data);
         (self.avr.sreg, self.avr.pc, self.avr.cycle) = (state.flags, state.pc, state.cycle);
@@ -276,7 +285,7 @@ impl Default for CoreState {
 
 impl<B> Drop for Core<B> {
     fn drop(&mut self) {
-        // SAFETY: both are boxed slices of these lengths, and used by nobody any more.
+        // SAFETY: both are boxed slices of these lengths, and no other code uses them any more.
         unsafe {
             drop(Box::from_raw(ptr::slice_from_raw_parts_mut(self.avr.flash, REACH + 2)));
             drop(Box::from_raw(ptr::slice_from_raw_parts_mut(self.avr.data, REACH)));
@@ -284,45 +293,45 @@ impl<B> Drop for Core<B> {
     }
 }
 
-/// Why instructions are no longer executed.
+/// The reason why the execution of instructions ended.
 #[derive(Debug)]
 pub enum Stop {
-    /// Somebody must look for interrupts.
+    /// The cycles are over, or an interrupt may be due.
     Due,
-    /// `sleep`
+    /// The core executed `sleep`.
     Sleep,
-    /// The flash changes.
+    /// `spm` changes the flash.
     Store(Change),
-    /// What is executed is no instruction, or it reached beyond all memory.
+    /// The core executed an unknown instruction, or accessed an address beyond all memory.
     Bad,
 }
 
 /// # Safety
-/// simavr passes on what [`Core::new`] has registered.
+/// simavr must call this with the arguments that [`Core::new`] registered.
 unsafe extern "C" fn on_read<B: AvrBoard>(
     avr: *mut ffi::avr_t,
     address: u16,
     parameter: *mut c_void,
 ) -> u8 {
-    // SAFETY: called from within `Core::run`, which owns all three.
+    // SAFETY: called from within `Core::run`, which owns all of these.
     let (avr, board) = unsafe { (&*avr, (*parameter.cast::<Shared<B>>()).board.as_mut()) };
     board.map_or(0, |board| board.read(address, avr.cycle))
 }
 
 /// # Safety
-/// simavr passes on what [`Core::new`] has registered.
+/// simavr must call this with the arguments that [`Core::new`] registered.
 unsafe extern "C" fn on_write<B: AvrBoard>(
     avr: *mut ffi::avr_t,
     address: u16,
     value: u8,
     parameter: *mut c_void,
 ) {
-    // SAFETY: called from within `Core::run`, which owns all three.
+    // SAFETY: called from within `Core::run`, which owns all of these.
     let (avr, board) = unsafe { (&mut *avr, (*parameter.cast::<Shared<B>>()).board.as_mut()) };
     let Some(board) = board else { return };
     let mut value = value;
     if ONE_BIT.contains(&address) {
-        // SAFETY: the flash reaches beyond every program counter.
+        // SAFETY: the flash is larger than any program counter.
         let word = unsafe { avr.flash.add(avr.pc as usize).cast::<u16>().read_unaligned() };
         if word.to_le() & 0xff00 == SBI {
             value = 1 << (word.to_le() & 7);
@@ -335,13 +344,14 @@ unsafe extern "C" fn on_write<B: AvrBoard>(
 }
 
 /// # Safety
-/// simavr passes on what [`Core::new`] has registered.
+/// simavr must call this with the arguments that [`Core::new`] registered.
 unsafe extern "C" fn on_instruction<B: AvrBoard>(
     module: *mut ffi::avr_io_t,
     instruction: u32,
     _: *mut c_void,
 ) -> c_int {
-    // SAFETY: called from within `Core::run`, which owns all of it; registers are the first bytes of the data space.
+    // SAFETY: called from within `Core::run`, which owns all of these. The registers are the first
+    // bytes of the data space.
     let (avr, shared, registers) = unsafe {
         let avr = (*module).avr;
         let shared = &mut *(*avr).custom.data.cast::<Shared<B>>();
@@ -364,17 +374,20 @@ unsafe extern "C" fn on_instruction<B: AvrBoard>(
     0
 }
 
-/// An error is all that it ever tells: an instruction that is none, or an address that is beyond all memory.
+/// Handles a message of simavr. Only errors are reported: an unknown instruction, or an address
+/// beyond all memory.
 ///
 /// # Safety
-/// simavr passes on what [`Core::new`] has registered. The arguments of the message are not looked at.
+/// simavr must call this with the arguments that [`Core::new`] registered. The arguments of the
+/// message are not read.
 unsafe extern "C" fn on_message(
     avr: *mut ffi::avr_t,
     level: c_int,
     _: *const c_char,
     _: *mut ffi::__va_list_tag,
 ) {
-    // SAFETY: simavr calls it from within `Core::run`, which owns both, or without a core.
+    // SAFETY: simavr calls this function from within `Core::run`, which owns both, or without a
+    // core.
     let reached = unsafe {
         avr.as_mut().and_then(|avr| Some((avr.custom.data.cast::<Common>().as_mut()?, avr)))
     };
@@ -386,7 +399,7 @@ unsafe extern "C" fn on_message(
     }
 }
 
-/// A page that a [`Change`] concerns, as it becomes.
+/// Returns the address and the new content of the page that a [`Change`] concerns.
 pub fn changed(flash: &[u8], change: &Change) -> (u16, [u8; PAGE as usize]) {
     let (Change::Erase(page) | Change::Program(page, _)) = change;
     let mut bytes = [0xff; PAGE as usize];
