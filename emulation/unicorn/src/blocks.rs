@@ -1,25 +1,26 @@
-//! How many instructions a block of code has, and whether it does what the core must know of.
+//! The number of instructions in a block of code, and the ones among them that the core must
+//! handle.
 //!
-//! Unicorn reports blocks by address and size. Thumb instructions have two or four bytes, so a block must be
-//! looked at; what lies in flash is remembered.
+//! Unicorn reports a block by address and size. Thumb instructions have two or four bytes, so a
+//! block must be parsed to count them. The results for blocks in flash are stored.
 
-/// What is known of a block.
+/// The properties of a block.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Block {
     /// Number of instructions.
     pub instructions: u16,
-    /// It may change PRIMASK, BASEPRI or FAULTMASK.
+    /// True if the block may change PRIMASK, BASEPRI or FAULTMASK.
     pub masks: bool,
-    /// It executes SEV, which Unicorn does not.
+    /// True if the block executes SEV, which Unicorn does not emulate.
     pub sends_event: bool,
-    /// It ends with WFE.
+    /// True if the block ends with WFE.
     pub waits_for_event: bool,
-    /// It has an instruction that ARMv6-M lacks.
+    /// True if the block has an instruction that ARMv6-M lacks.
     pub beyond_armv6m: bool,
 }
 
 impl Block {
-    /// Looks at the instructions in `code`.
+    /// Parses the instructions in `code`.
     pub fn parse(code: &[u8]) -> Self {
         let mut block = Block::default();
         let mut halfwords = code.chunks_exact(2).map(|pair| u16::from_le_bytes([pair[0], pair[1]]));
@@ -45,7 +46,7 @@ impl Block {
     }
 }
 
-/// Whether an instruction is one of ARMv6-M (DDI 0419 A5.2, A5.3).
+/// Returns true if an instruction is part of ARMv6-M (DDI 0419 A5.2, A5.3).
 fn is_armv6m(first: u16, second: Option<u16>) -> bool {
     match (first, second) {
         // CBZ, CBNZ; IT. The hints next to IT have 0 in their lowest four bits.
@@ -62,10 +63,11 @@ fn is_armv6m(first: u16, second: Option<u16>) -> bool {
     }
 }
 
-/// As many blocks as are remembered; a power of two.
+/// The number of blocks that are stored; a power of two.
 const KNOWN: usize = 8192;
 
-/// Blocks that were looked at. Every block that runs is looked up, so each has one place by its address.
+/// A cache of parsed blocks. Every block that runs is looked up, so the cache is direct-mapped by
+/// address.
 pub struct Blocks {
     known: Vec<Known>,
 }
@@ -73,7 +75,7 @@ pub struct Blocks {
 #[derive(Clone, Copy, Default)]
 struct Known {
     address: u32,
-    /// 0 for none: no block is empty.
+    /// 0 for an unused entry; no block is empty.
     size: u32,
     block: Block,
 }
@@ -96,7 +98,7 @@ impl Blocks {
         self.known[Self::place(address)] = Known { address, size, block };
     }
 
-    /// Memory has changed.
+    /// Discards all blocks, after a change of memory.
     pub fn clear(&mut self) {
         self.known.fill(Known::default());
     }

@@ -1,4 +1,4 @@
-//! The core: Unicorn, the memory it sees, and what it is stopped by.
+//! The core: Unicorn, its memory map, and the reasons why it stops.
 
 use bittybuzz_chips::{Board, CoreKind, MemoryMap, Time, Width};
 use bittybuzz_cortex_m::Masks;
@@ -13,26 +13,26 @@ use crate::memory::is_within;
 use crate::system::System;
 
 pub const FLASH: u32 = 0x0800_0000;
-/// The flash is also seen from address 0 when the chip boots from it (RM0090 2.4).
+/// The flash is also mapped at address 0 when the chip boots from it (RM0090 2.4).
 pub const FLASH_ALIAS: u32 = 0;
 pub const SRAM: u32 = 0x2000_0000;
-/// Core-coupled memory, of which code cannot run.
+/// Core-coupled memory, which cannot hold code.
 pub const CCM: u32 = 0x1000_0000;
 /// First address and size of the private bus.
 const PRIVATE: (u32, u64) = (0xe000_0000, 0x10_0000);
 /// The Thumb bit of xPSR.
 pub const XPSR_T: u32 = 1 << 24;
-/// An address at which nothing ever runs; Unicorn wants one to stop at.
+/// An address at which nothing ever runs. Unicorn requires an address at which to stop.
 const NOWHERE: u64 = 0x0fff_fffe;
 
-/// Why Unicorn has stopped.
+/// The reason why Unicorn stopped.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Stop {
-    /// The deadline is reached.
+    /// The deadline was reached.
     Deadline,
     WaitForEvent,
     WaitForInterrupt,
-    /// An exception return; the value that was branched to.
+    /// An exception return, with the value that was branched to.
     Return(u32),
     SupervisorCall,
     Breakpoint,
@@ -40,25 +40,25 @@ pub enum Stop {
     InvalidState,
     NoCoprocessor,
     Unaligned,
-    /// A bad fetch, or a bad access.
+    /// A fetch from an address without executable memory.
     BadFetch,
     BadAccess,
-    /// A halfword is written to the flash.
+    /// A write of a halfword to the flash.
     FlashWrite,
 }
 
-/// A Cortex-M4F or Cortex-M0, whichever the board wants.
+/// A Cortex-M4F or Cortex-M0, as the board requires.
 pub struct UnicornCore<'a, B: Board + 'static> {
     pub(crate) uc: Unicorn<'a, System<B>>,
 }
 
-/// An error of Unicorn that no firmware causes.
+/// Wraps an error of Unicorn that no firmware can cause.
 pub fn failed(error: uc_error) -> MachineError {
     MachineError::Emulation(format!("Unicorn: {error:?}"))
 }
 
 impl<B: Board> UnicornCore<'_, B> {
-    /// The core of robot `number` of several, whose flash is erased.
+    /// Creates the core of robot `number` of several, with erased flash.
     pub(crate) fn new(number: usize) -> Result<Self, MachineError> {
         let mode = Mode::THUMB | Mode::MCLASS;
         let mut uc =
@@ -70,7 +70,7 @@ impl<B: Board> UnicornCore<'_, B> {
         Ok(core)
     }
 
-    /// Copies the read-only memory from the board, which changes it at resets only.
+    /// Copies the read-only memory from the board, which changes it only at a reset.
     pub(crate) fn copy_read_only(&mut self) -> Result<(), MachineError> {
         for (base, size) in B::MEMORY.read_only {
             let board = &mut self.system().board;
@@ -120,7 +120,7 @@ impl<B: Board> UnicornCore<'_, B> {
         self.uc.mem_read(u64::from(address), bytes).map_err(failed)
     }
 
-    /// Reads a word as the core would when it takes an exception; none where nothing is.
+    /// Reads a word as the core does when it takes an exception; none where there is no memory.
     pub(crate) fn read_word(&self, address: u32) -> Option<u32> {
         if !is_within(address, 4, FLASH_ALIAS, B::MEMORY.flash) {
             Self::check_memory(address, 4).ok()?;
@@ -130,7 +130,7 @@ impl<B: Board> UnicornCore<'_, B> {
         Some(u32::from_le_bytes(bytes))
     }
 
-    /// Executes from where the core stands until something happens, `deadline` at the latest.
+    /// Executes from the present PC until the core stops, at the latest at `deadline`.
     pub(crate) fn emulate(&mut self, deadline: Time) -> Result<Stop, MachineError> {
         self.system().begin(deadline);
         let pc = self.register(Register::PC)?;
@@ -143,8 +143,8 @@ impl<B: Board> UnicornCore<'_, B> {
             Ok(()) if system.undefined => Ok(Stop::Undefined),
             Ok(()) if system.stopped => Ok(Stop::Deadline),
             Ok(()) => Ok(Stop::WaitForInterrupt),
-            // WFE comes as an invalid instruction, too, but only when it is done; so does any instruction
-            // without the Thumb bit.
+            // Unicorn reports WFE as an invalid instruction, after its execution. It also reports
+            // any instruction without the Thumb bit as invalid.
             Err(uc_error::INSN_INVALID) => {
                 let done = self.register(Register::PC)? == system.block_end;
                 Ok(if done && system.block.waits_for_event {
@@ -169,13 +169,14 @@ impl<B: Board> UnicornCore<'_, B> {
     }
 
     fn interrupted(&self, interrupt: u32) -> Result<Stop, MachineError> {
-        // Numbers of QEMU's target/arm/cpu.h.
+        // The numbers are those of QEMU's target/arm/cpu.h.
         Ok(match interrupt {
             2 => Stop::SupervisorCall,
             3 => Stop::BadFetch,
             4 => Stop::BadAccess,
             7 => Stop::Breakpoint,
-            // Bit 0 of what was branched to has become the Thumb bit, which is always set in these values.
+            // Bit 0 of the branch's target has become the Thumb bit; it is always 1 in these
+            // values.
             8 => Stop::Return(self.register(Register::PC)? | 1),
             17 => Stop::NoCoprocessor,
             22 => Stop::Unaligned,
@@ -183,7 +184,8 @@ impl<B: Board> UnicornCore<'_, B> {
         })
     }
 
-    /// The core's registers after a reset, for the program whose vectors are at `vectors`.
+    /// Sets the core's registers to their values after a reset, for the program whose vectors are
+    /// at `vectors`.
     pub(crate) fn reset_registers(&mut self, vectors: u32) -> Result<(), MachineError> {
         self.set_register(Register::CONTROL, 0)?;
         self.set_register(Register::XPSR_NZCVQG, XPSR_T)?;
@@ -191,7 +193,7 @@ impl<B: Board> UnicornCore<'_, B> {
             self.set_register(register, 0)?;
         }
         self.set_register(Register::LR, 0xffff_ffff)?;
-        // Memory is mapped there: Image::vectors is in flash.
+        // The addresses are mapped, because Image::vectors is in flash.
         self.set_register(Register::MSP, self.read_word(vectors).unwrap_or(0) & !3)?;
         self.set_register(Register::PC, self.read_word(vectors + 4).unwrap_or(0) | 1)
     }
@@ -253,7 +255,7 @@ fn hook<B: Board>(uc: &mut Unicorn<'_, System<B>>) -> Result<(), uc_error> {
         uc.get_data_mut().interrupt = Some(interrupt);
         let _ = uc.emu_stop();
     })?;
-    // Unicorn's own table of pages says that data may be executed everywhere, and then checks every write.
+    // Unicorn's own page table makes all data executable, and then checks every write.
     uc.ctl_set_tlb_type(TlbType::VIRTUAL)?;
     uc.add_tlb_hook(1, 0, enter_page)?;
     for (first, last) in not_ram(&B::MEMORY) {
@@ -272,8 +274,8 @@ fn hook<B: Board>(uc: &mut Unicorn<'_, System<B>>) -> Result<(), uc_error> {
     Ok(())
 }
 
-/// First and last addresses of what is not RAM. An access that fails there is noticed; a hook that also covered
-/// RAM would make every access to it slow.
+/// Returns the first and last addresses of the ranges outside RAM. A hook there reports failed
+/// accesses. A hook that also covered RAM would make every access to RAM slow.
 fn not_ram(memory: &MemoryMap) -> Vec<(u64, u64)> {
     let mut ranges = Vec::new();
     let mut start = 0;
@@ -287,7 +289,8 @@ fn not_ram(memory: &MemoryMap) -> Vec<(u64, u64)> {
     ranges
 }
 
-/// An access to a page that Unicorn does not remember: what is not allowed there is found when it happens.
+/// Allows an access to a page that is not in Unicorn's TLB. A forbidden access is detected when it
+/// happens.
 fn enter_page<B: Board>(
     uc: &mut Unicorn<'_, System<B>>,
     address: u64,
@@ -296,13 +299,14 @@ fn enter_page<B: Board>(
     if kind == MemType::FETCH {
         return Some(TlbEntry { paddr: address, perms: Prot::ALL });
     }
-    // Before it asks, Unicorn sets the if-then state to that of the instruction, as if it were to leave the
-    // block. The block goes on and takes the state for cleared; what follows it would be skipped.
+    // Before this call, Unicorn sets the if-then state to that of the instruction, as if the core
+    // left the block. The block continues and assumes that the state is cleared; the instructions
+    // after it would be skipped.
     uc.reg_write(Register::EPSR, u64::from(XPSR_T)).ok()?;
     Some(TlbEntry { paddr: address, perms: Prot::READ | Prot::WRITE })
 }
 
-/// Counts the block that is about to run, or stops before it.
+/// Counts the instructions of the block that is about to run, or stops before it.
 fn begin_block<B: Board>(uc: &mut Unicorn<'_, System<B>>, address: u32, size: u32) {
     if std::mem::take(&mut uc.get_data_mut().masks_touched)
         && let Ok(masks) = read_masks(uc)
@@ -316,7 +320,7 @@ fn begin_block<B: Board>(uc: &mut Unicorn<'_, System<B>>, address: u32, size: u3
     let system = uc.get_data_mut();
     if system.cycles >= system.deadline {
         system.stopped = true;
-        // Its only error is that nothing runs.
+        // The call fails only if nothing runs.
         let _ = uc.emu_stop();
         return;
     }
@@ -329,7 +333,7 @@ fn begin_block<B: Board>(uc: &mut Unicorn<'_, System<B>>, address: u32, size: u3
                 Err(_) => Block::default(),
             };
             let system = uc.get_data_mut();
-            // Code in RAM may change without notice.
+            // Blocks in RAM are not stored, because such code may change without notice.
             if !(SRAM..SRAM + B::MEMORY.ram).contains(&address) {
                 system.blocks.insert(address, size, block);
             }

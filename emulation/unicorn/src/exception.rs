@@ -1,5 +1,4 @@
-//! How the core enters an exception and returns from it (ARMv7-M B1.5.6 to B1.5.8), and what faults lead to
-//! (B1.5.14).
+//! Exception entry and return (ARMv7-M B1.5.6 to B1.5.8), and the handling of faults (B1.5.14).
 
 use bittybuzz_chips::CoreKind;
 use bittybuzz_cortex_m::number;
@@ -8,21 +7,23 @@ use unicorn_engine::RegisterARM as Register;
 
 use crate::core::{Stop, UnicornCore, XPSR_T, failed};
 
-/// Cycles from an interrupt to its handler, at least: Cortex-M4 (ARM DDI 0439 3.9.1), Cortex-M0 (ARM DDI 0432 3.9).
+/// Returns the smallest number of cycles from an interrupt to its handler: Cortex-M4 (ARM DDI 0439
+/// 3.9.1), Cortex-M0 (ARM DDI 0432 3.9).
 const fn entry_cycles(core: CoreKind) -> u64 {
     match core {
         CoreKind::CortexM0 => 16,
         CoreKind::CortexM4F => 12,
     }
 }
-/// Cycles back again; that of the Cortex-M0 is not published and taken to be the same.
+/// Cycles of an exception return. The figure of the Cortex-M0 is not published and assumed to be
+/// the same.
 const EXIT_CYCLES: u64 = 10;
 
 /// Words of a frame: r0 to r3, r12, lr, return address, xPSR.
 const BASIC_FRAME: u32 = 8;
-/// With s0 to s15, FPSCR and a reserved word.
+/// Words of a frame with s0 to s15, FPSCR and a reserved word.
 const EXTENDED_FRAME: u32 = 26;
-/// Double registers that the extended frame holds.
+/// The double-precision registers that the extended frame holds.
 const STACKED_DOUBLES: [Register; 8] = [
     Register::D0,
     Register::D1,
@@ -38,12 +39,13 @@ const STACKED: [Register; 6] =
 
 const CONTROL_SPSEL: u32 = 1 << 1;
 const CONTROL_FPCA: u32 = 1 << 2;
-/// Unicorn's Cortex-M33 has a second bit for the secure side, which always goes with the first.
+/// Unicorn's Cortex-M33 has a second bit for the secure state, which always changes together with
+/// the first.
 const CONTROL_FP_BOTH: u32 = 1 << 3 | CONTROL_FPCA;
 const XPSR_EXCEPTION: u32 = 0x1ff;
-/// In a stacked xPSR: the frame was aligned by one word.
+/// Bit of a stacked xPSR: the frame was aligned by one word.
 const XPSR_ALIGNED: u32 = 1 << 9;
-/// If-then state, which an exception leaves behind.
+/// The if-then state, which an exception clears.
 const XPSR_IT: u32 = 3 << 25 | 0x3f << 10;
 
 const RETURN_BASIC: u32 = 1 << 4;
@@ -71,15 +73,17 @@ mod cause {
     pub const UNALIGNED: u32 = 1 << 24;
 }
 
-/// The core cannot go on: a fault where no fault may be taken.
+/// The error of a core that cannot continue: a fault where no fault may be taken.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Lockup;
 
-/// What an operation of the core leads to, if the emulation works.
+/// The result of an operation of the core: a lockup if the firmware caused it, an error if the
+/// emulation failed.
 type Outcome = Result<Result<(), Lockup>, MachineError>;
 
 impl<B: Control> UnicornCore<'_, B> {
-    /// Takes `exception`: stacks what the procedure call standard does not save, and goes to the handler.
+    /// Takes `exception`: stacks the registers that the procedure call standard does not save, and
+    /// enters the handler.
     pub(crate) fn enter(&mut self, exception: u8) -> Outcome {
         let control = self.register(Register::CONTROL)?;
         let xpsr = self.register(Register::XPSR)?;
@@ -119,8 +123,8 @@ impl<B: Control> UnicornCore<'_, B> {
             }
         }
 
-        // A frame that cannot be written is a fault, which takes the place of the exception (B1.5.10). A
-        // HardFault is entered all the same: its handler may take another stack first.
+        // A frame that cannot be written is a fault, which replaces the exception (B1.5.10). A
+        // HardFault is entered nevertheless: its handler may first select another stack.
         let mut exception = exception;
         if !stacked {
             let system = self.system();
@@ -162,7 +166,7 @@ impl<B: Control> UnicornCore<'_, B> {
         Ok(Ok(()))
     }
 
-    /// Returns from an exception: `value` was branched to.
+    /// Returns from an exception, after a branch to `value`.
     fn leave(&mut self, value: u32) -> Outcome {
         let xpsr = self.register(Register::XPSR)?;
         let exception = (xpsr & XPSR_EXCEPTION) as u8;
@@ -234,14 +238,14 @@ impl<B: Control> UnicornCore<'_, B> {
         Ok(Ok(()))
     }
 
-    /// What stopped the core is an exception of its own making.
+    /// Handles the reason why the core stopped, if it is an exception of the core itself.
     pub(crate) fn raise(&mut self, stop: Stop) -> Outcome {
         match stop {
             Stop::Deadline | Stop::WaitForEvent | Stop::WaitForInterrupt => Ok(Ok(())),
             Stop::FlashWrite => self.program_flash(),
             Stop::Return(value) => self.leave(value),
             Stop::SupervisorCall => self.synchronous(number::SV_CALL, 0),
-            // Without a debugger it escalates (C1.6.1).
+            // Without a debugger, a breakpoint escalates to a HardFault (C1.6.1).
             Stop::Breakpoint => {
                 self.system().registers.hfsr |= HFSR_DEBUGEVT;
                 self.synchronous(number::HARD_FAULT, 0)
@@ -280,8 +284,8 @@ impl<B: Control> UnicornCore<'_, B> {
         self.synchronous(number::HARD_FAULT, 0)
     }
 
-    /// Takes an exception that cannot wait; where its priority does not suffice, a HardFault, and where that
-    /// cannot be taken either, the core locks up.
+    /// Takes an exception that cannot wait. If its priority does not suffice, it becomes a
+    /// HardFault. If a HardFault cannot be taken either, the core locks up.
     fn synchronous(&mut self, exception: u8, escalated: u32) -> Outcome {
         let masks = self.masks()?;
         let system = self.system();

@@ -1,4 +1,4 @@
-//! The memory that there is, and writes of the core to the flash.
+//! Checks of addresses, and writes of the core to the flash.
 
 use bittybuzz_chips::{Board, CoreKind};
 use bittybuzz_emulation::{Control, Core, MachineError};
@@ -20,7 +20,8 @@ impl<B: Board> UnicornCore<'_, B> {
         }
     }
 
-    /// Returns true if the access that failed was a write of a halfword to the flash, by an instruction of 16 bits.
+    /// Returns true if the failed access was a write of a halfword to the flash by a 16-bit
+    /// instruction.
     pub(crate) fn is_flash_write(&self) -> bool {
         let system = self.uc.get_data();
         system.failed_write.0 == 2
@@ -30,9 +31,9 @@ impl<B: Board> UnicornCore<'_, B> {
 }
 
 impl<B: Control> UnicornCore<'_, B> {
-    /// The core has written a halfword to the flash: the flash interface decides its fate.
+    /// Handles a write of a halfword to the flash; the flash interface decides about its effect.
     pub(crate) fn program_flash(&mut self) -> Result<Result<(), Lockup>, MachineError> {
-        // An erasure that the same block of code has begun.
+        // The same block of code may have started an erasure.
         if let Some(change) = self.system().board.take_flash_change() {
             self.change_flash(change)?;
         }

@@ -1,4 +1,4 @@
-//! The registers of the core: system control block and its neighbours (ARMv7-M B3.2).
+//! The registers of the core: the system control block and its neighbours (ARMv7-M B3.2).
 
 use bittybuzz_chips::{Board, CoreKind, Width};
 use bittybuzz_cortex_m::registers::{
@@ -22,7 +22,7 @@ const DHCSR: u32 = 0xe000_edf0;
 const DEMCR: u32 = 0xe000_edfc;
 const STIR: u32 = 0xe000_ef00;
 const FPCCR: u32 = 0xe000_ef34;
-/// DBGMCU belongs to the chip, not the core.
+/// DBGMCU belongs to the chip, not to the core.
 const DBGMCU: u32 = 0xe004_2000;
 const DBGMCU_END: u32 = 0xe004_2400;
 
@@ -30,7 +30,7 @@ const DWT_CTRL_CYCCNTENA: u32 = 1 << 0;
 /// Vector tables are aligned to 128 bytes at least.
 const VTOR_BITS: u32 = 0xffff_ff80;
 
-/// Registers that only hold what is written, or what faults put there.
+/// Registers that only hold values that the firmware wrote or a fault set.
 pub struct Registers {
     pub vtor: u32,
     pub scr: u32,
@@ -43,7 +43,7 @@ pub struct Registers {
     cpacr: u32,
     demcr: u32,
     dwt_ctrl: u32,
-    /// Executed cycles at which CYCCNT was zero.
+    /// The value of `cycles` at which CYCCNT was zero.
     dwt_zero: u64,
     fpccr: u32,
     pub reset_requested: bool,
@@ -75,7 +75,8 @@ impl Registers {
     }
 }
 
-/// Whether a Cortex-M0 has this register: no vector table to move, no causes of faults, no cycle counter (ARMv6-M B3.2.2).
+/// Returns true if a Cortex-M0 has this register. It has no vector table offset, no fault status
+/// and no cycle counter (ARMv6-M B3.2.2).
 fn is_in_armv6m(address: u32) -> bool {
     matches!(
         address,
@@ -92,7 +93,7 @@ fn is_in_armv6m(address: u32) -> bool {
 }
 
 impl<B: Board> System<B> {
-    /// The core reads from its private bus, 0xe000_0000 to 0xe00f_ffff.
+    /// Performs a read of the core from its private bus, 0xe000_0000 to 0xe00f_ffff.
     pub fn read_private(&mut self, address: u32, width: Width) -> u32 {
         if (DBGMCU..DBGMCU_END).contains(&address) {
             return self.board.read(address, width);
@@ -128,7 +129,7 @@ impl<B: Board> System<B> {
             MMFAR => registers.mmfar,
             BFAR => registers.bfar,
             CPACR => registers.cpacr,
-            // Eight regions.
+            // The MPU has eight regions.
             MPU_TYPE => 0x800,
             // C_DEBUGEN.
             DHCSR => u32::from(self.board.is_debugged()),
@@ -138,7 +139,7 @@ impl<B: Board> System<B> {
         }
     }
 
-    /// The core writes to its private bus.
+    /// Performs a write of the core to its private bus.
     pub fn write_private(&mut self, address: u32, width: Width, value: u32) {
         if (DBGMCU..DBGMCU_END).contains(&address) {
             return self.board.write(address, width, value);
@@ -160,7 +161,7 @@ impl<B: Board> System<B> {
         let merge = |old: u32| old & !mask | value & mask;
         match address {
             DWT_CTRL => {
-                // It counts from zero whenever it is turned on.
+                // The counter starts from zero whenever it is turned on.
                 if registers.dwt_ctrl & DWT_CTRL_CYCCNTENA == 0 {
                     registers.dwt_zero = self.cycles;
                 }

@@ -1,4 +1,4 @@
-//! Everything around the core's registers: what the callbacks of Unicorn reach.
+//! The state around the core's registers, which Unicorn's callbacks use.
 
 use bittybuzz_chips::{Board, Clock, Time, Width};
 use bittybuzz_cortex_m::{Masks, Nvic, number};
@@ -8,50 +8,50 @@ use crate::blocks::{Block, Blocks};
 use crate::private::Registers;
 use crate::systick::SysTick;
 
-/// While an interrupt waits for a mask to go, the core looks again after so many cycles, in case it missed
-/// the instruction that did it.
+/// Cycles between two checks of the masks while a masked interrupt waits, in case the core missed
+/// the instruction that changed the masks.
 const LOOK_AGAIN: u64 = 1_000;
 
-/// What the callbacks of Unicorn reach.
+/// The data that Unicorn's callbacks use.
 pub struct System<B> {
     pub board: B,
     pub nvic: Nvic,
     pub systick: SysTick,
     pub registers: Registers,
     pub clock: Clock,
-    /// Of the core's clock since power-on, without those it slept.
+    /// Cycles of the core's clock since power-on, without those asleep.
     pub cycles: u64,
-    /// Executed since power-on.
+    /// Instructions executed since power-on.
     pub instructions: u64,
     /// No block begins at or after this cycle.
     pub deadline: u64,
     /// The event register of WFE.
     pub event: bool,
     pub blocks: Blocks,
-    /// The block that runs, and the address behind it.
+    /// The block that runs, and the address after it.
     pub block: Block,
     pub block_end: u32,
-    /// It may have changed the masks, which nobody has looked at since.
+    /// True if the last block may have changed the masks, and they were not read since.
     pub masks_touched: bool,
     masked_since: Option<u64>,
     longest_masked: Time,
-    /// The exception that Unicorn asks for by its own number.
+    /// The number by which Unicorn reports an exception, as defined by QEMU.
     pub interrupt: Option<u32>,
-    /// Address of the last access that failed, and what it was to write.
+    /// The address of the last failed access, and the size and value that it was to write.
     pub failed_address: u32,
     pub failed_write: (usize, u32),
-    /// It is about to execute what its architecture lacks.
+    /// True if the next block has an instruction that the architecture lacks.
     pub undefined: bool,
-    /// The deadline has stopped it.
+    /// True if execution stopped at the deadline.
     pub stopped: bool,
     pub events: Vec<TimedEvent>,
-    /// Taken since power-on.
+    /// Exceptions taken since power-on.
     pub exceptions: u64,
     mpu_noted: bool,
 }
 
 impl<B: Board> System<B> {
-    /// Robot `number` of several, just turned on.
+    /// Creates the system of robot `number` of several, at the moment of its power-on.
     pub fn new(number: usize) -> Self {
         let board = B::power_on(number);
         let hz = board.core_clock_hz();
@@ -86,7 +86,7 @@ impl<B: Board> System<B> {
         self.clock.time(self.cycles)
     }
 
-    /// Brings board and timer to the core's time, and their interrupts to the core.
+    /// Advances the board and SysTick to the core's time, and passes their interrupts to the core.
     pub fn catch_up(&mut self) {
         self.board.advance(self.now());
         self.update_lines();
@@ -140,8 +140,8 @@ impl<B: Board> System<B> {
         self.after_access();
     }
 
-    /// Clocks may have changed, events may come earlier, interrupts may be pending: the core shall look after
-    /// this block.
+    /// Updates the core after an access, which may have changed clocks, raised interrupts or moved
+    /// the next event to an earlier time. The deadline then ends execution after the present block.
     pub fn after_access(&mut self) {
         self.update_lines();
         let hz = self.board.core_clock_hz();
@@ -160,7 +160,7 @@ impl<B: Board> System<B> {
         }
     }
 
-    /// The core is about to execute, until `until` at most.
+    /// Prepares for execution up to time `until`.
     pub fn begin(&mut self, until: Time) {
         let cycle = self.clock.cycle(until).max(self.cycles + 1);
         let waits = self.nvic.any_pending();
@@ -171,7 +171,7 @@ impl<B: Board> System<B> {
         self.stopped = false;
     }
 
-    /// The masks have these values now.
+    /// Takes the present masks, and measures the longest time for which interrupts were masked.
     pub fn observe_masks(&mut self, masks: Masks) {
         match (masks.any(), self.masked_since) {
             (true, None) => self.masked_since = Some(self.cycles),

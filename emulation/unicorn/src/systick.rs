@@ -1,10 +1,10 @@
-//! The core's own timer (ARMv7-M B3.3).
+//! SysTick, the core's own timer (ARMv7-M B3.3).
 
 use bittybuzz_chips::Time;
 
 const ENABLE: u32 = 1 << 0;
 const TICKINT: u32 = 1 << 1;
-/// The core's clock, not an eighth of it.
+/// Set for the core's clock, clear for an eighth of it.
 const CLKSOURCE: u32 = 1 << 2;
 const COUNTFLAG: u32 = 1 << 16;
 const MAX: u32 = 0x00ff_ffff;
@@ -13,7 +13,7 @@ const MAX: u32 = 0x00ff_ffff;
 pub struct SysTick {
     control: u32,
     reload: u32,
-    /// Ticks until it reaches zero, counted from `since`.
+    /// Ticks until the counter reaches zero, counted from `since`.
     left: u32,
     since: Time,
     wrapped: bool,
@@ -39,7 +39,7 @@ impl SysTick {
         fired
     }
 
-    /// Counts until `now`; true if it reached zero and asks for an interrupt.
+    /// Counts until `now`. Returns true if the counter reached zero and its interrupt is enabled.
     pub fn advance(&mut self, now: Time) -> bool {
         if !self.runs() {
             self.since = now;
@@ -63,14 +63,15 @@ impl SysTick {
         self.control & TICKINT != 0
     }
 
-    /// When it will ask for an interrupt.
+    /// Returns the time of the next interrupt.
     pub fn next_event(&self) -> Option<Time> {
         let left = if self.left == 0 { self.reload + 1 } else { self.left };
         (self.runs() && self.control & TICKINT != 0)
             .then(|| self.since + Time::of_ticks(u64::from(left), self.hz()))
     }
 
-    /// `offset` from SYST_CSR; the time is that of the last [`advance`](Self::advance).
+    /// Reads the register at `offset` from SYST_CSR, at the time of the last
+    /// [`advance`](Self::advance).
     pub fn read(&mut self, offset: u32) -> u32 {
         match offset {
             0x0 => {
@@ -79,7 +80,7 @@ impl SysTick {
             }
             0x4 => self.reload,
             0x8 => self.left,
-            // No reference clock, no calibration.
+            // SYST_CALIB: no reference clock, no calibration.
             _ => 0,
         }
     }

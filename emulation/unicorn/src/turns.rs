@@ -1,4 +1,4 @@
-//! The core as robots use it: resets, turns, sleep.
+//! The interface of the core to a robot: reset, execution, sleep.
 
 use std::time::Duration;
 
@@ -14,7 +14,7 @@ use crate::private::Registers;
 use crate::systick::SysTick;
 
 impl<B: Board> UnicornCore<'_, B> {
-    /// The state after an exception was taken, or after the core locked up instead.
+    /// Returns the state after an exception was taken, or after the core locked up instead.
     fn settle(
         &self,
         outcome: Result<(), Lockup>,
