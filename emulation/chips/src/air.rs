@@ -112,8 +112,8 @@ impl Air {
         self.on_air.push(OnAir { sender, transmission, is_sensed, has_arrived });
     }
 
-    /// Reports the events before `until` to `robots` robots through `tell`. All transmissions up to
-    /// then must be known.
+    /// Reports the events before `until` to `robots` robots through the callback. All transmissions
+    /// up to then must be known.
     pub fn carry(&mut self, until: Time, robots: usize, mut tell: impl FnMut(usize, Heard)) {
         if self.on_air.is_empty() {
             return;

@@ -74,8 +74,8 @@ pub enum Event {
         /// True if the firmware acknowledged the request in time.
         acknowledged: bool,
     },
-    /// The bootloader starts a loader instead of the firmware. The chip then waits for somebody to
-    /// send new firmware.
+    /// The bootloader starts a loader instead of the firmware. The chip then waits for new
+    /// firmware.
     Loader(Loader),
     /// The firmware performs an action that the chip does not allow.
     HardwareError(HardwareError),
@@ -147,7 +147,8 @@ pub enum ResetCause {
     PowerOn,
     /// Power is cut; the chip is held in reset until it comes back.
     PowerOff,
-    /// The supply fell below the threshold of the brown-out detector, but not below that of power-on.
+    /// The supply fell below the threshold of the brown-out detector, but not below that of
+    /// power-on.
     BrownOut,
     /// The reset pin was pulled.
     Pin,
@@ -192,8 +193,8 @@ pub enum HardwareError {
         /// The wait states that this frequency needs.
         needed: u32,
     },
-    /// The system clock was switched to a source that does not run, or the PLL's input or output is out of
-    /// range (RM0090 6.3.2).
+    /// The system clock was switched to a source that does not run, or the PLL's input or output is
+    /// out of range (RM0090 6.3.2).
     PllOutOfRange {
         /// Frequency at the PLL's input.
         input_hz: u64,

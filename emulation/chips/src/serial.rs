@@ -62,7 +62,8 @@ mod tests {
 
     #[test]
     fn half_the_rate_sees_every_other_bit() {
-        // Line, from the start bit: 0 1010 1010 1 1111...; samples at 3, 5, 7, 9, ... of the sender's bits.
+        // The line from the start bit on is 0 1010 1010 1 1111...; the samples are at 3, 5, 7, 9,
+        // ... of the sender's bits.
         assert_eq!(receive(0b0101_0101, 1_000_000, 500_000).byte, 0b1111_1111);
         assert_eq!(receive(0b1010_1010, 1_000_000, 500_000).byte, 0b1111_1000);
     }

@@ -238,12 +238,13 @@ mod tests {
         assert_eq!(end, Time::of_ticks(501, 28_000_000));
         adc.advance(end);
         assert_eq!(adc.read(ISR), ISR_ADRDY | ISR_EOSMP | ISR_EOC | ISR_EOSEQ);
-        // SwarmUI calls less than 530 counts "low".
+        // SwarmUI reports less than 530 counts as "low".
         assert_eq!(adc.read(DR), 530);
         assert_eq!(adc.read(ISR) & ISR_EOC, 0);
     }
 
-    /// Channels are scanned upwards (13.4.3), and their full scale is the supply: no more than the battery has.
+    /// Channels are scanned upwards (13.4.3). Their full scale is the supply, which is not higher
+    /// than the battery's voltage.
     #[test]
     fn a_low_battery_is_measured_after_the_reference() {
         let mut adc = Adc::new(48_000_000, 14_000_000, 3.0);

@@ -1,4 +1,5 @@
-//! USART of the STM32F4 (RM0090 30): asynchronous, 8 data bits, no parity, one stop bit, by interrupts.
+//! The USART of the STM32F4 (RM0090 30): asynchronous, 8 data bits, no parity, one stop bit, by
+//! interrupts.
 
 use crate::Time;
 use crate::serial::{self, FRAME_BITS, Received};

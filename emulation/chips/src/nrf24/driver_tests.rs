@@ -1,4 +1,4 @@
-//! The model under `rf24-rs`, a driver whose authors know the chip.
+//! Tests of the model with `rf24-rs`, an independent driver of the chip.
 
 use std::cell::RefCell;
 use std::convert::Infallible;
@@ -14,10 +14,10 @@ use rf24::{CrcLength, DataRate, FifoState, StatusFlags};
 use super::{CLOCK_HZ, Nrf24, POWER_ON};
 use crate::Time;
 
-/// A byte at 6 MHz.
+/// The time of a byte at 6 MHz.
 const BYTE: Time = Time::from_nanos(1_333);
 
-/// Two radios that hear each other.
+/// Two radios in range of each other.
 struct Bench {
     now: Time,
     radios: [Nrf24; 2],
@@ -118,7 +118,7 @@ impl DelayNs for Port {
 
 type Driver = RF24<Port, Port, Port>;
 
-/// A sender and a receiver as this configuration says, on pipe 1 of the receiver.
+/// Returns a sender and a receiver with this configuration; the receiver listens on pipe 1.
 fn pair(config: &RadioConfig) -> (Rc<RefCell<Bench>>, Driver, Driver) {
     let bench = Bench::new();
     let driver = |radio| {

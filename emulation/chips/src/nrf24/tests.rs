@@ -1,8 +1,8 @@
-//! Two radios that hear each other, by their pins.
+//! Tests of two radios in range of each other, through their pins.
 
 use super::*;
 
-/// A radio that has its clock, 100 ms after power-on.
+/// Returns a radio that has its clock, and the time 100 ms after power-on.
 fn radio() -> (Nrf24, Time) {
     let mut radio = Nrf24::new();
     radio.set_clock(CLOCK_HZ, Time::ZERO);
@@ -25,7 +25,8 @@ fn get(radio: &mut Nrf24, register: u8, now: Time) -> u8 {
     command(radio, &[register, 0xff], now)[1]
 }
 
-/// Powers it up as receiver or sender: no acknowledgement, 2 Mb/s, CRC of two bytes, eight bytes on pipe 0.
+/// Powers the radio up as receiver or sender: no acknowledgement, 2 Mb/s, CRC of two bytes, eight
+/// bytes on pipe 0.
 fn start(radio: &mut Nrf24, is_receiver: bool, now: Time) -> Time {
     set(radio, 0x01, 0, now);
     set(radio, 0x04, 0, now);
@@ -111,7 +112,7 @@ fn a_packet_takes_the_time_of_its_bits() {
     sender.enable(true, now);
     let sent = run(&mut sender, now + Time::from_millis(1));
     let [Transmission { begin, end, .. }] = sent[..] else { panic!("{sent:?}") };
-    // Fixed times of table 16, and 8 * (1 + 5 + 8 + 2) bits at 2 Mb/s.
+    // The fixed times of table 16, and 8 * (1 + 5 + 8 + 2) bits at 2 Mb/s.
     assert_eq!(begin, now + Time::from_micros(130));
     assert_eq!(end, begin + Time::from_micros(64));
     assert_eq!(get(&mut sender, 0x07, end) & 0x70, 0x20, "TX_DS");
@@ -134,7 +135,8 @@ fn air_time_follows_rate_and_format() {
     start(&mut radio, false, now);
     for (rf_setup, micros) in [(0x0e, 1), (0x06, 2), (0x26, 8)] {
         set(&mut radio, 0x06, rf_setup, now);
-        // Dynamic, enhanced, address of 3, CRC of 1: 8 * (1 + 3 + 20 + 1) + 9 bits.
+        // Dynamic length, enhanced, address of 3 bytes, CRC of 1 byte: 8 * (1 + 3 + 20 + 1) + 9
+        // bits.
         set(&mut radio, 0x01, 1, now);
         set(&mut radio, 0x03, 1, now);
         set(&mut radio, 0x00, 0x0a, now);
@@ -253,7 +255,7 @@ fn unanswered_packets_are_repeated_and_given_up() {
     radio.enable(true, now);
     let sent = run(&mut radio, now + Time::from_millis(10));
     assert_eq!(sent.len(), 3);
-    // ARD: 500 µs from the end of one to the beginning of the next.
+    // ARD is 500 µs, from the end of a packet to the beginning of the next.
     assert_eq!(sent[1].begin, sent[0].end + Time::from_micros(500));
     assert_eq!(get(&mut radio, 0x07, now) & 0x70, 0x10, "MAX_RT");
     assert_eq!(get(&mut radio, 0x08, now), 0x12, "one lost, two repetitions");
@@ -290,7 +292,7 @@ fn carrier_is_detected_while_it_lasts() {
     radio.advance(listening);
     radio.sense(2, listening, listening + Time::from_micros(100), listening);
     radio.sense(3, listening, listening + Time::from_millis(1), listening);
-    // Known in advance.
+    // A signal that is announced long before it begins.
     let later = listening + Time::from_micros(500);
     radio.sense(2, later, later + Time::from_micros(100), listening);
     for (micros, detected) in [(39, 0), (40, 1), (99, 1), (100, 0), (540, 1)] {
@@ -298,7 +300,7 @@ fn carrier_is_detected_while_it_lasts() {
     }
 }
 
-/// The bit after a packet, 1 ms later, after CE was low, and once the radio listens again.
+/// Reads RPD after a packet, 1 ms later, after CE was low, and once the radio listens again.
 #[test]
 fn a_packet_latches_the_detector_until_ce_goes_low_or_not_at_all() {
     for (reading, after) in [(PowerDetector::Latched, 1), (PowerDetector::Live, 0)] {

@@ -7,7 +7,8 @@ const RADIO_RAW: u8 = 0x00;
 /// Port 6, localization; channel 1, generic. The two bits between the fields are always set
 /// (Bitcraze, "CRTP - Communication with the Crazyflie" and "Localization CRTP port").
 const GENERIC_LOCALIZATION: u8 = 6 << 4 | 3 << 2 | 1;
-/// External pose: x, y, z in m and a quaternion x, y, z, w, each a binary32, least significant byte first.
+/// The external pose: x, y, z in m and a quaternion x, y, z, w, each a binary32, least significant
+/// byte first.
 const EXTERNAL_POSE: u8 = 8;
 
 /// The robot's upright pose, measured by a positioning system.

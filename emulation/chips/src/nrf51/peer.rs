@@ -1,4 +1,5 @@
-//! Behaviour of the nRF51's firmware (crazyflie2-nrf-firmware: src/main.c, src/uart.c, src/esb.c, src/shutdown.c).
+//! The behaviour of the nRF51's firmware (crazyflie2-nrf-firmware: src/main.c, src/uart.c,
+//! src/esb.c, src/shutdown.c).
 //!
 //! The firmware has one loop, each turn of which passes on one packet of the radio, reads one frame
 //! of the STM32 and sends the reports that are due. The loop sends a frame byte by byte, waits for
@@ -39,7 +40,8 @@ const RSSI: u8 = 50;
 /// The properties of an nRF51 that depend on its firmware, or that no document states.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Nrf51Settings {
-    /// False for firmware from before 2025-10-09, which ignores RADIO_READY and listens from its start.
+    /// False for firmware from before 2025-10-09, which ignores RADIO_READY and listens from its
+    /// start.
     pub knows_ready: bool,
     /// RTS is high while the UART's FIFO holds at least this number of bytes: 1 to
     /// [`Nrf51Settings::MOST_RTS_BYTES`].

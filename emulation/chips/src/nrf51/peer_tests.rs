@@ -1,8 +1,8 @@
-//! The nRF51, byte by byte on its line.
+//! Tests of the nRF51, byte by byte on its line.
 
 use super::*;
 
-/// Sends a frame to the peer at the line's rate and returns when it has arrived.
+/// Sends a frame to the peer at the line's rate and returns the time at which it has arrived.
 fn tell(peer: &mut Nrf51, kind: u8, payload: &[u8], now: Time) -> Time {
     deliver(peer, &LinkFrame::new(kind, payload).unwrap().to_bytes(), now)
 }
@@ -20,7 +20,7 @@ fn deliver(peer: &mut Nrf51, bytes: &[u8], mut now: Time) -> Time {
     now
 }
 
-/// A peer whose radio is ready and whose Bluetooth is off, and the time.
+/// Returns a peer whose radio is ready and whose Bluetooth is off, and the time.
 fn ready_peer() -> (Nrf51, Time) {
     let mut peer = Nrf51::new();
     let now = tell(&mut peer, 0x0b, &[], Time::ZERO);
@@ -31,7 +31,7 @@ fn ready_peer() -> (Nrf51, Time) {
     (peer, end)
 }
 
-/// All frames that the peer sends until `until`, and when each was complete.
+/// Returns all frames that the peer sends until `until`, and the time at which each was complete.
 fn listen(peer: &mut Nrf51, mut now: Time, until: Time) -> Vec<(Time, LinkFrame)> {
     let mut parser = Parser::default();
     let mut frames = Vec::new();
@@ -75,7 +75,7 @@ fn reports_every_ten_milliseconds_once_asked() {
     let mut peer = Nrf51::new();
     peer.set_battery(Battery { volts: 3.5, charging: true, usb_powered: false });
     let now = tell(&mut peer, 0x14, &[], Time::ZERO);
-    // A second after the reset, which was 100 ms before.
+    // The first report comes a second after the reset, which was 100 ms before the start.
     let frames = listen(&mut peer, now, Time::from_millis(925));
     assert_eq!(kinds(&frames), [0x13, 0x04, 0x13, 0x04, 0x13, 0x04]);
     let mut state = vec![1];
@@ -97,7 +97,8 @@ fn radio_frames_wait_for_ready() {
     assert_eq!(kinds(&listen(&mut peer, now, Time::from_millis(20))), [0x0b, 0x0a]);
 }
 
-/// Bluetooth's shutdown keeps the loop from the queue. RTS says nothing of it, and bytes are lost.
+/// The loop does not read the queue during Bluetooth's shutdown. RTS does not show this, and bytes
+/// are lost.
 #[test]
 fn a_full_queue_drops_silently() {
     let mut peer = Nrf51::new();
@@ -118,7 +119,8 @@ fn a_full_queue_drops_silently() {
     assert_eq!(kinds.len(), 1 + 12, "twelve whole frames");
 }
 
-/// With interrupts off during the shutdown the FIFO fills: RTS rises, and a sender that ignores it loses bytes.
+/// Interrupts are off during the shutdown, so the FIFO fills: RTS rises, and a sender that ignores
+/// it loses bytes.
 #[test]
 fn rts_follows_the_fifo() {
     for rts_bytes in [1, 2, 4] {
@@ -141,7 +143,7 @@ fn rts_follows_the_fifo() {
 #[test]
 fn packets_of_the_radio_keep_the_loop_from_the_queue() {
     let (mut peer, start) = ready_peer();
-    // 68 bytes each on the line.
+    // Each frame takes 68 bytes on the line.
     (0..3).for_each(|_| peer.hear(&P2pFrame::new(3, 60, [9; 60]).unwrap(), start));
     peer.advance(start);
     let now = deliver(&mut peer, &LinkFrame::new(0x17, []).unwrap().to_bytes().repeat(4), start);
@@ -184,7 +186,7 @@ fn a_restart_forgets_everything() {
     assert_eq!(kinds(&listen(&mut peer, now, up + Time::from_millis(5))), [0x0b]);
 }
 
-/// Firmware from before October 2025.
+/// Firmware from before October 2025 ignores RADIO_READY.
 #[test]
 fn an_old_one_knows_no_ready_and_has_no_gate() {
     let mut peer = Nrf51::new();
@@ -243,13 +245,13 @@ fn another_baud_rate_is_not_understood() {
 fn frames_from_the_air_go_over_the_line() {
     let frame = |n: u8| P2pFrame::new(3, 60, vec![n; 60]).unwrap();
     let (mut peer, now) = ready_peer();
-    // Before the radio listens nothing is received, not even a frame that began to arrive.
+    // A frame is not received if its arrival began before the radio listened.
     let mut early = Nrf51::new();
     tell(&mut early, 0x02, &[2], Time::ZERO);
     early.hear(&frame(0), Time::from_millis(1));
     assert_eq!(kinds(&listen(&mut early, Time::ZERO, Time::from_millis(10))), [0x02]);
     assert_eq!(early.not_sent, 1);
-    // Every 400 µs, and each takes 680 µs on the line.
+    // The frames arrive every 400 µs, and each takes 680 µs on the line.
     let start = now + Time::from_millis(1);
     for n in 0..5 {
         peer.hear(&frame(n), start + Time::from_micros(400 * u64::from(n)));

@@ -462,7 +462,7 @@ mod tests {
         write(&mut timer, CR1, CR1_CEN, Time::ZERO);
         write(&mut timer, PSC, 83, Time::ZERO);
         assert_eq!(timer.read(CNT, Time::from_micros(50)), 4200, "still undivided");
-        // The update comes after 100 µs; from then on a count lasts 1 µs.
+        // The update comes after 100 µs; from then on a count takes 1 µs.
         assert_eq!(timer.read(CNT, Time::from_micros(123)), 23);
     }
 
@@ -577,7 +577,7 @@ mod tests {
         assert_eq!(timer.read(SR, Time::from_millis(2)), UIF | 2, "one channel");
     }
 
-    /// 1 MHz, all 16 bits, channel 2 captures these edges of its pin.
+    /// A timer at 1 MHz with a period of 2^16, whose channel 2 captures these edges of its pin.
     fn capturing(edges: u32) -> Timer {
         let mut timer = Timer::new(TimerKind::General, 48_000_000, Time::ZERO);
         let enabled = (CCER_ENABLE | edges) << 4;
@@ -620,7 +620,7 @@ mod tests {
         assert_eq!(timer.register(SR) & 0x404, 0x404);
         assert_eq!(timer.read(CCR1 + 4, Time::from_micros(8)), 7);
         assert_eq!(timer.register(SR) & 0x404, 0x400);
-        // Its own count is no event.
+        // A match of the timer's own count is no event of a capturing channel.
         write(&mut timer, DIER, 1 << 2, Time::from_micros(9));
         assert_eq!(timer.next_event(), None);
         assert_eq!(timer.read(SR, Time::from_millis(70)) & 4, 0);
@@ -630,7 +630,7 @@ mod tests {
 
     #[test]
     fn captures_without_a_model_are_refused() {
-        // Of the neighbour's pin, divided by two, filtered.
+        // A capture of the neighbouring pin, one divided by two, and one with a filter.
         for mode in [2, 1 | 1 << 2, 1 | 1 << 4] {
             let mut timer = Timer::new(TimerKind::General, 48_000_000, Time::ZERO);
             assert!(!timer.write(CCMR2, Write::new(CCMR2, Width::Word, mode << 8), Time::ZERO));

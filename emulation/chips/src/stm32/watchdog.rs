@@ -4,7 +4,8 @@
 use super::bus::Write;
 use crate::Time;
 
-/// Offset of DBGMCU_APB1_FZ in DBGMCU, and its bit that stops the watchdog while the core is halted (RM0090 38.16.4, RM0091 32.9.4).
+/// Offset of DBGMCU_APB1_FZ in DBGMCU, and its bit that stops the watchdog while the core is halted
+/// (RM0090 38.16.4, RM0091 32.9.4).
 pub(crate) const APB1_FREEZE: u32 = 0x08;
 pub(crate) const FREEZE_WATCHDOG: u32 = 1 << 12;
 
