@@ -1,4 +1,5 @@
-//! Every instruction without memory against another core, and programs that try one thing each.
+//! Tests of every instruction without memory against another core, and programs that test one
+//! feature each.
 
 use std::time::Duration;
 
@@ -14,7 +15,7 @@ use crate::exception::Lockup;
 use crate::execute::Stop;
 use crate::registers::{PC, Processor, SP};
 
-/// Xorshift.
+/// The generator xorshift.
 struct Random(u32);
 
 impl Random {
@@ -25,7 +26,8 @@ impl Random {
         self.0
     }
 
-    /// Numbers at which carries and overflows begin are as probable as all others together.
+    /// Returns a random word. Values at which carries and overflows begin are as probable as all
+    /// others together.
     fn word(&mut self) -> u32 {
         let edges = [0, 1, 31, 32, 33, 0x7fff_ffff, 0x8000_0000, 0xffff_ffff];
         match self.next() % 16 {
@@ -35,7 +37,7 @@ impl Random {
     }
 }
 
-/// Instructions that touch no memory and cause no exception.
+/// Returns true for instructions that access no memory and cause no exception.
 fn is_plain(first: u16) -> bool {
     match first {
         // Shifts to data processing; high registers except BX, BLX and those that ARMv6-M calls
@@ -45,13 +47,13 @@ fn is_plain(first: u16) -> bool {
             let (d, b) = (first & 7 | first >> 4 & 8, first >> 3 & 0xf);
             !(first >> 8 == 0x45 && (d < 8 && b < 8 || d == 15 || b == 15))
                 && !(first >> 8 == 0x44 && d == 15 && b == 15)
-                // The other core keeps two stack pointers in step only at exceptions.
+                // The other core updates its two stack pointers only at exceptions.
                 && d != 13
         }
         // ADR, ADD SP; SP up and down; extensions, reversals.
         0xa000..=0xafff | 0xb000..=0xb0ff | 0xb200..=0xb2ff => true,
         0xba00..=0xba7f | 0xbac0..=0xbaff => true,
-        // Branches but UDF and SVC.
+        // Branches, without UDF and SVC.
         0xd000..=0xddff | 0xe000..=0xe7ff => true,
         _ => false,
     }
@@ -70,7 +72,7 @@ fn plain_instructions_do_what_another_core_does() {
                 core.r[register] = if register == SP { RAM + 0x1000 } else { random.word() };
                 other.set_reg(register, core.r[register]);
             }
-            // Not both N and Z.
+            // N and Z are never both set.
             let flags = [0, 1 << 31, 1 << 30][random.next() as usize % 3] | random.next() & 3 << 28;
             core.set_flags(flags);
             other.regs.xpsr = flags | 1 << 24;
@@ -90,26 +92,26 @@ fn plain_instructions_do_what_another_core_does() {
     }
 }
 
-/// Any halfword, but most access memory or branch.
+/// Returns any halfword, but most of them access memory or branch.
 fn instruction(random: &mut Random) -> u16 {
     let half = random.next() as u16;
     match random.next() % 16 {
-        // LDR and STR of all widths by r4, in the RAM, or r5, a timer.
+        // LDR and STR of all widths; the base is r4 (in the RAM) or r5 (a timer).
         0..4 => 0x6000 | half & 0x1fc7 | (4 + (half >> 15)) << 3,
-        // The timer's count.
+        // A load of the timer's count.
         4 => 0x6a68 | half & 7,
         5 => 0xb400 | half & 0x9ff,
         6 => 0xc400 | half & 0x8ff,
-        // Conditional branches over a few.
+        // Conditional branches over a few instructions.
         7 | 8 => 0xd000 | half & 0x0d07,
-        // Literals.
+        // Loads of literals.
         9 => 0x4800 | half & 0x71f,
         10 | 11 => half,
         _ => half & 0x3fff,
     }
 }
 
-/// Runs for `cycles`, up to each deadline that `step` gives.
+/// Runs for `cycles` cycles, with a deadline every `step` cycles.
 fn run_for(
     core: &mut Processor,
     bus: &mut Bus<Zooid>,
@@ -133,9 +135,9 @@ fn straight_lines_do_what_their_instructions_do_one_by_one() {
     let mut random = Random(0x9b1c_77a1);
     let mut buses = [0; 2].map(|_| {
         let mut bus: Bus<Zooid> = Bus::new(0);
-        // A HardFault goes on in the program.
+        // The HardFault handler is the program itself.
         bus.write_memory(FLASH + 12, &(PROGRAM + 1).to_le_bytes()).unwrap();
-        // TIM2 has a clock and counts.
+        // TIM2 has its clock and counts.
         bus.write_word(0x4002_101c, 1).unwrap();
         bus.write_word(0x4000_0000, 1).unwrap();
         bus
@@ -170,11 +172,12 @@ fn straight_lines_do_what_their_instructions_do_one_by_one() {
 
 type Robot = EmulatedRobot<CortexM0<Zooid>>;
 
-/// The start of programs.
+/// Offset of the programs in the flash.
 const CODE: usize = 0xc0;
 const STACK: u32 = RAM + 0x1000;
 
-/// A robot about to run `code`; exceptions and where their handlers are, counted from the code.
+/// Returns a robot that is about to run `code`. `vectors` are exceptions and the offsets of their
+/// handlers from the code.
 fn robot(vectors: &[(usize, u32)], code: &[u16]) -> Robot {
     let mut table = vec![0_u8; CODE];
     table[..4].copy_from_slice(&STACK.to_le_bytes());
@@ -198,7 +201,7 @@ fn words(robot: &mut Robot, count: usize) -> Vec<u32> {
 
 #[test]
 fn instructions_take_the_manuals_cycles() {
-    // 1000 times subs, bne: 1 + 3 cycles; the last branch 1.
+    // 1000 turns of subs and bne take 1 + 3 cycles each; the last branch takes 1.
     let mut robot = robot(
         &[(1, 0)],
         &[
@@ -213,7 +216,7 @@ fn instructions_take_the_manuals_cycles() {
             0xe7fe, // b .
         ],
     );
-    // Until the store: 2 + 4 * 1000 - 2 + 3 cycles of 8 MHz, and the store's two.
+    // The time until the store is 2 + 4 * 1000 - 2 + 3 cycles of 8 MHz, and the store's two.
     run(&mut robot, 500);
     assert_ne!(words(&mut robot, 1), [1]);
     run(&mut robot, 501);

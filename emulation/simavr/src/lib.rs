@@ -119,7 +119,8 @@ impl<B: AvrBoard> Core<B> {
         let board = ptr::null_mut();
         let mut shared =
             Box::new(Shared { common: Common { change: None, is_bad: false, chip }, board });
-        // SAFETY: both are plain C structures in which all zeros are null pointers, numbers and no callbacks.
+        // SAFETY: both are plain C structures. All zeros are valid for them: null pointers, numbers
+        // and no callbacks.
         let (mut avr, mut module): (Box<ffi::avr_t>, Box<ffi::avr_io_t>) =
             unsafe { (Box::new(std::mem::zeroed()), Box::new(std::mem::zeroed())) };
         let parameter = ptr::from_mut(&mut *shared).cast::<c_void>();

@@ -1,6 +1,7 @@
-//! simavr's instructions against those with which squeeze proves its output: two pictures of the AVR that share nothing.
+//! Tests of simavr's instructions against squeeze's interpreter, which proves squeeze's output. The
+//! two models of the AVR share no code.
 //!
-//! `avr-as` writes the machine code, so the texts are read by a third program.
+//! `avr-as` assembles the machine code, so a third program reads the instructions' texts.
 
 use std::fmt::Write;
 use std::fs;
@@ -12,7 +13,7 @@ use bittybuzz_squeeze::proof::decode::{Op, decode};
 
 use super::*;
 
-/// States in which each instruction is executed.
+/// The number of states in which each instruction is executed.
 const STATES: u64 = 60;
 /// The middle of the addresses to which pointers and the stack point.
 const MIDDLE: u16 = 0x400;
@@ -25,7 +26,7 @@ fn mix(value: u64) -> u64 {
     value ^ value >> 31
 }
 
-/// Instructions with all kinds of operands.
+/// Returns instructions with all kinds of operands.
 fn texts() -> Vec<String> {
     let mut texts = Vec::new();
     let mut random = 1;
@@ -60,7 +61,7 @@ fn texts() -> Vec<String> {
         for flag in ["c", "z", "n", "v", "s", "h", "t", "i"] {
             texts.extend([format!("se{flag}"), format!("cl{flag}")]);
         }
-        // Below the pointers themselves.
+        // A register below r26, because X, Y and Z are r26 to r31.
         let register = below(26);
         for pointer in ["X", "X+", "-X", "Y", "Y+", "-Y", "Z", "Z+", "-Z"] {
             texts.push(format!("ld r{register}, {pointer}"));
@@ -88,7 +89,7 @@ fn texts() -> Vec<String> {
     texts
 }
 
-/// RAM and flash of the interpreter.
+/// The RAM and flash of squeeze's interpreter.
 struct Memory<'a> {
     data: Vec<u8>,
     flash: &'a [u8],
@@ -120,7 +121,7 @@ impl Bus for Memory<'_> {
     }
 }
 
-/// The machine code of each instruction, with two others of one word after it.
+/// Returns the machine code of each instruction, with two others of one word after it.
 fn assemble(texts: &[String]) -> Vec<u8> {
     let folder = std::env::temp_dir().join(format!("bbz-instructions-{}", std::process::id()));
     fs::create_dir_all(&folder).unwrap();
@@ -159,7 +160,7 @@ fn simavr_and_the_proof_agree_on_every_instruction() {
         for state in 0..STATES {
             let random = |place: u64| {
                 let bits = mix(state << 32 ^ (number as u64) << 40 ^ mix(place));
-                // Results at the limits are rare otherwise.
+                // Values at the limits would be rare otherwise.
                 if bits & 0x300 == 0 {
                     [0, 1, 0x7f, 0x80, 0xff][(bits >> 16) as usize % 5]
                 } else {

@@ -1,4 +1,5 @@
-//! The core against the ARMv7-M Architecture Reference Manual, with programs that try one thing each.
+//! Tests of the core against the ARMv7-M Architecture Reference Manual, with programs that test one
+//! feature each.
 
 mod programs;
 
@@ -17,7 +18,7 @@ type Robot = EmulatedRobot<UnicornCore<'static, Crazyflie>>;
 const STACK: u32 = SRAM + 0x1_0000;
 const APPLICATION: u32 = FLASH + 0x4000;
 
-/// A robot about to run `program`, whose vectors stand at `vectors`.
+/// Returns a robot that is about to run `program`, with its vectors at `vectors`.
 fn robot_at(vectors: u32, program: &Program) -> Robot {
     let mut table = vec![0_u8; CODE as usize];
     table[..4].copy_from_slice(&STACK.to_le_bytes());
@@ -74,7 +75,8 @@ fn primask_and_basepri_hold_interrupts_back() {
     let mut robot = robot(&programs::MASKS);
     run(&mut robot, 100);
     assert_eq!(bytes(&mut robot, 0, 8), [9, 1, 9, 9, 1, 9, 1, 9]);
-    // At 16 MHz; the longer of the two is from MSR to MSR: STR, BL, MOVS, STRB, ADDS, BX, MOVS, MSR.
+    // The core runs at 16 MHz. The longer of the two spans is from MSR to MSR: STR, BL, MOVS, STRB,
+    // ADDS, BX, MOVS, MSR.
     assert_eq!(robot.statistics().longest_masked, Duration::from_nanos(8 * 1000 / 16));
 }
 
@@ -92,7 +94,8 @@ fn a_bad_store_stops_at_its_instruction() {
     let mut robot = robot(&programs::BAD_STORES);
     assert_eq!(run(&mut robot, 100), Pause::Time);
     let first = words(&mut robot, 4, 1)[0];
-    // Address, return address, and how many of the other instructions were executed.
+    // Each entry has the address, the return address, and the number of the other instructions that
+    // were executed.
     let logged = words(&mut robot, 0, 9);
     assert_eq!(logged[..3], [0x0800_0123, first, 0]);
     assert_eq!(logged[3..6], [0x7000_0008, first + 4, 1]);
@@ -122,7 +125,7 @@ fn a_fault_in_the_hard_fault_handler_locks_up() {
 
 #[test]
 fn an_exception_without_a_vector_table_locks_up() {
-    // No bootloader starts it there and VTOR is 0: the flash below the program is erased.
+    // No bootloader starts the program there, and VTOR is 0: the flash below the program is erased.
     let mut robot = robot_at(APPLICATION + 0x4000, &programs::PRIORITIES);
     assert_eq!(run(&mut robot, 100), Pause::Lockup);
 }
@@ -130,7 +133,7 @@ fn an_exception_without_a_vector_table_locks_up() {
 #[test]
 fn the_bootloader_sets_the_vector_table_and_overwrites_memory() {
     let mut robot = robot_at(APPLICATION, &programs::PRIORITIES);
-    // Its .bss, and the two ends of what it may use.
+    // The bootloader's .bss, and the two ends of the RAM that it may use.
     let cleared = bytes(&mut robot, 0x14, 0x2864);
     assert!(cleared.iter().all(|&byte| byte == 0));
     let kept = bytes(&mut robot, 0x5000, 0x100);
@@ -157,8 +160,8 @@ fn a_full_stack_is_a_hard_fault_that_may_take_another_stack() {
 #[test]
 fn waiting_for_events_and_interrupts() {
     let mut robot = robot(&programs::EVENTS);
-    // A tick is 1600 cycles of 16 MHz: 100 µs. The first WFE finds the event of SEV, the third that of the
-    // first tick's exception; WFI under PRIMASK wakes without a handler.
+    // A tick is 1600 cycles of 16 MHz: 100 µs. The first WFE finds the event of SEV, the third one
+    // that of the first tick's exception. WFI under PRIMASK wakes without a handler.
     run(&mut robot, 99);
     assert_eq!(bytes(&mut robot, 0, 1), [0]);
     run(&mut robot, 150);
@@ -166,7 +169,7 @@ fn waiting_for_events_and_interrupts() {
     run(&mut robot, 350);
     assert_eq!(bytes(&mut robot, 0, 6), [0, 1, 1, 2, 2, 3]);
     run(&mut robot, 1_000_000);
-    // 10 000 ticks of three instructions: the handler's two, B, and WFI.
+    // There are 10 000 ticks with the two instructions of the handler, B, and WFI.
     let instructions = robot.statistics().instructions;
     assert!((40_000..40_050).contains(&instructions), "{instructions}");
 }
@@ -175,7 +178,8 @@ fn waiting_for_events_and_interrupts() {
 fn thread_mode_has_a_stack_of_its_own() {
     let mut robot = robot(&programs::STACKS);
     run(&mut robot, 100);
-    // The thread's stack pointer was 0x20000ffc: aligned to eight bytes, less a frame of eight words.
+    // The thread's stack pointer was 0x20000ffc; the frame is aligned to eight bytes and has eight
+    // words.
     assert_eq!(words(&mut robot, 0, 3), [0x2000_0fd8, STACK, 0xffff_fffd]);
     assert_eq!(words(&mut robot, 12, 3), [14, 0x5b, 0x2000_0ffc]);
 }
@@ -195,12 +199,13 @@ fn the_watchdog_ends_a_lockup() {
     let mut robot = robot(&programs::WATCHDOG);
     assert_eq!(run(&mut robot, 3_000), Pause::Time);
     assert_eq!(run(&mut robot, 5_000), Pause::Time);
-    // RCC_CSR: pin and independent watchdog, and what power-on left.
+    // RCC_CSR has the flags of the pin and the independent watchdog, and those of power-on.
     assert_eq!(words(&mut robot, 0, 1), [0x2e00_0000]);
     let reset = Event::Reset { cause: "independent_watchdog".into() };
     let events = robot.take_events();
     let event = events.iter().find(|event| event.event == reset).unwrap();
-    // (RLR + 1) * 4 / 32 kHz after a start of some instructions.
+    // The watchdog expires after (RLR + 1) * 4 / 32 kHz, counted from its start after a few
+    // instructions.
     assert_eq!(event.at.as_micros() / 100, 40);
 }
 

@@ -1,17 +1,18 @@
 //! Small programs for a Cortex-M4, assembled by hand: their vectors and their code.
 
-/// Where [`Program::code`] begins, counted from the vector table.
+/// Offset of [`Program::code`] from the vector table.
 pub const CODE: u32 = 0x400;
 
-/// A program that does not care where it stands.
+/// A position-independent program.
 pub struct Program {
-    /// Exceptions and where their handlers are, counted from [`CODE`].
+    /// Exceptions and the offsets of their handlers from [`CODE`].
     pub vectors: &'static [(u32, u32)],
-    /// Its halfwords.
+    /// The halfwords of the machine code.
     pub code: &'static [u16],
 }
 
-/// Fills registers, pends interrupt 0, and stores them when it is back. The handler uses all that it may.
+/// Fills registers, pends interrupt 0, and stores the registers after its return. The handler
+/// changes registers that the procedure call standard lets it change.
 pub const FLOAT: Program = Program {
     vectors: &[(1, 0x0), (16, 0x6e)],
     code: &[
@@ -67,7 +68,8 @@ pub const FLOAT: Program = Program {
     ],
 };
 
-/// Interrupt 0 (priority 0x80) pends 1 (0x40) and 2 (0x80) and logs before and after; each logs its number.
+/// Interrupt 0 (priority 0x80) pends interrupts 1 (0x40) and 2 (0x80) and writes to the log before
+/// and after. Each handler logs its number.
 pub const PRIORITIES: Program = Program {
     vectors: &[(1, 0x0), (16, 0x26), (17, 0x40), (18, 0x48)],
     code: &[
@@ -116,7 +118,8 @@ pub const PRIORITIES: Program = Program {
     ],
 };
 
-/// Pends interrupt 0 (priority 0x80) under PRIMASK, under BASEPRI 0x80 and under BASEPRI 0x90, and logs around.
+/// Pends interrupt 0 (priority 0x80) under PRIMASK, under BASEPRI 0x80 and under BASEPRI 0x90, and
+/// writes to the log before and after.
 pub const MASKS: Program = Program {
     vectors: &[(1, 0x0), (16, 0x5e)],
     code: &[
@@ -167,7 +170,8 @@ pub const MASKS: Program = Program {
     ],
 };
 
-/// Reads where nothing is. The handler stores the stacked return address and what SCB says.
+/// Reads from an address without memory. The handler stores the stacked return address and the
+/// fault registers of SCB.
 pub const BAD_ACCESS: Program = Program {
     vectors: &[(1, 0x0), (3, 0x8)],
     code: &[
@@ -195,7 +199,7 @@ pub const BAD_ACCESS: Program = Program {
     ],
 };
 
-/// An undefined instruction, and another one in the HardFault handler.
+/// Executes an undefined instruction, and another one in the HardFault handler.
 pub const LOCKUP: Program = Program {
     vectors: &[(1, 0x0), (3, 0x2)],
     code: &[
@@ -208,7 +212,8 @@ pub const LOCKUP: Program = Program {
     ],
 };
 
-/// Has a stack that ends where RAM begins; its HardFault handler takes another one before it calls.
+/// Has a stack that ends at the beginning of RAM. The HardFault handler selects another stack
+/// before it calls a function.
 pub const OVERFLOW: Program = Program {
     vectors: &[(1, 0x0), (3, 0x18), (16, 0x30)],
     code: &[
@@ -245,7 +250,8 @@ pub const OVERFLOW: Program = Program {
     ],
 };
 
-/// SysTick every 1600 cycles. Waits for its own event, then twice for the timer, and logs the count of ticks.
+/// SysTick fires every 1600 cycles. The program waits for its own event, then twice for the timer,
+/// and logs the number of ticks.
 pub const EVENTS: Program = Program {
     vectors: &[(1, 0x0), (15, 0x38)],
     code: &[
@@ -281,7 +287,7 @@ pub const EVENTS: Program = Program {
     ],
 };
 
-/// Runs its thread on the process stack and calls the supervisor, which stores both stack pointers.
+/// Runs its thread on the process stack and executes SVC, whose handler stores both stack pointers.
 pub const STACKS: Program = Program {
     vectors: &[(1, 0x0), (11, 0x22), (14, 0x42)],
     code: &[
@@ -323,7 +329,8 @@ pub const STACKS: Program = Program {
     ],
 };
 
-/// Counts its starts at 0x20000000, which it clears if RCC_CSR shows no software reset, and asks for a reset once.
+/// Counts its starts at 0x20000000. If RCC_CSR shows no software reset, the count is set to 1 and a
+/// reset is requested; otherwise the count is incremented.
 pub const RESET: Program = Program {
     vectors: &[(1, 0x0)],
     code: &[
@@ -349,7 +356,7 @@ pub const RESET: Program = Program {
     ],
 };
 
-/// A thousand turns of four instructions, then sleep for ever.
+/// Executes a thousand turns of four instructions, then sleeps for ever.
 pub const LOOP: Program = Program {
     vectors: &[(1, 0x0)],
     code: &[
@@ -388,7 +395,8 @@ pub const WATCHDOG: Program = Program {
     ],
 };
 
-/// Stores to flash, to nowhere and to the device area; the handler logs address and return address and steps over.
+/// Stores to flash, to an address without memory and to the device area. The handler logs the
+/// address and the return address, and skips the instruction.
 pub const BAD_STORES: Program = Program {
     vectors: &[(1, 0x0), (3, 0x1e)],
     code: &[
@@ -423,7 +431,8 @@ pub const BAD_STORES: Program = Program {
     ],
 };
 
-/// Jumps to nowhere, to a peripheral, and to an even address; the handler logs where and CFSR and goes back to the caller.
+/// Jumps to an address without memory, to a peripheral, and to an even address. The handler logs
+/// the address and CFSR and returns to the caller.
 pub const BAD_JUMPS: Program = Program {
     vectors: &[(1, 0x0), (3, 0x12)],
     code: &[
@@ -458,7 +467,7 @@ pub const BAD_JUMPS: Program = Program {
     ],
 };
 
-/// Stores to eight pages for the first time, each within an if-then block, and counts behind each.
+/// Stores to eight pages for the first time, each within an if-then block, and counts after each.
 pub const IF_THEN: Program = Program {
     vectors: &[(1, 0x0)],
     code: &[
@@ -486,7 +495,8 @@ pub const IF_THEN: Program = Program {
     ],
 };
 
-/// Pushes until the stack leaves RAM; its HardFault handler takes another stack before it calls.
+/// Pushes until the stack leaves RAM. The HardFault handler selects another stack before it calls a
+/// function.
 pub const PUSH_OVERFLOW: Program = Program {
     vectors: &[(1, 0x0), (3, 0x8)],
     code: &[
