@@ -17,7 +17,7 @@ pub struct Chip {
 }
 
 impl Default for Chip {
-    /// The data sheet's typical values.
+    /// Returns a chip with the data sheet's typical values.
     fn default() -> Self {
         Chip { lsi_hz: 32_000, has_crystal: true, memory: Memory::Kept, is_debugged: false }
     }

@@ -8,8 +8,9 @@
 //!
 //! # Principles
 //! 1. **Fast enough for swarms.** Instructions in flash are decoded once and executed line by line,
-//!    where a line is a sequence without a jump. A sleeping core costs nothing. The core calls the
-//!    board only for an access to a peripheral or when the board's next event is due.
+//!    where a line ends with an instruction that always continues elsewhere. A sleeping core costs
+//!    nothing. The core calls the board only for an access to a peripheral or when the board's next
+//!    event is due.
 //! 2. **Cycles are the manual's**, for memory without wait states. On the chip, the flash makes
 //!    some instructions wait at 48 MHz.
 //! 3. **Faults are the firmware's**: an undefined instruction, an unaligned access or an access to

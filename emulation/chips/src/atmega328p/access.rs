@@ -270,7 +270,7 @@ mod tests {
     use crate::ResetCause;
     use crate::atmega328p::EEPROM_SIZE;
 
-    /// 11.9.1
+    /// MCUSR collects the causes (11.9.1).
     #[test]
     fn causes_of_resets_are_collected_until_power_on() {
         let mut chip = Atmega328p::new(0x9c, 0x9d, [0xff; EEPROM_SIZE]);

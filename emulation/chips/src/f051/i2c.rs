@@ -279,7 +279,7 @@ mod tests {
         i2c
     }
 
-    /// The next action, and when it is complete.
+    /// Returns the next action, and the time at which it is complete.
     fn next(i2c: &mut I2c) -> (Time, Action) {
         let at = i2c.next_event().expect("something is on the wire");
         i2c.advance(at).unwrap()

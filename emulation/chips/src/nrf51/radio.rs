@@ -15,8 +15,9 @@ use crate::Time;
 /// The time from reception to transmission (nRF51 reference manual, tRXEN and tTXEN with fast
 /// ramp-up off).
 const RAMP: Time = Time::from_micros(130);
-/// Bytes on the air in addition to a P2P frame's port and data: preamble, address, header (with
-/// three bits more), the marker before the port, checksum.
+/// Bytes on the air in addition to a P2P frame's port and data: preamble, address, header (nine
+/// bits: the length and three bits more; `HEADER_BITS` is the ninth), the marker before the port,
+/// checksum.
 const OVERHEAD: u64 = 1 + 5 + 1 + 1 + 2;
 const HEADER_BITS: u64 = 1;
 /// The number of received packets that can wait for the processor. One of its 8 places stays empty.
@@ -135,7 +136,8 @@ mod tests {
         LinkFrame::new(0x0a, vec![0; bytes]).unwrap()
     }
 
-    /// 2 Mb/s: half a microsecond per bit. Bits as in the data sheet's packet layout.
+    /// At 2 Mb/s a bit takes half a microsecond. The bits are those of the data sheet's packet
+    /// layout.
     #[test]
     fn times_on_the_air() {
         let mut radio = Radio::new();
@@ -145,7 +147,7 @@ mod tests {
         assert_eq!(radio.transmit(61, Time::ZERO).nanos(), 130_000 + (8 * 71 + 1) * 4000);
     }
 
-    /// Port, strength and 10 bytes: 21 bytes and a bit on the air, 84.5 µs.
+    /// Port, signal strength and 10 bytes take 21 bytes and a bit on the air, 84.5 µs.
     #[test]
     fn deaf_while_it_transmits_and_no_longer() {
         for (end_us, heard) in [(999, true), (1000, true), (1001, false), (1250, false)] {

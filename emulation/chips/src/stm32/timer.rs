@@ -89,7 +89,7 @@ impl TimerKind {
         matches!(self, TimerKind::Advanced | TimerKind::Dual | TimerKind::SingleGated)
     }
 
-    /// The largest count.
+    /// Returns the largest count.
     const fn limit(self) -> u32 {
         if matches!(self, TimerKind::Wide) { 0xffff_ffff } else { 0xffff }
     }
