@@ -72,7 +72,7 @@ fn is_in(regions: &[(u32, u32)], address: u32) -> bool {
     regions.iter().any(|(base, size)| address.wrapping_sub(*base) < *size)
 }
 
-/// The changes that a bootloader makes before the program starts after a reset.
+/// The state of the core and its memory when the program starts after a reset.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Start {
     /// Memory that changed since the reset: first addresses and new contents, to be written in this

@@ -414,7 +414,7 @@ impl Processor {
                 Operation::Wfe => break Exit::Stop(Stop::WaitForEvent),
                 Operation::Wfi => break Exit::Stop(Stop::WaitForInterrupt),
                 Operation::Barrier => jump!(next.wrapping_add(1)),
-                // Critical sections begin with this instruction, so it is worth a fast path.
+                // Critical sections begin with this instruction.
                 Operation::Cps if op.imm != 0 => {
                     self.primask = true;
                     jump!(next);

@@ -480,8 +480,8 @@ impl Atmega328p {
     }
 }
 
-/// Returns the flag of an interrupt vector. COMPA, COMPB and OVF are consecutive in the table of
-/// vectors.
+/// Returns the flag of an interrupt vector, counted from the timer's first one. COMPA, COMPB and
+/// OVF are consecutive in the table of vectors.
 fn flag_of(vector: u8) -> u8 {
     [COMPARE_A, COMPARE_B, OVERFLOW][usize::from(vector % 3)]
 }
