@@ -1,37 +1,36 @@
 //! Assembler for one function of an image.
 //!
-//! [`FunctionBuilder`] takes instructions in order and gives the bytes of the function. It knows
-//! nothing of the syntax tree, so every producer of images can use it: code generation and the
+//! [`FunctionBuilder`] takes instructions in order and returns the bytes of the function. It does
+//! not depend on the syntax tree, so every producer of images can use it: code generation and the
 //! importer of `.bo` files.
 //!
-//! The verifier on the robot accepts only code that follows its rules (`docs/image-format.md`).
-//! Two producers that each kept these rules would get them wrong in different ways, so the
-//! assembler keeps them for both:
+//! The verifier on the robot accepts only code that follows its rules (`docs/image-format.md`). The
+//! assembler keeps these rules for both producers, so that they are implemented once:
 //!
-//! * It counts the depth of the operand stack at every instruction. All ways to one place must
-//!   have the same depth, and the deepest one goes into the function's header.
-//! * It drops instructions that nothing can reach, whose depth nobody could know.
-//! * It lets loops be entered in the one allowed way, with a depth that a single forward pass
-//!   knows.
+//! * It counts the depth of the operand stack at every instruction. All paths to one instruction
+//!   must have the same depth, and the greatest depth goes into the function's header.
+//! * It drops unreachable instructions, because their depth is unknown.
+//! * It allows a loop to be entered only by the jump of [`FunctionBuilder::loop_head`], so that a
+//!   single forward pass knows the depth at the head of the loop.
 //!
-//! It also chooses the shortest form of each operand. Jumps are the difficult ones, since the
-//! length of a jump decides how far other jumps have to go: all start in their short form, and
-//! those that do not reach grow until none does.
+//! It also chooses the shortest form of each operand. The length of a jump changes the distances of
+//! other jumps. Every jump therefore starts in its short form; jumps that do not reach their target
+//! become wide, until all of them reach it.
 
 use bittybuzz_vm_core::opcode::{self, DROP_RESULT, Operand, SHORTS, WIDE};
 
 use crate::source::Span;
 
-/// The most parameters that a function header can name.
+/// The maximum number of parameters in a function header.
 pub const MAX_PARAMETERS: usize = 31;
-/// The most slots that a function may need above its frame record.
+/// The maximum number of slots that a function may need above its frame record.
 pub const MAX_DEPTH: usize = 200;
-/// The most arguments that a call of a built-in or robot function can name.
+/// The maximum number of arguments in a call of a built-in or robot function.
 pub const MAX_ARGUMENTS: usize = 127;
-/// The most values that a closure can capture, its self included.
+/// The maximum number of values that a closure can capture, its self included.
 pub const MAX_CAPTURES: usize = 199;
 
-/// Bytes of a function's header.
+/// The length of a function's header in bytes.
 pub const HEADER_BYTES: usize = 2;
 
 /// The facts in the header of a function.
@@ -51,17 +50,19 @@ impl Shape {
         usize::from(self.captures) + usize::from(self.uses_self)
     }
 
-    /// Number of the local that holds the closure's or caller's self, if the function uses it.
+    /// Number of the local that holds the self of the closure or of the caller, if the function
+    /// uses `self`.
     pub fn self_local(self) -> i32 {
         1 + i32::from(self.captures)
     }
 }
 
-/// A place that jumps lead to.
+/// The target of a jump.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Label(usize);
 
-/// A place in the code of which the offset is known once the function is assembled: see [`FunctionCode::offset`].
+/// A position in the code. Its offset is known once the function is assembled: see
+/// [`FunctionCode::offset`].
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Mark(usize);
 
@@ -78,22 +79,23 @@ pub enum AsmErrorKind {
     OperandRange,
     /// A jump over more than 32767 bytes.
     JumpTooFar,
-    /// The byte is no opcode of that form: a mistake of the caller.
+    /// The opcode does not exist, or takes another form of operand or trailer: a mistake of the
+    /// caller.
     BadOpcode,
-    /// More values are taken from the stack than it has: a mistake of the caller.
+    /// An instruction pops more values than the stack holds: a mistake of the caller.
     Underflow,
-    /// Two ways to one instruction leave different numbers of values: a mistake of the caller.
+    /// Two paths to one instruction leave different numbers of values: a mistake of the caller.
     DepthMismatch,
-    /// A jump to a label that was never bound, or backwards to one that starts no loop: a mistake of the caller.
+    /// A jump to an unbound label, or a backward jump to a label that is no loop head: a mistake of
+    /// the caller.
     BadLabel,
 }
 
 /// A reason why a function cannot be assembled, and its place.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct AsmError {
-    /// The cause.
     pub kind: AsmErrorKind,
-    /// Source of the instruction.
+    /// The source of the instruction that failed.
     pub span: Span,
 }
 
@@ -102,15 +104,15 @@ pub struct AsmError {
 pub struct FunctionCode {
     /// Header and instructions.
     pub bytes: Vec<u8>,
-    /// The sources of the instructions: offset in `bytes` of the first of a run with one span;
-    /// ascending.
+    /// The sources of the instructions, ascending. The offset in `bytes` is that of the first of
+    /// consecutive instructions with the same span.
     pub lines: Vec<(usize, Span)>,
     /// Offsets in `bytes` of the marks.
     pub marks: Vec<usize>,
 }
 
 impl FunctionCode {
-    /// The offset of a mark in `bytes`.
+    /// Returns the offset of a mark in `bytes`.
     pub fn offset(&self, mark: Mark) -> usize {
         self.marks.get(mark.0).copied().unwrap_or(self.bytes.len())
     }
@@ -129,9 +131,10 @@ struct AsmItem {
     trailer: [u8; 4],
     trailer_length: usize,
     span: Span,
-    /// This `JUMP` enters the loop whose head follows it.
+    /// The head of the loop that this `JUMP` enters; the head is the next instruction.
     enters: Option<Label>,
-    /// Replaced by nothing; stays in the list so that labels keep their position.
+    /// Removed instructions emit no bytes. They stay in the list so that labels keep their
+    /// positions.
     removed: bool,
     /// A jump that needs the wide form.
     wide: bool,
@@ -139,9 +142,9 @@ struct AsmItem {
 
 #[derive(Debug, Clone, Copy, Default)]
 struct LabelState {
-    /// Index of the instruction it stands before.
+    /// Index of the instruction that follows the label; `None` until the label is bound.
     position: Option<usize>,
-    /// Depth with which jumps arrive.
+    /// The stack depth at all jumps to the label.
     depth: Option<usize>,
     is_loop_head: bool,
 }
@@ -162,8 +165,8 @@ pub struct FunctionBuilder {
 }
 
 impl FunctionBuilder {
-    /// A function without instructions yet. `word_bytes` is the profile's size of a literal; `span` is where an
-    /// impossible shape is reported.
+    /// Creates a builder without instructions. `word_bytes` is the profile's size of a literal; an
+    /// invalid shape is reported at `span`.
     pub fn new(shape: Shape, word_bytes: usize, span: Span) -> Self {
         let mut builder = FunctionBuilder {
             shape,
@@ -182,22 +185,23 @@ impl FunctionBuilder {
         builder
     }
 
-    /// Slots in use above the frame record. The next value pushed is local number `depth() + 1`.
+    /// Returns the number of slots in use above the frame record. The next value pushed is local
+    /// number `depth() + 1`.
     pub fn depth(&self) -> usize {
         self.depth
     }
 
-    /// Returns true if control can reach this place; else instructions are dropped.
+    /// Returns true if control can reach this place. Instructions at other places are dropped.
     pub fn is_reachable(&self) -> bool {
         self.reachable
     }
 
-    /// An instruction without operand.
+    /// Appends an instruction without an operand.
     pub fn plain(&mut self, opcode: u8, span: Span) {
         self.push(opcode, Argument::Value(0), &[], (0, 0), span);
     }
 
-    /// An instruction with an operand and without trailer.
+    /// Appends an instruction with an operand and without a trailer.
     pub fn operand(&mut self, opcode: u8, operand: i32, span: Span) {
         let counted = match opcode {
             opcode::CALL | opcode::CALL_METHOD | opcode::POP_N => {
@@ -209,13 +213,13 @@ impl FunctionBuilder {
         self.push(opcode, argument, &[], (counted, 0), span);
     }
 
-    /// `CALL_FUNCTION` with the number of parameters of that function.
+    /// Appends `CALL_FUNCTION` for a function with that number of parameters.
     pub fn call_function(&mut self, function: i32, parameters: usize, span: Span) {
         let argument = self.value(function, span);
         self.push(opcode::CALL_FUNCTION, argument, &[], (parameters, 0), span);
     }
 
-    /// `CALL_BUILTIN` or `CALL_ROBOT`, with or without its result.
+    /// Appends `CALL_BUILTIN` or `CALL_ROBOT`. With `drop`, the call leaves no result on the stack.
     pub fn call_native(
         &mut self,
         opcode: u8,
@@ -232,7 +236,8 @@ impl FunctionBuilder {
         self.push(opcode, argument, &[count], (arguments, usize::from(drop)), span);
     }
 
-    /// `CLOSURE`; the captured values, self first if the function uses it, are on the stack.
+    /// Appends `CLOSURE`. The captured values are on the stack, preceded by self if the function
+    /// uses it.
     pub fn closure(&mut self, function: i32, captures: usize, span: Span) {
         let argument = self.value(function, span);
         if captures > MAX_CAPTURES {
@@ -242,13 +247,13 @@ impl FunctionBuilder {
         self.push(opcode::CLOSURE, argument, &[count], (captures, 0), span);
     }
 
-    /// `LOCAL_ADD`
+    /// Appends `LOCAL_ADD`, which adds `immediate` to a local.
     pub fn local_add(&mut self, local: i32, immediate: i8, span: Span) {
         let argument = self.value(local, span);
         self.push(opcode::LOCAL_ADD, argument, &immediate.to_le_bytes(), (0, 0), span);
     }
 
-    /// An integer literal of the profile, in its shortest form.
+    /// Appends an integer literal of the profile in its shortest form.
     pub fn int(&mut self, value: i32, span: Span) {
         if i16::try_from(value).is_ok() {
             self.operand(opcode::INT, value, span);
@@ -257,13 +262,13 @@ impl FunctionBuilder {
         }
     }
 
-    /// A float literal with the payload of the profile, in its shortest form.
+    /// Appends a float literal with the payload of the profile in its shortest form.
     pub fn float(&mut self, bits: u32, span: Span) {
         let half = self.word_bytes == 4 && bits & 0xffff == 0;
         self.word(if half { opcode::FLOAT_HALF } else { opcode::FLOAT }, bits, span);
     }
 
-    /// `FLOAT`, `FLOAT_HALF` or `INT_WORD` with the payload of the profile.
+    /// Appends `FLOAT`, `FLOAT_HALF` or `INT_WORD` with the payload of the profile.
     pub fn word(&mut self, opcode: u8, bits: u32, span: Span) {
         let bytes = bits.to_le_bytes();
         let from = if opcode == opcode::FLOAT_HALF { self.word_bytes.saturating_sub(2) } else { 0 };
@@ -271,7 +276,7 @@ impl FunctionBuilder {
         self.push(opcode, Argument::Value(0), trailer, (0, 0), span);
     }
 
-    /// Takes `count` values from the stack.
+    /// Pops `count` values from the stack.
     pub fn pop(&mut self, count: usize, span: Span) {
         match count {
             0 => {}
@@ -280,17 +285,17 @@ impl FunctionBuilder {
         }
     }
 
-    /// Leaves the function with the value on top of the stack.
+    /// Returns from the function with the value on top of the stack.
     pub fn ret(&mut self, span: Span) {
         self.operand(opcode::RETURN, self.shape.parameters as i32, span);
     }
 
-    /// Leaves the function with nil.
+    /// Returns nil from the function.
     pub fn ret_nil(&mut self, span: Span) {
         self.operand(opcode::RETURN_NIL, self.shape.parameters as i32, span);
     }
 
-    /// A new label, to be bound later.
+    /// Creates a label, to be bound later.
     pub fn label(&mut self) -> Label {
         self.labels.push(LabelState::default());
         Label(self.labels.len() - 1)
@@ -302,8 +307,9 @@ impl FunctionBuilder {
         Mark(self.marks.len() - 1)
     }
 
-    /// A jump after the comparison of the value on top with an integer; `opcode` is that of the jump after a comparison of
-    /// two values. False if there is none with that integer: it takes two bytes, and the value is not a local.
+    /// Appends a jump that compares the value on top of the stack with an integer. `opcode` is the
+    /// jump that compares two values in the same way. Returns false if no instruction fits, because
+    /// the integer needs two bytes and the value is not a local.
     pub fn jump_int(&mut self, opcode: u8, immediate: i16, target: Label, span: Span) -> bool {
         if !self.reachable {
             return true;
@@ -324,7 +330,8 @@ impl FunctionBuilder {
         true
     }
 
-    /// The local that the last instruction has put on the stack, if no jump leads between.
+    /// Returns the local that the last instruction pushed, unless a jump leads to the place after
+    /// that instruction.
     fn local_on_top(&self) -> Option<i16> {
         let here = Some(self.items.len());
         match self.items.last()? {
@@ -337,13 +344,14 @@ impl FunctionBuilder {
         }
     }
 
-    /// Any jump, `AND` and `OR`; backwards only to a label of [`FunctionBuilder::loop_head`].
+    /// Appends a jump, `AND` or `OR`. A backward jump needs a label of
+    /// [`FunctionBuilder::loop_head`].
     pub fn jump(&mut self, opcode: u8, target: Label, span: Span) {
         if !self.reachable {
             return;
         }
         self.push(opcode, Argument::Target(target), &[], (0, 0), span);
-        // AND and OR put their result back where they jump.
+        // AND and OR push their result when they jump.
         let kept = usize::from(matches!(opcode, opcode::AND | opcode::OR));
         self.arrive(target, self.depth + kept, span);
     }
@@ -371,8 +379,8 @@ impl FunctionBuilder {
         }
     }
 
-    /// Starts a loop: jumps to `entry`, or to the first instruction of the loop without, and gives the label of
-    /// that first instruction for the jump back.
+    /// Starts a loop. Jumps to `entry`, or to the first instruction of the loop if there is no
+    /// `entry`. Returns the label of that first instruction, to which the loop jumps back.
     pub fn loop_head(&mut self, entry: Option<Label>, span: Span) -> Label {
         let head = self.label();
         let reachable = self.reachable;
@@ -391,7 +399,8 @@ impl FunctionBuilder {
         head
     }
 
-    /// The function's bytes. Where its end can be reached it returns nil, for which `end` is the source.
+    /// Assembles the function. If control can reach the end, a return of nil is appended, with
+    /// `end` as its source.
     pub fn finish(mut self, end: Span) -> Result<FunctionCode, AsmError> {
         if self.reachable {
             self.ret_nil(end);
@@ -416,12 +425,12 @@ impl FunctionBuilder {
     }
 
     fn fail(&mut self, kind: AsmErrorKind, span: Span) {
-        // The first is the cause of those that follow.
+        // Only the first error is kept, because it causes those that follow.
         self.error.get_or_insert(AsmError { kind, span });
     }
 
-    /// Appends an instruction. `counted` values are popped beyond those of the table, and `dropped` of those that
-    /// it would push are not.
+    /// Appends an instruction. The instruction pops `counted` more values and pushes `dropped`
+    /// fewer values than the opcode table states.
     fn push(
         &mut self,
         opcode: u8,
@@ -487,7 +496,7 @@ impl FunctionBuilder {
         }
     }
 
-    /// The instruction that a label stands before; those that were removed are skipped.
+    /// Returns the first instruction after a label that was not removed.
     fn target(&self, label: Label) -> Option<usize> {
         let position = self.labels.get(label.0)?.position?;
         (position..self.items.len())
@@ -514,8 +523,8 @@ impl FunctionBuilder {
         })
     }
 
-    /// Removes jumps to the next instruction, returns nil at once instead of jumping to where nil is returned, and
-    /// drops a last `RETURN_NIL` that nothing reaches any more.
+    /// Removes jumps to the next instruction, replaces a jump to `RETURN_NIL` with that return, and
+    /// removes a final `RETURN_NIL` that is unreachable after that.
     fn shorten_jumps(&mut self) {
         for at in 0..self.items.len() {
             let Some(item) = self.items.get(at).copied() else { continue };
@@ -556,8 +565,9 @@ impl FunctionBuilder {
         }
     }
 
-    /// Offsets of all instructions and of the end, counted from the first one. A jump starts narrow and grows
-    /// where it must; growing only ever makes other jumps longer, so this ends.
+    /// Returns the offsets of all instructions and of the end, counted from the first instruction.
+    /// Jumps start narrow and become wide where they must. A wider jump can only lengthen other
+    /// jumps, so the loop ends.
     fn layout(&mut self) -> Result<Vec<usize>, AsmError> {
         loop {
             let mut offsets = Vec::with_capacity(self.items.len() + 1);
@@ -592,7 +602,7 @@ impl FunctionBuilder {
         }
     }
 
-    /// From the end of the jump at `at` to its target.
+    /// Returns the distance in bytes from the end of the jump at `at` to its target.
     fn distance(&self, offsets: &[usize], at: usize, label: Label) -> i64 {
         let offset = |index: usize| offsets.get(index).map_or(0, |&offset| offset as i64);
         let target = self.target(label).unwrap_or(self.items.len());

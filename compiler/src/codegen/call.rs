@@ -10,7 +10,7 @@ use crate::codegen::operand;
 use crate::source::Span;
 
 impl<'a> Code<'_, 'a> {
-    /// Calls; leaves the result on the stack unless it is to be dropped.
+    /// Generates a call. The result stays on the stack unless `drop` is set.
     pub fn call(&mut self, callee: &'a Expr, args: &'a [Expr], drop: bool, span: Span) {
         match &callee.kind {
             ExprKind::Name(name) => match self.generator.meanings.of(*name) {
@@ -101,7 +101,7 @@ impl<'a> Code<'_, 'a> {
         }
         self.arguments(args);
         let number = self.generator.builtin(info);
-        // A result that comes later cannot be dropped by the call.
+        // Only a plain built-in returns its result at once. The call cannot drop a later result.
         let at_once = drop && info.kind == BuiltinKind::Plain;
         self.builder.call_native(opcode::CALL_BUILTIN, number, args.len(), at_once, span);
         self.drop_result(drop && !at_once, span);

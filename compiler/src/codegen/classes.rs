@@ -1,11 +1,12 @@
 //! The classes of value that a script may send: nil, numbers, strings, tables, functions.
 //!
-//! The analysis follows values through variables, parameters, results, tables and messages, in any order of execution. It
-//! yields the class table of the image, by which robots refuse forged values, and the answer to the question if the script
-//! needs long messages.
+//! The analysis follows values through variables, parameters, results, tables and messages, without
+//! regard to the order of execution. It yields the class table of the image, with which robots
+//! refuse forged values, and determines if the script needs long messages.
 //!
-//! A robot must never refuse a value of a robot with the same script, so a set of classes may be too large, but never too
-//! small. The other robot may be of another kind: an unknown name here may be a robot function there.
+//! A robot must never refuse a value from a robot with the same script. A set of classes may
+//! therefore be too large, but never too small. The other robot may be of another type: an unknown
+//! name here may be a robot function there.
 
 mod initial;
 mod library;
@@ -23,7 +24,7 @@ use crate::check::tree::{
 };
 use crate::codegen::constant::Profile;
 
-/// A set of classes, in the bits of the image's class table and one more.
+/// A set of classes. The low 8 bits are those of the image's class table; bit 8 is `OBJECT`.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct Classes(u16);
 
@@ -35,9 +36,9 @@ impl Classes {
     const TEXT: Classes = Classes(class::TEXT as u16);
     const TABLE: Classes = Classes(class::TABLE as u16);
     const FUNCTION: Classes = Classes(class::FUNCTION as u16);
-    /// A value with functions of the machine: a library, a swarm, a stigmergy, a snapshot.
+    /// A value whose members are built-ins: a library, a swarm, a stigmergy, a snapshot.
     const OBJECT: Classes = Classes(1 << 8);
-    /// Results of robot functions.
+    /// The classes of the results of robot functions.
     const PLAIN: Classes = Classes(Classes::NIL.0 | Classes::NUMBER.0 | Classes::STRING.0);
     const ANY: Classes = Classes(0x1ff);
 
@@ -53,14 +54,15 @@ impl Classes {
         Classes(self.0 & !other.0)
     }
 
-    /// The byte of the image's class table. It refuses nothing under a name that the script never sends to.
+    /// Returns the byte for the image's class table. A name under which the script never sends gets
+    /// all classes, so that nothing is refused.
     fn row(self) -> u8 {
         let mut classes = self;
         // The machine makes a table of an object.
         if self.has(Classes::OBJECT) {
             classes |= Classes::TABLE;
         }
-        // Strings are one class, made at run time or not.
+        // The table does not distinguish strings of the source from strings made at run time.
         if self.has(Classes::STRING | Classes::TEXT) {
             classes |= Classes::STRING | Classes::TEXT;
         }
@@ -86,29 +88,30 @@ impl BitOrAssign for Classes {
     }
 }
 
-/// A topic or a key.
+/// The topic of a broadcast or the key of a stigmergy, as far as it is known.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 enum Name<'a> {
     /// A string of the source.
     Text(&'a str),
-    /// Some number.
+    /// A number.
     Number,
-    /// Computed, and perhaps a string.
+    /// A computed value that may be a string.
     Any,
 }
 
 /// The values that a script may send.
 #[derive(Debug, Default)]
 pub struct Sent<'a> {
-    /// Some of them may need more than one frame.
+    /// True if some of the values may need more than one frame.
     is_long: bool,
     /// `None` if the script may send anything under any name.
     names: Option<BTreeMap<Name<'a>, Classes>>,
 }
 
 impl Sent<'_> {
-    /// The class table of the image: a byte for all names that are no strings of the script, then one for each of these, the
-    /// last one first. Empty if no class is refused.
+    /// Returns the class table of the image: a byte for all names that are not strings of the
+    /// script, then one byte for each of its strings, in reverse order of their numbers. The table
+    /// is empty if no class is refused.
     pub fn table(&self, strings: &[String]) -> Vec<u8> {
         let Some(names) = &self.names else { return Vec::new() };
         let of = |name| names.get(&name).copied().unwrap_or_default();
@@ -118,7 +121,7 @@ impl Sent<'_> {
         if rows.iter().all(|row| *row == ALL_CLASSES) { Vec::new() } else { rows }
     }
 
-    /// The features that the image needs because of them.
+    /// Returns the features that the image needs for these values.
     pub fn features(&self, table: &[u8]) -> u8 {
         let takes_numbers = table.iter().all(|row| row & class::NUMBER == class::NUMBER);
         let is_quick = takes_numbers && !table.is_empty();
@@ -178,17 +181,18 @@ enum Place<'a> {
     Key,
     /// The `self` of functions in objects.
     SelfValue,
-    /// The data of a conflict's winner, as the handler decides.
+    /// The data of a conflict's winner, as the conflict handler returns it.
     Verdict,
-    /// Nil, if the handler of a conflict may name a robot and no data.
+    /// Nil, if a conflict handler may return a robot without data.
     NoData,
-    /// Messages and entries of stigmergies under that name.
+    /// Messages and entries of stigmergies under that topic or key.
     Sent(Name<'a>),
-    /// All names together.
+    /// Messages and entries under all names.
     AllSent,
 }
 
-/// An argument of a call. A function of the script counts as a value only where its arguments are unknown.
+/// An argument of a call. A function of the script in `called` counts as a value only where the
+/// callee may call it with unknown arguments.
 struct Arg<'a> {
     expr: &'a Expr,
     called: Option<FunctionId>,
@@ -198,7 +202,7 @@ struct Arg<'a> {
 struct Flow<'a> {
     program: &'a ResolvedScript,
     meanings: &'a Meanings<'a>,
-    /// Every class of the profile.
+    /// All classes that exist in the profile.
     any: Classes,
     held: BTreeMap<Place<'a>, Classes>,
     has_changed: bool,
@@ -222,12 +226,13 @@ impl<'a> Flow<'a> {
         self.held.get(&place).copied().unwrap_or_default()
     }
 
-    /// Nil under a key is no element.
+    /// Adds classes to the elements of tables. Nil is never an element, because assigning nil
+    /// removes the key.
     fn put_element(&mut self, classes: Classes) {
         self.put(Place::Element, classes.without(Classes::NIL));
     }
 
-    /// Values under that name, as another robot may have sent them.
+    /// Returns the classes of values under that name, those that other robots sent included.
     fn received(&self, name: Name<'a>) -> Classes {
         match name {
             Name::Any => self.get(Place::AllSent),
@@ -292,7 +297,7 @@ impl<'a> Flow<'a> {
             ExprKind::Field { object, key, .. } => {
                 self.change_object(function, object, key);
                 self.put_element(classes);
-                // A table that names a robot may be a verdict without data.
+                // A table with a robot may be the result of a conflict handler, without data.
                 if key == "robot" || key == "data" && classes.has(Classes::NIL) {
                     self.put(Place::NoData, Classes::NIL);
                 }
@@ -312,12 +317,14 @@ impl<'a> Flow<'a> {
         }
     }
 
-    /// Notes that the script assigns a field or element of that object: a function there has the object as its `self`.
+    /// Records that the script assigns a field or element of that object. A function stored there
+    /// is called with the object as its `self`.
     pub(super) fn note_self(&mut self, object: Classes) {
         self.put(Place::SelfValue, object.both(Classes::OBJECT));
     }
 
-    /// The variable itself, of which a lambda has a captured copy.
+    /// Returns the place of a variable. A captured copy in a lambda shares the place of the
+    /// original.
     fn local(&self, function: FunctionId, local: LocalId) -> Place<'a> {
         let of = self.program.function(function);
         match (of.local(local).kind, of.creator) {
@@ -332,14 +339,15 @@ impl<'a> Flow<'a> {
         value.map_or(Classes::NIL, |value| self.value(function, value))
     }
 
-    /// An expression of which only the truth counts. The value of a bare name goes nowhere else.
+    /// Follows an expression of which only the truth counts. A bare name is skipped, because its
+    /// value goes nowhere else.
     fn tested(&mut self, function: FunctionId, expr: &'a Expr) {
         if !matches!(expr.kind, ExprKind::Name(_)) {
             self.value(function, expr);
         }
     }
 
-    /// The classes that the value of an expression may have.
+    /// Returns the classes that the value of an expression may have.
     fn value(&mut self, function: FunctionId, expr: &'a Expr) -> Classes {
         match &expr.kind {
             ExprKind::Nil => Classes::NIL,
@@ -355,7 +363,7 @@ impl<'a> Flow<'a> {
                     self.put_element(classes);
                     if let ExprKind::Str(key) = &key.kind {
                         names_robot |= key == "robot";
-                        // Of two entries with one key the last one counts.
+                        // If two entries have the same key, the last one counts.
                         if key == "data" {
                             has_data = !classes.has(Classes::NIL);
                         }
@@ -407,7 +415,7 @@ impl<'a> Flow<'a> {
         }
     }
 
-    /// Notes that a function of the script is used as a value.
+    /// Records that a function of the script is used as a value.
     fn escape(&mut self, called: FunctionId) -> Classes {
         let argument = self.get(Place::AnyArgument);
         for number in 0..self.program.function(called).parameters {
@@ -418,7 +426,7 @@ impl<'a> Flow<'a> {
         Classes::FUNCTION
     }
 
-    /// Any value in a table or object, or none.
+    /// Returns the classes of a value in a table or object, or of a missing one.
     fn element(&self) -> Classes {
         self.get(Place::Element) | Classes::NIL
     }
@@ -472,7 +480,8 @@ impl<'a> Flow<'a> {
         Arg { expr, called, classes }
     }
 
-    /// The classes of an argument that is passed to where a function is a value like others.
+    /// Returns the classes of an argument that is passed to a callee that treats functions like
+    /// other values.
     fn pass(&mut self, arg: &Arg<'a>) -> Classes {
         if let Some(called) = arg.called {
             self.escape(called);
@@ -488,14 +497,16 @@ impl<'a> Flow<'a> {
         passed
     }
 
-    /// A call of a value: of a function of the script or of the robot, which may return an argument.
+    /// Follows a call of a value: a function of the script or of the robot, which may return an
+    /// argument.
     fn call_any(&mut self, args: &[Arg<'a>]) -> Classes {
         let passed = self.pass_all(args);
         self.put(Place::AnyArgument, passed);
         self.get(Place::AnyResult) | passed
     }
 
-    /// Calls a function with arguments of these classes, and returns those of its result.
+    /// Follows the call of a callback with arguments of these classes. Returns the classes of its
+    /// result.
     fn call_back(&mut self, callback: &Arg<'a>, args: &[Classes]) -> Classes {
         if let Some(called) = callback.called {
             return self.call_function(called, args);
@@ -505,7 +516,8 @@ impl<'a> Flow<'a> {
         self.get(Place::AnyResult) | passed
     }
 
-    /// A parameter that is not passed cannot be read.
+    /// Follows the call of a known function. A parameter without an argument cannot be read, so it
+    /// gets no class.
     fn call_function(&mut self, called: FunctionId, args: &[Classes]) -> Classes {
         let parameters = self.program.function(called).parameters;
         for (number, arg) in args.iter().take(parameters).enumerate() {

@@ -11,7 +11,7 @@ use crate::codegen::fold;
 use crate::codegen::function::Code;
 
 impl<'a> Code<'_, 'a> {
-    /// Jumps to `target` if the truth of the expression is `wanted`, else goes on.
+    /// Generates a jump to `target` that is taken if the truth of the expression is `wanted`.
     pub fn condition(&mut self, expr: &'a Expr, wanted: bool, target: Label) {
         let span = expr.span;
         if let Some(truth) = fold::truth(expr, self.generator.meanings) {
@@ -35,7 +35,7 @@ impl<'a> Code<'_, 'a> {
                 None => self.condition(first, wanted, target),
             },
             ExprKind::Call { callee, args } => match args.as_slice() {
-                // One instruction shorter than the call.
+                // This form saves the instruction that puts the result of `isnil` on the stack.
                 [arg] if self.is_builtin(callee, builtin::IS_NIL) => {
                     self.expr(arg);
                     self.builder.plain(opcode::NIL, span);
@@ -48,14 +48,17 @@ impl<'a> Code<'_, 'a> {
         }
     }
 
-    /// `a and b or c`: jumps as soon as the truth of the whole is known.
+    /// Generates a condition such as `a and b or c`, which jumps as soon as the truth of the whole
+    /// is known.
     fn logic_condition(&mut self, first: &'a Expr, links: &'a [Link], wanted: bool, target: Label) {
-        // From the last operation to the first: each says to which end the value before it decides.
+        // Links are visited from the last to the first, because each link determines where the
+        // operand before it jumps, and on which truth.
         let (mut wanted, mut target) = (wanted, target);
         let mut ends = Vec::with_capacity(links.len());
         for link in links.iter().rev() {
             let of_right = (wanted, target);
-            // The side that decides alone: a false left side of `and`, a true one of `or`.
+            // The truth of the left side that decides the result alone: false for `and`, true for
+            // `or`.
             let deciding = link.op == BinaryOp::Or;
             let skipped = (wanted != deciding).then(|| self.builder.label());
             if let Some(skipped) = skipped {
@@ -72,7 +75,7 @@ impl<'a> Code<'_, 'a> {
         }
     }
 
-    /// Jumps with the comparison `last` of the value before it.
+    /// Generates the comparison `last` of the value before it as the jump `opcode`.
     fn comparison(
         &mut self,
         first: &'a Expr,
@@ -101,15 +104,15 @@ impl<'a> Code<'_, 'a> {
         self.builder.jump(opcode, target, expr.span);
     }
 
-    /// Returns true if a name is certainly that global built-in.
+    /// Returns true if the callee certainly is the global built-in with that number.
     pub fn is_builtin(&self, callee: &Expr, number: u8) -> bool {
         matches!(callee.kind, ExprKind::Name(name)
             if self.generator.meanings.of(name) == Meaning::Builtin(number))
     }
 }
 
-/// The jump taken if the comparison is `wanted`. With NaN an order and its opposite are both false, so the jump for
-/// a false one is an instruction of its own.
+/// Returns the jump that is taken if the comparison is `wanted`. With NaN, an order and its
+/// opposite are both false, so the jump for a false comparison is an instruction of its own.
 fn compare_and_jump(op: BinaryOp, wanted: bool) -> Option<u8> {
     Some(match (op, wanted) {
         (BinaryOp::Eq, true) | (BinaryOp::NotEq, false) => opcode::JUMP_EQ,

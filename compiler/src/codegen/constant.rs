@@ -13,12 +13,12 @@ pub use bittybuzz_robot_spec::Profile;
 pub enum Number {
     /// An integer in the range of the profile.
     Int(i32),
-    /// A value that the profile can hold; `f32` holds all of both profiles.
+    /// A float that the profile can represent; `f32` holds all floats of both profiles.
     Float(f32),
 }
 
 impl Number {
-    /// The number that an expression is, literal or folded.
+    /// Returns the value of a number literal, written or folded; `None` for any other expression.
     pub fn of(profile: Profile, expr: &Expr) -> Option<Number> {
         match expr.kind {
             ExprKind::Int(value) => i32::try_from(value).ok().map(Number::Int),
@@ -29,7 +29,7 @@ impl Number {
         }
     }
 
-    /// The expression that it is.
+    /// Returns the number as a literal.
     pub fn to_expr(self) -> ExprKind {
         match self {
             Number::Int(value) => ExprKind::Int(i64::from(value)),
@@ -37,7 +37,7 @@ impl Number {
         }
     }
 
-    /// The nearest binary32.
+    /// Returns the nearest binary32 value.
     fn to_f32(self) -> f32 {
         match self {
             Number::Int(value) => value as f32,
@@ -53,7 +53,7 @@ impl Number {
     }
 }
 
-/// Smallest and largest integer of a profile.
+/// Returns the smallest and the largest integer of a profile.
 pub fn int_range(profile: Profile) -> (i32, i32) {
     match profile {
         Profile::Tiny => (Tiny::INT_MIN, Tiny::INT_MAX),
@@ -61,7 +61,7 @@ pub fn int_range(profile: Profile) -> (i32, i32) {
     }
 }
 
-/// Bytes of a literal.
+/// Returns the size of a literal in bytes.
 pub fn word_bytes(profile: Profile) -> usize {
     match profile {
         Profile::Tiny => Tiny::WORD_BYTES,
@@ -69,7 +69,7 @@ pub fn word_bytes(profile: Profile) -> usize {
     }
 }
 
-/// The payload of the float nearest to a literal.
+/// Returns the payload of the float nearest to a literal.
 pub fn float_bits(profile: Profile, value: f64) -> u32 {
     match profile {
         Profile::Tiny => u32::from(Tiny::float_from_f32(to_odd(value))),
@@ -77,7 +77,7 @@ pub fn float_bits(profile: Profile, value: f64) -> u32 {
     }
 }
 
-/// The value of a float's payload.
+/// Returns the value of a float's payload.
 pub fn from_bits(profile: Profile, bits: u32) -> f32 {
     match profile {
         Profile::Tiny => Tiny::float_to_f32(bits as u16),
@@ -85,8 +85,9 @@ pub fn from_bits(profile: Profile, bits: u32) -> f32 {
     }
 }
 
-/// To binary32, truncated but with the last bit set where something was cut off. Rounding that once more to fewer
-/// bits gives what rounding the binary64 at once would have given.
+/// Converts to binary32 by rounding to odd: the value is truncated, and the last bit is set if bits
+/// were cut off. Rounding the result once more to fewer bits gives the same value as rounding the
+/// binary64 directly.
 fn to_odd(value: f64) -> f32 {
     let nearest = value as f32;
     if f64::from(nearest) == value || !nearest.is_finite() || nearest == 0.0 {
@@ -97,7 +98,7 @@ fn to_odd(value: f64) -> f32 {
     f32::from_bits(truncated | 1)
 }
 
-/// The result of an operation on one number; `None` if the machine has to do it.
+/// Returns the result of an operation on one number; `None` if the machine has to compute it.
 pub fn unary(profile: Profile, op: UnaryOp, operand: Number) -> Option<Number> {
     match (op, operand) {
         (UnaryOp::Negate, Number::Int(value)) => Some(int(profile, value.wrapping_neg())),
@@ -107,7 +108,8 @@ pub fn unary(profile: Profile, op: UnaryOp, operand: Number) -> Option<Number> {
     }
 }
 
-/// The result of arithmetic on two numbers; `None` if it is a fault, or the machine has to do it.
+/// Returns the result of arithmetic on two numbers; `None` if the operation faults or the machine
+/// has to compute it.
 pub fn arithmetic(profile: Profile, op: BinaryOp, left: Number, right: Number) -> Option<Number> {
     match (left, right) {
         (Number::Int(a), Number::Int(b)) if op != BinaryOp::Pow => match profile {
@@ -127,8 +129,9 @@ pub fn arithmetic(profile: Profile, op: BinaryOp, left: Number, right: Number) -
     }
 }
 
-/// The IEEE binary32 operations of the full profile, which the machine leaves to the processor. [`float`] keeps more
-/// bits of a product for the mathematical functions, so it would round some products twice.
+/// Computes the IEEE binary32 operations of the full profile, which the machine leaves to the
+/// processor. [`float`] keeps more bits of a product for the mathematical functions, so it would
+/// round some products twice.
 fn binary32(op: BinaryOp, left: Number, right: Number) -> Option<f32> {
     let (a, b) = (left.to_f32(), right.to_f32());
     match op {
@@ -179,7 +182,7 @@ fn int(profile: Profile, value: i32) -> Number {
     }
 }
 
-/// The result of a comparison of two numbers.
+/// Returns the result of a comparison of two numbers; `None` if the machine has to compute it.
 pub fn compare(op: BinaryOp, left: Number, right: Number) -> Option<bool> {
     let order = left.to_machine().unpack().compare(&right.to_machine().unpack())?;
     Some(match op {

@@ -56,7 +56,7 @@ impl<'a> Code<'_, 'a> {
         }
     }
 
-    /// The value of a row of operations; of its first operand if there is none.
+    /// Puts the value of a chain of operations on the stack.
     pub fn chain(&mut self, first: &'a Expr, links: &'a [Link]) {
         match links.split_last() {
             Some((last, before)) if last.op.is_logic() => self.logic(first, before, last),
@@ -65,7 +65,7 @@ impl<'a> Code<'_, 'a> {
         }
     }
 
-    /// Evaluates an expression for what it does, not for its value.
+    /// Evaluates an expression for its effects and discards the value.
     pub fn effect(&mut self, expr: &'a Expr) {
         match &expr.kind {
             ExprKind::Call { callee, args } => self.call(callee, args, true, expr.span),
@@ -103,7 +103,7 @@ impl<'a> Code<'_, 'a> {
         }
     }
 
-    /// A value that is no variable.
+    /// Puts a value on the stack that a name stands for without being a variable.
     pub fn offered_value(&mut self, meaning: Meaning, name: &str, span: Span) {
         match meaning {
             Meaning::Nil | Meaning::Global => self.builder.plain(opcode::NIL, span),
@@ -129,7 +129,7 @@ impl<'a> Code<'_, 'a> {
         self.builder.operand(opcode::LIBRARY, number, span);
     }
 
-    /// A function that captures nothing.
+    /// Puts a function on the stack that captures nothing.
     pub fn function_value(&mut self, function: FunctionId, span: Span) {
         let number = self.generator.function(function);
         self.builder.operand(opcode::FUNCTION, number, span);
@@ -171,7 +171,7 @@ impl<'a> Code<'_, 'a> {
     fn lambda(&mut self, id: FunctionId, span: Span) {
         let function = self.generator.program.function(id);
         let shape = shape(self.generator, id);
-        // A self that is always nil need not be bound: a plain call finds nil anyway.
+        // A self that is always nil need not be captured, because a plain call passes nil as well.
         let has_self = shape.uses_self && self.shape.uses_self;
         if !shape.captures && !has_self {
             return self.function_value(id, span);
@@ -193,7 +193,7 @@ impl<'a> Code<'_, 'a> {
             UnaryOp::Negate => opcode::NEG,
             UnaryOp::BitNot => opcode::BNOT,
             UnaryOp::Not => match &operand.kind {
-                // Twice `not` is the truth of a value.
+                // `not not x` is the truth of `x`.
                 ExprKind::Unary { op: UnaryOp::Not, operand } => {
                     self.tested(operand);
                     return self.builder.plain(opcode::TRUTH, span);
@@ -208,7 +208,7 @@ impl<'a> Code<'_, 'a> {
         self.builder.plain(opcode, span);
     }
 
-    /// `and` and `or`: puts 0 or 1 on the stack.
+    /// Generates `and` and `or`, which put 0 or 1 on the stack.
     fn logic(&mut self, first: &'a Expr, before: &'a [Link], last: &'a Link) {
         self.tested_in_row(first, before);
         let end = self.short_cut(last.op, before.last().map_or(first.span, |link| link.span));
@@ -221,7 +221,7 @@ impl<'a> Code<'_, 'a> {
         self.builder.bind(end, last.span);
     }
 
-    /// The value of `and` and `or` of which only the truth counts.
+    /// Puts a value on the stack that has the truth of a row of `and` and `or`.
     fn tested_in_row(&mut self, first: &'a Expr, links: &'a [Link]) {
         self.tested(first);
         let mut span = first.span;
@@ -241,7 +241,7 @@ impl<'a> Code<'_, 'a> {
         end
     }
 
-    /// A value of which only the truth counts.
+    /// Puts a value on the stack that has the same truth as the expression.
     fn tested(&mut self, expr: &'a Expr) {
         match &expr.kind {
             ExprKind::Chain { first, links } if links.iter().any(|link| link.op.is_logic()) => {
@@ -255,7 +255,7 @@ impl<'a> Code<'_, 'a> {
         }
     }
 
-    /// Arithmetic and comparisons, one after the other.
+    /// Generates arithmetic and comparisons from left to right.
     fn operations(&mut self, first: &'a Expr, links: &'a [Link]) {
         let mut left = Some(first);
         let mut left_is_float = is_float(first);
@@ -306,7 +306,7 @@ impl<'a> Code<'_, 'a> {
             BinaryOp::LessEq => opcode::LE,
             BinaryOp::Greater => opcode::GT,
             BinaryOp::GreaterEq => opcode::GE,
-            // `logic` is their code.
+            // `logic` generates them.
             BinaryOp::And | BinaryOp::Or => return,
         };
         if op == BinaryOp::Pow {
@@ -315,7 +315,8 @@ impl<'a> Code<'_, 'a> {
         self.builder.plain(opcode, span);
     }
 
-    /// Remembers that strings may be compared by order. Without `left` the left side is an operation's value.
+    /// Records that strings may be compared by order. `left` is `None` if the left side is the
+    /// result of an operation, which is never a string.
     pub fn note_order(&mut self, op: BinaryOp, left: Option<&Expr>, right: &Expr) {
         let orders = matches!(
             op,

@@ -1,6 +1,8 @@
-//! Computes what is known when the script is compiled, and empties the branches that can never run.
+//! Constant folding: computes values that are known at compile time, and empties branches that
+//! never run.
 //!
-//! Nothing that could fault is computed here: it has to fault where and when the script gets there.
+//! Operations that fault are never folded, because the fault has to occur when the script reaches
+//! them.
 
 use bittybuzz_vm_core::builtin::{self, Library};
 
@@ -18,7 +20,7 @@ pub fn fold(program: &mut ResolvedScript, meanings: &Meanings<'_>, profile: Prof
     }
 }
 
-/// Whether an expression is true, where that is known and evaluating it does nothing.
+/// Returns the truth of an expression if the truth is known and the evaluation has no effects.
 pub fn truth(expr: &Expr, meanings: &Meanings<'_>) -> Option<bool> {
     match &expr.kind {
         ExprKind::Nil => Some(false),
@@ -35,7 +37,7 @@ pub fn truth(expr: &Expr, meanings: &Meanings<'_>) -> Option<bool> {
     }
 }
 
-/// Whether the value of an expression is 0 or 1 for certain.
+/// Returns true if the value of an expression is certainly 0 or 1.
 pub fn is_truth_value(expr: &Expr) -> bool {
     match &expr.kind {
         ExprKind::Int(value) => matches!(value, 0 | 1),
@@ -188,7 +190,8 @@ impl Folder<'_> {
         }
     }
 
-    /// The parts of a callee, but not itself: that it is a field or a name decides how it is called.
+    /// Folds the parts of a callee, but not the callee itself: its form, a field or a name, decides
+    /// how it is called.
     fn callee(&self, callee: &mut Expr) {
         match &mut callee.kind {
             ExprKind::Field { object, .. } if self.meanings.library(object).is_none() => {
@@ -203,7 +206,7 @@ impl Folder<'_> {
         }
     }
 
-    /// Whether a constant is nil.
+    /// Returns true if a constant is nil, and `None` if the expression is not a constant.
     fn is_nil(&self, expr: &Expr) -> Option<bool> {
         match expr.kind {
             ExprKind::Nil => Some(true),
@@ -222,8 +225,8 @@ impl Folder<'_> {
         constant::unary(self.profile, op, operand).map(Number::to_expr)
     }
 
-    /// Computes the first operations, up to the first that only the machine can do. Its value is unknown, and so are the
-    /// values of all later ones.
+    /// Folds the first operations, up to the first one that only the machine can compute. The value
+    /// of that operation is unknown, and so are the values of all later ones.
     fn chain(&self, first: &mut Expr, links: &mut Vec<Link>) -> Option<ExprKind> {
         let mut known = 0;
         for link in links.iter_mut() {
@@ -242,7 +245,7 @@ impl Folder<'_> {
                 if known == (op == BinaryOp::Or) {
                     return Some(truth_value(known));
                 }
-                // The left side decides nothing, so the result is the truth of the right side.
+                // The left side does not decide, so the result is the truth of the right side.
                 match truth(right, self.meanings) {
                     Some(truth) => Some(truth_value(truth)),
                     None if is_truth_value(right) => Some(take(right).kind),
@@ -280,7 +283,7 @@ impl Folder<'_> {
         {
             return constant::compare(op, a, b);
         }
-        // nil is below everything and equals only itself.
+        // Nil is less than all other values and equals only itself.
         let order = match (self.is_nil(left)?, self.is_nil(right)?) {
             (true, true) => std::cmp::Ordering::Equal,
             (true, false) => std::cmp::Ordering::Less,

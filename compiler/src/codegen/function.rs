@@ -44,7 +44,7 @@ pub fn generate(
     Ok((code, locals))
 }
 
-/// The facts in the header of a function.
+/// Returns the facts in the header of a function.
 pub fn shape(generator: &Generator<'_>, id: FunctionId) -> Shape {
     let function = generator.program.function(id);
     Shape {
@@ -54,27 +54,29 @@ pub fn shape(generator: &Generator<'_>, id: FunctionId) -> Shape {
     }
 }
 
-/// The place at an offset from the frame; frames are far smaller than the symbols allow.
+/// Returns the place at an offset from the frame record. Frames are far smaller than the symbols
+/// allow, so the offset always fits.
 fn frame_place(offset: i32) -> LocalPlace {
     LocalPlace::Frame(i16::try_from(offset).unwrap_or(i16::MAX))
 }
 
-/// The captured value of that number; there are at most [`MAX_CAPTURES`](crate::codegen::asm::MAX_CAPTURES).
+/// Returns the place of a captured value; there are at most
+/// [`MAX_CAPTURES`](crate::codegen::asm::MAX_CAPTURES).
 fn capture_place(index: usize) -> LocalPlace {
     LocalPlace::Capture(u16::try_from(index).unwrap_or(u16::MAX))
 }
 
-/// The closing brace, for the return that stands there unwritten.
+/// Returns the span of the closing brace, the source of an implicit return.
 fn end_of(span: Span) -> Span {
     Span { start: span.end.saturating_sub(1).max(span.start), ..span }
 }
 
-/// One function while it is generated.
+/// The state of one function while its code is generated.
 pub struct Code<'g, 'a> {
     pub function: &'a Function,
     pub shape: Shape,
     pub builder: FunctionBuilder,
-    /// Offset of each local from the frame record, once it is there.
+    /// Offset of each local from the frame record; 0 until the local has a slot.
     pub slots: Vec<i32>,
     /// Names and places of the locals, for the symbols.
     locals: Locals,
@@ -82,8 +84,8 @@ pub struct Code<'g, 'a> {
 }
 
 impl<'a> Code<'_, 'a> {
-    /// Globals that have a value before the first line runs: functions that the script assigns later, and what
-    /// machine and robot offer under names that the script assigns.
+    /// Assigns the globals that have a value before the first line runs: functions that the script
+    /// assigns later, and built-ins and robot functions whose names the script assigns.
     fn first_values(&mut self) {
         for number in 0..self.generator.program.names.len() {
             let id = NameId(number);
@@ -104,7 +106,8 @@ impl<'a> Code<'_, 'a> {
         }
     }
 
-    /// Notes the places of parameters, `self` and captured values, which a function has from its first instruction on.
+    /// Records the places of parameters, `self` and captured values, which are valid from the first
+    /// instruction on.
     fn open_arguments(&mut self, start: Mark) {
         for local in &self.function.locals {
             let place = match local.kind {
@@ -121,7 +124,8 @@ impl<'a> Code<'_, 'a> {
         }
     }
 
-    /// Captured values cannot be written, so those that the lambda assigns become variables of its own.
+    /// Copies the captured values that the function assigns into local variables, because captured
+    /// values are read-only.
     fn copy_assigned_captures(&mut self, start: Mark) {
         let function = self.function;
         for (number, local) in function.locals.iter().enumerate() {
@@ -133,7 +137,8 @@ impl<'a> Code<'_, 'a> {
         }
     }
 
-    /// The value on top of the stack is that local from now on: from the returned mark.
+    /// Makes the value on top of the stack the slot of a local. Returns the mark from which the
+    /// local has this slot.
     fn place(&mut self, local: LocalId) -> Mark {
         let depth = operand(self.builder.depth());
         if let Some(slot) = self.slots.get_mut(local.0) {
@@ -144,7 +149,7 @@ impl<'a> Code<'_, 'a> {
         here
     }
 
-    /// Where a local is in the frame; `None` for a captured value.
+    /// Returns the offset of a local from the frame record; `None` for a captured value.
     pub fn slot(&self, local: LocalId) -> Option<i32> {
         match self.function.local(local).kind {
             LocalKind::Parameter(number) => {
@@ -159,7 +164,7 @@ impl<'a> Code<'_, 'a> {
 
     fn stmts(&mut self, stmts: &'a [Stmt]) {
         for stmt in stmts {
-            // What stands behind a return must not bring functions or imports into the image.
+            // Unreachable code after a return must not add functions or imports to the image.
             if !self.builder.is_reachable() {
                 return;
             }
@@ -233,7 +238,7 @@ impl<'a> Code<'_, 'a> {
         self.builder.bind(end, end_of(otherwise.span));
     }
 
-    /// The condition stands at the end, so that a round costs one jump.
+    /// Generates a loop. The condition is placed at the end, so that an iteration costs one jump.
     fn repeat(
         &mut self,
         condition: &'a Expr,
@@ -282,7 +287,7 @@ impl<'a> Code<'_, 'a> {
                 self.expr(value);
                 self.builder.plain(opcode::INDEX_SET, span);
             }
-            // An error was reported.
+            // Other targets have already been reported as errors.
             _ => {}
         }
     }
@@ -295,7 +300,7 @@ impl<'a> Code<'_, 'a> {
             && let Ok(immediate) = i8::try_from(literal)
             && matches!(rest.kind, ExprKind::Local(read) if read == local)
         {
-            // Faults where the addition is written.
+            // A fault of `LOCAL_ADD` is reported at the addition.
             return self.builder.local_add(slot, immediate, value.span);
         }
         self.expr(value);

@@ -1,4 +1,5 @@
-//! Numbers the globals: those that the code names most often first, because the first numbers have short instructions.
+//! Numbers the globals by the frequency of their use, because the lowest numbers have short
+//! instructions.
 
 use std::cmp::Reverse;
 use std::collections::BTreeMap;
@@ -6,7 +7,7 @@ use std::collections::BTreeMap;
 use crate::check::names::{Meaning, Meanings};
 use crate::check::tree::{ExprKind, NameId, ResolvedScript, each_expr};
 
-/// The names that are global variables, by number.
+/// Returns the names of the global variables, by number.
 pub fn number(program: &ResolvedScript, meanings: &Meanings<'_>) -> Vec<NameId> {
     let mut uses: BTreeMap<NameId, usize> = (0..program.names.len())
         .map(NameId)
@@ -23,7 +24,7 @@ pub fn number(program: &ResolvedScript, meanings: &Meanings<'_>) -> Vec<NameId> 
         });
     }
     let mut names: Vec<NameId> = uses.keys().copied().collect();
-    // Stable: equal counts stay in order of appearance.
+    // The sort is stable, so globals with equal counts stay in order of appearance.
     names.sort_by_key(|id| Reverse(uses.get(id).copied().unwrap_or(0)));
     names
 }

@@ -1,25 +1,25 @@
-//! The places of local variables and the code in which each has its place, for the symbols.
+//! The places of local variables, each with the range of code in which it is valid, for the
+//! symbols.
 
 use crate::codegen::asm::{FunctionCode, Mark};
 use crate::symbols::LocalPlace;
 
-/// A local variable and the code in which its name has that place.
+/// A local variable and a range of code in which it has one place.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct LocalRange {
-    /// The name in the source; `self` for the self.
+    /// The name in the source, or `self`.
     pub name: String,
-    /// Its place.
     pub place: LocalPlace,
-    /// Offset of the first instruction, from the function's header.
+    /// Offset of the first instruction of the range, from the function's header.
     pub from: usize,
-    /// Offset of the first instruction after them.
+    /// Offset of the first instruction after the range, from the function's header.
     pub to: usize,
 }
 
 /// The locals of a function while its code is generated.
 #[derive(Debug, Default)]
 pub struct Locals {
-    /// Those that have a place here, outer blocks first.
+    /// Locals that are in scope at the current instruction, outer blocks first.
     open: Vec<Open>,
     closed: Vec<(Open, Mark)>,
 }
@@ -32,12 +32,13 @@ struct Open {
 }
 
 impl Locals {
-    /// From that mark on the name has that place, until [`Locals::close`] or the end of the function.
+    /// Starts the range of a local at a mark. The range ends with [`Locals::close`] or with the
+    /// function.
     pub fn open(&mut self, name: &str, place: LocalPlace, from: Mark) {
         self.open.push(Open { name: name.to_owned(), place, from });
     }
 
-    /// Between two marks the name has that place.
+    /// Adds a local whose range lies between two marks.
     pub fn add(&mut self, name: &str, place: LocalPlace, from: Mark, to: Mark) {
         self.closed.push((Open { name: name.to_owned(), place, from }, to));
     }
@@ -47,13 +48,13 @@ impl Locals {
         self.open.len()
     }
 
-    /// A block ends: all open locals but the first `count` lose their places.
+    /// Ends the ranges of all open locals except the first `count`, at the end of a block.
     pub fn close(&mut self, count: usize, to: Mark) {
         let count = count.min(self.open.len());
         self.closed.extend(self.open.drain(count..).map(|local| (local, to)));
     }
 
-    /// Returns all locals of the assembled function, by the start of their ranges.
+    /// Returns all locals of the assembled function, sorted by the start of their ranges.
     pub fn finish(self, code: &FunctionCode) -> Vec<LocalRange> {
         let closed = self.closed.into_iter().map(|(local, to)| (local, code.offset(to)));
         let open = self.open.into_iter().map(|local| (local, code.bytes.len()));

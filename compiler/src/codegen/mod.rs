@@ -1,22 +1,21 @@
-//! From the checked program to the parts of an image.
+//! Code generation: turns the checked program into the parts of an image.
 //!
-//! The checks have found every mistake by now, so code generation cannot fail for a reason that
-//! the user has not been told of; what remains are the limits of the format.
+//! The checks report every mistake of the script before this stage. Code generation can only fail
+//! at the limits of the image format, such as the number of parameters.
 //!
 //! # Whole program
 //! A script is small and complete, and the compiler sees all of it, includes too. The form of the
 //! code depends on this knowledge:
 //!
-//! * A function is generated when something first refers to it. What nothing uses is not in the
+//! * A function is generated when the code first refers to it. Unused functions are not in the
 //!   image.
-//! * A function that no code ever replaces is called by its number, without a look-up of its
-//!   name.
-//! * A member of a library that the script leaves alone is a built-in, without a table.
+//! * A function whose name is never reassigned is called by its number, without a look-up by name.
+//! * A member of a library that the script does not modify is a built-in, without a table.
 //! * The globals that are used most get the numbers with the shortest instructions.
 //!
 //! # Division of labor
-//! This module walks the syntax tree and decides what to compute. [`asm`] decides how it is
-//! encoded, counts the stack, and keeps the rules of the verifier. The importer of `.bo` files
+//! This module walks the syntax tree and decides which values to compute. [`asm`] encodes the
+//! instructions, counts the stack, and keeps the rules of the verifier. The importer of `.bo` files
 //! has no syntax tree and uses the same assembler.
 //!
 //! Strings are numbered by the source alone, so that robots of different kinds agree on the
@@ -58,7 +57,7 @@ pub const ENTRIES: [&str; 4] = ["init", "step", "reset", "destroy"];
 /// The result of the code generator.
 #[derive(Debug, Clone)]
 pub struct Generated {
-    /// Everything for the image, but for the script hash.
+    /// The parts of the image, complete except for the script hash.
     pub parts: Parts,
     /// The functions, by number.
     pub functions: Vec<SourceFunction>,
@@ -66,7 +65,7 @@ pub struct Generated {
     pub locals: Vec<Vec<LocalRange>>,
     /// Names of the globals, by number.
     pub globals: Vec<String>,
-    /// Where each global first occurs, in the order of the source.
+    /// The first occurrence of each global, in the order of the source.
     pub first_uses: Vec<Span>,
     /// Names of the imported robot functions, by number.
     pub imports: Vec<String>,
@@ -77,11 +76,10 @@ pub struct Generated {
 pub struct SourceFunction {
     /// `None` for a lambda.
     pub name: Option<String>,
-    /// The place in the source.
     pub span: Span,
 }
 
-/// The parts of the machine that send.
+/// The features whose built-ins send messages.
 const NETWORK: u8 = Feature::Neighbors as u8 | Feature::Swarm as u8 | Feature::Stigmergy as u8;
 
 /// The name under which the global code appears among the functions.
@@ -95,7 +93,7 @@ pub fn generate(
     strings: &BTreeSet<String>,
 ) -> Result<Generated, Vec<Diagnostic>> {
     let mut names: BTreeSet<&str> = strings.iter().map(String::as_str).collect();
-    // A library that the script uses as a value has all its members.
+    // A library that is used as a value needs the names of all its members.
     for library in meanings.escaped() {
         names.extend(builtin::TABLE.iter().filter(|b| b.library == *library).map(|b| b.name));
     }
@@ -122,7 +120,8 @@ pub fn generate(
         orders_strings: false,
         diagnostics: Vec::new(),
     };
-    // The numbers of the entries come first, so that the code can be generated in one go.
+    // The entry points enter the list of functions first. The loop below then generates every
+    // function of the list, which grows as the code refers to more functions.
     let entries = ENTRIES.map(|name| generator.entry(name).to_count());
     let mut codes: Vec<FunctionCode> = Vec::new();
     let mut locals = Vec::new();
@@ -142,14 +141,17 @@ pub fn generate(
         return Err(generator.diagnostics);
     }
     let libraries = generator.library_rows();
-    // A script that has nothing to do with others sends nothing, whatever is not known of its values.
+    // A script without networking built-ins sends nothing, even if the analysis of its values gave
+    // up.
     if generator.features & NETWORK == 0 {
         classes = Vec::new();
     } else {
         generator.features |= sending;
     }
     let text = generator.features & Feature::Strings as u8 != 0;
-    // Strings of the script are in order by their numbers; the table puts the machine's own among them.
+    // The strings of the script are numbered in their sort order. The order table states how many
+    // of the machine's own strings sort before each of them, so only a script that can get such
+    // strings needs it.
     let order = generator.orders_strings
         && (holds_own_strings || text)
         && !generator.strings.script().is_empty();
@@ -208,16 +210,17 @@ struct Generator<'a> {
     /// The strings of the source.
     mentioned: &'a BTreeSet<String>,
     globals: BTreeMap<NameId, usize>,
-    /// Functions by number; those behind the one being generated wait for their turn.
+    /// Functions by number. Those after the function being generated are still to be generated.
     functions: Vec<FunctionId>,
     numbers: BTreeMap<FunctionId, usize>,
     imports: Vec<String>,
     features: u8,
-    /// Libraries and objects whose members the machine may have to find by name.
+    /// Libraries whose members the machine may have to find by name.
     libraries: BTreeSet<Library>,
-    /// Of these, the ones that built-ins return: `swarm.create(1)`, `neighbors.kin()`.
+    /// Objects that built-ins return, such as `swarm.create(1)` and `neighbors.kin()`. Their
+    /// members are found by name, too.
     objects: BTreeSet<Library>,
-    /// Strings may be compared by order.
+    /// True if the script may compare strings by order.
     orders_strings: bool,
     diagnostics: Vec<Diagnostic>,
 }
@@ -235,7 +238,7 @@ impl Generator<'_> {
         }
     }
 
-    /// The number of a function; the first use puts it into the image.
+    /// Returns the number of a function. The first use puts the function into the image.
     fn function(&mut self, id: FunctionId) -> i32 {
         let next = self.functions.len();
         let number = *self.numbers.entry(id).or_insert(next);
@@ -261,8 +264,9 @@ impl Generator<'_> {
         self.globals.get(&name).map_or(i32::MAX, |number| operand(*number))
     }
 
-    /// The number of a built-in that the code uses. Notes what it brings with it: the part of the machine, objects
-    /// that it returns, strings that it orders.
+    /// Returns the number of a built-in that the code uses, and records the requirements of the
+    /// built-in: its feature, the objects that it returns, and the order of strings if it compares
+    /// them.
     fn builtin(&mut self, info: &builtin::Info) -> i32 {
         self.features |= info.feature as u8;
         match info.number {
@@ -291,20 +295,21 @@ impl Generator<'_> {
         i32::from(info.number)
     }
 
-    /// The number of a library that the code uses as a value.
+    /// Returns the number of a library that the code uses as a value, and records the library.
     fn library(&mut self, library: Library) -> i32 {
         self.libraries.insert(library);
         i32::from(library as u8)
     }
 
-    /// The rows of the library table: what the machine has to find by name at run time. Of a library that the script
-    /// uses as a value these are all members; of one that it only changes, the changed ones; of objects and `pos`,
-    /// those whose name occurs in the script.
+    /// Returns the rows of the library table, in which the machine looks up members by name at run
+    /// time. A library that the script uses as a value needs all its members; a library that is
+    /// only modified needs the modified ones; objects and `pos` need those whose name occurs in the
+    /// script.
     fn library_rows(&mut self) -> Vec<LibraryRow> {
         let meanings = self.meanings;
         let mut done = BTreeSet::new();
         let mut rows = Vec::new();
-        // A member may bring another library with it.
+        // `builtin` below may add another library, so the loop runs until none is left.
         while let Some(library) =
             self.libraries.union(&self.objects).copied().find(|library| !done.contains(library))
         {
@@ -370,7 +375,7 @@ fn asm_diagnostic(error: AsmError) -> Diagnostic {
     Diagnostic::new(code, error.span, message).help(help)
 }
 
-/// Where code comes from that no line of the script shows: the start of the script.
+/// Returns the span of code that no line of the script shows: the start of the script.
 fn nowhere() -> Span {
     Span::default()
 }

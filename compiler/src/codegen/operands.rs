@@ -1,10 +1,11 @@
-//! Kinds of values that are known without running the script, and operands that have a shorter instruction.
+//! Facts about operands that are known at compile time: the kind of a value, and literals that have
+//! a shorter instruction.
 
 use crate::ast::{BinaryOp, UnaryOp};
 use crate::check::names::{Meaning, Meanings};
 use crate::check::tree::{Expr, ExprKind};
 
-/// Whether the value is a number or nil for certain, wherever its operands do not fault.
+/// Returns true if the value is certainly a number or nil, provided that no operand faults.
 pub fn is_number_or_nil(expr: &Expr, meanings: &Meanings<'_>) -> bool {
     match &expr.kind {
         ExprKind::Nil | ExprKind::Int(_) | ExprKind::Float(_) => true,
@@ -18,7 +19,7 @@ pub fn is_number_or_nil(expr: &Expr, meanings: &Meanings<'_>) -> bool {
     }
 }
 
-/// Whether the value is a float for certain, wherever its operands do not fault.
+/// Returns true if the value is certainly a float, provided that no operand faults.
 pub fn is_float(expr: &Expr) -> bool {
     match &expr.kind {
         ExprKind::Float(_) => true,
@@ -41,22 +42,22 @@ pub fn gives_float(op: BinaryOp, left: bool, right: &Expr) -> bool {
     }
 }
 
-/// The integer that does the same as a literal, in less code. For a float literal there is one only if the other
-/// operand is a float, and none for a negative zero.
+/// Returns the integer that has the same effect as a literal, with less code. A float literal has
+/// one only if the other operand is a float; a negative zero has none.
 fn same_integer(literal: &Expr, other_is_float: impl FnOnce() -> bool) -> Option<i16> {
     match literal.kind {
         ExprKind::Int(value) => i16::try_from(value).ok(),
         ExprKind::Float(value) if other_is_float() && value.to_bits() != (-0.0_f64).to_bits() => {
             let whole = value as i16;
-            // A float of the tiny profile may be less exact than the integer.
+            // Floats of the tiny profile do not represent all larger integers exactly.
             (f64::from(whole) == value && whole.unsigned_abs() <= 1 << 10).then_some(whole)
         }
         _ => None,
     }
 }
 
-/// The integer that is added where an operation adds or subtracts the literal on its right side; `left_is_float`
-/// is true if its left side is certainly a float.
+/// Returns the integer to add if an operation adds or subtracts the literal on its right side;
+/// `left_is_float` is true if its left side is certainly a float.
 pub fn added_integer(op: BinaryOp, left_is_float: bool, right: &Expr) -> Option<i16> {
     let literal = || same_integer(right, || left_is_float);
     match op {
@@ -67,7 +68,8 @@ pub fn added_integer(op: BinaryOp, left_is_float: bool, right: &Expr) -> Option<
     }
 }
 
-/// `rest + immediate`, for an addition or subtraction of a literal that an integer can stand for.
+/// Returns `rest` and `immediate` of `rest + immediate`, for an addition or subtraction of a
+/// literal that an integer can replace.
 pub fn added_literal<'a>(op: BinaryOp, left: &'a Expr, right: &'a Expr) -> Option<(&'a Expr, i16)> {
     let in_front = || match op {
         BinaryOp::Add => same_integer(left, || is_float(right)).map(|value| (right, value)),

@@ -1,4 +1,5 @@
-//! First values: those that variables and functions hold before any statement assigns one.
+//! Initial values: the classes of values that variables and functions hold before any statement
+//! assigns one.
 
 use std::collections::BTreeSet;
 
@@ -9,15 +10,16 @@ use crate::check::names::{Meaning, Member};
 use crate::check::tree::{Expr, ExprKind, FunctionId, NameId, Stmt, StmtKind, each_expr};
 
 impl<'a> Flow<'a> {
-    /// Puts the first values into their places.
+    /// Puts the initial values into their places.
     pub(super) fn begin(&mut self) {
-        // By another name anything may be sent anywhere. On robots without a position, `pos` is nil in place of a table.
+        // A script that uses one of these libraries as a value may send anything under any name.
+        // `pos` is one of them, because it is nil instead of a table on robots without a position.
         let lost = [Library::Neighbors, Library::Stigmergy, Library::Position];
         self.is_lost = lost.iter().any(|library| self.meanings.escaped().contains(library));
-        // Tables that the machine makes, such as the data of a neighbor.
+        // The machine makes tables, too, such as the data of a neighbor.
         self.put(Place::Element, Classes::NUMBER);
         self.put(Place::Key, Classes::NUMBER | Classes::STRING);
-        // Any variable may hold a function of a robot.
+        // Any variable may hold a robot function.
         self.put(Place::AnyResult, Classes::PLAIN);
         for (number, function) in self.program.functions.iter().enumerate() {
             if !always_returns(&function.body) {
@@ -45,7 +47,7 @@ impl<'a> Flow<'a> {
         }
     }
 
-    /// Follows the functions that variables hold at first.
+    /// Follows the functions that variables hold initially.
     pub(super) fn first_functions(&mut self) {
         let (program, meanings) = (self.program, self.meanings);
         for (number, name) in program.names.iter().enumerate() {
@@ -70,10 +72,11 @@ fn always_returns(stmts: &[Stmt]) -> bool {
     })
 }
 
-/// The globals that have a value before anything can read them: the global code assigns them, or `init()` does.
+/// Finds the globals that are assigned before anything can read them, by the global code or by
+/// `init()`.
 struct Assigned<'f, 'a> {
     flow: &'f Flow<'a>,
-    /// Globals that may be read before.
+    /// Globals that may be read before they are assigned.
     read: BTreeSet<NameId>,
     assigned: BTreeSet<NameId>,
     /// Functions that were followed.
@@ -97,7 +100,8 @@ impl<'f, 'a> Assigned<'f, 'a> {
         walk.assigned
     }
 
-    /// Goes through statements that run in this order. Returns false if it cannot follow them to the end.
+    /// Follows statements that run in this order. Returns false if the walk cannot continue to the
+    /// end.
     fn follow(&mut self, stmts: &[Stmt]) -> bool {
         for stmt in stmts {
             let (mut is_known, mut value_of) = (true, None);
@@ -121,7 +125,8 @@ impl<'f, 'a> Assigned<'f, 'a> {
         true
     }
 
-    /// Notes the globals that statements may read, also in functions that they call. Returns false if they may call others.
+    /// Records the globals that the statements may read, also in functions that they call. Returns
+    /// false if they may call unknown functions.
     fn may_run(&mut self, stmts: &[Stmt]) -> bool {
         let mut is_known = true;
         each_expr(stmts, &mut |expr| is_known &= self.note(expr));
@@ -169,7 +174,7 @@ fn is_plain(number: u8) -> bool {
     builtin::info(number).is_some_and(|info| info.kind == BuiltinKind::Plain)
 }
 
-/// Returns true if the statement may end the function that it is in.
+/// Returns true if the statement may return from its function.
 fn leaves(stmt: &Stmt) -> bool {
     let any = |stmts: &[Stmt]| stmts.iter().any(leaves);
     match &stmt.kind {

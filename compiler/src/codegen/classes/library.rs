@@ -1,4 +1,5 @@
-//! Functions of the machine: the values that they send, the functions that they call, and the classes of their results.
+//! Built-ins: the values that they send, the functions that they call, and the classes of their
+//! results.
 
 use bittybuzz_vm_core::builtin::{self, BuiltinKind, Info, Library};
 use bittybuzz_vm_core::message::STIGMERGIES;
@@ -9,7 +10,7 @@ use crate::check::tree::{Expr, ExprKind, FunctionId};
 use crate::check::values;
 
 impl<'a> Flow<'a> {
-    /// `object.key` as a value.
+    /// Returns the classes of `object.key` as a value.
     pub(super) fn field(&mut self, function: FunctionId, object: &'a Expr, key: &str) -> Classes {
         let Some(library) = self.meanings.library(object) else {
             let object = self.value(function, object);
@@ -29,7 +30,7 @@ impl<'a> Flow<'a> {
         }
     }
 
-    /// Notes that the script assigns a field of an object.
+    /// Records that the script assigns a field of an object.
     pub(super) fn change_object(&mut self, function: FunctionId, object: &'a Expr, key: &str) {
         if let Some(library) = self.meanings.library(object) {
             self.change_member(library, key);
@@ -41,7 +42,7 @@ impl<'a> Flow<'a> {
         self.note_self(object);
     }
 
-    /// Notes that a field of a library may be the script's or the machine's.
+    /// Records that a member of a library may have been replaced by the script.
     pub(super) fn change_member(&mut self, library: Library, key: &str) {
         if builtin::find(library, key).is_some() {
             self.is_lost |= sends(library);
@@ -49,12 +50,12 @@ impl<'a> Flow<'a> {
         }
     }
 
-    /// Returns true if an element of that object may be a function of the machine that sends.
+    /// Returns true if an element of that object may be a built-in that sends.
     pub(super) fn may_be_member(&self, object: Classes, index: Classes) -> bool {
         object.has(Classes::OBJECT) && index.has(Classes::STRING | Classes::TEXT)
     }
 
-    /// A function of the machine as a value, which may be called anywhere.
+    /// Returns the classes of a built-in as a value, which may be called anywhere.
     pub(super) fn native(&mut self, info: &Info) -> Classes {
         if info.kind == BuiltinKind::Value {
             if info.number == builtin::RNG {
@@ -75,7 +76,7 @@ impl<'a> Flow<'a> {
         Classes::FUNCTION
     }
 
-    /// Any functions of the machine as values.
+    /// Records that any built-in may be used as a value.
     pub(super) fn native_all(&mut self) {
         for place in [Place::AnyResult, Place::AnyArgument, Place::Element] {
             self.put(place, self.any);
@@ -84,7 +85,7 @@ impl<'a> Flow<'a> {
         self.put(Place::NoData, Classes::NIL);
     }
 
-    /// A call of the built-in of that number.
+    /// Follows a call of the built-in of that number.
     pub(super) fn builtin(&mut self, number: u8, args: &[Arg<'a>]) -> Classes {
         match (number, args) {
             (builtin::NEIGHBORS_LISTEN, [topic, listener, ..]) => {
@@ -106,7 +107,7 @@ impl<'a> Flow<'a> {
                 Classes::OBJECT
             }
             (builtin::FOREACH..=builtin::REDUCE, [table, callback, rest @ ..]) => {
-                // Of a library the elements are functions of the machine.
+                // The elements of a library are built-ins, which may send.
                 self.is_lost |= table.classes.has(Classes::OBJECT);
                 let element = [self.get(Place::Key), self.get(Place::Element)];
                 self.iterate(number, callback, &element, rest)
@@ -125,19 +126,20 @@ impl<'a> Flow<'a> {
             }
             (builtin::MIN | builtin::MAX, [a, b, ..]) => {
                 let (a, b) = (self.pass(a), self.pass(b));
-                // Of nil and another value it is the other.
+                // If one argument is nil, the result is the other one.
                 (a | b).without(Classes::NIL) | a.both(b).both(Classes::NIL)
             }
             _ => {
                 let passed = self.pass_all(args);
-                // The copy of a library is a table of functions of the machine.
+                // The copy of a library is a table of built-ins.
                 self.is_lost |= number == builtin::CLONE && passed.has(Classes::OBJECT);
                 self.result(number, passed)
             }
         }
     }
 
-    /// `foreach`, `map`, `filter` or `reduce`, the callback of which gets these arguments first.
+    /// Follows `foreach`, `map`, `filter` or `reduce`, whose callback gets the classes `element` as
+    /// its first arguments.
     fn iterate(
         &mut self,
         task: u8,
@@ -167,9 +169,10 @@ impl<'a> Flow<'a> {
         }
     }
 
-    /// A call of `object.key`.
+    /// Follows a call of `object.key`.
     pub(super) fn method(&mut self, object: Classes, key: &str, args: &[Arg<'a>]) -> Classes {
-        // The script may have put functions of its own into objects, and `self` is an object there.
+        // The script may have stored functions of its own in objects, where their `self` is the
+        // object.
         let is_changed = self.get(Place::SelfValue).has(Classes::OBJECT);
         let mut result = Classes::NONE;
         if object.has(Classes::OBJECT) {
@@ -182,7 +185,8 @@ impl<'a> Flow<'a> {
         result
     }
 
-    /// A call of a function of the machine; `is_table` if the object may be a snapshot, or `neighbors` itself.
+    /// Follows a call of a method of an object; `is_table` if the object may be a snapshot, or
+    /// `neighbors` itself.
     fn object_method(&mut self, is_table: bool, key: &str, args: &[Arg<'a>]) -> Classes {
         let mut stored = self.get(Place::AllSent);
         if is_table {
@@ -216,7 +220,7 @@ impl<'a> Flow<'a> {
                 self.iterate(builtin::FILTER, callback, &element, rest) | snapshot
             }
             ("reduce", [callback, rest @ ..]) => {
-                // The elements of a snapshot come without a robot.
+                // The callback for a snapshot gets no robot, unlike that for a stigmergy.
                 let [key, value, _] = element;
                 let mut result = self.iterate(builtin::REDUCE, callback, &element, rest);
                 if is_table {
@@ -249,7 +253,7 @@ impl<'a> Flow<'a> {
             if info.library.is_object() && info.kind == BuiltinKind::Plain {
                 result |= self.result(info.number, Classes::NONE);
             } else if sends(info.library) {
-                // `neighbors` or `stigmergy` by another name.
+                // The object may be `neighbors` or `stigmergy` under another name.
                 self.is_lost |= !is_method(key);
             } else if info.library != Library::Global {
                 self.native_all();
@@ -259,10 +263,10 @@ impl<'a> Flow<'a> {
         result
     }
 
-    /// The classes of a built-in's result; `passed` are those of its arguments.
+    /// Returns the classes of a built-in's result; `passed` are those of its arguments.
     fn result(&self, number: u8, passed: Classes) -> Classes {
         match number {
-            // Where they are values, this goes for all calls of values.
+            // If one of these is called as a value, the call adds the classes of its arguments.
             builtin::MIN | builtin::MAX | builtin::CLONE => passed,
             builtin::TYPE => Classes::STRING,
             builtin::SIZE
@@ -285,7 +289,7 @@ impl<'a> Flow<'a> {
             | builtin::SWARM_SELECT
             | builtin::SWARM_UNSELECT => Classes::NIL,
             builtin::SUB..=builtin::TO_STRING => Classes::STRING | Classes::TEXT,
-            // A robot may not know its position.
+            // These are nil if a text is no number, or if the robot does not know its position.
             builtin::STRING_TO_INT
             | builtin::STRING_TO_FLOAT
             | builtin::SWARM_ID
@@ -301,7 +305,8 @@ impl<'a> Flow<'a> {
     }
 }
 
-/// The name that an argument is where it is a topic or a key. Others than numbers and strings are faults there.
+/// Returns the name that an argument stands for as a topic or key. Values other than numbers and
+/// strings are faults there.
 fn name_of<'a>(arg: &Arg<'a>) -> Name<'a> {
     match &arg.expr.kind {
         ExprKind::Str(text) => Name::Text(text),
@@ -310,12 +315,12 @@ fn name_of<'a>(arg: &Arg<'a>) -> Name<'a> {
     }
 }
 
-/// Returns true if functions of the library send, or make objects that do.
+/// Returns true if built-ins of the library send, or return objects that send.
 fn sends(library: Library) -> bool {
     matches!(library, Library::Neighbors | Library::Stigmergy)
 }
 
-/// Returns true if objects have a function of that name.
+/// Returns true if objects have a method of that name.
 fn is_method(key: &str) -> bool {
     let named = builtin::TABLE.iter().filter(|info| info.name == key);
     named.into_iter().any(|info| info.library.is_object() && info.kind != BuiltinKind::Value)
