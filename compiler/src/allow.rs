@@ -1,7 +1,7 @@
 //! Comments that silence warnings: `# bbz: allow(W0102)`.
 //!
-//! A comment after a statement applies to its own line, a comment on a line of its own to the next line with code. Commas
-//! separate several codes. Errors cannot be silenced.
+//! A comment after a statement applies to its own line. A comment on a line of its own applies to
+//! the next line with code. Commas separate several codes. Errors cannot be silenced.
 
 use std::collections::HashSet;
 
@@ -12,12 +12,12 @@ use crate::source::{FileId, SourceMap, Span};
 /// The beginning of a comment for the compiler.
 const MARK: &str = "# bbz:";
 
-/// The warnings that comments of a script silence.
+/// The warnings that the comments of a script silence.
 #[derive(Debug, Clone, Default)]
 pub struct Allowances {
-    /// File, line from 0, code.
+    /// The file, the line counted from 0, and the silenced code.
     lines: HashSet<(FileId, usize, Code)>,
-    /// Comments that cannot be read.
+    /// Diagnostics about comments that cannot be read.
     pub problems: Vec<Diagnostic>,
 }
 
@@ -47,7 +47,7 @@ impl Allowances {
             return;
         }
         let mut start = 0;
-        // Codes of comments on lines of their own, which wait for the next line with code.
+        // Codes from comments on lines of their own, which apply to the next line with code.
         let mut waiting: Vec<Code> = Vec::new();
         for (number, line) in text.split('\n').enumerate() {
             let comment = line.find(MARK);
@@ -64,7 +64,7 @@ impl Allowances {
         }
     }
 
-    /// The codes that the comment at `start` allows.
+    /// Returns the codes that the comment at `start` allows.
     fn comment(&mut self, file: FileId, start: usize, comment: &str) -> Vec<Code> {
         let comment = comment.trim_end();
         let span = Span { file, start: start as u32, end: (start + comment.len()) as u32 };

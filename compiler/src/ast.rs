@@ -1,35 +1,31 @@
 //! The syntax tree of a Buzz script.
 //!
-//! The parser builds it, [`crate::check`] and [`crate::codegen`] read it. Every node carries the [`Span`] of
-//! the source text it came from; spans of included files name their own file. An `include` leaves no node:
-//! the statements of the included file stand in its place.
+//! The parser builds the tree; [`crate::check`] and [`crate::codegen`] read it. Every node carries
+//! the [`Span`] of its source text, and the spans of included files name their own file. An
+//! `include` leaves no node: the statements of the included file take its place.
 
 use crate::source::Span;
 
 /// A name as written, with its place.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Ident {
-    /// The name.
     pub name: String,
-    /// The place in the source text.
     pub span: Span,
 }
 
 /// Statements between braces, or the single statement of an `if`/`while`/`for` without braces.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Block {
-    /// The statements in order.
     pub stmts: Vec<Stmt>,
-    /// With the braces.
+    /// The source with the braces.
     pub span: Span,
 }
 
 /// A statement.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Stmt {
-    /// The statement.
     pub kind: StmtKind,
-    /// From its first to its last token.
+    /// From the first to the last token of the statement.
     pub span: Span,
 }
 
@@ -41,9 +37,10 @@ pub enum StmtKind {
     Var { name: Ident, value: Option<Expr> },
     /// `function name(params) "docstring" { body }`, only at the top level of a file
     Function { name: Ident, function: Function },
-    /// `if(condition) { ... } else if(condition) { ... } else otherwise`: a row of conditions is no nest of them
+    /// `if(condition) { ... } else if(condition) { ... } else otherwise`, with all conditions in
+    /// one list instead of nested statements
     If { branches: Vec<Branch>, otherwise: Option<Block> },
-    /// `init` and `update` are [`StmtKind::Assign`] or [`StmtKind::Call`]
+    /// A `for` loop; `init` and `update` are [`StmtKind::Assign`] or [`StmtKind::Call`]
     For { init: Box<Stmt>, condition: Expr, update: Box<Stmt>, body: Block },
     /// `while(condition) body`
     While { condition: Expr, body: Block },
@@ -58,9 +55,7 @@ pub enum StmtKind {
 /// One condition of an `if` and its block, which runs if no earlier condition is true.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Branch {
-    /// The condition.
     pub condition: Expr,
-    /// The block.
     pub then: Block,
 }
 
@@ -78,9 +73,8 @@ pub struct Function {
 /// An expression.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Expr {
-    /// The expression.
     pub kind: ExprKind,
-    /// From its first to its last token.
+    /// From the first to the last token of the expression.
     pub span: Span,
 }
 
@@ -90,19 +84,21 @@ pub struct Expr {
 pub enum ExprKind {
     /// `nil`
     Nil,
-    /// An integer literal with its sign folded in; whether it fits the profile is checked later.
+    /// An integer literal with its sign folded in. A later check compares it with the range of the
+    /// profile.
     Int(i64),
     /// A float literal with its sign folded in.
     Float(f64),
-    /// A string literal, escapes resolved. Bytes above 0x7f are kept as written (UTF-8).
+    /// A string literal with its escapes resolved. Bytes above 0x7f are kept as written (UTF-8).
     Str(String),
-    /// A variable or a function by its name.
+    /// The name of a variable or a function.
     Name(String),
     /// `object.name`; `key` is the field's name
     Field { object: Box<Expr>, key: Ident },
     /// `object[index]`
     Index { object: Box<Expr>, index: Box<Expr> },
-    /// `callee(args)`. A callee that is `Field` or `Index` is a method call: self is its object.
+    /// `callee(args)`. A `Field` or `Index` as callee makes a method call, whose self is the
+    /// object.
     Call { callee: Box<Expr>, args: Vec<Expr> },
     /// `{.x = 1, .2 = "a"}`
     Table(Vec<TableField>),
@@ -110,33 +106,32 @@ pub enum ExprKind {
     Lambda(Function),
     /// `op operand`
     Unary { op: UnaryOp, operand: Box<Expr> },
-    /// `first op right op right ...`, computed from the left: operators of one [`Power`] in a row
+    /// `first op right op right ...`, evaluated from left to right; all operators have one
+    /// [`Power`]
     Chain { first: Box<Expr>, links: Vec<Link> },
-    /// A parenthesised expression: kept, because parentheses silence the precedence warnings.
+    /// A parenthesised expression. The node is kept because parentheses silence the warnings about
+    /// precedence.
     Paren(Box<Expr>),
-    /// Stands where the parser reported an error and went on.
+    /// A placeholder for source in which the parser reported an error.
     Error,
 }
 
-/// An operation on the value of all that stands before it in a [`ExprKind::Chain`].
+/// An operation in an [`ExprKind::Chain`]. Its left operand is the value of the chain before it.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Link {
-    /// The operator.
     pub op: BinaryOp,
-    /// Its right side.
+    /// The right operand.
     pub right: Expr,
-    /// From the first operand of the chain to this one.
+    /// From the first operand of the chain to the right operand of this operation.
     pub span: Span,
 }
 
 /// `.key = value` in a table literal.
 #[derive(Debug, Clone, PartialEq)]
 pub struct TableField {
-    /// The key after the dot.
     pub key: FieldKey,
     /// The key without its dot.
     pub key_span: Span,
-    /// The stored value.
     pub value: Expr,
 }
 
@@ -205,12 +200,12 @@ pub enum BinaryOp {
     Or,
 }
 
-/// The precedence of a binary operator, the loosest first.
+/// The precedence of a binary operator, lowest first.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Power {
     /// `and or`
     Logic,
-    /// Comparisons, which do not stand in a row in a script.
+    /// Comparisons, of which a script has only one in a row.
     Comparison,
     /// `+ -`
     Sum,
@@ -218,7 +213,7 @@ pub enum Power {
     Product,
     /// `%`
     Modulo,
-    /// `^`, the only one that is computed from the right.
+    /// `^`, the only operator that is evaluated from right to left.
     Exponent,
     /// `<< >>`
     Shift,
@@ -227,7 +222,7 @@ pub enum Power {
 }
 
 impl BinaryOp {
-    /// Returns how tightly the operator binds.
+    /// Returns the precedence of the operator.
     pub fn power(self) -> Power {
         use BinaryOp::{
             Add, And, BitAnd, BitOr, Div, Eq, Greater, GreaterEq, Less, LessEq, Mod, Mul, NotEq,
@@ -245,7 +240,8 @@ impl BinaryOp {
         }
     }
 
-    /// Returns true for `and` and `or`, which skip their right side where the left side decides.
+    /// Returns true for `and` and `or`, which skip their right side if the left side decides the
+    /// result.
     pub fn is_logic(self) -> bool {
         self.power() == Power::Logic
     }
@@ -266,6 +262,6 @@ impl BinaryOp {
 /// A whole script after includes.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Script {
-    /// The statements in order, named functions among them.
+    /// The statements in order, with the named functions among them.
     pub stmts: Vec<Stmt>,
 }

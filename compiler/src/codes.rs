@@ -1,4 +1,5 @@
-//! The codes of every diagnostic. `docs/diagnostics.md` explains each; a test checks that none is missing there.
+//! The codes of all diagnostics. `docs/diagnostics.md` explains each of them, and a test checks
+//! that none is missing there.
 
 use crate::diagnostic::Severity;
 
@@ -143,7 +144,7 @@ codes! {
 }
 
 impl Code {
-    /// Returns the severity, which decides if it stops the build.
+    /// Returns the severity, which decides if the diagnostic stops the build.
     pub fn severity(self) -> Severity {
         if self.text().starts_with('W') { Severity::Warning } else { Severity::Error }
     }

@@ -1,4 +1,4 @@
-//! From a script to an image and its symbols, in one call.
+//! Compiles a script to an image and its symbols in one call.
 
 use std::path::Path;
 
@@ -22,11 +22,11 @@ use crate::symbols::{FORMAT, FunctionSymbol, LineEntry, LocalSymbol, Places, Sym
 /// The target and settings of a compilation.
 #[derive(Debug, Clone, Default)]
 pub struct Options {
-    /// The number profile; without, the robot's, and `full` where no robot is named.
+    /// The number profile. `None` selects that of the robot, or `full` if no robot is named.
     pub profile: Option<Profile>,
-    /// The robot; without, every function of every known robot may be called.
+    /// The target robot. If it is `None`, the script may call every function of every known robot.
     pub robot: Option<Robot>,
-    /// Every robot that is known.
+    /// All known robots.
     pub robots: Vec<Robot>,
 }
 
@@ -36,7 +36,8 @@ impl Options {
         self.profile.or(of_robot).unwrap_or(Profile::Full)
     }
 
-    /// The profile for which operations on constants are checked: a script for any robot may come to one with small numbers.
+    /// Returns the profile for which operations on constants are checked. A script for any robot
+    /// may run on one with small numbers, so its operations are checked for `tiny`.
     fn arithmetic(&self) -> Profile {
         match (self.profile, &self.robot) {
             (None, None) => Profile::Tiny,
@@ -58,12 +59,12 @@ pub struct Compiled {
     pub sources: SourceMap,
 }
 
-/// Compiles the script `text`; `main` is its path, from which includes are searched.
+/// Compiles the script `text`; `main` is its path, relative to which includes are searched.
 pub fn compile(main: &Path, text: String, loader: &Loader<'_>, options: &Options) -> Compiled {
     compile_parsed(parse(main, text, loader), options)
 }
 
-/// Compiles a script that was parsed.
+/// Compiles a parsed script.
 pub fn compile_parsed(parsed: Parsed, options: &Options) -> Compiled {
     let Parsed { script, sources, mut diagnostics, token_hash, strings, hidden } = parsed;
     let profile = options.effective_profile();
@@ -74,7 +75,7 @@ pub fn compile_parsed(parsed: Parsed, options: &Options) -> Compiled {
         .filter(|found| found.severity() == Severity::Error)
         .map(|found| found.span)
         .collect();
-    // A warning about source with a syntax error in it would most likely go away with the error.
+    // A warning about source with a syntax error would most likely disappear with the error.
     let is_consequence = |found: &Diagnostic| {
         found.severity() == Severity::Warning
             && syntax_errors.iter().any(|error| found.span.contains(*error))
@@ -107,7 +108,8 @@ pub fn compile_parsed(parsed: Parsed, options: &Options) -> Compiled {
     Compiled { image, symbols, diagnostics, sources }
 }
 
-/// Names a script, its profile and the version of the messages: two more bytes of the FNV-1a hash of the tokens.
+/// Returns the hash that identifies a script, its profile and the version of the messages. It
+/// continues the FNV-1a hash of the tokens with two bytes.
 pub fn script_hash(token_hash: u32, profile: Profile) -> u32 {
     fnv_1a_from(token_hash, &[u8::from(profile == Profile::Full), message::VERSION])
 }

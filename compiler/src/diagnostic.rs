@@ -1,33 +1,33 @@
-//! The messages of the compiler to the author of a script.
+//! Diagnostics: the messages of the compiler to the author of a script.
 
 use crate::codes::Code;
 use crate::source::Span;
 
-/// An error stops the build, a warning does not. A [`Code`] has exactly one severity.
+/// The severity of a diagnostic: an error stops the build, a warning does not. A [`Code`] has
+/// exactly one severity.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Severity {
-    /// The script has a meaning, but perhaps not the one that its author intends.
+    /// The script is valid, but may not do what its author intends.
     Warning,
-    /// No image is made.
+    /// The compiler produces no image.
     Error,
 }
 
 /// One message about one place.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Diagnostic {
-    /// The kind of mistake.
     pub code: Code,
     /// The headline: the mistake in one sentence without a full stop.
     pub message: String,
-    /// The place.
     pub span: Span,
-    /// Written under the marked source text; may be empty.
+    /// The text under the marked source; may be empty.
     pub label: String,
     /// Other places that explain this one ("first defined here").
     pub related: Vec<(Span, String)>,
-    /// The cure.
+    /// Advice how to correct the mistake.
     pub help: Option<String>,
-    /// Changes of the source that do it, all of them together; empty where only the author can say.
+    /// Changes of the source that correct the mistake, if applied together. Empty if only the
+    /// author can correct it.
     pub edits: Vec<Edit>,
 }
 
@@ -38,12 +38,12 @@ pub struct Edit {
     pub span: Span,
     /// The replacement.
     pub text: String,
-    /// The script can mean nothing else. `bbz check --fix` makes no other changes.
+    /// True if the script can mean nothing else. `bbz check --fix` applies only such changes.
     pub is_certain: bool,
 }
 
 impl Diagnostic {
-    /// A diagnostic with a headline and nothing else.
+    /// Creates a diagnostic with a headline and nothing else.
     pub fn new(code: Code, span: Span, message: impl Into<String>) -> Self {
         Diagnostic {
             code,
@@ -68,7 +68,7 @@ impl Diagnostic {
         self
     }
 
-    /// Adds the cure.
+    /// Adds advice how to correct the mistake.
     pub fn help(mut self, help: impl Into<String>) -> Self {
         self.help = Some(help.into());
         self
@@ -86,7 +86,7 @@ impl Diagnostic {
         self
     }
 
-    /// Error or warning.
+    /// Returns the severity of the code.
     pub fn severity(&self) -> Severity {
         self.code.severity()
     }

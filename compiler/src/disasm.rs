@@ -1,6 +1,7 @@
-//! Images as readable text.
+//! The disassembler: prints images as readable text.
 //!
-//! Any bytes can be given: what cannot be understood is said to be so, and nothing is trusted.
+//! The input may be any bytes. Bytes that cannot be decoded are reported as such, and no length or
+//! offset is trusted.
 
 use std::fmt::Write as _;
 
@@ -16,7 +17,8 @@ use bittybuzz_vm_core::opcode::{self, DROP_RESULT, Decoded, Operand, Trailer};
 use crate::codegen::ENTRIES;
 use crate::symbols::{Place, Symbols};
 
-/// The image as text. With its symbols the text names functions, globals and source lines.
+/// Returns the image as text. With symbols, the text contains the names of functions and globals,
+/// and source lines.
 pub fn disassemble(image: &[u8], symbols: Option<&Symbols>) -> String {
     let mut text = String::new();
     // Writing to a string does not fail.
@@ -46,7 +48,8 @@ impl View<'_> {
             let next = number.checked_add(1).filter(|next| *next < self.header.functions());
             let end = next.map_or(self.image.len(), start_of).min(self.image.len());
             writeln!(out)?;
-            // Else bytes could be listed any number of times.
+            // Without this check, overlapping functions could list the same bytes any number of
+            // times.
             if start > end {
                 return writeln!(out, "function {number} starts behind its end");
             }
@@ -115,11 +118,11 @@ impl View<'_> {
         Ok(())
     }
 
-    /// Names under which not every class of value is sent.
+    /// Prints the names under which the script does not send every class of value.
     fn write_classes(&self, out: &mut String) -> std::fmt::Result {
         let Some(at) = self.header.classes_at() else { return Ok(()) };
         let strings = self.header.strings();
-        // The row of a string that has this number.
+        // The table holds the rows in reverse order of the string numbers.
         let at = |row: u16| usize::from(at) + usize::from(strings - row);
         for row in 0..=strings {
             let classes = self.byte(at(row));
@@ -202,7 +205,7 @@ impl View<'_> {
         Ok(())
     }
 
-    /// Returns the name that the operand stands for.
+    /// Returns the name of the item that the operand selects.
     fn meaning(&self, info: &opcode::Info, instruction: &Decoded, trailer: usize) -> String {
         let number = instruction.operand;
         let index = u16::try_from(number).ok();
@@ -308,7 +311,7 @@ impl View<'_> {
             .map_or_else(|| format!("string {number}"), |t| format!("{t:?}"))
     }
 
-    /// The text of a string, where the image has it.
+    /// Returns the text of a string if the image holds it.
     fn image_text(&self, number: u16) -> Option<String> {
         if !self.header.has_text() {
             return None;

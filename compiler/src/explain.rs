@@ -1,9 +1,10 @@
-//! The meaning of each code, for `bbz explain` and editors: the sections of docs/diagnostics.md and docs/run-time-errors.md.
+//! The explanation of each code, for `bbz explain` and editors: the sections of docs/diagnostics.md
+//! and docs/run-time-errors.md.
 
 const DIAGNOSTICS: &str = include_str!("../../docs/diagnostics.md");
 const RUN_TIME_ERRORS: &str = include_str!("../../docs/run-time-errors.md");
 
-/// The beginning of the heading of a section, which goes on with a code.
+/// The beginning of a section's heading; a code follows.
 const HEADING: &str = "\n## ";
 
 /// Returns the section about a code, such as `E0101` or `R0005`, in Markdown with its heading.

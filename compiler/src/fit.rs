@@ -1,5 +1,5 @@
-//! Checks that a robot can run an image, before the image is on the robot, from the robot's file
-//! and the image.
+//! Checks that a robot can run an image before the image is sent to it. The check needs only the
+//! robot's file and the image.
 
 mod code;
 mod stack;
@@ -17,10 +17,10 @@ use bittybuzz_vm_core::{Image, ImageError, Part, Parts, Sizes, Vm, features};
 use code::Instruction;
 pub use stack::CallPath;
 
-/// Bytes of a row of the library table.
+/// Bytes per row of the library table.
 const ROW: usize = 4;
 
-/// The most slots that a machine can have.
+/// The maximum number of slots of a machine.
 const MOST_SLOTS: usize = 65_520;
 
 type Machine<'a, P> = Box<Vm<P, &'a [u8], MOST_SLOTS>>;
@@ -28,48 +28,46 @@ type Machine<'a, P> = Box<Vm<P, &'a [u8], MOST_SLOTS>>;
 /// A reason why a robot cannot run an image.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub enum CapacityError {
-    /// The robot's machine is built without a part that the script needs.
+    /// The robot's virtual machine is built without a feature that the script needs.
     Feature {
-        /// The part, as scripts call it.
+        /// The name of the feature in scripts.
         name: &'static str,
-        /// The first instruction that needs it, if it is one.
+        /// The first instruction that needs the feature, if there is such an instruction.
         at: Option<usize>,
     },
-    /// The firmware's machine is built without a part that the script uses.
+    /// The firmware's virtual machine is built without a part that the script uses.
     Part {
-        /// The part.
         part: Part,
-        /// The first instruction that uses it, if it is one.
+        /// The first instruction that uses the part, if there is such an instruction.
         at: Option<usize>,
     },
-    /// The image is longer than the flash that is set aside for it.
+    /// The image is larger than the flash that is reserved for it.
     Flash {
-        /// Bytes of the image.
+        /// Size of the image in bytes.
         bytes: usize,
-        /// The most that the robot has room for.
+        /// Size of the reserved flash in bytes.
         most: usize,
     },
     /// There are more globals than the robot's memory holds.
     Globals {
-        /// The number of globals.
         globals: usize,
-        /// The most that there can be.
+        /// The maximum number of globals.
         most: usize,
-        /// Slots of the robot.
+        /// The number of slots of the robot.
         slots: usize,
     },
     /// Globals and stack together need more than the robot's memory.
     Stack {
-        /// The calls that make the stack this deep.
+        /// The chain of calls that needs the most stack.
         way: CallPath,
-        /// Slots for globals.
+        /// The number of slots for globals.
         globals: usize,
-        /// Slots of the robot.
+        /// The number of slots of the robot.
         slots: usize,
     },
 }
 
-/// Returns the reasons why a robot cannot run the image. The image is one that the verifier
+/// Returns the reasons why a robot cannot run the image. The image must be one that the verifier
 /// accepts; for others the list may be incomplete.
 pub fn capacity_errors(image: &[u8], robot: &Robot) -> Vec<CapacityError> {
     let Ok(header) = Image::new(image).header() else { return Vec::new() };
@@ -101,14 +99,15 @@ pub fn capacity_errors(image: &[u8], robot: &Robot) -> Vec<CapacityError> {
     found
 }
 
-/// The parts of the machine that a script uses.
+/// Returns the parts of the machine that a script uses.
 pub fn parts(image: &[u8]) -> Parts {
     let Ok(header) = Image::new(image).header() else { return Parts::NONE };
     let parts: Vec<Part> = uses(image, &header).into_iter().map(|(part, _)| part).collect();
     Parts::of(&parts)
 }
 
-/// The parts of the machine that a script uses, each with the first instruction that does, if it is one.
+/// Returns the parts of the machine that a script uses, each with the first instruction that uses
+/// it, if there is such an instruction.
 fn uses(image: &[u8], header: &Header) -> Vec<(Part, Option<usize>)> {
     let mut found: Vec<(Part, Option<usize>)> = Vec::new();
     let mut note = |parts: Parts, at: Option<usize>| {
@@ -131,7 +130,8 @@ fn uses(image: &[u8], header: &Header) -> Vec<(Part, Option<usize>)> {
             note(parts, Some(instruction.at));
         }
     }
-    // The machine finds these by name: the place is the first instruction that may use one.
+    // The machine finds these members by name, so the first instruction that may use one is that
+    // with the same string as its operand.
     for row in 0..usize::from(header.library_rows()) {
         let at = usize::from(header.libraries_at()) + ROW * row;
         let Some([_, low, high, number]) = image.get(at..at + ROW) else { break };
@@ -153,7 +153,7 @@ fn uses(image: &[u8], header: &Header) -> Vec<(Part, Option<usize>)> {
     found
 }
 
-/// The parts of the machine that the script needs and the robot lacks.
+/// Returns the features that the script needs and the robot lacks.
 fn lacking(image: &[u8], header: &Header, robot: &Robot) -> Vec<CapacityError> {
     let instructions: Vec<Instruction> = (0..header.functions())
         .flat_map(|number| code::instructions(image, header, number))
@@ -185,7 +185,7 @@ fn needs(instruction: &Instruction, feature: Feature) -> bool {
 }
 
 impl CapacityError {
-    /// Returns the sentence of the mistake.
+    /// Returns the message for the diagnostic.
     pub fn message(&self, robot: &Robot, function: &dyn Fn(u16) -> String) -> String {
         let title = &robot.title;
         match self {
@@ -208,7 +208,7 @@ impl CapacityError {
         }
     }
 
-    /// Returns the cure.
+    /// Returns advice how to make the script fit.
     pub fn help(&self) -> String {
         match self {
             CapacityError::Feature { name, .. } => {
@@ -232,7 +232,7 @@ impl CapacityError {
     }
 }
 
-/// A way as people read it: `step() -> turn() -> measure()`.
+/// Prints a chain of calls: `step() -> turn() -> measure()`.
 struct Named<'a> {
     way: &'a CallPath,
     function: &'a dyn Fn(u16) -> String,
@@ -240,7 +240,7 @@ struct Named<'a> {
 
 impl fmt::Display for Named<'_> {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        /// More are not read.
+        /// The maximum number of functions that are printed.
         const MOST: usize = 6;
         let name = |number: &u16| format!("`{}`", (self.function)(*number));
         let names: Vec<String> = match self.way.functions.as_slice() {
@@ -255,7 +255,8 @@ impl fmt::Display for Named<'_> {
     }
 }
 
-/// Loads an image as the robot would: says why its virtual machine refuses it.
+/// Loads an image in the way that the robot would. Returns the error of its virtual machine if the
+/// image is refused.
 pub fn verify(image: &[u8], profile: Profile, robot: &Robot) -> Result<(), ImageError> {
     match profile {
         Profile::Tiny => load::<Tiny>(image, robot).map(drop),
@@ -263,8 +264,8 @@ pub fn verify(image: &[u8], profile: Profile, robot: &Robot) -> Result<(), Image
     }
 }
 
-/// Returns the image followed by its seal, which spares that robot the verifier: see [`seal`]. The
-/// error is the reason why a robot would refuse the image.
+/// Returns the image followed by its seal, with which that robot skips the verifier: see [`seal`].
+/// Fails with the reason why a robot would refuse the image.
 pub fn sealed(image: &[u8], robot: &Robot) -> Result<Vec<u8>, ImageError> {
     match robot.profile {
         Profile::Tiny => sealed_for::<Tiny>(image, robot),
@@ -295,9 +296,10 @@ fn load<'a, P: number::Profile>(
     image: &'a [u8],
     robot: &Robot,
 ) -> Result<Machine<'a, P>, ImageError> {
-    // Too large for the stack of a thread.
+    // The machine is too large for the stack of a thread.
     let mut vm: Machine<'a, P> = Box::new(Vm::new());
-    // [`lacking`] reports missing parts of the robot.
+    // The sizes only need to allow loading, because [`lacking`] reports parts that the robot does
+    // not have.
     vm.set_network_capacity(Sizes { neighbors: 1, bearings: false, entries: 1, swarms: 1 });
     let has_function = |hash| robot.functions.iter().any(|function| function.hash() == hash);
     vm.load_limited(Image::new(image), robot.vm.slots as usize, has_function)?;

@@ -1,4 +1,4 @@
-//! Writes images, as `docs/image-format.md` lays them out.
+//! Writes images in the format of `docs/image-format.md`.
 
 use std::fmt;
 
@@ -12,44 +12,42 @@ use crate::strings::StringTable;
 
 pub use bittybuzz_vm_core::image::EntryPoint;
 
-/// The most bytes of an image.
+/// The maximum size of an image in bytes.
 pub const MAX_BYTES: usize = 0xff00;
 
-/// A row of the library table: the built-in under a name of a library.
+/// A row of the library table, which maps a member of a library to a built-in.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 pub struct LibraryRow {
-    /// Number of the library.
     pub library: u8,
-    /// Number of the name.
+    /// The string number of the member's name.
     pub string: u16,
-    /// Number of the built-in.
     pub builtin: u8,
 }
 
-/// Everything that an image holds.
+/// The contents of an image.
 #[derive(Debug, Clone, Default)]
 pub struct Parts {
-    /// The number profile is `full`.
+    /// True if the number profile is `full`.
     pub full: bool,
     /// Feature bits.
     pub features: u8,
-    /// Names the source.
+    /// The hash that identifies the source, the profile and the version of the messages.
     pub script_hash: u32,
-    /// `init`, `step`, `reset`, `destroy`, as [`EntryPoint::to_count`] codes them.
+    /// The entry points `init`, `step`, `reset` and `destroy`, encoded by [`EntryPoint::to_count`].
     pub entries: [u16; 4],
     /// Number of globals.
     pub globals: usize,
     /// Name hashes of imported robot functions.
     pub imports: Vec<u16>,
-    /// The strings.
     pub strings: StringTable,
-    /// Write the order table.
+    /// True if the image has an order table.
     pub order: bool,
-    /// Write the text of the strings.
+    /// True if the image holds the text of the strings.
     pub text: bool,
     /// Rows of the library table, in any order.
     pub libraries: Vec<LibraryRow>,
-    /// The class table: a byte for all names that are no strings of the script and one for each of these, or nothing.
+    /// The class table: a byte for all names that are not strings of the script, then one for each
+    /// of its strings. Empty if the image has no class table.
     pub classes: Vec<u8>,
     /// The functions; number 0 is the global code.
     pub functions: Vec<FunctionCode>,
@@ -58,32 +56,31 @@ pub struct Parts {
 /// An image and its layout.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Image {
-    /// The bytes.
     pub bytes: Vec<u8>,
-    /// The start of the code in them. All positions below are counted from there, as in faults.
+    /// Offset of the code in `bytes`. All positions below count from there, as in faults.
     pub code_at: usize,
-    /// The places of the functions' headers.
+    /// The positions of the functions' headers.
     pub functions: Vec<usize>,
-    /// The sources of the instructions: offset of the first of a run with one span; ascending.
+    /// The sources of the instructions, ascending. The position is that of the first of consecutive
+    /// instructions with the same span.
     pub lines: Vec<(usize, Span)>,
 }
 
 impl Image {
-    /// Returns the source of the instruction at that offset.
+    /// Returns the source of the instruction at that position.
     pub fn source(&self, at: usize) -> Span {
         let line = self.lines.iter().rev().find(|(start, _)| *start <= at);
         line.map_or(Span::default(), |(_, span)| *span)
     }
 }
 
-/// A reason why there is no image of a script.
+/// A reason why a script has no image.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum ImageError {
     /// A count in the header would exceed 32767.
     Count {
-        /// The things of which there are too many.
+        /// The name of the things that are too many.
         what: &'static str,
-        /// Their number.
         count: usize,
     },
     /// A string of more than 32767 bytes.
@@ -111,7 +108,7 @@ impl fmt::Display for ImageError {
 impl std::error::Error for ImageError {}
 
 impl Parts {
-    /// The image.
+    /// Writes the image.
     pub fn write(&self) -> Result<Image, ImageError> {
         let mut form = VERSION;
         form |= if self.full { FORM_FULL } else { 0 };
@@ -148,7 +145,8 @@ impl Parts {
         bytes.extend(&self.classes);
         let mut offset = 0;
         for function in &self.functions {
-            // Too large an offset is caught below, because it makes too large an image.
+            // An offset above 65535 makes the image longer than `MAX_BYTES`, which is checked
+            // below.
             bytes.extend((offset as u16).to_le_bytes());
             offset += function.bytes.len();
         }

@@ -1,4 +1,4 @@
-//! Reading scripts: the main file, and the files that it includes in the place of each `include`.
+//! Reads scripts: the main file, and the files that replace each `include`.
 
 mod files;
 mod search;
@@ -16,17 +16,16 @@ use crate::source::{FileId, SourceMap, Span};
 use crate::token::{Separation, Token, TokenKind};
 use search::Found;
 
-/// The largest script that is read, in bytes: far more than any robot holds, little for a host.
+/// The maximum size of a script in bytes: far more than any robot can store, but little for a host.
 pub const MAX_SOURCE_BYTES: usize = 1 << 20;
 
-/// The folder that messages show for files of the shipped library: `<library>/vec2.bzz`.
+/// The folder in messages about files of the shipped library: `<library>/vec2.bzz`.
 const LIBRARY_FOLDER: &str = "<library>";
 
-/// The places where included files are searched, in this order: the folder of the including file,
-/// the working folder, then
-/// the lists below.
+/// The configuration of the search for included files. The search order is the folder of the
+/// including file, the working folder, then the lists below.
 pub struct Loader<'a> {
-    /// The source of the files.
+    /// The file system, or a replacement for it.
     pub files: &'a dyn Files,
     /// The folder the compiler was started in; relative paths of the main script start here.
     pub working_folder: PathBuf,
@@ -39,7 +38,7 @@ pub struct Loader<'a> {
 }
 
 impl<'a> Loader<'a> {
-    /// A loader that searches the folder of the including file and the working folder only.
+    /// Creates a loader that searches only the folder of the including file and the working folder.
     pub fn new(files: &'a dyn Files) -> Self {
         Loader {
             files,
@@ -85,7 +84,7 @@ pub(crate) fn load_text(main: &Path, text: String, loader: &Loader) -> Loaded {
     Loaded { tokens, sources: loading.sources, diagnostics: loading.diagnostics }
 }
 
-/// A script that cannot be read is an empty script with an error.
+/// Returns an empty script with an error, for a script that cannot be read.
 fn rejected(main: &Path, text: String, problem: &Problem) -> Loaded {
     let mut sources = SourceMap::default();
     let file = sources.add(main, text);
@@ -134,7 +133,7 @@ impl Problem {
     }
 }
 
-/// Text from bytes; on failure also the text up to the problem.
+/// Decodes UTF-8. On failure, returns the problem and the text before it.
 fn decode(bytes: Vec<u8>) -> Result<String, (Problem, String)> {
     if bytes.len() > MAX_SOURCE_BYTES {
         return Err((Problem::TooLarge, String::new()));
@@ -151,7 +150,7 @@ struct Loading<'a> {
     loader: &'a Loader<'a>,
     sources: SourceMap,
     diagnostics: Vec<Diagnostic>,
-    /// The files that were read, by their canonical path.
+    /// Canonical paths of the files that were read.
     seen: HashSet<PathBuf>,
 }
 
@@ -160,10 +159,11 @@ impl Loading<'_> {
         lex(file, &self.sources.file(file).text, &mut self.diagnostics).into_iter()
     }
 
-    /// The tokens of `file`, those of included files in the place of each include.
+    /// Returns the tokens of `file`, in which the tokens of an included file replace its include.
     fn expand(&mut self, file: FileId) -> Vec<Token> {
         let mut tokens = Vec::new();
-        // A stack of its own: a long chain of includes must not overflow the machine's.
+        // The stack is explicit, because a long chain of includes must not overflow the thread's
+        // stack.
         let mut open = vec![self.lex(file)];
         while let Some(current) = open.last_mut() {
             let Some(token) = current.next() else {

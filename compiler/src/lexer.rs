@@ -1,6 +1,7 @@
-//! From the text of one file to its tokens.
+//! The lexer: turns the text of one file into tokens.
 //!
-//! The lexer never stops at an error: it reports, puts the most likely token in place, and goes on.
+//! The lexer never stops at an error: it reports the error, inserts the most likely token, and
+//! continues.
 
 mod literal;
 mod operator;
@@ -10,14 +11,16 @@ use crate::diagnostic::Diagnostic;
 use crate::source::{FileId, Span};
 use crate::token::{Fixed, Separation, Token, TokenKind};
 
-/// The tokens of a file, the last one [`TokenKind::FileEnd`]; errors are added to `diagnostics`. The text is at most
-/// [`MAX_SOURCE_BYTES`](crate::include::MAX_SOURCE_BYTES) long.
+/// Returns the tokens of a file, the last one being [`TokenKind::FileEnd`]. Errors are added to
+/// `diagnostics`. The text must have at most [`MAX_SOURCE_BYTES`](crate::include::MAX_SOURCE_BYTES)
+/// bytes.
 pub fn lex(file: FileId, text: &str, diagnostics: &mut Vec<Diagnostic>) -> Vec<Token> {
     let mut lexer = Lexer::new(file, text, None);
     lexer.run();
     if let Some(opening) = lexer.forgotten_quote() {
-        // The quote that is missing is most likely that of an earlier string, which then swallowed lines of code.
-        // Ending that string at its line reports it where the mistake is, and spares errors about the rest.
+        // The missing quote is most likely that of an earlier string, which then swallowed lines of
+        // code. Ending that string at its line reports the mistake at its place, and avoids errors
+        // about the rest of the file.
         lexer = Lexer::new(file, text, Some(opening));
         lexer.run();
     }
@@ -29,21 +32,21 @@ struct Lexer<'a> {
     file: FileId,
     text: &'a str,
     position: usize,
-    /// The start of the token that is being read.
+    /// Offset of the token that is being read.
     start: usize,
     separation: Separation,
-    /// The brackets that are open here.
+    /// The open brackets, innermost last.
     brackets: Vec<Fixed>,
     tokens: Vec<Token>,
     diagnostics: Vec<Diagnostic>,
     /// Offset of the opening quote of a string that must end at its line.
     one_line_string: Option<usize>,
-    /// The opening quotes of strings that hold newlines, and that of a string that does not end.
+    /// Offsets of the opening quotes of strings that contain newlines.
     multi_line_strings: Vec<usize>,
     endless_string: Option<usize>,
-    /// A `/*` without `*/` was met.
+    /// True once a `/*` without `*/` was found.
     endless_comment: bool,
-    /// A line that ends with a carriage return alone was reported.
+    /// True once a line that ends with a lone carriage return was reported.
     told_of_line_ends: bool,
 }
 
@@ -80,7 +83,8 @@ impl<'a> Lexer<'a> {
                 _ => self.operator(next),
             }
         }
-        // The place after the last text: an empty line has nothing to show.
+        // `FileEnd` is placed after the last text, because an empty line would show nothing in a
+        // message.
         self.position = self.text.trim_end().len();
         self.start = self.position;
         self.push(TokenKind::FileEnd);
@@ -121,7 +125,7 @@ impl<'a> Lexer<'a> {
         Span { file: self.file, start: start as u32, end: self.position as u32 }
     }
 
-    /// The text from the start of this token to here.
+    /// Returns the text from the start of this token to the current position.
     fn read(&self) -> &'a str {
         self.text.get(self.start..self.position).unwrap_or_default()
     }
@@ -144,13 +148,13 @@ impl<'a> Lexer<'a> {
         self.push(TokenKind::Fixed(fixed));
     }
 
-    /// Reports the text from the start of this token to here.
+    /// Reports the text from the start of this token to the current position.
     fn report(&mut self, code: Code, message: impl Into<String>, help: &str) {
         self.diagnostics
             .push(Diagnostic::new(code, self.span_from(self.start), message).help(help));
     }
 
-    /// Adds to the last message that `text` belongs in its place.
+    /// Adds an edit to the last diagnostic, which replaces its source with `text`.
     fn mend(&mut self, text: &str) {
         if let Some(last) = self.diagnostics.pop() {
             let span = last.span;
@@ -158,7 +162,7 @@ impl<'a> Lexer<'a> {
         }
     }
 
-    /// Skips blanks, separators and comments, and notes which separators there were.
+    /// Skips blanks, separators and comments, and records the kind of separator.
     fn skip_blanks(&mut self) {
         while let Some(next) = self.peek() {
             match next {
@@ -177,7 +181,8 @@ impl<'a> Lexer<'a> {
         }
     }
 
-    /// At a carriage return without a line feed. As a blank it would make the rest of the file part of a comment.
+    /// Handles a carriage return without a line feed as a newline. If it counted as a blank, a
+    /// comment would swallow the rest of the file.
     fn old_line_end(&mut self) {
         self.separation = self.separation.max(Separation::Newline);
         if !std::mem::replace(&mut self.told_of_line_ends, true) {
@@ -213,7 +218,7 @@ impl<'a> Lexer<'a> {
         }
     }
 
-    /// After the word `include`: reads the string that follows, if there is one.
+    /// Reads the string after the word `include`. Returns false if no string follows.
     fn include(&mut self) -> bool {
         let (start, separation) = (self.start, self.separation);
         self.skip_blanks();
@@ -243,12 +248,12 @@ fn is_name_start(c: char) -> bool {
     c == '_' || c.is_alphabetic()
 }
 
-/// Letters outside ASCII are taken into the name as well, so that the whole word can be reported.
+/// Returns true for letters outside ASCII, too, so that the whole word can be reported.
 fn is_name_part(c: char) -> bool {
     c == '_' || c.is_alphanumeric()
 }
 
-/// Returns true if `kind` ends an expression, so that a `.` after it takes a field out of it.
+/// Returns true if `kind` ends an expression, so that a `.` after it selects a field.
 fn ends_value(kind: &TokenKind) -> bool {
     match kind {
         TokenKind::Name(_) | TokenKind::Int(_) | TokenKind::Float(_) | TokenKind::Str(_) => true,

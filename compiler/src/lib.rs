@@ -1,8 +1,8 @@
-//! The Buzz compiler: from the text of a script to diagnostics, an image and its symbols.
+//! The Buzz compiler: turns the text of a script into diagnostics, an image and its symbols.
 //!
-//! [`parser::parse`] reads a script with everything that it includes and gives the syntax tree. All errors that
-//! can be found are found in one run, each with a [`codes::Code`], a place and help; [`render`] writes them for
-//! people and for programs, [`mod@explain`] explains a code.
+//! [`parser::parse`] reads a script with everything that it includes and returns the syntax tree.
+//! One run finds all errors that can be found. Each error has a [`codes::Code`], a place and help.
+//! [`render`] prints errors as text or JSON, [`mod@explain`] explains a code.
 
 pub mod allow;
 pub mod ast;

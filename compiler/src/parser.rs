@@ -1,9 +1,8 @@
-//! From tokens to the syntax tree, by recursive descent.
+//! The parser: turns tokens into the syntax tree, by recursive descent.
 //!
-//! Errors: a function that reported one returns `Err(Reported)`. Brackets catch it and continue
-//! after their closing bracket; the statement list catches the others, and continues at the next
-//! statement. So one mistake
-//! gives one message, and many mistakes are found in one run.
+//! A function that reported an error returns `Err(Reported)`. Brackets catch it and continue after
+//! their closing bracket. The statement list catches all other errors and continues at the next
+//! statement. Therefore one mistake gives one message, and one run finds many mistakes.
 
 mod brackets;
 mod expression;
@@ -29,37 +28,37 @@ use crate::token::{Fixed, Token, TokenKind, hash_tokens};
 use brackets::Brackets;
 pub use hidden::Hidden;
 
-/// The deepest nesting of expressions, blocks and includes, and the greatest height of the syntax
-/// tree: recursive walks of the tree rely on it. It is far beyond scripts that people write, and
-/// far below the depth that overflows a thread's stack.
+/// The maximum depth of nested expressions, blocks and includes, and the maximum height of the
+/// syntax tree, on which recursive walks of the tree rely. People do not write scripts that deep,
+/// and the depth that overflows a thread's stack is far greater.
 pub const MAX_NESTING: u32 = 200;
 
-/// The front end's result for a script.
+/// The result of the front end for a script.
 #[derive(Debug, Clone, Default)]
 pub struct Parsed {
     /// The syntax tree, as far as it could be built.
     pub script: Script,
     /// The script and everything that it includes.
     pub sources: SourceMap,
-    /// The diagnostics, in the order of the sources.
+    /// The diagnostics, sorted by file and position.
     pub diagnostics: Vec<Diagnostic>,
     /// Hash of the tokens after includes, see [`hash_tokens`].
     pub token_hash: u32,
-    /// Every string literal and every name of a field: the strings of the script, ordered by text.
+    /// All string literals and names of fields: the strings of the script, sorted by text.
     pub strings: BTreeSet<String>,
-    /// The names that syntax errors hide.
+    /// Names that may be defined or used in source with syntax errors.
     pub hidden: Hidden,
 }
 
 impl Parsed {
-    /// True if there is an error among the diagnostics, not only warnings.
+    /// Returns true if there is an error among the diagnostics, not only warnings.
     pub fn has_errors(&self) -> bool {
         use crate::diagnostic::Severity;
         self.diagnostics.iter().any(|d| d.severity() == Severity::Error)
     }
 }
 
-/// Parses the script `text`; `main` is its path, from which includes are searched.
+/// Parses the script `text`; `main` is its path, relative to which includes are searched.
 pub fn parse(main: &Path, text: String, loader: &Loader) -> Parsed {
     parse_loaded(load_text(main, text, loader))
 }
@@ -75,7 +74,7 @@ fn parse_loaded(loaded: Loaded) -> Parsed {
     let mut parser = Parser::new(&tokens, &sources);
     let script = Script { stmts: parser.statements(false) };
     let (strings, lost, gave_up) = (parser.strings, parser.lost, parser.gave_up);
-    // A string that never ends has swallowed the rest of its line, brackets included.
+    // An unterminated string has swallowed the rest of its line, including brackets.
     parser.diagnostics.retain(|found| {
         let swallowed = |string: &Diagnostic| {
             let range = string.span.start as usize..found.span.start as usize;
@@ -98,26 +97,28 @@ struct Reported;
 type Parse<T> = Result<T, Reported>;
 
 struct Parser<'a> {
-    /// Never empty; the last one is [`TokenKind::FileEnd`] and is never consumed.
+    /// The tokens to parse. There is at least one; the last one is [`TokenKind::FileEnd`] and is
+    /// never consumed.
     tokens: &'a [Token],
     sources: &'a SourceMap,
     brackets: Brackets,
     position: usize,
     diagnostics: Vec<Diagnostic>,
-    /// The token of the last error: a second error at one token is a consequence of the first.
+    /// Position of the token at the last error. A second error at one token is a consequence of the
+    /// first.
     last_error: Option<usize>,
-    /// Set by an error after which nothing else can be said.
+    /// Set by an error after which no other message would help.
     gave_up: bool,
-    /// The number of levels that are open here.
+    /// The number of open levels.
     depth: u32,
     /// The height of the tree built so far inside the innermost level.
     height: u32,
-    /// The brackets that are open here, as token positions; those of statement blocks too.
+    /// Token positions of the open brackets, including those of statement blocks.
     open: Vec<usize>,
-    /// The number of statement blocks that are open here.
+    /// The number of open statement blocks.
     blocks: u32,
     strings: BTreeSet<String>,
-    /// Tokens that were not understood.
+    /// Ranges of tokens that could not be parsed.
     lost: Vec<Range<usize>>,
 }
 
@@ -144,7 +145,7 @@ impl<'a> Parser<'a> {
         self.token_at(self.position)
     }
 
-    /// Returns the token at `position`; the final one for every position after it.
+    /// Returns the token at `position`, or the final one for every position after it.
     fn token_at(&self, position: usize) -> &'a Token {
         static END: Token = Token {
             kind: TokenKind::FileEnd,
@@ -158,7 +159,7 @@ impl<'a> Parser<'a> {
         &self.token().kind
     }
 
-    /// The keyword, operator or bracket here, if it is one.
+    /// Returns the keyword, operator or bracket at the current position, if there is one.
     fn fixed(&self) -> Option<Fixed> {
         self.fixed_at(self.position)
     }
@@ -185,7 +186,7 @@ impl<'a> Parser<'a> {
         *self.kind() == TokenKind::FileEnd
     }
 
-    /// Returns the token here and moves past it.
+    /// Returns the current token and moves past it.
     fn advance(&mut self) -> &'a Token {
         let token = self.token();
         if self.position + 1 < self.tokens.len() {
@@ -206,17 +207,18 @@ impl<'a> Parser<'a> {
         self.token().span
     }
 
-    /// The token before this one, or this one where there is none.
+    /// Returns the token before the current one, or the current one if it is the first.
     fn previous(&self) -> &'a Token {
         self.token_at(self.position.saturating_sub(1))
     }
 
-    /// From `start` to the last token that was consumed.
+    /// Returns the span from `start` to the last token that was consumed.
     fn span_since(&self, start: Span) -> Span {
         start.to(self.previous().span)
     }
 
-    /// True inside the parentheses, brackets or braces of an expression, where no statement can begin.
+    /// Returns true inside the parentheses, brackets or braces of an expression, where no statement
+    /// can begin.
     fn is_enclosed(&self) -> bool {
         self.open.last().is_some_and(|open| !self.brackets.is_block(*open))
     }
@@ -234,8 +236,8 @@ impl<'a> Parser<'a> {
         result
     }
 
-    /// Accounts for a node on top of one of that height: `a + b + c` needs no recursion to parse, but makes a tree
-    /// that grows with every operator.
+    /// Accounts for a node on top of a tree of that height. `a + b + c` needs no recursion to
+    /// parse, but makes a tree that grows with every operator.
     fn grow(&mut self, height: u32) -> Parse<()> {
         self.height = self.height.max(height + 1);
         if self.height + self.depth > MAX_NESTING { Err(self.too_deep()) } else { Ok(()) }
@@ -246,7 +248,7 @@ impl<'a> Parser<'a> {
         let diagnostic = Diagnostic::new(Code::NestingTooDeep, self.span(), message)
             .help("give a part of it a name: store it in a variable, or make a function of it");
         let reported = self.report(diagnostic);
-        // The rest is most likely not written by a person; its errors would not help.
+        // Such a script is most likely generated, so errors about the rest would not help.
         self.gave_up = true;
         self.position = self.tokens.len().saturating_sub(1);
         reported

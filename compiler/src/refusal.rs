@@ -1,10 +1,10 @@
-//! The reasons why the virtual machine refuses an image, in sentences.
+//! Sentences for the reasons why the virtual machine refuses an image.
 
 use bittybuzz_vm_core::ImageError;
 use bittybuzz_vm_core::builtin::Feature;
 use bittybuzz_vm_core::image::VERSION;
 
-/// Returns the sentence about the mistake that follows the name of the image.
+/// Returns the reason as the rest of a sentence that begins with the name of the image.
 pub fn sentence(cause: &ImageError) -> String {
     match cause {
         ImageError::NotAnImage => "is not an image".to_owned(),
@@ -50,12 +50,12 @@ pub fn sentence(cause: &ImageError) -> String {
             damaged(&format!("the function that ends at byte {at} runs over its end"))
         }
         ImageError::Seal => "is not sealed for this robot, or was changed since".to_owned(),
-        // The list of causes may grow.
+        // `ImageError` may get more variants.
         other => damaged(&format!("{other:?}")),
     }
 }
 
-/// Returns the cure.
+/// Returns advice how to make the image loadable.
 pub fn help(cause: &ImageError) -> Option<String> {
     let help = match cause {
         ImageError::Version(version) if *version > u16::from(VERSION) => {
@@ -76,7 +76,7 @@ fn damaged(how: &str) -> String {
     format!("is damaged: {how}")
 }
 
-/// The names of features, by their bits.
+/// Returns the names of the features whose bits are set.
 fn features(bits: u16) -> String {
     let named = [
         (Feature::Maths, "the functions of `math`"),

@@ -1,4 +1,4 @@
-//! Diagnostics as text for people, and as JSON for programs.
+//! Prints diagnostics as text for people and as JSON for programs.
 
 use std::ops::Range;
 
@@ -10,27 +10,29 @@ use serde_json::{Value, json};
 use crate::diagnostic::{Diagnostic, Severity};
 use crate::source::{FileId, LineColumn, SourceMap, Span};
 
-/// The longest source line of which anything is shown, in bytes: finding the part around a mark takes time that grows
-/// with the line. Of longer ones only the place is named.
+/// The length in bytes of the longest source line that is shown, because finding the part around a
+/// mark takes time that grows with the line. For longer lines, only the place is printed.
 pub const LONGEST_LINE: usize = 1 << 16;
 
-/// A line of more bytes is wide: only the part around a mark is shown, and every mark in it on its own, because all
-/// that lies between two marks would be shown, too.
+/// The maximum length in bytes of a normal line. Of a longer, wide line only the part around a mark
+/// is shown. Each mark in a wide line is shown on its own, because one piece would include all text
+/// between two marks.
 pub const WIDE_LINE: usize = 400;
 
-/// The most bytes of a wide line that are marked.
+/// The maximum number of bytes of a wide line that are marked.
 pub const MOST_MARKED_BYTES: usize = 60;
 
-/// The most source lines that one mark covers; a longer span is marked in its first line only.
+/// The maximum number of source lines that one mark covers. Of a longer span only the first line is
+/// marked.
 const MOST_MARKED_LINES: usize = 6;
 
-/// Places at most this number of lines apart are shown in one piece of source text.
+/// Maximum distance in lines between two places that are shown in one piece of source text.
 const NEAR: usize = 10;
 
-/// Writes the diagnostics of one compilation.
+/// Renders the diagnostics of one compilation.
 ///
-/// The lines of every file are counted once, and a diagnostic touches only the lines around it: so the time taken
-/// grows with the sizes of files and diagnostics, not with their product.
+/// The lines of every file are counted once, and a diagnostic touches only the lines around it. The
+/// time therefore grows with the sum of the sizes of files and diagnostics, not with their product.
 pub struct Renderer<'a> {
     sources: &'a SourceMap,
     layouts: Vec<Layout>,
@@ -38,9 +40,10 @@ pub struct Renderer<'a> {
 
 /// The layout of a file, computed once.
 struct Layout {
-    /// The offsets at which its lines begin.
+    /// The offsets of its lines.
     line_starts: Vec<usize>,
-    /// Then a column is a difference of offsets, however long the line is.
+    /// True if the file is ASCII. A column is then a difference of offsets, however long the line
+    /// is.
     is_ascii: bool,
 }
 
@@ -49,12 +52,12 @@ struct Layout {
 pub enum Color {
     /// Plain text.
     Never,
-    /// For a terminal.
+    /// Coloured text for a terminal.
     Always,
 }
 
 impl<'a> Renderer<'a> {
-    /// A renderer for diagnostics about `sources`.
+    /// Creates a renderer for diagnostics about `sources`.
     pub fn new(sources: &'a SourceMap) -> Self {
         let layout = |text: &str| {
             let behind_newlines = text.match_indices('\n').map(|(at, _)| at + 1);
@@ -67,7 +70,8 @@ impl<'a> Renderer<'a> {
         Renderer { sources, layouts }
     }
 
-    /// Several lines of text, the last one ended by a newline: headline, place, source, help.
+    /// Returns a diagnostic as several lines of text that end with a newline: headline, place,
+    /// source, help.
     pub fn text(&self, diagnostic: &Diagnostic, color: Color) -> String {
         let level = match diagnostic.severity() {
             Severity::Error => Level::ERROR,
@@ -87,7 +91,7 @@ impl<'a> Renderer<'a> {
         text
     }
 
-    /// A JSON object.
+    /// Returns a diagnostic as a JSON object.
     pub fn json(&self, diagnostic: &Diagnostic) -> Value {
         let related = diagnostic.related.iter().map(|(span, text)| {
             let mut object = self.place_json(*span);
@@ -127,7 +131,7 @@ impl<'a> Renderer<'a> {
         })
     }
 
-    /// Returns the position as [`SourceMap::line_column`] does, without reading the file from its
+    /// Returns the position like [`SourceMap::line_column`], but without reading the file from its
     /// beginning.
     fn position(&self, file: FileId, offset: usize) -> LineColumn {
         let line = self.line_of(file, offset);
@@ -143,13 +147,13 @@ impl<'a> Renderer<'a> {
         self.layouts.get(file.0 as usize)
     }
 
-    /// The line, counted from 0, that holds the byte at `offset`.
+    /// Returns the line, counted from 0, that contains the byte at `offset`.
     fn line_of(&self, file: FileId, offset: usize) -> usize {
         let starts = self.layout(file).map_or(&[][..], |layout| &layout.line_starts);
         starts.partition_point(|start| *start <= offset).saturating_sub(1)
     }
 
-    /// Returns the beginning of a line; for lines after the last one, the end of the file.
+    /// Returns the offset of a line, or the end of the file for lines after the last one.
     fn line_start(&self, file: FileId, line: usize) -> usize {
         let start = self.layout(file).and_then(|layout| layout.line_starts.get(line).copied());
         start.unwrap_or(self.sources.file(file).text.len())
@@ -159,7 +163,7 @@ impl<'a> Renderer<'a> {
         self.sources.file(file).text.get(range).unwrap_or_default()
     }
 
-    /// The source text around the place of a diagnostic and around those that explain it.
+    /// Returns the source text around the place of a diagnostic and around its related places.
     fn places(&self, diagnostic: &'a Diagnostic) -> Vec<Element<'a>> {
         let primary = Mark { span: diagnostic.span, label: &diagnostic.label, primary: true };
         let mut pieces = vec![vec![primary]];
@@ -179,7 +183,7 @@ impl<'a> Renderer<'a> {
         a.file == b.file && distance() <= NEAR && !is_wide(a) && !is_wide(b)
     }
 
-    /// The lines that are shown of a span.
+    /// Returns the lines of a span that are shown.
     fn lines(&self, span: Span) -> Range<usize> {
         let first = self.line_of(span.file, span.start as usize);
         let last = self.line_of(span.file, span.end as usize).max(first);
@@ -194,7 +198,7 @@ impl<'a> Renderer<'a> {
         lines.any(|line| self.line_start(file, line + 1) - self.line_start(file, line) > most)
     }
 
-    /// A piece of source text with marks; all marks are in one file.
+    /// Returns a piece of source text with marks, which are all in one file.
     fn piece(&self, marks: &[Mark<'a>]) -> Element<'a> {
         let Some(Span { file, start, .. }) = marks.first().map(|mark| mark.span) else {
             return Level::NOTE.message("").into();
@@ -241,7 +245,7 @@ struct Mark<'a> {
     primary: bool,
 }
 
-/// Text from a script must not control the terminal.
+/// Replaces control characters, because text from a script must not control the terminal.
 fn printable(text: &str) -> String {
     text.chars().map(|c| if c.is_control() { '\u{fffd}' } else { c }).collect()
 }

@@ -9,16 +9,16 @@ pub struct FileId(pub u32);
 /// A range of bytes in one source file.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord, Default)]
 pub struct Span {
-    /// The file.
     pub file: FileId,
     /// Offset of the first byte.
     pub start: u32,
-    /// Offset after the last byte.
+    /// Offset of the byte after the last one.
     pub end: u32,
 }
 
 impl Span {
-    /// The span from the start of `self` to the end of `other`; `self` where they are in different files.
+    /// Returns the span from the start of `self` to the end of `other`, or `self` if they are in
+    /// different files.
     pub fn to(self, other: Span) -> Span {
         if self.file == other.file { Span { end: other.end.max(self.end), ..self } } else { self }
     }
@@ -35,7 +35,6 @@ pub struct SourceFile {
     /// The path as the user would write it: the argument of the command line, or the resolved path
     /// of an include.
     pub path: PathBuf,
-    /// The whole text.
     pub text: String,
 }
 
@@ -45,12 +44,10 @@ pub struct SourceMap {
     files: Vec<SourceFile>,
 }
 
-/// A human position: line and column count from 1; a column counts characters.
+/// A position for people. Lines and columns count from 1, and columns count characters.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct LineColumn {
-    /// From 1.
     pub line: u32,
-    /// From 1, in characters.
     pub column: u32,
 }
 
@@ -61,28 +58,28 @@ impl SourceMap {
         FileId(self.files.len() as u32 - 1)
     }
 
-    /// The file of that number.
+    /// Returns the file with that number.
     pub fn file(&self, id: FileId) -> &SourceFile {
         &self.files[id.0 as usize]
     }
 
-    /// The path of the file of that number.
+    /// Returns the path of the file with that number.
     pub fn path(&self, id: FileId) -> &Path {
         &self.file(id).path
     }
 
-    /// Every file with its number.
+    /// Returns every file with its number.
     pub fn files(&self) -> impl Iterator<Item = (FileId, &SourceFile)> {
         self.files.iter().enumerate().map(|(i, f)| (FileId(i as u32), f))
     }
 
-    /// The source text of a span.
+    /// Returns the source text of a span.
     pub fn text(&self, span: Span) -> &str {
         let text = &self.file(span.file).text;
         text.get(span.start as usize..span.end as usize).unwrap_or_default()
     }
 
-    /// Line and column where the span starts.
+    /// Returns the line and column at which the span starts.
     pub fn line_column(&self, span: Span) -> LineColumn {
         let text = &self.file(span.file).text;
         let before = &text[..(span.start as usize).min(text.len())];

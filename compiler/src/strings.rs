@@ -1,33 +1,34 @@
-//! The numbers of strings.
+//! The numbering of strings.
 //!
-//! Robots send string numbers to each other, so all that are built from one source must agree on them: the machine's
-//! own strings come first, then all strings of the source, used or not, sorted by their bytes.
+//! Robots send string numbers to each other, so all images that are built from one source must
+//! agree on the numbers. The machine's own strings come first, then all strings of the source, used
+//! or not, sorted by their bytes.
 
 use std::collections::BTreeSet;
 
 use bittybuzz_vm_core::builtin;
 
-/// Every string of a script, by number.
+/// The strings of a script and their numbers.
 #[derive(Debug, Clone, PartialEq, Eq, Default)]
 pub struct StringTable {
-    /// Strings that the machine does not know itself, sorted.
+    /// The strings that are not the machine's own, sorted.
     script: Vec<String>,
 }
 
 impl StringTable {
-    /// Numbers the strings of a script, which may come in any order and more than once.
+    /// Numbers the strings of a script, which may be in any order and occur several times.
     pub fn new<'a>(strings: impl IntoIterator<Item = &'a str>) -> Self {
         let unique: BTreeSet<&str> =
             strings.into_iter().filter(|s| own_number(s).is_none()).collect();
         StringTable { script: unique.into_iter().map(str::to_owned).collect() }
     }
 
-    /// The strings that the machine does not know itself, in the order of their numbers.
+    /// Returns the strings that are not the machine's own, in the order of their numbers.
     pub fn script(&self) -> &[String] {
         &self.script
     }
 
-    /// The number of a string that is in the table.
+    /// Returns the number of a string; `None` if it is not in the table.
     pub fn number(&self, text: &str) -> Option<u16> {
         if let Some(number) = own_number(text) {
             return Some(number);
@@ -36,14 +37,15 @@ impl StringTable {
         u16::try_from(index).ok()?.checked_add(builtin::string::COUNT)
     }
 
-    /// For every string of the script, how many of the machine's own sort before it.
+    /// Returns for every string of the script the number of the machine's own strings that sort
+    /// before it.
     pub fn order(&self) -> impl Iterator<Item = u8> {
         let before = |text: &str| builtin::STRINGS.iter().filter(|own| **own < text).count();
         self.script.iter().map(move |text| before(text) as u8)
     }
 }
 
-/// The number of a string that the machine knows itself.
+/// Returns the number of one of the machine's own strings; `None` for other strings.
 pub fn own_number(text: &str) -> Option<u16> {
     builtin::STRINGS.binary_search(&text).ok().and_then(|index| u16::try_from(index).ok())
 }

@@ -1,9 +1,9 @@
-//! The host's knowledge of an image: names, texts and places, kept beside it as `.sym` (JSON).
+//! The symbols of an image: names, texts and places that only the host needs, stored next to the
+//! image as `.sym` (JSON).
 //!
-//! A robot reports numbers: a position, a function, a string. With the symbols of the same script
-//! hash these become
-//! file, line and column, names and text. Positions count from the start of the image's code, as
-//! faults do.
+//! A robot reports numbers: a position, a function, a string. The symbols with the same script hash
+//! translate them to file, line and column, names and text. Positions count from the start of the
+//! image's code, as in faults.
 
 use std::fmt;
 
@@ -26,50 +26,52 @@ pub struct Symbols {
     pub profile: String,
     /// The image's script hash.
     pub script_hash: u32,
-    /// The robot that it was built for, if one was named.
+    /// The robot that the image was built for, if one was named.
     pub robot: Option<String>,
     /// Source files; the main script is number 0.
     pub files: Vec<String>,
     /// Functions by number.
     pub functions: Vec<FunctionSymbol>,
-    /// Strings of the script, by number after those of the machine.
+    /// Strings of the script. The first one has the number after the machine's own strings.
     pub strings: Vec<String>,
     /// Names of the globals, by number.
     pub globals: Vec<String>,
     /// Names of the imported robot functions, by number.
     pub imports: Vec<String>,
-    /// The sources of the code, in order.
+    /// The sources of the code, by ascending offset.
     pub lines: Vec<LineEntry>,
 }
 
 /// A function of the image.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
 pub struct FunctionSymbol {
-    /// Its name; for a lambda where it is written.
+    /// The name; for a lambda its place in the source.
     pub name: String,
-    /// The place of its header in the code.
+    /// Offset of the function's header in the code.
     pub offset: u32,
-    /// Its parameters, variables, captured values and `self`, by the start of their ranges.
+    /// Parameters, variables, captured values and `self`, sorted by the start of their ranges.
     pub locals: Vec<LocalSymbol>,
 }
 
-/// A name in a function, and the code in which it has that place. As JSON an array.
+/// A name in a function, with the range of code in which it has one place. Its JSON form is an
+/// array.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct LocalSymbol {
     /// The name in the source.
     pub name: String,
-    /// The place of its value.
     pub place: LocalPlace,
-    /// First byte of the code in which the name has that place: before the first instruction after that of its first value.
+    /// Offset of the first byte of the range. A variable's range starts after the instruction that
+    /// yields its first value.
     pub from: u32,
-    /// First byte after that code.
+    /// Offset of the first byte after the range.
     pub to: u32,
 }
 
 /// The place of a local's value while its function runs.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum LocalPlace {
-    /// A slot, by its offset from the frame's record as instructions name it: parameters are below 0, all others above.
+    /// A slot, by its offset from the frame record as in instructions: parameters are below 0, all
+    /// others above.
     Frame(i16),
     /// A captured value of the function's closure, by its number.
     Capture(u16),
@@ -106,16 +108,16 @@ impl<'de> Deserialize<'de> for LocalSymbol {
     }
 }
 
-/// From `offset` on, up to the next entry, the code comes from this piece of source. As JSON an array.
+/// The source of the code from `offset` to the next entry. Its JSON form is an array.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct LineEntry {
-    /// First byte of the code.
+    /// Offset of the first byte of the code.
     pub offset: u32,
-    /// The piece of source.
     pub place: Place,
 }
 
-/// A piece of source. Lines and columns count from 1, columns in characters; the end is not part of it.
+/// A range of source text. Lines and columns count from 1, and columns count characters. The end is
+/// exclusive.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Place {
     /// Number of the file in [`Symbols::files`].
@@ -148,9 +150,9 @@ impl<'de> Deserialize<'de> for LineEntry {
 /// A reason why a `.sym` file cannot be used.
 #[derive(Debug)]
 pub enum SymbolsError {
-    /// It is not in the format of this version.
+    /// The file is not in the format of this version.
     Malformed(serde_json::Error),
-    /// It was written by another version.
+    /// The file has another version of the format.
     Format(u32),
 }
 
@@ -172,9 +174,10 @@ impl fmt::Display for SymbolsError {
 impl std::error::Error for SymbolsError {}
 
 impl Symbols {
-    /// The text of a `.sym` file.
+    /// Returns the text of a `.sym` file.
     pub fn to_json(&self) -> String {
-        // Only maps with keys that are no strings and failing writers make serialising fail; there are none here.
+        // Serialization fails only for maps whose keys are not strings and for failing writers;
+        // neither occurs here.
         serde_json::to_string(self).unwrap_or_default()
     }
 
@@ -191,20 +194,20 @@ impl Symbols {
         serde_json::from_str(text).map_err(SymbolsError::Malformed)
     }
 
-    /// The piece of source that the instruction at that position comes from.
+    /// Returns the source of the instruction at that position.
     pub fn position(&self, position: u32) -> Option<Place> {
         let after = self.lines.partition_point(|entry| entry.offset <= position);
         Some(self.lines.get(after.checked_sub(1)?)?.place)
     }
 
-    /// The function that holds that position.
+    /// Returns the function that contains that position.
     pub fn function(&self, position: u32) -> Option<&FunctionSymbol> {
         let after = self.functions.partition_point(|function| function.offset <= position);
         self.functions.get(after.checked_sub(1)?)
     }
 
-    /// The names that a function can use at the instruction that holds that position, the innermost first. Of two with
-    /// one name only the inner one is among them.
+    /// Returns the names in scope at the instruction that contains that position, innermost first.
+    /// An outer name that an inner one shadows is left out.
     pub fn locals(&self, position: u32) -> Vec<&LocalSymbol> {
         let all = self.function(position).map_or(&[][..], |function| &function.locals);
         let mut live: Vec<&LocalSymbol> = Vec::new();
@@ -217,12 +220,12 @@ impl Symbols {
         live
     }
 
-    /// Path of a file.
+    /// Returns the path of a file.
     pub fn file(&self, file: u32) -> Option<&str> {
         self.files.get(usize::try_from(file).ok()?).map(String::as_str)
     }
 
-    /// The text of a string, the machine's own included.
+    /// Returns the text of a string, also of the machine's own.
     pub fn string(&self, number: u16) -> Option<&str> {
         match number.checked_sub(builtin::string::COUNT) {
             Some(index) => self.strings.get(usize::from(index)).map(String::as_str),
@@ -231,10 +234,11 @@ impl Symbols {
     }
 }
 
-/// Finds lines and columns fast enough for every instruction of a long script.
+/// Converts spans to lines and columns. The line starts of every file are computed once, because
+/// every instruction of a long script is converted.
 pub(crate) struct Places<'a> {
     sources: &'a SourceMap,
-    /// For each file, where its lines start.
+    /// For each file, the offsets of its lines.
     lines: Vec<Vec<usize>>,
 }
 

@@ -21,7 +21,6 @@ pub enum Separation {
 /// One token with its place.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Token {
-    /// Its kind.
     pub kind: TokenKind,
     /// The place in the source.
     pub span: Span,
@@ -30,7 +29,7 @@ pub struct Token {
 }
 
 impl Token {
-    /// True if a newline or a `;` stands before this token.
+    /// Returns true if a newline or a `;` stands before this token.
     pub fn is_separated(&self) -> bool {
         self.separation != Separation::SameLine
     }
@@ -45,17 +44,18 @@ pub enum TokenKind {
     Int(i64),
     /// A float literal, without sign.
     Float(f64),
-    /// A string literal, escapes resolved.
+    /// A string literal with its escapes resolved.
     Str(String),
     /// A keyword, an operator or a bracket.
     Fixed(Fixed),
-    /// `include "path"`. Loading replaces it by [`TokenKind::FileStart`] ... [`TokenKind::FileEnd`].
+    /// `include "path"`. The loader replaces it by [`TokenKind::FileStart`] ...
+    /// [`TokenKind::FileEnd`].
     Include(String),
-    /// The tokens of an included file follow, up to its [`TokenKind::FileEnd`].
+    /// The start of an included file. Its tokens follow, up to its [`TokenKind::FileEnd`].
     FileStart,
-    /// A file is over: an included one, or the script.
+    /// The end of a file: an included one, or the script.
     FileEnd,
-    /// Stands where the lexer reported an error that left no usable token.
+    /// A placeholder for source in which the lexer reported an error and found no usable token.
     Error,
 }
 
@@ -130,17 +130,17 @@ pub const KEYWORDS: [Fixed; 11] = [
 ];
 
 impl Fixed {
-    /// The keyword that `word` spells.
+    /// Returns the keyword that `word` spells.
     pub fn keyword(word: &str) -> Option<Fixed> {
         KEYWORDS.into_iter().find(|keyword| keyword.text() == word)
     }
 
-    /// True for `var`, `if`, `and` and the like.
+    /// Returns true for `var`, `if`, `and` and all other keywords.
     pub fn is_keyword(self) -> bool {
         KEYWORDS.contains(&self)
     }
 
-    /// The bracket that closes this one.
+    /// Returns the bracket that closes this one.
     pub fn closing(self) -> Option<Fixed> {
         match self {
             Fixed::OpenParen => Some(Fixed::CloseParen),
@@ -170,10 +170,10 @@ impl TokenKind {
     }
 }
 
-/// FNV-1a over the tokens' kinds and values: equal for scripts that differ only in layout, comments, file names
-/// or in how they are split into included files.
+/// Returns the FNV-1a hash of the tokens' kinds and values. Scripts have equal hashes if they
+/// differ only in layout, comments, file names or their division into included files.
 ///
-/// The one separator that changes what a script means, a `;` after `return`, is part of it.
+/// The hash includes a `;` after `return`, the only separator that changes the meaning of a script.
 pub fn hash_tokens(tokens: &[Token]) -> u32 {
     let mut hash = fnv_1a(&[]);
     let mut after_return = false;
@@ -197,7 +197,8 @@ pub fn hash_tokens(tokens: &[Token]) -> u32 {
     hash
 }
 
-/// Continues a hash with a value. The length keeps neighbouring values apart: `"ab" "c"` is not `"a" "bc"`.
+/// Continues a hash with a value. The length separates neighbouring values: `"ab" "c"` is not `"a"
+/// "bc"`.
 fn tagged(hash: u32, tag: u8, bytes: &[u8]) -> u32 {
     let hash = fnv_1a_from(hash, &[tag]);
     let hash = fnv_1a_from(hash, &(bytes.len() as u32).to_le_bytes());
