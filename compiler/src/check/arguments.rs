@@ -1,4 +1,5 @@
-//! Checks arguments of built-in functions whose type shows in the source, and the keys of table literals.
+//! Checks arguments of built-in functions whose type is known from the source, and the keys of
+//! table literals.
 
 use bittybuzz_vm_core::builtin::{self, Info};
 
@@ -22,7 +23,7 @@ pub enum Wanted {
     Table,
     /// A function.
     Function,
-    /// A function, or nil for none.
+    /// A function, or nil to remove the listener.
     Listener,
 }
 
@@ -50,7 +51,8 @@ impl Wanted {
     }
 }
 
-/// The types of a built-in's arguments; another type stops the script. Arguments that are not listed take any value.
+/// Returns the types of a built-in's arguments. An argument of another type stops the script.
+/// Arguments that are not listed accept any value.
 pub fn wanted(number: u8) -> &'static [Wanted] {
     use Wanted::{Function, Integer, Listener, Number, Table, Text};
     match number {
@@ -161,7 +163,7 @@ fn format_in_log(args: &[Expr]) -> Option<Diagnostic> {
     )
 }
 
-/// The first `%d`, `%.2f` and the like, as `printf` of other languages knows it.
+/// Returns the first format specifier of C's `printf`, such as `%d` or `%.2f`.
 fn format_of(text: &str) -> Option<&str> {
     text.match_indices('%').find_map(|(at, _)| {
         let rest = text.get(at + 1..)?;

@@ -1,4 +1,5 @@
-//! Checks the parameters of functions that the machine calls back against its arguments.
+//! Checks callbacks: compares the parameters of functions that built-ins call with the arguments
+//! that they pass.
 
 use std::collections::BTreeSet;
 
@@ -17,13 +18,13 @@ use crate::source::Span;
 /// The value that a callback gets for a parameter.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum Role {
-    /// A string that names messages.
+    /// The topic of a message, a string.
     Topic,
-    /// A number or a string.
+    /// A key, which is a number or a string.
     Key,
-    /// The number of a robot.
+    /// The number (`id`) of a robot.
     Id,
-    /// The record with the place of a neighbour.
+    /// The table with the position of a neighbour.
     Data,
     /// Any value.
     Value,
@@ -49,7 +50,7 @@ impl Role {
     }
 }
 
-/// Returns the argument that is called back, and the roles of its parameters.
+/// Returns the position of the callback among the arguments, and the roles of its parameters.
 fn roles(info: &Info) -> Option<(usize, &'static [Role])> {
     use Role::{Data, Id, Key, Topic, Value};
     Some(match info.number {
@@ -73,9 +74,9 @@ fn roles(info: &Info) -> Option<(usize, &'static [Role])> {
     })
 }
 
-/// Names that say that a parameter is a value. The first parameter of no callback is one.
+/// Parameter names that suggest a value. No callback gets a value as its first argument.
 const VALUE_NAMES: [&str; 6] = ["value", "val", "v", "data", "msg", "message"];
-/// Names that say that a parameter is a key or the number of a robot.
+/// Parameter names that suggest a key or the number of a robot.
 const KEY_NAMES: [&str; 6] = ["key", "k", "id", "rid", "topic", "robot_id"];
 /// The fields of a neighbour's data.
 const NEIGHBOR_FIELDS: [&str; 3] = ["distance", "azimuth", "elevation"];
@@ -104,7 +105,7 @@ pub fn check_callbacks(program: &ResolvedScript, meanings: &Meanings<'_>) -> Vec
     checker.diagnostics
 }
 
-/// The names of all fields that the script writes, in any table.
+/// Returns the names of all fields that the script writes, in any table.
 fn written_fields(program: &ResolvedScript) -> BTreeSet<&str> {
     let mut fields = BTreeSet::new();
     for function in &program.functions {
@@ -132,7 +133,7 @@ struct Checker<'a> {
     meanings: &'a Meanings<'a>,
     /// The names of the fields that the script itself writes.
     fields: BTreeSet<&'a str>,
-    /// Callbacks that were checked.
+    /// Pairs of a callback and a built-in that were already checked.
     known: BTreeSet<(FunctionId, u8)>,
     diagnostics: Vec<Diagnostic>,
 }
@@ -141,7 +142,7 @@ impl Checker<'_> {
     fn call(&mut self, callee: &Expr, args: &[Expr]) {
         let Some(info) = self.callee(callee) else { return };
         let Some((at, mut roles)) = roles(info) else { return };
-        // The neighbours of a swarm and those that a filter leaves have the same data.
+        // `kin()`, `nonkin()` and filters keep the data of neighbours unchanged.
         if info.library == Library::Snapshot && self.is_of_neighbors(callee) {
             roles = match roles.len() {
                 2 => &[Role::Id, Role::Data],
@@ -162,7 +163,7 @@ impl Checker<'_> {
         }
     }
 
-    /// The built-in that an expression names for certain.
+    /// Returns the built-in that an expression certainly refers to.
     fn callee(&self, callee: &Expr) -> Option<&'static Info> {
         match &callee.kind {
             ExprKind::Name(name) => match self.meanings.of(*name) {
@@ -180,7 +181,7 @@ impl Checker<'_> {
         }
     }
 
-    /// The kind of object that an expression makes for certain.
+    /// Returns the kind of object that an expression certainly yields.
     fn object(&self, expr: &Expr) -> Option<Library> {
         match &expr.kind {
             ExprKind::Call { callee, .. } => match self.callee(callee)?.number {
@@ -199,7 +200,8 @@ impl Checker<'_> {
         }
     }
 
-    /// Returns true for a method of a snapshot that keeps the data of neighbours as they are.
+    /// Returns true if the callee is a method of a snapshot that holds the data of neighbours
+    /// unchanged.
     fn is_of_neighbors(&self, callee: &Expr) -> bool {
         let ExprKind::Field { object, .. } = &callee.kind else { return false };
         let ExprKind::Call { callee, .. } = &object.kind else { return false };
@@ -294,7 +296,7 @@ impl Checker<'_> {
         self.diagnostics.push(diagnostic);
     }
 
-    /// A field of a neighbour's data that is read.
+    /// Checks a field of a neighbour's data that is read.
     fn field(&mut self, key: &str, span: Span) {
         if NEIGHBOR_FIELDS.contains(&key) || self.fields.contains(key) {
             return;
@@ -313,8 +315,8 @@ impl Checker<'_> {
     }
 }
 
-/// Returns true for a first parameter whose name says that it is the value: it is the only one, or the next one is
-/// the key by its name.
+/// Returns true if the name of the first parameter suggests a value. The parameter must be the only
+/// one, or the name of the next one must suggest a key.
 fn is_misnamed(next: Option<&str>, name: &str) -> bool {
     let is_in = |names: &[&str], name: &str| names.contains(&name.to_lowercase().as_str());
     is_in(&VALUE_NAMES, name) && next.is_none_or(|next| is_in(&KEY_NAMES, next))

@@ -1,4 +1,4 @@
-//! Checks calls: whether the callee exists here, and whether it takes these arguments.
+//! Checks calls: the callee must exist on the robot and accept these arguments.
 
 use bittybuzz_robot_spec::{Function, Parameter, Type, parameter_at, takes_count};
 use bittybuzz_vm_core::builtin::{self, Library};
@@ -12,13 +12,13 @@ use crate::codes::Code;
 use crate::diagnostic::Diagnostic;
 use crate::source::Span;
 
-/// Returns true if all arguments were understood.
+/// Returns true if no argument contains a syntax error.
 fn is_complete(args: &[Expr]) -> bool {
     !args.iter().any(|arg| matches!(arg.kind, ExprKind::Error))
 }
 
 impl Checker<'_> {
-    /// Checks the callee and its arguments; their parts are checked elsewhere.
+    /// Checks the callee and the arguments of a call, but not their subexpressions.
     pub fn check_call(&mut self, callee: &Expr, args: &[Expr], span: Span) {
         match &callee.kind {
             ExprKind::Name(name) => self.check_named_call(*name, args, callee.span, span),
@@ -133,7 +133,7 @@ impl Checker<'_> {
         });
     }
 
-    /// A call of a field of a library.
+    /// Checks a call of a member of a library.
     fn check_member_call(
         &mut self,
         library: Library,
@@ -221,7 +221,8 @@ impl Checker<'_> {
         if of_count.iter().any(|list| first_wrong(list).is_none()) {
             return;
         }
-        // Of the lists that take this number of arguments the first explains: that there are several is rare.
+        // The message refers to the first parameter list with this number of arguments. Several are
+        // rare.
         let wrong = of_count.first().and_then(|list| {
             let (index, found) = first_wrong(list)?;
             Some((parameter_at(list, index)?, found))
@@ -245,7 +246,7 @@ impl Checker<'_> {
     }
 }
 
-/// Returns true if a parameter takes a value of that type; an unknown value may fit.
+/// Returns true if a parameter accepts a value of that type. A value of unknown type is accepted.
 fn accepts(parameter: Type, kind: Option<ValueKind>) -> bool {
     match (parameter, kind) {
         (Type::Any, _) | (_, None) => true,
@@ -296,7 +297,7 @@ fn who_has_it(titles: &[&str]) -> String {
     }
 }
 
-/// A number with its noun, which is in the plural where it has to be.
+/// Returns a number with its noun, in the plural if needed.
 pub fn counted(count: usize, noun: &str) -> String {
     match count {
         0 => format!("no {noun}s"),

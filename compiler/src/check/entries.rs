@@ -12,7 +12,7 @@ use crate::codegen::ENTRIES;
 use crate::codes::Code;
 use crate::diagnostic::Diagnostic;
 
-/// Checks entry points, and functions that were meant to be one.
+/// Checks entry points, and functions with the misspelt name of one.
 pub fn check_entries(program: &ResolvedScript, meanings: &Meanings<'_>) -> Vec<Diagnostic> {
     let mut diagnostics = Vec::new();
     for entry in ENTRIES {
@@ -25,8 +25,8 @@ pub fn check_entries(program: &ResolvedScript, meanings: &Meanings<'_>) -> Vec<D
     diagnostics
 }
 
-/// Returns the entry point that a function was meant to be: nothing uses the function, and the script has no such
-/// entry point.
+/// Returns the entry point that a function was probably meant to be. Nothing uses the function, and
+/// the script has no such entry point.
 pub fn meant_entry(program: &ResolvedScript, name: &Name) -> Option<&'static str> {
     let is_used = !name.reads.is_empty() || !name.calls.is_empty() || !name.writes.is_empty();
     let is_known = !is_used && !program.hidden.is_lost(&name.text);
@@ -37,7 +37,7 @@ pub fn meant_entry(program: &ResolvedScript, name: &Name) -> Option<&'static str
     ENTRIES.into_iter().find(|entry| {
         let is_alike = match *entry {
             _ if lower == *entry => true,
-            // `rest` and `resets` are words, and so are these.
+            // `rest`, `resets` and the words below are similar to an entry point, but not misspelt.
             "reset" => false,
             _ if matches!(lower.as_str(), "stop" | "steps" | "unit") => false,
             _ => strsim::damerau_levenshtein(&lower, entry) == 1,
@@ -68,7 +68,7 @@ fn misspelt(program: &ResolvedScript, name: &Name) -> Option<Diagnostic> {
 fn parameters(program: &ResolvedScript, id: NameId, meanings: &Meanings<'_>) -> Option<Diagnostic> {
     let Meaning::Function(function) = meanings.of(id) else { return None };
     let name = program.name(id);
-    // A script that calls it, too, may pass something.
+    // A script that also calls the entry point itself may pass arguments.
     if !name.calls.is_empty() || !name.reads.is_empty() {
         return None;
     }
@@ -99,7 +99,7 @@ fn not_function(
         assigned_values(&function.body, &mut assigned);
     }
     let values = assigned.remove(&id)?;
-    // The robot may call one function among them, or a value that cannot be seen.
+    // No warning is due if one of the values may be a function, or is unknown.
     let kind = |value: &Expr| kind_of(value, meanings);
     let is_value =
         |value: &&Expr| !matches!(kind(value), None | Some(ValueKind::Function | ValueKind::Nil));

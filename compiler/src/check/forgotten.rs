@@ -1,4 +1,5 @@
-//! Finds functions of libraries where their result is meant, and stigmergies that every step creates anew.
+//! Finds library functions that are used without a call although their result is meant, and
+//! stigmergies that every step creates anew.
 
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -65,11 +66,12 @@ struct Scan<'a> {
     meanings: &'a Meanings<'a>,
     function: FunctionId,
     diagnostics: Vec<Diagnostic>,
-    /// Places where a global is computed with, compared, tested or printed.
+    /// Places where the value of a global is computed with, compared, tested or printed.
     operands: BTreeSet<Span>,
-    /// Variables that hold a function without parameters, and where they get it.
+    /// Variables that are assigned a library function without parameters, with the place of that
+    /// assignment.
     stored: BTreeMap<Variable, (&'static Info, Span)>,
-    /// Locals that are used in another way than as operands.
+    /// Locals that are used other than as operands.
     others: BTreeSet<Variable>,
 }
 
@@ -123,7 +125,8 @@ impl Scan<'_> {
         }
     }
 
-    /// The function of a library that an expression names; `most` is the number of arguments that it may need.
+    /// Returns the library function that an expression refers to without calling it; `most` is the
+    /// maximum number of arguments that the function may take.
     fn uncalled(&self, expr: &Expr, most: u8) -> Option<&'static Info> {
         let ExprKind::Field { object, key, .. } = &expr.kind else { return None };
         match self.meanings.member(self.meanings.library(object)?, key) {
@@ -134,7 +137,7 @@ impl Scan<'_> {
         }
     }
 
-    /// An expression whose value is computed with, compared, tested or printed.
+    /// Visits an expression whose value is computed with, compared, tested or printed.
     fn operand(&mut self, expr: &Expr, most: u8) {
         match &expr.kind {
             ExprKind::Name(_) => {
@@ -194,16 +197,17 @@ fn forgotten(info: &Info, span: Span) -> Diagnostic {
         })
 }
 
-/// The first `stigmergy.create` that every step comes by.
+/// Returns a warning for the first `stigmergy.create` that every step runs.
 fn created_in_step(program: &ResolvedScript, meanings: &Meanings<'_>) -> Option<Diagnostic> {
-    // A statement that was not understood may leave the step before.
+    // A statement with a syntax error may return from `step` before.
     let step = program.find_name("step").filter(|_| !program.hidden.is_any())?;
     let Meaning::Function(step) = meanings.of(step) else { return None };
     for stmt in &program.function(step).body {
         let value = match &stmt.kind {
             StmtKind::Var { value, .. } => value.as_ref(),
             StmtKind::Assign { value, .. } | StmtKind::Call(value) => Some(value),
-            // After a condition not every step passes, and after a block that returns none does.
+            // After a conditional statement, not every step may continue. After a return, none
+            // does.
             StmtKind::If { .. } | StmtKind::While { .. } | StmtKind::Return(_) => return None,
         };
         let Some(value) = value else { continue };

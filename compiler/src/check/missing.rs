@@ -1,4 +1,5 @@
-//! The robot that a script needs: the functions that it calls and neither defines nor finds in the language.
+//! Finds the functions that a script requires from its robot: it calls them, but neither the script
+//! nor the language defines them.
 
 use std::collections::{BTreeSet, HashMap, HashSet};
 
@@ -10,7 +11,7 @@ use crate::ast::Script;
 use crate::codegen::constant::Profile;
 use crate::source::Span;
 
-/// The part of a script that only a robot can supply.
+/// The functions and tables of a script that only a robot can provide.
 #[derive(Debug, Clone, Default, PartialEq, Eq)]
 pub struct Missing {
     /// Functions, in the order in which their names first appear.
@@ -19,12 +20,11 @@ pub struct Missing {
     pub has_position: bool,
 }
 
-/// A function that a script calls and that only a robot can have.
+/// A function that a script calls and that only a robot can provide.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct MissingFunction {
-    /// The name that the calls have.
     pub name: String,
-    /// The numbers of arguments that calls pass.
+    /// The numbers of arguments that are passed in calls.
     pub counts: BTreeSet<usize>,
     /// True if the script uses the result of a call.
     pub is_result_used: bool,
@@ -32,7 +32,7 @@ pub struct MissingFunction {
     pub first_call: Span,
 }
 
-/// Finds the functions that a script calls and that only a robot can have.
+/// Finds the functions that a script calls and that only a robot can provide.
 pub fn missing(script: &Script) -> Missing {
     let (program, _) = resolve::resolve(script);
     let robots = Robots { target: None, known: &[] };
@@ -57,7 +57,7 @@ pub fn missing(script: &Script) -> Missing {
     missing
 }
 
-/// A direct call of a name that is no local.
+/// A direct call of a name that is not a local.
 struct Call {
     count: usize,
     is_result_used: bool,

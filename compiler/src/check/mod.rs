@@ -1,5 +1,5 @@
-//! Checks a script as a whole: the meaning of its names, and the mistakes that are visible before
-//! it runs.
+//! Checks a whole script: resolves its names, and finds the mistakes that are visible before the
+//! script runs.
 
 mod arguments;
 mod callbacks;
@@ -30,16 +30,16 @@ use tree::ResolvedScript;
 /// A script whose names are resolved, and the diagnostics about it.
 #[derive(Debug, Clone)]
 pub struct Checked<'a> {
-    /// The script.
     pub program: ResolvedScript,
-    /// The meanings of its names.
+    /// The meanings of the script's names.
     pub meanings: Meanings<'a>,
     /// Errors and warnings.
     pub diagnostics: Vec<Diagnostic>,
 }
 
-/// Checks a script. `arithmetic` is the profile for which operations on constants are checked. Nothing is said of names
-/// that syntax errors hide.
+/// Checks a script. `arithmetic` is the profile for which operations on constants are checked.
+/// Names in `hidden` get no diagnostics, because their uses or definitions may be in source with
+/// syntax errors.
 pub fn check<'a>(
     script: &Script,
     robots: Robots<'a>,
@@ -57,7 +57,8 @@ pub fn check<'a>(
     diagnostics.extend(forgotten::check_forgotten(&program, &meanings));
     diagnostics.extend(arguments::check_arguments(&program, &meanings));
     diagnostics.extend(overflow::check_overflow(&program, arithmetic));
-    // Errors come first: a misspelt name leaves the right one unused, and so does a syntax error.
+    // Warnings about unused names are given only for a script without errors, because a misspelt
+    // name or a syntax error makes another name look unused.
     let is_wrong = |found: &Diagnostic| {
         found.severity() == Severity::Error || found.code == Code::NeverAssigned
     };
@@ -68,9 +69,11 @@ pub fn check<'a>(
     Checked { program, meanings, diagnostics }
 }
 
-/// A lambda has the self of the function that creates it, which therefore needs its self, too.
+/// Marks the creators of lambdas that use `self`: a lambda takes its self from the function that
+/// creates it, which therefore needs its own.
 fn pass_self_on(program: &mut ResolvedScript, meanings: &Meanings<'_>) {
-    // Lambdas come after their creators.
+    // Lambdas come after their creators in the list, so the reverse order reaches nested lambdas
+    // first.
     for number in (0..program.functions.len()).rev() {
         let Some(function) = program.functions.get(number) else { continue };
         let Some(creator) = function.creator.filter(|_| function.uses_self) else { continue };

@@ -1,9 +1,8 @@
-//! The meaning of every name of a script: a constant function, a variable, or an offer of machine
-//! or robot.
+//! The meaning of every name of a script: a constant function, a variable, or a name that the
+//! machine or the robot provides.
 //!
-//! The whole program is known, so a function that is never assigned again needs no variable, and a
-//! function of an
-//! untouched library is known where it is called.
+//! The whole program is known. A function that is never reassigned therefore needs no variable, and
+//! the members of a library that the script does not modify are known where they are called.
 
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -17,16 +16,16 @@ use crate::check::tree::{
 };
 use crate::codegen::constant::Profile;
 
-/// The meaning of a name that is no local.
+/// The meaning of a name that is not a local.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Meaning {
-    /// Nothing defines it: it reads nil.
+    /// Nothing defines the name, so its value is nil.
     Nil,
     /// A script function that is never assigned.
     Function(FunctionId),
-    /// A variable.
+    /// A global variable.
     Global,
-    /// A built-in function.
+    /// A built-in function, by its number.
     Builtin(u8),
     /// A library.
     Library(Library),
@@ -53,22 +52,24 @@ pub struct Meanings<'a> {
     robots: Robots<'a>,
     profile: Profile,
     names: Vec<Meaning>,
-    /// Libraries that the script uses as values, so that anything may happen to them.
+    /// Libraries that the script uses as values, so that their members may be read or changed
+    /// anywhere.
     escaped: BTreeSet<Library>,
     /// Fields that the script assigns.
     assigned: BTreeSet<(Library, String)>,
-    /// For every function, whether its self is always nil.
+    /// For every function, true if its self is always nil.
     self_is_nil: Vec<bool>,
-    /// Globals that hold nothing but objects of one library.
+    /// Globals that hold only objects of one library, or nil.
     objects: BTreeMap<NameId, Library>,
 }
 
-/// Returns the meaning of a name that machine or robot offer.
+/// Returns the meaning of a name that the machine or the robot provides.
 pub fn offered(robots: Robots<'_>, profile: Profile, name: &str) -> Meaning {
     if name == "id" {
         return Meaning::RobotId;
     }
-    // Hosts of Buzz call `log` so, too. A robot's own function of that name comes first.
+    // Other hosts of Buzz provide `log` under the name `print`, too. A robot's own function `print`
+    // has precedence.
     let global = if name == "print" && robots.functions(name).is_empty() { "log" } else { name };
     if let Some(info) = builtin::find(Library::Global, global) {
         return Meaning::Builtin(info.number);
@@ -98,7 +99,8 @@ impl<'a> Meanings<'a> {
             self_is_nil: Vec::new(),
             objects: BTreeMap::new(),
         };
-        // Twice: whether `math.rng` is the library depends on whether the script assigns it.
+        // The scan runs twice, because the first pass finds out if the script assigns `math.rng`,
+        // and only the second pass knows if `math.rng` is the library.
         for _ in 0..2 {
             let mut scan = LibraryScan {
                 meanings: &meanings,
@@ -134,37 +136,38 @@ impl<'a> Meanings<'a> {
         meanings
     }
 
-    /// The library of the objects that a global holds, where it holds nothing else.
+    /// Returns the library of the objects that a global holds, if the global holds nothing else.
     pub fn object(&self, name: NameId) -> Option<Library> {
         self.objects.get(&name).copied()
     }
 
-    /// The robots.
+    /// Returns the robots that the script is compiled for.
     pub fn robots(&self) -> Robots<'a> {
         self.robots
     }
 
-    /// The number profile.
+    /// Returns the number profile.
     pub fn profile(&self) -> Profile {
         self.profile
     }
 
-    /// Returns the meaning of a name that machine or robot offer.
+    /// Returns the meaning of a name that the machine or the robot provides.
     pub fn offered(&self, name: &str) -> Meaning {
         offered(self.robots, self.profile, name)
     }
 
-    /// The meaning of a name.
+    /// Returns the meaning of a name.
     pub fn of(&self, name: NameId) -> Meaning {
         self.names.get(name.0).copied().unwrap_or(Meaning::Nil)
     }
 
-    /// Returns true if a function's self is always nil, because nothing can put it into a table.
+    /// Returns true if a function's self is always nil, because the function is never stored in a
+    /// table.
     pub fn self_is_nil(&self, function: FunctionId) -> bool {
         self.self_is_nil.get(function.0).copied().unwrap_or(false)
     }
 
-    /// The library that an expression names for certain.
+    /// Returns the library that an expression certainly refers to.
     pub fn library(&self, expr: &Expr) -> Option<Library> {
         match &expr.kind {
             ExprKind::Name(name) => match self.of(*name) {
@@ -189,7 +192,7 @@ impl<'a> Meanings<'a> {
         self.robots.member(library, key).map_or(Member::Absent, Member::Known)
     }
 
-    /// Libraries that the script uses as values.
+    /// Returns the libraries that the script uses as values.
     pub fn escaped(&self) -> &BTreeSet<Library> {
         &self.escaped
     }
@@ -202,14 +205,15 @@ impl<'a> Meanings<'a> {
 
 fn meaning(robots: Robots<'_>, profile: Profile, name: &Name) -> Meaning {
     match name.definitions.last() {
-        // The last definition wins before the first line runs.
+        // The last definition is in force before the first line runs.
         Some((function, _)) if name.writes.is_empty() => Meaning::Function(*function),
         None if name.writes.is_empty() => offered(robots, profile, &name.text),
         _ => Meaning::Global,
     }
 }
 
-/// Globals that get their values from `swarm.create` or `stigmergy.create` only.
+/// Returns the globals whose values come only from `swarm.create` or `stigmergy.create`, with the
+/// library of these objects.
 fn objects(program: &ResolvedScript, meanings: &Meanings<'_>) -> BTreeMap<NameId, Library> {
     let mut objects = BTreeMap::new();
     let mut assigned = BTreeMap::new();
@@ -244,18 +248,20 @@ fn made_object(value: &Expr, meanings: &Meanings<'_>) -> Option<Library> {
     }
 }
 
-/// The library that a variable holds at first, because the script assigns its name.
+/// Returns the library that a variable holds initially, because the script assigns the name of a
+/// library.
 fn first_library(name: &Name) -> Option<Library> {
     let is_variable = name.definitions.is_empty() && !name.writes.is_empty();
     let named = |library: &Library| library.global_name() == Some(name.text.as_str());
     Library::ALL.into_iter().find(named).filter(|_| is_variable)
 }
 
-/// Looks for uses of libraries.
+/// The scan for libraries that the script uses as values or modifies.
 struct LibraryScan<'m> {
     meanings: &'m Meanings<'m>,
-    /// The name `pos`. It counts on robots without a position, too: all have to agree on the strings of a script, and
-    /// those of a library that is used as a value belong to them.
+    /// The name `pos`, which counts as a library on robots without a position, too. All robots must
+    /// agree on the strings of a script, and the member names of a library that is used as a value
+    /// are among these strings.
     position: Option<NameId>,
     escaped: BTreeSet<Library>,
     assigned: BTreeSet<(Library, String)>,
@@ -320,7 +326,8 @@ impl LibraryScan<'_> {
         }
     }
 
-    /// An expression of which only the truth counts.
+    /// Visits an expression of which only the truth counts. A library there does not count as a
+    /// value.
     fn tested(&mut self, expr: &Expr) {
         if self.library(expr).is_none() {
             self.value(expr);

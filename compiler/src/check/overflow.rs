@@ -1,4 +1,4 @@
-//! Finds operations on constants whose result the numbers of the robot cannot hold.
+//! Finds operations on constants whose result exceeds the range of the robot's numbers.
 
 use crate::ast::{BinaryOp, UnaryOp};
 use crate::check::tree::{Expr, ExprKind, ResolvedScript, each_expr};
@@ -22,7 +22,8 @@ pub fn check_overflow(program: &ResolvedScript, profile: Profile) -> Vec<Diagnos
                     let problem = left.and_then(|result| overflow(link.op, a, b, result, profile));
                     if let Some(problem) = problem {
                         diagnostics.push(problem.diagnostic(link.span, profile));
-                        // Every later result of the chain is wrong as well; one message is enough.
+                        // One message per chain is enough, because every later result is wrong as
+                        // well.
                         break;
                     }
                 }
@@ -43,7 +44,8 @@ pub fn check_overflow(program: &ResolvedScript, profile: Profile) -> Vec<Diagnos
     diagnostics
 }
 
-/// The value of a constant expression; `None` for others, and for literals that the profile cannot hold.
+/// Returns the value of a constant expression; `None` for other expressions, and for literals out
+/// of the profile's range.
 fn value(expr: &Expr, profile: Profile) -> Option<Number> {
     match &expr.kind {
         ExprKind::Int(value) => {
@@ -69,7 +71,7 @@ enum Overflow {
     Infinite,
 }
 
-/// The difference between the result that the machine has and the true one.
+/// Returns the overflow if the machine's result differs from the exact one.
 fn overflow(
     op: BinaryOp,
     a: Number,
@@ -85,7 +87,8 @@ fn overflow(
                 BinaryOp::Sub => a - b,
                 BinaryOp::Mul => a * b,
                 BinaryOp::Div => a.checked_div(b)?,
-                // A bit in the place of the sign is meant. The machine faults unless the count is below its word's bits.
+                // A shift into the sign bit is intended, not an overflow. The machine faults unless
+                // the count is below the number of bits of its word.
                 BinaryOp::ShiftLeft if a << b >> word_bits(profile) == 0 => return None,
                 BinaryOp::ShiftLeft => a << b,
                 _ => return None,
@@ -98,7 +101,7 @@ fn overflow(
                 Number::Float(value) => value.is_finite(),
             };
             let is_zero = matches!(b, Number::Int(0)) || matches!(b, Number::Float(b) if b == 0.0);
-            // A division by zero is a way to write infinity.
+            // A division by zero is a usual way to write infinity.
             let is_meant = op == BinaryOp::Div && is_zero;
             let is_born = result.is_infinite() && is_finite(a) && is_finite(b) && !is_meant;
             is_born.then_some(Overflow::Infinite)

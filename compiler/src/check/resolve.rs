@@ -1,7 +1,9 @@
-//! Resolves names: which are parameters and variables of which function, which are captured, which are global.
+//! Resolves names: assigns every name to a parameter or variable of a function, a captured value,
+//! or a global.
 //!
-//! A `var` inside a function or block is a local until its block ends; every other name, a `var` at the top level
-//! included, is global. A lambda sees the locals of the functions around it and takes a copy of those that it uses.
+//! A `var` inside a function or block is local until its block ends. Every other name is global,
+//! also that of a `var` at the top level. A lambda sees the locals of the functions around it and
+//! copies those that it uses.
 
 use crate::ast;
 use crate::ast::UnaryOp;
@@ -26,7 +28,7 @@ pub fn resolve(script: &ast::Script) -> (ResolvedScript, Vec<Diagnostic>) {
         diagnostics: Vec::new(),
     };
     resolver.program.functions.push(Function { span, ..Function::default() });
-    // Functions exist before the first global line runs, so their names come first.
+    // Functions exist before the first global line runs, so their names get the first numbers.
     for stmt in &script.stmts {
         if let ast::StmtKind::Function { name, .. } = &stmt.kind {
             resolver.program.intern(&name.name);
@@ -37,17 +39,17 @@ pub fn resolve(script: &ast::Script) -> (ResolvedScript, Vec<Diagnostic>) {
     (resolver.program, resolver.diagnostics)
 }
 
-/// A function while its body is resolved.
+/// The state of one function while its body is resolved.
 struct Context {
     function: FunctionId,
-    /// Names of each open block, innermost last.
+    /// The names of each open block, innermost block last.
     blocks: Vec<Vec<(String, Binding)>>,
 }
 
 #[derive(Clone, Copy)]
 enum Binding {
     Local(LocalId),
-    /// The variable whose first value is just being computed: nil until then.
+    /// A variable whose initial value is being evaluated. The variable is nil until then.
     Unborn,
 }
 
@@ -64,7 +66,7 @@ impl Context {
 
 struct Resolver {
     program: ResolvedScript,
-    /// The functions around the place, each a lambda in the one before.
+    /// The enclosing functions, outermost first. Each is a lambda in the one before it.
     contexts: Vec<Context>,
     diagnostics: Vec<Diagnostic>,
 }
@@ -79,7 +81,7 @@ impl Resolver {
         &mut self.program.functions[id.0]
     }
 
-    /// Returns true if the place belongs to the global code, in a block or not.
+    /// Returns true if the current place belongs to the global code, inside a block or not.
     fn is_global_code(&self) -> bool {
         self.contexts.last().is_some_and(|context| context.function == FunctionId::GLOBAL)
     }
@@ -110,8 +112,8 @@ impl Resolver {
         LocalId(function.locals.len() - 1)
     }
 
-    /// Returns the meaning of a name here; `None` for a global. Captures it if it belongs to a
-    /// function around this one.
+    /// Returns the binding of a name at the current place, or `None` for a global. If the name
+    /// belongs to an enclosing function, the value is captured.
     fn find(&mut self, name: &str) -> Option<Binding> {
         let owner =
             (0..self.contexts.len()).rev().find(|&at| self.contexts[at].find(name).is_some())?;
@@ -141,7 +143,7 @@ impl Resolver {
         let mut resolved = Vec::with_capacity(stmts.len());
         let mut ended: Option<Span> = None;
         for stmt in stmts {
-            // A named function exists whether control comes by or not.
+            // A named function is defined even if control never reaches it.
             let runs = !matches!(stmt.kind, ast::StmtKind::Function { .. });
             if let Some(end) = ended
                 && runs
@@ -245,8 +247,8 @@ impl Resolver {
         Stmt { kind: StmtKind::Var { local, value }, span }
     }
 
-    /// Returns the declaration of the visible local variable of that name, also from inside a
-    /// lambda.
+    /// Returns the declaration of the visible local variable of that name, also that of an
+    /// enclosing function.
     fn visible_local(&self, name: &str) -> Option<Span> {
         self.contexts.iter().rev().find_map(|context| match context.find(name)? {
             Binding::Local(local) => {
@@ -281,7 +283,8 @@ impl Resolver {
                 self.note_captured_assignment(local, span);
                 ExprKind::Local(local)
             }
-            // Only a statement assigns, and none can stand in the first value of a variable but in a lambda there.
+            // Assignments are statements, so this one is in a lambda within the variable's initial
+            // value.
             Some(Binding::Unborn) => {
                 self.report(own_initializer(name, span));
                 ExprKind::Error
@@ -366,7 +369,7 @@ impl Resolver {
             let local = self.declare(parameter, LocalKind::Parameter(number));
             self.bind(&parameter.name, Binding::Local(local));
         }
-        // The body shares the block of the parameters: a `var` cannot take a parameter's name.
+        // The body and the parameters share one block, so a `var` cannot take a parameter's name.
         let body = self.stmts(&function.body.stmts);
         self.contexts.pop();
         self.program.functions[id.0].body = body;
@@ -379,7 +382,7 @@ impl Resolver {
 
     fn expr(&mut self, expr: &ast::Expr) -> Expr {
         let (mut kind, span) = (self.expr_kind(expr), expr.span);
-        // Parentheses around a row belong to the value of the whole.
+        // The span of the last operation is that of the whole chain, parentheses included.
         if let ExprKind::Chain { links, .. } = &mut kind
             && let Some(last) = links.last_mut()
         {
@@ -402,7 +405,7 @@ impl Resolver {
             },
             ast::ExprKind::Index { object, index } => {
                 let (object, index) = (self.boxed(object), self.boxed(index));
-                // `t["x"]` is `t.x`.
+                // `t["x"]` is equivalent to `t.x`.
                 match index.kind {
                     ExprKind::Str(key) => ExprKind::Field { object, key, key_span: index.span },
                     _ => ExprKind::Index { object, index },
@@ -449,7 +452,7 @@ impl Resolver {
 
     fn callee(&mut self, callee: &ast::Expr) -> Expr {
         let resolved = self.expr(callee);
-        // A call is counted apart from other uses of the name.
+        // Direct calls are counted separately from other uses of a name.
         if let ExprKind::Name(id) = resolved.kind {
             let name = &mut self.program.names[id.0];
             name.reads.pop();
@@ -482,7 +485,7 @@ impl Resolver {
     }
 }
 
-/// Returns true if control never gets past the statement.
+/// Returns true if control never continues after the statement.
 fn leaves(stmt: &Stmt) -> bool {
     let block_leaves = |block: &Block| block.stmts.iter().any(leaves);
     match &stmt.kind {
@@ -494,7 +497,7 @@ fn leaves(stmt: &Stmt) -> bool {
     }
 }
 
-/// The warning for a `self` that is always nil.
+/// Returns the warning for a `self` that is always nil.
 pub fn self_is_nil(span: Span, message: &str) -> Diagnostic {
     Diagnostic::new(Code::SelfIsNil, span, message)
         .label("nil")

@@ -1,5 +1,5 @@
-//! The functions that robots offer to the script: those of one robot, or of every known robot when
-//! none is named.
+//! The functions that robots provide to the script: those of the target robot, or those of all
+//! known robots if no robot is named.
 
 use bittybuzz_robot_spec::{Function, Robot};
 use bittybuzz_vm_core::builtin::{self, Library};
@@ -7,20 +7,21 @@ use bittybuzz_vm_core::builtin::{self, Library};
 /// The robots that a script is compiled for.
 #[derive(Debug, Clone, Copy)]
 pub struct Robots<'a> {
-    /// The robot for which the script is built; `None` to accept the functions of any robot.
+    /// The target robot. If it is `None`, the functions of all known robots are accepted.
     pub target: Option<&'a Robot>,
-    /// Every robot that is known.
+    /// All known robots.
     pub known: &'a [Robot],
 }
 
 impl<'a> Robots<'a> {
-    /// The robots that run the script.
+    /// Returns the robots that run the script.
     fn targets(self) -> impl Iterator<Item = &'a Robot> {
         let any: &[Robot] = if self.target.is_some() { &[] } else { self.known };
         self.target.into_iter().chain(any)
     }
 
-    /// The functions of that name on the robots that run the script; more than one only where no robot is named.
+    /// Returns the functions of that name on the robots that run the script. There can be more than
+    /// one only if no robot is named.
     pub fn functions(self, name: &str) -> Vec<&'a Function> {
         self.targets().filter_map(|robot| robot.function(name)).collect()
     }
@@ -36,13 +37,13 @@ impl<'a> Robots<'a> {
         tables.any(|table| table.fields.iter().any(|known| known.name == field))
     }
 
-    /// Titles of the other robots that have a function or table of that name.
+    /// Returns the titles of the known robots that have a function or table of that name.
     pub fn elsewhere(self, name: &str) -> Vec<&'a str> {
         let has = |robot: &&Robot| robot.function(name).is_some() || robot.table(name).is_some();
         self.known.iter().filter(has).map(|robot| robot.title.as_str()).collect()
     }
 
-    /// Every name that a robot that runs the script has.
+    /// Returns the names of all functions and tables of the robots that run the script.
     pub fn names(self) -> impl Iterator<Item = &'a str> {
         self.targets().flat_map(|robot| {
             let functions = robot.functions.iter().map(|function| function.name.as_str());
@@ -50,7 +51,7 @@ impl<'a> Robots<'a> {
         })
     }
 
-    /// The members of a library that exist for the script.
+    /// Returns the members of a library that exist on the robots that run the script.
     pub fn members(self, library: Library) -> impl Iterator<Item = &'static builtin::Info> {
         let of_library = builtin::TABLE.iter().filter(move |info| info.library == library);
         of_library.filter(move |info| match (library, library.global_name()) {
@@ -59,7 +60,8 @@ impl<'a> Robots<'a> {
         })
     }
 
-    /// The member of a library with that name, if it exists for the script.
+    /// Returns the member of a library with that name, if it exists on the robots that run the
+    /// script.
     pub fn member(self, library: Library, name: &str) -> Option<&'static builtin::Info> {
         self.members(library).find(|info| info.name == name)
     }

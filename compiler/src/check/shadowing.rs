@@ -1,4 +1,4 @@
-//! Names that the script takes from machine or robot, or gives twice.
+//! Checks names that the script takes from the machine or the robot, or defines twice.
 
 use crate::check::names::{Meaning, offered};
 use crate::check::robots::Robots;
@@ -43,7 +43,8 @@ fn taken(name: &Name, robots: Robots<'_>, profile: Profile) -> Option<Diagnostic
     )
 }
 
-/// Without a named robot, a script may take a name that only some robots have.
+/// Describes the robot function that a script replaces. If no robot is named, the script may take a
+/// name that only some robots have.
 fn of_robot(name: &str, robots: Robots<'_>) -> Option<String> {
     match robots.target {
         Some(robot) => Some(format!("a function of the {}", robot.title)),

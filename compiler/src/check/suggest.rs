@@ -1,4 +1,4 @@
-//! Likely names: suggestions for a name that nothing defines.
+//! Suggestions for names that nothing defines.
 
 use bittybuzz_vm_core::builtin::{self, Library};
 
@@ -9,31 +9,31 @@ use crate::diagnostic::Diagnostic;
 use crate::source::Span;
 use crate::token::{Fixed, KEYWORDS};
 
-/// The candidate that is most like `name`, if one is alike enough to be meant.
+/// Returns the candidate that is most similar to `name`, if one is similar enough.
 pub fn nearest<'a>(name: &str, candidates: impl IntoIterator<Item = &'a str>) -> Option<&'a str> {
     let limit = (name.chars().count() / 3).max(1);
     let lower = name.to_lowercase();
     candidates
         .into_iter()
         .filter(|candidate| *candidate != name)
-        // Cheap, and rules out most.
+        // This test is cheap and rules out most candidates.
         .filter(|candidate| candidate.len().abs_diff(name.len()) <= 4 * limit)
         .map(|candidate| {
             let distance = strsim::damerau_levenshtein(&lower, &candidate.to_lowercase());
             (distance, candidate)
         })
-        // A name of one letter is like every other.
+        // Without this limit, a name of one letter would be similar to every other.
         .filter(|(distance, candidate)| *distance <= limit && *distance < candidate.chars().count())
         .min()
         .map(|(_, candidate)| candidate)
 }
 
-/// A proposal for a name that is not defined.
+/// A suggestion for a name that is not defined.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Advice {
-    /// The help of the message.
+    /// The help text of the diagnostic.
     pub help: String,
-    /// The replacement of the name; true if no other one is possible.
+    /// The replacement of the name, with true if no other replacement is possible.
     pub instead: Option<(String, bool)>,
 }
 
@@ -42,7 +42,7 @@ impl Advice {
         Advice { help: help.into(), instead: None }
     }
 
-    /// Adds it to a diagnostic about the name at `span`.
+    /// Adds the suggestion to a diagnostic about the name at `span`.
     pub fn give(self, diagnostic: Diagnostic, span: Span) -> Diagnostic {
         let diagnostic = diagnostic.help(self.help);
         match self.instead {
@@ -53,7 +53,8 @@ impl Advice {
     }
 }
 
-/// Advice for a name that nothing defines; `function` is where it stands.
+/// Returns a suggestion for a name that nothing defines; `function` is the function that contains
+/// the name.
 pub fn for_name(
     name: &str,
     program: &ResolvedScript,
@@ -100,7 +101,7 @@ pub fn for_name(
     })
 }
 
-/// Help for a field that a library does not have.
+/// Returns help for a field that a library does not have.
 pub fn for_member(library: Library, key: &str, robots: Robots<'_>) -> Option<String> {
     if library == Library::Math && matches!(key, "random" | "rand") {
         return Some("did you mean `math.rng.uniform(a, b)` or `rand()`?".to_owned());
@@ -113,7 +114,7 @@ pub fn for_member(library: Library, key: &str, robots: Robots<'_>) -> Option<Str
     {
         return Some(format!("did you mean `{}`?", path(likely)));
     }
-    // The same name elsewhere, as `math.uniform` for `math.rng.uniform`.
+    // The name may belong to another library, as `uniform` in `math.uniform` belongs to `math.rng`.
     let elsewhere = builtin::TABLE.iter().find(|info| info.name == key && info.library != library);
     if let Some(info) = elsewhere.filter(|info| is_reached_by_name(info.library)) {
         return Some(format!("did you mean `{}`?", path(info)));
@@ -124,7 +125,7 @@ pub fn for_member(library: Library, key: &str, robots: Robots<'_>) -> Option<Str
     starts.map(|info| format!("did you mean `{}`?", path(info)))
 }
 
-/// Help for a function that the library's objects have, which `create` makes.
+/// Returns help for a function of the objects that the library's `create` returns.
 fn for_object(library: Library, key: &str) -> Option<String> {
     let (objects, variable) = match library {
         Library::Swarm => (Library::SwarmObject, "s"),
@@ -137,7 +138,8 @@ fn for_object(library: Library, key: &str) -> Option<String> {
     Some(format!("`{variable} = {library}.create(1)` in `init` makes one that has it: `{form}`"))
 }
 
-/// Returns true if the first letters are enough, as in `squareroot` and `sqrt`.
+/// Returns true if the names have equal first two letters and equal last letters, as `squareroot`
+/// and `sqrt`.
 fn is_prefix(key: &str, name: &str) -> bool {
     key.len() >= 3
         && key.chars().take(2).eq(name.chars().take(2))
@@ -148,7 +150,7 @@ fn is_reached_by_name(library: Library) -> bool {
     matches!(library, Library::Global | Library::Rng) || library.global_name().is_some()
 }
 
-/// A built-in as scripts write it.
+/// Returns the name of a built-in as scripts write it.
 pub fn path(info: &builtin::Info) -> String {
     match (info.library, info.library.global_name()) {
         (Library::Rng, _) => format!("math.rng.{}", info.name),
@@ -165,7 +167,7 @@ pub fn library_path(library: Library) -> &'static str {
     }
 }
 
-/// The value in Buzz of a constant of other languages.
+/// Returns the Buzz value of a constant of other languages.
 fn constant(name: &str) -> Option<&'static str> {
     match name.to_lowercase().as_str() {
         "true" => Some("1"),
@@ -175,7 +177,7 @@ fn constant(name: &str) -> Option<&'static str> {
     }
 }
 
-/// Words of other languages.
+/// Returns help for words of other languages.
 fn foreign(name: &str) -> Option<&'static str> {
     Some(match name {
         "true" | "True" | "TRUE" => "Buzz has no `true`: use 1",

@@ -1,8 +1,8 @@
-//! The script with its names resolved: [`super::resolve`] makes it from the syntax tree, for the
-//! checks and the code generator.
+//! The resolved syntax tree. [`super::resolve`] makes it from the syntax tree, for the checks and
+//! the code generator.
 //!
-//! Functions lie in one list; number 0 is the global code. Parentheses are gone, `for` is a `while`
-//! with an update.
+//! All functions are in one list, in which number 0 is the global code. The tree has no
+//! parentheses, and a `for` is a `while` with an update.
 
 use std::collections::HashMap;
 
@@ -30,9 +30,10 @@ impl FunctionId {
 /// A whole script.
 #[derive(Debug, Clone, Default)]
 pub struct ResolvedScript {
-    /// Number 0 is the global code; a lambda comes after the function that creates it.
+    /// The functions. Number 0 is the global code; a lambda comes after the function that creates
+    /// it.
     pub functions: Vec<Function>,
-    /// Names that are no locals, in order of first appearance.
+    /// The names that are not locals, in order of first appearance.
     pub names: Vec<Name>,
     /// The names that syntax errors hide.
     pub hidden: Hidden,
@@ -40,22 +41,22 @@ pub struct ResolvedScript {
 }
 
 impl ResolvedScript {
-    /// The function with that number.
+    /// Returns the function with that number.
     pub fn function(&self, id: FunctionId) -> &Function {
         &self.functions[id.0]
     }
 
-    /// The name with that number.
+    /// Returns the name with that number.
     pub fn name(&self, id: NameId) -> &Name {
         &self.names[id.0]
     }
 
-    /// The number of a name that occurs in the script.
+    /// Returns the number of a name if the name occurs in the script.
     pub fn find_name(&self, text: &str) -> Option<NameId> {
         self.numbers.get(text).copied()
     }
 
-    /// The number of a name, which it gets now if it is new.
+    /// Returns the number of a name, and adds the name if it is new.
     pub fn intern(&mut self, text: &str) -> NameId {
         if let Some(id) = self.find_name(text) {
             return id;
@@ -67,16 +68,16 @@ impl ResolvedScript {
     }
 }
 
-/// A name that is no local, and where the script uses it.
+/// A name that is not a local, and the places that use it.
 #[derive(Debug, Clone, Default)]
 pub struct Name {
     /// The text as written.
     pub text: String,
-    /// Places that read it, but for direct calls.
+    /// Places that read the name, except for direct calls.
     pub reads: Vec<Span>,
-    /// Places that call it directly.
+    /// Places that call the name directly.
     pub calls: Vec<Span>,
-    /// Places that assign it, `var` at the top level included.
+    /// Places that assign the name, including `var` at the top level.
     pub writes: Vec<Span>,
     /// Named functions of that name, in order.
     pub definitions: Vec<(FunctionId, Span)>,
@@ -95,16 +96,15 @@ pub struct Function {
     pub locals: Vec<Local>,
     /// Locals of the creating function that are captured, in the order of their numbers.
     pub captures: Vec<LocalId>,
-    /// `self` occurs in it, or in a lambda that takes its self from here.
+    /// True if the function uses `self`, or creates a lambda that does.
     pub uses_self: bool,
-    /// The function that creates this lambda.
+    /// The function that creates this lambda; `None` for others.
     pub creator: Option<FunctionId>,
-    /// Statements.
     pub body: Vec<Stmt>,
 }
 
 impl Function {
-    /// The local with that number.
+    /// Returns the local with that number.
     pub fn local(&self, id: LocalId) -> &Local {
         &self.locals[id.0]
     }
@@ -117,22 +117,21 @@ pub struct Local {
     pub name: String,
     /// The place of its declaration.
     pub span: Span,
-    /// Its kind.
     pub kind: LocalKind,
 }
 
 /// The kind of a local variable.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum LocalKind {
-    /// Parameter number, from 0.
+    /// A parameter, by its number from 0.
     Parameter(usize),
-    /// `var`
+    /// A variable, declared by `var`.
     Variable,
-    /// A captured value: its number, and whether the lambda assigns it, which needs a copy.
+    /// A captured value.
     Captured {
         /// Position in [`Function::captures`].
         index: usize,
-        /// The lambda assigns it.
+        /// True if the lambda assigns the value, which needs a copy.
         assigned: bool,
     },
 }
@@ -140,27 +139,24 @@ pub enum LocalKind {
 /// A statement.
 #[derive(Debug, Clone)]
 pub struct Stmt {
-    /// The statement.
     pub kind: StmtKind,
     /// The place in the source.
     pub span: Span,
 }
 
-/// A statement.
+/// The kinds of statements.
 #[derive(Debug, Clone)]
 pub enum StmtKind {
     /// Declares a local; a `var` that declares a global is an [`StmtKind::Assign`].
     Var {
-        /// The local.
         local: LocalId,
-        /// nil without.
+        /// The first value; `None` stands for nil.
         value: Option<Expr>,
     },
-    /// Assigns.
+    /// An assignment.
     Assign {
         /// [`ExprKind::Local`], [`ExprKind::Name`], [`ExprKind::Field`] or [`ExprKind::Index`].
         target: Expr,
-        /// The new value.
         value: Expr,
     },
     /// `if`
@@ -172,14 +168,12 @@ pub enum StmtKind {
     },
     /// `while`, or the part of a `for` after its first statement.
     While {
-        /// The condition.
         condition: Expr,
-        /// The body.
         body: Block,
         /// The last part of a `for`.
         update: Option<Box<Stmt>>,
     },
-    /// Leaves the function.
+    /// A return from the function; `None` returns nil.
     Return(Option<Expr>),
     /// A call for its effect.
     Call(Expr),
@@ -188,16 +182,13 @@ pub enum StmtKind {
 /// One condition of an `if` and its block, which runs if no earlier condition is true.
 #[derive(Debug, Clone)]
 pub struct Branch {
-    /// The condition.
     pub condition: Expr,
-    /// The block.
     pub then: Block,
 }
 
-/// Statements whose `var`s end with them.
+/// A sequence of statements that is the scope of its `var`s.
 #[derive(Debug, Clone, Default)]
 pub struct Block {
-    /// The statements.
     pub stmts: Vec<Stmt>,
     /// The place in the source.
     pub span: Span,
@@ -206,13 +197,12 @@ pub struct Block {
 /// An expression.
 #[derive(Debug, Clone)]
 pub struct Expr {
-    /// The expression.
     pub kind: ExprKind,
     /// The place in the source.
     pub span: Span,
 }
 
-/// An expression.
+/// The kinds of expressions.
 #[derive(Debug, Clone)]
 pub enum ExprKind {
     /// nil
@@ -233,9 +223,7 @@ pub enum ExprKind {
     Field {
         /// The table.
         object: Box<Expr>,
-        /// Name of the field.
         key: String,
-        /// The place of the name.
         key_span: Span,
     },
     /// `object[index]`
@@ -245,11 +233,10 @@ pub enum ExprKind {
         /// The key.
         index: Box<Expr>,
     },
-    /// `callee(args)`; a callee that is a field or an element makes its table the `self` of the call.
+    /// `callee(args)`. If the callee is a field or an element, the call gets the callee's table as
+    /// its `self`.
     Call {
-        /// The called value.
         callee: Box<Expr>,
-        /// Its arguments.
         args: Vec<Expr>,
     },
     /// A table literal.
@@ -260,33 +247,31 @@ pub enum ExprKind {
     Unary {
         /// The operation; never [`UnaryOp::Plus`].
         op: UnaryOp,
-        /// The value.
         operand: Box<Expr>,
     },
-    /// Operations on two values in a row: operators of one [`Power`](crate::ast::Power), computed from the left. So
-    /// a long sum is no deep tree.
+    /// A chain of binary operations whose operators have one [`Power`](crate::ast::Power),
+    /// evaluated from left to right. A long sum is therefore no deep tree.
     Chain {
-        /// The left side of the first operation.
+        /// The left operand of the first operation.
         first: Box<Expr>,
         /// The operations; at least one.
         links: Vec<Link>,
     },
-    /// Source that could not be understood; an error was reported.
+    /// Source with an error that was reported.
     Error,
 }
 
-/// An operation on the value of all that stands before it in a [`ExprKind::Chain`].
+/// An operation in an [`ExprKind::Chain`]. Its left operand is the value of the chain before it.
 #[derive(Debug, Clone)]
 pub struct Link {
-    /// The operation.
     pub op: BinaryOp,
-    /// Its right side.
+    /// The right operand.
     pub right: Expr,
-    /// The source of the value up to here, from the first operand to this one.
+    /// The source from the first operand of the chain to the right operand of this operation.
     pub span: Span,
 }
 
-/// Calls `visit` for every expression directly below this one, but for the keys of table literals, which are
+/// Calls `visit` for every direct subexpression, except for the keys of table literals, which are
 /// constants.
 pub fn children<'a>(expr: &'a Expr, mut visit: impl FnMut(&'a Expr)) {
     match &expr.kind {
@@ -319,7 +304,8 @@ pub fn children<'a>(expr: &'a Expr, mut visit: impl FnMut(&'a Expr)) {
     }
 }
 
-/// Calls `visit` for every statement, outer ones first. Lambdas are functions of their own.
+/// Calls `visit` for every statement, outer ones first. The bodies of lambdas are not visited,
+/// because lambdas are functions of their own.
 pub fn each_stmt<'a>(stmts: &'a [Stmt], visit: &mut dyn FnMut(&'a Stmt)) {
     for stmt in stmts {
         visit(stmt);
@@ -340,7 +326,8 @@ pub fn each_stmt<'a>(stmts: &'a [Stmt], visit: &mut dyn FnMut(&'a Stmt)) {
     }
 }
 
-/// Calls `visit` for every expression in the statements, outer ones first. Lambdas are functions of their own.
+/// Calls `visit` for every expression in the statements, outer ones first. The bodies of lambdas
+/// are not visited, because lambdas are functions of their own.
 pub fn each_expr<'a>(stmts: &'a [Stmt], visit: &mut dyn FnMut(&'a Expr)) {
     for stmt in stmts {
         match &stmt.kind {

@@ -1,4 +1,5 @@
-//! Finds variables, parameters and functions that nothing uses, and assignments that give a variable nothing new.
+//! Finds variables, parameters and functions that nothing uses, and assignments that have no
+//! effect.
 
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -35,7 +36,8 @@ pub fn check_unused(program: &ResolvedScript, meanings: &Meanings<'_>) -> Vec<Di
         let is_called_by_name = is_called_by_name(program, meanings, id);
         for (number, local) in function.locals.iter().enumerate() {
             let is_used = uses.locals.contains(&(id, LocalId(number)));
-            // The main script is the author's; `_` in front of a name says that it is not needed.
+            // Only the main script is checked, because included files may be shared. A name with a
+            // leading `_` is unused on purpose.
             if is_used || local.name.starts_with('_') || local.span.file != FileId::default() {
                 continue;
             }
@@ -54,8 +56,8 @@ pub fn check_unused(program: &ResolvedScript, meanings: &Meanings<'_>) -> Vec<Di
     diagnostics
 }
 
-/// Returns true for a function whose callers are all known, so that its author chose its
-/// parameters.
+/// Returns true for a function whose callers are all known, so that its parameters are its author's
+/// choice.
 fn is_called_by_name(program: &ResolvedScript, meanings: &Meanings<'_>, id: FunctionId) -> bool {
     let name = program.function(id).name.as_deref().and_then(|name| program.find_name(name));
     name.is_some_and(|name| {
@@ -80,7 +82,8 @@ fn unused_parameter(name: &str, span: Span) -> Diagnostic {
         ))
 }
 
-/// Functions of the main script that nothing mentions. A file without an entry point is a library or a first trial.
+/// Returns warnings about functions of the main script that nothing mentions. A file without an
+/// entry point is a library or a first trial and gets no warning.
 fn unused_functions(program: &ResolvedScript) -> Vec<Diagnostic> {
     let has_entry = program.names.iter().any(|name| {
         ENTRIES.contains(&name.text.as_str())
@@ -117,7 +120,8 @@ fn self_assignment(span: Span) -> Diagnostic {
         .help("remove the statement, or assign what was meant")
 }
 
-/// Globals each of whose values needs the value before: there is never a first one.
+/// Finds globals whose every assignment needs their previous value, so that they never get a first
+/// value.
 fn only_own_values(
     program: &ResolvedScript,
     meanings: &Meanings<'_>,
@@ -150,8 +154,8 @@ struct Uses {
     function: FunctionId,
     locals: BTreeSet<(FunctionId, LocalId)>,
     self_assignments: Vec<Span>,
-    /// For each assignment of a global the place where its value needs the value before. An assignment of nil and one
-    /// of the variable itself give no value and are left out.
+    /// For each assignment of a global, the place where the new value needs the previous one.
+    /// Assignments of nil and of the variable itself give no value and are left out.
     assigned: BTreeMap<NameId, Vec<Option<Span>>>,
 }
 
@@ -210,7 +214,8 @@ impl Uses {
     }
 }
 
-/// The place where an expression computes with the value of a global, so that nil stops the script.
+/// Returns the place where an expression computes with the value of a global, so that nil stops the
+/// script.
 fn needed(expr: &Expr, name: NameId) -> Option<Span> {
     let operand = |operand: &Expr| match operand.kind {
         ExprKind::Name(used) if used == name => Some(operand.span),

@@ -1,4 +1,5 @@
-//! Values that can be seen in the source: literals out of range, and operations that cannot work.
+//! Checks values that are known from the source: literals out of range, and operations that cannot
+//! succeed.
 
 use crate::ast::{BinaryOp, UnaryOp};
 use crate::check::names::{Meaning, Meanings};
@@ -9,7 +10,7 @@ use crate::codes::Code;
 use crate::diagnostic::Diagnostic;
 use crate::source::Span;
 
-/// The type of a value, as far as the source shows it.
+/// The type of a value, as far as it is known from the source.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum ValueKind {
     /// nil
@@ -47,7 +48,7 @@ impl ValueKind {
     }
 }
 
-/// The type of an expression's value, where it is certain unless the expression faults.
+/// Returns the type of an expression's value, if the type is certain unless the expression faults.
 pub fn kind_of(expr: &Expr, meanings: &Meanings<'_>) -> Option<ValueKind> {
     match &expr.kind {
         ExprKind::Nil => Some(ValueKind::Nil),
@@ -77,7 +78,7 @@ pub fn kind_of(expr: &Expr, meanings: &Meanings<'_>) -> Option<ValueKind> {
     }
 }
 
-/// The type of an operation's value, from those of its two sides.
+/// Returns the type of an operation's value, from those of its two sides.
 pub fn result_kind(op: BinaryOp, left: Option<ValueKind>, right: Option<ValueKind>) -> ValueKind {
     match op {
         BinaryOp::Add | BinaryOp::Sub | BinaryOp::Mul | BinaryOp::Div | BinaryOp::Mod => {
@@ -95,7 +96,7 @@ pub fn result_kind(op: BinaryOp, left: Option<ValueKind>, right: Option<ValueKin
 /// One side of an operation.
 #[derive(Debug, Clone, Copy)]
 pub struct Operand {
-    /// The type of its value, where that is certain.
+    /// The type of the value; `None` if it is not certain.
     pub kind: Option<ValueKind>,
     /// The place in the source.
     pub span: Span,
@@ -135,7 +136,7 @@ impl Checker<'_> {
     pub fn check_float(&mut self, value: f64, span: Span) {
         let nearest = constant::from_bits(self.profile, constant::float_bits(self.profile, value));
         let problem = if value.is_infinite() {
-            // No profile can hold it: the lexer said so.
+            // The lexer reported it: no profile can represent the value.
             return;
         } else if nearest.is_infinite() {
             "too large"
@@ -162,7 +163,7 @@ impl Checker<'_> {
         );
     }
 
-    /// An operation on one value.
+    /// Checks an operation on one value.
     pub fn check_unary(&mut self, op: UnaryOp, operand: &Expr, span: Span) {
         let Some(kind) = kind_of(operand, self.meanings) else { return };
         let works = match op {
@@ -176,7 +177,7 @@ impl Checker<'_> {
         }
     }
 
-    /// An operation on two values, of which the right one is written as `written`.
+    /// Checks an operation on two values; `written` is the source of the right one.
     pub fn check_binary(
         &mut self,
         op: BinaryOp,
@@ -224,7 +225,7 @@ impl Checker<'_> {
 
     fn check_order(&mut self, kinds: (Option<ValueKind>, Option<ValueKind>), span: Span) {
         let (Some(left), Some(right)) = kinds else { return };
-        // nil is below everything.
+        // Nil is less than all other values.
         let is_ordered = left == ValueKind::Nil
             || right == ValueKind::Nil
             || (left.is_number() && right.is_number())
@@ -261,7 +262,7 @@ impl Checker<'_> {
         true
     }
 
-    /// A literal by which nothing can be divided or shifted.
+    /// Checks for a literal that is no valid divisor or shift count.
     fn check_right_side(&mut self, op: BinaryOp, left: Operand, right: &Expr, span: Span) {
         let ExprKind::Int(value) = right.kind else { return };
         match op {
@@ -298,7 +299,7 @@ impl Checker<'_> {
         );
     }
 
-    /// A key between brackets.
+    /// Checks a key between brackets.
     pub fn check_key(&mut self, key: &Expr) {
         let Some(kind @ (ValueKind::Nil | ValueKind::Table | ValueKind::Function)) =
             kind_of(key, self.meanings)
@@ -317,7 +318,7 @@ impl Checker<'_> {
     }
 }
 
-/// Bits of an integer.
+/// Returns the number of bits of an integer.
 pub fn word_bits(profile: Profile) -> i64 {
     8 * constant::word_bytes(profile) as i64
 }

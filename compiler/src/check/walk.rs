@@ -1,4 +1,4 @@
-//! Goes through every expression of a script and has it checked where it stands.
+//! Visits every expression of a script and checks it with knowledge of the conditions around it.
 
 use std::collections::BTreeSet;
 
@@ -22,19 +22,20 @@ pub struct Checker<'a> {
     pub program: &'a ResolvedScript,
     pub meanings: &'a Meanings<'a>,
     pub profile: Profile,
-    /// The function that the walk is in.
+    /// The function that is being visited.
     pub function: FunctionId,
     diagnostics: Vec<Diagnostic>,
-    /// Names that are not nil here, because a condition around this place tests them.
+    /// Names that are certainly not nil at the current place, because a condition around it tests
+    /// them.
     guarded: Vec<NameId>,
-    /// Names that were reported as never assigned; once is enough.
+    /// Names that were reported as never assigned, because one message per name is enough.
     reported: BTreeSet<NameId>,
-    /// Unknown names for which a likely one is still searched.
+    /// The number of unknown names for which the checker may still search for a suggestion.
     searches_left: usize,
 }
 
-/// The unknown names for which a likely one is searched. Each search looks at every name of the script, and a person
-/// reads the first messages only.
+/// The maximum number of unknown names for which the checker searches for a suggestion. Each search
+/// compares every name of the script, and people read only the first messages.
 const MOST_SEARCHES: usize = 100;
 
 /// Checks every expression of a script.
@@ -54,7 +55,7 @@ pub fn check_expressions(
         searches_left: MOST_SEARCHES,
     };
     for (number, function) in program.functions.iter().enumerate() {
-        // Lambdas are visited where they stand, under the conditions there.
+        // A lambda is visited where it occurs, under the conditions around it.
         if function.creator.is_none() {
             checker.enter(FunctionId(number));
         }
@@ -68,13 +69,13 @@ impl Checker<'_> {
         self.diagnostics.push(diagnostic);
     }
 
-    /// Returns help for a name that nothing defines.
+    /// Returns a suggestion for a name that nothing defines.
     pub fn likely_name(&mut self, name: &str) -> Option<Advice> {
         self.searches_left = self.searches_left.checked_sub(1)?;
         suggest::for_name(name, self.program, self.function, self.meanings.robots())
     }
 
-    /// Returns true if a condition around this place makes sure that the name is not nil.
+    /// Returns true if a condition around the current place ensures that the name is not nil.
     pub fn is_guarded(&self, name: NameId) -> bool {
         self.guarded.contains(&name)
     }
@@ -150,7 +151,7 @@ impl Checker<'_> {
         }
     }
 
-    /// An expression of which only the truth counts: a name may be nil here.
+    /// Visits an expression of which only the truth counts, where a name may be nil.
     fn tested(&mut self, expr: &Expr) {
         match &expr.kind {
             ExprKind::Name(name) => self.tested_name(*name, expr.span),
@@ -188,7 +189,8 @@ impl Checker<'_> {
         self.guarded.truncate(outside);
     }
 
-    /// A test for a function of another robot is the way to write a script for unlike robots.
+    /// Visits a name whose value is only tested. Testing for a function of another robot is not
+    /// reported, because a script for robots of several types needs such tests.
     fn tested_name(&mut self, name: NameId, span: Span) {
         let text = &self.program.name(name).text;
         if self.meanings.robots().elsewhere(text).is_empty() && text != "string" {
@@ -260,7 +262,7 @@ impl Checker<'_> {
         }
     }
 
-    /// A callee: names and members are checked with the call.
+    /// Visits the parts of a callee. `check_call` checks the name or member itself.
     fn callee(&mut self, callee: &Expr) {
         match &callee.kind {
             ExprKind::Name(_) => {}
@@ -335,13 +337,13 @@ impl Checker<'_> {
         self.report(diagnostic.label("always nil"));
     }
 
-    /// Returns true if a library may have a member that syntax errors hide.
+    /// Returns true if the library may have this member through source with syntax errors.
     pub fn may_be_member(&self, library: Library, key: &str) -> bool {
         let hidden = &self.program.hidden;
         hidden.is_lost(key) || library.global_name().is_some_and(|library| hidden.is_lost(library))
     }
 
-    /// A field that is read, not called.
+    /// Checks a field of a library that is read, not called.
     fn member(&mut self, object: &Expr, key: &str, span: Span) {
         let Some(library) = self.meanings.library(object) else { return };
         if !matches!(self.meanings.member(library, key), Member::Absent)
@@ -361,7 +363,7 @@ impl Checker<'_> {
     }
 }
 
-/// The name that a call of `isnil` tests.
+/// Returns the name that a call of `isnil` tests.
 fn is_nil_test(callee: &Expr, args: &[Expr], meanings: &Meanings<'_>) -> Option<NameId> {
     let ExprKind::Name(function) = callee.kind else { return None };
     match args {
@@ -373,7 +375,7 @@ fn is_nil_test(callee: &Expr, args: &[Expr], meanings: &Meanings<'_>) -> Option<
     }
 }
 
-/// The name in `name == nil`, `nil != name` and the like.
+/// Returns the name that is compared with nil in `name == nil`, `nil != name` and the like.
 fn compared_with_nil(op: BinaryOp, left: &Expr, right: &Expr) -> Option<(NameId, Span)> {
     match (op, &left.kind, &right.kind) {
         (BinaryOp::Eq | BinaryOp::NotEq, ExprKind::Name(name), ExprKind::Nil) => {
@@ -386,7 +388,7 @@ fn compared_with_nil(op: BinaryOp, left: &Expr, right: &Expr) -> Option<(NameId,
     }
 }
 
-/// The names that cannot be nil where the truth of the condition is `wanted`.
+/// Returns the names that cannot be nil if the truth of the condition is `wanted`.
 fn not_nil_if(condition: &Expr, wanted: bool, meanings: &Meanings<'_>) -> Vec<NameId> {
     match &condition.kind {
         ExprKind::Name(name) if wanted => vec![*name],
@@ -398,7 +400,7 @@ fn not_nil_if(condition: &Expr, wanted: bool, meanings: &Meanings<'_>) -> Vec<Na
             {
                 return vec![name];
             }
-            // All parts of a true `and` are true, all parts of a false `or` are false.
+            // All operands of a true `and` are true, and all operands of a false `or` are false.
             let deciding = if wanted { BinaryOp::And } else { BinaryOp::Or };
             let run = links.iter().rev().take_while(|link| link.op == deciding).count();
             let first = Some(&**first).filter(|_| run == links.len());

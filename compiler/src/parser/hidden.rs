@@ -1,4 +1,5 @@
-//! Names that syntax errors hide: nothing certain can be said of a name that stands in source that was not understood.
+//! Names that syntax errors hide: a name in source that could not be parsed may have uses or
+//! definitions that the compiler does not know.
 
 use std::collections::BTreeSet;
 use std::ops::Range;
@@ -12,11 +13,13 @@ use crate::token::{Fixed, Token, TokenKind};
 #[derive(Debug, Clone, Default, PartialEq, Eq)]
 pub struct Hidden {
     is_any: bool,
-    /// A file could not be included, or the parser gave up: any name may be defined in source that was not read.
+    /// True if a file could not be included, or the parser gave up. Any name may be defined in
+    /// source that was not read.
     is_everything: bool,
-    /// Names in statements and brackets that were not understood.
+    /// Names in statements and brackets that could not be parsed.
     lost: BTreeSet<String>,
-    /// Names that the source defines somewhere. A bracket that is missing can move them to another function.
+    /// Names that the source defines somewhere. A missing bracket can move a definition to another
+    /// function.
     defined: BTreeSet<String>,
 }
 
@@ -26,17 +29,19 @@ impl Hidden {
         self.is_any
     }
 
-    /// Returns true if the name may have uses that were not understood.
+    /// Returns true if the name may have uses that could not be parsed.
     pub fn is_lost(&self, name: &str) -> bool {
         self.is_everything || self.lost.contains(name)
     }
 
-    /// Returns true if the name may have a definition that was not understood, or not where it belongs.
+    /// Returns true if the name may have a definition that could not be parsed, or was parsed at
+    /// the wrong place.
     pub fn may_define(&self, name: &str) -> bool {
         self.is_lost(name) || self.defined.contains(name)
     }
 
-    /// Collects the names that the errors among `diagnostics` hide. `lost` are the tokens that were not understood.
+    /// Collects the names that the errors among `diagnostics` hide. `lost` are the tokens that
+    /// could not be parsed.
     pub(super) fn find(
         tokens: &[Token],
         lost: &[Range<usize>],
@@ -61,7 +66,7 @@ impl Hidden {
             let line = text.and_then(|text| text.lines().next()).unwrap_or_default();
             hidden.lost.extend(words(line));
         }
-        // A quote that is missing may have made a string of lines of code.
+        // A missing quote may have turned lines of code into a string.
         let strings = tokens.iter().filter(|token| matches!(token.kind, TokenKind::Str(_)));
         for text in strings.map(|token| sources.text(token.span)) {
             if text.contains('\n') {
@@ -96,7 +101,7 @@ fn hides_a_file(code: Code) -> bool {
     )
 }
 
-/// The name at the very end of the script, which the author may not have finished.
+/// Returns the name at the very end of the script, which the author may not have finished.
 fn unfinished(tokens: &[Token], sources: &SourceMap) -> Option<String> {
     let last = tokens.iter().rev().find(|token| token.kind != TokenKind::FileEnd)?;
     let is_at_end = last.span.file == FileId::default()
@@ -104,7 +109,7 @@ fn unfinished(tokens: &[Token], sources: &SourceMap) -> Option<String> {
     name(last).filter(|_| is_at_end).map(str::to_owned)
 }
 
-/// The names after `var` and `function`, those before `=`, and those of parameters.
+/// Returns the names after `var` and `function`, those before `=`, and those of parameters.
 fn defined(tokens: &[Token]) -> BTreeSet<String> {
     let mut names = BTreeSet::new();
     let mut is_in_parameters = false;
