@@ -1,12 +1,11 @@
-//! The numbers of arguments with which functions are called, as far as the program shows them.
+//! Finds the numbers of arguments with which functions are called, as far as the program shows
+//! them.
 //!
-//! A `.bo` file does not say how many parameters a function has. Mostly its own use of locals tells
-//! enough, but where
-//! a function creates a lambda, parameters that only the lambda uses look like the lambda's own.
-//! Then the calls
-//! decide. To find the calls of a function that is stored, passed on or returned, all places that
-//! may hold the same
-//! function are put in one class: globals, fields by name, elements, locals, parameters, results.
+//! A `.bo` file does not state the number of parameters of a function. Mostly the function's own
+//! use of locals determines the number. If the function creates a lambda, however, parameters that
+//! only the lambda uses look like the lambda's own, and the calls must decide. To find the calls of
+//! a function that is stored, passed on or returned, all places that may hold the same function are
+//! put in one class: globals, fields by name, elements, locals, parameters, results.
 
 use std::collections::{BTreeMap, BTreeSet, HashMap};
 
@@ -20,24 +19,24 @@ use crate::check::tree::{Expr, ExprKind, NameId};
 #[derive(Debug, Clone, PartialEq, Eq, Hash)]
 enum Place {
     Global(NameId),
-    /// A field of that name in any table but the libraries.
+    /// A field of that name in any table except the libraries.
     Field(String),
     /// A function of a library.
     Member(Library, String),
-    /// An element of any table under a key that is no constant string.
+    /// An element of any table under a key that is not a constant string.
     Element,
     /// A local of a chunk, by its number in the file.
     Local(usize, u32),
-    /// The function of that chunk itself.
+    /// The function of that chunk.
     Function(usize),
 }
 
-/// Number of a class. It may have been merged into another since.
+/// The number of a class. The class may have been merged into another one.
 type Class = usize;
 
 #[derive(Debug, Default)]
 struct Members {
-    /// The class into which it was merged.
+    /// The class into which this one was merged.
     into: Option<Class>,
     /// Numbers of arguments in calls.
     counts: BTreeSet<usize>,
@@ -55,9 +54,8 @@ pub struct Arities {
 }
 
 impl Arities {
-    /// Looks through a program. `entries` are the names of functions that the host calls without
-    /// arguments;
-    /// `has_plain_base` is true for functions whose first parameter is local 1.
+    /// Analyzes a program. `entries` are the names of functions that the host calls without
+    /// arguments; `has_plain_base` returns true for functions whose first parameter is local 1.
     pub fn new(
         outlines: &[Outline],
         names: &Names,
@@ -93,7 +91,8 @@ impl Arities {
             scan.nodes(&outline.nodes);
         }
         for Callback { callee, argument, count } in callbacks {
-            // Unless the program has a function of its own under that name.
+            // A function of the program with that name replaces the built-in, so its calls are
+            // unknown.
             let callee = arities.find(callee);
             if !arities.classes[callee].has_function {
                 arities.called(argument, count);
@@ -103,19 +102,20 @@ impl Arities {
         arities
     }
 
-    /// With how many arguments the function of a chunk is called, if it is.
+    /// Returns the numbers of arguments with which the function of a chunk is called. Empty if no
+    /// call of it was found.
     pub fn counts(&mut self, chunk: usize) -> &BTreeSet<usize> {
         let class = self.place(Place::Function(chunk));
         let class = self.find(class);
         &self.classes[class].counts
     }
 
-    /// With how many arguments functions are called that may be any.
+    /// Returns the numbers of arguments in calls that may call any function.
     pub fn unknown(&self) -> &BTreeSet<usize> {
         &self.unknown
     }
 
-    /// Calls of locals that hold no function as far as is seen: they may call any function.
+    /// Collects the calls of locals for which no function was found: they may call any function.
     fn calls_of_unknown(&mut self) -> BTreeSet<usize> {
         let is_local =
             |(place, class): (&Place, &Class)| matches!(place, Place::Local(..)).then_some(*class);
@@ -172,7 +172,7 @@ impl Arities {
         result
     }
 
-    /// The class of a parameter, counted from 0, of a function of this class.
+    /// Returns the class of a parameter, counted from 0, of a function of this class.
     fn parameter(&mut self, class: Class, index: usize) -> Class {
         let class = self.find(class);
         if let Some(parameter) = self.classes[class].parameters.get(&index) {
@@ -184,7 +184,8 @@ impl Arities {
         parameter
     }
 
-    /// Two places may hold the same function: so may their results and parameters.
+    /// Merges two classes, because two places may hold the same function. The classes of their
+    /// results and parameters are merged as well.
     fn merge(&mut self, a: Class, b: Class) {
         let mut pending = vec![(a, b)];
         while let Some((a, b)) = pending.pop() {
@@ -214,14 +215,14 @@ impl Arities {
     }
 }
 
-/// An argument that a built-in function calls.
+/// An argument that a built-in function calls back.
 struct Callback {
     callee: Class,
     argument: Class,
     count: usize,
 }
 
-/// Looks through the code of one chunk.
+/// The scan of one chunk.
 struct Scan<'a> {
     arities: &'a mut Arities,
     names: &'a Names,
@@ -272,7 +273,7 @@ impl Scan<'_> {
         }
     }
 
-    /// The class of the function that an expression may be.
+    /// Returns the class of the function that an expression may yield.
     fn expr(&mut self, expr: &Expr) -> Option<Class> {
         let place = match &expr.kind {
             ExprKind::Name(id) => Place::Global(*id),
@@ -344,7 +345,7 @@ impl Scan<'_> {
     }
 }
 
-/// The library that an expression names.
+/// Returns the library that an expression refers to.
 fn library(expr: &Expr, names: &Names) -> Option<Library> {
     match &expr.kind {
         ExprKind::Name(id) => {
@@ -358,7 +359,7 @@ fn library(expr: &Expr, names: &Names) -> Option<Library> {
     }
 }
 
-/// With how many arguments a built-in function calls its argument `index`.
+/// Returns the number of arguments with which a built-in function calls its argument `index`.
 fn callback(callee: &Expr, index: usize, names: &Names) -> Option<usize> {
     let (name, first, extra) = match &callee.kind {
         // `foreach(t, f)`: f(key, value)
@@ -379,7 +380,7 @@ fn callback(callee: &Expr, index: usize, names: &Names) -> Option<usize> {
     }
 }
 
-/// Returns true for `neighbors` and the results of its functions.
+/// Returns true for `neighbors`, its members and the results of its functions.
 fn is_neighbors(expr: &Expr, names: &Names) -> bool {
     match &expr.kind {
         ExprKind::Name(id) => names.text(*id) == "neighbors",

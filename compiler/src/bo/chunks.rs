@@ -1,4 +1,5 @@
-//! The parts of a program: registration of the named functions, global code, one chunk per function and lambda.
+//! The parts of a program: the registration of the named functions, the global code, and one chunk
+//! per function and lambda.
 
 use std::collections::BTreeMap;
 use std::ops::Range;
@@ -7,10 +8,10 @@ use crate::bo::error::{BoError, Cause};
 use crate::bo::instruction::Action;
 use crate::bo::read::Bo;
 
-/// The code of a function.
+/// The code of a function or lambda, or the global code.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Chunk {
-    /// Its instructions, without the `done` or `ret0` at the end.
+    /// The range of its instructions, without the `done` or `ret0` at the end.
     pub code: Range<usize>,
     /// The chunk whose code creates this lambda; `None` for the global code and named functions.
     pub creator: Option<usize>,
@@ -19,27 +20,28 @@ pub struct Chunk {
 /// A named function.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Registration {
-    /// Number of the string that names it.
+    /// The number of the string with the function's name.
     pub name: usize,
-    /// The instruction that pushes the name.
+    /// Number of the instruction that pushes the name.
     pub at: usize,
-    /// Number of its chunk.
+    /// Number of the function's chunk.
     pub chunk: usize,
 }
 
 /// The parts of a program.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Chunks {
-    /// Named functions, in order; of two with one name the last one counts.
+    /// Named functions, in order. If two have one name, the last one counts.
     pub registrations: Vec<Registration>,
-    /// Number 0 is the global code; the others follow in the order of the file, so a lambda follows its creator.
+    /// The chunks. Number 0 is the global code; the others follow in the order of the file, so a
+    /// lambda follows its creator.
     pub chunks: Vec<Chunk>,
-    /// Number of the chunk that starts at an instruction.
+    /// Maps the first instruction of each chunk to the chunk's number.
     starts: BTreeMap<usize, usize>,
 }
 
 impl Chunks {
-    /// Finds the parts.
+    /// Finds the parts of a program.
     pub fn find(bo: &Bo) -> Result<Chunks, BoError> {
         let (registered, global) = registrations(bo)?;
         let mut starts = BTreeMap::from([(global, 0)]);
@@ -87,23 +89,24 @@ impl Chunks {
         Ok(Chunks { registrations, chunks, starts })
     }
 
-    /// Returns the start of a chunk.
+    /// Returns the first instruction of a chunk.
     pub fn start(&self, number: usize) -> usize {
         self.chunks.get(number).map_or(0, |chunk| chunk.code.start)
     }
 
-    /// The `done` or `ret0` at the end of a chunk.
+    /// Returns the `done` or `ret0` at the end of a chunk.
     pub fn end(&self, number: usize) -> usize {
         self.chunks.get(number).map_or(0, |chunk| chunk.code.end)
     }
 
-    /// The chunk that starts at an instruction.
+    /// Returns the chunk that starts at an instruction.
     pub fn starting_at(&self, at: usize) -> Option<usize> {
         self.starts.get(&at).copied()
     }
 }
 
-/// Name, place and start of each named function, and where the global code starts.
+/// Returns the name, the registering instruction and the start of each named function, and the
+/// start of the global code.
 #[allow(clippy::type_complexity, reason = "the three numbers are taken apart at once")]
 fn registrations(bo: &Bo) -> Result<(Vec<(usize, usize, usize)>, usize), BoError> {
     let mut found = Vec::new();
@@ -123,15 +126,15 @@ fn registrations(bo: &Bo) -> Result<(Vec<(usize, usize, usize)>, usize), BoError
     Ok((found, at + 1))
 }
 
-/// The chunk that holds the place where lambda `number` is created.
+/// Returns the chunk that creates lambda `number`; `at` is the creating instruction.
 fn creator(bo: &Bo, bounds: &[usize], number: usize, at: usize) -> Result<usize, BoError> {
     let creator = bounds.partition_point(|start| *start <= at).saturating_sub(1);
     if creator < number { Ok(creator) } else { Err(bo.error(at, Cause::LambdaBeforeCreator)) }
 }
 
-/// Returns the end of a chunk's code: before the instruction that ends every chunk of its kind.
+/// Returns the end of a chunk's code, which is the position of its final `done` or `ret0`.
 fn body_end(bo: &Bo, number: usize, start: usize, end: usize) -> Result<usize, BoError> {
-    // For a script without any statement the compiler writes no `done`.
+    // The Buzz compiler writes no `done` for a script without statements.
     if number == 0 && start == bo.code.len() && bo.strings.is_empty() {
         return Ok(start);
     }

@@ -1,7 +1,7 @@
-//! Reads a `.bdb` file: from which place of the script each instruction of a `.bo` file comes.
+//! Reads a `.bdb` file, which maps each instruction of a `.bo` file to a place in the script.
 //!
-//! It is a sequence of records without header: offset in the `.bo` file (4 bytes), line (8), column (8), length of the
-//! file name (2), file name; all little-endian.
+//! The file is a sequence of records without a header: offset in the `.bo` file (4 bytes), line
+//! (8), column (8), length of the file name (2), file name; all little-endian.
 
 use std::collections::BTreeMap;
 use std::fmt;
@@ -21,20 +21,21 @@ pub struct DebugInfo {
 pub struct DebugPlace {
     /// Number in [`DebugInfo::files`].
     pub file: usize,
-    /// From 1.
+    /// The line, from 1.
     pub line: u32,
-    /// From 1.
+    /// The column, from 1.
     pub column: u32,
 }
 
 /// A reason why a `.bdb` file cannot be used. The program runs without it.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum DebugError {
-    /// It ends inside the record at this offset.
+    /// The file ends inside the record at this offset.
     Truncated(usize),
     /// The file name of the record at this offset is not UTF-8.
     NotUtf8(usize),
-    /// The record at this offset is about a place where no instruction starts: it belongs to another `.bo` file.
+    /// The record at this offset refers to a place where no instruction starts, so the debug file
+    /// belongs to another `.bo` file.
     OtherProgram(usize),
 }
 
@@ -77,7 +78,7 @@ impl DebugInfo {
                 .ok()
                 .filter(|offset| bo.code.binary_search_by_key(offset, |i| i.offset).is_ok());
             let Some(offset) = instruction else { return Err(DebugError::OtherProgram(start)) };
-            // After the end of the script the compiler writes line 0 of no file.
+            // For code after the end of the script, the Buzz compiler writes line 0 of no file.
             if line == 0 {
                 continue;
             }

@@ -6,60 +6,60 @@ use std::fmt;
 use crate::codegen::asm::MAX_PARAMETERS;
 use crate::include::MAX_SOURCE_BYTES;
 
-/// A reason and its place.
+/// A reason why a `.bo` file cannot be imported, and its place.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct BoError {
     /// Offset in the file.
     pub offset: usize,
-    /// The cause.
     pub cause: Cause,
 }
 
 /// A mistake in a `.bo` file.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub enum Cause {
-    // The file.
-    /// It is far larger than the program of any robot.
+    // Errors of the file format.
+    /// The file is far larger than the program of any robot.
     TooLarge,
-    /// It is too short for the number of strings.
+    /// The file is too short to contain the number of strings.
     NoStringCount,
-    /// It ends inside this string.
+    /// The file ends inside the string of this number.
     StringCut(usize),
-    /// This string is not UTF-8.
+    /// The string of this number is not UTF-8.
     StringNotUtf8(usize),
     /// There is no instruction with this opcode.
     UnknownOpcode(u8),
-    /// It ends inside the argument of this instruction.
+    /// The file ends inside the argument of this instruction.
     ArgumentCut(&'static str),
     /// There is no string of this number.
     UnknownString(i32),
-    /// No instruction starts at the offset that this one leads to.
+    /// No instruction starts at this offset, which another instruction refers to.
     UnknownAddress(i32),
-    /// A number or count of locals is negative.
+    /// The number of a local, or a number of locals, is negative.
     NegativeLocal(i32),
 
-    // The parts of the program: only code that the Buzz compiler did not make has these.
+    // Errors in the parts of the program. Only code from other sources than the Buzz compiler has
+    // these.
     /// The registration of named functions does not end with `nop`.
     NoRegistrationEnd,
-    /// The global code does not end with `done`, or `done` stands elsewhere.
+    /// The global code does not end with `done`, or another place has a `done`.
     MisplacedDone,
     /// A function does not end with `ret0`.
     NoReturn,
     /// A function starts inside the global code.
     FunctionInGlobalCode,
-    /// A function or lambda is made in more than one place.
+    /// A function or lambda is created in more than one place.
     SharedFunction,
-    /// A lambda stands before the function that creates it.
+    /// A lambda precedes the function that creates it.
     LambdaBeforeCreator,
-    /// A named function is made outside the registration.
+    /// A named function is created outside the registration.
     MisplacedFunction,
-    /// Native functions by number, which differ from machine to machine.
+    /// A native function by number; the numbers differ from machine to machine.
     NativeFunction,
     /// A swarm call.
     SwarmCall,
 
-    // The operand stack.
-    /// An instruction takes a value that is not there.
+    // Errors of the operand stack.
+    /// An instruction pops a value from the empty stack.
     StackEmpty,
     /// A statement ends with values left on the stack.
     StackNotEmpty,
@@ -71,7 +71,7 @@ pub enum Cause {
     NotAnIdentifier,
     /// The key of a table literal's field is computed.
     ComputedField,
-    /// `pop` drops something other than the result of a call.
+    /// `pop` drops a value that is not the result of a call.
     DroppedValue,
     /// The number of arguments of a call is computed.
     ComputedArgumentCount,
@@ -80,19 +80,20 @@ pub enum Cause {
     /// A table is given to a call of a plain function.
     SelfOfPlainCall,
 
-    // Jumps.
+    // Errors of jumps.
     /// A jump that belongs to no `if`, `while` or `for`.
     StrayJump,
 
-    // Local variables.
+    // Errors of local variables.
     /// A local variable in the global code.
     LocalInGlobalCode,
     /// `self` is assigned.
     SelfAssigned,
-    /// A local is used that does not exist there, or more are removed than were made.
+    /// A local is used where it does not exist, or more locals are removed than exist.
     InconsistentLocals,
-    /// The parameters of a lambda in this function depend on the number of the function's own,
-    /// which the file does not have; its calls pass these numbers of arguments.
+    /// The numbers of a lambda's parameters depend on the number of parameters of this function,
+    /// which creates the lambda. The file does not contain that number, and calls pass these
+    /// numbers of arguments.
     UnknownParameters(BTreeSet<usize>),
 
     /// A function has more parameters than an image can name.
@@ -102,7 +103,7 @@ pub enum Cause {
 }
 
 impl Cause {
-    /// Returns true if the file may be sound but cannot come from the Buzz compiler.
+    /// Returns true if the file may be well-formed, but does not come from the Buzz compiler.
     fn is_foreign(&self) -> bool {
         match self {
             Cause::TooLarge

@@ -1,13 +1,12 @@
-//! The instructions of the Buzz virtual machine, as they stand in `.bo` files.
+//! The instructions of the Buzz virtual machine, as encoded in `.bo` files.
 
 use crate::ast::{BinaryOp, UnaryOp};
 
-/// The action of an instruction. In the notation the top of the stack is on the right. Strings and
-/// places in the code
-/// are given by their numbers.
+/// The action of an instruction. The notation shows the stack before and after, with its top on the
+/// right. Strings, and places in the code, are given by their numbers.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Action {
-    /// Nothing; the first one ends the registration of the named functions.
+    /// No effect; the first one ends the registration of the named functions.
     Nop,
     /// Ends the global code.
     Done,
@@ -21,7 +20,7 @@ pub enum Action {
     Ret0,
     /// `a --`: returns a.
     Ret1,
-    /// `a b -- c`: `land` and `lor` evaluate both sides.
+    /// `a b -- c`. `land` and `lor` evaluate both sides.
     Binary(BinaryOp),
     /// `a -- b`
     Unary(UnaryOp),
@@ -49,15 +48,15 @@ pub enum Action {
     PushCn(usize),
     /// `-- native function`, by its number in the machine.
     PushCc(i32),
-    /// `-- lambda`, with a copy of the locals.
+    /// `-- lambda`, which gets a copy of the locals.
     PushL(usize),
     /// `-- local`
     Lload(u32),
     /// `a --`: local = a
     Lstore(u32),
-    /// Removes this number of the last locals.
+    /// Removes this number of locals, the last ones first.
     Lremove(u32),
-    /// `--`
+    /// `--`: jumps.
     Jump(usize),
     /// `a --`: jumps if a is nil or 0.
     Jumpz(usize),
@@ -65,10 +64,10 @@ pub enum Action {
     Jumpnz(usize),
 }
 
-/// The bytes after an opcode in the file, and the action that they make.
+/// The argument after an opcode in the file, and the action of the instruction.
 #[derive(Debug, Clone, Copy)]
 pub enum Form {
-    /// Nothing.
+    /// No argument.
     Plain(Action),
     /// A binary32 float.
     Float(fn(f32) -> Action),
@@ -76,13 +75,13 @@ pub enum Form {
     Int(fn(i32) -> Action),
     /// Number of a string.
     String(fn(usize) -> Action),
-    /// Number of a local, or how many.
+    /// The number of a local, or a number of locals.
     Locals(fn(u32) -> Action),
-    /// Offset of an instruction from the start of the file.
+    /// The offset of an instruction from the start of the file.
     Address(fn(usize) -> Action),
 }
 
-/// Mnemonic and form by opcode.
+/// The mnemonic and the form of every instruction, indexed by opcode.
 pub const TABLE: [(&str, Form); 47] = {
     use Form::{Address, Float, Int, Locals, Plain, String};
     const fn binary(op: BinaryOp) -> Form {
@@ -145,10 +144,10 @@ pub const TABLE: [(&str, Form); 47] = {
 /// An instruction with its place in the file.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Instruction {
-    /// Offset of its opcode from the start of the file.
+    /// Offset of the opcode from the start of the file.
     pub offset: usize,
     /// The name in assembly text.
     pub mnemonic: &'static str,
-    /// Its action. Jumps and functions name the number of an instruction, not its offset.
+    /// The action. Jumps and functions refer to the number of an instruction, not to its offset.
     pub action: Action,
 }

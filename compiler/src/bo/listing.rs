@@ -1,4 +1,5 @@
-//! A `.bo` file as text: one line per instruction. Diagnostics about an imported program point into it.
+//! Prints a `.bo` file as text with one line per instruction. Diagnostics about an imported program
+//! refer to these lines.
 
 use std::fmt::Write as _;
 
@@ -6,17 +7,17 @@ use crate::bo::instruction::Action;
 use crate::bo::read::Bo;
 use crate::source::{FileId, Span};
 
-/// The text of a `.bo` file, and which line is which instruction.
+/// The text of a `.bo` file, and the mapping between lines and instructions.
 #[derive(Debug, Clone)]
 pub struct Listing {
-    /// `OFFSET: mnemonic argument`, for a string with its text after `#`.
+    /// Lines of the form `OFFSET: mnemonic argument`; a string's text follows after `#`.
     pub text: String,
-    /// The start of each line.
+    /// The offset of each line in `text`.
     starts: Vec<u32>,
 }
 
 impl Listing {
-    /// Writes the listing.
+    /// Creates the listing of a file.
     pub fn new(bo: &Bo) -> Self {
         let mut text = String::new();
         let mut starts = Vec::with_capacity(bo.code.len());
@@ -42,14 +43,14 @@ impl Listing {
         Listing { text, starts }
     }
 
-    /// The line of an instruction.
+    /// Returns the span of an instruction's line.
     pub fn span(&self, at: usize) -> Span {
         let start = self.start(at);
         let end = self.start(at + 1).saturating_sub(1).max(start);
         Span { file: FileId(0), start, end }
     }
 
-    /// The instruction that a span starts with.
+    /// Returns the instruction in whose line a span starts.
     pub fn instruction(&self, span: Span) -> usize {
         self.starts.partition_point(|start| *start <= span.start).saturating_sub(1)
     }

@@ -1,14 +1,11 @@
-//! The number of a function's parameters, which its file does not have.
+//! Finds the number of a function's parameters, which a `.bo` file does not contain.
 //!
 //! Locals are numbered: 0 is `self`, in a lambda the locals of its creator follow, then the
-//! parameters, then each
-//! `var`, which starts with `pushnil; lstore` of the next free number and ends with the `lremove`
-//! of its block. With a
-//! supposed number of parameters every use of a local means something or is wrong, so code that has
-//! a `var` fits one
-//! number only. Code without fits all that are large enough; the smallest is right, for nobody
-//! reads the others,
-//! unless a lambda does.
+//! parameters, then each `var`. A `var` starts with `pushnil; lstore` of the next free number and
+//! ends with the `lremove` of its block. For an assumed number of parameters, every use of a local
+//! is either valid or not, so code with a `var` fits one number only. Code without `var` fits all
+//! numbers that are large enough. The smallest of them is right, because the code does not read the
+//! others, unless a lambda does.
 
 use crate::bo::listing::Listing;
 use crate::bo::structure::{Node, Outline};
@@ -18,32 +15,33 @@ use crate::codegen::asm::MAX_PARAMETERS;
 /// The numbers of parameters that fit a function.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Parameters {
-    /// This one only.
+    /// Only this number.
     Exactly(u32),
-    /// This one and all above.
+    /// This number and all larger ones.
     AtLeast(u32),
-    /// None; seen at this instruction.
+    /// No number; the contradiction is at this instruction.
     None(usize),
 }
 
-/// The supposed number of parameters does not fit; seen at this instruction.
+/// The assumed number of parameters does not fit, because of this instruction.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 struct UnreachedLocal(usize);
 
-/// The numbers of parameters that fit a function whose first parameter would be local `base`.
+/// Returns the numbers of parameters that fit a function whose first parameter would be local
+/// `base`.
 pub fn parameters(outline: &Outline, base: u32, listing: &Listing) -> Parameters {
-    // A local that does not start like a `var` is no `var`.
+    // A local that does not start like a `var` is a parameter or belongs to the creator.
     let start_otherwise = outline.touched.iter().filter(|(_, starts_like_var)| !**starts_like_var);
     let count = |local: u32| (local + 1).saturating_sub(base);
     let least = start_otherwise.map(|(local, _)| count(*local)).max().unwrap_or(0);
-    // Above the highest local nothing distinguishes the numbers.
+    // Numbers above the highest local cannot be distinguished.
     let most = outline.touched.keys().map(|local| count(*local)).max().unwrap_or(0);
     let most = most.min(MAX_PARAMETERS as u32);
     let fits = |parameters| {
         let mut check = Check { listing, live: base.saturating_add(parameters) };
         match check.block(&outline.nodes)? {
             Open { count: 0, .. } => Ok(()),
-            // The end of a function removes the locals of its `var`s.
+            // A function that ends removes the locals of its `var`s, so none may be left.
             Open { at, .. } => Err(UnreachedLocal(at)),
         }
     };
@@ -53,7 +51,7 @@ pub fn parameters(outline: &Outline, base: u32, listing: &Listing) -> Parameters
     };
     match fits(least) {
         Ok(()) => found(least),
-        // Parameters that are set to nil before they are read start like a `var`.
+        // A parameter that is set to nil before it is read starts like a `var`.
         Err(UnreachedLocal(at)) => {
             let other = (least + 1..=most).find(|parameters| fits(*parameters).is_ok());
             other.map_or(Parameters::None(at), found)
@@ -61,18 +59,19 @@ pub fn parameters(outline: &Outline, base: u32, listing: &Listing) -> Parameters
     }
 }
 
-/// Variables of a block that did not end with it: those of a `var` without braces belong to the block around.
+/// Variables that outlive their block: those of a `var` without braces belong to the enclosing
+/// block.
 #[derive(Debug, Clone, Copy, Default)]
 struct Open {
     count: u32,
-    /// The start of one of them.
+    /// The instruction that starts the last of them.
     at: usize,
 }
 
-/// Goes through a function with a supposed number of parameters.
+/// The check of a function with an assumed number of parameters.
 struct Check<'a> {
     listing: &'a Listing,
-    /// Locals that exist here.
+    /// The number of locals that exist at the current place.
     live: u32,
 }
 

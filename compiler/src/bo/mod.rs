@@ -1,26 +1,26 @@
-//! Buzz object files (`.bo`), as the compiler of the reference implementation writes them, to the same image as from
-//! source.
+//! Imports Buzz object files (`.bo`), as the compiler of the reference implementation writes them,
+//! and compiles them to the same image as their source.
 //!
-//! That compiler does not optimise: from its instructions the statements of the script can be read again, but for names
-//! of locals and numbers of parameters. [`import`] makes a syntax tree of them and compiles it like any other; so
-//! everything that checks and code generator know about a script holds for a `.bo` file, too. Code of other origin is
-//! refused rather than guessed at.
+//! That compiler does not optimise, so the statements of the script can be recovered from its
+//! instructions, except for the names of locals and the numbers of parameters. [`import`] builds a
+//! syntax tree from them and compiles it like any other, so all checks and the code generator work
+//! on a `.bo` file, too. Code from other compilers is refused instead of guessed at.
 //!
 //! # Steps
 //! | | |
 //! |---|---|
-//! | [`read`] | bytes to instructions |
-//! | `chunks` | instructions to global code, functions and lambdas |
-//! | `structure`, `stack` | instructions of each to statements and expressions |
-//! | `locals`, `arity` | how many parameters each function has |
-//! | `script` | all that to a syntax tree |
+//! | [`read`] | decodes bytes to instructions |
+//! | `chunks` | divides the instructions into global code, functions and lambdas |
+//! | `structure`, `stack` | recover the statements and expressions of each chunk |
+//! | `locals`, `arity` | find the number of parameters of each function |
+//! | `script` | builds the syntax tree |
 //!
-//! # What differs from the script
+//! # Differences from the script
 //! * `land` and `lor` evaluate both sides, as they always did in Buzz.
-//! * The script hash covers the bytes of the file, so robots with the image of the script and of the `.bo` file do not
-//!   talk to each other.
-//! * Places in diagnostics and symbols are lines of the [`listing`]; with the `.bdb` file beside it, symbols name
-//!   lines of the script.
+//! * The script hash covers the bytes of the file, so robots with the image of the script and of
+//!   the `.bo` file do not exchange messages.
+//! * Places in diagnostics and symbols are lines of the [`listing`]. If the `.bdb` file is present,
+//!   symbols refer to lines of the script.
 
 mod arity;
 mod chunks;
@@ -50,22 +50,22 @@ use error::BoError;
 use listing::Listing;
 use read::Bo;
 
-/// The result of a `.bo` file.
+/// The result of importing a `.bo` file.
 #[derive(Debug, Clone)]
 pub struct Imported {
-    /// The result of compiling it as a script. Its source is the listing.
+    /// The result of compilation. Its source is the listing.
     pub compiled: Compiled,
     /// Warnings about the file itself.
     pub warnings: Vec<Warning>,
 }
 
-/// A flaw of a `.bo` file that can be run all the same.
+/// A flaw of a `.bo` file that can be run nevertheless.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub enum Warning {
-    /// The debug file is of no use.
+    /// The debug file cannot be used.
     Debug(DebugError),
-    /// The lambda at this offset, created in a block of the global code, names local 0. That is `self`, but where the
-    /// block has braces the Buzz compiler means the first parameter.
+    /// The lambda at this offset, created in a block of the global code, uses local 0. Local 0 is
+    /// `self`, but in a block with braces the Buzz compiler means the first parameter.
     TopLevelLambda(usize),
 }
 
@@ -82,7 +82,7 @@ impl fmt::Display for Warning {
     }
 }
 
-/// Makes an image of the `.bo` file at `path`; `debug` is the `.bdb` file beside it.
+/// Compiles the `.bo` file at `path` to an image; `debug` is the `.bdb` file next to it.
 pub fn import(
     path: &Path,
     bytes: &[u8],
@@ -111,7 +111,8 @@ pub fn import(
         },
         options,
     );
-    // A parameter that a function does not use is not seen, so this may not be true.
+    // A parameter that a function does not use is not recovered, so a warning about extra arguments
+    // may be wrong.
     compiled.diagnostics.retain(|diagnostic| diagnostic.code != Code::ExtraArguments);
     if let Some(debug) = debug {
         let script = ScriptPlaces { bo: &bo, debug };
@@ -128,19 +129,19 @@ pub fn import(
     Ok(Imported { compiled, warnings })
 }
 
-/// The text of a `.bo` file, one line per instruction: `OFFSET: mnemonic argument`.
+/// Returns the text of a `.bo` file, one line per instruction: `OFFSET: mnemonic argument`.
 pub fn disassemble(bytes: &[u8]) -> Result<String, BoError> {
     Ok(Listing::new(&Bo::read(bytes)?).text)
 }
 
-/// Places in the script instead of lines of the listing.
+/// Translates lines of the listing to places in the script.
 struct ScriptPlaces<'a> {
     bo: &'a Bo,
     debug: DebugInfo,
 }
 
 impl ScriptPlaces<'_> {
-    /// The place that instruction number `at` comes from.
+    /// Returns the place in the script of instruction number `at`.
     fn text(&self, at: usize) -> Option<String> {
         let place = self.debug.place(self.bo.offset(at))?;
         let file = self.debug.files.get(place.file)?;

@@ -1,4 +1,4 @@
-//! The global names of a program, numbered.
+//! The numbering of a program's global names.
 
 use std::collections::HashMap;
 
@@ -8,15 +8,14 @@ use crate::check::tree::NameId;
 /// A global name.
 #[derive(Debug, Default)]
 pub struct GlobalName {
-    /// The name.
     pub text: String,
     /// True if any code reads it.
     pub is_read: bool,
-    /// Chunks of the named functions of that name; the last one counts.
+    /// Chunks of the named functions of that name, of which the last one counts.
     pub functions: Vec<usize>,
 }
 
-/// Every global name.
+/// All global names.
 #[derive(Debug, Default)]
 pub struct Names {
     names: Vec<GlobalName>,
@@ -24,7 +23,7 @@ pub struct Names {
 }
 
 impl Names {
-    /// The entry of a name, made if there is none yet.
+    /// Returns the entry of a name, which is created if it does not exist.
     pub fn entry(&mut self, text: &str) -> (NameId, &mut GlobalName) {
         let next = NameId(self.names.len());
         let id = *self.numbers.entry(text.to_owned()).or_insert(next);
@@ -34,12 +33,12 @@ impl Names {
         (id, &mut self.names[id.0])
     }
 
-    /// The text of a name.
+    /// Returns the text of a name.
     pub fn text(&self, id: NameId) -> &str {
         self.names.get(id.0).map_or("", |name| &name.text)
     }
 
-    /// All of them.
+    /// Returns all names with their numbers.
     pub fn iter(&self) -> impl Iterator<Item = (NameId, &GlobalName)> {
         self.names.iter().enumerate().map(|(number, name)| (NameId(number), name))
     }

@@ -1,10 +1,11 @@
-//! Reads a `.bo` file: number of strings, strings, instructions; all integers little-endian.
+//! Reads a `.bo` file: the number of strings, the strings, the instructions. All integers are
+//! little-endian.
 
 use crate::bo::error::{BoError, Cause};
 use crate::bo::instruction::{Action, Form, Instruction, TABLE};
 use crate::include::MAX_SOURCE_BYTES;
 
-/// A `.bo` file of which every number is sound. The combined effect of its instructions is not
+/// A `.bo` file whose numbers are all in range. The combined effect of its instructions is not
 /// checked.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Bo {
@@ -12,7 +13,7 @@ pub struct Bo {
     pub strings: Vec<String>,
     /// Instructions in the order of the file.
     pub code: Vec<Instruction>,
-    /// Length of the file.
+    /// Length of the file in bytes.
     pub length: usize,
 }
 
@@ -54,22 +55,22 @@ impl Bo {
         Ok(Bo { strings, code, length: bytes.len() })
     }
 
-    /// Returns the action at a place; after the last instruction, one without effect.
+    /// Returns the action of an instruction, or `Nop` after the last one.
     pub fn action(&self, at: usize) -> Action {
         self.code.get(at).map_or(Action::Nop, |instruction| instruction.action)
     }
 
-    /// Returns the offset of an instruction; the length of the file after the last one.
+    /// Returns the offset of an instruction, or the length of the file after the last one.
     pub fn offset(&self, at: usize) -> usize {
         self.code.get(at).map_or(self.length, |instruction| instruction.offset)
     }
 
-    /// An error at an instruction.
+    /// Returns an error at an instruction.
     pub fn error(&self, at: usize, cause: Cause) -> BoError {
         BoError { offset: self.offset(at), cause }
     }
 
-    /// The text of a string.
+    /// Returns the text of a string.
     pub fn string(&self, number: usize) -> &str {
         self.strings.get(number).map_or("", String::as_str)
     }

@@ -1,7 +1,7 @@
-//! From the statements of all chunks to the syntax tree of a script that means the same.
+//! Builds the syntax tree of an equivalent script from the statements of all chunks.
 //!
-//! Locals get their numbers as names. A lambda numbers its creator's locals as the creator does, so resolving the names
-//! finds what it captures.
+//! Locals are named after their numbers. A lambda and its creator use the same numbers for the
+//! creator's locals, so the ordinary resolution of names finds the captured values.
 
 use std::collections::BTreeSet;
 
@@ -21,18 +21,19 @@ use crate::check::tree;
 use crate::codegen::ENTRIES;
 use crate::codegen::asm::MAX_PARAMETERS;
 
-/// A script made of a `.bo` file.
+/// A script that was recovered from a `.bo` file.
 #[derive(Debug)]
 pub struct Recovered {
-    /// The script. Its spans are lines of the listing.
+    /// The script, whose spans are lines of the listing.
     pub script: Script,
-    /// Its string literals and names of fields.
+    /// The script's string literals and names of fields.
     pub strings: BTreeSet<String>,
-    /// Lambdas of the global code that stand in a block and name local 0, by their first instruction.
+    /// Lambdas that a block of the global code creates and that use local 0, by their first
+    /// instruction.
     pub doubtful_lambdas: Vec<usize>,
 }
 
-/// Makes the script.
+/// Recovers the script.
 pub fn recover(bo: &Bo, listing: &Listing) -> Result<Recovered, BoError> {
     let chunks = Chunks::find(bo)?;
     let mut names = Names::default();
@@ -45,7 +46,8 @@ pub fn recover(bo: &Bo, listing: &Listing) -> Result<Recovered, BoError> {
         names.entry(text).1.functions.push(registration.chunk);
     }
     let outlines = outlines(bo, listing, &chunks, &mut names)?;
-    // Lambdas of the global code capture nothing, so their parameters start where those of named functions do.
+    // Lambdas of the global code capture nothing, so their parameters start at local 1, as in named
+    // functions.
     let starts_at_1 = |number: usize| {
         chunks.chunks.get(number).is_some_and(|chunk| chunk.creator.unwrap_or(0) == 0)
     };
@@ -89,17 +91,17 @@ struct Builder<'a> {
     names: &'a Names,
     arities: Arities,
     strings: BTreeSet<String>,
-    /// The number of locals at this place, `self` and those of the creators included.
+    /// The number of locals at the current place, including `self` and those of the creators.
     live: u32,
 }
 
-/// The name of a local: one that no global can have.
+/// Returns the name of a local, which no global can have.
 fn local_name(number: usize) -> String {
     format!("local {number}")
 }
 
 impl Builder<'_> {
-    /// The function of a chunk that is created here.
+    /// Builds the function of a chunk that is created at the current place.
     fn function(&mut self, number: usize) -> Result<Function, BoError> {
         let outlines = self.outlines;
         let base = self.live;
@@ -154,8 +156,8 @@ impl Builder<'_> {
         names.any(|(_, name)| !name.is_read && !ENTRIES.contains(&name.text.as_str()))
     }
 
-    /// The statements of a block, and its variables that did not end with it: those of a `var` without braces, which
-    /// belongs to the block around.
+    /// Returns the statements of a block, and the variables that outlive the block. The variables
+    /// of a `var` without braces belong to the enclosing block.
     fn block(&mut self, nodes: &[Node]) -> Result<(Vec<Stmt>, Vec<Ident>), BoError> {
         let mut stmts = Vec::new();
         let mut open = Vec::new();
@@ -191,8 +193,8 @@ impl Builder<'_> {
                     stmts.push(self.stmt(StmtKind::If { branches, otherwise }, *at));
                 }
                 Node::Loop { condition, update, body, at } => {
-                    // The statement before a `for` is its first part; it comes before the
-                    // declarations of the body, too.
+                    // The statement before a `for` is its first part. That statement also precedes
+                    // the declarations of the body.
                     let is_simple = |stmt: &mut Stmt| {
                         matches!(stmt.kind, StmtKind::Assign { .. } | StmtKind::Call(_))
                     };
@@ -212,7 +214,8 @@ impl Builder<'_> {
         Stmt { kind, span: self.listing.span(at) }
     }
 
-    /// A block inside a statement. Variables that outlive it are declared before the statement.
+    /// Builds a block inside a statement. Variables that outlive the block are declared before the
+    /// statement.
     fn inner_block(
         &mut self,
         nodes: &[Node],
@@ -257,7 +260,8 @@ impl Builder<'_> {
         }
         let names_itself = self.names_local(value, local);
         let value = self.expr(value)?;
-        // `var x = value` is written as `var x` and `x = value`, so `value` finds x nil.
+        // The Buzz compiler writes `var x = value` as `var x` and `x = value`, so x is nil in
+        // `value`.
         if let Some(Stmt { kind: StmtKind::Var { name, value: first @ None }, .. }) =
             stmts.last_mut()
             && name.name == text

@@ -1,8 +1,7 @@
-//! The operand stack while code is read: each instruction pushes the expression that it computes.
+//! A symbolic operand stack: each instruction pushes the expression that it computes.
 //!
-//! The Buzz compiler writes every expression from left to right and leaves the stack empty behind
-//! every statement. So
-//! the expression that an instruction takes from the stack is the one that the script had there.
+//! The Buzz compiler evaluates every expression from left to right and leaves the stack empty after
+//! every statement. The expression that an instruction pops is therefore the one in the script.
 
 use crate::ast::{BinaryOp, Power, UnaryOp};
 use crate::bo::error::Cause;
@@ -12,23 +11,22 @@ use crate::codegen::fold::is_truth_value;
 use crate::parser::MAX_NESTING;
 use crate::source::Span;
 
-/// An entry of the stack.
 #[derive(Debug)]
 enum StackEntry {
     /// A value.
     Value(Expr),
-    /// The copy of the table below it, made by `dup`.
+    /// A copy of the table below, made by `dup`.
     Copy,
-    /// The function found under this key in the table below it.
+    /// The function under this key in the table below.
     Method(Expr),
 }
 
-/// The stack.
+/// The symbolic operand stack.
 #[derive(Debug, Default)]
 pub struct Stack {
-    /// Each with the height of its expression.
+    /// The entries, each with the height of its expression.
     entries: Vec<(StackEntry, u32)>,
-    /// The number of open blocks: the tree is higher by that.
+    /// The number of open blocks, which add to the height of the tree.
     pub depth: u32,
     /// The height of the tree so far, open blocks included.
     pub highest: u32,
@@ -45,17 +43,17 @@ pub fn element(table: Expr, key: Expr, span: Span) -> Expr {
 }
 
 impl Stack {
-    /// Returns true if it is empty.
+    /// Returns true if the stack is empty.
     pub fn is_empty(&self) -> bool {
         self.entries.is_empty()
     }
 
-    /// Nothing may be on it.
+    /// Fails unless the stack is empty.
     pub fn expect_empty(&self) -> Result<(), Cause> {
         if self.is_empty() { Ok(()) } else { Err(Cause::StackNotEmpty) }
     }
 
-    /// Pushes an expression without parts.
+    /// Pushes an expression without subexpressions.
     pub fn push(&mut self, kind: ExprKind, span: Span) -> Result<(), Cause> {
         self.push_value(Expr { kind, span }, 1)
     }
@@ -83,7 +81,7 @@ impl Stack {
         self.depth -= 1;
     }
 
-    /// Takes a value.
+    /// Pops a value.
     pub fn pop(&mut self) -> Result<Expr, Cause> {
         self.pop_with_height().map(|(expr, _)| expr)
     }
@@ -97,7 +95,7 @@ impl Stack {
         }
     }
 
-    /// Takes a string constant: the name of a global.
+    /// Pops a string constant, which is the name of a global.
     pub fn pop_name(&mut self) -> Result<(String, Span), Cause> {
         match self.pop()? {
             Expr { kind: ExprKind::Str(name), span } => {
@@ -108,7 +106,7 @@ impl Stack {
         }
     }
 
-    /// `dup`
+    /// Executes `dup`.
     pub fn copy(&mut self) -> Result<(), Cause> {
         match self.entries.last() {
             Some((StackEntry::Value(_), _)) => {
@@ -120,7 +118,7 @@ impl Stack {
         }
     }
 
-    /// `tget`
+    /// Executes `tget`.
     pub fn get(&mut self, span: Span) -> Result<(), Cause> {
         let (key, key_height) = self.pop_with_height()?;
         if let Some((entry @ StackEntry::Copy, height)) = self.entries.last_mut() {
@@ -132,7 +130,8 @@ impl Stack {
         self.push_value(element(table, key, span), 1 + height.max(key_height))
     }
 
-    /// `tput`: a field of the table literal below, or the target and value of an assignment.
+    /// Executes `tput`. Adds a field to the table literal below, or returns the target and the
+    /// value of an assignment.
     pub fn put(&mut self, span: Span) -> Result<Option<(Expr, Expr)>, Cause> {
         let (value, value_height) = self.pop_with_height()?;
         let (key, key_height) = self.pop_with_height()?;
@@ -156,7 +155,7 @@ impl Stack {
         }
     }
 
-    /// `callc`
+    /// Executes `callc`.
     pub fn call(&mut self, span: Span) -> Result<(), Cause> {
         let count = match self.pop()?.kind {
             ExprKind::Int(count) => {
@@ -184,7 +183,7 @@ impl Stack {
             }
             Some((StackEntry::Value(callee), callee_height)) => {
                 let (self_value, _) = self.pop_with_height()?;
-                // With a table access as callee the tree would mean a method call.
+                // In the tree, a table access as callee would be a method call.
                 let is_element =
                     matches!(callee.kind, ExprKind::Field { .. } | ExprKind::Index { .. });
                 if !matches!(self_value.kind, ExprKind::Nil) || is_element {
@@ -200,20 +199,20 @@ impl Stack {
         self.push_value(Expr { kind, span }, 1 + height)
     }
 
-    /// An operation on one value.
+    /// Executes an operation on one value.
     pub fn unary(&mut self, op: UnaryOp, span: Span) -> Result<(), Cause> {
         let (operand, height) = self.pop_with_height()?;
         let kind = ExprKind::Unary { op, operand: Box::new(operand) };
         self.push_value(Expr { kind, span }, 1 + height)
     }
 
-    /// An operation on two values.
+    /// Executes an operation on two values.
     pub fn binary(&mut self, op: BinaryOp, span: Span) -> Result<(), Cause> {
         let (mut right, mut right_height) = self.pop_with_height()?;
         let (mut left, mut left_height) = self.pop_with_height()?;
         let mut op = op;
         if matches!(op, BinaryOp::And | BinaryOp::Or) && !does_nothing(&right) {
-            // `land` and `lor` evaluate their right side always, so it must not be skipped.
+            // `land` and `lor` always evaluate their right side, but `and` and `or` may skip it.
             op = if op == BinaryOp::And { BinaryOp::BitAnd } else { BinaryOp::BitOr };
             (left, left_height) = truth(left, left_height);
             (right, right_height) = truth(right, right_height);
@@ -247,12 +246,12 @@ fn does_nothing(expr: &Expr) -> bool {
             does_nothing(first)
                 && links.iter().all(|link| is_harmless(link.op) && does_nothing(&link.right))
         }
-        // A parameter may be missing.
+        // Reading a local may fault, because a parameter may be missing.
         _ => false,
     }
 }
 
-/// An expression made 0 or 1.
+/// Returns the truth of an expression, 0 or 1, with the height of the new expression.
 fn truth(expr: Expr, height: u32) -> (Expr, u32) {
     if is_made_truth(&expr) {
         return (expr, height);
@@ -265,7 +264,8 @@ fn truth(expr: Expr, height: u32) -> (Expr, u32) {
     (not(not(expr)), height + 2)
 }
 
-/// Returns true if the value is certainly 0 or 1: a truth value, or the result of a `land` or `lor` that [`Stack::binary`] rewrote.
+/// Returns true if the value is certainly 0 or 1: a truth value, or the result of a `land` or `lor`
+/// that [`Stack::binary`] rewrote.
 fn is_made_truth(expr: &Expr) -> bool {
     match &expr.kind {
         ExprKind::Chain { first, links }

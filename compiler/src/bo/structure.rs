@@ -1,13 +1,13 @@
-//! From the instructions of a chunk to its statements.
+//! Recovers the statements of a chunk from its instructions.
 //!
-//! The Buzz compiler makes these forms, in which every jump has its place:
+//! The Buzz compiler generates the following forms, in which every jump has its place:
 //! ```text
 //! if(c) A            c jumpz 1  A  1:
 //! if(c) A else B     c jumpz 1  A jump 2  1: B  2:
 //! while(c) A         1: c jumpz 2  A jump 1  2:
 //! for(i, c, u) A     i  1: c jumpnz 3  jump 4  2: u jump 1  3: A jump 2  4:
 //! ```
-//! Locals stay numbers here, and lambdas the numbers of their chunks.
+//! Here, locals are identified by their numbers, and lambdas by the numbers of their chunks.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::ops::Range;
@@ -21,90 +21,80 @@ use crate::bo::read::Bo;
 use crate::bo::stack::Stack;
 use crate::check::tree::{Expr, ExprKind, FunctionId, LocalId};
 
-/// A statement. Expressions name locals by the numbers of the file.
+/// A statement. Expressions refer to locals by the numbers of the file.
 #[derive(Debug, Clone)]
 pub enum Node {
     /// `target = value` for a global or a table element.
     Assign {
-        /// The global or element.
         target: Expr,
-        /// The value.
         value: Expr,
-        /// The instruction.
+        /// Number of the `gstore` or `tput`.
         at: usize,
     },
     /// `lstore`
     Store {
         /// Number of the local.
         local: u32,
-        /// The value.
         value: Expr,
-        /// The instruction.
+        /// Number of the instruction.
         at: usize,
     },
     /// `lremove`
     Remove {
-        /// The number of locals that end.
+        /// The number of locals that go out of scope.
         count: u32,
-        /// The instruction.
         at: usize,
     },
     /// A call whose result is dropped.
     Call {
-        /// The call.
         call: Expr,
-        /// The instruction.
+        /// Number of the `pop`.
         at: usize,
     },
     /// `ret0` and `ret1`
     Return {
-        /// The value.
         value: Option<Expr>,
-        /// The instruction.
         at: usize,
     },
     /// `if`
     If {
-        /// The condition.
         condition: Expr,
-        /// If it is true.
+        /// The statements that run if the condition is true.
         then: Vec<Node>,
-        /// If it is false.
+        /// The statements that run if the condition is false.
         otherwise: Vec<Node>,
-        /// The jump.
+        /// Number of the conditional jump.
         at: usize,
     },
     /// `while` and `for`
     Loop {
-        /// The condition.
         condition: Expr,
-        /// The update of `for` after each round; the file has it before the body.
+        /// The update of a `for` after each iteration, which the file has before the body.
         update: Vec<Node>,
-        /// The body.
         body: Vec<Node>,
-        /// The jump.
+        /// Number of the conditional jump.
         at: usize,
     },
 }
 
-/// The structure of a chunk, without the meaning of its locals.
+/// The structure of a chunk. The roles of its locals are not yet known.
 #[derive(Debug, Clone, Default)]
 pub struct Outline {
-    /// Its statements.
     pub nodes: Vec<Node>,
-    /// For every local that it names, 0 aside, whether that starts with `pushnil; lstore`, as a `var` does.
+    /// For every local that the chunk uses, except 0, true if the local starts with `pushnil;
+    /// lstore`, as a `var` does.
     pub touched: BTreeMap<u32, bool>,
-    /// Every local that it or a lambda in it names.
+    /// All locals that the chunk or a lambda in it uses.
     pub reach: BTreeSet<u32>,
-    /// True if it names local 0.
+    /// True if the chunk uses local 0.
     pub names_self: bool,
-    /// The lambdas that it creates, and whether inside an `if`, `while` or `for`.
+    /// The lambdas that the chunk creates, each with true if inside an `if`, `while` or `for`.
     pub lambdas: Vec<(usize, bool)>,
-    /// Height of its tree, lambdas included.
+    /// Height of the chunk's tree, lambdas included.
     pub height: u32,
 }
 
-/// Reads every chunk.
+/// Recovers the statements of every chunk.
 pub fn outlines(
     bo: &Bo,
     listing: &Listing,
@@ -112,7 +102,7 @@ pub fn outlines(
     names: &mut Names,
 ) -> Result<Vec<Outline>, BoError> {
     let mut outlines = vec![Outline::default(); chunks.chunks.len()];
-    // Lambdas before the functions that create them, so that their heights are known.
+    // Lambdas are read before the functions that create them, so that their heights are known.
     for (number, chunk) in chunks.chunks.iter().enumerate().rev() {
         let mut reader = StructureReader {
             bo,
@@ -143,7 +133,7 @@ struct StructureReader<'a> {
     listing: &'a Listing,
     chunks: &'a Chunks,
     names: &'a mut Names,
-    /// Those of the lambdas are known.
+    /// The outlines that are complete, including those of the chunk's lambdas.
     outlines: &'a [Outline],
     is_global: bool,
     stack: Stack,
@@ -151,12 +141,12 @@ struct StructureReader<'a> {
 }
 
 impl StructureReader<'_> {
-    /// The statements of a range of instructions, which no jump leaves.
+    /// Returns the statements of a range of instructions, which no jump may leave.
     fn block(&mut self, range: Range<usize>) -> Result<Vec<Node>, BoError> {
         self.stack.open_block().map_err(|cause| self.bo.error(range.start, cause))?;
         let mut nodes = Vec::new();
         let mut at = range.start;
-        // Where the statement begins, which is where a loop jumps back to.
+        // The start of the current statement, to which a loop jumps back.
         let mut begin = at;
         while at < range.end {
             let place = at;
@@ -174,7 +164,7 @@ impl StructureReader<'_> {
                     nodes.push(node);
                     at = next;
                 }
-                // The end of a `then` before an empty `else`.
+                // This jump ends a `then` before an empty `else`.
                 Action::Jump(to) if to == at + 1 && self.stack.is_empty() => at = to,
                 Action::Jump(_) => return Err(fail(Cause::StrayJump)),
                 action => {
@@ -199,7 +189,8 @@ impl StructureReader<'_> {
         condition.map_err(|cause| self.bo.error(at, cause))
     }
 
-    /// The statement that starts at `within.start` with a `jumpz` at `at`, and where it ends.
+    /// Returns the statement that starts at `within.start` and has a `jumpz` at `at`, and the end
+    /// of the statement.
     fn if_or_while(
         &mut self,
         within: Range<usize>,
@@ -231,7 +222,8 @@ impl StructureReader<'_> {
         }
     }
 
-    /// The loop that starts at `within.start` with a `jumpnz` at `at`, and where it ends.
+    /// Returns the loop that starts at `within.start` and has a `jumpnz` at `at`, and the end of
+    /// the loop.
     fn for_loop(
         &mut self,
         within: Range<usize>,
@@ -256,7 +248,7 @@ impl StructureReader<'_> {
         Ok((Node::Loop { condition, update, body, at }, end))
     }
 
-    /// Any instruction but jumps; gives the statement that it completes.
+    /// Executes any instruction except jumps. Returns the statement that the instruction completes.
     fn instruction(&mut self, at: usize, action: Action) -> Result<Option<Node>, Cause> {
         let span = self.listing.span(at);
         let kind = match action {
@@ -286,7 +278,7 @@ impl StructureReader<'_> {
             }
             Action::Gload => {
                 let (name, span) = self.stack.pop_name()?;
-                // A global that no script can assign here, so it is nil.
+                // No script can assign a global of that name, so its value is nil.
                 if name == "self" {
                     return self.stack.push(ExprKind::Nil, span).map(|()| None);
                 }
@@ -310,7 +302,7 @@ impl StructureReader<'_> {
         self.stack.push(kind, span).map(|()| None)
     }
 
-    /// The instructions that end statements.
+    /// Executes an instruction that ends a statement.
     fn statement(&mut self, at: usize, action: Action) -> Result<Option<Node>, Cause> {
         Ok(Some(match action {
             Action::Gstore => {

@@ -1,13 +1,14 @@
-//! The pairs of brackets, found in advance: after an error the parser continues after the closing
-//! bracket.
+//! The pairs of brackets, found before parsing. After an error, the parser continues after the
+//! closing bracket.
 
 use crate::token::{Fixed, Token, TokenKind};
 
 /// The partner of every bracket.
 pub(super) struct Brackets {
-    /// For each token the position of its partner; [`NONE`] for other tokens and for brackets without one.
+    /// For each token the position of its partner; [`NONE`] for brackets without a partner and for
+    /// other tokens.
     partner: Vec<u32>,
-    /// Which tokens the parser took for the beginning of a statement block.
+    /// For each token, true if the parser takes the token for the beginning of a statement block.
     blocks: Vec<bool>,
     /// The last `}` without a partner.
     last_stray_brace: Option<usize>,
@@ -48,8 +49,9 @@ impl Brackets {
         Brackets { blocks: vec![false; tokens.len()], partner, last_stray_brace }
     }
 
-    /// Takes the bracket that `closing` closes from the stack. A `}` also ends forgotten parentheses inside its
-    /// block, and the end of a file ends all that is open in it; a stray `)` or `]` ends nothing else.
+    /// Pops the bracket that `closing` closes from the stack. A `}` also closes forgotten
+    /// parentheses inside its block, and the end of a file closes all brackets that are open in the
+    /// file. A stray `)` or `]` closes nothing else.
     fn close(open: &mut Vec<(usize, TokenKind)>, closing: &TokenKind) -> Option<usize> {
         let wanted = match closing {
             TokenKind::FileEnd => open.iter().rposition(|(_, kind)| *kind == TokenKind::FileEnd)?,
@@ -69,13 +71,14 @@ impl Brackets {
         Some(opening)
     }
 
-    /// The position of the bracket that belongs to the one at `position`; for the begin of an included file its
-    /// end, and the other way round.
+    /// Returns the position of the bracket that pairs with the one at `position`. The begin and the
+    /// end of an included file are a pair as well.
     pub(super) fn partner(&self, position: usize) -> Option<usize> {
         self.partner.get(position).filter(|partner| **partner != NONE).map(|p| *p as usize)
     }
 
-    /// Returns true if a `}` after `position` has no partner: then a `{` is missing somewhere.
+    /// Returns true if a `}` after `position` has no partner, which means that a `{` is missing
+    /// somewhere.
     pub(super) fn lack_opening_brace(&self, position: usize) -> bool {
         self.last_stray_brace.is_some_and(|stray| stray > position)
     }

@@ -1,7 +1,8 @@
-//! Conditions, comparisons and operators: everything that has a precedence.
+//! Parses conditions, comparisons and operators, which are the parts of expressions with a
+//! precedence.
 //!
-//! From tightest to loosest: `!`; `& |`; `<< >>`; `^`, to the right; `%`; `* /`; `+ -`; comparisons, which do not
-//! chain; `and or`; `not`.
+//! From highest to lowest precedence: `!`; `& |`; `<< >>`; `^`, right-associative; `%`; `* /`; `+
+//! -`; comparisons, which do not chain; `and or`; `not`.
 
 use super::{Parse, Parser};
 use crate::ast::{BinaryOp, Expr, ExprKind, Link, Power, UnaryOp};
@@ -9,7 +10,7 @@ use crate::codes::Code;
 use crate::diagnostic::Diagnostic;
 use crate::token::{Fixed, Separation, TokenKind};
 
-/// The binary operator that a token is.
+/// Returns the binary operator that a token stands for.
 pub(super) fn binary_operator(fixed: Fixed) -> Option<BinaryOp> {
     Some(match fixed {
         Fixed::And => BinaryOp::And,
@@ -34,7 +35,7 @@ pub(super) fn binary_operator(fixed: Fixed) -> Option<BinaryOp> {
     })
 }
 
-/// The operators that bind tighter; `None` where only an operand does.
+/// Returns the next higher precedence; `None` if only operands bind tighter.
 fn tighter(power: Power) -> Option<Power> {
     Some(match power {
         Power::Logic => Power::Comparison,
@@ -49,12 +50,12 @@ fn tighter(power: Power) -> Option<Power> {
 }
 
 impl Parser<'_> {
-    /// The binary operator here, if there is one.
+    /// Returns the binary operator at the current position, if there is one.
     pub(super) fn operator(&self) -> Option<(BinaryOp, Power)> {
         self.fixed().and_then(binary_operator).map(|op| (op, op.power()))
     }
 
-    /// A whole expression, as it stands in parentheses, as an argument or on the right side of `=`.
+    /// Parses a whole expression, as in parentheses, as an argument or on the right side of `=`.
     pub(super) fn condition(&mut self) -> Parse<Expr> {
         self.nested(|parser| {
             if parser.at(Fixed::Not) {
@@ -66,14 +67,14 @@ impl Parser<'_> {
         })
     }
 
-    /// Parses the rest of a condition when the first operand has been read already.
+    /// Parses the rest of a condition whose first operand was already parsed.
     pub(super) fn condition_rest(&mut self, value: &mut Expr) -> Parse<()> {
         self.binary_rest(value, Power::Sum)?;
         self.comparison_rest(value)?;
         self.logic_rest(value)
     }
 
-    /// `not` takes everything to its right.
+    /// Parses `not`, whose operand is everything to its right.
     fn negation(&mut self) -> Parse<Expr> {
         let start = self.advance().span;
         let operand = Box::new(self.condition()?);
@@ -127,7 +128,7 @@ impl Parser<'_> {
         );
     }
 
-    /// A table literal stands alone here; it is no operand of `+` and the like.
+    /// Parses a sum or a table literal, which cannot be an operand of `+` and the like.
     fn sum(&mut self) -> Parse<Expr> {
         if self.at(Fixed::OpenBrace) { self.lone_table() } else { self.binary(Power::Sum) }
     }
@@ -154,7 +155,7 @@ impl Parser<'_> {
         );
     }
 
-    /// Operators that bind at least as tightly as `least`.
+    /// Parses operators whose precedence is at least `least`.
     pub(super) fn binary(&mut self, least: Power) -> Parse<Expr> {
         let mut value = self.operand()?;
         self.binary_rest(&mut value, least)?;
@@ -171,7 +172,8 @@ impl Parser<'_> {
             }
             self.advance();
             let (right, height) = self.right_side(|parser| match tighter(power) {
-                // To the right: `2^3^2` is `2^(3^2)`. The level that this takes is the level of the operation.
+                // `^` is right-associative: `2^3^2` is `2^(3^2)`. The level of nesting that this
+                // takes is that of the operation itself.
                 _ if op == BinaryOp::Pow => {
                     let right = parser.nested(|parser| parser.binary(Power::Exponent));
                     parser.height = parser.height.saturating_sub(1);
@@ -193,11 +195,12 @@ impl Parser<'_> {
         (right, height)
     }
 
-    /// Makes `left` the operation on it and `right`, whose tree has that height.
+    /// Replaces `left` by the operation on `left` and `right`; `height` is that of the tree of
+    /// `right`.
     fn join(&mut self, op: BinaryOp, left: &mut Expr, right: Expr, height: u32) -> Parse<()> {
         let goes_on = matches!(&left.kind, ExprKind::Chain { links, .. }
             if links.last().is_some_and(|last| last.op.power() == op.power()));
-        // Another link makes a chain no higher.
+        // Another link does not increase the height of a chain.
         self.grow(if goes_on { height } else { height.max(self.height) })?;
         self.warn_grouping(op, left, &right);
         let span = left.span.to(right.span);
@@ -245,7 +248,7 @@ impl Parser<'_> {
         true
     }
 
-    /// Warns when the token here, at the beginning of a line, is taken as part of the statement above.
+    /// Warns if the current token begins a line, but is parsed as part of the statement above.
     pub(super) fn warn_if_running_on(&mut self) {
         let token = self.token();
         if !token.is_separated() || self.is_enclosed() {

@@ -1,4 +1,4 @@
-//! Named functions and lambdas.
+//! Parses named functions and lambdas.
 
 use super::{Parse, Parser};
 use crate::ast::{Expr, ExprKind, Function, Ident, StmtKind};
@@ -36,7 +36,7 @@ impl Parser<'_> {
         Ok(StmtKind::Function { name, function })
     }
 
-    /// Keeps a lambda that stands as a statement, so that its body is checked.
+    /// Keeps a lambda without a name as a statement, so that its body is checked.
     fn function_without_name(&mut self, start: Span) -> Parse<StmtKind> {
         let diagnostic =
             Diagnostic::new(Code::FunctionWithoutName, start, "this function has no name")
@@ -86,7 +86,7 @@ impl Parser<'_> {
         Ok(self.expr(ExprKind::Lambda(function), start))
     }
 
-    /// Parameters and body.
+    /// Parses the parameters and the body.
     fn function(&mut self, start: Span, named: bool) -> Parse<Function> {
         if !self.at(Fixed::OpenParen) {
             let mut diagnostic = self.unexpected("`(`");
@@ -101,13 +101,14 @@ impl Parser<'_> {
         let params =
             self.enclosed("`,` or `)`", |parser| parser.list(Fixed::CloseParen, Self::parameter))?;
         if self.found_error_since(errors) {
-            // There may be more parameters than were understood, so calls of that name cannot be counted.
+            // The list of parameters may be incomplete, so the arguments in calls of that function
+            // cannot be checked.
             self.lose(name);
         }
         let mut help = "the body of a function stands in braces";
         if let TokenKind::Str(_) = self.kind() {
             if named {
-                // A docstring.
+                // The docstring has no effect.
                 self.advance();
             } else {
                 help = "only named functions have a docstring; write a comment with `#`";
@@ -134,7 +135,7 @@ impl Parser<'_> {
         Ok(parameter)
     }
 
-    /// A name that is about to be defined.
+    /// Parses a name that is about to be defined.
     pub(super) fn name(&mut self, expected: &str) -> Parse<Ident> {
         let token = self.token();
         if let TokenKind::Name(name) = &token.kind {

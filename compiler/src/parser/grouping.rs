@@ -1,7 +1,8 @@
-//! Warnings about operators that a person would group otherwise than Buzz does.
+//! Warnings about operators that people would group otherwise than Buzz does.
 //!
-//! Buzz groups bit operators and shifts tighter than arithmetic, `%` tighter than `*`, `and` like `or`, and lets
-//! `not` take everything to its right. Parentheses silence every one of these warnings.
+//! In Buzz, bit operators and shifts have a higher precedence than arithmetic, `%` a higher one
+//! than `*`, and `and` the same as `or`. The operand of `not` is everything to its right.
+//! Parentheses silence all of these warnings.
 
 use super::Parser;
 use crate::ast::{BinaryOp, Expr, ExprKind, UnaryOp};
@@ -9,8 +10,8 @@ use crate::codes::Code;
 use crate::diagnostic::Diagnostic;
 use crate::source::Span;
 
-/// Returns the binding that C and Python programmers expect of an operator: the larger, the
-/// tighter.
+/// Returns the precedence that C and Python programmers expect of an operator. A larger number
+/// binds tighter.
 fn expected_power(op: BinaryOp) -> u8 {
     match op {
         BinaryOp::Or => 1,
@@ -34,17 +35,16 @@ fn is_bit_logic(op: BinaryOp) -> bool {
     matches!(op, BinaryOp::BitAnd | BinaryOp::BitOr)
 }
 
-/// The sides of an operator.
 #[derive(Clone, Copy, PartialEq)]
 enum Side {
     Left,
     Right,
 }
 
-/// True if `inner`, which Buzz computes first, would be computed later by a person.
+/// Returns true if Buzz evaluates `inner` before `outer`, but people would expect the opposite.
 fn surprises(outer: BinaryOp, inner: BinaryOp, side: Side) -> bool {
     let (outer_power, inner_power) = (expected_power(outer), expected_power(inner));
-    // `a & b == c` groups alike in Buzz and Python, but not in C.
+    // `a & b == c` has the same grouping in Buzz and Python, but another one in C.
     let is_comparison = outer_power == expected_power(BinaryOp::Eq);
     if is_comparison && is_bit_logic(inner) {
         return true;
@@ -52,12 +52,12 @@ fn surprises(outer: BinaryOp, inner: BinaryOp, side: Side) -> bool {
     match inner_power.cmp(&outer_power) {
         std::cmp::Ordering::Less => true,
         std::cmp::Ordering::Greater => false,
-        // Operators of one level are read from the left, powers from the right.
+        // Operators of one precedence are read from left to right, powers from right to left.
         std::cmp::Ordering::Equal => (side == Side::Right) != (outer == BinaryOp::Pow),
     }
 }
 
-/// The operator that is computed last in an expression without parentheses around it.
+/// Returns the operator that is evaluated last in an expression without parentheses around it.
 fn binary_op(expr: &Expr) -> Option<BinaryOp> {
     match &expr.kind {
         ExprKind::Chain { links, .. } => links.last().map(|link| link.op),
@@ -66,7 +66,7 @@ fn binary_op(expr: &Expr) -> Option<BinaryOp> {
 }
 
 impl Parser<'_> {
-    /// At an operation on these two.
+    /// Warns about an operation whose operands are grouped unexpectedly.
     pub(super) fn warn_grouping(&mut self, op: BinaryOp, left: &Expr, right: &Expr) {
         let whole = left.span.to(right.span);
         for (operand, side) in [(left, Side::Left), (right, Side::Right)] {
@@ -91,7 +91,7 @@ impl Parser<'_> {
         }
     }
 
-    /// At a sign in front of something else than a literal.
+    /// Warns about a sign whose operand is a whole operation.
     pub(super) fn warn_sign_grouping(&mut self, node: &Expr) {
         let ExprKind::Unary { operand, .. } = &node.kind else { return };
         if binary_op(operand).is_some_and(|op| op != BinaryOp::Pow) {
@@ -100,7 +100,7 @@ impl Parser<'_> {
         }
     }
 
-    /// At a `not` with its operand.
+    /// Warns about a `not` whose operand has an `and` or `or`.
     pub(super) fn warn_wide_not(&mut self, node: &Expr) {
         let ExprKind::Unary { operand, .. } = &node.kind else { return };
         if binary_op(operand).is_some_and(BinaryOp::is_logic) {
@@ -109,7 +109,7 @@ impl Parser<'_> {
         }
     }
 
-    /// At a `!`: of a condition it gives -1 or -2, which are both true.
+    /// Warns about a `!` of a condition, which gives -1 or -2; both are true.
     pub(super) fn warn_bit_not_of_condition(&mut self, node: &Expr) {
         let ExprKind::Unary { operand, .. } = &node.kind else { return };
         let ExprKind::Paren(inner) = &operand.kind else { return };
@@ -125,7 +125,8 @@ impl Parser<'_> {
         }
     }
 
-    /// On the right side of `=`: `and` and `or` give 0 or 1, not one of their operands.
+    /// Warns about `and` and `or` on the right side of `=`, because they give 0 or 1 instead of one
+    /// of their operands.
     pub(super) fn warn_condition_value(&mut self, value: &Expr) {
         let ExprKind::Chain { links, .. } = &value.kind else { return };
         let mut tested = links.iter().rev().take_while(|link| link.op.is_logic());
@@ -152,7 +153,8 @@ impl Parser<'_> {
         self.warn(diagnostic.help("write the parentheses that you mean"));
     }
 
-    /// The text of `whole` with parentheses around the part `first`, unless that is too long to help.
+    /// Returns the text of `whole` with parentheses around the part `first`, unless the text is too
+    /// long to help.
     fn with_parentheses(&self, whole: Span, first: Span) -> Option<String> {
         const LONGEST: usize = 60;
         let part = |start, end| self.sources.text(Span { start, end, ..whole });
@@ -166,7 +168,7 @@ impl Parser<'_> {
     }
 }
 
-/// True for expressions that give 0 or 1.
+/// Returns true for expressions that give 0 or 1.
 fn is_condition(expr: &Expr) -> bool {
     match &expr.kind {
         ExprKind::Chain { links, .. } => {
@@ -178,7 +180,8 @@ fn is_condition(expr: &Expr) -> bool {
     }
 }
 
-/// True for expressions that may well be meant as a condition: those that are one, and calls such as `isnil(x)`.
+/// Returns true for expressions that may be meant as a condition: conditions, and calls such as
+/// `isnil(x)`.
 fn may_be_condition(expr: &Expr) -> bool {
     matches!(expr.kind, ExprKind::Call { .. } | ExprKind::Error) || is_condition(expr)
 }

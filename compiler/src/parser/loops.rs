@@ -1,4 +1,4 @@
-//! Statements with a head in parentheses: `if`, `while`, `for`.
+//! Parses statements with a head in parentheses: `if`, `while`, `for`.
 
 use super::{Parse, Parser};
 use crate::ast::{Block, Branch, Expr, ExprKind, Stmt, StmtKind};
@@ -74,7 +74,7 @@ impl Parser<'_> {
         })
     }
 
-    /// Keeps the body, so that it is checked.
+    /// Reports a `for` without parentheses. The body is kept, so that it is checked.
     fn for_without_parentheses(&mut self) -> Parse<StmtKind> {
         let diagnostic = self.unexpected("`(`").help(FOR_HELP);
         let (reported, start) = (self.report(diagnostic), self.position);
@@ -121,7 +121,7 @@ impl Parser<'_> {
             self.complain(diagnostic);
             *complained = true;
         } else {
-            // Both are mended together.
+            // One diagnostic has the edits for both semicolons.
             let first = self.diagnostics.iter_mut().rev().find(|d| d.code == Code::SemicolonInFor);
             let comma = Edit { span: semicolon, text: ",".to_owned(), is_certain: true };
             first.into_iter().for_each(|first| first.edits.push(comma.clone()));
@@ -138,7 +138,7 @@ impl Parser<'_> {
         .help(FOR_HELP)
     }
 
-    /// The place of a `;` between the previous token and this one.
+    /// Returns the place of a `;` between the previous token and the current one.
     fn semicolon_before(&self) -> Span {
         let between = Span { end: self.span().start, ..self.gap() };
         match self.sources.text(between).find(';') {
@@ -150,7 +150,7 @@ impl Parser<'_> {
         }
     }
 
-    /// `for(x in t)` and `for(k, v in t)` of other languages.
+    /// Reports `for(x in t)` and `for(k, v in t)` of other languages.
     fn reject_for_in(&mut self) -> Parse<()> {
         let key_end = self.position + 1;
         let behind = match self.fixed_at(key_end) {
@@ -190,7 +190,7 @@ impl Parser<'_> {
         }
     }
 
-    /// `if (a) and (b)`, `if a < 3`: understood all the same.
+    /// Reports a condition such as `if (a) and (b)` or `if a < 3`, and parses it nevertheless.
     fn bare_condition(&mut self, first: Expr, start: Span, keyword: &str) -> Parse<Expr> {
         let mut condition = first;
         if self.operator().is_some() {
@@ -230,7 +230,8 @@ impl Parser<'_> {
         Ok(Expr { kind: ExprKind::Error, span: condition.span })
     }
 
-    /// After an error in a head: goes to the `{` of the body if it stands on the same line.
+    /// Moves to the `{` of the body after an error in a head. Returns false if the body does not
+    /// start on the same line.
     fn skip_to_block(&mut self) -> bool {
         loop {
             if self.at(Fixed::OpenBrace) {
@@ -247,7 +248,7 @@ impl Parser<'_> {
         }
     }
 
-    /// A block, or the one statement that takes its place.
+    /// Parses a block, or the single statement that replaces a block.
     fn body(&mut self, owner: &str) -> Parse<Block> {
         if self.at(Fixed::CloseBrace) || self.at_end() {
             return Ok(self.empty_body(owner));

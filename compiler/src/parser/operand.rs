@@ -1,4 +1,4 @@
-//! Operands: literals, names with calls and fields, parentheses, tables.
+//! Parses operands: literals, names with calls and fields, parentheses, tables.
 
 use super::{Parse, Parser};
 use crate::ast::{Expr, ExprKind, FieldKey, Ident, Power, TableField, UnaryOp};
@@ -9,7 +9,8 @@ use crate::token::{Fixed, TokenKind};
 
 impl Parser<'_> {
     pub(super) fn operand(&mut self) -> Parse<Expr> {
-        // One `?` for all: in a function that recurses each one would take its share of the stack.
+        // There is a single `?` for all cases, because each `?` takes stack space in this recursive
+        // function.
         let value = match self.kind() {
             TokenKind::Name(_) if !self.next_line_assigns() => return self.reference(),
             TokenKind::Fixed(Fixed::Bang) => return self.bit_not(),
@@ -48,7 +49,7 @@ impl Parser<'_> {
         Ok(self.expr(kind, start))
     }
 
-    /// `!x`; binds tighter than everything.
+    /// Parses `!x`, which has the highest precedence.
     fn bit_not(&mut self) -> Parse<Expr> {
         let start = self.advance().span;
         let operand = Box::new(self.nested(Self::operand)?);
@@ -57,8 +58,8 @@ impl Parser<'_> {
         Ok(not)
     }
 
-    /// A sign belongs to the literal after it; else it applies to a whole power: `-y^2` is
-    /// `-(y^2)`.
+    /// Parses a sign. The sign belongs to the literal after it; otherwise it applies to a whole
+    /// power: `-y^2` is `-(y^2)`.
     fn signed(&mut self) -> Parse<Expr> {
         let start = self.span();
         let is_negative = self.at(Fixed::Minus);
@@ -79,7 +80,8 @@ impl Parser<'_> {
         self.reject_direct_use(literal)
     }
 
-    /// `1 + not a`, `a == not b`: understood, but `not` is too loose to stand there.
+    /// Reports a `not` after an operator, as in `1 + not a`, and parses it nevertheless. The
+    /// precedence of `not` is too low for that place.
     fn misplaced_not(&mut self) -> Parse<Expr> {
         let start = self.advance().span;
         self.complain(
@@ -136,7 +138,7 @@ impl Parser<'_> {
         );
     }
 
-    /// True inside a table at `.key =`: a field that begins where a comma is missing.
+    /// Returns true inside a table at `.key =`, which is a field without a comma before it.
     fn is_table_field(&self) -> bool {
         let is_in_table = self.is_enclosed()
             && self.open.last().is_some_and(|open| self.fixed_at(*open) == Some(Fixed::OpenBrace));
@@ -145,7 +147,7 @@ impl Parser<'_> {
             && self.fixed_at(self.position + 2) == Some(Fixed::Assign)
     }
 
-    /// A name and everything that is called and taken from it: `t.a[1].b(2)`.
+    /// Parses a name with all calls, fields and elements that follow: `t.a[1].b(2)`.
     pub(super) fn reference(&mut self) -> Parse<Expr> {
         let start = self.span();
         let TokenKind::Name(name) = self.kind() else {
@@ -193,7 +195,7 @@ impl Parser<'_> {
         let mut args = args.unwrap_or_default();
         let is_closed = self.previous().kind == TokenKind::Fixed(Fixed::CloseParen);
         if !is_closed || self.found_error_since(errors) {
-            // There may be more arguments than were understood.
+            // The list of arguments may be incomplete.
             args.push(self.error_here());
         }
         Ok(ExprKind::Call { callee, args })
@@ -230,7 +232,7 @@ impl Parser<'_> {
         Ok(ExprKind::Index { object, index: Box::new(self.expr(number, token.span)) })
     }
 
-    /// Parses the name after a dot. A keyword is reported, but taken for a name.
+    /// Parses the name after a dot. A keyword is reported, but used as the name.
     fn field_name(&mut self) -> Parse<Ident> {
         let token = self.token();
         match &token.kind {
@@ -254,7 +256,7 @@ impl Parser<'_> {
         }
     }
 
-    /// Items with commas between them, up to the bracket `closing`.
+    /// Parses items with commas between them, up to the bracket `closing`.
     pub(super) fn list<T>(
         &mut self,
         closing: Fixed,
@@ -266,7 +268,7 @@ impl Parser<'_> {
         }
         loop {
             items.push(item(self)?);
-            // A field that begins where a comma is missing is no reason to give up the table.
+            // After a missing comma, the table is parsed further at the next field.
             if self.is_table_field() {
                 let diagnostic =
                     self.unexpected("`,` or `}`").help("fields are separated by commas");
@@ -325,7 +327,7 @@ impl Parser<'_> {
         Ok(TableField { key, key_span, value })
     }
 
-    /// Consumes the dot of a field; returns the place of the key after it.
+    /// Consumes the dot of a field. Returns the place of the key after it.
     fn field_dot(&mut self) -> Parse<Span> {
         if matches!(self.kind(), TokenKind::FileEnd | TokenKind::FileStart) {
             let diagnostic = self.unexpected("a field");

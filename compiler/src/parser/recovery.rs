@@ -1,4 +1,4 @@
-//! Reports errors, and continues after them.
+//! Reports errors and continues parsing after them.
 
 use super::{Parse, Parser, Reported};
 use crate::codes::Code;
@@ -7,7 +7,7 @@ use crate::source::Span;
 use crate::token::{Fixed, Separation, TokenKind};
 
 impl Parser<'_> {
-    /// Issues an error at the current token, unless it follows from one that was issued before.
+    /// Reports an error at the current token, unless the error follows from an earlier one.
     pub(super) fn report(&mut self, diagnostic: Diagnostic) -> Reported {
         let is_consequence =
             self.last_error == Some(self.position) || *self.kind() == TokenKind::Error;
@@ -24,14 +24,15 @@ impl Parser<'_> {
         found.iter().any(|diagnostic| diagnostic.severity() == Severity::Error)
     }
 
-    /// Issues an error about something that was understood all the same, so that nothing has to be skipped.
+    /// Reports an error about source that was parsed nevertheless, so that nothing has to be
+    /// skipped.
     pub(super) fn complain(&mut self, diagnostic: Diagnostic) {
         if !self.gave_up {
             self.diagnostics.push(diagnostic);
         }
     }
 
-    /// Issues a warning, unless there is one of the same kind about a part of the same place.
+    /// Reports a warning, unless there is one with the same code about a part of the same place.
     pub(super) fn warn(&mut self, diagnostic: Diagnostic) {
         let span = diagnostic.span;
         let is_repetition = self.diagnostics.iter().rev().take(4).any(|d| {
@@ -50,14 +51,14 @@ impl Parser<'_> {
         let Some(before) = self.position.checked_sub(1) else {
             return Span { end: self.span().start, ..self.span() };
         };
-        // After an included file, the include is the place.
+        // After an included file, the place is that of the include.
         let before = match self.token_at(before).kind {
             TokenKind::FileEnd => self.brackets.partner(before).unwrap_or(before),
             _ => before,
         };
         let previous = self.token_at(before);
         match previous.kind {
-            // At the beginning of an included file: there.
+            // At the beginning of an included file, the place is that beginning.
             TokenKind::FileStart if before + 1 == self.position => {
                 Span { end: self.span().start, ..self.span() }
             }
@@ -65,7 +66,8 @@ impl Parser<'_> {
         }
     }
 
-    /// "expected X, found Y". Where the found token is on another line, the place is the end of this line.
+    /// Returns the diagnostic "expected X, found Y". If the found token is on another line, the
+    /// place is the end of the current line.
     pub(super) fn unexpected(&mut self, expected: &str) -> Diagnostic {
         let token = self.token();
         if token.kind == TokenKind::FileStart && !token.is_separated() {
@@ -105,8 +107,9 @@ impl Parser<'_> {
         self.advance();
     }
 
-    /// Consumes the bracket that closes the innermost open one. If there is another token, reports
-    /// it; then continues after the closing bracket, or right here if there is none.
+    /// Consumes the bracket that closes the innermost open one. Any other token is reported;
+    /// parsing then continues after the closing bracket, or at the current token if there is no
+    /// closing bracket.
     pub(super) fn close(&mut self, expected: &str) -> Parse<()> {
         let Some(opening) = self.open.last().copied() else { return Ok(()) };
         let Some(closing) = self.fixed_at(opening).and_then(Fixed::closing) else { return Ok(()) };
@@ -149,7 +152,7 @@ impl Parser<'_> {
             .related(open.span, format!("this {kind} is open"))
     }
 
-    /// The closing bracket of `opening`, if the parser has not gone past it.
+    /// Returns the closing bracket of `opening`, if the parser has not passed it.
     fn partner_ahead(&self, opening: usize) -> Option<usize> {
         self.brackets.partner(opening).filter(|closing| *closing >= self.position)
     }
@@ -165,13 +168,13 @@ impl Parser<'_> {
         true
     }
 
-    /// Notes that nothing is made of the tokens from `start` up to this one.
+    /// Records that the tokens from `start` up to the current one could not be parsed.
     pub(super) fn lose(&mut self, start: usize) {
         self.lost.push(start..self.position);
     }
 
-    /// Parses the content of a bracket that was opened with [`Self::open`]; after an error inside
-    /// continues after it, with nothing for its content.
+    /// Parses the content of a bracket that was opened with [`Self::open`]. After an error inside,
+    /// parsing continues after the bracket, and the content is `None`.
     pub(super) fn enclosed<T>(
         &mut self,
         expected: &str,
@@ -190,15 +193,15 @@ impl Parser<'_> {
         }
     }
 
-    /// After an error in the statement that began at the token `start`: skips to where the next statement is likely
-    /// to begin, or to the end of the block.
+    /// Skips to the likely beginning of the next statement, or to the end of the block. `start` is
+    /// the first token of the statement with an error.
     pub(super) fn skip_statement(&mut self, start: usize) {
         self.skip_to_statement(start);
         self.lose(start);
     }
 
     fn skip_to_statement(&mut self, start: usize) {
-        // A keyword in the place of a value, as in `x = if`, begins nothing.
+        // A keyword in place of a value, as in `x = if`, begins no statement.
         if self.last_error == Some(self.position)
             && matches!(self.fixed(), Some(fixed) if fixed.is_keyword())
             && !self.token().is_separated()
@@ -225,7 +228,7 @@ impl Parser<'_> {
         }
     }
 
-    /// A guess, for recovery only.
+    /// Guesses if a token begins a statement, for recovery only.
     fn starts_statement(&self, kind: &TokenKind) -> bool {
         match kind {
             TokenKind::Fixed(
@@ -236,7 +239,7 @@ impl Parser<'_> {
         }
     }
 
-    /// True if the tokens from `position` on are a target and `=`.
+    /// Returns true if the tokens from `position` on are a target and `=`.
     pub(super) fn starts_assignment(&self, position: usize) -> bool {
         let mut next = position + 1;
         if self.name_at(position).is_none() {
@@ -255,7 +258,8 @@ impl Parser<'_> {
         }
     }
 
-    /// True if this token begins the next line and an assignment: then it cannot belong to the line before.
+    /// Returns true if the current token begins a line and an assignment, so that it cannot belong
+    /// to the line before.
     pub(super) fn next_line_assigns(&self) -> bool {
         self.token().separation >= Separation::Newline && self.starts_assignment(self.position)
     }

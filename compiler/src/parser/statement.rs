@@ -1,4 +1,4 @@
-//! Statements and blocks.
+//! Parses statements and blocks.
 
 use super::{Parse, Parser, Reported};
 use crate::ast::{Block, Branch, Expr, ExprKind, Stmt, StmtKind};
@@ -7,7 +7,7 @@ use crate::diagnostic::Diagnostic;
 use crate::token::{Fixed, Separation, TokenKind};
 
 impl Parser<'_> {
-    /// The statements of a file, or of a block up to its `}`.
+    /// Parses the statements of a file, or of a block up to its `}`.
     pub(super) fn statements(&mut self, in_block: bool) -> Vec<Stmt> {
         let mut stmts = Vec::new();
         loop {
@@ -42,7 +42,7 @@ impl Parser<'_> {
         self.skip_orphaned_else();
     }
 
-    /// After an error: the `if` of an `else` that stands here may have been skipped.
+    /// Parses and discards an `else` after an error, because its `if` may have been skipped.
     fn skip_orphaned_else(&mut self) {
         let open = self.open.len();
         while self.eat(Fixed::Else) {
@@ -57,7 +57,7 @@ impl Parser<'_> {
         }
     }
 
-    /// The statements of an included file.
+    /// Parses the statements of an included file.
     fn included(&mut self) -> Vec<Stmt> {
         self.advance();
         let stmts = self.nested(|parser| Ok(parser.statements(false))).unwrap_or_default();
@@ -67,7 +67,8 @@ impl Parser<'_> {
         stmts
     }
 
-    /// True at a named function inside a block that is never closed: the `}` is missing before it.
+    /// Returns true at a named function inside a block that is never closed: the missing `}`
+    /// belongs before the function.
     fn is_next_function(&self) -> bool {
         self.at(Fixed::Function)
             && self.token().is_separated()
@@ -85,7 +86,7 @@ impl Parser<'_> {
         .help("remove it, or look for a bracket too many further up");
         self.report(diagnostic);
         self.advance();
-        // One message for `}}}`.
+        // `}}}` is reported once.
         while matches!(
             self.fixed(),
             Some(Fixed::CloseBrace | Fixed::CloseParen | Fixed::CloseBracket)
@@ -108,7 +109,8 @@ impl Parser<'_> {
         Ok(Block { stmts, span: self.span_since(start) })
     }
 
-    /// The statements up to a `}`, where the `{` before them is missing; nothing if the `}` is missing, too.
+    /// Parses the statements up to a `}` whose `{` is missing. Returns `None` if the `}` is
+    /// missing, too.
     pub(super) fn block_without_brace(&mut self) -> Option<Block> {
         if self.position == 0 || !self.brackets.lack_opening_brace(self.position) {
             return None;
@@ -119,7 +121,7 @@ impl Parser<'_> {
         Some(Block { stmts, span: self.span_since(start) })
     }
 
-    /// The statements of the block that the token at `opening` begins.
+    /// Parses the statements of the block that the token at `opening` begins.
     fn block_of(&mut self, opening: usize) -> Vec<Stmt> {
         self.brackets.mark_block(opening);
         let level = self.open.len();
@@ -133,7 +135,8 @@ impl Parser<'_> {
 
     pub(super) fn statement(&mut self) -> Parse<Stmt> {
         let start = self.span();
-        // One `?` for all: in a function that recurses each one would take its share of the stack.
+        // There is a single `?` for all cases, because each `?` takes stack space in this recursive
+        // function.
         let kind = match self.fixed() {
             Some(Fixed::Var) => self.var_statement(),
             Some(Fixed::If) => self.if_statement(),
@@ -173,7 +176,7 @@ impl Parser<'_> {
         Ok(StmtKind::Var { name, value: None })
     }
 
-    /// Reports a `==` that stands where only `=` can stand.
+    /// Reports a `==` in a place where only `=` is possible.
     fn comparison_for_assignment(&mut self) -> bool {
         if !self.at(Fixed::Equal) {
             return false;
@@ -188,7 +191,8 @@ impl Parser<'_> {
         true
     }
 
-    /// The right side of `=`. After an error in it the statement is kept, so that its target counts as assigned.
+    /// Parses the right side of `=`. After an error in it the statement is kept, so that its target
+    /// counts as assigned.
     fn value(&mut self, statement: usize) -> Parse<Expr> {
         let level = self.open.len();
         match self.condition() {
@@ -254,7 +258,7 @@ impl Parser<'_> {
                 | Fixed::For
                 | Fixed::Return
                 | Fixed::Else => true,
-                // A named function is no value.
+                // A named function is a statement, not a value.
                 Fixed::Function => self.name_at(self.position + 1).is_some(),
                 _ => false,
             },
@@ -262,7 +266,7 @@ impl Parser<'_> {
         }
     }
 
-    /// Keeps the block, so that it is checked.
+    /// Reports an `else` without an `if`. The block is kept, so that it is checked.
     fn else_without_if(&mut self) -> Parse<StmtKind> {
         let diagnostic = Diagnostic::new(
             Code::ElseWithoutIf,
@@ -275,7 +279,8 @@ impl Parser<'_> {
         if self.at(Fixed::OpenBrace) { self.block_of_nobody() } else { Err(reported) }
     }
 
-    /// A block whose statement was not understood.
+    /// Keeps a block whose statement could not be parsed, as that of an `if` with an unknown
+    /// condition.
     fn block_of_nobody(&mut self) -> Parse<StmtKind> {
         let condition = self.error_here();
         let branches = vec![Branch { condition, then: self.block()? }];
@@ -350,7 +355,7 @@ impl Parser<'_> {
         })
     }
 
-    /// `x == 1` or `x + 1` as a statement.
+    /// Reports an operation that is used as a statement, such as `x == 1` or `x + 1`.
     fn lone_operation(&mut self, mut value: Expr) -> Parse<Reported> {
         let is_comparison = self.at(Fixed::Equal);
         let operator = self.span();
@@ -358,7 +363,7 @@ impl Parser<'_> {
         let warnings = self.diagnostics.len();
         let is_call = is_call(&value);
         self.condition_rest(&mut value)?;
-        // How the value is computed does not matter any more.
+        // Warnings about the value are removed, because the error makes them irrelevant.
         self.diagnostics.truncate(warnings);
         let diagnostic = if is_comparison && !is_call {
             Diagnostic::new(
@@ -374,7 +379,7 @@ impl Parser<'_> {
         Ok(self.report(diagnostic))
     }
 
-    /// Something that begins no statement.
+    /// Reports a token that begins no statement.
     fn stray(&mut self) -> Reported {
         if let TokenKind::Fixed(Fixed::CloseParen | Fixed::CloseBracket) = self.kind() {
             self.unmatched_closing();
@@ -431,7 +436,7 @@ impl Parser<'_> {
         }
     }
 
-    /// `++i` and `-- comment`.
+    /// Reports `++i` and `-- comment` of other languages.
     fn foreign_prefix(&mut self) -> Option<Reported> {
         let sign @ (Fixed::Plus | Fixed::Minus) = self.fixed()? else { return None };
         if self.fixed_at(self.position + 1) != Some(sign) {

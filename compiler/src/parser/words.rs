@@ -1,6 +1,7 @@
-//! Words that are keywords in other languages, and keywords that are misspelt.
+//! Finds words that are keywords in other languages, and misspelt keywords.
 //!
-//! In Buzz they are ordinary names; so they are looked at only where a statement cannot be right anyway.
+//! In Buzz these words are ordinary names, so the parser tests for them only in statements that are
+//! errors anyway.
 
 use super::{Parse, Parser, Reported};
 use crate::ast::{Expr, ExprKind};
@@ -37,7 +38,7 @@ fn instead_of(word: &str) -> Option<&'static str> {
     })
 }
 
-/// The keyword that `word` is most likely meant to be.
+/// Returns the keyword that `word` most likely stands for.
 fn misspelt_keyword(word: &str) -> Option<&'static str> {
     let words = KEYWORDS.into_iter().map(Fixed::text).chain(["include"]);
     let lower = word.to_lowercase();
@@ -68,7 +69,8 @@ impl Parser<'_> {
         true
     }
 
-    /// Reports a call that is no call: `switch(x) { ... }`, `include("file.bzz")`.
+    /// Reports a call that was meant as a statement of another language: `switch(x) { ... }`,
+    /// `include("file.bzz")`.
     pub(super) fn reject_foreign_call(&mut self, call: &Expr) -> Parse<()> {
         let ExprKind::Call { callee, args } = &call.kind else { return Ok(()) };
         let ExprKind::Name(name) = &callee.kind else { return Ok(()) };
@@ -89,12 +91,12 @@ impl Parser<'_> {
         let message = format!("`{name}` begins no statement in Buzz");
         let diagnostic = Diagnostic::new(Code::ForeignWord, callee.span, message).help(help);
         let reported = self.report(diagnostic);
-        // The block may hold more errors.
+        // The block is parsed to find more errors in it.
         let _ = self.block();
         Err(reported)
     }
 
-    /// Reports a name, or a field of a table, that stands alone.
+    /// Reports a name, or a field of a table, that is neither called nor assigned.
     pub(super) fn lone_name(&mut self, value: &Expr) -> Reported {
         let written = self.sources.text(value.span).to_owned();
         let next = self.token();
@@ -147,7 +149,8 @@ impl Parser<'_> {
         self.report(diagnostic.help(help))
     }
 
-    /// The position of the first token of `value`, which ends right before the current token.
+    /// Returns the position of the first token of `value`, which ends directly before the current
+    /// token.
     fn start_of(&self, value: &Expr) -> usize {
         let mut position = self.position;
         while position > 0 && self.token_at(position).span.start > value.span.start {
@@ -157,7 +160,7 @@ impl Parser<'_> {
     }
 }
 
-/// Returns the cure for a word that cannot begin a statement.
+/// Returns help for a word that cannot begin a statement.
 fn explain(word: &str) -> Option<String> {
     let misspelt = || misspelt_keyword(word).map(|keyword| format!("did you mean `{keyword}`?"));
     instead_of(word).map(str::to_owned).or_else(misspelt)
