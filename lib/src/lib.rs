@@ -1,5 +1,5 @@
-//! The Buzz library as constants, so that `include "vec2.bzz"` works wherever a program with the compiler runs: without files, in a
-//! web page too. The texts take 12 kB.
+//! The files of the Buzz library as constants. `include "vec2.bzz"` therefore works in every
+//! program with the compiler, even without files, such as in a web page. The texts take 12 kB.
 
 #![no_std]
 
@@ -7,7 +7,7 @@ macro_rules! library {
     ($($name:literal),*) => { &[$(($name, include_str!(concat!("../", $name)))),*] };
 }
 
-/// File name and text of every file of the library.
+/// The name and the text of every file of the library.
 pub const FILES: &[(&str, &str)] = library![
     "arrows.bzz",
     "matrix.bzz",

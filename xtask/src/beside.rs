@@ -1,4 +1,5 @@
-//! A script on this computer, and beside it on an emulated robot that boots its real firmware.
+//! Runs a script on this computer and on an emulated robot with its real firmware, and prints both
+//! outputs side by side.
 
 use anyhow::{Result, bail};
 use bittybuzz_builds::board::CRAZYFLIE;
@@ -6,26 +7,27 @@ use bittybuzz_builds::shell::{Line, cargo, target};
 use bittybuzz_robot_spec::Robot;
 use std::path::Path;
 
-/// Logs, and uses LEDs.
+/// A script that logs and uses LEDs.
 const SCRIPT: &str = "examples/scheduler.bzz";
-/// At 10 Hz: three seconds.
+/// The number of steps: three seconds at 10 Hz.
 const STEPS: &str = "30";
-/// The last step, and half of the next tick.
+/// The simulated time, which includes the last step and half of the next tick.
 const SECONDS: &str = "3.05";
 
 /// A line of output.
 #[derive(Clone, Debug, PartialEq, Eq)]
 struct PrintedLine {
     text: String,
-    /// Whether the script logged it: it should be on both sides.
+    /// True if the script logged the line, which should then be in both outputs.
     is_log: bool,
 }
 
-/// Builds the firmware, boots it, and fails if it logs something else than this computer.
+/// Builds the firmware and boots it in emulation. Fails if its log differs from that of this
+/// computer.
 pub fn run(bbz: &Path) -> Result<()> {
     println!("\n== {SCRIPT} on the firmware of the Crazyflie, in emulation");
     let image = CRAZYFLIE.build(None, false)?.display().to_string();
-    // Optimised: it plays a processor of 168 MHz.
+    // The emulator is optimised, because it emulates a processor of 168 MHz.
     cargo(&["build", "--release", "--package", "bittybuzz-emulate-stm32"])?;
     let emulator = target()?.join("release/bbz-emulate-stm32").display().to_string();
     let robot = ["--robot", CRAZYFLIE.robot];
@@ -50,7 +52,7 @@ pub fn run(bbz: &Path) -> Result<()> {
     Ok(())
 }
 
-/// The output of `bbz run`: calls of robot functions, and the rest.
+/// Returns the lines of `bbz run`: calls of robot functions, and log lines.
 fn told_here(robot: &Robot, output: &str) -> Vec<PrintedLine> {
     let is_call =
         |text: &str| text.split_once('(').is_some_and(|(name, _)| robot.function(name).is_some());
@@ -58,7 +60,7 @@ fn told_here(robot: &Robot, output: &str) -> Vec<PrintedLine> {
     output.lines().map(told).collect()
 }
 
-/// The output of `bbz trace`: time, subject, text.
+/// Returns the lines of `bbz trace`: time, subject, text.
 fn told_there(output: &str) -> Vec<PrintedLine> {
     let is_log = |text: &str| text.split_whitespace().nth(1) == Some("step");
     let told = |text: &str| PrintedLine { text: text.to_owned(), is_log: is_log(text) };
@@ -69,12 +71,12 @@ fn logs(told: &[PrintedLine]) -> impl Iterator<Item = &str> {
     told.iter().filter(|told| told.is_log).map(|told| told.text.as_str())
 }
 
-/// Two columns; log lines that belong together are in one row.
+/// Returns both outputs as two columns, in which corresponding log lines are in one row.
 fn beside(here: &[PrintedLine], there: &[PrintedLine]) -> String {
     let mut rows = vec![("bbz run", "bbz trace --emulate"), ("", "")];
     let (mut here, mut there) = (here.iter().peekable(), there.iter().peekable());
     while here.peek().is_some() || there.peek().is_some() {
-        // What stands before the next log line of either side, then that line.
+        // The rows hold the lines before the next log line of either side, then that log line.
         loop {
             let left = here.next_if(|told| !told.is_log);
             let right = there.next_if(|told| !told.is_log);

@@ -1,4 +1,4 @@
-//! Tests, and what CI runs.
+//! The tests, and the steps that CI runs.
 
 use crate::site;
 use crate::sizes;
@@ -17,13 +17,14 @@ use std::path::PathBuf;
 use std::thread;
 use std::time::Instant;
 
-/// Minutes that `test` takes the first time.
+/// Minutes that `test` takes the first time, on two cores.
 const MINUTES: u32 = 20;
 
-/// Random programs of every change.
+/// Seeds of the random programs that are tested for every change.
 const SEEDS: &str = "0..100";
 
-/// The tests on this computer, and those of the robots' firmware on the faster emulated processor.
+/// Runs the tests on this computer, and those of the robots' firmware on the faster emulated
+/// processor.
 pub fn test() -> Result<()> {
     setup::run()?;
     println!(
@@ -33,7 +34,8 @@ pub fn test() -> Result<()> {
     tests.env("BITTYBUZZ_SEEDS", SEEDS).run()
 }
 
-/// All tests, the guides beside the others: their compilers have work for one processor most of the time.
+/// Runs all tests. The guides run at the same time as the others, because their compilers keep only
+/// one processor busy most of the time.
 fn tests_and_guides() -> Result<()> {
     let images = Images::build()?;
     all_tests(&["--no-run"], &[]).run()?;
@@ -49,7 +51,8 @@ fn tests_and_guides() -> Result<()> {
     })
 }
 
-/// The robots' images, always those of the sources, and the variables by which tests know them.
+/// The robots' images, built from the current sources, and the variables that pass them to the
+/// tests.
 struct Images([(&'static str, PathBuf); 5]);
 
 impl Images {
@@ -96,7 +99,7 @@ pub enum Step {
     Soak,
 }
 
-/// Everything that must pass before a change is merged, or one step of it.
+/// Runs everything that must pass before a change is merged, or one step of it.
 pub fn ci(step: Option<Step>) -> Result<()> {
     keep_lock_files();
     setup::run()?;
@@ -119,7 +122,8 @@ impl Step {
             Step::Bench => bench::check()?,
             Step::OnChip => on_chip::sample()?,
             Step::Emulators => {
-                // The processor is compiled once, for lints, these and all that follow.
+                // The emulated processor is compiled once for the lints, these tests and the later
+                // steps.
                 let emulators = EMULATORS.map(|package| ["--package", package]).concat();
                 cargo(&[&["test", "--release"], &emulators[..]].concat())?;
             }
@@ -134,13 +138,13 @@ impl Step {
     }
 }
 
-/// All workspaces, from the root.
+/// Returns the folders of all workspaces, from the root.
 fn workspaces() -> impl Iterator<Item = &'static str> {
     let boards = BOARDS.map(|board| board.folder);
     ["", soak::FUZZ, bench::HOST].into_iter().chain(chip::WORKSPACES).chain(boards)
 }
 
-/// Builds the module of the playground and compares its runs, in node, with native ones.
+/// Builds the module of the playground and compares its runs in node with native ones.
 fn wasm() -> Result<()> {
     let module = site::module()?;
     all_tests(&["--test", "everywhere"], &[])
@@ -148,11 +152,11 @@ fn wasm() -> Result<()> {
         .run()
 }
 
-/// Uses the page of `bbz sim --view`, and the playground, in a browser without a window.
+/// Tests the page of `bbz sim --view` and the playground in a headless browser.
 fn page() -> Result<()> {
     vendor::check()?;
     let python = setup::browser()?;
-    // The tests' build has `bbz`, too.
+    // The build of the tests includes `bbz`.
     all_tests(&["--no-run", "--test", "sim"], &[]).run()?;
     let bbz = target()?.join("debug/bbz");
     Line::named("python3", &python, &["-m", "pytest", "-q", "-p", "no:cacheprovider", "tests/page"])
@@ -162,7 +166,7 @@ fn page() -> Result<()> {
         .run()
 }
 
-/// Fails if a dependency is not as the lock files have it.
+/// Fails if a lock file does not match its manifests.
 fn locks() -> Result<()> {
     for folder in workspaces() {
         let arguments = ["metadata", "--locked", "--format-version", "1"];
@@ -171,14 +175,15 @@ fn locks() -> Result<()> {
     Ok(())
 }
 
-/// Builds the documentation of all crates, with private items in firmware, which has no others.
+/// Builds the documentation of all crates. That of firmware includes private items, because
+/// firmware has no others.
 fn document() -> Result<()> {
     const MACHINE: &str = "bittybuzz-vm-core";
     let strict = |line: Line| line.env("RUSTDOCFLAGS", "-D warnings");
-    // In the profile of the lints, which have checked the dependencies.
+    // The release profile is that of the lints, which have checked the dependencies already.
     let all = ["doc", "--release", "--workspace", "--no-deps", "--exclude", MACHINE];
     strict(Line::cargo(&all)).run()?;
-    // Its tables describe instructions by brackets, which are no links.
+    // The tables of opcodes describe instructions with brackets that are no links.
     Line::cargo(&["doc", "--release", "--package", MACHINE, "--no-deps"])
         .env("RUSTDOCFLAGS", "-D warnings -A rustdoc::broken-intra-doc-links")
         .run()?;
@@ -189,7 +194,7 @@ fn document() -> Result<()> {
     Ok(())
 }
 
-/// Spelling, format and lints of every workspace.
+/// Checks lock files, spelling, format and lints of every workspace.
 fn lint() -> Result<()> {
     locks()?;
     const DENY: [&str; 3] = ["--", "-D", "warnings"];
@@ -208,8 +213,8 @@ fn lint() -> Result<()> {
     Ok(())
 }
 
-/// Links the virtual machine for the robots' cores with a panic handler that does not exist: fails if a panic is left in
-/// it.
+/// Links the virtual machine for the robots' cores with a panic handler that does not exist, which
+/// fails if the machine can panic.
 fn no_panic() -> Result<()> {
     for probe in PROBES {
         for extent in probe.extents() {

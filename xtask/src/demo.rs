@@ -1,5 +1,6 @@
-//! Shows the project at work: runs a script, lets the tool explain errors, simulates a swarm, and shows it in a page; if asked, boots
-//! the firmware of a robot, then that of a whole swarm instead of the page.
+//! Demonstrates the project: runs a script, explains errors, simulates a swarm, and shows the swarm
+//! in a page. With `--robots`, it runs the firmware of one robot and then that of a whole swarm in
+//! emulation, instead of showing the page.
 
 use crate::beside;
 use crate::unlike;
@@ -10,19 +11,19 @@ use fs_err as fs;
 use std::io::IsTerminal;
 use std::path::Path;
 
-/// Uses the clock and the LED.
+/// A script that uses the clock and the LED.
 const SCRIPT: &str = "examples/blink.bzz";
-/// Enough steps to see a behaviour start.
+/// Number of steps, enough to see the behaviour start.
 const STEPS: &str = "12";
-/// Something that only a swarm can do.
+/// A scenario that only a swarm can solve.
 const SWARM: &str = "examples/swarm/gradient.toml";
-/// The folder of its pictures, from the root.
+/// The folder of the swarm's pictures, from the root.
 const PICTURES: &str = "target/demo";
 
 /// Exit status of `bbz` for a script that does not compile.
 const COMPILE_ERROR: i32 = 2;
 
-/// The demonstration, up to the emulated robots if they are asked for.
+/// Runs the demonstration, including the emulated robots if `robots` is set.
 pub fn run(robots: bool, no_browser: bool) -> Result<()> {
     if robots {
         setup::run()?;
@@ -57,7 +58,8 @@ pub fn run(robots: bool, no_browser: bool) -> Result<()> {
     unlike::run(&bbz)
 }
 
-/// Shows the swarm in a page until that is closed. Without a terminal it prints the command instead, since Ctrl-C could not end it.
+/// Shows the swarm in a page until the user closes the page. Without a terminal, Ctrl-C could not
+/// end the page, so the command is printed instead.
 fn show(bbz: &Path, no_browser: bool) -> Result<()> {
     if !std::io::stdout().is_terminal() {
         println!("The same swarm in a page: bbz sim {SWARM} --view");
@@ -68,7 +70,7 @@ fn show(bbz: &Path, no_browser: bool) -> Result<()> {
     Line::named("bbz", bbz, &[&["sim", SWARM, "--view"], arguments].concat()).run()
 }
 
-/// The names of the files in a folder, in alphabetical order.
+/// Returns the names of the files in a folder, in alphabetical order.
 fn pictures(folder: &Path) -> Result<Vec<String>> {
     let names = fs::read_dir(folder)?.map(|entry| Ok(entry?.file_name().display().to_string()));
     let mut names = names.collect::<Result<Vec<_>>>()?;
@@ -76,7 +78,7 @@ fn pictures(folder: &Path) -> Result<Vec<String>> {
     Ok(names)
 }
 
-/// The scripts of a folder in alphabetical order, each with its path from the root.
+/// Returns the scripts of a folder in alphabetical order, as paths from the root.
 fn scripts(root: &Path, folder: &str) -> Result<Vec<String>> {
     let path = root.join(folder);
     let mut scripts = Vec::new();
@@ -91,7 +93,7 @@ fn scripts(root: &Path, folder: &str) -> Result<Vec<String>> {
     Ok(scripts)
 }
 
-/// Prints a script's path and what its first line says about it.
+/// Prints a script's path and the comment in its first line.
 fn heading(script: &str) -> Result<()> {
     let path = root().join(Path::new(script));
     let text = fs::read_to_string(&path)?;
@@ -106,7 +108,7 @@ fn subject(text: &str) -> String {
     }
 }
 
-/// The first error code in diagnostics: `error[E0201]: ...`.
+/// Returns the first error code in diagnostics: `error[E0201]: ...`.
 fn error_code(diagnostics: &str) -> Option<&str> {
     let (_, rest) = diagnostics.split_once("error[")?;
     rest.split_once(']').map(|(code, _)| code)

@@ -1,9 +1,11 @@
-//! The chores of the project, so that people and the CI machine run the same commands.
+//! The chores of the project as commands, so that people and the CI machine run the same ones.
 //!
-//! Each command prints what it runs and stops at the first failure. What a command needs and can be fetched by
-//! the ordinary clients (rustup, apt-get, pip, npm) is fetched by `setup`; nothing is installed in another way. `demo` needs nothing of that.
+//! Each command prints the programs that it runs, and stops at the first failure. `setup` installs
+//! the programs that the commands need, only by the ordinary clients (rustup, apt-get, pip, npm).
+//! `demo` needs none of these programs.
 //!
-//! Benchmarks live in `bench/harness`, long tests in `tests/soak`, programs and images that all of them build in `xtask/builds`.
+//! Benchmarks are in `bench/harness`, long tests in `tests/soak`, and the builds of programs and
+//! images that all of them use in `xtask/builds`.
 
 mod beside;
 mod book;

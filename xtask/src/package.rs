@@ -1,4 +1,5 @@
-//! Archives that a release consists of: the tools for this computer, the robots' firmware, and the site.
+//! Packs the archives of a release: the tools for this computer, the robots' firmware, and the
+//! site.
 
 use crate::{book, site};
 use anyhow::{Context, Result, bail};
@@ -12,16 +13,16 @@ use std::env::consts::EXE_SUFFIX;
 use std::fmt::Write as _;
 use std::path::{Path, PathBuf};
 
-/// The folder of the archives, in cargo's.
+/// The folder of the archives in cargo's target folder.
 const PACKAGES: &str = "package";
 
-/// The profile of programs that are packed: without what debuggers read.
+/// The cargo profile of the packed programs, without debug information.
 const PROFILE: &str = "dist";
 
-/// Programs for the host: those that link no library of others.
+/// Packages of programs for the host, which link no external libraries.
 const PROGRAMS: [&str; 2] = ["bbz", "bittybuzz-emulate-m0"];
 
-/// Files of the repository that lie beside them.
+/// Files of the repository that are added to the archives.
 const TEXTS: [&str; 4] = ["README.md", "CHANGELOG.md", "LICENSE-APACHE", "LICENSE-MIT"];
 
 /// A part of a release.
@@ -35,7 +36,7 @@ pub enum Part {
     Site,
 }
 
-/// Packs one part, or all; prints the archives.
+/// Packs one part, or all of them, and prints the archives with their checksums.
 pub fn run(part: Option<Part>) -> Result<()> {
     for part in part.as_ref().map_or(Part::value_variants(), std::slice::from_ref) {
         let archive = pack(*part)?;
@@ -44,7 +45,7 @@ pub fn run(part: Option<Part>) -> Result<()> {
     Ok(())
 }
 
-/// The version of all packages.
+/// Returns the version of all packages.
 pub const fn version() -> &'static str {
     env!("CARGO_PKG_VERSION")
 }
@@ -70,7 +71,7 @@ fn pack(part: Part) -> Result<PathBuf> {
             book::build(&folder.join("book"))?;
         }
     }
-    // Linux, macOS and Windows have a `tar` that knows these options.
+    // The `tar` of Linux, macOS and Windows supports these options.
     let archive = packages.join(format!("{name}.tar.gz"));
     let [from, to] = [packages.display(), archive.display()].map(|path| path.to_string());
     Line::new("tar", &["-czf", &to, "-C", &from, &name]).run()?;
@@ -79,7 +80,7 @@ fn pack(part: Part) -> Result<PathBuf> {
     Ok(archive)
 }
 
-/// The computer for which rustc builds, such as `x86_64-unknown-linux-gnu`.
+/// Returns the target for which rustc builds by default, such as `x86_64-unknown-linux-gnu`.
 fn host() -> Result<String> {
     let output = Line::new("rustc", &["--print", "host-tuple"]).unannounced().output(0)?;
     Ok(String::from_utf8(output.stdout)?.trim().to_owned())
@@ -140,7 +141,7 @@ fn copy_all(from: &Path, to: &Path) -> Result<()> {
     Ok(())
 }
 
-/// The SHA-256 of a file, in hexadecimal.
+/// Returns the SHA-256 of a file in hexadecimal.
 fn checksum(file: &Path) -> Result<String> {
     let mut text = String::new();
     for byte in Sha256::digest(fs::read(file)?) {

@@ -1,4 +1,4 @@
-//! A release: the checks that a person forgets, and the tag.
+//! Releases a version: runs the checks that people forget, and creates the tag.
 //!
 //! The tag starts `.github/workflows/release.yml`, which packs the tools on Linux, macOS and Windows with `cargo xtask
 //! package`, and publishes them with firmware, site, checksums and the section of CHANGELOG.md.
@@ -8,10 +8,11 @@ use anyhow::{Context, Result, ensure};
 use bittybuzz_builds::shell::{Line, root};
 use fs_err as fs;
 
-/// The changes of all versions.
+/// The file with the changes of all versions.
 const CHANGELOG: &str = "CHANGELOG.md";
 
-/// Checks the working copy, and tags its commit.
+/// Checks the working copy, and tags its commit. With `notes`, prints the changes of this version
+/// instead.
 pub fn run(notes: bool) -> Result<()> {
     let version = version();
     let changes = fs::read_to_string(root().join(CHANGELOG))?;
@@ -40,7 +41,8 @@ fn git(arguments: &[&str]) -> Result<String> {
     Ok(String::from_utf8(output.stdout)?)
 }
 
-/// The text of a version's section, without its title; `None` if there is none or nothing in it.
+/// Returns the text of a version's section, without its title; `None` if there is no such section
+/// or its text is empty.
 fn section<'a>(changes: &'a str, version: &str) -> Option<&'a str> {
     let (_, rest) = changes.split_once(&format!("\n## [{version}] - "))?;
     let (date, rest) = rest.split_once('\n')?;

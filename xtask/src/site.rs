@@ -1,4 +1,4 @@
-//! The playground as static files: the page, the module, and the examples as one file.
+//! Builds the playground as static files: the page, the module, and the examples as one file.
 
 use anyhow::{Result, ensure};
 use bittybuzz_builds::shell::{Line, root, target};
@@ -10,11 +10,12 @@ const MODULE: &str = "bittybuzz-playground";
 const PLAYGROUND: &str = "playground";
 const TARGET: &str = "wasm32-unknown-unknown";
 
-/// The standard library is built with the module.
+/// Flags to build the standard library with the module.
 const LIBRARY: [&str; 2] =
     ["-Zbuild-std=std,panic_abort", "-Zbuild-std-features=optimize_for_size"];
 
-/// A panic traps without a text, which no page would show; and numbers of functions take no more bytes than they need.
+/// Flags for a small module. A panic traps without a text, because no page would show one, and
+/// relocations are compressed so that the numbers of functions take as few bytes as possible.
 const SMALL: [&str; 4] = [
     "-Zunstable-options",
     "-Cpanic=immediate-abort",
@@ -22,25 +23,26 @@ const SMALL: [&str; 4] = [
     "-Clink-arg=--compress-relocations",
 ];
 
-/// The profile of the module.
+/// The cargo profile of the module.
 const PROFILE: &str = "module";
 
-/// The folder of the site, in cargo's.
+/// The folder of the site in cargo's target folder.
 const SITE: &str = "site";
 
-/// Files of the page, then those of the playground, which replace equal names.
+/// Folders with the files of the page, then those of the playground, which replace files with equal
+/// names.
 const PAGES: [&str; 2] = ["bbz/page/web", "playground/web"];
 
 const EXAMPLES: &str = "examples";
 
-/// Makes the site and prints its path.
+/// Builds the site and prints its path.
 pub fn run() -> Result<()> {
     let folder = build()?;
     println!("{}", folder.display());
     Ok(())
 }
 
-/// Makes the site; returns its path.
+/// Builds the site and returns its path.
 pub fn build() -> Result<PathBuf> {
     let module = module()?;
     let site = target()?.join(SITE);
@@ -59,7 +61,7 @@ pub fn build() -> Result<PathBuf> {
     Ok(site)
 }
 
-/// Builds the WebAssembly module, small and without names; returns its path.
+/// Builds the WebAssembly module with the flags for a small size, and returns its path.
 pub fn module() -> Result<PathBuf> {
     Line::new("rustup", &["toolchain", "install"]).in_workspace(PLAYGROUND).run()?;
     let cargo =
@@ -71,7 +73,8 @@ pub fn module() -> Result<PathBuf> {
     Ok(target()?.join(TARGET).join(PROFILE).join("bittybuzz_playground.wasm"))
 }
 
-/// Scripts, robot files and scenarios among the examples, by their paths, and the titles of the scenarios that need no emulator.
+/// Returns the scripts, robot files and scenarios among the examples by their paths, and the titles
+/// of the scenarios that need no emulator.
 fn examples(root: &Path) -> Result<Value> {
     let mut files = Map::new();
     add(root, Path::new(EXAMPLES), &mut files)?;
@@ -88,7 +91,7 @@ fn examples(root: &Path) -> Result<Value> {
     Ok(json!({ "scenarios": scenarios, "files": files }))
 }
 
-/// Adds all files of a folder, and of those in it, that scenarios may name.
+/// Adds all files in a folder and its subfolders to which scenarios may refer.
 fn add(root: &Path, folder: &Path, files: &mut Map<String, Value>) -> Result<()> {
     for entry in fs::read_dir(root.join(folder))? {
         let entry = entry?;
@@ -104,7 +107,7 @@ fn add(root: &Path, folder: &Path, files: &mut Map<String, Value>) -> Result<()>
     Ok(())
 }
 
-/// The name of a scenario, with its folder.
+/// Returns the name of a scenario, with its folder.
 fn title(path: &str) -> String {
     let path = path.strip_prefix("examples/").unwrap_or(path);
     path.strip_suffix(".toml").unwrap_or(path).replace('_', " ")

@@ -1,7 +1,10 @@
-//! How much of a robot's memory the firmware takes, and how much of that the virtual machine.
+//! Measures the memory that a robot's firmware takes, and the part of it that the virtual machine
+//! takes.
 //!
-//! An image is measured as it is flashed, but without what only a debug probe reads where that can be left out. The machine alone is measured in a probe: its size with the machine less its size
-//! without. The probe's image is not known to the compiler, so that all of the machine is in it, soft float included:
+//! An image is measured as it is flashed, but without the data that only a debug probe reads, if
+//! they can be left out. The machine alone is measured with a probe program: the size with the
+//! machine less the size without it. The image that the probe runs is not known to the compiler, so
+//! the probe contains all of the machine, soft float included:
 //!
 //! | name | the machine with |
 //! |---|---|
@@ -17,7 +20,7 @@ use bittybuzz_builds::probe::{ATMEGA328P, CORTEX_M0, CORTEX_M4F, Extent, Probe};
 use bittybuzz_robot_spec::Profile;
 use serde_json::{Map, Value};
 
-/// A robot, and what of it can be measured.
+/// A robot whose memory is measured.
 struct Measured {
     firmware: &'static Board,
     probe: &'static Probe,
@@ -29,7 +32,7 @@ const ROBOTS: &[Measured] = &[
     Measured { firmware: &KILOBOT, probe: &ATMEGA328P },
 ];
 
-/// What is known of a robot; in bytes.
+/// The sizes of a robot's firmware, in bytes.
 #[derive(Debug, PartialEq, Eq)]
 struct Sizes {
     robot: &'static str,
@@ -46,7 +49,7 @@ pub fn run(json: bool) -> Result<()> {
     check(&sizes)
 }
 
-/// Measures everything. Standard output is for the result alone if it is JSON.
+/// Measures all robots. With `quiet`, standard output is left to the result, which is JSON.
 fn measure(quiet: bool) -> Result<Vec<Sizes>> {
     ROBOTS.iter().map(|measured| measured.sizes(quiet)).collect()
 }
@@ -81,7 +84,7 @@ impl Measured {
     }
 }
 
-/// Fails if an image or the machine needs more than its robot file allows.
+/// Fails if an image or the machine needs more memory than its robot file allows.
 fn check(sizes: &[Sizes]) -> Result<()> {
     let mut excesses = Vec::new();
     for Sizes { robot, values } in sizes {

@@ -1,4 +1,4 @@
-//! One swarm of three kinds of robots, each with its own image in its own emulator.
+//! Runs one swarm of three types of robots, each with its own image in its own emulator.
 
 use anyhow::Result;
 use bittybuzz_builds::board::{CRAZYFLIE, KILOBOT, ZOOIDS};
@@ -9,11 +9,12 @@ use std::path::{Path, PathBuf};
 const SCENARIO: &str = "examples/unlike/consensus.toml";
 const SCRIPT: &str = "examples/swarm/consensus.bzz";
 
-/// The programs that emulate them.
+/// The packages of the emulators.
 const EMULATORS: [&str; 3] =
     ["bittybuzz-emulate-avr", "bittybuzz-emulate-m0", "bittybuzz-emulate-stm32"];
 
-/// Builds images and emulators, and runs the scenario, which fails if the robots do not agree.
+/// Builds the images and the emulators, and runs the scenario, which fails if the robots do not
+/// agree.
 pub fn run(bbz: &Path) -> Result<()> {
     println!("\n== {SCENARIO}: Kilobots, Zooids and Crazyflies agree, each with its own image");
     KILOBOT.build(Some(&root().join(SCRIPT)), false)?;

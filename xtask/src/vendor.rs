@@ -1,4 +1,5 @@
-//! The packages of the page's editor, bundled into one file that is committed: a build of `bbz` needs no npm.
+//! Bundles the packages of the page's editor into one file. The file is committed, so that a build
+//! of `bbz` needs no npm.
 
 use anyhow::{Result, ensure};
 use bittybuzz_builds::setup;
@@ -6,10 +7,10 @@ use bittybuzz_builds::shell::{Line, root, target};
 use fs_err as fs;
 use std::path::Path;
 
-/// Versions of the packages, and the program that bundles them.
+/// The folder with the versions of the packages and the program that bundles them.
 const EDITOR: &str = "bbz/page/editor";
 
-/// The file of the page.
+/// The bundle, from the root.
 const BUNDLE: &str = "bbz/page/web/vendor.js";
 
 /// Writes the bundle.
@@ -17,7 +18,7 @@ pub fn run() -> Result<()> {
     build(&root().join(BUNDLE))
 }
 
-/// Fails if the bundle is not that of the packages.
+/// Fails if the committed bundle differs from a new one.
 pub fn check() -> Result<()> {
     let again = target()?.join("vendor.js");
     build(&again)?;
@@ -28,7 +29,8 @@ pub fn check() -> Result<()> {
 
 fn build(bundle: &Path) -> Result<()> {
     setup::node()?;
-    // The packages of the lock file, whose hashes npm checks. None of them may run a program of its own.
+    // npm installs the packages of the lock file and checks their hashes. No package may run a
+    // program of its own.
     Line::new("npm", &["ci", "--ignore-scripts", "--no-audit", "--no-fund"])
         .in_workspace(EDITOR)
         .run()?;

@@ -1,4 +1,4 @@
-//! The instructions of an image. A byte without meaning ends a function.
+//! Decodes the instructions of an image. An unknown opcode ends a function.
 
 use bittybuzz_vm_core::image::Header;
 use bittybuzz_vm_core::opcode::{self, Info};
@@ -6,9 +6,9 @@ use bittybuzz_vm_core::opcode::{self, Info};
 /// An instruction.
 #[derive(Debug, Clone, Copy)]
 pub struct Instruction {
-    /// Its place, counted from the start of the code.
+    /// The position, counted from the start of the code.
     pub at: usize,
-    /// The place of the next one.
+    /// The position of the next instruction.
     pub next: usize,
     pub info: &'static Info,
     pub operand: i16,
@@ -16,13 +16,14 @@ pub struct Instruction {
     pub trailer: u8,
 }
 
-/// Head and room of a function: the first two bytes, 0 where there are none.
+/// Returns the two bytes of a function's header: flags and parameters, and number of slots. They
+/// are 0 if the image is too short.
 pub fn head(image: &[u8], header: &Header, function: u16) -> [u8; 2] {
     let at = usize::from(header.code_at()) + start(image, header, function);
     [byte(image, at), byte(image, at + 1)]
 }
 
-/// The instructions of a function, in order.
+/// Returns the instructions of a function, in order.
 pub fn instructions(
     image: &[u8],
     header: &Header,

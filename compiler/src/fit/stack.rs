@@ -1,6 +1,6 @@
-//! How deep the stack gets at least, if a script takes the deepest way through its calls.
+//! Computes a lower bound of the stack depth on the deepest path through a script's calls.
 //!
-//! Only calls by number are known; where functions call each other in a circle, one round counts.
+//! Only calls by number are known. A cycle of calls counts as one round.
 
 use std::collections::BTreeMap;
 
@@ -10,14 +10,15 @@ use bittybuzz_vm_core::opcode::{self, DROP_RESULT, Operand, Trailer};
 
 use super::code;
 
-/// A way through a program's calls.
+/// A path through a program's calls.
 #[derive(Debug, Clone, Default, PartialEq, Eq)]
 pub struct CallPath {
-    /// Slots that it needs, globals of the script not counted.
+    /// Slots that the path needs, including the machine's own but not the globals of the script.
     pub slots: usize,
-    /// The functions, an entry first.
+    /// The functions on the path, an entry point first.
     pub functions: Vec<u16>,
-    /// The place of each call to the next function, counted from the start of the code; one fewer.
+    /// The position of each call to the next function, counted from the start of the code. There is
+    /// one call fewer than functions.
     pub calls: Vec<usize>,
 }
 
@@ -30,17 +31,19 @@ struct Call {
 }
 
 struct Function {
-    /// Slots below its record if it is an entry: parameters, and the record of the machine's own frame, which calls it
-    /// unless it is of the simplest form.
+    /// Slots below the function's record if the function is an entry point. These are the
+    /// parameters and the record of the machine's own frame, from which the machine calls an entry
+    /// point unless its header byte is 0.
     below: usize,
-    /// Slots above the record.
+    /// Slots above the function's record.
     room: usize,
     calls: Vec<Call>,
-    /// Slots from the record up, with the deepest call, which is that of this number.
+    /// Slots from the record up including those of the deepest call, and the index of that call in
+    /// `calls`. `None` until it is computed.
     need: Option<(usize, Option<usize>)>,
 }
 
-/// The way that needs most.
+/// Returns the path that needs the most slots.
 pub fn deepest(image: &[u8], header: &Header) -> CallPath {
     let numbers = 0..header.functions();
     let mut functions: Vec<Function> =
@@ -55,7 +58,7 @@ pub fn deepest(image: &[u8], header: &Header) -> CallPath {
         let below = functions.get(usize::from(entry))?.below;
         Some(way(&functions, entry, GLOBALS + below + need))
     });
-    // The first of those that need most.
+    // Of several paths that need the most slots, the first one is taken.
     ways.reduce(|most, way| if way.slots > most.slots { way } else { most }).unwrap_or_default()
 }
 
@@ -73,11 +76,11 @@ fn way(functions: &[Function], entry: u16, slots: usize) -> CallPath {
     way
 }
 
-/// Finds the needs of a function and of all that it calls. Not by recursion: a script may have many
-/// functions.
+/// Computes the needs of a function and of all functions that it calls. The walk is iterative,
+/// because a script may have a long chain of calls.
 fn find_needs(functions: &mut [Function], entry: u16) {
     let mut is_active = vec![false; functions.len()];
-    // Functions within each other, each with the number of its next call.
+    // The current chain of calls. Each function has the index of its next call.
     let mut active = vec![(usize::from(entry), 0)];
     while let Some((number, next)) = active.last_mut() {
         let number = *number;
@@ -96,7 +99,7 @@ fn find_needs(functions: &mut [Function], entry: u16) {
         }
         let mut need = (1 + function.room, None);
         for (index, call) in function.calls.iter().enumerate() {
-            // None of a function that is active: it calls itself by this way.
+            // A function on the current chain has no result yet: this call is recursive.
             let callee = functions.get(usize::from(call.function)).and_then(|callee| callee.need);
             if let Some((slots, _)) = callee
                 && call.between + slots > need.0
@@ -114,7 +117,8 @@ fn find_needs(functions: &mut [Function], entry: u16) {
     }
 }
 
-/// Counts the depth of the operand stack as docs/image-format.md says.
+/// Finds the calls of a function. Tracks the depth of the operand stack as docs/image-format.md
+/// states.
 fn function(image: &[u8], header: &Header, number: u16) -> Function {
     let [head, room] = code::head(image, header, number);
     let hidden = usize::from(head & CAPTURES != 0) + usize::from(head & USES_SELF != 0);
@@ -156,7 +160,7 @@ fn function(image: &[u8], header: &Header, number: u16) -> Function {
         if info.operand == Operand::Jump
             && let Some(target) = instruction.next.checked_add_signed(instruction.operand.into())
         {
-            // Their truth value is on the stack where they jump.
+            // `AND` and `OR` push their truth value when they jump.
             let kept = usize::from(matches!(info.byte, opcode::AND | opcode::OR));
             arriving.insert(target, between + kept);
         }

@@ -1,22 +1,23 @@
-//! Files on disk, or in memory for tests, editors and pages.
+//! Access to files on disk, or in memory for tests, editors and web pages.
 
 use std::collections::BTreeMap;
 use std::fs::{self, File};
 use std::io::{self, Read};
 use std::path::{Path, PathBuf};
 
-/// A file system, as far as the compiler and the simulator need one.
+/// The file operations that the compiler and the simulator need.
 pub trait Files {
-    /// Returns the bytes of a file; of one with more than `most`, at least one byte more than that.
+    /// Returns the bytes of a file. For a file with more than `most` bytes, the result may be cut
+    /// off after `most` + 1 bytes.
     fn read(&self, path: &Path, most: usize) -> io::Result<Vec<u8>>;
 
     /// Returns the kind of file at a path.
     fn kind(&self, path: &Path) -> io::Result<FileKind>;
 
-    /// One path for all the ways to name an existing file; nothing if there is no such file.
+    /// Returns the one canonical path of an existing file, or `None` if there is no such file.
     fn canonical(&self, path: &Path) -> Option<PathBuf>;
 
-    /// The names of the files in a folder, to suggest one for a misspelt name.
+    /// Returns the names of the files in a folder, from which a misspelt name is corrected.
     fn names(&self, folder: &Path) -> Vec<String>;
 }
 
@@ -25,7 +26,7 @@ pub trait Files {
 pub enum FileKind {
     /// A file.
     File {
-        /// Its length in bytes.
+        /// The length in bytes.
         length: u64,
     },
     /// A folder.
@@ -118,12 +119,13 @@ impl Files for MemoryFiles {
     }
 }
 
-/// The error of a file that is not there, in words for people: no system gives any.
+/// Returns the error for a missing file, with a message for people, because no operating system
+/// provides one here.
 fn not_found() -> io::Error {
     io::Error::new(io::ErrorKind::NotFound, "there is no such file")
 }
 
-/// Resolves `.` and `..`.
+/// Returns the path with `.` and `..` resolved.
 fn normal(path: &Path) -> PathBuf {
     use std::path::Component;
     let mut result = PathBuf::new();

@@ -1,4 +1,4 @@
-//! Finding an included file.
+//! Searches for included files.
 
 use std::path::{Path, PathBuf};
 
@@ -14,7 +14,7 @@ pub(super) enum Found<'a> {
     InLibrary { name: &'a str, text: &'a str },
 }
 
-/// An included file that is nowhere.
+/// An included file that was not found.
 pub(super) struct NotFound {
     searched: Vec<String>,
     suggestion: Option<String>,
@@ -27,12 +27,13 @@ pub(super) fn find<'a>(
     name: &Path,
 ) -> Result<Found<'a>, NotFound> {
     let library = || {
-        // Installations of Buzz have the library in a folder of this name.
+        // Installations of Buzz have the library in a folder named `include`.
         let file = name.strip_prefix("include").unwrap_or(name);
         let entry = loader.library.iter().find(|(known, _)| Path::new(known) == file);
         entry.map(|(name, text)| Found::InLibrary { name, text })
     };
-    // The library's own files mean each other, whatever the user's folders hold.
+    // Files of the library include each other, even if the user's folders contain files with the
+    // same names.
     if including.starts_with(LIBRARY_FOLDER)
         && let Some(found) = library()
     {
@@ -67,7 +68,7 @@ impl NotFound {
         if !loader.library.is_empty() {
             searched.push(LIBRARY_FOLDER.to_owned());
         }
-        // `include "sub/file.bzz"` may be misspelt in its last part only.
+        // Only the last part of a path such as `sub/file.bzz` is assumed to be misspelt.
         let parent = name.parent().unwrap_or(Path::new(""));
         let nearby = folders.iter().flat_map(|folder| loader.files.names(&folder.join(parent)));
         let nearby = nearby.map(|file| parent.join(file).display().to_string());
@@ -93,7 +94,7 @@ impl NotFound {
     }
 }
 
-/// The candidate that is most like `name`, if one is like it at all.
+/// Returns the candidate that is most similar to `name`, if one is similar enough.
 fn likely(name: &str, candidates: impl Iterator<Item = String>) -> Option<String> {
     let stem = |file: &str| file.trim_end_matches(".bzz").to_lowercase();
     let wanted = stem(name);
@@ -112,7 +113,8 @@ fn shown(folder: &Path) -> String {
     }
 }
 
-/// Found where the reference looks, but not where the script says.
+/// Returns the warning for a file that was found in the working folder, where the reference
+/// implementation searches, but not at the path in the script.
 pub(super) fn working_folder_warning(path: &Path, including: &Path, span: Span) -> Diagnostic {
     let path = path.display();
     Diagnostic::new(

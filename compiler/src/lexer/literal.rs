@@ -1,4 +1,4 @@
-//! Numbers and strings.
+//! Reads numbers and strings.
 
 use super::{Lexer, ends_value, is_name_part};
 use crate::codes::Code;
@@ -6,7 +6,8 @@ use crate::diagnostic::Diagnostic;
 use crate::token::{Fixed, TokenKind};
 
 impl Lexer<'_> {
-    /// At a `.`: true if it begins a number such as `.5`; else it is the dot of a field, as in `{.5 = "half"}`.
+    /// Returns true if the `.` here begins a number such as `.5`. Otherwise it is the dot of a
+    /// field, as in `{.5 = "half"}`.
     pub(super) fn is_fraction(&self) -> bool {
         if !self.peek_after(1).is_some_and(|c| c.is_ascii_digit()) {
             return false;
@@ -25,7 +26,7 @@ impl Lexer<'_> {
         }
         self.eat_while(|c| c.is_ascii_digit() || c == '.');
         let has_exponent = self.exponent();
-        // `1e3.5` and `1_000` can mean nothing else than a number that is written wrong.
+        // `1e3.5` and `1_000` can only be malformed numbers.
         let digits_end = self.position;
         if has_exponent {
             self.eat_while(|c| c.is_ascii_digit() || c == '.');
@@ -84,7 +85,8 @@ impl Lexer<'_> {
         self.push(TokenKind::Int(value));
     }
 
-    /// Reads `e3`, `E+3`, `e-3`; an `e` without digits begins a word, as in `x = 1else`.
+    /// Reads an exponent such as `e3`, `E+3` or `e-3`. An `e` without digits begins a word, as in
+    /// `x = 1else`.
     fn exponent(&mut self) -> bool {
         let start = self.position;
         if self.eat("e") || self.eat("E") {
@@ -104,7 +106,7 @@ impl Lexer<'_> {
         self.push(TokenKind::Int(0));
     }
 
-    /// `0.0.`, which Buzz reads as `0.0`.
+    /// Reports a number such as `0.0.`, which Buzz reads as `0.0`.
     fn second_point(&mut self, number: &str) {
         let help = format!("write `{number}`");
         let message = format!("the second point of `{number}.` means nothing");
@@ -122,10 +124,11 @@ impl Lexer<'_> {
         );
     }
 
-    /// At the opening quote of a string.
+    /// Reads a string from its opening quote.
     pub(super) fn string(&mut self, quote: char) {
         let opening = self.position;
-        // Once the quotes are known to be unbalanced, a string that ends at its line spares further errors.
+        // Once the quotes are known to be unbalanced, every string ends at its line, which avoids
+        // further errors.
         let one_line = self.one_line_string == Some(opening) || self.endless_string.is_some();
         self.advance();
         let mut value = String::new();
@@ -139,7 +142,8 @@ impl Lexer<'_> {
                     self.unterminated(opening, quote);
                     break;
                 }
-                // So that a script means the same whichever line ends an editor writes.
+                // The carriage return is dropped, so that a script has the same meaning with the
+                // line ends of any editor.
                 Some('\r') if self.peek() == Some('\n') => {}
                 Some('\\') => value.push(self.escape(piece_start)),
                 Some(c) => {
@@ -147,7 +151,7 @@ impl Lexer<'_> {
                     value.push(c);
                 }
                 None => {
-                    // Continues after the line of the opening quote.
+                    // The lexer continues after the line of the opening quote.
                     self.position = opening;
                     self.eat_while(|c| c != '\n');
                     self.diagnostics.retain(|d| (d.span.start as usize) < opening);
@@ -222,8 +226,8 @@ impl Lexer<'_> {
         );
     }
 
-    /// The opening quote of the string whose missing end is the likely reason that the last string of the file
-    /// does not end.
+    /// Returns the opening quote of the string whose missing end is the likely reason why the last
+    /// string of the file does not end.
     pub(super) fn forgotten_quote(&self) -> Option<usize> {
         let endless = self.endless_string?;
         self.multi_line_strings.first().copied().filter(|opening| *opening < endless)

@@ -1,10 +1,10 @@
-//! Operators and brackets, and those that users of other languages type.
+//! Reads operators and brackets, including operators of other languages.
 
 use super::Lexer;
 use crate::codes::Code;
 use crate::token::{Fixed, TokenKind};
 
-/// The operators, longer ones before those that they start with.
+/// The operators. A longer operator precedes those that it starts with.
 const OPERATORS: [Fixed; 26] = [
     Fixed::ShiftLeft,
     Fixed::ShiftRight,
@@ -34,9 +34,8 @@ const OPERATORS: [Fixed; 26] = [
     Fixed::CloseBrace,
 ];
 
-/// Operators of other languages, their likely meaning, and the cure. None of these sequences can
-/// occur in
-/// a correct script. Longer ones stand before those that they start with.
+/// Operators of other languages, with their likely meaning and help. None of these sequences can
+/// occur in a correct script. A longer sequence precedes those that it starts with.
 const FOREIGN: [(&str, Fixed, &str); 22] = [
     ("===", Fixed::Equal, "equality is `==`"),
     ("!==", Fixed::NotEqual, "inequality is `!=`"),
@@ -62,7 +61,7 @@ const FOREIGN: [(&str, Fixed, &str); 22] = [
     ("~", Fixed::Bang, "the bitwise not is `!`"),
 ];
 
-/// Quotes that word processors put in place of `"` and `'`.
+/// Quotes by which word processors replace `"` and `'`.
 const TYPOGRAPHIC_QUOTES: [char; 8] = ['“', '”', '„', '‘', '’', '‚', '«', '»'];
 
 impl Lexer<'_> {
@@ -89,9 +88,11 @@ impl Lexer<'_> {
             Some(end) => self.position += end + 2,
             None => self.eat_while(|c| c != '\n'),
         }
-        // Searching in vain once is enough; each time would take quadratic time.
+        // The search for `*/` is not repeated after it failed once, because repeated searches would
+        // take quadratic time.
         self.endless_comment |= !is_line && end.is_none();
-        // A comment of many lines would bury the message; its first two characters say enough.
+        // The first two characters are marked, because a comment of many lines would hide the
+        // message.
         let end = self.position;
         self.position = self.start + 2;
         self.report(
@@ -113,7 +114,7 @@ impl Lexer<'_> {
             return false;
         };
         self.report(Code::ForeignOperator, format!("Buzz has no operator `{text}`"), help);
-        // `x += 1` and `a .. b` become more than another operator.
+        // `x += 1` and `a .. b` need more than another operator, so there is no edit.
         if (meant != Fixed::Assign || text == ":=") && meant != Fixed::Plus {
             self.mend(meant.text());
         }
@@ -121,7 +122,7 @@ impl Lexer<'_> {
         true
     }
 
-    /// Takes everything up to the next quote on this line as a string.
+    /// Reads everything up to the next quote on the line as a string.
     fn typographic_string(&mut self) {
         let opening = self.advance();
         let content_start = self.position;
@@ -145,7 +146,7 @@ impl Lexer<'_> {
         self.push(if closed { TokenKind::Str(content.to_owned()) } else { TokenKind::Error });
     }
 
-    /// Reports a run of characters that mean nothing, once.
+    /// Reports consecutive unknown characters as one error.
     fn unknown(&mut self) {
         let first = self.advance().unwrap_or_default();
         self.eat_while(is_unknown);
@@ -168,14 +169,14 @@ impl Lexer<'_> {
             _ => "remove it, or put it in quotes if it belongs to a text",
         };
         self.report(Code::UnknownCharacter, message, help);
-        // Strange blanks separate tokens as spaces do.
+        // Unusual blanks separate tokens like spaces, without an error token.
         if !text.chars().all(|c| c.is_whitespace() || is_invisible(c)) {
             self.push(TokenKind::Error);
         }
     }
 }
 
-/// True for characters that begin no token and separate none.
+/// Returns true for characters that neither begin nor separate tokens.
 fn is_unknown(c: char) -> bool {
     match c {
         ' ' | '\t' | '\r' | '\n' | ';' | '#' | '"' | '\'' | '_' | '~' => false,
@@ -185,12 +186,13 @@ fn is_unknown(c: char) -> bool {
     }
 }
 
-/// Zero-width characters and the like, which come along when text is copied from a web page.
+/// Returns true for zero-width characters and the like, which often occur in text that is copied
+/// from a web page.
 fn is_invisible(c: char) -> bool {
     matches!(c, '\u{200b}'..='\u{200f}' | '\u{2060}' | '\u{feff}' | '\u{ad}')
 }
 
-/// The first characters of a long run.
+/// Returns the first characters of a long text.
 fn shorten(text: &str) -> String {
     const SHOWN: usize = 12;
     let mut shown: String =

@@ -1,4 +1,4 @@
-//! Firmware images: the workspace of each board, and how it is built.
+//! Builds firmware images, each in the workspace of its board.
 
 use crate::elf;
 use crate::shell::{Line, root};
@@ -14,21 +14,22 @@ use std::path::{Path, PathBuf};
 
 /// A robot's firmware.
 pub struct Board {
-    /// Its robot's name.
+    /// The robot's name.
     pub robot: &'static str,
-    /// Its workspace, from the root.
+    /// The folder of the workspace, from the root.
     pub folder: &'static str,
     target: &'static str,
     program: &'static str,
-    /// Leaves out what only a debug probe reads.
+    /// Arguments of cargo that leave out data that only a debug probe reads.
     no_trace_features: &'static [&'static str],
-    /// The script with which it is measured, from the root; its own if there is none.
+    /// The script with which the firmware is measured, from the root; `None` for the board's own.
     measured: Option<&'static str>,
-    /// Its flash holds not much more of the machine than those parts that the script uses: `BBZ_PARTS` of its build script.
+    /// True if the flash has little room beyond the parts of the machine that the script uses.
+    /// `BBZ_PARTS` of the board's build script selects the parts.
     is_built_by_parts: bool,
 }
 
-/// The Crazyflie's.
+/// The Crazyflie's firmware.
 pub const CRAZYFLIE: Board = Board {
     robot: "crazyflie",
     folder: "firmware/crazyflie",
@@ -39,20 +40,20 @@ pub const CRAZYFLIE: Board = Board {
     is_built_by_parts: false,
 };
 
-/// The Zooid's.
+/// The Zooid's firmware.
 pub const ZOOIDS: Board = Board {
     robot: "zooids",
     folder: "firmware/zooids",
     target: "thumbv6m-none-eabi",
     program: "bittybuzz-zooids",
-    // It would take a sixth of the RAM.
+    // The trace would take a sixth of the RAM.
     no_trace_features: &["--no-default-features"],
-    // The longest of all examples.
+    // The longest script of all examples.
     measured: Some("examples/swarm/herding.bzz"),
     is_built_by_parts: false,
 };
 
-/// The Kilobot's.
+/// The Kilobot's firmware.
 pub const KILOBOT: Board = Board {
     robot: "kilobot",
     folder: "firmware/kilobot-avr",
@@ -63,16 +64,16 @@ pub const KILOBOT: Board = Board {
     is_built_by_parts: true,
 };
 
-/// All of them.
+/// All boards.
 pub const BOARDS: [&Board; 3] = [&CRAZYFLIE, &ZOOIDS, &KILOBOT];
 
-/// The name by which `build` knows them.
+/// The name of [`BEHAVIOURS`] as an argument of `build`.
 const BEHAVIOURS_BOARD: &str = "behaviours";
 
-/// Behaviours of which each has an image of its own, from the root.
+/// The folder of the behaviours, each of which has an image of its own, from the root.
 pub const BEHAVIOURS: &str = "examples/kilobot";
 
-/// The script of a board if none is named, in its folder.
+/// The script of a board if no other is named, in the board's folder.
 const OWN_SCRIPT: &str = "hello.bzz";
 
 /// Options of `build`.
@@ -89,7 +90,7 @@ pub struct Arguments {
     profile: Option<String>,
 }
 
-/// Builds an image, or those of the behaviours.
+/// Builds an image, or the images of the behaviours, and prints the paths and sizes.
 pub fn run(arguments: &Arguments) -> Result<()> {
     if arguments.board == BEHAVIOURS_BOARD {
         println!("{}", KILOBOT.build_behaviours(false)?.display());
@@ -97,7 +98,7 @@ pub fn run(arguments: &Arguments) -> Result<()> {
     }
     let board = BOARDS.into_iter().find(|board| board.robot == arguments.board);
     let board = board.with_context(|| format!("there is no board `{}`", arguments.board))?;
-    // Relative to where the user is; the build runs elsewhere.
+    // The path is relative to the user's folder, but the build runs in another one.
     let script = arguments.script.as_ref().map(std::path::absolute).transpose()?;
     let image = match arguments.profile {
         Some(_) => board.build_tiny(script.as_deref())?,
@@ -110,15 +111,16 @@ pub fn run(arguments: &Arguments) -> Result<()> {
 }
 
 impl Board {
-    /// Builds the image with this script, or the board's own; returns where it is.
+    /// Builds the image with this script, or with the board's own. Returns the path of the image.
     pub fn build(&self, script: Option<&Path>, quiet: bool) -> Result<PathBuf> {
         self.build_with(&[], script, quiet)
     }
 
-    /// Builds the image with numbers as small as those of the smallest robots, beside the other one.
+    /// Builds the image with the number profile of the smallest robots, in a folder next to that of
+    /// the ordinary image.
     pub fn build_tiny(&self, script: Option<&Path>) -> Result<PathBuf> {
         let target = target_of(self.folder);
-        // Only the image lies beside: both share their compiled crates.
+        // Only the images are in separate folders; both builds share their compiled crates.
         let build = target.display().to_string();
         let target = target.join("tiny");
         let folder = target.display().to_string();
@@ -131,8 +133,9 @@ impl Board {
         Ok(self.image_in(&target))
     }
 
-    /// Builds an image for each of the behaviours that are tested on images of their own, with what it uses; returns the folder
-    /// where they are, named as their scripts.
+    /// Builds an image for each of the behaviours, with the parts of the machine that the behaviour
+    /// uses. Tests run each behaviour on its own image. Returns the folder of the images, which are
+    /// named after their scripts.
     pub fn build_behaviours(&self, quiet: bool) -> Result<PathBuf> {
         let folder = target_of(self.folder).join("behaviours");
         fs::create_dir_all(&folder)?;
@@ -155,7 +158,7 @@ impl Board {
         Ok(folder)
     }
 
-    /// The image that is measured: without what only a debug probe reads.
+    /// Builds the image that is measured, without data that only a debug probe reads.
     pub fn build_measured(&self, quiet: bool) -> Result<PathBuf> {
         let script = self.measured.map(|script| root().join(script));
         self.build_with(self.no_trace_features, script.as_deref(), quiet)
@@ -171,7 +174,7 @@ impl Board {
         if !self.is_built_by_parts || self.excess(&image)? == 0 {
             return Ok(image);
         }
-        // The whole language is for scripts that leave room for it.
+        // The image contains the whole language only if the script leaves room for it.
         let image = self.build_parts(Some("used"), arguments, script, quiet)?;
         let excess = self.excess(&image)?;
         if excess == 0 {
@@ -188,7 +191,7 @@ impl Board {
         Err(too_large(&self.script(script), excess, &costs))
     }
 
-    /// Builds with these parts of the machine, as `BBZ_PARTS` says.
+    /// Builds the image with these parts of the machine, the value of `BBZ_PARTS`.
     fn build_parts(
         &self,
         parts: Option<&str>,
@@ -208,7 +211,7 @@ impl Board {
         Ok(self.image_in(&target_of(self.folder)))
     }
 
-    /// How many bytes of flash an image needs that the robot does not have.
+    /// Returns the number of bytes by which an image exceeds the robot's flash.
     fn excess(&self, image: &Path) -> Result<u64> {
         let most = self.shipped()?.budget.map_or(u64::MAX, |budget| budget.flash_bytes.into());
         Ok(elf::footprint(image)?.flash.saturating_sub(most))
@@ -218,12 +221,13 @@ impl Board {
         Ok(bittybuzz_robot_files::find(self.robot)?)
     }
 
-    /// The script, or the board's own.
+    /// Returns the path of the script, or that of the board's own.
     fn script(&self, script: Option<&Path>) -> PathBuf {
         script.map_or_else(|| root().join(self.folder).join(OWN_SCRIPT), Path::to_owned)
     }
 
-    /// The parts of the machine that a script uses. Of a script with errors none: the build tells them.
+    /// Returns the parts of the machine that a script uses. For a script with errors there are
+    /// none, because the build reports the errors.
     pub fn parts(&self, script: Option<&Path>) -> Result<Parts> {
         let path = self.script(script);
         let text = fs::read_to_string(&path)?;
@@ -237,7 +241,7 @@ impl Board {
         Ok(fit::parts(&image))
     }
 
-    /// Writes the file that is sent to robots beside the image.
+    /// Writes the file that is sent to robots, next to the image.
     fn write_hex(&self, script: Option<&Path>, image: &Path) -> Result<()> {
         let (script, output) = (self.script(script), image.with_extension(""));
         let [script, image, output] =
@@ -247,20 +251,20 @@ impl Board {
         Line::cargo(&[&run[..], &build].concat()).run()
     }
 
-    /// The image of a build with this target folder.
+    /// Returns the path of the image in this target folder.
     pub fn image_in(&self, target: &Path) -> PathBuf {
         target.join(self.target).join("release").join(self.program)
     }
 }
 
-/// Where cargo puts what it builds for a workspace of its own.
+/// Returns cargo's target folder for a workspace of its own.
 pub fn target_of(folder: &str) -> PathBuf {
     let chosen = std::env::var_os("CARGO_TARGET_DIR");
     root().join(folder).join(chosen.as_deref().unwrap_or(OsStr::new("target")))
 }
 
-/// The script needs more of the machine than the flash of its robot holds. The costs are of the parts that could be left out, in
-/// bytes.
+/// Returns the error for a script that needs more flash than its robot has. `costs` are the bytes
+/// of each part that the script could do without.
 fn too_large(script: &Path, excess: u64, costs: &[(u64, Part)]) -> Error {
     let mut text = format!(
         "{} needs {excess} bytes of flash more than there are; so much is saved by a script that does without",

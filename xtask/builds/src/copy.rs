@@ -1,26 +1,29 @@
-//! A copy of the repository, in which guides are carried out and mistakes are made.
+//! A copy of the repository, in which tests follow the guides and introduce mistakes.
 //!
-//! It stays where it is between uses, so that only changes are built again.
+//! The copy is kept between uses, so that only changes are built again.
 
 use crate::shell::{Line, root};
 use anyhow::Result;
 use fs_err::{self as fs, File};
 use std::path::{Path, PathBuf};
 
-/// Settings of cargo in the copy, in a folder above it. They add to those of the repository, which has its own file. Variables set
-/// the same for all packages, but not for one.
+/// Settings of cargo for the copy, stored in a folder above the copy. They add to the repository's
+/// own settings. They are a file, because environment variables can change a setting for all
+/// packages, but not for one.
 ///
-/// The simulator takes a minute with the repository's level, and most guides build it.
+/// With the repository's optimisation level, the simulator takes a minute to build, and most guides
+/// build it.
 const SETTINGS: &str = "[profile.dev.package.bittybuzz-arena]\nopt-level = 0\n";
 
-/// A copy that one test or chore has at a time.
+/// A copy that is locked, so that one test or chore uses it at a time.
 pub struct Copy {
     root: PathBuf,
     _lock: File,
 }
 
 impl Copy {
-    /// Copies the repository as it is now, uncommitted changes included, to a place below a folder that git ignores.
+    /// Copies the repository in its present state, uncommitted changes included, to a place below a
+    /// folder that git ignores.
     pub fn new(folder: &Path) -> Result<Copy> {
         fs::create_dir_all(folder)?;
         let lock = File::create(folder.join("repository.lock"))?;
@@ -35,12 +38,13 @@ impl Copy {
         Ok(copy)
     }
 
-    /// The folder that is the root of the copy.
+    /// Returns the root of the copy.
     pub fn root(&self) -> &Path {
         &self.root
     }
 
-    /// Writes a file. One that is right already is not touched: cargo builds anew what is newer.
+    /// Writes a file. A file that already has these bytes is not touched, because cargo rebuilds
+    /// newer files.
     pub fn put(&self, file: &str, bytes: &[u8]) -> Result<()> {
         let path = self.root.join(file);
         if !fs::read(&path).is_ok_and(|there| there == bytes) {
@@ -50,17 +54,20 @@ impl Copy {
         Ok(())
     }
 
-    /// Variables with which cargo builds in the copy.
+    /// Returns the environment variables with which cargo builds in the copy.
     pub fn variables(&self) -> [(&'static str, String); 4] {
         [
-            // Not the folder of the repository: cargo takes a crate of the copy for the one in the same place of the repository,
-            // and would run the changed one in tests of that. Boards and tools share their compiled dependencies.
+            // A build folder of its own, not that of the repository: cargo would take a crate of
+            // the copy for the one at the same place in the repository, and run the changed crate
+            // in tests of the repository. Boards and tools in the copy share their compiled
+            // dependencies.
             ("CARGO_BUILD_BUILD_DIR", self.root.join("target/build").display().to_string()),
-            // Compilers take most of the time here; their programs run for seconds.
+            // The compilers take most of the time here, because the programs run only for seconds.
             ("CARGO_PROFILE_DEV_OPT_LEVEL", "0".to_owned()),
             ("CARGO_PROFILE_DEV_DEBUG", "none".to_owned()),
-            // Most builds follow a change, also in CI, which builds all else only once. CARGO_INCREMENTAL would reach the release
-            // profile too, in which the AVR's compiler then refuses `sts` in assembly.
+            // Most builds follow a change, also in CI, where every other build happens only once.
+            // CARGO_INCREMENTAL would also apply to the release profile, in which the AVR's
+            // compiler then refuses `sts` in assembly.
             ("CARGO_PROFILE_DEV_INCREMENTAL", "true".to_owned()),
         ]
     }
@@ -75,7 +82,7 @@ impl Copy {
                 true if entry.file_name() == "target" => {}
                 true => {
                     self.remove_all_but(files, &path)?;
-                    // Goes if it is empty.
+                    // This removes the folder only if it is empty.
                     let _ = fs::remove_dir(entry.path());
                 }
                 false if files.iter().any(is_kept) => {}
@@ -86,14 +93,16 @@ impl Copy {
     }
 }
 
-/// The files of the repository, from the root: those that git knows, or would add. Sorted.
+/// Returns the files of the repository, as sorted paths from the root: those that git tracks or
+/// would add.
 pub fn files() -> Result<Vec<String>> {
-    // Only names are read: it does not matter whose folder this is, as on a CI machine.
+    // Only names are read, so the owner of the folder, which differs on a CI machine, does not
+    // matter.
     let whoever = ["-c", "safe.directory=*", "ls-files"];
     let arguments = [&whoever[..], &["-z", "--cached", "--others", "--exclude-standard"]];
     let output = Line::new("git", &arguments.concat()).unannounced().output(0)?;
     let names = String::from_utf8_lossy(&output.stdout).into_owned();
-    // A file that was deleted is still listed until that is committed.
+    // Git lists a deleted file until the deletion is committed.
     let there = |name: &&str| root().join(name).is_file();
     let mut files: Vec<String> =
         names.split_terminator('\0').filter(there).map(str::to_owned).collect();

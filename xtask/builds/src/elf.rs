@@ -1,4 +1,4 @@
-//! What a linked program takes of a chip's memory.
+//! Measures the memory of a chip that a linked program takes.
 
 use anyhow::{Context, Result};
 use fs_err as fs;
@@ -6,18 +6,18 @@ use object::elf::{SHF_ALLOC, SHF_WRITE};
 use object::{Object, ObjectSection, SectionFlags};
 use std::path::Path;
 
-/// Bytes of memory.
+/// The memory of a program in bytes.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Footprint {
     /// Vector table, code, constants, initial values of variables, script.
     pub flash: u64,
     /// Variables; not the stack.
     pub ram: u64,
-    /// What is in both: the initial values of variables that are not all zero.
+    /// The part that is in flash and in RAM: the initial values of variables that are not all zero.
     pub initial: u64,
 }
 
-/// Of an ELF file.
+/// Returns the footprint of an ELF file.
 pub fn footprint(path: &Path) -> Result<Footprint> {
     let bytes = fs::read(path)?;
     let file = object::File::parse(bytes.as_slice());
@@ -28,7 +28,8 @@ pub fn footprint(path: &Path) -> Result<Footprint> {
         if sh_flags & u64::from(SHF_ALLOC) == 0 {
             continue;
         }
-        // What has bytes in the file is flashed; variables with a value are in flash and in RAM.
+        // Sections with bytes in the file are flashed. Variables with an initial value are in flash
+        // and in RAM.
         let is_flashed = section.file_range().is_some();
         let is_variable = sh_flags & u64::from(SHF_WRITE) != 0;
         let bytes = |counts: bool| if counts { section.size() } else { 0 };

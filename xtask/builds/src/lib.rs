@@ -1,7 +1,7 @@
 //! Runs programs and builds images, for `xtask`, the benchmarks and the long tests.
 //!
-//! Each program is printed as a user would type it, so that a failure can be repeated by hand. Errors are `anyhow`'s: their only
-//! reader is a person.
+//! Each command is printed as a user would type it, so that a failure can be repeated by hand.
+//! Errors are `anyhow`'s, because only people read them.
 
 pub mod board;
 pub mod cargo_test;

@@ -1,12 +1,13 @@
-//! Builds the programs of `targets` that run images on chips, and has `tests/on-chip` compare their output with the host's.
+//! Builds the programs of `targets` that run images on chips, and runs `tests/on-chip`, which
+//! compares their output with that of the host.
 
 use crate::cargo_test::cargo_test;
 use crate::chip::{AVR_NONE, Program};
 use anyhow::Result;
 
-/// A chip with a profile, and the emulator that plays it; the test knows it by the name.
+/// A chip with a number profile, and the emulator that runs its programs.
 pub struct Target {
-    /// The name by which the test knows it.
+    /// The name that the test uses.
     pub name: &'static str,
     program: Program,
 }
@@ -20,7 +21,7 @@ const fn cortex_m(name: &'static str, target: &'static str, features: &'static s
     Target { name, program: Program { package: "on-chip-cortex-m", target, features } }
 }
 
-/// All of them.
+/// All targets.
 pub const TARGETS: [Target; 6] = [
     avr("avr"),
     avr("avr-qemu"),
@@ -30,10 +31,10 @@ pub const TARGETS: [Target; 6] = [
     cortex_m("thumbv7em-full", "thumbv7em-none-eabihf", "full"),
 ];
 
-/// Generated programs of every merge.
+/// Seeds of the generated programs that are compared before every merge.
 const SAMPLE: &str = "0..200";
 
-/// The conformance scripts and some generated programs on every target.
+/// Compares the conformance scripts and some generated programs on every target.
 pub fn sample() -> Result<()> {
     for target in TARGETS {
         for seeds in [None, Some(SAMPLE)] {
@@ -44,7 +45,8 @@ pub fn sample() -> Result<()> {
 }
 
 impl Target {
-    /// Compares it with the host: the generated programs of these seeds, or the conformance scripts. Returns a summary of the run.
+    /// Compares the target with the host: on the generated programs of these seeds, or on the
+    /// conformance scripts if there are no seeds. Returns a summary of the run.
     pub fn compare(&self, seeds: Option<&str>) -> Result<String> {
         let program = self.program.build(&[], true)?;
         let arguments = ["--package", "bittybuzz-on-chip", "--test", "same"];

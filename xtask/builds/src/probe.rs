@@ -1,5 +1,6 @@
-//! The probes: programs for a robot's core that do nothing but load and run an image. They are linked to be measured, and
-//! to show that no panic is left in the machine: their panic handler does not exist.
+//! The probes: programs for a robot's core that only load and run an image. They are linked to
+//! measure the machine, and to show that the machine cannot panic: their panic handler does not
+//! exist.
 
 use crate::chip::{AVR_NONE, Program};
 use anyhow::Result;
@@ -8,21 +9,22 @@ use std::path::PathBuf;
 
 /// A core's probe.
 pub struct Probe {
-    /// The robot with this core, whose sizes its machine has.
+    /// The robot with this core, whose sizes the probe's machine has.
     pub robot: &'static str,
     target: &'static str,
     package: &'static str,
     has_full: bool,
 }
 
-/// What a probe has of the machine.
+/// The parts of the machine that a probe contains.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Extent {
-    /// Nothing: what the linker adds to any program.
+    /// Nothing but the code that the linker adds to any program.
     Empty,
-    /// The [language](Parts::LANGUAGE), which needs nothing of `math`'s functions and of other robots.
+    /// The [language](Parts::LANGUAGE), which needs neither the functions of `math` nor other
+    /// robots.
     Least,
-    /// All of the profile `tiny`. Strings made at run time are for `full` only.
+    /// All of the profile `tiny`. Only `full` makes strings at run time.
     Tiny,
     /// All of the profile `full`.
     Full,
@@ -44,17 +46,17 @@ pub const CORTEX_M0: Probe = Probe {
 pub const CORTEX_M4F: Probe =
     Probe { robot: "crazyflie", target: "thumbv7em-none-eabihf", ..CORTEX_M0 };
 
-/// All of them.
+/// All probes.
 pub const PROBES: [&Probe; 3] = [&ATMEGA328P, &CORTEX_M0, &CORTEX_M4F];
 
 impl Probe {
-    /// What there is of the machine on this core.
+    /// Returns the extents that can be built for this core.
     pub fn extents(&self) -> &'static [Extent] {
         use Extent::{Full, Least, Tiny};
         if self.has_full { &[Least, Tiny, Full] } else { &[Least, Tiny] }
     }
 
-    /// Links it; returns the ELF file.
+    /// Links the probe, and returns the ELF file.
     pub fn build(&self, extent: Extent, quiet: bool) -> Result<PathBuf> {
         let robot = bittybuzz_robot_files::find(self.robot)?;
         let slots = robot.vm.slots as usize + robot.sizes().slots();

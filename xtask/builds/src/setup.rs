@@ -1,4 +1,5 @@
-//! Installs the toolchains and packages of the other commands by the ordinary clients: rustup, apt-get, and pip in a folder of its own.
+//! Installs the toolchains and packages that the other commands need, by the ordinary clients:
+//! rustup, apt-get, and pip in a folder of its own.
 
 use crate::board::KILOBOT;
 use crate::shell::{Line, is_installed, target};
@@ -6,22 +7,22 @@ use anyhow::{Result, bail};
 use fs_err as fs;
 use std::path::{Path, PathBuf};
 
-/// How to tell whether a package is there.
+/// The evidence that a package is installed.
 #[derive(Clone, Copy)]
 enum Sign {
     /// A program in the search path.
     Program(&'static str),
-    /// libclang, where the crate `bindgen` looks for it.
+    /// libclang in a place where the crate `bindgen` searches for it.
     Libclang,
-    /// The C library of the AVR, where its linker looks for it.
+    /// The C library of the AVR in the place where its linker searches for it.
     AvrLibc,
-    /// A header of a library, where Debian puts them.
+    /// A header of a library in Debian's folder for headers.
     Header(&'static str),
-    /// A module of Python.
+    /// A Python module.
     Module(&'static str),
 }
 
-/// Debian packages that tasks need.
+/// Debian packages that the commands need.
 const PACKAGES: &[(Sign, &str)] = &[
     (Sign::Program("cc"), "gcc"),
     // For libFuzzer.
@@ -31,42 +32,44 @@ const PACKAGES: &[(Sign, &str)] = &[
     (Sign::Program("cmake"), "cmake"),
     (Sign::Program("make"), "make"),
     (Sign::Libclang, "libclang-dev"),
-    // The other processors.
+    // For the emulators of the other processors.
     (Sign::Program("qemu-system-arm"), "qemu-system-arm"),
     (Sign::Program("qemu-system-avr"), "qemu-system-misc"),
-    // The AVR's linker and C library, its emulator, and what counts this computer's instructions.
+    // For the AVR's linker, C library and emulator.
     (Sign::Program("avr-gcc"), "gcc-avr"),
     (Sign::AvrLibc, "avr-libc"),
     (Sign::Program("simavr"), "simavr"),
     (Sign::Header("simavr/sim_avr.h"), "libsimavr-dev"),
-    // What writes programs to AVRs.
+    // For writing programs to AVRs.
     (Sign::Program("avrdude"), "avrdude"),
+    // For counting the instructions of programs on this computer.
     (Sign::Program("valgrind"), "valgrind"),
-    // It runs WebAssembly.
+    // For running WebAssembly.
     (Sign::Program("node"), "nodejs"),
 ];
 
-/// Debian packages that bundle packages of npm.
+/// Debian packages for bundling packages of npm.
 const NODE_PACKAGES: &[(Sign, &str)] =
     &[(Sign::Program("node"), "nodejs"), (Sign::Program("npm"), "npm")];
 
 /// Debian packages for tests of web pages.
 const BROWSER_PACKAGES: &[(Sign, &str)] = &[(Sign::Program("chromium"), "chromium")];
 
-/// Debian packages for Python with packages of its own.
+/// Debian packages for a Python with packages of its own.
 const PYTHON_PACKAGES: &[(Sign, &str)] =
     &[(Sign::Program("python3"), "python3"), (Sign::Module("ensurepip"), "python3-venv")];
 
-/// Python packages for tests of web pages.
+/// The list of Python packages for tests of web pages.
 const BROWSER_REQUIREMENTS: &str = "tests/page/requirements.txt";
 
-/// Python packages for the checks of sources.
+/// The list of Python packages for the checks of sources.
 const CHECK_REQUIREMENTS: &str = "xtask/requirements.txt";
 
-/// Folders whose `rust-toolchain.toml` names a toolchain with more than the root's: components, targets of chips and of web pages.
+/// Folders whose `rust-toolchain.toml` names a toolchain with more than the root's: components, and
+/// targets for chips and web pages.
 const TOOLCHAINS: [&str; 3] = ["firmware", KILOBOT.folder, "playground"];
 
-/// Rust's part and the system's part, both listed before they are installed.
+/// Installs the Rust toolchains and the Debian packages. Both are listed before they are installed.
 pub fn run() -> Result<()> {
     let missing = missing(PACKAGES, is_there);
     println!(
@@ -81,7 +84,8 @@ pub fn run() -> Result<()> {
     install(&missing)
 }
 
-/// The toolchains, components and targets of each `rust-toolchain.toml`; needs no network if they are there.
+/// Installs the toolchains, components and targets of each `rust-toolchain.toml`. No network is
+/// needed if they are installed already.
 pub fn rust() -> Result<()> {
     for folder in TOOLCHAINS {
         Line::new("rustup", &["toolchain", "install"]).in_workspace(folder).run()?;
@@ -94,19 +98,21 @@ pub fn node() -> Result<()> {
     install(&missing(NODE_PACKAGES, is_there))
 }
 
-/// Installs a browser, and in a folder of its own a Python with the packages that drive it. Returns the path of that Python.
+/// Installs a browser, and a Python in a folder of its own with the packages that control the
+/// browser. Returns the path of that Python.
 pub fn browser() -> Result<PathBuf> {
     install(&missing(BROWSER_PACKAGES, is_there))?;
     python("page-tests", BROWSER_REQUIREMENTS)
 }
 
-/// Installs the program that finds misspelt words. Returns its path.
+/// Installs the spelling checker. Returns its path.
 pub fn typos() -> Result<PathBuf> {
     let python = python("checks", CHECK_REQUIREMENTS)?;
     Ok(python.with_file_name("typos"))
 }
 
-/// Installs a Python with these packages in a folder of its own, among cargo's outputs. Returns the path of that Python.
+/// Installs a Python with these packages in a folder of its own in cargo's target folder. Returns
+/// the path of that Python.
 fn python(folder: &str, requirements: &str) -> Result<PathBuf> {
     install(&missing(PYTHON_PACKAGES, is_there))?;
     let folder = target()?.join(folder);
@@ -114,7 +120,7 @@ fn python(folder: &str, requirements: &str) -> Result<PathBuf> {
     if !python.is_file() {
         Line::new("python3", &["-m", "venv", &folder.display().to_string()]).run()?;
     }
-    // Without network if they are there.
+    // This needs no network if the packages are installed already.
     let install = ["-m", "pip", "install", "--quiet", "--requirement", requirements];
     Line::named("pip", &python, &install).run()?;
     Ok(python)
@@ -153,7 +159,8 @@ fn missing(
     absent.map(|(_, package)| *package).collect()
 }
 
-/// The most usual of the places that the crate `clang-sys` searches for bindgen.
+/// Searches for libclang in the most usual of the places that the crate `clang-sys` searches for
+/// bindgen.
 fn has_libclang() -> bool {
     if std::env::var_os("LIBCLANG_PATH").is_some() {
         return true;
@@ -167,12 +174,13 @@ fn has_libclang() -> bool {
     })
 }
 
-/// Of a folder; none if it cannot be read.
+/// Returns the entries of a folder, or none if the folder cannot be read.
 fn children(folder: &Path) -> impl Iterator<Item = PathBuf> + use<> {
     fs::read_dir(folder).into_iter().flatten().flatten().map(|entry| entry.path())
 }
 
-/// `libclang.so`, `libclang-14.so`, `libclang-14.so.1`, but not `libclang-cpp.so`.
+/// Returns true for `libclang.so`, `libclang-14.so` and `libclang-14.so.1`, but not for
+/// `libclang-cpp.so`.
 fn is_libclang(file: &str) -> bool {
     let Some((name, _)) = file.split_once(".so") else { return false };
     match name.strip_prefix("libclang") {

@@ -1,4 +1,5 @@
-//! Running programs so that the reader can follow, and repeat by hand what failed.
+//! Runs programs. Each command is printed, so that people can follow the run and repeat a failed
+//! command.
 
 use anyhow::{Context, Error, Result, anyhow};
 use std::io;
@@ -6,7 +7,7 @@ use std::path::{Path, PathBuf};
 use std::process::{Command, ExitStatus, Output};
 use std::sync::atomic::{AtomicBool, Ordering};
 
-/// The root of the repository, in which every program runs.
+/// Returns the root of the repository, in which every program runs.
 pub fn root() -> &'static Path {
     let own = Path::new(env!("CARGO_MANIFEST_DIR"));
     own.ancestors().nth(2).unwrap_or(own)
@@ -16,7 +17,7 @@ pub fn root() -> &'static Path {
 pub struct Line {
     /// The command as a user would type it.
     text: String,
-    /// Whether that is printed.
+    /// True if the command is printed when it runs.
     announced: bool,
     command: Command,
 }
@@ -24,27 +25,29 @@ pub struct Line {
 /// Set by [`keep_lock_files`].
 static KEEPS_LOCK_FILES: AtomicBool = AtomicBool::new(false);
 
-/// Commands of cargo that write a lock file which does not fit the manifests.
+/// Cargo commands that write the lock file if it does not fit the manifests.
 const RESOLVING: [&str; 6] = ["build", "clippy", "doc", "metadata", "run", "test"];
 
-/// Makes cargo fail where it would write a lock file. Checks before a merge call this: a lock file that does not fit
-/// its manifests is a mistake of the change. All other chores serve those who are changing the manifests.
+/// Makes cargo fail instead of writing a lock file. Checks before a merge call this, because a lock
+/// file that does not fit its manifests is a mistake of the change. Other chores do not, because
+/// the user may be changing the manifests.
 pub fn keep_lock_files() {
     KEEPS_LOCK_FILES.store(true, Ordering::Relaxed);
 }
 
 impl Line {
-    /// Cargo, which fails rather than write a lock file once [`keep_lock_files`] was called.
+    /// Creates a cargo command, which fails instead of writing a lock file once [`keep_lock_files`]
+    /// was called.
     pub fn cargo(arguments: &[&str]) -> Line {
         Line::new("cargo", &locked(arguments, KEEPS_LOCK_FILES.load(Ordering::Relaxed)))
     }
 
-    /// A program of the search path.
+    /// Creates a command for a program in the search path.
     pub fn new(program: &str, arguments: &[&str]) -> Line {
         Line::named(program, Path::new(program), arguments)
     }
 
-    /// A program that lies somewhere else, printed by its name.
+    /// Creates a command for a program at another place, printed by its name.
     pub fn named(name: &str, program: &Path, arguments: &[&str]) -> Line {
         let text = [&[name], arguments].concat().join(" ");
         let mut command = Command::new(program);
@@ -59,8 +62,9 @@ impl Line {
         self
     }
 
-    /// Runs in a folder that is a workspace of its own: its toolchain and flags must hold there, not those of the
-    /// cargo that runs this program. A relative path is one from the root.
+    /// Runs the command in a folder that is a workspace of its own. The folder's toolchain and
+    /// flags apply, not those of the cargo that runs this program. A relative path starts at the
+    /// root.
     pub fn in_workspace(mut self, folder: &str) -> Line {
         self.text = format!("cd {folder} && {}", self.text);
         self.command.current_dir(root().join(folder));
@@ -75,20 +79,20 @@ impl Line {
         self
     }
 
-    /// Leaves standard output to the result of the task.
+    /// Does not print the command, so that standard output holds only the result of the task.
     pub fn unannounced(mut self) -> Line {
         self.announced = false;
         self
     }
 
-    /// Prints the command now, and not again when it runs: threads that run several commands keep
-    /// their order in the output.
+    /// Prints the command now instead of when it runs, so that the output of several threads keeps
+    /// its order.
     pub fn announced(self) -> Line {
         self.announce();
         self.unannounced()
     }
 
-    /// Runs it, showing its output; fails unless it succeeds.
+    /// Runs the command and shows its output. Fails unless the command succeeds.
     pub fn run(mut self) -> Result<()> {
         self.announce();
         let status = self.command.status().map_err(|reason| self.not_started(reason))?;
@@ -98,19 +102,19 @@ impl Line {
         }
     }
 
-    /// Runs it and keeps its output; fails unless it ends with this status.
+    /// Runs the command and returns its output. Fails unless the command ends with this status.
     pub fn output(self, expected: i32) -> Result<Output> {
         self.output_if(|output| output.status.code() == Some(expected))
     }
 
-    /// Runs it and keeps its output; fails unless that is as expected.
+    /// Runs the command and returns its output. Fails unless the output is as expected.
     pub fn output_if(mut self, expected: impl Fn(&Output) -> bool) -> Result<Output> {
         self.announce();
         let output = self.command.output().map_err(|reason| self.not_started(reason))?;
         if expected(&output) {
             return Ok(output);
         }
-        // The reader needs to see why.
+        // The errors of the program explain the failure.
         eprint!("{}", String::from_utf8_lossy(&output.stderr));
         Err(unexpected(&self.text, output.status))
     }
@@ -126,7 +130,7 @@ impl Line {
     }
 }
 
-/// Cargo's arguments, with `--locked` if lock files are kept and the command may write one.
+/// Returns cargo's arguments, with `--locked` if lock files are kept and the command may write one.
 fn locked<'a>(arguments: &[&'a str], keeps_lock_files: bool) -> Vec<&'a str> {
     let mut all = arguments.to_vec();
     if keeps_lock_files && all.first().is_some_and(|command| RESOLVING.contains(command)) {
@@ -144,14 +148,14 @@ pub fn cargo(arguments: &[&str]) -> Result<()> {
     Line::cargo(arguments).run()
 }
 
-/// Where cargo puts what it builds for the root workspace: the folder in which this program lies.
+/// Returns cargo's target folder for the root workspace, which contains this program.
 pub fn target() -> Result<PathBuf> {
     let own = std::env::current_exe().context("cannot find the program that runs")?;
     // TARGET/PROFILE/xtask
     Ok(own.ancestors().nth(2).unwrap_or(root()).to_owned())
 }
 
-/// Whether a program is in the search path.
+/// Returns true if a program is in the search path.
 pub fn is_installed(program: &str) -> bool {
     let path = std::env::var_os("PATH").unwrap_or_default();
     std::env::split_paths(&path).any(|folder| folder.join(program).is_file())
