@@ -1,4 +1,5 @@
-//! Unicorn and simavr are under the GPL. Programs that link them are under it too, and nothing else links them.
+//! Unicorn and simavr are under the GPL. The programs that link them must be under the GPL as well,
+//! and no other package may link them.
 
 #![allow(clippy::unwrap_used, reason = "what fails here fails the test")]
 
@@ -8,12 +9,13 @@ use std::path::Path;
 use bittybuzz_builds::shell::Line;
 use serde_json::Value;
 
-/// The library around each engine, and the only package that may depend on it.
+/// The library around each engine, the only package that may depend on the library, and its
+/// licence.
 const ENGINES: [(&str, &str, &str); 2] = [
     ("bittybuzz-unicorn", "bittybuzz-emulate-stm32", "GPL-2.0-only"),
     ("bittybuzz-simavr", "bittybuzz-emulate-avr", "GPL-3.0-or-later"),
 ];
-/// Tests of all cores: their program is given to nobody.
+/// The tests of all cores, whose program is not distributed.
 const TESTS: &str = "bittybuzz-core-tests";
 
 fn packages() -> Vec<Value> {
@@ -23,7 +25,7 @@ fn packages() -> Vec<Value> {
     metadata["packages"].as_array().unwrap().clone()
 }
 
-/// The packages that depend on `name`, and whether only for tests.
+/// Returns the packages that depend on `name`, each with true if only its tests do.
 fn dependents(packages: &[Value], name: &str) -> Vec<(String, bool)> {
     let mut found = Vec::new();
     for package in packages {
@@ -47,7 +49,7 @@ fn only_programs_under_the_gpl_link_its_engines() {
             let is_allowed = user == program || user == TESTS && is_test;
             assert!(is_allowed, "{user} must not depend on {library}, which is under the GPL");
         }
-        // The program in turn is linked to nothing.
+        // No package may link the program itself.
         assert_eq!(dependents(&packages, program), [], "{program} is a program, not a library");
         for name in [library, program] {
             let package = packages.iter().find(|package| package["name"] == name).unwrap();

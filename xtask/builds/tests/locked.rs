@@ -1,31 +1,34 @@
-//! Commands of documents and of CI build with the crates of the lock files.
+//! Commands in documents and in CI must build with the crates of the lock files.
 
 #![allow(clippy::unwrap_used, reason = "what fails here fails the test")]
 
 use bittybuzz_builds::shell::{Line, root};
 use std::fs;
 
-/// Commands that would take other crates without `--locked`: `install` always, the others after a change of a manifest.
+/// Commands that would use other crates without `--locked`: `install` always, the others after a
+/// change of a manifest.
 const COMMANDS: [&str; 6] = ["build", "clippy", "doc", "install", "run", "test"];
 
-/// The only command that writes a lock file: the new robot's is a copy of another robot's.
+/// The only command that writes a lock file: that of a new robot begins as a copy of another
+/// robot's.
 const WRITES: &str = "$ (cd firmware/lamp && cargo build --quiet --release)";
 
-/// Documents, and the definition of CI. The change log names commands of all times.
+/// Returns the documents and the definition of CI, without the change log, which contains commands
+/// of old versions.
 fn documents() -> Vec<String> {
     let list = Line::new("git", &["ls-files", "*.md", ".github", ".ci"]).output(0).unwrap();
     let names = String::from_utf8(list.stdout).unwrap();
     names.lines().filter(|name| *name != "CHANGELOG.md").map(str::to_owned).collect()
 }
 
-/// The commands of a line that have options, but not `--locked`.
+/// Returns the commands in a line that have options, but not `--locked`.
 fn unlocked(line: &str) -> impl Iterator<Item = &str> {
     let commands = line.split("cargo ").skip(1).filter(|rest| {
         COMMANDS.iter().any(|command| {
             rest.strip_prefix(command).is_some_and(|options| options.starts_with(" "))
         })
     });
-    // A command ends where the text does, or where the shell goes on.
+    // A command ends with its code span, or at an operator of the shell.
     let alone = |rest| str::split(rest, ['`', '|', '&', '#']).next().unwrap_or(rest).trim_end();
     commands.map(alone).filter(|command| {
         !COMMANDS.contains(command) && !command.split(' ').any(|word| word == "--locked")

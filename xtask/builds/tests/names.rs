@@ -1,4 +1,5 @@
-//! A robot has one home. Arena, command line, compiler, machine and links know none by its name.
+//! All code for a robot is in the robot's own folders. Arena, command line, compiler, machine and
+//! links must not name any robot.
 
 #![allow(clippy::unwrap_used, reason = "what fails here fails the test")]
 
@@ -7,18 +8,18 @@ use std::path::Path;
 
 use bittybuzz_builds::shell::root;
 
-/// The rooms without names of robots.
+/// The rooms that must not name robots.
 const ROOMS: [&str; 5] = ["arena", "bbz", "comms", "compiler", "vm-core"];
 
-/// The robots that ship. Their lists are robots/files and robots/models.
+/// The shipped robots. Their lists are robots/files and robots/models.
 const ROBOTS: [&str; 3] = ["kilobot", "zooid", "crazyflie"];
 
-/// Lines in which a name stands for another thing, and the reason.
+/// Files and lines that may name a robot, each with the reason.
 const EXCEPTIONS: [(&str, &str); 3] = [
-    // The crate that knows where kilolib keeps its calibration: avrdude reads and writes it.
+    // This crate defines the place of kilolib's calibration, which avrdude reads and writes.
     ("bbz/src/isp.rs", "use bittybuzz_kilobot::calibration::"),
     ("bbz/src/problem.rs", "use bittybuzz_kilobot::calibration::"),
-    // The only robot whose firmware is exchanged as a whole.
+    // The Kilobot is the only robot whose firmware is replaced as a whole.
     ("bbz/src/hex.rs", "cargo xtask build kilobot"),
 ];
 
@@ -34,9 +35,10 @@ fn sources(folder: &Path, found: &mut Vec<(String, String)>) {
     }
 }
 
-/// Comments may give an example or the source of a number, and so may the help of a command: its lines call `bbz`.
+/// Returns true for lines that may name a robot: comments, which may contain an example or the
+/// source of a number, and the examples in the help of a command, which call `bbz`.
 fn is_document(line: &str) -> bool {
-    // The explanation of an example is far to the right.
+    // The explanation of an example is indented by 30 columns or more.
     if line.starts_with(&" ".repeat(30)) {
         return true;
     }
@@ -54,7 +56,7 @@ fn rooms_know_no_robot_by_its_name() {
     assert!(found.len() > 150, "{} files", found.len());
     let mut wrong = Vec::new();
     for (path, text) in &found {
-        // Tests are at the end of a file, or are files named so.
+        // Tests are at the end of a file, or in files whose names end with `tests.rs`.
         let (text, _) = text.split_once("#[cfg(test)]\nmod ").unwrap_or((text, ""));
         for (number, line) in text.lines().enumerate().filter(|(_, line)| !is_document(line)) {
             let small = line.to_lowercase();

@@ -1,4 +1,4 @@
-//! Comments are plain English: rare are the words by which a reader has to guess the noun of a sentence.
+//! Comments are plain English: words that make a reader guess the noun of a sentence are rare.
 //!
 //! The limits are per 1,000 words of comments outside tests. lilos, hubris, smoltcp and defmt have 0.2 to 0.8 "what", at most 0.3
 //! of each other group, and at most 0.9 % of documentation that begins with a question word.
@@ -10,7 +10,8 @@ use std::path::Path;
 
 use bittybuzz_builds::shell::root;
 
-/// Groups of words, and the highest number per 1,000 words. A group with two words counts them one after the other.
+/// Groups of words, and their highest number per 1,000 words. An entry of two words counts that
+/// pair.
 const LIMITS: [(&[&str], f64); 5] = [
     (&["what"], 2.0),
     (&["tell", "tells", "told", "telling"], 0.3),
@@ -19,12 +20,13 @@ const LIMITS: [(&[&str], f64); 5] = [
     (&["behind"], 0.3),
 ];
 
-/// Words that begin a riddle instead of naming an item, and the highest share of documentation that begins so.
+/// Words that must not begin documentation, because documentation names its item first, and the
+/// highest share of documentation that may begin with them.
 const RIDDLES: [&str; 12] =
     ["What", "Whether", "How", "Where", "Why", "Who", "When", "That", "Of", "In", "As", "Until"];
 const MOST_RIDDLES: f64 = 0.02;
 
-/// The comments of a tree: words in small letters, and the first words of documentation.
+/// The comments of a tree of files: all words in lower case, and the first words of documentation.
 #[derive(Default)]
 struct Comments {
     words: Vec<String>,
@@ -38,7 +40,7 @@ impl Comments {
             let name = entry.file_name();
             let name = name.to_string_lossy();
             if path.is_dir() {
-                // Outputs of builds, hidden folders, and tests.
+                // Outputs of builds, hidden folders and tests are skipped.
                 if !matches!(&*name, "target" | "tests") && !name.starts_with('.') {
                     self.read(&path);
                 }

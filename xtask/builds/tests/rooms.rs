@@ -1,4 +1,5 @@
-//! ARCHITECTURE.md says that a room depends only on rooms above it. Cargo says which crate depends on which.
+//! A room may depend only on rooms above it, as ARCHITECTURE.md states. The test compares this with
+//! the dependencies of the crates.
 
 #![allow(clippy::unwrap_used, reason = "what fails here fails the test")]
 
@@ -7,7 +8,7 @@ use serde_json::Value;
 use std::fs;
 use std::path::Path;
 
-/// The folders of each row of the table of rooms, from the root.
+/// Returns the folders of each row of the table of rooms, from the root.
 fn rooms() -> Vec<Vec<String>> {
     let map = fs::read_to_string(root().join("ARCHITECTURE.md")).unwrap();
     let (_, table) = map.split_once("\n## Rooms\n").unwrap();
@@ -21,7 +22,8 @@ fn rooms() -> Vec<Vec<String>> {
     rows.map(folders).collect()
 }
 
-/// The row of the room in which a folder lies: that with the longest path.
+/// Returns the row of the room that contains a folder. If several do, the one with the longest path
+/// counts.
 fn row(rooms: &[Vec<String>], folder: &str) -> usize {
     let of_row = |(row, folders): (usize, &Vec<String>)| {
         let holds = |room: &&String| Path::new(folder).starts_with(room);
@@ -31,7 +33,7 @@ fn row(rooms: &[Vec<String>], folder: &str) -> usize {
     found.unwrap_or_else(|| panic!("{folder} is in no room of ARCHITECTURE.md")).1
 }
 
-/// The packages of a workspace.
+/// Returns the packages of a workspace.
 fn packages(workspace: &str) -> Vec<Value> {
     let arguments = ["metadata", "--no-deps", "--format-version", "1"];
     let output = Line::cargo(&arguments).in_workspace(workspace).output(0).unwrap();

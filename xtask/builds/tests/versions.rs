@@ -1,4 +1,5 @@
-//! Each dependency has one version: members of the root workspace inherit it, and the other workspaces, which cannot, name the same.
+//! Each dependency has one version. Members of the root workspace inherit it. The other workspaces
+//! cannot inherit it, so they must name the same version.
 
 #![allow(clippy::unwrap_used, reason = "what fails here fails the test")]
 
@@ -56,7 +57,7 @@ fn members(root_manifest: &Table) -> Vec<PathBuf> {
     members.iter().map(|member| root().join(member.as_str().unwrap())).collect()
 }
 
-/// The dependencies of a manifest that name a version, also those of one platform.
+/// Returns the dependencies of a manifest that name a version, including those of single platforms.
 fn versions(manifest: &Table) -> Vec<(String, String)> {
     let platforms = manifest.get("target").and_then(Value::as_table).into_iter().flatten();
     let platforms = platforms.filter_map(|(_, platform)| platform.as_table());
@@ -77,7 +78,8 @@ fn version(dependency: &Value) -> Option<String> {
     version.map(str::to_owned)
 }
 
-/// The packages of a release have its version and say what they are; none of any workspace goes to a registry by mistake.
+/// The packages of a release have its version and a description. No package of any workspace can be
+/// published to a registry by mistake.
 #[test]
 fn packages_describe_themselves() {
     let own = manifest(root());
@@ -91,13 +93,13 @@ fn packages_describe_themselves() {
         assert!(package.get("description").is_some_and(Value::is_str), "{name}");
     }
     for folder in own["workspace"]["exclude"].as_array().unwrap() {
-        // A workspace of several programs has no package of its own.
+        // A workspace of several programs has no root package.
         let package = package(&root().join(folder.as_str().unwrap()));
         assert!(package.as_ref().is_none_or(is_kept), "{folder:?}");
     }
 }
 
-/// The toolchain of every test is the oldest one that the packages promise to work with.
+/// All tests run with the oldest toolchain that the packages support.
 #[test]
 fn the_minimum_version_of_rust_is_the_one_that_tests_use() {
     let own = manifest(root());
