@@ -1,4 +1,4 @@
-//! The other end: starts an emulator program and talks to it.
+//! The client: starts an emulator program and exchanges messages with it.
 
 use std::io::{self, BufRead, BufReader, Write};
 use std::path::Path;
@@ -8,13 +8,14 @@ use std::time::Duration;
 use crate::Pause;
 use crate::message::{self, Command, Output, Reply, RobotEvent, Statistics, TimedEvent};
 
-/// kilolib's message that lets the program of a Kilobot run, without its checksum (`message.h`).
+/// kilolib's message RUN, which starts the program of a Kilobot, without its checksum
+/// (`message.h`).
 const RUN: [u8; 10] = [0, 0, 0, 0, 0, 0, 0, 0, 0, 0x88];
 
-/// The times after power-on at which the controller repeats its message.
+/// The times, after the call, at which the controller sends its message.
 const RUN_AFTER_MS: [u64; 3] = [20, 30, 40];
 
-/// An emulator program that runs as a child process. It ends with this value.
+/// An emulator program that runs as a child process. Dropping this value ends it.
 pub struct Emulator {
     child: Child,
     input: ChildStdin,
@@ -26,19 +27,19 @@ pub struct Emulator {
 pub struct Run {
     /// The events, in order.
     pub events: Vec<TimedEvent>,
-    /// The time reached.
+    /// The simulated time that was reached.
     pub at: Duration,
-    /// The reason why it has ended.
+    /// The reason why the run ended.
     pub reason: Pause,
 }
 
 impl Emulator {
-    /// Starts `program`, which finds nothing loaded. Its standard error is the caller's.
+    /// Starts `program` with no image loaded. It inherits the caller's standard error.
     pub fn spawn(program: &Path) -> Result<Self, ClientError> {
         Self::spawn_with(program, &[])
     }
 
-    /// Starts `program` with arguments: which robots it plays.
+    /// Starts `program` with arguments, which select the robots that it emulates.
     pub fn spawn_with(program: &Path, arguments: &[&str]) -> Result<Self, ClientError> {
         let mut child = std::process::Command::new(program)
             .args(arguments)
@@ -85,14 +86,15 @@ impl Emulator {
         }
     }
 
-    /// Runs until `until` since power-on.
+    /// Runs until `until`, a time since power-on.
     pub fn run(&mut self, until: Duration) -> Result<Run, ClientError> {
         let mut events = Vec::new();
         let (at, reason) = self.run_with(until, |event| events.push(event))?;
         Ok(Run { events, at, reason })
     }
 
-    /// Runs until `until` since power-on, and hands over every event as it comes.
+    /// Runs until `until`, a time since power-on, and passes each event to `on_event` as it
+    /// arrives.
     pub fn run_with(
         &mut self,
         until: Duration,
@@ -101,7 +103,8 @@ impl Emulator {
         self.run_all(until, |event| on_event(event.timed))
     }
 
-    /// Runs all robots until `until` since power-on, and hands over every event as it comes.
+    /// Runs all robots until `until`, a time since power-on, and passes each event to `on_event` as
+    /// it arrives.
     pub fn run_all(
         &mut self,
         until: Duration,
@@ -113,8 +116,9 @@ impl Emulator {
         }
     }
 
-    /// Sends commands for robots that are answered by `ok`, then runs all of them until `until`: in one exchange, because each
-    /// costs two changes of process. Not more than some hundred commands, which pipes hold.
+    /// Sends commands that are answered by `ok`, then runs all robots until `until`. Everything
+    /// goes in one exchange, because each exchange costs two process switches. `commands` may have
+    /// at most some hundred entries, so that all fit into the pipes' buffers.
     pub fn run_all_after(
         &mut self,
         commands: &[(usize, Command)],
@@ -139,12 +143,12 @@ impl Emulator {
         }
     }
 
-    /// The counters since power-on.
+    /// Returns the counters since power-on.
     pub fn statistics(&mut self) -> Result<Statistics, ClientError> {
         self.statistics_of(0)
     }
 
-    /// The counters of one of several robots.
+    /// Returns the counters of one of several robots.
     pub fn statistics_of(&mut self, robot: usize) -> Result<Statistics, ClientError> {
         match self.ask(robot, &Command::Statistics, |_| ())? {
             Reply::Statistics(statistics) => Ok(*statistics),
@@ -152,7 +156,7 @@ impl Emulator {
         }
     }
 
-    /// Sends a command that is answered by `ok`: the ones without a method of their own.
+    /// Sends a command that is answered by `ok`, for commands without a method of their own.
     pub fn execute(&mut self, command: &Command) -> Result<(), ClientError> {
         self.execute_on(0, command)
     }
@@ -165,8 +169,8 @@ impl Emulator {
         }
     }
 
-    /// The overhead controller above Kilobots lets their programs run from now on: it says so three times, until everybody has
-    /// heard.
+    /// Starts the programs of all Kilobots: the overhead controller sends its message three times,
+    /// so that every robot receives it.
     pub fn start_kilobots(&mut self, now: Duration) -> Result<(), ClientError> {
         for after in RUN_AFTER_MS {
             let at = now + Duration::from_millis(after);
@@ -181,7 +185,8 @@ impl Emulator {
         command: &Command,
         on_event: impl FnMut(RobotEvent),
     ) -> Result<Reply, ClientError> {
-        // WebAssembly starts no programs. A module that is downloaded needs no reader of their messages.
+        // WebAssembly cannot start programs; the early return keeps the parser of messages out of
+        // the downloaded module.
         if cfg!(target_family = "wasm") {
             return Err(ClientError::Ended);
         }
@@ -213,7 +218,7 @@ impl Emulator {
     }
 }
 
-/// A command as it is sent.
+/// Returns the line that is sent for a command.
 fn line_of(robot: usize, command: &Command) -> Result<String, ClientError> {
     let line = message::line_of(robot, command);
     Ok(line.map_err(|error| ClientError::Protocol(error.to_string()))? + "\n")
@@ -221,7 +226,7 @@ fn line_of(robot: usize, command: &Command) -> Result<String, ClientError> {
 
 impl Drop for Emulator {
     fn drop(&mut self) {
-        // It may have ended by itself; either way it must not outlive this value.
+        // The program may have ended by itself; in any case it must not outlive this value.
         let _ = self.child.kill();
         let _ = self.child.wait();
     }
@@ -231,7 +236,7 @@ impl Drop for Emulator {
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum ClientError {
-    /// The program does not start.
+    /// The program could not be started.
     #[error(
         "cannot start {program}: {source}; build it with `cargo build --locked --release -p {}`",
         package(program)
@@ -239,24 +244,24 @@ pub enum ClientError {
     NoProgram {
         /// The program that was to be started.
         program: String,
-        /// The reason of the system.
+        /// The operating system's error.
         source: io::Error,
     },
-    /// The emulator says why.
+    /// The emulator refused the command; the message is its reason.
     #[error("{0}")]
     Refused(String),
-    /// The program is gone.
+    /// The program has ended.
     #[error("the emulator ended; what it wrote to standard error says why")]
     Ended,
-    /// Its pipes do not work.
+    /// A pipe to or from the program failed.
     #[error("no connection to the emulator: {0}")]
     Pipe(#[from] io::Error),
-    /// The two are not of the same version.
+    /// A line could not be parsed: the two programs are of different versions.
     #[error("the emulator says what this program does not understand, build both anew: {0}")]
     Protocol(String),
 }
 
-/// The package that a program comes from.
+/// Returns the name of the package that builds a program.
 fn package(program: &str) -> String {
     let stem = Path::new(program).file_stem().unwrap_or_default().to_string_lossy();
     format!("bittybuzz-{}", stem.strip_prefix("bbz-").unwrap_or(&stem))

@@ -1,4 +1,4 @@
-//! Which commands a board obeys.
+//! The interface through which a board handles commands.
 
 use std::ops::RangeInclusive;
 
@@ -7,15 +7,15 @@ use bittybuzz_chips::{Board, MAX_PAYLOAD, Memory, P2P_MAX};
 
 use crate::message::{self, BoardStatistics, Command};
 
-/// A board that receives changes of its robot's surroundings.
+/// A board that handles commands about its robot and the robot's surroundings.
 pub trait Control: Board {
-    /// The robot's usual name.
+    /// The robot's name in messages to users.
     const NAME: &'static str;
 
-    /// Obeys a command that concerns the board.
+    /// Handles a command that concerns the board.
     fn obey(&mut self, command: Command) -> Result<(), Refusal>;
 
-    /// Returns its counters since power-on.
+    /// Returns the board's counters since power-on.
     fn counted(&self) -> BoardStatistics;
 }
 
@@ -23,24 +23,24 @@ pub trait Control: Board {
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum Refusal {
-    /// Too much for the link.
+    /// The payload is too long for a frame of the link.
     #[error("a frame's payload has at most {MAX_PAYLOAD} bytes, this one has {0}")]
     FrameTooLong(usize),
-    /// Too much for the radio.
+    /// The payload is too long for a P2P frame.
     #[error("a P2P frame has at most {P2P_MAX} bytes, this one has {0}")]
     P2pTooLong(usize),
-    /// Not between 0 and 1.
+    /// The probability is not between 0 and 1.
     #[error("a probability is between 0 and 1, not {0}")]
     NotAProbability(f64),
-    /// Not a number that makes sense there.
+    /// The number is infinite or not a number.
     #[error("{name} is a finite number, not {value}")]
     NotFinite {
-        /// The member of the command.
+        /// The field of the command.
         name: &'static str,
         /// The refused value.
         value: f64,
     },
-    /// Edges cannot be that late.
+    /// The jitter of edges is out of range.
     #[error("jitter_us is between 0 and {most}, not {value}")]
     Jitter {
         /// The highest value.
@@ -48,15 +48,15 @@ pub enum Refusal {
         /// The refused value.
         value: f64,
     },
-    /// No lamp is so bad.
+    /// The number of glitches per second is out of range.
     #[error("glitches_per_s is between 0 and {most}, not {value}")]
     Glitches {
-        /// The limit.
+        /// The highest value.
         most: f64,
-        /// The number in the command.
+        /// The refused value.
         value: f64,
     },
-    /// No oscillator is so wrong.
+    /// The error of the oscillator is out of range.
     #[error("error_ppm is between -{most} and {most}, not {value}")]
     ClockError {
         /// The highest magnitude.
@@ -64,49 +64,50 @@ pub enum Refusal {
         /// The refused value.
         value: f64,
     },
-    /// No oscillator of this chip is so slow or so fast.
+    /// The frequency is outside the oscillator's range in the data sheet.
     #[error("lsi_hz is between {} and {}, not {hz}", .range.start(), .range.end())]
     Lsi {
         /// The range in the data sheet.
         range: RangeInclusive<u64>,
-        /// The number in the command.
+        /// The refused value.
         hz: u64,
     },
-    /// The chip has fewer.
+    /// There are more bytes than the one-time programmable memory has.
     #[error("a Crazyflie has {OTP} one-time programmable bytes, not {0}")]
     Otp(usize),
-    /// The STM32 could not obey flow control.
+    /// The threshold of RTS is out of range: above it, the bytes that are already under way do not
+    /// fit into the FIFO.
     #[error("rts_bytes is between 1 and {most}, not {value}")]
     RtsBytes {
-        /// The limit.
+        /// The highest value.
         most: u8,
-        /// The number in the command.
+        /// The refused value.
         value: u8,
     },
-    /// Longer than any test waits.
+    /// Bluetooth's shutdown takes longer than the limit.
     #[error("ble_shutdown_us is at most 1000000, not {0}")]
     BleShutdown(u64),
-    /// No frame of a Kilobot has that length.
+    /// The length is not that of a Kilobot's frame.
     #[error(
         "a Kilobot's frame is 9 bytes of data and its type, and 2 of its checksum or none: 10 or 12, not {0}"
     )]
     Infrared(usize),
-    /// Another robot has it.
+    /// The command is for another kind of robot.
     #[error("a {0} has no such thing; docs/emulation.md says which robot obeys which command")]
     OtherRobot(&'static str),
 }
 
-/// `value`, if it is a probability.
+/// Returns `value` if it is a probability.
 pub fn probability(value: f64) -> Result<f64, Refusal> {
     if (0.0..=1.0).contains(&value) { Ok(value) } else { Err(Refusal::NotAProbability(value)) }
 }
 
-/// `value`, if it is finite; `name` is the member of the command.
+/// Returns `value` if it is finite; `name` is the field of the command.
 pub fn finite(name: &'static str, value: f64) -> Result<f64, Refusal> {
     if value.is_finite() { Ok(value) } else { Err(Refusal::NotFinite { name, value }) }
 }
 
-/// The content of memory as the chips know it.
+/// Converts the content of memory from the protocol's type to that of the chips.
 pub fn memory(memory: message::Memory, seed: u64) -> Memory {
     match memory {
         message::Memory::Kept => Memory::Kept,
@@ -115,7 +116,7 @@ pub fn memory(memory: message::Memory, seed: u64) -> Memory {
     }
 }
 
-/// `hz`, if an oscillator LSI can be so fast.
+/// Returns `hz` if it is in the frequency range of the oscillator LSI.
 pub fn lsi(range: RangeInclusive<u64>, hz: u64) -> Result<u64, Refusal> {
     if range.contains(&hz) { Ok(hz) } else { Err(Refusal::Lsi { range, hz }) }
 }

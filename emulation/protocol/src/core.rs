@@ -1,55 +1,57 @@
-//! A processor core, as the robots that it plays need it.
+//! The interface of a processor core to the emulated robot.
 
 use bittybuzz_chips::{Board, FlashChange, FlashContent, ResetCause, Time};
 
 use crate::message::{CoreStatistics, TimedEvent};
 use crate::{Control, Image, MachineError};
 
-/// The state of a core between two turns.
+/// The state of a core between two calls of [`Core::execute`].
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum CoreState {
-    /// It executes instructions.
+    /// The core executes instructions.
     Running,
-    /// WFE.
+    /// The core sleeps after WFE, until an event.
     WaitingForEvent,
-    /// WFI.
+    /// The core sleeps after WFI, until an interrupt.
     WaitingForInterrupt,
-    /// A fault came where no fault may be taken.
+    /// A fault occurred at a priority at which none can be taken.
     LockedUp {
         /// Address of the instruction.
         pc: u32,
     },
-    /// Another program than the robot's runs, until the next reset.
+    /// A loader runs instead of the robot's program, until the next reset.
     InLoader,
 }
 
 impl CoreState {
-    /// The state after a reset: the program starts, or the chip waits in a loader.
+    /// Returns the state after a reset: the program starts, or the chip waits in a loader.
     pub fn after_reset(is_in_loader: bool) -> Self {
         if is_in_loader { CoreState::InLoader } else { CoreState::Running }
     }
 
-    /// Returns true if an event or an interrupt lets the core go on.
+    /// Returns true if the core waits for an event or an interrupt.
     pub fn is_waiting(self) -> bool {
         matches!(self, CoreState::WaitingForEvent | CoreState::WaitingForInterrupt)
     }
 }
 
-/// A core with the board around it, which has an image from the start. [`EmulatedRobot`](crate::EmulatedRobot) does
-/// the work that is the same with every core: resets, sleep, DMA, lockups, debuggers.
+/// A core with the board around it and an image in its flash.
+/// [`EmulatedRobot`](crate::EmulatedRobot) does the work that all cores share: resets, sleep, DMA,
+/// lockups, debuggers.
 pub trait Core: Sized {
     /// The chip's peripherals and the rest of the robot.
     type Board: Control;
 
-    /// The core of robot `number` of several, whose power was just turned on with this image in its flash. The first
-    /// [`reset`](Self::reset) follows.
+    /// Creates the core of robot `number` of several, whose power was just turned on with this
+    /// image in its flash. The caller then calls [`reset`](Self::reset).
     ///
     /// # Errors
     /// The image does not fit, or the emulation cannot start.
     fn load(number: usize, image: &Image) -> Result<Self, MachineError>;
 
-    /// Starts the program whose vectors are at `vectors`, after the work of [`Board::start`]. A `cause` resets the chip before;
-    /// none is the first start. RAM stays, unless its power was gone or the board says otherwise.
+    /// Starts the program with the vector table at `vectors`, after the work of [`Board::start`]. A
+    /// `cause` first resets the chip; `None` means the first start. RAM keeps its content, unless
+    /// it lost power or the board changes it.
     ///
     /// # Errors
     /// The emulation failed.
@@ -72,14 +74,14 @@ pub trait Core: Sized {
         Ok(CoreState::after_reset(start.is_in_loader))
     }
 
-    /// Starts the program whose vectors are at `vectors`, with this content of the register VTOR: registers of the core and clock
-    /// are as after a reset.
+    /// Starts the program with the vector table at `vectors` and sets VTOR to `vector_table`; the
+    /// core's registers and clock are as after a reset.
     ///
     /// # Errors
     /// The emulation failed.
     fn restart(&mut self, vectors: u32, vector_table: u32) -> Result<(), MachineError>;
 
-    /// Gives RAM the content that it has when its power comes.
+    /// Fills RAM with its content at power-on.
     ///
     /// # Errors
     /// The emulation failed.
@@ -90,45 +92,49 @@ pub trait Core: Sized {
         Ok(())
     }
 
-    /// The board.
+    /// Returns the board.
     fn board(&self) -> &Self::Board;
 
-    /// The board, to be changed.
+    /// Returns the board, mutably.
     fn board_mut(&mut self) -> &mut Self::Board;
 
-    /// The time that the core has reached.
+    /// Returns the time that the core has reached.
     fn now(&self) -> Time;
 
-    /// Frequency of the core's clock; at 0 nothing runs.
+    /// Returns the frequency of the core's clock in Hz; at 0 the core stands still.
     fn clock_hz(&self) -> u64;
 
-    /// Brings the board to the core's time, and its interrupts to the core.
+    /// Advances the board to the core's time, and passes its interrupts to the core.
     fn catch_up(&mut self);
 
-    /// The reset that the chip asks for, or the program by AIRCR.
+    /// Takes the pending request for a reset: from the chip, or from the program by AIRCR.
     fn take_reset_request(&mut self) -> Option<ResetCause>;
 
-    /// The time at which a timer of the core itself asks for an interrupt.
+    /// Returns the time at which a timer of the core itself requests an interrupt.
     fn next_timer_event(&self) -> Option<Time> {
         None
     }
 
-    /// Takes the exception that is due or executes instructions, until `until` or something happens.
+    /// Takes the exception that is due or executes instructions, until `until` or until something
+    /// happens that the caller must handle.
     ///
     /// # Errors
     /// The emulation failed.
     fn execute(&mut self, until: Time) -> Result<CoreState, MachineError>;
 
-    /// Returns true if a core that waits, in this state, goes on. WFE consumes the event.
+    /// Returns true if a core that waits in this state wakes. A core that waits for an event
+    /// consumes it.
     ///
     /// # Errors
     /// The emulation failed.
     fn wakes(&mut self, state: CoreState) -> Result<bool, MachineError>;
 
-    /// Returns true if a waiting core may go on at once: there is an event, or an interrupt that is pending and enabled.
+    /// Returns true if a waiting core may wake at once: an event is set, or an enabled interrupt is
+    /// pending.
     fn may_wake(&self) -> bool;
 
-    /// Lets time pass in which the core does nothing, until `until` at most. Nothing happens on the board before.
+    /// Lets time pass without instructions, at most until `until`. The caller ensures that nothing
+    /// happens on the board before.
     ///
     /// # Errors
     /// The emulation failed.
@@ -146,15 +152,17 @@ pub trait Core: Sized {
     /// [`MachineError::NoMemory`], or the emulation failed.
     fn read_memory(&mut self, address: u32, bytes: &mut [u8]) -> Result<(), MachineError>;
 
-    /// The function at `address` returns at once from now on: its first instruction becomes `bx lr`.
+    /// Makes the function at `address` return at once from now on: its first instruction becomes
+    /// `bx lr`.
     ///
     /// # Errors
-    /// As [`write_memory`](Self::write_memory).
+    /// Fails as [`write_memory`](Self::write_memory) does.
     fn skip(&mut self, address: u32) -> Result<(), MachineError> {
         self.write_memory(address, &[0x70, 0x47])
     }
 
-    /// Moves the data items of the DMA controller. Addresses without memory are the board's.
+    /// Moves the data items of the DMA controller. Addresses outside the memory belong to the
+    /// board.
     ///
     /// # Errors
     /// The emulation failed.
@@ -177,7 +185,7 @@ pub trait Core: Sized {
         Ok(())
     }
 
-    /// The flash changes, and the core waits.
+    /// Applies a change of the flash; the core waits until it is complete.
     ///
     /// # Errors
     /// The emulation failed.
@@ -193,11 +201,11 @@ pub trait Core: Sized {
         self.sleep(self.now() + change.takes)
     }
 
-    /// Events in the core itself since the last call, in order.
+    /// Returns the events in the core itself since the last call, in order.
     fn take_events(&mut self) -> Vec<TimedEvent> {
         Vec::new()
     }
 
-    /// Counters since power-on.
+    /// Returns the counters since power-on.
     fn statistics(&self) -> CoreStatistics;
 }

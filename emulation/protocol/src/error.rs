@@ -4,7 +4,7 @@
 #[derive(Clone, Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum MachineError {
-    /// No memory there.
+    /// The address range is not memory.
     #[error(
         "{length} bytes at {address:#010x} are not all in memory: flash begins at 0x08000000, RAM at 0x20000000; the \
          Crazyflie has 1 MiB, 128 KiB, and 64 KiB at 0x10000000, the Zooid 64 KiB and 8 KiB. A Kilobot has flash at 0, RAM at \

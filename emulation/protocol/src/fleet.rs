@@ -1,4 +1,4 @@
-//! Robots that run side by side and hear each other.
+//! Emulated robots that run in turns and exchange radio packets.
 
 use std::collections::BTreeSet;
 use std::ops::Range;
@@ -13,17 +13,18 @@ use crate::rtt::Rtt;
 use crate::server::{CommandError, LONGEST_READ, Robots};
 use crate::{Control, Core, EmulatedRobot, Image, MachineError, Pause};
 
-/// One-time programmable area, system memory and unique id, which the board answers for; reading it has no effect.
+/// Address range of the one-time programmable area, system memory and unique id. The board answers
+/// reads there, and they have no side effect.
 const IDENTITY: Range<u32> = 0x1fff_7000..0x2000_0000;
 
-/// The program's robots, and the air between them.
+/// The program's robots, and the channel between them.
 pub(crate) struct Fleet<C> {
     count: usize,
-    /// None before an image is loaded.
+    /// Empty before an image is loaded.
     members: Vec<EmulatedRobot<C>>,
     air: Air,
     loaded: Option<(Image, Option<Rtt>)>,
-    /// Numbers of the robots whose debug probe is unplugged.
+    /// Numbers of the robots without an attached debug probe, whose log is not read.
     unread: BTreeSet<usize>,
 }
 
@@ -146,9 +147,12 @@ impl<C: Core> Robots for Fleet<C> {
         Ok(events)
     }
 
-    /// Runs all robots until `until`, or until nothing can happen to any of them. They take turns that are too short for
-    /// one to hear of another's packet too late: a robot that sleeps can announce none before it wakes, so turns end that
-    /// much later, and who sleeps through a turn is left alone.
+    /// Runs all robots until `until`, or until nothing can happen to any of them.
+    ///
+    /// The robots run one after another, in turns short enough that a packet reaches every receiver
+    /// in time. A radio announces a packet [`LOOKAHEAD`] before its first bit, and a robot that
+    /// sleeps cannot announce one before it wakes; so a turn may end [`LOOKAHEAD`] after the
+    /// earliest wake-up. A robot that sleeps through a whole turn is skipped.
     fn run(&mut self, from: Duration, until: Duration) -> Result<Pause, MachineError> {
         let robots = self.members.len();
         let mut now = from;
@@ -164,7 +168,7 @@ impl<C: Core> Robots for Fleet<C> {
             self.air.carry(time(turn), robots, |robot, heard| members[robot].board().hear(heard));
             let mut reason = None;
             for (number, member) in self.members.iter_mut().enumerate() {
-                // At the end all robots have the same time.
+                // In the last turn no robot is skipped, so that all end at the same time.
                 if turn < until && member.quiet_until() > turn {
                     continue;
                 }

@@ -6,7 +6,7 @@ use object::elf;
 use object::read::elf::{ElfFile32, ProgramHeader};
 use object::{Endianness, Object, ObjectSymbol, SymbolKind};
 
-/// The start of the flash, and so of an image without bootloader.
+/// First address of the flash: the start of an image that runs without a bootloader.
 const FLASH: u32 = 0x0800_0000;
 /// The address at which Bitcraze's bootloader expects the application.
 const APPLICATION: u32 = 0x0800_4000;
@@ -14,7 +14,7 @@ const FLASH_END: u32 = 0x0810_0000;
 /// The offset that an AVR's tools add to addresses of RAM; EEPROM, fuses and lock bits come after
 /// it.
 const AVR_RAM: u32 = 0x80_0000;
-/// Bytes of flash of an ATmega328P.
+/// Flash size of an ATmega328P in bytes.
 pub const AVR_FLASH_SIZE: usize = 0x8000;
 
 /// The content of a firmware's ELF file.
@@ -47,7 +47,7 @@ impl Image {
         Self::parse_avr(&bytes, flash_size)
     }
 
-    /// Reads the content of an AVR's file: ELF, or Intel hex, which has no symbols.
+    /// Parses the content of an AVR's file: ELF, or Intel hex, which has no symbols.
     pub fn parse_avr(bytes: &[u8], flash_size: usize) -> Result<Self, ImageError> {
         let image = if bytes.starts_with(b":") {
             let segments = hex(bytes)?;
@@ -73,7 +73,7 @@ impl Image {
         }
     }
 
-    /// Reads the content of a file.
+    /// Parses the content of a Cortex-M's ELF file.
     pub fn parse(bytes: &[u8]) -> Result<Self, ImageError> {
         let elf = ElfFile32::<Endianness>::parse(bytes)
             .map_err(|error| ImageError::NotElf { reason: error.to_string() })?;
@@ -95,28 +95,30 @@ impl Image {
         Ok(Image { segments, vectors, symbols })
     }
 
-    /// An image without symbols: these bytes of flash, which begin with the vectors.
+    /// Creates an image without symbols from bytes of flash, which begin with the vector table at
+    /// `vectors`.
     pub fn of_flash(vectors: u32, bytes: Vec<u8>) -> Self {
         Image { segments: vec![(vectors, bytes)], vectors, symbols: Vec::new() }
     }
 
-    /// Returns the bytes to be written, with their physical addresses.
+    /// Returns the bytes to be written to memory, with their physical addresses.
     pub fn segments(&self) -> impl Iterator<Item = (u32, &[u8])> {
         self.segments.iter().map(|(address, bytes)| (*address, bytes.as_slice()))
     }
 
-    /// Address of the vector table: its first word is the stack pointer, its second where to start.
+    /// Returns the address of the vector table: its first word is the initial stack pointer, its
+    /// second the entry point.
     pub fn vectors(&self) -> u32 {
         self.vectors
     }
 
-    /// Address of the symbol with exactly this name.
+    /// Returns the address of the symbol with exactly this name.
     pub fn symbol(&self, name: &str) -> Option<u32> {
         self.symbols.iter().find(|symbol| symbol.name == name).map(|symbol| symbol.address)
     }
 
-    /// Address of the function called `name`: exactly so in the symbol table, else the only one whose path
-    /// contains `name`.
+    /// Returns the address of the function called `name`: the one with exactly this name in the
+    /// symbol table, otherwise the only one whose demangled path contains `name`.
     pub fn function(&self, name: &str) -> Result<u32, ImageError> {
         let functions = || self.symbols.iter().filter(|symbol| symbol.function);
         if let Some(symbol) = functions().find(|symbol| symbol.name == name) {
@@ -170,7 +172,7 @@ fn symbols(elf: &ElfFile32<'_, Endianness>) -> Vec<Symbol> {
     named.filter(|symbol| !symbol.name.is_empty()).collect()
 }
 
-/// The data records of an Intel hex file.
+/// Returns the content of the data records of an Intel hex file.
 fn hex(bytes: &[u8]) -> Result<Vec<(u32, Vec<u8>)>, ImageError> {
     let wrong = |line: usize, reason: String| ImageError::NotHex { line, reason };
     let text = std::str::from_utf8(bytes).map_err(|error| wrong(1, error.to_string()))?;
@@ -193,7 +195,7 @@ fn hex(bytes: &[u8]) -> Result<Vec<(u32, Vec<u8>)>, ImageError> {
             }
             ihex::Record::ExtendedSegmentAddress(segment) => base = u32::from(segment) << 4,
             ihex::Record::ExtendedLinearAddress(upper) => base = u32::from(upper) << 16,
-            // Where two files were joined, the first one's end comes in the middle.
+            // A file that was joined from two has the first one's end record in the middle.
             ihex::Record::EndOfFile
             | ihex::Record::StartSegmentAddress { .. }
             | ihex::Record::StartLinearAddress(_) => {}
@@ -211,7 +213,7 @@ pub enum ImageError {
     Unreadable {
         /// Path of the file.
         path: PathBuf,
-        /// The error of the system.
+        /// The operating system's error.
         source: std::io::Error,
     },
     /// Not a 32-bit ELF file.
@@ -220,37 +222,38 @@ pub enum ImageError {
         /// The reader's error.
         reason: String,
     },
-    /// Another processor.
+    /// The ELF file is for another processor than a little-endian ARM.
     #[error("the ELF file is not for a little-endian ARM: build it for thumbv7em-none-eabihf")]
     NotArm,
-    /// Another processor.
+    /// The ELF file is for another processor than an AVR.
     #[error(
         "the ELF file is not for an AVR: build it for avr-none, or with avr-gcc -mmcu=atmega328p"
     )]
     NotAvr,
-    /// No Intel hex file.
+    /// The file is not valid Intel hex.
     #[error("line {line} is not Intel hex: {reason}")]
     NotHex {
-        /// Beginning with 1.
+        /// Line number, counted from 1.
         line: usize,
         /// The reader's error.
         reason: String,
     },
-    /// Nothing would be flashed.
+    /// The file has no segment in the AVR's flash.
     #[error("the file has nothing for the flash, which begins at 0")]
     NothingInAvrFlash,
-    /// More than the chip has.
+    /// The image is larger than the chip's flash.
     #[error("the image ends at {end:#x}; the flash ends at {flash_size:#x}")]
     TooLong {
-        /// Its end.
+        /// Address after the image's last byte.
         end: usize,
-        /// Bytes of flash.
+        /// Flash size in bytes.
         flash_size: usize,
     },
-    /// Nothing would be flashed.
+    /// The ELF file has no segment in the flash of the STM32.
     #[error("the ELF file has nothing for the flash at 0x08000000: is its memory.x used?")]
     NothingInFlash,
-    /// Nobody would start it there.
+    /// The image is neither at the start of the flash nor at the address that the bootloader
+    /// starts.
     #[error(
         "the image starts at {address:#010x}: Bitcraze's bootloader starts one at 0x08004000, \
          the chip without it one at 0x08000000"
@@ -259,7 +262,7 @@ pub enum ImageError {
         /// The start of the image.
         address: u32,
     },
-    /// No such function.
+    /// No function has this name.
     #[error(
         "no function is called \"{name}\": it may be inlined; mark it #[inline(never)] or choose its caller"
     )]
@@ -267,12 +270,12 @@ pub enum ImageError {
         /// The name that was asked for.
         name: String,
     },
-    /// More than one function.
+    /// The name matches more than one function.
     #[error("\"{name}\" may be any of {}: give more of the path", paths.join(", "))]
     ManyFunctions {
         /// The name that was asked for.
         name: String,
-        /// All that it could be.
+        /// The paths of all functions that match.
         paths: Vec<String>,
     },
 }

@@ -1,21 +1,24 @@
-//! How to drive a program that emulates a robot.
+//! The protocol between an emulator program and the programs that use it, with code for both ends.
 //!
-//! Emulators are programs, not libraries: some link code under the GPL, and a fault of one must not end the
-//! others. They read commands from standard input and write replies and events to standard output, one JSON
-//! object per line (docs/emulation.md). This crate has both ends:
+//! Emulators are programs, not libraries: some link code under the GPL, and a crash of one must not
+//! end the others. They read commands from standard input and write replies and events to standard
+//! output, one JSON object per line (docs/emulation.md). This crate implements both ends:
 //!
-//! * [`Emulator`] starts such a program and talks to it;
-//! * [`serve`] is the loop of such a program; it drives [`EmulatedRobot`]s, each around a [`Core`], or other [`Robots`];
-//! * [`message`] is what they say, [`Image`] the ELF file that they load.
+//! * [`Emulator`] starts an emulator program and exchanges messages with it;
+//! * [`serve`] is the command loop of such a program; it runs [`EmulatedRobot`]s, each around a
+//!   [`Core`]; [`serve_robots`] runs other implementations of [`Robots`];
+//! * [`message`] has the messages, and [`Image`] is the ELF file that an emulator loads.
 //!
 //! # Principles
-//! 1. **One reply per command**, after the events that the command caused. Nothing is sent unasked.
-//! 2. **No input ends the program**: a command that makes no sense gets an error that says what to do.
-//! 3. **Time is the robot's**, in nanoseconds since power-on. The same commands give the same answers.
+//! 1. **One reply per command**, after the events that the command caused. The emulator sends
+//!    nothing else.
+//! 2. **No input ends the program**: an invalid command gets an error that names the remedy.
+//! 3. **Time is simulated**, in nanoseconds since power-on. The same commands always give the same
+//!    replies and events.
 //!
 //! # What it will not do
-//! Look into the image beyond what a debugger on the robot could: it reads and writes memory, finds the
-//! RTT buffer, and makes functions return at once.
+//! It does not inspect the image beyond the means of a debugger on the robot: it reads and writes
+//! memory, finds the RTT buffer, and makes functions return at once.
 
 mod client;
 mod control;

@@ -1,4 +1,4 @@
-//! The messages between the two ends, one JSON object per line.
+//! The messages between a client and an emulator program, one JSON object per line.
 
 use std::collections::BTreeSet;
 use std::path::PathBuf;
@@ -15,7 +15,7 @@ use bittybuzz_chips as chips;
 use serde::de::DeserializeOwned;
 use serde::{Deserialize, Serialize};
 
-/// Reads a command, and which robot it is for: member `robot`, 0 if there is none.
+/// Reads a command and the number of its robot: member `robot`, 0 if it is missing.
 pub(crate) fn parse_command(line: &[u8]) -> serde_json::Result<(usize, Command)> {
     let mut value: serde_json::Value = serde_json::from_slice(line)?;
     let robot = match value.as_object_mut().and_then(|members| members.remove("robot")) {
@@ -25,7 +25,7 @@ pub(crate) fn parse_command(line: &[u8]) -> serde_json::Result<(usize, Command)>
     Ok((robot, serde_json::from_value(value)?))
 }
 
-/// Writes a command for one of several robots.
+/// Writes a command for one of several robots; robot 0 is not written.
 pub(crate) fn line_of(robot: usize, command: &Command) -> serde_json::Result<String> {
     let mut value = serde_json::to_value(command)?;
     if robot != 0
@@ -38,8 +38,9 @@ pub(crate) fn line_of(robot: usize, command: &Command) -> serde_json::Result<Str
 
 /// Reads one line.
 ///
-/// It goes by way of a value: with serde_json's `arbitrary_precision`, which defmt-decoder turns on where both are built
-/// together, the fractions in tagged, untagged and flattened types are not read from text.
+/// The text is first parsed to a JSON value: with serde_json's `arbitrary_precision`, which
+/// defmt-decoder turns on when both are in one build, fractions in tagged, untagged and flattened
+/// types cannot be read directly from text.
 pub fn parse<T: DeserializeOwned>(line: &[u8]) -> serde_json::Result<T> {
     serde_json::from_value(serde_json::from_slice(line)?)
 }
@@ -68,13 +69,13 @@ pub enum Command {
         /// Number of bytes.
         length: u32,
     },
-    /// Run until the given time since power-on.
+    /// Run until the given time.
     Run {
-        /// The time.
+        /// Time since power-on.
         #[serde(rename = "until_ns", with = "nanoseconds")]
         until: Duration,
     },
-    /// The radio's processor sends a frame.
+    /// The radio's processor sends a syslink frame.
     Send {
         /// Type byte.
         #[serde(rename = "type")]
@@ -89,14 +90,14 @@ pub enum Command {
         #[serde(with = "hex")]
         bytes: Vec<u8>,
     },
-    /// Another robot's P2P frame is on the air.
+    /// A P2P frame of another robot is on the air.
     P2p {
-        /// The time of its last bit; not before now.
+        /// The time of the frame's last bit; a time in the past means now.
         #[serde(rename = "at_ns", with = "nanoseconds")]
         at: Duration,
         /// 0 to 15
         port: u8,
-        /// Strength of its signal in -dBm.
+        /// Signal strength in -dBm.
         rssi: u8,
         /// Content, in hexadecimal.
         #[serde(with = "hex")]
@@ -110,10 +111,10 @@ pub enum Command {
         y_mm: f32,
         /// z, up, in mm.
         z_mm: f32,
-        /// Direction of its nose in degrees, from x towards y.
+        /// Direction of the robot's nose in degrees, from x towards y.
         yaw_degrees: f32,
     },
-    /// The line to the radio's processor becomes bad.
+    /// Changes the error rates of the line to the radio's processor, in both directions.
     Link {
         /// Probability that a byte is lost.
         lose: f64,
@@ -122,12 +123,12 @@ pub enum Command {
         /// Start of the pseudo-random sequence.
         seed: u64,
     },
-    /// The radio's processor has this firmware, and is like this, from now on.
+    /// Sets the behaviour of the radio's processor from now on.
     RadioProcessor {
         /// False for firmware from before October 2025, which ignores RADIO_READY.
         #[serde(default = "yes")]
         ready: bool,
-        /// Bytes in its UART's FIFO from which on it says that no more should come.
+        /// Number of bytes in the UART's FIFO from which on RTS asks the STM32 to stop sending.
         #[serde(default = "rts_bytes")]
         rts_bytes: u8,
         /// Duration of Bluetooth's shutdown before the first packet that the radio sends or receives.
@@ -137,50 +138,50 @@ pub enum Command {
         #[serde(default)]
         ble_masks: bool,
     },
-    /// The radio's processor restarts, while the STM32 goes on.
+    /// The radio's processor restarts; the STM32 continues to run.
     RadioRestart,
-    /// The radio's processor stops its UART's receiver, which says so, or goes on.
+    /// The radio's processor stops or restarts its UART's receiver; the flow control line shows it.
     FlowControl {
-        /// True if it stops.
+        /// True to stop the receiver.
         full: bool,
     },
-    /// The battery changes.
+    /// Sets the state of the battery.
     Battery {
-        /// Its voltage.
+        /// Voltage in volts.
         volts: f32,
-        /// True if it is being charged.
+        /// True if the battery is being charged.
         charging: bool,
         /// True if USB is plugged in.
         usb_powered: bool,
     },
     /// The power button is pressed.
     Shutdown,
-    /// The place of a Zooid on its table, in the projector's frame; or of a Kilobot, without its
-    /// heading.
+    /// Places a Zooid on its table, in the projector's frame, or a Kilobot, which has no heading
+    /// here.
     Place {
-        /// To the right, in mm.
+        /// Distance to the right, in mm.
         x_mm: f64,
-        /// Down as seen from above, in mm.
+        /// Distance downwards as seen from above, in mm.
         y_mm: f64,
-        /// The direction of its antenna in degrees, from x towards y.
+        /// Direction of the robot's antenna in degrees, from x towards y.
         heading_degrees: f64,
-        /// Its velocity until it is placed again: mm/s along x.
+        /// Velocity along x in mm/s, until the robot is placed again.
         #[serde(default)]
         vx_mm_s: f64,
-        /// mm/s along y.
+        /// Velocity along y in mm/s.
         #[serde(default)]
         vy_mm_s: f64,
-        /// Degrees per second.
+        /// Rate of turn in degrees per second.
         #[serde(default)]
         turn_degrees_s: f64,
     },
-    /// A Zooid is where no projector sees it.
+    /// Moves a Zooid out of the projector's light, or a Kilobot out of sight of all others.
     Remove,
-    /// The projector's light on a Zooid becomes bad.
+    /// Sets the faults of the projector's light on a Zooid.
     Light {
         /// Probability that a frame is lost.
         lose: f64,
-        /// The largest time in µs by which edges come too early or too late.
+        /// Largest deviation of an edge in µs, early or late.
         jitter_us: f64,
         /// Glitches per second at each photodiode, 1 to 50 µs long.
         #[serde(default)]
@@ -188,40 +189,42 @@ pub enum Command {
         /// Start of the pseudo-random sequence.
         seed: u64,
     },
-    /// A Zooid's radio detects power on its channel as one of two readings of its specification says.
+    /// Selects how a Zooid's radio detects power on its channel: its specification can be read in
+    /// two ways.
     PowerDetector {
         /// The reading.
         reading: PowerDetector,
     },
-    /// The light between Kilobots: its reach, and the error of measured distances.
+    /// Sets the range of the light between Kilobots, and the error of measured distances.
     Infrared {
-        /// Between their centres, in mm.
+        /// Range between the robots' centres, in mm.
         range_mm: f64,
         /// Standard deviation of a measured distance, in mm.
         noise_mm: f64,
         /// Start of the pseudo-random sequence.
         seed: u64,
     },
-    /// A Kilobot's oscillator runs wrong from now on.
+    /// Sets the error of a Kilobot's oscillator from now on.
     Clock {
-        /// The error of the clock, in millionths too fast.
+        /// Error in ppm; a positive value means too fast.
         error_ppm: f64,
     },
     /// The surroundings that a Kilobot's sensors measure.
     Surroundings {
-        /// Light, as the converter reads it: 0 to 1023.
+        /// Reading of the light sensor: 0 to 1023.
         light: u16,
         /// Temperature in degrees Celsius.
         celsius: f64,
     },
-    /// Fingers are on a Zooid's electrodes.
+    /// Puts fingers on a Zooid's electrodes.
     Touch {
-        /// Bit 0 is the first electrode.
+        /// One bit per electrode; bit 0 is the first electrode.
         keys: u8,
     },
-    /// A Crazyflie's STM32 is like this from its next reset on. Of a Zooid only LSI and crystal can be chosen.
+    /// Sets properties of a Crazyflie's STM32 from its next reset on. A Zooid accepts the same
+    /// command without a debugger; its memory changes only at a brown-out.
     Chip {
-        /// Frequency of the watchdog's oscillator.
+        /// Frequency of the watchdog's oscillator in Hz.
         #[serde(default = "lsi_hz")]
         lsi_hz: u64,
         /// False if the crystal never oscillates.
@@ -237,15 +240,16 @@ pub enum Command {
         #[serde(default)]
         debugger: bool,
     },
-    /// From its next reset on a Crazyflie's one-time programmable memory holds these bytes, and is erased after them.
+    /// Sets the content of a Crazyflie's one-time programmable memory from its next reset on; the
+    /// bytes after the given ones are erased.
     Otp {
         /// The bytes, in hexadecimal.
         #[serde(with = "hex")]
         bytes: Vec<u8>,
     },
-    /// A Crazyflie's STM32 is reset.
+    /// Resets a Crazyflie's STM32; Zooids and Kilobots accept only a brown-out.
     Reset {
-        /// The cause that the chip notes.
+        /// The cause that the chip records in its reset flags.
         cause: ResetCause,
     },
     /// Switches a Zooid on or off. Its flash keeps its content.
@@ -253,55 +257,57 @@ pub enum Command {
         /// True to switch it on.
         on: bool,
     },
-    /// A Zooid receives nothing from these others; the links to all others are as before.
+    /// Cuts a Zooid or a Kilobot off from the given robots; replaces the set of an earlier command.
     Deaf {
-        /// Their numbers.
+        /// Numbers of the robots that are no longer received.
         to: BTreeSet<usize>,
     },
-    /// Zooids lose packets on the air, Kilobots frames.
+    /// Sets the random loss of Zooids' packets or Kilobots' frames.
     Air {
-        /// Probability that a packet is lost, for each receiver on its own.
+        /// Probability that a packet is lost, independently for each receiver.
         lose: f64,
         /// Start of the pseudo-random sequence.
         seed: u64,
     },
-    /// Sends a packet to the Zooids as they send to each other; to Kilobots from a controller above
-    /// the table.
+    /// Sends a packet to all Zooids in the format of their own radios, or a frame to all Kilobots
+    /// from a controller above the table.
     Radio {
-        /// The time of its first bit; not before now.
+        /// The time of the packet's first bit; a time in the past means now.
         #[serde(rename = "at_ns", with = "nanoseconds")]
         at: Duration,
         /// Content, in hexadecimal.
         #[serde(with = "hex")]
         payload: Vec<u8>,
     },
-    /// A debug probe reads the log, as from the start; or its cable is pulled: the log's channel blocks, as probe-rs has set it,
-    /// and is not read.
+    /// Attaches or detaches the debug probe that reads the log; it is attached at the start.
+    /// Without the probe nothing reads the log, and its channel stays in the blocking mode that
+    /// probe-rs sets.
     Probe {
-        /// True if it is plugged in.
+        /// True to attach the probe.
         attached: bool,
     },
-    /// A debugger halts the core, or lets it go on.
+    /// Halts the core as a debugger does, or lets it continue.
     Halt {
-        /// True if it halts.
+        /// True to halt the core.
         halted: bool,
     },
-    /// A function returns at once from now on.
+    /// Makes a function return at once from now on.
     Skip {
-        /// Its name: as in the symbol table, or a part of the path that only it has.
+        /// The function's name: as in the symbol table, or a part of its path that no other
+        /// function's path contains.
         symbol: String,
     },
-    /// Ask for the counters.
+    /// Ask for the counters since power-on.
     Statistics,
     /// End the program.
     Quit,
 }
 
-/// A reading of the nRF24L01+'s product specification, 6.4.
+/// An interpretation of the nRF24L01+'s product specification, 6.4.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum PowerDetector {
-    /// A packet sets the register RPD until CE goes low. A radio begins with this one.
+    /// A packet sets the register RPD until CE goes low. This is the initial setting.
     Latched,
     /// The register follows the signal on the channel.
     Live,
@@ -332,7 +338,7 @@ fn yes() -> bool {
     true
 }
 
-/// The content of memory after an event that guarantees none.
+/// The content of memory after an event that does not preserve it.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Memory {
@@ -341,21 +347,21 @@ pub enum Memory {
     Kept,
     /// All zeros.
     Zeroed,
-    /// Anything.
+    /// Pseudo-random bytes.
     Noise,
 }
 
-/// A reset that comes from outside the program.
+/// A cause of a reset from outside the program.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum ResetCause {
     /// Power was applied.
     PowerOn,
-    /// The supply was too low for a moment.
+    /// The supply voltage was too low for a moment.
     BrownOut,
-    /// The reset pin was pulled.
+    /// The reset pin was pulled low.
     Pin,
-    /// A write to AIRCR: by a debugger, or by a program that has lost its way.
+    /// A write to AIRCR, by a debugger or by a program out of control.
     Software,
 }
 
@@ -369,10 +375,10 @@ pub enum Output {
     Reply(Reply),
 }
 
-/// An event and where it happened.
+/// An event and the robot on which it happened.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct RobotEvent {
-    /// Which robot of the program's; not written for the first.
+    /// Number of the robot within the program; omitted for robot 0.
     #[serde(default, skip_serializing_if = "is_first")]
     pub robot: usize,
     /// The event and its time.
@@ -388,7 +394,7 @@ fn is_first(robot: &usize) -> bool {
 /// An event and its time.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct TimedEvent {
-    /// Since power-on.
+    /// Time since power-on.
     #[serde(rename = "at_ns", with = "nanoseconds")]
     pub at: Duration,
     /// The event.
@@ -400,7 +406,7 @@ pub struct TimedEvent {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(tag = "event", rename_all = "snake_case")]
 pub enum Event {
-    /// The firmware logged (RTT up channel 0).
+    /// The firmware wrote to the log (RTT up channel 0).
     Rtt {
         /// The bytes, in hexadecimal.
         #[serde(with = "hex")]
@@ -408,22 +414,22 @@ pub enum Event {
     },
     /// A LED changed.
     Led {
-        /// Its name.
+        /// Name of the LED, such as `blue_left`; docs/emulation.md lists all.
         name: String,
-        /// True if it shines.
+        /// True if the LED is on.
         on: bool,
     },
     /// The signal at a motor changed.
     Motor {
-        /// 1 to 4; of a Zooid the inputs of its bridges, IN1 and IN2 of motor 1, then those of motor 2; of a Kilobot left and
-        /// right.
+        /// Number of the motor, 1 to 4. On a Zooid it is the number of a bridge input: IN1 and IN2
+        /// of motor 1, then those of motor 2. On a Kilobot 1 is left and 2 is right.
         number: u8,
-        /// Part of the time that it is on, 0 to 1.
+        /// Duty cycle of the signal, 0 to 1.
         duty: f64,
-        /// The frequency at which it is turned on; 0 for a constant level.
+        /// Frequency of the PWM signal in Hz; 0 for a constant level.
         frequency_hz: f64,
     },
-    /// The firmware sent a frame.
+    /// The firmware sent a syslink frame.
     Syslink {
         /// Type byte.
         #[serde(rename = "type")]
@@ -431,7 +437,7 @@ pub enum Event {
         /// Content, in hexadecimal.
         #[serde(with = "hex")]
         payload: Vec<u8>,
-        /// True if its checksum was right.
+        /// True if the checksum was correct.
         intact: bool,
     },
     /// The radio begins to transmit a P2P frame.
@@ -441,46 +447,43 @@ pub enum Event {
         /// Content, in hexadecimal.
         #[serde(with = "hex")]
         payload: Vec<u8>,
-        /// The time on the air; the radio is deaf meanwhile.
+        /// Duration of the transmission; the radio receives nothing meanwhile.
         #[serde(rename = "air_ns", with = "nanoseconds")]
         air: Duration,
     },
     /// A Zooid begins to transmit a packet.
     Radio {
-        /// It is sent at 2400 + `channel` MHz.
+        /// Radio channel; the frequency is 2400 + `channel` MHz.
         channel: u8,
         /// Content, in hexadecimal.
         #[serde(with = "hex")]
         payload: Vec<u8>,
-        /// The time on the air.
+        /// Duration of the transmission.
         #[serde(rename = "air_ns", with = "nanoseconds")]
         air: Duration,
     },
-    /// A Kilobot's LED changed its colour; each part is 0 to 3.
+    /// A Kilobot's LED changed its colour; each component is 0 to 3.
     Colour {
-        /// Red.
         red: u8,
-        /// Green.
         green: u8,
-        /// Blue.
         blue: u8,
     },
-    /// A Kilobot has sent a frame; its last pulse begins.
+    /// A Kilobot sent a frame; the time of the event is the beginning of the last pulse.
     Infrared {
         /// Data, type and checksum, in hexadecimal.
         #[serde(with = "hex")]
         payload: Vec<u8>,
-        /// Since its first pulse.
+        /// Time since the frame's first pulse.
         #[serde(rename = "air_ns", with = "nanoseconds")]
         air: Duration,
     },
-    /// A Kilobot has sent bytes on its debug line.
+    /// A Kilobot sent bytes on its debug line.
     Serial {
         /// The bytes, in hexadecimal.
         #[serde(with = "hex")]
         bytes: Vec<u8>,
     },
-    /// The script of a Kilobot has completed a step.
+    /// The script of a Kilobot completed a step.
     Step,
     /// The chip was reset.
     Reset {
@@ -489,62 +492,62 @@ pub enum Event {
     },
     /// The power was cut.
     PowerOff {
-        /// True if the firmware had acknowledged.
+        /// True if the firmware acknowledged the shutdown before.
         acknowledged: bool,
     },
-    /// The bootloader has started a loader instead of the firmware.
+    /// The bootloader started a loader instead of the firmware.
     Loader {
         /// `dfu` or `crtp`.
         name: String,
     },
     /// The firmware did something that the chip does not allow.
     HardwareError {
-        /// The error, and the cure.
+        /// The error and its remedy.
         text: String,
     },
-    /// The core locked up: a fault while it handled a fault.
+    /// The core locked up: a fault occurred while it handled a fault.
     Lockup {
         /// The program counter.
         pc: u32,
     },
 }
 
-/// The end of a command.
+/// The reply to a command.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(tag = "reply", rename_all = "snake_case")]
 pub enum Reply {
-    /// Well.
+    /// The command succeeded.
     Ok,
-    /// With the bytes that were read.
+    /// The bytes that were read.
     Bytes {
         /// The bytes, in hexadecimal.
         #[serde(with = "hex")]
         bytes: Vec<u8>,
     },
-    /// `run` is over.
+    /// `run` ended.
     Paused {
         /// The time reached.
         #[serde(rename = "at_ns", with = "nanoseconds")]
         at: Duration,
-        /// The reason.
+        /// The reason why it ended.
         reason: PauseReason,
     },
     /// The counters.
     Statistics(Box<Statistics>),
-    /// Not done.
+    /// The command was not executed.
     Error {
-        /// The error, and the cure.
+        /// The error and its remedy.
         message: String,
     },
 }
 
-/// The reason why `run` has ended.
+/// The reason why `run` ended.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum PauseReason {
-    /// The time is reached.
+    /// The requested time is reached.
     Time,
-    /// The core is locked up: only a reset would help, and none will come.
+    /// The core is locked up, and no watchdog will reset it.
     Lockup,
     /// The power is off.
     PowerOff,

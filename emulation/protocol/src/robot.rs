@@ -1,4 +1,4 @@
-//! A robot in an emulator: the one shell around every core.
+//! An emulated robot: the code that all cores share.
 
 use std::time::Duration;
 
@@ -7,19 +7,20 @@ use bittybuzz_chips::{Board, ResetCause, Time};
 use crate::message::{CoreStatistics, Event, TimedEvent};
 use crate::{Core, CoreState, Image, MachineError, Pause};
 
-/// A robot that runs an image. Its memory is reached as by a debugger.
+/// A robot that runs an image, with access to its memory as through a debugger.
 pub struct EmulatedRobot<C> {
     core: C,
     state: CoreState,
-    /// By a debugger.
+    /// True while a debugger halts the core.
     is_halted: bool,
     vectors: u32,
     events: Vec<TimedEvent>,
 }
 
 impl<C: Core> EmulatedRobot<C> {
-    /// Robot `number` of several, whose power was just turned on with this image in its flash. The core starts with the stack
-    /// pointer and the address at [`Image::vectors`], after the board's own start-up code: [`Board::start`].
+    /// Creates robot `number` of several, whose power was just turned on with this image in its
+    /// flash. The board's own start-up code, [`Board::start`], runs first; then the core takes its
+    /// stack pointer and entry point from [`Image::vectors`].
     ///
     /// # Errors
     /// The image does not fit, or the emulation cannot start.
@@ -30,7 +31,7 @@ impl<C: Core> EmulatedRobot<C> {
         Ok(EmulatedRobot { core, state, is_halted: false, vectors, events: Vec::new() })
     }
 
-    /// Runs until `until`, or until nothing can happen any more.
+    /// Runs until `until`, or until nothing more can happen.
     ///
     /// # Errors
     /// The emulation failed.
@@ -58,7 +59,7 @@ impl<C: Core> EmulatedRobot<C> {
         }
     }
 
-    /// The reason of a pause at the end of the time that was asked for.
+    /// Returns the reason of a pause at the end of the requested time.
     fn pause(&self) -> Pause {
         let is_locked_up = matches!(self.state, CoreState::LockedUp { .. });
         if is_locked_up && !self.core.board().watchdog_runs() { Pause::Lockup } else { Pause::Time }
@@ -76,7 +77,8 @@ impl<C: Core> EmulatedRobot<C> {
                     self.sleep(until)
                 }
             }
-            // Without a clock nothing runs; the watchdog has its own.
+            // Without a clock the core and the peripherals stand still; the watchdog has its own
+            // clock.
             CoreState::Running if self.core.clock_hz() == 0 => self.sleep(until),
             CoreState::Running => {
                 self.state = self.core.execute(self.next_event(until))?;
@@ -88,13 +90,13 @@ impl<C: Core> EmulatedRobot<C> {
         }
     }
 
-    /// The time at which something happens by itself, `until` at the latest.
+    /// Returns the time of the next event on the board or in the core's timers, at most `until`.
     fn next_event(&self, until: Time) -> Time {
         let of_board = self.core.board().next_event();
         of_board.into_iter().chain(self.core.next_timer_event()).fold(until, Time::min)
     }
 
-    /// Lets the core sleep until something may wake it.
+    /// Lets the core sleep until the next event, which may wake it.
     fn sleep(&mut self, until: Time) -> Result<(), MachineError> {
         self.core.sleep(self.next_event(until))
     }
@@ -110,8 +112,8 @@ impl<C: Core> EmulatedRobot<C> {
         self.events.push(TimedEvent { at, event });
     }
 
-    /// A debugger halts the core, which sleeps until it is let go on. Peripherals go on, but for those that the program has
-    /// set to stop as well.
+    /// Halts the core as a debugger does, or lets it continue. Peripherals continue, except those
+    /// that the program has configured to stop with the core.
     pub fn halt(&mut self, is_halted: bool) {
         self.is_halted = is_halted;
         self.core.catch_up();
@@ -134,7 +136,7 @@ impl<C: Core> EmulatedRobot<C> {
         self.core.read_memory(address, bytes)
     }
 
-    /// The function at `address` returns at once from now on.
+    /// Makes the function at `address` return at once from now on.
     ///
     /// # Errors
     /// [`MachineError::NoMemory`], or the emulation failed.
@@ -142,7 +144,7 @@ impl<C: Core> EmulatedRobot<C> {
         self.core.skip(address)
     }
 
-    /// Events since the last call, on the board and in the core, in order.
+    /// Returns the events on the board and in the core since the last call, in order.
     pub fn take_events(&mut self) -> Vec<TimedEvent> {
         let mut events = std::mem::take(&mut self.events);
         events.extend(self.core.take_events());
@@ -155,26 +157,27 @@ impl<C: Core> EmulatedRobot<C> {
         events
     }
 
-    /// Counters of the core since power-on.
+    /// Returns the core's counters since power-on.
     pub fn statistics(&self) -> CoreStatistics {
         self.core.statistics()
     }
 
-    /// The core, to be looked at.
+    /// Returns the core, for inspection.
     pub fn core(&self) -> &C {
         &self.core
     }
 
-    /// The board around the core.
+    /// Returns the board around the core.
     pub fn board(&mut self) -> &mut C::Board {
         self.core.board_mut()
     }
 
-    /// The time until which it certainly does nothing: its core sleeps and nothing comes by itself. The past if it runs.
+    /// Returns the time until which the robot certainly does nothing, because its core sleeps and
+    /// no event is due. Returns zero if the robot may act now.
     pub(crate) fn quiet_until(&self) -> Duration {
         let (core, board) = (&self.core, self.core.board());
         let sleeps = self.state.is_waiting() || self.is_halted || core.clock_hz() == 0;
-        // Something may have woken it since.
+        // An event since the last turn may have woken the core.
         if !sleeps || core.may_wake() || board.wants_memory() {
             return Duration::ZERO;
         }

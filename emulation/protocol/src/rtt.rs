@@ -2,31 +2,35 @@
 
 use crate::{Core, EmulatedRobot, Image, MachineError};
 
-/// The control block begins with this, zero padded to 16 bytes, once the firmware has set it up.
+/// The first 16 bytes of the control block once the firmware has set it up: the id, padded with
+/// zeros.
 const ID: &[u8; 16] = b"SEGGER RTT\0\0\0\0\0\0";
-/// Offset of the first up channel's descriptor: after the id and the numbers of up and down channels.
+/// Offset of the first up channel's descriptor: it follows the id and the numbers of up and down
+/// channels.
 const UP_CHANNEL: u32 = 24;
-/// Offset of the flags within the descriptor, and the mode in which a program waits until a full buffer is read.
+/// Offset of the flags within the descriptor, and the mode in which the firmware waits for space in
+/// a full buffer.
 const FLAGS_OFFSET: u32 = 20;
 const BLOCK_IF_FULL: u32 = 2;
-/// Offset of RdOff within the descriptor: after name, buffer, size and WrOff.
+/// Offset of RdOff within the descriptor: it follows name, buffer, size and WrOff.
 const READ_OFFSET: u32 = 16;
-/// A larger buffer than the chip has RAM is no buffer.
+/// Upper limit of a plausible buffer size: no supported chip has more RAM.
 const LARGEST_BUFFER: u32 = 128 * 1024;
 
-/// Reads what the firmware logs as a debug probe does: looks at the control block in RAM, and writes nothing
-/// but how far it has read.
+/// Reads the firmware's log as a debug probe does: it reads the control block in RAM, and writes
+/// nothing except the read offset.
 pub struct Rtt {
     control_block: u32,
 }
 
 impl Rtt {
-    /// The reader of `image`'s log; none if the image has no RTT.
+    /// Creates the reader of `image`'s log; returns `None` if the image has no RTT control block.
     pub fn new(image: &Image) -> Option<Self> {
         image.symbol("_SEGGER_RTT").map(|control_block| Rtt { control_block })
     }
 
-    /// Lets the firmware wait for a reader, as probe-rs does; nothing happens before the control block is set up.
+    /// Switches the channel to blocking mode, as probe-rs does: the firmware then waits for a
+    /// reader. Does nothing before the control block is set up.
     pub fn block<C: Core>(&self, robot: &mut EmulatedRobot<C>) -> Result<(), MachineError> {
         let mut id = [0; ID.len()];
         robot.read_memory(self.control_block, &mut id)?;

@@ -1,4 +1,4 @@
-//! The loop of an emulator program.
+//! The command loop of an emulator program.
 
 use std::io::{self, BufRead, Write};
 use std::path::Path;
@@ -11,29 +11,29 @@ use crate::fleet::Fleet;
 use crate::message::{Command, Output, Reply, RobotEvent, TimedEvent, parse_command};
 use crate::{Core, ImageError, MachineError, Pause};
 
-/// The period at which events are collected, in the robots' time.
+/// The period at which events are collected, in simulated time.
 const POLL: Duration = Duration::from_millis(1);
 
-/// More than the largest memory there is.
+/// The largest number of bytes in one read: the size of the largest memory, a Crazyflie's flash.
 pub const LONGEST_READ: u32 = 1024 * 1024;
 
-/// The robots that a program plays, and the air between them.
+/// The robots that a program emulates, and the channel between them.
 pub trait Robots {
     /// Returns the number of robots.
     fn count(&self) -> usize;
 
-    /// Turns the power of all off, writes the image at `path` and turns the power on.
+    /// Turns all robots off, writes the image at `path` to their flash and turns them on.
     fn load(&mut self, path: &Path) -> Result<(), CommandError>;
 
-    /// Runs all from one time to another, or until nothing can happen to any any more.
+    /// Runs all robots from one time to another, or until nothing more can happen to any of them.
     fn run(&mut self, from: Duration, until: Duration) -> Result<Pause, MachineError>;
 
-    /// Returns the events on a robot since the last call, in order. It is `now`.
+    /// Returns a robot's events since the last call, in order; `now` is the current time.
     fn take_events(&mut self, robot: usize, now: Duration)
     -> Result<Vec<TimedEvent>, MachineError>;
 
-    /// Executes a command for a robot, once something is loaded: all but `load`, `run` and `quit`.
-    /// It is `now`.
+    /// Executes a command for a robot at time `now`, after an image was loaded. The commands
+    /// `load`, `run` and `quit` are handled by the caller.
     fn execute(
         &mut self,
         robot: usize,
@@ -46,30 +46,30 @@ pub trait Robots {
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum CommandError {
-    /// Not JSON, or not one of the commands.
+    /// The line is not JSON, or not one of the commands.
     #[error("not a command: {0}; docs/emulation.md lists them")]
     Unknown(serde_json::Error),
-    /// There is no program to run.
+    /// No image is loaded.
     #[error("nothing is loaded: send {{\"command\":\"load\",\"elf\":PATH}} first")]
     NotLoaded,
-    /// Too much at once.
+    /// The read is longer than the limit.
     #[error("read at most {LONGEST_READ} bytes at once, not {0}")]
     ReadTooLong(u32),
-    /// Too much for the radio.
+    /// The payload is too long for a radio packet.
     #[error("a packet has at most {RADIO_MAX} bytes, this one has {0}")]
     PacketTooLong(usize),
-    /// A number beyond those of the robots.
+    /// No robot has this number.
     #[error("there is no robot {robot}: this program plays {robots}, counted from 0")]
     NoRobot {
-        /// The number.
+        /// The number in the command.
         robot: usize,
         /// The number of robots.
         robots: usize,
     },
-    /// The robot does not obey.
+    /// The robot refused the command.
     #[error(transparent)]
     Refused(#[from] Refusal),
-    /// The image cannot be used.
+    /// The image cannot be loaded.
     #[error(transparent)]
     Image(#[from] ImageError),
     /// The emulation failed.
@@ -77,13 +77,15 @@ pub enum CommandError {
     Machine(#[from] MachineError),
 }
 
-/// Drives `count` robots with this core, which hear each other's radio; see [`serve_robots`].
+/// Runs the command loop for `count` robots with this core, which receive each other's radio
+/// packets; see [`serve_robots`].
 pub fn serve<C: Core>(count: usize, input: impl BufRead, output: impl Write) -> io::Result<()> {
     serve_robots(&mut Fleet::<C>::new(count), input, output)
 }
 
-/// Drives robots. Reads commands from `input`, one JSON object per line, and writes events and replies to `output`, until
-/// `quit` or the end of the input. Errors are those of the two streams only.
+/// Runs the command loop: reads commands from `input`, one JSON object per line, and writes events
+/// and replies to `output`, until `quit` or the end of the input. Returns only errors of the two
+/// streams.
 pub fn serve_robots(
     robots: &mut impl Robots,
     input: impl BufRead,
@@ -114,7 +116,7 @@ pub fn serve_robots(
 struct Server<'a, R, W> {
     robots: &'a mut R,
     output: W,
-    /// None before something is loaded.
+    /// `None` before an image is loaded.
     now: Option<Duration>,
 }
 
@@ -139,7 +141,7 @@ impl<R: Robots, W: Write> Server<'_, R, W> {
         self.robots.execute(robot, command, now)
     }
 
-    /// Runs in slices, so that events are printed as they come.
+    /// Runs in slices, so that events are printed soon after they happen.
     fn run(&mut self, until: Duration) -> io::Result<Result<Reply, CommandError>> {
         let Some(mut now) = self.now else {
             return Ok(Err(CommandError::NotLoaded));
@@ -165,7 +167,7 @@ impl<R: Robots, W: Write> Server<'_, R, W> {
                 }
             }
             if is_news {
-                // The observer wants to see them now.
+                // Flush at once: a client may observe the robots live.
                 self.output.flush()?;
             }
         }

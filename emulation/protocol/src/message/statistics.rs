@@ -1,4 +1,4 @@
-//! The counters.
+//! The counters that an emulator reports.
 
 use std::time::Duration;
 
@@ -14,29 +14,32 @@ pub struct Statistics {
     pub core: CoreStatistics,
     /// The board's counters.
     pub board: BoardStatistics,
-    /// The fate of the packets between all Zooids of the program, or of the bursts of light between
-    /// all Kilobots.
+    /// The counters of the channel between all robots of the program: packets between Zooids, or
+    /// bursts of light between Kilobots.
     pub air: AirStatistics,
 }
 
 /// The counters of a core.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct CoreStatistics {
-    /// Instructions executed; 0 where the core does not count them.
+    /// Instructions executed; 0 if the core does not count them.
     pub instructions: u64,
-    /// Cycles of the core's clock, without those that it slept.
+    /// Cycles of the core's clock, without the cycles that the core slept.
     pub cycles: u64,
     /// Exceptions taken.
     pub exceptions: u64,
-    /// Longest time that interrupts were masked; of a Kilobot, that one had to wait.
+    /// Longest time for which interrupts were masked; on a Kilobot, longest time that an interrupt
+    /// had to wait.
     #[serde(rename = "longest_masked_ns", with = "nanoseconds")]
     pub longest_masked: Duration,
-    /// Cycles of the longest turn of a Kilobot's loop since this was asked last, without sleep; 0 of other robots.
+    /// Cycles of the longest turn of a Kilobot's main loop since the last query, without sleep; 0
+    /// for other robots.
     #[serde(default)]
     pub longest_turn: u64,
 }
 
-/// The counters of the air; [`bittybuzz_chips::AirStatistics`] has the meaning of each.
+/// The counters of the channel between the robots; [`bittybuzz_chips::AirStatistics`] documents
+/// each.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[allow(missing_docs, reason = "bittybuzz_chips::AirStatistics says it")]
 pub struct AirStatistics {
