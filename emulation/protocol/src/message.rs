@@ -221,8 +221,8 @@ pub enum Command {
         /// One bit per electrode; bit 0 is the first electrode.
         keys: u8,
     },
-    /// Sets properties of a Crazyflie's STM32 from its next reset on. A Zooid accepts the same
-    /// command without a debugger; its memory changes only at a brown-out.
+    /// Sets properties of a Crazyflie's STM32 from its next reset on. A Zooid refuses `debugger`,
+    /// and a Kilobot uses only `memory`.
     Chip {
         /// Frequency of the watchdog's oscillator in Hz.
         #[serde(default = "lsi_hz")]

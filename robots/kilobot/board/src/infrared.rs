@@ -1,16 +1,19 @@
-//! The strength of a neighbour's light, and the meaning of pulses.
+//! The strength of a neighbour's light at a distance, and the decoder of pulses.
 
-/// The diameter of a Kilobot: 33 mm from side to side.
+/// The diameter of a Kilobot in mm.
 pub const DIAMETER_MM: f64 = 33.0;
-/// The step of a calibration table's entries in mm, from 0 mm between two robots on.
+/// The distance between entries of a calibration table in mm; the first entry is for two robots in
+/// contact.
 const TABLE_STEP_MM: f64 = 5.0;
 const TABLE_LENGTH: usize = 14;
 /// The converter's largest reading.
 const MOST: u16 = 1023;
 
-// No factory table is published, nor how far light from the table's surface goes. A choice: with the square of the distance
-// from a point below the sender; at the low gain nearly all of the converter's range from touch on, at the high gain seven
-// times as much, so that the two overlap where kilolib goes from one to the other (readings of 700 to 900 at the high gain).
+// Neither a factory table nor the distance that light travels from the table's surface is
+// published. This model is a choice. The light falls with the square of the distance from a point
+// below the sender. At the low gain, contact gives nearly the converter's full range; the high gain
+// is seven times as much, so that both gains overlap where kilolib switches between them (readings
+// of 700 to 900 at the high gain).
 const DEPTH_MM: f64 = 25.0;
 const LOW_AT_TOUCH: f64 = 900.0;
 const HIGH_BY_LOW: f64 = 7.0;
@@ -18,9 +21,9 @@ const HIGH_BY_LOW: f64 = 7.0;
 /// The converter's readings during a pulse.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Amplitude {
-    /// ADC0.
+    /// Reading of ADC0, at the high gain.
     pub high: u16,
-    /// ADC1.
+    /// Reading of ADC1, at the low gain.
     pub low: u16,
 }
 
@@ -33,7 +36,7 @@ impl Amplitude {
         Amplitude { high: reading(HIGH_BY_LOW * low), low: reading(low) }
     }
 
-    /// Returns the amplitude of two lights at once.
+    /// Returns the amplitude of two lights that are on at once.
     pub fn with(self, other: Self) -> Self {
         Amplitude {
             high: (self.high + other.high).min(MOST),
@@ -42,39 +45,40 @@ impl Amplitude {
     }
 }
 
-/// The tables that calibration leaves in the EEPROM: low gain, high gain; big-endian.
+/// Returns the tables that calibration writes to the EEPROM, for the low and for the high gain. The
+/// entries are big-endian.
 pub fn tables() -> [[u8; 2 * TABLE_LENGTH]; 2] {
     let entry = |n: usize| Amplitude::at(DIAMETER_MM + TABLE_STEP_MM * n as f64);
     [|a: Amplitude| a.low, |a: Amplitude| a.high]
         .map(|gain| std::array::from_fn(|byte| gain(entry(byte / 2)).to_be_bytes()[byte % 2]))
 }
 
-/// Cycles per bit, nominally, and per byte with its start and stop bit (kilolib, message_send.S; measured).
+/// Nominal number of cycles per bit (kilolib, message_send.S; measured).
 const BIT: u64 = 269;
-/// Data bits and the stop bit follow the start bit at 1 to 9 bits.
+/// Position of the stop bit, in bits after the start bit. The data bits are at 1 to 8.
 const STOP: u64 = 9;
-/// Leading byte, data, type, checksum.
+/// Bytes of a frame after the leading one: 9 of data, the type, and 2 of the checksum.
 const BYTES: usize = 12;
-/// Silence that ends a burst: more than from a start to its stop bit.
+/// Cycles without a pulse that end a burst: longer than from a start bit to its stop bit.
 const SILENCE: u64 = 12 * BIT;
 
-/// The result of a pulse.
+/// An event that a pulse completes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Heard {
     /// A burst begins.
     Begin,
-    /// A frame: data, type and checksum. When it began.
+    /// A frame: data, type and checksum, and the cycle at which its burst began.
     Frame([u8; BYTES], u64),
-    /// The pulses before were no frame.
+    /// The burst is no frame.
     Broken,
 }
 
-/// Reads frames from pulses.
+/// A decoder that reads frames from the times of pulses.
 #[derive(Clone, Debug, Default)]
 pub struct Decoder {
-    /// The times of the first and last pulse of the burst.
+    /// The cycles of the first and of the last pulse of the burst.
     burst: Option<[u64; 2]>,
-    /// The time of the start bit; none between bytes.
+    /// The cycle of the current byte's start bit; `None` between bytes.
     start: Option<u64>,
     byte: u8,
     bytes: [u8; BYTES],
@@ -84,7 +88,7 @@ pub struct Decoder {
 }
 
 impl Decoder {
-    /// A pulse begins.
+    /// Handles a pulse that begins at `cycle`.
     pub fn pulse(&mut self, cycle: u64) -> Option<Heard> {
         let Some([begin, _]) = self.burst.filter(|[_, last]| cycle - last <= SILENCE) else {
             *self =
@@ -126,7 +130,7 @@ impl Decoder {
         None
     }
 
-    /// Returns true if a burst goes on.
+    /// Returns true if a burst is under way at `cycle`.
     pub fn is_busy(&self, cycle: u64) -> bool {
         self.burst.is_some_and(|[_, last]| cycle - last <= SILENCE)
     }
@@ -173,7 +177,7 @@ mod tests {
         }
     }
 
-    /// The pulses of a frame with the pitch that was measured of kilolib.
+    /// Returns the pulses of a frame with the intervals that were measured on kilolib.
     fn pulses(frame: &[u8; 12]) -> Vec<u64> {
         let mut pulses = vec![1000, 1000 + 2420];
         let mut start = 1000 + 2420 + 286;
@@ -198,7 +202,7 @@ mod tests {
             assert_eq!(heard, [Heard::Begin, Heard::Frame(frame, 1000)]);
             decoder = Decoder::default();
         }
-        // Half a bit of clock error over a byte is too much: 5.6 %.
+        // A clock error of half a bit over a byte, 5.6 %, is too much.
         let mut slow = Decoder::default();
         let stretched = pulses(&frame).into_iter().map(|cycle| cycle * 1070 / 1000);
         let heard: Vec<_> = stretched.filter_map(|cycle| slow.pulse(cycle)).collect();

@@ -1,11 +1,9 @@
-//! The board of a Kilobot: an ATmega328P, a LED and a receiver for infrared light, three colours,
-//! two vibration motors.
+//! The board of a Kilobot: an ATmega328P, an infrared LED and receiver, a LED of three colours, two
+//! vibration motors.
 //!
-//! Pins, gains and rates are kilolib's; a value without that source is marked as a choice. Light is
-//! at the level of pulses: a
-//! robot's pulses are [`Edge`]s, a neighbour's come as [`Light`]. The air between robots is the
-//! emulator's, which knows
-//! where they are.
+//! Pins, gains and rates are those of kilolib; a value without that source is marked as a choice.
+//! Light is modelled as pulses: [`Edge`]s are changes of the robot's own LED, [`Light`]s those of
+//! its neighbours. The emulator carries light between robots, because it knows their positions.
 
 mod infrared;
 
@@ -21,11 +19,12 @@ use bittybuzz_emulation::message;
 pub use self::infrared::{Amplitude, DIAMETER_MM, infrared_checksum};
 use self::infrared::{Decoder, Heard, is_intact, tables};
 
-/// OSCCAL at which an oscillator runs right, and as a reset leaves it: one step beside. A choice.
+/// The value of OSCCAL at which the oscillator has its nominal frequency, and the value after a
+/// reset, one step higher. A choice.
 const BEST_OSCCAL: u8 = 0x9c;
 const FACTORY_OSCCAL: u8 = 0x9d;
 
-/// The places of calibration and configuration in the EEPROM.
+/// Addresses of calibration and configuration data in the EEPROM.
 mod cell {
     pub const OSCCAL: usize = 0x01;
     pub const TURN_LEFT: usize = 0x05;
@@ -38,7 +37,7 @@ mod cell {
     pub const UID: usize = 0xb0;
 }
 
-/// Duties after calibration: in the middle of the usual range. A choice.
+/// Motor duties after calibration, in the middle of the usual range. A choice.
 const DUTIES: [(usize, u8); 4] = [
     (cell::TURN_LEFT, 77),
     (cell::TURN_RIGHT, 77),
@@ -46,53 +45,60 @@ const DUTIES: [(usize, u8); 4] = [
     (cell::STRAIGHT_RIGHT, 70),
 ];
 
-/// Pins of port B that a LED may be at; at the first if the EEPROM names another.
+/// Pins of port B to which the infrared LED may be connected; it is at pin 0 if the EEPROM names
+/// another.
 const LED_PINS: u8 = 0b1100_0111;
-/// Port D.
+/// Pins of port D: the charger's signal, and the power of the infrared receiver.
 const CHARGING: u8 = 0;
 const RECEIVER: u8 = 2;
-/// Segments of the three colours, weak and strong: port and pin. They shine while the pin is an output at 0.
+/// The LED's three colours, each with a weak and a strong segment: port and pin. A segment shines
+/// while its pin is an output at 0.
 const COLOURS: [[(usize, u8); 2]; 3] = [[(D, 5), (D, 4)], [(C, 3), (C, 2)], [(C, 5), (C, 4)]];
-/// Pins of OC2A and OC2B: left, right.
+/// Pins of OC2A and OC2B, the outputs for the left and the right motor.
 const MOTORS: [(usize, u8); 2] = [(B, 3), (D, 3)];
 
-/// The amplifier holds a pulse, which is shorter than the converter's sampling takes. A choice, below a bit.
+/// The time for which the amplifier holds a pulse, which is shorter than the converter's sampling
+/// time. A choice: less than a bit.
 const HELD: Time = Time::from_micros(10);
-/// An own pulse that is longer than a bit is none: the LED would burn.
+/// The longest pulse of the robot's own LED that is accepted. A longer one is an error: it exceeds
+/// a bit, and the LED would burn.
 const LONGEST_PULSE: Time = Time::from_micros(100);
-/// Full scale of the battery's divider: kilolib's levels are then 4.0, 3.8 and 3.6 V. A choice.
+/// Full scale of the battery's divider in V: with it, kilolib's levels are 4.0, 3.8 and 3.6 V. A
+/// choice.
 const BATTERY_FULL_SCALE: f64 = 6.0;
-/// AREF and AVCC. A choice that goes with it.
+/// AREF and AVCC in mV. A choice that matches `BATTERY_FULL_SCALE`.
 const SUPPLY_MV: f64 = 3000.0;
 const BANDGAP_MV: f64 = 1100.0;
-/// Table 24-2 of the data sheet: 314 mV at 25 °C, 242 at -45, 380 at 85.
+/// Temperatures in °C and the sensor's voltages in mV, from table 24-2 of the data sheet: 314 mV at
+/// 25 °C, 242 at -45, 380 at 85.
 const THERMOMETER: [(f64, f64); 3] = [(-45.0, 242.0), (25.0, 314.0), (85.0, 380.0)];
-/// The largest error of readings of battery, light and temperature: kilolib makes its random
-/// numbers of it. A choice.
+/// The largest error of readings of battery, light and temperature, in steps of the converter;
+/// kilolib derives its random numbers from this noise. A choice.
 const NOISE: u64 = 2;
-/// The debug line's rate, and how far a receiver follows another: 20.10 of the data sheet, rounded.
+/// The debug line's baud rate, and the relative error of the rate that a receiver tolerates (20.10
+/// of the data sheet, rounded).
 const SERIAL_HZ: f64 = 38_400.0;
 const SERIAL_TOLERANCE: f64 = 0.04;
 
-/// The LED of a robot goes on or off.
+/// A change of a robot's infrared LED.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Edge {
-    /// The time.
+    /// The time of the change.
     pub at: Time,
-    /// On or off.
+    /// True if the LED goes on.
     pub on: bool,
     /// The time of the first pulse of the burst.
     pub burst: Time,
 }
 
-/// The light of a neighbour changes.
+/// A change of a neighbour's light at the receiver.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Light {
-    /// The time.
+    /// The time of the change.
     pub at: Time,
-    /// On or off.
+    /// True if the LED goes on.
     pub on: bool,
-    /// Which neighbour.
+    /// Number of the sender.
     pub from: u16,
     /// The strength of the light.
     pub amplitude: Amplitude,
@@ -110,19 +116,20 @@ pub struct Surroundings {
 /// The counters of a Kilobot since power-on.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct KilobotStatistics {
-    /// Frames that it sent.
+    /// Frames that the robot sent.
     pub sent: u64,
-    /// Bursts that ended before they were complete, because another sender was received.
+    /// Bursts that the robot ended early because it received another sender.
     pub aborted: u64,
-    /// Frames that reached its receiver with a good checksum.
+    /// Frames that reached the robot's receiver with a good checksum.
     pub arrived: u64,
-    /// Bursts of one neighbour that did not.
+    /// Bursts of a single neighbour that were no frame with a good checksum.
     pub damaged: u64,
-    /// Bursts in which the pulses of several neighbours came.
+    /// Bursts with pulses of several neighbours.
     pub collided: u64,
-    /// Pulses that came while the receiver had no power.
+    /// Pulses that came while the receiver was off.
     pub unheard: u64,
-    /// Addresses of registers that were used and are plain storage.
+    /// Addresses of registers that the firmware used although they have no model and are plain
+    /// storage.
     pub unknown: Vec<u32>,
 }
 
@@ -130,23 +137,23 @@ pub struct KilobotStatistics {
 #[derive(Clone, Debug)]
 pub struct Kilobot {
     chip: Atmega328p,
-    /// Its LED's pin.
+    /// Pins of port B at which the infrared LED is connected, as a mask.
     led_pins: u8,
-    /// Since when its LED is on.
+    /// The cycle since which the infrared LED is on.
     lit: Option<u64>,
     edges: Vec<Edge>,
     sending: Decoder,
     burst: Time,
-    /// The light that will be seen.
+    /// Changes of neighbours' light that are still to come, in order.
     coming: VecDeque<Light>,
-    /// The time of the next light.
+    /// The cycle of the next change of light; `u64::MAX` if none is known.
     next_light: u64,
-    /// Neighbours' LEDs that are on now.
+    /// Neighbours whose LED is on now.
     seen: Vec<(u16, Amplitude)>,
     held: Amplitude,
     held_until: u64,
     receiving: Decoder,
-    /// The sender of this burst, if it is one neighbour; and true if there are more.
+    /// The first sender of the current burst, and true if other senders' pulses came in it as well.
     heard: Option<(u16, bool)>,
     colour: [u8; 3],
     motors: [(f64, f64); 2],
@@ -160,7 +167,8 @@ pub struct Kilobot {
 }
 
 impl Kilobot {
-    /// Robot `number` of several, whose power was just turned on. It was calibrated, and has id `number`.
+    /// Creates robot `number` of several, whose power was just turned on. The robot is calibrated,
+    /// and its id is `number`.
     pub fn new(number: u16) -> Self {
         let mut cells = [0xff; EEPROM_SIZE];
         cells[cell::OSCCAL] = BEST_OSCCAL;
@@ -200,12 +208,13 @@ impl Kilobot {
         robot
     }
 
-    /// Returns the EEPROM. The robot's wiring follows it until its program runs.
+    /// Returns the EEPROM's cells. A caller that changes them calls [`wire`](Self::wire)
+    /// afterwards.
     pub fn eeprom(&mut self) -> &mut [u8; EEPROM_SIZE] {
         &mut self.chip.eeprom.cells
     }
 
-    /// Pins as the EEPROM names them: the LED is where calibration says.
+    /// Connects the infrared LED to the pins that the calibration in the EEPROM names.
     pub fn wire(&mut self) {
         let mask = self.chip.eeprom.cells[cell::TX_MASK];
         self.led_pins = if mask & !LED_PINS == 0 && mask != 0 { mask } else { 1 };
@@ -217,34 +226,35 @@ impl Kilobot {
         self.chip.drive(D, CHARGING, !charging);
     }
 
-    /// Sets the error of its oscillator from now on, in millionths too fast.
+    /// Sets the error of the robot's oscillator from now on, in ppm; a positive value means too
+    /// fast.
     pub fn set_clock_error(&mut self, ppm: f64) {
         let now = self.chip.now();
         self.chip.clock.set_error(now, ppm);
         self.plan_light();
     }
 
-    /// From now on it is in other surroundings.
+    /// Sets the robot's surroundings from now on.
     pub fn set_surroundings(&mut self, surroundings: Surroundings) {
         self.surroundings = surroundings;
     }
 
-    /// Sets the seed of the pseudo-random part of its readings.
+    /// Sets the seed of the pseudo-random errors of readings.
     pub fn set_seed(&mut self, seed: u64) {
         self.seed = seed;
     }
 
-    /// Returns the time at which a cycle of its core begins.
+    /// Returns the time at which a cycle of the core begins.
     pub fn time(&self, cycle: u64) -> Time {
         self.chip.clock.time(cycle)
     }
 
-    /// The first cycle of its core at or after `time`.
+    /// Returns the first cycle of the core at or after `time`.
     pub fn cycle(&self, time: Time) -> u64 {
         self.chip.clock.cycle(time)
     }
 
-    /// Adds the light of neighbours' LEDs, in order, after all that was added before.
+    /// Adds changes of neighbours' LEDs, in order, after all that were added before.
     pub fn will_see(&mut self, lights: impl IntoIterator<Item = Light>) {
         self.coming.extend(lights);
         self.plan_light();
@@ -256,12 +266,12 @@ impl Kilobot {
         self.next_light = next.unwrap_or(u64::MAX);
     }
 
-    /// Returns true if its infrared LED is on.
+    /// Returns true if the robot's infrared LED is on.
     pub fn is_lit(&self) -> bool {
         self.lit.is_some()
     }
 
-    /// Returns the changes of its own LED since the last call.
+    /// Returns the changes of the robot's own LED since the last call.
     pub fn take_edges(&mut self) -> Vec<Edge> {
         std::mem::take(&mut self.edges)
     }
@@ -298,7 +308,7 @@ impl Kilobot {
         self.settle_comparator();
     }
 
-    /// Counts the frames that could be received, even if the program does not.
+    /// Counts the frames that a program could receive, even if this one does not receive them.
     fn count_pulse(&mut self, from: u16, cycle: u64) {
         let is_going_on = self.receiving.is_busy(cycle);
         match &mut self.heard {
@@ -322,13 +332,13 @@ impl Kilobot {
         }
     }
 
-    /// The receiver sees the own LED, too.
+    /// Updates the comparator. The receiver also sees the robot's own LED.
     fn settle_comparator(&mut self) {
         let light = !self.seen.is_empty() || self.lit.is_some();
         self.chip.compare(light && self.is_listening());
     }
 
-    /// A reading of the converter.
+    /// Returns the converter's reading for a sample.
     fn measure(&self, sample: Sample) -> u16 {
         let noise = || {
             let mut random = Random::of(self.seed, sample.at);
@@ -358,7 +368,7 @@ impl Kilobot {
         self.serial.push(sent.byte);
     }
 
-    /// Reports a mistake, once of each kind.
+    /// Reports a mistake of the firmware, once per kind of mistake.
     pub fn fail(&mut self, error: HardwareError) {
         let bit = match &error {
             HardwareError::SerialFormat { .. } => 1 << 0,
@@ -376,17 +386,17 @@ impl Kilobot {
         }
     }
 
-    /// The next cycle at which it must be asked again for an interrupt.
+    /// Returns the next cycle at which the caller must ask again for an interrupt.
     pub fn next_event(&mut self) -> u64 {
         self.chip.next_event().min(self.next_light)
     }
 
-    /// The interrupt that is served first, if any waits.
+    /// Returns the interrupt that is served first, if any is pending.
     pub fn interrupt(&mut self) -> Option<u8> {
         self.chip.interrupt()
     }
 
-    /// The core enters that interrupt; the address of its vector.
+    /// Acknowledges an interrupt that the core enters; returns the address of its vector.
     pub fn acknowledge(&mut self, vector: u8) -> u16 {
         let address = self.chip.acknowledge(vector);
         if self.chip.is_application_busy() && address < BOOT_SECTION {
@@ -395,25 +405,27 @@ impl Kilobot {
         address
     }
 
-    /// `sleep`: whether the core sleeps now.
+    /// Executes the instruction `sleep`; returns the depth of sleep, or `None` if the core stays
+    /// awake.
     pub fn sleep(&mut self) -> Option<Sleep> {
         self.chip.sleep()
     }
 
-    /// An interrupt wakes the core after this number of cycles.
+    /// Wakes the core for an interrupt, after `slept` cycles of sleep.
     pub fn wake(&mut self, slept: u64) {
         self.chip.wake(slept);
         self.settle_comparator();
     }
 
-    /// Returns true if the watchdog has run out.
+    /// Returns true if the watchdog has expired.
     pub fn is_expired(&self) -> bool {
         self.chip.is_expired()
     }
 
-    /// The chip is reset. If its supply fell at that, memory is then as `memory` says: a byte that was being written to the EEPROM is
-    /// complete with [`Memory::Kept`], with [`Memory::Zeroed`] it is erased, as each is first (table 8-1), and with
-    /// [`Memory::Noise`] it holds anything.
+    /// Resets the chip. Unless the watchdog is the cause, the supply fell, and `memory` decides
+    /// about a byte that was being written to the EEPROM: with [`Memory::Kept`] the write is
+    /// complete, with [`Memory::Zeroed`] the byte is erased, as in the first phase of a write
+    /// (table 8-1), and with [`Memory::Noise`] it is random.
     pub fn reset(&mut self, cause: ResetCause, memory: Memory) {
         if cause != ResetCause::IndependentWatchdog {
             match memory {
@@ -427,12 +439,12 @@ impl Kilobot {
         self.plan_light();
     }
 
-    /// Returns how often the chip has executed `wdr` since its last reset.
+    /// Returns the number of times that the chip has executed `wdr` since its last reset.
     pub fn watchdog_restarts(&self) -> u64 {
         self.chip.watchdog_restarts()
     }
 
-    /// Applies the state of the pins.
+    /// Applies the state of the pins to LEDs and motors, and reports changes.
     fn settle(&mut self) {
         let cycle = self.chip.now();
         let port = self.chip.ports[B];
@@ -503,7 +515,7 @@ impl Kilobot {
         }
     }
 
-    /// Checks that a LED that was left on does not shine longer than any pulse.
+    /// Reports an infrared LED that stays on for longer than any pulse.
     fn check_led(&mut self) {
         if let Some(since) = self.lit
             && self.time(self.chip.now()) - self.time(since) > LONGEST_PULSE
@@ -523,7 +535,7 @@ impl Kilobot {
         std::mem::take(&mut self.events)
     }
 
-    /// Counters since power-on.
+    /// Returns the counters since power-on.
     pub fn statistics(&self) -> KilobotStatistics {
         KilobotStatistics { unknown: self.chip.take_unknown(), ..self.statistics.clone() }
     }
@@ -553,7 +565,7 @@ impl AvrBoard for Kilobot {
     fn write(&mut self, address: u16, value: u8, cycle: u64) -> bool {
         self.advance(cycle);
         self.chip.write(address, value);
-        // Ports and timer 2 show.
+        // Only ports, timer 2 and the clock's registers affect LEDs, motors and the times of light.
         match address {
             0x23..=0x2b => {
                 self.settle();
@@ -594,7 +606,7 @@ impl AvrBoard for Kilobot {
     }
 }
 
-/// Returns the sensor's voltage in mV.
+/// Returns the temperature sensor's voltage in mV.
 fn thermometer(celsius: f64) -> f64 {
     let [(cold, at_cold), (middle, at_middle), (hot, at_hot)] = THERMOMETER;
     if celsius < middle {

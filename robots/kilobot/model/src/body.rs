@@ -1,12 +1,14 @@
-//! Kilobot: two vibration motors on three stiff legs.
+//! The body of a Kilobot: two vibration motors on three stiff legs.
 //!
-//! One motor turns the robot about the rear leg on its own side; both together push it straight ahead (Rubenstein, Ahler,
-//! Nagpal: Kilobot, ICRA 2012). What both motors give in common drives the robot straight, what one gives more turns it,
-//! so unlike motors make it go in a curve, as real ones do.
+//! One motor turns the robot about the rear leg on its own side; both together push it straight
+//! ahead (Rubenstein, Ahler, Nagpal: Kilobot, ICRA 2012). In the model the smaller of the two
+//! duties drives the robot straight, and the excess of the other motor turns it. Unequal motors
+//! therefore make it drive in a curve, as real ones do.
 //!
-//! No robot that should drive straight ahead does. Each has a bias of its own to one side, and around this bias a noise that lasts
-//! for a while (Raoufi, Romanczuk, Hamann: Individuality in swarm robots with the case study of Kilobots, ALIFE 2023). Both are
-//! curvatures: they turn the robot as far as it goes. The noise is an Ornstein-Uhlenbeck process with a step per tick, so that it
+//! No real robot drives exactly straight. Each has its own bias to one side, and a noise around
+//! this bias that lasts for a while (Raoufi, Romanczuk, Hamann: Individuality in swarm robots with
+//! the case study of Kilobots, ALIFE 2023). Both are curvatures: the angle grows with the distance,
+//! not with the time. The noise is an Ornstein-Uhlenbeck process with one step per tick, so that it
 //! does not depend on the length of substeps.
 
 use bittybuzz_arena::engine::{
@@ -17,54 +19,58 @@ use bittybuzz_arena::engine::{
 /// Duties of the motors, 0 to 255. The left one turns anticlockwise, the right one clockwise.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct KilobotMotors {
-    /// Turns anticlockwise about the left leg.
+    /// Duty of the motor that turns the robot anticlockwise about the left leg.
     pub left: u8,
-    /// Turns clockwise about the right leg.
+    /// Duty of the motor that turns the robot clockwise about the right leg.
     pub right: u8,
 }
 
-/// Numbers of the body.
+/// The parameters of a Kilobot's body.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct KilobotModel {
-    /// The source of the numbers.
+    /// The source of the parameters.
     pub preset: Preset,
-    /// mm
+    /// Radius in mm.
     pub radius: f32,
-    /// Angle between the heading and a rear leg, radians.
+    /// Angle between the heading and a rear leg, in radians.
     pub leg_angle: f32,
-    /// From the middle to a rear leg, mm.
+    /// Distance from the middle to a rear leg, in mm.
     pub leg_distance: f32,
-    /// mm/s with both motors at `straight_duty`.
+    /// Speed in mm/s with both motors at `straight_duty`.
     pub speed: f32,
-    /// Radians per second with one motor at `turn_duty`.
+    /// Rate of turn in radians per second with one motor at `turn_duty`.
     pub turn_rate: f32,
     /// Duty of both motors that calibration found for going straight.
     pub straight_duty: u8,
     /// Duty of a motor that calibration found for turning.
     pub turn_duty: u8,
-    /// Duty at which a motor begins to move the robot; from there the effect is linear.
+    /// Duty at which a motor begins to move the robot; above it the effect is linear.
     pub dead_duty: u8,
-    /// Deviation of the speed between robots, as a part of it.
+    /// Standard deviation of the speed between robots, as a share of it.
     pub speed_sigma: f32,
-    /// Deviation of the turn rate between motors, as a part of it. Each robot has one for each of its two motors.
+    /// Standard deviation of the turn rate between motors, as a share of it. Each motor has its own
+    /// value.
     pub turn_sigma: f32,
-    /// Deviation between robots of the rate at which they turn when they should drive straight ahead with `straight_duty`, radians
-    /// per second.
+    /// Standard deviation between robots of the bias: the rate of turn at `straight_duty` of both
+    /// motors, in radians per second.
     pub bias_sigma: f32,
-    /// Deviation of this rate within a robot, radians per second.
+    /// Standard deviation of the rate of turn within a robot, in radians per second.
     pub noise_sigma: f32,
-    /// Time constant of the deviation within a robot, seconds: after it the correlation is 1/e. 0: each tick has a new one.
+    /// Time constant of the deviation within a robot in seconds, after which the correlation is
+    /// 1/e. At 0 each tick has a new value.
     pub noise_time: f32,
 }
 
 impl KilobotModel {
-    /// 10 mm/s and 45 degrees per second (ICRA 2012); legs as the Kilobot plugin of ARGoS has them: 25 mm between the
-    /// pins, the middle 9.2 mm before them. The duties are a choice: calibrated robots have 60 to 75.
+    /// The real robot: 10 mm/s and 45 degrees per second (ICRA 2012). The legs are those of ARGoS's
+    /// Kilobot plugin: 25 mm between the pins, with the middle 9.2 mm in front of them. The duties
+    /// are a choice: calibrated robots have 60 to 75.
     ///
-    /// Speed and bias differ as in the experiments that Sheffield publishes for ARGoS, where the bias of each of two pins has a
-    /// deviation of 1.86 mm/s: 1.86 / sqrt(2) = 1.3 mm/s, and sqrt(2) * 1.86 / 25 rad/s = 6 degrees per second. The bias of a robot
-    /// varies by a sixth of the spread between robots (figure 2 of Raoufi et al.: 0.05 to 0.32). How long a deviation
-    /// lasts is not published: 10 s are a choice, and so are the 10 % of the turn rate.
+    /// Speed and bias vary as in the experiments that Sheffield publishes for ARGoS, where the bias
+    /// of each of two pins has a deviation of 1.86 mm/s: 1.86 / sqrt(2) = 1.3 mm/s, and sqrt(2) *
+    /// 1.86 / 25 rad/s = 6 degrees per second. The bias of a single robot varies by a sixth of the
+    /// spread between robots (figure 2 of Raoufi et al.: 0.05 to 0.32). No source gives the time
+    /// for which a deviation lasts: 10 s are a choice, and so are the 10 % of the turn rate.
     pub const STANDARD: Self = KilobotModel {
         preset: Preset::Standard,
         radius: 16.5,
@@ -82,8 +88,8 @@ impl KilobotModel {
         noise_time: 10.0,
     };
 
-    /// Kilombo: 7 mm/s, 13 degrees per second at duty 75, nothing below 60; legs at 125.5 degrees on the rim. All of its noise is
-    /// off by default.
+    /// The simulator Kilombo: 7 mm/s, 13 degrees per second at duty 75, no motion below duty 60;
+    /// legs at 125.5 degrees on the rim. All noise is off there by default.
     pub const KILOMBO: Self = KilobotModel {
         preset: Preset::Kilombo,
         radius: 17.0,
@@ -101,8 +107,8 @@ impl KilobotModel {
         noise_time: 0.0,
     };
 
-    /// The Kilobot plugin of ARGoS: 60 mm/s times duty/255 at each pin, 25 mm apart, without noise unless an experiment asks for
-    /// it.
+    /// The Kilobot plugin of ARGoS: each pin moves at 60 mm/s times duty / 255, the pins are 25 mm
+    /// apart, and there is no noise unless an experiment asks for it.
     pub const ARGOS: Self = KilobotModel {
         preset: Preset::Argos,
         speed: 60.0 * 48.0 / 255.0,
@@ -117,8 +123,9 @@ impl KilobotModel {
         ..Self::STANDARD
     };
 
-    /// Kilosim: 24 mm/s, 0.5 radians per second; no bias and no noise. Its deviations of 10 % are drawn again beyond 1.1 of them,
-    /// which leaves 0.585 of 10 % (`Kilobot.h`).
+    /// The simulator Kilosim: 24 mm/s, 0.5 radians per second; no bias and no noise. Kilosim draws
+    /// its deviations of 10 % again beyond 1.1 standard deviations, which leaves 0.585 of 10 %
+    /// (`Kilobot.h`).
     pub const KILOSIM: Self = KilobotModel {
         preset: Preset::Kilosim,
         speed: 24.0,
@@ -133,7 +140,7 @@ impl KilobotModel {
 }
 
 impl BodyModel for KilobotModel {
-    /// The height is that of pins and board, as the makers have it.
+    /// Returns the shape; the height is the makers' figure for pins and board.
     fn shape(&self) -> Shape {
         Shape { radius: self.radius, height: 34.4 }
     }
@@ -175,22 +182,22 @@ impl BodyModel for KilobotModel {
     }
 }
 
-/// Whose numbers hold for Kilobots.
+/// A source of parameters for Kilobots.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum Preset {
-    /// Papers and documentation of the robot.
+    /// Papers about the robot, and its documentation.
     #[default]
     Standard,
-    /// The simulator Kilombo: 70 mm between middles, no loss, exact distances.
+    /// The simulator Kilombo: range of 70 mm between middles, no loss, exact distances.
     Kilombo,
-    /// The Kilobot plugin of ARGoS: 100 mm between middles, a frame every 100 ms.
+    /// The Kilobot plugin of ARGoS: range of 100 mm between middles, a frame every 100 ms.
     Argos,
-    /// The simulator Kilosim: 96 mm between middles.
+    /// The simulator Kilosim: range of 96 mm between middles.
     Kilosim,
 }
 
 impl Preset {
-    /// Returns the numbers of the body.
+    /// Returns the parameters of the body.
     #[must_use]
     pub fn model(self) -> KilobotModel {
         match self {
@@ -201,7 +208,7 @@ impl Preset {
         }
     }
 
-    /// Returns the numbers of the infrared link.
+    /// Returns the parameters of the infrared link.
     #[must_use]
     pub fn infrared(self) -> Infrared {
         let ideal = |range: f32| {
@@ -218,26 +225,27 @@ impl Preset {
     }
 }
 
-/// Radians.
+/// A degree in radians.
 const DEGREE: f32 = core::f32::consts::PI / 180.0;
 
 /// The constants of a model for one substep.
 #[derive(Clone, Copy, Debug)]
 struct KilobotStep {
-    /// Seconds.
+    /// Length of the substep in seconds.
     length: f32,
     dead: u8,
-    /// mm per duty of both motors.
+    /// Distance in mm per unit of common duty.
     ahead: f32,
-    /// Radians per duty of one motor.
+    /// Angle in radians per unit of excess duty of one motor.
     turn: f32,
-    /// Seconds at `straight_duty` per duty of both motors: the factor of a bias in radians per
-    /// second.
+    /// Angle in radians per unit of common duty, for a bias of 1 radian per second at
+    /// `straight_duty`.
     straight: f32,
-    /// Share of the noise that is left after a tick, and deviation of what is added then, in radians per second.
+    /// The noise process: the share that is left after a tick, and the standard deviation of the
+    /// part that is added then, in radians per second.
     decay: f32,
     fresh: f32,
-    /// From the middle to the left leg, of a robot with heading 0.
+    /// Vector in mm from the middle to the left leg of a robot with heading 0.
     leg: (f32, f32),
 }
 
@@ -247,15 +255,15 @@ struct Kilobot {
     motors: KilobotMotors,
     speed_gain: f32,
     turn_gains: [f32; 2],
-    /// Radians per second by which it turns at `straight_duty`.
+    /// Rate of turn at `straight_duty` of both motors, in radians per second.
     bias: f32,
-    /// Radians per second around `bias`, in this tick.
+    /// Deviation from `bias` in this tick, in radians per second.
     noise: f32,
     /// Seconds of driving until the noise is drawn again.
     left: f32,
-    /// Its own chance.
+    /// The robot's own random numbers, for the noise.
     chance: Stream,
-    /// Heading for which sine and cosine were computed.
+    /// The heading for which `sin` and `cos` were computed.
     heading: f32,
     sin: f32,
     cos: f32,
@@ -320,8 +328,9 @@ impl Body for Kilobot {
         let more = left - right;
         let gain = self.turn_gains[usize::from(more < 0.0)];
         let turn = more * step.turn * gain;
-        // The motor that gives more turns it about its leg; what makes it veer, about the middle between the legs, which
-        // leaves the speed as it is.
+        // The excess of one motor turns the robot about that motor's leg. Bias and noise turn it
+        // about the middle between the legs, which does not change the speed; the second term of
+        // `ahead` accounts for this, because both turns are applied about the leg below.
         let side = if turn == 0.0 { 0.0 } else { 1.0_f32.copysign(turn) };
         let ahead = both * step.ahead * self.speed_gain - side * step.leg.1 * veer;
         pose.x += ahead * self.cos;
@@ -331,7 +340,7 @@ impl Body for Kilobot {
             pose.heading = wrap(pose.heading + turn + veer);
             self.look(pose.heading);
             let (new_x, new_y) = self.leg(step, side);
-            // The leg stays where it is.
+            // The leg is the centre of the turn and stays at its place.
             pose.x += x - new_x;
             pose.y += y - new_y;
         }
@@ -351,7 +360,7 @@ impl Body for Kilobot {
         let straight = step.straight * substeps;
         self.step(pose, &KilobotStep { length: seconds, ahead, turn, straight, ..*step });
         self.motors = KilobotMotors::default();
-        // It stops within a mm: nothing reckons with its speed.
+        // A Kilobot stops within a mm, so no caller needs its speed.
         Some([0.0; 2])
     }
 }
@@ -362,8 +371,8 @@ impl Kilobot {
         (self.sin, self.cos) = libm::sincosf(heading);
     }
 
-    /// Returns by how many radians it turns in a substep in which both motors have so much duty in common. The noise is drawn once
-    /// per tick of driving.
+    /// Returns the angle in radians by which bias and noise turn the robot in a substep with the
+    /// common duty `both`. The noise is drawn once per tick of driving.
     fn veer(&mut self, both: f32, step: &KilobotStep) -> f32 {
         if step.fresh > 0.0 && self.left < step.length / 2.0 {
             self.noise = self.noise * step.decay + step.fresh * self.chance.normal();
@@ -373,7 +382,8 @@ impl Kilobot {
         (self.bias + self.noise) * both * step.straight
     }
 
-    /// From the middle to the leg on the left (1) or right (-1) side, or to the middle between them (0).
+    /// Returns the vector from the middle to the leg on the left (1) or right (-1) side, or to the
+    /// middle between both legs (0).
     fn leg(&self, step: &KilobotStep, side: f32) -> (f32, f32) {
         let (x, y) = (step.leg.0, step.leg.1 * side);
         (x * self.cos - y * self.sin, x * self.sin + y * self.cos)

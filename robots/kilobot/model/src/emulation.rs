@@ -1,4 +1,5 @@
-//! The Kilobot in an emulator: scripts after the program in flash, duties and id in the EEPROM.
+//! The Kilobot in an emulator. The script is placed after the program in flash, duties and id in
+//! the EEPROM.
 
 use std::path::Path;
 use std::time::Duration;
@@ -13,16 +14,17 @@ use bittybuzz_robot_spec::Robot;
 
 use crate::{KilobotModel, script};
 
-/// The address of the EEPROM for the emulator.
+/// The address of the EEPROM in the emulator's protocol.
 const EEPROM: u32 = 0x81_0000;
 
-/// A Kilobot moves less than a mm in that time.
+/// The longest delay until a change of motion reaches the emulator: a Kilobot moves less than a mm
+/// in this time.
 const LOOK: Duration = Duration::from_millis(20);
 
-/// Temperature of a room.
+/// Room temperature in degrees Celsius.
 const CELSIUS: f64 = 25.0;
 
-/// Reach in mm of light that reaches every robot.
+/// Range in mm for light that reaches every robot.
 const EVERYWHERE_MM: f64 = 1e6;
 
 impl Emulation for KilobotModel {
@@ -38,7 +40,8 @@ impl Emulation for KilobotModel {
         100
     }
 
-    /// The id of a Kilobot is in the EEPROM, as kilolib has it, whatever its robot file says.
+    /// Returns the image for any robot file: the id of a Kilobot is in the EEPROM, as kilolib has
+    /// it.
     fn image(&self, _: &Robot) -> Option<&'static str> {
         Some("firmware/kilobot-avr/target/avr-none/release/bittybuzz-kilobot-avr.elf")
     }
@@ -64,7 +67,7 @@ impl Emulation for KilobotModel {
         LOOK
     }
 
-    /// The script, and the duties that calibration has found.
+    /// Returns the script, and the duties of the calibration.
     fn sections(&self, flash: &Flash<'_>) -> Result<Vec<(u32, Vec<u8>)>, Cause> {
         let mut sections = vec![script::section(flash.firmware, flash.script, flash.robot)?];
         let KilobotModel { turn_duty, straight_duty, .. } = *self;
@@ -91,12 +94,13 @@ impl Emulation for KilobotModel {
         Some(Command::Infrared { range_mm, noise_mm, seed })
     }
 
-    /// Frames are lost as the medium says in the middle between touching and out of reach.
+    /// Returns the mean of the medium's loss for robots in contact and at the limit of the range.
     fn loss(&self, loss: Loss) -> f64 {
         f64::midpoint(loss.near.into(), loss.far.into())
     }
 
-    /// The overhead controller says so; programs that run already do not mind.
+    /// Sends the overhead controller's message that starts programs; programs that already run
+    /// ignore it.
     fn start(&self, emulator: &mut Emulator, now: Duration) -> Result<(), ClientError> {
         emulator.start_kilobots(now)
     }

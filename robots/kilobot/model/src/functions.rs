@@ -1,14 +1,14 @@
-//! Functions of the Kilobot.
+//! The robot functions of the Kilobot in the simulator.
 
 use bittybuzz_arena::robot::{Call, Done, Effect};
 use bittybuzz_robot_spec::Function;
 
 use crate::{KilobotModel, KilobotMotors};
 
-/// Reading of a charged battery: as in Kilombo.
+/// The converter's reading for a charged battery, as in Kilombo.
 const CHARGED: i32 = 876;
 
-/// Returns the effect of a function of the Kilobot alone.
+/// Returns the effect of a function that only the Kilobot has; `None` for all others.
 pub fn effect(model: &KilobotModel, function: &Function) -> Option<Effect> {
     let motors = |left: u8, right: u8| -> Effect {
         Box::new(move |call| set_motors(call, KilobotMotors { left, right }))

@@ -1,7 +1,8 @@
 //! The Kilobot in the simulator: two vibration motors on three stiff legs, infrared, a light sensor.
 //!
-//! Numbers are those of the real robot, of other simulators ([`Preset`]), or of a scenario's `[body.kilobot]`. An emulator plays it
-//! with its own image: simavr, with kilolib's EEPROM.
+//! The parameters are those of the real robot, of another simulator ([`Preset`]), or of a
+//! scenario's `[body.kilobot]`. In an emulator the robot runs its firmware image on simavr, with
+//! kilolib's EEPROM.
 
 mod body;
 mod emulation;
@@ -19,7 +20,7 @@ use bittybuzz_robot_spec::Function;
 
 pub use body::{KilobotModel, KilobotMotors, Preset};
 
-/// The name of the robot file.
+/// Names of the robot files for which this model holds.
 const ROBOTS: &[&str] = &["kilobot"];
 
 /// The keys of the Kilobot in scenarios.
@@ -86,7 +87,7 @@ impl RobotModel for KilobotModel {
         media.infrared = self.preset.infrared();
     }
 
-    /// An instruction takes some 150 cycles of the ATmega328P at 8 MHz.
+    /// An instruction of a script takes some 150 cycles of the ATmega328P at 8 MHz.
     fn budget(&self) -> u16 {
         5_000
     }

@@ -1,4 +1,4 @@
-//! Scripts of Kilobots: after the program in flash, where its mark is.
+//! The place of a script in a Kilobot's flash: after the program, where the program's marker is.
 
 use std::path::Path;
 
@@ -10,11 +10,11 @@ use bittybuzz_vm_core::image::VERSION;
 
 use bittybuzz_arena::scenario::Cause;
 
-/// Addresses from here on are not flash.
+/// First address after the flash.
 const FLASH_END: u32 = 0x8000;
 
-/// Returns the address and bytes of the script `image` in the flash of a robot with the program in
-/// `path`.
+/// Returns the address and the bytes of the script `image` for the flash of a robot that runs the
+/// program at `path`.
 pub fn section(path: &Path, image: &[u8], robot: &Robot) -> Result<(u32, Vec<u8>), Cause> {
     let unusable = |reason: String| Cause::NoFirmware {
         robots: crate::ROBOTS,
@@ -54,7 +54,7 @@ pub fn section(path: &Path, image: &[u8], robot: &Robot) -> Result<(u32, Vec<u8>
     }
 }
 
-/// Returns the content of the flash, from address 0 on.
+/// Returns the content of the flash from address 0 on; gaps are erased.
 pub fn flash(image: &Image) -> Vec<u8> {
     let mut program = Vec::new();
     for (address, bytes) in image.segments().filter(|(address, _)| *address < FLASH_END) {
