@@ -1,4 +1,4 @@
-//! Commands that a Zooid obeys, and its counters in messages.
+//! The commands that a Zooid handles, and its counters in the protocol's messages.
 
 use bittybuzz_chips::{Chip, ResetCause};
 use bittybuzz_emulation::message::{self, BoardStatistics, Command};
@@ -40,12 +40,12 @@ impl Control for Zooid {
                     (lsi(30_000..=50_000, lsi_hz)?, bittybuzz_emulation::memory(memory, seed));
                 self.set_chip(Chip { lsi_hz, has_crystal: crystal, memory, is_debugged: false });
             }
-            // Power-on is the command `power`.
+            // A power-on is requested with the command `power` instead.
             Command::Reset { cause: message::ResetCause::BrownOut } => {
                 self.request_reset(ResetCause::BrownOut);
             }
             Command::Power { on } => self.set_power(on),
-            // The air sees to it.
+            // The model of the air handles this command; the board has nothing to do.
             Command::Deaf { .. } => {}
             Command::Battery { volts, charging, .. } => {
                 self.set_battery(f64::from(volts), charging);

@@ -1,4 +1,5 @@
-//! The bus of touch controller and motion sensor: both have registers, and a pointer that the first byte of a write sets.
+//! The I2C bus of touch controller and motion sensor. Both chips have registers and a register
+//! pointer, which the first byte of a write sets.
 
 use bittybuzz_chips::Time;
 
@@ -7,22 +8,22 @@ use super::touch::Touch;
 
 /// A chip with registers.
 pub(super) trait Device {
-    /// Returns true if it answers to its address.
+    /// Returns true if the chip answers to its address.
     fn is_awake(&self, now: Time) -> bool;
-    /// The next byte is read from or written to `register`.
+    /// Sets the register pointer: the next byte is read from or written to `register`.
     fn point(&mut self, register: u8);
-    /// Writes a byte and goes on to the next register.
+    /// Writes a byte and advances the register pointer.
     fn write(&mut self, byte: u8, now: Time);
-    /// Reads a byte and goes on to the next register.
+    /// Reads a byte and advances the register pointer.
     fn read(&mut self, now: Time) -> u8;
 }
 
 pub(super) struct Devices {
     pub touch: Touch,
     pub motion: Motion,
-    /// The one that was addressed.
+    /// Address of the device that was addressed, if it answered.
     selected: Option<u8>,
-    /// The next byte that is written is a register's number.
+    /// True if the next byte that is written is a register's number.
     points: bool,
     /// The number of times that touch controller and motion sensor were addressed.
     pub addressed: [u64; 2],
@@ -34,7 +35,7 @@ impl Devices {
         Devices { touch, motion, selected: None, points: false, addressed: [0; 2] }
     }
 
-    /// Their power goes and comes.
+    /// Restarts both devices, as after a loss of power.
     pub fn restart(&mut self, now: Time) {
         self.touch.restart(now);
         self.motion.restart();
@@ -49,7 +50,7 @@ impl Devices {
         }
     }
 
-    /// Returns true if a device answers to `address`.
+    /// Addresses a device, and returns true if one answers to `address`.
     pub fn start(&mut self, address: u8, read: bool, now: Time) -> bool {
         self.selected = Some(address);
         let known = [Touch::ADDRESS, Motion::ADDRESS];
@@ -64,7 +65,7 @@ impl Devices {
         is_awake
     }
 
-    /// Returns true if the byte is acknowledged.
+    /// Writes a byte, and returns true if it is acknowledged.
     pub fn write(&mut self, byte: u8, now: Time) -> bool {
         let points = std::mem::take(&mut self.points);
         let Some(device) = self.device() else { return false };
@@ -76,7 +77,7 @@ impl Devices {
         true
     }
 
-    /// The bus is high without a driver.
+    /// Reads a byte. Without a device that drives the bus, the byte is 0xff.
     pub fn read(&mut self, now: Time) -> u8 {
         self.device().map_or(0xff, |device| device.read(now))
     }

@@ -22,7 +22,7 @@ pub use self::projector::{Light, STEP_MM, TablePose};
 
 const A: usize = 0;
 const B: usize = 1;
-/// Port and pin.
+/// Ports and pins of the radio's control lines.
 const CSN: (usize, u8) = (A, 4);
 const CE: (usize, u8) = (B, 0);
 const IRQ: (usize, u8) = (A, 15);
@@ -33,13 +33,15 @@ const TOUCH_CHANGE: (usize, u8) = (B, 2);
 const MOTION_INT1: (usize, u8) = (B, 12);
 /// First address of the RAM (RM0091 2.2.2).
 const RAM: u32 = 0x2000_0000;
-/// Low while charging.
+/// The charger's signal, low while charging.
 const CHARGING: (usize, u8) = (B, 13);
 /// SCL and SDA, alternate function 1.
 const I2C: [u8; 2] = [10, 11];
-/// Pins of port A and channels of TIM1, alternate function 2; common anode: they shine while low.
+/// The LED's pins of port A and channels of TIM1, with alternate function 2. The anode is common,
+/// so a color shines while its pin is low.
 const LEDS: [(Led, u8, u32); 3] = [(Led::Red, 10, 2), (Led::Green, 11, 3), (Led::Blue, 9, 1)];
-/// Alternate function of LEDs and of the motors: pin n of port A is channel n of TIM2 and input n of the bridges.
+/// Alternate function of the pins of LEDs and motors. For the motors, pin n of port A is channel n
+/// of TIM2 and input n of the bridges.
 const TIMER_FUNCTION: u8 = 2;
 const MOTOR_INPUTS: u8 = 4;
 
@@ -52,13 +54,13 @@ pub struct ZooidStatistics {
     pub touch_addressed: u64,
     /// The number of times that the motion sensor was addressed.
     pub motion_addressed: u64,
-    /// The longest share of the time for which a color of the LED has shone: 0 to 1.
+    /// The highest duty cycle of any color of the LED: 0 to 1.
     pub brightest: f64,
     /// Frequencies of the core and of the peripherals' bus, as they are now.
     pub clocks_hz: [u64; 2],
     /// Accesses to peripherals whose clock is off.
     pub accesses_without_clock: u64,
-    /// First addresses that were used of blocks that have no model and are plain storage.
+    /// For each block without a model, which is plain storage, the first address that was used.
     pub unknown: Vec<u32>,
 }
 
@@ -71,12 +73,12 @@ pub struct Zooid {
     radio: Nrf24,
     devices: Devices,
     diodes: Diodes,
-    /// Its pose, and the time of that pose.
+    /// The robot's pose, and the time of that pose; `None` outside the projector's light.
     pose: Option<(Time, TablePose)>,
     leds: [bool; LEDS.len()],
     brightest: f64,
     motors: [Pwm; MOTOR_INPUTS as usize],
-    /// CSN is low, CE is high.
+    /// True while CSN is low (`selected`), and while CE is high (`enabled`).
     selected: bool,
     enabled: bool,
     /// Levels of IRQ and CHANGE.
@@ -84,7 +86,7 @@ pub struct Zooid {
     change: bool,
     spi_was_too_fast: bool,
     reset_request: Option<ResetCause>,
-    /// From the next reset on.
+    /// Properties of the chip from the next reset on.
     next_chip: Option<Chip>,
     /// The content of the RAM after a brown-out.
     memory: Memory,
@@ -95,7 +97,8 @@ pub struct Zooid {
 }
 
 impl Zooid {
-    /// Lets the bus masters and the pins act on the latest events.
+    /// Processes the events that are due: of the buses, the radio, the photodiodes and the
+    /// watchdog.
     fn step(&mut self) {
         while let Some(signal) = self.f051.advance(self.now) {
             match signal {
@@ -117,7 +120,8 @@ impl Zooid {
         self.next = self.find_next();
     }
 
-    /// A byte on SPI: it reaches the radio if the pins are the peripheral's.
+    /// Exchanges a byte on SPI. It reaches the radio only if the pins are connected to the
+    /// peripheral.
     fn exchange(&mut self, byte: u8, end: Time) {
         if self.f051.spi_bit_rate() > SPI_LIMIT_HZ && !self.spi_was_too_fast {
             self.spi_was_too_fast = true;
@@ -152,7 +156,7 @@ impl Zooid {
         self.settle_touch();
     }
 
-    /// Updates the radio's pins, and its announcements.
+    /// Passes the radio's IRQ level to the pin, and collects the packets that the radio announces.
     fn settle_radio(&mut self) {
         let irq = self.radio.irq();
         if irq != std::mem::replace(&mut self.irq, irq) {
@@ -199,8 +203,8 @@ impl Zooid {
         self.next = self.find_next();
     }
 
-    /// Returns the signal at a pin of port A that may be channel `channel` of a timer; none without
-    /// a driver.
+    /// Returns the signal at a pin of port A, to which channel `channel` of a timer may be
+    /// connected; `None` if nothing drives the pin.
     fn signal(&self, pin: u8, timer: usize, channel: u32) -> Option<Pwm> {
         match self.f051.ports[A].pin(pin) {
             Pin::Floating => None,
@@ -210,7 +214,7 @@ impl Zooid {
         }
     }
 
-    /// Looks at LED and motors.
+    /// Reports changes of the LED and of the motors' inputs.
     fn observe(&mut self) {
         for (index, (led, pin, channel)) in LEDS.into_iter().enumerate() {
             let light = self.signal(pin, 1, channel).map_or(0.0, |signal| 1.0 - signal.duty);
@@ -231,35 +235,36 @@ impl Zooid {
         }
     }
 
-    /// From now on it is there; nowhere means that the projector does not reach it.
+    /// Sets the robot's pose from now on; `None` is a place that the projector does not reach.
     pub fn place(&mut self, pose: Option<TablePose>) {
         self.pose = pose.map(|pose| (self.now, pose));
-        // The sensor's z points up, the table's headings grow to the right.
+        // The sensor's z axis points up, but the table's headings grow clockwise: the sign changes.
         self.devices.motion.turn_degrees_s = pose.map_or(0.0, |pose| -pose.turn_degrees_s);
     }
 
-    /// From the next reset on the STM32 is like this, but for the debugger. A brown-out that leaves its memory as it is was too short
-    /// for radio and sensors to notice it; no data sheet says below which voltage they restart.
+    /// Sets the properties of the STM32 from the next reset on; the debugger has no effect here. A
+    /// brown-out that keeps the memory was too short for radio and sensors to notice. No data sheet
+    /// gives the voltage below which they restart.
     pub fn set_chip(&mut self, chip: Chip) {
         self.next_chip = Some(chip);
     }
 
-    /// The STM32 is reset for this reason, now.
+    /// Requests a reset of the STM32 with this cause.
     pub fn request_reset(&mut self, cause: ResetCause) {
         self.reset_request = Some(cause);
     }
 
-    /// From now on the projector's light is as bad as this.
+    /// Sets the faults of the projector's light from now on.
     pub fn set_light(&mut self, light: Light) {
         self.diodes.set_light(light);
     }
 
-    /// From now on the radio's register RPD is read this way.
+    /// Selects the interpretation of the radio's register RPD from now on.
     pub fn set_power_detector(&mut self, power_detector: PowerDetector) {
         self.radio.set_power_detector(power_detector);
     }
 
-    /// Fingers are on these electrodes from now on: bit 0 is KEY1.
+    /// Puts fingers on these electrodes from now on: bit 0 is KEY1.
     pub fn press(&mut self, keys: u8) {
         self.devices.touch.press(keys);
         self.settle_touch();
@@ -273,8 +278,8 @@ impl Zooid {
         self.next = self.find_next();
     }
 
-    /// Connects the battery, or disconnects it. The flash keeps its content, and the world its
-    /// light and fingers.
+    /// Connects or disconnects the battery. The flash keeps its content, and light and fingers stay
+    /// as they are.
     pub fn set_power(&mut self, on: bool) {
         if on != self.has_power {
             self.has_power = on;
@@ -282,7 +287,7 @@ impl Zooid {
         }
     }
 
-    /// Counters since the first power-on.
+    /// Returns the counters since the first power-on.
     pub fn statistics(&self) -> ZooidStatistics {
         let [touch_addressed, motion_addressed] = self.devices.addressed;
         ZooidStatistics {
@@ -297,7 +302,7 @@ impl Zooid {
     }
 }
 
-/// A half full battery.
+/// Voltage of a half full battery.
 const BATTERY_VOLTS: f64 = 3.8;
 
 impl Board for Zooid {
@@ -307,7 +312,7 @@ impl Board for Zooid {
         ram: 8 * 1024,
         ccm: 0,
         peripherals: &[(0x4000_0000, 0x3_0000), (0x4800_0000, 0x2000)],
-        // The memory below the RAM: a stack that overflows is noticed.
+        // The memory below the RAM is not writable, so that a stack that overflows causes a fault.
         read_only: &[(0x1fff_e000, 0x2000)],
     };
 
@@ -447,7 +452,7 @@ impl Board for Zooid {
     }
 
     fn is_powered(&self) -> bool {
-        // A robot without power may get some: it is held in reset.
+        // A robot that is switched off can be switched on again; until then its core clock is 0.
         true
     }
 
@@ -463,7 +468,8 @@ impl Board for Zooid {
         self.f051.next_transfer()
     }
 
-    /// The photodiodes' edges are recorded while the core sleeps on.
+    /// Returns the time up to which nothing changes while the core sleeps. The photodiodes' edges
+    /// count only if a timer's capture interrupts; otherwise they are recorded during the sleep.
     fn quiet_until(&self) -> Time {
         if self.reset_request.is_some() {
             return self.now;

@@ -1,5 +1,5 @@
-//! LSM6DS3 accelerometer and gyroscope on I2C (data sheet DocID026899): identity, output rates, and what a robot that
-//! drives on a level table measures. No taps, no tilt, no FIFO, no noise.
+//! LSM6DS3 accelerometer and gyroscope on I2C (data sheet DocID026899): identity, output rates, and
+//! the readings of a robot that drives on a level table. Taps, tilt, FIFO and noise have no model.
 
 use bittybuzz_chips::Time;
 
@@ -10,24 +10,26 @@ const CTRL1_XL: u8 = 0x10;
 const CTRL2_G: u8 = 0x11;
 const CTRL3_C: u8 = 0x12;
 const STATUS: u8 = 0x1e;
-/// Temperature, then three axes of the gyroscope and three of the accelerometer, two bytes each.
+/// Output registers: temperature, then three axes of the gyroscope and three of the accelerometer,
+/// two bytes each.
 const OUTPUTS: u8 = 0x20;
 const OUTPUTS_END: u8 = 0x2e;
 const CTRL3_C_SW_RESET: u8 = 1 << 0;
 const CTRL3_C_IF_INC: u8 = 1 << 2;
-/// Sensitivities at the smallest ranges, per unit: 0.061 mg and 8.75 mdps; each range has the factor of its bits.
+/// Sensitivities per unit at the smallest ranges: 0.061 mg and 8.75 mdps. The range bits select a
+/// factor for the other ranges.
 const MICRO_G: f64 = 61.0;
 const MICRO_DPS: f64 = 8750.0;
 
 pub(super) struct Motion {
     registers: [u8; 128],
     pointer: u8,
-    /// Degrees per second around the axis that points up.
+    /// Rate of turn in degrees per second, around the axis that points up.
     pub turn_degrees_s: f64,
 }
 
 impl Motion {
-    /// 7 bits, SA0 low.
+    /// 7-bit address, with SA0 low.
     pub const ADDRESS: u8 = 0x6a;
 
     pub fn new() -> Self {
@@ -46,22 +48,22 @@ impl Motion {
         self.registers[usize::from(register & 0x7f)]
     }
 
-    /// A sensor whose output rate is 0 is off.
+    /// Returns true if the sensor with this control register is on: its output rate is not 0.
     fn is_on(&self, control: u8) -> bool {
         self.get(control) >> 4 != 0
     }
 
     fn output(&self, word: u8) -> i16 {
         match word {
-            // Around z.
+            // Rate around z.
             3 if self.is_on(CTRL2_G) => {
-                // 245, 500, 1000, 2000 dps.
+                // Ranges of 245, 500, 1000 and 2000 dps.
                 let factor = [1.0, 2.0, 4.0, 8.0][usize::from(self.get(CTRL2_G) >> 2 & 3)];
                 (self.turn_degrees_s * 1e6 / (MICRO_DPS * factor)) as i16
             }
-            // Along z: the table holds the robot against gravity.
+            // Acceleration along z is 1 g, because the table supports the robot.
             6 if self.is_on(CTRL1_XL) => {
-                // 2, 16, 4, 8 g.
+                // Ranges of 2, 16, 4 and 8 g.
                 let factor = [1.0, 8.0, 2.0, 4.0][usize::from(self.get(CTRL1_XL) >> 2 & 3)];
                 (1e6 / (MICRO_G * factor)) as i16
             }

@@ -1,11 +1,12 @@
-//! The projector above the table: what a photodiode sees of its gray code.
+//! The projector above the table, and the light of its Gray code at a photodiode.
 //!
-//! A frame is 41 patterns of 333 µs: black, ten bits of x, ten of y, the most significant first, and twenty times white
-//! (TI DLP LightCrafter 4500 as SwarmUI sets it up; the values were decoded from its bitmaps).
+//! A frame is 41 patterns of 333 µs: one black, ten bits of x and ten of y, the most significant
+//! first, and twenty white (TI DLP LightCrafter 4500 as SwarmUI sets it up; the values were decoded
+//! from its bitmaps).
 
 use bittybuzz_chips::{Random, Time};
 
-/// Patterns of a frame, and how long each is shown.
+/// Number of patterns in a frame, and the time for which each is shown.
 pub(super) const PATTERNS: u32 = 41;
 const PATTERN: Time = Time::from_micros(333);
 pub(super) const FRAME: Time = Time::from_micros(333 * PATTERNS as u64);
@@ -16,29 +17,29 @@ const COLUMNS: std::ops::RangeInclusive<f64> = 56.0..=967.0;
 const ROWS: std::ops::RangeInclusive<f64> = 227.0..=796.0;
 /// A step in mm, along x and along y (0.8128 m over 883 steps and 0.508 m over 558, position_control.c of SwarmUI).
 pub const STEP_MM: [f64; 2] = [812.8 / 883.0, 508.0 / 558.0];
-/// From the middle of the robot to each photodiode, in mm (board layout, version 1.3).
+/// Distance from the middle of the robot to each photodiode, in mm (board layout, version 1.3).
 const DIODE_MM: f64 = 9.8;
 
-/// Where a robot stands on the table and how it moves.
+/// The pose and the velocity of a robot on the table.
 ///
-/// The frame is the projector's: x to the right, y down as seen from above, both 0 where the code is 0; headings grow from
-/// x to y.
+/// Coordinates are the projector's: x to the right, y down as seen from above, both 0 where the
+/// code is 0. Headings grow from x to y.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct TablePose {
-    /// mm.
+    /// x in mm.
     pub x_mm: f64,
-    /// mm.
+    /// y in mm.
     pub y_mm: f64,
     /// The direction of the antenna, in degrees.
     pub heading_degrees: f64,
-    /// mm/s along x and y.
+    /// Velocity along x and y, in mm/s.
     pub velocity_mm_s: [f64; 2],
-    /// Degrees per second.
+    /// Rate of turn, in degrees per second.
     pub turn_degrees_s: f64,
 }
 
 impl TablePose {
-    /// It stands there.
+    /// Returns the pose of a robot that stands still.
     #[cfg(test)]
     pub const fn at(x_mm: f64, y_mm: f64, heading_degrees: f64) -> Self {
         let (velocity_mm_s, turn_degrees_s) = ([0.0; 2], 0.0);
@@ -56,43 +57,46 @@ impl TablePose {
         }
     }
 
-    /// From the middle of a robot with this heading to its photodiode 0, right of it, in mm; the other one is opposite.
+    /// Returns the vector in mm from the middle of a robot with this heading to photodiode 0, on
+    /// its right; photodiode 1 is opposite.
     fn arm(heading_degrees: f64) -> [f64; 2] {
         let (sin, cos) = (heading_degrees + 90.0).to_radians().sin_cos();
         [DIODE_MM * cos, DIODE_MM * sin]
     }
 
-    /// Returns the places of its photodiodes, in mm.
+    /// Returns the positions of both photodiodes in mm, for a vector from `arm`.
     fn diodes(&self, [x, y]: [f64; 2]) -> [[f64; 2]; 2] {
         [[self.x_mm + x, self.y_mm + y], [self.x_mm - x, self.y_mm - y]]
     }
 }
 
-/// The disturbances of the light.
+/// The faults of the projector's light.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Light {
     /// Probability that a frame does not reach the robot: both diodes stay dark.
     pub lose: f64,
-    /// The largest time in µs by which an edge comes too early or too late, uniformly distributed:
-    /// 0 to [`Light::MOST_JITTER_US`].
+    /// The largest deviation of an edge in µs, early or late, uniformly distributed: 0 to
+    /// [`Light::MOST_JITTER_US`].
     pub jitter_us: f64,
-    /// Glitches per second at each photodiode, as lamps and the resets of the projector's mirrors make them: for 1 to
-    /// [`Light::LONGEST_GLITCH_US`] it sees the opposite.
+    /// Glitches per second at each photodiode, as lamps and the resets of the projector's mirrors
+    /// cause them. In a glitch of 1 to [`Light::LONGEST_GLITCH_US`] µs the photodiode sees the
+    /// opposite level.
     pub glitches_per_s: f64,
-    /// Start of the pseudo-random sequence that decides: equal seeds, equal faults.
+    /// Start of the pseudo-random sequence: equal seeds give equal faults.
     pub seed: u64,
 }
 
 impl Light {
-    /// Most of a pattern.
+    /// The highest `jitter_us`: somewhat less than a pattern of 333 µs.
     pub const MOST_JITTER_US: f64 = 300.0;
-    /// A sixth of a pattern.
+    /// The longest glitch in µs: about a sixth of a pattern.
     pub const LONGEST_GLITCH_US: f64 = 50.0;
-    /// Three in each pattern.
+    /// The highest `glitches_per_s`: about three in each pattern.
     pub const MOST_GLITCHES_PER_S: f64 = 10_000.0;
 }
 
-/// The pattern of the code at `[x, y]` mm, the first shown in bit 0; dark where nothing is projected.
+/// Returns true if pattern number `pattern` is lit at `[x, y]` mm; nothing is lit outside the
+/// picture.
 pub(super) fn pattern(position_mm: [f64; 2], pattern: u32) -> bool {
     let steps = [0, 1].map(|axis| (position_mm[axis] / STEP_MM[axis]).round());
     if !COLUMNS.contains(&steps[0]) || !ROWS.contains(&steps[1]) {
@@ -114,16 +118,16 @@ fn gray(n: u32) -> u32 {
 /// The edges that the two photodiodes of a robot see, one after the other.
 pub(super) struct Diodes {
     light: Light,
-    /// Edges of the frame that is shown, in order.
+    /// Edges of the frame that is shown, in order: time, photodiode and new level.
     edges: Vec<(Time, usize, bool)>,
     next: usize,
-    /// The first frame that is not among them.
+    /// The next frame, whose edges are not yet computed.
     frame: u64,
     levels: [bool; 2],
 }
 
 impl Diodes {
-    /// Dark until the next frame.
+    /// Creates photodiodes that are dark until the first frame.
     pub fn new() -> Self {
         let light = Light::default();
         Diodes { light, edges: Vec::new(), next: 0, frame: 0, levels: [false; 2] }
@@ -133,7 +137,7 @@ impl Diodes {
         self.light = light;
     }
 
-    /// Returns the time at which one of them changes, or a frame begins.
+    /// Returns the time of the next edge or, after the last edge, of the next frame.
     pub fn next_event(&self) -> Time {
         match self.edges.get(self.next) {
             Some((at, _, _)) => *at,
@@ -141,8 +145,8 @@ impl Diodes {
         }
     }
 
-    /// Returns the diode that changes at `now` and its new level. `pose` is the robot's pose at
-    /// `since`.
+    /// Returns a photodiode that changes at `now`, and its new level. `pose` is a pose of the robot
+    /// and its time.
     pub fn advance(&mut self, now: Time, pose: Option<(Time, TablePose)>) -> Option<(usize, bool)> {
         if self.next == self.edges.len() && begin_of(self.frame) <= now {
             self.show(pose);
@@ -152,7 +156,8 @@ impl Diodes {
         Some((diode, level))
     }
 
-    /// Looks at the whole frame: the robot moves on while it is shown, as it moves at its beginning.
+    /// Computes the edges of the whole frame. The robot moves during the frame, with the velocity
+    /// that it has at the beginning.
     fn show(&mut self, pose: Option<(Time, TablePose)>) {
         let begin = begin_of(self.frame);
         let mut random = Random::of(self.light.seed, self.frame);
@@ -166,7 +171,7 @@ impl Diodes {
             let at = begin + Time::from_picos(PATTERN.picos() * u64::from(number));
             let here = pose.map(|(since, pose)| {
                 let pose = pose.after(at - since);
-                // Most robots drive straight on.
+                // Most robots drive straight on, so the vector rarely changes.
                 if pose.heading_degrees != heading {
                     (heading, arm) = (pose.heading_degrees, TablePose::arm(pose.heading_degrees));
                 }
@@ -177,8 +182,8 @@ impl Diodes {
                 if level != std::mem::replace(&mut self.levels[diode], level) {
                     let early = Time::from_picos((self.light.jitter_us * 1e6) as u64);
                     let late = early.picos() as f64 * 2.0 * random.unit();
-                    // An edge comes after the frame's beginning and the edge before, which cannot
-                    // change any more.
+                    // The beginning of the frame and the edge before cannot change any more, so an
+                    // edge is never earlier than these.
                     let at = (at + Time::from_picos(late as u64) - early).max(*last);
                     *last = at;
                     self.edges.push((at, diode, level));
@@ -187,14 +192,14 @@ impl Diodes {
         }
         self.add_glitches(begin, &mut random);
         self.edges.sort_by_key(|(at, _, _)| *at);
-        // Each edge is a change: in a white pattern a glitch is dark.
+        // Each edge inverts the level, so a glitch in a white pattern is dark.
         for (_, diode, is_lit) in &mut self.edges {
             level[*diode] = !level[*diode];
             *is_lit = level[*diode];
         }
     }
 
-    /// Two edges for each glitch of the frame that begins at `begin`.
+    /// Adds two edges for each glitch of the frame that begins at `begin`.
     fn add_glitches(&mut self, begin: Time, random: &mut Random) {
         let mean = self.light.glitches_per_s * FRAME.picos() as f64 * 1e-12;
         for diode in 0..2 {
@@ -256,7 +261,8 @@ mod tests {
         }
     }
 
-    /// Levels of a diode at the middle of each pattern of frame `frame`.
+    /// Returns the levels of both photodiodes at the middle of each pattern, for a number of
+    /// frames.
     fn seen(diodes: &mut Diodes, pose: TablePose, frames: u64) -> Vec<[bool; 2]> {
         let mut levels = [false; 2];
         let mut seen = Vec::new();
@@ -310,14 +316,14 @@ mod tests {
         while now < Time::from_millis(10_000) {
             assert!(diodes.next_event() >= now);
             now = diodes.next_event();
-            // No projector reaches it, so that all edges are those of glitches.
+            // The robot is outside the projector's light, so all edges are those of glitches.
             if let Some((diode, level)) = diodes.advance(now, None) {
                 assert_ne!(std::mem::replace(&mut levels[diode], level), level);
                 short += u32::from((now - last[diode]).nanos() <= 50_000);
                 last[diode] = now;
             }
         }
-        // 2,000 at each photodiode; of those in a frame two may be next to each other.
+        // There are 2,000 at each photodiode; two in a frame may be next to each other.
         assert!((3_950..4_150).contains(&short), "{short}");
     }
 

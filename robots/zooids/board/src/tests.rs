@@ -1,4 +1,4 @@
-//! The board, by the registers that a firmware writes.
+//! Tests of the board, through the registers that a firmware writes.
 
 use std::collections::HashSet;
 
@@ -26,7 +26,7 @@ fn read(board: &mut Zooid, address: u32) -> u32 {
     board.read(address, Width::Word)
 }
 
-/// The supply falls for a moment.
+/// A brown-out is a short fall of the supply voltage.
 #[test]
 fn only_a_brown_out_changes_memory() {
     let noise = Memory::Noise { seed: 7 };
@@ -52,7 +52,8 @@ fn wait(board: &mut Zooid, micros: u64) {
     board.advance(board.now() + Time::from_micros(micros));
 }
 
-/// A board as a firmware sets it up: 48 MHz, everything clocked, SPI1 with 6 MHz, 16 MHz for the radio.
+/// Returns a board that is set up as by a firmware: 48 MHz, all clocks on, SPI1 at 6 MHz, 16 MHz
+/// for the radio.
 fn board(number: usize) -> Zooid {
     let mut board = Zooid::power_on(number);
     write(&mut board, FLASH_ACR, 0x11);
@@ -83,7 +84,7 @@ fn board(number: usize) -> Zooid {
     board
 }
 
-/// A command to the radio, polled as a driver does.
+/// Sends a command to the radio, and polls as a driver does.
 fn command(board: &mut Zooid, bytes: &[u8]) -> Vec<u8> {
     write(board, GPIOA + 0x28, 1 << 4);
     let mut answer = Vec::new();
@@ -139,7 +140,7 @@ fn too_fast_an_spi_is_reported_once() {
     assert_eq!(events(&mut board), [Event::HardwareError(error)]);
 }
 
-/// Two boards, the air between them, and a packet.
+/// A packet from one board reaches the other through the air.
 #[test]
 fn a_packet_reaches_the_other_boards_irq() {
     let mut boards = [board(0), board(1)];
@@ -231,7 +232,7 @@ fn led_and_motors_follow_their_timers() {
 #[test]
 fn touch_controller_and_motion_sensor_hang_on_i2c2() {
     let mut board = board(0);
-    // Until the touch controller answers.
+    // Wait until the touch controller answers.
     wait(&mut board, 125_000);
     write(&mut board, I2C2 + 0x10, 0x0090_1850);
     write(&mut board, I2C2, 1);

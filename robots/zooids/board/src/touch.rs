@@ -12,31 +12,33 @@ const RESET: u8 = 57;
 const REGISTERS: usize = 58;
 const STATUS_TOUCH: u8 = 1 << 0;
 const STATUS_CALIBRATE: u8 = 1 << 7;
-/// A choice: the data sheet gives no time for seven keys in the Zooid's settings.
+/// Duration of a calibration. A choice: the data sheet gives no time for seven keys in the Zooid's
+/// settings.
 const CALIBRATION: Time = Time::from_millis(100);
 
-/// From power-on or a reset until it answers on the bus. A choice, as the data sheet gives none: longer than the robot takes to look.
+/// Time from power-on or a reset until the chip answers on the bus. The data sheet gives none; the
+/// choice is longer than the firmware takes to its first access.
 const START_UP: Time = Time::from_millis(125);
 
 pub(super) struct Touch {
     registers: [u8; REGISTERS],
     pointer: u8,
     calibrated: Time,
-    /// The time at which it begins to answer.
+    /// The time from which on the chip answers on the bus.
     asleep_until: Time,
-    /// The status has changed since it was read: CHANGE is low.
+    /// True if the status changed since it was read; the pin CHANGE is then low.
     changed: bool,
 }
 
 impl Touch {
-    /// 7 bits.
+    /// 7-bit address.
     pub const ADDRESS: u8 = 0x1b;
 
     pub fn new() -> Self {
         let mut registers = [0; REGISTERS];
         registers[usize::from(CHIP_ID)] = 0x2e;
         registers[1] = 0x15;
-        // Negative thresholds and detection integrators as delivered.
+        // Negative thresholds and detection integrators have their factory settings.
         registers[32..39].fill(20);
         registers[46..53].fill(4);
         Touch {
@@ -56,7 +58,7 @@ impl Touch {
         self.press(keys);
     }
 
-    /// Fingers are on these electrodes: bit 0 is KEY1.
+    /// Puts fingers on these electrodes: bit 0 is KEY1.
     pub fn press(&mut self, keys: u8) {
         let status = &mut self.registers[usize::from(KEY_STATUS)];
         if *status != keys & 0x7f {
@@ -67,7 +69,7 @@ impl Touch {
         }
     }
 
-    /// The level of its pin CHANGE.
+    /// Returns the level of the pin CHANGE.
     pub fn change(&self) -> bool {
         !self.changed
     }

@@ -1,4 +1,4 @@
-//! Zooid: two wheels, tracked by a projector.
+//! The body of a Zooid: two wheels, tracked by a projector.
 
 use bittybuzz_emulation::message::PowerDetector;
 use bittybuzz_motion::drive::{Goal, Pilot, Wheels};
@@ -9,12 +9,12 @@ use bittybuzz_arena::engine::{
     first_wrong, within, wrap,
 };
 
-/// The command of its firmware for the wheels.
+/// A command for the wheels, as the firmware gives it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Drive {
-    /// These duties.
+    /// Turn the wheels with these duties.
     Wheels(Wheels),
-    /// Go there and stay.
+    /// Drive to this goal and stay there.
     Goal(Goal),
 }
 
@@ -24,51 +24,51 @@ impl Default for Drive {
     }
 }
 
-/// A pose as the firmware reckons with.
+/// Converts a pose to the units of the firmware.
 pub(crate) fn for_firmware(pose: &Pose) -> bittybuzz_motion::track::Pose {
     let length = |mm: f32| units::from_mm(mm).unwrap_or_default();
     let heading = Angle((wrap(pose.heading) * (32_768.0 / core::f32::consts::PI)) as i32 as i16);
     bittybuzz_motion::track::Pose { x: length(pose.x), y: length(pose.y), heading }
 }
 
-/// Numbers of the body.
+/// The parameters of a Zooid's body.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ZooidModel {
-    /// mm
+    /// Radius in mm.
     pub radius: f32,
-    /// Between the wheels, mm.
+    /// Distance between the wheels in mm.
     pub track: f32,
-    /// mm/s of a wheel at `full_duty`.
+    /// Speed of a wheel at `full_duty`, in mm/s.
     pub speed: f32,
-    /// Duty in percent at which a wheel has `speed`; from `dead_duty` the speed grows linearly.
+    /// Duty in percent at which a wheel has `speed`; the speed grows linearly from `dead_duty`.
     pub full_duty: u8,
     /// Duty in percent up to which a wheel stands still.
     pub dead_duty: u8,
-    /// Deviation of each wheel's gain, as a part of 1.
+    /// Standard deviation of each wheel's gain, as a share of it.
     pub gain_sigma: f32,
     /// The size in mm of one step of the projector's code.
     pub unit: f32,
-    /// The projector's light, for its firmware.
+    /// Faults of the projector's light, for an emulated firmware.
     pub light: Light,
-    /// Reading of the register RPD of its firmware's radio.
+    /// Interpretation of the register RPD, for an emulated firmware.
     pub power_detector: PowerDetector,
 }
 
 /// Faults of the projector's light, as a robot's firmware sees it.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Light {
-    /// Share of frames that it does not see.
+    /// Share of frames that the robot does not see.
     pub lose: f64,
-    /// Most µs by which edges come too early or too late.
+    /// Largest deviation of an edge in µs, early or late.
     pub jitter_us: f64,
     /// Glitches per second at each photodiode.
     pub glitches_per_s: f64,
 }
 
 impl ZooidModel {
-    /// Track and diameter from the makers' description; 0.5 m/s is the reported top speed, 60 the highest duty their
-    /// firmware uses, 22 where its calibration begins. No curve of duty and speed is published: linear is a choice, and
-    /// so is the deviation.
+    /// Track and diameter are from the makers' description. 0.5 m/s is the reported top speed, 60
+    /// the highest duty of their firmware, and 22 the duty at which its calibration begins. No
+    /// curve of duty and speed is published: a linear one is a choice, and so is the deviation.
     pub const STANDARD: Self = ZooidModel {
         radius: 13.0,
         track: 20.0,
@@ -83,7 +83,7 @@ impl ZooidModel {
 }
 
 impl BodyModel for ZooidModel {
-    /// The height is the makers' figure.
+    /// Returns the shape; the height is the makers' figure.
     fn shape(&self) -> Shape {
         Shape { radius: self.radius, height: 21.0 }
     }
@@ -116,10 +116,11 @@ impl BodyModel for ZooidModel {
     }
 }
 
-/// From the middle to each photodiode, mm (layout of the board, version 1.3).
+/// Distance from the middle to each photodiode in mm (layout of the board, version 1.3).
 const DIODE: f32 = 9.8;
 
-/// A projector's frame, seconds: 41 patterns of 333 µs. The robot knows where it was one frame ago.
+/// Duration of a projector's frame in seconds: 41 patterns of 333 µs. The position that a robot
+/// decodes is one frame old.
 const FRAME: f32 = 0.013_653;
 
 /// A Zooid's body.
@@ -131,7 +132,7 @@ struct Zooid {
     goal: Option<Goal>,
     gain_left: f32,
     gain_right: f32,
-    /// mm/s and radians per second of the last substep.
+    /// Speed in mm/s and rate of turn in radians per second, in the last substep.
     speed: f32,
     rate: f32,
 }
@@ -184,7 +185,8 @@ impl Body for Zooid {
         Some([self.speed, self.rate])
     }
 
-    /// The position that the robot decodes: its two photodiodes are each in a stripe of the projector's code.
+    /// Returns the pose that the robot decodes from the stripes of the projector's code in which
+    /// its two photodiodes are.
     fn sense(
         &mut self,
         pose: &Pose,
@@ -209,7 +211,7 @@ impl Body for Zooid {
 }
 
 impl Zooid {
-    /// Its wheels turn for a time; duties in percent.
+    /// Turns the wheels for a time, with duties in percent.
     fn turn_wheels(
         &mut self,
         [left, right]: [f32; 2],
@@ -224,7 +226,7 @@ impl Zooid {
         if self.speed == 0.0 && self.rate == 0.0 {
             return;
         }
-        // An arc: its chord points half the turn further.
+        // The path is an arc. Its chord points half of the turn away from the first heading.
         let half = self.rate * seconds / 2.0;
         let chord =
             self.speed * seconds * if half.abs() > 1e-3 { libm::sinf(half) / half } else { 1.0 };
@@ -234,7 +236,9 @@ impl Zooid {
         pose.heading = wrap(pose.heading + 2.0 * half);
     }
 
-    /// The firmware steers 73 times a second by where it reckons to be now, which is off by half a mm: as good as the truth.
+    /// Returns the duties of the wheels. The firmware steers 73 times per second by a position that
+    /// it extrapolates to the present. This position is off by half a mm, which is close enough to
+    /// the true one that is used here.
     fn steer(&mut self, pose: &Pose) -> Wheels {
         match self.drive {
             Drive::Wheels(wheels) => {
@@ -245,14 +249,15 @@ impl Zooid {
                 if self.goal.replace(goal) != Some(goal) {
                     self.pilot.depart();
                 }
-                // The time matters only while the least duty is sought.
+                // The pilot uses the time only while it searches for the least duty, which is known
+                // here.
                 self.pilot.steer(goal, &for_firmware(pose), 0)
             }
         }
     }
 }
 
-/// mm/s of a wheel without its gain error.
+/// Returns the speed of a wheel in mm/s, without its gain error.
 fn wheel_speed(duty: f32, model: &ZooidModel) -> f32 {
     let [full, dead] = [model.full_duty, model.dead_duty].map(f32::from);
     let speed = model.speed * (duty.abs().min(full) - dead).max(0.0) / (full - dead);

@@ -1,4 +1,4 @@
-//! The Zooid in an emulator: its image, under a projector.
+//! The Zooid in an emulator: it runs its firmware image under a projector.
 
 use std::time::Duration;
 
@@ -10,7 +10,7 @@ use bittybuzz_robot_spec::{Layout, Robot};
 
 use crate::{Light, ZooidModel, table};
 
-/// A change of a robot's motion takes effect that much later at most.
+/// The longest delay until a change of motion reaches the emulator.
 const LOOK: Duration = Duration::from_micros(2500);
 
 impl Emulation for ZooidModel {
@@ -47,7 +47,7 @@ impl Emulation for ZooidModel {
         LOOK
     }
 
-    /// The script, and the reach of the link as a setting, if the scenario has one.
+    /// Returns the script, and the range of the link as a setting if the scenario has one.
     fn sections(&self, flash: &Flash<'_>) -> Result<Vec<(u32, Vec<u8>)>, Cause> {
         let mut sections = layout_section(flash)?;
         sections.extend(range(flash.robot, flash.media)?);
@@ -70,7 +70,7 @@ impl Emulation for ZooidModel {
     }
 }
 
-/// Returns the setting for the reach of the link: address and bytes.
+/// Returns the setting for the range of the link: address and bytes.
 fn range(robot: &Robot, media: &Media) -> Result<Option<(u32, Vec<u8>)>, Cause> {
     let Some(range) = media.nrf24.link.range.map(f64::from) else { return Ok(None) };
     let setting = robot.settings.iter().position(|setting| setting.name == "range_mm");
@@ -79,7 +79,7 @@ fn range(robot: &Robot, media: &Media) -> Result<Option<(u32, Vec<u8>)>, Cause> 
         return Err(Cause::NotEmulated { key: "range" });
     };
     let mut values = vec![None; robot.settings.len()];
-    // Farther than the setting goes is everywhere.
+    // A range above the setting's maximum is stored as no limit.
     let range = Some(range.round()).filter(|range| *range <= f64::from(robot.settings[place].most));
     values[place] = range.map(|range| range as u16);
     Ok(Some((region.address, Layout::settings_section(&values))))

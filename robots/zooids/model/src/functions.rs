@@ -1,4 +1,4 @@
-//! Functions of the Zooid.
+//! The robot functions of the Zooid in the simulator.
 
 use bittybuzz_arena::robot::{Call, Done, Effect};
 use bittybuzz_motion::drive::{Goal, Wheels};
@@ -8,10 +8,10 @@ use bittybuzz_robot_spec::Function;
 use crate::Drive;
 use crate::body::for_firmware;
 
-/// mV of a battery that is half full; it stays so unless the scenario says otherwise.
+/// Voltage of a half full battery in mV; it is constant unless the scenario sets it.
 const BATTERY_MV: u16 = 3800;
 
-/// Returns the effect of a function of the Zooid alone.
+/// Returns the effect of a function that only the Zooid has; `None` for all others.
 pub fn effect(function: &Function) -> Option<Effect> {
     let wheels = |left: i8, right: i8| -> Effect {
         Box::new(move |call| drive(call, Drive::Wheels(Wheels { left, right })))
@@ -26,7 +26,7 @@ pub fn effect(function: &Function) -> Option<Effect> {
         "battery" => {
             Box::new(|call| Done::Int(call.memory.battery_mv.unwrap_or(BATTERY_MV).into()))
         }
-        // There is no hand in the world that could touch it.
+        // The simulated world has no hands that could touch the robot.
         "touched" => Box::new(|_| Done::Int(0)),
         "greyCode" => Box::new(|call| {
             let number = call.numbers.int(0);

@@ -1,7 +1,8 @@
-//! The Zooid in the simulator: two wheels, an nRF24 radio, and a projector that tells it where it is.
+//! The Zooid in the simulator: two wheels, an nRF24 radio, and a projector from which the robot
+//! reads its position.
 //!
-//! Numbers are those of the real robot, or of a scenario's `[body.zooid]`. Emulators play it with its own image; the projector's
-//! light can be bad for that one only ([`Light`]).
+//! The parameters are those of the real robot, or of a scenario's `[body.zooid]`. In an emulator
+//! the robot runs its firmware image; only there the projector's light can have faults ([`Light`]).
 
 mod body;
 mod emulation;

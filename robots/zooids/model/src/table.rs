@@ -1,4 +1,4 @@
-//! The table under the projector: which part of the world it lights.
+//! The table under the projector, and the part of the world that it lights.
 
 use bittybuzz_arena::engine::Pose;
 use bittybuzz_zooids_board::STEP_MM;
@@ -6,7 +6,8 @@ use bittybuzz_zooids_board::STEP_MM;
 /// Columns and rows that are projected, in steps of the code (robots/zooids/board).
 const PICTURE: [[f64; 2]; 2] = [[56.0, 967.0], [227.0, 796.0]];
 
-/// Returns mm from where the code is 0 to the picture's middle, which is that of the world.
+/// Returns the middle of the picture, which is that of the world, in mm from the place where the
+/// code is 0.
 pub fn middle() -> [f64; 2] {
     [0, 1].map(|axis| PICTURE[axis].iter().sum::<f64>() / 2.0 * STEP_MM[axis])
 }
@@ -24,7 +25,7 @@ pub fn is_lit(pose: &Pose) -> bool {
 mod tests {
     use super::*;
 
-    /// The projected area as SwarmUI measured it: 883 steps are 812.8 mm, 558 are 508 mm.
+    /// SwarmUI measured the projected area: 883 steps are 812.8 mm, 558 are 508 mm.
     #[test]
     fn the_light_ends_where_the_picture_does() {
         let [right, up] = [911.0 / 2.0 * 812.8 / 883.0, 569.0 / 2.0 * 508.0 / 558.0];
