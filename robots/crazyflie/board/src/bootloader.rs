@@ -1,9 +1,11 @@
-//! Bitcraze's bootloader of the STM32, which runs in front of the firmware after every reset (crazyflie2-stm-bootloader,
-//! commit c79feab): its effects, not its code, which has another license.
+//! A model of Bitcraze's bootloader of the STM32, which runs before the firmware after every reset
+//! (crazyflie2-stm-bootloader, commit c79feab). The model has the bootloader's effects, not its
+//! code, which has another license.
 //!
-//! In this order: its start-up code copies `.data` and clears `.bss`, `SystemInit` turns on crystal and PLL, `main` samples
-//! two pins that the radio's processor drives and decides who runs, resets the two ports and sets VTOR. It needs about 3 ms on
-//! the chip, most of them for the crystal; here it takes no time.
+//! The bootloader's start-up code copies `.data` and clears `.bss`. `SystemInit` then turns on
+//! crystal and PLL. `main` samples two pins that the radio's processor drives, decides which
+//! program runs, resets the two ports and sets VTOR. On the chip this takes about 3 ms, most of
+//! them for the crystal; here it takes no time.
 
 use bittybuzz_chips::f405::F405;
 use bittybuzz_chips::{Loader, Random, Width};
@@ -11,8 +13,8 @@ use bittybuzz_chips::{Loader, Random, Width};
 /// First address of the flash sector after the bootloader, where the firmware begins.
 pub(crate) const FIRMWARE: u32 = 0x0800_4000;
 
-/// `.data`, `.bss`, and the end of both in its ELF file; from there up to its first stack pointer anything may have been on
-/// its stack.
+/// Start of `.data`, start of `.bss`, and the end of both in the bootloader's ELF file. From there
+/// to the first stack pointer, the bootloader's stack may have left any content.
 const DATA: u32 = 0x2000_0000;
 const BSS: u32 = 0x2000_0014;
 const BSS_END: u32 = 0x2000_2878;
@@ -33,12 +35,12 @@ const PWR_CR_VOS: u32 = 1 << 14;
 /// APB1 / 4, APB2 / 2.
 const CFGR_PRESCALERS: u32 = 0b101 << 10 | 0b100 << 13;
 const CFGR_SW_PLL: u32 = 2;
-/// 8 MHz / 8 * 336 / 2, and / 7 for USB.
+/// PLL: 8 MHz / 8 * 336 / 2 for the core, and / 7 for USB.
 const PLLCFGR: u32 = 8 | 336 << 6 | 1 << 22 | 7 << 24;
-/// Instruction and data cache, five wait states.
+/// Instruction and data cache on, five wait states.
 const ACR: u32 = 1 << 9 | 1 << 10 | 5;
 
-/// The memory that it overwrites.
+/// Returns the memory that the bootloader overwrites, with the new content.
 pub(crate) fn overwritten(noise: &mut Random) -> Vec<(u32, Vec<u8>)> {
     let mut random = |length: u32| (0..length).map(|_| noise.bits() as u8).collect();
     vec![
@@ -48,7 +50,8 @@ pub(crate) fn overwritten(noise: &mut Random) -> Vec<(u32, Vec<u8>)> {
     ]
 }
 
-/// `SystemInit`. It waits for the crystal for a limited time; without one the core stays at HSI's 16 MHz.
+/// Applies the effects of `SystemInit`, which waits for the crystal for a limited time. Without a
+/// crystal the core stays at HSI's 16 MHz.
 pub(crate) fn set_clocks(f405: &mut F405) {
     let set = |f405: &mut F405, address: u32, bits: u32| {
         let value = f405.read(address, Width::Word);
@@ -67,8 +70,9 @@ pub(crate) fn set_clocks(f405: &mut F405) {
     set(f405, RCC_CFGR, CFGR_SW_PLL);
 }
 
-/// The loader that it starts instead of the firmware for these levels of PC7, the radio processor's line, and PA4, its flow
-/// control; both pins are pulled down, so that an unconnected processor reads as low.
+/// Returns the loader that starts instead of the firmware, for the levels of PC7, the radio
+/// processor's line, and PA4, its flow control. Both pins are pulled down, so that an unconnected
+/// processor reads as low.
 pub(crate) fn loader(line_is_high: bool, flow_control_is_high: bool) -> Option<Loader> {
     match (line_is_high, flow_control_is_high) {
         (true, false) => None,

@@ -1,4 +1,4 @@
-//! Commands that a Crazyflie obeys, and its counters in messages.
+//! The commands that a Crazyflie handles, and its counters in the protocol's messages.
 
 use std::time::Duration;
 

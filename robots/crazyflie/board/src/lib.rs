@@ -15,7 +15,7 @@ use bittybuzz_chips::{
 
 use crate::bootloader::FIRMWARE;
 
-/// Port, pin, whether it shines when the pin is high.
+/// The LEDs: port, pin, and true if the LED shines while the pin is high.
 const LEDS: [(Led, usize, u8, bool); 5] = [
     (Led::BlueLeft, 3, 2, true),
     (Led::RedLeft, 2, 0, false),
@@ -24,8 +24,8 @@ const LEDS: [(Led, usize, u8, bool); 5] = [
     (Led::RedRight, 2, 3, false),
 ];
 
-/// The connections of motors 1 to 4: port, pin, and the timer's channel that an alternate function
-/// brings there.
+/// The connections of motors 1 to 4: port, pin, and the channel of a timer that the alternate
+/// function connects to the pin.
 const MOTORS: [Motor; 4] = [
     Motor { port: 0, pin: 1, function: 1, timer: 2, channel: 1 },
     Motor { port: 1, pin: 11, function: 1, timer: 2, channel: 3 },
@@ -48,7 +48,7 @@ const CCM: u32 = 0x1000_0000;
 /// Port and pin of the radio's flow control.
 const FLOW_CONTROL: (usize, u8) = (0, 4);
 
-/// The differences from one Crazyflie to the next.
+/// The differences between one Crazyflie and another.
 #[derive(Clone, Debug)]
 pub struct Settings {
     /// The chip's 96-bit unique id (RM0090 39.1).
@@ -66,9 +66,9 @@ impl Default for Settings {
 /// The counters since power-on.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Statistics {
-    /// Longest time from a byte's arrival at USART6 to its being read.
+    /// Longest time from a byte's arrival at USART6 until it was read.
     pub receive_latency: Time,
-    /// Bytes lost because the one before had not been read.
+    /// Bytes that USART6 lost because the byte before had not been read.
     pub overruns: u64,
     /// Bytes that USART6 received with a wrong stop bit.
     pub framing_errors: u64,
@@ -76,29 +76,32 @@ pub struct Statistics {
     pub peer_received: u64,
     /// The number of these with a wrong stop bit.
     pub peer_framing_errors: u64,
-    /// Frames that the radio's processor dropped for their checksum.
+    /// Frames that the radio's processor dropped because of their checksum.
     pub peer_bad_checksums: u64,
-    /// Bytes that the radio's processor lost because its queue was full, which the line for flow control does not show.
+    /// Bytes that the radio's processor lost because its queue was full; the line for flow control
+    /// does not show this.
     pub peer_dropped: u64,
-    /// Bytes that its UART lost: the firmware ignored flow control.
+    /// Bytes that the UART of the radio's processor lost because the firmware ignored flow control.
     pub peer_overruns: u64,
-    /// Frames that were to be sent to the firmware while the radio's processor is still silent.
+    /// Frames that were not sent to the firmware because the radio's processor was still silent.
     pub peer_unsent: u64,
     /// P2P frames that came while the radio was transmitting.
     pub radio_unheard: u64,
-    /// P2P frames for which the radio's processor had no room: they came faster than the line takes them.
+    /// P2P frames for which the radio's processor had no room, because they came faster than the
+    /// line to the firmware takes them.
     pub radio_overflown: u64,
-    /// Own P2P frames that the next one, or a change of the radio's settings, cut off on the air.
+    /// Own P2P frames that were cut off on the air, by the next one or by a change of the radio's
+    /// settings.
     pub radio_cut: u64,
-    /// Bytes that the line lost on request, in both directions.
+    /// Bytes that the line lost because of [`Crazyflie::set_link`], in both directions.
     pub link_lost: u64,
-    /// Bytes that the line changed on request, in both directions.
+    /// Bytes that the line changed because of [`Crazyflie::set_link`], in both directions.
     pub link_corrupted: u64,
     /// Frequencies of the core, of APB1 and of APB2, as they are now.
     pub clocks_hz: [u64; 3],
     /// Accesses to peripherals whose clock is off.
     pub accesses_without_clock: u64,
-    /// First addresses that were used of blocks that have no model and are plain storage.
+    /// For each block without a model, which is plain storage, the first address that was used.
     pub unknown: Vec<u32>,
 }
 
@@ -109,9 +112,9 @@ pub struct Crazyflie {
     next: Option<Time>,
     f405: F405,
     chip: Chip,
-    /// After the next reset.
+    /// Properties of the chip from the next reset on.
     next_chip: Chip,
-    /// One-time programmable bytes after the next reset, if others than before.
+    /// New one-time programmable bytes for the next reset, if they change.
     next_otp: Option<Vec<u8>>,
     /// The cause of the last reset.
     last_reset: ResetCause,
@@ -125,7 +128,7 @@ pub struct Crazyflie {
 }
 
 impl Crazyflie {
-    /// A Crazyflie whose power was just turned on.
+    /// Creates a Crazyflie whose power was just turned on.
     pub fn new(settings: Settings) -> Self {
         let chip = Chip::default();
         let mut board = Crazyflie {
@@ -148,7 +151,8 @@ impl Crazyflie {
         board
     }
 
-    /// Carries the latest changes to the other end of the line and the pins.
+    /// Passes the output of the radio's processor to the STM32's USART and pins, and handles a loss
+    /// of power.
     fn settle(&mut self) {
         for output in self.nrf51.advance(self.now) {
             match output {
@@ -170,7 +174,7 @@ impl Crazyflie {
 
     fn find_next_event(&self) -> Option<Time> {
         let events = self.f405.next_event().into_iter().chain(self.nrf51.next_event(self.now));
-        // What waits for a clock that stands still never comes.
+        // An event that needs a stopped clock never comes.
         events.min().filter(|at| *at < Time::NEVER)
     }
 
@@ -180,7 +184,7 @@ impl Crazyflie {
         self.next = self.find_next_event();
     }
 
-    /// Looks at LEDs and motors.
+    /// Reports changes of LEDs and motors.
     fn observe(&mut self) {
         for ((led, port, pin, active), was_on) in LEDS.into_iter().zip(&mut self.leds) {
             let on = self.f405.ports[port].pin(pin) == Pin::Level(active);
@@ -207,7 +211,7 @@ impl Crazyflie {
         }
     }
 
-    /// Counters since power-on.
+    /// Returns the counters since power-on.
     pub fn statistics(&self) -> Statistics {
         let (usart, peer) = (&self.f405.usart, &self.nrf51);
         Statistics {
@@ -231,16 +235,16 @@ impl Crazyflie {
         }
     }
 
-    /// The radio's processor sends a frame, after those that still wait. It sends nothing before it has
-    /// received a good frame, and nothing from the radio before the firmware is ready or 3 s have passed;
-    /// such frames are lost and counted.
+    /// Sends a frame from the radio's processor to the firmware, after those that still wait. The
+    /// processor sends nothing before it has received a good frame, and nothing from the radio
+    /// before the firmware is ready or 3 s have passed; such frames are lost and counted.
     pub fn send(&mut self, frame: &LinkFrame) {
         self.nrf51.send_frame(frame, self.now);
         self.settle();
     }
 
-    /// Another robot's P2P frame is on the air; its last bit comes at `end`, or now if that is past. Who is in range and
-    /// which frames destroy each other is for the caller to say.
+    /// Puts another robot's P2P frame on the air. Its last bit comes at `end`, or now if that is
+    /// past. The caller decides which robots are in range and which frames collide.
     pub fn hear(&mut self, frame: &P2pFrame, end: Time) {
         self.nrf51.hear(frame, end.max(self.now));
         self.settle();
@@ -251,65 +255,66 @@ impl Crazyflie {
         self.send(&pose.frame());
     }
 
-    /// Bytes come from the radio's processor, whatever they mean, back to back after those that wait.
+    /// Sends raw bytes from the radio's processor, back to back after those that wait.
     pub fn send_bytes(&mut self, bytes: &[u8]) {
         self.nrf51.send_bytes(bytes);
         self.settle();
     }
 
-    /// The line loses and corrupts bytes from now on.
+    /// Sets the error rates of the line from now on.
     pub fn set_link(&mut self, link: Link) {
         self.nrf51.set_link(link);
     }
 
-    /// The radio's processor stops its UART's receiver, which says so (`true`), or goes on (`false`).
+    /// Stops (`true`) or restarts (`false`) the receiver of the radio processor's UART; the line
+    /// for flow control shows it.
     pub fn set_flow_control(&mut self, full: bool) {
         self.nrf51.set_stopped(full, self.now);
         self.settle();
     }
 
-    /// The radio's processor is like this from now on.
+    /// Configures the radio's processor from now on.
     pub fn set_nrf51(&mut self, settings: Nrf51Settings) {
         self.nrf51.set(settings);
     }
 
-    /// The radio's processor restarts, while the STM32 goes on.
+    /// Restarts the radio's processor; the STM32 continues to run.
     pub fn restart_nrf51(&mut self) {
         self.nrf51.restart(self.now);
         self.settle();
     }
 
-    /// From the next reset on the STM32 is like this.
+    /// Sets the properties of the STM32 from the next reset on.
     pub fn set_chip(&mut self, chip: Chip) {
         self.next_chip = chip;
     }
 
-    /// From the next reset on the one-time programmable memory, of [`OTP`](bittybuzz_chips::f405::OTP) bytes, holds these
-    /// and is erased after them.
+    /// Sets the content of the one-time programmable memory, of [`OTP`](bittybuzz_chips::f405::OTP)
+    /// bytes, from the next reset on. The bytes after `content` are erased.
     pub fn set_otp(&mut self, content: Vec<u8>) {
         self.next_otp = Some(content);
     }
 
-    /// The STM32 is reset for this reason, now.
+    /// Requests a reset of the STM32 with this cause.
     pub fn request_reset(&mut self, cause: ResetCause) {
         self.reset_request = Some(cause);
     }
 
-    /// The battery is in this state from now on.
+    /// Sets the state of the battery from now on.
     pub fn set_battery(&mut self, battery: Battery) {
         self.nrf51.set_battery(battery);
     }
 
-    /// The button was pressed: the radio's processor asks the firmware to shut down and cuts the power when
-    /// that has acknowledged, after a second at the latest.
+    /// Presses the power button: the radio's processor asks the firmware to shut down, and cuts the
+    /// power when the firmware has acknowledged, after a second at the latest.
     pub fn request_shutdown(&mut self) {
         self.nrf51.request_shutdown(self.now);
         self.settle();
     }
 }
 
-/// Reads reach, beside the peripherals, the one-time programmable and unique-id area and DBGMCU. A reset leaves the radio's
-/// processor alone, which also decides about the power.
+/// Reads reach the peripherals, the one-time programmable and unique-id area, and DBGMCU. A reset
+/// does not affect the radio's processor, which also controls the power.
 impl Board for Crazyflie {
     const CORE: CoreKind = CoreKind::CortexM4F;
     const MEMORY: MemoryMap = MemoryMap {
@@ -322,7 +327,7 @@ impl Board for Crazyflie {
 
     fn power_on(number: usize) -> Self {
         let mut settings = Settings::default();
-        // The last digit of the default.
+        // Only the last digit of the default id differs between robots.
         settings.unique_id[11] = settings.unique_id[11].wrapping_add(number as u8);
         Crazyflie::new(settings)
     }
@@ -361,7 +366,7 @@ impl Board for Crazyflie {
     fn write(&mut self, address: u32, width: Width, value: u32) {
         self.f405.write(address, width, value);
         self.after_access();
-        // What decides about LEDs and motors: TIM2, TIM4, the ports and the clocks.
+        // LEDs and motors depend on TIM2, TIM4, the ports and the clocks.
         if matches!(address >> 10, 0x10_0000 | 0x10_0002 | 0x10_0080..=0x10_008e) {
             self.observe();
         }
@@ -401,11 +406,11 @@ impl Board for Crazyflie {
         self.settle();
     }
 
-    /// A firmware in the bootloader's place starts at once.
+    /// Models the bootloader. A firmware in the bootloader's place starts at once.
     fn start(&mut self, vectors: u32) -> Start {
         let MemoryMap { ram, ccm, .. } = Self::MEMORY;
         let mut memory = Vec::new();
-        // After a power-on the core's memory holds noise anyway.
+        // After a power-on the core has filled its memory with noise already.
         if self.last_reset != ResetCause::PowerOn {
             for (address, length) in [(RAM, ram), (CCM, ccm)] {
                 let content = self.chip.memory.content(length, &mut self.noise);

@@ -1,4 +1,4 @@
-//! The board, by the registers that a firmware writes.
+//! Tests of the board, through the registers that a firmware writes.
 
 use bittybuzz_chips::HardwareError;
 
@@ -17,7 +17,7 @@ const USART6: u32 = 0x4001_1400;
 const EXTI: u32 = 0x4001_3c00;
 const IWDG: u32 = 0x4000_3000;
 
-/// A board whose clocks are as a firmware for the Crazyflie sets them, and all on.
+/// Returns a board with the clocks that a firmware for the Crazyflie sets, all of them on.
 fn board() -> Crazyflie {
     let mut board = Crazyflie::new(Settings::default());
     write(&mut board, FLASH_ACR, 5);
@@ -45,7 +45,7 @@ fn events(board: &mut Crazyflie) -> Vec<Event> {
     board.take_events().into_iter().map(|(_, event)| event).collect()
 }
 
-/// USART6 on PC6 and PC7 at 84 MHz / `divider`, with its receive interrupt.
+/// Starts USART6 on PC6 and PC7 at 84 MHz / `divider`, with its receive interrupt.
 fn start_usart(board: &mut Crazyflie, divider: u32) {
     write(board, GPIOC, 2 << 12 | 2 << 14);
     write(board, GPIOC + 0x20, 8 << 24 | 8 << 28);
@@ -113,7 +113,7 @@ fn each_motor_hangs_at_its_pin() {
         assert_eq!(events(&mut board), [motor(0.25, 328_125.0)]);
         write(&mut board, timer + 0x20, 0);
         assert_eq!(events(&mut board), [motor(0.0, 0.0)], "CCxE");
-        // As an output it is simply on.
+        // As an output the pin is constantly high.
         write(&mut board, port + 0x18, 1 << pin);
         write(&mut board, port, 1 << (2 * pin));
         assert_eq!(events(&mut board), [motor(1.0, 0.0)]);

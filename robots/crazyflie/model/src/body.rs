@@ -1,4 +1,5 @@
-//! Crazyflie: follows a velocity, and believes to be where its positioning system says.
+//! The body of a Crazyflie: it follows a velocity, and estimates its pose with a positioning
+//! system.
 
 use bittybuzz_arena::engine::{
     Block, Bodies, Body, BodyModel, Medium, Pose, SettingsError, Shape, Stream, above_0,
@@ -8,76 +9,79 @@ use bittybuzz_arena::engine::{
 /// A command for the flight controller.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub enum Flight {
-    /// Propellers off: stands, or falls.
+    /// Propellers off: the robot stands, or falls.
     #[default]
     Off,
-    /// Fly.
+    /// Fly with this velocity.
     Velocity(Velocity),
 }
 
 /// A velocity in the robot's own frame.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Velocity {
-    /// mm/s ahead.
+    /// Velocity ahead in mm/s.
     pub forward: f32,
-    /// mm/s to the left.
+    /// Velocity to the left in mm/s.
     pub left: f32,
-    /// mm/s up.
+    /// Velocity upwards in mm/s.
     pub up: f32,
-    /// Radians per second, anticlockwise.
+    /// Rate of turn in radians per second, anticlockwise.
     pub turn: f32,
 }
 
 /// The source of a Crazyflie's position.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Positioning {
-    /// Nothing: it knows no position, and neighbours have no place.
+    /// No positioning: the robot knows neither its own position nor those of neighbours.
     None,
-    /// Dead reckoning (Flow deck): the errors add up.
+    /// Dead reckoning (Flow deck): errors accumulate.
     Flow {
-        /// Deviation of the horizontal error after a second of flight, mm; it grows with the root of the time.
+        /// Standard deviation of the horizontal error after a second of flight, in mm; it grows
+        /// with the square root of the time.
         walk: f32,
-        /// Deviation of the yaw's error after a second of flight, radians.
+        /// Standard deviation of the yaw error after a second of flight, in radians.
         yaw_walk: f32,
     },
-    /// It measures where it is (Lighthouse, Loco): errors of one moment are independent of the last.
+    /// Absolute measurement (Lighthouse, Loco): each measurement has an independent error.
     Absolute {
-        /// Deviation of each coordinate, mm.
+        /// Standard deviation of each coordinate, in mm.
         sigma: f32,
-        /// Deviation of the yaw, radians.
+        /// Standard deviation of the yaw, in radians.
         yaw_sigma: f32,
     },
 }
 
 impl Positioning {
-    /// Flow deck. The growth is a choice: some centimetres in a minute.
+    /// The Flow deck. The growth of the error is a choice: some centimetres in a minute.
     pub const FLOW: Self = Positioning::Flow { walk: 5.0, yaw_walk: 0.002 };
-    /// Lighthouse deck: 1 to 2 cm.
+    /// The Lighthouse deck: errors of 1 to 2 cm.
     pub const LIGHTHOUSE: Self = Positioning::Absolute { sigma: 10.0, yaw_sigma: 0.01 };
-    /// Loco positioning deck: 10 cm.
+    /// The Loco positioning deck: errors of 10 cm.
     pub const LOCO: Self = Positioning::Absolute { sigma: 100.0, yaw_sigma: 0.05 };
 }
 
-/// Numbers of the body.
+/// The parameters of a Crazyflie's body.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct CrazyflieModel {
-    /// mm
+    /// Radius in mm.
     pub radius: f32,
-    /// The time in which the velocity reaches 63 % of its command, seconds.
+    /// Time in which the velocity covers 63 % of a change of the command, in seconds.
     pub lag: f32,
-    /// Greatest speed, mm/s.
+    /// Highest speed in mm/s.
     pub speed: f32,
-    /// Greatest acceleration, mm/s².
+    /// Highest acceleration in mm/s².
     pub acceleration: f32,
-    /// Closing speed above which a contact in the air is a crash, mm/s; 0: every contact is one.
+    /// Closing speed in mm/s above which a contact in the air is a crash; at 0 every contact is
+    /// one.
     pub crash_speed: f32,
-    /// The source of its position.
+    /// The source of the robot's position.
     pub positioning: Positioning,
 }
 
 impl CrazyflieModel {
-    /// Collision cylinder of gym-pybullet-drones; 1 m/s and 20 degrees of tilt, hence 3.6 m/s², as Bitcraze's position
-    /// controller allows; the lag is a choice. Every contact in the air is a crash: the propellers have no guards.
+    /// Radius and height are those of the collision cylinder of gym-pybullet-drones. Bitcraze's
+    /// position controller allows 1 m/s and 20 degrees of tilt, hence 3.6 m/s². The lag is a
+    /// choice. Every contact in the air is a crash: the propellers have no guards.
     pub const STANDARD: Self = CrazyflieModel {
         radius: 60.0,
         lag: 0.3,
@@ -89,7 +93,7 @@ impl CrazyflieModel {
 }
 
 impl BodyModel for CrazyflieModel {
-    /// The height is that of the collision cylinder of gym-pybullet-drones.
+    /// Returns the shape; the height is that of the collision cylinder of gym-pybullet-drones.
     fn shape(&self) -> Shape {
         Shape { radius: self.radius, height: 25.0 }
     }
@@ -133,20 +137,20 @@ impl BodyModel for CrazyflieModel {
     }
 }
 
-/// mm/s²
+/// Acceleration of gravity in mm/s².
 const GRAVITY: f32 = 9810.0;
 
-/// Greatest rate of yaw, radians per second (a choice: a full turn per second).
+/// Highest rate of yaw in radians per second (a choice: a full turn per second).
 const TURN: f32 = core::f32::consts::TAU;
 
 /// A Crazyflie's body.
 #[derive(Clone, Debug, Default)]
 struct Crazyflie {
     flight: Flight,
-    /// mm/s along x, y, z of the world.
+    /// Velocity along x, y, z of the world, in mm/s.
     velocity: [f32; 3],
     rate: f32,
-    /// Error of the estimate: x, y, z, heading.
+    /// Error of the estimate: x, y, z in mm, and heading in radians.
     error: [f32; 4],
 }
 
@@ -218,7 +222,8 @@ impl Body for Crazyflie {
                 return None;
             }
             Positioning::Flow { walk, yaw_walk } => {
-                // The deck measures the height; what drifts is the place.
+                // The deck measures the height, so only the position on the ground plane and the
+                // yaw drift.
                 if pose.z > 0.0 {
                     let root = seconds.sqrt();
                     self.error[0] += walk * root * stream.normal();
@@ -246,7 +251,8 @@ impl Crazyflie {
         self.rate = 0.0;
     }
 
-    /// First-order lag towards the wanted velocity, within the limits of speed and acceleration.
+    /// Changes the velocity towards the wanted one with a first-order lag, within the limits of
+    /// speed and acceleration.
     fn track(&mut self, wanted: Velocity, heading: f32, model: &CrazyflieModel, seconds: f32) {
         let (sin, cos) = libm::sincosf(heading);
         let goal = shorten(
@@ -269,7 +275,8 @@ impl Crazyflie {
     }
 }
 
-/// Returns the same direction, not longer than `most`; a vector that is no number becomes 0.
+/// Returns a vector of the same direction with a length of at most `most`; a vector with a length
+/// that is not finite becomes 0.
 fn shorten(vector: [f32; 3], most: f32) -> [f32; 3] {
     let length = vector.iter().map(|part| part * part).sum::<f32>().sqrt();
     if !length.is_finite() {

@@ -1,4 +1,4 @@
-//! The Crazyflie in an emulator: a process for each, with a positioning system.
+//! The Crazyflie in an emulator: one process per robot, with a positioning system.
 
 use std::time::Duration;
 
@@ -9,7 +9,7 @@ use bittybuzz_robot_spec::{Profile, Robot};
 
 use crate::CrazyflieModel;
 
-/// Time between two positions, as of Lighthouse or Loco.
+/// Time between two positions that the robot receives, as with Lighthouse or Loco.
 const LOOK: Duration = Duration::from_millis(100);
 
 impl Emulation for CrazyflieModel {

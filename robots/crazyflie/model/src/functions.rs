@@ -1,4 +1,5 @@
-//! Functions of the Crazyflie, and the pilot that carries them out between two calls.
+//! The robot functions of the Crazyflie in the simulator, and the pilot that carries them out
+//! between two calls.
 
 use std::any::Any;
 
@@ -8,58 +9,62 @@ use bittybuzz_robot_spec::Function;
 
 use crate::{Flight, Velocity};
 
-/// mm/s of take-off, landing and flights to a place, as robots/crazyflie/robot.toml says.
+/// Speed of take-off, landing and flights to a place, in mm/s (robots/crazyflie/robot.toml).
 const SPEED: f32 = 500.0;
-/// mm/s of `forward`.
+/// Speed of `forward` in mm/s.
 const CRUISE: f32 = 200.0;
-/// Degrees per second of `left` and `right`.
+/// Rate of turn of `left` and `right` in degrees per second.
 const TURN: f32 = 45.0;
-/// mm at which it has arrived.
+/// Distance in mm at which a goal is reached.
 const ARRIVED: f32 = 50.0;
 /// The value of `get_*` when nothing is in range. The world has no ceiling.
 const OUT_OF_RANGE: i32 = 32_767;
-/// Most time of `goTo`, and of functions without an end of their own, in ms.
+/// Time limit of `goTo`, and the time that take-off and landing may take in addition to their
+/// computed duration, in ms.
 const PATIENCE: u64 = 3000;
-/// Time that `spin` takes, in ms.
+/// Duration of `spin` in ms.
 const SPIN: u64 = 1500;
-/// mV of a full battery, of a low one, and the ms of flight between them: 7 minutes, Bitcraze's data sheet of the 2.1.
+/// Voltages of a full and of a low battery in mV, and the time of flight between them in ms: 7
+/// minutes (Bitcraze's data sheet of the 2.1).
 const FULL: u64 = 4150;
 const LOW: u64 = 3200;
 const FLIGHT_TIME: u64 = 420_000;
-/// mV below which the motors lose power after some ms, as in the firmware (firmware/crazyflie/src/battery.rs).
+/// Voltage in mV below which the motors are switched off, and the time in ms after which this
+/// happens, as in the firmware (firmware/crazyflie/src/battery.rs).
 const EMPTY: u64 = 3100;
 const EMPTY_TIME: u64 = 5000;
-/// mV at which the nRF51 cuts all power.
+/// Voltage in mV at which the nRF51 cuts all power.
 const FLAT: u64 = 3000;
 
 /// The task of the robot until the next call.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
 pub enum Task {
-    /// Stand.
+    /// Stand on the ground.
     #[default]
     Grounded,
-    /// Fly so fast in its own frame, at a height.
+    /// Fly with this velocity in the robot's own frame (mm/s, degrees per second), at a height in
+    /// mm.
     Cruise { forward: f32, left: f32, turn: f32, height: f32, climb: f32 },
-    /// Fly to a place, and look along x if asked.
+    /// Fly to a position in mm, and turn towards the x axis if `faces_x` is set.
     Goal { to: [f32; 3], faces_x: bool },
 }
 
-/// Flies as the last call wants it.
+/// The autopilot, which carries out the last call.
 #[derive(Debug, Clone, Copy, Default)]
 pub struct Pilot {
     task: Task,
     /// Height of take-off in mm.
     height: f32,
-    /// ms at which the running function ends.
+    /// Time in ms at which the running function ends.
     deadline: u64,
-    /// ms of flight.
+    /// Time of flight in ms.
     flown: u64,
-    /// ms since which the battery is empty.
+    /// Time in ms since which the battery is empty.
     empty_since: Option<u64>,
-    /// ms at which the stopwatch was started.
+    /// Time in ms at which the stopwatch was started.
     started: Option<u64>,
-    /// A fault has stopped the script, and the robot lands; or the battery is empty, and it falls. It does not take off before it is
-    /// switched off and on.
+    /// True if a fault stopped the script, and the robot lands, or if the battery is empty, and it
+    /// falls. The robot does not take off again before it is switched off and on.
     has_given_up: bool,
 }
 
@@ -80,7 +85,7 @@ impl Pilot {
                 let Some(here) = here else { return Flight::Velocity(Velocity::default()) };
                 let (dx, dy) = (x - here.x, y - here.y);
                 let distance = libm::hypotf(dx, dy);
-                // A second from the goal it begins to slow down.
+                // The robot slows down when it is a second away from the goal.
                 let share = if distance > 0.0 { distance.min(SPEED) / distance } else { 0.0 };
                 let (sine, cosine) = (libm::sinf(here.heading), libm::cosf(here.heading));
                 Velocity {
@@ -95,7 +100,7 @@ impl Pilot {
         Flight::Velocity(velocity)
     }
 
-    /// The time that `show` writes before the value: ms since `start`.
+    /// Returns the time that `show` writes before the value, in ms since `start`.
     fn stopwatch(&self, now: u64) -> Vec<Piece> {
         match self.started {
             Some(start) => {
@@ -106,7 +111,7 @@ impl Pilot {
     }
 
     fn cruise(&mut self, forward: f32, left: f32, turn: f32) -> Done {
-        // On the ground there is no height to fly at.
+        // A robot on the ground has no height to fly at, so it stays there.
         if self.task != Task::Grounded {
             let height = self.height;
             self.task = Task::Cruise { forward, left, turn, height, climb: SPEED };
@@ -121,7 +126,7 @@ impl Pilot {
         self.climb(-ARRIVED, speed);
     }
 
-    /// Returns true when it has landed, or had the time to.
+    /// Returns true if the robot has landed, or had enough time to land.
     fn is_down(&self, here: Option<Pose>, now: u64) -> bool {
         here.is_none_or(|here| here.z < 10.0) || now >= self.deadline
     }
@@ -135,7 +140,7 @@ impl Pilot {
         FULL.saturating_sub((FULL - LOW) * self.flown / FLIGHT_TIME).max(FLAT)
     }
 
-    /// Takes the motors' power when the battery is empty.
+    /// Switches the motors off when the battery has been empty for `EMPTY_TIME`.
     fn watch_battery(&mut self, battery_mv: Option<u16>, now: u64) {
         if battery_mv.map_or_else(|| self.battery(), u64::from) >= EMPTY {
             self.empty_since = None;
@@ -163,7 +168,7 @@ impl Autopilot for Pilot {
         u16::try_from(self.battery()).ok()
     }
 
-    /// Lands for good.
+    /// Lands; the robot does not take off again before it is switched off and on.
     fn give_up(&mut self, io: &mut Io<'_>) {
         self.has_given_up = true;
         if self.task != Task::Grounded {
@@ -182,7 +187,7 @@ impl Autopilot for Pilot {
     }
 }
 
-/// Returns the effect of a function of the Crazyflie alone.
+/// Returns the effect of a function that only the Crazyflie has; `None` for all others.
 pub fn effect(function: &Function) -> Option<Effect> {
     let cruise = |forward: f32, turn: f32| -> Effect {
         Box::new(move |call| fly(call, Done::Nil, |pilot, _| pilot.cruise(forward, 0.0, turn)))
@@ -240,10 +245,10 @@ pub fn effect(function: &Function) -> Option<Effect> {
     })
 }
 
-/// The time of a call, and the robot's state then.
+/// The time and the arguments of a call, and the robot's pose then.
 #[derive(Clone, Copy)]
 struct Moment<'a> {
-    /// ms
+    /// Time in ms.
     now: u64,
     here: Option<Pose>,
     numbers: CallNumbers<'a>,
@@ -271,7 +276,7 @@ fn fly(
     }
 }
 
-/// `led(c, on)`: c 0 red, else green.
+/// Sets a LED for `led(c, on)`: the red one if c is 0, otherwise the green one.
 fn set_led(call: &mut Call<'_, '_>) -> Done {
     let numbers = call.numbers;
     if numbers.count() != 2 {
@@ -331,7 +336,8 @@ fn spin(pilot: &mut Pilot, Moment { now, numbers, again, .. }: Moment<'_>) -> Do
 }
 
 impl Pilot {
-    /// Flies to a place. `goTo` looks along x and waits until the robot is there, `goto` does neither.
+    /// Flies to a place. `goTo` turns towards the x axis and waits until the robot has arrived;
+    /// `goto` does neither.
     fn go(&mut self, at: &Moment<'_>, is_waiting: bool) -> Done {
         let Moment { now, here, numbers, again } = *at;
         let height = if numbers.count() == 3 { numbers.float(2) } else { self.height };
@@ -359,12 +365,13 @@ fn start(call: &mut Call<'_, '_>, from: impl FnOnce(Option<u64>, u64) -> Option<
     Done::Nil
 }
 
-/// Returns mm as the robot's functions do.
+/// Returns a distance in mm as the robot's functions do: `OUT_OF_RANGE` for `None`.
 fn distance(mm: Option<i32>) -> Done {
     Done::Int(mm.unwrap_or(OUT_OF_RANGE))
 }
 
-/// Returns mm/s for a height in a number of steps of 100 ms, if the call has that number.
+/// Returns the speed in mm/s for a height, from the number of steps of 100 ms in the second
+/// argument; `SPEED` without such a number.
 fn pace(height: f32, numbers: &CallNumbers<'_>) -> f32 {
     match numbers.int(1) {
         steps if numbers.count() == 2 && steps > 0 => (height / (steps as f32 * 0.1)).max(1.0),

@@ -1,7 +1,8 @@
-//! The Crazyflie in the simulator: follows velocities, has a Multi-ranger deck, and believes to be where its positioning system
-//! says.
+//! The Crazyflie in the simulator: it follows velocities, has a Multi-ranger deck, and estimates
+//! its pose with a positioning system.
 //!
-//! Numbers are those of the real robot, or of a scenario's `[body.crazyflie]`. Emulators play it with its own image.
+//! The parameters are those of the real robot, or of a scenario's `[body.crazyflie]`. In an
+//! emulator the robot runs its firmware image.
 
 mod body;
 mod emulation;
