@@ -1,10 +1,11 @@
-//! The list of the robots that ship: the only place that names them all.
+//! The list of the robots that ship. This is the only place that names all of them.
 //!
-//! Compiler and simulator take robots as arguments and know none; programs take the list from here. A robot is its file
-//! `robots/NAME/robot.toml`, embedded in the program. To ship another one, add its line to [`shipped`]
-//! (`docs/new-robot.md` leads through it).
+//! Compiler and simulator know no robots and take them as arguments; programs take the list from
+//! this crate. A robot is its file `robots/NAME/robot.toml`, embedded in the program. To ship
+//! another one, add its line to [`shipped`] (`docs/new-robot.md` describes all steps).
 //!
-//! This crate holds text only: build scripts of firmware use it, so it depends on no model and on no emulator.
+//! This crate holds text only and depends on no model and on no emulator, because build scripts of
+//! firmware use it.
 
 use std::path::Path;
 
@@ -13,11 +14,11 @@ use bittybuzz_robot_spec::{Robot, RobotErrors};
 /// A robot file that ships.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct ShippedFile {
-    /// The robot's name, by which the command line knows it.
+    /// The robot's name on the command line.
     pub name: &'static str,
-    /// Its path from the root of the repository, for messages.
+    /// The file's path from the root of the repository, for messages.
     pub path: &'static str,
-    /// Its text.
+    /// The file's text.
     pub text: &'static str,
 }
 
@@ -31,7 +32,7 @@ macro_rules! shipped_files {
     };
 }
 
-/// The robot files that ship.
+/// Returns the robot files that ship.
 pub const fn shipped() -> &'static [ShippedFile] {
     shipped_files! {
         "kilobot": "kilobot/robot.toml"
@@ -41,7 +42,7 @@ pub const fn shipped() -> &'static [ShippedFile] {
     }
 }
 
-/// The robots that ship, read.
+/// Returns the robots that ship, parsed from their files.
 pub fn all_shipped() -> Vec<Robot> {
     shipped().iter().map(read_shipped).collect()
 }
@@ -49,12 +50,14 @@ pub fn all_shipped() -> Vec<Robot> {
 fn read_shipped(file: &ShippedFile) -> Robot {
     match Robot::parse(file.text, file.path) {
         Ok(robot) => robot,
-        // A mistake in this repository, which the tests find; no input leads here.
+        // Tests parse all shipped files, so only a mistake in this repository leads here, never an
+        // input.
         Err(error) => panic!("a shipped robot does not parse: {error}"),
     }
 }
 
-/// The robot that `--robot` names: one that ships, or a robot file of the user (a path that ends in `.toml`).
+/// Returns the robot that `--robot` names: one that ships, or a robot file of the user (a path that
+/// ends in `.toml`).
 pub fn find(name_or_path: &str) -> Result<Robot, RobotErrors> {
     let path = Path::new(name_or_path);
     if path.extension().is_some_and(|extension| extension == "toml") {

@@ -1,7 +1,7 @@
-//! The list of the models of robots: those that scenarios can have.
+//! The list of the simulator's robot models, for use in scenarios.
 //!
-//! The simulator knows no robot; programs hand it this list. A robot of your own with code of its own for the simulator is a crate
-//! with a [`RobotModel`], and a line here.
+//! The simulator knows no robot; programs pass this list to it. To add a robot with its own code in
+//! the simulator, write a crate with a [`RobotModel`] and add a line here.
 
 use std::sync::Arc;
 
@@ -10,7 +10,7 @@ use bittybuzz_crazyflie_model::CrazyflieModel;
 use bittybuzz_kilobot_model::KilobotModel;
 use bittybuzz_zooids_model::ZooidModel;
 
-/// Returns every model, with the numbers of the real robots.
+/// Returns all models, with the parameters of the real robots.
 #[must_use]
 pub fn all() -> Vec<Arc<dyn RobotModel>> {
     vec![
