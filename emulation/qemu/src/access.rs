@@ -1,5 +1,4 @@
-//! The meaning of a trapped load or store: executed in the core's place, with the board's
-//! registers.
+//! The execution of a trapped load or store in the core's place, with the board's registers.
 
 use bittybuzz_chips::{Board, Width};
 use bittybuzz_cortex_m::registers::{AIRCR, VTOR, requests_reset};
@@ -8,9 +7,8 @@ use crate::core::{CoreError, Processor};
 use crate::memory::{CCM, FLASH, Layout, SRAM};
 use crate::thumb::{self, DecodeError};
 
-/// The address ranges of the board: the peripherals; and the one-time programmable area, the system
-/// memory and the unique id,
-/// whose places differ from chip to chip.
+/// The address ranges of the board: the peripherals, and the area with the one-time programmable
+/// bytes, the system memory and the unique id, whose addresses differ between chips.
 const PERIPHERALS: Region = Region { start: 0x4000_0000, length: 0x2000_0000 };
 const SYSTEM_MEMORY: Region = Region { start: 0x1fff_7000, length: 0x9000 };
 /// SysTick's registers (ARMv7-M manual, B3.3.2).
@@ -19,11 +17,11 @@ const SYSTICK: Region = Region { start: 0xe000_e010, length: 0x10 };
 /// The result of an access.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Outcome {
-    /// It is done.
+    /// The access is done.
     Done,
-    /// It is done, and resets the chip (AIRCR.SYSRESETREQ).
+    /// The access is done, and resets the chip (AIRCR.SYSRESETREQ).
     SystemReset,
-    /// It was to SysTick: reads give 0, writes are lost.
+    /// The access was to SysTick: a read gives 0, a write is lost.
     SysTick,
 }
 
@@ -33,7 +31,7 @@ pub enum AccessError {
     /// The core failed.
     #[error(transparent)]
     Core(#[from] CoreError),
-    /// The instruction does not access a peripheral in a driver's way.
+    /// The instruction is not one that a driver uses for a peripheral.
     #[error("the instruction at {pc:#010x} accesses a peripheral, but is {source}")]
     Instruction {
         /// The program counter.
@@ -41,7 +39,7 @@ pub enum AccessError {
         /// The decoder's error.
         source: DecodeError,
     },
-    /// Not aligned, or only in part to something trapped.
+    /// The access is not aligned, or only a part of it is to a trapped address.
     #[error(
         "the instruction at {pc:#010x} accesses {address:#010x} in a way that no peripheral allows"
     )]
@@ -64,7 +62,7 @@ impl Region {
     }
 }
 
-/// Stops `core` before accesses that are not QEMU's to do.
+/// Makes `core` stop before accesses that QEMU must not execute itself.
 pub fn trap(core: &mut Processor) -> Result<(), CoreError> {
     for region in [PERIPHERALS, SYSTEM_MEMORY, SYSTICK] {
         core.trap_accesses(region.start, region.length)?;
@@ -75,7 +73,7 @@ pub fn trap(core: &mut Processor) -> Result<(), CoreError> {
     core.trap_writes(VTOR, AIRCR + 4 - VTOR)
 }
 
-/// Does the load or store before which `core` stopped, an instruction in `flash` or in RAM.
+/// Executes the load or store before which `core` stopped, an instruction in `flash` or in RAM.
 pub fn perform(
     core: &mut Processor,
     board: &mut impl Board,
@@ -109,7 +107,7 @@ pub fn perform(
     Ok(outcome)
 }
 
-/// Returns the half-word at `pc` and the one after it, which the last of a memory does not have.
+/// Returns the half-word at `pc` and the one after it, which is 0 at the end of a memory.
 fn instruction(core: &mut Processor, flash: &[u8], pc: u32) -> Result<[u16; 2], CoreError> {
     let mut code = [0; 4];
     match flash.get(pc.wrapping_sub(FLASH.start) as usize..) {
@@ -123,8 +121,8 @@ fn instruction(core: &mut Processor, flash: &[u8], pc: u32) -> Result<[u16; 2], 
     Ok([[code[0], code[1]], [code[2], code[3]]].map(u16::from_le_bytes))
 }
 
-/// RAM that is not where QEMU has it, or the part of an access that is not trapped: several registers stored across the
-/// start of the RAM.
+/// Returns true for RAM: either QEMU has it at another address, or it is the untrapped part of an
+/// access, such as several registers stored across the start of the RAM.
 fn is_memory(address: u32) -> bool {
     CCM.contains(&address) || SRAM.contains(&address)
 }

@@ -1,9 +1,9 @@
-//! A client of the GDB remote protocol, as far as QEMU's stub for Cortex-M needs it
-//! (GDB manual, appendix E).
+//! A client of the GDB remote protocol, to the extent that QEMU's stub for Cortex-M needs it (GDB
+//! manual, appendix E).
 //!
-//! Packets that do not depend on each other go out together, because a round trip costs as much as the work.
-//! Nothing is acknowledged: the next `$` counts as the acknowledgement, and QEMU takes any byte that comes
-//! while the core runs, even `+`, for a request to stop.
+//! Packets that do not depend on each other are sent together, because a round trip costs as much
+//! as the work. The client sends no acknowledgements: the stub takes the next `$` as one, and while
+//! the core runs it takes any byte, even `+`, for a request to stop.
 
 use std::io::{self, Read, Write};
 use std::os::unix::net::UnixStream;
@@ -11,15 +11,16 @@ use std::time::Duration;
 
 use crate::registers::Registers;
 
-/// QEMU takes packets of 4096 characters, two for each byte and some for the request.
+/// Bytes of memory in one packet: QEMU accepts 4096 characters, two for each byte and some for the
+/// request.
 const LONGEST_MEMORY: usize = 1984;
 /// Number of the program status register in QEMU's description of Cortex-M.
 const XPSR: usize = 25;
-/// How long the core may run before it is asked to stop.
+/// Time for which the core may run before it is asked to stop.
 const PATIENCE: Duration = Duration::from_secs(5);
-/// How many times as long an answer may take, on a busy host.
+/// Factor by which a reply may take longer than `PATIENCE`, on a busy host.
 const TRIES: u32 = 12;
-/// A byte outside of any packet: stop the core.
+/// A byte outside of any packet that stops the core.
 const INTERRUPT: u8 = 0x03;
 
 /// A connection to the stub; the core is stopped, unless [`resume`](Gdb::resume) was the last call.
@@ -28,7 +29,7 @@ pub struct Gdb {
     received: Vec<u8>,
 }
 
-/// Why a request failed.
+/// A reason why a request failed.
 #[derive(Debug, thiserror::Error)]
 pub enum GdbError {
     /// The connection broke.
@@ -40,10 +41,10 @@ pub enum GdbError {
     /// QEMU ended.
     #[error("QEMU ended")]
     Closed,
-    /// A packet came whose checksum is wrong.
+    /// A packet arrived with a wrong checksum.
     #[error("QEMU's debugger port sent a packet with a wrong checksum")]
     Checksum,
-    /// A request that QEMU does not accept.
+    /// QEMU does not accept the request.
     #[error("QEMU answered \"{reply}\" to the debugger's request \"{request}\"")]
     Refused {
         /// The request that was sent.
@@ -53,19 +54,20 @@ pub enum GdbError {
     },
 }
 
-/// Why the core stopped.
+/// The reason why the core stopped.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Stop {
-    /// It is about to access a watched address.
+    /// The core is about to access a watched address.
     Watchpoint,
-    /// It is about to execute an instruction with a breakpoint.
+    /// The core is about to execute an instruction with a breakpoint.
     Breakpoint,
     /// [`Gdb::interrupt`] was called.
     Interrupted,
 }
 
 impl Gdb {
-    /// Greets the stub. It refuses to write single registers until it was asked to describe them.
+    /// Connects to the stub. The stub accepts writes of single registers only after it was asked to
+    /// describe them.
     pub fn new(stream: UnixStream) -> Result<Self, GdbError> {
         stream.set_read_timeout(Some(PATIENCE))?;
         let mut gdb = Gdb { stream, received: Vec::new() };
@@ -102,7 +104,7 @@ impl Gdb {
         Ok(self.stream.write_all(&[INTERRUPT])?)
     }
 
-    /// The registers, and what QEMU's monitor prints for `command`.
+    /// Returns the registers, and the output of QEMU's monitor for `command`.
     pub fn registers_and_monitor(
         &mut self,
         command: &str,
@@ -120,7 +122,7 @@ impl Gdb {
         Ok((registers, self.printed(command)?))
     }
 
-    /// Reads memory; `false` if there is none.
+    /// Reads memory; returns false if there is none.
     pub fn read_memory(&mut self, address: u32, bytes: &mut [u8]) -> Result<bool, GdbError> {
         for (index, part) in bytes.chunks_mut(LONGEST_MEMORY).enumerate() {
             let at = address.wrapping_add((index * LONGEST_MEMORY) as u32);
@@ -133,7 +135,8 @@ impl Gdb {
         Ok(true)
     }
 
-    /// Writes memory, flash included; `false` if there is none. Peripherals are not reached.
+    /// Writes memory, flash included; returns false if there is none. Peripherals cannot be reached
+    /// this way.
     pub fn write_memory(&mut self, address: u32, bytes: &[u8]) -> Result<bool, GdbError> {
         for (index, part) in bytes.chunks(LONGEST_MEMORY).enumerate() {
             let at = address.wrapping_add((index * LONGEST_MEMORY) as u32);
@@ -145,33 +148,33 @@ impl Gdb {
         Ok(true)
     }
 
-    /// The core stops before it executes the instruction at `address`.
+    /// Makes the core stop before it executes the instruction at `address`.
     pub fn set_breakpoint(&mut self, address: u32) -> Result<(), GdbError> {
         self.request_ok(&format!("Z0,{address:x},2"))
     }
 
-    /// No longer.
+    /// Removes the breakpoint at `address`.
     pub fn remove_breakpoint(&mut self, address: u32) -> Result<(), GdbError> {
         self.request_ok(&format!("z0,{address:x},2"))
     }
 
-    /// The core stops before it reads or writes any of `length` bytes at `address`.
+    /// Makes the core stop before it reads or writes any of `length` bytes at `address`.
     pub fn watch_accesses(&mut self, address: u32, length: u32) -> Result<(), GdbError> {
         self.request_ok(&format!("Z4,{address:x},{length:x}"))
     }
 
-    /// The core stops before it writes any of `length` bytes at `address`.
+    /// Makes the core stop before it writes any of `length` bytes at `address`.
     pub fn watch_writes(&mut self, address: u32, length: u32) -> Result<(), GdbError> {
         self.request_ok(&format!("Z2,{address:x},{length:x}"))
     }
 
-    /// Gives QEMU's monitor a command and returns what it prints.
+    /// Passes a command to QEMU's monitor and returns its output.
     pub fn monitor(&mut self, command: &str) -> Result<String, GdbError> {
         self.send(&[monitor_packet(command)])?;
         self.printed(command)
     }
 
-    /// The answer of the monitor to `command`.
+    /// Reads the monitor's output for `command`.
     fn printed(&mut self, command: &str) -> Result<String, GdbError> {
         let mut printed = Vec::new();
         loop {
@@ -211,7 +214,7 @@ impl Gdb {
         self.stream.write_all(framed.as_bytes()).map_err(closed)
     }
 
-    /// The next packet from the stub.
+    /// Reads the next packet from the stub.
     fn reply(&mut self) -> Result<String, GdbError> {
         for _ in 0..TRIES {
             if let Some(reply) = self.receive()? {
@@ -221,7 +224,7 @@ impl Gdb {
         Err(GdbError::Silent)
     }
 
-    /// The next packet from the stub, if it comes in time.
+    /// Reads the next packet from the stub; `None` if it does not arrive in time.
     fn receive(&mut self) -> Result<Option<String>, GdbError> {
         loop {
             if let Some(packet) = take_packet(&mut self.received)? {
@@ -238,7 +241,7 @@ impl Gdb {
     }
 }
 
-/// Removes the first complete packet from `received`, with whatever stands before it.
+/// Removes the first complete packet from `received`, with everything before it.
 fn take_packet(received: &mut Vec<u8>) -> Result<Option<String>, GdbError> {
     let Some(start) = received.iter().position(|&byte| byte == b'$') else {
         return Ok(None);

@@ -1,4 +1,4 @@
-//! The chip's memory, and where QEMU keeps it (RM0090 2.3).
+//! The chip's memory (RM0090 2.3), and its addresses in QEMU.
 
 use std::ops::Range;
 
@@ -8,22 +8,24 @@ pub const FLASH: Range<u32> = 0x0800_0000..0x0810_0000;
 pub const CCM: Range<u32> = 0x1000_0000..0x1001_0000;
 /// Main RAM.
 pub const SRAM: Range<u32> = 0x2000_0000..0x2002_0000;
-/// Memory that the chip does not have, but QEMU 7.2: it took the chip's 192 KiB of RAM for one piece.
+/// Memory that QEMU 7.2 has, but not the chip: QEMU treats the chip's 192 KiB of RAM as one block.
 const SURPLUS: u32 = 0x2002_0000;
 
-/// Where memory is in QEMU.
+/// The layout of the chip's memory in QEMU.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Layout {
-    /// As on the chip.
+    /// The addresses of the chip.
     Chip,
-    /// Without core-coupled memory (QEMU 7.2): its content stands behind the main RAM. The stack pointer is
-    /// moved there when it is set, accesses by address are done by the bridge. The firmware can tell by
-    /// the addresses of what is on its stack, and when that overflows: no fault, but the end of the main RAM.
+    /// No core-coupled memory (QEMU 7.2): its content is placed after the main RAM. The stack
+    /// pointer is moved there when it is set, and the bridge executes accesses by address. The
+    /// firmware can notice the difference by addresses of objects on its stack, and by a stack
+    /// overflow, which reaches the end of the main RAM instead of causing a fault.
     CcmBehindSram,
 }
 
 impl Layout {
-    /// Where QEMU keeps the `length` bytes at `address` of the chip, if all of them are memory.
+    /// Returns the address in QEMU of the `length` bytes at `address` of the chip, if all of them
+    /// are memory.
     pub fn locate(self, address: u32, length: usize) -> Option<u32> {
         let end = u32::try_from(length).ok()?.checked_add(address)?;
         let region = [FLASH, CCM, SRAM]
@@ -32,8 +34,8 @@ impl Layout {
         Some(if region == CCM { self.relocate(address) } else { address })
     }
 
-    /// What a stack pointer must be in QEMU that is `value` on the chip. The end of the memory is a stack
-    /// pointer too.
+    /// Returns the stack pointer in QEMU for the stack pointer `value` on the chip. The end of the
+    /// memory is a valid stack pointer, too.
     pub fn relocate(self, value: u32) -> u32 {
         match self {
             Layout::CcmBehindSram if (CCM.start..=CCM.end).contains(&value) => {

@@ -1,7 +1,7 @@
-//! The QEMU process: started with one of its machines, and what of it must be asked.
+//! The QEMU process: starts it with one of its machines, and reads its state.
 //!
-//! Its two ports are socket pairs in place of its standard input and output: no names in the file system,
-//! nothing to wait for, and they break when QEMU ends.
+//! QEMU's two ports are socket pairs in place of its standard input and output: they need no names
+//! in the file system and no wait for a connection, and they break when QEMU ends.
 
 use std::ffi::OsStr;
 use std::io::{self, Read};
@@ -15,20 +15,22 @@ use crate::qtest::{Qtest, QtestError};
 use crate::registers::Registers;
 
 const PROGRAM: &str = "qemu-system-arm";
-/// Replaces itself by the program it starts, which is then killed when this process dies, even if this is
-/// killed; QEMU would not notice.
+/// A program that replaces itself with the program that it starts. The kernel then kills QEMU when
+/// this process dies, even if this process is killed; QEMU itself would not notice.
 const STARTER: &str = "setpriv";
 const STARTER_ARGUMENTS: [&str; 2] = ["--pdeathsig", "KILL"];
-/// An instruction takes 2^0 ns of QEMU's clock. While it records, QEMU also tells how many instructions were
-/// executed; the clock alone does not, for it jumps to the next timer whenever the core is stopped.
+/// An instruction takes 2^0 ns of QEMU's clock. In record mode QEMU also reports the number of
+/// executed instructions. The clock alone does not give it, because it jumps to the next timer
+/// whenever the core is stopped.
 const ICOUNT: &str = "shift=0,sleep=off,rr=record,rrfile=/dev/null";
-/// The monitor's command that prints how many instructions were executed, and what stands before the number.
+/// The monitor's command that prints the number of executed instructions, and the text before the
+/// number.
 const COUNT: &str = "info replay";
 const COUNT_PREFIX: &str = "instruction count = ";
-/// Where a machine's objects stand in QEMU's object model: under it, or here if it gave them no name.
+/// Paths of a machine's objects in QEMU's object model; the second is for objects without a name.
 const MACHINE_PATHS: [&str; 2] = ["/machine", "/machine/unattached"];
 
-/// A running QEMU, its core stopped.
+/// A running QEMU with a stopped core.
 pub struct Qemu {
     process: Process,
     /// The debugger port.
@@ -37,28 +39,28 @@ pub struct Qemu {
     pub qtest: Qtest,
 }
 
-/// Why QEMU cannot be used.
+/// A reason why QEMU cannot be used.
 #[derive(Debug, thiserror::Error)]
 pub enum QemuError {
-    /// It is not installed.
+    /// QEMU is not installed.
     #[error("{PROGRAM} was not found: install the package qemu-system-arm")]
     NotInstalled,
-    /// It could not be started.
+    /// QEMU could not be started.
     #[error("cannot start {PROGRAM}: {0}")]
     Start(#[from] io::Error),
-    /// What starts it is not installed.
+    /// The program that starts QEMU is not installed.
     #[error("{STARTER} was not found: install the package util-linux")]
     NoStarter,
-    /// It does not say how many instructions it executed.
+    /// QEMU does not report the number of executed instructions.
     #[error("QEMU does not count instructions; it says: {printed}")]
     NoCount {
-        /// What it says.
+        /// The output of QEMU's monitor.
         printed: String,
     },
-    /// The debugger port.
+    /// The debugger port failed.
     #[error(transparent)]
     Gdb(#[from] GdbError),
-    /// The test port.
+    /// The test port failed.
     #[error(transparent)]
     Qtest(#[from] QtestError),
 }
@@ -72,7 +74,7 @@ impl Qemu {
         Ok(Qemu { process, gdb: Gdb::new(gdb)?, qtest: Qtest::new(qtest) })
     }
 
-    /// Path of the machine's object of this type in QEMU's object model.
+    /// Returns the path in QEMU's object model of the machine's object of this type.
     pub fn find(&mut self, kind: &str) -> Result<Option<String>, QemuError> {
         let kind = format!("(child<{kind}>)");
         for path in MACHINE_PATHS {
@@ -85,7 +87,8 @@ impl Qemu {
         Ok(None)
     }
 
-    /// The registers, and how many instructions the core has executed since QEMU's start.
+    /// Returns the registers, and the number of instructions that the core has executed since
+    /// QEMU's start.
     pub fn registers_and_count(&mut self) -> Result<(Registers, u64), QemuError> {
         let (registers, printed) = self.gdb.registers_and_monitor(COUNT)?;
         let digits = printed.split_once(COUNT_PREFIX).and_then(|(_, rest)| rest.lines().next());
@@ -99,7 +102,7 @@ impl Qemu {
     }
 }
 
-/// The process, ended with its owner.
+/// The process, which is killed when its owner is dropped.
 struct Process {
     child: Child,
     messages: Option<JoinHandle<String>>,
@@ -112,7 +115,7 @@ impl Process {
         gdb: UnixStream,
         qtest: UnixStream,
     ) -> Result<Self, QemuError> {
-        // Only to tell whether it is there: below, it is started by another program.
+        // This call only checks that QEMU is installed: below, another program starts it.
         Command::new(PROGRAM).arg("--version").output().map_err(|error| match error.kind() {
             io::ErrorKind::NotFound => QemuError::NotInstalled,
             _ => QemuError::Start(error),
@@ -123,8 +126,8 @@ impl Process {
             .args(["-machine", machine, "-nodefaults", "-display", "none", "-S"])
             .args(["-accel", "tcg", "-icount", ICOUNT])
             .args(["-chardev", "socket,id=gdb,fd=0", "-gdb", "chardev:gdb"])
-            // As an object, because what comes to the option `-qtest` is recorded, and waits while the core is
-            // stopped.
+            // The port is an object, because input of the option `-qtest` is recorded, and waits
+            // while the core is stopped.
             .args(["-chardev", "socket,id=qtest,fd=1"])
             .args(["-object", "qtest,id=port,chardev=qtest,log=/dev/null"])
             .args(arguments)
@@ -139,7 +142,7 @@ impl Process {
         let messages = child.stderr.take().map(|mut stderr| {
             std::thread::spawn(move || {
                 let mut text = Vec::new();
-                // What came before an error is all there is to show.
+                // The text before an error is all that can be shown.
                 let _ = stderr.read_to_end(&mut text);
                 String::from_utf8_lossy(&text).into_owned()
             })
@@ -155,7 +158,7 @@ impl Process {
 
 impl Drop for Process {
     fn drop(&mut self) {
-        // Both fail only if it has ended already.
+        // Both calls fail only if QEMU has ended already.
         let _ = self.child.kill();
         let _ = self.child.wait();
     }

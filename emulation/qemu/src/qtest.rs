@@ -1,19 +1,20 @@
-//! A client of QEMU's qtest protocol, which runs beside the emulated core: unlike a debugger it reaches
-//! peripherals, and it moves interrupt lines.
+//! A client of QEMU's qtest protocol. Unlike a debugger, qtest reaches peripherals and sets
+//! interrupt lines.
 
 use std::io::{self, BufRead, BufReader, Write};
 use std::os::unix::net::UnixStream;
 
-/// A connection to the qtest port. The core must be stopped, or the outcome depends on the host's speed.
+/// A connection to the qtest port. The core must be stopped, otherwise the outcome depends on the
+/// host's speed.
 ///
-/// Requests without an answer wait until [`flush`](Qtest::flush) or until something is read, because an
+/// Requests without an answer are queued until [`flush`](Qtest::flush) or the next read, because an
 /// exchange costs as much as ten requests.
 pub struct Qtest {
     stream: BufReader<UnixStream>,
     waiting: Vec<String>,
 }
 
-/// Why a request failed.
+/// A reason why a request failed.
 #[derive(Debug, thiserror::Error)]
 pub enum QtestError {
     /// The connection broke.
@@ -22,7 +23,7 @@ pub enum QtestError {
     /// QEMU ended.
     #[error("QEMU ended")]
     Closed,
-    /// A request that QEMU does not accept.
+    /// QEMU does not accept the request.
     #[error("QEMU answered \"{reply}\" to the qtest request \"{request}\"")]
     Refused {
         /// The request that was sent.
@@ -33,30 +34,30 @@ pub enum QtestError {
 }
 
 impl Qtest {
-    /// Uses `stream`; there is no greeting.
+    /// Creates a client on `stream`; the protocol has no greeting.
     pub fn new(stream: UnixStream) -> Self {
         Qtest { stream: BufReader::new(stream), waiting: Vec::new() }
     }
 
-    /// Will write 32-bit registers: from `address` on, in ascending order.
+    /// Queues a write of 32-bit registers from `address` on, in ascending order.
     pub fn write_words(&mut self, address: u32, words: &[u32]) {
         let bytes = words.iter().flat_map(|word| word.to_le_bytes());
         let digits: String = bytes.map(|byte| format!("{byte:02x}")).collect();
         self.waiting.push(format!("write {address:#x} {:#x} 0x{digits}", 4 * words.len()));
     }
 
-    /// Will move an interrupt line of the device at `path` in QEMU's object model.
+    /// Queues a change of an interrupt line of the device at `path` in QEMU's object model.
     pub fn set_line(&mut self, path: &str, line: u8, high: bool) {
         let level = u8::from(high);
         self.waiting.push(format!("set_irq_in {path} unnamed-gpio-in {line} {level}"));
     }
 
-    /// Does what waits.
+    /// Executes the queued requests.
     pub fn flush(&mut self) -> Result<(), QtestError> {
         self.exchange().map(drop)
     }
 
-    /// Does what waits, then reads a 32-bit register.
+    /// Executes the queued requests, then reads a 32-bit register.
     pub fn read_word(&mut self, address: u32) -> Result<u32, QtestError> {
         let request = format!("readl {address:#x}");
         self.waiting.push(request.clone());
@@ -65,7 +66,7 @@ impl Qtest {
         u32::from_str_radix(digits, 16).map_err(|_| QtestError::Refused { request, reply })
     }
 
-    /// Sends all requests and returns the answer to the last one.
+    /// Sends all queued requests and returns the answer to the last one.
     fn exchange(&mut self) -> Result<String, QtestError> {
         let requests = std::mem::take(&mut self.waiting);
         let lines: String = requests.iter().map(|request| format!("{request}\n")).collect();

@@ -5,7 +5,7 @@
 pub struct Registers {
     /// R0 to R15.
     pub r: [u32; 16],
-    /// Program status.
+    /// Program status register.
     pub xpsr: u32,
 }
 
@@ -17,23 +17,23 @@ impl Registers {
     /// Index of the program counter.
     pub const PC: u8 = 15;
 
-    /// The stack pointer.
+    /// Returns the stack pointer.
     pub fn sp(&self) -> u32 {
         self.r[usize::from(Self::SP)]
     }
 
-    /// The program counter.
+    /// Returns the program counter.
     pub fn pc(&self) -> u32 {
         self.r[usize::from(Self::PC)]
     }
 
-    /// The exception that is being handled; 0 for none.
+    /// Returns the number of the exception that is being handled; 0 for none.
     pub fn exception(&self) -> u32 {
         self.xpsr & 0x1ff
     }
 
-    /// Goes on behind an instruction of `length` bytes: ITAdvance() of the ARMv7-M manual, A7.3.2, if it
-    /// stands in an IT block.
+    /// Advances past an instruction of `length` bytes, and through the IT block if the instruction
+    /// is in one (ITAdvance() of the ARMv7-M manual, A7.3.2).
     pub fn skip_instruction(&mut self, length: u32) {
         self.r[usize::from(Self::PC)] = self.pc().wrapping_add(length);
         // ITSTATE bits 7 to 2 are XPSR bits 15 to 10, bits 1 and 0 are XPSR bits 26 and 25 (B1.4.2).

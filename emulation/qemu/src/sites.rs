@@ -1,30 +1,31 @@
 //! Instructions at which the bridge must stop the core, found in the image.
 //!
-//! What looks like such an instruction may be data or the second half of another instruction. That does no
-//! harm: QEMU compares the program counter with its breakpoints and changes no byte of the memory, and the
-//! program counter never gets there.
+//! A match may be data or the second half of another instruction. This is harmless: QEMU compares
+//! the program counter with its breakpoints and changes no byte of the memory, and the program
+//! counter never reaches such an address.
 
-/// An instruction that QEMU does not do as the bridge needs it.
+/// An instruction that the bridge must execute instead of QEMU.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Site {
-    /// What it does.
+    /// The action of the instruction.
     pub action: Action,
-    /// Its length in bytes.
+    /// Length of the instruction in bytes.
     pub length: u32,
 }
 
-/// What such an instruction does.
+/// The action of an instruction at a site.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Action {
     /// WFE: QEMU has no event register.
     WaitForEvent,
-    /// WFI: time is the board's, it would stand still.
+    /// WFI: the board's time would stand still, because only the bridge advances it.
     WaitForInterrupt,
     /// SEV: QEMU ignores it.
     SendEvent,
-    /// A branch to itself, the end of a handler for the unexpected: waits too, until an interrupt comes.
+    /// A branch to itself, as at the end of a handler for unexpected exceptions: the core also
+    /// waits, until an interrupt comes.
     Stay,
-    /// MSR MSP, Rn: only of interest if the stack had to be moved.
+    /// MSR MSP, Rn: needed only if the stack was moved to another address.
     SetStackPointer {
         /// Number of the register.
         register: u8,
@@ -32,7 +33,7 @@ pub enum Action {
 }
 
 impl Site {
-    /// The instruction with the half-words `first` and `second`.
+    /// Returns the site for the instruction with the half-words `first` and `second`.
     fn of(first: u16, second: u16) -> Option<Site> {
         // ARMv7-M manual, A7.7.262, A7.7.263, A7.7.129, each in two encodings, A7.7.12 (T2) and B5.2.3.
         let (action, length) = match (first, second) {
@@ -52,19 +53,19 @@ impl Site {
     }
 }
 
-/// All sites in `code`, which stands at `address`.
+/// Returns all sites in `code`, which is at `address`.
 pub fn find(address: u32, code: &[u8]) -> impl Iterator<Item = (u32, Site)> {
     halves(code).filter_map(move |(offset, first, second)| {
         Site::of(first, second).map(|site| (address + offset, site))
     })
 }
 
-/// A `BX LR` in `code`, which stands at `address`.
+/// Returns the address of a `BX LR` in `code`, which is at `address`.
 pub fn find_return(address: u32, code: &[u8]) -> Option<u32> {
     halves(code).find(|(_, first, _)| *first == 0x4770).map(|(offset, ..)| address + offset)
 }
 
-/// Each half-word with its offset and the one behind it.
+/// Returns each half-word with its offset and the half-word after it.
 fn halves(code: &[u8]) -> impl Iterator<Item = (u32, u16, u16)> {
     let half = |pair: &[u8]| u16::from_le_bytes([pair[0], pair[1]]);
     code.chunks_exact(2).enumerate().map(move |(index, pair)| {

@@ -1,24 +1,24 @@
-//! Loads and stores of Thumb-2 (ARMv7-M Architecture Reference Manual, DDI 0403, A5 and A7.7): what an
-//! instruction that was stopped before its access would do.
+//! Decoder of Thumb-2 loads and stores (ARMv7-M Architecture Reference Manual, DDI 0403, A5 and
+//! A7.7), for an instruction that was stopped before its access.
 
 use bittybuzz_chips::Width;
 
 use crate::registers::Registers;
 
-/// An access to memory that is yet to be done.
+/// An access to memory that is not yet done.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Access {
-    /// From memory to registers, or the other way.
+    /// True for a load from memory to registers, false for a store.
     pub load: bool,
     /// Size of each element.
     pub width: Width,
-    /// Whether a loaded element is extended with its sign.
+    /// True if a loaded element is sign-extended.
     pub signed: bool,
     /// Address of the first element; the others follow.
     pub address: u32,
     /// Numbers of the registers, one per element.
     pub registers: Vec<u8>,
-    /// A base register and its new value.
+    /// The base register and its new value, if the instruction writes it back.
     pub writeback: Option<(u8, u32)>,
     /// The register that a store-exclusive sets to 0 when it succeeds.
     pub status: Option<u8>,
@@ -26,7 +26,7 @@ pub struct Access {
     pub length: u32,
 }
 
-/// An instruction that cannot be done in the core's place.
+/// A reason why the bridge cannot execute an instruction in the core's place.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum DecodeError {
     /// VLDR, VSTR and the like.
@@ -35,7 +35,7 @@ pub enum DecodeError {
     /// A load of the program counter.
     #[error("a load of the program counter")]
     Jump,
-    /// No load or store that this bridge knows.
+    /// Not a load or store that this bridge knows.
     #[error("no load or store")]
     Other,
 }
@@ -43,8 +43,8 @@ pub enum DecodeError {
 const SP: u8 = Registers::SP;
 const PC: u8 = Registers::PC;
 
-/// The access of the instruction with the half-words `first` and `second` (which is ignored if the first
-/// is all) when the registers are `registers`.
+/// Returns the access of the instruction with the half-words `first` and `second`, for these values
+/// of registers. `second` is ignored for a 16-bit instruction.
 pub fn decode(first: u16, second: u16, registers: &Registers) -> Result<Access, DecodeError> {
     let access = match first >> 11 {
         0b11101..=0b11111 => decode_32(first, second, registers)?,
@@ -70,7 +70,7 @@ impl Access {
         }
     }
 
-    /// What a register holds after `raw` was loaded into it.
+    /// Returns the value of a register after `raw` was loaded into it.
     pub fn extended(&self, raw: u32) -> u32 {
         match (self.width, self.signed) {
             (Width::Byte, false) => raw & 0xff,
@@ -81,7 +81,7 @@ impl Access {
         }
     }
 
-    /// Distance of two elements.
+    /// Returns the distance in bytes between two elements.
     pub fn stride(&self) -> u32 {
         match self.width {
             Width::Byte => 1,
@@ -91,7 +91,7 @@ impl Access {
     }
 }
 
-/// `count` bits of `word` from bit `low` on.
+/// Returns `count` bits of `word` from bit `low` on.
 fn bits(word: u16, low: u32, count: u32) -> u32 {
     u32::from(word) >> low & ((1 << count) - 1)
 }
@@ -100,12 +100,12 @@ fn bit(word: u16, position: u32) -> bool {
     bits(word, position, 1) != 0
 }
 
-/// The register number in four bits.
+/// Returns the register number in the four bits from bit `low` on.
 fn register(word: u16, low: u32) -> u8 {
     bits(word, low, 4) as u8
 }
 
-/// A5.2.4 and the load and store multiple of A5.2.
+/// Decodes 16-bit instructions: A5.2.4, and load and store multiple of A5.2.
 fn decode_16(op: u16, registers: &Registers) -> Result<Access, DecodeError> {
     let value = |number: u32| registers.r[number as usize];
     let low = |position: u32| bits(op, position, 3);
@@ -152,7 +152,7 @@ fn decode_16(op: u16, registers: &Registers) -> Result<Access, DecodeError> {
     })
 }
 
-/// A5.3.5 to A5.3.10.
+/// Decodes 32-bit instructions: A5.3.5 to A5.3.10.
 fn decode_32(first: u16, second: u16, registers: &Registers) -> Result<Access, DecodeError> {
     match first >> 9 {
         0b1110100 if !bit(first, 6) => {
@@ -172,7 +172,7 @@ fn decode_32(first: u16, second: u16, registers: &Registers) -> Result<Access, D
     }
 }
 
-/// LDM and STM: the lowest register at the lowest address.
+/// Returns the access of LDM and STM: the lowest register is at the lowest address.
 fn multiple(
     load: bool,
     base: u8,
@@ -193,7 +193,8 @@ fn multiple(
     }
 }
 
-/// Base register, offset, and whether the offset comes before the access: `P`, `U` and `W` of A7.7.
+/// Returns the address of the access, and the base register's new value. `pre` and `up` are the
+/// bits `P` and `U` of A7.7.
 fn indexed(base: u8, offset: u32, pre: bool, up: bool, registers: &Registers) -> (u32, u32) {
     let start = match base {
         PC => registers.pc().wrapping_add(4) & !3,
@@ -215,7 +216,8 @@ fn dual(first: u16, second: u16, registers: &Registers) -> Access {
     }
 }
 
-/// LDREX and STREX. A peripheral is nobody else's: the store always succeeds.
+/// Returns the access of LDREX and STREX. No other master accesses a peripheral, so the store
+/// always succeeds.
 fn exclusive(first: u16, second: u16, registers: &Registers) -> Result<Access, DecodeError> {
     let base = registers.r[usize::from(register(first, 0))];
     let (load, rt) = (bit(first, 4), register(second, 12));

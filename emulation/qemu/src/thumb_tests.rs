@@ -1,4 +1,4 @@
-//! Encodings are what the GNU assembler 2.40 makes of the text beside them.
+//! The encodings are those that the GNU assembler 2.40 produces for the text next to them.
 
 use super::*;
 use Width::{Byte, Half, Word};
@@ -148,7 +148,7 @@ fn loads_extend_as_they_are_named() {
 fn no_encoding_panics() {
     for first in 0..=u16::MAX {
         for second in [0, 0x0fff, 0xf000, 0xffff, 0x1f4f, 0x0c00] {
-            // What it says is another test's matter.
+            // The result is checked by other tests.
             let _ = decode(first, second, &registers());
         }
     }

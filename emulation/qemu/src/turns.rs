@@ -1,4 +1,4 @@
-//! Core and board together: which of them waits for the other.
+//! Core and board together: the two run in turns, each up to the point where it needs the other.
 
 use std::collections::{HashMap, HashSet};
 use std::time::Duration;
@@ -23,18 +23,18 @@ pub struct QemuCore<B> {
     skipped: HashSet<u32>,
     /// The event register (B1.5.18).
     event: bool,
-    /// The chip or the program asks for a reset.
+    /// Cause of the reset that the chip or the program requested.
     reset_request: Option<ResetCause>,
     systick_reported: bool,
     events: Vec<TimedEvent>,
     statistics: CoreStatistics,
 }
 
-/// The hardware error of a firmware that uses SysTick.
+/// The text of the hardware error for a firmware that uses SysTick.
 const SYSTICK_USED: &str = "SysTick does not work in this emulator, QEMU's is used to stop the core: \
      use a timer of the chip, or bbz-emulate-stm32";
 
-/// A reason why the emulation cannot go on.
+/// A reason why the emulation cannot continue.
 #[derive(Debug, thiserror::Error)]
 pub enum RobotError {
     /// The core failed.
@@ -43,13 +43,13 @@ pub enum RobotError {
     /// QEMU ended by itself.
     #[error("qemu-system-arm ended: {0}")]
     Ended(String),
-    /// The core needs an access that the bridge cannot do.
+    /// The firmware makes an access that the bridge cannot execute.
     #[error(transparent)]
     Access(#[from] AccessError),
-    /// Memory that the DMA controller reaches failed.
+    /// An access of the DMA controller to memory failed.
     #[error(transparent)]
     Data(MachineError),
-    /// The core stopped where nothing stops it.
+    /// The core stopped at an address without a breakpoint.
     #[error("QEMU stopped at {pc:#010x} for no reason")]
     Unexpected {
         /// Address of the instruction.
@@ -93,7 +93,8 @@ impl<B: Control> Core for QemuCore<B> {
         })
     }
 
-    /// RAM keeps its content, which is zero at the first start: programs of the tests count in it.
+    /// Leaves RAM unchanged; it is zero at the first start. Programs of the tests keep counters in
+    /// it.
     fn scramble(&mut self) -> Result<(), MachineError> {
         Ok(())
     }
@@ -118,7 +119,7 @@ impl<B: Control> Core for QemuCore<B> {
         &mut self.board
     }
 
-    /// The board's time: an instruction takes one clock of the core.
+    /// Returns the board's time, in which an instruction takes one cycle of the core's clock.
     fn now(&self) -> Time {
         self.board.now()
     }
@@ -127,7 +128,7 @@ impl<B: Control> Core for QemuCore<B> {
         self.board.core_clock_hz()
     }
 
-    /// Time passes on the board together with the core.
+    /// Does nothing: the board's time always advances together with the core's.
     fn catch_up(&mut self) {}
 
     fn take_reset_request(&mut self) -> Option<ResetCause> {
@@ -175,7 +176,7 @@ impl<B: Control> Core for QemuCore<B> {
         Ok(())
     }
 
-    /// QEMU's flash is not programmed by the firmware, so it is not erased either.
+    /// Does nothing: the firmware cannot program QEMU's flash, so it is not erased either.
     fn change_flash(&mut self, _: FlashChange) -> Result<(), MachineError> {
         Ok(())
     }
@@ -185,13 +186,13 @@ impl<B: Control> Core for QemuCore<B> {
     }
 
     fn statistics(&self) -> CoreStatistics {
-        // An instruction is a cycle.
+        // An instruction takes one cycle.
         CoreStatistics { cycles: self.statistics.instructions, ..self.statistics.clone() }
     }
 }
 
 impl<B: Control> QemuCore<B> {
-    /// Reads memory as a debugger does; `false` if there is none.
+    /// Reads memory as a debugger does; returns false if there is none.
     fn read(&mut self, address: u32, bytes: &mut [u8]) -> Result<bool, RobotError> {
         match self.core.layout().locate(address, bytes.len()) {
             Some(place) => Ok(self.core.read_memory(place, bytes)?),
@@ -199,7 +200,7 @@ impl<B: Control> QemuCore<B> {
         }
     }
 
-    /// Writes memory as a debugger does; `false` if there is none.
+    /// Writes memory as a debugger does; returns false if there is none.
     fn write(&mut self, address: u32, bytes: &[u8]) -> Result<bool, RobotError> {
         let Some(place) = self.core.layout().locate(address, bytes.len()) else {
             return Ok(false);
@@ -216,7 +217,8 @@ impl<B: Control> QemuCore<B> {
         self.events.push(TimedEvent { at, event });
     }
 
-    /// Lets time pass on the board. Returns true if the chip asked for a reset meanwhile; then it is not later than that.
+    /// Lets time pass on the board. Returns true if the chip requested a reset; time then stops at
+    /// the request.
     fn pass(&mut self, to: Time) -> Result<bool, RobotError> {
         while self.board.now() < to {
             let next = self.board.next_event().map_or(to, |next| next.min(to));
@@ -230,21 +232,22 @@ impl<B: Control> QemuCore<B> {
         Ok(false)
     }
 
-    /// Lets an executed instruction's time pass that QEMU did not count.
+    /// Lets the time of an instruction pass that the bridge executed, and that QEMU did not count.
     fn count(&mut self) -> Result<bool, RobotError> {
         self.statistics.instructions += 1;
         self.pass(self.board.now() + Time::of_ticks(1, self.board.core_clock_hz()))
     }
 
-    /// Shows the core the board's interrupt lines. Returns whether one rose: then an exception will be taken,
-    /// which sets the event register (B1.5.18), unless it is masked; that WFE may end early is allowed.
+    /// Passes the board's interrupt lines to the core. Returns true if a line rose: an exception is
+    /// then taken, unless it is masked, and sets the event register (B1.5.18). A WFE that ends
+    /// early in the masked case is allowed.
     fn connect(&mut self) -> bool {
         let rose = self.core.set_lines(self.board.interrupts().bits());
         self.event |= rose;
         rose
     }
 
-    /// The core runs until the next event of the board, or until it needs the bridge.
+    /// Lets the core run until the next event of the board, or until it needs the bridge.
     fn run(&mut self, until: Time) -> Result<CoreState, RobotError> {
         self.connect();
         let clock = self.board.core_clock_hz();
@@ -255,7 +258,7 @@ impl<B: Control> QemuCore<B> {
         };
         let started = self.board.now();
         if self.pass(started + Time::of_ticks(stopped.instructions, clock))? {
-            // Instructions after the reset, which only QEMU executed, never happened.
+            // Instructions after the reset were executed only in QEMU and do not count.
             self.statistics.instructions += (self.board.now() - started).ticks(clock);
             return Ok(CoreState::Running);
         }
@@ -267,7 +270,7 @@ impl<B: Control> QemuCore<B> {
         }
     }
 
-    /// The core is about to access something trapped.
+    /// Executes an access to a trapped address, before which the core stopped.
     fn access(&mut self) -> Result<CoreState, RobotError> {
         let outcome = access::perform(&mut self.core, &mut self.board, &self.flash)?;
         self.move_data().map_err(RobotError::Data)?;
@@ -286,7 +289,7 @@ impl<B: Control> QemuCore<B> {
         Ok(CoreState::Running)
     }
 
-    /// QEMU ends when the core locks up.
+    /// Handles the end of QEMU, which ends when the core locks up; starts a new QEMU.
     fn ended(&mut self) -> Result<CoreState, RobotError> {
         let fresh = start_core(self.machine, &self.flash, &self.sites, &self.skipped)?;
         let words = std::mem::replace(&mut self.core, fresh).last_words();
@@ -328,7 +331,7 @@ impl<B: Control> QemuCore<B> {
                     return Ok(CoreState::WaitingForInterrupt);
                 }
             }
-            // An interrupt that just rose is taken before the branch, or not at all.
+            // An interrupt that just became pending is taken before the branch, or not at all.
             Action::Stay if rose => {}
             Action::Stay => return Ok(CoreState::WaitingForInterrupt),
             Action::SetStackPointer { register } => {
@@ -341,7 +344,7 @@ impl<B: Control> QemuCore<B> {
     }
 }
 
-/// A core that stops where the bridge is needed.
+/// Starts a core that stops at all places where the bridge is needed.
 fn start_core(
     machine: QemuMachine,
     flash: &[u8],
@@ -364,7 +367,7 @@ fn start_core(
     Ok(core)
 }
 
-/// `time`, but always later than now on the board.
+/// Returns `time`, but always a time after the board's present.
 fn later(time: Time, board: &impl Board) -> Time {
     time.max(board.now() + Time::from_picos(1))
 }
