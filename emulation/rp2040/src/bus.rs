@@ -1,4 +1,4 @@
-//! What the core sees: flash, RAM, its own registers, and the board.
+//! The core's bus: flash, RAM, the core's own registers, and the board.
 
 use bittybuzz_chips::{Board, Clock, FlashChange, FlashContent, Width};
 use rp2040_emu::bus::ppb::Ppb;
@@ -10,31 +10,33 @@ pub const FLASH: u32 = 0x0800_0000;
 pub const RAM: u32 = 0x2000_0000;
 const PRIVATE: u32 = 0xe000_0000;
 
-/// Memory and board.
+/// The memory and the board on the core's bus.
 pub struct ChipBus<B> {
     pub board: B,
     pub flash: Vec<u8>,
     pub ram: Vec<u8>,
     pub private: Private,
     pub clock: Clock,
-    /// Of the core, without those it slept: at the beginning of the instruction that runs.
+    /// Cycles that the core executed before the current instruction, without the cycles that it
+    /// slept.
     pub cycles: u64,
-    /// The exception that runs.
+    /// Number of the exception that is being handled; 0 for none.
     pub active: u32,
     /// Levels of the interrupt lines.
     lines: u32,
-    /// The instructions that the core has decoded may no longer stand there.
+    /// True if the flash changed, so that the core's cache of decoded instructions may be wrong.
     pub flash_has_changed: bool,
-    /// The board was touched: what was known of its future no longer holds.
+    /// True after an access to the board or to the core's own registers, which may change the time
+    /// of the next event.
     pub touched: bool,
-    /// The event register, and whether the core waits.
+    /// The event register, and true while the core waits.
     pub event: bool,
     pub waits: bool,
     fault: Option<u32>,
 }
 
 impl<B: Board> ChipBus<B> {
-    /// Robot `number` of several, whose flash is erased.
+    /// Creates the bus of robot `number` of several, with an erased flash.
     pub fn new(number: usize) -> Self {
         let board = B::power_on(number);
         let clock = Clock::new(board.core_clock_hz());
@@ -55,8 +57,9 @@ impl<B: Board> ChipBus<B> {
         }
     }
 
-    /// Brings the board to the core's time and its interrupts to the core: a line that rises, or is high while its handler
-    /// does not run, asks for it.
+    /// Advances the board to the core's time, and passes its interrupts to the core. A line makes
+    /// its interrupt pending when the line rises, or while the line is high and the handler does
+    /// not run.
     pub fn catch_up(&mut self) {
         self.board.advance(self.clock.time(self.cycles));
         self.look();
@@ -69,19 +72,19 @@ impl<B: Board> ChipBus<B> {
         self.lines = lines;
     }
 
-    /// Whether an interrupt is pending that is enabled.
+    /// Returns true if an enabled interrupt is pending.
     pub fn any_pending(&self) -> bool {
         self.private.nvic.pending & self.private.nvic.enabled != 0
             || self.private.ppb.icsr & (1 << 28 | 1 << 26) != 0
     }
 
-    /// The memory with `length` bytes at `address`, if all of them are in one.
+    /// Returns the `length` bytes of memory at `address`, if all of them are in one memory.
     pub fn memory(&mut self, address: u32, length: usize) -> Option<&mut [u8]> {
         let at = |start: u32| address.wrapping_sub(start) as usize;
         if at(RAM) < self.ram.len() {
             return self.ram.get_mut(at(RAM)..at(RAM) + length);
         }
-        // The flash is also seen at 0.
+        // The flash has an alias at 0.
         let at = if at(FLASH) < self.flash.len() { at(FLASH) } else { at(0) };
         if at < self.flash.len() { self.flash.get_mut(at..at + length) } else { None }
     }
@@ -132,14 +135,15 @@ impl<B: Board> ChipBus<B> {
         }
     }
 
-    /// Clocks may have changed, and interrupts may be pending.
+    /// Updates the clock and the interrupts after an access to the board, which may have changed
+    /// them.
     fn after_access(&mut self) {
         self.touched = true;
         self.clock.set_hz(self.board.core_clock_hz(), self.cycles);
         self.look();
     }
 
-    /// The flash interface decides what becomes of a halfword that is written to the flash.
+    /// Programs a halfword of the flash; the flash interface determines the change.
     fn program(&mut self, address: u32, new: u16) {
         self.catch_up();
         let at = (address - FLASH) as usize;
@@ -150,7 +154,7 @@ impl<B: Board> ChipBus<B> {
         self.touched = true;
     }
 
-    /// The flash changes, and the core waits.
+    /// Applies a change of the flash; the core waits until it is complete.
     pub fn change_flash(&mut self, change: FlashChange) {
         let (value, length) = match change.content {
             FlashContent::Erased(bytes) => (vec![0xff; bytes as usize], bytes as usize),
@@ -165,7 +169,7 @@ impl<B: Board> ChipBus<B> {
     }
 }
 
-/// One core, number 0.
+/// The bus has one core, number 0.
 impl<B: Board> CoreBus for ChipBus<B> {
     fn read8(&mut self, address: u32) -> u8 {
         self.read(address, Width::Byte) as u8

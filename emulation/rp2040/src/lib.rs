@@ -1,11 +1,13 @@
-//! The Cortex-M0+ of `rp2040-emu` under the boards of a robot: [`Rp2040Core`], a second opinion about the core.
+//! The Cortex-M0+ of `rp2040-emu` as a core for the boards of robots, [`Rp2040Core`], which serves
+//! as a second opinion.
 //!
 //! # What it will not do
-//! * SysTick. Its registers read 0.
-//! * Nest interrupts: one waits until the other has returned, whatever their priorities. Nor interrupts 26 to 31: USART1 and USART2,
-//!   which no robot uses.
+//! * It has no SysTick, whose registers read 0.
+//! * It does not nest interrupts: an interrupt waits until the current handler has returned,
+//!   independently of priorities. Interrupts 26 to 31 are missing: USART1 and USART2, which no
+//!   robot uses.
 //!
-//! Not compared with hardware.
+//! The emulation was not compared with hardware.
 
 mod bus;
 mod private;
@@ -29,7 +31,8 @@ pub struct Rp2040Core<B> {
 }
 
 impl<B: Board> Rp2040Core<B> {
-    /// Starts as the chip does: stack pointer and first instruction stand at the beginning of the program.
+    /// Starts the program as the chip does, with the stack pointer and the entry point from its
+    /// vector table.
     fn start(&mut self, vectors: u32) {
         self.core = CortexM0Plus::new();
         let word = |bus: &mut ChipBus<B>, address| {
@@ -49,7 +52,8 @@ impl<B: Board> Rp2040Core<B> {
         self.bus.touched = true;
     }
 
-    /// Executes until something has happened or the cycle is reached.
+    /// Executes instructions until the cycle `deadline` is reached, or until something happens that
+    /// the caller must handle.
     fn run(&mut self, deadline: u64) {
         self.bus.touched = false;
         while self.bus.cycles < deadline && !self.bus.touched && !self.bus.waits {
@@ -133,7 +137,8 @@ impl<B: Control> Core for Rp2040Core<B> {
         })
     }
 
-    /// The core waits for events and for interrupts in the same way.
+    /// Returns true if the core wakes. This core treats waits for events and waits for interrupts
+    /// alike.
     fn wakes(&mut self, _: CoreState) -> Result<bool, MachineError> {
         let interrupt = self.bus.any_pending() && self.core.regs.primask & 1 == 0;
         Ok(std::mem::take(&mut self.bus.event) || interrupt)

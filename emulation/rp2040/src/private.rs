@@ -1,4 +1,5 @@
-//! The private bus: interrupt controller and system control block, as far as firmware uses them (ARMv6-M B3.2, B3.4).
+//! The private peripheral bus: interrupt controller and system control block, as far as firmware
+//! uses them (ARMv6-M B3.2, B3.4).
 
 use bittybuzz_chips::CoreKind;
 use bittybuzz_cortex_m::registers::{AIRCR, CPUID, ICSR, VTOR, cpuid, requests_reset};
@@ -11,7 +12,7 @@ const ISPR: u32 = 0xe000_e200;
 const ICPR: u32 = 0xe000_e280;
 const IPR: u32 = 0xe000_e400;
 const IPR_END: u32 = 0xe000_e420;
-/// What the program has of the core's own registers.
+/// The core's own registers that a program can access.
 pub struct Private {
     pub nvic: Nvic,
     pub ppb: Ppb,
@@ -23,7 +24,7 @@ impl Private {
         Private { nvic: Nvic::new(), ppb: Ppb::new(), reset_requested: false }
     }
 
-    /// Reads the word at `address`; the exception that runs is `active`.
+    /// Reads the word at `address`; `active` is the number of the exception that is being handled.
     pub fn read(&self, address: u32, active: u32) -> u32 {
         match address {
             ISER | ICER => self.nvic.enabled,
@@ -34,7 +35,7 @@ impl Private {
             }
             CPUID => cpuid(CoreKind::CortexM0),
             ICSR => self.ppb.icsr | active,
-            // Of this core the Cortex-M0 has none.
+            // VTOR exists on this core, but not on the Cortex-M0.
             VTOR => 0,
             _ => self.ppb.read32(address),
         }
