@@ -5,36 +5,37 @@ use std::collections::{BTreeSet, VecDeque};
 use bittybuzz_chips::{Random, Time};
 use bittybuzz_kilobot_board::{Amplitude, DIAMETER_MM, Edge, Light};
 
-/// Centre to centre: Rubenstein, Ahler, Nagpal, ICRA 2012.
+/// Range from centre to centre in mm (Rubenstein, Ahler, Nagpal, ICRA 2012).
 const RANGE_MM: f64 = 100.0;
 
-/// The distance at which every robot sees the controller above the table. A choice.
+/// The distance in mm at which every robot sees the controller above the table. A choice.
 const CONTROLLER_MM: f64 = DIAMETER_MM + 40.0;
 
-/// The times of kilolib's message_send at 8 MHz, in ns (measured): a pulse, first to second pulse,
-/// second to the first byte's
-/// start bit, bit to bit, stop bit to start bit.
+/// The times of kilolib's message_send at 8 MHz, in ns (measured): length of a pulse, first to
+/// second pulse, second pulse to the first byte's start bit, bit to bit, stop bit to start bit.
 const PULSE: u64 = 1_125;
 const LEADING: u64 = 302_500;
 const TO_BYTES: u64 = 35_750;
 const BIT: u64 = 33_750;
 const TO_BYTE: u64 = 35_250;
 
-/// The pairs of robots that see each other, and their light in this window.
+/// The light between robots: the pairs that see each other, and the changes of LEDs in the current
+/// window.
 pub struct Air {
     places: Vec<Option<[f64; 2]>>,
-    /// For each robot whom it sees, and how far away; the controller is not among them.
+    /// For each robot, the robots that it sees and their distances in mm; the controller is not
+    /// among them.
     seen: Vec<Vec<(usize, f64)>>,
-    /// For each robot whom it does not see although they are near enough.
+    /// For each robot, the robots that it does not see although they are in range.
     deaf: Vec<BTreeSet<usize>>,
     range_mm: f64,
     noise_mm: f64,
     lose: f64,
     /// The seeds of readings and of losses.
     seeds: [u64; 2],
-    /// The changes of the LEDs in this window, as far as they are known; the controller comes last.
+    /// The known changes of each robot's LED in this window; the controller's are the last entry.
     edges: Vec<Vec<Edge>>,
-    /// The controller's next changes.
+    /// The controller's changes that are still to come.
     announced: VecDeque<Edge>,
     end: Time,
     carried: u64,
@@ -42,7 +43,7 @@ pub struct Air {
 }
 
 impl Air {
-    /// Returns the air between `count` robots, of which none sees another yet.
+    /// Creates the light between `count` robots, none of which sees another yet.
     pub fn new(count: usize) -> Self {
         Air {
             places: vec![None; count],
@@ -60,7 +61,7 @@ impl Air {
         }
     }
 
-    /// A robot is there from now on, in mm, or nowhere.
+    /// Places a robot at a position in mm from now on; `None` is a place where no robot sees it.
     pub fn place(&mut self, robot: usize, place: Option<[f64; 2]>) {
         self.places[robot] = place;
         for other in 0..self.places.len() {
@@ -71,7 +72,7 @@ impl Air {
         }
     }
 
-    /// Computes the distance at which one robot sees another, if it does.
+    /// Updates the distance at which `robot` sees `other`, if it does.
     fn look(&mut self, robot: usize, other: usize) {
         let distance = self.places[robot]
             .zip(self.places[other])
@@ -87,19 +88,19 @@ impl Air {
         }
     }
 
-    /// A robot sees nothing of these others from now on.
+    /// Cuts a robot off from these others from now on.
     pub fn cut_off(&mut self, robot: usize, from: BTreeSet<usize>) {
         self.deaf[robot] = from;
     }
 
-    /// Whom a robot sees, and how far away; the controller is the last.
+    /// Returns the robots that a robot sees, and their distances; the controller is the last.
     fn visible(&self, robot: usize) -> impl Iterator<Item = (usize, f64)> {
         let seen = self.seen[robot].iter().copied();
         let seen = seen.filter(move |(other, _)| !self.deaf[robot].contains(other));
         seen.chain([(self.places.len(), CONTROLLER_MM)])
     }
 
-    /// Sets the reach of light, and the standard deviation of a measured distance, in mm.
+    /// Sets the range of light, and the standard deviation of a measured distance, both in mm.
     pub fn set_light(&mut self, range_mm: f64, noise_mm: f64, seed: u64) {
         (self.range_mm, self.noise_mm, self.seeds[0]) = (range_mm, noise_mm, seed);
         for robot in 0..self.places.len() {
@@ -107,12 +108,13 @@ impl Air {
         }
     }
 
-    /// Bursts are lost with this probability, for each who would see them.
+    /// Sets the probability that a burst is lost, independently for each receiver.
     pub fn lose(&mut self, probability: f64, seed: u64) {
         (self.lose, self.seeds[1]) = (probability, seed);
     }
 
-    /// Announces a frame of the controller, which all see; it follows those that it sends already.
+    /// Announces a frame of the controller, which all robots see; it follows frames that the
+    /// controller still sends.
     pub fn announce(&mut self, at: Time, frame: [u8; 12]) {
         let first = self.announced.back().map_or(at, |edge| edge.at + Time::from_nanos(10 * BIT));
         let burst = first.max(at);
@@ -123,7 +125,7 @@ impl Air {
         }
     }
 
-    /// A window begins of which nothing is known but the controller's pulses.
+    /// Begins a window, in which only the controller's pulses are known.
     pub fn begin(&mut self, end: Time) {
         self.end = end;
         let now = self.announced.partition_point(|edge| edge.at < end);
@@ -135,7 +137,7 @@ impl Air {
         }
     }
 
-    /// Learns the robots' changes of their LEDs, and returns true if there is a new one.
+    /// Stores the robots' changes of their LEDs, and returns true if any robot's have changed.
     pub fn learn<'a>(&mut self, edges: impl Iterator<Item = &'a [Edge]>) -> bool {
         let mut is_news = false;
         for (known, edges) in self.edges.iter_mut().zip(edges) {
@@ -176,7 +178,7 @@ impl Air {
     }
 
     fn random(&self, which: usize, robot: usize, from: usize, at: Time) -> Random {
-        // Readings and losses have nothing to do with each other, even with equal seeds.
+        // The random numbers of readings and of losses are independent even with equal seeds.
         let number = (which as u64) << 32 | (robot as u64) << 16 | from as u64;
         Random::of(self.seeds[which] ^ at.picos(), number)
     }
@@ -197,7 +199,8 @@ impl Air {
         Amplitude::at(distance + error)
     }
 
-    /// A window is settled: counts who saw which burst begin.
+    /// Ends a window whose result is final: counts the bursts that began, for each robot that could
+    /// see them.
     pub fn end(&mut self) {
         for robot in 0..self.places.len() {
             for (from, _) in self.visible(robot).collect::<Vec<_>>() {
@@ -209,19 +212,20 @@ impl Air {
         }
     }
 
-    /// Bursts that began, once for each who could have seen them; of these, those lost by chance.
+    /// Returns the number of bursts that began, once for each robot that could have seen them, and
+    /// the number of these that were lost by chance.
     pub fn counted(&self) -> (u64, u64) {
         (self.carried, self.lost)
     }
 }
 
-/// A number of the standard normal distribution (Box, Muller).
+/// Returns a random number of the standard normal distribution (Box, Muller).
 fn gauss(random: &mut Random) -> f64 {
     let radius = (-2.0 * (1.0 - random.unit()).ln()).sqrt();
     radius * (std::f64::consts::TAU * random.unit()).cos()
 }
 
-/// Data and type with their checksum, which may be there already.
+/// Returns a frame of data, type and checksum. The checksum is added to a payload without one.
 pub fn frame(payload: &[u8]) -> Option<[u8; 12]> {
     let mut frame = [0; 12];
     match payload.len() {
@@ -296,7 +300,7 @@ mod tests {
         assert_eq!(carried, 400);
         assert_eq!(lost + readings.len() as u64, 400);
         assert!((160..240).contains(&lost), "{lost}");
-        // The change of the reading over two mm at that distance.
+        // The change of the reading over two mm at this distance.
         let slope = f64::from(Amplitude::at(89.0).high) - f64::from(Amplitude::at(91.0).high);
         let mean = readings.iter().sum::<f64>() / readings.len() as f64;
         let deviation = readings.iter().map(|r| (r - mean).powi(2)).sum::<f64>();

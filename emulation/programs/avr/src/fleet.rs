@@ -1,4 +1,5 @@
-//! All robots of the program, and the light between them; see the crate's documentation for how time is cut.
+//! All robots of the program, and the light between them. The crate's documentation describes the
+//! windows of time in which they run.
 
 use std::path::Path;
 use std::time::Duration;
@@ -20,14 +21,15 @@ use rayon::iter::{IndexedParallelIterator, IntoParallelRefMutIterator, ParallelI
 use crate::air::Air;
 use crate::robot::EmulatedKilobot;
 
-/// Robots run for so long before they hear of each other. Longer, and more is done twice when somebody begins to send; shorter,
-/// and threads wait for each other more often.
+/// The length of a window, after which robots exchange their light. A longer window means more
+/// repeated work when a robot begins to send, a shorter one more time in which threads wait for
+/// each other.
 const WINDOW: Time = Time::from_micros(500);
 
-/// The addresses of the memories as an AVR's tools number them.
+/// The addresses of the memories in the numbering of an AVR's tools.
 const RAM_BASE: u32 = 0x80_0000;
 const EEPROM_BASE: u32 = 0x81_0000;
-/// `ret`
+/// The instruction `ret`.
 const RETURN: [u8; 2] = [0x08, 0x95];
 
 /// The program's robots.
@@ -38,26 +40,26 @@ pub struct Fleet {
     image: Option<Image>,
 }
 
-/// A robot, and its actions in this window as far as they are known.
+/// A robot, and its known actions in the current window.
 struct Member {
     robot: EmulatedKilobot,
-    /// The light that it saw.
+    /// The light that the robot saw.
     seen: Vec<Light>,
-    /// The changes of its own LED.
+    /// The changes of the robot's own LED.
     edges: Vec<Edge>,
-    /// It was sending at the end of the last window.
+    /// True if the robot was sending at the end of the last window.
     is_sending: bool,
-    /// Its state at the beginning was kept.
+    /// True if the robot's state at the beginning of the window is saved.
     is_saved: bool,
-    /// It has no power.
+    /// True if the robot is switched off.
     is_off: bool,
-    /// It must run, once more or for the first time.
+    /// True if the robot must run this window, for the first time or again.
     must_run: bool,
     /// The number of resets and steps that were reported.
     resets: u64,
     steps: u64,
     is_dead: bool,
-    /// Events from before the power was turned on are none.
+    /// Events that the client has not yet collected.
     events: Vec<TimedEvent>,
 }
 
@@ -90,25 +92,25 @@ impl Member {
 }
 
 impl Fleet {
-    /// Returns `count` robots, switched off.
+    /// Creates `count` robots without an image.
     pub fn new(count: usize, chip: Chip) -> Self {
         let members = (0..count).map(|number| Member::new(number, chip)).collect();
         Fleet { chip, members, air: Air::new(count), image: None }
     }
 
-    /// Lets all robots run to `end`.
+    /// Runs all robots until `end`.
     fn window(&mut self, end: Time) {
         let Fleet { members, air, .. } = self;
         air.begin(end);
         for (number, member) in members.iter_mut().enumerate() {
             (member.is_saved, member.edges) = (false, Vec::new());
             member.seen = air.lights_for(number);
-            // Who sleeps and sees nothing does nothing; it catches up when it is woken.
+            // A robot that sleeps and sees no light does nothing; it catches up when it is woken.
             let is_awake = !member.seen.is_empty() || !member.robot.is_quiet(end);
             member.must_run = !member.is_off && is_awake;
         }
-        // Senders are not disturbed by others, so that their pulses are known before other robots
-        // listen.
+        // Other robots do not affect a sender, so senders run first, and the others run with known
+        // pulses.
         run(members, end, |member| member.must_run && member.is_sending);
         air.learn(members.iter().map(|member| member.edges.as_slice()));
         for (number, member) in members.iter_mut().enumerate() {
@@ -117,9 +119,9 @@ impl Fleet {
             }
         }
         run(members, end, |member| member.must_run);
-        // A robot that has begun to send, or did not act as was assumed, is shown to those that
-        // have not seen it; until all
-        // have seen what was there. Each round is right for longer than the one before.
+        // A robot may have begun to send, or may have acted differently than assumed. Robots that
+        // have not seen this light run again, until each has seen all light. Each round is correct
+        // for longer than the round before.
         while air.learn(members.iter().map(|member| member.edges.as_slice())) {
             for (number, member) in members.iter_mut().enumerate() {
                 let lights = air.lights_for(number);
@@ -137,7 +139,8 @@ impl Fleet {
         }
     }
 
-    /// Lights that are on would stay on for robots that do not see them go out any more.
+    /// Switches off all lights that are on, before a change of the visible pairs. Otherwise a robot
+    /// that no longer sees a sender would see that sender's light for ever.
     fn darken(&mut self, now: Time) {
         let lit: Vec<usize> = (0..self.members.len())
             .filter(|number| self.members[*number].robot.board.is_lit())
@@ -157,10 +160,10 @@ impl Fleet {
     }
 }
 
-/// Lets the chosen ones run, on as many threads as there are.
+/// Runs the chosen robots, on all threads.
 fn run(members: &mut [Member], end: Time, chosen: impl Fn(&Member) -> bool + Sync) {
     let count = members.iter().filter(|member| chosen(member)).count();
-    // To wake a single thread for each window takes as long as the window.
+    // Waking a single thread for each window takes as long as the window.
     if count > 1 && rayon::current_num_threads() > 1 {
         let all = members.par_iter_mut().with_max_len(1);
         all.filter(|member| chosen(member)).for_each(|member| member.run(end));
@@ -170,7 +173,7 @@ fn run(members: &mut [Member], end: Time, chosen: impl Fn(&Member) -> bool + Syn
 }
 
 impl Member {
-    /// Collects the events of a window that is settled.
+    /// Collects the events of a window whose result is final.
     fn note(&mut self) {
         let events = self.robot.board.take_events().into_iter();
         self.events.extend(events.map(|(at, event)| TimedEvent {
@@ -193,7 +196,7 @@ impl Member {
         }
     }
 
-    /// Returns the bytes from `address` on, at most `length`.
+    /// Returns the `length` bytes from `address` on.
     fn memory(&mut self, address: u32, length: usize) -> Result<Vec<u8>, MachineError> {
         let robot = &mut self.robot;
         let part = |memory: &[u8], base: u32| {
@@ -241,7 +244,7 @@ impl Robots for Fleet {
             for (address, bytes) in image.segments() {
                 let is_memory = (address as usize) < flash_size
                     || (EEPROM_BASE..EEPROM_BASE + EEPROM_SIZE as u32).contains(&address);
-                // Fuses and lock bits are not executed.
+                // Fuses and lock bits in the image have no effect.
                 if is_memory {
                     member.write_memory(address, bytes)?;
                 }
@@ -368,7 +371,8 @@ impl Robots for Fleet {
     }
 }
 
-/// No oscillator of the chip is farther off, even uncalibrated: 10 % (table 29-10 of the data sheet).
+/// Returns `ppm` if it is possible: no oscillator of the chip is farther off than 10 %, even
+/// uncalibrated (table 29-10 of the data sheet).
 fn clock_error(ppm: f64) -> Result<f64, Refusal> {
     const MOST: f64 = 100_000.0;
     if ppm.abs() <= MOST { Ok(ppm) } else { Err(Refusal::ClockError { most: MOST, value: ppm }) }

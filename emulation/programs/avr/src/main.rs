@@ -1,30 +1,37 @@
 //! `bbz-emulate-avr`: runs the firmware image of Kilobots, as it is flashed.
 //!
-//! simavr decodes instructions; `bittybuzz-chips` has the rest of the ATmega328P, `bittybuzz-kilobot-board` the robot around it; this program has what
-//! stands between them, interrupts and sleep, and the light between robots.
+//! simavr executes instructions, `bittybuzz-chips` has the rest of the ATmega328P, and
+//! `bittybuzz-kilobot-board` the rest of the robot. This program connects them: it has interrupts
+//! and sleep, and the light between robots.
 //!
 //! # Principles
-//! 1. **Cycles are the data sheet's**: instructions take as long as simavr says, interrupts and halts as long as the data sheet
-//!    says, and each robot's cycles as long as its oscillator makes them.
-//! 2. **Pulses, not messages.** What a robot sends are the edges of its pin, what a neighbour receives is what its program
-//!    makes of the comparator's edges and of the converter's readings. Two who send at once are seen at once.
-//! 3. **The same commands give the same answers**, on one thread or on many.
+//! 1. **Cycles are those of the data sheet**: instructions take the cycles that simavr counts,
+//!    interrupts and halts those of the data sheet, and each robot's oscillator gives the length of
+//!    its cycles.
+//! 2. **Light is pulses, not messages.** A robot sends the edges of its pin. A neighbour's program
+//!    receives edges of the comparator and readings of the converter. Two robots that send at the
+//!    same time are seen at the same time.
+//! 3. **Results are reproducible**: the same commands give the same answers, on one thread or on
+//!    many.
 //!
-//! # How time is cut
-//! Light takes no time, and a program may turn its LED on at any instruction: no robot can run ahead of another and be sure. So
-//! robots run ahead without being sure, for a window of half a millisecond, each on its own and on all threads, and keep what
-//! they were at its beginning (RAM, registers and board: 5 KB, and the flash pages that it wrote). Then their pulses are compared
-//! with those that others assumed; who should have seen anything else goes back and runs the window once more. Each round is right
-//! until a later moment than the one before, so rounds end, with the result that running instruction by instruction would
-//! have.
+//! # Windows of time
+//! Light takes no time, and a program may turn its LED on at any instruction, so no robot can
+//! safely run ahead of another. Robots therefore run speculatively for a window of half a
+//! millisecond, independently and on all threads, and save their state at its beginning (RAM,
+//! registers and board: 5 KB, and the flash pages that they wrote). Then the program compares their
+//! pulses with those that the other robots assumed. A robot that should have seen other light goes
+//! back and runs the window again. Each round is correct until a later moment than the round
+//! before, so rounds end, with the result that running instruction by instruction would have.
 //!
-//! A robot that sends has its interrupts masked and looks at its receiver in one place only, for 4.4 ms. So those who were
-//! sending at the end of the last window run first, and everybody else runs with their pulses known: a second round is rare, but
-//! where a message begins. A robot that sleeps, and sees no light, is not run at all.
+//! A robot that sends has its interrupts masked and reads its receiver at one place only, for 4.4
+//! ms. So robots that were sending at the end of the last window run first, and all others run with
+//! their pulses known: a second round is rare, except where a message begins. A robot that sleeps
+//! and sees no light is not run at all.
 //!
 //! # What it will not do
-//! Model what no Kilobot uses: SPI, TWI, external and pin change interrupts, the receiver of the USART, lock bits, fuses (they
-//! are assumed: 8 MHz, boot section of 2048 words, reset at 0), reading the signature by `lpm`.
+//! It does not model parts that no Kilobot uses: SPI, TWI, external and pin change interrupts, the
+//! receiver of the USART, lock bits, fuses (assumed: 8 MHz, boot section of 2048 words, reset at
+//! 0), reading the signature by `lpm`.
 
 mod air;
 mod fleet;
@@ -77,7 +84,7 @@ fn main() -> ExitCode {
     let mut fleet = fleet::Fleet::new(count.into(), chip);
     let output = BufWriter::new(stdout().lock());
     match bittybuzz_emulation::serve_robots(&mut fleet, stdin().lock(), output) {
-        // The program that started this one is gone.
+        // The program that started this one has ended.
         Err(error) if error.kind() != ErrorKind::BrokenPipe => {
             eprintln!("error: {error}");
             ExitCode::FAILURE

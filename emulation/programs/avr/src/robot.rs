@@ -1,4 +1,4 @@
-//! One Kilobot: core and board.
+//! An emulated Kilobot: core and board.
 
 use bittybuzz_chips::atmega328p::{AvrBoard, Change, PAGE, RAM};
 use bittybuzz_chips::{HardwareError, Memory, ResetCause, Time};
@@ -6,25 +6,26 @@ use bittybuzz_kilobot::phase::Steps;
 use bittybuzz_kilobot_board::{Edge, Kilobot, Light};
 use bittybuzz_simavr::{Chip, Core, CoreState, DATA, REGISTERS, Stop, changed};
 
-/// The additional cycles in which a sleeping core enters an interrupt: 7.7.1 of the data sheet.
+/// The additional cycles that a sleeping core needs to enter an interrupt (7.7.1 of the data
+/// sheet).
 const WAKE_UP: u64 = 4;
 
-/// A Kilobot that runs.
+/// An emulated Kilobot.
 pub struct EmulatedKilobot {
     pub core: Core<Kilobot>,
     pub board: Kilobot,
-    /// Since this cycle the core sleeps.
+    /// The cycle since which the core sleeps; `None` while it is awake.
     asleep: Option<u64>,
-    /// Since this cycle an interrupt waits.
+    /// The cycle since which an interrupt waits, if one does.
     waiting: Option<u64>,
     pub counted: Counted,
-    /// Content of the chip's memory after its supply has fallen.
+    /// The content of the chip's memory after a fall of the supply.
     pub memory: Memory,
-    /// The place in the data space of the image's phase of the script.
+    /// The address in the data space at which the image stores the phase of its script.
     pub phase: Option<u16>,
-    /// The state to which time would be turned back.
+    /// The state at the beginning of the window, for [`restore`](Self::restore).
     before: Box<Before>,
-    /// Pages as they were, in the order of their changes.
+    /// Flash pages before their changes in this window, in the order of the changes.
     undo: Vec<(u16, [u8; PAGE as usize])>,
     pub is_dead: bool,
 }
@@ -36,34 +37,35 @@ pub struct Counted {
     pub slept: u64,
     /// Interrupts served.
     pub interrupts: u64,
-    /// Longest that an interrupt had to wait.
+    /// Longest time that an interrupt had to wait.
     pub waited: Time,
     /// Resets by the watchdog.
     pub resets: u64,
-    /// Steps of the script.
+    /// Counter of the script's steps.
     pub steps: Steps,
-    /// Turns of the image's loop.
+    /// Counter of the turns of the firmware's main loop.
     pub turns: Turns,
 }
 
-/// Turns of the image's loop, each of which begins with `wdr`.
+/// Counter of the turns of the firmware's main loop, each of which begins with `wdr`.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Turns {
-    /// Executions of `wdr`.
+    /// Number of executions of `wdr`.
     begun: u64,
-    /// Cycles without sleep when the last one began.
+    /// Cycles without sleep at the beginning of the current turn.
     begin: u64,
-    /// Cycles of the longest one since the last request for the statistics, without sleep.
+    /// Cycles of the longest turn since the statistics were last requested, without sleep.
     pub longest: u64,
 }
 
 impl Turns {
-    /// Takes notice of the chip after these cycles without sleep, as often as it executes `wdr`.
+    /// Updates the counters after `awake` cycles without sleep, when `wdr` was executed `begun`
+    /// times.
     fn look(&mut self, begun: u64, awake: u64) {
         if self.begun == begun {
             return;
         }
-        // The first `wdr` is that of the start.
+        // The first `wdr` belongs to the start-up code.
         if self.begun > 1 && begun > self.begun {
             self.longest = self.longest.max(awake - self.begin);
         }
@@ -82,7 +84,7 @@ struct Before {
 }
 
 impl EmulatedKilobot {
-    /// With erased flash.
+    /// Creates a robot with an erased flash.
     pub fn new(number: u16, chip: Chip) -> Self {
         EmulatedKilobot {
             core: Core::new(chip),
@@ -98,12 +100,12 @@ impl EmulatedKilobot {
         }
     }
 
-    /// Returns true if nothing happens until `time` as long as it sees no light.
+    /// Returns true if nothing happens until `time`, provided that the robot sees no light.
     pub fn is_quiet(&mut self, time: Time) -> bool {
         self.asleep.is_some() && self.board.next_event() >= self.board.cycle(time)
     }
 
-    /// Stores its state.
+    /// Saves the robot's state.
     pub fn save(&mut self) {
         self.undo.clear();
         let before = &mut *self.before;
@@ -113,7 +115,7 @@ impl EmulatedKilobot {
         (before.counted, before.is_dead) = (self.counted, self.is_dead);
     }
 
-    /// Restores the stored state.
+    /// Restores the saved state.
     pub fn restore(&mut self) {
         while let Some((page, bytes)) = self.undo.pop() {
             self.core.write_flash(page.into(), &bytes);
@@ -126,13 +128,14 @@ impl EmulatedKilobot {
         (self.counted, self.is_dead) = (before.counted, before.is_dead);
     }
 
-    /// Runs until `end`, with neighbours' light in `lights`. Returns the changes of its own LED.
+    /// Runs until `end`, with neighbours' light in `lights`. Returns the changes of the robot's own
+    /// LED.
     pub fn run(&mut self, end: Time, lights: &[Light]) -> Vec<Edge> {
         self.board.will_see(lights.iter().copied());
         let mut until = self.board.cycle(end);
         while self.core.cycle() < until {
             self.step(until);
-            // The oscillator may run at another rate now.
+            // The program may have changed the oscillator's rate.
             until = self.board.cycle(end);
         }
         self.board.advance(self.core.cycle());
@@ -188,7 +191,8 @@ impl EmulatedKilobot {
             Stop::Store(change) => self.store(&change),
             Stop::Bad => self.board.fail(HardwareError::BadInstruction { after: pc }),
         }
-        // The core stops here at each `wdr`, of which the image's loop has one in each turn; no two phases begin in one.
+        // The core stops at each `wdr`, which the firmware's main loop executes once per turn; at
+        // most one phase begins in a turn.
         let awake = self.core.cycle() - self.counted.slept;
         self.counted.turns.look(self.board.watchdog_restarts(), awake);
         if let Some(phase) = self.phase {
@@ -214,13 +218,14 @@ impl EmulatedKilobot {
         self.begin(ResetCause::IndependentWatchdog);
     }
 
-    /// The power is switched, or falls for a moment, at `now`: pins let go, and the program restarts.
+    /// Switches the power, or lets it fall for a moment, at `now`: the pins are released, and the
+    /// program restarts.
     pub fn switch(&mut self, now: Time, cause: ResetCause) {
         let cycle = self.board.cycle(now);
         self.core.wait_until(cycle);
         self.board.advance(self.core.cycle());
         self.begin(cause);
-        // The core's registers are no less undefined than the RAM (7.4, 8.3).
+        // The core's registers are as undefined as the RAM (7.4, 8.3).
         for part in [REGISTERS, RAM.into()..DATA] {
             let content = self.memory.content(part.len() as u32, &mut self.memory.noise());
             if let Some(content) = content {

@@ -1,4 +1,5 @@
-//! How much faster than real time ten Zooids are emulated, in the dark and under the projector.
+//! Measures the speed of ten emulated Zooids relative to real time, in the dark and under the
+//! projector.
 //!
 //! ```sh
 //! cargo xtask build zooids
@@ -6,8 +7,9 @@
 //!     firmware/zooids/target/thumbv6m-none-eabi/release/bittybuzz-zooids
 //! ```
 //!
-//! Simulated seconds per second of processor time (Linux), which other programs disturb less than a clock on the wall. Under `valgrind
-//! --tool=callgrind` it counts instructions of the host.
+//! The result is in simulated seconds per second of processor time (Linux), which other programs
+//! disturb less than wall-clock time. Under `valgrind --tool=callgrind` the run counts instructions
+//! of the host.
 
 use std::error::Error;
 use std::fmt::Write;

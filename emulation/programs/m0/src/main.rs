@@ -1,13 +1,15 @@
 //! `bbz-emulate-m0`: runs the firmware image of a Zooid, as it is flashed, on other cores than `bbz-emulate-stm32`.
 //!
-//! There are two cores to choose from: that of `bittybuzz-cortex-m0`, for speed, and the Cortex-M0+ of `rp2040-emu`, written by
-//! others, as a second opinion. Board, protocol and image are those of `bbz-emulate-stm32`.
+//! There are two cores: that of `bittybuzz-cortex-m0`, which is fast, and the Cortex-M0+ of
+//! `rp2040-emu`, an independent implementation that serves as a second opinion. Board, protocol and
+//! image are those of `bbz-emulate-stm32`.
 //!
 //! # What is different from `bbz-emulate-stm32`
-//! * Instructions take the cycles of the core's manual, with memory that never waits.
-//! * Accesses that are not aligned are faults, as on the chip.
+//! * Instructions take the cycles of the core's manual, with memory without wait states.
+//! * Unaligned accesses are faults, as on the chip.
 //!
-//! The limits of each core stand in its crate. Not compared with hardware.
+//! The documentation of each core's crate lists its limits. The emulation was not compared with
+//! hardware.
 
 use std::io::{BufWriter, ErrorKind, stdin, stdout};
 use std::process::ExitCode;
@@ -50,11 +52,11 @@ fn main() -> ExitCode {
     }
 }
 
-/// Plays robots with this core until the input ends.
+/// Emulates robots with this core until the input ends.
 fn play<C: Core>(count: usize) -> ExitCode {
     let output = BufWriter::new(stdout().lock());
     match serve::<C>(count, stdin().lock(), output) {
-        // The program at the other end of the pipe is gone.
+        // The program at the other end of the pipe has ended.
         Err(error) if error.kind() != ErrorKind::BrokenPipe => {
             eprintln!("error: {error}");
             ExitCode::FAILURE

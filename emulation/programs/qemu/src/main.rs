@@ -1,6 +1,7 @@
 //! `bbz-emulate-qemu`: boots a robot's firmware in stock QEMU, with the peripherals of `bittybuzz-chips`.
 //!
-//! The core is that of `bittybuzz-qemu`, where its limits stand; the boards are those of the robots.
+//! The core is that of `bittybuzz-qemu`, whose documentation lists its limits; the boards are those
+//! of the robots.
 
 use std::io::{stdin, stdout};
 use std::process::ExitCode;
@@ -40,7 +41,7 @@ fn main() -> ExitCode {
     }
 }
 
-/// Plays a robot with this board until the input ends.
+/// Emulates a robot with this board until the input ends.
 fn play<B: Control>() -> ExitCode {
     match serve::<QemuCore<B>>(1, stdin().lock(), stdout().lock()) {
         Ok(()) => ExitCode::SUCCESS,

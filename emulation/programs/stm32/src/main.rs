@@ -1,6 +1,7 @@
 //! `bbz-emulate-stm32`: runs the firmware image of an STM32 robot, as it is flashed.
 //!
-//! Cores are those of `bittybuzz-unicorn`, boards those of the robots. Both cores' limits stand there.
+//! The cores are those of `bittybuzz-unicorn`, whose documentation lists their limits; the boards
+//! are those of the robots.
 
 use std::process::ExitCode;
 
@@ -49,12 +50,12 @@ fn main() -> ExitCode {
     }
 }
 
-/// Plays robots with this board until the input ends.
+/// Emulates robots with this board until the input ends.
 fn play<B: Control + 'static>(count: usize) -> Result<(), String> {
     let output = std::io::BufWriter::new(std::io::stdout().lock());
     let input = std::io::stdin().lock();
     match bittybuzz_emulation::serve::<UnicornCore<'_, B>>(count, input, output) {
-        // The program at the other end of the pipe is gone.
+        // The program at the other end of the pipe has ended.
         Err(error) if error.kind() != std::io::ErrorKind::BrokenPipe => Err(error.to_string()),
         _ => Ok(()),
     }
