@@ -1,4 +1,4 @@
-//! The server loop, with a core that does nothing but log.
+//! Tests of the server loop, with a core that only writes to the log.
 
 #![allow(clippy::unwrap_used, reason = "what fails here fails the test")]
 
@@ -17,12 +17,12 @@ use bittybuzz_emulation::{Core, CoreState, Image, MachineError, Pause, serve};
 use self::elf::{Elf, FUNCTION};
 
 const RAM: u32 = 0x2000_0000;
-/// Where the log's control block is, and where its ring of 16 bytes.
+/// Addresses of the log's control block, and of its ring buffer of 16 bytes.
 const CONTROL_BLOCK: u32 = RAM + 0x100;
 const RING: u32 = RAM + 0x200;
 const RING_SIZE: u32 = 16;
 
-/// Logs five bytes in each turn; the server gives it a millisecond each.
+/// A core that logs five bytes in each turn; the server's turns take a millisecond.
 struct Logger {
     board: Crazyflie,
     now: Time,
@@ -36,7 +36,7 @@ impl Logger {
         ram[0x100..0x10a].copy_from_slice(b"SEGGER RTT");
         let board = Crazyflie::new(Settings::default());
         let mut logger = Logger { board, now: Time::ZERO, ram, logged: 0 };
-        // One up channel: name, buffer, size.
+        // The control block has one up channel: name, buffer, size.
         logger.set(CONTROL_BLOCK + 16, 1);
         logger.set(CONTROL_BLOCK + 28, RING);
         logger.set(CONTROL_BLOCK + 32, RING_SIZE);
@@ -103,7 +103,7 @@ impl Core for Logger {
         None
     }
 
-    /// Ends a turn in which the board does something by itself without a byte.
+    /// Logs five bytes if the turn ends at a full millisecond; otherwise only time passes.
     fn execute(&mut self, until: Time) -> Result<CoreState, MachineError> {
         self.now = until;
         if !until.nanos().is_multiple_of(1_000_000) {
@@ -154,7 +154,7 @@ impl Core for Logger {
     }
 }
 
-/// What the server answers to `lines`.
+/// Returns the server's output for the commands in `lines`.
 fn answers(lines: &[&str]) -> Vec<Output> {
     let mut output = Vec::new();
     serve::<Logger>(1, lines.join("\n").as_bytes(), &mut output).unwrap();
@@ -178,7 +178,7 @@ fn good_image(name: &str) -> String {
     load(&file(name, &Elf { symbols: &symbols, ..Elf::default() }.bytes()))
 }
 
-/// The message of the error that `output` must be.
+/// Returns the error message in `output`, and panics if it is no error.
 fn error(output: &Output) -> &str {
     match output {
         Output::Reply(Reply::Error { message }) => message,

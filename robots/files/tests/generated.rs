@@ -1,4 +1,4 @@
-//! The generated source is compiled and run: its numbers must be those of the robot file.
+//! Compiles and runs the generated source: its numbers must be those of the robot file.
 
 use bittybuzz_robot_files::all_shipped;
 use bittybuzz_robot_spec::{Layout, OnFault, Robot, generate_rust, name_hash};
@@ -31,7 +31,7 @@ fn main() {
 }
 "#;
 
-/// What prints the regions and settings of a robot.
+/// Returns code that prints the regions and settings of a robot.
 fn print_layout(robot: &Robot) -> String {
     let mut out = "fn layout() {\n".to_owned();
     for (name, _) in robot.layout.iter().flat_map(Layout::regions) {

@@ -1,4 +1,4 @@
-//! The facts that the shipped robot files hold to, and `find`.
+//! Tests of the facts that all shipped robot files must fulfil, and of `find`.
 
 #![allow(clippy::unwrap_used, reason = "what fails here fails the test")]
 
@@ -6,7 +6,7 @@ use bittybuzz_robot_files::{all_shipped, find, shipped};
 use bittybuzz_robot_spec::Robot;
 use bittybuzz_vm_core::message::{FULL_FRAME, TINY_FRAME};
 
-/// The Kilobot's file as it was before stigmergies kept more of each entry.
+/// Uses the Kilobot's file from before stigmergies kept more of each entry.
 #[test]
 fn a_file_of_an_earlier_version_is_told_the_memory_that_it_needs() {
     let now = shipped().iter().find(|file| file.name == "kilobot").unwrap().text;
@@ -45,7 +45,8 @@ fn machines_fit_in_ram() {
     }
 }
 
-/// A function that several robots have waits and returns alike on each, so that one script serves them all.
+/// A function that several robots have waits and returns in the same way on each, so that one
+/// script works on all of them.
 #[test]
 fn shared_functions_agree() {
     let robots = all_shipped();
@@ -59,8 +60,8 @@ fn shared_functions_agree() {
     }
 }
 
-/// What the behaviours shipped with the C BittyBuzz call on each robot, with the number of arguments; `delay`,
-/// `rand`, `math.min` and `print` are built-ins here.
+/// The functions that the behaviours shipped with the C BittyBuzz call on each robot, with the
+/// number of arguments; `delay`, `rand`, `math.min` and `print` are built-ins here.
 #[test]
 fn behaviours_of_the_reference_find_their_functions() {
     let calls: [(&str, &[(&str, usize)]); 3] = [
@@ -136,7 +137,7 @@ fn find_by_name_and_by_path() {
     assert!(missing.to_string().starts_with("cannot read `no/such/robot.toml`: "), "{missing}");
 }
 
-/// Scripts get all that is left, and what is measured on bench is measured on a Kilobot.
+/// Scripts get all remaining memory, and the bench robot has the same figures as the Kilobot.
 #[test]
 fn shipped_robots_leave_no_memory_unused() {
     for robot in all_shipped() {
@@ -147,7 +148,7 @@ fn shipped_robots_leave_no_memory_unused() {
     assert_eq!((kilobot.vm, kilobot.message_bytes), (bench.vm, bench.message_bytes));
 }
 
-/// The sum is the queues' memory.
+/// The declared memory is the sum of the queues' sizes.
 #[test]
 fn queues_are_counted() {
     use bittybuzz_comms::queue::{Inbox, Outbox};
@@ -155,9 +156,10 @@ fn queues_are_counted() {
 
     type TinyOut<const FRAMES: usize> = Outbox<number::Tiny, TINY_FRAME, FRAMES>;
     type FullOut = Outbox<number::Full, FULL_FRAME, 10>;
-    /// An AVR aligns neither the 20 frames nor the queues to 4 bytes, as this computer does.
+    /// Padding on this computer that an AVR does not have: the 20 frames and the queues are aligned
+    /// to 4 bytes here.
     const UNALIGNED: usize = 20 + 8;
-    /// On Cortex-M a count guards each, and three words wake a task.
+    /// Additional memory on Cortex-M: each queue has a guard count, and three words wake a task.
     const GUARDS: usize = 2 * 4 + 12;
     let kilobot =
         size_of::<Inbox<number::Tiny, u8, TINY_FRAME, 10>>() + size_of::<TinyOut<10>>() - UNALIGNED;
@@ -169,7 +171,7 @@ fn queues_are_counted() {
         + GUARDS;
     for (name, queues, needed) in [
         ("kilobot", (10, 10), kilobot),
-        // Alike, because a queue's code is there once for each length.
+        // The lengths are equal, because the code of a queue exists once per length.
         ("zooids", (15, 15), zooid),
         ("crazyflie", (10, 10), crazyflie),
     ] {

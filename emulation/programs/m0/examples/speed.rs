@@ -39,7 +39,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     Ok(())
 }
 
-/// Returns the commands as docs/emulation.md has them.
+/// Returns the commands for a run, in the protocol of docs/emulation.md.
 fn commands(elf: &Path, is_tracked: bool) -> Result<String, Box<dyn Error>> {
     let elf = elf.to_str().ok_or("the path is no text")?.replace('\\', "\\\\").replace('"', "\\\"");
     let mut commands = format!("{{\"command\":\"load\",\"elf\":\"{elf}\"}}\n");

@@ -1,5 +1,6 @@
-//! QEMU as a core, on a firmware that tries what matters (image/firmware.rs): results from the manuals.
-//! Needs qemu-system-arm, and the target thumbv7em-none-eabihf of rust-toolchain.toml.
+//! Tests of QEMU as a core, with a firmware that covers the relevant features (image/firmware.rs).
+//! Expected results are from the manuals. Needs qemu-system-arm, and the target
+//! thumbv7em-none-eabihf of rust-toolchain.toml.
 
 use std::io::Write;
 use std::path::{Path, PathBuf};
@@ -11,11 +12,11 @@ use bittybuzz_emulation::message::{self, Event};
 use bittybuzz_emulation::{ClientError, Emulator, Pause, Run};
 
 const PROGRAM: &str = env!("CARGO_BIN_EXE_bbz-emulate-qemu");
-/// As in image/firmware.rs.
+/// Addresses as in image/firmware.rs.
 const CASE: u32 = 0x0802_0000;
 const RESULTS: u32 = 0x2000_5000;
 
-/// The firmware, built once.
+/// Returns the path of the firmware, which is built once.
 fn image() -> &'static Path {
     static IMAGE: OnceLock<PathBuf> = OnceLock::new();
     IMAGE.get_or_init(|| {
@@ -38,7 +39,7 @@ fn image() -> &'static Path {
     })
 }
 
-/// A robot that is about to play `case`.
+/// Starts a robot that will run `case`.
 fn robot(case: u32) -> Emulator {
     let mut robot = Emulator::spawn(Path::new(PROGRAM)).expect("the program starts");
     robot.load(image()).expect("the image is loaded");
@@ -55,14 +56,14 @@ fn results(robot: &mut Emulator) -> Vec<u32> {
     bytes.chunks_exact(4).map(|b| u32::from_le_bytes([b[0], b[1], b[2], b[3]])).collect()
 }
 
-/// What `case` left after `millis`.
+/// Returns the results of `case` after `millis`.
 fn play(case: u32, millis: u64) -> Vec<u32> {
     let mut robot = robot(case);
     run(&mut robot, millis);
     results(&mut robot)
 }
 
-/// Resets by their causes.
+/// Returns the times and causes of resets.
 fn resets(run: &Run) -> Vec<(Duration, String)> {
     let cause = |event: &Event| match event {
         Event::Reset { cause } => Some(cause.clone()),
@@ -156,7 +157,7 @@ fn a_fault_in_the_fault_handler_locks_up() {
             run.events
         );
         assert_eq!(run.reason, Pause::Lockup);
-        // Another image starts afresh.
+        // A newly loaded image starts from the beginning.
         robot.load(image()).unwrap();
         robot.write(CASE, &2u32.to_le_bytes()).unwrap();
         assert_eq!(self::run(&mut robot, 2).reason, Pause::Time);

@@ -1,15 +1,15 @@
-//! The smallest ELF file with a segment and symbols.
+//! A minimal ELF file with a segment and symbols.
 
 /// Address of a function, without the Thumb bit.
 pub const FUNCTION: u32 = 0x0800_0010;
 
-/// What the file says.
+/// The content of the file.
 pub struct Elf<'a> {
     /// Processor; ARM is 40.
     pub machine: u16,
     /// Physical address of the only segment.
     pub address: u32,
-    /// Name, address, and whether it is a function.
+    /// Name and address of each symbol, and true for a function.
     pub symbols: &'a [(&'a str, u32, bool)],
 }
 
@@ -20,7 +20,8 @@ impl Default for Elf<'_> {
 }
 
 impl Elf<'_> {
-    /// The file: header, program header, the segment's 32 bytes, symbols, their names, section headers.
+    /// Returns the file: header, program header, the segment's 32 bytes, symbols, their names,
+    /// section headers.
     pub fn bytes(&self) -> Vec<u8> {
         const HEADER: u32 = 52;
         const PROGRAM_HEADER: u32 = 32;
@@ -34,12 +35,12 @@ impl Elf<'_> {
             symbols.extend((names.len() as u32).to_le_bytes());
             symbols.extend(address.to_le_bytes());
             symbols.extend(4_u32.to_le_bytes());
-            // Global function or object, absolute.
+            // Each symbol is a global function or object, with an absolute address.
             symbols.extend([if *function { 0x12 } else { 0x11 }, 0, 0xf1, 0xff]);
             names.extend(name.bytes());
             names.push(0);
         }
-        // Headers are aligned.
+        // Headers are aligned to 4 bytes.
         names.resize(names.len().next_multiple_of(4), 0);
         let segment = HEADER + PROGRAM_HEADER;
         let symbols_at = segment + SEGMENT;
@@ -64,7 +65,7 @@ impl Elf<'_> {
         let (symbols_size, names_size) = (symbols.len() as u32, names.len() as u32);
         file.extend(symbols);
         file.extend(names);
-        // None, the symbol table with names in section 2, the names.
+        // Sections: the null section, the symbol table with its names in section 2, the names.
         for section in [
             [0; 10],
             [0, 2, 0, 0, symbols_at, symbols_size, 2, 1, 4, SYMBOL],

@@ -1,4 +1,4 @@
-//! One robot: peripherals, sleep, flash, and what goes wrong.
+//! Tests with one robot: peripherals, sleep, flash, and mistakes of programs.
 
 use std::path::Path;
 
@@ -10,13 +10,13 @@ use crate::robots::{EEPROM, RAM, Robots, assemble};
 fn timers_interrupt_as_often_as_the_data_sheet_says() {
     let mut robots = Robots::new(1, &assemble("timers", &[]));
     robots.run(1_000_000);
-    // 8 MHz / 1024 / 256, and 8 MHz / 8 / 510.
+    // Overflows of the timers: 8 MHz / 1024 / 256, and 8 MHz / 8 / 510.
     assert_eq!(robots.words(0, RAM + 0x100, 2), [30, 1960]);
-    // The flag comes a count after 100; then one NOP at most, four cycles of entry, three of the jump in the table, and what
-    // LDS takes to the reading.
+    // The flag is set one count after 100. Then follow at most one NOP, four cycles of entry, three
+    // of the jump in the vector table, and the cycles of LDS until the reading.
     let entered = robots.word(0, RAM + 0x104);
     assert!((101 + 4 + 3..=101 + 4 + 3 + 2).contains(&entered), "{entered}");
-    // Both compare flags of timer 1 were up, and SBI has cleared one.
+    // Both compare flags of timer 1 were set, and SBI cleared one.
     assert_eq!(robots.byte(0, RAM + 0x106), 1 << 2);
 }
 
@@ -26,7 +26,7 @@ fn a_cell_of_the_eeprom_is_written_in_its_time() {
     robots.run(2_000);
     assert_eq!(robots.byte(0, RAM + 0x102), 0, "it is not done yet");
     robots.run(2_000);
-    // Table 8-2: 26,368 cycles; the loop that waits takes three.
+    // Table 8-2: a write takes 26,368 cycles; the loop that waits takes three.
     let took = robots.word(0, RAM + 0x100);
     assert!((26_360..26_380).contains(&took), "{took}");
     assert_eq!((robots.byte(0, RAM + 0x102), robots.byte(0, EEPROM + 0xb0)), (0x5a, 0x5a));
@@ -39,18 +39,19 @@ fn deep_sleep_stops_the_timers_and_light_sleep_does_not() {
     assert_eq!(robots.byte(0, RAM + 0x100), 0, "64 ms of the watchdog");
     robots.run(2_000);
     assert_eq!(robots.byte(0, RAM + 0x100), 1);
-    // Less than a count of 128 us was awake.
+    // The core was awake for less than a count of 128 us.
     assert_eq!(robots.word(0, RAM + 0x101), 0);
     robots.run(6_000);
     assert_eq!(robots.byte(0, RAM + 0x103), 2, "ticks of 2.048 ms wake it from idle");
     robots.run(50_000);
     let events = robots.seen();
     assert_eq!(events[0], &Event::Reset { cause: "watchdog".into() });
-    // WDRF; and then it sleeps with interrupts off and nothing that could wake it.
+    // The program sees WDRF, then sleeps with interrupts off and without a source that could wake
+    // it.
     assert!(matches!(events[1..], [Event::Lockup { .. }]), "{events:?}");
     assert_eq!(robots.byte(0, RAM + 0x104), 1 << 3);
     let cycles = robots.emulator.statistics().unwrap().core.cycles;
-    // Awake were but the start, and the 12 ms until the watchdog's end.
+    // The core was awake only during the start, and the 12 ms until the watchdog expired.
     assert!((80_000..110_000).contains(&cycles), "{cycles}");
 }
 
@@ -67,7 +68,8 @@ fn the_boot_loader_writes_flash_and_nobody_else_does() {
     expected.push(0x9508);
     assert_eq!(robots.words(0, 0x1000, 64), expected);
     assert_eq!(robots.byte(0, RAM + 0x101), 1, "what was written was called");
-    // Every 256 us, also while a page is erased and written: by the vectors in the boot loader.
+    // The timer interrupts every 256 us, also while a page is erased and written, by the vectors in
+    // the boot loader.
     let ticks = robots.byte(0, RAM + 0x100);
     assert!((49..=51).contains(&ticks), "{ticks}");
     assert_eq!(robots.errors().len(), 1);
@@ -107,7 +109,8 @@ fn the_board_is_seen_and_measured() {
         .flatten()
         .collect();
     assert_eq!(text, b"ok");
-    // kilolib's level for 3.6 V; half of the range; table 24-2: 380 mV of 1.1 V at 85 °C; 1.1 V of 3 V. Two units of noise.
+    // Expected: kilolib's level for 3.6 V; half of the range; table 24-2: 380 mV of 1.1 V at 85 °C;
+    // 1.1 V of 3 V. The noise is two units.
     let readings = robots.words(0, RAM + 0x100, 4);
     for (reading, expected) in readings.iter().zip([614_u16, 512, 353, 375]) {
         assert!(reading.abs_diff(expected) <= 2, "{readings:?}");
@@ -116,7 +119,7 @@ fn the_board_is_seen_and_measured() {
     assert_eq!((pins[0] & 1, pins[1]), (0, 0x80));
 }
 
-/// Numbers may change in their last place on their way.
+/// Rounds numbers, whose last digit may change in the transfer as text.
 fn rounded(event: &Event) -> String {
     match event {
         Event::Motor { number, duty, frequency_hz } => {
@@ -198,7 +201,7 @@ fn steps_are_counted_without_the_image_doing_anything_for_it() {
     robots.run(1_000);
     assert_eq!(robots.seen(), [&Event::Step; 3]);
     assert_eq!(robots.events.len(), 6, "each has its own");
-    // It begins anew in the middle of a step.
+    // The program restarts in the middle of a step.
     robots.tell(0, &Command::Power { on: false });
     robots.tell(0, &Command::Power { on: true });
     robots.run(1_000);

@@ -1,4 +1,4 @@
-//! Several robots: pulses between them.
+//! Tests with several robots: pulses between them.
 
 use std::time::Duration;
 
@@ -12,7 +12,7 @@ const HIGH: u32 = RAM + 0x102;
 const LOW: u32 = RAM + 0x104;
 const CAPTURES: u32 = RAM + 0x110;
 
-/// The first robot sends, at 0 mm; the others are where `places` says.
+/// Returns robots of which the first sends, at 0 mm; the others are at `places`.
 fn around_a_sender(places: &[f64]) -> Robots {
     let mut robots = Robots::new(1 + places.len(), &assemble("infrared", &[]));
     robots.place(0, 0.0);
@@ -52,7 +52,7 @@ fn a_slow_oscillator_counts_less_and_sends_slower() {
     robots.tell(1, &Command::Clock { error_ppm: -20_000.0 });
     robots.tell(0, &Command::Clock { error_ppm: 10_000.0 });
     robots.run(14_000);
-    // 1000 cycles of one are so many of the other.
+    // 1000 cycles of the sender are this number of cycles of the receiver.
     for interval in intervals(&mut robots, 1) {
         assert!((970..=971).contains(&interval), "{interval}");
     }
@@ -82,7 +82,8 @@ fn light_may_be_noisy_lost_or_short() {
     assert_eq!(robots.byte(1, COUNT), 0);
 }
 
-/// Two senders whose clocks differ by 1 % send 10 pulses each: both are seen, and what they add up to.
+/// Two senders whose clocks differ by 0.1 % send 10 pulses each: the receiver sees both, and the
+/// sum of overlapping pulses.
 #[test]
 fn two_who_send_at_once_are_both_seen() {
     let mut robots = around_a_sender(&[60.0, 60.0]);
@@ -90,14 +91,16 @@ fn two_who_send_at_once_are_both_seen() {
     robots.set_id(2, 9);
     robots.tell(2, &Command::Clock { error_ppm: -1000.0 });
     robots.run(14_000);
-    // The second begins a thousandth later, and each of its pulses more so: 10 us, which is longer than a pulse.
+    // The second sender begins a thousandth later, and the delay grows with each pulse: 10 us,
+    // which is longer than a pulse.
     assert_eq!(robots.byte(1, COUNT), 20);
     let intervals = intervals(&mut robots, 1);
     assert!(intervals.iter().step_by(2).all(|pair| (70..110).contains(pair)), "{intervals:?}");
     assert!(robots.counted(1).infrared_collided > 0);
 }
 
-/// Who is cut off or has no power sees nothing; flash and EEPROM outlive the power, and the program begins anew.
+/// A robot that is cut off or has no power sees nothing. Flash and EEPROM keep their content
+/// without power, and the program restarts.
 #[test]
 fn robots_are_cut_off_and_switched_off() {
     let mut robots = around_a_sender(&[60.0, 60.0, 60.0]);
@@ -109,7 +112,7 @@ fn robots_are_cut_off_and_switched_off() {
     robots.tell(1, &Command::Deaf { to: [].into() });
     robots.tell(3, &Command::Power { on: true });
     robots.run(5_000);
-    // The sender's next ten.
+    // The sender's next ten pulses arrived.
     assert_eq!((robots.byte(1, COUNT), robots.byte(3, COUNT)), (10, 10));
     let refusal = robots.refusal(&Command::Deaf { to: [4].into() });
     assert!(refusal.contains("there is no robot 4"), "{refusal}");
@@ -119,7 +122,7 @@ fn robots_are_cut_off_and_switched_off() {
     assert_eq!((robots.byte(3, COUNT), robots.events.len()), (10, events));
 }
 
-/// The controller's frame, as the receiver's counter knows it.
+/// The controller's frame arrives with kilolib's intervals.
 #[test]
 fn everybody_sees_the_controller() {
     let mut robots = around_a_sender(&[500.0, 60.0]);
@@ -131,8 +134,8 @@ fn everybody_sees_the_controller() {
     robots.run(8_000);
     let counted = robots.counted(1);
     assert_eq!((counted.infrared_arrived, counted.infrared_damaged), (1, 0));
-    // Second pulse 2420 cycles after the first, then the start bit and eight ones.
-    // Pulses come when they come, not when a cycle begins.
+    // The second pulse comes 2420 cycles after the first, then the start bit and eight ones. Pulses
+    // are not aligned to the beginning of a cycle.
     let intervals = intervals(&mut robots, 1);
     for (interval, cycles) in intervals.iter().zip([2420, 286, 270, 270, 270]) {
         assert!(interval.abs_diff(cycles) <= 1, "{intervals:?}");
@@ -141,7 +144,7 @@ fn everybody_sees_the_controller() {
     assert_eq!(statistics.air.carried, 3);
 }
 
-/// Whatever the threads do, and however time is cut by commands.
+/// Results depend neither on the threads nor on the division of time by commands.
 #[test]
 fn the_same_commands_give_the_same_answers() {
     let run = |threads, slices: u64| {
@@ -163,7 +166,8 @@ fn the_same_commands_give_the_same_answers() {
     assert!(once[1][0] > 20);
 }
 
-/// kilolib's frame, from its figures: pulses of 9 cycles, 270 apart, as an event of the sender.
+/// The program sends pulses with kilolib's figures, 9 cycles long and 270 apart, that form no
+/// frame, so the sender has no event.
 #[test]
 fn a_program_that_sends_no_frame_makes_no_event() {
     let mut robots = around_a_sender(&[]);

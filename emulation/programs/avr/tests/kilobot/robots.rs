@@ -13,7 +13,8 @@ use bittybuzz_emulation::{ClientError, Emulator};
 pub const RAM: u32 = 0x80_0000;
 pub const EEPROM: u32 = 0x81_0000;
 
-/// Assembles `programs/NAME.S`; where the program is. Each call writes a file of its own, since tests run beside each other.
+/// Assembles `programs/NAME.S` and returns the path of the program. Each call writes a file of its
+/// own, because tests run at the same time.
 pub fn assemble(program: &str, settings: &[&str]) -> PathBuf {
     static CALLS: AtomicUsize = AtomicUsize::new(0);
     let call = CALLS.fetch_add(1, Ordering::Relaxed);
@@ -31,7 +32,7 @@ pub fn assemble(program: &str, settings: &[&str]) -> PathBuf {
     elf
 }
 
-/// Emulated robots, and what they did.
+/// Emulated robots, and their events.
 pub struct Robots {
     pub emulator: Emulator,
     pub events: Vec<RobotEvent>,
@@ -39,7 +40,7 @@ pub struct Robots {
 }
 
 impl Robots {
-    /// So many robots, with a program loaded.
+    /// Creates `count` robots with a program loaded.
     pub fn new(count: usize, image: &Path) -> Self {
         Self::on_threads(count, image, 2)
     }
@@ -61,7 +62,7 @@ impl Robots {
         self.tell(robot, &place(x_mm));
     }
 
-    /// Runs on.
+    /// Runs for some further microseconds.
     pub fn run(&mut self, micros: u64) {
         self.now += Duration::from_micros(micros);
         let events = &mut self.events;
@@ -76,7 +77,7 @@ impl Robots {
         self.bytes(robot, address, 1)[0]
     }
 
-    /// Little-endian words.
+    /// Reads little-endian words.
     pub fn words(&mut self, robot: usize, address: u32, count: u32) -> Vec<u16> {
         let bytes = self.bytes(robot, address, 2 * count);
         bytes.chunks_exact(2).map(|word| u16::from_le_bytes([word[0], word[1]])).collect()
@@ -97,12 +98,12 @@ impl Robots {
         }
     }
 
-    /// What happened on the first robot, in order.
+    /// Returns the events of the first robot, in order.
     pub fn seen(&self) -> Vec<&Event> {
         self.events.iter().filter(|e| e.robot == 0).map(|e| &e.timed.event).collect()
     }
 
-    /// What was wrong on the first robot.
+    /// Returns the hardware errors of the first robot.
     pub fn errors(&self) -> Vec<&str> {
         let errors = self.seen().into_iter().filter_map(|event| match event {
             Event::HardwareError { text } => Some(text.as_str()),
@@ -111,7 +112,7 @@ impl Robots {
         errors.collect()
     }
 
-    /// Why the program does not do it.
+    /// Returns the reason why the emulator refuses a command.
     pub fn refusal(&mut self, command: &Command) -> String {
         match self.emulator.execute(command) {
             Err(ClientError::Refused(why)) => why,

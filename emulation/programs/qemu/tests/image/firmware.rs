@@ -1,5 +1,5 @@
-//! What a core must be able to do, as a firmware: a word in flash selects the case, results go to RAM.
-//! The test builds it with rustc alone, for the Crazyflie's target.
+//! A firmware that tests the features of a core: a word in flash selects the case, results go to
+//! RAM. The test builds it with rustc alone, for the Crazyflie's target.
 
 #![no_std]
 #![no_main]
@@ -9,7 +9,8 @@ use core::ptr::{read_volatile, write_volatile};
 
 /// Written by the test before the start.
 const CASE: u32 = 0x0802_0000;
-/// Where results go: the first RAM that the bootloader leaves alone. This program has no variables.
+/// Address of the results: the first RAM that the bootloader does not overwrite. This program has
+/// no variables.
 const RESULTS: u32 = 0x2000_5000;
 
 const RCC_CFGR: u32 = 0x4002_3808;
@@ -25,7 +26,7 @@ const AIRCR: u32 = 0xe000_ed0c;
 const CPACR: u32 = 0xe000_ed88;
 
 fn read(address: u32) -> u32 {
-    // SAFETY: a register of the chip, or memory that nobody else uses.
+    // SAFETY: a register of the chip, or memory that no other code uses.
     unsafe { read_volatile(address as *const u32) }
 }
 
@@ -59,7 +60,8 @@ static VECTORS: [Vector; 16 + TIM5_IRQ as usize + 1] = {
 
 #[unsafe(no_mangle)]
 unsafe extern "C" fn reset() {
-    // From the bootloader's 168 MHz back to the 16 MHz internal oscillator, and no divider before TIM5.
+    // Switches from the bootloader's 168 MHz back to the 16 MHz internal oscillator, without a
+    // divider before TIM5.
     write(RCC_CFGR, 0);
     match read(CASE) {
         0 => stay(accesses),
@@ -78,7 +80,7 @@ unsafe extern "C" fn reset() {
     }
 }
 
-/// Sets the vector table, plays a case and stays.
+/// Sets the vector table, runs a case and then loops for ever.
 fn stay(case: fn()) {
     write(VTOR, (&raw const VECTORS) as u32);
     case();
@@ -139,7 +141,8 @@ fn accesses() {
     }
 }
 
-/// TIM5 counts microseconds of the 16 MHz internal oscillator and interrupts at `compare`.
+/// Starts TIM5, which counts microseconds of the 16 MHz internal oscillator and interrupts at
+/// `compare`.
 fn start_tim5(compare: u32) {
     write(RCC_APB1ENR, 1 << 3);
     write(TIM5 + 0x28, 15); // PSC
@@ -152,18 +155,19 @@ fn start_tim5(compare: u32) {
     write(TIM5, 1); // CR1.CEN
 }
 
-/// Notes the time, asks for the next interrupt a millisecond later.
+/// Records the time, and requests the next interrupt a millisecond later.
 unsafe extern "C" fn tim5() {
     write(TIM5 + 0x10, 0);
     let count = read(RESULTS) + 1;
     result(0, count);
     result(count.min(8), read(TIM5 + 0x24));
     write(TIM5 + 0x34, read(TIM5 + 0x34) + 1000);
-    // How far the loop of `busy` came.
+    // The count that the loop of `busy` has reached.
     result(14, read(RESULTS + 4 * 13));
 }
 
-/// SEV sets the event register, WFE clears it; without it WFE waits for the interrupt.
+/// Tests the event register: SEV sets it and WFE clears it; without an event, WFE waits for the
+/// interrupt.
 fn wait_for_event() {
     // SAFETY: hints.
     unsafe {
@@ -178,7 +182,7 @@ fn wait_for_event() {
     }
 }
 
-/// A loop of three instructions that counts to RAM is interrupted by TIM5.
+/// Tests a loop of three instructions that counts to RAM and is interrupted by TIM5.
 fn busy() {
     start_tim5(1000);
     // SAFETY: writes a result.
@@ -204,7 +208,7 @@ fn software_reset() {
     }
 }
 
-/// The watchdog resets a core that never allows interrupts and touches nothing.
+/// Tests that the watchdog resets a core that never allows interrupts and accesses no peripheral.
 fn watchdog() {
     let starts = read(RESULTS + 4) + 1;
     result(1, starts);
@@ -233,13 +237,13 @@ fn lockup() {
     fault();
 }
 
-/// The vector table is where it is after a reset without a bootloader, in erased flash.
+/// Tests the vector table at its address after a reset without a bootloader, in erased flash.
 fn without_vector_table() {
     write(VTOR, 0);
     fault();
 }
 
-/// Addresses in the core-coupled memory work as those on the stack, which is there.
+/// Tests that addresses in the core-coupled memory work like those on the stack, which is there.
 fn core_coupled_memory() {
     write(0x1000_0000, 0x0123_4567);
     result(1, read(0x1000_0000));
@@ -289,7 +293,8 @@ extern "C" fn change_result() {
     result(1, 2);
 }
 
-/// WFI ends with an interrupt that is masked, and the handler runs when it no longer is.
+/// Tests that WFI ends with an interrupt that is masked, and that the handler runs once it is
+/// unmasked.
 fn masked() {
     start_tim5(1000);
     // SAFETY: masks interrupts for a while.
