@@ -1,4 +1,4 @@
-//! For tests: looks whether memory is as it must be. See feature `torture`.
+//! Checks of the invariants of memory, for tests. See feature `torture`.
 
 use super::{GLOBALS, OVERLAYS, Vm, VmState};
 use crate::arena::CELL;
@@ -9,8 +9,8 @@ use crate::number::Profile;
 use crate::value::{Tag, Value};
 
 impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
-    /// Returns the number of accesses to slots since the machine was made, without those of the collector: a measure of
-    /// the time that instructions take.
+    /// Returns the number of accesses to slots since the machine was made, without those of the
+    /// collector. It measures the time that instructions take.
     pub fn accesses(&self) -> u64 {
         self.arena.accesses()
     }
@@ -45,7 +45,8 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
         Ok(())
     }
 
-    /// After a collection every cell in use can be reached, so all that it refers to must be in use.
+    /// Checks the heap after a collection. Every cell in use can be reached then, so every cell
+    /// that it refers to must be in use, too.
     fn audit_heap(&self) -> Result<(), &'static str> {
         let arena = &self.arena;
         if !(arena.top() - usize::from(arena.bottom)).is_multiple_of(CELL) {
@@ -96,7 +97,7 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
         Ok(())
     }
 
-    /// First slot of the stack.
+    /// Returns the first slot of the stack.
     fn base(&self) -> usize {
         GLOBALS + self.header().map_or(0, |header| usize::from(header.globals()))
     }

@@ -1,4 +1,4 @@
-//! Built-ins that have their result at once.
+//! Built-ins that compute their result at once.
 
 use super::Vm;
 use crate::builtin::{self, string};
@@ -14,8 +14,8 @@ use crate::part::Part;
 use crate::value::{Tag, Type, Value};
 
 impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
-    /// Computes a built-in of kind `Plain` from the `count` arguments on top, which stay there. The result is unset if it needs
-    /// a table in place of an argument that is a library.
+    /// Computes a built-in of kind `Plain` from the `count` topmost values, which stay there. The
+    /// result is unset if an argument is a library and the built-in needs a table in its place.
     #[one_copy]
     pub(super) fn builtin<H: Host<P>>(
         &mut self,
@@ -38,7 +38,7 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
                 host.log(Arguments { script: self.view(), end, count });
                 Ok(Value::nil())
             }
-            // Without an argument, a value of an earlier call is on the stack.
+            // Without an argument `a` is unset, which is a fault below.
             builtin::SIZE if !a.is(Tag::UNSET) => {
                 if !self.is_table(a)? {
                     return Ok(Value::unset());
@@ -65,10 +65,11 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
             {
                 self.stigmergy_builtin(host, number, count, a)
             }
-            // All others take any value.
+            // All other built-ins accept any value.
             _ if a.is(Tag::UNSET) => Err(self.fail(FaultCode::MissingArgument)),
             builtin::TYPE => Ok(Value::string(type_name(a.type_of()))),
-            // In the order of the types; that of user data is one that no argument has.
+            // These built-ins are in the order of the types. The type of user data is one that no
+            // argument has.
             builtin::IS_NIL..=builtin::IS_USERDATA => {
                 Ok(Value::truth(a.type_of() as u8 == number - builtin::IS_NIL))
             }
@@ -84,7 +85,7 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
                     return Err(self.fail(FaultCode::MissingArgument));
                 }
                 let other = if number == builtin::MAX { order::LESS } else { order::GREATER };
-                // Anything is more of an extreme than nil.
+                // Every other value wins against nil.
                 let take_other = a.is_nil() || !b.is_nil() && self.order(a, b)? == other;
                 Ok(if take_other { b } else { a })
             }
@@ -94,19 +95,19 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
                 }
                 self.string_builtin(number, count)
             }
-            // The verifier lets no other number pass.
+            // The verifier refuses all other numbers.
             _ => Ok(Value::nil()),
         }
     }
 
-    /// Returns argument `number` of the `count` on top, unset if there is none.
+    /// Returns argument `number` of the `count` topmost values, or unset if there is none.
     #[one_copy]
     pub(super) fn argument(&self, number: u8, count: u8) -> Value<P> {
         if number < count { self.top(count - number) } else { Value::unset() }
     }
 
-    /// Computes a built-in that computers do without the calls of [`Vm::call_builtin`], from `count` arguments from slot `at` on:
-    /// an extreme of two numbers, or a function of a float.
+    /// Computes some built-ins without [`Vm::call_builtin`], on computers: an extreme of two
+    /// numbers, or a function of one float. The `count` arguments begin at slot `at`.
     pub(super) fn call_quickly(&self, number: u8, at: usize, count: usize) -> Option<Value<P>> {
         let a = self.arena.get_fast(at);
         match number {
@@ -125,7 +126,8 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
         }
     }
 
-    /// Returns a function of the library `math`, by its number in [`maths::Function`], of one float.
+    /// Computes a function of the library `math` of one float. `function` is its number in
+    /// [`maths::Function`].
     fn function_of(function: u8, a: Value<P>) -> Value<P> {
         let compute = || {
             let y = P::unpack(a.raw());
@@ -190,7 +192,7 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
             builtin::TO_FLOAT => {}
             builtin::GAUSSIAN if Self::has(Part::Maths) => self.rng.gaussian::<P, C>(&mut x, &y),
             builtin::EXPONENTIAL if Self::has(Part::Maths) => self.rng.exponential::<P, C>(&mut x),
-            // Numbered alike.
+            // The functions are in the order of the built-ins.
             builtin::SQRT..=builtin::ATAN if Self::has(Part::Maths) => {
                 maths::function::<P, C>(number - builtin::SQRT, &mut x, &y);
             }
@@ -213,7 +215,7 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
     }
 }
 
-/// The string that names a type.
+/// Returns the number of the string that names a type.
 fn type_name(of: Type) -> u16 {
     match of {
         Type::Nil | Type::Unset => string::NIL,

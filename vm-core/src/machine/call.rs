@@ -1,4 +1,4 @@
-//! Calls of values: the callee is known only when it is called.
+//! Calls of values: the callee is known only at run time.
 
 use super::{Flow, Native, Vm, record};
 use crate::builtin::BuiltinKind;
@@ -12,7 +12,7 @@ use crate::rom::BuiltinFlags;
 use crate::value::{Tag, Type, Value};
 
 impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
-    /// The slot `below` the top of the operands: 1 is the top.
+    /// Returns the operand that is `below` slots below the stack pointer: 1 is the top.
     #[one_copy]
     pub(super) fn top(&self, below: u8) -> Value<P> {
         self.arena.get_fast(usize::from(self.sp).wrapping_sub(usize::from(below)))
@@ -30,7 +30,8 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
         self.arena.get_fast(usize::from(self.sp))
     }
 
-    /// The slot of a local of the running frame: they are counted from its record.
+    /// Returns the slot of a local of the running function. Locals are counted from the frame's
+    /// record.
     #[hot]
     pub(super) fn local_slot(&self, number: i16) -> usize {
         usize::from(self.fp.wrapping_add_signed(number))
@@ -47,7 +48,7 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
         self.arena.set_fast(self.local_slot(number.into()), value);
     }
 
-    /// Calls a callback with the `count` arguments on top.
+    /// Calls a callback with the `count` topmost values as arguments.
     #[one_copy]
     pub(super) fn call_back<H: Host<P>>(
         &mut self,
@@ -55,8 +56,9 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
         callee: Value<P>,
         count: u8,
     ) -> Result<(), Stopped> {
-        // The usual: it captures nothing, has as many parameters as there are arguments, and its room is there. By itself
-        // this path needs few registers, which an AVR would have to save.
+        // The usual callback captures nothing, has as many parameters as there are arguments, and
+        // its frame fits. Handled separately, this path needs few registers, which an AVR would
+        // have to save.
         if callee.is(Tag::FUNCTION)
             && let Some(program) = self.program()
         {
@@ -76,8 +78,8 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
         self.call(host, callee, count, 0)
     }
 
-    /// Calls `callee` with the `count` arguments on top. `below` slots, the callee's and perhaps its self's, are taken out
-    /// from under the arguments.
+    /// Calls `callee` with the `count` topmost values as arguments. The `below` slots under the
+    /// arguments, which hold the callee and for a method its self, are removed.
     #[one_copy]
     pub(super) fn call<H: Host<P>>(
         &mut self,
@@ -102,10 +104,11 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
         let head = program.code.byte(position);
         let room = program.code.byte(position.wrapping_add(1));
         let wanted = head & PARAMETERS;
-        // The place of the first argument, and that of the record after the last.
+        // `start` is the slot of the first argument after the removal, `fp` that of the record
+        // after the last parameter.
         let start = self.sp.wrapping_sub(u16::from(count)).wrapping_sub(u16::from(below));
         let fp = start.wrapping_add(u16::from(wanted));
-        // What is on the stack now has its room already.
+        // The values that are on the stack now already have their slots.
         let limit = usize::from(fp).wrapping_add(1).wrapping_add(usize::from(room));
         if limit > usize::from(self.arena.reserved) {
             self.ensure(limit)?;
@@ -137,7 +140,7 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
         Ok(())
     }
 
-    /// Takes `below` slots out from under the `count` topmost.
+    /// Removes the `below` slots under the `count` topmost ones.
     #[one_copy]
     fn take_out(&mut self, count: u8, below: u8) {
         if below != 0 {
@@ -148,7 +151,7 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
         }
     }
 
-    /// Calls a value that is no script function.
+    /// Calls a value that is not a function of the script.
     #[one_copy]
     fn call_native<H: Host<P>>(
         &mut self,
@@ -187,7 +190,7 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
         self.call_builtin(host, number as u8, count, false)
     }
 
-    /// Puts a value under the `count` topmost.
+    /// Inserts a value under the `count` topmost ones.
     #[one_copy]
     pub(super) fn insert(&mut self, count: u8, value: Value<P>) -> Result<(), Stopped> {
         let mut at = usize::from(self.sp);
@@ -223,7 +226,7 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
         Ok(())
     }
 
-    /// Makes a frame for a built-in that takes `count` arguments and goes on at `native`.
+    /// Makes a frame, above the arguments, for a built-in that continues at `native`.
     pub(super) fn enter_native(&mut self, native: Native) -> Result<(), Stopped> {
         let fp = usize::from(self.sp);
         self.ensure(fp + 1 + super::NATIVE_ROOM)?;
@@ -233,7 +236,7 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
         Ok(())
     }
 
-    /// Leaves a built-in's frame of `count` parameters with a result.
+    /// Leaves the frame of a built-in with `count` parameters, and pushes its result.
     #[one_copy]
     pub(super) fn leave_frame(&mut self, count: u8, result: Value<P>) {
         let (pc, outer) = self.caller(usize::from(self.fp));
@@ -244,7 +247,8 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
         self.pc = pc as u16;
     }
 
-    /// Calls a robot function, whose arguments are on top; if it is not finished at once its frame waits.
+    /// Calls a robot function, whose arguments are on top. If it does not finish at once, the
+    /// machine makes a frame in which it waits.
     #[one_copy]
     pub(super) fn call_robot<H: Host<P>>(
         &mut self,
@@ -268,7 +272,8 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
         Ok(())
     }
 
-    /// The result of a robot function, unset as long as it goes on.
+    /// Asks the host for the result of a robot function. Returns unset while the function is not
+    /// finished.
     #[one_copy]
     fn ask_robot<H: Host<P>>(
         &mut self,

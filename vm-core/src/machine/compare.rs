@@ -13,18 +13,20 @@ use crate::opcode::order;
 use crate::part::Part;
 use crate::value::{Tag, Value};
 
-/// The orders of values that are not equal.
+/// The bits of both orders of unequal values.
 const UNEQUAL: u8 = order::LESS | order::GREATER;
 
 impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
-    /// `a == b`: numbers by value, strings by text, tables and closures by identity.
+    /// Returns true if `a == b`. Numbers are compared by value, strings by text, tables and
+    /// closures by identity.
     #[one_copy]
     pub(super) fn equal(&self, a: Value<P>, b: Value<P>) -> bool {
         if a.is_number() && b.is_number() {
             return Self::order_of_numbers(a, b) == order::EQUAL;
         }
         if Self::HAS_BOUND_METHODS && a.is(Tag::BOUND) && b.is(Tag::BOUND) {
-            // Reading a method twice binds it twice: still the same method of the same table.
+            // Each read of a method makes a new bound function. Two of them are equal if they bind
+            // the same function to the same table.
             let (a, b) = (a.index(), b.index());
             return self.arena.closure_function(a).same(self.arena.closure_function(b))
                 && self.arena.closure_self(a).same(self.arena.closure_self(b));
@@ -32,11 +34,11 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
         a.same(b) || self.arena.same_text(a, b)
     }
 
-    /// The order of `a` and `b`, as the bit of the relations that hold: `NONE` if one is not a number, a fault if they have no
-    /// order.
+    /// Returns the order of `a` and `b` as one bit of [`order`], `NONE` if one of them is NaN.
+    /// Fails if the types have no order.
     #[one_copy]
     pub(super) fn order(&mut self, a: Value<P>, b: Value<P>) -> Result<u8, Stopped> {
-        // nil is less than all else.
+        // nil is less than every other value.
         if b.is_nil() {
             return Ok(if a.is_nil() { order::EQUAL } else { order::GREATER });
         }
@@ -55,8 +57,8 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
         Err(self.fail_on(FaultCode::Unordered, a, b))
     }
 
-    /// The machine's own strings and those of the script are each numbered in order; the image's
-    /// order table merges the two orders.
+    /// Returns the order of two constant strings. The machine's own strings and those of the script
+    /// are each numbered in order; the image's order table merges the two orders.
     fn order_of_constants(&self, a: u16, b: u16) -> u8 {
         let a_is_own = a < string::COUNT;
         let is_less = if a_is_own == (b < string::COUNT) {
@@ -77,7 +79,7 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
         if is_less { order::LESS } else { order::GREATER }
     }
 
-    /// Returns true if the relation of an instruction holds.
+    /// Returns true if the relation that an instruction tests holds.
     #[one_copy]
     pub(super) fn compare_slow(
         &mut self,
@@ -93,11 +95,11 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
         Ok(instruction & found != 0)
     }
 
-    /// The order of two numbers.
+    /// Returns the order of two numbers.
     #[one_copy]
     pub(super) fn order_of_numbers(a: Value<P>, b: Value<P>) -> u8 {
         if !Self::has(Part::Floats) || a.is(Tag::INT) && b.is(Tag::INT) {
-            // To unpack integers takes ten times as long.
+            // Unpacking integers would take ten times as long.
             return order_of::<P>(a.raw(), b.raw());
         }
         if IS_WIDE {
@@ -107,7 +109,7 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
     }
 }
 
-/// An order as the bit of the relations that hold.
+/// Returns an order as one bit of [`order`].
 fn bit_of(order: Option<Ordering>) -> u8 {
     match order {
         Some(Ordering::Less) => order::LESS,

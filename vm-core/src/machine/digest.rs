@@ -1,4 +1,5 @@
-//! The state of the machine as a hash, by which hosts compare runs. Firmware calls none of it, so that it takes no flash.
+//! A hash of the machine's state, by which hosts compare runs. Firmware calls nothing here, so it
+//! takes no flash.
 
 use core::hash::{Hash, Hasher};
 use core::ops::Range;
@@ -11,12 +12,13 @@ use crate::slots::Slots;
 use crate::value::Tag;
 
 impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
-    /// Hashes everything that decides how the machine goes on, but for its image: globals, frames, heap, random numbers, its
-    /// knowledge of other robots, and its news for them. A hasher that takes `isize` at the same width everywhere gives
-    /// the same number on every host.
+    /// Hashes everything except the image that determines how the machine continues: globals,
+    /// frames, heap, random numbers, its knowledge of other robots, and messages that it still has
+    /// to send. A hasher that takes `isize` at the same width everywhere returns the same number on
+    /// every host.
     pub fn hash_state<H: Hasher>(&self, hasher: &mut H) {
         let Vm { pc, fp, sp, robot_id, rng, state, network_base, uses_network, .. } = self;
-        // Between entries the position is the one at which some loop has stopped.
+        // Between entries `pc` keeps the position at which the loop ended. It has no effect.
         let pc = if *state == VmState::Running { *pc } else { 0 };
         (pc, fp, sp, robot_id, rng, state, network_base, uses_network).hash(hasher);
         let mut work = self.work;

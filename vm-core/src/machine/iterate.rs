@@ -1,9 +1,8 @@
-//! Built-ins that call script functions or wait. Each has a frame; [`Vm::resume`] goes on when the
-//! callback has
-//! returned, or when the machine runs again.
+//! Built-ins that call script functions or wait. Each has a frame; [`Vm::resume`] continues it when
+//! the callback has returned, or when the machine runs again.
 //!
-//! The first argument is iterated: a table, a snapshot of neighbours, a stigmergy, or `neighbors`
-//! itself.
+//! The first argument is the source of the iteration: a table, a snapshot of neighbours, a
+//! stigmergy, or `neighbors` itself.
 
 use super::network::is_of_neighbors;
 use super::{Flow, Native, Vm};
@@ -16,24 +15,24 @@ use crate::number::Profile;
 use crate::part::Part;
 use crate::value::{Tag, Value};
 
-// Locals of a built-in's frame. All are nil in the beginning.
+// Locals of a built-in's frame. All are nil at first.
 /// The result so far: a table, or the accumulator of `reduce`.
 const RESULT: i8 = 1;
-/// For `delay`: true once the host has begun it.
+/// For `delay`: not nil once the host has started it.
 const BEGUN: i8 = 1;
-/// Key and element that the callback is called for, where they are needed after it.
+/// The key and the element of the running callback, for built-ins that need them after it returns.
 const KEY: i8 = 2;
 const ELEMENT: i8 = 3;
-/// The first slot of the iteration, see [`crate::heap`]. Its last two slots are above the locals: the first arguments of
-/// the callback.
+/// The first slot of the iteration, see [`crate::heap`]. Its last two slots lie above the locals
+/// and are the first arguments of the callback.
 const ITERATES: usize = 4;
 /// The number of locals.
 const LOCALS: usize = 5;
-/// The first argument of a callback; its result then is in the same slot.
+/// The slot of a callback's first argument, and later of its result.
 const CALLBACK: usize = ITERATES + 2;
 
-/// Returns the number of arguments of a built-in of kind `Calls` with that [`task`], the iterated
-/// one included.
+/// Returns the number of arguments of a built-in of kind `Calls` with that [`task`], including the
+/// source.
 fn parameters(task: u8) -> u8 {
     match task {
         builtin::CLONE | builtin::DELAY => 1,
@@ -42,18 +41,18 @@ fn parameters(task: u8) -> u8 {
     }
 }
 
-/// Returns the built-in that does the same with tables, if there is one.
+/// Returns the built-in that does the same with tables, or the number itself if there is none.
 #[one_copy]
 fn task(number: u8) -> u8 {
     match number {
-        // Numbered alike.
+        // These built-ins have the same order as those of tables.
         builtin::NEIGHBORS_FOREACH..=builtin::NEIGHBORS_REDUCE => {
             number - builtin::NEIGHBORS_FOREACH + builtin::FOREACH
         }
         builtin::SNAPSHOT_FOREACH..=builtin::SNAPSHOT_REDUCE => {
             number - builtin::SNAPSHOT_FOREACH + builtin::FOREACH
         }
-        // A snapshot of some of the elements as they are.
+        // Both make a snapshot of some of the elements without changing them.
         builtin::NEIGHBORS_KIN | builtin::NEIGHBORS_NONKIN => builtin::CLONE,
         builtin::STIGMERGY_FOREACH => builtin::FOREACH,
         builtin::STIGMERGY_MAP => builtin::MAP,
@@ -82,7 +81,7 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
         if number == builtin::DELAY {
             self.need_number(argument)?;
         } else if Self::has(Part::Iteration) && number < builtin::NEIGHBORS_GET {
-            // Everything else is its own copy.
+            // A value of any other type is its own copy.
             if number == builtin::CLONE
                 && !matches!(argument.tag(), Tag::TABLE | Tag::LIBRARY | Tag::SNAPSHOT)
             {
@@ -108,7 +107,7 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
         Ok(())
     }
 
-    /// Goes on in the built-in at the stored position.
+    /// Continues the built-in at the stored position.
     #[one_copy]
     pub(super) fn resume<H: Host<P>>(&mut self, host: &mut H) -> Result<Flow, Stopped> {
         let number = self.pc as u8 & 0x7f;
@@ -139,7 +138,7 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
         let callback = usize::from(self.fp) + CALLBACK;
         let source = self.arena.get(first);
         let function = self.arena.get(first + 1);
-        // Nothing is there before the first entry.
+        // Before the first element the stack ends at `callback`.
         let returned = usize::from(self.sp) > callback;
         if Self::has(Part::Swarms) && number == builtin::SWARM_EXEC {
             if returned {
@@ -211,8 +210,8 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
         Ok(Flow::Continue)
     }
 
-    /// Puts key and value of the next element, and of a stigmergy the robot too, on the stack, which ends at `callback`.
-    /// False if there is none.
+    /// Pushes the key and the value of the next element, and for a stigmergy also its robot; the
+    /// stack ends at `callback` before. Returns false if there is no next element.
     fn next_element(&mut self, source: Value<P>, callback: usize) -> Result<bool, Stopped> {
         if (Self::has(Part::Neighbors) || Self::has(Part::Stigmergy)) && source.is(Tag::LIBRARY) {
             return self.next_known(source, callback - 2);

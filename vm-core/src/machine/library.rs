@@ -1,7 +1,8 @@
 //! Reading and writing through `.` and `[ ]`: tables, and the libraries that behave as tables.
 //!
-//! A library costs no memory until a script changes it. Then the machine's own global holds a table of overlays: library
-//! value to table of changed fields. A field that the script removed is unset there.
+//! A library costs no memory until a script changes it. Then the machine's own global holds a table
+//! of overlays: it maps the library's value to a table of the changed fields. A field that the
+//! script removed is unset in that table.
 
 use super::{Flow, Native, OVERLAYS, Vm};
 use crate::builtin::{self, Library};
@@ -16,13 +17,13 @@ use crate::rom::BuiltinFlags;
 use crate::value::{Tag, Value};
 
 // Locals of the frame that copies a library to a table.
-/// The built-in that is called then, and how many arguments it has.
+/// The built-in that is called afterwards, and the number of its arguments.
 const CALL: i8 = 1;
 const DROP_RESULT: i8 = 2;
 /// The next row of the image's library table.
 const ROW: i8 = 3;
 const COPY: i8 = 4;
-/// The first slot of the iteration over the changes of the script; its last two slots are on top.
+/// The first slot of the iteration over the script's changes. Its last two slots are on top.
 const COPY_ITERATES: usize = 5;
 const COPY_LOCALS: usize = 4 + ITERATION;
 
@@ -31,7 +32,8 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
         self.arena.table_size(table.index())
     }
 
-    /// The interpreter's loop may allocate by itself. Tests of scarce memory want all allocations in [`Vm::allocate`].
+    /// True if the interpreter's loop may allocate on its own. Tests of scarce memory need all
+    /// allocations to go through [`Vm::allocate`].
     pub(super) const ALLOCATES_QUICKLY: bool = cfg!(not(feature = "torture"));
 
     /// Runs an allocation; if there is no cell, collects and tries once more. All values that the
@@ -56,7 +58,7 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
         }
     }
 
-    /// Collects, if the allocation was not tried again already.
+    /// Collects. Fails if the allocation was already tried again after a collection.
     #[one_copy]
     fn make_room(&mut self) -> Result<(), Stopped> {
         if self.arena.pressed {
@@ -72,7 +74,7 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
         self.allocate(|vm| vm.arena.new_table())
     }
 
-    /// Stores into a table under a key that [`Vm::key`] has passed.
+    /// Stores a value in a table under a key that [`Vm::key`] returned.
     #[one_copy]
     pub(super) fn table_set(
         &mut self,
@@ -83,8 +85,8 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
         self.allocate(|vm| vm.arena.table_set(table.index(), key, value))
     }
 
-    /// The key as tables hold it: a float that is an integer becomes that integer. A fault if `table` is neither table
-    /// nor library.
+    /// Returns the key as tables hold it: a float with an integral value becomes an integer. Fails
+    /// if `table` is neither table nor library, or if the key is neither number nor string.
     #[one_copy]
     pub(super) fn key(&mut self, table: Value<P>, key: Value<P>) -> Result<Value<P>, Stopped> {
         let is_table = table.is(Tag::TABLE)
@@ -102,8 +104,8 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
         }
     }
 
-    /// `table[key]`. A function that uses self is bound to the table, unless a method call wants it plain: table and
-    /// key must be on the stack then.
+    /// Evaluates `table[key]`. With `bind`, a function that uses self is bound to the table; then
+    /// table and key must be on the stack. A method call reads it without.
     #[one_copy]
     pub(super) fn index_get<H: Host<P>>(
         &mut self,
@@ -121,7 +123,7 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
         if bind { self.bind_function(value, table) } else { Ok(value) }
     }
 
-    /// `table[key] = value`; all three are on the stack.
+    /// Executes `table[key] = value`. All three must be on the stack.
     #[one_copy]
     pub(super) fn index_set(
         &mut self,
@@ -140,7 +142,8 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
         self.table_set(overlay, key, if value.is_nil() { Value::unset() } else { value })
     }
 
-    /// The value as read out of a table: a function that uses self gets the table as its self.
+    /// Returns the value as a read from a table yields it: a function that uses self gets the table
+    /// as its self.
     #[hot]
     fn bind(&mut self, value: Value<P>, table: Value<P>) -> Result<Value<P>, Stopped> {
         if Self::HAS_BOUND_METHODS && value.may_use_self() {
@@ -167,7 +170,7 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
         let number = function.index() as u16;
         let binds = match function.tag() {
             Tag::FUNCTION => self.head(number) & USES_SELF != 0,
-            // Once read from its object it stays bound to it.
+            // A method that was read from its object stays bound to that object.
             Tag::BUILTIN if Self::HAS_NETWORK => {
                 value.is(Tag::BUILTIN) && BuiltinFlags::of::<P, C>(number as u8).is_method()
             }
@@ -176,19 +179,20 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
         if !binds {
             return Ok(value);
         }
-        // The value is reachable through its table; neither moves.
+        // The value can be reached through its table, and cells do not move.
         let cell = self.new_table()?;
         Ok(self.arena.bound(cell.index(), plain, table))
     }
 
-    /// The table of changes of a library, or the function that listens to a topic; nil if there is none.
+    /// Returns the table of changes of a library, or the function that listens to a topic; nil if
+    /// there is none.
     #[one_copy]
     pub(super) fn overlay(&self, key: Value<P>) -> Value<P> {
         let overlays = self.arena.get_fast(OVERLAYS);
         if overlays.is_nil() { overlays } else { self.arena.pair(overlays.index(), key) }
     }
 
-    /// The table of all these, made if there is none.
+    /// Returns the table of all overlays and listeners, and makes it if there is none.
     #[one_copy]
     pub(super) fn overlays(&mut self) -> Result<Value<P>, Stopped> {
         if self.arena.get(OVERLAYS).is_nil() {
@@ -204,8 +208,8 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
         if !found.is_nil() {
             return Ok(found);
         }
-        // Something is under the key before the table is made, so that putting the table there takes no cell: until then
-        // nothing would lead to it.
+        // A placeholder takes the key's pair first, so that storing the new table needs no cell. An
+        // allocation at that point could collect, and nothing would refer to the new table yet.
         let overlays = self.overlays()?;
         self.table_set(overlays, library, library)?;
         let made = self.new_table()?;
@@ -213,7 +217,7 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
         Ok(made)
     }
 
-    /// Pushes this number of nils on the operands of a frame that may be full already.
+    /// Pushes `count` nils, even if the frame has used all slots that its function declared.
     #[one_copy]
     pub(super) fn reserve(&mut self, count: usize) -> Result<(), Stopped> {
         let top = usize::from(self.sp);
@@ -231,7 +235,7 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
     fn library_get<H: Host<P>>(&self, host: &mut H, library: Value<P>, key: Value<P>) -> Value<P> {
         let overlay = self.overlay(library);
         if !overlay.is_nil() {
-            // Unset if the script removed it.
+            // A field that the script removed is unset.
             let changed = self.arena.table_get(overlay.index(), key);
             if changed.is(Tag::UNSET) {
                 return Value::nil();
@@ -254,7 +258,7 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
         }
     }
 
-    /// The value of a library's member.
+    /// Returns the value of a library's member.
     fn member<H: Host<P>>(&self, host: &mut H, library: Value<P>, member: u8) -> Value<P> {
         let axis = match member {
             builtin::PI => return Value::float(core::f32::consts::PI),
@@ -271,7 +275,8 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
         host.position(axis).map_or(Value::nil(), Value::float)
     }
 
-    /// Returns true for a table or a snapshot, which is a table inside, false for a library, and a fault for any other value.
+    /// Returns true for a table or a snapshot, which is a table internally, false for a library,
+    /// and a fault for any other value.
     #[one_copy]
     pub(super) fn is_table(&mut self, value: Value<P>) -> Result<bool, Stopped> {
         match value.tag() {
@@ -281,8 +286,9 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
         }
     }
 
-    /// Begins to put a real table with the same entries in the place of the first library among the `count` arguments on top.
-    /// Each entry takes an instruction; then the built-in of that number is called with the table.
+    /// Begins to replace the first library among the `count` topmost values by a table with the
+    /// same entries. Copying each entry takes an instruction; then the built-in `number` is called
+    /// with the table.
     #[one_copy]
     pub(super) fn begin_copy(
         &mut self,
@@ -302,7 +308,8 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
         Ok(())
     }
 
-    /// Copies the next entry of a library. After the last the built-in is called that needs the table.
+    /// Copies the next entry of a library. After the last entry, calls the built-in that needs the
+    /// table.
     #[one_copy]
     pub(super) fn copy_on<H: Host<P>>(&mut self, host: &mut H) -> Result<Flow, Stopped> {
         let [number, count] = (self.local(CALL).index() as u16).to_le_bytes();
@@ -325,7 +332,7 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
                 self.table_set(table, key, value)?;
             }
         } else if !overlay.is_nil() && self.arena.table_next(overlay.index(), fp + COPY_ITERATES) {
-            // Unset if the script removed it.
+            // A field that the script removed is unset.
             let value = self.top(1);
             if !value.is(Tag::UNSET) {
                 self.table_set(table, self.top(2), value)?;

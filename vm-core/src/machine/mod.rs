@@ -6,10 +6,11 @@
 //! fp                  record: distance to the caller's fp in the tag byte, return position in the payload
 //! fp + 1 ...          hidden locals (closure, self), variables, operands
 //! ```
-//! A call leaves its arguments where they are, as the parameters; a return puts the result where the first parameter
-//! was. Built-ins that call script functions (`foreach`, ...) or wait (`delay`) have frames too: their "return
-//! position" is one of the [`Native`] codes, at which the interpreter lets the built-in go on. So nothing recurses on the
-//! stack of the processor, and a run can stop between any two instructions.
+//! The arguments of a call stay in their slots and become the parameters; a return puts the result
+//! where the first parameter was. Built-ins that call script functions (`foreach`, ...) or wait
+//! (`delay`) have frames too: their "return position" is one of the [`Native`] codes, at which the
+//! interpreter resumes the built-in. Nothing therefore recurses on the stack of the processor, and
+//! a run can stop between any two instructions.
 
 #[cfg(feature = "torture")]
 mod audit;
@@ -43,27 +44,29 @@ pub use inspect::{
 use network::Protocol;
 pub use network::{Assembling, KnownSwarm, Neighbor, StoredEntry, Trigger};
 
-/// The slot of the machine's own global: changes that the script made to libraries, see [`library`].
+/// The slot of the machine's own global: the table of the changes that the script made to libraries
+/// (see [`library`]), and of its listeners and handlers.
 const OVERLAYS: usize = 0;
 /// Slot of global 0.
 pub const GLOBALS: usize = 1;
-/// Slots above its record that a built-in's frame may use, callback arguments included.
+/// The number of slots above its record that a built-in's frame may use, including those for the
+/// arguments of callbacks.
 const NATIVE_ROOM: usize = 12;
-/// Return positions from here on are not in the image.
+/// The first return position that stands for the machine itself: no image is that long.
 const SPECIAL: usize = 0xff80;
 
-/// A return position that stands for the machine itself: that of a built-in of kind `Calls`, by its number, or one of
-/// those below, which no built-in has.
+/// A return position that stands for the machine itself: the number of a built-in of kind `Calls`,
+/// or one of the constants below, which are not numbers of built-ins.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 struct Native(u8);
 
 impl Native {
-    /// An entry is to be called.
+    /// Calls the value of an entry, which is on top of the stack.
     const START: Native = Native(0x7d);
     const ROBOT: Native = Native(0x7e);
-    /// Messages are handled before `step()`.
+    /// Handles received messages before `step()`.
     const MESSAGES: Native = Native(0x7c);
-    /// A library is copied to a table, see [`Vm::begin_copy`].
+    /// Copies a library to a table, see [`Vm::begin_copy`].
     const COPY: Native = Native(0x7b);
     const EXIT: Native = Native(0x7f);
 
@@ -73,7 +76,7 @@ impl Native {
     }
 }
 
-/// The script's memory and image, to look at.
+/// Read access to the script's memory and image.
 #[derive(Clone, Copy)]
 pub(crate) struct View<'a, P: Profile, C: ByteCode, const SLOTS: usize> {
     pub(crate) arena: &'a Arena<P, SLOTS>,
@@ -89,12 +92,14 @@ pub enum Outcome {
     Waiting,
     /// The entry returned.
     Done,
-    /// The script stopped. It does not run again before it is loaded again, or started again after [`Vm::restart`].
+    /// A fault stopped the script. It runs again only after it is loaded again, or after
+    /// [`Vm::restart`] and a new start.
     Fault(Fault),
 }
 
 #[derive(Clone, Copy, PartialEq, Eq, Hash, Debug)]
-// A tag of its own: among the bits of the fault, zero would not be the first.
+// `repr(u8)` gives the state a tag byte of its own, in which `Empty` is 0. Otherwise the compiler
+// would put the tag into unused values of the fault, and `Empty` would not be all zeros.
 #[repr(u8)]
 enum VmState {
     /// No program.
@@ -105,11 +110,12 @@ enum VmState {
     Running,
     /// Stopped by this fault.
     Faulted(Fault),
-    /// Without steps until the script starts again.
+    /// The script was stopped, uses no network, and has no steps until it starts again.
     Resting,
 }
 
-/// A virtual machine with `SLOTS` slots of memory for one script. A copy goes on as the original would.
+/// A virtual machine with `SLOTS` slots of memory for one script. A clone continues exactly as the
+/// original would.
 #[repr(C)]
 #[derive(Clone)]
 pub struct Vm<P: Profile, C: ByteCode, const SLOTS: usize> {
@@ -122,18 +128,17 @@ pub struct Vm<P: Profile, C: ByteCode, const SLOTS: usize> {
     robot_id: u16,
     rng: Rng,
     state: VmState,
-    /// Instructions that text took the time of, and that are still to be taken from the budget.
+    /// The time that work on text took, in instructions, and that is not yet taken from the budget.
     work: P::TextWork,
     /// The failures that tests add to allocations.
     #[cfg(feature = "torture")]
     pub torture: crate::torture::Torture,
     /// The image of the program.
     code: Option<C>,
-    /// Its header.
     header: Header,
     /// The first slot of the network: neighbours, entries, stigmergies, swarms.
     network_base: u16,
-    /// The script has to do with other robots.
+    /// True if the script uses neighbours, swarms or stigmergies.
     uses_network: bool,
     protocol: Protocol<P>,
     // Last, so that the AVR reaches the other fields with short instructions.
@@ -141,7 +146,8 @@ pub struct Vm<P: Profile, C: ByteCode, const SLOTS: usize> {
 }
 
 impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
-    /// A machine without a program on robot 0. All zeros: a static takes no flash, and nothing has to be copied.
+    /// Returns a machine without a program, for robot 0. It is all zeros, so that a static machine
+    /// takes no flash and nothing has to be copied.
     pub const fn new() -> Self {
         Vm {
             arena: Arena::new(),
@@ -162,7 +168,7 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
         }
     }
 
-    /// Returns true if the machine has that part: a constant.
+    /// Returns true if the machine has that part. The compiler knows the result.
     #[hot]
     const fn has(part: Part) -> bool {
         C::PARTS.has(part)
@@ -171,7 +177,8 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
     /// True if functions may be bound to the table or object from which they are read.
     const HAS_BOUND_METHODS: bool = Self::has(Part::Closures) || Self::has(Part::Libraries);
 
-    /// The program. Where there is only one it is there before it is loaded; but then the machine does not run.
+    /// Returns the program. With [`ByteCode::ONLY`] it is there before it is loaded, but then the
+    /// machine does not run.
     #[hot]
     fn program(&self) -> Option<Verified<'_, C>> {
         let code = C::ONLY.or(self.code)?;
@@ -194,7 +201,8 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
         self.load_limited(image, SLOTS, is_robot_function)
     }
 
-    /// Like [`Vm::load`], but uses only the first `slots` slots: finds out how much memory a script needs.
+    /// Like [`Vm::load`], but uses only the first `slots` slots. Tools use it to find out how much
+    /// memory a script needs.
     pub fn load_limited(
         &mut self,
         image: Image<C>,
@@ -208,20 +216,22 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
         })
     }
 
-    /// Makes an image the program that was verified where it was built, without the verifier on the
-    /// robot: see [`seal`]. `robot` is the robot's offer, as a constant: [`seal::robot`].
+    /// Makes a sealed image the program. The image was verified where it was built, so the robot
+    /// needs no verifier; see [`seal`]. `robot` is the constant that [`seal::robot`] returns for
+    /// this robot.
     #[inline]
     pub fn load_sealed(&mut self, image: Sealed<C>, robot: u16) -> Result<(), ImageError> {
         self.take(image.code, SLOTS, |header, arena| image.open(header, robot, arena.top() as u16))
     }
 
-    /// Returns the seal of the program for robots like this machine, of which [`seal::robot`] is
-    /// `robot`; it follows the image.
+    /// Returns the seal of the program, to be appended to the image, for robots that have the
+    /// memory of this machine and for which [`seal::robot`] returns `robot`. Returns `None` without
+    /// a program.
     pub fn seal(&self, robot: u16) -> Option<[u8; seal::LENGTH]> {
         Some(self.loaded()?.seal(robot, self.arena.top() as u16))
     }
 
-    /// Makes bytes the program that `check` accepts, of which it reads the header.
+    /// Makes `code` the program if `check`, which reads its header, accepts it.
     #[hot]
     fn take(
         &mut self,
@@ -231,16 +241,16 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
     ) -> Result<(), ImageError> {
         self.code = None;
         self.state = VmState::Empty;
-        // A script that stopped may have left some.
+        // A script that stopped may have left some work.
         self.work = P::TextWork::NONE;
         let others = self.sizes().slots();
         let slots = slots.min(SLOTS.saturating_sub(others));
         self.arena.reset(slots);
-        // In its place from the start: a copy of the header would cost the AVR more than the verifier's tables.
+        // The header is read in place: a copy would cost the AVR more than the verifier's tables.
         let checked = check(&mut self.header, &mut self.arena);
         self.reset_network();
         let base = GLOBALS + usize::from(self.header.globals());
-        // Above the memory of the script.
+        // The slots of the network lie above the memory of the script.
         self.network_base = slots as u16;
         let at = self.network_base();
         self.arena.fill(at, at + others);
@@ -254,12 +264,12 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
         Ok(())
     }
 
-    /// The header of the program.
+    /// Returns the header of the program; `None` if none is loaded.
     pub fn header(&self) -> Option<&Header> {
         self.loaded().map(|program| program.header())
     }
 
-    /// The program, once it is loaded.
+    /// Returns the program if it is loaded.
     fn loaded(&self) -> Option<Verified<'_, C>> {
         if self.state == VmState::Empty { None } else { self.program() }
     }
@@ -271,7 +281,8 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
         self.identify_network(robot_id);
     }
 
-    /// Starts an entry; [`Vm::run`] then runs it. False if the script does not have it, or cannot run now.
+    /// Starts an entry, which [`Vm::run`] then runs. Returns false if the script does not have it,
+    /// or cannot run now.
     pub fn begin(&mut self, entry: Entry) -> bool {
         let is_restart = entry == Entry::Global && self.state == VmState::Resting;
         let Some(program) = self.program() else { return false };
@@ -307,7 +318,8 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
         }
     }
 
-    /// The usual entry: a function without parameters, for which there is room. Makes it the outermost frame, at `base`.
+    /// Enters the usual kind of entry, a function without parameters for which there is room: makes
+    /// it the outermost frame, at `base`. Returns false and changes nothing in all other cases.
     fn enter_function(&mut self, point: EntryPoint, base: usize) -> bool {
         let (EntryPoint::Function(number), Some(program)) = (point, self.program()) else {
             return false;
@@ -324,7 +336,7 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
         fits
     }
 
-    /// Starts an entry that any value may be.
+    /// Starts an entry that calls any value. Returns false if the value is nil.
     #[one_copy]
     fn begin_value(&mut self, callee: Value<P>) -> bool {
         if callee.is_nil() {
@@ -361,11 +373,13 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
         }
     }
 
-    /// Makes the script ready to start again after a fault, with [`Entry::Global`]: its globals are nil and its listeners
-    /// are gone. Neighbors, stigmergies with their clocks, random numbers and counters stay; swarms are left.
+    /// Makes the script ready to start again after a fault, with [`Entry::Global`]: its globals are
+    /// nil and its listeners are gone. The machine keeps neighbours, stigmergies with their clocks,
+    /// the state of the random numbers and the counters, and leaves all swarms.
     ///
-    /// Until the global code begins, a step handles messages and nothing else: the robot goes on with beacons, and merges
-    /// and relays entries. Without a program, and for a script that has nothing to do with others, there is no such step.
+    /// Until the global code begins, a step handles messages and nothing else: the robot still
+    /// sends beacons, and merges and relays entries. There is no such step without a program, nor
+    /// for a script that uses no network.
     pub fn restart(&mut self) {
         if self.state == VmState::Empty {
             return;
@@ -378,7 +392,8 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
         self.work = P::TextWork::NONE;
         self.rest_network();
         self.collect();
-        // Cells do not move. One of an entry may lie where messages are handled. Without that part there is none.
+        // Cells do not move, so a cell of an entry may lie where the frame for messages has to be.
+        // Without long messages no entry has cells.
         if Self::has(Part::LongMessages) && usize::from(self.arena.bottom) < base + 1 + NATIVE_ROOM
         {
             self.forget_entries_on_heap();
@@ -399,7 +414,8 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
         if number < count { Some(self.arena.get(GLOBALS + usize::from(number))) } else { None }
     }
 
-    /// Sets a global to a number, for the host. Returns false and changes nothing if there is no such global or the value is no number.
+    /// Sets a global to a number, for the host. Returns false and changes nothing if there is no
+    /// such global or the value is no number.
     pub fn set_global(&mut self, number: u16, value: Value<P>) -> bool {
         let is_number = value.as_int().is_some() || value.as_f32().is_some();
         let is_set = is_number && self.global(number).is_some();
@@ -409,19 +425,21 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
         is_set
     }
 
-    /// The calls that led to where the machine is, innermost first: offsets from the start of the code of the last
-    /// byte of the instruction where each function is.
+    /// Returns the calls that are running, innermost first. Each is the offset, from the start of
+    /// the code, of the last byte of the instruction that its function executes.
     pub fn calls(&self) -> Calls<'_, P, C, SLOTS> {
-        // Between entries none runs, but the loop leaves the position as it was.
+        // Between entries no call is running, although `pc` keeps the position at which the loop
+        // ended.
         let is_running = !matches!(self.state, VmState::Empty | VmState::Idle | VmState::Resting);
         let pc = if !is_running { Native::EXIT.position() } else { usize::from(self.pc) };
         Calls { vm: self, pc, fp: usize::from(self.fp) }
     }
 
-    /// The entry's frame is left: collects if little of the heap is left and the entry allocated anything.
+    /// Leaves the entry's frame. Collects if the entry allocated and less than a quarter of the
+    /// memory above the globals is unused.
     fn finish(&mut self) {
         self.state = VmState::Idle;
-        // The outermost frame began where the stack does.
+        // The outermost frame began at the first slot of the stack.
         self.sp = self.fp;
         if self.arena.allocated {
             let base = usize::from(self.fp);
@@ -437,7 +455,8 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
     fn collect(&mut self) {
         let (mut pc, mut fp) = (usize::from(self.pc), usize::from(self.fp));
         let mut slot = usize::from(self.sp);
-        // Changed entries are sent after the outermost frame was left: then no value on the stack is a record.
+        // While changed entries are sent, the outermost frame is left already, so no slot of the
+        // stack holds a record.
         if self.state == VmState::Idle {
             fp = slot;
         }
@@ -489,7 +508,8 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
         Ok(())
     }
 
-    /// Stops the script with a fault at the instruction before `pc`, which concerns no operands.
+    /// Stops the script at the instruction before `pc`, with a fault that names no types of
+    /// operands.
     #[one_copy]
     fn fail(&mut self, code: FaultCode) -> Stopped {
         self.fail_with(code, [Type::Nil; 2], 0)
@@ -498,7 +518,7 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
     /// Stops the script with a fault that concerns one or two values.
     #[one_copy]
     fn fail_on(&mut self, code: FaultCode, first: Value<P>, second: Value<P>) -> Stopped {
-        // An argument that was not passed is a fault of its own, whatever was done with it.
+        // A missing argument is a fault of its own, whatever the operation.
         if first.is(Tag::UNSET) || second.is(Tag::UNSET) {
             return self.fail(FaultCode::MissingArgument);
         }
@@ -545,7 +565,7 @@ pub struct Calls<'a, P: Profile, C: ByteCode, const SLOTS: usize> {
 }
 
 impl<'a, P: Profile, C: ByteCode, const SLOTS: usize> Calls<'a, P, C, SLOTS> {
-    /// Returns the machine, for hosts that look at it when a fault ends a listener.
+    /// Returns the machine, for hosts that inspect it when a fault ends a listener.
     pub fn machine(&self) -> &'a Vm<P, C, SLOTS> {
         self.vm
     }

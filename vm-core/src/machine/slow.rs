@@ -1,4 +1,5 @@
-//! The instructions that the loop does not do itself, and arithmetic beyond two integers.
+//! The slow path: instructions that the loop does not finish itself, and arithmetic on operands
+//! other than two integers.
 
 use super::Vm;
 use crate::bytecode::ByteCode;
@@ -33,7 +34,7 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
                 return self.call(host, callee, count, 0);
             }
             opcode::CALL_BUILTIN | opcode::CALL_ROBOT => {
-                // How many arguments, and whether the result is dropped.
+                // The trailer holds the number of arguments, and the bit that drops the result.
                 let trailer = self.behind(1);
                 let count = trailer & !DROP_RESULT;
                 let drop_result = trailer & DROP_RESULT != 0;
@@ -44,7 +45,8 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
             }
             _ => {}
         }
-        // The lowest operand, and the next one or the instruction's own value in its place.
+        // `a` is the lowest operand. `b` is the next one, or the value that the instruction itself
+        // holds.
         let pops = effect.pops();
         let a = self.top(pops);
         let b = if effect.operand() == Operand::String as u8 {
@@ -59,7 +61,7 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
             opcode::NIL => Value::nil(),
             opcode::UNSET => Value::unset(),
             opcode::DUP => a,
-            // The loop reads every other local itself.
+            // The loop reads every local that is set.
             opcode::LOCAL_GET => return Err(self.fail(FaultCode::MissingArgument)),
             opcode::ADD_INT => self.binary(opcode::ADD, a, Value::int(i32::from(arg)))?,
             opcode::LOCAL_ADD => {
@@ -85,7 +87,7 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
                 }
                 a
             }
-            // Those that do not jump have 0 for a distance.
+            // Comparisons that do not jump have the operand 0.
             opcode::LT..=opcode::GE | opcode::JUMP_LT..=opcode::JUMP_NOT_LT_INT => {
                 let holds = self.compare_slow(op, a, b)?;
                 if holds {
@@ -121,12 +123,12 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
                 let tag = if op == opcode::INT_WORD { Tag::INT } else { Tag::FLOAT };
                 Value::new(tag, self.literal(op == opcode::FLOAT_HALF))
             }
-            // Immediate values, whose tags are in the order of these instructions.
+            // Immediate values: their opcodes are in the order of the tags.
             opcode::STRING..=opcode::LIBRARY => {
                 Value::indexed(Tag::of(op - opcode::STRING + Tag::STRING.byte()), number)
             }
             opcode::CLOSURE if Self::has(Part::Closures) => self.make_closure(number)?,
-            // Every other byte was refused by the verifier.
+            // The verifier refuses every other byte.
             _ => return Ok(()),
         };
         self.sp = self.sp.wrapping_sub(pops.into()).wrapping_add(effect.pushes().into());
@@ -136,14 +138,15 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
         Ok(())
     }
 
-    /// The byte that many before the next instruction.
+    /// Returns the byte at `count` bytes before the next instruction.
     #[one_copy]
     fn behind(&self, count: u16) -> u8 {
         let at = self.pc.wrapping_sub(count);
         self.program().map_or(0, |program| program.code.byte(at.into()))
     }
 
-    /// The literal at the end of the instruction, of which only the upper `half` may be there.
+    /// Returns the literal at the end of the instruction. With `half` the image holds its upper
+    /// half only.
     fn literal(&self, half: bool) -> P::Raw {
         let upper = [self.behind(2), self.behind(1)];
         let [c, d] = upper;
@@ -154,7 +157,8 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
         })
     }
 
-    /// First byte of the header of a function; if there is none of that number, that of one which captures values.
+    /// Returns the first byte of the header of a function. For a number that no function has,
+    /// returns that of a function with captured values, which no message may contain.
     #[one_copy]
     pub(super) fn head(&self, number: u16) -> u8 {
         if number >= self.header.functions() {
@@ -163,7 +167,8 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
         self.program().map_or(0, |program| program.code.byte(program.function(number)))
     }
 
-    /// A closure of the values on top, the first of which is self if the function uses it; they are popped.
+    /// Makes a closure of the values on top, and pops them. The first value is self if the function
+    /// uses it.
     #[one_copy]
     fn make_closure(&mut self, number: u16) -> Result<Value<P>, Stopped> {
         let function = Value::indexed(Tag::FUNCTION, number);
@@ -175,9 +180,10 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
         Ok(closure)
     }
 
-    /// Adds, subtracts, multiplies or divides two numbers in binary32, on computers. Floats of the tiny profile have ten bits:
-    /// results rounded to 24 bits and then to ten are those that are rounded once, since 24 is at least 2 * 10 + 2 (Figueroa,
-    /// "When is double rounding innocuous?", 1995). `None` for another operation, and for integers of more bits.
+    /// Adds, subtracts, multiplies or divides two numbers in binary32, on computers. Floats of the
+    /// tiny profile have ten bits. A result that is rounded to 24 bits and then to ten equals one
+    /// that is rounded once, since 24 is at least 2 * 10 + 2 (Figueroa, "When is double rounding
+    /// innocuous?", 1995). Returns `None` for another operation, and for integers of more bits.
     #[hot]
     pub(super) fn compute_quickly(op: u8, a: Value<P>, b: Value<P>) -> Option<Value<P>> {
         let is_short = |value: Value<P>| {
@@ -196,8 +202,8 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
         }))
     }
 
-    /// Arithmetic and bit operations on any two values; integers are added, subtracted and multiplied by the loop, and
-    /// divided but by zero.
+    /// Computes arithmetic and bit operations on any two values. The loop itself adds, subtracts
+    /// and multiplies integers, and divides them unless the divisor is zero.
     #[one_copy]
     pub(super) fn binary(&mut self, op: u8, a: Value<P>, b: Value<P>) -> Result<Value<P>, Stopped> {
         if a.is(Tag::INT) && b.is(Tag::INT) && op != opcode::POW {
@@ -221,7 +227,8 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
             return Ok(result);
         }
         if P::FULL {
-            // As the chip or the compiler's library does it.
+            // The chip or the compiler's library computes in binary32, which is the full profile's
+            // float.
             if let (Some(x), Some(y)) = (a.as_f32(), b.as_f32()) {
                 match op {
                     opcode::ADD => return Ok(Value::float(x + y)),
@@ -238,7 +245,7 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
         let mut x = a.unpack_float();
         let y = b.unpack_float();
         match op {
-            // Numbered alike.
+            // The numbers of the operations are in the order of the opcodes.
             opcode::ADD..=opcode::DIV => x.operate(op - opcode::ADD, &y),
             opcode::MOD => return Ok(Value::new(Tag::FLOAT, x.modulo(&y))),
             opcode::POW if Self::has(Part::Maths) => {
@@ -257,14 +264,14 @@ mod tests {
 
     type TinyVm = Vm<Tiny, &'static [u8], 8>;
 
-    /// The result as the chips of robots compute it.
+    /// Returns the result as the chips of robots compute it.
     fn compute(op: u8, a: Value<Tiny>, b: Value<Tiny>) -> Value<Tiny> {
         let mut x = a.unpack_float();
         x.operate(op - opcode::ADD, &b.unpack_float());
         Value::packed(&x)
     }
 
-    /// All floats of the tiny profile, each with special ones, and with some of every exponent.
+    /// Combines each float of the tiny profile with special floats, and with one of each exponent.
     #[test]
     fn computers_compute_with_short_floats_as_chips_do() {
         let floats = (0..=u16::MAX).map(|raw| Value::<Tiny>::new(Tag::FLOAT, raw));

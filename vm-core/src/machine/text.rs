@@ -1,4 +1,4 @@
-//! Text of strings, constant or made at run time, and the library `string`.
+//! The text of strings, both constants and those made at run time, and the library `string`.
 
 use core::cmp::Ordering;
 
@@ -11,19 +11,19 @@ use crate::message::content::ContentReader;
 use crate::number::{self, Number, Profile, TextWork};
 use crate::value::{Tag, Value};
 
-/// The place of the next byte of a string.
+/// A position in a string, from which its next byte is read.
 #[derive(Clone, Copy)]
 enum Cursor {
-    /// One of the machine's own strings, from this byte on.
+    /// The rest of one of the machine's own strings.
     Own(&'static [u8]),
-    /// Bytes of the image: from, to.
+    /// The rest of a constant of the script: its first and end offset in the image.
     Image(usize, usize),
-    /// A text of the heap.
+    /// The rest of a text on the heap.
     Made(TextCursor),
 }
 
 impl<P: Profile, C: ByteCode, const SLOTS: usize> View<'_, P, C, SLOTS> {
-    /// Returns start and end of the text at `at` in the image, after its count.
+    /// Returns start and end of the text whose count is at `at` in the image.
     fn image_text(&self, at: usize) -> (usize, usize) {
         let byte = |at: usize| self.program.as_ref().map_or(0, |program| program.code.byte(at));
         let first = usize::from(byte(at));
@@ -35,13 +35,14 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> View<'_, P, C, SLOTS> {
         (start, start + length)
     }
 
-    /// Offset of the text of the script's first string; none if the image has no text.
+    /// Returns the offset of the text of the script's first string; `None` if the image has no
+    /// text.
     fn first_text(&self) -> Option<usize> {
         let header = self.program?.header();
         header.has_text().then_some(usize::from(header.text_at()))
     }
 
-    /// Start and end of the text of a string of the script: steps over those before it.
+    /// Returns start and end of the text of a string of the script. Steps over the texts before it.
     fn constant(&self, number: u16) -> Option<(usize, usize)> {
         let mut at = self.first_text()?;
         for _ in 0..number.checked_sub(string::COUNT)? {
@@ -50,7 +51,7 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> View<'_, P, C, SLOTS> {
         Some(self.image_text(at))
     }
 
-    /// Before the first byte of a string.
+    /// Returns the cursor at the first byte of a string.
     fn cursor(&self, value: Value<P>) -> Cursor {
         if value.is(Tag::TEXT) {
             return Cursor::Made(self.arena.text_start(value.index()));
@@ -91,18 +92,18 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> View<'_, P, C, SLOTS> {
         }
     }
 
-    /// Length of a string in bytes.
+    /// Returns the length of a string in bytes.
     pub(crate) fn text_length(&self, value: Value<P>) -> usize {
         self.left(&self.cursor(value))
     }
 
-    /// The bytes of a string.
+    /// Returns the bytes of a string.
     pub(crate) fn text_bytes(&self, value: Value<P>) -> impl Iterator<Item = u8> {
         let mut cursor = self.cursor(value);
         core::iter::from_fn(move || self.next(&mut cursor))
     }
 
-    /// The number of the constant with the same bytes.
+    /// Returns the number of the constant with the same bytes.
     fn equal_constant(&self, made: Value<P>) -> Option<u16> {
         let made = self.cursor(made);
         for (number, own) in builtin::STRINGS.iter().enumerate() {
@@ -144,7 +145,7 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
         self.view().text_bytes(a).cmp(self.view().text_bytes(b))
     }
 
-    /// Begins a text and puts it on the stack, so that a collection finds it.
+    /// Begins a text and pushes it, so that a collection finds it.
     fn begin_text(&mut self) -> Result<TextBuilder, Stopped> {
         self.reserve(1)?;
         let text = self.allocate(|vm| vm.arena.new_text())?;
@@ -161,7 +162,7 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
         Ok(())
     }
 
-    /// Returns the text of the next `length` bytes of a message.
+    /// Returns a string of the next `length` bytes of a message.
     pub(super) fn read_text(
         &mut self,
         reader: &mut ContentReader<'_>,
@@ -174,7 +175,7 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
         Ok(self.end_text(&text))
     }
 
-    /// Adds bytes `from..to` of a string.
+    /// Appends bytes `from..to` of a string.
     fn add_part(
         &mut self,
         text: &mut TextBuilder,
@@ -188,7 +189,7 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
             let _ = self.view().next(&mut cursor);
         }
         for _ in from..to {
-            // Most long texts were made at run time: the loop is worth a short way for them.
+            // Most long texts were made at run time, so the loop reads them directly.
             let next = match &mut cursor {
                 Cursor::Made(made) => self.arena.text_next(made),
                 other => self.view().next(other),
@@ -199,21 +200,22 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
         Ok(())
     }
 
-    /// A byte of text takes about the time of two instructions. They are taken from the budget, so
-    /// that a slice of a script full of text takes no longer than another.
+    /// Charges the time of text to the budget, so that a slice with much text takes no longer than
+    /// any other. A byte takes about the time of two instructions.
     fn charge(&mut self, bytes: usize) {
         let instructions = u16::try_from(2 * bytes).unwrap_or(u16::MAX);
         self.work.add(instructions);
     }
 
-    /// Takes the finished text off the stack. One that equals a constant is that constant.
+    /// Takes the finished text off the stack. Returns the constant with the same bytes in its
+    /// place, if there is one, so that no text has the bytes of a constant.
     fn end_text(&mut self, text: &TextBuilder) -> Value<P> {
         self.arena.text_end(text);
         let made = self.pop();
         self.view().equal_constant(made).map_or(made, Value::string)
     }
 
-    /// The built-ins of library `string`, on the `count` arguments on top.
+    /// Computes a built-in of the library `string` from the `count` topmost values.
     pub(super) fn string_builtin(&mut self, number: u8, count: u8) -> Result<Value<P>, Stopped> {
         let a = self.argument(0, count);
         if number == builtin::TO_STRING {
@@ -279,7 +281,7 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
         Ok(self.end_text(&part))
     }
 
-    /// The string that `log` would print for a value.
+    /// Returns the string that `log` would print for a value.
     fn text_of(&mut self, value: Value<P>) -> Result<Value<P>, Stopped> {
         if self.is_text(value) {
             return Ok(value);
