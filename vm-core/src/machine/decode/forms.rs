@@ -1,9 +1,12 @@
-//! The decoder that distinguishes forms by their upper bits, before the opcode is looked up.
+//! The decoder that tests the form of an instruction by its upper bits before it looks up the
+//! opcode.
 
-/// Decodes the instruction at `pc`, which then is after opcode and operand. Short reads are done at once.
+/// Decodes the instruction at `pc`, and moves `pc` after opcode and operand. Short reads are
+/// executed at once.
 ///
-/// A macro, because a function would return an enum on which the loop branches again: 2 % of all instructions of a Cortex-M0. It
-/// uses the loop's `get`, `fp` and `push`, and goes on at its label.
+/// This is a macro, because a function would return an enum on which the loop branches again, which
+/// takes 2 % of all instructions of a Cortex-M0. The macro uses the loop's `get`, `fp` and `push`,
+/// and continues at its label.
 macro_rules! decode_form {
     ($code:ident at $pc:ident, $op:ident $arg:ident, $run:lifetime) => {
         $op = $code.byte($pc);

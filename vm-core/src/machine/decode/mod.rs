@@ -1,7 +1,8 @@
-//! The two decoders of the interpreter's loop, of which a chip has one.
+//! The two decoders of the interpreter's loop. Each chip uses one of them.
 //!
-//! [`forms`] asks for the form of an instruction first, then the loop's jump table for its opcode. [`table`] leaves the short and
-//! wide forms to the jump table, too: one indirect jump for most instructions, and more arms.
+//! [`forms`] tests the form of an instruction first, and then uses the loop's jump table for its
+//! opcode. [`table`] leaves the short and wide forms to the jump table, too: most instructions take
+//! one indirect jump, at the price of more arms.
 
 pub(super) mod forms;
 pub(super) mod table;
@@ -11,7 +12,8 @@ use crate::bytecode::ByteCode;
 use crate::number::Profile;
 
 impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
-    /// The decoder is [`table`]. It pays where slots need no check, being a power of two: elsewhere steps would take
-    /// some percent more. The AVR, with its little flash and without jump tables, has [`forms`].
+    /// True if the decoder is [`table`]. It pays where the number of slots is a power of two, so
+    /// that slots need no check; elsewhere steps would take some percent longer. The AVR, which has
+    /// little flash and no jump tables, uses [`forms`].
     pub(super) const DIRECT: bool = cfg!(not(target_arch = "avr")) && SLOTS.is_power_of_two();
 }

@@ -1,9 +1,10 @@
-//! The decoder whose jump table knows every byte, short and wide forms included.
+//! The decoder whose jump table has every byte, including short and wide forms.
 
 use crate::bytecode::ByteCode;
 use crate::opcode::{self, WIDE};
 
-/// The bytes of a short form, as patterns of the jump table: a range would be tested by itself, before the table or after it.
+/// The bytes of a short form, as patterns of the jump table. A range would be tested separately,
+/// before or after the table.
 #[rustfmt::skip]
 macro_rules! short {
     (LOCAL_GET) => {
@@ -21,26 +22,27 @@ macro_rules! short {
 }
 pub(in crate::machine) use short;
 
-/// The byte at `pc`, and the next one as an operand, if the instruction has one: only the arm of the table knows.
+/// Returns the byte at `pc`, and the next one as an operand. Only the arm in the jump table knows
+/// if the instruction has an operand.
 #[hot]
 pub(in crate::machine) fn fetch<C: ByteCode>(code: C, pc: usize) -> (u8, isize) {
     let [first, next] = code.word(pc).to_le_bytes();
     (first, isize::from(next as i8))
 }
 
-/// The operand of a short `LOCAL_GET`.
+/// Returns the operand of a short `LOCAL_GET`.
 #[hot]
 pub(in crate::machine) fn short_local(op: u8) -> isize {
     isize::from(op & 0x0f) + opcode::SHORT_LOCAL_GET.low as isize
 }
 
-/// The operand of a short `INT`.
+/// Returns the operand of a short `INT`.
 #[hot]
 pub(in crate::machine) fn short_int(op: u8) -> i32 {
     i32::from(op & 0x0f) + i32::from(opcode::SHORT_INT.low)
 }
 
-/// Opcode and operand of the other short forms.
+/// Returns opcode and operand of the other short forms.
 #[hot]
 pub(in crate::machine) fn short_other(op: u8) -> (u8, isize) {
     match op & 0x0c {
@@ -50,7 +52,7 @@ pub(in crate::machine) fn short_other(op: u8) -> (u8, isize) {
     }
 }
 
-/// Opcode and operand of a wide form; `pc` is after its first byte.
+/// Returns opcode and operand of a wide form; `pc` is after its first byte.
 #[hot]
 pub(in crate::machine) fn wide<C: ByteCode>(code: C, pc: usize, op: u8) -> (u8, isize) {
     (op & !WIDE, isize::from(code.word(pc) as i16))

@@ -9,11 +9,12 @@ use crate::value::Value;
 /// A function that is running.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub struct CallFrame {
-    /// Slot of its record, from which locals are counted: a function that is called has a higher one than its caller.
+    /// The slot of its record, from which locals are counted. A called function has a higher slot
+    /// than its caller.
     pub slot: u16,
-    /// The first slot above its locals and operands, among which are the arguments of the function that it calls.
+    /// The first slot after its locals and operands. The operands include the arguments of the
+    /// function that it calls.
     pub end: u16,
-    /// The function, and its place in the code.
     pub place: FramePlace,
 }
 
@@ -26,24 +27,26 @@ pub enum FramePlace {
         function: u16,
         /// The number of its parameters, in the slots below the record.
         parameters: u8,
-        /// Offset from the start of the code: the first byte of the next instruction, or the last byte of the instruction
-        /// that made a call or stopped the script.
+        /// The offset from the start of the code. In the innermost frame between two instructions
+        /// this is the first byte of the next instruction; else it is the last byte of the
+        /// instruction that made a call or stopped the script.
         position: u16,
     },
     /// A built-in that calls functions of the script or waits, by its number in [`builtin`](crate::builtin).
     Builtin(u8),
-    /// A robot function that goes on, by the number of its import.
+    /// A robot function that is not finished, by the number of its import.
     Robot(u16),
     /// The machine handles messages before `step()`.
     Messages,
-    /// The machine is about to call an entry that is no plain function.
+    /// The machine is about to call an entry that is not a plain function.
     Entry,
     /// The machine copies a library to a table for a built-in that needs one.
     LibraryCopy,
 }
 
 impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
-    /// Returns the functions that are running, innermost first. After a fault these are the functions that it has stopped.
+    /// Returns the functions that are running, innermost first. After a fault these are the
+    /// functions that the fault stopped.
     pub fn frames(&self) -> CallFrames<'_, P, C, SLOTS> {
         let is_between = self.state == VmState::Running;
         let is_in_entry = is_between || matches!(self.state, VmState::Faulted(_));
@@ -51,8 +54,9 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
         CallFrames { vm: self, pc, fp: self.fp.into(), end: self.sp, is_between }
     }
 
-    /// Returns a slot of a frame by its offset from the record, as instructions name it: a parameter below 0, a local or an
-    /// operand above; `None` if the frame has no such slot.
+    /// Returns a slot of a frame by its offset from the record, as instructions name it: parameters
+    /// have negative offsets, locals and operands positive ones. Returns `None` if the frame has no
+    /// such slot.
     pub fn local_of(&self, frame: &CallFrame, offset: i16) -> Option<Value<P>> {
         let FramePlace::Script { parameters, .. } = frame.place else { return None };
         let slot = frame.slot.checked_add_signed(offset)?;
@@ -62,13 +66,14 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
     }
 }
 
-/// See [`Vm::frames`].
+/// The iterator of [`Vm::frames`].
 pub struct CallFrames<'a, P: Profile, C: ByteCode, const SLOTS: usize> {
     vm: &'a Vm<P, C, SLOTS>,
     pc: usize,
     fp: usize,
     end: u16,
-    /// The frame is that of the next instruction. In all others an instruction is under way.
+    /// True if the next frame is between two instructions. All other frames are in the middle of an
+    /// instruction.
     is_between: bool,
 }
 
@@ -93,7 +98,8 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Iterator for CallFrames<'_, P,
 }
 
 impl<P: Profile, C: ByteCode, const SLOTS: usize> CallFrames<'_, P, C, SLOTS> {
-    /// A function of the script, by the offset in the image of a byte of the instruction where it is.
+    /// Returns the place of a function of the script. `at` is the offset in the image of a byte of
+    /// the instruction that it executes.
     fn script(&self, at: usize) -> Option<FramePlace> {
         let program = self.vm.program()?;
         let header = program.function_at(at);
@@ -104,7 +110,8 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> CallFrames<'_, P, C, SLOTS> {
         Some(FramePlace::Script { function, parameters, position })
     }
 
-    /// A frame of the machine, by the position where it goes on and its record.
+    /// Returns the place of a frame of the machine, by the position where it continues and its
+    /// record.
     fn native(&self, pc: usize, fp: usize) -> FramePlace {
         match Native(pc as u8 & 0x7f) {
             Native::MESSAGES => FramePlace::Messages,

@@ -12,15 +12,15 @@ use crate::value::{Tag, Value};
 pub struct Instruction {
     /// Offset of its first byte from the start of the code.
     pub start: u16,
-    /// Offset of its last byte, by which faults and symbols name it.
+    /// Offset of its last byte, by which faults and symbols name the instruction.
     pub position: u16,
     /// First byte, as the image has it.
     pub first_byte: u8,
-    /// Plain or narrow opcode.
+    /// The plain or narrow opcode, also for short and wide forms.
     pub opcode: u8,
     /// Operand, 0 if there is none.
     pub operand: i16,
-    /// First byte of the [`Trailer`](opcode::Trailer); anything if there is none.
+    /// The first byte of the [`Trailer`](opcode::Trailer); arbitrary if there is none.
     pub trailer: u8,
 }
 
@@ -36,7 +36,8 @@ pub enum Callee {
 }
 
 impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
-    /// Returns the instruction that is executed next; `None` if no entry is running, or if the machine goes on in a built-in.
+    /// Returns the instruction that is executed next; `None` if no entry is running, or if the
+    /// machine continues in a built-in.
     pub fn next_instruction(&self) -> Option<Instruction> {
         let at = usize::from(self.pc);
         let program = self.program().filter(|_| self.state == VmState::Running && at < SPECIAL)?;
@@ -56,7 +57,8 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
         })
     }
 
-    /// Returns an operand of the next instruction: 1 is the top of the stack.
+    /// Returns an operand of the next instruction by its distance below the stack pointer: 1 is the
+    /// top of the stack.
     pub fn operand(&self, below: u8) -> Value<P> {
         self.top(below)
     }
@@ -79,7 +81,8 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
         }
     }
 
-    /// Returns the slot of the running frame: one that is called has a higher one than its caller.
+    /// Returns the slot of the running frame's record. A called function has a higher slot than its
+    /// caller.
     pub fn frame(&self) -> u16 {
         self.fp
     }

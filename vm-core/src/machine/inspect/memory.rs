@@ -6,7 +6,8 @@ use crate::number::Profile;
 use crate::value::Value;
 
 impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
-    /// Returns the slots that globals and frames take, with those that the running functions may still use.
+    /// Returns the number of slots that globals and frames take, including those that the running
+    /// functions may still use.
     pub fn stack_slots(&self) -> usize {
         let mut slots = usize::from(self.sp);
         if self.state != VmState::Running {
@@ -20,32 +21,33 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
         slots
     }
 
-    /// Returns the slots of the heap that are in use, those of garbage included.
+    /// Returns the number of slots of the heap that are in use, including garbage.
     pub fn heap_slots(&self) -> usize {
         let beside = usize::from(self.arena.reserved) + self.arena.unused();
         self.arena.top().saturating_sub(beside)
     }
 
-    /// Returns numbers that change when a slot of the heap is taken into use or a collection frees some.
+    /// Returns numbers of which one changes when a slot of the heap is taken into use, and when a
+    /// collection frees some.
     pub fn heap_state(&self) -> [u16; 3] {
         [self.arena.bottom, self.arena.free, self.arena.floor]
     }
 
-    /// Returns the slots without which the script could not go on: globals, frames, and the part of the heap that the script
-    /// can still reach. A copy of the machine collects its garbage to find out.
+    /// Returns the number of slots that the script needs to continue: globals, frames, and the part
+    /// of the heap that it can still reach. A copy of the machine collects garbage to count them.
     pub fn needed_slots(&self) -> usize {
         let mut copy = self.clone();
         copy.collect();
         copy.arena.top().saturating_sub(copy.arena.unused())
     }
 
-    /// Returns the slots of the heap that the script can reach from this global.
+    /// Returns the number of slots of the heap that the script can reach only through this global.
     pub fn slots_held_by(&self, global: u16) -> usize {
         self.slots_reached(Some(global)).saturating_sub(self.slots_reached(None))
     }
 
-    /// Returns the slots in use if the script could reach nothing but this global. A copy of the machine forgets the others and
-    /// all functions that are running.
+    /// Returns the number of slots in use if the script could reach nothing but this global. A copy
+    /// of the machine forgets the other globals and all running functions.
     fn slots_reached(&self, global: Option<u16>) -> usize {
         let mut copy = self.clone();
         let count = copy.header().map_or(0, |header| header.globals());

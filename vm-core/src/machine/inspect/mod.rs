@@ -1,8 +1,9 @@
-//! The machine as a program on a host sees it, between two instructions or after a fault: its state, its calls with their
-//! locals, tables, closures, and its memory. All of this only reads, allocates nothing, and a run is the same with and without
-//! it. Firmware calls none of it, so that it takes no flash.
+//! The machine as a program on a host sees it, between two instructions or after a fault: its
+//! state, its calls with their locals, tables, closures, and its memory. The functions only read
+//! and allocate nothing, so a run is the same with and without them. Firmware calls none of them,
+//! so they take no flash.
 //!
-//! Its knowledge of other robots is in [`super::network`].
+//! The module [`super::network`] has the functions for its knowledge of other robots.
 
 mod frames;
 mod instruction;
@@ -28,11 +29,11 @@ pub enum Activity {
     Idle,
     /// It is in an entry, between two instructions.
     Running,
-    /// It is in `delay` or in a robot function that goes on.
+    /// It is in `delay`, or in a robot function that is not finished.
     Waiting,
     /// A fault has stopped the script.
     Faulted(Fault),
-    /// The script stopped and has not started again: steps handle messages only.
+    /// The script stopped after a fault and has not started again: steps handle messages only.
     Resting,
 }
 

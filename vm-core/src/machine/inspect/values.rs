@@ -8,8 +8,9 @@ use crate::host::Text;
 use crate::number::Profile;
 use crate::value::{Tag, Value};
 
-/// A value by its type. Tables, closures and strings made at run time lie in cells: equal numbers are the same object, until a
-/// collection frees the cell for another one.
+/// A value by its type. Tables, closures and strings made at run time are named by their cells:
+/// equal numbers are the same object, until a collection frees the cell and another object takes
+/// it.
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub enum ValueKind {
     /// nil
@@ -26,11 +27,11 @@ pub enum ValueKind {
     Text(u16),
     /// A table, by its cell.
     Table(u16),
-    /// A result of `neighbors.map` and its relatives: a table that has functions, by its cell.
+    /// A result of `neighbors.map` and its relatives, by its cell: a table that has functions.
     Snapshot(u16),
     /// A function with captured values, by its cell.
     Closure(u16),
-    /// A function that was read from a table, which is its `self`, by its cell.
+    /// A function that was read from a table and has this table as its `self`, by its cell.
     Bound(u16),
     /// A function of the script that captures nothing, by its number.
     Function(u16),
@@ -46,14 +47,16 @@ pub enum ValueKind {
     Stigmergy(u16),
 }
 
-/// A function that refers to values.
+/// The parts of a closure or a bound function.
 #[derive(Clone, Copy, Debug)]
 pub struct ClosureParts<P: Profile> {
-    /// The function that a call runs: a function of the script or a built-in; of a bound function, the function or closure that was bound.
+    /// The function that a call runs. For a closure this is a function of the script; for a bound
+    /// function it is the function, closure or built-in that was bound.
     pub function: Value<P>,
     /// Its `self`, or nil.
     pub self_value: Value<P>,
-    /// Slots for captured values, at least as many as it has. Those above its last are nil.
+    /// The number of slots for captured values, at least as many as there are values. Those after
+    /// the last value are nil.
     pub slots: usize,
 }
 
@@ -89,15 +92,16 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
         }
     }
 
-    /// Returns the text of a string, which is empty for a constant whose text is not in the image; `None` of other values.
+    /// Returns the text of a string; `None` for other values. It is empty for a constant whose text
+    /// is not in the image.
     pub fn text(&self, value: Value<P>) -> Option<Text<'_, P, C, SLOTS>> {
         let is_string = matches!(value.tag(), Tag::STRING | Tag::TEXT);
         is_string.then(|| Text::new(self.view(), value))
     }
 
-    /// Returns the entries of a table or a snapshot in the order in which scripts iterate over them. Of a library these are
-    /// the changes that the script has made; a value that was not passed stands for a member that it removed. Other values
-    /// have none.
+    /// Returns the entries of a table or a snapshot in the order in which scripts iterate over
+    /// them. For a library these are the changes that the script has made; a member that the script
+    /// removed has an unset value. Other values have no entries.
     pub fn entries(&self, table: Value<P>) -> TableEntries<'_, P, C, SLOTS> {
         let table = match table.tag() {
             Tag::TABLE | Tag::SNAPSHOT => Some(table),
@@ -109,7 +113,7 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
         TableEntries { vm: self, table, visit, gap: 0, is_before_gap: true }
     }
 
-    /// Returns function and `self` of a closure or a bound function; `None` of other values.
+    /// Returns function and `self` of a closure or a bound function; `None` for other values.
     pub fn closure(&self, value: Value<P>) -> Option<ClosureParts<P>> {
         let cell = value.index();
         let slots = match value.tag() {
@@ -131,16 +135,16 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
     }
 }
 
-/// See [`Vm::entries`].
+/// The iterator of [`Vm::entries`].
 pub struct TableEntries<'a, P: Profile, C: ByteCode, const SLOTS: usize> {
     vm: &'a Vm<P, C, SLOTS>,
-    /// Its cell.
+    /// The cell of the table; `None` after the last entry.
     table: Option<usize>,
-    /// The entries as they are stored, which come after the consecutive keys.
+    /// The visit to the entries as they are stored, which follow the consecutive keys.
     visit: Visit,
-    /// The first of the keys 0, 1, 2, ... that is missing, as far as is known.
+    /// The first of the keys 0, 1, 2, ... that is missing, as far as they were visited.
     gap: u16,
-    /// Keys 0, 1, 2, ... are being visited.
+    /// True while the keys 0, 1, 2, ... are visited.
     is_before_gap: bool,
 }
 
@@ -160,7 +164,7 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Iterator for TableEntries<'_, 
         }
         loop {
             let Some([key, value]) = arena.next_stored(&mut self.visit) else {
-                // A visit has no next entry only once.
+                // After its end a visit must not be continued.
                 self.table = None;
                 return None;
             };

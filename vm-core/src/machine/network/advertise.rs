@@ -1,14 +1,16 @@
 //! Advertising: the timers by which a robot sends entries of stigmergies, swarms and beacons.
 //!
-//! Equal replicas are silent. A beacon carries a digest of the sender's entries; as long as the neighbors' digests are
-//! equal to its own, a robot sends no entry. A digest that differs makes it advertise all its entries once, in turn, at
-//! intervals that grow as in Trickle (RFC 6206): short after a change, long when nothing is new, each a random part longer,
-//! and longer still when a neighbor shows that it has the same.
+//! Equal replicas are silent. A beacon carries a digest of the sender's entries. While the
+//! neighbors' digests are equal to its own, a robot sends no entry. A digest that differs makes it
+//! advertise all its entries once, one after the other, at intervals that grow as in Trickle (RFC
+//! 6206): they are short after a change and long when nothing is new. A random part is added to
+//! each, and they grow further when a neighbor shows that it has the same entry.
 //!
-//! A robot whose store has no room for the keys of the others cannot be equal to them. It shows that by beacons without a
-//! digest. Around such a robot entries are advertised at a low constant rate, since no digest shows when to stop. Entries
-//! that find no room are relayed at a low rate, too, and they set no timer: however many there are, they cost each robot at
-//! most one frame in [`RELAY_PAUSE`] steps.
+//! A robot whose store has no room for the keys of the others can never equal them. It signals this
+//! by beacons without a digest. Near such a robot entries are advertised at a low constant rate,
+//! since no digest shows when to stop. Entries for which a robot has no room are relayed, also at a
+//! low rate, and set no timer. However many there are, they cost each robot at most one frame in
+//! [`RELAY_PAUSE`] steps.
 
 use super::protocol::{Count, DIGEST_KNOWN, Timer};
 use super::swarms::NEWS;
@@ -25,25 +27,27 @@ use crate::value::Value;
 
 /// The shortest time between two advertisements, in steps.
 const SHORTEST_INTERVAL: u8 = 2;
-/// From here on the newest entry is not advertised beside the others any more.
+/// From this interval on the newest entry is no longer advertised in addition to the others.
 const LONG_INTERVAL: u8 = 10;
-/// One turn of this many advertises an entry although no digest differs, next to robots that have no digest.
+/// Next to robots that have no digest, one turn out of this number advertises an entry although no
+/// digest differs.
 const SLOW_TURNS: u8 = 4;
-/// Steps between two entries that are relayed without being kept; up to half as many are added at random.
+/// Steps between two entries that are relayed without being kept. A random number of steps, at most
+/// half as many, is added.
 const RELAY_PAUSE: u8 = 64;
-/// Most entries that are sent when an entry point ends. The others follow after the next ones, so that no step takes the
-/// time of a whole store.
+/// The most entries that are sent when an entry point ends. The others follow when the next ones
+/// end, so that no step takes the time of a whole store.
 const NEWS_MAX: u8 = 4;
-/// Steps in which a deleted entry grows older by one.
+/// Steps after which the age of a deleted entry grows by one.
 const AGE_STEPS: u16 = 16;
-/// Steps after which another answer may be given at once.
+/// Steps after which one more answer may be sent at once, up to [`NEWS_MAX`].
 const ANSWER_STEPS: u16 = 2;
-/// Steps in which a robot may put again one more entry of its former life.
+/// Steps after which a robot may put again one more of the entries from before its restart.
 const RECLAIM_STEPS: u16 = 256;
-/// Steps after which a robot whose store had no room compares digests again: otherwise one forged entry of an
-/// unknown stigmergy would prevent that for ever.
+/// Steps after which a robot whose store had no room compares digests again. Otherwise one forged
+/// entry of an unknown stigmergy would prevent comparisons for ever.
 const RETRY_STEPS: u16 = 1024;
-/// The age at which a deleted entry gives its place back: 64 s at ten steps a second.
+/// The age at which a deleted entry frees its place: 64 s at ten steps per second.
 pub(super) const FORGOTTEN: u16 = 40;
 
 impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
@@ -76,7 +80,7 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
         }
     }
 
-    /// Sends whether the robot is in the swarm at that place.
+    /// Sends the robot's membership of the swarm at that place.
     fn send_swarm<H: Host<P>>(&mut self, host: &mut H, place: u8) {
         let mut swarms = Swarms::default();
         let number = self.arena.index_at(self.swarm_slot(place)) as u16;
@@ -86,13 +90,13 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
         self.send(host, &mut frame, &[]);
     }
 
-    /// An entry has changed: for a while it is advertised often.
+    /// Notes that an entry has changed: for a while it is advertised often.
     pub(super) fn hurry(&mut self, at: usize) {
         self.protocol.newest = at as u16;
         self.advertise_soon();
     }
 
-    /// Advertises in a moment, and often for a while.
+    /// Makes the next advertisement due soon, and the following ones frequent for a while.
     #[one_copy]
     fn advertise_soon(&mut self) {
         let protocol = &mut self.protocol;
@@ -101,8 +105,10 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
             .set_timer(Timer::Advertise, protocol.timer(Timer::Advertise).min(SHORTEST_INTERVAL));
     }
 
-    /// A neighbor has an older value of an entry, or asks for it: the entry is sent when the step ends, unless many were a
-    /// moment ago, and advertised often for a while. So a robot that sends old entries does not fill the air with answers.
+    /// Answers a neighbor that has an older value of an entry, or asks for it. The entry is sent
+    /// when the step ends, unless many answers were sent shortly before, and advertised often for a
+    /// while. The limit prevents a robot that sends old entries from filling the channel with
+    /// answers.
     pub(super) fn answer(&mut self, at: usize) {
         if self.protocol.answers != 0 {
             self.protocol.answers -= 1;
@@ -130,7 +136,7 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
         }
         let advertises = protocol.timer(Timer::Advertise) == 0 && protocol.shares;
         if advertises {
-            // Each time later, and not all robots at once.
+            // The intervals grow, and their random part keeps robots from sending at the same time.
             let random = self.random();
             let protocol = &mut self.protocol;
             let interval = protocol.interval.max(SHORTEST_INTERVAL);
@@ -140,15 +146,16 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
         let is_silent = Self::has(Part::Neighbors)
             && self.protocol.silent >= periods.beacon
             && self.header.features() & (Feature::Neighbors as u8 | Feature::Swarm as u8) != 0;
-        // Before all entries: a neighbor that lacks nothing sends none until it sees this digest, and its own one may keep
-        // this robot sending entries for ever.
+        // The digest goes before all entries. A neighbor that lacks nothing sends no entries until
+        // it sees this digest, and meanwhile its own digest may keep this robot sending entries for
+        // ever.
         let is_compared = Self::has(Part::Stigmergy)
             && advertises
             && self.is_comparable()
             && self.protocol.timer(Timer::Digest) == 0;
         if is_silent || is_compared {
             self.send_beacon(host);
-            // Robots that were switched on together do not go on together.
+            // Robots that were switched on at the same time drift apart by the random bit.
             self.protocol.silent = self.random() & 1;
         }
         if Self::HAS_SHARED_STATE && advertises {
@@ -156,14 +163,14 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
         }
     }
 
-    /// A random byte, other than those of the script.
+    /// Returns a random byte, from a generator that is not the script's.
     fn random(&mut self) -> u8 {
         self.protocol.jitter = self.protocol.jitter.wrapping_mul(25173).wrapping_add(13849);
         let [_, random] = self.protocol.jitter.to_le_bytes();
         random
     }
 
-    /// Sends a beacon, with the digest where it says something.
+    /// Sends a beacon, with the digest if the digest can be compared.
     fn send_beacon<H: Host<P>>(&mut self, host: &mut H) {
         let mut frame = Frame::EMPTY;
         if Self::has(Part::Stigmergy) && self.is_comparable() {
@@ -181,8 +188,8 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
         self.protocol.stigmergies != 0 && !self.protocol.has_dropped
     }
 
-    /// Sends the newest entry as long as not enough neighbors are known to have it; and in turn swarms, and entries as far
-    /// as neighbors may lack some.
+    /// Sends the newest entry until enough neighbors are known to have it. Also sends the next
+    /// swarm, or the next entry if neighbors may lack entries.
     fn advertise<H: Host<P>>(&mut self, host: &mut H) {
         let newest = usize::from(self.protocol.newest);
         let mut sent = 0;
@@ -220,13 +227,14 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
         }
     }
 
-    /// Sends the entry at that slot.
+    /// Sends the entry whose first slot is `at`.
     fn send_entry_at<H: Host<P>>(&mut self, host: &mut H, at: usize) {
         let (entry, digest) = self.entry_message(at);
         self.send_entry(host, &entry, digest);
     }
 
-    /// Compares a neighbor's digest with the robot's own one. `None`: its beacon had none.
+    /// Compares a neighbor's digest with the robot's own one. `None` stands for a beacon without a
+    /// digest.
     #[one_copy]
     pub(super) fn compare(&mut self, theirs: Option<u32>) {
         let Some(theirs) = theirs else {
@@ -243,7 +251,8 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
         self.protocol.behind = (0..self.sizes().entries).filter(used).count() as u8;
     }
 
-    /// The sum over all entries, of 24 bits. Deleted entries are no part of it: robots forget them at different times.
+    /// Returns the sum of the hashes of all entries, of 24 bits. Deleted entries are not included,
+    /// since robots forget them at different times.
     fn digest(&mut self) -> u32 {
         if self.protocol.digest & DIGEST_KNOWN == 0 {
             let mut sum = 0_u32;
@@ -259,7 +268,8 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
         self.protocol.digest & !DIGEST_KNOWN
     }
 
-    /// Handles an entry that finds no place here: counts it, and relays it if none was relayed for a while.
+    /// Handles an entry for which there is no room: counts it, and relays it if none was relayed
+    /// for a while.
     #[one_copy]
     pub(super) fn relay<H: Host<P>>(
         &mut self,
@@ -268,7 +278,7 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
         digest: u16,
     ) {
         self.protocol.count(Count::NotKept);
-        // No digest covers deletions.
+        // A digest does not include deletions.
         self.protocol.has_dropped |= !entry.value.is_nil();
         let hash = hash(entry, digest) as u16;
         if self.protocol.timer(Timer::Relay) != 0 || self.protocol.relayed == hash {
@@ -299,12 +309,13 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
     }
 }
 
-/// A hash of an entry: FNV-1a over its frame, in which a digest stands for key and value that do not fit.
+/// Returns the hash of an entry: FNV-1a over its frame. A digest stands for key and value if they
+/// do not fit a frame.
 #[one_copy]
 fn hash<P: Profile>(entry: &StigmergyEntry<P>, digest: u16) -> u32 {
     let mut frame = Frame::EMPTY;
     let _ = frame.put_entry(entry, digest);
     let hash = fnv_1a(frame.bytes_mut());
-    // Products carry upwards only: the lower bits alone would mix badly.
+    // A product carries upwards only, so its lower bits alone are mixed badly.
     hash ^ hash >> 15
 }

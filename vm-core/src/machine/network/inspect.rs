@@ -1,4 +1,5 @@
-//! The robot's knowledge of others, as hosts see it: neighbors, swarms, stigmergies, handlers.
+//! The robot's knowledge of other robots, as hosts read it: neighbors, swarms, stigmergies,
+//! handlers.
 
 use super::neighbors::{AZIMUTH, DISTANCE, ELEVATION, LAST_STEP};
 use super::protocol::{Assembly, Timer};
@@ -10,17 +11,17 @@ use crate::message::ScriptIdentity;
 use crate::number::Profile;
 use crate::value::{Tag, Value};
 
-/// A robot that was heard of late.
+/// A robot from which a frame was received recently.
 #[derive(Clone, Copy, Debug)]
 pub struct Neighbor<P: Profile> {
-    /// Its id.
     pub id: u16,
     /// Distance in mm, azimuth and elevation in radians, as floats; `None` if the link did not measure them.
     pub place: Option<[Value<P>; 3]>,
-    /// Steps after which it is forgotten if nothing more is heard of it. Each frame sets them anew, so they are its age the
-    /// other way round.
+    /// Steps after which it is forgotten if no further frame of it is received. Each frame resets
+    /// them, so they show its age.
     pub steps_left: u8,
-    /// Bit n is set if it has announced membership of the swarm at place n of [`Vm::swarms`].
+    /// Bit n is set if the neighbor has announced membership of the swarm at place n of
+    /// [`Vm::swarms`].
     pub swarms: u8,
 }
 
@@ -29,31 +30,30 @@ pub struct Neighbor<P: Profile> {
 pub struct KnownSwarm {
     /// The number that the script gave it.
     pub number: u16,
-    /// The robot is in it.
+    /// True if this robot is in the swarm.
     pub is_member: bool,
-    /// The robot has joined or left, and will send that when the entry ends.
+    /// True if this robot has joined or left, and will send that when the entry ends.
     pub is_unsent: bool,
 }
 
 /// An entry of a stigmergy, as this robot keeps it.
 #[derive(Clone, Copy, Debug)]
 pub struct StoredEntry<P: Profile> {
-    /// Number of the stigmergy.
+    /// The number that the script gave the stigmergy.
     pub stigmergy: u16,
-    /// Its key.
     pub key: Value<P>,
-    /// Its value; nil if it was deleted.
+    /// nil if the entry was deleted.
     pub value: Value<P>,
     /// The robot that put it.
     pub owner: u16,
     /// The time of the put, on Lamport's clock.
     pub clock: u32,
-    /// The digest of key and value by which entries that do not fit a frame are compared, 0 for those that fit; `None` of a
-    /// deleted entry.
+    /// The digest of key and value by which entries that do not fit a frame are compared; 0 for
+    /// those that fit, `None` for a deleted entry.
     pub digest: Option<u16>,
-    /// This robot has put it since it was switched on.
+    /// True if this robot has put the value since it was switched on.
     pub is_own: bool,
-    /// It has changed, and will be sent when an entry point ends.
+    /// True if the entry has changed and will be sent when an entry point ends.
     pub is_unsent: bool,
 }
 
@@ -68,16 +68,16 @@ pub enum Trigger<P: Profile> {
     LostConflict(u16),
 }
 
-/// A message of which some fragments are here.
+/// A message of which some fragments were received.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub struct Assembling {
     /// The sender.
     pub robot: u16,
-    /// The message's number.
+    /// The number of the message, the low byte of its check.
     pub number: u8,
-    /// Bit n is set if fragment n is here.
+    /// Bit n is set if fragment n was received.
     pub present: u8,
-    /// The bits of all fragments; 0 as long as the last one is not here.
+    /// The bits of all fragments; 0 until the last one was received.
     pub all: u8,
 }
 
@@ -87,7 +87,7 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
         self.count_neighbors()
     }
 
-    /// Returns the robots that were heard of late, by their ids.
+    /// Returns the robots from which a frame was received recently, by ascending id.
     pub fn neighbors(&self) -> impl Iterator<Item = Neighbor<P>> {
         let mut from = Some(0);
         core::iter::from_fn(move || {
@@ -101,7 +101,7 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
         })
     }
 
-    /// Distance, azimuth and elevation of the neighbor at that slot, as scripts see them.
+    /// Returns distance, azimuth and elevation of the neighbor at that slot, as scripts see them.
     fn neighbor_place(&self, at: usize) -> Option<[Value<P>; 3]> {
         let distance = self.arena.get(at + DISTANCE).raw();
         if distance == P::NAN {
@@ -123,7 +123,8 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
         Neighbor { id, place: self.neighbor_place(at), steps_left, swarms }
     }
 
-    /// Returns the swarms that the script has created, in this order.
+    /// Returns the swarms that the script has created, by their places, which are in the order of
+    /// their creation.
     pub fn swarms(&self) -> impl Iterator<Item = KnownSwarm> {
         let all = (0..self.sizes().swarms).map(|place| self.arena.get(self.swarm_slot(place)));
         all.filter(|swarm| swarm.tag() != Tag::NIL).map(|swarm| KnownSwarm {
@@ -133,7 +134,8 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
         })
     }
 
-    /// Returns the numbers of the stigmergies that the script has created, in this order.
+    /// Returns the numbers of the stigmergies that the script has created, in the order of their
+    /// creation.
     pub fn stigmergies(&self) -> impl Iterator<Item = u16> {
         (0..self.protocol.stigmergies).map(|place| self.number_of_stigmergy(place))
     }
@@ -166,7 +168,7 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
                     match key.index() as u8 {
                         ON_CONFLICT => Trigger::Conflict(stigmergy),
                         ON_CONFLICT_LOST => Trigger::LostConflict(stigmergy),
-                        // Changes of the script in a library.
+                        // These are changes of the script in a library.
                         _ => return None,
                     }
                 }
@@ -176,29 +178,31 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
         })
     }
 
-    /// Returns the message of which some fragments are here, if there is one.
+    /// Returns the message of which some fragments were received, if there is one.
     pub fn assembling(&self) -> Option<Assembling> {
         let Assembly { robot, number, present, all, .. } = self.protocol.assembly;
         let is_there = self.protocol.timer(Timer::Assembly) != 0;
         is_there.then_some(Assembling { robot, number, present, all })
     }
 
-    /// Returns the facts about the script that decode messages which wait in a queue; `None` without a script.
+    /// Returns the identity of the script, with which tools decode messages that wait in a queue;
+    /// `None` without a script.
     pub fn message_script(&self) -> Option<ScriptIdentity> {
         self.header().map(|_| self.script())
     }
 
-    /// The number that the script gave the swarm that this value is.
+    /// Returns the number that the script gave to the swarm that this value is.
     pub(in crate::machine) fn swarm_number(&self, swarm: Value<P>) -> u16 {
         self.arena.index_at(self.swarm_slot(object_number(swarm))) as u16
     }
 
-    /// The number that the script gave the stigmergy that this value is.
+    /// Returns the number that the script gave to the stigmergy that this value is.
     pub(in crate::machine) fn stigmergy_number(&self, stigmergy: Value<P>) -> u16 {
         self.number_of_stigmergy(object_number(stigmergy))
     }
 
-    /// Slots that neither the script's stack nor its heap uses, garbage not counted as unused.
+    /// Returns the number of slots that neither the script's stack nor its heap uses. Garbage
+    /// counts as used.
     pub fn free_slots(&self) -> usize {
         self.arena.unused()
     }
@@ -208,7 +212,7 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
         table.is(Tag::TABLE).then(|| self.arena.table_get(table.index(), key))
     }
 
-    /// Returns the number of entries of stigmergies that take a place, deleted ones included.
+    /// Returns the number of stored entries of all stigmergies, including deleted ones.
     pub fn entry_count(&self) -> usize {
         let has_entry = |place: &u8| self.entry_state(self.entry_slot(*place)) != 0;
         (0..self.sizes().entries).filter(has_entry).count()

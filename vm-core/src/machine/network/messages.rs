@@ -1,9 +1,9 @@
-//! Messages: received ones are handled before a step, and waiting ones are sent when an entry ends.
+//! Messages: received messages are handled before a step, and changes are sent when an entry point
+//! ends.
 //!
 //! A step begins with a frame of its own, in which [`Vm::next_message`] takes one message after the
-//! other from the host;
-//! listeners and handlers of conflicts are called from there. When none is left, `step()` takes the
-//! frame's place.
+//! other from the host and calls listeners and handlers of conflicts. When no message is left,
+//! `step()` takes the frame's place.
 
 use super::protocol::{Conflict, Count};
 use crate::builtin::{self, Feature, string};
@@ -21,24 +21,24 @@ use crate::part::Part;
 use crate::stamp::Stamp;
 use crate::value::{Tag, Value};
 
-// Locals of the frame. Those of a conflict are set while its handler runs.
-/// Its stigmergy, and the highest bits of its clock.
+// Locals of the frame for messages. Those of a conflict are set while its handler runs.
+/// The stigmergy of the conflict, and the highest bits of the clock.
 const CONFLICT: i8 = 1;
 /// The other bits of the clock.
 const CLOCK: i8 = 2;
-/// Its key.
+/// The key of the conflict.
 const KEY: i8 = 3;
-/// The robot's own value that lost the conflict.
+/// The value of this robot that lost the conflict.
 pub(super) const LOST: i8 = 4;
-/// The robot that put the other value, that value, and its digest: the default rule needs them after a fault of the
-/// handler.
+/// The robot that put the other value, that value, and its digest. The default rule needs them if
+/// the handler ends with a fault.
 const THEIR_ROBOT: i8 = 5;
 const THEIR_VALUE: i8 = 6;
 const THEIR_DIGEST: i8 = 7;
 /// The number of locals.
 const LOCALS: usize = 7;
 
-/// Most messages that a step takes, so that a flood cannot hold it up for ever.
+/// The most messages that a step handles, so that a flood of messages cannot delay it for ever.
 const MOST: u8 = 32;
 
 /// The features of images that use the network.
@@ -53,7 +53,7 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
         Counters { foreign, malformed, own_id, not_kept, incomplete, undecided, failed }
     }
 
-    /// Begins a step: messages first. A fault is reported by the next run.
+    /// Begins a step with the handling of messages. A fault is reported by the next run.
     #[one_copy]
     pub(in crate::machine) fn begin_messages(&mut self) {
         self.state = VmState::Running;
@@ -67,7 +67,8 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
         self.sp = (base + 1 + LOCALS) as u16;
         self.arena.fill(base + 1, self.sp.into());
         self.protocol.messages_left = MOST;
-        // Messages often come in the order in which their senders were heard first.
+        // Messages often come in the order in which their senders were first received, see
+        // [`Vm::hear`].
         self.protocol.heard = 0;
         self.pc = Native::MESSAGES.position() as u16;
         if Self::has(Part::Neighbors) {
@@ -85,7 +86,7 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
         let base = self.fp;
         self.protocol.in_message = true;
         if Self::has(Part::Conflicts) && self.protocol.conflict != Conflict::None {
-            // A fault of it leaves the conflict to the default rule.
+            // A fault of the handler leaves the conflict to the default rule.
             self.end_conflict(host)?;
             self.protocol.conflict = Conflict::None;
             if self.fp != base {
@@ -115,8 +116,9 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
         Ok(())
     }
 
-    /// Ends a fault where it arose while a message was handled, so that the script goes on with the next message.
-    /// Returns false if it is not such a fault, or stops the script nevertheless.
+    /// Confines a fault to the message that was being handled, so that the script continues with
+    /// the next message. Returns false if no message was being handled, or if the fault stops the
+    /// script nevertheless.
     #[one_copy]
     pub(in crate::machine) fn contain<H: Host<P>>(&mut self, host: &mut H) -> bool {
         let VmState::Faulted(fault) = &self.state else { return false };
@@ -197,7 +199,7 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
                 if !self.assemble(host, &frame.fragment(content))? {
                     return Ok(());
                 }
-                // Both stay on the stack below the arguments.
+                // Topic and value stay on the stack below the arguments.
                 (self.top(2), self.top(1))
             }
             FrameKind::Entry if Self::has(Part::Stigmergy) => {
@@ -233,11 +235,11 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
         self.call_back(host, listener, 3)
     }
 
-    /// Returns true if the script may have sent a value of that class on that topic or under that key. Else the message is
-    /// counted: no robot with this script has sent it.
+    /// Returns true if the script may have sent a value of that class on that topic or under that
+    /// key. Otherwise counts the message as malformed: no robot with this script sends it.
     #[hot]
     pub(super) fn expects(&mut self, name: Value<P>, value: Value<P>) -> bool {
-        // Most values are numbers, and most scripts send them under all names.
+        // Most values are numbers, and most scripts send numbers under all names.
         let has_table = self.header.form() & FORM_CLASSES != 0;
         let takes_numbers = self.header.features() & Feature::Numbers as u8 != 0;
         !has_table || takes_numbers && value.is_number() || self.has_class(name, value)
@@ -253,7 +255,7 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
         false
     }
 
-    /// Stores the values with which the next call of [`Vm::next_message`] ends a conflict.
+    /// Stores the values with which the next call of [`Vm::next_message`] ends the conflict.
     pub(super) fn begin_conflict(&mut self, stigmergy: u8, key: Value<P>, theirs: &Stamp<P>) {
         let [low, high, highest, _] = theirs.clock.to_le_bytes();
         let conflict = u16::from_le_bytes([stigmergy, highest]);
@@ -266,7 +268,7 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
         self.set_local(THEIR_DIGEST, Value::indexed(Tag::INT, theirs.digest));
     }
 
-    /// `neighbors.broadcast`, `listen` and `ignore`.
+    /// Executes `neighbors.broadcast`, `listen` or `ignore`.
     #[one_copy]
     pub(super) fn talk<H: Host<P>>(
         &mut self,
@@ -300,7 +302,8 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
         Ok(Value::nil())
     }
 
-    /// Sends a frame that is open; `content` is that of a fragment.
+    /// Seals and sends an open frame. `content` is the content of a fragment, empty for other
+    /// frames.
     #[one_copy]
     pub(super) fn send<H: Host<P>>(&mut self, host: &mut H, frame: &mut Frame<P>, content: &[u8]) {
         let Some(head) = frame.seal(&self.script()) else { return };
@@ -312,8 +315,8 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
         self.protocol.silent = 0;
     }
 
-    /// Sends an entry of a stigmergy, in fragments if need be. An entry for whose walk there is no memory now is not sent:
-    /// its turn comes again.
+    /// Sends an entry of a stigmergy, in fragments if it does not fit a frame. If there is no
+    /// memory now to walk through its value, the entry is not sent until its next turn.
     #[one_copy]
     pub(super) fn send_entry<H: Host<P>>(
         &mut self,
@@ -323,7 +326,7 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
     ) {
         let mut frame = Frame::EMPTY;
         if frame.put_entry(entry, digest).is_none() {
-            // Without that part there is none: see `sendable`.
+            // A machine without this part has no such entries: see `sendable`.
             if Self::has(Part::LongMessages) {
                 let StigmergyEntry { stigmergy, owner, clock, key, value } = *entry;
                 let (sp, state) = (self.sp, self.state);
@@ -336,7 +339,7 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
             }
             return;
         }
-        // The frame does not name its sender.
+        // The frame does not name its sender, so it does not replace a beacon.
         let silent = self.protocol.silent;
         self.send(host, &mut frame, &[]);
         self.protocol.silent = silent;

@@ -1,9 +1,9 @@
 //! The network: neighbours, swarms, stigmergies, and the messages that carry them.
 //!
 //! # Seam
-//! Interpreter and network are parts of one machine. The network uses the machine's memory, frames and faults. The
-//! interpreter reaches the network through these functions alone, to which `pub(in crate::machine)` and the functions of this
-//! file open the folder; everything else in it is `pub(super)`.
+//! Interpreter and network are parts of one machine. The network uses the machine's memory, frames
+//! and faults. The interpreter reaches the network only through the functions below. They are
+//! `pub(in crate::machine)` or stand in this file; everything else in the folder is `pub(super)`.
 //!
 //! | Moment | Functions |
 //! |---|---|
@@ -18,8 +18,9 @@
 //! | A built-in iterates | [`Vm::need_source`], [`Vm::next_known`], [`Vm::is_chosen`], [`Vm::is_in_swarm`] |
 //!
 //! # Memory
-//! Neighbours, entries, stigmergies and swarms are slots of the arena from [`Vm::network_base`] on, above those of the script, in
-//! this order. [`Sizes`] says how many; it is set before an image is loaded.
+//! Neighbours, entries, stigmergies and swarms are slots of the arena from [`Vm::network_base`] on,
+//! after those of the script, in this order. [`Sizes`] holds their numbers; it is set before an
+//! image is loaded.
 
 mod advertise;
 mod inspect;
@@ -49,25 +50,27 @@ pub(super) fn is_of_neighbors(number: u8) -> bool {
 }
 
 impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
-    /// The machine has a part that needs messages.
+    /// True if the machine has a part that needs messages.
     pub(super) const HAS_NETWORK: bool =
         Self::HAS_SHARED_STATE || Self::has(Part::Neighbors) || Self::has(Part::Messages);
 
-    /// The machine has a part whose state robots share.
+    /// True if the machine has a part whose state is shared between robots.
     pub(super) const HAS_SHARED_STATE: bool = Self::has(Part::Stigmergy) || Self::has(Part::Swarms);
 
-    /// The script can iterate over its neighbours.
+    /// True if scripts can iterate over neighbours.
     pub(super) const ITERATES_NEIGHBORS: bool =
         Self::has(Part::Neighbors) && Self::has(Part::Iteration);
 
-    /// Says how much it remembers of other robots; before an image is loaded. Takes [`Sizes::slots`] of its slots.
+    /// Sets how many other robots, entries and swarms the machine remembers, which takes
+    /// [`Sizes::slots`] of its slots. Removes the program, so it must be called before an image is
+    /// loaded.
     pub fn set_network_capacity(&mut self, sizes: Sizes) {
         self.code = None;
         self.state = VmState::Empty;
         self.protocol.sizes = sizes.clamped();
     }
 
-    /// The number of robots, entries and swarms that the machine remembers.
+    /// Returns the number of robots, entries and swarms that the machine remembers.
     #[hot]
     pub(super) fn sizes(&self) -> &Sizes {
         match &C::SIZES {
@@ -77,7 +80,7 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
         }
     }
 
-    /// The first slot of the network, after those of the script.
+    /// Returns the first slot of the network, after those of the script.
     #[hot]
     pub(super) fn network_base(&self) -> usize {
         match C::SIZES {
@@ -86,14 +89,15 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
         }
     }
 
-    /// The first slot of the entries, after the neighbours.
+    /// Returns the first slot of the entries, after the neighbours.
     #[hot]
     pub(super) fn entries_at(&self) -> usize {
         let sizes = self.sizes();
         self.network_base() + usize::from(sizes.neighbors) * sizes.neighbor()
     }
 
-    /// Forgets everything that belongs to another image; the slots of the network are emptied with all others.
+    /// Forgets everything that belongs to another image. The slots of the network are emptied
+    /// together with all others.
     #[hot]
     pub(super) fn reset_network(&mut self) {
         if Self::HAS_NETWORK {
@@ -102,17 +106,18 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
         }
     }
 
-    /// Draws the times of sending from the robot's id.
+    /// Derives the times of sending from the robot's id.
     #[hot]
     pub(super) fn identify_network(&mut self, robot_id: u16) {
         if Self::HAS_NETWORK {
             self.protocol.jitter = robot_id;
-            // Robots that are switched on together send their first beacons one after the other.
+            // Robots that are switched on at the same time then send their first beacons one after
+            // the other.
             self.protocol.silent = robot_id as u8 & 7;
         }
     }
 
-    /// Sends the entries and swarms that have changed, when an entry point has ended.
+    /// Sends the entries and swarms that changed, after an entry point has ended.
     #[hot]
     pub(super) fn send_changes<H: Host<P>>(&mut self, host: &mut H) {
         if Self::HAS_SHARED_STATE && self.protocol.has_dirty_entries {
@@ -120,7 +125,7 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
         }
     }
 
-    /// Keeps the robot's place in the network while its script rests after a fault, but leaves all swarms.
+    /// Keeps the robot in the network while its script rests after a fault, but leaves all swarms.
     #[hot]
     pub(super) fn rest_network(&mut self) {
         if Self::HAS_NETWORK {
@@ -155,7 +160,7 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
         }
     }
 
-    /// Refuses a source that is no swarm, snapshot or stigmergy, as that function needs it.
+    /// Fails unless `source` is the swarm, snapshot or stigmergy that the built-in needs.
     pub(super) fn need_source(&mut self, number: u8, source: Value<P>) -> Result<(), Stopped> {
         match number {
             builtin::SWARM_EXEC if Self::has(Part::Swarms) => self.need_swarm(source).map(|_| ()),
@@ -167,7 +172,8 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
         }
     }
 
-    /// Pushes the next neighbour, or the next entry of a stigmergy, where slot `at` counts; false if there is none.
+    /// Pushes the next neighbour, or the next entry of a stigmergy. Slot `at` holds the position of
+    /// the iteration. Returns false if there is no next one.
     #[hot]
     pub(super) fn next_known(&mut self, source: Value<P>, at: usize) -> Result<bool, Stopped> {
         if Self::ITERATES_NEIGHBORS && source.index() as u8 == Library::Neighbors as u8 {

@@ -1,4 +1,5 @@
-//! `neighbors`: the robots that this one receives, and snapshots of the values for each.
+//! `neighbors`: the robots from which this one receives frames, and snapshots that hold a value for
+//! each of them.
 
 use crate::builtin::{self, string};
 use crate::bytecode::ByteCode;
@@ -12,15 +13,17 @@ use crate::part::Part;
 use crate::slots::Slots;
 use crate::value::{Tag, Value};
 
-// Slots of a neighbour: its id, with bits of its swarms in place of a tag; its distance, with the step at which it is
-// forgotten; and where directions are known these two.
+// Slots of a neighbour: its id, with bits of its swarms in place of a tag; its distance, with the
+// step at which it is forgotten in place of a tag; and, if the link measures directions, azimuth
+// and elevation.
 pub(super) const DISTANCE: usize = 1;
 pub(super) const AZIMUTH: usize = 2;
 pub(super) const ELEVATION: usize = 3;
 
-/// The bits of the tag that are a step, 0 if there is no neighbour; the other is that of swarm 7.
+/// The bits of the distance's tag that hold the step, which is 0 if there is no neighbour. The
+/// other bit belongs to swarm 7.
 const STEP: u8 = 0x7f;
-/// Steps are counted from 1 to this one, after which 1 follows.
+/// Steps are counted from 1 to this number, and then from 1 again.
 pub(super) const LAST_STEP: u8 = 0x7f;
 
 impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
@@ -36,7 +39,7 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
         (self.network_base(), self.entries_at())
     }
 
-    /// The step at which it is forgotten; 0: there is none.
+    /// Returns the step at which the neighbour is forgotten, 0 if there is none.
     #[hot]
     pub(super) fn end_step(&self, at: usize) -> u8 {
         self.arena.slots.tag_at(at + DISTANCE).byte() & STEP
@@ -53,7 +56,7 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
         count
     }
 
-    /// The first slot of the neighbour at that place.
+    /// Returns the first slot of the neighbour at that place.
     #[hot]
     fn neighbor_slot(&self, place: u8) -> usize {
         let mut slots = usize::from(place) * 2;
@@ -72,12 +75,13 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
             && self.end_step(at) != 0
     }
 
-    /// The place of a robot. One that is no neighbour becomes one; if there is no room, who was not heard for the longest
-    /// time is forgotten.
+    /// Returns the place of a robot. A robot that is no neighbour becomes one. If there is no room,
+    /// it replaces the neighbour that is next to be forgotten.
     #[one_copy]
     fn find_neighbor(&mut self, robot: u16) -> u8 {
         if IS_WIDE {
-            // Most are known: their ids alone are compared first.
+            // Most senders are known, so the search for the id comes before that for the oldest
+            // neighbour.
             let (first, end) = self.neighbor_slots();
             let mut slots = (first..end).step_by(self.sizes().neighbor());
             let is_it =
@@ -107,7 +111,8 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
         oldest
     }
 
-    /// Keeps a robot as a neighbor for that number of steps, or for half of them if it was unknown.
+    /// Keeps a robot as a neighbour for that number of steps, or for half of it if the robot was
+    /// unknown.
     #[one_copy]
     pub(super) fn hear(&mut self, robot: u16, sighting: &Sighting<P>, mut steps: u8) {
         let mut place = self.protocol.heard;
@@ -116,8 +121,8 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
                 return;
             }
             place = self.find_neighbor(robot);
-            // A robot that was heard once is kept half as long. So it gives way to those that were heard again, and invented
-            // ids do not displace them.
+            // A robot from which only one frame was received is kept half as long. It gives way to
+            // robots with several frames, so that invented ids do not displace these.
             if self.end_step(self.neighbor_slot(place)) == 0 {
                 steps /= 2;
             }
@@ -141,7 +146,7 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
         self.arena.set(at + DISTANCE, neighbor);
     }
 
-    /// A step has passed.
+    /// Counts a step, and forgets the neighbours that are due.
     pub(super) fn age_neighbors(&mut self) {
         let mut step = self.protocol.step + 1;
         if step > LAST_STEP {
@@ -158,12 +163,12 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
         }
     }
 
-    /// Notes whether the neighbour that was heard last is in the swarm at that place.
+    /// Stores the membership of the last sender in the swarm at that place.
     pub(super) fn note_swarm(&mut self, swarm: u8, is_member: bool) {
         let Some(place) = self.protocol.heard.checked_sub(1) else { return };
         let mut at = self.neighbor_slot(place);
         let mut bit = 1 << swarm;
-        // The eighth has no room beside the others: no tag is 255.
+        // The eighth bit does not fit next to the others, since no tag is 255.
         if swarm == 7 {
             at += DISTANCE;
             bit = !STEP;
@@ -176,7 +181,7 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
         self.arena.set(at, Value::marked(bits, value.raw()));
     }
 
-    /// Returns true if a neighbour is in the swarm at that place.
+    /// Returns true if the neighbour at slot `at` is in the swarm at that place.
     pub(super) fn is_kin(&self, at: usize, swarm: u8) -> bool {
         if swarm == 7 {
             return self.arena.get(at + DISTANCE).tag().byte() & !STEP != 0;
@@ -184,7 +189,8 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
         self.arena.get(at).tag().byte() >> swarm & 1 != 0
     }
 
-    /// The first slot of the neighbour with the lowest id that is at least `from`; 0 if there is none.
+    /// Returns the first slot of the neighbour with the lowest id that is at least `from`; 0 if
+    /// there is none.
     #[one_copy]
     pub(super) fn neighbor_from(&self, from: u16) -> usize {
         let (mut at, end) = self.neighbor_slots();
@@ -193,7 +199,8 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
         if IS_WIDE {
             let step = self.sizes().neighbor();
             while at < end {
-                // One comparison for both bounds: a lower id wraps around to more.
+                // One comparison checks both bounds: an id below `from` wraps around to a large
+                // number.
                 let robot = self.arena.index_at(at) as u16;
                 if robot.wrapping_sub(from) <= lowest.wrapping_sub(from) && self.end_step(at) != 0 {
                     found = at;
@@ -217,8 +224,9 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
         found
     }
 
-    /// Pushes id and data of the neighbour that comes after the one whose id is in slot `last` (nil: of the first), and
-    /// puts its id there. Its first slot, 0 if there is none.
+    /// Pushes id and data of the neighbour after the one whose id is in slot `last`, or of the
+    /// first if the slot is nil, and puts its id into this slot. Returns the neighbour's first
+    /// slot, 0 if there is none.
     pub(super) fn next_neighbor(&mut self, last: usize) -> Result<usize, Stopped> {
         let value = self.arena.get(last);
         let mut from = 0;
@@ -239,7 +247,7 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
         Ok(at)
     }
 
-    /// A table of distance, azimuth and elevation of a neighbour.
+    /// Returns a table of distance, azimuth and elevation of a neighbour.
     fn neighbor_data(&mut self, at: usize) -> Result<Value<P>, Stopped> {
         let mut values = [Value::nil(); 3];
         let distance = self.arena.get(at + DISTANCE).raw();
@@ -257,14 +265,14 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
         self.record([string::DISTANCE, string::AZIMUTH, string::ELEVATION], values)
     }
 
-    /// A table of three values under constant strings.
+    /// Returns a table of three values under constant strings.
     #[one_copy]
     pub(super) fn record(
         &mut self,
         keys: [u16; 3],
         values: [Value<P>; 3],
     ) -> Result<Value<P>, Stopped> {
-        // On the stack, where a collection finds them.
+        // A collection finds the values on the stack.
         let first = usize::from(self.sp);
         if IS_WIDE {
             self.ensure(first + 3)?;
@@ -280,7 +288,8 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
         Ok(table)
     }
 
-    /// Functions of `neighbors` and of snapshots that have their result at once; `a` is the first argument.
+    /// Computes a function of `neighbors` or of a snapshot, except those of kind `Calls`; `a` is
+    /// the first argument.
     #[one_copy]
     pub(in crate::machine) fn neighbor_builtin<H: Host<P>>(
         &mut self,
@@ -295,7 +304,8 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
             }
             builtin::NEIGHBORS_GET if Self::has(Part::Neighbors) => {
                 let Some(id) = a.as_int() else { return Err(self.wrong_type(a, a)) };
-                // Of a negative id, which none has in `full`, the bits are those of another.
+                // In `full`, a negative id has the low bits of a valid one, so its upper bits are
+                // checked below.
                 let at = self.neighbor_from(id as u16);
                 let found = at != 0 && self.arena.index_at(at) as u16 == id as u16;
                 if !found || P::FULL && id >> 16 != 0 {

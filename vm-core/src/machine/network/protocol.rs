@@ -1,14 +1,17 @@
-//! The state of the protocol: when the robot sends next, the message of which some fragments are here, and the counters.
+//! The state of the protocol: the timers for sending, the message of which some fragments were
+//! received, and the counters.
 //!
-//! Neighbours, swarms and entries of stigmergies themselves are slots of the arena, above those of the script.
+//! Neighbours, swarms and entries of stigmergies are not here: they are slots of the arena, above
+//! those of the script.
 
 use crate::network::{Buffer, Sizes};
 use crate::number::Profile;
 
-/// Bit of [`Protocol::digest`] that is set until an entry changes. The sum itself has 24 bits.
+/// The bit of [`Protocol::digest`] that is set while the sum in the lower 24 bits is valid. A
+/// change of an entry clears it.
 pub(in crate::machine) const DIGEST_KNOWN: u32 = 1 << 31;
 
-/// Which counter.
+/// The index of a counter in [`Protocol::counters`].
 #[derive(Clone, Copy)]
 pub(in crate::machine) enum Count {
     Foreign,
@@ -20,7 +23,7 @@ pub(in crate::machine) enum Count {
     Failed,
 }
 
-/// The state of a conflict that the script's handler is to decide.
+/// The state of a conflict between two entries that the script's handler decides.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 #[repr(u8)]
 pub(in crate::machine) enum Conflict {
@@ -28,94 +31,99 @@ pub(in crate::machine) enum Conflict {
     None = 0,
     /// The handler runs.
     Open,
-    /// The handler ended with a fault: the default rule decides.
+    /// The handler ended with a fault, so the default rule decides.
     Failed,
 }
 
-/// The times at which to send, and the message of which some fragments are here.
+/// The timers for sending, the message of which some fragments were received, and the counters.
 #[derive(Clone, Copy, Debug)]
 pub(in crate::machine) struct Protocol<P: Profile> {
     pub(in crate::machine) sizes: Sizes,
     /// The number of stigmergies that the script has created.
     pub(in crate::machine) stigmergies: u8,
-    /// Number of the step, on which neighbours are forgotten.
+    /// The number of the step, at which neighbours are forgotten: from 1 to `LAST_STEP`, then 1
+    /// again.
     pub(in crate::machine) step: u8,
-    /// 1 + the place of the last sender: the next message often comes from the neighbour after it.
+    /// 1 + the place of the neighbour that sent the last message. The next message often comes from
+    /// the neighbour at the place after it.
     pub(in crate::machine) heard: u8,
-    /// The script has created a swarm or a stigmergy.
+    /// True if the script has created a swarm or a stigmergy.
     pub(in crate::machine) shares: bool,
-    /// An entry or a swarm is to be sent when the entry point that is running returns.
+    /// True if an entry or a swarm is to be sent when the running entry point returns.
     pub(in crate::machine) has_dirty_entries: bool,
-    /// The number of messages that this step may still take.
+    /// The number of messages that this step may still handle.
     pub(in crate::machine) messages_left: u8,
-    /// A message is being handled: a fault ends that, not the script.
+    /// True while a message is handled: a fault then ends the handling, not the script.
     pub(in crate::machine) in_message: bool,
     pub(in crate::machine) conflict: Conflict,
-    /// The script waits for its next start: messages are handled without it.
+    /// True while the script waits for its next start: messages are handled without it.
     pub(in crate::machine) is_resting: bool,
-    /// Steps since the last frame with the robot's own id.
+    /// Steps since the robot last sent a frame that names it as the sender.
     pub(in crate::machine) silent: u8,
     /// Steps between two advertisements of entries.
     pub(in crate::machine) interval: u8,
-    /// Steps until something happens, by [`Timer`].
+    /// The steps that are left of each [`Timer`].
     pub(in crate::machine) timers: [u8; 4],
-    /// The first slot of the entry that has changed last; 0 before any has.
+    /// The first slot of the entry that changed last; 0 if none has changed.
     pub(in crate::machine) newest: u16,
-    /// The entry, or after all entries the swarm, that was advertised last.
+    /// The place of the entry that was advertised last. Places after those of all entries stand for
+    /// swarms.
     pub(in crate::machine) advertised: u8,
-    /// Hash of the entry that was relayed last without being kept.
+    /// The hash of the last entry that was relayed without being kept.
     pub(in crate::machine) relayed: u16,
-    /// Answers to neighbors that may be given at once.
+    /// The number of answers to neighbors that may be sent at once.
     pub(in crate::machine) answers: u8,
-    /// Entries of a former life of this robot that it has put again of late.
+    /// The number of entries from before a restart of this robot that it has recently put again.
     pub(in crate::machine) reclaimed: u8,
-    /// Steps, counted modulo 65,536, for actions that are due once in many.
+    /// Steps, counted modulo 65,536, for actions that are due only every few steps.
     pub(in crate::machine) age: u16,
     /// Turns of advertising, counted modulo 256.
     pub(in crate::machine) turn: u8,
-    /// Entries that are still to be advertised because a neighbor's digest differs.
+    /// The number of entries that are still to be advertised because a neighbor's digest differs.
     pub(in crate::machine) behind: u8,
-    /// Entries were received that are not kept, so the digest says nothing.
+    /// True if entries were received that are not kept, so that the digest is of no use.
     pub(in crate::machine) has_dropped: bool,
-    /// A neighbor sends beacons without a digest: it may lack entries.
+    /// True if a neighbor sends beacons without a digest: it may lack entries.
     pub(in crate::machine) meets_beacon: bool,
-    /// The sum over all entries, with [`DIGEST_KNOWN`] until an entry changes.
+    /// The sum over all entries; valid if [`DIGEST_KNOWN`] is set.
     pub(in crate::machine) digest: u32,
     /// The latest clock that was put or received, on any key.
     pub(in crate::machine) clock: u32,
-    /// State of a generator that keeps robots from sending all at once.
+    /// The state of the random generator that keeps robots from sending at the same time.
     pub(in crate::machine) jitter: u16,
-    /// The counter of that name in [`Counters`].
+    /// The counters of [`Counters`](crate::network::Counters), by [`Count`].
     pub(in crate::machine) counters: [u16; 7],
     pub(in crate::machine) assembly: Assembly<P>,
 }
 
-/// Counts steps down to zero.
+/// A timer, which counts steps down to zero.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 #[repr(u8)]
 pub(in crate::machine) enum Timer {
     /// Steps to the next advertisement of an entry.
     Advertise,
-    /// Pause after an entry was relayed that is not kept.
+    /// Steps until another entry that is not kept may be relayed.
     Relay,
-    /// Steps to the next digest.
+    /// Steps until a digest may be sent before an advertisement.
     Digest,
-    /// Patience with the message of which some fragments are here; 0 if there is none.
+    /// Steps until the message of which some fragments were received is dropped; 0 if there is
+    /// none.
     Assembly,
 }
 
-/// A message of which some fragments are here.
+/// A message of which some fragments were received.
 #[derive(Clone, Copy, Debug)]
 pub(in crate::machine) struct Assembly<P: Profile> {
     pub(in crate::machine) robot: u16,
     pub(in crate::machine) number: u8,
-    /// Bit i: fragment i is here.
+    /// Bit i is set if fragment i was received.
     pub(in crate::machine) present: u8,
-    /// Those that have to be; 0 as long as the last is not here.
+    /// The bits of all fragments; 0 until the last one was received.
     pub(in crate::machine) all: u8,
-    /// Bytes of the whole message.
+    /// The length of the whole message in bytes; valid once the last fragment was received.
     pub(in crate::machine) length: u16,
-    /// Steps in which this robot begins no other message, since a fragment of another robot found no room.
+    /// Steps in which `robot` may not begin another message, since a fragment of another robot
+    /// found no room.
     pub(in crate::machine) pause: u8,
     pub(in crate::machine) content: P::Content,
 }
@@ -161,7 +169,8 @@ impl<P: Profile> Protocol<P> {
         },
     };
 
-    /// Forgets all that was heard and said with another script. State that only delays a message may stay.
+    /// Forgets the exchange with other robots under another script. State that only delays a
+    /// message may stay.
     pub(in crate::machine) fn forget(&mut self) {
         self.stigmergies = 0;
         self.heard = 0;
@@ -178,14 +187,14 @@ impl<P: Profile> Protocol<P> {
         self.set_timer(Timer::Assembly, 0);
     }
 
-    /// Prepares a new start of the same script. Knowledge of others stays.
+    /// Prepares a new start of the same script. Knowledge of other robots stays.
     pub(in crate::machine) fn rest(&mut self) {
         self.in_message = false;
         self.conflict = Conflict::None;
         self.is_resting = true;
     }
 
-    /// Steps that are left of a timer.
+    /// Returns the steps that are left of a timer.
     #[hot]
     pub(in crate::machine) fn timer(&self, which: Timer) -> u8 {
         self.timers[which as usize]
@@ -196,7 +205,7 @@ impl<P: Profile> Protocol<P> {
         self.timers[which as usize] = steps;
     }
 
-    /// Takes a step off all timers.
+    /// Counts all timers down by a step.
     pub(in crate::machine) fn tick(&mut self) {
         for timer in &mut self.timers {
             *timer -= u8::from(*timer != 0);

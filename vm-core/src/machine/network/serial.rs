@@ -1,6 +1,7 @@
-//! Values that need more than a frame: from the heap to the content of fragments, and back.
+//! Values that do not fit a frame: their way from the heap to the content of fragments, and back.
 //!
-//! Tables in tables are walked with what is under way on the machine's stack, so that nothing recurses.
+//! Nested tables are walked without recursion: the state of each outer table lies on the machine's
+//! stack.
 
 use super::protocol::{Count, Timer};
 use crate::arena::CELL;
@@ -19,28 +20,31 @@ use crate::number::wide::IS_WIDE;
 use crate::part::Part;
 use crate::value::{Tag, Value};
 
-/// Steps without a new fragment after which a message is given up: a Kilobot sends two frames a second.
+/// Steps without a new fragment after which an incomplete message is dropped. A Kilobot sends two
+/// frames per second.
 const PATIENCE: u8 = 20;
 
-// Slots of a table that is being read.
+// Slots of the state of a table that is being read.
 const TABLE: usize = 0;
 const LEFT: usize = 1;
-/// Unset as long as it is not read.
+/// Unset until the key is read.
 const KEY: usize = 2;
 const ELEMENT: usize = 3;
 const READING: usize = 4;
 
-/// Slots of a table that is being written: where in it, where the number of its pairs stands, and how many were written.
+/// The number of slots of the state of a table that is being written: the visit, the place in the
+/// content of the number of pairs, and the number of pairs written so far.
 const VISITED: usize = VISIT + 2;
 
 impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
-    /// Bytes of content in a fragment.
+    /// Returns the number of bytes of content in a fragment.
     fn fragment_bytes() -> usize {
         P::Frame::ZERO.as_ref().len().saturating_sub(FRAGMENT_HEAD)
     }
 
-    /// The value as an entry of a stigmergy keeps it, with the digest of key and value: a table is copied, so that later
-    /// changes are no part of it. A fault if it cannot be sent. All are on the stack.
+    /// Returns the value as an entry of a stigmergy keeps it, and the digest of key and value. A
+    /// table is copied, so that later changes to it do not change the entry. Fails if the value
+    /// cannot be sent. Key and value must be on the stack.
     pub(super) fn sendable(
         &mut self,
         stigmergy: u8,
@@ -62,8 +66,8 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
         Ok((self.copied(value)?, digest))
     }
 
-    /// Copies a value of an entry with the tables in it, so that a script which changes the copy does not change the entry. The
-    /// value is on the stack, or in an entry.
+    /// Copies the tables in a value of an entry, so that a script which changes the copy does not
+    /// change the entry. The value must be on the stack or in an entry.
     #[hot]
     pub(super) fn copied(&mut self, value: Value<P>) -> Result<Value<P>, Stopped> {
         if Self::has(Part::LongMessages) && is_table(value) {
@@ -78,7 +82,8 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
         let base = usize::from(self.sp);
         self.reserve(2)?;
         let copy = self.allocate(|vm| vm.arena.copy_table(value.index()))?;
-        // Where a collection finds it, and as the first of the copies in which tables are still those of the entry.
+        // The first slot keeps the copy reachable for a collection. The slots above it hold copies
+        // whose inner tables are still shared with the entry.
         self.arena.set(base, copy);
         self.arena.set(base + 1, copy);
         while usize::from(self.sp) != base + 1 {
@@ -97,7 +102,7 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
         Ok(copy)
     }
 
-    /// Sends a topic or key with a value that fits no frame.
+    /// Sends a topic or key with a value that does not fit a frame.
     #[one_copy]
     pub(super) fn send_long<H: Host<P>>(
         &mut self,
@@ -113,8 +118,8 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
         Ok(())
     }
 
-    /// The number of the message is a part of its check, so that fragments of the same content complete each other
-    /// whenever they come.
+    /// Sends a content in fragments. The number of the message is a part of its check, so fragments
+    /// of the same content complete each other, whichever transmission they come from.
     fn send_fragments<H: Host<P>>(&mut self, host: &mut H, content: &[u8]) {
         let robot = self.robot_id;
         let number = content.first().copied().unwrap_or(0);
@@ -133,7 +138,7 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
         }
     }
 
-    /// Writes the content of a message, but for its check. A fault if there is no room for it.
+    /// Writes the content of a message, without its check. Fails if there is no room for it.
     fn write<'r>(
         &mut self,
         head: Head,
@@ -150,7 +155,8 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
     fn write_value(&mut self, writer: &mut Writer<'_>, value: Value<P>) -> Result<(), Stopped> {
         let base = usize::from(self.sp);
         let mut visit = Visit::NONE;
-        // Where the number of pairs stands that the table has, and how many were written.
+        // The place in the content of the table's number of pairs, and the number of pairs written
+        // so far.
         let (mut place, mut pairs) = (0, 0);
         let mut value = value;
         loop {
@@ -159,7 +165,7 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
                 return Err(self.fail(FaultCode::TooLong));
             }
             if is_table(value) {
-                // The table around it is visited on afterwards.
+                // The visit to the table around it continues afterwards.
                 self.reserve(VISITED)?;
                 let at = usize::from(self.sp) - VISITED;
                 let [slot, end, rest, index] = visit.parts();
@@ -169,7 +175,7 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
                 visit = self.arena.visit(value.index());
                 (place, pairs) = (writer.length() as u16 - 1, 0);
             }
-            // The next value of the innermost table that has one.
+            // Find the next value of the innermost table that has one.
             loop {
                 if usize::from(self.sp) == base {
                     return Ok(());
@@ -180,7 +186,7 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
                     value = next;
                     break;
                 }
-                // A content that fits has far fewer than 256.
+                // A content that fits has far fewer than 256 pairs.
                 writer.set(place.into(), pairs as u8);
                 let at = usize::from(self.sp) - VISITED;
                 let [slot, end, rest, index, place_around, pairs_around] =
@@ -192,7 +198,8 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
         }
     }
 
-    /// Writes a value; of a table, that there is one, with a number of pairs that is still to come.
+    /// Writes a value. For a table it writes only the tag and a number of pairs that is filled in
+    /// later.
     fn write_item(&mut self, writer: &mut Writer<'_>, value: Value<P>) -> Result<(), Stopped> {
         let item = match value.tag() {
             Tag::NIL | Tag::INT | Tag::FLOAT | Tag::STRING => ContentItem::Plain(value),
@@ -211,8 +218,8 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
         Ok(())
     }
 
-    /// Puts a fragment to the others of its message. A complete entry is merged; of a complete broadcast topic and value are
-    /// left on the stack: true.
+    /// Adds a fragment to the others of its message. A complete entry is merged. For a complete
+    /// broadcast, leaves topic and value on the stack and returns true.
     #[one_copy]
     pub(super) fn assemble<H: Host<P>>(
         &mut self,
@@ -225,8 +232,9 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
         let assembly = &mut self.protocol.assembly;
         let is_other = assembly.robot != robot;
         if !waits || is_other || assembly.number != number {
-            // A robot that begins another message has ended the one before. After it kept others out, one of them has the
-            // next turn, so that no robot keeps the only room for long messages by beginning again and again.
+            // A robot that begins another message has ended the one before. If fragments of another
+            // robot found no room meanwhile, another robot has the next turn, so that no robot
+            // keeps the only buffer for long messages by starting again and again.
             let gives_way = if is_other { !waits } else { assembly.pause == 0 };
             if gives_way {
                 assembly.robot = robot;
@@ -270,7 +278,7 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
         }
         let is_complete = assembly.all != 0 && assembly.present & assembly.all == assembly.all;
         let length = usize::from(assembly.length);
-        // A fragment that is repeated shows no progress.
+        // A repeated fragment is no progress.
         if is_complete || is_new {
             let steps = if is_complete { 0 } else { PATIENCE };
             self.protocol.set_timer(Timer::Assembly, steps);
@@ -281,14 +289,14 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
         if let Some(head) = self.read_flat(length)? {
             return self.take_message(host, head);
         }
-        // A copy, since another message may come while this one is dealt with.
+        // The content is copied, since another message may arrive while this one is handled.
         let content = self.protocol.assembly.content;
         let content = content.as_ref().get(..length).unwrap_or(&[]);
         let (head, reader) = ContentReader::new(content, self.script());
         self.deliver(host, head, reader)
     }
 
-    /// Reads a complete message; see [`Vm::assemble`].
+    /// Reads a complete message; the result is that of [`Vm::assemble`].
     #[one_copy]
     fn deliver<H: Host<P>>(
         &mut self,
@@ -305,7 +313,7 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
         self.take_message(host, head)
     }
 
-    /// Ends a message whose two values are on the stack; see [`Vm::assemble`].
+    /// Handles a message whose two values are on the stack; the result is that of [`Vm::assemble`].
     #[hot]
     fn take_message<H: Host<P>>(&mut self, host: &mut H, head: Head) -> Result<bool, Stopped> {
         let (first, second) = (self.top(2), self.top(1));
@@ -323,16 +331,17 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
         }
     }
 
-    /// Returns true if a content is right, and its values find room without harm to the script.
+    /// Returns true if a content is valid, and its values fit into memory without harm to the
+    /// script.
     #[one_copy]
     fn has_room_for(&mut self, reader: &ContentReader<'_>) -> bool {
         let mut slots = 2 * crate::machine::NATIVE_ROOM;
         let mut is_known = true;
         let checked = reader.check::<P>(|item| match item {
-            // The head has two pairs, each other cell at least one.
+            // The head cell has room for two pairs, and each other cell for at least one.
             ContentItem::Table(pairs) => slots += READING + CELL * (1 + usize::from(pairs)),
             ContentItem::Text(length) if P::FULL => slots += CELL * (1 + usize::from(length) / 20),
-            // A function that captures values is none without them.
+            // A function that captures values cannot exist without them.
             ContentItem::Function(number) => is_known &= self.head(number) & CAPTURES == 0,
             _ => {}
         });
@@ -345,7 +354,7 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
         self.arena.unused() >= slots
     }
 
-    /// Pushes the next value of a content.
+    /// Reads the next value of a content and pushes it.
     fn read(&mut self, reader: &mut ContentReader<'_>) -> Result<(), Stopped> {
         let result = usize::from(self.sp);
         self.reserve(1)?;
@@ -369,7 +378,7 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
                 ContentItem::Text(length) if P::FULL => self.read_text(reader, length)?,
                 ContentItem::Text(_) => Value::nil(),
             };
-            // To its table, which may be complete with it.
+            // Store the value in its table, which may be complete with it.
             loop {
                 let top = usize::from(self.sp);
                 if top == result + 1 {
@@ -401,12 +410,14 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
     }
 }
 
-/// The most values of a content that is read at once: topic or key, and a table of four.
+/// The most values of a content that [`Vm::read_flat`] reads: topic or key, and a table of four
+/// pairs.
 const FLAT: usize = 9;
 
 impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
-    /// Pushes the two values of the message that is complete, of that length, and returns its head, if it is right, without tables in
-    /// tables, and there is room without a collection. `None` for others, of which nothing is changed.
+    /// Reads the complete message of that length in one pass: pushes its two values and returns its
+    /// head. Returns `None` and changes nothing if the message is invalid, if it has tables in
+    /// tables, or if there is no room for it without a collection.
     fn read_flat(&mut self, length: usize) -> Result<Option<Head>, Stopped> {
         if !IS_WIDE {
             return Ok(None);
@@ -431,7 +442,7 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
             self.set_top(second);
             return Ok(Some(head));
         }
-        // Plain keys and values need not be where a collection finds them.
+        // Plain keys and values refer to no cells, so a collection need not find them.
         self.reserve(READING)?;
         let at = usize::from(self.sp) - READING;
         let table = self.new_table()?;

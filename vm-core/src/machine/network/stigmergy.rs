@@ -1,8 +1,8 @@
 //! `stigmergy`: tables that all robots share, each in a replica of its own.
 //!
-//! The network loses messages, doubles them and delivers them late; robots are switched off, and
-//! groups of them are out of reach for minutes. A stigmergy must become equal on all robots all
-//! the same, without a robot that coordinates them, and with room for a few entries only.
+//! The network loses, duplicates and delays messages; robots are switched off, and groups of them
+//! are out of reach for minutes. Nevertheless a stigmergy must become equal on all robots, without
+//! a coordinator and with room for a few entries only.
 //!
 //! # Last writer wins, in a total order
 //! Each entry carries a stamp: clock, value and robot ([`crate::stamp`]). Of two entries for one
@@ -14,20 +14,21 @@
 //!
 //! # Deletion
 //! A deleted entry stays as an entry without a value, since a replica that missed the deletion
-//! would bring the old value back. When all robots had time to hear of it ([`FORGOTTEN`]), its
-//! place is free again.
+//! would bring the old value back. After all robots had time to receive the deletion
+//! ([`FORGOTTEN`]), its place is free again.
 //!
 //! # Restarts
-//! A robot that was switched off remembers no clock. Entries that it put in its former life come
-//! back from the others with later clocks than those of its new puts, and would win. The robot
-//! recognizes them by its own id and puts its new value again, with a later clock; how often is
-//! bounded by [`RECLAIMED_MAX`], since two robots with one id would do so for ever.
+//! A robot that was switched off remembers no clock. Entries that it put before come back from the
+//! others with later clocks than those of its new puts, and would win. The robot recognizes them by
+//! its own id and puts its new value again, with a later clock. [`RECLAIMED_MAX`] bounds the number
+//! of these puts, since two robots with the same id would repeat them for ever.
 //!
 //! # A full store
-//! A put of the script's own is then a fault, which the script can see. An entry of another robot
-//! is not kept; it is relayed at a low rate, so that this robot is no wall between others.
+//! If the store is full, a put by the robot's own script is a fault, which the script can see. An
+//! entry of another robot is not kept, but relayed at a low rate, so that this robot does not
+//! separate the others.
 //!
-//! When and how entries are sent is decided in [`super::advertise`].
+//! The module [`super::advertise`] decides when and how entries are sent.
 
 use core::cmp::Ordering;
 
@@ -47,47 +48,51 @@ use crate::part::Part;
 use crate::stamp::{Stamp, is_earlier, next};
 use crate::value::{Tag, Type, Value};
 
-// Slots of an entry: key and value; the robot that put it, with 1 + the place of its stigmergy in place of a tag, nil if there
-// is no entry; the low bits of the clock, with the high ones and `OWN` in place of a tag; the digest of key and value, or the
-// age of a deleted entry.
+// Slots of an entry. `ROBOT` holds the robot that put the value, with 1 + the place of the
+// stigmergy in place of a tag; it is nil if there is no entry. `CLOCK` holds the low bits of the
+// clock, with the high ones and `OWN` in place of a tag. `DIGEST` holds the digest of key and
+// value, or the age of a deleted entry.
 const KEY: usize = 0;
 const VALUE: usize = 1;
 const ROBOT: usize = 2;
 pub(super) const CLOCK: usize = 3;
 const DIGEST: usize = 4;
 
-/// Most entries of a former life that a robot puts again; later one in 256 steps. Two robots with one id would do so for
-/// ever.
+/// The most entries from before a restart that a robot puts again. One more is allowed every 256
+/// steps. Without this limit two robots with the same id would do so for ever.
 const RECLAIMED_MAX: u8 = 16;
 
-/// With the high bits of the clock: the robot has put the value itself since it was switched on.
+/// A bit next to the high bits of the clock: the robot has put the value itself since it was
+/// switched on.
 pub(super) const OWN: u8 = 0x40;
 
-/// The tag of a stigmergy's number after a restart, until the script creates the stigmergy again.
+/// The tag of a stigmergy's number after a restart of the script, until the script creates the
+/// stigmergy again.
 const KEPT: Tag = Tag::NIL;
 
-/// The handlers of stigmergies, beside listeners: a library that no script has, with the object's number.
+/// Numbers of libraries that no script has. With the stigmergy's number they are the keys of its
+/// handlers, in the same table as the listeners.
 pub(super) const ON_CONFLICT: u8 = 0xfe;
 pub(super) const ON_CONFLICT_LOST: u8 = 0xfd;
 
 impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
-    /// The first slot of the entry at that place.
+    /// Returns the first slot of the entry at that place.
     #[one_copy]
     pub(super) fn entry_slot(&self, place: u8) -> usize {
         self.entries_at() + usize::from(place) * ENTRY
     }
 
-    /// The slot of the number of the stigmergy at that place.
+    /// Returns the slot of the number of the stigmergy at that place.
     fn stigmergy_slot(&self, place: u8) -> usize {
         self.entry_slot(self.sizes().entries) + usize::from(place)
     }
 
-    /// The number of the stigmergy at that place.
+    /// Returns the number of the stigmergy at that place.
     pub(super) fn number_of_stigmergy(&self, place: u8) -> u16 {
         self.arena.index_at(self.stigmergy_slot(place)) as u16
     }
 
-    /// The stamp of an entry. That of a deleted one has no digest.
+    /// Returns the stamp of an entry. The stamp of a deleted entry has digest 0.
     #[one_copy]
     pub(super) fn stamp(&self, at: usize) -> Stamp<P> {
         let clock = self.arena.get(at + CLOCK);
@@ -102,7 +107,7 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
         }
     }
 
-    /// Sets it, as news. `own` is [`OWN`] or 0.
+    /// Sets the stamp of an entry, which is then to be sent. `own` is [`OWN`] or 0.
     fn set_stamp(&mut self, at: usize, stigmergy: u8, stamp: &Stamp<P>, own: u8) {
         let [low, high, highest, _] = stamp.clock.to_le_bytes();
         let state = (stigmergy + 1) | NEWS;
@@ -110,7 +115,7 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
         self.arena.set(at + ROBOT, Value::marked(state, P::raw_from_u16(stamp.robot)));
         let clock = Value::marked(highest | own, P::raw_from_u16(u16::from_le_bytes([low, high])));
         self.arena.set(at + CLOCK, clock);
-        // Of a deleted entry that is its age.
+        // For a deleted entry this slot is the age.
         let digest = if stamp.value.is_nil() { 0 } else { stamp.digest };
         self.arena.set(at + DIGEST, Value::indexed(Tag::INT, digest));
         self.protocol.has_dirty_entries = true;
@@ -118,7 +123,8 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
         self.hurry(at);
     }
 
-    /// Deleted entries are a round older. Those that are old enough give their place back.
+    /// Increases the age of all deleted entries by one. Entries that are old enough free their
+    /// places.
     pub(super) fn forget_deleted(&mut self) {
         for place in 0..self.sizes().entries {
             let at = self.entry_slot(place);
@@ -135,7 +141,8 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
         }
     }
 
-    /// Forgets entries with keys or values on the heap, to make room. The neighbors send them again, since the digests differ.
+    /// Forgets entries with keys or values on the heap, to make room. Neighbors send them again,
+    /// since the digests differ.
     pub(in crate::machine) fn forget_entries_on_heap(&mut self) {
         for place in 0..self.sizes().entries {
             let at = self.entry_slot(place);
@@ -146,7 +153,7 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
         self.protocol.digest = 0;
     }
 
-    /// The clock of a put after that one.
+    /// Returns the clock of a put after `clock`, and remembers it.
     #[one_copy]
     fn tick(&mut self, clock: u32) -> u32 {
         let clock = next(clock);
@@ -154,7 +161,7 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
         clock
     }
 
-    /// Remembers the latest clock.
+    /// Remembers a clock if it is later than all others so far.
     #[one_copy]
     fn note_clock(&mut self, clock: u32) {
         if is_earlier(self.protocol.clock, clock) {
@@ -162,7 +169,8 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
         }
     }
 
-    /// 1 + the place of the stigmergy of an entry, 0 if there is no entry; with [`NEWS`].
+    /// Returns 1 + the place of the entry's stigmergy, with the bit [`NEWS`], or 0 if there is no
+    /// entry.
     #[one_copy]
     pub(super) fn entry_state(&self, at: usize) -> u8 {
         self.arena.get(at + ROBOT).tag().byte()
@@ -173,13 +181,13 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
         self.entry_state(at) & !NEWS == stigmergy + 1
     }
 
-    /// Sets an entry to be sent, or no longer.
+    /// Sets the state of an entry, see [`Vm::entry_state`].
     pub(super) fn set_entry_state(&mut self, at: usize, state: u8) {
         let robot = self.arena.get(at + ROBOT).raw();
         self.arena.set(at + ROBOT, Value::marked(state, robot));
     }
 
-    /// An entry as it is sent, and its digest.
+    /// Returns an entry as it is sent, and its digest.
     #[one_copy]
     pub(super) fn entry_message(&self, at: usize) -> (StigmergyEntry<P>, u16) {
         let stamp = self.stamp(at);
@@ -194,7 +202,7 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
         (entry, stamp.digest)
     }
 
-    /// The place of the stigmergy that is an argument.
+    /// Returns the place of the stigmergy that this object stands for. Fails if it is no stigmergy.
     pub(super) fn need_stigmergy(&mut self, value: Value<P>) -> Result<u8, Stopped> {
         if value.is(Tag::LIBRARY) && value.index() as u8 == Library::StigmergyObject as u8 {
             return Ok(object_number(value));
@@ -202,7 +210,7 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
         Err(self.wrong_type(value, value))
     }
 
-    /// Number of a swarm or stigmergy.
+    /// Returns the number of a swarm or stigmergy.
     pub(in crate::machine) fn object_id(&self, value: Value<P>, member: u8) -> Value<P> {
         let place = object_number(value);
         self.number_at(match member {
@@ -211,12 +219,13 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
         })
     }
 
-    /// The integer in a slot, whatever there is in place of its tag.
+    /// Returns the payload of a slot as an integer, whatever is in place of its tag.
     pub(super) fn number_at(&self, at: usize) -> Value<P> {
         Value::indexed(Tag::INT, self.arena.index_at(at) as u16)
     }
 
-    /// The place of the stigmergy of that number; how many there are if there is none.
+    /// Returns the place of the stigmergy of that number, or the number of stigmergies if there is
+    /// none.
     pub(super) fn find_stigmergy(&self, number: u16) -> u8 {
         let mut place = 0;
         while place < self.protocol.stigmergies && self.number_of_stigmergy(place) != number {
@@ -225,7 +234,7 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
         place
     }
 
-    /// The first slot of an entry, 0 if there is none.
+    /// Returns the first slot of an entry, 0 if there is none.
     #[one_copy]
     pub(super) fn find_entry(&self, stigmergy: u8, key: Value<P>) -> usize {
         for place in 0..self.sizes().entries {
@@ -240,8 +249,8 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
         0
     }
 
-    /// The first slot for a new entry with that key, clock 0 and no value; 0 if there is no room. The place stays free until
-    /// the entry has a stamp.
+    /// Prepares a new entry with that key, clock 0 and no value, and returns its first slot; 0 if
+    /// there is no room. The place counts as free until the entry gets a stamp.
     fn new_entry(&mut self, key: Value<P>) -> usize {
         for place in 0..self.sizes().entries {
             let at = self.entry_slot(place);
@@ -255,7 +264,8 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
         0
     }
 
-    /// Pushes key, a copy of the value, and robot of the next entry, where slot `at` counts; false if there is none.
+    /// Pushes the key, a copy of the value, and the robot of the next entry. Slot `at` holds the
+    /// position of the iteration. Returns false if there is no next entry.
     pub(super) fn next_entry(&mut self, stigmergy: u8, at: usize) -> Result<bool, Stopped> {
         let next = self.arena.get(at);
         let from = if next.is_nil() { 0 } else { next.index() as u8 };
@@ -274,7 +284,8 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
         Ok(false)
     }
 
-    /// Functions of `stigmergy` and of stigmergies that have their result at once; `a` is the first argument.
+    /// Computes a function of `stigmergy` or of a stigmergy, except those of kind `Calls`; `a` is
+    /// the first argument.
     #[one_copy]
     pub(in crate::machine) fn stigmergy_builtin<H: Host<P>>(
         &mut self,
@@ -317,7 +328,7 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
             if at != 0 {
                 return self.copied(self.arena.get(at + VALUE));
             }
-            // Who knows it?
+            // Ask the other robots for the entry.
             let stigmergy = self.number_of_stigmergy(stigmergy);
             let owner = self.robot_id;
             let question = StigmergyEntry { stigmergy, owner, clock: 0, key, value: Value::nil() };
@@ -332,7 +343,8 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
             return Ok(value);
         }
         let (value, digest) = self.sendable(stigmergy, key, value)?;
-        // A new key may have been deleted and forgotten here, but not yet elsewhere: its clock exceeds all.
+        // A key that is new here may be a deleted entry that was forgotten here, but not yet
+        // elsewhere. Its clock must exceed all others.
         let mut clock = self.protocol.clock;
         if at == 0 {
             at = self.new_entry(key);
@@ -347,7 +359,8 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
         Ok(Value::nil())
     }
 
-    /// The place of the stigmergy of that number, empty.
+    /// Returns the place of the stigmergy of that number, and empties its replica. Creates the
+    /// stigmergy if there is none.
     fn create_stigmergy(&mut self, number: u16) -> Result<u8, Stopped> {
         let stigmergy = self.find_stigmergy(number);
         if stigmergy == self.sizes().entries {
@@ -361,7 +374,8 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
             self.protocol.has_dropped = false;
         }
         let at = self.stigmergy_slot(stigmergy);
-        // The entries that a restart has kept are the history of the swarm: only a second call empties the replica.
+        // The entries that were kept over a restart are shared with the swarm, so only a second
+        // call empties the replica.
         let is_kept = self.arena.get(at).tag() == KEPT;
         self.arena.set(at, Value::indexed(Tag::INT, number));
         if is_kept {
@@ -378,7 +392,7 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
         Ok(stigmergy)
     }
 
-    /// Keeps the stigmergies with their entries while the script starts again.
+    /// Keeps the stigmergies and their entries while the script starts again.
     pub(super) fn keep_stigmergies(&mut self) {
         for place in 0..self.protocol.stigmergies {
             let at = self.stigmergy_slot(place);
@@ -386,7 +400,7 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
         }
     }
 
-    /// Sets a listener or handler; nil removes.
+    /// Sets a listener or handler; nil removes it.
     #[one_copy]
     pub(super) fn set_handler(&mut self, key: Value<P>, function: Value<P>) -> Result<(), Stopped> {
         if !function.is_nil() && function.type_of() != Type::Closure {
@@ -396,7 +410,7 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
         self.table_set(handlers, key, function)
     }
 
-    /// Merges an entry that was heard; a handler may have to be called for that, which begins then.
+    /// Merges a received entry. If a handler has to decide, begins its call.
     #[one_copy]
     pub(super) fn merge<H: Host<P>>(
         &mut self,
@@ -411,7 +425,7 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
             self.protocol.has_dropped |= clock != 0;
             return Ok(());
         }
-        // A question has clock 0 and changes nothing.
+        // An entry with clock 0 asks for the value and changes nothing.
         if clock != 0 && !self.expects(key, value) {
             return Ok(());
         }
@@ -419,7 +433,7 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
         let theirs = Stamp { clock, robot, value, digest };
         let mut at = self.find_entry(stigmergy, key);
         if at == 0 {
-            // A question without an answer here.
+            // The sender asks for an entry that this robot does not have.
             if clock == 0 {
                 return Ok(());
             }
@@ -428,15 +442,15 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
                 self.relay(host, remote, digest);
                 return Ok(());
             }
-            // A deletion of an unknown key.
+            // The deletion of a key that is unknown here has no effect.
             if value.is_nil() {
                 return Ok(());
             }
         }
         let mut mine = self.stamp(at);
-        // A robot that was switched off knows its own puts of before only from others. A put since
-        // then is the later value, whatever its clock: as for the router's own announcements in
-        // OSPF (RFC 2328, 13.4).
+        // A robot that was switched off knows its earlier puts only from others. A put since then
+        // is the later value, whatever its clock: OSPF treats a router's own announcements in the
+        // same way (RFC 2328, 13.4).
         if robot == self.robot_id
             && self.arena.get(at + CLOCK).tag().byte() & OWN != 0
             && theirs.order(&mine) == Ordering::Greater
@@ -460,7 +474,8 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
         self.take_greater(host, at, stigmergy, &theirs)
     }
 
-    /// Ends a conflict by the default rule, unless the handler has put something else before it failed.
+    /// Ends a conflict by the default rule, which keeps the greater stamp. The entry may have
+    /// changed before the handler failed.
     pub(super) fn settle_by_default<H: Host<P>>(
         &mut self,
         host: &mut H,
@@ -475,7 +490,8 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
         self.take_greater(host, at, stigmergy, theirs)
     }
 
-    /// Keeps the greater one of an entry's stamp and a neighbour's. `onconflictlost` may have to run, and begins then.
+    /// Keeps the greater one of an entry's stamp and a neighbour's. If `onconflictlost` has to run,
+    /// begins its call.
     #[one_copy]
     fn take_greater<H: Host<P>>(
         &mut self,
@@ -489,7 +505,7 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
             Ordering::Greater => return self.adopt(host, at, stigmergy, theirs, &mine),
             // The neighbour has an older entry.
             Ordering::Less => self.answer(at),
-            // The neighbour has it: less haste.
+            // The neighbour has this entry, so advertising is less urgent.
             Ordering::Equal => {
                 if self.protocol.interval < host.periods().advertise {
                     self.protocol.interval += 1;
@@ -499,7 +515,8 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
         Ok(())
     }
 
-    /// Keeps a stamp in the place of the robot's own or another one. `onconflictlost` may have to run, and begins then.
+    /// Replaces the stamp of an entry by the winner. If `onconflictlost` has to run, begins its
+    /// call.
     #[one_copy]
     fn adopt<H: Host<P>>(
         &mut self,
@@ -515,7 +532,7 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
             && mine.robot == self.robot_id
             && mine.robot != winner.robot
         {
-            // There a collection finds it.
+            // In this slot a collection finds the value.
             self.set_local(LOST, mine.value);
             return self.tell_lost(host, stigmergy, self.arena.get(at + KEY), mine);
         }
@@ -525,7 +542,7 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
     /// Pushes a table of robot, data and timestamp.
     fn push_stamp(&mut self, stamp: &Stamp<P>) -> Result<(), Stopped> {
         let clock = stamp.clock.min(P::INT_MAX as u32) as i32;
-        // On the stack, where a collection finds it.
+        // A collection finds the value on the stack.
         let data = self.copied(stamp.value)?;
         self.push(data);
         let table = self.record(
@@ -537,9 +554,8 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
         Ok(())
     }
 
-    /// Ends a conflict with the handler's result: the winner is stored and sent. `onconflictlost`
-    /// may have to run, and
-    /// begins then.
+    /// Ends a conflict with the handler's result: stores and sends the winner. If `onconflictlost`
+    /// has to run, begins its call.
     #[one_copy]
     pub(super) fn settle<H: Host<P>>(
         &mut self,
@@ -561,7 +577,7 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
             return Ok(());
         }
         let mine = self.stamp(at);
-        // The handler may have put something else.
+        // The handler itself may have put another value.
         if mine.clock != clock {
             return Ok(());
         }
@@ -593,7 +609,7 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
     }
 }
 
-/// The key of a stigmergy's handler.
+/// Returns the key of a stigmergy's handler in the table of listeners.
 fn handler<P: Profile>(library: u8, stigmergy: u8) -> Value<P> {
     Value::indexed(Tag::LIBRARY, u16::from_le_bytes([library, stigmergy]))
 }

@@ -7,14 +7,16 @@ use crate::machine::{Native, Vm};
 use crate::number::Profile;
 use crate::value::{Tag, Value};
 
-// The slot of a swarm: its number, with these in place of a tag.
+// A swarm is one slot: its number, with these bits in place of a tag.
 const EXISTS: u8 = 1;
 pub(super) const MEMBER: u8 = 2;
-/// In place of a tag, of a swarm or an entry: it is to be sent when the entry point that is running returns.
+/// A bit in place of the tag of a swarm or an entry: it is to be sent when the running entry point
+/// returns.
 pub(super) const NEWS: u8 = 0x80;
 
 impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
-    /// The place of the swarm of a running `exec`: `depth` 0 is the innermost.
+    /// Returns the place of the swarm of a running `exec`. `depth` counts from the innermost one,
+    /// which is 0.
     pub(super) fn current_swarm(&self, depth: u16) -> Option<u8> {
         let (mut pc, mut fp) = (usize::from(self.pc), usize::from(self.fp));
         let mut depth = depth;
@@ -30,7 +32,7 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
         None
     }
 
-    /// The slot of the swarm at that place.
+    /// Returns the slot of the swarm at that place.
     #[one_copy]
     pub(super) fn swarm_slot(&self, place: u8) -> usize {
         let entries = self.sizes().entries;
@@ -60,7 +62,7 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
         }
     }
 
-    /// The place of the swarm of that number; how many there are if there is none.
+    /// Returns the place of the swarm of that number, or the number of places if there is none.
     pub(super) fn find_swarm(&self, number: u16) -> u8 {
         let mut place = 0;
         while place < self.sizes().swarms {
@@ -73,7 +75,7 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
         place
     }
 
-    /// The swarm of that number, made if there is none.
+    /// Returns the place of the swarm of that number. Creates the swarm if there is none.
     fn create_swarm(&mut self, number: Value<P>) -> Result<u8, Stopped> {
         let number = self.need_id(number)?;
         let mut place = self.find_swarm(number);
@@ -93,7 +95,7 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
         Err(self.fail(FaultCode::TooMany))
     }
 
-    /// Numbers of swarms and stigmergies go from 0 to 65535.
+    /// Returns the number of a swarm or stigmergy. Fails unless it is an integer from 0 to 65535.
     pub(super) fn need_id(&mut self, number: Value<P>) -> Result<u16, Stopped> {
         match number.as_int() {
             None => Err(self.wrong_type(number, number)),
@@ -101,7 +103,7 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
         }
     }
 
-    /// The place of the swarm that is an argument.
+    /// Returns the place of the swarm that this object stands for. Fails if it is no swarm.
     pub(super) fn need_swarm(&mut self, object: Value<P>) -> Result<u8, Stopped> {
         if object.is(Tag::LIBRARY) && object.index() as u8 == Library::SwarmObject as u8 {
             return Ok(object_number(object));
@@ -109,7 +111,8 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
         Err(self.wrong_type(object, object))
     }
 
-    /// Functions of `swarm` and of swarms that have their result at once; `a` is the first argument.
+    /// Computes a function of `swarm` or of a swarm, except those of kind `Calls`; `a` is the first
+    /// argument.
     #[one_copy]
     pub(in crate::machine) fn swarm_builtin(
         &mut self,
@@ -156,7 +159,7 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
                 match number {
                     builtin::SWARM_IN => return Ok(Value::truth(self.is_member(swarm))),
                     builtin::SWARM_SELECT => self.set_member(swarm, !b.is_false()),
-                    // Nothing changes where the condition of `unselect` is false.
+                    // If the condition of `unselect` is false, nothing changes.
                     builtin::SWARM_UNSELECT if b.is_false() => {}
                     _ => self.set_member(swarm, number == builtin::SWARM_JOIN),
                 }
@@ -167,7 +170,7 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
     }
 }
 
-/// The object that scripts have of a swarm or a stigmergy.
+/// Returns the object that stands for a swarm or a stigmergy in scripts.
 pub(super) fn object<P: Profile>(library: Library, number: u8) -> Value<P> {
     Value::indexed(Tag::LIBRARY, u16::from_le_bytes([library as u8, number]))
 }
