@@ -1,8 +1,10 @@
-//! CRC-16/MCRF4XX, one byte after the other: the check of Kilobots' frames (from 0xffff) and of contents.
+//! CRC-16/MCRF4XX, computed byte by byte. It is the check of Kilobots' frames (from 0xffff) and of
+//! contents.
 
 /// Extends a check by one more byte.
-// All eight bits at once, as `_crc_ccitt_update` of avr-libc does it. A table would take more flash than the rest of the
-// messages. An AVR calculates with bytes, all others with words.
+// All eight bits are computed at once, as by `_crc_ccitt_update` of avr-libc. A table would take
+// more flash than the rest of the messages. An AVR calculates with bytes, all other processors with
+// words.
 #[cfg_attr(target_arch = "avr", one_copy)]
 #[cfg_attr(not(target_arch = "avr"), hot)]
 pub const fn crc16(check: u16, byte: u8) -> u16 {
@@ -19,7 +21,7 @@ pub const fn crc16(check: u16, byte: u8) -> u16 {
     }
 }
 
-/// For each byte, the check of it and of no, one, two ... seven zeros after it, from 0.
+/// For each byte, the check of this byte followed by no, one, two ... seven zeros, starting from 0.
 static CHECKS: [[u16; 256]; 8] = {
     let mut checks = [[0; 256]; 8];
     let mut at = 0;
@@ -34,7 +36,7 @@ static CHECKS: [[u16; 256]; 8] = {
     checks
 };
 
-/// Continues a check with more bytes, eight at once from a table, for computers.
+/// Continues a check with more bytes. Computers take eight bytes at once from a table.
 pub(super) fn wide_crc16(check: u16, bytes: &[u8]) -> u16 {
     let [c0, c1, c2, c3, c4, c5, c6, c7] = &CHECKS;
     let of = |table: &[u16; 256], byte: &u8| table[usize::from(*byte)];
@@ -51,7 +53,7 @@ pub(super) fn wide_crc16(check: u16, bytes: &[u8]) -> u16 {
 mod tests {
     use super::*;
 
-    /// The definition, bit by bit.
+    /// Computes the check bit by bit, as it is defined.
     fn by_bits(check: u16, byte: u8) -> u16 {
         let mut check = check ^ u16::from(byte);
         for _ in 0..8 {

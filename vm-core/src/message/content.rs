@@ -1,7 +1,8 @@
-//! The content of messages that are too long for one frame: a check, what kind of message it is, and values as items.
+//! The content of messages that are too long for one frame: a check, the kind of the message, and
+//! values as items.
 //!
-//! An item stands for a value, but for a table it only tells how many pairs of items follow: the walk over the heap is the
-//! machine's.
+//! An item stands for a value. For a table, an item holds only the number of pairs of items that
+//! follow, because the machine walks through the heap itself.
 
 use core::slice;
 
@@ -22,15 +23,15 @@ pub enum Head {
         stigmergy: u16,
         /// The robot that wrote the value.
         owner: u16,
-        /// The time of the put on Lamport's clock, up to [`CLOCK_MAX`].
+        /// The time of the put on the Lamport clock, at most [`CLOCK_MAX`].
         clock: u32,
-        /// Digest of key and value, as the robot that put them wrote them. It travels with the entry, since a table may
-        /// be written in another order by a robot that has read it.
+        /// The digest of key and value, as written by the robot that put them. It travels with the
+        /// entry, since a robot that has read a table may write it in another order.
         digest: u16,
     },
 }
 
-/// A value, or the start of one.
+/// A value, or the start of a text or a table.
 #[derive(Clone, Copy, Debug)]
 pub enum ContentItem<P: Profile> {
     /// nil, a number or a constant string.
@@ -52,10 +53,10 @@ const FUNCTION: u8 = 6;
 
 /// Bytes of the check.
 const CHECK: usize = 2;
-/// Bytes in front of the key of an entry.
+/// The number of bytes before the key of an entry.
 const ENTRY_HEAD: usize = CHECK + 10;
 
-/// The digest of key and value in a content that was written as an entry.
+/// Returns the digest of key and value in a content that was written as an entry.
 pub fn digest(content: &[u8]) -> u16 {
     let items = content.get(ENTRY_HEAD..).unwrap_or(&[]);
     items.iter().fold(0xffff, |check, byte| crc16(check, *byte))
@@ -65,13 +66,13 @@ pub fn digest(content: &[u8]) -> u16 {
 #[derive(Debug)]
 pub struct Writer<'a> {
     room: &'a mut [u8],
-    /// The number of bytes, also of those without room.
+    /// The number of bytes written, including those for which there was no room.
     length: usize,
     script: ScriptIdentity,
 }
 
 impl<'a> Writer<'a> {
-    /// Begins a content in this room.
+    /// Begins a content in the buffer `room`.
     pub fn new(room: &'a mut [u8], script: ScriptIdentity, head: Head) -> Self {
         let mut writer = Writer { room, length: CHECK, script };
         match head {
@@ -88,7 +89,7 @@ impl<'a> Writer<'a> {
         writer
     }
 
-    /// The next item.
+    /// Writes the next item.
     #[hot]
     pub fn item<P: Profile>(&mut self, item: ContentItem<P>) {
         match item {
@@ -118,7 +119,7 @@ impl<'a> Writer<'a> {
         }
     }
 
-    /// The next byte of a text.
+    /// Writes the next byte of a text.
     pub fn byte(&mut self, byte: u8) {
         self.bytes([byte]);
     }
@@ -136,19 +137,19 @@ impl<'a> Writer<'a> {
         self.length = self.length.saturating_add(N);
     }
 
-    /// Returns the bytes written so far, the check included.
+    /// Returns the number of bytes written, including the check.
     pub(crate) fn length(&self) -> usize {
         self.length
     }
 
-    /// Puts another byte in the place of one that was written.
+    /// Replaces a byte that was already written.
     pub(crate) fn set(&mut self, at: usize, byte: u8) {
         if let Some(place) = self.room.get_mut(at) {
             *place = byte;
         }
     }
 
-    /// Returns true if there was room for everything so far.
+    /// Returns true if there was room for everything that was written.
     pub fn fits(&self) -> bool {
         self.length <= self.room.len()
     }
@@ -165,7 +166,7 @@ impl<'a> Writer<'a> {
     }
 }
 
-/// The check of a content's bytes, from the low bits of the script's hash.
+/// Returns the check of a content's bytes, which starts from the low bits of the script's hash.
 #[one_copy]
 fn check_of<'a>(bytes: impl Iterator<Item = &'a u8>, hash: u16) -> u16 {
     bytes.fold(hash, |check, byte| crc16(check, *byte))
@@ -175,7 +176,8 @@ fn check_of<'a>(bytes: impl Iterator<Item = &'a u8>, hash: u16) -> u16 {
 #[derive(Clone, Debug)]
 pub struct ContentReader<'a> {
     rest: slice::Iter<'a, u8>,
-    /// The bytes that the check covers: all that follow it.
+    /// The bytes after the check. The check covers those of them that belong to the head and the
+    /// items.
     checked: &'a [u8],
     /// The low bits of the script's hash.
     hash: u16,
@@ -187,8 +189,8 @@ pub struct ContentReader<'a> {
 }
 
 impl<'a> ContentReader<'a> {
-    /// Begins a complete content, after which there may be more bytes. If [`ContentReader::check`] finds
-    /// it right, [`ContentReader::item`] returns the items that were written.
+    /// Begins to read a complete content, which more bytes may follow. If [`ContentReader::check`]
+    /// accepts it, [`ContentReader::item`] returns the items that were written.
     #[one_copy]
     pub fn new(content: &'a [u8], script: ScriptIdentity) -> (Head, Self) {
         let hash = script.hash as u16;
@@ -215,10 +217,12 @@ impl<'a> ContentReader<'a> {
         (head, reader)
     }
 
-    /// Fails unless all items make sense and the check is right. Shows each item, of a wrong content some.
+    /// Fails unless all items are valid and the check is right. Passes each item to `show`; for an
+    /// invalid content it may pass only some.
     pub fn check<P: Profile>(&self, mut show: impl FnMut(ContentItem<P>)) -> Result<(), Ignored> {
         let mut reader = self.clone();
-        // Topic or key, and value. Each item takes a byte at least, so the content ends before the number does.
+        // A content has two values: topic or key, and value. Each item takes at least a byte, so
+        // the content ends before `left` can overflow.
         let mut left = 2_usize;
         while left != 0 && reader.wrong.is_none() {
             left -= 1;
@@ -247,9 +251,10 @@ impl<'a> ContentReader<'a> {
         if found == self.expected { Ok(()) } else { Err(Ignored::Foreign) }
     }
 
-    /// Reads a content of two plain values, or of one and a table of plain ones, into `values`, and returns their number and whether
-    /// there is a table. `None` if it is another one, if [`ContentReader::check`] fails, or if there is no room. For computers, which so read most
-    /// contents once; robots check them first.
+    /// Reads a content of two plain values, or of one plain value and a table of plain ones, into
+    /// `values`. Returns the number of values, and true if there is a table. Returns `None` for any
+    /// other content, if [`ContentReader::check`] would fail, or if `values` is too short.
+    /// Computers read most contents in one pass with this function; robots check them first.
     pub fn plain<P: Profile>(&self, values: &mut [Value<P>]) -> Option<(usize, bool)> {
         let mut rest = self.rest.as_slice();
         let (mut left, mut count, mut has_table) = (2, 0, false);
@@ -286,7 +291,7 @@ impl<'a> ContentReader<'a> {
         (self.wrong.is_none() && found == self.expected).then_some((count, has_table))
     }
 
-    /// Returns the next item; nil after the last.
+    /// Returns the next item; nil after the last one.
     #[one_copy]
     pub fn item<P: Profile>(&mut self) -> ContentItem<P> {
         let tag = self.byte();
@@ -313,7 +318,8 @@ impl<'a> ContentReader<'a> {
         }
     }
 
-    /// The string of a word.
+    /// Returns the string of a word. If the script has no such string, the content is marked as
+    /// foreign.
     fn string<P: Profile>(&mut self, word: Value<P>) -> Value<P> {
         let low = P::raw_to_u16(word.raw());
         let number = low.wrapping_sub(self.hash);
@@ -323,7 +329,7 @@ impl<'a> ContentReader<'a> {
         Value::string(number)
     }
 
-    /// The string of a word; `None` if the script has no such string.
+    /// Returns the string of a word; `None` if the script has no such string.
     fn known<P: Profile>(&self, word: Value<P>) -> Option<Value<P>> {
         let low = P::raw_to_u16(word.raw());
         let number = low.wrapping_sub(self.hash);
@@ -331,7 +337,7 @@ impl<'a> ContentReader<'a> {
         is_known.then(|| Value::string(number))
     }
 
-    /// The next byte of a text.
+    /// Reads the next byte of a text; 0 after the end of the content.
     #[one_copy]
     pub fn byte(&mut self) -> u8 {
         match self.rest.next() {

@@ -1,7 +1,8 @@
-//! Frames in place: fields where they travel, and the script's hash put on them or taken off.
+//! Frames in place: fields at their positions in the frame, and the mixing with the script's hash.
 //!
-//! An open frame has strings as their numbers, the whole clock of an entry in one place, and zero for the hash. Opening and sealing
-//! differ in direction only, so there is one function for all kinds and both ways.
+//! An open frame holds strings as their numbers, the whole clock of an entry in one place, and zero
+//! in place of the hash. Sealing adds the hash for sending; opening removes it. The two differ only
+//! in direction, so one function does both for all kinds.
 
 use super::{
     FRAGMENT_HEAD, Fragment, FrameKind, Ignored, STIGMERGIES, ScriptIdentity, StigmergyEntry,
@@ -16,11 +17,11 @@ const BEACON: u8 = 0x08;
 const SWARMS: u8 = 0x09;
 const DIGEST: u8 = 0x0a;
 const FRAGMENT: u8 = 0x10;
-/// Fragment: none follows.
+/// Fragment: set in the last one.
 const LAST: u8 = 0x08;
-/// Fragment: which part.
+/// Fragment: the bits of its position in the message.
 const INDEX: u8 = 0x07;
-/// Entry: the unit of the stigmergy's number plus one.
+/// Entry: the unit of the field that holds the stigmergy's number plus one.
 const STIGMERGY: u8 = 0x20;
 /// Entry: the key is a string.
 const STRING_KEY: u8 = 0x04;
@@ -29,39 +30,40 @@ const CLOCK: u8 = 0x18;
 /// Broadcast and entry: the tag of the value.
 const VALUE: u8 = 0x03;
 
-// Where fields are.
+// The offsets of fields.
 const ROBOT: usize = 1;
-/// Broadcast.
+/// Broadcast: the topic, then the value.
 const TOPIC: usize = 3;
-/// Entry.
+/// Entry: the key, then the value.
 const KEY: usize = 6;
-/// Swarms: those of the robot, and how many there are.
+/// Swarms: the number of them, and a bit for each that is set if the robot is in it.
 const INFO: usize = 5;
-/// Swarms.
+/// Swarms: their numbers.
 const IDS: usize = 6;
-/// Digest: 24 bits.
+/// Digest: the sum of 24 bits.
 const SUM: usize = 7;
 
-/// A frame in a buffer for the longest of its profile, so that no position in it needs a check.
+/// A frame in a buffer that holds the longest frame of its profile, so that no position in it needs
+/// a check.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Frame<P: Profile>(P::Frame);
 
 impl<P: Profile> Frame<P> {
     pub(crate) const EMPTY: Self = Frame(P::Frame::ZERO);
 
-    /// The whole buffer.
+    /// Returns the whole buffer.
     #[hot]
     pub(crate) fn bytes_mut(&mut self) -> &mut [u8] {
         self.0.as_mut()
     }
 
-    /// The first `length` bytes.
+    /// Returns the first `length` bytes.
     #[hot]
     pub(crate) fn bytes(&self, length: usize) -> &[u8] {
         self.0.as_ref().get(..length).unwrap_or(&[])
     }
 
-    /// Opens the frame of that length that is in the buffer.
+    /// Opens the frame of that length in the buffer, and returns its kind.
     #[hot]
     pub(crate) fn open(
         &mut self,
@@ -76,8 +78,8 @@ impl<P: Profile> Frame<P> {
         if self.translate(kind, script, false) { Ok(kind) } else { Err(Ignored::Foreign) }
     }
 
-    /// Seals an open frame and returns its length, of a fragment without its content; `None` if
-    /// there is no such frame.
+    /// Seals an open frame and returns its length, for a fragment without its content. Returns
+    /// `None` if there is no such frame.
     #[one_copy]
     pub(crate) fn seal(&mut self, script: &ScriptIdentity) -> Option<usize> {
         let first = self.byte(0);
@@ -87,8 +89,8 @@ impl<P: Profile> Frame<P> {
         self.length(kind)
     }
 
-    /// Returns the number of bytes that travel, of a fragment without its content; `None` if there
-    /// is no such frame.
+    /// Returns the number of bytes that are sent, for a fragment without its content; `None` if
+    /// there is no such frame.
     #[hot]
     fn length(&self, kind: FrameKind) -> Option<usize> {
         let length = match kind {
@@ -108,7 +110,8 @@ impl<P: Profile> Frame<P> {
         Some(usize::from(length))
     }
 
-    /// Puts the script's hash on it or takes it off; `false` if it was that of another script.
+    /// Adds the script's hash to the frame, or removes it if `out` is false. Returns false if the
+    /// frame is of another script.
     #[one_copy]
     fn translate(&mut self, kind: FrameKind, script: &ScriptIdentity, out: bool) -> bool {
         let hash = script.hash.to_le_bytes();
@@ -144,7 +147,8 @@ impl<P: Profile> Frame<P> {
         foreign == 0
     }
 
-    /// Puts a byte of the hash on or takes it off; not 0 if another comes out than zero.
+    /// Adds or removes a byte of the hash. The result after a removal is zero if the byte is that
+    /// of this script.
     #[hot]
     fn mix(&mut self, at: usize, hash: u8) -> u8 {
         let byte = self.byte(at) ^ hash;
@@ -152,13 +156,14 @@ impl<P: Profile> Frame<P> {
         byte
     }
 
-    /// The lower bytes of the hash.
+    /// Adds or removes the three lower bytes of the hash, see [`Frame::mix`].
     #[hot]
     fn mix_three(&mut self, at: usize, [h0, h1, h2, _]: [u8; 4]) -> u8 {
         self.mix(at, h0) | self.mix(at + 1, h1) | self.mix(at + 2, h2)
     }
 
-    /// Translates topic or key, and value, where they are strings; not 0 if one is not of this script.
+    /// Translates topic or key, and value, if they are strings. The result is not 0 if one of them
+    /// is no string of this script.
     #[hot]
     fn translate_words(&mut self, at: usize, first: Tag, script: &ScriptIdentity, out: bool) -> u8 {
         let value = Tag::of(self.byte(0) & VALUE);
@@ -219,23 +224,23 @@ impl<P: Profile> Frame<P> {
     #[hot]
     fn value(&self, at: usize) -> Value<P> {
         let tag = Tag::of(self.byte(0) & VALUE);
-        // Whatever its word is.
+        // nil has no word, so the bytes there are ignored.
         if tag == Tag::NIL { Value::nil() } else { self.word(tag, at) }
     }
 
-    /// The sender; of an entry, its owner.
+    /// Returns the sender; for an entry, its owner.
     #[hot]
     pub(crate) fn robot(&self) -> u16 {
         self.number(ROBOT)
     }
 
-    /// Topic and value of a broadcast.
+    /// Returns topic and value of a broadcast.
     #[hot]
     pub(crate) fn broadcast(&self) -> (u16, Value<P>) {
         (self.number(TOPIC), self.value(TOPIC + P::WORD_BYTES))
     }
 
-    /// An entry.
+    /// Returns the entry.
     #[hot]
     pub(crate) fn entry(&self) -> StigmergyEntry<P> {
         let first = self.byte(0);
@@ -249,7 +254,7 @@ impl<P: Profile> Frame<P> {
         }
     }
 
-    /// The swarms of a robot.
+    /// Returns the swarms of a robot.
     #[hot]
     pub(crate) fn swarms(&self) -> Swarms {
         let info = self.byte(INFO);
@@ -261,7 +266,7 @@ impl<P: Profile> Frame<P> {
         Swarms { count: info & 0x0f, joined: info >> 4, ids }
     }
 
-    /// Returns a fragment; `content` is the bytes after its head.
+    /// Returns a fragment. `content` holds the bytes after its head.
     #[hot]
     pub(crate) fn fragment<'a>(&self, content: &'a [u8]) -> Fragment<'a> {
         let first = self.byte(0);
@@ -281,7 +286,7 @@ impl<P: Profile> Frame<P> {
         self.set_number(ROBOT, robot);
     }
 
-    /// The digest of the sender's stigmergies.
+    /// Returns the digest of the sender's stigmergies.
     #[hot]
     pub(crate) fn digest(&self) -> u32 {
         u32::from(self.number(SUM)) | u32::from(self.byte(SUM + 2)) << 16
@@ -306,8 +311,9 @@ impl<P: Profile> Frame<P> {
         Some(())
     }
 
-    /// Makes an empty frame an open entry; `None` if it does not fit. Then the frame has no type, but owner, clock,
-    /// stigmergy and digest, which distinguish the entry from others.
+    /// Makes an empty frame an open entry. Returns `None` if the entry does not fit. Then the frame
+    /// has no type, but owner, clock, stigmergy and digest, which distinguish the entry from
+    /// others.
     #[one_copy]
     pub(crate) fn put_entry(&mut self, entry: &StigmergyEntry<P>, digest: u16) -> Option<()> {
         self.set_number(ROBOT, entry.owner);
@@ -355,15 +361,16 @@ impl<P: Profile> Frame<P> {
     }
 }
 
-/// The tag of a value that fits a frame.
+/// Returns the tag of a value that fits a frame.
 #[hot]
 fn plain_tag<P: Profile>(value: Value<P>) -> Option<u8> {
     if value.is_plain() { Some(value.tag().byte()) } else { None }
 }
 
-/// Adds the low bits of the script's hash to a string's number, or takes them off; not 0 if it then is no string of the script.
+/// Adds the low bits of the script's hash to a string's number, or removes them. After a removal
+/// the result is not 0 if the number is no string of the script.
 ///
-/// Strings of another script are hardly ever strings of this one.
+/// The string of another script is very rarely one of this script after the removal.
 #[one_copy]
 fn translate_string(word: &mut [u8], script: &ScriptIdentity, out: bool) -> u8 {
     let Some((bytes, high)) = word.split_first_chunk_mut() else { return 1 };

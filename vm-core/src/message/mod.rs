@@ -1,7 +1,9 @@
-//! Messages between robots: frames from bytes and to bytes. `docs/wire-format.md` is about the format.
+//! Messages between robots: their conversion from and to frames. `docs/wire-format.md` describes
+//! the format.
 //!
-//! A frame is a type byte, by which links tell it from their own frames, and fields of fixed size. Only values that need no
-//! heap fit: nil, numbers and constant strings. Others travel in fragments, whose joined bytes are a [`content`].
+//! A frame consists of a type byte, by which links distinguish it from their own frames, and of
+//! fields of fixed size. Only values that need no heap fit a frame: nil, numbers and constant
+//! strings. Other values travel in fragments, whose joined bytes are a [`content`].
 //!
 //! Every frame carries bits of the hash of its script, so that robots with other scripts ignore it.
 
@@ -18,30 +20,32 @@ pub use waiting::replaces;
 use crate::number::Profile;
 use crate::value::{Tag, Value};
 
-/// Bytes of the longest frame but fragments.
+/// The number of bytes of the longest frame that is not a fragment.
 pub const PLAIN_MAX: usize = 17;
-/// Bytes of the longest frame in the tiny profile: those of a Kilobot, its type byte and nine more.
+/// The number of bytes of the longest frame in the tiny profile: a Kilobot's frame has its type
+/// byte and nine more.
 pub const TINY_FRAME: usize = 10;
-/// Bytes of the longest frame in the full profile, which every link of such robots can carry.
+/// The number of bytes of the longest frame in the full profile, which every link of such robots
+/// can carry.
 pub const FULL_FRAME: usize = 49;
 
-/// Most swarms in a frame of the full profile; the tiny profile's hold half as many.
+/// The most swarms in a frame of the full profile; a frame of the tiny profile holds half of them.
 pub const SWARMS_MAX: usize = 4;
-/// Most fragments of a message.
+/// The most fragments of a message.
 pub const FRAGMENTS_MAX: u8 = 8;
-/// Bytes of a fragment in front of its content.
+/// The number of bytes of a fragment before its content.
 pub const FRAGMENT_HEAD: usize = 4;
 /// The version of the format. The script hash covers it, so that robots with another version count as foreign.
 pub const VERSION: u8 = 2;
-/// The greatest clock of a stigmergy entry; after it follows 1.
+/// The greatest clock of a stigmergy entry. The clock after it is 1.
 pub const CLOCK_MAX: u32 = (1 << 22) - 1;
-/// Entries of stigmergies with a number below have a frame of their own; those of others travel in fragments.
+/// Entries of stigmergies with a number below this one have a kind of frame of their own. Those of
+/// other stigmergies travel in fragments.
 pub const STIGMERGIES: u16 = 3;
 
 /// The script of a robot, as far as messages need it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct ScriptIdentity {
-    /// Its hash.
     pub hash: u32,
     /// The number of constant strings: the machine's own and the script's.
     pub strings: u16,
@@ -59,9 +63,9 @@ pub enum Message<'a, P: Profile> {
         /// nil, a number or a constant string.
         value: Value<P>,
     },
-    /// An entry of a stigmergy, or the question for it.
+    /// An entry of a stigmergy, or a request for it.
     Entry(StigmergyEntry<P>),
-    /// A robot announces that it is there.
+    /// The announcement that a robot is present.
     Beacon {
         /// The sender.
         robot: u16,
@@ -70,33 +74,33 @@ pub enum Message<'a, P: Profile> {
     Digest {
         /// The sender.
         robot: u16,
-        /// The sum over its entries, 24 bits. Equal sums mean equal replicas.
+        /// The sum over its entries, of 24 bits. Equal sums mean equal replicas.
         digest: u32,
     },
-    /// Swarms that a robot knows.
+    /// Memberships of a robot in swarms.
     Swarms {
         /// The sender.
         robot: u16,
-        /// Some or all of its swarms.
+        /// Some or all of its swarms, with its membership of each.
         swarms: Swarms,
     },
     /// A part of a message that is too long for one frame.
     Fragment(Fragment<'a>),
 }
 
-/// An entry of a stigmergy on its way.
+/// An entry of a stigmergy in a message.
 #[derive(Clone, Copy, Debug)]
 pub struct StigmergyEntry<P: Profile> {
     /// Number of the stigmergy.
     pub stigmergy: u16,
-    /// The robot that wrote the value; in a question, the robot that asks.
+    /// The robot that wrote the value; in a request, the robot that sends it.
     pub owner: u16,
-    /// The time of the put on Lamport's clock, up to [`CLOCK_MAX`]. 0 asks for the entry of the
+    /// The time of the put on the Lamport clock, at most [`CLOCK_MAX`]. 0 requests the entry of the
     /// key.
     pub clock: u32,
     /// An integer or a constant string.
     pub key: Value<P>,
-    /// nil, a number or a constant string; nil in a question and in a deleted entry.
+    /// nil, a number or a constant string; nil in a request and in a deleted entry.
     pub value: Value<P>,
 }
 
@@ -115,31 +119,31 @@ pub struct Fragment<'a> {
     pub robot: u16,
     /// The message's number: the low byte of its content's check.
     pub number: u8,
-    /// Which part, below [`FRAGMENTS_MAX`].
+    /// The position of the fragment in its message, below [`FRAGMENTS_MAX`].
     pub index: u8,
-    /// True for the last one.
+    /// True for the last fragment.
     pub last: bool,
-    /// Its bytes, at least one.
+    /// The bytes of the content in this fragment, at least one.
     pub content: &'a [u8],
 }
 
 /// A reason why a frame is no message for this robot.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Ignored {
-    /// From a robot that runs another script.
+    /// The frame is from a robot that runs another script.
     Foreign,
-    /// Too short, or of no known type.
+    /// The frame is too short, or its type is unknown.
     Malformed,
 }
 
 /// Kinds of frames, by ascending priority.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum FrameKind {
-    /// A robot announces that it is there.
+    /// The announcement that a robot is present.
     Beacon,
     /// A beacon with the digest of the sender's stigmergies.
     Digest,
-    /// Swarms that a robot knows.
+    /// Memberships of a robot in swarms.
     Swarms,
     /// An entry of a stigmergy.
     Entry,
@@ -150,13 +154,13 @@ pub enum FrameKind {
 }
 
 impl FrameKind {
-    /// The kind of frames with that type byte, `None` if it is no frame of ours.
+    /// Returns the kind of frames with that type byte; `None` if it is no frame of this format.
     #[one_copy]
     pub const fn of(type_byte: u8) -> Option<FrameKind> {
         Self::of_quickly(type_byte)
     }
 
-    /// Returns the kind of a type byte, where time is scarcer than flash.
+    /// Returns the kind of a type byte, for callers where time is scarcer than flash.
     #[hot]
     pub(crate) const fn of_quickly(type_byte: u8) -> Option<FrameKind> {
         Some(match type_byte {
@@ -172,7 +176,7 @@ impl FrameKind {
 }
 
 impl Swarms {
-    /// Most swarms in a frame of that profile.
+    /// Returns the most swarms that a frame of that profile holds.
     pub const fn capacity<P: Profile>() -> u8 {
         if P::FULL { SWARMS_MAX as u8 } else { SWARMS_MAX as u8 / 2 }
     }
@@ -182,7 +186,7 @@ impl Swarms {
         self.count
     }
 
-    /// Adds a swarm and whether the robot is in it; `false` if no more fit.
+    /// Adds a swarm, with true if the robot is in it. Returns false if no more swarms fit.
     pub fn push(&mut self, id: u16, joined: bool) -> bool {
         let Some(place) = self.ids.get_mut(usize::from(self.count)) else {
             return false;
@@ -193,7 +197,7 @@ impl Swarms {
         true
     }
 
-    /// The swarms, and whether the robot is in each.
+    /// Returns the swarms, each with true if the robot is in it.
     pub fn iter(&self) -> impl Iterator<Item = (u16, bool)> {
         let mut joined = self.joined;
         self.ids.iter().take(usize::from(self.count)).map(move |id| {
@@ -205,7 +209,7 @@ impl Swarms {
 }
 
 impl<P: Profile> Value<P> {
-    /// Returns true if it fits a frame: nil, a number or a constant string.
+    /// Returns true if the value fits a frame: nil, a number or a constant string.
     #[hot]
     pub(crate) fn is_plain(self) -> bool {
         self.tag().byte() <= Tag::STRING.byte()

@@ -1,4 +1,4 @@
-//! Messages from frames and to frames, for who looks at them from outside of a machine.
+//! Conversion between messages and frames, for tools that inspect them outside of a machine.
 
 use super::frame::Frame;
 use super::{CLOCK_MAX, FRAGMENT_HEAD, FrameKind, Ignored, Message, ScriptIdentity};
@@ -28,8 +28,8 @@ impl<'a, P: Profile> Message<'a, P> {
         })
     }
 
-    /// Writes the frame and returns its length. `None` if there is no such frame, or no room for
-    /// it.
+    /// Writes the frame and returns its length. Returns `None` if the message has no frame, or if
+    /// there is no room for it.
     pub fn encode(&self, script: ScriptIdentity, bytes: &mut [u8]) -> Option<usize> {
         let mut frame = Frame::<P>::EMPTY;
         match self {

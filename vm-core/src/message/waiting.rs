@@ -1,37 +1,39 @@
-//! The facts about waiting frames that queues need.
+//! The comparison of frames by which a queue replaces a waiting frame with a newer one.
 
 use super::FrameKind;
 use crate::number::Profile;
 use crate::stamp::is_earlier;
 
-/// Type byte of an entry: the highest bits of the clock.
+/// The bits of an entry's type byte that hold the highest bits of the clock.
 const CLOCK: u8 = 0x18;
 const ROBOT: usize = 1;
 const TOPIC: usize = 3;
 const KEY: usize = 6;
-/// Bytes of the hash after the robot of a beacon.
+/// The number of bytes of the hash after the robot in a beacon.
 const HASH: usize = 4;
-/// Bytes of the check after the words of a frame.
+/// The number of bytes of the check after the words of a frame.
 const CHECK: usize = 3;
 
-/// Whether a frame of that kind makes one useless that waits.
+/// Returns true if the new frame, which is of that kind, makes a waiting frame useless.
 ///
-/// An entry of a stigmergy does that to one of the same script, stigmergy and key with a lower clock, or with the same by the same
-/// robot; at equal clocks of two robots both have to be heard, as that is a conflict. A broadcast does it to one of the same
-/// robot on the same topic that is stale, that is of an earlier step; a beacon does it to one of the same robot.
+/// An entry of a stigmergy replaces one of the same script, stigmergy and key that has a lower
+/// clock, or the same clock and the same robot. At equal clocks of two robots both frames are kept,
+/// because other robots must receive both to detect the conflict. A broadcast replaces a stale one
+/// of the same robot on the same topic, that is one of an earlier step. A beacon replaces one of
+/// the same robot.
 #[one_copy]
 pub fn replaces<P: Profile>(kind: FrameKind, new: &[u8], waiting: &[u8], is_stale: bool) -> bool {
     let words = 2 * P::WORD_BYTES;
     let (of_type, others) = match kind {
-        // Most often asked.
+        // This is the most frequent case.
         FrameKind::Broadcast if !is_stale => return false,
         FrameKind::Broadcast => {
             let check = TOPIC + words;
             (0xfc, bytes(ROBOT, TOPIC + P::WORD_BYTES) | bytes(check, check + CHECK))
         }
-        // A beacon and one with a digest differ in one bit.
+        // The types of a beacon and of one with a digest differ in one bit.
         FrameKind::Beacon | FrameKind::Digest => (0xfd, bytes(ROBOT, ROBOT + 2 + HASH)),
-        // Stigmergy and kind of key.
+        // The mask has the stigmergy and the type of the key.
         FrameKind::Entry => {
             let check = KEY + words;
             let check = if P::FULL { bytes(check, check + CHECK) } else { 0 };
@@ -48,7 +50,7 @@ pub fn replaces<P: Profile>(kind: FrameKind, new: &[u8], waiting: &[u8], is_stal
     if kind != FrameKind::Entry {
         return true;
     }
-    // The higher half of the byte belongs to the hash.
+    // The higher half of this byte belongs to the hash.
     if (new[5] ^ waiting[5]) & 0xf0 != 0 {
         return false;
     }
@@ -59,18 +61,20 @@ pub fn replaces<P: Profile>(kind: FrameKind, new: &[u8], waiting: &[u8], is_stal
             && new[ROBOT + 1] == waiting[ROBOT + 1]
 }
 
-/// The clock of an entry.
+/// Returns the clock of an entry.
 #[one_copy]
 fn clock([first, _, _, low, middle, high]: &[u8; 6]) -> u32 {
     u32::from_le_bytes([*low, *middle, high & 0x0f | (first & CLOCK) << 1, 0])
 }
 
-/// A bit for each byte of a frame in that range, the lowest for the first byte after the type.
+/// Returns a bit for each byte of a frame in that range. The lowest bit stands for the first byte
+/// after the type.
 const fn bytes(from: usize, to: usize) -> u16 {
     ((1_u32 << (to - 1)) - (1_u32 << (from - 1))) as u16
 }
 
-/// Returns true if both frames have those bits of the type and those other bytes, and the same in them.
+/// Returns true if both frames are equal in the bits `of_type` of the type and in the bytes
+/// `others`, and have all of these bytes.
 #[one_copy]
 fn same(new: &[u8], waiting: &[u8], of_type: u8, others: u16) -> bool {
     let mut mask = of_type;
@@ -82,6 +86,6 @@ fn same(new: &[u8], waiting: &[u8], of_type: u8, others: u16) -> bool {
         mask = if left & 1 != 0 { 0xff } else { 0 };
         left >>= 1;
     }
-    // No byte was missing.
+    // Both frames have all bytes.
     mask == 0 && left == 0
 }

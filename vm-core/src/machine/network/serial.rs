@@ -33,7 +33,7 @@ const ELEMENT: usize = 3;
 const READING: usize = 4;
 
 /// The number of slots of the state of a table that is being written: the visit, the place in the
-/// content of the number of pairs, and the number of pairs written so far.
+/// content of the number of pairs, and the number of pairs already written.
 const VISITED: usize = VISIT + 2;
 
 impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
@@ -155,8 +155,8 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
     fn write_value(&mut self, writer: &mut Writer<'_>, value: Value<P>) -> Result<(), Stopped> {
         let base = usize::from(self.sp);
         let mut visit = Visit::NONE;
-        // The place in the content of the table's number of pairs, and the number of pairs written
-        // so far.
+        // The place in the content of the table's number of pairs, and the number of pairs already
+        // written.
         let (mut place, mut pairs) = (0, 0);
         let mut value = value;
         loop {

@@ -161,7 +161,7 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
         clock
     }
 
-    /// Remembers a clock if it is later than all others so far.
+    /// Remembers a clock if it is the latest one.
     #[one_copy]
     fn note_clock(&mut self, clock: u32) {
         if is_earlier(self.protocol.clock, clock) {
