@@ -5,12 +5,13 @@ use crate::arena::{Arena, CELL};
 use crate::number::Profile;
 use crate::value::{Tag, Value};
 
-/// Captured values in the closure's first cell, after function and self.
+/// The number of captured values in the closure's first cell, after function and self.
 const IN_HEAD: usize = CELL - 3;
 const IN_CELL: usize = CELL - 1;
 
 impl<P: Profile, const SLOTS: usize> Arena<P, SLOTS> {
-    /// A closure of `function` with the values in slots `from..to`: its self first if it `has_self`, then what it captured.
+    /// Makes a closure of `function` with the values in slots `from..to`: first its self if it
+    /// `has_self`, then the captured values.
     pub(crate) fn new_closure(
         &mut self,
         function: Value<P>,
@@ -35,8 +36,8 @@ impl<P: Profile, const SLOTS: usize> Arena<P, SLOTS> {
         Ok(Value::indexed(Tag::CLOSURE, head as u16))
     }
 
-    /// Returns `function` bound to `self_value`, in the cell of a new table that has no other
-    /// reference.
+    /// Returns `function` bound to `self_value`. Reuses `cell`, the cell of a new table to which
+    /// nothing else refers.
     pub(crate) fn bound(
         &mut self,
         cell: usize,
@@ -48,13 +49,13 @@ impl<P: Profile, const SLOTS: usize> Arena<P, SLOTS> {
         Value::indexed(Tag::BOUND, cell as u16)
     }
 
-    /// The function of a closure or bound function.
+    /// Returns the function of a closure or bound function.
     #[hot]
     pub(crate) fn closure_function(&self, closure: usize) -> Value<P> {
         self.get(closure + 1)
     }
 
-    /// Its self.
+    /// Returns the self of a closure or bound function.
     #[hot]
     pub(crate) fn closure_self(&self, closure: usize) -> Value<P> {
         self.get(closure + 2)
@@ -74,7 +75,8 @@ impl<P: Profile, const SLOTS: usize> Arena<P, SLOTS> {
         if cell == 0 { Value::nil() } else { self.get(cell + 1 + number) }
     }
 
-    /// The number of slots that a closure has for captured values: at least as many as it has captured.
+    /// Returns the number of slots that a closure has for captured values, which is at least the
+    /// number of these values.
     pub(crate) fn capture_slots(&self, closure: usize) -> usize {
         let mut slots = IN_HEAD;
         let mut cell = self.link(closure);
@@ -108,7 +110,7 @@ mod tests {
             for number in 0..count {
                 assert_eq!(memory.captured(closure, number).as_int(), Some(100 + number as i32));
             }
-            // More than there are: nil, whatever the number.
+            // A number that is too high reads nil.
             assert!(memory.captured(closure, count + 10).is_nil());
         }
     }

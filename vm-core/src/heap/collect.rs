@@ -152,7 +152,7 @@ mod tests {
             list = memory.table_get(list.index(), Value::string(0));
         }
         assert!(list.is_nil());
-        // Without a root nothing is kept.
+        // Without a root, the sweep frees all cells.
         memory.sweep();
         assert_eq!(usize::from(memory.bottom), memory.top());
     }
@@ -210,7 +210,7 @@ mod tests {
                 );
             }
             memory.sweep();
-            // The reversed pointers are back where they were.
+            // The reversed pointers were restored.
             for node in reached.iter().map(|number| nodes[*number].index()) {
                 for (slot, old) in before.iter().enumerate().skip(node).take(CELL) {
                     assert!(memory.get(slot).same(*old), "round {round}");

@@ -1,11 +1,12 @@
 //! Tables: keys 0, 1, 2, ... as an array, all others as pairs.
 //!
-//! The array holds keys 0 to length - 1; nil in it is a gap. A key joins it when it equals the length and is not yet a
-//! pair; entries never move between array and pairs, so an iteration survives any change of the table.
+//! The array holds keys 0 to length - 1; nil in it is a gap. A new key that equals the length
+//! extends the array, unless it is already stored as a pair. Entries never move between array and
+//! pairs, so an iteration survives any change of the table.
 //!
-//! Order of iteration: keys 0, 1, 2, ... up to the first that is missing, wherever they are stored; then the rest of
-//! the array, ascending; then the other pairs as they were inserted, an insertion taking the place of the first removed
-//! pair if there is one.
+//! Iteration visits the keys 0, 1, 2, ... up to the first that is missing, wherever they are
+//! stored; then the rest of the array, ascending; then the other pairs in the order of their
+//! insertion. An insertion takes the place of the first removed pair, if there is one.
 
 use core::num::NonZeroUsize;
 
@@ -14,62 +15,64 @@ use crate::arena::{Arena, CELL};
 use crate::number::Profile;
 use crate::value::{Tag, Value};
 
-/// Values in an array cell.
+/// The number of values in an array cell.
 const PER_ARRAY: usize = CELL - 1;
-/// Slot of a table's head with its array cells: it leads to the first as a cell's header leads to the next.
+/// The slot of a table's head that leads to the first array cell, as a cell's header leads to the
+/// next cell.
 const CHAIN: usize = 1;
-/// Slot of the array's length.
+/// The slot of the array's length.
 const LENGTH: usize = 2;
-/// Slots of a table's head before its pairs.
+/// The number of slots of a table's head before its pairs.
 const HEAD: usize = 3;
 
-/// Slots of an iteration: where it is and the first key that was missing, then key and value of the entry that it is
-/// at. All nil stands before the first entry.
+/// The number of slots of an iteration: its position, the first key that was missing, and key and
+/// value of the current entry. All are nil before the first entry.
 ///
-/// Where it is: in place of a tag a phase, and the next key or, at the pairs, a cell.
+/// The position has a phase in place of a tag. Its payload is the next key or, in the phase of the
+/// pairs, a cell.
 pub(crate) const ITERATION: usize = 4;
-/// Keys 0, 1, 2, ...
+/// The phase of the keys 0, 1, 2, ...
 const CONSECUTIVE: u8 = 0;
-/// The array after the first gap. All other phases are pairs: the odd number of the next pair's
-/// slot in its cell.
+/// The phase of the array after the first gap. All other phases are pairs; such a phase is the
+/// offset of the next pair in its cell, which is odd.
 const BEHIND_GAP: u8 = 2;
 
-/// A visit to the entries of a table: first the array, then the pairs. Who puts them into another table in this order gives it
-/// the same order of iteration.
+/// A visit to the entries of a table: first the array, then the pairs. A table that receives the
+/// entries in this order iterates over them in the same order.
 pub(crate) struct Visit {
     /// The slot of the next element or pair.
     slot: usize,
-    /// The end of its cell; 0 if there is no array.
+    /// The end of the current cell; 0 if there is no array.
     end: usize,
-    /// The first cell of the pairs, until they are visited.
+    /// The first cell of the pairs, 0 once they are visited.
     pairs: usize,
     /// The next key of the array.
     index: u16,
 }
 
-/// Numbers that a visit consists of.
+/// The number of numbers in [`Visit::parts`].
 pub(crate) const VISIT: usize = 4;
 
 impl Visit {
-    /// To nothing.
+    /// A visit without entries.
     pub(crate) const NONE: Self = Visit { slot: 0, end: 0, pairs: 0, index: 0 };
 
-    /// The visit that consists of these numbers.
+    /// Restores a visit from [`Visit::parts`].
     pub(crate) fn of([slot, end, pairs, index]: [u16; VISIT]) -> Self {
         Visit { slot: slot.into(), end: end.into(), pairs: pairs.into(), index }
     }
 
-    /// The numbers that it consists of.
+    /// Returns the visit as numbers that fit into slots.
     pub(crate) fn parts(&self) -> [u16; VISIT] {
         [self.slot as u16, self.end as u16, self.pairs as u16, self.index]
     }
 
-    /// The slot of the value that was visited last.
+    /// Returns the slot of the value that was visited last.
     pub(crate) fn slot(&self) -> usize {
         self.slot - 1
     }
 
-    /// Goes on with a cell, from that place on.
+    /// Continues with a cell, from the slot `first` of it on. Does nothing if there is no cell.
     fn enter(&mut self, cell: usize, first: usize) {
         if cell != 0 {
             self.slot = cell + first;
@@ -79,7 +82,7 @@ impl Visit {
 }
 
 impl<P: Profile, const SLOTS: usize> Arena<P, SLOTS> {
-    /// A new empty table.
+    /// Makes an empty table.
     pub(crate) fn new_table(&mut self) -> Result<Value<P>, NoCell> {
         let cell = self.take_cell()?.get();
         self.set(cell + CHAIN, Value::indexed(Tag::CHAIN, 0));
@@ -87,7 +90,7 @@ impl<P: Profile, const SLOTS: usize> Arena<P, SLOTS> {
         Ok(Value::indexed(Tag::TABLE, cell as u16))
     }
 
-    /// A new table with the values of three slots, from `first` on, under constant strings.
+    /// Makes a table with the values of three slots, from `first` on, under constant strings.
     #[one_copy]
     pub(crate) fn new_record(&mut self, keys: [u16; 3], first: usize) -> Result<Value<P>, NoCell> {
         let table = self.new_table()?;
@@ -95,7 +98,7 @@ impl<P: Profile, const SLOTS: usize> Arena<P, SLOTS> {
         self.set_link(table.index(), more);
         let pairs = [table.index() + HEAD, table.index() + HEAD + 2, more + 1];
         for ((key, pair), from) in keys.into_iter().zip(pairs).zip(first..) {
-            // A key without a value is none.
+            // A key without a value is not stored.
             if !self.get(from).is_nil() {
                 self.set(pair, Value::string(key));
                 self.copy(from, pair + 1);
@@ -104,8 +107,9 @@ impl<P: Profile, const SLOTS: usize> Arena<P, SLOTS> {
         Ok(table)
     }
 
-    /// Puts pairs into a new table, if they fit into its head and need no comparison with each other: one or two, of different
-    /// constant strings and values that are not nil. Returns false for others, and changes nothing.
+    /// Puts pairs into a new table if they fit its head and need no comparison with each other: one
+    /// or two pairs, with different constant strings as keys and values that are not nil. Otherwise
+    /// returns false and changes nothing.
     pub(crate) fn fill_head(&mut self, table: usize, pairs: &[[Value<P>; 2]]) -> bool {
         let fits = match pairs {
             [[key, _]] => key.is(Tag::STRING),
@@ -124,8 +128,8 @@ impl<P: Profile, const SLOTS: usize> Arena<P, SLOTS> {
         true
     }
 
-    /// Copies a table, with its keys and values in the same order. Tables among the values are shared with the copy. The table
-    /// has to be reachable from the stack.
+    /// Copies a table, with its keys and values in the same order. The copy shares the tables among
+    /// the values. The table must be reachable from the stack.
     #[one_copy]
     pub(crate) fn copy_table(&mut self, table: usize) -> Result<Value<P>, NoCell> {
         let copy = self.new_table()?;
@@ -158,7 +162,7 @@ impl<P: Profile, const SLOTS: usize> Arena<P, SLOTS> {
         visit
     }
 
-    /// The next key and value of a table that does not change meanwhile.
+    /// Returns the next key and value of a table that does not change during the visit.
     #[one_copy]
     pub(crate) fn next_stored(&self, visit: &mut Visit) -> Option<[Value<P>; 2]> {
         loop {
@@ -194,8 +198,8 @@ impl<P: Profile, const SLOTS: usize> Arena<P, SLOTS> {
         self.index_at(table + LENGTH)
     }
 
-    /// The cell of array element `index`, which is at most the length, and the element's place in it; cell 0 if that needs
-    /// one more cell.
+    /// Returns the cell of array element `index`, which is at most the length, and the element's
+    /// place in it. The cell is 0 if the element needs a new one.
     #[hot]
     fn array_place(&self, table: usize, mut index: usize) -> (usize, usize) {
         let mut cell = self.index_at(table + CHAIN);
@@ -206,14 +210,16 @@ impl<P: Profile, const SLOTS: usize> Arena<P, SLOTS> {
         (cell, index)
     }
 
-    /// Slot of array element `index`, which is at most the length; 1, as of cell 0, if that needs one more cell.
+    /// Returns the slot of array element `index`, which is at most the length. The result is 1, as
+    /// for cell 0, if the element needs a new cell.
     #[one_copy]
     fn array_slot(&self, table: usize, index: usize) -> usize {
         let (cell, place) = self.array_place(table, index);
         cell + 1 + place
     }
 
-    /// Index and slot of the first array element from `index` on that is no gap; slot 0 if there is none.
+    /// Returns index and slot of the first array element from `index` on that is no gap. The slot
+    /// is 0 if there is none.
     #[one_copy]
     fn next_element(&self, table: usize, mut index: usize) -> (usize, usize) {
         let length = self.array_length(table);
@@ -234,7 +240,7 @@ impl<P: Profile, const SLOTS: usize> Arena<P, SLOTS> {
         (index, 0)
     }
 
-    /// The key as an array index, if it is an integer that could be one.
+    /// Returns the key as an array index, if it is an integer that could be one.
     #[hot]
     fn array_index(key: Value<P>) -> Option<usize> {
         if !key.is(Tag::INT) {
@@ -245,7 +251,8 @@ impl<P: Profile, const SLOTS: usize> Arena<P, SLOTS> {
         if P::FULL && P::int_to_i32(key.raw()) as u32 > 0xffff { None } else { Some(index) }
     }
 
-    /// The slot of the key of that pair, 0 if there is none. A `key` of nil finds the first pair that is free.
+    /// Returns the slot of the key of a pair, 0 if there is no such pair. With a `key` of nil,
+    /// returns the first free pair.
     #[one_copy]
     fn find_pair(&self, table: usize, key: Value<P>) -> usize {
         let mut at = table + HEAD;
@@ -268,7 +275,7 @@ impl<P: Profile, const SLOTS: usize> Arena<P, SLOTS> {
         }
     }
 
-    /// The value under a key (normalised), nil if there is none.
+    /// Returns the value under a normalised key, nil if there is none.
     #[one_copy]
     pub(crate) fn table_get(&self, table: usize, key: Value<P>) -> Value<P> {
         if let Some(index) = Self::array_index(key)
@@ -279,15 +286,15 @@ impl<P: Profile, const SLOTS: usize> Arena<P, SLOTS> {
         self.pair(table, key)
     }
 
-    /// The value under a key that is no integer (normalised), nil if there is none.
+    /// Returns the value of the pair with a normalised key, nil if there is none.
     #[one_copy]
     pub(crate) fn pair(&self, table: usize, key: Value<P>) -> Value<P> {
         let slot = self.find_pair(table, key);
         if slot == 0 { Value::nil() } else { self.get_fast(slot + 1) }
     }
 
-    /// Stores a value under a key (normalised, not nil); nil removes. Changes nothing if it fails, and cannot fail
-    /// where the key is there already.
+    /// Stores a value under a normalised key that is not nil; the value nil removes the key.
+    /// Changes nothing on failure, and cannot fail if the table already has the key.
     #[one_copy]
     pub(crate) fn table_set(
         &mut self,
@@ -331,8 +338,9 @@ impl<P: Profile, const SLOTS: usize> Arena<P, SLOTS> {
         Ok(())
     }
 
-    /// The last element was removed: the array ends after the last value that is left, and the cells after that are
-    /// released. Looks at each cell from its end, so that full ones take one look.
+    /// Shortens the array after its last element was removed: it ends after the last value that is
+    /// left, and the later cells are released. Each cell is searched from its end, so a full cell
+    /// takes one look.
     #[one_copy]
     fn shorten(&mut self, table: usize) {
         let mut last = table + CHAIN;
@@ -355,7 +363,7 @@ impl<P: Profile, const SLOTS: usize> Arena<P, SLOTS> {
         self.set_link(last, 0);
     }
 
-    /// Adds a cell to the end of a chain.
+    /// Appends a cell to a chain, and returns it.
     #[one_copy]
     fn extend(&mut self, mut last: usize) -> Result<NonZeroUsize, NoCell> {
         let cell = self.take_cell()?;
@@ -370,7 +378,8 @@ impl<P: Profile, const SLOTS: usize> Arena<P, SLOTS> {
         Ok(cell)
     }
 
-    /// Takes the iteration in the slots from `iteration` on to its next entry; false if there is none.
+    /// Moves the iteration in the slots from `iteration` on to its next entry. Returns false if
+    /// there is none.
     #[one_copy]
     pub(crate) fn table_next(&mut self, table: usize, iteration: usize) -> bool {
         let place = self.get(iteration);
@@ -411,7 +420,7 @@ impl<P: Profile, const SLOTS: usize> Arena<P, SLOTS> {
                 phase = phase.wrapping_add(2);
                 key = self.get(slot);
                 value = self.get(slot + 1);
-                // The consecutive keys were all visited.
+                // All consecutive keys were already visited.
                 let gap = self.get(iteration + 1).index();
                 if matches!(Self::array_index(key), Some(index) if index < gap) {
                     value = Value::nil();
@@ -426,8 +435,8 @@ impl<P: Profile, const SLOTS: usize> Arena<P, SLOTS> {
         }
     }
 
-    /// Returns the number of entries: one value for each element of the array, key and value for
-    /// each pair, and the head's own two.
+    /// Returns the number of entries. It counts the slots that are not nil: one for each element of
+    /// the array, two for each pair, and two of the head itself.
     #[one_copy]
     pub(crate) fn table_size(&self, table: usize) -> usize {
         self.count(self.index_at(table + CHAIN)) + self.count(table) / 2 - 1
@@ -569,7 +578,8 @@ mod tests {
                 assert!(!removed.iter().any(|v| v.same(found)), "round {round}: removed {found:?}");
                 visited.push(found);
                 assert!(visited.len() < 100, "round {round}: no end");
-                // Remove an old entry, add a new one that no old entry shares its key with, or change one.
+                // Remove an old entry, add a new one under a key that no old entry has, or change
+                // one.
                 match random(&mut state) % 3 {
                     0 if !before.is_empty() => {
                         let at = before[random(&mut state) as usize % before.len()];

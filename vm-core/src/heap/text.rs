@@ -1,4 +1,4 @@
-//! Strings made at run time, only in the full profile.
+//! Strings made at run time, which exist only in the full profile.
 //!
 //! A text is a chain of cells with four bytes in each slot; the first slot holds the length.
 
@@ -8,26 +8,26 @@ use crate::number::Profile;
 use crate::value::{Tag, Value};
 
 const SLOT_BYTES: usize = 4;
-/// Bytes in the first cell, after the length.
+/// The number of bytes in the first cell, after the length.
 const IN_HEAD: usize = (CELL - 2) * SLOT_BYTES;
 const IN_CELL: usize = (CELL - 1) * SLOT_BYTES;
 
-/// Writes a text byte by byte; it has no length before its end.
+/// Writes a text byte by byte. The text has its length only after [`Arena::text_end`].
 #[derive(Clone, Copy)]
 pub(crate) struct TextBuilder {
     head: usize,
     /// The cell that is being filled.
     cell: usize,
-    /// Bytes still free in it.
+    /// The number of bytes still free in this cell.
     room: usize,
     length: usize,
 }
 
-/// A place in a text.
+/// A position in a text.
 #[derive(Clone, Copy)]
 pub(crate) struct TextCursor {
     cell: usize,
-    /// Byte of the cell, its first slot being byte 0.
+    /// The offset in bytes from the first slot of the cell.
     at: usize,
     left: usize,
 }
@@ -40,14 +40,14 @@ impl TextCursor {
 }
 
 impl<P: Profile, const SLOTS: usize> Arena<P, SLOTS> {
-    /// A new empty text; it must be on the stack before a collection.
+    /// Begins an empty text, which must be on the stack before a collection.
     pub(crate) fn new_text(&mut self) -> Result<TextBuilder, NoCell> {
         let head = self.take_cell()?.get();
         self.set(head + 1, Value::int(0));
         Ok(TextBuilder { head, cell: head, room: IN_HEAD, length: 0 })
     }
 
-    /// Adds a cell. Changes nothing if it fails.
+    /// Adds a cell to the text. Changes nothing on failure.
     pub(crate) fn text_grow(&mut self, text: &mut TextBuilder) -> Result<(), NoCell> {
         let cell = self.take_cell()?.get();
         self.set_link(text.cell, cell);
@@ -56,7 +56,7 @@ impl<P: Profile, const SLOTS: usize> Arena<P, SLOTS> {
         Ok(())
     }
 
-    /// Adds a byte; false if there is no room left in the last cell.
+    /// Appends a byte. Returns false if the last cell is full.
     #[hot]
     pub(crate) fn text_put(&mut self, text: &mut TextBuilder, byte: u8) -> bool {
         if text.room == 0 {
@@ -71,24 +71,24 @@ impl<P: Profile, const SLOTS: usize> Arena<P, SLOTS> {
         true
     }
 
-    /// The text is complete: it gets its length.
+    /// Completes the text by storing its length.
     pub(crate) fn text_end(&mut self, text: &TextBuilder) {
         self.set(text.head + 1, Value::int(text.length as i32));
     }
 
-    /// The text that is being built.
+    /// Returns the text that is being built.
     pub(crate) fn built(&self, text: &TextBuilder) -> Value<P> {
         Value::indexed(Tag::TEXT, text.head as u16)
     }
 
-    /// Before the first byte of a text.
+    /// Returns the position of the first byte of a text.
     pub(crate) fn text_start(&self, text: usize) -> TextCursor {
         let length = P::int_to_i32(self.get(text + 1).raw()) as usize;
         // The first slot after the length.
         TextCursor { cell: text, at: SLOT_BYTES, left: length }
     }
 
-    /// The next byte of a text.
+    /// Returns the next byte of a text.
     #[hot]
     pub(crate) fn text_next(&self, cursor: &mut TextCursor) -> Option<u8> {
         if cursor.left == 0 {
