@@ -1,6 +1,7 @@
-//! A byte with a value to spare, for "none" or a failure.
+//! A byte type in which one value is unused, so that the compiler can use it for "none" or a
+//! failure.
 
-/// Like `NonZeroU8`, but it is 255 that does not occur, not 0.
+/// Like `NonZeroU8`, but the value that does not occur is 255 instead of 0.
 macro_rules! byte {
     ($($number:ident)*) => {
         #[derive(Clone, Copy, PartialEq, Eq, Debug)]
@@ -14,7 +15,8 @@ macro_rules! byte {
         }
 
         impl Byte {
-            /// That number; 254 in place of 255. No search: the compiler sees that nothing is to do.
+            /// Returns that number, or 254 in place of 255. The compiler sees that the match
+            /// changes nothing, so no search is left.
             #[hot]
             pub(crate) const fn of(number: u8) -> Byte {
                 match number {

@@ -6,34 +6,37 @@ use crate::part::{Part, Parts};
 
 /// Read-only bytes: an image in memory or in flash.
 ///
-/// ARM and the host use a slice; on the AVR the firmware implements it by `lpm`, so that no copy is in RAM. It is
-/// usually zero sized or two words, and is kept by value.
+/// ARM and the host use a slice. On the AVR the firmware implements the trait by `lpm`, so that no
+/// copy is in RAM. A value of this type usually takes no memory or two words, and is passed by
+/// value.
 pub trait ByteCode: Copy {
-    /// The parts of the machine that runs it: firmware with little flash leaves out those that its
-    /// scripts do not use.
+    /// The parts of the machine that runs this image. Firmware with little flash leaves out those
+    /// that its scripts do not use.
     const PARTS: Parts = Parts::ALL;
 
-    /// How much that machine remembers of other robots, if it is always the same: then it is not
-    /// [told](crate::Vm::set_network_capacity), and the code for it is shorter.
+    /// The memory of that machine for other robots, if it is a constant. Then
+    /// [`Vm::set_network_capacity`](crate::Vm::set_network_capacity) is not used, and the code is
+    /// smaller.
     const SIZES: Option<Sizes> = None;
 
-    /// The bytes, if there are no others and they lie where they always do: then the machine does not keep where, and does not ask
-    /// whether it has some.
+    /// The only image, if it always lies at the same place. Then the machine stores no reference to
+    /// the bytes, and does not check if it has one.
     const ONLY: Option<Self> = None;
 
     /// Returns the number of bytes.
     fn len(&self) -> usize;
 
-    /// The byte at `at`; anything, but always the same, if `at` is not below the length.
+    /// Returns the byte at `at`. If `at` is not below the length, the result is arbitrary, but
+    /// always the same.
     fn byte(&self, at: usize) -> u8;
 
-    /// Two bytes, little-endian.
+    /// Returns two bytes, little-endian.
     #[hot]
     fn word(&self, at: usize) -> u16 {
         u16::from_le_bytes([self.byte(at), self.byte(at.wrapping_add(1))])
     }
 
-    /// Byte `at` of the machine's own tables, [`Profile::ROM`].
+    /// Returns byte `at` of the machine's own tables, [`Profile::ROM`].
     #[hot]
     fn rom<P: Profile>(at: usize) -> u8 {
         let tables = if Self::PARTS.has(Part::Maths) { P::ROM } else { P::ROM_WITHOUT_MATHS };
@@ -73,8 +76,9 @@ impl ByteCode for &[u8] {
     }
 }
 
-/// An image at the start of an area of fixed size, such as a region of flash: reading needs no check, because positions
-/// beyond wrap around. The image may fill the largest power of two that leaves two bytes of the area.
+/// An image at the start of an area of fixed size, such as a region of flash. Reading needs no
+/// check, because positions beyond the area wrap around. The image may fill the largest power of
+/// two that leaves two bytes of the area.
 #[derive(Clone, Copy, Debug)]
 pub struct Area<'a, const BYTES: usize> {
     bytes: &'a [u8; BYTES],
@@ -82,23 +86,23 @@ pub struct Area<'a, const BYTES: usize> {
 }
 
 impl<'a, const BYTES: usize> Area<'a, BYTES> {
-    /// Bytes that the image may have.
+    /// The greatest length of the image, in bytes.
     pub const MOST: usize = {
         assert!(BYTES > 2);
         1 << (BYTES - 2).ilog2()
     };
 
-    /// The image of that length; `None` if it is longer than [`Area::MOST`].
+    /// Returns the image of that length; `None` if it is longer than [`Area::MOST`].
     pub fn new(bytes: &'a [u8; BYTES], length: usize) -> Option<Self> {
         if length > Self::MOST { None } else { Some(Area { bytes, length }) }
     }
 
-    /// No image.
+    /// Returns an area without an image.
     pub const fn empty(bytes: &'a [u8; BYTES]) -> Self {
         Area { bytes, length: 0 }
     }
 
-    /// The bytes of the image.
+    /// Returns the bytes of the image.
     pub fn image(&self) -> &'a [u8] {
         self.bytes.get(..self.length).unwrap_or(self.bytes)
     }
@@ -138,7 +142,7 @@ mod tests {
         for at in 0..7 {
             assert_eq!(area.word(at), ByteCode::word(&slice, at));
         }
-        // Beyond: anything, but always the same.
+        // Bytes beyond the area are arbitrary, but always the same.
         for at in [8, 100, usize::MAX] {
             assert_eq!(area.byte(at), area.byte(at));
             assert_eq!(area.word(at), area.word(at));

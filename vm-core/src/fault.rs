@@ -26,7 +26,7 @@ pub enum FaultCode {
     StackOverflow = 9,
     /// No room for a table, closure or string, even after a collection.
     OutOfMemory = 10,
-    /// `assert` failed; the detail is 1 + the number of its message string, 0 without.
+    /// `assert` failed; the detail is 1 + the number of its message string, or 0 without a message.
     AssertFailed = 11,
     /// A robot function refused; the detail is the number of the [`Refusal`].
     RobotRefused = 12,
@@ -65,16 +65,17 @@ impl FaultCode {
     ];
 }
 
-/// A run-time error. With the script hash and the compiler's symbols the host names file, line and column.
+/// A run-time error. With the script hash and the compiler's symbols, the host finds file, line and
+/// column.
 #[derive(Clone, Copy, PartialEq, Eq, Hash, Debug)]
 pub struct Fault {
     /// The cause.
     pub code: FaultCode,
     /// The offset of the instruction from the start of the code.
     pub position: u16,
-    /// Types of the operands or of the offending value, where the cause has some.
+    /// The types of the operands or of the offending value; nil if the cause has none.
     pub operands: [Type; 2],
-    /// Depends on the cause.
+    /// A number for [`FaultCode::AssertFailed`] and [`FaultCode::RobotRefused`]; else 0.
     pub detail: u16,
 }
 
@@ -83,7 +84,7 @@ pub struct Fault {
 pub enum RobotFault {
     /// An argument is not of a type that the function takes.
     WrongType(Type),
-    /// The function cannot do it.
+    /// The function refuses the call.
     Refused(Refusal),
 }
 
@@ -91,13 +92,13 @@ pub enum RobotFault {
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 #[repr(u16)]
 pub enum Refusal {
-    /// It takes another number of arguments.
+    /// The function takes another number of arguments.
     ArgumentCount = 1,
     /// An argument is outside the robot's range.
     OutOfRange = 2,
     /// The function is known, but this firmware cannot do it.
     NotBuiltIn = 3,
-    /// A device that it needs is missing, or has not answered yet.
+    /// A device that the function needs is missing, or has not answered yet.
     NotReady = 4,
 }
 
@@ -107,6 +108,7 @@ impl Refusal {
         [Refusal::ArgumentCount, Refusal::OutOfRange, Refusal::NotBuiltIn, Refusal::NotReady];
 }
 
-/// The script has stopped: the machine holds the fault already. Costs nothing on its way out.
+/// The error of an operation that stopped the script. The machine already holds the fault, so that
+/// returning this error costs nothing.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub(crate) struct Stopped;

@@ -1,6 +1,7 @@
-//! FNV-1a with 32 bits, the one hash of names, scripts, messages and chips.
+//! FNV-1a with 32 bits, the only hash for names, scripts, messages and chips.
 //!
-//! It needs no table and is `const`, so that firmware compares numbers of names which the compiler has computed.
+//! The hash needs no table and is `const`, so firmware compares the numbers of names that the
+//! compiler has computed.
 
 /// The offset basis, which is the hash of no bytes.
 const BASIS: u32 = 0x811c_9dc5;
@@ -12,7 +13,8 @@ pub const fn fnv_1a(bytes: &[u8]) -> u32 {
     fnv_1a_from(BASIS, bytes)
 }
 
-/// Returns the hash of all bytes of which the first ones have this `hash`, and these are the rest.
+/// Returns the hash of a sequence whose first bytes have this `hash` and whose remaining bytes are
+/// `bytes`.
 #[inline]
 pub const fn fnv_1a_from(mut hash: u32, mut bytes: &[u8]) -> u32 {
     while let [first, rest @ ..] = bytes {
@@ -22,8 +24,9 @@ pub const fn fnv_1a_from(mut hash: u32, mut bytes: &[u8]) -> u32 {
     hash
 }
 
-/// The number by which images and robots know a robot function: the hash of the name, folded to 16 bits by xor of
-/// its halves. Thus an image depends neither on the order nor on the number of functions that a robot offers.
+/// Returns the number by which images and robots identify a robot function: the hash of the name,
+/// folded to 16 bits by xor of its halves. An image therefore depends neither on the order nor on
+/// the number of functions that a robot offers.
 ///
 /// ```
 /// use bittybuzz_vm_core::hash::name_hash;

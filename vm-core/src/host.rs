@@ -1,4 +1,4 @@
-//! The interface between the machine and the robot, or the host program that plays one.
+//! The interface between the machine and the robot, or a host program that simulates one.
 
 use crate::bytecode::ByteCode;
 use crate::fault::{Fault, RobotFault};
@@ -10,9 +10,9 @@ use crate::value::{Tag, Value};
 /// The answer of a robot function.
 #[derive(Clone, Copy, Debug)]
 pub enum Reply<P: Profile> {
-    /// It is finished, with this result.
+    /// The function is finished, with this result.
     Value(Value<P>),
-    /// It goes on. The script waits; the machine asks again on every run.
+    /// The function is not finished. The script waits, and the machine asks again on every run.
     Wait,
 }
 
@@ -29,7 +29,7 @@ pub enum Axis {
     Orientation,
 }
 
-/// The robot's side.
+/// The robot, as the machine uses it: its functions, log, time, position and radio.
 pub trait Host<P: Profile> {
     /// Calls the robot function with that name hash. `again` is false the first time and true when the machine asks
     /// whether a function that answered [`Reply::Wait`] is finished.
@@ -40,13 +40,13 @@ pub trait Host<P: Profile> {
         again: bool,
     ) -> Result<Reply<P>, RobotFault>;
 
-    /// `log(...)`
+    /// Executes `log(...)`.
     fn log<C: ByteCode, const SLOTS: usize>(&mut self, arguments: Arguments<'_, P, C, SLOTS>);
 
     /// Returns true once `delay(ms)` is over; the delay starts when `again` is false.
     fn delay_is_over(&mut self, ms: i32, again: bool) -> bool;
 
-    /// The robot's position, `None` where it does not know it.
+    /// Returns a coordinate of the robot's position; `None` if the robot does not know it.
     fn position(&mut self, axis: Axis) -> Option<f32>;
 
     /// Returns the periods of messages that the machine sends on its own.
@@ -64,29 +64,31 @@ pub trait Host<P: Profile> {
     /// Sends a frame to all robots in reach: queues it, best in a `bittybuzz_comms::queue::Outbox`.
     fn send(&mut self, _frame: &[u8]) {}
 
-    /// Slices end by time alone: the machine asks [`Host::is_slice_over`] before each instruction and counts no budget.
-    /// For chips on which the question takes two cycles.
+    /// True if slices end by time alone: the machine asks [`Host::is_slice_over`] before each
+    /// instruction and counts no budget. This is for chips on which the question takes two cycles.
     const IS_TIMED: bool = false;
 
-    /// Returns true if the machine has to return from the slice that it runs. It must be false when [`Vm::run`] is called,
-    /// else no instruction is executed.
+    /// Returns true if the machine must end the current slice. It must be false when [`Vm::run`] is
+    /// called, else no instruction is executed.
     ///
-    /// The machine asks after each instruction that may take long: everything but arithmetic, jumps, variables and calls
-    /// of the script's own functions.
+    /// The machine asks after each instruction that may take long. These are all instructions
+    /// except arithmetic, jumps, variables and calls of the script's own functions.
     ///
     /// [`Vm::run`]: crate::Vm::run
     fn is_slice_over(&mut self) -> bool {
         false
     }
 
-    /// Text took the time of that number of instructions, which the budget loses with the instruction that made it. Programs that
-    /// run one instruction at a time count them.
+    /// Receives the time that work on text took, in instructions. The machine takes it from the
+    /// budget together with the instruction that did the work. Programs that run one instruction at
+    /// a time count it.
     #[inline]
     fn has_worked(&mut self, _instructions: u16) {}
 
-    /// A listener or a handler of conflicts ended with a fault. Returns true if only that call ends: the message is
-    /// discarded and counted, and the script goes on. Returns false if the fault stops the script. Not asked about a
-    /// failed `assert`, which always stops it.
+    /// Handles a fault of a listener or of a handler of conflicts. Returns true if only that call
+    /// ends: the message is discarded and counted, and the script continues. Returns false if the
+    /// fault stops the script. The machine does not ask about a failed `assert`, which always stops
+    /// the script.
     fn contain<C: ByteCode, const SLOTS: usize>(
         &mut self,
         _fault: &Fault,
@@ -99,7 +101,7 @@ pub trait Host<P: Profile> {
 /// The arguments of a call, on the machine's stack.
 pub struct Arguments<'a, P: Profile, C: ByteCode, const SLOTS: usize> {
     pub(crate) script: View<'a, P, C, SLOTS>,
-    /// Slot above the last.
+    /// The slot after the last argument.
     pub(crate) end: usize,
     pub(crate) count: usize,
 }
@@ -158,17 +160,17 @@ impl<'a, P: Profile, C: ByteCode, const SLOTS: usize> Arguments<'a, P, C, SLOTS>
 }
 
 impl<'a, P: Profile, C: ByteCode, const SLOTS: usize> Text<'a, P, C, SLOTS> {
-    /// The string that a value is.
+    /// Makes the text of a value that is a string.
     pub(crate) fn new(script: View<'a, P, C, SLOTS>, value: Value<P>) -> Self {
         Text { script, value }
     }
 
-    /// Its number, if it is a constant of the script.
+    /// Returns the number of the string, if it is a constant.
     pub fn number(&self) -> Option<u16> {
         self.value.as_string()
     }
 
-    /// Its bytes; none for a constant whose text is not in the image.
+    /// Returns the bytes of the string; none for a constant whose text is not in the image.
     pub fn bytes(&self) -> impl Iterator<Item = u8> {
         self.script.text_bytes(self.value)
     }

@@ -1,25 +1,29 @@
 //! The BittyBuzz virtual machine: runs Buzz scripts on robots with as little as 2 kB of RAM.
 //!
 //! # Principles
-//! 1. **Trust is a type.** [`Image`] is an allegation, [`Vm::load`] verifies it; the verified image cannot panic the
-//!    machine, leave its memory or run for ever in one call. [`seal`] is for robots that have no room for the verifier.
-//! 2. **All memory is one array**, sized when the machine is built: no allocator, nothing grows.
-//! 3. **Nothing recurses and nothing blocks.** Calls, iterations, collections and waits live in the arena; [`Vm::run`]
-//!    stops after its budget and goes on later.
+//! 1. **Trust is a type.** An [`Image`] is only alleged to be one; [`Vm::load`] verifies it. The
+//!    verified image cannot panic the machine, leave its memory or run for ever in one call.
+//!    [`seal`] is for robots that have no room for the verifier.
+//! 2. **All memory is one array**, whose size is fixed when the machine is built. There is no
+//!    allocator, and nothing grows.
+//! 3. **Nothing recurses and nothing blocks.** Calls, iterations, collections and waits keep their
+//!    state in the arena; [`Vm::run`] stops after its budget and continues later.
 //! 4. **The same result everywhere**, from an 8-bit AVR to the host, bit for bit.
 //! 5. **Every fact once**: instructions in [`opcode`], built-ins in [`builtin`].
 //!
 //! # Parts
-//! Every part of the machine is compiled and tested everywhere. Firmware for a small flash leaves out the parts that its scripts
-//! do not use by a constant of the image's type, [`ByteCode::PARTS`]; [`Part`] lists them. The functions of `math` take 3.5 kB of
-//! flash on the AVR and 2.2 on a Cortex-M; all that has to do with other robots takes 17 kB and 13. Strings made at run
-//! time belong to the full profile.
+//! Every part of the machine is compiled and tested everywhere. Firmware for a small flash leaves
+//! out the parts that its scripts do not use, by a constant of the image's type,
+//! [`ByteCode::PARTS`]; [`Part`] lists them. The functions of `math` take 3.5 kB of flash on the
+//! AVR and 2.2 kB on a Cortex-M; all functions that concern other robots take 17 kB and 13 kB. Only
+//! the full profile has strings made at run time.
 //!
-//! There is one cargo feature, `torture`, which is off by default: for tests it makes allocations fail and collections
-//! frequent on request.
+//! The only cargo feature, `torture`, is off by default. For tests it makes allocations fail and
+//! collections frequent on request.
 //!
 //! # What it will not do
-//! Compile, print, keep text in the tiny profile, or know a robot: that is the [`Host`]'s.
+//! The crate does not compile scripts, print, keep text in the tiny profile, or know a robot. The
+//! [`Host`] knows the robot and prints.
 //!
 //! # Use
 //! ```
@@ -35,7 +39,7 @@
 #![no_std]
 #![forbid(unsafe_code)]
 
-// `#[hot]` and `#[one_copy]` in all modules.
+// All modules use its attributes `#[hot]` and `#[one_copy]`.
 #[macro_use]
 extern crate bittybuzz_vm_tuning;
 

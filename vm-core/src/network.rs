@@ -1,20 +1,22 @@
-//! The words of the network that a host uses, too: how much a machine remembers of other robots, the position that a link gives of
-//! a sender, how often a robot sends, and the frames that it could not use. The network itself is a part of the machine.
+//! Types of the network that hosts use, too: the machine's memory for other robots, the link's
+//! knowledge of a sender, the periods of sending, and the counters of frames that were not used.
+//! The network itself is a part of the machine.
 
 use crate::message::FRAGMENTS_MAX;
 use crate::number::Profile;
 use crate::value::{Tag, Value};
 
-/// The memory of a machine for other robots. A size of 0 leaves the part out.
+/// The memory of a machine for other robots. The size 0 leaves a part out.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub struct Sizes {
-    /// Neighbours at a time.
+    /// The greatest number of neighbours.
     pub neighbors: u8,
-    /// True if the link measures the direction of a neighbour; else azimuth and elevation are 0.0.
+    /// True if the link measures the direction of a neighbour. Else azimuth and elevation are 0.0.
     pub bearings: bool,
-    /// Entries of all stigmergies together, and stigmergies; at most 100.
+    /// The greatest number of entries of all stigmergies together, and also of stigmergies; at most
+    /// 100.
     pub entries: u8,
-    /// Swarms that the script can create; at most 8.
+    /// The number of swarms that the script can create; at most 8.
     pub swarms: u8,
 }
 
@@ -25,20 +27,21 @@ impl Sizes {
     /// No neighbours, no swarms, no stigmergies.
     pub const NONE: Sizes = Sizes { neighbors: 0, bearings: false, entries: 0, swarms: 0 };
 
-    /// Returns the sizes limited to those that a byte can count.
+    /// Returns the sizes limited to the numbers that the slots can represent.
     pub(crate) fn clamped(self) -> Sizes {
         Sizes { entries: self.entries.min(100), swarms: self.swarms.min(8), ..self }
     }
 
-    /// Slots of the arena that it takes.
+    /// Returns the number of slots of the arena that the network takes.
     pub const fn slots(&self) -> usize {
-        // A stigmergy beside each entry.
+        // There is a slot for a stigmergy next to each entry.
         self.entries as usize * (ENTRY + 1)
             + self.swarms as usize
             + self.neighbors as usize * self.neighbor()
     }
 
-    /// Slots of a neighbour: robot, distance; azimuth, elevation.
+    /// Returns the number of slots of a neighbour: robot and distance, and with bearings also
+    /// azimuth and elevation.
     pub(crate) const fn neighbor(&self) -> usize {
         2 + 2 * self.bearings as usize
     }
@@ -47,10 +50,10 @@ impl Sizes {
 /// The link's knowledge of a frame's sender.
 #[derive(Clone, Copy, Debug)]
 pub struct Sighting<P: Profile> {
-    /// The sender, if the link itself knows it; else it is in the frame, if at all.
+    /// The sender, if the link itself knows it. Otherwise only the frame may name it.
     pub robot: Option<u16>,
-    /// Distance in mm, azimuth and elevation in radians as the receiver sees the sender: 0 ahead, anticlockwise and up
-    /// positive; floats. `None` where it is not known.
+    /// Distance in mm, and azimuth and elevation in radians as the receiver measures the sender: 0
+    /// is ahead, anticlockwise and up are positive. All are floats. `None` if they are unknown.
     pub place: Option<[Value<P>; 3]>,
 }
 
@@ -73,16 +76,18 @@ impl<P: Profile> Default for Sighting<P> {
 /// The periods of messages that the machine sends on its own, in steps.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Periods {
-    /// A robot that has sent nothing for this time sends a beacon.
+    /// Steps without a frame of its own after which a robot sends a beacon.
     pub beacon: u8,
-    /// Steps without a frame after which a neighbour is forgotten, at most 126; half of them if only one was received.
+    /// Steps without a frame after which a neighbour is forgotten, at most 126; half of them if
+    /// only one frame was received.
     pub forget: u8,
-    /// Between two advertisements of stigmergy entries where nothing changes, at most 150.
+    /// Steps between two advertisements of stigmergy entries if nothing changes, at most 150.
     pub advertise: u8,
 }
 
 impl Periods {
-    /// A beacon after a second, forgotten after three, an advertisement every two.
+    /// At ten steps per second: a beacon after one second, neighbours forgotten after three, an
+    /// advertisement every two.
     pub const DEFAULT: Periods = Periods { beacon: 10, forget: 30, advertise: 20 };
 }
 
@@ -91,13 +96,14 @@ impl Periods {
 pub struct Counters {
     /// Messages of another script.
     pub foreign: u16,
-    /// Frames that make no sense, and values of a class that the script never sends under that name.
+    /// Invalid frames, and values of a class that the script never sends under that name.
     pub malformed: u16,
     /// Messages from a robot with this robot's id.
     pub own_id: u16,
     /// Entries of stigmergies that were not kept, since the store is full.
     pub not_kept: u16,
-    /// Messages in fragments that were given up: a fragment was missing, another message came between, or there was no memory.
+    /// Messages in fragments that were dropped: a fragment was missing, another message came
+    /// between, or there was no memory.
     pub incomplete: u16,
     /// Conflicts that the handler did not decide.
     pub undecided: u16,
@@ -105,7 +111,7 @@ pub struct Counters {
     pub failed: u16,
 }
 
-/// Bytes on the stack of the processor.
+/// A byte array that lies on the processor's stack or in the machine.
 pub trait Buffer: AsMut<[u8]> + AsRef<[u8]> + Copy + core::fmt::Debug {
     /// All zeros.
     const ZERO: Self;

@@ -1,13 +1,10 @@
 //! Parts that a machine may be built without, where flash is scarce.
 //!
-//! The firmware's [`ByteCode`](crate::ByteCode) says which parts its machine has
-//! ([`ByteCode::PARTS`](crate::ByteCode::PARTS)).
-//! It is a constant, so that a test for a part costs nothing and the code of a missing part is left
-//! out; everywhere
-//! else all parts are there, also where a script is exchanged without its firmware. Scripts that
-//! use a missing part are
-//! refused where the image is sealed, see [`crate::seal`]; the verifier refuses those that declare
-//! a
+//! The firmware's [`ByteCode`](crate::ByteCode) determines the parts of its machine by the constant
+//! [`ByteCode::PARTS`](crate::ByteCode::PARTS). A test for a part therefore costs nothing, and the
+//! code of a missing part is left out. All other machines have all parts, including those of robots
+//! whose script is exchanged without the firmware. A script that uses a missing part is refused
+//! where its image is sealed, see [`crate::seal`]. The verifier refuses a script that declares a
 //! [feature](crate::builtin::Feature) of which all parts are missing.
 
 use crate::builtin::{self, BuiltinKind, Feature, Info, Library};
@@ -27,7 +24,7 @@ macro_rules! parts {
             /// Every part.
             pub const ALL: &[Part] = &[$(Part::$part,)*];
 
-            /// Its name.
+            /// Returns the name of the part, as tools print it.
             pub const fn name(self) -> &'static str {
                 match self { $(Part::$part => $name,)* }
             }
@@ -54,20 +51,21 @@ parts! {
     Conflicts = 10, "conflicts", "`onconflict` and `onconflictlost`";
 }
 
-/// Some of the parts.
+/// A set of parts.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Parts(u16);
 
 impl Parts {
-    /// None.
+    /// No parts.
     pub const NONE: Parts = Parts(0);
-    /// All.
+    /// All parts.
     pub const ALL: Parts = Parts((1 << Part::ALL.len()) - 1);
-    /// The parts of the language itself: scripts of a robot alone need no others but `maths`.
+    /// The parts of the language itself. A script that uses no other robots needs only these and
+    /// `maths`.
     pub const LANGUAGE: Parts =
         Parts::of(&[Part::Floats, Part::Iteration, Part::Libraries, Part::Closures]);
 
-    /// These.
+    /// Returns the set of these parts.
     pub const fn of(parts: &[Part]) -> Parts {
         let mut bits = 0;
         let mut index = 0;
@@ -78,33 +76,33 @@ impl Parts {
         Parts(bits)
     }
 
-    /// By their bits; those that no part has are dropped.
+    /// Returns the set with these bits, see [`Parts::bits`]. Bits that no part has are dropped.
     pub const fn from_bits(bits: u16) -> Parts {
         Parts(bits & Parts::ALL.0)
     }
 
-    /// Bit `i` is part number `i`.
+    /// Returns the set as bits: bit `i` stands for the part of number `i`.
     pub const fn bits(self) -> u16 {
         self.0
     }
 
-    /// Returns true if that part is among them.
+    /// Returns true if the set has that part.
     #[hot]
     pub const fn has(self, part: Part) -> bool {
         self.0 & 1 << part as u8 != 0
     }
 
-    /// These and the others.
+    /// Returns the union of both sets.
     pub const fn and(self, others: Parts) -> Parts {
         Parts(self.0 | others.0)
     }
 
-    /// These but the others.
+    /// Returns these parts without the others.
     pub const fn without(self, others: Parts) -> Parts {
         Parts(self.0 & !others.0)
     }
 
-    /// Each of them.
+    /// Returns each part of the set.
     pub fn iter(self) -> impl Iterator<Item = Part> {
         Part::ALL.iter().copied().filter(move |part| self.has(*part))
     }

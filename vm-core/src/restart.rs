@@ -1,26 +1,27 @@
 //! The pauses before a script starts again after a fault, counted in ticks of a tenth of a second.
 //!
-//! A script that fails at once would otherwise keep its robot busy with starting, and fill the air with what `init()`
-//! sends. Each fault doubles the pause, up to a minute; a minute of completed steps makes the next pause short again.
+//! A script that fails at once would otherwise keep its robot busy with starting, and fill the
+//! channel with the messages of `init()`. Each fault doubles the pause, up to a minute. After a
+//! minute of completed steps the next pause is short again.
 
 /// Ticks of the first pause: 1 s.
 const FIRST: u16 = 10;
 /// Ticks of the longest pause: 60 s.
 const LONGEST: u16 = 600;
-/// Completed steps after which a script counts as healthy: a minute of them.
+/// The number of completed steps after which a script counts as healthy: a minute of them.
 const HEALTHY: u16 = 600;
 
-/// The timer of the next start. All zeros before the first fault.
+/// The timer of the next start. It is all zeros before the first fault.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Restarts {
     /// Ticks of the last pause, 0 if the script is healthy.
     pause: u16,
-    /// Ticks left of the pause; when it is over, steps completed since.
+    /// The ticks that are left of the pause; after the pause, the number of steps completed since.
     count: u16,
 }
 
 impl Restarts {
-    /// Without a fault.
+    /// Returns the timer of a script without a fault.
     pub const fn new() -> Self {
         Restarts { pause: 0, count: 0 }
     }
@@ -55,7 +56,7 @@ impl Restarts {
 mod tests {
     use super::*;
 
-    /// The ticks that a pause lasts, counted one by one.
+    /// Returns the ticks that a pause lasts, counted one by one.
     fn pause(restarts: &mut Restarts) -> u16 {
         let announced = restarts.pause();
         let mut ticks = 1;

@@ -1,10 +1,9 @@
 //! The facts from the tables of instructions and built-ins that the verifier and calls need, as
 //! bytes that a chip may keep in flash.
 //!
-//! On the AVR every table of a Rust program is copied to RAM. So the machine reads these bytes
-//! through
-//! [`ByteCode::rom`], which the firmware there implements by `lpm` over a copy of [`TINY`] in
-//! flash.
+//! On the AVR every table of a Rust program is copied to RAM. Therefore the machine reads these
+//! bytes through [`ByteCode::rom`], which the firmware there implements by `lpm` over a copy of
+//! [`TINY`] in flash.
 
 use crate::builtin::{self, BuiltinKind};
 use crate::bytecode::ByteCode;
@@ -15,10 +14,11 @@ use crate::opcode::{self, Trailer};
 /// The first byte that is an opcode.
 const FIRST: u8 = opcode::TABLE[0].byte;
 
-/// Two bytes for each plain and narrow opcode from [`FIRST`] on, then one for each built-in.
+/// The offset of the built-ins, which take a byte each. Before them lie two bytes for each plain
+/// and narrow opcode from [`FIRST`] on.
 const BUILTINS_AT: usize = 2 * (0x80 - FIRST as usize);
 
-/// The constants of the mathematical functions.
+/// The offset of the constants of the mathematical functions.
 pub(crate) const MATHS_AT: usize = BUILTINS_AT + builtin::TABLE.len();
 
 /// The tables, with the constants of the tiny profile.
@@ -33,25 +33,26 @@ pub const FULL: [u8; MATHS_AT + tables::FULL.len()] = bytes(&tables::FULL, Full:
 /// The tables of a machine of the full profile without [`Part::Maths`](crate::Part::Maths).
 pub const FULL_WITHOUT_MATHS: [u8; MATHS_AT] = bytes(&[], Full::WORD_BYTES);
 
-// Of an opcode, the first byte is the number of its operand with these bits, 0 for a byte that is no opcode.
+// The first byte of an opcode is the number of its operand with these bits; it is 0 for a byte that
+// is no opcode.
 const KNOWN: u8 = 1 << 7;
-/// The next instruction is reached by jumps only.
+/// The instruction never continues with the next one.
 const LEAVES: u8 = 1 << 6;
-/// [`Trailer::Arguments`]
+/// The trailer is [`Trailer::Arguments`].
 const ARGUMENTS: u8 = 1 << 5;
 const OPERAND: u8 = 0x0f;
-// The second byte is pops << 5 | pushes << 3 | length of the trailer.
+// The second byte of an opcode is pops << 5 | pushes << 3 | length of the trailer.
 const PUSHES: u8 = 3;
 const TRAILER: u8 = 7;
-// Of a built-in, the byte is its bit of [`Feature`](builtin::Feature) with these.
+// The byte of a built-in is its bit of [`Feature`](builtin::Feature) with these bits.
 const CALLS: u8 = 1 << 6;
 const VALUE: u8 = 1 << 7;
-/// Its first argument is the object that it was read from.
+/// The first argument of the built-in is the object from which it was read.
 const METHOD: u8 = 1 << 5;
 
-/// Returns the place of an opcode's two bytes.
+/// Returns the offset of an opcode's two bytes.
 const fn row_of(opcode: u8) -> usize {
-    // As a byte, so that reading there needs no check.
+    // The result is computed as a byte, so that reading at this offset needs no check.
     opcode.wrapping_sub(FIRST).wrapping_mul(2) as usize
 }
 
@@ -112,18 +113,18 @@ impl Effect {
         Effect(C::rom::<P>(at), C::rom::<P>(at + 1))
     }
 
-    /// Returns true if there is such an opcode: bytes below the first have no row, so theirs is
-    /// arbitrary.
+    /// Returns true if there is such an opcode. Bytes below [`FIRST`] have no row, so their effect
+    /// is arbitrary.
     pub(crate) fn is_known(self, opcode: u8) -> bool {
         opcode >= FIRST && self.0 & KNOWN != 0
     }
 
-    /// The number of its [`Operand`](opcode::Operand).
+    /// Returns the number of its [`Operand`](opcode::Operand).
     pub(crate) fn operand(self) -> u8 {
         self.0 & OPERAND
     }
 
-    /// Not zero if the next instruction is reached by jumps only.
+    /// Returns a number that is not zero if the instruction never continues with the next one.
     pub(crate) fn leaves(self) -> u8 {
         self.0 & LEAVES
     }
@@ -133,7 +134,7 @@ impl Effect {
         self.0 & ARGUMENTS != 0
     }
 
-    /// Bytes of its trailer.
+    /// Returns the number of bytes of its trailer.
     pub(crate) fn trailer(self) -> usize {
         usize::from(self.1 & TRAILER)
     }
@@ -154,22 +155,22 @@ impl Effect {
 pub(crate) struct BuiltinFlags(u8);
 
 impl BuiltinFlags {
-    /// Those of a number that is in the table, else anything.
+    /// Returns the flags of a built-in. For a number that is not in the table they are arbitrary.
     pub(crate) fn of<P: Profile, C: ByteCode>(number: u8) -> BuiltinFlags {
         BuiltinFlags(C::rom::<P>(BUILTINS_AT + usize::from(number)))
     }
 
-    /// From [`BuiltinFlags::byte`].
+    /// Restores the flags from [`BuiltinFlags::byte`].
     pub(crate) fn from_byte(byte: u8) -> BuiltinFlags {
         BuiltinFlags(byte)
     }
 
-    /// All in one byte.
+    /// Returns the flags as one byte.
     pub(crate) fn byte(self) -> u8 {
         self.0
     }
 
-    /// Returns true if it behaves in that way.
+    /// Returns true if the built-in is of that kind.
     pub(crate) fn is(self, kind: BuiltinKind) -> bool {
         self.0 & (CALLS | VALUE) == kind_bits(kind)
     }
@@ -179,12 +180,12 @@ impl BuiltinFlags {
         self.0 & METHOD != 0
     }
 
-    /// Returns true if it is among these features.
+    /// Returns true if the feature that it needs is among these features.
     pub(crate) fn are_in(self, features: u8) -> bool {
         self.0 & !(CALLS | VALUE | METHOD | features) == 0
     }
 
-    /// Returns true if it is a function, and among these features.
+    /// Returns true if it is a function, and the feature that it needs is among these features.
     pub(crate) fn is_function_in(self, features: u8) -> bool {
         self.0 & !(CALLS | METHOD | features) == 0
     }

@@ -1,11 +1,11 @@
-//! Makes memory scarce on request and counts work, for tests: see feature `torture`.
+//! Failing allocations on request, and counters of work, for tests: see feature `torture`.
 
 use core::cell::Cell;
 
 use crate::bytecode::ByteCode;
 
-/// An image that counts how many of its bytes are read. With [`Vm::accesses`](crate::Vm::accesses) this measures the work of an
-/// instruction, the same on every host.
+/// An image that counts the reads of its bytes. With [`Vm::accesses`](crate::Vm::accesses) the
+/// count measures the work of an instruction, the same on every host.
 #[derive(Debug, Clone, Copy)]
 pub struct CountedCode<'a> {
     bytes: &'a [u8],
@@ -42,7 +42,7 @@ pub struct Torture {
 }
 
 impl Torture {
-    /// Nothing, as by default.
+    /// No failures, which is the default.
     pub(crate) const NONE: Torture =
         Torture { collect_always: false, fail_at: None, allocations: 0 };
 

@@ -1,6 +1,7 @@
 //! Values: a tag and the profile's payload.
 //!
-//! Only values whose tag has [`Tag::HEAP_BIT`] refer to the heap; all others are complete in themselves.
+//! Only values whose tag has [`Tag::HEAP_BIT`] refer to the heap; all others are complete in
+//! themselves.
 
 #[cfg(target_arch = "avr")]
 use crate::byte::Byte;
@@ -8,20 +9,21 @@ use crate::number::wide::IS_WIDE;
 use crate::number::{Float, Number, Profile};
 use crate::slots::Pair;
 
-/// The kind of a value. A plain byte, because the same slots also hold frame records and cell
-/// headers. nil is zero, so that
-/// empty memory is.
+/// The kind of a value. It is a plain byte, because the same slots also hold frame records and cell
+/// headers. The tag of nil is zero, so that empty memory is nil.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub struct Tag(Byte);
 
-/// On 32-bit chips a value or nothing, or a value or a failure, fits the registers as it is.
+/// On 32-bit chips `Option<Value>` and `Result<Value, _>` fit the registers without a spare value
+/// of the tag.
 #[cfg(not(target_arch = "avr"))]
 type Byte = u8;
 
 impl Tag {
     /// nil
     pub const NIL: Tag = Tag::of(0);
-    /// Integer; one bit tells nil and integers, of which some are false, from the rest.
+    /// Integer. Its tag and that of nil differ in one bit only, so that one test finds the values
+    /// that can be false.
     pub const INT: Tag = Tag::of(1);
     /// Float.
     pub const FLOAT: Tag = Tag::of(2);
@@ -37,7 +39,7 @@ impl Tag {
     pub const LIBRARY: Tag = Tag::of(7);
     /// An argument that was not passed. Scripts never hold it.
     pub const UNSET: Tag = Tag::of(8);
-    /// Set in the tags of references to cells.
+    /// The bit that is set in the tags of references to cells.
     pub const HEAP_BIT: u8 = 0x10;
     /// Table.
     pub const TABLE: Tag = Tag::of(0x10);
@@ -47,12 +49,12 @@ impl Tag {
     pub const BOUND: Tag = Tag::of(0x12);
     /// String made at run time.
     pub const TEXT: Tag = Tag::of(0x13);
-    /// Neighbours and a value for each: a table that has functions.
+    /// Snapshot of neighbours with a value for each: a table that has functions.
     pub const SNAPSHOT: Tag = Tag::of(0x15);
-    /// Inside a table's head: its chain of array cells. Scripts never hold it.
+    /// The chain of array cells, in the head of a table. Scripts never hold it.
     pub const CHAIN: Tag = Tag::of(0x14);
 
-    /// The tag of that byte, or another number up to 254 in place of a tag.
+    /// Returns the tag of that byte, or another number up to 254 in place of a tag.
     #[hot]
     pub(crate) const fn of(byte: u8) -> Tag {
         #[cfg(target_arch = "avr")]
@@ -60,7 +62,7 @@ impl Tag {
         Tag(byte)
     }
 
-    /// Its byte.
+    /// Returns the byte of the tag.
     #[hot]
     #[allow(clippy::unnecessary_cast, reason = "on the AVR it is needed")]
     pub(crate) const fn byte(self) -> u8 {
@@ -125,8 +127,9 @@ pub mod class {
     pub const FUNCTION: u8 = 1 << class_bit(Tag::FUNCTION.byte());
 }
 
-/// The bit of a tag: a number up to 7 that no other tag of a value that can be sent has. Not [`Type`], because finding that
-/// takes an AVR 20 cycles more.
+/// Returns the number of the class bit of a tag: a number up to 7 that no other tag of a value that
+/// can be sent has. It is not computed from [`Type`], because finding the type takes an AVR 20
+/// cycles more.
 const fn class_bit(tag: u8) -> u8 {
     tag.wrapping_add(tag >> 2) & 7
 }
@@ -139,26 +142,28 @@ const FALSE_BIT: u8 = Tag::INT.byte() ^ Tag::NIL.byte();
 pub struct Value<P: Profile>(P::Pair);
 
 impl<P: Profile> Value<P> {
-    /// The least memory of a value; where slots are padded for speed it is more.
+    /// The least number of bytes that a value takes. Where slots are padded for speed they take
+    /// more.
     pub const SLOT_BYTES: usize = 1 + size_of::<P::Raw>();
 
     /// nil, of which all bits are zero.
     pub(crate) const NIL: Self = Value(P::Pair::NIL);
 
-    /// A slot with any tag and payload.
+    /// Makes a slot with any tag and payload.
     #[hot]
     pub(crate) fn new(tag: Tag, raw: P::Raw) -> Self {
         Value(P::Pair::new(tag, raw))
     }
 
-    /// A slot whose payload is an index.
+    /// Makes a slot whose payload is an index.
     #[hot]
     pub(crate) fn indexed(tag: Tag, index: u16) -> Self {
         Self::new(tag, P::raw_from_u16(index))
     }
 
-    /// A slot with a number up to 254, known at run time only, in place of a tag. A function on its own, because the AVR's
-    /// compiler would join what leads to the number with the search of [`Tag::of`], and then not see through it.
+    /// Makes a slot with a number up to 254, known at run time only, in place of a tag. This is a
+    /// function of its own, because the AVR's compiler would merge the computation of the number
+    /// with the match of [`Tag::of`], and then would not see that the match changes nothing.
     #[one_copy]
     pub(crate) fn marked(number: u8, raw: P::Raw) -> Self {
         Self::new(Tag::of(number), raw)
@@ -170,31 +175,32 @@ impl<P: Profile> Value<P> {
         Self::NIL
     }
 
-    /// The stand-in for an argument that was not passed.
+    /// Returns the placeholder for an argument that was not passed.
     #[hot]
     pub(crate) fn unset() -> Self {
         Self::indexed(Tag::UNSET, 0)
     }
 
-    /// An integer; bits that the profile lacks are dropped.
+    /// Makes an integer. Bits that the profile lacks are dropped.
     #[hot]
     pub fn int(value: i32) -> Self {
         Self::new(Tag::INT, P::int_from_i32(value))
     }
 
-    /// 1 or 0.
+    /// Makes the integer 1 for true, 0 for false.
     #[hot]
     pub fn truth(value: bool) -> Self {
         Self::indexed(Tag::INT, value as u16)
     }
 
-    /// The nearest float.
+    /// Makes the nearest float of the profile.
     #[hot]
     pub fn float(value: f32) -> Self {
         Self::new(Tag::FLOAT, P::float_from_f32(value))
     }
 
-    /// The float nearest to an integer. On the AVR much less work than [`Value::float`].
+    /// Makes the float nearest to an integer. On the AVR this is much less work than
+    /// [`Value::float`].
     pub fn float_from_int(value: i32) -> Self {
         Self::packed(&Self::int(value).unpack_float())
     }
@@ -205,7 +211,7 @@ impl<P: Profile> Value<P> {
         Self::indexed(Tag::STRING, number)
     }
 
-    /// The nearest float.
+    /// Makes the nearest float of the profile from an unpacked one.
     #[hot]
     pub(crate) fn packed(value: &Float<P>) -> Self {
         Self::new(Tag::FLOAT, P::pack(value))
@@ -221,7 +227,7 @@ impl<P: Profile> Value<P> {
         self.0.raw()
     }
 
-    /// The payload as an index.
+    /// Returns the payload as an index.
     #[hot]
     pub(crate) fn index(self) -> usize {
         P::raw_to_u16(self.raw()) as usize
@@ -255,7 +261,8 @@ impl<P: Profile> Value<P> {
         self.is(Tag::NIL)
     }
 
-    /// nil and integer 0 are false, all else is true.
+    /// Returns true if a condition with this value is false: nil and integer 0 are false, all other
+    /// values are true.
     #[hot]
     pub fn is_false(self) -> bool {
         self.tag().byte() & !FALSE_BIT == Tag::NIL.byte() && P::is_zero(self.raw())
@@ -267,14 +274,14 @@ impl<P: Profile> Value<P> {
         if self.is(Tag::INT) { Some(P::int_to_i32(self.raw())) } else { None }
     }
 
-    /// The exact value of a number.
+    /// Returns the exact value of a number.
     #[one_copy]
     pub(crate) fn unpack(self) -> Float<P> {
         if self.is(Tag::INT) { Float::from_int(self.raw()) } else { P::unpack(self.raw()) }
     }
 
-    /// The value of a number as a float. Integers of the full profile round to the nearest float, as a float literal
-    /// would.
+    /// Returns the value of a number as a float. Integers of the full profile round to the nearest
+    /// float, as a float literal would.
     #[inline]
     pub(crate) fn unpack_float(self) -> Float<P> {
         let float = self.unpack();
@@ -304,7 +311,7 @@ impl<P: Profile> Value<P> {
         }
     }
 
-    /// The exact value of a number, for processors that compute with binary64.
+    /// Returns the exact value of a number, for processors that compute with binary64.
     pub(crate) fn as_f64(self) -> f64 {
         if self.is(Tag::INT) {
             f64::from(P::int_to_i32(self.raw()))
@@ -319,7 +326,7 @@ impl<P: Profile> Value<P> {
         if self.is(Tag::STRING) { Some(self.index() as u16) } else { None }
     }
 
-    /// Its type.
+    /// Returns the type of the value.
     pub fn type_of(self) -> Type {
         match self.tag() {
             Tag::INT => Type::Int,
@@ -332,13 +339,15 @@ impl<P: Profile> Value<P> {
         }
     }
 
-    /// The bit of its class in the image's class table, of a value that can be sent.
+    /// Returns the number of the bit in the image's class table that stands for the class of this
+    /// value, which must be one that can be sent.
     #[hot]
     pub(crate) fn class_bit(self) -> u8 {
         class_bit(self.tag().byte())
     }
 
-    /// Same tag and payload: equality of keys after normalisation, identity of tables and closures.
+    /// Returns true if tag and payload are equal. This is equality for normalised keys, and
+    /// identity for tables and closures.
     #[hot]
     pub(crate) fn same(self, other: Self) -> bool {
         self.0.same(other.0)
