@@ -1,12 +1,13 @@
-//! The memory of a script: slots, each a tag byte and a payload.
+//! The memory of a script: an array of slots, each a tag byte and a payload.
 //!
 //! ```text
 //! 0            base          sp                 bottom            top
 //! | globals    | frames ->   |      free        |   <- heap cells  |
 //! ```
-//! Globals come first, frames grow up behind them, heap cells grow down from the top; what the stack does not use
-//! serves the heap. A heap cell is [`CELL`] slots and never moves; its number is the index of its first slot, so 0
-//! is no cell. [`crate::heap`] says what cells hold.
+//! Globals come first. Frames grow upwards after them, and heap cells grow downwards from the top;
+//! the heap may use all slots that the stack does not use. A heap cell consists of [`CELL`] slots
+//! and never moves. It is named by the index of its first slot, so 0 is no cell. [`crate::heap`]
+//! describes the contents of cells.
 
 #[cfg(feature = "torture")]
 use core::cell::Cell;
@@ -18,36 +19,41 @@ use crate::number::wide::IS_WIDE;
 use crate::slots::Slots;
 use crate::value::{Tag, Value};
 
-/// Slots of a heap cell: a header and six others.
+/// The number of slots of a heap cell: a header and six others.
 pub(crate) const CELL: usize = 7;
 
-/// See the module. The slots come last, so that the AVR reaches the other fields with short instructions.
+/// The memory of a script, see the module. The slots come last, so that the AVR reaches the other
+/// fields with short instructions.
 #[repr(C)]
 #[derive(Clone)]
 pub(crate) struct Arena<P: Profile, const SLOTS: usize> {
-    /// The slots in use are those below; at most `SLOTS`.
+    /// The number of slots in use, at most `SLOTS`.
     top: u16,
-    /// Lowest cell in use or free-listed.
+    /// The lowest cell that is in use or in the list of free cells; `top` if there is none.
     pub(crate) bottom: u16,
-    /// Head of the list of free cells above `bottom`, 0 if there is none.
+    /// The head of the list of free cells above `bottom`, 0 if the list is empty.
     pub(crate) free: u16,
-    /// No cell may be placed below: the highest slot that any frame since the last collection may use.
+    /// No cell may be placed below this slot: the end of the slots that frames may have used since
+    /// the last collection.
     pub(crate) reserved: u16,
-    /// No cell may be placed below before the next collection, so that garbage does not drive the heap down to where
-    /// calls need room: a cell that lives on there would stay.
+    /// No cell may be placed below this slot before the next collection. Otherwise garbage would
+    /// drive the heap down into the space for calls, and a cell that stays in use there would block
+    /// it.
     pub(crate) floor: u16,
-    /// The floor does not count: an allocation is tried again after its collection.
+    /// True while an allocation is tried again after its collection. It may then go below the
+    /// floor.
     pub(crate) pressed: bool,
-    /// A cell was taken since the last collection.
+    /// True if a cell was taken since the last collection.
     pub(crate) allocated: bool,
-    /// Number of accesses to slots, without those of the collector: a measure of time that is the same on every host.
+    /// The number of accesses to slots, without those of the collector. It measures time in a way
+    /// that is the same on every host.
     #[cfg(feature = "torture")]
     accesses: Cell<u64>,
     pub(crate) slots: P::Slots<SLOTS>,
 }
 
 impl<P: Profile, const SLOTS: usize> Arena<P, SLOTS> {
-    /// An arena without slots before [`Arena::reset`]: all zeros.
+    /// Returns an arena, of all zeros, which has no slots before [`Arena::reset`].
     pub(crate) const fn new() -> Self {
         const { assert!(SLOTS <= 0xfff0, "slots are numbered in 16 bits") }
         Arena {
@@ -64,7 +70,7 @@ impl<P: Profile, const SLOTS: usize> Arena<P, SLOTS> {
         }
     }
 
-    /// With all slots in use.
+    /// Returns an arena with all slots in use.
     #[cfg(test)]
     pub(crate) fn full() -> Self {
         Arena { top: SLOTS as u16, bottom: SLOTS as u16, ..Self::new() }
@@ -83,7 +89,8 @@ impl<P: Profile, const SLOTS: usize> Arena<P, SLOTS> {
         self.fill(0, self.top as usize);
     }
 
-    /// Lets the heap grow to twice the slots `in_use`, and to a quarter of the memory in any case.
+    /// Sets the limit for the growth of the heap: twice the slots `in_use`, and at least a quarter
+    /// of the memory.
     pub(crate) fn set_floor(&mut self, in_use: usize) {
         let room = (2 * in_use).max(self.top() / 4);
         self.floor = self.top().saturating_sub(room) as u16;
@@ -109,20 +116,21 @@ impl<P: Profile, const SLOTS: usize> Arena<P, SLOTS> {
         self.accesses.get()
     }
 
-    /// Slots in use.
+    /// Returns the number of slots in use.
     pub(crate) fn top(&self) -> usize {
         self.top as usize
     }
 
-    /// The slot, anything if there is none of that number: verified code and the machine itself never ask for one.
-    /// For the few places where speed counts; elsewhere [`Arena::get`] is smaller.
+    /// Returns a slot. If there is no slot of that number the result is arbitrary, but verified
+    /// code and the machine itself never read one. This function is for the few places where speed
+    /// counts; elsewhere [`Arena::get`] takes less code.
     #[hot]
     pub(crate) fn get_fast(&self, at: usize) -> Value<P> {
         self.count_access();
         self.slots.get(at)
     }
 
-    /// Slots `at` and `at + 1`, with one check for both.
+    /// Returns slots `at` and `at + 1`, with one check for both.
     #[hot]
     pub(crate) fn pair_fast(&self, at: usize) -> [Value<P>; 2] {
         if SLOTS.is_power_of_two() && !cfg!(target_arch = "avr") || at < SLOTS.saturating_sub(1) {
@@ -139,7 +147,7 @@ impl<P: Profile, const SLOTS: usize> Arena<P, SLOTS> {
         self.slots.set(at, value);
     }
 
-    /// The slot.
+    /// Returns a slot.
     #[one_copy]
     pub(crate) fn get(&self, at: usize) -> Value<P> {
         self.get_fast(at)
@@ -157,22 +165,22 @@ impl<P: Profile, const SLOTS: usize> Arena<P, SLOTS> {
         self.set_fast(to, self.get_fast(from));
     }
 
-    /// Moves the `count` slots from `from` on down by `by`.
+    /// Moves `count` slots, the first of which is `from`, down by `by` slots.
     #[one_copy]
     pub(crate) fn shift_down(&mut self, from: usize, count: usize, by: usize) {
-        // Not `copy_within`, which could panic.
+        // This is a loop, because `copy_within` could panic.
         for at in from..from.wrapping_add(count) {
             self.copy(at, at.wrapping_sub(by));
         }
     }
 
-    /// The link of a cell: another cell or 0.
+    /// Returns the link of a cell: another cell, or 0.
     #[hot]
     pub(crate) fn link(&self, cell: usize) -> usize {
         self.index_at(cell)
     }
 
-    /// The payload of a slot as an index.
+    /// Returns the payload of a slot as an index.
     #[hot]
     pub(crate) fn index_at(&self, at: usize) -> usize {
         self.count_access();
@@ -186,20 +194,21 @@ impl<P: Profile, const SLOTS: usize> Arena<P, SLOTS> {
         self.slots.tag_at(at) == Tag::NIL
     }
 
-    /// Sets the link of a cell and leaves the rest of its header.
+    /// Sets the link of a cell without changing the tag of its header.
     #[one_copy]
     pub(crate) fn set_link(&mut self, cell: usize, to: usize) {
         self.slots.set_index(cell, to);
     }
 
-    /// Puts a number up to 254 in place of a slot's tag. A function on its own for the same reason as [`Value::marked`].
+    /// Puts a number up to 254 in place of a slot's tag. This is a function of its own for the same
+    /// reason as [`Value::marked`].
     #[one_copy]
     pub(crate) fn set_tag(&mut self, at: usize, number: u8) {
         self.slots.set_tag(at, Tag::of(number));
     }
 
-    /// A cell from the free list or from below the heap, all nil: with that its header is one of a cell in use. A collection is needed first if there
-    /// is none.
+    /// Takes a cell from the free list, or extends the heap downwards. All its slots are nil, so
+    /// its header is already that of a cell in use. Fails if there is no cell before a collection.
     pub(crate) fn take_cell(&mut self) -> Result<NonZeroUsize, NoCell> {
         let mut cell = self.free;
         if cell != 0 {
@@ -221,7 +230,8 @@ impl<P: Profile, const SLOTS: usize> Arena<P, SLOTS> {
         NonZeroUsize::new(cell).ok_or(NoCell)
     }
 
-    /// Slots between the stack's reservation and the heap, and in free cells.
+    /// Returns the number of slots that are between the stack's reservation and the heap, or in
+    /// free cells.
     #[one_copy]
     pub(crate) fn unused(&self) -> usize {
         let mut count = usize::from(self.bottom.wrapping_sub(self.reserved));

@@ -1,14 +1,15 @@
 //! The built-in functions and libraries: number, name, arguments and the feature that each needs.
 //!
-//! A script's direct call (`math.sqrt(2)`) holds the number. A library used as a value (`m = math`) is a
-//! [`Library`] number; the image then lists which names lead to which built-ins ([`crate::image`]), so that the
-//! virtual machine holds no names.
+//! A direct call in a script (`math.sqrt(2)`) contains the number of the built-in. A library that
+//! is used as a value (`m = math`) is the number of a [`Library`]. The image then lists the names
+//! of its functions and their built-ins ([`crate::image`]), so that the virtual machine holds no
+//! names.
 
-/// A table of built-in functions that scripts see as a table.
+/// A set of built-in functions that scripts see as a table.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord)]
 #[repr(u8)]
 pub enum Library {
-    /// The functions that stand in no library: `size`, `log`, ...
+    /// The functions that belong to no library: `size`, `log`, ...
     Global = 0,
     /// `math`
     Math = 1,
@@ -26,7 +27,7 @@ pub enum Library {
     Stigmergy = 7,
     /// The object that `stigmergy.create` returns.
     StigmergyObject = 8,
-    /// `pos`: the position of the robot, where it knows one.
+    /// `pos`: the position of the robot, if the robot knows it.
     Position = 9,
     /// The object that `neighbors.map` and its relatives return.
     Snapshot = 10,
@@ -48,7 +49,8 @@ impl Library {
         Library::Snapshot,
     ];
 
-    /// The name of the global that holds it; `None` for those that are reached in another way.
+    /// Returns the name of the global that holds the library; `None` for libraries that are reached
+    /// in another way.
     pub const fn global_name(self) -> Option<&'static str> {
         match self {
             Library::Math => Some("math"),
@@ -87,9 +89,10 @@ pub enum Feature {
     Swarm = 1 << 3,
     /// `stigmergy`.
     Stigmergy = 1 << 4,
-    /// Values that need more than one frame to be sent; no built-in needs it by itself.
+    /// Values that need more than one frame to be sent. No built-in needs this feature by itself.
     LongMessages = 1 << 5,
-    /// No name refuses numbers in the class table: every machine has this. No built-in needs it.
+    /// Every name accepts numbers in the class table. Every machine has this feature, and no
+    /// built-in needs it.
     Numbers = 1 << 6,
 }
 
@@ -98,10 +101,10 @@ pub enum Feature {
 pub enum BuiltinKind {
     /// Computes its result at once.
     Plain,
-    /// Calls script functions, suspends, or takes an instruction for each element: its result comes later, so it cannot
-    /// drop it.
+    /// Calls script functions, suspends the script, or takes an instruction for each element. The
+    /// result comes later, so the call cannot drop it.
     Calls,
-    /// Not a function but a value: `math.pi`, `math.rng`.
+    /// A value instead of a function: `math.pi`, `math.rng`.
     Value,
 }
 
@@ -112,13 +115,12 @@ pub struct Info {
     pub number: u8,
     /// The library that has it.
     pub library: Library,
-    /// Under which name.
+    /// The name in its library.
     pub name: &'static str,
-    /// Fewest arguments.
+    /// The smallest number of arguments.
     pub min: u8,
-    /// Most arguments; 255 for any number.
+    /// The greatest number of arguments; 255 for any number.
     pub max: u8,
-    /// Its behaviour.
     pub kind: BuiltinKind,
     /// The feature that it needs.
     pub feature: Feature,
@@ -242,18 +244,18 @@ builtins! {
     SNAPSHOT_REDUCE = 92, Snapshot."reduce", 2..=2, Calls, Neighbors, "n.reduce(f, a): a = f(id, value, a)";
 }
 
-/// The built-in of that name in that library.
+/// Returns the built-in of that name in that library.
 pub fn find(library: Library, name: &str) -> Option<&'static Info> {
     TABLE.iter().find(|info| info.library == library && info.name == name)
 }
 
-/// The row of a built-in.
+/// Returns the row of a built-in.
 pub fn info(number: u8) -> Option<&'static Info> {
     TABLE.get(usize::from(number))
 }
 
-/// Strings that the virtual machine itself makes or reads, sorted by text. They are the first string numbers of
-/// every image; the strings of the script follow, also sorted by text.
+/// The strings that the virtual machine itself makes or reads, sorted by text. They have the first
+/// string numbers of every image; the strings of the script follow, also sorted by text.
 pub const STRINGS: &[&str] = &[
     "azimuth",
     "closure",

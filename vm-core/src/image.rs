@@ -1,7 +1,7 @@
 //! The image of a script, read in place: see `docs/image-format.md`.
 //!
-//! [`Image`] is an allegation: bytes that say they are an image. [`Vm::load`](crate::Vm::load) makes it a
-//! [`Verified`] one, which alone can be run.
+//! An [`Image`] is any bytes that claim to be an image. [`Vm::load`](crate::Vm::load) makes it a
+//! [`Verified`] one, and only that can be run.
 
 use crate::builtin;
 use crate::bytecode::ByteCode;
@@ -25,11 +25,12 @@ pub const FORM_TEXT: u8 = 1 << 5;
 pub const FORM_LIBRARIES: u8 = 1 << 4;
 /// Form byte: there is a class table.
 pub const FORM_CLASSES: u8 = 1 << 3;
-/// A row of the class table that lets every value pass.
+/// A row of the class table that accepts every value.
 pub const ALL_CLASSES: u8 = 0xff;
-/// Slots that an image needs beside its globals: the machine's own global, an entry's frame and one cell.
+/// The number of slots that an image needs in addition to its globals: the machine's own global, an
+/// entry's frame and one cell.
 pub const BESIDE_GLOBALS: usize = 16;
-/// Largest count.
+/// The largest value of a count.
 pub const COUNT_MAX: usize = 0x7fff;
 /// Function header: it uses `self`.
 pub const USES_SELF: u8 = 1 << 7;
@@ -37,9 +38,9 @@ pub const USES_SELF: u8 = 1 << 7;
 pub const CAPTURES: u8 = 1 << 6;
 /// Function header: the bits that count the parameters.
 pub const PARAMETERS: u8 = 0x1f;
-/// Deepest frame above its record.
+/// The greatest number of slots of a frame above its record.
 pub const DEPTH_MAX: u8 = 200;
-/// Bytes of a row of the library table.
+/// The number of bytes of a row of the library table.
 pub(crate) const LIBRARY_ROW: usize = 4;
 
 /// A reason why bytes cannot be run. All variants have the same size, so that it is returned in
@@ -49,15 +50,15 @@ pub(crate) const LIBRARY_ROW: usize = 4;
 pub enum ImageError {
     /// The first byte is not [`MAGIC`].
     NotAnImage,
-    /// Made for another version of the virtual machine.
+    /// The image was made for another version of the virtual machine.
     Version(u16),
-    /// Made for the other number profile.
+    /// The image was made for the other number profile.
     Profile,
-    /// Ends in the middle of the header or of a table.
+    /// The image ends in the middle of the header or of a table.
     Truncated,
-    /// More than 64 kB.
+    /// The image has more than 0xff00 bytes, which is nearly 64 kB.
     TooLong,
-    /// Needs parts that this virtual machine lacks: their bits.
+    /// The image needs features that this virtual machine lacks: their bits.
     Features(u16),
     /// An entry names no function and no global.
     Entry(u16),
@@ -65,23 +66,24 @@ pub enum ImageError {
     RobotFunction(u16),
     /// The globals alone fill the arena.
     TooManyGlobals(u16),
-    /// A row of the library table, from 0, is wrong.
+    /// A row of the library table is wrong: its number, from 0.
     LibraryTable(u16),
-    /// The header or the place of a function is wrong.
+    /// The header or the offset of a function is wrong.
     Function(u16),
     /// An instruction is unknown, incomplete or runs over its function's end.
     Instruction(u16),
     /// An operand or trailer names something that does not exist.
     Operand(u16),
-    /// The operand stack would run empty, over the declared depth, or differ in depth between two ways.
+    /// The operand stack would run empty, exceed the declared depth, or differ in depth between two
+    /// paths.
     Depth(u16),
-    /// A jump leads to a place where none may.
+    /// A jump leads to a position that is no valid target.
     Jump(u16),
     /// A function's code runs over its end.
     NoReturn(u16),
     /// The function has more jumps than the verifier's memory, the empty arena, can follow.
     TooManyJumps(u16),
-    /// Not sealed for this robot, or changed since.
+    /// The image is not sealed for this robot, or was changed after sealing.
     Seal,
 }
 
@@ -110,7 +112,7 @@ impl ImageError {
         }
     }
 
-    /// From its two numbers.
+    /// Restores an error from its two numbers.
     pub const fn from_code(cause: u8, value: u16) -> Option<Self> {
         Some(match cause {
             0 => ImageError::NotAnImage,
@@ -136,7 +138,7 @@ impl ImageError {
     }
 }
 
-/// Which function the host calls.
+/// A function that the host calls.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Entry {
     /// The global code, once.
@@ -151,19 +153,19 @@ pub enum Entry {
     Destroy,
 }
 
-/// The place of an entry's function.
+/// The function of an entry.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum EntryPoint {
-    /// The script has none.
+    /// The script does not have this entry.
     None,
     /// A function that never changes.
     Function(u16),
-    /// Whatever the global holds.
+    /// The value that this global holds at the time of the call.
     Global(u16),
 }
 
 impl EntryPoint {
-    /// From its count in the header.
+    /// Decodes the count in the header.
     pub const fn from_count(count: u16) -> Self {
         match count {
             n if n % 2 == 1 => EntryPoint::Function(n / 2),
@@ -172,7 +174,7 @@ impl EntryPoint {
         }
     }
 
-    /// Its count in the header.
+    /// Returns the count in the header.
     pub const fn to_count(self) -> u16 {
         match self {
             EntryPoint::None => 0,
@@ -189,12 +191,12 @@ pub struct Image<C: ByteCode> {
 }
 
 impl<C: ByteCode> Image<C> {
-    /// Any bytes.
+    /// Takes any bytes; they are checked when a machine loads them.
     pub fn new(code: C) -> Self {
         Image { code }
     }
 
-    /// Reads the header. Says nothing about the code.
+    /// Reads the header, without any check of the code.
     pub fn header(&self) -> Result<Header, ImageError> {
         let mut header = Header::EMPTY;
         header.read(&self.code)?;
@@ -202,13 +204,13 @@ impl<C: ByteCode> Image<C> {
     }
 }
 
-/// Longest image.
+/// The length of the longest image in bytes.
 const LENGTH_MAX: usize = 0xff00;
-/// Bytes in front of the counts.
+/// The number of bytes before the counts.
 const FIXED: usize = 7;
-/// The counts that every image has.
+/// The number of counts that every image has.
 const COUNTS: usize = 8;
-/// The first of these counts are those of the entries.
+/// The number of entries, whose counts come first.
 const ENTRIES: usize = 4;
 
 /// The offsets of an image's parts, in bytes from its start, and their counts.
@@ -222,101 +224,101 @@ pub struct Header {
     counts: [u16; WORDS],
 }
 
-// Places in the array.
+// Indices of the other numbers in the array.
 const LIBRARY_ROWS: usize = COUNTS;
 const IMPORTS_AT: usize = COUNTS + 1;
 const ORDER_AT: usize = COUNTS + 2;
 const LIBRARIES_AT: usize = COUNTS + 3;
 const FUNCTIONS_AT: usize = COUNTS + 4;
 const CODE_AT: usize = COUNTS + 5;
-/// Numbers of a header.
+/// The length of the array.
 pub(crate) const WORDS: usize = COUNTS + 6;
 
 impl Header {
-    /// Form byte.
+    /// Returns the form byte.
     pub fn form(&self) -> u8 {
         self.fixed[1]
     }
 
-    /// Feature bits.
+    /// Returns the feature bits.
     pub fn features(&self) -> u8 {
         self.fixed[2]
     }
 
-    /// Script hash.
+    /// Returns the script hash.
     pub fn hash(&self) -> u32 {
         let [_, _, _, hash @ ..] = self.fixed;
         u32::from_le_bytes(hash)
     }
 
-    /// Counts of the entries `init`, `step`, `reset`, `destroy`.
+    /// Returns the counts of the entries `init`, `step`, `reset`, `destroy`.
     pub fn entries(&self) -> impl Iterator<Item = u16> {
         self.counts.iter().take(ENTRIES).copied()
     }
 
-    /// Returns the number of things that an operand can name, from [`Operand::Global`] to
-    /// [`Operand::String`] (of strings, those of the script).
+    /// Returns the number of things that an operand of a kind from [`Operand::Global`] to
+    /// [`Operand::String`] can name. For strings these are the strings of the script only.
     pub(crate) fn count(&self, operand: u8) -> u16 {
         self.counts[usize::from(operand) % COUNTS]
     }
 
-    /// Rows of the library table.
+    /// Returns the number of rows of the library table.
     #[inline]
     pub fn library_rows(&self) -> u16 {
         self.counts[LIBRARY_ROWS]
     }
 
-    /// Offset of the imports; the tables follow it.
+    /// Returns the offset of the imports; the tables follow them.
     #[inline]
     pub fn imports_at(&self) -> u16 {
         self.counts[IMPORTS_AT]
     }
 
-    /// Offset of the order table.
+    /// Returns the offset of the order table.
     #[inline]
     pub fn order_at(&self) -> u16 {
         self.counts[ORDER_AT]
     }
 
-    /// Offset of the first row of the library table.
+    /// Returns the offset of the first row of the library table.
     #[inline]
     pub fn libraries_at(&self) -> u16 {
         self.counts[LIBRARIES_AT]
     }
 
-    /// Offset of the function table.
+    /// Returns the offset of the function table.
     #[inline]
     pub fn functions_at(&self) -> u16 {
         self.counts[FUNCTIONS_AT]
     }
 
-    /// Offset of the code.
+    /// Returns the offset of the code.
     #[inline]
     pub fn code_at(&self) -> u16 {
         self.counts[CODE_AT]
     }
 
-    /// Its numbers, as a [`Sealed`](crate::seal::Sealed) image has them.
+    /// Returns the numbers of the header, as a [`Sealed`](crate::seal::Sealed) image stores them.
     pub(crate) fn words(&self) -> [u16; WORDS] {
         self.counts
     }
 
-    /// Globals.
+    /// Returns the number of globals.
     pub fn globals(&self) -> u16 {
         self.count(Operand::Global as u8)
     }
 
-    /// Functions.
+    /// Returns the number of functions.
     pub fn functions(&self) -> u16 {
         self.count(Operand::Function as u8)
     }
 
-    /// Imported robot functions.
+    /// Returns the number of imported robot functions.
     pub fn imports(&self) -> u16 {
         self.count(Operand::Robot as u8)
     }
 
-    /// Strings of the script.
+    /// Returns the number of strings of the script.
     pub fn strings(&self) -> u16 {
         self.count(Operand::String as u8)
     }
@@ -336,23 +338,24 @@ impl Header {
         self.form() & FORM_TEXT != 0
     }
 
-    /// Offset of the class table, which ends where the function table begins.
+    /// Returns the offset of the class table, which ends at the start of the function table; `None`
+    /// if there is none.
     pub fn classes_at(&self) -> Option<u16> {
         let length = self.strings() + 1;
         if self.form() & FORM_CLASSES != 0 { Some(self.functions_at() - length) } else { None }
     }
 
-    /// Offset of the text.
+    /// Returns the offset of the text.
     pub fn text_at(&self) -> u16 {
         self.functions_at() + 2 * self.functions()
     }
 
-    /// Returns true if a string has that number, the machine's own included.
+    /// Returns true if there is a string of that number. The machine's own strings are included.
     pub fn has_string(&self, number: u16) -> bool {
         number < self.strings() + builtin::string::COUNT
     }
 
-    /// Returns the place of an entry's function.
+    /// Returns the function of an entry.
     pub fn entry(&self, entry: Entry) -> EntryPoint {
         let [init, step, reset, destroy, ..] = self.counts;
         EntryPoint::from_count(match entry {
@@ -365,19 +368,20 @@ impl Header {
     }
 }
 
-/// Reads one part after the other; `code_at` is the part to come. Parts may lie after the end,
-/// where bytes are arbitrary: one check after all reads finds that, which is much smaller than a
-/// check for each part.
+/// Reading: one part after the other, where `at` is the offset of the next part. Parts may lie
+/// after the end, where bytes are arbitrary. One check after all reads finds that, and takes much
+/// less code than a check for each part.
 impl Header {
-    /// Nothing read yet.
+    /// A header before anything was read.
     pub(crate) const EMPTY: Self = Header { fixed: [0; FIXED], counts: [0; WORDS] };
 
     #[one_copy]
     pub(crate) fn read<C: ByteCode>(&mut self, code: &C) -> Result<(), ImageError> {
-        // Nothing of the previous program is left, not even the count that this one does not have.
+        // A previous program must leave nothing here, not even a count that this image does not
+        // have.
         self.counts[LIBRARY_ROWS] = 0;
         let length = code.len();
-        // Positions at the end of 16 bits are return addresses of the machine itself.
+        // The last positions of 16 bits are return positions that stand for the machine itself.
         if length > LENGTH_MAX {
             return Err(ImageError::TooLong);
         }
@@ -433,7 +437,7 @@ impl Header {
         }
     }
 
-    /// Reads a header of which the numbers lie at that place.
+    /// Reads a header whose numbers are stored at offset `at`.
     #[inline]
     pub(crate) fn read_words<C: ByteCode>(&mut self, code: &C, at: usize) {
         self.read_fixed(code);
@@ -443,8 +447,9 @@ impl Header {
     }
 }
 
-/// An image that the verifier has accepted: every instruction, operand and jump in it is sound, so it can neither
-/// panic the machine nor leave its memory. Only the verifier makes one, here or where the image was [sealed](crate::seal).
+/// An image that the verifier has accepted: every instruction, operand and jump in it is sound, so
+/// it can neither panic the machine nor leave its memory. Only the verifier makes one, here or
+/// where the image was [sealed](crate::seal).
 #[derive(Debug, Clone, Copy)]
 pub struct Verified<'a, C: ByteCode> {
     pub(crate) code: C,
@@ -452,25 +457,25 @@ pub struct Verified<'a, C: ByteCode> {
 }
 
 impl<'a, C: ByteCode> Verified<'a, C> {
-    /// Its header.
+    /// Returns its header.
     pub fn header(self) -> &'a Header {
         self.header
     }
 
-    /// Offset of a function's header in the image.
+    /// Returns the offset of a function's header in the image.
     #[hot]
     pub(crate) fn function(self, number: u16) -> usize {
         let row = usize::from(self.header.functions_at()) + 2 * usize::from(number);
         usize::from(self.code.word(row)) + usize::from(self.header.code_at())
     }
 
-    /// The name hash of an imported robot function.
+    /// Returns the name hash of an imported robot function.
     #[hot]
     pub(crate) fn import(self, number: u16) -> u16 {
         self.code.word(usize::from(self.header.imports_at()) + 2 * usize::from(number))
     }
 
-    /// Offset of the header of the function that holds an offset of the image.
+    /// Returns the offset of the header of the function that contains an offset of the image.
     pub(crate) fn function_at(self, at: usize) -> usize {
         // Functions stand one after the other, in the order of their numbers.
         let (mut number, mut end) = (0, self.header.functions());
@@ -491,16 +496,16 @@ impl<'a, C: ByteCode> Verified<'a, C> {
         rows.filter(|row| row.0 == library && row.1 == string).map(|row| row.2).next()
     }
 
-    /// Library, string and built-in of a row of the library table.
+    /// Returns library, string and built-in of a row of the library table.
     pub(crate) fn library_row(self, row: u16) -> (u8, u16, u8) {
         let at = usize::from(self.header.libraries_at()) + LIBRARY_ROW * usize::from(row);
         (self.code.byte(at), self.code.word(at + 1), self.code.byte(at + 3))
     }
 
-    /// The classes of value that the script may send on a topic or under a key.
+    /// Returns the classes of values that the script may send on a topic or under a key.
     #[hot]
     pub(crate) fn classes<P: Profile>(self, name: Value<P>) -> u8 {
-        // Numbers, and strings made at run time, have the first row in common.
+        // Numbers, and strings made at run time, share one row, which comes first.
         let mut row = self.header.strings();
         if name.is(Tag::STRING) {
             row = name.index() as u16;
@@ -509,7 +514,7 @@ impl<'a, C: ByteCode> Verified<'a, C> {
             }
             row -= builtin::string::COUNT;
         }
-        // The last row is that of the lowest number, which saves an addition here.
+        // The rows are in descending order of the strings, which saves an addition here.
         self.code.byte(usize::from(self.header.functions_at().wrapping_sub(1).wrapping_sub(row)))
     }
 
@@ -531,7 +536,7 @@ fn count<C: ByteCode>(code: &C, at: u16) -> (u16, u16) {
     (at + 2, u16::from(first & 0x7f) << 8 | u16::from(low))
 }
 
-/// The position that many bytes on, or the last there is.
+/// Returns the position after that number of bytes, or the last position that 16 bits can hold.
 #[one_copy]
 fn skip(at: u16, bytes: u16) -> u16 {
     at.saturating_add(bytes)

@@ -1,5 +1,6 @@
-//! The view that programs on a host have of a machine, between any two instructions and after a fault, through functions of
-//! [`Vm`](crate::Vm) that only read and allocate nothing. Firmware calls none of them.
+//! Functions of [`Vm`](crate::Vm) by which programs on a host inspect a machine, between any two
+//! instructions and after a fault. They only read, and allocate nothing. Firmware calls none of
+//! them.
 //!
 //! | Subject | Function |
 //! |---|---|

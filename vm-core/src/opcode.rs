@@ -1,5 +1,5 @@
-//! The instruction set: every opcode stands here once, with its byte, operand, stack effect and meaning.
-//! Compiler, verifier, interpreter, disassembler and documentation all use this table.
+//! The instruction set. Every opcode stands here once, with its byte, operand, stack effect and
+//! meaning. Compiler, verifier, interpreter, disassembler and documentation all use this table.
 //!
 //! # Encoding
 //! | first byte | form |
@@ -13,21 +13,22 @@
 //! A jump operand counts from the byte after the whole instruction.
 //!
 //! # Stack effects
-//! `a b -- c` means: b is on top and popped first. `locals` are addressed from the frame's record: parameter i
-//! of n at offset `i - n`, the slots above the record at 1, 2, ... (see `frame.rs`).
+//! `a b -- c` means that b is on top and popped first. `locals` are addressed from the frame's
+//! record: parameter i of n is at offset `i - n`, and the slots above the record are at 1, 2, ...
+//! (see `machine/mod.rs`).
 
 /// The bytes after opcode and operand.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Trailer {
-    /// Nothing.
+    /// No bytes.
     None,
     /// One byte: an argument count, see [`DROP_RESULT`].
     Arguments,
-    /// One byte: how many captured values are popped.
+    /// One byte: the number of captured values that are popped.
     Captures,
     /// One signed byte.
     Immediate,
-    /// Three bytes: see [`relation_of_local`], and two of a signed number.
+    /// Three bytes: the byte that [`relation_of_local`] reads, and a signed number of two bytes.
     LocalImmediate,
     /// A literal of the profile: 2 bytes in `tiny`, 4 in `full`, little-endian.
     Word,
@@ -36,7 +37,7 @@ pub enum Trailer {
 }
 
 impl Trailer {
-    /// Returns the number of bytes, where a literal has `word_bytes`.
+    /// Returns the number of bytes in a profile whose literals have `word_bytes`.
     pub const fn length(self, word_bytes: usize) -> usize {
         match self {
             Trailer::None => 0,
@@ -48,12 +49,12 @@ impl Trailer {
     }
 }
 
-/// In an argument count byte: the result is not pushed.
+/// The bit of an argument count that drops the result instead of pushing it.
 pub const DROP_RESULT: u8 = 0x80;
 
 /// The meaning of an operand. The numbers from [`Operand::Global`] to [`Operand::String`] are the
-/// positions of their counts in an
-/// image's header; the verifier checks those from there on against a limit.
+/// positions of their counts in an image's header. The verifier compares operands from
+/// [`Operand::Global`] to [`Operand::Count`] with a limit.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[repr(u8)]
 pub enum Operand {
@@ -85,7 +86,7 @@ pub enum Operand {
     Parameters = 12,
 }
 
-/// The row of a plain or narrow opcode.
+/// Returns the row of a plain or narrow opcode.
 pub fn info(opcode: u8) -> Option<&'static Info> {
     TABLE.iter().find(|info| info.byte == opcode)
 }
@@ -93,17 +94,18 @@ pub fn info(opcode: u8) -> Option<&'static Info> {
 /// A row of the instruction table.
 #[derive(Debug, Clone, Copy)]
 pub struct Info {
-    /// As the disassembler writes it.
+    /// The name that the disassembler prints.
     pub name: &'static str,
     /// First byte in plain or narrow form.
     pub byte: u8,
     /// Meaning of the operand.
     pub operand: Operand,
-    /// What follows.
+    /// The bytes after opcode and operand.
     pub trailer: Trailer,
-    /// Values taken from the stack, not counting arguments and captures that operand or trailer count.
+    /// The number of values that are popped, without the arguments and captures that operand or
+    /// trailer count.
     pub pops: u8,
-    /// Values put on the stack.
+    /// The number of values that are pushed.
     pub pushes: u8,
     /// One line of explanation.
     pub meaning: &'static str,
@@ -217,8 +219,8 @@ opcodes! {
     JUMP_NOT_LT_INT = 0x7e, Jump, Immediate, 1 -- 0, "a --: jumps unless a < immediate";
 }
 
-/// The order of two values, as the bits of a relation: an instruction that compares holds if it has the bit of the order
-/// found. `EQ` and `NE` find only equal and something else.
+/// The order of two values as a bit. An instruction that compares has a bit for each order in which
+/// its relation holds. `EQ` and `NE` distinguish only equal values from others.
 pub mod order {
     /// The first is less.
     pub const LESS: u8 = 1;
@@ -226,27 +228,28 @@ pub mod order {
     pub const EQUAL: u8 = 2;
     /// The first is greater.
     pub const GREATER: u8 = 4;
-    /// Neither, as one of them is NaN; only jumps `unless` have this bit.
+    /// One of them is NaN, so they have no order. Only jumps `unless` have this bit.
     pub const NONE: u8 = 8;
 }
 
-/// What a jump after a comparison with an immediate integer is above the one after a comparison of two values.
+/// The difference between the opcode of a jump that compares with an immediate integer and that of
+/// the jump that compares two values.
 pub const WITH_INT: u8 = JUMP_EQ_INT - JUMP_EQ;
 
-/// Returns the meaning of the first byte after [`JUMP_LOCAL`]: the jump after a comparison with an
-/// immediate integer that it stands
-/// for, by its low four bits, and the local, as `LOCAL_GET` has it in its short form.
+/// Returns the meaning of the first byte after [`JUMP_LOCAL`]. Its upper four bits are the low bits
+/// of the jump that compares with an immediate integer; its lower four bits are the local, encoded
+/// as in the short form of `LOCAL_GET`.
 pub const fn relation_of_local(byte: u8) -> (u8, i16) {
     (JUMP_LT_INT & 0xf0 | byte >> 4, (byte & 0x0f) as i16 + SHORT_LOCAL_GET.low)
 }
 
-/// The byte that [`relation_of_local`] reads, if there is one.
+/// Returns the byte that [`relation_of_local`] reads, if the local can be encoded in it.
 pub fn local_with_relation(jump: u8, local: i16) -> Option<u8> {
     let number = u8::try_from(local - SHORT_LOCAL_GET.low).ok()?;
     if number < SHORT_LOCAL_GET.count { Some(jump << 4 | number) } else { None }
 }
 
-/// Bit that turns a narrow opcode into its wide form.
+/// The bit that turns a narrow opcode into its wide form.
 pub const WIDE: u8 = 0x80;
 
 /// A range of bytes that hold their operand themselves: `first + n` for operand `low + n`.
@@ -296,7 +299,8 @@ pub struct Decoded {
     pub length: u8,
 }
 
-/// Decodes one instruction from its first three bytes (those after the end of code may be anything).
+/// Decodes one instruction from its first three bytes. The bytes after the end of the code are
+/// arbitrary.
 #[hot]
 pub const fn decode(bytes: [u8; 3]) -> Decoded {
     let [byte, low, high] = bytes;
@@ -307,7 +311,7 @@ pub const fn decode(bytes: [u8; 3]) -> Decoded {
             let operand = i16::from_le_bytes([low, high]);
             return Decoded { opcode: byte & !WIDE, operand, length: 3 };
         }
-        // As constants, because references would be to RAM on the AVR.
+        // These are constants, because a reference would make the AVR keep the table in RAM.
         0x80..=0x8f => const { zero(SHORT_LOCAL_GET) },
         0x90..=0x9f => const { zero(SHORT_INT) },
         0xa0..=0xaf => const { zero(SHORT_GLOBAL_GET) },
@@ -318,7 +322,7 @@ pub const fn decode(bytes: [u8; 3]) -> Decoded {
     Decoded { opcode, operand: byte.wrapping_sub(zero) as i8 as i16, length: 1 }
 }
 
-/// The opcode of a short form, and the byte that operand 0 has or would have.
+/// Returns the opcode of a short form, and the byte that operand 0 has or would have.
 const fn zero(form: Short) -> (u8, u8) {
     (form.opcode, form.first.wrapping_sub(form.low as u8))
 }

@@ -1,17 +1,22 @@
 //! Images that are verified where they are built.
 //!
-//! The verifier takes two kilobytes of a small robot's flash. A robot whose image lies in flash and is replaced only by tools that
-//! verify does not need it: the tool loads the image into a machine like the robot's and, if that accepts it, puts a **seal**
-//! behind it ([`Vm::seal`](crate::Vm::seal)); the robot compares the seal ([`Vm::load_sealed`](crate::Vm::load_sealed)) and is spared the rest.
+//! The verifier takes two kilobytes of a small robot's flash. A robot does not need it if its image
+//! lies in flash and is replaced only by tools that verify. Such a tool loads the image into a
+//! machine like the robot's. If that machine accepts the image, the tool appends a **seal**
+//! ([`Vm::seal`](crate::Vm::seal)). The robot checks the seal
+//! ([`Vm::load_sealed`](crate::Vm::load_sealed)) instead of the code.
 //!
 //! # Who is trusted
-//! Whoever writes the robot's flash, and so could write any program. A seal finds what goes wrong by mistake: an image that no tool
-//! has verified, that was changed or written in part, that belongs to another robot, or to one with other functions or memory. It is a
-//! CRC of 16 bits, no signature: bytes from strangers, by radio say, are for [`Vm::load`](crate::Vm::load) alone.
+//! A seal trusts everyone who can write the robot's flash, and so could write any program. It finds
+//! mistakes: an image that no tool has verified, that was changed or written in part, or that
+//! belongs to another robot, or to one with other functions or memory. It is a CRC of 16 bits and
+//! no signature: bytes from strangers, by radio for example, must pass
+//! [`Vm::load`](crate::Vm::load).
 //!
 //! # Layout
-//! The image, the numbers of its header as 16-bit words (see [`Header`]), and the CRC over what the robot
-//! [offers](robot), its slots, and all bytes before.
+//! A sealed image consists of the image, the numbers of its header as 16-bit words (see
+//! [`Header`]), and the CRC over the robot's [offer](robot), the number of its slots, and all bytes
+//! before.
 
 use crate::bytecode::ByteCode;
 use crate::image::{Header, ImageError, VERSION, Verified, WORDS};
@@ -31,9 +36,9 @@ pub struct Sealed<C: ByteCode> {
     pub(crate) code: C,
 }
 
-/// Returns the robot's offer to scripts as one number: version, profile, those of its machine's
-/// [`features`](crate::features) for
-/// which it has room, the machine's parts, and the name hashes of its functions in their order.
+/// Returns the robot's offer to scripts as one number. It covers the version, the profile, the
+/// machine's [`features`](crate::features) for which it has room, the machine's parts, and the name
+/// hashes of its functions in their order.
 pub const fn robot<P: Profile>(features: u8, sizes: Sizes, parts: Parts, functions: &[u16]) -> u16 {
     let mut check = crc16(crc16(crc16(0xffff, VERSION), P::FULL as u8), within(features, sizes));
     check = word(check, parts.bits());
@@ -46,13 +51,13 @@ pub const fn robot<P: Profile>(features: u8, sizes: Sizes, parts: Parts, functio
 }
 
 impl<C: ByteCode> Sealed<C> {
-    /// Any bytes.
+    /// Takes any bytes; they are checked when a machine loads them.
     pub fn new(code: C) -> Self {
         Sealed { code }
     }
 
-    /// Returns the image, if the seal is whole and was made for this robot and this number of
-    /// slots.
+    /// Reads the header if the seal is intact and was made for this robot and this number of slots.
+    /// Fails otherwise.
     #[inline]
     pub(crate) fn open(
         &self,
@@ -77,7 +82,7 @@ impl<C: ByteCode> Sealed<C> {
 }
 
 impl<C: ByteCode> Verified<'_, C> {
-    /// Returns the bytes that follow its `length` bytes.
+    /// Returns the seal of the image, which is appended to its bytes.
     pub(crate) fn seal(self, robot: u16, slots: u16) -> [u8; LENGTH] {
         let mut check = word(robot, slots);
         for at in 0..self.code.len() {

@@ -1,11 +1,9 @@
 //! The layout of slots in memory and of values in registers, chosen for speed on each chip.
 //!
-//! [`Split`] keeps tags and payloads apart: no padding anywhere, and on the AVR no multiplication
-//! by an odd size to
-//! reach a slot, which would double the code. [`Joined`] keeps them together: in the tiny profile
-//! on a 32-bit chip a slot then
-//! takes four bytes instead of three, but is reached by one address and is one register, a
-//! [`Word`].
+//! [`Split`] stores tags and payloads in two arrays. There is no padding, and the AVR needs no
+//! multiplication by an odd size to reach a slot, which would double the code. [`Joined`] stores
+//! each tag next to its payload. In the tiny profile on a 32-bit chip a slot then takes four bytes
+//! instead of three, but is reached by one address and fits one register, a [`Word`].
 
 use core::fmt::Debug;
 
@@ -13,7 +11,7 @@ use crate::arena::CELL;
 use crate::number::{Full, Profile, Tiny};
 use crate::value::{Tag, Value};
 
-/// The slots of a profile's machine.
+/// The storage types of a profile's machine.
 pub trait Stored: Sized {
     /// `N` slots.
     type Slots<const N: usize>: Slots<Self>
@@ -29,15 +27,15 @@ pub trait Stored: Sized {
 pub trait Pair<P: Profile>: Copy + Debug {
     /// nil, which is all zeros.
     const NIL: Self;
-    /// Both.
+    /// Makes a pair.
     fn new(tag: Tag, raw: P::Raw) -> Self;
-    /// The tag.
+    /// Returns the tag.
     fn tag(self) -> Tag;
-    /// The payload.
+    /// Returns the payload.
     fn raw(self) -> P::Raw;
     /// Returns true if it has this tag.
     fn is(self, tag: Tag) -> bool;
-    /// Returns true if both are the same.
+    /// Returns true if tags and payloads are equal.
     fn same(self, other: Self) -> bool;
 }
 
@@ -46,7 +44,7 @@ pub trait Pair<P: Profile>: Copy + Debug {
 #[derive(Clone, Copy, Debug)]
 #[repr(C)]
 pub struct Apart<P: Profile> {
-    // First: an AVR then returns it in a pair of registers that move together.
+    // The payload comes first, so that an AVR returns it in a pair of registers that move together.
     raw: P::Raw,
     tag: Tag,
 }
@@ -81,7 +79,7 @@ impl<P: Profile> Pair<P> for Apart<P> {
     }
 }
 
-/// A payload of 16 bits above a tag, in one register.
+/// A tag in the lower half of a register, and a payload of 16 bits in the upper half.
 #[cfg(not(target_arch = "avr"))]
 #[derive(Clone, Copy, Debug)]
 pub struct Word(u32);
@@ -116,8 +114,8 @@ impl Pair<Tiny> for Word {
     }
 }
 
-/// A payload of 32 bits above a tag, in one register of a computer. Aligned as on the chips, from whose layout robot files are
-/// checked.
+/// A tag in the lower half of a computer's register, and a payload of 32 bits in the upper half. It
+/// is aligned as on the chips, since robot files are checked against their layout.
 #[cfg(target_pointer_width = "64")]
 #[derive(Clone, Copy, Debug)]
 #[repr(C, packed(4))]
@@ -153,23 +151,23 @@ impl Pair<Full> for Long {
     }
 }
 
-/// An array of slots. Verified code and the machine itself never ask for one beyond its end: it reads as any value, and
-/// writing it does nothing.
+/// An array of slots. Verified code and the machine itself never access a slot beyond its end. Such
+/// a slot reads as an arbitrary value, and writing it has no effect.
 pub trait Slots<P: Profile>: Clone {
     /// All nil, which is all zeros.
     const EMPTY: Self;
 
-    /// Slot `at`.
+    /// Returns slot `at`.
     fn get(&self, at: usize) -> Value<P>;
     /// Writes slot `at`.
     fn set(&mut self, at: usize, value: Value<P>);
-    /// The payload of slot `at` as an index.
+    /// Returns the payload of slot `at` as an index.
     fn index_at(&self, at: usize) -> usize;
-    /// Puts an index into slot `at` and leaves its tag.
+    /// Puts an index into slot `at` without changing its tag.
     fn set_index(&mut self, at: usize, index: usize);
-    /// The tag of slot `at`.
+    /// Returns the tag of slot `at`.
     fn tag_at(&self, at: usize) -> Tag;
-    /// Puts a tag on slot `at` and leaves its payload.
+    /// Puts a tag on slot `at` without changing its payload.
     fn set_tag(&mut self, at: usize, tag: Tag);
     /// Sets the slots of the cell at `at` to nil, with a few wide instructions, for computers.
     fn clear_cell(&mut self, at: usize);
@@ -197,7 +195,7 @@ impl Stored for Tiny {
     type Pair = Word;
 }
 
-/// Tags, then payloads.
+/// All tags, followed by all payloads.
 #[cfg(not(target_pointer_width = "64"))]
 #[derive(Clone)]
 pub struct Split<P: Profile, const N: usize> {
@@ -207,7 +205,8 @@ pub struct Split<P: Profile, const N: usize> {
 
 #[cfg(not(target_pointer_width = "64"))]
 impl<P: Profile, const N: usize> Split<P, N> {
-    /// Returns the place itself. On computers, as in [`Joined`], no place of a power of two is beyond the end.
+    /// Returns the index of a slot. On computers an index wraps around if `N` is a power of two, as
+    /// in [`Joined`].
     #[hot]
     fn place(at: usize) -> usize {
         if cfg!(target_pointer_width = "64") && N.is_power_of_two() { at & (N - 1) } else { at }
@@ -221,7 +220,7 @@ impl<P: Profile, const N: usize> Slots<P> for Split<P, N> {
     #[hot]
     fn get(&self, at: usize) -> Value<P> {
         let at = Self::place(at);
-        // Less code on an AVR than making up a nil.
+        // On an AVR this takes less code than making a nil.
         let at = if at < N { at } else { 0 };
         match (self.tags.get(at), self.payloads.get(at)) {
             (Some(tag), Some(payload)) => Value::new(*tag, *payload),
@@ -273,8 +272,8 @@ impl<P: Profile, const N: usize> Slots<P> for Split<P, N> {
     }
 }
 
-/// Tag and payload side by side. Of a power of two none is beyond the end: numbers wrap around, which takes an instruction instead
-/// of a check.
+/// Slots with tag and payload next to each other. If `N` is a power of two, indices wrap around,
+/// which takes an instruction instead of a check.
 #[derive(Clone)]
 #[cfg(not(target_arch = "avr"))]
 pub struct Joined<P: Profile, const N: usize>([Value<P>; N]);

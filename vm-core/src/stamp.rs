@@ -1,11 +1,13 @@
-//! Which of two values of a stigmergy entry is the later one.
+//! Stamps, which determine the later one of two values of a stigmergy entry.
 //!
-//! Among stamps whose clocks lie within half the circle the order is total, so replicas that take the greater of their own
-//! stamp and a received one become equal, whatever is lost, doubled or reordered on the way.
+//! Among stamps whose clocks lie within half the circle the order is total. Replicas that take the
+//! greater of their own stamp and a received one therefore become equal, even if messages are lost,
+//! duplicated or reordered.
 //!
-//! The clock is a serial number as in RFC 1982: after [`CLOCK_MAX`] follows 1. A clock counts as later than all those up
-//! to half the circle before it. So no clock is the last one, and a forged clock wins only until the next put. The price:
-//! replicas of a key that are more than 2,097,151 puts apart compare the wrong way round, which a put per step reaches after
+//! The clock is a serial number as in RFC 1982: the clock after [`CLOCK_MAX`] is 1. A clock counts
+//! as later than all those up to half the circle before it. There is thus no last clock, and a
+//! forged clock wins only until the next put. The price is that replicas of a key that are more
+//! than 2,097,151 puts apart compare in the wrong direction, which one put per step reaches after
 //! 58 hours of separation.
 
 use core::cmp::Ordering;
@@ -14,41 +16,44 @@ use crate::message::CLOCK_MAX;
 use crate::number::Profile;
 use crate::value::Value;
 
-/// The worth of an entry.
+/// The rank of an entry among the entries of the same key.
 #[derive(Clone, Copy, Debug)]
 pub struct Stamp<P: Profile> {
-    /// Lamport's clock.
+    /// The Lamport clock of the put.
     pub clock: u32,
     /// The robot that put the value.
     pub robot: u16,
     /// The value, nil if it was deleted.
     pub value: Value<P>,
-    /// Digest of key and value, computed when the value is put; 0 where the entry fits a frame, which shows its bits.
+    /// The digest of key and value, computed when the value is put; 0 if the entry fits a frame,
+    /// where the bits of the value decide.
     pub digest: u16,
 }
 
-/// The clock after this one.
+/// Returns the clock after this one.
 pub fn next(clock: u32) -> u32 {
     if clock < CLOCK_MAX { clock + 1 } else { 1 }
 }
 
-/// Returns true if clock `a` is earlier than clock `b`. 0, which nothing was put at, is earlier than all others.
+/// Returns true if clock `a` is earlier than clock `b`. The clock 0, at which nothing was put, is
+/// earlier than all others.
 #[one_copy]
 pub fn is_earlier(a: u32, b: u32) -> bool {
     if a == 0 || b == 0 {
         return a < b;
     }
-    // The circle has an odd number of clocks, so none is opposite to another.
+    // The circle has an odd number of clocks, so no two clocks are opposite to each other.
     let is_near = a.abs_diff(b) <= CLOCK_MAX / 2;
     (a < b) == is_near
 }
 
 impl<P: Profile> Stamp<P> {
-    /// The later clock is the greater one; at equal clocks a value before nil, then the higher robot id. A robot that
-    /// lost its memory may have put two values at the same clock: then their types decide, and after them the bits of
-    /// plain values and the digests of others.
+    /// Returns the order of two stamps. The later clock is the greater one. At equal clocks a value
+    /// is greater than nil, and then the higher robot id is greater. A robot that lost its memory
+    /// may have put two values at the same clock: then their types decide, and after them the bits
+    /// of plain values and the digests of other values.
     pub fn order(&self, other: &Self) -> Ordering {
-        // One comparison for each part: an order of three takes an AVR two.
+        // Each part needs one comparison; an `Ordering` would take an AVR two.
         let (mine, theirs) = (self.value, other.value);
         let is_less = if self.clock != other.clock {
             is_earlier(self.clock, other.clock)
@@ -90,12 +95,13 @@ mod tests {
         prop_oneof![Just(CLOCK_MAX - 1), Just(CLOCK_MAX), Just(1), Just(2)]
     }
 
-    /// Few of each kind, so that many are equal in part.
+    /// Makes stamps from few values of each part, so that many are equal in some parts.
     fn stamps() -> impl Strategy<Value = Stamp<Tiny>> {
         (clocks(), 1..3_u16, prop::sample::select(TAGS), 0..3_u16).prop_map(
             |(clock, robot, tag, content)| {
                 let is_heap = tag == Tag::TABLE || tag == Tag::TEXT;
-                // Of a nil all bits are zero. A value on the heap has a digest, and a place that says nothing.
+                // A nil has zero bits only. A value on the heap has a digest, and its cell has no
+                // meaning.
                 let raw = if tag == Tag::NIL || is_heap { 0 } else { content };
                 let digest = if is_heap { content } else { 0 };
                 Stamp { clock, robot, value: Value::new(tag, raw), digest }
@@ -129,7 +135,7 @@ mod tests {
 
         #[test]
         fn a_later_clock_wins_whatever_is_put(a in stamps(), b in stamps()) {
-            // Of these clocks the high ones are the earlier ones.
+            // Among these clocks the high ones are the earlier ones.
             let expected = (a.clock.wrapping_add(5) % CLOCK_MAX).cmp(&(b.clock.wrapping_add(5) % CLOCK_MAX));
             prop_assert!(expected == Ordering::Equal || a.order(&b) == expected);
         }

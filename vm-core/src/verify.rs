@@ -12,9 +12,9 @@
 //! * Calls by number pass as many arguments as the function has parameters.
 //! * The image has the number profile of the machine, and needs no part that the machine lacks.
 //!
-//! Types are not among them: a Buzz variable has no type, so the interpreter checks the tags of
-//! values while it runs. Termination is not among them either: the budget of a run takes care of
-//! that.
+//! Types are not among these properties: a Buzz variable has no type, so the interpreter checks the
+//! tags of values while it runs. Termination is not among them either: the budget of a run takes
+//! care of that.
 //!
 //! # One pass
 //! A verifier for general control flow merges the states of all paths until nothing changes, and
