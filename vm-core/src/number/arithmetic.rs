@@ -1,16 +1,17 @@
 //! The basic operations, remainder and square root.
 //!
 //! # Size
-//! An AVR passes structures in registers at great cost, and shifts bit by bit. So operations change a number in its place,
-//! and are not inlined.
+//! An AVR passes structures in registers at great cost, and shifts bit by bit. Operations therefore
+//! change a number in place, and are not inlined.
 
 use super::float::{FINITE_LIMIT, Float, INFINITE_EXPONENT, ZERO_EXPONENT};
 use super::profile::Profile;
 use super::wide;
 use super::word::Word;
 
-/// The operations of [`Float::operate`]. The last bit of a result also stands for all bits after it, so that rounding to fewer
-/// bits is right; but products of the full profile are rounded to the nearest.
+/// The operations of [`Float::operate`]. The last bit of a result is also set if any bit after it
+/// is, so that rounding to fewer bits is right. Products of the full profile are rounded to the
+/// nearest instead.
 pub mod operation {
     /// The sum.
     pub const ADD: u8 = 0;
@@ -66,9 +67,10 @@ impl<P: Profile> Float<P> {
         self.operate(operation::DIV, other);
     }
 
-    /// Sets it to the result of an [`operation`] on it and `other`.
+    /// Sets the number to the result of an [`operation`] on it and `other`.
     ///
-    /// One function for all: its frame, and loading and storing numbers, are a large part of each of them on an AVR.
+    /// One function computes all operations, because its frame, and loading and storing numbers,
+    /// are a large part of each of them on an AVR.
     #[one_copy]
     pub fn operate(&mut self, operation: u8, other: &Self) {
         if self.is_nan() {
@@ -81,7 +83,7 @@ impl<P: Profile> Float<P> {
         let (mut left, mut right) = (self.significand, other.significand);
         let (mut exponent, mut negative) = (self.exponent, self.negative);
         let mut distance = exponent.wrapping_sub(other.exponent);
-        // Whether a result without bits is NaN, as 0 * infinity and infinity - infinity are.
+        // True if a result without bits is NaN, as for 0 * infinity and infinity - infinity.
         let mut no_zero = false;
         match operation {
             operation::ADD | operation::SUB => {
@@ -151,8 +153,8 @@ impl<P: Profile> Float<P> {
                         self.set_nan();
                         return;
                     }
-                    // With an even exponent the root has its first bit set. The bit that may get lost is 0 in every number
-                    // of the profile, where exactness matters.
+                    // With an even exponent the first bit of the root is set. The bit that may be
+                    // lost is 0 in every number of the profile, for which exactness matters.
                     if exponent & 1 != 0 {
                         left = left >> 1;
                     }
@@ -165,7 +167,7 @@ impl<P: Profile> Float<P> {
                     } else {
                         divide(left, right, steps as u16, carry, root)
                     };
-                    // The last bit also stands for all bits after it.
+                    // The last bit is also set if any bit after it is.
                     left = quotient | P::Raw::of(rest != P::ZERO);
                     if operation == operation::REMAINDER {
                         left = rest;
@@ -183,7 +185,8 @@ impl<P: Profile> Float<P> {
         }
     }
 
-    /// Multiplies its magnitude by a number that is neither zero nor endless, as [`Float::mul`] does. It is not endless itself.
+    /// Multiplies the magnitude by a number that is neither zero nor endless, as [`Float::mul`]
+    /// does. The number itself must not be endless.
     pub(super) fn scale(&mut self, other: &Self) {
         let (mut high, mut low) = self.significand.multiply(other.significand);
         let mut exponent = self.exponent.wrapping_add(other.exponent);
@@ -198,17 +201,18 @@ impl<P: Profile> Float<P> {
         }
     }
 
-    /// The Euclidean remainder of its division by `other`, the `r` in `0..|other|` for which the number minus
-    /// `r` is a multiple of `other`, as a float of the profile.
+    /// Returns the Euclidean remainder of the division by `other` as a float of the profile: the
+    /// `r` in `0..|other|` for which the number minus `r` is a multiple of `other`.
     ///
-    /// That is always below `|other|`: where the nearest float would be `|other|` itself (of a tiny negative number), it is
-    /// the float before. NaN if `other` is 0, the number is infinite or either is NaN. With an infinite `other` the
-    /// number itself, or for a negative one the largest float.
+    /// The result is always below `|other|`. For a tiny negative number the nearest float would be
+    /// `|other|` itself; then the result is the float before. It is NaN if `other` is 0, the number
+    /// is infinite or either is NaN. With an infinite `other` it is the number itself, or for a
+    /// negative one the largest float.
     #[one_copy]
     pub fn modulo(&mut self, other: &Self) -> P::Raw {
         self.operate(operation::REMAINDER, other);
         if self.negative && !self.is_zero() {
-            // The magnitude is added.
+            // This adds the magnitude of `other`.
             let operation = if other.negative { operation::SUB } else { operation::ADD };
             self.operate(operation, other);
         }
@@ -223,8 +227,10 @@ impl<P: Profile> Float<P> {
     }
 }
 
-/// A quotient and what is left, digit by digit: what is left of `left`, with a bit before it if `carry`, is doubled at each of
-/// `steps` steps, less the divisor if that is not negative. The quotient's bits tell where it was not. Or the square root.
+/// Computes a quotient and its remainder digit by digit. Each of `steps` steps doubles the
+/// remainder, which starts as `left` with a bit before it if `carry`, and subtracts the divisor if
+/// the result is not negative. The bits of the quotient are set for the steps that subtracted. With
+/// `root` it computes the square root of `left` instead.
 #[one_copy]
 pub(super) fn divide<W: Word>(left: W, right: W, steps: u16, carry: bool, root: bool) -> (W, W) {
     let (mut left, mut right, mut steps, mut carry) = (left, right, steps, carry);
@@ -232,7 +238,8 @@ pub(super) fn divide<W: Word>(left: W, right: W, steps: u16, carry: bool, root: 
     let mut bit = W::FIRST;
     loop {
         if root {
-            // The divisor of a root is twice the root so far and the next bit, here halved.
+            // The divisor of a root is twice the root found until now plus the next bit, here
+            // halved.
             right = quotient | bit >> 1;
         }
         if carry || left >= right {
@@ -258,7 +265,7 @@ fn divide_quickly<W: Word>(left: W, right: W, steps: u16, carry: bool, root: boo
     result.unwrap_or_else(|| divide(left, right, steps, carry, false))
 }
 
-/// `bits / 2^count`; the last bit also stands for all that are shifted out.
+/// Returns `bits / 2^count`. The last bit is also set if any bit that is shifted out is.
 #[one_copy]
 pub(super) fn shift_right<W: Word>(bits: W, count: i16) -> W {
     if count >= i16::from(W::BITS) {

@@ -4,7 +4,7 @@ use super::arithmetic::shift_right;
 use super::float::{Float, INFINITE_EXPONENT, NAN_EXPONENT};
 
 impl Float {
-    /// A binary32.
+    /// Unpacks a binary32.
     #[one_copy]
     pub fn from_f32(value: f32) -> Float {
         let bits = value.to_bits();
@@ -19,7 +19,7 @@ impl Float {
         number
     }
 
-    /// The nearest binary32, the even one of two; every NaN becomes one.
+    /// Returns the nearest binary32, with ties to even. Every NaN becomes the same one.
     #[one_copy]
     pub fn to_f32(&self) -> f32 {
         if self.is_nan() {

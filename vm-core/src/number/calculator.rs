@@ -1,7 +1,7 @@
 //! The calculator: runs the programs of the mathematical functions.
 //!
-//! A function is a dozen bytes in flash instead of several hundred bytes of calls, of which an AVR needs ten each for its
-//! operands alone.
+//! A function is a program of a dozen bytes in flash. Written as calls it would take several
+//! hundred bytes, since an AVR needs ten bytes per call for the operands alone.
 
 use super::exponential::{exp2_product, simple_power, split};
 use super::float::Float;
@@ -12,7 +12,8 @@ use super::trigonometry::turn;
 use super::word::Word;
 use crate::bytecode::ByteCode;
 
-/// Runs a program of [`super::tables::program`]: `x` is its first argument and becomes the result, `y` its second argument.
+/// Runs a program of [`super::tables::program`]: `argument` is its first argument and becomes the
+/// result, `y` is its second argument.
 #[one_copy]
 pub(super) fn calculate<P: Profile, C: ByteCode>(start: u8, argument: &mut Float<P>, y: &Float<P>) {
     let mut x = *argument;
@@ -75,7 +76,7 @@ pub(super) fn calculate<P: Profile, C: ByteCode>(start: u8, argument: &mut Float
                     y.negative = false;
                     steep = y.is_smaller(&x);
                     if x.is_special() && x.exponent == y.exponent {
-                        // Two infinities have the ratio 1, two zeros 0.
+                        // Two infinities have the ratio 1, and two zeros the ratio 0.
                         y.exponent = 0;
                         if x.is_endless() {
                             x.exponent = 0;
@@ -107,7 +108,7 @@ pub(super) fn calculate<P: Profile, C: ByteCode>(start: u8, argument: &mut Float
     *argument = x;
 }
 
-/// A register or a constant.
+/// Returns a register or a constant.
 #[one_copy]
 fn operand<P: Profile, C: ByteCode>(
     registers: &[Float<P>; REGISTERS as usize],

@@ -1,12 +1,13 @@
-//! Unpacked floats: the working form of everything that is computed with floats.
+//! Unpacked floats, in which all computations with floats are done.
 //!
-//! A significand as wide as a payload holds the integers and floats of the profile exactly, and the mathematical functions
-//! have six or eight bits more than a result for their errors, so that it is rounded once. Everything is integer
-//! arithmetic, which no floating-point library or unit can do differently.
+//! A significand is as wide as a payload, so it holds the integers and floats of the profile
+//! exactly. In the mathematical functions it has six or eight bits more than a result, which absorb
+//! their errors, so that the result is rounded once. All operations are integer arithmetic, so no
+//! floating-point library or unit can change a result.
 //!
 //! # Special numbers
-//! Zero, infinity and NaN are told by their exponents alone, which are so far apart that the exponents of products and
-//! ratios tell what those are.
+//! The exponent alone identifies zero, infinity and NaN. Their exponents are so far apart that
+//! those of products and ratios also show the result's class.
 
 use core::cmp::Ordering;
 
@@ -15,11 +16,11 @@ use super::profile::{Full, Profile};
 use super::wide;
 use super::word::Word;
 
-/// The exponent of zero: no sum of exponents of numbers that are not zero comes near.
+/// The exponent of zero. No sum of exponents of numbers that are not zero comes near it.
 pub(super) const ZERO_EXPONENT: i16 = -0x2000;
 pub(super) const INFINITE_EXPONENT: i16 = 0x2000;
 pub(super) const NAN_EXPONENT: i16 = 0x3000;
-/// Beyond every exponent of a number that is neither zero nor infinite nor NaN.
+/// A limit above every exponent of a number that is neither zero nor infinite nor NaN.
 pub(super) const FINITE_LIMIT: i16 = 0x07FF;
 
 /// The rounding of a number to an integer.
@@ -31,14 +32,15 @@ pub enum Rounding {
     Floor,
     /// Towards infinity.
     Ceil,
-    /// To the nearest, that farther from zero of two.
+    /// To the nearest integer, with ties away from zero.
     Nearest,
 }
 
-/// The number `significand / 2^bits * 2^exponent`, with a sign, where the significand has that many bits. The first is set,
-/// but for zero and NaN.
+/// The number `significand / 2^bits * 2^exponent`, with a sign, where `bits` is the width of the
+/// significand. The first bit of the significand is set, except for zero and NaN.
 #[derive(Clone, Copy, Debug)]
-// Two words are copied by two instructions; six bytes would be by the library's function, of 600 bytes.
+// Two words are copied by two instructions; six bytes would be copied by a library function of 600
+// bytes.
 #[cfg_attr(not(target_arch = "avr"), repr(align(4)))]
 pub struct Float<P: Profile = Full> {
     pub(super) significand: P::Raw,
@@ -47,16 +49,16 @@ pub struct Float<P: Profile = Full> {
 }
 
 impl<P: Profile> Float<P> {
-    /// The bits of a payload, as a place of the point.
+    /// The number of bits of a payload.
     pub(super) const BITS: i16 = P::Raw::BITS as i16;
 
-    /// `significand / 2^bits * 2^exponent`, where the first bit of the significand is set.
+    /// Makes `significand / 2^bits * 2^exponent`, where the first bit of the significand is set.
     #[hot]
     pub(super) fn new(significand: P::Raw, exponent: i16) -> Self {
         Float { significand, exponent, negative: false }
     }
 
-    /// `fraction / 2^bits * 2^exponent`.
+    /// Makes `fraction / 2^bits * 2^exponent` for any fraction.
     #[one_copy]
     pub(super) fn normalized(fraction: P::Raw, exponent: i16) -> Self {
         let mut number = Float::new(fraction, exponent);
@@ -68,13 +70,13 @@ impl<P: Profile> Float<P> {
         number
     }
 
-    /// Returns the float of two words. The last bit also stands for all bits after it.
+    /// Returns the float of two words. The last bit is also set if any bit after it is.
     #[one_copy]
     pub(super) fn from_words(high: P::Raw, low: P::Raw, exponent: i16) -> Self {
         if wide::IS_WIDE && high != P::ZERO && !high.has_first() {
             let zeros = wide::leading_zeros(high);
             let mut number = Float::new(high << zeros, exponent.wrapping_sub(zeros.into()));
-            // The bits that move up from the other word.
+            // These bits move up from the other word.
             let rest = shift_right(low, Self::BITS.wrapping_sub(zeros.into()));
             number.significand = number.significand | rest;
             return number;
@@ -84,7 +86,7 @@ impl<P: Profile> Float<P> {
         number
     }
 
-    /// `fraction / 2^32 * 2^exponent`, likewise.
+    /// Makes `fraction / 2^32 * 2^exponent` like [`Float::from_words`].
     #[one_copy]
     pub(super) fn from_fraction(fraction: u32, exponent: i16) -> Self {
         let low = P::Raw::from_u32(fraction);
@@ -94,7 +96,7 @@ impl<P: Profile> Float<P> {
         Float::from_words(P::Raw::from_u32(fraction >> 16), low, exponent)
     }
 
-    /// An integer of the profile.
+    /// Unpacks an integer of the profile.
     #[one_copy]
     pub fn from_int(value: P::Raw) -> Self {
         let negative = value.has_first();
@@ -123,17 +125,17 @@ impl<P: Profile> Float<P> {
         self.is_zero() || self.is_endless()
     }
 
-    /// Makes it NaN.
+    /// Sets the number to NaN.
     pub(super) fn set_nan(&mut self) {
         self.exponent = NAN_EXPONENT;
     }
 
-    /// Makes it its magnitude.
+    /// Sets the number to its magnitude.
     pub fn abs(&mut self) {
         self.negative = false;
     }
 
-    /// The order of two numbers; `None` if one is NaN.
+    /// Returns the order of two numbers; `None` if one is NaN.
     #[one_copy]
     pub fn compare(&self, other: &Self) -> Option<Ordering> {
         if self.is_nan() || other.is_nan() {
@@ -163,7 +165,8 @@ impl<P: Profile> Float<P> {
         }
     }
 
-    /// An integer of the profile; the nearest if that does not fit, 0 for NaN.
+    /// Rounds to an integer of the profile. Returns the nearest one if the result does not fit, and
+    /// 0 for NaN.
     #[one_copy]
     pub fn to_int(&self, rounding: Rounding) -> P::Raw {
         if self.is_nan() {
@@ -175,10 +178,10 @@ impl<P: Profile> Float<P> {
             Rounding::Nearest => 2,
             _ => 0,
         };
-        // All that are larger than that are integers.
+        // Numbers with a negative shift are integers.
         let shift = (Self::BITS - 2).wrapping_sub(self.exponent);
         let whole = if shift >= 0 {
-            // Four times the magnitude, whose last bit also stands for all after it.
+            // This is four times the magnitude; its last bit is also set if any bit after it is.
             shift_right(self.significand, shift).add(P::raw_from_u16(quarters)) >> 2
         } else if shift == -1 {
             self.significand >> 1
@@ -190,7 +193,7 @@ impl<P: Profile> Float<P> {
         if self.negative { whole.neg() } else { whole }
     }
 
-    /// Its integer part; the nearest `i32` if that does not fit, 0 for NaN.
+    /// Returns the integer part; the nearest `i32` if that does not fit, 0 for NaN.
     pub fn to_i32(&self) -> i32 {
         if P::FULL {
             return P::int_to_i32(self.to_int(Rounding::Truncate));
@@ -201,7 +204,7 @@ impl<P: Profile> Float<P> {
         if self.exponent > 31 {
             return if self.negative { i32::MIN } else { i32::MAX };
         }
-        // Digit by digit: an AVR shifts bit by bit anyway.
+        // The loop moves one bit at a time, as an AVR does for every shift.
         let (mut whole, mut rest) = (0_i32, self.significand);
         for _ in 0..self.exponent {
             whole = whole << 1 | i32::from(rest.has_first());
@@ -210,7 +213,7 @@ impl<P: Profile> Float<P> {
         if self.negative { whole.wrapping_neg() } else { whole }
     }
 
-    /// The integer of the profile that it is, if it is one.
+    /// Returns the integer of the profile that equals the number, if there is one.
     #[one_copy]
     pub fn as_int(&self) -> Option<P::Raw> {
         let int = self.to_int(Rounding::Truncate);
@@ -219,9 +222,9 @@ impl<P: Profile> Float<P> {
     }
 }
 
-/// For the functions of [`super::maths`].
+/// Helpers of the functions of [`super::maths`].
 impl<P: Profile> Float<P> {
-    /// Sets it to 1.
+    /// Sets the number to 1.
     #[one_copy]
     pub(super) fn set_one(&mut self) {
         self.significand = P::Raw::FIRST;
@@ -234,7 +237,7 @@ impl<P: Profile> Float<P> {
         self.exponent == 1 && self.significand == P::Raw::FIRST && !self.negative
     }
 
-    /// The square of a magnitude of at most 1, as a fraction.
+    /// Returns the square of a magnitude of at most 1, as a fraction.
     #[one_copy]
     pub(super) fn square(&self) -> P::Raw {
         let fixed = if self.exponent > 0 {

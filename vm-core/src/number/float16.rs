@@ -7,19 +7,20 @@
 //! +--+-----------+-----------------+
 //! ```
 //!
-//! Exponent 0 is zero whatever its fraction (there are no subnormals), exponent 63 is infinity with
-//! fraction 0 and NaN otherwise; only [`F16::NAN`] is ever produced. Magnitudes run from 2^-30 to
-//! just below 2^32: more range than IEEE's binary16, since distances in millimetres and their
-//! squares occur in the same script.
+//! A number with exponent 0 is zero whatever its fraction (there are no subnormals). With exponent
+//! 63 it is infinity if the fraction is 0 and NaN otherwise; only [`F16::NAN`] is ever produced.
+//! Magnitudes run from 2^-30 to just below 2^32. This is more range than IEEE's binary16 has, since
+//! distances in millimetres and their squares occur in the same script.
 //!
-//! Arithmetic is that of [`Float`], whose results [`F16::pack`] rounds: once, and so correctly.
+//! Arithmetic is done by [`Float`]. [`F16::pack`] rounds its results once, so they are correctly
+//! rounded.
 
 use super::float::{Float, INFINITE_EXPONENT, NAN_EXPONENT, ZERO_EXPONENT};
 use super::profile::Tiny;
 
-/// Width of the fraction that binary32 has and this format has not.
+/// The number of bits by which the fraction of binary32 is longer.
 const EXTRA_FRACTION: u32 = 23 - 9;
-/// Difference of the exponent biases, 127 - 31.
+/// The difference of the exponent biases, 127 - 31.
 const BIAS_DIFFERENCE: u32 = 96;
 
 /// A 16-bit float, as its bits.
@@ -36,10 +37,10 @@ impl F16 {
     /// The smallest positive number, 2^-30.
     pub const MIN_POSITIVE: F16 = F16(0x0200);
 
-    /// The nearest 16-bit float, the even one of two.
+    /// Returns the nearest 16-bit float, with ties to even.
     ///
-    /// What is still below 2^-30 after rounding becomes a zero of the same sign, what is 2^32 or
-    /// more becomes infinity.
+    /// A value that is below 2^-30 after rounding becomes a zero of the same sign; one that is 2^32
+    /// or more becomes infinity.
     pub fn from_f32(value: f32) -> F16 {
         let bits = value.to_bits();
         let sign = (bits >> 16) as u16 & 0x8000;
@@ -48,7 +49,8 @@ impl F16 {
             return F16::NAN;
         }
         // Exponent and fraction are rounded as one integer: a carry out of the fraction is the step
-        // to the next binade. Adding just under a half, and the last kept bit, makes ties even.
+        // to the next binade. Adding a little less than a half, and the last kept bit, rounds ties
+        // to even.
         let last_kept = (magnitude >> EXTRA_FRACTION) & 1;
         let half = (1 << (EXTRA_FRACTION - 1)) - 1;
         let rounded = magnitude.wrapping_add(half).wrapping_add(last_kept) >> EXTRA_FRACTION;
@@ -63,7 +65,7 @@ impl F16 {
         F16(sign | bits)
     }
 
-    /// Returns the same number in binary32: always exact.
+    /// Returns the same number in binary32, which is always exact.
     pub fn to_f32(self) -> f32 {
         let sign = u32::from(self.0 & 0x8000) << 16;
         let magnitude = self.0 & 0x7FFF;
@@ -79,14 +81,15 @@ impl F16 {
         f32::from_bits(sign | bits)
     }
 
-    /// The nearest 16-bit float, the even one of two.
+    /// Returns the nearest 16-bit float, with ties to even.
     #[one_copy]
     pub fn pack(number: &Float<Tiny>) -> F16 {
         if number.is_nan() {
             return F16::NAN;
         }
-        // Ten bits are kept, of which the first is implied. Adding just under a half, and the last kept bit, makes ties
-        // even; a carry is the step to the next binade, whose fraction is 0.
+        // Ten bits are kept, of which the first is implied. Adding a little less than a half, and
+        // the last kept bit, rounds ties to even. A carry is the step to the next binade, whose
+        // fraction is 0.
         let half = if number.significand & 0x40 == 0 { 0x1F } else { 0x20 };
         let (rounded, carry) = number.significand.overflowing_add(half);
         let field = number.exponent.wrapping_add(30 + i16::from(carry));
@@ -115,16 +118,16 @@ impl F16 {
         number
     }
 
-    /// The nearest 16-bit float.
+    /// Returns the nearest 16-bit float.
     pub fn from_i16(value: i16) -> F16 {
         F16::from_f32(f32::from(value))
     }
 
-    /// The nearest 16-bit float; never infinite.
+    /// Returns the nearest 16-bit float, which is never infinite.
     pub fn from_i32(value: i32) -> F16 {
-        // 31 bits do not fit binary32, and a midpoint must not appear or vanish in the conversion.
-        // So the bits below the 24 that are kept are collected in the last kept one, which is far
-        // below anything but a decision between midpoint and not midpoint.
+        // 31 bits do not fit binary32, and the conversion must neither make nor remove a midpoint
+        // between two 16-bit floats. The bits below the 24 that are kept are therefore collected in
+        // the last kept one, which is too low to change anything but the decision about a midpoint.
         let magnitude = value.unsigned_abs();
         let sticky = if magnitude >> 24 != 0 && magnitude & 0xFF != 0 { 0x100 } else { 0 };
         let kept = if magnitude >> 24 != 0 { magnitude & !0xFF | sticky } else { magnitude };
@@ -132,12 +135,12 @@ impl F16 {
         if value < 0 { F16(float.0 | 0x8000) } else { float }
     }
 
-    /// The integer part, the nearest `i16` if that does not fit, 0 for NaN.
+    /// Returns the integer part; the nearest `i16` if that does not fit, 0 for NaN.
     pub fn to_i16(self) -> i16 {
         self.to_f32() as i16
     }
 
-    /// The integer part, the nearest `i32` if that does not fit, 0 for NaN.
+    /// Returns the integer part; the nearest `i32` if that does not fit, 0 for NaN.
     pub fn to_i32(self) -> i32 {
         self.to_f32() as i32
     }

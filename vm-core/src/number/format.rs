@@ -1,4 +1,4 @@
-//! Numbers as text, and text as numbers, without `core::fmt`.
+//! Conversion of numbers to text and of text to numbers, without `core::fmt`.
 
 use super::float::Float;
 use super::word::multiply;
@@ -6,7 +6,7 @@ use super::word::multiply;
 /// Ten to the number of decimals that `%f` prints.
 const MILLION: u32 = 1_000_000;
 
-/// The exponents of ten beyond which every integer of up to 20 digits gives zero or infinity.
+/// The exponents of ten beyond which every integer of up to 20 digits becomes zero or infinity.
 const SMALLEST_EXPONENT: i32 = -66;
 const LARGEST_EXPONENT: i32 = 38;
 
@@ -60,9 +60,9 @@ pub fn format_float(value: f32, sink: &mut impl FnMut(u8)) {
     decimal(millionths, 6, sink);
 }
 
-/// `fraction * 1000000 / 2^shift`, rounded to the nearest integer, ties to even.
+/// Returns `fraction * 1000000 / 2^shift`, rounded to the nearest integer, ties to even.
 fn scaled_down(fraction: u32, shift: u32) -> u32 {
-    // 24 and 20 bits, so nothing is left of 44 shifted by more than 45.
+    // The factors have 24 and 20 bits, so a shift of the product by more than 45 leaves nothing.
     let mut scaled = multiply(fraction, MILLION);
     let mut half = 0;
     let mut rest = 0;
@@ -95,7 +95,7 @@ fn decimal(value: u32, digits: u8, sink: &mut impl FnMut(u8)) {
 
 /// Prints `significand * 2^shift`, where the shift is up to 104.
 fn large_decimal(significand: u32, shift: u32, sink: &mut impl FnMut(u8)) {
-    // Four digits a group, the least significant first; 2^128 has 39 digits.
+    // Each group has four digits, and the least significant group comes first; 2^128 has 39 digits.
     let mut groups = [0_u16; 10];
     let mut carry = significand;
     for group in &mut groups {
@@ -124,7 +124,7 @@ fn large_decimal(significand: u32, shift: u32, sink: &mut impl FnMut(u8)) {
     }
 }
 
-/// White space, as C means it.
+/// Returns true for white space as defined by C.
 fn is_space(byte: u8) -> bool {
     byte == b' ' || (b'\t'..=b'\r').contains(&byte)
 }
@@ -151,7 +151,7 @@ impl<I: Iterator<Item = u8>> TextReader<I> {
         }
     }
 
-    /// Skips a sign; whether it was a minus sign.
+    /// Skips a sign. Returns true if it was a minus sign.
     fn sign(&mut self) -> bool {
         let negative = self.next == Some(b'-');
         if negative || self.next == Some(b'+') {
@@ -170,9 +170,10 @@ impl<I: Iterator<Item = u8>> TextReader<I> {
     }
 }
 
-/// The integer at the start of a text: white space, a sign, decimal digits. What follows is ignored.
+/// Reads the integer at the start of a text: white space, a sign, decimal digits. The rest of the
+/// text is ignored.
 ///
-/// `None` if there is no digit; the nearest `i32` if the integer does not fit.
+/// Returns `None` if there is no digit, and the nearest `i32` if the integer does not fit.
 pub fn parse_int(text: impl Iterator<Item = u8>) -> Option<i32> {
     let mut text = TextReader::new(text);
     text.skip_space();
@@ -181,14 +182,14 @@ pub fn parse_int(text: impl Iterator<Item = u8>) -> Option<i32> {
     let mut any = false;
     while let Some(digit) = text.digit() {
         any = true;
-        // Downwards, since the smallest integer has no positive counterpart.
+        // The value is counted downwards, since the smallest integer has no positive counterpart.
         value = value.saturating_mul(10).saturating_sub(i32::from(digit));
     }
     any.then(|| if negative { value } else { value.saturating_neg() })
 }
 
-/// An unsigned integer of 352 bits, the lowest first: enough for 20 digits times or divided by every
-/// power of ten that matters.
+/// An unsigned integer of 352 bits, the lowest limb first. This is enough for 20 digits times or
+/// divided by every power of ten that matters.
 struct Big([u16; 22]);
 
 impl Big {
@@ -201,7 +202,7 @@ impl Big {
         }
     }
 
-    /// Divides by ten; whether there is a remainder.
+    /// Divides by ten. Returns true if there is a remainder.
     fn divide_by_ten(&mut self) -> bool {
         let mut rest = 0_u32;
         for limb in self.0.iter_mut().rev() {
@@ -212,8 +213,8 @@ impl Big {
         rest != 0
     }
 
-    /// The first 32 bits from the highest set one, as an integer below `2^32` and the power of two
-    /// by which it is scaled. The last bit also stands for all bits after it.
+    /// Returns the first 32 bits from the highest set one, as an integer below `2^32`, and the
+    /// power of two by which it is scaled. The last bit is also set if any bit after it is.
     fn leading(&self) -> (u32, i16) {
         let (mut bits, mut scale) = (0_u32, 0_i16);
         for limb in self.0.iter().rev() {
@@ -231,12 +232,12 @@ impl Big {
     }
 }
 
-/// The float at the start of a text: white space, a sign, digits with at most one point among or
-/// around them, an exponent. What follows is ignored.
+/// Reads the float at the start of a text: white space, a sign, digits with at most one point among
+/// or around them, an exponent. The rest of the text is ignored.
 ///
-/// `None` if there is no digit. The result is the nearest float, the even one of two, if there are
-/// at most 20 digits after leading zeros; of more, the rest only decides ties. `inf`, `nan` and
-/// hexadecimal floats are not read.
+/// Returns `None` if there is no digit. The result is the nearest float, with ties to even, if
+/// there are at most 20 digits after leading zeros; of more digits, the rest only decides ties.
+/// `inf`, `nan` and hexadecimal floats are not read.
 pub fn parse_float(text: impl Iterator<Item = u8>) -> Option<f32> {
     let mut text = TextReader::new(text);
     text.skip_space();
@@ -284,7 +285,7 @@ pub fn parse_float(text: impl Iterator<Item = u8>) -> Option<f32> {
         let mut scale = 32_i16;
         let mut inexact = dropped;
         if exponent < 0 {
-            // Times 2^270: then the quotient has more than 32 bits.
+            // The number is multiplied by 2^270, so that the quotient has more than 32 bits.
             for _ in 0..18 {
                 big.multiply_add(1 << 15, 0);
             }

@@ -1,7 +1,8 @@
 //! The functions of the library `math`. Each sets its first argument to the result.
 //!
-//! Largest errors in units in the last place, measured against binary64: those of the full profile by the test
-//! `number_maths`, those of the tiny one for every float by `number_float16`.
+//! The largest errors in units in the last place, measured against binary64. The test
+//! `number_maths` measures those of the full profile; `number_float16` measures those of the tiny
+//! one for every float.
 //!
 //! | Function | Full | Tiny |
 //! |---|---|---|
@@ -12,8 +13,8 @@
 //! | `asin`, `acos`, `atan2` | 0.6 | 0.53 |
 //! | `power` | 1.5 | 1.5 |
 //!
-//! Powers with integer exponents that are floats are exact. In the tiny profile one result in a hundred is not the nearest
-//! float but its neighbour; of powers, one in forty.
+//! Powers with integer exponents are exact if a float can hold them. In the tiny profile one result
+//! in a hundred is not the nearest float but the one next to it; of powers, one in forty.
 
 use super::calculator::calculate;
 use super::float::Float;
@@ -52,14 +53,15 @@ pub enum Function {
     Acos,
     /// The angle of the point `(y, x)` from -pi to pi, like `atan2(x, y)` of C.
     Atan2,
-    /// `x^y` as the operator `^` means it: like `pow` of C.
+    /// `x^y`, the operator `^`: like `pow` of C.
     ///
     /// Exact whenever `y` is an integer and the power is a float; else within 1.5 units in the last place.
     /// NaN for a negative `x` and a `y` that is not an integer; `x^0` and `1^y` are 1 even for NaN.
     Power,
 }
 
-/// Sets `x` to a function, by its number in [`Function`], of `x` and, if it has two arguments, `y`.
+/// Sets `x` to the result of a function, given by its number in [`Function`]. The arguments are `x`
+/// and, if the function has two, `y`.
 pub fn function<P: Profile, C: ByteCode>(function: u8, x: &mut Float<P>, y: &Float<P>) {
     let quarters = function.wrapping_sub(Function::Sin as u8);
     if IS_WIDE && P::FULL && quarters < 2 && sine_quickly::<P, C>(x, quarters) {

@@ -1,23 +1,26 @@
-//! Results of mathematical functions that were computed before, on computers.
+//! A table of results of mathematical functions, on computers.
 //!
-//! The tiny profile has 65,536 floats, so each function of one number has no more results. A computer remembers them, which
-//! takes a tenth of the time of computing them anew. They are the same for all machines of the process, and each is written once,
-//! so it makes no difference which thread was first.
+//! The tiny profile has 65,536 floats, so each function of one number has at most as many results.
+//! A computer remembers them, which takes a tenth of the time of computing them again. The results
+//! are the same for all machines of the process, so the order in which threads write them makes no
+//! difference.
 
 use core::sync::atomic::{AtomicU32, Ordering::Relaxed};
 
 use super::maths::Function;
 
-/// The functions before this one have one argument.
+/// The number of functions that have one argument; they come first.
 const FUNCTIONS: usize = Function::Atan2 as usize;
 
-/// A place with this bit has a result in its lower half.
+/// The bit that marks a place with a known result, which is in the lower half.
 const IS_KNOWN: u32 = 1 << 16;
 
-/// For each function and each float [`IS_KNOWN`] and the result, or 0. Memory that is never read is never occupied.
+/// For each function and each float, [`IS_KNOWN`] and the result, or 0. Pages of memory that are
+/// never accessed are never occupied.
 static RESULTS: [AtomicU32; FUNCTIONS << 16] = [const { AtomicU32::new(0) }; FUNCTIONS << 16];
 
-/// Returns the result of a function, by its number in [`Function`], and computes it if it is not known.
+/// Returns the result of a function, given by its number in [`Function`]. Computes the result if it
+/// is not known.
 pub(crate) fn remember(function: u8, argument: u16, compute: impl FnOnce() -> u16) -> u16 {
     let Some(place) = RESULTS.get(usize::from(function) << 16 | usize::from(argument)) else {
         return compute();

@@ -13,7 +13,7 @@ pub enum Number {
 }
 
 impl Number {
-    /// Its exact value.
+    /// Returns the exact value.
     pub fn unpack(self) -> Float {
         match self {
             Number::Int(value) => Float::from_int(value as u32),
@@ -21,8 +21,8 @@ impl Number {
         }
     }
 
-    /// Its value as a float of the profile. Integers of the full profile round to the nearest float, as a float literal
-    /// would; all others are exact.
+    /// Returns the value as a float of the profile. Integers of the full profile round to the
+    /// nearest float, as a float literal would; all others are exact.
     pub fn unpack_float<P: Profile>(self) -> Float<P> {
         match self {
             Number::Int(value) if !P::FULL => Float::from_int(P::int_from_i32(value)),

@@ -1,9 +1,10 @@
 //! Numbers: the two number profiles and everything that is computed with them.
 //!
-//! Scripts must compute the same on every robot of a swarm, whatever its processor. So nothing here
-//! calls a platform's mathematical library, uses binary64 or contracts `a * b + c`: there are integers, and in the full
-//! profile IEEE binary32 `+ - * /`, which hardware and soft-float libraries round alike.
-//! Nothing here panics: integer operations wrap, and no table is indexed by a computed value.
+//! Scripts must compute the same on every robot of a swarm, whatever its processor. Nothing here
+//! therefore calls a platform's mathematical library, uses binary64 or contracts `a * b + c`. The
+//! code uses integers and, in the full profile, IEEE binary32 `+ - * /`, which hardware and
+//! soft-float libraries round alike. Nothing here panics: integer operations wrap, and no table is
+//! indexed by a computed value.
 
 mod arithmetic;
 mod binary32;

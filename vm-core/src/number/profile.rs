@@ -1,7 +1,8 @@
 //! The two number profiles of the virtual machine.
 //!
-//! A profile fixes the width of a value's payload, and how integers and floats are kept in it. The
-//! interpreter is generic over it, so a robot's firmware contains exactly one.
+//! A profile determines the width of a value's payload, and the representation of integers and
+//! floats in it. The interpreter is generic over the profile, so a robot's firmware contains
+//! exactly one.
 
 use core::fmt::Debug;
 
@@ -22,7 +23,7 @@ mod sealed {
 
 /// A number profile: [`Tiny`] or [`Full`].
 ///
-/// Integer operations work at the payload's own width and wrap, so that the tiny profile compiles to
+/// Integer operations have the payload's own width and wrap, so that the tiny profile compiles to
 /// 16-bit code on an 8-bit processor.
 pub trait Profile: sealed::Sealed + Stored + Copy + Default + Debug + 'static {
     /// The payload of a value.
@@ -46,39 +47,39 @@ pub trait Profile: sealed::Sealed + Stored + Copy + Default + Debug + 'static {
     const INT_MAX: i32;
     /// Bytes of a literal in an image.
     const WORD_BYTES: usize;
-    /// Room for a frame, and for the contents of all fragments of a message.
+    /// A buffer for a frame.
     type Frame: Buffer;
-    /// See [`Profile::Frame`].
+    /// A buffer for the contents of all fragments of a message.
     type Content: Buffer;
-    /// The time that text has taken: nothing in the tiny profile, which has no text.
+    /// The time that work on text has taken. It is empty in the tiny profile, which has no text.
     type TextWork: TextWork;
     /// The machine's own tables.
     const ROM: &'static [u8];
     /// The tables of a machine without [`Part::Maths`](crate::Part::Maths).
     const ROM_WITHOUT_MATHS: &'static [u8];
-    /// The places of the coefficients of polynomials among them.
+    /// The offsets of the coefficients of polynomials in these tables.
     const POLYNOMIALS: Polynomials;
 
-    /// A payload from 16 bits (an index, an id); the rest is zero.
+    /// Makes a payload from 16 bits, such as an index or an id; the other bits are zero.
     fn raw_from_u16(value: u16) -> Self::Raw;
-    /// The low 16 bits of a payload.
+    /// Returns the low 16 bits of a payload.
     fn raw_to_u16(raw: Self::Raw) -> u16;
-    /// The payload of a literal: the first [`Profile::WORD_BYTES`] bytes, little endian.
+    /// Returns the payload of a literal: the first [`Profile::WORD_BYTES`] bytes, little endian.
     fn literal_from_le(bytes: [u8; 4]) -> Self::Raw;
-    /// Returns true if all bits are zero, as in integer 0 and in no other integer.
+    /// Returns true if all bits are zero. The only such integer is 0.
     fn is_zero(raw: Self::Raw) -> bool;
 
-    /// The value of an integer.
+    /// Returns the value of an integer.
     fn int_to_i32(raw: Self::Raw) -> i32;
-    /// An integer; the bits that do not fit are dropped.
+    /// Makes an integer; bits that do not fit are dropped.
     fn int_from_i32(value: i32) -> Self::Raw;
-    /// The value of a float: always exact.
+    /// Returns the value of a float, which is always exact.
     fn float_to_f32(raw: Self::Raw) -> f32;
-    /// The nearest float; every NaN becomes the profile's only one.
+    /// Returns the nearest float; every NaN becomes the profile's only one.
     fn float_from_f32(value: f32) -> Self::Raw;
-    /// The value of a float, to be computed with.
+    /// Returns the value of a float, unpacked for computation.
     fn unpack(raw: Self::Raw) -> Float<Self>;
-    /// The nearest float, the even one of two.
+    /// Returns the nearest float, with ties to even.
     fn pack(number: &Float<Self>) -> Self::Raw;
 
     /// `a + b`, wrapping.
@@ -109,7 +110,7 @@ pub trait Profile: sealed::Sealed + Stored + Copy + Default + Debug + 'static {
     fn int_less(a: Self::Raw, b: Self::Raw) -> bool;
 }
 
-/// Instructions whose time text has taken, until they are taken from the budget.
+/// The time of work on text, in instructions, until it is taken from the budget.
 pub trait TextWork: Copy + Debug {
     /// No instructions.
     const NONE: Self;
@@ -117,7 +118,7 @@ pub trait TextWork: Copy + Debug {
     /// Adds instructions.
     fn add(&mut self, instructions: u16);
 
-    /// Returns the instructions, which are none from then on.
+    /// Returns the instructions and resets them to none.
     fn take(&mut self) -> u16;
 }
 
@@ -155,7 +156,7 @@ pub struct Tiny;
 #[derive(Clone, Copy, Default, PartialEq, Eq, Debug)]
 pub struct Full;
 
-/// The integer half of a profile, written once for both widths.
+/// The integer operations of a profile, written once for both widths.
 macro_rules! integer_operations {
     ($raw:ty, $int:ty) => {
         const ZERO: $raw = 0;
@@ -217,7 +218,8 @@ macro_rules! integer_operations {
         #[inline]
         fn div(a: $raw, b: $raw) -> Option<$raw> {
             if b == 2 {
-                // The usual, and a division is a long subroutine on small chips.
+                // Two is the most frequent divisor, and a division is a long subroutine on small
+                // chips.
                 let a = a as $int;
                 return Some((a.wrapping_sub(a >> (<$int>::BITS - 1)) >> 1) as $raw);
             }
@@ -226,7 +228,7 @@ macro_rules! integer_operations {
 
         #[inline]
         fn modulo(a: $raw, b: $raw) -> Option<$raw> {
-            // As above.
+            // A power of two needs no division, which is a long subroutine on small chips.
             if b.is_power_of_two() && (b as $int) > 0 {
                 return Some(a & (b - 1));
             }
@@ -285,7 +287,7 @@ impl Profile for Tiny {
 
     integer_operations!(u16, i16);
 
-    // Not inlined: one copy of each conversion serves the whole machine.
+    // These functions are not inlined: one copy of each conversion serves the whole machine.
     #[one_copy]
     fn float_to_f32(raw: u16) -> f32 {
         F16(raw).to_f32()

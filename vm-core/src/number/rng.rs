@@ -1,8 +1,9 @@
 //! The generator of `rand` and `math.rng`: SplitMix of Steele, Lea and Flood, with words of 32 bits
 //! and the finalizer of MurmurHash3.
 //!
-//! It gives the same numbers on every target and needs two 32-bit multiplications a number, no table
-//! and 8 bytes of state, of which all values are good. A step, modulo 2^32:
+//! The generator returns the same numbers on every target. It needs two 32-bit multiplications per
+//! number, no table and 8 bytes of state, and every value of the state is valid. A step, modulo
+//! 2^32:
 //!
 //! ```text
 //! state = state + increment
@@ -13,8 +14,9 @@
 //!          x ^ x >> 16
 //! ```
 //!
-//! The increment is odd, so the period is 2^32: years of a script. Seed and robot id give both words,
-//! so that robots have unlike sequences, not parts of one:
+//! The increment is odd, so the period is 2^32, which lasts for years of a script. Seed and robot
+//! id determine both words, so that robots have different sequences instead of parts of the same
+//! one:
 //!
 //! ```text
 //! state = mix(seed ^ mix(id + 0x9E3779B9))
@@ -38,42 +40,43 @@ const GOLDEN: u32 = 0x9E37_79B9;
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub struct Rng {
     state: u32,
-    /// But for its lowest bit, which is set.
+    /// The increment, except for its lowest bit, which counts as set.
     increment: u32,
 }
 
 impl Rng {
-    /// A generator of which all bits are zero.
+    /// The generator with all bits zero.
     pub(crate) const ZERO: Rng = Rng { state: 0, increment: 0 };
 
-    /// The generator of a robot in a run: robots with the same seed get unlike numbers.
+    /// Returns the generator of a robot in a run. Robots with the same seed get different numbers.
     pub const fn new(seed: u32, robot_id: u16) -> Rng {
         let state = mix(seed ^ mix((robot_id as u32).wrapping_add(GOLDEN)));
         Rng { state, increment: mix(state.wrapping_add(GOLDEN)) }
     }
 
-    /// The generator after `math.rng.setseed(seed)`: the same numbers on every robot.
+    /// Returns the generator after `math.rng.setseed(seed)`, which is the same on every robot.
     pub const fn from_seed(seed: u32) -> Rng {
         Rng::new(seed, 0)
     }
 
-    /// 32 random bits.
+    /// Returns 32 random bits.
     #[one_copy]
     pub fn next_u32(&mut self) -> u32 {
         self.state = self.state.wrapping_add(self.increment | 1);
         mix(self.state)
     }
 
-    /// `rand()`: an integer in 0..=32767.
+    /// Returns the result of `rand()`, an integer in 0..=32767.
     pub fn rand(&mut self) -> i32 {
         (self.next_u32() >> 17) as i32
     }
 
-    /// An integer from `a` up to but not including `b`; in `b..a` if `b` is less, `a` if they are
-    /// equal.
+    /// Returns an integer from `a` up to but not including `b`; in `b..a` if `b` is less, `a` if
+    /// they are equal.
     ///
-    /// Scaling 32 random bits makes some of `n` integers likelier than others, by at most `n / 2^32`
-    /// of their probability: not to be noticed in the tiny profile, where `n` is below 2^16.
+    /// Scaling 32 random bits makes some of `n` integers likelier than others, by at most `n /
+    /// 2^32` of their probability. This is imperceptible in the tiny profile, where `n` is below
+    /// 2^16.
     pub fn uniform_int<P: Profile>(&mut self, a: P::Raw, b: P::Raw) -> P::Raw {
         let (low, high) = if P::int_less(b, a) { (b, a) } else { (a, b) };
         P::add(low, P::sub(high, low).scale(self.next_u32()))
@@ -82,8 +85,9 @@ impl Rng {
     /// Sets `a` to a float of the profile from `a` up to but not including `b`; in `b..a` if `b` is less, `a` if
     /// they are equal.
     ///
-    /// It is one of 2^24 equally spaced numbers, rounded to the profile's floats. What rounds to `b`
-    /// becomes `a`, which makes up for the numbers below `a` that would round to it.
+    /// The result is one of 2^24 equally spaced numbers, rounded to the profile's floats. A number
+    /// that rounds to `b` becomes `a`, which makes up for the numbers below `a` that would round to
+    /// it.
     pub fn uniform_float<P: Profile>(&mut self, a: &mut Float<P>, b: &Float<P>) {
         let first = *a;
         let swapped = b.compare(&first) == Some(Ordering::Less);
@@ -106,9 +110,9 @@ impl Rng {
 
     /// Sets `deviation` to a normally distributed float.
     ///
-    /// The polar method of Marsaglia, on points whose coordinates are 16-bit integers: no result
-    /// is farther from the mean than 6.5 standard deviations. It tries 1.3 points on average, and
-    /// always ends, since the generator comes to every number.
+    /// This is the polar method of Marsaglia, on points whose coordinates are 16-bit integers: no
+    /// result is farther from the mean than 6.5 standard deviations. It tries 1.3 points on
+    /// average, and always ends, since the generator reaches every number.
     pub fn gaussian<P: Profile, C: ByteCode>(&mut self, deviation: &mut Float<P>, mean: &Float<P>) {
         let radius: u32 = 1 << 30;
         loop {

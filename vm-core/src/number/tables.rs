@@ -1,12 +1,10 @@
 //! The constants of the mathematical functions in flash ([`crate::rom`]): programs of the
-//! [calculator](super::calculator), constants,
-//! and the coefficients of polynomials.
+//! [calculator](super::calculator), constants, and the coefficients of polynomials.
 //!
 //! The polynomials are minimax approximations, as fractions of the profile's words. Their
-//! coefficients alternate in sign. The
-//! relative errors are 2^-34 or less in the full profile; in the tiny one, where the coefficients
-//! were rounded one after
-//! the other and the remaining ones fitted again, 2^-18, but for the arc tangent 2^-15.9, since
+//! coefficients alternate in sign. The relative errors are 2^-34 or less in the full profile. In
+//! the tiny profile the coefficients were rounded one after the other, and the remaining ones
+//! fitted again each time. Its errors are 2^-18 or less, except 2^-15.9 for the arc tangent, since
 //! there is no fraction 1.
 
 use super::float::Float;
@@ -38,8 +36,8 @@ pub(super) mod operand {
     pub const LN_2_SCALED: u8 = REGISTERS + 7;
 }
 
-/// The instructions of the calculator: an operation, and in the low four bits its operand or its
-/// variant.
+/// The instructions of the calculator: an operation, and its operand or its variant in the low four
+/// bits.
 pub(super) mod instruction {
     use super::super::arithmetic::operation;
 
@@ -58,16 +56,19 @@ pub(super) mod instruction {
     pub const SERIES: u8 = 0x90;
     /// The register and X are exchanged.
     pub const SWAP: u8 = 0xA0;
-    /// X becomes its magnitude, and if it is an angle of at least 1/2, what that is beyond or lacks to a multiple of a quarter
-    /// turn. The sign of its sine is kept.
+    /// X becomes its magnitude. An angle of at least 1/2 becomes its distance from a multiple of a
+    /// quarter turn, see [`turn`](super::super::trigonometry::turn). The sign of its sine is kept.
     pub const TURN: u8 = 0xB0;
-    /// The same of the angle and a quarter turn.
+    /// Like [`TURN`], after a quarter turn is added to the angle.
     pub const TURN_MORE: u8 = 0xB1;
-    /// X becomes a number near 1, T the power of two by which it was multiplied; ends if X has no logarithm.
+    /// X becomes a number near 1, and T the exponent of the power of two by which X was divided.
+    /// Ends the program if X has no finite logarithm.
     pub const SPLIT: u8 = 0xC0;
-    /// X becomes X to the power Y, and the program ends, or its magnitude. The sign of the power is kept.
+    /// X becomes X to the power Y, and the program ends, if that power is simple. Otherwise X
+    /// becomes its magnitude. The sign of the power is kept.
     pub const POWER: u8 = 0xC1;
-    /// The point (Y, X) is mirrored to where neither is negative. The sign of its angle is kept.
+    /// The point (Y, X) is mirrored to the quadrant where neither coordinate is negative. The sign
+    /// of its angle is kept.
     pub const POINT: u8 = 0xD0;
     /// X gets the sign that was kept, at first plus.
     pub const SIGN: u8 = 0xD1;
@@ -83,7 +84,7 @@ pub(super) mod instruction {
     pub const END: u8 = 0xF0;
 }
 
-/// A polynomial: the places of its coefficients, the highest power first.
+/// A polynomial: the indices of its coefficients, the highest power first.
 #[derive(Clone, Copy, Debug)]
 pub struct Series {
     first: u8,
@@ -107,7 +108,7 @@ impl Polynomials {
     pub(super) const TINY: Polynomials = Polynomials::of([4, 6, 4, 5]);
     pub(super) const FULL: Polynomials = Polynomials::of([6, 12, 7, 7]);
 
-    /// Returns the places of polynomials with these numbers of coefficients.
+    /// Returns the indices of polynomials with these numbers of coefficients.
     const fn of(lengths: [u8; 4]) -> Polynomials {
         let [sine, arc_tangent, logarithm, exponential] = lengths;
         let logarithm_at = sine + arc_tangent;
@@ -173,7 +174,7 @@ const FULL_WORDS: [u32; Polynomials::FULL.count()] = [
     0xB172_17EA,
 ];
 
-/// `1 / 9` as a fraction, rounded up.
+/// Returns `1 / 9` as a fraction, rounded up.
 pub(super) fn largest_square<P: Profile>() -> P::Raw {
     P::Raw::from_u32(if P::FULL { 0x1C71_C71D } else { 0x1C72 })
 }
@@ -196,7 +197,7 @@ const TWO_OVER_PI_BITS: [u8; 24] = [
     0xDB, 0x62, 0x95, 0x99, 0x3C, 0x43, 0x90, 0x41,
 ];
 
-/// The programs, with their places among each other.
+/// The programs, with constants for their offsets.
 macro_rules! programs {
     ($($(#[$documentation:meta])* $name:ident = $($code:expr),+;)+) => {
         programs! { @place 0; $($(#[$documentation])* $name = [$(stringify!($code)),+];)+ }
@@ -260,7 +261,8 @@ pub(super) mod program {
 const PROGRAMS_AT: usize = program::STARTS.len();
 const WORDS_AT: usize = PROGRAMS_AT + program::BYTES.len();
 
-/// Bytes of all of it for words of `width` bytes, `count` of which are coefficients, and the first `bits` bytes of 2/pi.
+/// Returns the number of bytes of all tables for words of `width` bytes, `count` coefficients, and
+/// the first `bits` bytes of 2/pi.
 const fn length(width: usize, count: usize, bits: usize) -> usize {
     WORDS_AT + width * count + (width + 1) * CONSTANTS.len() + width + 1 + bits
 }
@@ -276,10 +278,11 @@ pub(crate) const TINY: [u8; length(2, TINY_WORDS.len(), 8)] = {
     bytes(2, &words)
 };
 
-/// All of it for the full profile.
+/// All tables of the full profile.
 pub(crate) const FULL: [u8; length(4, FULL_WORDS.len(), 24)] = bytes(4, &FULL_WORDS);
 
-/// Of the words, which are fractions of 2^32, the first `width` bytes are kept.
+/// Returns all tables as bytes. The words are fractions of 2^32, of which the first `width` bytes
+/// are kept.
 const fn bytes<const LENGTH: usize>(width: usize, words: &[u32]) -> [u8; LENGTH] {
     let mut bytes = [0; LENGTH];
     let mut at = 0;
@@ -296,14 +299,14 @@ const fn bytes<const LENGTH: usize>(width: usize, words: &[u32]) -> [u8; LENGTH]
     index = 0;
     while index < CONSTANTS.len() {
         let (significand, exponent) = CONSTANTS[index];
-        // To the nearest.
+        // The significand is rounded to the nearest.
         let half = if width == 2 { 1 << 15 } else { 0 };
         at = put(&mut bytes, at, width, significand + half);
         bytes[at] = exponent as u8;
         at += 1;
         index += 1;
     }
-    // Before the point there are zeros.
+    // There are only zeros before the point.
     at += width + 1;
     index = 0;
     while at < bytes.len() {
@@ -314,7 +317,7 @@ const fn bytes<const LENGTH: usize>(width: usize, words: &[u32]) -> [u8; LENGTH]
     bytes
 }
 
-/// Puts the first `width` bytes of a word; where the next is to be put.
+/// Stores the first `width` bytes of a word, and returns the offset after them.
 const fn put(bytes: &mut [u8], at: usize, width: usize, word: u32) -> usize {
     let mut byte = 0;
     while byte < width {
@@ -341,8 +344,9 @@ fn word<P: Profile, C: ByteCode>(at: usize) -> P::Raw {
     word
 }
 
-/// The number of quarter turns in an angle of `significand * 2^exponent` is the product of the significand and these words,
-/// in fractions of four quarter turns.
+/// Returns a word of 2/pi for an angle of `significand * 2^exponent`. The number of quarter turns
+/// in the angle is the product of the significand and these words, in fractions of four quarter
+/// turns.
 #[one_copy]
 pub(super) fn two_over_pi<P: Profile, C: ByteCode>(exponent: u8, number: u8) -> P::Raw {
     let bits_at = constants_at::<P>() + (P::WORD_BYTES + 1) * CONSTANTS.len();
@@ -353,18 +357,18 @@ pub(super) fn two_over_pi<P: Profile, C: ByteCode>(exponent: u8, number: u8) -> 
     word::<P, C>(at) << (place & 7) | P::raw_from_u16(more)
 }
 
-/// The three words of [`two_over_pi`] of the full profile, as one number.
+/// Returns the three words of [`two_over_pi`] of the full profile, as one number.
 #[hot]
 pub(super) fn wide_two_over_pi(exponent: u8) -> u128 {
     let bits_at = FULL.len() - TWO_OVER_PI_BITS.len() - 5;
     let place = exponent.wrapping_add(6);
-    // The last of the 16 bytes from there on are those that the three words take.
+    // The three words are in the last of the 16 bytes from there on.
     let at = bits_at + usize::from(place >> 3) - 3;
     let bytes = FULL.get(at..).and_then(<[u8]>::first_chunk);
     bytes.map_or(0, |bytes| u128::from_be_bytes(*bytes) << 24 << (place & 7) >> 32)
 }
 
-/// A constant, by its number as an operand.
+/// Returns a constant by its number as an operand.
 #[one_copy]
 pub(super) fn constant<P: Profile, C: ByteCode>(number: u8) -> Float<P> {
     let number = number.wrapping_sub(operand::REGISTERS);
@@ -378,12 +382,12 @@ pub(super) fn start<P: Profile, C: ByteCode>(function: u8) -> u8 {
     C::rom::<P>(rom::MATHS_AT + usize::from(function))
 }
 
-/// A byte of the programs.
+/// Returns a byte of the programs.
 pub(super) fn instruction_at<P: Profile, C: ByteCode>(at: u8) -> u8 {
     C::rom::<P>(rom::MATHS_AT + PROGRAMS_AT + usize::from(at))
 }
 
-/// The value of a polynomial.
+/// Returns the value of a polynomial.
 #[one_copy]
 pub(super) fn evaluate<P: Profile, C: ByteCode>(series: Series, x: P::Raw) -> P::Raw {
     let mut value = P::ZERO;

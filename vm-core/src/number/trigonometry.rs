@@ -1,7 +1,7 @@
 //! Trigonometric functions.
 //!
-//! An angle becomes a number of quarter turns by a product with 2/pi that is exact where it matters, so results are right
-//! for every float, however large.
+//! A product with 2/pi turns an angle into a number of quarter turns. All bits of the product that
+//! matter are exact, so results are right for every float, however large.
 
 use super::float::Float;
 use super::profile::Profile;
@@ -10,13 +10,15 @@ use super::wide::IS_WIDE;
 use super::word::Word;
 use crate::bytecode::ByteCode;
 
-/// Sets `x`, the magnitude of an angle, to which a number of quarter turns is added, 0 or 1, to what it is beyond a multiple
-/// of a quarter turn if that multiple is even, or what it lacks to the next; in quarter turns. Whether that changes the sign of
-/// the sine.
+/// Reduces the angle `x`, which is not negative, after adding `quarters`, 0 or 1, quarter turns to
+/// it. If the number of whole quarter turns is even, sets `x` to the remainder; else to 1 minus the
+/// remainder. Both are in quarter turns. Returns true if the sine of the angle is the negative sine
+/// of `x`.
 #[hot]
 pub(super) fn turn<P: Profile, C: ByteCode>(x: &mut Float<P>, quarters: u8) -> bool {
-    // Three words of the product with those bits of 2/pi that count: what is before them are multiples of four quarter
-    // turns, and what is behind them changes less than the last bit of the first two by one.
+    // The product needs three words, with only those bits of 2/pi that count. The bits before them
+    // stand for multiples of four quarter turns; the bits after them change the last bit of the
+    // first two words by less than one.
     let (mut high, mut low, mut carried) = (P::ZERO, P::ZERO, P::ZERO);
     let mut word = 3_u8;
     if IS_WIDE && P::FULL {
@@ -42,10 +44,11 @@ pub(super) fn turn<P: Profile, C: ByteCode>(x: &mut Float<P>, quarters: u8) -> b
     quarters & 2 != 0
 }
 
-/// Sets `x` to the sine of an angle, to which a number of quarter turns is added, 0 or 1. Returns false, and leaves `x`, if the angle
-/// is zero, infinite or NaN.
+/// Sets `x` to the sine of an angle, after adding `quarters`, 0 or 1, quarter turns to it. Returns
+/// false, and leaves `x` unchanged, if the angle is zero, infinite or NaN.
 ///
-/// The result of the programs `SIN` and `COS` bit for bit, in less than a third of the calculator's instructions, for computers.
+/// The result equals that of the programs `SIN` and `COS` bit for bit, with less than a third of
+/// the calculator's instructions. Only computers use this function.
 pub(super) fn sine_quickly<P: Profile, C: ByteCode>(x: &mut Float<P>, quarters: u8) -> bool {
     if x.is_special() {
         return false;

@@ -1,14 +1,17 @@
 //! Shifts, products, ratios and roots on processors with registers of 64 bits, such as those of computers that simulate robots.
 //!
-//! The chips of robots shift bit by bit, divide digit by digit and multiply halves, since they have no instructions for more.
-//! Here each of these is one or two instructions. The results are the same bit for bit, which the tests of this file show.
+//! The chips of robots have no instructions for these operations: they shift bit by bit, divide
+//! digit by digit and multiply in halves. Here each operation takes one or two instructions. The
+//! results are the same bit for bit, as the tests of this file show.
 
 use super::word::Word;
 
-/// The processor has these instructions. A constant, so that code which it rules out is not compiled.
+/// True if the processor has these instructions. It is a constant, so that the code which it
+/// excludes is not compiled.
 pub(crate) const IS_WIDE: bool = cfg!(any(target_pointer_width = "64", target_family = "wasm"));
 
-/// Returns the word of two bytes, or of four, at a place of a table, the highest byte first; 0 if it is not in there.
+/// Returns the word of two or four bytes at an offset of a table, the highest byte first; 0 if the
+/// table is too short.
 #[inline]
 pub(super) fn word_at(table: &[u8], at: usize, has_four: bool) -> u32 {
     let bytes = table.get(at..).unwrap_or(&[]);
@@ -19,13 +22,14 @@ pub(super) fn word_at(table: &[u8], at: usize, has_four: bool) -> u32 {
     }
 }
 
-/// Returns the number of bits before the first that is set.
+/// Returns the number of zero bits before the first bit that is set.
 #[inline]
 pub(super) fn leading_zeros<W: Word>(bits: W) -> u8 {
     (bits.to_u32().leading_zeros() as u8).wrapping_sub(32 - W::BITS)
 }
 
-/// Returns `bits / 2^count`, whose last bit also stands for all that are shifted out. `count` is less than the width of a word.
+/// Returns `bits / 2^count`. The last bit is also set if any bit that is shifted out is. `count` is
+/// less than the width of a word.
 #[inline]
 pub(super) fn shift_right<W: Word>(bits: W, count: u8) -> W {
     let bits = bits.to_u32();
@@ -34,12 +38,13 @@ pub(super) fn shift_right<W: Word>(bits: W, count: u8) -> W {
     W::from_u32(shifted | u32::from(!is_exact))
 }
 
-/// Returns the result of [`divide`](super::arithmetic::divide) for a ratio or a remainder; `None` if the digits of the quotient do not fit a word.
+/// Returns the result of [`divide`](super::arithmetic::divide) for a ratio or a remainder; `None`
+/// if the digits of the quotient do not fit a word.
 #[inline]
 pub(super) fn divide<W: Word>(left: W, right: W, steps: u16, carry: bool) -> Option<(W, W)> {
     let (bits, right) = (u16::from(W::BITS), u64::from(right.to_u32()));
     let dividend = u64::from(left.to_u32()) | u64::from(carry) << bits;
-    // Each digit is 0 or 1 only if the first is.
+    // Every digit is 0 or 1 only if the first one is.
     if steps >= bits || dividend >= 2 * right {
         return None;
     }
@@ -52,11 +57,12 @@ pub(super) fn divide<W: Word>(left: W, right: W, steps: u16, carry: bool) -> Opt
 /// Returns the result of [`divide`](super::arithmetic::divide) for a square root with as many digits as a word.
 #[inline]
 pub(super) fn root<W: Word>(square: W) -> (W, W) {
-    // All digits but the last.
+    // The root without its last digit.
     let scaled = u64::from(square.to_u32()) << (W::BITS - 2);
     let root = scaled.isqrt();
     let rest = scaled.wrapping_sub(root.wrapping_mul(root));
-    // Half of the last digit has no place in a word: it is not subtracted.
+    // The divisor includes half of the digit to be found. For the last digit this half has no place
+    // in a word, so it is not subtracted.
     let last = u64::from(rest >= root);
     let rest = rest.wrapping_sub(root.wrapping_mul(last));
     (W::from_u32((2 * root + last) as u32), W::from_u32((2 * rest) as u32))
@@ -77,7 +83,7 @@ mod tests {
     use super::*;
     use std::vec::Vec;
 
-    /// Words with few and with many bits set, and random ones.
+    /// Returns words with few and with many bits set, and random ones.
     fn words() -> Vec<u32> {
         let mut state = 1_u32;
         let mut words: Vec<u32> = (0..32)

@@ -1,11 +1,12 @@
-//! The words that numbers are computed in: as wide as a profile's payloads, 16 or 32 bits.
+//! The words in which numbers are computed: as wide as a profile's payloads, 16 or 32 bits.
 
 use core::fmt::Debug;
 use core::ops::{BitAnd, BitOr, BitXor, Not, Shl, Shr};
 
 use super::wide;
 
-/// `u16` or `u32`. Nothing of it panics: additions wrap, and no number is shifted by its width.
+/// The trait of `u16` and `u32`. Its functions never panic: additions wrap, and no number is
+/// shifted by its width.
 pub trait Word:
     Copy
     + Ord
@@ -24,31 +25,31 @@ pub trait Word:
     const ZERO: Self;
     /// 1
     const ONE: Self;
-    /// The first bit.
+    /// The word in which only the first bit is set.
     const FIRST: Self;
 
-    /// 1 or 0.
+    /// Returns 1 for true, 0 for false.
     fn of(bit: bool) -> Self;
-    /// The last bits of a number.
+    /// Returns the last bits of a number.
     fn from_u32(bits: u32) -> Self;
     /// Returns the same number as 32 bits.
     fn to_u32(self) -> u32;
-    /// The last bits.
+    /// Returns the last 16 bits.
     fn to_i16(self) -> i16;
 
     /// `self + other`, wrapping.
     fn add(self, other: Self) -> Self;
     /// `self - other`, wrapping.
     fn sub(self, other: Self) -> Self;
-    /// `self + other`, wrapping, and whether it did.
+    /// Returns `self + other`, wrapping, and true if the sum wrapped.
     fn add_carry(self, other: Self) -> (Self, bool);
-    /// The product, its high word first.
+    /// Returns the product, its high word first.
     fn multiply(self, other: Self) -> (Self, Self);
-    /// The product of two fractions, as a fraction.
+    /// Returns the product of two fractions, as a fraction.
     fn multiply_high(self, other: Self) -> Self;
-    /// The product with a fraction of 2^32, without the fraction.
+    /// Returns the integer part of `self * fraction / 2^32`.
     fn scale(self, fraction: u32) -> Self;
-    /// The significand of a product from its two words, of which the first bit is set.
+    /// Returns the significand of a product from its two words. The first bit of `high` is set.
     fn round(high: Self, low: Self) -> Self;
 
     /// Returns true if the first bit is set.
@@ -117,7 +118,7 @@ impl Word for u16 {
         ((product >> 16) as u16, product as u16)
     }
 
-    /// To the nearest: the 16 bits have little to spare.
+    /// Rounds to the nearest, since 16 bits leave little room for errors.
     #[hot]
     fn multiply_high(self, other: u16) -> u16 {
         let (high, low) = self.multiply(other);
@@ -131,7 +132,7 @@ impl Word for u16 {
         high.wrapping_add(u16::from(carry))
     }
 
-    /// The last bit also stands for all bits after it, so that rounding to fewer bits is right.
+    /// Sets the last bit if any bit after it is set, so that rounding to fewer bits is right.
     #[hot]
     fn round(high: u16, low: u16) -> u16 {
         high | u16::from(low != 0)
@@ -161,24 +162,24 @@ impl Word for u32 {
         self.multiply(fraction).0
     }
 
-    /// To the nearest.
+    /// Rounds to the nearest.
     #[hot]
     fn round(high: u32, low: u32) -> u32 {
         high.saturating_add(low >> 31)
     }
 }
 
-/// The product of two half words.
-// On the AVR, one copy of the call of a 32-bit multiplication.
+/// Returns the product of two half words.
+// On the AVR, one copy holds the call of the 32-bit multiplication.
 #[cfg_attr(target_arch = "avr", one_copy)]
 pub(super) fn multiply_halves(a: u16, b: u16) -> u32 {
     u32::from(a).wrapping_mul(u32::from(b))
 }
 
-/// The product of two words.
+/// Returns the product of two words.
 ///
-/// Schoolbook multiplication in halves: multiplying 64-bit numbers would call a slow and large library routine on
-/// processors that multiply at most 32 bits.
+/// This is schoolbook multiplication in halves. Multiplying 64-bit numbers would call a slow and
+/// large library routine on processors that multiply at most 32 bits.
 #[one_copy]
 pub extern "C" fn multiply(a: u32, b: u32) -> u64 {
     let (a_high, a_low) = (a >> 16, a & 0xFFFF);
