@@ -187,7 +187,8 @@ impl<P: Profile, const SLOTS: usize> Arena<P, SLOTS> {
         self.slots.index_at(at)
     }
 
-    /// Returns true if the slot holds nil. Reads the tag alone, which is faster than reading the value.
+    /// Returns true if the slot holds nil. Reads the tag alone, which is faster than reading the
+    /// value.
     #[hot]
     pub(crate) fn is_nil_at(&self, at: usize) -> bool {
         self.count_access();

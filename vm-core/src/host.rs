@@ -31,8 +31,8 @@ pub enum Axis {
 
 /// The robot, as the machine uses it: its functions, log, time, position and radio.
 pub trait Host<P: Profile> {
-    /// Calls the robot function with that name hash. `again` is false the first time and true when the machine asks
-    /// whether a function that answered [`Reply::Wait`] is finished.
+    /// Calls the robot function with that name hash. `again` is false on the first call. It is true
+    /// when the machine asks if a function that returned [`Reply::Wait`] is finished.
     fn call<C: ByteCode, const SLOTS: usize>(
         &mut self,
         function: u16,

@@ -43,8 +43,8 @@ pub const DEPTH_MAX: u8 = 200;
 /// The number of bytes of a row of the library table.
 pub(crate) const LIBRARY_ROW: usize = 4;
 
-/// A reason why bytes cannot be run. All variants have the same size, so that it is returned in
-/// registers.
+/// A reason why bytes cannot be run. All variants have the same size, so that the compiler returns
+/// an error in registers.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[non_exhaustive]
 pub enum ImageError {

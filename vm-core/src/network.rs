@@ -67,7 +67,7 @@ impl<P: Profile> Sighting<P> {
 }
 
 impl<P: Profile> Default for Sighting<P> {
-    /// Nothing is known.
+    /// Returns the sighting of a sender about which the link knows nothing.
     fn default() -> Self {
         Sighting { robot: None, place: None }
     }

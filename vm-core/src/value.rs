@@ -205,7 +205,7 @@ impl<P: Profile> Value<P> {
         Self::packed(&Self::int(value).unpack_float())
     }
 
-    /// A constant string.
+    /// Makes a constant string.
     #[hot]
     pub fn string(number: u16) -> Self {
         Self::indexed(Tag::STRING, number)

@@ -483,7 +483,7 @@ mod tests {
         found
     }
 
-    /// A small generator, so that runs are the same everywhere.
+    /// Returns the next number of a small generator, so that runs are the same everywhere.
     fn random(state: &mut u32) -> u32 {
         *state = state.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
         *state >> 16

@@ -72,7 +72,8 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
                 return order::EQUAL;
             }
             let (own, other) = if a_is_own { (a, b) } else { (b, a) };
-            // A string of the script with n own strings before it is above number n - 1 and below n.
+            // A string of the script with n own strings before it sorts after own string n - 1 and
+            // before own string n.
             let own_is_less = own < u16::from(program.string_order(other));
             own_is_less == a_is_own
         };

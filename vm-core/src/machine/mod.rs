@@ -274,7 +274,8 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
         if self.state == VmState::Empty { None } else { self.program() }
     }
 
-    /// Sets the id that scripts see, and seeds `rand` and `math.rng` from the seed of the run and this id.
+    /// Sets the id that scripts see, and seeds `rand` and `math.rng` from the seed of the run and
+    /// this id.
     pub fn set_robot_id(&mut self, robot_id: u16, seed: u32) {
         self.robot_id = robot_id;
         self.rng = Rng::new(seed, robot_id);
@@ -551,7 +552,7 @@ enum Flow {
     Done,
 }
 
-/// The record of a frame `delta` slots above its caller's.
+/// Returns the record of a frame that is `delta` slots above its caller's frame.
 #[hot]
 fn record<P: Profile>(delta: usize, position: usize) -> Value<P> {
     Value::indexed(Tag::of(delta as u8), position as u16)

@@ -259,7 +259,7 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
         }
     }
 
-    /// `string.sub(s, from[, to])`
+    /// Computes `string.sub(s, from[, to])`.
     fn substring(
         &mut self,
         text: Value<P>,

@@ -35,7 +35,8 @@ pub const SWARMS_MAX: usize = 4;
 pub const FRAGMENTS_MAX: u8 = 8;
 /// The number of bytes of a fragment before its content.
 pub const FRAGMENT_HEAD: usize = 4;
-/// The version of the format. The script hash covers it, so that robots with another version count as foreign.
+/// The version of the format. The script hash covers it, so that robots with another version count
+/// as foreign.
 pub const VERSION: u8 = 2;
 /// The greatest clock of a stigmergy entry. The clock after it is 1.
 pub const CLOCK_MAX: u32 = (1 << 22) - 1;

@@ -6,8 +6,8 @@
 //! floating-point library or unit can change a result.
 //!
 //! # Special numbers
-//! The exponent alone identifies zero, infinity and NaN. Their exponents are so far apart that
-//! those of products and ratios also show the result's class.
+//! The exponent alone identifies zero, infinity and NaN. The exponents of these are at such a
+//! distance from all others that those of products and ratios also show the result's class.
 
 use core::cmp::Ordering;
 

@@ -55,8 +55,9 @@ pub enum Function {
     Atan2,
     /// `x^y`, the operator `^`: like `pow` of C.
     ///
-    /// Exact whenever `y` is an integer and the power is a float; else within 1.5 units in the last place.
-    /// NaN for a negative `x` and a `y` that is not an integer; `x^0` and `1^y` are 1 even for NaN.
+    /// The result is exact if `y` is an integer and the power is a float; else it is within 1.5
+    /// units in the last place. It is NaN for a negative `x` and a `y` that is not an integer;
+    /// `x^0` and `1^y` are 1 even for NaN.
     Power,
 }
 

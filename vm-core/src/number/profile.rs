@@ -82,28 +82,30 @@ pub trait Profile: sealed::Sealed + Stored + Copy + Default + Debug + 'static {
     /// Returns the nearest float, with ties to even.
     fn pack(number: &Float<Self>) -> Self::Raw;
 
-    /// `a + b`, wrapping.
+    /// Returns `a + b`, wrapping.
     fn add(a: Self::Raw, b: Self::Raw) -> Self::Raw;
-    /// `a - b`, wrapping.
+    /// Returns `a - b`, wrapping.
     fn sub(a: Self::Raw, b: Self::Raw) -> Self::Raw;
-    /// `a * b`, wrapping.
+    /// Returns `a * b`, wrapping.
     fn mul(a: Self::Raw, b: Self::Raw) -> Self::Raw;
-    /// `-a`, wrapping.
+    /// Returns `-a`, wrapping.
     fn neg(a: Self::Raw) -> Self::Raw;
-    /// `a / b` towards zero; `None` if `b` is 0. The smallest integer by -1 wraps to itself.
+    /// Returns `a / b` rounded towards zero; `None` if `b` is 0. The smallest integer divided by -1
+    /// wraps to itself.
     fn div(a: Self::Raw, b: Self::Raw) -> Option<Self::Raw>;
-    /// The Euclidean remainder, from 0 to `|b| - 1`; `None` if `b` is 0.
+    /// Returns the Euclidean remainder, from 0 to `|b| - 1`; `None` if `b` is 0.
     fn modulo(a: Self::Raw, b: Self::Raw) -> Option<Self::Raw>;
 
-    /// Bitwise and.
+    /// Returns the bitwise and.
     fn and(a: Self::Raw, b: Self::Raw) -> Self::Raw;
-    /// Bitwise or.
+    /// Returns the bitwise or.
     fn or(a: Self::Raw, b: Self::Raw) -> Self::Raw;
-    /// Bitwise complement.
+    /// Returns the bitwise complement.
     fn not(a: Self::Raw) -> Self::Raw;
-    /// `a << count`; `None` unless `count` is in 0..[`Profile::INT_BITS`].
+    /// Returns `a << count`; `None` unless `count` is in 0..[`Profile::INT_BITS`].
     fn shl(a: Self::Raw, count: Self::Raw) -> Option<Self::Raw>;
-    /// `a >> count` keeping the sign; `None` unless `count` is in 0..[`Profile::INT_BITS`].
+    /// Returns `a >> count` with the sign kept; `None` unless `count` is in
+    /// 0..[`Profile::INT_BITS`].
     fn shr(a: Self::Raw, count: Self::Raw) -> Option<Self::Raw>;
 
     /// Returns true if `a < b` as integers.

@@ -82,8 +82,8 @@ impl Rng {
         P::add(low, P::sub(high, low).scale(self.next_u32()))
     }
 
-    /// Sets `a` to a float of the profile from `a` up to but not including `b`; in `b..a` if `b` is less, `a` if
-    /// they are equal.
+    /// Sets `a` to a float of the profile from `a` up to but not including `b`; in `b..a` if `b` is
+    /// less, `a` if they are equal.
     ///
     /// The result is one of 2^24 equally spaced numbers, rounded to the profile's floats. A number
     /// that rounds to `b` becomes `a`, which makes up for the numbers below `a` that would round to
@@ -145,7 +145,8 @@ fn square(number: i16) -> u32 {
     multiply_halves(magnitude, magnitude)
 }
 
-/// The finalizer of MurmurHash3: a bijection that spreads every bit over all.
+/// Applies the finalizer of MurmurHash3: a bijection that spreads every bit of the argument over
+/// all bits of the result.
 #[one_copy]
 const fn mix(bits: u32) -> u32 {
     let bits = (bits ^ bits >> 16).wrapping_mul(0x85EB_CA6B);

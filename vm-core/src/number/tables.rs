@@ -74,7 +74,8 @@ pub(super) mod instruction {
     pub const SIGN: u8 = 0xD1;
     /// X becomes negative.
     pub const MINUS: u8 = 0xD2;
-    /// The next instruction is skipped unless the point is nearer to the axis of Y, or the angle is below 1/2.
+    /// The next instruction is skipped unless the point is nearer to the axis of Y, or the angle is
+    /// below 1/2.
     pub const IF_STEEP: u8 = 0xE0;
     /// The next instruction is skipped unless the point is to the left of the axis of Y.
     pub const IF_LEFT: u8 = 0xE1;

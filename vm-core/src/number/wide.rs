@@ -1,4 +1,5 @@
-//! Shifts, products, ratios and roots on processors with registers of 64 bits, such as those of computers that simulate robots.
+//! Shifts, products, ratios and roots on processors with registers of 64 bits, such as those of
+//! computers that simulate robots.
 //!
 //! The chips of robots have no instructions for these operations: they shift bit by bit, divide
 //! digit by digit and multiply in halves. Here each operation takes one or two instructions. The
@@ -54,7 +55,8 @@ pub(super) fn divide<W: Word>(left: W, right: W, steps: u16, carry: bool) -> Opt
     Some((W::from_u32(quotient as u32), W::from_u32(rest as u32)))
 }
 
-/// Returns the result of [`divide`](super::arithmetic::divide) for a square root with as many digits as a word.
+/// Returns the result of [`divide`](super::arithmetic::divide) for a square root with as many
+/// digits as a word.
 #[inline]
 pub(super) fn root<W: Word>(square: W) -> (W, W) {
     // The root without its last digit.

@@ -37,9 +37,9 @@ pub trait Word:
     /// Returns the last 16 bits.
     fn to_i16(self) -> i16;
 
-    /// `self + other`, wrapping.
+    /// Returns `self + other`, wrapping.
     fn add(self, other: Self) -> Self;
-    /// `self - other`, wrapping.
+    /// Returns `self - other`, wrapping.
     fn sub(self, other: Self) -> Self;
     /// Returns `self + other`, wrapping, and true if the sum wrapped.
     fn add_carry(self, other: Self) -> (Self, bool);
@@ -58,7 +58,7 @@ pub trait Word:
         self & Self::FIRST != Self::ZERO
     }
 
-    /// `-self`, wrapping.
+    /// Returns `-self`, wrapping.
     #[hot]
     fn neg(self) -> Self {
         Self::ZERO.sub(self)

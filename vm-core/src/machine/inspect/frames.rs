@@ -32,7 +32,8 @@ pub enum FramePlace {
         /// instruction that made a call or stopped the script.
         position: u16,
     },
-    /// A built-in that calls functions of the script or waits, by its number in [`builtin`](crate::builtin).
+    /// A built-in that calls functions of the script or waits, by its number in
+    /// [`builtin`](crate::builtin).
     Builtin(u8),
     /// A robot function that is not finished, by the number of its import.
     Robot(u16),

@@ -63,7 +63,8 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
         self.top(below)
     }
 
-    /// Returns a local of the running function by its offset from the frame, as instructions name it.
+    /// Returns a local of the running function by its offset from the frame, as instructions name
+    /// it.
     pub fn frame_local(&self, number: i16) -> Value<P> {
         self.arena.get(self.local_slot(number))
     }

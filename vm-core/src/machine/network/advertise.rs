@@ -51,7 +51,8 @@ const RETRY_STEPS: u16 = 1024;
 pub(super) const FORGOTTEN: u16 = 40;
 
 impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
-    /// Sends the entries and swarms that the ending entry point has changed, at most [`NEWS_MAX`] entries.
+    /// Sends the entries and swarms that the ending entry point has changed, at most [`NEWS_MAX`]
+    /// entries.
     #[one_copy]
     pub(super) fn flush_stigmergy<H: Host<P>>(&mut self, host: &mut H) {
         self.protocol.has_dirty_entries = false;

@@ -15,7 +15,8 @@ use crate::value::{Tag, Value};
 #[derive(Clone, Copy, Debug)]
 pub struct Neighbor<P: Profile> {
     pub id: u16,
-    /// Distance in mm, azimuth and elevation in radians, as floats; `None` if the link did not measure them.
+    /// Distance in mm, azimuth and elevation in radians, as floats; `None` if the link did not
+    /// measure them.
     pub place: Option<[Value<P>; 3]>,
     /// Steps after which it is forgotten if no further frame of it is received. Each frame resets
     /// them, so they show its age.
@@ -158,7 +159,8 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
         })
     }
 
-    /// Returns the functions that handle messages and conflicts, in the order in which the script has set them.
+    /// Returns the functions that handle messages and conflicts, in the order in which the script
+    /// has set them.
     pub fn handlers(&self) -> impl Iterator<Item = (Trigger<P>, Value<P>)> {
         self.entries(self.arena.get(OVERLAYS)).filter_map(|[key, function]| {
             let trigger = match key.tag() {

@@ -329,8 +329,9 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
         }
     }
 
-    /// Returns true if `kin` or `nonkin`, given by its number, includes the neighbor whose id and data are on top of the
-    /// stack. The swarm is that of the running `exec`; outside of it all neighbors are kin.
+    /// Returns true if `kin` or `nonkin`, given by its number, includes the neighbor whose id and
+    /// data are on top of the stack. The swarm is that of the running `exec`; outside of it all
+    /// neighbors are kin.
     #[one_copy]
     pub(in crate::machine) fn is_chosen(&self, number: u8) -> bool {
         let at = self.neighbor_from(self.top(2).index() as u16);
