@@ -1,4 +1,4 @@
-//! The place of a stopped script: the source line, and the calls that led there.
+//! The place where a script stopped: the source line, and the calls that led there.
 
 use annotate_snippets::{AnnotationKind, Element, Level, Origin, Snippet};
 use bittybuzz_compiler::codegen::GLOBAL_CODE;
@@ -10,10 +10,10 @@ use serde_json::{Value, json};
 use crate::program::Program;
 use crate::report::printable;
 
-/// Calls that are shown from the innermost on. A recursion without end has thousands.
+/// The number of innermost calls that are shown. An endless recursion has thousands.
 const INNERMOST: usize = 6;
 
-/// The outermost calls, which are shown too.
+/// The number of outermost calls that are shown too.
 const OUTERMOST: usize = 2;
 
 /// The place at which the machine stopped.
@@ -31,7 +31,7 @@ impl<'a> Backtrace<'a> {
         Backtrace { program, positions, entry }
     }
 
-    /// The source text of the instruction, if it is on one line.
+    /// Returns the source text of the instruction, if it is on one line.
     pub fn marked(&self) -> Option<String> {
         let place = self.place().filter(|place| place.line == place.end_line)?;
         let source = self.program.source(place.file)?;
@@ -40,7 +40,8 @@ impl<'a> Backtrace<'a> {
         Some(line.chars().take(end).skip(start).collect())
     }
 
-    /// The place of the instruction and those of the calls that led there, innermost first, for programs.
+    /// Returns the places of the instruction and of the calls that led there as JSON, innermost
+    /// first.
     pub fn places(&self) -> Vec<Value> {
         let Some(symbols) = &self.program.symbols else { return Vec::new() };
         let place = |position: &u16| {
@@ -56,7 +57,7 @@ impl<'a> Backtrace<'a> {
         self.positions.iter().filter_map(place).collect()
     }
 
-    /// Place, source line and calls, for a message.
+    /// Returns place, source line and calls for a message.
     pub fn elements(&self) -> Vec<Element<'static>> {
         let mut elements = Vec::new();
         match (self.place(), &self.program.symbols, self.positions.first()) {
@@ -64,7 +65,7 @@ impl<'a> Backtrace<'a> {
             (_, _, Some(position)) => elements.push(note(format!(
                 "at position {position} of the code; without symbols, file and line are unknown"
             ))),
-            // The function itself could not be called.
+            // The entry itself could not be called, so there is no position.
             (_, _, None) => elements.push(note(format!("the robot called {}", self.entry_name()))),
         }
         elements.extend(self.calls().into_iter().map(note));
@@ -86,7 +87,8 @@ impl<'a> Backtrace<'a> {
         self.program.symbols.as_ref()?.position(u32::from(*self.positions.first()?))
     }
 
-    /// The source line with the instruction marked, or only the place if there is no such line.
+    /// Returns the source line with the instruction marked, or only the place if there is no such
+    /// line.
     fn source(&self, place: Place, symbols: &Symbols) -> Element<'static> {
         let path = printable(symbols.file(place.file).unwrap_or("<unknown>"));
         let source = self.program.source(place.file);
@@ -98,7 +100,7 @@ impl<'a> Backtrace<'a> {
         let byte =
             |column: u32| line.char_indices().nth(index(column)).map_or(line.len(), |(at, _)| at);
         let start = byte(place.column);
-        // Of an instruction that goes on over the line the rest of the line is marked.
+        // An instruction that continues on the next line is marked up to the end of this one.
         let end = if place.end_line == place.line { byte(place.end_column) } else { line.len() };
         let most = match line.len() {
             0..=WIDE_LINE => line.len(),
@@ -111,11 +113,11 @@ impl<'a> Backtrace<'a> {
             .into()
     }
 
-    /// A line for each function that was running, innermost first.
+    /// Returns a line for each function that was running, innermost first.
     fn calls(&self) -> Vec<String> {
         let Some(symbols) = &self.program.symbols else { return Vec::new() };
         let name = |position: u16| match symbols.function(u32::from(position)) {
-            // The global code and lambdas have descriptions in place of names.
+            // The global code and lambdas have descriptions instead of names.
             Some(function) if function.name.contains(' ') => function.name.clone(),
             Some(function) => format!("`{}`", function.name),
             None => "an unknown function".to_owned(),
@@ -154,7 +156,7 @@ fn note(text: String) -> Element<'static> {
     Level::NOTE.message(printable(&text)).into()
 }
 
-/// From a line or column that counts from 1.
+/// Converts a line or column that counts from 1 to an index.
 fn index(number: u32) -> usize {
     number.saturating_sub(1) as usize
 }

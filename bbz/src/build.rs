@@ -89,7 +89,7 @@ pub fn execute(arguments: &BuildArguments) -> Result<ExitStatus, Problem> {
     for output in [&image_path, &symbols_path].into_iter().chain(&hex_path) {
         inputs.refuse(output)?;
     }
-    // The image comes last: a new one never lies beside older symbols.
+    // The image is written last, so that a new image never lies next to older symbols.
     whole_file::write(&symbols_path, symbols.to_json().as_bytes())?;
     whole_file::write(&image_path, &image)?;
     if let (Some(path), Some(hex)) = (&hex_path, &hex) {
@@ -124,7 +124,7 @@ pub fn execute(arguments: &BuildArguments) -> Result<ExitStatus, Problem> {
     Ok(ExitStatus::Success)
 }
 
-/// Returns the common beginning of the names of the written files. A folder gets the name of the
+/// Returns the path of the written files without extension. Files in a folder are named after the
 /// script.
 fn base(script: &Path, output: Option<&Path>) -> PathBuf {
     let Some(output) = output else { return script.with_extension("") };

@@ -73,7 +73,7 @@ fn denied(text: &str) -> Result<Denied, String> {
     }
 }
 
-/// The messages about all files, and their numbers.
+/// The messages about all files, and their counts.
 struct Found {
     objects: Vec<serde_json::Value>,
     errors: usize,
@@ -155,7 +155,7 @@ impl Found {
                 })
         };
         self.denied += diagnostics.iter().filter(is_denied).count();
-        // Of the worst, the one that is printed first.
+        // Keeps the first code of the highest severity.
         for code in diagnostics.iter().map(|diagnostic| diagnostic.code) {
             if self.first.is_none_or(|first| first.severity() < code.severity()) {
                 self.first = Some(code);
@@ -163,7 +163,7 @@ impl Found {
         }
     }
 
-    /// Prints how many messages there were, and where to read more.
+    /// Prints the number of messages, and the command that explains the first one.
     fn summarise(&self) {
         let Some(first) = self.first else { return };
         let counts = [(self.errors, "error"), (self.warnings, "warning")];

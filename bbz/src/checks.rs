@@ -12,14 +12,12 @@ use serde_json::{Value, json};
 use crate::program::Program;
 use crate::report::printable;
 
-/// Places that are printed. JSON has all.
+/// The most places that are printed; JSON has all.
 const MOST_PLACES: usize = 20;
 
 /// The findings of robots with the same script and the same machine.
 pub struct Checked<'a> {
-    /// The findings.
     pub findings: &'a Findings,
-    /// The program.
     pub program: &'a Program,
     /// Slots of the machine.
     pub slots: usize,
@@ -27,14 +25,14 @@ pub struct Checked<'a> {
     pub entries: usize,
     /// Costs of instructions, if they are known.
     pub costs: Option<&'a Costs>,
-    /// Ticks of the findings in a second.
+    /// Ticks per second, to convert the moments of the findings.
     pub ticks_per_second: f64,
-    /// Ids distinguish the robots.
+    /// True to print the robot of each finding, for runs of several robots.
     pub has_robots: bool,
 }
 
 impl Checked<'_> {
-    /// The lines of the report.
+    /// Returns the lines of the report.
     pub fn text(&self) -> Vec<String> {
         let places = self.places();
         let mut lines: Vec<String> =
@@ -79,7 +77,7 @@ impl Checked<'_> {
         lines
     }
 
-    /// The report as an object.
+    /// Returns the report as a JSON object.
     pub fn json(&self) -> Value {
         let places: Vec<Value> = self
             .places()
@@ -137,7 +135,7 @@ impl Checked<'_> {
         })
     }
 
-    /// The anomalies, the most frequent first.
+    /// Returns the anomalies, the most frequent first.
     fn places(&self) -> Vec<(u16, Anomaly, &Occurrences)> {
         let places = self.findings.places.iter();
         let mut places: Vec<_> =
@@ -194,7 +192,7 @@ impl Checked<'_> {
     }
 }
 
-/// The name of an anomaly in JSON.
+/// Returns the name of an anomaly in JSON.
 fn kind(anomaly: Anomaly) -> &'static str {
     match anomaly {
         Anomaly::Wrapped => "wrapped",
@@ -212,7 +210,7 @@ fn times(count: u64) -> String {
     }
 }
 
-/// ` = 1.5e10`, with the digits of binary32; nothing for a result that no number is.
+/// Returns ` = 1.5e10` with the digits of binary32; an empty text for 0, infinity and NaN.
 fn real(value: f64) -> String {
     let near = value as f32;
     if !value.is_finite() || value == 0.0 {

@@ -12,18 +12,19 @@ const COSTS: &str = include_str!("../../bench/costs.json");
 
 /// A chip whose instructions were counted.
 struct Chip {
-    /// The beginning of its name in robot files.
+    /// The beginning of the chip's name in robot files.
     name: &'static str,
     /// The tables of the profiles that were counted.
     tables: &'static [Table],
-    /// Clock in Hz, to which the firmware of the robot that ships with it sets it.
+    /// The clock in Hz that the firmware of the shipped robot with this chip sets.
     clock_hz: u64,
 }
 
-/// The tables of a chip with a profile.
+/// The costs on a chip with one profile.
 struct Table {
     profile: Profile,
-    /// The costs of all instructions. The longest times of some are counted for the robot that ships with the chip.
+    /// The key of the costs in [`COSTS`]. The longest times of some instructions are not there, but
+    /// under the name of the shipped robot with the chip.
     instructions: &'static str,
 }
 

@@ -1,4 +1,4 @@
-//! `bbz disasm`: an image, or an object file, as readable text.
+//! `bbz disasm`: prints an image or an object file as readable text.
 
 use std::path::PathBuf;
 

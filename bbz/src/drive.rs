@@ -1,4 +1,4 @@
-//! Driving the virtual machine: global code, `init()`, steps, `destroy()`.
+//! Drives the virtual machine: global code, `init()`, steps, `destroy()`.
 
 use std::time::{Duration, Instant};
 
@@ -10,10 +10,10 @@ use bittybuzz_vm_core::{Entry, Fault, Image, ImageError, Outcome, Sighting, Size
 use crate::host::{Clock, HostRobot};
 use crate::interrupt::Interrupt;
 
-/// Slots of the machine that plays all robots, as many as there can be.
+/// Slots of the machine that stands for every robot: the most that a machine can have.
 pub const SLOTS: usize = 65_520;
 
-/// Instructions between two looks at Ctrl-C.
+/// Instructions between two checks for Ctrl-C.
 const SLICE: u16 = 50_000;
 
 /// Slices that the running entry, and then `destroy()`, still get after Ctrl-C.
@@ -21,17 +21,15 @@ const LAST_SLICES: usize = 4;
 
 /// The settings of a run.
 pub struct Settings {
-    /// Id of the robot.
     pub id: u16,
-    /// Seed of the run.
     pub seed: u32,
     /// Slots of the robot's machine.
     pub slots: usize,
-    /// The memory for other robots.
+    /// The capacities for neighbors, stigmergy entries and swarms.
     pub sizes: Sizes,
-    /// Steps at full speed, or without end in real time.
+    /// The number of steps, run at full speed; `None` for endless steps in real time.
     pub steps: Option<u64>,
-    /// Call `destroy()` after the last step.
+    /// True to call `destroy()` after the last step.
     pub destroy: bool,
     /// Time between two steps.
     pub period: Duration,
@@ -44,7 +42,6 @@ pub struct Settings {
 /// A robot in sight.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct InSight {
-    /// Its id.
     pub id: u16,
     /// Distance in mm, azimuth and elevation in radians.
     pub place: [f32; 3],
@@ -53,29 +50,28 @@ pub struct InSight {
 /// The end of a run.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum End {
-    /// As the script and the settings define it.
+    /// The run ended as the script and the settings define it.
     Complete,
     /// A run-time error.
     Fault(Fault),
-    /// Ctrl-C, in an entry that would not end.
+    /// Ctrl-C ended an entry that did not end by itself.
     Interrupted,
-    /// The reader of the output has gone.
+    /// The reader of the output has closed it.
     OutputClosed,
 }
 
-/// A run that has ended, and where.
+/// The result of a run.
 pub struct Ended {
-    /// The end.
     pub end: End,
     /// The machine's positions in the code, innermost first.
     pub positions: Vec<u16>,
     /// The last entry that was called.
     pub entry: Entry,
-    /// Steps that were begun.
+    /// The number of steps that were started.
     pub steps: u64,
     /// The checks of the script.
     pub checker: Option<Checker>,
-    /// The use of the memory, where the script needed more.
+    /// The use of the memory, if the script ran out of it.
     pub memory: Option<ScriptMemory>,
 }
 
@@ -115,7 +111,7 @@ struct Run<'a, 'h, 'i, P: Profile> {
     /// The last entry that was called.
     entry: Entry,
     checker: Option<Checker>,
-    /// Steps that were begun.
+    /// The number of steps that were started.
     steps: u64,
 }
 
@@ -144,8 +140,8 @@ impl<P: Profile> Run<'_, '_, '_, P> {
         }
     }
 
-    /// Steps in real time, as long as the script has a step function. A step that takes longer than a period misses
-    /// ticks; they are not made up for.
+    /// Runs a step per period in real time, as long as the script has a step function. A step that
+    /// takes longer than a period skips ticks, which are not made up for.
     fn tick(&mut self, period: Duration) -> Result<(), End> {
         let mut tick = Instant::now();
         while self.entry(Entry::Step)? {
@@ -181,7 +177,7 @@ impl<P: Profile> Run<'_, '_, '_, P> {
         }
     }
 
-    /// Runs an entry to its end. False if the script does not have it.
+    /// Runs an entry to its end. Returns false if the script does not have it.
     fn entry(&mut self, entry: Entry) -> Result<bool, End> {
         if !self.begin(entry) {
             return Ok(false);
@@ -203,7 +199,7 @@ impl<P: Profile> Run<'_, '_, '_, P> {
         }
     }
 
-    /// Returns an error if there is a reason to end from outside.
+    /// Returns an error if the output has failed or Ctrl-C was pressed.
     fn look_up(&mut self) -> Result<(), End> {
         self.host.output.refresh();
         if self.host.output.has_failed() {
@@ -212,8 +208,8 @@ impl<P: Profile> Run<'_, '_, '_, P> {
         if self.interrupt.is_raised() { Err(End::Interrupted) } else { Ok(()) }
     }
 
-    /// After Ctrl-C: the running entry may end, unless it waits, and then the script may say goodbye. Neither may take
-    /// long.
+    /// Ends a run after Ctrl-C: lets the running entry end, and then calls `destroy()`. Both get
+    /// only a few slices ([`LAST_SLICES`]), and an entry that waits is ended at once.
     fn last_words(&mut self) -> End {
         if let Some(end) = self.run_out() {
             return end;
@@ -223,7 +219,8 @@ impl<P: Profile> Run<'_, '_, '_, P> {
         self.run_out().unwrap_or(End::Complete)
     }
 
-    /// Runs the entry to its end, if that comes soon; else returns the reason why it did not.
+    /// Runs the entry for at most [`LAST_SLICES`] slices. Returns `None` if it ended, else the
+    /// reason why it did not.
     fn run_out(&mut self) -> Option<End> {
         for _ in 0..LAST_SLICES {
             match self.slice() {

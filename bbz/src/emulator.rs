@@ -1,13 +1,13 @@
-//! Which program emulates robots.
+//! Finds the program that emulates robots.
 
 use std::env;
 use std::path::{Path, PathBuf};
 
-/// Plays every robot on an STM32.
+/// The program that emulates every robot with an STM32.
 pub const STM32: &str = "bbz-emulate-stm32";
 
-/// Where the program is: beside this one, or wherever PATH finds it, unless it is named by a path. Without a name it is the
-/// `usual` one.
+/// Returns the path of the `named` emulator, or of the `usual` one if there is no name. A name
+/// without folders is searched next to this program, and then in PATH.
 pub fn program(named: Option<&Path>, usual: &str) -> PathBuf {
     let usual = || PathBuf::from(format!("{usual}{}", env::consts::EXE_SUFFIX));
     let name = named.map_or_else(usual, Path::to_owned);

@@ -10,7 +10,7 @@ use crate::fault;
 use crate::output;
 use crate::problem::Problem;
 
-/// Two codes that differ in more characters are not alike.
+/// The most characters by which two similar codes differ.
 const MOST_DIFFERENCES: usize = 1;
 
 const EXAMPLES: &str = "\
@@ -44,14 +44,14 @@ pub fn execute(arguments: &ExplainArguments) -> Result<ExitStatus, Problem> {
     Ok(ExitStatus::Success)
 }
 
-/// Every code with its title.
+/// Returns every code with its title.
 fn codes() -> impl Iterator<Item = (String, &'static str)> {
     let compiler = Code::ALL.iter().map(|code| (code.text().to_owned(), code.title()));
     let run_time = FaultCode::ALL.iter().map(|cause| (fault::code(*cause), fault::title(*cause)));
     compiler.chain(run_time)
 }
 
-/// The code that was probably meant.
+/// Returns the code that was probably meant.
 fn likely(wanted: &str) -> Option<String> {
     let compared = codes().map(|(code, _)| (strsim::damerau_levenshtein(wanted, &code), code));
     compared.min().filter(|(differences, _)| *differences <= MOST_DIFFERENCES).map(|(_, code)| code)

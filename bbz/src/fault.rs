@@ -1,9 +1,8 @@
 //! Run-time errors: their codes, and their meaning in this script.
 //!
-//! The machine reports a cause, the types of the operands and a position. The instruction there
-//! tells
-//! the operation, the
-//! symbols tell the place: together they make a sentence about the script.
+//! The machine reports a cause, the types of the operands and a position. The instruction at that
+//! position gives the operation, and the symbols give the place; together they make a sentence
+//! about the script.
 
 use annotate_snippets::Level;
 use bittybuzz_robot_spec::{Profile, Robot};
@@ -17,12 +16,12 @@ use crate::operand;
 use crate::program::Program;
 use crate::report;
 
-/// The code of a cause, as it is printed: `R0005`. `docs/diagnostics.md` explains each.
+/// Returns the code of a cause as it is printed: `R0005`. `docs/diagnostics.md` explains each.
 pub fn code(cause: FaultCode) -> String {
     format!("R{:04}", cause as u8)
 }
 
-/// One line that names the cause.
+/// Returns a line that names the cause.
 pub fn title(cause: FaultCode) -> &'static str {
     match cause {
         FaultCode::WrongType => "an operand of the wrong type",
@@ -54,8 +53,8 @@ pub struct Words {
     pub help: Option<String>,
 }
 
-/// Says what is wrong. `marked` is the source text of the instruction, if it is known, and `refusal` what the robot
-/// function expects that did not accept its arguments.
+/// Describes a fault. `marked` is the source text of the instruction, if it is known; `refusal`
+/// lists the arguments that the robot function accepts, if it refused those of the call.
 pub fn describe(
     fault: &Fault,
     program: &Program,
@@ -93,7 +92,7 @@ pub fn report(
     report::print(title.elements(backtrace.elements()).elements(notes).elements(help));
 }
 
-/// A fault for programs: code, message, help, and the places of the calls, innermost first.
+/// Returns a fault as JSON: code, message, help, and the places of the calls, innermost first.
 pub fn json(
     fault: &Fault,
     program: &Program,
@@ -319,18 +318,18 @@ impl FaultText<'_> {
         )
     }
 
-    /// The string that the instruction names.
+    /// Returns the string that the instruction names.
     fn operand_string(&self) -> Option<&str> {
         self.program.string(self.instruction?.operand as u16)
     }
 
-    /// The message of a failed assertion.
+    /// Returns the message of a failed assertion.
     fn message(&self) -> Option<&str> {
         self.program.string(self.fault.detail.checked_sub(1)?)
     }
 }
 
-/// The built-in or robot function that an instruction calls, quoted.
+/// Returns the quoted name of the built-in or robot function that an instruction calls.
 fn callee(instruction: Option<Instruction>, program: &Program) -> Option<String> {
     let Instruction { opcode, operand } = instruction?;
     match opcode {
@@ -348,7 +347,7 @@ fn callee(instruction: Option<Instruction>, program: &Program) -> Option<String>
     }
 }
 
-/// The robot function that an instruction calls.
+/// Returns the name of the robot function that an instruction calls.
 fn import(instruction: Instruction, program: &Program) -> Option<&str> {
     let Instruction { opcode: opcode::CALL_ROBOT, operand } = instruction else { return None };
     let imports = &program.symbols.as_ref()?.imports;

@@ -1,4 +1,4 @@
-//! Files of chosen folders alone, for scripts from other people.
+//! Access to the files of chosen folders only, for scripts from other people.
 
 use std::fs;
 use std::io;
@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 
 use bittybuzz_compiler::include::{DiskFiles, FileKind, Files};
 
-/// The files on disk below some folders. There are no others, whatever links or `..` a path has.
+/// The files on disk below some folders. Links and `..` in a path do not lead out of them.
 #[derive(Debug, Clone)]
 pub struct Fence {
     /// Canonical paths.
@@ -14,13 +14,13 @@ pub struct Fence {
 }
 
 impl Fence {
-    /// The files below `folders`. A folder that is not there has none.
+    /// Allows the files below `folders`. A folder that does not exist is ignored.
     pub fn new<'a>(folders: impl Iterator<Item = &'a Path>) -> Self {
         let canonical = |folder: &Path| fs::canonicalize(working_if_empty(folder)).ok();
         Fence { folders: folders.filter_map(canonical).collect() }
     }
 
-    /// Returns an error if the file or folder at a path is outside.
+    /// Returns an error if the file or folder at a path is outside all folders.
     fn check(&self, path: &Path) -> io::Result<()> {
         let path = fs::canonicalize(working_if_empty(path))?;
         match self.folders.iter().any(|folder| path.starts_with(folder)) {
@@ -30,7 +30,7 @@ impl Fence {
     }
 }
 
-/// The empty path is the working folder.
+/// Returns the working folder for an empty path.
 fn working_if_empty(folder: &Path) -> &Path {
     if folder.as_os_str().is_empty() { Path::new(".") } else { folder }
 }

@@ -1,4 +1,4 @@
-//! Looking into firmware (ELF) before it is flashed.
+//! Checks firmware (ELF) before it is flashed.
 
 use std::fmt;
 use std::path::Path;
@@ -14,13 +14,13 @@ use crate::problem::Problem;
 /// A reason why a file is not the firmware of a robot.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub enum FirmwareError {
-    /// It is no ELF file, or a damaged one.
+    /// The file is not ELF, or it is damaged.
     NotElf,
-    /// It is for another kind of processor.
+    /// The file is for another kind of processor.
     NotArm,
-    /// It would be written to a place that does not belong to it.
+    /// A segment lies in this region, which does not belong to the firmware.
     Outside(Region),
-    /// Nothing of it is where the robot's firmware begins.
+    /// No segment begins at this address, where the robot's firmware begins.
     Elsewhere(u32),
 }
 
@@ -40,7 +40,7 @@ impl fmt::Display for FirmwareError {
 }
 
 impl FirmwareError {
-    /// Returns the cure.
+    /// Returns advice on how to mend the error.
     pub fn help(&self) -> &'static str {
         match self {
             FirmwareError::NotElf => "name the file that cargo built, without extension",
@@ -53,7 +53,7 @@ impl FirmwareError {
     }
 }
 
-/// Checks that the file at `path` is firmware for such a robot.
+/// Checks that the file at `path` is firmware for a robot with this layout.
 pub fn check(path: &Path, layout: &Layout) -> Result<(), Problem> {
     let bytes =
         file::read(path, file::MOST_PROGRAM).map_err(|error| Problem::unreadable(path, error))?;
@@ -68,7 +68,7 @@ fn check_bytes(bytes: &[u8], layout: &Layout) -> Result<(), FirmwareError> {
     }
     let segments = header.program_headers(endian, bytes).map_err(|_| FirmwareError::NotElf)?;
     let loaded = segments.iter().filter(|segment| segment.p_type(endian) == PT_LOAD);
-    // Segments without content, such as stacks and variables that begin as 0, are not written.
+    // Segments without content, such as stacks and variables that start as 0, are not written.
     let written = loaded.filter(|segment| segment.p_filesz(endian) > 0);
     let mut begins = false;
     for segment in written {

@@ -89,7 +89,7 @@ pub fn execute(arguments: &FlashArguments) -> Result<ExitStatus, Problem> {
     let assignments = [id, settings];
     let firmware = arguments.firmware.as_deref().map(|path| firmware_call(chip, path));
     let assigned = assignments.iter().flatten().map(|assignment| assignment.call(chip));
-    // The script comes last: with it the robot starts anew.
+    // The script is written last, because its last call restarts the robot.
     let scripts = script_calls(chip, &layout, file.path());
     let calls: Vec<ProbeRs> = firmware.into_iter().chain(assigned).chain(scripts).collect();
     if arguments.dry_run {
@@ -104,7 +104,7 @@ pub fn execute(arguments: &FlashArguments) -> Result<ExitStatus, Problem> {
     done(&arguments.file, &program, robot)
 }
 
-/// A robot whose whole program is written.
+/// Flashes a robot whose whole program is written by a programmer.
 fn by_programmer(
     arguments: &FlashArguments,
     selection: &Selection,
@@ -145,11 +145,11 @@ fn check(path: &Path, program: &Program, robot: &Robot) -> Result<(), Problem> {
         });
     }
     match fit::verify(&program.image, program.profile, robot) {
-        // It is reported below, together with the room.
+        // Too many globals are reported below, together with the number that fits.
         Ok(()) | Err(ImageError::TooManyGlobals(_)) => {}
         Err(cause) => return Err(Problem::refused(path, cause)),
     }
-    // If it was compiled just now, the compiler has found none.
+    // An image that was compiled just now has no such error: the compiler has checked it.
     let Some(misfit) = fit::capacity_errors(&program.image, robot).into_iter().next() else {
         return Ok(());
     };
@@ -162,13 +162,14 @@ fn check(path: &Path, program: &Program, robot: &Robot) -> Result<(), Problem> {
     Err(Problem::CapacityError { path: path.to_owned(), message, help: misfit.help() })
 }
 
-/// The call that writes the firmware. Its file holds a script too, so the other one is written after it.
+/// Returns the call that writes the firmware. Its file contains a script too, so the selected
+/// script is written afterwards.
 fn firmware_call(chip: &str, path: &Path) -> ProbeRs {
     ProbeRs::new("download", chip).args(["--verify", "--binary-format", "elf"]).arg(path)
 }
 
-/// The calls that write the script, one after the other: while one erases its sector, another sector of a log holds a whole
-/// script. The last one starts the robot anew.
+/// Returns the calls that write the script to each of its addresses in turn: while one sector is
+/// erased, another sector of the log holds a whole script. The last call restarts the robot.
 fn script_calls(chip: &str, layout: &Layout, script: &Path) -> Vec<ProbeRs> {
     let addresses = layout.script_addresses();
     let last = addresses.last().copied();
@@ -181,14 +182,14 @@ fn script_calls(chip: &str, layout: &Layout, script: &Path) -> Vec<ProbeRs> {
     addresses.into_iter().map(call).collect()
 }
 
-/// Bytes that a robot is to keep in a region of its own.
+/// Bytes for a region of the flash that keeps its content when scripts and firmware are flashed.
 struct Assignment {
     address: u32,
     section: Vec<u8>,
     file: Scratch,
 }
 
-/// Returns the bytes that give a robot its id, if it can have one.
+/// Returns the bytes that give a robot its id; fails if its layout has no region for an id.
 fn assign(id: u16, robot: &Robot, layout: &Layout, script: &Path) -> Result<Assignment, Problem> {
     let region = layout.id.ok_or_else(|| Problem::NoIdRegion(robot.title.clone()))?;
     let (section, file) = (Layout::id_section(id).to_vec(), Scratch::new(script, "id.bin"));

@@ -16,7 +16,7 @@ use crate::problem::Problem;
 use crate::report::{self, printable};
 use crate::sim::desk::Desk;
 
-/// The most bytes of a file that is graded: a scenario and scripts.
+/// The most bytes of a file that is graded, which contains a scenario and scripts.
 const MOST_BYTES: u64 = 16 * 1024 * 1024;
 
 /// The most errors of a result that are listed.
@@ -51,7 +51,7 @@ pub struct GradeArguments {
 
 /// The grade of a file.
 enum Grade {
-    /// Its scripts ran again.
+    /// The scripts of the file ran again.
     Ran {
         /// The content of the file.
         handed_in: Box<HandIn>,
@@ -60,7 +60,7 @@ enum Grade {
         /// The reason why the results differ from those of the file, if they do.
         differs: Option<String>,
     },
-    /// It cannot be read, or its scripts do not run.
+    /// The reason why the file cannot be read, or why its scripts do not run.
     Failed(String),
 }
 
@@ -108,7 +108,7 @@ pub fn execute(arguments: &GradeArguments) -> Result<ExitStatus, Problem> {
     Ok(ExitStatus::RuntimeError)
 }
 
-/// The scenario of a folder.
+/// Returns the only scenario of a folder; fails if there is none or several.
 fn only_scenario(folder: &Path) -> Result<PathBuf, Problem> {
     let mut found = files(folder, "toml")?;
     match (found.pop(), found.is_empty()) {
@@ -117,7 +117,7 @@ fn only_scenario(folder: &Path) -> Result<PathBuf, Problem> {
     }
 }
 
-/// The files of a folder with that ending, by name.
+/// Returns the files of a folder with that extension, sorted by name.
 fn files(folder: &Path, ending: &str) -> Result<Vec<PathBuf>, Problem> {
     let unreadable = |error| Problem::unreadable(folder, error);
     let entries = fs::read_dir(folder).map_err(unreadable)?;
@@ -128,7 +128,7 @@ fn files(folder: &Path, ending: &str) -> Result<Vec<PathBuf>, Problem> {
     Ok(paths)
 }
 
-/// Runs the scripts of a file. An error is a reason for people.
+/// Runs the scripts of a file. The error is a sentence for people.
 fn grade(path: &Path, desk: &Desk, scenario: &Path, text: &str) -> Result<Grade, String> {
     let content = file::read_text(path, MOST_BYTES).map_err(|error| error.to_string())?;
     let handed_in = HandIn::read(&content)
@@ -177,7 +177,7 @@ fn grade(path: &Path, desk: &Desk, scenario: &Path, text: &str) -> Result<Grade,
     Ok(Grade::Ran { handed_in: Box::new(handed_in), here: Box::new(here), differs })
 }
 
-/// The first errors as text, and the number of the others.
+/// Returns the first errors as text, and the number of the others.
 fn first(errors: &[Value]) -> String {
     let listed = errors.len().min(MOST_ERRORS);
     let text = text_of(&errors[..listed]);
@@ -187,7 +187,7 @@ fn first(errors: &[Value]) -> String {
     }
 }
 
-/// The files of each set of scripts that several handed in.
+/// Returns the files of each set of scripts that was handed in more than once.
 fn twins(grades: &[(PathBuf, Grade)]) -> BTreeMap<Vec<&str>, Vec<&Path>> {
     let mut twins: BTreeMap<Vec<&str>, Vec<&Path>> = BTreeMap::new();
     for (path, grade) in grades {
@@ -203,7 +203,7 @@ fn hashes(handed_in: &HandIn) -> Vec<&str> {
     handed_in.scripts.iter().map(|script| script.sha256.as_str()).collect()
 }
 
-/// The other files with the same scripts.
+/// Returns the other files with the same scripts.
 fn others<'a>(
     path: &Path,
     handed_in: &HandIn,

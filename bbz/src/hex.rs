@@ -1,5 +1,5 @@
-//! Programs for robots whose script lies right behind the program: exchanging the script, and the file (Intel hex) that is
-//! sent to robots.
+//! Programs for robots whose script directly follows the program in flash: exchanges the script,
+//! and makes the file (Intel hex) that is sent to robots.
 
 use std::fmt;
 use std::path::Path;
@@ -17,10 +17,10 @@ use object::read::elf::{FileHeader, ProgramHeader};
 
 use crate::problem::Problem;
 
-/// From here on addresses in an ELF file are RAM (binutils' convention for the AVR).
+/// The first address of RAM in an ELF file (binutils' convention for the AVR).
 const RAM: u32 = 0x80_0000;
 
-/// Addresses in the hex file have 16 bits.
+/// The most bytes of a program, because addresses in the hex file have 16 bits.
 const MOST: usize = 0x1_0000;
 
 /// Bytes in a line of a hex file.
@@ -29,30 +29,30 @@ const LINE: usize = 16;
 /// A reason why a script cannot be put into a program.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub enum ProgramError {
-    /// It is neither ELF nor Intel hex.
+    /// The file is neither ELF nor Intel hex.
     Unknown,
     /// A line of the hex file is wrong.
     Line(String),
     /// The ELF file is for another kind of processor.
     NotAvr,
-    /// Bytes are missing here: the program has a gap, which KiloGUI would not send, or does not begin at 0.
+    /// The address of missing bytes: the program has a gap, which KiloGUI would not send, or does
+    /// not begin at 0.
     Gap(u32),
-    /// It has variables with a value, which belong after the script.
+    /// The program has initialised variables, whose values belong after the script.
     Variables,
-    /// Its machine lacks a part that the script uses.
+    /// The firmware's machine lacks a part that the script uses.
     Part {
-        /// The part.
         part: Part,
-        /// The script's first use of it: function, file, line.
+        /// The script's first use of the part: function, file, line.
         at: Option<(String, String, u32)>,
     },
     /// There is no place for a script.
     Section(NoSection),
-    /// With the script it is longer than the flash that is there for it.
+    /// The program with the script is longer than the flash for both.
     TooLong {
-        /// Bytes of both.
+        /// Bytes of program and script.
         bytes: usize,
-        /// Room for them.
+        /// Bytes of flash for program and script.
         most: usize,
     },
 }
@@ -93,7 +93,7 @@ impl fmt::Display for ProgramError {
 }
 
 impl ProgramError {
-    /// Returns the cure.
+    /// Returns advice on how to mend the error.
     pub fn help(&self) -> &'static str {
         match self {
             ProgramError::TooLong { .. } => "shorten the script, or leave out what it does not use",
@@ -108,7 +108,7 @@ impl ProgramError {
     }
 }
 
-/// The program in `path`, with `image` in the place of its script, as a hex file.
+/// Returns the program in `path`, with `image` in the place of its script, as a hex file.
 pub fn with_script(
     path: &Path,
     script: &Path,
@@ -120,14 +120,14 @@ pub fn with_script(
     hex(&exchanged(path, &read(path)?, (script, symbols), image, robot)?).map_err(wrong)
 }
 
-/// The program in a file.
+/// Reads the program in a file.
 pub fn read(path: &Path) -> Result<Vec<u8>, Problem> {
     let bytes =
         file::read(path, file::MOST_PROGRAM).map_err(|error| Problem::unreadable(path, error))?;
     program(&bytes).map_err(|error| Problem::Program { path: path.to_owned(), error })
 }
 
-/// A program that comes from `path`, with `image` in the place of its script.
+/// Returns the program that was read from `path`, with `image` in the place of its script.
 pub fn exchanged(
     path: &Path,
     program: &[u8],
@@ -158,7 +158,7 @@ pub fn exchanged(
     }
 }
 
-/// Function, file and line of an instruction.
+/// Returns function, file and line of an instruction.
 fn place(symbols: &Symbols, at: u32) -> Option<(String, String, u32)> {
     let place = symbols.position(at)?;
     let function = symbols.function(at)?;
@@ -219,7 +219,8 @@ fn of_hex(bytes: &[u8]) -> Result<Vec<(u32, Vec<u8>)>, ProgramError> {
     Ok(pieces)
 }
 
-/// The hex file, of which KiloGUI needs lines in ascending order without gaps. At most [`MOST`] bytes.
+/// Returns a hex file of at most [`MOST`] bytes. KiloGUI needs its lines in ascending order without
+/// gaps.
 fn hex(program: &[u8]) -> Result<String, ProgramError> {
     let lines = program.chunks(LINE).zip((0_u16..).step_by(LINE));
     let data = lines.map(|(bytes, offset)| Record::Data { offset, value: bytes.to_vec() });

@@ -1,8 +1,9 @@
-//! The host as a robot: robot functions print themselves, `log` prints, `delay` waits.
+//! This computer in the role of a robot: robot functions print their calls, `log` prints, `delay`
+//! waits.
 //!
-//! A robot function prints its call (`led(3)`), is finished at once even where the robot's would take a while, and
-//! returns 0 where the robot file promises an integer, 0.0 for a number, else nil. Its arguments are checked as on the
-//! robot. Positions are 0.0 where a robot knows them.
+//! A robot function prints its call (`led(3)`) and completes at once, even if it takes time on the
+//! robot. It returns 0 if the robot file declares an integer, 0.0 for a number, else nil. Its
+//! arguments are checked as on the robot. Positions that the robot knows are 0.0.
 
 use std::time::{Duration, Instant};
 
@@ -16,33 +17,32 @@ use bittybuzz_vm_core::{
 use crate::output::{Form, Output};
 use crate::program::Program;
 
-/// The time of the script.
+/// The clock of the script.
 pub enum Clock {
-    /// Waits are over at once.
+    /// Delays end at once.
     Simulated,
-    /// Waits take as long as the script says.
+    /// Delays take real time.
     Real {
         /// The end of the running `delay`.
         until: Option<Instant>,
     },
 }
 
-/// Plays the robots that a script may run on.
+/// The host of a script, which stands for all robots that the script may run on.
 pub struct HostRobot<'a> {
     functions: Vec<&'a Function>,
-    /// Fields of `pos` that one of the robots knows.
+    /// The fields of `pos` that at least one of the robots has.
     position: Vec<&'a str>,
     program: &'a Program,
     /// The destination of calls and logs.
     pub output: Output,
-    /// The clock.
     pub clock: Clock,
     /// The reason why the last robot function refused its arguments.
     pub refusal: Option<String>,
 }
 
 impl<'a> HostRobot<'a> {
-    /// Plays all of `robots` at once.
+    /// Creates a host with the functions of all `robots`.
     pub fn new(
         robots: impl Iterator<Item = &'a Robot> + Clone,
         program: &'a Program,
@@ -68,7 +68,8 @@ impl<'a> HostRobot<'a> {
         }
     }
 
-    /// Bytes of a string; a stand-in for a constant whose text is known neither from the image nor from symbols.
+    /// Returns the bytes of a string, or a placeholder for a constant whose text is neither in the
+    /// image nor in the symbols.
     fn bytes<P: Profile, C: ByteCode, const N: usize>(&self, text: &Text<'_, P, C, N>) -> Vec<u8> {
         if let Some(known) = text.number().and_then(|number| self.program.string(number)) {
             return known.as_bytes().to_vec();
@@ -79,7 +80,7 @@ impl<'a> HostRobot<'a> {
         }
     }
 
-    /// The call as the script could write it.
+    /// Returns the call as the script could write it.
     fn call_text<P: Profile, C: ByteCode, const SLOTS: usize>(
         &self,
         name: &str,
@@ -156,7 +157,7 @@ impl<P: Profile> Host<P> for HostRobot<'_> {
         self.position.contains(&name).then_some(0.0)
     }
 
-    /// No frame arrives here, so that no listener runs. The run would end with the fault of one, as with any other.
+    /// Ends the run, as with any other fault. No listener runs here, because no frame arrives.
     fn contain<C: ByteCode, const SLOTS: usize>(
         &mut self,
         _fault: &Fault,
@@ -166,7 +167,7 @@ impl<P: Profile> Host<P> for HostRobot<'_> {
     }
 }
 
-/// Writes a string in quotes, as a script would.
+/// Writes a string in quotes, as in a script.
 fn quote(text: &[u8], line: &mut Vec<u8>) {
     line.push(b'"');
     for byte in text {

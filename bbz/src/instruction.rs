@@ -6,13 +6,14 @@ use bittybuzz_vm_core::opcode::{self, Trailer, WIDE};
 /// An instruction with its operand.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Instruction {
-    /// Plain or narrow opcode.
+    /// The plain or narrow opcode.
     pub opcode: u8,
     /// Operand, 0 if there is none.
     pub operand: i16,
 }
 
-/// The instruction of a verified image whose last byte is at `position`, counted from the start of the code.
+/// Returns the instruction of a verified image whose last byte is at `position`, counted from the
+/// start of the code.
 pub fn ending_at(image: &[u8], position: u16) -> Option<Instruction> {
     let header = Image::new(image).header().ok()?;
     let word_bytes = if header.is_full() { 4 } else { 2 };

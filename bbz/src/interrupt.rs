@@ -6,13 +6,13 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::mpsc::{self, Receiver};
 use std::time::Duration;
 
-/// The exit status of a process that Ctrl-C has ended, by convention 128 and the number of the signal.
+/// The exit status of a process that Ctrl-C ended: by convention 128 plus the number of the signal.
 pub const KILLED: i32 = 130;
 
 /// The causes of an interrupt, for messages.
 pub const NAME: &str = "Ctrl-C or SIGTERM";
 
-/// Reports if Ctrl-C was pressed, or the process was asked to end.
+/// Reports interrupts: Ctrl-C, or a request that the process ends.
 pub struct Interrupt {
     flag: Arc<AtomicBool>,
     pressed: Receiver<()>,
@@ -35,24 +35,25 @@ impl Interrupt {
         Ok(Interrupt { flag, pressed, raised: false })
     }
 
-    /// Returns a flag for all threads, which is true once it was pressed. It works as long as this value is there.
+    /// Returns a flag for all threads that becomes true at the first interrupt. The flag works as
+    /// long as this value exists.
     pub fn flag(&self) -> Arc<AtomicBool> {
         self.flag.clone()
     }
 
-    /// Returns true if it was pressed.
+    /// Returns true after an interrupt.
     pub fn is_raised(&mut self) -> bool {
         self.raised |= self.pressed.try_recv().is_ok();
         self.raised
     }
 
-    /// Returns true if it was pressed, or is within that time.
+    /// Waits for at most `time`, and returns true after an interrupt.
     pub fn is_raised_within(&mut self, time: Duration) -> bool {
         self.wait(time);
         self.raised
     }
 
-    /// Waits for that time, or until it is pressed.
+    /// Waits for `time`, or until an interrupt.
     pub fn wait(&mut self, time: Duration) {
         if !self.raised {
             self.raised = self.pressed.recv_timeout(time).is_ok();
@@ -73,7 +74,7 @@ fn on_termination(handle: Arc<impl Fn() + Send + Sync + 'static>) -> Result<(), 
     Ok(())
 }
 
-/// Elsewhere there is no such signal.
+/// Does nothing: other systems do not have this signal.
 #[cfg(not(unix))]
 fn on_termination(_: Arc<impl Fn() + Send + Sync + 'static>) -> Result<(), ctrlc::Error> {
     Ok(())

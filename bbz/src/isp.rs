@@ -1,7 +1,8 @@
-//! Robots whose whole program avrdude writes, by way of a programmer for AVRs: Kilobots.
+//! Flashes Kilobots, whose whole program avrdude writes through a programmer for AVRs.
 //!
-//! A programmer erases the chip first: also the boot loader, by which KiloGUI reaches the robot, and the EEPROM with what was
-//! measured for it. So both are read before, and written again with the program.
+//! A programmer erases the chip first, including the boot loader, through which KiloGUI reaches the
+//! robot, and the EEPROM, which holds the robot's calibration. Both are therefore read first, and
+//! written back with the program.
 
 use std::fs;
 use std::io;
@@ -27,10 +28,10 @@ const FLASH: usize = 0x8000;
 /// The value of erased memory.
 const ERASED: u8 = 0xff;
 
-/// Bits of the lock byte that are 0 where the flash cannot be read (data sheet, table 28-2).
+/// Bits of the lock byte that are all 0 if the flash cannot be read (data sheet, table 28-2).
 const UNREADABLE: u8 = 0b11;
 
-/// Erased bytes in which a script may end: those of its seal.
+/// The length of a script's seal in bytes. The seal can end in bytes that look erased.
 const SEAL: usize = 4;
 
 /// The access to the programmer, in avrdude's terms. Without it avrdude's own settings hold.
@@ -45,7 +46,7 @@ pub struct Programmer {
 }
 
 impl Programmer {
-    /// Returns true if anything is given.
+    /// Returns true if an option is given.
     pub fn is_given(&self) -> bool {
         self.programmer.is_some() || self.port.is_some()
     }
@@ -72,22 +73,22 @@ pub fn is_programmed_by_isp(robot: &Robot) -> bool {
     robot.layout.is_none() && robot.chip.as_deref() == Some("ATmega328P")
 }
 
-/// The content that the robot is to have.
+/// The content to write to a robot.
 pub struct Task<'a> {
-    /// The robot, of which [`is_programmed_by_isp`] is true.
+    /// The robot, for which [`is_programmed_by_isp`] is true.
     pub robot: &'a Robot,
     /// The access to the robot.
     pub programmer: &'a Programmer,
     /// The path of the script, and its image.
     pub script: (&'a Path, &'a Program),
-    /// The firmware in which the script takes the place of the one there; else the firmware that the robot has.
+    /// The firmware whose script is replaced; `None` for the firmware on the robot.
     pub firmware: Option<&'a Path>,
     /// The id that the robot gets.
     pub id: Option<u16>,
 }
 
 impl Task<'_> {
-    /// The program with the script, in firmware from a file.
+    /// Returns the firmware from a file, with the script in it.
     fn program(&self, path: &Path) -> Result<Vec<u8>, Problem> {
         self.exchanged(path, &hex::read(path)?)
     }
@@ -97,7 +98,7 @@ impl Task<'_> {
         hex::exchanged(path, program, (script, symbols.as_ref()), image, self.robot)
     }
 
-    /// Writes it; in a dry run only checks the files, and prints the calls.
+    /// Writes the content to the robot; a dry run only checks the files and prints the calls.
     pub fn execute(&self, dry_run: bool) -> Result<(), Problem> {
         if self.id == Some(ERASED_ID) {
             return Err(Problem::ErasedId(self.robot.title.clone()));
@@ -140,7 +141,7 @@ impl Task<'_> {
         new_flash.write(&whole)?;
         new_eeprom.write(&cells)?;
         write.run().map_err(|error| {
-            // The chip may be erased already: its earlier content is kept.
+            // The chip may be erased already, so the files with its earlier content are kept.
             let restore = self.call(&[('w', "flash", &flash), ('w', "eeprom", &eeprom)]);
             flash.keep();
             eeprom.keep();
@@ -148,10 +149,10 @@ impl Task<'_> {
         })
     }
 
-    /// A call of avrdude that reads (`r`) or writes (`w`) these memories.
+    /// Returns a call of avrdude that reads (`r`) or writes (`w`) these memories.
     fn call(&self, operations: &[(char, &str, &Scratch)]) -> Avrdude {
         let mut call = Command::new(PROGRAM);
-        // Names of chips are avrdude's too.
+        // Robot files name chips as avrdude does.
         call.args(["-q", "-p", self.robot.chip.as_deref().unwrap_or_default()]);
         let Programmer { programmer, port } = self.programmer;
         for (option, value) in [("-c", programmer), ("-P", port)] {
@@ -176,7 +177,7 @@ fn filled(file: &Scratch, length: usize) -> Result<Vec<u8>, Problem> {
     Ok(bytes)
 }
 
-/// Returns the program in a robot's flash, which is erased after it.
+/// Returns the program in a robot's flash; the flash after the program is erased.
 fn in_flash(flash: &[u8]) -> &[u8] {
     let last = flash.iter().rposition(|byte| *byte != ERASED).map_or(0, |last| last + 1);
     let ends = last..=flash.len().min(last + SEAL);
@@ -188,7 +189,7 @@ fn in_flash(flash: &[u8]) -> &[u8] {
 struct Avrdude(Command);
 
 impl Avrdude {
-    /// Its messages go to standard error.
+    /// Runs avrdude; its messages go to standard error.
     fn run(mut self) -> Result<(), Problem> {
         let status = self.0.stdin(Stdio::null()).status().map_err(|error| match error.kind() {
             io::ErrorKind::NotFound => Problem::NoAvrdude,

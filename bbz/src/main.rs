@@ -2,12 +2,12 @@
 //!
 //! # Principles
 //! * Results go to standard output, messages to standard error.
-//! * The exit status tells what happened: see [`ExitStatus`].
+//! * The exit status reports the outcome: see [`ExitStatus`].
 //! * A message names the place and says what to do.
-//! * No robot is needed: a script runs on the very virtual machine that the robots carry.
+//! * No robot is needed: a script runs on the same virtual machine as on the robots.
 //!
 //! # What it will not do
-//! It knows no robot by itself: the files of `robots/` do.
+//! It has no robots built in: it reads them from the files of `robots/`.
 
 mod backtrace;
 mod build;
@@ -107,7 +107,7 @@ enum Command {
     Manual(manual::ManualArguments),
 }
 
-/// The end of a command: its exit status.
+/// The exit status of a command.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum ExitStatus {
     Success = 0,
@@ -129,7 +129,7 @@ fn main() -> ExitCode {
     let command_line = match CommandLine::try_parse() {
         Ok(command_line) => command_line,
         Err(message) => {
-            // Help is a message too, but no mistake. If it cannot be printed, there is no reader.
+            // Help is a message too, but no mistake. If printing fails, there is no reader.
             let _ = message.print();
             let ending = if message.use_stderr() { ExitStatus::Usage } else { ExitStatus::Success };
             return ending.into();

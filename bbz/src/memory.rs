@@ -1,11 +1,11 @@
-//! The memory of a machine that has run out of it, for people.
+//! Describes the memory of a machine that ran out of it.
 
 use bittybuzz_inspect::ScriptMemory;
 
 use crate::program::Program;
 use crate::report::counted;
 
-/// Globals that are named, those that hold most first.
+/// The most globals that are named, those that hold most slots first.
 const NAMED: usize = 3;
 
 /// Describes the memory in one sentence.

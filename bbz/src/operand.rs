@@ -1,4 +1,4 @@
-//! Finds the operand of an instruction in the source text of the instruction: which variable it is that was nil.
+//! Finds the variable that was nil in the source text of an instruction.
 
 use std::path::Path;
 
@@ -19,7 +19,7 @@ pub fn nil(marked: &str, code: FaultCode, operands: [Type; 2]) -> Option<String>
         None => (marked, only_statement(marked)?),
     };
     let expr = match &stmt.kind {
-        // The statement itself: its target is no table.
+        // The instruction is the assignment itself: its target is not a table.
         StmtKind::Assign { target, .. } if text == marked => target,
         StmtKind::Assign { value, .. } => value,
         _ => return None,
@@ -47,7 +47,7 @@ pub fn nil(marked: &str, code: FaultCode, operands: [Type; 2]) -> Option<String>
     text.get(range).filter(|_| is_place).map(str::to_owned)
 }
 
-/// The side of an operation that is nil, if only one of them can be.
+/// Returns the side of an operation that is nil, if only one of them can be.
 fn computed(expr: &Expr, operands: [Type; 2]) -> Option<&Expr> {
     match &expr.kind {
         ExprKind::Unary { operand, .. } if operands[0] == Type::Nil => Some(operand),

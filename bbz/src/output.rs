@@ -1,4 +1,4 @@
-//! Standard output, in order with standard error.
+//! Standard output, kept in order with standard error.
 
 use std::io::{self, BufWriter, Stdout, Write};
 use std::time::{Duration, Instant};
@@ -7,7 +7,7 @@ use serde_json::json;
 
 use crate::problem::Problem;
 
-/// The longest time before a person sees a line.
+/// The longest time that a line stays in the buffer.
 const PATIENCE: Duration = Duration::from_millis(50);
 
 /// The form of a script's output.
@@ -19,8 +19,8 @@ pub enum Form {
     Json,
 }
 
-/// Results of a run. Buffered, because a script may log thousands of lines in a second; code that
-/// writes to standard error or waits flushes first.
+/// The output of a run. It is buffered, because a script may log thousands of lines per second;
+/// code that writes to standard error or waits flushes first.
 pub struct Output {
     stdout: BufWriter<Stdout>,
     form: Form,
@@ -29,17 +29,18 @@ pub struct Output {
 }
 
 impl Output {
-    /// The standard output of this process, in lines.
+    /// Opens the standard output of this process, in lines.
     pub fn new() -> Self {
         Output::of(Form::Lines)
     }
 
-    /// The standard output of this process.
+    /// Opens the standard output of this process in this form.
     pub fn of(form: Form) -> Self {
         Output { stdout: BufWriter::new(io::stdout()), form, flushed: Instant::now(), error: None }
     }
 
-    /// Writes a line that a script prints. Bytes, because a script can cut a string in the middle of a character.
+    /// Writes a line that a script prints. It consists of bytes, because a script can cut a string
+    /// in the middle of a character.
     pub fn line(&mut self, line: &[u8]) {
         match self.form {
             Form::Lines => self.plain(line),
@@ -64,7 +65,7 @@ impl Output {
         self.flushed = Instant::now();
     }
 
-    /// Flushes output that has waited for long enough: for runs without pauses.
+    /// Flushes output that has waited for `PATIENCE`, in runs without pauses.
     pub fn refresh(&mut self) {
         if self.flushed.elapsed() >= PATIENCE {
             self.flush();
@@ -76,7 +77,8 @@ impl Output {
         self.error.is_some()
     }
 
-    /// Flushes, and says why not everything was written. That the reader has gone (`bbz run ... | head`) is no error.
+    /// Flushes, and returns the reason if not everything was written. A reader that has closed the
+    /// output (`bbz run ... | head`) is no error.
     pub fn finish(mut self) -> Result<(), Problem> {
         self.flush();
         match self.error {

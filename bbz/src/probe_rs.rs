@@ -1,4 +1,4 @@
-//! Calling probe-rs, the program that talks to debug probes.
+//! Calls probe-rs, the program that communicates with debug probes.
 
 use std::ffi::OsStr;
 use std::fmt;
@@ -21,7 +21,7 @@ const NO_PROBE: &str = "No connected probes";
 /// The time that probe-rs may take to release the robot.
 const FAREWELL: Duration = Duration::from_secs(3);
 
-/// Time between two looks at whether it has.
+/// The time between two checks that probe-rs has ended.
 const PATIENCE: Duration = Duration::from_millis(20);
 
 /// Returns the reason why a robot cannot be reached.
@@ -29,7 +29,7 @@ fn not_yet(robot: &Robot) -> Problem {
     Problem::NotYet(robot.title.clone())
 }
 
-/// The chip of a robot that probe-rs can reach.
+/// Returns the chip of a robot that probe-rs can reach.
 pub fn chip(robot: &Robot) -> Result<&str, Problem> {
     let chip = robot.chip.as_deref().filter(|_| robot.layout.is_some());
     chip.ok_or_else(|| not_yet(robot))
@@ -40,7 +40,7 @@ pub fn layout(robot: &Robot) -> Result<Layout, Problem> {
     robot.layout.ok_or_else(|| not_yet(robot))
 }
 
-/// The script's region of the flash, for an image that comes from `path`.
+/// Returns the content of the script's region of the flash for an image from `path`.
 pub fn script_section(layout: &Layout, path: &Path, image: &[u8]) -> Result<Vec<u8>, Problem> {
     layout.script_section(image).ok_or_else(|| Problem::TooLong {
         path: path.to_owned(),
@@ -54,8 +54,8 @@ pub fn script_section(layout: &Layout, path: &Path, image: &[u8]) -> Result<Vec<
 pub struct ProbeRs(Command);
 
 impl ProbeRs {
-    /// A command about a chip. probe-rs must not ask for the probe: there may be no person to
-    /// answer.
+    /// Creates a call of a command for a chip. probe-rs must not ask for the probe: there may be no
+    /// person to answer.
     pub fn new(command: &str, chip: &str) -> Self {
         let mut call = Command::new(PROGRAM);
         call.args([command, "--non-interactive", "--chip", chip]);
@@ -74,7 +74,7 @@ impl ProbeRs {
         self
     }
 
-    /// Starts it; its messages go to standard error.
+    /// Starts probe-rs; its messages go to standard error.
     pub fn spawn(mut self) -> Result<Running, Problem> {
         set_apart(&mut self.0);
         self.0.stdin(Stdio::null()).stdout(Stdio::piped()).stderr(Stdio::piped());
@@ -86,7 +86,7 @@ impl ProbeRs {
         Ok(Running { child, messages })
     }
 
-    /// Runs it to its end; its messages and its results go to standard error.
+    /// Runs probe-rs to its end; its messages and results go to standard error.
     pub fn run(self) -> Result<(), Problem> {
         let mut running = self.spawn()?;
         let stdout = running.take_stdout();
@@ -95,26 +95,26 @@ impl ProbeRs {
     }
 }
 
-/// The form that a shell would take.
+/// Writes the call as a shell command.
 impl fmt::Display for ProbeRs {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.write_str(&shell::line(&self.0))
     }
 }
 
-/// probe-rs at work.
+/// A running probe-rs.
 pub struct Running {
     child: Child,
     messages: Option<JoinHandle<String>>,
 }
 
 impl Running {
-    /// Takes its output; once.
+    /// Takes the standard output; a second call returns an empty one.
     pub fn take_stdout(&mut self) -> ChildOutput {
         ChildOutput(self.child.stdout.take())
     }
 
-    /// Waits for its end, which must be a good one.
+    /// Waits for the end of probe-rs; fails unless it succeeded.
     pub fn finish(mut self) -> Result<(), Problem> {
         let status = self.child.wait().map_err(Problem::ProbeRsStart)?;
         let messages = self.messages.take().and_then(|thread| thread.join().ok());
@@ -127,7 +127,8 @@ impl Running {
         })
     }
 
-    /// Asks it to end, as Ctrl-C would: it then restores its changes on the robot, and releases it.
+    /// Asks probe-rs to end, as Ctrl-C would: it then restores its changes on the robot, and
+    /// releases it. Kills probe-rs if that takes too long.
     pub fn end(mut self) -> Result<(), Problem> {
         interrupt(&self.child);
         let deadline = Instant::now() + FAREWELL;
@@ -137,7 +138,7 @@ impl Running {
             }
             thread::sleep(PATIENCE);
         }
-        // Its last words are passed on before `bbz` ends.
+        // The last messages of probe-rs are passed on before `bbz` ends.
         self.messages.take().map(JoinHandle::join);
         Ok(())
     }
@@ -149,16 +150,17 @@ fn interrupt(child: &Child) {
     use nix::unistd::Pid;
 
     if let Ok(id) = i32::try_from(child.id()) {
-        // If it has ended there is nothing left to ask for.
+        // The signal fails if probe-rs has already ended.
         let _ = kill(Pid::from_raw(id), Signal::SIGINT);
     }
 }
 
-/// Elsewhere Ctrl-C reaches it by itself.
+/// Does nothing: on other systems, Ctrl-C reaches probe-rs directly.
 #[cfg(not(unix))]
 fn interrupt(_: &Child) {}
 
-/// On Unix, Ctrl-C is for `bbz` alone, which then ends probe-rs at the right moment.
+/// Separates probe-rs from the terminal's process group, so that Ctrl-C reaches only `bbz`, which
+/// then ends probe-rs at the right moment.
 #[cfg(unix)]
 fn set_apart(call: &mut Command) {
     use std::os::unix::process::CommandExt;
@@ -169,7 +171,7 @@ fn set_apart(call: &mut Command) {
 #[cfg(not(unix))]
 fn set_apart(_: &mut Command) {}
 
-/// Standard output of a child; empty if it was taken before.
+/// The standard output of a child; empty if it was taken before.
 pub struct ChildOutput(Option<ChildStdout>);
 
 impl Read for ChildOutput {
@@ -178,7 +180,8 @@ impl Read for ChildOutput {
     }
 }
 
-/// Copies to standard error, and returns the text. Bytes that cannot be shown are still read.
+/// Copies a pipe to standard error, and returns its text. The pipe is read to its end even if
+/// writing fails.
 fn pass_on(mut pipe: impl Read) -> String {
     let mut all = Vec::new();
     let mut buffer = [0; 1024];

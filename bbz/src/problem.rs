@@ -25,12 +25,11 @@ use crate::sim::MOST_RUNS;
 pub enum Problem {
     /// The file cannot be read.
     Unreadable {
-        /// The file.
+        /// The help suggests a similar name if this file does not exist.
         path: PathBuf,
-        /// The reason.
         error: ReadError,
     },
-    /// A file that is to be written, and is read by the same command.
+    /// The output file is also read by the same command.
     ReadAndWritten(PathBuf),
     /// The seed is given by `--seed` and by `--set`.
     TwoSeeds,
@@ -46,36 +45,34 @@ pub enum Problem {
     UnlikeColumns,
     /// `--resume` with a table that goes to a stream.
     NothingToResume(PathBuf),
-    /// A folder in the place of a batch's journal that is none.
+    /// The folder for the journal of a batch holds other files.
     BatchFolder(PathBuf),
-    /// A batch that another process is at work on.
+    /// Another process is working on the batch.
     BatchBusy(PathBuf),
-    /// A batch that was ended before, and is not to be resumed.
+    /// The batch was stopped before, and is not to be resumed.
     BatchUnfinished(PathBuf),
-    /// The journal of another batch.
+    /// The journal belongs to another batch.
     BatchDiffers {
-        /// The journal.
         folder: PathBuf,
-        /// Options and files that are not as they were.
+        /// Options and files that have changed.
         what: Vec<String>,
     },
     /// A part of a journal that is damaged.
     BatchPart {
-        /// The file.
         path: PathBuf,
         /// The line, from 1.
         line: usize,
     },
-    /// More runs than a table of them can have.
+    /// There are more than [`MOST_RUNS`] runs.
     TooManyRuns {
         /// Runs of each combination of values.
         runs: u32,
-        /// Combinations; the largest number of the type stands for any more.
+        /// Combinations of values, at most the largest `usize`.
         variants: usize,
     },
     /// A folder where a file is needed.
     Folder(PathBuf),
-    /// An extension that says nothing.
+    /// The name of the file has no known extension.
     UnknownKind(PathBuf),
     /// An image where a script is needed.
     NotAScript(PathBuf),
@@ -83,7 +80,6 @@ pub enum Problem {
     FixStandardInput,
     /// An object file that is damaged, or that no Buzz compiler has made.
     Object {
-        /// The file.
         path: PathBuf,
         /// The reader's error.
         error: BoError,
@@ -92,9 +88,8 @@ pub enum Problem {
     Robot(RobotErrors),
     /// `--profile` asks for another profile than the image has.
     Profile {
-        /// The image.
         path: PathBuf,
-        /// Its profile.
+        /// The profile of the image.
         image: Profile,
     },
     /// The virtual machine refuses the image.
@@ -106,44 +101,38 @@ pub enum Problem {
     },
     /// A file cannot be written.
     Unwritable {
-        /// The file.
         path: PathBuf,
         /// The error of the system.
         error: io::Error,
     },
     /// `bbz explain` was asked for a code that does not exist.
     UnknownCode {
-        /// The code.
         code: String,
         /// The code that was probably meant.
         likely: Option<String>,
     },
     /// Symbols that cannot be used.
     Symbols {
-        /// The file.
         path: PathBuf,
         /// The reader's error.
         error: SymbolsError,
     },
-    /// A command about a robot that is not named.
+    /// The command needs a robot, and none is named.
     NoRobot,
-    /// A robot that can neither be flashed nor traced yet, by its title.
+    /// The robot with this title can neither be flashed nor traced yet.
     NotYet(String),
-    /// A robot, by its title, to which no id can be assigned.
+    /// The robot with this title cannot be assigned an id.
     NoIdRegion(String),
-    /// A `--set` that is no `KEY=VALUE`.
+    /// A `--set` that is not `KEY=VALUE`.
     Setting(String),
-    /// A `--set` that the robot, by its title, does not know or accept; and the values that it
-    /// accepts.
+    /// A `--set` that the robot does not know or accept.
     RobotSetting {
-        /// The argument.
         argument: String,
-        /// Its title.
         robot: String,
-        /// A line each.
+        /// The settings of the robot, a line each.
         settings: Vec<String>,
     },
-    /// There is nothing to emulate.
+    /// `--emulate` was given without a firmware file.
     NoFirmware,
     /// Symbols where an image is needed.
     NoImage(PathBuf),
@@ -151,7 +140,6 @@ pub enum Problem {
     RobotProfile {
         /// The file of the image.
         path: PathBuf,
-        /// Its profile.
         image: Profile,
         /// Title of the robot.
         robot: String,
@@ -160,26 +148,22 @@ pub enum Problem {
     CapacityError {
         /// The file of the image.
         path: PathBuf,
-        /// The reason.
         message: String,
-        /// The cure.
         help: String,
     },
-    /// A file that should be firmware is not.
+    /// The file is not firmware for the robot.
     Firmware {
-        /// The file.
+        /// The path from `--firmware`.
         path: PathBuf,
-        /// The reason.
         error: FirmwareError,
     },
-    /// A file that should be a program for a script is not.
+    /// The script cannot be put into the program in the file.
     Program {
-        /// The file.
+        /// The path from `--firmware`; `the robot's flash` for the program on a robot.
         path: PathBuf,
-        /// The reason.
         error: ProgramError,
     },
-    /// `--firmware` for a robot, by its title, whose script has a region of its own.
+    /// `--firmware` for the robot with this title, whose script has a region of its own.
     OwnRegion(String),
     /// The script does not fit into its region of the flash.
     TooLong {
@@ -187,12 +171,11 @@ pub enum Problem {
         path: PathBuf,
         /// Bytes of its image.
         bytes: usize,
-        /// The most that fit.
+        /// The most bytes that fit.
         most: u32,
     },
     /// The firmware has no table of messages.
     NoMessages {
-        /// The file.
         path: PathBuf,
         /// The mistake in the table, if there is one.
         reason: Option<String>,
@@ -213,20 +196,20 @@ pub enum Problem {
     AvrdudeStart(io::Error),
     /// avrdude has failed.
     Avrdude(ExitStatus),
-    /// The flash of a robot, by its title, cannot be read.
+    /// The flash of the robot with this title cannot be read.
     Locked(String),
-    /// The id that erased memory holds was to be given to a robot, by its title.
+    /// The id for the robot with this title is the one that erased memory holds.
     ErasedId(String),
-    /// A robot was perhaps erased, but not written.
+    /// Writing failed, and the robot may already be erased.
     Unfinished {
-        /// The reason.
         error: Box<Problem>,
-        /// The call that writes the earlier content.
+        /// The command that writes the earlier content.
         restore: String,
     },
-    /// Options for programmers, and a robot, by its title, that is flashed through a debug probe.
+    /// Options for programmers were given, but the robot with this title is flashed through a debug
+    /// probe.
     NoProgrammer(String),
-    /// One emulator for robots that need several.
+    /// `--emulator` names one program, but the robots need several.
     SeveralEmulators,
     /// Standard input, or the output of another program, cannot be read.
     Input(io::Error),
@@ -235,14 +218,13 @@ pub enum Problem {
     /// A recording that cannot be read.
     #[cfg(feature = "view")]
     Recording {
-        /// The file.
+        /// The path from the command line.
         path: PathBuf,
-        /// The reason.
         error: RecordingError,
     },
-    /// A folder to be graded that has no scenario, or several.
+    /// The folder to be graded has no scenario, or several.
     WhichAssignment(PathBuf),
-    /// A folder to be graded without results.
+    /// The folder to be graded has no results.
     NothingHandedIn(PathBuf),
     /// The assignment does not run: the mistakes of its scenario and scripts.
     Assignment(String),
@@ -254,7 +236,7 @@ pub enum Problem {
 }
 
 impl Problem {
-    /// A file that cannot be read.
+    /// Returns the problem of a file that cannot be read.
     pub fn unreadable(path: &Path, error: impl Into<ReadError>) -> Problem {
         match error.into() {
             ReadError::Folder => Problem::Folder(path.to_owned()),
@@ -262,17 +244,17 @@ impl Problem {
         }
     }
 
-    /// A file that cannot be written.
+    /// Returns the problem of a file that cannot be written.
     pub fn unwritable(path: &Path, error: io::Error) -> Problem {
         Problem::Unwritable { path: path.to_owned(), error }
     }
 
-    /// An image that the virtual machine refuses.
+    /// Returns the problem of an image that the virtual machine refuses.
     pub fn refused(path: &Path, cause: ImageError) -> Problem {
         Problem::Refused { path: path.to_owned(), cause }
     }
 
-    /// Returns the cure.
+    /// Returns advice on how to mend the problem.
     pub fn help(&self) -> Option<String> {
         match self {
             Problem::Unreadable { path, error: ReadError::Io(error) }
@@ -594,7 +576,7 @@ impl fmt::Display for Problem {
 
 impl std::error::Error for Problem {}
 
-/// The file beside a missing one whose name is most like its.
+/// Returns the file next to the missing one whose name is most similar.
 fn likely_file(path: &Path) -> Option<PathBuf> {
     let wanted = path.file_name()?.to_str()?;
     let folder = path.parent()?;

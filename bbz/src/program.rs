@@ -29,19 +29,19 @@ const INCLUDE_PATH: &str = "BUZZ_INCLUDE_PATH";
 /// The beginning of the paths of the shipped library.
 const LIBRARY_FOLDER: &str = "<library>/";
 
-/// What a file holds, by its extension.
+/// The content of a file, by its extension.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum InputKind {
     /// `.bzz`
     Script,
-    /// `.bo`, what the compiler of the reference implementation makes of a script
+    /// `.bo`, the object file of the reference implementation's compiler
     Object,
     /// `.bbi`
     Image,
 }
 
 impl InputKind {
-    /// Returns the kind of the file at `path`, once it is certain that there is a file.
+    /// Returns the kind of the file at `path`; fails if there is no readable file.
     pub fn of(path: &Path) -> Result<InputKind, Problem> {
         if is_standard_input(path) {
             return Ok(InputKind::Script);
@@ -67,19 +67,18 @@ impl InputKind {
 /// An image, perhaps with its symbols and source.
 #[derive(Clone)]
 pub struct Program {
-    /// The image.
     pub image: Vec<u8>,
-    /// Its number profile.
+    /// The number profile of the image.
     pub profile: Profile,
     /// Names, texts and places.
     pub symbols: Option<Symbols>,
-    /// The texts from which it was compiled just now.
+    /// The source texts, if the program was compiled just now.
     sources: Option<SourceMap>,
 }
 
 impl Program {
-    /// Reads an image, or compiles any other file: then it prints errors and warnings, and returns
-    /// `None` if there are errors.
+    /// Reads an image, or compiles any other file. Compiling prints errors and warnings, and
+    /// returns `None` if there are errors.
     pub fn open(
         path: &Path,
         include: &[PathBuf],
@@ -110,8 +109,8 @@ impl Program {
         Ok(image.map(|image| Program { image, profile, symbols, sources }))
     }
 
-    /// Opens a program as [`Program::open`] does; also takes symbols (`.sym`), with the image next
-    /// to them if there is one that belongs to them.
+    /// Opens a program as [`Program::open`] does. Also accepts symbols (`.sym`), with the image
+    /// next to them if there is one that belongs to them.
     pub fn open_with_symbols(
         path: &Path,
         include: &[PathBuf],
@@ -137,17 +136,17 @@ impl Program {
         Ok(Some(program))
     }
 
-    /// Adds the file that the program comes from, those beside it, and those that it includes.
+    /// Adds the file of the program, those next to it, and those that it includes.
     pub fn add_inputs(&self, path: &Path, inputs: &mut Inputs) {
         add_inputs(path, self.sources.as_ref(), inputs);
     }
 
-    /// A program of which nothing is known.
+    /// Returns a program of which nothing is known.
     pub fn unknown() -> Program {
         Program { image: Vec::new(), profile: Profile::Full, symbols: None, sources: None }
     }
 
-    /// Returns the hash of its script.
+    /// Returns the hash of the script.
     pub fn script_hash(&self) -> Option<u32> {
         match &self.symbols {
             Some(symbols) => Some(symbols.script_hash),
@@ -155,7 +154,7 @@ impl Program {
         }
     }
 
-    /// Reads an image, and the symbols beside it if they belong to it.
+    /// Reads an image, and the symbols next to it if they belong to it.
     fn load(path: &Path, selection: &Selection) -> Result<Program, Problem> {
         let image = read(path)?;
         let header = Image::new(image.as_slice()).header();
@@ -168,7 +167,7 @@ impl Program {
         Ok(Program { image, profile, symbols, sources: None })
     }
 
-    /// The text of a constant string, if it is known.
+    /// Returns the text of a constant string, if it is known.
     pub fn string(&self, number: u16) -> Option<&str> {
         match &self.symbols {
             Some(symbols) => symbols.string(number),
@@ -182,8 +181,8 @@ impl Program {
         header.is_ok_and(|header| header.has_text())
     }
 
-    /// The text of a source file by its number in the symbols. A file that was not compiled just
-    /// now is read now, and may have changed since.
+    /// Returns the text of a source file by its number in the symbols. A file that was not compiled
+    /// just now is read from disk, and may have changed since.
     pub fn source(&self, file: u32) -> Option<Cow<'_, str>> {
         let mut compiled = self.sources.iter().flat_map(SourceMap::files);
         if let Some((_, source)) = compiled.find(|(id, _)| id.0 == file) {
@@ -199,7 +198,7 @@ impl Program {
     }
 }
 
-/// Adds the file at `path`, those beside it, and those that it includes.
+/// Adds the file at `path`, those next to it, and those that it includes.
 pub fn add_inputs(path: &Path, sources: Option<&SourceMap>, inputs: &mut Inputs) {
     inputs.add(path);
     match path.extension().and_then(|extension| extension.to_str()) {
@@ -235,7 +234,8 @@ pub fn parsed(path: &Path, include: &[PathBuf]) -> Parsed {
     }
 }
 
-/// A loader that finds included files as the commands do: in the folders of `-I`, those of the environment, and the library.
+/// Returns a loader that searches included files in the folders of `-I`, those of the environment,
+/// and the library.
 pub fn loader<'a>(files: &'a dyn Files, include: &[PathBuf]) -> Loader<'a> {
     let environment = env::var_os(INCLUDE_PATH).unwrap_or_default();
     let is_named = |folder: &PathBuf| !folder.as_os_str().is_empty();
@@ -247,7 +247,7 @@ pub fn loader<'a>(files: &'a dyn Files, include: &[PathBuf]) -> Loader<'a> {
     }
 }
 
-/// Messages name the script on standard input so.
+/// The name of the script on standard input, for messages.
 const STANDARD_INPUT: &str = "<standard input>";
 
 /// Returns true for `-`, the script on standard input.
@@ -295,12 +295,12 @@ fn object(path: &Path, options: &Options) -> Result<Compiled, Problem> {
     Ok(imported.compiled)
 }
 
-/// The bytes of a file.
+/// Reads the bytes of a file.
 pub fn read(path: &Path) -> Result<Vec<u8>, Problem> {
     file::read(path, file::MOST_COMPILED).map_err(|error| Problem::unreadable(path, error))
 }
 
-/// The `.bdb` file beside an object file; a warning if there is one that cannot be read.
+/// Reads the `.bdb` file next to an object file. Warns if the file exists and cannot be read.
 fn debug_beside(object: &Path) -> Option<Vec<u8>> {
     let path = object.with_extension("bdb");
     match file::read(&path, file::MOST_COMPILED) {
@@ -314,7 +314,8 @@ fn debug_beside(object: &Path) -> Option<Vec<u8>> {
     }
 }
 
-/// The symbols in the `.sym` file beside an image; a warning if there are some that cannot be used.
+/// Reads the symbols in the `.sym` file next to an image. Warns if the file exists and cannot be
+/// used.
 fn symbols_beside(image: &Path, hash: u32) -> Option<Symbols> {
     let path = image.with_extension("sym");
     let text = match file::read_text(&path, file::MOST_COMPILED) {

@@ -12,7 +12,7 @@ use bittybuzz_toml_reader::Place;
 
 use crate::problem::Problem;
 
-/// The errors, and the warnings, of a script that are printed. `--json` has all.
+/// The most errors, and the most warnings, of a script that are printed; `--json` has all.
 const LIMIT: usize = 100;
 
 /// Prints the compiler's messages about a script.
@@ -35,7 +35,7 @@ pub fn diagnostics(sources: &SourceMap, diagnostics: &[Diagnostic]) {
     }
 }
 
-/// Returns `2 more errors and 1 more warning are not shown`; nothing if all are.
+/// Returns `2 more errors and 1 more warning are not shown`, or `None` if all are shown.
 fn not_shown(errors: usize, warnings: usize) -> Option<String> {
     let more = |count: usize, what: &str| match count.saturating_sub(LIMIT) {
         0 => None,
@@ -55,7 +55,7 @@ pub fn count(diagnostics: &[Diagnostic]) -> (usize, usize) {
     (errors, diagnostics.len() - errors)
 }
 
-/// `1 error`, `2 errors`
+/// Returns a count with its noun: `1 error`, `2 errors`.
 pub fn counted(count: impl TryInto<u64>, noun: &str) -> String {
     let count = count.try_into().unwrap_or(u64::MAX);
     let plural = if count == 1 { "" } else { "s" };
@@ -74,7 +74,7 @@ pub fn problem(problem: &Problem) {
     }
 }
 
-/// Prints an error, its place, and the cure.
+/// Prints an error, its place, and the advice on how to mend it.
 pub fn mistake(message: &str, place: Option<&Place>, help: Option<String>) {
     let title = Level::ERROR.primary_title(message);
     let Some(place) = place else {
@@ -101,13 +101,13 @@ pub fn warning(message: &str, note: Option<&str>) {
     }
 }
 
-/// Text from scripts and symbols must not control the terminal. Titles and source lines are made harmless when they
-/// are printed, other text is not.
+/// Replaces control characters, because text from scripts and symbols must not control the
+/// terminal. Printing does this for titles and source lines, but not for other text.
 pub fn printable(text: &str) -> String {
     text.chars().map(|c| if c.is_control() { '\u{fffd}' } else { c }).collect()
 }
 
-/// Prints lines that are no message: a report at the end of a run.
+/// Prints lines that are not a message: a report at the end of a run.
 pub fn lines(lines: &[String]) {
     for line in lines {
         write(format_args!("{line}\n"));
@@ -119,8 +119,8 @@ pub fn print(group: Group<'_>) {
     write(format_args!("{}\n", Style::styled().render(&[group])));
 }
 
-/// Writes to standard error, which drops the colors unless it is a terminal. A message that cannot be written does not
-/// change how the command ends: there is no place left to report that.
+/// Writes to standard error, without colors unless it is a terminal. A failure is ignored, because
+/// there is no place left to report it.
 fn write(text: fmt::Arguments<'_>) {
     let _ = anstream::stderr().write_fmt(text);
 }

@@ -1,4 +1,5 @@
-//! `bbz robots`: the robots that `--robot` knows, or everything that a script has to know of one, and its part in `bbz sim`.
+//! `bbz robots`: lists the robots that `--robot` knows, or describes one robot for authors of
+//! scripts, with its part in `bbz sim`.
 
 use bittybuzz_robot_files::{all_shipped, find};
 use bittybuzz_robot_spec::{
@@ -34,7 +35,7 @@ pub fn execute(arguments: &RobotsArguments) -> Result<ExitStatus, Problem> {
     output::write(&text).map(|()| ExitStatus::Success)
 }
 
-/// A line for each robot.
+/// Returns a line for each robot.
 fn list(robots: &[Robot]) -> String {
     let mut text =
         format!("{:<12}{:<18}{:<9}{:<15}functions\n", "name", "robot", "profile", "chip");
@@ -48,7 +49,7 @@ fn list(robots: &[Robot]) -> String {
     text
 }
 
-/// Functions, tables, settings, signals of its lights, and limits.
+/// Describes functions, tables, settings, signals of the lights, and limits of a robot.
 fn describe(robot: &Robot) -> String {
     let chip = robot.chip.as_deref().unwrap_or("never flashed");
     let mut lines = vec![format!("{} (`--robot {}`): {chip}", robot.title, robot.name)];
@@ -101,7 +102,8 @@ fn limits(robot: &Robot) -> impl Iterator<Item = String> {
     all.into_iter().chain(bearings).chain(firmware)
 }
 
-/// `body in bbz sim: differential, radius 40 mm, height 80 mm; at most 150 mm/s forward, 286 deg/s turn`
+/// Returns a text such as `body in bbz sim: differential, radius 40 mm, height 80 mm; at most 150
+/// mm/s forward, 286 deg/s turn`.
 fn body_text(body: &Body) -> String {
     let Body { drive, radius_mm, height_mm, .. } = body;
     let most = drive.quantities().iter().filter_map(|quantity| {
@@ -115,7 +117,7 @@ fn body_text(body: &Body) -> String {
     )
 }
 
-/// `sensor ring: proximity, 8 beams up to 300 mm`
+/// Returns a text such as `sensor ring: proximity, 8 beams up to 300 mm`.
 fn sensor_text(sensor: &Sensor) -> String {
     let kind = sensor.kind.name();
     let limits = match &sensor.kind {
@@ -132,7 +134,7 @@ fn sensor_text(sensor: &Sensor) -> String {
     format!("sensor {}: {kind}{limits}", sensor.name)
 }
 
-/// `sets forward = 0 mm/s; reads ring.0 (mm)`
+/// Returns a text such as `sets forward = 0 mm/s; reads ring.0 (mm)`.
 fn effect_text(effect: &Effect, sensors: &[Sensor]) -> String {
     let mut parts = Vec::new();
     if !effect.sets.is_empty() {

@@ -29,10 +29,10 @@ use crate::program::Program;
 use crate::report;
 use crate::selection::SelectionArguments;
 
-/// Steps per second where no robot is named.
+/// Steps per second if no robot is named.
 const TICK_HZ: u32 = 10;
 
-/// The memory for other robots if no robot is named.
+/// The capacities for neighbors, stigmergy entries and swarms if no robot is named.
 const MOST_SIZES: Sizes = Sizes { neighbors: 255, bearings: true, entries: 100, swarms: 8 };
 
 const EXAMPLES: &str = "\

@@ -1,4 +1,4 @@
-//! Files for other programs to read, for the time of a command.
+//! Temporary files that other programs read during a command.
 
 use std::env;
 use std::fs;
@@ -7,27 +7,27 @@ use std::process;
 
 use crate::problem::Problem;
 
-/// A file that is gone when this value is.
+/// A temporary file, which is removed when this value is dropped.
 pub struct Scratch(PathBuf);
 
 impl Scratch {
-    /// Returns a file, not there yet, that is named after the script and its content.
+    /// Names a file in the temporary folder after the script and its content. Does not create it.
     pub fn new(script: &Path, content: &str) -> Self {
         let stem = script.file_stem().unwrap_or_default().to_string_lossy();
         Scratch(env::temp_dir().join(format!("bbz-{}-{stem}-{content}", process::id())))
     }
 
-    /// Returns its path.
+    /// Returns the path of the file.
     pub fn path(&self) -> &Path {
         &self.0
     }
 
-    /// Leaves it there.
+    /// Keeps the file on disk.
     pub fn keep(self) {
         std::mem::forget(self);
     }
 
-    /// Writes it.
+    /// Writes the file.
     pub fn write(&self, bytes: &[u8]) -> Result<(), Problem> {
         fs::write(&self.0, bytes).map_err(|error| Problem::unwritable(&self.0, error))
     }
@@ -35,7 +35,7 @@ impl Scratch {
 
 impl Drop for Scratch {
     fn drop(&mut self) {
-        // It may never have been written.
+        // The file may never have been written.
         let _ = fs::remove_file(&self.0);
     }
 }

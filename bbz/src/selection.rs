@@ -28,9 +28,9 @@ pub enum ProfileName {
 
 /// The robots of a command.
 pub struct Selection {
-    /// The one that `--robot` names.
+    /// The robot that `--robot` names.
     pub robot: Option<Robot>,
-    /// Every robot that is known.
+    /// All shipped robots, and those of the scenario.
     pub known: Vec<Robot>,
     /// The profile that `--profile` names.
     pub profile: Option<Profile>,
@@ -44,7 +44,7 @@ impl SelectionArguments {
 }
 
 impl Selection {
-    /// The robot of that name or path.
+    /// Selects the robot of that name or path.
     pub fn new(robot: Option<&str>, profile: Option<ProfileName>) -> Result<Self, Problem> {
         let robot = robot.map(find).transpose().map_err(Problem::Robot)?;
         let profile = profile.map(|name| match name {
@@ -54,7 +54,8 @@ impl Selection {
         Ok(Selection { robot, known: all_shipped(), profile })
     }
 
-    /// The robot of a group. The other robots of its scenario are known: one script may be for all of them.
+    /// Selects the robot of a group. The other robots of its scenario are known too, because one
+    /// script may be for all of them.
     pub fn of_group(group: &Group) -> Self {
         let mut known = all_shipped();
         let others = group.robots_of_scenario.iter();
@@ -63,24 +64,24 @@ impl Selection {
         Selection { robot: Some(group.robot.clone()), known, profile: None }
     }
 
-    /// The options of the compiler.
+    /// Returns the options of the compiler.
     pub fn options(&self) -> Options {
         Options { profile: self.profile, robot: self.robot.clone(), robots: self.known.clone() }
     }
 
-    /// The profile to compile for.
+    /// Returns the profile to compile for.
     pub fn effective_profile(&self) -> Profile {
         let of_robot = self.robot.as_ref().map(|robot| robot.profile);
         self.profile.or(of_robot).unwrap_or(Profile::Full)
     }
 
-    /// The robots whose functions a script may call: the one that is named, else all.
+    /// Returns the robots whose functions a script may call: the named one, else all.
     pub fn playable(&self) -> impl Iterator<Item = &Robot> + Clone {
         let all: &[Robot] = if self.robot.is_some() { &[] } else { &self.known };
         self.robot.iter().chain(all)
     }
 
-    /// Returns true if one of them has a function of that name hash.
+    /// Returns true if one of the playable robots has a function of that name hash.
     pub fn has_function(&self, hash: u16) -> bool {
         let mut functions = self.playable().flat_map(|robot| &robot.functions);
         functions.any(|function| function.hash() == hash)

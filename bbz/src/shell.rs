@@ -1,9 +1,9 @@
-//! Calls of other programs, as a shell would take them.
+//! Formats calls of other programs as shell commands.
 
 use std::ffi::OsStr;
 use std::process::Command;
 
-/// Program and arguments, in quotes where they are needed.
+/// Returns program and arguments, quoted if necessary.
 pub fn line(call: &Command) -> String {
     let words = [call.get_program()].into_iter().chain(call.get_args());
     words.map(quoted).collect::<Vec<_>>().join(" ")

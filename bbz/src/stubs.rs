@@ -1,4 +1,4 @@
-//! `bbz stubs`: a robot file for the robot functions that a script calls, to start from.
+//! `bbz stubs`: writes a robot file, to start from, for the robot functions that a script calls.
 
 use std::fmt::Write;
 use std::path::{Path, PathBuf};
@@ -24,7 +24,7 @@ docs/own-robot.md leads from there to a robot that moves in `bbz sim`.
 
 Exit status: 0, or 2 syntax error, 3 wrong command line or file.";
 
-/// A body on two wheels, and a link.
+/// The sections of a body on two wheels and of a link.
 const BODY: &str = "\
 # The body that `bbz sim` moves: a disc on two wheels.
 [body]
@@ -74,7 +74,7 @@ pub fn execute(arguments: &StubsArguments) -> Result<ExitStatus, Problem> {
     }
     let output = arguments.output.as_deref();
     let text = robot_file(path, output, &missing(&parsed.script), &parsed.sources);
-    // Two names of a script can be too much alike for one robot.
+    // Parsing fails if two names of the script are too similar for one robot.
     let written = output.map_or_else(|| "the robot file".into(), Path::to_string_lossy);
     Robot::parse(&text, &written).map_err(Problem::Robot)?;
     match output {
@@ -133,7 +133,7 @@ fn function_section(function: &MissingFunction, sources: &SourceMap) -> String {
     )
 }
 
-/// Parameters for that number of arguments. Their types are not known.
+/// Returns parameters for that number of arguments. Their types are not known.
 fn parameters(count: usize) -> String {
     if count > MAX_PARAMETERS {
         return "values: any...".to_owned();
@@ -142,14 +142,14 @@ fn parameters(count: usize) -> String {
     parameters.join(", ")
 }
 
-/// The name of the file as the name of a robot.
+/// Derives the name of a robot from the name of the file.
 fn robot_name(path: &Path) -> String {
     let stem = path.file_stem().unwrap_or_default().to_string_lossy();
     let name = stem.to_lowercase().replace(|c: char| !c.is_ascii_alphanumeric(), "-");
     if is_robot_name(&name) { name } else { format!("robot-{name}") }
 }
 
-/// A path for a comment of one line.
+/// Returns a path without control characters, for a comment of one line.
 fn one_line(path: &Path) -> String {
     path.display().to_string().replace(char::is_control, "?")
 }

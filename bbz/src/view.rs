@@ -1,4 +1,4 @@
-//! `bbz view`: a recording in a page; and the page of `bbz sim --view`.
+//! `bbz view`: shows a recording in a page. `bbz sim --view` uses the same page.
 
 use std::path::PathBuf;
 
@@ -53,7 +53,7 @@ pub fn announce(page: &Page, no_browser: bool) -> Result<(), Problem> {
     output.line(page.url().as_bytes());
     output.finish()?;
     if !no_browser {
-        // Without a browser on this computer the printed address is enough.
+        // If there is no browser, the printed address is enough.
         let _ = open_page::that_detached(page.url());
     }
     Ok(())

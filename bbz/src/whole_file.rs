@@ -18,7 +18,7 @@ pub struct Inputs(BTreeSet<PathBuf>);
 impl Inputs {
     /// Adds a file, if there is one of that name.
     pub fn add(&mut self, path: &Path) {
-        // Terminals and pipes may well be read and written.
+        // Terminals and pipes may be both read and written.
         if path.is_file()
             && let Ok(path) = fs::canonicalize(path)
         {
@@ -31,7 +31,7 @@ impl Inputs {
         self.0.iter().map(PathBuf::as_path)
     }
 
-    /// Refuses a file to be written that is one of them.
+    /// Returns an error if the output is one of the inputs.
     pub fn refuse(&self, output: &Path) -> Result<(), Problem> {
         match fs::canonicalize(output) {
             Ok(path) if self.0.contains(&path) => Err(Problem::ReadAndWritten(output.to_owned())),
@@ -40,18 +40,19 @@ impl Inputs {
     }
 }
 
-/// A file that is written next to its place, and takes it when it is complete. Until then, and after a failure, the old
-/// file is there.
+/// A file that is written under a temporary name next to its destination, and renamed when it is
+/// complete. Until then, and after a failure, the old file remains.
 pub struct WholeFile {
-    /// Its name on the command line, for messages.
+    /// The name on the command line, for messages.
     path: PathBuf,
-    /// The file that is written, and the place that it takes; `None` for a device or pipe, which is written itself.
+    /// The temporary file and its destination; `None` for a device or pipe, which is written
+    /// directly.
     aside: Option<(PathBuf, PathBuf)>,
     file: BufWriter<File>,
 }
 
 impl WholeFile {
-    /// Creates the file next to its place.
+    /// Creates the temporary file next to its destination.
     pub fn create(path: &Path) -> Result<Self, Problem> {
         let unwritable = |error| Problem::unwritable(path, error);
         // The target of a symbolic link is replaced, not the link.
@@ -70,7 +71,7 @@ impl WholeFile {
         Ok(WholeFile { path: path.to_owned(), aside, file })
     }
 
-    /// Lets the file take its place.
+    /// Moves the complete file to its destination.
     pub fn finish(mut self) -> Result<(), Problem> {
         let finished = self.file.flush().and_then(|()| {
             let Some((aside, place)) = &self.aside else { return Ok(()) };
@@ -96,14 +97,14 @@ impl Write for WholeFile {
 impl Drop for WholeFile {
     fn drop(&mut self) {
         if let Some((aside, _)) = &self.aside {
-            // It may be gone already.
+            // The file may have been removed already.
             let _ = fs::remove_file(aside);
         }
     }
 }
 
-/// Creates a file next to that place, under a name that no file has. A process that was killed has left its own, and
-/// its number may come back.
+/// Creates a file next to `place`, under an unused name. The file of a killed process may remain
+/// there, and its process id may be used again.
 fn create_aside(place: &Path) -> (io::Result<File>, PathBuf) {
     let mut number = process::id();
     loop {
@@ -118,7 +119,7 @@ fn create_aside(place: &Path) -> (io::Result<File>, PathBuf) {
     }
 }
 
-/// Returns true for a device or pipe, which is written itself and in which nothing stays.
+/// Returns true for a device or pipe, which is written directly and keeps nothing.
 pub fn is_stream(path: &Path) -> bool {
     fs::metadata(path).is_ok_and(|metadata| !metadata.is_file()) || file::is_given_stream(path)
 }

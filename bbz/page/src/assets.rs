@@ -2,11 +2,10 @@
 
 /// A file of the page.
 pub struct Asset {
-    /// Its name in the address; the page itself has none.
+    /// The name in the URL; empty for the page itself.
     pub name: &'static str,
-    /// Its media type.
+    /// The value of the `Content-Type` header.
     pub media_type: &'static str,
-    /// The bytes of the file.
     pub bytes: &'static [u8],
 }
 

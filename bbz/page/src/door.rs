@@ -5,7 +5,7 @@ use std::net::SocketAddr;
 use axum::http::HeaderMap;
 use axum::http::header::{HOST, ORIGIN};
 
-/// Bytes of the secret.
+/// The length of the secret in bytes.
 const BYTES: usize = 16;
 
 /// The secret of a server, and the hosts by which it is known.
@@ -29,8 +29,9 @@ impl Door {
         format!("http://{}/{}/", self.hosts[0], self.secret)
     }
 
-    /// Returns true for a request that has the secret, is meant for this server and, if it comes from a page, comes from the server's
-    /// own one. A site can make its name resolve to this computer, but requests for it have that name as `Host`.
+    /// Returns true for a request that has the secret, names this server as `Host` and, if it has
+    /// an `Origin`, comes from the server's own page. The check of `Host` is needed because a site
+    /// can let its name resolve to this computer; its requests then carry that name as `Host`.
     pub fn admits(&self, secret: &str, headers: &HeaderMap) -> bool {
         let text = |name| headers.get(name).map(|value| value.to_str().unwrap_or_default());
         let is_own = |host: &str| self.hosts.iter().any(|own| own == host);

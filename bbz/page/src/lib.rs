@@ -6,12 +6,14 @@
 //! # Principles
 //! 1. **For the user of this computer alone.** The server listens on the loopback address, every path begins with a secret of 128 random
 //!    bits, and requests whose `Host` or `Origin` is not the server are refused: a page of another site can neither read nor steer.
-//! 2. **No files but its own.** They are part of the program. The server never opens a path of the file system.
-//! 3. **Events are never left out, samples are.** A sample is made when the one before was sent.
-//! 4. **No process is left.** When the page was closed for some seconds, the session ends.
+//! 2. **Only its own files.** They are compiled into the program. The server never opens a path of
+//!    the file system.
+//! 3. **Events are never dropped, samples are.** A sample is taken only after the previous one was
+//!    sent.
+//! 4. **No process is left.** The session ends some seconds after the page was closed.
 //!
 //! # What it will not do
-//! Serve several pages at once: a new one takes the place of the old one.
+//! Serve several pages at once: a new page replaces the old one.
 
 mod assets;
 mod door;

@@ -30,13 +30,11 @@ const POLICY: &str = "default-src 'none'; script-src 'self'; style-src 'self'; c
 
 /// An event of a client, which is one opened page.
 pub enum ClientEvent {
-    /// It has connected and receives messages from this channel.
+    /// The client has connected; it receives messages from this channel.
     Connected(UnboundedSender<ToClient>),
-    /// It has sent a request.
     Request(String),
-    /// The last sample was sent to it.
+    /// The last sample was sent to the client.
     SampleSent,
-    /// It has disconnected.
     Disconnected,
 }
 
@@ -44,7 +42,7 @@ pub enum ClientEvent {
 pub enum ToClient {
     /// An event, as JSON.
     Event(String),
-    /// A sample.
+    /// A sample, as binary data.
     Sample(Vec<u8>),
 }
 
@@ -159,7 +157,7 @@ async fn socket(
 /// Serves one client until it disconnects or the session is over.
 async fn serve(mut socket: WebSocket, shared: Arc<Shared>) {
     let number = shared.next_client.fetch_add(1, Ordering::Relaxed);
-    // Fails when the session is over.
+    // Returns false once the session is over.
     let report = |event| shared.events.send((number, event)).is_ok();
     let (sender, messages) = unbounded_channel();
     if report(ClientEvent::Connected(sender)) {
@@ -189,7 +187,7 @@ async fn exchange(
             message = messages.recv() => {
                 let is_sample = matches!(message, Some(ToClient::Sample(_)));
                 let message = match message {
-                    // Another client has taken its place, or the session is over.
+                    // Another client has replaced this one, or the session is over.
                     None => return,
                     Some(ToClient::Event(text)) => Message::Text(text.into()),
                     Some(ToClient::Sample(bytes)) => Message::Binary(bytes.into()),

@@ -1,4 +1,4 @@
-//! A session or a recording in the caller's thread, steered by the page.
+//! Runs a session or a recording in the caller's thread, controlled by the page.
 
 use std::sync::mpsc::RecvTimeoutError;
 use std::time::{Duration, Instant};
@@ -8,28 +8,29 @@ use tokio::sync::mpsc::UnboundedSender;
 
 use crate::server::{ClientEvent, Page, ToClient};
 
-/// The time that the run goes on between two looks at requests.
+/// The longest time that a run advances before requests are read.
 const TURN: Duration = Duration::from_millis(12);
 
-/// The time between two looks at the clock: 66 samples per second at most, and below 1 % of a core at rest.
+/// The longest wait for an event: at most 66 samples per second, and less than 1 % of a core at
+/// rest.
 const PULSE: Duration = Duration::from_millis(15);
 
-/// The time that a session waits for its page to come back, for example because it is loaded again.
+/// The time that a session waits for its page to connect again, for example after a reload.
 const LINGER: Duration = Duration::from_secs(5);
 
-/// The client that steers.
+/// The client that controls the session.
 struct Client {
     number: u64,
     messages: UnboundedSender<ToClient>,
-    /// The last sample was sent.
+    /// True once the last sample was sent, so that the next one may be taken.
     is_ready: bool,
-    /// The tick of its last sample; `None` if the next sample is due whatever the tick.
+    /// The tick of the client's last sample; `None` if the next sample is due at any tick.
     sampled: Option<u64>,
 }
 
 impl Page {
-    /// Shows a session or a recording until the page was closed for some seconds, or `is_interrupted` returns true. A page that was never opened is
-    /// waited for.
+    /// Shows a session or a recording until the page has been closed for some seconds or
+    /// `is_interrupted` returns true. Waits without limit for a page that was never opened.
     pub fn show(&self, source: &mut dyn Source, mut is_interrupted: impl FnMut() -> bool) {
         let start = Instant::now();
         let mut client: Option<Client> = None;
@@ -58,7 +59,7 @@ impl Page {
                         client = None;
                         closed_at = Some(Instant::now());
                     }
-                    // Of a client that another one has replaced.
+                    // The event comes from a client that was replaced.
                     (_, None) => {}
                 }
                 next = self.events.try_recv().map_err(|_| RecvTimeoutError::Timeout);
@@ -73,7 +74,7 @@ fn send_news(source: &mut dyn Source, client: Option<&mut Client>) {
     let Some(client) = client else { return };
     let tick = source.tick();
     let sample = (client.is_ready && client.sampled != Some(tick)).then(|| source.take_sample());
-    // A client that has disconnected reports it by an event.
+    // Sending fails after a client disconnected; its `Disconnected` event follows.
     for event in source.take_events() {
         let _ = client.messages.send(ToClient::Event(event.to_string()));
     }

@@ -1,4 +1,4 @@
-//! Mends scripts: makes the certain changes that messages of the compiler carry.
+//! Mends scripts: applies the edits of compiler messages that are certain.
 
 use std::collections::BTreeMap;
 use std::path::Path;

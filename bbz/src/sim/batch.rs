@@ -1,4 +1,4 @@
-//! Many runs: every combination of the values of `--set`, with every seed.
+//! Simulates many runs: every combination of the values of `--set`, with every seed.
 
 use std::collections::BTreeMap;
 use std::mem;
@@ -29,7 +29,7 @@ use super::progress::Progress;
 use super::variants::parts;
 use super::{SimArguments, summary, table};
 
-/// A part of the batch that takes longer is written each time that this has passed.
+/// The time after which the finished runs of an incomplete part are written again.
 const WRITE_AGAIN: Duration = Duration::from_secs(10);
 
 /// A run of the batch.
@@ -38,7 +38,7 @@ struct Run {
     seed: u32,
 }
 
-/// Ends of runs, by number.
+/// The results of runs, by number.
 type Ends = BTreeMap<usize, Result<Metrics, RunError>>;
 
 /// Runs every variant with every seed, and prints the usual results.
@@ -145,7 +145,7 @@ pub fn run(arguments: &SimArguments, variants: &[Vec<String>]) -> Result<ExitSta
     Ok(if is_success { ExitStatus::Success } else { ExitStatus::RuntimeError })
 }
 
-/// Opens the journal of the table that is asked for, unless that is a stream, in which nothing stays.
+/// Opens the journal of the table of `--csv`. A stream has none, because nothing stays in it.
 fn journal(
     arguments: &SimArguments,
     opened: &[Opened],
@@ -175,7 +175,7 @@ struct Batch<'a> {
     runs: &'a [Run],
     journal: Option<&'a Journal>,
     is_interrupted: &'a AtomicBool,
-    /// Runs that have ended.
+    /// The number of runs that have ended.
     done: AtomicUsize,
     progress: Mutex<Progress>,
     /// For each variant, the first run of this process in which a script had an error, with its
@@ -223,7 +223,7 @@ impl Batch<'_> {
                     finished.insert(run, metrics);
                     is_written = false;
                 }
-                // The terminal sends Ctrl-C to emulators, too, in any order.
+                // The terminal sends Ctrl-C to emulators, too, and an emulator may end first.
                 Err(error) if is_emulators(&error) && self.is_interrupted_within(PATIENCE) => break,
                 Err(error) => {
                     failed.insert(run, Err(error));
@@ -245,7 +245,7 @@ impl Batch<'_> {
         Ok(failed)
     }
 
-    /// Simulates a run. `None` if the batch was interrupted before its end.
+    /// Simulates a run. Returns `None` if the batch was interrupted before the end of the run.
     fn complete(&self, number: usize) -> Result<Option<Metrics>, RunError> {
         let run = self.runs.get(number);
         let Some((run, (setup, _))) =
@@ -281,7 +281,7 @@ impl Batch<'_> {
     }
 }
 
-/// Returns true for failures of the emulator, which Ctrl-C ends, too.
+/// Returns true for failures of an emulator, which Ctrl-C causes as well.
 fn is_emulators(error: &RunError) -> bool {
     match error {
         RunError::Firmware(_) => true,
@@ -293,7 +293,7 @@ fn row(run: &Run, set: &[String], end: &Result<Metrics, RunError>, columns: usiz
     let parameters = set.iter().map(|setting| parts(setting).1).collect();
     let (metrics, error) = match end {
         Ok(metrics) => (metrics.clone(), None),
-        // The first one is `success`.
+        // The first metric is `success`.
         Err(error) => {
             let none = std::iter::repeat_n(None, columns.saturating_sub(1));
             ([Some(0.0)].into_iter().chain(none).collect(), Some(error.to_string()))
@@ -302,7 +302,7 @@ fn row(run: &Run, set: &[String], end: &Result<Metrics, RunError>, columns: usiz
     Row { seed: run.seed, parameters, metrics, error }
 }
 
-/// Prints why runs have no result: each cause once, with the first run that it ended.
+/// Prints each cause of failed runs once, with the first run that it ended.
 fn print_failures(runs: &[Run], ends: &Ends) {
     let mut printed: Vec<(String, &RunError, u32, usize)> = Vec::new();
     for (number, end) in ends {
@@ -329,7 +329,7 @@ fn print_failures(runs: &[Run], ends: &Ends) {
     }
 }
 
-/// Prints how far an interrupted batch came, and how to go on.
+/// Prints the number of finished runs of an interrupted batch, and the way to resume it.
 fn print_interrupt([finished, total]: [usize; 2], folder: Option<&Path>) {
     let name = interrupt::NAME;
     let title = format!("stopped by {name}: {finished} of {total} runs are finished");

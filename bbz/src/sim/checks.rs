@@ -12,7 +12,7 @@ use crate::costs;
 
 use super::open::Opened;
 
-/// The lines of the report.
+/// Returns the lines of the report.
 pub fn text(opened: &Opened, summary: &Summary) -> Vec<String> {
     let mut lines = Vec::new();
     each(opened, summary, |group, script, checked| {
@@ -34,7 +34,8 @@ pub fn text(opened: &Opened, summary: &Summary) -> Vec<String> {
     lines
 }
 
-/// The report as an array, with an object for each program: those of the groups, then those that events load.
+/// Returns the report as an array, with an object for each program: those of the groups, then those
+/// that events load.
 pub fn json(opened: &Opened, summary: &Summary) -> Value {
     let mut groups = Vec::new();
     each(opened, summary, |group, script, checked| {
@@ -49,7 +50,8 @@ pub fn json(opened: &Opened, summary: &Summary) -> Value {
     groups.into()
 }
 
-/// Hands each program over with its group, its script if an event loads it, and its findings; a program that was not checked has none.
+/// Calls `take` for each program, with its group, its script if an event loads it, and its
+/// findings. A program that was not checked has no findings.
 fn each(
     opened: &Opened,
     summary: &Summary,

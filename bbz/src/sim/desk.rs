@@ -1,4 +1,5 @@
-//! The desk at which scripts of a scenario are edited and graded: files on disk, and drafts in memory.
+//! Access to the scripts of a scenario for editing and grading: files on disk, and drafts in
+//! memory.
 
 use std::path::{Path, PathBuf};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
@@ -16,20 +17,20 @@ use crate::program::{self, Program};
 use crate::selection::Selection;
 use crate::whole_file;
 
-/// Drafts that the page and the commands of the run share, and the options for scripts.
+/// The drafts, which the page and the commands of the run share, and the options for scripts.
 #[derive(Clone)]
 pub struct Desk {
     scenario: PathBuf,
     drafts: Arc<Mutex<MemoryFiles>>,
     include: Vec<PathBuf>,
-    /// Scripts may be written.
+    /// True if scripts may be written to disk.
     may_write: bool,
-    /// Texts that are compiled include files of these folders alone.
+    /// The folders from which scripts may include files; `None` for all folders.
     fence: Option<Fence>,
 }
 
 impl Desk {
-    /// No drafts yet.
+    /// Creates a desk without drafts.
     pub fn new(scenario: &Path, include: &[PathBuf], may_write: bool) -> Self {
         Desk {
             scenario: scenario.to_owned(),
@@ -40,8 +41,9 @@ impl Desk {
         }
     }
 
-    /// A desk for scripts of others: they include files of the scenario's folder, of `-I` and of the library alone. Without this,
-    /// `include "/etc/passwd"` would make messages that quote that file.
+    /// Creates a desk for scripts of other people, which may include files only from the scenario's
+    /// folder, from `-I` and from the library. Otherwise, `include "/etc/passwd"` would make
+    /// messages that quote that file.
     pub fn for_scripts_of_others(scenario: &Path, include: &[PathBuf]) -> Self {
         let folder = scenario.parent().unwrap_or(Path::new(""));
         let folders = include.iter().map(PathBuf::as_path).chain([folder]);
@@ -49,7 +51,8 @@ impl Desk {
         Desk { fence, ..Desk::new(scenario, include, false) }
     }
 
-    /// Compiles a script: a draft, or a file. The error has all diagnostics of the script.
+    /// Compiles the draft of a script, or else its file. The error contains all diagnostics of the
+    /// script.
     fn program(&self, script: &Path, group: &Group) -> Result<run::Program, String> {
         let mut errors = String::new();
         if let Some(text) = self.draft(script) {
@@ -80,7 +83,7 @@ impl Desk {
         String::from_utf8(bytes).ok()
     }
 
-    /// Drafts are whole whatever their last user did.
+    /// Locks the drafts. They are valid even after a panic of another thread.
     fn drafts(&self) -> MutexGuard<'_, MemoryFiles> {
         self.drafts.lock().unwrap_or_else(PoisonError::into_inner)
     }

@@ -1,11 +1,15 @@
-//! The journal of a batch: finished runs in a folder next to the table, with which an interrupted batch goes on.
+//! The journal of a batch: finished runs in a folder next to the table, from which an interrupted
+//! batch resumes.
 //!
 //! `FILE.parts` holds
-//! * `batch.json`, the key: what the rows depend on. A batch with another key does not go on here.
+//! * `batch.json`, the key: everything that the rows depend on. A batch with another key cannot
+//!   resume here.
 //! * `part-N`: a line for each finished run of the Nth part of the batch, with the number of the run and its metrics.
-//! * `lock`, which the process that writes holds. The system frees it, however that process ends.
+//! * `lock`, which the process that writes holds. The operating system releases it when that
+//!   process ends.
 //!
-//! Key and parts are written aside, flushed to disk and renamed: at any moment each of them is whole or not there.
+//! Key and parts are written to a temporary file, flushed to disk and renamed, so that each of them
+//! is always either whole or absent.
 
 use std::collections::btree_map::Entry;
 use std::collections::{BTreeMap, BTreeSet};
@@ -28,10 +32,11 @@ const KEY: &str = "batch.json";
 const LOCK: &str = "lock";
 const PART: &str = "part-";
 
-/// Parts of a batch. More would lose less when the process is killed, and take more files.
+/// The most parts of a batch. More parts would lose fewer runs when the process is killed, but take
+/// more files.
 const MOST_PARTS: usize = 1000;
 
-/// The metrics of a run, in the order of the table's.
+/// The metrics of a run, in the order of the table's columns.
 pub type Metrics = Vec<Option<f64>>;
 
 /// Finished runs, by number.
@@ -42,7 +47,7 @@ pub struct Journal {
     folder: PathBuf,
     /// The first line of each part.
     head: String,
-    /// Held as long as this process is at work here.
+    /// The lock, held as long as this process works on the batch.
     _lock: File,
 }
 
@@ -53,8 +58,8 @@ pub fn parts(total: usize) -> Vec<Range<usize>> {
 }
 
 impl Journal {
-    /// Opens or makes the folder for a table of `total` rows with so many metrics. Finished runs that are in it are
-    /// returned if `resume` is true, and are a reason to refuse if not.
+    /// Opens or creates the folder for a table of `total` rows with `metrics` metrics each.
+    /// Finished runs in the folder are returned if `resume` is true, and are an error otherwise.
     pub fn open(
         table: &Path,
         key: &Value,
@@ -87,7 +92,7 @@ impl Journal {
             match name.strip_prefix(PART).map(str::parse::<usize>) {
                 Some(Ok(number)) => numbers.push(number),
                 _ if name == KEY || name == LOCK => {}
-                // A process that was killed while it wrote.
+                // The temporary file of a process that was killed while it wrote.
                 _ => journal.remove_file(name)?,
             }
         }
@@ -108,13 +113,12 @@ impl Journal {
         Ok((journal, finished))
     }
 
-    /// The folder, for messages.
+    /// Returns the folder, for messages.
     pub fn folder(&self) -> &Path {
         &self.folder
     }
 
-    /// Writes the finished runs of a part, and keeps the earlier file until this one is on the
-    /// disk.
+    /// Writes the finished runs of a part. The earlier file remains until the new one is on disk.
     pub fn write(&self, number: usize, finished: &Finished) -> Result<(), Problem> {
         let mut text = self.head.clone() + "\n";
         for (run, metrics) in finished {
@@ -129,9 +133,9 @@ impl Journal {
         whole_file::write(&self.part(number), text.as_bytes())
     }
 
-    /// Removes the folder, once the table is there.
+    /// Removes the folder, after the table was written.
     pub fn remove(self) -> Result<(), Problem> {
-        // Else a loss of power could take the table along.
+        // Otherwise, a loss of power could remove the table as well.
         #[cfg(unix)]
         if let Some(beside) = self.folder.parent() {
             let beside = if beside.as_os_str().is_empty() { Path::new(".") } else { beside };
@@ -139,7 +143,7 @@ impl Journal {
             let _ = File::open(beside).and_then(|folder| folder.sync_all());
         }
         let names = names(&self.folder)?;
-        // The key stays as long as there is a part that it explains.
+        // The key is removed after all parts, which have no meaning without it.
         let (last, first): (Vec<&String>, Vec<&String>) = names
             .iter()
             .filter(|name| is_own(name))
@@ -198,7 +202,7 @@ impl Journal {
     }
 }
 
-/// A line of a part: the number of the run, and its metrics.
+/// Parses a line of a part: the number of the run, and its metrics.
 fn row(line: &str) -> Option<(usize, Metrics)> {
     let mut cells = line.split(',');
     let run = cells.next()?.parse().ok()?;
@@ -209,8 +213,8 @@ fn row(line: &str) -> Option<(usize, Metrics)> {
     Some((run, cells.map(metric).collect::<Option<Metrics>>()?))
 }
 
-/// Returns the names in a folder. A name that is no text is shown as such, and is none of this
-/// program's.
+/// Returns the names in a folder. A name that is not UTF-8 has replacement characters, so it never
+/// equals one of this program's names.
 fn names(folder: &Path) -> Result<Vec<String>, Problem> {
     let name = |entry: io::Result<fs::DirEntry>| {
         entry.map(|entry| entry.file_name().to_string_lossy().into_owned())
@@ -219,12 +223,12 @@ fn names(folder: &Path) -> Result<Vec<String>, Problem> {
     names.map_err(|error| Problem::unreadable(folder, error))
 }
 
-/// Returns true for files of a journal, also those that were to take the place of one.
+/// Returns true for files of a journal, and for temporary files that were to replace one.
 fn is_own(name: &str) -> bool {
     name == LOCK || name.starts_with(KEY) || name.starts_with(PART)
 }
 
-/// Returns all that the rows of a batch depend on.
+/// Returns the key of a batch: everything that its rows depend on.
 pub fn key(arguments: &SimArguments, opened: &[Opened]) -> Result<Value, Problem> {
     let of_file = |path: &Path| {
         let number = File::open(path).and_then(fingerprint);
@@ -242,7 +246,7 @@ pub fn key(arguments: &SimArguments, opened: &[Opened]) -> Result<Value, Problem
             }
         }
         for path in variant.emulator_programs() {
-            // A name that PATH knows has no content here.
+            // A program that is found through PATH has no content here.
             let content = if path.is_file() { of_file(path)? } else { String::new() };
             emulators.insert(path.display().to_string(), content);
         }
@@ -257,9 +261,8 @@ pub fn key(arguments: &SimArguments, opened: &[Opened]) -> Result<Value, Problem
     }))
 }
 
-/// Returns a number that differs for different contents. It may be another one in the next release
-/// of the standard library,
-/// which the program's own content in the key rules out.
+/// Returns a hash of the content. It may change with the next release of the standard library; the
+/// key rules that out, because it contains the hash of this program.
 fn fingerprint(mut content: File) -> io::Result<u64> {
     let mut hasher = DefaultHasher::new();
     let mut buffer = vec![0; 1 << 16];
@@ -271,7 +274,7 @@ fn fingerprint(mut content: File) -> io::Result<u64> {
     }
 }
 
-/// Returns the names of changed values, for people.
+/// Returns the names of changed options and files, for people.
 fn differences(old: &Value, new: &Value) -> Vec<String> {
     let options = ["runs", "seed", "set"].map(|key| (key, format!("--{key}")));
     let others = [("bbz", "bbz itself".to_owned()), ("emulators", "the emulator".to_owned())];

@@ -1,4 +1,4 @@
-//! One run, watched: progress, log lines, pictures and a recording.
+//! A single run with progress, log lines, pictures and a recording.
 
 use std::sync::Arc;
 use std::time::Duration;
@@ -19,7 +19,7 @@ use super::progress::Progress;
 use super::recorder::Recorder;
 use super::{SimArguments, checks, summary};
 
-/// The time after an emulator's end within which Ctrl-C may be reported here.
+/// The longest time from the end of an emulator by Ctrl-C until this process handles Ctrl-C.
 pub const PATIENCE: Duration = Duration::from_millis(200);
 
 /// Runs a scenario once.
@@ -50,12 +50,12 @@ pub fn run(arguments: &SimArguments, set: &[String]) -> Result<ExitStatus, Probl
     let mut failure = None;
     while !simulation.is_over() && !interrupt.is_raised() && !output.has_failed() {
         if let Err(error) = simulation.tick() {
-            // The terminal sends Ctrl-C to emulators, too, in any order.
+            // The terminal sends Ctrl-C to emulators, too, and an emulator may end first.
             failure = (!interrupt.is_raised_within(PATIENCE)).then_some(error);
             break;
         }
         keeper.sample(&simulation)?;
-        // Who does not read them takes them too: they would grow.
+        // The lines are taken even if they are not printed, because they would accumulate.
         let lines = simulation.take_log();
         if !lines.is_empty() && !is_quiet {
             progress.aside(|| {
@@ -117,7 +117,7 @@ fn ending(summary: &Summary) -> ExitStatus {
     if summary.is_success() { ExitStatus::Success } else { ExitStatus::RuntimeError }
 }
 
-/// `    12.3 robot 7    text`
+/// Returns a log line: time in seconds, id of the robot, text.
 fn text(setup: &Setup, robot: usize, line: &LogLine) -> Vec<u8> {
     let id = setup.id(robot);
     let mut text = format!("{:>8.1} {id:>5}  ", line.tick as f64 / 10.0).into_bytes();

@@ -23,7 +23,8 @@ use clap::Args;
 use crate::ExitStatus;
 use crate::problem::Problem;
 
-/// The runs of one command: all their results are kept until the last one, some kilobytes each.
+/// The most runs of one command. Their results, some kilobytes each, are kept until the last run
+/// ends.
 pub const MOST_RUNS: u32 = 100_000;
 
 /// The key of the seed in a scenario.

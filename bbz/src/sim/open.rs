@@ -25,19 +25,20 @@ pub struct Opened {
     #[cfg(feature = "view")]
     pub text: String,
     pub scenario: Arc<Scenario>,
-    /// For messages, in the order of [`Scenario::programs`].
+    /// The programs for messages, in the order of [`Scenario::programs`].
     pub programs: Vec<Program>,
-    /// For the robots, in the same order.
+    /// The programs for the robots, in the same order.
     pub images: Arc<[run::Program]>,
     /// Programs that emulate robots, by the models' names.
     emulators: Vec<(&'static str, PathBuf)>,
 }
 
-/// Reads a scenario with the values of `--set`, and compiles its scripts. Prints mistakes, and then
-/// returns `None`.
+/// Reads a scenario with the values of `--set`, and compiles its scripts. Prints mistakes, and
+/// returns `None` if there are any.
 pub fn open(arguments: &SimArguments, set: &[String]) -> Result<Option<Opened>, Problem> {
     let SimArguments { scenario: path, include, .. } = arguments;
-    // The content of the file is the scenario's concern, that it can be read is the command line's.
+    // An unreadable file is a mistake of the command line; wrong content is a mistake of the
+    // scenario.
     let text =
         file::read_text(path, file::MOST_TEXT).map_err(|error| Problem::unreadable(path, error))?;
     let folder = path.parent().unwrap_or(Path::new(""));
@@ -59,7 +60,7 @@ pub fn open(arguments: &SimArguments, set: &[String]) -> Result<Option<Opened>, 
         let is_same = |(other, of): (&Group, &Path)| (of, &other.robot) == (script, &group.robot);
         let same = scenario.programs().take(number).position(is_same);
         let program = match same {
-            // Its mistakes were printed already.
+            // The mistakes of this program were printed already.
             Some(same) => programs.get(same).cloned().flatten(),
             None => Program::open(script, include, &Selection::of_group(group))?,
         };
@@ -109,12 +110,12 @@ impl Opened {
         inputs
     }
 
-    /// Returns the programs that emulate its robots: paths, or names that PATH knows.
+    /// Returns the programs that emulate the robots: paths, or names that are found through PATH.
     pub fn emulator_programs(&self) -> impl Iterator<Item = &Path> {
         self.emulators.iter().map(|(_, program)| program.as_path())
     }
 
-    /// Returns the data that all its runs share. Prints mistakes, and then returns `None`.
+    /// Returns the data that all runs share. Prints mistakes, and returns `None` if there are any.
     pub fn setup(&self) -> Option<run::Setup> {
         match run::Setup::new(self.scenario.clone(), self.images.clone()) {
             Ok(setup) => {

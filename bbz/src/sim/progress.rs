@@ -4,10 +4,10 @@ use std::time::{Duration, Instant};
 
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 
-/// The number of times per second that the line is written anew.
+/// Updates of the line per second.
 const REFRESH_HZ: u8 = 5;
 
-/// A line that shows the progress; nothing without a terminal.
+/// A line that shows the progress. Without a terminal, it shows nothing.
 pub struct Progress {
     bar: ProgressBar,
     start: Instant,
@@ -19,7 +19,7 @@ impl Progress {
     pub fn new(length: u64, is_hidden: bool) -> Self {
         let target = match is_hidden {
             true => ProgressDrawTarget::hidden(),
-            // Hidden too, unless it is a terminal.
+            // The line is hidden too if standard error is not a terminal.
             false => ProgressDrawTarget::stderr_with_hz(REFRESH_HZ),
         };
         let bar = ProgressBar::with_draw_target(Some(length), target);
@@ -30,7 +30,7 @@ impl Progress {
         Progress { bar, start: Instant::now(), shown: Instant::now() }
     }
 
-    /// Shows how far it is. `message` is only asked for when it is time to.
+    /// Sets the position. Calls `message` only when the line is due for an update.
     pub fn set(&mut self, position: u64, message: impl FnOnce(Duration) -> String) {
         let now = Instant::now();
         if !self.bar.is_hidden() && now - self.shown >= Duration::from_millis(200) {
@@ -40,12 +40,12 @@ impl Progress {
         }
     }
 
-    /// Writes something else in between.
+    /// Hides the line while `write` prints something else.
     pub fn aside<T>(&self, write: impl FnOnce() -> T) -> T {
         self.bar.suspend(write)
     }
 
-    /// Takes the line away; how long it took.
+    /// Removes the line, and returns the time since its creation.
     pub fn finish(self) -> Duration {
         self.bar.finish_and_clear();
         self.start.elapsed()

@@ -1,4 +1,4 @@
-//! The results of a run that are kept next to its summary: a recording, pictures.
+//! The files of a run in addition to its summary: a recording and pictures.
 
 use std::fs;
 use std::path::PathBuf;
@@ -12,10 +12,10 @@ use crate::whole_file::{self, Inputs, WholeFile};
 
 use super::SimArguments;
 
-/// The picture of where all robots went.
+/// The file name of the picture with the trajectories of all robots.
 const TRAJECTORIES: &str = "trajectories.svg";
 
-/// Takes samples as often as the scenario says.
+/// Takes samples at the interval of the scenario.
 pub struct Recorder {
     recording: Option<(PathBuf, Writer<WholeFile>)>,
     pictures: Option<(PathBuf, History)>,
@@ -54,7 +54,7 @@ impl Recorder {
         Ok(Recorder { recording, pictures, every: (seconds * TICKS_PER_SECOND).round() as u64 })
     }
 
-    /// Takes a sample, if it is time to.
+    /// Takes a sample, if one is due.
     pub fn sample(&mut self, simulation: &Simulation) -> Result<(), Problem> {
         if !simulation.now().is_multiple_of(self.every.max(1)) {
             return Ok(());
@@ -88,7 +88,8 @@ impl Recorder {
     }
 }
 
-/// `distance(0, 0)` to `distance-0-0.svg`: a name that every file system takes.
+/// Converts a title to a name that every file system accepts: `distance(0, 0)` to
+/// `distance-0-0.svg`.
 fn file_name(title: &str) -> String {
     let words = title.split(|c: char| !c.is_alphanumeric() && c != '_' && c != '-');
     let words: Vec<&str> = words.filter(|word| !word.is_empty()).collect();

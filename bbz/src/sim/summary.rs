@@ -16,7 +16,7 @@ use crate::fault;
 use crate::memory;
 use crate::program::Program;
 
-/// The lines of a summary.
+/// Returns the lines of a summary.
 pub fn text(setup: &Setup, summary: &Summary, elapsed: Duration) -> Vec<String> {
     let seconds = seconds(summary.ticks);
     let rate = summary.robots as f64 * seconds / elapsed.as_secs_f64().max(1e-9);
@@ -83,7 +83,7 @@ pub fn text(setup: &Setup, summary: &Summary, elapsed: Duration) -> Vec<String> 
     lines
 }
 
-/// Returns the line about steps that took too long, if there were any.
+/// Returns the line about steps that took too long; `None` if there were none.
 fn overruns(setup: &Setup, overruns: &OverrunSummary) -> Option<String> {
     let OverrunSummary { missed, robots, first } = overruns;
     let (robot, first) = first.as_ref()?;
@@ -118,7 +118,7 @@ fn since(convergence: &Convergence) -> String {
     }
 }
 
-/// The summary as an object.
+/// Returns the summary as a JSON object.
 pub fn json(setup: &Setup, summary: &Summary) -> Value {
     let expects = setup.scenario.expects.iter().zip(&summary.convergences);
     let expects: Vec<Value> = expects
@@ -229,7 +229,7 @@ pub fn faults(setup: &Setup, programs: &[Program], summary: &Summary) {
         let memory = record.memory.as_ref().map(|memory| memory::text(memory, program));
         let notes: Vec<String> = std::iter::once(note(setup, &alike)).chain(memory).collect();
         let backtrace = Backtrace::new(program, record.positions.clone(), record.entry);
-        // Firmware reports only the fault.
+        // Firmware does not report the accepted arguments.
         let robot = setup.scenario.groups.get(setup.group(fault.robot)).map(|group| &group.robot);
         let refusal =
             record.refusal.clone().or_else(|| fault::accepted(&record.fault, program, robot));
@@ -237,7 +237,7 @@ pub fn faults(setup: &Setup, programs: &[Program], summary: &Summary) {
     }
 }
 
-/// The first of some faults at one place, and the number of the others.
+/// Describes the first of some faults at one place, and the number of the others.
 fn note(setup: &Setup, alike: &[&FaultOf]) -> String {
     let Some(first) = alike.first() else { return String::new() };
     let (id, time) = (setup.id(first.robot), seconds(first.record.tick));

@@ -40,12 +40,12 @@ pub fn describe(metrics: &[String], rows: &[&Row], settings: &[String], text: &m
     }
 }
 
-/// Four digits are enough to compare.
+/// Rounds a number to three decimals, or to an integer from 1000 on: enough to compare.
 fn round(number: f64) -> f64 {
     if number.abs() >= 1000.0 { number.round() } else { (number * 1000.0).round() / 1000.0 }
 }
 
-/// The table as an object.
+/// Returns the table as a JSON object.
 pub fn json(table: &Table) -> Value {
     let rows: Vec<Value> = table
         .rows

@@ -1,9 +1,9 @@
-//! Values of the command line, written into the text of a scenario.
+//! Writes values of the command line into the text of a scenario.
 
 use toml_edit::{DocumentMut, Item, Table, TableLike, Value};
 
-/// Returns the text with values (`medium.ir.loss=0.1`) in the place of its own; the rest stays as it is, comments included. The error
-/// is a value that has no place in the text.
+/// Returns the text with some values (`medium.ir.loss=0.1`) replaced or added. The rest stays as it
+/// is, including comments. The error is the value that has no place in the text.
 pub fn put_all<'a>(text: &str, values: impl Iterator<Item = &'a str>) -> Result<String, String> {
     let mut values = values.peekable();
     if values.peek().is_none() {
@@ -13,18 +13,18 @@ pub fn put_all<'a>(text: &str, values: impl Iterator<Item = &'a str>) -> Result<
     for one in values {
         let (key, value) = one.split_once('=').unwrap_or((one, ""));
         let value = value.trim();
-        // Words need no quotes, as where the values are read.
+        // Words need no quotes, as in `--set` itself.
         let value = value.parse().unwrap_or_else(|_| Value::from(value));
         put(document.as_table_mut(), key.trim(), value).ok_or(one)?;
     }
     Ok(document.to_string())
 }
 
-/// Puts a value at a path below a table. Returns nothing if there is no such place.
+/// Puts a value at a path below a table. Returns `None` if there is no such place.
 fn put(parent: &mut dyn TableLike, path: &str, mut value: Value) -> Option<()> {
     let Some((word, rest)) = path.split_once('.') else {
         if let Some(old) = parent.get(path).and_then(Item::as_value) {
-            // The comment after it stays.
+            // The comment after the old value stays.
             *value.decor_mut() = old.decor().clone();
         }
         parent.insert(path, Item::Value(value));
@@ -43,7 +43,7 @@ fn put(parent: &mut dyn TableLike, path: &str, mut value: Value) -> Option<()> {
     }
 }
 
-/// A table that has no line of its own while it has no value.
+/// Returns a table that has no header line while it has no value.
 fn implicit() -> Table {
     let mut table = Table::new();
     table.set_implicit(true);

@@ -4,8 +4,8 @@ use crate::problem::Problem;
 
 use super::MOST_RUNS;
 
-/// Returns the combinations of the values of `--set`, each a list of `KEY=VALUE`. With `runs` of each there are at most
-/// [`MOST_RUNS`].
+/// Returns the combinations of the values of `--set`, each a list of `KEY=VALUE`. Fails if they
+/// have more than [`MOST_RUNS`] runs together.
 pub fn variants(set: &[String], runs: u32) -> Result<Vec<Vec<String>>, Problem> {
     let mut variants = vec![Vec::new()];
     for argument in set {
@@ -33,7 +33,7 @@ pub fn variants(set: &[String], runs: u32) -> Result<Vec<Vec<String>>, Problem> 
     Ok(variants)
 }
 
-/// The parts between commas that are in no brackets, braces or quotes.
+/// Splits at commas that are outside brackets, braces and quotes.
 fn split(values: &str) -> Vec<&str> {
     let (mut parts, mut start, mut depth, mut quote) = (Vec::new(), 0, 0, None);
     for (at, c) in values.char_indices() {
@@ -54,7 +54,7 @@ fn split(values: &str) -> Vec<&str> {
     parts.into_iter().map(str::trim).collect()
 }
 
-/// `medium.ir.loss=0.1` to its key and value.
+/// Splits `medium.ir.loss=0.1` into its key and value.
 pub fn parts(setting: &str) -> (String, String) {
     let (key, value) = setting.split_once('=').unwrap_or((setting, ""));
     (key.to_owned(), value.to_owned())

@@ -1,4 +1,4 @@
-//! One run, shown in a page.
+//! Shows a run in a page.
 
 use std::sync::Arc;
 
@@ -12,14 +12,14 @@ use crate::view;
 use super::desk::Desk;
 use super::{SEED, SimArguments, open, values};
 
-/// The greatest number of copies for ways back: 2 GB with 20,000 robots.
+/// The most copies of the simulation for going back in time: 2 GB with 20,000 robots.
 const COPIES: usize = 32;
 
 /// Shows a scenario until the page is closed, or Ctrl-C.
 pub fn run(arguments: &SimArguments, set: &[String]) -> Result<ExitStatus, Problem> {
     let Some(opened) = open::open(arguments, set)? else { return Ok(ExitStatus::CompileError) };
     let Some(setup) = opened.setup() else { return Ok(ExitStatus::CompileError) };
-    // The page shows the text that runs, and saves it.
+    // The page shows and saves the text with these values, because that is the one that runs.
     let seed = arguments.seed.map(|seed| format!("{SEED}={seed}"));
     let values = set.iter().chain(&seed).map(String::as_str);
     let text = values::put_all(&opened.text, values).map_err(Problem::NoPlace)?;

@@ -23,36 +23,35 @@ use crate::program::Program;
 use super::message::{Content, Level, Message};
 use super::printer::TracePrinter;
 
-/// Simulated time between two looks at Ctrl-C.
+/// Simulated time between two checks for Ctrl-C.
 const SLICE: Duration = Duration::from_millis(20);
 
-/// The time after the emulator's end within which Ctrl-C may be reported here.
+/// The longest time from the end of the emulator by Ctrl-C until this process handles Ctrl-C.
 const PATIENCE: Duration = Duration::from_millis(200);
 
-/// The emulated robot.
+/// An emulated robot, and the options of its run.
 pub struct Emulation<'a> {
-    /// The program that emulates, if it is not the usual one of the robot.
+    /// The emulator, if it is not the usual one of the robot.
     pub program: Option<&'a Path>,
-    /// The image that would be flashed.
+    /// The firmware that would be flashed.
     pub firmware: &'a Path,
-    /// The robot.
     pub robot: &'a Robot,
-    /// The script to write over the firmware's own, and where it comes from.
+    /// The script that replaces the firmware's own, and its path.
     pub script: Option<(&'a Path, &'a Program)>,
-    /// Simulated time at full speed; else real time without end.
+    /// The simulated time to run at full speed; `None` for an endless run in real time.
     pub duration: Option<Duration>,
     /// True to print LEDs and motors.
     pub outputs: bool,
 }
 
 impl Emulation<'_> {
-    /// Runs it, and prints its messages.
+    /// Runs the robot, and prints its messages.
     pub fn run(
         &self,
         printer: &mut TracePrinter<'_>,
         interrupt: &mut Interrupt,
     ) -> Result<(), Problem> {
-        // A robot of one's own runs on the board that has its chip.
+        // A robot that the user defined runs on the board of the shipped robot with the same chip.
         let mut boards = bittybuzz_robot_files::all_shipped().into_iter();
         let board = boards.find(|board| board.chip == self.robot.chip);
         let models = bittybuzz_robot_models::all();
@@ -60,7 +59,7 @@ impl Emulation<'_> {
             board.as_ref().is_some_and(|board| model.robots().contains(&board.name.as_str()))
         };
         let played = models.iter().find(is_board).and_then(|model| model.emulation());
-        // Without defmt a robot only reports faults, by its link.
+        // A robot without defmt only reports faults, through its link.
         let has_trace = played.as_ref().is_none_or(|played| played.has_trace());
         let script = self.script_bytes()?;
         let table = if has_trace { Some(self.table()?) } else { None };
@@ -97,7 +96,7 @@ impl Emulation<'_> {
             });
             let (at, pause) = match run {
                 Ok(paused) => paused,
-                // The terminal sends Ctrl-C to both programs, in any order.
+                // The terminal sends Ctrl-C to both programs, and the emulator may end first.
                 Err(_) if interrupt.is_raised_within(PATIENCE) => break,
                 Err(error) => return Err(Problem::Emulator(error)),
             };
@@ -113,8 +112,8 @@ impl Emulation<'_> {
         Ok(())
     }
 
-    /// The bytes that are written over the firmware's own script, and their address. They are the whole program of a robot
-    /// whose script has no fixed place.
+    /// Returns the bytes that replace the firmware's own script, and their address. If the script
+    /// has no fixed place, they are the whole program of the robot.
     fn script_bytes(&self) -> Result<Option<(u32, Vec<u8>)>, Problem> {
         let Some((path, program)) = self.script else { return Ok(None) };
         if program.image.is_empty() {
@@ -132,7 +131,7 @@ impl Emulation<'_> {
         Ok(Some((layout.script.address, section)))
     }
 
-    /// The texts of the firmware's messages.
+    /// Reads the texts of the firmware's messages.
     fn table(&self) -> Result<Table, Problem> {
         let bytes = file::read(self.firmware, file::MOST_PROGRAM)
             .map_err(|error| Problem::unreadable(self.firmware, error))?;
@@ -149,7 +148,7 @@ impl Emulation<'_> {
 
 /// Reads the firmware's output.
 struct ReportReader {
-    /// For its messages; a Kilobot has none.
+    /// The decoder of messages; `None` for a Kilobot, which sends none.
     defmt: Option<TraceReader>,
 }
 
@@ -181,7 +180,7 @@ impl ReportReader {
                 message.and_then(FaultReport::of).map(Content::Report).into_iter().collect()
             }
             Event::Reset { cause } => {
-                // The firmware begins anew in the middle of a message.
+                // The firmware may restart in the middle of a message.
                 if let Some(defmt) = &mut self.defmt {
                     defmt.restart();
                 }

@@ -1,4 +1,4 @@
-//! A fault for programs that read it.
+//! Faults and counts as JSON objects.
 
 use bittybuzz_comms::trace::Unused;
 use bittybuzz_vm_core::Fault;
@@ -8,8 +8,9 @@ use crate::backtrace::Backtrace;
 use crate::fault;
 use crate::program::Program;
 
-/// The object for a fault that stopped the script. `positions` are the calls that led there, innermost first; `accepted`
-/// lists the arguments that a robot function accepts, if it has refused those of the call.
+/// Returns the object for a fault that stopped the script. `positions` are the calls that led
+/// there, innermost first; `accepted` lists the arguments that a robot function accepts, if it
+/// refused those of the call.
 pub fn fault(
     step: Option<u32>,
     fault: &Fault,
@@ -30,7 +31,7 @@ pub fn fault(
     })
 }
 
-/// The object for discarded messages.
+/// Returns the object for discarded messages.
 pub fn unused(unused: &Unused) -> Value {
     let Unused { dropped: [unread, unsent], messages } = unused;
     json!({
@@ -47,7 +48,7 @@ pub fn unused(unused: &Unused) -> Value {
     })
 }
 
-/// Returns the place of a function: all of it null but the position if there are no symbols.
+/// Returns the place of a call. Without symbols, all its fields are null except the position.
 fn call(program: &Program, position: u16) -> Value {
     let symbols = program.symbols.as_ref();
     let at = u32::from(position);

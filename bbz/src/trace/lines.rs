@@ -1,4 +1,4 @@
-//! Messages from lines of text, as programs print them that read defmt.
+//! Reads messages from lines of text, in the formats of programs that decode defmt.
 
 use anstream::adapter::strip_str;
 
@@ -9,13 +9,15 @@ use super::message::{Content, Level, Message};
 /// The format that probe-rs is asked for: time, level, text.
 pub const FORMAT: &str = "{t} {L} {s}";
 
-/// Reads a line: what a Kilobot has heard that listens (`firmware/kilobot-avr/src/bin/ear.rs`), or time and level, if it begins with them, then the text. Also understands the format that probe-rs and
-/// defmt-print have by default, `0.002 [INFO ] text (crate file:line)`, and lines of other programs in between. `<time>` and
-/// `<lvl>` stand for what a message does not have.
+/// Parses a line: a message that a listening Kilobot received
+/// (`firmware/kilobot-avr/src/bin/ear.rs`), or a text after its time and level, if it has them.
+/// Also accepts the default format of probe-rs and defmt-print, `0.002 [INFO ] text (crate
+/// file:line)`, and lines of other programs in between. `<time>` and `<lvl>` stand for a missing
+/// time or level.
 pub fn parse(line: &str) -> Message {
     let line = strip_str(line).to_string();
     let line = line.trim_end();
-    // A Kilobot that listens reports all messages that it receives, of which few concern a person.
+    // A Kilobot that listens reports all messages that it receives, few of which matter to people.
     if let Some(message) = infrared::from_line(line.as_bytes()) {
         let content = match FaultReport::of(&message) {
             Some(report) => Content::Report(report),
@@ -35,7 +37,7 @@ pub fn parse(line: &str) -> Message {
     Message { time, content: Content::from_text(level, text) }
 }
 
-/// A level in front of a text, perhaps in brackets.
+/// Splits a level, perhaps in brackets, from the text after it.
 fn level(text: &str) -> Option<(Level, &str)> {
     let text = text.trim_start();
     let (text, bracket) = match text.strip_prefix('[') {

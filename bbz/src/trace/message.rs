@@ -6,9 +6,8 @@ use bittybuzz_trace_reader as reader;
 /// A message of a robot, or an observation of it.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Message {
-    /// The time: its own clock, or the time since power-on of an emulated robot.
+    /// Seconds of the robot's own clock, or since power-on for an emulated robot.
     pub time: Option<f64>,
-    /// The content.
     pub content: Content,
 }
 
@@ -21,7 +20,7 @@ pub enum Content {
     Report(FaultReport),
     /// A message between Kilobots that is not about a fault.
     Heard,
-    /// A step of an emulated Kilobot was completed. In a pause after a fault there is none.
+    /// An emulated Kilobot completed a step. It makes no steps in the pause after a fault.
     Step,
     /// A damaged record.
     Damaged(String),
@@ -49,7 +48,7 @@ impl Level {
     pub const ALL: [Level; 5] =
         [Level::Trace, Level::Debug, Level::Info, Level::Warn, Level::Error];
 
-    /// The level of that name, in small or capital letters.
+    /// Returns the level of that name, in upper or lower case.
     pub fn from_name(name: &str) -> Option<Level> {
         Level::ALL.into_iter().find(|level| level.name().eq_ignore_ascii_case(name))
     }
@@ -66,7 +65,7 @@ impl Level {
 }
 
 impl Content {
-    /// The text of a defmt message: a record if it begins so.
+    /// Converts the text of a defmt message, which may be a record.
     pub fn from_text(level: Option<Level>, text: &str) -> Content {
         Content::from_firmware(level, reader::Content::from_text(text))
     }

@@ -138,7 +138,7 @@ pub fn execute(arguments: &TraceArguments) -> Result<ExitStatus, Problem> {
     printer.finish()
 }
 
-/// Passes the messages of the source on until there are no more, or Ctrl-C.
+/// Passes the messages of the source on until the source ends, or Ctrl-C.
 fn listen(
     arguments: &TraceArguments,
     robot: Option<&Robot>,
@@ -168,7 +168,7 @@ fn listen(
     }
 }
 
-/// A number of seconds, such as `10` or `0.5`.
+/// Parses a number of seconds, such as `10` or `0.5`.
 fn seconds(text: &str) -> Result<Duration, String> {
     let number: f64 = text.parse().map_err(|_| "not a number".to_owned())?;
     Duration::try_from_secs_f64(number).map_err(|error| error.to_string())

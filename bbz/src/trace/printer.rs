@@ -39,57 +39,57 @@ pub enum Format {
     Plain,
     /// A JSON object per line.
     Json,
-    /// Nothing: a page shows it.
+    /// No output, because a page shows the messages.
     #[cfg(feature = "view")]
     Page,
 }
 
-/// The script that is thought to run, and its name.
+/// The script that the robot is assumed to run, and its name.
 pub struct TracedScript<'a> {
     pub name: String,
     pub program: &'a Program,
 }
 
-/// The robot's last report about its script.
+/// The comparison of the robot's last report about its script with the assumed one.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum ScriptMatch {
     Nothing,
-    /// It is the one that is thought to run.
+    /// The robot runs the assumed script.
     Same,
-    /// It is not.
+    /// The robot runs another script.
     Other,
 }
 
-/// Prints messages, and remembers how it ends.
+/// Prints messages, and keeps the exit status.
 pub struct TracePrinter<'a> {
     script: Option<TracedScript<'a>>,
-    /// Stands for a script of which nothing is known.
+    /// Stands for a script about which nothing is known.
     unknown: Program,
     told: ScriptMatch,
-    /// True once it was printed that symbols are missing or are taken on trust.
+    /// True once the note was printed that symbols are missing or are not confirmed by the robot.
     noted: bool,
     robot: Option<&'a Robot>,
     format: Format,
     until_fault: bool,
-    /// A fault stopped the script, the robot refused it, or the firmware failed.
+    /// True if a fault stopped the script, the robot refused it, or the firmware failed.
     is_stopped: bool,
-    /// Discarded messages: the time of the last line about them, and those not printed yet.
+    /// The time of the last line about discarded messages. `unused` has those not printed yet.
     unused_told: Option<f64>,
     unused: Option<(Option<f64>, Unused)>,
-    /// Reports of Kilobots, which send each again and again.
+    /// The printed reports of Kilobots, which send each report repeatedly.
     reported: Vec<FaultReport>,
     output: Output,
-    /// The robot that reports.
+    /// The id of the robot that reports.
     #[cfg(feature = "view")]
     reporter: u16,
-    /// A page takes the reports as long as this flag is false.
+    /// The page that receives the reports, until the flag is true.
     #[cfg(feature = "view")]
     page: Option<(Sender<Report>, Arc<AtomicBool>)>,
     ending: ExitStatus,
 }
 
 impl<'a> TracePrinter<'a> {
-    /// Prints to standard output. With `until_fault` it is over when the script stops.
+    /// Prints to standard output. With `until_fault`, printing is over when the script stops.
     pub fn new(
         script: Option<TracedScript<'a>>,
         robot: Option<&'a Robot>,
@@ -117,7 +117,7 @@ impl<'a> TracePrinter<'a> {
         }
     }
 
-    /// Reports to a page instead of printing, until the flag says that the page is closed.
+    /// Reports to a page instead of printing, until the page is closed and sets the flag.
     #[cfg(feature = "view")]
     pub fn for_page(mut self, page: Sender<Report>, is_closed: Arc<AtomicBool>) -> Self {
         self.format = Format::Page;
@@ -125,7 +125,7 @@ impl<'a> TracePrinter<'a> {
         self
     }
 
-    /// The name of the script that is thought to run.
+    /// Returns the name of the script that the robot is assumed to run.
     #[cfg(feature = "view")]
     pub fn script_name(&self) -> &str {
         self.script.as_ref().map_or("", |script| &script.name)
@@ -145,7 +145,7 @@ impl<'a> TracePrinter<'a> {
         self.output.flush();
     }
 
-    /// Prints the rest, and says how it ended.
+    /// Prints the rest, and returns the exit status.
     pub fn finish(mut self) -> Result<ExitStatus, Problem> {
         self.tell_unused();
         self.output.finish()?;
@@ -228,7 +228,7 @@ impl<'a> TracePrinter<'a> {
         }
     }
 
-    /// The program that the robot runs, as far as is known.
+    /// Returns the program that the robot runs, as far as it is known.
     fn program(&self) -> &Program {
         match &self.script {
             Some(script) if self.told != ScriptMatch::Other => script.program,
@@ -268,7 +268,8 @@ impl<'a> TracePrinter<'a> {
         }
     }
 
-    /// Prints once the origin of names, strings and places, unless the robot has reported it.
+    /// Prints once that names, strings and places are missing, or that they come from a script that
+    /// the robot has not confirmed.
     fn note_trust(&mut self) {
         let text = match &self.script {
             _ if self.noted => return,
@@ -299,7 +300,7 @@ impl<'a> TracePrinter<'a> {
                 Ok(PrintedValue::Text(text)) => Piece::Text(text.to_vec()),
                 Ok(PrintedValue::Table(size)) => Piece::Table(usize::from(size)),
                 Ok(PrintedValue::Function) => Piece::Function,
-                // Decoding has found no error.
+                // `Record::decode` checked all items, so that `Err` cannot occur.
                 Ok(PrintedValue::Rest) | Err(_) => {
                     complete = false;
                     Piece::Text(b"...".to_vec())
@@ -315,7 +316,7 @@ impl<'a> TracePrinter<'a> {
         self.entry(time, &format!("step {step}"), &line, object);
     }
 
-    /// A Kilobot sends the same report again and again.
+    /// Prints a report of a Kilobot the first time: the Kilobot sends it repeatedly.
     fn report(&mut self, time: Option<f64>, report: &FaultReport) {
         if self.reported.contains(report) {
             return;
@@ -348,7 +349,7 @@ impl<'a> TracePrinter<'a> {
         self.fault(time, None, fault, vec![fault.position], report.is_contained);
     }
 
-    /// A step of an emulated Kilobot: its script runs, again if there was a fault.
+    /// Handles a step of an emulated Kilobot: after a fault, the script has restarted.
     fn step(&mut self, time: Option<f64>) {
         let count = self.reported.len();
         self.reported.retain(|report| report.is_contained);
@@ -357,7 +358,7 @@ impl<'a> TracePrinter<'a> {
         }
     }
 
-    /// The script starts again in `pause` ticks, or now if that is 0.
+    /// Prints that the script restarts in `pause` ticks, or now if that is 0.
     fn restart(&mut self, time: Option<f64>, step: Option<u32>, pause: u16) {
         let seconds = f64::from(pause) / TICKS_PER_SECOND;
         let text = match pause {
@@ -369,7 +370,7 @@ impl<'a> TracePrinter<'a> {
         self.remark(time, &subject, &text, object);
     }
 
-    /// Prints a fault. The script goes on after one that is contained.
+    /// Prints a fault. After a contained fault, the script continues.
     fn fault(
         &mut self,
         time: Option<f64>,
@@ -417,7 +418,7 @@ impl<'a> TracePrinter<'a> {
         self.is_stopped = true;
         self.ending = ExitStatus::Usage;
         let sentence = match cause {
-            // The robot runs an image of another version than this `bbz` builds.
+            // The image has the version of this `bbz`, so it is the firmware that runs another one.
             ImageError::Version(version) if version == u16::from(VERSION) => {
                 format!("is an image of version {version}, its firmware is of another version")
             }
@@ -435,8 +436,8 @@ impl<'a> TracePrinter<'a> {
         self.error(time, &text, help.as_deref(), object);
     }
 
-    /// In a flood the robot reports it with every step; it is printed once per second, and at the
-    /// end.
+    /// Keeps the counts of discarded messages. A robot may report them with every step; they are
+    /// printed at most once per second, and at the end.
     fn unused(&mut self, time: Option<f64>, unused: Unused) {
         self.unused = Some((time, unused));
         let is_soon = self.unused_told.zip(time).is_some_and(|(told, now)| now < told + 1.0);
@@ -461,8 +462,8 @@ impl<'a> TracePrinter<'a> {
         self.remark(time, "damaged", &text, json!({ "kind": "damaged", "text": text }));
     }
 
-    /// Prints a message about the script that is no line of it: as a warning if only lines are
-    /// printed.
+    /// Prints a message about the script that is not one of its lines. If only its lines are
+    /// printed, the message becomes a warning.
     fn remark(&mut self, time: Option<f64>, subject: &str, text: &str, object: Value) {
         if self.format == Format::Plain {
             self.output.flush();
@@ -482,7 +483,7 @@ impl<'a> TracePrinter<'a> {
         report::print(title.elements(note).elements(help));
     }
 
-    /// Reports to the page. One that is gone needs nothing.
+    /// Reports to the page. A closed page ignores the report.
     #[cfg(feature = "view")]
     fn send(&self, seconds: Option<f64>, content: Reported) {
         if let Some((page, _)) = &self.page {
@@ -490,7 +491,7 @@ impl<'a> TracePrinter<'a> {
         }
     }
 
-    /// Prints a line, unless only the script's are wanted.
+    /// Prints a line, unless only the lines of the script are wanted.
     fn entry(&mut self, time: Option<f64>, subject: &str, text: &[u8], mut object: Value) {
         match self.format {
             Format::Plain => {}
@@ -519,7 +520,7 @@ impl<'a> TracePrinter<'a> {
     }
 }
 
-/// Ticks in which a robot counts the pause before a restart.
+/// Ticks per second, in which a robot counts the pause before a restart.
 const TICKS_PER_SECOND: f64 = 10.0;
 
 const CONTAINED: &str = "only the listener or handler ended, the script goes on";

@@ -1,4 +1,4 @@
-//! Lines of text from standard input, or from probe-rs beside a robot.
+//! Lines of text from standard input, or from probe-rs on a robot's debug port.
 
 use std::io::{self, BufRead, BufReader, Read};
 use std::path::Path;
@@ -16,13 +16,13 @@ use crate::problem::Problem;
 use super::lines;
 use super::printer::TracePrinter;
 
-/// Lines that may wait to be printed.
+/// The most lines that wait to be printed.
 const WAITING: usize = 1024;
 
 /// The most bytes of a line. A robot prints far fewer, so a longer one is not text from a robot.
 const LONGEST_LINE: u64 = 1 << 20;
 
-/// Time between two looks at Ctrl-C.
+/// Time between two checks for Ctrl-C.
 const PATIENCE: Duration = Duration::from_millis(50);
 
 /// Prints the lines of standard input.
@@ -43,8 +43,9 @@ pub fn probe(
 ) -> Result<(), Problem> {
     file::open(firmware).map_err(|error| Problem::unreadable(firmware, error))?;
     let chip = probe_rs::chip(robot)?;
-    // Whoever watches must not hold the robot up: a core that the probe stops at a fault could not stop the motors any
-    // more, nor could firmware that waits, with interrupts masked, for a full buffer to be read.
+    // A trace must not stall the robot: a core that the probe halts at a fault could not stop the
+    // motors any more, nor could firmware that waits, with interrupts masked, until a full buffer
+    // is read.
     let mut child = ProbeRs::new("attach", chip)
         .args(["--no-catch-hardfault", "--no-catch-reset", "--rtt-channel-mode", "no-block-skip"])
         .args(["--log-format", lines::FORMAT])
@@ -55,7 +56,7 @@ pub fn probe(
     if printer.is_over() || interrupt.is_raised() { child.end() } else { child.finish() }
 }
 
-/// Prints lines until their end, the reader's end, or Ctrl-C.
+/// Prints lines until the input ends, the printer is over, or Ctrl-C.
 fn tell(
     lines: &Receiver<io::Result<String>>,
     printer: &mut TracePrinter<'_>,
@@ -71,7 +72,8 @@ fn tell(
     Ok(())
 }
 
-/// Reads lines in another thread: a read cannot be interrupted, a wait for this one can.
+/// Reads lines in another thread, because a read cannot be interrupted, but a wait for this thread
+/// can.
 fn read_aside(input: impl Read + Send + 'static) -> Receiver<io::Result<String>> {
     let (sender, receiver) = mpsc::sync_channel(WAITING);
     thread::spawn(move || {
@@ -87,7 +89,7 @@ fn read_aside(input: impl Read + Send + 'static) -> Receiver<io::Result<String>>
     receiver
 }
 
-/// Reads a line without its end; `None` at the end of the input.
+/// Reads a line without its line break; `None` at the end of the input.
 fn read_line(input: &mut impl BufRead) -> io::Result<Option<String>> {
     let mut line = Vec::new();
     input.take(LONGEST_LINE + 1).read_until(b'\n', &mut line)?;

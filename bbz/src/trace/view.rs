@@ -1,4 +1,4 @@
-//! A trace in a page.
+//! Shows a trace in a page.
 
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -16,7 +16,7 @@ use crate::view;
 
 use super::printer::TracePrinter;
 
-/// Time between two looks at the page after the last message.
+/// Time between two checks of the page after the last message.
 const PATIENCE: Duration = Duration::from_millis(100);
 
 /// Shows the messages of `listen` in a page until it is closed, or Ctrl-C. The page stays after the last message.
@@ -42,10 +42,10 @@ pub fn show(
         });
         let listened = listen(&mut printer, &mut interrupt);
         if listened.is_err() {
-            // The command ends with its message.
+            // The command ends and prints this error.
             is_pressed.store(true, Ordering::Relaxed);
         }
-        // The page learns that nothing more comes.
+        // Dropping the printer shows the page that no more messages follow.
         let ending = printer.finish();
         while !shown.is_finished() && !interrupt.is_raised() {
             interrupt.wait(PATIENCE);
