@@ -1,6 +1,7 @@
-//! Conditional branches that go straight to their targets.
+//! Makes conditional branches go straight to their targets.
 //!
-//! LLVM writes `breq near; rjmp far; near:` wherever a target could be out of reach, and it hardly ever is.
+//! LLVM writes `breq near; rjmp far; near:` wherever a target could be out of reach, although most
+//! targets are within reach.
 
 use std::collections::HashMap;
 
@@ -11,7 +12,8 @@ use crate::listing::{Function, Line, Listing};
 /// set manual, BRBS).
 const REACH: std::ops::RangeInclusive<isize> = -128..=126;
 
-/// Turns the condition around where that saves the jump.
+/// Inverts the conditions of branches over a jump whose target the branch itself reaches, and
+/// removes the jump.
 pub fn straighten(listing: &mut Listing) {
     loop {
         let mut changed = false;
@@ -25,12 +27,12 @@ pub fn straighten(listing: &mut Listing) {
     }
 }
 
-/// Lets branches over a jump lead to another jump to the same place, where they reach that: `breq near; rjmp far; near:` becomes
-/// `brne other`, and elsewhere stands `other: rjmp far`.
+/// Leads branches over a jump to another jump with the same target, if that one is within reach:
+/// `breq near; rjmp far; near:` becomes `brne other`, and elsewhere the code has `other: rjmp far`.
 pub fn chain(listing: &mut Listing) {
     let mut number = 0;
     let mut fixed = Fixed::of(listing);
-    // From the last function to the first, so that the lines of the others stay.
+    // The last function comes first, so that the line numbers of the others stay valid.
     for function in listing.functions().into_iter().rev() {
         let mut end = function.end;
         let mut from = function.start;
@@ -46,14 +48,15 @@ pub fn chain(listing: &mut Listing) {
             listing.lines.insert(other, Line::Label(label));
             fixed.insert(other);
             end += 1;
-            // What comes before moves by one line at most.
+            // A label that was inserted before the branch has moved the branch by one line.
             from = branch + 1;
         }
     }
     listing.compact();
 }
 
-/// The next branch over a jump from line `from` on that reaches another jump to the same place: the lines of all three.
+/// Finds the next branch over a jump, from line `from` on, that reaches another jump with the same
+/// target. Returns the lines of all three.
 fn chained(
     listing: &Listing,
     fixed: &Fixed,
@@ -130,7 +133,7 @@ fn straighten_function(listing: &mut Listing, function: &Function) -> bool {
             continue;
         }
         let reached = places.get(jump.operands.as_str()).is_some_and(|target| {
-            // The jump itself will not be there.
+            // The jump itself will be removed.
             let ahead = if *target > at { jump_bytes } else { 0 };
             REACH.contains(&(target - at - ahead))
         });
@@ -140,7 +143,7 @@ fn straighten_function(listing: &mut Listing, function: &Function) -> bool {
                 code.operands = jump.operands;
             }
             listing.remove(jump_at);
-            // The places of labels were found with it.
+            // The positions of labels still include the jump.
             at += jump_bytes;
             changed = true;
         }
@@ -148,7 +151,7 @@ fn straighten_function(listing: &mut Listing, function: &Function) -> bool {
     changed
 }
 
-/// Returns true if that label is before the next instruction.
+/// Returns true if that label comes before the next instruction.
 fn leads_to(listing: &Listing, from: usize, end: usize, wanted: &str) -> bool {
     listing.lines[from..end]
         .iter()
@@ -156,7 +159,7 @@ fn leads_to(listing: &Listing, from: usize, end: usize, wanted: &str) -> bool {
         .any(|line| matches!(line, Line::Label(label) if label == wanted))
 }
 
-/// Returns the number of bytes in front of each label.
+/// Returns the number of bytes before each label.
 fn places(lines: &[Line]) -> HashMap<String, isize> {
     let mut places = HashMap::new();
     let mut at = 0;

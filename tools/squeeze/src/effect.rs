@@ -7,17 +7,17 @@ use crate::listing::Instruction;
 pub struct Set(u64);
 
 impl Set {
-    /// None.
+    /// The empty set.
     pub const EMPTY: Set = Set(0);
-    /// All that there are.
+    /// All registers and flags.
     pub const ALL: Set = Set(u64::MAX);
-    /// The carry.
+    /// The carry flag.
     pub const C: Set = Set(1 << 32);
-    /// Zero.
+    /// The zero flag.
     pub const Z: Set = Set(1 << 33);
-    /// Negative, overflow, sign, half carry.
+    /// The flags negative, overflow, sign and half carry.
     pub const REST: Set = Set(1 << 34);
-    /// The bit that `bst` and `bld` copy.
+    /// The T flag, which `bst` and `bld` copy.
     pub const T: Set = Set(1 << 35);
     /// The flags that arithmetic sets.
     pub const FLAGS: Set = Set(7 << 32);
@@ -27,12 +27,12 @@ impl Set {
     /// The registers of results: r18 to r25.
     pub const RESULTS: Set = Set(0x3fc_0000);
 
-    /// A register.
+    /// Returns the set of a register.
     pub const fn register(number: u8) -> Set {
         Set(1 << (number & 31))
     }
 
-    /// A register and the next.
+    /// Returns the set of a register and the next one.
     pub const fn pair(number: u8) -> Set {
         Set::register(number).or(Set::register(number + 1))
     }
@@ -57,12 +57,12 @@ impl Set {
         self.0 & other.0 == 0
     }
 
-    /// Its registers, a bit for each.
+    /// Returns the registers of the set, a bit for each.
     pub const fn register_bits(self) -> u32 {
         self.0 as u32
     }
 
-    /// The numbers of its registers.
+    /// Returns the numbers of the registers of the set.
     pub fn registers(self) -> impl Iterator<Item = u8> {
         (0..32).filter(move |number| self.0 & 1 << number != 0)
     }
@@ -71,11 +71,11 @@ impl Set {
 /// The effect of an instruction.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Effect {
-    /// Registers and flags on which it depends.
+    /// Registers and flags on which the instruction depends.
     pub reads: Set,
-    /// Registers and flags that it sets.
+    /// Registers and flags that the instruction sets.
     pub writes: Set,
-    /// It does more than that, or reads memory: it may not be left out.
+    /// The instruction has another effect, or reads memory, so that it must not be removed.
     pub acts: bool,
 }
 
@@ -89,7 +89,7 @@ impl Effect {
         let effect = |reads: Set, writes: Set| Some(Effect { reads, writes, acts: false });
         let acts = |reads: Set, writes: Set| Some(Effect { reads, writes, acts: true });
         let no_carry = Set::Z.or(Set::REST);
-        // Z stays only where it was set: it is read, too.
+        // These instructions can only clear Z, so they read it, too.
         let with_carry = Set::C.or(Set::Z);
         match code.name.as_str() {
             "mov" => two().and_then(|(to, from)| effect(from, to)),
@@ -172,7 +172,7 @@ fn pointer(operand: &str) -> Option<(Set, Set)> {
     Some((pair, if moves { pair } else { Set::EMPTY }))
 }
 
-/// The value of a number, as the programmer may write it, too.
+/// Parses a number, also in the forms that a programmer may write.
 pub fn number(operand: &str) -> Option<u16> {
     match operand.strip_prefix("0x").or_else(|| operand.strip_prefix("0X")) {
         Some(digits) => u16::from_str_radix(digits, 16).ok(),
@@ -180,7 +180,7 @@ pub fn number(operand: &str) -> Option<u16> {
     }
 }
 
-/// The number of a register.
+/// Parses the number of a register.
 pub fn register(operand: &str) -> Option<u8> {
     operand.strip_prefix('r')?.parse().ok().filter(|number| *number < 32)
 }

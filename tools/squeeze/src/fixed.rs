@@ -1,8 +1,10 @@
-//! Code that keeps its time: no pass may put anything between its instructions.
+//! Code with fixed timing: no pass may insert anything between its instructions.
 //!
-//! * Programmer's assembly, between `;APP` and `;NO_APP`: its author may count cycles. Blocks that only compute with registers and read
-//!   flash are code as any other: they have no effect outside of the registers, so their time does not matter.
-//! * Code that runs while interrupts are off, from `cli` to the restore of SREG: others wait meanwhile.
+//! * Programmer's assembly, between `;APP` and `;NO_APP`: its author may count cycles. Blocks that
+//!   only compute with registers and read flash are treated like other code: they have no effect
+//!   outside of the registers, so their timing does not matter.
+//! * Code that runs while interrupts are off, from `cli` to the restore of SREG, because it delays
+//!   interrupts.
 //! * Two writes within four cycles to a register that the chip protects in this way, such as WDTCSR.
 
 use std::collections::{HashMap, HashSet};
@@ -10,19 +12,19 @@ use std::collections::{HashMap, HashSet};
 use crate::effect::{Effect, number};
 use crate::listing::{Function, Instruction, Line, Listing, is_mark};
 
-/// Addresses of EECR, MCUCR, SPMCSR, WDTCSR and CLKPR: after the first write the second has to come within four cycles (data sheet of
-/// the ATmega328P, 8.6.3, 13.4.1, 26.3.1, 10.9.2, 8.12.2).
+/// Addresses of EECR, MCUCR, SPMCSR, WDTCSR and CLKPR. The second of two writes must follow within
+/// four cycles (data sheet of the ATmega328P, 8.6.3, 13.4.1, 26.3.1, 10.9.2, 8.12.2).
 pub const TIMED: [u16; 5] = [0x3f, 0x55, 0x57, 0x60, 0x61];
-/// The cycles in which the second write comes.
+/// The cycles within which the second write must come.
 const WINDOW: usize = 4;
 
-/// Lines that keep their time, one mark for each line of the listing.
+/// Lines with fixed timing, one mark for each line of the listing.
 pub struct Fixed {
     marks: Vec<bool>,
 }
 
 impl Fixed {
-    /// Finds them in all functions.
+    /// Finds the fixed lines of all functions.
     pub fn of(listing: &Listing) -> Fixed {
         let mut marks = vec![false; listing.lines.len()];
         let functions = listing.functions();
@@ -46,18 +48,19 @@ impl Fixed {
         Fixed { marks }
     }
 
-    /// Takes account of a label that is put in before that line.
+    /// Updates the marks for a label that is inserted before that line.
     pub fn insert(&mut self, line: usize) {
         self.marks.insert(line, false);
     }
 
-    /// Returns true if nothing may come between that line and its neighbors.
+    /// Returns true if nothing may be inserted between that line and its neighbors.
     pub fn is_fixed(&self, line: usize) -> bool {
         self.marks.get(line).copied().unwrap_or(false)
     }
 }
 
-/// Makes blocks of the programmer's that touch nothing but registers and flash a part of the code around them.
+/// Removes `;APP` and `;NO_APP` around assembly that touches only registers, flags and flash, so
+/// that it becomes a part of the code around it.
 pub fn release_assembly(listing: &mut Listing) {
     let mut block = None;
     for line in 0..listing.lines.len() {
@@ -78,7 +81,7 @@ pub fn release_assembly(listing: &mut Listing) {
     listing.compact();
 }
 
-/// Returns true if a line has no effect but on registers and flags. `lpm` reads flash, which nothing changes.
+/// Returns true if a line affects only registers and flags. `lpm` reads flash, which never changes.
 fn is_inward(line: &Line) -> bool {
     match line {
         Line::Code(code) => {
@@ -98,7 +101,8 @@ fn mark_by_hand(listing: &Listing, function: &Function, marks: &mut [bool]) {
     }
 }
 
-/// Marks instructions that may run with interrupts off. Returns true if the function may return so.
+/// Marks instructions that may run with interrupts off. Returns true if the function may return
+/// with interrupts off.
 fn mark_off(
     listing: &Listing,
     function: &Function,
@@ -166,7 +170,7 @@ fn mark_timed(listing: &Listing, function: &Function, marks: &mut [bool]) {
         (function.start..function.end).filter(|line| listing.code(*line).is_some()).collect();
     for (number, line) in code.iter().enumerate() {
         let Some(register) = listing.code(*line).and_then(timed_register) else { continue };
-        // No instruction takes less than one cycle.
+        // Each instruction takes at least one cycle.
         let behind = code[number + 1..].iter().take(WINDOW);
         let second = behind
             .rev()
@@ -177,7 +181,7 @@ fn mark_timed(listing: &Listing, function: &Function, marks: &mut [bool]) {
     }
 }
 
-/// The protected register that an instruction writes.
+/// Returns the protected register that an instruction writes.
 fn timed_register(code: &Instruction) -> Option<u16> {
     let address = code.operands.split(',').next().and_then(|operand| number(operand.trim()))?;
     let address = match code.name.as_str() {

@@ -1,7 +1,8 @@
-//! Which registers and flags are still read behind each instruction.
+//! Finds the registers and flags that are still read after each instruction.
 //!
-//! All functions are looked at together: a call reads what the function called reads, and a function's result is what one of its
-//! callers reads. Of a function that is not in the listing nothing is known, so a call of it reads everything.
+//! All functions are analysed together: a call reads the arguments of its callee, and the results
+//! of a function are the registers that at least one of its callers reads. Functions outside the
+//! listing are unknown, so a call of one reads everything.
 
 use std::collections::{HashMap, HashSet};
 
@@ -11,21 +12,21 @@ use crate::listing::{Function, Line, Listing};
 /// The registers and flags that are read after each line of a listing.
 pub struct Flow {
     after: Vec<Set>,
-    /// The registers by which each function and its callers exchange values.
+    /// The registers in which each function and its callers exchange values.
     contracts: HashMap<String, Known>,
 }
 
 /// The knowledge about a function.
 #[derive(Clone, Copy, Default)]
 pub struct Known {
-    /// The registers of its caller that it reads.
+    /// The registers of the caller that the function reads.
     pub arguments: Set,
-    /// The registers of its result that callers read.
+    /// The registers of the function's result that callers read.
     pub results: Set,
 }
 
 impl Flow {
-    /// Finds it for all functions.
+    /// Analyses all functions.
     pub fn of(listing: &Listing) -> Flow {
         let functions = listing.functions();
         let outside = known_outside(listing, &functions);
@@ -53,17 +54,18 @@ impl Flow {
         }
     }
 
-    /// Returns the registers that are read after that line before they are written.
+    /// Returns the registers and flags that are read after that line before they are written.
     pub fn after(&self, line: usize) -> Set {
         self.after[line]
     }
 
-    /// The registers by which each function and its callers exchange values, by its symbol.
+    /// Returns the registers in which each function and its callers exchange values, by symbol.
     pub fn into_contracts(self) -> HashMap<String, Known> {
         self.contracts
     }
 
-    /// Goes through a function backwards; whether something new was found about it or those that it calls.
+    /// Traverses a function backwards. Returns true if it found something new about the function or
+    /// its callees.
     fn pass<'a>(&mut self, body: &Body<'a>, known: &mut HashMap<&'a str, Known>) -> bool {
         let results = known.get(body.symbol).map_or(Set::RESULTS, |known| known.results);
         let mut changed = false;
@@ -110,7 +112,8 @@ impl Flow {
     }
 }
 
-/// The symbols of functions of which not all callers are known: they are visible outside, or their address is taken.
+/// Returns the symbols of functions that may have unknown callers: they are visible outside, or
+/// their address is taken.
 fn known_outside<'a>(listing: &'a Listing, functions: &'a [Function]) -> HashSet<&'a str> {
     let symbols: HashSet<&str> =
         functions.iter().map(|function| function.symbol.as_str()).collect();
@@ -138,7 +141,7 @@ fn known_outside<'a>(listing: &'a Listing, functions: &'a [Function]) -> HashSet
     outside
 }
 
-/// The instructions of a function and where they lead.
+/// The instructions of a function and their successors.
 struct Body<'a> {
     symbol: &'a str,
     steps: Vec<FlowStep<'a>>,
@@ -147,11 +150,11 @@ struct Body<'a> {
 struct FlowStep<'a> {
     line: usize,
     effect: Option<Effect>,
-    /// The instructions that may come next, by their number.
+    /// The numbers of the instructions that may be executed next.
     next: Vec<usize>,
     end: End,
     called: Option<&'a str>,
-    /// A skip before it may leave it out.
+    /// The instruction before may skip this one.
     is_conditional: bool,
 }
 
@@ -179,11 +182,11 @@ impl<'a> Body<'a> {
         for (number, (line, code)) in lines.iter().enumerate() {
             let is_conditional = number > 0 && lines[number - 1].1.skips();
             let mut effect = Effect::of(code);
-            // Of the registers that are not saved in this way, one may be an argument that goes on to the stack.
+            // Pushing another register does not save it: it may pass an argument on the stack.
             saves &= code.name == "push"
                 && effect.is_some_and(|effect| effect.reads.is_apart(Set::CALL_USED));
             if saves {
-                // It saves what belongs to the caller, and does not look at it.
+                // Saving a register of the caller does not depend on its value.
                 effect = effect.map(|effect| Effect { reads: Set::EMPTY, ..effect });
             }
             let mut next = Vec::new();
@@ -221,11 +224,12 @@ impl<'a> Body<'a> {
     }
 }
 
-/// The number of the instruction to which the branch of that number leads.
+/// Returns the number of the instruction to which the branch `number` leads.
 fn target(operand: &str, labels: &HashMap<&str, usize>, number: usize) -> Option<usize> {
     match operand.split_once('+') {
         None => labels.get(operand).copied(),
-        // LLVM's text for `rjmp .+0` in an asm! block, which takes two cycles and leads to the next instruction.
+        // LLVM writes this for `rjmp .+0` in an asm! block, which takes two cycles and leads to the
+        // next instruction.
         Some((label, "0+2")) if labels.get(label) == Some(&number) => Some(number + 1),
         Some(_) => None,
     }

@@ -1,7 +1,8 @@
 //! Entry and exit code that functions share.
 //!
-//! A function saves the registers that its caller wants back one by one, two bytes each, and again at every exit. Here it calls one
-//! routine that saves a whole range, r2, r4, ... up to r17 and perhaps Y, and makes room for its variables; and it ends with a jump to
+//! A function saves the registers that its caller wants back one by one, two bytes each, and
+//! restores them at every exit. After this pass it calls one routine that saves a whole range, r2,
+//! r4, ... up to r17 and perhaps Y, and makes room for its variables; and it ends with a jump to
 //! the routine that restores them.
 //!
 //! The routines use X and Z, which hold neither arguments nor results (AVR-GCC ABI, "Call-used registers"), and r1, which is
@@ -12,33 +13,33 @@ use std::fmt::Write;
 
 use crate::listing::{Function, Instruction, Line, Listing};
 
-/// Bytes that must be won, or a function keeps its own code.
+/// The bytes that sharing must save; otherwise a function keeps its own code.
 const WORTH: isize = 4;
 
-/// The registers that a function saves, and the room that it makes.
+/// The registers that a function saves, and the room for its variables.
 #[derive(Clone, Debug, PartialEq, Eq)]
 struct Prologue {
-    /// The registers that it saves, in the order in which it does.
+    /// The saved registers, in the order of their `push` instructions.
     registers: Vec<u8>,
-    /// Bytes of its variables; `None`: Y does not point to any.
+    /// Bytes of the variables; `None` if Y does not point to any.
     room: Option<u8>,
 }
 
-/// Which routine saves or restores.
+/// A shared routine that saves or restores registers.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 struct Routine {
-    /// The first register; even, 18 if there is none below Y.
+    /// The first register, which is even; 18 if the routine saves none below Y.
     first: u8,
     kind: PrologueKind,
 }
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 enum PrologueKind {
-    /// Registers up to r17.
+    /// Saves registers up to r17.
     Plain,
-    /// Y, too.
+    /// Saves Y, too.
     Pointer,
-    /// Room for variables, too.
+    /// Saves Y and makes room for variables.
     Room,
 }
 
@@ -65,7 +66,7 @@ impl Prologue {
     }
 }
 
-/// Shares entries and exits of all functions where that pays; the routines that they share.
+/// Shares entries and exits of all functions if that saves bytes. Returns the shared routines.
 pub fn share(listing: &mut Listing, is_hot: &dyn Fn(&str) -> bool) -> String {
     let mut routines = BTreeSet::new();
     for function in listing.functions() {
@@ -79,7 +80,8 @@ pub fn share(listing: &mut Listing, is_hot: &dyn Fn(&str) -> bool) -> String {
     if routines.is_empty() { String::new() } else { text(&routines) }
 }
 
-/// The functions that may find arguments on the stack, above their own variables: what calls them must leave the stack as it is.
+/// Returns the functions that may read arguments on the stack, above their own variables. Code that
+/// calls them must not change the stack.
 pub fn with_arguments(listing: &Listing) -> HashSet<String> {
     let takes = |function: &Function| {
         let code: Vec<usize> =
@@ -127,7 +129,7 @@ fn share_function(listing: &mut Listing, function: &Function) -> Option<Routine>
     Some(routine)
 }
 
-/// Puts the room into r26, if there is any, and the instruction in place of those lines.
+/// Replaces those lines by the instruction, after a load of the room into r26 if there is any.
 fn replace(listing: &mut Listing, lines: &[usize], room: Option<u8>, by: Instruction) {
     for line in lines {
         listing.remove(*line);
@@ -141,7 +143,7 @@ fn replace(listing: &mut Listing, lines: &[usize], room: Option<u8>, by: Instruc
     }
 }
 
-/// The beginning of a function.
+/// The entry code of a function.
 struct FunctionStart {
     frame: Prologue,
     lines: Vec<usize>,
@@ -175,7 +177,8 @@ impl FunctionStart {
     }
 }
 
-/// `in r28, 61; in r29, 62`, a subtraction, and the stack pointer set: how many bytes, and how many instructions that is.
+/// Matches `in r28, 61; in r29, 62`, a subtraction, and the write of the stack pointer. Returns the
+/// number of bytes and the number of instructions.
 fn make_room(listing: &Listing, code: &[usize]) -> Option<(u8, usize)> {
     let at = |number: usize| code.get(number).and_then(|line| listing.code(*line));
     if at(1)? != &Instruction::new("in", "r29, 62") {
@@ -211,20 +214,20 @@ fn change(
     }
     if first.name == low && second.name == high {
         let whole = number(first, "r28")? | number(second, "r29")? << 8;
-        // What is added is subtracted as its negative.
+        // `subi` and `sbci` add a number by subtracting its negative.
         let whole = if word == "adiw" { whole.wrapping_neg() } else { whole };
         return Some((u8::try_from(whole).ok()?, 2));
     }
     None
 }
 
-/// The end of a function.
+/// The exit code of a function.
 struct Exit {
     lines: Vec<usize>,
 }
 
 impl Exit {
-    /// All exits; `None` if one of them is another than the entry wants.
+    /// Returns all exits; `None` if one of them does not match the entry.
     fn find_all(listing: &Listing, code: &[usize], entry: &FunctionStart) -> Option<Vec<Exit>> {
         let mut exits = Vec::new();
         let mut pops = 0;
@@ -241,7 +244,7 @@ impl Exit {
         (pops == exits.len() * entry.frame.registers.len()).then_some(exits)
     }
 
-    /// The exit of which `code` ends with the return.
+    /// Returns the exit code, where `code` ends with the return instruction.
     fn find(listing: &Listing, code: &[usize], entry: &FunctionStart) -> Option<Exit> {
         let registers = &entry.frame.registers;
         let from = code.len().checked_sub(1 + registers.len())?;
@@ -267,7 +270,7 @@ impl Exit {
             }
             start -= used;
         }
-        // Nobody may jump into it.
+        // No branch may lead into the exit code.
         let is_whole = (code[start]..=*code.last()?).skip(1).all(|line| {
             !matches!(&listing.lines[line], Line::Label(label) if !crate::listing::is_mark(label))
         });
@@ -279,7 +282,7 @@ fn register(operand: &str) -> Option<u8> {
     operand.strip_prefix('r')?.parse().ok()
 }
 
-/// The routines.
+/// Writes the assembly of the routines.
 fn text(routines: &BTreeSet<Routine>) -> String {
     let mut text = String::from("\t.section\t.text.shared_frames,\"ax\",@progbits\n");
     let kinds: BTreeSet<PrologueKind> = routines.iter().map(|routine| routine.kind).collect();
@@ -293,7 +296,8 @@ fn text(routines: &BTreeSet<Routine>) -> String {
     text
 }
 
-/// What saves: the return address is taken from the stack first, and jumped to in the end.
+/// Writes a routine that saves registers. It takes the return address from the stack first, and
+/// jumps there at the end.
 fn save(text: &mut String, kind: PrologueKind, routines: &BTreeSet<Routine>) {
     let suffix = kind.suffix();
     let firsts: Vec<u8> =

@@ -1,9 +1,10 @@
-//! Functions that keep their entry, their exit and their sequences: the virtual machine's in which a script spends its time.
+//! Hot functions, which keep their entry, exit and sequences: the functions of the virtual machine
+//! in which a script spends most of its time.
 
-/// The interpreter's loop alone: for chips whose flash is scarce.
+/// Only the interpreter's loop, for chips with little flash.
 pub const LOOP: &[&str] = &["interpret"];
 
-/// All of them: eight messages take a seventh less time, and the machine takes 1.8 kB more.
+/// All hot functions: eight messages take a seventh less time, and the machine takes 1.8 kB more.
 pub const PATHS: &[&str] = &[
     "interpret",
     "call_back",
@@ -37,11 +38,12 @@ pub const PATHS: &[&str] = &[
     "allocate",
 ];
 
-/// Handlers of interrupts, while which others wait: their symbols begin so.
+/// The prefix of symbols of interrupt handlers, which delay other interrupts.
 const INTERRUPT: &str = "__vector_";
 
-/// Whether that is the symbol of one of those names: in a mangled name each part stands behind its length, that of a method behind the `E`
-/// that ends its type, that of another function at the end.
+/// Returns true for an interrupt handler or a function with one of those names. In a mangled symbol
+/// each part follows its length; the name of a method follows the `E` that ends its type, that of
+/// another function is at the end.
 pub fn is_hot(symbol: &str, names: &[&str]) -> bool {
     let is_named = |name: &&str| {
         let part = format!("{}{name}", name.len());

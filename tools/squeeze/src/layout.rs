@@ -1,13 +1,15 @@
-//! Blocks in an order that needs fewer jumps.
+//! Orders blocks so that they need fewer jumps.
 //!
-//! A jump to code that nothing else falls into is not needed if that code stands behind it.
+//! A jump is not needed if its target follows it directly. A block can be moved there if no other
+//! code falls through into it.
 
 use crate::branch;
 use crate::listing::{Line, Listing};
 
-/// Moves code to where it is jumped from, where all conditional branches still reach their targets.
+/// Moves code after the jump that leads to it, if all conditional branches still reach their
+/// targets.
 pub fn arrange(listing: &mut Listing) {
-    // From the last function to the first, so that the places of the others stay.
+    // The last function comes first, so that the line numbers of the others stay valid.
     for function in listing.functions().into_iter().rev() {
         let body = &listing.lines[function.start..function.end];
         if let Some(arranged) = arrange_function(body) {
@@ -16,12 +18,13 @@ pub fn arrange(listing: &mut Listing) {
     }
 }
 
-/// Lines up to an instruction that ends the flow.
+/// The lines up to an instruction that ends the flow.
 type Chain = Vec<Line>;
 
 fn arrange_function(body: &[Line]) -> Option<Vec<Line>> {
     let mut chains = chains(body)?;
-    // Whatever a chain after the first jumps to comes behind it, if it begins a chain.
+    // The target of a chain's last jump is moved after the chain, if it begins a chain other than
+    // the first.
     let mut number = 0;
     let mut moved = false;
     while number < chains.len() {
@@ -51,7 +54,7 @@ fn arrange_function(body: &[Line]) -> Option<Vec<Line>> {
     moved.then(|| chains.concat())
 }
 
-/// The chains of a function; `None` if its last instruction does not end the flow.
+/// Splits a function into chains; returns `None` if its last instruction does not end the flow.
 fn chains(body: &[Line]) -> Option<Vec<Chain>> {
     let mut chains = vec![Chain::new()];
     let mut after_skip = false;
@@ -67,7 +70,7 @@ fn chains(body: &[Line]) -> Option<Vec<Chain>> {
             }
         }
     }
-    // What stands behind the last is no code.
+    // The lines after the last chain must not be code.
     let rest = chains.pop()?;
     if rest.iter().any(|line| matches!(line, Line::Code(_))) {
         return None;

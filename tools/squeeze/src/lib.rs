@@ -1,30 +1,36 @@
 //! Makes the AVR assembly that LLVM writes smaller.
 //!
-//! LLVM's back end for the AVR lacks what a chip with 32 kB of flash needs: conditional branches that go straight to their
-//! targets, blocks and functions in an order that saves jumps and long calls, entry and exit code that functions share (`-mcall-prologues` of GCC), and
-//! outlining, copies that are followed over whole functions and calls. This does it on the text of the assembly, between the
-//! compiler and the assembler. The virtual machine takes a sixth less, and its loop, which shares nothing, runs three percent faster.
+//! LLVM's back end for the AVR lacks optimisations that a chip with 32 kB of flash needs:
+//! conditional branches that go straight to their targets; an order of blocks and functions that
+//! saves jumps and long calls; entry and exit code that functions share (`-mcall-prologues` of
+//! GCC); outlining; and the tracking of copies over whole functions and calls. This crate applies
+//! them to the text of the assembly, between the compiler and the assembler. The virtual machine
+//! takes a sixth less, and its loop, which shares nothing, runs three percent faster.
 //!
-//! Before the assembler gets the text, [`proof::prove`] executes each function as it was and as it is, with the same inputs. Any difference
-//! stops the build.
+//! Before the assembler gets the text, [`proof::prove`] executes the original and the squeezed form
+//! of each function with the same inputs. Any difference stops the build.
 //!
 //! # Principles
-//! 1. **Only compared code is linked.** Code that cannot be read, reached or compared is refused, with function, line and cure; nothing is
-//!    guessed. `BBZ_SQUEEZE=off` in the environment of the build leaves all of this out.
-//! 2. **The hot paths keep their speed.** Sharing costs a call; functions that are named as hot keep their own code, and so do interrupts.
-//! 3. **What remains computes what was there**, in the same registers: an instruction becomes at most a copy or a constant of the same size.
-//! 4. **Time that counts stays.** `asm!` blocks, code that runs with interrupts off, and pairs of writes that the chip wants within four
-//!    cycles keep their cycles or become shorter.
+//! 1. **Only compared code is linked.** Code that cannot be read, reached or compared is refused
+//!    with its function, its line and advice; nothing is guessed. `BBZ_SQUEEZE=off` in the
+//!    environment of the build switches the whole crate off.
+//! 2. **The hot paths keep their speed.** Sharing costs a call. Functions that are named as hot
+//!    keep their own code, and so do interrupt handlers.
+//! 3. **The remaining code computes the same values** in the same registers: an instruction becomes
+//!    at most a copy or a constant of the same size.
+//! 4. **Critical timing is preserved.** `asm!` blocks, code that runs with interrupts off, and
+//!    pairs of writes that the chip wants within four cycles keep their cycles or become shorter.
 //!
 //! # Cost
-//! A function with shared entry and exit takes some 15 cycles more for each call, and at most two bytes of stack for a
-//! register that it does not need; an outlined sequence takes 7 to 8 cycles more, and two bytes of stack meanwhile.
-//! The proof takes some seconds of each build.
+//! A function with shared entry and exit takes some 15 cycles more for each call, and at most two
+//! bytes of stack for a register that it does not need. An outlined sequence takes 7 to 8 cycles
+//! more, and two bytes of stack while it runs. The proof takes some seconds of each build.
 //!
 //! # What it will not do
-//! Allocate registers anew, look into memory, or take code out of functions that are hot, but for ends that others have, too.
-//! Squeeze programs with jump tables, several modules, or code that reaches SREG by its address: all are refused. Prove anything about the
-//! cycles of code that runs with interrupts on, or about the linker, which makes calls and jumps shorter afterwards.
+//! It does not allocate registers anew, analyse memory, or take code out of hot functions, except
+//! for ends that other code has, too. It refuses programs with jump tables, with several modules,
+//! or with code that accesses SREG by its address. It proves nothing about the cycles of code that
+//! runs with interrupts on, nor about the linker, which makes calls and jumps shorter afterwards.
 
 #![forbid(unsafe_code)]
 
@@ -55,15 +61,15 @@ pub use link::build_script;
 
 /// Assembly that was made smaller.
 pub struct Squeezed {
-    /// The assembly.
     pub text: String,
-    /// The agreements of functions with their callers, by symbol: [`proof::prove`] shows them.
+    /// The registers in which functions and their callers exchange values, by symbol, which
+    /// [`proof::prove`] checks.
     pub contracts: HashMap<String, Contract>,
 }
 
-/// Everything in turn; the assembly that remains.
+/// Runs all passes in turn.
 ///
-/// `is_hot` tells from its symbol whether a function keeps its entry, its exit and its sequences.
+/// `is_hot` returns true for the symbol of a function that keeps its entry, exit and sequences.
 pub fn squeeze(assembly: &str, is_hot: impl Fn(&str) -> bool) -> Squeezed {
     let mut listing = Listing::read(assembly);
     fixed::release_assembly(&mut listing);
@@ -88,7 +94,7 @@ pub fn squeeze(assembly: &str, is_hot: impl Fn(&str) -> bool) -> Squeezed {
     let helpers = frame::share(&mut listing, &is_hot as &dyn Fn(&str) -> bool);
     tail::share(&mut listing);
     let outlined = outline::outline(&mut listing, &is_hot as &dyn Fn(&str) -> bool, &on_stack);
-    // Less code between branches and their targets: more reach them.
+    // With less code between branches and their targets, more branches reach them.
     branch::straighten(&mut listing);
     branch::chain(&mut listing);
     let whole = Listing::read(&format!("{listing}{helpers}{outlined}"));

@@ -1,10 +1,11 @@
-//! A build script that is also what GCC wraps its linker in.
+//! A build script that is also a wrapper around GCC's linker.
 //!
-//! So `cargo build` does everything: as a build script it has rustc call `avr-gcc -wrapper <this program>,link`; as a wrapper it puts the
-//! squeezed program in place of the one that rustc made, and runs the linker. rustc has to write assembly (`--emit=asm`),
-//! and one module: `lto = true`, `codegen-units = 1`; anything else is an error.
+//! `cargo build` therefore does everything: as a build script, the program makes rustc call
+//! `avr-gcc -wrapper <this program>,link`; as a wrapper, it replaces the object of rustc by the
+//! squeezed one, and runs the linker. rustc has to write assembly (`--emit=asm`), and a single
+//! module: `lto = true`, `codegen-units = 1`; anything else is an error.
 //!
-//! The proof's report is written next to the squeezed assembly, to `.proof.txt`.
+//! The report of the proof is written next to the squeezed assembly, to `.proof.txt`.
 
 use std::env;
 use std::ffi::{OsStr, OsString};
@@ -18,29 +19,29 @@ use crate::hot::is_hot;
 use crate::proof::{Refusal, prove};
 use crate::squeeze;
 
-/// The first argument of a wrapper.
+/// The first argument that makes the program a wrapper.
 const AS_WRAPPER: &str = "link";
-/// The environment variable that leaves everything out if it is `off`.
+/// The environment variable that switches squeezing off if it is `off`.
 const SWITCH: &str = "BBZ_SQUEEZE";
 
-/// A failure.
+/// A reason why linking fails.
 #[derive(Debug)]
 enum LinkError {
     /// Arguments that GCC passes are missing.
     Arguments,
-    /// A file cannot be read or written, or a program not be run.
+    /// A file cannot be read or written, or a program cannot be run.
     Io(PathBuf, io::Error),
-    /// The variable has another value than `off`.
+    /// `BBZ_SQUEEZE` has another value than `off`.
     Switch(OsString),
-    /// There is no assembly next to an object of rustc's.
+    /// There is no assembly next to an object from rustc.
     NoAssembly(PathBuf),
-    /// The assembly next to an object is that of another one.
+    /// The assembly next to an object belongs to another object.
     OtherAssembly(PathBuf),
     /// rustc has made more than one object.
     Modules(PathBuf),
-    /// The assembly cannot be squeezed, or does something else then.
+    /// The assembly cannot be squeezed, or the squeezed text behaves differently.
     Refused(PathBuf, Box<Refusal>),
-    /// The assembler or the linker has failed, and said why.
+    /// The assembler or the linker has failed, and has printed the reason.
     Failed(OsString, Option<i32>),
 }
 
@@ -79,7 +80,7 @@ impl fmt::Display for LinkError {
     }
 }
 
-/// The build script of an AVR program; the functions of these names keep their speed.
+/// Runs the build script of an AVR program. The functions with the names in `hot` keep their speed.
 pub fn build_script(hot: &[&str]) {
     let mut arguments = env::args_os().skip(1);
     if arguments.next().is_some_and(|first| first == AS_WRAPPER) {
@@ -123,19 +124,21 @@ fn link(mut arguments: Vec<OsString>, hot: &[&str]) -> Result<(), LinkError> {
     run(Command::new(linker).args(arguments))
 }
 
-/// `-mavr5` and the like.
+/// Returns true for arguments such as `-mavr5`.
 fn is_chip(argument: &OsStr) -> bool {
     argument.to_str().is_some_and(|text| text.starts_with("-mavr"))
 }
 
-/// The place of the assembly of an object that rustc has made: next to it, up to the first full stop of the same name.
+/// Returns the path of the assembly of an object from rustc: next to the object, with its name up
+/// to the first full stop.
 fn assembly_of(object: &Path) -> Option<PathBuf> {
     let name = object.file_name()?.to_str()?;
     let crate_name = name.strip_suffix(".rcgu.o")?.split('.').next()?;
     Some(object.with_file_name(format!("{crate_name}.s")))
 }
 
-/// Returns true if assembly is that of an object: the module's name, with which the assembly begins, is part of the object's.
+/// Returns true if the assembly belongs to the object: the name of the module, with which the
+/// assembly begins, is part of the object's name.
 fn is_of(text: &str, object: &Path) -> bool {
     let module =
         text.lines().find_map(|line| line.trim().strip_prefix(".file\t\"")?.strip_suffix('"'));
@@ -143,7 +146,7 @@ fn is_of(text: &str, object: &Path) -> bool {
     matches!((module, name), (Some(module), Some(name)) if name.contains(module))
 }
 
-/// The object of the squeezed assembly.
+/// Squeezes and assembles the assembly of an object. Returns the path of the new object.
 fn assemble(
     object: &Path,
     assembly: &Path,
@@ -173,7 +176,7 @@ fn assemble(
     if let Some(chip) = chip.and_then(OsStr::to_str) {
         assembler.arg(chip.replacen("-m", "-mmcu=", 1));
     }
-    // The linker makes calls and jumps shorter, so it has to know of all of them.
+    // The linker shortens calls and jumps, so it needs relocations for all of them.
     run(assembler.arg("-mlink-relax").arg("-o").arg(&object).arg(&squeezed))?;
     Ok(object)
 }

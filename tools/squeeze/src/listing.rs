@@ -1,8 +1,8 @@
-//! Assembly as lines of which the instructions are known.
+//! Assembly as lines with parsed instructions.
 
 use std::fmt;
 
-/// A line.
+/// A line of assembly.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum Line {
     /// A label.
@@ -28,34 +28,34 @@ impl Line {
 /// An instruction.
 #[derive(Clone, Debug, PartialEq, Eq, Hash)]
 pub struct Instruction {
-    /// Its mnemonic, in small letters.
+    /// The mnemonic, in lower case.
     pub name: String,
     /// The text after the mnemonic.
     pub operands: String,
 }
 
 impl Instruction {
-    /// From its parts.
+    /// Creates an instruction from its parts.
     pub fn new(name: &str, operands: &str) -> Self {
         Instruction { name: name.into(), operands: operands.into() }
     }
 
-    /// Returns its size in bytes, at most.
+    /// Returns the largest size of the instruction in bytes.
     pub fn bytes(&self) -> usize {
         if matches!(self.name.as_str(), "call" | "jmp" | "lds" | "sts") { 4 } else { 2 }
     }
 
-    /// Returns true if it may skip the next instruction.
+    /// Returns true if the instruction may skip the next one.
     pub fn skips(&self) -> bool {
         matches!(self.name.as_str(), "cpse" | "sbrc" | "sbrs" | "sbic" | "sbis")
     }
 
-    /// Returns true if the next instruction does not follow it.
+    /// Returns true if execution never continues with the next instruction.
     pub fn ends_flow(&self) -> bool {
         matches!(self.name.as_str(), "ret" | "reti" | "rjmp" | "jmp" | "ijmp")
     }
 
-    /// Returns true if it branches.
+    /// Returns true for a jump, branch, call or return.
     pub fn branches(&self) -> bool {
         self.ends_flow()
             || self.name.starts_with("br")
@@ -69,35 +69,33 @@ impl fmt::Display for Instruction {
     }
 }
 
-/// A function: where it stands among the lines.
+/// A function, with its position in the listing.
 #[derive(Clone, Debug)]
 pub struct Function {
-    /// Its symbol.
     pub symbol: String,
-    /// Its first line, after the symbol.
+    /// The first line, after the symbol.
     pub start: usize,
-    /// The line after its last.
+    /// The line after the last one.
     pub end: usize,
 }
 
 /// The assembly of a program.
 #[derive(Debug, Default)]
 pub struct Listing {
-    /// Its lines.
     pub lines: Vec<Line>,
 }
 
 impl Listing {
     /// Reads assembly of LLVM.
     pub fn read(text: &str) -> Listing {
-        // The debugger's files stand where they are needed first, which may be moved.
+        // LLVM declares the debugger's files at their first use, and that line may be moved.
         let is_file = |line: &Line| matches!(line, Line::Other(text) if text.contains("\t.file\t"));
         let (mut lines, rest): (Vec<Line>, Vec<Line>) = text.lines().map(line).partition(is_file);
         lines.extend(rest);
         Listing { lines }
     }
 
-    /// Its functions, as LLVM marks them: a symbol, then `.Lfunc_begin` and `.Lfunc_end`.
+    /// Returns the functions, as LLVM marks them: a symbol, then `.Lfunc_begin` and `.Lfunc_end`.
     pub fn functions(&self) -> Vec<Function> {
         let mut functions = Vec::new();
         let mut symbol = "";
@@ -117,8 +115,8 @@ impl Listing {
         functions
     }
 
-    /// The number of the line of the next instruction from line `from` on, before line `end`; labels to which branches lead
-    /// are an end, too.
+    /// Returns the line of the next instruction, from line `from` to before line `end`; `None` if a
+    /// label to which branches lead comes first.
     pub fn next_code(&self, from: usize, end: usize) -> Option<usize> {
         for number in from..end {
             match &self.lines[number] {
@@ -130,7 +128,7 @@ impl Listing {
         None
     }
 
-    /// The instruction of that line.
+    /// Returns the instruction of that line.
     pub fn code(&self, number: usize) -> Option<&Instruction> {
         match self.lines.get(number) {
             Some(Line::Code(instruction)) => Some(instruction),
@@ -138,7 +136,7 @@ impl Listing {
         }
     }
 
-    /// The instruction before that line, from line `start` on.
+    /// Returns the last instruction before that line, from line `start` on.
     pub fn code_before(&self, line: usize, start: usize) -> Option<&Instruction> {
         (start..line).rev().find_map(|line| self.code(line))
     }
@@ -197,7 +195,7 @@ fn line(text: &str) -> Line {
     Line::Code(Instruction::new(name, operands.trim()))
 }
 
-/// `.file 1 "folder" "name"` with one name, as older assemblers want it.
+/// Joins folder and name in `.file 1 "folder" "name"`, as older assemblers require it.
 fn with_one_name(text: &str) -> String {
     if text.trim_start().starts_with(".file\t") {
         text.replacen("\" \"", "/", 1)

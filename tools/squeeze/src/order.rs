@@ -1,18 +1,20 @@
-//! Functions in an order in which more calls are short.
+//! Orders functions so that more calls are short.
 //!
-//! A call takes two bytes if its target is within 4 kB, else four; the linker chooses (`-mrelax`). It keeps the order of sections,
-//! of which each function has one. The order is found by simulated annealing (Kirkpatrick, Gelatt, Vecchi 1983), always the same.
+//! A call takes two bytes if its target is within 4 kB, else four; the linker chooses (`-mrelax`).
+//! The linker keeps the order of sections, and each function has a section of its own. The order is
+//! found by simulated annealing (Kirkpatrick, Gelatt, Vecchi 1983) with a fixed seed.
 
 use std::collections::HashMap;
 
 use crate::listing::{Line, Listing};
 
-/// How far calls are that become short: `rcall` reaches 4,096 bytes (AVR instruction set manual, RCALL), and between it and its
-/// target are others that become short, which are measured as long ones here.
+/// The greatest distance of calls that become short. `rcall` reaches 4,096 bytes (AVR instruction
+/// set manual, RCALL); the limit is higher because other calls in between become short too, but are
+/// counted as long ones here.
 const REACH: usize = 4_400;
 /// The number of moves that are tried.
 const MOVES: u32 = 2_000_000;
-/// The number of additional long calls that a move may cost in the beginning.
+/// The number of additional long calls that a move may cost at the beginning.
 const HEAT: f64 = 3.0;
 
 /// The lines of a section, and the calls in it.
@@ -20,22 +22,22 @@ const HEAT: f64 = 3.0;
 struct AsmSection<'a> {
     lines: Vec<&'a Line>,
     bytes: usize,
-    /// The places of calls, and their targets.
+    /// The positions of calls in the section, and their targets.
     calls: Vec<(usize, &'a str)>,
 }
 
-/// A call: the section and the place in it from which it leads, and to which.
+/// A call: the section and the position in it of the call and of its target.
 struct Call {
     from: (usize, usize),
     to: (usize, usize),
 }
 
-/// Puts the sections of functions in order, before everything else.
+/// Puts the sections of functions in the best order, before everything else.
 pub fn order(listing: &Listing) -> Listing {
     let starts_section = |line: &Line| matches!(line, Line::Other(text) if text.trim_start().starts_with(".section"));
     let mut code: Vec<AsmSection<'_>> = Vec::new();
     let mut rest = Vec::new();
-    // The number of the section of each name: it may go on elsewhere.
+    // The number of the section of each name, because a section may continue elsewhere.
     let mut numbers = HashMap::new();
     let mut labels = HashMap::new();
     for lines in listing.lines.chunk_by(|_, next| !starts_section(next)) {
@@ -62,7 +64,7 @@ pub fn order(listing: &Listing) -> Listing {
             }
         }
     }
-    // What stands before the first section names the file.
+    // The lines before the first section name the file.
     let (first, rest) = rest.split_at(rest.len().min(1));
     let order = anneal(&code, &calls);
     let ordered = order.iter().flat_map(|number| code[*number].lines.iter().copied());
@@ -71,7 +73,7 @@ pub fn order(listing: &Listing) -> Listing {
 }
 
 impl<'a> AsmSection<'a> {
-    /// Takes these lines to the section of that number.
+    /// Adds these lines to the section, which has that number.
     fn read(
         &mut self,
         lines: &'a [Line],
@@ -96,7 +98,7 @@ impl<'a> AsmSection<'a> {
     }
 }
 
-/// The numbers of the sections in the order in which the fewest calls are long.
+/// Returns the numbers of the sections in the order with the fewest long calls.
 fn anneal(sections: &[AsmSection<'_>], calls: &[Call]) -> Vec<usize> {
     let mut order: Vec<usize> = (0..sections.len()).collect();
     let mut places = vec![0; sections.len()];
@@ -111,7 +113,8 @@ fn anneal(sections: &[AsmSection<'_>], calls: &[Call]) -> Vec<usize> {
         let moved = order.remove(from);
         order.insert(to, moved);
         let then = long_calls(sections, calls, &order, &mut places);
-        // It cools fast, then slowly: three images of the Kilobot have 7 % fewer long calls than with a steady pace.
+        // The temperature falls fast, then slowly: three images of the Kilobot have 7 % fewer long
+        // calls than with linear cooling.
         let heat = HEAT * (f64::from(MOVES - tried) / f64::from(MOVES)).powi(3);
         let more = then as f64 - now as f64;
         if more <= 0.0 || random.unit() < (-more / heat).exp() {
@@ -148,7 +151,7 @@ fn long_calls(
         .count()
 }
 
-/// Numbers as if by chance (xorshift32, Marsaglia 2003).
+/// A generator of pseudo-random numbers (xorshift32, Marsaglia 2003).
 struct Random(u32);
 
 impl Random {

@@ -1,4 +1,4 @@
-//! Sequences that stand in several places become routines.
+//! Turns sequences that occur several times into routines.
 
 use std::collections::{HashMap, HashSet};
 use std::fmt::Write;
@@ -6,17 +6,18 @@ use std::fmt::Write;
 use crate::fixed::Fixed;
 use crate::listing::{Instruction, Line, Listing, is_mark};
 
-/// Instructions of the longest sequence that is looked for.
+/// The most instructions of a sequence.
 const LONGEST: usize = 16;
-/// Bytes of a call that is near enough.
+/// Bytes of a short call.
 const CALL: usize = 2;
-/// Bytes that a routine must win.
+/// The bytes that a routine must save at least.
 const WORTH: usize = 2;
 
-/// A function that is called from this number of places runs often.
+/// A function with this number of calls is assumed to run often.
 const BUSY: usize = 8;
 
-/// Moves sequences, with calls of functions that are not `on_stack`, that occur again and again into routines, those that win most first; the routines.
+/// Moves repeated sequences into routines, those that save most first, and returns the routines.
+/// The sequences may contain calls of functions that are not `on_stack`.
 pub fn outline(
     listing: &mut Listing,
     is_hot: &dyn Fn(&str) -> bool,
@@ -50,7 +51,7 @@ pub fn outline(
     text
 }
 
-/// The functions that are called from many places.
+/// Returns the functions that are called from many places.
 fn busy(listing: &Listing) -> HashSet<String> {
     let mut calls: HashMap<&str, usize> = HashMap::new();
     for line in &listing.lines {
@@ -64,7 +65,7 @@ fn busy(listing: &Listing) -> HashSet<String> {
     calls.into_keys().map(String::from).collect()
 }
 
-/// Lines of instructions that come one after the other and may be moved.
+/// Returns runs of successive instructions that may be moved, by their lines.
 fn runs(
     listing: &Listing,
     is_hot: &dyn Fn(&str) -> bool,
@@ -117,7 +118,7 @@ fn is_movable(code: &Instruction, on_stack: &HashSet<String>) -> bool {
         && !matches!(code.name.as_str(), "cli" | "sei" | "sleep" | "wdr" | "break")
 }
 
-/// The places of the sequence that wins most.
+/// Returns the places of the sequence that saves most.
 fn best(listing: &Listing, runs: &[Vec<usize>]) -> Option<Vec<Vec<usize>>> {
     let mut most = WORTH;
     let mut best = None;
@@ -127,7 +128,7 @@ fn best(listing: &Listing, runs: &[Vec<usize>]) -> Option<Vec<Vec<usize>>> {
             for window in run.windows(length) {
                 let key = window.iter().filter_map(|line| listing.code(*line)).collect();
                 let known = places.entry(key).or_default();
-                // Those that overlap are one.
+                // Only the first of overlapping places counts.
                 let overlaps = known
                     .last()
                     .is_some_and(|last| last[length - 1] >= window[0] && last[0] <= window[0]);
@@ -139,7 +140,7 @@ fn best(listing: &Listing, runs: &[Vec<usize>]) -> Option<Vec<Vec<usize>>> {
         for (sequence, at) in places {
             let bytes: usize = sequence.iter().map(|code| code.bytes()).sum();
             let won = (at.len() * bytes.saturating_sub(CALL)).saturating_sub(bytes + 2);
-            // The first of those that win the same, so that the result is always the same.
+            // The first of equally good sequences is taken, so that the result is reproducible.
             let is_better = won > most
                 || won == most
                     && best.as_ref().is_some_and(|(line, _): &(usize, _)| at[0][0] < *line);

@@ -1,21 +1,22 @@
-//! Ends that several pieces of code have in common: all but one jump there.
+//! Shares ends that several pieces of code have in common: all but one jump there.
 //!
-//! It costs the two cycles of a jump and no stack, so hot functions take part. Between functions only ends that leave the
-//! function are shared, and those that say nothing of places in it.
+//! Sharing costs the two cycles of a jump and no stack, so hot functions take part. Between
+//! functions, only ends that leave the function are shared, and only if they do not refer to places
+//! in it.
 
 use std::collections::{HashMap, HashSet};
 
 use crate::fixed::Fixed;
 use crate::listing::{Instruction, Line, Listing, is_mark};
 
-/// An end: its instructions, from the last to the first.
+/// The end of a piece of code: its instructions, from the last to the first.
 struct End {
     lines: Vec<usize>,
-    /// The number of them into which nothing else leads.
+    /// The number of instructions into which no other code leads.
     whole: usize,
-    /// Those, by their number, that may be left out by the one before.
+    /// The numbers of the instructions that the one before may skip.
     skipped: Vec<usize>,
-    /// The last one does not jump: the next code follows it.
+    /// The last instruction does not jump: the next code follows it.
     falls: bool,
 }
 
@@ -38,7 +39,7 @@ fn share_once(listing: &mut Listing, number: &mut usize) -> bool {
                     continue;
                 }
                 let common = common(listing, kept, left);
-                // The jump itself is there already.
+                // The last instruction becomes the jump, so that it saves nothing.
                 let won =
                     left.lines[..common].iter().skip(1).filter_map(|line| listing.code(*line));
                 let won: usize = won.map(Instruction::bytes).sum();
@@ -55,7 +56,7 @@ fn share_once(listing: &mut Listing, number: &mut usize) -> bool {
     let function_of = |line: usize| {
         functions.iter().position(|function| (function.start..function.end).contains(&line))
     };
-    // Each line takes part once, and again when all is read anew.
+    // Each line takes part once; the next round reads everything again.
     let mut touched = HashSet::new();
     let mut edits: Vec<(usize, usize, Vec<usize>)> = Vec::new();
     for (_, kept, left, common) in best {
@@ -69,7 +70,7 @@ fn share_once(listing: &mut Listing, number: &mut usize) -> bool {
         touched.extend(kept_lines.iter().chain(left_lines).copied());
         edits.push((*first, left_lines[0], left_lines.to_vec()));
     }
-    // Labels are put in afterwards, from behind, so that the numbers of lines stay.
+    // Labels are inserted afterwards, the last one first, so that the line numbers stay valid.
     let mut labels: Vec<(usize, String)> = Vec::new();
     for (first, jump, lines) in edits {
         let is_local = function_of(first) == function_of(jump);
@@ -93,20 +94,20 @@ fn share_once(listing: &mut Listing, number: &mut usize) -> bool {
     changed
 }
 
-/// Returns the number of instructions that both have in common, of which those of `left` can go.
+/// Returns the number of common instructions that can be removed from `left`.
 fn common(listing: &Listing, kept: &End, left: &End) -> usize {
     let same = |(kept, left): &(&usize, &usize)| listing.code(**kept) == listing.code(**left);
     let from = usize::from(kept.falls);
     let pairs = kept.lines.iter().zip(&left.lines).skip(from).take_while(same).count();
     let mut common = (from + pairs).min(left.whole);
-    // What may be skipped cannot be the first that goes.
+    // The first removed instruction must not be one that may be skipped.
     while common > 1 && left.skipped.contains(&(common - 1)) {
         common -= 1;
     }
     common
 }
 
-/// Returns ends with equal last instructions, by these.
+/// Returns the ends, grouped by their last instruction.
 fn ends(listing: &Listing, fixed: &Fixed) -> HashMap<(usize, String), Vec<End>> {
     let mut ends: HashMap<(usize, String), Vec<End>> = HashMap::new();
     for (number, function) in listing.functions().into_iter().enumerate() {
@@ -133,7 +134,7 @@ fn ends(listing: &Listing, fixed: &Fixed) -> HashMap<(usize, String), Vec<End>> 
     ends
 }
 
-/// The end of which that line is the last.
+/// Returns the end whose last line is `last`.
 fn end(
     listing: &Listing,
     fixed: &Fixed,
@@ -156,7 +157,8 @@ fn end(
                     break;
                 }
                 if lines.len() == LONGEST {
-                    // So that it is known whether the first may be skipped.
+                    // The instruction before the first one must be known, because it may skip the
+                    // first.
                     lines.pop();
                     break;
                 }

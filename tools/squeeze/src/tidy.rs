@@ -1,10 +1,10 @@
-//! Labels and comparisons that are not used.
+//! Removes unused labels and comparisons.
 
 use std::collections::HashSet;
 
 use crate::listing::{Function, Line, Listing, is_mark};
 
-/// Removes labels to which nothing leads, so that the code around them becomes one.
+/// Removes labels to which nothing leads, so that the code around them becomes one block.
 pub fn remove_labels(listing: &mut Listing) {
     for function in listing.functions() {
         let used = used_labels(listing, &function);
@@ -36,7 +36,7 @@ fn used_labels(listing: &Listing, function: &Function) -> HashSet<String> {
     used
 }
 
-/// Removes comparisons of which the result is there already.
+/// Removes comparisons whose result is already in the flags.
 pub fn remove_comparisons(listing: &mut Listing) {
     for function in listing.functions() {
         // The instructions since the last label, the last of them last.
@@ -53,7 +53,7 @@ pub fn remove_comparisons(listing: &mut Listing) {
                 Line::Code(code) => code.clone(),
                 _ => continue,
             };
-            // Of flags that may not have been set nothing is known.
+            // A skipped instruction may not have set the flags.
             let skipped = std::mem::replace(&mut after_skip, code.skips());
             if skipped || by_hand {
                 before.clear();
@@ -63,7 +63,7 @@ pub fn remove_comparisons(listing: &mut Listing) {
                 listing.next_code(line + 1, function.end).and_then(|next| listing.code(next));
             let is_known = match before.as_slice() {
                 _ if code.name != "cpi" => false,
-                // As before the branch that was not taken.
+                // The comparison before a branch that was not taken was the same.
                 [.., compared, branch] if listing.code(*compared) == Some(&code) => {
                     listing.code(*branch).is_some_and(|branch| branch.name.starts_with("br"))
                 }

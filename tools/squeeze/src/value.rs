@@ -1,7 +1,9 @@
-//! Registers that hold the same: copies, constants and comparisons that nobody needs.
+//! Tracks registers with equal values, and removes copies, constants and comparisons that are not
+//! needed.
 //!
-//! LLVM allocates the registers of each function for itself and moves values to where calls want them. What it
-//! leaves behind is found from the first instruction of a block to its last, and on where nothing else leads.
+//! LLVM allocates the registers of each function separately and moves values to the registers that
+//! calls require. Redundant code is found within each block, and across its end if no other code
+//! leads there.
 
 use std::collections::HashMap;
 
@@ -47,13 +49,14 @@ fn remove_dead(listing: &mut Listing, function: &Function, flow: &Flow) -> bool 
     changed
 }
 
-/// Reads registers that held a value first, and removes moves of values that are there already.
+/// Reads from the registers that held a value first, and removes moves of values that are already
+/// there.
 fn reuse(listing: &mut Listing, function: &Function, flow: &Flow) -> bool {
     let mut changed = false;
     let has_zero = !is_interrupt(listing, function);
     let mut values = Values::unknown(has_zero);
     let mut after_skip = false;
-    // What compared before, and nothing behind it has changed the flags.
+    // True after a comparison, while no later instruction has changed the flags.
     let mut compared = false;
     let mut by_hand = false;
     for line in function.start..function.end {
@@ -113,18 +116,18 @@ fn is_interrupt(listing: &Listing, function: &Function) -> bool {
     code.any(|code| code.name == "reti")
 }
 
-/// The knowledge about the registers: those of one number hold the same. Numbers below 256 are
-/// constants.
+/// The values of the registers. Registers with the same number hold the same value; numbers below
+/// 256 are constants.
 struct Values {
     of: [u32; 32],
-    /// The time since which it is there.
+    /// The time at which each register got its value.
     since: [u32; 32],
     next: u32,
     texts: HashMap<String, u32>,
 }
 
 impl Values {
-    /// Nothing but that r1 is zero, if it is.
+    /// Starts with unknown values, except that r1 is zero if `has_zero` is true.
     fn unknown(has_zero: bool) -> Self {
         let mut of = std::array::from_fn(|number| 256 + number as u32);
         if has_zero {
@@ -151,7 +154,7 @@ impl Values {
         self.of[usize::from(register)]
     }
 
-    /// The value that an instruction puts into its register, if it is known.
+    /// Returns the register that an instruction writes and its new value, if that is known.
     fn made(&mut self, code: &Instruction) -> Option<(u8, u32)> {
         let (first, second) = operands(code);
         let to = register(first)?;
@@ -184,7 +187,7 @@ impl Values {
         Some((to, value))
     }
 
-    /// Returns true if the registers are as after the instruction.
+    /// Returns true if the instruction would change no register.
     fn has_done(&self, code: &Instruction) -> bool {
         let (first, second) = operands(code);
         let (Some(to), from) = (register(first), register(second)) else { return false };
@@ -201,7 +204,7 @@ impl Values {
         }
     }
 
-    /// Returns true if it compares zero with zero.
+    /// Returns true if the instruction compares zero with zero.
     fn are_zero(&self, code: &Instruction) -> bool {
         let (first, second) = operands(code);
         let zero = |operand| register(operand).is_some_and(|register| self.at(register) == 0);
@@ -213,7 +216,8 @@ impl Values {
         let (first, second) = operands(code);
         let (mut first, mut second) = (first.to_owned(), second.to_owned());
         let writes = Effect::of(code).map_or(Set::ALL, |effect| effect.writes);
-        // A result that is known is put there instead, where no flag is wanted; all zeros in the same way.
+        // A known result is loaded or copied instead, if no flag is needed. All zeros thereby get
+        // the same form.
         if writes.and(Set::FLAGS).is_apart(after)
             && code.name != "ldi"
             && let Some((to, value)) = self.made(code)
@@ -245,7 +249,7 @@ impl Values {
         Instruction::new(&code.name, &operands)
     }
 
-    /// The register that has held the same longest, of those from `least` on.
+    /// Returns the register, from `least` on, that has held the value of the operand longest.
     fn oldest(&self, operand: &str, least: u8) -> String {
         let Some(number) = register(operand) else { return operand.to_owned() };
         let value = self.at(number);
@@ -265,7 +269,7 @@ impl Values {
         format!("r{}", oldest.unwrap_or(number))
     }
 
-    /// Updates the knowledge by an instruction.
+    /// Updates the values after an instruction.
     fn follow(&mut self, code: &Instruction) {
         let (first, second) = operands(code);
         if code.name == "movw" {

@@ -1,10 +1,11 @@
-//! Comparison of two executions, event by event.
+//! Compares two executions, event by event.
 //!
 //! # Values that were never set
-//! LLVM leaves a register as it is where its value does not matter, for example the second half of a result that has only one, and
-//! squeeze may leave there something else. So a value may differ if it depends, in the original, on the contents of r0, X or Z
-//! at the function's begin or at a callee's return: by the ABI nothing is passed in these. That is seen by executing the original again
-//! with other values in these registers alone.
+//! LLVM leaves a register unchanged if its value does not matter, for example the second half of a
+//! result that has only one; squeezed code may leave another value there. A value may therefore
+//! differ if it depends, in the original, on the contents of r0, X or Z at the beginning of the
+//! function or at the return of a callee: the ABI passes nothing in these registers. Such a
+//! dependency is found by executing the original again with other values in only these registers.
 
 use std::cell::OnceCell;
 
@@ -19,18 +20,18 @@ pub struct Comparison<'a> {
     pub proof: &'a Proof<'a>,
     pub original: &'a Run,
     pub squeezed: &'a Run,
-    /// The agreements of the function with its callers.
+    /// The registers in which the function and its callers exchange values.
     pub contract: Contract,
-    /// It handles an interrupt.
+    /// True for the handler of an interrupt.
     pub is_interrupt: bool,
     /// Executes the original with other values in registers in which nothing is passed.
     pub again: &'a dyn Fn() -> Vec<Run>,
-    /// The result of that, once it was needed.
+    /// The runs of `again`, once they were needed.
     pub others: OnceCell<Vec<Run>>,
 }
 
 impl Comparison<'_> {
-    /// Compares all; the number of the event that differs, and how.
+    /// Compares all events. The error is the number of the first event that differs, and the cause.
     pub fn check(&self) -> Result<(), (usize, Cause)> {
         let (one, two) = (self.original, self.squeezed);
         for number in 0..one.events.len() {
@@ -46,14 +47,15 @@ impl Comparison<'_> {
         Ok(())
     }
 
-    /// Returns true if the value that `pick` finds in an event of the original depends on no register that was not set.
+    /// Returns true if the value that `pick` finds in an event of the original does not depend on a
+    /// register that was never set.
     fn is_set(&self, number: usize, pick: &dyn Fn(&Event) -> Option<u8>) -> bool {
         let value = |run: &Run| run.events.get(number).and_then(|event| pick(&event.event));
         let others = self.others.get_or_init(self.again);
         others.iter().all(|other| value(other) == value(self.original))
     }
 
-    /// Returns true if a register has the same value in both, or one that was not set.
+    /// Returns true if a register has the same value in both executions, or one that was never set.
     fn is_same(&self, number: usize, register: usize, first: &Snapshot, second: &Snapshot) -> bool {
         let pick = |event: &Event| event.snapshot().map(|end| end.cpu.registers[register]);
         first.cpu.registers[register] == second.cpu.registers[register]
@@ -116,8 +118,9 @@ impl Comparison<'_> {
         }
     }
 
-    /// Compares the arguments of a call. Some registers are no arguments while they hold their values from the beginning: saved ones
-    /// if the callee is not known, and in the handler of an interrupt all.
+    /// Compares the arguments of a call. Some registers are not compared while they hold their
+    /// initial values: saved ones if the callee is unknown, and all except r1 in the handler of an
+    /// interrupt.
     fn same_arguments(
         &self,
         number: usize,
@@ -142,7 +145,7 @@ impl Comparison<'_> {
         Ok(())
     }
 
-    /// Compares registers that a caller wants back, r1, and the stack pointer.
+    /// Compares the registers that a caller wants back, r1, and the stack pointer.
     fn same_saved(&self, first: &Snapshot, second: &Snapshot) -> Result<(), Cause> {
         for number in (1..32_u8).filter(|number| *number == 1 || SAVED >> number & 1 != 0) {
             let at = usize::from(number);
@@ -179,7 +182,7 @@ impl Comparison<'_> {
         self.same_stack(first, second)
     }
 
-    /// The stack has to be as far from its beginning as in the original.
+    /// Compares the distances of the stack pointer from its initial value.
     fn same_stack(&self, first: &Snapshot, second: &Snapshot) -> Result<(), Cause> {
         let distance = |run: &Run, end: &Snapshot| end.cpu.stack.wrapping_sub(run.before.stack);
         let is_same = distance(self.original, first) == distance(self.squeezed, second);
@@ -214,8 +217,8 @@ impl Comparison<'_> {
     }
 }
 
-/// Data-space addresses of registers that want a second write within four cycles: EECR, MCUCR, SPMCSR, WDTCSR, CLKPR (data sheet
-/// of the ATmega328P, 8.6.3, 13.4.1, 26.3.1, 10.9.2, 8.12.2).
+/// Data-space addresses of registers that require a second write within four cycles: EECR, MCUCR,
+/// SPMCSR, WDTCSR, CLKPR (data sheet of the ATmega328P, 8.6.3, 13.4.1, 26.3.1, 10.9.2, 8.12.2).
 const TIMED: [u16; 5] = [0x3f, 0x55, 0x57, 0x60, 0x61];
 
 fn describe(event: &Event) -> String {

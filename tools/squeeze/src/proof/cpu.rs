@@ -1,7 +1,8 @@
 //! An AVR core that executes decoded instructions: registers, flags, stack pointer and cycles.
 //!
-//! The flags follow the tables of the AVR instruction set manual. Loads, stores and the stack are the [`Bus`]'s; places in the code are
-//! the caller's, who is given a [`Control`] for each instruction.
+//! The flags follow the tables of the AVR instruction set manual. The [`Bus`] implements loads,
+//! stores and the stack. The caller keeps the place in the code, and gets a [`Control`] for each
+//! instruction.
 
 use super::decode::{Op, Pair, Pointer, Product, Single, flag};
 
@@ -9,7 +10,7 @@ use super::decode::{Op, Pair, Pointer, Product, Single, flag};
 const SPL: u8 = 0x3d;
 const SPH: u8 = 0x3e;
 const SREG: u8 = 0x3f;
-/// I/O address 0 in data space.
+/// The data-space address of I/O register 0.
 const IO: u16 = 0x20;
 
 /// Memory and I/O registers, by their addresses in data space.
@@ -20,11 +21,11 @@ pub trait Bus {
     fn store(&mut self, address: u16, value: u8);
     /// Reads a byte of flash.
     fn load_flash(&mut self, address: u16) -> u8;
-    /// Takes a byte from the stack.
+    /// Reads a byte of the stack.
     fn pop(&mut self, address: u16) -> u8;
-    /// Puts a byte on the stack.
+    /// Writes a byte of the stack.
     fn push(&mut self, address: u16, value: u8);
-    /// `sleep`, `wdr` or `break` is executed.
+    /// Executes `sleep`, `wdr` or `break`.
     fn special(&mut self, name: &'static str);
 }
 
@@ -60,8 +61,8 @@ pub struct Cpu {
     pub flags: u8,
     /// SP.
     pub stack: u16,
-    /// Cycles since the start. Those of calls, jumps and returns are included, those of a taken branch or skip as well, for skipped
-    /// instructions of one word.
+    /// Cycles since the start. They include those of calls, jumps, returns and taken branches, and
+    /// of skips of one-word instructions.
     pub cycles: u32,
 }
 
@@ -82,7 +83,7 @@ impl Cpu {
         self.registers[usize::from(register & 31)] = value;
     }
 
-    /// The number in a pair of registers.
+    /// Returns the number in a pair of registers.
     pub fn pair(&self, register: u8) -> u16 {
         u16::from_le_bytes([self.at(register), self.at(register + 1)])
     }
@@ -93,7 +94,7 @@ impl Cpu {
         self.put(register + 1, high);
     }
 
-    /// Executes an instruction. Return addresses are left to the caller.
+    /// Executes an instruction. The caller handles return addresses.
     pub fn execute(&mut self, op: &Op, bus: &mut impl Bus) -> Control {
         let (cycles, control) = self.perform(op, bus);
         self.cycles += cycles;
@@ -243,7 +244,7 @@ impl Cpu {
         (cycles, Control::Next)
     }
 
-    /// The address that a pointer means, and its change.
+    /// Returns the address of a pointer, and updates the pointer.
     fn address(&mut self, pointer: Pointer) -> u16 {
         let mut address = self.pair(pointer.pair);
         if pointer.decrements {
@@ -256,7 +257,7 @@ impl Cpu {
         address.wrapping_add(pointer.displacement.into())
     }
 
-    /// N, S and Z of a result; V is there already.
+    /// Sets N, S and Z for a result; V must be set before.
     fn set_signs(&mut self, result: u8) {
         let is_negative = result & 0x80 != 0;
         self.set_flag(flag::N, is_negative);
@@ -306,7 +307,7 @@ impl Cpu {
                 );
                 self.set_signs(result);
                 if takes_carry {
-                    // Z stays only where it was set.
+                    // These instructions can only clear Z.
                     self.set_flag(flag::Z, result == 0 && was_zero);
                 }
                 result
@@ -374,7 +375,7 @@ impl Cpu {
         self.put_pair(register, result);
         let rises = !before & result & 0x8000 != 0;
         let falls = before & !result & 0x8000 != 0;
-        // V and C are told apart by the direction (ADIW, SBIW).
+        // The direction decides which is V and which is C (ADIW, SBIW).
         self.set_flag(flag::V, if subtracts { falls } else { rises });
         self.set_flag(flag::C, if subtracts { rises } else { falls });
         self.set_flag(flag::N, result & 0x8000 != 0);

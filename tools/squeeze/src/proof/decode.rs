@@ -1,6 +1,7 @@
-//! Instructions as the proof executes them.
+//! Decodes instructions for the execution in the proof.
 //!
-//! This decoder shares nothing with the rest of the crate, so that both cannot misread an instruction in the same way.
+//! This decoder shares nothing with the rest of the crate, so that a mistake cannot affect both in
+//! the same way.
 
 use std::fmt;
 
@@ -20,7 +21,7 @@ pub mod flag {
     pub const H: u8 = 5;
     /// The bit that `bst` and `bld` copy.
     pub const T: u8 = 6;
-    /// Interrupts are on.
+    /// The interrupt enable bit.
     pub const I: u8 = 7;
 }
 
@@ -99,7 +100,7 @@ pub enum Target {
     Label(String),
     /// An address in flash.
     Address(u16),
-    /// A label and bytes after it: LLVM's form of `.+2` in an asm! block.
+    /// A label and a number of bytes after it: LLVM's form of `.+2` in an asm! block.
     Behind(String, u16),
 }
 
@@ -174,12 +175,12 @@ pub enum Op {
     Special(&'static str),
 }
 
-/// A reason why a line is not understood.
+/// A reason why a line cannot be decoded.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum DecodeError {
-    /// The instruction is not among those that are executed here.
+    /// The instruction is not supported.
     Instruction(String),
-    /// An operand is none that the instruction takes.
+    /// The instruction does not accept the operand.
     Operand(String),
 }
 
@@ -192,7 +193,7 @@ impl fmt::Display for DecodeError {
     }
 }
 
-/// Reads an instruction. `name` is in small letters.
+/// Decodes an instruction. `name` is in lower case.
 pub fn decode(name: &str, operands: &str) -> Result<Op, DecodeError> {
     let parts: Vec<&str> = match operands.trim() {
         "" => Vec::new(),
@@ -338,7 +339,7 @@ pub fn decode(name: &str, operands: &str) -> Result<Op, DecodeError> {
     }
 }
 
-/// `sec`, `clz` and the like.
+/// Decodes instructions such as `sec` and `clz`.
 fn set_or_clear(name: &str) -> Option<(u8, bool)> {
     let (is_set, letter) = match name.strip_prefix("se") {
         Some(letter) => (true, letter),
@@ -404,13 +405,13 @@ fn is_of_symbol(c: char) -> bool {
 fn number(text: &str) -> Option<i64> {
     match text.strip_prefix("0x").or_else(|| text.strip_prefix("0X")) {
         Some(digits) => i64::from_str_radix(digits, 16).ok(),
-        // The assembler takes a leading zero for octal.
+        // The assembler reads a leading zero as octal.
         None if text.len() > 1 && text.starts_with('0') => None,
         None => text.parse().ok(),
     }
 }
 
-/// The value of an expression. A symbol has an address that only depends on its name.
+/// Evaluates an expression. The address of a symbol depends only on its name.
 fn evaluate(text: &str) -> Option<i64> {
     let text = text.trim();
     for (prefix, shift) in [("lo8(", 0), ("hi8(", 8)] {
@@ -442,7 +443,7 @@ fn evaluate(text: &str) -> Option<i64> {
     }
 }
 
-/// An address for a symbol, above the chip's registers.
+/// Returns an address for a symbol, above the chip's registers.
 fn address(symbol: &str) -> u16 {
     // FNV-1a.
     let hash = symbol.bytes().fold(0xcbf2_9ce4_8422_2325, |hash: u64, byte| {

@@ -1,4 +1,5 @@
-//! The beginning of a function: registers that it saves and room for its variables; and who reads the stack above them.
+//! The stack frame of a function: the registers that it saves, the room for its variables, and
+//! accesses to the stack above them.
 
 use std::collections::HashMap;
 
@@ -6,26 +7,27 @@ use super::decode::{Op, Pair, flag};
 use super::program::{AssemblyProgram, Place, Routine};
 use super::run::{Event, Run, SAVED};
 
-/// The part of the stack that a function takes when it begins.
+/// The part of the stack that a function reserves at its beginning.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct StackUse {
-    /// Bytes of registers that it saves.
+    /// Bytes of saved registers.
     pub saved: u16,
-    /// Bytes of its variables.
+    /// Bytes of variables.
     pub room: u16,
 }
 
-/// Instructions that access the part of the stack above a function's own variables, each time they are executed.
+/// Finds instructions that access the part of the stack above a function's own variables in every
+/// execution.
 #[derive(Default)]
 pub struct StackAccesses {
-    /// Executions, and those of them that did.
+    /// For each instruction, the number of accesses, and how many of them were to that part.
     counts: HashMap<usize, (u32, u32)>,
 }
 
 impl StackAccesses {
     /// Counts the accesses of an execution.
     pub fn take(&mut self, run: &Run, frame: StackUse) {
-        /// Bytes of arguments that are looked at.
+        /// The most bytes of arguments that are considered.
         const ABOVE: u16 = 64;
         let top = run.before.stack;
         let lowest = top - 1 - frame.saved;
@@ -38,28 +40,29 @@ impl StackAccesses {
         }
     }
 
-    /// An instruction that never accessed anything else.
+    /// Returns an instruction that accessed only that part.
     pub fn found(&self) -> Option<usize> {
         let always = |(_, (all, hits)): &(&usize, &(u32, u32))| all == hits && *all >= 3;
         self.counts.iter().filter(always).map(|(step, _)| *step).min()
     }
 }
 
-/// The frame that a function makes before anything else, itself or by a shared routine.
+/// Returns the frame that a function reserves before anything else, by its own code or by a shared
+/// routine.
 pub fn frame(program: &AssemblyProgram, routine: &Routine, is_interrupt: bool) -> StackUse {
     let mut at = routine.start;
     let mut saved = 0;
     let mut room = 0;
-    // True once Y holds the stack pointer; the size that a shared routine gets.
+    // `has_pointer`: Y holds the stack pointer. `shared_size`: the size that a shared routine gets.
     let mut has_pointer = false;
     let mut shared_size = 0;
-    // The frame as it was before a call, which may be one of another routine.
+    // The frame before a call, because the call may be one of an ordinary function.
     let mut before_call: Option<StackUse> = None;
     loop {
         let step = &program.steps[at];
         at += 1;
         match step.op {
-            // Only saved registers: another one may be an argument for a callee.
+            // Only saved registers count: another one may be an argument for a callee.
             Some(Op::Push(register))
                 if !has_pointer && (is_interrupt || SAVED >> register & 1 != 0) =>
             {
@@ -95,7 +98,7 @@ pub fn frame(program: &AssemblyProgram, routine: &Routine, is_interrupt: bool) -
                 Place::Inside(target) => at = target,
                 _ => return before_call.unwrap_or_default(),
             },
-            // Back from a shared routine.
+            // The shared routine returns.
             Some(Op::JumpPointer) if before_call.is_some() => {
                 return StackUse { saved, room: if has_pointer { room } else { 0 } };
             }

@@ -1,25 +1,30 @@
 //! The proof that squeezed assembly does the same as the original: translation validation.
 //!
-//! Each function of both texts is executed with the same inputs, from its beginning to its end, by an AVR core of our own, until every
-//! outcome of every branch and skip was seen. Loads, stores, accesses of I/O registers and calls have to come in the
-//! same order with the same addresses and values; arguments have to be the same at each call, results and saved registers at each
-//! return; and where interrupts are off, nothing may come later than before.
+//! An AVR core of this crate executes each function of both texts with the same inputs, from its
+//! beginning to its end, until every outcome of every branch and skip was seen. Loads, stores,
+//! accesses of I/O registers and calls must come in the same order with the same addresses and
+//! values. Arguments must be equal at each call, and results and saved registers at each return.
+//! While interrupts are off, no event may come later than before.
 //!
 //! # Why this covers calls
-//! A function is compared from states that agree in its arguments only and differ in every other register. Its callees are taken to
-//! do the same in both texts if they get the same arguments, to return the same results, and to leave garbage everywhere else. So each
-//! function relies only on what the proof of the others establishes, and the contracts (which registers are arguments and results)
-//! need not be trusted: they come from the pass that removes dead code, and if one were wrong, either the caller or the
-//! callee would be refused.
+//! A function is compared from states that agree only in its arguments and differ in every other
+//! register. Its callees are assumed to do the same in both texts if they get the same arguments,
+//! to return the same results, and to leave garbage everywhere else. Each function therefore relies
+//! only on facts that the proof of the others establishes. The contracts (the registers of
+//! arguments and results) need not be trusted: they come from the pass that removes dead code, and
+//! if one were wrong, either the caller or the callee would be refused.
 //!
 //! # Why nothing is left out
-//! A branch whose condition no input meets is steered: in the original it has the outcome that was not seen yet, and the branch of the
-//! same number in the squeezed text has the opposite of what its condition demands. Squeeze moves and turns around branches, but
-//! executes as many in the same order. So wherever a branch leads, an execution follows; it depends on no chance whether a build passes.
+//! A branch whose condition no input meets is steered: in the original it gets the outcome that was
+//! not seen yet, and the branch of the same number in the squeezed text gets the opposite of its
+//! condition. Squeeze moves and inverts branches, but executes the same number in the same order.
+//! An execution therefore follows every branch, and the result of a build does not depend on
+//! chance.
 //!
 //! # Limits
-//! It executes finitely many inputs, so it is a test of each image and no proof in logic. Other kinds of time than that of
-//! regions without interrupts may change. Code outside of functions has to be the same, word for word.
+//! The proof executes finitely many inputs, so it is a test of each image and not a proof in logic.
+//! Timing may change outside of regions without interrupts. Code outside of functions has to be the
+//! same, word for word.
 
 mod compare;
 pub mod cpu;
@@ -45,20 +50,20 @@ use search::{Input, search};
 
 /// The most instructions of an execution after the last steered one.
 const LIMIT: u32 = 1500;
-/// Executions of each function that follow the search, for each input that the search has found.
+/// Additional executions of each function for each input that the search has found.
 const AGAIN: u64 = 4;
-/// Executions of the original that show whether a value depends on registers that were never set. With the inverse bits first: fewer
-/// than one in 30,000 of such values is the same in all.
+/// Executions of the original that show if a value depends on registers that were never set. The
+/// first one has the inverse bits; fewer than one in 30,000 of such values is the same in all.
 const OTHERS: u64 = 16;
 
-/// Registers by which a function and its callers exchange values.
+/// The registers in which a function and its callers exchange values.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Contract {
     /// Registers that the function reads, one bit each.
     pub arguments: u32,
     /// Registers that callers read when it has returned.
     pub results: u32,
-    /// It reads arguments on the stack.
+    /// The function reads arguments on the stack.
     pub takes_stack: bool,
 }
 
@@ -81,18 +86,18 @@ const LIBRARY: &[(&str, u32)] = &[
     ("abort", 0),
 ];
 
-/// A proof that was done.
+/// The figures of a completed proof.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Report {
     /// Functions that were compared.
     pub functions: usize,
     /// Pairs of executions.
     pub executions: usize,
-    /// Instructions of the original, of which each was executed.
+    /// Instructions of the original, all of which were executed.
     pub instructions: usize,
-    /// Outcomes of conditional instructions of the original, of which each was seen.
+    /// Outcomes of conditional instructions of the original, all of which were seen.
     pub outcomes: usize,
-    /// Those of them for which no input was found, so that they were seen by steering alone.
+    /// Outcomes for which no input was found, so that they were only seen by steering.
     pub steered: usize,
 }
 
@@ -139,7 +144,7 @@ pub fn prove(
     Ok(report)
 }
 
-/// Everything outside of functions has to be the same, and the functions of the same names.
+/// Checks that both texts have the same functions, and the same text outside of functions.
 fn same_rest(original: &AssemblyProgram, squeezed: &AssemblyProgram) -> Result<(), Refusal> {
     for name in original.rest.keys().chain(squeezed.rest.keys()) {
         if original.rest.get(name) != squeezed.rest.get(name) {
@@ -157,7 +162,8 @@ fn same_rest(original: &AssemblyProgram, squeezed: &AssemblyProgram) -> Result<(
     Ok(())
 }
 
-/// The contracts that are relied on: of functions whose callers are not all known, those of the ABI.
+/// Returns the contracts that the proof relies on; functions with unknown callers return all
+/// results of the ABI.
 fn contracts_of(
     original: &AssemblyProgram,
     contracts: &HashMap<String, Contract>,
@@ -173,7 +179,8 @@ fn contracts_of(
         let known = contracts.get(&routine.symbol).copied().unwrap_or_default();
         let is_outside = original.outside.contains(&routine.symbol);
         let contract = Contract {
-            // Saved ones are those that assembly reads, such as r2 with the boot loader's cause of the reset.
+            // Saved registers are those that assembly reads, such as r2 with the boot loader's
+            // cause of the reset.
             arguments: known.arguments & (ARGUMENTS | SAVED),
             results: if is_outside { RESULTS } else { known.results & RESULTS },
             takes_stack: known.takes_stack,
@@ -190,7 +197,7 @@ struct Proof<'a> {
 }
 
 impl Proof<'_> {
-    /// The contract of a callee. An unknown one reads everything.
+    /// Returns the contract of a callee. An unknown callee reads everything.
     fn contract(&self, place: Option<&Place>) -> Contract {
         let known = match place {
             Some(Place::Symbol(symbol)) => self.contracts.get(symbol).copied(),
@@ -200,7 +207,7 @@ impl Proof<'_> {
         known.unwrap_or(unknown)
     }
 
-    /// Returns true if the contract of a callee was found by squeeze or is that of a library.
+    /// Returns true if the contract of a callee comes from squeeze or from a library.
     fn is_known(&self, callee: Option<&Place>) -> bool {
         matches!(callee, Some(Place::Symbol(symbol)) if self.contracts.contains_key(symbol))
     }
@@ -309,7 +316,7 @@ impl Proof<'_> {
         Ok(())
     }
 
-    /// Every instruction of both texts has to be executed at least once.
+    /// Checks that every reachable instruction of both texts was executed at least once.
     fn all_reached(&self, reached: &[Vec<bool>; 2], report: &mut Report) -> Result<(), Refusal> {
         for (is_squeezed, program) in [(false, self.original), (true, self.squeezed)] {
             let reachable = program.reachable(program.routines.iter().map(|routine| routine.start));
@@ -332,14 +339,15 @@ impl Proof<'_> {
     }
 }
 
-/// Inputs, and others: most follow the same path with other values, the last goes where its values lead.
+/// Returns the inputs and variations of them. Most variations follow the same path with other
+/// values; the last one follows its own values.
 fn variations(inputs: &[Input]) -> Vec<Input> {
     let vary = |input: &Input, number: u64| {
         let mut input = input.clone();
         let seed = mix(input.tape.seed ^ mix(number));
         input.tape.seed = seed;
         match number {
-            // None of the values that were found.
+            // Drops the values that were found.
             1 => input.tape.bytes.clear(),
             AGAIN => input.outcomes.clear(),
             _ => {}

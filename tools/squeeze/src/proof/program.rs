@@ -1,11 +1,11 @@
-//! The text of an assembly file as the proof reads it: sections, functions and decoded instructions.
+//! Reads an assembly file for the proof: sections, functions and decoded instructions.
 
 use std::collections::{BTreeMap, HashMap, HashSet};
 use std::fmt;
 
 use super::decode::{DecodeError, Op, Target, decode};
 
-/// Directives that are no code of a function.
+/// Directives that may stand outside of functions.
 const DIRECTIVES: &[&str] = &[
     ".2byte",
     ".4byte",
@@ -45,7 +45,7 @@ const DIRECTIVES: &[&str] = &[
     ".cfi_sections",
 ];
 
-/// Directives that may stand within a function: they make no code.
+/// Directives that may stand within a function, because they generate no code.
 const WITHIN: &[&str] = &[".file", ".loc", ".p2align"];
 
 /// Sections that squeeze writes.
@@ -54,7 +54,7 @@ const OWN_SECTIONS: [&str; 2] = [".text.shared_frames", ".text.sequence_"];
 /// A reason to refuse an assembly file, with its line.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct ReadError {
-    /// The function in which the line stands, if it does.
+    /// The function of the line, if it is in one.
     pub function: Option<String>,
     /// The number of the line, from 1 on.
     pub line: usize,
@@ -65,13 +65,13 @@ pub struct ReadError {
 /// A reason to refuse a line.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum ReadCause {
-    /// The instruction cannot be executed here.
+    /// The instruction cannot be decoded.
     Decode(DecodeError),
     /// The directive is not known, or must not stand there.
     Directive(String),
     /// The line is neither label, directive, instruction nor comment.
     Line(String),
-    /// The label stands twice.
+    /// The label is defined twice.
     Twice(String),
     /// A branch leads to a label that the function does not have.
     Missing(String),
@@ -79,7 +79,7 @@ pub enum ReadCause {
     Indirect,
     /// A function begins in another, or ends without a beginning.
     Nested,
-    /// SREG or the stack pointer is reached by its address in data space.
+    /// SREG or the stack pointer is accessed by its address in data space.
     StatusByAddress,
 }
 
@@ -133,7 +133,7 @@ pub enum Place {
     None,
     /// An instruction, by its number.
     Inside(usize),
-    /// A symbol of another function, or of none that is in the file.
+    /// The symbol of another function, or of code outside the file.
     Symbol(String),
     /// An address in flash.
     Address(u16),
@@ -144,24 +144,24 @@ pub enum Place {
 pub struct ProofStep {
     /// The instruction; `None` after the last one of a function.
     pub op: Option<Op>,
-    /// The place where its branch, jump or call leads.
+    /// The target of a branch, jump or call.
     pub place: Place,
-    /// The number of its line, from 1 on.
+    /// The number of the line, from 1 on.
     pub line: usize,
-    /// It takes two words.
+    /// The instruction takes two words.
     pub is_long: bool,
 }
 
 /// A function.
 #[derive(Clone, Debug)]
 pub struct Routine {
-    /// Its symbol.
     pub symbol: String,
-    /// Its first instruction.
+    /// The number of the first instruction.
     pub start: usize,
-    /// The number after its last instruction, where the step is empty.
+    /// The number after the last instruction, where the step is empty.
     pub end: usize,
-    /// The texts of its asm! blocks, sorted, but for those that only compute with registers and read flash: their time has no effect.
+    /// The sorted texts of the asm! blocks, except those that only compute with registers and read
+    /// flash: their timing has no effect.
     pub by_hand: Vec<String>,
 }
 
@@ -174,25 +174,25 @@ pub struct AssemblyProgram {
     pub routines: Vec<Routine>,
     /// The lines outside of functions, by their section.
     pub rest: BTreeMap<String, Vec<String>>,
-    /// The labels of functions, and where they stand.
+    /// The labels of functions, and the numbers of their instructions.
     pub labels: HashMap<String, usize>,
     /// The functions that code or data outside of this file may call.
     pub outside: HashSet<String>,
 }
 
-/// A program of which the rest has still to be read.
+/// The state of reading a program.
 struct ProgramReader {
     program: AssemblyProgram,
     section: String,
     labels: HashMap<String, usize>,
-    /// The symbols that code or data mention, but for calls and jumps.
+    /// The symbols that code or data mention other than as targets of calls and jumps.
     mentioned: HashSet<String>,
     called: HashSet<String>,
-    /// The function that is read, with its end still missing.
+    /// The function that is being read.
     function: Option<Routine>,
     /// The last symbol outside of functions.
     symbol: String,
-    /// The asm! block that is read.
+    /// The asm! block that is being read.
     block: Option<Block>,
     line: usize,
 }
@@ -201,7 +201,7 @@ struct ProgramReader {
 #[derive(Default)]
 struct Block {
     text: String,
-    /// It does more than compute with registers and read flash.
+    /// The block does more than compute with registers and read flash.
     is_seen: bool,
 }
 
@@ -229,7 +229,7 @@ impl AssemblyProgram {
         reader.finish()
     }
 
-    /// The instructions to which control may come, starting from those.
+    /// Returns the instructions that can be reached from `starts`.
     pub fn reachable(&self, starts: impl Iterator<Item = usize>) -> Vec<bool> {
         let mut reachable = vec![false; self.steps.len()];
         let mut open: Vec<usize> = starts.collect();
@@ -254,7 +254,7 @@ impl AssemblyProgram {
         reachable
     }
 
-    /// The function in which a step stands.
+    /// Returns the function that contains a step.
     pub fn routine_at(&self, step: usize) -> Option<&Routine> {
         self.routines.iter().find(|routine| (routine.start..=routine.end).contains(&step))
     }
@@ -310,7 +310,7 @@ impl ProgramReader {
             Op::ReadAt(_, 0x5d..=0x5f) | Op::WriteAt(0x5d..=0x5f, _) => {
                 return Err(ReadCause::StatusByAddress);
             }
-            // The routines of shared entries return in this way.
+            // Only the routines of shared entries return by `ijmp`.
             Op::JumpPointer if !self.is_own() => return Err(ReadCause::Indirect),
             Op::Branch(.., Target::Label(label))
             | Op::Jump(Target::Label(label), _)
@@ -403,7 +403,7 @@ impl ProgramReader {
                 }
             }
             ".text" | ".data" | ".bss" => self.section = name.to_owned(),
-            // They may move, and say nothing of the code.
+            // These lines may move, and do not affect the code.
             ".file" | ".loc" => {}
             _ if self.function.is_none() => self.keep(code),
             _ => {}
@@ -467,7 +467,7 @@ impl ProgramReader {
     }
 }
 
-/// The instruction at a distance in bytes after another.
+/// Returns the instruction at a distance in bytes after another.
 fn behind(sizes: &[u16], from: usize, bytes: u16) -> Option<usize> {
     let mut left = bytes;
     let mut at = from;
@@ -478,7 +478,8 @@ fn behind(sizes: &[u16], from: usize, bytes: u16) -> Option<usize> {
     Some(at)
 }
 
-/// Returns true for an instruction that touches only registers, flags of arithmetic and T, and reads flash.
+/// Returns true for an instruction that affects only registers, flags of arithmetic and T; it may
+/// read flash.
 fn is_inward(op: &Op) -> bool {
     matches!(
         op,

@@ -11,30 +11,31 @@ pub enum Refusal {
     Original(ReadError),
     /// The squeezed text cannot be read.
     Squeezed(ReadError),
-    /// A section has other data, or other code outside of functions.
+    /// A section has different data, or different code outside of functions.
     Section(String),
-    /// A function is missing, or there is another one.
+    /// A function is missing, or there is an additional one.
     Functions(String),
-    /// An asm! block is not as it was.
+    /// An asm! block has changed.
     Assembly(String),
-    /// The variables of a function have less room, or more.
+    /// The room for the variables of a function has changed.
     Room(String),
-    /// A function reads its arguments from the stack and this is not known to its callers, or they have moved.
+    /// A function reads arguments from the stack, and its callers do not know it or the arguments
+    /// have moved.
     StackArguments {
-        /// The function.
+        /// The symbol of the function.
         function: String,
         /// The line of the original.
         line: usize,
     },
     /// Two executions of a function differ.
     Difference(Box<Difference>),
-    /// An instruction is never executed, so nothing is known of it.
+    /// An instruction is never executed, so that nothing is known about it.
     Unreached {
-        /// The function.
+        /// The symbol of the function.
         function: String,
         /// The line.
         line: usize,
-        /// It stands in the squeezed text.
+        /// True for a line of the squeezed text.
         is_squeezed: bool,
     },
 }
@@ -42,7 +43,7 @@ pub enum Refusal {
 /// A difference between two executions.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Difference {
-    /// The function.
+    /// The symbol of the function.
     pub function: String,
     /// The line of the original.
     pub line: usize,
@@ -52,10 +53,10 @@ pub struct Difference {
     pub cause: Cause,
 }
 
-/// The kind of a difference.
+/// The cause of a difference.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum Cause {
-    /// Something else happens.
+    /// The executions have different events.
     Event {
         /// The event of the original.
         original: String,
@@ -66,23 +67,24 @@ pub enum Cause {
     Register {
         /// The number of the register.
         number: u8,
-        /// Its use.
+        /// The use of the register.
         what: &'static str,
     },
     /// SREG has another value.
     Flags,
-    /// The stack pointer is elsewhere.
+    /// The stack pointer has another value.
     Stack,
     /// Other bytes were pushed.
     Pushed,
-    /// It takes more cycles, where interrupts are off or the chip expects the next write within four.
+    /// An event comes later while interrupts are off, or after the four cycles in which the chip
+    /// expects the next write.
     Later {
         /// Cycles in the original.
         original: u32,
         /// Cycles in the squeezed text.
         squeezed: u32,
     },
-    /// The squeezed text goes on without doing anything.
+    /// The squeezed text continues without doing anything.
     Hangs,
 }
 

@@ -1,8 +1,10 @@
-//! One execution of a function, as everything that the rest of the program and the chip's peripherals see of it.
+//! Executes a function, and records all effects that are visible to the rest of the program and to
+//! the peripherals.
 //!
-//! Nothing is assumed of memory: each load takes the next byte of a [`Tape`], whatever it reads, so both texts of a function have to
-//! load and store the same addresses in the same order. Other functions are not executed: a call ends with new bytes of the tape as
-//! its results and with garbage in the other registers that it may use.
+//! Memory has no fixed content: each load takes the next byte of a [`Tape`], independent of the
+//! address. Both texts of a function therefore have to load and store the same addresses in the
+//! same order. Other functions are not executed: a call ends with new bytes of the tape as its
+//! results, and with garbage in the other registers that it may change.
 
 use super::cpu::{Bus, Control, Cpu};
 use super::decode::{Op, flag};
@@ -10,7 +12,7 @@ use super::frame::StackUse;
 use super::program::{AssemblyProgram, Place};
 use super::trail::{Hint, Trail};
 
-/// Registers that a function returns as it found them (AVR-GCC ABI, "Call-saved registers").
+/// Registers that a function leaves unchanged (AVR-GCC ABI, "Call-saved registers").
 pub const SAVED: u32 = 0x3003_fffc;
 /// The registers of arguments: r8 to r25.
 pub const ARGUMENTS: u32 = 0x03ff_ff00;
@@ -20,26 +22,26 @@ pub const RESULTS: u32 = 0x03fc_0000;
 /// Registers in which the ABI passes nothing: r0, X, Z.
 const PASSES_NOTHING: u32 = 0xcc00_0001;
 
-/// A return address that is no instruction: the function returns to its caller.
+/// A return address that is not an instruction: the function returns to its caller.
 const CALLER: u16 = 0xffff;
-/// The addresses of the stack that is executed.
+/// The addresses of the stack in an execution.
 const STACK: std::ops::Range<u16> = 0x7c00..0x8000;
-/// The stack pointer at the beginning, at least.
+/// The lowest initial stack pointer.
 const STACK_START: u16 = 0x7e00;
-/// The place on the tape of SREG; those before are of the registers.
+/// The place of SREG on the tape, after those of the registers.
 pub const FLAGS_AT: usize = 32;
 
 /// Bytes that an execution reads, in the order in which it reads them: registers, flags, memory, results of calls.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Tape {
-    /// The first of them.
+    /// The first bytes.
     pub bytes: Vec<u8>,
-    /// Makes the others.
+    /// The seed from which all further bytes are generated.
     pub seed: u64,
 }
 
 impl Tape {
-    /// The byte at a place.
+    /// Returns the byte at a place.
     pub fn at(&self, place: usize) -> u8 {
         self.bytes.get(place).copied().unwrap_or_else(|| noise(self.seed, place as u64))
     }
@@ -53,14 +55,14 @@ impl Tape {
     }
 }
 
-/// A byte that looks random: of four, one is a number that programs often compare with.
+/// Returns a pseudo-random byte. One in four is a number that programs often compare with.
 pub fn noise(seed: u64, place: u64) -> u8 {
     let bits = mix(seed ^ mix(place));
     let common = [0, 1, 0xff, 0x80, 2, 0x7f, 3, 4];
     if bits & 0x300 == 0 { common[(bits >> 16) as usize & 7] } else { bits as u8 }
 }
 
-/// The finalizer of SplitMix64 (Steele, Lea, Flood 2014).
+/// Mixes the bits of a number: the finalizer of SplitMix64 (Steele, Lea, Flood 2014).
 pub fn mix(value: u64) -> u64 {
     let value = value.wrapping_add(0x9e37_79b9_7f4a_7c15);
     let value = (value ^ value >> 30).wrapping_mul(0xbf58_476d_1ce4_e5b9);
@@ -83,22 +85,22 @@ pub enum Event {
     Off,
     /// Interrupts are on again.
     On,
-    /// Another function is called; `None`: by its address, which is in Z.
+    /// Another function is called; `None` for a call to the address in Z.
     Call(Option<Place>, Box<Snapshot>),
-    /// Control goes to another function for good.
+    /// The function jumps to another function.
     Leave(Place, Box<Snapshot>),
     /// The function returns.
     Return(Box<Snapshot>),
     /// The handler of an interrupt returns.
     ReturnFromInterrupt(Box<Snapshot>),
-    /// The function has no instruction there any more.
+    /// Control runs past the last instruction of the function.
     End,
-    /// It returns to an address that is none.
+    /// The function returns to an invalid address.
     Lost,
 }
 
 impl Event {
-    /// The core, if it is a call or the end.
+    /// Returns the core at a call or at the end.
     pub fn snapshot(&self) -> Option<&Snapshot> {
         match self {
             Event::Call(_, end)
@@ -115,41 +117,41 @@ impl Event {
 pub struct Snapshot {
     /// Registers and flags.
     pub cpu: Cpu,
-    /// The bytes that the function has on the stack below its frame.
+    /// The bytes that the function has pushed on the stack below its frame.
     pub pushed: Vec<u8>,
 }
 
-/// An event, and when it happens.
+/// An event with its time.
 #[derive(Clone, Debug)]
 pub struct Timed {
-    /// The event itself.
     pub event: Event,
     /// Cycles since the function was entered.
     pub cycle: u32,
     /// Cycles since the last event, if interrupts are off.
     pub gap: Option<u32>,
-    /// The instruction.
+    /// The number of the instruction.
     pub step: usize,
 }
 
-/// Outcomes of conditional instructions that do not follow their conditions.
+/// Forced outcomes of conditional instructions.
 #[derive(Clone, Copy)]
 pub enum Steer<'a> {
     /// The first conditional instructions have these outcomes, each true if it branches or skips.
     Outcomes(&'a [bool]),
-    /// Those marked of the first ones have the opposite outcome.
+    /// Those of the first conditional instructions that are marked have the opposite outcome.
     Opposite(&'a [bool]),
 }
 
 impl Steer<'_> {
-    /// Conditional instructions that are steered.
+    /// Returns the number of conditional instructions that are steered.
     fn len(self) -> usize {
         match self {
             Steer::Outcomes(outcomes) | Steer::Opposite(outcomes) => outcomes.len(),
         }
     }
 
-    /// Returns true if the conditional instruction of that number has another outcome than its condition demands.
+    /// Returns true if the conditional instruction of that number gets another outcome than its
+    /// condition demands.
     fn turns(self, number: usize, is_taken: bool) -> bool {
         match self {
             Steer::Outcomes(outcomes) => outcomes[number] != is_taken,
@@ -158,62 +160,63 @@ impl Steer<'_> {
     }
 }
 
-/// The beginning of an execution.
+/// The initial state and the settings of an execution.
 pub struct Start<'a> {
-    /// The text.
+    /// The text of the function.
     pub program: &'a AssemblyProgram,
     /// The function's first instruction.
     pub entry: usize,
-    /// Its frame.
+    /// The function's frame.
     pub frame: StackUse,
     /// Bytes by which the stack pointer is higher, so that the variables are at the same addresses.
     pub shift: u16,
-    /// The registers that are the same in both texts, from the tape.
+    /// The registers with equal values in both texts, which come from the tape.
     pub arguments: u32,
-    /// It is entered by an interrupt.
+    /// True if the function is entered by an interrupt.
     pub is_interrupt: bool,
-    /// Registers with results, from the callee's symbol.
+    /// Returns the registers with results, by the callee's symbol.
     pub results: &'a dyn Fn(&Place) -> u32,
-    /// The seed of all values that differ between both texts.
+    /// The seed of all values that differ between the two texts.
     pub garbage: u64,
-    /// Chooses other values for registers in which nothing is passed: 0 those of `garbage`, 1 all their bits inverted.
+    /// Chooses values for registers in which nothing is passed: 0 for those of `garbage`, 1 for
+    /// their inverted bits, other numbers for other values.
     pub unset: u64,
     /// The most instructions after the last steered one.
     pub limit: u32,
 }
 
-/// An execution.
+/// The result of an execution.
 pub struct Run {
     /// The events, in order.
     pub events: Vec<Timed>,
     /// The core at the beginning.
     pub before: Cpu,
-    /// Instructions that were executed.
+    /// The number of instructions that were executed.
     pub steps: u32,
     /// The execution was stopped at the limit.
     pub is_cut: bool,
     /// The conditional instructions that were executed, in order.
     pub path: Vec<Passed>,
-    /// The steered ones, each with a mark if its condition demanded the other outcome.
+    /// The steered conditional instructions: true if the condition demanded the other outcome.
     pub turned: Vec<bool>,
 }
 
 /// A conditional instruction that was executed.
 #[derive(Clone, Debug)]
 pub struct Passed {
-    /// The instruction.
+    /// The number of the instruction.
     pub step: usize,
-    /// It branched or skipped.
+    /// True if the instruction branched or skipped.
     pub is_taken: bool,
-    /// The places on the tape on which that depended, a bit for each of the first 128.
+    /// The places on the tape on which the outcome depended, a bit for each of the first 128.
     pub tag: u128,
-    /// Comparisons before it.
+    /// The last comparisons before the instruction.
     pub hints: Vec<Hint>,
 }
 
 struct World<'a> {
     tape: &'a Tape,
-    /// The next byte of it.
+    /// The place of the next byte on the tape.
     cursor: usize,
     stack: Vec<u8>,
     events: Vec<Event>,
@@ -259,7 +262,8 @@ impl Bus for World<'_> {
     }
 }
 
-/// Executes a function. `reached` gets a mark for each instruction; where values come from is followed if `follows` is set.
+/// Executes a function. `reached` gets a mark for each executed instruction. If `follows` is true,
+/// the origins of values are tracked.
 pub fn run(
     start: &Start<'_>,
     tape: &Tape,
@@ -275,7 +279,7 @@ pub fn run(
         events: Vec::new(),
     };
     let mut trail = Trail::new(start.arguments);
-    // A register that was never set, at the beginning or after a call.
+    // The value of a register that was never set, at the beginning or after a call.
     let unset = |call: u64, number: u64| {
         let number_of_all = call << 8 | number;
         let change = match start.unset {
@@ -353,7 +357,8 @@ pub fn run(
         if were_on != are_on && control == Control::Next {
             world.events.push(if are_on { Event::On } else { Event::Off });
             note(&mut run, &mut world, &cpu, at, &mut off_since);
-            // A restore of SREG that leaves them off ends what another `cli` began.
+            // A restore of SREG that leaves interrupts off ends the region that another `cli`
+            // began.
             let begins = *op == Op::Flag(flag::I, false);
             off_since = begins.then_some(cpu.cycles);
         }
@@ -385,7 +390,7 @@ pub fn run(
                 for number in (0..32_u8).filter(|number| *number != 1 && SAVED >> number & 1 == 0) {
                     let is_same = results & 1 << number != 0;
                     let place = world.cursor;
-                    // Both texts take as many bytes of the tape.
+                    // Both texts take the same number of bytes from the tape.
                     let value = world.next();
                     cpu.registers[usize::from(number)] =
                         if is_same { value } else { unset(calls, number.into()) };
@@ -443,7 +448,7 @@ fn note(run: &mut Run, world: &mut World<'_>, cpu: &Cpu, step: usize, off_since:
     }
 }
 
-/// The low byte first, as calls do.
+/// Pushes an address with its low byte first, as calls do.
 fn push_address(cpu: &mut Cpu, world: &mut World<'_>, address: u16) {
     for byte in address.to_le_bytes() {
         world.push(cpu.stack, byte);
@@ -463,7 +468,7 @@ pub fn is_conditional(op: &Op) -> bool {
     matches!(op, Op::Branch(..) | Op::SkipBit(..) | Op::SkipIo(..) | Op::SkipEqual(..))
 }
 
-/// The other outcome of a conditional instruction, with its cycles.
+/// Returns the other outcome of a conditional instruction, and corrects the cycles.
 fn opposite(op: &Op, control: Control, cpu: &mut Cpu) -> Control {
     if control != Control::Next {
         cpu.cycles -= 1;

@@ -1,8 +1,9 @@
-//! Inputs that lead through all branches of a function.
+//! Finds inputs that lead through all branches of a function.
 //!
-//! Random inputs reach most places. For the others the bytes of the tape on which a branch depended are changed one by one, or set
-//! to what they were compared with (Aschermann et al., "REDQUEEN", NDSS 2019; Chen, Chen, "Angora", S&P 2018). A branch whose
-//! condition no value meets is steered, so no outcome is missed by bad luck.
+//! Random inputs reach most places. For the others, the bytes of the tape on which a branch
+//! depended are changed one by one, or set to the values that they were compared with (Aschermann
+//! et al., "REDQUEEN", NDSS 2019; Chen, Chen, "Angora", S&P 2018). A branch whose condition no
+//! value meets is steered, so that no outcome is missed by chance.
 
 use std::collections::{HashMap, HashSet};
 
@@ -11,7 +12,7 @@ use super::trail::Hint;
 
 /// Random inputs that are tried first.
 const RANDOM: u64 = 48;
-/// Inputs that are kept of those that reach a branch.
+/// The most inputs that are kept for each outcome that was not seen.
 const EXAMPLES: usize = 2;
 /// Random changes of the inputs that reach a branch whose other outcome has not been seen.
 const CHANGES: u64 = 200;
@@ -19,9 +20,9 @@ const CHANGES: u64 = 200;
 const KEPT: usize = 6;
 /// Places on the tape that hold registers.
 const REGISTERS: usize = 32;
-/// Inputs with small numbers that are tried where nothing is known of a branch.
+/// Inputs with small numbers that are tried if the values on which a branch depends are unknown.
 const SMALL: u64 = 64;
-/// Rounds without a new outcome before the search ends.
+/// Rounds without a new outcome after which the search ends.
 const PATIENCE: u32 = 2;
 
 /// An outcome of a conditional instruction.
@@ -30,19 +31,19 @@ pub type Outcome = (usize, bool);
 /// An input of a function.
 #[derive(Clone)]
 pub struct Input {
-    /// The values that it reads.
+    /// The values that the function reads.
     pub tape: Tape,
-    /// The outcomes of its first conditional instructions, whatever the values are.
+    /// The outcomes of the first conditional instructions, independent of the values.
     pub outcomes: Vec<bool>,
 }
 
 /// Inputs that reach all outcomes.
 pub struct Found {
-    /// Some random inputs, and others of which each reaches an outcome that those before do not.
+    /// Some random inputs, and others that each reach an outcome that the earlier ones do not.
     pub inputs: Vec<Input>,
-    /// Outcomes that were reached.
+    /// The number of outcomes that were reached.
     pub outcomes: usize,
-    /// Those of them whose conditions were never met.
+    /// The number of reached outcomes whose conditions were never met.
     pub steered: usize,
 }
 
@@ -56,7 +57,7 @@ struct Example {
 }
 
 impl Example {
-    /// Other values on the same way.
+    /// Returns an input with other values on the same path.
     fn with(&self, tape: Tape) -> Input {
         Input { tape, outcomes: self.outcomes.clone() }
     }
@@ -88,7 +89,8 @@ pub fn search(start: &Start<'_>, seed: u64, reached: &mut [bool]) -> Found {
     Found { inputs: search.inputs, outcomes: search.seen.len(), steered }
 }
 
-/// An input with small numbers in all registers: loops end soon, and later conditions depend on a part of the tape that is followed.
+/// Returns an input with small numbers in all registers: loops end soon, and later conditions
+/// depend on the tracked part of the tape.
 fn small(seed: u64) -> Tape {
     let mut tape = Tape { bytes: Vec::new(), seed };
     (0..REGISTERS).for_each(|place| tape.put(place, tape.at(place) & 3));
@@ -96,8 +98,9 @@ fn small(seed: u64) -> Tape {
 }
 
 impl Search<'_> {
-    /// Executes with an input and keeps it if it is of use. An execution that was cut is continued after its last new outcome until
-    /// it finds no other: else the instructions there, and the branches among them, might never be executed.
+    /// Executes with an input and keeps it if it is useful. An execution that was cut is continued
+    /// after its last new outcome until it finds no other one; otherwise the instructions there,
+    /// and the branches among them, might never be executed.
     fn attempt(&mut self, input: Input) {
         let mut next = Some(input);
         while let Some(input) = next.take() {
@@ -105,7 +108,8 @@ impl Search<'_> {
         }
     }
 
-    /// Executes with an input and keeps it if it is of use. Returns the input that leads further on the same way.
+    /// Executes with an input and keeps it if it is useful. Returns the input that continues the
+    /// same path.
     fn execute(&mut self, input: Input) -> Option<Input> {
         let steer = Steer::Outcomes(&input.outcomes);
         let Run { path, is_cut, .. } = run(self.start, &input.tape, steer, self.reached, true);
@@ -121,7 +125,7 @@ impl Search<'_> {
             let other = (step, !is_taken);
             if !self.seen.contains(&other) {
                 let examples = self.open.entry(other).or_default();
-                // One that does not say on what the outcome depends gives way to one that does.
+                // An example without known dependencies is replaced by one that has some.
                 let poor = examples.iter().position(|example| example.tag == 0 && tag != 0);
                 if let (EXAMPLES, Some(poor)) = (examples.len(), poor) {
                     examples.remove(poor);
@@ -141,7 +145,8 @@ impl Search<'_> {
         (is_cut && known > steered).then_some(kept)
     }
 
-    /// Looks for values that meet the conditions, on the way on which the conditional instructions were reached.
+    /// Searches for values that meet the conditions, on the paths on which the conditional
+    /// instructions were reached.
     fn approach_all(&mut self) {
         let mut idle = 0;
         let mut round = 0;
@@ -163,7 +168,8 @@ impl Search<'_> {
 
     /// Reaches all open outcomes against their conditions. Returns their number.
     ///
-    /// An outcome is only open if its instruction was executed, and then this reaches it: so all are reached to which branches lead.
+    /// An outcome is only open if its instruction was executed, and this function then reaches the
+    /// outcome. All targets of branches are therefore reached.
     fn steer_all(&mut self) -> usize {
         let mut steered = 0;
         for outcome in self.open_outcomes() {
@@ -177,7 +183,7 @@ impl Search<'_> {
         steered
     }
 
-    /// Changes inputs that come near an outcome, until it is seen.
+    /// Changes inputs that reach the instruction of an outcome, until the outcome is seen.
     fn approach(&mut self, outcome: Outcome, round: u64) {
         let Some(examples) = self.open.remove(&outcome) else { return };
         for example in &examples {
@@ -186,7 +192,7 @@ impl Search<'_> {
                 return;
             }
         }
-        // They depend on a part of the tape that is not followed.
+        // The examples depend on a part of the tape that is not tracked.
         if examples.iter().all(|example| example.tag == 0) {
             for number in 0..SMALL {
                 let tape = small(mix(number ^ round << 32 ^ (outcome.0 as u64) << 40));
@@ -229,10 +235,11 @@ impl Search<'_> {
         self.open.entry(outcome).or_insert(examples);
     }
 
-    /// Makes compared values equal, one too low and one too high; then all bytes on which the outcome depends the same.
+    /// Makes compared values equal, one too low and one too high; then sets all bytes on which the
+    /// outcome depends to common numbers.
     fn equal(&mut self, example: &Example) {
         for (first, change) in (0..example.hints.len()).flat_map(|n| [(n, 0), (n, 1), (n, 0xff)]) {
-            // If both values changed they would not be equal.
+            // If both values changed, they would not be equal.
             for side in [0, 1] {
                 let mut tape = example.tape.clone();
                 for (number, hint) in example.hints[first..].iter().enumerate() {
@@ -243,7 +250,7 @@ impl Search<'_> {
                 self.attempt(example.with(tape));
             }
         }
-        // Also small numbers of several bytes, for loops that count.
+        // Small numbers of several bytes are tried too, for loops that count.
         for (first, others) in
             [(0, 0), (1, 0), (2, 0), (0xff, 0xff), (0xfe, 0xff), (0x80, 0x80), (0x7f, 0x7f)]
         {

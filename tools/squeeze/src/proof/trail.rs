@@ -1,10 +1,12 @@
-//! The way of values from the tape: the bytes on which a condition depends, and the values that they were compared with.
+//! Tracks values from the tape: the bytes on which a condition depends, and the values that they
+//! were compared with.
 
 use super::cpu::Cpu;
 use super::decode::{Op, Pair, flag};
 use super::run::{FLAGS_AT, Tape};
 
-/// A comparison: for each of both values its place on the tape, if it stands there, and the other value.
+/// A comparison: for each of its two values the place on the tape, if it comes from there, and the
+/// other value.
 pub type Hint = [Option<(usize, u8)>; 2];
 
 /// The origin of each value: a bit for each of the first 128 places on the tape.
@@ -22,30 +24,30 @@ fn bit(place: usize) -> u128 {
 }
 
 impl Trail {
-    /// These registers and the flags are from the tape.
+    /// Starts with these registers and the flags from the tape.
     pub fn new(registers: u32) -> Trail {
         let of = |number: usize| if registers >> number & 1 != 0 { bit(number) } else { 0 };
         let flags = bit(FLAGS_AT);
         Trail { registers: std::array::from_fn(of), flags, copied: flags, hints: Vec::new() }
     }
 
-    /// A register is from that place of the tape, or from nowhere.
+    /// Sets the origin of a register to a place on the tape, or to none.
     pub fn set_register(&mut self, register: u8, place: Option<usize>) {
         self.registers[usize::from(register)] = place.map_or(0, bit);
     }
 
-    /// The flags are from that place of the tape.
+    /// Sets the origin of the flags to a place on the tape.
     pub fn set_flags(&mut self, place: usize) {
         self.flags = bit(place);
         self.copied = bit(place);
     }
 
-    /// The last comparisons.
+    /// Takes the last comparisons.
     pub fn take_hints(&mut self) -> Vec<Hint> {
         std::mem::take(&mut self.hints)
     }
 
-    /// The origin of the outcome of a conditional instruction.
+    /// Returns the origin of the outcome of a conditional instruction.
     pub fn condition(&self, op: &Op) -> u128 {
         match *op {
             Op::Branch(flag::T, ..) => self.copied,
@@ -57,7 +59,7 @@ impl Trail {
         }
     }
 
-    /// Follows an instruction that is executed with that core, while the tape was at that place.
+    /// Tracks an instruction; `cpu` and `cursor` are the core and the place on the tape before it.
     pub fn follow(&mut self, op: &Op, cpu: &Cpu, tape: &Tape, cursor: usize) {
         let tags = self.registers;
         let at = |register: u8| tags[usize::from(register)];
@@ -139,7 +141,7 @@ impl Trail {
         }
     }
 
-    /// Keeps the last comparisons.
+    /// Records a comparison, and keeps the last four.
     fn hint(&mut self, hint: Hint) {
         self.hints.push(hint);
         if self.hints.len() > 4 {
@@ -148,8 +150,8 @@ impl Trail {
     }
 }
 
-/// Returns the place of a value on the tape, if it is there, with the value to which it is
-/// compared.
+/// Returns the place of a value on the tape, if it comes from there, with the other value of the
+/// comparison.
 fn place(tape: &Tape, tag: u128, value: u8, other: u8) -> Option<(usize, u8)> {
     let place = tag.trailing_zeros() as usize;
     (tag.count_ones() == 1 && tape.at(place) == value).then_some((place, other))
