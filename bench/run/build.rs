@@ -1,4 +1,4 @@
-//! Sizes and functions of the machine under test, from robots/bench.toml.
+//! Generates the sizes and functions of the machine under test from robots/bench.toml.
 
 use std::path::PathBuf;
 

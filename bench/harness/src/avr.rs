@@ -1,7 +1,7 @@
-//! simavr: records with the cycle when the program writes a mark.
+//! simavr: records the cycle at which the program writes each mark.
 //!
-//! Its record is a value change dump (IEEE 1364, section 18): `$var wire 8 ! GPIOR0 $end` gives a register a sign,
-//! `#12` is a time, `b00000001 !` the new value of a register.
+//! The record is a value change dump (IEEE 1364, section 18): `$var wire 8 ! GPIOR0 $end` assigns a
+//! sign to a register, `#12` is a time, `b00000001 !` the new value of a register.
 
 use crate::error::BenchError;
 use crate::marks::{Event, ReportedMark};
@@ -13,22 +13,23 @@ use std::path::Path;
 
 pub const RUNNER: &str = "simavr";
 
-/// The name of simavr's record.
+/// The file name of simavr's record.
 const RECORD: &str = "gtkwave_trace.vcd";
-/// The record's unit is 10 ns: at 1 MHz a cycle is a hundred of them, and nothing is rounded.
+/// The unit of the record is 10 ns: at 1 MHz a cycle has a hundred units, so no time is rounded.
 const FREQUENCY: &str = "1000000";
 const UNITS_PER_CYCLE: u64 = 100;
-/// Like the ATmega328P it has a program counter of 16 bits and takes the same cycles for every instruction, but it has four
-/// times the flash: the machine with everything that it can have, and the program around it, does not fit the smaller one.
+/// The ATmega1284P has a program counter of 16 bits like the ATmega328P and takes the same cycles
+/// for every instruction, but it has four times the flash: the complete machine with its test
+/// program does not fit the ATmega328P.
 const CHIP: &str = "atmega1284p";
-/// Mark, low byte and high byte of the value.
+/// The registers of the mark, and of the low and high byte of its value.
 const REGISTERS: [&str; 3] = ["GPIOR0", "GPIOR1", "GPIOR2"];
 
 /// Runs a program.
 pub fn run(program: &Path, folder: &Path) -> Result<ReportedMark> {
     let (program, folder_text) = (program.display().to_string(), folder.display().to_string());
     let arguments = ["-m", CHIP, "-f", FREQUENCY, &program];
-    // It writes its record where it runs.
+    // simavr writes its record to the working folder.
     Line::new(RUNNER, &arguments).in_workspace(&folder_text).unannounced().output(0)?;
     let path = folder.join(RECORD);
     let record = fs::read_to_string(&path)?;
@@ -37,7 +38,7 @@ pub fn run(program: &Path, folder: &Path) -> Result<ReportedMark> {
     told.ok_or(BenchError::Record { what }.into())
 }
 
-/// The marks of a record; `None` if it cannot be read.
+/// Reads the marks of a record; `None` if it cannot be read.
 fn events(record: &str) -> Option<Vec<Event>> {
     let mut signs = [""; 3];
     let mut values = [0; 3];
@@ -52,7 +53,7 @@ fn events(record: &str) -> Option<Vec<Event>> {
             }
             [time] if time.starts_with('#') => at = time[1..].parse().ok()?,
             [bits, sign] if bits.starts_with('b') => {
-                // All are unknown before the first is written.
+                // The registers are unknown until they are written.
                 let Ok(value) = u8::from_str_radix(&bits[1..], 2) else { continue };
                 let register = signs.iter().position(|known| known == sign)?;
                 values[register] = value;
@@ -69,10 +70,10 @@ fn events(record: &str) -> Option<Vec<Event>> {
 
 fn event(at: u64, mark: Mark, [_, low, high]: [u8; 3]) -> Event {
     let value = u16::from_le_bytes([low, high]);
-    // What the machine of 16 bits calls an integer has a sign.
+    // An integer of the 16-bit machine has a sign.
     let value = match mark {
         Mark::Integer => i32::from(value as i16) as u32,
-        // The upper half of a binary32; the lower half of a tiny float is zero.
+        // The value is the upper half of a binary32; the lower half of a tiny float is zero.
         Mark::Float => u32::from(value) << 16,
         _ => u32::from(value),
     };

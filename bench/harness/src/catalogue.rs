@@ -10,7 +10,7 @@ use serde::Deserialize;
 
 const FILE: &str = "bench/reference.toml";
 
-/// All of the file.
+/// The whole file.
 #[derive(Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Catalogue {
@@ -18,14 +18,14 @@ pub struct Catalogue {
     pub scripts: Vec<BenchScript>,
 }
 
-/// A script.
+/// A benchmark script.
 #[derive(Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct BenchScript {
     pub name: String,
     /// The global `r` after the third step: an integer or a float.
     pub result: serde_json::Number,
-    /// It runs in the profile `full` only.
+    /// True if the script only runs in the profile `full`.
     #[serde(default)]
     full: bool,
     host: Option<u64>,
@@ -45,12 +45,12 @@ impl Catalogue {
 }
 
 impl BenchScript {
-    /// Returns true if it concerns a profile of numbers at all.
+    /// Returns true if the script runs in the profile of the target.
     pub fn is_for(&self, target: Target) -> bool {
         !self.full || target.profile() == Profile::Full
     }
 
-    /// Returns its cost in the reference, which has no profiles.
+    /// Returns the cost in the reference, which has no profiles.
     pub fn reference(&self, target: Target) -> Option<u64> {
         match target {
             Target::Host => self.host,

@@ -32,7 +32,7 @@ pub fn run(machine: &str, program: &Path, script: &Compiled) -> Result<ReportedM
     told.ok_or_else(|| BenchError::Silent { name: script.name.clone() }.into())
 }
 
-/// The marks up to the last; `None` if one does not come.
+/// Returns the marks up to the last one; `None` if one is missing.
 fn watch(machine: &str, program: &Path, at: u32) -> Result<Option<Vec<Event>>, QemuError> {
     let mut qemu = Qemu::start(machine, &[OsStr::new("-kernel"), program.as_os_str()])?;
     qemu.gdb.set_breakpoint(at)?;

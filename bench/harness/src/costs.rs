@@ -1,9 +1,8 @@
 //! The cost of each instruction on each chip.
 //!
-//! An image in which the instruction stands many times, beside what it needs, takes longer than one
-//! with only what it
-//! needs; the difference, divided by how many there are, is its cost. No cost depends on the place
-//! of the instruction.
+//! One image contains the instruction many times, together with the code that it needs; another
+//! image contains only that code. The difference of their costs, divided by the number of
+//! instructions, is the cost of the instruction. No cost depends on the place of the instruction.
 
 mod cases;
 mod image;
@@ -32,10 +31,10 @@ const FILE: &str = "bench/costs.json";
 pub const TARGETS: [Target; 5] =
     [Target::Avr, Target::Thumbv6m, Target::Thumbv7em, Target::Thumbv6mFull, Target::Thumbv7emFull];
 
-/// By case.
+/// Costs by the name of the case.
 type Costs = BTreeMap<String, u64>;
 
-/// `bench costs [--update] [TARGET]`
+/// Executes `bench costs [--update] [TARGET]`.
 pub fn run(targets: &[Target], update: bool) -> Result<()> {
     let mut known = load()?;
     for target in targets {
@@ -103,7 +102,7 @@ fn measure_longest(robot: &MeasuredRobot) -> Result<Costs> {
     Ok(costs)
 }
 
-/// Counts images, none twice.
+/// Counts images, each only once.
 struct Runner {
     target: Target,
     program: LinkedProgram,
@@ -115,7 +114,8 @@ impl Runner {
         Ok(Runner { target, program: LinkedProgram::build(target)?, counted: HashMap::new() })
     }
 
-    /// Counts a statement and one without the instruction, on a table of this number of cells, and returns the difference.
+    /// Counts a statement with and without the instruction, on a table of this number of cells, and
+    /// returns the difference.
     fn longest(&mut self, statement: &Statement, cells: u64) -> Result<u64> {
         let path = Path::new("bench/harness/src/costs/longest.rs");
         let profile = self.target.profile();
@@ -124,7 +124,7 @@ impl Runner {
             self.run(&Compiled::text(statement.name, path, script, profile)?)
         });
         let (with, without) = (with?.steps(), without?.steps());
-        // A collection may fall into one of the steps.
+        // A garbage collection may happen in one of the steps.
         let least =
             with.iter().zip(without).map(|(with, without)| with.saturating_sub(without)).min();
         Ok(least.unwrap_or(0))
@@ -156,7 +156,7 @@ impl Runner {
         Ok(count)
     }
 
-    /// Runs an image, which must end as all of them do.
+    /// Runs an image, which must end with the expected result.
     fn run(&self, image: &Compiled) -> Result<ReportedMark> {
         let told = self.program.run(image)?;
         if told.mark != Mark::Integer || told.value as i32 != image::EXPECTED {

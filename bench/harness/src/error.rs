@@ -14,23 +14,23 @@ pub enum BenchError {
     Table { path: PathBuf, reason: String },
     /// A script has errors.
     Script { path: PathBuf, messages: String },
-    /// A script's image is longer than the room for it.
+    /// The image of a script is longer than `ROOM`.
     TooLong { name: String },
     /// A linked program does not have a symbol.
     NoSymbol { program: PathBuf, symbol: &'static str },
-    /// The record of an emulator cannot be understood.
+    /// The record of an emulator cannot be read.
     Record { what: String },
-    /// QEMU fails.
+    /// QEMU has failed.
     Qemu(QemuError),
-    /// No mark comes.
+    /// The program sends no mark.
     Silent { name: String },
-    /// The script does not end with a result.
+    /// The script ended without a result.
     NoResult { target: &'static str, name: String, mark: Mark, value: u32 },
-    /// The script computes something else.
+    /// The script computes a wrong result.
     WrongResult { target: &'static str, name: String, result: String, expected: String },
     /// The cost of an instruction cannot be counted.
     Costs { name: String, reason: String },
-    /// Something costs more than the baseline allows.
+    /// Scripts or instructions cost more than the baseline allows.
     Grown(Vec<String>),
 }
 

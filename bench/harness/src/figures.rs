@@ -11,7 +11,7 @@ use std::collections::BTreeMap;
 
 const FILE: &str = "bench/baseline.json";
 
-/// The increase that a cost may have, in percent.
+/// The largest increase of a cost that is allowed, in percent.
 const TOLERANCE: u64 = 2;
 
 /// The cost of a script on a target.
@@ -19,16 +19,16 @@ const TOLERANCE: u64 = 2;
 pub struct Figure {
     /// Cycles or instructions of a step.
     pub count: u64,
-    /// The global `r`.
+    /// The value of the global `r`.
     pub result: Number,
 }
 
-/// By script.
+/// Figures by the name of the script.
 pub type Scripts = BTreeMap<String, Figure>;
-/// By target.
+/// Figures by the name of the target.
 pub type Counts = BTreeMap<String, Scripts>;
 
-/// The committed ones.
+/// Reads the committed costs.
 pub fn load() -> Result<Counts> {
     let path = root().join(FILE);
     let bytes = fs::read(&path)?;
@@ -36,7 +36,7 @@ pub fn load() -> Result<Counts> {
         .map_err(|error| BenchError::Table { path: FILE.into(), reason: error.to_string() }.into())
 }
 
-/// Writes the committed ones anew.
+/// Replaces the committed costs.
 pub fn save(counts: Counts) -> Result<()> {
     let path = root().join(FILE);
     let text = format!("{}\n", to_json(&counts));
@@ -44,7 +44,7 @@ pub fn save(counts: Counts) -> Result<()> {
 }
 
 pub fn to_json(counts: &Counts) -> String {
-    // One script per line: a difference shows which one.
+    // Each script has a line of its own, so that a difference shows the script.
     let scripts = |scripts: &Scripts| {
         let lines = scripts.iter().map(|(name, Figure { count, result })| {
             format!("    {name:?}: {{ \"count\": {count}, \"result\": {result} }}")
@@ -57,7 +57,7 @@ pub fn to_json(counts: &Counts) -> String {
     format!("{{\n{}\n}}", targets.collect::<Vec<_>>().join(",\n"))
 }
 
-/// Returns true if that is more than allowed.
+/// Returns true if the cost has grown by more than is allowed.
 pub fn is_more(now: u64, before: u64) -> bool {
     now * 100 > before * (100 + TOLERANCE)
 }

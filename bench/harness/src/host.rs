@@ -1,4 +1,4 @@
-//! Callgrind: counts the instructions of this computer.
+//! Callgrind: counts the instructions of a program on this computer.
 
 use crate::error::BenchError;
 use crate::marks::ReportedMark;
@@ -10,10 +10,10 @@ use std::path::Path;
 
 pub const RUNNER: &str = "valgrind";
 
-/// Counts only in the first function, and writes and forgets the count at the second one.
+/// Options that count only in the first function, and write and clear the count at the second one.
 const FUNCTIONS: [&str; 2] =
     ["--toggle-collect=bench_host::counted", "--dump-before=bench_host::write_counts"];
-/// The text before the count in a file of Callgrind's.
+/// The text before the count in a file of Callgrind.
 const TOTALS: &str = "totals: ";
 /// The number of counts that are written.
 const COUNTS: usize = 4;
@@ -22,7 +22,7 @@ const COUNTS: usize = 4;
 pub fn run(program: &Path, script: &Path, folder: &Path) -> Result<ReportedMark> {
     let out = folder.join("callgrind");
     let file = |number| folder.join(format!("callgrind.{number}"));
-    // Of an earlier run, which may have written more.
+    // An earlier run may have written more files.
     for number in 1..=COUNTS {
         let _ = fs::remove_file(file(number));
     }
@@ -48,7 +48,7 @@ fn unexpected(what: String) -> Error {
     BenchError::Record { what }.into()
 }
 
-/// The number of a mark, and its value.
+/// Parses the number of a mark, and its value.
 fn last_mark(printed: &str) -> Option<(Mark, u32)> {
     let (mark, value) = printed.trim().split_once(' ')?;
     Some((Mark::numbered(mark.parse().ok()?)?, value.parse().ok()?))

@@ -1,4 +1,4 @@
-//! The scripts' images.
+//! Compiles scripts to images.
 
 use crate::error::BenchError;
 use anyhow::Result;
@@ -25,7 +25,7 @@ pub struct Compiled {
 }
 
 impl Compiled {
-    /// An image that is no script's.
+    /// Wraps an image that does not come from a script.
     pub fn new(name: &str, image: Vec<u8>, global: u16) -> Compiled {
         Compiled { name: name.to_owned(), image, global }
     }
@@ -37,7 +37,7 @@ impl Compiled {
         Compiled::text(name, &path, text, profile)
     }
 
-    /// Compiles the text of a script, which messages name by this path.
+    /// Compiles the text of a script; messages name the script by this path.
     pub fn text(name: &str, path: &Path, text: String, profile: Profile) -> Result<Compiled> {
         let robot = bittybuzz_robot_files::find(ROBOT)?.clone();
         let options = Options {
@@ -57,7 +57,7 @@ impl Compiled {
         Ok(Compiled { name: name.to_owned(), image, global: global as u16 })
     }
 
-    /// Returns the bytes that a program has inside instead of zeros.
+    /// Returns the bytes that replace the zeros in a program.
     pub fn block(&self) -> Result<Vec<u8>, BenchError> {
         let length = u16::try_from(self.image.len()).unwrap_or(u16::MAX);
         let block = [&header(self.global, length), self.image.as_slice()].concat();

@@ -1,9 +1,8 @@
-//! The cost of a step of each benchmark script on each target, next to the C BittyBuzz and to its
-//! earlier cost.
+//! Measures the cost of a step of each benchmark script on each target, and compares it with the C
+//! BittyBuzz and with its earlier cost.
 //!
-//! The rules of counting stand in bench/README.md. Nothing here depends on the time of day or the
-//! load of the computer:
-//! every number is counted by an emulator.
+//! bench/README.md has the rules of counting. No figure depends on the time of day or the load of
+//! the computer: an emulator counts every figure.
 
 mod avr;
 mod catalogue;
@@ -65,7 +64,7 @@ enum Subject {
     },
 }
 
-/// Measures, and prints the counts beside the baseline and the C BittyBuzz.
+/// Measures, and prints the counts next to the baseline and the C BittyBuzz.
 pub fn run(wanted: &BenchArguments) -> Result<()> {
     if let Some(Subject::Costs { update, target }) = wanted.costs {
         ensure!(
@@ -106,12 +105,12 @@ pub fn check() -> Result<()> {
         println!("{}", report::table(target, &catalogue, &counts, before));
         grown.extend(figures::grown(target, &counts, before));
     }
-    // Of each instruction on one chip: it takes seconds there, minutes on all.
+    // Instructions are checked on only one chip: that takes seconds, on all chips it takes minutes.
     grown.extend(costs::check(Target::Avr)?);
     if grown.is_empty() { Ok(()) } else { Err(BenchError::Grown(grown).into()) }
 }
 
-/// Every script that the target's machine can run.
+/// Measures every script that the target's machine can run.
 fn measure(target: Target, catalogue: &Catalogue) -> Result<figures::Scripts> {
     eprintln!("bench: {}", target.name());
     let program = LinkedProgram::build(target)?;
@@ -122,7 +121,7 @@ fn measure(target: Target, catalogue: &Catalogue) -> Result<figures::Scripts> {
         let told = program.run(&compiled)?;
         let result = told.result(target, script)?;
         if script.name == VERIFICATION {
-            // The last partial byte of a count means nothing.
+            // The division discards a fraction, which is not significant.
             verification = Some(told.load() * 1024 / compiled.image.len() as u64);
         }
         counts.insert(script.name.clone(), Figure { count: told.step(), result });

@@ -1,4 +1,4 @@
-//! The marks of a program while it runs, and their meaning.
+//! The marks that a program sends while it runs, and their meaning.
 
 use crate::catalogue::BenchScript;
 use crate::error::BenchError;
@@ -6,7 +6,7 @@ use crate::target::Target;
 use bittybuzz_bench::Mark;
 use serde_json::Number;
 
-/// A mark with its value, and how many cycles or instructions came before it.
+/// A mark with its value, and the number of cycles or instructions before it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Event {
     pub at: u64,
@@ -17,15 +17,16 @@ pub struct Event {
 /// The marks of a program that has ended.
 #[derive(Debug, PartialEq, Eq)]
 pub struct ReportedMark {
-    /// In the order of `bittybuzz_bench::run`: nothing, loading, two steps; fewer if it failed.
+    /// Counts in the order of `bittybuzz_bench::run`: nothing, loading, two steps; fewer if the
+    /// program failed.
     pub counts: Vec<u64>,
-    /// The last mark, and its value.
+    /// The last mark; `value` belongs to it.
     pub mark: Mark,
     pub value: u32,
 }
 
 impl ReportedMark {
-    /// From the marks of a run; `None` if they do not belong together.
+    /// Evaluates the marks of a run; `None` if they do not belong together.
     pub fn from_events(events: &[Event]) -> Option<ReportedMark> {
         let (last, pairs) = events.split_last()?;
         let counts = pairs.chunks(2).map(|pair| match pair {
@@ -46,7 +47,7 @@ impl ReportedMark {
         self.count(1)
     }
 
-    /// The cost of each of the two steps.
+    /// Returns the cost of each of the two steps.
     pub fn steps(&self) -> [u64; 2] {
         [self.count(2), self.count(3)]
     }
@@ -57,8 +58,8 @@ impl ReportedMark {
         (second + third) / 2
     }
 
-    /// Returns true if both steps cost the same, except for the instruction by which QEMU may be
-    /// off.
+    /// Returns true if both steps cost the same, except for one instruction, by which QEMU may be
+    /// wrong.
     pub fn is_steady(&self) -> bool {
         self.count(2).abs_diff(self.count(3)) <= 1
     }
@@ -69,7 +70,7 @@ impl ReportedMark {
         u64::saturating_sub(count(index), count(0))
     }
 
-    /// The result, if it is right.
+    /// Returns the result, or an error if it is not the expected one.
     pub fn result(&self, target: Target, script: &BenchScript) -> Result<Number, BenchError> {
         let (target_name, name) = (target.name(), script.name.clone());
         let result = match self.mark {

@@ -1,4 +1,4 @@
-//! The programs that run scripts: linked once, and given each script's image.
+//! The programs that run scripts: they are linked once, and then get the image of each script.
 
 use crate::error::BenchError;
 use crate::images::Compiled;
@@ -17,7 +17,7 @@ use std::path::{Path, PathBuf};
 /// The workspace of the program for this computer.
 pub const HOST: &str = "bench/host";
 
-/// The program of a chip; `None` for this computer.
+/// Returns the program of a chip; `None` for this computer.
 fn of_chip(target: Target) -> Option<chip::Program> {
     const V6M: &str = "thumbv6m-none-eabi";
     const V7EM: &str = "thumbv7em-none-eabihf";
@@ -33,7 +33,7 @@ fn of_chip(target: Target) -> Option<chip::Program> {
     }
 }
 
-/// The emulator, or Callgrind, that runs the program of a target.
+/// Returns the emulator, or Callgrind, that runs the program of a target.
 fn runner(target: Target) -> &'static str {
     match target {
         Target::Host => host::RUNNER,
@@ -89,7 +89,7 @@ impl LinkedProgram {
         }
     }
 
-    /// The program with a script inside.
+    /// Returns the program with a script in it.
     fn with(&self, block: &[u8]) -> Result<Vec<u8>, BenchError> {
         let no_symbol = || BenchError::NoSymbol { program: self.path.clone(), symbol: SYMBOL };
         let at = file_offset(&self.bytes, SYMBOL).ok_or_else(no_symbol)?;
@@ -115,7 +115,7 @@ fn file_offset(elf: &[u8], symbol: &str) -> Option<usize> {
     usize::try_from(start + symbol.address().checked_sub(section.address())?).ok()
 }
 
-/// The address of a function of an ELF file, without the bit that says Thumb.
+/// Returns the address of a function of an ELF file, without the bit that marks Thumb code.
 pub fn address(path: &Path, symbol: &'static str) -> Result<u32> {
     let bytes = fs::read(path)?;
     let file = object::File::parse(bytes.as_slice());

@@ -1,4 +1,4 @@
-//! The table for people.
+//! Prints the figures as a table for people.
 
 use crate::catalogue::{BenchScript, Catalogue};
 use crate::figures::{Figure, Scripts};
@@ -6,14 +6,14 @@ use crate::target::Target;
 use crate::{COLLECTION, FIB, NO_COLLECTION, VERIFICATION};
 use std::fmt::Write;
 
-/// The derived figures that follow the scripts, with their names.
+/// The computed rows that follow the scripts, with their titles.
 const DERIVED: [(&str, &str); 3] = [
     (FIB, "fib, per call"),
     (COLLECTION, "collection of a full heap"),
     (VERIFICATION, "verification, per 1024 bytes"),
 ];
 
-/// A target's figures beside the reference's and the committed ones.
+/// Returns a target's figures next to those of the reference and the committed ones.
 pub fn table(
     target: Target,
     catalogue: &Catalogue,
@@ -68,7 +68,7 @@ fn write_table(
     Ok(())
 }
 
-/// Against the committed count, in percent.
+/// Returns the change from the committed count, in percent.
 fn change(now: u64, before: Option<&Scripts>, name: &str) -> String {
     match before.and_then(|before| before.get(name)).map(|figure| figure.count) {
         None => "new".to_owned(),
@@ -81,7 +81,7 @@ fn geometric_mean(ratios: &[f64]) -> f64 {
     (ratios.iter().map(|ratio| ratio.ln()).sum::<f64>() / ratios.len() as f64).exp()
 }
 
-/// With a comma between thousands.
+/// Formats a number with a comma between thousands.
 fn grouped(number: u64) -> String {
     let digits = number.to_string();
     let mut out = String::new();

@@ -1,4 +1,4 @@
-//! The targets of measurements: a machine for a core.
+//! The targets of measurements.
 
 use bittybuzz_robot_spec::Profile;
 
@@ -43,7 +43,7 @@ impl Target {
         }
     }
 
-    /// Returns the unit of its counts.
+    /// Returns the unit of the target's counts.
     pub fn unit(self) -> &'static str {
         match self {
             Target::Host => "instructions of the host, by Callgrind",

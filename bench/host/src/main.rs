@@ -1,8 +1,8 @@
-//! The benchmark program of the host, see `bittybuzz_bench`: `bench-host FILE`, with the script as other programs
-//! have it inside.
+//! The benchmark program of the host, see `bittybuzz_bench`: `bench-host FILE`, where the file has
+//! the bytes that other programs contain.
 //!
-//! Callgrind counts what is executed in [`counted`], and writes a file at each [`write_counts`]. What the last mark says
-//! is printed: its number and the value.
+//! Callgrind counts the instructions that are executed in [`counted`], and writes a file at each
+//! [`write_counts`]. The program prints the number and the value of the last mark.
 
 use std::hint::black_box;
 use std::process::ExitCode;
@@ -27,13 +27,13 @@ impl Meter for Callgrind {
     }
 }
 
-/// Callgrind counts in this function only.
+/// Runs the work. Callgrind counts only in this function.
 #[inline(never)]
 fn counted(work: &mut dyn FnMut()) {
     black_box(work)();
 }
 
-/// Callgrind writes its counts, and clears them, when this function is called.
+/// Does nothing: Callgrind writes and clears its counts when this function is called.
 #[inline(never)]
 fn write_counts() {
     black_box(());

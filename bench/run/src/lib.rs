@@ -1,16 +1,19 @@
 //! The benchmark program of every chip: it loads an image, runs its steps, and marks the counted parts.
 //!
 //! # Principles
-//! 1. **One program for all scripts.** `cargo xtask bench` compiles a script and puts the image into the linked program,
-//!    in place of [`ROOM`] bytes of zeros. So the compiler of the program cannot know the script, and every script runs the
-//!    same machine code.
-//! 2. **The program does not count**, whoever runs it does: the program only [marks](Mark) where. Marks cost something, so
-//!    the first thing counted is nothing.
-//! 3. **The machine is the robots' own**, every check on; its sizes are those of robots/bench.toml.
+//! 1. **One program for all scripts.** `cargo xtask bench` compiles a script and puts the image
+//!    into the linked program, in place of [`ROOM`] bytes of zeros. The compiler of the program
+//!    therefore cannot know the script, and every script runs the same machine code.
+//! 2. **The program does not count.** It only [marks](Mark) places, and the emulator or debugger
+//!    that runs it counts. Marks have a cost themselves, so the first measurement is of an empty
+//!    section.
+//! 3. **The machine is the same as on the robots**, with every check on; its sizes are those of
+//!    robots/bench.toml.
 //!
 //! # Neighbours
-//! Before each step there are [`NEIGHBORS`] robots in sight, with ids from 2 on, at 10 mm, 20 mm and so on. If the script has
-//! broadcast an integer, each of them sends the same on its topic: the first 0, the next 1 and so on.
+//! Before each step, [`NEIGHBORS`] robots are in sight, with ids from 2 on, at 10 mm, 20 mm and so
+//! on. If the script has broadcast an integer, each of them sends an integer on the same topic: the
+//! first 0, the next 1 and so on.
 
 #![no_std]
 #![forbid(unsafe_code)]
@@ -33,7 +36,7 @@ mod robot {
 /// The memory that the machine may take on the smallest chip, its queues of messages included.
 pub const MEMORY: usize = robot::MEMORY;
 
-/// The machine's memory for other robots.
+/// The machine's capacities for neighbors, stigmergy entries and swarms.
 const SIZES: Sizes = Sizes {
     neighbors: robot::NEIGHBORS as u8,
     bearings: robot::BEARINGS != 0,
@@ -44,7 +47,7 @@ const SIZES: Sizes = Sizes {
 /// The machine under test.
 pub type Machine<P, C> = Vm<P, C, { robot::SLOTS + SIZES.slots() }>;
 
-/// Robots in sight.
+/// The number of robots in sight.
 pub const NEIGHBORS: u8 = 8;
 
 /// The id of the robot under test.
@@ -52,14 +55,14 @@ const ROBOT_ID: u16 = 1;
 /// The id of the first of its neighbours.
 const FIRST_NEIGHBOR: u16 = 2;
 
-/// Budget of a slice.
+/// Instructions of a slice.
 const BUDGET: u16 = u16::MAX;
 
-/// The number of slices after which an entry is given up: several times the need of the longest
+/// The number of slices after which an entry is aborted: several times the need of the longest
 /// script.
 const MOST_SLICES: u16 = 200;
 
-/// A mark of the program for its caller. The numbers are the protocol between the two.
+/// A mark that the program sends to its caller. The numbers are the protocol between the two.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[repr(u8)]
 pub enum Mark {
@@ -67,22 +70,22 @@ pub enum Mark {
     Begin = 1,
     /// Counting ends.
     End = 2,
-    /// The end. The result is this integer.
+    /// The program ends. The result is this integer.
     Integer = 3,
-    /// The end. The result is a float; its binary32 bits.
+    /// The program ends. The result is a float, of which these are the binary32 bits.
     Float = 4,
-    /// The end. The result is of a type with this number.
+    /// The program ends. The result has the type with this number.
     Other = 5,
-    /// The end: the image is refused.
+    /// The program ends: the image is refused.
     Refused = 6,
-    /// The end: a fault with this number.
+    /// The program ends: a fault with this number.
     Fault = 7,
-    /// The end: an entry takes too long.
+    /// The program ends: an entry takes too long.
     Endless = 8,
 }
 
 impl Mark {
-    /// The mark with this number.
+    /// Returns the mark with this number.
     pub fn numbered(number: u32) -> Option<Mark> {
         use Mark::{Begin, End, Endless, Fault, Float, Integer, Other, Refused};
         let all = [Begin, End, Integer, Float, Other, Refused, Fault, Endless];
@@ -90,9 +93,10 @@ impl Mark {
     }
 }
 
-/// The way from the program to its caller.
+/// The connection from the program to its caller.
 pub trait Meter {
-    /// Says something. On the AVR the upper half of the value gets lost, of a float the lower half, which is zero there.
+    /// Sends a mark. The AVR sends only the lower half of the value; for a float only the upper
+    /// half, because the lower half is zero there.
     fn mark(&mut self, mark: Mark, value: u32);
 
     /// Counts the cost of `work`.
@@ -105,8 +109,8 @@ pub trait Meter {
     }
 }
 
-/// Counts in this order: nothing; verifying and loading the image; the second step; the third step.
-/// Then reports the value of the global of that number.
+/// Counts, in this order: an empty section; verifying and loading the image; the second step; the
+/// third step. Then reports the value of the global with that number.
 pub fn run<P: Profile, C: ByteCode>(
     vm: &mut Machine<P, C>,
     image: Image<C>,
@@ -129,7 +133,8 @@ fn count_all<P: Profile, C: ByteCode>(
 ) -> Result<(), (Mark, u32)> {
     meter.count(|| ());
     meter.count(|| load(vm, image)).map_err(|()| (Mark::Refused, 0))?;
-    // How far they are is the link's work to find out.
+    // Measuring distances is the task of the link, so they are prepared outside of the counted
+    // work.
     let distances = core::array::from_fn(|number| Value::float_from_int(10 * (number as i32 + 1)));
     let frames = [P::Frame::ZERO; NEIGHBORS as usize];
     let mut robot = BenchHost { frames, length: 0, coming: 0, distances };
@@ -153,7 +158,7 @@ fn approach<P: Profile, C: ByteCode>(vm: &mut Machine<P, C>, robot: &mut BenchHo
     let Some(sent) = robot.frames.first().copied() else { return };
     for (number, frame) in (0..).zip(&mut robot.frames) {
         *frame = sent;
-        // The sender, and the integer behind the topic (docs/wire-format.md).
+        // Sets the sender, and the integer after the topic (docs/wire-format.md).
         if let [_, low, high, rest @ ..] = frame.as_mut() {
             [*low, *high] = (FIRST_NEIGHBOR + u16::from(number)).to_le_bytes();
             if let Some(byte) = rest.get_mut(P::WORD_BYTES) {
@@ -168,13 +173,13 @@ fn load<P: Profile, C: ByteCode>(vm: &mut Machine<P, C>, image: Image<C>) -> Res
     vm.load(image, is_known).map_err(drop)
 }
 
-/// Returns true if the robot has this function. Not a search in a table, which the AVR would keep
-/// in RAM.
+/// Returns true if the robot has this function. The search is not in a table, because the AVR would
+/// keep the table in RAM.
 fn is_known(function: u16) -> bool {
     matches!(function, robot::function::LED | robot::function::MOTORS)
 }
 
-/// Does the work of a robot at a tick. Not inlined, so that there is one copy, as in a robot.
+/// Does the work of a robot at a tick. It is not inlined, so that there is one copy, as on a robot.
 #[inline(never)]
 fn enter<P: Profile, C: ByteCode>(
     vm: &mut Machine<P, C>,
@@ -204,14 +209,14 @@ fn result<P: Profile>(value: Value<P>) -> (Mark, u32) {
     }
 }
 
-/// A robot whose functions do nothing, and the frames of its neighbours. It is measured on chips without an allocator, so it
-/// must cost less than that of `bittybuzz-testkit`.
+/// A robot whose functions do nothing, with the frames of its neighbours. It runs on chips without
+/// an allocator, so it must cost less than the host of `bittybuzz-testkit`.
 struct BenchHost<P: Profile> {
     /// The messages of the neighbours: the first one has the script's last broadcast.
     frames: [P::Frame; NEIGHBORS as usize],
-    /// Its length, 0 if there was none.
+    /// The length of the last broadcast, 0 if there was none.
     length: usize,
-    /// The number of neighbours that have still to send it.
+    /// The number of neighbours that still have to send the broadcast.
     coming: u8,
     /// The distances of the neighbours, floats in mm.
     distances: [Value<P>; NEIGHBORS as usize],
@@ -225,7 +230,7 @@ impl<P: Profile> Host<P> for BenchHost<P> {
         _: Arguments<'_, P, C, SLOTS>,
         _: bool,
     ) -> Result<Reply<P>, RobotFault> {
-        // All that were known when the image was loaded.
+        // Loading has accepted the same functions.
         if is_known(function) {
             Ok(Reply::Value(Value::nil()))
         } else {

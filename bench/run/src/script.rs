@@ -1,23 +1,22 @@
-//! The place of a script in a linked program: in place of [`ROOM`] bytes, a header and the image.
+//! The script in a linked program: a header and the image replace [`ROOM`] bytes.
 
-/// The symbol under which a program keeps these bytes.
+/// The symbol of these bytes.
 pub const SYMBOL: &str = "BENCH_SCRIPT";
 
-/// The number of these bytes.
+/// The number of bytes for header and image.
 pub const ROOM: usize = 4096;
 
-/// The number of bytes before the image: two `u16`, least significant byte first. The number of the
-/// global that holds
-/// the result, and the length of the image.
+/// The number of bytes before the image: two `u16`, least significant byte first. They are the
+/// number of the global that holds the result, and the length of the image.
 pub const HEADER: usize = 4;
 
-/// The header.
+/// Returns the header.
 pub fn header(global: u16, length: u16) -> [u8; HEADER] {
     let ([g0, g1], [l0, l1]) = (global.to_le_bytes(), length.to_le_bytes());
     [g0, g1, l0, l1]
 }
 
-/// The number of the global and the image.
+/// Splits bytes into the number of the global and the image.
 pub fn split(bytes: &[u8]) -> (u16, &[u8]) {
     match bytes {
         [g0, g1, l0, l1, rest @ ..] => {

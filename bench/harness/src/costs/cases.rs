@@ -1,4 +1,4 @@
-//! The counted cases: every instruction in its usual form, and in its longer ones.
+//! The measured cases: every instruction in its usual form, and in its longer ones.
 
 use super::image::{
     Body, CLOSURE, CONSTANT, FAR_GLOBAL, FAR_LOCAL, FIRST_FIELD, LARGE, LAST_FIELD, LED,
@@ -7,21 +7,21 @@ use super::image::{
 use bittybuzz_vm_core::builtin::{self, Library};
 use bittybuzz_vm_core::opcode as op;
 
-/// Instructions on a function that is being written.
+/// Writes instructions to a function.
 type Write = Box<dyn Fn(&mut Body)>;
 
-/// An instruction, and the name of one of its costs.
+/// An instruction in one of its cases.
 pub struct Case {
     pub opcode: u8,
-    /// Empty for the most frequent one.
+    /// The name of the case; empty for the most frequent one.
     pub label: &'static str,
     pub place: Place,
     /// The number of times that the instruction is in the image; its results must fit the stack and
     /// the heap.
     pub times: usize,
-    /// The code around the instruction,
+    /// The code that the instruction needs, without the instruction.
     pub without: Write,
-    /// and the same code with the instruction.
+    /// That code together with the instruction.
     pub with: Write,
 }
 
@@ -57,7 +57,7 @@ impl Cases {
         &mut self.0[last]
     }
 
-    /// An instruction without operand.
+    /// Adds an instruction without operand.
     fn plain(
         &mut self,
         opcode: u8,
@@ -67,7 +67,7 @@ impl Cases {
         self.add(opcode, label, before, move |body| body.plain(opcode))
     }
 
-    /// An instruction with an operand.
+    /// Adds an instruction with an operand.
     fn operand(
         &mut self,
         opcode: u8,
@@ -79,7 +79,7 @@ impl Cases {
     }
 }
 
-/// Every case.
+/// Returns every case.
 pub fn all() -> Vec<Case> {
     let mut cases = Cases::default();
     constants(&mut cases);
@@ -172,7 +172,7 @@ const ELEMENT: &str = "element of an array";
 const LAST: &str = "last of 12 fields";
 
 fn tables(cases: &mut Cases) {
-    // Few: they take cells.
+    // Few repetitions, because each table takes heap cells.
     cases.plain(op::TABLE_NEW, "", nothing).times = 2;
     let local = |local| move |body: &mut Body| body.operand(op::LOCAL_GET, local);
     let element = |body: &mut Body| {
@@ -213,7 +213,8 @@ fn tables(cases: &mut Cases) {
 
 const AND_BACK: &str = "and `RETURN_NIL` of the callee";
 
-/// A call never comes without its return; so these are counted together.
+/// Adds calls and returns, which are counted together, because a call never comes without its
+/// return.
 fn calls(cases: &mut Cases) {
     cases.operand(op::CALL, AND_BACK, 0, |body| body.operand(op::FUNCTION, NOTHING));
     cases.operand(op::CALL, "of a closure, and `RETURN_NIL`", 0, |body| {
@@ -241,7 +242,7 @@ fn calls(cases: &mut Cases) {
 const TAKEN: &str = "jumps";
 const NOT_TAKEN: &str = "goes on";
 
-/// The comparisons, in the order of their jumps, with whether they hold for 3 and 2.
+/// The comparisons, in the order of their jumps, and true for those that hold for 3 and 2.
 const COMPARISONS: [(u8, bool); 10] = [
     (op::JUMP_EQ, false),
     (op::JUMP_NE, true),
@@ -291,7 +292,7 @@ fn jumps(cases: &mut Cases) {
         });
     }
     for (opcode, holds) in COMPARISONS {
-        // Equal to itself, neither less nor more; 2 and 3 the other way round.
+        // Operands with the opposite outcome: 3 and 3 for equality, else 2 and 3.
         let turned = match opcode {
             op::JUMP_EQ | op::JUMP_NE => [3, 3],
             _ => [2, 3],

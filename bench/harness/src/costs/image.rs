@@ -1,4 +1,4 @@
-//! Images in which an instruction stands many times.
+//! Images that contain an instruction many times.
 
 use crate::error::BenchError;
 use crate::images::Compiled;
@@ -11,14 +11,14 @@ use bittybuzz_vm_core::opcode as op;
 
 /// The global with the result.
 const RESULT: i32 = 0;
-/// The value after every step that ended as it should.
+/// The result of every step that ended as it should.
 pub const EXPECTED: i32 = 7;
 
 /// Globals that hold tables and a closure.
 const SMALL_GLOBAL: i32 = 1;
 const LARGE_GLOBAL: i32 = 2;
 const CLOSURE_GLOBAL: i32 = 3;
-/// One with a short form.
+/// A global that has a short form.
 pub const NEAR_GLOBAL: i32 = 4;
 /// A global that has no short form.
 pub const FAR_GLOBAL: i32 = 20;
@@ -47,7 +47,7 @@ pub const CAPTURING: i32 = 4;
 /// The imported robot function.
 pub const LED: i32 = 0;
 
-/// The place of the instructions in question.
+/// The place of the measured instructions.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Place {
     /// In `step`, after its locals.
@@ -80,11 +80,13 @@ impl Body {
         self.operand(op::INT, value);
     }
 
-    /// A number as a whole word: an integer, or the float of a half, one, one and a half, two ...
+    /// Writes a number as a whole word: an integer, or the float of a half, one, one and a half,
+    /// two ...
     pub fn word(&mut self, opcode: u8, value: u32) {
         let bits = match (opcode, self.profile) {
             (op::FLOAT | op::FLOAT_HALF, Profile::Full) => (value as f32 / 2.0).to_bits(),
-            // 1 sign, 6 exponent, 9 fraction; so these are the upper bits of a binary32 of another bias.
+            // 1 bit of sign, 6 of exponent, 9 of fraction: the upper bits of a binary32 with
+            // another bias.
             (op::FLOAT | op::FLOAT_HALF, Profile::Tiny) => {
                 ((value as f32 / 2.0).to_bits() >> 14).wrapping_sub((127 - 31) << 9)
             }
@@ -113,21 +115,22 @@ impl Body {
         self.builder.local_add(local, 1, SOURCE);
     }
 
-    /// A jump to the next instruction.
+    /// Writes a jump to the next instruction.
     pub fn jump(&mut self, opcode: u8) {
         let next = self.builder.label();
         self.builder.jump(opcode, next, SOURCE);
         self.builder.bind(next, SOURCE);
     }
 
-    /// Writes the same with an integer to compare with.
+    /// Writes a jump to the next instruction that compares with an integer.
     pub fn jump_int(&mut self, opcode: u8, immediate: i8) {
         let next = self.builder.label();
         self.builder.jump_int(opcode - op::WITH_INT, immediate.into(), next, SOURCE);
         self.builder.bind(next, SOURCE);
     }
 
-    /// A constant, a `JUMP_FALSE` that does not jump, and a `JUMP`. That needs something to jump over, and that a way to it.
+    /// Writes a constant, a `JUMP_FALSE` that does not jump, and a `JUMP`. The `JUMP` needs code to
+    /// jump over, and `JUMP_FALSE` makes that code reachable.
     pub fn jump_over(&mut self) {
         let [over, end] = [self.builder.label(), self.builder.label()];
         self.int(1);
@@ -139,7 +142,7 @@ impl Body {
         self.builder.bind(end, SOURCE);
     }
 
-    /// `AND` or `OR`, with a constant that is not reached if it jumps.
+    /// Writes `AND` or `OR`, with a constant that is not reached if the instruction jumps.
     pub fn and_or(&mut self, opcode: u8) {
         let end = self.builder.label();
         self.builder.jump(opcode, end, SOURCE);
@@ -147,8 +150,8 @@ impl Body {
         self.builder.bind(end, SOURCE);
     }
 
-    /// Uses enough of the stack that the frame is as large with the instructions in question as
-    /// without.
+    /// Uses so large a part of the stack that the frame has the same size with and without the
+    /// measured instructions.
     fn reach_high(&mut self) {
         for _ in 0..ROOM {
             self.plain(op::NIL);
@@ -163,7 +166,7 @@ impl Body {
     }
 }
 
-/// No source at all.
+/// A placeholder, because these images have no source.
 const SOURCE: Span = Span { file: bittybuzz_compiler::source::FileId(0), start: 0, end: 0 };
 
 /// Returns an image whose step has the instructions `times` times.
@@ -210,10 +213,11 @@ pub fn image(
     Ok(Compiled::new(name, image, RESULT as u16))
 }
 
-/// Enough that a collection comes in between, and leaves room for the cells of three steps.
+/// The number of discarded tables: enough for a collection to happen before the steps, with room
+/// left for the cells of three steps.
 const GARBAGE: usize = 5;
 
-/// Makes the tables and the closure, so that no step has to.
+/// Makes the tables and the closure, so that no step has to make them.
 fn global_code(mut body: Body) -> Body {
     body.plain(op::TABLE_NEW);
     for key in 0..2 {

@@ -1,8 +1,10 @@
-//! The longest that instructions take on a robot: scripts in which a statement works on as much as the robot's memory holds.
+//! The longest times of instructions on a robot: scripts with a statement that works on the largest
+//! data that the robot's memory holds.
 //!
-//! The benchmark machine has the memory of a Kilobot and steps that repeat. So a statement is counted on two tables that fit
-//! three times, one for each step, and what it takes on a table that fills a robot's heap follows from the two counts: the time of
-//! an instruction grows in proportion to what it works on, which the test `instruction_time` shows.
+//! The benchmark machine has the memory of a Kilobot and repeats its steps. A statement is
+//! therefore counted on two small tables, each of which fits three times, one for each step. The
+//! time on a table that fills a robot's heap is computed from the two counts: the time of an
+//! instruction grows linearly with the size of its data, which the test `instruction_time` shows.
 
 use crate::target::Target;
 use bittybuzz_robot_spec::Profile;
@@ -11,41 +13,41 @@ use bittybuzz_robot_spec::Profile;
 pub const FEW_CELLS: u64 = 3;
 pub const MORE_CELLS: u64 = 7;
 
-/// A robot of which the longest instructions are published.
+/// A robot for which the longest times are published.
 pub struct MeasuredRobot {
     pub name: &'static str,
     pub target: Target,
 }
 
-/// One for each chip.
+/// One robot for each chip.
 pub const ROBOTS: [MeasuredRobot; 3] = [
     MeasuredRobot { name: "kilobot", target: Target::Avr },
     MeasuredRobot { name: "zooids", target: Target::Thumbv6m },
     MeasuredRobot { name: "crazyflie", target: Target::Thumbv7emFull },
 ];
 
-/// A statement that is counted.
+/// A measured statement.
 pub struct Statement {
-    /// The instruction that takes the time, and its operand.
+    /// The instruction that takes most of the time, and its operand.
     pub name: &'static str,
-    /// Code that makes a table `t`, with `N` for a number of elements.
+    /// Code that fills a table `t` with `N` elements.
     table: &'static str,
-    /// Elements per cell of that table; 0 if the statement does not depend on a table.
+    /// Elements per cell of the table; 0 if the statement does not depend on a table.
     pub per_cell: u64,
-    /// Code of `init()`.
+    /// The code of `init()`.
     init: &'static str,
     /// A statement of `step()` in both scripts.
     always: &'static str,
-    /// Instructions of that length in the statement.
+    /// The number of measured instructions in the statement.
     pub times: u64,
     with: &'static str,
     /// A statement with the same operands, but without the instruction.
     without: &'static str,
 }
 
-/// Elements under keys that are no array's.
+/// Elements with keys that do not belong to an array.
 const PAIRS: &str = "for(i = 1, i <= N, i = i + 1) t[0 - i] = 1";
-/// An array of which only the first and the last element are left.
+/// An array in which only the first and the last element remain.
 const GAP: &str = "for(i = 0, i < N, i = i + 1) t[i] = 1
     for(i = 1, i < N - 1, i = i + 1) t[i] = nil";
 const ARRAY: &str = "for(i = 0, i < N, i = i + 1) t[i] = 1";
@@ -72,8 +74,8 @@ const fn alone(
     Statement { name, table: "", per_cell: 0, init, always: "", times: 1, with, without }
 }
 
-/// A statement that is counted where it stands twice: the step that sends something ends with work that does not depend
-/// on how often.
+/// Counts the second of two equal statements: a step that sends ends with work that does not depend
+/// on the number of messages.
 const fn repeated(name: &'static str, init: &'static str, statement: &'static str) -> Statement {
     Statement {
         name,
@@ -87,20 +89,20 @@ const fn repeated(name: &'static str, init: &'static str, statement: &'static st
     }
 }
 
-/// The largest array that eight fragments hold with the head of an entry of a stigmergy.
+/// The largest array that fits into eight fragments with the head of an entry of a stigmergy.
 const LONG: &str = "v = stigmergy.create(1) m = {} for(i = 0, i < M, i = i + 1) m[i] = i";
 
-/// A table with that number of pairs.
+/// A table with the same number of pairs.
 const LONG_PAIRS: &str =
     "v = stigmergy.create(1) m = {} for(i = 1, i <= M, i = i + 1) m[0 - i] = i";
 
-/// All neighbors of the benchmark, each of which takes an instruction.
+/// `neighbors.kin` takes an instruction for each neighbor of the benchmark.
 const KIN: Statement = Statement {
     times: bittybuzz_bench::NEIGHBORS as u64,
     ..alone("CALL_BUILTIN, `neighbors.kin`, each neighbor", "", "neighbors.kin()", "")
 };
 
-/// The largest and the smallest number.
+/// The largest and the smallest float.
 const FAR_APART: &str = "v = 1.7 while(v * 2.0 != v) { w = v v = v * 2.0 }
     v = w w = 1.3 while(w * 0.5 != 0) w = w * 0.5";
 
@@ -153,7 +155,7 @@ pub const STATEMENTS: [Statement; 32] = [
 ];
 
 impl Statement {
-    /// The script whose step has the statement, or the one without the instruction.
+    /// Returns the script whose step has the statement, or the one without the instruction.
     pub fn script(&self, profile: Profile, cells: u64, has_instruction: bool) -> String {
         let count = self.per_cell * cells;
         let statement = if has_instruction { self.with } else { self.without };
