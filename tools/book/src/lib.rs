@@ -1,15 +1,16 @@
 //! Builds the book: the pages of `docs/`, and the pages of other folders that they link to.
 //!
 //! # Principles
-//! * `docs/` is an ordinary mdBook, so `mdbook serve docs` shows it to whoever writes it. This program adds the rest of the
-//!   repository: a page outside `docs/` that a chapter links to becomes a chapter, and any other file a text file of the
-//!   book, so that the book needs no host and no network.
-//! * A link that leads nowhere is an error: the links of the HTML that was written are followed, anchors included.
+//! * `docs/` is an ordinary mdBook, so authors can view it with `mdbook serve docs`. This program
+//!   adds the rest of the repository: a page outside `docs/` that a chapter links to becomes a
+//!   chapter, and any other file becomes a text file of the book, so that the book needs no host
+//!   and no network.
+//! * A broken link is an error: the links of the generated HTML are followed, anchors included.
 //! * A robot's page is generated from its robot file, and committed, so that it can be read in the repository too. A test
 //!   compares; `UPDATE_DOCS=1 cargo test --locked -p bittybuzz-book` writes the pages.
 //!
 //! # What it will not do
-//! It fetches nothing: addresses on the network are not tried.
+//! It does not check addresses on the network.
 
 pub mod links;
 mod outside;

@@ -1,4 +1,4 @@
-//! Follows the links of the book as it was written.
+//! Checks the links of the generated book.
 
 use anyhow::{Context, Result, ensure};
 use fs_err as fs;
@@ -6,7 +6,7 @@ use scraper::{Html, Selector};
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
 
-/// The page that has all others once more, for printers: its links are those of the others.
+/// The page that repeats all others for printing; its links are the same as theirs.
 const PRINT: &str = "print.html";
 
 /// The links and the anchors of a page.
@@ -15,7 +15,7 @@ struct Page {
     anchors: BTreeSet<String>,
 }
 
-/// Fails with all links that lead nowhere.
+/// Checks all links, and fails with the list of those that lead nowhere.
 pub fn check(book: &Path) -> Result<()> {
     let mut pages = BTreeMap::new();
     read(book, &mut pages)?;
@@ -35,7 +35,7 @@ pub fn check(book: &Path) -> Result<()> {
     Ok(())
 }
 
-/// Reads all pages of a folder and of those in it.
+/// Reads all pages of a folder and its subfolders.
 fn read(folder: &Path, pages: &mut BTreeMap<PathBuf, Page>) -> Result<()> {
     for entry in fs::read_dir(folder)? {
         let path = entry?.path();
@@ -54,7 +54,7 @@ fn read(folder: &Path, pages: &mut BTreeMap<PathBuf, Page>) -> Result<()> {
     Ok(())
 }
 
-/// The values of attributes of all elements that a selector of constant text finds.
+/// Returns the values of attributes of all elements that match a selector.
 fn values(html: &Html, selector: &'static str, attributes: &[&str]) -> Vec<String> {
     let Ok(selector) = Selector::parse(selector) else { return Vec::new() };
     let elements = html.select(&selector);

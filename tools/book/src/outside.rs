@@ -1,7 +1,8 @@
-//! Takes what chapters link to outside `docs/` into the book.
+//! Adds the files outside `docs/` that chapters link to.
 //!
-//! Chapters are written for readers of the repository, so their links are paths between its files. In the book a page of
-//! another folder is the chapter `repository/PATH`, and every other file is the text `files/PATH.txt`, which a browser shows.
+//! Chapters are written for readers of the repository, so their links are paths between its files.
+//! In the book, a page of another folder becomes the chapter `repository/PATH`, and every other
+//! file the text `files/PATH.txt`, which a browser shows.
 
 use crate::DOCS;
 use anyhow::{Context, Result, ensure};
@@ -17,18 +18,18 @@ const PAGES: &str = "repository";
 /// The folder of all other files, in the book.
 const FILES: &str = "files";
 
-/// The title of the part that has the chapters from outside `docs/`.
+/// The title of the part with the chapters from outside `docs/`.
 const PART: &str = "Pages of the repository";
 
 /// A text file of the book.
 pub struct TextFile {
-    /// Its path in the book.
+    /// The path in the book.
     path: PathBuf,
     text: String,
 }
 
 impl TextFile {
-    /// Writes it into the folder of the book.
+    /// Writes the file into the folder of the book.
     pub fn write(&self, book: &Path) -> Result<()> {
         let path = book.join(&self.path);
         fs::create_dir_all(path.parent().context("a file without a folder")?)?;
@@ -74,7 +75,7 @@ struct Found {
 /// Returns the text of the page with its links as they are in the book.
 fn relinked(root: &Path, page: &Path, text: &str, found: &mut Found) -> String {
     let mut content = text.to_owned();
-    // From the end, so that the places before stay right.
+    // The last link comes first, so that the positions of the others stay valid.
     let links: Vec<_> = Parser::new(text).into_offset_iter().collect();
     for (event, range) in links.into_iter().rev() {
         let Event::Start(Tag::Link { dest_url, .. } | Tag::Image { dest_url, .. }) = event else {
@@ -115,7 +116,8 @@ fn is_page(path: &Path) -> bool {
     path.extension().is_some_and(|ending| ending == "md")
 }
 
-/// The place in the book of a path from the root. mdBook calls the page `README.md` of a folder `index.md`.
+/// Returns the path in the book for a path from the root. mdBook names the page `README.md` of a
+/// folder `index.md`.
 fn in_book(path: &Path) -> PathBuf {
     let path = &match path.ends_with("README.md") {
         true => path.with_file_name("index.md"),
@@ -132,7 +134,7 @@ fn in_book(path: &Path) -> PathBuf {
     }
 }
 
-/// A file as it is, or the list of a folder's files.
+/// Returns a file as it is, or the list of a folder's files.
 fn text_file(root: &Path, path: &Path) -> Result<TextFile> {
     let text = match root.join(path).is_dir() {
         false => fs::read_to_string(root.join(path))?,
@@ -147,7 +149,7 @@ fn text_file(root: &Path, path: &Path) -> Result<TextFile> {
     Ok(TextFile { path: in_book(path), text })
 }
 
-/// The path without `.` and `..`; `None` if it leads out of the repository.
+/// Returns the path without `.` and `..`; `None` if it leads out of the repository.
 fn normal(path: &Path) -> Option<PathBuf> {
     let mut normal = PathBuf::new();
     for component in path.components() {
@@ -160,7 +162,7 @@ fn normal(path: &Path) -> Option<PathBuf> {
     Some(normal)
 }
 
-/// The link from a folder of the book to one of its files.
+/// Returns the link from a folder of the book to one of its files.
 fn relative(folder: &Path, file: &Path) -> String {
     let shared = folder.components().zip(file.components()).take_while(|(a, b)| a == b).count();
     let up = folder.components().skip(shared).map(|_| "..".to_owned());
