@@ -2,7 +2,7 @@
 
 libfuzzer_sys::fuzz_target!(
     init: {
-        // The images to start from, for a run that tries nothing.
+        // Writes the images to start from, for a run that executes no input.
         if let Some(folder) = std::env::var_os("BITTYBUZZ_IMAGES") {
             for (number, image) in bittybuzz_fuzz_bodies::images().iter().enumerate() {
                 let path = std::path::Path::new(&folder).join(format!("known-{number}"));

@@ -9,18 +9,18 @@ use bittybuzz_vm_core::number::Profile;
 #[unsafe(link_section = ".progmem.data")]
 static BENCH_SCRIPT: [u8; ROOM] = [0; ROOM];
 
-/// Address of a byte of the script.
+/// Returns the address of a byte of the script.
 #[inline(always)]
 fn script(at: usize) -> usize {
     (&raw const BENCH_SCRIPT as usize).wrapping_add(at)
 }
 
-/// The image.
+/// The image in program memory.
 #[derive(Clone, Copy)]
 pub struct Flash;
 
 impl Flash {
-    /// The number of the global with the result.
+    /// Returns the number of the global with the result.
     pub fn global() -> u16 {
         progmem::word(script(0))
     }

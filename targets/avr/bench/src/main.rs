@@ -1,8 +1,8 @@
 //! The benchmark program of the ATmega328P, see `bittybuzz_bench`.
 //!
-//! Says what it says by writing to the general purpose I/O registers (ATmega328P data sheet, section 8.5), which nothing
-//! else uses: first the value to GPIOR1 and GPIOR2, then the mark to GPIOR0. `simavr` records each change with the
-//! cycle in which it happened, because the section `.mmcu` asks it to.
+//! The program sends marks by writing to the general purpose I/O registers (ATmega328P data sheet,
+//! section 8.5), which have no other use here: first the value to GPIOR1 and GPIOR2, then the mark
+//! to GPIOR0. `simavr` records each change with its cycle, because the section `.mmcu` requests it.
 
 #![no_std]
 #![no_main]
@@ -31,7 +31,7 @@ fn panic(_: &core::panic::PanicInfo) -> ! {
     stop()
 }
 
-/// The machine takes no more memory than the robot file promises.
+/// The machine must not need more memory than the robot file states.
 const _: () = assert!(size_of::<Machine<Tiny, Flash>>() <= MEMORY);
 
 /// I/O addresses of GPIOR0, GPIOR1 and GPIOR2.
@@ -42,10 +42,12 @@ struct Registers;
 impl Meter for Registers {
     #[inline(always)]
     fn mark(&mut self, mark: Mark, value: u32) {
-        // Of a tiny float the lower half is zero, of everything else the upper half tells nothing.
+        // The lower half of a tiny float is zero; the upper half of other values has no
+        // information.
         let half = if mark == Mark::Float { value >> 16 } else { value };
         let [low, high, ..] = half.to_le_bytes();
-        // SAFETY: nothing else uses these registers. That memory may be touched keeps what is counted between its marks.
+        // SAFETY: no other code uses these registers. The block may access memory as far as the
+        // compiler knows, which keeps the counted work between its marks.
         unsafe {
             asm!("out {r1}, {low}", "out {r2}, {high}", "out {r0}, {mark}",
                 r0 = const GPIOR[0], r1 = const GPIOR[1], r2 = const GPIOR[2],
@@ -59,7 +61,7 @@ impl Meter for Registers {
 extern "C" fn main() -> ! {
     static mut MACHINE: Machine<Tiny, Flash> = Vm::new();
     let place = &raw mut MACHINE;
-    // SAFETY: the only reference to it; main runs once.
+    // SAFETY: this is the only reference to the machine, because main runs once.
     let vm = unsafe { &mut *place };
     run(vm, Image::new(Flash), Flash::global(), &mut Registers);
     stop()
@@ -68,7 +70,7 @@ extern "C" fn main() -> ! {
 /// Ends the emulation: sleep without interrupts.
 fn stop() -> ! {
     loop {
-        // SAFETY: nothing happens any more.
+        // SAFETY: the program has ended; the instructions only stop the core.
         unsafe { asm!("cli", "sleep") };
     }
 }

@@ -1,5 +1,5 @@
-//! The records that `simavr` shall make (simavr's `avr_mcu_section.h`): entries of a tag, a length
-//! and so many bytes.
+//! The records that `simavr` makes (simavr's `avr_mcu_section.h`): entries with a tag, a length and
+//! that number of bytes.
 
 /// A register to record.
 #[repr(C, packed)]
@@ -11,7 +11,7 @@ struct Register {
     name: [u8; 32],
 }
 
-/// A number.
+/// An entry with a number.
 #[repr(C, packed)]
 struct Long {
     tag: u8,
@@ -34,21 +34,22 @@ const fn register<const N: usize>(address: u16, text: &[u8; N]) -> Register {
     Register { tag: TAG_VCD_TRACE, length, mask: ALL_BITS, address, name }
 }
 
-/// All of them. Not loaded into the chip.
+/// All entries. The section is not loaded into the chip.
 #[repr(C, packed)]
 struct SimavrSection {
     registers: [Register; 3],
-    /// How often the record is written to its file, in µs.
+    /// The interval at which the record is written to its file, in µs.
     period: Long,
     end: [u8; 2],
 }
 
 #[allow(non_upper_case_globals, reason = "simavr's name for it")]
-/// Found by simavr by the name of the section; kept and placed beyond all memory by the linker's arguments.
+/// simavr finds the section by its name; arguments of the linker keep it and place it beyond all
+/// memory.
 #[unsafe(no_mangle)]
 #[unsafe(link_section = ".mmcu")]
 static _mmcu: SimavrSection = SimavrSection {
-    // Data addresses.
+    // The registers have addresses in data space.
     registers: [register(0x3e, b"GPIOR0"), register(0x4a, b"GPIOR1"), register(0x4b, b"GPIOR2")],
     period: Long { tag: TAG_VCD_PERIOD, length: 4, value: 1000 },
     end: [0; 2],

@@ -1,4 +1,4 @@
-//! The program of the AVR, see `bittybuzz_on_chip`. Tells by USART 0.
+//! The program of the AVR, see `bittybuzz_on_chip`. It reports through USART 0.
 
 #![no_std]
 #![no_main]
@@ -21,18 +21,18 @@ unsafe extern "C" {}
 
 #[panic_handler]
 fn panic(_: &core::panic::PanicInfo) -> ! {
-    // The runner notices that no report comes.
+    // The runner detects the missing report.
     stop()
 }
 
-/// Bytes for a batch: what the machine leaves of the chip's flash.
+/// Bytes for a batch: the flash of the chip that the machine leaves free.
 const ROOM: usize = 0x1400;
 
 #[unsafe(no_mangle)]
 #[unsafe(link_section = ".progmem.data")]
 static BATCH: [u8; ROOM] = [0; ROOM];
 
-/// The batch.
+/// The batch in program memory.
 struct Flash;
 
 impl Batch for Flash {
@@ -43,7 +43,7 @@ impl Batch for Flash {
     }
 }
 
-/// Some of it.
+/// A part of the batch.
 #[derive(Clone, Copy)]
 struct Slice {
     address: usize,
@@ -51,7 +51,8 @@ struct Slice {
 }
 
 impl ByteCode for Slice {
-    // No image of a batch has to do with other robots, and the rest of the machine leaves no room for images.
+    // No image of a batch uses other robots, and the other parts of the machine would leave no room
+    // for images.
     const PARTS: Parts = Parts::LANGUAGE.and(Parts::of(&[Part::Maths]));
 
     fn len(&self) -> usize {
@@ -78,13 +79,13 @@ const UCSR0B: *mut u8 = 0xc1 as *mut u8;
 const TRANSMITTER: u8 = 1 << 3;
 const UDR0: *mut u8 = 0xc6 as *mut u8;
 
-/// Sends a byte and waits until it is sent. At the highest rate, the one after reset, that takes 160 cycles; the
-/// emulator would sleep if it were asked whether they are over.
+/// Sends a byte and waits until it is sent. At the highest rate, the one after reset, that takes
+/// 160 cycles. The loop does not poll the register, because the emulator would sleep at each poll.
 fn send(byte: u8) {
-    // SAFETY: nothing else uses the register.
+    // SAFETY: no other code uses the register.
     unsafe { write_volatile(UDR0, byte) };
     for _ in 0..80_u8 {
-        // SAFETY: does nothing.
+        // SAFETY: `nop` has no effect.
         unsafe { asm!("nop", options(nomem, nostack, preserves_flags)) };
     }
 }
@@ -92,10 +93,10 @@ fn send(byte: u8) {
 #[unsafe(no_mangle)]
 extern "C" fn main() -> ! {
     static mut MACHINE: Vm<Tiny, Slice, { slots::KILOBOT }> = Vm::new();
-    // SAFETY: nothing else uses the register.
+    // SAFETY: no other code uses the register.
     unsafe { write_volatile(UCSR0B, TRANSMITTER) };
     let place = &raw mut MACHINE;
-    // SAFETY: the only reference to it; main runs once.
+    // SAFETY: this is the only reference to the machine, because main runs once.
     let vm = unsafe { &mut *place };
     run_batch(vm, &Flash, |report| report.line().into_iter().for_each(send));
     stop()
@@ -104,7 +105,7 @@ extern "C" fn main() -> ! {
 /// Ends the emulation: sleep without interrupts.
 fn stop() -> ! {
     loop {
-        // SAFETY: nothing happens any more.
+        // SAFETY: the program has ended; the instructions only stop the core.
         unsafe { asm!("cli", "sleep") };
     }
 }

@@ -1,6 +1,8 @@
-//! Loads an image and runs its entries. Linked only to be measured: it is not started.
+//! Loads an image and runs its entries. The program is only linked to measure it, and is never
+//! started.
 //!
-//! The panic handler calls a function that does not exist: the program links only if no panic is left in it.
+//! The panic handler calls a function that does not exist, so that the program only links if it
+//! contains no panic.
 
 #![no_std]
 #![no_main]
@@ -23,7 +25,7 @@ unsafe extern "C" {}
 #[link(name = "c", kind = "static", modifiers = "-bundle")]
 unsafe extern "C" {}
 
-/// As many as the robot has whose machine is measured.
+/// Slots of the measured machine, those of a robot.
 const SLOTS: usize = match option_env!("PROBE_SLOTS") {
     None => 400,
     Some(slots) => match usize::from_str_radix(slots, 10) {
@@ -32,7 +34,7 @@ const SLOTS: usize = match option_env!("PROBE_SLOTS") {
     },
 };
 
-/// The parts of the machine that is measured, as bits; all if nothing is said.
+/// The parts of the measured machine, as bits; all parts by default.
 const PARTS: Parts = match option_env!("PROBE_PARTS") {
     None => Parts::ALL,
     Some(bits) => match u16::from_str_radix(bits, 10) {
@@ -46,11 +48,11 @@ fn panic(_: &core::panic::PanicInfo) -> ! {
     unsafe extern "C" {
         fn the_program_contains_a_panic() -> !;
     }
-    // SAFETY: it does not exist, so this never links.
+    // SAFETY: the function does not exist, so this call never links.
     unsafe { the_program_contains_a_panic() }
 }
 
-/// What it offers to scripts.
+/// The functions and sizes that the robot offers to scripts.
 const ROBOT: u16 =
     seal::robot::<Tiny>(bittybuzz_vm_core::features::<Tiny>(), Sizes::NONE, PARTS, &[1]);
 
@@ -77,7 +79,8 @@ impl Host<Tiny> for Probe {
     }
 
     fn receive(&mut self, frame: &mut [u8], sighting: &mut Sighting<Tiny>) -> Option<usize> {
-        // What comes in is unknown: else the compiler leaves out what would handle it.
+        // The compiler must not know the received bytes; otherwise it would remove the code that
+        // handles them.
         let length = core::hint::black_box(&mut *frame).len();
         sighting.place = Some([Value::int(length as i32); 3]);
         Some(length)
@@ -91,7 +94,7 @@ impl Host<Tiny> for Probe {
 #[unsafe(link_section = ".progmem.data")]
 static IMAGE: [u8; 64] = [0; 64];
 
-/// The image. Reading it is assembly, of which the compiler cannot foresee the result.
+/// The image. It is read by assembly, whose result the compiler cannot predict.
 #[derive(Clone, Copy)]
 struct Flash;
 
@@ -123,7 +126,7 @@ extern "C" fn main() -> ! {
     static mut VM: Vm<Tiny, Flash, SLOTS> = Vm::new();
     if cfg!(not(feature = "empty")) {
         let place = &raw mut VM;
-        // SAFETY: the only reference to it; main runs once.
+        // SAFETY: this is the only reference to the machine, because main runs once.
         let vm = unsafe { &mut *place };
         if PARTS.has(Part::Neighbors) {
             vm.set_network_capacity(core::hint::black_box(Sizes::NONE));
@@ -137,7 +140,7 @@ extern "C" fn main() -> ! {
         }
     }
     loop {
-        // SAFETY: nothing happens any more.
+        // SAFETY: the program has ended; the instructions only stop the core.
         unsafe { asm!("cli", "sleep") };
     }
 }

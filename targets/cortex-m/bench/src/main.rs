@@ -1,6 +1,7 @@
 //! The benchmark program of Cortex-M cores, see `bittybuzz_bench`.
 //!
-//! Says what it says by calling [`bench_mark`], where a debugger stops it and makes it return at once.
+//! The program sends marks by calling [`bench_mark`], where a debugger stops it and makes it return
+//! at once.
 
 #![no_std]
 #![no_main]
@@ -17,13 +18,13 @@ use bittybuzz_vm_core::{Area, Image, Vm};
 
 #[panic_handler]
 fn panic(_: &core::panic::PanicInfo) -> ! {
-    // The runner notices that no mark comes.
+    // The runner detects the missing mark.
     loop {
         core::hint::spin_loop();
     }
 }
 
-/// The mark is in R0, the value in R1.
+/// Receives the mark in R0 and the value in R1.
 #[unsafe(naked)]
 #[unsafe(no_mangle)]
 extern "C" fn bench_mark(_mark: u32, _value: u32) {
@@ -46,11 +47,11 @@ type Section = Area<'static, { ROOM - HEADER }>;
 
 #[cortex_m_rt::entry]
 fn main() -> ! {
-    // The entry macro makes it a reference: main runs once.
+    // The entry macro turns this into a reference, because main runs once.
     static mut MACHINE: Machine<Numbers, Section> = Vm::new();
     let bytes = black_box(&BENCH_SCRIPT);
     let (global, image) = split(bytes);
-    // As in the firmware of robots: an area of flash.
+    // The image is an area of flash, as in the firmware of robots.
     let area = bytes.last_chunk().and_then(|area| Section::new(area, image.len()));
     let Some(image) = area else { panic!() };
     run(MACHINE, Image::new(image), global, &mut Debugger);

@@ -1,4 +1,5 @@
-//! The program of Cortex-M cores, see `bittybuzz_on_chip`. Tells by semihosting, a debugger's service.
+//! The program of Cortex-M cores, see `bittybuzz_on_chip`. It reports by semihosting, a service of
+//! debuggers.
 
 #![no_std]
 #![no_main]
@@ -13,7 +14,7 @@ use bittybuzz_vm_core::number::Full as Numbers;
 #[cfg(not(feature = "full"))]
 use bittybuzz_vm_core::number::Tiny as Numbers;
 
-/// The machine of the robot with this core.
+/// Slots of the machine of the robot with this core.
 #[cfg(target_abi = "eabihf")]
 const SLOTS: usize = slots::CRAZYFLIE;
 #[cfg(not(target_abi = "eabihf"))]
@@ -21,7 +22,7 @@ const SLOTS: usize = slots::ZOOIDS;
 
 #[panic_handler]
 fn panic(_: &core::panic::PanicInfo) -> ! {
-    // The runner notices that a report is missing.
+    // The runner detects the missing report.
     stop()
 }
 
@@ -34,26 +35,26 @@ static BATCH: [u8; ROOM] = [0; ROOM];
 // Operations of Arm's semihosting, section 5.
 const SYS_WRITE0: u32 = 0x04;
 const SYS_EXIT: u32 = 0x18;
-/// The reason for an exit that is no failure.
+/// The reason code of a successful exit.
 const APPLICATION_EXIT: u32 = 0x2_0026;
 
 /// # Safety
-/// The parameter must be what the operation takes.
+/// `parameter` must be valid for the operation.
 unsafe fn semihosting(operation: u32, parameter: u32) {
-    // SAFETY: the debugger answers in r0 and goes on after the instruction.
+    // SAFETY: the debugger answers in r0 and continues after the instruction.
     unsafe { asm!("bkpt #0xab", inout("r0") operation => _, in("r1") parameter, options(nostack)) };
 }
 
 fn tell(report: &Report) {
     let mut text = [0; Report::LENGTH + 1];
     text[..Report::LENGTH].copy_from_slice(&report.line());
-    // SAFETY: a text that ends with a zero.
+    // SAFETY: the text ends with a zero.
     unsafe { semihosting(SYS_WRITE0, &raw const text as u32) };
 }
 
 #[cortex_m_rt::entry]
 fn main() -> ! {
-    // The entry macro makes it a reference: main runs once.
+    // The entry macro turns this into a reference, because main runs once.
     static mut MACHINE: Vm<Numbers, &'static [u8], SLOTS> = Vm::new();
     let batch: &'static [u8] = black_box(&BATCH);
     run_batch(MACHINE, &batch, tell);
@@ -62,7 +63,7 @@ fn main() -> ! {
 
 /// Ends the emulation.
 fn stop() -> ! {
-    // SAFETY: the parameter is a reason.
+    // SAFETY: the parameter is a reason code.
     unsafe { semihosting(SYS_EXIT, APPLICATION_EXIT) };
     loop {
         core::hint::spin_loop();

@@ -1,6 +1,8 @@
-//! Loads an image and runs its entries. Linked only to be measured: it is not started.
+//! Loads an image and runs its entries. The program is only linked to measure it, and is never
+//! started.
 //!
-//! The panic handler calls a function that does not exist: the program links only if no panic is left in it.
+//! The panic handler calls a function that does not exist, so that the program only links if it
+//! contains no panic.
 
 #![no_std]
 #![no_main]
@@ -14,7 +16,7 @@ use bittybuzz_vm_core::{
     Value, Vm,
 };
 
-/// As many as the robot has whose machine is measured.
+/// Slots of the measured machine, those of a robot.
 const SLOTS: usize = match option_env!("PROBE_SLOTS") {
     None => 400,
     Some(slots) => match usize::from_str_radix(slots, 10) {
@@ -23,7 +25,7 @@ const SLOTS: usize = match option_env!("PROBE_SLOTS") {
     },
 };
 
-/// The parts of the machine that is measured, as bits; all if nothing is said.
+/// The parts of the measured machine, as bits; all parts by default.
 const PARTS: Parts = match option_env!("PROBE_PARTS") {
     None => Parts::ALL,
     Some(bits) => match u16::from_str_radix(bits, 10) {
@@ -37,7 +39,7 @@ fn panic(_: &core::panic::PanicInfo) -> ! {
     unsafe extern "C" {
         fn the_program_contains_a_panic() -> !;
     }
-    // SAFETY: it does not exist, so this never links.
+    // SAFETY: the function does not exist, so this call never links.
     unsafe { the_program_contains_a_panic() }
 }
 
@@ -64,7 +66,8 @@ impl Host<Numbers> for Probe {
     }
 
     fn receive(&mut self, frame: &mut [u8], sighting: &mut Sighting<Numbers>) -> Option<usize> {
-        // What comes in is unknown: else the compiler leaves out what would handle it.
+        // The compiler must not know the received bytes; otherwise it would remove the code that
+        // handles them.
         let length = core::hint::black_box(&mut *frame).len();
         sighting.place = Some([Value::int(length as i32); 3]);
         Some(length)
@@ -98,13 +101,14 @@ impl ByteCode for Code {
     }
 }
 
-/// Not constant, so that the compiler cannot foresee the script.
+/// The image. `black_box` hides its bytes from the compiler, which could otherwise predict the
+/// script.
 #[used]
 static IMAGE: [u8; 64] = [0; 64];
 
 #[cortex_m_rt::entry]
 fn main() -> ! {
-    // The entry macro makes it a reference: main runs once.
+    // The entry macro turns this into a reference, because main runs once.
     static mut VM: Vm<Numbers, Code, SLOTS> = Vm::new();
     if cfg!(not(feature = "empty")) {
         if PARTS.has(Part::Neighbors) {
