@@ -1,4 +1,5 @@
-//! Many runs of `bbz sim`: what is kept of them when the process is stopped, and how they go on.
+//! Batches of `bbz sim`: the results that are kept when the process is stopped, and the resumption
+//! of the batch.
 #![cfg(unix)]
 #![allow(clippy::unwrap_used, reason = "what fails here fails the test")]
 
@@ -12,7 +13,7 @@ use std::time::Duration;
 use serde_json::Value;
 use support::{Folder, finish};
 
-/// Robots at random places that hear each other: no two seeds are alike.
+/// Robots at random places that receive each other's messages: no two seeds have the same result.
 const SCENARIO: &str = "[world]\nsize = [500, 500]\nduration = 5\n\
     [[robots]]\nrobot = \"kilobot\"\nscript = \"s.bzz\"\ncount = 5\n\
     [output]\nplot = [\"x\", \"neighbors\"]\n\
@@ -30,14 +31,14 @@ fn folder(test: &str) -> Folder {
     folder
 }
 
-/// Parts of the journal that are whole.
+/// Returns the number of complete parts of the journal.
 fn parts(folder: &Folder) -> usize {
     let Ok(entries) = folder.path("runs.csv.parts").read_dir() else { return 0 };
     let names = entries.map(|entry| entry.unwrap().file_name().into_string().unwrap());
     names.filter(|name| name.starts_with("part-") && !name.contains('.')).count()
 }
 
-/// Starts a batch, and returns when so many parts are written or the process has ended.
+/// Starts a batch, and returns when `count` parts are written or the process has ended.
 fn start(folder: &Folder, arguments: &[&str], count: usize) -> Child {
     let mut child = folder.command(arguments).env("RAYON_NUM_THREADS", "2").spawn().unwrap();
     while parts(folder) < count && child.try_wait().unwrap().is_none() {
@@ -51,8 +52,8 @@ fn send(signal: &str, child: &Child) {
     assert!(Command::new("kill").args(kill).status().unwrap().success());
 }
 
-/// Kills a batch so many times, each time after some more parts were written, and compares the table that comes of it
-/// with that of one thread that nothing stops.
+/// Kills a batch `kills` times, each time after some more parts were written, and compares the
+/// resulting table with that of a single thread that nothing stops.
 fn kill_and_resume(test: &str, runs: usize, kills: usize) {
     let folder = folder(test);
     let text = runs.to_string();
@@ -66,7 +67,8 @@ fn kill_and_resume(test: &str, runs: usize, kills: usize) {
     std::fs::remove_file(folder.path("runs.csv")).unwrap();
     let resume = [&arguments[..], &["--resume"]].concat();
     let total = runs.div_ceil(runs.div_ceil(1000));
-    // Up to where it is killed: a linear congruential generator (Knuth, MMIX), so that every run of this test is alike.
+    // A linear congruential generator (Knuth, MMIX) chooses the times of the kills, so that every
+    // run of this test is the same.
     let (mut random, mut goal) = (runs as u64, 0);
     for _ in 0..kills {
         random = random.wrapping_mul(6364136223846793005).wrapping_add(1442695040888963407);
@@ -89,7 +91,7 @@ fn a_batch_that_is_killed_goes_on_to_the_same_table() {
     kill_and_resume("batch_killed", 300, 5);
 }
 
-/// Takes too long for every change.
+/// This test takes too long to run at every change.
 #[test]
 #[ignore = "minutes"]
 fn a_batch_of_2000_runs_that_is_killed_20_times_goes_on_to_the_same_table() {
@@ -101,7 +103,7 @@ fn a_signal_ends_a_batch_in_order() {
     for signal in ["-INT", "-TERM"] {
         let folder = folder(&format!("batch{signal}"));
         let child = start(&folder, &ENDLESS, 20);
-        // Nobody else goes on with it as long as this one is at work.
+        // No other process can resume the batch while this one works on it.
         let other = folder.bbz(&[&ENDLESS[..], &["--resume"]].concat());
         other.fails_with(3, &["another `bbz` is at work", "runs.csv.parts"]);
         send(signal, &child);
@@ -112,7 +114,7 @@ fn a_signal_ends_a_batch_in_order() {
         assert!(outcome.stdout.contains(line), "{}", outcome.stdout);
         assert!(!folder.path("runs.csv").exists());
         assert_eq!(parts(&folder), 20);
-        // It goes on where it was: none of the twenty is simulated again.
+        // The batch resumes where it was: none of the twenty runs is simulated again.
         let resume = [&ENDLESS[..], &["--resume"]].concat();
         let mut child = folder.command(&resume).spawn().unwrap();
         let mut stderr = BufReader::new(child.stderr.take().unwrap());
@@ -210,7 +212,7 @@ fn a_run_that_fails_is_a_row() {
         result["runs"][2]["error"].as_str().unwrap().starts_with("random placement found no room")
     );
     assert_eq!(result["runs"][2]["metrics"]["success"], 0.0);
-    // Without a world for any of them it is the scenario that is wrong.
+    // If no variant has a valid world, the scenario is wrong.
     let none = ["sim", "s.toml", "--runs", "2", "--csv", "none.csv", "--set"];
     let outcome = folder.bbz(&[&none[..], &["robots.0.count=60000"]].concat());
     outcome.fails_with(2, &["no room for 60000 robots"]);

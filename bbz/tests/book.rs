@@ -1,4 +1,4 @@
-//! Scripts in the book compile without a warning, and print what stands below them.
+//! Scripts in the book compile without a warning, and print the text that is shown below them.
 
 #![allow(clippy::unwrap_used, reason = "what fails here fails the test")]
 

@@ -1,4 +1,4 @@
-//! `bbz build`, and what can be done with the files that it writes.
+//! `bbz build`, and the uses of the files that it writes.
 
 mod support;
 
@@ -74,7 +74,7 @@ fn a_failure_leaves_nothing_and_spoils_nothing() {
     folder.write("s.bzz", SCRIPT);
     let nowhere = ["build", "s.bzz", "--robot", "kilobot", "-o", "no/such/folder"];
     folder.bbz(&nowhere).fails_with(3, &["cannot write", "no/such"]);
-    // The image cannot replace a folder, the symbols could be written.
+    // The image cannot replace a folder, although the symbols could be written.
     std::fs::create_dir(folder.path("d.bbi")).unwrap();
     folder.bbz(&["build", "s.bzz", "--robot", "kilobot", "-o", "d.bbi"]);
     folder.bbz(&["build", "s.bzz", "--robot", "kilobot", "-o", "d"]).fails_with(3, &["d.bbi"]);
@@ -142,7 +142,7 @@ fn symbols_that_do_not_belong_to_the_image_are_ignored_with_a_warning() {
         assert_eq!(outcome.stdout, "[string 12]2\n", "{reason}");
         outcome.says(&["warning: ", "s.sym", reason]);
     }
-    // No symbols at all are no mistake; a fault then has a position.
+    // Missing symbols are no mistake; a fault then has a position.
     std::fs::remove_file(folder.path("s.sym")).unwrap();
     run().succeeds_with("[string 12]2\n");
     let fault = folder.bbz(&["run", "s.bbi", "--steps", "1"]);
@@ -165,7 +165,7 @@ fn a_source_that_has_gone_leaves_the_place() {
     assert_eq!(folder.bbz(&["build", "s.bzz", "--robot", "kilobot"]).status, Some(0));
     std::fs::remove_file(folder.path("s.bzz")).unwrap();
     folder.bbz(&["run", "s.bbi", "--steps", "1"]).says(&["error[R0005]", "--> s.bzz:3:23"]);
-    // As after a change that made it shorter.
+    // The script was changed and is shorter now.
     folder.write("s.bzz", "\n");
     folder.bbz(&["run", "s.bbi", "--steps", "1"]).says(&["error[R0005]", "--> s.bzz:3:23"]);
 }
@@ -185,12 +185,13 @@ fn disassembly_names_what_the_symbols_know() {
     folder.bbz(&["disasm", "s.bzz"]).fails_with(2, &["error[E"]);
 }
 
-/// A program of 100 bytes with a place for a script behind it, as Intel hex: what the firmware's build makes.
+/// A program of 100 bytes with a place for a script after it, as Intel hex, in the form of the
+/// firmware's build.
 fn program(parts: Parts) -> String {
     program_with(parts, b"another script")
 }
 
-/// The same with this script of its own.
+/// A program of 100 bytes with this script.
 fn program_with(parts: Parts, own: &[u8]) -> String {
     let section = bittybuzz_robot_spec::script_section(parts, own).expect("it is short");
     let bytes: Vec<u8> = (0..100).chain(section).collect();
@@ -225,7 +226,7 @@ fn a_script_is_put_into_firmware() {
     assert_eq!(bytes[..100], (0..100).collect::<Vec<u8>>());
     assert_eq!(bittybuzz_robot_spec::find_script_section(&bytes), Ok((100, Parts::NONE)));
     assert_eq!(bytes[108..108 + image.len()], image);
-    // It can be exchanged again.
+    // The script can be exchanged again.
     folder.write("s.bzz", "function step() { led(2) }");
     let line = ["build", "s.bzz", "--robot", "kilobot", "--firmware", "out.hex", "-o", "next"];
     assert_eq!(folder.bbz(&line).status, Some(0));
@@ -254,7 +255,7 @@ fn what_is_no_firmware_for_a_script_is_refused() {
             .bbz(&["build", "s.bzz", "--robot", "kilobot", "--firmware", "firmware.hex"])
             .fails_with(3, &["firmware.hex", says, "cargo xtask build kilobot"]);
     }
-    // Its own script is an image of version 1: magic, form, features, hash.
+    // The program's own script is an image of version 1: magic, form, features, hash.
     folder.write("firmware.hex", program_with(Parts::NONE, &[0xb5, 0x01, 0, 1, 2, 3, 4]));
     folder.bbz(&["build", "s.bzz", "--robot", "kilobot", "--firmware", "firmware.hex"]).fails_with(
         3,

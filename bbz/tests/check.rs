@@ -27,7 +27,7 @@ fn several_files_are_counted_together() {
         (codes, &told["errors"], &told["warnings"]),
         (vec!["W0301", "E0403"], &1.into(), &1.into())
     );
-    // A file that is not there is no reason to be silent about the others before it.
+    // After a missing file, the messages about the earlier files are still printed.
     folder.bbz(&["check", "a.bzz", "d.bzz"]).fails_with(3, &["a.bzz:1:5", "d.bzz"]);
     folder.bbz(&["check", "c.bzz"]).succeeds_with("");
     folder.bbz(&["check"]).fails_with(3, &["<FILE>..."]);
@@ -67,7 +67,7 @@ fn comments_silence_warnings() {
     );
     assert_eq!(codes("allow_two", "# bbz: allow(W0302, W0301)\nx = nil + id / 0"), "");
     assert_eq!(codes("allow_other", "x = nil + 1 # bbz: allow(W0302)"), "W0301 1");
-    // A comment that cannot be obeyed is reported.
+    // A comment that has no effect is reported.
     assert_eq!(codes("allow_error", "x = size() # bbz: allow(E0403)"), "E0403 1, W0112 1");
     assert_eq!(codes("allow_code", "x = 1 # bbz: allow(W0999)"), "W0112 1");
     assert_eq!(codes("allow_word", "x = 1 # bbz: alow(W0301)"), "W0112 1");
@@ -97,7 +97,7 @@ fn fix_mends_what_can_mean_nothing_else() {
          for(i = 0; i < 3; i = i + 1) { log(“i”, i) }\n  return { .x = 0.0., .y = conter }\n}\nf(1, 2)\n",
     );
     let outcome = folder.bbz(&["check", "s.bzz", "--fix"]);
-    // A likely name is only proposed.
+    // A similar name is only suggested.
     assert_eq!(
         String::from_utf8(folder.read("s.bzz")).unwrap(),
         "# a comment\nfunction f(a, b) {\n  if(a and b or a != 1) { return nil }\n  else if(a == 2) { b = 3 }\n  \

@@ -1,4 +1,4 @@
-//! `--checks`: what it reports of a script, and that everything else stays the same.
+//! `--checks`: the report about a script; everything else stays unchanged.
 
 #![allow(clippy::unwrap_used, reason = "what fails here fails the test")]
 
@@ -10,7 +10,7 @@ use std::path::Path;
 use serde_json::Value;
 use support::Folder;
 
-/// In step 3 of robot 1 and in each later one the square wraps: 181 squared is 32761, 182 squared 33124.
+/// The square wraps from step 3 of robot 1 on: 181 squared is 32761, 182 squared 33124.
 const SCRIPT: &str =
     "d = 179\n\nfunction step() {\n  d = d + 1\n  var area = d * d\n  log(area)\n}\n";
 
@@ -66,7 +66,7 @@ fn places_are_sorted_and_limited() {
     assert!(lines[0].starts_with("s.bzz:3:22: wrapped 60 times, first 30000 + 30000 = 60000"));
     assert!(lines[1].starts_with("s.bzz:4:22: wrapped 30 times,"), "{}", lines[1]);
     assert!(lines[2].starts_with("s.bzz:5:22: wrapped 20 times,"), "{}", lines[2]);
-    // Of 21 to 25 each has three multiples: 0, 21, 42 and so on.
+    // The numbers 21 to 25 have three multiples each: 0, 21, 42 and so on.
     assert_eq!(lines[20], "5 other places: 15 times", "{}", outcome.stderr);
 }
 
@@ -97,7 +97,7 @@ fn a_simulation_reports_each_group_after_its_summary() {
     let plain = folder.bbz(&["sim", "s.toml"]);
     let checked = folder.bbz(&["sim", "s.toml", "--checks"]);
     assert_eq!((plain.status, checked.status), (Some(0), Some(0)));
-    // The rate is that of the computer.
+    // The rate depends on the computer.
     let lines = |text: &str| -> Vec<String> {
         let lines = text.lines().filter(|line| !line.contains("robot-seconds per second"));
         lines.map(str::to_owned).collect()

@@ -1,4 +1,4 @@
-//! What is wrong with a command line is said clearly, with exit status 3; help helps.
+//! Mistakes in a command line have clear messages and exit status 3; `--help` prints the help.
 
 mod support;
 
@@ -154,7 +154,7 @@ fn images_that_are_none_are_refused() {
         folder.write("bad.bbi", &bytes);
         folder.bbz(&["run", "bad.bbi"]).fails_with(3, &["`bad.bbi`", reason]);
     }
-    // It is in order, but for another robot.
+    // The image is correct, but for another robot.
     folder.write("car.toml", CAR);
     folder.bbz(&["run", "s.bbi", "--robot", "car.toml"]).fails_with(3, &["function", "robot"]);
 }
@@ -298,7 +298,8 @@ fn warnings_of(count: usize) -> String {
     (0..count).map(|number| format!("x = unset{number}\n")).collect()
 }
 
-/// Each search looks at all names of the script, so a search for each unknown name takes the square of the time.
+/// A search compares all names of the script, so a search for each unknown name takes quadratic
+/// time.
 #[test]
 fn likely_names_are_searched_for_the_first_unknown_ones() {
     let text = format!("length = 1\n{}", "lenght()\n".repeat(150));
@@ -312,7 +313,7 @@ fn likely_names_are_searched_for_the_first_unknown_ones() {
     assert!(helps[100..].iter().all(|help| help.is_null()), "{helps:?}");
 }
 
-/// A robot that the simulator moves by its file.
+/// A robot that the simulator moves according to its robot file.
 const ROVER: &str = r#"name = "rover"
 
 [body]

@@ -1,5 +1,5 @@
-//! `bbz trace --emulate`, with a stand-in for the emulator: what is asked of it, and what becomes of its events. The
-//! real emulators with the real firmware are tested in `tests/`.
+//! `bbz trace --emulate` with a fake emulator: the commands that it receives, and the output for
+//! its events. The real emulators with the real firmware are tested in `tests/`.
 #![cfg(unix)]
 #![allow(clippy::unwrap_used, reason = "what fails here fails the test")]
 
@@ -21,7 +21,7 @@ use bittybuzz_emulation::message::{Event, TimedEvent};
 use serde_json::{Value, json};
 use support::{Folder, Outcome};
 
-/// Notes every command; the first run brings the events of the file.
+/// Records every command; the first run returns the events of the file.
 const EMULATOR: &str = r#"#!/bin/sh
 while read -r line; do
   echo "$line" >> commands
@@ -36,7 +36,7 @@ while read -r line; do
 done
 "#;
 
-/// Messages of the firmware in the tests, by the numbers that stand for them.
+/// Messages of the firmware in the tests, with their numbers.
 const MESSAGES: [(u16, &str, &str); 3] =
     [(1, "defmt_info", "bbz {=[u8]}"), (2, "defmt_warn", "low battery"), (3, "defmt_info", "boot")];
 
@@ -59,7 +59,7 @@ fn emulate(folder: &Folder, arguments: &[&str]) -> Outcome {
     folder.bbz(&[&trace[..], &program, arguments].concat())
 }
 
-/// Events at one millisecond after another.
+/// Writes events at intervals of one millisecond.
 fn write_events(folder: &Folder, events: Vec<Event>) {
     let mut text = String::new();
     for (number, event) in events.into_iter().enumerate() {
@@ -104,7 +104,7 @@ fn the_script_is_written_and_the_time_runs() {
         (&commands[1]["command"], &commands[1]["address"]),
         (&json!("write"), &json!(0x080a_0000))
     );
-    // A place of the log of scripts, the image at its beginning.
+    // The command writes a place of the log of scripts, with the image at its beginning.
     let written = commands[1]["bytes"].as_str().unwrap();
     assert!(written.starts_with(&section) && written.len() == 2 * 4096, "{written}");
     assert!(commands[2..].iter().all(|command| command["command"] == "run"));
@@ -119,7 +119,7 @@ fn the_script_is_written_and_the_time_runs() {
 fn what_the_firmware_writes_is_decoded() {
     let folder = folder("emulated_decoded", "function step() { log(\"x\") }\n");
     let bytes = [message(3, None), told(&folder, 2), message(2, None)].concat();
-    // RTT is read in pieces that know nothing of messages.
+    // RTT is read in pieces that do not follow the boundaries of messages.
     let pieces = bytes.chunks(7).map(|piece| Event::Rtt { bytes: piece.to_vec() });
     write_events(&folder, pieces.collect());
     let outcome = emulate(&folder, &["--script", "s.bzz"]);
@@ -129,7 +129,7 @@ fn what_the_firmware_writes_is_decoded() {
     assert!(lines[1].starts_with("start     robot 7 runs script "), "{lines:?}");
     assert_eq!(lines[2..4], ["step 0    x", "step 1    x"]);
     assert!(outcome.stdout.starts_with("    0.000000 INFO"), "{}", outcome.stdout);
-    // Plain, it is what runs here.
+    // With `--plain` the output is the same as that of `bbz run`.
     write_events(&folder, vec![Event::Rtt { bytes }]);
     let run = folder.bbz(&["run", "s.bzz", "--robot", "crazyflie", "--steps", "2"]);
     emulate(&folder, &["--plain", "--script", "s.bzz"]).succeeds_with(&run.stdout);
@@ -201,7 +201,8 @@ fn failures_of_the_firmware_are_failures() {
 
 #[test]
 fn without_seconds_it_goes_on_until_ctrl_c() {
-    // Of this process, as a program would press it, and of the whole group, as a terminal does.
+    // The signal goes to this process, as a program would send it, and to the whole group, as a
+    // terminal does.
     for (test, group) in [("emulated_interrupt", ""), ("emulated_interrupt_group", "-")] {
         let folder = folder(test, "function step() { log(\"x\") }\n");
         write_events(&folder, vec![Event::Rtt { bytes: told(&folder, 2) }]);
@@ -235,7 +236,7 @@ fn the_emulator_is_found_beside_bbz_and_in_path() {
         .env("PATH", std::env::join_paths(path).unwrap())
         .spawn();
     support::finish(in_path.unwrap()).succeeds_with("    0.000000 INFO      boot\n");
-    // Where it is alone with what the test puts beside it.
+    // A copy of bbz only has the programs next to it that the test puts there.
     fs::copy(env!("CARGO_BIN_EXE_bbz"), folder.path("bbz")).unwrap();
     let alone = || {
         let mut command = Command::new(folder.path("bbz"));

@@ -1,4 +1,5 @@
-//! Files that are too large, or none at all; and files that a command writes, which never replace what it reads.
+//! Files that are too large or are not regular files; and written files, which never replace an
+//! input.
 
 #![allow(clippy::unwrap_used, reason = "what fails here fails the test")]
 
@@ -16,7 +17,7 @@ const SCRIPT: &str = "include \"more.txt\"\nfunction step() { led(n % 8) }\n";
 const SCENARIO: &str = "[world]\nsize = [500, 500]\nduration = 2\n\
     [[robots]]\nrobot = \"mine.toml\"\nbody = \"kilobot\"\nscript = \"s.bzz\"\n";
 
-/// A folder with a scenario, its robot file, its script and what that includes.
+/// A folder with a scenario, its robot file, its script and an included file.
 fn folder(test: &str) -> Folder {
     let folder = Folder::with(test, "s.bzz", SCRIPT);
     let kilobot =
@@ -27,7 +28,7 @@ fn folder(test: &str) -> Folder {
     folder
 }
 
-/// Each would be read for ever, or into memory as a whole.
+/// Without a limit, each file would be read without end, or into memory as a whole.
 const READERS: &[&[&str]] = &[
     &["check", "x.bzz"],
     &["run", "x.bzz"],
@@ -66,7 +67,7 @@ fn pipes_and_devices_are_no_files() {
 fn files_have_a_limit() {
     let folder = folder("too_large");
     for (extension, limit) in [("bo", 64), ("bbi", 64), ("sym", 64), ("toml", 4), ("elf", 256)] {
-        // A file with a hole takes no room.
+        // A sparse file takes no space on disk.
         let file = File::create(folder.path(&format!("x.{extension}"))).unwrap();
         file.set_len((limit << 20) + 1).unwrap();
         let words = format!("it has more than {limit} MiB");
@@ -97,12 +98,13 @@ fn standard_input_can_be_named_as_a_file() {
 fn a_line_of_a_trace_has_a_limit() {
     let folder = Folder::new("endless_line");
     let mut child = folder.command(&["trace", "-"]).stdin(Stdio::piped()).spawn().unwrap();
-    // It may end before it has read everything.
+    // bbz may end before it has read everything.
     let _ = child.stdin.take().unwrap().write_all(&vec![0; 3 << 20]);
     support::finish(child).fails_with(3, &["a line has more than 1 MiB"]);
 }
 
-/// What the command would replace, and the names in the folder, are as before.
+/// Asserts that the files that the command would replace, and the names in the folder, are
+/// unchanged.
 #[track_caller]
 fn refuses(folder: &Folder, arguments: &[&str], input: &str) {
     let before = (folder.read(input), folder.names());
@@ -149,7 +151,7 @@ fn an_output_that_fails_leaves_the_old_one() {
     assert_eq!(names, ["mine.toml", "more.txt", "run.bbr", "run.csv", "s.bzz", "s.toml"]);
 }
 
-/// A device is written itself, not replaced.
+/// A device is written directly, not replaced.
 #[cfg(unix)]
 #[test]
 fn outputs_can_be_streams() {

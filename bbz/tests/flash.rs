@@ -1,4 +1,4 @@
-//! `bbz flash`, with a stand-in for probe-rs: nothing here has seen a robot.
+//! `bbz flash` with a fake probe-rs: not tried on hardware.
 #![cfg(unix)]
 #![allow(clippy::unwrap_used, reason = "what fails here fails the test")]
 
@@ -33,7 +33,8 @@ fn only_the_script_is_written() {
     assert_eq!((outcome.status, outcome.stderr.as_str()), (Some(0), ""));
     assert!(outcome.stdout.ends_with("is on the Crazyflie 2.1, which starts anew\n"));
     let calls = probe_rs::calls(&folder);
-    // One sector after the other, so that one of them holds a script whenever the power goes.
+    // One sector is written after the other, so that one of them holds a script whenever the power
+    // fails.
     let [first, second] = &calls[..] else { panic!("{calls:?}") };
     let (options, file) = first.rsplit_once(' ').unwrap();
     let download = "download --non-interactive --chip STM32F405RG --verify";
@@ -42,7 +43,7 @@ fn only_the_script_is_written() {
     let reset = format!("{download} --reset --binary-format bin --base-address 0x080c0000");
     assert_eq!(second, (reset.as_str(), file));
     assert!(!std::path::Path::new(file).exists(), "left behind: {file}");
-    // Its length, then what `bbz build` makes, at the end the mark.
+    // The length, then the image from `bbz build`, and the mark at the end.
     folder.bbz(&["build", "s.bzz", "--robot", "crazyflie"]);
     let image = folder.read("s.bbi");
     let length = u32::try_from(image.len()).unwrap().to_le_bytes();
@@ -50,7 +51,7 @@ fn only_the_script_is_written() {
     assert_eq!(written.len(), 4096);
     assert!(written.starts_with(&[&length[..], &image].concat()));
     assert_eq!(written[4088..4092], 1_u32.to_le_bytes());
-    // An image is flashed as it is.
+    // An image is flashed unchanged.
     assert_eq!(probe_rs::bbz(&folder, &["flash", "s.bbi", "--robot", "crazyflie"]).status, Some(0));
     assert_eq!(folder.read("written.bin"), written);
 }
@@ -71,7 +72,7 @@ fn firmware_comes_before_the_script() {
     assert!(calls[2].contains("--reset --binary-format bin --base-address 0x080c0000"));
 }
 
-/// Settings have a page of their own; what is not given is erased.
+/// Settings have a page of their own; settings that are not given are erased.
 #[test]
 fn settings_are_written() {
     const ZOOIDS: [&str; 4] = ["flash", "s.bzz", "--robot", "zooids"];
@@ -101,7 +102,7 @@ fn settings_are_written() {
     assert!(outcome.stderr.contains("has no [[setting]]"), "{}", outcome.stderr);
 }
 
-/// The id has a sector of its own, and is written before the robot starts anew.
+/// The id has a sector of its own, and is written before the robot restarts.
 #[test]
 fn an_id_is_assigned() {
     let folder = Folder::with("flash_id", "s.bzz", SCRIPT);
@@ -112,7 +113,7 @@ fn an_id_is_assigned() {
     assert_eq!(calls.len(), 3);
     assert!(calls[0].contains("--verify --binary-format bin --base-address 0x080e0000"));
     assert!(calls[2].contains("--reset --binary-format bin --base-address 0x080c0000"));
-    // 4660 is 0x1234; behind it its complement.
+    // 4660 is 0x1234, followed by its complement.
     assert_eq!(folder.read("id.bin"), [0x34, 0x12, 0xcb, 0xed]);
     let shipped = include_str!("../../robots/crazyflie/robot.toml");
     let without = shipped.replace("id = { address", "# {");
@@ -253,21 +254,22 @@ fn what_goes_wrong_with_probe_rs_is_explained() {
     let missing = folder.command(&FLASH).env("PATH", folder.path("")).spawn().unwrap();
     support::finish(missing)
         .fails_with(3, &["probe-rs is not installed", "cargo install probe-rs-tools --locked"]);
-    // What probe-rs 0.32 prints.
+    // The message of probe-rs 0.32.
     probe_rs::install(&folder, "echo 'Error: No connected probes were found.' >&2; exit 1");
     probe_rs::bbz(&folder, &FLASH)
         .fails_with(3, &["Error: No connected probes", "no debug probe is connected", "udev"]);
     probe_rs::install(&folder, "echo 'Error: on fire' >&2; exit 1");
     probe_rs::bbz(&folder, &FLASH)
         .fails_with(3, &["Error: on fire", "probe-rs has failed", "messages above"]);
-    // The script is not written over firmware that did not get there.
+    // The script is not written after the firmware could not be written.
     folder.write("robot", firmware());
     folder.write("calls", "");
     probe_rs::bbz(&folder, &[&FLASH[..], &["--firmware", "robot"]].concat());
     assert_eq!(probe_rs::calls(&folder).len(), 1);
 }
 
-/// The real probe-rs, where it is installed, takes the calls and the addresses; it plays a probe and a chip itself.
+/// The real probe-rs, if it is installed, accepts the calls and the addresses; it simulates a probe
+/// and a chip.
 #[test]
 fn the_real_probe_rs_takes_the_calls() {
     if Command::new("probe-rs").arg("--version").output().is_err() {
@@ -276,7 +278,7 @@ fn the_real_probe_rs_takes_the_calls() {
     }
     let folder = Folder::with("flash_real", "s.bzz", SCRIPT);
     folder.write("robot", firmware());
-    // A probe of the kind that needs no USB device; with --dry-run it is never asked.
+    // A type of probe without a USB device; with --dry-run it is never accessed.
     probe_rs::install(
         &folder,
         "PATH=\"${PATH#*:}\" exec probe-rs \"$@\" --dry-run --probe 1d50:6018:127.0.0.1:4455",

@@ -1,4 +1,4 @@
-//! `bbz flash` for Kilobots: avrdude itself, on a programmer that is played here. Not tried on hardware.
+//! `bbz flash` for Kilobots: the real avrdude on a simulated programmer. Not tried on hardware.
 #![cfg(target_os = "linux")]
 #![allow(clippy::unwrap_used, reason = "what fails here fails the test")]
 
@@ -13,15 +13,15 @@ use stk500::{Chip, Programmer};
 use support::{Folder, Outcome};
 
 const SCRIPT: &str = "function step() { led(1) }\n";
-/// Where the boot loader begins.
+/// The address of the boot loader.
 const BOOT: usize = 0x7000;
 
-/// A program with a script, as `bbz build --firmware` takes it; not one that a Kilobot could run.
+/// A program with a script, as `bbz build --firmware` accepts it; a Kilobot could not run it.
 fn program(content: u8) -> Vec<u8> {
     [&[content; 5000][..], &script_section(Parts::NONE, b"some script").unwrap()].concat()
 }
 
-/// As Intel hex.
+/// Converts a program to Intel hex.
 fn hex(program: &[u8]) -> String {
     let mut text = String::new();
     for (line, bytes) in program.chunks(16).enumerate() {
@@ -37,7 +37,7 @@ fn hex(program: &[u8]) -> String {
     text + ":00000001FF\n"
 }
 
-/// A Kilobot of a lab: program, boot loader, and what was measured for it.
+/// A used Kilobot: program, boot loader, and calibration.
 fn used() -> Chip {
     let mut chip = Chip::erased();
     let program = program(3);
@@ -57,7 +57,8 @@ fn flash(folder: &Folder, programmer: &Programmer, options: &[&str]) -> Outcome 
     folder.bbz(&[&robot[..], &port, options].concat())
 }
 
-/// Whether the flash holds a program that begins so, with the script of the folder; what is behind it.
+/// Asserts that the flash begins with such a program and the script of the folder. Returns the
+/// bytes after them.
 fn check(folder: &Folder, flash: &[u8], content: u8) -> Vec<u8> {
     folder.write("whole.hex", hex(&program(content)));
     let build = ["build", "s.bzz", "--robot", "kilobot", "--firmware", "whole.hex", "-o", "x"];
@@ -124,7 +125,7 @@ fn a_robot_without_program_or_boot_loader() {
     check(&folder, &programmer.chip.lock().unwrap().flash, 5);
 }
 
-/// The image runs no script on such a robot.
+/// The firmware runs no script on a robot with an erased id or duty.
 #[test]
 fn an_erased_id_or_duty_is_reported() {
     let folder = Folder::with("avrdude_uncalibrated", "s.bzz", SCRIPT);
@@ -169,7 +170,7 @@ fn what_was_on_a_robot_is_kept_if_it_cannot_be_written() {
     let outcome = flash(&folder, &programmer, &[]);
     assert_eq!(outcome.status, Some(3));
     assert!(outcome.stderr.contains("may be without a program now"), "{}", outcome.stderr);
-    // As somebody would do it.
+    // Runs the command as a user would.
     let (_, command) = outcome.stderr.split_once("this writes it: avrdude ").unwrap();
     programmer.chip.lock().unwrap().pages_left = 1000;
     let words: Vec<&str> = command.split_whitespace().collect();
@@ -199,7 +200,7 @@ fn wrong_command_lines_are_told() {
     }
     let outcome = folder.bbz(&["flash", "s.bzz", "--robot", "crazyflie", "--port", "usb"]);
     assert!(outcome.stderr.contains("not through a programmer"), "{}", outcome.stderr);
-    // What would be done.
+    // A dry run prints the calls.
     let outcome = folder.bbz(&[&robot[..], &["--dry-run", "--programmer", "usbasp"]].concat());
     let calls: Vec<&str> = outcome.stdout.lines().collect();
     assert_eq!(calls.len(), 2, "{}", outcome.stderr);

@@ -1,4 +1,4 @@
-//! `bbz grade`: results that were handed in run again.
+//! `bbz grade`: runs results again that were handed in.
 
 #![allow(clippy::unwrap_used, reason = "what fails here fails the test")]
 
@@ -13,7 +13,7 @@ const SCENARIO: &str = include_str!("../../examples/lessons/hops.toml");
 const START: &str = include_str!("../../examples/lessons/hops.bzz");
 const SOLUTION: &str = include_str!("../../examples/swarm/gradient.bzz");
 
-/// The file that a page writes of a script.
+/// The file that a page writes for a script.
 fn hand_in(by: &str, script: &str) -> HandIn {
     let files = SharedFiles::default();
     files.add("hops.toml", SCENARIO);
@@ -76,7 +76,7 @@ fn results_run_again() {
 fn what_is_not_as_it_was_handed_in_is_told() {
     let ada = hand_in("Ada", SOLUTION);
     let copied = HandIn { by: "Eve\u{1b}[2J".to_owned(), ..ada.clone() };
-    // Verdicts that somebody has written there do not count.
+    // Verdicts in the file do not count.
     let mut boasted = hand_in("Ben", START);
     boasted.expectations.clone_from(&ada.expectations);
     boasted.digest.clone_from(&ada.digest);
@@ -129,7 +129,7 @@ fn what_is_not_as_it_was_handed_in_is_told() {
     }
 }
 
-/// Scripts of others read no files of the person who grades.
+/// Scripts of other people cannot read files of the person who grades.
 #[test]
 fn scripts_include_files_of_the_assignment_alone() {
     let secret = Folder::with("grade-secret", "secret.bzz", "root:x:0:0:root\n");

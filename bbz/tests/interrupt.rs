@@ -8,7 +8,8 @@ use std::io::{BufRead, BufReader, Read};
 use std::process::{Child, Command};
 use support::{Folder, Outcome};
 
-/// Starts a run, reads its output up to `line` and then presses Ctrl-C. The outcome has the output behind that line.
+/// Starts a run, reads its output up to `line` and then presses Ctrl-C. The outcome has the output
+/// after that line.
 fn interrupt_after(test: &str, script: &str, arguments: &[&str], line: &str) -> Outcome {
     let folder = Folder::with(test, "s.bzz", script);
     let mut child = folder.command(&[&["run", "s.bzz"], arguments].concat()).spawn().unwrap();
@@ -23,7 +24,7 @@ fn interrupt_after(test: &str, script: &str, arguments: &[&str], line: &str) -> 
     outcome
 }
 
-/// Ctrl-C as the terminal sends it.
+/// Sends Ctrl-C as the terminal does.
 fn press(child: &Child) {
     let status = Command::new("kill").args(["-INT", &child.id().to_string()]).status().unwrap();
     assert!(status.success());
@@ -80,7 +81,7 @@ fn a_delay_takes_its_time() {
     let folder = Folder::with("real_time", "s.bzz", "log(1)\ndelay(300)\nlog(2)\n");
     let start = std::time::Instant::now();
     folder.bbz(&["run", "s.bzz"]).succeeds_with("1\n2\n");
-    // Never earlier; how much later depends on the load of the computer.
+    // The delay is never shorter; its exact length depends on the load of the computer.
     assert!(start.elapsed().as_millis() >= 300);
 }
 

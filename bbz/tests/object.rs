@@ -31,7 +31,7 @@ const CALL: &[u8] = &[33];
 const PUSH_INT: u8 = 36;
 const PUSH_STRING: u8 = 37;
 
-/// What the Buzz compiler makes of `log(7)`.
+/// The output of the Buzz compiler for `log(7)`.
 fn logs() -> Vec<u8> {
     object(
         &["log"],
@@ -49,7 +49,7 @@ fn logs() -> Vec<u8> {
     )
 }
 
-/// What it makes of `y = 1 % x`.
+/// The output of the Buzz compiler for `y = 1 % x`.
 fn faults() -> Vec<u8> {
     object(
         &["y", "x"],
@@ -66,7 +66,7 @@ fn faults() -> Vec<u8> {
     )
 }
 
-/// Offset of `MOD` in it: the count, two strings, then the instructions before.
+/// Offset of `MOD` in this output: the count, two strings, then the instructions before.
 const MOD_AT: u32 = 2 + 4 + 1 + 5 + 5 + 5 + 1;
 
 /// An entry of a debug file.
@@ -118,7 +118,7 @@ fn what_no_compiler_made_is_refused() {
             folder.bbz(&[command, "s.bo"]).fails_with(3, &["`s.bo` cannot be used"]);
         }
     }
-    // A bad debug file is no reason to refuse.
+    // A damaged debug file is not an error.
     folder.write("s.bo", &good);
     folder.write("s.bdb", "nonsense");
     let outcome = folder.bbz(&["run", "s.bo"]);

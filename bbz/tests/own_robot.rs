@@ -1,4 +1,4 @@
-//! Carries out docs/own-robot.md: writes its files, runs its commands, and compares what they print.
+//! Follows docs/own-robot.md: writes its files, runs its commands, and compares their output.
 
 #![allow(clippy::unwrap_used, reason = "what fails here fails the test")]
 
@@ -34,7 +34,7 @@ fn blocks(guide: &str) -> Vec<Block<'_>> {
     blocks
 }
 
-/// The file in `New file \`F\`:` and the like.
+/// Returns the file name in lines such as `New file \`F\`:`.
 fn file<'a>(instruction: &'a str, start: &str) -> Option<&'a str> {
     instruction.strip_prefix(start)?.strip_suffix("`:")
 }

@@ -1,4 +1,4 @@
-//! `bbz trace` of a robot on a probe, with a stand-in for probe-rs: nothing here has seen a robot.
+//! `bbz trace` of a robot on a probe with a fake probe-rs: not tried on hardware.
 #![cfg(unix)]
 #![allow(clippy::unwrap_used, reason = "what fails here fails the test")]
 
@@ -15,7 +15,7 @@ use support::Folder;
 
 const TRACE: [&str; 6] = ["trace", "robot.elf", "--robot", "crazyflie", "--script", "s.bzz"];
 
-/// A folder with a script that logs or fails, and what a robot that runs it would print.
+/// A folder with a script that logs or fails, and the output of a robot that runs it.
 fn folder(test: &str, script: &str) -> Folder {
     let folder = Folder::with(test, "s.bzz", script);
     folder.write("robot.elf", "for probe-rs only");

@@ -1,4 +1,4 @@
-//! `bbz run`: what a script prints and how a run ends.
+//! `bbz run`: the output of a script and the end of a run.
 
 mod support;
 
@@ -59,7 +59,7 @@ fn steps_are_calls_of_step() {
 
 #[test]
 fn a_delay_takes_no_time_at_full_speed() {
-    // An hour each: in real time the test would hang.
+    // Each delay is an hour: in real time the test would hang.
     let script = "delay(3600000)\nlog(1)\nfunction step() { delay(3600000) log(2) }\n";
     run("delays", script, &["--steps", "2"]).succeeds_with("1\n2\n2\n");
 }
@@ -151,7 +151,7 @@ fn a_fault_says_in_which_step_it_was() {
     let script = "function step() {\n  n = n + 1\n  if(n == 57) { self.x = 1 }\n}\nn = 0\n";
     let outcome = run("fault_step", script, &["--steps", "100"]);
     outcome.fails_with(1, &["R0002", "`self` is nil", "in step 57", "in a call `t.f()`"]);
-    // Before the first step there is none.
+    // Before the first step there is no number of a step.
     let outcome = run("fault_init", "x = nil\nfunction init() { log(-x) }\n", &["--steps", "1"]);
     outcome.fails_with(1, &["`x` is nil"]);
     assert!(!outcome.stderr.contains("in step "), "{}", outcome.stderr);

@@ -1,4 +1,4 @@
-//! `bbz sim`: what it prints and writes, and how it ends.
+//! `bbz sim`: its output, its files and its exit status.
 
 mod support;
 
@@ -62,7 +62,7 @@ fn a_fault_is_status_1_with_file_and_line() {
     outcome.says(&["error[R0005]", "--> s.bzz:4:", stopped, "in `step`"]);
     let counted = "scripts stopped by an error: 1, started again: 0\n";
     assert!(outcome.stdout.contains(counted), "{}", outcome.stdout);
-    // The same for many robots is told once.
+    // The same fault of many robots is printed once.
     folder.write("s.bzz", "n = 0\nfunction step() { n = n + 1 if(n == 9) led(1 / 0) }\n");
     let outcome = folder.bbz(&["sim", "s.toml"]);
     assert_eq!(outcome.stderr.matches("error[").count(), 1, "{}", outcome.stderr);
@@ -93,7 +93,7 @@ fn a_script_that_an_event_loads_has_its_own_names_and_lines() {
     for line in ["     0.9     1  before\n", "     1.3     1  after\n"] {
         assert!(outcome.stdout.contains(line), "{line}: {}", outcome.stdout);
     }
-    // It is compiled before the run begins.
+    // The script is compiled before the run begins.
     folder.write("other.bzz", "function step() { fly() }\n");
     let outcome = folder.bbz(&["sim", "s.toml"]);
     assert_eq!(outcome.status, Some(2));
@@ -130,7 +130,8 @@ fn an_error_in_a_listener_is_status_1_unless_it_is_expected() {
     assert_eq!(folder.bbz(&["sim", "s.toml"]).status, Some(0));
 }
 
-/// The third step of robot 1 begins in tick 3 and never ends; those of ticks 4 to 19 are left out.
+/// The third step of robot 1 begins in tick 3 and never ends; the steps of ticks 4 to 19 are
+/// skipped.
 #[test]
 fn a_step_that_never_ends_is_told() {
     let folder = folder("sim_endless");
@@ -159,7 +160,7 @@ fn a_step_that_never_ends_is_told() {
     let mut rows = table.split_terminator("\r\n").map(|row| row.split(',').collect::<Vec<_>>());
     let column = rows.next().unwrap().iter().position(|name| *name == "overruns").unwrap();
     assert_eq!(rows.map(|row| row[column].to_owned()).collect::<Vec<_>>(), ["16", "16"]);
-    // Scripts that keep up need no line.
+    // Scripts without overruns have no line.
     folder.write("s.bzz", SCRIPT);
     let outcome = folder.bbz(&["sim", "s.toml"]);
     assert!(!outcome.stdout.contains("left out"), "{}", outcome.stdout);
@@ -287,7 +288,7 @@ fn every_combination_is_run_with_every_seed() {
         "{}",
         outcome.stdout
     );
-    // Twice the same gives the same table.
+    // The same command gives the same table.
     let again = folder.bbz(&[arguments.as_slice(), &set].concat());
     assert_eq!(again.stdout, outcome.stdout);
     assert_eq!(folder.read("runs.csv"), table.as_bytes());
@@ -321,7 +322,7 @@ fn a_variant_of_the_seed_runs_with_that_seed() {
         .map(|(seed, row)| format!("{seed},{seed},{}", metrics(row)))
         .collect();
     assert_eq!(rows(&["--set", "world.seed=1,3,2"]), expected);
-    // With several runs each variant goes on from its own seed.
+    // With several runs, each variant counts up from its own seed.
     let seeds = rows(&["--set", "world.seed=1,7", "--runs", "2"]);
     let seeds: Vec<&str> = seeds.iter().filter_map(|row| row.split(',').next()).collect();
     assert_eq!(seeds, ["1", "2", "7", "8"]);
@@ -331,7 +332,7 @@ fn a_variant_of_the_seed_runs_with_that_seed() {
     }
 }
 
-/// Columns are data: a comment in the scenario renames none.
+/// Column names are data: a comment in the scenario does not change them.
 #[test]
 fn columns_are_named_after_expectations_and_not_after_lines() {
     let folder = folder("sim_names");
@@ -356,7 +357,7 @@ fn columns_are_named_after_expectations_and_not_after_lines() {
     assert_eq!(result["expects"][1]["name"], "counted");
 }
 
-/// They are counted before anything is prepared for them.
+/// Runs are counted before anything is prepared for them.
 #[test]
 fn the_number_of_runs_is_limited() {
     let folder = folder("sim_many_runs");
@@ -371,7 +372,7 @@ fn the_number_of_runs_is_limited() {
         .fails_with(3, &["50001 runs of 2 combinations"]);
 }
 
-/// Four weeks that nobody waits for.
+/// The run would take four weeks, and is interrupted.
 #[cfg(unix)]
 #[test]
 fn a_signal_ends_a_run_with_a_summary_and_a_whole_recording() {
@@ -428,7 +429,7 @@ fn a_lack_of_memory_names_the_globals_that_hold_it() {
     }
 }
 
-/// One script for unlike robots asks for the functions that a robot may lack.
+/// One script for different robots can test for the functions that a robot may lack.
 #[test]
 fn a_script_knows_the_functions_of_all_robots_of_its_scenario() {
     let folder = folder("sim_unlike");

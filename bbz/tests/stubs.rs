@@ -1,4 +1,4 @@
-//! `bbz stubs`: what it writes is a robot that the script runs on.
+//! `bbz stubs`: writes a robot that the script runs on.
 
 mod support;
 
@@ -146,7 +146,7 @@ fn no_robot_is_written_where_none_can_be() {
     assert!(wrong.stderr.contains("wrong.bzz:1"), "{}", wrong.stderr);
     let itself = folder.bbz(&["stubs", "patrol.bzz", "-o", "lib.bzz"]);
     assert_eq!(itself.status, Some(3), "{}", itself.stderr);
-    // One constant of generated code would stand for both.
+    // Both names would become the same constant of generated code.
     folder.write("alike.bzz", "goTo(1) go_to(1)\n");
     let alike = folder.bbz(&["stubs", "alike.bzz"]);
     assert_eq!((alike.status, alike.stdout.as_str()), (Some(3), ""));

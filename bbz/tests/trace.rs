@@ -1,4 +1,4 @@
-//! `bbz trace`: what a robot tells, in the words of `bbz run`.
+//! `bbz trace`: prints a robot's messages in the form of `bbz run`.
 
 #![allow(clippy::unwrap_used, reason = "what fails here fails the test")]
 
@@ -20,12 +20,12 @@ use support::{Folder, Outcome};
 fn trace_lines(folder: &Folder, lines: &str, arguments: &[&str]) -> Outcome {
     let mut command = folder.command(&[&["trace", "-"], arguments].concat());
     let mut child = command.stdin(Stdio::piped()).spawn().unwrap();
-    // It may end before it has read everything.
+    // bbz may end before it has read everything.
     let _ = child.stdin.take().unwrap().write_all(lines.as_bytes());
     support::finish(child)
 }
 
-/// A folder with a script and what `bbz build` makes of it for the Crazyflie.
+/// A folder with a script and the files of `bbz build` for the Crazyflie.
 fn built(test: &str, script: &str) -> Folder {
     let folder = Folder::with(test, "s.bzz", script);
     let outcome = folder.bbz(&["build", "s.bzz", "--robot", "crazyflie"]);
@@ -96,7 +96,8 @@ fn a_fault_is_told_as_run_tells_it() {
         for symbols in ["s.bzz", "s.sym"] {
             let outcome = trace_lines(&folder, &lines, &["--plain", "--script", symbols]);
             assert_eq!((outcome.status, &outcome.stdout), (Some(1), &run.stdout));
-            // Only when it was is said in addition. A record has no room for every call of an endless recursion.
+            // Only the time is printed in addition. A record has no room for every call of an
+            // endless recursion.
             assert_eq!(outcome.stderr.matches("complete steps, at ").count(), 1);
             let (said, mut expected) = (essence(&outcome.stderr), essence(&run.stderr));
             expected.retain(|line| !line.starts_with("  = note: in step "));
@@ -109,7 +110,7 @@ fn a_fault_is_told_as_run_tells_it() {
     }
 }
 
-/// The lines of a message that neither say when it was nor are only there to separate.
+/// Returns the lines of a message without the time and separators.
 fn essence(message: &str) -> Vec<&str> {
     let lines = message.lines();
     lines.filter(|line| line.trim() != "|" && !line.contains("complete steps, at ")).collect()
@@ -201,7 +202,7 @@ fn every_other_record_has_its_words() {
     plain.says(&words.map(|words| format!("warning: {words}")).each_ref().map(String::as_str));
 }
 
-/// Once a second, and what was counted last.
+/// Counts are printed once per second, and the last ones at the end.
 #[test]
 fn floods_of_messages_do_not_flood_people() {
     let folder = Folder::new("trace_unused");
@@ -226,13 +227,13 @@ fn a_refused_image_is_told_in_the_words_of_build() {
     let refused = robot::lines(&robot::records(&image, 0));
     let outcome = trace_lines(&folder, &refused, &[]);
     outcome.fails_with(3, &["the script in the robot's flash is "]);
-    // An image that an earlier `bbz` has flashed: its version is in the lower half of the second byte.
+    // An earlier `bbz` has flashed this image: its version is in the lower half of the second byte.
     let mut old = folder.read("s.bbi");
     old[1] = old[1] & 0xf0 | 1;
     let refused = robot::lines(&robot::records(&old, 0));
     trace_lines(&folder, &refused, &[])
         .fails_with(3, &["version 1, older than version 2", "build it again"]);
-    // Firmware of an earlier version refuses what this `bbz` builds.
+    // Firmware of an earlier version refuses images of this `bbz`.
     let refused = robot::lines(&[trace::refused(ImageError::Version(2)).to_vec()]);
     trace_lines(&folder, &refused, &[]).fails_with(
         3,
@@ -265,7 +266,7 @@ fn damaged_records_are_told_and_harm_nothing() {
     assert_eq!(plain.stderr.matches("warning: a record cannot be read, ").count(), 10);
 }
 
-/// Every record cut off at every byte, and with every byte changed.
+/// Tests every record cut off at every byte, and with every byte changed.
 #[test]
 fn no_record_is_too_broken() {
     let folder = built("trace_broken", "log(nil, 1, 2.5, \"x\", {})\nlog(nil + id)\n");
@@ -342,7 +343,7 @@ fn contained(test: &str) -> (Folder, Vec<u8>) {
     (folder, record)
 }
 
-/// The script goes on: `--until-fault` waits for a fault that stops it.
+/// The script continues: `--until-fault` waits for a fault that stops it.
 #[test]
 fn a_contained_fault_is_printed_and_the_trace_goes_on() {
     let (folder, record) = contained("trace_contained");

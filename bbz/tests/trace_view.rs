@@ -17,7 +17,7 @@ use serde_json::Value;
 use support::Folder;
 use tungstenite::Message;
 
-/// Its second step divides by zero.
+/// A script whose second step divides by zero.
 const SCRIPT: &str = "n = 0\nfunction step() {\n  n = n + 1\n  log(\"n is \", n)\n  if(n == 2) half(n)\n}\n\
     function half(x) {\n  return x / (x - 2)\n}\n";
 
@@ -36,7 +36,7 @@ fn a_page_gets_lines_and_faults() {
     let address = format!("{}socket", url.trim().replacen("http", "ws", 1));
     let authority = url.strip_prefix("http://").unwrap().split('/').next().unwrap();
     let stream = TcpStream::connect(authority).unwrap();
-    // A missing event fails the test instead of holding it up.
+    // A missing event fails the test instead of blocking it.
     stream.set_read_timeout(Some(Duration::from_secs(60))).unwrap();
     let (mut socket, _) = tungstenite::client(address, stream).unwrap();
     // The page is open before the robot reports.

@@ -1,4 +1,4 @@
-//! Access to the server, and its answers to nonsense.
+//! Access to the server, and its answers to invalid requests.
 
 #![allow(clippy::unwrap_used, reason = "what fails here fails the test")]
 
@@ -21,7 +21,7 @@ use tungstenite::client::IntoClientRequest;
 use tungstenite::http::HeaderValue;
 use tungstenite::{Message, WebSocket};
 
-/// A server that is asked answers in milliseconds.
+/// The longest wait for an answer, which takes milliseconds otherwise.
 const LONGEST_WAIT: Duration = Duration::from_secs(60);
 
 /// Bytes of the longest request that the server reads.
@@ -59,7 +59,7 @@ fn serve(visit: impl FnOnce(&str)) {
     server.join().unwrap();
 }
 
-/// The status of an answer, and all of it.
+/// Returns the status and the whole text of an answer.
 fn get(url: &str, path: &str, host: &str, more: &str) -> (u16, String) {
     let authority = url.strip_prefix("http://").unwrap().split('/').next().unwrap();
     let host = if host.is_empty() { authority } else { host };
@@ -80,7 +80,7 @@ fn connect(url: &str, origin: Option<&str>) -> Result<WebSocket<TcpStream>, Stri
         request.headers_mut().insert("Origin", HeaderValue::from_str(origin).unwrap());
     }
     let stream = TcpStream::connect(authority).unwrap();
-    // A missing answer fails the test, instead of holding up all others.
+    // A missing answer fails the test instead of blocking it.
     stream.set_read_timeout(Some(LONGEST_WAIT)).unwrap();
     let connected = tungstenite::client(request, stream);
     connected.map(|(socket, _)| socket).map_err(|error| error.to_string())
@@ -99,7 +99,7 @@ fn is_timeout(error: &tungstenite::Error) -> bool {
     matches!(error, tungstenite::Error::Io(error) if error.kind() == ErrorKind::WouldBlock)
 }
 
-/// The next event of that kind.
+/// Returns the next event of that kind.
 fn event(socket: &mut WebSocket<TcpStream>, kind: &str) -> Value {
     loop {
         if let Message::Text(text) = socket.read().unwrap() {
@@ -132,7 +132,7 @@ fn only_requests_with_the_secret_are_answered() {
             let found = get(url, &format!("{path}x/{name}"), "", "").0;
             assert_eq!(found, 404, "{name}");
         }
-        // A name that another site has made to lead here.
+        // Another site can make its name resolve to this server.
         assert_eq!(get(url, &path, "evil.example", "").0, 404);
         assert_eq!(get(url, &path, "", "Origin: http://evil.example\r\n").0, 404);
         assert_eq!(get(url, &path, "", "Origin: null\r\n").0, 404);
@@ -179,7 +179,7 @@ fn a_page_steers_the_run_and_gets_samples() {
     });
 }
 
-/// Whatever is sent, the session answers the next request.
+/// The session answers the next request after any input.
 #[test]
 fn nonsense_does_no_harm() {
     serve(|url| {
@@ -222,7 +222,7 @@ fn nonsense_does_no_harm() {
         let longest = format!("{}{request}", " ".repeat(LONGEST_REQUEST - request.len()));
         socket.send(Message::text(longest)).unwrap();
         event(&mut socket, "commands");
-        // Too long: the socket is closed, the session stays.
+        // After a request that is too long, the socket is closed and the session continues.
         let mut socket = connect(url, None).unwrap();
         let _ = socket.send(Message::text("x".repeat(LONGEST_REQUEST + 1)));
         assert!(!is_timeout(&end(&mut socket)), "the server keeps the socket");

@@ -1,4 +1,4 @@
-//! ELF files as a linker makes them for a Cortex-M, made here.
+//! Makes ELF files like those of a linker for a Cortex-M.
 
 #![allow(dead_code, reason = "each test program uses its part of this module")]
 #![allow(clippy::unwrap_used, reason = "what fails here fails the test")]
@@ -10,16 +10,17 @@ use object::{
     Architecture, BinaryFormat, Endianness, SectionKind, SymbolFlags, SymbolKind, SymbolScope,
 };
 
-/// Bytes that are loaded.
+/// A segment that is loaded.
 pub struct Segment<'a> {
-    /// Where they are flashed.
+    /// The address in flash.
     pub at: u32,
-    /// Where they are when the firmware runs.
+    /// The address when the firmware runs.
     pub runs_at: u32,
     pub bytes: &'a [u8],
 }
 
-/// An executable for ARM with these segments; a section for each, which is what probe-rs reads.
+/// Returns an executable for ARM with these segments, and a section for each, because probe-rs
+/// reads sections.
 pub fn arm(segments: &[Segment<'_>]) -> Vec<u8> {
     let mut file = Vec::new();
     let mut writer = Writer::new(Endianness::Little, false, &mut file);
@@ -83,7 +84,7 @@ pub fn arm(segments: &[Segment<'_>]) -> Vec<u8> {
     file
 }
 
-/// A file with the texts of defmt messages, sent without compression: number, tag and text of each.
+/// Returns a file with the texts of uncompressed defmt messages: number, tag and text of each.
 pub fn with_messages(messages: &[(u16, &str, &str)]) -> Vec<u8> {
     let mut file = Object::new(BinaryFormat::Elf, Architecture::Arm, Endianness::Little);
     let section = file.add_section(vec![], b".defmt".to_vec(), SectionKind::Data);

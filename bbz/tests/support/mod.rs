@@ -1,4 +1,4 @@
-//! Running `bbz` on scripts in a folder of the test's own.
+//! Runs `bbz` on scripts in a folder that belongs to the test.
 
 #![allow(dead_code, reason = "each test program uses its part of this module")]
 #![allow(clippy::unwrap_used, reason = "what fails here fails the test")]
@@ -10,23 +10,23 @@ use std::process::{Child, Command, Stdio};
 use std::thread;
 use std::time::{Duration, Instant};
 
-/// How long a run may take before it counts as hanging: far above any test's need.
+/// The time after which a run counts as hanging, far above the need of any test.
 const PATIENCE: Duration = Duration::from_secs(120);
 
 /// An empty folder that belongs to one test.
 pub struct Folder(PathBuf);
 
-/// What a run did.
+/// The outcome of a run.
 #[derive(Debug)]
 pub struct Outcome {
-    /// Exit status; `None` if a signal ended it.
+    /// The exit status; `None` if a signal ended the run.
     pub status: Option<i32>,
     pub stdout: String,
     pub stderr: String,
 }
 
 impl Folder {
-    /// The folder of the test of that name.
+    /// Creates the folder of the test with that name.
     pub fn new(test: &str) -> Self {
         let path = Path::new(env!("CARGO_TARGET_TMPDIR")).join(test);
         let _ = fs::remove_dir_all(&path);
@@ -34,7 +34,7 @@ impl Folder {
         Folder(path)
     }
 
-    /// The folder with one script in it.
+    /// Creates the folder with one script in it.
     pub fn with(test: &str, name: &str, text: &str) -> Self {
         let folder = Folder::new(test);
         folder.write(name, text);
@@ -53,7 +53,7 @@ impl Folder {
         fs::read(self.path(name)).unwrap()
     }
 
-    /// The names of what is in it, sorted.
+    /// Returns the sorted names of the folder's files.
     pub fn names(&self) -> Vec<String> {
         let entries = fs::read_dir(&self.0).unwrap();
         let mut names: Vec<String> =
@@ -62,7 +62,7 @@ impl Folder {
         names
     }
 
-    /// A command that runs `bbz` in this folder, with piped output.
+    /// Returns a command that runs `bbz` in this folder, with piped output.
     pub fn command(&self, arguments: &[&str]) -> Command {
         let mut command = Command::new(env!("CARGO_BIN_EXE_bbz"));
         command
@@ -121,14 +121,15 @@ impl Outcome {
         );
     }
 
-    /// Asserts status, that standard error says all this, and that standard output is empty.
+    /// Asserts the status, that standard error contains all these texts, and that standard output
+    /// is empty.
     #[track_caller]
     pub fn fails_with(&self, status: i32, parts: &[&str]) {
         assert_eq!((self.status, self.stdout.as_str()), (Some(status), ""), "{}", self.stderr);
         self.says(parts);
     }
 
-    /// Asserts that standard error says all this.
+    /// Asserts that standard error contains all these texts.
     #[track_caller]
     pub fn says(&self, parts: &[&str]) {
         for part in parts {

@@ -1,4 +1,4 @@
-//! A program that stands in for probe-rs: it notes its arguments and keeps what it would write.
+//! A fake probe-rs: it records its arguments and keeps the bytes that it would write.
 
 #![allow(dead_code, reason = "each test program uses its part of this module")]
 #![allow(clippy::unwrap_used, reason = "what fails here fails the test")]
@@ -10,16 +10,16 @@ use std::process::{Command, Stdio};
 
 use super::support::{self, Folder, Outcome};
 
-/// Notes the call, then what the test wants. In the script `$file` is the last argument.
+/// Records the call; the commands of the test follow. In the script `$file` is the last argument.
 const NOTE: &str = "#!/bin/sh\necho \"$@\" >> calls\nfor file; do :; done\n";
 
-/// Puts the stand-in into the folder, which does `script` then.
+/// Writes the fake probe-rs, which then executes `script`, into the folder.
 pub fn install(folder: &Folder, script: &str) {
     folder.write("probe-rs", format!("{NOTE}{script}\n"));
     fs::set_permissions(folder.path("probe-rs"), PermissionsExt::from_mode(0o755)).unwrap();
 }
 
-/// A command whose PATH begins with the folder.
+/// Returns a command whose PATH begins with the folder.
 pub fn command(folder: &Folder, arguments: &[&str]) -> Command {
     let others = env::var_os("PATH").unwrap();
     let path = [folder.path("")].into_iter().chain(env::split_paths(&others));
@@ -32,7 +32,7 @@ pub fn bbz(folder: &Folder, arguments: &[&str]) -> Outcome {
     support::finish(command(folder, arguments).spawn().unwrap())
 }
 
-/// The calls so far, one per line.
+/// Returns the calls so far, one per line.
 pub fn calls(folder: &Folder) -> Vec<String> {
     let text = fs::read_to_string(folder.path("calls")).unwrap_or_default();
     text.lines().map(str::to_owned).collect()

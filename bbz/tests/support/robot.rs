@@ -1,6 +1,6 @@
-//! A robot that runs an image and tells of it as firmware does: the machine and the records are the firmware's own,
-//! the rest of it is left out. The records are encoded from the machine's own arguments, which the recorder of
-//! `bittybuzz-testkit` does not keep.
+//! A robot that runs an image and reports as firmware does. The machine and the records are those
+//! of the firmware; the rest of the firmware is missing. The records are encoded from the machine's
+//! own arguments, which the recorder of `bittybuzz-testkit` does not keep.
 
 #![allow(dead_code, reason = "each test program uses its part of this module")]
 #![allow(clippy::unwrap_used, reason = "what fails here fails the test")]
@@ -22,7 +22,7 @@ struct Robot {
 }
 
 impl<P: Profile> Host<P> for Robot {
-    /// Every function returns nil, but `led` wants one argument or two.
+    /// Every function returns nil; `led` requires one argument or two.
     fn call<C: ByteCode, const N: usize>(
         &mut self,
         function: u16,
@@ -49,7 +49,8 @@ impl<P: Profile> Host<P> for Robot {
     }
 }
 
-/// The records of a run: the start, then what comes in the global code, `init` and so many steps.
+/// Returns the records of a run: the start, then those of the global code, `init` and `steps`
+/// steps.
 pub fn records(image: &[u8], steps: u32) -> Vec<Vec<u8>> {
     let mut robot = Robot { records: Vec::new(), step: 0 };
     let mut vm: Box<Vm<Full, &[u8], SLOTS>> = Box::new(Vm::new());
@@ -80,7 +81,7 @@ pub fn records(image: &[u8], steps: u32) -> Vec<Vec<u8>> {
     robot.records
 }
 
-/// Records as probe-rs prints them, a second apart.
+/// Formats records as probe-rs prints them, a second apart.
 pub fn lines(records: &[Vec<u8>]) -> String {
     let lines = records.iter().enumerate();
     lines.map(|(second, record)| format!("{second}.000000 INFO  bbz {record:?}\n")).collect()

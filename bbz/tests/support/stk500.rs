@@ -1,6 +1,6 @@
-//! A programmer on a pseudo-terminal, with an ATmega328P at its plug, as avrdude finds them: the STK500's protocol (Atmel AVR061),
-//! and the memory behind it with the properties of the data sheet (28.8): a chip erase takes flash, EEPROM and lock bits
-//! along, and writing to flash only makes ones zeros.
+//! A simulated programmer on a pseudo-terminal, with an ATmega328P: the STK500's protocol (Atmel
+//! AVR061), and memory with the properties of the data sheet (28.8): a chip erase clears flash,
+//! EEPROM and lock bits, and writing to flash only changes ones to zeros.
 
 #![allow(clippy::unwrap_used, reason = "what fails here fails the test")]
 
@@ -19,7 +19,7 @@ pub struct Chip {
     pub flash: Vec<u8>,
     pub eeprom: Vec<u8>,
     pub lock: u8,
-    /// Breaks after so many pages of flash were written.
+    /// The number of pages of flash that can be written before the programmer fails.
     pub pages_left: usize,
 }
 
@@ -28,7 +28,7 @@ impl Chip {
         Chip { flash: vec![0xff; 0x8000], eeprom: vec![0xff; 0x400], lock: 0xff, pages_left: 1000 }
     }
 
-    /// One instruction of serial programming (data sheet, table 28-18).
+    /// Executes an instruction of serial programming (data sheet, table 28-18).
     fn instruct(&mut self, instruction: [u8; 4]) -> u8 {
         match instruction {
             [0xac, 0x80, ..] => {
@@ -46,7 +46,7 @@ impl Chip {
 pub struct Programmer {
     pub port: String,
     pub chip: Arc<Mutex<Chip>>,
-    // Open as long as somebody may want to connect.
+    // Kept open, so that a program can connect at any time.
     _end: File,
 }
 
@@ -79,11 +79,11 @@ fn serve(mut line: File, chip: &Mutex<Chip>) {
     while let Ok(command) = take(1) {
         let chip = || chip.lock().unwrap();
         let answer = match command[0] {
-            // Synchronise, begin, end.
+            // Commands: synchronise, begin, end.
             0x30 | 0x50 | 0x51 => Some(vec![]),
-            // A parameter of the programmer.
+            // Command: read a parameter of the programmer.
             0x41 => take(1).ok().map(|_| vec![2]),
-            // Which chip.
+            // Command: select the chip.
             0x42 => take(20).ok().map(|_| vec![]),
             0x45 => {
                 let length = take(1).unwrap()[0];
