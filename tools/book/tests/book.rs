@@ -1,4 +1,4 @@
-//! The book is built as readers get it, and its links are followed.
+//! Builds the book as readers get it, and follows its links.
 
 #![allow(clippy::unwrap_used, reason = "what fails here fails the test")]
 

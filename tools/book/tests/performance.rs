@@ -1,5 +1,5 @@
-//! Tables of docs/performance.md are written from the recorded counts of `bench/`. `UPDATE_DOCS=1 cargo test --locked -p
-//! bittybuzz-book` writes them anew.
+//! Compares the tables of docs/performance.md with the recorded counts of `bench/`. `UPDATE_DOCS=1
+//! cargo test --locked -p bittybuzz-book` writes the tables again.
 
 #![allow(clippy::unwrap_used, reason = "what fails here fails the test")]
 
@@ -42,7 +42,7 @@ fn tables_are_those_of_the_recorded_counts() {
     );
 }
 
-/// Our counts of a target.
+/// Returns the counts of BittyBuzz in Rust on a target.
 fn baseline(target: &str) -> Value {
     let text = fs::read_to_string(path("bench/baseline.json")).unwrap();
     serde_json::from_str::<Value>(&text).unwrap()[target].take()
@@ -56,7 +56,7 @@ fn geometric_mean(ratios: &[f64]) -> f64 {
     (ratios.iter().map(|ratio| ratio.ln()).sum::<f64>() / ratios.len() as f64).exp()
 }
 
-/// Thousands are separated by commas.
+/// Formats a number with commas between thousands.
 fn number(value: f64) -> String {
     let digits = format!("{value:.0}");
     let mut text = String::new();
@@ -69,7 +69,7 @@ fn number(value: f64) -> String {
     text
 }
 
-/// Scripts that hear or look at neighbors.
+/// Scripts that use messages or positions of neighbors.
 const WITH_NEIGHBORS: [&str; 4] = ["gradient", "neigh8", "neighred8", "messages8"];
 
 const TARGETS: [(&str, &str); 4] = [
@@ -139,7 +139,7 @@ fn peers() -> String {
             let name =
                 format!("{} {}", peer["name"].as_str().unwrap(), peer["version"].as_str().unwrap());
             let flags = peer["flags"].as_str().unwrap();
-            // The first option is that of the interpreter.
+            // The first option belongs to the interpreter.
             let option = flags.split([' ', ',']).find(|option| option.starts_with("-O"));
             let title =
                 format!("{name}{}", option.map_or(String::new(), |option| format!(", {option}")));

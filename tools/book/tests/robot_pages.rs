@@ -1,5 +1,5 @@
-//! The page of each robot that is flashed is written from its robot file. `UPDATE_DOCS=1 cargo test --locked -p
-//! bittybuzz-book` writes the pages anew.
+//! Compares the page of each robot with firmware with its robot file. `UPDATE_DOCS=1 cargo test
+//! --locked -p bittybuzz-book` writes the pages again.
 
 #![allow(clippy::unwrap_used, reason = "what fails here fails the test")]
 
