@@ -17,7 +17,7 @@ fn function(symbol: &str, lines: &[&str]) -> String {
     )
 }
 
-/// The squeezed text, which has been proved.
+/// Returns the squeezed text after its proof.
 fn proved(text: &str) -> Vec<String> {
     let squeezed = squeeze(text, |symbol| symbol == "hot");
     if let Err(refusal) = prove(text, &squeezed.text, &squeezed.contracts) {
@@ -26,7 +26,7 @@ fn proved(text: &str) -> Vec<String> {
     squeezed.text.lines().map(|line| line.trim().replace('\t', " ")).collect()
 }
 
-/// The reason why a text is no squeezed form of another.
+/// Returns the reason why a text is not a valid squeezed form of another.
 fn refused(original: &str, wrong: &str) -> Refusal {
     match prove(original, wrong, &squeeze(original, |_| true).contracts) {
         Err(refusal) => refusal,
@@ -45,7 +45,7 @@ fn count(lines: &[String], wanted: &str) -> usize {
     lines.iter().filter(|line| *line == wanted).count()
 }
 
-/// The same lines four times, with others between them.
+/// Returns the lines four times, with others between them.
 fn four_times(lines: &[&'static str]) -> Vec<&'static str> {
     let mut all = Vec::new();
     for between in ["inc r20", "inc r21", "inc r22", "inc r23"] {
@@ -63,7 +63,7 @@ fn functions_that_no_image_has_are_proved() {
 
 #[test]
 fn assembly_that_only_reads_flash_is_shared() {
-    // Its time has no effect.
+    // The timing of this block has no effect.
     let word = [";APP", "lpm r0, Z+", "lpm r31, Z", "mov r30, r0", ";NO_APP", "sts 300, r31"];
     let result = proved(&function("f", &four_times(&[&["movw r30, r24"], &word[..]].concat())));
     assert_eq!(count(&result, "lpm r31, Z"), 1, "{result:?}");
@@ -74,7 +74,7 @@ fn assembly_that_only_reads_flash_is_shared() {
 
 #[test]
 fn assembly_by_hand_stays_where_it_is() {
-    // A pulse whose cycles are counted, as it stands where a function was inlined.
+    // A pulse whose cycles are counted, in the form of an inlined function.
     let pulse = ["; APP", "sbi 5, 1", "nop", "nop", "cbi 5, 1", "; NO_APP"];
     let result = proved(&function("f", &four_times(&pulse)));
     assert_eq!(result.windows(6).filter(|window| *window == pulse).count(), 4, "{result:?}");
@@ -260,7 +260,7 @@ fn time_that_counts_is_compared() {
         ),
         Cause::Later { original: 2, squeezed: 5 }
     );
-    // Elsewhere time may pass.
+    // Elsewhere the code may take longer.
     let texts = [&["sts 300, r24", "ret"][..], &["nop", "sts 300, r24", "ret"]];
     let [original, slower] = texts.map(|lines| function("f", lines));
     assert!(prove(&original, &slower, &squeeze(&original, |_| true).contracts).is_ok());
@@ -300,7 +300,7 @@ fn a_branch_that_the_original_lacks_is_refused() {
 
 #[test]
 fn each_side_of_each_branch_is_compared() {
-    // Whatever the symbols are, which the inputs depend on: no input makes ten loads equal to ten constants by chance.
+    // The inputs depend on the symbols; none makes ten loads equal to ten constants by chance.
     let numbers = 10..20;
     let chain = |last: &str| {
         let mut code: Vec<String> = Vec::new();
@@ -355,8 +355,8 @@ fn a_saved_register_that_assembly_reads_is_an_argument() {
 
 #[test]
 fn code_behind_a_long_loop_is_reached() {
-    // The loop ends with one of the last instructions that an execution has time for. Zero is never one, so that the
-    // store is only reached by steering.
+    // The loop ends with one of the last instructions before the limit of an execution. Zero never
+    // equals one, so the store is only reached by steering.
     for rounds in 740..760 {
         let (low, high) = (format!("ldi r24, lo8({rounds})"), format!("ldi r25, hi8({rounds})"));
         let count = [&*low, &high, ".L1:", "sbiw r24, 1", "brne .L1"];

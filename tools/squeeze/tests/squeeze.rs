@@ -1,8 +1,8 @@
-//! What becomes of assembly, and what is left alone.
+//! Tests the changes to assembly, and the code that must stay unchanged.
 
 use bittybuzz_squeeze::squeeze as with_contracts;
 
-/// The text alone.
+/// Returns only the squeezed text.
 fn squeeze(assembly: &str, is_hot: impl Fn(&str) -> bool) -> String {
     with_contracts(assembly, is_hot).text
 }
@@ -14,7 +14,8 @@ fn function(symbol: &str, body: &str) -> String {
     )
 }
 
-/// The instructions and labels of a function after squeezing, without those that only the debugger needs.
+/// Returns the instructions and labels of a function after squeezing, without those that only the
+/// debugger needs.
 fn squeezed(assembly: &str) -> Vec<String> {
     squeeze(assembly, |symbol| symbol == "hot")
         .lines()
@@ -49,10 +50,11 @@ fn a_branch_goes_straight_to_its_target() {
 
 #[test]
 fn a_branch_reaches_126_bytes_and_no_further() {
-    // 63 words forward, counted from behind the branch (instruction set manual, BREQ).
+    // 63 words forward, counted from the instruction after the branch (instruction set manual,
+    // BREQ).
     for (between, is_straight) in [(63, true), (64, false)] {
         let mut code = vec!["cpi r24, 3", "brne .L1", "rjmp .L2", ".L1:"];
-        // Each another register, so that there is no sequence to be shared.
+        // Each instruction has another register, so that there is no sequence to share.
         let fill: Vec<String> =
             (0..between).map(|n| format!("out {}, r{}", n % 32, n / 32)).collect();
         code.extend(fill.iter().map(String::as_str));
@@ -150,7 +152,7 @@ fn comparisons_that_count_stay() {
         ["add r24, r22", "cpi r24, 0", "brcs .L1", ".L1:", "ret"],
         // `mov` sets no flags.
         ["mov r24, r22", "cpi r24, 0", "breq .L1", ".L1:", "ret"],
-        // Somebody else comes here, too.
+        // Other code branches to this place, too.
         ["andi r24, 4", ".L1:", "cpi r24, 0", "brne .L1", "ret"],
     ] {
         let result = squeezed(&function("f", &body(&code)));
@@ -210,7 +212,7 @@ fn entry_and_exit_are_shared() {
             "jmp __restore_12_room"
         ]
     );
-    // The routines do what stood there: registers in the same order, the same room.
+    // The routines replace the removed code: registers in the same order, the same room.
     let at = |label: &str| result.iter().position(|line| line == label).expect("it is there");
     let saves = &result[at(".Lpush_12_room:")..at("__restore_12_room:")];
     let saved: Vec<&str> = saves.iter().filter_map(|line| line.strip_prefix("push ")).collect();
@@ -270,7 +272,7 @@ fn names_of_sources_come_first_and_are_one_name() {
 
 #[test]
 fn who_calls_comes_near_to_who_is_called() {
-    // 5,000 bytes between them: further than a short call reaches.
+    // There are 5,000 bytes between them: more than a short call reaches.
     let filler: String = (0..2500).map(|n| format!("\tout\t{}, r{}\n", n % 47, n % 29)).collect();
     let code = [
         function("a", "\tcall\tb\n\tret\n"),
@@ -282,14 +284,15 @@ fn who_calls_comes_near_to_who_is_called() {
     let at = |label: &str| result.iter().position(|line| line == label).expect("it is there");
     assert!(at("a:").abs_diff(at("b:")) < 10);
     assert_eq!(result.len(), 3 + 2 + 2501 + 2, "everything is there once");
-    // What stands there belongs to the same function as before.
+    // The code there belongs to the same function as before.
     assert_eq!(result[at("b:") + 1..=at("b:") + 2], ["inc r24", "ret"]);
 }
 
 #[test]
 fn what_is_cut_off_or_odd_stays() {
     let whole = function("f", &body(&[&ENTRY[..], &["out 5, r24"], &EXIT].concat()));
-    // As if the disk had been full: no end of the function, so nothing is known of it.
+    // The text is cut off, as by a full disk: without the end of a function, the function is left
+    // unchanged.
     for length in 0..whole.len() - ".Lfunc_end0:\n".len() {
         let text = &whole[..length];
         let result = squeeze(text, |_| false);
@@ -324,7 +327,7 @@ fn results_that_a_caller_reads_stay() {
         let copies = result.iter().filter(|line| *line == "mov r22, r24").count();
         assert_eq!(copies, count, "{reads}");
     }
-    // Whoever has its address may read any result; so may who calls it from elsewhere.
+    // Unknown callers may read any result: callers by address, and those in other files.
     for directive in ["\t.short\tpm(g)\n", "\t.globl\tg\n", ""] {
         let caller = if directive.is_empty() { "call\th" } else { "call\tg" };
         let code = [
@@ -339,7 +342,7 @@ fn results_that_a_caller_reads_stay() {
 
 #[test]
 fn arguments_that_a_function_reads_stay() {
-    // g reads r22 only behind its branch; an unknown function may read anything, h nothing.
+    // g reads r22 only after its branch; an unknown function may read anything, h nothing.
     let g = function("g", &body(&["cpi r24, 1", "breq .L1", "sts 300, r22", ".L1:", "ret"]));
     let h = function("h", &body(&["sts 302, r1", "ret"]));
     for (callee, count) in [("g", 1), ("memset", 1), ("h", 0)] {
@@ -395,7 +398,7 @@ fn what_may_be_skipped_tells_nothing() {
 
 #[test]
 fn ends_are_shared() {
-    // Within a function even one instruction, also with what is fallen into.
+    // Within a function even a single instruction is shared, also with an end that falls through.
     let code = [
         "cpi r24, 1",
         "breq .L1",
@@ -411,7 +414,7 @@ fn ends_are_shared() {
     ];
     let result = squeezed(&function("f", &body(&code)));
     assert_eq!(result.iter().filter(|line| *line == "sts 301, r24").count(), 1, "{result:?}");
-    // Between functions, hot or not.
+    // Ends are also shared between functions, hot or not.
     let end = ["sts 300, r22", "sts 301, r24", "ret"];
     let code = [
         function("f", &body(&[&["sts 302, r22"], &end[..]].concat())),
@@ -458,7 +461,7 @@ fn calls_are_moved_with_what_stands_before() {
         [&sequence[..], &["sts 300, r24"], &sequence, &["sts 301, r24"], &sequence, &["ret"]];
     let result = squeezed(&function("f", &body(&code.concat())));
     assert_eq!(result[..3], ["f:", "call __sequence_0", "sts 300, r24"], "{result:?}");
-    // What saves registers leaves them on the stack.
+    // Routines that save registers leave them on the stack.
     let saves = ["ldi r22, 7", "ldi r26, 9", "call __save_12_room"];
     let code = [&saves[..], &["sts 300, r24"], &saves, &["sts 301, r24"], &saves, &["ret"]];
     let result = squeezed(&function("f", &body(&code.concat())));
@@ -471,7 +474,8 @@ fn what_a_call_finds_on_the_stack_stays_there() {
     let code =
         [&sequence[..], &["sts 300, r24"], &sequence, &["sts 301, r24"], &sequence, &["ret"]];
     for (at, calls) in [(5, 1), (16, 3)] {
-        // Five bytes are its own; eight saved registers and the address that it returns to lie between.
+        // The function's variables take five bytes; eight saved registers and the return address
+        // lie between them and the arguments.
         let reads = format!("ldd r24, Y+{at}");
         let g = [&ENTRY[..], &[&reads, "add r24, r22", "add r24, r20"], &EXIT].concat();
         let result = squeezed(&pair(&code.concat(), &g));
