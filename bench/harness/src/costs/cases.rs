@@ -21,7 +21,7 @@ pub struct Case {
     pub times: usize,
     /// The code that the instruction needs, without the instruction.
     pub without: Write,
-    /// That code together with the instruction.
+    /// The code that the instruction needs, with the instruction.
     pub with: Write,
 }
 
