@@ -3,20 +3,22 @@
 //! ```text
 //! data (9 bytes) | type | check (u16, low byte first)
 //! ```
-//! The type is the first byte of a swarm's frame, and the data is the rest of it, with zeros behind. The check is CRC-16/MCRF4XX from
-//! 0xffff over data and type. Types 0 and 1 and those from 0x80 on are the robot's own (program, calibrate, sleep). Source:
-//! kilolib, `message.h` and `message_crc.c`. Types 0x0e and 0x0f report faults of a script: [`FaultReport`].
+//! The type is the first byte of a swarm frame, and the data is the rest of the frame, padded with
+//! zeros. The check is CRC-16/MCRF4XX from 0xffff over data and type. The types 0, 1 and from 0x80
+//! on control the robot itself (program, calibrate, sleep). Source: kilolib, `message.h` and
+//! `message_crc.c`. The types 0x0e and 0x0f report faults of a script; see [`FaultReport`].
 
 use bittybuzz_vm_core::message::{FrameKind, crc16};
 use bittybuzz_vm_core::{Fault, FaultCode, Type};
 
-/// Bytes of a message.
+/// The length of a message, in bytes.
 pub const MESSAGE: usize = 12;
-/// Bytes of the longest frame in one.
+/// The length of the longest frame in a message, in bytes.
 pub const FRAME: usize = 1 + DATA;
 const DATA: usize = 9;
 
-/// The message with that frame of a swarm; `None` if it is longer than [`FRAME`], or no such frame.
+/// Packs a swarm frame into a message; `None` if the frame is longer than [`FRAME`], or no swarm
+/// frame.
 pub fn message_of(frame: &[u8]) -> Option<[u8; MESSAGE]> {
     let (kind, payload) = frame.split_first()?;
     FrameKind::of(*kind)?;
@@ -25,7 +27,7 @@ pub fn message_of(frame: &[u8]) -> Option<[u8; MESSAGE]> {
     Some(sealed(*kind, &data))
 }
 
-/// The message of that type with those data.
+/// Returns the message of type `kind` with `data` and the check.
 pub fn sealed(kind: u8, data: &[u8; DATA]) -> [u8; MESSAGE] {
     let mut message = [kind; MESSAGE];
     let [payload @ .., _, _, _] = &mut message;
@@ -35,7 +37,7 @@ pub fn sealed(kind: u8, data: &[u8; DATA]) -> [u8; MESSAGE] {
     message
 }
 
-/// Type and data of a message; `None` if it was damaged.
+/// Returns the type and the data of a message; `None` if it was damaged.
 pub fn opened(message: &[u8; MESSAGE]) -> Option<(u8, &[u8; DATA])> {
     let [content @ .., low, high] = message;
     let is_whole = check(content) == u16::from_le_bytes([*low, *high]);
@@ -43,14 +45,15 @@ pub fn opened(message: &[u8; MESSAGE]) -> Option<(u8, &[u8; DATA])> {
     is_whole.then_some((*kind, data))
 }
 
-/// The frame of a swarm in a message; `None` if it was damaged, or is one of the robot's own.
+/// Returns the swarm frame in a message; `None` if the message was damaged, or is of another type.
 pub fn frame_of(message: &[u8; MESSAGE]) -> Option<[u8; FRAME]> {
     let (kind, data) = opened(message)?;
     FrameKind::of(kind)?;
     Some(frame(kind, data))
 }
 
-/// The frame in a message of that type with those data, if it is one of a swarm.
+/// Returns the frame in a message of type `kind` with `data`. The caller has to check that `kind`
+/// is one of a swarm frame.
 pub fn frame(kind: u8, data: &[u8; DATA]) -> [u8; FRAME] {
     let mut frame = [kind; FRAME];
     let [_, payload @ ..] = &mut frame;
@@ -58,8 +61,8 @@ pub fn frame(kind: u8, data: &[u8; DATA]) -> [u8; FRAME] {
     frame
 }
 
-/// The message in a line of a Kilobot that listens for a computer, `ir` and two hexadecimal digits for each byte
-/// (`firmware/kilobot-avr/src/bin/ear.rs`); `None` if it is another line.
+/// Parses a line from a Kilobot that forwards messages to a computer: `ir` and two hexadecimal
+/// digits for each byte (`firmware/kilobot-avr/src/bin/ear.rs`). Returns `None` for another line.
 pub fn from_line(line: &[u8]) -> Option<[u8; MESSAGE]> {
     let digits = line.trim_ascii_end().strip_prefix(b"ir ")?;
     let mut message = [0; MESSAGE];
@@ -74,39 +77,40 @@ pub fn from_line(line: &[u8]) -> Option<[u8; MESSAGE]> {
     Some(message)
 }
 
-/// The check of data and type.
+/// Returns the check of data and type.
 #[inline(never)]
 fn check(content: &[u8; FRAME]) -> u16 {
     content.iter().fold(0xffff, |check, byte| crc16(check, *byte))
 }
 
-/// The type of a [`FaultReport`] of a script that was stopped, for good or until its restart.
+/// The type of a [`FaultReport`] of a script that stopped, for good or until its restart.
 pub const FAULT: u8 = 0x0f;
 /// The type of a [`FaultReport`] of a script that goes on.
 pub const CONTAINED: u8 = 0x0e;
 
-/// A fault of a script, as a robot without a debug probe reports it again and again: with the script's symbols the host names
-/// file and line.
+/// The report of a script's fault, for robots without a debug probe, which repeat it. The host
+/// finds file and line with the script's symbols.
 ///
 /// ```text
 /// robot (u16) | script (u16) | cause, 0 if the robot refused the image | position (u16) | types of the operands | detail
 /// ```
-/// Numbers low byte first. Of the script's hash the lower half, of the detail the lower byte, of the types the first in the
-/// lower four bits.
+/// Numbers have their low byte first. The script field is the lower half of the script's hash, and
+/// the detail field is the lower byte of the detail. The type of the first operand is in the lower
+/// four bits.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct FaultReport {
-    /// The robot that reports.
+    /// The id of the robot that reports.
     pub robot: u16,
     /// The lower half of the hash of the script.
     pub script: u16,
-    /// The fault; `None` if the script could not begin.
+    /// The fault; `None` if the robot refused the image.
     pub fault: Option<Fault>,
-    /// The fault ended only a listener or a handler of conflicts.
+    /// True if the fault ended only a listener or a conflict handler.
     pub is_contained: bool,
 }
 
 impl FaultReport {
-    /// The message.
+    /// Returns the message with this report.
     pub fn message(&self) -> [u8; MESSAGE] {
         let [robot, robot_high] = self.robot.to_le_bytes();
         let [script, script_high] = self.script.to_le_bytes();
@@ -127,13 +131,14 @@ impl FaultReport {
         sealed(if self.is_contained { CONTAINED } else { FAULT }, &data)
     }
 
-    /// The number of the cause in a message that [`FaultReport::message`] has made, 0 if the script could not even begin.
+    /// Returns the number of the cause in a message that [`FaultReport::message`] made; 0 if the
+    /// robot refused the image.
     pub const fn number(message: &[u8; MESSAGE]) -> u8 {
         let [_, _, _, _, number, ..] = message;
         *number
     }
 
-    /// The report in a message; `None` if it is another message.
+    /// Returns the report in a message; `None` if it is another message.
     pub fn of(message: &[u8; MESSAGE]) -> Option<Self> {
         let (kind @ (FAULT | CONTAINED), data) = opened(message)? else { return None };
         let [robot, robot_high, script, script_high, code, position, position_high, types, detail] =
@@ -180,7 +185,7 @@ mod tests {
         }
         let refused = FaultReport { robot: 1, script: 2, fault: None, is_contained: false };
         assert_eq!(FaultReport::of(&refused.message()), Some(refused));
-        // As the table above has it.
+        // The bytes follow the table in the documentation of `FaultReport`.
         assert_eq!(refused.message()[..10], [1, 0, 2, 0, 0, 0, 0, 0, 0, 0x0f]);
         let fault =
             Fault { code: FaultCode::WrongType, position: 3, operands: [Type::Nil; 2], detail: 0 };

@@ -1,19 +1,21 @@
 //! The links of the robots: bytes to frames and frames to bytes.
 //!
 //! # Principles
-//! 1. **A stream is hostile.** Bytes are lost, doubled and made up; whatever came before, the next good frame is received.
-//! 2. **Raw and parsed are two types.** A [`syslink::SyslinkFrame`] has passed its checksum; a [`syslink::Packet`] also makes sense.
-//! 3. **No allocation, no panic, no unsafe code**, so that all of it may run in an interrupt handler.
+//! 1. **A stream is hostile.** Bytes are lost, duplicated and invented. The next good frame is
+//!    received whatever precedes it.
+//! 2. **Raw and parsed data have different types.** A [`syslink::SyslinkFrame`] has passed its
+//!    checksum; the content of a [`syslink::Packet`] is valid as well.
+//! 3. **No allocation, no panic, no unsafe code**: every function may run in an interrupt handler.
 //!
-//! # What is here
+//! # Modules
 //! * [`infrared`]: swarm messages of Kilobots.
 //! * [`nrf24`]: swarm messages of Zooids.
-//! * [`queue`]: frames that wait for the script's step, or for the link.
+//! * [`queue`]: frames that wait for the script's next step or for the link.
 //! * [`syslink`]: the serial link between the two processors of a Crazyflie, and the P2P radio frames in it.
-//! * [`trace`]: what a robot tells its people: start, log lines, faults.
+//! * [`trace`]: the reports of a robot about its script: start, log lines, faults.
 //!
-//! # What is not
-//! Drivers: they belong to the firmware of each robot.
+//! # Not included
+//! Drivers belong to the firmware of each robot.
 
 #![no_std]
 #![forbid(unsafe_code)]

@@ -1,41 +1,43 @@
-//! Swarm messages in the radio's payloads between Zooids: who sends, where on the table that robot is, and the message.
+//! Swarm messages in the radio payloads of Zooids: the sender's id, its position on the table, and
+//! the message.
 //!
 //! ```text
 //! 0xb0 | robot (u16)                          | message     the position is unknown
 //! 0xb1 | robot (u16) | x, y (i16, mm each)    | message
 //! ```
-//! Numbers have their least significant byte first. The radio has a checksum of its own. The first byte is none of the types that
-//! the robots' base station or the C BittyBuzz sends (3 to 6, 0x10, 0xf0, 0xf1, 0xff).
+//! Numbers have their least significant byte first. The radio has a checksum of its own. The first
+//! byte differs from the types that the robots' base station and the C BittyBuzz send (3 to 6,
+//! 0x10, 0xf0, 0xf1, 0xff).
 
-/// Channel: 2488 MHz, above most Wi-Fi channels. 2 Mbit/s, and a checksum of two bytes.
+/// The channel, 2488 MHz, which is above most Wi-Fi channels. The radio uses 2 Mbit/s and a
+/// checksum of two bytes.
 pub const CHANNEL: u8 = 88;
-/// The address of all robots, as its registers take it. Payloads have their own length (`EN_DPL`),
-/// and no robot acknowledges them: all would at once.
+/// The address that all robots share, in the byte order of the radio's registers. Payloads have
+/// dynamic length (`EN_DPL`). No robot acknowledges them, since all robots would do so at once.
 pub const ADDRESS: [u8; 5] = [0x5a, 0x6f, 0x6f, 0x69, 0xd3];
 
-/// Most bytes of a payload: the nRF24L01+'s limit.
+/// The maximum length of a payload, in bytes: the nRF24L01+'s limit.
 pub const PAYLOAD_MAX: usize = 32;
-/// Most bytes of a message.
+/// The maximum length of a message, in bytes.
 pub const MESSAGE_MAX: usize = PAYLOAD_MAX - HEADER_MAX;
 
 const HERE_UNKNOWN: u8 = 0xb0;
 const HERE: u8 = 0xb1;
-/// Tag, robot, position.
+/// The length of the longest header: tag, robot, position.
 const HEADER_MAX: usize = 1 + 2 + 2 * 2;
 
 /// A swarm message from one robot to all others.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Payload<'a> {
-    /// The sender.
     pub robot: u16,
-    /// The sender's position on the table, x and y in mm, if it knows.
+    /// The sender's position on the table, x and y in mm; `None` if the sender does not know it.
     pub position: Option<[i16; 2]>,
-    /// 1 to [`MESSAGE_MAX`] bytes.
+    /// The message, 1 to [`MESSAGE_MAX`] bytes.
     pub message: &'a [u8],
 }
 
 impl<'a> Payload<'a> {
-    /// From a payload; `None` if it is something else.
+    /// Parses a payload; `None` if it has another format.
     pub fn parse(bytes: &'a [u8]) -> Option<Self> {
         let (position, robot, message) = match bytes {
             [HERE_UNKNOWN, r0, r1, message @ ..] => (None, [*r0, *r1], message),
@@ -96,7 +98,8 @@ mod tests {
 
     #[test]
     fn what_is_something_else() {
-        // Cut off; a base station's packets, the C BittyBuzz's, noise; more than any robot sends.
+        // Truncated payloads, packets of a base station or of the C BittyBuzz, noise, and a message
+        // longer than the maximum are rejected.
         let whole = [0xb1, 7, 0, 1, 0, 2, 0, 8];
         assert!(Payload::parse(&whole).is_some());
         assert!((0..whole.len()).all(|length| Payload::parse(&whole[..length]).is_none()));

@@ -1,12 +1,19 @@
-//! Frames that wait: for the script's next step, or for the link.
+//! Queues of frames that wait for the script's next step or for the link.
 //!
-//! Queues have a fixed size and no allocator. What is in them is worth having: doubles are dropped, an entry of a stigmergy
-//! takes the place of the older one of its key that still waits, a broadcast of the one on its topic of a step that is over. If
-//! there still is no place, the oldest frame of the lowest priority goes, and is counted. Priorities are those of [`FrameKind`];
-//! but a robot's own beacon, which it sends only after a long silence, has the highest one, so that no flood of entries
-//! hides the robot.
+//! A queue has a fixed size and no allocator. It keeps the frames that are most useful:
 //!
-//! There is no critical section inside: who shares a queue with an interrupt handler has to guard it.
+//! * A duplicate of a waiting frame is dropped.
+//! * An entry of a stigmergy replaces an older entry of the same key, and a beacon an older one of
+//!   the same robot.
+//! * A broadcast to be sent replaces one on the same topic from an earlier step.
+//! * If the queue is still full, it drops and counts the oldest frame of the lowest priority.
+//!
+//! Priorities are those of [`FrameKind`], with one exception: a robot sends its own beacon only
+//! after a long silence, and that beacon has the highest priority, so that a flood of entries does
+//! not hide the robot.
+//!
+//! The queues contain no critical section. A caller that shares one with an interrupt handler has
+//! to guard it.
 
 use core::hash::{Hash, Hasher};
 use core::marker::PhantomData;
@@ -15,18 +22,18 @@ use core::ops::Deref;
 use bittybuzz_vm_core::message::{FrameKind, replaces};
 use bittybuzz_vm_core::number::Profile;
 
-/// The frames that a queue has not passed on.
+/// The numbers of frames that a queue did not pass on.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct Counters {
-    /// Frames for which there was no place, that were too long, or of no known type.
+    /// Frames that found no room, were too long, or had an unknown type.
     pub dropped: u16,
-    /// Frames of which the same already waited.
+    /// Frames that were equal to a waiting one.
     pub duplicates: u16,
 }
 
-/// A frame, and zeros after it up to the longest one.
+/// A frame, padded with zeros to the maximum length.
 #[derive(Debug, Clone, Copy)]
-// A Cortex-M0 copies words, where it knows that they are aligned.
+// The alignment lets a Cortex-M0 copy whole words.
 #[cfg_attr(not(target_arch = "avr"), repr(C, align(4)))]
 pub struct QueuedFrame<const BYTES: usize> {
     bytes: [u8; BYTES],
@@ -36,15 +43,15 @@ pub struct QueuedFrame<const BYTES: usize> {
 impl<const BYTES: usize> QueuedFrame<BYTES> {
     const EMPTY: Self = QueuedFrame { bytes: [0; BYTES], length: 0 };
 
-    /// Copies the frame with all of its room, which takes less time than the frame alone, and
-    /// returns its length.
+    /// Copies the frame with its padding, which takes less time than the frame alone, and returns
+    /// the length of the frame.
     #[inline(always)]
     pub fn copy_to(&self, room: &mut [u8; BYTES]) -> usize {
         *room = self.bytes;
         self.length.into()
     }
 
-    /// The first bytes, which a Cortex-M0 compares at once. Zeros follow a shorter frame.
+    /// Returns the first bytes, which a Cortex-M0 compares in one operation.
     #[inline(always)]
     fn head(&self) -> [u8; HEAD] {
         self.bytes.first_chunk().copied().unwrap_or([0; HEAD])
@@ -59,7 +66,8 @@ impl<const BYTES: usize> Deref for QueuedFrame<BYTES> {
     }
 }
 
-/// Received frames, at most `FRAMES` of at most `BYTES` bytes, each with the link's facts about it.
+/// The received frames, at most `FRAMES` of at most `BYTES` bytes, each with data `E` from the
+/// link.
 #[derive(Debug, Clone)]
 pub struct Inbox<P: Profile, E: Copy, const BYTES: usize, const FRAMES: usize> {
     queue: Queue<P, BYTES, FRAMES>,
@@ -73,13 +81,14 @@ pub struct Outbox<P: Profile, const BYTES: usize, const FRAMES: usize> {
 }
 
 impl<P: Profile, E: Copy, const BYTES: usize, const FRAMES: usize> Inbox<P, E, BYTES, FRAMES> {
-    /// An empty queue; `nothing` stands for the facts about no frame.
+    /// Returns an empty queue; `nothing` fills the link data of the free places.
     pub const fn new(nothing: E) -> Self {
         Inbox { queue: Queue::EMPTY, extras: [nothing; FRAMES] }
     }
 
-    /// An empty one for at most `frames` frames, fewer than its type has places for. [`Inbox::len`] counts the other places too.
-    /// For hosts, so that one type serves queues of all lengths.
+    /// Returns an empty queue for at most `frames` frames, fewer than its type has places for.
+    /// [`Inbox::len`] counts the unused places too. This function is for hosts, where one type
+    /// serves queues of all lengths.
     pub fn with_room(nothing: E, frames: usize) -> Self {
         Inbox { queue: Queue::with_room(frames), extras: [nothing; FRAMES] }
     }
@@ -99,20 +108,20 @@ impl<P: Profile, E: Copy, const BYTES: usize, const FRAMES: usize> Inbox<P, E, B
         self.queue.counters
     }
 
-    /// Hashes the frames that wait, in their order; `extra` hashes the link's knowledge of one. For
-    /// hosts: firmware does not call it.
+    /// Hashes the waiting frames in their order; `extra` hashes the link data of one frame. Only
+    /// hosts call this function.
     pub fn hash_state<H: Hasher>(&self, hasher: &mut H, extra: impl Fn(&E, &mut H)) {
         self.queue.hash_state(hasher, |place, hasher| {
             self.extras.get(place).into_iter().for_each(|known| extra(known, hasher));
         });
     }
 
-    /// The frames that wait, oldest first: for programs that look at the queue.
+    /// Returns the waiting frames, oldest first, for programs that inspect the queue.
     pub fn frames(&self) -> impl Iterator<Item = &[u8]> {
         self.queue.frames()
     }
 
-    /// Adds a received frame. If the same frame waits, `extra` replaces the link's facts about it.
+    /// Adds a received frame. If an equal frame already waits, `extra` replaces its link data.
     pub fn push(&mut self, frame: &[u8], extra: E) {
         if let Some(place) = self.queue.push(frame, false)
             && let Some(there) = self.extras.get_mut(place)
@@ -121,7 +130,8 @@ impl<P: Profile, E: Copy, const BYTES: usize, const FRAMES: usize> Inbox<P, E, B
         }
     }
 
-    /// Takes a frame out: in turn the oldest of the highest priority, and the oldest.
+    /// Removes and returns a frame: alternately the oldest one of the highest priority and the
+    /// oldest one of all.
     pub fn pop(&mut self) -> Option<(&QueuedFrame<BYTES>, &E)> {
         let (place, frame) = self.queue.pop()?;
         Some((frame, self.extras.get(place)?))
@@ -129,12 +139,12 @@ impl<P: Profile, E: Copy, const BYTES: usize, const FRAMES: usize> Inbox<P, E, B
 }
 
 impl<P: Profile, const BYTES: usize, const FRAMES: usize> Outbox<P, BYTES, FRAMES> {
-    /// An empty one.
+    /// Returns an empty queue.
     pub const fn new() -> Self {
         Outbox { queue: Queue::EMPTY }
     }
 
-    /// An empty one for at most `frames` frames, as [`Inbox::with_room`].
+    /// Returns an empty queue for at most `frames` frames; see [`Inbox::with_room`].
     pub fn with_room(frames: usize) -> Self {
         Outbox { queue: Queue::with_room(frames) }
     }
@@ -154,29 +164,30 @@ impl<P: Profile, const BYTES: usize, const FRAMES: usize> Outbox<P, BYTES, FRAME
         self.queue.counters
     }
 
-    /// Hashes the frames that wait, in their order. For hosts: firmware does not call it.
+    /// Hashes the waiting frames in their order. Only hosts call this function.
     pub fn hash_state(&self, hasher: &mut impl Hasher) {
         self.queue.hash_state(hasher, |_, _| ());
     }
 
-    /// The frames that wait, oldest first: for programs that look at the queue.
+    /// Returns the waiting frames, oldest first, for programs that inspect the queue.
     pub fn frames(&self) -> impl Iterator<Item = &[u8]> {
         self.queue.frames()
     }
 
-    /// A step begins: broadcasts that wait are stale as soon as there are newer ones.
+    /// Marks the waiting broadcasts as stale at the beginning of a step: newer ones replace them.
     pub fn begin_step(&mut self) {
         for rank in &mut self.queue.ranks {
             *rank |= STALE;
         }
     }
 
-    /// A frame is to be sent.
+    /// Adds a frame to be sent.
     pub fn push(&mut self, frame: &[u8]) {
         self.queue.push(frame, true);
     }
 
-    /// Takes a frame out: in turn the oldest of the highest priority, and the oldest.
+    /// Removes and returns a frame: alternately the oldest one of the highest priority and the
+    /// oldest one of all.
     pub fn pop(&mut self) -> Option<&QueuedFrame<BYTES>> {
         self.queue.pop().map(|(_, frame)| frame)
     }
@@ -188,41 +199,44 @@ impl<P: Profile, const BYTES: usize, const FRAMES: usize> Default for Outbox<P, 
     }
 }
 
-/// Frames in places that they keep, in a list from the oldest to the youngest; a new queue is all zeros.
+/// Frames in fixed places, with a linked list from the oldest to the youngest. A new queue is all
+/// zeros.
 ///
 /// Places are numbered from 1.
 #[derive(Debug, Clone)]
 struct Queue<P, const BYTES: usize, const FRAMES: usize> {
     counters: Counters,
-    /// The place of the oldest, or [`NOWHERE`]. With [`BY_AGE`], the next to go is the oldest.
+    /// The place of the oldest frame, or [`NOWHERE`]. When the bit [`BY_AGE`] is set, the next
+    /// `pop` takes the oldest frame instead of the one with the highest priority.
     oldest: u8,
-    /// For each frame the place of the next younger one, or [`NOWHERE`].
+    /// The place of the next younger frame, or [`NOWHERE`], for each frame.
     younger: [u8; FRAMES],
-    /// For each place [`FREE`], or 1 more than the priority of the [`FrameKind`] that waits there, of which 0 is the lowest, with
-    /// [`STALE`].
+    /// The state of each place: [`FREE`], or the priority of the waiting [`FrameKind`] (0 is the
+    /// lowest) plus 1, with the bit [`STALE`] if the frame is from an earlier step.
     ranks: [u8; FRAMES],
     frames: [QueuedFrame<BYTES>; FRAMES],
     profile: PhantomData<P>,
 }
 
-/// There is no frame.
+/// The link to no frame.
 const NOWHERE: u8 = 0;
-/// With the place of the oldest.
+/// A bit in `Queue::oldest`.
 const BY_AGE: u8 = 1 << 7;
 
 const FREE: u8 = 0;
 const HIGHEST_RANK: u8 = FrameKind::Broadcast as u8 + 1;
-/// In a rank: the frame is from an earlier step.
+/// A bit in a rank: the frame is from an earlier step.
 const STALE: u8 = 1 << 7;
 
-/// Bytes in which most frames differ.
+/// The number of leading bytes, in which most frames differ.
 const HEAD: usize = 4;
 
-/// Frames that replace none have a search of their own. An AVR has no flash for it.
+/// Frames that replace no other are searched by `search_quickly`. An AVR lacks the flash for this
+/// second search.
 const IS_QUICK: bool = cfg!(not(target_arch = "avr"));
 
-/// The fitness of a place for a new frame: the same frame waits there, or one that the new frame
-/// replaces. Below these values, the rank of the waiting frame decides.
+/// The fitness of a place for a new frame: an equal frame waits there, or one that the new frame
+/// replaces. In other places the fitness is `OF_NO_RANK` minus the rank of the waiting frame.
 const SAME: u8 = 255;
 const REPLACED: u8 = 254;
 const OF_NO_RANK: u8 = 253;
@@ -240,7 +254,8 @@ impl<P: Profile, const BYTES: usize, const FRAMES: usize> Queue<P, BYTES, FRAMES
         }
     };
 
-    /// Places beyond the first `frames` count as taken, and no frame is linked there.
+    /// Returns a queue for `frames` frames. The other places count as taken, but no frame is linked
+    /// there.
     fn with_room(frames: usize) -> Self {
         let mut queue = Self::EMPTY;
         queue.ranks.iter_mut().skip(frames).for_each(|rank| *rank = HIGHEST_RANK);
@@ -251,7 +266,8 @@ impl<P: Profile, const BYTES: usize, const FRAMES: usize> Queue<P, BYTES, FRAMES
         self.ranks.iter().filter(|rank| **rank & !STALE != FREE).count()
     }
 
-    /// Hashes the frames from the oldest to the youngest. The places in which they lie decide nothing.
+    /// Hashes the frames from the oldest to the youngest. The places do not matter for the
+    /// behavior.
     fn hash_state<H: Hasher>(&self, hasher: &mut H, extra: impl Fn(usize, &mut H)) {
         hasher.write_u8(self.oldest & BY_AGE);
         let mut place = self.oldest();
@@ -290,7 +306,8 @@ impl<P: Profile, const BYTES: usize, const FRAMES: usize> Queue<P, BYTES, FRAMES
         self.ranks.get(index(place)).copied().unwrap_or(FREE) & !STALE
     }
 
-    /// Sets the successor of the frame there, or, for no frame, the oldest one.
+    /// Sets the successor of the frame at `place`; if `place` is [`NOWHERE`], sets the oldest
+    /// frame.
     fn link(&mut self, place: u8, younger: u8) {
         match self.younger.get_mut(index(place)) {
             Some(link) => *link = younger,
@@ -298,7 +315,7 @@ impl<P: Profile, const BYTES: usize, const FRAMES: usize> Queue<P, BYTES, FRAMES
         }
     }
 
-    /// Takes out the frame at that place, next to that older one.
+    /// Removes the frame at `place`; `older` is the next older one, or [`NOWHERE`].
     #[cfg_attr(not(target_arch = "avr"), inline(always))]
     fn take_out(&mut self, older: u8, place: u8) {
         let at = index(place);
@@ -309,11 +326,10 @@ impl<P: Profile, const BYTES: usize, const FRAMES: usize> Queue<P, BYTES, FRAMES
         }
     }
 
-    /// Adds a frame and returns its place; `None` if it is dropped.
+    /// Adds a frame and returns its index; `None` if the frame is dropped.
     ///
-    /// Replaced frames go. One of them, the oldest, leaves its place to the new frame, so that an
-    /// entry that changes all the
-    /// time is not always the last.
+    /// Replaced frames are removed. The oldest of them leaves its position in the list to the new
+    /// frame; otherwise an entry that changes all the time would always stay last.
     fn push(&mut self, frame: &[u8], is_own: bool) -> Option<usize> {
         let kind = frame.first().and_then(|first| FrameKind::of(*first));
         let (Some(kind), true) = (kind, frame.len() <= BYTES) else {
@@ -322,7 +338,7 @@ impl<P: Profile, const BYTES: usize, const FRAMES: usize> Queue<P, BYTES, FRAMES
         };
         let is_beacon = matches!(kind, FrameKind::Beacon | FrameKind::Digest);
         let new_rank = if is_own && is_beacon { HIGHEST_RANK } else { kind as u8 + 1 };
-        // Broadcasts replace stale ones, which are in no inbox.
+        // Broadcasts replace only stale frames, and an inbox has none.
         let replaces_none = match kind {
             FrameKind::Swarms | FrameKind::Fragment => true,
             FrameKind::Broadcast => !is_own,
@@ -332,21 +348,21 @@ impl<P: Profile, const BYTES: usize, const FRAMES: usize> Queue<P, BYTES, FRAMES
             if IS_QUICK && replaces_none {
                 break self.search_quickly(frame);
             }
-            // How well the best place suits, the next older frame, and the place.
+            // The fitness of the best place, the next older frame, and the place.
             let mut best = (0, NOWHERE, NOWHERE);
             let (mut older, mut place) = (NOWHERE, self.oldest());
             while let Some(waiting) = self.frames.get(index(place)) {
                 let rank = self.ranks.get(index(place)).copied().unwrap_or(FREE);
                 let is_stale = rank & STALE != 0;
                 let mut suits = OF_NO_RANK - (rank & !STALE);
-                // Most differ in the first bytes.
+                // The comparison is short, since most frames differ in the first bytes.
                 if waiting.iter().eq(frame) {
                     suits = SAME;
                 } else if replaces::<P>(kind, frame, waiting, is_stale) {
                     suits = REPLACED;
                 }
                 if suits >= REPLACED && best.0 >= REPLACED {
-                    // One place is enough.
+                    // Two frames are replaced: one of them is removed, and the search restarts.
                     if suits == SAME {
                         (older, place) = (best.1, best.2);
                     }
@@ -392,7 +408,8 @@ impl<P: Profile, const BYTES: usize, const FRAMES: usize> Queue<P, BYTES, FRAMES
         Some(at)
     }
 
-    /// Searches as [`Queue::push`] does, for a frame that replaces none.
+    /// Does the search of [`Queue::push`] for a frame that replaces none: returns the fitness, the
+    /// next older frame, the place and the youngest frame.
     #[inline(never)]
     fn search_quickly(&self, frame: &[u8]) -> (u8, u8, u8, u8) {
         let mut head = [0; HEAD];
@@ -400,7 +417,7 @@ impl<P: Profile, const BYTES: usize, const FRAMES: usize> Queue<P, BYTES, FRAMES
             Some(first) => head = *first,
             None => head.iter_mut().zip(frame).for_each(|(to, byte)| *to = *byte),
         }
-        // The frame next to the oldest of the lowest rank.
+        // The frame that is next older than the oldest of the lowest rank.
         let mut below = NOWHERE;
         let mut lowest = OF_NO_RANK;
         let (mut older, mut place) = (NOWHERE, self.oldest());
@@ -421,7 +438,7 @@ impl<P: Profile, const BYTES: usize, const FRAMES: usize> Queue<P, BYTES, FRAMES
         (OF_NO_RANK - lowest, below, place, older)
     }
 
-    /// Takes the next frame out, and returns its place: it can be read until the next frame is
+    /// Removes the next frame and returns its index. The bytes stay readable until a frame is
     /// added.
     fn pop(&mut self) -> Option<(usize, &QueuedFrame<BYTES>)> {
         let (mut older, mut place) = (NOWHERE, self.oldest());
@@ -436,8 +453,8 @@ impl<P: Profile, const BYTES: usize, const FRAMES: usize> Queue<P, BYTES, FRAMES
         Some((index(place), self.frames.get(index(place))?))
     }
 
-    /// Returns the oldest frame of the highest priority, after the next older one. A Cortex-M0 has
-    /// too few registers to inline this.
+    /// Returns the oldest frame of the highest priority, preceded by the next older one. A
+    /// Cortex-M0 has too few registers to inline this function.
     #[cfg_attr(not(target_arch = "avr"), inline(never))]
     fn foremost(&self) -> (u8, u8) {
         let (mut older, mut place) = (NOWHERE, self.oldest());
@@ -453,13 +470,13 @@ impl<P: Profile, const BYTES: usize, const FRAMES: usize> Queue<P, BYTES, FRAMES
     }
 }
 
-/// Returns the index in an array; beyond its end for [`NOWHERE`].
+/// Returns the array index of a place; it is beyond the end of the array for [`NOWHERE`].
 #[inline(always)]
 fn index(place: u8) -> usize {
     usize::from(place.wrapping_sub(1))
 }
 
-/// One more, as far as the counter goes.
+/// Increments a counter, up to its maximum.
 #[cfg_attr(target_arch = "avr", inline(never))]
 #[cfg_attr(not(target_arch = "avr"), inline(always))]
 fn count(counter: &mut u16) {

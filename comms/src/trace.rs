@@ -1,24 +1,32 @@
-//! A robot's reports about its script: records, small enough for a debug probe, that the host turns into text with the
-//! script's symbols.
+//! The records in which a robot reports on its script. They are small enough for a debug probe; the
+//! host turns them into text with the script's symbols.
 //!
-//! A record is one kind byte and the fields below, least significant byte first. On STM32 robots it travels as the
-//! defmt message `bbz {=[u8]}`, so that it keeps its place among the firmware's own messages.
+//! A record is one kind byte and the fields below, least significant byte first. On STM32 robots it
+//! travels as the defmt message `bbz {=[u8]}`, which keeps its place among the firmware's own
+//! messages.
 //!
 //! | kind | fields |
 //! |---|---|
 //! | 1 start | robot id `u16`, script hash `u32` |
 //! | 2 log | step `u32`, items up to the end |
-//! | 3 fault | step `u32`, cause `u8`, operand types `u8` `u8`, detail `u16`, positions `u16` of the calls, innermost first |
-//! | 4 refused | why the image cannot run: cause `u8`, value `u16` |
+//! | 3 fault | step `u32`, cause `u8`, operand types `u8` `u8`, detail `u16`, calls (see below) |
+//! | 4 refused | the reason why the image cannot run: cause `u8`, value `u16` |
 //! | 5 overrun | step `u32`, ticks missed since the start `u32` |
-//! | 6 expired | step `u32`: the set-points have expired, the robot has stopped |
-//! | 7 lost | log lines `u32` that were printed faster than they could be told |
-//! | 8 unused | messages that came to nothing since the start, `u16` each: no room for heard ones, for own ones; of another script, without sense, with the robot's own id, entries not kept, incomplete, undecided, failed |
-//! | 9 contained | the fields of 3: a fault that ended a listener or a handler of conflicts; the script goes on |
-//! | 10 restart | step `u32`, ticks `u16` until the script starts again after a fault; 0: it starts now |
+//! | 6 expired | step `u32`: the set-points have expired and the robot has stopped |
+//! | 7 lost | log lines `u32` that were lost since they were printed faster than the link sends |
+//! | 8 unused | nine counts `u16` of discarded messages since the start (see below) |
+//! | 9 contained | the fields of 3; the fault ended a listener or conflict handler only |
+//! | 10 restart | step `u32`, ticks `u16` until the script restarts after a fault; 0: now |
 //!
-//! An item is a tag and its payload: 0 nil, 1 integer `i32`, 2 float `f32`, 3 string by number `u16`, 4 text (length
-//! `u8`, bytes), 5 table (entries `u16`), 6 function, 7 the rest did not fit.
+//! The calls are positions in the code, `u16` each, innermost first, up to the end of the record.
+//!
+//! The counts of an `unused` record are, in this order: no room in the queue of received frames, no
+//! room in the queue of frames to be sent, another script, malformed, the robot's own id, entries
+//! not kept, incomplete, undecided conflicts, failed handlers.
+//!
+//! An item is a tag and its payload: 0 nil, 1 integer `i32`, 2 float `f32`, 3 string by number
+//! `u16`, 4 text (length `u8`, bytes), 5 table (entries `u16`), 6 function, 7 the remaining items
+//! did not fit.
 
 use bittybuzz_vm_core::number::Profile;
 use bittybuzz_vm_core::{
@@ -26,10 +34,10 @@ use bittybuzz_vm_core::{
 };
 use heapless::Vec;
 
-/// Most bytes of a record.
+/// The maximum length of a record, in bytes.
 pub const RECORD_MAX: usize = 96;
 
-/// A record as it travels.
+/// The bytes of a record as it is sent.
 pub type Encoded = Vec<u8, RECORD_MAX>;
 
 const START: u8 = 1;
@@ -52,17 +60,17 @@ const TABLE: u8 = 5;
 const FUNCTION: u8 = 6;
 const REST: u8 = 7;
 
-/// Bytes of the longest item that has one length.
+/// The length of the longest item of fixed size, in bytes.
 const ITEM_MAX: usize = 5;
 
-/// The text that `show` prints before the ms of the stopwatch.
+/// The text before the milliseconds of a [`log_with_time`].
 const BEFORE_TIME: &[u8] = b" after ";
-/// The text after them.
+/// The text after the milliseconds.
 const AFTER_TIME: &[u8] = b" ms";
-/// Bytes of the items with the time.
+/// The bytes that the three items of a time need at most.
 const TIME_BYTES: usize = 2 + BEFORE_TIME.len() + ITEM_MAX + 2 + AFTER_TIME.len();
 
-/// A record, read.
+/// A decoded record.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Record<'a> {
     /// A script begins.
@@ -74,52 +82,50 @@ pub enum Record<'a> {
     },
     /// `log(...)`
     Log {
-        /// Steps completed before.
+        /// The steps that the script completed before.
         step: u32,
-        /// The printed items.
         items: Items<'a>,
     },
-    /// The script has stopped.
+    /// A fault stopped the script.
     Fault {
-        /// Steps completed before.
+        /// The steps that the script completed before.
         step: u32,
-        /// The fault.
         fault: Fault,
-        /// The calls that led there, innermost first: positions in the code.
+        /// The positions in the code of the calls that led to the fault, innermost first.
         calls: Calls<'a>,
     },
     /// The image in flash cannot run.
     Refused(ImageError),
     /// A step took longer than a tick.
     Overrun {
-        /// Steps completed before.
+        /// The steps that the script completed before.
         step: u32,
         /// Ticks missed since the start.
         missed: u32,
     },
-    /// No step was completed for long enough that the robot has stopped.
+    /// The robot stopped, since the script completed no step until the set-points expired.
     Expired {
-        /// Steps completed before.
+        /// The steps that the script completed before.
         step: u32,
     },
-    /// This number of log lines was printed faster than they could be sent.
+    /// The number of log lines that were lost since the script printed faster than the link sends.
     Lost(u32),
-    /// Messages came to nothing; all of them since the start.
+    /// The messages that were discarded since the start.
     Unused(Unused),
     /// A fault ended a listener or a handler of conflicts. The script goes on.
     Contained {
-        /// Steps completed before.
+        /// The steps that the script completed before.
         step: u32,
-        /// The fault.
         fault: Fault,
-        /// Positions in the code of the calls that led there, innermost first.
+        /// The positions in the code of the calls that led to the fault, innermost first.
         calls: Calls<'a>,
     },
     /// The script starts again after a fault that stopped it.
     Restart {
-        /// Steps completed before.
+        /// The steps that the script completed before.
         step: u32,
-        /// Ticks of a tenth of a second until the start; 0 if it starts now.
+        /// The pause before the restart, in ticks of a tenth of a second; 0 if the script restarts
+        /// now.
         pause: u16,
     },
 }
@@ -127,9 +133,9 @@ pub enum Record<'a> {
 /// Messages that came to nothing.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct Unused {
-    /// Frames for which queues had no room: heard, and to be sent.
+    /// The frames that a full queue dropped: received ones, and ones to be sent.
     pub dropped: [u16; 2],
-    /// The messages that the script's machine discarded.
+    /// The messages that the script's virtual machine discarded.
     pub messages: Counters,
 }
 
@@ -142,26 +148,26 @@ pub enum PrintedValue<'a> {
     Int(i32),
     /// A float.
     Float(f32),
-    /// A string of the script, by number.
+    /// The number of a string of the script.
     String(u16),
-    /// A string made at run time.
+    /// The bytes of a string that was made at run time.
     Text(&'a [u8]),
-    /// A table with this number of entries.
+    /// The number of entries of a table.
     Table(u16),
     /// A function.
     Function,
-    /// More was printed than a record holds.
+    /// The remaining items did not fit into the record.
     Rest,
 }
 
-/// Bytes that are no record: of another version, or damaged.
+/// A reason why bytes are not a record: another version sent them, or they were damaged.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum RecordError {
-    /// No such kind of record.
+    /// The kind byte is unknown.
     Kind(u8),
-    /// It ends too early or too late.
+    /// The record is shorter or longer than its fields.
     Length,
-    /// A field has a value that means nothing.
+    /// A field has an undefined value.
     Value,
 }
 
@@ -174,14 +180,14 @@ pub fn start(robot_id: u16, script_hash: u32) -> Encoded {
     record
 }
 
-/// `log(...)`, in a script that has completed `step` steps.
+/// Returns the record of a `log(...)` in a script that has completed `step` steps.
 pub fn log<P: Profile, C: ByteCode, const SLOTS: usize>(
     step: u32,
     arguments: &Arguments<'_, P, C, SLOTS>,
 ) -> Encoded {
     let mut record = with_step(LOG, step);
     for index in 0..arguments.count() {
-        // One byte stays free, to say that there was more.
+        // One byte stays free for the tag `REST`.
         let room = RECORD_MAX - 1 - record.len();
         let argument = arguments.item(index);
         if room < ITEM_MAX {
@@ -199,7 +205,7 @@ pub fn log<P: Profile, C: ByteCode, const SLOTS: usize>(
             Argument::Function => put(&mut record, &[FUNCTION]),
             Argument::String(text) => match text.number() {
                 Some(number) => put_item(&mut record, STRING, &number.to_le_bytes()),
-                // The tiny profile has none.
+                // The tiny profile makes no strings at run time.
                 None if !P::FULL => put(&mut record, &[REST]),
                 None => {
                     let length = text.bytes().count();
@@ -217,7 +223,8 @@ pub fn log<P: Profile, C: ByteCode, const SLOTS: usize>(
     record
 }
 
-/// Values with the ms on a stopwatch.
+/// Returns the record of a `log` followed by ` after {ms} ms`. The time is left out if it does not
+/// fit.
 pub fn log_with_time<P: Profile, C: ByteCode, const SLOTS: usize>(
     step: u32,
     arguments: &Arguments<'_, P, C, SLOTS>,
@@ -234,17 +241,19 @@ pub fn log_with_time<P: Profile, C: ByteCode, const SLOTS: usize>(
     record
 }
 
-/// The script has stopped. The record has the innermost calls, as many as fit.
+/// Returns the record of a fault that stopped the script, with as many of the innermost calls as
+/// fit.
 pub fn fault(step: u32, fault: &Fault, calls: impl Iterator<Item = u16>) -> Encoded {
     with_fault(FAULT, step, fault, calls)
 }
 
-/// A fault ended a listener or a handler of conflicts, and the script goes on. The calls are cut as in [`fault`].
+/// Returns the record of a fault that ended a listener or a conflict handler. The calls are cut as
+/// in [`fault`].
 pub fn contained(step: u32, fault: &Fault, calls: impl Iterator<Item = u16>) -> Encoded {
     with_fault(CONTAINED, step, fault, calls)
 }
 
-/// The script starts again in `pause` ticks of a tenth of a second, or now if `pause` is 0.
+/// Returns the record of a restart in `pause` ticks of a tenth of a second, or now if `pause` is 0.
 pub fn restart(step: u32, pause: u16) -> Encoded {
     let mut record = with_step(RESTART, step);
     put(&mut record, &pause.to_le_bytes());
@@ -260,19 +269,20 @@ pub fn refused(error: ImageError) -> Encoded {
     record
 }
 
-/// A step took longer than a tick; `missed` ticks since the start.
+/// Returns the record of a step that took longer than a tick. `missed` counts the ticks that were
+/// missed since the start.
 pub fn overrun(step: u32, missed: u32) -> Encoded {
     let mut record = with_step(OVERRUN, step);
     put(&mut record, &missed.to_le_bytes());
     record
 }
 
-/// The set-points have expired.
+/// Returns the record of expired set-points.
 pub fn expired(step: u32) -> Encoded {
     with_step(EXPIRED, step)
 }
 
-/// `count` log lines were printed faster than they could be sent.
+/// Returns the record of `count` log lines that were lost.
 pub fn lost(count: u32) -> Encoded {
     with_step(LOST, count)
 }
@@ -303,7 +313,7 @@ fn with_fault(kind: u8, step: u32, fault: &Fault, calls: impl Iterator<Item = u1
     let [first, second] = fault.operands;
     put(&mut record, &[fault.code as u8, first as u8, second as u8]);
     put(&mut record, &fault.detail.to_le_bytes());
-    // The machine's own position is that of the innermost call.
+    // The fault's own position is that of the innermost call, so it has no field.
     for position in calls.take((RECORD_MAX - record.len()) / 2) {
         put(&mut record, &position.to_le_bytes());
     }
@@ -315,13 +325,14 @@ fn put_item(record: &mut Encoded, tag: u8, payload: &[u8]) {
     put(record, payload);
 }
 
-/// Records are built so that everything fits; the rest is left out.
+/// Appends bytes. The callers leave enough room; `extend_from_slice` adds nothing if the bytes do
+/// not fit.
 fn put(record: &mut Encoded, bytes: &[u8]) {
     let _ = record.extend_from_slice(bytes);
 }
 
 impl<'a> Record<'a> {
-    /// Reads a record.
+    /// Decodes a record and checks all of its fields.
     pub fn decode(bytes: &'a [u8]) -> Result<Self, RecordError> {
         let mut reader = ByteReader { rest: bytes };
         let record = match reader.byte()? {
@@ -366,7 +377,7 @@ impl<'a> Record<'a> {
     }
 }
 
-/// The items that a `log` printed, one by one.
+/// The items of a log record.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Items<'a> {
     rest: &'a [u8],
@@ -381,13 +392,13 @@ impl<'a> Iterator for Items<'a> {
         }
         let mut reader = ByteReader { rest: self.rest };
         let item = reader.item();
-        // After an error nothing can be trusted.
+        // The bytes after an error cannot be interpreted.
         self.rest = if item.is_ok() { reader.rest } else { &[] };
         Some(item)
     }
 }
 
-/// The calls of a fault, innermost first: positions in the code.
+/// The positions in the code of a fault's calls, innermost first.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Calls<'a> {
     rest: &'a [u8],
@@ -431,7 +442,7 @@ impl<'a> ByteReader<'a> {
         Type::ALL.into_iter().find(|kind| *kind as u8 == number).ok_or(RecordError::Value)
     }
 
-    /// The fields of a fault.
+    /// Reads the fields of a fault record.
     fn fault(&mut self) -> Result<(u32, Fault, Calls<'a>), RecordError> {
         let step = self.u32()?;
         let code = self.byte()?;

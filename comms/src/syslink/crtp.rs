@@ -1,23 +1,23 @@
-//! Packets of the ground station (CRTP), as far as a robot without decks needs them. Source: Bitcraze, "CRTP -
-//! Communication with the Crazyflie" and "Localization CRTP port".
+//! The packets of the ground station (CRTP) that a robot without decks needs. Source: Bitcraze,
+//! "CRTP - Communication with the Crazyflie" and "Localization CRTP port".
 
-/// The two bits between port and channel mean nothing.
+/// Masks the two reserved bits between port and channel.
 const HEADER_MASK: u8 = 0xf3;
 /// Port 15, channel 0.
 const ECHO: u8 = 0xf0;
 /// Port 6, channel 1.
 const GENERIC_LOCALIZATION: u8 = 0x61;
-/// A type of generic localization.
+/// The type byte of an external pose among the packets of generic localization.
 const EXTERNAL_POSE: u8 = 8;
 
-/// Farther away nothing is: a number that is wrong, not far.
+/// The limit of plausible coordinates, in m. A pose with a larger one is rejected as an error.
 const FARTHEST_M: f32 = 1000.0;
 
 /// A packet of the ground station.
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[non_exhaustive]
 pub enum Crtp {
-    /// To be sent back as it is.
+    /// A packet to be sent back unchanged.
     Echo,
     /// The robot's pose, measured by a positioning system.
     ExternalPose(ExternalPose),
@@ -26,14 +26,15 @@ pub enum Crtp {
 /// The robot's pose, measured by a positioning system.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct ExternalPose {
-    /// x, y and z (up) in m, none beyond 1 km.
+    /// The position x, y and z (up) in m, at most 1 km from the origin in each direction.
     pub position_m: [f32; 3],
-    /// Rotation from the robot's frame (x ahead, y to the left) to the world's: x, y, z, w; of length 1, or nearly.
+    /// The rotation from the robot's frame (x ahead, y to the left) to the world's, as x, y, z, w.
+    /// Its length is 1, or nearly.
     pub quaternion: [f32; 4],
 }
 
 impl Crtp {
-    /// From the data of a raw frame; `None` if it is something that no robot here needs, or makes no sense.
+    /// Parses the data of a raw frame; `None` if the packet is invalid or not needed here.
     pub fn parse(packet: &[u8]) -> Option<Self> {
         let (header, data) = packet.split_first()?;
         match (header & HEADER_MASK, data) {
@@ -47,13 +48,13 @@ impl Crtp {
 }
 
 impl ExternalPose {
-    /// Seven times a binary32, least significant byte first.
+    /// Parses seven binary32 numbers, least significant byte first.
     fn parse(bytes: &[u8]) -> Option<Self> {
         let (numbers, []) = bytes.as_chunks::<4>() else { return None };
         let numbers: &[[u8; 4]; 7] = numbers.try_into().ok()?;
         let [x, y, z, quaternion @ ..] = numbers.map(f32::from_le_bytes);
         let position_m = [x, y, z];
-        // Not a number is in no range.
+        // A range contains no NaN, so this check rejects NaN as well.
         let is_near = position_m.iter().all(|m| (-FARTHEST_M..=FARTHEST_M).contains(m));
         let square: f32 = quaternion.iter().map(|part| part * part).sum();
         (is_near && (0.9..=1.1).contains(&square))

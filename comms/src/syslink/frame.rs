@@ -1,45 +1,45 @@
-//! Frames: a type and up to 64 bytes, and how they are written.
+//! Frames (a type and up to 64 bytes of data) and their serialization.
 
-/// Most data bytes of a frame.
+/// The maximum length of a frame's data, in bytes.
 pub const MTU: usize = 64;
-/// Bytes around the data.
+/// The number of bytes around the data: start, type, length and check.
 pub(super) const OVERHEAD: usize = 6;
-/// Bytes of the longest frame.
+/// The length of the longest frame, in bytes.
 pub const FRAME_MAX: usize = MTU + OVERHEAD;
-/// First bytes of every frame.
+/// The first bytes of every frame.
 pub(super) const START: [u8; 2] = [0xbc, 0xcf];
 
-/// A frame whose checksum is right. Its content is not checked.
+/// A frame with a correct checksum. The content is not checked.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct SyslinkFrame<'a> {
     kind: u8,
     data: &'a [u8],
 }
 
-/// A reason why there is no frame.
+/// A reason why a frame cannot be made.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum FrameError {
-    /// More than [`MTU`] bytes of data.
+    /// The data has more than [`MTU`] bytes.
     TooLong,
 }
 
 impl<'a> SyslinkFrame<'a> {
-    /// A frame to be sent.
+    /// Returns a frame to be sent; fails with [`FrameError::TooLong`] beyond [`MTU`] bytes.
     pub fn new(kind: u8, data: &'a [u8]) -> Result<Self, FrameError> {
         if data.len() > MTU { Err(FrameError::TooLong) } else { Ok(SyslinkFrame { kind, data }) }
     }
 
-    /// The type byte.
+    /// Returns the type byte.
     pub fn kind(&self) -> u8 {
         self.kind
     }
 
-    /// The data, at most [`MTU`] bytes.
+    /// Returns the data, at most [`MTU`] bytes.
     pub fn data(&self) -> &'a [u8] {
         self.data
     }
 
-    /// The frame as it goes over the wire.
+    /// Serializes the frame as it goes over the wire.
     pub fn bytes(&self) -> Bytes {
         let mut bytes = Bytes::default();
         START.iter().for_each(|byte| bytes.push(*byte));
@@ -54,7 +54,7 @@ impl<'a> SyslinkFrame<'a> {
     }
 }
 
-/// A frame's check bytes.
+/// Returns a frame's two check bytes.
 pub(super) fn check(kind: u8, length: u8, data: &[u8]) -> [u8; 2] {
     let covered = [kind, length].into_iter().chain(data.iter().copied());
     covered.fold([0, 0], |[a, b], byte| {
@@ -63,7 +63,7 @@ pub(super) fn check(kind: u8, length: u8, data: &[u8]) -> [u8; 2] {
     })
 }
 
-/// A frame in the making, or written: up to [`FRAME_MAX`] bytes.
+/// The bytes of a serialized frame or of an incomplete one, up to [`FRAME_MAX`].
 #[derive(Debug, Clone, Copy)]
 pub struct Bytes {
     bytes: [u8; FRAME_MAX],
@@ -77,12 +77,12 @@ impl Default for Bytes {
 }
 
 impl Bytes {
-    /// The bytes.
+    /// Returns the bytes.
     pub fn as_slice(&self) -> &[u8] {
         self.bytes.get(..self.length).unwrap_or(&[])
     }
 
-    /// Adds a byte; more than fit are ignored, which no frame can bring about.
+    /// Adds a byte. A byte beyond [`FRAME_MAX`] would be ignored, but no frame is that long.
     pub(super) fn push(&mut self, byte: u8) {
         if let Some(slot) = self.bytes.get_mut(self.length) {
             *slot = byte;
@@ -93,7 +93,7 @@ impl Bytes {
     /// Drops the first `count` bytes.
     pub(super) fn drop_front(&mut self, count: usize) {
         let count = count.min(self.length);
-        // Element by element: `copy_within` could panic.
+        // The loop copies element by element, since `copy_within` could panic.
         for at in count..self.length {
             let byte = self.bytes.get(at).copied().unwrap_or(0);
             if let Some(slot) = self.bytes.get_mut(at - count) {

@@ -3,8 +3,9 @@
 //! ```text
 //! bc cf | type | length | data (0 to 64 bytes) | check A | check B
 //! ```
-//! The check bytes are Fletcher's over type, length and data, modulo 256. Source: Bitcraze's `crazyflie-firmware`
-//! (`src/hal/src/syslink.c`) and `crazyflie2-nrf-firmware` (`src/syslink.c`, `src/main.c`).
+//! The check bytes are Fletcher's over type, length and data, modulo 256. Source: Bitcraze's
+//! `crazyflie-firmware` (`src/hal/src/syslink.c`) and `crazyflie2-nrf-firmware` (`src/syslink.c`,
+//! `src/main.c`).
 
 mod crtp;
 mod frame;

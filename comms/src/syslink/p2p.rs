@@ -1,5 +1,5 @@
-//! Swarm messages in P2P frames: who sends, where that robot is, and the message. And pings, by which people try the radio
-//! between two robots.
+//! The payloads of P2P frames: swarm messages with the id and the position of the sender, and
+//! pings, which test the radio between two robots.
 //!
 //! ```text
 //! 0xb0 | robot (u16)                              | message     the position is unknown
@@ -7,30 +7,31 @@
 //! 0xb2 | robot (u16) | anything                                 a ping for this robot
 //! 0xb3 | robot (u16) | the same                                 the answer of this robot
 //! ```
-//! Numbers have their least significant byte first. The radio has a checksum of its own.
+//! Numbers have their least significant byte first. The payload needs no checksum, since the radio
+//! has its own.
 
 use super::packet::P2P_MAX;
 
-/// The P2P port of swarm messages and pings. Not 0, which Bitcraze's examples use, and not 15, which its token ring uses
-/// (crazyflie-firmware, token_ring.h).
+/// The P2P port of swarm messages and pings. Bitcraze's examples use port 0, and its token ring
+/// uses port 15 (crazyflie-firmware, token_ring.h).
 pub const SWARM_PORT: u8 = 11;
 
-/// Most bytes of a message.
+/// The maximum length of a message, in bytes.
 pub const SWARM_MESSAGE_MAX: usize = P2P_MAX - HEADER_MAX;
 
 const HERE_UNKNOWN: u8 = 0xb0;
 const HERE: u8 = 0xb1;
 const PING: u8 = 0xb2;
 const ANSWER: u8 = 0xb3;
-/// Tag, robot, position.
+/// The length of the longest header: tag, robot, position.
 const HEADER_MAX: usize = 1 + 2 + 3 * 2;
 
-/// Coordinates in mm, within 32 m of the origin.
+/// Coordinates in mm, at most 32 m from the origin in each direction.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Position(pub [i16; 3]);
 
 impl Position {
-    /// The nearest whole mm; `None` farther than 32 m away, or where a coordinate is no number.
+    /// Rounds to whole mm; `None` if a coordinate is beyond 32 m or not a number.
     pub fn from_mm(mm: [f32; 3]) -> Option<Self> {
         let limits = f32::from(i16::MIN)..=f32::from(i16::MAX);
         let within = mm.iter().all(|mm| limits.contains(mm));
@@ -38,7 +39,7 @@ impl Position {
         within.then(|| Position(mm.map(nearest)))
     }
 
-    /// The coordinates in mm.
+    /// Returns the coordinates in mm.
     pub fn mm(self) -> [f32; 3] {
         self.0.map(f32::from)
     }
@@ -47,16 +48,15 @@ impl Position {
 /// A swarm message from one robot to all others.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct SwarmFrame<'a> {
-    /// The sender.
     pub robot: u16,
-    /// The sender's position, if it knows.
+    /// The sender's position; `None` if the sender does not know it.
     pub position: Option<Position>,
-    /// 1 to [`SWARM_MESSAGE_MAX`] bytes.
+    /// The message, 1 to [`SWARM_MESSAGE_MAX`] bytes.
     pub message: &'a [u8],
 }
 
 impl<'a> SwarmFrame<'a> {
-    /// From the data of a P2P frame; `None` if it is something else.
+    /// Parses the data of a P2P frame; `None` if it has another format.
     pub fn parse(data: &'a [u8]) -> Option<Self> {
         let (position, [r0, r1], message) = match data {
             [HERE_UNKNOWN, r0, r1, message @ ..] => (None, [*r0, *r1], message),
@@ -87,36 +87,36 @@ impl<'a> SwarmFrame<'a> {
     }
 }
 
-/// A ping, or the answer to one. The two differ, so that an answer is never answered.
+/// A ping or the answer to one. They have different tags, so that no robot answers an answer.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Ping<'a> {
-    /// The robot that is to answer, or does.
+    /// The robot that the ping addresses, or that answers.
     pub robot: u16,
     /// True for the answer.
     pub is_answer: bool,
-    /// At most [`PING_MAX`] bytes, which the answer repeats.
+    /// The data, at most [`PING_MAX`] bytes. The answer repeats them.
     pub data: &'a [u8],
 }
 
-/// Most bytes of a ping's data.
+/// The maximum length of a ping's data, in bytes.
 pub const PING_MAX: usize = P2P_MAX - 3;
 
 impl<'a> Ping<'a> {
-    /// From the data of a P2P frame; `None` if it is something else.
+    /// Parses the data of a P2P frame; `None` if it has another format.
     pub fn parse(data: &'a [u8]) -> Option<Self> {
         let [tag @ (PING | ANSWER), r0, r1, data @ ..] = data else { return None };
         let (robot, is_answer) = (u16::from_le_bytes([*r0, *r1]), *tag == ANSWER);
         (data.len() <= PING_MAX).then_some(Ping { robot, is_answer, data })
     }
 
-    /// Writes the data of a P2P frame; `None` if there is too much of it.
+    /// Writes the data of a P2P frame; `None` if the ping's data is too long.
     pub fn write<'b>(&self, buffer: &'b mut [u8; P2P_MAX]) -> Option<&'b [u8]> {
         let tag = if self.is_answer { ANSWER } else { PING };
         concat(buffer, [&[tag], &self.robot.to_le_bytes(), self.data, &[]])
     }
 }
 
-/// The parts, one after the other; `None` where they do not fit.
+/// Concatenates the parts in `buffer`; `None` if they do not fit.
 fn concat<'b>(buffer: &'b mut [u8; P2P_MAX], parts: [&[u8]; 4]) -> Option<&'b [u8]> {
     let mut rest = buffer.iter_mut();
     let mut length = 0;
@@ -139,7 +139,7 @@ mod tests {
         frame.write(&mut [0xee; P2P_MAX]).map(<[u8]>::to_vec)
     }
 
-    /// By the table above.
+    /// The bytes follow the table at the head of this file.
     #[test]
     fn layouts() {
         let message = &[4, 5, 6][..];
@@ -168,7 +168,7 @@ mod tests {
     fn what_is_none() {
         let whole = [0xb1, 7, 0, 1, 0, 2, 0, 3, 0, 9];
         assert!(SwarmFrame::parse(&whole).is_some());
-        // Cut off; another tag; more than any robot sends.
+        // Truncated frames, other tags, and a message longer than the maximum are rejected.
         assert!((0..whole.len()).all(|length| SwarmFrame::parse(&whole[..length]).is_none()));
         assert!((0..=255).all(|tag| {
             let known = tag == 0xb0 || tag == 0xb1;
@@ -177,7 +177,7 @@ mod tests {
         assert_eq!(SwarmFrame::parse(&[&[0xb0, 7, 0][..], &[1; 52]].concat()), None);
     }
 
-    /// By the table above.
+    /// The bytes follow the table at the head of this file.
     #[test]
     fn a_ping_and_its_answer() {
         let ping = |is_answer, data| Ping { robot: 0x1234, is_answer, data };

@@ -1,10 +1,10 @@
-//! The meaning of frames: the types that a robot's firmware needs.
+//! Typed packets: the frame types that a robot's firmware needs.
 
 use super::frame::{FrameError, MTU, SyslinkFrame};
 
-/// Types of frames.
+/// Type bytes of frames, as Bitcraze names them. The nRF51 echoes a packet that is marked "echoed".
 pub mod kind {
-    /// A CRTP packet of the ground station, both ways.
+    /// A CRTP packet from or to the ground station.
     pub const RADIO_RAW: u8 = 0x00;
     /// Channel, echoed.
     pub const RADIO_CHANNEL: u8 = 0x01;
@@ -20,23 +20,22 @@ pub mod kind {
     pub const RADIO_P2P_BROADCAST: u8 = 0x0a;
     /// The STM32 is ready to receive, echoed.
     pub const RADIO_READY: u8 = 0x0b;
-    /// Asks for all power to be cut.
+    /// A request to cut all power.
     pub const PM_ONOFF_SWITCHOFF: u8 = 0x11;
     /// State of the battery.
     pub const PM_BATTERY_STATE: u8 = 0x13;
-    /// Asks for battery and signal strength every 10 ms.
+    /// A request for battery state and signal strength every 10 ms.
     pub const PM_BATTERY_AUTOUPDATE: u8 = 0x14;
-    /// The power will be cut.
     pub const PM_SHUTDOWN_REQUEST: u8 = 0x15;
-    /// It may be cut.
+    /// The answer to a shutdown request: the power may be cut.
     pub const PM_SHUTDOWN_ACK: u8 = 0x16;
-    /// Blue LED of the nRF51 on.
+    /// Switches the blue LED of the nRF51 on.
     pub const PM_LED_ON: u8 = 0x17;
-    /// Blue LED of the nRF51 off.
+    /// Switches the blue LED of the nRF51 off.
     pub const PM_LED_OFF: u8 = 0x18;
 }
 
-/// Most payload bytes of a P2P frame.
+/// The maximum payload of a P2P frame, in bytes.
 pub const P2P_MAX: usize = 60;
 
 /// Data rate of the radio.
@@ -54,21 +53,20 @@ pub enum DataRate {
 /// State of the battery.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Battery {
-    /// The charger works.
+    /// True while the charger works.
     pub charging: bool,
-    /// There is power on USB.
+    /// True while USB supplies power.
     pub usb_powered: bool,
-    /// Voltage in V.
     pub volts: f32,
 }
 
-/// A frame that makes sense.
+/// The content of a frame, parsed and within its limits.
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[non_exhaustive]
 pub enum Packet<'a> {
     /// A CRTP packet: header and at most 30 bytes.
     Raw(&'a [u8]),
-    /// Radio channel 0 to 125: 2400 + n MHz.
+    /// Radio channel n from 0 to 125, at 2400 + n MHz.
     Channel(u8),
     /// Data rate.
     DataRate(DataRate),
@@ -80,49 +78,50 @@ pub enum Packet<'a> {
     Rssi(i16),
     /// The radio may receive.
     Ready,
-    /// To be sent to all other robots.
+    /// A message to be sent to all other robots.
     P2pSend {
-        /// 0 to 15
+        /// The P2P port, 0 to 15.
         port: u8,
-        /// At most [`P2P_MAX`] bytes.
+        /// The payload, at most [`P2P_MAX`] bytes.
         data: &'a [u8],
     },
-    /// Heard from another robot.
+    /// A message that was received from another robot.
     P2pReceived {
-        /// 0 to 15
+        /// The P2P port, 0 to 15.
         port: u8,
         /// Signal strength in dBm, never positive.
         rssi: i16,
-        /// At most [`P2P_MAX`] bytes.
+        /// The payload, at most [`P2P_MAX`] bytes.
         data: &'a [u8],
     },
-    /// All power is to be cut, at once.
+    /// A request to cut all power at once.
     SwitchOff,
     /// State of the battery.
     Battery(Battery),
-    /// Asks for battery and signal strength every 10 ms.
+    /// A request for battery state and signal strength every 10 ms.
     BatteryAutoupdate,
-    /// The power will be cut: answer [`Packet::ShutdownAck`] as soon as it may.
+    /// The announcement that the power will be cut. The answer is [`Packet::ShutdownAck`], as soon
+    /// as the robot is ready.
     ShutdownRequest,
     /// The power may be cut.
     ShutdownAck,
-    /// The blue LED of the nRF51.
+    /// The state of the nRF51's blue LED: true switches it on.
     RadioLed(bool),
 }
 
-/// A reason why a frame has no meaning.
+/// A reason why a frame is not a valid packet.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum PacketError {
-    /// A type that this firmware does not use.
+    /// The firmware does not use this type.
     UnknownKind(u8),
-    /// The data is shorter or longer than its type says.
+    /// The length of the data does not fit this type.
     Length(u8),
-    /// A value outside its range.
+    /// A value is out of range in a frame of this type.
     Value(u8),
 }
 
 impl<'a> Packet<'a> {
-    /// The meaning of a frame that the nRF51 has sent.
+    /// Parses a frame that the nRF51 sent.
     pub fn received(frame: SyslinkFrame<'a>) -> Result<Self, PacketError> {
         let kind = frame.kind();
         let data = frame.data();
@@ -149,7 +148,7 @@ impl<'a> Packet<'a> {
                 if matches!(rest.len(), 4 | 8) =>
             {
                 let volts = f32::from_le_bytes([*v0, *v1, *v2, *v3]);
-                // A robot acts upon it: nothing that no battery has.
+                // The robot acts upon the voltage, so a value that no battery has is rejected.
                 if !(0.0..=6.0).contains(&volts) {
                     return Err(PacketError::Value(kind));
                 }
@@ -174,7 +173,7 @@ impl<'a> Packet<'a> {
         }
     }
 
-    /// Writes the packet's data to `buffer` and makes a frame of it, as the STM32 sends it.
+    /// Writes the packet's data to `buffer` and returns the frame to be sent.
     pub fn frame<'b>(&self, buffer: &'b mut [u8; MTU]) -> Result<SyslinkFrame<'b>, FrameError> {
         let mut length = 0;
         let mut put = |bytes: &[u8]| {

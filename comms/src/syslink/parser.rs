@@ -1,38 +1,37 @@
-//! From a stream of bytes to frames.
+//! The parser, which turns a stream of bytes into frames.
 
 use super::frame::{Bytes, MTU, OVERHEAD, START, SyslinkFrame, check};
 
 /// Finds the frames in a stream.
 ///
-/// It keeps the bytes of the frame that may be under way. When they turn out to be none (a wrong
-/// checksum, a length above
-/// the limit), it looks for a start after the first of them: a frame that follows a truncated one
-/// is found even where the
-/// truncated one seemed to contain it.
+/// The parser keeps the bytes of a possible frame. If they turn out not to be one (a wrong
+/// checksum, a length above the limit), it looks for a start after the first of these bytes. It
+/// therefore finds a frame that follows a truncated one, even if the truncated one seemed to
+/// contain it.
 #[derive(Debug, Clone, Default)]
 pub struct Parser {
     pending: Bytes,
     rejected: u32,
 }
 
-/// The meaning of the pending bytes.
+/// The result of examining the pending bytes.
 enum Pending {
     /// The beginning of a frame, or nothing.
     Incomplete,
-    /// No frame: as many bytes are to be dropped.
+    /// Not a frame: drop this number of bytes.
     Garbage(usize),
     /// A frame of this number of bytes.
     Complete(usize),
 }
 
 impl Parser {
-    /// At the beginning of a stream.
+    /// Returns a parser at the beginning of a stream.
     pub fn new() -> Self {
         Parser::default()
     }
 
-    /// Takes one byte, and gives the frames that it completes to `sink`: mostly none or one; more only where a false start
-    /// had hidden some.
+    /// Adds one byte and passes each frame that it completes to `sink`. This is usually at most
+    /// one; there are more only if a false start had hidden some.
     pub fn push(&mut self, byte: u8, mut sink: impl FnMut(SyslinkFrame<'_>)) {
         self.pending.push(byte);
         loop {
@@ -52,7 +51,7 @@ impl Parser {
         }
     }
 
-    /// Returns the number of false starts: frames with a wrong checksum or length. Wraps.
+    /// Returns the number of false starts: frames with a wrong checksum or length. The count wraps.
     pub fn rejected(&self) -> u32 {
         self.rejected
     }
@@ -68,7 +67,7 @@ impl Parser {
         }
         let [_, second, rest @ ..] = bytes else { return Pending::Incomplete };
         if *second != START[1] {
-            // No frame had begun: a first byte alone is noise.
+            // A first start byte alone is noise, and does not count as a rejected frame.
             return Pending::Garbage(1);
         }
         let [kind, length, rest @ ..] = rest else { return Pending::Incomplete };
@@ -146,8 +145,9 @@ mod tests {
     fn a_truncated_frame_does_not_hide_the_next_ones() {
         let long = frame(0, &[3; 40]);
         for length in 0..long.len() {
-            // The truncated frame waits for more bytes than one good frame has; those that it seems to contain come out
-            // as soon as it is found to be false.
+            // The parser waits for more bytes than one good frame has. As soon as it finds the
+            // truncated frame to be false, it passes on the good frames that the truncated one
+            // seemed to contain.
             let stream = [&long[..length], &GOOD.repeat(8)].concat();
             assert_eq!(parse(&stream).0.len(), 8, "{length} bytes of the frame");
         }

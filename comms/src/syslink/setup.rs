@@ -1,18 +1,19 @@
-//! The radio's set-up: packets that the nRF51 has to be sent, and echoes of those that it has understood.
+//! The radio's set-up: the packets that the STM32 sends to the nRF51, and the echoes that confirm
+//! them.
 
 use super::p2p::{Ping, SWARM_PORT};
 use super::packet::{DataRate, P2P_MAX, Packet};
 
-/// The settings of the radio. All robots of a swarm use the same.
+/// The settings of the radio, which are equal for all robots of a swarm.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Radio {
-    /// 0 to 125: 2400 + n MHz.
+    /// The channel n from 0 to 125, at 2400 + n MHz.
     pub channel: u8,
     /// Data rate.
     pub data_rate: DataRate,
     /// Address, least significant byte first.
     pub address: [u8; 5],
-    /// dBm
+    /// The transmit power in dBm.
     pub power: i8,
 }
 
@@ -22,15 +23,18 @@ impl Radio {
         Radio { channel: 80, data_rate: DataRate::Megabits2, address: [0xe7; 5], power: 0 };
 }
 
-/// Steps that every nRF51 echoes.
+/// The number of steps that every nRF51 echoes.
 const ECHOED: usize = 4;
 
-/// Attempts after which an nRF51 that has echoed all else counts as one that does not know RADIO_READY: firmware from before
-/// 2025-10-09 ignores it, and its radio receives from the start. A line that loses every third frame loses ten requests or
-/// their echoes once in a thousand set-ups, and then the radio also receives: 3 s after its start it does so unasked.
+/// The number of requests after which an nRF51 counts as one that does not know RADIO_READY, if it
+/// has echoed all other steps. Firmware from before 2025-10-09 ignores that request, and its radio
+/// receives from the start. A line that loses every third frame loses ten requests or their echoes
+/// once in a thousand set-ups. Even then the radio receives, since the nRF51 starts to receive
+/// unasked 3 s after its start.
 const READY_TRIES: u8 = 10;
 
-/// The state of the radio's set-up. The nRF51 echoes each step that it has understood; the others are sent again.
+/// The state of the radio's set-up. The nRF51 echoes each step that it accepted; the other steps
+/// are sent again.
 #[derive(Debug, Clone)]
 pub struct Setup {
     radio: Radio,
@@ -39,19 +43,19 @@ pub struct Setup {
     ready: Ready,
 }
 
-/// The state of the last step.
+/// The state of the last step, RADIO_READY.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum Ready {
-    /// Not echoed by an nRF51 that was asked so often since it echoed all else.
+    /// The number of requests without an echo, since all other steps were echoed.
     Asked(u8),
-    /// Echoed.
+    /// The nRF51 echoed the request.
     Known,
-    /// Asked often enough.
+    /// The nRF51 left [`READY_TRIES`] requests without an echo.
     Unknown,
 }
 
 impl Setup {
-    /// Nothing is done yet.
+    /// Returns the state in which no step is done.
     pub fn new(radio: Radio, robot: u16) -> Self {
         let hello = Ping { robot, is_answer: true, data: &[] };
         let mut room = [0; P2P_MAX];
@@ -60,7 +64,7 @@ impl Setup {
         Setup { radio, hello, echoed: [false; ECHOED], ready: Ready::Asked(0) }
     }
 
-    /// The nRF51 has to be asked for everything again.
+    /// Restarts the set-up: all requests are sent again.
     pub fn restart(&mut self) {
         self.echoed = [false; ECHOED];
         self.ready = Ready::Asked(0);
@@ -71,7 +75,8 @@ impl Setup {
         self.echoed.contains(&true) || self.ready == Ready::Known
     }
 
-    /// Returns true if the radio sends as wanted, and the nRF51 reads at full speed: Bluetooth is off.
+    /// Returns true if the radio sends with these settings. Bluetooth is then off, and the nRF51
+    /// reads at full speed.
     pub fn can_send(&self) -> bool {
         self.echoed.iter().all(|echoed| *echoed)
     }
@@ -86,12 +91,12 @@ impl Setup {
         self.ready == Ready::Unknown
     }
 
-    /// The packets to be sent now, in this order; none once it is done. The request for battery and signal strength has no
-    /// echo; it goes with every attempt.
+    /// Returns the packets to be sent now, in this order; none once the set-up is done. The request
+    /// for battery and signal strength has no echo, so each attempt includes it.
     ///
-    /// The first is a P2P frame, with which the nRF51 turns Bluetooth off. Meanwhile it reads nothing, for a time that no
-    /// document states: nothing else may be sent until it has echoed the frames that follow. All of an attempt is shorter than
-    /// its queue.
+    /// The first packet is a P2P frame, which makes the nRF51 turn Bluetooth off. Meanwhile the
+    /// nRF51 reads nothing, for a time that no document states. Therefore no other packets may be
+    /// sent until it has echoed the ones that follow. A whole attempt fits into its queue.
     pub fn attempt(&mut self) -> impl Iterator<Item = Packet<'_>> {
         let can_send = self.can_send();
         if can_send && let Ready::Asked(times) = self.ready {
@@ -109,7 +114,7 @@ impl Setup {
             .chain(asks.then_some(Packet::Ready))
     }
 
-    /// Takes note of a packet that may be an echo.
+    /// Records a packet that may be an echo.
     pub fn hear(&mut self, packet: &Packet<'_>) {
         for (step, echoed) in self.steps().iter().zip(&mut self.echoed) {
             if step == packet {
@@ -164,7 +169,7 @@ mod tests {
         setup.hear(&Packet::DataRate(DataRate::Megabits2));
         setup.hear(&Packet::Ready);
         setup.hear(&Packet::Power(0));
-        // An echo of something else: the request was damaged, or an old one.
+        // This echo does not match: the request was damaged, or it is an old echo.
         setup.hear(&Packet::Channel(81));
         assert!(setup.has_begun() && !setup.can_send());
         let missing =
@@ -178,7 +183,7 @@ mod tests {
         assert_eq!(sent(&mut setup), all);
     }
 
-    /// It echoes all but RADIO_READY.
+    /// An old nRF51 echoes all steps except RADIO_READY.
     #[test]
     fn an_old_nrf51_is_asked_ten_times() {
         let mut setup = setup();
@@ -192,7 +197,7 @@ mod tests {
         assert!(!setup.is_done());
         assert_eq!(sent(&mut setup), []);
         assert!(setup.is_done() && setup.is_old());
-        // It had only been lost.
+        // The nRF51 knows RADIO_READY after all; its echoes had been lost.
         setup.hear(&Packet::Ready);
         assert!(!setup.is_old());
         setup.restart();

@@ -15,16 +15,16 @@ use defmt_decoder::{DecodeError, Encoding, Frame};
 pub enum Content {
     /// The bytes of a trace record.
     Record(Vec<u8>),
-    /// The text of a message that begins like a record and is none.
+    /// The text of a message that begins like a record but cannot be parsed as one.
     DamagedRecord(String),
-    /// Text of the firmware itself.
+    /// The text of the firmware's own message.
     Text(String),
-    /// Bytes that are no message of this firmware.
+    /// Bytes that do not decode as a message of this firmware.
     Undecodable,
 }
 
 impl Content {
-    /// Reads the text of a message. The place in the firmware's source may follow a record.
+    /// Parses the text of a message. The location in the firmware's source may follow a record.
     pub fn from_text(text: &str) -> Content {
         let Some(list) = text.strip_prefix("bbz [") else {
             return Content::Text(text.to_owned());
@@ -43,11 +43,9 @@ impl Content {
 /// A message of a robot.
 #[derive(Debug, Clone, PartialEq)]
 pub struct TraceMessage {
-    /// Seconds on the robot's clock, if the firmware has one.
     pub seconds: Option<f64>,
     /// The level as defmt names it: `trace`, `debug`, `info`, `warn` or `error`.
     pub level: Option<&'static str>,
-    /// The content.
     pub content: Content,
 }
 
@@ -69,25 +67,26 @@ impl TraceMessage {
 #[derive(Clone)]
 pub struct TraceReader {
     table: Arc<Table>,
-    /// Bytes of a message that is not complete.
+    /// The received bytes of a message that is not complete yet.
     waiting: Vec<u8>,
-    /// An error in an encoding without frames has made the rest unreadable.
+    /// True after an error in the raw encoding, which has no frames: the following bytes are
+    /// unreadable.
     is_lost: bool,
 }
 
 impl TraceReader {
-    /// Returns a reader for firmware with these messages.
+    /// Returns a reader for the firmware whose ELF file holds `table`.
     pub fn new(table: Arc<Table>) -> Self {
         TraceReader { table, waiting: Vec::new(), is_lost: false }
     }
 
-    /// Discards the message that a reset or a power-off of the robot has cut.
+    /// Discards an incomplete message, after a reset or a power-off of the robot.
     pub fn restart(&mut self) {
         self.waiting.clear();
         self.is_lost = false;
     }
 
-    /// Reads bytes, and returns the messages that are complete.
+    /// Adds received bytes and returns the messages that are complete.
     pub fn read(&mut self, bytes: &[u8]) -> Vec<TraceMessage> {
         self.waiting.extend(bytes);
         if matches!(self.table.encoding(), Encoding::Raw) {
@@ -97,7 +96,7 @@ impl TraceReader {
         }
     }
 
-    /// Reads messages that follow each other without a mark between them.
+    /// Reads messages of the raw encoding, which has no separators.
     fn read_raw(&mut self) -> Vec<TraceMessage> {
         let mut messages = Vec::new();
         let mut read = 0;
@@ -118,7 +117,8 @@ impl TraceReader {
         messages
     }
 
-    /// Reads frames that end with a zero. A decoder borrows the table, so each call takes a new one, which gets whole frames only.
+    /// Reads the complete frames; a zero byte ends each. A stream decoder borrows the table, so
+    /// each call creates one, and it only receives whole frames.
     fn read_frames(&mut self) -> Vec<TraceMessage> {
         let Some(last) = self.waiting.iter().rposition(|byte| *byte == 0) else {
             return Vec::new();
