@@ -1,31 +1,35 @@
-//! A ladder that a robot goes down as its battery runs down: it warns, takes the motors' power, and switches off.
+//! The reactions to a battery that runs down, in steps: the robot warns, stops its motors, and
+//! switches off.
 //!
-//! A voltage counts only after several looks in a row, because motors that start pull it down for a moment. A battery recovers
-//! when its load is gone, so a step down is final until the charger comes, or power-on.
+//! A voltage counts only after several low readings in a row, because starting motors pull it down
+//! for a moment. A battery recovers without its load, so a step down is final until the battery is
+//! charged or the robot is switched on again.
 
-/// Looks in a row below a limit that lead one step down; robots look once a second.
+/// The number of readings in a row below a limit that lead one step down. Robots read the voltage
+/// once per second.
 const LOW_LOOKS: u8 = 5;
 
-/// Phases from one flash of a low battery to the next, in units of [`PHASE`](crate::blink::PHASE): 2 s. An empty one flashes four
-/// times as often.
+/// The phases from one flash of a low battery to the next, in units of
+/// [`PHASE`](crate::blink::PHASE): 2 s. An empty battery flashes four times as often.
 const FLASH_PHASES: u32 = 40;
 
-/// The charge of a battery, by the steps of the ladder that were taken.
+/// The state of charge of a battery, after the steps down that were taken.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd)]
 #[repr(u8)]
 pub enum Charge {
-    /// Enough for everything.
+    /// The battery has enough charge for all functions.
     Enough,
     /// The battery will be empty soon: the robot warns.
     Low,
-    /// The motors have no power.
+    /// The robot's motors have no power.
     Empty,
-    /// The robot switches itself off: less would damage the battery.
+    /// The robot switches itself off, since further discharge would damage the battery.
     Flat,
 }
 
 impl Charge {
-    /// The charge of this number, as `charge as u8` gives it; greater ones are [`Charge::Flat`].
+    /// Returns the charge with this number, as `charge as u8` gives it. Greater numbers are
+    /// [`Charge::Flat`].
     pub const fn of_number(number: u8) -> Self {
         match number {
             0 => Charge::Enough,
@@ -35,7 +39,8 @@ impl Charge {
         }
     }
 
-    /// Returns true if the LED that warns is lit in this phase, in units of [`PHASE`](crate::blink::PHASE).
+    /// Returns true if the warning LED is lit in this phase, in units of
+    /// [`PHASE`](crate::blink::PHASE).
     pub const fn is_flash(self, phase: u32) -> bool {
         match self {
             Charge::Low => phase.is_multiple_of(FLASH_PHASES),
@@ -45,7 +50,7 @@ impl Charge {
     }
 }
 
-/// A robot's way down, and up again.
+/// The state machine of the charge: steps down at low readings, and back up at the charger.
 pub struct Ladder {
     limits_mv: [u16; 3],
     charge: Charge,
@@ -53,12 +58,14 @@ pub struct Ladder {
 }
 
 impl Ladder {
-    /// Starts at `charge`. Below the limits, in mV, are [`Charge::Low`], [`Charge::Empty`] and [`Charge::Flat`].
+    /// Returns a ladder at `charge`. The limits, in mV, are those below which [`Charge::Low`],
+    /// [`Charge::Empty`] and [`Charge::Flat`] begin.
     pub const fn new(limits_mv: [u16; 3], charge: Charge) -> Self {
         Ladder { limits_mv, charge, low_looks: 0 }
     }
 
-    /// Takes a step down if the voltage was low long enough, or all steps up where the charger is.
+    /// Processes one reading. The charge steps down after enough low readings in a row; with the
+    /// charger it returns to [`Charge::Enough`].
     pub fn look(&mut self, battery_mv: u16, is_charging: bool) -> Charge {
         let step = self.charge as u8;
         let is_low = self.limits_mv.get(usize::from(step)).is_some_and(|limit| battery_mv < *limit);
@@ -104,7 +111,7 @@ mod tests {
         assert_eq!(looks(&mut ladder, 4, 3199), Charge::Enough);
         assert_eq!(looks(&mut ladder, 1, 3199), Charge::Low);
         assert_eq!(looks(&mut ladder, 100, 3100), Charge::Low);
-        // Whatever the voltage, one step after the other.
+        // The charge falls one step at a time, even at 0 V.
         assert_eq!(looks(&mut ladder, 5, 0), Charge::Empty);
         assert_eq!(looks(&mut ladder, 4, 0), Charge::Empty);
         assert_eq!(looks(&mut ladder, 1, 0), Charge::Flat);
@@ -118,7 +125,7 @@ mod tests {
             assert_eq!(looks(&mut ladder, 100, 4200), charge);
             assert_eq!(ladder.look(2500, true), Charge::Enough);
         }
-        // Low looks from before the charger do not count.
+        // Low readings from before the charger do not count.
         let mut ladder = Ladder::new(LIMITS_MV, Charge::Enough);
         looks(&mut ladder, 4, 3000);
         ladder.look(3000, true);

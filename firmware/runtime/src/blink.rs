@@ -1,16 +1,17 @@
-//! A number on a LED: as many blinks, then a pause.
+//! The pattern in which a LED shows a number: that number of blinks, then a pause.
 
 use embassy_time::Duration;
 
 use crate::liveness::BEAT;
 
-/// A phase of the pattern.
+/// The length of a phase of the pattern.
 pub const PHASE: Duration = BEAT;
 
-/// Phases in which the LED is lit, and from one blink to the next: 200 and 400 ms.
+/// Phases in which the LED is lit (200 ms), and phases from one blink to the next (400 ms).
 const LIT: u32 = 4;
 const BLINK: u32 = 8;
-/// Phases between the last blink's end and the first: 1.4 s.
+/// Phases that follow the last blink's cycle before the pattern repeats. With the dark end of that
+/// cycle, the LED is dark for 1.4 s.
 const PAUSE: u32 = 24;
 
 /// Returns true if the LED that blinks `number` is lit in phase `phase`.
@@ -35,7 +36,8 @@ mod tests {
                 (round..3 * round).filter(|phase| goes_on(*phase)).count(),
                 2 * usize::from(number)
             );
-            // In between it is dark for more than a second, which no two blinks are apart.
+            // The LED is dark for more than a second before the pattern repeats, longer than
+            // between two blinks.
             assert!((round - 24..round).all(|phase| !is_lit(number, phase)));
         }
     }

@@ -3,12 +3,12 @@
 use bittybuzz_vm_core::number::Profile;
 use bittybuzz_vm_core::{Argument, Arguments, ByteCode, Refusal, Reply, RobotFault, Type, Value};
 
-/// The answer of a function that returns nothing.
+/// Returns the reply of a function that returns nothing.
 pub fn nothing<P: Profile>() -> Result<Reply<P>, RobotFault> {
     Ok(Reply::Value(Value::nil()))
 }
 
-/// Refuses any other number of arguments.
+/// Checks the number of arguments; fails with [`Refusal::ArgumentCount`] for another one.
 pub fn expect_count<P: Profile, C: ByteCode, const N: usize>(
     arguments: &Arguments<'_, P, C, N>,
     count: usize,
@@ -20,7 +20,7 @@ pub fn expect_count<P: Profile, C: ByteCode, const N: usize>(
     }
 }
 
-/// Argument `index`, which must be an integer.
+/// Returns argument `index`; fails with [`RobotFault::WrongType`] if it is not an integer.
 pub fn integer<P: Profile, C: ByteCode, const N: usize>(
     arguments: &Arguments<'_, P, C, N>,
     index: usize,

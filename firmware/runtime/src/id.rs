@@ -1,16 +1,18 @@
-//! Which robot this is: a number that people have written to its flash, else one made of its chip's unique id.
+//! The robot's id: a number that `bbz flash --id` wrote to flash, or else a hash of the chip's
+//! unique id.
 
-/// Which robot this is, and how that is known.
+/// The robot's id and its origin.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Id {
-    /// `bbz flash --id` has assigned it.
+    /// The id that `bbz flash --id` assigned.
     Assigned(u16),
-    /// A hash of the chip's unique id: some other robot may have the same.
+    /// A hash of the chip's unique id. Another robot may have the same one.
     OfChip(u16),
 }
 
 impl Id {
-    /// Returns the id of a robot with these words in the flash of its id, on a chip whose unique id has this hash.
+    /// Returns the id of a robot. `in_flash` is the content of its id section, and `chip` is a hash
+    /// of the chip's unique id.
     pub const fn new(in_flash: [u16; 2], chip: u32) -> Self {
         match written(in_flash) {
             Some(id) => Id::Assigned(id),
@@ -18,7 +20,7 @@ impl Id {
         }
     }
 
-    /// The number.
+    /// Returns the number.
     pub const fn number(self) -> u16 {
         match self {
             Id::Assigned(number) | Id::OfChip(number) => number,
@@ -26,8 +28,9 @@ impl Id {
     }
 }
 
-/// The number of which this is the flash: the number and its complement, as `bittybuzz_robot_spec::Layout::id_section` says. `None` if
-/// none was written since it was erased.
+/// Returns the number in an id section, which is the number and its complement
+/// (`bittybuzz_robot_spec::Layout::id_section`). Returns `None` if no number was written since the
+/// section was erased.
 pub const fn written([number, complement]: [u16; 2]) -> Option<u16> {
     if number == !complement { Some(number) } else { None }
 }

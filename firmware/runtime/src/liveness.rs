@@ -1,4 +1,5 @@
-//! Which tasks live. The watchdog is fed only when all of them have shown it since it was fed last.
+//! The tasks' signs of life. The watchdog is fed only if every task has shown one since it was last
+//! fed.
 
 use core::cell::Cell;
 
@@ -6,19 +7,19 @@ use embassy_sync::blocking_mutex::Mutex;
 use embassy_sync::blocking_mutex::raw::CriticalSectionRawMutex;
 use embassy_time::Duration;
 
-/// A task shows that it lives at least this often, also while it waits.
+/// The longest time between two signs of life of a task, also while the task waits.
 pub const BEAT: Duration = Duration::from_millis(50);
 
-/// The period of the watchdog's task: at least one beat of each task lies between two checks.
+/// The period of the watchdog's task. Each task shows at least one sign of life between two checks.
 pub const LOOK: Duration = Duration::from_millis(100);
 
-/// The tasks of a robot, up to eight, each with its bit.
+/// The tasks of a robot that have shown a sign of life, up to eight, with one bit each.
 pub struct Liveness {
     all: u8,
     seen: Mutex<CriticalSectionRawMutex, Cell<u8>>,
 }
 
-/// The sign of life of one task.
+/// The handle with which one task shows its sign of life.
 #[derive(Clone, Copy)]
 pub struct Pulse {
     of: &'static Liveness,
@@ -32,12 +33,12 @@ impl Liveness {
         Liveness { all, seen: Mutex::new(Cell::new(0)) }
     }
 
-    /// The pulse of task `number`, from 0.
+    /// Returns the pulse of task `number`, counted from 0.
     pub const fn pulse(&'static self, number: u8) -> Pulse {
         Pulse { of: self, bit: 1 << (number & 7) }
     }
 
-    /// Returns true if all tasks have shown that they live since the last time it was so.
+    /// Returns true if all tasks have shown a sign of life since this function last returned true.
     pub fn all_live(&self) -> bool {
         self.seen.lock(|seen| {
             let live = seen.get() == self.all;
@@ -48,14 +49,14 @@ impl Liveness {
         })
     }
 
-    /// The tasks that have not shown it: a bit each.
+    /// Returns the tasks without a sign of life, one bit each.
     pub fn missing(&self) -> u8 {
         self.seen.lock(|seen| self.all & !seen.get())
     }
 }
 
 impl Pulse {
-    /// The task lives.
+    /// Shows that the task lives.
     pub fn beat(&self) {
         self.of.seen.lock(|seen| seen.set(seen.get() | self.bit));
     }
@@ -72,7 +73,7 @@ mod tests {
         assert!(!TASKS.all_live());
         [a, b, c].iter().for_each(super::Pulse::beat);
         assert!(TASKS.all_live());
-        // From then on each has to show it anew.
+        // Each task has to show a new sign of life after that.
         for _ in 0..10 {
             a.beat();
             c.beat();

@@ -1,18 +1,19 @@
-//! Messages for a debug probe that may be unplugged: those without room in a ring buffer are counted, and their number is sent
-//! once there is room again.
+//! The count of lost debug messages. A debug probe may be unplugged, so a message that finds no
+//! room in the ring buffer is counted, and the number is sent once there is room again.
 
 use core::sync::atomic::{AtomicU32, Ordering};
 
-/// Bytes of arguments of the record with the number of lost messages.
+/// The length of the arguments of the record that reports lost messages, in bytes.
 const LOST: usize = 5;
 
-/// Most bytes of a message: its arguments, its number, time and length, and one byte in seven for the encoding (rzCOBS).
+/// Returns the maximum length of a message in bytes: its arguments, its number, time and length,
+/// and one byte in seven for the encoding (rzCOBS).
 const fn size_of_message(arguments: usize) -> usize {
     24 + arguments + arguments / 4
 }
 
-/// The start of the control block of RTT, as the probe knows it and defmt-rtt defines it (`Header`), up to the offset from which
-/// the probe will read in its first channel.
+/// The start of RTT's control block, in the layout that the probe expects and defmt-rtt defines
+/// (`Header`), up to the read offset of the first channel.
 #[repr(C)]
 pub struct ControlBlock {
     id: [u8; 16],
@@ -25,30 +26,32 @@ pub struct ControlBlock {
     read: AtomicU32,
 }
 
-/// Number of messages that were lost and not reported yet. Only tasks of one executor share it.
+/// The number of messages that were lost and not reported yet. Only tasks of one executor share it.
 pub struct Losses(AtomicU32);
 
 impl Losses {
-    /// None were lost.
+    /// Returns the state without losses.
     pub const fn new() -> Self {
         Losses(AtomicU32::new(0))
     }
 
-    /// Decides on a message with `arguments` bytes of arguments. Returns the number of messages lost before, which has to be written
-    /// first; or `None` if there is no room for both, and this message is lost, too.
+    /// Decides whether a message with `arguments` bytes of arguments is written. Returns the number
+    /// of messages that were lost before; the caller has to report it first. Returns `None` if
+    /// there is no room for both: this message is lost, too.
     pub fn admit(&self, arguments: usize, block: &ControlBlock) -> Option<u32> {
         let [write, read] = [&block.write, &block.read].map(|at| at.load(Ordering::Relaxed));
         self.admit_to_ring(arguments, block.size, write, read)
     }
 
-    /// Does the same for a ring buffer of `size` bytes whose offsets of the next byte to be written and read are `write` and `read`.
+    /// Decides as `admit` does, for a ring buffer of `size` bytes whose next bytes are written at
+    /// `write` and read at `read`.
     fn admit_to_ring(&self, arguments: usize, size: u32, write: u32, read: u32) -> Option<u32> {
         let lost = self.0.load(Ordering::Relaxed);
         let mut needed = size_of_message(arguments);
         if lost != 0 {
             needed += size_of_message(LOST);
         }
-        // One byte stays free: a full buffer would look like an empty one.
+        // One byte stays free, because a full buffer would look like an empty one.
         let end = if read > write { read } else { read + size };
         let has_room = needed < (end - write) as usize;
         self.0.store(if has_room { 0 } else { lost.saturating_add(1) }, Ordering::Relaxed);

@@ -1,5 +1,6 @@
-//! Swarm messages between the script's task and the link's. Frames that were heard wait for the script's next step, frames
-//! of the script wait for the radio; [`bittybuzz_comms::queue`] says which of them make way where there is no room.
+//! The queues of swarm messages between the script's task and the link's. Received frames wait for
+//! the script's next step, and frames of the script wait for the radio. [`bittybuzz_comms::queue`]
+//! decides which frames are dropped when a queue is full.
 
 use core::cell::RefCell;
 
@@ -13,14 +14,14 @@ use embassy_time::{Duration, Timer, with_timeout};
 
 use crate::liveness::{BEAT, Pulse};
 
-/// Before each frame, µs: 10 ms on average, and seldom the same as another robot's. Without carrier
-/// sense, frames that two robots send at once are lost, and robots that were switched on together
-/// also step together.
+/// The range of the random pause before each frame, in µs: 10 ms on average, and seldom equal to
+/// another robot's. Robots have no carrier sense, so frames that two robots send at once are lost,
+/// and robots that were switched on together also step together.
 const PAUSE_US: core::ops::Range<u32> = 2_000..18_000;
 
 type Shared<T> = Mutex<CriticalSectionRawMutex, RefCell<T>>;
 
-/// Room for `IN` frames that were heard and `OUT` that are to be sent, of at most `FRAME` bytes each.
+/// The queues of `IN` received frames and `OUT` frames to be sent, of at most `FRAME` bytes each.
 pub struct Mail<P: Profile, const FRAME: usize, const IN: usize, const OUT: usize> {
     inbox: Shared<Inbox<P, Sighting<P>, FRAME, IN>>,
     outbox: Shared<Outbox<P, FRAME, OUT>>,
@@ -28,7 +29,7 @@ pub struct Mail<P: Profile, const FRAME: usize, const IN: usize, const OUT: usiz
 }
 
 impl<P: Profile, const FRAME: usize, const IN: usize, const OUT: usize> Mail<P, FRAME, IN, OUT> {
-    /// Nothing waits.
+    /// Returns empty queues.
     pub const fn new() -> Self {
         let nobody = Sighting { robot: None, place: None };
         Mail {
@@ -38,28 +39,29 @@ impl<P: Profile, const FRAME: usize, const IN: usize, const OUT: usize> Mail<P, 
         }
     }
 
-    /// The link has heard a frame.
+    /// Adds a frame that the link received.
     pub fn hear(&self, frame: &[u8], sighting: Sighting<P>) {
         with(&self.inbox, |inbox| inbox.push(frame, sighting));
     }
 
-    /// The next frame that was heard, as `bittybuzz_vm_core::Host::receive` says; none where `frame` is shorter than `FRAME`.
+    /// Takes the next received frame; see `bittybuzz_vm_core::Host::receive`. Returns `None` if
+    /// `frame` is shorter than `FRAME`.
     pub fn receive(&self, frame: &mut [u8], sighting: &mut Sighting<P>) -> Option<usize> {
         let frame = frame.first_chunk_mut()?;
         with(&self.inbox, |inbox| {
             let (heard, from) = inbox.pop()?;
-            // Field by field, which a Cortex-M0 copies in place.
+            // The fields are copied one by one, which a Cortex-M0 does in place.
             (sighting.robot, sighting.place) = (from.robot, from.place);
             Some(heard.copy_to(frame))
         })?
     }
 
-    /// A step begins.
+    /// Marks the beginning of a step: its broadcasts may replace waiting ones.
     pub fn begin_step(&self) {
         with(&self.outbox, Outbox::begin_step);
     }
 
-    /// The script sends a frame.
+    /// Queues a frame of the script.
     pub fn send(&self, frame: &[u8]) {
         with(&self.outbox, |outbox| outbox.push(frame));
         self.waiting.signal(());
@@ -75,8 +77,8 @@ impl<P: Profile, const FRAME: usize, const IN: usize, const OUT: usize> Mail<P, 
         with(&self.outbox, |outbox| outbox.counters()).unwrap_or_default()
     }
 
-    /// The sending task: gives one frame after the other to `transmit`, with random pauses before each. Robots need unlike
-    /// generators.
+    /// Runs the sending task: passes the frames to `transmit` one by one, with a random pause
+    /// before each. The generators of robots must differ.
     pub async fn drain(&self, mut rng: Rng, pulse: Pulse, mut transmit: impl FnMut(&[u8])) -> ! {
         loop {
             pulse.beat();
@@ -98,7 +100,7 @@ impl<P: Profile, const FRAME: usize, const IN: usize, const OUT: usize> Mail<P, 
         self.waiting.wait().await;
     }
 
-    /// Takes the next frame that is to be sent, and returns its length.
+    /// Takes the next frame to be sent, and returns its length.
     pub fn next_unsent(&self, frame: &mut [u8; FRAME]) -> Option<usize> {
         with(&self.outbox, |outbox| Some(outbox.pop()?.copy_to(frame)))?
     }
@@ -112,12 +114,13 @@ impl<P: Profile, const FRAME: usize, const IN: usize, const OUT: usize> Default
     }
 }
 
-/// Only one task holds it at a time: the borrow always succeeds.
+/// Runs `act` on the shared value. Only one task holds the value at a time, so the borrow always
+/// succeeds.
 fn with<T, R>(shared: &Shared<T>, act: impl FnOnce(&mut T) -> R) -> Option<R> {
     shared.lock(|shared| shared.try_borrow_mut().ok().map(|mut shared| act(&mut shared)))
 }
 
-/// Returns the time that a robot waits before it sends a frame.
+/// Returns a random time to wait before a frame is sent.
 pub fn pause(rng: &mut Rng) -> Duration {
     let us = rng.uniform_int::<Full>(PAUSE_US.start, PAUSE_US.end);
     Duration::from_micros(us.into())

@@ -1,24 +1,25 @@
-//! The log of scripts in flash: the newest whole script is the one that runs, so that a loss of power while another one is
-//! written leaves the old one or the new one.
+//! The log of scripts in flash. The robot runs the newest complete script: after a loss of power
+//! during a write it has the old script or the new one.
 //!
-//! The flash is a row of places of 4 KiB. A script has a place to itself:
+//! The log is a row of places of 4 KiB, with one script in each:
 //!
 //! | bytes | |
 //! |---|---|
 //! | 0 to 3 | length of the image, least significant byte first |
 //! | from 4 on | the image |
-//! | 4088 to 4091 | sequence number: of two scripts the one with the greater number is newer, of equal ones the first |
+//! | 4088 to 4091 | sequence number: the greatest is the newest script; of equals, the first |
 //! | 4092 to 4095 | CRC-16/MCRF4XX of length, image and sequence number, and its complement |
 //!
-//! The last eight bytes are the mark. They are written last; the check also finds a place whose writer had another order, or
-//! whose bytes are damaged. `bittybuzz_robot_spec::Layout` writes places, this module reads them.
+//! The last eight bytes, the mark, are written last. The checksum also detects a place that was
+//! written in another order, or whose bytes are damaged. `bittybuzz_robot_spec::Layout` writes
+//! places, and this module reads them.
 
 use bittybuzz_vm_core::message::crc16;
 
-/// Bytes of a place.
+/// The size of a place, in bytes.
 pub const PLACE: usize = 4096;
 
-/// Bytes of the longest image that fits into one.
+/// The length of the longest image that fits into a place, in bytes.
 pub const MOST: usize = PLACE - LENGTH - MARK;
 
 const LENGTH: usize = size_of::<u32>();
@@ -27,15 +28,16 @@ const MARK: usize = 8;
 /// A script in its place.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Stored<'a> {
-    /// The room for images; those beyond the length mean nothing.
+    /// The part of the place for the image. Bytes beyond the length have no meaning.
     pub bytes: &'a [u8; MOST],
-    /// Bytes of the image.
+    /// The length of the image, in bytes.
     pub length: usize,
     sequence: u32,
 }
 
 impl<'a> Stored<'a> {
-    /// The script in a place, if it is whole and newer than `known`. That is asked first: the check reads every byte.
+    /// Returns the script in a place, if it is complete and newer than `known`. The sequence number
+    /// is compared first, because the checksum reads every byte.
     fn read(place: &'a [u8; PLACE], known: Option<Stored<'_>>) -> Option<Self> {
         let (length, rest) = place.split_first_chunk::<LENGTH>()?;
         let (bytes, mark) = rest.split_first_chunk::<MOST>()?;
@@ -57,7 +59,7 @@ impl<'a> Stored<'a> {
     }
 }
 
-/// The newest whole script; none if there is no whole one.
+/// Returns the newest complete script; `None` if there is none.
 pub fn newest(places: &[[u8; PLACE]]) -> Option<Stored<'_>> {
     let mut newest = None;
     for place in places {
@@ -77,7 +79,7 @@ mod tests {
 
     use super::*;
 
-    /// Two sectors with a place each are enough: the others are erased.
+    /// Two sectors with one place each are enough, since the other places are erased.
     type Flash = [[u8; PLACE]; 2];
 
     fn layout() -> Layout {
@@ -139,15 +141,15 @@ mod tests {
         }
     }
 
-    /// `bbz flash` writes both sectors, one after the other: erased, then word by word. Whenever the power goes, the robot has
-    /// the old script or the new one.
+    /// `bbz flash` writes both sectors, one after the other: it erases the sector and writes it
+    /// word by word. At any loss of power the robot has the old script or the new one.
     #[test]
     fn whenever_the_power_goes_the_old_or_the_new_script_is_there() {
         let (old, new) = (place(b"the old script"), place(b"a new, longer script"));
         let mut flash = [old, old];
         let mut seen_new = false;
         for sector in 0..2 {
-            // A sector that loses power while it is erased holds anything.
+            // A sector may hold anything if power fails while it is erased.
             let noise = |at: usize| (at as u8).wrapping_mul(167) ^ 0x5a;
             flash[sector] = core::array::from_fn(noise);
             let after_noise = image(&flash);

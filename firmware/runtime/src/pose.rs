@@ -1,4 +1,4 @@
-//! The robot's pose from a positioning system, and the places of other robots relative to it.
+//! The robot's pose from a positioning system, and the locations of other robots relative to it.
 
 use core::cell::Cell;
 
@@ -17,20 +17,20 @@ pub const VALID: Duration = Duration::from_secs(1);
 pub struct Pose {
     /// x, y and z (up) in mm.
     pub position_mm: [f32; 3],
-    /// Direction of the nose on the ground, x and y; its length does not matter.
+    /// The direction of the nose on the ground, x and y. The length of this vector does not matter.
     heading: [f32; 2],
 }
 
-/// The latest pose.
+/// The latest pose, with the time at which it was set.
 pub struct LatestPose(Mutex<CriticalSectionRawMutex, Cell<Option<(Pose, Instant)>>>);
 
 impl LatestPose {
-    /// None is known.
+    /// Returns a cell without a pose.
     pub const fn new() -> Self {
         LatestPose(Mutex::new(Cell::new(None)))
     }
 
-    /// The robot is there now.
+    /// Sets the robot's present pose.
     pub fn set(&self, pose: Pose) {
         self.0.lock(|latest| latest.set(Some((pose, Instant::now()))));
     }
@@ -49,14 +49,15 @@ impl Default for LatestPose {
 }
 
 impl Pose {
-    /// From a position in m and the rotation from the robot's frame (x ahead, y to the left) to the world's, a quaternion x,
-    /// y, z, w.
+    /// Converts a position in m and a rotation from the robot's frame (x ahead, y to the left) to
+    /// the world's, which is a quaternion x, y, z, w.
     pub fn new(position_m: [f32; 3], [x, y, z, w]: [f32; 4]) -> Self {
         let ahead = [1.0 - 2.0 * (y * y + z * z), 2.0 * (x * y + w * z)];
         Pose { position_mm: position_m.map(|m| m * 1000.0), heading: ahead }
     }
 
-    /// A coordinate, as scripts read it. `C` is the type of the machine's program, so that both share code.
+    /// Returns a coordinate as scripts read it: mm, or degrees. `C` is the byte code type of the
+    /// robot's virtual machine, so that both share the code of `atan2`.
     pub fn along<C: ByteCode>(&self, axis: Axis) -> f32 {
         let ([x, y, z], [ahead_x, ahead_y]) = (self.position_mm, self.heading);
         match axis {
@@ -67,10 +68,9 @@ impl Pose {
         }
     }
 
-    /// Returns the place of another robot at this position (mm), as this robot sees it: distance in
-    /// mm, azimuth in (-pi, pi] and elevation in
-    /// radians. The azimuth counts from the nose, anticlockwise; a tilt of the robot is not taken
-    /// into account.
+    /// Returns the location of another robot at this position (mm) relative to this robot: the
+    /// distance in mm, the azimuth in (-pi, pi] and the elevation, both in radians. The azimuth
+    /// counts from the nose, anticlockwise. A tilt of the robot is ignored.
     pub fn place_of<P: Profile, C: ByteCode>(&self, other_mm: [f32; 3]) -> [Value<P>; 3] {
         let ([x, y, z], [ahead_x, ahead_y]) = (self.position_mm, self.heading);
         let [dx, dy, dz] = [other_mm[0] - x, other_mm[1] - y, other_mm[2] - z];
@@ -94,7 +94,7 @@ fn atan2<C: ByteCode>(y: f32, x: f32) -> f32 {
     calculate::<C>(Function::Atan2, y, x)
 }
 
-/// Calculates as scripts do: the same on every robot.
+/// Calculates with the functions of scripts, whose results are equal on every robot.
 fn calculate<C: ByteCode>(function: Function, first: f32, second: f32) -> f32 {
     let mut result = Float::from_f32(first);
     maths::function::<Full, C>(function as u8, &mut result, &Float::from_f32(second));

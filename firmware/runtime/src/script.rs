@@ -1,30 +1,29 @@
 //! The script's task: loads the image, runs the global code, `init()`, and `step()` ten times per
 //! second.
 //!
-//! One task runs the virtual machine, next to those of the radio, the motors and the watchdog, on
-//! one stack and one processor. It must therefore never run for long, and a script may do
-//! anything.
+//! One task runs the virtual machine, next to the tasks of the radio, the motors and the watchdog,
+//! on one stack and one processor. It must therefore never run for long, whatever the script does.
 //!
 //! # Slices
-//! The machine runs in slices of at most 500 µs, and the task yields after each. A slice ends by
-//! the robot's clock, which the machine reads after every instruction that may take long. Ticks
-//! that come while a step is still running are skipped and counted, never queued: a script that
-//! is too slow becomes slower and does not fall behind.
+//! The virtual machine runs in slices of at most 500 µs, and the task yields after each. The
+//! robot's clock ends a slice; the machine reads that clock after every instruction that may take
+//! long. Ticks that come while a step is still running are skipped and counted, never queued: the
+//! steps of a slow script become less frequent, but no backlog builds up.
 //!
 //! # Set-points
-//! A robot function that moves the robot writes a set-point with the time until which it holds.
-//! Each completed step renews it. When steps stop, for whatever reason, the motors' task stops
-//! the motors.
+//! A robot function that moves the robot writes a set-point with an expiry time. Each completed
+//! step renews the set-point. When steps stop, for whatever reason, the motors' task stops the
+//! motors.
 //!
 //! # Faults
 //! A fault in a listener ends that call and is reported once per place. Any other fault stops the
-//! script and the motors; after a pause ([`Restarts`]), which doubles up to a minute, the script
-//! starts again with its global code. During the pause the robot sends beacons, merges and relays
-//! as before, but no code of the script runs. A failed `assert` stops the script for good; so
-//! does every fault if [`RobotHost::ON_FAULT_STOPS`].
+//! script and the motors. After a pause ([`Restarts`]), which doubles up to a minute, the script
+//! restarts with its global code. During the pause the robot sends beacons, merges and relays as
+//! before, but no code of the script runs. A failed `assert` stops the script for good; so does
+//! every fault if [`RobotHost::ON_FAULT_STOPS`].
 //!
 //! # Output
-//! Log lines and faults become records after the slice in which they arose. Formatting and
+//! Log lines and faults become records after the slice in which they occurred. Formatting and
 //! transport never run inside the interpreter's loop.
 
 use bittybuzz_comms::trace::{self, Unused};
@@ -49,37 +48,38 @@ use bridge::{Bridge, Places};
 use log::Log;
 use ticks::Ticks;
 
-/// Longest time for which the script keeps the processor, a collection included.
+/// The longest time for which the script keeps the processor, including a garbage collection.
 pub const SLICE_MAX: Duration = Duration::from_micros(500);
 
-/// µs after which a slice ends at the next look at the clock. The rest of [`SLICE_MAX`] is for the
-/// work before that look: [`CHUNK`] short instructions, and a long one with a collection of a full
-/// heap.
+/// The time in µs after which the slice ends as soon as the clock is read. The rest of
+/// [`SLICE_MAX`] is for the work before that reading: [`CHUNK`] short instructions, and a long one
+/// with a collection of a full heap.
 const SLICE: u16 = 150;
 
-/// Short instructions between two looks at the clock. After a long one the machine looks at once.
+/// The number of short instructions between two readings of the clock. After a long instruction the
+/// machine reads the clock at once.
 const CHUNK: u16 = 50;
 
-/// Looks at the clock in a slice, at most: it ends even if the clock should stand still.
+/// The maximum number of clock readings in a slice, which ends the slice even if the clock stands
+/// still.
 const CHUNKS: u32 = 1000;
 
-/// The pause of a script that prints much, for its readers: a debug probe takes some hundred bytes
-/// in a ms.
+/// The pause of a script that prints a lot. It gives the debug probe time to read; a probe reads
+/// some hundred bytes per ms.
 const PAUSE: Duration = Duration::from_millis(2);
 
-/// The period at which a waiting script tries again, unless it gave a time.
+/// The period at which a waiting script is resumed, unless it gave a time.
 const POLL: Duration = Duration::from_millis(10);
 
-/// The robot, as the script's task sees it.
+/// The interface from the script's task to the robot.
 pub trait RobotHost<P: Profile> {
-    /// True if the robot has a trace. Else nothing is written down, and the code for it is left
-    /// out.
+    /// True if the robot has a trace. Otherwise no records are made, and their code is left out.
     const HAS_TRACE: bool = true;
 
-    /// Every fault stops the script for good.
+    /// True if every fault stops the script for good.
     const ON_FAULT_STOPS: bool = false;
 
-    /// Calls a robot function, as [`Host::call`](bittybuzz_vm_core::Host::call) says.
+    /// Calls a robot function; see [`Host::call`](bittybuzz_vm_core::Host::call).
     fn call<C: ByteCode, const SLOTS: usize>(
         &mut self,
         function: u16,
@@ -88,70 +88,72 @@ pub trait RobotHost<P: Profile> {
         console: &mut Console<'_>,
     ) -> Result<Reply<P>, RobotFault>;
 
-    /// The position, as [`Host::position`](bittybuzz_vm_core::Host::position) says.
+    /// Returns the position; see [`Host::position`](bittybuzz_vm_core::Host::position).
     fn position(&mut self, axis: Axis) -> Option<f32>;
 
-    /// Returns the time in µs, modulo 65536. Asked after each long instruction: a robot that can read a timer says so.
+    /// Returns the time in µs, modulo 65536. It is read after each long instruction, so a robot
+    /// that can read a timer directly should override this function.
     fn clock_us(&self) -> u16 {
         Instant::now().as_micros() as u16
     }
 
-    /// Periods of beacons and advertisements, as [`Host::periods`](bittybuzz_vm_core::Host::periods) says.
+    /// Returns the periods of beacons and advertisements; see
+    /// [`Host::periods`](bittybuzz_vm_core::Host::periods).
     fn periods(&self) -> Periods {
         Periods::DEFAULT
     }
 
-    /// The oldest frame that waits, as [`Host::receive`](bittybuzz_vm_core::Host::receive) says.
+    /// Takes the next received frame; see [`Host::receive`](bittybuzz_vm_core::Host::receive).
     fn receive(&mut self, _frame: &mut [u8], _sighting: &mut Sighting<P>) -> Option<usize> {
         None
     }
 
-    /// A step begins: its messages may replace waiting ones of the step before.
+    /// Marks the beginning of a step: its messages may replace waiting ones of the step before.
     fn begin_step(&mut self) {}
 
-    /// Sends a frame to all robots in range, as [`Host::send`](bittybuzz_vm_core::Host::send) says: queues it.
+    /// Queues a frame for all robots in range; see [`Host::send`](bittybuzz_vm_core::Host::send).
     fn send(&mut self, _frame: &[u8]) {}
 
-    /// Frames for which its queues had no room since the start: heard, and to be sent.
+    /// Returns the numbers of frames that the full queues dropped since the start: received ones,
+    /// and ones to be sent.
     fn dropped(&self) -> [u16; 2] {
         [0; 2]
     }
 
-    /// Reports to people. Called between slices only.
+    /// Sends a record to the trace. It is called between slices only.
     fn report(&mut self, record: &[u8]);
 
-    /// An entry was completed, or waits on purpose: set-points hold anew.
+    /// Renews the set-points, since an entry was completed or waits on purpose.
     fn renew(&mut self, counts: Counts);
 
-    /// Forgets set-points that have expired; whether there were any.
+    /// Clears set-points that have expired, and returns true if there were any.
     fn expire(&mut self) -> bool;
 
-    /// The script does not run any more, or not until its restart: everything that moves stops.
+    /// Stops everything that moves: the script has ended, or waits for its restart.
     fn stop(&mut self, reason: Stopped);
 
-    /// The script starts again after a fault, with LEDs and timers as after power-on.
+    /// Resets LEDs and timers to their state after power-on: the script restarts after a fault.
     fn restart(&mut self);
 }
 
 /// The reason why a script has stopped.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Stopped {
-    /// It ended as it should: there is no `step()`.
+    /// The script has nothing more to do, since it has no `step()`.
     Ended,
-    /// A run-time error; the number of its cause.
+    /// A run-time error stopped the script; the number is that of the [`FaultCode`].
     Fault(u8),
     /// The image cannot run.
     Refused,
 }
 
-/// Counts of the script's work so far.
+/// The counts of the script's work since the start.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Counts {
-    /// Steps completed.
+    /// The number of completed steps.
     pub steps: u32,
-    /// Ticks missed because a step took too long.
+    /// The number of ticks that were missed because a step took too long.
     pub missed: u32,
-    /// The longest slice in µs.
     pub longest_slice_us: u32,
 }
 
@@ -159,12 +161,12 @@ pub struct Counts {
 pub struct ScriptTask<P: Profile, C: ByteCode + 'static, R, const SLOTS: usize> {
     vm: &'static mut Vm<P, C, SLOTS>,
     robot_id: u16,
-    /// The robot.
+    /// The board's side, which executes robot functions.
     pub robot: R,
     pulse: Pulse,
     log: Log,
     counts: Counts,
-    /// The last report of discarded messages.
+    /// The counts of discarded messages that were reported last.
     unused: Unused,
     /// The end of the running `delay`.
     delay: Option<Instant>,
@@ -175,8 +177,9 @@ pub struct ScriptTask<P: Profile, C: ByteCode + 'static, R, const SLOTS: usize> 
 impl<P: Profile, C: ByteCode + 'static, R: RobotHost<P>, const SLOTS: usize>
     ScriptTask<P, C, R, SLOTS>
 {
-    /// In this machine, on the robot with this id. `log` is the room for the lines printed in a
-    /// slice, each a byte and at most [`trace::RECORD_MAX`]; it is empty without a trace.
+    /// Returns the task that runs scripts in `vm`. `log` is the room for the lines that are printed
+    /// in a slice; each takes a byte and at most [`trace::RECORD_MAX`]. It is empty without a
+    /// trace.
     pub fn new(
         vm: &'static mut Vm<P, C, SLOTS>,
         robot_id: u16,
@@ -198,8 +201,8 @@ impl<P: Profile, C: ByteCode + 'static, R: RobotHost<P>, const SLOTS: usize>
         }
     }
 
-    /// Runs the script in `image` at `period`, until it stops for good. `is_robot_function` returns true for the name
-    /// hashes of the robot's functions.
+    /// Runs the script in `image` at `period` until it stops for good. `is_robot_function` returns
+    /// true for the name hashes of the robot's functions.
     pub async fn run(
         &mut self,
         image: Image<C>,
@@ -227,21 +230,21 @@ impl<P: Profile, C: ByteCode + 'static, R: RobotHost<P>, const SLOTS: usize>
             }
             self.pause(&mut ticks).await;
         }
-        // Set-points hold as long as after any other step.
+        // The last set-points hold as long as after any other step.
         self.wait_until(Instant::now() + HOLD).await;
         self.check_expiry();
         self.robot.stop(Stopped::Ended);
         Stopped::Ended
     }
 
-    /// For ever after: shows that the task lives.
+    /// Keeps the task's sign of life up for ever, after the script has stopped.
     pub async fn rest(&mut self) -> ! {
         loop {
             self.wait_until(Instant::now() + BEAT).await;
         }
     }
 
-    /// Runs the script from its global code on: until it has nothing more to do, or a fault.
+    /// Runs the script from its global code on, until it has nothing more to do or fails.
     async fn all(&mut self, ticks: &mut Ticks) -> Result<(), Fault> {
         self.entry(Entry::Global, ticks).await?;
         self.entry(Entry::Init, ticks).await?;
@@ -252,7 +255,7 @@ impl<P: Profile, C: ByteCode + 'static, R: RobotHost<P>, const SLOTS: usize>
         Ok(())
     }
 
-    /// Waits for the next tick, and runs a step. False if there is none.
+    /// Waits for the next tick and runs a step. Returns false if the script has no `step()`.
     async fn step(&mut self, ticks: &mut Ticks) -> Result<bool, Fault> {
         self.wait_until(ticks.next()).await;
         ticks.take();
@@ -271,7 +274,8 @@ impl<P: Profile, C: ByteCode + 'static, R: RobotHost<P>, const SLOTS: usize>
         stopped
     }
 
-    /// Lets the pause before a restart pass. At each tick of it the robot handles messages without code of the script.
+    /// Waits for the pause before a restart. At each tick of the pause the robot handles messages
+    /// without code of the script.
     async fn pause(&mut self, ticks: &mut Ticks) {
         let (steps, pause) = (self.counts.steps, self.restarts.pause());
         self.report(|| trace::restart(steps, pause));
@@ -294,7 +298,7 @@ impl<P: Profile, C: ByteCode + 'static, R: RobotHost<P>, const SLOTS: usize>
         self.renew();
     }
 
-    /// Runs an entry to its end. False if the script does not have it.
+    /// Runs an entry to its end. Returns false if the script does not have it.
     async fn entry(&mut self, entry: Entry, ticks: &mut Ticks) -> Result<bool, Fault> {
         if !self.vm.begin(entry) {
             return Ok(false);
@@ -306,7 +310,7 @@ impl<P: Profile, C: ByteCode + 'static, R: RobotHost<P>, const SLOTS: usize>
             let has_printed_much = self.log.is_much();
             self.tell();
             match outcome {
-                // A wait is the script's wish: the ticks that pass are not missed.
+                // The script waits on purpose, so the ticks that pass are not missed.
                 Outcome::Waiting => ticks.pass(),
                 Outcome::Done | Outcome::Pending => self.count_missed(ticks, &mut overruns),
                 Outcome::Fault(fault) => return Err(fault),
@@ -331,8 +335,8 @@ impl<P: Profile, C: ByteCode + 'static, R: RobotHost<P>, const SLOTS: usize>
         }
     }
 
-    /// Counts the ticks that have passed during a step. The first one of a step is reported, and
-    /// then one in ten.
+    /// Counts the ticks that passed during a step. The first overrun of a step is reported, and
+    /// then every tenth one.
     fn count_missed(&mut self, ticks: &mut Ticks, overruns: &mut u32) {
         let missed = ticks.miss();
         if missed == 0 {
@@ -346,13 +350,13 @@ impl<P: Profile, C: ByteCode + 'static, R: RobotHost<P>, const SLOTS: usize>
         *overruns += 1;
     }
 
-    /// Set-points hold anew.
+    /// Renews the set-points, and reports discarded messages.
     fn renew(&mut self) {
         self.robot.renew(self.counts);
         self.tell_unused();
     }
 
-    /// Reports discarded messages, if there are more.
+    /// Reports the counts of discarded messages if they have changed.
     fn tell_unused(&mut self) {
         if !R::HAS_TRACE {
             return;
@@ -371,7 +375,7 @@ impl<P: Profile, C: ByteCode + 'static, R: RobotHost<P>, const SLOTS: usize>
         }
     }
 
-    /// Runs the machine for at most [`SLICE_MAX`].
+    /// Runs the virtual machine for at most [`SLICE_MAX`].
     fn slice(&mut self) -> Outcome {
         let begin = self.robot.clock_us();
         let mut outcome = Outcome::Pending;
@@ -394,7 +398,7 @@ impl<P: Profile, C: ByteCode + 'static, R: RobotHost<P>, const SLOTS: usize>
         outcome
     }
 
-    /// Passes on the lines that the script printed in the slice.
+    /// Reports the lines that the script printed in the slice.
     fn tell(&mut self) {
         if R::HAS_TRACE {
             self.log.drain(|record| self.robot.report(record));
@@ -407,7 +411,7 @@ impl<P: Profile, C: ByteCode + 'static, R: RobotHost<P>, const SLOTS: usize>
         }
     }
 
-    /// Waits, and shows that the task lives.
+    /// Waits until `end`, and shows meanwhile that the task lives.
     async fn wait_until(&mut self, end: Instant) {
         loop {
             self.pulse.beat();

@@ -1,4 +1,4 @@
-//! The script's section of flash on robots that have no log of scripts: a header and the image.
+//! The script's section of flash on robots without a log of scripts: a header and the image.
 //!
 //! | bytes | |
 //! |---|---|
@@ -6,15 +6,17 @@
 //! | 2 and 3 | CRC-16/MCRF4XX of the image |
 //! | from 4 on | the image |
 //!
-//! A loss of power while the section is written leaves a part of a script, whose last word may hold anything: often that is a
-//! script, too, but another one. The checksum finds that, but for one case in 65,536. `bittybuzz_robot_spec::Layout` writes sections.
+//! If power fails while the section is written, a part of a script is left, whose last word may
+//! hold anything. Such a part is often a valid script, but a different one. The checksum detects
+//! all but one case in 65,536. `bittybuzz_robot_spec::Layout` writes sections.
 
 use bittybuzz_vm_core::message::crc16;
 
-/// Bytes before the image.
+/// The length of the header before the image, in bytes.
 pub const HEADER: usize = 4;
 
-/// The length of the image that follows this header; none if it was not written whole.
+/// Returns the length of the image after this header; `None` if the section was not written
+/// completely.
 pub fn length(header: [u8; HEADER], bytes: &[u8]) -> Option<usize> {
     let [low, high, check @ ..] = header;
     let length = usize::from(u16::from_le_bytes([low, high]));

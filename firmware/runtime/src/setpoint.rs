@@ -1,8 +1,7 @@
 //! Set-points: commands for the motors with an expiry.
 //!
-//! The script's task has the [`Writer`], the motors' task runs [`drive`]; between them is a
-//! [`Channel`] that holds the latest
-//! command only, because an old one is of no use to a motor.
+//! The script's task has the [`Writer`], and the motors' task runs [`drive`]. The [`Channel`]
+//! between them holds only the latest command, because an old one is of no use to a motor.
 
 use core::future::pending;
 
@@ -19,7 +18,7 @@ pub const HOLD: Duration = Duration::from_millis(500);
 /// A command for the motors' task.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Command<S> {
-    /// Do this, until then.
+    /// Apply this set-point until this time.
     Hold(S, Instant),
     /// Stop at once.
     Stop,
@@ -32,19 +31,18 @@ pub type Channel<S> = Signal<CriticalSectionRawMutex, Command<S>>;
 pub trait Motors {
     /// A set-point of these motors.
     type Setpoint: Copy;
-    /// Gives the motors this set-point.
+    /// Applies a set-point.
     fn apply(&mut self, setpoint: Self::Setpoint);
-    /// Stop.
+    /// Stops the motors.
     fn stop(&mut self);
-    /// Their work until the next command, such as steering by the robot's pose. It is begun anew
-    /// when it is finished, at
-    /// each command and for each [`BEAT`].
+    /// Does the motors' work until the next command, such as steering by the robot's pose.
+    /// [`drive`] restarts the work when it ends, at each command, and after each [`BEAT`].
     fn steer(&mut self) -> impl Future<Output = ()> {
         pending()
     }
 }
 
-/// The side of the script.
+/// The script's end of the channel.
 pub struct Writer<S: Copy + 'static> {
     channel: &'static Channel<S>,
     held: Option<S>,
@@ -52,32 +50,32 @@ pub struct Writer<S: Copy + 'static> {
 }
 
 impl<S: Copy> Writer<S> {
-    /// Returns the writer of this channel; nothing is set.
+    /// Returns the writer of this channel, without a set-point.
     pub fn new(channel: &'static Channel<S>) -> Self {
         Writer { channel, held: None, until: Instant::now() + HOLD }
     }
 
-    /// The set-point, unless it has expired.
+    /// Returns the set-point, unless it has expired.
     pub fn held(&self) -> Option<S> {
         self.held
     }
 
-    /// Sets it. It takes effect at once and holds as long as if it had been set when the last step was completed; one
-    /// that comes later than that takes effect with the next completed step.
+    /// Sets the set-point. It takes effect at once and expires like one that was set when the last
+    /// step was completed. If that time has passed already, it takes effect with the next completed
+    /// step.
     pub fn set(&mut self, setpoint: S) {
         self.held = Some(setpoint);
         self.send();
     }
 
-    /// A step was completed: the set-point holds anew.
+    /// Renews the set-point, since a step was completed.
     pub fn renew(&mut self) {
         self.until = Instant::now() + HOLD;
         self.send();
     }
 
-    /// Forgets a set-point that has expired, and returns true if there was one just now: a later
-    /// step does not bring it
-    /// back.
+    /// Clears a set-point that has expired, so that a later step does not renew it. Returns true if
+    /// a set-point was cleared.
     pub fn expire(&mut self) -> bool {
         let expired = self.held.is_some() && Instant::now() >= self.until;
         if expired {
@@ -86,7 +84,7 @@ impl<S: Copy> Writer<S> {
         expired
     }
 
-    /// Stops the motors, and forgets the set-point.
+    /// Stops the motors and clears the set-point.
     pub fn stop(&mut self) {
         self.held = None;
         self.channel.signal(Command::Stop);
@@ -99,7 +97,7 @@ impl<S: Copy> Writer<S> {
     }
 }
 
-/// The motors' task: applies each command for as long as it holds, and then stops the motors.
+/// Runs the motors' task: applies each command for as long as it holds, and then stops the motors.
 pub async fn drive<M: Motors>(
     channel: &'static Channel<M::Setpoint>,
     motors: &mut M,

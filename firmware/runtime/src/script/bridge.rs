@@ -1,4 +1,4 @@
-//! The robot as the machine sees it during a slice.
+//! The virtual machine's host during a slice, which forwards to the robot.
 
 use bittybuzz_comms::trace;
 use bittybuzz_vm_core::number::Profile;
@@ -11,7 +11,8 @@ use heapless::Vec;
 use super::log::Log;
 use super::{RobotHost, SLICE};
 
-/// Contained faults that were reported: position and cause. Faults at further places are only counted.
+/// The contained faults that were reported, by position and cause. Faults at further places are
+/// only counted.
 pub type Places = Vec<(u16, FaultCode), 8>;
 
 /// The output of robot functions that print.
@@ -29,7 +30,7 @@ impl Console<'_> {
         self.log.push(&trace::log(self.step, values));
     }
 
-    /// Prints values, and the time on a stopwatch.
+    /// Prints values followed by the time on a stopwatch.
     pub fn print_with_time<P: Profile, C: ByteCode, const SLOTS: usize>(
         &mut self,
         values: &Arguments<'_, P, C, SLOTS>,
@@ -40,7 +41,7 @@ impl Console<'_> {
     }
 }
 
-/// The machine's host during a slice.
+/// The virtual machine's host during a slice.
 pub struct Bridge<'a, R> {
     pub robot: &'a mut R,
     /// The time at which the slice began, in µs of the robot's clock.
@@ -110,7 +111,7 @@ impl<P: Profile, R: RobotHost<P>> Host<P> for Bridge<'_, R> {
         if R::HAS_TRACE && !R::ON_FAULT_STOPS {
             let place = (fault.position, fault.code);
             let is_known = self.contained.contains(&place) || self.contained.is_full();
-            // One that finds no room in the log is reported when it comes again.
+            // A fault that finds no room in the log is reported when it occurs again.
             if !is_known && self.log.push(&trace::contained(self.step, fault, calls)) {
                 let _ = self.contained.push(place);
             }

@@ -3,7 +3,7 @@
 
 use bittybuzz_comms::trace;
 
-/// Records of one slice, a length byte before each.
+/// The records of one slice, each after a byte with its length.
 pub struct Log {
     room: &'static mut [u8],
     used: usize,
@@ -11,12 +11,12 @@ pub struct Log {
 }
 
 impl Log {
-    /// Empty, in this room.
+    /// Returns an empty log in `room`.
     pub fn new(room: &'static mut [u8]) -> Self {
         Log { room, used: 0, lost: 0 }
     }
 
-    /// Adds a record. Without room for it, the record is counted as lost and false returned.
+    /// Adds a record. If there is no room, counts the record as lost and returns false.
     pub fn push(&mut self, record: &[u8]) -> bool {
         let rest = self.room.get_mut(self.used..).unwrap_or_default();
         let (Ok(length), Some((first, place))) =
@@ -35,13 +35,13 @@ impl Log {
         true
     }
 
-    /// Returns true if the lines are to be reported: the rest of the room is for the output of one
-    /// more chunk of instructions.
+    /// Returns true if the lines should be reported now: the rest of the room is for the output of
+    /// one more chunk of instructions.
     pub fn is_much(&self) -> bool {
         self.used > self.room.len() / 4
     }
 
-    /// Gives all records to `sink` and forgets them.
+    /// Passes all records to `sink` and clears the log.
     pub fn drain(&mut self, mut sink: impl FnMut(&[u8])) {
         let mut rest = self.room.get(..self.used).unwrap_or_default();
         while let [length, tail @ ..] = rest

@@ -1,15 +1,16 @@
-//! The beat of the steps. A missed tick is skipped and counted, never queued.
+//! The ticks at which steps begin. A missed tick is skipped and counted, never queued.
 
 use embassy_time::{Duration, Instant};
 
-/// The times at which steps begin.
+/// The period of the steps and the time of the next one.
 pub struct Ticks {
     period: Duration,
     next: Instant,
 }
 
 impl Ticks {
-    /// The first tick is one period from now: global code and `init()` have that long.
+    /// Starts the ticks. The first one is a period from now, which is the time for global code and
+    /// `init()`.
     pub fn start(period: Duration) -> Self {
         Ticks { period, next: Instant::now() + period }
     }
@@ -19,12 +20,12 @@ impl Ticks {
         self.next
     }
 
-    /// A step begins: the next follows one period after this one was due.
+    /// Advances to the tick one period after the one that was due: a step begins.
     pub fn take(&mut self) {
         self.next += self.period;
     }
 
-    /// Skips the ticks that have passed during a step, and counts them.
+    /// Skips the ticks that passed during a step, and returns their number.
     pub fn miss(&mut self) -> u32 {
         let mut missed = 0;
         while self.next <= Instant::now() {
@@ -34,7 +35,7 @@ impl Ticks {
         missed
     }
 
-    /// Skips the ticks that have passed, on purpose.
+    /// Skips the ticks that passed while the script waited on purpose.
     pub fn pass(&mut self) {
         let _ = self.miss();
     }
