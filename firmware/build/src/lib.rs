@@ -1,13 +1,15 @@
-//! What the build scripts of the boards do: the script becomes an image, the robot file becomes configuration, function
-//! numbers and memory layout. So each of these facts is written once.
+//! The common part of the boards' build scripts. The script becomes an image, and the robot file
+//! becomes configuration, function numbers and memory layout, so that each of these facts is
+//! written only once.
 //!
-//! Everything goes to cargo's `OUT_DIR`:
-//! * `robot.rs`: constants, see [`bittybuzz_robot_spec::generate_rust`], and the type `Numbers` of the profile (`BBZ_PROFILE`, else the robot's);
-//! * `script.bin`: the contents of the script section, length and image; with a log of scripts also `script_mark.bin`, the end of
-//!   its place;
+//! The build scripts write these files to cargo's `OUT_DIR`:
+//! * `robot.rs`: constants, see [`bittybuzz_robot_spec::generate_rust`], and the type `Numbers` of
+//!   the number profile (`BBZ_PROFILE`, else the robot's);
+//! * `script.bin`: the contents of the script section, which are length and image. With a log of
+//!   scripts, `script_mark.bin` is the end of the script's place;
 //! * `memory.x`: the linker's regions.
 //!
-//! Build scripts report errors by ending: what is wrong goes to standard error, which cargo shows.
+//! A build script that fails prints the error to standard error, which cargo shows, and ends.
 
 use std::env;
 use std::fs;
@@ -24,32 +26,34 @@ use bittybuzz_vm_core::{Part, Parts};
 /// The environment variable that names the script.
 const SCRIPT: &str = "BBZ_SCRIPT";
 
-/// The environment variable that says which parts of the machine there are.
+/// The environment variable that selects the parts of the virtual machine.
 const PARTS: &str = "BBZ_PARTS";
 
-/// The environment variable that names the number profile, for swarms with smaller robots in them; else that of the robot file.
+/// The environment variable that names the number profile, for swarms that include smaller robots.
+/// The default is that of the robot file.
 const PROFILE: &str = "BBZ_PROFILE";
 
-/// Where cargo is told how to flash.
+/// The file with cargo's command to flash the robot.
 const CARGO_CONFIG: &str = ".cargo/config.toml";
 
-/// Where the application begins.
+/// The address at which the application begins.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Start {
-    /// Where the robot file says: behind the bootloader, if the robot has one.
+    /// The address in the robot file, after the bootloader if the robot has one.
     AsInRobotFile,
-    /// At the beginning of flash, where the bootloader is otherwise: only a debug probe can load it.
+    /// This address at the beginning of flash, in place of a bootloader. Only a debug probe can
+    /// load such an image.
     BeginningOfFlash(u32),
 }
 
-/// What went wrong.
+/// A reason why a build script failed.
 #[derive(Debug)]
 pub enum BuildError {
-    /// A robot file that cannot be used.
+    /// The robot file cannot be used.
     Robot(String),
-    /// There is no such number profile.
+    /// The name is not one of a number profile.
     Profile(String),
-    /// The robot file says nothing of the chip's memory.
+    /// The robot file does not describe the chip's memory.
     NoLayout,
     /// `cargo run` would flash another chip.
     Runner(String),
@@ -99,8 +103,9 @@ impl std::fmt::Display for BuildError {
     }
 }
 
-/// Does all of it for the robot of this name, or of this robot file. Paths are relative to the board's folder, as is a
-/// relative one in `BBZ_SCRIPT` if it is not found from where cargo was called.
+/// Builds the files for the robot of this name, or of this robot file. Paths are relative to the
+/// board's folder. A relative path in `BBZ_SCRIPT` is first tried in the folder from which cargo
+/// was called.
 pub fn board(robot: &str, default_script: &str, start: Start) -> Result<(), BuildError> {
     rerun(robot);
     println!("cargo:rerun-if-env-changed={PROFILE}");
@@ -123,7 +128,7 @@ pub fn board(robot: &str, default_script: &str, start: Start) -> Result<(), Buil
     let mut section = layout.script_section(&image).ok_or(BuildError::TooLong(script))?;
     if layout.script_log {
         let mark = Layout::script_mark(&image);
-        // What is between image and mark stays erased and need not be flashed.
+        // The bytes between image and mark stay erased and need not be flashed.
         section.truncate(size_of::<u32>() + image.len());
         write_out("script_mark.bin", &mark)?;
     }
@@ -141,11 +146,11 @@ pub fn board(robot: &str, default_script: &str, start: Start) -> Result<(), Buil
     Ok(())
 }
 
-/// When cargo builds anew.
+/// Prints the conditions under which cargo rebuilds.
 fn rerun(robot: &str) {
     println!("cargo:rerun-if-env-changed={SCRIPT}");
     println!("cargo:rerun-if-changed=build.rs");
-    // The robots that ship are part of the build script itself.
+    // The files of shipped robots are part of the build script itself.
     if Path::new(robot).is_file() {
         println!("cargo:rerun-if-changed={robot}");
     }
@@ -155,10 +160,13 @@ fn find(robot: &str) -> Result<Robot, BuildError> {
     bittybuzz_robot_files::find(robot).map_err(|error| BuildError::Robot(error.to_string()))
 }
 
-/// Does all of it for a chip whose script lies right behind the program, without a place of its own: there is no `memory.x`,
-/// `script.bin` begins with a mark, `SCRIPT_HEADER` bytes of it stand before the image, which is sealed. Of the machine only
-/// those [parts](Parts) are there that the script uses, and those of the language; `BBZ_PARTS` says otherwise: `used` leaves out those of the
-/// language, too, the name of a part that one, to measure it, and `all` leaves out none.
+/// Builds the files for a chip whose script follows the program directly, without a section of its
+/// own. There is no `memory.x`. `script.bin` begins with a mark of `SCRIPT_HEADER` bytes, and the
+/// sealed image follows.
+///
+/// The virtual machine includes only the [parts](Parts) that the script uses and those of the
+/// language. `BBZ_PARTS` changes this: `used` leaves out unused parts of the language as well, the
+/// name of a part leaves out that part in addition, to measure it, and `all` includes everything.
 pub fn behind_program(robot: &str, default_script: &str) -> Result<(), BuildError> {
     rerun(robot);
     println!("cargo:rerun-if-env-changed={PARTS}");
@@ -192,7 +200,8 @@ pub fn behind_program(robot: &str, default_script: &str) -> Result<(), BuildErro
     write_out("script.bin", &section)
 }
 
-/// Cargo's configuration cannot be generated, so the chip's name stands there a second time.
+/// Checks the chip's name in cargo's configuration. That file cannot be generated, so it repeats
+/// the name.
 fn check_runner(chip: &str) -> Result<(), BuildError> {
     println!("cargo:rerun-if-changed={CARGO_CONFIG}");
     let config = fs::read_to_string(CARGO_CONFIG).unwrap_or_default();
@@ -205,7 +214,7 @@ fn script_path(default: &str) -> PathBuf {
         None => PathBuf::from(default),
         Some(path) => {
             let path = PathBuf::from(path);
-            // Build scripts run in the board's folder, people call cargo where they like.
+            // Build scripts run in the board's folder, but cargo may be called from another one.
             let called_from = env::var_os("PWD").map(PathBuf::from);
             match called_from.map(|folder| folder.join(&path)) {
                 Some(from_there) if from_there.exists() => from_there,
@@ -215,7 +224,7 @@ fn script_path(default: &str) -> PathBuf {
     }
 }
 
-/// The script's image.
+/// Compiles and verifies the script, and returns its image.
 fn compiled(script: &Path, robot: &Robot) -> Result<Vec<u8>, BuildError> {
     println!("cargo:rerun-if-changed={}", script.display());
     let unreadable = |error| BuildError::Script(script.to_owned(), error);
@@ -234,7 +243,7 @@ fn compiled(script: &Path, robot: &Robot) -> Result<Vec<u8>, BuildError> {
     Ok(image.to_owned())
 }
 
-/// Prints what the compiler has to say.
+/// Prints the compiler's diagnostics, and returns the image unless there were errors.
 fn image(compiled: &Compiled) -> Option<&[u8]> {
     for (_, source) in compiled.sources.files() {
         println!("cargo:rerun-if-changed={}", source.path.display());

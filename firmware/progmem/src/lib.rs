@@ -1,6 +1,7 @@
-//! Program memory of the AVR, which ordinary loads do not reach: constants that programs keep there, to save the RAM.
+//! Access to the AVR's program memory, which ordinary loads do not reach. Programs keep constants
+//! there to save RAM.
 //!
-//! Nothing of it exists on other chips.
+//! This crate is empty on other chips.
 
 #![no_std]
 #![cfg(target_arch = "avr")]
@@ -16,7 +17,8 @@ static ROM: [u8; rom::TINY.len()] = rom::TINY;
 #[unsafe(link_section = ".progmem.data")]
 static ROM_WITHOUT_MATHS: [u8; rom::TINY_WITHOUT_MATHS.len()] = rom::TINY_WITHOUT_MATHS;
 
-/// Byte `at` of the tables of a machine with these parts, a constant. The linker drops the tables that no machine uses.
+/// Returns byte `at` of the tables of a virtual machine with these parts, which must be a constant.
+/// The linker drops the tables that no machine uses.
 #[inline(always)]
 pub fn rom(parts: Parts, at: usize) -> u8 {
     let tables = match parts.has(Part::Maths) {
@@ -26,7 +28,7 @@ pub fn rom(parts: Parts, at: usize) -> u8 {
     byte(tables.wrapping_add(at))
 }
 
-/// A byte.
+/// Reads a byte at an address of program memory.
 #[inline(always)]
 pub fn byte(address: usize) -> u8 {
     let byte: u8;
@@ -38,14 +40,15 @@ pub fn byte(address: usize) -> u8 {
     byte
 }
 
-/// Two bytes, little-endian.
+/// Reads two bytes, little-endian, at an address of program memory.
 #[inline(always)]
 pub fn word(address: usize) -> u16 {
     let word: u16;
     // SAFETY: as above; r0 is scratch.
     unsafe {
-        // In the place of the address: put together from two bytes, a word would cost eight instructions more; as any
-        // `reg_pair`, the verifier is compiled wrong (LLVM 22).
+        // The word is read into the register of the address. Assembling it from two byte operands
+        // would cost eight more instructions, and with any `reg_pair` LLVM 22 miscompiles the
+        // verifier.
         asm!("lpm r0, Z+", "lpm r31, Z", "mov r30, r0",
             inout("Z") address as u16 => word, options(pure, nomem, nostack, preserves_flags));
     }
