@@ -3,10 +3,12 @@
 //! | below | for | reaction |
 //! |---|---|---|
 //! | 3.2 V | 5 s | warns by the right red LED (Bitcraze's limit, platform_defaults_cf2.h) |
-//! | 3.1 V | 5 s more | takes the motors' power: the rest keeps LEDs and radio on for a while |
-//! | 3.0 V | 5 s more | asks the nRF51 to cut all power (Bitcraze's critical limit): less damages a lithium cell |
+//! | 3.1 V | 5 s more | stops the motors: the rest keeps LEDs and radio on for a while |
+//! | 3.0 V | 5 s more | asks the nRF51 to cut all power, to protect the cell (see below) |
 //!
-//! Power on USB leads back to the top. When all power is cut, only the nRF51 sleeps, and its button turns the robot on again.
+//! The last limit is Bitcraze's critical one; a lower voltage damages a lithium cell. Power on USB
+//! resets the state to the top. When all power is cut, only the nRF51 sleeps, and its button turns
+//! the robot on again.
 
 use core::sync::atomic::{AtomicU8, Ordering};
 
@@ -18,20 +20,20 @@ use embassy_time::Timer;
 use crate::link;
 use crate::log;
 
-/// mV below which each charge begins.
+/// The voltage in mV below which each state of charge begins.
 const LADDER_MV: [u16; 3] = [3200, 3100, 3000];
 
-/// Beats between two looks at the battery: a second.
+/// The number of beats between two readings of the battery: a second.
 const LOOK_BEATS: u8 = 20;
 
 static CHARGE: AtomicU8 = AtomicU8::new(Charge::Enough as u8);
 
-/// The battery's charge.
+/// Returns the battery's charge.
 pub fn charge() -> Charge {
     Charge::of_number(CHARGE.load(Ordering::Relaxed))
 }
 
-/// The task.
+/// Runs the task that reads the battery's voltage and acts upon it.
 #[embassy_executor::task]
 pub async fn watch_battery(pulse: Pulse) -> ! {
     let mut ladder = Ladder::new(LADDER_MV, Charge::Enough);
@@ -46,7 +48,7 @@ pub async fn watch_battery(pulse: Pulse) -> ! {
             report(now, mv);
         }
         if now == Charge::Flat {
-            // Every second, because a frame may be lost.
+            // The request is repeated every second, because a frame may be lost.
             link::send::send(&Packet::SwitchOff);
         }
         CHARGE.store(now as u8, Ordering::Relaxed);

@@ -1,8 +1,9 @@
-//! The board around the chip. Bitcraze sells several with the same chip, bootloader and radio; on some of them the same pins
-//! drive other motors, which this firmware leaves alone.
+//! The check of the board. Bitcraze sells several boards with the same chip, bootloader and radio.
+//! On some of them the same pins drive other motors, which this firmware must not drive.
 //!
-//! The device type is in the chip's one-time programmable memory: a text such as `0;CF21` in the first of 16 slots that is not
-//! erased by zeros. A chip without one is that of an early Crazyflie 2.0 (crazyflie-firmware, platform_stm32f4.c and platform.c).
+//! The device type is in the chip's one-time programmable memory: a text such as `0;CF21`, in the
+//! first of 16 slots that was not overwritten with zeros. A chip without a device type is that of
+//! an early Crazyflie 2.0 (crazyflie-firmware, platform_stm32f4.c and platform.c).
 
 use core::hint::black_box;
 
@@ -12,7 +13,7 @@ use defmt::intern;
 const SLOTS: *const [[u8; SLOT]; 16] = 0x1fff_7800 as _;
 const SLOT: usize = 32;
 
-/// Longest device type that is reported.
+/// The maximum length of a reported device type, in bytes.
 const LONGEST: usize = 8;
 
 /// A board whose motors this firmware does not know.
@@ -23,7 +24,8 @@ pub struct OtherBoard {
 
 impl defmt::Format for OtherBoard {
     fn format(&self, f: defmt::Formatter<'_>) {
-        // crazyflie-firmware, platform_bolt.c, platform_cf21bl.c and platform_tag.c.
+        // The names are those of crazyflie-firmware (platform_bolt.c, platform_cf21bl.c and
+        // platform_tag.c).
         let name = match self.device_type {
             b"C21B" => intern!("a Crazyflie 2.1 Brushless"),
             b"CB10" | b"RZ10" => intern!("a Crazyflie Bolt"),
@@ -38,7 +40,7 @@ impl defmt::Format for OtherBoard {
 
 /// Returns an error if the board has other motors than a Crazyflie 2.0, 2.1 or 2.1+, or is unknown.
 pub fn check() -> Result<(), OtherBoard> {
-    // SAFETY: memory of the chip that nothing writes while the program runs.
+    // SAFETY: this is memory of the chip, which is not written while the program runs.
     let slots: &'static [[u8; SLOT]; 16] = unsafe { &*black_box(SLOTS) };
     let slot = slots.iter().find(|slot| slot.first() != Some(&0));
     let Some(slot) = slot.filter(|slot| slot.first() != Some(&0xff)) else {

@@ -1,5 +1,6 @@
-//! The Crazyflie's clock tree: 8 MHz crystal, 168 MHz core, APB1 42 MHz (timers 84), APB2 84 MHz (timers 168),
-//! 48 MHz for USB and random numbers. RM0090 section 7.2, limits in section 7.3. And the time in µs.
+//! The Crazyflie's clock tree, and the time in µs. The crystal has 8 MHz, the core runs at 168 MHz,
+//! APB1 at 42 MHz (timers 84), APB2 at 84 MHz (timers 168), and USB and the random number generator
+//! at 48 MHz. See RM0090 section 7.2, and 7.3 for the limits.
 
 use embassy_stm32::Config;
 use embassy_stm32::pac;
@@ -9,13 +10,13 @@ use embassy_stm32::rcc::{
 };
 use embassy_stm32::time::mhz;
 
-/// For `embassy_stm32::init`.
+/// Returns the configuration for `embassy_stm32::init`.
 pub fn config() -> Config {
     let mut config = Config::default();
     let rcc = &mut config.rcc;
     rcc.hse = Some(Hse { freq: mhz(8), mode: HseMode::Oscillator });
     rcc.pll_src = PllSource::HSE;
-    // 8 MHz / 8 * 336 = 336 MHz: / 2 for the core, / 7 for USB.
+    // 8 MHz / 8 * 336 = 336 MHz, which is divided by 2 for the core and by 7 for USB.
     rcc.pll = Some(Pll {
         prediv: PllPreDiv::DIV8,
         mul: PllMul::MUL336,
@@ -27,13 +28,14 @@ pub fn config() -> Config {
     rcc.ahb_pre = AHBPrescaler::DIV1;
     rcc.apb1_pre = APBPrescaler::DIV4;
     rcc.apb2_pre = APBPrescaler::DIV2;
-    // Nothing needs the real-time clock, and choosing a clock for it resets the backup domain, where failures are noted
-    // (failure.rs).
+    // The real-time clock is not used. Choosing a clock for it would reset the backup domain, which
+    // holds the notes of failures (failure.rs).
     rcc.ls = LsConfig::off();
     config
 }
 
-/// Returns the time in µs, modulo 65536: embassy's time driver lets timer 5 count them (`Cargo.toml`).
+/// Returns the time in µs, modulo 65536. embassy's time driver lets timer 5 count µs
+/// (`Cargo.toml`).
 pub fn us() -> u16 {
     pac::TIM5.cnt().read() as u16
 }

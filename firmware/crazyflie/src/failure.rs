@@ -1,31 +1,29 @@
-//! The handling of failures of the firmware itself: the motors lose power first, then the robot
-//! notes the failure where a reset does not erase it, and restarts. After the restart it reports
-//! the failure, and stays on the ground: no script runs
-//! until the power is switched off and on.
+//! The handling of failures of the firmware itself. The motors lose power first. Then the robot
+//! writes a note of the failure to registers that a reset does not erase, and restarts. After the
+//! restart it reports the failure and stays on the ground: no script runs until the power is
+//! switched off and on.
 //!
-//! # Where the note lies
-//! In the backup registers of the real-time clock. Every reset runs Bitcraze's bootloader first,
-//! which clears RAM from
-//! 0x20000014 to 0x20002878 and has its stack below 0x20005000; and no manual promises what RAM
-//! holds after a reset. No reset
-//! touches the backup registers but that of the backup domain (RM0090 26.3.13 and 6.1.3). They need
-//! PWR's clock and PWR_CR.DBP
-//! to be written (5.1.2), neither the clock nor the key of the real-time clock (26.3.5).
+//! # The place of the note
+//! The note is in the backup registers of the real-time clock. RAM is unsuitable: every reset runs
+//! Bitcraze's bootloader first, which clears 0x20000014 to 0x20002878 and has its stack below
+//! 0x20005000, and no manual promises the content of RAM after a reset. Only a reset of the backup
+//! domain changes the backup registers (RM0090 26.3.13 and 6.1.3). Writing them needs PWR's clock
+//! and PWR_CR.DBP (5.1.2), but neither the clock nor the key of the real-time clock (26.3.5).
 //!
-//! # What a restart means
+//! # The meaning of a restart
 //! | flags of RCC_CSR | note | |
 //! |---|---|---|
 //! | watchdog | any | failure |
 //! | software | good | failure, as noted |
 //! | software | none | failure, unless a debugger has control of the core: it resets the same way |
 //! | power-on | any | the note is cleared, the script runs |
-//! | brown-out alone | any | failure: what pulled the supply down would do so again |
+//! | brown-out alone | any | failure: the cause of the low supply would act again |
 //! | pin alone | none | the script runs |
 //! | pin alone | good | failure, as noted: only power-on ends the lock |
 //! | none, or others | any | failure |
 //!
-//! A damaged note is a failure, too, except after power-on. So whatever cannot be explained keeps
-//! the motors off.
+//! A damaged note is a failure, too, except after power-on. Every unexplained restart therefore
+//! keeps the motors off.
 
 use core::arch::naked_asm;
 use core::panic::PanicInfo;
@@ -35,32 +33,33 @@ use embassy_stm32::pac::{PWR, RCC, RTC};
 
 use crate::motors;
 
-/// The robot has restarted, and no script may run.
+/// The reason why the robot has restarted and may run no script.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Failure {
-    /// A task showed no sign of life, or the crystal did not start, and the watchdog ended the program.
+    /// The watchdog ended the program, because a task showed no sign of life or the crystal did not
+    /// start.
     Watchdog,
-    /// The supply fell so low that the chip reset itself.
+    /// The chip reset itself because of a low supply.
     BrownOut,
-    /// The reset has no known cause, or its note is damaged.
+    /// The cause of the reset is unknown, or the note is damaged.
     Unexplained,
-    /// The program found a mistake of its own.
+    /// The program detected an error of its own.
     Panic {
-        /// The code that called the panic handler.
+        /// The return address in the code that called the panic handler.
         lr: u32,
     },
     /// The processor refused an instruction or an access, or the stack is full.
     HardFault {
-        /// The instruction, 0 if the stack could not hold it.
+        /// The address of the instruction; 0 if the stack could not hold it.
         pc: u32,
-        /// Its caller.
+        /// The return address of its caller.
         lr: u32,
-        /// Configurable fault status register, ARMv7-M B3.2.15.
+        /// The configurable fault status register (ARMv7-M B3.2.15).
         cfsr: u32,
     },
-    /// An interrupt that nothing handles.
+    /// An exception or interrupt without a handler.
     Interrupt {
-        /// Its exception number.
+        /// The exception number.
         number: u32,
     },
 }
@@ -86,17 +85,18 @@ impl defmt::Format for Failure {
     }
 }
 
-/// Causes in a note; smaller ones are exception numbers, which have nine bits, and 0 is a panic.
+/// The causes in a note. Smaller values are exception numbers, which have nine bits; 0 is a panic.
 const WATCHDOG: u32 = 0x200;
 const BROWN_OUT: u32 = 0x201;
 const UNEXPLAINED: u32 = 0x202;
 const HARD_FAULT: u32 = 3;
 
-/// A failure in the backup registers: a mark, cause, address, caller, status, and a checksum of these.
+/// A failure as it is stored in the backup registers: a mark, the cause, the address, the caller,
+/// the status, and a checksum of these.
 #[derive(Clone, Copy, PartialEq, Eq)]
 struct Note([u32; 6]);
 
-/// First word of a note.
+/// The mark, which is the first word of a note.
 const WRITTEN: u32 = 0xb177_fa11;
 
 impl Note {
@@ -122,7 +122,7 @@ impl Note {
         }
     }
 
-    /// The failure that is noted; none if there is no note.
+    /// Returns the failure in the note; `None` if there is no note.
     fn failure(self) -> Option<Failure> {
         if self == Note::BLANK {
             return None;
@@ -145,10 +145,10 @@ impl Note {
         Note(core::array::from_fn(|at| RTC.bkpr(at).read().bkp()))
     }
 
-    /// Writes it to the backup registers, also when nothing else is set up.
+    /// Writes the note to the backup registers. This works even if nothing else is set up.
     fn write(self) {
         RCC.apb1enr().modify(|w| w.set_pwren(true));
-        // The clock reaches PWR two cycles later (RM0090 6.3.13): this read takes them.
+        // The clock reaches PWR two cycles later (RM0090 6.3.13). This read waits for it.
         let _ = RCC.apb1enr().read();
         PWR.cr1().modify(|w| w.set_dbp(true));
         for (at, word) in self.0.into_iter().enumerate() {
@@ -157,8 +157,8 @@ impl Note {
     }
 }
 
-/// The failure that keeps scripts from running, if there is one: of the reset before this start, or of an earlier one since
-/// power-on. Clears the chip's flags.
+/// Returns the failure that keeps scripts from running, if there is one: that of the last reset, or
+/// of an earlier one since power-on. Clears the chip's flags.
 pub fn take() -> Option<Failure> {
     let flags = RCC.csr().read();
     RCC.csr().modify(|w| w.set_rmvf(true));
@@ -185,7 +185,7 @@ pub fn take() -> Option<Failure> {
 
 /// Returns true if a debugger has control of the core (DHCSR.C_DEBUGEN, ARMv7-M C1.6.2).
 fn is_debugged() -> bool {
-    // SAFETY: reading DHCSR has no effect but to clear two flags that only debuggers look at.
+    // SAFETY: reading DHCSR only clears two flags, which only debuggers use.
     unsafe { (*DCB::PTR).dhcsr.read() & 1 != 0 }
 }
 
@@ -203,7 +203,7 @@ fn panic(_: &PanicInfo<'_>) -> ! {
     restart_after(0, 0, lr, 0)
 }
 
-/// Every exception and interrupt without a handler of its own.
+/// Handles every exception and interrupt without a handler of its own.
 #[cortex_m_rt::exception]
 unsafe fn DefaultHandler(_: i16) -> ! {
     // SAFETY: reading ICSR has no effect.
@@ -211,11 +211,11 @@ unsafe fn DefaultHandler(_: i16) -> ! {
     restart_after(active, 0, 0, 0)
 }
 
-/// The stack pointer may be outside the memory: a full stack is one of the reasons to be here. So the handler begins with
-/// a stack pointer of its own, before anything is pushed.
+/// Handles a hard fault. A full stack is one of the causes, so the stack pointer may be outside the
+/// memory. The handler therefore sets a stack pointer of its own before anything is pushed.
 ///
 /// # Safety
-/// Called by the processor only.
+/// Only the processor may call this function.
 #[unsafe(no_mangle)]
 #[unsafe(naked)]
 unsafe extern "C" fn HardFault() -> ! {
@@ -234,7 +234,8 @@ extern "C" fn hard_fault(frame: *const u32) -> ! {
     let status = unsafe { (*SCB::PTR).cfsr.read() };
     let (mut pc, mut lr) = (0, 0);
     if STACK.contains(&(frame as usize)) && (frame as usize).is_multiple_of(4) {
-        // SAFETY: eight words from here on lie within the stack's memory; the exception has written them.
+        // SAFETY: the eight words from here on lie within the stack's memory, and the exception
+        // wrote them.
         unsafe {
             lr = frame.add(5).read_volatile();
             pc = frame.add(6).read_volatile();

@@ -1,4 +1,5 @@
-//! The robot functions that scripts call: one entry in `robots/crazyflie/robot.toml` and one arm here.
+//! The robot functions that scripts call. Each has an entry in `robots/crazyflie/robot.toml` and an
+//! arm here.
 
 use bittybuzz_runtime::call::{expect_count, integer, nothing};
 use bittybuzz_runtime::script::{Console, Counts, RobotHost, Stopped};
@@ -17,7 +18,7 @@ use crate::motors::{POWER_MAX, Powers};
 use crate::robot::{self, Numbers, function};
 use crate::section::Section;
 
-/// Steps between two status lines.
+/// The number of steps between two status lines.
 const STATUS_STEPS: u32 = 10 * robot::TICK_HZ as u32;
 
 /// The functions and settings that scripts can reach.
@@ -33,7 +34,7 @@ pub struct Crazyflie {
 type Result = core::result::Result<Reply<Numbers>, RobotFault>;
 
 impl Crazyflie {
-    /// The robot with this id.
+    /// Returns the robot with this id.
     pub fn new(
         leds: ScriptLeds,
         setpoint: Writer<Powers>,
@@ -124,7 +125,8 @@ impl RobotHost<Numbers> for Crazyflie {
                 self.stopwatch = Some(Instant::now());
                 nothing()
             }
-            // Flight and ranging decks: known to the compiler, not to this firmware yet.
+            // The functions of flight and ranging decks are known to the compiler, but not to this
+            // firmware yet.
             _ => Err(RobotFault::Refused(Refusal::NotBuiltIn)),
         }
     }
@@ -138,7 +140,7 @@ impl RobotHost<Numbers> for Crazyflie {
     }
 
     fn periods(&self) -> Periods {
-        // Each fits a byte: robots/spec/src/read.rs.
+        // Each period fits a byte (robots/spec/src/read.rs).
         Periods {
             beacon: robot::BEACON_STEPS as u8,
             forget: robot::FORGET_STEPS as u8,

@@ -1,4 +1,4 @@
-//! Which robot this is.
+//! The robot's id.
 
 use core::hint::black_box;
 
@@ -8,13 +8,14 @@ use embassy_stm32::uid;
 
 use crate::robot::ID_ADDRESS;
 
-/// The id that is in flash, else the chip's.
+/// Returns the id in flash, or else one from the chip's unique id.
 pub fn find() -> Id {
-    // SAFETY: the section is flash that nothing writes while the program runs, and lies within the chip.
+    // SAFETY: the section is flash, lies within the chip, and is not written while the program
+    // runs.
     Id::new(unsafe { black_box(ID_ADDRESS as *const [u16; 2]).read() }, chip())
 }
 
-/// A hash of the chip's unique id.
+/// Returns a hash of the chip's unique id.
 pub fn chip() -> u32 {
     fnv_1a(&uid::uid())
 }

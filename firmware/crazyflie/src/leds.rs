@@ -1,7 +1,11 @@
-//! The LEDs. The left ones (red, green, blue) are the script's, the right ones the firmware's:
-//! green blinks shortly every two seconds while all is well, and red does so, too, while the battery is low, four times as often while it
-//! is empty; red blinks the number of a fault until the script starts again, or shines when the script cannot run or the robot
-//! has stopped itself.
+//! The LEDs. The left ones (red, green, blue) belong to the script, and the right ones (red, green)
+//! to the firmware:
+//!
+//! * Green flashes every two seconds while all is well.
+//! * Red flashes every two seconds while the battery is low, and four times as often while it is
+//!   empty.
+//! * Red blinks the number of a fault until the script restarts.
+//! * Red is lit permanently when the script cannot run, or when the robot has stopped itself.
 
 use bittybuzz_runtime::blink::{self, PHASE};
 use bittybuzz_runtime::liveness::Pulse;
@@ -18,15 +22,15 @@ use embassy_time::{Instant, Timer};
 
 use crate::battery;
 
-/// A light of the script.
+/// The color of one of the script's LEDs.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[repr(u8)]
 pub enum Color {
-    /// Left, bit 0.
+    /// The left red LED, bit 0.
     Red = 1,
-    /// Left, bit 1.
+    /// The left green LED, bit 1.
     Green = 2,
-    /// Left (the charger's), bit 2.
+    /// The left blue LED (the charger's), bit 2.
     Blue = 4,
 }
 
@@ -38,7 +42,8 @@ pub struct ScriptLeds {
 }
 
 impl ScriptLeds {
-    /// All dark. Red and green are lit by a low level, blue by a high one (crazyflie-firmware, led.h).
+    /// Takes the pins, with all LEDs dark. A low level lights red and green, and a high one blue
+    /// (crazyflie-firmware, led.h).
     pub fn new(
         red: Peri<'static, PC0>,
         green: Peri<'static, PC1>,
@@ -58,7 +63,7 @@ impl ScriptLeds {
         }
     }
 
-    /// Lights or darkens one colour.
+    /// Switches one colour on or off.
     pub fn set(&mut self, color: Color, on: bool) {
         match color {
             Color::Red => self.red.set_level(low_if(on)),
@@ -75,7 +80,7 @@ fn low_if(low: bool) -> Level {
 /// The status that the firmware's LEDs show.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Status {
-    /// All is well.
+    /// The script runs or has ended normally.
     Well,
     /// This fault stopped the script, until its restart or for good.
     Fault(u8),
@@ -93,7 +98,7 @@ impl From<Stopped> for Status {
     }
 }
 
-/// Carries the latest status to the task.
+/// Carries the latest status to the task of the status LEDs.
 pub type StatusChannel = Signal<CriticalSectionRawMutex, Status>;
 
 /// The firmware's LEDs.
@@ -103,7 +108,7 @@ pub struct StatusLeds {
 }
 
 impl StatusLeds {
-    /// Both dark; both are lit by a low level.
+    /// Takes the pins, with both LEDs dark. A low level lights them.
     pub fn new(green: Peri<'static, PC2>, red: Peri<'static, PC3>) -> Self {
         StatusLeds {
             green: Output::new(green, Level::High, Speed::Low),
@@ -111,10 +116,10 @@ impl StatusLeds {
         }
     }
 
-    /// Which of them (green, red) are lit in phase `phase`, in units of [`PHASE`].
+    /// Returns the states (green, red) of the LEDs in phase `phase`, in units of [`PHASE`].
     fn pattern(status: Status, phase: u32) -> (bool, bool) {
         match status {
-            // Not together with green.
+            // The red flash comes five phases before the green one, so that they do not coincide.
             Status::Well => (phase.is_multiple_of(40), battery::charge().is_flash(phase + 5)),
             Status::Fault(cause) => (false, blink::is_lit(cause, phase)),
             Status::Stopped => (false, true),
@@ -122,14 +127,15 @@ impl StatusLeds {
     }
 }
 
-/// Lights the red status LED, PC3, by its registers: clocks and drivers are not set up yet, and may never be.
+/// Lights the red status LED, PC3, by its registers, since clocks and drivers are not set up yet
+/// and may never be.
 pub fn light_red() {
     pac::RCC.ahb1enr().modify(|w| w.set_gpiocen(true));
     pac::GPIOC.bsrr().write(|w| w.set_br(3, true));
     pac::GPIOC.moder().modify(|w| w.set_moder(3, Moder::OUTPUT));
 }
 
-/// The task of the status LEDs.
+/// Runs the task of the status LEDs.
 #[embassy_executor::task]
 pub async fn show_status(channel: &'static StatusChannel, mut leds: StatusLeds, pulse: Pulse) -> ! {
     let mut status = Status::Well;

@@ -1,21 +1,23 @@
-//! BittyBuzz for the Bitcraze Crazyflie 2.x: a Buzz script on the STM32F405, the nRF51822 as its radio.
+//! BittyBuzz for the Bitcraze Crazyflie 2.x: runs a Buzz script on the STM32F405, with the nRF51822
+//! as its radio.
 //!
-//! **Not tried on hardware**: the image is tested in emulation (`emulation/`).
+//! **Not tried on hardware**: the image is tested in emulation (`emulation/`) only.
 //!
 //! # Tasks
-//! | task | what it does |
+//! | task | function |
 //! |---|---|
 //! | [`run_script`] | the virtual machine at 10 Hz, in slices of at most 500 µs |
 //! | [`drive_motors`] | applies the script's set-points, and stops the motors when they expire |
-//! | [`link::receive`] | frames of the nRF51: radio, battery, shutdown |
-//! | [`link::send`] | frames to the nRF51 |
-//! | [`link::swarm`] | swarm messages to all other robots |
-//! | [`battery::watch_battery`] | warns of, stops at and switches off for an empty battery |
-//! | [`leds::show_status`] | the two LEDs of the firmware |
-//! | [`feed_watchdog`] | feeds the watchdog while all others live |
+//! | [`link::receive`] | handles frames of the nRF51: radio, battery, shutdown |
+//! | [`link::send`] | sends frames to the nRF51 |
+//! | [`link::swarm`] | sends swarm messages to all other robots |
+//! | [`battery::watch_battery`] | warns of an empty battery, stops the motors, switches off |
+//! | [`leds::show_status`] | drives the two LEDs of the firmware |
+//! | [`feed_watchdog`] | feeds the watchdog while all other tasks live |
 //!
-//! # What it does not do yet
-//! Fly: no sensors are read, and motors get at most 30 % of full power. Where it is it knows from a ground station.
+//! # Not implemented yet
+//! The firmware does not fly: it reads no sensors, and the motors get at most 30 % of full power.
+//! The robot's position comes from a ground station.
 
 #![no_std]
 #![no_main]
@@ -68,10 +70,10 @@ static TASKS: Liveness = Liveness::new(7);
 static SETPOINTS: setpoint::Channel<Powers> = setpoint::Channel::new();
 static STATUS: StatusChannel = StatusChannel::new();
 
-/// Room for the lines that the script prints in a slice.
+/// The room for the lines that the script prints in a slice, in bytes.
 const LOG_BYTES: usize = 1024;
 
-/// The machine's memory for other robots.
+/// The sizes of the virtual machine's memory for other robots.
 const SIZES: Sizes = Sizes {
     neighbors: robot::NEIGHBORS as u8,
     bearings: robot::BEARINGS != 0,
@@ -82,17 +84,18 @@ const SLOTS: usize = robot::SLOTS + SIZES.slots();
 type Machine = Vm<Numbers, section::Section, SLOTS>;
 type ScriptTask = script::ScriptTask<Numbers, section::Section, Crazyflie, SLOTS>;
 
-/// The machine takes no more memory than the robot file promises.
+/// The virtual machine takes no more memory than the robot file promises.
 const _: () = assert!(size_of::<Machine>() <= robot::MEMORY - robot::QUEUE_MEMORY);
 const _: () = assert!(size_of_val(&link::swarm::MAIL) <= robot::QUEUE_MEMORY);
-/// With its sender and position a message fits a frame of the radio.
+/// A message with its sender and position fits a frame of the radio.
 const _: () = assert!(robot::FRAME_BYTES <= SWARM_MESSAGE_MAX);
-/// The machine has the parts for which scripts are built.
+/// The virtual machine has the parts for which scripts are compiled.
 const _: () = assert!(robot::MATHS == section::Section::PARTS.has(Part::Maths));
 
 #[embassy_executor::main]
 async fn main(spawner: Spawner) {
-    // Before all that waits: a crystal that never oscillates must not leave a robot that does nothing for ever.
+    // The watchdog starts before anything waits. If the crystal never oscillates, it resets the
+    // robot.
     watchdog::start();
     let failure = failure::take();
     if failure.is_some() {
@@ -138,7 +141,7 @@ async fn main(spawner: Spawner) {
         STATUS.signal(Status::Stopped);
     }
     let may_run = failure.is_none() && board.is_ok();
-    // Each task is spawned once: there is a place for it.
+    // Each task is spawned once, so a place for it is free.
     spawner.spawn(defmt::unwrap!(run_script(script, may_run)));
     spawner.spawn(defmt::unwrap!(drive_motors(motors, pulse(1))));
     spawner.spawn(defmt::unwrap!(link::receive::receive_frames(receiver, robot_id, pulse(2))));

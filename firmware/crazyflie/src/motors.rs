@@ -7,7 +7,8 @@
 //! | 2 (M3) | back left | PA15 | TIM2 channel 1 |
 //! | 3 (M4) | front left | PB9 | TIM4 channel 4 |
 //!
-//! Both timers run on 84 MHz; 256 of its cycles are a period (crazyflie-firmware, motors.h and motors_def.c).
+//! Both timers run at 84 MHz, and a period is 256 cycles (crazyflie-firmware, motors.h and
+//! motors_def.c).
 
 use bittybuzz_runtime::battery::Charge;
 use bittybuzz_runtime::setpoint;
@@ -22,13 +23,13 @@ use embassy_stm32::timer::simple_pwm::{PwmPin, SimplePwm};
 
 use crate::battery;
 
-/// 84 MHz / 256.
+/// The PWM frequency: 84 MHz / 256.
 const FREQUENCY_HZ: u32 = 328_125;
 
-/// The most that a script can ask for: 30 % of full power, which does not lift the robot.
+/// The highest power that a script can set: 30 % of full power, which does not lift the robot.
 pub const POWER_MAX: u8 = 76;
 
-/// Power of each motor, of 256.
+/// The power of each motor, in 256ths.
 pub type Powers = [u8; 4];
 
 /// The motors' timers.
@@ -38,7 +39,7 @@ pub struct Motors {
 }
 
 impl Motors {
-    /// Takes the pins; the motors stand still.
+    /// Takes the pins and sets all powers to 0.
     pub fn new(
         tim2: Peri<'static, TIM2>,
         tim4: Peri<'static, TIM4>,
@@ -80,7 +81,8 @@ impl Motors {
 impl setpoint::Motors for Motors {
     type Setpoint = Powers;
 
-    /// The script's task does this with each completed step, too, so that an empty battery stops the motors then.
+    /// Each completed step of the script calls this function again, so an empty battery stops the
+    /// motors at the next step.
     fn apply(&mut self, powers: Powers) {
         let is_empty = battery::charge() >= Charge::Empty;
         let [m1, m2, m3, m4] = if is_empty { [0; 4] } else { powers };
@@ -95,10 +97,10 @@ impl setpoint::Motors for Motors {
     }
 }
 
-/// Stops the motors whatever state the program is in, until the next reset: the pins become plain outputs, low. The
-/// timers no longer reach them.
+/// Stops the motors until the next reset, whatever state the program is in. The pins become plain
+/// outputs, low, and the timers no longer reach them.
 pub fn cut_power() {
-    // Something may have failed before anybody turned the ports on.
+    // The failure may have come before the ports were turned on.
     pac::RCC.ahb1enr().modify(|w| {
         w.set_gpioaen(true);
         w.set_gpioben(true);

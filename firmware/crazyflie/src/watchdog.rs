@@ -1,27 +1,29 @@
-//! The independent watchdog, by its registers (RM0090 21): it is started before anything waits, and embassy's driver can only
-//! be made after `embassy_stm32::init`, which waits for the crystal without limit.
+//! The independent watchdog, driven by its registers (RM0090 21). It has to start before anything
+//! waits, but embassy's driver needs `embassy_stm32::init` first, which waits for the crystal
+//! without limit.
 //!
-//! It counts the oscillator LSI, which runs at 17 to 47 kHz (data sheet, LSI oscillator characteristics). So the time without
-//! food after which it resets the chip has two ends: [`SHORTEST_MS`], which must leave time to feed it, and [`LONGEST_MS`], for
-//! which motors may turn without control.
+//! The watchdog counts the oscillator LSI, which runs at 17 to 47 kHz (data sheet, LSI oscillator
+//! characteristics). Its timeout is therefore between [`SHORTEST_MS`], which must leave time to
+//! feed the watchdog, and [`LONGEST_MS`], for which motors may turn without control.
 
 use bittybuzz_runtime::liveness::LOOK;
 use embassy_stm32::pac;
 use embassy_stm32::pac::iwdg::vals::{Key, Pr};
 
-/// Periods of LSI / 4 until it resets the chip: 250 ms at 32 kHz.
+/// The timeout in periods of LSI / 4: 250 ms at 32 kHz.
 const PERIODS: u16 = 2_000;
 const SHORTEST_MS: u64 = PERIODS as u64 * 4 / 47;
 const LONGEST_MS: u64 = PERIODS as u64 * 4 / 17;
 
-/// Food comes every [`LOOK`]; two thirds of that is the most by which it may be late.
+/// The watchdog is fed every [`LOOK`]. At most two thirds of that are left for delays.
 const _: () = assert!(SHORTEST_MS >= LOOK.as_millis() * 5 / 3);
-/// The motors' set-points expire after half a second anyway.
+/// The motors' set-points also expire after half a second.
 const _: () = assert!(LONGEST_MS <= 500);
 
-/// Starts it; only a reset ends it. It needs no other clock than LSI, which it turns on itself.
+/// Starts the watchdog, which only a reset stops. It needs no other clock than LSI, which it turns
+/// on itself.
 pub fn start() {
-    // A debugger may stop the core; time stops for the watchdog, too (RM0090 38.16.4).
+    // The watchdog stops while a debugger stops the core (RM0090 38.16.4).
     pac::DBGMCU.apb1fzr().modify(|w| w.set_iwdg(true));
     pac::IWDG.kr().write(|w| w.set_key(Key::ENABLE));
     pac::IWDG.pr().write(|w| w.set_pr(Pr::DIVIDE_BY4));
@@ -29,7 +31,7 @@ pub fn start() {
     pac::IWDG.kr().write(|w| w.set_key(Key::START));
 }
 
-/// Lets it count from the beginning.
+/// Feeds the watchdog: its counter restarts.
 pub fn feed() {
     pac::IWDG.kr().write(|w| w.set_key(Key::RESET));
 }

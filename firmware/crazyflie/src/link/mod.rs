@@ -1,22 +1,22 @@
 //! The link to the nRF51822: syslink on USART6 at 1 Mbaud.
 //!
 //! The Crazyflie has two processors. The nRF51 owns the radio, the power switch and the charger;
-//! this one reaches all of them by frames over one serial line. If the link stalls, the robot
-//! hears nobody, does not know its battery and cannot switch off, so the link must work whatever
-//! the script does.
+//! the STM32 reaches all of them by frames over one serial line. If the link stalls, the robot
+//! receives no messages, does not know its battery and cannot switch off. The link must therefore
+//! work whatever the script does.
 //!
 //! # Layers
 //! * [`uart`] moves bytes between the pins and two rings, in an interrupt above all critical
 //!   sections: a byte arrives every 10 µs, and the chip has room for one.
-//! * [`receive`] makes frames of the bytes and handles them: battery, shutdown, packets of other
+//! * [`receive`] turns the bytes into frames and handles them: battery, shutdown, packets of other
 //!   robots.
-//! * [`send`] writes frames, one at a time. The nRF51 has flow control for its UART but not for
-//!   the queue after it, so the task waits until the frame before has been read.
+//! * [`send`] writes frames, one at a time. The nRF51 has flow control for its UART but not for the
+//!   queue after it, so the task waits until the nRF51 has read the previous frame.
 //! * [`swarm`] carries the script's messages over P2P broadcasts.
-//! * [`setup`] sets the radio up, and does so again when the nRF51 has restarted and forgotten
-//!   it.
+//! * [`setup`] sets the radio up, and repeats this when the nRF51 has restarted and lost its
+//!   settings.
 //!
-//! Nothing here waits for a reader: a packet that finds no room is dropped and counted, and a
+//! No function here waits for a reader. A packet that finds no room is dropped and counted, and a
 //! damaged frame is skipped up to the next start.
 
 pub mod receive;
@@ -29,34 +29,34 @@ use core::sync::atomic::{AtomicBool, AtomicI16, AtomicU16, AtomicU32, Ordering};
 
 use bittybuzz_runtime::pose::LatestPose;
 
-/// Numbers of the link that others read.
+/// The state of the link, which other tasks read.
 pub struct LinkState {
-    /// The battery's voltage in mV; 0 until the nRF51 has sent it.
+    /// The battery's voltage in mV; 0 until the nRF51 reported it.
     battery_mv: AtomicU16,
-    /// There is power on USB.
+    /// True while USB supplies power.
     usb_powered: AtomicBool,
-    /// Strength of the last radio packet in dBm; 0 until one was heard.
+    /// The signal strength of the last radio packet in dBm; 0 until one was received.
     rssi: AtomicI16,
-    /// Frames with a right checksum.
+    /// The number of frames with a correct checksum.
     received: AtomicU32,
-    /// False starts: frames with a wrong checksum or length.
+    /// The number of false starts: frames with a wrong checksum or length.
     rejected: AtomicU32,
-    /// P2P frames of other robots.
+    /// The number of P2P frames of other robots.
     heard: AtomicU32,
-    /// The number of these on the port of swarm messages that are no swarm messages.
+    /// The number of P2P frames on the port of swarm messages that were no swarm messages.
     unknown: AtomicU32,
-    /// P2P frames of robots with this one's id.
+    /// The number of P2P frames of robots with this one's id.
     same_id: AtomicU32,
-    /// Frames that could not be sent in time.
+    /// The number of frames that could not be sent in time.
     dropped: AtomicU32,
-    /// Frames to other robots may be sent.
+    /// True while frames to other robots may be sent.
     can_send: AtomicBool,
 }
 
 /// The robot's pose from a positioning system, sent by the ground station.
 pub static POSE: LatestPose = LatestPose::new();
 
-/// There is one link.
+/// The state of the only link.
 pub static STATE: LinkState = LinkState {
     battery_mv: AtomicU16::new(0),
     usb_powered: AtomicBool::new(false),
@@ -70,9 +70,8 @@ pub static STATE: LinkState = LinkState {
     can_send: AtomicBool::new(false),
 };
 
-/// The periodic report about the link: signal strength in dBm, what [`LinkState`] counts, and swarm
-/// messages that were
-/// heard while the same one waited.
+/// The periodic report about the link: the signal strength in dBm, the counts of [`LinkState`], and
+/// the number of swarm messages that were received while an equal one waited.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, defmt::Format)]
 pub struct Counts {
     rssi: i16,
@@ -87,7 +86,7 @@ pub struct Counts {
 }
 
 impl LinkState {
-    /// The battery's voltage in mV, once it is known.
+    /// Returns the battery's voltage in mV, once it is known.
     pub fn battery_mv(&self) -> Option<u16> {
         Some(self.battery_mv.load(Ordering::Relaxed)).filter(|mv| *mv > 0)
     }
@@ -106,7 +105,7 @@ impl LinkState {
         self.can_send.store(can_send, Ordering::Relaxed);
     }
 
-    /// Everything that is counted, since the start.
+    /// Returns all counts since the start.
     pub fn counts(&self) -> Counts {
         Counts {
             rssi: self.rssi.load(Ordering::Relaxed),

@@ -1,4 +1,4 @@
-//! Bytes from the nRF51 become frames, and frames become deeds.
+//! The receiving task: turns bytes from the nRF51 into frames, and handles the frames.
 
 use core::sync::atomic::Ordering;
 
@@ -14,7 +14,7 @@ use super::uart::Receiver;
 use super::{POSE, STATE};
 use crate::motors;
 
-/// The task.
+/// Runs the receiving task.
 #[embassy_executor::task]
 pub async fn receive_frames(mut uart: Receiver, robot_id: u16, pulse: Pulse) -> ! {
     let mut parser = Parser::new();
@@ -28,7 +28,7 @@ pub async fn receive_frames(mut uart: Receiver, robot_id: u16, pulse: Pulse) -> 
         for byte in buffer.iter().take(count) {
             parser.push(*byte, |frame| {
                 STATE.received.fetch_add(1, Ordering::Relaxed);
-                // What this firmware does not know is none of its business.
+                // Packets of types that this firmware does not use are ignored.
                 if let Ok(packet) = Packet::received(frame) {
                     keeper.hear(&packet);
                     act(&packet, &mut ears);
@@ -57,7 +57,7 @@ fn act(packet: &Packet<'_>, ears: &mut SwarmReceiver) {
             }
         }
         Packet::Battery(battery) => {
-            // Checked to be at most 6 V.
+            // The parser checks that the voltage is at most 6 V.
             let mv = (battery.volts * 1000.0) as u16;
             STATE.battery_mv.store(mv, Ordering::Relaxed);
             STATE.usb_powered.store(battery.usb_powered, Ordering::Relaxed);

@@ -1,8 +1,9 @@
-//! Frames to the nRF51, one after the other, and never more than it reads.
+//! The sending task: sends frames to the nRF51 one by one, at the rate at which it reads them.
 //!
-//! Flow control follows the FIFO of the nRF51's UART. The queue after that has 127 bytes and silently drops those that find no
-//! room (crazyflie2-nrf-firmware, src/uart.c). The nRF51's loop reads one frame in each turn, and nothing while it sends one.
-//! So each frame here waits until the one before has surely been read.
+//! Flow control follows the FIFO of the nRF51's UART. The queue after that FIFO has 127 bytes and
+//! silently drops bytes that find no room (crazyflie2-nrf-firmware, src/uart.c). The nRF51's loop
+//! reads one frame per iteration, and nothing while it sends one. Each frame therefore waits here
+//! until the previous one was certainly read.
 
 use core::sync::atomic::Ordering;
 
@@ -15,17 +16,20 @@ use embassy_time::{Duration, Timer, with_timeout};
 use super::STATE;
 use super::uart::Sender;
 
-/// Frames that wait to be sent.
+/// The frames that wait to be sent.
 static OUT: Channel<CriticalSectionRawMutex, Bytes, 8> = Channel::new();
 
-/// The longest turn of the nRF51's loop, if Bluetooth is off: it passes on a P2P frame (68 bytes), echoes one of ours (11) and
-/// reports battery and signal strength (26), 10 us each, and a margin of a seventh.
+/// The longest iteration of the nRF51's loop while Bluetooth is off. It passes on a P2P frame (68
+/// bytes), echoes one of our frames (11) and reports battery and signal strength (26), 10 us for
+/// each byte. The margin is a seventh.
 const TURN: Duration = Duration::from_micros(1_200);
 
-/// Its radio has a buffer for one P2P frame, and the next one cuts it off: 415 us for the longest at 2 Mbit/s.
+/// The additional time for a P2P frame. The nRF51's radio has a buffer for one such frame, and the
+/// next one would cut it off: the longest takes 415 us at 2 Mbit/s.
 const AIR: Duration = Duration::from_micros(500);
 
-/// Queues a packet. Where there is no room, or the packet is too long, it is dropped and counted.
+/// Queues a packet. If the queue is full or the packet is too long, the packet is dropped and
+/// counted.
 pub fn send(packet: &Packet<'_>) {
     let mut buffer = [0; MTU];
     let queued = match packet.frame(&mut buffer) {
@@ -37,13 +41,13 @@ pub fn send(packet: &Packet<'_>) {
     }
 }
 
-/// The task.
+/// Runs the sending task.
 #[embassy_executor::task]
 pub async fn send_frames(mut uart: Sender, pulse: Pulse) -> ! {
     let mut pause = Duration::MIN;
     loop {
         pulse.beat();
-        // Flow control may stop a frame for long; others wait, or find no room.
+        // Flow control may stop a frame for long. Other frames wait meanwhile, or are dropped.
         if with_timeout(BEAT, uart.flush()).await.is_err() {
             continue;
         }

@@ -1,5 +1,5 @@
-//! Keeps the radio set up: sends the nRF51 the settings that it has not echoed, and all of them
-//! again when its reports end.
+//! The supervision of the radio's set-up: sends the nRF51 the settings that it has not echoed, and
+//! sends all of them again when its reports end.
 
 use bittybuzz_comms::syslink::{Packet, Radio, Setup};
 use embassy_time::{Duration, Instant};
@@ -8,35 +8,37 @@ use super::STATE;
 use super::send::send;
 use crate::log;
 
-/// Between two attempts.
+/// The time between two attempts.
 const RETRY: Duration = Duration::from_millis(100);
 
-/// Reports come every 10 ms. After this time without one nothing is sent to other robots: the nRF51 may have restarted, and would
-/// lose frames that come before Bluetooth is off.
+/// The time without a report after which no frames are sent to other robots. Reports come every 10
+/// ms; without them the nRF51 may have restarted, and would lose frames that come before Bluetooth
+/// is off.
 const DOUBT: Duration = Duration::from_millis(50);
 
-/// After this time without a report the nRF51 has restarted, or the link is broken. Its first report comes a second after its
-/// start. Other frames prove nothing: the radio may receive again before it is set up.
+/// The time without a report after which the nRF51 has restarted, or the link is broken. Its first
+/// report comes a second after its start. Other frames do not count as reports: the radio may
+/// receive again before it is set up.
 const SILENCE: Duration = Duration::from_millis(2000);
 
-/// The radio's set-up as a matter of time.
+/// The radio's set-up together with its timing.
 pub struct RadioSetup {
     setup: Setup,
     next: Instant,
-    /// The last report, or the start of the set-up.
+    /// The time of the last report, or of the start of the set-up.
     reported: Instant,
     has_reported: bool,
 }
 
 impl RadioSetup {
-    /// Nothing is set up; begins at once.
+    /// Returns a set-up that starts at once.
     pub fn new(robot_id: u16) -> Self {
         let now = Instant::now();
         let setup = Setup::new(Radio::DEFAULT, robot_id);
         RadioSetup { setup, next: now, reported: now, has_reported: false }
     }
 
-    /// Executes the actions that are due.
+    /// Executes the actions that are due. Call this function regularly.
     pub fn poll(&mut self) {
         let now = Instant::now();
         let silence = now - self.reported;
@@ -58,7 +60,7 @@ impl RadioSetup {
         STATE.set_can_send(self.setup.can_send() && !in_doubt);
     }
 
-    /// Takes note of a packet.
+    /// Processes a received packet, which may be a report or an echo.
     pub fn hear(&mut self, packet: &Packet<'_>) {
         if matches!(packet, Packet::Battery(_)) {
             (self.reported, self.has_reported) = (Instant::now(), true);

@@ -15,18 +15,18 @@ use crate::robot::{FRAME_BYTES, IN_QUEUE, Numbers, OUT_QUEUE};
 use crate::section::Section;
 use crate::{id, log};
 
-/// Messages that wait for the script, and those that wait for the radio.
+/// The messages that wait for the script, and those that wait for the radio.
 pub static MAIL: Mail<Numbers, FRAME_BYTES, IN_QUEUE, OUT_QUEUE> = Mail::new();
 
-/// The time between two answers to pings. More pings must not keep the radio busy.
+/// The minimum time between two answers to pings, so that pings do not keep the radio busy.
 const ANSWER_PERIOD: Duration = Duration::from_millis(100);
 
 /// Receives swarm messages and pings.
 pub struct SwarmReceiver {
     robot_id: u16,
-    /// The log says that another robot has this one's id.
+    /// True once the log reported that another robot has this one's id.
     has_told: bool,
-    /// The next ping may be answered then.
+    /// The time from which on the next ping may be answered.
     next_answer: Instant,
 }
 
@@ -36,8 +36,8 @@ impl SwarmReceiver {
         SwarmReceiver { robot_id, has_told: false, next_answer: Instant::MIN }
     }
 
-    /// The data of a P2P frame on the port of swarm messages. Where its sender is seen now is found out now: at the next
-    /// step both robots may be elsewhere.
+    /// Handles the data of a P2P frame on the port of swarm messages. The sender's location is
+    /// computed now, because both robots may have moved by the next step.
     pub fn hear(&mut self, data: &[u8]) {
         let Some(SwarmFrame { robot, position, message }) = SwarmFrame::parse(data) else {
             match Ping::parse(data) {
@@ -57,7 +57,7 @@ impl SwarmReceiver {
         MAIL.hear(message, Sighting { robot: Some(robot), place });
     }
 
-    /// Notes the id of a robot that sends.
+    /// Counts a sender that has this robot's id, and reports the first one.
     fn compare_id(&mut self, robot: u16) {
         if robot != self.robot_id {
             return;
@@ -82,10 +82,11 @@ impl SwarmReceiver {
     }
 }
 
-/// The task.
+/// Runs the task that broadcasts the script's messages.
 #[embassy_executor::task]
 pub async fn broadcast_messages(robot_id: u16, pulse: Pulse) -> ! {
-    // Also robots that have the same id by mistake send at different times, and so hear of it.
+    // The chip's hash is part of the seed. Robots that have the same id by mistake therefore send
+    // at different times, and can detect each other.
     let rng = Rng::new(id::chip(), robot_id);
     while !STATE.can_send() {
         pulse.beat();

@@ -1,18 +1,21 @@
 //! USART6 with two rings of bytes, and the nRF51's flow control on PA4.
 //!
-//! embassy-stm32's buffered driver has no place for a flow control line that is not the USART's own CTS pin, and its
-//! interrupt waits for critical sections. Here the interrupt looks at the line before each byte, so that only the bytes
-//! under way follow its rise, and it is never masked (see [`crate::critical`]). It therefore uses no critical sections: its
-//! ends of the rings are its own, and tasks are woken by a second interrupt.
+//! embassy-stm32's buffered driver does not support a flow control line on another pin than the
+//! USART's own CTS, and critical sections delay its interrupt. Here the interrupt reads the line
+//! before each byte, so that only the bytes under way follow after the line rises. The interrupt is
+//! never masked (see [`crate::critical`]) and therefore uses no critical sections: it owns its ends
+//! of the rings, and a second interrupt wakes the tasks.
 //!
-//! `RingBufferedUartRx` of embassy-stm32 0.6.0 receives by DMA, so that no interrupt has to come in time. It is not used, for
-//! these reasons:
-//! * Each of its reads, and each wake-up, reads SR and then DR to clear flags, and throws away a byte that the DMA controller
-//!   has not fetched yet (usart/ringbuffered.rs, `check_idle_and_errors`). Such a frame would be lost without an error.
-//! * After a framing error it starts anew and forgets the bytes in its ring, good frames among them.
+//! `RingBufferedUartRx` of embassy-stm32 0.6.0 receives by DMA, so that no interrupt has to be
+//! served in time. It is not used for these reasons:
+//! * Each of its reads, and each wake-up, reads SR and then DR to clear flags, and discards a byte
+//!   that the DMA controller has not fetched yet (usart/ringbuffered.rs, `check_idle_and_errors`).
+//!   The frame would be lost without an error.
+//! * After a framing error it restarts and discards the bytes in its ring, good frames among them.
 //! * It is reported to stop on an STM32F4 (embassy issue 6705, open).
 //!
-//! It takes 1,668 bytes more than this receiver. A received byte takes 200 instructions here, most of them those of the parser.
+//! It also takes 1,668 bytes more than this receiver. A received byte takes 200 instructions here,
+//! most of them in the parser.
 //!
 //! Registers: RM0090 chapter 30, baud rate in 30.3.4. Pins and line: crazyflie-firmware, uart_syslink.h.
 
@@ -44,21 +47,21 @@ const WAKING: interrupt::Interrupt = Waking::IRQ;
 
 const BAUD: u32 = 1_000_000;
 
-/// Alternate function of USART6 on PC6 and PC7 (data sheet, table 9).
+/// The alternate function of USART6 on PC6 and PC7 (data sheet, table 9).
 const AF: u8 = 8;
 
-/// Bytes that can wait to be read, and one: 5 ms of a busy line.
+/// The received bytes that can wait, plus one: 5 ms of a busy line.
 const RX_RING: usize = 513;
-/// Bytes of a burst that do not wait for its end: the reader is woken when the line is idle or after so many. To wake it for each byte
-/// takes 1,100 instructions a byte.
+/// The number of bytes after which the reader is woken; otherwise it is woken when the line is
+/// idle. Waking it for each byte would take 1,100 instructions per byte.
 const RX_BURST: usize = 64;
-/// Bytes that can wait to be sent, and one: a frame.
+/// The bytes to be sent that can wait, plus one: a frame.
 const TX_RING: usize = FRAME_MAX + 1;
 
 static RX_WAKER: AtomicWaker = AtomicWaker::new();
 static TX_WAKER: AtomicWaker = AtomicWaker::new();
 
-/// Bytes that were lost: by the USART because the interrupt came late, or because the ring was full.
+/// The number of bytes that were lost, because the interrupt came late or the ring was full.
 static OVERRUNS: AtomicU32 = AtomicU32::new(0);
 
 /// The interrupt's ends of the rings.
@@ -67,11 +70,11 @@ struct Ends {
     to_send: Consumer<'static, u8>,
 }
 
-/// Belongs to the interrupt once that is enabled.
+/// A value that belongs to the interrupt once that is enabled.
 struct InterruptOwned(UnsafeCell<Option<Ends>>);
 
-// SAFETY: `Uart::new` writes it while the interrupt is off; from then on only the interrupt touches it, and that does not
-// interrupt itself.
+// SAFETY: `open` writes the value while the interrupt is off. From then on only the interrupt
+// accesses it, and that does not interrupt itself.
 unsafe impl Sync for InterruptOwned {}
 
 static ENDS: InterruptOwned = InterruptOwned(UnsafeCell::new(None));
@@ -81,7 +84,7 @@ pub struct Interrupts;
 
 impl Handler<Usart6> for Interrupts {
     unsafe fn on_interrupt() {
-        // SAFETY: this is the interrupt that owns it.
+        // SAFETY: this interrupt owns the value.
         if let Some(ends) = unsafe { &mut *ENDS.0.get() } {
             ends.serve();
         }
@@ -92,12 +95,13 @@ impl Ends {
     #[inline]
     fn serve(&mut self) {
         let usart = pac::USART6;
-        // Reading SR and then DR clears RXNE, IDLE and the errors (30.6.1). IDLE comes a byte's time after the last byte: DR is
-        // read long before the next one is there.
+        // Reading SR and then DR clears RXNE, IDLE and the errors (30.6.1). IDLE comes a byte's
+        // time after the last byte, and DR is read long before the next byte arrives.
         let status = usart.sr().read();
         if status.rxne() || status.idle() || status.ore() || status.fe() || status.ne() {
             let byte = usart.dr().read().dr() as u8;
-            // With an overrun DR still holds the byte before the lost one. A byte with a wrong stop bit is none.
+            // On an overrun, DR still holds the byte before the lost one. A byte with a wrong stop
+            // bit is discarded.
             if status.ore() {
                 OVERRUNS.fetch_add(1, Ordering::Relaxed);
             }
@@ -109,7 +113,7 @@ impl Ends {
             }
         }
         if status.txe() && usart.cr1().read().txeie() {
-            // The writer sleeps until the ring is empty.
+            // The writer sleeps until the ring is empty, so the last byte wakes it.
             let is_last = self.to_send.len() == 1;
             match if may_send() { self.to_send.dequeue() } else { None } {
                 Some(byte) => usart.dr().write(|w| w.set_dr(byte.into())),
@@ -136,34 +140,36 @@ impl Handler<EXTI4> for Interrupts {
     }
 }
 
-/// PA4 is low while the nRF51 has room for more bytes.
+/// Returns true while PA4 is low: the nRF51 has room for more bytes.
 fn may_send() -> bool {
     pac::GPIOA.idr().read().idr(4) == Idr::LOW
 }
 
 /// Lets the interrupt send the bytes in the ring, once the line allows it.
 fn go_on() {
-    // The interrupt changes the same register: here even it has to wait, for three instructions.
+    // The link's interrupt changes the same register, so it is masked here as well, for three
+    // instructions.
     cortex_m::interrupt::free(|_| pac::USART6.cr1().modify(|w| w.set_txeie(true)));
 }
 
-/// Bytes lost since the start.
+/// Returns the number of bytes that were lost since the start.
 pub fn overruns() -> u32 {
     OVERRUNS.load(Ordering::Relaxed)
 }
 
-/// Bytes from the nRF51.
+/// The receiving end of the link.
 pub struct Receiver {
     ring: Consumer<'static, u8>,
     _pins: (Flex<'static>, Flex<'static>, Input<'static>),
 }
 
-/// Bytes to the nRF51.
+/// The sending end of the link.
 pub struct Sender {
     ring: Producer<'static, u8>,
 }
 
-/// Sets the link up: 1 Mbaud, 8 data bits, no parity, one stop bit. The pins are its own for ever.
+/// Sets the link up: 1 Mbaud, 8 data bits, no parity, one stop bit. The link owns the pins from
+/// then on.
 pub fn open(
     _usart: Peri<'static, USART6>,
     tx: Peri<'static, PC6>,
@@ -175,7 +181,8 @@ pub fn open(
     static TX: StaticCell<Queue<u8, TX_RING>> = StaticCell::new();
     let (received, rx_ring) = RX.init(Queue::new()).split();
     let (tx_ring, to_send) = TX.init(Queue::new()).split();
-    // SAFETY: the interrupt is not enabled yet, and this function is called once: it takes the peripheral.
+    // SAFETY: the interrupt is not enabled yet. This function is called once, since it takes the
+    // peripheral.
     unsafe { *ENDS.0.get() = Some(Ends { received, to_send }) };
 
     rcc::enable_and_reset::<USART6>();
@@ -185,7 +192,7 @@ pub fn open(
     let full = Input::new(full, Pull::Up);
     watch_flow_control();
     let usart = pac::USART6;
-    // With 16 samples a bit, BRR in sixteenths is the clock over the baud rate.
+    // With 16 samples per bit, BRR holds the clock divided by the baud rate, in sixteenths.
     let divider = rcc::frequency::<USART6>().0 / BAUD;
     usart.brr().write_value(pac::usart::regs::Brr(divider));
     usart.cr1().write(|w| {
@@ -201,7 +208,7 @@ pub fn open(
     (Receiver { ring: rx_ring, _pins: (tx, rx, full) }, Sender { ring: tx_ring })
 }
 
-/// Line 4 from port A, falling edge: the nRF51 has room again.
+/// Enables the interrupt of line 4 of port A on the falling edge: the nRF51 has room again.
 fn watch_flow_control() {
     pac::RCC.apb2enr().modify(|w| w.set_syscfgen(true));
     pac::SYSCFG.exticr(1).modify(|w| w.set_exti(0, 0));
@@ -212,12 +219,13 @@ fn watch_flow_control() {
 
 fn enable<I: Interrupt>() {
     I::unpend();
-    // SAFETY: what the handler needs has been set up; nothing relies on the interrupt being off.
+    // SAFETY: everything that the handler needs is set up, and no code relies on the interrupt
+    // being off.
     unsafe { I::enable() };
 }
 
 impl Receiver {
-    /// Waits for at least one byte.
+    /// Waits for at least one byte, and returns the number of bytes that were read.
     pub async fn read(&mut self, buffer: &mut [u8]) -> usize {
         poll_fn(|context| {
             RX_WAKER.register(context.waker());
@@ -235,16 +243,16 @@ impl Receiver {
 }
 
 impl Sender {
-    /// Puts a frame into the ring, which must be empty: see [`flush`](Self::flush).
+    /// Writes a frame to the ring, which must be empty; see [`flush`](Self::flush).
     pub fn write(&mut self, frame: &[u8]) {
         for byte in frame {
-            // A frame fits.
+            // An empty ring has room for a whole frame.
             let _ = self.ring.enqueue(*byte);
         }
         go_on();
     }
 
-    /// Waits until the last two bytes are on their way at the latest.
+    /// Waits until the ring is empty: at most the last two bytes are still on their way.
     pub async fn flush(&mut self) {
         poll_fn(|context| {
             TX_WAKER.register(context.waker());
