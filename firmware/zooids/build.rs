@@ -1,4 +1,5 @@
-//! The script (`BBZ_SCRIPT`, else `hello.bzz`), the robot file and the memory layout.
+//! Builds the script (`BBZ_SCRIPT`, else `hello.bzz`), the robot file's constants and the memory
+//! layout.
 
 use bittybuzz_board_build::{Start, board};
 

@@ -1,5 +1,5 @@
-//! The Zooid's clock tree: 16 MHz crystal, 48 MHz core and buses (RM0091 section 6.2), and the crystal's 16 MHz on PA8 for
-//! the radio, which has no crystal of its own.
+//! The Zooid's clock tree (RM0091 section 6.2). The crystal has 16 MHz, and the core and the buses
+//! run at 48 MHz. PA8 supplies the crystal's 16 MHz to the radio, which has no crystal of its own.
 
 use embassy_stm32::Config;
 use embassy_stm32::pac::RCC;
@@ -9,12 +9,12 @@ use embassy_stm32::rcc::{
 };
 use embassy_stm32::time::mhz;
 
-/// For `embassy_stm32::init`.
+/// Returns the configuration for `embassy_stm32::init`.
 pub fn config() -> Config {
     let mut config = Config::default();
     let rcc = &mut config.rcc;
     rcc.hse = Some(Hse { freq: mhz(16), mode: HseMode::Oscillator });
-    // 16 MHz / 2 * 6
+    // 16 MHz / 2 * 6 = 48 MHz.
     rcc.pll = Some(Pll { src: PllSource::HSE, prediv: PllPreDiv::DIV2, mul: PllMul::MUL6 });
     rcc.sys = Sysclk::PLL1_P;
     rcc.ahb_pre = AHBPrescaler::DIV1;
@@ -22,7 +22,7 @@ pub fn config() -> Config {
     config
 }
 
-/// Gives the radio its clock, for ever.
+/// Turns the radio's clock on; it stays on.
 pub fn feed_radio() {
     RCC.cfgr().modify(|w| w.set_mcosel(Mcosel::HSE));
 }

@@ -1,19 +1,23 @@
-//! Edges that matter: those of the photodiodes, captured without the core's doing, and that of the radio's interrupt line.
+//! The edges of the photodiodes, which hardware captures without the core, and the edge of the
+//! radio's interrupt line.
 //!
-//! A photodiode sees up to 1,600 edges a second. An interrupt for each would take more time than everything else together, and come
-//! late while others run; here a timer captures when one comes, and the DMA controller writes that down.
+//! A photodiode sees up to 1,600 edges per second. An interrupt for each edge would take more time
+//! than everything else together, and would be late while other interrupts run. Instead a timer
+//! captures the time of each edge, and the DMA controller stores it.
 //!
-//! | photodiode | pin | captured by | written down by |
+//! | photodiode | pin | captured by | stored by |
 //! |---|---|---|---|
 //! | 1, right | PB9 | TIM17, channel 1 | DMA channel 1 |
 //! | 2, left | PB1 | TIM3, channel 4 | DMA channel 3 |
 //!
-//! TIM3 is also the [clock](crate::time), which has no use for that channel: a capture is the low half of an
-//! [`Instant`](embassy_time::Instant) in µs. TIM17 is made to count the same.
+//! TIM3 is also the [clock](crate::time), which does not use that channel. A capture is therefore
+//! the low half of an [`Instant`](embassy_time::Instant) in µs. TIM17 is set to count in step with
+//! it.
 //!
-//! embassy-stm32 0.6.0 has no driver that captures both edges by DMA for a timer that has another use, too. Its `ExtiInput`
-//! clears an edge that came while no task waited, where the [`IRQ`] signal keeps it, and takes 0.7 kB and 2,000 cycles for eight
-//! messages more.
+//! embassy-stm32 0.6.0 has no driver that captures both edges by DMA on a timer that has another
+//! use, too. Its `ExtiInput` clears an edge that comes while no task waits, where the [`IRQ`]
+//! signal keeps the edge. `ExtiInput` also takes 0.7 kB more, and 2,000 more cycles for eight
+//! messages.
 
 use core::sync::atomic::AtomicU16;
 
@@ -26,13 +30,13 @@ use embassy_stm32::pac::timer::vals::CcmrInputCcs;
 use crate::pins::{LEFT, RADIO_IRQ, RIGHT, is_high};
 use crate::radio::nrf24::IRQ;
 
-/// Ports, as SYSCFG_EXTICR numbers them (RM0091 9.1.2).
+/// The number of port A in SYSCFG_EXTICR (RM0091 9.1.2).
 const PORT_A: u8 = 0;
 
-/// 48 MHz to µs.
+/// Divides 48 MHz to µs.
 const PRESCALER: u16 = 48;
 
-/// Edges that are kept: those of nearly three frames.
+/// The number of edges that are kept: those of nearly three frames.
 const KEPT: usize = 64;
 type Times = [AtomicU16; KEPT];
 
@@ -42,18 +46,19 @@ static LEFT_TIMES: Times = [const { AtomicU16::new(0) }; KEPT];
 /// A photodiode.
 pub struct Eye {
     times: &'static Times,
-    /// DMA channel, counted from 0.
+    /// The DMA channel, counted from 0.
     channel: usize,
     /// The pin of port B.
     pin: usize,
-    /// The next to be read.
+    /// The index of the next time to be read.
     next: usize,
-    /// The decoder of its edges.
+    /// The decoder of the photodiode's edges.
     pub decoder: Decoder,
 }
 
 impl Eye {
-    /// Captures from `register` on. The timer's channel is set up, but off.
+    /// Starts the DMA transfers from the capture register `register`. The timer's channel is still
+    /// off.
     fn open(times: &'static Times, channel: usize, register: *mut (), pin: usize) -> Self {
         let dma = pac::DMA1.ch(channel);
         dma.par().write_value(register as u32);
@@ -69,9 +74,9 @@ impl Eye {
         Eye { times, channel, pin, next: 0, decoder: Decoder::new() }
     }
 
-    /// Passes on the edges captured since the last time.
+    /// Passes the edges that were captured since the last call to the decoder.
     pub fn look(&mut self) {
-        // It counts down and begins anew.
+        // NDTR counts down and restarts at `KEPT`.
         let left = usize::from(pac::DMA1.ch(self.channel).ndtr().read().ndt());
         let end = (KEPT - left) % KEPT;
         let (before, after) = self.times.split_at(self.next % KEPT);
@@ -90,14 +95,15 @@ impl Eye {
     }
 }
 
-/// Both photodiodes: the right one, and the left one.
+/// Starts the capture, and returns the right and the left photodiode.
 pub fn open() -> [Eye; 2] {
     let (right, left) = (pac::TIM17, pac::TIM3);
     let eyes = [
         Eye::open(&RIGHT_TIMES, 0, right.ccr(0).as_ptr().cast(), RIGHT),
         Eye::open(&LEFT_TIMES, 2, left.ccr(3).as_ptr().cast(), LEFT),
     ];
-    // The channel's own pin; both edges (RM0091 20.6.6, 20.6.8; 18.4.8, 18.4.9).
+    // The timers capture both edges of the channel's own pin (RM0091 20.6.6, 20.6.8; 18.4.8,
+    // 18.4.9).
     right.ccmr_input(0).write(|w| w.set_ccs(0, CcmrInputCcs::TI4));
     right.ccer().write(|w| {
         w.set_cce(0, true);
@@ -116,19 +122,19 @@ pub fn open() -> [Eye; 2] {
         w.set_ccp(3, true);
         w.set_ccnp(3, true);
     });
-    // The rest of the register is the clock's.
+    // The other bits of the register belong to the clock.
     left.dier().modify(|w| w.set_ccde(3, true));
     eyes
 }
 
-/// From now on the radio's interrupts come.
+/// Enables the interrupt of the radio.
 pub fn watch() {
-    // A line of the external interrupts has its pin's number.
+    // A line of the external interrupts has the number of its pin.
     pac::SYSCFG.exticr(RADIO_IRQ / 4).modify(|w| w.set_exti(RADIO_IRQ % 4, PORT_A));
     pac::EXTI.ftsr(0).write(|w| w.set_line(RADIO_IRQ, true));
     pac::EXTI.imr(0).write(|w| w.set_line(RADIO_IRQ, true));
-    // SAFETY: everything that the handler needs is there from the start, and nothing relies on it
-    // being off.
+    // SAFETY: everything that the handler needs exists from the start, and no code relies on the
+    // interrupt being off.
     unsafe { interrupt::EXTI4_15.enable() };
 }
 

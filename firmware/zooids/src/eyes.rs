@@ -1,4 +1,4 @@
-//! The robot's pose, from two photodiodes under the projector.
+//! The robot's pose, which two photodiodes under the projector determine.
 
 use core::cell::RefCell;
 
@@ -13,39 +13,41 @@ use crate::edges::{self, Eye};
 static TRACKER: Mutex<CriticalSectionRawMutex, RefCell<Tracker>> =
     Mutex::new(RefCell::new(Tracker::new()));
 
-/// Between two looks of a blind robot.
+/// The time between two readings of the photodiodes while the robot does not know its position.
 const LOOK: Duration = Duration::from_millis(20);
 const HALF: u16 = (PATTERN_US / 2) as u16;
 const FRAME: Duration = Duration::from_micros(FRAME_US as u64);
 
-/// Times as the tracker takes them.
+/// Converts a time to the tracker's µs.
 fn us(at: Instant) -> u32 {
     at.as_ticks() as u32
 }
 
-/// Only one task holds it at a time: the borrow always succeeds.
+/// Runs `act` on the tracker. Only one task holds the tracker at a time, so the borrow always
+/// succeeds.
 fn with<R>(act: impl FnOnce(&mut Tracker) -> R) -> Option<R> {
     TRACKER.lock(|tracker| tracker.try_borrow_mut().ok().map(|mut tracker| act(&mut tracker)))
 }
 
-/// Returns the robot's pose now, unless it is blind.
+/// Returns the robot's pose at this moment, unless the robot is blind.
 pub fn pose() -> Option<Pose> {
     with(|tracker| tracker.pose(us(Instant::now())))?
 }
 
-/// Both photodiodes, and when to look at them.
+/// Both photodiodes, and the time of their next reading.
 pub struct Eyes {
     eyes: [Eye; 2],
     next: Instant,
 }
 
 impl Eyes {
-    /// They see from now on.
+    /// Starts to capture the edges of both photodiodes.
     pub fn open() -> Self {
         Eyes { eyes: edges::open(), next: Instant::MIN }
     }
 
-    /// Looks when a frame can be read, or is expected and does not come. May be dropped while it waits, and begun anew.
+    /// Waits until a frame can be read, or until an expected frame is overdue, and processes the
+    /// edges. The future may be dropped while it waits; the next call continues.
     pub async fn look(&mut self) {
         Timer::at(self.next).await;
         let now = Instant::now();
@@ -53,7 +55,7 @@ impl Eyes {
         right.look();
         left.look();
         let Some(begun) = right.decoder.begun() else {
-            // One that is lost does not move the next.
+            // A lost frame does not shift the time of the next one.
             self.next += if pose().is_some() { FRAME } else { LOOK };
             return;
         };
@@ -64,7 +66,7 @@ impl Eyes {
             return;
         }
         self.next += FRAME;
-        // The other photodiode has decoded the same frame.
+        // Both photodiodes must have decoded the same frame.
         let is_same = left.decoder.begun().is_some_and(|other| {
             u32::from(other.wrapping_sub(begun).wrapping_add(HALF)) < PATTERN_US
         });

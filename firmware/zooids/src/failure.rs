@@ -1,7 +1,7 @@
-//! The handling of failures of the firmware itself: the motors lose power first, then the robot
-//! notes the failure where a reset does not erase it, and restarts. After the restart it reports,
-//! and stands still: no script runs until the power is
-//! switched off and on. A robot whose battery is flat switches itself off in the same way.
+//! The handling of failures of the firmware itself. The motors lose power first. Then the robot
+//! writes a note of the failure to memory that a reset does not erase, and restarts. After the
+//! restart it reports the failure and stands still: no script runs until the power is switched off
+//! and on. A robot whose battery is flat switches itself off in the same way.
 
 use core::arch::naked_asm;
 use core::panic::PanicInfo;
@@ -12,10 +12,11 @@ use embassy_stm32::pac::RCC;
 
 use crate::motors;
 
-/// Marks a note as written by [`restart_after`]: memory holds anything after power-on.
+/// Marks a note as written by [`restart_after`], since memory holds anything after power-on.
 const WRITTEN: u32 = 0xb177_fa11;
 
-/// A word each: [`WRITTEN`], cause, pc, lr. Survives a reset, but not a loss of power.
+/// The note, of four words: [`WRITTEN`], cause, pc, lr. It survives a reset, but not a loss of
+/// power.
 #[unsafe(link_section = ".uninit.failure")]
 static mut NOTE: [u32; 4] = [0; 4];
 
@@ -23,26 +24,27 @@ static mut NOTE: [u32; 4] = [0; 4];
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum Failure {
-    /// A task showed no sign of life and the watchdog ended the program.
+    /// The watchdog ended the program, because a task showed no sign of life.
     Watchdog,
-    /// The program found a mistake of its own; `lr` is the address after the call of the panic
+    /// The program detected an error of its own. `lr` is the address after the call of the panic
     /// handler.
     Panic { lr: u32 },
-    /// The processor refused an instruction or an access, or the stack is full. `pc` is the instruction, 0 if the stack could
-    /// not hold it, and `lr` its caller.
+    /// The processor refused an instruction or an access, or the stack is full. `pc` is the address
+    /// of the instruction, 0 if the stack could not hold it, and `lr` the return address of its
+    /// caller.
     HardFault { pc: u32, lr: u32 },
-    /// The battery was flat: the robot has switched itself off.
+    /// The battery was flat, and the robot switched itself off.
     FlatBattery,
-    /// An exception or interrupt of this number, which nothing handles.
+    /// An exception or interrupt of this number occurred, which has no handler.
     Unhandled { number: u32 },
 }
 
-/// Returns the cause of the last reset, if it was not power-on or a person. Clears the chip's flags
-/// and the note.
+/// Returns the cause of the last reset, if that was a failure: not power-on, and not a reset by a
+/// person. Clears the chip's flags and the note.
 pub fn take() -> Option<Failure> {
     let flags = RCC.csr().read();
     RCC.csr().modify(|w| w.set_rmvf(true));
-    // SAFETY: the only access but for that of a failure, after which nothing else runs.
+    // SAFETY: the only other access is that of a failure, after which nothing else runs.
     let [written, cause, pc, lr] = unsafe {
         let note = read_volatile(&raw const NOTE);
         write_volatile(&raw mut NOTE, [0; 4]);
@@ -62,10 +64,10 @@ pub fn take() -> Option<Failure> {
     })
 }
 
-/// A cause beside the numbers of exceptions.
+/// A cause that is different from all exception numbers.
 const FLAT_BATTERY: u32 = u32::MAX;
 
-/// Starts anew without a script, for a battery that must not be emptied further.
+/// Restarts without a script, for a battery that must not be discharged further.
 pub fn switch_off() -> ! {
     restart_after(FLAT_BATTERY, 0, 0)
 }
@@ -85,19 +87,19 @@ fn panic(_: &PanicInfo<'_>) -> ! {
     restart_after(0, 0, lr)
 }
 
-/// Every exception and interrupt without a handler of its own.
+/// Handles every exception and interrupt without a handler of its own.
 #[cortex_m_rt::exception]
 unsafe fn DefaultHandler(_: i16) -> ! {
-    // SAFETY: reading ICSR has no effect. ARMv6-M B3.2.4: six bits.
+    // SAFETY: reading ICSR has no effect. The exception number has six bits (ARMv6-M B3.2.4).
     let active = unsafe { (*SCB::PTR).icsr.read() } & 0x3f;
     restart_after(active, 0, 0)
 }
 
-/// The stack pointer may be outside the memory: a full stack is one of the reasons to be here. So the handler begins with
-/// a stack pointer of its own, before anything is pushed.
+/// Handles a hard fault. A full stack is one of the causes, so the stack pointer may be outside the
+/// memory. The handler therefore sets a stack pointer of its own before anything is pushed.
 ///
 /// # Safety
-/// Called by the processor only.
+/// Only the processor may call this function.
 #[unsafe(no_mangle)]
 #[unsafe(naked)]
 unsafe extern "C" fn HardFault() -> ! {
@@ -115,7 +117,8 @@ extern "C" fn hard_fault(frame: *const u32) -> ! {
     motors::cut_power();
     let (mut pc, mut lr) = (0, 0);
     if STACK.contains(&(frame as usize)) && (frame as usize).is_multiple_of(4) {
-        // SAFETY: eight words from here on lie within the stack's memory; the exception has written them.
+        // SAFETY: the eight words from here on lie within the stack's memory, and the exception
+        // wrote them.
         unsafe {
             lr = frame.add(5).read_volatile();
             pc = frame.add(6).read_volatile();

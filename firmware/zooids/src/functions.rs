@@ -1,4 +1,5 @@
-//! The robot functions that scripts call: one entry in `robots/zooids/robot.toml` and one arm here.
+//! The robot functions that scripts call. Each has an entry in `robots/zooids/robot.toml` and an
+//! arm here.
 
 use core::ops::RangeInclusive;
 
@@ -23,11 +24,11 @@ use crate::robot::{self, function};
 use crate::sensors;
 use crate::time;
 
-/// Duties in percent of `forward()`, and of `left()` and `right()`.
+/// The duties of `forward()`, and of `left()` and `right()`, in percent.
 const FORWARD: i8 = 80;
 const TURN: i8 = 40;
 
-/// Steps between two status lines.
+/// The number of steps between two status lines.
 const STATUS_STEPS: u32 = 10 * robot::TICK_HZ as u32;
 
 /// The functions and settings that scripts can reach.
@@ -40,7 +41,7 @@ pub struct Zooid {
 type Result = core::result::Result<Reply<Tiny>, RobotFault>;
 
 impl Zooid {
-    /// The robot.
+    /// Returns the robot without a set-point.
     pub fn new(light: &'static LightChannel, setpoint: Writer<Drive>) -> Self {
         Zooid { light, setpoint, told_at: 0 }
     }
@@ -114,7 +115,7 @@ impl RobotHost<Tiny> for Zooid {
     }
 
     fn periods(&self) -> Periods {
-        // Each fits a byte: robots/spec/src/read.rs.
+        // Each period fits a byte (robots/spec/src/read.rs).
         Periods {
             beacon: robot::BEACON_STEPS as u8,
             forget: robot::FORGET_STEPS as u8,
@@ -192,14 +193,14 @@ fn within(value: i32, range: RangeInclusive<i32>) -> core::result::Result<i32, R
     if range.contains(&value) { Ok(value) } else { Err(RobotFault::Refused(Refusal::OutOfRange)) }
 }
 
-/// A coordinate: a number of mm.
+/// Reads argument `index` as a coordinate in mm.
 fn length<C: ByteCode, const N: usize>(
     arguments: &Arguments<'_, Tiny, C, N>,
     index: usize,
 ) -> core::result::Result<Length, RobotFault> {
     match arguments.item(index) {
         Argument::Float(mm) => units::from_mm(mm).ok_or(RobotFault::Refused(Refusal::OutOfRange)),
-        // 16 bits.
+        // Integers have 16 bits, so the product does not overflow.
         _ => Ok(integer(arguments, index)? * MM),
     }
 }

@@ -1,22 +1,24 @@
-//! I2C2 as a master, at 400 kHz (RM0091 26.4). The core waits for a transfer of four bytes for 0.1 ms, which is seldom enough.
+//! I2C2 as a master at 400 kHz (RM0091 26.4). The core waits 0.1 ms for a transfer of four bytes.
+//! Transfers are rare, so this is acceptable.
 //!
-//! `I2c` of embassy-stm32 0.6.0 waits as long, as it has to where no DMA channel is free for it, and takes 1.3 kB more.
+//! `I2c` of embassy-stm32 0.6.0 takes 1.3 kB more and waits as long, as no DMA channel is free for
+//! it.
 
 use embassy_stm32::pac::I2C2;
 use embassy_stm32::pac::i2c::regs::{Isr, Timingr};
 use embassy_stm32::pac::i2c::vals::{Autoend, Dir};
 
-/// No device answers, or the bus hangs.
+/// The error of a transfer: no device answers, or the bus hangs.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct NoAnswer;
 
-/// 48 MHz to 400 kHz, as the makers' firmware has it.
+/// The timing of 400 kHz at 48 MHz, as in the makers' firmware.
 const TIMING: Timingr = Timingr(0x0090_1850);
 
-/// Looks at the status before a transfer is given up: more than 2 ms.
+/// The number of status readings before a transfer fails: more than 2 ms.
 const PATIENCE: u32 = 20_000;
 
-/// Turns it on.
+/// Turns the peripheral on.
 pub fn start() {
     I2C2.timingr().write_value(TIMING);
     I2C2.cr1().write(|w| w.set_pe(true));
@@ -28,7 +30,7 @@ pub fn write(address: u8, bytes: &[u8]) -> Result<(), NoAnswer> {
     settle(result)
 }
 
-/// Writes a byte to a device, and reads at most 255 from it.
+/// Writes a byte to a device and reads at most 255 bytes from it.
 pub fn write_read(address: u8, byte: u8, bytes: &mut [u8]) -> Result<(), NoAnswer> {
     let result = send(address, &[byte], Autoend::SOFTWARE)
         .and_then(|()| wait(|isr| isr.tc()))
@@ -75,8 +77,8 @@ fn wait(is_done: impl Fn(Isr) -> bool) -> Result<(), NoAnswer> {
     Err(NoAnswer)
 }
 
-/// After a failure begins anew: without PE for three cycles of its clock, all flags and the state of the bus are as after a
-/// reset (26.4.5).
+/// Ends a transfer. After a failure it resets the peripheral: once PE was low for three cycles of
+/// the peripheral's clock, all flags and the state of the bus are as after a reset (26.4.5).
 fn settle(result: Result<(), NoAnswer>) -> Result<(), NoAnswer> {
     I2C2.icr().write(|w| w.set_stopcf(true));
     if result.is_err() {

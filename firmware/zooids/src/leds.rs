@@ -1,8 +1,10 @@
-//! The RGB LED. It is the script's, except while the firmware has something to show: a fault blinks red as often as its number
-//! until the script starts again, red all the time means that no script can run. A battery that will be empty soon shows by short
-//! flashes in the script's colour.
+//! The RGB LED. It belongs to the script, unless the firmware has something to show:
 //!
-//! The timer is set up by its registers, for the reason that `motors.rs` gives.
+//! * It blinks red the number of a fault until the script restarts.
+//! * It is lit red permanently when no script can run.
+//! * Short flashes in the script's colour show that the battery will be empty soon.
+//!
+//! The timer is set up by its registers, for the reason in `motors.rs`.
 
 use bittybuzz_runtime::blink::{self, PHASE};
 use bittybuzz_runtime::liveness::Pulse;
@@ -17,25 +19,26 @@ use embassy_time::{Instant, Timer};
 
 use crate::sensors;
 
-/// 48 MHz / 24 = 2 MHz
+/// 48 MHz / 24 = 2 MHz.
 const PRESCALER: u16 = 24;
-/// 2 MHz / 10000 = 200 Hz
+/// 2 MHz / 10000 = 200 Hz.
 const PERIOD: u16 = 10_000;
-/// The LED is very bright: an eighth of its light is plenty (SwarmUI divides all colours by 8).
+/// The compare value of a lit LED. An eighth of the light is enough, since the LED is very bright
+/// (SwarmUI divides all colours by 8).
 const ON: u16 = PERIOD / 8;
 
-/// The sum of [`RED`], [`GREEN`] and [`BLUE`].
+/// A sum of [`RED`], [`GREEN`] and [`BLUE`].
 pub type Color = u8;
-/// Channel 3.
+/// The bit of the red LED, on channel 3.
 pub const RED: Color = 1;
-/// The red LED's pin, of port A.
+/// The pin of the red LED on port A.
 const RED_PIN: usize = 10;
-/// Channel 4.
+/// The bit of the green LED, on channel 4.
 pub const GREEN: Color = 2;
-/// Channel 2.
+/// The bit of the blue LED, on channel 2.
 pub const BLUE: Color = 4;
 
-/// The content of the LED.
+/// The state that the LED shows.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Light {
     /// The script's colour.
@@ -46,7 +49,7 @@ pub enum Light {
     Stopped,
 }
 
-/// Carries the latest of them to the task.
+/// Carries the latest [`Light`] to the task.
 pub type LightChannel = Signal<CriticalSectionRawMutex, Light>;
 
 impl Light {
@@ -59,7 +62,7 @@ impl Light {
         }
     }
 
-    /// The colour in phase `phase`, in units of [`PHASE`].
+    /// Returns the colour in phase `phase`, in units of [`PHASE`].
     fn color(self, phase: u32) -> Color {
         match self {
             Light::Script(color) => color,
@@ -75,11 +78,11 @@ impl Light {
     }
 }
 
-/// The LED on TIM1: common anode, so that low shines.
+/// The LED on TIM1. It has a common anode, so a low level lights it.
 pub struct Led(());
 
 impl Led {
-    /// Dark.
+    /// Starts the timer with the LED dark.
     pub fn new() -> Self {
         let timer = pac::TIM1;
         timer.psc().write_value(PRESCALER - 1);
@@ -94,7 +97,7 @@ impl Led {
                 w.set_ocpe(channel, true);
             }
         });
-        // Active is low (RM0091 17.4.9, CCxP).
+        // The outputs are active low (RM0091 17.4.9, CCxP).
         timer.ccer().write(|w| {
             for channel in 1..4 {
                 w.set_cce(channel, true);
@@ -115,14 +118,14 @@ impl Led {
     }
 }
 
-/// Lets the red LED shine until the timer has it, for a robot that may get no further: its crystal may be dead. The pin is low
-/// as an output.
+/// Lights the red LED until the timer drives it, for a robot that gets no further because its
+/// crystal is dead. The pin is low as soon as it is an output.
 pub fn light_red() {
     pac::RCC.ahbenr().modify(|w| w.set_gpioaen(true));
     pac::GPIOA.moder().modify(|w| w.set_moder(RED_PIN, Moder::OUTPUT));
 }
 
-/// The task of the LED.
+/// Runs the task of the LED.
 #[embassy_executor::task]
 pub async fn shine(channel: &'static LightChannel, mut led: Led, pulse: Pulse) -> ! {
     let mut light = Light::Script(0);
@@ -131,7 +134,7 @@ pub async fn shine(channel: &'static LightChannel, mut led: Led, pulse: Pulse) -
     let mut next = Instant::now() + PHASE;
     loop {
         pulse.beat();
-        // Red, or dark where the script's colour has red in it.
+        // A flash toggles red: it is red, or dark if the script's colour contains red.
         let change = if sensors::charge().is_flash(flash) { RED } else { 0 };
         led.show(match light {
             Light::Script(color) => color ^ change,

@@ -1,8 +1,10 @@
-//! Messages to a debug probe, if the feature `defmt` is on; else the macros do nothing, not even compute their arguments.
+//! Log messages for a debug probe, if the feature `defmt` is on. Otherwise the macros do nothing,
+//! and do not evaluate their arguments.
 //!
-//! The buffer never waits for its reader (`disable-blocking-mode` of defmt-rtt): it would wait inside a critical section, and a
-//! robot whose cable is pulled would stand still until its watchdog restarts it. Instead defmt-rtt overwrites unread messages.
-//! So a message is only written if the buffer has room, and counted if not.
+//! The buffer never waits for its reader (`disable-blocking-mode` of defmt-rtt). It would wait
+//! inside a critical section, and a robot whose cable is pulled would stop until its watchdog
+//! restarts it. Instead defmt-rtt overwrites unread messages. A message is therefore only written
+//! if the buffer has room, and otherwise counted.
 
 #[cfg(feature = "defmt")]
 mod room {
@@ -15,10 +17,12 @@ mod room {
 
     static LOSSES: Losses = Losses::new();
 
-    /// Returns true if there is room for a message with `bytes` bytes of arguments. If others had none before, their number is
-    /// written first. Called by tasks only, never by an interrupt.
+    /// Returns true if there is room for a message with `bytes` bytes of arguments. If earlier
+    /// messages were lost, their number is written first. Only tasks may call this function, not
+    /// interrupts.
     pub fn has_room(bytes: usize) -> bool {
-        // SAFETY: defmt-rtt defines this static with this layout. The probe changes `read` alone, and it is atomic.
+        // SAFETY: defmt-rtt defines this static with this layout. The probe changes only `read`,
+        // which is atomic.
         let block = unsafe { &_SEGGER_RTT };
         match LOSSES.admit(bytes, block) {
             None => return false,
@@ -32,7 +36,7 @@ mod room {
 #[cfg(feature = "defmt")]
 pub use room::has_room;
 
-/// Most bytes of arguments in a message of the firmware.
+/// The maximum length of the arguments of a firmware message, in bytes.
 #[cfg(feature = "defmt")]
 pub const TEXT: usize = 24;
 

@@ -1,16 +1,17 @@
-//! BittyBuzz for Zooids: a Buzz script on the STM32F051, the nRF24L01+ as its radio, a projector as its positioning system.
+//! BittyBuzz for Zooids: runs a Buzz script on the STM32F051, with the nRF24L01+ as its radio and a
+//! projector as its positioning system.
 //!
-//! **Not tried on hardware**: the image is tested in emulation (`emulation/`).
+//! **Not tried on hardware**: the image is tested in emulation (`emulation/`) only.
 //!
 //! # Tasks
-//! | task | what it does |
+//! | task | function |
 //! |---|---|
 //! | [`run_script`] | the virtual machine at 10 Hz, in slices of at most 500 µs |
-//! | [`drive_motors`] | finds positions, applies the script's set-points, steers to goals, and stops the motors when set-points expire |
-//! | [`radio::talk`] | swarm messages to and from all other robots |
-//! | [`sensors::sense`] | battery, charger, touch |
-//! | [`leds::shine`] | the LED: the script's colour, or what has failed |
-//! | [`watchdog::feed`] | feeds the watchdog while all others live |
+//! | [`drive_motors`] | finds positions, drives the motors, and stops them when set-points expire |
+//! | [`radio::talk`] | exchanges swarm messages with all other robots |
+//! | [`sensors::sense`] | reads battery, charger and touch sensor |
+//! | [`leds::shine`] | shows the script's colour or a failure on the LED |
+//! | [`watchdog::feed`] | feeds the watchdog while all other tasks live |
 
 #![no_std]
 #![no_main]
@@ -66,14 +67,14 @@ use radio::nrf24::Nrf24;
 use settings::setting;
 use touch::Touch;
 
-/// Room for the lines that the script prints in a slice; only defmt reads it.
+/// The room for the lines that the script prints in a slice, in bytes. Only defmt reads it.
 const LOG_BYTES: usize = if cfg!(feature = "defmt") { 256 } else { 0 };
 
 static TASKS: Liveness = Liveness::new(5);
 static SETPOINTS: setpoint::Channel<Drive> = setpoint::Channel::new();
 static LIGHT: LightChannel = LightChannel::new();
 
-/// The memory of the machine for other robots.
+/// The sizes of the virtual machine's memory for other robots.
 const SIZES: Sizes = Sizes {
     neighbors: robot::NEIGHBORS as u8,
     bearings: robot::BEARINGS != 0,
@@ -84,11 +85,11 @@ const SLOTS: usize = robot::SLOTS + SIZES.slots();
 type Machine = Vm<Tiny, section::Section, SLOTS>;
 type ScriptTask = script::ScriptTask<Tiny, section::Section, Zooid, SLOTS>;
 
-/// The machine takes no more memory than the robot file promises.
+/// The virtual machine takes no more memory than the robot file promises.
 const _: () = assert!(size_of::<Machine>() <= robot::MEMORY - robot::QUEUE_MEMORY);
-/// With its sender and position a message fits a payload of the radio.
+/// A message with its sender and position fits a payload of the radio.
 const _: () = assert!(robot::FRAME_BYTES <= MESSAGE_MAX);
-/// The machine has the parts for which scripts are built.
+/// The virtual machine has the parts for which scripts are compiled.
 const _: () = assert!(robot::MATHS == section::Section::PARTS.has(Part::Maths));
 
 #[embassy_executor::main]
@@ -103,7 +104,7 @@ async fn main(spawner: Spawner) {
     pins::connect();
     clock::feed_radio();
 
-    // At most 60: the robot file.
+    // The cast is safe, since the robot file limits this setting to 60.
     let minimum = setting(robot::setting::MINIMUM_DUTY).map(|duty| duty as u8);
     let motors = Motors::new(Pilot::new(minimum), Eyes::open());
     let led = Led::new();
@@ -132,7 +133,7 @@ async fn main(spawner: Spawner) {
     let vm = VM.take();
     vm.set_network_capacity(SIZES);
     let script = SCRIPT.init(ScriptTask::new(vm, robot_id, zooid, pulse(0), LOG.take()));
-    // Else it must not restart for a charger.
+    // After any other failure the charger must not restart the robot.
     let watches_battery = matches!(failure, None | Some(Failure::FlatBattery));
     match failure {
         None => {}
@@ -153,8 +154,8 @@ async fn main(spawner: Spawner) {
     start(spawner, watchdog::feed(watchdog, &TASKS));
 }
 
-/// Each task is started once, so that there is a place for it. If there were none, the watchdog
-/// would reset the robot.
+/// Starts a task. Each one is started once, so a place for it is free. If there were none, the
+/// watchdog would reset the robot.
 fn start<S>(spawner: Spawner, task: Result<SpawnToken<S>, SpawnError>) {
     if let Ok(task) = task {
         spawner.spawn(task);

@@ -1,7 +1,9 @@
-//! Copying and clearing memory, small: the compiler's own functions are made for speed and take 1.1 kB here. These follow the
-//! run-time ABI (Run-time ABI for the Arm Architecture, 5.3.4): destination, source and number of bytes, or destination and number.
+//! Small functions that copy and clear memory. The compiler's own functions are made for speed and
+//! take 1.1 kB here. The arguments follow the run-time ABI (Run-time ABI for the Arm Architecture,
+//! 5.3.4): destination, source and number of bytes, or destination and number.
 //!
-//! From the last byte to the first; words are aligned where the name ends in 4 or 8, once what is left is a number of words.
+//! The functions work from the last byte to the first. If the name ends in 4 or 8, the addresses
+//! are aligned, and whole words are used as soon as the rest is a number of words.
 
 use core::arch::global_asm;
 

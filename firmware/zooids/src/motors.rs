@@ -1,15 +1,16 @@
-//! The two motors: an A3901 full bridge each, its two inputs on TIM2 with PWM of 40 kHz.
+//! The two motors. Each has an A3901 full bridge, whose two inputs are on TIM2 with a PWM of 40
+//! kHz.
 //!
 //! | motor | inputs | timer 2 |
 //! |---|---|---|
 //! | 1, left | PA0, PA1 | channels 1 and 2 |
 //! | 2, right | PA2, PA3 | channels 3 and 4 |
 //!
-//! Which of them is on the left follows from the makers' firmware, in which motor 1 alone turns the robot clockwise, seen from
-//! above (SwarmUI, position_control.c).
+//! The makers' firmware shows which motor is on the left: motor 1 alone turns the robot clockwise,
+//! seen from above (SwarmUI, position_control.c).
 //!
-//! The timer is set up by its registers: `SimplePwm` of embassy-stm32 0.6.0 takes 0.8 kB more here, nearly all of it a division of
-//! 64 bits for the frequency. With it the image would exceed its budget.
+//! The timer is set up by its registers. `SimplePwm` of embassy-stm32 0.6.0 takes 0.8 kB more here,
+//! nearly all of it a 64-bit division for the frequency, and the image would exceed its budget.
 
 use bittybuzz_motion::bridge::{COAST, Inputs, PERIOD, inputs};
 use bittybuzz_motion::drive::{Goal, Pilot, Wheels};
@@ -25,15 +26,15 @@ use crate::log::info;
 use crate::pins::MOTORS;
 use crate::sensors;
 
-/// 48 MHz / 12 = 4 MHz, of which a period of 100 steps is 40 kHz.
+/// 48 MHz / 12 = 4 MHz. A period of 100 steps then has 40 kHz.
 const PRESCALER: u16 = 12;
 
 /// A command for the motors.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Drive {
-    /// These duties.
+    /// Drive the wheels with these duties.
     Wheels(Wheels),
-    /// Go there and stand.
+    /// Drive to this goal and stop there.
     Goal(Goal),
 }
 
@@ -47,7 +48,7 @@ pub struct Motors {
 }
 
 impl Motors {
-    /// The motors have no power.
+    /// Starts the timer; the motors have no power.
     pub fn new(pilot: Pilot, eyes: Eyes) -> Self {
         let timer = pac::TIM2;
         timer.psc().write_value(PRESCALER - 1);
@@ -66,8 +67,8 @@ impl Motors {
         Motors { pilot, eyes, drive: None, inputs: [COAST; 2] }
     }
 
-    /// Applies the set-point to the motors. A robot that does not see where it is stands, and one that is being charged or
-    /// whose battery is empty has no power on its motors.
+    /// Applies the set-point to the motors. A robot that does not know its position stands still.
+    /// While the battery is charged or empty, the motors have no power.
     fn update(&mut self) {
         let now = Instant::now().as_ticks() as u32;
         let inputs = match (self.drive, eyes::pose()) {
@@ -121,15 +122,15 @@ fn duties(wheels: Wheels) -> [Inputs; 2] {
     [inputs(wheels.left), inputs(wheels.right)]
 }
 
-/// The inputs of a motor on two channels.
+/// Writes the inputs of a motor to two channels.
 fn set(channel: usize, inputs: Inputs) {
     for (index, compare) in inputs.into_iter().enumerate() {
         pac::TIM2.ccr(channel + index).write_value(compare.into());
     }
 }
 
-/// Takes the motors' power whatever state the program is in, until the next reset: the pins become plain outputs, low. The
-/// timer no longer reaches them.
+/// Cuts the motors' power until the next reset, whatever state the program is in. The pins become
+/// plain outputs, low, and the timer no longer reaches them.
 pub fn cut_power() {
     // A failure may come before the port is turned on.
     pac::RCC.ahbenr().modify(|w| w.set_gpioaen(true));

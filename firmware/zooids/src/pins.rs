@@ -1,9 +1,12 @@
-//! Connections of the pins to the peripherals whose drivers are this firmware's own (board v1.3), and the clocks of these
-//! peripherals. A driver knows its pins by their numbers here. Each of these drivers states the cost of embassy-stm32's.
+//! The pins of the peripherals with drivers of this firmware's own (board v1.3), and the clocks of
+//! these peripherals. A driver knows its pins by the numbers here. Each of these drivers states the
+//! cost of embassy-stm32's driver.
 //!
-//! The other pins are embassy-stm32's [`Input`](embassy_stm32::gpio::Input) and [`Output`](embassy_stm32::gpio::Output): the
-//! radio's CSN and CE, the charger, and the change line of the touch sensor. These four take 0.5 kB more than rows in the table
-//! below, and eight messages take 37,900 cycles to receive instead of 36,200, as CSN goes low and high twice for each.
+//! The other pins use embassy-stm32's [`Input`](embassy_stm32::gpio::Input) and
+//! [`Output`](embassy_stm32::gpio::Output): the radio's CSN and CE, the charger, and the change
+//! line of the touch sensor. These four take 0.5 kB more than rows in the table below. Receiving
+//! eight messages takes 37,900 cycles instead of 36,200, since CSN goes low and high twice for
+//! each.
 
 use Use::{Alternate, Bus, Captured, Fast, Input};
 use embassy_stm32::pac;
@@ -12,24 +15,25 @@ use embassy_stm32::pac::gpio::Gpio;
 /// The use of a pin.
 #[derive(Clone, Copy)]
 enum Use {
-    /// An input that something drives.
+    /// An input with an external driver.
     Input,
-    /// An output of a peripheral, by the number of its alternate function (data sheet of the STM32F051, tables 14 and 15).
+    /// An output of a peripheral; the number is that of the alternate function (data sheet of the
+    /// STM32F051, tables 14 and 15).
     Alternate(u32),
-    /// An output for more than 2 MHz.
+    /// An output of a peripheral for more than 2 MHz.
     Fast(u32),
-    /// A fast output that only ever pulls low.
+    /// An open-drain output of a peripheral, which only pulls low.
     Bus(u32),
-    /// An input of a peripheral, with a resistor to the supply.
+    /// An input of a peripheral, with a pull-up resistor.
     Captured(u32),
 }
 
-/// Low when the radio has an event: port A.
+/// The radio's interrupt line on port A, low when there is an event.
 pub const RADIO_IRQ: usize = 15;
-/// Photodiodes, high when lit: port B.
+/// The photodiodes on port B, high when lit.
 pub const RIGHT: usize = 9;
 pub const LEFT: usize = 1;
-/// Inputs of the motors' bridges, in order: port A.
+/// The inputs of the motors' bridges on port A, in order.
 pub const MOTORS: core::ops::Range<usize> = 0..4;
 
 const PORT_A: Port = Port::of(&[
@@ -61,14 +65,14 @@ const PORT_B: Port = Port::of(&[
     (11, Bus(1)),
 ]);
 
-/// Values of a port's registers (RM0091 8.4).
+/// The values of a port's registers (RM0091 8.4).
 struct Port {
     moder: u32,
     otyper: u32,
     ospeedr: u32,
     pupdr: u32,
     afr: [u32; 2],
-    /// Two bits for each pin that is used.
+    /// A mask with two bits for each pin that is used.
     used: u32,
 }
 
@@ -101,7 +105,8 @@ impl Port {
         port
     }
 
-    /// The pins of the debugger stay as they are.
+    /// Writes the registers. Pins that are not in the table, such as the debugger's, stay as they
+    /// are.
     fn set(&self, gpio: Gpio) {
         gpio.otyper().modify(|w| w.0 |= self.otyper);
         gpio.ospeedr().modify(|w| w.0 |= self.ospeedr);
@@ -113,7 +118,8 @@ impl Port {
     }
 }
 
-/// Connects everything. The ports' own clocks are on already.
+/// Connects all pins of the tables, and turns the peripherals' clocks on. The clocks of the ports
+/// are on already.
 pub fn connect() {
     pac::RCC.ahbenr().modify(|w| w.set_dmaen(true));
     pac::RCC.apb1enr().modify(|w| {

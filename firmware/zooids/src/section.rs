@@ -1,4 +1,4 @@
-//! The script's own section of flash: header and image, as the build or `bbz flash` has written it
+//! The script's section of flash: the header and the image, written by the build or by `bbz flash`
 //! ([`bittybuzz_runtime::section`]).
 
 use core::hint::black_box;
@@ -8,19 +8,20 @@ use bittybuzz_vm_core::Area;
 
 use crate::robot::{SCRIPT_ADDRESS, SCRIPT_SIZE};
 
-/// The script that the build puts there. Never read by this name: another script may have been
-/// flashed since.
+/// The script of the build. The program never reads it by this name, since another script may have
+/// been flashed later.
 #[used]
 #[unsafe(link_section = ".script")]
 static BUILT_IN: [u8; include_bytes!(concat!(env!("OUT_DIR"), "/script.bin")).len()] =
     *include_bytes!(concat!(env!("OUT_DIR"), "/script.bin"));
 
-/// The room of the image, after its header.
+/// The room for an image, after the header.
 pub type Section = Area<'static, { SCRIPT_SIZE - HEADER }>;
 
-/// The image that is in flash now. Empty, and so no image, if the section holds none.
+/// Returns the image in flash. It is empty, which is not a valid image, if the section holds none.
 pub fn image() -> Section {
-    // SAFETY: the section is flash that nothing writes while the program runs, and lies within the chip.
+    // SAFETY: the section is flash, lies within the chip, and is not written while the program
+    // runs.
     let (header, bytes) = unsafe {
         let section = black_box(SCRIPT_ADDRESS as *const u8);
         (section.cast::<[u8; HEADER]>().read(), &*section.add(HEADER).cast::<[u8; _]>())

@@ -1,15 +1,15 @@
-//! Battery, charger and touch: looked at from time to time.
+//! The sensors for battery, charger and touch, which are polled.
 //!
 //! | battery below | for | reaction |
 //! |---|---|---|
 //! | 3.42 V | 5 s | warns by its LED (SwarmUI's limit: 530 of 1023 steps, sensors.c) |
-//! | 3.3 V | 5 s more | takes the motors' power: the regulator cannot hold its 3.3 V any more |
-//! | 3.0 V | 5 s more | stops script and radio: an empty lithium cell is damaged |
+//! | 3.3 V | 5 s more | stops the motors: the regulator can no longer hold its 3.3 V |
+//! | 3.0 V | 5 s more | stops script and radio, since an empty lithium cell is damaged |
 //!
-//! A battery recovers when its load is gone, so that the way back leads over the charger, or power-on.
+//! A battery recovers without its load, so only the charger or power-on leads back up.
 //!
-//! The converter is read by its registers. `Adc` of embassy-stm32 0.6.0 takes 2.2 kB more, half of it a division of 64 bits, and
-//! an interrupt for each conversion of 21 µs.
+//! The converter is read by its registers. `Adc` of embassy-stm32 0.6.0 takes 2.2 kB more, half of
+//! it a 64-bit division, and needs an interrupt for each conversion of 21 µs.
 
 use bittybuzz_runtime::battery::{Charge, Ladder};
 use bittybuzz_runtime::liveness::{BEAT, Pulse};
@@ -27,7 +27,7 @@ static CHARGING: AtomicBool = AtomicBool::new(false);
 static TOUCHED: AtomicBool = AtomicBool::new(false);
 static BATTERY_MV: AtomicU16 = AtomicU16::new(0);
 
-/// Returns true if the battery is being charged: then neither motors nor radio have power.
+/// Returns true while the battery is charged. Motors and radio then have no power.
 pub fn is_charging() -> bool {
     CHARGING.load(Ordering::Relaxed)
 }
@@ -37,17 +37,18 @@ pub fn is_touched() -> bool {
     TOUCHED.load(Ordering::Relaxed)
 }
 
-/// The battery's voltage in mV.
+/// Returns the battery's voltage in mV.
 pub fn battery_mv() -> u16 {
     BATTERY_MV.load(Ordering::Relaxed)
 }
 
-/// mV below which each charge begins.
+/// The voltage in mV below which each state of charge begins.
 const LADDER_MV: [u16; 3] = [3420, 3300, 3000];
 
 static CHARGE: AtomicU8 = AtomicU8::new(Charge::Enough as u8);
 
-/// The battery's charge. A robot with [`Charge::Flat`] has switched itself off: it does nothing but look at the charger.
+/// Returns the battery's charge. A robot with [`Charge::Flat`] has switched itself off and only
+/// watches for the charger.
 pub fn charge() -> Charge {
     Charge::of_number(CHARGE.load(Ordering::Relaxed))
 }
@@ -62,21 +63,22 @@ pub fn set_charge(charge: Charge) {
     CHARGE.store(charge as u8, Ordering::Relaxed);
 }
 
-/// Acts upon the charge that the ladder has now.
+/// Processes a reading of the battery, and acts upon the new charge.
 fn judge(ladder: &mut Ladder) {
     let now = ladder.look(battery_mv(), is_charging());
     match (charge(), now) {
-        // The script begins anew, as after power-on.
+        // The script restarts as after power-on.
         (Charge::Flat, Charge::Enough) => SCB::sys_reset(),
         (Charge::Empty, Charge::Flat) => failure::switch_off(),
         _ => set_charge(now),
     }
 }
 
-/// Beats between two looks at the battery: a second.
+/// The number of beats between two readings of the battery: a second.
 const BATTERY_BEATS: u8 = 20;
 
-/// The first look, before any script can ask. The input `charger` is low while the battery is charged.
+/// Starts the sensors and reads them once, before the script starts. The input `charger` is low
+/// while the battery is charged.
 pub fn begin(charger: &Input<'static>) {
     i2c::start();
     start_adc();
@@ -92,7 +94,7 @@ fn look_at_battery() {
     BATTERY_MV.store(measure_battery(), Ordering::Relaxed);
 }
 
-/// The task.
+/// Runs the task that polls the sensors.
 #[embassy_executor::task]
 pub async fn sense(
     charger: Input<'static>,
@@ -123,7 +125,7 @@ pub async fn sense(
 /// Calibrates the converter and turns it on (RM0091 13.4).
 fn start_adc() {
     let adc = pac::ADC1;
-    // A quarter of 48 MHz.
+    // The converter's clock is a quarter of 48 MHz.
     adc.cfgr2().write(|w| w.set_ckmode(Ckmode::PCLK_DIV4));
     adc.cr().write(|w| w.set_adcal(true));
     while adc.cr().read().adcal() {}
@@ -133,23 +135,27 @@ fn start_adc() {
         w.set_chsel_x(VREFINT, true);
         w.set_chsel_x(VBAT, true);
     });
-    // Not within four cycles of the calibration's end: turned on again until it is (13.4.1).
+    // ADEN is ignored within four cycles of the calibration's end, so it is set until the converter
+    // is ready (13.4.1).
     while !adc.isr().read().adrdy() {
         adc.cr().modify(|w| w.set_aden(true));
     }
 }
 
-/// The channels of the internal reference and of the battery, which are converted in this order.
+/// The channels of the internal reference and of the battery, which the converter reads in this
+/// order.
 const VREFINT: usize = 17;
 const VBAT: usize = 18;
-/// The reference's steps at a supply of 3.3 V, measured by the maker of the chip (DS8668, table 4).
+/// The address of the reference's reading at a supply of 3.3 V, which the chip's maker measured
+/// (DS8668, table 4).
 const VREFINT_CAL: *const u16 = 0x1fff_f7ba as _;
 
-/// The voltage in mV: half of it is converted (RM0091 13.9), in 4095 steps of the supply. The supply is 3.3 V, or the voltage of a
-/// battery that has less, which follows from the reference (13.8). Takes 42 µs.
+/// Returns the battery's voltage in mV, in 42 µs. Half of the voltage is converted (RM0091 13.9),
+/// in 4095 steps of the supply. The supply is 3.3 V, or the battery's voltage if that is lower; the
+/// reference shows which (13.8).
 fn measure_battery() -> u16 {
     let adc = pac::ADC1;
-    // Divider and reference take current all the time.
+    // Divider and reference draw current permanently, so they are only on during the measurement.
     adc.ccr().modify(|w| {
         w.set_vbaten(true);
         w.set_vrefen(true);
@@ -158,15 +164,15 @@ fn measure_battery() -> u16 {
     let reference = converted();
     let steps = converted();
     adc.ccr().write(|_| {});
-    // SAFETY: a halfword that the maker of the chip has programmed.
+    // SAFETY: this is a halfword that the chip's maker programmed.
     let calibrated = u32::from(unsafe { VREFINT_CAL.read_volatile() });
-    // As many as at 3.3 V.
+    // Scales the reading to a supply of 3.3 V.
     let steps = steps * calibrated / reference.max(1);
     // 6602 / 4096 = 2 * 3300 / 4095
     ((steps * 6602) >> 12) as u16
 }
 
-/// The next conversion's result.
+/// Waits for the next conversion and returns its result.
 fn converted() -> u32 {
     while !pac::ADC1.isr().read().eoc() {}
     pac::ADC1.dr().read().data().into()

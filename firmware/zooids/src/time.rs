@@ -1,8 +1,9 @@
-//! The time that tasks wait by: TIM3 counts µs, and its channel 2 is the alarm (RM0091 18.3.8).
+//! The time driver: TIM3 counts µs, and its channel 2 is the alarm (RM0091 18.3.8).
 //!
-//! embassy-stm32 0.6.0 has a driver, too, which takes 0.7 kB more. Whenever a task begins to wait, that driver looks at all tasks that
-//! wait and sets the alarm anew, which was a third of what a robot executes that drives. Here all are looked at when the alarm
-//! comes, and the alarm is set anew only to be earlier.
+//! The driver of embassy-stm32 0.6.0 takes 0.7 kB more. Whenever a task begins to wait, that driver
+//! examines all waiting tasks and sets the alarm, which was a third of the instructions of a
+//! driving robot. This driver examines all tasks only when the alarm comes, and otherwise sets the
+//! alarm only to an earlier time.
 
 use core::cell::RefCell;
 use core::sync::atomic::{AtomicU32, Ordering};
@@ -19,15 +20,16 @@ use embassy_time_queue_utils::Queue;
 const PRESCALER: u16 = 48;
 const _: () = assert!(48_000_000 / PRESCALER as u64 == TICK_HZ);
 
-/// Half of the counter's period; channel 1 marks its end, the overflow that of the other half.
+/// The bits of half of the counter's period. Channel 1 marks the end of the first half, and the
+/// overflow that of the second.
 const HALF_BITS: u32 = 15;
-/// Channels in the model of the registers.
+/// The indices of the channels in the register crate, which counts from 0.
 const MIDDLE: usize = 0;
 const ALARM: usize = 1;
 
 /// The clock.
 struct Clock {
-    /// Halves of the counter's period that are over.
+    /// The number of halves of the counter's period that have passed.
     halves: AtomicU32,
     alarm: Mutex<CriticalSectionRawMutex, RefCell<Alarm>>,
 }
@@ -37,24 +39,26 @@ time_driver_impl!(static CLOCK: Clock = Clock {
     alarm: Mutex::new(RefCell::new(Alarm { queue: Queue::new(), at: u64::MAX })),
 });
 
-/// The waiting tasks, and a time not after the one at which the first of them is to be woken.
+/// The waiting tasks, and the time of the alarm, which is at or before the earliest of their times.
 struct Alarm {
     queue: Queue,
     at: u64,
 }
 
 impl Alarm {
-    /// Only the lower half of the time is compared: before that comes, other alarms may, which do nothing.
+    /// Sets the alarm. The hardware compares only the low 16 bits of the time, so the alarm may
+    /// come too early; such an alarm does nothing.
     fn set(&mut self, at: u64) {
         self.at = at;
         pac::TIM3.ccr(ALARM).write(|w| w.set_ccr(at as u16));
-        // A time that is over does not match any more, so that the program sets the event (18.4.6).
+        // The counter no longer matches a time in the past, so the program triggers the event
+        // (18.4.6).
         if at <= CLOCK.now() {
             pac::TIM3.egr().write(|w| w.set_ccg(ALARM, true));
         }
     }
 
-    /// Wakes those for whom it is time.
+    /// Wakes the tasks whose time has come, and sets the next alarm.
     fn wake(&mut self, now: u64) {
         if self.at <= now {
             let next = self.queue.next_expiration(now);
@@ -66,8 +70,8 @@ impl Alarm {
 impl Driver for Clock {
     fn now(&self) -> u64 {
         let halves = self.halves.load(Ordering::Relaxed);
-        // The counter is read after it. Its highest bit gives the half; the interrupt that counts
-        // halves may be pending.
+        // The counter is read after the halves. Its highest bit gives the current half, because the
+        // interrupt that counts halves may be pending.
         let count = u32::from(pac::TIM3.cnt().read().cnt());
         let halves = halves.wrapping_add((count >> HALF_BITS ^ halves) & 1);
         u64::from(halves) << HALF_BITS | u64::from(count & ((1 << HALF_BITS) - 1))
@@ -75,7 +79,7 @@ impl Driver for Clock {
 
     fn schedule_wake(&self, at: u64, waker: &Waker) {
         self.alarm.lock(|alarm| {
-            // Only one task holds it at a time.
+            // Only one task holds the alarm at a time, so the borrow always succeeds.
             if let Ok(mut alarm) = alarm.try_borrow_mut()
                 && alarm.queue.schedule_wake(at, waker)
                 && at < alarm.at
@@ -92,7 +96,7 @@ pub fn clock_us() -> u16 {
     pac::TIM3.cnt().read().cnt()
 }
 
-/// From now on time passes.
+/// Starts the clock.
 pub fn start() {
     let timer = pac::TIM3;
     pac::RCC.apb1enr().modify(|w| w.set_tim3en(true));
@@ -107,8 +111,8 @@ pub fn start() {
         w.set_ccie(ALARM, true);
     });
     timer.cr1().write(|w| w.set_cen(true));
-    // SAFETY: everything that the handler needs is there from the start, and nothing relies on it
-    // being off.
+    // SAFETY: everything that the handler needs exists from the start, and no code relies on the
+    // interrupt being off.
     unsafe { interrupt::TIM3.enable() };
 }
 
@@ -116,7 +120,8 @@ pub fn start() {
 fn TIM3() {
     let timer = pac::TIM3;
     let flags = timer.sr().read();
-    // Writing ones leaves flags that came meanwhile, and captures, which are the DMA controller's.
+    // Ones leave flags unchanged: those that were set meanwhile, and those of captures, which
+    // belong to the DMA controller.
     let mut seen = SrGp16(u32::MAX);
     seen.set_uif(!flags.uif());
     seen.set_ccif(MIDDLE, !flags.ccif(MIDDLE));

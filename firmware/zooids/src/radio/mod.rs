@@ -1,4 +1,4 @@
-//! Swarm messages by radio: broadcasts without acknowledgement.
+//! Swarm messages by radio, which are broadcasts without acknowledgement.
 
 pub mod nrf24;
 
@@ -16,15 +16,16 @@ use crate::settings::{chip, setting};
 use crate::{eyes, log, robot, sensors};
 use nrf24::{IRQ, Nrf24};
 
-/// Messages that wait for the script, and those that wait for the radio.
+/// The messages that wait for the script, and those that wait for the radio.
 pub static MAIL: Mail<Tiny, FRAME_BYTES, IN_QUEUE, OUT_QUEUE> = Mail::new();
 
-/// Payloads since the start: that came; of these, the ones that are no swarm messages; that were sent.
+/// The counts of payloads since the start: received ones, received ones that are no swarm messages,
+/// and sent ones.
 #[cfg(feature = "defmt")]
 pub static COUNTS: [portable_atomic::AtomicU32; 3] =
     [const { portable_atomic::AtomicU32::new(0) }; 3];
 
-/// A counter.
+/// The index of a counter in `COUNTS`, which only exists with defmt.
 #[derive(Clone, Copy)]
 enum Count {
     Heard,
@@ -32,18 +33,19 @@ enum Count {
     Sent,
 }
 
-/// Adds one. Without defmt there is no reader.
+/// Increments a counter. Without defmt the counters have no reader and do not exist.
 fn count(_what: Count) {
     #[cfg(feature = "defmt")]
     COUNTS[_what as usize].add(1, portable_atomic::Ordering::Relaxed);
 }
 
-/// The first message of several waits longer than the others by this factor: a robot does not hear those that begin 0.3 ms
-/// before it does.
+/// The factor by which the first message of several waits longer than the others. A robot cannot
+/// detect transmissions that began within the 0.3 ms before its own.
 const FIRST: u32 = 3;
 
-/// Busy looks after which a frame is sent in spite of them, as many as IEEE 802.15.4 allows (macMaxCSMABackoffs): neither a
-/// jammed channel nor a detector that never clears may silence a robot.
+/// The number of busy channel checks after which a frame is sent anyway, as many as IEEE 802.15.4
+/// allows (macMaxCSMABackoffs). Neither a jammed channel nor a detector that never clears may
+/// silence a robot.
 const BUSY_LOOKS: u8 = 4;
 
 /// The receiver of swarm messages.
@@ -51,12 +53,13 @@ struct SwarmReceiver {
     robot_id: u16,
     /// Messages from robots beyond this distance are discarded.
     range: Option<Length>,
-    /// True once it has reported that another robot has this one's id.
+    /// True once the log reported that another robot has this one's id.
     has_told: bool,
 }
 
 impl SwarmReceiver {
-    /// The sender's place is computed now: at the next step both robots may be elsewhere.
+    /// Handles a received payload. The sender's location is computed now, because both robots may
+    /// have moved by the next step.
     fn hear(&mut self, payload: &[u8]) {
         count(Count::Heard);
         let Some(Payload { robot, position, message }) = Payload::parse(payload) else {
@@ -82,15 +85,16 @@ impl SwarmReceiver {
     }
 }
 
-/// The task. It listens, but for the time that sending takes.
+/// Runs the task of the radio, which receives except while it sends.
 #[embassy_executor::task]
 pub async fn talk(mut radio: Nrf24, robot_id: u16, pulse: Pulse) -> ! {
     let range = setting(robot::setting::RANGE_MM).map(|mm| i32::from(mm) * MM);
     let mut ears = SwarmReceiver { robot_id, range, has_told: false };
-    // Also robots that have the same id by mistake send at different times, and so hear of it.
+    // The chip's hash is part of the seed. Robots that have the same id by mistake therefore send
+    // at different times, and can detect each other.
     let mut rng = Rng::new(chip(), robot_id);
     let mut payload = [0; PAYLOAD_MAX];
-    // When to try to send.
+    // The time of the next attempt to send.
     let mut turn: Option<Instant> = None;
     let mut busy_looks = 0;
     pulse.beat();
@@ -115,7 +119,7 @@ pub async fn talk(mut radio: Nrf24, robot_id: u16, pulse: Pulse) -> ! {
             Either3::Second(()) => {
                 let now = Instant::now();
                 if turn.is_none() {
-                    // Not at once: all robots may step at the same time.
+                    // The first message waits, because all robots may step at the same time.
                     turn = Some(now + pause(&mut rng) * FIRST);
                     continue;
                 }
@@ -135,7 +139,8 @@ pub async fn talk(mut radio: Nrf24, robot_id: u16, pulse: Pulse) -> ! {
                     None => turn = None,
                 }
             }
-            // Also without an interrupt: one that came while the radio was sending.
+            // Payloads are read without an interrupt, too, since one may have arrived while the
+            // radio was sending.
             Either3::First(()) | Either3::Third(()) => {}
         }
         radio.acknowledge();
@@ -145,7 +150,8 @@ pub async fn talk(mut radio: Nrf24, robot_id: u16, pulse: Pulse) -> ! {
     }
 }
 
-/// Writes the script's next message as a payload, with where the robot is now.
+/// Writes the script's next message and the robot's present position as a payload, and returns the
+/// length.
 fn fill(payload: &mut [u8; PAYLOAD_MAX], robot: u16) -> Option<usize> {
     let mut frame = [0; FRAME_BYTES];
     let length = MAIL.next_unsent(&mut frame)?;
@@ -153,7 +159,7 @@ fn fill(payload: &mut [u8; PAYLOAD_MAX], robot: u16) -> Option<usize> {
     Payload { robot, position, message: frame.get(..length)? }.write(payload)
 }
 
-/// Under the projector no coordinate is beyond 1 m.
+/// Rounds to whole mm. Under the projector no coordinate is beyond 1 m, so the result fits 16 bits.
 fn nearest_mm(length: i32) -> i16 {
     (length + MM / 2).div_euclid(MM) as i16
 }

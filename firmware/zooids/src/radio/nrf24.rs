@@ -1,11 +1,14 @@
-//! The nRF24L01+, on SPI1 and two pins, as far as broadcasts need it. Sections are those of its product specification 1.0.
+//! The nRF24L01+ on SPI1 and two pins, with the functions that broadcasts need. Sections are those
+//! of its product specification 1.0.
 //!
-//! Written for this robot: the crate rf24-rs 0.3.1 takes 2.4 kB of flash, three times as much and more than there is, and waits for
-//! the end of a transmission without letting other tasks run. Here a task waits for that. It does not wait for an SPI transfer of
-//! at most 33 bytes, since that takes 44 µs.
+//! The driver is written for this robot. The crate rf24-rs 0.3.1 takes 2.4 kB of flash, which is
+//! three times as much and more than is free, and it blocks all tasks until the end of a
+//! transmission. Here a task waits for that end. Only an SPI transfer of at most 33 bytes blocks,
+//! since it takes 44 µs.
 //!
-//! Such a transfer writes each byte before the one before it has come, by the registers. `Spi` of embassy-stm32 0.6.0 waits for
-//! each byte: to receive eight messages then takes 56,200 cycles instead of 36,200, and 0.7 kB more.
+//! Such a transfer writes each byte to the registers before the previous one has arrived. `Spi` of
+//! embassy-stm32 0.6.0 waits for each byte: receiving eight messages then takes 56,200 cycles
+//! instead of 36,200, and 0.7 kB more.
 
 use bittybuzz_comms::nrf24::{ADDRESS, CHANNEL, PAYLOAD_MAX};
 use embassy_stm32::Peri;
@@ -17,7 +20,7 @@ use embassy_sync::blocking_mutex::raw::CriticalSectionRawMutex;
 use embassy_sync::signal::Signal;
 use embassy_time::{Duration, Instant, Timer, with_timeout};
 
-/// The radio's interrupt line has gone low.
+/// Signalled when the radio's interrupt line goes low.
 pub static IRQ: Signal<CriticalSectionRawMutex, ()> = Signal::new();
 
 // Commands (8.3.1).
@@ -43,55 +46,59 @@ const TX_ADDR: u8 = 0x10;
 const DYNPD: u8 = 0x1c;
 const FEATURE: u8 = 0x1d;
 
-/// A checksum of two bytes, and no power.
+/// CONFIG of the powered-down radio, with a checksum of two bytes.
 const ASLEEP: u8 = 0b0000_1100;
-/// With power: it sends, or is in standby.
+/// CONFIG of the radio that sends or is in standby.
 const SENDER: u8 = ASLEEP | 0b10;
-/// With power: it receives.
+/// CONFIG of the radio that receives.
 const RECEIVER: u8 = SENDER | 0b1;
 
-/// In the status, in place of the number of a pipe: nothing was received.
+/// The value in the status, in place of a pipe number, if nothing was received.
 const RX_NONE: u8 = 0b1110;
 const RX_DR: u8 = 1 << 6;
 const TX_DS: u8 = 1 << 5;
 
-/// Each register that has another value after power-on (9.1), or may have had one before a reset of this processor alone.
+/// The values of all registers that differ from those after power-on (9.1), or that may have been
+/// changed before a reset of this processor alone.
 const SETUP: [(u8, u8); 9] = [
     (CONFIG, ASLEEP),
-    // Only pipe 0. Payloads have their own length only where acknowledgements are on; none is asked for.
+    // Only pipe 0 is used. Payloads can have dynamic length only with acknowledgements enabled,
+    // although the sender requests none.
     (EN_AA, 1),
     (EN_RXADDR, 1),
     (SETUP_AW, ADDRESS.len() as u8 - 2),
     (SETUP_RETR, 0),
     (RF_CH, CHANNEL),
-    // 2 Mbit/s, 0 dBm
+    // 2 Mbit/s at 0 dBm.
     (RF_SETUP, 0b0000_1110),
     (DYNPD, 1),
     // EN_DPL, EN_DYN_ACK
     (FEATURE, 0b101),
 ];
 
-/// The time that it needs after power-on before it answers (6.1.7, table 16).
+/// The time after power-on before the radio answers (6.1.7, table 16).
 const POWER_ON: Duration = Duration::from_millis(100);
-/// From power-down to standby, with more than enough for the clock from outside (table 16).
+/// The time from power-down to standby, with a large margin for the external clock (table 16).
 const START_UP: Duration = Duration::from_millis(5);
-/// From standby to a valid RPD: 130 µs to settle and 40 µs of signal (6.4), and a reserve for the clock.
+/// The time from standby to a valid RPD: 130 µs to settle and 40 µs of signal (6.4), and a margin
+/// for the clock.
 const DETECTION: Duration = Duration::from_micros(180);
-/// A payload is on the air after 130 µs and for 0.2 ms.
+/// The timeout of a transmission. A payload takes 130 µs to start and 0.2 ms on the air.
 const SENT: Duration = Duration::from_millis(2);
 
 /// The radio.
 pub struct Nrf24 {
-    /// The radio is not talked to while this is high.
+    /// The chip select line; low selects the radio.
     csn: Output<'static>,
     /// The radio sends or receives while this is high.
     ce: Output<'static>,
 }
 
 impl Nrf24 {
-    /// Sets SPI up; the radio is as it was.
+    /// Sets SPI up. The state of the radio does not change.
     pub fn new(csn: Peri<'static, PA4>, ce: Peri<'static, PB0>) -> Self {
-        // Mode 0, bytes, the first bit first (RM0091 28.9). An eighth of 48 MHz: the radio can do 10 MHz (table 20).
+        // SPI mode 0 with bytes, the most significant bit first (RM0091 28.9). The clock is an
+        // eighth of 48 MHz; the radio allows 10 MHz (table 20).
         SPI1.cr2().write(|w| {
             w.set_ds(Ds::BITS8);
             w.set_frxth(Frxth::QUARTER);
@@ -109,7 +116,7 @@ impl Nrf24 {
         }
     }
 
-    /// Sets it up, and lets it listen.
+    /// Sets the radio up and starts to receive.
     pub async fn start(&mut self) {
         Timer::at(Instant::MIN + POWER_ON).await;
         self.ce.set_low();
@@ -126,7 +133,7 @@ impl Nrf24 {
         self.listen();
     }
 
-    /// Switches it off.
+    /// Powers the radio down.
     pub fn sleep(&mut self) {
         self.ce.set_low();
         self.write(CONFIG, &[ASLEEP]);
@@ -137,13 +144,13 @@ impl Nrf24 {
         self.ce.set_high();
     }
 
-    /// Clears the interrupt's cause, before the payload is read: a payload that comes after that
-    /// pulls the line low again.
+    /// Clears the cause of the interrupt. Call this function before the payload is read, so that a
+    /// later payload pulls the line low again.
     pub fn acknowledge(&mut self) {
         self.write(STATUS, &[RX_DR]);
     }
 
-    /// The oldest payload that was received, and its length.
+    /// Copies the oldest received payload and returns its length.
     pub fn receive(&mut self, payload: &mut [u8; PAYLOAD_MAX]) -> Option<usize> {
         let mut length = [0];
         if self.transfer(R_RX_PL_WID, &mut length) & RX_NONE == RX_NONE {
@@ -151,7 +158,7 @@ impl Nrf24 {
         }
         let [length] = length;
         let Some(room) = payload.get_mut(..length.into()) else {
-            // Damaged, which the specification wants to be thrown away (8.3.1).
+            // The payload is damaged, and the specification requires a flush (8.3.1).
             self.command(FLUSH_RX);
             return Some(0);
         };
@@ -159,10 +166,10 @@ impl Nrf24 {
         Some(length.into())
     }
 
-    /// Returns true if another sender is on this channel: more than -64 dBm for 40 µs (6.4).
+    /// Returns true if another sender uses the channel: more than -64 dBm for 40 µs (6.4).
     ///
-    /// A received packet latches that register, and the specification does not say for how long while CE stays high. So CE goes low
-    /// before each look.
+    /// A received packet latches RPD, and the specification does not state for how long while CE
+    /// stays high. Therefore CE goes low before each check.
     pub async fn is_busy(&mut self) -> bool {
         self.ce.set_low();
         self.listen();
@@ -175,8 +182,8 @@ impl Nrf24 {
         self.ce.set_low();
         self.write(CONFIG, &[SENDER]);
         self.transfer(W_TX_PAYLOAD_NOACK, payload);
-        // A payload that came just before still waits in the FIFO; but while its cause holds the
-        // line low, there is no edge.
+        // A payload that arrived just before waits in the FIFO. Its interrupt is cleared, because
+        // no edge occurs while it holds the line low.
         self.write(STATUS, &[RX_DR]);
         IRQ.reset();
         self.ce.set_high();
@@ -188,7 +195,7 @@ impl Nrf24 {
         self.listen();
     }
 
-    /// Reads a register, or the answer to a command.
+    /// Reads a register, or the reply to a command.
     fn read(&mut self, command: u8) -> u8 {
         let mut value = [0];
         self.transfer(command, &mut value);
@@ -208,7 +215,7 @@ impl Nrf24 {
         self.transfer(command, &mut []);
     }
 
-    /// Sends a command, and bytes both ways; returns the status, which is the radio's first answer
+    /// Sends a command and exchanges bytes. Returns the status, which is the radio's first byte
     /// (8.3.1).
     fn transfer(&mut self, command: u8, bytes: &mut [u8]) -> u8 {
         self.csn.set_low();
@@ -216,7 +223,7 @@ impl Nrf24 {
         let mut answer = 0;
         let mut place = &mut answer;
         for byte in bytes.iter_mut() {
-            // A byte ahead, so that the bus never pauses.
+            // The next byte is written one byte ahead, so that the bus never pauses.
             SPI1.dr8().write_value(*byte);
             *place = answered();
             place = byte;
@@ -227,7 +234,7 @@ impl Nrf24 {
     }
 }
 
-/// The next byte that has come.
+/// Waits for the next received byte.
 fn answered() -> u8 {
     while !SPI1.sr().read().rxne() {}
     SPI1.dr8().read()
