@@ -2,9 +2,9 @@
 
 use avr_device::atmega328p::{AC, ADC, CPU, EEPROM, PORTB, PORTC, PORTD, TC0, TC1, TC2, USART0};
 
-/// Those that are used. They are no memory, and take none.
+/// The registers that the programs use. A value of this type takes no memory.
 ///
-/// `Peripherals` would note in memory, each time, that somebody has them.
+/// avr-device's `Peripherals` would record in memory that they are taken.
 #[allow(missing_docs, non_snake_case, reason = "the data sheet's names")]
 #[allow(dead_code, reason = "each program uses others")]
 pub struct Chip {
@@ -21,10 +21,11 @@ pub struct Chip {
     pub USART0: USART0,
 }
 
-/// The chip's registers.
+/// Returns access to the chip's registers.
 #[inline(always)]
 pub fn registers() -> Chip {
-    // SAFETY: each register has one room that uses it; what interrupts use, too, the others use with interrupts off.
+    // SAFETY: one module uses each register. Registers that interrupts use as well are only
+    // accessed with interrupts off.
     unsafe {
         Chip {
             AC: AC::steal(),

@@ -1,7 +1,9 @@
-//! Messages from the infrared receiver: the analog comparator, timer 1 with the time of each pulse, and the converter.
+//! The reception of infrared messages, with the analog comparator, timer 1 for the time of each
+//! pulse, and the converter.
 //!
-//! The comparator's output goes to the timer's input capture (data sheet 22.3.2, ACIC), so the time of a pulse is right
-//! however late the interrupt comes, as long as it comes before the next pulse.
+//! The comparator's output goes to the timer's input capture (data sheet 22.3.2, ACIC). The time of
+//! a pulse is therefore exact even if the interrupt is late, as long as it comes before the next
+//! pulse.
 
 use core::cell::Cell;
 
@@ -11,34 +13,34 @@ use bittybuzz_kilobot::receiver::{DEADLINE, Heard, Pulse, Receiver};
 use crate::adc;
 use crate::chip::{Chip, registers};
 
-/// The last message, until it is taken. Later ones are lost.
+/// The received message, until it is taken. Later messages are lost.
 static HEARD: Mutex<Cell<Option<Heard>>> = Mutex::new(Cell::new(None));
 
-/// The interrupts'.
+/// The receiver, which belongs to the interrupts.
 static mut RECEIVER: Receiver = Receiver::new();
 
-/// ACSR: capture by the timer, rising edges; and its flag, which a one clears.
+/// Bits of ACSR: capture by the timer on rising edges; and the flag, which a one clears.
 const CAPTURE: u8 = 0b0000_0111;
 const FLAG: u8 = 0b0001_0000;
 
-/// TIMSK1 and TIFR1: input capture, and the deadline (compare A).
+/// Bits of TIMSK1 and TIFR1: input capture, and the deadline (compare A).
 const ON_CAPTURE: u8 = 0b0010_0000;
 const ON_DEADLINE: u8 = 0b0000_0010;
 
-/// Begins to listen.
+/// Starts to receive.
 pub fn start(chip: &Chip) {
-    // SAFETY: the bits of the data sheet: 22.3 and 16.11.
+    // SAFETY: the bits follow the data sheet, 22.3 and 16.11.
     unsafe {
-        // The pins are the comparator's alone.
+        // The pins' digital inputs are off, since only the comparator uses the pins.
         chip.AC.didr1().write(|w| w.bits(0b11));
-        // Normal mode, 8 MHz, capture of rising edges.
+        // The timer runs in normal mode at 8 MHz and captures rising edges.
         chip.TC1.tccr1b().write(|w| w.bits(0b0100_0001));
     }
     adc::start(chip);
     resume(chip);
 }
 
-/// Discards the light that came while the robot did not listen: its own, when it was sending.
+/// Discards pulses that came while the robot did not listen: those of its own message.
 #[inline(never)] // -58 bytes
 pub fn resume(chip: &Chip) {
     // SAFETY: as above.
@@ -49,9 +51,10 @@ pub fn resume(chip: &Chip) {
     }
 }
 
-/// Returns true if light has come since [`resume`], while interrupts were off.
+/// Returns true if a pulse came since [`resume`], while interrupts were off.
 ///
-/// The flag keeps it: a pulse lasts 9 cycles, and may be over between two looks at the comparator's output.
+/// The flag records the pulse, which lasts 9 cycles and may be over between two readings of the
+/// comparator's output.
 pub fn has_seen_light(chip: &Chip) -> bool {
     chip.AC.acsr().read().aci().bit_is_set()
 }
@@ -60,16 +63,16 @@ pub fn has_seen_light(chip: &Chip) -> bool {
 #[inline(never)]
 pub fn is_busy() -> bool {
     let receiver = &raw const RECEIVER;
-    // SAFETY: meanwhile no interrupt changes it.
+    // SAFETY: no interrupt changes the receiver meanwhile.
     interrupt::free(|_| unsafe { &*receiver }.is_busy())
 }
 
-/// Returns true if a message has come in.
+/// Returns true if a received message waits.
 pub fn has_message() -> bool {
     interrupt::free(|guard| HEARD.borrow(guard).get().is_some())
 }
 
-/// The message that came in, if there is one.
+/// Takes the received message, if there is one.
 pub fn take() -> Option<Heard> {
     interrupt::free(|guard| HEARD.borrow(guard).take())
 }
@@ -78,11 +81,11 @@ pub fn take() -> Option<Heard> {
 fn TIMER1_CAPT() {
     let chip = registers();
     let at = chip.TC1.icr1().read().bits();
-    // Cleared, the flag starts the next conversion.
-    // SAFETY: the bits of the data sheet.
+    // Clearing the flag lets the next pulse start a conversion.
+    // SAFETY: the bits follow the data sheet.
     unsafe { chip.AC.acsr().write(|w| w.bits(CAPTURE | FLAG)) };
     let receiver = &raw mut RECEIVER;
-    // SAFETY: only the two handlers change it, and neither interrupts the other.
+    // SAFETY: only the two handlers change the receiver, and neither interrupts the other.
     let receiver = unsafe { &mut *receiver };
     match receiver.pulse(at) {
         Pulse::Inside => {}
@@ -112,15 +115,15 @@ fn TIMER1_CAPT() {
 #[avr_device::interrupt(atmega328p)]
 fn TIMER1_COMPA() {
     let receiver = &raw mut RECEIVER;
-    // SAFETY: only the two handlers change it, and neither interrupts the other.
+    // SAFETY: only the two handlers change the receiver, and neither interrupts the other.
     unsafe { &mut *receiver }.give_up();
     end(&registers());
 }
 
-/// By then the next byte must have begun.
+/// Sets the deadline by which the next byte must have begun.
 #[inline(never)]
 fn expect_by(chip: &Chip, start: u16) {
-    // SAFETY: any time may be compared with, and the bits are those above.
+    // SAFETY: any compare value is valid, and the bits are those above.
     unsafe {
         chip.TC1.ocr1a().write(|w| w.bits(start.wrapping_add(DEADLINE)));
         chip.TC1.tifr1().write(|w| w.bits(ON_DEADLINE));
@@ -128,7 +131,7 @@ fn expect_by(chip: &Chip, start: u16) {
     }
 }
 
-/// Waits for another message.
+/// Ends the reception and waits for another message.
 #[inline(never)]
 fn end(chip: &Chip) {
     // SAFETY: as above.

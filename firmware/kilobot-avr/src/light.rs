@@ -1,4 +1,4 @@
-//! The RGB LED: a lamp is on while its pin is an output (low), off while it is an input.
+//! The RGB LED. A lamp is on while its pin is an output (low), and off while the pin is an input.
 
 use bittybuzz_kilobot::light::Color;
 
@@ -8,14 +8,14 @@ use crate::chip::Chip;
 #[inline(never)]
 pub fn show(chip: &Chip, color: Color) {
     let bits = swapped(color.bits);
-    // SAFETY: the pins are the lamps'.
+    // SAFETY: the pins belong to the lamps.
     unsafe {
         chip.PORTC.ddrc().modify(|r, w| w.bits(r.bits() & !0b0011_1100 | bits & 0b0011_1100));
         chip.PORTD.ddrd().modify(|r, w| w.bits(r.bits() & !0b0011_0000 | (bits & 0b0011) << 4));
     }
 }
 
-/// The lower bit of each pair lights the higher pin.
+/// Swaps the bits of each pair, since the lower bit lights the higher pin.
 fn swapped(bits: u8) -> u8 {
     (bits & 0b0101_0101) << 1 | (bits >> 1) & 0b0101_0101
 }

@@ -1,16 +1,19 @@
-//! BittyBuzz for Kilobots: a Buzz script on the ATmega328P, with infrared light as its radio.
+//! BittyBuzz for Kilobots: runs a Buzz script on the ATmega328P, with infrared light as its radio.
 //!
-//! **Not tried on hardware**: the image is tested in emulation (`emulation/`).
+//! **Not tried on hardware**: the image is tested in emulation (`emulation/`) only.
 //!
-//! One loop does everything in turn, and never waits: it takes the message that has come in, does what the overhead controller
-//! wants, runs a slice of the script, sends a message when it is time. Interrupts only note pulses of light and the time. While
-//! it sends, 4.4 ms, everything else stands still, as in kilolib.
+//! One loop does all work in turn and never waits: it handles a received message, follows the
+//! overhead controller, runs a slice of the script, and sends a message when it is time. Interrupts
+//! only record pulses of light and the time. Sending takes 4.4 ms and blocks everything else, as in
+//! kilolib.
 //!
 //! # Memory
-//! Of 2,048 bytes the machine and its queues take at most [`toml::MEMORY`], all static; the rest is for drivers and stack.
+//! The virtual machine and its queues take at most [`toml::MEMORY`] of the 2,048 bytes, all static.
+//! The rest is for drivers and stack.
 //!
-//! # What it will not do
-//! `log`: nobody is there to read it. Receive programs: the robot's boot loader does.
+//! # Not included
+//! `log` does nothing, since no debug probe reads it. The robot's boot loader receives programs,
+//! not this firmware.
 
 #![no_std]
 #![no_main]
@@ -58,7 +61,7 @@ unsafe extern "C" {}
 #[link(name = "c", kind = "static", modifiers = "-bundle")]
 unsafe extern "C" {}
 
-/// The machine's memory for other robots.
+/// The sizes of the virtual machine's memory for other robots.
 const SIZES: Sizes = Sizes {
     neighbors: toml::NEIGHBORS as u8,
     bearings: toml::BEARINGS != 0,
@@ -67,22 +70,23 @@ const SIZES: Sizes = Sizes {
 };
 const SLOTS: usize = toml::SLOTS + SIZES.slots();
 
-/// The machine takes no more memory than the robot file promises.
+/// The virtual machine takes no more memory than the robot file promises.
 const _: () = assert!(size_of::<Machine>() <= toml::MEMORY - toml::QUEUE_MEMORY);
 
-/// Nothing panics: with a panic left in it the program does not link.
+/// Makes the link fail if the program contains a panic.
 #[panic_handler]
 fn panic(_: &core::panic::PanicInfo) -> ! {
     unsafe extern "C" {
         fn the_program_contains_a_panic() -> !;
     }
-    // SAFETY: it does not exist, so this never links.
+    // SAFETY: the function does not exist, so this never links.
     unsafe { the_program_contains_a_panic() }
 }
 
 static mut BODY: App = App::new();
 
-// A name for what the script is doing (`bittybuzz_kilobot::phase`), for emulators: nothing is added to the image.
+// A symbol at the script's phase (`bittybuzz_kilobot::phase`), for emulators. It adds nothing to
+// the image.
 global_asm!(
     ".global bbz_phase",
     ".set bbz_phase, {body} + {phase}",
@@ -95,10 +99,10 @@ fn main() -> ! {
     let was_stuck = power::was_stuck();
     static mut VM: Machine = Vm::new();
     let (vm, body) = (&raw mut VM, &raw mut BODY);
-    // SAFETY: the only references to them; main runs once.
+    // SAFETY: these are the only references to the statics, and main runs once.
     let (vm, body) = unsafe { (&mut *vm, &mut *body) };
     body.begin(was_stuck);
-    // SAFETY: what the handlers need is there.
+    // SAFETY: everything that the handlers need is set up.
     unsafe { avr_device::interrupt::enable() };
     loop {
         power::feed();
@@ -108,22 +112,23 @@ fn main() -> ! {
     }
 }
 
-/// Everything but the machine.
+/// The state of the program, except the virtual machine.
 struct App {
     robot: KilobotHost,
     script: ScriptSchedule,
     sender: Sender,
-    /// Messages sent, modulo 256.
+    /// The number of sent messages, modulo 256.
     sent: u8,
     blinker: Blinker,
-    /// Pins of port B that send.
+    /// The pins of port B that drive the infrared diodes.
     transmitters: u8,
-    /// The watchdog has reset the robot: no script runs until the controller resets it.
+    /// True if the watchdog has reset the robot. No script then runs until the controller resets
+    /// the robot.
     was_stuck: bool,
 }
 
 impl App {
-    /// Zeros, which take no flash.
+    /// Returns the initial state, all zeros, which takes no flash.
     const fn new() -> Self {
         App {
             robot: KilobotHost::new(),
@@ -136,7 +141,7 @@ impl App {
         }
     }
 
-    /// The robot is switched on.
+    /// Sets the hardware up and reads the calibration at power-on.
     #[inline(never)]
     fn begin(&mut self, was_stuck: bool) {
         self.was_stuck = was_stuck;
@@ -156,7 +161,8 @@ impl App {
             eeprom::read(chip, straight_left),
             eeprom::read(chip, straight_right),
         ];
-        // Robots that are switched on together send one after the other.
+        // The id delays the first message, so that robots that are switched on together send one
+        // after the other.
         self.sender = Sender::start(0, id as u8);
     }
 
@@ -179,10 +185,10 @@ impl App {
         has_heard || (is_running && self.script.goes_on())
     }
 
-    /// Takes the message that has come in.
+    /// Handles the received message.
     #[inline(never)] // Else each turn would make room for the message: 300 cycles.
     fn hear(&mut self) {
-        // Moved out of the option it would be copied once more, in 20 bytes of flash.
+        // Moving the message out of the option would copy it once more, in 20 bytes of flash.
         let Some(heard) = &hear::take() else { return };
         let Some((kind, data)) = infrared::opened(&heard.message) else { return };
         let robot = &mut self.robot;
@@ -190,7 +196,7 @@ impl App {
             let mm = distance(heard.amplitudes, |gain, index| {
                 calibration::entry(gain, index, |address| eeprom::read(&registers(), address))
             });
-            // It takes no others than those of swarms.
+            // The inbox accepts only swarm frames.
             return robot.inbox.push(&infrared::frame(kind, data), mm.unwrap_or(0));
         }
         let was = robot.mode.state;
@@ -207,7 +213,7 @@ impl App {
         }
     }
 
-    /// Keeps id and duties.
+    /// Stores id and duties in the EEPROM.
     #[inline(never)]
     fn store(&mut self) {
         let mode = &self.robot.mode;
@@ -221,7 +227,7 @@ impl App {
         eeprom::write(&registers(), straight_right, mode.duties[3]);
     }
 
-    /// Does the work of the robot's state; returns the LED's colour.
+    /// Does the work of the robot's state, and returns the LED's colour.
     #[inline(never)]
     fn live(&mut self, vm: &mut Machine, now: u16) -> Color {
         let robot = &mut self.robot;
@@ -259,7 +265,7 @@ impl App {
         }
     }
 
-    /// Sleeps for eight seconds; then listens for ten ms, and for longer if another robot sends.
+    /// Sleeps for eight seconds, then listens for ten ms, and for longer if another robot sends.
     #[inline(never)]
     fn sleep(&mut self) {
         let chip = &registers();
@@ -275,8 +281,9 @@ impl App {
         }
     }
 
-    /// Sends the next message, or the report of a fault: in the pause after it every second time, for good if the script does
-    /// not run again. A contained fault is reported every 16th time.
+    /// Sends the next message or the report of a fault. During the pause before a restart every
+    /// second message is the report; if the script does not run again, every message is. A
+    /// contained fault is reported in every 16th message.
     #[inline(never)]
     fn send(&mut self, now: u16) {
         if hear::is_busy() {
@@ -296,7 +303,7 @@ impl App {
                 let [kind, data @ ..] = &frame;
                 infrared::sealed(*kind, data)
             }
-            // In a pause the report also takes the turn of messages that are not there.
+            // In a pause the report also replaces messages that are missing.
             None if is_turn || !is_on => robot.report,
             None => return,
         };
@@ -304,7 +311,8 @@ impl App {
             self.sender.sent(now);
             self.sent = self.sent.wrapping_add(1);
         } else {
-            // The timers of two robots are never the same for long.
+            // The low byte of timer 1 serves as a random number, since the timers of two robots
+            // soon differ.
             let random = registers().TC1.tcnt1().read().bits() as u8;
             self.sender.collided(now, random);
             let [data @ .., kind, _, _] = &message;

@@ -1,14 +1,15 @@
-//! The vibration motors: timer 2, phase-correct PWM of 1961 Hz, left at PB3 (OC2A), right at PD3 (OC2B).
+//! The vibration motors, on timer 2 with phase-correct PWM of 1961 Hz: left at PB3 (OC2A), right at
+//! PD3 (OC2B).
 
 use crate::chip::Chip;
 
 const LEFT: u8 = 1 << 3;
 const RIGHT: u8 = 1 << 3;
 
-/// Stopped. The timer runs.
+/// Starts the timer; the motors stand still.
 #[inline(never)]
 pub fn start(chip: &Chip) {
-    // SAFETY: phase-correct, not inverted, 8 MHz / 8 (data sheet 18.11).
+    // SAFETY: this selects phase-correct PWM, not inverted, at 8 MHz / 8 (data sheet 18.11).
     unsafe {
         chip.TC2.tccr2a().write(|w| w.bits(0b1010_0001));
         chip.TC2.tccr2b().write(|w| w.bits(0b0000_0010));
@@ -16,10 +17,11 @@ pub fn start(chip: &Chip) {
     drive(chip, [0, 0]);
 }
 
-/// Duties of left and right motor, 0 to 255. The pins of motors that stand are inputs.
+/// Sets the duties of left and right motor, 0 to 255. The pin of a motor that stands still is an
+/// input.
 #[inline(never)]
 pub fn drive(chip: &Chip, [left, right]: [u8; 2]) {
-    // SAFETY: the pins are the motors'.
+    // SAFETY: the pins belong to the motors.
     unsafe {
         chip.TC2.ocr2a().write(|w| w.bits(left));
         chip.TC2.ocr2b().write(|w| w.bits(right));

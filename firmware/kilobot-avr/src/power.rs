@@ -1,4 +1,4 @@
-//! Switching on, sleeping, and the ways out of the program.
+//! Power-on, sleep, the watchdog, and the jumps to other programs.
 
 use core::arch::{asm, global_asm};
 
@@ -8,8 +8,8 @@ use bittybuzz_kilobot::calibration::OSCILLATOR;
 use crate::chip::Chip;
 use crate::{adc, clock, eeprom, hear};
 
-// Before anything else: the watchdog, which may have reset the robot, is still on and fast (data sheet 11.8.2). r2 keeps
-// why the robot was reset; the start-up code does not use it.
+// This code runs first. The watchdog may have reset the robot, and is then still on with a short
+// timeout (data sheet 11.8.2). r2 keeps the cause of the reset; the start-up code does not use r2.
 global_asm!(
     ".section .init3, \"ax\", @progbits",
     "wdr",
@@ -21,44 +21,46 @@ global_asm!(
     ".text"
 );
 
-/// MCUSR: the watchdog.
+/// The bit of MCUSR for a reset by the watchdog.
 const BY_WATCHDOG: u8 = 1 << 3;
 
-/// Pin D2 feeds the receiver.
+/// The pin D2, which supplies the receiver.
 const RECEIVER: u8 = 1 << 2;
 
-/// Watchdog of two seconds that resets, and of eight that wakes: WDTCSR (data sheet 11.9.2).
+/// Values of WDTCSR: a watchdog that resets after two seconds, one that wakes after eight, and none
+/// (data sheet 11.9.2).
 const RESET_2S: u8 = 0b0000_1111;
 const WAKE_8S: u8 = 0b0110_0001;
 const OFF: u8 = 0;
 
-/// Returns true if the watchdog has reset the robot. Must be called first.
+/// Returns true if the watchdog has reset the robot. Call this function first.
 #[inline(always)]
 pub fn was_stuck() -> bool {
     let cause: u8;
-    // SAFETY: reads a register that nothing has used since the code above.
+    // SAFETY: this reads a register that no code has used since the code above.
     unsafe {
         asm!("mov {cause}, r2", cause = out(reg) cause, options(nomem, nostack, preserves_flags))
     };
     cause & BY_WATCHDOG != 0
 }
 
-/// Everything off but the receiver, the oscillator corrected, the watchdog on.
+/// Turns everything off except the receiver, corrects the oscillator, and starts the watchdog.
 #[inline(never)]
 pub fn start(chip: &Chip) {
     ports(chip, RECEIVER);
     let correction = eeprom::read(chip, OSCILLATOR);
     if correction != 0xff {
-        // SAFETY: as it was measured for this robot.
+        // SAFETY: the value was measured for this robot.
         unsafe { chip.CPU.osccal().write(|w| w.bits(correction)) };
     }
     watch(chip, RESET_2S);
 }
 
-/// Pins that are outputs and high at port D; all others are inputs and low.
+/// Makes the pins `high` of port D outputs with a high level. All other pins become inputs with a
+/// low level.
 #[inline(never)]
 fn ports(chip: &Chip, high: u8) {
-    // SAFETY: nothing shines, nothing moves.
+    // SAFETY: with these values all diodes and motors are off.
     unsafe {
         chip.PORTB.ddrb().write(|w| w.bits(0));
         chip.PORTB.portb().write(|w| w.bits(0));
@@ -73,7 +75,7 @@ fn ports(chip: &Chip, high: u8) {
 #[inline(never)]
 fn watch(_: &Chip, what: u8) {
     interrupt::free(|_| {
-        // WDCE and WDE first, what is wanted at most four cycles later.
+        // The new value must follow at most four cycles after WDCE and WDE were set.
         // SAFETY: WDTCSR is at 0x60.
         unsafe {
             asm!("wdr", "sts 0x60, {change}", "sts 0x60, {what}",
@@ -87,16 +89,16 @@ pub fn is_charging(chip: &Chip) -> bool {
     chip.PORTD.pind().read().bits() & 1 == 0
 }
 
-/// The program lives.
+/// Feeds the watchdog.
 pub fn feed() {
     instruction::wdr();
 }
 
-/// Halts the processor until the next interrupt, a ms from now at the latest. All else goes on.
+/// Halts the processor until the next interrupt, at most for a ms. All peripherals keep running.
 #[inline(always)]
 pub fn doze(chip: &Chip) {
     clock::wake_soon(chip);
-    // SAFETY: idle, sleep enabled, and disabled (data sheet 10.11.1).
+    // SAFETY: this selects idle mode and enables sleep; below it is disabled (data sheet 10.11.1).
     unsafe { chip.CPU.smcr().write(|w| w.bits(0b0000_0001)) };
     instruction::sleep();
     // SAFETY: as before.
@@ -106,20 +108,20 @@ pub fn doze(chip: &Chip) {
 /// Sleeps for eight seconds, with everything off.
 #[inline(never)]
 pub fn sleep(chip: &Chip) {
-    // The comparator would go on drawing current.
-    // SAFETY: bit ACD.
+    // The comparator is turned off, since it would continue to draw current.
+    // SAFETY: this sets only the bit ACD.
     unsafe { chip.AC.acsr().write(|w| w.bits(0x80)) };
     adc::stop(chip);
     ports(chip, 0);
     watch(chip, WAKE_8S);
-    // SAFETY: power-down, sleep enabled (data sheet 10.11.1).
+    // SAFETY: this selects power-down and enables sleep (data sheet 10.11.1).
     unsafe { chip.CPU.smcr().write(|w| w.bits(0b0000_0101)) };
     instruction::sleep();
-    // SAFETY: sleep disabled.
+    // SAFETY: this disables sleep.
     unsafe { chip.CPU.smcr().write(|w| w.bits(0)) };
     ports(chip, RECEIVER);
     watch(chip, RESET_2S);
-    // The receiver needs 300 µs.
+    // The receiver needs 300 µs to start.
     pause(300);
     adc::start(chip);
     hear::resume(chip);
@@ -133,30 +135,30 @@ pub fn pause(us: u16) {
     }
 }
 
-// Wakes the robot.
+// The interrupt only wakes the robot.
 #[avr_device::interrupt(atmega328p)]
 fn WDT() {}
 
-/// Starts anew.
+/// Restarts the program.
 pub fn reset(chip: &Chip) -> ! {
     leave(chip);
-    // SAFETY: the program begins there, and sets all that it uses.
+    // SAFETY: the program begins at address 0, and initializes everything that it uses.
     unsafe { asm!("jmp 0", options(noreturn)) }
 }
 
 /// Starts the boot loader.
 pub fn boot(chip: &Chip) -> ! {
     leave(chip);
-    // SAFETY: the robot's own program, which does not come back.
+    // SAFETY: the boot loader is at this address, and does not return.
     unsafe { asm!("jmp 0x7000", options(noreturn)) }
 }
 
-/// Restores the state after a reset, as far as the next program relies on it.
+/// Restores the state after a reset, as far as the next program relies on that state.
 fn leave(chip: &Chip) {
     interrupt::disable();
     watch(chip, OFF);
     ports(chip, 0);
-    // SAFETY: no timer interrupts.
+    // SAFETY: this turns the timers' interrupts off.
     unsafe {
         chip.TC0.timsk0().write(|w| w.bits(0));
         chip.TC1.timsk1().write(|w| w.bits(0));

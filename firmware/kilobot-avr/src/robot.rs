@@ -1,4 +1,5 @@
-//! The robot as the script reaches it: its functions, one entry in `robots/kilobot/robot.toml` and one arm here, and its messages.
+//! The virtual machine's host: the robot's functions and its messages. Each function has an entry
+//! in `robots/kilobot/robot.toml` and an arm here.
 
 use bittybuzz_comms::infrared::{CONTAINED, FaultReport, MESSAGE};
 use bittybuzz_comms::queue::{Inbox, Outbox};
@@ -17,31 +18,32 @@ use crate::chip::registers;
 use crate::toml::{self, function};
 use crate::{clock, hear};
 
-/// The robot.
+/// The robot without its virtual machine.
 pub struct KilobotHost {
-    /// The robot's state.
+    /// The mode that the overhead controller selected, with id and motor calibration.
     pub mode: ModeSwitch,
     /// The duties of its motors.
     pub motors: Motors,
     /// The script's colour.
     pub color: Color,
-    /// Frames that wait for the script, each with the distance in mm, 0 if it is not known.
+    /// The frames that wait for the script, each with the distance in mm, or 0 if the distance is
+    /// unknown.
     pub inbox: Inbox<Tiny, u8, { toml::FRAME_BYTES }, { toml::IN_QUEUE }>,
-    /// Frames that wait to be sent.
+    /// The frames that wait to be sent.
     pub outbox: Outbox<Tiny, { toml::FRAME_BYTES }, { toml::OUT_QUEUE }>,
     /// The running `delay`.
     pub delay: Delay,
     /// The lower half of the script's hash.
     pub script: u16,
-    /// The message about the last fault that stopped the script, else about the first contained one since its start; zeros
-    /// if there was none.
+    /// The message about the last fault that stopped the script, or else about the first contained
+    /// fault since the script's start. It is zeros if there was none.
     pub report: [u8; MESSAGE],
 }
 
 type Result = core::result::Result<Reply<Tiny>, RobotFault>;
 
 impl KilobotHost {
-    /// Nothing is known yet: zeros, which take no flash.
+    /// Returns the initial state, all zeros, which takes no flash.
     pub const fn new() -> Self {
         KilobotHost {
             mode: ModeSwitch::new(0, [0; 4]),
@@ -55,7 +57,7 @@ impl KilobotHost {
         }
     }
 
-    /// Prepares the message about a fault; `None` if the robot refuses the image.
+    /// Prepares the message about a fault. `None` means that the robot refuses the image.
     #[inline(never)]
     pub fn note(&mut self, fault: Option<Fault>, is_contained: bool) {
         let report = FaultReport { robot: self.mode.id, script: self.script, fault, is_contained };
@@ -76,7 +78,7 @@ impl KilobotHost {
 }
 
 impl Host<Tiny> for KilobotHost {
-    // The question is a bit of a register that the processor tests in two cycles.
+    // `is_slice_over` tests one bit of a register, which takes two cycles.
     const IS_TIMED: bool = true;
 
     fn is_slice_over(&mut self) -> bool {
@@ -138,7 +140,7 @@ impl Host<Tiny> for KilobotHost {
     }
 
     fn periods(&self) -> Periods {
-        // Each fits a byte: robots/spec/src/read.rs.
+        // Each period fits a byte (robots/spec/src/read.rs).
         Periods {
             beacon: toml::BEACON_STEPS as u8,
             forget: toml::FORGET_STEPS as u8,
@@ -171,7 +173,7 @@ impl Host<Tiny> for KilobotHost {
     }
 }
 
-/// The sensor's reading; as soon as no message comes in.
+/// Returns the sensor's reading, and waits while a message is being received.
 fn read(sensor: Sensor) -> Result {
     if hear::is_busy() {
         return Ok(Reply::Wait);
@@ -187,7 +189,7 @@ fn refused(reason: Refusal) -> Result {
     Err(RobotFault::Refused(reason))
 }
 
-/// An integer from 0 to `most`.
+/// Converts an argument that must be an integer from 0 to `most`.
 fn at_most(most: u8, argument: Value<Tiny>) -> core::result::Result<u8, RobotFault> {
     let number = argument.as_int().ok_or(RobotFault::WrongType(argument.type_of()))?;
     match u8::try_from(number) {

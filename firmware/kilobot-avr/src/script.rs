@@ -1,4 +1,4 @@
-//! Runs the script: global code, `init()`, and `step()` ten times a second.
+//! The script's schedule: global code, `init()`, and `step()` ten times per second.
 
 use bittybuzz_kilobot::clock::{Ticks, units};
 use bittybuzz_kilobot::phase::Phase;
@@ -16,13 +16,14 @@ use crate::toml::{self, FUNCTIONS};
 /// The time for which the script's settings hold after the last completed step.
 const HOLD: u16 = units(500);
 
-/// Features of the machine: its parts limit them, except for the functions of `math`.
+/// The features of the virtual machine. Its parts limit them, except for the functions of `math`.
 const FEATURES: u8 = {
     let left_out = if toml::MATHS { 0 } else { Feature::Maths as u8 };
     features::<Tiny>() & !left_out
 };
 
-/// Its offer to scripts.
+/// The number that stands for everything that the robot offers to scripts ([`seal::robot`]). A
+/// sealed image must match it.
 const OFFERED: u16 = {
     let mut hashes = [0; FUNCTIONS.len()];
     let mut index = 0;
@@ -33,24 +34,23 @@ const OFFERED: u16 = {
     seal::robot::<Tiny>(FEATURES, crate::SIZES, Section::PARTS, &hashes)
 };
 
-/// The machine.
+/// The virtual machine of this robot.
 pub type Machine = Vm<Tiny, Section, { crate::SLOTS }>;
 
-/// The times of the script's steps, and its phase. The machine is handed over with each call: at an
-/// address that the compiler
-/// knows, it takes a quarter less flash.
+/// The times of the script's steps and the script's phase. The virtual machine is passed with each
+/// call: at an address that the compiler knows, it takes a quarter less flash.
 pub struct ScriptSchedule {
     pub(crate) phase: Phase,
     restarts: Restarts,
     ticks: Ticks,
     /// The time of the last completed step.
     completed: u16,
-    /// It has more to do at once.
+    /// True if the script has more to do at once.
     goes_on: bool,
 }
 
 impl ScriptSchedule {
-    /// Not started.
+    /// Returns the schedule of a script that is not started.
     pub const fn new() -> Self {
         ScriptSchedule {
             phase: Phase::New,
@@ -61,28 +61,28 @@ impl ScriptSchedule {
         }
     }
 
-    /// Goes on after a pause.
+    /// Restarts the ticks after the controller changed the mode.
     pub fn resume(&mut self, now: u16) {
         self.ticks = Ticks::start(now);
         self.completed = now;
     }
 
-    /// Returns true if it has more to do at once, as of the last call of [`run`](Self::run).
+    /// Returns true if the script had more to do at the end of the last call of [`run`](Self::run).
     pub fn goes_on(&self) -> bool {
         self.goes_on
     }
 
-    /// Returns false after a fault that stopped it, for good or until its restart.
+    /// Returns false after a fault that stopped the script, for good or until its restart.
     pub fn is_on(&self) -> bool {
         self.phase < Phase::Stopped
     }
 
-    /// Returns true if it does not run again.
+    /// Returns true if the script will not run again.
     pub fn is_over(&self) -> bool {
         self.phase == Phase::Stopped
     }
 
-    /// Ends the run of the script: for good, or until the pause is over.
+    /// Stops the script, for good or until the pause is over.
     #[inline(never)]
     fn stop(&mut self, vm: &mut Machine, robot: &mut KilobotHost, fault: Option<Fault>) {
         robot.note(fault, false);
@@ -96,7 +96,7 @@ impl ScriptSchedule {
         };
     }
 
-    /// Runs a slice, if there is something to run.
+    /// Runs a slice of the script, if it has something to do.
     #[inline(never)]
     pub fn run(&mut self, vm: &mut Machine, robot: &mut KilobotHost, now: u16) {
         self.goes_on = true;
@@ -124,7 +124,7 @@ impl ScriptSchedule {
                 Outcome::Waiting => {
                     self.goes_on = false;
                     self.completed = now;
-                    // The script wanted it so: these ticks are not missed.
+                    // The script waits on purpose, so these ticks are not missed.
                     let _ = self.ticks.take(now);
                 }
                 Outcome::Pending => {}
@@ -140,19 +140,20 @@ impl ScriptSchedule {
         }
         if !self.is_on() || now.wrapping_sub(self.completed) >= HOLD {
             robot.motors.set([0, 0], now);
-            // Long ago stays long ago.
+            // The time is kept half a second in the past, so that its age does not wrap around.
             self.completed = now.wrapping_sub(HOLD);
         }
     }
 
-    /// Runs the machine until the slice is over.
+    /// Runs the virtual machine until the slice is over.
     #[inline(always)]
     fn slice(&self, vm: &mut Machine, robot: &mut KilobotHost) -> Outcome {
         clock::begin_slice(&registers());
         vm.run(robot, 0)
     }
 
-    /// Takes a tick: a step begins. In a pause the robot handles messages then, and the last tick starts the script again.
+    /// Handles a tick, at which a step begins. During a pause the robot handles messages at each
+    /// tick, and the last tick restarts the script.
     fn tick(&mut self, vm: &mut Machine, robot: &mut KilobotHost, now: u16) {
         robot.outbox.begin_step();
         if self.phase == Phase::Waits {
@@ -166,7 +167,8 @@ impl ScriptSchedule {
         }
     }
 
-    /// Begins an entry; waits if there is none. Without a `step()` it does so for ever.
+    /// Begins an entry. If the script does not have it, the phase becomes `Waits`; without a
+    /// `step()` it stays so for ever.
     #[inline(never)]
     fn begin(&mut self, vm: &mut Machine, entry: Entry, phase: Phase) {
         self.phase = if vm.begin(entry) { phase } else { Phase::Waits };

@@ -1,4 +1,5 @@
-//! The script: the last of the program in flash, so that a longer one can take its place in the file that is sent to robots.
+//! The script. It is the last part of the program in flash, so that a longer script can replace it
+//! in the file that is sent to robots.
 
 use core::arch::global_asm;
 
@@ -8,17 +9,18 @@ use bittybuzz_vm_core::{ByteCode, Parts, Sizes};
 
 use crate::toml::{self, SCRIPT_HEADER};
 
-/// `robots/spec/src/trailing.rs`
+/// The mark and the image; `robots/spec/src/trailing.rs` defines the format.
 const BYTES: &[u8] = include_bytes!(concat!(env!("OUT_DIR"), "/script.bin"));
 
-// The linker puts `.fini0` behind everything else of the program. The start-up code's `exit`, to which nothing ever comes, would
-// be there too, so it gets another one; so would be what `abort` ends in.
+// The linker puts `.fini0` after everything else of the program. The start-up code's `exit`, which
+// is never called, would be there too, as would the end of `abort`. Both are therefore defined
+// here, in another section.
 global_asm!(".global exit, abort", "exit:", "abort: rjmp abort");
 
 #[unsafe(link_section = ".fini0")]
 static SCRIPT: [u8; BYTES.len()] = *include_bytes!(concat!(env!("OUT_DIR"), "/script.bin"));
 
-/// The place of the length, two bytes before the image.
+/// The offset of the length, two bytes before the image.
 const LENGTH: usize = SCRIPT_HEADER - 2;
 
 /// The image in flash.

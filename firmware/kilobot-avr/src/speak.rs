@@ -1,4 +1,5 @@
-//! Sends messages as pulses of infrared light, as kilolib's `message_send` does: 4.4 ms without interrupts.
+//! The transmission of messages as pulses of infrared light, as in kilolib's `message_send`: 4.4 ms
+//! without interrupts.
 
 use core::arch::asm;
 
@@ -8,25 +9,27 @@ use bittybuzz_kilobot::receiver::MESSAGE;
 use crate::chip::Chip;
 use crate::hear;
 
-/// Cycles of 8 MHz, as measured at kilolib: from the first pulse to the second, from there to the first start bit, from bit to
-/// bit, from a stop bit to the next start bit.
+/// Intervals in cycles of 8 MHz, as measured with kilolib: from the first pulse to the second, from
+/// there to the first start bit, from bit to bit, and from a stop bit to the next start bit.
 const LEAD: u16 = 2420;
 const TO_BYTES: u16 = 286;
 const PITCH: u16 = 270;
 const TO_NEXT: u16 = 282;
-/// Light that comes between the first two pulses is another robot's: from two bits after the first pulse on, for seven.
+/// The window in which light between the first two pulses must come from another robot. It begins
+/// two bits after the first pulse and lasts seven bits.
 const LOOK_FROM: u16 = 522;
 const LOOK_UNTIL: u16 = LOOK_FROM + 7 * 269;
 
-/// Port B as an I/O address, which `out` takes.
+/// The I/O address of port B, which `out` takes.
 const PORTB: u8 = 0x05;
 
-/// Sends a message by the pins of port B in `transmitters`; false if another robot is sending.
+/// Sends a message with the pins of port B in `transmitters`. Returns false if another robot is
+/// sending.
 #[inline(never)]
 pub fn speak(chip: &Chip, transmitters: u8, message: &[u8; MESSAGE]) -> bool {
     interrupt::free(|_| {
         let directions = chip.PORTB.ddrb().read().bits();
-        // SAFETY: the robot's light diodes are at these pins.
+        // SAFETY: the robot's infrared diodes are at these pins.
         unsafe { chip.PORTB.ddrb().write(|w| w.bits(directions | transmitters)) };
         let is_sent = pulses(chip, transmitters, message);
         // SAFETY: as before.
@@ -36,7 +39,8 @@ pub fn speak(chip: &Chip, transmitters: u8, message: &[u8; MESSAGE]) -> bool {
     })
 }
 
-// Inlined, it leaves no register for the saved SREG, and the proof of tools/squeeze refuses flags on the stack.
+// If this function is inlined, no register is left for the saved SREG, and the proof of
+// tools/squeeze rejects flags on the stack.
 #[inline(never)]
 fn pulses(chip: &Chip, transmitters: u8, message: &[u8; MESSAGE]) -> bool {
     let mut at = chip.TC1.tcnt1().read().bits().wrapping_add(50);
@@ -67,7 +71,7 @@ fn pulses(chip: &Chip, transmitters: u8, message: &[u8; MESSAGE]) -> bool {
     true
 }
 
-/// Waits for a time less than 4 ms away.
+/// Waits until a time that is less than 4 ms away.
 #[inline(never)]
 fn wait(chip: &Chip, until: u16) {
     while !is_past(chip, until) {}
@@ -78,11 +82,12 @@ fn is_past(chip: &Chip, until: u16) -> bool {
     (chip.TC1.tcnt1().read().bits().wrapping_sub(until) as i16) >= 0
 }
 
-/// Light for 9 cycles, 1.125 µs.
+/// Waits until `at`, and sends light for 9 cycles, 1.125 µs.
 #[inline(never)]
 fn pulse(chip: &Chip, at: u16, transmitters: u8) {
     wait(chip, at);
-    // SAFETY: it lights the diodes and darkens them, with nothing else at this port: its other pins' levels stay 0.
+    // SAFETY: the code lights the diodes and switches them off. Nothing else uses this port, and
+    // the levels of its other pins stay 0.
     unsafe {
         asm!(
             "out {port}, {on}",

@@ -1,18 +1,17 @@
-//! A Kilobot that listens, and reports the messages that it receives on its debug line to a
-//! computer: 38,400 baud, a line for each message,
+//! A Kilobot that receives messages and sends them to a computer on its debug line: 38,400 baud,
+//! with one line for each message:
 //!
 //! ```text
 //! ir 0201d9abfeffcdab34050000
 //! ```
-//! the twelve bytes of the message in hexadecimal, as they came: [`bittybuzz_comms::infrared`] says
-//! what they mean. `bbz trace -`
-//! reads it and tells of scripts that have stopped; a bridge passes swarm messages on.
+//! The digits are the twelve bytes of the message in hexadecimal, as they were received;
+//! [`bittybuzz_comms::infrared`] describes them. `bbz trace -` reads these lines and reports
+//! scripts that have stopped, and a bridge passes swarm messages on.
 //!
-//! **Not tried on hardware**: the image is tested in emulation.
+//! **Not tried on hardware**: the image is tested in emulation only.
 //!
-//! It sends nothing and runs no script. Of the overhead controller's messages it obeys BOOT, so
-//! that KiloGUI can give it another
-//! program, and RESET.
+//! This program sends no messages and runs no script. Of the overhead controller's messages it
+//! handles BOOT, so that KiloGUI can load another program, and RESET.
 
 #![no_std]
 #![no_main]
@@ -41,23 +40,24 @@ use bittybuzz_kilobot::controller;
 
 use chip::registers;
 
-/// Messages that wait for the line. A message takes 4.4 ms, its line 7.3.
+/// The number of messages that can wait for the debug line. A message takes 4.4 ms, its line 7.3
+/// ms.
 const WAITING: usize = 16;
 
-/// UBRR for 38,400 baud at 8 MHz, 0.2 % too fast (data sheet, table 19-10).
+/// The value of UBRR for 38,400 baud at 8 MHz, which is 0.2 % too fast (data sheet, table 19-10).
 const BAUD: u16 = 12;
 
-// memcpy.
+// The C library supplies memcpy.
 #[link(name = "c", kind = "static", modifiers = "-bundle")]
 unsafe extern "C" {}
 
-/// Nothing panics: with a panic left in it the program does not link.
+/// Makes the link fail if the program contains a panic.
 #[panic_handler]
 fn panic(_: &core::panic::PanicInfo) -> ! {
     unsafe extern "C" {
         fn the_program_contains_a_panic() -> !;
     }
-    // SAFETY: it does not exist, so this never links.
+    // SAFETY: the function does not exist, so this never links.
     unsafe { the_program_contains_a_panic() }
 }
 
@@ -66,7 +66,8 @@ fn main() -> ! {
     let chip = &registers();
     power::start(chip);
     hear::start(chip);
-    // SAFETY: the bits of the data sheet (19.10): 38,400 baud, transmitter on; eight bits without parity as after a reset.
+    // SAFETY: the bits follow the data sheet (19.10): 38,400 baud, transmitter on; eight bits
+    // without parity are the state after a reset.
     unsafe {
         chip.USART0.ubrr0().write(|w| w.bits(BAUD));
         chip.USART0.ucsr0b().write(|w| w.bits(0b0000_1000));
@@ -87,23 +88,23 @@ fn main() -> ! {
         if chip.USART0.ucsr0a().read().udre0().bit_is_set()
             && let Some(byte) = line.next()
         {
-            // SAFETY: any byte may be sent.
+            // SAFETY: any byte is valid.
             unsafe { chip.USART0.udr0().write(|w| w.bits(byte)) };
         }
     }
 }
 
-/// Messages that are to be reported, and the progress of the first of them.
+/// The messages that wait for the debug line, and the progress of the first one.
 struct Line {
     waiting: [[u8; infrared::MESSAGE]; WAITING],
     first: usize,
     count: usize,
-    /// Characters of its line that are out.
+    /// The number of characters of the first message's line that were sent.
     place: usize,
 }
 
 impl Line {
-    /// A message was heard. When there is no room it is lost.
+    /// Adds a received message. The message is lost if there is no room.
     fn push(&mut self, message: &[u8; infrared::MESSAGE]) {
         if self.count < WAITING
             && let Some(slot) = self.waiting.get_mut((self.first + self.count) % WAITING)
@@ -113,7 +114,7 @@ impl Line {
         }
     }
 
-    /// The next character.
+    /// Returns the next character to be sent.
     fn next(&mut self) -> Option<u8> {
         if self.count == 0 {
             return None;
