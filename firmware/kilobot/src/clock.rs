@@ -1,19 +1,19 @@
-//! Time in units of 128 µs (8 MHz / 1024), modulo 65536: 8.4 seconds.
+//! The time in units of 128 µs (8 MHz / 1024), modulo 65536, which is 8.4 seconds.
 
-/// Units in a step of 100 ms: 781 and a quarter.
+/// The whole units in a step of 100 ms, which has 781.25.
 const STEP: u16 = 781;
 
-/// Units of up to 4,000 ms, rounded up: 7.8125 each.
+/// Converts up to 4,000 ms to units, rounded up: 7.8125 for each ms.
 pub const fn units(ms: u16) -> u16 {
     ms * 8 - ms * 3 / 16
 }
 
-/// Returns true if `at` is `now` or past, for times that are less than four seconds apart.
+/// Returns true if `at` is not after `now`, for times that are less than four seconds apart.
 pub const fn is_past(at: u16, now: u16) -> bool {
     (now.wrapping_sub(at) as i16) >= 0
 }
 
-/// Ten ticks a second.
+/// A clock of ten ticks per second.
 #[derive(Debug)]
 pub struct Ticks {
     next: u16,
@@ -21,12 +21,12 @@ pub struct Ticks {
 }
 
 impl Ticks {
-    /// The first is now.
+    /// Returns ticks of which the first is due at `now`.
     pub const fn start(now: u16) -> Self {
         Ticks { next: now, quarter: 0 }
     }
 
-    /// Returns true if there was a tick. Ticks that were not taken in time are skipped.
+    /// Returns true if a tick is due. Ticks that were not taken in time are skipped.
     #[inline(never)]
     pub fn take(&mut self, now: u16) -> bool {
         let mut is_tick = false;
@@ -39,14 +39,14 @@ impl Ticks {
     }
 }
 
-/// A wait of up to 65 seconds, asked for at least every four.
+/// A wait of up to 65 seconds. [`Delay::is_over`] must be called at least every four seconds.
 #[derive(Debug)]
 pub struct Delay {
     since: u16,
     ms: u16,
 }
 
-/// The part of a long wait that is subtracted at a time, ms.
+/// The part of a long wait that is subtracted at once, in ms.
 const PART: u16 = 1024;
 
 impl Delay {

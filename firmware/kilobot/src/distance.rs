@@ -1,24 +1,26 @@
 //! The distance to the sender of a message, from the two amplitudes of its first pulses.
 
-/// Entries of a table: the reading at 0, 5, ... 65 mm between two robots' rims.
+/// The number of entries of a table: the readings at 0, 5, ... 65 mm between the rims of two
+/// robots.
 pub const ENTRIES: u8 = 14;
 
-/// From one entry to the next, mm.
+/// The distance from one entry to the next, in mm.
 const STEP: i16 = 5;
 
-/// From middle to middle of two robots that touch, mm.
+/// The distance between the middles of two touching robots, in mm.
 const TOUCHING: u8 = 33;
 
-/// The converter has ten bits.
+/// The highest reading of the converter, which has ten bits.
 const READING_MAX: u16 = 1023;
 
-/// Above this reading the high gain says nothing; above [`LOUD`] the low one says something.
+/// The high gain is useless for readings above `TOO_LOUD`, and the low gain is useful for high-gain
+/// readings above [`LOUD`].
 const TOO_LOUD: u16 = 900;
 const LOUD: u16 = 700;
 /// The number of readings for which both gains give a distance.
 const BOTH: u8 = (TOO_LOUD - LOUD) as u8;
 
-/// The gap that a receiver assumes without a smaller reading in its table for the low gain, mm.
+/// The gap in mm that a reading means if it is smaller than all entries of the low gain's table.
 const FAR: u8 = 90;
 
 /// Readings of the analog converter, 0 to 1023.
@@ -30,7 +32,7 @@ pub struct Amplitudes {
     pub low_gain: u16,
 }
 
-/// Which of the receiver's amplifiers.
+/// One of the receiver's two amplifiers.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Gain {
     /// The gain for far robots.
@@ -39,11 +41,11 @@ pub enum Gain {
     Low,
 }
 
-/// The distance between the middles of two robots in mm. The function gives the entries of the robot's two tables. `None` if the
-/// tables do not fall: the robot was never calibrated.
+/// Returns the distance between the middles of two robots in mm. `entry` reads the robot's two
+/// tables. Returns `None` if a table does not decrease, since the robot was never calibrated.
 ///
-/// As kilolib's `estimate_distance`, but with signed numbers: between two entries along the line through them, beyond
-/// the last along the last two.
+/// The calculation is that of kilolib's `estimate_distance`, but with signed numbers. It
+/// interpolates linearly between two entries, and extrapolates from the last two.
 pub fn distance(heard: Amplitudes, entry: impl Fn(Gain, u8) -> u16) -> Option<u8> {
     let Amplitudes { high_gain: high, low_gain: low } = heard;
     let (mut between, mut weight) = (0, 0);
@@ -53,7 +55,7 @@ pub fn distance(heard: Amplitudes, entry: impl Fn(Gain, u8) -> u16) -> Option<u8
     }
     if high > LOUD {
         let by_low = gap(Gain::Low, low, &entry)?;
-        // Where both gains give a distance, the result blends from one to the other.
+        // In the range of both gains, the result blends from one to the other.
         let sum =
             u16::from(between) * u16::from(weight) + u16::from(by_low) * u16::from(BOTH - weight);
         between = (sum / u16::from(BOTH)) as u8;
@@ -61,7 +63,7 @@ pub fn distance(heard: Amplitudes, entry: impl Fn(Gain, u8) -> u16) -> Option<u8
     Some(TOUCHING + between)
 }
 
-/// The gap between the rims by one table, at most 222 mm.
+/// Returns the gap between the rims from one table, at most 222 mm.
 #[inline(never)]
 fn gap(gain: Gain, reading: u16, entry: &impl Fn(Gain, u8) -> u16) -> Option<u8> {
     let reading = reading.min(READING_MAX);
@@ -88,7 +90,7 @@ fn gap(gain: Gain, reading: u16, entry: &impl Fn(Gain, u8) -> u16) -> Option<u8>
     if at >= before || before > READING_MAX {
         return None;
     }
-    // Readings have 10 bits: the products stay within 16.
+    // Readings have 10 bits, so the products stay within 16.
     let fall = before as i16 - at as i16;
     let along = (10 * (at as i16 - reading as i16)).checked_div(2 * fall)?;
     let gap = STEP * i16::from(index) + along;

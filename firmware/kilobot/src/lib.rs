@@ -1,4 +1,5 @@
-//! What a Kilobot does between its pins: the logic of its firmware, as kilolib and the makers' tools know it.
+//! The logic of the Kilobot firmware, without the hardware. Its behavior follows kilolib and the
+//! makers' tools.
 //!
 //! ```text
 //! pulses of light ──[receiver]──▶ 12 bytes ──[life]──▶ what the robot does, of the messages of a [controller]
@@ -8,13 +9,15 @@
 //! ```
 //!
 //! # Principles
-//! 1. **No hardware and no clock.** Times are arguments, so all of it is tested on the host.
-//! 2. **As kilolib**, wherever two robots, the overhead controller or KiloGUI could notice a difference: the source is
-//!    kilolib (revision b95fdaf), measured where it says nothing.
-//! 3. **Sixteen bits at most, no division in interrupts.** The processor has eight, and 8 million cycles a second.
+//! 1. **No hardware and no clock.** Times are arguments, so all code is tested on the host.
+//! 2. **Compatible with kilolib**, wherever two robots, the overhead controller or KiloGUI could
+//!    notice a difference. The source is kilolib (revision b95fdaf), and measurements where the
+//!    source does not determine the behavior.
+//! 3. **Sixteen bits at most, no division in interrupts.** The processor has eight bits and
+//!    executes 8 million cycles per second.
 //!
-//! # What it will not do
-//! Messages of swarms: those are `bittybuzz_comms`'. The boot loader: the robot's own stays where it is.
+//! # Not included
+//! `bittybuzz_comms` handles swarm messages. The robot's own boot loader stays in place.
 
 #![no_std]
 #![forbid(unsafe_code)]

@@ -1,11 +1,11 @@
-//! The RGB LED: two lamps of each colour, so four brightnesses.
+//! The RGB LED. It has two lamps of each colour, so four brightnesses.
 
 use crate::clock::units;
 
-/// Brightness of red, green and blue, 0 to 3.
+/// A color, with a brightness from 0 to 3 for each of red, green and blue.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Color {
-    /// Two bits each, red lowest.
+    /// Two bits for each brightness, red lowest.
     pub bits: u8,
 }
 
@@ -22,7 +22,7 @@ impl Color {
     pub const YELLOW: Color = Color::of(3, 3, 0);
     /// Bright red and blue.
     pub const MAGENTA: Color = Color::of(3, 0, 3);
-    /// All.
+    /// Bright red, green and blue.
     pub const WHITE: Color = Color::of(3, 3, 3);
     /// Dim red.
     pub const DIM_RED: Color = Color::of(1, 0, 0);
@@ -58,15 +58,15 @@ pub const fn of_battery(reading: u16) -> Color {
     }
 }
 
-/// Waiting and charging: a flash of a ms every 201.
+/// The pattern of a waiting or charging robot: a flash of a ms every 201 ms.
 const FLASH: u16 = units(1);
 const FLASH_ROUND: u16 = units(201);
 
-/// A fault: on for 200 ms, off for 200 ms, as often as its number; then dark for 1.4 s.
+/// The pattern of a fault: 200 ms on and 200 ms off, as often as its number, then dark for 1.4 s.
 const BLINK: u16 = units(200);
 const PAUSE: u8 = 7;
 
-/// A lamp that goes on and off.
+/// The state of a blinking lamp.
 #[derive(Debug)]
 pub struct Blinker {
     since: u16,
@@ -74,12 +74,12 @@ pub struct Blinker {
 }
 
 impl Blinker {
-    /// Begins.
+    /// Starts the pattern at `now`.
     pub const fn start(now: u16) -> Self {
         Blinker { since: now, phase: 0 }
     }
 
-    /// Returns true if the lamp of a waiting robot is lit. Must be called at least every eight
+    /// Returns true if the lamp of a waiting robot is lit. Call this function at least every eight
     /// seconds.
     pub fn flash(&mut self, now: u16) -> bool {
         let mut at = now.wrapping_sub(self.since);
@@ -90,7 +90,7 @@ impl Blinker {
         at < FLASH
     }
 
-    /// Returns true if the lamp that blinks a fault's number is lit.
+    /// Returns true if the lamp that shows a fault's number is lit.
     pub fn tell(&mut self, number: u8, now: u16) -> bool {
         if now.wrapping_sub(self.since) >= BLINK {
             self.since = now;

@@ -1,14 +1,14 @@
-//! The states of the robot, as the overhead controller switches them.
+//! The modes of the robot, which the overhead controller selects.
 
 use crate::calibration::{ERASED_DUTY, ERASED_ID};
 use crate::controller::*;
 
-/// The state of the robot.
+/// The mode of the robot.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum RobotMode {
     /// Waits for the controller: blinks green.
     Waiting,
-    /// Sleeps, and listens every eight seconds.
+    /// Sleeps, and listens for a moment every eight seconds.
     Asleep,
     /// Shows the battery's state.
     Battery,
@@ -16,20 +16,20 @@ pub enum RobotMode {
     Charging,
     /// Runs the script.
     Running,
-    /// Should run the script, but has no id or motor duties of its own: shows magenta.
+    /// Was asked to run the script, but has no id or motor duties of its own: shows magenta.
     Uncalibrated,
-    /// Shows its calibration.
+    /// Moves to show its calibration.
     Moving,
 }
 
-/// An action of the hardware.
+/// An action that the caller has to carry out on the hardware.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Act {
-    /// Nothing.
+    /// No action.
     None,
     /// Jump to the boot loader.
     Boot,
-    /// Start anew.
+    /// Restart the robot.
     Reset,
     /// Store id and duties.
     Store,
@@ -38,23 +38,23 @@ pub enum Act {
 /// The mode of the robot, and the calibration that messages can change.
 #[derive(Debug)]
 pub struct ModeSwitch {
-    /// Its state.
+    /// The selected mode.
     pub state: RobotMode,
-    /// Duties of left and right motor for showing the calibration.
+    /// The duties of left and right motor while the robot shows its calibration.
     pub shown: [u8; 2],
     /// The robot's id.
     pub id: u16,
-    /// Duties: turning left, turning right, straight left, straight right.
+    /// The duties for turning left, turning right, straight left, straight right.
     pub duties: [u8; 4],
 }
 
 impl ModeSwitch {
-    /// Switched on. A stored id and duties.
+    /// Returns the state at power-on, with the stored id and duties.
     pub const fn new(id: u16, duties: [u8; 4]) -> Self {
         ModeSwitch { state: RobotMode::Waiting, shown: [0, 0], id, duties }
     }
 
-    /// Does as the controller says, by a message of this type with these data.
+    /// Handles a message of the controller, and returns the action that it requires.
     pub fn obey(&mut self, kind: u8, data: &[u8; DATA]) -> Act {
         self.state = match kind {
             BOOT => return Act::Boot,
@@ -70,7 +70,8 @@ impl ModeSwitch {
                 self.shown = if is_set { self.turn_left() } else { [0, 0] };
                 RobotMode::Moving
             }
-            // Any robot can send this. A script that runs must not lose its id or duties to one that babbles.
+            // Any robot can send this message. A running script must not lose its id or duties to a
+            // faulty sender.
             CALIBRATE if self.state == RobotMode::Running => return Act::None,
             CALIBRATE => return self.calibrate(data),
             _ => return Act::None,
@@ -81,7 +82,8 @@ impl ModeSwitch {
         Act::None
     }
 
-    /// Robots that share the erased id would be one to all others, and erased duties are full power.
+    /// Returns true if the robot has an id and duties of its own. Other robots could not
+    /// distinguish robots with the erased id, and erased duties are full power.
     #[expect(clippy::manual_contains, reason = "`contains` takes 130 bytes of flash more")]
     #[inline(never)]
     fn is_calibrated(&self) -> bool {
@@ -118,17 +120,17 @@ impl ModeSwitch {
         Act::None
     }
 
-    /// Duties of left and right motor for turning left.
+    /// Returns the duties of left and right motor for turning left.
     pub fn turn_left(&self) -> [u8; 2] {
         [self.duties[0], 0]
     }
 
-    /// Duties of left and right motor for turning right.
+    /// Returns the duties of left and right motor for turning right.
     pub fn turn_right(&self) -> [u8; 2] {
         [0, self.duties[1]]
     }
 
-    /// Duties of left and right motor for going straight on.
+    /// Returns the duties of left and right motor for moving straight.
     pub fn straight(&self) -> [u8; 2] {
         [self.duties[2], self.duties[3]]
     }

@@ -1,12 +1,13 @@
-//! Two vibration motors. One that stands needs a push: full duty for 15 ms.
+//! The two vibration motors. A motor that stands still needs full duty for 15 ms to start.
 
 use crate::clock::{is_past, units};
 
-/// The time of full duty, ms; more than 50 within two seconds would harm the motor (kilolib.h).
+/// The time of full duty in ms. More than 50 ms within two seconds would harm the motor
+/// (kilolib.h).
 const PUSH_MS: u16 = 15;
 const FULL: u8 = 255;
 
-/// The duties of the motors. Left is the one that turns the robot to the left (`ccw`).
+/// The duties of the motors. The left motor is the one that turns the robot to the left (`ccw`).
 #[derive(Debug)]
 pub struct Motors {
     motors: [Motor; 2],
@@ -20,12 +21,12 @@ struct Motor {
 }
 
 impl Motors {
-    /// Off.
+    /// Returns motors that are off.
     pub const fn new() -> Self {
         Motors { motors: [Motor { wanted: 0, is_pushed: false }; 2], push_ends: 0 }
     }
 
-    /// New duties of left and right motor, 0 to 255.
+    /// Sets the duties of left and right motor, 0 to 255.
     pub fn set(&mut self, duties: [u8; 2], now: u16) {
         let [left, right] = &mut self.motors;
         let [duty_left, duty_right] = duties;
@@ -35,7 +36,7 @@ impl Motors {
         }
     }
 
-    /// Their duties now. To be asked at least every four seconds.
+    /// Returns the present duties. Call this function at least every four seconds.
     pub fn duties(&mut self, now: u16) -> [u8; 2] {
         let [left, right] = &mut self.motors;
         if is_past(self.push_ends, now) {
@@ -47,7 +48,7 @@ impl Motors {
 }
 
 impl Motor {
-    /// A new duty; whether it starts.
+    /// Sets a new duty, and returns true if the motor starts.
     #[inline(never)]
     fn set(&mut self, duty: u8) -> bool {
         let stands = self.wanted == 0;

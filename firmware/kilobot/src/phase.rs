@@ -1,34 +1,35 @@
-//! The phase of the script. An emulator follows it in the robot's memory, and so counts steps that
+//! The phase of the script. An emulator reads it in the robot's memory, and so counts steps that
 //! the robot does not report.
 
-/// The image's symbol for the byte that holds the [`Phase`]: a name beside others, which takes no memory.
+/// The image's symbol for the byte that holds the [`Phase`]. The symbol takes no memory.
 pub const SYMBOL: &str = "bbz_phase";
 
 /// The phase of the script.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 #[repr(u8)]
 pub enum Phase {
-    /// It was not started yet.
+    /// The script was not started yet.
     New,
-    /// It runs the global code.
+    /// The script runs its global code.
     Global,
-    /// It runs `init()` or a step.
+    /// The script runs `init()` or a step.
     Runs,
-    /// It waits for the next tick.
+    /// The script waits for the next tick.
     Waits,
-    /// The robot refuses the image, or a fault stopped the script for good. From here on the script does not run.
+    /// The robot refuses the image, or a fault stopped the script for good. The script does not run
+    /// in this phase or a later one.
     Stopped,
-    /// It waits for the next tick of the pause before its restart.
+    /// The script waits for the next tick of the pause before its restart.
     Rests,
-    /// The robot handles messages at a tick of that pause.
+    /// The robot handles messages at a tick of the pause.
     Relays,
 }
 
-/// Counts the completed steps of an observer that looks whenever the phase may have changed.
+/// Counts the completed steps for an observer that reads the phase whenever it may have changed.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Steps {
     completed: u64,
-    /// The phase, as it was seen last.
+    /// The phase that was read last.
     seen: u8,
     /// True if the running entry began with a tick; `init()` did not.
     is_step: bool,
@@ -40,7 +41,7 @@ impl Steps {
         self.completed
     }
 
-    /// Takes notice of the phase as it is now.
+    /// Records the present phase.
     pub fn look(&mut self, phase: u8) {
         const RUNS: u8 = Phase::Runs as u8;
         const WAITS: u8 = Phase::Waits as u8;

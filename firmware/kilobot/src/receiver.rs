@@ -1,72 +1,75 @@
-//! Pulses of light to the bytes of a message.
+//! The receiver, which turns pulses of light into the bytes of a message.
 //!
-//! A bit takes 269 cycles of 8 MHz: a short pulse is 1, none is 0. A byte is a start bit (1), eight
-//! bits, the lowest first, and
-//! a stop bit (1). A message is a byte 0, whose two pulses give the sender's loudness, and twelve
-//! bytes.
+//! A bit takes 269 cycles of 8 MHz: a short pulse is 1, no pulse is 0. A byte is a start bit (1),
+//! eight bits, the lowest first, and a stop bit (1). A message is a byte 0, whose two pulses serve
+//! to measure the amplitude, and twelve bytes.
 //!
-//! Each byte is measured from its own start bit, so that the clocks of sender and receiver may
+//! The bits of each byte are timed from its own start bit, so the clocks of sender and receiver may
 //! differ by -5 to +4 percent.
 
 use crate::distance::Amplitudes;
 
-/// Cycles of a bit (kilolib, `rx_bitcycles`).
+/// The length of a bit in cycles (kilolib, `rx_bitcycles`).
 pub const BIT: u16 = 269;
 
-/// Cycles after a start bit in which a stop bit, and then the next start bit, must have come (`rx_msgcycles`).
+/// The time in cycles after a start bit by which the stop bit and the next start bit must have come
+/// (`rx_msgcycles`).
 pub const DEADLINE: u16 = 11 * BIT;
 
-/// Later no stop bit comes. kilolib allows nine bits and a half, but those that it sends take 270 cycles, and a sender whose clock is
-/// 5 % slow needs 9.53.
+/// The latest time of a stop bit, in cycles after the start bit. kilolib allows nine and a half
+/// bits, but the bits that it sends take 270 cycles, and a sender with a clock that is 5 % slow
+/// needs 9.53.
 const LATEST_STOP: u16 = 9 * BIT + BIT * 2 / 3;
 
-/// Bytes of a message.
+/// The length of a message, in bytes.
 pub const MESSAGE: usize = 12;
 
 /// The meaning of a pulse.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Pulse {
-    /// The first of a message: measure it with the high gain. The deadline begins.
+    /// The first pulse of a message. It is measured with the high gain, and the deadline begins.
     First,
-    /// The second of a message: measure it with the low gain.
+    /// The second pulse of a message. It is measured with the low gain.
     Second,
-    /// The start of another byte: its deadline begins.
+    /// The start bit of another byte, at which its deadline begins.
     Start,
-    /// Within a byte.
+    /// A pulse within a byte.
     Inside,
-    /// The last of a message, which is complete.
+    /// The last pulse of a message, which is complete.
     Last,
-    /// None of a message: two senders at once, or noise. The receiver waits for a message again.
+    /// A pulse that fits no message, from two senders at once or from noise. The receiver waits for
+    /// a message again.
     Stray,
 }
 
-/// A message, and how loud it was.
+/// A received message and its amplitudes.
 #[derive(Clone, Copy, Debug)]
 pub struct Heard {
-    /// Its bytes, perhaps damaged.
+    /// The bytes, which may be damaged.
     pub message: [u8; MESSAGE],
-    /// The amplitudes of its first two pulses.
+    /// The amplitudes of the first two pulses.
     pub amplitudes: Amplitudes,
 }
 
-/// Before a message.
+/// The place before a message.
 const IDLE: u8 = 0;
 
-/// Receives messages.
+/// The state of the reception of a message.
 #[derive(Debug)]
 pub struct Receiver {
-    /// The place of the next pulse: 2 n before byte n, 2 n + 1 within it. Byte 0 is the one that
-    /// gives the sender's loudness.
+    /// The place of the next pulse: 2 n before byte n, 2 n + 1 within it. Byte 0 serves to measure
+    /// the amplitude.
     place: u8,
     /// The time of the byte's start bit.
     start: u16,
     value: u8,
-    /// The message is whole from [`Pulse::Last`] to the next [`Pulse::Start`]. The amplitudes are the caller's to measure.
+    /// The message, which is complete from [`Pulse::Last`] to the next [`Pulse::Start`]. The caller
+    /// measures the amplitudes.
     pub heard: Heard,
 }
 
 impl Receiver {
-    /// Waits for a message.
+    /// Returns a receiver that waits for a message.
     pub const fn new() -> Self {
         let amplitudes = Amplitudes { high_gain: 0, low_gain: 0 };
         let heard = Heard { message: [0; MESSAGE], amplitudes };
@@ -79,13 +82,13 @@ impl Receiver {
         self.place != IDLE
     }
 
-    /// The deadline has passed.
+    /// Discards the message that is being received: the deadline has passed.
     #[inline(always)]
     pub fn give_up(&mut self) {
         self.place = IDLE;
     }
 
-    /// There was a pulse, at this cycle (modulo 65536).
+    /// Handles a pulse at this cycle (modulo 65536).
     #[inline(always)]
     pub fn pulse(&mut self, at: u16) -> Pulse {
         let place = self.place;
@@ -129,13 +132,13 @@ impl Default for Receiver {
     }
 }
 
-/// Returns the bit at this number of cycles after the start, 0 for the stop bit: from half a bit to
-/// nine and a half.
+/// Returns the mask of the bit at this number of cycles after the start, from half a bit to nine
+/// and a half; 0 for the stop bit.
 #[inline(always)]
 fn bit_at(since: u16) -> u8 {
     let mut bit = 1_u8;
     let mut rest = since - BIT / 2;
-    // Of all pulses, this one needs the longest work.
+    // The stop bit is checked first, because the longest work follows its pulse.
     if rest >= 8 * BIT {
         return 0;
     }
