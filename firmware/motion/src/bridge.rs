@@ -1,19 +1,22 @@
-//! From a wheel's duty to the two inputs of its bridge.
+//! The conversion from a wheel's duty to the two inputs of its bridge.
 //!
-//! Driven with brake between the pulses (slow decay), as the makers' firmware does: one input stays high, the other is low
-//! for the duty (SwarmUI, motors.c). A bridge with both inputs high brakes, one with both low lets the wheel coast and,
-//! after 1 ms, sleeps (data sheet of the A3909, the A3901's sister).
+//! The bridge brakes between the pulses (slow decay), as in the makers' firmware: one input stays
+//! high, and the other is low for the duty (SwarmUI, motors.c). A bridge with both inputs high
+//! brakes. With both low, the wheel coasts, and the bridge sleeps after 1 ms (data sheet of the
+//! A3909, the A3901's sister).
 
-/// The timer's period in steps: a compare value of this size is always high, 0 always low.
+/// The timer's period in steps. The input is always high with a compare value of this size, and
+/// always low with 0.
 pub const PERIOD: u16 = 100;
 
-/// Compare values of a bridge's inputs.
+/// The compare values of a bridge's two inputs.
 pub type Inputs = [u16; 2];
 
-/// No power.
+/// The inputs of a motor without power.
 pub const COAST: Inputs = [0, 0];
 
-/// For a duty in percent, -100 (backwards) to 100; more is as much as 100. 0 brakes.
+/// Returns the inputs for a duty in percent, -100 (backwards) to 100. Larger values count as 100,
+/// and 0 brakes.
 pub const fn inputs(duty: i8) -> Inputs {
     let low = match duty.unsigned_abs() as u16 {
         duty if duty < PERIOD => PERIOD - duty,

@@ -1,74 +1,77 @@
-//! To a goal, from position to position: turns until the goal is ahead, drives the slower the closer it is.
+//! The steering to a goal: turns until the goal is ahead, and drives more slowly the closer the
+//! goal is.
 
 use crate::angle::{Angle, polar};
 use crate::track::Pose;
 use crate::{Length, MM};
 
-/// Duties of the wheels in percent, -100 (backwards) to 100.
+/// The duties of the wheels in percent, -100 (backwards) to 100.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Wheels {
-    /// Left wheel.
     pub left: i8,
-    /// Right wheel.
     pub right: i8,
 }
 
 /// A place to drive to.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Goal {
-    /// To the right.
+    /// The coordinate to the right.
     pub x: Length,
-    /// Up.
+    /// The coordinate upwards.
     pub y: Length,
 }
 
-/// At this distance the robot has arrived: the goal radius of the makers' manager, 6.5 mm. One that stands leaves again only
-/// when it is farther away.
+/// The distance at which the robot has arrived: the goal radius of the makers' manager, 6.5 mm. A
+/// robot that stands at the goal leaves only when it is farther away.
 const ARRIVED: Length = 65 * MM / 10;
-/// On its way it drives on to this distance.
+/// The distance at which a driving robot stops.
 const CLOSE: Length = 2 * MM;
-/// Here a robot that has passed the goal does not turn back.
+/// The distance within which a robot that has passed the goal does not turn back.
 const PASSED: Length = 5 * MM;
 
 impl Goal {
-    /// Returns true if a robot is there.
+    /// Returns true if a robot at this pose has arrived.
     pub fn is_reached(self, pose: &Pose) -> bool {
         polar(self.x - pose.x, self.y - pose.y).0 < ARRIVED
     }
 }
 
-/// Efforts are in 1/16 of a percent of duty, above the duty at which a wheel begins to turn.
+/// A percent of duty in units of effort. Efforts count above the duty at which a wheel begins to
+/// turn.
 const PERCENT: i32 = 16;
-/// The most for driving ahead, and for turning.
+/// The highest efforts for driving ahead and for turning.
 const AHEAD_MAX: i32 = 24 * PERCENT;
 const TURN_MAX: i32 = 9 * PERCENT;
-/// For turning, per angle: 6 percent a radian, here in 2^-16.
+/// The effort for turning per angle: 6 percent per radian, here in 2^-16.
 const TURN: i32 = 603;
-/// The least that is worth anything; a little more is as much as one percent.
+/// The lowest effort that turns a wheel. An effort between this and one percent counts as one
+/// percent.
 const LEAST: i32 = PERCENT / 3;
-/// The makers' firmware never asks for more.
+/// The highest duty in percent, which is that of the makers' firmware.
 const DUTY_MAX: i32 = 60;
 
-/// Angle, 0.5 radians, from which on the robot turns on the spot.
+/// The angle (0.5 radians) from which on the robot turns on the spot.
 const ASIDE: u16 = 5215;
 
-/// The makers' calibration begins here.
+/// The duty in percent at which the makers' calibration begins.
 const MINIMUM: u8 = 22;
-/// Duty is raised so often while the wheels stand still, µs.
+/// The interval in µs at which the duty is raised while the wheels stand still.
 const RAISE_US: u32 = 100_000;
-/// The robot has moved, or a wheel has while it turned: more than positions can be off by.
+/// The distance by which the robot must move, or a wheel must move while the robot turns. It is
+/// larger than the errors of positions.
 const MOVED: Length = 3 * MM;
-/// From the middle to a wheel: 10 mm; in 1/16 mm per 2^16 of an angle in 65536ths of a turn.
+/// The distance from the middle to a wheel, 10 mm, as the wheel's path: in 1/16 mm per 2^16 of an
+/// angle in 65536ths of a turn.
 const TURNED: i32 = 1005;
 
-/// The knowledge about the duty at which the wheels begin to turn.
+/// The state of the measurement of the duty at which the wheels begin to turn.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Minimum {
-    /// It.
+    /// The measured or configured duty in percent.
     Known(u8),
-    /// It was not tried yet.
+    /// The measurement has not begun.
     Unknown,
-    /// This was too little until then, at this place.
+    /// The duty that is being tried until the time `until`, for a robot that stood at `from`.
     Sought { duty: u8, until: u32, from: Pose },
 }
 
@@ -76,13 +79,13 @@ enum Minimum {
 #[derive(Clone, Copy, Debug)]
 pub struct Pilot {
     minimum: Minimum,
-    /// True if it stands at the goal.
+    /// True if the robot stands at the goal.
     is_there: bool,
 }
 
 impl Pilot {
-    /// Returns the drive of a robot whose wheels begin to turn at this duty in percent. `None`
-    /// measures it on the way to the first goal.
+    /// Returns the pilot of a robot whose wheels begin to turn at this duty in percent. With
+    /// `None`, the pilot measures the duty on the way to the first goal.
     pub const fn new(minimum: Option<u8>) -> Self {
         let minimum = match minimum {
             Some(duty) => Minimum::Known(duty),
@@ -91,12 +94,12 @@ impl Pilot {
         Pilot { minimum, is_there: false }
     }
 
-    /// There is a new goal.
+    /// Starts the way to a new goal.
     pub fn depart(&mut self) {
         self.is_there = false;
     }
 
-    /// The duty at which the wheels begin to turn, once it is known.
+    /// Returns the duty in percent at which the wheels begin to turn, once it is known.
     pub const fn minimum(&self) -> Option<u8> {
         match self.minimum {
             Minimum::Known(duty) => Some(duty),
@@ -104,7 +107,7 @@ impl Pilot {
         }
     }
 
-    /// The duties for a robot that is there at `now` µs.
+    /// Returns the duties for a robot that is at `pose` at `now` µs.
     pub fn steer(&mut self, goal: Goal, pose: &Pose, now: u32) -> Wheels {
         let (distance, bearing) = pose.sight(goal.x, goal.y);
         let is_behind = bearing.magnitude() > Angle::QUARTER.magnitude();
@@ -117,7 +120,7 @@ impl Pilot {
         }
         let turn = ((bearing.signed() * TURN) >> 16).clamp(-TURN_MAX, TURN_MAX);
         let ahead = if bearing.magnitude() < ASIDE {
-            // A quarter of a percent per mm.
+            // The effort is a quarter of a percent per mm.
             (distance / 4).min(AHEAD_MAX)
         } else {
             0
@@ -126,7 +129,8 @@ impl Pilot {
         Wheels { left: wheel(ahead - turn), right: wheel(ahead + turn) }
     }
 
-    /// Returns the function from efforts to duties, with the present knowledge about these.
+    /// Continues the measurement of the minimum duty, and returns the function from efforts to
+    /// duties.
     fn seek(&mut self, pose: &Pose, now: u32) -> impl Fn(i32) -> i8 + use<> {
         self.minimum = match self.minimum {
             Minimum::Known(duty) => Minimum::Known(duty),
@@ -145,7 +149,7 @@ impl Pilot {
                 } else if i32::from(duty) < DUTY_MAX {
                     Minimum::Sought { duty: duty + 1, until: until.wrapping_add(RAISE_US), from }
                 } else {
-                    // It does not move at all, or is held.
+                    // The robot does not move at all, or it is held.
                     Minimum::Known(MINIMUM)
                 }
             }

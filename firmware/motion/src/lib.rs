@@ -1,4 +1,5 @@
-//! Where a robot under a projector is, and how it drives: what the Zooid's firmware computes between its pins.
+//! The localization of a robot under a projector, and its drive: the hardware-independent logic of
+//! the Zooid's firmware.
 //!
 //! ```text
 //! edges of each photodiode ──[projector]──▶ column, row ──[track]──▶ pose, extrapolated to now
@@ -8,18 +9,20 @@
 //! ```
 //!
 //! # Principles
-//! 1. **No hardware and no clock.** Times are arguments, so all of it is tested on the host.
-//! 2. **Integers only.** The Cortex-M0 has no floating-point unit, and the library for it takes more flash than all of this.
-//!    Lengths are [`Length`], directions [`Angle`], times µs that wrap around.
-//! 3. **A wrong position is worse than none.** What two photodiodes tell must agree with the board's measures and with where
-//!    the robot was.
+//! 1. **No hardware and no clock.** Times are arguments, so all code is tested on the host.
+//! 2. **Integers only.** The Cortex-M0 has no floating-point unit, and the library for floats takes
+//!    more flash than this whole crate. Lengths are [`Length`], directions [`Angle`], and times are
+//!    µs that wrap around.
+//! 3. **A wrong position is worse than none.** The pixels of both photodiodes must agree with the
+//!    board's measures and with the previous positions.
 //!
 //! # The frame of reference
-//! The origin is the middle of the projected picture, x to the right, y up (away from the row that is projected last), as seen
-//! from above. Directions count anticlockwise from x.
+//! The origin is the middle of the projected picture. Seen from above, x points to the right and y
+//! up, away from the row that is projected last. Directions count anticlockwise from x.
 //!
-//! # What it will not do
-//! Paths around obstacles, and anything about the wheels' speeds: a duty is all that a motor is told.
+//! # Not included
+//! The crate plans no paths around obstacles, and does not control the speeds of the wheels: a
+//! motor only gets a duty.
 
 #![no_std]
 #![forbid(unsafe_code)]
@@ -36,5 +39,5 @@ pub use angle::Angle;
 /// A length or a coordinate in 1/16 mm.
 pub type Length = i32;
 
-/// [`Length`]s in a mm.
+/// The number of [`Length`] units in a mm.
 pub const MM: Length = 16;

@@ -1,13 +1,14 @@
-//! From the pixels of both photodiodes to the robot's pose, and where it is by now.
+//! The tracker: computes the robot's pose from the pixels of both photodiodes, and extrapolates it
+//! to the present.
 
 use crate::angle::{Angle, polar};
 use crate::projector::{ASIDE_US, MIDDLE_US, Pixel};
 use crate::{Length, MM};
 
-/// Without a new position for so long the robot is blind, µs.
+/// The time in µs without a new position after which the robot is blind.
 pub const BLIND_US: u32 = 100_000;
 
-/// The middle of the picture, in halves of a pixel: columns 56 to 967, rows 227 to 796 are projected.
+/// The middle of the picture, in half pixels. Columns 56 to 967 and rows 227 to 796 are projected.
 const MIDDLE: [i32; 2] = [56 + 967, 227 + 796];
 
 /// Half a pixel in 2^-16 of a [`Length`]: 883 columns are 812.8 mm, 558 rows are 508 mm (SwarmUI, position_control.c).
@@ -19,29 +20,31 @@ const fn half_pixel(tenths: i64, pixels: i64) -> i32 {
     (tenths * MM as i64 * 65_536 / (10 * 2 * pixels)) as i32
 }
 
-/// From one photodiode to the other: 19.6 mm (board v1.3), and how much more or less two pixels may make of it, with a robot
-/// that turns while it is read.
+/// The distance between the photodiodes, 19.6 mm (board v1.3), and the tolerance of its measurement
+/// from two pixels while the robot turns.
 const BASELINE: Length = 196 * MM / 10;
 const TOLERANCE: Length = 4 * MM;
 
-/// Farther than this from where it is expected, a single position is not believed: what it takes to begin to drive, and what
-/// the fastest robot drives in the meantime, 0.7 mm in a ms, here in 2^-8 of an estimate's steps.
+/// The distance from the expected position beyond which a single position is rejected. It is the
+/// sum of the error when the robot begins to drive, and of the path of the fastest robot since the
+/// last position, 0.7 mm per ms, here in 2^-8 of an estimate's steps.
 const LEAP: Length = 12 * MM;
 const FASTEST: i32 = 46;
 
-/// Where the robot is, and the direction of its nose, which its antenna is at.
+/// The position of the robot and the direction of its nose, where its antenna is.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Default)]
 pub struct Pose {
-    /// To the right.
+    /// The coordinate to the right.
     pub x: Length,
-    /// Up.
+    /// The coordinate upwards.
     pub y: Length,
-    /// Anticlockwise from x.
+    /// The direction of the nose, anticlockwise from x.
     pub heading: Angle,
 }
 
 impl Pose {
-    /// Where it is if photodiode 1, on its right, and 2, on its left, are in these pixels; `None` if that cannot be.
+    /// Returns the pose of a robot with photodiode 1, on its right, and 2, on its left, in these
+    /// pixels. Returns `None` if the distance between the pixels is impossible.
     pub fn of(right: Pixel, left: Pixel) -> Option<Pose> {
         let ([right_x, right_y], [left_x, left_y]) = (place(right), place(left));
         let (apart, to_the_right) = polar(right_x - left_x, right_y - left_y);
@@ -55,31 +58,32 @@ impl Pose {
         })
     }
 
-    /// How far another place is, and in which direction as this robot sees it: 0 is ahead, anticlockwise.
+    /// Returns the distance and the direction of another place from this robot. Direction 0 is
+    /// ahead, and angles count anticlockwise.
     pub fn sight(&self, x: Length, y: Length) -> (Length, Angle) {
         let (distance, direction) = polar(x - self.x, y - self.y);
         (distance, direction.minus(self.heading))
     }
 }
 
-/// Of a pixel's middle.
+/// Returns the coordinates of a pixel's middle.
 fn place(Pixel { column, row }: Pixel) -> [Length; 2] {
     let [across, down] = [column, row].map(|halves| 2 * i32::from(halves));
     let [right, below] = [across - MIDDLE[0], down - MIDDLE[1]];
-    // At most 1023 of them: below 2^31.
+    // There are at most 1023 half pixels, so the products are below 2^31.
     [right * HALF_PIXEL[0], -below * HALF_PIXEL[1]].map(|fixed| (fixed + (1 << 15)) >> 16)
 }
 
-/// Bits by which an estimate is finer than what it estimates.
+/// The number of bits by which an estimate is finer than the estimated quantity.
 const FINER: u32 = 4;
-/// Speeds are per 2^14 µs.
+/// Speeds are in units per 2^14 µs.
 const PER_US: u32 = 14;
-/// Times are rounded to 2^4 µs, so that the product with a speed fits: a wheel's 0.5 m/s turns the robot by 50 radians per
-/// second.
+/// Times are rounded to 2^4 µs, so that the product with a speed does not overflow: a wheel's 0.5
+/// m/s turns the robot by 50 radians per second.
 const COARSER: u32 = 4;
 
-/// A quantity and its speed, by an alpha-beta filter: alpha 3/4, beta 1/2, which is critically damped: beta = 2 (2 - alpha) -
-/// 4 sqrt(1 - alpha) (Kalata 1984).
+/// A quantity and its speed, estimated by an alpha-beta filter. With alpha 3/4 and beta 1/2 it is
+/// critically damped: beta = 2 (2 - alpha) - 4 sqrt(1 - alpha) (Kalata 1984).
 #[derive(Clone, Copy, Debug, Default)]
 struct Estimate {
     value: i32,
@@ -87,39 +91,40 @@ struct Estimate {
 }
 
 impl Estimate {
-    /// The value so many µs later.
+    /// Returns the value `us` µs later.
     fn after(&self, us: i32) -> i32 {
         self.value.wrapping_add((self.speed * (us >> COARSER)) >> (PER_US - COARSER))
     }
 
-    /// A measurement, so many µs after the last, differs by `deviation` from what was expected.
+    /// Corrects the estimate by a measurement `us` µs after the last one, which differs by
+    /// `deviation` from the expected value.
     fn correct(&mut self, us: i32, deviation: i32) {
         self.value = self.after(us).wrapping_add((3 * deviation) >> 2);
         self.speed += (deviation << (PER_US - COARSER - 1)) / (us >> COARSER).max(1);
     }
 }
 
-/// Follows a robot.
+/// The estimate of a robot's pose and speeds.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Tracker {
-    /// When it was where the estimates say; `None` as long as nothing is known.
+    /// The time in µs of the estimates; `None` while the pose is unknown.
     at: Option<u32>,
     x: Estimate,
     y: Estimate,
-    /// As an angle does, it wraps around: a whole number of turns is a power of two.
+    /// The heading, which wraps around like an angle, because a whole turn is a power of two.
     heading: Estimate,
-    /// The last position was not believed.
+    /// True if the last position was rejected.
     is_doubtful: bool,
 }
 
 impl Tracker {
-    /// Of a robot that is somewhere.
+    /// Returns the tracker of a robot whose pose is unknown.
     pub const fn new() -> Self {
         const NOTHING: Estimate = Estimate { value: 0, speed: 0 };
         Tracker { at: None, x: NOTHING, y: NOTHING, heading: NOTHING, is_doubtful: false }
     }
 
-    /// In the frame that began at `start` µs the photodiodes were in these pixels.
+    /// Processes the pixels that the photodiodes decoded from the frame that began at `start` µs.
     pub fn see(&mut self, start: u32, right: Pixel, left: Pixel) {
         let Some(pose) = Pose::of(right, left) else { return };
         let at = start.wrapping_add(MIDDLE_US);
@@ -129,7 +134,7 @@ impl Tracker {
             return;
         };
         let us = us as i32;
-        // The column was read before the middle, the row after it.
+        // The column was measured before the middle of the frame's code, and the row after it.
         let aside = |estimate: &Estimate| (estimate.speed * ASIDE_US as i32) >> PER_US;
         let x = (pose.x << FINER) + aside(&self.x) - self.x.after(us);
         let y = (pose.y << FINER) - aside(&self.y) - self.y.after(us);
@@ -138,7 +143,8 @@ impl Tracker {
         let leap = (LEAP << FINER) + ((us * FASTEST) >> 8);
         if x.abs().max(y.abs()) > leap {
             if self.is_doubtful {
-                // A second time: somebody has moved the robot.
+                // Two positions in a row were far from the expected one: the robot was moved by
+                // hand.
                 self.begin(at, pose);
             } else {
                 self.is_doubtful = true;
@@ -163,11 +169,11 @@ impl Tracker {
         };
     }
 
-    /// Where the robot is at `now` µs, if it is not blind.
+    /// Returns the robot's pose at `now` µs, unless the robot is blind.
     pub fn pose(&mut self, now: u32) -> Option<Pose> {
         let us = now.wrapping_sub(self.at?);
         if us > BLIND_US {
-            // Else it would see again when the time has wrapped around.
+            // The old estimate would become valid again after the time has wrapped around.
             self.at = None;
             return None;
         }
