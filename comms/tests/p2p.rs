@@ -1,4 +1,4 @@
-//! Swarm messages in P2P frames, and packets of the ground station: whatever comes.
+//! Swarm messages in P2P frames and packets of the ground station, with arbitrary input.
 
 use bittybuzz_comms::syslink::{Crtp, P2P_MAX, Position, SWARM_MESSAGE_MAX, SwarmFrame};
 use proptest::collection::vec;
@@ -17,7 +17,7 @@ proptest! {
         prop_assert_eq!(SwarmFrame::parse(data), Some(frame));
     }
 
-    /// There is one way to write what was read.
+    /// A parsed frame has exactly one serialization.
     #[test]
     fn what_is_read_is_written_the_same(
         tag in prop_oneof![Just(0xb0_u8), Just(0xb1), any::<u8>()],
@@ -30,7 +30,7 @@ proptest! {
         }
     }
 
-    /// A pose that is believed can be calculated with.
+    /// An accepted pose has finite numbers only.
     #[test]
     fn believed_poses_are_finite(
         header in prop_oneof![Just(0x6d_u8), any::<u8>()],

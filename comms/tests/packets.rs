@@ -1,4 +1,4 @@
-//! Packets by the table of Bitcraze's protocol: every type, and what is refused.
+//! Packets by the table of Bitcraze's protocol: every type, and the rejected data.
 
 use bittybuzz_comms::syslink::{Battery, DataRate, MTU, Packet, PacketError, SyslinkFrame, kind};
 
@@ -20,7 +20,8 @@ fn what_the_radio_sends() {
         Ok(Packet::P2pReceived { port: 0, rssi: -55, data: &[9, 8] })
     );
     assert_eq!(received(0x15, &[]), Ok(Packet::ShutdownRequest));
-    // Flags, 3.7 V as binary32, charger current; newer boards add a temperature.
+    // The data are flags, 3.7 V as binary32 and the charger current; newer boards add a
+    // temperature.
     let state = [0b011, 0xcd, 0xcc, 0x6c, 0x40, 0, 0, 0, 0];
     let battery = Packet::Battery(Battery { charging: true, usb_powered: true, volts: 3.7 });
     assert_eq!(received(0x13, &state), Ok(battery));

@@ -1,4 +1,4 @@
-//! Queues against a list that does the same slowly, and the rules by example.
+//! Queues, compared with a slow list that follows the same rules, and examples of the rules.
 
 use bittybuzz_comms::queue::{Counters, Inbox, Outbox};
 use bittybuzz_vm_core::Value;
@@ -80,19 +80,19 @@ fn a_full_queue_drops_the_oldest_of_the_lowest_priority() {
     for frame in [entry::<Tiny>(1, 1, 1, 0), swarms(1), swarms(2)] {
         outbox.push(&frame);
     }
-    // For a third list of swarms the first has to go, for an entry the second.
+    // A third list of swarms displaces the first, and an entry displaces the second.
     outbox.push(&swarms(3));
     outbox.push(&entry::<Tiny>(1, 1, 2, 0));
     outbox.push(&entry::<Tiny>(1, 1, 3, 0));
     assert_eq!(outbox.counters().dropped, 3);
-    // There is no lower priority than its own.
+    // No waiting frame has a lower priority than the new one.
     outbox.push(&swarms(4));
     assert_eq!(outbox.counters().dropped, 4);
     let entries = [1, 2, 3].map(|key| entry::<Tiny>(1, 1, key, 0));
     assert_eq!(popped(&mut outbox), entries);
 }
 
-/// A robot with more entries than its link takes is a neighbor nevertheless.
+/// A robot with more entries than its link takes still sends its beacon.
 #[test]
 fn entries_do_not_keep_a_beacon_back() {
     let mut outbox = Outbox::<Tiny, 10, 3>::new();
@@ -116,7 +116,7 @@ fn a_beacon_replaces_the_robot_s_one_of_before() {
     assert_eq!(frames, [digest(1, 7), digest(2, 6)]);
 }
 
-/// Two robots of different scripts may have one id.
+/// Two robots with different scripts may have the same id.
 #[test]
 fn a_beacon_does_not_replace_one_of_another_script() {
     for byte in 3..7 {
@@ -129,7 +129,7 @@ fn a_beacon_does_not_replace_one_of_another_script() {
     }
 }
 
-/// The last byte of the hash is missing.
+/// The last byte of the hash is missing in the first beacon.
 #[test]
 fn a_beacon_does_not_replace_one_that_was_cut() {
     let mut inbox = Inbox::<Tiny, (), 10, 4>::new(());
@@ -138,7 +138,7 @@ fn a_beacon_does_not_replace_one_that_was_cut() {
     assert_eq!(inbox.len(), 2);
 }
 
-/// The clock is a circle: after the greatest one comes 1.
+/// The clock wraps around: 1 follows the greatest value.
 #[test]
 fn an_entry_replaces_one_from_before_the_end_of_the_circle() {
     assert!(replaces::<Tiny>(&entry::<Tiny>(7, CLOCK_MAX, 3, 9), &entry::<Tiny>(2, 1, 3, 0)));
@@ -153,12 +153,12 @@ fn doubles_wait_once_and_are_where_they_were_seen_last() {
     inbox.push(&beacon(1), 70);
     assert_eq!((inbox.len(), inbox.counters().duplicates), (2, 1));
     assert_eq!(inbox.pop().map(|(frame, extra)| (&**frame, *extra)), Some((&beacon(1)[..], 70)));
-    // It does not wait any more.
+    // The frame does not wait any more, so this one is no duplicate.
     inbox.push(&beacon(1), 80);
     assert_eq!((inbox.len(), inbox.counters().duplicates), (2, 1));
 }
 
-/// With that entry waiting, whether another takes its place.
+/// Returns true if the entry `new` takes the place of the entry `waiting`.
 fn replaces<P: Profile>(waiting: &[u8], new: &[u8]) -> bool {
     let mut inbox = Inbox::<P, (), 20, 4>::new(());
     inbox.push(&beacon(1), ());
@@ -178,7 +178,7 @@ fn entries_replace_older_ones<P: Profile>() {
     assert!(replaces::<P>(&waiting, &entry::<P>(2, 0x11_0000, 3, 0)));
     assert!(replaces::<P>(&waiting, &entry::<P>(2, 0x20_0000, 3, 0)));
     assert!(replaces::<P>(&waiting, &entry::<P>(7, 0x10_0105, 3, 1)));
-    // A conflict, an older one, another key.
+    // A conflict, an older entry and another key replace nothing.
     assert!(!replaces::<P>(&waiting, &entry::<P>(8, 0x10_0105, 3, 9)));
     assert!(!replaces::<P>(&waiting, &entry::<P>(7, 0x10_0104, 3, 9)));
     assert!(!replaces::<P>(&waiting, &entry::<P>(7, 0x0f_ffff, 3, 9)));
@@ -190,7 +190,8 @@ fn entries_replace_older_ones<P: Profile>() {
         let length = Message::Entry(entry).encode(script, &mut frame).expect("it fits");
         frame[..length].to_vec()
     };
-    // A value of another type; another stigmergy, a string of the same number as key, another script.
+    // A key with a value of another type is replaced. Another stigmergy, a string whose number
+    // equals the key, and another script replace nothing.
     assert!(replaces::<P>(&waiting, &message(1, Value::int(3), SCRIPT)));
     assert!(!replaces::<P>(&waiting, &message(2, Value::int(3), SCRIPT)));
     let number = 3_u16.wrapping_sub(SCRIPT.hash as u16);
@@ -210,7 +211,7 @@ fn an_entry_replaces_older_ones_of_its_key() {
 }
 
 fn broadcasts_make_those_of_earlier_steps_stale<P: Profile>() {
-    // Values that differ in each byte.
+    // The values differ in each byte.
     let broadcast = |topic, value: i32| broadcast_of::<P>(1, topic, value * 0x0101_0101);
     let mut outbox = Outbox::<P, 20, 8>::new();
     outbox.begin_step();
@@ -267,10 +268,10 @@ fn what_is_no_frame_is_dropped() {
     assert_eq!((inbox.len(), inbox.counters().dropped), (0, 5));
 }
 
-/// The rules, on a list with the oldest first.
+/// The rules of the queue, on a list with the oldest frame first.
 #[derive(Default)]
 struct Model {
-    /// An outbox, where beacons have the highest priority.
+    /// True for an outbox, where beacons have the highest priority.
     is_out: bool,
     waiting: Vec<(Vec<u8>, bool, u16)>,
     by_age: bool,
@@ -379,7 +380,7 @@ fn acts() -> impl Strategy<Value = Vec<Act>> {
     prop::collection::vec(act, 0..120)
 }
 
-/// Compares queues of `ROOM` places with larger ones that have room for as many frames.
+/// Compares queues of `ROOM` places with larger queues that are limited to `ROOM` frames.
 fn same_as_smaller<const ROOM: usize>(acts: Vec<Act>) -> Result<(), TestCaseError> {
     let mut inboxes =
         (Inbox::<Tiny, u16, 10, ROOM>::new(0), Inbox::<Tiny, u16, 10, 9>::with_room(0, ROOM));
@@ -457,7 +458,7 @@ proptest! {
         }
     }
 
-    /// A queue with more places than it has room for does what one does that has no more.
+    /// A queue with a limit behaves like a queue that has no more places.
     #[test]
     fn a_queue_with_less_room_does_what_a_smaller_one_does(room in 1..=FRAMES, acts in acts()) {
         match room {
@@ -469,7 +470,8 @@ proptest! {
         }
     }
 
-    /// Whatever comes in, a frame that is inside leaves before twice as many have left as the queue holds, or is dropped.
+    /// A waiting frame leaves the queue, or is dropped, before twice the queue's size of other
+    /// frames have left.
     #[test]
     fn nothing_starves(flood in prop::collection::vec(frames(), 40)) {
         let mut outbox = Outbox::<Tiny, 10, FRAMES>::new();

@@ -1,4 +1,4 @@
-//! Hostile streams: whatever came before, good frames are received.
+//! Hostile streams: good frames are received whatever precedes them.
 
 use bittybuzz_comms::syslink::{FRAME_MAX, MTU, Packet, Parser, SyslinkFrame};
 use proptest::prelude::*;
@@ -20,7 +20,7 @@ fn frames(stream: &[u8]) -> Vec<(u8, Vec<u8>)> {
     found
 }
 
-/// The frames of a stream by the definition, found in all of it at once.
+/// Finds the frames of a whole stream by their definition.
 fn by_definition(stream: &[u8]) -> Vec<(u8, Vec<u8>)> {
     let mut found = Vec::new();
     let mut at = 0;
@@ -50,7 +50,7 @@ fn any_frame() -> impl Strategy<Value = Vec<u8>> {
         .prop_map(|(kind, data)| bytes(kind, &data))
 }
 
-/// Bytes that often look like the start of a frame.
+/// Returns bytes that often look like the start of a frame.
 fn noise() -> impl Strategy<Value = Vec<u8>> {
     let byte = prop_oneof![Just(0xbc), Just(0xcf), 0u8..4, any::<u8>()];
     prop::collection::vec(byte, 0..120)
@@ -59,7 +59,7 @@ fn noise() -> impl Strategy<Value = Vec<u8>> {
 proptest! {
     #[test]
     fn agrees_with_the_definition(parts in prop::collection::vec(prop_oneof![any_frame(), noise()], 0..6)) {
-        // Behind the end come bytes that begin nothing, so that nothing is still pending.
+        // The stream ends with bytes that begin no frame, so that no frame is still pending.
         let stream = [parts.concat(), vec![0; FRAME_MAX]].concat();
         prop_assert_eq!(frames(&stream), by_definition(&stream));
     }
@@ -70,7 +70,7 @@ proptest! {
         victim in any::<prop::sample::Index>(),
         flip in 1u8..=255,
     ) {
-        // Data that cannot look like a frame.
+        // These data cannot look like a frame.
         let good: Vec<Vec<u8>> = (0..count).map(|n| bytes(n as u8, &[n as u8; 9])).collect();
         let mut stream = good.concat();
         let at = victim.index(stream.len());
@@ -99,7 +99,7 @@ proptest! {
     }
 }
 
-/// A million damaged bytes, and a good frame after each thousand of them.
+/// The stream has a million damaged bytes, with a good frame after each thousand.
 #[test]
 fn a_million_damaged_bytes() {
     let mut state = 0x2545_f491u32;
@@ -127,7 +127,7 @@ fn a_million_damaged_bytes() {
             }
             stream.extend(frame);
         }
-        // Whatever is pending needs at most a frame's length to be found false.
+        // The parser needs at most a frame's length to discard pending bytes.
         stream.extend([0; FRAME_MAX]);
         stream.extend(&marker);
         for byte in stream {

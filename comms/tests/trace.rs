@@ -1,4 +1,4 @@
-//! Records of a script's life: written out by hand from the table in the module's documentation.
+//! The records of a script's life, written by hand from the table in the module's documentation.
 
 use bittybuzz_comms::trace::{self, PrintedValue, Record, RecordError, Unused};
 use bittybuzz_vm_core::{Counters, Fault, FaultCode, ImageError, Type};
@@ -67,7 +67,7 @@ fn faults() {
     assert_eq!((read, calls.collect::<Vec<_>>()), (fault, vec![0x0102, 0x0040]));
 }
 
-/// A fault of a listener has the fields of any other, and another kind.
+/// The record of a listener's fault has the fields of other faults, and another kind.
 #[test]
 fn contained_faults() {
     let fault = Fault {
@@ -93,7 +93,7 @@ fn restarts() {
     assert_eq!(Record::decode(&bytes[..6]), Err(RecordError::Length));
 }
 
-/// A stack can be deeper than a record is long: the innermost calls are told.
+/// A stack can have more calls than fit in a record, which then has the innermost ones.
 #[test]
 fn deep_faults_are_cut() {
     let fault =
