@@ -1,9 +1,10 @@
-//! Amplitudes to distances, with tables as a robot's EEPROM may have them.
+//! The conversion from amplitudes to distances, with tables like those in a robot's EEPROM.
 
 use bittybuzz_kilobot::calibration;
 use bittybuzz_kilobot::distance::{Amplitudes, Gain, distance};
 
-/// Readings that fall with the square of the distance, as light does: not measured at a robot, nobody has published such a table.
+/// Readings that decrease with the square of the distance, like light. They were not measured on a
+/// robot, since no such table has been published.
 fn reading(gap: f64, gain: f64) -> f64 {
     (gain / (gap + 20.0).powi(2)).min(1023.0)
 }
@@ -23,7 +24,7 @@ fn of(high_gain: f64, low_gain: f64) -> Option<u8> {
     })
 }
 
-/// The formula of facts and kilolib with real numbers.
+/// The formula of kilolib in floating point.
 fn line(reading: f64, table: impl Fn(u8) -> u16) -> f64 {
     let index = (1..14).find(|index| reading > f64::from(table(*index))).unwrap_or(13);
     let (here, before) = (f64::from(table(index)), f64::from(table(index - 1)));
@@ -46,7 +47,7 @@ fn it_is_the_formula_rounded_towards_the_table() {
         let exact = 33.0 + line(f64::from(high), table(HIGH));
         assert!((is - exact).abs() < 1.0, "{high}: {is}, {exact}");
     }
-    // Where both gains tell, in the middle between both.
+    // In the middle of the range of both gains, the result is in the middle between both.
     let high = 800.0;
     let low = 400.0;
     let middle = (line(high, table(HIGH)) + line(low, table(LOW))) / 2.0;
@@ -57,7 +58,8 @@ fn it_is_the_formula_rounded_towards_the_table() {
 #[test]
 fn the_ends() {
     assert_eq!(of(1023.0, 1023.0), Some(33), "touching");
-    // Beyond the last entry of the high gain: along the last line. Of the low gain: 90 mm.
+    // Beyond its last entry, the table of the high gain is extrapolated, and that of the low gain
+    // means 90 mm.
     let high_gain = table(HIGH);
     let last = f64::from(high_gain(13));
     assert!(of(last / 2.0, 0.0).unwrap() > 33 + 65);
@@ -73,7 +75,7 @@ fn a_robot_that_was_never_calibrated_knows_no_distance() {
     }
 }
 
-/// No readings and tables harm it.
+/// Arbitrary readings and tables cause no overflow.
 #[test]
 fn any_numbers() {
     let values = [0, 1, 2, 134, 700, 701, 899, 900, 1023, 1024, 32_767, 32_768, 65_535];

@@ -1,4 +1,4 @@
-//! The controller's messages, with types and data as kilolib's `message.h` and `ohc.h` have them.
+//! The controller's messages, with the types and data of kilolib's `message.h` and `ohc.h`.
 
 use bittybuzz_kilobot::mode::{Act, ModeSwitch, RobotMode};
 
@@ -17,7 +17,7 @@ fn types_of_the_messages() {
         (0x89, Act::None, RobotMode::Moving),
     ];
     for kind in 0..=255 {
-        // There is no mode 5 of calibration, and no other type.
+        // These messages do nothing: calibration has no mode 5, and other types do not exist.
         let (_, act, state) = expected.into_iter().find(|(known, ..)| *known == kind).unwrap_or((
             kind,
             Act::None,
@@ -47,7 +47,7 @@ fn calibration_is_tried_and_stored() {
     assert_eq!((mode.state, mode.id, mode.duties), (RobotMode::Waiting, 0x1234, [81, 82, 83, 84]));
 }
 
-/// Chips come with an EEPROM of 0xff, and a programmer erases it.
+/// New chips have an EEPROM of 0xff, and a programmer erases it.
 #[test]
 fn a_robot_with_erased_id_or_duties_does_not_run() {
     const RUN: u8 = 0x88;
@@ -61,7 +61,7 @@ fn a_robot_with_erased_id_or_duties_does_not_run() {
         let mut mode = ModeSwitch::new(id, duties);
         let _ = mode.obey(RUN, &[0; 9]);
         assert_eq!(mode.state, RobotMode::Uncalibrated, "{id:#x}, {duties:?}");
-        // What the controller sets counts at once, stored or not.
+        // Values from the controller are valid at once, stored or not.
         let _ = mode.obey(CALIBRATE, &[1, 2, 0, 0, 0, 0, 0, 0, 0]);
         let _ = mode.obey(CALIBRATE, &[2, 0, 0, 65, 0, 0, 0, 0, 0]);
         let _ = mode.obey(CALIBRATE, &[3, 0, 0, 0, 65, 0, 0, 0, 0]);
@@ -69,7 +69,7 @@ fn a_robot_with_erased_id_or_duties_does_not_run() {
         let _ = mode.obey(RUN, &[0; 9]);
         assert_eq!(mode.state, RobotMode::Running, "{id:#x}, {duties:?}");
     }
-    // Values next to the erased ones are as good as any.
+    // Values next to the erased ones are valid.
     for id in [0, 0x00ff, 0xff00, 0xfffe] {
         let mut mode = ModeSwitch::new(id, [0xfe; 4]);
         let _ = mode.obey(RUN, &[0; 9]);
@@ -88,7 +88,8 @@ fn the_id_is_shown_bit_by_bit() {
     }
 }
 
-/// Any robot in range can send these messages. While the script runs they change nothing that is stored.
+/// Any robot in range can send these messages. While the script runs, they change no id and no
+/// duties.
 #[test]
 fn calibration_is_ignored_while_the_script_runs() {
     let mut mode = ModeSwitch::new(1, DUTIES);

@@ -1,15 +1,16 @@
-//! Pulses as kilolib's transmitter makes them, measured in simavr (8 MHz cycles).
+//! Pulses of kilolib's transmitter, as measured in simavr (in cycles of 8 MHz).
 
 use bittybuzz_kilobot::receiver::{BIT, MESSAGE, Pulse, Receiver};
 
-/// From the first pulse to the second, from there to the first byte's start bit, from bit to bit, from a stop bit to the
-/// next start bit.
+/// The intervals from the first pulse to the second, from there to the first byte's start bit, from
+/// bit to bit, and from a stop bit to the next start bit.
 const LEAD: f64 = 2420.0;
 const TO_BYTES: f64 = 286.0;
 const PITCH: f64 = 270.0;
 const TO_NEXT: f64 = 282.0;
 
-/// When the pulses of a message are, for a receiver whose clock runs `rate` times as fast as the sender's.
+/// Returns the times of a message's pulses, for a receiver whose clock runs `rate` times as fast as
+/// the sender's.
 fn pulses(message: &[u8; MESSAGE], start: f64, rate: f64) -> Vec<u16> {
     let mut at = LEAD + TO_BYTES;
     let mut times = vec![0.0, LEAD];
@@ -40,14 +41,14 @@ fn clocks_may_differ_from_minus_five_to_plus_four_percent() {
     let mut receiver = Receiver::new();
     for message in MESSAGES {
         for permille in -50..=40 {
-            // The counter wraps around within some.
+            // The counter wraps around during some of the messages.
             let start = 60_000.0 + f64::from(permille);
             let pulses = pulses(&message, start, 1.0 + f64::from(permille) / 1000.0);
             assert_eq!(receive(&mut receiver, &pulses), Some(message), "{permille} permille");
             assert!(!receiver.is_busy());
         }
     }
-    // Far outside no message comes through.
+    // Far outside this range no message is received.
     for percent in [-8.0, 6.0] {
         let pulses = pulses(&MESSAGES[1], 0.0, 1.0 + percent / 100.0);
         assert_eq!(receive(&mut Receiver::new(), &pulses), None, "{percent} percent");
@@ -67,13 +68,14 @@ fn what_each_pulse_is() {
 
 #[test]
 fn two_senders_at_once_are_no_message() {
-    // The second one's lead falls into the first one's: a bit of a byte that must be 0.
+    // The lead of the second sender comes during that of the first, as a bit of a byte that must be
+    // 0.
     let mut receiver = Receiver::new();
     assert_eq!(receiver.pulse(0), Pulse::First);
     assert_eq!(receiver.pulse(3 * BIT), Pulse::Inside);
     assert_eq!(receiver.pulse(9 * BIT), Pulse::Stray);
     assert!(!receiver.is_busy());
-    // A pulse right behind another is none of this sender's.
+    // A pulse directly after another one comes from another sender.
     assert_eq!(receiver.pulse(0), Pulse::First);
     assert_eq!(receiver.pulse(BIT / 2), Pulse::Stray);
     assert!(!receiver.is_busy());

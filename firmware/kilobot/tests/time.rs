@@ -5,7 +5,7 @@ use bittybuzz_kilobot::light::Blinker;
 use bittybuzz_kilobot::motors::Motors;
 use bittybuzz_kilobot::sender::Sender;
 
-/// ms of a unit.
+/// The length of a unit in ms.
 const UNIT: f64 = 0.128;
 
 #[test]
@@ -56,17 +56,17 @@ fn a_motor_that_stands_is_pushed_for_fifteen_ms() {
         (0..1000).filter(|unit| motors.duties(now.wrapping_add(*unit)) == [255, 0]).count();
     assert!((118..=119).contains(&pushed), "{pushed} units");
     assert_eq!(motors.duties(now.wrapping_add(1000)), [70, 0]);
-    // The other one starts, this one runs on.
+    // The other motor starts, and this one keeps running.
     let now = now.wrapping_add(1000);
     motors.set([60, 65], now);
     assert_eq!(motors.duties(now), [60, 255]);
     assert_eq!(motors.duties(now.wrapping_add(200)), [60, 65]);
-    // What is stopped during its push is stopped.
+    // A motor that is stopped during its push stops.
     motors.set([0, 0], now);
     motors.set([70, 70], now);
     motors.set([0, 70], now);
     assert_eq!(motors.duties(now), [0, 255]);
-    // Set anew all the time, it is not pushed again, nor for longer.
+    // A motor whose duty is set repeatedly is not pushed again or for longer.
     let mut motors = Motors::new();
     let pushed = (0..2000)
         .filter(|now| {
@@ -91,7 +91,7 @@ fn two_messages_a_second() {
     assert_eq!(sent, 120);
 }
 
-/// One that had nothing to send for longer than the clock knows, sends when there is something.
+/// A robot that had no message for longer than the clock's period sends as soon as there is one.
 #[test]
 fn after_a_long_silence_a_message_goes_at_once() {
     let mut sender = Sender::start(0, 0);
@@ -113,7 +113,7 @@ fn a_fault_blinks_as_often_as_its_number() {
         let mut blinker = Blinker::start(0);
         let lit: Vec<bool> =
             (0..200_000_u32).map(|unit| blinker.tell(number, unit as u16)).collect();
-        // Rounds begin behind the long darkness.
+        // A round begins after the long dark phase.
         let dark = 5 * usize::from(units(200));
         let rounds: Vec<usize> = lit
             .chunk_by(|a, b| a == b)
@@ -130,6 +130,6 @@ fn a_fault_blinks_as_often_as_its_number() {
 fn a_robot_that_waits_flashes_five_times_a_second() {
     let mut blinker = Blinker::start(0);
     let lit = (0..78_125_u32).filter(|unit| blinker.flash(*unit as u16)).count();
-    // Ten seconds: 49.75 flashes of 8 units.
+    // Ten seconds have 49.75 flashes of 8 units.
     assert!((390..=408).contains(&lit), "{lit}");
 }

@@ -1,4 +1,4 @@
-//! Length and direction of vectors, against the library's.
+//! The length and the direction of vectors, compared with the standard library's results.
 
 use bittybuzz_motion::Angle;
 use bittybuzz_motion::angle::polar;

@@ -1,8 +1,9 @@
-//! What the bridge's inputs do to the motor, as the makers' firmware uses them.
+//! The effect of the bridge's inputs on the motor, as the makers' firmware uses them.
 
 use bittybuzz_motion::bridge::{COAST, PERIOD, inputs};
 
-/// Percent of the time in which the motor is driven forwards (the second input alone is high), backwards, braked, left alone.
+/// Returns the percentages of time in which the motor is driven forwards (only the second input is
+/// high), driven backwards, braked, and without power.
 fn shares([first, second]: [u16; 2]) -> [u16; 4] {
     let mut shares = [0; 4];
     for count in 0..PERIOD {

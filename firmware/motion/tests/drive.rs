@@ -1,11 +1,13 @@
-//! Robots with two wheels, a dead band, unlike motors and a projector drive to goals.
+//! Simulated robots with two wheels, a dead band and different motors drive to goals under a
+//! projector.
 
 mod common;
 
 use bittybuzz_motion::drive::{Goal, Pilot, Wheels};
 use common::{Light, Noise, Robot, Truth};
 
-/// A body: 20 mm between the wheels, 0.5 m/s at 60 percent, still up to `dead` percent, and a gain for each wheel.
+/// The body of a robot: 20 mm between the wheels, 0.5 m/s at 60 percent, no movement up to `dead`
+/// percent, and a gain for each wheel.
 struct Body {
     truth: Truth,
     dead: f64,
@@ -28,7 +30,8 @@ impl Body {
     }
 }
 
-/// Drives for so many seconds at most; when it said to be there (not before it stood), and where it is half a second later.
+/// Drives for at most `seconds` seconds. Returns the time at which the robot reported its arrival
+/// (not before it stood), and its distance from the goal half a second later.
 fn drive(body: &mut Body, pilot: &mut Pilot, goal: [f64; 2], seconds: f64) -> (Option<f64>, f64) {
     let goal_mm = goal;
     let goal = Goal { x: (goal[0] * 16.0) as i32, y: (goal[1] * 16.0) as i32 };
@@ -76,7 +79,7 @@ fn goals_everywhere() {
         let way = (body.truth.x - goal[0]).hypot(body.truth.y - goal[1]);
         let (there, off) = drive(&mut body, &mut Pilot::new(Some(22)), goal, 8.0);
         let there = there.expect("it arrives");
-        // At most 2 s more than at 150 mm/s.
+        // The robot needs at most 2 s more than at 150 mm/s.
         assert!(there < 2.0 + way / 150.0, "{there} s for {way} mm");
         assert!(off < 5.5, "{off} mm");
         worst = worst.max(off);
@@ -87,7 +90,7 @@ fn goals_everywhere() {
     println!("off by {:.2} mm on average, {worst:.2} at most; {slowest:.2} s", sum / 60.0);
 }
 
-/// Where nothing is known of the motors it is found out on the way, whatever the dead band.
+/// The minimum duty of unknown motors is measured on the way, for any dead band.
 #[test]
 fn the_least_duty_is_found_on_the_way() {
     let mut noise = Noise(7);
@@ -101,7 +104,7 @@ fn the_least_duty_is_found_on_the_way() {
     }
 }
 
-/// A robot that is held, or has no motors: the search ends.
+/// The search ends for a robot that is held or has no motors.
 #[test]
 fn the_search_ends() {
     let mut noise = Noise(7);
@@ -111,7 +114,7 @@ fn the_search_ends() {
     assert_eq!(pilot.minimum(), Some(22));
 }
 
-/// One that was there and is pushed away a little stands; farther away it comes back.
+/// A robot at its goal that is pushed a little stays there; one that is pushed farther comes back.
 #[test]
 fn it_stays_where_it_is() {
     let mut noise = Noise(9);

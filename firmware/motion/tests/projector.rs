@@ -9,14 +9,15 @@ use bittybuzz_motion::projector::{Decoder, FRAME_US, PATTERN_US, Pixel, READABLE
 use bittybuzz_motion::track::Pose;
 use common::{Noise, pattern};
 
-/// The edges of frames at a pixel, from the first one's last white patterns on: time in µs and level.
+/// Returns the edges of frames at a pixel, from the last white patterns of a first frame on, as
+/// time in µs and level.
 fn edges(column: u32, row: u32, frames: usize) -> Vec<(u32, bool)> {
     let mut edges = vec![(0, true)];
     let mut level = true;
     for count in 0..frames * 41 {
         let next = pattern(count % 41, column, row);
         if next != level {
-            // 20 patterns of white came before.
+            // The edges are offset by 20 white patterns, which came before.
             edges.push(((20 + count as u32) * PATTERN_US, next));
             level = next;
         }
@@ -24,7 +25,7 @@ fn edges(column: u32, row: u32, frames: usize) -> Vec<(u32, bool)> {
     edges
 }
 
-/// The pixels that are read if a decoder is asked half a pattern after the row.
+/// Returns the pixels from a decoder that is read half a pattern after the row.
 fn read(edges: &[(u32, bool)]) -> Vec<Option<Pixel>> {
     let (mut decoder, mut pixels, mut level) = (Decoder::new(), Vec::new(), false);
     let last = edges.last().map_or(0, |edge| edge.0) + FRAME_US;
@@ -41,7 +42,8 @@ fn read(edges: &[(u32, bool)]) -> Vec<Option<Pixel>> {
     pixels
 }
 
-/// The same edges, and from `at` on for `width` µs the opposite level: what is added to a change undoes it.
+/// Adds a pulse of the opposite level at `at` for `width` µs. An added edge at the time of a change
+/// cancels the change.
 fn with_pulse(edges: &[(u32, bool)], at: u32, width: u32) -> Vec<(u32, bool)> {
     let mut times: Vec<u32> = edges.iter().map(|edge| edge.0).chain([at, at + width]).collect();
     times.sort_unstable();
@@ -60,7 +62,8 @@ fn known_codes() {
     }
 }
 
-/// All that are projected. In none of these patterns it is dark for as long as white frames end.
+/// Every projected pixel is tested. None of these patterns is dark for the length of the white at
+/// the end of a frame.
 #[test]
 fn every_column_and_every_row() {
     let (columns, rows) = (56..=967_u32, 227..=796_u32);
@@ -78,7 +81,8 @@ fn every_column_and_every_row() {
     }
 }
 
-/// An edge that is up to a third of a pattern early or late does no harm, and neither does a clock that is half a percent off.
+/// Frames are read correctly with edges up to a third of a pattern early or late, and with a clock
+/// error of half a percent.
 #[test]
 fn jitter_and_a_wrong_clock() {
     let mut noise = Noise(1);
@@ -110,7 +114,7 @@ fn the_clock_wraps_around() {
     }
 }
 
-/// A frame is read once: light that stays on does not bring it back when the clock has wrapped around.
+/// A frame is read only once, even if the light stays on until the clock has wrapped around.
 #[test]
 fn a_frame_is_read_once() {
     let mut decoder = Decoder::new();
@@ -119,19 +123,21 @@ fn a_frame_is_read_once() {
     assert_eq!((decoder.begun(), decoder.pixel(true)), (None, None));
 }
 
-/// Nobody tells which edges are those of light that goes on: what is black where a frame is white is no frame.
+/// The levels of edges are not captured. A frame with black in place of white is rejected
+/// nevertheless.
 #[test]
 fn the_opposite_of_a_frame_is_none() {
     let inverse: Vec<_> = edges(700, 300, 3).iter().map(|(at, is_lit)| (*at, !is_lit)).collect();
     assert_eq!(read(&inverse), [None; 3]);
-    // Also if it is light by chance when it is asked.
+    // The frame is rejected even if there is light at the moment of reading.
     let mut decoder = Decoder::new();
     inverse.iter().for_each(|(at, _)| decoder.edge(*at as u16));
     decoder.edge((20 * PATTERN_US + 2 * FRAME_US + 21 * PATTERN_US + 10) as u16);
     assert_eq!(decoder.pixel(true), None);
 }
 
-/// A comparator that wavers when the light changes: any number of edges within half a pattern, as long as the last is right.
+/// A comparator may produce several edges when the light changes: any number within half a pattern,
+/// as long as the last one is correct.
 #[test]
 fn an_edge_that_bounces_is_one() {
     for bounces in 1..6_u32 {
@@ -145,7 +151,7 @@ fn an_edge_that_bounces_is_one() {
     }
 }
 
-/// Whatever edge is missing or made up, the next whole frame is read.
+/// After any missing or additional edge, the next complete frame is read.
 #[test]
 fn one_damaged_frame_does_not_damage_the_next() {
     let whole = edges(700, 300, 4);
@@ -160,7 +166,7 @@ fn one_damaged_frame_does_not_damage_the_next() {
         let pixels = read(&edges);
         assert_eq!((pixels.first(), pixels.last()), (Some(&expected), Some(&expected)));
     }
-    // A lamp that flickers: twice as many edges at any time.
+    // A flickering lamp adds two edges at any time.
     for extra in (0..FRAME_US).step_by(41) {
         let mut edges = whole.clone();
         let at = 20 * PATTERN_US + FRAME_US + extra;
@@ -173,8 +179,8 @@ fn one_damaged_frame_does_not_damage_the_next() {
     }
 }
 
-/// A pulse of the opposite level, at every µs of a frame: in the code, beside and across its edges, in the white before the frame
-/// begins, and while it is read. No frame is lost.
+/// A pulse of the opposite level, at every µs of a frame, loses no frame: in the code, next to and
+/// across its edges, in the white before the frame, and while the frame is read.
 #[test]
 fn a_glitch_anywhere_loses_no_frame() {
     for (column, row) in [(700, 300), (341, 682), (512, 512), (967, 796)] {
@@ -190,7 +196,8 @@ fn a_glitch_anywhere_loses_no_frame() {
     }
 }
 
-/// The same for any pixel, with edges up to 20 µs early or late and a glitch in every frame.
+/// Glitches in every frame lose no frame at other pixels either, with edges up to 20 µs early or
+/// late.
 #[test]
 fn a_glitch_in_each_frame_of_a_jittery_picture() {
     let mut noise = Noise(7);
@@ -210,10 +217,12 @@ fn a_glitch_in_each_frame_of_a_jittery_picture() {
     }
 }
 
-/// Pulses that are too long for a glitch, each somewhere in a frame: the frame is right or not read. Of those between a third and a half
-/// of a pattern, one in fifty is taken for an edge of the code: it has to lie next to one. The other photodiode refuses two in three of
-/// these frames. The rest moves a robot that is seen for the first time by at most 21.6 mm: both photodiodes still seem to be
-/// 15.6 to 23.6 mm apart. The tracker refuses more than 12 mm of a robot that it knows.
+/// Pulses that are too long for a glitch, each somewhere in a frame: the frame is correct or
+/// rejected. One in fifty of those between a third and a half of a pattern counts as an edge of the
+/// code, since it lies next to one. The other photodiode rejects two in three of these frames. The
+/// remaining ones move a robot that is seen for the first time by at most 21.6 mm, since both
+/// photodiodes still seem to be 15.6 to 23.6 mm apart. The tracker rejects more than 12 mm for a
+/// robot with a known position.
 #[test]
 fn a_damaged_frame_is_not_read() {
     let mut noise = Noise(11);
@@ -229,7 +238,7 @@ fn a_damaged_frame_is_not_read() {
             let expected = Pixel { column: column as u16, row: row as u16 };
             right += usize::from(pixels == [Some(expected); 3]);
             refused += 3 - pixels.iter().flatten().count();
-            // The other photodiode, 19.6 mm to the left.
+            // The other photodiode is 19.6 mm to the left.
             let left = Pixel { column: column as u16 - 21, row: row as u16 };
             let truth = Pose::of(expected, left).unwrap();
             for pixel in pixels.into_iter().flatten().filter(|pixel| *pixel != expected) {
@@ -249,8 +258,8 @@ fn a_damaged_frame_is_not_read() {
     }
 }
 
-/// Constant light, darkness, and lamps that flicker tell no position. One that is on for 20 patterns and off for as many
-/// looks like a frame, but both photodiodes cannot be in the same pixel.
+/// Constant light, darkness and flickering lamps yield no position. A lamp that is on for 20
+/// patterns and off for 20 looks like a frame, but both photodiodes cannot be in the same pixel.
 #[test]
 fn other_light_is_none() {
     for edges in

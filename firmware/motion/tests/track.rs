@@ -1,4 +1,4 @@
-//! A robot that drives under the projector: how well it knows where it is.
+//! The accuracy of the pose of a robot that drives under the projector.
 
 mod common;
 
@@ -8,7 +8,7 @@ use bittybuzz_motion::projector::{MIDDLE_US, Pixel};
 use bittybuzz_motion::track::{BLIND_US, Pose, Tracker};
 use common::{FRAME, Light, Robot, Truth, error};
 
-/// Root of the mean squares of distances in mm and of turns in degrees.
+/// The root mean squares of distances in mm and of turns in degrees.
 #[derive(Default)]
 struct Rms {
     distance: f64,
@@ -28,7 +28,8 @@ impl Rms {
     }
 }
 
-/// Drives along a path for so many seconds; tells how far off it is at the frames' own times, and at any time.
+/// Follows a path for `seconds` seconds. Returns the errors at the frames' own times, and at any
+/// time.
 fn follow(seconds: f64, path: impl Fn(f64) -> Truth, lost: f64, seed: u64) -> [(f64, f64); 2] {
     let (mut light, mut robot) = (Light::new(lost, 40.0, seed), Robot::new());
     let (mut at_frames, mut always) = (Rms::default(), Rms::default());
@@ -56,7 +57,8 @@ fn follow(seconds: f64, path: impl Fn(f64) -> Truth, lost: f64, seed: u64) -> [(
     [at_frames.get(), always.get()]
 }
 
-/// At 0.3 m/s with one frame in a hundred lost: 1 mm at the frames' own times, 2.5 mm at any other, 3 degrees.
+/// Checks the errors at 0.3 m/s with one frame in a hundred lost: 1 mm at the frames' own times,
+/// 2.5 mm at any other time, 3 degrees.
 fn assert_good([at_frames, always]: [(f64, f64); 2], what: &str) {
     println!("{what}: {at_frames:.2?} {always:.2?}");
     assert!(at_frames.0 <= 1.0 && always.0 <= 2.5, "{what}: {at_frames:?}, {always:?} mm");
@@ -90,7 +92,7 @@ fn around_in_circles() {
     }
 }
 
-/// Ahead and back, each way faster and slower, up to 0.3 m/s.
+/// The robot drives ahead and back with changing speed, up to 0.3 m/s.
 #[test]
 fn never_the_same_speed() {
     for (period, reach) in [(1.0, 47.0), (2.0, 95.0), (4.0, 190.0)] {
@@ -102,7 +104,7 @@ fn never_the_same_speed() {
     }
 }
 
-/// A robot at rest does not tremble: below a pixel.
+/// The pose of a robot at rest varies by less than a pixel.
 #[test]
 fn at_rest() {
     for n in 0..40 {
@@ -113,7 +115,7 @@ fn at_rest() {
     }
 }
 
-/// The robot is seen in the whole picture, corners included.
+/// The robot is located in the whole picture, including the corners.
 #[test]
 fn from_corner_to_corner() {
     for (x, y) in [(-400.0, -240.0), (-400.0, 240.0), (400.0, -240.0), (400.0, 240.0)] {
@@ -123,7 +125,8 @@ fn from_corner_to_corner() {
     }
 }
 
-/// Without the projector it is blind after a tenth of a second, also when the clock has wrapped around since.
+/// Without the projector the robot is blind after a tenth of a second, also when the clock has
+/// wrapped around since.
 #[test]
 fn blind_without_light() {
     let (right, left) = (Pixel { column: 522, row: 500 }, Pixel { column: 501, row: 500 });
@@ -133,13 +136,13 @@ fn blind_without_light() {
     assert!(tracker.pose(MIDDLE_US + BLIND_US).is_some());
     assert!(tracker.pose(MIDDLE_US + BLIND_US + 1).is_none());
     assert!(tracker.pose(MIDDLE_US).is_none());
-    // Up in the picture, seen at once again.
+    // The robot is in the upper part of the picture, and is located again at once.
     tracker.see(1_000_000, right, left);
     let pose = tracker.pose(1_000_000 + MIDDLE_US).unwrap();
     assert!(pose.heading.minus(bittybuzz_motion::Angle::QUARTER).magnitude() < 50, "{pose:?}");
 }
 
-/// What two photodiodes 19.6 mm apart cannot see.
+/// These pixels are impossible for two photodiodes 19.6 mm apart.
 #[test]
 fn impossible_pixels() {
     let pose = |a: (u16, u16), b: (u16, u16)| {
@@ -152,7 +155,8 @@ fn impossible_pixels() {
     assert!(pose((1023, 1023), (0, 0)).is_none());
 }
 
-/// One wrong position among right ones is not believed; a robot that was carried elsewhere is seen there.
+/// A single wrong position is rejected, but a robot that was carried to another place is located
+/// there.
 #[test]
 fn outliers_and_abduction() {
     let frame = (FRAME * 1e6) as u32;
@@ -170,7 +174,7 @@ fn outliers_and_abduction() {
     assert!((after - before - 199.0 * 0.9205).abs() < 1.0, "{after}");
 }
 
-/// Distance and direction of others, whichever way both are.
+/// The distance and the direction of other robots are correct for any heading.
 #[test]
 fn others_are_seen_from_the_own_nose() {
     for heading in (0..16).map(|n| f64::from(n) * PI / 8.0) {

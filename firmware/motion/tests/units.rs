@@ -1,4 +1,4 @@
-//! Lengths and angles against floating-point arithmetic.
+//! The conversion of lengths and angles, compared with floating-point arithmetic.
 
 use std::f64::consts::PI;
 

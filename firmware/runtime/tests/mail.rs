@@ -1,4 +1,4 @@
-//! Swarm messages between tasks: what waits, what makes way, and when it is sent.
+//! Swarm messages between tasks: the waiting frames, the replaced ones, and the times of sending.
 
 mod common;
 
@@ -16,7 +16,8 @@ use embassy_time::Instant;
 
 type SmallMail = Mail<Full, 20, 3, 3>;
 
-/// A broadcast of a robot on a topic, as docs/wire-format.md says: type, robot, topic, value, hash.
+/// Returns a broadcast of a robot on a topic, in the format of docs/wire-format.md: type, robot,
+/// topic, value, hash.
 fn broadcast(robot: u16, topic: u8, value: u8) -> Vec<u8> {
     let robot = robot.to_le_bytes();
     vec![0x05, robot[0], robot[1], topic, 0, 0, 0, value, 0, 0, 0, 1, 2, 3]
@@ -40,7 +41,8 @@ fn the_script_gets_what_was_heard_and_from_whom() {
     assert!(mail.receive(&mut frame, &mut sighting).is_none());
 }
 
-/// 100 messages come between two steps: three wait, the others are counted, and so are doubles.
+/// 100 messages arrive between two steps. Three wait, the others are counted, and so are
+/// duplicates.
 #[test]
 fn what_there_is_no_room_for_is_counted() {
     let mail = SmallMail::new();
@@ -50,7 +52,7 @@ fn what_there_is_no_room_for_is_counted() {
     let (mut frame, mut sighting) = ([0; 20], Sighting::default());
     let received = std::iter::from_fn(|| mail.receive(&mut frame, &mut sighting)).count();
     assert_eq!(received, 3);
-    // Longer than any frame, and of no kind.
+    // One frame is too long, and the others are of no known type.
     mail.hear(&[0x05; 21], seen(7));
     mail.hear(&[0x01; 9], seen(7));
     mail.hear(&[], seen(7));
@@ -59,7 +61,7 @@ fn what_there_is_no_room_for_is_counted() {
     assert_eq!(mail.unsent().dropped, 2);
 }
 
-/// What is sent, and when in µs, if the script sends `frames` at 0.
+/// Returns the frames that are sent and their times in µs, if the script sends `frames` at 0.
 fn sent(mail: &SmallMail, seed: u16, frames: &[Vec<u8>], us: u64) -> Vec<(u64, Vec<u8>)> {
     let liveness: &'static Liveness = Box::leak(Box::new(Liveness::new(1)));
     let sent = RefCell::new(Vec::new());
@@ -80,8 +82,8 @@ fn sent(mail: &SmallMail, seed: u16, frames: &[Vec<u8>], us: u64) -> Vec<(u64, V
     sent.take()
 }
 
-/// At most one frame in 2 ms, so that a robot does not fill the air; the first not at once, since all robots may step at
-/// once.
+/// A robot sends at most one frame in 2 ms, so that it does not occupy the channel. The first frame
+/// waits too, since all robots may step at once.
 #[test]
 fn frames_are_sent_apart_and_none_at_once() {
     let _turn = clock();
@@ -95,7 +97,7 @@ fn frames_are_sent_apart_and_none_at_once() {
     }
 }
 
-/// Frames of 0.4 ms from ten robots that step at the same time: seldom two at once.
+/// Frames of 0.4 ms from ten robots that step at the same time seldom overlap.
 #[test]
 fn robots_that_step_together_do_not_send_together() {
     let _turn = clock();
@@ -111,7 +113,8 @@ fn robots_that_step_together_do_not_send_together() {
     assert!(alone >= 4, "{alone}: {times:?}");
 }
 
-/// A broadcast of a step that is over makes way for a newer one on its topic; one of the same step does not.
+/// A broadcast of an earlier step is replaced by a newer one on its topic; one of the same step is
+/// not.
 #[test]
 fn what_is_stale_is_not_sent() {
     let _turn = clock();

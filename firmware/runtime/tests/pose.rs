@@ -1,4 +1,4 @@
-//! Poses by geometry, in every quadrant.
+//! Poses, compared with geometry in every quadrant.
 
 mod common;
 
@@ -19,7 +19,7 @@ fn place(pose: Pose, other_mm: [f32; 3]) -> [f32; 3] {
 
 fn assert_near(found: [f32; 3], expected: [f32; 3]) {
     let [distance, azimuth, elevation] = [0, 1, 2].map(|at| (found[at] - expected[at]).abs());
-    // Angles near pi from below and -pi from above are far apart.
+    // Numerically, angles near pi and near -pi are far apart.
     let near = distance <= expected[0] * 1e-5 && azimuth < 1e-5 && elevation < 1e-5;
     assert!(near, "{found:?} instead of {expected:?}");
 }
@@ -43,7 +43,7 @@ fn all_quadrants() {
     }
 }
 
-/// Whoever turns to the left sees the other more to the right.
+/// A robot that turns to the left sees the other robot more to the right.
 #[test]
 fn the_own_direction_counts() {
     for degrees in [-170.0_f32, -90.0, -30.0, 0.0, 45.0, 90.0, 135.0, 179.0] {
@@ -60,7 +60,7 @@ fn the_own_direction_counts() {
     }
 }
 
-/// 3-4-5, upwards and downwards; straight up there is no direction, but a distance.
+/// The triangle 3-4-5, upwards and downwards. Straight up there is a distance, but no direction.
 #[test]
 fn heights() {
     let here = upright([0.0, 0.0, 1.0], FRAC_PI_2);

@@ -1,4 +1,5 @@
-//! Faults: contained ones, the pause after others, and the restart, on a clock that the tests move.
+//! Faults: contained ones, the pause after other faults, and the restart, on a clock that the tests
+//! control.
 
 #![allow(clippy::unwrap_used, reason = "a test may")]
 
@@ -15,7 +16,7 @@ fn with<'a>(events: &'a Events, starts: &[&str]) -> Vec<(u64, &'a str)> {
     texts.filter(|(_, text)| starts.iter().any(|start| text.starts_with(start))).collect()
 }
 
-/// A fault in the second step, again and again.
+/// A script that fails in its second step after each start.
 const FRAGILE: &str = "function init() { n = 0 motor(7) log(n) }\n\
     function step() { n = n + 1 if(n == 2) n = nil + 1 }";
 
@@ -92,7 +93,7 @@ fn a_minute_of_steps_makes_the_pause_short_again() {
     );
 }
 
-/// The script starts with nothing of the wait that was under way.
+/// The script restarts without the wait that was under way.
 #[test]
 fn a_wait_that_was_under_way_is_over() {
     let script = "function init() { log(1) }\n\
@@ -109,7 +110,7 @@ const SOCIAL: &str = "function init() {\n\
     }\n\
     function step() { n = n + 1 if(n == 2) n = nil + 1 }";
 
-/// Broadcasts of robot 9 on the topic of a script.
+/// Returns broadcasts of robot 9 on a topic of a script.
 fn broadcasts(image: &[u8], values: &[(u64, Value<Full>)]) -> Frames {
     let header = Image::new(image).header().unwrap();
     let script = ScriptIdentity { hash: header.hash(), strings: header.strings() + string::COUNT };
@@ -133,7 +134,8 @@ fn beacons_go_on_in_the_pause() {
     for pause in [200..1200, 1400..3400, 3600..7000] {
         assert!(beacons.iter().any(|ms| pause.contains(ms)), "{pause:?}: {beacons:?}");
     }
-    // One second apart, by steps or by ticks of the pause. A start takes a tick.
+    // Beacons are one second apart, counted in steps or in ticks of the pause. A start takes an
+    // additional tick.
     let gaps: Vec<u64> = beacons.windows(2).map(|pair| pair[1] - pair[0]).collect();
     assert!(gaps.iter().all(|gap| *gap <= 1200), "{beacons:?}");
 }
@@ -144,7 +146,7 @@ fn listeners_are_silent_in_the_pause() {
     let values = [(150, 1), (250, 2), (1050, 3), (1250, 4), (1450, 5)];
     let values = values.map(|(ms, value)| (ms, Value::int(value)));
     let events = run_hearing(&image, broadcasts(&image, &values), 3000);
-    // The second step listens before it fails.
+    // The second step processes the message before it fails.
     assert_eq!(with(&events, &["log"]), [(200, "log 1: 1"), (1300, "log 1: 4")]);
     assert_eq!(with(&events, &["fault"]).len(), 2);
 }
@@ -171,7 +173,7 @@ fn a_contained_fault_is_reported_once_and_the_script_goes_on() {
     assert_eq!(rest, expected);
 }
 
-/// Eight places are reported, further ones are only counted.
+/// Faults at eight places are reported, and faults at further places are only counted.
 #[test]
 fn places_of_contained_faults_have_a_limit() {
     let branches: String = (1..=9).map(|n| format!("if(value == {n}) n = nil + {n}\n")).collect();
@@ -228,7 +230,7 @@ fn every_fault_stops_a_robot_whose_file_says_so() {
     assert_eq!(seen, expected);
 }
 
-/// Log lines of the step that fails, the fault, the pause and the start all arrive, in order.
+/// The log lines of the step that fails, the fault, the pause and the start are reported in order.
 #[test]
 fn no_record_is_lost_around_a_restart() {
     let script = "k = 0\nwhile(k < 30) { log(\"global\", k) k = k + 1 }\n\

@@ -1,4 +1,4 @@
-//! The script's task and the motors' task together, on a clock that the tests move.
+//! The script's task together with the motors' task, on a clock that the tests control.
 
 mod common;
 
@@ -36,12 +36,13 @@ fn motors_turn_while_steps_complete() {
     assert!(motor.last().unwrap().0 >= 1900);
 }
 
-/// A step that never ends: half a second after the last one was completed the motors stop, and people are told.
+/// A step never ends: half a second after the last completed step the motors stop, and the trace
+/// reports it.
 #[test]
 fn a_step_without_end_stops_the_motors() {
     let script = "function init() { n = 0 }\nfunction step() { n = n + 1 motor(n) if(n == 4) while(1) work(100) }";
     let events = run(script, 3000);
-    // Steps at 100, 200 and 300 are completed; that of 400 is not.
+    // The steps at 100, 200 and 300 are completed; that of 400 is not.
     let motor = with(&events, "motor");
     let last = motor.last().unwrap();
     assert_eq!(last.1, "motor stop");
@@ -52,7 +53,7 @@ fn a_step_without_end_stops_the_motors() {
     assert!((3..=4).contains(&overruns.len()), "{overruns:?}");
 }
 
-/// Also when the wait ends with a tick: no tick was missed.
+/// No tick is missed even if the wait ends with a tick.
 #[test]
 fn a_wait_that_ends_with_a_tick_misses_none() {
     for ms in [99, 100, 101, 300] {
@@ -71,7 +72,7 @@ fn waiting_on_purpose_counts_as_a_step() {
 
 #[test]
 fn missed_ticks_are_skipped_not_queued() {
-    // 250 ms of work: the step of 100 ends at 350, the next begins at 400.
+    // The step of 100 works for 250 ms and ends at 350; the next one begins at 400.
     let events = run("function step() { work(125000) work(125000) log(1) }", 1000);
     assert_eq!(with(&events, "log"), [(350, "log 0: 1"), (650, "log 1: 1"), (950, "log 2: 1")]);
 }
@@ -86,11 +87,12 @@ fn a_fault_stops_the_motors_before_it_is_told() {
     assert_eq!(events[from + 1], (300, "fault 2: WrongType in 2 calls".to_owned()));
     assert_eq!(events[from + 2], (300, "restart 2: 10".to_owned()));
     assert_eq!(events[from + 3], (300, "motor stop".to_owned()));
-    // This script has nothing to do with others: the robot rests until it starts again.
+    // This script uses no messages, so the robot rests until the restart.
     assert!(events[from + 4..].iter().all(|(_, text)| text == "begin step"), "{events:?}");
 }
 
-/// A set-point that has expired is gone: a step that is completed much later does not start the motors again.
+/// An expired set-point is cleared: a step that is completed much later does not restart the
+/// motors.
 #[test]
 fn an_expired_setpoint_does_not_come_back() {
     let script = "function init() { n = 0 motor(5) }\nfunction step() { n = n + 1 if(n == 2) {\n\
@@ -111,7 +113,7 @@ fn a_script_without_steps_ends() {
     assert!(motor[3..].iter().all(|(_, text)| *text == "motor stop"), "{motor:?}");
 }
 
-/// A script that prints without end goes slower, and nothing is lost.
+/// A script that prints without end becomes slower, and no line is lost.
 #[test]
 fn much_that_is_printed_is_told_in_portions() {
     let events = run("function step() { var i = 0 while(i < 200) { log(i) i = i + 1 } }", 190);
@@ -122,7 +124,7 @@ fn much_that_is_printed_is_told_in_portions() {
     assert_eq!(with(&events, "Lost"), []);
 }
 
-/// Long texts, one after the other without anything between: what does not fit is counted.
+/// Long texts are printed without pause, and those that do not fit are counted.
 #[test]
 fn what_is_printed_too_fast_is_counted() {
     let script = format!(
@@ -146,7 +148,7 @@ fn a_damaged_image_is_refused_and_told() {
     assert!(with(&events, "motor").iter().all(|(_, text)| *text == "motor stop"));
 }
 
-/// What a step sends goes out in that step, and the robot knows which step it belongs to.
+/// The messages of a step are sent in that step, and the robot knows the step.
 #[test]
 fn messages_go_out_with_their_step() {
     let script = "function init() { n = 0 }\nfunction step() { n = n + 1 if(n < 3) neighbors.broadcast(\"topic\", n) }";
@@ -159,13 +161,13 @@ fn messages_go_out_with_their_step() {
     assert_eq!(radio, [(100, true), (100, false), (200, true), (200, false), (300, true)]);
 }
 
-/// A beacon of robot 9 (type 8, robot, script hash), heard between two steps.
+/// A beacon of robot 9 (type 8, robot, script hash), received between two steps.
 #[test]
 fn what_was_heard_is_known_in_the_next_step() {
     let script =
         "function step() { neighbors.foreach(function(id, data) { log(id, data.distance) }) }";
     let image = common::image(script);
-    // The script's hash is behind magic, form and features.
+    // The script's hash follows magic, form and features.
     let beacon = [&[8, 9, 0][..], &image[3..7]].concat();
     let place = Some([1500.5, 0.0, 0.0].map(Value::float));
     let radio = vec![(150, beacon, Sighting { robot: Some(9), place })];

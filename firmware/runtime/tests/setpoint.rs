@@ -1,4 +1,4 @@
-//! Motors that steer by themselves between commands.
+//! Motors that steer between commands.
 
 mod common;
 
@@ -11,7 +11,7 @@ use bittybuzz_runtime::setpoint::{Channel, HOLD, Motors, Writer, drive};
 use common::{advance_us, clock, note, now_ms, take_events};
 use embassy_time::{Duration, Timer};
 
-/// Notes what it does; looks where it is every 20 ms.
+/// Fake motors that record their actions and steer every 20 ms.
 #[derive(Default)]
 struct Steered {
     goal: Option<i32>,
@@ -38,7 +38,8 @@ impl Motors for Steered {
     }
 }
 
-/// It steers until the set-point is over, half a second after it was renewed, and a command is not late for it.
+/// The motors steer until the set-point expires, half a second after it was renewed, and no command
+/// is late because of that.
 #[test]
 fn a_goal_is_steered_to_until_it_expires() {
     let _turn = clock();

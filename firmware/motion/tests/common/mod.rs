@@ -1,4 +1,5 @@
-//! A projector and a robot under it, in floating-point numbers and from the facts, not from the code under test.
+//! A simulated projector and a robot under it, in floating point. They are built from the
+//! documented facts, not from the code under test.
 
 #![allow(dead_code, reason = "each test uses its part")]
 
@@ -6,7 +7,7 @@ use bittybuzz_motion::Angle;
 use bittybuzz_motion::projector::{Decoder, READABLE_US};
 use bittybuzz_motion::track::{Pose, Tracker};
 
-/// Seconds of a pattern, and how many make a frame.
+/// The length of a pattern and of a frame, in seconds.
 pub const PATTERN: f64 = 333e-6;
 pub const FRAME: f64 = 41.0 * PATTERN;
 
@@ -22,7 +23,7 @@ pub struct Truth {
 pub struct Noise(pub u64);
 
 impl Noise {
-    /// From 0 to 1.
+    /// Returns a number from 0 to 1.
     pub fn uniform(&mut self) -> f64 {
         self.0 ^= self.0 << 13;
         self.0 ^= self.0 >> 7;
@@ -31,7 +32,7 @@ impl Noise {
     }
 }
 
-/// The projector's pattern `k` at a pixel: white or not (the makers' bitmaps).
+/// Returns true if the projector's pattern `k` is white at a pixel (the makers' bitmaps).
 pub fn pattern(k: usize, column: u32, row: u32) -> bool {
     let gray = |n: u32| n ^ (n / 2);
     match k {
@@ -42,25 +43,27 @@ pub fn pattern(k: usize, column: u32, row: u32) -> bool {
     }
 }
 
-/// The pixel at a place in mm: 883 columns are 812.8 mm, 558 rows 508 mm, and the middle of columns 56 to 967 and of rows
-/// 227 to 796 is the origin.
+/// Returns the pixel at a place in mm: 883 columns are 812.8 mm, 558 rows 508 mm, and the middle of
+/// columns 56 to 967 and of rows 227 to 796 is the origin.
 pub fn pixel([x, y]: [f64; 2]) -> (u32, u32) {
     let (column, row) = (511.5 + x * 883.0 / 812.8, 511.5 - y * 558.0 / 508.0);
     (column.round() as u32, row.round() as u32)
 }
 
-/// Where the photodiodes are: 1 on the right, 2 on the left, 19.6 mm apart.
+/// Returns the places of the photodiodes: 1 on the right, 2 on the left, 19.6 mm apart.
 pub fn diodes(truth: Truth) -> [[f64; 2]; 2] {
     let (sin, cos) = truth.heading.sin_cos();
     [9.8, -9.8].map(|aside| [truth.x + aside * sin, truth.y - aside * cos])
 }
 
-/// The edges that the photodiodes see while the robot moves: time in µs, diode, whether there is light now.
+/// Generates the edges that the photodiodes see while the robot moves: time in µs, diode, and true
+/// if there is light now.
 pub struct Light {
     levels: [bool; 2],
-    /// Frames that are not shown.
+    /// The share of frames that are not shown.
     lost: f64,
-    /// µs by which an edge is early on average, and may be more or less.
+    /// The time in µs by which an edge is early on average. The actual value is random, from 0 to
+    /// twice as much.
     jitter: f64,
     noise: Noise,
     is_lost: bool,
@@ -73,7 +76,7 @@ impl Light {
         Light { levels: [false; 2], lost, jitter, noise, is_lost: false, next: 0.0 }
     }
 
-    /// From one step of 9 µs to the next.
+    /// Returns the edges of one step of 9 µs.
     pub fn step(&mut self, time: f64, truth: Truth) -> Vec<(u32, usize, bool)> {
         if time >= self.next {
             self.is_lost = self.noise.uniform() < self.lost;
@@ -94,7 +97,7 @@ impl Light {
     }
 }
 
-/// What the firmware does with them: looks at them from time to time.
+/// The firmware's part: decodes the edges and tracks the pose.
 pub struct Robot {
     pub decoders: [Decoder; 2],
     pub tracker: Tracker,
@@ -112,7 +115,7 @@ impl Robot {
         self.levels[diode] = is_lit;
     }
 
-    /// Whether a frame was read just now, and its beginning.
+    /// Returns the beginning of the frame that was read just now, if there is one.
     pub fn task(&mut self, now: u32) -> Option<u32> {
         let age = u32::from((now as u16).wrapping_sub(self.decoders[0].begun()?));
         if age < READABLE_US {
@@ -125,7 +128,7 @@ impl Robot {
     }
 }
 
-/// mm and radians by which a pose is off.
+/// Returns the error of a pose in mm and radians.
 pub fn error(pose: &Pose, truth: Truth) -> (f64, f64) {
     let (x, y) = (f64::from(pose.x) / 16.0 - truth.x, f64::from(pose.y) / 16.0 - truth.y);
     let turn = radians(pose.heading) - truth.heading;

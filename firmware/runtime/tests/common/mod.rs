@@ -1,4 +1,4 @@
-//! A robot without hardware, and a clock that the tests move.
+//! A robot without hardware, and a clock that the tests control.
 
 #![allow(dead_code, reason = "each test uses its part")]
 #![allow(clippy::unwrap_used, reason = "a test may")]
@@ -20,7 +20,7 @@ use bittybuzz_vm_core::number::Full;
 use bittybuzz_vm_core::{Arguments, Axis, ByteCode, Reply, RobotFault, Sighting, Sizes, Value};
 use embassy_time::{Duration, Instant, MockDriver};
 
-/// There is one clock: tests take turns.
+/// Locks and resets the clock, which all tests share.
 pub fn clock() -> MutexGuard<'static, ()> {
     static TURN: Mutex<()> = Mutex::new(());
     let turn = TURN.lock().unwrap_or_else(PoisonError::into_inner);
@@ -36,7 +36,7 @@ pub fn now_ms() -> u64 {
     Instant::now().as_millis()
 }
 
-/// What happened, and when in ms.
+/// The recorded events with their times in ms.
 pub type Events = Vec<(u64, String)>;
 
 static EVENTS: Mutex<Events> = Mutex::new(Vec::new());
@@ -49,10 +49,10 @@ pub fn take_events() -> Events {
     std::mem::take(&mut EVENTS.lock().unwrap())
 }
 
-/// Frames that a robot will hear: when in ms, what, and from whom.
+/// The frames that a robot will receive: time in ms, bytes, and sighting of the sender.
 pub type Frames = Vec<(u64, Vec<u8>, Sighting<Full>)>;
 
-/// Notes what it is told.
+/// A fake robot that records the calls.
 pub struct Fake<const ON_FAULT_STOPS: bool> {
     pub setpoint: Writer<i32>,
     pub radio: Frames,
@@ -78,7 +78,7 @@ impl<const ON_FAULT_STOPS: bool> RobotHost<Full> for Fake<ON_FAULT_STOPS> {
         let argument = arguments.value(0).as_int().unwrap_or(0);
         match function {
             MOTOR => self.setpoint.set(argument),
-            // An instruction that takes so many µs.
+            // `work(us)` stands for an instruction that takes this time.
             _ => advance_us(u64::try_from(argument).unwrap()),
         }
         Ok(Reply::Value(Value::nil()))
@@ -163,10 +163,10 @@ impl Motors for FakeMotors {
     }
 }
 
-/// What the robot remembers of others.
+/// The sizes of the robot's memory for other robots.
 const SIZES: Sizes = Sizes { neighbors: 2, bearings: true, entries: 2, swarms: 2 };
 
-/// The image of a script that may call `motor(int)` and `work(us)`.
+/// Compiles a script that may call `motor(int)` and `work(us)`.
 pub fn image(source: &str) -> Vec<u8> {
     let robot = "name = \"fake\"\ntitle = \"none\"\nchip = \"none\"\nprofile = \"full\"\ntick_hz = 10\nmessage_bytes = 48\n\
         [vm]\nmemory = 4000\nslots = 400\nneighbors = 1\nin_queue = 1\nout_queue = 1\nstigmergy_entries = 1\nswarms = 1\n\
@@ -184,7 +184,7 @@ pub fn image(source: &str) -> Vec<u8> {
     compiled.image.unwrap_or_else(|| panic!("{:?}", compiled.diagnostics))
 }
 
-/// Runs a script and its motors for so long, in steps of 100 µs, and tells what happened.
+/// Runs a script and its motors for `ms` ms, in steps of 100 µs, and returns the events.
 pub fn run(source: &str, ms: u64) -> Events {
     run_image(&image(source), ms)
 }
@@ -193,12 +193,13 @@ pub fn run_image(image: &[u8], ms: u64) -> Events {
     run_hearing(image, Vec::new(), ms)
 }
 
-/// Runs an image on a robot that hears these frames.
+/// Runs an image on a robot that receives these frames.
 pub fn run_hearing(image: &[u8], radio: Frames, ms: u64) -> Events {
     run_robot::<false>(image, radio, ms)
 }
 
-/// Runs an image on a robot that hears these frames, whose faults may all stop the script for good.
+/// Runs an image on a robot that receives these frames. With `ON_FAULT_STOPS` every fault stops the
+/// script for good.
 pub fn run_robot<const ON_FAULT_STOPS: bool>(image: &[u8], radio: Frames, ms: u64) -> Events {
     let _turn = clock();
     take_events();
@@ -229,7 +230,7 @@ pub fn run_robot<const ON_FAULT_STOPS: bool>(image: &[u8], radio: Frames, ms: u6
             alive_at = now_ms();
         }
         assert!(now_ms() - alive_at <= 60, "a task shows no sign of life");
-        // A script that works moves the clock itself.
+        // A script that calls `work` advances the clock itself.
         if Instant::now() == before {
             advance_us(100);
         }
