@@ -130,7 +130,7 @@ pub enum Record<'a> {
     },
 }
 
-/// Messages that came to nothing.
+/// The counts of discarded messages since the start.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct Unused {
     /// The frames that a full queue dropped: received ones, and ones to be sent.
@@ -171,7 +171,7 @@ pub enum RecordError {
     Value,
 }
 
-/// A script begins.
+/// Returns the record of the start of a script.
 pub fn start(robot_id: u16, script_hash: u32) -> Encoded {
     let mut record = Encoded::new();
     put(&mut record, &[START]);
@@ -260,7 +260,7 @@ pub fn restart(step: u32, pause: u16) -> Encoded {
     record
 }
 
-/// The image in flash cannot run.
+/// Returns the record of an image in flash that cannot run.
 pub fn refused(error: ImageError) -> Encoded {
     let mut record = Encoded::new();
     let (cause, value) = error.to_code();
@@ -287,7 +287,7 @@ pub fn lost(count: u32) -> Encoded {
     with_step(LOST, count)
 }
 
-/// Messages came to nothing.
+/// Returns the record of discarded messages.
 pub fn unused(unused: &Unused) -> Encoded {
     let Unused { dropped: [unread, unsent], messages } = *unused;
     let Counters { foreign, malformed, own_id, not_kept, incomplete, undecided, failed } = messages;

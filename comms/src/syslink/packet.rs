@@ -6,13 +6,13 @@ use super::frame::{FrameError, MTU, SyslinkFrame};
 pub mod kind {
     /// A CRTP packet from or to the ground station.
     pub const RADIO_RAW: u8 = 0x00;
-    /// Channel, echoed.
+    /// The radio channel, echoed.
     pub const RADIO_CHANNEL: u8 = 0x01;
     /// Data rate, echoed.
     pub const RADIO_DATARATE: u8 = 0x02;
     /// Signal strength of the last packet.
     pub const RADIO_RSSI: u8 = 0x04;
-    /// Address, echoed.
+    /// The radio address, echoed.
     pub const RADIO_ADDRESS: u8 = 0x05;
     /// Transmit power, echoed.
     pub const RADIO_POWER: u8 = 0x07;

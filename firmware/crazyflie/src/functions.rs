@@ -45,7 +45,7 @@ impl Crazyflie {
         Crazyflie { leds, setpoint, status, rng, stopwatch: None, told_at: 0 }
     }
 
-    /// `led(color)`, `led(color, on)`
+    /// Executes `led(color)` and `led(color, on)`.
     fn led<C: ByteCode, const N: usize>(
         &mut self,
         arguments: &Arguments<'_, Numbers, C, N>,
@@ -65,7 +65,7 @@ impl Crazyflie {
         nothing()
     }
 
-    /// `set_motor(motor, power)`
+    /// Executes `set_motor(motor, power)`.
     fn set_motor<C: ByteCode, const N: usize>(
         &mut self,
         arguments: &Arguments<'_, Numbers, C, N>,

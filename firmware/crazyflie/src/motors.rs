@@ -81,8 +81,8 @@ impl Motors {
 impl setpoint::Motors for Motors {
     type Setpoint = Powers;
 
-    /// Each completed step of the script calls this function again, so an empty battery stops the
-    /// motors at the next step.
+    /// Sets the powers, or stops the motors if the battery is empty. Each completed step of the
+    /// script calls this function again, so an empty battery takes effect at the next step.
     fn apply(&mut self, powers: Powers) {
         let is_empty = battery::charge() >= Charge::Empty;
         let [m1, m2, m3, m4] = if is_empty { [0; 4] } else { powers };

@@ -186,7 +186,7 @@ impl App {
     }
 
     /// Handles the received message.
-    #[inline(never)] // Else each turn would make room for the message: 300 cycles.
+    #[inline(never)] // Inlined, each turn would reserve room for the message: 300 cycles.
     fn hear(&mut self) {
         // Moving the message out of the option would copy it once more, in 20 bytes of flash.
         let Some(heard) = &hear::take() else { return };
@@ -303,7 +303,7 @@ impl App {
                 let [kind, data @ ..] = &frame;
                 infrared::sealed(*kind, data)
             }
-            // In a pause the report also replaces messages that are missing.
+            // During a pause the report also replaces messages that are missing.
             None if is_turn || !is_on => robot.report,
             None => return,
         };

@@ -43,7 +43,7 @@ type Times = [AtomicU16; KEPT];
 static RIGHT_TIMES: Times = [const { AtomicU16::new(0) }; KEPT];
 static LEFT_TIMES: Times = [const { AtomicU16::new(0) }; KEPT];
 
-/// A photodiode.
+/// A photodiode with its captured edges.
 pub struct Eye {
     times: &'static Times,
     /// The DMA channel, counted from 0.

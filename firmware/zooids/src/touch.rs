@@ -33,7 +33,7 @@ const VALUES: [u8; 26] = [
 ];
 const _: () = assert!(SETUP as usize + VALUES.len() - 2 == CALIBRATE as usize);
 
-/// The sensor.
+/// The touch sensor.
 pub struct Touch {
     /// Low after a touch has begun or ended.
     change: Input<'static>,

@@ -10,8 +10,8 @@
 //!
 //! **Not tried on hardware**: the image is tested in emulation only.
 //!
-//! This program sends no messages and runs no script. Of the overhead controller's messages it
-//! handles BOOT, so that KiloGUI can load another program, and RESET.
+//! This program sends no messages and runs no script. It handles two messages of the overhead
+//! controller: BOOT, so that KiloGUI can load another program, and RESET.
 
 #![no_std]
 #![no_main]
