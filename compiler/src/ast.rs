@@ -31,7 +31,6 @@ pub struct Stmt {
 
 /// The kinds of statements.
 #[derive(Debug, Clone, PartialEq)]
-#[allow(missing_docs, reason = "the fields are named after the parts of the grammar")]
 pub enum StmtKind {
     /// `var name` or `var name = value`
     Var { name: Ident, value: Option<Expr> },
@@ -80,7 +79,6 @@ pub struct Expr {
 
 /// The kinds of expressions.
 #[derive(Debug, Clone, PartialEq)]
-#[allow(missing_docs, reason = "the fields are named after the parts of the grammar")]
 pub enum ExprKind {
     /// `nil`
     Nil,

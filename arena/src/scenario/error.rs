@@ -13,7 +13,6 @@ pub type ScenarioError = FileError<Cause>;
 
 /// A mistake, one variant for each cause.
 #[derive(Debug, Clone, PartialEq, Eq)]
-#[allow(missing_docs, reason = "the fields are what the messages below print")]
 pub enum Cause {
     /// The file cannot be read.
     Unreadable { path: String, reason: String },

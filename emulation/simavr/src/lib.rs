@@ -18,7 +18,6 @@ use bittybuzz_chips::atmega328p::{AvrBoard, Change, PAGE, RAM};
     clippy::all,
     clippy::undocumented_unsafe_blocks,
     dead_code,
-    missing_docs,
     non_camel_case_types,
     non_snake_case,
     non_upper_case_globals,

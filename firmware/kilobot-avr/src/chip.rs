@@ -5,7 +5,7 @@ use avr_device::atmega328p::{AC, ADC, CPU, EEPROM, PORTB, PORTC, PORTD, TC0, TC1
 /// The registers that the programs use. A value of this type takes no memory.
 ///
 /// avr-device's `Peripherals` would record in memory that they are taken.
-#[allow(missing_docs, non_snake_case, reason = "the data sheet's names")]
+#[allow(non_snake_case, reason = "the data sheet's names")]
 #[allow(dead_code, reason = "each program uses others")]
 pub struct Chip {
     pub AC: AC,

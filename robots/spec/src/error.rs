@@ -16,7 +16,6 @@ pub struct RobotErrors(pub Vec<RobotError>);
 
 /// A mistake, one variant for each cause.
 #[derive(Debug, Clone, PartialEq, Eq)]
-#[allow(missing_docs, reason = "the fields are what the messages below print")]
 pub enum Cause {
     /// `--robot` names no robot that ships; `known` are those that do.
     UnknownRobot { name: String, known: Vec<String> },

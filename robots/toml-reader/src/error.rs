@@ -25,7 +25,6 @@ pub struct FileError<C> {
 
 /// The mistakes that any TOML file can have, one variant for each cause.
 #[derive(Debug, Clone, PartialEq, Eq)]
-#[allow(missing_docs, reason = "the fields are what the messages below print")]
 pub enum TomlError {
     /// The file is not TOML.
     Syntax { message: String },

@@ -11,7 +11,6 @@ use crate::{Command, Core, Event, TimedEvent};
 
 /// Types of the controller's messages (kilolib, `message.h`).
 pub mod kind {
-    #![allow(missing_docs, reason = "the names are kilolib's")]
     pub const BOOT: u8 = 0x80;
     pub const RESET: u8 = 0x83;
     pub const SLEEP: u8 = 0x84;

@@ -41,7 +41,6 @@ pub struct CoreStatistics {
 /// The counters of the channel between the robots; [`bittybuzz_chips::AirStatistics`] documents
 /// each.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
-#[allow(missing_docs, reason = "bittybuzz_chips::AirStatistics says it")]
 pub struct AirStatistics {
     pub carried: u64,
     pub collided: u64,
@@ -69,7 +68,6 @@ pub enum BoardStatistics {
 /// Counters of a Kilobot's board; `KilobotStatistics` of robots/kilobot/board documents each.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
-#[allow(missing_docs, reason = "robots/kilobot/board documents them")]
 pub struct KilobotStatistics {
     pub infrared_sent: u64,
     pub infrared_aborted: u64,
@@ -83,7 +81,6 @@ pub struct KilobotStatistics {
 /// Counters of a Zooid's board; `ZooidStatistics` of robots/zooids/board documents each.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
-#[allow(missing_docs, reason = "robots/zooids/board documents them")]
 pub struct ZooidStatistics {
     pub radio_sent: u64,
     pub radio_received: u64,
@@ -104,7 +101,6 @@ pub struct ZooidStatistics {
 /// Counters of a Crazyflie's board; `Statistics` of robots/crazyflie/board documents each.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
-#[allow(missing_docs, reason = "robots/crazyflie/board documents them")]
 pub struct CrazyflieStatistics {
     #[serde(rename = "receive_latency_ns", with = "nanoseconds")]
     pub receive_latency: Duration,
