@@ -1,8 +1,9 @@
 //! Bodies: the interface between the world and a model of robots.
 //!
-//! The world knows robots as upright cylinders that talk over a medium. A [`BodyModel`] says how large they are and makes
-//! [`Block`]s of their bodies; the world calls a block once for all of its robots, so that a model costs one dynamic call for
-//! up to [`BLOCK`] robots and not one for each. [`Bodies`] makes such a block out of the body of a single robot.
+//! To the world, a robot is an upright cylinder that exchanges frames over a medium. A
+//! [`BodyModel`] gives the size of the bodies and makes [`Block`]s of them. The world calls a block
+//! once for all of its robots, so that a model costs one dynamic call for up to [`BLOCK`] robots
+//! instead of one for each. [`Bodies`] makes such a block out of the body of a single robot.
 
 use core::any::Any;
 use core::fmt::Debug;
@@ -14,7 +15,8 @@ use super::id::RobotId;
 use super::link::Medium;
 use super::stream::{Purpose, Stream};
 
-/// The most robots of a block. Small enough that a few slow brains do not hold up the other threads.
+/// The largest number of robots in a block, small enough that a few slow brains do not hold up the
+/// other threads.
 pub const BLOCK: usize = 256;
 
 /// Size of a body: an upright cylinder.
@@ -26,7 +28,7 @@ pub struct Shape {
     pub height: f32,
 }
 
-/// A model of robots, as far as the world needs it.
+/// The properties of a robot model that the world needs.
 pub trait BodyModel: Debug + Send + Sync {
     /// Returns the size of a body.
     fn shape(&self) -> Shape;
@@ -38,29 +40,31 @@ pub trait BodyModel: Debug + Send + Sync {
     /// Returns the medium that carries the robots' frames.
     fn medium(&self) -> Medium;
 
-    /// Returns the closing speed in mm/s above which a contact in the air is a crash, 0 if every contact is one; `None` for bodies
-    /// that do not crash.
+    /// Returns the closing speed in mm/s above which a contact in the air is a crash. At 0 every
+    /// contact in the air is a crash. `None` stands for bodies that do not crash.
     fn crash_speed(&self) -> Option<f32> {
         None
     }
 
-    /// Returns true if robots learn where they are. Blocks of others are never asked.
+    /// Returns true if the robots have a positioning system. Otherwise [`Block::sense`] is never
+    /// called.
     fn has_positioning(&self) -> bool;
 
-    /// Refuses numbers that no body can have.
+    /// Fails if a parameter is not valid for a body.
     fn check(&self) -> Result<(), SettingsError>;
 
     /// Returns a block without robots, for substeps of that length in seconds.
     fn block(&self, substep: f32) -> Box<dyn Block>;
 }
 
-/// The bodies of at most [`BLOCK`] robots with successive ids. `index` counts from the first of them. The `Debug` text is all of
-/// their state, by which runs are compared.
+/// The bodies of at most [`BLOCK`] robots with consecutive ids. `index` counts from the first robot
+/// of the block. The `Debug` text contains the complete state, because digests of runs are computed
+/// from it.
 pub trait Block: Debug + Send + Sync {
-    /// Returns a copy of the whole block, whose robots go on as these would.
+    /// Returns a copy of the block whose robots continue exactly as the originals would.
     fn copy(&self) -> Box<dyn Block>;
 
-    /// Adds a robot. `build` gives the differences between robots of one kind.
+    /// Adds a robot. `build` gives the random differences between robots of one kind.
     fn add(&mut self, pose: &Pose, build: &mut Stream);
 
     /// Changes the length of a substep, in seconds.
@@ -75,12 +79,12 @@ pub trait Block: Debug + Send + Sync {
     /// Switches the motors of a robot off.
     fn halt(&mut self, index: usize);
 
-    /// Puts a robot into the state after power-on: motors off, and nothing is known of its place.
+    /// Puts a robot into the state after power-on: motors off and no position estimate.
     fn restart(&mut self, index: usize);
 
-    /// Lets wheels or vibration motors run for `seconds` with these duties in percent, as firmware outside of the engine
-    /// drives them. Returns mm/s ahead and radians per second, which are 0 for a body that stops at once; `None` for a body
-    /// without such motors.
+    /// Runs the wheels or vibration motors for `seconds` with these duties in percent, on behalf of
+    /// firmware outside of the engine. Returns the speeds in mm/s ahead and radians per second,
+    /// which are 0 for a body that stops at once; `None` for a body without such motors.
     fn roll(
         &mut self,
         index: usize,
@@ -89,7 +93,7 @@ pub trait Block: Debug + Send + Sync {
         seconds: f32,
     ) -> Option<[f32; 2]>;
 
-    /// Writes where robots believe to be, from number `first` on.
+    /// Writes the position estimates of the robots from index `first` on.
     fn sense(
         &mut self,
         first: usize,
@@ -105,14 +109,14 @@ impl Clone for Box<dyn Block> {
     }
 }
 
-/// The time at which robots learn where they are.
+/// The time of an update of the position estimates.
 #[derive(Clone, Copy, Debug)]
 pub struct Moment {
-    /// Seconds since the last time.
+    /// Seconds since the last update.
     pub seconds: f32,
     pub(crate) seed: u64,
     pub(crate) now: u64,
-    /// The robot that is number 0 of the block.
+    /// The robot with index 0 in the block.
     pub(crate) first: RobotId,
 }
 
@@ -124,36 +128,36 @@ impl Moment {
     }
 }
 
-/// The body of one robot. Its `Debug` text is all of its state.
+/// The body of one robot. Its `Debug` text contains its complete state.
 pub trait Body: Clone + Debug + Send + Sync + 'static {
-    /// The numbers of a kind of robot.
+    /// The parameters of a kind of robot.
     type Numbers: Copy + Debug + Send + Sync;
-    /// The numbers, prepared for one length of substep.
+    /// The parameters, prepared for one length of substep.
     type Step: Clone + Debug + Send + Sync;
-    /// The commands by which a brain moves it.
+    /// The commands by which a brain moves the body.
     type Controls: Any;
 
-    /// Returns a body. `build` gives the differences between robots of one kind.
+    /// Returns a body. `build` gives the random differences between robots of one kind.
     fn new(numbers: &Self::Numbers, pose: &Pose, build: &mut Stream) -> Self;
 
-    /// Prepares the numbers for substeps of that many seconds.
+    /// Prepares the parameters for substeps of that length in seconds.
     fn prepare(numbers: &Self::Numbers, seconds: f32) -> Self::Step;
 
-    /// Returns the commands by which a brain moves it.
+    /// Returns the commands by which a brain moves the body.
     fn controls(&mut self) -> &mut Self::Controls;
 
     /// Switches the motors off.
     fn halt(&mut self);
 
-    /// Puts it into the state after power-on.
+    /// Puts the body into the state after power-on.
     fn restart(&mut self) {
         self.halt();
     }
 
-    /// Moves it for one substep.
+    /// Moves the body for one substep.
     fn step(&mut self, pose: &mut Pose, step: &Self::Step);
 
-    /// Lets its motors run, see [`Block::roll`].
+    /// Runs the motors, see [`Block::roll`].
     fn roll(
         &mut self,
         duties: [f32; 2],
@@ -165,7 +169,8 @@ pub trait Body: Clone + Debug + Send + Sync + 'static {
         None
     }
 
-    /// Returns where it believes to be, `seconds` after the last time. `stream` is for bodies whose estimate has errors.
+    /// Returns the body's estimate of its pose, `seconds` after the last update. `stream` gives
+    /// random numbers for the errors of the estimate.
     fn sense(
         &mut self,
         pose: &Pose,
@@ -251,10 +256,11 @@ impl<B: Body> Block for Bodies<B> {
     }
 }
 
-/// The most substeps of a tick, however fast bodies are: more would only cost time.
+/// The largest number of substeps of a tick. Very fast bodies do not get more, because more
+/// substeps would only cost time.
 const MOST_SUBSTEPS: u32 = 50;
 
-/// Returns into how many substeps a tick is divided for a model.
+/// Returns the number of substeps into which a tick is divided for a model.
 pub(crate) fn substeps(model: &dyn BodyModel) -> u32 {
     let halves = model.top_speed() * TICK / (model.shape().radius / 2.0);
     (halves.ceil() as u32).clamp(1, MOST_SUBSTEPS)

@@ -12,23 +12,22 @@ use super::link::{Heard, Late, Medium, SentFrame, Sighting, Transmission};
 use super::ranger::Sight;
 use super::ray::{Ray, Side};
 
-/// Decides the actions of a robot: a virtual machine, an emulated image, or a few lines of a test.
+/// The controller of a robot: a virtual machine, an emulated image, or a few lines of a test.
 ///
-/// The world is generic over one brain type; a world of unlike brains takes an enum, or `Box<dyn
-/// Brain>`.
+/// The world is generic over one brain type; a world with different brains uses an enum or
+/// `Box<dyn Brain>`.
 pub trait Brain: Send {
     /// Runs one tick of 100 ms.
     fn tick(&mut self, io: &mut Io<'_>);
 
-    /// Returns true if it has a frame to send; called after each tick and each frame.
+    /// Returns true if the brain has a frame to send. It is called after each tick and each frame.
     fn has_frame(&self) -> bool {
         false
     }
 
-    /// The channel is free and the link begins to send: writes the newest frame, type byte and
-    /// payload, and returns its length in bytes; 0 sends nothing. `frame` is as long as the link's
-    /// longest, and all zeros; infrared
-    /// sends all of it.
+    /// Writes the newest frame, type byte and payload, and returns its length in bytes; 0 sends
+    /// nothing. The engine calls this when the channel is free and the transmission starts. `frame`
+    /// is as long as the longest frame of the link and filled with zeros; infrared sends all of it.
     fn next_frame(&mut self, frame: &mut [u8]) -> usize {
         let _ = frame;
         0
@@ -49,7 +48,7 @@ impl<B: Brain + ?Sized> Brain for Box<B> {
     }
 }
 
-/// A robot's senses and limbs during one tick.
+/// The inputs and outputs of a robot during one tick.
 #[derive(Debug)]
 pub struct Io<'a> {
     /// The robot's id.
@@ -58,14 +57,14 @@ pub struct Io<'a> {
     pub now: u64,
     /// The frames received since the last tick.
     pub inbox: Inbox<'a>,
-    /// Light and position.
+    /// Light, distances, neighbours and position.
     pub sensors: Sensors<'a>,
     /// Colour of the LED: the sum of 1 red, 2 green, 4 blue.
     pub led: &'a mut u8,
     pub(crate) body: Controls<'a>,
 }
 
-/// The body of a robot, as its brain reaches it.
+/// Access to the body of a robot for its brain.
 #[derive(Debug)]
 pub(crate) struct Controls<'a> {
     pub(crate) block: &'a mut (dyn Block + 'static),
@@ -73,13 +72,14 @@ pub(crate) struct Controls<'a> {
 }
 
 impl Io<'_> {
-    /// Milliseconds since the world began.
+    /// Returns the milliseconds since the world began.
     #[must_use]
     pub fn milliseconds(&self) -> u64 {
         self.now * u64::from(TICK_US / 1000)
     }
 
-    /// Returns the commands of the robot's motors, if its body has commands of that type. Motors keep the last one.
+    /// Returns the motor commands of the robot, if its body has commands of that type. Motors keep
+    /// the last command.
     pub fn controls<T: Any>(&mut self) -> Option<&mut T> {
         self.body.block.controls(self.body.index).downcast_mut()
     }
@@ -90,16 +90,16 @@ impl Io<'_> {
     }
 }
 
-/// A frame that was heard.
+/// A frame that a robot received.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ReceivedFrame<'a> {
-    /// Type byte and payload. On infrared always 10 bytes, padded with zeros.
+    /// Type byte and payload; on infrared always 10 bytes, padded with zeros.
     pub bytes: &'a [u8],
     /// The position and distance of the sender.
     pub sighting: Sighting,
 }
 
-/// The frames that a robot heard since the last tick, in the order in which they ended.
+/// The frames that a robot received since the last tick, in the order in which they ended.
 #[derive(Clone, Copy, Debug)]
 pub struct Inbox<'a> {
     pub(crate) heard: &'a [Heard],
@@ -121,7 +121,7 @@ impl<'a> Inbox<'a> {
         self.len() == 0
     }
 
-    /// All of them, the oldest first.
+    /// Returns all frames, the oldest first. A frame that was held back comes last.
     pub fn iter(&self) -> impl Iterator<Item = ReceivedFrame<'a>> + use<'a> {
         let Inbox { heard, air, late, .. } = *self;
         heard
@@ -138,7 +138,8 @@ impl<'a> Inbox<'a> {
             )
     }
 
-    /// Returns the frame at a place of [`iter`](Self::iter), as observers see it; `now` is the tick.
+    /// Returns the frame at an index of [`iter`](Self::iter) in the form for observers; `now` is
+    /// the current tick.
     pub(crate) fn sent(&self, place: usize, now: u64) -> Option<SentFrame> {
         match self.heard.get(place) {
             Some(heard) => {
@@ -164,31 +165,30 @@ pub struct Sensors<'a> {
 }
 
 impl Sensors<'_> {
-    /// Returns the robot's estimate of its pose: `None` on a Kilobot, and without a positioning
+    /// Returns the robot's estimate of its pose; `None` on a Kilobot or without a positioning
     /// system.
     #[must_use]
     pub fn estimate(&self) -> Option<Pose> {
         self.estimate.copied()
     }
 
-    /// Returns the reading of the Crazyflie's Multi-ranger deck: mm from the robot's middle to the
-    /// wall, obstacle or robot ahead
-    /// or beside, at its height; `None` if nothing is in reach. A line, not the sensor's cone, and
-    /// without noise.
+    /// Returns the reading of the Crazyflie's Multi-ranger deck: the distance in mm from the
+    /// robot's middle to the wall, obstacle or robot on that side, at the robot's height; `None` if
+    /// nothing is in reach. The model is a line without noise, not the cone of the real sensor.
     #[must_use]
     pub fn range(&self, side: Side) -> Option<f32> {
         self.sight.range(self.id, self.pose, side)
     }
 
-    /// Returns mm from the robot's middle to the next wall, obstacle or robot in a direction from its heading, in radians;
-    /// `None` if nothing is within `reach`.
+    /// Returns the distance in mm from the robot's middle to the nearest wall, obstacle or robot in
+    /// a direction relative to its heading, in radians; `None` if nothing is within `reach` mm.
     #[must_use]
     pub fn beam(&self, direction: f32, reach: f32) -> Option<f32> {
         self.sight.along(self.id, self.pose, Ray::towards(self.pose, direction), reach)
     }
 
-    /// Returns the number of other robots within `reach` mm that have the robot's medium, and distance in mm and direction in
-    /// radians of the nearest one.
+    /// Returns the number of other robots within `reach` mm that use the same medium, and the
+    /// distance in mm and the direction in radians of the nearest one.
     #[must_use]
     pub fn neighbors(&self, reach: f32) -> (usize, Option<[f32; 2]>) {
         let medium = self.herds[usize::from(self.herd.0)].medium;
@@ -207,8 +207,8 @@ impl Sensors<'_> {
         (count, nearest)
     }
 
-    /// Returns the brightness that a sensor sees which looks in a direction from the heading, in radians, or in all of them,
-    /// 0 to 1023.
+    /// Returns the reading, 0 to 1023, of a light sensor that faces a direction relative to the
+    /// heading, in radians. With `None`, the sensor covers all directions.
     #[must_use]
     pub fn brightness(&self, direction: Option<f32>) -> f32 {
         let look = direction.map(|direction| self.pose.heading + direction);

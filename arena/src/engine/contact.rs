@@ -1,13 +1,12 @@
-//! Contacts: discs that overlap push each other apart, walls and obstacles push them out.
+//! Contacts: discs that overlap push each other apart, and walls and obstacles push discs out.
 //!
-//! Every disc looks at its neighbours where they were before and moves by half of each overlap, so
-//! the result does not
-//! depend on an order, and two discs move by the same amount in opposite directions. This is
-//! repeated near discs
-//! that moved, a few times; the remaining overlaps of dense crowds are resolved in the next tick.
+//! A round reads all positions from the round before. Every disc moves by half of each overlap, so
+//! the result does not depend on the order of the discs, and two discs move by the same amount in
+//! opposite directions. A few more rounds follow near discs that moved. Overlaps that remain in
+//! dense crowds are resolved in the next tick.
 //!
-//! A body that flies crashes when it touches something in the air. Its velocity is its way in the
-//! last substep.
+//! A flying body crashes when it touches something in the air. Its velocity is computed from its
+//! movement in the last substep.
 
 use core::hash::Hash;
 
@@ -21,26 +20,28 @@ use super::pool::Pool;
 use super::ray::Ray;
 use super::statistics::Statistics;
 
-/// Repetitions in one substep.
+/// The largest number of rounds in one substep.
 const ROUNDS: usize = 4;
 
 /// Discs that one thread takes at a time.
 const CHUNK: usize = 512;
 
-/// The limit at which the memory of the cells is negligible.
+/// The number of cells up to which their memory is negligible.
 const CELLS: usize = 1000;
 
-/// The most discs of which each looks at each other one first, to see that all are apart.
+/// Up to this number of discs, the first round compares all pairs. If all discs are apart, it skips
+/// the search through the cells.
 const FEW: usize = 64;
 
-/// mm by which a cell is larger than a disc: how far a disc may be pushed in one substep before it may miss a contact.
+/// mm by which a cell is larger than the largest disc. A disc that is pushed farther in one substep
+/// may miss a contact.
 const MARGIN: f32 = 3.0;
 
-/// Touches another robot.
+/// Bit of [`Disc::touches`]: the disc touches another robot.
 const ROBOT: u8 = 1;
-/// Touches a wall or an obstacle.
+/// Bit of [`Disc::touches`]: the disc touches a wall or an obstacle.
 const WALL: u8 = 2;
-/// Has crashed into one of them.
+/// Bit of [`Disc::touches`]: the disc crashed into a robot, a wall or an obstacle.
 const CRASH: u8 = 4;
 
 /// A body seen from above.
@@ -53,7 +54,7 @@ struct Disc {
     cell: u32,
     id: u16,
     herd: u16,
-    /// [`ROBOT`], [`WALL`], [`CRASH`].
+    /// The sum of [`ROBOT`], [`WALL`] and [`CRASH`].
     touches: u8,
     /// True if the last round moved it.
     moved: bool,
@@ -71,21 +72,23 @@ pub(crate) struct Crowd {
     herds: Vec<u16>,
     /// The largest radius of a robot in mm.
     widest: f32,
-    /// A robot can crash.
+    /// True if a robot can crash.
     has_fliers: bool,
-    /// The place of each robot after the last substep, and its velocity in mm/s since; empty while no robot can crash.
+    /// The place of each robot after the last substep. `velocities` has its velocity since then in
+    /// mm/s. Both are empty while no robot can crash.
     places: Vec<[f32; 3]>,
     velocities: Vec<[f32; 3]>,
     /// The index of each cell's first disc; two more entries at the end.
     starts: Vec<u32>,
     discs: Vec<Disc>,
     next: Vec<Disc>,
-    /// The cells are others than those by which the discs are sorted.
+    /// True if the cells changed since the discs were sorted by cells.
     is_new: bool,
-    /// Cells in or beside which the last round moved something, and around which cells they are.
+    /// True for each cell in or next to which the last round moved a disc. `woken` lists the cells
+    /// of the discs that moved.
     awake: Vec<bool>,
     woken: Vec<u32>,
-    /// The contacts of each robot in this and in the last tick.
+    /// The contacts of each robot in this tick; `touched` has those of the last tick.
     touches: Vec<u8>,
     touched: Vec<u8>,
 }
@@ -114,7 +117,8 @@ impl Crowd {
         crowd
     }
 
-    /// Makes cells for the largest robot that is there, and for the number of robots: every tick clears them all.
+    /// Makes cells for the largest robot in the world. Their number grows with the number of
+    /// robots, because every tick clears all of them.
     fn resize(&mut self, area: Area) {
         let radii = self.herds.iter().map(|herd| self.shapes[usize::from(*herd)].radius);
         self.widest = radii.fold(1.0, f32::max);
@@ -145,7 +149,8 @@ impl Crowd {
         }
     }
 
-    /// Adds the places of the last tick, which sensors see and velocities begin at, and the contacts of it, to a digest.
+    /// Adds the places and contacts of the last tick to a digest. Sensors read these places, and
+    /// velocities are computed from them.
     pub(crate) fn add_to(&self, digest: &mut Digest) {
         for Disc { x, y, z, id, .. } in &self.discs {
             id.hash(digest);
@@ -155,7 +160,8 @@ impl Crowd {
         self.touched.hash(digest);
     }
 
-    /// Notes that a robot was put to another place, which is no velocity.
+    /// Stores the new place of a robot that was moved by a command, so that the jump does not count
+    /// as a velocity.
     pub(crate) fn displace(&mut self, index: usize, pose: &Pose) {
         if let Some(place) = self.places.get_mut(index) {
             *place = [pose.x, pose.y, pose.z];
@@ -171,7 +177,7 @@ impl Crowd {
         touches.map(|(index, _)| RobotId(index as u16)).collect()
     }
 
-    /// Pushes everything apart, once per substep of that length in seconds.
+    /// Pushes everything apart. Called once per substep, whose length is `seconds`.
     pub(crate) fn settle(
         &mut self,
         poses: &mut [Pose],
@@ -181,7 +187,7 @@ impl Crowd {
     ) {
         self.place(poses);
         if self.has_fliers {
-            // Robots without a place are new.
+            // Robots without an entry in `places` are new.
             self.places
                 .extend(poses[self.places.len()..].iter().map(|pose| [pose.x, pose.y, pose.z]));
             self.velocities.clear();
@@ -209,12 +215,12 @@ impl Crowd {
         }
     }
 
-    /// Returns the distance along a ray to the first robot (at the height of the ray, as it was
-    /// after the last tick), at most `reach`.
+    /// Returns the distance along a ray to the first robot at the height of the ray, at most
+    /// `reach`. Robots are where they were after the last tick.
     pub(crate) fn nearest(&self, robot: RobotId, ray: &Ray, height: f32, reach: f32) -> f32 {
         let mut nearest = reach;
         let mut walked = 0.0;
-        // A robot that the ray meets is in a cell beside one of these points.
+        // A robot that the ray meets is in the cell of one of these points or next to it.
         while walked < nearest + self.cells.side() {
             let (x, y) = ray.at(walked);
             for row in self.cells.around(self.cells.of(x, y)) {
@@ -234,8 +240,8 @@ impl Crowd {
         nearest
     }
 
-    /// Calls back for every other robot within `reach` mm of a pose, from middle to middle, as it was after the last tick: its
-    /// herd, and the way to it.
+    /// Calls `found` for every other robot whose middle is within `reach` mm of a pose, with its
+    /// herd and the vector to it. Robots are where they were after the last tick.
     pub(crate) fn within(
         &self,
         robot: RobotId,
@@ -311,7 +317,8 @@ impl Crowd {
         }
     }
 
-    /// Moves the discs to these poses, if none of them leaves its cell: then their order stays. Returns false if one does.
+    /// Moves the discs to these poses if no disc leaves its cell, so that the order of the discs
+    /// stays valid. Returns false, and moves nothing, if one does.
     fn stay_in_cells(&mut self, poses: &[Pose]) -> bool {
         let cells = &self.cells;
         let stays = |disc: &Disc| {
@@ -355,7 +362,7 @@ impl Crowd {
         core::mem::swap(&mut self.discs, &mut self.next);
     }
 
-    /// Notes near which cells something moved; false if nothing did.
+    /// Marks the cells near which a disc moved. Returns false if none did.
     fn wake(&mut self) -> bool {
         for cell in self.woken.drain(..) {
             for row in self.cells.around(cell as usize) {
@@ -376,7 +383,7 @@ impl Crowd {
     }
 }
 
-/// The inputs of a disc in a round.
+/// The data that a disc reads in a round.
 struct Look<'a> {
     cells: &'a Cells,
     shapes: &'a [Shape],
@@ -386,14 +393,14 @@ struct Look<'a> {
     discs: &'a [Disc],
     awake: &'a [bool],
     obstacles: &'a Obstacles,
-    /// True if all discs look, not only those near one that moved.
+    /// True if all discs are processed, not only those near one that moved.
     all: bool,
-    /// No two discs overlap.
+    /// True if it is known that no two discs overlap.
     are_apart: bool,
 }
 
 impl Look<'_> {
-    /// A disc after its neighbours, walls and obstacles pushed it.
+    /// Returns a disc after its neighbours, walls and obstacles pushed it.
     fn pushed(&self, index: usize) -> Disc {
         let mut disc = self.discs[index];
         if !self.all && !self.awake[disc.cell as usize] {
@@ -451,7 +458,8 @@ impl Look<'_> {
         self.crash(disc, [other.x - disc.x, other.y - disc.y, other.z - disc.z], *velocity)
     }
 
-    /// Returns [`CRASH`] if a disc crashes into something that is in a direction from it and has a velocity.
+    /// Returns [`CRASH`], or 0 if there is no crash, for a disc that touches something in direction
+    /// `towards` that moves with `velocity`.
     fn crash(&self, disc: &Disc, towards: [f32; 3], velocity: [f32; 3]) -> u8 {
         let Some(own) = self.velocities.get(usize::from(disc.id)) else { return 0 };
         let Some(most) = self.crash_speeds[usize::from(disc.herd)] else { return 0 };
@@ -460,18 +468,19 @@ impl Look<'_> {
         }
         let length = towards.iter().map(|part| part * part).sum::<f32>().sqrt();
         let way: f32 = (0..3).map(|axis| (own[axis] - velocity[axis]) * towards[axis]).sum();
-        // Multiplied, not divided: two bodies may be at one place.
+        // A division by `length` would fail for two bodies at the same place.
         if most == 0.0 || way > most * length { CRASH } else { 0 }
     }
 
-    /// Returns true if two bodies are at heights at which they meet.
+    /// Returns true if two bodies overlap in height.
     fn level(&self, a: &Disc, b: &Disc) -> bool {
         let height = |disc: &Disc| self.shapes[usize::from(disc.herd)].height;
         a.z < b.z + height(b) && b.z < a.z + height(a)
     }
 }
 
-/// The way apart for discs at the very same place: another one for each pair.
+/// Returns the direction that separates two discs at exactly the same place, another one for each
+/// pair.
 fn apart(a: u16, b: u16) -> (f32, f32) {
     let pair = u32::from(a.min(b)) * 31 + u32::from(a.max(b));
     let (sin, cos) = libm::sincosf((pair % 1024) as f32 * 2.399_963);

@@ -1,4 +1,4 @@
-//! Digests: one number for the state of a run, by which runs are compared across machines.
+//! Digests: one number that stands for the state of a run, to compare runs across machines.
 
 use core::fmt::{self, Debug, Write};
 use core::hash::{Hash, Hasher};
@@ -9,16 +9,18 @@ use super::herd::Cohort;
 use super::robot::EngineRobot;
 use super::world::World;
 
-/// The bits of the only NaN in digests: processors and WebAssembly engines choose others for equal results.
+/// The bits that every NaN has in a digest. Processors and WebAssembly engines produce NaNs with
+/// different bits for the same operation.
 const NAN: u32 = 0x7fc0_0000;
 
-/// A hash of state in words of 64 bits. The standard library promises neither that its own hasher stays as it is nor that
-/// derived hashes are independent of the width of `usize`; this one gives the same number in every build.
+/// A hash of the state, computed in words of 64 bits, that is the same number in every build. The
+/// standard library guarantees neither that its own hasher stays the same nor that derived hashes
+/// are independent of the width of `usize`.
 #[derive(Clone, Debug)]
 pub struct Digest(u64);
 
 impl Digest {
-    /// Returns the digest of nothing.
+    /// Returns an empty digest.
     pub(crate) fn new() -> Self {
         Digest(0xcbf2_9ce4_8422_2325)
     }
@@ -71,12 +73,13 @@ impl Hasher for Digest {
         self.0 = (self.0.rotate_left(29) ^ value).wrapping_mul(0xd6e8_feb8_6659_fd93);
     }
 
-    /// Lengths, as wide on every machine.
+    /// Adds a length as 64 bits, because the width of `usize` differs between machines.
     fn write_usize(&mut self, value: usize) {
         self.write_u64(value as u64);
     }
 
-    /// Signed numbers and the variants of enums, as wide on every machine.
+    /// Adds a signed number or the variant of an enum as 64 bits, because the width of `isize`
+    /// differs between machines.
     fn write_isize(&mut self, value: isize) {
         self.write_u64(value as i64 as u64);
     }
@@ -90,7 +93,8 @@ impl Write for Digest {
 }
 
 impl<B: Brain> World<B> {
-    /// Returns a number that stands for the whole state but the brains: worlds that went the same way have the same.
+    /// Returns a digest of the whole state except the brains. Worlds with the same history have the
+    /// same digest.
     #[must_use]
     pub fn digest(&self) -> u64 {
         let mut digest = Digest::new();
@@ -98,7 +102,8 @@ impl<B: Brain> World<B> {
         digest.finish()
     }
 
-    /// Adds everything that decides how the world goes on, but the brains. Memory that a tick uses and leaves is none of it.
+    /// Adds the state that determines how the world continues, except the brains. Scratch memory of
+    /// a tick is left out.
     pub(crate) fn add_to(&self, digest: &mut Digest) {
         (self.now, self.settings.seed, self.substeps).hash(digest);
         self.statistics.hash(digest);

@@ -4,12 +4,12 @@ use core::fmt;
 
 use super::id::RobotId;
 
-/// A number of the [`Settings`](super::Settings) that no world can have.
+/// An invalid value in [`Settings`](super::Settings) or in the parameters of a body or a link.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct SettingsError {
     /// Path of the field, such as `infrared.link.range`.
     pub field: &'static str,
-    /// The condition that it must meet.
+    /// The condition that the value must meet, such as `0 or more`.
     pub must: &'static str,
 }
 
@@ -24,11 +24,11 @@ impl core::error::Error for SettingsError {}
 /// A reason why a robot cannot be placed.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum AddError {
-    /// Ids have 16 bits.
+    /// All ids are in use: they have 16 bits.
     TooMany,
-    /// The place is not inside of the world, or no number.
+    /// The place is outside of the world or not finite.
     Outside,
-    /// The herd is one of another world.
+    /// The herd belongs to another world.
     UnknownHerd,
 }
 

@@ -16,7 +16,7 @@ pub struct Pose {
 }
 
 impl Pose {
-    /// On the ground.
+    /// Returns a pose on the ground.
     #[must_use]
     pub fn new(x: f32, y: f32, heading: f32) -> Self {
         Pose { x, y, z: 0.0, heading: wrap(heading) }
@@ -44,7 +44,7 @@ impl Area {
     }
 }
 
-/// Returns the same direction in (-pi, pi].
+/// Returns the angle of the same direction in (-pi, pi].
 #[must_use]
 pub fn wrap(angle: f32) -> f32 {
     if angle > -PI && angle <= PI {

@@ -1,4 +1,4 @@
-//! Square cells over the world, so that a robot looks at its neighbourhood only.
+//! A grid of square cells over the world, so that a robot examines only its neighbourhood.
 
 use core::ops::Range;
 
@@ -18,11 +18,12 @@ pub(crate) struct Cells {
 }
 
 impl Cells {
-    /// Cells at least `size` mm wide (of infinite size there is one), and hardly more than `most` of them.
+    /// Returns cells that are at least `size` mm wide, and hardly more than `most` of them. An
+    /// infinite size gives a single cell.
     pub(crate) fn new(area: Area, size: f32, most: usize) -> Self {
         let most = most.max(1) as f32;
         let side = size.max((area.width / most * area.height).sqrt());
-        // In a narrow world the root alone would still give too many.
+        // In a long, narrow world the square root alone would still give too many cells.
         let side = side.max(area.width / most).max(area.height / most).max(1.0);
         let columns = (area.width / side).ceil().max(1.0);
         let rows = (area.height / side).ceil().max(1.0);
@@ -38,7 +39,7 @@ impl Cells {
         }
     }
 
-    /// mm from side to side of a cell.
+    /// Returns the side of a cell in mm.
     pub(crate) fn side(&self) -> f32 {
         1.0 / self.per_mm
     }
@@ -48,19 +49,19 @@ impl Cells {
         self.count
     }
 
-    /// The cell of a place; places outside belong to the nearest cell.
+    /// Returns the cell of a place. Places outside of the world belong to the nearest cell.
     pub(crate) fn of(&self, x: f32, y: f32) -> usize {
         let column = ((x - self.left) * self.per_mm).clamp(0.0, self.last_column) as usize;
         let row = ((y - self.bottom) * self.per_mm).clamp(0.0, self.last_row) as usize;
         (row + 1) * self.stride + column + 1
     }
 
-    /// The cells around a cell and itself: three rows of three.
+    /// Returns a cell and its eight neighbours: three rows of three.
     pub(crate) fn around(&self, cell: usize) -> [Range<usize>; 3] {
         [cell - self.stride, cell, cell + self.stride].map(|middle| middle - 1..middle + 2)
     }
 
-    /// The cells that a rectangle touches.
+    /// Returns the cells that a rectangle touches.
     pub(crate) fn covered(&self, low: (f32, f32), high: (f32, f32)) -> impl Iterator<Item = usize> {
         let (first, last) = (self.of(low.0, low.1), self.of(high.0, high.1));
         let width = last % self.stride - first % self.stride;
@@ -79,7 +80,8 @@ mod tests {
         cells.around(cells.of(here.0, here.1)).iter().any(|row| row.contains(&other))
     }
 
-    /// Whatever is nearer than a cell's side is in the cells around, in worlds of all shapes.
+    /// A point that is nearer than the side of a cell is in the cells around, in worlds of all
+    /// shapes.
     #[test]
     fn neighbours_are_around() {
         let mut stream = Stream::for_brain(1, 1);

@@ -1,4 +1,4 @@
-//! Herds: robots of one model that talk over one link.
+//! Herds: robots of one model that use the same link.
 
 use std::sync::Arc;
 
@@ -9,23 +9,23 @@ use super::link::{Media, Medium};
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct HerdId(pub(crate) u16);
 
-/// The numbers that hold for robots of one herd.
+/// The model and the link of the robots of one herd.
 #[derive(Clone, Debug)]
 pub(crate) struct Herd {
     pub(crate) model: Arc<dyn BodyModel>,
     pub(crate) shape: Shape,
     pub(crate) medium: Medium,
     pub(crate) media: Media,
-    /// Its number among the links of its medium.
+    /// Index of the herd's link among the links of its medium.
     pub(crate) link: u16,
     pub(crate) has_positioning: bool,
 }
 
-/// Robots of one herd with successive ids, and their bodies.
+/// Robots of one herd with consecutive ids, and their bodies.
 #[derive(Clone, Debug)]
 pub(crate) struct Cohort {
     pub(crate) herd: HerdId,
-    /// The first id.
+    /// Id of the first robot.
     pub(crate) first: usize,
     pub(crate) count: usize,
     pub(crate) block: Box<dyn Block>,

@@ -1,9 +1,9 @@
-//! Intruders: senders without a body that keep none of the robots' rules.
+//! Intruders: senders without a body that follow none of the robots' rules.
 //!
 //! An intruder receives the frames that a robot at its place would receive. It sends at its own
-//! pace and never waits for a free channel; the link treats its frames as those of robots. To the
-//! links it is a robot with an id that counts down from 65,535, and in
-//! no part of a partition.
+//! pace and never waits for a free channel; the link treats its frames like those of robots. To the
+//! links, an intruder is a robot with an id that counts down from 65,535. It is never assigned to a
+//! group of a partition.
 
 use core::fmt::Debug;
 use core::hash::Hash;
@@ -22,16 +22,18 @@ use super::statistics::LinkStatistics;
 use super::stream::{Purpose, Stream};
 use super::world::World;
 
-/// The mind of an intruder. Its `Debug` text is all of its state, by which runs are compared.
+/// The behaviour of an intruder. Its `Debug` text contains its complete state, because digests of
+/// runs are computed from it.
 pub trait Intruder: Debug + Send {
-    /// Returns a copy, which goes on as this one would.
+    /// Returns a copy that continues exactly as the original would.
     fn copy(&self) -> Box<dyn Intruder>;
 
-    /// Takes the frames that it heard since the last tick.
+    /// Handles the frames that the intruder received since the last tick.
     fn hear(&mut self, inbox: &Inbox<'_>);
 
-    /// Writes the next frame, type byte and payload, and returns the number of bytes; 0 sends nothing. `frame` is as long as the
-    /// link's longest, and all zeros; infrared sends all of it.
+    /// Writes the next frame, type byte and payload, and returns its length in bytes; 0 sends
+    /// nothing. `frame` is as long as the longest frame of the link and filled with zeros; infrared
+    /// sends all of it.
     fn next_frame(&mut self, frame: &mut [u8]) -> usize;
 }
 
@@ -42,11 +44,12 @@ pub struct IntruderSettings {
     pub pose: Pose,
     /// The herd whose link it uses.
     pub herd: HerdId,
-    /// Its reach in mm, as the link has it; `None`: that of the herd.
+    /// Range in mm, measured like that of the link; `None` stands for the range of the herd.
     pub range: Option<f32>,
-    /// Mean time between the beginnings of two frames, in µs; `None`: one frame follows the other.
+    /// Mean time between the starts of two frames, in µs; `None` sends one frame directly after the
+    /// other.
     pub period_us: Option<u64>,
-    /// The tick from which on it is silent.
+    /// The first tick in which the intruder neither sends nor receives.
     pub until: u64,
 }
 
@@ -57,13 +60,13 @@ pub(crate) struct Station {
     pose: Pose,
     medium: Medium,
     media: Media,
-    /// The number of its link.
+    /// Index of its link.
     link: u16,
     period_us: Option<u64>,
     until: u64,
     /// Random numbers for the times at which it sends.
     stream: Stream,
-    /// The beginning of its next frame, in µs since the world began.
+    /// The start of its next frame, in µs since the world began.
     next_us: u64,
     intruder: Box<dyn Intruder>,
     late: Option<Box<Late>>,
@@ -84,13 +87,13 @@ impl Clone for Station {
     }
 }
 
-/// The number of an intruder with that id.
+/// Returns the index of the intruder with that id.
 pub(crate) fn number(id: RobotId) -> usize {
     usize::from(u16::MAX - id.0)
 }
 
 impl<B: Brain> World<B> {
-    /// Puts an intruder into the world, which sends from now on. `make` gets random numbers of its own.
+    /// Adds an intruder, which sends from now on. `make` gets random numbers of its own.
     pub fn add_intruder(
         &mut self,
         settings: IntruderSettings,
@@ -109,7 +112,7 @@ impl<B: Brain> World<B> {
         let mut stream = Stream::new(self.settings.seed, Purpose::Intruder, id.0, 0);
         let (medium, media) = (*medium, *media);
         let air = &mut self.air[medium as usize];
-        // Loss may have been changed since the herd came.
+        // The loss may have changed since the herd was added.
         let (of_herd, bodies) = (*air.link(*link), air.bodies(*link));
         let link = Link { range: range.or(of_herd.range), ..of_herd };
         self.stations.push(Station {
@@ -136,7 +139,7 @@ impl<B: Brain> World<B> {
         self.stations.len()
     }
 
-    /// Intruders hear the frames that ended in the last tick.
+    /// Lets intruders receive the frames that ended in the last tick.
     pub(crate) fn overhear(&mut self) {
         let World { stations, air, topology, calibration, settings, now, .. } = self;
         let now = *now;
@@ -146,7 +149,7 @@ impl<B: Brain> World<B> {
             let due = late.take_if(|late| late.due <= now);
             let mut listener = Listener { id: *id, pose, estimate: None, media, late, now };
             let stream = || Stream::new(settings.seed, Purpose::Hear, id.0, now);
-            // Statistics are of robots.
+            // The statistics count only robots.
             let mut count = LinkStatistics::default();
             ether.hear(&mut listener, stream, near, heard, &mut count, |_, _| ());
             let air = ether.air.transmissions();
@@ -156,7 +159,7 @@ impl<B: Brain> World<B> {
 }
 
 impl Station {
-    /// Adds all of its state to a digest.
+    /// Adds the complete state to a digest.
     pub(crate) fn add_to(&self, digest: &mut Digest) {
         let Station { id, link, period_us, until, next_us, intruder, late, stream, pose, .. } =
             self;
@@ -165,7 +168,7 @@ impl Station {
         digest.text_of(&(intruder, late, stream));
     }
 
-    /// Plans its frames on a medium in tick `now`.
+    /// Plans the intruder's frames on a medium in tick `now`.
     pub(crate) fn plan(&mut self, medium: Medium, now: u64, planned: &mut Vec<Attempt>) {
         if self.medium != medium || now >= self.until {
             return;
@@ -177,14 +180,15 @@ impl Station {
         }
     }
 
-    /// Returns the time from the beginning of a frame to that of the next one, in µs. Equal ones would meet the robots' own periods.
+    /// Returns the time from the start of a frame to that of the next one, in µs. It is random,
+    /// because a constant time could keep pace with the robots' own periods.
     fn interval_us(&mut self) -> u64 {
         let air_time = self.medium.air_time_us().into();
         let part = f64::from(0.5 + self.stream.unit());
         self.period_us.map_or(air_time, |period| air_time.max((period as f64 * part) as u64))
     }
 
-    /// Returns its next frame, which begins `at` a time of the tick.
+    /// Returns the next frame, which starts at time `at` of the tick.
     pub(crate) fn transmit(&mut self, at: i32) -> Option<Transmission> {
         let packet = Packet::of(self.medium, |frame| self.intruder.next_frame(frame))?;
         let Pose { x, y, z, .. } = self.pose;

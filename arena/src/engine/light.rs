@@ -1,4 +1,4 @@
-//! Lamps and daylight, as a robot's light sensor sees them.
+//! Lamps and ambient light, and the readings of a robot's light sensor.
 
 use super::geometry::Pose;
 
@@ -9,30 +9,31 @@ pub struct Light {
     pub x: f32,
     /// mm
     pub y: f32,
-    /// Readings of the sensor when it is at the lamp and looks at it; 1023 saturates it.
+    /// The reading of the sensor when it is at the lamp and faces it; 1023 saturates the sensor.
     pub intensity: f32,
 }
 
-/// Which lamp.
+/// The number of a lamp in its world.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct LightId(pub(crate) usize);
 
-/// Readings end where the sensor's converter does.
+/// The largest reading, at which the sensor's converter saturates.
 const SATURATED: f32 = 1023.0;
 
-/// Beyond this distance in mm a lamp adds nothing (the Kilobot plugin of ARGoS).
+/// A lamp adds nothing beyond this distance in mm (the Kilobot plugin of ARGoS).
 const REACH: f32 = 2500.0;
 
 /// Returns the reading of a robot's sensor, 0 to 1023.
 ///
-/// A lamp adds `intensity * exp(-2 d) * (1 - angle / pi)` at d metres, angle between the robot's
-/// heading and the lamp:
-/// the law of ARGoS' Kilobot sensor, with the sensor looking ahead.
+/// A lamp adds `intensity * exp(-2 d) * (1 - angle / pi)` at a distance of `d` metres, where
+/// `angle` is the angle between the robot's heading and the lamp. This is the law of ARGoS' Kilobot
+/// sensor, with the sensor facing ahead.
 pub(crate) fn reading(pose: &Pose, ambient: f32, lights: &[Light]) -> u16 {
     brightness(pose, Some(pose.heading), ambient, lights) as u16
 }
 
-/// Returns the brightness for a sensor that looks in a direction of the world; `None`: it sees all directions alike.
+/// Returns the reading of a sensor that faces a direction of the world. With `None`, the sensor is
+/// equally sensitive in all directions.
 pub(crate) fn brightness(pose: &Pose, look: Option<f32>, ambient: f32, lights: &[Light]) -> f32 {
     let mut sum = ambient;
     for light in lights {

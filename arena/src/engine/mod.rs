@@ -1,24 +1,31 @@
-//! Bodies, contacts, links and light: everything about a robot but its behaviour, which is a [`Brain`].
+//! The physical world: bodies, contacts, links and light. The behaviour of a robot is a [`Brain`].
 //!
 //! # One tick
-//! A tick is 100 ms ([`TICK_US`]), in which
-//! 1. every robot hears the frames of the last tick, and its brain runs;
-//! 2. bodies move, in as many substeps as the fastest needs, and push each other apart;
-//! 3. the links send, in the order of time, to the microsecond; each takes the frame from the brain when it begins to.
+//! A tick is 100 ms ([`TICK_US`]) and has three phases:
+//! 1. Every robot receives the frames of the last tick, and its brain runs.
+//! 2. Bodies move, in as many substeps as the fastest body needs, and push each other apart.
+//! 3. The links send in chronological order, with a resolution of one microsecond. A link takes the
+//!    frame from the brain when the transmission starts.
 //!
-//! Robots whose brains are outside of the engine are moved between the substeps ([`World::tick_with`], [`World::roll`]).
+//! Robots that are controlled from outside of the engine are moved between the substeps
+//! ([`World::tick_with`], [`World::roll`]).
 //!
 //! # Units
 //! Millimetres, radians (anticlockwise positive, in (-pi, pi]), seconds; microseconds inside a tick. The world is a
 //! rectangle with the origin in its middle, x to the right and y up.
 //!
-//! # What it leaves out
-//! * Nothing shades infrared, radio or light; no stronger frame survives an overlap; a frame reaches as far as it disturbs.
-//! * All scripts see the world as it was at the beginning of a tick; only their frames leave at different times of it.
-//! * Nobody is pushed to turn, nothing has mass: two bodies share an overlap in halves. The 15 ms of spin-up of a Kilobot,
-//!   the attitude of a Crazyflie, batteries and temperature are shorter or slower than what is looked at here.
-//! * A Kilobot's clock is off, but does not wander: two hidden terminals of equal clocks may collide for long.
-//! * A Crazyflie's estimate begins at its true place, in the frame of the world, also with a Flow deck.
+//! # Simplifications
+//! * Nothing blocks infrared, radio or light. If two frames overlap, the stronger one is lost, too.
+//!   A frame disturbs others exactly as far as it can be received.
+//! * All scripts see the state of the world at the beginning of the tick. Only their frames are
+//!   sent at different times within the tick.
+//! * A contact does not rotate a body, and bodies have no mass: two bodies that overlap both move
+//!   by half of the overlap. The 15 ms of spin-up of a Kilobot and the attitude of a Crazyflie are
+//!   too fast to be modelled here, batteries and temperature too slow.
+//! * The rate of a Kilobot's clock has a constant error and does not drift. Two hidden terminals
+//!   with equal rates may therefore collide for a long time.
+//! * The position estimate of a Crazyflie starts at the true position in the frame of the world,
+//!   even with a Flow deck.
 //!
 //! ```
 //! use bittybuzz_arena::engine::{Brain, Io, Media, Pose, Settings, World};

@@ -1,9 +1,10 @@
-//! Walls and obstacles, and how bodies are kept out of them.
+//! Walls and obstacles, which push bodies out.
 
 use super::geometry::Area;
 use super::grid::Cells;
 
-/// A wall or an obstacle, which bodies cannot enter below its height. The height is unlimited unless it is added with one.
+/// A wall or an obstacle, which bodies cannot enter below its height. The height is unlimited
+/// unless the obstacle is added with one.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Obstacle {
     /// A thin wall between two points (mm).
@@ -35,14 +36,15 @@ pub enum Obstacle {
     },
 }
 
-/// Less than this, in mm, two bodies may overlap; it keeps bodies at rest from trembling.
+/// The overlap of two bodies in mm that is tolerated. It keeps bodies at rest from trembling.
 pub(crate) const SLOP: f32 = 0.05;
 
-/// mm, far beyond every world.
+/// The limit for the numbers of obstacles in mm, far beyond every world.
 const FAR: f32 = 1e7;
 
 impl Obstacle {
-    /// Without negative sizes; `None` if it is no place, or too far away for the arithmetic.
+    /// Returns the obstacle without negative sizes; `None` if a number is not finite or too large
+    /// for the arithmetic.
     fn sound(self) -> Option<Self> {
         let (sound, numbers) = match self {
             Obstacle::Segment { from, to } => (self, [from.0, from.1, to.0, to.1]),
@@ -57,7 +59,8 @@ impl Obstacle {
         numbers.iter().all(|number| number.abs() < FAR).then_some(sound)
     }
 
-    /// Lower left and upper right corner of the least rectangle around it.
+    /// Returns the lower left and the upper right corner of the smallest rectangle around the
+    /// obstacle.
     fn bounds(&self) -> ((f32, f32), (f32, f32)) {
         match *self {
             Obstacle::Segment { from, to } => {
@@ -72,7 +75,8 @@ impl Obstacle {
         }
     }
 
-    /// Returns the place of a disc that just touches the obstacle; `None` if it is clear.
+    /// Returns the place at which the disc just touches the obstacle; `None` if the disc does not
+    /// overlap with it.
     fn push_out(&self, x: f32, y: f32, radius: f32) -> Option<(f32, f32)> {
         match *self {
             Obstacle::Segment { from, to } => {
@@ -90,7 +94,8 @@ impl Obstacle {
                 let (dx, dy) = (x - cx, y - cy);
                 let (half_x, half_y) = (width / 2.0, height / 2.0);
                 if dx.abs() < half_x && dy.abs() < half_y {
-                    // The middle is inside: out through the nearest side.
+                    // The middle of the disc is inside of the box: push it out through the nearest
+                    // side.
                     return Some(if half_x - dx.abs() < half_y - dy.abs() {
                         (cx + (half_x + radius).copysign(dx), y)
                     } else {
@@ -104,7 +109,8 @@ impl Obstacle {
     }
 }
 
-/// Moves a point that is less than `distance` from another one to that distance; `normal` is the way if they coincide.
+/// Moves a point that is less than `distance` from another one to that distance; returns `None` if
+/// it is far enough away. `normal` is the direction if the two points coincide.
 fn away(
     x: f32,
     y: f32,
@@ -127,35 +133,36 @@ fn away(
 #[derive(Clone, Debug)]
 pub(crate) struct Obstacles {
     area: Area,
-    /// mm by which obstacles are larger in the index: the greatest radius of a body and its way between two queries, at
-    /// least [`MARGIN`].
+    /// mm by which obstacles are enlarged in the index: the greatest radius of a body plus its
+    /// movement between two queries, at least [`MARGIN`].
     margin: f32,
     all: Vec<Obstacle>,
-    /// The height in mm of each obstacle; bodies at that height or above get over it.
+    /// The height in mm of each obstacle; bodies at that height or above pass over it.
     heights: Vec<f32>,
     cells: Cells,
     /// The obstacles that reach into each cell.
     members: Vec<Vec<u32>>,
 }
 
-/// mm. Coarse enough that walls are in few cells, fine enough that a cell has few obstacles.
+/// Side of a cell in mm, coarse enough that walls are in few cells, and fine enough that a cell has
+/// few obstacles.
 const CELL: f32 = 100.0;
 
-/// Most cells: they cost memory only.
+/// The largest number of cells, which cost only memory.
 const CELLS: usize = 20_000;
 
-/// mm: room for most robots, so that their obstacles are entered once.
+/// The initial margin in mm, enough for most robots, so that their obstacles are entered only once.
 const MARGIN: f32 = 61.0;
 
 impl Obstacles {
     pub(crate) fn new(area: Area) -> Self {
-        // Cells are made when there is an obstacle.
+        // The real cells are made with the first obstacle.
         let cells = Cells::new(area, f32::INFINITY, 1);
         let members = vec![Vec::new(); cells.count()];
         Obstacles { area, margin: MARGIN, all: Vec::new(), heights: Vec::new(), cells, members }
     }
 
-    /// Prepares for bodies of that radius in mm.
+    /// Enlarges the margin for bodies of that radius in mm, if necessary.
     pub(crate) fn admit(&mut self, radius: f32) {
         if radius + 1.0 > self.margin {
             self.margin = radius + 1.0;
@@ -188,13 +195,14 @@ impl Obstacles {
         &self.all
     }
 
-    /// Returns the obstacles into which something at a height would get.
+    /// Returns the obstacles that are higher than a height in mm.
     pub(crate) fn at(&self, height: f32) -> impl Iterator<Item = &Obstacle> {
         let all = self.all.iter().zip(&self.heights);
         all.filter(move |(_, top)| height < **top).map(|(obstacle, _)| obstacle)
     }
 
-    /// Returns the nearest place of a disc at the height `z` that is in the world and in no obstacle; `None` if it is there already.
+    /// Returns the place to which the walls and obstacles push a disc at the height `z`; `None` if
+    /// the disc is free.
     pub(crate) fn push_out(&self, x: f32, y: f32, z: f32, radius: f32) -> Option<(f32, f32)> {
         let (mut now_x, mut now_y) = (x, y);
         if !self.all.is_empty() {

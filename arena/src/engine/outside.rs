@@ -1,5 +1,5 @@
-//! Robots that are moved from outside of the engine: firmware in an emulator turns wheels at any
-//! time.
+//! Operations on robots that are controlled from outside of the engine. Firmware in an emulator may
+//! turn the wheels at any time.
 
 use super::brain::Brain;
 use super::error::UnknownRobot;
@@ -9,16 +9,17 @@ use super::light;
 use super::world::World;
 
 impl<B: Brain> World<B> {
-    /// Returns the number of equal substeps of a tick: enough that no robot passes through another
-    /// in one.
+    /// Returns the number of equal substeps of a tick. A substep is short enough that no robot
+    /// passes through another one.
     #[must_use]
     pub fn substeps(&self) -> u32 {
         self.substeps
     }
 
-    /// Lets the wheels or vibration motors of a robot run, left and right, with these duties in percent for a time in seconds;
-    /// no robot is pushed yet. Returns the robot's speed then, mm/s ahead and radians per second anticlockwise, also after no
-    /// time; zeros of a body that stops at once; nothing of a body without such motors.
+    /// Runs the left and right wheels or vibration motors of a robot with these duties in percent
+    /// for a time in seconds. Contacts are not resolved yet. Returns the speed at the end, in mm/s
+    /// ahead and radians per second anticlockwise, even if the time is 0. A body that stops at once
+    /// returns zeros, a body without such motors `None`.
     pub fn roll(
         &mut self,
         id: RobotId,
@@ -36,7 +37,7 @@ impl<B: Brain> World<B> {
         Ok(light::reading(&self.poses[index], self.settings.ambient_light, &self.lights))
     }
 
-    /// Makes the LED of a robot shine: the sum of 1 red, 2 green, 4 blue.
+    /// Sets the LED of a robot: the sum of 1 red, 2 green, 4 blue.
     pub fn shine(&mut self, id: RobotId, led: u8) -> Result<(), UnknownRobot> {
         let index = self.index(id)?;
         self.robots[index].led = led & 7;

@@ -1,11 +1,11 @@
 //! Threads that share the work of a tick.
 //!
-//! A WebAssembly module has one thread, so it is built without them.
+//! A WebAssembly module has a single thread, so the pool is empty there.
 
 #[cfg(not(target_family = "wasm"))]
 use rayon::prelude::*;
 
-/// Threads, or that of the caller alone.
+/// A pool of threads, or the caller's thread alone.
 #[derive(Clone, Debug)]
 pub(crate) struct Pool {
     #[cfg(not(target_family = "wasm"))]
@@ -13,7 +13,8 @@ pub(crate) struct Pool {
 }
 
 impl Pool {
-    /// A pool of `count` threads; 0 stands for one per processor. If the system gives no threads, the caller's thread does the work.
+    /// Returns a pool of `count` threads; 0 stands for one per processor. If the system gives no
+    /// threads, the caller's thread does the work.
     #[cfg(not(target_family = "wasm"))]
     pub(crate) fn new(count: usize) -> Self {
         let threads = match count {
@@ -28,7 +29,8 @@ impl Pool {
         Pool {}
     }
 
-    /// Does the same with every item, in any order. A single item does not wait for another thread to wake up.
+    /// Calls `work` with every item, in any order. A single item is processed on the caller's
+    /// thread, because waking another thread takes longer.
     pub(crate) fn each<T: Send>(
         &self,
         items: impl ExactSizeIterator<Item = T>,

@@ -1,4 +1,4 @@
-//! Range finders: the distance to the first thing on a line.
+//! Range finders: the distance to the first object on a line.
 
 use super::contact::Crowd;
 use super::geometry::{Area, Pose};
@@ -6,10 +6,10 @@ use super::id::RobotId;
 use super::obstacle::Obstacles;
 use super::ray::{Ray, Side};
 
-/// mm that the sensors reach, as Bitcraze's model for Gazebo has them.
+/// The reach of the sensors in mm, as in Bitcraze's model for Gazebo.
 const REACH: f32 = 3490.0;
 
-/// Everything that a line of sight can meet.
+/// The objects that a line of sight can meet.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Sight<'a> {
     pub(crate) area: Area,

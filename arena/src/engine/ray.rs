@@ -8,11 +8,11 @@ use super::obstacle::Obstacle;
 pub enum Side {
     /// Along the heading.
     Front,
-    /// A quarter turn anticlockwise of it.
+    /// A quarter turn anticlockwise from the heading.
     Left,
-    /// Against it.
+    /// Opposite to the heading.
     Back,
-    /// A quarter turn clockwise of it.
+    /// A quarter turn clockwise from the heading.
     Right,
 }
 
@@ -26,7 +26,7 @@ pub(crate) struct Ray {
 }
 
 impl Ray {
-    /// A line in a direction from the heading, in radians.
+    /// Returns the line of sight in a direction relative to the heading, in radians.
     pub(crate) fn towards(pose: &Pose, direction: f32) -> Self {
         let (sin, cos) = libm::sincosf(pose.heading + direction);
         Ray { x: pose.x, y: pose.y, along: (cos, sin) }
@@ -48,7 +48,7 @@ impl Ray {
         (self.x + distance * self.along.0, self.y + distance * self.along.1)
     }
 
-    /// Returns the distance to a disc; a point inside sees it at 0.
+    /// Returns the distance to a disc: 0 from a point inside, `None` if the line misses the disc.
     pub(crate) fn to_disc(self, x: f32, y: f32, radius: f32) -> Option<f32> {
         let (dx, dy) = (x - self.x, y - self.y);
         let ahead = dx * self.along.0 + dy * self.along.1;

@@ -1,4 +1,4 @@
-//! One robot: its identity, and the state that others may see.
+//! One robot: its identity and its visible state.
 
 use super::geometry::Pose;
 use super::herd::HerdId;
@@ -7,11 +7,12 @@ use super::link::Radio;
 /// The state of a robot.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum RobotState {
-    /// Its brain runs.
+    /// The brain runs.
     Running,
-    /// Stopped: no motors, no link, no brain, until it is resumed.
+    /// Stopped until it is resumed: motors, link and brain are off.
     Stopped,
-    /// Failed or crashed, until it is restarted. Its body stays where it is; one in the air falls.
+    /// Failed or crashed, until the robot is restarted. Its body stays where it is; one in the air
+    /// falls.
     Failed,
 }
 
@@ -20,9 +21,8 @@ pub enum RobotState {
 pub struct View {
     /// The herd to which it belongs.
     pub herd: HerdId,
-    /// Its state.
     pub state: RobotState,
-    /// Its pose.
+    /// The true pose.
     pub pose: Pose,
     /// The robot's estimate of its pose, if it has one.
     pub estimate: Option<Pose>,
@@ -32,15 +32,16 @@ pub struct View {
     pub height: f32,
     /// Colour: the sum of 1 red, 2 green, 4 blue.
     pub led: u8,
-    /// Its crashes since the world began.
+    /// The number of crashes since the world began.
     pub crashes: u32,
 }
 
-/// A robot, but for its brain, its body and its place.
+/// The data of a robot, except its brain, its body and its place, which the world keeps in other
+/// lists.
 #[derive(Clone, Debug)]
 pub(crate) struct EngineRobot {
     pub(crate) herd: HerdId,
-    /// The number of its cohort.
+    /// Index of the robot's cohort.
     pub(crate) cohort: u32,
     pub(crate) radio: Radio,
     pub(crate) state: RobotState,

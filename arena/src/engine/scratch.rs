@@ -3,7 +3,7 @@
 use super::link::{Arrival, Attempt, Heard, Medium, Near};
 use super::statistics::LinkStatistics;
 
-/// Results of one cohort in a tick; kept for its memory.
+/// The results of one cohort in a tick. The value is kept to reuse its memory.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Scratch {
     pub(crate) near: Vec<Near>,

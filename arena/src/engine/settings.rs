@@ -1,14 +1,14 @@
-//! The numbers of a world, and which of them are possible.
+//! The settings of a world and their valid ranges.
 
 use super::error::SettingsError;
 use super::geometry::Area;
 
-/// Numbers that a world has from its beginning.
+/// The settings with which a world begins.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Settings {
     /// The seed of all random numbers in the world.
     pub seed: u64,
-    /// The number of threads; the trace does not depend on it. 0 is one per core.
+    /// The number of threads; 0 is one per core. The trace does not depend on it.
     pub threads: usize,
     /// Size of the world.
     pub area: Area,
@@ -24,7 +24,7 @@ impl Default for Settings {
 }
 
 impl Settings {
-    /// Refuses numbers that no world can have.
+    /// Fails if a setting is not valid.
     pub fn check(&self) -> Result<(), SettingsError> {
         let length = "a number from 1 to 1e6";
         first_wrong(&[
@@ -35,7 +35,8 @@ impl Settings {
     }
 }
 
-/// Returns the first field of which a check does not hold: path of the field, result of the check, and the condition.
+/// Fails with the first field whose check does not hold. Each check is the path of the field, the
+/// result of the check, and the condition.
 pub fn first_wrong(checks: &[(&'static str, bool, &'static str)]) -> Result<(), SettingsError> {
     match checks.iter().find(|(_, holds, _)| !holds) {
         Some(&(field, _, must)) => Err(SettingsError { field, must }),

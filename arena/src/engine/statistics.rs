@@ -3,12 +3,12 @@
 use super::id::RobotId;
 use super::link::Medium;
 
-/// Counts of one medium. A frame counts once for every robot within range.
+/// Counts of one medium. The fate of a frame counts once for every robot within range.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
 pub struct LinkStatistics {
     /// Frames that were sent.
     pub sent: u64,
-    /// Times that a robot wanted to send and found the channel busy.
+    /// The number of times that a robot wanted to send and found the channel busy.
     pub postponed: u64,
     /// Frames that arrived at a robot.
     pub received: u64,
@@ -20,7 +20,7 @@ pub struct LinkStatistics {
     pub lost: u64,
     /// Second copies that arrived (an option for tests).
     pub duplicated: u64,
-    /// Frames that were overtaken by others (an option for tests).
+    /// Frames that were held back, so that others overtook them (an option for tests).
     pub delayed: u64,
 }
 
@@ -35,13 +35,13 @@ pub struct Statistics {
     pub wall_ticks: u64,
     /// Crashes of bodies that fly.
     pub crashes: u64,
-    /// Tick and robot of the first of them.
+    /// Tick and robot of the first crash.
     pub first_crash: Option<(u64, RobotId)>,
     pub(crate) links: [LinkStatistics; Medium::COUNT],
 }
 
 impl Statistics {
-    /// Counts of one medium.
+    /// Returns the counts of one medium.
     #[must_use]
     pub fn link(&self, medium: Medium) -> &LinkStatistics {
         &self.links[medium as usize]
@@ -52,7 +52,7 @@ impl Statistics {
         self.links[medium as usize].add(counted);
     }
 
-    /// All media together.
+    /// Returns the sum of the counts of all media.
     #[must_use]
     pub fn all_links(&self) -> LinkStatistics {
         let mut sum = LinkStatistics::default();

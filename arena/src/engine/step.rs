@@ -28,7 +28,7 @@ struct Surroundings<'a> {
     is_watched: bool,
 }
 
-/// A cohort with everything of its robots.
+/// A cohort with the data of its robots.
 struct Part<'a, B> {
     cohort: &'a mut Cohort,
     scratch: &'a mut Scratch,
@@ -38,7 +38,7 @@ struct Part<'a, B> {
     estimates: &'a mut [Option<Pose>],
 }
 
-/// Cuts the first `count` elements off.
+/// Removes the first `count` elements from a slice and returns them.
 fn cut<'a, T>(rest: &mut &'a mut [T], count: usize) -> &'a mut [T] {
     let (first, others) = core::mem::take(rest).split_at_mut(count);
     *rest = others;
@@ -51,8 +51,9 @@ impl<B: Brain> World<B> {
         let Ok(()) = self.tick_with(|_| Ok::<(), Infallible>(()));
     }
 
-    /// Simulates 100 ms, in which something else moves robots too, beside those with a brain: `before` is called before
-    /// each of the [substeps](Self::substeps), and bodies push each other apart after each. An error ends the tick at once.
+    /// Simulates 100 ms in which the caller moves robots, too. `before` is called before each of
+    /// the [substeps](Self::substeps), and bodies push each other apart after each. An error ends
+    /// the tick at once.
     pub fn tick_with<E>(
         &mut self,
         mut before: impl FnMut(&mut Self) -> Result<(), E>,
@@ -74,7 +75,7 @@ impl<B: Brain> World<B> {
         Ok(())
     }
 
-    /// Every robot hears, decides, and makes its first substep.
+    /// Lets every robot receive frames, run its brain, and make its first substep.
     fn think(&mut self) {
         let World {
             settings,
@@ -127,13 +128,13 @@ impl<B: Brain> World<B> {
         self.crowd.settle(&mut self.poses, &self.obstacles, &self.pool, seconds);
     }
 
-    /// Robots that have crashed fail.
+    /// Makes robots fail that have crashed.
     fn crash(&mut self) {
         for id in self.crowd.crashed() {
             if self.robots[usize::from(id.0)].state == RobotState::Failed {
                 continue;
             }
-            // The crowd knows the robots of the world.
+            // This cannot fail, because the crowd has only robots of this world.
             let _ = self.fail(id);
             self.robots[usize::from(id.0)].crashes += 1;
             self.statistics.crashes += 1;
@@ -141,7 +142,7 @@ impl<B: Brain> World<B> {
         }
     }
 
-    /// Robots with a positioning system learn where they are.
+    /// Updates the position estimates of robots with a positioning system.
     fn sense(&mut self) {
         if !self.herds.iter().any(|herd| herd.has_positioning) {
             return;
@@ -159,13 +160,13 @@ impl<B: Brain> World<B> {
         );
     }
 
-    /// Does the same with every cohort.
+    /// Calls `work` with every cohort.
     fn each(&mut self, work: impl Fn(Part<'_, B>) + Send + Sync) {
         let World { pool, scratch, robots, brains, poses, estimates, cohorts, .. } = self;
         pool.each(parts(cohorts, scratch, robots, brains, poses, estimates), work);
     }
 
-    /// The links send.
+    /// Lets the links send.
     fn transmit(&mut self) {
         let window = Window {
             topology: &self.topology,
@@ -188,7 +189,7 @@ impl<B: Brain> World<B> {
     }
 }
 
-/// Divides robots into cohorts.
+/// Divides the data of the robots into cohorts.
 fn parts<'a, B>(
     cohorts: &'a mut [Cohort],
     scratch: &'a mut [Scratch],
@@ -236,7 +237,7 @@ impl<B: Brain> Part<'_, B> {
     }
 }
 
-/// A robot that hears and decides.
+/// A robot whose brain is about to run.
 struct Thinker<'a> {
     id: RobotId,
     robot: &'a mut EngineRobot,
@@ -247,7 +248,7 @@ struct Thinker<'a> {
 }
 
 impl Thinker<'_> {
-    /// It hears and decides; its link plans when to send.
+    /// Receives frames, runs the brain, and plans the time when the link sends.
     fn think(self, brain: &mut impl Brain, scratch: &mut Scratch, around: &Surroundings<'_>) {
         let Thinker { id, robot, herd: Herd { medium, media, .. }, body, pose, estimate } = self;
         let now = around.now;

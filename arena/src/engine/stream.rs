@@ -1,11 +1,11 @@
-//! Random numbers: a stream for each purpose, robot and tick, so that no draw depends on the order
-//! of others.
+//! Random numbers: one stream for each purpose, robot and tick, so that no draw depends on the
+//! order of others.
 
 use rand::{Rng, RngExt, SeedableRng};
 use rand_distr::{Distribution, StandardNormal};
 use rand_xoshiro::SplitMix64;
 
-/// The purpose of a stream. Streams of unlike purposes share nothing.
+/// The purpose of a stream. Streams of different purposes are independent.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Purpose {
     /// Differences between robots of one kind.
@@ -14,13 +14,13 @@ pub(crate) enum Purpose {
     Hear = 2,
     /// The time of the first attempt at a frame.
     Send = 3,
-    /// The time of the next attempt.
+    /// The time of each further attempt.
     BackOff = 6,
     /// Errors of the position estimate.
     Estimate = 4,
-    /// For brains.
+    /// The random numbers of brains.
     Brain = 5,
-    /// For intruders.
+    /// The random numbers of intruders.
     Intruder = 7,
     /// The robots' clocks.
     Clock = 8,
@@ -33,15 +33,15 @@ pub(crate) enum Purpose {
 pub struct Stream(SplitMix64);
 
 impl Stream {
-    /// The stream of one robot for one purpose in one tick.
+    /// Returns the stream of one robot for one purpose in one tick.
     pub(crate) fn new(seed: u64, purpose: Purpose, robot: u16, tick: u64) -> Self {
-        // Odd multipliers keep unlike inputs unlike; the generator itself mixes.
+        // An odd multiplier keeps different inputs different; the generator itself mixes them.
         let place = ((purpose as u64) << 56) ^ (u64::from(robot) << 40) ^ tick;
         let mut outer = SplitMix64::seed_from_u64(seed ^ place.wrapping_mul(0xd6e8_feb8_6659_fd93));
         Stream(SplitMix64::seed_from_u64(outer.next_u64()))
     }
 
-    /// A stream of a robot's own, for its brain.
+    /// Returns the stream of a robot's brain.
     #[must_use]
     pub fn for_brain(seed: u64, robot: u16) -> Self {
         Stream::new(seed, Purpose::Brain, robot, 0)
@@ -59,7 +59,7 @@ impl Stream {
         Stream::new(seed, Purpose::BrownOut, robot, tick)
     }
 
-    /// Returns another stream, which goes on by itself.
+    /// Returns a new stream that is independent of later draws from this one.
     #[must_use]
     pub fn fork(&mut self) -> Stream {
         Stream(SplitMix64::seed_from_u64(self.0.next_u64()))
@@ -70,7 +70,7 @@ impl Stream {
         self.0.random()
     }
 
-    /// True with this probability.
+    /// Returns true with this probability.
     pub fn chance(&mut self, probability: f32) -> bool {
         probability > 0.0 && self.unit() < probability
     }
@@ -80,12 +80,12 @@ impl Stream {
         ((u64::from(self.0.next_u32()) * u64::from(end)) >> 32) as u32
     }
 
-    /// Normally distributed around 0, with deviation 1.
+    /// Returns a normally distributed number with mean 0 and deviation 1.
     pub fn normal(&mut self) -> f32 {
         StandardNormal.sample(&mut self.0)
     }
 
-    /// A factor around 1 that never leaves three deviations, nor becomes negative.
+    /// Returns a factor around 1 that is limited to three deviations and never negative.
     pub fn gain(&mut self, sigma: f32) -> f32 {
         (1.0 + sigma * self.normal().clamp(-3.0, 3.0)).max(0.0)
     }
@@ -103,7 +103,8 @@ mod tests {
         12.0 * (0..COUNT).map(product).sum::<f32>() / COUNT as f32
     }
 
-    /// Streams that differ in one thing only have nothing to do with each other: three deviations of 20,000 are 0.021.
+    /// Streams that differ in one input only are uncorrelated: three deviations of 20,000 are
+    /// 0.021.
     #[test]
     fn streams_are_independent() {
         let of = |seed, purpose, robot, tick| Stream::new(seed, purpose, robot, tick);

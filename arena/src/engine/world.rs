@@ -29,11 +29,11 @@ pub struct World<B> {
     pub(crate) brains: Vec<B>,
     pub(crate) robots: Vec<EngineRobot>,
     pub(crate) poses: Vec<Pose>,
-    /// The places at which robots believe to be.
+    /// The robots' estimates of their own poses.
     pub(crate) estimates: Vec<Option<Pose>>,
     pub(crate) stations: Vec<Station>,
     pub(crate) herds: Vec<Herd>,
-    /// All robots in the order of their ids.
+    /// All robots, grouped by herd in the order of their ids.
     pub(crate) cohorts: Vec<Cohort>,
     pub(crate) obstacles: Obstacles,
     pub(crate) lights: Vec<Light>,
@@ -51,7 +51,7 @@ pub struct World<B> {
 }
 
 impl<B: Brain> World<B> {
-    /// An empty world.
+    /// Returns an empty world.
     pub fn new(settings: Settings) -> Result<Self, SettingsError> {
         settings.check()?;
         let Settings { area, threads, .. } = settings;
@@ -80,7 +80,8 @@ impl<B: Brain> World<B> {
         })
     }
 
-    /// Adds a herd without robots: a model of their bodies, and the numbers of the medium that carries their frames.
+    /// Adds a herd, which has no robots yet: the model of their bodies, and the parameters of the
+    /// medium that carries their frames.
     pub fn add_herd(
         &mut self,
         model: Arc<dyn BodyModel>,
@@ -91,7 +92,8 @@ impl<B: Brain> World<B> {
         let too_many = SettingsError { field: "herd", must: "one of at most 65536" };
         let number = u16::try_from(self.herds.len()).map_err(|_| too_many)?;
         let (shape, medium) = (model.shape(), model.medium());
-        // Infrared reaches from rim to rim, radio from middle to middle.
+        // The range of infrared is measured between the rims of two robots, that of radio between
+        // their middles.
         let bodies = if medium == Medium::Infrared { 2.0 * shape.radius } else { 0.0 };
         let air = &mut self.air[medium as usize];
         let link = air.add_link(*media.link(medium), bodies, self.settings.area);
@@ -102,10 +104,10 @@ impl<B: Brain> World<B> {
         Ok(HerdId(number))
     }
 
-    /// Puts a robot into the world, also while it runs. Ids count up from 0.
+    /// Adds a robot, before or during a run. Ids count up from 0.
     pub fn add(&mut self, herd: HerdId, pose: Pose, brain: B) -> Result<RobotId, AddError> {
         let id = u16::try_from(self.brains.len()).map_err(|_| AddError::TooMany)?;
-        // Intruders have the last ids.
+        // Intruders use the highest ids.
         if usize::from(u16::MAX - id) < self.stations.len() {
             return Err(AddError::TooMany);
         }
@@ -144,30 +146,31 @@ impl<B: Brain> World<B> {
         Ok(RobotId(id))
     }
 
-    /// Adds a wall or an obstacle. A size counts without its sign; an obstacle that is more than 10
-    /// km away, or at no number, is left out.
+    /// Adds a wall or an obstacle. A negative size counts as positive. An obstacle is ignored if it
+    /// is more than 10 km away or has a number that is not finite.
     pub fn add_obstacle(&mut self, obstacle: Obstacle) {
         self.obstacles.add(obstacle, f32::INFINITY);
     }
 
-    /// Adds a wall or an obstacle that ends at a height in mm: bodies at this height and above get over it.
+    /// Adds a wall or an obstacle with a height in mm. Bodies at this height and above pass over
+    /// the obstacle.
     pub fn add_obstacle_of_height(&mut self, obstacle: Obstacle, height: f32) {
         self.obstacles.add(obstacle, height);
     }
 
-    /// All obstacles.
+    /// Returns all obstacles.
     #[must_use]
     pub fn obstacles(&self) -> &[Obstacle] {
         self.obstacles.all()
     }
 
-    /// Lights a lamp.
+    /// Adds a lamp.
     pub fn add_light(&mut self, light: Light) -> LightId {
         self.lights.push(light);
         LightId(self.lights.len() - 1)
     }
 
-    /// Changes a lamp: moved, dimmed, or off with intensity 0.
+    /// Replaces a lamp: moves it, dims it, or switches it off with intensity 0.
     pub fn set_light(&mut self, id: LightId, light: Light) {
         if let Some(lamp) = self.lights.get_mut(id.0) {
             *lamp = light;
@@ -180,7 +183,7 @@ impl<B: Brain> World<B> {
         &self.lights
     }
 
-    /// Changes the daylight, 0 to 1023.
+    /// Changes the ambient light, 0 to 1023.
     pub fn set_ambient_light(&mut self, reading: f32) {
         self.settings.ambient_light = reading.clamp(0.0, 1023.0);
     }
@@ -192,7 +195,7 @@ impl<B: Brain> World<B> {
         self.air[medium as usize].set_loss(loss);
     }
 
-    /// Nothing passes between the two robots any more, in either direction.
+    /// Blocks the link between two robots in both directions.
     pub fn block(&mut self, a: RobotId, b: RobotId) -> Result<(), UnknownRobot> {
         self.index(a)?;
         self.index(b)?;
@@ -208,7 +211,8 @@ impl<B: Brain> World<B> {
         Ok(())
     }
 
-    /// Splits the links: nothing passes between robots of unlike groups. Robots that join later are in group 0.
+    /// Partitions the links: frames pass only between robots of the same group. Robots that join
+    /// later are in group 0.
     pub fn partition(&mut self, group: impl FnMut(RobotId) -> u8) {
         self.topology.partition(self.ids().map(group).collect());
     }
@@ -218,17 +222,19 @@ impl<B: Brain> World<B> {
         self.topology.heal();
     }
 
-    /// The robot fails, as if its power was cut; its body stays, and nothing but a [`restart`](Self::restart) brings it back.
+    /// Makes a robot fail as if its power was cut. Its body stays where it is, and only a
+    /// [`restart`](Self::restart) makes it run again.
     pub fn fail(&mut self, id: RobotId) -> Result<(), UnknownRobot> {
         self.silence(id, RobotState::Failed)
     }
 
-    /// Stops a running robot: motors off, deaf and silent, until it is resumed.
+    /// Stops a running robot until it is resumed: its motors are off, and it neither receives nor
+    /// sends.
     pub fn stop(&mut self, id: RobotId) -> Result<(), UnknownRobot> {
         self.silence(id, RobotState::Stopped)
     }
 
-    /// Lets a stopped robot go on where its brain was; a failed one stays as it is.
+    /// Resumes a stopped robot, whose brain continues where it was. A failed robot stays failed.
     pub fn resume(&mut self, id: RobotId) -> Result<(), UnknownRobot> {
         let index = self.index(id)?;
         let state = &mut self.robots[index].state;
@@ -238,9 +244,9 @@ impl<B: Brain> World<B> {
         Ok(())
     }
 
-    /// Switches a robot off and on, whatever its state: it runs, where it is, with another brain
-    /// and its motors off. Properties of its body stay, such as the gains of its motors. Returns
-    /// the brain that it had.
+    /// Switches a robot off and on, whatever its state. It runs again at the same place, with
+    /// another brain and its motors off. Properties of its body stay, such as the gains of its
+    /// motors. Returns the old brain.
     pub fn restart(&mut self, id: RobotId, brain: B) -> Result<B, UnknownRobot> {
         let index = self.index(id)?;
         let robot = &mut self.robots[index];
@@ -254,7 +260,8 @@ impl<B: Brain> World<B> {
         Ok(core::mem::replace(&mut self.brains[index], brain))
     }
 
-    /// Takes a robot somewhere else. A place outside of the world becomes the nearest inside.
+    /// Moves a robot to another pose. A place outside of the world is replaced by the nearest place
+    /// inside; a pose that is not finite is ignored.
     pub fn move_to(&mut self, id: RobotId, pose: Pose) -> Result<(), UnknownRobot> {
         let index = self.index(id)?;
         if pose.is_finite() {
@@ -263,7 +270,7 @@ impl<B: Brain> World<B> {
         Ok(())
     }
 
-    /// Ticks since the beginning.
+    /// Returns the number of ticks since the world began.
     #[must_use]
     pub fn now(&self) -> u64 {
         self.now
@@ -281,7 +288,7 @@ impl<B: Brain> World<B> {
         self.brains.is_empty()
     }
 
-    /// The ids of all robots.
+    /// Returns the ids of all robots.
     pub fn ids(&self) -> impl Iterator<Item = RobotId> + use<B> {
         (0..self.brains.len()).map(|index| RobotId(index as u16))
     }
@@ -296,24 +303,24 @@ impl<B: Brain> World<B> {
         Some(View { herd, state, pose, estimate, radius, height, led, crashes })
     }
 
-    /// All robots in the order of their ids.
+    /// Returns the visible states of all robots in the order of their ids.
     pub fn robots(&self) -> impl Iterator<Item = View> + '_ {
         self.ids().filter_map(|id| self.robot(id))
     }
 
-    /// A robot's brain.
+    /// Returns a robot's brain.
     #[must_use]
     pub fn brain(&self, id: RobotId) -> Option<&B> {
         self.brains.get(usize::from(id.0))
     }
 
-    /// A robot's brain, to be changed between ticks.
+    /// Returns a robot's brain for changes between ticks.
     pub fn brain_mut(&mut self, id: RobotId) -> Option<&mut B> {
         self.brains.get_mut(usize::from(id.0))
     }
 
-    /// Returns the reach of a robot's frames, in mm between two middles; 0 if there is no such
-    /// robot.
+    /// Returns the reach of a robot's frames in mm, measured between the middles of two robots; 0
+    /// if there is no such robot.
     #[must_use]
     pub fn reach(&self, id: RobotId) -> f64 {
         let Ok(index) = self.index(id) else { return 0.0 };
@@ -321,8 +328,8 @@ impl<B: Brain> World<B> {
         f64::from(self.air[*medium as usize].reach(*link))
     }
 
-    /// Returns true if frames of one robot reach another: both have one medium, are near enough,
-    /// and are not cut off.
+    /// Returns true if frames of robot `of` reach robot `by`: both use the same medium, they are
+    /// near enough, and they are not cut off from each other.
     #[must_use]
     pub fn can_hear(&self, by: RobotId, of: RobotId) -> bool {
         let (Ok(listener), Ok(sender)) = (self.index(by), self.index(of)) else { return false };
@@ -334,41 +341,42 @@ impl<B: Brain> World<B> {
             && self.topology.connects(by, of)
     }
 
-    /// Returns true if two robots are not cut off from each other; distance does not count.
+    /// Returns true if two robots are not cut off from each other, whatever their distance.
     #[must_use]
     pub fn connects(&self, a: RobotId, b: RobotId) -> bool {
         self.topology.connects(a, b)
     }
 
-    /// Notes the frames of each tick from now on, until [`take_frame_log`](Self::take_frame_log).
+    /// Records the frames of each tick from now on, until [`take_frame_log`](Self::take_frame_log).
     pub fn watch(&mut self) {
         self.frame_log.get_or_insert_default();
     }
 
-    /// Returns true while the world notes frames.
+    /// Returns true while the world records frames.
     #[must_use]
     pub fn is_watched(&self) -> bool {
         self.frame_log.is_some()
     }
 
-    /// Returns the frames since [`watch`](Self::watch), and notes no more.
+    /// Returns the frames since [`watch`](Self::watch) and stops recording.
     pub fn take_frame_log(&mut self) -> FrameLog {
         self.frame_log.take().map_or_else(FrameLog::default, |log| *log)
     }
 
-    /// Returns the counters since the beginning.
+    /// Returns the counters since the world began.
     #[must_use]
     pub fn statistics(&self) -> &Statistics {
         &self.statistics
     }
 
-    /// The numbers of a herd's media that it began with; loss may have been changed since.
+    /// Returns the media parameters with which a herd was added. The loss may have been changed
+    /// since.
     #[must_use]
     pub fn media(&self, herd: HerdId) -> &Media {
         &self.herds[usize::from(herd.0)].media
     }
 
-    /// The numbers that the world began with; light may have been changed since.
+    /// Returns the settings with which the world began, but with the current ambient light.
     #[must_use]
     pub fn settings(&self) -> &Settings {
         &self.settings

@@ -11,13 +11,14 @@ use crate::engine::geometry::{Area, Pose};
 use crate::engine::grid::Cells;
 use crate::engine::id::RobotId;
 
-/// Most cells of a medium: they are never cleared, so they cost memory only.
+/// The largest number of cells of a medium. A tick does not clear all of them, so they cost only
+/// memory.
 const CELLS: usize = 100_000;
 
-/// No transmission follows.
+/// The end of the list of transmissions in a cell.
 const END: u32 = u32::MAX;
 
-/// The parts of a transmission that decide who can receive it.
+/// The parts of a transmission that determine its receivers.
 #[derive(Clone, Copy, Debug)]
 struct Beam {
     x: f32,
@@ -25,37 +26,38 @@ struct Beam {
     z: f32,
     start: i32,
     from: RobotId,
-    /// The sender.
+    /// Index of the sender's link in [`Air`].
     link: u16,
-    /// The one before in the same cell.
+    /// Index of the transmission before in the same cell, or [`END`].
     earlier: u32,
 }
 
-/// All transmissions that are or were on the air in this tick, and those of the last that may overlap with them.
+/// All transmissions of this tick, and those of the last tick that may overlap with them.
 #[derive(Clone, Debug)]
 pub(crate) struct Air {
     pub(crate) medium: Medium,
-    /// The link of each herd on this medium.
+    /// The links on this medium: one per herd and one per intruder.
     links: Vec<Reach>,
     /// Cells as large as the longest reach.
     cells: Cells,
-    /// The latest transmission of each cell.
+    /// Index of the latest transmission of each cell, or [`END`].
     latest: Vec<u32>,
     beams: Vec<Beam>,
     transmissions: Vec<Transmission>,
 }
 
-/// A link, and how far its frames reach.
+/// A link and the reach of its frames.
 #[derive(Clone, Copy, Debug)]
 struct Reach {
     link: Link,
-    /// Part of a distance between middles that the bodies of two robots of the herd take, mm.
+    /// The part of the distance between two middles that the bodies take and the range does not
+    /// count, mm.
     bodies: f32,
-    /// Distance between middles at which a frame is just heard, mm.
+    /// The largest distance between middles at which a frame is received, mm.
     most: f32,
 }
 
-/// A transmission within reach.
+/// A transmission within reach of a robot.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Near {
     pub(crate) start: i32,
@@ -78,8 +80,8 @@ impl Air {
         }
     }
 
-    /// Adds the link of a herd and returns its number. `bodies` mm of a distance between two middles are not counted by the
-    /// link's range.
+    /// Adds a link and returns its index. The range of the link does not count `bodies` mm of the
+    /// distance between two middles.
     pub(crate) fn add_link(&mut self, link: Link, bodies: f32, area: Area) -> u16 {
         let most = link.range.map_or(f32::INFINITY, |range| range + bodies);
         self.links.push(Reach { link, bodies, most });
@@ -97,19 +99,19 @@ impl Air {
         &self.links[usize::from(link)].link
     }
 
-    /// Returns the part of a distance that two bodies take, in mm.
+    /// Returns the part of the distance between two middles that the bodies take, in mm.
     pub(crate) fn bodies(&self, link: u16) -> f32 {
         self.links[usize::from(link)].bodies
     }
 
-    /// All links lose that share of frames.
+    /// Sets the loss of all links.
     pub(crate) fn set_loss(&mut self, loss: Loss) {
         for reach in &mut self.links {
             reach.link.loss = loss;
         }
     }
 
-    /// Returns the distance between middles at which a frame is just heard, in mm.
+    /// Returns the largest distance between middles at which a frame is received, in mm.
     pub(crate) fn reach(&self, link: u16) -> f32 {
         self.links[usize::from(link)].most
     }
@@ -123,7 +125,8 @@ impl Air {
         &self.transmissions
     }
 
-    /// Adds the frames that may still be heard and the numbers of the links to a digest. Everything else is made of these.
+    /// Adds the frames that may still be received and the parameters of the links to a digest.
+    /// Everything else is derived from these.
     pub(crate) fn add_to(&self, digest: &mut Digest) {
         digest.text_of(&self.links);
         for transmission in &self.transmissions {
@@ -136,7 +139,8 @@ impl Air {
         }
     }
 
-    /// Begins the next tick: keeps the transmissions that go on, and those that overlap with them.
+    /// Begins the next tick. Keeps the transmissions that are still on the air and those that may
+    /// overlap with them.
     pub(crate) fn turn(&mut self) {
         let (tick, air_time) = (TICK_US as i32, self.medium.air_time_us() as i32);
         for beam in &self.beams {
@@ -152,7 +156,7 @@ impl Air {
         }
     }
 
-    /// Puts a frame on the air. Frames come in the order of their beginnings.
+    /// Adds a transmission. Transmissions are added in the order of their start times.
     pub(crate) fn send(&mut self, transmission: Transmission) {
         self.transmissions.push(transmission);
         self.enter(self.transmissions.len() - 1);
@@ -165,8 +169,8 @@ impl Air {
         *latest = index as u32;
     }
 
-    /// Returns the number of frames that a robot senses at time `at` and that began before `since`;
-    /// its own frames count.
+    /// Returns the number of frames that a robot senses at time `at` and that started before
+    /// `since`. The robot's own frames count, too.
     pub(crate) fn sensed(
         &self,
         robot: RobotId,
@@ -180,8 +184,8 @@ impl Air {
         for row in self.cells.around(self.cells.of(pose.x, pose.y)) {
             for &latest in &self.latest[row] {
                 let mut next = latest;
-                // In a cell the later ones come first: after the first that has ended, all have
-                // ended.
+                // The list of a cell starts with the latest transmission. After the first that has
+                // ended, all have ended.
                 while let Some(beam) = self.beams.get(next as usize) {
                     if beam.start <= on_air {
                         break;
@@ -199,7 +203,7 @@ impl Air {
         count
     }
 
-    /// Everything within a robot's reach, sorted by time.
+    /// Fills `found` with the transmissions within reach of a robot, sorted by time.
     pub(crate) fn near(
         &self,
         robot: RobotId,
@@ -210,7 +214,8 @@ impl Air {
         self.within_reach(pose, |from| topology.connects(robot, from), found);
     }
 
-    /// Everything within a robot's reach from which it is cut off, sorted by time.
+    /// Fills `found` with the transmissions within reach of a robot from whose senders it is cut
+    /// off, sorted by time.
     pub(crate) fn cut_off(
         &self,
         robot: RobotId,
@@ -221,7 +226,8 @@ impl Air {
         self.within_reach(pose, |from| !topology.connects(robot, from), found);
     }
 
-    /// Everything of such senders that reaches a place, sorted by time.
+    /// Fills `found` with the transmissions that reach a place and whose sender meets `is_of`,
+    /// sorted by time.
     fn within_reach(&self, pose: &Pose, is_of: impl Fn(RobotId) -> bool, found: &mut Vec<Near>) {
         found.clear();
         for row in self.cells.around(self.cells.of(pose.x, pose.y)) {
@@ -242,7 +248,8 @@ impl Air {
                 }
             }
         }
-        // Those of one cell are in order then, and often there is but one.
+        // The reversal puts the transmissions of each cell in order. Often there is only one cell
+        // with any.
         found.reverse();
         found.sort_unstable_by_key(|near| (near.start, near.index));
     }

@@ -1,13 +1,11 @@
 //! The distance measurement of a Kilobot: two amplitudes of a frame's first pulses, and the tables
 //! of its calibration.
 //!
-//! kilolib has two tables per robot, of 14 converter readings at gaps of 0, 5, ... 65 mm, one for
-//! each gain of the
-//! receiver. The tables of real robots were never published; these fall like those of a light
-//! spreading out, saturate
-//! where the high gain does, and overlap where kilolib blends the two gains (700 to 900). Their
-//! effect on a distance is as on real robots: whole millimetres, coarser far away, none beyond the
-//! end.
+//! kilolib has two tables per robot, one for each gain of the receiver, with 14 converter readings
+//! at gaps of 0, 5, ... 65 mm. The tables of real robots were never published. The tables here fall
+//! like the intensity of light that spreads out, saturate where the high gain does, and overlap
+//! where kilolib blends the two gains (700 to 900). They affect a distance as on real robots: the
+//! result is in whole millimetres, coarser far away, with no table entry beyond the end.
 
 /// Converter readings of the high gain at gaps of 0, 5, ... 65 mm.
 const HIGH: [i32; 14] = [1020, 1015, 1008, 998, 975, 920, 850, 780, 710, 650, 600, 560, 530, 508];
@@ -15,13 +13,13 @@ const HIGH: [i32; 14] = [1020, 1015, 1008, 998, 975, 920, 850, 780, 710, 650, 60
 /// Converter readings of the low gain at the same gaps.
 const LOW: [i32; 14] = [880, 815, 755, 700, 650, 608, 572, 543, 520, 503, 490, 481, 474, 469];
 
-/// Steps per mm of the prepared answers.
+/// Steps per mm in [`Calibration::distances`].
 const STEPS: f32 = 8.0;
 
-/// mm: distance between the middles of robots that touch, as kilolib adds it.
+/// The distance between the middles of robots that touch, in mm, which kilolib adds to the gap.
 const TOUCHING: i32 = 33;
 
-/// Prepared answers: gap to measured distance between the middles.
+/// A precomputed table from the gap to the measured distance between the middles.
 #[derive(Clone, Debug)]
 pub(crate) struct Calibration {
     distances: Vec<u8>,
@@ -46,14 +44,15 @@ impl Calibration {
     }
 }
 
-/// Returns the converter's reading at a gap; beyond the table the last slope continues.
+/// Returns the converter's reading at a gap. Beyond the table, the last slope continues.
 fn reading(table: &[i32; 14], gap: f32) -> i32 {
     let index = ((gap / 5.0) as usize).min(12);
     let (low, high) = (table[index] as f32, table[index + 1] as f32);
     (low + (high - low) * (gap / 5.0 - index as f32)) as i32
 }
 
-/// kilolib's estimate: the gap by each gain's table, blended where both are valid.
+/// Returns kilolib's estimate of the distance. The gap comes from each gain's table, blended where
+/// both are valid.
 fn distance(high: i32, low: i32) -> u8 {
     let far = (high < 900).then(|| {
         if high > HIGH[0] {
@@ -82,7 +81,7 @@ fn distance(high: i32, low: i32) -> u8 {
     (TOUCHING + gap).clamp(0, 255) as u8
 }
 
-/// The gap for a reading between two entries: whole mm, truncated as kilolib does.
+/// Returns the gap for a reading between two entries in whole mm, truncated as in kilolib.
 fn between(table: &[i32; 14], reading: i32, index: usize) -> i32 {
     5 * index as i32 + 10 * (reading - table[index]) / (2 * (table[index] - table[index - 1]))
 }
@@ -98,7 +97,8 @@ mod tests {
         }
     }
 
-    /// The inverse of the tables: within the truncation of kilolib's whole millimetres and the converter's steps.
+    /// The measurement inverts the tables within the truncation of kilolib's whole millimetres and
+    /// the converter's steps.
     #[test]
     fn measures_what_is() {
         let calibration = Calibration::new();

@@ -1,60 +1,61 @@
-//! Frames as an observer of the world sees them. The world notes them only while it is watched.
+//! Frames in the form for observers of the world. The world records them only while it is watched.
 
 use super::Medium;
 use super::packet::{Packet, Transmission};
 use crate::engine::TICK_US;
 use crate::engine::id::RobotId;
 
-/// A frame that was on the air. Its sender and its beginning name it, because a robot sends one frame at a time.
+/// A frame that was sent. The sender and the start time identify it, because a robot sends one
+/// frame at a time.
 #[derive(Clone, Debug)]
 pub struct SentFrame {
-    /// The robot that sent it.
     pub sender: RobotId,
-    /// The time at which it began, in µs since the world began.
+    /// The start time in µs since the world began.
     pub start_us: u64,
-    /// The medium that carried it.
     pub medium: Medium,
     packet: Packet,
 }
 
 impl SentFrame {
-    /// Returns the frame of a transmission. `start_us` is its beginning since the world began.
+    /// Returns the frame of a transmission. `start_us` is its start time since the world began.
     pub(crate) fn new(medium: Medium, transmission: &Transmission, start_us: u64) -> Self {
         let Transmission { from, packet, .. } = *transmission;
         SentFrame { sender: from, start_us, medium, packet }
     }
 
-    /// Returns the frame of a transmission that robots hear in tick `now`.
+    /// Returns the frame of a transmission that robots receive in tick `now`.
     pub(crate) fn heard_at(now: u64, medium: Medium, transmission: &Transmission) -> Self {
-        // Transmissions count from the beginning of the tick before.
+        // Start times of transmissions count from the beginning of the tick before.
         let window_us = now.saturating_sub(1) * u64::from(TICK_US);
         let start_us = window_us.saturating_add_signed(transmission.start.into());
         SentFrame::new(medium, transmission, start_us)
     }
 
-    /// Returns its type byte and payload; on infrared always 10 bytes.
+    /// Returns the type byte and payload; on infrared always 10 bytes.
     #[must_use]
     pub fn bytes(&self) -> &[u8] {
         self.packet.bytes()
     }
 }
 
-/// A reason why a frame in reach of a robot does not get to its script.
+/// A reason why a frame within reach of a robot does not get to its script.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
 pub enum LossCause {
-    /// The robot was sending meanwhile.
+    /// The robot was sending at the same time.
     Sending,
     /// The frame overlapped with another one at the robot.
     Collision,
     /// The link lost it by chance.
     Chance,
-    /// A blocked link or a partition is between sender and robot.
+    /// A blocked link or a partition separates the sender and the robot.
     CutOff,
     /// The robot is stopped or has failed.
     Off,
-    /// It arrived, and the robot's queue of frames was full. The queue may have discarded another frame to take this one.
+    /// The frame arrived, but the robot's queue of frames was full. The queue may have discarded
+    /// another frame to take this one.
     QueueFull,
-    /// It arrived, and is longer than the frames of the robot's machine, or has no known type.
+    /// The frame arrived, but it is longer than the frames of the robot's machine or has no known
+    /// type.
     Unreadable,
 }
 
@@ -71,28 +72,25 @@ impl LossCause {
     ];
 }
 
-/// The fate of a frame at a robot in its reach.
+/// The fate of a frame at a robot within its reach.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Fate {
-    /// It arrived.
+    /// The frame arrived.
     Heard {
-        /// It arrived twice (an option for tests).
+        /// True if the frame arrived twice (an option for tests).
         is_duplicated: bool,
-        /// The link holds it back until that tick (an option for tests). A robot that is switched off before never hears it.
+        /// The tick until which the link holds the frame back (an option for tests). A robot that
+        /// is switched off before that tick never receives it.
         held_until: Option<u64>,
     },
-    /// It was lost.
     Lost(LossCause),
 }
 
-/// A frame at a robot in its reach.
+/// The arrival or loss of a frame at a robot within its reach.
 #[derive(Clone, Debug)]
 pub struct Arrival {
-    /// The frame.
     pub frame: SentFrame,
-    /// The robot.
     pub receiver: RobotId,
-    /// The frame's fate.
     pub fate: Fate,
 }
 
@@ -103,7 +101,6 @@ pub enum SendAttempt {
     Sent(SentFrame),
     /// The channel was busy: the robot tries again later.
     Postponed {
-        /// The robot.
         sender: RobotId,
         /// The time of the attempt, in µs since the world began.
         at_us: u64,
@@ -115,8 +112,8 @@ pub enum SendAttempt {
 /// The frames of one tick.
 #[derive(Clone, Debug, Default)]
 pub struct FrameLog {
-    /// Frames that ended in the tick before, by receiver.
+    /// The frames that ended in the last tick, ordered by receiver.
     pub arrivals: Vec<Arrival>,
-    /// Attempts to send in this tick, in the order of time on each medium.
+    /// The attempts to send in this tick, in chronological order on each medium.
     pub attempts: Vec<SendAttempt>,
 }

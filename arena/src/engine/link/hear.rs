@@ -12,16 +12,16 @@ use crate::engine::id::RobotId;
 use crate::engine::statistics::LinkStatistics;
 use crate::engine::stream::Stream;
 
-/// The longest that a frame is held back, in ticks.
+/// The longest time that a frame is held back, in ticks.
 const LATEST: u32 = 5;
 
-/// A robot that listens.
+/// A receiver of frames: a robot or an intruder.
 #[derive(Debug)]
 pub(crate) struct Listener<'a> {
     pub(crate) id: RobotId,
     pub(crate) pose: &'a Pose,
     pub(crate) estimate: Option<&'a Pose>,
-    /// The numbers by which it measures distances and directions.
+    /// The parameters of its distance and direction measurement.
     pub(crate) media: &'a Media,
     /// A frame that was held back.
     pub(crate) late: &'a mut Option<Box<Late>>,
@@ -37,8 +37,8 @@ pub(crate) struct Ether<'a> {
 }
 
 impl Ether<'_> {
-    /// Fills `heard` with the frames that ended in the last tick and arrived. `see` takes the fate of each; one that does nothing
-    /// costs nothing.
+    /// Fills `heard` with the frames that ended in the last tick and arrived. `see` is called with
+    /// the fate of each frame; an empty closure costs nothing.
     pub(crate) fn hear(
         &self,
         listener: &mut Listener<'_>,
@@ -81,8 +81,9 @@ impl Ether<'_> {
         }
     }
 
-    /// Notes the frames that ended in the last tick, in the reach of a robot, and that it could not hear: it is cut off from
-    /// their senders, or does not run. Only observers ask.
+    /// Adds to `seen` the frames that ended in the last tick within reach of a robot, but that it
+    /// could not receive because it is cut off from their senders or does not run. Only called for
+    /// observers.
     pub(crate) fn miss(
         &self,
         robot: RobotId,
@@ -107,18 +108,18 @@ impl Ether<'_> {
         }
     }
 
-    /// Returns the fate of a frame in reach as observers see it.
+    /// Returns the fate of a frame in reach in the form for observers.
     pub(crate) fn arrival(&self, receiver: RobotId, now: u64, near: &Near, fate: Fate) -> Arrival {
         Arrival { frame: self.sent(now, near), receiver, fate }
     }
 
-    /// Returns a frame in reach as observers see it.
+    /// Returns a frame in reach in the form for observers.
     fn sent(&self, now: u64, near: &Near) -> SentFrame {
         let Air { medium, .. } = *self.air;
         SentFrame::heard_at(now, medium, &self.air.transmissions()[near.index as usize])
     }
 
-    /// Puts a frame into the inbox: once, twice, or later.
+    /// Puts a frame into the inbox once or twice, or holds it back.
     fn deliver(
         &self,
         listener: &mut Listener<'_>,
@@ -148,7 +149,7 @@ impl Ether<'_> {
         }
     }
 
-    /// Probability that a frame is lost on its way.
+    /// Returns the probability that a frame is lost on its way.
     fn loss(&self, frame: &Near) -> f32 {
         let Link { range, loss, .. } = self.air.link(frame.link);
         let Some(range) = range else { return loss.near };
@@ -201,8 +202,8 @@ enum Disturbance {
     Collision,
 }
 
-/// Returns the disturbance of the frame at `place` by others in reach; `None` if it arrives alone.
-/// `near` is sorted by time, and all frames have one length.
+/// Returns the disturbance of the frame at index `place` by others in reach; `None` if nothing
+/// overlaps with it. `near` is sorted by time, and all frames have the same length.
 fn disturbed(near: &[Near], place: usize, air_time: i32, listener: RobotId) -> Option<Disturbance> {
     let start = near[place].start;
     let before = near[..place].iter().rev().take_while(|other| other.start + air_time > start);
@@ -216,7 +217,7 @@ fn disturbed(near: &[Near], place: usize, air_time: i32, listener: RobotId) -> O
     }
 }
 
-/// Returns the way from a pose to a place in mm, along the axes of the world.
+/// Returns the vector from a pose to a place in mm, along the axes of the world.
 fn way_to([x, y, z]: [f32; 3], own: &Pose) -> [f32; 3] {
     [x - own.x, y - own.y, z - own.z]
 }

@@ -22,7 +22,7 @@ pub(crate) use radio::Radio;
 pub(crate) use schedule::{Attempt, Schedule, Senders, Window};
 pub(crate) use topology::Topology;
 
-/// A carrier of frames. Nothing passes between unlike media.
+/// A medium that carries frames. Robots on different media cannot exchange frames.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum Medium {
     /// Infrared light of the Kilobots.
@@ -31,7 +31,8 @@ pub enum Medium {
     Nrf24 = 1,
     /// Peer-to-peer broadcast of the Crazyflies' nRF51.
     P2p = 2,
-    /// Link of robots that are described by their file alone: it measures distance and direction of the sender.
+    /// The link of robots that are described by their file alone. It measures the distance and
+    /// direction of the sender.
     RangeAndBearing = 3,
 }
 
@@ -39,11 +40,12 @@ impl Medium {
     /// The number of media.
     pub const COUNT: usize = 4;
 
-    /// All of them.
+    /// All media.
     pub const ALL: [Medium; Self::COUNT] =
         [Medium::Infrared, Medium::Nrf24, Medium::P2p, Medium::RangeAndBearing];
 
-    /// Longest frame: its type byte and `message_bytes` of the robot's file.
+    /// Returns the length of the longest frame in bytes: its type byte and `message_bytes` of the
+    /// robot's file.
     #[must_use]
     pub const fn frame_bytes(self) -> usize {
         match self {
@@ -53,7 +55,7 @@ impl Medium {
         }
     }
 
-    /// Time on the air in microseconds.
+    /// Returns the time that a frame takes on the air, in microseconds.
     #[must_use]
     pub const fn air_time_us(self) -> u32 {
         match self {
@@ -61,37 +63,36 @@ impl Medium {
             Medium::Infrared => 4410,
             // 32 bytes, 9 of preamble, address and check, at 2 Mb/s, and 130 us of settling; rounded.
             Medium::Nrf24 => 200,
-            // 62 bytes at 2 Mb/s and settling, 0.29 to 0.42 ms.
-            // A choice: as long as P2P.
+            // P2P takes 0.29 to 0.42 ms: 62 bytes at 2 Mb/s and settling. For range and bearing,
+            // the same time is a choice.
             Medium::P2p | Medium::RangeAndBearing => 400,
         }
     }
 }
 
-/// Probability that a frame is lost on the way, beside all collisions.
+/// Probability that a frame is lost on the way, in addition to collisions.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Loss {
-    /// For robots that touch, 0 to 1.
+    /// Probability between robots that touch, 0 to 1.
     pub near: f32,
-    /// For robots as far apart as the link reaches; it grows with the square of the distance.
+    /// Probability at the end of the range. The loss grows with the square of the distance.
     pub far: f32,
 }
 
 impl Loss {
-    /// Returns a loss that is equal at any distance.
+    /// Returns a loss that is the same at any distance.
     #[must_use]
     pub fn even(probability: f32) -> Self {
         Loss { near: probability, far: probability }
     }
 }
 
-/// The numbers that every medium has.
+/// The parameters that all media have in common.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Link {
     /// The range in mm: between the rims of two robots for infrared, between their middles for
     /// radio; `None` is unlimited.
     pub range: Option<f32>,
-    /// Loss on the way.
     pub loss: Loss,
     /// For tests: probability that a frame arrives twice.
     pub duplicate: f32,
@@ -102,21 +103,20 @@ pub struct Link {
 /// Infrared of the Kilobots: half-duplex, with carrier sense and back-off as in kilolib.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Infrared {
-    /// The numbers that every medium has.
     pub link: Link,
-    /// Least time between two frames of a robot in units of 128 µs: kilolib's `kilo_tx_period`.
+    /// Shortest time between two frames of a robot in units of 128 µs: kilolib's `kilo_tx_period`.
     pub tx_period: u16,
-    /// Deviation of the robots' clocks, as a part of 1.
+    /// Standard deviation of the rates of the robots' clocks, as a fraction of 1.
     pub clock_sigma: f32,
-    /// Deviation of the measured distance, mm.
+    /// Standard deviation of the measured distance, mm.
     pub distance_sigma: f32,
 }
 
 impl Infrared {
-    /// 70 mm between rims (100 mm of ICRA 2012 between middles), two frames per second, 2 mm. No
-    /// curve of loss is published: 5 % when touching and 15 % at the end is a choice. Clocks: the
-    /// ATmega328P's data sheet promises 1 %
-    /// after calibration.
+    /// The range is 70 mm between rims (100 mm of ICRA 2012 between middles), with two frames per
+    /// second and a deviation of 2 mm. No curve of loss is published: 5 % when touching and 15 % at
+    /// the end of the range is a choice. The data sheet of the ATmega328P promises clocks within 1
+    /// % after calibration.
     pub const STANDARD: Self = Infrared {
         link: Link {
             range: Some(70.0),
@@ -133,14 +133,13 @@ impl Infrared {
 /// nRF24 radio of the Zooids: broadcast with carrier sense and random back-off.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Nrf24 {
-    /// The numbers that every medium has.
     pub link: Link,
-    /// A robot waits a random time up to this before a frame, and when the channel is busy, µs.
+    /// Longest random wait before a frame, and after a busy channel, µs.
     pub backoff_us: u32,
 }
 
 impl Nrf24 {
-    /// All Zooids on a table hear each other. Loss is a choice (nothing is published).
+    /// All Zooids on a table receive each other. The loss is a choice (nothing is published).
     pub const STANDARD: Self = Nrf24 {
         link: Link {
             range: None,
@@ -152,18 +151,17 @@ impl Nrf24 {
     };
 }
 
-/// Peer-to-peer broadcast of the Crazyflies: no carrier sense, deaf while sending.
+/// Peer-to-peer broadcast of the Crazyflies: no carrier sense, and no reception while sending.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct P2p {
-    /// The numbers that every medium has.
     pub link: Link,
-    /// Before each frame a robot pauses a random time from the first to the second, µs.
+    /// Shortest and longest random pause before each frame, µs.
     pub pause_us: [u32; 2],
 }
 
 impl P2p {
-    /// All Crazyflies in a room hear each other. Loss is a choice (nothing is published); pauses are those of the firmware
-    /// (firmware/runtime/src/mail.rs).
+    /// All Crazyflies in a room receive each other. The loss is a choice (nothing is published);
+    /// the pauses are those of the firmware (firmware/runtime/src/mail.rs).
     pub const STANDARD: Self = P2p {
         link: Link {
             range: None,
@@ -175,21 +173,22 @@ impl P2p {
     };
 }
 
-/// Link of described robots: broadcast with carrier sense and random back-off, and the direction from which a frame came.
+/// Link of described robots: broadcast with carrier sense and random back-off. The receiver
+/// measures the direction from which a frame came.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct RangeAndBearing {
-    /// The numbers that every medium has.
     pub link: Link,
-    /// A robot waits a random time up to this before a frame, and when the channel is busy, µs.
+    /// Longest random wait before a frame, and after a busy channel, µs.
     pub backoff_us: u32,
-    /// Deviation of the measured distance, mm.
+    /// Standard deviation of the measured distance, mm.
     pub distance_sigma: f32,
-    /// Deviation of the measured direction, radians.
+    /// Standard deviation of the measured direction, radians.
     pub bearing_sigma: f32,
 }
 
 impl RangeAndBearing {
-    /// Without reach, loss or noise: robot files have these. The back-off is that of the nRF24.
+    /// A link without reach, loss or noise, which come from the robot file. The back-off is that of
+    /// the nRF24.
     pub const STANDARD: Self = RangeAndBearing {
         link: Link {
             range: Some(0.0),
@@ -203,7 +202,7 @@ impl RangeAndBearing {
     };
 }
 
-/// The numbers of every medium, as a herd has them.
+/// The parameters of every medium for one herd.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Media {
     /// Infrared light.
@@ -216,7 +215,7 @@ pub struct Media {
     pub range_and_bearing: RangeAndBearing,
 }
 
-/// Names of a link's fields, per medium.
+/// Paths of the fields of a link, per medium, for error messages.
 const LINKS: [[&str; 5]; Medium::COUNT] = [
     [
         "infrared.link.range",
@@ -249,7 +248,7 @@ const LINKS: [[&str; 5]; Medium::COUNT] = [
 ];
 
 impl Media {
-    /// The numbers of the real links.
+    /// The parameters of the real links.
     pub const STANDARD: Self = Media {
         infrared: Infrared::STANDARD,
         nrf24: Nrf24::STANDARD,
@@ -257,7 +256,7 @@ impl Media {
         range_and_bearing: RangeAndBearing::STANDARD,
     };
 
-    /// Returns the numbers that every medium has, of one of them.
+    /// Returns the common parameters of a medium.
     #[must_use]
     pub fn link(&self, medium: Medium) -> &Link {
         match medium {
@@ -268,7 +267,7 @@ impl Media {
         }
     }
 
-    /// Returns the numbers that every medium has, of one of them, to be changed.
+    /// Returns the common parameters of a medium for changes.
     pub fn link_mut(&mut self, medium: Medium) -> &mut Link {
         match medium {
             Medium::Infrared => &mut self.infrared.link,
@@ -278,7 +277,7 @@ impl Media {
         }
     }
 
-    /// Refuses numbers that no link can have.
+    /// Fails if a parameter is not valid for a link.
     pub fn check(&self) -> Result<(), SettingsError> {
         let Media { infrared, nrf24, p2p, range_and_bearing } = self;
         let [least, most] = p2p.pause_us;

@@ -1,22 +1,23 @@
-//! Frames as the engine keeps them.
+//! Frames in the representation of the engine.
 
 use super::Medium;
 use super::frame_log::SentFrame;
 use crate::engine::geometry::wrap;
 use crate::engine::id::RobotId;
 
-/// The knowledge of a link about the sender of a frame.
+/// The information of a link about the sender of a frame.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Sighting {
-    /// The sender, where the link's own frame names it (not on infrared).
+    /// The sender, if the frame format of the link contains its id (not on infrared).
     pub robot: Option<RobotId>,
-    /// The sender's place, if the link knows it.
+    /// The vector to the sender, if the link knows it.
     pub(crate) way: Option<Direction>,
 }
 
 impl Sighting {
-    /// Returns distance in mm, azimuth and elevation in radians in (-pi, pi], in the receiver's frame: azimuth 0 is ahead,
-    /// anticlockwise positive. A Kilobot measures the distance only, both angles are 0. `None` if unknown.
+    /// Returns the distance in mm, and the azimuth and elevation in radians in (-pi, pi], in the
+    /// receiver's frame: azimuth 0 is ahead, anticlockwise positive. A Kilobot measures only the
+    /// distance, and both angles are 0. `None` if the place is unknown.
     pub fn place(&self) -> Option<[f32; 3]> {
         self.way.map(|way| match way {
             Direction::Polar(place) => place,
@@ -25,24 +26,24 @@ impl Sighting {
     }
 }
 
-/// The way from a receiver to a sender.
+/// The vector from a receiver to a sender.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) enum Direction {
-    /// See [`Sighting::place`].
+    /// Distance, azimuth and elevation, see [`Sighting::place`].
     Polar([f32; 3]),
     /// Lengths in mm along the axes of the world, with the receiver's heading. Angles are computed when the robot reads the frame,
     /// because a full queue drops many frames unread.
     Straight([f32; 3], f32),
 }
 
-/// Returns distance, azimuth and elevation of a way in mm, seen by a robot with that heading.
+/// Returns the distance, azimuth and elevation of a vector in mm for a robot with that heading.
 pub(super) fn polar([dx, dy, dz]: [f32; 3], heading: f32) -> [f32; 3] {
     let flat = (dx * dx + dy * dy).sqrt();
     let distance = (flat * flat + dz * dz).sqrt();
     [distance, wrap(libm::atan2f(dy, dx) - heading), libm::atan2f(dz, flat)]
 }
 
-/// Longest frame of all media.
+/// Length of the longest frame of all media in bytes.
 const CAPACITY: usize = 49;
 
 /// The bytes of a frame.
@@ -79,13 +80,14 @@ const _: () = {
     }
 };
 
-/// A frame on its way.
+/// A frame on the air.
 #[derive(Clone, Debug)]
 pub(crate) struct Transmission {
-    /// The time when it began, in microseconds after the window's beginning; negative if before.
+    /// The start time in microseconds after the beginning of the tick; negative if the frame
+    /// started before.
     pub(crate) start: i32,
     pub(crate) from: RobotId,
-    /// The sender.
+    /// Index of the sender's link.
     pub(crate) link: u16,
     pub(crate) x: f32,
     pub(crate) y: f32,
@@ -95,7 +97,7 @@ pub(crate) struct Transmission {
     pub(crate) packet: Packet,
 }
 
-/// A frame that a robot heard in this window.
+/// A frame that a robot received in this tick.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Heard {
     pub(crate) transmission: u32,

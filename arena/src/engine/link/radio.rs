@@ -11,33 +11,34 @@ use crate::engine::stream::Stream;
 /// Units of kilolib's `kilo_tx_period`, µs.
 const UNIT_US: u32 = 128;
 
-/// kilolib's timer: 256 units. It asks for a message at each interrupt.
+/// The period of kilolib's timer: 256 units. kilolib asks for a message at each interrupt.
 const TIMER_US: u32 = 256 * UNIT_US;
 
-/// The time in µs before its own start in which a transmitter cannot sense the start of another.
+/// Returns the time in µs before its own start in which a transmitter cannot sense the start of
+/// another one.
 const fn blind_us(medium: Medium) -> i32 {
     match medium {
         // The interrupt of the first pulse.
         Medium::Infrared => 2,
         // The nRF24 takes 130 µs from listening to sending.
         Medium::Nrf24 | Medium::RangeAndBearing => 130,
-        // It never listens before.
+        // P2P never senses the channel before it sends.
         Medium::P2p => i32::MAX,
     }
 }
 
-/// A robot's link. Times are microseconds after the tick's beginning.
+/// The state of a robot's link. Times are microseconds after the beginning of the tick.
 #[derive(Clone, Debug)]
 pub(crate) struct Radio {
     pub(crate) late: Option<Box<Late>>,
-    /// The brain has a frame for it.
+    /// True if the brain has a frame to send.
     pub(crate) waits: bool,
-    /// The time of its attempt.
+    /// The time of the next attempt to send.
     pub(crate) attempt: i32,
     /// Earliest time for the next frame.
     ready: i32,
-    /// The time within a tick when the robot's script has frames for it: robots are switched on at
-    /// different times.
+    /// The time within a tick at which the robot's script has its frames ready. It differs between
+    /// robots, because they are switched on at different times.
     script: i32,
     /// Infrared: the first timer interrupt of this tick.
     interrupt: i32,
@@ -51,7 +52,8 @@ impl Radio {
             Medium::Infrared => (TIMER_US as f32 * build.gain(pacing.infrared.clock_sigma)) as u32,
             Medium::Nrf24 | Medium::P2p | Medium::RangeAndBearing => 0,
         };
-        // Early enough that the first frame is usually out before the next tick.
+        // The script's time is early enough that the first frame is usually sent before the next
+        // tick.
         let wait = match medium {
             Medium::Infrared => period,
             Medium::Nrf24 => pacing.nrf24.backoff_us,
@@ -69,14 +71,14 @@ impl Radio {
         }
     }
 
-    /// Adds all of its state to a digest.
+    /// Adds the complete state to a digest.
     pub(crate) fn add_to(&self, digest: &mut Digest) {
         let Radio { late, waits, attempt, ready, script, interrupt, period } = self;
         (waits, attempt, ready, script, interrupt, period).hash(digest);
         digest.text_of(late);
     }
 
-    /// Discards the frames to be sent and those on their way.
+    /// Discards the frame to be sent and a received frame that was held back.
     pub(crate) fn silence(&mut self) {
         self.waits = false;
         self.late = None;
@@ -92,12 +94,14 @@ impl Radio {
         }
     }
 
-    /// The brain has a frame, and had none: when will the link first try to send it?
+    /// Plans the first attempt to send a frame that the brain has just produced.
     pub(crate) fn plan(&mut self, medium: Medium, pacing: &Media, stream: &mut Stream) {
         let from = self.ready.max(self.script);
         self.waits = true;
         self.attempt = match medium {
-            // A link that was not ready for long had other frames, and the script this one, too: it was waiting.
+            // If the link became ready less than a period ago, it was busy with other frames
+            // before. The script already had this frame then, so its time within the tick does not
+            // count.
             Medium::Infrared if self.ready > -self.period => self.timer(self.ready.max(0)),
             Medium::Infrared => self.timer(from),
             Medium::Nrf24 => from + stream.below(pacing.nrf24.backoff_us) as i32,
@@ -108,18 +112,17 @@ impl Radio {
         };
     }
 
-    /// Up to which time a frame must have begun to be noticed by a sender that begins at `at`; `None` if it does not
-    /// listen.
+    /// Returns the time before which another frame must have started so that a robot notices it
+    /// when it starts to send at `at`; `None` if the robot does not listen before.
     pub(crate) fn senses(medium: Medium, at: i32) -> Option<i32> {
         (medium != Medium::P2p).then(|| at - blind_us(medium))
     }
 
-    /// Plans a later attempt: the channel was busy at `self.attempt` with `frames` frames.
+    /// Plans a later attempt, because the channel was busy with `frames` frames at `self.attempt`.
     ///
-    /// kilolib: a receiver inside a frame keeps the timer's interrupt from sending; one that two
-    /// frames confuse believes
-    /// to be idle, sends its first pulse, sees light and asks for an early interrupt after 0 to 255
-    /// units.
+    /// kilolib's receiver keeps the timer's interrupt from sending while it is inside a frame. A
+    /// receiver that is confused by two overlapping frames believes that the channel is idle: it
+    /// sends its first pulse, detects light and asks for an early interrupt after 0 to 255 units.
     pub(crate) fn back_off(
         &mut self,
         medium: Medium,
@@ -141,7 +144,7 @@ impl Radio {
         };
     }
 
-    /// A frame began at `self.attempt`: when may the next, if there is one?
+    /// Plans the next attempt after a frame that started at `self.attempt`.
     pub(crate) fn sent(&mut self, medium: Medium, pacing: &Media, stream: &mut Stream) {
         let end = self.attempt + medium.air_time_us() as i32;
         self.attempt = match medium {
@@ -161,7 +164,7 @@ impl Radio {
         }
     }
 
-    /// The first timer interrupt at or after a time.
+    /// Returns the time of the first timer interrupt at or after a time.
     fn timer(&self, at: i32) -> i32 {
         let since = at - self.interrupt;
         if since <= 0 {

@@ -1,7 +1,7 @@
 //! The order of transmissions: all robots' attempts, sorted by time.
 //!
-//! One thread runs this part of a tick alone, because a robot may send only if no other began
-//! before.
+//! A single thread runs this part of a tick, because a robot may send only if no other transmission
+//! started before.
 
 use core::cmp::Reverse;
 use std::collections::BinaryHeap;
@@ -21,21 +21,21 @@ use crate::engine::robot::EngineRobot;
 use crate::engine::statistics::LinkStatistics;
 use crate::engine::stream::{Purpose, Stream};
 
-/// A robot that will try to send.
+/// A planned attempt of a robot to send.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub(crate) struct Attempt {
     pub(crate) at: i32,
     pub(crate) robot: RobotId,
 }
 
-/// Attempts of a tick; kept for its memory.
+/// The attempts of a tick. The value is kept to reuse its memory.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Schedule {
     pub(crate) planned: Vec<Attempt>,
     again: BinaryHeap<Reverse<Attempt>>,
 }
 
-/// The data of a whole tick.
+/// The data that all attempts of a tick share.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Window<'a> {
     pub(crate) topology: &'a Topology,
@@ -47,13 +47,13 @@ pub(crate) struct Window<'a> {
 }
 
 impl Window<'_> {
-    /// Returns µs since the world began, for a time of the tick.
+    /// Converts a time of the tick to µs since the world began.
     fn since_the_beginning(&self, at: i32) -> u64 {
         self.now * u64::from(TICK_US) + at.max(0) as u64
     }
 }
 
-/// All that send.
+/// All senders: robots with their brains, and intruders.
 #[derive(Debug)]
 pub(crate) struct Senders<'a, B> {
     pub(crate) robots: &'a mut [EngineRobot],
@@ -62,8 +62,8 @@ pub(crate) struct Senders<'a, B> {
 }
 
 impl Schedule {
-    /// Executes the planned attempts, and those that follow from them. `seen` takes each if the run
-    /// is observed.
+    /// Executes the planned attempts and those that follow from them. `seen` records each attempt
+    /// if the run is observed.
     pub(crate) fn run<B: Brain>(
         &mut self,
         window: &Window<'_>,
@@ -105,7 +105,7 @@ impl Schedule {
     }
 }
 
-/// Puts a frame on the air.
+/// Starts a transmission and records it if the run is observed.
 fn send(
     transmission: Transmission,
     window: &Window<'_>,
@@ -119,7 +119,7 @@ fn send(
     air.send(transmission);
 }
 
-/// Sends or backs off; the robot's next attempt, if it is in this tick.
+/// Sends a frame or backs off. Returns the robot's next attempt if it is in this tick.
 fn carry_out(
     Attempt { at, robot }: Attempt,
     window: &Window<'_>,

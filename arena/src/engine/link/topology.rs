@@ -1,15 +1,15 @@
-//! Blocked links and partitions: which robots are cut off from each other.
+//! Blocked links and partitions, which cut robots off from each other.
 
 use std::collections::BTreeSet;
 
 use crate::engine::id::RobotId;
 
-/// The barriers between robots, apart from distance. A robot that is cut off neither receives nor
-/// disturbs nor senses the other.
+/// The barriers between robots, apart from distance. Two robots that are cut off neither receive,
+/// disturb nor sense each other.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Topology {
     blocked: BTreeSet<(RobotId, RobotId)>,
-    /// The part of each robot; empty without a partition.
+    /// The group of each robot; empty without a partition.
     groups: Vec<u8>,
 }
 
