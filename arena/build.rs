@@ -1,7 +1,7 @@
-//! The machines of the robots that ship: types as large as their files say.
+//! Generates the machines of the robots that ship: types as large as their files say.
 //!
-//! Each machine is a copy of all its code. In WebAssembly, which is downloaded, the robots that ship run on the machines for robots of
-//! users instead.
+//! Each type is a copy of all code of the machine. A WebAssembly module is downloaded and should be
+//! small: there, the robots that ship run on the machines for robots of users instead.
 
 use std::collections::BTreeSet;
 use std::fmt::Write;
@@ -16,7 +16,7 @@ fn main() -> io::Result<()> {
     for robot in bittybuzz_robot_files::all_shipped() {
         let vm = &robot.vm;
         let slots = vm.slots as usize + robot.sizes().slots();
-        // Where the number of slots is a power of two, the machine needs no checks to reach one.
+        // If the number of slots is a power of two, the machine needs no checks to access one.
         let rounded = slots.next_power_of_two();
         let places = if 7 * rounded <= 8 * slots { rounded } else { slots };
         let mut profiles = vec!["Tiny"];

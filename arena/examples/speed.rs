@@ -1,8 +1,10 @@
-//! How fast the engine is: Kilobots that wander and send two frames per second, with contacts and collisions of frames.
+//! Measures the speed of the engine with Kilobots that wander and send two frames per second, with
+//! contacts and collisions of frames.
 //!
-//! `cargo run --locked --release -p bittybuzz-arena --example speed [THREADS [ROBOTS NEIGHBOURS]]` prints, for each number of robots
-//! and of neighbours in range, robot-seconds per second and memory per robot: what the process grew by, brains and, in
-//! small worlds, the stacks of the threads included.
+//! `cargo run --locked --release -p bittybuzz-arena --example speed [THREADS [ROBOTS NEIGHBOURS]]`
+//! prints, for each number of robots and of neighbours in range, robot-seconds per second and
+//! memory per robot. The memory is the growth of the process, with brains and, in small worlds, the
+//! stacks of the threads.
 
 use std::sync::Arc;
 use std::time::Instant;
@@ -10,7 +12,8 @@ use std::time::Instant;
 use bittybuzz_arena::engine::{Area, Brain, Io, Media, Pose, Settings, Stream, World};
 use bittybuzz_kilobot_model::{KilobotModel, KilobotMotors};
 
-/// Walks straight and in curves, counts what it hears, sends all the time.
+/// A brain that walks straight and in curves, counts the frames that it receives, and sends all the
+/// time.
 struct Wanderer {
     stream: Stream,
     heard: u32,
@@ -54,7 +57,8 @@ fn world(robots: usize, neighbours: f32, threads: usize) -> World<Wanderer> {
     settings.area = Area { width: area.sqrt(), height: area.sqrt() };
     let mut world = World::new(settings).expect("settings");
     let herd = world.add_herd(Arc::new(model), media).expect("numbers");
-    // A loose lattice: in a random heap the beginning would be nothing but contacts.
+    // The robots start in a loose lattice, because random places would begin with little else than
+    // contacts.
     let columns = (robots as f32).sqrt().ceil();
     let pitch = area.sqrt() / columns;
     for robot in 0..robots {
@@ -73,7 +77,7 @@ fn world(robots: usize, neighbours: f32, threads: usize) -> World<Wanderer> {
     world
 }
 
-/// Memory of this process in bytes, where the system tells it.
+/// Returns the memory of this process in bytes, if the system reports it.
 fn resident() -> Option<usize> {
     let pages = std::fs::read_to_string("/proc/self/statm").ok()?;
     Some(pages.split_whitespace().nth(1)?.parse::<usize>().ok()? * 4096)
@@ -90,7 +94,7 @@ fn main() -> std::io::Result<()> {
     let threads = arguments.first().copied().unwrap_or(0);
     for neighbours in [5, 10, 20] {
         for robots in [100, 1000, 5000, 20_000] {
-            // A process each, so that none uses the memory of the last.
+            // Each case has a process of its own, so that none uses the memory of the last one.
             let case = [threads, robots, neighbours].map(|number| number.to_string());
             std::process::Command::new(std::env::current_exe()?).args(case).status()?;
         }

@@ -1,29 +1,34 @@
-//! The world in which simulated robots move and talk.
+//! The simulated world in which robots move and exchange frames.
 //!
 //! # Purpose
-//! To develop and to judge a behaviour before it is flashed: up to 20,000 robots with the bodies and the links of the
-//! real ones, much faster than in reality.
+//! The simulator serves to develop and to evaluate a behaviour before it is flashed. It runs up to
+//! 20,000 robots with the bodies and the links of the real ones, much faster than in reality.
 //!
 //! # Principles
 //! 1. **One seed, one trace**, bit for bit, on any machine and any number of threads.
-//! 2. **Frames, not messages**: what a robot hears depends on when its neighbours speak. Frames take time, collide, wait
-//!    for a free channel and get lost.
-//! 3. **Every number has a source** (data sheet, paper, another simulator), or says that it is a choice.
-//! 4. **Both backends are one world**: whether a virtual machine of this process or the robot's own image in an emulator
-//!    moves it, a robot has the same body, the same errors and the same contacts.
+//! 2. **Frames, not messages**: the frames that a robot receives depend on the times at which its
+//!    neighbours send. Frames take time, collide, wait for a free channel and get lost.
+//! 3. **Every number has a source** (data sheet, paper, another simulator), or is marked as a
+//!    choice.
+//! 4. **Both backends share one world**: a robot has the same body, the same errors and the same
+//!    contacts, no matter if a virtual machine in this process or its own image in an emulator
+//!    controls it.
 //!
 //! # Features
-//! * `emulators` (on by default): robots that run their firmware in emulator programs (`backend = "firmware"`). It costs the reader
-//!   of firmware traces: `bittybuzz-trace-reader` with `defmt-decoder`, together 51 crates. Without it such a robot is an error of
-//!   its scenario, and as WebAssembly the crate imports nothing.
+//! * `emulators` (on by default): robots that run their firmware in emulator programs
+//!   (`backend = "firmware"`). The feature adds the reader of firmware traces:
+//!   `bittybuzz-trace-reader` with `defmt-decoder`, together 51 crates. Without the feature, a
+//!   scenario with such a robot is rejected, and a WebAssembly build of the crate imports nothing.
 //!
-//! Emulators are programs of their own, and their licences stay there: this crate has the client (`bittybuzz-emulation`).
+//! Emulators are separate programs, and their licences do not affect this crate, which has only the
+//! client (`bittybuzz-emulation`).
 //!
 //! # Parts
 //! * [`engine`]: bodies, contacts, links, light.
 //! * [`output`]: recordings, pictures, tables.
 //! * [`robot`]: the interface to models of robots, and robots with their scripts.
-//! * [`run`]: scripts in the robots of a scenario, its events, expectations and observers.
+//! * [`run`]: a run of a scenario, with the scripts of its robots, its events, expectations and
+//!   observers.
 //! * [`scenario`]: files with the content of a world, its events, and the expected results.
 
 #![forbid(unsafe_code)]

@@ -8,14 +8,15 @@ const HEIGHT: f64 = 400.0;
 /// Left, right, top and bottom of the area of the curves.
 const AREA: [f64; 4] = [70.0, 885.0, 30.0, 360.0];
 
-/// Samples that a curve has at most; of more an even choice is drawn.
+/// The largest number of samples of a curve. If there are more, an even selection is drawn.
 const SAMPLES: usize = 2000;
 
-/// Robots with a curve of their own; more are shown by their median and quartiles.
+/// The largest number of robots with a curve of their own. More robots are shown by their median,
+/// quartiles and extremes.
 const CURVES: usize = 50;
 
-/// A curve for each robot, or for many robots median, quartiles and extremes. `values` has a number or nothing for each
-/// robot of each sample.
+/// Draws a curve for each robot, or the median, quartiles and extremes of many robots. `values` has
+/// an optional number for each robot of each sample.
 pub fn chart(title: &str, times: &[f64], values: &[Vec<Option<f64>>]) -> String {
     let mut svg = Svg::new(WIDTH, HEIGHT);
     let numbers = || values.iter().flatten().flatten().copied().filter(|number| number.is_finite());
@@ -80,7 +81,7 @@ pub fn chart(title: &str, times: &[f64], values: &[Vec<Option<f64>>]) -> String 
     svg.finish()
 }
 
-/// Some four to ten round numbers in a range.
+/// Returns about four to ten round numbers in a range.
 fn ticks(low: f64, high: f64) -> impl Iterator<Item = f64> {
     let rough = (high - low) / 5.0;
     let power = 10f64.powf(rough.log10().floor());

@@ -5,17 +5,17 @@ use crate::run::{Simulation, TICKS_PER_SECOND};
 /// The places and values of robots, sample by sample.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct History {
-    /// Seconds.
+    /// The times of the samples in seconds.
     pub times: Vec<f64>,
-    /// For each sample, where each robot was in mm; `None` before it joined.
+    /// The position of each robot in mm in each sample; `None` before the robot joined.
     pub places: Vec<Vec<Option<[f32; 2]>>>,
-    /// For each quantity of `plot` and each sample, its number for each robot, or the single one of the swarm; `None` where
-    /// there is none.
+    /// The number of each robot, or the single one of the swarm, for each quantity of `plot` and
+    /// each sample; `None` if there is no number.
     pub values: Vec<Vec<Vec<Option<f64>>>>,
 }
 
 impl History {
-    /// Adds what is now.
+    /// Adds a sample of the current state.
     pub fn sample(&mut self, simulation: &Simulation) {
         let robots = 0..simulation.robot_count();
         self.times.push(simulation.now() as f64 / TICKS_PER_SECOND);

@@ -5,11 +5,12 @@ use crate::robot::FaultCounts;
 use crate::run::{Summary, TICKS_PER_SECOND, Unusable, Verdict};
 use crate::scenario::{Quantity, Scenario};
 
-/// The names of the metrics of a scenario's runs.
+/// Returns the names of the metrics of a scenario's runs.
 pub fn names(scenario: &Scenario) -> Vec<String> {
     let mut names = vec!["success".to_owned()];
     for (number, expect) in scenario.expects.iter().enumerate() {
-        // A line number would change with every comment above it.
+        // An expectation without a name has its index, because a line number would change with
+        // every comment above it.
         let name = expect.name.clone().unwrap_or_else(|| number.to_string());
         names.extend(["held", "first", "since"].map(|word| format!("{word}.{name}")));
     }

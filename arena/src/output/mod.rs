@@ -1,4 +1,4 @@
-//! The kept results of runs: recordings, pictures, tables.
+//! The output of runs: recordings, pictures, tables.
 
 mod chart;
 mod history;

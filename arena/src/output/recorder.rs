@@ -1,4 +1,4 @@
-//! From a run to the samples of a recording.
+//! Converts a run to the samples of a recording.
 
 use crate::engine::RobotState;
 use crate::run::Simulation;
@@ -6,7 +6,7 @@ use crate::scenario::{self, Scenario};
 
 use super::recording::{Body, Header, Obstacle, Outline, RecordedRobot, RobotStatus};
 
-/// The header of a recording of this run.
+/// Returns the header of a recording of this run.
 pub fn header(simulation: &Simulation) -> Header {
     let setup = simulation.setup();
     let Scenario { world, groups, .. } = &*setup.scenario;
@@ -40,7 +40,7 @@ fn tenths(mm: f64) -> i32 {
     (mm * 10.0).round() as i32
 }
 
-/// Every robot as it is now.
+/// Returns the current state of every robot; `None` for a robot that has not joined.
 pub fn robots(simulation: &Simulation) -> Vec<Option<RecordedRobot>> {
     let robot = |number: usize| {
         let view = simulation.view(number)?;

@@ -1,4 +1,5 @@
-//! Recordings: where every robot was and what it showed, sample by sample. `docs/recording.md` has the format.
+//! Recordings: the place and the visible state of every robot, sample by sample.
+//! `docs/recording.md` describes the format.
 //!
 //! ```
 //! use bittybuzz_arena::output::recording::{Body, Header, RecordingReader, RecordedRobot, RobotStatus, Writer};
@@ -30,7 +31,7 @@ const MAGIC: &[u8; 6] = b"bbzrec";
 /// Version of the format.
 pub const VERSION: u8 = 2;
 
-/// The facts that hold for a whole recording.
+/// The data that hold for a whole recording.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Header {
     /// Width and height of the world in mm.
@@ -43,7 +44,7 @@ pub struct Header {
     pub obstacles: Vec<Obstacle>,
 }
 
-/// The facts about a robot that no sample changes.
+/// The properties of a robot that no sample changes.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Body {
     /// The robot's id.
@@ -57,7 +58,8 @@ pub struct Body {
 pub struct Obstacle {
     /// Its outline on the ground.
     pub outline: Outline,
-    /// Height in tenths of mm from which on robots get over it; `None`: at no height.
+    /// Height in tenths of mm; robots at this height and above pass over the obstacle. `None` if
+    /// the height is unlimited.
     pub height: Option<u32>,
 }
 
@@ -73,7 +75,7 @@ pub enum Outline {
 }
 
 impl Outline {
-    /// The byte that stands for the form, and its numbers.
+    /// Returns the byte that encodes the form, and the numbers of the form.
     fn parts(&self) -> (u8, &[i32]) {
         match self {
             Outline::Disc(numbers) => (DISC, numbers),
@@ -83,7 +85,7 @@ impl Outline {
     }
 }
 
-/// Bytes of the forms of obstacles.
+/// Bytes that encode the forms of obstacles.
 const DISC: u8 = 0;
 const BLOCK: u8 = 1;
 const WALL: u8 = 2;
@@ -101,7 +103,6 @@ pub struct RecordedRobot {
     pub heading: u16,
     /// Colour: the sum of 1 red, 2 green, 4 blue.
     pub led: u8,
-    /// Its state.
     pub state: RobotStatus,
 }
 
@@ -114,24 +115,23 @@ pub enum RobotStatus {
     Stopped = 1,
     /// Failed.
     Failed = 2,
-    /// Its script had an error.
+    /// Its script had a fault and is halted.
     Faulted = 3,
 }
 
-/// All robots at a time.
+/// The states of all robots at one tick.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Sample {
-    /// The tick.
     pub tick: u64,
     /// Each robot, in the order of the header; `None` before it joins.
     pub robots: Vec<Option<RecordedRobot>>,
 }
 
-/// The robot from which a first change is the difference.
+/// The state from which the first change of a robot is the difference.
 const ORIGIN: RecordedRobot =
     RecordedRobot { x: 0, y: 0, z: 0, heading: 0, led: 0, state: RobotStatus::Running };
 
-/// Bits of a change: which fields follow.
+/// Bits of a change, which announce the fields that follow.
 const PLACE: u8 = 1;
 const HEIGHT: u8 = 2;
 const HEADING: u8 = 4;
@@ -167,12 +167,12 @@ impl<W: Write> Writer<W> {
         Ok(Writer { output, last: vec![None; header.bodies.len()], tick: 0, samples: 0 })
     }
 
-    /// Writes a sample; ticks ascend. Robots that are not in the header are left out.
+    /// Writes a sample. Ticks must ascend, and robots that are not in the header are left out.
     pub fn write(&mut self, tick: u64, robots: &[Option<RecordedRobot>]) -> io::Result<()> {
         let mut changes = Vec::new();
         let mut unchanged = 0;
         for (last, robot) in self.last.iter_mut().zip(robots) {
-            // Whoever has joined stays.
+            // `None` counts as unchanged, because a robot that has joined stays.
             let Some(robot) = robot.filter(|robot| *last != Some(*robot)) else {
                 unchanged += 1;
                 continue;
@@ -183,7 +183,7 @@ impl<W: Write> Writer<W> {
             *last = Some(robot);
         }
         let mut head = Vec::new();
-        // 0 is the end of the recording.
+        // The length is stored plus 1, because 0 is the end of the recording.
         put(&mut head, 1 + changes.len() as u64);
         put(&mut head, tick.saturating_sub(self.tick));
         self.output.write_all(&head)?;
@@ -193,7 +193,7 @@ impl<W: Write> Writer<W> {
         Ok(())
     }
 
-    /// Returns the output, from which the caller may take the bytes that are written already.
+    /// Returns the output. The caller may take bytes from it that are already written.
     pub fn output_mut(&mut self) -> &mut W {
         &mut self.output
     }
@@ -230,7 +230,7 @@ fn change(bytes: &mut Vec<u8>, from: RecordedRobot, to: RecordedRobot) {
         put_signed(bytes, difference(to.z, from.z));
     }
     if fields & HEADING != 0 {
-        // The shorter way round.
+        // The difference goes the shorter way round.
         put_signed(bytes, i64::from(to.heading.wrapping_sub(from.heading) as i16));
     }
     if fields & SHOWN != 0 {
@@ -238,7 +238,8 @@ fn change(bytes: &mut Vec<u8>, from: RecordedRobot, to: RecordedRobot) {
     }
 }
 
-/// Seven bits in a byte, the lowest first; the top bit says that more follow (LEB128).
+/// Writes a number with seven bits per byte, the lowest first; the top bit marks that more bytes
+/// follow (LEB128).
 fn put(bytes: &mut Vec<u8>, mut value: u64) {
     while value >= 0x80 {
         bytes.push(value as u8 | 0x80);
@@ -247,7 +248,7 @@ fn put(bytes: &mut Vec<u8>, mut value: u64) {
     bytes.push(value as u8);
 }
 
-/// Each number as difference from the one before, the first from 0.
+/// Writes each number as the difference from the one before, the first from 0.
 fn put_differences(bytes: &mut Vec<u8>, numbers: impl Iterator<Item = i64>) {
     let mut last = 0;
     for number in numbers {
@@ -256,7 +257,7 @@ fn put_differences(bytes: &mut Vec<u8>, numbers: impl Iterator<Item = i64>) {
     }
 }
 
-/// With the sign in the lowest bit.
+/// Writes a number with its sign in the lowest bit.
 fn put_signed(bytes: &mut Vec<u8>, value: i64) {
     put(bytes, (value << 1 ^ value >> 63) as u64);
 }

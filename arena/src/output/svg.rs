@@ -8,7 +8,7 @@ pub struct Svg {
 }
 
 impl Svg {
-    /// An empty picture of that size, white.
+    /// Returns an empty white picture of that size.
     pub fn new(width: f64, height: f64) -> Self {
         let mut svg = Svg { text: String::new() };
         svg.put(format_args!(
@@ -19,13 +19,13 @@ impl Svg {
         svg
     }
 
-    /// Adds an element. Whatever comes from outside was [`escape`]d.
+    /// Adds an element. The caller [`escape`]s all text that comes from outside.
     pub fn put(&mut self, element: std::fmt::Arguments<'_>) {
         // Writing to a string does not fail.
         let _ = self.text.write_fmt(element);
     }
 
-    /// A line through points, in a colour.
+    /// Adds a line through points, in a colour.
     pub fn line(&mut self, points: impl Iterator<Item = [f64; 2]>, color: &str, width: f64) {
         let mut path = String::new();
         for (number, [x, y]) in points.enumerate() {
@@ -38,14 +38,14 @@ impl Svg {
         }
     }
 
-    /// The whole text.
+    /// Returns the whole text.
     pub fn finish(mut self) -> String {
         self.text.push_str("</svg>\n");
         self.text
     }
 }
 
-/// Text as it may stand between elements and in attributes.
+/// Returns text with escapes, for use between elements and in attributes.
 pub fn escape(text: &str) -> String {
     let mut escaped = String::new();
     for c in text.chars() {
@@ -54,7 +54,7 @@ pub fn escape(text: &str) -> String {
             '<' => escaped.push_str("&lt;"),
             '>' => escaped.push_str("&gt;"),
             '"' => escaped.push_str("&quot;"),
-            // XML has no other control characters than these.
+            // XML allows no other control characters than these.
             c if c.is_control() && !matches!(c, '\t' | '\n' | '\r') => escaped.push('\u{fffd}'),
             c => escaped.push(c),
         }
@@ -62,7 +62,8 @@ pub fn escape(text: &str) -> String {
     escaped
 }
 
-/// A colour of its own for each of many things: the golden angle keeps neighbours in number apart.
+/// Returns a colour for each of many numbers. Steps of the golden angle give neighbouring numbers
+/// different hues.
 pub fn color(number: usize) -> String {
     format!("hsl({:.0},70%,42%)", (number as f64 * 137.508) % 360.0)
 }

@@ -1,19 +1,19 @@
-//! A row for each of many runs, as CSV, and what is usual among them.
+//! A table with a row for each of many runs, its form as CSV, and the quartiles of numbers.
 
-/// One run.
+/// The results of one run.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Row {
     /// Seed of the run.
     pub seed: u32,
-    /// The values of the parameters, in the order of the table's.
+    /// The values of the parameters, in the order of [`Table::parameters`].
     pub parameters: Vec<String>,
-    /// The metrics, in the order of the table's; `None` where the run has none.
+    /// The metrics, in the order of [`Table::metrics`]; `None` where the run has none.
     pub metrics: Vec<Option<f64>>,
     /// The reason why the run has no metrics but `success`, which is 0 then.
     pub error: Option<String>,
 }
 
-/// Many runs.
+/// The results of many runs.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Table {
     /// Names of the parameters, as `--set` has them.
@@ -25,8 +25,8 @@ pub struct Table {
 }
 
 impl Table {
-    /// The table as CSV (RFC 4180), with a line of names first. Numbers have as many digits as they need, a metric or
-    /// error that is missing is empty.
+    /// Returns the table as CSV (RFC 4180), with a line of names first. Numbers have as many digits
+    /// as they need. A metric or error that is missing is empty.
     pub fn to_csv(&self) -> String {
         let names = ["seed".to_owned()].into_iter().chain(self.parameters.iter().cloned());
         let last = ["error".to_owned()];
@@ -52,8 +52,8 @@ fn line(cells: impl Iterator<Item = String>) -> String {
     line
 }
 
-/// Smallest, lower quartile, median, upper quartile and largest of some numbers; between two of them it is interpolated.
-/// `None` if there are none.
+/// Returns the smallest, lower quartile, median, upper quartile and largest of some numbers,
+/// interpolated between two of them; `None` if there are none.
 pub fn quartiles(numbers: &[f64]) -> Option<[f64; 5]> {
     let mut sorted: Vec<f64> = numbers.iter().copied().filter(|number| !number.is_nan()).collect();
     sorted.sort_by(f64::total_cmp);

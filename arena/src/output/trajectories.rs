@@ -1,4 +1,4 @@
-//! A picture of the ways that robots went.
+//! A picture of the trajectories of robots.
 
 use crate::scenario::{Outline, World};
 
@@ -9,10 +9,12 @@ use super::svg::{Svg, color};
 const SIDE: f64 = 900.0;
 const MARGIN: f64 = 10.0;
 
-/// Ways that are drawn at most; of more robots an even choice is.
+/// The largest number of trajectories that are drawn. If there are more robots, an even selection
+/// is drawn.
 const WAYS: usize = 500;
 
-/// The world with obstacles and lights, the way of each robot, a ring where it began and a dot where it ended.
+/// Draws the world with obstacles and lights, and the trajectory of each robot, with a ring at its
+/// start and a dot at its end.
 pub fn trajectories(world: &World, history: &History) -> String {
     let [width, height] = world.size;
     let scale = SIDE / width.max(height);
@@ -68,7 +70,7 @@ pub fn trajectories(world: &World, history: &History) -> String {
     svg.finish()
 }
 
-/// Without the points that nobody could tell from the one before.
+/// Leaves out points that are too near to the one before to be distinguished.
 fn thinned(points: &[[f64; 2]]) -> impl Iterator<Item = [f64; 2]> {
     let mut last: Option<[f64; 2]> = None;
     points.iter().copied().filter(move |[x, y]| {

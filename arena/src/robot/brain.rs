@@ -1,4 +1,4 @@
-//! A robot of a run: a machine in this process, or firmware in an emulator.
+//! A robot of a run, which is a machine in this process or firmware in an emulator.
 
 use std::sync::Arc;
 
@@ -21,7 +21,7 @@ use super::overruns::Overrun;
 use super::seen::RobotEvent;
 use super::state::{RobotState, Setting, Stage};
 
-/// The program of a robot at work.
+/// The program that a robot runs.
 #[derive(Clone)]
 enum RobotProgram {
     /// A machine of this process.
@@ -38,7 +38,7 @@ pub struct SimRobot {
 }
 
 impl SimRobot {
-    /// Returns a robot of that id that has just been switched on.
+    /// Returns a robot with that id that has just been switched on.
     pub fn new(
         model: &dyn RobotModel,
         context: &Arc<GroupContext>,
@@ -53,25 +53,26 @@ impl SimRobot {
         })
     }
 
-    /// Returns a robot of that id that runs its firmware.
+    /// Returns a robot with that id that runs its firmware.
     pub fn emulated(context: &Arc<GroupContext>, news: News, id: u16) -> Self {
         let program = RobotProgram::Firmware(Unused::default());
         SimRobot { program, state: RobotState::new(context.clone(), news, None, id, 0) }
     }
 
-    /// Checks its script from now on, if a machine of this process runs it. Without costs, cycles are not counted.
+    /// Checks the script from now on if a machine of this process runs it. Without costs, cycles
+    /// are not counted.
     pub fn check(&mut self, id: u16, costs: Option<Arc<Costs>>) {
         if let RobotProgram::Machine(_) = &self.program {
             self.state.checker = Some(Box::new(Checker::new(id, costs)));
         }
     }
 
-    /// Returns the results of the checks; `None` if it is not checked.
+    /// Returns the results of the checks; `None` if the script is not checked.
     pub fn findings(&self) -> Option<&Findings> {
         self.state.checker.as_ref().map(|checker| checker.findings())
     }
 
-    /// Takes the counters of unused messages from its firmware: all of them since power-on.
+    /// Stores the firmware's counters of unused messages since power-on.
     pub fn has_missed(&mut self, unused: Unused) {
         if let RobotProgram::Firmware(known) = &mut self.program {
             *known = unused;
@@ -81,7 +82,8 @@ impl SimRobot {
         }
     }
 
-    /// Takes the number of steps that its firmware has missed since power-on because one before took too long.
+    /// Stores the number of steps that the firmware has missed since power-on because an earlier
+    /// step took too long.
     pub fn has_overrun(&mut self, tick: u64, missed: u32) {
         let program = self.state.context.program;
         self.state.overrun(Overrun { tick, program, position: None });
@@ -90,12 +92,13 @@ impl SimRobot {
         }
     }
 
-    /// Its script has logged a line.
+    /// Stores a line that the firmware reports its script to have logged.
     pub fn has_logged(&mut self, tick: u64, pieces: Vec<Piece>) {
         self.state.log(LogLine { tick, program: self.state.context.program, pieces });
     }
 
-    /// Its script has completed a step: after a fault it has started again.
+    /// Counts a completed step that the firmware reports. After a fault, the step shows that the
+    /// script has restarted.
     pub fn has_stepped(&mut self) {
         self.state.steps = self.state.steps.saturating_add(1);
         if let Some(faults) = &mut self.state.faults {
@@ -106,25 +109,27 @@ impl SimRobot {
         }
     }
 
-    /// Its script has stopped. Only its next completed step shows that it has started again.
+    /// Handles a fault that stopped the script in firmware that does not report restarts. Only the
+    /// next completed step shows that the script has restarted.
     pub fn has_failed(&mut self, tick: u64, fault: Fault) {
         let record = self.state.record(tick, fault, vec![fault.position], None);
         self.state.fail(record);
     }
 
-    /// Its script has stopped. Its firmware reports a restart.
+    /// Handles a fault that stopped the script in firmware that also reports a restart.
     pub fn has_stopped(&mut self, tick: u64, fault: Fault, positions: Vec<u16>) {
         let record = self.state.record(tick, fault, positions, None);
         self.state.add_fault(FaultRecord { consequence: Consequence::Stop, ..record });
     }
 
-    /// A fault has ended a listener or a handler of its script.
+    /// Records a fault that ended a listener or a handler of the script.
     pub fn has_contained(&mut self, tick: u64, fault: Fault, positions: Vec<u16>) {
         let record = self.state.record(tick, fault, positions, None);
         self.state.add_fault(record);
     }
 
-    /// A fault has ended a listener or a handler of its script, which is new if there was none at that place.
+    /// Records a fault that ended a listener or a handler of the script, unless a contained fault
+    /// at that place is already known.
     pub fn has_contained_once(&mut self, tick: u64, fault: Fault) {
         let is_it = |place: &FaultRecord| {
             let known = (place.fault.position, place.fault.code, place.consequence);
@@ -135,7 +140,7 @@ impl SimRobot {
         }
     }
 
-    /// Its script, which has stopped, starts again after `pause` ticks; 0: it starts now.
+    /// Handles the report that the script restarts after `pause` ticks; 0 stands for a restart now.
     pub fn has_restarted(&mut self, pause: u16) {
         match pause {
             0 => self.state.faults().start(),
@@ -143,7 +148,8 @@ impl SimRobot {
         }
     }
 
-    /// Adds everything to a digest that decides how the robot goes on. The state of firmware is in its emulator.
+    /// Adds the state that determines how the robot continues to a digest. The state of firmware is
+    /// in its emulator and is left out.
     pub(crate) fn add_to(&self, digest: &mut Digest) {
         if let RobotProgram::Machine(machine) = &self.program {
             machine.add_to(digest);
@@ -151,12 +157,13 @@ impl SimRobot {
         }
     }
 
-    /// Returns its state.
+    /// Returns the state of the robot, except its machine.
     pub fn state(&self) -> &RobotState {
         &self.state
     }
 
-    /// Returns the frames that its queues had no room for, heard and to be sent.
+    /// Returns the number of frames for which the queues had no room: received frames, and frames
+    /// to be sent.
     pub fn dropped(&self) -> [u16; 2] {
         match &self.program {
             RobotProgram::Machine(machine) => machine.dropped(),
@@ -164,7 +171,7 @@ impl SimRobot {
         }
     }
 
-    /// Returns the messages that it could not use.
+    /// Returns the numbers of messages that it could not use.
     pub fn counters(&self) -> Counters {
         match &self.program {
             RobotProgram::Machine(machine) => machine.counters(),
@@ -177,7 +184,8 @@ impl SimRobot {
         self.state.news = news;
     }
 
-    /// Takes over the log of another robot, what an observer has yet to see of it, and its battery.
+    /// Takes over the log, the events that observers have not read yet, and the battery of another
+    /// robot.
     pub fn adopt(&mut self, other: &mut Self) {
         self.state.memory.logged.append(&mut other.state.memory.logged);
         self.state.seen = other.state.seen.take();
@@ -188,12 +196,12 @@ impl SimRobot {
         }
     }
 
-    /// Lets the clock of its script be fast by so many millionths; slow below 0.
+    /// Makes the clock of the script fast by `ppm` millionths; a negative number makes it slow.
     pub fn skew_clock(&mut self, ppm: i32) {
         self.state.clock = Clock::fast_by(ppm);
     }
 
-    /// Returns the voltage of its battery in mV at a time of the run in ms, if it is known.
+    /// Returns the voltage of the battery in mV at a time of the run in ms, if it is known.
     pub fn battery_mv(&self, milliseconds: u64) -> Option<u16> {
         let memory = &self.state.memory;
         memory.battery_mv.or_else(|| memory.autopilot.as_ref()?.battery_mv(milliseconds))
@@ -204,22 +212,22 @@ impl SimRobot {
         self.state.memory.battery_mv = Some(millivolts);
     }
 
-    /// Notes its events from now on, until [`take_seen`](Self::take_seen).
+    /// Records events from now on, until [`take_seen`](Self::take_seen).
     pub(crate) fn watch(&mut self) {
         self.state.seen.get_or_insert_default();
     }
 
-    /// Returns its events since [`watch`](Self::watch), and notes no more.
+    /// Returns the events since [`watch`](Self::watch) and stops recording.
     pub(crate) fn take_seen(&mut self) -> Vec<RobotEvent> {
         self.state.seen.take().map_or_else(Vec::new, |seen| seen.events)
     }
 
-    /// Takes the lines that it has logged.
+    /// Removes and returns the lines that the script logged.
     pub fn take_log(&mut self) -> Vec<LogLine> {
         std::mem::take(&mut self.state.memory.logged)
     }
 
-    /// Returns a global of its script, or the value to which `keys` lead in tables there.
+    /// Returns a global of the script, or the value to which `keys` lead in its tables.
     pub fn global(&self, number: u16, keys: &[Content]) -> Content {
         self.machine().map_or(Content::Nil, |machine| machine.global(number, keys))
     }
@@ -229,7 +237,7 @@ impl SimRobot {
         self.machine()?.number(global)
     }
 
-    /// Sets a global of its script: now, or after the global code if that is still to run.
+    /// Sets a global of the script now, or after the global code if that has yet to run.
     pub fn set(&mut self, global: u16, number: ScriptNumber) {
         match &mut self.program {
             RobotProgram::Machine(machine)
@@ -241,7 +249,7 @@ impl SimRobot {
         }
     }
 
-    /// Has a global of its script set when `init` is done.
+    /// Sets a global of the script when `init` is done.
     pub fn keep(&mut self, global: u16, number: ScriptNumber) {
         self.state.settings.push(Setting { after: Stage::Init, global, number });
     }
@@ -261,7 +269,8 @@ impl SimRobot {
         self.machine().map_or(0, |machine| machine.neighbors())
     }
 
-    /// Returns everything that its machine holds, with names from the symbols of its script; `None` if it runs its firmware.
+    /// Returns the content of the machine, with names from the symbols of the script; `None` if the
+    /// robot runs its firmware.
     pub fn inspect(&self, symbols: Option<&Symbols>, limits: Limits) -> Option<Inspection> {
         Some(self.machine()?.inspect(symbols, limits))
     }

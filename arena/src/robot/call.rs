@@ -20,7 +20,7 @@ pub enum Done {
     Int(i32),
     /// It is finished and returns a number.
     Float(f32),
-    /// It goes on.
+    /// It is not finished and is called again.
     Wait,
     /// It is finished and returns the value of a function that does nothing: 0, 0.0 or nil.
     Idle,
@@ -30,24 +30,24 @@ pub enum Done {
 
 /// A call of a robot function.
 pub struct Call<'a, 'io> {
-    /// The robot.
+    /// The inputs and outputs of the robot.
     pub io: &'a mut Io<'io>,
     /// State that outlives the call.
     pub memory: &'a mut Memory,
     /// The arguments.
     pub numbers: CallNumbers<'a>,
-    /// False in the first call, true while the function returns [`Done::Wait`].
+    /// False in the first call, true in the repeated calls after [`Done::Wait`].
     pub again: bool,
-    /// Makes pieces of a log line of the arguments.
+    /// Converts the arguments to pieces of a log line.
     pub(super) pieces: &'a dyn Fn() -> Vec<Piece>,
 }
 
-/// State of a robot's functions, from one call to the next.
+/// The state that the functions of a robot keep between two calls.
 #[derive(Debug, Clone)]
 pub struct Memory {
-    /// The part of its firmware that carries functions out between two steps of the script.
+    /// The part of the firmware that executes functions between two steps of the script.
     pub autopilot: Option<Box<dyn Autopilot>>,
-    /// mV of the battery, where an event of the scenario has set it.
+    /// Voltage of the battery in mV, if an event of the scenario has set it.
     pub battery_mv: Option<u16>,
     /// Random numbers of the robot's functions.
     pub chance: Stream,
@@ -56,36 +56,38 @@ pub struct Memory {
     pub(super) program: ProgramId,
 }
 
-/// The part of a robot's firmware that carries functions out between two steps of the script, such as the flight to a place.
-/// Its `Debug` text is all of its state, by which runs are compared.
+/// The part of a robot's firmware that executes functions between two steps of the script, such as
+/// the flight to a place. Its `Debug` text contains its complete state, because digests of runs are
+/// computed from it.
 pub trait Autopilot: Any + Debug + Send {
-    /// Returns a copy, which goes on as this one would.
+    /// Returns a copy that continues exactly as the original would.
     fn copy(&self) -> Box<dyn Autopilot>;
 
-    /// Acts for one tick, after the script's step. `battery_mv` is the voltage of the battery, where an event of the scenario has
-    /// set it.
+    /// Acts for one tick, after the script's step. `battery_mv` is the voltage of the battery, if
+    /// an event of the scenario has set it.
     fn tick(&mut self, io: &mut Io<'_>, battery_mv: Option<u16>);
 
-    /// Returns the voltage of the battery in mV, without noise, at a time of the run in ms; `None` of a robot that does not measure it.
+    /// Returns the voltage of the battery in mV, without noise, at a time of the run in ms; `None`
+    /// if the robot does not measure it.
     fn battery_mv(&self, milliseconds: u64) -> Option<u16> {
         let _ = milliseconds;
         None
     }
 
-    /// A fault has stopped the script: brings the robot to rest.
+    /// Brings the robot to rest after a fault has stopped the script.
     fn give_up(&mut self, io: &mut Io<'_>);
 
-    /// The script starts again.
+    /// Handles a restart of the script.
     fn start(&mut self);
 
-    /// The robot was switched off and on: takes over what that does not change, such as the charge of the battery.
+    /// Takes over the state that survives a power cycle, such as the charge of the battery.
     fn adopt(&mut self, before: &dyn Any) {
         let _ = before;
     }
 }
 
 impl Memory {
-    /// Adds all of its state to a digest. Lines of the log wait for the host alone.
+    /// Adds its state to a digest. Logged lines are left out, because they only wait for the host.
     pub(super) fn add_to(&self, digest: &mut Digest) {
         let Memory { autopilot, battery_mv, chance, logged: _, program: _ } = self;
         digest.text_of(&(autopilot, battery_mv, chance));
@@ -98,7 +100,7 @@ impl Clone for Box<dyn Autopilot> {
     }
 }
 
-/// The numbers that a call passes; 0 where there are fewer, or where an argument is no number.
+/// The numeric arguments of a call. An argument that is missing or not a number counts as 0.
 #[derive(Debug, Clone, Copy)]
 pub struct CallNumbers<'a>(pub(super) &'a [f32]);
 
@@ -109,13 +111,13 @@ impl CallNumbers<'_> {
         self.0.len()
     }
 
-    /// Returns an argument.
+    /// Returns an argument as a float.
     #[must_use]
     pub fn float(&self, index: usize) -> f32 {
         self.0.get(index).copied().unwrap_or(0.0)
     }
 
-    /// Returns an integer argument. All that functions take are exact in a float.
+    /// Returns an argument as an integer. All integers that functions take are exact in a float.
     #[must_use]
     pub fn int(&self, index: usize) -> i32 {
         self.float(index) as i32

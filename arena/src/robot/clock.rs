@@ -4,10 +4,10 @@ use crate::engine::TICK_US;
 
 const MILLION: u64 = 1_000_000;
 
-/// A clock that has the time of the world, or is fast or slow by a constant share.
+/// A clock that runs at the rate of the world, or is fast or slow by a constant share.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Clock {
-    /// Millionths of a second of the clock in a second of the world.
+    /// Microseconds of the clock in a second of the world.
     rate: u32,
 }
 
@@ -15,7 +15,7 @@ impl Clock {
     /// The clock of the world.
     pub const EXACT: Self = Clock { rate: MILLION as u32 };
 
-    /// Returns a clock that is fast by so many millionths; slow below 0.
+    /// Returns a clock that is fast by `ppm` millionths; a negative number makes it slow.
     pub fn fast_by(ppm: i32) -> Self {
         Clock { rate: Self::EXACT.rate.saturating_add_signed(ppm) }
     }
@@ -25,7 +25,8 @@ impl Clock {
         self == Self::EXACT
     }
 
-    /// Returns its time in µs at the beginning of a tick; four weeks of the world at twice the rate are 2^62.
+    /// Returns the time of the clock in µs at the beginning of a tick. The product does not
+    /// overflow: four weeks of the world at twice the rate are 2^62.
     pub fn time_us(self, tick: u64) -> u64 {
         let world_us = tick * u64::from(TICK_US);
         if self.is_exact() { world_us } else { world_us.saturating_mul(self.rate.into()) / MILLION }
@@ -44,7 +45,7 @@ mod tests {
         assert_eq!(Clock::fast_by(-10_000).time_us(hour), 3_564_000_000);
     }
 
-    /// Four weeks at the greatest rate that scenarios have.
+    /// Four weeks at the greatest rate that scenarios can have.
     #[test]
     fn the_longest_run_has_a_time() {
         let end = 24_192_000;

@@ -1,16 +1,16 @@
-//! Values of scripts, as far as they can be seen from outside.
+//! Values of scripts in a form that does not depend on the machine.
 
 use bittybuzz_vm_core::Value;
 use bittybuzz_vm_core::number::Profile;
 
-/// The content of a variable, as far as it is visible from outside.
+/// The visible content of a variable.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Content {
-    /// nil, or nothing.
+    /// nil, or no such variable.
     Nil,
     /// A number.
     Number(f64),
-    /// The number of a string.
+    /// A string, by its number in the script.
     Text(u16),
     /// A table, a function, or a string that was made at run time.
     Other,
@@ -38,13 +38,14 @@ pub enum ScriptNumber {
 }
 
 impl ScriptNumber {
-    /// Returns the number that a value is.
+    /// Returns the number in a value; `None` if the value is not a number.
     pub fn of<P: Profile>(value: Value<P>) -> Option<Self> {
         let float = || value.as_f32().map(ScriptNumber::Float);
         value.as_int().map(ScriptNumber::Int).or_else(float)
     }
 
-    /// Returns it as a value. Robots whose numbers are smaller are not given it, which the scenario checks.
+    /// Returns the number as a value. The scenario has checked that it fits the number profile of
+    /// the robot.
     pub fn value<P: Profile>(self) -> Value<P> {
         match self {
             ScriptNumber::Int(int) => Value::int(int),
@@ -53,7 +54,7 @@ impl ScriptNumber {
     }
 }
 
-/// A key of a stigmergy or a table.
+/// Returns a key of a stigmergy or a table as a value.
 pub fn value<P: Profile>(key: Content) -> Value<P> {
     match key {
         Content::Number(number) => Value::int(number as i32),

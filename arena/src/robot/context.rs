@@ -1,4 +1,4 @@
-//! Data that the robots of a group which run one program share in all runs.
+//! Data that is shared, in all runs, by the robots of a group that run the same program.
 
 use std::collections::BTreeMap;
 use std::sync::{Arc, Mutex, PoisonError};
@@ -12,7 +12,8 @@ use super::call::{Done, Effect};
 
 const TICKS_PER_SECOND: u32 = 1_000_000 / TICK_US;
 
-/// Returns the numbers of steps per second with a whole number of ticks from one step to the next, greatest first.
+/// Returns the step rates, in steps per second, with a whole number of ticks from one step to the
+/// next, greatest first.
 pub fn step_rates() -> impl Iterator<Item = u32> {
     (1..=TICKS_PER_SECOND).rev().filter(|rate| TICKS_PER_SECOND.is_multiple_of(*rate))
 }
@@ -21,33 +22,33 @@ pub fn step_rates() -> impl Iterator<Item = u32> {
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub struct ProgramId(pub usize);
 
-/// Bytes of a kept image: the most that an image has, and two for [`Area`], which reads them without a check.
+/// Bytes of a kept image: the largest size of an image, and two more for [`Area`], which reads them
+/// without a check.
 const IMAGE_BYTES: usize = (1 << 16) + 2;
 
 /// An image that is never freed.
 pub type KeptImage = Area<'static, IMAGE_BYTES>;
 
-/// A program of a group's robots, their machine and their functions.
+/// A program of a group's robots, with the parameters of their machine and their functions.
 pub struct GroupContext {
-    /// The program.
     pub program: ProgramId,
     /// Profile of the machine.
     pub profile: Profile,
-    /// The script.
+    /// The image of the script.
     pub image: KeptImage,
     /// Slots of the machine for the script.
     pub slots: usize,
     /// Network memory of the machine.
     pub sizes: Sizes,
-    /// Frames that can wait to be read by the script, and to be sent.
+    /// The number of frames that can wait to be read by the script, and that can wait to be sent.
     pub queues: [usize; 2],
-    /// Instructions that a robot executes in a tick, about.
+    /// Approximate number of instructions that a robot executes in a tick.
     pub budget: u16,
     /// The ids that scripts see, by the order in which robots come into the world.
     pub ids: Arc<[u16]>,
     /// Ticks from one step to the next.
     pub step_ticks: u64,
-    /// Steps between messages of the machine's own.
+    /// Steps between messages that the machine sends on its own.
     pub periods: Periods,
     /// The consequence of a fault.
     pub on_fault: OnFault,
@@ -56,8 +57,9 @@ pub struct GroupContext {
 }
 
 impl GroupContext {
-    /// Returns the context of robots of that file with that program. `effect` gives the effect of each function, and `ids` are
-    /// those that scripts see, by the order in which robots come into the world.
+    /// Returns the context of robots with that robot file and program. `effect` gives the effect of
+    /// each function, and `ids` are those that scripts see, by the order in which robots come into
+    /// the world.
     pub fn new(
         robot: &Robot,
         (program, image): (ProgramId, &[u8]),
@@ -101,11 +103,11 @@ impl GroupContext {
     }
 }
 
-/// Returns the same image for as long as the process lives. A machine copies the reference to its image wherever it goes, so it
-/// cannot own the image. Equal images are kept once.
+/// Returns a copy of an image that exists as long as the process. A machine cannot own its image,
+/// because it copies the reference to the image freely. Equal images are kept once.
 fn kept(image: &[u8]) -> KeptImage {
     static KEPT: Mutex<BTreeMap<Vec<u8>, KeptImage>> = Mutex::new(BTreeMap::new());
-    // A map is whole whatever its last user did.
+    // The map is consistent even if its last user panicked.
     let mut kept = KEPT.lock().unwrap_or_else(PoisonError::into_inner);
     if let Some(known) = kept.get(image) {
         return *known;
@@ -115,7 +117,8 @@ fn kept(image: &[u8]) -> KeptImage {
     new
 }
 
-/// Returns a copy of an image with zeros after it. One that is too long for a machine is cut, but remains too long.
+/// Returns a copy of an image with zeros after it. An image that is too long for a machine is cut,
+/// but remains too long.
 fn padded(image: &[u8]) -> KeptImage {
     let bytes = Box::leak(Box::new([0; IMAGE_BYTES]));
     let length = image.len().min(KeptImage::MOST);
@@ -123,7 +126,7 @@ fn padded(image: &[u8]) -> KeptImage {
     Area::new(bytes, length).unwrap_or(Area::empty(bytes))
 }
 
-/// Robot files have no more than a byte holds.
+/// Converts a number of steps. Robot files have no number that exceeds a byte.
 fn steps(count: u32) -> u8 {
     u8::try_from(count).unwrap_or(u8::MAX)
 }

@@ -1,4 +1,4 @@
-//! Effects that functions of these names have on every robot.
+//! Effects of functions that have the same meaning on every robot.
 
 use bittybuzz_robot_spec::Function;
 

@@ -1,4 +1,4 @@
-//! The interface between the simulator and an emulator's view of a robot.
+//! The interface between the simulator and the emulators of a robot.
 
 use std::fmt::Debug;
 use std::path::Path;
@@ -11,36 +11,39 @@ use bittybuzz_robot_spec::{Layout, Robot};
 use crate::engine::{LinkStatistics, Loss, Media, Pose, View};
 use crate::scenario::Cause;
 
-/// The way in which emulators play a robot.
+/// The parameters and conversions with which emulators run a robot.
 pub trait Emulation: Debug + Send + Sync {
-    /// Returns the program that plays it if none is named: the fastest.
+    /// Returns the emulator program that is used if none is named: the fastest one.
     fn program(&self) -> &'static str;
 
-    /// Returns the robot's name for a program that plays all robots of the kind; `None` if each has a program of its own.
+    /// Returns the robot's name for an emulator program that runs all robots of the kind together;
+    /// `None` if each robot has a program of its own.
     fn shared_as(&self) -> Option<&'static str>;
 
-    /// Returns the most robots that are played.
+    /// Returns the largest number of robots that can be emulated.
     fn most(&self) -> u32;
 
-    /// Returns the file that cargo makes of its firmware, from the root of the repository; `None` if a robot with that file
-    /// cannot be played.
+    /// Returns the path of the firmware file that cargo builds, relative to the root of the
+    /// repository; `None` if a robot with that robot file cannot be emulated.
     fn image(&self, robot: &Robot) -> Option<&'static str>;
 
-    /// Returns the file that cargo makes of the program by which a robot listens for a bridge, from the root of the repository.
+    /// Returns the path of the program with which a robot listens for a bridge, as cargo builds it,
+    /// relative to the root of the repository.
     fn listener(&self) -> Option<&'static str> {
         None
     }
 
-    /// Returns the flash of a listener with that program, from address 0 on.
+    /// Returns the content of the flash, from address 0 on, for a listener with the program at
+    /// `path`.
     fn listener_flash(&self, path: &Path) -> Result<Vec<u8>, String> {
         let _ = path;
         Ok(Vec::new())
     }
 
-    /// Returns true if the firmware reports by defmt over RTT.
+    /// Returns true if the firmware reports with defmt over RTT.
     fn has_trace(&self) -> bool;
 
-    /// Returns true if it is known when a step of the script is completed.
+    /// Returns true if the completion of each step of the script is observable.
     fn counts_steps(&self) -> bool {
         false
     }
@@ -55,13 +58,14 @@ pub trait Emulation: Debug + Send + Sync {
         [0.0; 2]
     }
 
-    /// Returns false at a place without the light of a projector that the robot needs.
+    /// Returns false if the robot needs the light of a projector and there is none at this pose.
     fn is_lit(&self, pose: &Pose) -> bool {
         let _ = pose;
         true
     }
 
-    /// Returns the longest time that robots run before a change of their motion reaches the emulator.
+    /// Returns the longest time that robots run at once before the emulator and the world exchange
+    /// positions and motions.
     fn look(&self) -> Duration;
 
     /// Returns the parts of memory that all robots of a group share, as addresses and bytes.
@@ -81,37 +85,39 @@ pub trait Emulation: Debug + Send + Sync {
         Vec::new()
     }
 
-    /// Returns the command for the air between all robots before they run.
+    /// Returns the command that sets up the radio channel between all robots before they run.
     fn air(&self, media: &Media, seed: u64) -> Option<Command> {
         let _ = (media, seed);
         None
     }
 
-    /// Returns the share of packets that the emulator loses for a loss of the medium.
+    /// Returns the share of packets that the emulator must lose to reproduce a loss of the medium.
     fn loss(&self, loss: Loss) -> f64 {
         loss.near.into()
     }
 
-    /// Lets the programs of robots run that have power since a moment ago.
+    /// Starts the programs of robots that were just switched on.
     fn start(&self, emulator: &mut Emulator, now: Duration) -> Result<(), ClientError> {
         let _ = (emulator, now);
         Ok(())
     }
 
-    /// Returns the command by which a robot senses its surroundings; it is sent when it changes. `light` is the reading of the
-    /// light sensor.
+    /// Returns the command that updates the sensors of the robot in the emulator. It is sent
+    /// whenever it changes. `light` is the reading of the light sensor.
     fn sense(&self, view: &View, light: u16) -> Option<Command> {
         let _ = (view, light);
         None
     }
 
-    /// Returns the duties of the left and of the right motor in percent, from the duties of the inputs of their drivers, 0 to 1.
+    /// Returns the duties of the left and the right motor in percent. `inputs` are the duties, 0 to
+    /// 1, of the inputs of the motor drivers.
     fn duties(&self, inputs: [f64; 4]) -> [f32; 2] {
         let [a, b, c, d] = inputs;
         [b - a, d - c].map(|duty| (100.0 * duty) as f32)
     }
 
-    /// Adds the packets of a robot to those of its medium; returns how many found its radio full.
+    /// Adds the packet counts of a robot to those of its medium. Returns the number of packets for
+    /// which its radio had no room.
     fn count(&self, statistics: &Statistics, links: &mut LinkStatistics) -> u64;
 }
 
@@ -124,11 +130,12 @@ pub struct Flash<'a> {
     pub script: &'a [u8],
     /// The robot's file.
     pub robot: &'a Robot,
-    /// Numbers of the media.
+    /// Parameters of the media.
     pub media: &'a Media,
 }
 
-/// Returns a script as the layout of its robot has it: address and bytes; nothing for a robot without a layout.
+/// Returns the section of the script, address and bytes, as the layout of its robot defines it. A
+/// robot without a layout has no section.
 pub fn layout_section(flash: &Flash<'_>) -> Result<Vec<(u32, Vec<u8>)>, Cause> {
     let Flash { robot, script, .. } = flash;
     let section = |layout: &Layout| match layout.script_section(script) {

@@ -5,7 +5,8 @@ use bittybuzz_vm_core::{Entry, Fault, Restarts};
 
 use super::context::ProgramId;
 
-/// The number of places that are remembered of a robot. Faults at other places are counted only.
+/// The largest number of fault places that are remembered per robot. Faults at other places are
+/// only counted.
 const PLACES: usize = 8;
 
 /// The faults of a robot's script at one place.
@@ -19,13 +20,14 @@ pub struct FaultRecord {
     pub fault: Fault,
     /// Positions in the code, innermost first.
     pub positions: Vec<u16>,
-    /// The entry that the robot had called, if that is known.
+    /// The entry of the script that the robot had called, if it is known.
     pub entry: Option<Entry>,
-    /// The argument lists of the robot function that refused its arguments.
+    /// The argument lists that the robot function accepts, if it refused its arguments.
     pub refusal: Option<String>,
-    /// The memory of the machine after the first one, if it was for want of memory. Firmware does not report it.
+    /// The memory of the machine after the first fault, if it ran out of memory. Firmware does not
+    /// report it.
     pub memory: Option<ScriptMemory>,
-    /// The consequence of the first one.
+    /// The consequence of the first fault.
     pub consequence: Consequence,
     /// Faults with this code at this place.
     pub count: u32,
@@ -42,12 +44,12 @@ pub enum Consequence {
     Stop,
 }
 
-/// Numbers of faults.
+/// The numbers of faults.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct FaultCounts {
     /// Faults that stopped a script.
     pub faults: u64,
-    /// Starts after such a fault, without a power-on.
+    /// Restarts after such a fault, without a power-on.
     pub restarts: u64,
     /// Faults that ended a listener or a handler of conflicts.
     pub handler_faults: u64,
@@ -61,7 +63,7 @@ impl std::ops::AddAssign for FaultCounts {
     }
 }
 
-/// A script that does not run.
+/// The reason why a script does not run.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum Halt {
     Pause,
@@ -78,12 +80,12 @@ pub struct Faults {
 }
 
 impl Faults {
-    /// The places of faults, by the time of their first fault.
+    /// Returns the places of faults, ordered by the time of the first fault at each.
     pub fn places(&self) -> &[FaultRecord] {
         &self.places
     }
 
-    /// The numbers since power-on.
+    /// Returns the numbers of faults since power-on.
     pub fn counts(&self) -> FaultCounts {
         self.counts
     }
@@ -93,12 +95,13 @@ impl Faults {
         self.halt.is_some()
     }
 
-    /// Returns true if the script does not start again by itself.
+    /// Returns true if the script does not restart by itself.
     pub fn is_over(&self) -> bool {
         self.halt == Some(Halt::UntilPowerOn)
     }
 
-    /// Firmware reports the number of handlers that failed, of which it describes the first at each place.
+    /// Stores the number of failed handlers that the firmware reports. The firmware describes only
+    /// the first failure at each place.
     pub fn has_contained(&mut self, count: u16) {
         self.counts.handler_faults = self.counts.handler_faults.max(count.into());
     }
@@ -120,7 +123,8 @@ impl Faults {
         self.remember(record);
     }
 
-    /// Firmware reports that the script, which has just stopped, starts again after `pause` ticks.
+    /// Handles the firmware's report that the script, which has just stopped, restarts after
+    /// `pause` ticks.
     pub fn has_paused(&mut self, pause: u16) {
         self.halt = Some(Halt::Pause);
         let last = self.places.iter_mut().find(|place| place.consequence == Consequence::Stop);
@@ -129,18 +133,18 @@ impl Faults {
         }
     }
 
-    /// Counts a tick of the pause. Returns true if the pause is over with it.
+    /// Counts a tick of the pause. Returns true if this tick ends the pause.
     pub fn tick(&mut self) -> bool {
         self.restarts.tick()
     }
 
-    /// The script starts again.
+    /// Marks the script as running again and counts the restart.
     pub fn start(&mut self) {
         self.counts.restarts += 1;
         self.halt = None;
     }
 
-    /// The script has completed a step.
+    /// Counts a completed step, which affects the length of the next pause.
     pub fn step(&mut self) {
         self.restarts.step();
     }

@@ -12,9 +12,9 @@ use super::context::ProgramId;
 /// A line that a script has logged, or printed with a function of its robot.
 #[derive(Debug, Clone, PartialEq)]
 pub struct LogLine {
-    /// When.
+    /// The tick of the world.
     pub tick: u64,
-    /// The program whose constants the line has.
+    /// The program that defines the constants of the line.
     pub program: ProgramId,
     /// Values, which follow each other without a gap.
     pub pieces: Vec<Piece>,
@@ -33,14 +33,15 @@ pub enum Piece {
     Constant(u16),
     /// The bytes of a string that was made at run time.
     Text(Vec<u8>),
-    /// A table with so many entries.
+    /// A table, by its number of entries.
     Table(usize),
     /// A function.
     Function,
 }
 
 impl Piece {
-    /// Appends the text that `log` prints of it. Without the symbols of the script, a constant of its own shows as its number.
+    /// Appends the text that `log` prints for the value. Without the symbols of the script, its
+    /// constants are shown as numbers.
     pub fn append_to(&self, symbols: Option<&Symbols>, text: &mut Vec<u8>) {
         match self {
             Piece::Nil => text.extend(b"[nil]"),
@@ -69,7 +70,8 @@ pub fn unknown_string(number: u16) -> Vec<u8> {
     format!("[string {number}]").into_bytes()
 }
 
-/// A flag of a run, which a robot raises when it logs a line. In most ticks no robot does, and then the logs need not be searched.
+/// A flag of a run, which a robot raises when it logs a line. Most ticks have no new line, and the
+/// logs need not be searched.
 #[derive(Debug, Clone, Default)]
 pub struct News(Arc<AtomicBool>);
 
@@ -79,7 +81,7 @@ impl News {
         self.0.store(true, Ordering::Relaxed);
     }
 
-    /// Returns true if a robot has raised it since the last call.
+    /// Lowers the flag. Returns true if a robot has raised it since the last call.
     pub fn take(&self) -> bool {
         self.0.swap(false, Ordering::Relaxed)
     }

@@ -1,8 +1,9 @@
 //! Virtual machines of the sizes that robot files ask for.
 //!
-//! A machine's memory is part of its type, so there is one type for each robot that ships, as large as its file says or up to a
-//! seventh larger, and a few larger ones for robots of users: a robot gets the smallest into which it fits. The type makes no difference to a
-//! script: it gets the slots of its robot's file, no more.
+//! The size of a machine's memory is part of its type. There is one type for each robot that ships,
+//! as large as its file says or up to a seventh larger, and a few larger ones for robots of users.
+//! A robot gets the smallest type into which it fits. The type makes no difference to a script,
+//! which gets exactly the slots of its robot's file.
 
 use bittybuzz_comms::queue::{Inbox, Outbox};
 use bittybuzz_compiler::symbols::Symbols;
@@ -25,22 +26,24 @@ use super::state::{RobotState, Setting, Stage};
 
 include!(concat!(env!("OUT_DIR"), "/machines.rs"));
 
-/// Slots of the machines for robots that do not ship, by profile. In WebAssembly, which is downloaded, robots that ship run on them
-/// as well, and two of them are the same.
+/// Slots of the machines for robots that do not ship, by profile. A WebAssembly module is
+/// downloaded and should be small: there, robots that ship use these machines, too, and two of the
+/// three are the same.
 const TINY: [usize; 3] = if cfg!(target_family = "wasm") { [512, LARGE, LARGE] } else { FULL };
 const FULL: [usize; 3] =
     if cfg!(target_family = "wasm") { [1024, LARGE, LARGE] } else { [1024, 4096, LARGE] };
 const LARGE: usize = 16_384;
 
-/// The most slots of a machine: those of the script and those for neighbours, swarms and entries.
+/// The largest number of slots of a machine: those of the script and those for neighbours, swarms
+/// and entries.
 pub const MOST_SLOTS: usize = LARGE;
 
-/// A virtual machine, and the frames that wait for it and for its link.
+/// A virtual machine and its queues of frames.
 pub trait Machine {
-    /// Returns a copy of the machine and of its queues, which goes on as these would.
+    /// Returns a copy of the machine and its queues that continues exactly as the original would.
     fn copy(&self) -> Box<dyn Machine + Send>;
 
-    /// Adds its state to a digest, and the frames that wait in its queues.
+    /// Adds the state and the frames in the queues to a digest.
     fn add_to(&self, digest: &mut Digest);
 
     /// Runs a tick.
@@ -49,16 +52,17 @@ pub trait Machine {
     /// Returns true if a frame is to be sent.
     fn has_unsent(&self) -> bool;
 
-    /// Copies the next frame that is to be sent; returns its length.
+    /// Removes the next frame that is to be sent and copies it; returns its length.
     fn next_frame(&mut self, frame: &mut [u8]) -> usize;
 
-    /// Returns the frames that the queues had no room for, heard and to be sent.
+    /// Returns the number of frames for which the queues had no room: received frames, and frames
+    /// to be sent.
     fn dropped(&self) -> [u16; 2];
 
-    /// Returns the messages that it could not use.
+    /// Returns the numbers of messages that it could not use.
     fn counters(&self) -> Counters;
 
-    /// Returns a global of the script, or the value that `keys` lead to in its tables.
+    /// Returns a global of the script, or the value to which `keys` lead in its tables.
     fn global(&self, number: u16, keys: &[Content]) -> Content;
 
     /// Returns the number in a global of the script, if it holds one.
@@ -76,7 +80,7 @@ pub trait Machine {
     /// Returns the number of its neighbors.
     fn neighbors(&self) -> usize;
 
-    /// Returns everything that it holds, with names from the symbols of its script.
+    /// Returns the content of the machine, with names from the symbols of its script.
     fn inspect(&self, symbols: Option<&Symbols>, limits: Limits) -> Inspection;
 }
 
@@ -86,7 +90,7 @@ impl Clone for Box<dyn Machine + Send> {
     }
 }
 
-/// Returns true for a frame that has a place in a queue of the profile.
+/// Returns true for a frame of a known type that is short enough for the queues of the profile.
 fn is_readable(profile: NumberProfile, frame: &[u8]) -> bool {
     let longest = match profile {
         NumberProfile::Tiny => TINY_FRAME,
@@ -97,7 +101,7 @@ fn is_readable(profile: NumberProfile, frame: &[u8]) -> bool {
 
 type Loaded = Result<Box<dyn Machine + Send>, ImageError>;
 
-/// A machine of the ladder.
+/// One of three machines of increasing size, with queues of any length.
 type Larger<P, const SLOTS: usize> =
     Scripted<P, Box<dyn InQueue + Send>, Box<dyn OutQueue + Send>, SLOTS>;
 
@@ -111,9 +115,10 @@ struct Scripted<P: Profile, I, O, const SLOTS: usize> {
     vm: Vm<P, KeptImage, SLOTS>,
     inbox: I,
     outbox: O,
-    /// A frame may be in the inbox. Most ticks there is none, and the queue's memory need not be looked at.
+    /// True if a frame may be in the inbox. There is none in most ticks, and the queue's memory
+    /// need not be read.
     has_mail: bool,
-    /// A frame is in the outbox.
+    /// True if a frame is in the outbox.
     has_unsent: bool,
 }
 
@@ -135,7 +140,7 @@ pub fn load(context: &GroupContext, id: u16, seed: u32) -> Loaded {
     }
 }
 
-/// Loads the smallest of three machines that has the slots.
+/// Loads the smallest of three machines that has enough slots.
 fn load_larger<P: QueueProfile, const SMALL: usize, const MIDDLE: usize, const LARGE: usize>(
     context: &GroupContext,
     slots: usize,
@@ -198,8 +203,9 @@ where
         Ok(scripted)
     }
 
-    /// Takes the frames that were heard, as a robot does that is watched. Returns those without room in the queue.
-    #[cold] // Nobody watches most runs.
+    /// Moves the received frames of a robot that is watched into its inbox. Returns those that were
+    /// discarded.
+    #[cold] // Most runs are not watched.
     fn take_frames(&mut self, io: &Io<'_>, profile: NumberProfile) -> Vec<RobotEvent> {
         let mut unread = Vec::new();
         for (place, frame) in io.inbox.iter().enumerate() {
@@ -219,15 +225,16 @@ where
         unread
     }
 
-    /// Runs a tick: global code and `init` in the first, then a step in each in which one is due, unless the one before takes longer.
-    /// After a fault the steps of the pause handle messages only, and the script begins anew.
+    /// Runs a tick: the global code and `init` in the first tick, then a step in each tick in which
+    /// one is due, unless the step before takes longer. After a fault, the steps of the pause
+    /// handle only messages, and then the script restarts.
     fn run(&mut self, state: &mut RobotState, io: &mut Io<'_>, is_due: bool) {
         let budget = state.context.budget;
         let Scripted { vm, inbox, outbox, has_mail, has_unsent } = self;
         if !state.is_running && !is_due {
             return;
         }
-        // A wait is the script's wish: the steps that it leaves out are not missed.
+        // The script asked for the wait, so the steps that it leaves out are not missed.
         if is_due && state.is_running && !state.is_waiting {
             let (program, position) = (state.context.program, vm.calls().next());
             state.overrun(Overrun { tick: io.now, program, position });
@@ -263,7 +270,7 @@ where
                     if stage == Stage::Step && is_running {
                         state.steps = state.steps.saturating_add(1);
                         if let Some(faults) = &mut state.faults {
-                            // It is the time without a fault that counts.
+                            // The time without a fault counts in ticks, not in steps.
                             (0..state.context.step_ticks).for_each(|_| faults.step());
                         }
                     }
@@ -301,7 +308,8 @@ where
     }
 }
 
-/// Sets globals after a part of the script. What `init` has put there stays if it is no number.
+/// Sets globals after a part of the script. After `init`, a global that holds something other than
+/// a number stays as it is.
 #[cold] // Few robots have any.
 fn set_globals<P: Profile, const SLOTS: usize>(
     vm: &mut Vm<P, KeptImage, SLOTS>,
@@ -338,7 +346,7 @@ where
             if faults.is_over() {
                 return;
             }
-            // A message that is being handled comes to its end first.
+            // A message that is being handled is completed first.
             if state.stage == Stage::Pause && faults.tick() && is_due && !state.is_running {
                 state.start(io.led);
             }
@@ -352,7 +360,8 @@ where
             }
         }
         loop {
-            // The only call, so that it is inlined: 0.2 % fewer instructions in speed.toml.
+            // This is the only call of `run`, so that it is inlined: 0.2 % fewer instructions in
+            // speed.toml.
             self.run(state, io, is_due);
             if state.clock.is_exact() || !state.take_due(io.now) {
                 return;
@@ -419,7 +428,8 @@ where
 mod tests {
     use super::*;
 
-    /// A world of 20,000 robots fits the cache the better the smaller they are: the smallest machine that ships.
+    /// The smallest machine that ships is small, because a world of 20,000 robots then fits the
+    /// cache better.
     #[test]
     fn machines_are_small() {
         let vm = size_of::<Vm<Tiny, &[u8], SMALLEST_SLOTS>>();

@@ -1,7 +1,8 @@
-//! A robot as the simulator knows it: its model, and its script at work.
+//! Robots in the simulator: their models and the execution of their scripts.
 //!
-//! A robot that ships has a crate with its model (`robots/NAME/model`), which implements [`RobotModel`]; programs take the list of
-//! all models from `robots/models` and hand it to the reader of scenarios. This crate knows none of them.
+//! Each robot that ships has a crate with its model (`robots/NAME/model`), which implements
+//! [`RobotModel`]. Programs take the list of all models from `robots/models` and pass it to the
+//! reader of scenarios. This crate depends on none of them.
 
 mod brain;
 mod call;

@@ -12,46 +12,50 @@ use crate::scenario::keys::SectionKeys;
 use super::call::{Autopilot, Effect};
 use super::emulation::Emulation;
 
-/// A robot that scenarios can have: its body and sensors ([`BodyModel`]), the effects of its functions, the numbers of its link,
-/// and its emulator. Its numbers are those of the real robot, until a scenario's section changes them.
+/// A robot that scenarios can use: its body and sensors ([`BodyModel`]), the effects of its
+/// functions, the parameters of its link, and its emulator. The parameters are those of the real
+/// robot unless a section of the scenario changes them.
 pub trait RobotModel: BodyModel + Any {
-    /// Returns the word by which scenarios know it: `body = "NAME"`, `[body.NAME]`.
+    /// Returns the name of the model in scenarios: `body = "NAME"`, `[body.NAME]`.
     fn name(&self) -> &'static str;
 
-    /// Returns the names of the robot files whose robots have this body.
+    /// Returns the names of the robot files that use this model.
     fn robots(&self) -> &'static [&'static str];
 
-    /// Returns its keys in scenarios.
+    /// Returns the keys of the model in scenarios.
     fn keys(&self) -> &'static ModelKeys;
 
-    /// Returns the robot with the numbers of a section, and its own where the section has none.
+    /// Returns the model with the parameters of a section. Where the section has none, the
+    /// parameters stay the same.
     fn read(&self, section: &Section<'_>) -> Arc<dyn RobotModel>;
 
-    /// Changes the numbers of the media of all robots, where those of the robot include them.
+    /// Changes the media parameters of all robots that this model defines, if there are any.
     fn set_media(&self, media: &mut Media) {
         let _ = media;
     }
 
-    /// Changes the numbers of the media of one group, where its link is part of the robot.
+    /// Changes the media parameters of one group, if the link is part of the robot.
     fn set_own_media(&self, media: &mut Media) {
         let _ = media;
     }
 
-    /// Returns the number of instructions that it executes in a tick, about. More are not executed in one tick even by a fast
-    /// robot, so that a script that never ends does not stop the world.
+    /// Returns the approximate number of instructions that the robot executes in a tick. Even a
+    /// fast robot does not execute more in one tick, so that a script that never ends does not stop
+    /// the world.
     fn budget(&self) -> u16 {
         60_000
     }
 
-    /// Returns the effect of a function of its robot file; `None` if it has none here.
+    /// Returns the effect of a function of the robot file; `None` if it has no effect in the
+    /// simulator.
     fn effect(&self, function: &Function) -> Option<Effect>;
 
-    /// Returns the part of its firmware that carries functions out between two steps of the script.
+    /// Returns the part of the firmware that executes functions between two steps of the script.
     fn autopilot(&self) -> Option<Box<dyn Autopilot>> {
         None
     }
 
-    /// Returns how emulators play it; `None` if none does.
+    /// Returns the interface to the emulators of the robot; `None` if there are none.
     fn emulation(&self) -> Option<Arc<dyn Emulation>> {
         None
     }
@@ -63,15 +67,15 @@ pub type Models = [Arc<dyn RobotModel>];
 /// The keys of a robot in scenarios, and the names that messages give its sections.
 #[derive(Debug, Clone, Copy)]
 pub struct ModelKeys {
-    /// `[body.NAME]`.
+    /// Keys of the section `[body.NAME]`.
     pub body: SectionKeys,
     /// The robots in plural, such as `the Kilobots`.
     pub robots: &'static str,
-    /// `model` of a group.
+    /// Name of the `model` section of a group.
     pub model: &'static str,
-    /// Keys of `body` that `model` has not: robots of a kind are of one size.
+    /// Keys of `body` that `model` does not have, because all robots of a kind have the same size.
     pub world_only: &'static [&'static str],
-    /// `link` of a group.
+    /// Name of the `link` section of a group.
     pub link: &'static str,
 }
 

@@ -7,7 +7,7 @@ use super::context::ProgramId;
 pub struct Overruns {
     /// Steps that were due while the script still executed the one before.
     pub missed: u64,
-    /// The first of them.
+    /// The first overrun.
     pub first: Overrun,
 }
 
@@ -18,6 +18,7 @@ pub struct Overrun {
     pub tick: u64,
     /// The program of the robot.
     pub program: ProgramId,
-    /// Position in the code of the instruction at which the script was; `None` if only firmware knows.
+    /// Position in the code of the instruction that the script was executing; `None` if only the
+    /// firmware knows it.
     pub position: Option<u16>,
 }

@@ -15,19 +15,20 @@ use super::queue::{InQueue, OutQueue};
 use super::seen::{CallResult, RobotEvent, Seen};
 use super::state::RobotState;
 
-/// A robot during a tick. Frames wait in queues like the real robots'.
+/// A robot during a tick, as its machine accesses it. Frames wait in queues like those of the real
+/// robots.
 pub struct Platform<'a, 'io> {
     pub io: &'a mut Io<'io>,
     pub state: &'a mut RobotState,
     pub inbox: &'a mut dyn InQueue,
     pub outbox: &'a mut dyn OutQueue,
-    /// A frame may be in the inbox.
+    /// True if a frame may be in the inbox.
     pub has_mail: &'a mut bool,
-    /// A frame is in the outbox.
+    /// True if a frame is in the outbox.
     pub has_unsent: &'a mut bool,
 }
 
-/// Makes pieces of a log line of arguments.
+/// Converts arguments to pieces of a log line.
 fn pieces<P: Profile, C: ByteCode, const SLOTS: usize>(
     arguments: &Arguments<'_, P, C, SLOTS>,
 ) -> Vec<Piece> {
@@ -45,8 +46,8 @@ fn pieces<P: Profile, C: ByteCode, const SLOTS: usize>(
     items.collect()
 }
 
-/// Puts a frame into the queue of the link, and notes it if there is no room.
-#[cold] // Nobody watches most runs.
+/// Puts a frame into the queue of the link, and records an event if the queue is full.
+#[cold] // Most runs are not watched.
 fn send_observed(outbox: &mut dyn OutQueue, seen: &mut Seen, frame: &[u8]) {
     let dropped = outbox.dropped();
     outbox.push(frame);
@@ -55,7 +56,7 @@ fn send_observed(outbox: &mut dyn OutQueue, seen: &mut Seen, frame: &[u8]) {
     }
 }
 
-/// Returns the result of a call as observers see it.
+/// Returns the result of a call in the form for observers.
 fn result_of<P: Profile>(reply: &Result<Reply<P>, RobotFault>) -> CallResult {
     match reply {
         Ok(Reply::Wait) => CallResult::Waiting,
@@ -118,7 +119,8 @@ impl<P: Profile> Host<P> for Platform<'_, '_> {
         };
         if let Some(seen) = seen {
             seen.log(memory.logged.get(lines..).unwrap_or(&[]));
-            // A function that waits is asked on every run: its first and its last call count.
+            // A function that waits is called in every run. Only its first and its last call are
+            // recorded.
             if !(again && done == Done::Wait) {
                 seen.call(&function.name, pieces(), result_of(&reply));
             }
@@ -187,7 +189,8 @@ impl<P: Profile> Host<P> for Platform<'_, '_> {
         if state.context.on_fault == OnFault::Stop {
             return false;
         }
-        // A listener that is no function has no position: the robot has called the script, no entry of it.
+        // The robot has called a listener and no entry of the script. A listener that is not a
+        // function has no position.
         let memory = state.memory_after(fault, calls.machine());
         let mut record = state.record(io.now, *fault, calls.collect(), None);
         record.memory = memory;

@@ -1,4 +1,4 @@
-//! The frames that wait for a machine and for its link.
+//! The queues of frames between a machine and its link.
 
 use std::hash::Hash;
 
@@ -8,7 +8,7 @@ use bittybuzz_vm_core::number::{Full, Profile, Tiny};
 
 use crate::engine::{Digest, Sighting};
 
-/// Frames that were heard, of any length of queue.
+/// A queue of received frames, of any length.
 pub trait InQueue {
     /// Returns a copy with its frames.
     fn copy(&self) -> Box<dyn InQueue + Send>;
@@ -16,20 +16,21 @@ pub trait InQueue {
     /// Adds the frames that wait to a digest.
     fn add_to(&self, digest: &mut Digest);
 
-    /// Adds a frame that was heard.
+    /// Adds a received frame.
     fn push(&mut self, frame: &[u8], sighting: Sighting);
 
-    /// Copies the next frame; returns its length, and its sender's position as far as the link knows it.
+    /// Removes the next frame and copies it. Returns its length, and the position of its sender as
+    /// far as the link knows it.
     fn pop(&mut self, frame: &mut [u8]) -> Option<(usize, Sighting)>;
 
     /// Returns the number of frames for which there was no room.
     fn dropped(&self) -> u16;
 
-    /// Returns the number of frames that fit, and those that wait, oldest first.
+    /// Returns the capacity of the queue in frames, and the frames that wait, oldest first.
     fn waiting(&self) -> (usize, Vec<Vec<u8>>);
 }
 
-/// Frames that are to be sent, of any length of queue.
+/// A queue of frames that are to be sent, of any length.
 pub trait OutQueue {
     /// Returns a copy with its frames.
     fn copy(&self) -> Box<dyn OutQueue + Send>;
@@ -37,13 +38,13 @@ pub trait OutQueue {
     /// Adds the frames that wait to a digest.
     fn add_to(&self, digest: &mut Digest);
 
-    /// A step begins.
+    /// Marks the begin of a step.
     fn begin_step(&mut self);
 
     /// Adds a frame that is to be sent.
     fn push(&mut self, frame: &[u8]);
 
-    /// Copies the next frame; returns its length, 0 if there is none.
+    /// Removes the next frame and copies it. Returns its length; 0 if there is none.
     fn pop(&mut self, frame: &mut [u8]) -> usize;
 
     /// Returns true if no frame waits.
@@ -52,25 +53,26 @@ pub trait OutQueue {
     /// Returns the number of frames for which there was no room.
     fn dropped(&self) -> u16;
 
-    /// Returns the number of frames that fit, and those that wait, oldest first.
+    /// Returns the capacity of the queue in frames, and the frames that wait, oldest first.
     fn waiting(&self) -> (usize, Vec<Vec<u8>>);
 }
 
 /// A number profile, and queues for 1 to [`MOST`] of its frames.
 pub trait QueueProfile: Profile {
-    /// Returns a queue for frames that were heard.
+    /// Returns a queue for received frames.
     fn inbox(length: usize) -> Box<dyn InQueue + Send>;
 
     /// Returns a queue for frames that are to be sent.
     fn outbox(length: usize) -> Box<dyn OutQueue + Send>;
 }
 
-/// Most frames of a queue.
+/// The largest capacity of a queue in frames.
 pub const MOST: usize = 32;
 
-/// A queue for at most `length` frames, which may be fewer than its type has places for.
+/// A queue for at most `length` frames, which may be less than the capacity of its type.
 ///
-/// A type for each length would be 31 more copies of each queue, which the playground's module has no room for.
+/// A type for each length would add 31 copies of the code of each queue, for which the playground's
+/// module has no room.
 #[derive(Clone)]
 pub struct Bounded<Q> {
     queue: Q,
@@ -154,7 +156,7 @@ where
     }
 
     fn pop(&mut self, frame: &mut [u8]) -> usize {
-        // No frame of the machine is longer than the link's.
+        // No frame of the machine is longer than the longest frame of the link.
         self.queue.pop().map_or(0, |next| {
             frame.iter_mut().zip(&**next).for_each(|(to, from)| *to = *from);
             next.len()
@@ -162,7 +164,7 @@ where
     }
 
     fn is_empty(&self) -> bool {
-        // Its length counts the places that are left out.
+        // The length of the inner queue includes the places that are not used.
         self.queue.frames().next().is_none()
     }
 

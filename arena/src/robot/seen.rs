@@ -1,4 +1,4 @@
-//! The events of a robot in one tick, which an observer sees. A robot notes them only while it is watched.
+//! The events of a robot in one tick, for observers. A robot records them only while it is watched.
 
 use bittybuzz_vm_core::RobotFault;
 
@@ -16,20 +16,18 @@ pub enum RobotEvent {
     Fault(FaultRecord),
     /// Its script called a function of the robot.
     Call(FunctionCall),
-    /// A frame arrived and did not get into its queue, or pushed another one out.
+    /// A frame arrived, and the queue discarded it or another frame.
     Unread(SentFrame, LossCause),
-    /// A frame found the queue of its link full. The queue may have discarded another frame to take this one.
+    /// A frame to be sent found the queue of its link full. The queue may have discarded another
+    /// frame to take this one.
     Unsent(Vec<u8>),
 }
 
 /// A call of a function of the robot.
 #[derive(Debug, Clone, PartialEq)]
 pub struct FunctionCall {
-    /// Its name.
     pub function: String,
-    /// The arguments.
     pub arguments: Vec<Piece>,
-    /// Its result.
     pub result: CallResult,
 }
 
@@ -38,27 +36,28 @@ pub struct FunctionCall {
 pub enum CallResult {
     /// It returned this value.
     Returned(Piece),
-    /// It goes on, and the script waits. Another event shows its end.
+    /// The function continues, and the script waits. Another event shows its end.
     Waiting,
-    /// It does not take these arguments, or cannot do this now: a fault of the script.
+    /// The function does not take these arguments or cannot run now, which is a fault of the
+    /// script.
     Refused(RobotFault),
 }
 
 /// The events of a robot while it is watched.
 #[derive(Debug, Clone, Default)]
 pub struct Seen {
-    /// In the order in which they happened.
+    /// The events in the order in which they happened.
     pub events: Vec<RobotEvent>,
 }
 
 impl Seen {
-    /// Notes a call of a function.
+    /// Records a call of a function.
     pub fn call(&mut self, function: &str, arguments: Vec<Piece>, result: CallResult) {
         let call = FunctionCall { function: function.to_owned(), arguments, result };
         self.events.push(RobotEvent::Call(call));
     }
 
-    /// Notes lines that were logged.
+    /// Records lines that were logged.
     pub fn log(&mut self, lines: &[LogLine]) {
         self.events.extend(lines.iter().cloned().map(RobotEvent::Log));
     }

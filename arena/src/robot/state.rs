@@ -1,4 +1,4 @@
-//! State of a robot and its script, but for the machine.
+//! The state of a robot and its script, except the machine.
 
 use std::hash::Hash;
 use std::sync::Arc;
@@ -30,7 +30,7 @@ pub enum Stage {
     Pause,
 }
 
-/// A global that gets another number when a part of the script is done.
+/// An assignment to a global that happens when a part of the script is done.
 #[derive(Debug, Clone, Copy)]
 pub struct Setting {
     pub after: Stage,
@@ -38,29 +38,28 @@ pub struct Setting {
     pub number: ScriptNumber,
 }
 
-/// Everything of a robot but the machine.
+/// The state of a robot, except the machine.
 #[derive(Clone)]
 pub struct RobotState {
     pub context: Arc<GroupContext>,
     pub news: News,
     pub stage: Stage,
-    /// The stage has begun and is not yet done.
+    /// True if the stage has begun and is not yet done.
     pub is_running: bool,
-    /// The stage is not yet done because a function waits, as the script asked.
+    /// True if the stage is not yet done because the script called a function that waits.
     pub is_waiting: bool,
     pub overruns: Option<Box<Overruns>>,
-    /// The clock of its script.
     pub clock: Clock,
     /// The time of the clock in µs at which the next step is due.
     pub due_us: u64,
-    /// Steps that were completed.
+    /// The number of completed steps.
     pub steps: u32,
-    /// Milliseconds at which the running `delay` is over.
+    /// Time of the script's clock in ms at which the running `delay` is over.
     pub awake: u64,
     pub memory: Memory,
     pub faults: Option<Box<Faults>>,
     pub refusal: Option<String>,
-    /// The events of this tick; `None`: nobody watches.
+    /// The events of this tick; `None` if the robot is not watched.
     pub seen: Option<Box<Seen>>,
     /// The checks of the script, if there are any.
     pub checker: Option<Box<Checker>>,
@@ -98,12 +97,13 @@ impl RobotState {
         }
     }
 
-    /// Adds everything to a digest that decides how the robot goes on, but the machine.
+    /// Adds the state that determines how the robot continues to a digest, except the machine.
     pub fn add_to(&self, digest: &mut Digest) {
         let RobotState { context, stage, is_running, is_waiting, overruns, clock, due_us, .. } =
             self;
         let RobotState { steps, awake, memory, faults, .. } = self;
-        // The script, which an event may have exchanged. The other numbers of its group are the scenario's.
+        // An event may have replaced the script. The other values of the group come from the
+        // scenario and do not change.
         context.image.image().hash(digest);
         (*stage as u8, is_running, is_waiting, due_us, steps, awake).hash(digest);
         memory.add_to(digest);
@@ -113,22 +113,23 @@ impl RobotState {
         }
     }
 
-    /// Takes the globals that are to be set when a part of the script is done.
+    /// Removes and returns the assignments that are due after a part of the script.
     pub fn settings_after(&mut self, stage: Stage) -> Vec<Setting> {
         self.settings.extract_if(.., |setting| setting.after == stage).collect()
     }
 
-    /// Returns true while its script does not run because of a fault: in the pause after it, or until power-on.
+    /// Returns true while the script does not run because of a fault: in the pause after the fault,
+    /// or until power-on.
     pub fn is_faulted(&self) -> bool {
         self.faults.as_ref().is_some_and(|faults| faults.is_halted())
     }
 
-    /// Returns the places of its faults, by the time of the first fault at each.
+    /// Returns the places of the script's faults, ordered by the time of the first fault at each.
     pub fn fault_places(&self) -> &[FaultRecord] {
         self.faults.as_ref().map_or(&[], |faults| faults.places())
     }
 
-    /// Returns the numbers of its faults since power-on.
+    /// Returns the numbers of faults since power-on.
     pub fn fault_counts(&self) -> FaultCounts {
         self.faults.as_ref().map_or_else(FaultCounts::default, |faults| faults.counts())
     }
@@ -138,15 +139,15 @@ impl RobotState {
         self.overruns.as_ref().map_or(0, |overruns| overruns.missed)
     }
 
-    /// Returns true if a step is due. The first one is due at once, in the tick of the global code. With a fast clock a second one
-    /// may be due in a tick.
+    /// Returns true if a step is due, and plans the next one. The first step is due at once, in the
+    /// tick of the global code. With a fast clock, a second step may be due in a tick.
     pub fn take_due(&mut self, now: u64) -> bool {
         let now_us = self.clock.time_us(now);
         let is_due = now_us >= self.due_us;
         if is_due {
             let step_us = self.context.step_ticks * u64::from(TICK_US);
-            // The ticks of an exact clock are those of the world. Another one does not make up for the steps that a stopped robot
-            // has left out.
+            // An exact clock follows the ticks of the world. Any other clock keeps its own rhythm,
+            // but does not make up for the steps that were left out while the robot was stopped.
             let is_on_time = now_us - self.due_us <= 2 * step_us;
             let from = if !self.clock.is_exact() && is_on_time { self.due_us } else { now_us };
             self.due_us = from + step_us;
@@ -154,7 +155,8 @@ impl RobotState {
         is_due
     }
 
-    /// A step is due while the script still executes the one before.
+    /// Counts a step that is due while the script still executes the one before. `first` describes
+    /// the overrun if it is the first one.
     pub fn overrun(&mut self, first: Overrun) {
         let none = || Box::new(Overruns { missed: 0, first });
         self.overruns.get_or_insert_with(none).missed += 1;
@@ -164,7 +166,8 @@ impl RobotState {
         self.faults.get_or_insert_default()
     }
 
-    /// Describes a fault that happens now. It is contained unless the caller gives it another consequence.
+    /// Returns the record of a fault that happens now. The consequence is
+    /// [`Consequence::Contained`] unless the caller replaces it.
     pub fn record(
         &mut self,
         tick: u64,
@@ -188,8 +191,8 @@ impl RobotState {
         }
     }
 
-    /// Counts the slots of the machine after a fault for want of memory, if it is the first at its place: others are only
-    /// counted.
+    /// Returns the memory of the machine after a fault that ran out of memory, if it is the first
+    /// fault at its place. Later faults at the same place are only counted.
     pub fn memory_after<P: Profile, C: ByteCode, const SLOTS: usize>(
         &self,
         fault: &Fault,
@@ -200,7 +203,7 @@ impl RobotState {
         if is_known { None } else { ScriptMemory::after(fault, vm, self.context.slots) }
     }
 
-    /// A fault has stopped the script. Returns true if it starts again after a pause.
+    /// Handles a fault that stopped the script. Returns true if the script restarts after a pause.
     pub fn fail(&mut self, record: FaultRecord) -> bool {
         let is_final =
             record.fault.code == FaultCode::AssertFailed || self.context.on_fault == OnFault::Stop;
@@ -212,7 +215,7 @@ impl RobotState {
         !is_final
     }
 
-    /// Counts a fault, whose consequence begins now.
+    /// Counts a fault, whose consequence begins now, and reports it to observers.
     pub fn add_fault(&mut self, record: FaultRecord) {
         if let Some(seen) = &mut self.seen {
             seen.events.push(RobotEvent::Fault(record.clone()));
@@ -220,7 +223,7 @@ impl RobotState {
         self.faults().add(record);
     }
 
-    /// The script has logged a line.
+    /// Stores a line that the script logged, and reports it to observers.
     pub fn log(&mut self, line: LogLine) {
         if let Some(seen) = &mut self.seen {
             seen.log(std::slice::from_ref(&line));
@@ -229,7 +232,7 @@ impl RobotState {
         self.news.note();
     }
 
-    /// The script begins anew after a pause.
+    /// Restarts the script after a pause.
     pub fn start(&mut self, led: &mut u8) {
         self.faults().start();
         self.stage = Stage::Global;
@@ -239,7 +242,8 @@ impl RobotState {
         *led = 0;
     }
 
-    /// Brings a robot to rest whose script has stopped: its motors lose power, unless an autopilot lands it.
+    /// Brings a robot whose script has stopped to rest: its motors lose power, unless an autopilot
+    /// lands it.
     pub fn halt(&mut self, io: &mut Io<'_>) {
         match &mut self.memory.autopilot {
             Some(autopilot) => autopilot.give_up(io),

@@ -10,13 +10,13 @@ use super::{
 /// A reason why a recording cannot be read.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum RecordingError {
-    /// It does not begin like one.
+    /// The data do not begin like a recording.
     NotARecording,
-    /// It is of another version.
+    /// The recording has another version of the format.
     Version(u8),
-    /// It has no samples.
+    /// The recording has no samples.
     Empty,
-    /// It ends before its end.
+    /// The data end before the end of the recording.
     Truncated,
     /// The content at this byte makes no sense.
     Malformed(usize),
@@ -43,7 +43,7 @@ impl fmt::Display for RecordingError {
 
 impl std::error::Error for RecordingError {}
 
-/// Reads a recording, sample by sample. A copy reads on from the same place.
+/// Reads a recording, sample by sample. A clone continues at the same place.
 #[derive(Debug, Clone)]
 pub struct RecordingReader<'a> {
     bytes: &'a [u8],
@@ -85,7 +85,7 @@ impl<'a> RecordingReader<'a> {
         Ok(reader)
     }
 
-    /// The facts that hold for the whole recording.
+    /// Returns the data that hold for the whole recording.
     pub fn header(&self) -> &Header {
         &self.header
     }
@@ -112,7 +112,7 @@ impl<'a> RecordingReader<'a> {
         Ok(numbers)
     }
 
-    /// Reads numbers that are each the difference from the one before.
+    /// Reads numbers that are stored as differences from the number before.
     fn get_differences<T: TryFrom<i64>>(&mut self, count: u32) -> Result<Vec<T>, RecordingError> {
         let mut last = 0i64;
         // No capacity is reserved: a damaged count would take all memory.
@@ -234,7 +234,7 @@ impl Iterator for RecordingReader<'_> {
             return None;
         }
         let sample = self.sample();
-        // Nothing after a mistake can be understood.
+        // The data after an error cannot be interpreted.
         self.is_over |= sample.is_err();
         sample.transpose()
     }

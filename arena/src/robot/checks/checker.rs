@@ -1,4 +1,4 @@
-//! Runs of a machine whose script is checked.
+//! Runs the machine of a script that is checked.
 
 use std::mem;
 use std::sync::Arc;
@@ -13,14 +13,14 @@ use super::costs::Costs;
 use super::findings::{Example, Findings, Moment, Peak, raise};
 use super::operation::Upcoming;
 
-/// A part of a script's run, from which the machine returns.
+/// A part of a script's run, after which the machine returns.
 #[derive(Clone, Copy, Debug)]
 pub struct Slice {
-    /// Instructions that it has at most.
+    /// The largest number of instructions.
     pub budget: u16,
     /// Tick of the world, or step of a script that runs alone.
     pub tick: u64,
-    /// It belongs to a step, whose cycles are counted.
+    /// True if the slice belongs to a step, whose cycles are counted.
     pub is_step: bool,
 }
 
@@ -35,14 +35,15 @@ pub struct Checker {
     cycles: u64,
     /// The frame that was running after the last instruction.
     frame: u16,
-    /// The state of the heap then.
+    /// The state of the heap after the last instruction.
     heap: [u16; 3],
-    /// Slots of the heap that the script could reach when they were counted last, if no slot was taken since.
+    /// The slots of the heap that the script could reach at the last count; `None` if the heap has
+    /// changed since.
     reachable: Option<usize>,
 }
 
 impl Checker {
-    /// Checks the script of the robot of that id. Without costs, cycles are not counted.
+    /// Returns a checker for the robot with that id. Without costs, cycles are not counted.
     pub fn new(robot: u16, costs: Option<Arc<Costs>>) -> Self {
         Checker {
             findings: Findings::default(),
@@ -60,8 +61,8 @@ impl Checker {
         &self.findings
     }
 
-    /// Runs the machine as [`Vm::run`] would, and ends at the same instruction. The host must leave slices to the budget:
-    /// [`Host::IS_TIMED`] is ignored.
+    /// Runs the machine as [`Vm::run`] would, and ends at the same instruction. Only the budget may
+    /// limit a slice, so [`Host::IS_TIMED`] is ignored.
     pub fn run<P: Profile, C: ByteCode, H: Host<P>, const SLOTS: usize>(
         &mut self,
         vm: &mut Vm<P, C, SLOTS>,
@@ -153,7 +154,7 @@ impl Checker {
 /// A host that counts the work on text.
 struct Meter<'a, H> {
     host: &'a mut H,
-    /// Instructions whose time the work took since it was last read.
+    /// The work since the last read, as the number of instructions that take the same time.
     work: u16,
 }
 

@@ -8,7 +8,7 @@ use bittybuzz_vm_core::{ByteCode, Callee, Instruction, Value, Vm};
 /// Rows of plain and narrow opcodes.
 const OPCODES: usize = 0x80;
 
-/// The names of the usual case of an instruction, of which each has one.
+/// The suffixes of the usual case. Each instruction has exactly one of them.
 const USUAL: [&str; 9] = [
     "",
     ", goes on",
@@ -21,7 +21,8 @@ const USUAL: [&str; 9] = [
     ", of 2",
 ];
 
-/// The names of the case that the form of the instruction, a jump or the callee decides.
+/// The suffixes of the other case, which depends on the form of the instruction, a jump or the
+/// callee.
 const OTHER: [&str; 3] = [", short form", ", jumps", ", of a closure, and `RETURN_NIL`"];
 
 /// The costs of an opcode.
@@ -34,9 +35,10 @@ struct Row {
 
 /// A table of costs: cycles of a chip, by instruction, and the cycles between two steps.
 ///
-/// The cost of a call includes the `RETURN_NIL` of its callee, so that another return costs only the difference. Built-in
-/// functions cost the longest time that is known of them, or that of `isnil`. A message, and each element of a built-in that
-/// calls back, costs as much as `isnil`. Collections are not counted.
+/// The cost of a call includes the `RETURN_NIL` of its callee, so that another return costs only
+/// the difference. Built-in functions cost their longest known time, or that of `isnil`. A message,
+/// and each element of a built-in that calls back, costs as much as `isnil`. Collections are not
+/// counted.
 #[derive(Clone, Debug)]
 pub struct Costs {
     rows: [Row; OPCODES],
@@ -49,14 +51,16 @@ pub struct Costs {
 #[derive(Clone, Copy, Debug)]
 pub struct Case {
     row: Row,
-    /// The last byte of a jump: it has jumped if the next instruction is not the one after it.
+    /// Position of the last byte of a jump. The jump was taken if the next instruction does not
+    /// follow directly.
     jump: Option<u16>,
     is_other: bool,
     is_float: bool,
 }
 
 impl Costs {
-    /// Makes the table from the cases of `bench/costs.json`, by their names; `None` if one is missing.
+    /// Makes the table from the cases of `bench/costs.json`, which `cycles` looks up by name;
+    /// `None` if one is missing.
     pub fn new(cycles: impl Fn(&str) -> Option<u32>, step_period: u64) -> Option<Self> {
         let mut rows = [Row::default(); OPCODES];
         for info in opcode::TABLE {
@@ -67,7 +71,7 @@ impl Costs {
             let row = rows.get_mut(usize::from(info.byte))?;
             *row = Row { usual, floats: floats.unwrap_or(usual), other };
         }
-        // Instructions with an immediate integer take the same way with a float as those without.
+        // With a float, instructions with an immediate integer cost as much as those without.
         for jump in opcode::JUMP_LT..=opcode::JUMP_NOT_LT {
             let floats = rows[usize::from(jump)].floats;
             rows[usize::from(jump + WITH_INT)].floats = floats;
@@ -94,7 +98,8 @@ impl Costs {
         self.rows.get(usize::from(opcode)).copied().unwrap_or_default()
     }
 
-    /// Returns the case of the machine's next instruction; without one, it goes on in a built-in.
+    /// Returns the case of the machine's next instruction; `None` stands for a built-in that
+    /// continues.
     pub(super) fn case<P: Profile, C: ByteCode, const SLOTS: usize>(
         &self,
         vm: &Vm<P, C, SLOTS>,
@@ -152,7 +157,8 @@ impl Costs {
         case
     }
 
-    /// Returns the cycles of an instruction that was executed, the machine's next one being `next`, and of its work on text.
+    /// Returns the cycles of an executed instruction and of its work on text. `next` is the
+    /// machine's next instruction.
     pub(super) fn cycles(&self, case: Case, next: Option<&Instruction>, work: u16) -> u64 {
         let has_jumped = case
             .jump
@@ -162,7 +168,7 @@ impl Costs {
             (false, true) => case.row.other,
             (false, false) => case.row.usual,
         };
-        // The work counts cheap instructions.
+        // The unit of work is a cheap instruction.
         u64::from(cycles) + u64::from(work) * u64::from(self.row(opcode::ADD).usual)
     }
 }

@@ -6,7 +6,7 @@ use bittybuzz_vm_core::number::Number;
 
 use super::operation::{Anomaly, Exact, Operation};
 
-/// A robot at a time.
+/// A robot and a time.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub struct Moment {
     /// Tick of the world, or step of a script that runs alone.
@@ -18,31 +18,26 @@ pub struct Moment {
 /// An operation that went wrong.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Example {
-    /// The operation.
     pub operation: Operation,
     /// The mathematical result.
     pub exact: Exact,
-    /// The machine's result.
+    /// The result of the machine.
     pub result: Number,
-    /// The time.
     pub at: Moment,
 }
 
 /// The anomalies of one kind at one place.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Occurrences {
-    /// Their number.
     pub count: u64,
-    /// The first of them; of several robots in the same tick that with the lowest id.
+    /// The first occurrence. If several robots have one in the same tick, that with the lowest id.
     pub first: Example,
 }
 
-/// The highest value of a quantity, and its first time.
+/// The highest value of a quantity, and the first time at which it was reached.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Peak {
-    /// The value.
     pub value: usize,
-    /// The time.
     pub at: Moment,
 }
 
@@ -53,7 +48,7 @@ pub struct StepCosts {
     pub steps: u64,
     /// Cycles of all of them.
     pub cycles: u64,
-    /// The longest step: its cycles, and when it was completed.
+    /// Cycles of the longest step, and the time when it was completed.
     pub longest: Option<(u64, Moment)>,
 }
 
@@ -64,7 +59,7 @@ pub struct Findings {
     pub places: BTreeMap<(u16, Anomaly), Occurrences>,
     /// Slots that globals, frames and reachable values of the heap took.
     pub slots: Option<Peak>,
-    /// Functions of the script that had been called and had not returned.
+    /// Nested calls of functions of the script.
     pub calls: Option<Peak>,
     /// Entries of stigmergies.
     pub entries: Option<Peak>,

@@ -1,20 +1,24 @@
 //! Checks of a running script: numbers that do not fit its profile, and the memory and time that it needs.
 //!
 //! # Method
-//! A [`Checker`] runs the machine one instruction at a time. Before an arithmetic instruction it reads the operands from the stack,
-//! computes the result in 64 bits, and compares it with the result of the machine. A number profile that counts would be the
-//! other way: it would be a third profile, with messages and queues of its own, it would not know the place in the script, and
-//! it would count the arithmetic of random numbers and messages, which wraps by design.
+//! A [`Checker`] runs the machine one instruction at a time. Before an arithmetic instruction it
+//! reads the operands from the stack, computes the result in 64 bits, and compares it with the
+//! result of the machine. The alternative is a number profile that counts. This would be a third
+//! profile, with messages and queues of its own. It would not know the place in the script, and it
+//! would count the arithmetic of random numbers and messages, which wraps by design.
 //!
 //! # Same results
-//! The machine may stop between any two instructions, and its results do not depend on the place. The checker only reads, and
-//! takes the same from the budget as the machine: one for an instruction, and the work on text, which the host learns from
-//! [`Host::has_worked`](bittybuzz_vm_core::Host::has_worked). So a slice ends at the same instruction with and without it.
+//! The machine may stop between any two instructions, and its results do not depend on the place.
+//! The checker only reads. It takes the same amount from the budget as the machine: one for an
+//! instruction, plus the work on text, which the machine reports to
+//! [`Host::has_worked`](bittybuzz_vm_core::Host::has_worked). A slice therefore ends at the same
+//! instruction with and without the checker.
 //!
 //! # Limits
-//! Operands that no instruction of the script puts on the stack are not seen: those of a built-in function that another
-//! built-in calls, as in `map(t, math.exp)`. Numbers that come from outside, such as distances and results of robot functions,
-//! were rounded to the profile before. Robots in emulators are not checked.
+//! The checker does not see operands that no instruction of the script puts on the stack, such as
+//! those of a built-in function that another built-in calls, as in `map(t, math.exp)`. Numbers that
+//! come from outside, such as distances and results of robot functions, are already rounded to the
+//! profile. Robots in emulators are not checked.
 
 mod checker;
 mod costs;

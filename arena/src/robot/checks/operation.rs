@@ -12,11 +12,11 @@ use bittybuzz_vm_core::{ByteCode, Callee, Instruction, Vm};
 pub enum Anomaly {
     /// An integer lost its upper bits.
     Wrapped,
-    /// A float became infinite, and no operand was.
+    /// A float became infinite, although no operand was infinite.
     Infinite,
-    /// A float became NaN, and no operand was.
+    /// A float became NaN, although no operand was NaN.
     NotANumber,
-    /// A float became zero, and the exact result is not.
+    /// A float became zero, although the exact result is not zero.
     Flushed,
     /// A conversion to an integer gave the nearest one, or 0 for NaN.
     Saturated,
@@ -27,7 +27,7 @@ pub enum Anomaly {
 pub enum Operator {
     /// An operator between two operands, by the opcode of its plain instruction.
     Binary(u8),
-    /// The sign.
+    /// The change of the sign.
     Negate,
     /// A built-in function, by its number.
     Function(u8),
@@ -36,7 +36,6 @@ pub enum Operator {
 /// An operation with its operands.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Operation {
-    /// Operator or function.
     pub operator: Operator,
     /// The first operand.
     pub first: Number,
@@ -70,8 +69,8 @@ pub struct Upcoming {
 }
 
 impl Upcoming {
-    /// Returns the operation of the machine's next instruction. `None` if the instruction computes nothing, drops the result, or
-    /// stops with a fault.
+    /// Returns the operation of the machine's next instruction; `None` if the instruction computes
+    /// nothing, drops the result, or stops with a fault.
     pub fn of<P: Profile, C: ByteCode, const SLOTS: usize>(
         vm: &Vm<P, C, SLOTS>,
         instruction: &Instruction,
@@ -98,7 +97,7 @@ impl Upcoming {
             opcode::NEG => {
                 Operation { operator: Operator::Negate, first: number(1)?, second: None }
             }
-            // A result that is dropped is computed for nothing.
+            // A result that is dropped does not matter.
             opcode::CALL_BUILTIN if trailer & DROP_RESULT == 0 => {
                 Operation::function(vm, operand as u8, trailer)?
             }
@@ -114,8 +113,8 @@ impl Upcoming {
         (!operation.is_fault::<P>()).then_some(Upcoming { operation, target })
     }
 
-    /// Compares the exact result with that of the machine, which has executed the instruction. Returns the anomaly, if there is
-    /// one, with the exact result and the machine's.
+    /// Compares the exact result with that of the machine, which has executed the instruction.
+    /// Returns the anomaly, if there is one, with the exact result and the machine's result.
     pub fn judge<P: Profile, C: ByteCode, const SLOTS: usize>(
         &self,
         vm: &Vm<P, C, SLOTS>,
@@ -145,7 +144,7 @@ impl Operation {
         Operation { operator: Operator::Binary(opcode), first, second: Some(second) }
     }
 
-    /// Returns the call of a function of numbers with the `count` arguments on top of the stack.
+    /// Returns the call of a numeric function whose `count` arguments are on top of the stack.
     fn function<P: Profile, C: ByteCode, const SLOTS: usize>(
         vm: &Vm<P, C, SLOTS>,
         function: u8,
@@ -175,7 +174,7 @@ impl Operation {
         is_float(self.first) || self.second.is_some_and(is_float)
     }
 
-    /// Returns the operands if all are integers; 0 stands for a second one that is not there.
+    /// Returns the operands if all are integers; 0 stands for a missing second operand.
     fn integers(&self) -> Option<[i64; 2]> {
         match (self.first, self.second.unwrap_or(Number::Int(0))) {
             (Number::Int(first), Number::Int(second)) => Some([first.into(), second.into()]),
@@ -183,7 +182,8 @@ impl Operation {
         }
     }
 
-    /// Returns true if the machine stops with a fault: a division of integers by 0, a shift that is too long or of a float.
+    /// Returns true if the machine stops with a fault: a division of integers by 0, or a shift of a
+    /// float or by too many bits.
     fn is_fault<P: Profile>(&self) -> bool {
         match (self.operator, self.integers()) {
             (Operator::Binary(opcode::DIV | opcode::MOD), Some([_, divisor])) => divisor == 0,
@@ -244,7 +244,7 @@ impl Operation {
                 }
                 _ => return None,
             },
-            // A sign is exact.
+            // The change of a sign is exact.
             Operator::Binary(_) | Operator::Negate => return None,
         }))
     }
@@ -275,7 +275,7 @@ impl Operation {
     /// Returns true if the exact result with finite operands is not zero.
     fn is_nonzero(&self, exact: Exact) -> bool {
         match (self.operator, exact) {
-            // These may be too small even for binary64.
+            // These results may be too small even for binary64.
             (Operator::Function(builtin::EXP), _) => true,
             (Operator::Binary(opcode::POW), _) => real(self.first) != 0.0,
             (_, Exact::Real(exact)) => exact != 0.0,
@@ -284,8 +284,8 @@ impl Operation {
     }
 }
 
-/// The value with which the machine computes: in the full profile an integer becomes the nearest float first. The integers of the
-/// tiny profile are floats of binary32, too.
+/// Returns the value with which the machine computes. The full profile first converts an integer to
+/// the nearest float. The integers of the tiny profile are floats of binary32, too.
 fn real(number: Number) -> f64 {
     match number {
         Number::Int(value) => f64::from(value as f32),
@@ -293,7 +293,7 @@ fn real(number: Number) -> f64 {
     }
 }
 
-/// Writes a number as a script would.
+/// Writes a number in the syntax of scripts.
 fn write(number: Number, f: &mut fmt::Formatter<'_>) -> fmt::Result {
     match number {
         Number::Int(value) => write!(f, "{value}"),
@@ -315,7 +315,7 @@ impl fmt::Display for Operation {
                     opcode::POW => "^",
                     _ => "<<",
                 };
-                // A difference with a small number is compiled to a sum.
+                // The compiler turns the difference with a small number into a sum.
                 let (symbol, second) = match (symbol, second) {
                     ("+", Some(Number::Int(negative))) if negative < 0 && negative > i32::MIN => {
                         ("-", Some(Number::Int(-negative)))

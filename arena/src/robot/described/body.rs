@@ -1,20 +1,20 @@
-//! Bodies of described robots: four drives.
+//! Bodies of described robots, with four kinds of drive.
 
 use bittybuzz_robot_spec::{Drive, Quantity};
 
 use crate::engine::{Body, Pose, Stream, TICK, wrap};
 
-/// Numbers of a described body.
+/// Parameters of a described body.
 #[derive(Clone, Copy, Debug)]
 pub struct Numbers {
     pub drive: Drive,
-    /// Standard deviation of each actuator's gain, as a share of it.
+    /// Standard deviation of each actuator's gain, as a share of the gain.
     pub gain_error: f32,
-    /// Standard deviation of each speed in a tick, as a share of it.
+    /// Standard deviation of each speed in a tick, as a share of the speed.
     pub noise: f32,
 }
 
-/// Values of a body's actuators, as functions set them.
+/// The values of a body's actuators that functions have set.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Actuators {
     /// Wheels in mm/s, or duties of motors from 0 to 1: left and right.
@@ -31,7 +31,7 @@ pub struct Actuators {
 enum Climb {
     /// mm/s upward.
     Speed(f32),
-    /// Height over the ground in mm, to go to and to keep.
+    /// Target height over the ground in mm.
     Height(f32),
 }
 
@@ -44,15 +44,16 @@ impl Default for Climb {
 /// mm/s²
 const GRAVITY: f32 = 9810.0;
 
-/// Share of the distance to its height that a body that flies climbs in a second, as long as its speed allows.
+/// The rate, per second, at which a flying body covers the distance to its target height, as long
+/// as its speed allows.
 const APPROACH: f32 = 2.0;
 
 impl Actuators {
-    /// At rest, on the ground.
+    /// At rest, with the ground as the target height.
     pub const LANDING: Self =
         Actuators { sides: [0.0; 2], along: [0.0; 2], turn: 0.0, climb: Climb::Height(0.0) };
 
-    /// Sets a quantity of motion in its unit. Beyond its limit it becomes the limit.
+    /// Sets a quantity of motion in its unit. A value beyond the limit is replaced by the limit.
     pub fn set(&mut self, drive: Drive, quantity: Quantity, value: f32) {
         let most = drive.most(quantity).map_or(f32::INFINITY, |most| most as f32);
         let within = value.clamp(-most, most);
@@ -77,7 +78,8 @@ impl Actuators {
         }
     }
 
-    /// Changes both wheels so that the speed ahead or the turning rate is as wanted, and the other one is kept.
+    /// Changes both wheels so that the speed ahead or the turning rate becomes `value` and the
+    /// other one stays the same.
     fn set_wheels(&mut self, distance: f32, quantity: Quantity, value: f32) {
         let [left, right] = self.sides;
         let (mut ahead, mut turn) = (f32::midpoint(left, right), (right - left) / distance);
@@ -94,19 +96,19 @@ impl Actuators {
 #[derive(Clone, Debug)]
 pub struct DescribedBody {
     actuators: Actuators,
-    /// Falls to the ground, as its motors have no power.
+    /// True while the motors have no power. A flying body then falls to the ground.
     is_falling: bool,
     gains: [f32; 4],
     /// Factors of the speeds in this tick.
     noise: [f32; 4],
-    /// Seconds until they are drawn again.
+    /// Seconds until the factors in `noise` are drawn again.
     left: f32,
     chance: Stream,
-    /// mm/s ahead, to the left and up, and radians per second, of a body that flies.
+    /// Velocity of a flying body: mm/s ahead, to the left and up, and radians per second.
     velocity: [f32; 4],
 }
 
-/// Numbers, and the length of a substep in seconds.
+/// The parameters, and the length of a substep in seconds.
 pub type Step = (Numbers, f32);
 
 impl Body for DescribedBody {
@@ -162,7 +164,8 @@ impl Body for DescribedBody {
                 arc(pose, along[0] * factor(0), turn * factor(1), seconds);
             }
             Drive::SlipStick { speed_mm_s, turn_deg_s } => {
-                // The common part of both motors drives it ahead, the rest of one turns it.
+                // The duty that both motors have in common drives the robot ahead, and the rest
+                // turns it.
                 let ahead = left.min(right) * speed_mm_s as f32;
                 arc(pose, ahead, (right - left) * (turn_deg_s as f32).to_radians(), seconds);
             }
@@ -184,7 +187,8 @@ impl DescribedBody {
         self.left -= seconds;
     }
 
-    /// Flies for one substep: velocities in the robot's own frame follow those that are set.
+    /// Flies for one substep. The velocities in the robot's own frame follow the values that are
+    /// set.
     fn fly(&mut self, pose: &mut Pose, [speed, climb]: [f32; 2], lag: f32, seconds: f32) {
         let Actuators { along: [ahead, left], turn, climb: wanted, .. } = self.actuators;
         let up = match wanted {
@@ -216,7 +220,7 @@ impl DescribedBody {
     }
 }
 
-/// Moves along an arc: its chord points half the turn further.
+/// Moves along an arc, whose chord points half of the turn further than the heading.
 fn arc(pose: &mut Pose, speed: f32, rate: f32, seconds: f32) {
     if speed == 0.0 && rate == 0.0 {
         return;

@@ -1,4 +1,5 @@
-//! Robots that are described by their file alone: `[body]`, `[[sensor]]`, and functions that set and read.
+//! Robots that are described by their file alone: `[body]`, `[[sensor]]`, and functions that set
+//! quantities and read sensors.
 
 mod body;
 mod sense;
@@ -20,7 +21,7 @@ use super::model::{ModelKeys, RobotModel};
 use body::{Actuators, DescribedBody, Numbers};
 use sense::Senses;
 
-/// A robot as its file describes it.
+/// The model of a robot that its file describes.
 #[derive(Debug, Clone)]
 pub struct DescribedRobot {
     body: spec::Body,
@@ -30,7 +31,8 @@ pub struct DescribedRobot {
 /// The name of the `link` of a group in messages.
 pub const LINK: &str = "the `link` of these robots";
 
-/// Its sections in scenarios: a description has no numbers but those of its file.
+/// The sections of a described robot in scenarios. They have no keys, because all parameters come
+/// from the robot file.
 const KEYS: ModelKeys = ModelKeys {
     body: SectionKeys { name: "the body of these robots", keys: &[] },
     robots: "robots that their file describes",
@@ -57,7 +59,7 @@ impl BodyModel for DescribedRobot {
         Shape { radius: radius_mm as f32, height: height_mm as f32 }
     }
 
-    /// Gains and noise end at three deviations each.
+    /// Returns the top speed with the largest gain and noise, which end at three deviations each.
     fn top_speed(&self) -> f32 {
         let speed = match self.body.drive {
             Drive::Differential { speed_mm_s, .. }
@@ -84,7 +86,7 @@ impl BodyModel for DescribedRobot {
         false
     }
 
-    /// Robot files are checked when they are read.
+    /// Always succeeds, because robot files are checked when they are read.
     fn check(&self) -> Result<(), SettingsError> {
         Ok(())
     }
@@ -111,7 +113,8 @@ impl RobotModel for DescribedRobot {
         Arc::new(self.clone())
     }
 
-    /// The link is the sensor for range and bearing; without one nothing is within reach.
+    /// Takes the link from the sensor for range and bearing. Without such a sensor, nothing is
+    /// within reach.
     fn set_own_media(&self, media: &mut Media) {
         let link = self.sensors.iter().find_map(|sensor| match sensor.kind {
             SensorKind::RangeAndBearing { range_mm, bearing_noise_deg } => {

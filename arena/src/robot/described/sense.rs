@@ -9,7 +9,7 @@ use crate::robot::call::{Autopilot, Call, Done};
 
 use super::body::Actuators;
 
-/// The largest reading of light and ground.
+/// The largest reading of light and ground sensors.
 const BRIGHTEST: f32 = 1023.0;
 
 /// The sensors of one robot, with their last values.
@@ -17,7 +17,7 @@ const BRIGHTEST: f32 = 1023.0;
 pub struct Senses {
     sensors: Arc<[Sensor]>,
     radius: f32,
-    /// Values of each sensor, and the number of its period in which they were measured.
+    /// The last values of each sensor, and the number of the period in which they were measured.
     measured: Vec<Option<(u64, Vec<f32>)>>,
 }
 
@@ -27,8 +27,8 @@ impl Senses {
         Senses { sensors, radius, measured }
     }
 
-    /// Returns a value of a sensor: the last one, or a new one if the sensor's period is over. `None` for a beam that it does
-    /// not have.
+    /// Returns a value of a sensor: the last one, or a new one if the sensor's period is over.
+    /// `None` stands for a beam that the sensor does not have.
     fn value(
         &mut self,
         place: usize,
@@ -46,7 +46,7 @@ impl Senses {
         known.as_ref()?.1.get(index).copied()
     }
 
-    /// Returns true if its battery is empty.
+    /// Returns true if the battery is empty.
     fn is_empty(&self, io: &Io<'_>) -> bool {
         self.sensors.iter().any(|sensor| match sensor.kind {
             SensorKind::Battery { minutes, .. } => io.milliseconds() as f64 >= minutes * 60_000.0,
@@ -69,7 +69,7 @@ impl Autopilot for Senses {
         })
     }
 
-    /// A robot whose battery is empty stops; one that flies falls.
+    /// Stops a robot whose battery is empty; a flying robot falls.
     fn tick(&mut self, io: &mut Io<'_>, _: Option<u16>) {
         if self.is_empty(io) {
             io.halt();
@@ -77,7 +77,7 @@ impl Autopilot for Senses {
         }
     }
 
-    /// Stops the motors; one that flies descends.
+    /// Stops the motors; a flying robot descends.
     fn give_up(&mut self, io: &mut Io<'_>) {
         if let Some(actuators) = io.controls() {
             *actuators = Actuators::LANDING;
@@ -141,7 +141,7 @@ fn wrap_degrees(angle: f32) -> f32 {
     crate::engine::wrap(angle.to_radians()).to_degrees()
 }
 
-/// Reads a value for a function that returns an integer or a number.
+/// Reads a sensor value for a robot function, rounded to an integer if `is_integer` is set.
 pub fn read(call: &mut Call<'_, '_>, reading: Reading, is_integer: bool) -> Done {
     let index = match reading.value {
         SensorValue::Only | SensorValue::NearestDistance => 0,
