@@ -1,7 +1,7 @@
 //! The body of a robot that the simulator moves, as `[body]` of its file describes it.
 //!
-//! Lengths are in mm, speeds in mm/s, angles in degrees, positive anticlockwise seen from above. A robot with code of its
-//! own for the simulator has no `[body]`.
+//! Lengths are in mm, speeds in mm/s, and angles in degrees, anticlockwise positive when seen from
+//! above. A robot for which the simulator has code has no `[body]`.
 
 use crate::effect::Quantity;
 
@@ -14,54 +14,58 @@ pub struct Body {
     pub radius_mm: f64,
     /// Height in mm; twice the radius if left out.
     pub height_mm: f64,
-    /// Standard deviation of the gain of each actuator, as a share of it: drawn once for each actuator of each robot. 0 if
-    /// left out.
+    /// Standard deviation of the gain of each actuator, as a share of the gain. It is drawn once
+    /// for each actuator of each robot. 0 if left out.
     pub gain_error: f64,
-    /// Standard deviation of each speed around the speed that is set, as a share of it: drawn in every tick. 0 if left out.
+    /// Standard deviation of each speed, as a share of the speed that is set. It is drawn in every
+    /// tick. 0 if left out.
     pub noise: f64,
 }
 
-/// A drive and its limits. A speed beyond a limit becomes the limit.
+/// A drive and its limits. A speed beyond a limit is replaced by the limit.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Drive {
     /// Two wheels.
     Differential {
-        /// From wheel to wheel, in mm.
+        /// Distance between the wheels, in mm.
         wheel_distance_mm: f64,
-        /// Fastest speed of a wheel over the ground, in mm/s, in both directions.
+        /// Top speed of a wheel over the ground, in mm/s, in both directions.
         speed_mm_s: f64,
     },
     /// A forward speed and a turning rate, both reached at once.
     Unicycle {
-        /// Fastest, in mm/s, forward and backward.
+        /// Top speed, in mm/s, forward and backward.
         speed_mm_s: f64,
-        /// Fastest, in degrees per second, in both directions.
+        /// Top turning rate, in degrees per second, in both directions.
         turn_deg_s: f64,
     },
     /// Two vibration motors on stiff legs: it never goes backward.
     SlipStick {
-        /// With both motors at full duty, in mm/s.
+        /// Speed with both motors at full duty, in mm/s.
         speed_mm_s: f64,
-        /// With one motor at full duty, in degrees per second. The right motor alone turns it to the left.
+        /// Turning rate with one motor at full duty, in degrees per second. The right motor alone
+        /// turns the robot to the left.
         turn_deg_s: f64,
     },
-    /// Four propellers, without their dynamics: velocities follow those that are set.
+    /// Four propellers, without their dynamics: the velocities follow the values that are set.
     Quadrotor {
-        /// Fastest over the ground, in mm/s.
+        /// Top speed over the ground, in mm/s.
         speed_mm_s: f64,
-        /// Fastest up and down, in mm/s.
+        /// Top speed up and down, in mm/s.
         climb_mm_s: f64,
-        /// Fastest, in degrees per second.
+        /// Top turning rate, in degrees per second.
         turn_deg_s: f64,
-        /// Time constant with which velocities follow those that are set, in seconds; 0.2 if left out.
+        /// Time constant, in seconds, with which velocities follow the values that are set; 0.2 if
+        /// left out.
         lag_s: f64,
-        /// Closing speed in mm/s above which a contact in the air is a crash; 0 if left out: every contact is one.
+        /// Closing speed in mm/s above which a contact in the air is a crash; 0 if left out, which
+        /// makes every contact a crash.
         crash_speed_mm_s: f64,
     },
 }
 
 impl Drive {
-    /// The word of robot files.
+    /// Returns the word in robot files.
     pub const fn name(self) -> &'static str {
         match self {
             Drive::Differential { .. } => "differential",
@@ -71,7 +75,7 @@ impl Drive {
         }
     }
 
-    /// The quantities of motion that it has.
+    /// Returns the quantities of motion that the drive has.
     pub const fn quantities(self) -> &'static [Quantity] {
         use Quantity::{Forward, Height, LeftMotor, LeftWheel, Leftward};
         use Quantity::{RightMotor, RightWheel, Turn, Upward};
@@ -83,7 +87,7 @@ impl Drive {
         }
     }
 
-    /// The largest value of a quantity, in its unit; `None` if it has no limit.
+    /// Returns the largest value of a quantity, in its unit; `None` if it has no limit.
     pub fn most(self, quantity: Quantity) -> Option<f64> {
         match quantity {
             Quantity::LeftMotor | Quantity::RightMotor => Some(1.0),
@@ -94,7 +98,7 @@ impl Drive {
                 _ => None,
             },
             Quantity::Turn => Some(match self {
-                // With the wheels in opposite directions.
+                // The fastest turn has the wheels in opposite directions.
                 Drive::Differential { wheel_distance_mm, speed_mm_s } => {
                     (2.0 * speed_mm_s / wheel_distance_mm).to_degrees()
                 }

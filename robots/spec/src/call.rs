@@ -1,4 +1,4 @@
-//! Checks calls of robot functions against the robot file, for programs that play robots on a
+//! Checks calls of robot functions against the robot file, for programs that simulate robots on a
 //! computer.
 
 use bittybuzz_vm_core::number::Profile;
@@ -6,8 +6,8 @@ use bittybuzz_vm_core::{Argument, Arguments, ByteCode, Refusal, RobotFault, Valu
 
 use crate::{Function, Parameter, Type, parameter_at, takes_count};
 
-/// The first of `candidates`, functions of one name, that takes these arguments, and the list that does; else the fault that
-/// a robot would report.
+/// Returns the first of `candidates`, functions of one name, that takes these arguments, and the
+/// list that takes them. If there is none, returns the fault that a robot would report.
 pub fn accepting<'a, P: Profile, C: ByteCode, const SLOTS: usize>(
     candidates: &[&'a Function],
     arguments: &Arguments<'_, P, C, SLOTS>,
@@ -17,7 +17,7 @@ pub fn accepting<'a, P: Profile, C: ByteCode, const SLOTS: usize>(
         for list in &function.accepts {
             match mismatch(list, arguments) {
                 Mismatch::None => return Ok((function, list)),
-                // Of several lists the one counts that was met furthest.
+                // If several lists do not fit, the fault names the mismatch farthest to the right.
                 Mismatch::Argument(index) => wrong = wrong.max(Some(index)),
                 Mismatch::Count => {}
             }
@@ -29,7 +29,8 @@ pub fn accepting<'a, P: Profile, C: ByteCode, const SLOTS: usize>(
     })
 }
 
-/// `goto takes (x: number, y: number) or (x: number, y: number, z: number)`
+/// Returns the accepted lists as text:
+/// `goto takes (x: number, y: number) or (x: number, y: number, z: number)`.
 pub fn accepted_lists(candidates: &[&Function]) -> String {
     let lists = candidates.iter().flat_map(|known| &known.accepts);
     let accepted: Vec<String> = lists.map(|list| signature(list)).collect();
@@ -37,7 +38,7 @@ pub fn accepted_lists(candidates: &[&Function]) -> String {
     format!("{name} takes {}", accepted.join(" or "))
 }
 
-/// Returns the result of a function that is not carried out: 0, 0.0 or nil.
+/// Returns the result of a function that has no effect: 0, 0.0 or nil.
 pub fn idle_result<P: Profile>(function: &Function) -> Value<P> {
     match function.returns {
         Some(Type::Int) => Value::int(0),
@@ -78,7 +79,7 @@ fn mismatch<P: Profile, C: ByteCode, const SLOTS: usize>(
     (0..arguments.count()).find(is_wrong).map_or(Mismatch::None, Mismatch::Argument)
 }
 
-/// `(x: number, y: number)`
+/// Returns a list as text: `(x: number, y: number)`.
 fn signature(list: &[Parameter]) -> String {
     let parameters: Vec<String> = list.iter().map(Parameter::to_string).collect();
     format!("({})", parameters.join(", "))

@@ -1,4 +1,5 @@
-//! The effect of a robot function in the simulator: which actuators it sets, which sensor it reads.
+//! The effect of a robot function in the simulator: the actuators that it sets and the sensor that
+//! it reads.
 
 use std::fmt;
 
@@ -7,24 +8,23 @@ use bittybuzz_toml_reader::number_text;
 use crate::Parameter;
 use crate::sensor::Reading;
 
-/// An effect of a function. All of it happens in each call, in the order of the fields. Where `reads` is `None`, a function
-/// that returns something returns 0.
+/// An effect of a function. All of it happens in each call, in the order of the fields. If `reads`
+/// is `None`, a function with a result returns 0.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Effect {
-    /// The quantities that it sets, none twice.
+    /// The quantities that the function sets, each at most once.
     pub sets: Vec<Assignment>,
-    /// True if the call is written to the log of the run: its arguments, separated by nothing, as `log` writes them.
+    /// True if the call is written to the log of the run: its arguments in the format of `log`,
+    /// without separators.
     pub logs: bool,
-    /// The value that it returns.
+    /// The value that the function returns.
     pub reads: Option<Reading>,
 }
 
 /// A quantity and the value that a call gives to it.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Assignment {
-    /// The quantity.
     pub quantity: Quantity,
-    /// Its value.
     pub amount: Amount,
 }
 
@@ -33,25 +33,28 @@ pub struct Assignment {
 pub enum Amount {
     /// A number that is the same in every call.
     Constant(f64),
-    /// An argument, times a factor. A call whose argument list does not have this parameter leaves the quantity alone.
+    /// An argument, times a factor. A call whose argument list does not have this parameter does
+    /// not change the quantity.
     Parameter {
-        /// The parameter's name.
+        /// The name of the parameter.
         name: String,
-        /// The unit of the argument in the unit of the quantity.
+        /// The factor from the unit of the argument to the unit of the quantity.
         factor: f64,
     },
 }
 
-/// A quantity of an actuator. It keeps its value until a call sets it again; at the start all are 0.
+/// A quantity of an actuator. It keeps its value until a call sets it again. At the start all
+/// quantities are 0.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub enum Quantity {
     /// Speed of the left wheel over the ground, in mm/s.
     LeftWheel,
     /// Speed of the right wheel over the ground, in mm/s.
     RightWheel,
-    /// Speed ahead, in mm/s. With two wheels it changes both, and keeps `Turn`.
+    /// Speed ahead, in mm/s. A robot with two wheels changes both and keeps `Turn`.
     Forward,
-    /// Turning rate in degrees per second, anticlockwise. With two wheels it changes both, and keeps `Forward`.
+    /// Turning rate in degrees per second, anticlockwise. A robot with two wheels changes both and
+    /// keeps `Forward`.
     Turn,
     /// Duty of the left vibration motor, 0 to 1.
     LeftMotor,
@@ -59,9 +62,9 @@ pub enum Quantity {
     RightMotor,
     /// Speed to the left, in mm/s.
     Leftward,
-    /// Speed upward, in mm/s. It ends the last `Height`.
+    /// Speed upward, in mm/s. It replaces the last `Height`.
     Upward,
-    /// Height over the ground to go to and to keep, in mm. It ends the last `Upward`.
+    /// Target height over the ground, in mm. It replaces the last `Upward`.
     Height,
     /// Color of the LED: the sum of 1 red, 2 green, 4 blue. Higher bits are ignored.
     Color,
@@ -105,7 +108,7 @@ impl Quantity {
     pub const OF_EVERY_BODY: [Quantity; 4] =
         [Quantity::Color, Quantity::Red, Quantity::Green, Quantity::Blue];
 
-    /// The key of robot files.
+    /// Returns the key in robot files.
     pub const fn name(self) -> &'static str {
         match self {
             Quantity::LeftWheel => "left_wheel",
@@ -142,7 +145,7 @@ impl Quantity {
         }
     }
 
-    /// The unit of its values.
+    /// Returns the unit of the values.
     pub const fn unit(self) -> &'static str {
         match self.dimension() {
             Dimension::Speed => "mm/s",
@@ -155,7 +158,8 @@ impl Quantity {
 }
 
 impl Dimension {
-    /// The units that can be written after a value, and their factors to the unit of the quantity.
+    /// Returns the units that can be written after a value, and their factors to the unit of the
+    /// quantity.
     pub(crate) const fn units(self) -> &'static [(&'static str, f64)] {
         match self {
             Dimension::Speed => &[("mm/s", 1.0), ("cm/s", 10.0), ("m/s", 1000.0)],
@@ -166,7 +170,7 @@ impl Dimension {
     }
 }
 
-/// `left_wheel = 10 * left mm/s`
+/// Writes the assignment as in `left_wheel = 10 * left mm/s`.
 impl fmt::Display for Assignment {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         write!(f, "{} = ", self.quantity.name())?;
@@ -183,8 +187,8 @@ impl fmt::Display for Assignment {
 }
 
 impl Effect {
-    /// The quantities that a call sets, with their values before any limit: `list` is the argument list that accepts the
-    /// call, `arguments` are its arguments.
+    /// Returns the quantities that a call sets, with their values before any limit. `list` is the
+    /// argument list that accepts the call, and `arguments` are its arguments.
     pub fn values<'a>(
         &'a self,
         list: &'a [Parameter],

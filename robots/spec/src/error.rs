@@ -1,4 +1,4 @@
-//! Mistakes in a robot file: cause, place and cure.
+//! Mistakes in a robot file: cause, place and correction.
 
 use std::fmt;
 
@@ -9,21 +9,21 @@ use crate::signature::{MAX_PARAMETERS, Type};
 /// A mistake in a robot file.
 pub type RobotError = FileError<Cause>;
 
-/// The reasons why a robot could not be read; at least one. Its `Display` is a message for people: place, cause, source
-/// line and help of each.
+/// The reasons why a robot could not be read; at least one. `Display` writes a message for people:
+/// place, cause, source line and help of each mistake.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct RobotErrors(pub Vec<RobotError>);
 
 /// A mistake, one variant for each cause.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub enum Cause {
-    /// `--robot` names no robot that ships; `known` are those that do.
+    /// `--robot` names no robot that ships; `known` are the robots that do.
     UnknownRobot { name: String, known: Vec<String> },
     /// The file cannot be read.
     Unreadable { path: String, reason: String },
     /// A mistake that any TOML file can have.
     Toml(TomlError),
-    /// More slots than the machine has room for, beside everything else in it.
+    /// More slots than the machine has room for next to everything else in it.
     TooManySlots { slots: u32, slot_bytes: u32, memory: u32, most: u32, least: u32 },
     /// An address at which no region can begin.
     Unaligned { address: u32, to: u32 },
@@ -31,31 +31,31 @@ pub enum Cause {
     BadLog { size: u32, unit: u32 },
     /// Two regions of memory that share bytes.
     Overlap { key: &'static str, other: &'static str },
-    /// A robot name that is no lower-case word.
+    /// A robot name that is not a lower-case word.
     BadRobotName { name: String },
-    /// A text that must be one line and is empty or has several.
+    /// A text that must be one line but is empty or has several lines.
     NotOneLine { key: String },
-    /// A name that no script could use.
+    /// A name that is not a valid identifier in scripts.
     BadIdentifier { name: String },
     /// A name that the language itself uses.
     Reserved { name: String },
     /// Two functions or tables of one name.
     DuplicateName { name: String, line: usize },
-    /// Two names that are known to images by the same number.
+    /// Two names with the same hash, which images use as the number of a function.
     HashCollision { name: String, other: String },
     /// Two names that give the same constant in generated code.
     ConstantCollision { name: String, other: String, constant: String },
-    /// No list of arguments at all.
+    /// No argument list at all.
     AcceptsNothing,
-    /// A list of argument types that stands there twice.
+    /// Two argument lists with the same types.
     RepeatedList,
     /// A parameter that is not `name: type`.
     BadParameter { text: String },
     /// Two parameters or fields of one name.
     RepeatedParameter { name: String },
-    /// A parameter after one that stands for any number of arguments.
+    /// A parameter after a repeated one, which takes all other arguments.
     AfterRepeated { parameter: String },
-    /// A field that stands for any number of fields.
+    /// A field that is marked as repeated.
     RepeatedField { field: String },
     /// More parameters than a function can have.
     TooManyParameters,
@@ -63,17 +63,17 @@ pub enum Cause {
     UnknownType { name: String },
     /// A table without fields.
     NoFields,
-    /// A key that only another drive or another kind of sensor has.
+    /// A key that belongs to another drive or another kind of sensor.
     KeyOfAnother { key: &'static str, word: &'static str, known: Vec<&'static str> },
-    /// No beam or too many.
+    /// No beam or too many beams.
     NumberOfBeams { count: usize, most: u32 },
-    /// A second link.
+    /// A second sensor that is a link.
     SecondLink { line: usize },
-    /// Something for the simulator in the file of a robot that has no body there.
+    /// A key for the simulator in the file of a robot without a body.
     NoBody { key: &'static str },
     /// A function that does nothing in the simulator.
     NoEffect { name: String },
-    /// A function that returns something and reads nothing.
+    /// A function that returns a value but reads no sensor.
     ReturnsNothingRead { name: String },
     /// A function that reads something and returns nothing.
     ReadsWithoutResult { name: String },
@@ -87,20 +87,20 @@ pub enum Cause {
     BadAmount { text: String },
     /// A parameter that the function does not have.
     UnknownParameter { name: String, known: Vec<String> },
-    /// A parameter that may be something else than a number.
+    /// A parameter that may be something other than a number.
     NoNumber { parameter: String },
     /// A unit that the quantity does not have.
     UnknownUnit { unit: String, key: &'static str, known: Vec<&'static str> },
     /// A sensor that the file does not have.
     UnknownSensor { name: String, known: Vec<String> },
-    /// A value that the sensor does not have, or none where it has several.
+    /// A value that the sensor does not have, or no value for a sensor with several.
     UnknownSensorValue { sensor: String, value: Option<String>, known: Vec<String> },
-    /// A function that reads one of several beams, and does not say which.
+    /// A function that reads one of several beams without a choice of the beam.
     WhichBeam { sensor: String, count: usize, most: usize },
 }
 
 impl RobotErrors {
-    /// The error for a name that is none of the `known` robots.
+    /// Returns the error for a name that is none of the `known` robots.
     pub fn unknown_robot<'a>(name: &str, known: impl IntoIterator<Item = &'a str>) -> RobotErrors {
         let known = known.into_iter().map(str::to_owned).collect();
         let cause = Cause::UnknownRobot { name: name.to_owned(), known };

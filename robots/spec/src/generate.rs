@@ -1,20 +1,21 @@
-//! Rust source of a robot's configuration, for the build script of its firmware.
+//! Generates Rust source of a robot's configuration, for the build script of its firmware.
 
 use crate::{Layout, OnFault, Robot, Setting, name_hash};
 use std::fmt::Write;
 
-/// Rust source with the sizes of the robot's virtual machine, and the numbers of its functions.
+/// Returns Rust source with the sizes of the robot's virtual machine and the numbers of its
+/// functions.
 ///
 /// The build script writes it to `OUT_DIR` and the firmware includes it in a module:
 /// ```text
 /// mod robot { include!(concat!(env!("OUT_DIR"), "/robot.rs")); }
 /// match hash { robot::function::LED => ..., robot::function::SET_MOTOR => ..., _ => ... }
 /// ```
-/// Sizes are `usize` constants named as in the robot file (`SLOTS`, ...), with `PROFILE` and `NAME` beside them. Where the
-/// robot file has a `[layout]`, its regions are `FLASH_ADDRESS`, `FLASH_SIZE`, `SCRIPT_ADDRESS` and so on, named as in
-/// [`Layout::memory_x`].
-/// `function` holds one `u16` constant per function, `setting` one `usize` per setting; `FUNCTIONS` lists number and name of all
-/// functions.
+/// Sizes are `usize` constants named as in the robot file (`SLOTS`, ...), together with `PROFILE`
+/// and `NAME`. If the robot file has a `[layout]`, its regions are `FLASH_ADDRESS`, `FLASH_SIZE`,
+/// `SCRIPT_ADDRESS` and so on, named as in [`Layout::memory_x`]. The module `function` has one
+/// `u16` constant per function, and `setting` has one `usize` per setting. `FUNCTIONS` lists number
+/// and name of all functions.
 pub fn generate_rust(robot: &Robot) -> String {
     let mut out = String::new();
     // Writing to a String cannot fail.
@@ -95,7 +96,7 @@ fn write(robot: &Robot, out: &mut String) -> std::fmt::Result {
     writeln!(out, "];")
 }
 
-/// The Rust constant for a function: `goTo` is `GO_TO`.
+/// Returns the name of the Rust constant for a function: `goTo` is `GO_TO`.
 pub fn constant(name: &str) -> String {
     let mut constant = String::new();
     let mut previous_is_lower = false;

@@ -10,52 +10,57 @@ const NUMBER_BYTES: usize = 4;
 /// Bytes before the image in the script region: its length as a `u32`, or its length and a checksum (`bittybuzz_runtime::section`).
 const SCRIPT_HEADER: u32 = 4;
 
-/// Bytes of a place of a log of scripts, and of the mark at its end (`bittybuzz_runtime::places`).
+/// Bytes of a place in a log of scripts, and of the mark at the end of a place
+/// (`bittybuzz_runtime::places`).
 pub(crate) const PLACE: u32 = 4096;
 const MARK: u32 = 8;
 
-/// Sequence number of a script that is written together with its copy: nothing older is left then.
+/// Sequence number of a script that is written together with its copy, which leaves no older
+/// script.
 const SEQUENCE: u32 = 1;
 
 /// Regions of a chip's memory, none overlapping another.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Layout {
-    /// Flash of the firmware, from its vector table on.
+    /// Flash of the firmware, starting with its vector table.
     pub application: Region,
-    /// Flash of the script, which no part of the firmware shares an erasable sector with: a header, then the image. The
-    /// header is the length of the image (a `u16`, least significant byte first) and a checksum; see `bittybuzz_runtime::section`.
+    /// Flash of the script: a header, then the image. The region shares no erasable sector with the
+    /// firmware. The header is the length of the image (a `u16`, least significant byte first) and
+    /// a checksum; see `bittybuzz_runtime::section`.
     pub script: Region,
-    /// True if the script region is a log: two sectors of equal size with places of 4 KiB, of which the newest whole one
-    /// counts, so that a loss of power while it is written leaves a script. See `bittybuzz_runtime::places`.
+    /// True if the script region is a log: two sectors of equal size with places of 4 KiB. The
+    /// newest complete place is used, so that a loss of power during a write leaves a script. See
+    /// `bittybuzz_runtime::places`.
     pub script_log: bool,
     /// RAM for variables.
     pub ram: Region,
-    /// RAM for the stack alone, best with no memory below, so that a full stack is a fault and damages no variable. `None`
-    /// if the stack grows down from the end of `ram`.
+    /// RAM for the stack alone. With no memory below it, a stack overflow is a fault and damages no
+    /// variable. `None` if the stack grows down from the end of `ram`.
     pub stack: Option<Region>,
-    /// Flash of the robot's id, which nothing else shares an erasable sector with: see [`Layout::id_section`]. `None`
-    /// where no id can be assigned.
+    /// Flash of the robot's id, in an erasable sector of its own: see [`Layout::id_section`].
+    /// `None` if no id can be assigned.
     pub id: Option<Region>,
-    /// Flash of the robot's settings, likewise: see [`Layout::settings_section`]. `None` where there are none.
+    /// Flash of the robot's settings, in an erasable sector of its own: see
+    /// [`Layout::settings_section`]. `None` if there are none.
     pub settings: Option<Region>,
 }
 
 /// A region of memory.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Region {
-    /// Its first byte.
+    /// The address of the first byte.
     pub address: u32,
-    /// Its size in bytes. It ends within the address space.
+    /// The size in bytes. The region ends within the address space.
     pub size: u32,
 }
 
 impl Region {
-    /// Returns the address after its last byte.
+    /// Returns the address after the last byte.
     pub const fn end(self) -> u32 {
         self.address + self.size
     }
 
-    /// Returns true if all of another region is in it.
+    /// Returns true if the region contains all of another one.
     pub const fn contains(self, other: Region) -> bool {
         match other.address.checked_add(other.size) {
             Some(end) => self.address <= other.address && end <= self.end(),
@@ -63,14 +68,14 @@ impl Region {
         }
     }
 
-    /// Returns true if both have a byte in common.
+    /// Returns true if the regions have a byte in common.
     pub const fn overlaps(self, other: Region) -> bool {
         self.address < other.end() && other.address < self.end()
     }
 }
 
 impl Layout {
-    /// Every region with its name in the linker script.
+    /// Returns every region with its name in the linker script.
     pub fn regions(&self) -> impl Iterator<Item = (&'static str, Region)> {
         let stack = self.stack.map(|stack| ("STACK", stack));
         let id = self.id.map(|id| ("ID", id));
@@ -82,20 +87,21 @@ impl Layout {
             .chain(settings)
     }
 
-    /// The first bytes of the id region: the id and its complement, so that erased flash is none; each a `u16`, least
-    /// significant byte first.
+    /// Returns the first bytes of the id region: the id and its complement, each a `u16`, least
+    /// significant byte first. The complement distinguishes an id from erased flash.
     pub fn id_section(id: u16) -> [u8; NUMBER_BYTES] {
         let [[a, b], [c, d]] = [id.to_le_bytes(), (!id).to_le_bytes()];
         [a, b, c, d]
     }
 
-    /// The first bytes of the settings region: each setting as the id, erased where there is no value.
+    /// Returns the first bytes of the settings region. Each setting is encoded like the id, and is
+    /// erased if it has no value.
     pub fn settings_section(values: &[Option<u16>]) -> Vec<u8> {
         let bytes = |value: &Option<u16>| value.map_or([u8::MAX; NUMBER_BYTES], Layout::id_section);
         values.iter().flat_map(bytes).collect()
     }
 
-    /// Bytes of the longest image that fits into the script region.
+    /// Returns the size in bytes of the longest image that fits into the script region.
     pub const fn most_script(&self) -> u32 {
         if self.script_log {
             PLACE - SCRIPT_HEADER - MARK
@@ -105,7 +111,8 @@ impl Layout {
         }
     }
 
-    /// The bytes of the script region for an image, or of a place in its log; `None` if it does not fit.
+    /// Returns the bytes of the script region for an image, or of a place in its log; `None` if the
+    /// image does not fit.
     pub fn script_section(&self, image: &[u8]) -> Option<Vec<u8>> {
         let length = u32::try_from(image.len()).ok()?;
         if length > self.most_script() {
@@ -128,7 +135,8 @@ impl Layout {
         Some(section)
     }
 
-    /// Returns the end of a place, which makes the script in it complete. Must be written last.
+    /// Returns the mark at the end of a place, which makes the script in the place complete. The
+    /// mark must be written last.
     pub fn script_mark(image: &[u8]) -> [u8; MARK as usize] {
         let length = (image.len() as u32).to_le_bytes();
         let sequence = SEQUENCE.to_le_bytes();
@@ -139,17 +147,18 @@ impl Layout {
         [a, b, c, d, e, f, g, h]
     }
 
-    /// The addresses of [`script_section`](Self::script_section), in the order of writing: with a log, the beginning of each of its
-    /// sectors, so that one of them always holds a whole script.
+    /// Returns the addresses of [`script_section`](Self::script_section), in the order of writing.
+    /// A log has one at the beginning of each sector, so that one of them always holds a complete
+    /// script.
     pub fn script_addresses(&self) -> Vec<u32> {
         let Region { address, size } = self.script;
         if self.script_log { vec![address, address + size / 2] } else { vec![address] }
     }
 
-    /// The `memory.x` that cortex-m-rt's linker script includes.
+    /// Returns the `memory.x` that cortex-m-rt's linker script includes.
     ///
-    /// The section `.script` goes to the script region; with a log, `.script_mark` to the end of its first
-    /// place, and `.script_copy` and `.script_copy_mark` to the second sector.
+    /// The section `.script` is in the script region. With a log, `.script_mark` is at the end of
+    /// its first place, and `.script_copy` and `.script_copy_mark` are in the second sector.
     pub fn memory_x(&self) -> String {
         let mut out = String::new();
         // Writing to a String cannot fail.
@@ -162,8 +171,8 @@ impl Layout {
         for (name, Region { address, size }) in self.regions() {
             writeln!(out, "  {name} : ORIGIN = {address:#010x}, LENGTH = {size:#x}")?;
         }
-        // With regions of their own, the bytes between them are no part of the program: they stay
-        // erased.
+        // Because each part has a region of its own, the bytes between them are not part of the
+        // program and stay erased.
         let script = self.script.address;
         let (mark, copy) = (PLACE - MARK, self.script.size / 2);
         let parts =

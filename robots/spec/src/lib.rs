@@ -1,21 +1,23 @@
 //! The robot file: its format, reader and checks, and the constants that build scripts generate from it.
 //!
-//! A robot file says which chip a robot has, which number profile it runs, how large its virtual machine is, and
-//! which functions its scripts may call. Compiler, command line tool, build scripts and documentation all take
-//! these facts from here; none of them is written a second time.
+//! A robot file defines the chip of a robot, its number profile, the size of its virtual machine,
+//! and the functions that its scripts may call. The compiler, the command line tool, the build
+//! scripts and the documentation all take these facts from here; none of them is written a second
+//! time.
 //!
 //! # Principles
-//! * A fact about a robot stands in its TOML file, never in code.
-//! * A file is refused rather than guessed at: unknown keys, missing keys and absurd sizes are errors that name
-//!   line and column and say what to do.
-//! * This crate names no robot: `bittybuzz-robot-files` lists those that ship, and `--robot my-robot.toml` can do what
-//!   they can.
+//! * A fact about a robot is in its TOML file, never in code.
+//! * A file is refused rather than guessed at: unknown keys, missing keys and absurd sizes are
+//!   errors that name line and column and the correction.
+//! * This crate names no robot. `bittybuzz-robot-files` lists the robots that ship, and a robot of
+//!   `--robot my-robot.toml` has the same features.
 //! * Functions are linked by name ([`name_hash`]), so a robot can gain functions without breaking old images.
 //!
 //! # To add a robot
-//! Copy the file of the robot that is most like it. Scripts can be checked, run and simulated for it at once with
-//! `--robot PATH.toml`. To ship it, add it to `robots/files`. Its firmware calls [`generate_rust`] in its build
-//! script and has one Rust function for each `[[function]]` entry. `docs/new-robot.md` leads through all of it.
+//! Copy the file of the most similar robot. Scripts can be checked, run and simulated for it at
+//! once with `--robot PATH.toml`. To ship the robot, add it to `robots/files`. Its firmware calls
+//! [`generate_rust`] in its build script and has one Rust function for each `[[function]]` entry.
+//! `docs/new-robot.md` is a guide through all of this.
 //!
 //! | Key | Meaning |
 //! |---|---|
@@ -51,9 +53,10 @@
 //! A value of `sets` is a number, the name of a parameter, or either of them in a unit: `"speed m/s"`, `"-rate rad/s"`,
 //! `"50 %"` or `"duty of 255"`, where 255 means the largest value that the body has.
 //!
-//! # What it will not do
-//! It knows no pins, clocks or drivers: those are the firmware's. Of a robot's firmware it does not say how a function is
-//! carried out, only how it is called. It is a host crate; nothing of it runs on a robot.
+//! # Limits
+//! The file describes no pins, clocks or drivers, which belong to the firmware. It describes how a
+//! function is called, not how the firmware executes it. This is a host crate; nothing of it runs
+//! on a robot.
 
 mod body;
 mod call;
@@ -86,13 +89,13 @@ pub use trailing::{NoSection, SCRIPT_MARK, find_script_section, script_section};
 /// The content of a robot file.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Robot {
-    /// The word by which the command line knows it, such as `kilobot`.
+    /// The name on the command line, such as `kilobot`.
     pub name: String,
-    /// Its name for people, such as `Crazyflie 2.1`.
+    /// The name in texts for people, such as `Crazyflie 2.1`.
     pub title: String,
     /// The chip as probe-rs and datasheets name it; `None` for a robot that is never flashed.
     pub chip: Option<String>,
-    /// The number profile that its scripts are compiled for by default.
+    /// The number profile for which its scripts are compiled by default.
     pub profile: Profile,
     /// Steps per second.
     pub tick_hz: u32,
@@ -104,20 +107,21 @@ pub struct Robot {
     pub vm: VmSizes,
     /// The parts of its virtual machine: all, or those of a given firmware, see [`Robot::limited_to`].
     pub parts: Parts,
-    /// The most that its firmware may need; `None` for a robot that is never flashed.
+    /// The limits of its firmware; `None` for a robot that is never flashed.
     pub budget: Option<Budget>,
-    /// The places of firmware, script and data on the chip; `None` if no script can be flashed
-    /// alone.
+    /// The places of firmware, script and data on the chip; `None` if a script cannot be flashed
+    /// without the firmware.
     pub layout: Option<Layout>,
     /// The functions that its scripts may call, in the order of the file.
     pub functions: Vec<Function>,
     /// The tables that it keeps up to date for its scripts, in the order of the file.
     pub tables: Vec<SensorTable>,
-    /// The settings of each robot, in the order of the file.
+    /// The settings that each robot has, in the order of the file.
     pub settings: Vec<Setting>,
-    /// The signals that the firmware gives by its lights, in the order of the file.
+    /// The signals that the firmware gives with its lights, in the order of the file.
     pub indicators: Vec<Indicator>,
-    /// The body that the simulator moves; `None` if the simulator has no robot of this kind, or code of its own for it.
+    /// The body that the simulator moves; `None` if the simulator does not have this kind of robot,
+    /// or has code for it.
     pub body: Option<Body>,
     /// The sensors of that body, in the order of the file.
     pub sensors: Vec<Sensor>,
@@ -133,12 +137,12 @@ pub enum Profile {
 }
 
 impl Profile {
-    /// The profile of that name.
+    /// Returns the profile of that name.
     pub fn from_name(name: &str) -> Option<Profile> {
         [Profile::Tiny, Profile::Full].into_iter().find(|profile| profile.name() == name)
     }
 
-    /// Its name in robot files and on the command line.
+    /// Returns the name in robot files and on the command line.
     pub const fn name(self) -> &'static str {
         match self {
             Profile::Tiny => "tiny",
@@ -150,8 +154,8 @@ impl Profile {
 /// The consequence of a fault. A failed `assert` stops the script in either case.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Hash)]
 pub enum OnFault {
-    /// A fault in a listener or in a handler of conflicts ends that call. After any other fault the script starts again
-    /// when a pause is over.
+    /// A fault in a listener or in a handler of conflicts ends that call. After any other fault,
+    /// the script restarts when a pause is over.
     #[default]
     Restart,
     /// Every fault stops the script until power-on.
@@ -167,13 +171,13 @@ impl OnFault {
 /// Sizes of the virtual machine of a robot. A size of 0 leaves that feature out, where 0 is allowed.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct VmSizes {
-    /// Bytes that the whole machine object may take, all else here included.
+    /// Bytes that the whole machine object may take, including all other sizes here.
     pub memory: u32,
     /// Slots of the arena that holds globals, heap and stack; see [`Robot::slot_bytes`].
     pub slots: u32,
-    /// Neighbours remembered at a time; 0 leaves `neighbors` out.
+    /// The largest number of neighbours that are remembered; 0 leaves `neighbors` out.
     pub neighbors: u32,
-    /// True if it measures the direction of a neighbour; true if left out.
+    /// True if the robot measures the direction of a neighbour; true if left out.
     pub bearings: bool,
     /// Messages that can wait to be read by the script.
     pub in_queue: u32,
@@ -181,19 +185,20 @@ pub struct VmSizes {
     pub out_queue: u32,
     /// Entries of all stigmergies together; 0 leaves `stigmergy` out.
     pub stigmergy_entries: u32,
-    /// Swarms known at a time, at most 8; 0 leaves `swarm` out.
+    /// The largest number of swarms that are known, at most 8; 0 leaves `swarm` out.
     pub swarms: u32,
-    /// True if it has the floating-point functions of `math`, and powers; true if left out.
+    /// True if the machine has the floating-point functions of `math`, and powers; true if left
+    /// out.
     pub maths: bool,
     /// Steps of silence after which a beacon is sent; 10 if left out.
     pub beacon_steps: u32,
-    /// Steps after which a neighbour that was not heard is forgotten; 30 if left out.
+    /// Steps without a message after which a neighbour is forgotten; 30 if left out.
     pub forget_steps: u32,
-    /// Steps between two advertisements of stigmergy entries where nothing changes; 20 if left out.
+    /// Steps between two advertisements of stigmergy entries while nothing changes; 20 if left out.
     pub advertise_steps: u32,
 }
 
-/// The most that the firmware of a robot may need.
+/// The limits of a robot's firmware.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Budget {
     /// Bytes of flash, script included.
@@ -207,20 +212,20 @@ pub struct Budget {
 pub struct Function {
     /// Its name in scripts.
     pub name: String,
-    /// The argument lists that it accepts, none twice; at least one.
+    /// The argument lists that it accepts: at least one, and no list twice.
     pub accepts: Vec<Vec<Parameter>>,
     /// The type of its result; `None` if it returns nil.
     pub returns: Option<Type>,
-    /// True if it finishes later: the script waits for it, the robot does not.
+    /// True if the function finishes later. The script waits for it, but the robot does not.
     pub waits: bool,
     /// Its effect, with units, in one line.
     pub help: String,
-    /// The effect in the simulator: `Some` where the robot has a [`Body`].
+    /// The effect in the simulator; `Some` if the robot has a [`Body`].
     pub effect: Option<Effect>,
 }
 
 impl Function {
-    /// The number by which images know it.
+    /// Returns the number of the function in images.
     pub const fn hash(&self) -> u16 {
         name_hash(self.name.as_str())
     }
@@ -240,8 +245,8 @@ impl Function {
     }
 }
 
-/// A number in which one robot differs from others of its kind. `bbz flash --set` writes it to flash, where new scripts and
-/// firmware leave it.
+/// A number in which one robot differs from others of its kind. `bbz flash --set` writes it to
+/// flash, where it survives new scripts and firmware.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Setting {
     /// Its name, such as `range_mm`.
@@ -250,23 +255,24 @@ pub struct Setting {
     pub least: u16,
     /// The largest value.
     pub most: u16,
-    /// Its meaning, with its unit and the value without it, in one line.
+    /// One line of help: the meaning, the unit, and the value that is used without the setting.
     pub help: String,
 }
 
-/// A signal that the firmware gives by the robot's lights, in place of the script's color or beside it.
+/// A signal that the firmware gives with the robot's lights, in place of or in addition to the
+/// script's color.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Indicator {
-    /// The light as people see it, such as `red, blinking`, in one line.
+    /// One line that describes the light as people see it, such as `red, blinking`.
     pub shows: String,
-    /// The state of the robot, and the cure where there is one, in one line.
+    /// One line with the state of the robot and, if there is one, the remedy.
     pub means: String,
 }
 
 /// A table that a robot keeps up to date for its scripts.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct SensorTable {
-    /// The global that holds it, such as `pos`.
+    /// The global that holds the table, such as `pos`.
     pub name: String,
     /// Its fields; at least one.
     pub fields: Vec<Parameter>,
@@ -275,7 +281,7 @@ pub struct SensorTable {
 }
 
 impl Robot {
-    /// Reads a robot file. `path` is only used to name the file in errors.
+    /// Reads a robot file. `path` only serves to name the file in errors.
     pub fn parse(text: &str, path: &str) -> Result<Robot, RobotErrors> {
         read::robot(text, path)
     }
@@ -289,12 +295,12 @@ impl Robot {
         }
     }
 
-    /// The function of that name.
+    /// Returns the function of that name.
     pub fn function(&self, name: &str) -> Option<&Function> {
         self.functions.iter().find(|function| function.name == name)
     }
 
-    /// The table of that name.
+    /// Returns the table of that name.
     pub fn table(&self, name: &str) -> Option<&SensorTable> {
         self.tables.iter().find(|table| table.name == name)
     }

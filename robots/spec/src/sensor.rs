@@ -7,34 +7,38 @@ pub struct Sensor {
     pub name: String,
     /// The kind of sensor and its limits.
     pub kind: SensorKind,
-    /// Standard deviation of a value, in the unit of the value; 0 if left out. Of a [`SensorKind::RangeAndBearing`] it is
-    /// that of the distance.
+    /// Standard deviation of a value, in the unit of the value; 0 if left out. For a
+    /// [`SensorKind::RangeAndBearing`] it applies to the distance.
     pub noise: f64,
-    /// New values per second; `None`, if left out: one in every tick of the world.
+    /// New values per second; `None`, if left out, stands for one in every tick of the world.
     pub rate_hz: Option<f64>,
 }
 
-/// The quantity that a sensor measures. Directions are in degrees from where the robot looks, anticlockwise.
+/// The quantity that a sensor measures. Directions are in degrees relative to the robot's heading,
+/// anticlockwise.
 #[derive(Debug, Clone, PartialEq)]
 pub enum SensorKind {
-    /// Distances in mm from the rim of the robot to the next obstacle, wall or robot, along beams.
+    /// Distances in mm from the rim of the robot to the nearest obstacle, wall or robot, along
+    /// beams.
     Proximity {
         /// Direction of each beam; at least one.
         directions_deg: Vec<f64>,
         /// The largest distance that is measured, in mm.
         range_mm: f64,
-        /// The value where nothing is in range; `range_mm` if left out.
+        /// The value when nothing is in range; `range_mm` if left out.
         nothing: f64,
     },
     /// Brightness of lamps and ambient light, 0 (dark) to 1023.
     Light {
-        /// The direction in which it looks; `None`, if left out: it sees all directions alike.
+        /// The direction in which the sensor looks; with `None`, if left out, it is equally
+        /// sensitive in all directions.
         direction_deg: Option<f64>,
     },
     /// Brightness of the ground below the middle of the robot, 0 (black) to 1023 (white).
     Ground,
-    /// The link over which robots exchange messages, and with it distance and direction of the neighbors. A robot
-    /// without such a sensor neither sends nor receives a message. A robot has at most one.
+    /// The link over which robots exchange messages, and which measures distance and direction of
+    /// the neighbors. A robot without such a sensor neither sends nor receives a message. A robot
+    /// has at most one.
     RangeAndBearing {
         /// The largest distance between the middles of two robots that exchange messages, in mm.
         range_mm: f64,
@@ -43,11 +47,11 @@ pub enum SensorKind {
     },
     /// Voltage of the battery in mV, which falls evenly from full to empty.
     Battery {
-        /// At the start, in mV.
+        /// Voltage at the start, in mV.
         full_mv: f64,
-        /// At the end, in mV.
+        /// Voltage at the end, in mV.
         empty_mv: f64,
-        /// Minutes from full to empty. The robot stops when it is empty.
+        /// Minutes from full to empty. The robot stops when the battery is empty.
         minutes: f64,
     },
 }
@@ -59,8 +63,8 @@ pub enum SensorValue {
     Only,
     /// The distance along a beam of a proximity sensor, by its number from 0.
     Beam(usize),
-    /// The distance along the beam whose number, from 0, is the only argument of the function. Another number is out of
-    /// range.
+    /// The distance along the beam whose number, from 0, is the only argument of the function. A
+    /// call with another number fails as out of range.
     BeamOfArgument,
     /// Distance in mm to the nearest robot in range; the range if there is none.
     NearestDistance,
@@ -73,14 +77,14 @@ pub enum SensorValue {
 /// A sensor, and the value of it that a function returns.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Reading {
-    /// The place of the sensor in [`Robot::sensors`](crate::Robot::sensors).
+    /// Index of the sensor in [`Robot::sensors`](crate::Robot::sensors).
     pub sensor: usize,
-    /// Which of its values.
+    /// The value of the sensor that is read.
     pub value: SensorValue,
 }
 
 impl SensorValue {
-    /// The text after the sensor's name in robot files: empty, or a point and the value.
+    /// Returns the text after the sensor's name in robot files: empty, or a point and the value.
     pub fn suffix(self) -> String {
         match self {
             SensorValue::Only | SensorValue::BeamOfArgument => String::new(),
@@ -91,7 +95,7 @@ impl SensorValue {
         }
     }
 
-    /// Its unit, of a sensor of that kind.
+    /// Returns the unit of the value for a sensor of that kind.
     pub const fn unit(self, kind: &SensorKind) -> &'static str {
         match (self, kind) {
             (SensorValue::NearestBearing, _) => "degrees",
@@ -104,7 +108,7 @@ impl SensorValue {
 }
 
 impl SensorKind {
-    /// The word of robot files.
+    /// Returns the word in robot files.
     pub const fn name(&self) -> &'static str {
         match self {
             SensorKind::Proximity { .. } => "proximity",

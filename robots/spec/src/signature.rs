@@ -1,11 +1,11 @@
-//! The compact notation for parameters and fields: `"x: number, y: number"`, and `"values: any..."` for any number of
-//! arguments.
+//! The compact notation for parameters and fields: `"x: number, y: number"`, and `"values: any..."`
+//! for a variable number of arguments.
 
 use crate::error::Cause;
 use std::fmt;
 use std::ops::Range;
 
-/// The most parameters of a robot function.
+/// The largest number of parameters of a robot function.
 pub const MAX_PARAMETERS: usize = 7;
 
 /// The type of a parameter, a result or a field.
@@ -13,7 +13,7 @@ pub const MAX_PARAMETERS: usize = 7;
 pub enum Type {
     /// An integer.
     Int,
-    /// As a parameter an int or a float; as a result or a field a float.
+    /// An int or a float for a parameter, a float for a result or a field.
     Number,
     /// A string.
     String,
@@ -30,7 +30,7 @@ impl Type {
     pub const ALL: [Type; 6] =
         [Type::Int, Type::Number, Type::String, Type::Table, Type::Function, Type::Any];
 
-    /// Its name in robot files.
+    /// Returns the name in robot files.
     pub const fn name(self) -> &'static str {
         match self {
             Type::Int => "int",
@@ -59,11 +59,12 @@ impl fmt::Display for Type {
 /// A parameter of a function, or a field of a table.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Parameter {
-    /// Its name, for messages and documentation.
+    /// The name, for messages and documentation.
     pub name: String,
     /// The type that it accepts or holds.
     pub kind: Type,
-    /// True for a last parameter that stands for any number of arguments, also for none: `values: any...`.
+    /// True for a last parameter that stands for any number of arguments, including none:
+    /// `values: any...`.
     pub is_repeated: bool,
 }
 
@@ -77,7 +78,8 @@ impl fmt::Display for Parameter {
 /// The mark after the type of a repeated parameter.
 const REPEATED: &str = "...";
 
-/// Returns true if a call with that many arguments passes all parameters of the list, and no more.
+/// Returns true if a call with that many arguments passes all parameters of the list and no other
+/// arguments.
 pub fn takes_count(list: &[Parameter], count: usize) -> bool {
     match list.split_last() {
         Some((last, others)) if last.is_repeated => others.len() <= count,
@@ -85,12 +87,12 @@ pub fn takes_count(list: &[Parameter], count: usize) -> bool {
     }
 }
 
-/// Returns the parameter of an argument, counted from 0.
+/// Returns the parameter for an argument, which counts from 0.
 pub fn parameter_at(list: &[Parameter], argument: usize) -> Option<&Parameter> {
     list.get(argument).or_else(|| list.last().filter(|last| last.is_repeated))
 }
 
-/// A mistake in a list, and its place in it (bytes).
+/// A mistake in a list, and its byte range in the text.
 pub type ListError = (Range<usize>, Cause);
 
 /// Reads a list of parameters. An empty or blank text is the empty list.
@@ -99,7 +101,7 @@ pub fn parse_list(text: &str) -> Result<Vec<Parameter>, ListError> {
     if text.trim().is_empty() {
         return Ok(list);
     }
-    // Every part is a slice of `text`, so that its address gives its place.
+    // Every part is a slice of `text`, so its address gives its place.
     let span_of = |part: &str| {
         let start = part.as_ptr().addr() - text.as_ptr().addr();
         start..start + part.len()
@@ -132,7 +134,7 @@ pub fn parse_list(text: &str) -> Result<Vec<Parameter>, ListError> {
     Ok(list)
 }
 
-/// Returns true if a script could use the text as a name, keywords aside.
+/// Returns true if a script could use the text as a name; keywords are not checked.
 pub fn is_identifier(text: &str) -> bool {
     let mut characters = text.chars();
     characters.next().is_some_and(|first| first.is_ascii_alphabetic() || first == '_')

@@ -5,7 +5,7 @@ mod simulated;
 use super::*;
 use std::collections::HashMap;
 
-/// A file that is right, which each case below spoils in one place.
+/// A correct file, in which each case below spoils one place.
 const GOOD: &str = r#"name = "toy"
 title = "Toy robot"
 chip = "STM32F051C8"
@@ -53,13 +53,13 @@ help = "drives there"
 /// Name of the cause (as `Debug` prints it), line, column, and a part of the whole message.
 struct Expected(&'static str, usize, usize, &'static str);
 
-/// Spoils a file that is right in one place: the first occurrence of `from` becomes `to`.
+/// Spoils a correct file in one place: the first occurrence of `from` becomes `to`.
 fn spoiled(right: &str, from: &str, to: &str) -> String {
     assert!(right.contains(from), "{from}");
     right.replacen(from, to, 1)
 }
 
-/// Spoils a file that is right by each case, and compares its error.
+/// Spoils a correct file by each case, and compares the error.
 fn expect_errors(right: &str, cases: &[(&str, &str, Expected)]) {
     for (from, to, Expected(cause, line, column, part)) in cases {
         let error = error_of(&spoiled(right, from, to));
@@ -339,7 +339,8 @@ fn a_key_unlike_any_other_does_not_stand_for_a_missing_one() {
 
 #[test]
 fn colliding_hashes_are_refused() {
-    // Found by search: two names of one hash are rare, but a robot must not have both.
+    // These names were found by a search. Two names with one hash are rare, but a robot must not
+    // have both.
     let mut seen = HashMap::new();
     let (one, other) = (0..)
         .map(|i| format!("f{i}"))
@@ -395,7 +396,7 @@ fn odd_files_are_refused_without_panic() {
     for text in ["", "\u{feff}", "[", "\0", "name", "= 1", "[vm]\n[vm]", "name = '''\n", "\r\n"] {
         assert!(Robot::parse(text, "odd.toml").is_err(), "{text:?}");
     }
-    // Every prefix of a good file ends somewhere else.
+    // Each prefix of a correct file ends at another place.
     let whole = GOOD.trim_end();
     for end in 0..whole.len() {
         if let Err(error) = Robot::parse(&whole[..end], "toy.toml") {

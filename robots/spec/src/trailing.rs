@@ -1,4 +1,5 @@
-//! Scripts that lie right behind the program in flash, where nobody can say beforehand how long the program is: a mark tells where.
+//! Scripts that directly follow the program in flash. The length of the program is not known
+//! beforehand, so a mark shows where the script begins.
 //!
 //! ```text
 //! mark (4) | parts of the machine (u16, see [`Parts`]) | length of the rest (u16, least significant byte first) | image with its seal
@@ -9,24 +10,26 @@ use bittybuzz_vm_core::{Part, Parts};
 
 use crate::Robot;
 
-/// The first bytes of such a section.
+/// The first bytes of the section of a script.
 pub const SCRIPT_MARK: [u8; 4] = *b"bbz\x02";
 
 /// Bytes before the image.
 const HEADER: usize = SCRIPT_MARK.len() + 4;
 
-/// A reason why there is no place for a script in a program.
+/// A reason why a program has no place for a script.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum NoSection {
     /// There is no mark.
     Missing,
     /// There are several marks, or bytes follow the script.
     Ambiguous,
-    /// The program was built by another version: its own script is an image of this one.
+    /// The program was built by another version of the toolchain: its own script is an image of
+    /// this version.
     Version(u8),
 }
 
-/// The section with a sealed image, for a machine with these parts; `None` if the image is too long.
+/// Returns the section with a sealed image for a machine with these parts; `None` if the image is
+/// too long.
 pub fn script_section(parts: Parts, sealed: &[u8]) -> Option<Vec<u8>> {
     let length = u16::try_from(sealed.len()).ok()?.to_le_bytes();
     Some([&SCRIPT_MARK[..], &parts.bits().to_le_bytes(), &length, sealed].concat())
@@ -54,7 +57,7 @@ pub fn find_script_section(program: &[u8]) -> Result<(usize, Parts), NoSection> 
 }
 
 impl Robot {
-    /// This robot with firmware whose machine has only these parts.
+    /// Returns this robot with firmware whose machine has only these parts.
     pub fn limited_to(mut self, parts: Parts) -> Robot {
         self.parts = parts;
         self.vm.maths &= parts.has(Part::Maths);
@@ -96,7 +99,7 @@ mod tests {
         let behind = [&section[..], b"more"].concat();
         assert_eq!(find_script_section(&behind), Err(NoSection::Ambiguous));
         assert_eq!(find_script_section(&section[..10]), Err(NoSection::Ambiguous));
-        // Its own script is an image of version 1.
+        // The program's own script is an image of version 1.
         let old = script_section(Parts::NONE, &[MAGIC, 0x81, 0, 1, 2, 3, 4]).unwrap();
         let program = [&[7; 30][..], &old].concat();
         assert_eq!(find_script_section(&program), Err(NoSection::Version(1)));

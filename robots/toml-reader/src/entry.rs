@@ -10,17 +10,18 @@ use crate::place::{Place, Source};
 use crate::reader::Reader;
 use crate::section::Section;
 
-/// A value of the file, its key and its place. A function that returns `None` has noted the mistake.
+/// A value of the file, its key and its place. A function that returns `None` has recorded the
+/// mistake.
 pub struct Entry<'a, C> {
-    /// The state of the pass, where mistakes are noted.
+    /// The state of the pass, which records mistakes.
     pub reader: &'a Reader<'a, C>,
     pub(crate) source: &'a Source<'a>,
-    /// The key; of an element of a list, the key of the list.
+    /// The key; for an element of a list, the key of the list.
     pub key: String,
-    /// The path that an override has for it.
+    /// The path of the value in overrides.
     pub(crate) path: String,
     pub(crate) span: Range<usize>,
-    /// The value as the TOML parser has it.
+    /// The value from the TOML parser.
     pub value: &'a DeValue<'a>,
 }
 
@@ -32,14 +33,15 @@ impl<C> Clone for Entry<'_, C> {
 }
 
 impl<'a, C: Cause> Entry<'a, C> {
-    /// Notes a mistake at this value.
+    /// Records a mistake at this value.
     pub fn fail(&self, cause: impl Into<C>) {
         self.reader.note(cause, || Some(self.place()));
     }
 
-    /// Notes a mistake at a part of this string, given in bytes of its content.
+    /// Records a mistake at a part of this string, given in bytes of its content.
     pub fn fail_within(&self, part: Range<usize>, cause: impl Into<C>) {
-        // Escapes and triple quotes make the place of the part unclear: then the whole string is meant.
+        // With escapes or triple quotes, the place of the part is unknown, and the place is that of
+        // the whole string.
         let inner = self.span.start + 1..self.span.end.saturating_sub(1);
         let is_plain = self.source.text.get(inner.clone()) == self.value.as_str();
         let span = match is_plain {
@@ -54,7 +56,7 @@ impl<'a, C: Cause> Entry<'a, C> {
         self.source.place(self.span.clone())
     }
 
-    /// Notes that the value has another type than the key takes.
+    /// Records that the value has another type than the key takes.
     pub fn wrong_type(&self, expected: &'static str) {
         let found = match self.value {
             DeValue::String(_) => "a string",
@@ -68,7 +70,7 @@ impl<'a, C: Cause> Entry<'a, C> {
         self.fail(TomlError::WrongType { key: self.key.clone(), expected, found });
     }
 
-    /// Returns the string; any other type is a mistake.
+    /// Returns the string. Any other type is a mistake.
     pub fn string(&self) -> Option<&'a str> {
         let DeValue::String(text) = self.value else {
             self.wrong_type("a string");
@@ -77,7 +79,7 @@ impl<'a, C: Cause> Entry<'a, C> {
         Some(text)
     }
 
-    /// Returns the truth value; any other type is a mistake.
+    /// Returns the truth value. Any other type is a mistake.
     pub fn boolean(&self) -> Option<bool> {
         let DeValue::Boolean(value) = self.value else {
             self.wrong_type("true or false");
@@ -86,7 +88,7 @@ impl<'a, C: Cause> Entry<'a, C> {
         Some(*value)
     }
 
-    /// Returns the meaning of a word out of a list.
+    /// Returns the meaning of the word in a list of words.
     pub fn word<T: Copy>(&self, words: &[(&'static str, T)]) -> Option<T> {
         let text = self.string()?;
         let found = words.iter().find(|(word, _)| *word == text);
@@ -98,7 +100,7 @@ impl<'a, C: Cause> Entry<'a, C> {
         found.map(|(_, meaning)| *meaning)
     }
 
-    /// Returns the number, integer or float, in any range.
+    /// Returns the number, an integer or a float in any range.
     fn any_number(&self) -> Option<f64> {
         match self.value {
             DeValue::Integer(number) => {
@@ -109,7 +111,7 @@ impl<'a, C: Cause> Entry<'a, C> {
         }
     }
 
-    /// Returns the number, integer or float; one out of the range is a mistake.
+    /// Returns the number, an integer or a float. A number out of the range is a mistake.
     pub fn number(&self, range: RangeInclusive<f64>) -> Option<f64> {
         let Some(value) = self.any_number() else {
             self.wrong_type("a number");
@@ -118,7 +120,7 @@ impl<'a, C: Cause> Entry<'a, C> {
         if range.contains(&value) {
             return Some(value);
         }
-        // The largest number of the format is no limit that a person means.
+        // The largest float is not a limit that a person would understand.
         let bound = |bound: &f64| (bound.abs() < f64::MAX).then(|| number_text(*bound));
         let range = match (bound(range.start()), bound(range.end())) {
             (Some(start), Some(end)) => format!("a number from {start} to {end}"),
@@ -130,7 +132,7 @@ impl<'a, C: Cause> Entry<'a, C> {
         None
     }
 
-    /// Returns the integer; a float or one out of the range is a mistake.
+    /// Returns the integer. A float or an integer out of the range is a mistake.
     pub fn integer(&self, range: RangeInclusive<u32>) -> Option<u32> {
         let DeValue::Integer(number) = self.value else {
             self.wrong_type("an integer");
@@ -185,7 +187,7 @@ impl<'a, C: Cause> Entry<'a, C> {
         Some(numbers)
     }
 
-    /// Returns the table, and notes the keys that a section of that name does not have.
+    /// Returns the table, and records the keys that a section of that name does not have.
     pub fn section(&self, name: &'static str) -> Option<Section<'a, C>> {
         let DeValue::Table(table) = self.value else {
             self.wrong_type("a table");
@@ -196,7 +198,7 @@ impl<'a, C: Cause> Entry<'a, C> {
     }
 }
 
-/// Returns the text of a number for messages: powers of ten instead of hundreds of digits.
+/// Returns the text of a number for messages, with a power of ten instead of hundreds of digits.
 pub fn number_text(number: f64) -> String {
     let size = number.abs();
     if number.is_finite() && number != 0.0 && !(1e-6..1e15).contains(&size) {

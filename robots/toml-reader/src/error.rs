@@ -1,25 +1,25 @@
-//! Mistakes in a file, and their cures.
+//! Mistakes in a file, and their corrections.
 
 use std::fmt;
 
-/// The number of mistakes that are kept of one file.
+/// The largest number of mistakes that are kept for a file.
 pub const LIMIT: usize = 100;
 
-/// The names that a help lists at most.
+/// The largest number of names in a help text.
 const LISTED: usize = 24;
 
-/// A reason why a format refuses a file. Its `Display` is one sentence.
+/// A reason why a format refuses a file. `Display` writes one sentence.
 pub trait Cause: fmt::Display + PartialEq + From<TomlError> {
-    /// Returns the cure, if the sentence does not name it.
+    /// Returns the correction, if the sentence does not contain it.
     fn help(&self) -> Option<String>;
 }
 
-/// A mistake in a file. Its `Display` is the sentence of the cause.
+/// A mistake in a file. `Display` writes the sentence of the cause.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct FileError<C> {
     /// The mistake.
     pub cause: C,
-    /// Its place; `None` if there is no text to point into.
+    /// Place of the mistake; `None` if there is no text to point into.
     pub place: Option<Box<crate::Place>>,
 }
 
@@ -30,30 +30,30 @@ pub enum TomlError {
     Syntax { message: String },
     /// The file is not TOML: a bracket or brace has no partner.
     Unclosed { open: char, close: char },
-    /// A key that means nothing here.
+    /// A key that the section does not have.
     UnknownKey { key: String, section: &'static str, known: Vec<&'static str> },
-    /// A key that must be there is not.
+    /// A required key is missing.
     MissingKey { key: &'static str, section: &'static str },
     /// A value of another type than the key takes.
     WrongType { key: String, expected: &'static str, found: &'static str },
-    /// A number that is not in its range.
+    /// A number out of its range.
     OutOfRange { key: String, value: String, range: String },
-    /// A word that is none of those that the key takes.
+    /// A word that the key does not take.
     UnknownWord { key: String, word: String, known: Vec<String> },
-    /// None of several keys, of which one is needed.
+    /// None of several keys, one of which is required.
     NoneOf { section: &'static str, keys: &'static [&'static str] },
     /// Two keys that exclude each other.
     Both { key: &'static str, other: &'static str },
     /// A list of the wrong length.
     Length { key: String, expected: &'static str, found: usize },
-    /// An override names no table of that number.
+    /// An override for an entry of a list that does not exist.
     NoSuchEntry { path: String, count: usize },
     /// More mistakes than [`LIMIT`].
     More { count: usize },
 }
 
 impl<C: Cause> FileError<C> {
-    /// Returns the cure, if the message does not name it.
+    /// Returns the correction, if the message does not contain it.
     pub fn help(&self) -> Option<String> {
         self.cause.help()
     }
@@ -100,7 +100,7 @@ impl fmt::Display for TomlError {
 }
 
 impl TomlError {
-    /// Returns the cure, if the message does not name it.
+    /// Returns the correction, if the message does not contain it.
     pub fn help(&self) -> Option<String> {
         match self {
             TomlError::UnknownKey { key, known, .. } => Some(one_of(key, known)),
@@ -119,8 +119,8 @@ impl TomlError {
     }
 }
 
-/// Returns help for a name that is not known: the likely one, else the known ones. Only the first word of forms such as
-/// `global.NAME` and `distance(X, Y)` is compared.
+/// Returns help for an unknown name: the likely name if there is one, else the known names. Only
+/// the first word of forms such as `global.NAME` and `distance(X, Y)` is compared.
 pub fn one_of<T: AsRef<str>>(name: &str, known: &[T]) -> String {
     if let Some(likely) = likely(name, known) {
         return format!("did you mean `{likely}`?");
@@ -138,11 +138,12 @@ pub(crate) fn likely<'a, T: AsRef<str>>(name: &str, known: &'a [T]) -> Option<&'
     let most = length.max(3) / 3;
     let distance = |known: &str| {
         let word = known.split(['.', '(']).next().unwrap_or_default();
-        // A key without its unit, such as `radius` for `radius_mm`.
+        // The name may be a key without its unit, such as `radius` for `radius_mm`.
         if !name.is_empty() && word.strip_prefix(name).is_some_and(|rest| rest.starts_with('_')) {
             return Some(1);
         }
-        // Each character that one word has more than the other is a step: no need to compare the rest.
+        // The difference in length is a lower bound of the distance, so distant words need no
+        // comparison.
         let is_near = word.chars().count().abs_diff(length) <= most;
         is_near.then(|| strsim::damerau_levenshtein(name, word)).filter(|steps| *steps <= most)
     };

@@ -1,40 +1,43 @@
-//! Files of limited size: every file that people or programs give to a command is read here.
+//! Reads files of limited size: every file that people or programs give to a command.
 
 use std::fmt;
 use std::fs::{self, File, FileType};
 use std::io::{self, Read};
 use std::path::{Path, PathBuf};
 
-/// Bytes of a text that people write: scenarios, robot files.
+/// The limit for a text that people write, in bytes: scenarios, robot files.
 pub const MOST_TEXT: u64 = 4 << 20;
 
-/// Bytes of a file that a compiler made of a script: images, symbols, Buzz object files.
+/// The limit for a file that a compiler made of a script, in bytes: images, symbols, Buzz object
+/// files.
 pub const MOST_COMPILED: u64 = 64 << 20;
 
-/// Bytes of a program, the data of debuggers included: ELF, Intel hex.
+/// The limit for a program with the data of debuggers, in bytes: ELF, Intel hex.
 pub const MOST_PROGRAM: u64 = 256 << 20;
 
-/// Bytes of a recording of `bbz sim`: three hours of 20,000 robots that all move, with a sample each second.
+/// The limit for a recording of `bbz sim`, in bytes: three hours of 20,000 robots that all move,
+/// with a sample each second.
 pub const MOST_RECORDING: u64 = 1 << 30;
 
-/// Symbolic links that are followed, as Linux does.
+/// The largest number of symbolic links that are followed, as in Linux.
 const MOST_LINKS: usize = 40;
 
 /// A reason why a file cannot be read, without its name.
 #[derive(Debug)]
 pub enum ReadError {
-    /// The system refuses.
+    /// The operating system returned an error.
     Io(io::Error),
-    /// A folder.
+    /// The path is a folder.
     Folder,
-    /// Neither a file nor a folder: a pipe, device or socket, on which a program may wait for ever.
+    /// The path is neither a file nor a folder: a pipe, device or socket, on which a program may
+    /// wait for ever.
     NotAFile(&'static str),
-    /// More bytes than such a file can have.
+    /// The file has more bytes than the limit.
     TooLarge {
-        /// The most bytes.
+        /// The limit in bytes.
         limit: u64,
     },
-    /// A text that is not UTF-8.
+    /// The text is not UTF-8.
     NotText,
 }
 
@@ -68,7 +71,7 @@ pub fn read(path: &Path, limit: u64) -> Result<Vec<u8>, ReadError> {
         return Err(too_large);
     }
     let mut bytes = Vec::new();
-    // A stream has no length, and a file may grow meanwhile.
+    // A stream has no length, and a file may grow between the two calls.
     file.take(limit + 1).read_to_end(&mut bytes)?;
     if bytes.len() as u64 > limit { Err(too_large) } else { Ok(bytes) }
 }
@@ -78,8 +81,8 @@ pub fn read_text(path: &Path, limit: u64) -> Result<String, ReadError> {
     String::from_utf8(read(path, limit)?).map_err(|_| ReadError::NotText)
 }
 
-/// Opens a file without waiting: pipes and devices are refused, unless they are streams that this process was given,
-/// such as `/dev/stdin`.
+/// Opens a file without waiting. Pipes and devices are refused unless they are streams that this
+/// process was given, such as `/dev/stdin`.
 pub fn open(path: &Path) -> Result<File, ReadError> {
     let kind = fs::metadata(path)?.file_type();
     if kind.is_dir() {
@@ -91,7 +94,8 @@ pub fn open(path: &Path) -> Result<File, ReadError> {
     Ok(File::open(path)?)
 }
 
-/// Returns true if the path leads to a stream that this process was started with, perhaps over symbolic links.
+/// Returns true if the path leads, directly or over symbolic links, to a stream with which this
+/// process was started.
 pub fn is_given_stream(path: &Path) -> bool {
     let mut path = PathBuf::from(path);
     for _ in 0..MOST_LINKS {
@@ -101,7 +105,7 @@ pub fn is_given_stream(path: &Path) -> bool {
             return true;
         }
         let Ok(target) = fs::read_link(&path) else { return false };
-        // A relative target begins at the folder of the link.
+        // A relative target is relative to the folder of the link.
         path = path.parent().unwrap_or(Path::new("")).join(target);
     }
     false

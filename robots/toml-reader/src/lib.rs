@@ -1,22 +1,25 @@
 //! Reads TOML files that people write: robot files, scenarios and manifests of tests.
 //!
 //! # Principles
-//! * Every mistake of a file is reported in one pass. A reading function notes a mistake and returns `None`; the
-//!   caller continues with the next key.
-//! * A mistake has a place (file, line, column) and, where one is known, a cure. A misspelled key or word gets the
-//!   likely one as help.
+//! * Every mistake of a file is reported in one pass. A reading function records a mistake and
+//!   returns `None`; the caller continues with the next key.
+//! * A mistake has a place (file, line, column) and, if one is known, a correction. A misspelled
+//!   key or word gets the likely one as help.
 //! * A file is refused rather than guessed at: unknown keys, missing keys and numbers out of range are mistakes.
-//! * The work is linear in the size of the file, and at most [`LIMIT`] mistakes are kept; the last one says how many
-//!   follow.
+//! * The work is linear in the size of the file, and at most [`LIMIT`] mistakes are kept. The last
+//!   one has the number of further mistakes.
 //!
 //! # Use
-//! A format has an enum of its own mistakes, which implements [`Cause`] and takes over those of this crate
-//! ([`TomlError`]). [`read`] parses the text and calls the format's reading function with the root [`Section`].
+//! A format has an enum of its own mistakes, which implements [`Cause`] and includes those of this
+//! crate ([`TomlError`]). [`read`] parses the text and calls the format's reading function with the
+//! root [`Section`].
 //!
-//! [`mod@file`] reads the files themselves, and all others that commands are given: none without a limit.
+//! [`mod@file`] reads the files themselves and all others that commands are given, always with a
+//! limit.
 //!
-//! # What it will not do
-//! It knows no format, and it does not deserialize into types: each section has a reading function, with its checks.
+//! # Limits
+//! This crate defines no format and does not deserialize into types. Each section has a reading
+//! function, which includes its checks.
 
 mod entry;
 mod error;

@@ -5,13 +5,13 @@ use std::ops::Range;
 /// The longest part of a line that a place shows, in bytes. Generated files have lines of megabytes.
 const LONGEST_EXCERPT: usize = 400;
 
-/// Bytes that an excerpt of a long line shows before the place.
+/// Bytes before the place that an excerpt of a long line shows.
 const BEFORE: usize = 100;
 
 /// A range of characters in a line of a file.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Place {
-    /// Path of the file, as it was given.
+    /// Path of the file as it was given.
     pub path: String,
     /// Line, from 1.
     pub line: usize,
@@ -19,13 +19,13 @@ pub struct Place {
     pub column: usize,
     /// Number of characters; at least 1.
     pub width: usize,
-    /// The text of the line; of a long line only the part around the place.
+    /// The text of the line, or the part around the place if the line is long.
     pub source: String,
-    /// Column of the first character of `source`: 1, but for a long line.
+    /// Column of the first character of `source`: 1 unless the line is long.
     pub source_column: usize,
 }
 
-/// A text with the name that messages give it.
+/// A text with its name in messages.
 #[derive(Debug)]
 pub struct Source<'a> {
     /// Path of the file as it was given, or another name.
@@ -37,14 +37,15 @@ pub struct Source<'a> {
 }
 
 impl<'a> Source<'a> {
-    /// Finds the lines of `text`, so that places are found without another look at the whole text.
+    /// Finds the lines of `text`, so that [`place`](Self::place) need not search the whole text.
     pub fn new(path: &'a str, text: &'a str) -> Self {
         let newlines = text.bytes().enumerate().filter(|(_, byte)| *byte == b'\n');
         let lines = std::iter::once(0).chain(newlines.map(|(at, _)| at + 1)).collect();
         Source { path, text, lines }
     }
 
-    /// The place of a range of bytes. A range outside the text means its end.
+    /// Returns the place of a range of bytes. A range outside of the text stands for the end of the
+    /// text.
     pub fn place(&self, span: Range<usize>) -> Place {
         let at = self.boundary_before(span.start);
         let line = self.lines.partition_point(|start| *start <= at);
@@ -74,7 +75,7 @@ impl<'a> Source<'a> {
         }
     }
 
-    /// The nearest boundary of a character at or before that byte.
+    /// Returns the nearest boundary of a character at or before that byte.
     fn boundary_before(&self, at: usize) -> usize {
         self.text.floor_char_boundary(at)
     }

@@ -1,4 +1,4 @@
-//! One pass over a file, and the mistakes that it notes.
+//! One pass over a file, and the mistakes that are found in it.
 
 use std::cell::RefCell;
 
@@ -10,7 +10,8 @@ use crate::place::{Place, Source};
 use crate::section::Section;
 use crate::unclosed::{self, Unclosed};
 
-/// Returns the keys that a section may have, by the name that messages give the section.
+/// A function that returns the keys that a section may have, by the name of the section in
+/// messages.
 pub type Schema<'a> = &'a dyn Fn(&'static str) -> Vec<&'static str>;
 
 /// A value that replaces one of the file, such as that of `--set medium.ir.loss=0.1`.
@@ -25,7 +26,8 @@ pub struct Override<'a> {
 }
 
 impl<'a> Override<'a> {
-    /// Parses the text of a value. A text that is not TOML is a string, so that words need no quotes.
+    /// Parses the text of a value. A text that is not TOML is taken as a string, so that words need
+    /// no quotes.
     pub fn new(key: &'a str, source: Source<'a>) -> Self {
         let text = source.text;
         let value = DeValue::parse(text)
@@ -46,8 +48,8 @@ struct Mistakes<C> {
     more: usize,
 }
 
-/// Reads a file: calls `format` with its root section, named `root`. The mistakes are in the order of the file, those in
-/// overrides and other files last.
+/// Reads a file: calls `format` with its root section, named `root`. The mistakes are in the order
+/// of the file. Those in overrides and other files come last.
 pub fn read<T, C: Cause>(
     source: &Source<'_>,
     overrides: &[Override<'_>],
@@ -60,7 +62,7 @@ pub fn read<T, C: Cause>(
     let unclosed = if syntax.is_empty() { None } else { unclosed::find(source.text) };
     for mistake in &syntax {
         let span = mistake.span().unwrap_or(0..0);
-        // Mistakes after an unclosed bracket only follow from it.
+        // Mistakes after an unclosed bracket are only its consequences.
         if unclosed.is_none_or(|unclosed| span.start < unclosed.at) {
             let cause = TomlError::Syntax { message: mistake.message().to_owned() };
             reader.note(cause, || Some(source.place(span)));
@@ -71,7 +73,7 @@ pub fn read<T, C: Cause>(
     }
     let value = match syntax.is_empty() {
         true => format(&Section::root(&reader, source, root, document.get_ref())),
-        // The rest of such a file would only give strange errors.
+        // A file with a syntax error would only give misleading errors.
         false => None,
     };
     let Mistakes { kept: mut errors, more } = reader.mistakes.into_inner();
@@ -88,12 +90,13 @@ pub fn read<T, C: Cause>(
 }
 
 impl<C: Cause> Reader<'_, C> {
-    /// Notes a mistake at a place, perhaps of another file.
+    /// Records a mistake at a place, which may be in another file.
     pub fn fail_at(&self, place: &Place, cause: impl Into<C>) {
         self.note(cause, || Some(place.clone()));
     }
 
-    /// Returns true if further mistakes are only counted, so that an expensive cause need not be built.
+    /// Returns true if further mistakes are only counted, so that the caller need not build an
+    /// expensive cause.
     pub fn is_full(&self) -> bool {
         self.mistakes.borrow().kept.len() >= LIMIT
     }
@@ -106,7 +109,7 @@ impl<C: Cause> Reader<'_, C> {
         }
         let place = place().map(Box::new);
         let mistake = FileError { cause: cause.into(), place };
-        // A value that is read twice is wrong once.
+        // A value may be read twice, but its mistake is reported once.
         if !mistakes.kept.contains(&mistake) {
             mistakes.kept.push(mistake);
         }

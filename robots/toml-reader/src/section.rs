@@ -10,16 +10,17 @@ use crate::error::{self, Cause, TomlError};
 use crate::place::{Place, Source};
 use crate::reader::{Override, Reader};
 
-/// A table of the file and its place. A function that returns `None` for a value that is there has noted the mistake.
+/// A table of the file and its place. A function that returns `None` for an existing value has
+/// recorded the mistake.
 pub struct Section<'a, C> {
-    /// The state of the pass, where mistakes are noted.
+    /// The state of the pass, which records mistakes.
     pub reader: &'a Reader<'a, C>,
     source: &'a Source<'a>,
-    /// The name that messages give it, such as `[world]`.
+    /// The name of the section in messages, such as `[world]`.
     pub name: &'static str,
     path: String,
     span: Range<usize>,
-    /// `None` if only overrides speak of it.
+    /// `None` if only overrides mention the table.
     table: Option<&'a DeTable<'a>>,
 }
 
@@ -33,7 +34,7 @@ impl<'a, C: Cause> Section<'a, C> {
         Section::new(reader, source, name, String::new(), 0..0, Some(table))
     }
 
-    /// Notes the keys that a section of that name does not have.
+    /// Returns a section. Records the keys of the table that a section of that name does not have.
     pub(crate) fn new(
         reader: &'a Reader<'a, C>,
         source: &'a Source<'a>,
@@ -62,7 +63,7 @@ impl<'a, C: Cause> Section<'a, C> {
         section
     }
 
-    /// Returns the keys of the file that the section does not have, in their order.
+    /// Returns the keys of the table that the section does not have, in the order of the file.
     fn unknown_keys(&self, known: &[&'static str]) -> Vec<&'a Spanned<toml::de::DeString<'a>>> {
         let keys = self.table.iter().flat_map(|table| table.keys());
         let mut unknown: Vec<_> =
@@ -71,7 +72,7 @@ impl<'a, C: Cause> Section<'a, C> {
         unknown
     }
 
-    /// Notes a mistake at this table.
+    /// Records a mistake at this table.
     pub fn fail(&self, cause: impl Into<C>) {
         self.reader.note(cause, || Some(self.place()));
     }
@@ -85,7 +86,7 @@ impl<'a, C: Cause> Section<'a, C> {
         if self.path.is_empty() { key.to_owned() } else { format!("{}.{key}", self.path) }
     }
 
-    /// Returns the overrides below this table: the next word of each path, and the value.
+    /// Returns the overrides below this table: the next word of each path, and the override.
     fn overrides(&self) -> impl Iterator<Item = (&'a str, &'a Override<'a>)> {
         self.reader.overrides.iter().filter_map(|set| {
             let rest = match self.path.as_str() {
@@ -123,7 +124,8 @@ impl<'a, C: Cause> Section<'a, C> {
         entry
     }
 
-    /// Returns true if an unknown key, which is noted already, was probably meant to be this one.
+    /// Returns true if an unknown key, which is already recorded, is probably a misspelling of this
+    /// one.
     fn is_misspelled(&self, key: &'static str) -> bool {
         let known = (self.reader.schema)(self.name);
         let mut unknown = self.unknown_keys(&known).into_iter();
@@ -145,12 +147,12 @@ impl<'a, C: Cause> Section<'a, C> {
         self.get(key)?.boolean()
     }
 
-    /// Returns the meaning of a word out of a list.
+    /// Returns the meaning of the key's word in a list of words.
     pub fn word<T: Copy>(&self, key: &str, words: &[(&'static str, T)]) -> Option<T> {
         self.get(key)?.word(words)
     }
 
-    /// Returns the one of several keys that is there. Two are a mistake, and so is none.
+    /// Returns the one of several keys that exists. Two of them are a mistake, and so is none.
     pub fn one_of(&self, keys: &'static [&'static str]) -> Option<(&'static str, Entry<'a, C>)> {
         let mut found: Option<(&'static str, Entry<'a, C>)> = None;
         for key in keys.iter().copied() {
@@ -166,7 +168,7 @@ impl<'a, C: Cause> Section<'a, C> {
         found
     }
 
-    /// Returns a table inside this one, if the file or an override has it.
+    /// Returns a table inside this one, if it is in the file or in an override.
     pub fn section(&self, key: &str, name: &'static str) -> Option<Section<'a, C>> {
         if let Some(entry) = self.get(key) {
             return entry.section(name);

@@ -29,7 +29,7 @@ fn keys(_: &'static str) -> Vec<&'static str> {
     vec!["size", "speed", "item"]
 }
 
-/// Reads two numbers that are needed and a list of tables.
+/// Reads two required numbers and a list of tables.
 fn errors(text: &str) -> Vec<FileError<Mistake>> {
     let read = read(&Source::new("a.toml", text), &[], ("the file", &keys), |root| {
         let size = root.required("size").and_then(|entry| entry.integer(1..=9));
@@ -80,7 +80,7 @@ fn every_syntax_error_is_reported() {
     assert!(found.iter().all(|message| message.contains("this is not TOML")), "{found:#?}");
 }
 
-/// With a look at the whole text for each mistake this would take minutes.
+/// This would take minutes if each mistake searched the whole text.
 #[test]
 fn mistakes_beyond_the_limit_are_counted() {
     let text: String = (0..200_000).map(|number| format!("key{number} = 1\n")).collect();
@@ -135,7 +135,7 @@ fn numbers_in_messages_are_short() {
     assert_eq!(number_text(f64::NAN), "NaN");
 }
 
-/// A bracket that is not closed swallows the lines that follow, which are no mistakes.
+/// The lines after an unclosed bracket are its content and are not reported as mistakes.
 #[test]
 fn an_unclosed_bracket_is_one_mistake() {
     for (text, place, open, close) in [

@@ -1,9 +1,10 @@
-//! The bracket that is never closed: everything after it belongs to it, so a parser reports each line that follows.
+//! Finds a bracket that is never closed. The parser takes everything after it as its content, and
+//! reports a mistake in each line that follows.
 
-/// A bracket or brace without its partner.
+/// A bracket or brace that is never closed.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Unclosed {
-    /// Its place in bytes.
+    /// Byte offset in the text.
     pub at: usize,
     /// `[` or `{`.
     pub open: char,
@@ -11,7 +12,8 @@ pub struct Unclosed {
     pub close: char,
 }
 
-/// Returns the first bracket or brace of a TOML text that is never closed. Those in strings and comments do not count.
+/// Returns the first bracket or brace of a TOML text that is never closed. Brackets in strings and
+/// comments do not count.
 pub fn find(text: &str) -> Option<Unclosed> {
     let mut open: Vec<Unclosed> = Vec::new();
     let mut at = 0;
@@ -27,7 +29,7 @@ pub fn find(text: &str) -> Option<Unclosed> {
             }
             ']' | '}' => {
                 match open.pop() {
-                    // It closes an outer one.
+                    // It closes an outer bracket, so the inner one is never closed.
                     Some(inner) if inner.close != c => return Some(inner),
                     _ => {}
                 }
@@ -39,7 +41,8 @@ pub fn find(text: &str) -> Option<Unclosed> {
     open.first().copied()
 }
 
-/// Returns the number of bytes of the string with which a text begins. One on a single line ends with the line at the latest.
+/// Returns the length in bytes of the string at the beginning of a text. A string on a single line
+/// ends with the line at the latest.
 fn string_length(text: &str, quote: char) -> usize {
     let triple = quote.to_string().repeat(3);
     let is_multiline = text.starts_with(&triple);

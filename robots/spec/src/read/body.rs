@@ -14,10 +14,10 @@ use crate::signature;
 pub const BODY: &str = "[body]";
 pub const SENSOR: &str = "this [[sensor]]";
 
-/// The keys of `[body]` whatever the drive is.
+/// The keys of `[body]` for every drive.
 const COMMON_BODY_KEYS: [&str; 5] = ["drive", "radius_mm", "height_mm", "gain_error", "noise"];
 
-/// The drives, and the keys that each has besides.
+/// The drives, and the additional keys of each.
 const DRIVES: [(&str, &[&str]); 4] = [
     ("differential", &["wheel_distance_mm", "speed_mm_s"]),
     ("unicycle", &["speed_mm_s", "turn_deg_s"]),
@@ -25,10 +25,10 @@ const DRIVES: [(&str, &[&str]); 4] = [
     ("quadrotor", &["speed_mm_s", "climb_mm_s", "turn_deg_s", "lag_s", "crash_speed_mm_s"]),
 ];
 
-/// The keys of `[[sensor]]` whatever its kind is.
+/// The keys of `[[sensor]]` for every kind.
 const COMMON_SENSOR_KEYS: [&str; 4] = ["name", "kind", "noise", "rate_hz"];
 
-/// The kinds of sensors, and the keys that each has besides.
+/// The kinds of sensors, and the additional keys of each.
 const SENSOR_KINDS: [(&str, &[&str]); 5] = [
     ("proximity", &["range_mm", "nothing", "direction_deg", "directions_deg", "count"]),
     ("light", &["direction_deg"]),
@@ -45,11 +45,11 @@ const DIRECTION: RangeInclusive<f64> = -360.0..=360.0;
 const RANGE: RangeInclusive<f64> = 1.0..=100_000.0;
 const NOISE: RangeInclusive<f64> = 0.0..=100_000.0;
 const VOLTAGE: RangeInclusive<f64> = 0.0..=32_767.0;
-/// A value of a sensor must fit the integers of the tiny profile.
+/// The range of a sensor value that fits the integers of the tiny profile.
 const VALUE: RangeInclusive<f64> = -32_768.0..=32_767.0;
 const MOST_BEAMS: u32 = 360;
 
-/// The keys of a section that depend on a word in it, once each.
+/// Returns all keys of a section that has a word on which further keys depend, each key once.
 fn all_keys(
     common: &[&'static str],
     words: &[(&'static str, &'static [&'static str])],
@@ -71,13 +71,14 @@ pub fn sensor_keys() -> Vec<&'static str> {
     all_keys(&COMMON_SENSOR_KEYS, &SENSOR_KINDS)
 }
 
-/// The words for drives and kinds of sensors.
+/// Returns the words for drives and kinds of sensors.
 #[cfg(test)]
 pub fn words() -> impl Iterator<Item = &'static str> {
     DRIVES.iter().chain(&SENSOR_KINDS).map(|(word, _)| *word)
 }
 
-/// Reads the word that determines which other keys a section has, and notes those that it does not have with this word.
+/// Reads the word on which the other keys of a section depend, and reports the keys that the
+/// section does not have with this word.
 fn determining_word(
     section: &Section<'_>,
     key: &'static str,
@@ -102,7 +103,7 @@ fn number(section: &Section<'_>, key: &'static str, range: RangeInclusive<f64>) 
     section.required(key)?.number(range)
 }
 
-/// Reads a number that may be left out; `None` only for a mistake.
+/// Reads a number that may be left out. Returns `None` only for a mistake.
 fn number_or(
     section: &Section<'_>,
     key: &str,
@@ -117,7 +118,7 @@ pub fn drive(section: &Section<'_>) -> Option<Drive> {
     drive_of(section, word)
 }
 
-/// Reads a body whose drive is read already.
+/// Reads a body whose drive is already read.
 pub fn body(section: &Section<'_>, drive: Option<Drive>) -> Option<Body> {
     let radius_mm = number(section, "radius_mm", SIZE);
     let height_mm = number_or(section, "height_mm", SIZE, 2.0 * radius_mm.unwrap_or(1.0));
@@ -234,7 +235,8 @@ fn sensor_kind(section: &Section<'_>, word: &str) -> Option<SensorKind> {
     }
 }
 
-/// Reads where the beams of a proximity sensor look: a list, or a first direction and a number of beams evenly around.
+/// Reads the directions of the beams of a proximity sensor: a list, or a first direction and a
+/// number of evenly spaced beams.
 fn beams(section: &Section<'_>) -> Option<Vec<f64>> {
     let Some(list) = section.get("directions_deg") else {
         let first = number_or(section, "direction_deg", DIRECTION, 0.0);

@@ -12,14 +12,15 @@ pub const SETS: &str = "`sets`";
 /// The keys of effects.
 const EFFECT_KEYS: [&str; 3] = ["sets", "reads", "logs"];
 
-/// The sensors of the file, in its order: `None` for one with a mistake, which is noted already.
+/// The sensors of the file, in its order. A sensor with a mistake, which is already reported, is
+/// `None`.
 pub type Sensors = [Option<Sensor>];
 
 pub fn sets_keys() -> Vec<&'static str> {
     Quantity::ALL.map(Quantity::name).to_vec()
 }
 
-/// Notes the effects of a function where no body is.
+/// Reports the effects of a function of a robot without a body.
 pub fn refuse(section: &Section<'_>) {
     for key in EFFECT_KEYS {
         if let Some(entry) = section.get(key) {
@@ -28,8 +29,8 @@ pub fn refuse(section: &Section<'_>) {
     }
 }
 
-/// Reads the effect of a function on a body. A function of a robot with a body must have one. A drive of `None` has a
-/// mistake, which is noted already.
+/// Reads the effect of a function on a body. A function of a robot with a body must have one. A
+/// drive of `None` has a mistake that is already reported.
 pub fn effect(
     section: &Section<'_>,
     function: &Function,
@@ -141,7 +142,8 @@ fn amount(
     Some(Amount::Parameter { name: name.to_owned(), factor: sign * factor })
 }
 
-/// Reads the text after a value: nothing, a unit, `%`, or `of` and the number that means the largest value.
+/// Reads the text after a value: nothing, a unit, `%`, or `of` with the number that stands for the
+/// largest value.
 fn factor(entry: &Entry<'_>, unit: &str, quantity: Quantity, drive: Drive) -> Option<f64> {
     if unit.is_empty() {
         return Some(1.0);
@@ -177,7 +179,7 @@ fn reading(entry: &Entry<'_>, function: &Function, sensors: &Sensors) -> Option<
     };
     let is_named = |sensor: &&Option<Sensor>| sensor.as_ref().is_some_and(|s| s.name == name);
     let Some(place) = sensors.iter().position(|sensor| is_named(&sensor)) else {
-        // A sensor with a mistake may have been meant.
+        // The name may be that of a sensor with a mistake.
         if sensors.iter().all(Option::is_some) {
             let known = sensors.iter().flatten().map(|sensor| sensor.name.clone()).collect();
             entry.fail(Cause::UnknownSensor { name: name.to_owned(), known });

@@ -1,4 +1,4 @@
-//! Reads a robot file and checks everything that it says. All its mistakes are found in one pass.
+//! Reads and checks a robot file. All mistakes are found in one pass.
 
 mod body;
 mod effect;
@@ -21,7 +21,8 @@ use crate::{
 use body::{BODY, SENSOR, SensorNames};
 use effect::SETS;
 
-/// Words that a script cannot use as a name. `include` is one before a string only, but would confuse.
+/// Words that a script cannot use as a name. `include` is a keyword only before a string, but would
+/// be confusing.
 const KEYWORDS: &[&str] = &[
     "var", "if", "else", "function", "return", "for", "while", "and", "or", "not", "nil", "include",
 ];
@@ -108,7 +109,8 @@ pub fn robot(text: &str, path: &str) -> Result<Robot, RobotErrors> {
 fn root(root: &Section<'_>) -> Option<Robot> {
     let name = robot_name(root);
     let chip = root.get("chip").map(|entry| one_line(&entry));
-    // A robot without a chip is a description: its memory costs nothing, so there are sensible defaults.
+    // A robot without a chip exists only as a description. Its memory costs nothing, so there are
+    // sensible defaults.
     let may_lack = |key| chip.is_none() && root.get(key).is_none();
     let title = if may_lack("title") { name.clone() } else { line(root, "title") };
     let profile = match may_lack("profile") {
@@ -207,7 +209,8 @@ fn root(root: &Section<'_>) -> Option<Robot> {
     Some(robot)
 }
 
-/// Turns "left out, wrong or right" into "wrong, or left out or right".
+/// Turns an optional result inside out. `Some(None)` stands for a key that was left out,
+/// `Some(Some(_))` for a correct value, and `None` for a mistake.
 fn given<T>(value: Option<Option<T>>) -> Option<Option<T>> {
     match value {
         None => Some(None),
@@ -218,7 +221,8 @@ fn given<T>(value: Option<Option<T>>) -> Option<Option<T>> {
 
 const DEFAULT_TICK_HZ: u32 = 10;
 
-/// Sizes of the machine of a robot without a chip and without `[vm]`. They give its memory.
+/// Sizes of the machine of a robot without a chip and without `[vm]`. The `memory` is computed from
+/// the other sizes.
 const DEFAULT_SIZES: VmSizes = VmSizes {
     memory: 0,
     slots: 400,
@@ -285,7 +289,7 @@ fn budget(section: &Section<'_>) -> Option<Budget> {
     Some(Budget { flash_bytes: flash_bytes?, ram_bytes: ram_bytes? })
 }
 
-/// The bytes of the longest message after its type.
+/// Returns the bytes of the longest message after its type.
 fn message_bytes(profile: Profile) -> u32 {
     let frame = match profile {
         Profile::Tiny => TINY_FRAME,
@@ -294,8 +298,8 @@ fn message_bytes(profile: Profile) -> u32 {
     frame as u32 - 1
 }
 
-/// Vector tables of ARM's M profile are aligned to the power of two that holds them, here 128 words (ARMv7-M B3.2.5,
-/// register VTOR). It is enough for the other regions.
+/// Vector tables of ARM's M profile are aligned to the next power of two of their size, here 128
+/// words (ARMv7-M B3.2.5, register VTOR). This is enough for the other regions.
 const ALIGNMENT: u32 = 512;
 
 fn layout(section: &Section<'_>) -> Option<Layout> {
@@ -348,7 +352,7 @@ fn region(region: &Section<'_>) -> Option<Region> {
     Some(Region { address: address?, size: size? })
 }
 
-/// Settings are 16 bits.
+/// The largest value of a setting, which has 16 bits.
 const MOST_SETTING: u32 = u16::MAX as u32;
 
 fn function(section: &Section<'_>, names: &mut Names) -> Option<Function> {
@@ -410,7 +414,7 @@ fn indicator(section: &Section<'_>) -> Option<Indicator> {
     Some(Indicator { shows: shows?, means: means? })
 }
 
-/// Returns true for a lower-case word that the command line takes as the name of a robot.
+/// Returns true for a lower-case word that is valid as the name of a robot on the command line.
 pub fn is_robot_name(name: &str) -> bool {
     name.starts_with(|first: char| first.is_ascii_lowercase())
         && name.chars().all(|c| c.is_ascii_lowercase() || c.is_ascii_digit() || c == '-')
@@ -432,7 +436,7 @@ fn line(section: &Section<'_>, key: &'static str) -> Option<String> {
     one_line(&section.required(key)?)
 }
 
-/// A string of one line that is not blank.
+/// Reads a string of one line that is not blank.
 fn one_line(entry: &Entry<'_>) -> Option<String> {
     let text = entry.string()?;
     if text.trim().is_empty() || text.contains(char::is_control) {
@@ -442,7 +446,7 @@ fn one_line(entry: &Entry<'_>) -> Option<String> {
     Some(text.to_owned())
 }
 
-/// A name that a script can use.
+/// Reads a name that is an identifier in scripts.
 fn name_of(entry: &Entry<'_>) -> Option<String> {
     let name = entry.string()?.to_owned();
     if !signature::is_identifier(&name) {
@@ -481,16 +485,16 @@ fn argument_lists(entry: &Entry<'_>) -> Option<Vec<Vec<Parameter>>> {
 /// The names that the file has defined up to here.
 #[derive(Default)]
 struct Names {
-    /// The line of each.
+    /// The line of each name.
     defined: HashMap<String, usize>,
-    /// The functions by their name hash, and by their constant in generated code.
+    /// The functions by their name hash; `constants` has them by their constant in generated code.
     hashes: HashMap<u16, String>,
     constants: HashMap<String, String>,
 }
 
 impl Names {
     fn add_table(&mut self, entry: &Entry<'_>, name: &str) -> bool {
-        // `pos` is known to the language as the table that some robots keep.
+        // The language reserves `pos` for the table that some robots keep.
         let position = Library::Position.global_name() == Some(name);
         self.add(entry, name, is_reserved(name) && !position)
     }
@@ -513,7 +517,7 @@ impl Names {
         false
     }
 
-    /// Notes a name that cannot be used, and returns false then.
+    /// Adds a name. Reports a name that cannot be used, and then returns false.
     fn add(&mut self, entry: &Entry<'_>, name: &str, reserved: bool) -> bool {
         if reserved {
             entry.fail(Cause::Reserved { name: name.to_owned() });

@@ -3,8 +3,8 @@
 use super::{Expected, errors_of, expect_errors, lines_of, spoiled};
 use crate::*;
 
-/// A robot from nothing but a description, which each case below spoils in one place. The fuzz target of robot files starts
-/// from it, too.
+/// A robot that only a description defines, and in which each case below spoils one place. The fuzz
+/// target of robot files starts from it, too.
 const RIGHT: &str = include_str!("rover.toml");
 
 fn right() -> Robot {
@@ -18,7 +18,7 @@ fn a_description_needs_no_sizes() {
     assert_eq!((robot.tick_hz, robot.message_bytes), (10, 48));
     assert_eq!(robot.vm.memory, robot.least_memory());
     assert!(robot.vm.slots >= 400 && robot.vm.neighbors > 0);
-    // A robot with a chip must say what is there.
+    // A robot with a chip has no defaults for these keys.
     let errors = errors_of(&RIGHT.replacen("\n\n", "\nchip = \"STM32F051C8\"\n\n", 1));
     let missing: Vec<String> = errors.0.iter().map(ToString::to_string).collect();
     let keys = ["title", "profile", "tick_hz", "message_bytes", "vm"];
@@ -125,7 +125,7 @@ fn functions_read_sensors() {
 
 #[test]
 fn every_error_has_its_place() {
-    // What is replaced (its first occurrence), by what, and the error.
+    // The replaced text (its first occurrence), the new text, and the error.
     let cases = [
         ("\"differential\"", "\"diferential\"", Expected("UnknownWord", 4, 9, "did you mean")),
         ("radius_mm", "radius", Expected("UnknownKey", 5, 1, "did you mean `radius_mm`?")),
