@@ -1,9 +1,11 @@
-//! Compiler, machine and arena as one WebAssembly module: a scenario runs in a web page as it runs on a desk.
+//! The compiler, the machine and the arena as one WebAssembly module. A scenario runs in a web page
+//! exactly as in a native program.
 //!
 //! # Principles
 //! 1. **The same run, bit for bit**: after any number of ticks the digest is that of a native run. CI compares them.
 //! 2. **No imports**: `WebAssembly.instantiate(bytes, {})` is enough, so that the module also runs in a worker or in node.
-//! 3. **No pointers of the page's**: text goes through one buffer of the module, and the page reads and writes nothing else.
+//! 3. **No pointers from the page**: text goes through one buffer of the module, and the page reads
+//!    and writes nothing else.
 //!
 //! # Use
 //! A page writes each file with [`input`] and [`add_file`] and starts a scenario with [`start`]. Then it writes a request and calls
@@ -13,8 +15,8 @@
 //! # Cost
 //! The module of `cargo xtask site` takes 2.3 MB, 0.72 MB compressed by gzip.
 //!
-//! # What it will not do
-//! Draw, run robots in emulators, or use several threads.
+//! # Limits
+//! The module does not draw, cannot run robots in emulators, and has a single thread.
 
 use std::cell::RefCell;
 use std::time::Duration;
@@ -23,13 +25,14 @@ use bittybuzz_arena::run::Session;
 use bittybuzz_live::{Live, SharedFiles, Shelf, Source};
 use serde_json::Value;
 
-/// Copies of a run to go back to. A page has some gigabytes, and a run of 20,000 robots takes 60 MB.
+/// The number of copies of a run that are kept to go back in time. A page has some gigabytes, and a
+/// run of 20,000 robots takes 60 MB.
 const COPIES: usize = 20;
 
 /// The state of the module.
 #[derive(Default)]
 struct Playground {
-    /// Commands of a run load scripts from them.
+    /// The files of the page, from which commands of a run load scripts.
     files: SharedFiles,
     live: Option<Live>,
     /// Bytes that the page writes.
@@ -43,14 +46,14 @@ thread_local! {
 }
 
 impl Playground {
-    /// Keeps the input as a file: its name, and its text from byte `name_length` on.
+    /// Stores the input as a file: the first `name_length` bytes are its name, the others its text.
     fn add_file(&mut self, name_length: usize) {
         let (name, text) = self.input.split_at(name_length.min(self.input.len()));
         let name = String::from_utf8_lossy(name).into_owned();
         self.files.add(name, text);
     }
 
-    /// Starts the scenario whose path is the input.
+    /// Starts the scenario whose path is the input. On failure, the output is the error message.
     fn start(&mut self) -> bool {
         let path = String::from_utf8_lossy(&self.input).into_owned();
         let shelf = Shelf::new(self.files.clone(), path.into());
@@ -68,7 +71,7 @@ impl Playground {
         self.live.is_some()
     }
 
-    /// Carries out the request that is the input.
+    /// Executes the request that is the input.
     fn request(&mut self, now: Duration) {
         if let Some(live) = &mut self.live {
             live.request(&String::from_utf8_lossy(&self.input), now);
@@ -82,31 +85,33 @@ impl Playground {
         self.live.as_mut().is_some_and(|live| live.advance(now, &mut goes_on))
     }
 
-    /// Leaves the events since the last question as a JSON array.
+    /// Sets the output to the events since the last call, as a JSON array.
     fn take_events(&mut self) {
         let events = self.live.as_mut().map(Source::take_events).unwrap_or_default();
         self.output = Value::Array(events).to_string().into_bytes();
     }
 
-    /// Leaves a sample.
+    /// Sets the output to a sample.
     fn take_sample(&mut self) {
         self.output = self.live.as_mut().map(Source::take_sample).unwrap_or_default();
     }
 }
 
-/// A time on the page's clock.
+/// Converts a time on the page's clock.
 fn time(milliseconds: f64) -> Duration {
     Duration::try_from_secs_f64(milliseconds / 1000.0).unwrap_or_default()
 }
 
-/// Does something with the state of the module. Nothing in the module calls one of its exported functions, so the state is free.
+/// Calls `act` with the state of the module. The state is never borrowed twice, because nothing in
+/// the module calls one of its exported functions.
 fn with<T>(act: impl FnOnce(&mut Playground) -> T) -> T {
     PLAYGROUND.with_borrow_mut(act)
 }
 
 // SAFETY: of all exported functions, here and below: no other function of the module has these names.
 
-/// Makes room for `length` bytes of input and returns their address, until the next call. The page writes them there.
+/// Makes room for `length` bytes of input and returns their address, which is valid until the next
+/// call. The page writes the input there.
 #[unsafe(no_mangle)]
 pub extern "C" fn input(length: usize) -> *mut u8 {
     with(|playground| {
@@ -121,13 +126,15 @@ pub extern "C" fn add_file(name_length: usize) {
     with(|playground| playground.add_file(name_length));
 }
 
-/// Starts the scenario whose path is the input. Returns 1, or 0 and leaves a text that says why not.
+/// Starts the scenario whose path is the input. Returns 1; on failure returns 0 and sets the output
+/// to the error message.
 #[unsafe(no_mangle)]
 pub extern "C" fn start() -> u32 {
     with(|playground| playground.start().into())
 }
 
-/// Carries out the request that is the input. `now` is the time on the page's clock in ms, which never goes back.
+/// Executes the request that is the input. `now` is the time on the page's clock in ms, which never
+/// goes back.
 #[unsafe(no_mangle)]
 pub extern "C" fn request(now: f64) {
     with(|playground| playground.request(time(now)));
@@ -139,13 +146,13 @@ pub extern "C" fn advance(now: f64, most: u32) -> u32 {
     with(|playground| playground.advance(time(now), most).into())
 }
 
-/// Leaves the events since the last question, as a JSON array.
+/// Sets the output to the events since the last call, as a JSON array.
 #[unsafe(no_mangle)]
 pub extern "C" fn take_events() {
     with(Playground::take_events);
 }
 
-/// Leaves a sample.
+/// Sets the output to a sample.
 #[unsafe(no_mangle)]
 pub extern "C" fn take_sample() {
     with(Playground::take_sample);
@@ -164,13 +171,14 @@ pub extern "C" fn digest() -> u64 {
     with(|playground| playground.live.as_ref().map_or(0, |live| live.session().run().digest()))
 }
 
-/// Returns the address of the text or bytes that the last call left, until the next call. Text is UTF-8.
+/// Returns the address of the output of the last call, which is valid until the next call. Text is
+/// UTF-8.
 #[unsafe(no_mangle)]
 pub extern "C" fn output() -> *const u8 {
     with(|playground| playground.output.as_ptr())
 }
 
-/// Returns their length in bytes.
+/// Returns the length of the output in bytes.
 #[unsafe(no_mangle)]
 pub extern "C" fn output_length() -> usize {
     with(|playground| playground.output.len())

@@ -11,14 +11,15 @@ use bittybuzz_arena::run::{Session, Simulation};
 use bittybuzz_live::{Live, SharedFiles, Shelf, Source};
 use serde_json::Value;
 
-/// Path of the module; without it nothing is compared with WebAssembly. `cargo xtask ci wasm` builds and names it.
+/// The variable with the path of the module. Without it, the test does not compare with
+/// WebAssembly. `cargo xtask ci wasm` builds the module and sets the variable.
 const MODULE: &str = "BITTYBUZZ_PLAYGROUND";
 
 const WORLDS: [&str; 3] = ["kilobots.toml", "radios.toml", "rovers.toml"];
 
 const TICKS: u64 = 10_000;
 
-/// The tick at which a snapshot goes on in place of its run.
+/// The tick at which a snapshot replaces its run.
 const RESTORED: u64 = 5_000;
 
 fn folder() -> &'static Path {
@@ -89,7 +90,8 @@ fn the_session_has_everything_to_compare() {
     }
 }
 
-/// The robots of a world have moved, talked, and not failed: its digest is about something.
+/// Checks that the robots of a world exchanged frames and did not fail, so that the digest covers
+/// some activity.
 fn check(world: &str, run: &mut Simulation) {
     let summary = run.summary();
     assert_eq!(summary.fault_counts.faults, 0, "{world}: {:?}", summary.faults);
