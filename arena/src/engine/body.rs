@@ -22,9 +22,9 @@ pub const BLOCK: usize = 256;
 /// Size of a body: an upright cylinder.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Shape {
-    /// mm
+    /// Radius in mm.
     pub radius: f32,
-    /// mm
+    /// Height in mm.
     pub height: f32,
 }
 

@@ -14,24 +14,19 @@ pub enum Obstacle {
         /// The other end.
         to: (f32, f32),
     },
-    /// A round obstacle (mm).
+    /// A round obstacle: its middle and its radius (mm).
     Round {
-        /// Middle.
         x: f32,
-        /// Middle.
         y: f32,
-        /// Radius.
         radius: f32,
     },
-    /// A box with sides along the axes (mm).
+    /// A box with sides along the axes: its middle and its size (mm).
     Box {
-        /// Middle.
         x: f32,
-        /// Middle.
         y: f32,
-        /// Along x.
+        /// Size along x.
         width: f32,
-        /// Along y.
+        /// Size along y.
         height: f32,
     },
 }
@@ -129,7 +124,7 @@ fn away(
     Some((from_x + ux * distance, from_y + uy * distance))
 }
 
-/// The walls around the world and everything that stands in it.
+/// The walls around the world and all obstacles in it.
 #[derive(Clone, Debug)]
 pub(crate) struct Obstacles {
     area: Area,

@@ -19,16 +19,16 @@ pub enum RobotState {
 /// The visible state of a robot.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct View {
-    /// The herd to which it belongs.
+    /// The robot's herd.
     pub herd: HerdId,
     pub state: RobotState,
     /// The true pose.
     pub pose: Pose,
     /// The robot's estimate of its pose, if it has one.
     pub estimate: Option<Pose>,
-    /// mm
+    /// Radius in mm.
     pub radius: f32,
-    /// mm
+    /// Height in mm.
     pub height: f32,
     /// Colour: the sum of 1 red, 2 green, 4 blue.
     pub led: u8,

@@ -24,11 +24,11 @@ pub(crate) enum Purpose {
     Intruder = 7,
     /// The robots' clocks.
     Clock = 8,
-    /// The times at which robots lose their power.
+    /// The ticks in which robots lose their power.
     BrownOut = 9,
 }
 
-/// A stream of random numbers, the same on every machine.
+/// A stream of random numbers, which is identical on every machine.
 #[derive(Clone, Debug)]
 pub struct Stream(SplitMix64);
 

@@ -21,7 +21,7 @@ use super::settings::Settings;
 use super::statistics::Statistics;
 use super::stream::{Purpose, Stream};
 
-/// Robots with brains of type `B`, and everything around them.
+/// Robots with brains of type `B`, and their surroundings.
 #[derive(Clone, Debug)]
 pub struct World<B> {
     pub(crate) settings: Settings,
@@ -188,7 +188,7 @@ impl<B: Brain> World<B> {
         self.settings.ambient_light = reading.clamp(0.0, 1023.0);
     }
 
-    /// Changes the loss of a medium, for all senders.
+    /// Sets the loss of a medium for all senders.
     pub fn set_loss(&mut self, medium: Medium, loss: Loss) {
         let Loss { near, far } = loss;
         let loss = Loss { near: near.clamp(0.0, 1.0), far: far.clamp(0.0, 1.0) };

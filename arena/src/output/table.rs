@@ -16,7 +16,7 @@ pub struct Row {
 /// The results of many runs.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Table {
-    /// Names of the parameters, as `--set` has them.
+    /// Names of the parameters, in the form of `--set`.
     pub parameters: Vec<String>,
     /// Names of the metrics.
     pub metrics: Vec<String>,

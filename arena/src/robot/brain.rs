@@ -26,7 +26,7 @@ use super::state::{RobotState, Setting, Stage};
 enum RobotProgram {
     /// A machine of this process.
     Machine(Box<dyn Machine + Send>),
-    /// The firmware of the robot, in an emulator: only its reports are known.
+    /// The firmware of the robot in an emulator, of which only the reports are known.
     Firmware(Unused),
 }
 
@@ -179,7 +179,7 @@ impl SimRobot {
         }
     }
 
-    /// Reports new log lines to another run from now on.
+    /// Reports new log lines to the flag of another run from now on.
     pub fn tell(&mut self, news: News) {
         self.state.news = news;
     }

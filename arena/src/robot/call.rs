@@ -22,7 +22,7 @@ pub enum Done {
     Float(f32),
     /// It is not finished and is called again.
     Wait,
-    /// It is finished and returns the value of a function that does nothing: 0, 0.0 or nil.
+    /// It is finished, had no effect and returns 0, 0.0 or nil.
     Idle,
     /// An argument is outside of the range that the robot accepts.
     OutOfRange,
@@ -34,7 +34,6 @@ pub struct Call<'a, 'io> {
     pub io: &'a mut Io<'io>,
     /// State that outlives the call.
     pub memory: &'a mut Memory,
-    /// The arguments.
     pub numbers: CallNumbers<'a>,
     /// False in the first call, true in the repeated calls after [`Done::Wait`].
     pub again: bool,

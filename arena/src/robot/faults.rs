@@ -1,4 +1,4 @@
-//! The faults of a robot's script, and the pauses after which it starts again.
+//! The faults of a robot's script, and the pauses after which the script restarts.
 
 use bittybuzz_inspect::ScriptMemory;
 use bittybuzz_vm_core::{Entry, Fault, Restarts};
@@ -12,11 +12,11 @@ const PLACES: usize = 8;
 /// The faults of a robot's script at one place.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct FaultRecord {
-    /// Tick of the first one.
+    /// Tick of the first fault.
     pub tick: u64,
     /// The program of the robot.
     pub program: ProgramId,
-    /// Code and operands of the first one.
+    /// Code and operands of the first fault.
     pub fault: Fault,
     /// Positions in the code, innermost first.
     pub positions: Vec<u16>,
@@ -36,9 +36,9 @@ pub struct FaultRecord {
 /// The consequence of a fault.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Consequence {
-    /// A listener or a handler of conflicts ended, and the script went on.
+    /// A listener or a handler of conflicts ended, and the script continued.
     Contained,
-    /// The script starts again after this number of ticks.
+    /// The script restarts after this number of ticks.
     Pause(u16),
     /// The script stopped until power-on.
     Stop,

@@ -9,14 +9,14 @@ use bittybuzz_vm_core::number::{format_float, format_int};
 
 use super::context::ProgramId;
 
-/// A line that a script has logged, or printed with a function of its robot.
+/// A line that a script logged, or printed with a function of its robot.
 #[derive(Debug, Clone, PartialEq)]
 pub struct LogLine {
     /// The tick of the world.
     pub tick: u64,
     /// The program that defines the constants of the line.
     pub program: ProgramId,
-    /// Values, which follow each other without a gap.
+    /// Values, which are printed without separators.
     pub pieces: Vec<Piece>,
 }
 

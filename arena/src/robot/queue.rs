@@ -38,7 +38,7 @@ pub trait OutQueue {
     /// Adds the frames that wait to a digest.
     fn add_to(&self, digest: &mut Digest);
 
-    /// Marks the begin of a step.
+    /// Marks the beginning of a step.
     fn begin_step(&mut self);
 
     /// Adds a frame that is to be sent.

@@ -45,7 +45,7 @@ pub enum LossCause {
     Sending,
     /// The frame overlapped with another one at the robot.
     Collision,
-    /// The link lost it by chance.
+    /// The link lost the frame by chance.
     Chance,
     /// A blocked link or a partition separates the sender and the robot.
     CutOff,
@@ -104,7 +104,7 @@ pub enum SendAttempt {
         sender: RobotId,
         /// The time of the attempt, in µs since the world began.
         at_us: u64,
-        /// The number of frames that it sensed.
+        /// The number of frames that the robot sensed.
         sensed: usize,
     },
 }

@@ -18,7 +18,7 @@ pub enum RecordingError {
     Empty,
     /// The data end before the end of the recording.
     Truncated,
-    /// The content at this byte makes no sense.
+    /// The content at this byte is not valid.
     Malformed(usize),
 }
 

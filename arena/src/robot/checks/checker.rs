@@ -112,8 +112,8 @@ impl Checker {
         outcome
     }
 
-    /// Updates the peaks of the memory. The stack grows only with a call and the heap only when a slot is taken; the heap is
-    /// counted only if its use, garbage included, exceeds the peak.
+    /// Updates the peaks of the memory. The stack grows only with a call, and the heap only when a
+    /// slot is taken. The heap is counted only if its use, garbage included, exceeds the peak.
     fn look_at_memory<P: Profile, C: ByteCode, const SLOTS: usize>(
         &mut self,
         vm: &Vm<P, C, SLOTS>,

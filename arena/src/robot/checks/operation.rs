@@ -50,7 +50,7 @@ pub enum Exact {
     Int(i64),
     /// A real number, rounded to binary64; NaN where there is no result.
     Real(f64),
-    /// Unknown: the function is random.
+    /// Unknown, because the function is random.
     Unknown,
 }
 
@@ -61,7 +61,7 @@ enum Target {
     Local(i16),
 }
 
-/// The operation that the next instruction carries out.
+/// The operation of the next instruction.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Upcoming {
     pub operation: Operation,
