@@ -19,7 +19,7 @@ const MARK: u32 = 8;
 /// script.
 const SEQUENCE: u32 = 1;
 
-/// Regions of a chip's memory, none overlapping another.
+/// Regions of a chip's memory, which do not overlap.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Layout {
     /// Flash of the firmware, starting with its vector table.

@@ -168,7 +168,7 @@ impl OnFault {
         [("restart", OnFault::Restart), ("stop", OnFault::Stop)];
 }
 
-/// Sizes of the virtual machine of a robot. A size of 0 leaves that feature out, where 0 is allowed.
+/// Sizes of the virtual machine of a robot. A size of 0 leaves its feature out, if 0 is allowed.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct VmSizes {
     /// Bytes that the whole machine object may take, including all other sizes here.
@@ -201,7 +201,7 @@ pub struct VmSizes {
 /// The limits of a robot's firmware.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Budget {
-    /// Bytes of flash, script included.
+    /// Bytes of flash, including the script.
     pub flash_bytes: u32,
     /// Bytes of RAM that are allocated statically.
     pub ram_bytes: u32,

@@ -10,7 +10,8 @@ use crate::{Profile, Robot, VmSizes};
 /// fields are aligned. The build of the firmware checks this number.
 const REGISTERS: [u32; 2] = [84, 100];
 
-/// The time of messages to be sent, counters, and the fragments that have arrived.
+/// Bytes of the protocol: the time of messages to be sent, counters, and the fragments that have
+/// arrived.
 const PROTOCOL: u32 = 60;
 /// Bytes that a queue adds to a frame: the number of the next frame, and the priority, which
 /// includes whether the frame is stale.

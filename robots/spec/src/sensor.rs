@@ -74,7 +74,7 @@ pub enum SensorValue {
     Count,
 }
 
-/// A sensor, and the value of it that a function returns.
+/// A sensor and the one of its values that a function returns.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Reading {
     /// Index of the sensor in [`Robot::sensors`](crate::Robot::sensors).

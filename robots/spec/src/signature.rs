@@ -21,7 +21,7 @@ pub enum Type {
     Table,
     /// A function.
     Function,
-    /// Any value, nil included.
+    /// Any value, including nil.
     Any,
 }
 

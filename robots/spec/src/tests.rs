@@ -316,7 +316,7 @@ fn every_error_has_its_place() {
     expect_errors(GOOD, &cases);
 }
 
-/// The names that are refused as taken: the globals of the language manual.
+/// The reserved names, which are refused: the globals of the language manual.
 #[test]
 fn names_of_the_language_are_taken() {
     let names = "size foreach map reduce filter type isnil isint isfloat isstring istable isclosure isuserdata \

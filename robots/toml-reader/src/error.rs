@@ -17,7 +17,6 @@ pub trait Cause: fmt::Display + PartialEq + From<TomlError> {
 /// A mistake in a file. `Display` writes the sentence of the cause.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct FileError<C> {
-    /// The mistake.
     pub cause: C,
     /// Place of the mistake; `None` if there is no text to point into.
     pub place: Option<Box<crate::Place>>,
@@ -28,7 +27,7 @@ pub struct FileError<C> {
 pub enum TomlError {
     /// The file is not TOML.
     Syntax { message: String },
-    /// The file is not TOML: a bracket or brace has no partner.
+    /// The file is not TOML, because a bracket or brace has no partner.
     Unclosed { open: char, close: char },
     /// A key that the section does not have.
     UnknownKey { key: String, section: &'static str, known: Vec<&'static str> },
