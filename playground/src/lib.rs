@@ -8,9 +8,11 @@
 //!    and writes nothing else.
 //!
 //! # Use
-//! A page writes each file with [`input`] and [`add_file`] and starts a scenario with [`start`]. Then it writes a request and calls
-//! [`request`], calls [`advance`] as time passes, and reads the output of [`take_events`] and [`take_sample`], which [`output`] and
-//! [`output_length`] locate. The crate `bittybuzz-live` describes requests, events and samples. `tests/run.mjs` does all of this.
+//! A page writes each file with [`input`] and [`add_file`] and starts a scenario with [`start`].
+//! Then it writes a request, calls [`request`], and calls [`advance`] as time passes.
+//! [`take_events`] and [`take_sample`] leave their result in a buffer, which [`output`] and
+//! [`output_length`] locate. The crate `bittybuzz-live` describes requests, events and samples.
+//! `tests/run.mjs` does all of this.
 //!
 //! # Cost
 //! The module of `cargo xtask site` takes 2.3 MB, 0.72 MB compressed by gzip.
