@@ -8,7 +8,7 @@ use std::fmt::Write;
 use std::path::Path;
 use std::{env, fs, io};
 
-use bittybuzz_robot_spec::Profile;
+use bittybuzz_robot_spec::NumberProfile;
 
 fn main() -> io::Result<()> {
     println!("cargo::rerun-if-changed=build.rs");
@@ -21,7 +21,7 @@ fn main() -> io::Result<()> {
         let places = if 7 * rounded <= 8 * slots { rounded } else { slots };
         let mut profiles = vec!["Tiny"];
         // A robot with room for long frames can also run the small profile.
-        if robot.profile == Profile::Full {
+        if robot.profile == NumberProfile::Full {
             profiles.push("Full");
         }
         for profile in profiles {

@@ -9,7 +9,7 @@
 use std::sync::Arc;
 use std::time::Instant;
 
-use bittybuzz_arena::engine::{Area, Brain, Io, Media, Pose, Settings, Stream, World};
+use bittybuzz_arena::engine::{Area, Brain, Io, Media, Pose, Stream, World, WorldSettings};
 use bittybuzz_kilobot_model::{KilobotModel, KilobotMotors};
 
 /// A brain that walks straight and in curves, counts the frames that it receives, and sends all the
@@ -50,7 +50,7 @@ impl Brain for Wanderer {
 }
 
 fn world(robots: usize, neighbours: f32, threads: usize) -> World<Wanderer> {
-    let mut settings = Settings { seed: 1, threads, ..Settings::default() };
+    let mut settings = WorldSettings { seed: 1, threads, ..WorldSettings::default() };
     let (model, media) = (KilobotModel::STANDARD, Media::STANDARD);
     let reach = media.infrared.link.range.unwrap_or(0.0) + 2.0 * model.radius;
     let area = robots as f32 * core::f32::consts::PI * reach * reach / neighbours;

@@ -8,7 +8,7 @@ use std::sync::Arc;
 
 use bittybuzz_arena::engine::LossCause;
 use bittybuzz_arena::robot::FaultCounts;
-use bittybuzz_arena::run::{Event, EventKind, Observer, Setup, Simulation, Summary};
+use bittybuzz_arena::run::{EventKind, ObservedEvent, Observer, Setup, Simulation, Summary};
 use script::{folder, read};
 
 /// The same swarm that the shipped scenario has.
@@ -127,7 +127,7 @@ struct Ears {
 }
 
 impl Observer for Ears {
-    fn see(&mut self, Event { tick, robot, kind }: Event<'_>) {
+    fn see(&mut self, ObservedEvent { tick, robot, kind }: ObservedEvent<'_>) {
         // Two ticks for frames that were on their way.
         let is_noisy = (FROM + 2..UNTIL).contains(&tick);
         match kind {

@@ -9,15 +9,17 @@ use std::path::Path;
 use std::sync::Arc;
 
 use bittybuzz_arena::robot::ProgramId;
-use bittybuzz_arena::robot::checks::{Anomaly, Checker, Exact, Findings, Occurrences, Slice};
+use bittybuzz_arena::robot::checks::{
+    Anomaly, Exact, Findings, MachineChecker, Occurrences, RunSlice,
+};
 use bittybuzz_arena::run::{Setup, Simulation};
-use bittybuzz_compiler::codegen::constant::Profile as ProfileName;
+use bittybuzz_compiler::codegen::constant::NumberProfile as ProfileName;
 use bittybuzz_compiler::compile::{Options, compile};
-use bittybuzz_compiler::include::{Loader, MemoryFiles};
+use bittybuzz_compiler::include::{IncludeLoader, MemoryFiles};
 use bittybuzz_compiler::symbols::Symbols;
 use bittybuzz_vm_core::number::{Full, Number, Profile, Tiny};
 use bittybuzz_vm_core::{
-    Argument, Arguments, Axis, ByteCode, Entry, Host, Image, Outcome, Reply, RobotFault, Sizes,
+    Argument, Axis, ByteCode, CallArguments, Entry, Host, Image, Outcome, Reply, RobotFault, Sizes,
     Value, Vm,
 };
 
@@ -35,13 +37,13 @@ impl<P: Profile> Host<P> for Logger {
     fn call<C: ByteCode, const N: usize>(
         &mut self,
         _: u16,
-        _: Arguments<'_, P, C, N>,
+        _: CallArguments<'_, P, C, N>,
         _: bool,
     ) -> Result<Reply<P>, RobotFault> {
         Ok(Reply::Value(Value::nil()))
     }
 
-    fn log<C: ByteCode, const N: usize>(&mut self, arguments: Arguments<'_, P, C, N>) {
+    fn log<C: ByteCode, const N: usize>(&mut self, arguments: CallArguments<'_, P, C, N>) {
         let item = |index| match arguments.item(index) {
             Argument::Int(value) => value.to_string(),
             Argument::Float(value) => format!("{value:?}"),
@@ -64,7 +66,8 @@ fn compiled<P: Profile>(script: &str) -> (Vec<u8>, Symbols) {
     let profile = if P::FULL { ProfileName::Full } else { ProfileName::Tiny };
     let options = Options { profile: Some(profile), robot: None, robots: Vec::new() };
     let files = MemoryFiles::default();
-    let found = compile(Path::new("test.bzz"), script.to_owned(), &Loader::new(&files), &options);
+    let found =
+        compile(Path::new("test.bzz"), script.to_owned(), &IncludeLoader::new(&files), &options);
     let image = found.image.unwrap_or_else(|| panic!("{:#?}\n{script}", found.diagnostics));
     (image, found.symbols.unwrap())
 }
@@ -105,10 +108,10 @@ fn drive<P: Profile>(
 /// Runs a script that is checked; none of its entries may fail.
 fn findings<P: Profile>(script: &str, steps: u64) -> Findings {
     let (image, _) = compiled::<P>(script);
-    let mut checker = Checker::new(7, None);
+    let mut checker = MachineChecker::new(7, None);
     let mut host = Logger::default();
     let ends = drive(&mut machine::<P>(&image, 900), steps, |vm, tick, is_step| {
-        checker.run(vm, &mut host, Slice { budget: 1000, tick, is_step })
+        checker.run(vm, &mut host, RunSlice { budget: 1000, tick, is_step })
     });
     assert_eq!(ends.last().unwrap().0, Outcome::Done, "{script}");
     checker.findings().clone()
@@ -423,10 +426,10 @@ fn slices_end_where_they_would_without_checks() {
                 let mut plain = machine::<P>(&image, 400);
                 let expected = drive(&mut plain, 20, |vm, _, _| vm.run(&mut plain_host, budget));
                 let mut host = Logger::default();
-                let mut checker = Checker::new(7, None);
+                let mut checker = MachineChecker::new(7, None);
                 let mut vm = machine::<P>(&image, 400);
                 let found = drive(&mut vm, 20, |vm, tick, is_step| {
-                    checker.run(vm, &mut host, Slice { budget, tick, is_step })
+                    checker.run(vm, &mut host, RunSlice { budget, tick, is_step })
                 });
                 assert_eq!(found, expected, "slices of {budget}: {script}");
                 assert_eq!(host, plain_host, "{script}");

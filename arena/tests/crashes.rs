@@ -5,7 +5,7 @@
 mod common;
 mod script;
 
-use bittybuzz_arena::engine::{Obstacle, Pose, RobotId, RobotState, View};
+use bittybuzz_arena::engine::{Obstacle, Pose, RobotId, RobotState, RobotView};
 use bittybuzz_arena::run::Summary;
 use common::robots::{RobotKind, World};
 use common::*;
@@ -15,7 +15,7 @@ fn crazyflie(world: &mut World<Probe>, x: f32, y: f32, z: f32, brain: Probe) -> 
     world.add(RobotKind::Crazyflie, Pose { z, ..Pose::new(x, y, 0.0) }, brain).unwrap()
 }
 
-fn view(world: &World<Probe>, id: RobotId) -> View {
+fn view(world: &World<Probe>, id: RobotId) -> RobotView {
     world.robot(id).unwrap()
 }
 

@@ -4,7 +4,7 @@
 
 mod common;
 
-use bittybuzz_arena::engine::{Area, Brain, Io, Light, Obstacle, Pose, RobotId, Stream};
+use bittybuzz_arena::engine::{Area, Brain, Io, Lamp, Obstacle, Pose, RobotId, Stream};
 use bittybuzz_crazyflie_model::{Flight, Positioning, Velocity};
 use bittybuzz_kilobot_model::KilobotMotors;
 use bittybuzz_motion::drive::Wheels;
@@ -94,7 +94,7 @@ fn trace(seed: u64, threads: usize) -> Vec<u64> {
     let variants = [Variant::STANDARD, world.add_variant(settings).unwrap()];
     world.add_obstacle(Obstacle::Segment { from: (-900.0, -900.0), to: (500.0, 900.0) });
     world.add_obstacle(Obstacle::Round { x: 600.0, y: 0.0, radius: 150.0 });
-    let lamp = world.add_light(Light { x: 0.0, y: 0.0, intensity: 900.0 });
+    let lamp = world.add_light(Lamp { x: 0.0, y: 0.0, intensity: 900.0 });
     let mut stream = Stream::for_brain(seed, u16::MAX);
     let mut place = || {
         let (x, y) = (stream.unit() - 0.5, stream.unit() - 0.5);
@@ -124,7 +124,7 @@ fn trace(seed: u64, threads: usize) -> Vec<u64> {
                     world.restart(RobotId(7), brain).unwrap();
                 }
                 18 => world.heal(),
-                20 => world.set_light(lamp, Light { x: 500.0, y: 500.0, intensity: 400.0 }),
+                20 => world.set_light(lamp, Lamp { x: 500.0, y: 500.0, intensity: 400.0 }),
                 _ => {}
             }
             world.tick();

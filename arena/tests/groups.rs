@@ -9,7 +9,7 @@ use bittybuzz_arena::scenario::Group;
 use bittybuzz_crazyflie_model::CrazyflieModel;
 use core::ops::DerefMut;
 
-use bittybuzz_arena::engine::{AddError, Link, Loss, Medium};
+use bittybuzz_arena::engine::{AddError, LinkSettings, Loss, Medium};
 use bittybuzz_arena::engine::{Pose, RobotId};
 use common::robots::{RobotKind, Settings, World};
 use common::{Probe, close, exact, links, probe, run};
@@ -25,8 +25,12 @@ fn a_link_is_that_of_the_sender() {
         }
         let mut world = World::new(settings).unwrap();
         for link in links(&mut settings) {
-            *link =
-                Link { range: Some(120.0), loss: Loss::even(0.5), duplicate: 1.0, reorder: 0.0 };
+            *link = LinkSettings {
+                range: Some(120.0),
+                loss: Loss::even(0.5),
+                duplicate: 1.0,
+                reorder: 0.0,
+            };
         }
         let weak = world.add_variant(settings).unwrap();
         // From middle to middle; infrared counts from rim to rim.

@@ -8,9 +8,9 @@ mod script;
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
-use bittybuzz_arena::engine::{LossCause, Medium, Statistics, TICK_US};
+use bittybuzz_arena::engine::{LossCause, Medium, TICK_US, WorldStatistics};
 use bittybuzz_arena::robot::{CallResult, Consequence, FaultRecord, FunctionCall, LogLine, Piece};
-use bittybuzz_arena::run::{Event, EventKind, Observer, Setup, Simulation};
+use bittybuzz_arena::run::{EventKind, ObservedEvent, Observer, Setup, Simulation};
 use bittybuzz_vm_core::{RobotFault, Type};
 use script::{folder, read};
 
@@ -36,7 +36,7 @@ impl Counter {
 }
 
 impl Observer for Counter {
-    fn see(&mut self, Event { tick, robot, kind }: Event<'_>) {
+    fn see(&mut self, ObservedEvent { tick, robot, kind }: ObservedEvent<'_>) {
         match kind {
             EventKind::Sent(frame) => {
                 self.count(frame.medium, 0);
@@ -96,9 +96,9 @@ struct RecordingObserver {
 }
 
 impl Observer for RecordingObserver {
-    fn see(&mut self, event: Event<'_>) {
+    fn see(&mut self, event: ObservedEvent<'_>) {
         self.events.push(format!("{event:?}"));
-        let Event { tick, robot, kind } = event;
+        let ObservedEvent { tick, robot, kind } = event;
         self.robots.push((tick, robot));
         match kind {
             EventKind::Heard { receiver, .. } | EventKind::Lost { receiver, .. } => {
@@ -122,7 +122,7 @@ fn observe(simulation: &mut Simulation, observer: &mut dyn Observer) {
 const TROUBLE: &str = "\n[medium.ir]\nduplication = 0.1\nreordering = 0.1\n\
      [medium.nrf24]\nduplication = 0.1\nreordering = 0.1\n[medium.p2p]\nloss = 0.2\n";
 
-fn check_links(counter: &Counter, statistics: &Statistics) {
+fn check_links(counter: &Counter, statistics: &WorldStatistics) {
     for medium in Medium::ALL {
         let link = statistics.link(medium);
         let counted = counter.links.get(&(medium as u8)).copied().unwrap_or_default();
@@ -195,7 +195,7 @@ fn every_frame_has_a_fate_at_everybody_in_reach() {
     #[derive(Default)]
     struct Fates(BTreeMap<(usize, u64), Vec<usize>>);
     impl Observer for Fates {
-        fn see(&mut self, Event { robot, kind, .. }: Event<'_>) {
+        fn see(&mut self, ObservedEvent { robot, kind, .. }: ObservedEvent<'_>) {
             let (frame, receiver) = match kind {
                 EventKind::Sent(frame) => (frame, None),
                 EventKind::Heard { frame, receiver, .. } => (frame, Some(receiver)),

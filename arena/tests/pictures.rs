@@ -4,8 +4,10 @@
 
 mod script;
 
-use bittybuzz_arena::output::recording::Writer;
-use bittybuzz_arena::output::{History, Row, Table, chart, quartiles, recorder, trajectories};
+use bittybuzz_arena::output::recording::RecordingWriter;
+use bittybuzz_arena::output::{
+    History, RunRow, RunTable, chart, quartiles, recorder, trajectories,
+};
 use script::{folder, read, run_with};
 
 const WALK: &str = "math.rng.setseed(id)\nn = 0\nfunction step() { n = n + 1\n\
@@ -64,17 +66,17 @@ fn charts_of_odd_values_are_xml() {
 
 #[test]
 fn tables_are_csv() {
-    let table = Table {
+    let table = RunTable {
         parameters: vec!["robots.0.script".to_owned()],
         metrics: vec!["since.3".to_owned(), "mean distance(1, 2)".to_owned()],
         rows: vec![
-            Row {
+            RunRow {
                 seed: 1,
                 parameters: vec!["a,\"b\"".to_owned()],
                 metrics: vec![Some(1.5), None],
                 error: None,
             },
-            Row {
+            RunRow {
                 seed: 2,
                 parameters: vec![String::new()],
                 metrics: vec![Some(0.0), None],
@@ -108,7 +110,7 @@ fn trace(threads: usize, seed: u32) -> (Vec<u8>, String) {
         samples.push((simulation.now(), recorder::robots(simulation)));
     });
     let mut file = Vec::new();
-    let mut writer = Writer::new(&mut file, &header.unwrap()).unwrap();
+    let mut writer = RecordingWriter::new(&mut file, &header.unwrap()).unwrap();
     for (tick, robots) in samples {
         writer.write(tick, &robots).unwrap();
     }

@@ -3,15 +3,15 @@
 #![allow(clippy::unwrap_used, reason = "what fails here fails the test")]
 
 use bittybuzz_arena::output::recording::{
-    Body, Header, Obstacle, Outline, RecordedRobot, RecordingError, RecordingReader, RobotStatus,
-    Sample, Writer,
+    RecordedBody, RecordedObstacle, RecordedOutline, RecordedRobot, RecordingError,
+    RecordingHeader, RecordingReader, RecordingSample, RecordingWriter, RobotStatus,
 };
 use proptest::collection::vec;
 use proptest::prelude::*;
 
-fn write(header: &Header, samples: &[Sample]) -> Vec<u8> {
+fn write(header: &RecordingHeader, samples: &[RecordingSample]) -> Vec<u8> {
     let mut file = Vec::new();
-    let mut writer = Writer::new(&mut file, header).unwrap();
+    let mut writer = RecordingWriter::new(&mut file, header).unwrap();
     for sample in samples {
         writer.write(sample.tick, &sample.robots).unwrap();
     }
@@ -19,26 +19,26 @@ fn write(header: &Header, samples: &[Sample]) -> Vec<u8> {
     file
 }
 
-fn read(file: &[u8]) -> Result<(Header, Vec<Sample>), RecordingError> {
+fn read(file: &[u8]) -> Result<(RecordingHeader, Vec<RecordingSample>), RecordingError> {
     let mut reader = RecordingReader::new(file)?;
-    let samples = reader.by_ref().collect::<Result<Vec<Sample>, RecordingError>>()?;
+    let samples = reader.by_ref().collect::<Result<Vec<RecordingSample>, RecordingError>>()?;
     Ok((reader.header().clone(), samples))
 }
 
 /// The header and the samples of the test vector.
-fn documented() -> (Header, Vec<Sample>) {
-    let bodies = vec![Body { id: 0, radius: 165 }, Body { id: 7, radius: 165 }];
+fn documented() -> (RecordingHeader, Vec<RecordingSample>) {
+    let bodies = vec![RecordedBody { id: 0, radius: 165 }, RecordedBody { id: 7, radius: 165 }];
     let obstacles = vec![
-        Obstacle { outline: Outline::Disc([3000, 0, 800]), height: None },
-        Obstacle { outline: Outline::Wall([0, -500, 0, 500]), height: Some(1000) },
+        RecordedObstacle { outline: RecordedOutline::Disc([3000, 0, 800]), height: None },
+        RecordedObstacle { outline: RecordedOutline::Wall([0, -500, 0, 500]), height: Some(1000) },
     ];
-    let header = Header { size: [2000, 1000], tick_ms: 100, bodies, obstacles };
+    let header = RecordingHeader { size: [2000, 1000], tick_ms: 100, bodies, obstacles };
     let robot =
         RecordedRobot { x: -120, y: 5, z: 0, heading: 0x4000, led: 4, state: RobotStatus::Running };
     let moved = RecordedRobot { x: -110, ..robot };
     let samples = vec![
-        Sample { tick: 0, robots: vec![None, Some(robot)] },
-        Sample { tick: 10, robots: vec![None, Some(moved)] },
+        RecordingSample { tick: 0, robots: vec![None, Some(robot)] },
+        RecordingSample { tick: 10, robots: vec![None, Some(moved)] },
     ];
     (header, samples)
 }
@@ -125,26 +125,27 @@ fn robot() -> impl Strategy<Value = RecordedRobot> {
     )
 }
 
-fn obstacle() -> impl Strategy<Value = Obstacle> {
+fn obstacle() -> impl Strategy<Value = RecordedObstacle> {
     (0..3, any::<[i32; 4]>(), any::<Option<u32>>()).prop_map(|(form, numbers, height)| {
         let [x, y, radius, _] = numbers;
         let outline = match form {
-            0 => Outline::Disc([x, y, radius]),
-            1 => Outline::Block(numbers),
-            _ => Outline::Wall(numbers),
+            0 => RecordedOutline::Disc([x, y, radius]),
+            1 => RecordedOutline::Block(numbers),
+            _ => RecordedOutline::Wall(numbers),
         };
-        Obstacle { outline, height }
+        RecordedObstacle { outline, height }
     })
 }
 
 /// A recording of some robots: who has joined stays, and may move or not.
-fn recording() -> impl Strategy<Value = (Header, Vec<Sample>)> {
+fn recording() -> impl Strategy<Value = (RecordingHeader, Vec<RecordingSample>)> {
     let bodies = vec(any::<(u16, u32)>(), 0..6);
     (bodies, vec(obstacle(), 0..4), any::<[u32; 2]>(), any::<u32>()).prop_flat_map(
         |(bodies, obstacles, size, tick_ms)| {
             let count = bodies.len();
-            let bodies = bodies.into_iter().map(|(id, radius)| Body { id, radius }).collect();
-            let header = Header { size, tick_ms, bodies, obstacles };
+            let bodies =
+                bodies.into_iter().map(|(id, radius)| RecordedBody { id, radius }).collect();
+            let header = RecordingHeader { size, tick_ms, bodies, obstacles };
             let step = (1u64..1 << 40, vec(proptest::option::of(robot()), count));
             vec(step, 0..8).prop_map(move |steps| {
                 let mut robots = vec![None; count];
@@ -155,7 +156,7 @@ fn recording() -> impl Strategy<Value = (Header, Vec<Sample>)> {
                     for (robot, change) in robots.iter_mut().zip(changes) {
                         *robot = change.or(*robot);
                     }
-                    samples.push(Sample { tick, robots: robots.clone() });
+                    samples.push(RecordingSample { tick, robots: robots.clone() });
                 }
                 (header.clone(), samples)
             })

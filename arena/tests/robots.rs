@@ -2,11 +2,11 @@
 
 mod script;
 
-use bittybuzz_arena::engine::View;
+use bittybuzz_arena::engine::RobotView;
 use script::{folder, run_with};
 
 /// Runs a script on one robot in the middle of the world, looking along x; views and the global `r` after each tick.
-fn run(robot: &str, script: &str, seconds: u32) -> Vec<(View, Option<f64>)> {
+fn run(robot: &str, script: &str, seconds: u32) -> Vec<(RobotView, Option<f64>)> {
     let name: String = script.chars().filter(char::is_ascii_alphanumeric).take(60).collect();
     let folder = folder(&format!("robots_{robot}_{name}"), &[("s.bzz", script)]);
     let text = format!(
@@ -24,7 +24,7 @@ fn run(robot: &str, script: &str, seconds: u32) -> Vec<(View, Option<f64>)> {
     trace
 }
 
-fn last(trace: &[(View, Option<f64>)]) -> (View, Option<f64>) {
+fn last(trace: &[(RobotView, Option<f64>)]) -> (RobotView, Option<f64>) {
     trace.last().copied().unwrap_or_else(|| panic!("the robot is not there"))
 }
 

@@ -4,7 +4,7 @@ use std::fmt::Write;
 use std::path::Path;
 
 use bittybuzz_arena::scenario::Scenario;
-use bittybuzz_arena::scenario::keys::{BODY, Key, SECTIONS, SectionKeys};
+use bittybuzz_arena::scenario::keys::{BODY, SECTIONS, SectionKey, SectionKeys};
 
 const DOCUMENT: &str = include_str!("../../docs/scenario.md");
 
@@ -13,7 +13,7 @@ fn sections() -> Vec<SectionKeys> {
     let models = bittybuzz_robot_models::all();
     let keys = models.iter().map(|model| {
         let (name, help) = (model.name(), model.keys().robots);
-        Key { name, takes: "table", default: "", help }
+        SectionKey { name, takes: "table", default: "", help }
     });
     let body = SectionKeys { name: BODY, keys: keys.collect::<Vec<_>>().leak() };
     let of_models = models.iter().map(|model| model.keys().body);

@@ -7,14 +7,14 @@ mod common;
 use common::robots::{RobotKind, Settings, World};
 use std::f32::consts::FRAC_PI_2;
 
-use bittybuzz_arena::engine::{Area, Light, Obstacle, Pose, RobotId, Stream};
+use bittybuzz_arena::engine::{Area, Lamp, Obstacle, Pose, RobotId, Stream};
 use common::*;
 
 /// ARGoS' law: 1024 exp(-2 d) (1 - angle / pi), here with its intensity as a parameter.
 #[test]
 fn light_falls_with_distance_and_angle() {
     let mut world = World::new(exact()).unwrap();
-    world.add_light(Light { x: 500.0, y: 0.0, intensity: 1000.0 });
+    world.add_light(Lamp { x: 500.0, y: 0.0, intensity: 1000.0 });
     let cases = [(0.0, 1.0), (FRAC_PI_2, 0.5), (-FRAC_PI_2, 0.5), (std::f32::consts::PI, 0.0)];
     let ids = cases.map(|(heading, _)| kilobot(&mut world, 0.0, 0.0, heading, Probe::default()));
     // They stand at one place, but the first thing they do is to look.
@@ -30,15 +30,15 @@ fn daylight_adds_and_the_converter_ends() {
     let id = kilobot(&mut world, 0.0, 0.0, 0.0, Probe::default());
     world.tick();
     assert_eq!(probe(&world, id).light, 300);
-    let lamp = world.add_light(Light { x: 1.0, y: 0.0, intensity: 900.0 });
+    let lamp = world.add_light(Lamp { x: 1.0, y: 0.0, intensity: 900.0 });
     world.tick();
     assert_eq!(probe(&world, id).light, 1023);
-    world.set_light(lamp, Light { x: 1.0, y: 0.0, intensity: 0.0 });
+    world.set_light(lamp, Lamp { x: 1.0, y: 0.0, intensity: 0.0 });
     world.set_ambient_light(20.0);
     world.tick();
     assert_eq!(probe(&world, id).light, 20);
     // Beyond 2.5 m a lamp adds nothing.
-    world.set_light(lamp, Light { x: -1900.0, y: 1900.0, intensity: 900.0 });
+    world.set_light(lamp, Lamp { x: -1900.0, y: 1900.0, intensity: 900.0 });
     world.tick();
     assert_eq!(probe(&world, id).light, 20);
 }

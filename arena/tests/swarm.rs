@@ -4,7 +4,7 @@
 
 mod script;
 
-use bittybuzz_arena::engine::View;
+use bittybuzz_arena::engine::RobotView;
 use bittybuzz_arena::output::{History, chart, metrics};
 use bittybuzz_arena::run::Verdict;
 use script::{folder, read, run, run_with};
@@ -120,7 +120,7 @@ fn many_robots_are_as_all_pairs_say() {
     );
     for seed in 0..5 {
         let text = text.replace("duration = 1\n", &format!("duration = 1\nseed = {seed}\n"));
-        let mut views: Vec<View> = Vec::new();
+        let mut views: Vec<RobotView> = Vec::new();
         let summary = run_with(&folder, &text, 1, |simulation| {
             views = (0..110).filter_map(|robot| simulation.view(robot)).collect();
         });

@@ -5,7 +5,7 @@
 mod common;
 
 use bittybuzz_arena::engine::{
-    Area, Brain, Io, Light, Loss, Medium, Obstacle, Pose, RobotId, Stream,
+    Area, Brain, Io, Lamp, Loss, Medium, Obstacle, Pose, RobotId, Stream,
 };
 use bittybuzz_crazyflie_model::{Flight, Positioning, Velocity};
 use bittybuzz_kilobot_model::KilobotMotors;
@@ -116,7 +116,7 @@ fn disturb(world: &mut World<Mad>, stream: &mut Stream) {
         9 => world.set_ambient_light(number(stream)),
         10 => {
             let (x, y, intensity) = (number(stream), number(stream), number(stream));
-            world.add_light(Light { x, y, intensity });
+            world.add_light(Lamp { x, y, intensity });
         }
         11 => {
             let mut two = || (number(stream), number(stream));

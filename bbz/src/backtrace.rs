@@ -3,11 +3,11 @@
 use annotate_snippets::{AnnotationKind, Element, Level, Origin, Snippet};
 use bittybuzz_compiler::codegen::GLOBAL_CODE;
 use bittybuzz_compiler::render::{LONGEST_LINE, MOST_MARKED_BYTES, WIDE_LINE};
-use bittybuzz_compiler::symbols::{Place, Symbols};
+use bittybuzz_compiler::symbols::{SourceSpan, Symbols};
 use bittybuzz_vm_core::Entry;
 use serde_json::{Value, json};
 
-use crate::program::Program;
+use crate::program::LoadedProgram;
 use crate::report::printable;
 
 /// The number of innermost calls that are shown. An endless recursion has thousands.
@@ -18,7 +18,7 @@ const OUTERMOST: usize = 2;
 
 /// The place at which the machine stopped.
 pub struct Backtrace<'a> {
-    program: &'a Program,
+    program: &'a LoadedProgram,
     /// Positions in the code: the instruction that stopped, then the calls that led there.
     positions: Vec<u16>,
     /// The entry that the robot called, if it is known.
@@ -27,7 +27,7 @@ pub struct Backtrace<'a> {
 
 impl<'a> Backtrace<'a> {
     /// Returns the backtrace of the machine's positions, innermost first.
-    pub fn new(program: &'a Program, positions: Vec<u16>, entry: Option<Entry>) -> Self {
+    pub fn new(program: &'a LoadedProgram, positions: Vec<u16>, entry: Option<Entry>) -> Self {
         Backtrace { program, positions, entry }
     }
 
@@ -83,13 +83,13 @@ impl<'a> Backtrace<'a> {
         }
     }
 
-    fn place(&self) -> Option<Place> {
+    fn place(&self) -> Option<SourceSpan> {
         self.program.symbols.as_ref()?.position(u32::from(*self.positions.first()?))
     }
 
     /// Returns the source line with the instruction marked, or only the place if there is no such
     /// line.
-    fn source(&self, place: Place, symbols: &Symbols) -> Element<'static> {
+    fn source(&self, place: SourceSpan, symbols: &Symbols) -> Element<'static> {
         let path = printable(symbols.file(place.file).unwrap_or("<unknown>"));
         let source = self.program.source(place.file);
         let line = source.as_deref().and_then(|text| text.lines().nth(index(place.line)));
@@ -140,7 +140,7 @@ impl<'a> Backtrace<'a> {
             let caller = self.positions.get(number + 1);
             let place = caller.and_then(|caller| symbols.position(u32::from(*caller)));
             lines.push(match place {
-                Some(Place { file, line, column, .. }) => format!(
+                Some(SourceSpan { file, line, column, .. }) => format!(
                     "in {}, called at {}:{line}:{column}",
                     name(*position),
                     symbols.file(file).unwrap_or("<unknown>")

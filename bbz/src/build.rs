@@ -14,7 +14,7 @@ use crate::output;
 use crate::problem::Problem;
 use crate::program::{self, InputKind};
 use crate::report;
-use crate::selection::{ProfileName, Selection};
+use crate::selection::{ProfileName, RobotChoice};
 use crate::whole_file::{self, Inputs, with_suffix};
 
 const EXAMPLES: &str = "\
@@ -55,7 +55,7 @@ pub struct BuildArguments {
 /// Carries out the command.
 pub fn execute(arguments: &BuildArguments) -> Result<ExitStatus, Problem> {
     let kind = InputKind::of(&arguments.file)?;
-    let selection = Selection::new(Some(&arguments.robot), arguments.profile)?;
+    let selection = RobotChoice::new(Some(&arguments.robot), arguments.profile)?;
     let Compiled { image, symbols, diagnostics, sources } =
         program::compiled(&arguments.file, kind, &arguments.include, &selection)?;
     if !arguments.json {

@@ -5,7 +5,7 @@ mod fix;
 use std::path::{Path, PathBuf};
 
 use annotate_snippets::{Group, Level};
-use bittybuzz_compiler::codes::Code;
+use bittybuzz_compiler::codes::DiagnosticCode;
 use bittybuzz_compiler::compile::Compiled;
 use bittybuzz_compiler::diagnostic::{Diagnostic, Severity};
 use bittybuzz_compiler::fit;
@@ -17,7 +17,7 @@ use crate::output;
 use crate::problem::Problem;
 use crate::program::{self, InputKind};
 use crate::report;
-use crate::selection::{Selection, SelectionArguments};
+use crate::selection::{RobotChoice, SelectionArguments};
 
 const EXAMPLES: &str = "\
 Examples:
@@ -59,14 +59,14 @@ pub struct CheckArguments {
 #[derive(Debug, Clone, Copy)]
 enum Denied {
     Warnings,
-    Code(Code),
+    Code(DiagnosticCode),
 }
 
 fn denied(text: &str) -> Result<Denied, String> {
     if text == "warnings" {
         return Ok(Denied::Warnings);
     }
-    match Code::ALL.iter().find(|code| code.text().eq_ignore_ascii_case(text)) {
+    match DiagnosticCode::ALL.iter().find(|code| code.text().eq_ignore_ascii_case(text)) {
         Some(code) if code.severity() == Severity::Warning => Ok(Denied::Code(*code)),
         Some(_) => Err("it is an error anyway".to_owned()),
         None => Err("give `warnings`, or the code of a warning such as W0102".to_owned()),
@@ -74,24 +74,25 @@ fn denied(text: &str) -> Result<Denied, String> {
 }
 
 /// The messages about all files, and their counts.
-struct Found {
+struct CheckReport {
     objects: Vec<serde_json::Value>,
     errors: usize,
     warnings: usize,
     denied: usize,
     /// The code that the summary names.
-    first: Option<Code>,
+    first: Option<DiagnosticCode>,
 }
 
 /// Carries out the command.
 pub fn execute(arguments: &CheckArguments) -> Result<ExitStatus, Problem> {
     let selection = arguments.selection.select()?;
-    let mut found = Found { objects: Vec::new(), errors: 0, warnings: 0, denied: 0, first: None };
+    let mut found =
+        CheckReport { objects: Vec::new(), errors: 0, warnings: 0, denied: 0, first: None };
     for path in &arguments.files {
         check(path, arguments, &selection, &mut found)?;
     }
     if arguments.json {
-        let Found { objects, errors, warnings, .. } = &found;
+        let CheckReport { objects, errors, warnings, .. } = &found;
         output::write(&format!("{}\n", json::messages(objects, *errors, *warnings)))?;
     } else {
         found.summarise();
@@ -114,8 +115,8 @@ pub fn execute(arguments: &CheckArguments) -> Result<ExitStatus, Problem> {
 fn check(
     path: &Path,
     arguments: &CheckArguments,
-    selection: &Selection,
-    found: &mut Found,
+    selection: &RobotChoice,
+    found: &mut CheckReport,
 ) -> Result<(), Problem> {
     let kind = InputKind::of(path)?;
     let compile = || program::compiled(path, kind, &arguments.include, selection);
@@ -142,7 +143,7 @@ fn check(
     Ok(())
 }
 
-impl Found {
+impl CheckReport {
     fn count(&mut self, diagnostics: &[Diagnostic], deny: &[Denied]) {
         let (errors, warnings) = report::count(diagnostics);
         self.errors += errors;

@@ -3,22 +3,22 @@
 use std::cmp::Reverse;
 
 use bittybuzz_arena::robot::checks::{
-    Anomaly, Costs, Exact, Example, Findings, Moment, Occurrences, Peak,
+    Anomaly, Costs, Exact, FailedOperation, Findings, Occurrences, Peak, RobotMoment,
 };
-use bittybuzz_compiler::symbols::Place;
+use bittybuzz_compiler::symbols::SourceSpan;
 use bittybuzz_vm_core::number::Number;
 use serde_json::{Value, json};
 
-use crate::program::Program;
+use crate::program::LoadedProgram;
 use crate::report::printable;
 
 /// The most places that are printed; JSON has all.
 const MOST_PLACES: usize = 20;
 
 /// The findings of robots with the same script and the same machine.
-pub struct Checked<'a> {
+pub struct CheckFindings<'a> {
     pub findings: &'a Findings,
-    pub program: &'a Program,
+    pub program: &'a LoadedProgram,
     /// Slots of the machine.
     pub slots: usize,
     /// Entries of stigmergies for which the machine has room.
@@ -31,7 +31,7 @@ pub struct Checked<'a> {
     pub has_robots: bool,
 }
 
-impl Checked<'_> {
+impl CheckFindings<'_> {
     /// Returns the lines of the report.
     pub fn text(&self) -> Vec<String> {
         let places = self.places();
@@ -84,7 +84,7 @@ impl Checked<'_> {
             .into_iter()
             .map(|(position, anomaly, Occurrences { count, first })| {
                 let place = self.source(position);
-                let Example { operation, exact, result, at } = first;
+                let FailedOperation { operation, exact, result, at } = first;
                 json!({
                     "kind": kind(anomaly),
                     "count": count,
@@ -160,7 +160,7 @@ impl Checked<'_> {
             Anomaly::Flushed => "flushed to zero",
             Anomaly::Saturated => "saturated",
         };
-        let Example { operation, exact, result, at } = found.first;
+        let FailedOperation { operation, exact, result, at } = found.first;
         let exact = match exact {
             Exact::Int(value) => format!(" = {value}"),
             Exact::Real(value) => real(value),
@@ -174,19 +174,19 @@ impl Checked<'_> {
         format!("{place}: {verb} {times}, first {operation}{exact}{result}{}", self.at(at))
     }
 
-    fn source(&self, position: u16) -> Option<Place> {
+    fn source(&self, position: u16) -> Option<SourceSpan> {
         self.program.symbols.as_ref()?.position(u32::from(position))
     }
 
-    fn file(&self, place: Place) -> Option<&str> {
+    fn file(&self, place: SourceSpan) -> Option<&str> {
         self.program.symbols.as_ref()?.file(place.file)
     }
 
-    fn seconds(&self, at: Moment) -> f64 {
+    fn seconds(&self, at: RobotMoment) -> f64 {
         at.tick as f64 / self.ticks_per_second
     }
 
-    fn at(&self, at: Moment) -> String {
+    fn at(&self, at: RobotMoment) -> String {
         let robot = if self.has_robots { format!(", robot {}", at.robot) } else { String::new() };
         format!(" at {:.1} s{robot}", self.seconds(at))
     }

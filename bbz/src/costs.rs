@@ -5,55 +5,55 @@ use std::sync::Arc;
 
 use bittybuzz_arena::robot::checks::Costs;
 use bittybuzz_robot_files::all_shipped;
-use bittybuzz_robot_spec::{Profile, Robot};
+use bittybuzz_robot_spec::{NumberProfile, Robot};
 
 /// Tables of cycles, or of instructions of one cycle each, by the names of instructions and their cases.
 const COSTS: &str = include_str!("../../bench/costs.json");
 
 /// A chip whose instructions were counted.
-struct Chip {
+struct CountedChip {
     /// The beginning of the chip's name in robot files.
     name: &'static str,
     /// The tables of the profiles that were counted.
-    tables: &'static [Table],
+    tables: &'static [CostTables],
     /// The clock in Hz that the firmware of the shipped robot with this chip sets.
     clock_hz: u64,
 }
 
 /// The costs on a chip with one profile.
-struct Table {
-    profile: Profile,
+struct CostTables {
+    profile: NumberProfile,
     /// The key of the costs in [`COSTS`]. The longest times of some instructions are not there, but
     /// under the name of the shipped robot with the chip.
     instructions: &'static str,
 }
 
-const CHIPS: [Chip; 3] = [
-    Chip {
+const CHIPS: [CountedChip; 3] = [
+    CountedChip {
         name: "ATmega328P",
-        tables: &[Table { profile: Profile::Tiny, instructions: "avr" }],
+        tables: &[CostTables { profile: NumberProfile::Tiny, instructions: "avr" }],
         clock_hz: 8_000_000,
     },
-    Chip {
+    CountedChip {
         name: "STM32F051",
         tables: &[
-            Table { profile: Profile::Tiny, instructions: "thumbv6m" },
-            Table { profile: Profile::Full, instructions: "thumbv6m-full" },
+            CostTables { profile: NumberProfile::Tiny, instructions: "thumbv6m" },
+            CostTables { profile: NumberProfile::Full, instructions: "thumbv6m-full" },
         ],
         clock_hz: 48_000_000,
     },
-    Chip {
+    CountedChip {
         name: "STM32F405",
         tables: &[
-            Table { profile: Profile::Tiny, instructions: "thumbv7em" },
-            Table { profile: Profile::Full, instructions: "thumbv7em-full" },
+            CostTables { profile: NumberProfile::Tiny, instructions: "thumbv7em" },
+            CostTables { profile: NumberProfile::Full, instructions: "thumbv7em-full" },
         ],
         clock_hz: 168_000_000,
     },
 ];
 
 /// Returns the costs of a robot's chip with a profile; `None` if they were not counted.
-pub fn of(robot: &Robot, profile: Profile) -> Option<Arc<Costs>> {
+pub fn of(robot: &Robot, profile: NumberProfile) -> Option<Arc<Costs>> {
     let name = robot.chip.as_ref()?;
     let chip = CHIPS.iter().find(|chip| name.starts_with(chip.name))?;
     let table = chip.tables.iter().find(|table| table.profile == profile)?;
@@ -99,8 +99,8 @@ mod tests {
             }
         }
         robot.chip = Some("Z80".to_owned());
-        assert!(of(&robot, Profile::Tiny).is_none());
+        assert!(of(&robot, NumberProfile::Tiny).is_none());
         robot.chip = None;
-        assert!(of(&robot, Profile::Tiny).is_none());
+        assert!(of(&robot, NumberProfile::Tiny).is_none());
     }
 }

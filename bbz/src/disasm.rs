@@ -9,7 +9,7 @@ use clap::Args;
 use crate::ExitStatus;
 use crate::output;
 use crate::problem::Problem;
-use crate::program::{self, InputKind, Program};
+use crate::program::{self, InputKind, LoadedProgram};
 use crate::selection::SelectionArguments;
 
 const EXAMPLES: &str = "\
@@ -41,7 +41,7 @@ pub fn execute(arguments: &DisasmArguments) -> Result<ExitStatus, Problem> {
         output::write(&listing.map_err(|error| Problem::Object { path, error })?)?;
         return Ok(ExitStatus::Success);
     }
-    let opened = Program::open(&arguments.file, &arguments.include, &selection)?;
+    let opened = LoadedProgram::open(&arguments.file, &arguments.include, &selection)?;
     let Some(program) = opened else { return Ok(ExitStatus::CompileError) };
     output::write(&disassemble(&program.image, program.symbols.as_ref()))?;
     Ok(ExitStatus::Success)

@@ -2,12 +2,12 @@
 
 use std::time::{Duration, Instant};
 
-use bittybuzz_arena::robot::checks::{Checker, Slice};
+use bittybuzz_arena::robot::checks::{MachineChecker, RunSlice};
 use bittybuzz_inspect::ScriptMemory;
 use bittybuzz_vm_core::number::Profile;
 use bittybuzz_vm_core::{Entry, Fault, Image, ImageError, Outcome, Sighting, Sizes, Value, Vm};
 
-use crate::host::{Clock, HostRobot};
+use crate::host::{HostClock, HostRobot};
 use crate::interrupt::Interrupt;
 
 /// Slots of the machine that stands for every robot: the most that a machine can have.
@@ -20,7 +20,7 @@ const SLICE: u16 = 50_000;
 const LAST_SLICES: usize = 4;
 
 /// The settings of a run.
-pub struct Settings {
+pub struct RunSettings {
     pub id: u16,
     pub seed: u32,
     /// Slots of the robot's machine.
@@ -36,7 +36,7 @@ pub struct Settings {
     /// Robots in sight all the time.
     pub neighbors: Vec<InSight>,
     /// The checks of the script, if there are any.
-    pub checker: Option<Checker>,
+    pub checker: Option<MachineChecker>,
 }
 
 /// A robot in sight.
@@ -49,7 +49,7 @@ pub struct InSight {
 
 /// The end of a run.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum End {
+pub enum RunEnd {
     /// The run ended as the script and the settings define it.
     Complete,
     /// A run-time error.
@@ -62,7 +62,7 @@ pub enum End {
 
 /// The result of a run.
 pub struct Ended {
-    pub end: End,
+    pub end: RunEnd,
     /// The machine's positions in the code, innermost first.
     pub positions: Vec<u16>,
     /// The last entry that was called.
@@ -70,7 +70,7 @@ pub struct Ended {
     /// The number of steps that were started.
     pub steps: u64,
     /// The checks of the script.
-    pub checker: Option<Checker>,
+    pub checker: Option<MachineChecker>,
     /// The use of the memory, if the script ran out of it.
     pub memory: Option<ScriptMemory>,
 }
@@ -78,7 +78,7 @@ pub struct Ended {
 /// Runs an image.
 pub fn drive<P: Profile>(
     image: &[u8],
-    settings: &Settings,
+    settings: &RunSettings,
     is_robot_function: &dyn Fn(u16) -> bool,
     host: &mut HostRobot<'_>,
     interrupt: &mut Interrupt,
@@ -91,14 +91,14 @@ pub fn drive<P: Profile>(
     let checker = settings.checker.clone();
     let mut run = Run { vm, host, interrupt, neighbors, entry: Entry::Global, checker, steps: 0 };
     let mut end = run.all(settings);
-    if end == End::Interrupted {
+    if end == RunEnd::Interrupted {
         end = run.last_words();
     }
     run.host.output.flush();
     let Run { vm, entry, checker, steps, .. } = run;
     let memory = match &end {
-        End::Fault(fault) => ScriptMemory::after(fault, &*vm, settings.slots),
-        End::Complete | End::Interrupted | End::OutputClosed => None,
+        RunEnd::Fault(fault) => ScriptMemory::after(fault, &*vm, settings.slots),
+        RunEnd::Complete | RunEnd::Interrupted | RunEnd::OutputClosed => None,
     };
     Ok(Ended { end, positions: vm.calls().collect(), entry, steps, checker, memory })
 }
@@ -110,20 +110,20 @@ struct Run<'a, 'h, 'i, P: Profile> {
     neighbors: &'a [InSight],
     /// The last entry that was called.
     entry: Entry,
-    checker: Option<Checker>,
+    checker: Option<MachineChecker>,
     /// The number of steps that were started.
     steps: u64,
 }
 
 impl<P: Profile> Run<'_, '_, '_, P> {
-    fn all(&mut self, settings: &Settings) -> End {
+    fn all(&mut self, settings: &RunSettings) -> RunEnd {
         match self.run(settings) {
-            Ok(()) => End::Complete,
+            Ok(()) => RunEnd::Complete,
             Err(end) => end,
         }
     }
 
-    fn run(&mut self, settings: &Settings) -> Result<(), End> {
+    fn run(&mut self, settings: &RunSettings) -> Result<(), RunEnd> {
         self.entry(Entry::Global)?;
         self.entry(Entry::Init)?;
         match settings.steps {
@@ -142,7 +142,7 @@ impl<P: Profile> Run<'_, '_, '_, P> {
 
     /// Runs a step per period in real time, as long as the script has a step function. A step that
     /// takes longer than a period skips ticks, which are not made up for.
-    fn tick(&mut self, period: Duration) -> Result<(), End> {
+    fn tick(&mut self, period: Duration) -> Result<(), RunEnd> {
         let mut tick = Instant::now();
         while self.entry(Entry::Step)? {
             self.host.output.flush();
@@ -171,14 +171,14 @@ impl<P: Profile> Run<'_, '_, '_, P> {
         match &mut self.checker {
             None => self.vm.run(self.host, SLICE),
             Some(checker) => {
-                let slice = Slice { budget: SLICE, tick: self.steps, is_step };
+                let slice = RunSlice { budget: SLICE, tick: self.steps, is_step };
                 checker.run(&mut *self.vm, self.host, slice)
             }
         }
     }
 
     /// Runs an entry to its end. Returns false if the script does not have it.
-    fn entry(&mut self, entry: Entry) -> Result<bool, End> {
+    fn entry(&mut self, entry: Entry) -> Result<bool, RunEnd> {
         if !self.begin(entry) {
             return Ok(false);
         }
@@ -188,7 +188,7 @@ impl<P: Profile> Run<'_, '_, '_, P> {
                     self.look_up()?;
                     return Ok(true);
                 }
-                Outcome::Fault(fault) => return Err(End::Fault(fault)),
+                Outcome::Fault(fault) => return Err(RunEnd::Fault(fault)),
                 Outcome::Pending => {}
                 Outcome::Waiting => {
                     self.host.output.flush();
@@ -200,36 +200,36 @@ impl<P: Profile> Run<'_, '_, '_, P> {
     }
 
     /// Returns an error if the output has failed or Ctrl-C was pressed.
-    fn look_up(&mut self) -> Result<(), End> {
+    fn look_up(&mut self) -> Result<(), RunEnd> {
         self.host.output.refresh();
         if self.host.output.has_failed() {
-            return Err(End::OutputClosed);
+            return Err(RunEnd::OutputClosed);
         }
-        if self.interrupt.is_raised() { Err(End::Interrupted) } else { Ok(()) }
+        if self.interrupt.is_raised() { Err(RunEnd::Interrupted) } else { Ok(()) }
     }
 
     /// Ends a run after Ctrl-C: lets the running entry end, and then calls `destroy()`. Both get
     /// only a few slices ([`LAST_SLICES`]), and an entry that waits is ended at once.
-    fn last_words(&mut self) -> End {
+    fn last_words(&mut self) -> RunEnd {
         if let Some(end) = self.run_out() {
             return end;
         }
-        self.host.clock = Clock::Simulated;
+        self.host.clock = HostClock::Simulated;
         self.begin(Entry::Destroy);
-        self.run_out().unwrap_or(End::Complete)
+        self.run_out().unwrap_or(RunEnd::Complete)
     }
 
     /// Runs the entry for at most [`LAST_SLICES`] slices. Returns `None` if it ended, else the
     /// reason why it did not.
-    fn run_out(&mut self) -> Option<End> {
+    fn run_out(&mut self) -> Option<RunEnd> {
         for _ in 0..LAST_SLICES {
             match self.slice() {
                 Outcome::Done => return None,
-                Outcome::Fault(fault) => return Some(End::Fault(fault)),
+                Outcome::Fault(fault) => return Some(RunEnd::Fault(fault)),
                 Outcome::Pending => {}
                 Outcome::Waiting => break,
             }
         }
-        Some(End::Interrupted)
+        Some(RunEnd::Interrupted)
     }
 }

@@ -1,6 +1,6 @@
 //! `bbz explain`: the meaning of a code, and the cure.
 
-use bittybuzz_compiler::codes::Code;
+use bittybuzz_compiler::codes::DiagnosticCode;
 use bittybuzz_compiler::explain;
 use bittybuzz_vm_core::FaultCode;
 use clap::Args;
@@ -46,7 +46,7 @@ pub fn execute(arguments: &ExplainArguments) -> Result<ExitStatus, Problem> {
 
 /// Returns every code with its title.
 fn codes() -> impl Iterator<Item = (String, &'static str)> {
-    let compiler = Code::ALL.iter().map(|code| (code.text().to_owned(), code.title()));
+    let compiler = DiagnosticCode::ALL.iter().map(|code| (code.text().to_owned(), code.title()));
     let run_time = FaultCode::ALL.iter().map(|cause| (fault::code(*cause), fault::title(*cause)));
     compiler.chain(run_time)
 }

@@ -5,15 +5,15 @@
 //! about the script.
 
 use annotate_snippets::Level;
-use bittybuzz_robot_spec::{Profile, Robot};
+use bittybuzz_robot_spec::{NumberProfile, Robot};
 use bittybuzz_vm_core::builtin::{self, Library};
 use bittybuzz_vm_core::{Fault, FaultCode, Refusal, Type, opcode};
 use serde_json::{Value, json};
 
 use crate::backtrace::Backtrace;
-use crate::instruction::{self, Instruction};
+use crate::instruction::{self, ByteCodeInstruction};
 use crate::operand;
-use crate::program::Program;
+use crate::program::LoadedProgram;
 use crate::report;
 
 /// Returns the code of a cause as it is printed: `R0005`. `docs/diagnostics.md` explains each.
@@ -57,7 +57,7 @@ pub struct Words {
 /// lists the arguments that the robot function accepts, if it refused those of the call.
 pub fn describe(
     fault: &Fault,
-    program: &Program,
+    program: &LoadedProgram,
     marked: Option<&str>,
     refusal: Option<&str>,
 ) -> Words {
@@ -80,7 +80,7 @@ pub fn describe(
 /// Prints a fault with its place and help. `notes` add the circumstances.
 pub fn report(
     fault: &Fault,
-    program: &Program,
+    program: &LoadedProgram,
     backtrace: &Backtrace<'_>,
     refusal: Option<&str>,
     notes: &[String],
@@ -95,7 +95,7 @@ pub fn report(
 /// Returns a fault as JSON: code, message, help, and the places of the calls, innermost first.
 pub fn json(
     fault: &Fault,
-    program: &Program,
+    program: &LoadedProgram,
     backtrace: &Backtrace<'_>,
     refusal: Option<&str>,
 ) -> Value {
@@ -104,7 +104,7 @@ pub fn json(
 }
 
 /// Returns the arguments that a robot's function accepts, after it has refused others.
-pub fn accepted(fault: &Fault, program: &Program, robot: Option<&Robot>) -> Option<String> {
+pub fn accepted(fault: &Fault, program: &LoadedProgram, robot: Option<&Robot>) -> Option<String> {
     match fault.code {
         FaultCode::WrongType => {}
         FaultCode::RobotRefused if fault.detail == Refusal::ArgumentCount as u16 => {}
@@ -116,8 +116,8 @@ pub fn accepted(fault: &Fault, program: &Program, robot: Option<&Robot>) -> Opti
 
 struct FaultText<'a> {
     fault: &'a Fault,
-    program: &'a Program,
-    instruction: Option<Instruction>,
+    program: &'a LoadedProgram,
+    instruction: Option<ByteCodeInstruction>,
     /// The built-in or robot function that was called.
     callee: Option<String>,
 }
@@ -258,8 +258,8 @@ impl FaultText<'_> {
             FaultCode::BadKey => "an entry is found by a number or a string only".to_owned(),
             FaultCode::DivisionByZero => "test the divisor first, as in `if(n != 0)`".to_owned(),
             FaultCode::ShiftRange => match self.program.profile {
-                Profile::Tiny => "the count must be 0 to 15 in the tiny profile".to_owned(),
-                Profile::Full => "the count must be 0 to 31 in the full profile".to_owned(),
+                NumberProfile::Tiny => "the count must be 0 to 15 in the tiny profile".to_owned(),
+                NumberProfile::Full => "the count must be 0 to 31 in the full profile".to_owned(),
             },
             FaultCode::MissingArgument => "every parameter that is read must be passed".to_owned(),
             FaultCode::Unordered => {
@@ -330,8 +330,8 @@ impl FaultText<'_> {
 }
 
 /// Returns the quoted name of the built-in or robot function that an instruction calls.
-fn callee(instruction: Option<Instruction>, program: &Program) -> Option<String> {
-    let Instruction { opcode, operand } = instruction?;
+fn callee(instruction: Option<ByteCodeInstruction>, program: &LoadedProgram) -> Option<String> {
+    let ByteCodeInstruction { opcode, operand } = instruction?;
     match opcode {
         opcode::CALL_BUILTIN => {
             let info = builtin::info(u8::try_from(operand).ok()?)?;
@@ -348,8 +348,10 @@ fn callee(instruction: Option<Instruction>, program: &Program) -> Option<String>
 }
 
 /// Returns the name of the robot function that an instruction calls.
-fn import(instruction: Instruction, program: &Program) -> Option<&str> {
-    let Instruction { opcode: opcode::CALL_ROBOT, operand } = instruction else { return None };
+fn import(instruction: ByteCodeInstruction, program: &LoadedProgram) -> Option<&str> {
+    let ByteCodeInstruction { opcode: opcode::CALL_ROBOT, operand } = instruction else {
+        return None;
+    };
     let imports = &program.symbols.as_ref()?.imports;
     imports.get(usize::try_from(operand).ok()?).map(String::as_str)
 }

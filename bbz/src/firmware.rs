@@ -13,7 +13,7 @@ use crate::problem::Problem;
 
 /// A reason why a file is not the firmware of a robot.
 #[derive(Debug, Clone, PartialEq, Eq)]
-pub enum FirmwareError {
+pub enum FirmwareFileError {
     /// The file is not ELF, or it is damaged.
     NotElf,
     /// The file is for another kind of processor.
@@ -24,28 +24,28 @@ pub enum FirmwareError {
     Elsewhere(u32),
 }
 
-impl fmt::Display for FirmwareError {
+impl fmt::Display for FirmwareFileError {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
-            FirmwareError::NotElf => write!(f, "is no ELF file for a 32-bit processor"),
-            FirmwareError::NotArm => write!(f, "is for another processor than the robot's"),
-            FirmwareError::Outside(Region { address, size }) => {
+            FirmwareFileError::NotElf => write!(f, "is no ELF file for a 32-bit processor"),
+            FirmwareFileError::NotArm => write!(f, "is for another processor than the robot's"),
+            FirmwareFileError::Outside(Region { address, size }) => {
                 write!(f, "has {size} bytes for {address:#010x}, which is no place for firmware")
             }
-            FirmwareError::Elsewhere(address) => {
+            FirmwareFileError::Elsewhere(address) => {
                 write!(f, "has nothing for {address:#010x}, where the robot's firmware begins")
             }
         }
     }
 }
 
-impl FirmwareError {
+impl FirmwareFileError {
     /// Returns advice on how to mend the error.
     pub fn help(&self) -> &'static str {
         match self {
-            FirmwareError::NotElf => "name the file that cargo built, without extension",
-            FirmwareError::NotArm => "was it built for this robot, not for this computer?",
-            FirmwareError::Outside(_) | FirmwareError::Elsewhere(_) => {
+            FirmwareFileError::NotElf => "name the file that cargo built, without extension",
+            FirmwareFileError::NotArm => "was it built for this robot, not for this computer?",
+            FirmwareFileError::Outside(_) | FirmwareFileError::Elsewhere(_) => {
                 "build it with the [layout] of the robot file; what has another one, such as \
                  firmware in place of the boot loader, is flashed with probe-rs itself"
             }
@@ -60,13 +60,13 @@ pub fn check(path: &Path, layout: &Layout) -> Result<(), Problem> {
     check_bytes(&bytes, layout).map_err(|error| Problem::Firmware { path: path.to_owned(), error })
 }
 
-fn check_bytes(bytes: &[u8], layout: &Layout) -> Result<(), FirmwareError> {
-    let header = FileHeader32::<Endianness>::parse(bytes).map_err(|_| FirmwareError::NotElf)?;
-    let endian = header.endian().map_err(|_| FirmwareError::NotElf)?;
+fn check_bytes(bytes: &[u8], layout: &Layout) -> Result<(), FirmwareFileError> {
+    let header = FileHeader32::<Endianness>::parse(bytes).map_err(|_| FirmwareFileError::NotElf)?;
+    let endian = header.endian().map_err(|_| FirmwareFileError::NotElf)?;
     if header.e_machine(endian) != EM_ARM {
-        return Err(FirmwareError::NotArm);
+        return Err(FirmwareFileError::NotArm);
     }
-    let segments = header.program_headers(endian, bytes).map_err(|_| FirmwareError::NotElf)?;
+    let segments = header.program_headers(endian, bytes).map_err(|_| FirmwareFileError::NotElf)?;
     let loaded = segments.iter().filter(|segment| segment.p_type(endian) == PT_LOAD);
     // Segments without content, such as stacks and variables that start as 0, are not written.
     let written = loaded.filter(|segment| segment.p_filesz(endian) > 0);
@@ -74,9 +74,9 @@ fn check_bytes(bytes: &[u8], layout: &Layout) -> Result<(), FirmwareError> {
     for segment in written {
         let region = Region { address: segment.p_paddr(endian), size: segment.p_filesz(endian) };
         if ![layout.application, layout.script].iter().any(|place| place.contains(region)) {
-            return Err(FirmwareError::Outside(region));
+            return Err(FirmwareFileError::Outside(region));
         }
         begins |= region.address == layout.application.address;
     }
-    if begins { Ok(()) } else { Err(FirmwareError::Elsewhere(layout.application.address)) }
+    if begins { Ok(()) } else { Err(FirmwareFileError::Elsewhere(layout.application.address)) }
 }

@@ -9,13 +9,13 @@ use clap::Args;
 
 use crate::ExitStatus;
 use crate::firmware;
-use crate::isp::{self, Programmer, Task};
+use crate::isp::{self, Programmer, ProgrammingTask};
 use crate::output;
 use crate::probe_rs::{self, ProbeRs};
 use crate::problem::Problem;
-use crate::program::Program;
-use crate::scratch::Scratch;
-use crate::selection::Selection;
+use crate::program::LoadedProgram;
+use crate::scratch::ScratchFile;
+use crate::selection::RobotChoice;
 
 const EXAMPLES: &str = "\
 Examples:
@@ -67,7 +67,7 @@ pub struct FlashArguments {
 
 /// Carries out the command.
 pub fn execute(arguments: &FlashArguments) -> Result<ExitStatus, Problem> {
-    let selection = Selection::new(Some(&arguments.robot), None)?;
+    let selection = RobotChoice::new(Some(&arguments.robot), None)?;
     let robot = selection.robot.as_ref().ok_or(Problem::NoRobot)?;
     if isp::is_programmed_by_isp(robot) {
         return by_programmer(arguments, &selection, robot);
@@ -76,14 +76,14 @@ pub fn execute(arguments: &FlashArguments) -> Result<ExitStatus, Problem> {
         return Err(Problem::NoProgrammer(robot.title.clone()));
     }
     let (chip, layout) = (probe_rs::chip(robot)?, probe_rs::layout(robot)?);
-    let opened = Program::open(&arguments.file, &arguments.include, &selection)?;
+    let opened = LoadedProgram::open(&arguments.file, &arguments.include, &selection)?;
     let Some(program) = opened else { return Ok(ExitStatus::CompileError) };
     check(&arguments.file, &program, robot)?;
     let section = probe_rs::script_section(&layout, &arguments.file, &program.image)?;
     if let Some(path) = &arguments.firmware {
         firmware::check(path, &layout)?;
     }
-    let file = Scratch::new(&arguments.file, "script.bin");
+    let file = ScratchFile::new(&arguments.file, "script.bin");
     let id = arguments.id.map(|id| assign(id, robot, &layout, &arguments.file)).transpose()?;
     let settings = set(&arguments.set, robot, &layout, &arguments.file)?;
     let assignments = [id, settings];
@@ -107,17 +107,17 @@ pub fn execute(arguments: &FlashArguments) -> Result<ExitStatus, Problem> {
 /// Flashes a robot whose whole program is written by a programmer.
 fn by_programmer(
     arguments: &FlashArguments,
-    selection: &Selection,
+    selection: &RobotChoice,
     robot: &Robot,
 ) -> Result<ExitStatus, Problem> {
-    let Some(program) = Program::open(&arguments.file, &arguments.include, selection)? else {
+    let Some(program) = LoadedProgram::open(&arguments.file, &arguments.include, selection)? else {
         return Ok(ExitStatus::CompileError);
     };
     check(&arguments.file, &program, robot)?;
     if let Some(setting) = arguments.set.first() {
         return Err(misset(setting, robot));
     }
-    let task = Task {
+    let task = ProgrammingTask {
         robot,
         programmer: &arguments.programmer,
         script: (&arguments.file, &program),
@@ -128,7 +128,7 @@ fn by_programmer(
     if arguments.dry_run { Ok(ExitStatus::Success) } else { done(&arguments.file, &program, robot) }
 }
 
-fn done(script: &Path, program: &Program, robot: &Robot) -> Result<ExitStatus, Problem> {
+fn done(script: &Path, program: &LoadedProgram, robot: &Robot) -> Result<ExitStatus, Problem> {
     let (script, title) = (script.display(), &robot.title);
     let bytes = program.image.len();
     output::write(&format!("`{script}` ({bytes} bytes) is on the {title}, which starts anew\n"))?;
@@ -136,7 +136,7 @@ fn done(script: &Path, program: &Program, robot: &Robot) -> Result<ExitStatus, P
 }
 
 /// Checks that the robot would run the image.
-fn check(path: &Path, program: &Program, robot: &Robot) -> Result<(), Problem> {
+fn check(path: &Path, program: &LoadedProgram, robot: &Robot) -> Result<(), Problem> {
     if program.profile != robot.profile {
         return Err(Problem::RobotProfile {
             path: path.to_owned(),
@@ -183,17 +183,22 @@ fn script_calls(chip: &str, layout: &Layout, script: &Path) -> Vec<ProbeRs> {
 }
 
 /// Bytes for a region of the flash that keeps its content when scripts and firmware are flashed.
-struct Assignment {
+struct RegionContent {
     address: u32,
     section: Vec<u8>,
-    file: Scratch,
+    file: ScratchFile,
 }
 
 /// Returns the bytes that give a robot its id; fails if its layout has no region for an id.
-fn assign(id: u16, robot: &Robot, layout: &Layout, script: &Path) -> Result<Assignment, Problem> {
+fn assign(
+    id: u16,
+    robot: &Robot,
+    layout: &Layout,
+    script: &Path,
+) -> Result<RegionContent, Problem> {
     let region = layout.id.ok_or_else(|| Problem::NoIdRegion(robot.title.clone()))?;
-    let (section, file) = (Layout::id_section(id).to_vec(), Scratch::new(script, "id.bin"));
-    Ok(Assignment { address: region.address, section, file })
+    let (section, file) = (Layout::id_section(id).to_vec(), ScratchFile::new(script, "id.bin"));
+    Ok(RegionContent { address: region.address, section, file })
 }
 
 /// Returns the bytes that give a robot these settings, if there are any.
@@ -202,7 +207,7 @@ fn set(
     robot: &Robot,
     layout: &Layout,
     script: &Path,
-) -> Result<Option<Assignment>, Problem> {
+) -> Result<Option<RegionContent>, Problem> {
     let Some(region) = layout.settings.filter(|_| !arguments.is_empty()) else {
         let unknown = arguments.first().map(|argument| misset(argument, robot));
         return unknown.map_or(Ok(None), Err);
@@ -219,8 +224,9 @@ fn set(
             *slot = Some(value);
         }
     }
-    let (section, file) = (Layout::settings_section(&values), Scratch::new(script, "settings.bin"));
-    Ok(Some(Assignment { address: region.address, section, file }))
+    let (section, file) =
+        (Layout::settings_section(&values), ScratchFile::new(script, "settings.bin"));
+    Ok(Some(RegionContent { address: region.address, section, file }))
 }
 
 fn misset(argument: &str, robot: &Robot) -> Problem {
@@ -235,7 +241,7 @@ fn misset(argument: &str, robot: &Robot) -> Problem {
     }
 }
 
-impl Assignment {
+impl RegionContent {
     fn call(&self, chip: &str) -> ProbeRs {
         let address = format!("{:#010x}", self.address);
         ProbeRs::new("download", chip)

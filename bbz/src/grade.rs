@@ -11,7 +11,7 @@ use bittybuzz_toml_reader::file;
 use serde_json::{Value, json};
 
 use crate::ExitStatus;
-use crate::output::Output;
+use crate::output::ScriptOutput;
 use crate::problem::Problem;
 use crate::report::{self, printable};
 use crate::sim::desk::Desk;
@@ -87,7 +87,7 @@ pub fn execute(arguments: &GradeArguments) -> Result<ExitStatus, Problem> {
         })
         .collect();
     let twins = twins(&grades);
-    let mut output = Output::new();
+    let mut output = ScriptOutput::new();
     if arguments.json {
         let all: Vec<Value> =
             grades.iter().map(|(path, grade)| object(path, grade, &twins)).collect();

@@ -8,17 +8,17 @@
 use std::time::{Duration, Instant};
 
 use bittybuzz_arena::robot::{Piece, unknown_string};
-use bittybuzz_robot_spec::{Function, Robot, accepted_lists, accepting, idle_result};
+use bittybuzz_robot_spec::{Robot, RobotFunction, accepted_lists, accepting, idle_result};
 use bittybuzz_vm_core::number::{Profile, format_float, format_int};
 use bittybuzz_vm_core::{
-    Argument, Arguments, Axis, ByteCode, Calls, Fault, Host, Reply, RobotFault, Text,
+    Argument, Axis, ByteCode, CallArguments, Calls, Fault, Host, Reply, RobotFault, Text,
 };
 
-use crate::output::{Form, Output};
-use crate::program::Program;
+use crate::output::{OutputForm, ScriptOutput};
+use crate::program::LoadedProgram;
 
 /// The clock of the script.
-pub enum Clock {
+pub enum HostClock {
     /// Delays end at once.
     Simulated,
     /// Delays take real time.
@@ -30,13 +30,13 @@ pub enum Clock {
 
 /// The host of a script, which stands for all robots that the script may run on.
 pub struct HostRobot<'a> {
-    functions: Vec<&'a Function>,
+    functions: Vec<&'a RobotFunction>,
     /// The fields of `pos` that at least one of the robots has.
     position: Vec<&'a str>,
-    program: &'a Program,
+    program: &'a LoadedProgram,
     /// The destination of calls and logs.
-    pub output: Output,
-    pub clock: Clock,
+    pub output: ScriptOutput,
+    pub clock: HostClock,
     /// The reason why the last robot function refused its arguments.
     pub refusal: Option<String>,
 }
@@ -45,16 +45,16 @@ impl<'a> HostRobot<'a> {
     /// Creates a host with the functions of all `robots`.
     pub fn new(
         robots: impl Iterator<Item = &'a Robot> + Clone,
-        program: &'a Program,
-        clock: Clock,
-        form: Form,
+        program: &'a LoadedProgram,
+        clock: HostClock,
+        form: OutputForm,
     ) -> Self {
         let tables = robots.clone().filter_map(|robot| robot.table("pos"));
         HostRobot {
             position: tables.flat_map(|pos| &pos.fields).map(|field| field.name.as_str()).collect(),
             functions: robots.flat_map(|robot| &robot.functions).collect(),
             program,
-            output: Output::of(form),
+            output: ScriptOutput::of(form),
             clock,
             refusal: None,
         }
@@ -63,8 +63,10 @@ impl<'a> HostRobot<'a> {
     /// Returns the rest of the running `delay`.
     pub fn remaining_delay(&self) -> Duration {
         match self.clock {
-            Clock::Real { until: Some(until) } => until.saturating_duration_since(Instant::now()),
-            Clock::Real { until: None } | Clock::Simulated => Duration::ZERO,
+            HostClock::Real { until: Some(until) } => {
+                until.saturating_duration_since(Instant::now())
+            }
+            HostClock::Real { until: None } | HostClock::Simulated => Duration::ZERO,
         }
     }
 
@@ -84,7 +86,7 @@ impl<'a> HostRobot<'a> {
     fn call_text<P: Profile, C: ByteCode, const SLOTS: usize>(
         &self,
         name: &str,
-        arguments: &Arguments<'_, P, C, SLOTS>,
+        arguments: &CallArguments<'_, P, C, SLOTS>,
     ) -> Vec<u8> {
         let mut line = format!("{name}(").into_bytes();
         for index in 0..arguments.count() {
@@ -110,10 +112,10 @@ impl<P: Profile> Host<P> for HostRobot<'_> {
     fn call<C: ByteCode, const SLOTS: usize>(
         &mut self,
         function: u16,
-        arguments: Arguments<'_, P, C, SLOTS>,
+        arguments: CallArguments<'_, P, C, SLOTS>,
         _again: bool,
     ) -> Result<Reply<P>, RobotFault> {
-        let candidates: Vec<&Function> =
+        let candidates: Vec<&RobotFunction> =
             self.functions.iter().filter(|known| known.hash() == function).copied().collect();
         let (accepted, _) = accepting(&candidates, &arguments)
             .inspect_err(|_| self.refusal = Some(accepted_lists(&candidates)))?;
@@ -122,7 +124,7 @@ impl<P: Profile> Host<P> for HostRobot<'_> {
         Ok(Reply::Value(idle_result(accepted)))
     }
 
-    fn log<C: ByteCode, const SLOTS: usize>(&mut self, arguments: Arguments<'_, P, C, SLOTS>) {
+    fn log<C: ByteCode, const SLOTS: usize>(&mut self, arguments: CallArguments<'_, P, C, SLOTS>) {
         let mut line = Vec::new();
         for index in 0..arguments.count() {
             let piece = match arguments.item(index) {
@@ -139,7 +141,7 @@ impl<P: Profile> Host<P> for HostRobot<'_> {
     }
 
     fn delay_is_over(&mut self, ms: i32, again: bool) -> bool {
-        let Clock::Real { until } = &mut self.clock else { return true };
+        let HostClock::Real { until } = &mut self.clock else { return true };
         let now = Instant::now();
         if !again {
             *until = Some(now + Duration::from_millis(u64::try_from(ms).unwrap_or(0)));

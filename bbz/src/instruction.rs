@@ -5,7 +5,7 @@ use bittybuzz_vm_core::opcode::{self, Trailer, WIDE};
 
 /// An instruction with its operand.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct Instruction {
+pub struct ByteCodeInstruction {
     /// The plain or narrow opcode.
     pub opcode: u8,
     /// Operand, 0 if there is none.
@@ -14,7 +14,7 @@ pub struct Instruction {
 
 /// Returns the instruction of a verified image whose last byte is at `position`, counted from the
 /// start of the code.
-pub fn ending_at(image: &[u8], position: u16) -> Option<Instruction> {
+pub fn ending_at(image: &[u8], position: u16) -> Option<ByteCodeInstruction> {
     let header = Image::new(image).header().ok()?;
     let word_bytes = if header.is_full() { 4 } else { 2 };
     let table = image.get(usize::from(header.functions_at())..)?.chunks_exact(2);
@@ -38,7 +38,7 @@ pub fn ending_at(image: &[u8], position: u16) -> Option<Instruction> {
                 Trailer::LocalImmediate => opcode::relation_of_local(behind).0,
                 _ => decoded.opcode,
             };
-            return Some(Instruction { opcode, operand: decoded.operand });
+            return Some(ByteCodeInstruction { opcode, operand: decoded.operand });
         }
     }
     None

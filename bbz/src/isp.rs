@@ -15,9 +15,9 @@ use bittybuzz_robot_spec::{Robot, find_script_section};
 use crate::hex;
 use crate::output;
 use crate::problem::Problem;
-use crate::program::Program;
+use crate::program::LoadedProgram;
 use crate::report;
-use crate::scratch::Scratch;
+use crate::scratch::ScratchFile;
 use crate::shell;
 
 const PROGRAM: &str = "avrdude";
@@ -74,27 +74,27 @@ pub fn is_programmed_by_isp(robot: &Robot) -> bool {
 }
 
 /// The content to write to a robot.
-pub struct Task<'a> {
+pub struct ProgrammingTask<'a> {
     /// The robot, for which [`is_programmed_by_isp`] is true.
     pub robot: &'a Robot,
     /// The access to the robot.
     pub programmer: &'a Programmer,
     /// The path of the script, and its image.
-    pub script: (&'a Path, &'a Program),
+    pub script: (&'a Path, &'a LoadedProgram),
     /// The firmware whose script is replaced; `None` for the firmware on the robot.
     pub firmware: Option<&'a Path>,
     /// The id that the robot gets.
     pub id: Option<u16>,
 }
 
-impl Task<'_> {
+impl ProgrammingTask<'_> {
     /// Returns the firmware from a file, with the script in it.
     fn program(&self, path: &Path) -> Result<Vec<u8>, Problem> {
         self.exchanged(path, &hex::read(path)?)
     }
 
     fn exchanged(&self, path: &Path, program: &[u8]) -> Result<Vec<u8>, Problem> {
-        let (script, Program { image, symbols, .. }) = self.script;
+        let (script, LoadedProgram { image, symbols, .. }) = self.script;
         hex::exchanged(path, program, (script, symbols.as_ref()), image, self.robot)
     }
 
@@ -104,7 +104,7 @@ impl Task<'_> {
             return Err(Problem::ErasedId(self.robot.title.clone()));
         }
         let program = self.firmware.map(|path| self.program(path)).transpose()?;
-        let file = |content| Scratch::new(self.script.0, content);
+        let file = |content| ScratchFile::new(self.script.0, content);
         let [lock, flash, eeprom] = ["lock.bin", "flash.bin", "eeprom.bin"].map(file);
         let read =
             self.call(&[('r', "lock", &lock), ('r', "flash", &flash), ('r', "eeprom", &eeprom)]);
@@ -150,7 +150,7 @@ impl Task<'_> {
     }
 
     /// Returns a call of avrdude that reads (`r`) or writes (`w`) these memories.
-    fn call(&self, operations: &[(char, &str, &Scratch)]) -> Avrdude {
+    fn call(&self, operations: &[(char, &str, &ScratchFile)]) -> Avrdude {
         let mut call = Command::new(PROGRAM);
         // Robot files name chips as avrdude does.
         call.args(["-q", "-p", self.robot.chip.as_deref().unwrap_or_default()]);
@@ -166,12 +166,12 @@ impl Task<'_> {
 }
 
 /// Returns the bytes that avrdude has read.
-fn content(file: &Scratch) -> Result<Vec<u8>, Problem> {
+fn content(file: &ScratchFile) -> Result<Vec<u8>, Problem> {
     fs::read(file.path()).map_err(|error| Problem::unreadable(file.path(), error))
 }
 
 /// Returns the bytes that avrdude has read, with the erased bytes at the end that it leaves out.
-fn filled(file: &Scratch, length: usize) -> Result<Vec<u8>, Problem> {
+fn filled(file: &ScratchFile, length: usize) -> Result<Vec<u8>, Problem> {
     let mut bytes = content(file)?;
     bytes.resize(length, ERASED);
     Ok(bytes)

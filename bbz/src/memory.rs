@@ -2,14 +2,14 @@
 
 use bittybuzz_inspect::ScriptMemory;
 
-use crate::program::Program;
+use crate::program::LoadedProgram;
 use crate::report::counted;
 
 /// The most globals that are named, those that hold most slots first.
 const NAMED: usize = 3;
 
 /// Describes the memory in one sentence.
-pub fn text(memory: &ScriptMemory, program: &Program) -> String {
+pub fn text(memory: &ScriptMemory, program: &LoadedProgram) -> String {
     let ScriptMemory { slots, stack, heap, held } = memory;
     let all = counted(*slots, "slot");
     let mut text =

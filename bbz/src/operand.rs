@@ -2,8 +2,8 @@
 
 use std::path::Path;
 
-use bittybuzz_compiler::ast::{Expr, ExprKind, Link, Stmt, StmtKind};
-use bittybuzz_compiler::include::{Loader, MemoryFiles};
+use bittybuzz_compiler::ast::{ChainLink, Expr, ExprKind, Stmt, StmtKind};
+use bittybuzz_compiler::include::{IncludeLoader, MemoryFiles};
 use bittybuzz_compiler::parser;
 use bittybuzz_vm_core::{FaultCode, Type};
 
@@ -52,7 +52,7 @@ fn computed(expr: &Expr, operands: [Type; 2]) -> Option<&Expr> {
     match &expr.kind {
         ExprKind::Unary { operand, .. } if operands[0] == Type::Nil => Some(operand),
         ExprKind::Chain { first, links } => {
-            let (Link { right, .. }, before) = links.split_last()?;
+            let (ChainLink { right, .. }, before) = links.split_last()?;
             let left = Some(&**first).filter(|_| before.is_empty());
             let is_literal =
                 |side: &Expr| matches!(side.kind, ExprKind::Int(_) | ExprKind::Float(_));
@@ -70,7 +70,7 @@ fn computed(expr: &Expr, operands: [Type; 2]) -> Option<&Expr> {
 
 fn only_statement(text: &str) -> Option<Stmt> {
     let files = MemoryFiles::default();
-    let parsed = parser::parse(Path::new(""), text.to_owned(), &Loader::new(&files));
+    let parsed = parser::parse(Path::new(""), text.to_owned(), &IncludeLoader::new(&files));
     let has_errors = parsed.has_errors();
     let mut stmts = parsed.script.stmts.into_iter();
     let first = stmts.next()?;

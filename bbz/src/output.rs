@@ -12,7 +12,7 @@ const PATIENCE: Duration = Duration::from_millis(50);
 
 /// The form of a script's output.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Form {
+pub enum OutputForm {
     /// Lines, as they are.
     Lines,
     /// A JSON object for each line: `{"printed": "..."}`.
@@ -21,30 +21,35 @@ pub enum Form {
 
 /// The output of a run. It is buffered, because a script may log thousands of lines per second;
 /// code that writes to standard error or waits flushes first.
-pub struct Output {
+pub struct ScriptOutput {
     stdout: BufWriter<Stdout>,
-    form: Form,
+    form: OutputForm,
     flushed: Instant,
     error: Option<io::Error>,
 }
 
-impl Output {
+impl ScriptOutput {
     /// Opens the standard output of this process, in lines.
     pub fn new() -> Self {
-        Output::of(Form::Lines)
+        ScriptOutput::of(OutputForm::Lines)
     }
 
     /// Opens the standard output of this process in this form.
-    pub fn of(form: Form) -> Self {
-        Output { stdout: BufWriter::new(io::stdout()), form, flushed: Instant::now(), error: None }
+    pub fn of(form: OutputForm) -> Self {
+        ScriptOutput {
+            stdout: BufWriter::new(io::stdout()),
+            form,
+            flushed: Instant::now(),
+            error: None,
+        }
     }
 
     /// Writes a line that a script prints. It consists of bytes, because a script can cut a string
     /// in the middle of a character.
     pub fn line(&mut self, line: &[u8]) {
         match self.form {
-            Form::Lines => self.plain(line),
-            Form::Json => {
+            OutputForm::Lines => self.plain(line),
+            OutputForm::Json => {
                 let object = json!({ "printed": String::from_utf8_lossy(line) });
                 self.plain(object.to_string().as_bytes());
             }
@@ -96,7 +101,7 @@ impl Output {
 
 /// Writes a whole result.
 pub fn write(text: &str) -> Result<(), Problem> {
-    let mut output = Output::new();
+    let mut output = ScriptOutput::new();
     output.attempt(|stdout| stdout.write_all(text.as_bytes()));
     output.finish()
 }

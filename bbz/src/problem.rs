@@ -12,11 +12,11 @@ use bittybuzz_compiler::refusal;
 use bittybuzz_compiler::symbols::SymbolsError;
 use bittybuzz_emulation::ClientError;
 use bittybuzz_kilobot::calibration::ERASED_ID;
-use bittybuzz_robot_spec::{Profile, RobotErrors};
+use bittybuzz_robot_spec::{NumberProfile, RobotErrors};
 use bittybuzz_toml_reader::file::ReadError;
 use bittybuzz_vm_core::ImageError;
 
-use crate::firmware::FirmwareError;
+use crate::firmware::FirmwareFileError;
 use crate::hex::ProgramError;
 use crate::sim::MOST_RUNS;
 
@@ -90,7 +90,7 @@ pub enum Problem {
     Profile {
         path: PathBuf,
         /// The profile of the image.
-        image: Profile,
+        image: NumberProfile,
     },
     /// The virtual machine refuses the image.
     Refused {
@@ -140,7 +140,7 @@ pub enum Problem {
     RobotProfile {
         /// The file of the image.
         path: PathBuf,
-        image: Profile,
+        image: NumberProfile,
         /// Title of the robot.
         robot: String,
     },
@@ -155,7 +155,7 @@ pub enum Problem {
     Firmware {
         /// The path from `--firmware`.
         path: PathBuf,
-        error: FirmwareError,
+        error: FirmwareFileError,
     },
     /// The script cannot be put into the program in the file.
     Program {
@@ -307,8 +307,8 @@ impl Problem {
             Problem::Profile { image, .. } => Some(format!(
                 "leave out --profile, or build the script again with --profile {}",
                 match image {
-                    Profile::Tiny => Profile::Full.name(),
-                    Profile::Full => Profile::Tiny.name(),
+                    NumberProfile::Tiny => NumberProfile::Full.name(),
+                    NumberProfile::Full => NumberProfile::Tiny.name(),
                 }
             )),
             Problem::Refused { cause, .. } => refusal::help(cause),

@@ -10,17 +10,17 @@ use std::path::{Path, PathBuf};
 use bittybuzz_compiler::bo;
 use bittybuzz_compiler::compile::{self, Compiled, Options};
 use bittybuzz_compiler::diagnostic::Diagnostic;
-use bittybuzz_compiler::include::{DiskFiles, FileKind, Files, Loader, MAX_SOURCE_BYTES};
+use bittybuzz_compiler::include::{DiskFiles, FileKind, Files, IncludeLoader, MAX_SOURCE_BYTES};
 use bittybuzz_compiler::parser::{self, Parsed};
 use bittybuzz_compiler::source::SourceMap;
 use bittybuzz_compiler::symbols::Symbols;
-use bittybuzz_robot_spec::Profile;
+use bittybuzz_robot_spec::NumberProfile;
 use bittybuzz_toml_reader::file::{self, ReadError};
 use bittybuzz_vm_core::{Image, builtin};
 
 use crate::problem::Problem;
 use crate::report;
-use crate::selection::Selection;
+use crate::selection::RobotChoice;
 use crate::whole_file::Inputs;
 
 /// The environment variable with folders to search for included files.
@@ -66,25 +66,25 @@ impl InputKind {
 
 /// An image, perhaps with its symbols and source.
 #[derive(Clone)]
-pub struct Program {
+pub struct LoadedProgram {
     pub image: Vec<u8>,
     /// The number profile of the image.
-    pub profile: Profile,
+    pub profile: NumberProfile,
     /// Names, texts and places.
     pub symbols: Option<Symbols>,
     /// The source texts, if the program was compiled just now.
     sources: Option<SourceMap>,
 }
 
-impl Program {
+impl LoadedProgram {
     /// Reads an image, or compiles any other file. Compiling prints errors and warnings, and
     /// returns `None` if there are errors.
     pub fn open(
         path: &Path,
         include: &[PathBuf],
-        selection: &Selection,
-    ) -> Result<Option<Program>, Problem> {
-        Program::open_reporting(path, include, selection, |sources, diagnostics| {
+        selection: &RobotChoice,
+    ) -> Result<Option<LoadedProgram>, Problem> {
+        LoadedProgram::open_reporting(path, include, selection, |sources, diagnostics| {
             report::diagnostics(sources, diagnostics);
             Ok(())
         })
@@ -94,19 +94,19 @@ impl Program {
     pub fn open_reporting(
         path: &Path,
         include: &[PathBuf],
-        selection: &Selection,
+        selection: &RobotChoice,
         report: impl FnOnce(&SourceMap, &[Diagnostic]) -> Result<(), Problem>,
-    ) -> Result<Option<Program>, Problem> {
+    ) -> Result<Option<LoadedProgram>, Problem> {
         let kind = InputKind::of(path)?;
         if kind == InputKind::Image {
-            return Program::load(path, selection).map(Some);
+            return LoadedProgram::load(path, selection).map(Some);
         }
         let Compiled { image, symbols, diagnostics, sources } =
             compiled(path, kind, include, selection)?;
         report(&sources, &diagnostics)?;
         let profile = selection.effective_profile();
         let sources = Some(sources);
-        Ok(image.map(|image| Program { image, profile, symbols, sources }))
+        Ok(image.map(|image| LoadedProgram { image, profile, symbols, sources }))
     }
 
     /// Opens a program as [`Program::open`] does. Also accepts symbols (`.sym`), with the image
@@ -114,23 +114,23 @@ impl Program {
     pub fn open_with_symbols(
         path: &Path,
         include: &[PathBuf],
-        selection: &Selection,
-    ) -> Result<Option<Program>, Problem> {
+        selection: &RobotChoice,
+    ) -> Result<Option<LoadedProgram>, Problem> {
         if path.extension().is_none_or(|extension| extension != "sym") {
-            return Program::open(path, include, selection);
+            return LoadedProgram::open(path, include, selection);
         }
         let text = file::read_text(path, file::MOST_COMPILED)
             .map_err(|error| Problem::unreadable(path, error))?;
         let symbols = Symbols::from_json(&text)
             .map_err(|error| Problem::Symbols { path: path.to_owned(), error })?;
-        let mut program = Program::unknown();
+        let mut program = LoadedProgram::unknown();
         if let Ok(image) = file::read(&path.with_extension("bbi"), file::MOST_COMPILED)
             && Image::new(image.as_slice()).header().is_ok_and(|h| h.hash() == symbols.script_hash)
         {
             program.image = image;
         }
-        if symbols.profile == Profile::Tiny.name() {
-            program.profile = Profile::Tiny;
+        if symbols.profile == NumberProfile::Tiny.name() {
+            program.profile = NumberProfile::Tiny;
         }
         program.symbols = Some(symbols);
         Ok(Some(program))
@@ -142,8 +142,13 @@ impl Program {
     }
 
     /// Returns a program of which nothing is known.
-    pub fn unknown() -> Program {
-        Program { image: Vec::new(), profile: Profile::Full, symbols: None, sources: None }
+    pub fn unknown() -> LoadedProgram {
+        LoadedProgram {
+            image: Vec::new(),
+            profile: NumberProfile::Full,
+            symbols: None,
+            sources: None,
+        }
     }
 
     /// Returns the hash of the script.
@@ -155,16 +160,16 @@ impl Program {
     }
 
     /// Reads an image, and the symbols next to it if they belong to it.
-    fn load(path: &Path, selection: &Selection) -> Result<Program, Problem> {
+    fn load(path: &Path, selection: &RobotChoice) -> Result<LoadedProgram, Problem> {
         let image = read(path)?;
         let header = Image::new(image.as_slice()).header();
         let header = header.map_err(|cause| Problem::refused(path, cause))?;
-        let profile = if header.is_full() { Profile::Full } else { Profile::Tiny };
+        let profile = if header.is_full() { NumberProfile::Full } else { NumberProfile::Tiny };
         if selection.profile.is_some_and(|asked| asked != profile) {
             return Err(Problem::Profile { path: path.to_owned(), image: profile });
         }
         let symbols = symbols_beside(path, header.hash());
-        Ok(Program { image, profile, symbols, sources: None })
+        Ok(LoadedProgram { image, profile, symbols, sources: None })
     }
 
     /// Returns the text of a constant string, if it is known.
@@ -216,7 +221,7 @@ pub fn compiled(
     path: &Path,
     kind: InputKind,
     include: &[PathBuf],
-    selection: &Selection,
+    selection: &RobotChoice,
 ) -> Result<Compiled, Problem> {
     let options = selection.options();
     match kind {
@@ -236,14 +241,14 @@ pub fn parsed(path: &Path, include: &[PathBuf]) -> Parsed {
 
 /// Returns a loader that searches included files in the folders of `-I`, those of the environment,
 /// and the library.
-pub fn loader<'a>(files: &'a dyn Files, include: &[PathBuf]) -> Loader<'a> {
+pub fn loader<'a>(files: &'a dyn Files, include: &[PathBuf]) -> IncludeLoader<'a> {
     let environment = env::var_os(INCLUDE_PATH).unwrap_or_default();
     let is_named = |folder: &PathBuf| !folder.as_os_str().is_empty();
-    Loader {
+    IncludeLoader {
         folders: include.to_vec(),
         environment: env::split_paths(&environment).filter(is_named).collect(),
         library: bittybuzz_library::FILES,
-        ..Loader::new(files)
+        ..IncludeLoader::new(files)
     }
 }
 

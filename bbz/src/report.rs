@@ -5,7 +5,7 @@ use std::io::Write;
 
 use annotate_snippets::{AnnotationKind, Group, Level, Renderer as Style, Snippet};
 use bittybuzz_compiler::diagnostic::{Diagnostic, Severity};
-use bittybuzz_compiler::render::{Color, Renderer};
+use bittybuzz_compiler::render::{ColorChoice, Renderer};
 use bittybuzz_compiler::source::SourceMap;
 use bittybuzz_robot_spec::RobotErrors;
 use bittybuzz_toml_reader::Place;
@@ -28,7 +28,7 @@ pub fn diagnostics(sources: &SourceMap, diagnostics: &[Diagnostic]) {
         if *count > LIMIT {
             continue;
         }
-        write(format_args!("{}", renderer.text(diagnostic, Color::Always)));
+        write(format_args!("{}", renderer.text(diagnostic, ColorChoice::Always)));
     }
     if let Some(title) = not_shown(errors, warnings) {
         print(Group::with_title(Level::NOTE.primary_title(title)));

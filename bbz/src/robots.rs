@@ -3,7 +3,7 @@
 
 use bittybuzz_robot_files::{all_shipped, find};
 use bittybuzz_robot_spec::{
-    Body, Budget, Effect, Indicator, OnFault, Robot, Sensor, SensorKind, Setting,
+    BodySpec, Budget, FunctionEffect, Indicator, OnFault, Robot, Sensor, SensorKind, Setting,
 };
 use clap::Args;
 
@@ -104,8 +104,8 @@ fn limits(robot: &Robot) -> impl Iterator<Item = String> {
 
 /// Returns a text such as `body in bbz sim: differential, radius 40 mm, height 80 mm; at most 150
 /// mm/s forward, 286 deg/s turn`.
-fn body_text(body: &Body) -> String {
-    let Body { drive, radius_mm, height_mm, .. } = body;
+fn body_text(body: &BodySpec) -> String {
+    let BodySpec { drive, radius_mm, height_mm, .. } = body;
     let most = drive.quantities().iter().filter_map(|quantity| {
         let most = drive.most(*quantity)?;
         Some(format!("{} {most:.0} {}", quantity.name(), quantity.unit()))
@@ -135,7 +135,7 @@ fn sensor_text(sensor: &Sensor) -> String {
 }
 
 /// Returns a text such as `sets forward = 0 mm/s; reads ring.0 (mm)`.
-fn effect_text(effect: &Effect, sensors: &[Sensor]) -> String {
+fn effect_text(effect: &FunctionEffect, sensors: &[Sensor]) -> String {
     let mut parts = Vec::new();
     if !effect.sets.is_empty() {
         let sets: Vec<String> = effect.sets.iter().map(ToString::to_string).collect();

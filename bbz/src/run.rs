@@ -4,10 +4,10 @@ use std::path::PathBuf;
 use std::time::Duration;
 
 use annotate_snippets::{Group, Level};
-use bittybuzz_arena::robot::checks::Checker;
+use bittybuzz_arena::robot::checks::MachineChecker;
 use bittybuzz_compiler::diagnostic::Diagnostic;
 use bittybuzz_compiler::source::SourceMap;
-use bittybuzz_robot_spec::{Profile, Robot};
+use bittybuzz_robot_spec::{NumberProfile, Robot};
 use bittybuzz_vm_core::number::{Full, Tiny};
 use bittybuzz_vm_core::{Entry, Sizes};
 use clap::Args;
@@ -15,17 +15,17 @@ use serde_json::{Value, json};
 
 use crate::ExitStatus;
 use crate::backtrace::Backtrace;
-use crate::checks::Checked;
+use crate::checks::CheckFindings;
 use crate::costs;
-use crate::drive::{self, End, Ended, InSight, SLOTS, Settings};
+use crate::drive::{self, Ended, InSight, RunEnd, RunSettings, SLOTS};
 use crate::fault;
-use crate::host::{Clock, HostRobot};
+use crate::host::{HostClock, HostRobot};
 use crate::interrupt::{self, Interrupt};
 use crate::json;
 use crate::memory;
-use crate::output::{self, Form};
+use crate::output::{self, OutputForm};
 use crate::problem::Problem;
-use crate::program::Program;
+use crate::program::LoadedProgram;
 use crate::report;
 use crate::selection::SelectionArguments;
 
@@ -117,13 +117,14 @@ pub fn execute(arguments: &RunArguments) -> Result<ExitStatus, Problem> {
         let messages = json::messages(&json::diagnostics(sources, diagnostics), errors, warnings);
         output::write(&format!("{messages}\n"))
     };
-    let opened = Program::open_reporting(&arguments.file, &arguments.include, &selection, print)?;
+    let opened =
+        LoadedProgram::open_reporting(&arguments.file, &arguments.include, &selection, print)?;
     let Some(program) = opened else { return Ok(ExitStatus::CompileError) };
     let robot = selection.robot.as_ref();
     let tick_hz = robot.map_or(TICK_HZ, |robot| robot.tick_hz);
     let costs = robot.filter(|_| arguments.checks);
     let costs = costs.and_then(|robot| costs::of(robot, program.profile));
-    let settings = Settings {
+    let settings = RunSettings {
         id: arguments.id,
         seed: arguments.seed,
         slots: robot.map_or(SLOTS, |robot| robot.vm.slots as usize),
@@ -132,18 +133,18 @@ pub fn execute(arguments: &RunArguments) -> Result<ExitStatus, Problem> {
         destroy: arguments.destroy,
         neighbors: arguments.neighbors.clone(),
         period: Duration::from_secs(1) / tick_hz,
-        checker: arguments.checks.then(|| Checker::new(arguments.id, costs.clone())),
+        checker: arguments.checks.then(|| MachineChecker::new(arguments.id, costs.clone())),
     };
     let clock = match arguments.steps {
-        Some(_) => Clock::Simulated,
-        None => Clock::Real { until: None },
+        Some(_) => HostClock::Simulated,
+        None => HostClock::Real { until: None },
     };
-    let form = if arguments.json { Form::Json } else { Form::Lines };
+    let form = if arguments.json { OutputForm::Json } else { OutputForm::Lines };
     let mut host = HostRobot::new(selection.playable(), &program, clock, form);
     let mut interrupt = Interrupt::install().map_err(Problem::Interrupt)?;
     let drive = match program.profile {
-        Profile::Tiny => drive::drive::<Tiny>,
-        Profile::Full => drive::drive::<Full>,
+        NumberProfile::Tiny => drive::drive::<Tiny>,
+        NumberProfile::Full => drive::drive::<Full>,
     };
     let is_known = |hash| selection.has_function(hash);
     let Ended { end, positions, entry, steps, checker, memory } =
@@ -151,7 +152,7 @@ pub fn execute(arguments: &RunArguments) -> Result<ExitStatus, Problem> {
             .map_err(|cause| Problem::refused(&arguments.file, cause))?;
     let refusal = host.refusal.take();
     let backtrace = Backtrace::new(&program, positions, Some(entry));
-    let checked = checker.as_ref().map(|checker| Checked {
+    let checked = checker.as_ref().map(|checker| CheckFindings {
         findings: checker.findings(),
         program: &program,
         slots: settings.slots,
@@ -162,9 +163,9 @@ pub fn execute(arguments: &RunArguments) -> Result<ExitStatus, Problem> {
     });
     if arguments.json {
         let (ended, fault) = match &end {
-            End::Complete | End::OutputClosed => ("complete", Value::Null),
-            End::Interrupted => ("interrupted", Value::Null),
-            End::Fault(fault) => {
+            RunEnd::Complete | RunEnd::OutputClosed => ("complete", Value::Null),
+            RunEnd::Interrupted => ("interrupted", Value::Null),
+            RunEnd::Fault(fault) => {
                 ("fault", fault::json(fault, &program, &backtrace, refusal.as_deref()))
             }
         };
@@ -175,19 +176,19 @@ pub fn execute(arguments: &RunArguments) -> Result<ExitStatus, Problem> {
         host.output.plain(object.to_string().as_bytes());
         host.output.finish()?;
         return Ok(match end {
-            End::Fault(_) => ExitStatus::RuntimeError,
-            End::Complete | End::OutputClosed | End::Interrupted => ExitStatus::Success,
+            RunEnd::Fault(_) => ExitStatus::RuntimeError,
+            RunEnd::Complete | RunEnd::OutputClosed | RunEnd::Interrupted => ExitStatus::Success,
         });
     }
     host.output.finish()?;
     let ending = match end {
-        End::Complete | End::OutputClosed => ExitStatus::Success,
-        End::Interrupted => {
+        RunEnd::Complete | RunEnd::OutputClosed => ExitStatus::Success,
+        RunEnd::Interrupted => {
             let title = Level::NOTE.primary_title(format!("stopped by {}", interrupt::NAME));
             report::print(Group::with_title(title).elements(backtrace.elements()));
             ExitStatus::Success
         }
-        End::Fault(fault) => {
+        RunEnd::Fault(fault) => {
             let step = (entry == Entry::Step).then(|| format!("in step {steps}"));
             let memory = memory.map(|memory| memory::text(&memory, &program));
             let notes: Vec<String> = step.into_iter().chain(memory).collect();

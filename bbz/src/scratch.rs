@@ -8,13 +8,13 @@ use std::process;
 use crate::problem::Problem;
 
 /// A temporary file, which is removed when this value is dropped.
-pub struct Scratch(PathBuf);
+pub struct ScratchFile(PathBuf);
 
-impl Scratch {
+impl ScratchFile {
     /// Names a file in the temporary folder after the script and its content. Does not create it.
     pub fn new(script: &Path, content: &str) -> Self {
         let stem = script.file_stem().unwrap_or_default().to_string_lossy();
-        Scratch(env::temp_dir().join(format!("bbz-{}-{stem}-{content}", process::id())))
+        ScratchFile(env::temp_dir().join(format!("bbz-{}-{stem}-{content}", process::id())))
     }
 
     /// Returns the path of the file.
@@ -33,7 +33,7 @@ impl Scratch {
     }
 }
 
-impl Drop for Scratch {
+impl Drop for ScratchFile {
     fn drop(&mut self) {
         // The file may never have been written.
         let _ = fs::remove_file(&self.0);

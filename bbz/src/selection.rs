@@ -3,7 +3,7 @@
 use bittybuzz_arena::scenario::Group;
 use bittybuzz_compiler::compile::Options;
 use bittybuzz_robot_files::{all_shipped, find};
-use bittybuzz_robot_spec::{Profile, Robot};
+use bittybuzz_robot_spec::{NumberProfile, Robot};
 use clap::{Args, ValueEnum};
 
 use crate::problem::Problem;
@@ -27,31 +27,31 @@ pub enum ProfileName {
 }
 
 /// The robots of a command.
-pub struct Selection {
+pub struct RobotChoice {
     /// The robot that `--robot` names.
     pub robot: Option<Robot>,
     /// All shipped robots, and those of the scenario.
     pub known: Vec<Robot>,
     /// The profile that `--profile` names.
-    pub profile: Option<Profile>,
+    pub profile: Option<NumberProfile>,
 }
 
 impl SelectionArguments {
     /// Finds the robot.
-    pub fn select(&self) -> Result<Selection, Problem> {
-        Selection::new(self.robot.as_deref(), self.profile)
+    pub fn select(&self) -> Result<RobotChoice, Problem> {
+        RobotChoice::new(self.robot.as_deref(), self.profile)
     }
 }
 
-impl Selection {
+impl RobotChoice {
     /// Selects the robot of that name or path.
     pub fn new(robot: Option<&str>, profile: Option<ProfileName>) -> Result<Self, Problem> {
         let robot = robot.map(find).transpose().map_err(Problem::Robot)?;
         let profile = profile.map(|name| match name {
-            ProfileName::Tiny => Profile::Tiny,
-            ProfileName::Full => Profile::Full,
+            ProfileName::Tiny => NumberProfile::Tiny,
+            ProfileName::Full => NumberProfile::Full,
         });
-        Ok(Selection { robot, known: all_shipped(), profile })
+        Ok(RobotChoice { robot, known: all_shipped(), profile })
     }
 
     /// Selects the robot of a group. The other robots of its scenario are known too, because one
@@ -61,7 +61,7 @@ impl Selection {
         let others = group.robots_of_scenario.iter();
         let others: Vec<Robot> = others.filter(|robot| !known.contains(robot)).cloned().collect();
         known.extend(others);
-        Selection { robot: Some(group.robot.clone()), known, profile: None }
+        RobotChoice { robot: Some(group.robot.clone()), known, profile: None }
     }
 
     /// Returns the options of the compiler.
@@ -70,9 +70,9 @@ impl Selection {
     }
 
     /// Returns the profile to compile for.
-    pub fn effective_profile(&self) -> Profile {
+    pub fn effective_profile(&self) -> NumberProfile {
         let of_robot = self.robot.as_ref().map(|robot| robot.profile);
-        self.profile.or(of_robot).unwrap_or(Profile::Full)
+        self.profile.or(of_robot).unwrap_or(NumberProfile::Full)
     }
 
     /// Returns the robots whose functions a script may call: the named one, else all.

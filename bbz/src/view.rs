@@ -9,7 +9,7 @@ use bittybuzz_toml_reader::file;
 
 use crate::ExitStatus;
 use crate::interrupt::Interrupt;
-use crate::output::Output;
+use crate::output::ScriptOutput;
 use crate::problem::Problem;
 
 const EXAMPLES: &str = "\
@@ -49,7 +49,7 @@ pub fn show(source: &mut dyn Source, no_browser: bool) -> Result<ExitStatus, Pro
 
 /// Prints the address of a page and opens it.
 pub fn announce(page: &Page, no_browser: bool) -> Result<(), Problem> {
-    let mut output = Output::new();
+    let mut output = ScriptOutput::new();
     output.line(page.url().as_bytes());
     output.finish()?;
     if !no_browser {

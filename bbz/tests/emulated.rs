@@ -17,7 +17,7 @@ use std::os::unix::process::CommandExt;
 use std::process::Command;
 use std::time::Duration;
 
-use bittybuzz_emulation::message::{Event, TimedEvent};
+use bittybuzz_emulation::message::{EmulatorEvent, TimedEvent};
 use serde_json::{Value, json};
 use support::{Folder, Outcome};
 
@@ -60,7 +60,7 @@ fn emulate(folder: &Folder, arguments: &[&str]) -> Outcome {
 }
 
 /// Writes events at intervals of one millisecond.
-fn write_events(folder: &Folder, events: Vec<Event>) {
+fn write_events(folder: &Folder, events: Vec<EmulatorEvent>) {
     let mut text = String::new();
     for (number, event) in events.into_iter().enumerate() {
         let at = Duration::from_millis(u64::try_from(number).unwrap());
@@ -120,7 +120,7 @@ fn what_the_firmware_writes_is_decoded() {
     let folder = folder("emulated_decoded", "function step() { log(\"x\") }\n");
     let bytes = [message(3, None), told(&folder, 2), message(2, None)].concat();
     // RTT is read in pieces that do not follow the boundaries of messages.
-    let pieces = bytes.chunks(7).map(|piece| Event::Rtt { bytes: piece.to_vec() });
+    let pieces = bytes.chunks(7).map(|piece| EmulatorEvent::Rtt { bytes: piece.to_vec() });
     write_events(&folder, pieces.collect());
     let outcome = emulate(&folder, &["--script", "s.bzz"]);
     assert_eq!((outcome.status, outcome.stderr.as_str()), (Some(0), ""));
@@ -130,7 +130,7 @@ fn what_the_firmware_writes_is_decoded() {
     assert_eq!(lines[2..4], ["step 0    x", "step 1    x"]);
     assert!(outcome.stdout.starts_with("    0.000000 INFO"), "{}", outcome.stdout);
     // With `--plain` the output is the same as that of `bbz run`.
-    write_events(&folder, vec![Event::Rtt { bytes }]);
+    write_events(&folder, vec![EmulatorEvent::Rtt { bytes }]);
     let run = folder.bbz(&["run", "s.bzz", "--robot", "crazyflie", "--steps", "2"]);
     emulate(&folder, &["--plain", "--script", "s.bzz"]).succeeds_with(&run.stdout);
 }
@@ -140,8 +140,8 @@ fn leds_are_printed_on_request() {
     let folder = folder("emulated_leds", "log(1)\n");
     let events = || {
         vec![
-            Event::Led { name: "red".to_owned(), on: true },
-            Event::Led { name: "red".to_owned(), on: false },
+            EmulatorEvent::Led { name: "red".to_owned(), on: true },
+            EmulatorEvent::Led { name: "red".to_owned(), on: false },
         ]
     };
     write_events(&folder, events());
@@ -156,7 +156,7 @@ fn leds_are_printed_on_request() {
 #[test]
 fn motors_are_printed_on_request() {
     let folder = folder("emulated_motors", "log(1)\n");
-    let event = || Event::Motor { number: 2, duty: 0.25, frequency_hz: 328_125.0 };
+    let event = || EmulatorEvent::Motor { number: 2, duty: 0.25, frequency_hz: 328_125.0 };
     write_events(&folder, vec![event()]);
     emulate(&folder, &["--outputs"])
         .succeeds_with("    0.000000 output    motor 2 25.0 % at 328.1 kHz\n");
@@ -176,7 +176,7 @@ fn a_fault_ends_with_status_1() {
     let folder = folder("emulated_fault", "function step() {\n  log(1 / (id - id))\n}\n");
     let bytes = [told(&folder, 1), message(2, None)].concat();
     for (arguments, more) in [(&[][..], true), (&["--until-fault"], false)] {
-        write_events(&folder, vec![Event::Rtt { bytes: bytes.clone() }]);
+        write_events(&folder, vec![EmulatorEvent::Rtt { bytes: bytes.clone() }]);
         let outcome = emulate(&folder, &[&["--script", "s.bzz"], arguments].concat());
         assert_eq!((outcome.status, outcome.stdout.contains("low battery")), (Some(1), more));
         outcome.says(&["error[R0005]", "s.bzz:2:7", "after 0 complete steps, at 0.000000 s"]);
@@ -187,14 +187,14 @@ fn a_fault_ends_with_status_1() {
 fn failures_of_the_firmware_are_failures() {
     let folder = folder("emulated_failures", "log(1)\n");
     let cases = [
-        (Event::HardwareError { text: "too fast".to_owned() }, "error: too fast"),
-        (Event::Lockup { pc: 0x0800_4123 }, "error: the core is locked up at 0x08004123"),
+        (EmulatorEvent::HardwareError { text: "too fast".to_owned() }, "error: too fast"),
+        (EmulatorEvent::Lockup { pc: 0x0800_4123 }, "error: the core is locked up at 0x08004123"),
     ];
     for (event, message) in cases {
         write_events(&folder, vec![event]);
         emulate(&folder, &[]).fails_with(1, &[message]);
     }
-    write_events(&folder, vec![Event::Reset { cause: "independent_watchdog".to_owned() }]);
+    write_events(&folder, vec![EmulatorEvent::Reset { cause: "independent_watchdog".to_owned() }]);
     emulate(&folder, &[])
         .succeeds_with("    0.000000 reset     the chip was reset: independent_watchdog\n");
 }
@@ -205,7 +205,7 @@ fn without_seconds_it_goes_on_until_ctrl_c() {
     // terminal does.
     for (test, group) in [("emulated_interrupt", ""), ("emulated_interrupt_group", "-")] {
         let folder = folder(test, "function step() { log(\"x\") }\n");
-        write_events(&folder, vec![Event::Rtt { bytes: told(&folder, 2) }]);
+        write_events(&folder, vec![EmulatorEvent::Rtt { bytes: told(&folder, 2) }]);
         let emulator = folder.path("emulator");
         let mut child = folder
             .command(&["trace", "robot.elf", "--robot", "crazyflie", "--emulate", "--emulator"])
@@ -227,7 +227,7 @@ fn without_seconds_it_goes_on_until_ctrl_c() {
 #[test]
 fn the_emulator_is_found_beside_bbz_and_in_path() {
     let folder = folder("emulated_found", "log(1)\n");
-    write_events(&folder, vec![Event::Rtt { bytes: message(3, None) }]);
+    write_events(&folder, vec![EmulatorEvent::Rtt { bytes: message(3, None) }]);
     let trace = ["trace", "robot.elf", "--robot", "crazyflie", "--emulate", "--seconds", "0.01"];
     let others = std::env::var_os("PATH").unwrap();
     let path = [folder.path("")].into_iter().chain(std::env::split_paths(&others));

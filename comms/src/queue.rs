@@ -24,7 +24,7 @@ use bittybuzz_vm_core::number::Profile;
 
 /// The numbers of frames that a queue did not pass on.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
-pub struct Counters {
+pub struct QueueCounters {
     /// Frames that found no room, were too long, or had an unknown type.
     pub dropped: u16,
     /// Frames that were equal to a waiting one.
@@ -104,7 +104,7 @@ impl<P: Profile, E: Copy, const BYTES: usize, const FRAMES: usize> Inbox<P, E, B
     }
 
     /// Returns the counts of frames that were not passed on.
-    pub fn counters(&self) -> Counters {
+    pub fn counters(&self) -> QueueCounters {
         self.queue.counters
     }
 
@@ -160,7 +160,7 @@ impl<P: Profile, const BYTES: usize, const FRAMES: usize> Outbox<P, BYTES, FRAME
     }
 
     /// Returns the counts of frames that were not passed on.
-    pub fn counters(&self) -> Counters {
+    pub fn counters(&self) -> QueueCounters {
         self.queue.counters
     }
 
@@ -205,7 +205,7 @@ impl<P: Profile, const BYTES: usize, const FRAMES: usize> Default for Outbox<P, 
 /// Places are numbered from 1.
 #[derive(Debug, Clone)]
 struct Queue<P, const BYTES: usize, const FRAMES: usize> {
-    counters: Counters,
+    counters: QueueCounters,
     /// The place of the oldest frame, or [`NOWHERE`]. When the bit [`BY_AGE`] is set, the next
     /// `pop` takes the oldest frame instead of the one with the highest priority.
     oldest: u8,
@@ -245,7 +245,7 @@ impl<P: Profile, const BYTES: usize, const FRAMES: usize> Queue<P, BYTES, FRAMES
     const EMPTY: Self = {
         assert!(BYTES < 256 && FRAMES < BY_AGE as usize, "lengths and places are bytes");
         Queue {
-            counters: Counters { dropped: 0, duplicates: 0 },
+            counters: QueueCounters { dropped: 0, duplicates: 0 },
             oldest: NOWHERE,
             younger: [NOWHERE; FRAMES],
             ranks: [FREE; FRAMES],

@@ -30,7 +30,7 @@
 
 use bittybuzz_vm_core::number::Profile;
 use bittybuzz_vm_core::{
-    Argument, Arguments, ByteCode, Counters, Fault, FaultCode, ImageError, Type,
+    Argument, ByteCode, CallArguments, Fault, FaultCode, ImageError, NetworkCounters, Type,
 };
 use heapless::Vec;
 
@@ -92,7 +92,7 @@ pub enum Record<'a> {
         step: u32,
         fault: Fault,
         /// The positions in the code of the calls that led to the fault, innermost first.
-        calls: Calls<'a>,
+        calls: CallTrace<'a>,
     },
     /// The image in flash cannot run.
     Refused(ImageError),
@@ -118,7 +118,7 @@ pub enum Record<'a> {
         step: u32,
         fault: Fault,
         /// The positions in the code of the calls that led to the fault, innermost first.
-        calls: Calls<'a>,
+        calls: CallTrace<'a>,
     },
     /// The script starts again after a fault that stopped it.
     Restart {
@@ -136,7 +136,7 @@ pub struct Unused {
     /// The frames that a full queue dropped: received ones, and ones to be sent.
     pub dropped: [u16; 2],
     /// The messages that the script's virtual machine discarded.
-    pub messages: Counters,
+    pub messages: NetworkCounters,
 }
 
 /// A value that a script printed.
@@ -183,7 +183,7 @@ pub fn start(robot_id: u16, script_hash: u32) -> Encoded {
 /// Returns the record of a `log(...)` in a script that has completed `step` steps.
 pub fn log<P: Profile, C: ByteCode, const SLOTS: usize>(
     step: u32,
-    arguments: &Arguments<'_, P, C, SLOTS>,
+    arguments: &CallArguments<'_, P, C, SLOTS>,
 ) -> Encoded {
     let mut record = with_step(LOG, step);
     for index in 0..arguments.count() {
@@ -227,7 +227,7 @@ pub fn log<P: Profile, C: ByteCode, const SLOTS: usize>(
 /// fit.
 pub fn log_with_time<P: Profile, C: ByteCode, const SLOTS: usize>(
     step: u32,
-    arguments: &Arguments<'_, P, C, SLOTS>,
+    arguments: &CallArguments<'_, P, C, SLOTS>,
     ms: i32,
 ) -> Encoded {
     let mut record = log(step, arguments);
@@ -290,7 +290,8 @@ pub fn lost(count: u32) -> Encoded {
 /// Returns the record of discarded messages.
 pub fn unused(unused: &Unused) -> Encoded {
     let Unused { dropped: [unread, unsent], messages } = *unused;
-    let Counters { foreign, malformed, own_id, not_kept, incomplete, undecided, failed } = messages;
+    let NetworkCounters { foreign, malformed, own_id, not_kept, incomplete, undecided, failed } =
+        messages;
     let mut record = Encoded::new();
     put(&mut record, &[UNUSED]);
     for count in
@@ -356,7 +357,7 @@ impl<'a> Record<'a> {
             LOST => Record::Lost(reader.u32()?),
             UNUSED => Record::Unused(Unused {
                 dropped: [reader.u16()?, reader.u16()?],
-                messages: Counters {
+                messages: NetworkCounters {
                     foreign: reader.u16()?,
                     malformed: reader.u16()?,
                     own_id: reader.u16()?,
@@ -400,11 +401,11 @@ impl<'a> Iterator for Items<'a> {
 
 /// The positions in the code of a fault's calls, innermost first.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct Calls<'a> {
+pub struct CallTrace<'a> {
     rest: &'a [u8],
 }
 
-impl Iterator for Calls<'_> {
+impl Iterator for CallTrace<'_> {
     type Item = u16;
 
     fn next(&mut self) -> Option<u16> {
@@ -443,13 +444,13 @@ impl<'a> ByteReader<'a> {
     }
 
     /// Reads the fields of a fault record.
-    fn fault(&mut self) -> Result<(u32, Fault, Calls<'a>), RecordError> {
+    fn fault(&mut self) -> Result<(u32, Fault, CallTrace<'a>), RecordError> {
         let step = self.u32()?;
         let code = self.byte()?;
         let code = FaultCode::ALL.iter().find(|known| **known as u8 == code);
         let operands = [self.kind_of_value()?, self.kind_of_value()?];
         let detail = self.u16()?;
-        let calls = Calls { rest: self.take_rest() };
+        let calls = CallTrace { rest: self.take_rest() };
         if !calls.rest.len().is_multiple_of(2) {
             return Err(RecordError::Length);
         }

@@ -1,29 +1,31 @@
 //! Packets by the table of Bitcraze's protocol: every type, and the rejected data.
 
-use bittybuzz_comms::syslink::{Battery, DataRate, MTU, Packet, PacketError, SyslinkFrame, kind};
+use bittybuzz_comms::syslink::{
+    Battery, DataRate, MTU, PacketError, SyslinkFrame, SyslinkPacket, kind,
+};
 
-fn received(kind: u8, data: &[u8]) -> Result<Packet<'_>, PacketError> {
-    Packet::received(SyslinkFrame::new(kind, data).expect("it fits"))
+fn received(kind: u8, data: &[u8]) -> Result<SyslinkPacket<'_>, PacketError> {
+    SyslinkPacket::received(SyslinkFrame::new(kind, data).expect("it fits"))
 }
 
 #[test]
 fn what_the_radio_sends() {
-    assert_eq!(received(0x00, &[0xff, 1, 2]), Ok(Packet::Raw(&[0xff, 1, 2])));
-    assert_eq!(received(0x01, &[80]), Ok(Packet::Channel(80)));
-    assert_eq!(received(0x02, &[2]), Ok(Packet::DataRate(DataRate::Megabits2)));
-    assert_eq!(received(0x04, &[42]), Ok(Packet::Rssi(-42)));
-    assert_eq!(received(0x05, &[1, 2, 3, 4, 5]), Ok(Packet::Address([1, 2, 3, 4, 5])));
-    assert_eq!(received(0x07, &[0xf4]), Ok(Packet::Power(-12)));
-    assert_eq!(received(0x0b, &[]), Ok(Packet::Ready));
+    assert_eq!(received(0x00, &[0xff, 1, 2]), Ok(SyslinkPacket::Raw(&[0xff, 1, 2])));
+    assert_eq!(received(0x01, &[80]), Ok(SyslinkPacket::Channel(80)));
+    assert_eq!(received(0x02, &[2]), Ok(SyslinkPacket::DataRate(DataRate::Megabits2)));
+    assert_eq!(received(0x04, &[42]), Ok(SyslinkPacket::Rssi(-42)));
+    assert_eq!(received(0x05, &[1, 2, 3, 4, 5]), Ok(SyslinkPacket::Address([1, 2, 3, 4, 5])));
+    assert_eq!(received(0x07, &[0xf4]), Ok(SyslinkPacket::Power(-12)));
+    assert_eq!(received(0x0b, &[]), Ok(SyslinkPacket::Ready));
     assert_eq!(
         received(0x0a, &[0, 55, 9, 8]),
-        Ok(Packet::P2pReceived { port: 0, rssi: -55, data: &[9, 8] })
+        Ok(SyslinkPacket::P2pReceived { port: 0, rssi: -55, data: &[9, 8] })
     );
-    assert_eq!(received(0x15, &[]), Ok(Packet::ShutdownRequest));
+    assert_eq!(received(0x15, &[]), Ok(SyslinkPacket::ShutdownRequest));
     // The data are flags, 3.7 V as binary32 and the charger current; newer boards add a
     // temperature.
     let state = [0b011, 0xcd, 0xcc, 0x6c, 0x40, 0, 0, 0, 0];
-    let battery = Packet::Battery(Battery { charging: true, usb_powered: true, volts: 3.7 });
+    let battery = SyslinkPacket::Battery(Battery { charging: true, usb_powered: true, volts: 3.7 });
     assert_eq!(received(0x13, &state), Ok(battery));
     assert_eq!(received(0x13, &[&state[..], &[0; 4]].concat()), Ok(battery));
 }
@@ -60,22 +62,28 @@ fn what_makes_no_sense_is_refused() {
 #[test]
 fn what_the_robot_sends() {
     let mut buffer = [0; MTU];
-    let mut written = |packet: Packet<'_>| {
+    let mut written = |packet: SyslinkPacket<'_>| {
         packet.frame(&mut buffer).map(|frame| frame.bytes().as_slice().to_vec())
     };
-    assert_eq!(written(Packet::BatteryAutoupdate), Ok(vec![0xbc, 0xcf, 0x14, 0, 0x14, 0x28]));
-    assert_eq!(written(Packet::Channel(80)), Ok(vec![0xbc, 0xcf, 1, 1, 0x50, 0x52, 0x55]));
     assert_eq!(
-        written(Packet::P2pSend { port: 0, data: &[1, 2, 3] }),
+        written(SyslinkPacket::BatteryAutoupdate),
+        Ok(vec![0xbc, 0xcf, 0x14, 0, 0x14, 0x28])
+    );
+    assert_eq!(written(SyslinkPacket::Channel(80)), Ok(vec![0xbc, 0xcf, 1, 1, 0x50, 0x52, 0x55]));
+    assert_eq!(
+        written(SyslinkPacket::P2pSend { port: 0, data: &[1, 2, 3] }),
         Ok(vec![0xbc, 0xcf, 0x0a, 4, 0, 1, 2, 3, 0x14, 0x5a])
     );
     assert_eq!(
-        written(Packet::ShutdownAck),
+        written(SyslinkPacket::ShutdownAck),
         Ok(vec![0xbc, 0xcf, kind::PM_SHUTDOWN_ACK, 0, 0x16, 0x2c])
     );
     assert_eq!(
-        written(Packet::SwitchOff),
+        written(SyslinkPacket::SwitchOff),
         Ok(vec![0xbc, 0xcf, kind::PM_ONOFF_SWITCHOFF, 0, 0x11, 0x22])
     );
-    assert!(written(Packet::P2pSend { port: 0, data: &[0; 64] }).is_err(), "longer than a frame");
+    assert!(
+        written(SyslinkPacket::P2pSend { port: 0, data: &[0; 64] }).is_err(),
+        "longer than a frame"
+    );
 }

@@ -1,6 +1,6 @@
 //! Queues, compared with a slow list that follows the same rules, and examples of the rules.
 
-use bittybuzz_comms::queue::{Counters, Inbox, Outbox};
+use bittybuzz_comms::queue::{Inbox, Outbox, QueueCounters};
 use bittybuzz_vm_core::Value;
 use bittybuzz_vm_core::message::{
     CLOCK_MAX, Fragment, FrameKind, Message, PLAIN_MAX, ScriptIdentity, StigmergyEntry, Swarms,
@@ -71,7 +71,7 @@ fn the_highest_priority_and_the_oldest_go_in_turn() {
         fragment(4, 0),
     ];
     assert_eq!(popped(&mut outbox), order);
-    assert_eq!(outbox.counters(), Counters::default());
+    assert_eq!(outbox.counters(), QueueCounters::default());
 }
 
 #[test]
@@ -225,7 +225,7 @@ fn broadcasts_make_those_of_earlier_steps_stale<P: Profile>() {
     let frames = std::iter::from_fn(|| outbox.pop().map(|frame| frame.to_vec()));
     let values = [(1, 13), (2, 12), (1, 14)];
     assert!(frames.eq(values.map(|(topic, value)| broadcast(topic, value))));
-    assert_eq!(outbox.counters(), Counters::default());
+    assert_eq!(outbox.counters(), QueueCounters::default());
 }
 
 #[test]
@@ -275,7 +275,7 @@ struct Model {
     is_out: bool,
     waiting: Vec<(Vec<u8>, bool, u16)>,
     by_age: bool,
-    counters: Counters,
+    counters: QueueCounters,
 }
 
 const FRAMES: usize = 5;

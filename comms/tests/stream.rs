@@ -1,6 +1,6 @@
 //! Hostile streams: good frames are received whatever precedes them.
 
-use bittybuzz_comms::syslink::{FRAME_MAX, MTU, Packet, Parser, SyslinkFrame};
+use bittybuzz_comms::syslink::{FRAME_MAX, MTU, SyslinkFrame, SyslinkPacket, SyslinkParser};
 use proptest::prelude::*;
 
 fn bytes(kind: u8, data: &[u8]) -> Vec<u8> {
@@ -12,7 +12,7 @@ fn bytes(kind: u8, data: &[u8]) -> Vec<u8> {
 }
 
 fn frames(stream: &[u8]) -> Vec<(u8, Vec<u8>)> {
-    let mut parser = Parser::new();
+    let mut parser = SyslinkParser::new();
     let mut found = Vec::new();
     for byte in stream {
         parser.push(*byte, |frame| found.push((frame.kind(), frame.data().to_vec())));
@@ -83,15 +83,15 @@ proptest! {
     #[test]
     fn packets_survive_the_way_there_and_back(data in prop::collection::vec(any::<u8>(), 0..=60), port in 0u8..16, rssi in 0i16..=255) {
         let mut buffer = [0; MTU];
-        let packet = Packet::P2pReceived { port, rssi: -rssi, data: &data };
+        let packet = SyslinkPacket::P2pReceived { port, rssi: -rssi, data: &data };
         let frame = packet.frame(&mut buffer).expect("it fits");
-        prop_assert_eq!(Packet::received(frame), Ok(packet));
+        prop_assert_eq!(SyslinkPacket::received(frame), Ok(packet));
     }
 
     #[test]
     fn any_frame_is_understood_or_refused(kind in any::<u8>(), data in prop::collection::vec(any::<u8>(), 0..=MTU)) {
         let frame = SyslinkFrame::new(kind, &data).expect("not longer than the link allows");
-        if let Ok(packet) = Packet::received(frame) {
+        if let Ok(packet) = SyslinkPacket::received(frame) {
             let mut buffer = [0; MTU];
             let again = packet.frame(&mut buffer).expect("it came in a frame");
             prop_assert_eq!(again.kind(), kind);
@@ -109,7 +109,7 @@ fn a_million_damaged_bytes() {
         state ^= state << 5;
         state
     };
-    let mut parser = Parser::new();
+    let mut parser = SyslinkParser::new();
     let marker = bytes(0x0a, &[3, 40, 1, 2, 3]);
     let mut received = 0;
     for _ in 0..1000 {

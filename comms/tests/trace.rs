@@ -1,7 +1,7 @@
 //! The records of a script's life, written by hand from the table in the module's documentation.
 
 use bittybuzz_comms::trace::{self, PrintedValue, Record, RecordError, Unused};
-use bittybuzz_vm_core::{Counters, Fault, FaultCode, ImageError, Type};
+use bittybuzz_vm_core::{Fault, FaultCode, ImageError, NetworkCounters, Type};
 use proptest::prelude::*;
 
 #[test]
@@ -36,7 +36,7 @@ fn log_lines() {
 #[test]
 fn unused_messages() {
     let bytes = [8, 1, 2, 3, 0, 4, 0, 5, 0, 6, 0, 7, 0, 8, 0, 9, 0, 10, 0];
-    let messages = Counters {
+    let messages = NetworkCounters {
         foreign: 4,
         malformed: 5,
         own_id: 6,

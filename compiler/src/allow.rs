@@ -5,7 +5,7 @@
 
 use std::collections::HashSet;
 
-use crate::codes::Code;
+use crate::codes::DiagnosticCode;
 use crate::diagnostic::{Diagnostic, Severity};
 use crate::source::{FileId, SourceMap, Span};
 
@@ -16,7 +16,7 @@ const MARK: &str = "# bbz:";
 #[derive(Debug, Clone, Default)]
 pub struct Allowances {
     /// The file, the line counted from 0, and the silenced code.
-    lines: HashSet<(FileId, usize, Code)>,
+    lines: HashSet<(FileId, usize, DiagnosticCode)>,
     /// Diagnostics about comments that cannot be read.
     pub problems: Vec<Diagnostic>,
 }
@@ -48,7 +48,7 @@ impl Allowances {
         }
         let mut start = 0;
         // Codes from comments on lines of their own, which apply to the next line with code.
-        let mut waiting: Vec<Code> = Vec::new();
+        let mut waiting: Vec<DiagnosticCode> = Vec::new();
         for (number, line) in text.split('\n').enumerate() {
             let comment = line.find(MARK);
             let code = line.find('#').map_or(line, |hash| &line[..hash]);
@@ -65,7 +65,7 @@ impl Allowances {
     }
 
     /// Returns the codes that the comment at `start` allows.
-    fn comment(&mut self, file: FileId, start: usize, comment: &str) -> Vec<Code> {
+    fn comment(&mut self, file: FileId, start: usize, comment: &str) -> Vec<DiagnosticCode> {
         let comment = comment.trim_end();
         let span = Span { file, start: start as u32, end: (start + comment.len()) as u32 };
         let inside = comment[MARK.len()..].trim().strip_prefix("allow(");
@@ -75,7 +75,7 @@ impl Allowances {
         };
         let mut codes = Vec::new();
         for text in list.split(',').map(str::trim) {
-            match Code::ALL.iter().find(|code| code.text() == text) {
+            match DiagnosticCode::ALL.iter().find(|code| code.text() == text) {
                 Some(code) if code.severity() == Severity::Warning => codes.push(*code),
                 Some(_) => {
                     self.problem(span, format!("{text} is an error, which cannot be allowed"))
@@ -87,7 +87,7 @@ impl Allowances {
     }
 
     fn problem(&mut self, span: Span, message: String) {
-        let diagnostic = Diagnostic::new(Code::UnknownAllowance, span, message)
+        let diagnostic = Diagnostic::new(DiagnosticCode::UnknownAllowance, span, message)
             .help("write `# bbz: allow(W0102)`, several codes with commas between them");
         self.problems.push(diagnostic);
     }

@@ -106,7 +106,7 @@ pub enum ExprKind {
     Unary { op: UnaryOp, operand: Box<Expr> },
     /// `first op right op right ...`, evaluated from left to right; all operators have one
     /// [`Power`]
-    Chain { first: Box<Expr>, links: Vec<Link> },
+    Chain { first: Box<Expr>, links: Vec<ChainLink> },
     /// A parenthesised expression. The node is kept because parentheses silence the warnings about
     /// precedence.
     Paren(Box<Expr>),
@@ -116,7 +116,7 @@ pub enum ExprKind {
 
 /// An operation in an [`ExprKind::Chain`]. Its left operand is the value of the chain before it.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Link {
+pub struct ChainLink {
     pub op: BinaryOp,
     /// The right operand.
     pub right: Expr,
@@ -200,7 +200,7 @@ pub enum BinaryOp {
 
 /// The precedence of a binary operator, lowest first.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
-pub enum Power {
+pub enum Precedence {
     /// `and or`
     Logic,
     /// Comparisons, of which a script has only one in a row.
@@ -221,27 +221,27 @@ pub enum Power {
 
 impl BinaryOp {
     /// Returns the precedence of the operator.
-    pub fn power(self) -> Power {
+    pub fn power(self) -> Precedence {
         use BinaryOp::{
             Add, And, BitAnd, BitOr, Div, Eq, Greater, GreaterEq, Less, LessEq, Mod, Mul, NotEq,
             Or, Pow, ShiftLeft, ShiftRight, Sub,
         };
         match self {
-            And | Or => Power::Logic,
-            Eq | NotEq | Less | LessEq | Greater | GreaterEq => Power::Comparison,
-            Add | Sub => Power::Sum,
-            Mul | Div => Power::Product,
-            Mod => Power::Modulo,
-            Pow => Power::Exponent,
-            ShiftLeft | ShiftRight => Power::Shift,
-            BitAnd | BitOr => Power::Bits,
+            And | Or => Precedence::Logic,
+            Eq | NotEq | Less | LessEq | Greater | GreaterEq => Precedence::Comparison,
+            Add | Sub => Precedence::Sum,
+            Mul | Div => Precedence::Product,
+            Mod => Precedence::Modulo,
+            Pow => Precedence::Exponent,
+            ShiftLeft | ShiftRight => Precedence::Shift,
+            BitAnd | BitOr => Precedence::Bits,
         }
     }
 
     /// Returns true for `and` and `or`, which skip their right side if the left side decides the
     /// result.
     pub fn is_logic(self) -> bool {
-        self.power() == Power::Logic
+        self.power() == Precedence::Logic
     }
 
     /// Returns true for an operator that computes a number from two numbers of any kind.

@@ -7,20 +7,20 @@ macro_rules! codes {
     ($($variant:ident = $text:literal, $title:literal;)*) => {
         /// A kind of error (`E....`) or warning (`W....`). The number never changes its meaning.
         #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord)]
-        pub enum Code { $(#[doc = $title] $variant,)* }
+        pub enum DiagnosticCode { $(#[doc = $title] $variant,)* }
 
-        impl Code {
+        impl DiagnosticCode {
             /// Every code, in order.
-            pub const ALL: &'static [Code] = &[$(Code::$variant,)*];
+            pub const ALL: &'static [DiagnosticCode] = &[$(DiagnosticCode::$variant,)*];
 
             /// Returns the printed form: `E0201`.
             pub fn text(self) -> &'static str {
-                match self { $(Code::$variant => $text,)* }
+                match self { $(DiagnosticCode::$variant => $text,)* }
             }
 
             /// One line that names the kind of mistake.
             pub fn title(self) -> &'static str {
-                match self { $(Code::$variant => $title,)* }
+                match self { $(DiagnosticCode::$variant => $title,)* }
             }
         }
     };
@@ -143,7 +143,7 @@ codes! {
     FloatOverflows = "W0310", "an operation on constants that becomes infinite";
 }
 
-impl Code {
+impl DiagnosticCode {
     /// Returns the severity, which decides if the diagnostic stops the build.
     pub fn severity(self) -> Severity {
         if self.text().starts_with('W') { Severity::Warning } else { Severity::Error }

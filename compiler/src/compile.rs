@@ -7,14 +7,14 @@ use bittybuzz_vm_core::hash::fnv_1a_from;
 use bittybuzz_vm_core::message;
 
 use crate::allow::Allowances;
-use crate::check::{self, robots::Robots};
-use crate::codegen::constant::Profile;
+use crate::check::{self, robots::KnownRobots};
+use crate::codegen::constant::NumberProfile;
 use crate::codegen::{self, GLOBAL_CODE, Generated, LocalRange, SourceFunction};
-use crate::codes::Code;
+use crate::codes::DiagnosticCode;
 use crate::diagnostic::{Diagnostic, Severity};
 use crate::fit::{self, CapacityError};
-use crate::image::{Image, ImageError};
-use crate::include::Loader;
+use crate::image::{CompiledImage, ImageBuildError};
+use crate::include::IncludeLoader;
 use crate::parser::{Parsed, parse};
 use crate::source::{SourceMap, Span};
 use crate::symbols::{FORMAT, FunctionSymbol, LineEntry, LocalSymbol, Places, Symbols};
@@ -23,7 +23,7 @@ use crate::symbols::{FORMAT, FunctionSymbol, LineEntry, LocalSymbol, Places, Sym
 #[derive(Debug, Clone, Default)]
 pub struct Options {
     /// The number profile. `None` selects that of the robot, or `full` if no robot is named.
-    pub profile: Option<Profile>,
+    pub profile: Option<NumberProfile>,
     /// The target robot. If it is `None`, the script may call every function of every known robot.
     pub robot: Option<Robot>,
     /// All known robots.
@@ -31,16 +31,16 @@ pub struct Options {
 }
 
 impl Options {
-    fn effective_profile(&self) -> Profile {
+    fn effective_profile(&self) -> NumberProfile {
         let of_robot = self.robot.as_ref().map(|robot| robot.profile);
-        self.profile.or(of_robot).unwrap_or(Profile::Full)
+        self.profile.or(of_robot).unwrap_or(NumberProfile::Full)
     }
 
     /// Returns the profile for which operations on constants are checked. A script for any robot
     /// may run on one with small numbers, so its operations are checked for `tiny`.
-    fn arithmetic(&self) -> Profile {
+    fn arithmetic(&self) -> NumberProfile {
         match (self.profile, &self.robot) {
-            (None, None) => Profile::Tiny,
+            (None, None) => NumberProfile::Tiny,
             _ => self.effective_profile(),
         }
     }
@@ -60,7 +60,12 @@ pub struct Compiled {
 }
 
 /// Compiles the script `text`; `main` is its path, relative to which includes are searched.
-pub fn compile(main: &Path, text: String, loader: &Loader<'_>, options: &Options) -> Compiled {
+pub fn compile(
+    main: &Path,
+    text: String,
+    loader: &IncludeLoader<'_>,
+    options: &Options,
+) -> Compiled {
     compile_parsed(parse(main, text, loader), options)
 }
 
@@ -68,7 +73,7 @@ pub fn compile(main: &Path, text: String, loader: &Loader<'_>, options: &Options
 pub fn compile_parsed(parsed: Parsed, options: &Options) -> Compiled {
     let Parsed { script, sources, mut diagnostics, token_hash, strings, hidden } = parsed;
     let profile = options.effective_profile();
-    let robots = Robots { target: options.robot.as_ref(), known: &options.robots };
+    let robots = KnownRobots { target: options.robot.as_ref(), known: &options.robots };
     let checked = check::check(&script, robots, profile, options.arithmetic(), hidden);
     let syntax_errors: Vec<Span> = diagnostics
         .iter()
@@ -110,24 +115,26 @@ pub fn compile_parsed(parsed: Parsed, options: &Options) -> Compiled {
 
 /// Returns the hash that identifies a script, its profile and the version of the messages. It
 /// continues the FNV-1a hash of the tokens with two bytes.
-pub fn script_hash(token_hash: u32, profile: Profile) -> u32 {
-    fnv_1a_from(token_hash, &[u8::from(profile == Profile::Full), message::VERSION])
+pub fn script_hash(token_hash: u32, profile: NumberProfile) -> u32 {
+    fnv_1a_from(token_hash, &[u8::from(profile == NumberProfile::Full), message::VERSION])
 }
 
-fn write(generated: &Generated) -> Result<Image, Box<Diagnostic>> {
+fn write(generated: &Generated) -> Result<CompiledImage, Box<Diagnostic>> {
     generated.parts.write().map_err(|error| {
         let help = match error {
-            ImageError::Length(_) => "leave out what the robots do not need",
-            ImageError::Count { .. } => "use fewer of them",
-            ImageError::StringLength(_) => "make it shorter",
+            ImageBuildError::Length(_) => "leave out what the robots do not need",
+            ImageBuildError::Count { .. } => "use fewer of them",
+            ImageBuildError::StringLength(_) => "make it shorter",
         };
         let message = error.to_string();
-        Box::new(Diagnostic::new(Code::ImageTooLarge, Span::default(), message).help(help))
+        Box::new(
+            Diagnostic::new(DiagnosticCode::ImageTooLarge, Span::default(), message).help(help),
+        )
     })
 }
 
 /// Returns the reasons why the robot cannot run the image.
-fn fit(generated: &Generated, image: &Image, robot: &Robot) -> Vec<Diagnostic> {
+fn fit(generated: &Generated, image: &CompiledImage, robot: &Robot) -> Vec<Diagnostic> {
     let name = |number: u16| function_name(generated, number);
     let refused = fit::capacity_errors(&image.bytes, robot).into_iter().map(|misfit| {
         let message = misfit.message(robot, &name);
@@ -135,21 +142,23 @@ fn fit(generated: &Generated, image: &Image, robot: &Robot) -> Vec<Diagnostic> {
         match &misfit {
             CapacityError::Feature { at, .. } | CapacityError::Part { at, .. } => {
                 let span = at.map_or(Span::default(), |at| image.source(at));
-                diagnostic(Code::MissingFeature, span)
+                diagnostic(DiagnosticCode::MissingFeature, span)
             }
-            CapacityError::Flash { .. } => diagnostic(Code::FlashBudget, Span::default()),
+            CapacityError::Flash { .. } => diagnostic(DiagnosticCode::FlashBudget, Span::default()),
             CapacityError::Globals { most, .. } => {
                 let span = generated.first_uses.get(*most).copied().unwrap_or_default();
-                diagnostic(Code::TooManyGlobals, span).label("the first that does not fit")
+                diagnostic(DiagnosticCode::TooManyGlobals, span)
+                    .label("the first that does not fit")
             }
             CapacityError::Stack { way, .. } => {
                 let Some(last) = way.calls.last() else {
                     let entry = way.functions.first().map(|entry| usize::from(*entry));
                     let entry = entry.and_then(|entry| generated.functions.get(entry));
                     let span = entry.map_or(Span::default(), |entry| entry.span);
-                    return diagnostic(Code::CallsTooDeep, span);
+                    return diagnostic(DiagnosticCode::CallsTooDeep, span);
                 };
-                diagnostic(Code::CallsTooDeep, image.source(*last)).label("the deepest call")
+                diagnostic(DiagnosticCode::CallsTooDeep, image.source(*last))
+                    .label("the deepest call")
             }
         }
     });
@@ -167,9 +176,9 @@ fn function_name(generated: &Generated, number: u16) -> String {
 
 fn make_symbols(
     generated: &Generated,
-    image: &Image,
+    image: &CompiledImage,
     sources: &SourceMap,
-    profile: Profile,
+    profile: NumberProfile,
     options: &Options,
 ) -> Symbols {
     let places = Places::new(sources);

@@ -1,9 +1,9 @@
 //! Diagnostics: the messages of the compiler to the author of a script.
 
-use crate::codes::Code;
+use crate::codes::DiagnosticCode;
 use crate::source::Span;
 
-/// The severity of a diagnostic: an error stops the build, a warning does not. A [`Code`] has
+/// The severity of a diagnostic: an error stops the build, a warning does not. A [`DiagnosticCode`] has
 /// exactly one severity.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Severity {
@@ -16,7 +16,7 @@ pub enum Severity {
 /// One message about one place.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Diagnostic {
-    pub code: Code,
+    pub code: DiagnosticCode,
     /// The headline: the mistake in one sentence without a full stop.
     pub message: String,
     pub span: Span,
@@ -44,7 +44,7 @@ pub struct Edit {
 
 impl Diagnostic {
     /// Creates a diagnostic with a headline and nothing else.
-    pub fn new(code: Code, span: Span, message: impl Into<String>) -> Self {
+    pub fn new(code: DiagnosticCode, span: Span, message: impl Into<String>) -> Self {
         Diagnostic {
             code,
             message: message.into(),

@@ -9,13 +9,13 @@ use bittybuzz_vm_core::builtin::{self, Feature, Library};
 use bittybuzz_vm_core::class;
 use bittybuzz_vm_core::hash::name_hash;
 use bittybuzz_vm_core::image::{
-    ALL_CLASSES, CAPTURES, EntryPoint, Header, Image, PARAMETERS, USES_SELF,
+    ALL_CLASSES, CAPTURES, EntryPoint, Image, ImageHeader, PARAMETERS, USES_SELF,
 };
 use bittybuzz_vm_core::number::{Full, Profile as _, Tiny};
 use bittybuzz_vm_core::opcode::{self, DROP_RESULT, Decoded, Operand, Trailer};
 
 use crate::codegen::ENTRIES;
-use crate::symbols::{Place, Symbols};
+use crate::symbols::{SourceSpan, Symbols};
 
 /// Returns the image as text. With symbols, the text contains the names of functions and globals,
 /// and source lines.
@@ -34,7 +34,7 @@ pub fn disassemble(image: &[u8], symbols: Option<&Symbols>) -> String {
 
 struct View<'a> {
     image: &'a [u8],
-    header: Header,
+    header: ImageHeader,
     symbols: Option<&'a Symbols>,
 }
 
@@ -206,7 +206,7 @@ impl View<'_> {
     }
 
     /// Returns the name of the item that the operand selects.
-    fn meaning(&self, info: &opcode::Info, instruction: &Decoded, trailer: usize) -> String {
+    fn meaning(&self, info: &opcode::OpcodeInfo, instruction: &Decoded, trailer: usize) -> String {
         let number = instruction.operand;
         let index = u16::try_from(number).ok();
         let named = |name: &dyn Fn(u16) -> String| index.map_or_else(String::new, name);
@@ -276,11 +276,11 @@ impl View<'_> {
         self.image.len().saturating_sub(usize::from(self.header.code_at()))
     }
 
-    fn place(&self, offset: usize) -> Option<Place> {
+    fn place(&self, offset: usize) -> Option<SourceSpan> {
         self.symbols?.position(u32::try_from(offset).ok()?)
     }
 
-    fn source(&self, place: Place) -> Option<String> {
+    fn source(&self, place: SourceSpan) -> Option<String> {
         let file = self.symbols?.file(place.file)?;
         Some(format!("{file}:{}:{}", place.line, place.column))
     }

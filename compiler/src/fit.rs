@@ -6,15 +6,15 @@ mod stack;
 
 use std::fmt;
 
-use bittybuzz_robot_spec::{Profile, Robot};
+use bittybuzz_robot_spec::{NumberProfile, Robot};
 use bittybuzz_vm_core::builtin::{self, Feature};
-use bittybuzz_vm_core::image::{BESIDE_GLOBALS, Header};
+use bittybuzz_vm_core::image::{BESIDE_GLOBALS, ImageHeader};
 use bittybuzz_vm_core::number::{self, Full, Tiny};
 use bittybuzz_vm_core::opcode::{self, Operand};
 use bittybuzz_vm_core::seal;
 use bittybuzz_vm_core::{Image, ImageError, Part, Parts, Sizes, Vm, features};
 
-use code::Instruction;
+use code::DecodedInstruction;
 pub use stack::CallPath;
 
 /// Bytes per row of the library table.
@@ -108,7 +108,7 @@ pub fn parts(image: &[u8]) -> Parts {
 
 /// Returns the parts of the machine that a script uses, each with the first instruction that uses
 /// it, if there is such an instruction.
-fn uses(image: &[u8], header: &Header) -> Vec<(Part, Option<usize>)> {
+fn uses(image: &[u8], header: &ImageHeader) -> Vec<(Part, Option<usize>)> {
     let mut found: Vec<(Part, Option<usize>)> = Vec::new();
     let mut note = |parts: Parts, at: Option<usize>| {
         for part in parts.iter() {
@@ -154,8 +154,8 @@ fn uses(image: &[u8], header: &Header) -> Vec<(Part, Option<usize>)> {
 }
 
 /// Returns the features that the script needs and the robot lacks.
-fn lacking(image: &[u8], header: &Header, robot: &Robot) -> Vec<CapacityError> {
-    let instructions: Vec<Instruction> = (0..header.functions())
+fn lacking(image: &[u8], header: &ImageHeader, robot: &Robot) -> Vec<CapacityError> {
+    let instructions: Vec<DecodedInstruction> = (0..header.functions())
         .flat_map(|number| code::instructions(image, header, number))
         .collect();
     let parts = [
@@ -173,7 +173,7 @@ fn lacking(image: &[u8], header: &Header, robot: &Robot) -> Vec<CapacityError> {
     missing.collect()
 }
 
-fn needs(instruction: &Instruction, feature: Feature) -> bool {
+fn needs(instruction: &DecodedInstruction, feature: Feature) -> bool {
     match instruction.info.byte {
         opcode::POW => feature == Feature::Maths,
         opcode::BUILTIN | opcode::CALL_BUILTIN => builtin::TABLE
@@ -203,7 +203,7 @@ impl CapacityError {
             CapacityError::Stack { way, globals, slots } => format!(
                 "{way} needs {} slots of memory, {globals} of them for globals; the {title} has {slots}",
                 globals + way.slots,
-                way = Named { way, function }
+                way = CallChain { way, function }
             ),
         }
     }
@@ -233,12 +233,12 @@ impl CapacityError {
 }
 
 /// Prints a chain of calls: `step() -> turn() -> measure()`.
-struct Named<'a> {
+struct CallChain<'a> {
     way: &'a CallPath,
     function: &'a dyn Fn(u16) -> String,
 }
 
-impl fmt::Display for Named<'_> {
+impl fmt::Display for CallChain<'_> {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         /// The maximum number of functions that are printed.
         const MOST: usize = 6;
@@ -257,10 +257,10 @@ impl fmt::Display for Named<'_> {
 
 /// Loads an image in the way that the robot would. Returns the error of its virtual machine if the
 /// image is refused.
-pub fn verify(image: &[u8], profile: Profile, robot: &Robot) -> Result<(), ImageError> {
+pub fn verify(image: &[u8], profile: NumberProfile, robot: &Robot) -> Result<(), ImageError> {
     match profile {
-        Profile::Tiny => load::<Tiny>(image, robot).map(drop),
-        Profile::Full => load::<Full>(image, robot).map(drop),
+        NumberProfile::Tiny => load::<Tiny>(image, robot).map(drop),
+        NumberProfile::Full => load::<Full>(image, robot).map(drop),
     }
 }
 
@@ -268,8 +268,8 @@ pub fn verify(image: &[u8], profile: Profile, robot: &Robot) -> Result<(), Image
 /// Fails with the reason why a robot would refuse the image.
 pub fn sealed(image: &[u8], robot: &Robot) -> Result<Vec<u8>, ImageError> {
     match robot.profile {
-        Profile::Tiny => sealed_for::<Tiny>(image, robot),
-        Profile::Full => sealed_for::<Full>(image, robot),
+        NumberProfile::Tiny => sealed_for::<Tiny>(image, robot),
+        NumberProfile::Full => sealed_for::<Full>(image, robot),
     }
 }
 

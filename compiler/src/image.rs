@@ -26,7 +26,7 @@ pub struct LibraryRow {
 
 /// The contents of an image.
 #[derive(Debug, Clone, Default)]
-pub struct Parts {
+pub struct ImageContent {
     /// True if the number profile is `full`.
     pub full: bool,
     /// Feature bits.
@@ -55,7 +55,7 @@ pub struct Parts {
 
 /// An image and its layout.
 #[derive(Debug, Clone, PartialEq, Eq)]
-pub struct Image {
+pub struct CompiledImage {
     pub bytes: Vec<u8>,
     /// Offset of the code in `bytes`. All positions below count from there, as in faults.
     pub code_at: usize,
@@ -66,7 +66,7 @@ pub struct Image {
     pub lines: Vec<(usize, Span)>,
 }
 
-impl Image {
+impl CompiledImage {
     /// Returns the source of the instruction at that position.
     pub fn source(&self, at: usize) -> Span {
         let line = self.lines.iter().rev().find(|(start, _)| *start <= at);
@@ -76,7 +76,7 @@ impl Image {
 
 /// A reason why a script has no image.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum ImageError {
+pub enum ImageBuildError {
     /// A count in the header would exceed 32767.
     Count {
         /// The name of the things that are too many.
@@ -89,27 +89,27 @@ pub enum ImageError {
     Length(usize),
 }
 
-impl fmt::Display for ImageError {
+impl fmt::Display for ImageBuildError {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
-            ImageError::Count { what, count } => {
+            ImageBuildError::Count { what, count } => {
                 write!(f, "{count} {what}, at most {COUNT_MAX} fit an image")
             }
-            ImageError::StringLength(length) => {
+            ImageBuildError::StringLength(length) => {
                 write!(f, "a string of {length} bytes, at most {COUNT_MAX} fit an image")
             }
-            ImageError::Length(length) => {
+            ImageBuildError::Length(length) => {
                 write!(f, "the image would have {length} bytes, at most {MAX_BYTES} are possible")
             }
         }
     }
 }
 
-impl std::error::Error for ImageError {}
+impl std::error::Error for ImageBuildError {}
 
-impl Parts {
+impl ImageContent {
     /// Writes the image.
-    pub fn write(&self) -> Result<Image, ImageError> {
+    pub fn write(&self) -> Result<CompiledImage, ImageBuildError> {
         let mut form = VERSION;
         form |= if self.full { FORM_FULL } else { 0 };
         form |= if self.order { FORM_ORDER } else { 0 };
@@ -153,7 +153,7 @@ impl Parts {
         if self.text {
             for text in self.strings.script() {
                 if text.len() > COUNT_MAX {
-                    return Err(ImageError::StringLength(text.len()));
+                    return Err(ImageBuildError::StringLength(text.len()));
                 }
                 count(&mut bytes, "bytes", text.len())?;
                 bytes.extend(text.as_bytes());
@@ -169,15 +169,15 @@ impl Parts {
             bytes.extend(&function.bytes);
         }
         if bytes.len() > MAX_BYTES {
-            return Err(ImageError::Length(bytes.len()));
+            return Err(ImageBuildError::Length(bytes.len()));
         }
-        Ok(Image { bytes, code_at, functions, lines })
+        Ok(CompiledImage { bytes, code_at, functions, lines })
     }
 }
 
-fn count(bytes: &mut Vec<u8>, what: &'static str, number: usize) -> Result<(), ImageError> {
+fn count(bytes: &mut Vec<u8>, what: &'static str, number: usize) -> Result<(), ImageBuildError> {
     if number > COUNT_MAX {
-        return Err(ImageError::Count { what, count: number });
+        return Err(ImageBuildError::Count { what, count: number });
     }
     if number < 0x80 {
         bytes.push(number as u8);

@@ -9,12 +9,12 @@ use std::path::{Path, PathBuf};
 
 pub use files::{DiskFiles, FileKind, Files, MemoryFiles};
 
-use crate::codes::Code;
+use crate::codes::DiagnosticCode;
 use crate::diagnostic::Diagnostic;
 use crate::lexer::lex;
 use crate::source::{FileId, SourceMap, Span};
 use crate::token::{Separation, Token, TokenKind};
-use search::Found;
+use search::IncludeResult;
 
 /// The maximum size of a script in bytes: far more than any robot can store, but little for a host.
 pub const MAX_SOURCE_BYTES: usize = 1 << 20;
@@ -24,7 +24,7 @@ const LIBRARY_FOLDER: &str = "<library>";
 
 /// The configuration of the search for included files. The search order is the folder of the
 /// including file, the working folder, then the lists below.
-pub struct Loader<'a> {
+pub struct IncludeLoader<'a> {
     /// The file system, or a replacement for it.
     pub files: &'a dyn Files,
     /// The folder the compiler was started in; relative paths of the main script start here.
@@ -37,10 +37,10 @@ pub struct Loader<'a> {
     pub library: &'a [(&'a str, &'a str)],
 }
 
-impl<'a> Loader<'a> {
+impl<'a> IncludeLoader<'a> {
     /// Creates a loader that searches only the folder of the including file and the working folder.
     pub fn new(files: &'a dyn Files) -> Self {
-        Loader {
+        IncludeLoader {
             files,
             working_folder: PathBuf::new(),
             folders: Vec::new(),
@@ -58,20 +58,20 @@ pub(crate) struct Loaded {
 }
 
 /// Reads the main script with `loader`.
-pub(crate) fn load_file(main: &Path, loader: &Loader) -> Loaded {
+pub(crate) fn load_file(main: &Path, loader: &IncludeLoader) -> Loaded {
     match loader.files.read(main, MAX_SOURCE_BYTES) {
         Ok(bytes) => match decode(bytes) {
             Ok(text) => load_text(main, text, loader),
             Err((problem, text)) => rejected(main, text, &problem),
         },
-        Err(error) => rejected(main, String::new(), &Problem::Unreadable(error)),
+        Err(error) => rejected(main, String::new(), &ScriptProblem::Unreadable(error)),
     }
 }
 
 /// Takes the main script from memory.
-pub(crate) fn load_text(main: &Path, text: String, loader: &Loader) -> Loaded {
+pub(crate) fn load_text(main: &Path, text: String, loader: &IncludeLoader) -> Loaded {
     if text.len() > MAX_SOURCE_BYTES {
-        return rejected(main, String::new(), &Problem::TooLarge);
+        return rejected(main, String::new(), &ScriptProblem::TooLarge);
     }
     let mut loading = Loading {
         loader,
@@ -85,7 +85,7 @@ pub(crate) fn load_text(main: &Path, text: String, loader: &Loader) -> Loaded {
 }
 
 /// Returns an empty script with an error, for a script that cannot be read.
-fn rejected(main: &Path, text: String, problem: &Problem) -> Loaded {
+fn rejected(main: &Path, text: String, problem: &ScriptProblem) -> Loaded {
     let mut sources = SourceMap::default();
     let file = sources.add(main, text);
     let start = problem.offset();
@@ -95,36 +95,36 @@ fn rejected(main: &Path, text: String, problem: &Problem) -> Loaded {
 }
 
 /// A reason why a file cannot be a script.
-enum Problem {
+enum ScriptProblem {
     Unreadable(io::Error),
     TooLarge,
     NotUtf8 { offset: usize },
 }
 
-impl Problem {
+impl ScriptProblem {
     fn offset(&self) -> u32 {
         match self {
-            Problem::NotUtf8 { offset } => *offset as u32,
-            Problem::Unreadable(_) | Problem::TooLarge => 0,
+            ScriptProblem::NotUtf8 { offset } => *offset as u32,
+            ScriptProblem::Unreadable(_) | ScriptProblem::TooLarge => 0,
         }
     }
 
     fn diagnostic(&self, path: &Path, span: Span) -> Diagnostic {
         let path = path.display();
         match self {
-            Problem::Unreadable(error) => Diagnostic::new(
-                Code::FileUnreadable,
+            ScriptProblem::Unreadable(error) => Diagnostic::new(
+                DiagnosticCode::FileUnreadable,
                 span,
                 format!("cannot read `{path}`: {error}"),
             ),
-            Problem::TooLarge => Diagnostic::new(
-                Code::FileTooLarge,
+            ScriptProblem::TooLarge => Diagnostic::new(
+                DiagnosticCode::FileTooLarge,
                 span,
                 format!("`{path}` is larger than {MAX_SOURCE_BYTES} bytes"),
             )
             .help("is this a script at all?"),
-            Problem::NotUtf8 { offset } => Diagnostic::new(
-                Code::FileNotUtf8,
+            ScriptProblem::NotUtf8 { offset } => Diagnostic::new(
+                DiagnosticCode::FileNotUtf8,
                 span,
                 format!("`{path}` is not UTF-8 text: the byte at offset {offset} is invalid"),
             )
@@ -134,20 +134,20 @@ impl Problem {
 }
 
 /// Decodes UTF-8. On failure, returns the problem and the text before it.
-fn decode(bytes: Vec<u8>) -> Result<String, (Problem, String)> {
+fn decode(bytes: Vec<u8>) -> Result<String, (ScriptProblem, String)> {
     if bytes.len() > MAX_SOURCE_BYTES {
-        return Err((Problem::TooLarge, String::new()));
+        return Err((ScriptProblem::TooLarge, String::new()));
     }
     String::from_utf8(bytes).map_err(|error| {
         let offset = error.utf8_error().valid_up_to();
         let mut bytes = error.into_bytes();
         bytes.truncate(offset);
-        (Problem::NotUtf8 { offset }, String::from_utf8(bytes).unwrap_or_default())
+        (ScriptProblem::NotUtf8 { offset }, String::from_utf8(bytes).unwrap_or_default())
     })
 }
 
 struct Loading<'a> {
-    loader: &'a Loader<'a>,
+    loader: &'a IncludeLoader<'a>,
     sources: SourceMap,
     diagnostics: Vec<Diagnostic>,
     /// Canonical paths of the files that were read.
@@ -194,15 +194,16 @@ impl Loading<'_> {
                 return None;
             }
         };
-        if let Found::InWorkingFolder { path, .. } = &found {
+        if let IncludeResult::InWorkingFolder { path, .. } = &found {
             self.diagnostics.push(search::working_folder_warning(path, &including, span));
         }
         let (path, identity, text) = match found {
-            Found::InLibrary { name, text } => {
+            IncludeResult::InLibrary { name, text } => {
                 let path = Path::new(LIBRARY_FOLDER).join(name);
                 (path.clone(), path, Ok(text.to_owned()))
             }
-            Found::OnDisk { path, identity } | Found::InWorkingFolder { path, identity } => {
+            IncludeResult::OnDisk { path, identity }
+            | IncludeResult::InWorkingFolder { path, identity } => {
                 if self.seen.contains(&identity) {
                     return None;
                 }
@@ -210,7 +211,7 @@ impl Loading<'_> {
                     .loader
                     .files
                     .read(&path, MAX_SOURCE_BYTES)
-                    .map_err(|error| (Problem::Unreadable(error), String::new()))
+                    .map_err(|error| (ScriptProblem::Unreadable(error), String::new()))
                     .and_then(decode);
                 (path, identity, text)
             }

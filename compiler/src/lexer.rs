@@ -6,10 +6,10 @@
 mod literal;
 mod operator;
 
-use crate::codes::Code;
+use crate::codes::DiagnosticCode;
 use crate::diagnostic::Diagnostic;
 use crate::source::{FileId, Span};
-use crate::token::{Fixed, Separation, Token, TokenKind};
+use crate::token::{FixedToken, Separation, Token, TokenKind};
 
 /// Returns the tokens of a file, the last one being [`TokenKind::FileEnd`]. Errors are added to
 /// `diagnostics`. The text must have at most [`MAX_SOURCE_BYTES`](crate::include::MAX_SOURCE_BYTES)
@@ -36,7 +36,7 @@ struct Lexer<'a> {
     start: usize,
     separation: Separation,
     /// The open brackets, innermost last.
-    brackets: Vec<Fixed>,
+    brackets: Vec<FixedToken>,
     tokens: Vec<Token>,
     diagnostics: Vec<Diagnostic>,
     /// Offset of the opening quote of a string that must end at its line.
@@ -139,17 +139,20 @@ impl<'a> Lexer<'a> {
         self.separation = Separation::SameLine;
     }
 
-    fn push_fixed(&mut self, fixed: Fixed) {
+    fn push_fixed(&mut self, fixed: FixedToken) {
         if fixed.closing().is_some() {
             self.brackets.push(fixed);
-        } else if matches!(fixed, Fixed::CloseParen | Fixed::CloseBracket | Fixed::CloseBrace) {
+        } else if matches!(
+            fixed,
+            FixedToken::CloseParen | FixedToken::CloseBracket | FixedToken::CloseBrace
+        ) {
             self.brackets.pop();
         }
         self.push(TokenKind::Fixed(fixed));
     }
 
     /// Reports the text from the start of this token to the current position.
-    fn report(&mut self, code: Code, message: impl Into<String>, help: &str) {
+    fn report(&mut self, code: DiagnosticCode, message: impl Into<String>, help: &str) {
         self.diagnostics
             .push(Diagnostic::new(code, self.span_from(self.start), message).help(help));
     }
@@ -189,7 +192,7 @@ impl<'a> Lexer<'a> {
             let start = std::mem::replace(&mut self.start, self.position);
             self.position += 1;
             self.report(
-                Code::UnknownCharacter,
+                DiagnosticCode::UnknownCharacter,
                 "a line ends with a carriage return alone",
                 "save the file with the line ends of Unix or Windows",
             );
@@ -203,16 +206,17 @@ impl<'a> Lexer<'a> {
         let word = self.read();
         if !word.is_ascii() {
             self.report(
-                Code::UnknownCharacter,
+                DiagnosticCode::UnknownCharacter,
                 format!("`{word}` cannot be a name"),
                 "names consist of the letters a to z, digits and `_`",
             );
         }
-        let is_field = self.tokens.last().is_some_and(|t| t.kind == TokenKind::Fixed(Fixed::Dot));
+        let is_field =
+            self.tokens.last().is_some_and(|t| t.kind == TokenKind::Fixed(FixedToken::Dot));
         if word == "include" && !is_field && self.include() {
             return;
         }
-        match Fixed::keyword(word) {
+        match FixedToken::keyword(word) {
             Some(keyword) => self.push_fixed(keyword),
             None => self.push(TokenKind::Name(word.to_owned())),
         }
@@ -259,7 +263,10 @@ fn ends_value(kind: &TokenKind) -> bool {
         TokenKind::Name(_) | TokenKind::Int(_) | TokenKind::Float(_) | TokenKind::Str(_) => true,
         TokenKind::Fixed(fixed) => matches!(
             fixed,
-            Fixed::CloseParen | Fixed::CloseBracket | Fixed::CloseBrace | Fixed::Nil
+            FixedToken::CloseParen
+                | FixedToken::CloseBracket
+                | FixedToken::CloseBrace
+                | FixedToken::Nil
         ),
         _ => false,
     }

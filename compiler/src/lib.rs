@@ -1,7 +1,7 @@
 //! The Buzz compiler: turns the text of a script into diagnostics, an image and its symbols.
 //!
 //! [`parser::parse`] reads a script with everything that it includes and returns the syntax tree.
-//! One run finds all errors that can be found. Each error has a [`codes::Code`], a place and help.
+//! One run finds all errors that can be found. Each error has a [`codes::DiagnosticCode`], a place and help.
 //! [`render`] prints errors as text or JSON, [`mod@explain`] explains a code.
 
 pub mod allow;

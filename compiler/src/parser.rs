@@ -20,11 +20,11 @@ use std::ops::Range;
 use std::path::Path;
 
 use crate::ast::{Expr, ExprKind, Script};
-use crate::codes::Code;
+use crate::codes::DiagnosticCode;
 use crate::diagnostic::Diagnostic;
-use crate::include::{Loaded, Loader, load_file, load_text};
+use crate::include::{IncludeLoader, Loaded, load_file, load_text};
 use crate::source::{SourceMap, Span};
-use crate::token::{Fixed, Token, TokenKind, hash_tokens};
+use crate::token::{FixedToken, Token, TokenKind, hash_tokens};
 use brackets::Brackets;
 pub use hidden::Hidden;
 
@@ -59,12 +59,12 @@ impl Parsed {
 }
 
 /// Parses the script `text`; `main` is its path, relative to which includes are searched.
-pub fn parse(main: &Path, text: String, loader: &Loader) -> Parsed {
+pub fn parse(main: &Path, text: String, loader: &IncludeLoader) -> Parsed {
     parse_loaded(load_text(main, text, loader))
 }
 
 /// Reads and parses the script at `main`.
-pub fn parse_file(main: &Path, loader: &Loader) -> Parsed {
+pub fn parse_file(main: &Path, loader: &IncludeLoader) -> Parsed {
     parse_loaded(load_file(main, loader))
 }
 
@@ -78,11 +78,11 @@ fn parse_loaded(loaded: Loaded) -> Parsed {
     parser.diagnostics.retain(|found| {
         let swallowed = |string: &Diagnostic| {
             let range = string.span.start as usize..found.span.start as usize;
-            string.code == Code::UnterminatedString
+            string.code == DiagnosticCode::UnterminatedString
                 && string.span.file == found.span.file
                 && sources.file(found.span.file).text.get(range).is_some_and(|t| !t.contains('\n'))
         };
-        found.code != Code::UnclosedBracket || !diagnostics.iter().any(swallowed)
+        found.code != DiagnosticCode::UnclosedBracket || !diagnostics.iter().any(swallowed)
     });
     diagnostics.append(&mut parser.diagnostics);
     diagnostics.sort_by_key(|diagnostic| (diagnostic.span.file, diagnostic.span.start));
@@ -160,11 +160,11 @@ impl<'a> Parser<'a> {
     }
 
     /// Returns the keyword, operator or bracket at the current position, if there is one.
-    fn fixed(&self) -> Option<Fixed> {
+    fn fixed(&self) -> Option<FixedToken> {
         self.fixed_at(self.position)
     }
 
-    fn fixed_at(&self, position: usize) -> Option<Fixed> {
+    fn fixed_at(&self, position: usize) -> Option<FixedToken> {
         match self.token_at(position).kind {
             TokenKind::Fixed(fixed) => Some(fixed),
             _ => None,
@@ -178,7 +178,7 @@ impl<'a> Parser<'a> {
         }
     }
 
-    fn at(&self, fixed: Fixed) -> bool {
+    fn at(&self, fixed: FixedToken) -> bool {
         self.fixed() == Some(fixed)
     }
 
@@ -195,7 +195,7 @@ impl<'a> Parser<'a> {
         token
     }
 
-    fn eat(&mut self, fixed: Fixed) -> bool {
+    fn eat(&mut self, fixed: FixedToken) -> bool {
         let found = self.at(fixed);
         if found {
             self.advance();
@@ -245,7 +245,7 @@ impl<'a> Parser<'a> {
 
     fn too_deep(&mut self) -> Reported {
         let message = format!("this is nested more than {MAX_NESTING} levels deep");
-        let diagnostic = Diagnostic::new(Code::NestingTooDeep, self.span(), message)
+        let diagnostic = Diagnostic::new(DiagnosticCode::NestingTooDeep, self.span(), message)
             .help("give a part of it a name: store it in a variable, or make a function of it");
         let reported = self.report(diagnostic);
         // Such a script is most likely generated, so errors about the rest would not help.

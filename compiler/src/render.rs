@@ -49,7 +49,7 @@ struct Layout {
 
 /// The choice of colours by ANSI escape sequences in text output.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Color {
+pub enum ColorChoice {
     /// Plain text.
     Never,
     /// Coloured text for a terminal.
@@ -72,7 +72,7 @@ impl<'a> Renderer<'a> {
 
     /// Returns a diagnostic as several lines of text that end with a newline: headline, place,
     /// source, help.
-    pub fn text(&self, diagnostic: &Diagnostic, color: Color) -> String {
+    pub fn text(&self, diagnostic: &Diagnostic, color: ColorChoice) -> String {
         let level = match diagnostic.severity() {
             Severity::Error => Level::ERROR,
             Severity::Warning => Level::WARNING,
@@ -83,8 +83,8 @@ impl<'a> Renderer<'a> {
             report = report.element(Level::HELP.message(printable(help)));
         }
         let style = match color {
-            Color::Never => Style::plain(),
-            Color::Always => Style::styled(),
+            ColorChoice::Never => Style::plain(),
+            ColorChoice::Always => Style::styled(),
         };
         let mut text = style.render(&[report] as &[Group]);
         text.push('\n');
@@ -165,10 +165,10 @@ impl<'a> Renderer<'a> {
 
     /// Returns the source text around the place of a diagnostic and around its related places.
     fn places(&self, diagnostic: &'a Diagnostic) -> Vec<Element<'a>> {
-        let primary = Mark { span: diagnostic.span, label: &diagnostic.label, primary: true };
+        let primary = SourceMark { span: diagnostic.span, label: &diagnostic.label, primary: true };
         let mut pieces = vec![vec![primary]];
         for (span, label) in &diagnostic.related {
-            let mark = Mark { span: *span, label, primary: false };
+            let mark = SourceMark { span: *span, label, primary: false };
             match pieces.first_mut() {
                 Some(piece) if self.are_near(diagnostic.span, *span) => piece.push(mark),
                 _ => pieces.push(vec![mark]),
@@ -199,7 +199,7 @@ impl<'a> Renderer<'a> {
     }
 
     /// Returns a piece of source text with marks, which are all in one file.
-    fn piece(&self, marks: &[Mark<'a>]) -> Element<'a> {
+    fn piece(&self, marks: &[SourceMark<'a>]) -> Element<'a> {
         let Some(Span { file, start, .. }) = marks.first().map(|mark| mark.span) else {
             return Level::NOTE.message("").into();
         };
@@ -221,7 +221,7 @@ impl<'a> Renderer<'a> {
             .into()
     }
 
-    fn annotation(&self, mark: &Mark<'a>, piece: Range<usize>) -> Annotation<'a> {
+    fn annotation(&self, mark: &SourceMark<'a>, piece: Range<usize>) -> Annotation<'a> {
         let end_of_lines = self.line_start(mark.span.file, self.lines(mark.span).end);
         let start = mark.span.start as usize - piece.start;
         let mut end = (mark.span.end as usize).min(end_of_lines).min(piece.end) - piece.start;
@@ -239,7 +239,7 @@ impl<'a> Renderer<'a> {
 }
 
 /// A place in the source text with the label under it.
-struct Mark<'a> {
+struct SourceMark<'a> {
     span: Span,
     label: &'a str,
     primary: bool,

@@ -113,13 +113,13 @@ impl<'de> Deserialize<'de> for LocalSymbol {
 pub struct LineEntry {
     /// Offset of the first byte of the code.
     pub offset: u32,
-    pub place: Place,
+    pub place: SourceSpan,
 }
 
 /// A range of source text. Lines and columns count from 1, and columns count characters. The end is
 /// exclusive.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct Place {
+pub struct SourceSpan {
     /// Number of the file in [`Symbols::files`].
     pub file: u32,
     /// Line of the start.
@@ -134,7 +134,7 @@ pub struct Place {
 
 impl Serialize for LineEntry {
     fn serialize<S: serde::Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
-        let Place { file, line, column, end_line, end_column } = self.place;
+        let SourceSpan { file, line, column, end_line, end_column } = self.place;
         [self.offset, file, line, column, end_line, end_column].serialize(serializer)
     }
 }
@@ -143,7 +143,7 @@ impl<'de> Deserialize<'de> for LineEntry {
     fn deserialize<D: serde::Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
         let [offset, file, line, column, end_line, end_column] =
             <[u32; 6]>::deserialize(deserializer)?;
-        Ok(LineEntry { offset, place: Place { file, line, column, end_line, end_column } })
+        Ok(LineEntry { offset, place: SourceSpan { file, line, column, end_line, end_column } })
     }
 }
 
@@ -195,7 +195,7 @@ impl Symbols {
     }
 
     /// Returns the source of the instruction at that position.
-    pub fn position(&self, position: u32) -> Option<Place> {
+    pub fn position(&self, position: u32) -> Option<SourceSpan> {
         let after = self.lines.partition_point(|entry| entry.offset <= position);
         Some(self.lines.get(after.checked_sub(1)?)?.place)
     }
@@ -251,10 +251,10 @@ impl<'a> Places<'a> {
         Places { sources, lines: sources.files().map(|(_, file)| starts(&file.text)).collect() }
     }
 
-    pub(crate) fn place(&self, span: Span) -> Place {
+    pub(crate) fn place(&self, span: Span) -> SourceSpan {
         let (line, column) = self.line_column(span.file, span.start);
         let (end_line, end_column) = self.line_column(span.file, span.end);
-        Place { file: span.file.0, line, column, end_line, end_column }
+        SourceSpan { file: span.file.0, line, column, end_line, end_column }
     }
 
     fn line_column(&self, file: FileId, at: u32) -> (u32, u32) {

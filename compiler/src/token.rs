@@ -47,7 +47,7 @@ pub enum TokenKind {
     /// A string literal with its escapes resolved.
     Str(String),
     /// A keyword, an operator or a bracket.
-    Fixed(Fixed),
+    Fixed(FixedToken),
     /// `include "path"`. The loader replaces it by [`TokenKind::FileStart`] ...
     /// [`TokenKind::FileEnd`].
     Include(String),
@@ -63,12 +63,12 @@ macro_rules! fixed_tokens {
     ($($variant:ident = $text:literal,)*) => {
         /// The tokens that are always spelled the same.
         #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-        pub enum Fixed { $(#[doc = concat!("`", $text, "`")] $variant,)* }
+        pub enum FixedToken { $(#[doc = concat!("`", $text, "`")] $variant,)* }
 
-        impl Fixed {
+        impl FixedToken {
             /// Returns the form in a script.
             pub fn text(self) -> &'static str {
-                match self { $(Fixed::$variant => $text,)* }
+                match self { $(FixedToken::$variant => $text,)* }
             }
         }
     };
@@ -115,23 +115,23 @@ fixed_tokens! {
 }
 
 /// Every keyword; `include` is not one, it is special only before a string.
-pub const KEYWORDS: [Fixed; 11] = [
-    Fixed::Var,
-    Fixed::If,
-    Fixed::Else,
-    Fixed::Function,
-    Fixed::Return,
-    Fixed::For,
-    Fixed::While,
-    Fixed::And,
-    Fixed::Or,
-    Fixed::Not,
-    Fixed::Nil,
+pub const KEYWORDS: [FixedToken; 11] = [
+    FixedToken::Var,
+    FixedToken::If,
+    FixedToken::Else,
+    FixedToken::Function,
+    FixedToken::Return,
+    FixedToken::For,
+    FixedToken::While,
+    FixedToken::And,
+    FixedToken::Or,
+    FixedToken::Not,
+    FixedToken::Nil,
 ];
 
-impl Fixed {
+impl FixedToken {
     /// Returns the keyword that `word` spells.
-    pub fn keyword(word: &str) -> Option<Fixed> {
+    pub fn keyword(word: &str) -> Option<FixedToken> {
         KEYWORDS.into_iter().find(|keyword| keyword.text() == word)
     }
 
@@ -141,11 +141,11 @@ impl Fixed {
     }
 
     /// Returns the bracket that closes this one.
-    pub fn closing(self) -> Option<Fixed> {
+    pub fn closing(self) -> Option<FixedToken> {
         match self {
-            Fixed::OpenParen => Some(Fixed::CloseParen),
-            Fixed::OpenBracket => Some(Fixed::CloseBracket),
-            Fixed::OpenBrace => Some(Fixed::CloseBrace),
+            FixedToken::OpenParen => Some(FixedToken::CloseParen),
+            FixedToken::OpenBracket => Some(FixedToken::CloseBracket),
+            FixedToken::OpenBrace => Some(FixedToken::CloseBrace),
             _ => None,
         }
     }
@@ -181,7 +181,7 @@ pub fn hash_tokens(tokens: &[Token]) -> u32 {
         if after_return && token.separation == Separation::Semicolon {
             hash = fnv_1a_from(hash, b";");
         }
-        after_return = token.kind == TokenKind::Fixed(Fixed::Return);
+        after_return = token.kind == TokenKind::Fixed(FixedToken::Return);
         hash = match &token.kind {
             TokenKind::Name(name) => tagged(hash, 1, name.as_bytes()),
             TokenKind::Int(value) => tagged(hash, 2, &value.to_le_bytes()),
@@ -212,10 +212,10 @@ mod tests {
     #[test]
     fn keywords_are_those_of_the_language() {
         let words = "var if else function return for while and or not nil";
-        assert_eq!(KEYWORDS.map(Fixed::text).join(" "), words);
+        assert_eq!(KEYWORDS.map(FixedToken::text).join(" "), words);
         for word in words.split(' ') {
-            assert_eq!(Fixed::keyword(word).map(Fixed::text), Some(word));
+            assert_eq!(FixedToken::keyword(word).map(FixedToken::text), Some(word));
         }
-        assert_eq!(Fixed::keyword("include"), None);
+        assert_eq!(FixedToken::keyword("include"), None);
     }
 }

@@ -1,6 +1,6 @@
 //! The active functions, with their locals by name.
 
-use bittybuzz_compiler::symbols::{LocalPlace, Place};
+use bittybuzz_compiler::symbols::{LocalPlace, SourceSpan};
 use bittybuzz_vm_core::ByteCode;
 use bittybuzz_vm_core::inspect::{CallFrame, FramePlace};
 use bittybuzz_vm_core::number::Profile;
@@ -52,7 +52,7 @@ pub struct SourcePlace {
     /// The path of the file.
     pub file: String,
     /// The lines and columns.
-    pub place: Place,
+    pub place: SourceSpan,
 }
 
 /// Returns the frames of a machine, innermost first.

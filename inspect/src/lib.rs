@@ -31,9 +31,9 @@ use bittybuzz_vm_core::{ByteCode, Vm};
 
 pub use frame::{FrameFunction, ScriptFrame, SourcePlace};
 pub use memory::ScriptMemory;
-pub use network::{Handler, HandlerTrigger, Neighbor, Stigmergy, StigmergyEntry};
+pub use network::{Handler, HandlerTrigger, InspectedEntry, InspectedNeighbor, Stigmergy};
 pub use object::{Limits, Object, ObjectId, Objects};
-pub use queue::{Queue, QueuedMessage, Queues};
+pub use queue::{InspectedQueue, QueuedMessage, Queues};
 pub use value::{Named, ScriptValue};
 
 use reader::MachineReader;
@@ -49,7 +49,7 @@ pub struct Inspection {
     /// stopped.
     pub frames: Vec<ScriptFrame>,
     /// Robots whose frames were received recently, ordered by id.
-    pub neighbors: Vec<Neighbor>,
+    pub neighbors: Vec<InspectedNeighbor>,
     /// Swarms that the script has created.
     pub swarms: Vec<KnownSwarm>,
     /// Stigmergies that the script has created.

@@ -9,7 +9,7 @@ use crate::value::ScriptValue;
 
 /// A robot whose frames were received recently.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Neighbor {
+pub struct InspectedNeighbor {
     /// The id of the robot.
     pub id: u16,
     /// Distance in mm, azimuth and elevation in radians; `None` if the link did not measure them.
@@ -26,12 +26,12 @@ pub struct Stigmergy {
     /// The number by which scripts refer to it.
     pub number: u16,
     /// The entries in the order in which they are stored, including deleted ones.
-    pub entries: Vec<StigmergyEntry>,
+    pub entries: Vec<InspectedEntry>,
 }
 
 /// An entry of a stigmergy.
 #[derive(Debug, Clone, PartialEq)]
-pub struct StigmergyEntry {
+pub struct InspectedEntry {
     pub key: ScriptValue,
     /// The value; nil if the entry was deleted.
     pub value: ScriptValue,
@@ -69,8 +69,8 @@ pub enum HandlerTrigger {
 /// Returns the neighbors of a robot.
 pub fn neighbors<P: Profile, C: ByteCode, const SLOTS: usize>(
     vm: &Vm<P, C, SLOTS>,
-) -> Vec<Neighbor> {
-    let all = vm.neighbors().map(|neighbor| Neighbor {
+) -> Vec<InspectedNeighbor> {
+    let all = vm.neighbors().map(|neighbor| InspectedNeighbor {
         id: neighbor.id,
         place: neighbor.place.map(|place| place.map(|number| number.as_f32().unwrap_or(0.0))),
         steps_left: neighbor.steps_left,
@@ -94,7 +94,7 @@ pub fn stigmergies<P: Profile, C: ByteCode, const SLOTS: usize>(
         let entries = entries.map(|entry| {
             let StoredEntry { key, value, owner, clock, digest, is_own, is_unsent, .. } = entry;
             let (key, value) = (reader.value(key), reader.value(value));
-            StigmergyEntry { key, value, owner, clock, digest, is_own, is_unsent }
+            InspectedEntry { key, value, owner, clock, digest, is_own, is_unsent }
         });
         Stigmergy { number, entries: entries.collect() }
     });

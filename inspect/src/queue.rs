@@ -13,14 +13,14 @@ use crate::value::ScriptValue;
 #[derive(Debug, Clone, PartialEq)]
 pub struct Queues {
     /// Received frames, which wait for the script's next step.
-    pub inbox: Queue,
+    pub inbox: InspectedQueue,
     /// Frames to be sent, which wait for the link.
-    pub outbox: Queue,
+    pub outbox: InspectedQueue,
 }
 
 /// A queue of frames.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Queue {
+pub struct InspectedQueue {
     /// The number of frames that the queue can hold.
     pub capacity: usize,
     /// The frames in the queue, oldest first.
@@ -85,7 +85,7 @@ pub enum QueuedMessage {
     Malformed,
 }
 
-impl Queue {
+impl InspectedQueue {
     /// Decodes the frames in a queue of the robot with this machine. Symbols of another script are
     /// ignored.
     pub fn of<P: Profile, C: ByteCode, const SLOTS: usize, F: AsRef<[u8]>>(
@@ -93,10 +93,10 @@ impl Queue {
         symbols: Option<&Symbols>,
         capacity: usize,
         frames: impl IntoIterator<Item = F>,
-    ) -> Queue {
+    ) -> InspectedQueue {
         let mut reader = MachineReader::new(vm, symbols, Limits { depth: 0, values: 0 });
         let decoded = frames.into_iter().map(|frame| message(&mut reader, frame.as_ref()));
-        Queue { capacity, messages: decoded.collect() }
+        InspectedQueue { capacity, messages: decoded.collect() }
     }
 }
 

@@ -4,7 +4,7 @@ use std::fs;
 use std::path::Path;
 
 use bittybuzz_inspect::{Inspection, Limits, Object, ScriptValue, inspect};
-use bittybuzz_robot_spec::Profile as ProfileName;
+use bittybuzz_robot_spec::NumberProfile as ProfileName;
 use bittybuzz_testkit::profiles::{Full, Tiny};
 use bittybuzz_testkit::{Program, Recorder};
 use bittybuzz_vm_core::number::Profile;

@@ -1,7 +1,7 @@
 //! Neighbors, swarms, stigmergies, handlers and queues of two robots that receive each other.
 
 use bittybuzz_inspect::{
-    HandlerTrigger, Inspection, Limits, Queue, QueuedMessage, ScriptValue, inspect,
+    HandlerTrigger, InspectedQueue, Inspection, Limits, QueuedMessage, ScriptValue, inspect,
 };
 use bittybuzz_testkit::profiles::{Full, Tiny};
 use bittybuzz_testkit::{Program, Swarm, in_both_profiles};
@@ -96,7 +96,7 @@ fn messages_in_a_queue_are_decoded() {
     let mut foreign = beacon.clone();
     foreign[4] ^= 1;
     let frames = [broadcast, beacon, foreign, vec![0xff; 5]];
-    let queue = Queue::of(&*robot.vm, Some(&program.symbols), 6, &frames);
+    let queue = InspectedQueue::of(&*robot.vm, Some(&program.symbols), 6, &frames);
     let value = ScriptValue::Float(2.5);
     let expected = [
         QueuedMessage::Broadcast { robot: 3, topic: text("topic"), value },

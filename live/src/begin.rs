@@ -1,7 +1,7 @@
 //! The description of the world, which a client needs before the first sample.
 
 use bittybuzz_arena::run::{Program, Setup, Simulation, TICKS_PER_SECOND};
-use bittybuzz_arena::scenario::{Group, Medium, Obstacle, Outline, QUANTITIES};
+use bittybuzz_arena::scenario::{Group, Medium, ObstacleSection, Outline, QUANTITIES};
 use serde_json::{Value, json};
 
 use crate::conditions;
@@ -69,7 +69,7 @@ fn globals(program: &Program) -> Vec<String> {
 }
 
 /// Describes an obstacle with the keys of a scenario.
-fn obstacle(obstacle: &Obstacle) -> Value {
+fn obstacle(obstacle: &ObstacleSection) -> Value {
     let height = obstacle.height;
     match obstacle.outline {
         Outline::Disc { at, radius } => json!({ "at": at, "radius": radius, "height": height }),

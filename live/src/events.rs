@@ -2,10 +2,10 @@
 
 use bittybuzz_arena::engine::LossCause;
 use bittybuzz_arena::robot::{Consequence, FaultRecord, LogLine, ProgramId};
-use bittybuzz_arena::run::{Event, EventKind, Observer, Setup, Verdict};
+use bittybuzz_arena::run::{EventKind, ObservedEvent, Observer, Setup, Verdict};
 use serde_json::{Value, json};
 
-use crate::watch::{Fate, Watch};
+use crate::watch::{MessageFate, Watch};
 
 /// Records the faults, log lines and watched messages of a tick.
 pub struct Notes<'a> {
@@ -18,8 +18,8 @@ pub struct Notes<'a> {
 }
 
 impl Observer for Notes<'_> {
-    fn see(&mut self, event: Event<'_>) {
-        let Event { tick, robot, kind } = event;
+    fn see(&mut self, event: ObservedEvent<'_>) {
+        let ObservedEvent { tick, robot, kind } = event;
         match kind {
             EventKind::Log(line) => self.events.push(json!({
                 "event": "log",
@@ -28,11 +28,13 @@ impl Observer for Notes<'_> {
                 "text": text(self.setup, line),
             })),
             EventKind::Fault(record) => self.events.push(fault(self.setup, robot, record)),
-            EventKind::Heard { receiver, .. } => self.watch.note(Fate::Heard, robot, receiver),
-            EventKind::Lost { receiver, cause: LossCause::Collision, .. } => {
-                self.watch.note(Fate::Collided, robot, receiver);
+            EventKind::Heard { receiver, .. } => {
+                self.watch.note(MessageFate::Heard, robot, receiver)
             }
-            EventKind::Lost { receiver, .. } => self.watch.note(Fate::Lost, robot, receiver),
+            EventKind::Lost { receiver, cause: LossCause::Collision, .. } => {
+                self.watch.note(MessageFate::Collided, robot, receiver);
+            }
+            EventKind::Lost { receiver, .. } => self.watch.note(MessageFate::Lost, robot, receiver),
             _ => {}
         }
     }

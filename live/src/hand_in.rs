@@ -38,7 +38,7 @@ fn sha256(text: &str) -> String {
 
 /// The result of an expectation.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-pub struct Outcome {
+pub struct ExpectationVerdict {
     /// The expectation in words.
     pub text: String,
     /// True if the expectation held.
@@ -69,7 +69,7 @@ pub struct HandIn {
     /// True if every expectation held, and no script had an unexpected fault.
     pub success: bool,
     /// The expectations, in the order of the scenario.
-    pub expectations: Vec<Outcome>,
+    pub expectations: Vec<ExpectationVerdict>,
 }
 
 impl HandIn {
@@ -105,7 +105,7 @@ impl HandIn {
         self.success = summary.is_success();
         let expects = run.setup().scenario.expects.iter().zip(&summary.convergences);
         self.expectations = expects
-            .map(|(expect, convergence)| Outcome {
+            .map(|(expect, convergence)| ExpectationVerdict {
                 text: expect.to_string(),
                 held: convergence.verdict == Verdict::Held,
                 since: convergence.since.map(seconds),

@@ -6,8 +6,8 @@
 //! (a string of which only the number is known), `unset` (an argument that was not passed).
 
 use bittybuzz_inspect::{
-    FrameFunction, Handler, HandlerTrigger, Inspection, Named, Neighbor, Object, Queue,
-    QueuedMessage, ScriptFrame, ScriptValue, Stigmergy,
+    FrameFunction, Handler, HandlerTrigger, InspectedNeighbor, InspectedQueue, Inspection, Named,
+    Object, QueuedMessage, ScriptFrame, ScriptValue, Stigmergy,
 };
 use bittybuzz_vm_core::inspect::Activity;
 use serde_json::{Map, Value, json};
@@ -101,7 +101,7 @@ fn object(object: &Object) -> Value {
     }
 }
 
-fn neighbor(neighbor: &Neighbor) -> Value {
+fn neighbor(neighbor: &InspectedNeighbor) -> Value {
     let [distance, azimuth, elevation] = match neighbor.place {
         Some(place) => place.map(Some),
         None => [None; 3],
@@ -139,7 +139,7 @@ fn handler(handler: &Handler) -> Value {
     json!({ "trigger": trigger, "function": value(&handler.function) })
 }
 
-fn queue(queue: &Queue) -> Value {
+fn queue(queue: &InspectedQueue) -> Value {
     let messages: Vec<Value> = queue.messages.iter().map(message).collect();
     json!({ "capacity": queue.capacity, "messages": messages })
 }

@@ -83,11 +83,11 @@ mod watched;
 mod words;
 mod workshop;
 
-pub use hand_in::{HandIn, Outcome, TextFile};
+pub use hand_in::{ExpectationVerdict, HandIn, TextFile};
 pub use live::Live;
 pub use replay::Replay;
 pub use set_up::{set_up, text_of};
 pub use shelf::{SharedFiles, Shelf};
 pub use source::Source;
-pub use watched::{Content, Report, Watched};
+pub use watched::{ReportContent, RobotReport, Watched};
 pub use workshop::Workshop;

@@ -5,7 +5,7 @@ use std::time::Duration;
 
 use bittybuzz_arena::output::recorder;
 use bittybuzz_arena::run::{Session, Setup, Simulation, TICKS_PER_SECOND, Verdict};
-use bittybuzz_arena::scenario::{Cause, Quantity, ScenarioError};
+use bittybuzz_arena::scenario::{Quantity, ScenarioCause, ScenarioError};
 use bittybuzz_compiler::explain::explain;
 use bittybuzz_inspect::Limits;
 use serde_json::{Value, json};
@@ -20,7 +20,7 @@ use crate::pace::{Pace, RATES};
 use crate::request::Request;
 use crate::samples::Samples;
 use crate::source::Source;
-use crate::trials::{self, Purpose, Trials, Variant};
+use crate::trials::{self, TrialPurpose, Trials, Variant};
 use crate::watch::Watch;
 use crate::workshop::{Drafts, Workshop};
 
@@ -233,7 +233,10 @@ impl Live {
     fn quantity(&self, text: Option<String>) -> Result<Option<Quantity>, ScenarioError> {
         let Some(text) = text else { return Ok(None) };
         let Some(quantity) = Quantity::parse(&text) else {
-            return Err(ScenarioError { cause: Cause::UnknownQuantity { text }, place: None });
+            return Err(ScenarioError {
+                cause: ScenarioCause::UnknownQuantity { text },
+                place: None,
+            });
         };
         self.session.run().setup().probe(&quantity)?;
         Ok(Some(quantity))
@@ -326,7 +329,7 @@ impl Live {
         let variants = variants.collect::<Result<Vec<Variant>, String>>()?;
         let first = self.session.run().seed();
         let seeds = (0..seeds).map(|number| first.wrapping_add(number)).collect();
-        Ok(Trials::new(Purpose::Sweep(quantity), variants, seeds))
+        Ok(Trials::new(TrialPurpose::Sweep(quantity), variants, seeds))
     }
 
     /// Returns the trial whose result is handed in.
@@ -341,7 +344,7 @@ impl Live {
         let hand_in = HandIn::new(by, title, text, edit::handed_in(drafts, &setup)?);
         let (seed, setup) = (scenario.world.seed, Arc::new(setup));
         let variant = Variant { value: None, setup };
-        Ok(Trials::new(Purpose::HandIn(Box::new(hand_in)), vec![variant], vec![seed]))
+        Ok(Trials::new(TrialPurpose::HandIn(Box::new(hand_in)), vec![variant], vec![seed]))
     }
 
     fn try_out(&mut self, trials: Result<Trials, String>) {

@@ -3,7 +3,8 @@
 use std::time::Duration;
 
 use bittybuzz_arena::output::recording::{
-    Body, Obstacle, Outline, RecordedRobot, RecordingError, RecordingReader, Sample,
+    RecordedBody, RecordedObstacle, RecordedOutline, RecordedRobot, RecordingError,
+    RecordingReader, RecordingSample,
 };
 use serde_json::{Value, json};
 
@@ -21,9 +22,9 @@ const MOST_KEYS: usize = 256;
 pub struct Replay<'a> {
     /// The reader of the samples after `next`.
     reader: RecordingReader<'a>,
-    shown: Sample,
+    shown: RecordingSample,
     /// The sample after the shown one; `None` at the last.
-    next: Option<Sample>,
+    next: Option<RecordingSample>,
     /// Copies of the reader before some samples, with the ticks of these samples, in ascending
     /// order.
     keys: Vec<(u64, RecordingReader<'a>)>,
@@ -134,7 +135,7 @@ impl<'a> Replay<'a> {
 }
 
 /// Describes successive robots of one size as a group. A recording has no names.
-fn group(bodies: &[Body]) -> Value {
+fn group(bodies: &[RecordedBody]) -> Value {
     let radius = bodies.first().map(|body| mm(body.radius.into()));
     json!({
         "name": null, "robot": null, "script": null, "count": bodies.len(),
@@ -143,18 +144,18 @@ fn group(bodies: &[Body]) -> Value {
 }
 
 /// Describes an obstacle with the keys of a scenario.
-fn obstacle(obstacle: &Obstacle) -> Value {
+fn obstacle(obstacle: &RecordedObstacle) -> Value {
     let height = obstacle.height.map(|height| mm(height.into()));
     match obstacle.outline {
-        Outline::Disc(numbers) => {
+        RecordedOutline::Disc(numbers) => {
             let [x, y, radius] = numbers.map(|tenths| mm(tenths.into()));
             json!({ "at": [x, y], "radius": radius, "height": height })
         }
-        Outline::Block(numbers) => {
+        RecordedOutline::Block(numbers) => {
             let [x, y, width, height_of_box] = numbers.map(|tenths| mm(tenths.into()));
             json!({ "at": [x, y], "size": [width, height_of_box], "height": height })
         }
-        Outline::Wall(numbers) => {
+        RecordedOutline::Wall(numbers) => {
             let [x, y, to_x, to_y] = numbers.map(|tenths| mm(tenths.into()));
             json!({ "from": [x, y], "to": [to_x, to_y], "height": height })
         }
@@ -227,7 +228,8 @@ impl Source for Replay<'_> {
             return false;
         }
         let wanted = self.shown.tick.saturating_add(due);
-        let is_due = |next: &Option<Sample>| next.as_ref().is_some_and(|next| next.tick <= wanted);
+        let is_due =
+            |next: &Option<RecordingSample>| next.as_ref().is_some_and(|next| next.tick <= wanted);
         while is_due(&self.next) && goes_on() {
             self.step();
         }

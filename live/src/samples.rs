@@ -1,11 +1,11 @@
 //! Poses and LEDs of the robots, in the format of a recording.
 
-use bittybuzz_arena::output::recording::{Header, RecordedRobot, Writer};
+use bittybuzz_arena::output::recording::{RecordedRobot, RecordingHeader, RecordingWriter};
 
 /// A stream of samples. Each contains only the changes since the previous one.
 pub struct Samples {
     /// `None` if the next sample starts a new recording.
-    writer: Option<Writer<Vec<u8>>>,
+    writer: Option<RecordingWriter<Vec<u8>>>,
     /// The tick of the last sample.
     tick: u64,
 }
@@ -20,7 +20,7 @@ impl Samples {
         &mut self,
         tick: u64,
         robots: &[Option<RecordedRobot>],
-        header: impl FnOnce() -> Header,
+        header: impl FnOnce() -> RecordingHeader,
     ) -> Vec<u8> {
         // The ticks of a recording must ascend, so an earlier tick starts a new one.
         if tick < self.tick {
@@ -29,7 +29,7 @@ impl Samples {
         self.tick = tick;
         let bytes = match &mut self.writer {
             Some(writer) => writer.write(tick, robots).map(|()| writer),
-            None => Writer::new(Vec::new(), &header()).and_then(|mut writer| {
+            None => RecordingWriter::new(Vec::new(), &header()).and_then(|mut writer| {
                 writer.write(tick, robots)?;
                 Ok(self.writer.insert(writer))
             }),

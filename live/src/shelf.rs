@@ -7,8 +7,8 @@ use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use bittybuzz_arena::run::{Compiler, Program, Simulation};
 use bittybuzz_arena::scenario::{Group, Scenario, ScenarioError};
 use bittybuzz_compiler::compile::{Compiled, Options, compile};
-use bittybuzz_compiler::include::{Files, Loader, MAX_SOURCE_BYTES, MemoryFiles};
-use bittybuzz_compiler::render::{Color, Renderer};
+use bittybuzz_compiler::include::{Files, IncludeLoader, MAX_SOURCE_BYTES, MemoryFiles};
+use bittybuzz_compiler::render::{ColorChoice, Renderer};
 use bittybuzz_robot_files::all_shipped;
 
 use crate::set_up::{set_up, text_of};
@@ -52,7 +52,8 @@ impl SharedFiles {
         robots.extend(others);
         let options = Options { robot, robots, profile: None };
         let files = &*self.lock();
-        let loader = Loader { library: bittybuzz_library::FILES, ..Loader::new(files) };
+        let loader =
+            IncludeLoader { library: bittybuzz_library::FILES, ..IncludeLoader::new(files) };
         compile(script, text, &loader, &options)
     }
 
@@ -62,7 +63,7 @@ impl SharedFiles {
         let Some(image) = compiled.image else {
             let renderer = Renderer::new(&compiled.sources);
             let texts = compiled.diagnostics.iter();
-            return Err(texts.map(|one| renderer.text(one, Color::Never)).collect());
+            return Err(texts.map(|one| renderer.text(one, ColorChoice::Never)).collect());
         };
         Ok(Program { image, symbols: compiled.symbols })
     }

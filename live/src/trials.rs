@@ -23,7 +23,7 @@ pub struct Variant {
 }
 
 /// The purpose of trials.
-pub enum Purpose {
+pub enum TrialPurpose {
     /// Each trial makes an event, with this quantity at its end.
     Sweep(Option<Quantity>),
     /// The result of the only trial is handed in.
@@ -32,7 +32,7 @@ pub enum Purpose {
 
 /// Trials in progress.
 pub struct Trials {
-    purpose: Purpose,
+    purpose: TrialPurpose,
     variants: Vec<Variant>,
     /// The seeds of each variant.
     seeds: Vec<u32>,
@@ -45,7 +45,7 @@ pub struct Trials {
 
 impl Trials {
     /// Returns trials that begin with the next call of [`advance`](Self::advance).
-    pub fn new(purpose: Purpose, variants: Vec<Variant>, seeds: Vec<u32>) -> Self {
+    pub fn new(purpose: TrialPurpose, variants: Vec<Variant>, seeds: Vec<u32>) -> Self {
         Trials { purpose, variants, seeds, done: 0, run: None, shown: 0 }
     }
 
@@ -88,8 +88,10 @@ impl Trials {
             return Ok(());
         }
         let result = match &self.purpose {
-            Purpose::Sweep(quantity) => sweep(run, (number, count), variant, quantity.as_ref()),
-            Purpose::HandIn(hand_in) => {
+            TrialPurpose::Sweep(quantity) => {
+                sweep(run, (number, count), variant, quantity.as_ref())
+            }
+            TrialPurpose::HandIn(hand_in) => {
                 let mut hand_in = (**hand_in).clone();
                 hand_in.complete(run);
                 json!({ "event": "result", "name": hand_in.file_name(), "text": hand_in.text() })

@@ -11,7 +11,7 @@ const MOST_MESSAGES: usize = 4000;
 
 /// The fate of a message at a robot in range.
 #[derive(Clone, Copy)]
-pub enum Fate {
+pub enum MessageFate {
     /// The message arrived.
     Heard,
     /// The message overlapped with another one at the receiver.
@@ -38,12 +38,12 @@ impl Watch {
     }
 
     /// Records the fate of a message at one robot.
-    pub fn note(&mut self, fate: Fate, sender: usize, receiver: usize) {
+    pub fn note(&mut self, fate: MessageFate, sender: usize, receiver: usize) {
         let [heard, collided, lost] = &mut self.fates;
         let list = match fate {
-            Fate::Heard => heard,
-            Fate::Collided => collided,
-            Fate::Lost => lost,
+            MessageFate::Heard => heard,
+            MessageFate::Collided => collided,
+            MessageFate::Lost => lost,
         };
         if self.messages && list.len() < MOST_MESSAGES {
             list.push([sender, receiver]);

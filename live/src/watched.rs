@@ -5,7 +5,9 @@ use std::collections::VecDeque;
 use std::sync::mpsc::{Receiver, TryRecvError};
 use std::time::Duration;
 
-use bittybuzz_arena::output::recording::{Body, Header, RecordedRobot, RobotStatus};
+use bittybuzz_arena::output::recording::{
+    RecordedBody, RecordedRobot, RecordingHeader, RobotStatus,
+};
 use serde_json::{Value, json};
 
 use crate::samples::Samples;
@@ -24,17 +26,17 @@ const APART: u32 = 100;
 
 /// A report of a robot.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Report {
+pub struct RobotReport {
     /// Seconds on the robot's clock; `None` if they are not known.
     pub seconds: Option<f64>,
     /// The id of the robot.
     pub robot: u16,
-    pub content: Content,
+    pub content: ReportContent,
 }
 
 /// The content of a report.
 #[derive(Debug, Clone, PartialEq)]
-pub enum Content {
+pub enum ReportContent {
     /// A line that the script logged, or a line about the robot.
     Line(String),
     /// A line at a start or a restart of the script.
@@ -53,7 +55,7 @@ pub enum Content {
 
 /// Robots that report, from a client's view. The client cannot control them.
 pub struct Watched {
-    reports: Receiver<Report>,
+    reports: Receiver<RobotReport>,
     /// The name of the robots' model, and the name of their script.
     kind: [String; 2],
     robots: Vec<(u16, RobotStatus)>,
@@ -70,7 +72,7 @@ impl Watched {
     /// Returns a session of robots whose reports come through a channel. `robot` and `script` are
     /// the names of their model and their script. The session is over when the other end of the
     /// channel is dropped.
-    pub fn new(reports: Receiver<Report>, robot: &str, script: &str) -> Self {
+    pub fn new(reports: Receiver<RobotReport>, robot: &str, script: &str) -> Self {
         let mut watched = Watched {
             reports,
             kind: [robot.to_owned(), script.to_owned()],
@@ -85,18 +87,18 @@ impl Watched {
         watched
     }
 
-    fn take(&mut self, Report { seconds, robot, content }: Report) {
+    fn take(&mut self, RobotReport { seconds, robot, content }: RobotReport) {
         let number = self.number(robot);
         let seconds = seconds.filter(|seconds| seconds.is_finite() && *seconds >= 0.0);
         let now = seconds.map_or(self.tick, |seconds| (seconds * TICKS_PER_SECOND) as u64);
         self.tick = self.tick.max(now);
         let event = match content {
-            Content::Line(text) => line(now, number, &text),
-            Content::Began(text) => {
+            ReportContent::Line(text) => line(now, number, &text),
+            ReportContent::Began(text) => {
                 self.change(number, RobotStatus::Running);
                 line(now, number, &text)
             }
-            Content::Fault { code, is_contained, places } => {
+            ReportContent::Fault { code, is_contained, places } => {
                 if !is_contained {
                     self.change(number, RobotStatus::Faulted);
                 }
@@ -230,8 +232,9 @@ impl Source for Watched {
             })
         });
         let robots: Vec<Option<RecordedRobot>> = robots.collect();
-        let bodies = self.robots.iter().map(|(id, _)| Body { id: *id, radius: 10 * RADIUS });
-        let header = Header {
+        let bodies =
+            self.robots.iter().map(|(id, _)| RecordedBody { id: *id, radius: 10 * RADIUS });
+        let header = RecordingHeader {
             size: self.size(),
             tick_ms: 100,
             bodies: bodies.collect(),

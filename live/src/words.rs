@@ -1,8 +1,8 @@
 //! The names that scripts may use, with their help, for the completion in an editor.
 
 use bittybuzz_arena::scenario::Group;
-use bittybuzz_robot_spec::{Function, Robot};
-use bittybuzz_vm_core::builtin::{self, BuiltinKind, Info, Library};
+use bittybuzz_robot_spec::{Robot, RobotFunction};
+use bittybuzz_vm_core::builtin::{self, BuiltinInfo, BuiltinKind, Library};
 use serde_json::{Value, json};
 
 /// The library of methods of objects, which can follow any variable.
@@ -24,7 +24,7 @@ pub fn describe<'a>(groups: impl Iterator<Item = &'a Group>) -> Vec<Value> {
     once
 }
 
-fn of_builtin(info: &Info) -> Value {
+fn of_builtin(info: &BuiltinInfo) -> Value {
     let of = match info.library {
         Library::Rng => "math.rng",
         library if library.is_object() => OBJECT,
@@ -53,7 +53,7 @@ fn of_robot(robot: &Robot) -> impl Iterator<Item = Value> + '_ {
 }
 
 /// Formats a call with the first list of arguments that a function accepts.
-fn call(function: &Function) -> String {
+fn call(function: &RobotFunction) -> String {
     let parameters = function.accepts.first().into_iter().flatten();
     let parameters: Vec<String> = parameters.map(ToString::to_string).collect();
     format!("{}({})", function.name, parameters.join(", "))

@@ -11,7 +11,7 @@ use std::time::Duration;
 use bittybuzz_arena::run::{Compiler, Program, Session, Setup, Simulation};
 use bittybuzz_arena::scenario::{Group, Scenario, ScenarioError};
 use bittybuzz_compiler::compile::{Compiled, Options, compile};
-use bittybuzz_compiler::include::{Files, Loader, MemoryFiles};
+use bittybuzz_compiler::include::{Files, IncludeLoader, MemoryFiles};
 use bittybuzz_live::{Live, Source, Workshop};
 use serde_json::{Value, json};
 
@@ -40,7 +40,7 @@ fn read(files: &MemoryFiles, script: &Path) -> Result<String, String> {
 
 fn program(files: &MemoryFiles, script: &Path, group: &Group) -> Result<Program, String> {
     let text = read(files, script)?;
-    let compiled = compile(script, text, &Loader::new(files), &options(group));
+    let compiled = compile(script, text, &IncludeLoader::new(files), &options(group));
     let symbols = compiled.symbols;
     let program = compiled.image.map(|image| Program { image, symbols });
     program.ok_or_else(|| compiled.diagnostics[0].message.clone())
@@ -84,7 +84,7 @@ impl Workshop for Folder {
 
     fn compile(&self, script: &Path, text: &str, group: &Group) -> Compiled {
         let files = self.files.lock().unwrap();
-        compile(script, text.to_owned(), &Loader::new(&*files), &options(group))
+        compile(script, text.to_owned(), &IncludeLoader::new(&*files), &options(group))
     }
 
     fn keep(&mut self, script: &Path, text: &str) {

@@ -6,11 +6,11 @@ use std::path::Path;
 use std::sync::Arc;
 use std::time::Duration;
 
-use bittybuzz_arena::output::recording::{RecordingReader, Sample};
+use bittybuzz_arena::output::recording::{RecordingReader, RecordingSample};
 use bittybuzz_arena::run::{Program, Session, Setup, Simulation};
 use bittybuzz_arena::scenario::{Group, Scenario};
 use bittybuzz_compiler::compile::{Options, compile};
-use bittybuzz_compiler::include::{Files, Loader, MemoryFiles};
+use bittybuzz_compiler::include::{Files, IncludeLoader, MemoryFiles};
 use bittybuzz_live::{Live, Source};
 use serde_json::{Value, json};
 
@@ -38,7 +38,7 @@ fn program(files: &MemoryFiles, script: &Path, group: &Group) -> Result<Program,
     let options = Options { robot: Some(group.robot.clone()), robots, profile: None };
     let text = files.read(script, 10_000).map_err(|error| error.to_string())?;
     let text = String::from_utf8(text).unwrap();
-    let compiled = compile(script, text, &Loader::new(files), &options);
+    let compiled = compile(script, text, &IncludeLoader::new(files), &options);
     let symbols = compiled.symbols;
     let program = compiled.image.map(|image| Program { image, symbols });
     program.ok_or_else(|| compiled.diagnostics[0].message.clone())
@@ -83,7 +83,7 @@ fn refusal(live: &mut Live) -> String {
 }
 
 /// Takes a sample as a client would that has the bytes `known` already.
-fn sample(live: &mut Live, known: &mut Vec<u8>) -> Sample {
+fn sample(live: &mut Live, known: &mut Vec<u8>) -> RecordingSample {
     let bytes = live.take_sample();
     if bytes.starts_with(b"bbzrec") {
         known.clear();

@@ -5,8 +5,8 @@
 use std::time::Duration;
 
 use bittybuzz_arena::output::recording::{
-    Body, Header, Obstacle, Outline, RecordedRobot, RecordingError, RecordingReader, RobotStatus,
-    Sample, Writer,
+    RecordedBody, RecordedObstacle, RecordedOutline, RecordedRobot, RecordingError,
+    RecordingHeader, RecordingReader, RecordingSample, RecordingWriter, RobotStatus,
 };
 use bittybuzz_live::{Replay, Source};
 use proptest::prelude::*;
@@ -17,17 +17,20 @@ const ROBOT: RecordedRobot =
 
 /// Robot 7 joins at the third sample. Samples are half a second apart: the ticks are 0, 5, 10 ...
 fn recording(samples: u64) -> Vec<u8> {
-    let header = Header {
+    let header = RecordingHeader {
         size: [800, 600],
         tick_ms: 100,
-        bodies: vec![Body { id: 3, radius: 165 }, Body { id: 7, radius: 460 }],
+        bodies: vec![RecordedBody { id: 3, radius: 165 }, RecordedBody { id: 7, radius: 460 }],
         obstacles: vec![
-            Obstacle { outline: Outline::Disc([3000, -2000, 200]), height: None },
-            Obstacle { outline: Outline::Block([0, 5, 100, 40]), height: Some(750) },
-            Obstacle { outline: Outline::Wall([-1, 0, 1, 0]), height: None },
+            RecordedObstacle { outline: RecordedOutline::Disc([3000, -2000, 200]), height: None },
+            RecordedObstacle {
+                outline: RecordedOutline::Block([0, 5, 100, 40]),
+                height: Some(750),
+            },
+            RecordedObstacle { outline: RecordedOutline::Wall([-1, 0, 1, 0]), height: None },
         ],
     };
-    let mut writer = Writer::new(Vec::new(), &header).unwrap();
+    let mut writer = RecordingWriter::new(Vec::new(), &header).unwrap();
     for number in 0..samples {
         writer.write(5 * number, &robots(number)).unwrap();
     }
@@ -40,7 +43,7 @@ fn robots(number: u64) -> [Option<RecordedRobot>; 2] {
 }
 
 /// Takes a sample as a client would that has the bytes `known` already.
-fn seen(replay: &mut Replay<'_>, known: &mut Vec<u8>) -> Sample {
+fn seen(replay: &mut Replay<'_>, known: &mut Vec<u8>) -> RecordingSample {
     let bytes = replay.take_sample();
     if bytes.starts_with(b"bbzrec") {
         known.clear();
@@ -83,12 +86,18 @@ fn it_plays_by_the_clock_and_steps_by_samples() {
     let bytes = recording(100);
     let mut replay = Replay::new(&bytes).unwrap();
     let mut known = Vec::new();
-    assert_eq!(seen(&mut replay, &mut known), Sample { tick: 0, robots: robots(0).to_vec() });
+    assert_eq!(
+        seen(&mut replay, &mut known),
+        RecordingSample { tick: 0, robots: robots(0).to_vec() }
+    );
     let at = Duration::from_millis;
     replay.request(r#"{"play":{"rate":2}}"#, at(1000));
     // 1.2 s at twice the real time are 24 ticks. The last sample before that is at tick 20.
     assert!(!replay.advance(at(2200), &mut || true));
-    assert_eq!(seen(&mut replay, &mut known), Sample { tick: 20, robots: robots(4).to_vec() });
+    assert_eq!(
+        seen(&mut replay, &mut known),
+        RecordingSample { tick: 20, robots: robots(4).to_vec() }
+    );
     assert!(!replay.advance(at(2250), &mut || true));
     assert_eq!(replay.tick(), 25);
     ask(&mut replay, json!("pause"));
@@ -161,7 +170,7 @@ proptest! {
         for tick in ticks {
             ask(&mut replay, json!({ "go_to": { "tick": tick } }));
             let number = (tick / 5).min(samples - 1);
-            let expected = Sample { tick: 5 * number, robots: robots(number).to_vec() };
+            let expected = RecordingSample { tick: 5 * number, robots: robots(number).to_vec() };
             prop_assert_eq!(seen(&mut replay, &mut known), expected);
         }
     }

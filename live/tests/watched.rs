@@ -6,16 +6,16 @@ use std::sync::mpsc::{Sender, channel};
 use std::time::Duration;
 
 use bittybuzz_arena::output::recording::{RecordingReader, RobotStatus};
-use bittybuzz_live::{Content, Report, Source, Watched};
+use bittybuzz_live::{ReportContent, RobotReport, Source, Watched};
 use serde_json::{Value, json};
 
-fn start() -> (Sender<Report>, Watched) {
+fn start() -> (Sender<RobotReport>, Watched) {
     let (sender, reports) = channel();
     (sender, Watched::new(reports, "kilobot", "blink.bzz"))
 }
 
-fn report(robot: u16, seconds: f64, content: Content) -> Report {
-    Report { seconds: Some(seconds), robot, content }
+fn report(robot: u16, seconds: f64, content: ReportContent) -> RobotReport {
+    RobotReport { seconds: Some(seconds), robot, content }
 }
 
 fn events(watched: &mut Watched) -> Vec<Value> {
@@ -23,9 +23,9 @@ fn events(watched: &mut Watched) -> Vec<Value> {
     watched.take_events()
 }
 
-fn fault(is_contained: bool) -> Content {
+fn fault(is_contained: bool) -> ReportContent {
     let places = vec![json!({ "file": "blink.bzz", "line": 3, "column": 5, "function": "step" })];
-    Content::Fault { code: "R0001".to_owned(), is_contained, places }
+    ReportContent::Fault { code: "R0001".to_owned(), is_contained, places }
 }
 
 /// Returns the states of all robots in a sample that starts a new recording.
@@ -41,8 +41,8 @@ fn states(watched: &mut Watched) -> Vec<RobotStatus> {
 fn robots_are_known_when_they_report() {
     let (sender, mut watched) = start();
     assert_eq!(events(&mut watched)[0]["groups"], json!([]));
-    sender.send(report(7, 1.25, Content::Began("it begins".to_owned()))).unwrap();
-    sender.send(report(9, 1.5, Content::Line("n is 5".to_owned()))).unwrap();
+    sender.send(report(7, 1.25, ReportContent::Began("it begins".to_owned()))).unwrap();
+    sender.send(report(9, 1.5, ReportContent::Line("n is 5".to_owned()))).unwrap();
     let got = events(&mut watched);
     let kinds: Vec<&str> = got.iter().map(|event| event["event"].as_str().unwrap()).collect();
     assert_eq!(kinds, ["begin", "log", "state", "log"]);
@@ -65,7 +65,7 @@ fn a_fault_stops_a_script_until_it_begins_again() {
     assert_eq!(got.unwrap()["places"][0]["line"], 3);
     assert!(watched.tick() > before, "another sample is due");
     assert_eq!(states(&mut watched), [RobotStatus::Faulted]);
-    sender.send(report(7, 3.0, Content::Began("again".to_owned()))).unwrap();
+    sender.send(report(7, 3.0, ReportContent::Began("again".to_owned()))).unwrap();
     events(&mut watched);
     assert_eq!(states(&mut watched), [RobotStatus::Running]);
 }
@@ -74,7 +74,7 @@ fn a_fault_stops_a_script_until_it_begins_again() {
 fn a_page_that_comes_later_gets_the_last_events() {
     let (sender, mut watched) = start();
     for number in 0..1500 {
-        sender.send(report(7, 1.0, Content::Line(number.to_string()))).unwrap();
+        sender.send(report(7, 1.0, ReportContent::Line(number.to_string()))).unwrap();
     }
     events(&mut watched);
     watched.begin();
@@ -88,7 +88,7 @@ fn a_page_that_comes_later_gets_the_last_events() {
 fn nonsense_and_the_end() {
     let (sender, mut watched) = start();
     for seconds in [f64::NAN, f64::INFINITY, -1.0, 1e300] {
-        sender.send(report(u16::MAX, seconds, Content::Line(String::new()))).unwrap();
+        sender.send(report(u16::MAX, seconds, ReportContent::Line(String::new()))).unwrap();
     }
     watched.request("{\"play\":{}}", Duration::ZERO);
     assert!(events(&mut watched).iter().any(|event| event["event"] == "log"));

@@ -16,7 +16,7 @@ use std::fmt;
 use std::fs;
 use std::path::Path;
 
-use bittybuzz_toml_reader::{self as toml_reader, FileError, Source, TomlError};
+use bittybuzz_toml_reader::{self as toml_reader, FileError, SourceText, TomlError};
 
 use crate::bbz;
 use crate::files;
@@ -76,7 +76,7 @@ impl toml_reader::Cause for Cause {
 }
 
 type Section<'a> = toml_reader::Section<'a, Cause>;
-type Entry<'a> = toml_reader::Entry<'a, Cause>;
+type Entry<'a> = toml_reader::TomlEntry<'a, Cause>;
 
 const ROOT: &str = "the manifest";
 const CASE: &str = "this [[case]]";
@@ -100,7 +100,7 @@ pub fn load(path: &str) -> Vec<Case> {
 }
 
 fn cases(path: &str, text: &str) -> Result<Vec<Case>, Vec<FileError<Cause>>> {
-    toml_reader::read(&Source::new(path, text), &[], (ROOT, &keys), |root| {
+    toml_reader::read(&SourceText::new(path, text), &[], (ROOT, &keys), |root| {
         root.required("case")?;
         let cases: Vec<Option<Case>> = root.sections("case", CASE).iter().map(case).collect();
         cases.into_iter().collect()

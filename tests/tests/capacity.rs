@@ -7,7 +7,7 @@
 use std::fmt::Write;
 
 use bittybuzz_compiler::include::MemoryFiles;
-use bittybuzz_robot_spec::Profile as Numbers;
+use bittybuzz_robot_spec::NumberProfile as Numbers;
 use bittybuzz_tests::compiler;
 use bittybuzz_tests::machine::{self, End, Settings};
 use bittybuzz_vm_core::message::{FRAGMENT_HEAD, FRAGMENTS_MAX};

@@ -110,7 +110,7 @@ pub enum BuiltinKind {
 
 /// A row of the table of built-ins.
 #[derive(Debug, Clone, Copy)]
-pub struct Info {
+pub struct BuiltinInfo {
     /// Number in images.
     pub number: u8,
     /// The library that has it.
@@ -133,7 +133,7 @@ macro_rules! builtins {
         $(#[doc = $help] pub const $id: u8 = $number;)*
 
         /// Every built-in, by number.
-        pub const TABLE: &[Info] = &[$(Info {
+        pub const TABLE: &[BuiltinInfo] = &[$(BuiltinInfo {
             number: $number, library: Library::$library, name: $name, min: $min, max: $max,
             kind: BuiltinKind::$kind, feature: Feature::$feature, help: $help,
         },)*];
@@ -245,12 +245,12 @@ builtins! {
 }
 
 /// Returns the built-in of that name in that library.
-pub fn find(library: Library, name: &str) -> Option<&'static Info> {
+pub fn find(library: Library, name: &str) -> Option<&'static BuiltinInfo> {
     TABLE.iter().find(|info| info.library == library && info.name == name)
 }
 
 /// Returns the row of a built-in.
-pub fn info(number: u8) -> Option<&'static Info> {
+pub fn info(number: u8) -> Option<&'static BuiltinInfo> {
     TABLE.get(usize::from(number))
 }
 

@@ -80,12 +80,12 @@ impl ByteCode for &[u8] {
 /// check, because positions beyond the area wrap around. The image may fill the largest power of
 /// two that leaves two bytes of the area.
 #[derive(Clone, Copy, Debug)]
-pub struct Area<'a, const BYTES: usize> {
+pub struct FlashArea<'a, const BYTES: usize> {
     bytes: &'a [u8; BYTES],
     length: usize,
 }
 
-impl<'a, const BYTES: usize> Area<'a, BYTES> {
+impl<'a, const BYTES: usize> FlashArea<'a, BYTES> {
     /// The greatest length of the image, in bytes.
     pub const MOST: usize = {
         assert!(BYTES > 2);
@@ -94,12 +94,12 @@ impl<'a, const BYTES: usize> Area<'a, BYTES> {
 
     /// Returns the image of that length; `None` if it is longer than [`Area::MOST`].
     pub fn new(bytes: &'a [u8; BYTES], length: usize) -> Option<Self> {
-        if length > Self::MOST { None } else { Some(Area { bytes, length }) }
+        if length > Self::MOST { None } else { Some(FlashArea { bytes, length }) }
     }
 
     /// Returns an area without an image.
     pub const fn empty(bytes: &'a [u8; BYTES]) -> Self {
-        Area { bytes, length: 0 }
+        FlashArea { bytes, length: 0 }
     }
 
     /// Returns the bytes of the image.
@@ -108,7 +108,7 @@ impl<'a, const BYTES: usize> Area<'a, BYTES> {
     }
 }
 
-impl<const BYTES: usize> ByteCode for Area<'_, BYTES> {
+impl<const BYTES: usize> ByteCode for FlashArea<'_, BYTES> {
     #[hot]
     fn len(&self) -> usize {
         self.length
@@ -133,7 +133,7 @@ mod tests {
     #[test]
     fn an_area_reads_like_a_slice() {
         let bytes: [u8; 10] = core::array::from_fn(|at| at as u8 * 17);
-        let area = Area::new(&bytes, 8).unwrap();
+        let area = FlashArea::new(&bytes, 8).unwrap();
         let slice = &bytes[..8];
         assert_eq!(ByteCode::len(&area), 8);
         for at in 0..8 {
@@ -147,7 +147,7 @@ mod tests {
             assert_eq!(area.byte(at), area.byte(at));
             assert_eq!(area.word(at), area.word(at));
         }
-        assert!(Area::new(&bytes, 9).is_none());
-        assert!(Area::empty(&bytes).is_empty());
+        assert!(FlashArea::new(&bytes, 9).is_none());
+        assert!(FlashArea::empty(&bytes).is_empty());
     }
 }

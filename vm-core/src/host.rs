@@ -2,7 +2,7 @@
 
 use crate::bytecode::ByteCode;
 use crate::fault::{Fault, RobotFault};
-use crate::machine::{Calls, View};
+use crate::machine::{Calls, MemoryView};
 use crate::network::{Periods, Sighting};
 use crate::number::Profile;
 use crate::value::{Tag, Value};
@@ -36,12 +36,12 @@ pub trait Host<P: Profile> {
     fn call<C: ByteCode, const SLOTS: usize>(
         &mut self,
         function: u16,
-        arguments: Arguments<'_, P, C, SLOTS>,
+        arguments: CallArguments<'_, P, C, SLOTS>,
         again: bool,
     ) -> Result<Reply<P>, RobotFault>;
 
     /// Executes `log(...)`.
-    fn log<C: ByteCode, const SLOTS: usize>(&mut self, arguments: Arguments<'_, P, C, SLOTS>);
+    fn log<C: ByteCode, const SLOTS: usize>(&mut self, arguments: CallArguments<'_, P, C, SLOTS>);
 
     /// Returns true once `delay(ms)` is over; the delay starts when `again` is false.
     fn delay_is_over(&mut self, ms: i32, again: bool) -> bool;
@@ -99,8 +99,8 @@ pub trait Host<P: Profile> {
 }
 
 /// The arguments of a call, on the machine's stack.
-pub struct Arguments<'a, P: Profile, C: ByteCode, const SLOTS: usize> {
-    pub(crate) script: View<'a, P, C, SLOTS>,
+pub struct CallArguments<'a, P: Profile, C: ByteCode, const SLOTS: usize> {
+    pub(crate) script: MemoryView<'a, P, C, SLOTS>,
     /// The slot after the last argument.
     pub(crate) end: usize,
     pub(crate) count: usize,
@@ -124,11 +124,11 @@ pub enum Argument<'a, P: Profile, C: ByteCode, const SLOTS: usize> {
 
 /// A string, as a robot function sees it.
 pub struct Text<'a, P: Profile, C: ByteCode, const SLOTS: usize> {
-    script: View<'a, P, C, SLOTS>,
+    script: MemoryView<'a, P, C, SLOTS>,
     value: Value<P>,
 }
 
-impl<'a, P: Profile, C: ByteCode, const SLOTS: usize> Arguments<'a, P, C, SLOTS> {
+impl<'a, P: Profile, C: ByteCode, const SLOTS: usize> CallArguments<'a, P, C, SLOTS> {
     /// Returns the number of arguments.
     pub fn count(&self) -> usize {
         self.count
@@ -161,7 +161,7 @@ impl<'a, P: Profile, C: ByteCode, const SLOTS: usize> Arguments<'a, P, C, SLOTS>
 
 impl<'a, P: Profile, C: ByteCode, const SLOTS: usize> Text<'a, P, C, SLOTS> {
     /// Makes the text of a value that is a string.
-    pub(crate) fn new(script: View<'a, P, C, SLOTS>, value: Value<P>) -> Self {
+    pub(crate) fn new(script: MemoryView<'a, P, C, SLOTS>, value: Value<P>) -> Self {
         Text { script, value }
     }
 

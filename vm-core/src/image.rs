@@ -197,8 +197,8 @@ impl<C: ByteCode> Image<C> {
     }
 
     /// Reads the header, without any check of the code.
-    pub fn header(&self) -> Result<Header, ImageError> {
-        let mut header = Header::EMPTY;
+    pub fn header(&self) -> Result<ImageHeader, ImageError> {
+        let mut header = ImageHeader::EMPTY;
         header.read(&self.code)?;
         Ok(header)
     }
@@ -215,7 +215,7 @@ const ENTRIES: usize = 4;
 
 /// The offsets of an image's parts, in bytes from its start, and their counts.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct Header {
+pub struct ImageHeader {
     /// Magic, form, features and script hash.
     fixed: [u8; FIXED],
     /// The counts of the entries `init`, `step`, `reset`, `destroy`, and of globals, functions,
@@ -234,7 +234,7 @@ const CODE_AT: usize = COUNTS + 5;
 /// The length of the array.
 pub(crate) const WORDS: usize = COUNTS + 6;
 
-impl Header {
+impl ImageHeader {
     /// Returns the form byte.
     pub fn form(&self) -> u8 {
         self.fixed[1]
@@ -371,9 +371,9 @@ impl Header {
 /// Reading: one part after the other, where `at` is the offset of the next part. Parts may lie
 /// after the end, where bytes are arbitrary. One check after all reads finds that, and takes much
 /// less code than a check for each part.
-impl Header {
+impl ImageHeader {
     /// A header before anything was read.
-    pub(crate) const EMPTY: Self = Header { fixed: [0; FIXED], counts: [0; WORDS] };
+    pub(crate) const EMPTY: Self = ImageHeader { fixed: [0; FIXED], counts: [0; WORDS] };
 
     #[one_copy]
     pub(crate) fn read<C: ByteCode>(&mut self, code: &C) -> Result<(), ImageError> {
@@ -453,12 +453,12 @@ impl Header {
 #[derive(Debug, Clone, Copy)]
 pub struct Verified<'a, C: ByteCode> {
     pub(crate) code: C,
-    pub(crate) header: &'a Header,
+    pub(crate) header: &'a ImageHeader,
 }
 
 impl<'a, C: ByteCode> Verified<'a, C> {
     /// Returns its header.
-    pub fn header(self) -> &'a Header {
+    pub fn header(self) -> &'a ImageHeader {
         self.header
     }
 

@@ -70,12 +70,12 @@ mod torture;
 mod value;
 mod verify;
 
-pub use bytecode::{Area, ByteCode};
+pub use bytecode::{ByteCode, FlashArea};
 pub use fault::{Fault, FaultCode, Refusal, RobotFault};
-pub use host::{Argument, Arguments, Axis, Host, Reply, Text};
+pub use host::{Argument, Axis, CallArguments, Host, Reply, Text};
 pub use image::{Entry, Image, ImageError};
 pub use machine::{Callee, Calls, GLOBALS, Instruction, Outcome, Vm};
-pub use network::{Buffer, Counters, Periods, Sighting, Sizes};
+pub use network::{Buffer, NetworkCounters, Periods, Sighting, Sizes};
 pub use part::{Part, Parts};
 pub use restart::Restarts;
 #[cfg(feature = "torture")]

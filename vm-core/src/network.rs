@@ -93,7 +93,7 @@ impl Periods {
 
 /// Counters of frames that were received and not used, and of other harmless errors.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub struct Counters {
+pub struct NetworkCounters {
     /// Messages of another script.
     pub foreign: u16,
     /// Invalid frames, and values of a class that the script never sends under that name.

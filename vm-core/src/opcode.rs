@@ -87,13 +87,13 @@ pub enum Operand {
 }
 
 /// Returns the row of a plain or narrow opcode.
-pub fn info(opcode: u8) -> Option<&'static Info> {
+pub fn info(opcode: u8) -> Option<&'static OpcodeInfo> {
     TABLE.iter().find(|info| info.byte == opcode)
 }
 
 /// A row of the instruction table.
 #[derive(Debug, Clone, Copy)]
-pub struct Info {
+pub struct OpcodeInfo {
     /// The name that the disassembler prints.
     pub name: &'static str,
     /// First byte in plain or narrow form.
@@ -116,7 +116,7 @@ macro_rules! opcodes {
         $(#[doc = $meaning] pub const $name: u8 = $byte;)*
 
         /// Every instruction, by byte.
-        pub const TABLE: &[Info] = &[$(Info {
+        pub const TABLE: &[OpcodeInfo] = &[$(OpcodeInfo {
             name: stringify!($name), byte: $byte, operand: Operand::$operand, trailer: Trailer::$trailer,
             pops: $pops, pushes: $pushes, meaning: $meaning,
         },)*];

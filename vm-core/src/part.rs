@@ -7,7 +7,7 @@
 //! where its image is sealed, see [`crate::seal`]. The verifier refuses a script that declares a
 //! [feature](crate::builtin::Feature) of which all parts are missing.
 
-use crate::builtin::{self, BuiltinKind, Feature, Info, Library};
+use crate::builtin::{self, BuiltinInfo, BuiltinKind, Feature, Library};
 use crate::image::{CAPTURES, USES_SELF};
 use crate::opcode;
 
@@ -108,7 +108,7 @@ impl Parts {
     }
 
     /// Returns the parts that a built-in needs.
-    pub fn of_builtin(info: &Info) -> Parts {
+    pub fn of_builtin(info: &BuiltinInfo) -> Parts {
         let mut parts = match info.library {
             _ if info.feature == Feature::Maths => Parts::of(&[Part::Floats, Part::Maths]),
             Library::Neighbors => match info.number {

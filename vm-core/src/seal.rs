@@ -19,7 +19,7 @@
 //! before.
 
 use crate::bytecode::ByteCode;
-use crate::image::{Header, ImageError, VERSION, Verified, WORDS};
+use crate::image::{ImageError, ImageHeader, VERSION, Verified, WORDS};
 use crate::message::crc16;
 use crate::network::Sizes;
 use crate::number::Profile;
@@ -32,7 +32,7 @@ const CHECK: usize = 2;
 
 /// Bytes that may be an image with its seal.
 #[derive(Debug, Clone, Copy)]
-pub struct Sealed<C: ByteCode> {
+pub struct SealedImage<C: ByteCode> {
     pub(crate) code: C,
 }
 
@@ -50,10 +50,10 @@ pub const fn robot<P: Profile>(features: u8, sizes: Sizes, parts: Parts, functio
     check
 }
 
-impl<C: ByteCode> Sealed<C> {
+impl<C: ByteCode> SealedImage<C> {
     /// Takes any bytes; they are checked when a machine loads them.
     pub fn new(code: C) -> Self {
-        Sealed { code }
+        SealedImage { code }
     }
 
     /// Reads the header if the seal is intact and was made for this robot and this number of slots.
@@ -61,7 +61,7 @@ impl<C: ByteCode> Sealed<C> {
     #[inline]
     pub(crate) fn open(
         &self,
-        header: &mut Header,
+        header: &mut ImageHeader,
         robot: u16,
         slots: u16,
     ) -> Result<(), ImageError> {

@@ -82,15 +82,15 @@ impl<P: Profile> Pair<P> for Apart<P> {
 /// A tag in the lower half of a register, and a payload of 16 bits in the upper half.
 #[cfg(not(target_arch = "avr"))]
 #[derive(Clone, Copy, Debug)]
-pub struct Word(u32);
+pub struct SlotWord(u32);
 
 #[cfg(not(target_arch = "avr"))]
-impl Pair<Tiny> for Word {
-    const NIL: Self = Word(0);
+impl Pair<Tiny> for SlotWord {
+    const NIL: Self = SlotWord(0);
 
     #[hot]
     fn new(tag: Tag, raw: u16) -> Self {
-        Word(u32::from(tag.byte()) | u32::from(raw) << 16)
+        SlotWord(u32::from(tag.byte()) | u32::from(raw) << 16)
     }
 
     #[hot]
@@ -192,7 +192,7 @@ impl Stored for Tiny {
     #[cfg(target_arch = "avr")]
     type Pair = Apart<Self>;
     #[cfg(not(target_arch = "avr"))]
-    type Pair = Word;
+    type Pair = SlotWord;
 }
 
 /// All tags, followed by all payloads.

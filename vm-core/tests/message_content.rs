@@ -1,7 +1,9 @@
 //! Contents of messages in fragments: what is refused, and their check.
 
 use bittybuzz_vm_core::Value;
-use bittybuzz_vm_core::message::content::{ContentItem, ContentReader, Head, Writer, digest};
+use bittybuzz_vm_core::message::content::{
+    ContentItem, ContentReader, ContentWriter, Head, digest,
+};
 use bittybuzz_vm_core::message::{CLOCK_MAX, Ignored, ScriptIdentity, crc16};
 use bittybuzz_vm_core::number::{Full, Profile, Tiny};
 
@@ -19,7 +21,7 @@ fn the_check_is_mcrf4xx() {
 /// Key -1.5 and the table { string 13: { 0: function 300 } }.
 fn content<P: Profile>(head: Head) -> Vec<u8> {
     let mut room = [0xee; 64];
-    let mut writer = Writer::new(&mut room, SCRIPT, head);
+    let mut writer = ContentWriter::new(&mut room, SCRIPT, head);
     writer.item::<P>(ContentItem::Plain(Value::float(-1.5)));
     writer.item::<P>(ContentItem::Table(1));
     writer.item::<P>(ContentItem::Plain(Value::string(13)));
@@ -88,7 +90,7 @@ fn what_is_cut_or_changed_is_refused() {
 #[test]
 fn without_room_there_is_no_content() {
     let mut room = [0; 8];
-    let mut writer = Writer::new(&mut room, SCRIPT, Head::Broadcast);
+    let mut writer = ContentWriter::new(&mut room, SCRIPT, Head::Broadcast);
     writer.item::<Tiny>(ContentItem::Plain(Value::string(13)));
     writer.item::<Tiny>(ContentItem::Plain(Value::int(1)));
     assert_eq!(writer.finish(), None);

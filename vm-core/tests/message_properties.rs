@@ -1,7 +1,7 @@
 //! What holds for every message, and for every sequence of bytes that may be one.
 
 use bittybuzz_vm_core::Value;
-use bittybuzz_vm_core::message::content::{ContentItem, ContentReader, Head, Writer};
+use bittybuzz_vm_core::message::content::{ContentItem, ContentReader, ContentWriter, Head};
 use bittybuzz_vm_core::message::{
     CLOCK_MAX, Fragment, FrameKind, Ignored, Message, ScriptIdentity, StigmergyEntry, Swarms,
 };
@@ -119,7 +119,7 @@ fn content_comes_back<P: Profile>(content: &[u8]) {
     let Some((head, items, text)) = items::<P>(content) else { return };
     let mut text = text.into_iter();
     let mut room = vec![0; content.len()];
-    let mut writer = Writer::new(&mut room, SCRIPT, head);
+    let mut writer = ContentWriter::new(&mut room, SCRIPT, head);
     for item in items {
         writer.item(item);
         if let ContentItem::Text(length) = item {
@@ -155,7 +155,7 @@ fn plain_values_are_the_items<P: Profile>(content: &[u8]) {
 /// A content of the first two values, or of the first and a table of pairs of the others.
 fn written<P: Profile>(values: &[Plain], has_table: bool) -> Vec<u8> {
     let mut room = [0; 100];
-    let mut writer = Writer::new(&mut room, SCRIPT, Head::Broadcast);
+    let mut writer = ContentWriter::new(&mut room, SCRIPT, Head::Broadcast);
     let (first, others) = values.split_first().expect("two at least");
     writer.item(ContentItem::Plain(first.value::<P>()));
     let pairs = others.len() / 2;

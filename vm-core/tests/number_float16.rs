@@ -274,29 +274,29 @@ fn error(result: u16, exact: f64) -> f64 {
 /// The functions of every 16-bit float: how far from the exact results they may be.
 #[test]
 fn functions_of_every_number_are_as_documented() {
-    use binary32::maths::{Function, of};
+    use binary32::maths::{MathFunction, of};
     type Unary = (&'static str, fn(f32) -> f32, fn(f64) -> f64, f64);
-    fn tiny(function: Function, x: f32, y: f32) -> f32 {
+    fn tiny(function: MathFunction, x: f32, y: f32) -> f32 {
         of::<Tiny>(function, x, y)
     }
     let functions: [Unary; 17] = [
-        ("sqrt", |x| tiny(Function::Sqrt, x, 0.0), f64::sqrt, 0.5),
-        ("square", |x| tiny(Function::Power, x, 2.0), |x| x * x, 0.5),
-        ("exp", |x| tiny(Function::Exp, x, 0.0), f64::exp, 0.61),
-        ("log", |x| tiny(Function::Log, x, 0.0), f64::ln, 0.54),
-        ("log2", |x| tiny(Function::Log2, x, 0.0), f64::log2, 0.54),
-        ("log10", |x| tiny(Function::Log10, x, 0.0), f64::log10, 0.54),
-        ("sin", |x| tiny(Function::Sin, x, 0.0), f64::sin, 0.55),
-        ("cos", |x| tiny(Function::Cos, x, 0.0), f64::cos, 0.55),
-        ("tan", |x| tiny(Function::Tan, x, 0.0), f64::tan, 0.55),
-        ("asin", |x| tiny(Function::Asin, x, 0.0), f64::asin, 0.53),
-        ("acos", |x| tiny(Function::Acos, x, 0.0), f64::acos, 0.53),
-        ("atan", |x| tiny(Function::Atan2, x, 1.0), f64::atan, 0.53),
-        ("atan to the left", |x| tiny(Function::Atan2, x, -3.0), |x| x.atan2(-3.0), 0.53),
-        ("reciprocal cube", |x| tiny(Function::Power, x, -3.0), |x| 1.0 / (x * x * x), 1.5),
-        ("root", |x| tiny(Function::Power, x, 0.5), |x| x.powf(0.5), 1.5),
-        ("power", |x| tiny(Function::Power, x, 1.75), |x| x.powf(1.75), 1.5),
-        ("power of three", |x| tiny(Function::Power, 3.0, x), |x| 3f64.powf(x), 1.5),
+        ("sqrt", |x| tiny(MathFunction::Sqrt, x, 0.0), f64::sqrt, 0.5),
+        ("square", |x| tiny(MathFunction::Power, x, 2.0), |x| x * x, 0.5),
+        ("exp", |x| tiny(MathFunction::Exp, x, 0.0), f64::exp, 0.61),
+        ("log", |x| tiny(MathFunction::Log, x, 0.0), f64::ln, 0.54),
+        ("log2", |x| tiny(MathFunction::Log2, x, 0.0), f64::log2, 0.54),
+        ("log10", |x| tiny(MathFunction::Log10, x, 0.0), f64::log10, 0.54),
+        ("sin", |x| tiny(MathFunction::Sin, x, 0.0), f64::sin, 0.55),
+        ("cos", |x| tiny(MathFunction::Cos, x, 0.0), f64::cos, 0.55),
+        ("tan", |x| tiny(MathFunction::Tan, x, 0.0), f64::tan, 0.55),
+        ("asin", |x| tiny(MathFunction::Asin, x, 0.0), f64::asin, 0.53),
+        ("acos", |x| tiny(MathFunction::Acos, x, 0.0), f64::acos, 0.53),
+        ("atan", |x| tiny(MathFunction::Atan2, x, 1.0), f64::atan, 0.53),
+        ("atan to the left", |x| tiny(MathFunction::Atan2, x, -3.0), |x| x.atan2(-3.0), 0.53),
+        ("reciprocal cube", |x| tiny(MathFunction::Power, x, -3.0), |x| 1.0 / (x * x * x), 1.5),
+        ("root", |x| tiny(MathFunction::Power, x, 0.5), |x| x.powf(0.5), 1.5),
+        ("power", |x| tiny(MathFunction::Power, x, 1.75), |x| x.powf(1.75), 1.5),
+        ("power of three", |x| tiny(MathFunction::Power, 3.0, x), |x| 3f64.powf(x), 1.5),
     ];
     for (name, function, exact, allowed) in functions {
         let (mut worst, mut neighbours) = ((0.0, 0.0), 0);
@@ -323,7 +323,7 @@ fn functions_of_every_number_are_as_documented() {
 /// Powers whose results are from 2^-30 to 2^32, and those of any two numbers.
 #[test]
 fn powers() {
-    use binary32::maths::{Function, of};
+    use binary32::maths::{MathFunction, of};
     let mut random = Random(17);
     let mut worst = (0.0, 0.0, 0.0);
     for _ in 0..300_000 {
@@ -333,7 +333,7 @@ fn powers() {
         let near = F16::from_f32(logarithm / x.abs().log2()).to_f32();
         let whole = (bits >> 40 & 63) as f32 - 31.0;
         for (x, y) in [(x, y), (x.abs(), near), (x, whole)] {
-            let result = F16::from_f32(of::<Tiny>(Function::Power, x, y)).0;
+            let result = F16::from_f32(of::<Tiny>(MathFunction::Power, x, y)).0;
             let error = error(result, f64::from(x).powf(y.into()));
             if error > worst.0 {
                 worst = (error, x, y);

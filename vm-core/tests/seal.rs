@@ -4,7 +4,7 @@ use bittybuzz_testkit::{ImageParts, Recorder};
 use bittybuzz_vm_core::image::EntryPoint;
 use bittybuzz_vm_core::number::{Full, Tiny};
 use bittybuzz_vm_core::opcode::*;
-use bittybuzz_vm_core::seal::{self, Sealed};
+use bittybuzz_vm_core::seal::{self, SealedImage};
 use bittybuzz_vm_core::{Entry, Image, ImageError, Outcome, Parts, Sizes, Vm, features};
 
 const SLOTS: usize = 120;
@@ -29,7 +29,7 @@ fn sealed() -> Vec<u8> {
 }
 
 fn load(bytes: &[u8], robot: u16) -> Result<(), ImageError> {
-    Vm::<Tiny, &[u8], SLOTS>::new().load_sealed(Sealed::new(bytes), robot)
+    Vm::<Tiny, &[u8], SLOTS>::new().load_sealed(SealedImage::new(bytes), robot)
 }
 
 /// What the script does.
@@ -49,7 +49,7 @@ fn a_sealed_image_does_what_the_verified_one_does() {
     let mut verified: Vm<Tiny, &[u8], SLOTS> = Vm::new();
     verified.load(Image::new(&image), |_| true).unwrap();
     let mut opened: Vm<Tiny, &[u8], SLOTS> = Vm::new();
-    opened.load_sealed(Sealed::new(&sealed), ROBOT).unwrap();
+    opened.load_sealed(SealedImage::new(&sealed), ROBOT).unwrap();
     assert_eq!(opened.header(), verified.header());
     let events = [events(&mut opened), events(&mut verified)];
     assert_eq!(events[0], events[1]);
@@ -103,7 +103,7 @@ fn it_is_for_robots_of_one_kind() {
         assert_eq!(load(&good, other), Err(ImageError::Seal));
     }
     let mut smaller: Vm<Tiny, &[u8], { SLOTS - 1 }> = Vm::new();
-    assert_eq!(smaller.load_sealed(Sealed::new(&good), ROBOT), Err(ImageError::Seal));
+    assert_eq!(smaller.load_sealed(SealedImage::new(&good), ROBOT), Err(ImageError::Seal));
 }
 
 #[test]
@@ -121,8 +121,8 @@ fn only_what_was_verified_is_sealed() {
 fn after_a_broken_seal_nothing_runs() {
     let (good, image) = (sealed(), image());
     let mut vm: Vm<Tiny, &[u8], SLOTS> = Vm::new();
-    vm.load_sealed(Sealed::new(&good), ROBOT).unwrap();
-    assert_eq!(vm.load_sealed(Sealed::new(&image), ROBOT), Err(ImageError::Seal));
+    vm.load_sealed(SealedImage::new(&good), ROBOT).unwrap();
+    assert_eq!(vm.load_sealed(SealedImage::new(&image), ROBOT), Err(ImageError::Seal));
     assert!(!vm.begin(Entry::Global));
     assert!(vm.header().is_none());
 }

@@ -3,7 +3,7 @@
 use bittybuzz_testkit::Program;
 use bittybuzz_vm_core::number::Tiny;
 use bittybuzz_vm_core::{
-    Arguments, Axis, ByteCode, Entry, Host, Image, Outcome, Reply, RobotFault, Value, Vm,
+    Axis, ByteCode, CallArguments, Entry, Host, Image, Outcome, Reply, RobotFault, Value, Vm,
 };
 
 /// A robot that can do nothing, and lets the machine ask so often before a slice is over.
@@ -27,13 +27,13 @@ impl<const IS_TIMED: bool> Host<Tiny> for Clock<IS_TIMED> {
     fn call<C: ByteCode, const N: usize>(
         &mut self,
         _: u16,
-        _: Arguments<'_, Tiny, C, N>,
+        _: CallArguments<'_, Tiny, C, N>,
         _: bool,
     ) -> Result<Reply<Tiny>, RobotFault> {
         Ok(Reply::Value(Value::nil()))
     }
 
-    fn log<C: ByteCode, const N: usize>(&mut self, _: Arguments<'_, Tiny, C, N>) {}
+    fn log<C: ByteCode, const N: usize>(&mut self, _: CallArguments<'_, Tiny, C, N>) {}
 
     fn delay_is_over(&mut self, _: i32, _: bool) -> bool {
         true

@@ -5,7 +5,7 @@
 use std::fmt::Write;
 
 use bittybuzz_vm_core::Value;
-use bittybuzz_vm_core::message::content::{ContentItem, ContentReader, Head, Writer};
+use bittybuzz_vm_core::message::content::{ContentItem, ContentReader, ContentWriter, Head};
 use bittybuzz_vm_core::message::{
     Fragment, FrameKind, Message, ScriptIdentity, StigmergyEntry, Swarms,
 };
@@ -208,7 +208,7 @@ fn content<P: Profile>(text: &str) -> Vec<u8> {
         kind => panic!("{kind} is no kind"),
     };
     let mut room = [0; 64];
-    let mut writer = Writer::new(&mut room, SCRIPT, head);
+    let mut writer = ContentWriter::new(&mut room, SCRIPT, head);
     while let Some(item) = words.item::<P>() {
         if let ContentItem::Text(_) = item {
             let text = words.word().unwrap();

@@ -3,7 +3,7 @@
 
 use anyhow::{Result, bail};
 use bittybuzz_builds::board::CRAZYFLIE;
-use bittybuzz_builds::shell::{Line, cargo, target};
+use bittybuzz_builds::shell::{Invocation, cargo, target};
 use bittybuzz_robot_spec::Robot;
 use std::path::Path;
 
@@ -35,7 +35,7 @@ pub fn run(bbz: &Path) -> Result<()> {
     let there = ["trace", image.as_str(), "--script", SCRIPT, "--seconds", SECONDS];
     let there = [&there[..], &robot, &["--emulate", "--emulator", emulator.as_str()]].concat();
     let output = |arguments: &[&str]| {
-        let output = Line::named("bbz", bbz, arguments).output(0)?;
+        let output = Invocation::named("bbz", bbz, arguments).output(0)?;
         anyhow::Ok(String::from_utf8_lossy(&output.stdout).into_owned())
     };
     let robot = bittybuzz_robot_files::find(CRAZYFLIE.robot)?;

@@ -8,7 +8,7 @@ use bittybuzz_bench_harness as bench;
 use bittybuzz_builds::board::{BOARDS, CRAZYFLIE, KILOBOT, ZOOIDS};
 use bittybuzz_builds::cargo_test::{EMULATORS, SKIP_SLOW, all_tests, cargo_test};
 use bittybuzz_builds::probe::PROBES;
-use bittybuzz_builds::shell::{Line, cargo, keep_lock_files, target};
+use bittybuzz_builds::shell::{Invocation, cargo, keep_lock_files, target};
 use bittybuzz_builds::{chip, on_chip, setup};
 use bittybuzz_soak as soak;
 use clap::ValueEnum;
@@ -66,7 +66,7 @@ impl Images {
         ]))
     }
 
-    fn given_to(&self, line: Line) -> Line {
+    fn given_to(&self, line: Invocation) -> Invocation {
         let Images(all) = self;
         all.iter().fold(line, |line, (name, path)| line.env(name, &path.display().to_string()))
     }
@@ -159,18 +159,22 @@ fn page() -> Result<()> {
     // The build of the tests includes `bbz`.
     all_tests(&["--no-run", "--test", "sim"], &[]).run()?;
     let bbz = target()?.join("debug/bbz");
-    Line::named("python3", &python, &["-m", "pytest", "-q", "-p", "no:cacheprovider", "tests/page"])
-        .env("PYTHONDONTWRITEBYTECODE", "1")
-        .env("BBZ", &bbz.display().to_string())
-        .env("SITE", &site::build()?.display().to_string())
-        .run()
+    Invocation::named(
+        "python3",
+        &python,
+        &["-m", "pytest", "-q", "-p", "no:cacheprovider", "tests/page"],
+    )
+    .env("PYTHONDONTWRITEBYTECODE", "1")
+    .env("BBZ", &bbz.display().to_string())
+    .env("SITE", &site::build()?.display().to_string())
+    .run()
 }
 
 /// Fails if a lock file does not match its manifests.
 fn locks() -> Result<()> {
     for folder in workspaces() {
         let arguments = ["metadata", "--locked", "--format-version", "1"];
-        Line::new("cargo", &arguments).in_workspace(folder).output(0)?;
+        Invocation::new("cargo", &arguments).in_workspace(folder).output(0)?;
     }
     Ok(())
 }
@@ -179,17 +183,17 @@ fn locks() -> Result<()> {
 /// firmware has no others.
 fn document() -> Result<()> {
     const MACHINE: &str = "bittybuzz-vm-core";
-    let strict = |line: Line| line.env("RUSTDOCFLAGS", "-D warnings");
+    let strict = |line: Invocation| line.env("RUSTDOCFLAGS", "-D warnings");
     // The release profile is that of the lints, which have checked the dependencies already.
     let all = ["doc", "--release", "--workspace", "--no-deps", "--exclude", MACHINE];
-    strict(Line::cargo(&all)).run()?;
+    strict(Invocation::cargo(&all)).run()?;
     // The tables of opcodes describe instructions with brackets that are no links.
-    Line::cargo(&["doc", "--release", "--package", MACHINE, "--no-deps"])
+    Invocation::cargo(&["doc", "--release", "--package", MACHINE, "--no-deps"])
         .env("RUSTDOCFLAGS", "-D warnings -A rustdoc::broken-intra-doc-links")
         .run()?;
     for board in BOARDS {
         let arguments = ["doc", "--release", "--no-deps", "--document-private-items"];
-        strict(Line::cargo(&arguments)).in_workspace(board.folder).run()?;
+        strict(Invocation::cargo(&arguments)).in_workspace(board.folder).run()?;
     }
     Ok(())
 }
@@ -198,15 +202,16 @@ fn document() -> Result<()> {
 fn lint() -> Result<()> {
     locks()?;
     const DENY: [&str; 3] = ["--", "-D", "warnings"];
-    Line::named("typos", &setup::typos()?, &[]).run()?;
+    Invocation::named("typos", &setup::typos()?, &[]).run()?;
     cargo(&["fmt", "--all", "--check"])?;
     for folder in [bench::HOST].into_iter().chain(chip::WORKSPACES) {
-        Line::cargo(&["fmt", "--all", "--check"]).in_workspace(folder).run()?;
+        Invocation::cargo(&["fmt", "--all", "--check"]).in_workspace(folder).run()?;
     }
     soak::lint_fuzz_targets(&DENY)?;
     cargo(&[&["clippy", "--workspace", "--all-targets", "--release"], &DENY[..]].concat())?;
     for board in BOARDS {
-        let firmware = |arguments: &[&str]| Line::cargo(arguments).in_workspace(board.folder).run();
+        let firmware =
+            |arguments: &[&str]| Invocation::cargo(arguments).in_workspace(board.folder).run();
         firmware(&["fmt", "--check"])?;
         firmware(&[&["clippy", "--release"], &DENY[..]].concat())?;
     }

@@ -6,7 +6,7 @@ use crate::beside;
 use crate::unlike;
 use anyhow::{Result, ensure};
 use bittybuzz_builds::setup;
-use bittybuzz_builds::shell::{Line, cargo, root, target};
+use bittybuzz_builds::shell::{Invocation, cargo, root, target};
 use fs_err as fs;
 use std::io::IsTerminal;
 use std::path::Path;
@@ -31,21 +31,21 @@ pub fn run(robots: bool, no_browser: bool) -> Result<()> {
     cargo(&["build", "--package", "bbz"])?;
     let bbz = target()?.join("debug").join(format!("bbz{}", std::env::consts::EXE_SUFFIX));
     heading(SCRIPT)?;
-    Line::named("bbz", &bbz, &["run", SCRIPT, "--steps", STEPS]).run()?;
+    Invocation::named("bbz", &bbz, &["run", SCRIPT, "--steps", STEPS]).run()?;
     for script in scripts(root(), "examples/errors")? {
         heading(&script)?;
-        let output = Line::named("bbz", &bbz, &["check", &script]).output(COMPILE_ERROR)?;
+        let output = Invocation::named("bbz", &bbz, &["check", &script]).output(COMPILE_ERROR)?;
         let diagnostics = String::from_utf8_lossy(&output.stderr);
         print!("{diagnostics}");
         if let Some(code) = error_code(&diagnostics) {
             println!();
-            Line::named("bbz", &bbz, &["explain", code]).run()?;
+            Invocation::named("bbz", &bbz, &["explain", code]).run()?;
         }
     }
     println!(
         "\n== {SWARM}: thirty Kilobots count their hops to a source, which is then carried away"
     );
-    Line::named("bbz", &bbz, &["sim", SWARM, "--headless", "--svg", PICTURES]).run()?;
+    Invocation::named("bbz", &bbz, &["sim", SWARM, "--headless", "--svg", PICTURES]).run()?;
     println!("\nPictures of the swarm, for a browser:");
     for picture in pictures(&root().join(PICTURES))? {
         println!("  {PICTURES}/{picture}");
@@ -67,7 +67,7 @@ fn show(bbz: &Path, no_browser: bool) -> Result<()> {
     }
     println!("\n== {SWARM} in a page: press Play there; close it, or press Ctrl-C, to end");
     let arguments: &[&str] = if no_browser { &["--no-browser"] } else { &[] };
-    Line::named("bbz", bbz, &[&["sim", SWARM, "--view"], arguments].concat()).run()
+    Invocation::named("bbz", bbz, &[&["sim", SWARM, "--view"], arguments].concat()).run()
 }
 
 /// Returns the names of the files in a folder, in alphabetical order.

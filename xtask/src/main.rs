@@ -48,7 +48,7 @@ enum Task {
     /// Install the programs that the other commands need
     Setup,
     /// Build a robot's firmware with a script in it
-    Build(board::Arguments),
+    Build(board::BoardArguments),
     /// Flash and RAM of each image and of the virtual machine, against the budgets
     Sizes {
         /// Print an object for each robot
@@ -62,7 +62,7 @@ enum Task {
     /// Archives of a release, with checksums
     Package {
         /// Only this part
-        part: Option<package::Part>,
+        part: Option<package::ReleasePart>,
     },
     /// Check that the working copy can be released, and tag its version
     Release {

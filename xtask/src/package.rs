@@ -5,7 +5,7 @@ use crate::{book, site};
 use anyhow::{Context, Result, bail};
 use bittybuzz_builds::board::BOARDS;
 use bittybuzz_builds::setup;
-use bittybuzz_builds::shell::{Line, root, target};
+use bittybuzz_builds::shell::{Invocation, root, target};
 use clap::ValueEnum;
 use fs_err as fs;
 use sha2::{Digest, Sha256};
@@ -27,7 +27,7 @@ const TEXTS: [&str; 4] = ["README.md", "CHANGELOG.md", "LICENSE-APACHE", "LICENS
 
 /// A part of a release.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
-pub enum Part {
+pub enum ReleasePart {
     /// `bbz` and the emulator of Zooids for this computer, manual pages and completions
     Tools,
     /// The images of all robots, with the scripts of their own folders
@@ -37,8 +37,8 @@ pub enum Part {
 }
 
 /// Packs one part, or all of them, and prints the archives with their checksums.
-pub fn run(part: Option<Part>) -> Result<()> {
-    for part in part.as_ref().map_or(Part::value_variants(), std::slice::from_ref) {
+pub fn run(part: Option<ReleasePart>) -> Result<()> {
+    for part in part.as_ref().map_or(ReleasePart::value_variants(), std::slice::from_ref) {
         let archive = pack(*part)?;
         println!("{}\n{}", archive.display(), checksum(&archive)?);
     }
@@ -50,11 +50,11 @@ pub const fn version() -> &'static str {
     env!("CARGO_PKG_VERSION")
 }
 
-fn pack(part: Part) -> Result<PathBuf> {
+fn pack(part: ReleasePart) -> Result<PathBuf> {
     let kind = match part {
-        Part::Tools => host()?,
-        Part::Firmware => "firmware".to_owned(),
-        Part::Site => "site".to_owned(),
+        ReleasePart::Tools => host()?,
+        ReleasePart::Firmware => "firmware".to_owned(),
+        ReleasePart::Site => "site".to_owned(),
     };
     let name = format!("bittybuzz-{}-{kind}", version());
     let packages = target()?.join(PACKAGES);
@@ -64,9 +64,9 @@ fn pack(part: Part) -> Result<PathBuf> {
     }
     fs::create_dir_all(&folder)?;
     match part {
-        Part::Tools => tools(&folder)?,
-        Part::Firmware => firmware(&folder)?,
-        Part::Site => {
+        ReleasePart::Tools => tools(&folder)?,
+        ReleasePart::Firmware => firmware(&folder)?,
+        ReleasePart::Site => {
             copy_all(&site::build()?, &folder)?;
             book::build(&folder.join("book"))?;
         }
@@ -74,7 +74,7 @@ fn pack(part: Part) -> Result<PathBuf> {
     // The `tar` of Linux, macOS and Windows supports these options.
     let archive = packages.join(format!("{name}.tar.gz"));
     let [from, to] = [packages.display(), archive.display()].map(|path| path.to_string());
-    Line::new("tar", &["-czf", &to, "-C", &from, &name]).run()?;
+    Invocation::new("tar", &["-czf", &to, "-C", &from, &name]).run()?;
     let sum = format!("{}  {name}.tar.gz\n", checksum(&archive)?);
     fs::write(packages.join(format!("{name}.tar.gz.sha256")), sum)?;
     Ok(archive)
@@ -82,13 +82,13 @@ fn pack(part: Part) -> Result<PathBuf> {
 
 /// Returns the target for which rustc builds by default, such as `x86_64-unknown-linux-gnu`.
 fn host() -> Result<String> {
-    let output = Line::new("rustc", &["--print", "host-tuple"]).unannounced().output(0)?;
+    let output = Invocation::new("rustc", &["--print", "host-tuple"]).unannounced().output(0)?;
     Ok(String::from_utf8(output.stdout)?.trim().to_owned())
 }
 
 fn tools(folder: &Path) -> Result<()> {
     let packages = PROGRAMS.map(|package| ["--package", package]).concat();
-    Line::cargo(&[&["build", "--profile", PROFILE], &packages[..]].concat()).run()?;
+    Invocation::cargo(&[&["build", "--profile", PROFILE], &packages[..]].concat()).run()?;
     for package in PROGRAMS {
         let program = package.trim_start_matches("bittybuzz-").replace("emulate", "bbz-emulate");
         let program = program + EXE_SUFFIX;
@@ -101,9 +101,9 @@ fn tools(folder: &Path) -> Result<()> {
     fs::create_dir_all(&man)?;
     fs::create_dir_all(&completions)?;
     let bbz = folder.join(format!("bbz{EXE_SUFFIX}"));
-    Line::named("bbz", &bbz, &["manual", &man.display().to_string()]).run()?;
+    Invocation::named("bbz", &bbz, &["manual", &man.display().to_string()]).run()?;
     for shell in ["bash", "fish", "powershell", "zsh"] {
-        let output = Line::named("bbz", &bbz, &["completions", shell]).output(0)?;
+        let output = Invocation::named("bbz", &bbz, &["completions", shell]).output(0)?;
         fs::write(completions.join(format!("bbz.{shell}")), output.stdout)?;
     }
     Ok(())

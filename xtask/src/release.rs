@@ -5,7 +5,7 @@
 
 use crate::package::version;
 use anyhow::{Context, Result, ensure};
-use bittybuzz_builds::shell::{Line, root};
+use bittybuzz_builds::shell::{Invocation, root};
 use fs_err as fs;
 
 /// The file with the changes of all versions.
@@ -31,13 +31,13 @@ pub fn run(notes: bool) -> Result<()> {
         known.is_empty(),
         "{tag} is tagged already; the root's Cargo.toml has the next version"
     );
-    Line::new("git", &["tag", "--annotate", "--message", &tag, &tag]).run()?;
+    Invocation::new("git", &["tag", "--annotate", "--message", &tag, &tag]).run()?;
     println!("Now: git push origin {tag}");
     Ok(())
 }
 
 fn git(arguments: &[&str]) -> Result<String> {
-    let output = Line::new("git", arguments).unannounced().output(0)?;
+    let output = Invocation::new("git", arguments).unannounced().output(0)?;
     Ok(String::from_utf8(output.stdout)?)
 }
 

@@ -1,7 +1,7 @@
 //! Builds the playground as static files: the page, the module, and the examples as one file.
 
 use anyhow::{Result, ensure};
-use bittybuzz_builds::shell::{Line, root, target};
+use bittybuzz_builds::shell::{Invocation, root, target};
 use fs_err as fs;
 use serde_json::{Map, Value, json};
 use std::path::{Path, PathBuf};
@@ -63,10 +63,10 @@ pub fn build() -> Result<PathBuf> {
 
 /// Builds the WebAssembly module with the flags for a small size, and returns its path.
 pub fn module() -> Result<PathBuf> {
-    Line::new("rustup", &["toolchain", "install"]).in_workspace(PLAYGROUND).run()?;
+    Invocation::new("rustup", &["toolchain", "install"]).in_workspace(PLAYGROUND).run()?;
     let cargo =
         ["build", "--locked", "--profile", PROFILE, "--target", TARGET, "--package", MODULE];
-    Line::new("cargo", &[&cargo, &LIBRARY[..]].concat())
+    Invocation::new("cargo", &[&cargo, &LIBRARY[..]].concat())
         .in_workspace(PLAYGROUND)
         .env("RUSTFLAGS", &SMALL.join(" "))
         .run()?;

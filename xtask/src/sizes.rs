@@ -14,16 +14,16 @@
 //! | `vm_ram` | the robot's sizes and profile |
 
 use anyhow::{Result, bail, ensure};
-use bittybuzz_builds::board::{Board, CRAZYFLIE, KILOBOT, ZOOIDS};
+use bittybuzz_builds::board::{CRAZYFLIE, FirmwareBuild, KILOBOT, ZOOIDS};
 use bittybuzz_builds::elf;
-use bittybuzz_builds::probe::{ATMEGA328P, CORTEX_M0, CORTEX_M4F, Extent, Probe};
-use bittybuzz_robot_spec::Profile;
+use bittybuzz_builds::probe::{ATMEGA328P, CORTEX_M0, CORTEX_M4F, Extent, PanicProbe};
+use bittybuzz_robot_spec::NumberProfile;
 use serde_json::{Map, Value};
 
 /// A robot whose memory is measured.
 struct Measured {
-    firmware: &'static Board,
-    probe: &'static Probe,
+    firmware: &'static FirmwareBuild,
+    probe: &'static PanicProbe,
 }
 
 const ROBOTS: &[Measured] = &[
@@ -34,7 +34,7 @@ const ROBOTS: &[Measured] = &[
 
 /// The sizes of a robot's firmware, in bytes.
 #[derive(Debug, PartialEq, Eq)]
-struct Sizes {
+struct FirmwareSizes {
     robot: &'static str,
     values: Vec<(&'static str, u64)>,
 }
@@ -50,12 +50,12 @@ pub fn run(json: bool) -> Result<()> {
 }
 
 /// Measures all robots. With `quiet`, standard output is left to the result, which is JSON.
-fn measure(quiet: bool) -> Result<Vec<Sizes>> {
+fn measure(quiet: bool) -> Result<Vec<FirmwareSizes>> {
     ROBOTS.iter().map(|measured| measured.sizes(quiet)).collect()
 }
 
 impl Measured {
-    fn sizes(&self, quiet: bool) -> Result<Sizes> {
+    fn sizes(&self, quiet: bool) -> Result<FirmwareSizes> {
         let image = elf::footprint(&self.firmware.build_measured(quiet)?)?;
         let mut values = vec![("flash", image.flash), ("ram", image.ram)];
         let robot = bittybuzz_robot_files::find(self.probe.robot)?;
@@ -75,19 +75,20 @@ impl Measured {
                 _ => "vm_min_flash",
             };
             values.push((name, size.flash - empty.flash));
-            let own = if robot.profile == Profile::Full { Extent::Full } else { Extent::Tiny };
+            let own =
+                if robot.profile == NumberProfile::Full { Extent::Full } else { Extent::Tiny };
             if *extent == own {
                 values.push(("vm_ram", size.ram - empty.ram));
             }
         }
-        Ok(Sizes { robot: self.probe.robot, values })
+        Ok(FirmwareSizes { robot: self.probe.robot, values })
     }
 }
 
 /// Fails if an image or the machine needs more memory than its robot file allows.
-fn check(sizes: &[Sizes]) -> Result<()> {
+fn check(sizes: &[FirmwareSizes]) -> Result<()> {
     let mut excesses = Vec::new();
-    for Sizes { robot, values } in sizes {
+    for FirmwareSizes { robot, values } in sizes {
         let file = bittybuzz_robot_files::find(robot)?;
         let machine = file.vm.memory - file.queue_memory();
         let budget = file
@@ -105,7 +106,7 @@ fn check(sizes: &[Sizes]) -> Result<()> {
     Ok(())
 }
 
-fn to_json(sizes: &[Sizes]) -> Value {
+fn to_json(sizes: &[FirmwareSizes]) -> Value {
     let object = |values: &[(&str, u64)]| {
         let fields = values.iter().map(|(name, value)| ((*name).to_owned(), Value::from(*value)));
         Value::Object(fields.collect())
@@ -114,7 +115,7 @@ fn to_json(sizes: &[Sizes]) -> Value {
     Value::Object(robots.collect::<Map<_, _>>())
 }
 
-fn to_text(sizes: &[Sizes]) -> String {
+fn to_text(sizes: &[FirmwareSizes]) -> String {
     let line =
         |robot: &str, (name, value): &(&str, u64)| format!("{robot:<12}{name:<16}{value:>8}\n");
     let lines =
@@ -126,8 +127,8 @@ fn to_text(sizes: &[Sizes]) -> String {
 mod tests {
     use super::*;
 
-    fn crazyflie(flash: u64, ram: u64) -> Vec<Sizes> {
-        vec![Sizes { robot: "crazyflie", values: vec![("flash", flash), ("ram", ram)] }]
+    fn crazyflie(flash: u64, ram: u64) -> Vec<FirmwareSizes> {
+        vec![FirmwareSizes { robot: "crazyflie", values: vec![("flash", flash), ("ram", ram)] }]
     }
 
     #[test]

@@ -2,7 +2,7 @@
 
 use anyhow::Result;
 use bittybuzz_builds::board::{CRAZYFLIE, KILOBOT, ZOOIDS};
-use bittybuzz_builds::shell::{Line, cargo, root, target};
+use bittybuzz_builds::shell::{Invocation, cargo, root, target};
 use std::env;
 use std::path::{Path, PathBuf};
 
@@ -26,7 +26,7 @@ pub fn run(bbz: &Path) -> Result<()> {
     let path: Vec<PathBuf> =
         [target()?.join("release")].into_iter().chain(env::split_paths(&others)).collect();
     let path = env::join_paths(path).unwrap_or(others);
-    Line::named("bbz", bbz, &["sim", SCENARIO, "--headless"])
+    Invocation::named("bbz", bbz, &["sim", SCENARIO, "--headless"])
         .env("PATH", &path.to_string_lossy())
         .run()?;
     println!(

@@ -3,7 +3,7 @@
 
 use anyhow::{Result, ensure};
 use bittybuzz_builds::setup;
-use bittybuzz_builds::shell::{Line, root, target};
+use bittybuzz_builds::shell::{Invocation, root, target};
 use fs_err as fs;
 use std::path::Path;
 
@@ -31,8 +31,8 @@ fn build(bundle: &Path) -> Result<()> {
     setup::node()?;
     // npm installs the packages of the lock file and checks their hashes. No package may run a
     // program of its own.
-    Line::new("npm", &["ci", "--ignore-scripts", "--no-audit", "--no-fund"])
+    Invocation::new("npm", &["ci", "--ignore-scripts", "--no-audit", "--no-fund"])
         .in_workspace(EDITOR)
         .run()?;
-    Line::new("node", &["build.js", &bundle.display().to_string()]).in_workspace(EDITOR).run()
+    Invocation::new("node", &["build.js", &bundle.display().to_string()]).in_workspace(EDITOR).run()
 }

@@ -13,7 +13,7 @@ use super::error::SettingsError;
 use super::geometry::Pose;
 use super::id::RobotId;
 use super::link::Medium;
-use super::stream::{Purpose, Stream};
+use super::stream::{Stream, StreamPurpose};
 
 /// The largest number of robots in a block, small enough that a few slow brains do not hold up the
 /// other threads.
@@ -21,7 +21,7 @@ pub const BLOCK: usize = 256;
 
 /// Size of a body: an upright cylinder.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Shape {
+pub struct BodySize {
     /// Radius in mm.
     pub radius: f32,
     /// Height in mm.
@@ -31,7 +31,7 @@ pub struct Shape {
 /// The properties of a robot model that the world needs.
 pub trait BodyModel: Debug + Send + Sync {
     /// Returns the size of a body.
-    fn shape(&self) -> Shape;
+    fn shape(&self) -> BodySize;
 
     /// Returns the speed of the fastest point of a body in mm/s. The world divides a tick into substeps in which no body moves more than
     /// half of its radius.
@@ -54,15 +54,15 @@ pub trait BodyModel: Debug + Send + Sync {
     fn check(&self) -> Result<(), SettingsError>;
 
     /// Returns a block without robots, for substeps of that length in seconds.
-    fn block(&self, substep: f32) -> Box<dyn Block>;
+    fn block(&self, substep: f32) -> Box<dyn BodyBlock>;
 }
 
 /// The bodies of at most [`BLOCK`] robots with consecutive ids. `index` counts from the first robot
 /// of the block. The `Debug` text contains the complete state, because digests of runs are computed
 /// from it.
-pub trait Block: Debug + Send + Sync {
+pub trait BodyBlock: Debug + Send + Sync {
     /// Returns a copy of the block whose robots continue exactly as the originals would.
-    fn copy(&self) -> Box<dyn Block>;
+    fn copy(&self) -> Box<dyn BodyBlock>;
 
     /// Adds a robot. `build` gives the random differences between robots of one kind.
     fn add(&mut self, pose: &Pose, build: &mut Stream);
@@ -103,7 +103,7 @@ pub trait Block: Debug + Send + Sync {
     );
 }
 
-impl Clone for Box<dyn Block> {
+impl Clone for Box<dyn BodyBlock> {
     fn clone(&self) -> Self {
         (**self).copy()
     }
@@ -124,7 +124,7 @@ impl Moment {
     /// Returns the random numbers for the estimate of a robot.
     #[must_use]
     pub fn stream(&self, index: usize) -> Stream {
-        Stream::new(self.seed, Purpose::Estimate, self.first.0 + index as u16, self.now)
+        Stream::new(self.seed, StreamPurpose::Estimate, self.first.0 + index as u16, self.now)
     }
 }
 
@@ -200,8 +200,8 @@ impl<B: Body> Bodies<B> {
     }
 }
 
-impl<B: Body> Block for Bodies<B> {
-    fn copy(&self) -> Box<dyn Block> {
+impl<B: Body> BodyBlock for Bodies<B> {
+    fn copy(&self) -> Box<dyn BodyBlock> {
         Box::new(self.clone())
     }
 

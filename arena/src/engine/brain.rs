@@ -3,12 +3,12 @@
 use core::any::Any;
 
 use super::TICK_US;
-use super::body::Block;
+use super::body::BodyBlock;
 use super::geometry::Pose;
 use super::herd::{Herd, HerdId};
 use super::id::RobotId;
-use super::light::{self, Light};
-use super::link::{Heard, Late, Medium, SentFrame, Sighting, Transmission};
+use super::light::{self, Lamp};
+use super::link::{DeliveredFrame, FrameSighting, Late, Medium, SentFrame, Transmission};
 use super::ranger::Sight;
 use super::ray::{Ray, Side};
 
@@ -56,7 +56,7 @@ pub struct Io<'a> {
     /// Ticks since the world began.
     pub now: u64,
     /// The frames received since the last tick.
-    pub inbox: Inbox<'a>,
+    pub inbox: TickFrames<'a>,
     /// Light, distances, neighbours and position.
     pub sensors: Sensors<'a>,
     /// Colour of the LED: the sum of 1 red, 2 green, 4 blue.
@@ -67,7 +67,7 @@ pub struct Io<'a> {
 /// Access to the body of a robot for its brain.
 #[derive(Debug)]
 pub(crate) struct Controls<'a> {
-    pub(crate) block: &'a mut (dyn Block + 'static),
+    pub(crate) block: &'a mut (dyn BodyBlock + 'static),
     pub(crate) index: usize,
 }
 
@@ -96,19 +96,19 @@ pub struct ReceivedFrame<'a> {
     /// Type byte and payload; on infrared always 10 bytes, padded with zeros.
     pub bytes: &'a [u8],
     /// The position and distance of the sender.
-    pub sighting: Sighting,
+    pub sighting: FrameSighting,
 }
 
 /// The frames that a robot received since the last tick, in the order in which they ended.
 #[derive(Clone, Copy, Debug)]
-pub struct Inbox<'a> {
-    pub(crate) heard: &'a [Heard],
+pub struct TickFrames<'a> {
+    pub(crate) heard: &'a [DeliveredFrame],
     pub(crate) air: &'a [Transmission],
     pub(crate) late: Option<&'a Late>,
     pub(crate) medium: Medium,
 }
 
-impl<'a> Inbox<'a> {
+impl<'a> TickFrames<'a> {
     /// Returns the number of frames.
     #[must_use]
     pub fn len(&self) -> usize {
@@ -123,7 +123,7 @@ impl<'a> Inbox<'a> {
 
     /// Returns all frames, the oldest first. A frame that was held back comes last.
     pub fn iter(&self) -> impl Iterator<Item = ReceivedFrame<'a>> + use<'a> {
-        let Inbox { heard, air, late, .. } = *self;
+        let TickFrames { heard, air, late, .. } = *self;
         heard
             .iter()
             .map(|heard| ReceivedFrame {
@@ -161,7 +161,7 @@ pub struct Sensors<'a> {
     pub(crate) pose: &'a Pose,
     pub(crate) estimate: Option<&'a Pose>,
     pub(crate) ambient: f32,
-    pub(crate) lights: &'a [Light],
+    pub(crate) lights: &'a [Lamp],
 }
 
 impl Sensors<'_> {

@@ -10,7 +10,7 @@
 
 use core::hash::Hash;
 
-use super::body::Shape;
+use super::body::BodySize;
 use super::digest::Digest;
 use super::geometry::{Area, Pose};
 use super::grid::Cells;
@@ -18,7 +18,7 @@ use super::id::RobotId;
 use super::obstacle::{Obstacles, SLOP};
 use super::pool::Pool;
 use super::ray::Ray;
-use super::statistics::Statistics;
+use super::statistics::WorldStatistics;
 
 /// The largest number of rounds in one substep.
 const ROUNDS: usize = 4;
@@ -65,7 +65,7 @@ struct Disc {
 pub(crate) struct Crowd {
     cells: Cells,
     /// The shape of each herd.
-    shapes: Vec<Shape>,
+    shapes: Vec<BodySize>,
     /// The closing speed in mm/s of each herd above which a contact in the air is a crash.
     crash_speeds: Vec<Option<f32>>,
     /// The herd of each robot.
@@ -130,7 +130,7 @@ impl Crowd {
     }
 
     /// Adds the next herd.
-    pub(crate) fn add_herd(&mut self, shape: Shape, crash_speed: Option<f32>) {
+    pub(crate) fn add_herd(&mut self, shape: BodySize, crash_speed: Option<f32>) {
         self.shapes.push(shape);
         self.crash_speeds.push(crash_speed);
     }
@@ -272,7 +272,7 @@ impl Crowd {
     }
 
     /// Counts the contacts of a tick.
-    pub(crate) fn count(&mut self, statistics: &mut Statistics) {
+    pub(crate) fn count(&mut self, statistics: &mut WorldStatistics) {
         for (now, before) in self.touches.iter_mut().zip(&mut self.touched) {
             statistics.contact_ticks += u64::from(*now & ROBOT);
             statistics.contacts += u64::from(*now & !*before & ROBOT);
@@ -386,7 +386,7 @@ impl Crowd {
 /// The data that a disc reads in a round.
 struct Look<'a> {
     cells: &'a Cells,
-    shapes: &'a [Shape],
+    shapes: &'a [BodySize],
     crash_speeds: &'a [Option<f32>],
     velocities: &'a [[f32; 3]],
     starts: &'a [u32],

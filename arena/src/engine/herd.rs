@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use super::body::{Block, BodyModel, Shape};
+use super::body::{BodyBlock, BodyModel, BodySize};
 use super::link::{Media, Medium};
 
 /// The number of a herd in its world.
@@ -13,7 +13,7 @@ pub struct HerdId(pub(crate) u16);
 #[derive(Clone, Debug)]
 pub(crate) struct Herd {
     pub(crate) model: Arc<dyn BodyModel>,
-    pub(crate) shape: Shape,
+    pub(crate) shape: BodySize,
     pub(crate) medium: Medium,
     pub(crate) media: Media,
     /// Index of the herd's link among the links of its medium.
@@ -28,5 +28,5 @@ pub(crate) struct Cohort {
     /// Id of the first robot.
     pub(crate) first: usize,
     pub(crate) count: usize,
-    pub(crate) block: Box<dyn Block>,
+    pub(crate) block: Box<dyn BodyBlock>,
 }

@@ -9,17 +9,18 @@ use core::fmt::Debug;
 use core::hash::Hash;
 
 use super::TICK_US;
-use super::brain::{Brain, Inbox};
+use super::brain::{Brain, TickFrames};
 use super::digest::Digest;
 use super::error::AddError;
 use super::geometry::Pose;
 use super::herd::{Herd, HerdId};
 use super::id::RobotId;
 use super::link::{
-    Attempt, Ether, Heard, Late, Link, Listener, Media, Medium, Near, Packet, Transmission,
+    Attempt, DeliveredFrame, Ether, Late, LinkSettings, Listener, Media, Medium, Near, Packet,
+    Transmission,
 };
 use super::statistics::LinkStatistics;
-use super::stream::{Purpose, Stream};
+use super::stream::{Stream, StreamPurpose};
 use super::world::World;
 
 /// The behaviour of an intruder. Its `Debug` text contains its complete state, because digests of
@@ -29,7 +30,7 @@ pub trait Intruder: Debug + Send {
     fn copy(&self) -> Box<dyn Intruder>;
 
     /// Handles the frames that the intruder received since the last tick.
-    fn hear(&mut self, inbox: &Inbox<'_>);
+    fn hear(&mut self, inbox: &TickFrames<'_>);
 
     /// Writes the next frame, type byte and payload, and returns its length in bytes; 0 sends
     /// nothing. `frame` is as long as the longest frame of the link and filled with zeros; infrared
@@ -71,7 +72,7 @@ pub(crate) struct Station {
     intruder: Box<dyn Intruder>,
     late: Option<Box<Late>>,
     near: Vec<Near>,
-    heard: Vec<Heard>,
+    heard: Vec<DeliveredFrame>,
 }
 
 impl Clone for Station {
@@ -109,12 +110,12 @@ impl<B: Brain> World<B> {
         let free = usize::from(u16::MAX).checked_sub(self.brains.len() + self.stations.len());
         let id = free.and_then(|_| u16::try_from(self.stations.len()).ok());
         let id = RobotId(u16::MAX - id.ok_or(AddError::TooMany)?);
-        let mut stream = Stream::new(self.settings.seed, Purpose::Intruder, id.0, 0);
+        let mut stream = Stream::new(self.settings.seed, StreamPurpose::Intruder, id.0, 0);
         let (medium, media) = (*medium, *media);
         let air = &mut self.air[medium as usize];
         // The loss may have changed since the herd was added.
         let (of_herd, bodies) = (*air.link(*link), air.bodies(*link));
-        let link = Link { range: range.or(of_herd.range), ..of_herd };
+        let link = LinkSettings { range: range.or(of_herd.range), ..of_herd };
         self.stations.push(Station {
             id,
             pose,
@@ -148,12 +149,12 @@ impl<B: Brain> World<B> {
             let ether = Ether { air: &air[*medium as usize], topology, calibration };
             let due = late.take_if(|late| late.due <= now);
             let mut listener = Listener { id: *id, pose, estimate: None, media, late, now };
-            let stream = || Stream::new(settings.seed, Purpose::Hear, id.0, now);
+            let stream = || Stream::new(settings.seed, StreamPurpose::Hear, id.0, now);
             // The statistics count only robots.
             let mut count = LinkStatistics::default();
             ether.hear(&mut listener, stream, near, heard, &mut count, |_, _| ());
             let air = ether.air.transmissions();
-            intruder.hear(&Inbox { heard, air, late: due.as_deref(), medium: *medium });
+            intruder.hear(&TickFrames { heard, air, late: due.as_deref(), medium: *medium });
         }
     }
 }

@@ -4,7 +4,7 @@ use super::geometry::Pose;
 
 /// A lamp.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Light {
+pub struct Lamp {
     /// mm
     pub x: f32,
     /// mm
@@ -28,13 +28,13 @@ const REACH: f32 = 2500.0;
 /// A lamp adds `intensity * exp(-2 d) * (1 - angle / pi)` at a distance of `d` metres, where
 /// `angle` is the angle between the robot's heading and the lamp. This is the law of ARGoS' Kilobot
 /// sensor, with the sensor facing ahead.
-pub(crate) fn reading(pose: &Pose, ambient: f32, lights: &[Light]) -> u16 {
+pub(crate) fn reading(pose: &Pose, ambient: f32, lights: &[Lamp]) -> u16 {
     brightness(pose, Some(pose.heading), ambient, lights) as u16
 }
 
 /// Returns the reading of a sensor that faces a direction of the world. With `None`, the sensor is
 /// equally sensitive in all directions.
-pub(crate) fn brightness(pose: &Pose, look: Option<f32>, ambient: f32, lights: &[Light]) -> f32 {
+pub(crate) fn brightness(pose: &Pose, look: Option<f32>, ambient: f32, lights: &[Lamp]) -> f32 {
     let mut sum = ambient;
     for light in lights {
         let (dx, dy) = (light.x - pose.x, light.y - pose.y);

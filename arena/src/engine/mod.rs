@@ -76,25 +76,25 @@ mod step;
 mod stream;
 mod world;
 
-pub use body::{BLOCK, Block, Bodies, Body, BodyModel, Moment, Shape};
-pub use brain::{Brain, Inbox, Io, ReceivedFrame, Sensors};
+pub use body::{BLOCK, Bodies, Body, BodyBlock, BodyModel, BodySize, Moment};
+pub use brain::{Brain, Io, ReceivedFrame, Sensors, TickFrames};
 pub(crate) use digest::Digest;
 pub use error::{AddError, SettingsError, UnknownRobot};
 pub use geometry::{Area, Pose, wrap};
 pub use herd::HerdId;
 pub use id::RobotId;
 pub use intruder::{Intruder, IntruderSettings};
-pub use light::{Light, LightId};
+pub use light::{Lamp, LightId};
 pub use link::{
-    Arrival, Fate, FrameLog, Infrared, Link, Loss, LossCause, Media, Medium, Nrf24, P2p,
-    RangeAndBearing, SendAttempt, SentFrame, Sighting,
+    Arrival, Fate, FrameLog, FrameSighting, Infrared, LinkSettings, Loss, LossCause, Media, Medium,
+    Nrf24Medium, P2p, RangeAndBearing, SendAttempt, SentFrame,
 };
 pub use obstacle::Obstacle;
 pub(crate) use obstacle::SLOP;
 pub use ray::Side;
-pub use robot::{RobotState, View};
-pub use settings::{Settings, above_0, first_wrong, not_below_0, within};
-pub use statistics::{LinkStatistics, Statistics};
+pub use robot::{RobotState, RobotView};
+pub use settings::{WorldSettings, above_0, first_wrong, not_below_0, within};
+pub use statistics::{LinkStatistics, WorldStatistics};
 pub use stream::Stream;
 pub use world::World;
 

@@ -15,11 +15,7 @@ pub enum Obstacle {
         to: (f32, f32),
     },
     /// A round obstacle: its middle and its radius (mm).
-    Round {
-        x: f32,
-        y: f32,
-        radius: f32,
-    },
+    Round { x: f32, y: f32, radius: f32 },
     /// A box with sides along the axes: its middle and its size (mm).
     Box {
         x: f32,

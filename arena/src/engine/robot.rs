@@ -2,7 +2,7 @@
 
 use super::geometry::Pose;
 use super::herd::HerdId;
-use super::link::Radio;
+use super::link::RobotRadio;
 
 /// The state of a robot.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
@@ -18,7 +18,7 @@ pub enum RobotState {
 
 /// The visible state of a robot.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct View {
+pub struct RobotView {
     /// The robot's herd.
     pub herd: HerdId,
     pub state: RobotState,
@@ -43,7 +43,7 @@ pub(crate) struct EngineRobot {
     pub(crate) herd: HerdId,
     /// Index of the robot's cohort.
     pub(crate) cohort: u32,
-    pub(crate) radio: Radio,
+    pub(crate) radio: RobotRadio,
     pub(crate) state: RobotState,
     pub(crate) led: u8,
     pub(crate) crashes: u32,

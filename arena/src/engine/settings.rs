@@ -5,7 +5,7 @@ use super::geometry::Area;
 
 /// The settings with which a world begins.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Settings {
+pub struct WorldSettings {
     /// The seed of all random numbers in the world.
     pub seed: u64,
     /// The number of threads; 0 is one per core. The trace does not depend on it.
@@ -16,14 +16,14 @@ pub struct Settings {
     pub ambient_light: f32,
 }
 
-impl Default for Settings {
+impl Default for WorldSettings {
     fn default() -> Self {
         let area = Area { width: 2000.0, height: 2000.0 };
-        Settings { seed: 0, threads: 1, area, ambient_light: 0.0 }
+        WorldSettings { seed: 0, threads: 1, area, ambient_light: 0.0 }
     }
 }
 
-impl Settings {
+impl WorldSettings {
     /// Fails if a setting is not valid.
     pub fn check(&self) -> Result<(), SettingsError> {
         let length = "a number from 1 to 1e6";

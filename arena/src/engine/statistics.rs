@@ -26,7 +26,7 @@ pub struct LinkStatistics {
 
 /// Counts of the whole world.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
-pub struct Statistics {
+pub struct WorldStatistics {
     /// The number of times that a robot without contact began to touch another.
     pub contacts: u64,
     /// Robot-ticks in touch with another robot.
@@ -40,7 +40,7 @@ pub struct Statistics {
     pub(crate) links: [LinkStatistics; Medium::COUNT],
 }
 
-impl Statistics {
+impl WorldStatistics {
     /// Returns the counts of one medium.
     #[must_use]
     pub fn link(&self, medium: Medium) -> &LinkStatistics {

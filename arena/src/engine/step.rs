@@ -3,16 +3,16 @@
 use core::convert::Infallible;
 
 use super::body::Moment;
-use super::brain::{Brain, Controls, Inbox, Io, Sensors};
+use super::brain::{Brain, Controls, Io, Sensors, TickFrames};
 use super::geometry::Pose;
 use super::herd::{Cohort, Herd};
 use super::id::RobotId;
-use super::light::Light;
+use super::light::Lamp;
 use super::link::{Attempt, Ether, Listener, Medium, Senders, Window};
 use super::ranger::Sight;
 use super::robot::{EngineRobot, RobotState};
 use super::scratch::Scratch;
-use super::stream::{Purpose, Stream};
+use super::stream::{Stream, StreamPurpose};
 use super::world::World;
 use super::{TICK, TICK_US};
 
@@ -20,7 +20,7 @@ use super::{TICK, TICK_US};
 struct Surroundings<'a> {
     ether: [Ether<'a>; Medium::COUNT],
     sight: Sight<'a>,
-    lights: &'a [Light],
+    lights: &'a [Lamp],
     ambient: f32,
     herds: &'a [Herd],
     seed: u64,
@@ -29,7 +29,7 @@ struct Surroundings<'a> {
 }
 
 /// A cohort with the data of its robots.
-struct Part<'a, B> {
+struct CohortPart<'a, B> {
     cohort: &'a mut Cohort,
     scratch: &'a mut Scratch,
     robots: &'a mut [EngineRobot],
@@ -151,7 +151,7 @@ impl<B: Brain> World<B> {
         let has_positioning: Vec<bool> =
             self.herds.iter().map(|herd| herd.has_positioning).collect();
         self.each(
-            |Part { cohort: Cohort { herd, first, block, .. }, poses, estimates, .. }| {
+            |CohortPart { cohort: Cohort { herd, first, block, .. }, poses, estimates, .. }| {
                 if has_positioning[usize::from(herd.0)] {
                     let moment = Moment { seconds: TICK, seed, now, first: RobotId(*first as u16) };
                     block.sense(0, poses, estimates, &moment);
@@ -161,7 +161,7 @@ impl<B: Brain> World<B> {
     }
 
     /// Calls `work` with every cohort.
-    fn each(&mut self, work: impl Fn(Part<'_, B>) + Send + Sync) {
+    fn each(&mut self, work: impl Fn(CohortPart<'_, B>) + Send + Sync) {
         let World { pool, scratch, robots, brains, poses, estimates, cohorts, .. } = self;
         pool.each(parts(cohorts, scratch, robots, brains, poses, estimates), work);
     }
@@ -197,10 +197,10 @@ fn parts<'a, B>(
     mut brains: &'a mut [B],
     mut poses: &'a mut [Pose],
     mut estimates: &'a mut [Option<Pose>],
-) -> impl ExactSizeIterator<Item = Part<'a, B>> {
+) -> impl ExactSizeIterator<Item = CohortPart<'a, B>> {
     cohorts.iter_mut().zip(scratch).map(move |(cohort, scratch)| {
         let count = cohort.count;
-        Part {
+        CohortPart {
             cohort,
             scratch,
             robots: cut(&mut robots, count),
@@ -211,9 +211,9 @@ fn parts<'a, B>(
     })
 }
 
-impl<B: Brain> Part<'_, B> {
+impl<B: Brain> CohortPart<'_, B> {
     fn think(self, around: &Surroundings<'_>) {
-        let Part { cohort, scratch, robots, brains, poses, estimates } = self;
+        let CohortPart { cohort, scratch, robots, brains, poses, estimates } = self;
         let herd = &around.herds[usize::from(cohort.herd.0)];
         let senses = poses.iter().zip(estimates);
         let robots = robots.iter_mut().zip(brains).zip(senses).enumerate();
@@ -255,7 +255,7 @@ impl Thinker<'_> {
         let ether = &around.ether[*medium as usize];
         let late = robot.radio.late.take_if(|late| late.due <= now);
         let mut listener = Listener { id, pose, estimate, media, late: &mut robot.radio.late, now };
-        let stream = || Stream::new(around.seed, Purpose::Hear, id.0, now);
+        let stream = || Stream::new(around.seed, StreamPurpose::Hear, id.0, now);
         let Scratch { near, heard, links, arrivals, .. } = scratch;
         let count = &mut links[*medium as usize];
         if around.is_watched {
@@ -268,7 +268,7 @@ impl Thinker<'_> {
         brain.tick(&mut Io {
             id,
             now,
-            inbox: Inbox {
+            inbox: TickFrames {
                 heard: &scratch.heard,
                 air: ether.air.transmissions(),
                 late: late.as_deref(),
@@ -291,7 +291,7 @@ impl Thinker<'_> {
             if !brain.has_frame() {
                 return;
             }
-            let mut stream = Stream::new(around.seed, Purpose::Send, id.0, now);
+            let mut stream = Stream::new(around.seed, StreamPurpose::Send, id.0, now);
             robot.radio.plan(*medium, media, &mut stream);
         }
         if robot.radio.attempt < TICK_US as i32 {

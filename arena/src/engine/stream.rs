@@ -7,7 +7,7 @@ use rand_xoshiro::SplitMix64;
 
 /// The purpose of a stream. Streams of different purposes are independent.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum Purpose {
+pub(crate) enum StreamPurpose {
     /// Differences between robots of one kind.
     Build = 1,
     /// The loss and errors of received frames.
@@ -34,7 +34,7 @@ pub struct Stream(SplitMix64);
 
 impl Stream {
     /// Returns the stream of one robot for one purpose in one tick.
-    pub(crate) fn new(seed: u64, purpose: Purpose, robot: u16, tick: u64) -> Self {
+    pub(crate) fn new(seed: u64, purpose: StreamPurpose, robot: u16, tick: u64) -> Self {
         // An odd multiplier keeps different inputs different; the generator itself mixes them.
         let place = ((purpose as u64) << 56) ^ (u64::from(robot) << 40) ^ tick;
         let mut outer = SplitMix64::seed_from_u64(seed ^ place.wrapping_mul(0xd6e8_feb8_6659_fd93));
@@ -44,19 +44,19 @@ impl Stream {
     /// Returns the stream of a robot's brain.
     #[must_use]
     pub fn for_brain(seed: u64, robot: u16) -> Self {
-        Stream::new(seed, Purpose::Brain, robot, 0)
+        Stream::new(seed, StreamPurpose::Brain, robot, 0)
     }
 
     /// Returns the stream of a robot's clock.
     #[must_use]
     pub fn for_clock(seed: u64, robot: u16) -> Self {
-        Stream::new(seed, Purpose::Clock, robot, 0)
+        Stream::new(seed, StreamPurpose::Clock, robot, 0)
     }
 
     /// Returns the stream of a robot's power in one tick.
     #[must_use]
     pub fn for_power(seed: u64, robot: u16, tick: u64) -> Self {
-        Stream::new(seed, Purpose::BrownOut, robot, tick)
+        Stream::new(seed, StreamPurpose::BrownOut, robot, tick)
     }
 
     /// Returns a new stream that is independent of later draws from this one.
@@ -108,11 +108,12 @@ mod tests {
     #[test]
     fn streams_are_independent() {
         let of = |seed, purpose, robot, tick| Stream::new(seed, purpose, robot, tick);
-        let one = |i| of(1, Purpose::Hear, (i % 200) as u16, i / 200);
-        let seeds = correlation(one, |i| of(2, Purpose::Hear, (i % 200) as u16, i / 200));
-        let purposes = correlation(one, |i| of(1, Purpose::Send, (i % 200) as u16, i / 200));
-        let robots = correlation(one, |i| of(1, Purpose::Hear, (i % 200) as u16 + 1, i / 200));
-        let ticks = correlation(one, |i| of(1, Purpose::Hear, (i % 200) as u16, i / 200 + 1));
+        let one = |i| of(1, StreamPurpose::Hear, (i % 200) as u16, i / 200);
+        let seeds = correlation(one, |i| of(2, StreamPurpose::Hear, (i % 200) as u16, i / 200));
+        let purposes = correlation(one, |i| of(1, StreamPurpose::Send, (i % 200) as u16, i / 200));
+        let robots =
+            correlation(one, |i| of(1, StreamPurpose::Hear, (i % 200) as u16 + 1, i / 200));
+        let ticks = correlation(one, |i| of(1, StreamPurpose::Hear, (i % 200) as u16, i / 200 + 1));
         for (name, found) in
             [("seeds", seeds), ("purposes", purposes), ("robots", robots), ("ticks", ticks)]
         {
@@ -125,7 +126,7 @@ mod tests {
     fn first_numbers_are_spread_evenly() {
         let mut parts = [0_u32; 20];
         for i in 0..20_000 {
-            let mut stream = Stream::new(7, Purpose::Hear, (i % 1000) as u16, i / 1000);
+            let mut stream = Stream::new(7, StreamPurpose::Hear, (i % 1000) as u16, i / 1000);
             parts[stream.below(20) as usize] += 1;
         }
         // Chi squared of 19 degrees of freedom is below 43.8 in 999 of 1,000 cases.

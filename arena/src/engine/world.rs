@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use super::TICK;
-use super::body::{BLOCK, BodyModel, Moment, Shape, substeps};
+use super::body::{BLOCK, BodyModel, BodySize, Moment, substeps};
 use super::brain::Brain;
 use super::contact::Crowd;
 use super::error::{AddError, SettingsError, UnknownRobot};
@@ -11,20 +11,22 @@ use super::geometry::Pose;
 use super::herd::{Cohort, Herd, HerdId};
 use super::id::RobotId;
 use super::intruder::Station;
-use super::light::{Light, LightId};
-use super::link::{Air, Calibration, FrameLog, Loss, Media, Medium, Radio, Schedule, Topology};
+use super::light::{Lamp, LightId};
+use super::link::{
+    Calibration, FrameLog, Loss, Media, Medium, RobotRadio, Schedule, Topology, Transmissions,
+};
 use super::obstacle::{Obstacle, Obstacles};
 use super::pool::Pool;
-use super::robot::{EngineRobot, RobotState, View};
+use super::robot::{EngineRobot, RobotState, RobotView};
 use super::scratch::Scratch;
-use super::settings::Settings;
-use super::statistics::Statistics;
-use super::stream::{Purpose, Stream};
+use super::settings::WorldSettings;
+use super::statistics::WorldStatistics;
+use super::stream::{Stream, StreamPurpose};
 
 /// Robots with brains of type `B`, and their surroundings.
 #[derive(Clone, Debug)]
 pub struct World<B> {
-    pub(crate) settings: Settings,
+    pub(crate) settings: WorldSettings,
     pub(crate) now: u64,
     pub(crate) brains: Vec<B>,
     pub(crate) robots: Vec<EngineRobot>,
@@ -36,14 +38,14 @@ pub struct World<B> {
     /// All robots, grouped by herd in the order of their ids.
     pub(crate) cohorts: Vec<Cohort>,
     pub(crate) obstacles: Obstacles,
-    pub(crate) lights: Vec<Light>,
+    pub(crate) lights: Vec<Lamp>,
     pub(crate) crowd: Crowd,
     pub(crate) substeps: u32,
-    pub(crate) air: [Air; Medium::COUNT],
+    pub(crate) air: [Transmissions; Medium::COUNT],
     pub(crate) schedules: [Schedule; Medium::COUNT],
     pub(crate) topology: Topology,
     pub(crate) calibration: Calibration,
-    pub(crate) statistics: Statistics,
+    pub(crate) statistics: WorldStatistics,
     pub(crate) scratch: Vec<Scratch>,
     /// `None` if the run is not observed.
     pub(crate) frame_log: Option<Box<FrameLog>>,
@@ -52,9 +54,9 @@ pub struct World<B> {
 
 impl<B: Brain> World<B> {
     /// Returns an empty world.
-    pub fn new(settings: Settings) -> Result<Self, SettingsError> {
+    pub fn new(settings: WorldSettings) -> Result<Self, SettingsError> {
         settings.check()?;
-        let Settings { area, threads, .. } = settings;
+        let WorldSettings { area, threads, .. } = settings;
         Ok(World {
             settings,
             now: 0,
@@ -69,11 +71,11 @@ impl<B: Brain> World<B> {
             lights: Vec::new(),
             crowd: Crowd::new(area),
             substeps: 1,
-            air: Medium::ALL.map(|medium| Air::new(medium, area)),
+            air: Medium::ALL.map(|medium| Transmissions::new(medium, area)),
             schedules: Default::default(),
             topology: Topology::default(),
             calibration: Calibration::new(),
-            statistics: Statistics::default(),
+            statistics: WorldStatistics::default(),
             scratch: Vec::new(),
             frame_log: None,
             pool: Pool::new(threads),
@@ -125,11 +127,11 @@ impl<B: Brain> World<B> {
             self.scratch.push(Scratch::default());
         }
         let cohort = (self.cohorts.len() - 1) as u32;
-        let mut build = Stream::new(self.settings.seed, Purpose::Build, id, 0);
+        let mut build = Stream::new(self.settings.seed, StreamPurpose::Build, id, 0);
         let Cohort { block, count, .. } = &mut self.cohorts[cohort as usize];
         block.add(&pose, &mut build);
         *count += 1;
-        let radio = Radio::new(*medium, media, &mut build);
+        let radio = RobotRadio::new(*medium, media, &mut build);
         self.brains.push(brain);
         let state = RobotState::Running;
         self.robots.push(EngineRobot { herd, cohort, radio, state, led: 0, crashes: 0 });
@@ -165,13 +167,13 @@ impl<B: Brain> World<B> {
     }
 
     /// Adds a lamp.
-    pub fn add_light(&mut self, light: Light) -> LightId {
+    pub fn add_light(&mut self, light: Lamp) -> LightId {
         self.lights.push(light);
         LightId(self.lights.len() - 1)
     }
 
     /// Replaces a lamp: moves it, dims it, or switches it off with intensity 0.
-    pub fn set_light(&mut self, id: LightId, light: Light) {
+    pub fn set_light(&mut self, id: LightId, light: Lamp) {
         if let Some(lamp) = self.lights.get_mut(id.0) {
             *lamp = light;
         }
@@ -179,7 +181,7 @@ impl<B: Brain> World<B> {
 
     /// Returns all lamps, in the order in which they were added.
     #[must_use]
-    pub fn lights(&self) -> &[Light] {
+    pub fn lights(&self) -> &[Lamp] {
         &self.lights
     }
 
@@ -295,16 +297,16 @@ impl<B: Brain> World<B> {
 
     /// Returns the visible state of a robot.
     #[must_use]
-    pub fn robot(&self, id: RobotId) -> Option<View> {
+    pub fn robot(&self, id: RobotId) -> Option<RobotView> {
         let index = self.index(id).ok()?;
         let EngineRobot { herd, state, led, crashes, .. } = self.robots[index];
-        let Shape { radius, height } = self.herds[usize::from(herd.0)].shape;
+        let BodySize { radius, height } = self.herds[usize::from(herd.0)].shape;
         let (pose, estimate) = (self.poses[index], self.estimates[index]);
-        Some(View { herd, state, pose, estimate, radius, height, led, crashes })
+        Some(RobotView { herd, state, pose, estimate, radius, height, led, crashes })
     }
 
     /// Returns the visible states of all robots in the order of their ids.
-    pub fn robots(&self) -> impl Iterator<Item = View> + '_ {
+    pub fn robots(&self) -> impl Iterator<Item = RobotView> + '_ {
         self.ids().filter_map(|id| self.robot(id))
     }
 
@@ -365,7 +367,7 @@ impl<B: Brain> World<B> {
 
     /// Returns the counters since the world began.
     #[must_use]
-    pub fn statistics(&self) -> &Statistics {
+    pub fn statistics(&self) -> &WorldStatistics {
         &self.statistics
     }
 
@@ -378,7 +380,7 @@ impl<B: Brain> World<B> {
 
     /// Returns the settings with which the world began, but with the current ambient light.
     #[must_use]
-    pub fn settings(&self) -> &Settings {
+    pub fn settings(&self) -> &WorldSettings {
         &self.settings
     }
 
@@ -403,7 +405,7 @@ impl<B: Brain> World<B> {
     }
 
     fn place(&mut self, index: usize, pose: Pose) {
-        let Herd { shape: Shape { radius, .. }, has_positioning, .. } = *self.herd_of(index);
+        let Herd { shape: BodySize { radius, .. }, has_positioning, .. } = *self.herd_of(index);
         let mut pose = Pose { z: pose.z.max(0.0), heading: super::wrap(pose.heading), ..pose };
         if let Some((x, y)) = self.obstacles.push_out(pose.x, pose.y, pose.z, radius) {
             (pose.x, pose.y) = (x, y);

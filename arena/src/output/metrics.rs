@@ -1,6 +1,6 @@
 //! The columns of a table of runs.
 
-use crate::engine::Statistics;
+use crate::engine::WorldStatistics;
 use crate::robot::FaultCounts;
 use crate::run::{Summary, TICKS_PER_SECOND, Unusable, Verdict};
 use crate::scenario::{Quantity, Scenario};
@@ -51,7 +51,7 @@ pub fn values(scenario: &Scenario, summary: &Summary) -> Vec<Option<f64>> {
     let counts = counts.into_iter().chain([unsent, unread]).chain(unusable);
     let FaultCounts { faults, restarts, handler_faults } = summary.fault_counts;
     let overruns = summary.overruns.missed;
-    let Statistics { contacts, crashes, .. } = summary.statistics;
+    let WorldStatistics { contacts, crashes, .. } = summary.statistics;
     values.extend(counts.chain([contacts, crashes]).map(|count| Some(count as f64)));
     values.push(summary.first_crash.map(|(tick, _)| tick as f64 / TICKS_PER_SECOND));
     values.extend([faults, restarts, handler_faults, overruns].map(|count| Some(count as f64)));

@@ -4,17 +4,19 @@ use crate::engine::RobotState;
 use crate::run::Simulation;
 use crate::scenario::{self, Scenario};
 
-use super::recording::{Body, Header, Obstacle, Outline, RecordedRobot, RobotStatus};
+use super::recording::{
+    RecordedBody, RecordedObstacle, RecordedOutline, RecordedRobot, RecordingHeader, RobotStatus,
+};
 
 /// Returns the header of a recording of this run.
-pub fn header(simulation: &Simulation) -> Header {
+pub fn header(simulation: &Simulation) -> RecordingHeader {
     let setup = simulation.setup();
     let Scenario { world, groups, .. } = &*setup.scenario;
-    let body = |number| Body {
+    let body = |number| RecordedBody {
         id: setup.id(number),
         radius: tenths(groups[setup.group(number)].radius()).unsigned_abs(),
     };
-    Header {
+    RecordingHeader {
         size: world.size.map(|side| side as u32),
         tick_ms: crate::engine::TICK_US / 1000,
         bodies: (0..simulation.robot_count()).map(body).collect(),
@@ -22,17 +24,22 @@ pub fn header(simulation: &Simulation) -> Header {
     }
 }
 
-fn obstacle(obstacle: &scenario::Obstacle) -> Obstacle {
+fn obstacle(obstacle: &scenario::ObstacleSection) -> RecordedObstacle {
     let outline = match obstacle.outline {
-        scenario::Outline::Disc { at: [x, y], radius } => Outline::Disc([x, y, radius].map(tenths)),
+        scenario::Outline::Disc { at: [x, y], radius } => {
+            RecordedOutline::Disc([x, y, radius].map(tenths))
+        }
         scenario::Outline::Block { at: [x, y], size: [width, height] } => {
-            Outline::Block([x, y, width, height].map(tenths))
+            RecordedOutline::Block([x, y, width, height].map(tenths))
         }
         scenario::Outline::Wall([x, y], [to_x, to_y]) => {
-            Outline::Wall([x, y, to_x, to_y].map(tenths))
+            RecordedOutline::Wall([x, y, to_x, to_y].map(tenths))
         }
     };
-    Obstacle { outline, height: obstacle.height.map(|height| tenths(height).unsigned_abs()) }
+    RecordedObstacle {
+        outline,
+        height: obstacle.height.map(|height| tenths(height).unsigned_abs()),
+    }
 }
 
 /// Rounds a length in mm to tenths of mm.

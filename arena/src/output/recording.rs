@@ -33,20 +33,20 @@ pub const VERSION: u8 = 2;
 
 /// The data that hold for a whole recording.
 #[derive(Debug, Clone, PartialEq, Eq)]
-pub struct Header {
+pub struct RecordingHeader {
     /// Width and height of the world in mm.
     pub size: [u32; 2],
     /// Length of a tick in ms.
     pub tick_ms: u32,
     /// The robots.
-    pub bodies: Vec<Body>,
+    pub bodies: Vec<RecordedBody>,
     /// The obstacles, which never move.
-    pub obstacles: Vec<Obstacle>,
+    pub obstacles: Vec<RecordedObstacle>,
 }
 
 /// The properties of a robot that no sample changes.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct Body {
+pub struct RecordedBody {
     /// The robot's id.
     pub id: u16,
     /// Radius in tenths of mm.
@@ -55,9 +55,9 @@ pub struct Body {
 
 /// An obstacle.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct Obstacle {
+pub struct RecordedObstacle {
     /// Its outline on the ground.
-    pub outline: Outline,
+    pub outline: RecordedOutline,
     /// Height in tenths of mm; robots at this height and above pass over the obstacle. `None` if
     /// the height is unlimited.
     pub height: Option<u32>,
@@ -65,7 +65,7 @@ pub struct Obstacle {
 
 /// The outline of an obstacle, in tenths of mm from the middle of the world.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Outline {
+pub enum RecordedOutline {
     /// A disc: x and y of its centre, and its radius.
     Disc([i32; 3]),
     /// A box along the axes: x and y of its centre, width and height.
@@ -74,13 +74,13 @@ pub enum Outline {
     Wall([i32; 4]),
 }
 
-impl Outline {
+impl RecordedOutline {
     /// Returns the byte that encodes the form, and the numbers of the form.
     fn parts(&self) -> (u8, &[i32]) {
         match self {
-            Outline::Disc(numbers) => (DISC, numbers),
-            Outline::Block(numbers) => (BLOCK, numbers),
-            Outline::Wall(numbers) => (WALL, numbers),
+            RecordedOutline::Disc(numbers) => (DISC, numbers),
+            RecordedOutline::Block(numbers) => (BLOCK, numbers),
+            RecordedOutline::Wall(numbers) => (WALL, numbers),
         }
     }
 }
@@ -121,7 +121,7 @@ pub enum RobotStatus {
 
 /// The states of all robots at one tick.
 #[derive(Debug, Clone, PartialEq, Eq)]
-pub struct Sample {
+pub struct RecordingSample {
     pub tick: u64,
     /// Each robot, in the order of the header; `None` before it joins.
     pub robots: Vec<Option<RecordedRobot>>,
@@ -138,16 +138,16 @@ const HEADING: u8 = 4;
 const SHOWN: u8 = 8;
 
 /// Writes a recording.
-pub struct Writer<W: Write> {
+pub struct RecordingWriter<W: Write> {
     output: W,
     last: Vec<Option<RecordedRobot>>,
     tick: u64,
     samples: u64,
 }
 
-impl<W: Write> Writer<W> {
+impl<W: Write> RecordingWriter<W> {
     /// Writes the header.
-    pub fn new(mut output: W, header: &Header) -> io::Result<Self> {
+    pub fn new(mut output: W, header: &RecordingHeader) -> io::Result<Self> {
         let mut bytes = MAGIC.to_vec();
         bytes.push(VERSION);
         put(&mut bytes, u64::from(header.size[0]));
@@ -157,14 +157,14 @@ impl<W: Write> Writer<W> {
         put_differences(&mut bytes, header.bodies.iter().map(|body| i64::from(body.id)));
         put_differences(&mut bytes, header.bodies.iter().map(|body| i64::from(body.radius)));
         put(&mut bytes, header.obstacles.len() as u64);
-        for Obstacle { outline, height } in &header.obstacles {
+        for RecordedObstacle { outline, height } in &header.obstacles {
             let (form, numbers) = outline.parts();
             bytes.push(form);
             numbers.iter().for_each(|number| put_signed(&mut bytes, i64::from(*number)));
             put(&mut bytes, height.map_or(0, |height| 1 + u64::from(height)));
         }
         output.write_all(&bytes)?;
-        Ok(Writer { output, last: vec![None; header.bodies.len()], tick: 0, samples: 0 })
+        Ok(RecordingWriter { output, last: vec![None; header.bodies.len()], tick: 0, samples: 0 })
     }
 
     /// Writes a sample. Ticks must ascend, and robots that are not in the header are left out.

@@ -2,7 +2,7 @@
 
 /// The results of one run.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Row {
+pub struct RunRow {
     /// Seed of the run.
     pub seed: u32,
     /// The values of the parameters, in the order of [`Table::parameters`].
@@ -15,16 +15,16 @@ pub struct Row {
 
 /// The results of many runs.
 #[derive(Debug, Clone, PartialEq, Default)]
-pub struct Table {
+pub struct RunTable {
     /// Names of the parameters, in the form of `--set`.
     pub parameters: Vec<String>,
     /// Names of the metrics.
     pub metrics: Vec<String>,
     /// A row for each run.
-    pub rows: Vec<Row>,
+    pub rows: Vec<RunRow>,
 }
 
-impl Table {
+impl RunTable {
     /// Returns the table as CSV (RFC 4180), with a line of names first. Numbers have as many digits
     /// as they need. A metric or error that is missing is empty.
     pub fn to_csv(&self) -> String {

@@ -1,6 +1,6 @@
 //! A picture of the trajectories of robots.
 
-use crate::scenario::{Outline, World};
+use crate::scenario::{Outline, WorldSection};
 
 use super::history::History;
 use super::svg::{Svg, color};
@@ -15,7 +15,7 @@ const WAYS: usize = 500;
 
 /// Draws the world with obstacles and lights, and the trajectory of each robot, with a ring at its
 /// start and a dot at its end.
-pub fn trajectories(world: &World, history: &History) -> String {
+pub fn trajectories(world: &WorldSection, history: &History) -> String {
     let [width, height] = world.size;
     let scale = SIDE / width.max(height);
     let place = |[x, y]: [f64; 2]| {

@@ -5,21 +5,21 @@ use std::sync::Arc;
 use bittybuzz_comms::trace::Unused;
 use bittybuzz_compiler::symbols::Symbols;
 use bittybuzz_inspect::{Inspection, Limits};
-use bittybuzz_vm_core::{Counters, Fault, ImageError};
+use bittybuzz_vm_core::{Fault, ImageError, NetworkCounters};
 
 use crate::engine::{Brain, Digest, Io};
 
-use super::checks::{Checker, Costs, Findings};
-use super::clock::Clock;
-use super::content::{Content, ScriptNumber};
+use super::checks::{Costs, Findings, MachineChecker};
+use super::clock::ScriptClock;
+use super::content::{ScriptNumber, VariableContent};
 use super::context::GroupContext;
 use super::faults::{Consequence, FaultRecord};
 use super::log::{LogLine, News, Piece};
 use super::machine::{self, Machine};
 use super::model::RobotModel;
 use super::overruns::Overrun;
-use super::seen::RobotEvent;
-use super::state::{RobotState, Setting, Stage};
+use super::seen::SeenEvent;
+use super::state::{PendingSetting, RobotContext, ScriptStage};
 
 /// The program that a robot runs.
 #[derive(Clone)]
@@ -34,7 +34,7 @@ enum RobotProgram {
 #[derive(Clone)]
 pub struct SimRobot {
     program: RobotProgram,
-    state: RobotState,
+    state: RobotContext,
 }
 
 impl SimRobot {
@@ -49,21 +49,21 @@ impl SimRobot {
         let program = RobotProgram::Machine(machine::load(context, id, seed)?);
         Ok(SimRobot {
             program,
-            state: RobotState::new(context.clone(), news, model.autopilot(), id, seed),
+            state: RobotContext::new(context.clone(), news, model.autopilot(), id, seed),
         })
     }
 
     /// Returns a robot with that id that runs its firmware.
     pub fn emulated(context: &Arc<GroupContext>, news: News, id: u16) -> Self {
         let program = RobotProgram::Firmware(Unused::default());
-        SimRobot { program, state: RobotState::new(context.clone(), news, None, id, 0) }
+        SimRobot { program, state: RobotContext::new(context.clone(), news, None, id, 0) }
     }
 
     /// Checks the script from now on if a machine of this process runs it. Without costs, cycles
     /// are not counted.
     pub fn check(&mut self, id: u16, costs: Option<Arc<Costs>>) {
         if let RobotProgram::Machine(_) = &self.program {
-            self.state.checker = Some(Box::new(Checker::new(id, costs)));
+            self.state.checker = Some(Box::new(MachineChecker::new(id, costs)));
         }
     }
 
@@ -158,7 +158,7 @@ impl SimRobot {
     }
 
     /// Returns the state of the robot, except its machine.
-    pub fn state(&self) -> &RobotState {
+    pub fn state(&self) -> &RobotContext {
         &self.state
     }
 
@@ -172,7 +172,7 @@ impl SimRobot {
     }
 
     /// Returns the numbers of messages that it could not use.
-    pub fn counters(&self) -> Counters {
+    pub fn counters(&self) -> NetworkCounters {
         match &self.program {
             RobotProgram::Machine(machine) => machine.counters(),
             RobotProgram::Firmware(unused) => unused.messages,
@@ -198,7 +198,7 @@ impl SimRobot {
 
     /// Makes the clock of the script fast by `ppm` millionths; a negative number makes it slow.
     pub fn skew_clock(&mut self, ppm: i32) {
-        self.state.clock = Clock::fast_by(ppm);
+        self.state.clock = ScriptClock::fast_by(ppm);
     }
 
     /// Returns the voltage of the battery in mV at a time of the run in ms, if it is known.
@@ -218,7 +218,7 @@ impl SimRobot {
     }
 
     /// Returns the events since [`watch`](Self::watch) and stops recording.
-    pub(crate) fn take_seen(&mut self) -> Vec<RobotEvent> {
+    pub(crate) fn take_seen(&mut self) -> Vec<SeenEvent> {
         self.state.seen.take().map_or_else(Vec::new, |seen| seen.events)
     }
 
@@ -228,8 +228,8 @@ impl SimRobot {
     }
 
     /// Returns a global of the script, or the value to which `keys` lead in its tables.
-    pub fn global(&self, number: u16, keys: &[Content]) -> Content {
-        self.machine().map_or(Content::Nil, |machine| machine.global(number, keys))
+    pub fn global(&self, number: u16, keys: &[VariableContent]) -> VariableContent {
+        self.machine().map_or(VariableContent::Nil, |machine| machine.global(number, keys))
     }
 
     /// Returns the number in a global of its script, if it holds one.
@@ -241,22 +241,26 @@ impl SimRobot {
     pub fn set(&mut self, global: u16, number: ScriptNumber) {
         match &mut self.program {
             RobotProgram::Machine(machine)
-                if matches!(self.state.stage, Stage::Init | Stage::Step) =>
+                if matches!(self.state.stage, ScriptStage::Init | ScriptStage::Step) =>
             {
                 machine.set(global, number);
             }
-            _ => self.state.settings.push(Setting { after: Stage::Global, global, number }),
+            _ => self.state.settings.push(PendingSetting {
+                after: ScriptStage::Global,
+                global,
+                number,
+            }),
         }
     }
 
     /// Sets a global of the script when `init` is done.
     pub fn keep(&mut self, global: u16, number: ScriptNumber) {
-        self.state.settings.push(Setting { after: Stage::Init, global, number });
+        self.state.settings.push(PendingSetting { after: ScriptStage::Init, global, number });
     }
 
     /// Returns an entry of a stigmergy, as this robot knows it.
-    pub fn stigmergy(&self, number: u16, key: Content) -> Content {
-        self.machine().map_or(Content::Nil, |machine| machine.stigmergy(number, key))
+    pub fn stigmergy(&self, number: u16, key: VariableContent) -> VariableContent {
+        self.machine().map_or(VariableContent::Nil, |machine| machine.stigmergy(number, key))
     }
 
     /// Returns the number of free slots of its script's memory.

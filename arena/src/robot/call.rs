@@ -9,7 +9,7 @@ use super::context::ProgramId;
 use super::log::{LogLine, Piece};
 
 /// The effect of a robot function. Arguments are checked before, as on the robot.
-pub type Effect = Box<dyn Fn(&mut Call<'_, '_>) -> Done + Send + Sync>;
+pub type Effect = Box<dyn Fn(&mut RobotCall<'_, '_>) -> Done + Send + Sync>;
 
 /// The outcome of a function.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -29,11 +29,11 @@ pub enum Done {
 }
 
 /// A call of a robot function.
-pub struct Call<'a, 'io> {
+pub struct RobotCall<'a, 'io> {
     /// The inputs and outputs of the robot.
     pub io: &'a mut Io<'io>,
     /// State that outlives the call.
-    pub memory: &'a mut Memory,
+    pub memory: &'a mut FunctionMemory,
     pub numbers: CallNumbers<'a>,
     /// False in the first call, true in the repeated calls after [`Done::Wait`].
     pub again: bool,
@@ -43,7 +43,7 @@ pub struct Call<'a, 'io> {
 
 /// The state that the functions of a robot keep between two calls.
 #[derive(Debug, Clone)]
-pub struct Memory {
+pub struct FunctionMemory {
     /// The part of the firmware that executes functions between two steps of the script.
     pub autopilot: Option<Box<dyn Autopilot>>,
     /// Voltage of the battery in mV, if an event of the scenario has set it.
@@ -85,10 +85,10 @@ pub trait Autopilot: Any + Debug + Send {
     }
 }
 
-impl Memory {
+impl FunctionMemory {
     /// Adds its state to a digest. Logged lines are left out, because they only wait for the host.
     pub(super) fn add_to(&self, digest: &mut Digest) {
-        let Memory { autopilot, battery_mv, chance, logged: _, program: _ } = self;
+        let FunctionMemory { autopilot, battery_mv, chance, logged: _, program: _ } = self;
         digest.text_of(&(autopilot, battery_mv, chance));
     }
 }
@@ -123,7 +123,7 @@ impl CallNumbers<'_> {
     }
 }
 
-impl Call<'_, '_> {
+impl RobotCall<'_, '_> {
     /// Returns the autopilot, if it is of that type.
     pub fn autopilot<T: Autopilot>(&mut self) -> Option<&mut T> {
         let autopilot: &mut dyn Any = &mut **self.memory.autopilot.as_mut()?;

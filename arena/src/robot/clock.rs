@@ -6,18 +6,18 @@ const MILLION: u64 = 1_000_000;
 
 /// A clock that runs at the rate of the world, or is fast or slow by a constant share.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct Clock {
+pub struct ScriptClock {
     /// Microseconds of the clock in a second of the world.
     rate: u32,
 }
 
-impl Clock {
+impl ScriptClock {
     /// The clock of the world.
-    pub const EXACT: Self = Clock { rate: MILLION as u32 };
+    pub const EXACT: Self = ScriptClock { rate: MILLION as u32 };
 
     /// Returns a clock that is fast by `ppm` millionths; a negative number makes it slow.
     pub fn fast_by(ppm: i32) -> Self {
-        Clock { rate: Self::EXACT.rate.saturating_add_signed(ppm) }
+        ScriptClock { rate: Self::EXACT.rate.saturating_add_signed(ppm) }
     }
 
     /// Returns true for the clock of the world.
@@ -40,15 +40,15 @@ mod tests {
     #[test]
     fn an_hour_of_a_clock_that_is_fast_by_a_percent() {
         let hour = 36_000;
-        assert_eq!(Clock::EXACT.time_us(hour), 3_600_000_000);
-        assert_eq!(Clock::fast_by(10_000).time_us(hour), 3_636_000_000);
-        assert_eq!(Clock::fast_by(-10_000).time_us(hour), 3_564_000_000);
+        assert_eq!(ScriptClock::EXACT.time_us(hour), 3_600_000_000);
+        assert_eq!(ScriptClock::fast_by(10_000).time_us(hour), 3_636_000_000);
+        assert_eq!(ScriptClock::fast_by(-10_000).time_us(hour), 3_564_000_000);
     }
 
     /// Four weeks at the greatest rate that scenarios can have.
     #[test]
     fn the_longest_run_has_a_time() {
         let end = 24_192_000;
-        assert_eq!(Clock::fast_by(200_000).time_us(end), 2_903_040_000_000);
+        assert_eq!(ScriptClock::fast_by(200_000).time_us(end), 2_903_040_000_000);
     }
 }

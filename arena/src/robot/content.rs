@@ -5,7 +5,7 @@ use bittybuzz_vm_core::number::Profile;
 
 /// The visible content of a variable.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub enum Content {
+pub enum VariableContent {
     /// nil, or no such variable.
     Nil,
     /// A number.
@@ -16,15 +16,15 @@ pub enum Content {
     Other,
 }
 
-pub fn content<P: Profile>(value: Option<Value<P>>) -> Content {
-    let Some(value) = value.filter(|value| !value.is_nil()) else { return Content::Nil };
+pub fn content<P: Profile>(value: Option<Value<P>>) -> VariableContent {
+    let Some(value) = value.filter(|value| !value.is_nil()) else { return VariableContent::Nil };
     if let Some(integer) = value.as_int() {
-        return Content::Number(f64::from(integer));
+        return VariableContent::Number(f64::from(integer));
     }
     match (value.as_f32(), value.as_string()) {
-        (Some(float), _) => Content::Number(f64::from(float)),
-        (None, Some(number)) => Content::Text(number),
-        (None, None) => Content::Other,
+        (Some(float), _) => VariableContent::Number(f64::from(float)),
+        (None, Some(number)) => VariableContent::Text(number),
+        (None, None) => VariableContent::Other,
     }
 }
 
@@ -55,10 +55,10 @@ impl ScriptNumber {
 }
 
 /// Returns a key of a stigmergy or a table as a value.
-pub fn value<P: Profile>(key: Content) -> Value<P> {
+pub fn value<P: Profile>(key: VariableContent) -> Value<P> {
     match key {
-        Content::Number(number) => Value::int(number as i32),
-        Content::Text(number) => Value::string(number),
-        Content::Nil | Content::Other => Value::nil(),
+        VariableContent::Number(number) => Value::int(number as i32),
+        VariableContent::Text(number) => Value::string(number),
+        VariableContent::Nil | VariableContent::Other => Value::nil(),
     }
 }

@@ -3,8 +3,8 @@
 use std::collections::BTreeMap;
 use std::sync::{Arc, Mutex, PoisonError};
 
-use bittybuzz_robot_spec::{Function, OnFault, Profile, Robot};
-use bittybuzz_vm_core::{Area, Periods, Sizes};
+use bittybuzz_robot_spec::{NumberProfile, OnFault, Robot, RobotFunction};
+use bittybuzz_vm_core::{FlashArea, Periods, Sizes};
 
 use crate::engine::TICK_US;
 
@@ -27,13 +27,13 @@ pub struct ProgramId(pub usize);
 const IMAGE_BYTES: usize = (1 << 16) + 2;
 
 /// An image that is never freed.
-pub type KeptImage = Area<'static, IMAGE_BYTES>;
+pub type KeptImage = FlashArea<'static, IMAGE_BYTES>;
 
 /// A program of a group's robots, with the parameters of their machine and their functions.
 pub struct GroupContext {
     pub program: ProgramId,
     /// Profile of the machine.
-    pub profile: Profile,
+    pub profile: NumberProfile,
     /// The image of the script.
     pub image: KeptImage,
     /// Slots of the machine for the script.
@@ -53,7 +53,7 @@ pub struct GroupContext {
     /// The consequence of a fault.
     pub on_fault: OnFault,
     /// Functions by the hash of their names.
-    functions: Vec<(u16, Function, Effect)>,
+    functions: Vec<(u16, RobotFunction, Effect)>,
 }
 
 impl GroupContext {
@@ -65,7 +65,7 @@ impl GroupContext {
         (program, image): (ProgramId, &[u8]),
         budget: u16,
         ids: Arc<[u16]>,
-        effect: impl Fn(&Function) -> Option<Effect>,
+        effect: impl Fn(&RobotFunction) -> Option<Effect>,
     ) -> Self {
         let known = robot.functions.iter();
         let mut functions: Vec<_> = known
@@ -97,7 +97,7 @@ impl GroupContext {
     }
 
     /// Returns the function of that name hash, and its effect.
-    pub fn function(&self, hash: u16) -> Option<(&Function, &Effect)> {
+    pub fn function(&self, hash: u16) -> Option<(&RobotFunction, &Effect)> {
         let found = self.functions.binary_search_by_key(&hash, |(hash, ..)| *hash).ok()?;
         self.functions.get(found).map(|(_, function, effect)| (function, effect))
     }
@@ -123,7 +123,7 @@ fn padded(image: &[u8]) -> KeptImage {
     let bytes = Box::leak(Box::new([0; IMAGE_BYTES]));
     let length = image.len().min(KeptImage::MOST);
     bytes[..length].copy_from_slice(&image[..length]);
-    Area::new(bytes, length).unwrap_or(Area::empty(bytes))
+    FlashArea::new(bytes, length).unwrap_or(FlashArea::empty(bytes))
 }
 
 /// Converts a number of steps. Robot files have no number that exceeds a byte.

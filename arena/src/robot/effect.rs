@@ -1,12 +1,12 @@
 //! Effects of functions that have the same meaning on every robot.
 
-use bittybuzz_robot_spec::Function;
+use bittybuzz_robot_spec::RobotFunction;
 
-use super::call::{Call, Done, Effect};
+use super::call::{Done, Effect, RobotCall};
 
 /// Returns the effect of a function that is the same on every robot: `led`, `light`, `print`.
 #[must_use]
-pub fn common(function: &Function) -> Option<Effect> {
+pub fn common(function: &RobotFunction) -> Option<Effect> {
     Some(match function.name.as_str() {
         "led" => Box::new(led),
         "light" => Box::new(light),
@@ -16,7 +16,7 @@ pub fn common(function: &Function) -> Option<Effect> {
 }
 
 /// `led(color)`: the sum of 1 red, 2 green, 4 blue; `led(red, green, blue)`: the brightness of each.
-pub fn led(call: &mut Call<'_, '_>) -> Done {
+pub fn led(call: &mut RobotCall<'_, '_>) -> Done {
     let numbers = call.numbers;
     *call.io.led = match numbers.count() {
         1 => (numbers.int(0) & 7) as u8,
@@ -26,11 +26,11 @@ pub fn led(call: &mut Call<'_, '_>) -> Done {
     Done::Nil
 }
 
-fn light(call: &mut Call<'_, '_>) -> Done {
+fn light(call: &mut RobotCall<'_, '_>) -> Done {
     Done::Int(call.io.sensors.light().into())
 }
 
-fn print(call: &mut Call<'_, '_>) -> Done {
+fn print(call: &mut RobotCall<'_, '_>) -> Done {
     call.log(Vec::new());
     Done::Nil
 }

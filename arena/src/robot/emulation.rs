@@ -4,12 +4,12 @@ use std::fmt::Debug;
 use std::path::Path;
 use std::time::Duration;
 
-use bittybuzz_emulation::message::{Command, Statistics};
+use bittybuzz_emulation::message::{Command, RobotStatistics};
 use bittybuzz_emulation::{ClientError, Emulator};
 use bittybuzz_robot_spec::{Layout, Robot};
 
-use crate::engine::{LinkStatistics, Loss, Media, Pose, View};
-use crate::scenario::Cause;
+use crate::engine::{LinkStatistics, Loss, Media, Pose, RobotView};
+use crate::scenario::ScenarioCause;
 
 /// The parameters and conversions with which emulators run a robot.
 pub trait Emulation: Debug + Send + Sync {
@@ -69,7 +69,7 @@ pub trait Emulation: Debug + Send + Sync {
     fn look(&self) -> Duration;
 
     /// Returns the parts of memory that all robots of a group share, as addresses and bytes.
-    fn sections(&self, flash: &Flash<'_>) -> Result<Vec<(u32, Vec<u8>)>, Cause> {
+    fn sections(&self, flash: &FlashJob<'_>) -> Result<Vec<(u32, Vec<u8>)>, ScenarioCause> {
         layout_section(flash)
     }
 
@@ -104,7 +104,7 @@ pub trait Emulation: Debug + Send + Sync {
 
     /// Returns the command that updates the sensors of the robot in the emulator. It is sent
     /// whenever it changes. `light` is the reading of the light sensor.
-    fn sense(&self, view: &View, light: u16) -> Option<Command> {
+    fn sense(&self, view: &RobotView, light: u16) -> Option<Command> {
         let _ = (view, light);
         None
     }
@@ -118,12 +118,12 @@ pub trait Emulation: Debug + Send + Sync {
 
     /// Adds the packet counts of a robot to those of its medium. Returns the number of packets for
     /// which its radio had no room.
-    fn count(&self, statistics: &Statistics, links: &mut LinkStatistics) -> u64;
+    fn count(&self, statistics: &RobotStatistics, links: &mut LinkStatistics) -> u64;
 }
 
 /// A script that is to be flashed.
 #[derive(Debug)]
-pub struct Flash<'a> {
+pub struct FlashJob<'a> {
     /// The firmware's file.
     pub firmware: &'a Path,
     /// The script's image.
@@ -136,11 +136,13 @@ pub struct Flash<'a> {
 
 /// Returns the section of the script, address and bytes, as the layout of its robot defines it. A
 /// robot without a layout has no section.
-pub fn layout_section(flash: &Flash<'_>) -> Result<Vec<(u32, Vec<u8>)>, Cause> {
-    let Flash { robot, script, .. } = flash;
+pub fn layout_section(flash: &FlashJob<'_>) -> Result<Vec<(u32, Vec<u8>)>, ScenarioCause> {
+    let FlashJob { robot, script, .. } = flash;
     let section = |layout: &Layout| match layout.script_section(script) {
         Some(section) => Ok((layout.script.address, section)),
-        None => Err(Cause::ScriptTooLong { bytes: script.len(), most: layout.most_script() }),
+        None => {
+            Err(ScenarioCause::ScriptTooLong { bytes: script.len(), most: layout.most_script() })
+        }
     };
     robot.layout.iter().map(section).collect()
 }

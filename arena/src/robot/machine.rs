@@ -7,22 +7,22 @@
 
 use bittybuzz_comms::queue::{Inbox, Outbox};
 use bittybuzz_compiler::symbols::Symbols;
-use bittybuzz_inspect::{Inspection, Limits, Queue, Queues, inspect};
-use bittybuzz_robot_spec::Profile as NumberProfile;
+use bittybuzz_inspect::{InspectedQueue, Inspection, Limits, Queues, inspect};
+use bittybuzz_robot_spec::NumberProfile;
 use bittybuzz_vm_core::message::{FULL_FRAME, FrameKind, TINY_FRAME};
 use bittybuzz_vm_core::number::{Full, Profile, Tiny};
-use bittybuzz_vm_core::{Counters, Entry, Image, ImageError, Outcome, Vm};
+use bittybuzz_vm_core::{Entry, Image, ImageError, NetworkCounters, Outcome, Vm};
 
-use crate::engine::{Digest, Io, LossCause, Sighting};
+use crate::engine::{Digest, FrameSighting, Io, LossCause};
 
-use super::checks::Slice;
-use super::content::{Content, ScriptNumber, content, value};
+use super::checks::RunSlice;
+use super::content::{ScriptNumber, VariableContent, content, value};
 use super::context::{GroupContext, KeptImage};
 use super::overruns::Overrun;
 use super::platform::Platform;
 use super::queue::{Bounded, InQueue, OutQueue, QueueProfile};
-use super::seen::RobotEvent;
-use super::state::{RobotState, Setting, Stage};
+use super::seen::SeenEvent;
+use super::state::{PendingSetting, RobotContext, ScriptStage};
 
 include!(concat!(env!("OUT_DIR"), "/machines.rs"));
 
@@ -47,7 +47,7 @@ pub trait Machine {
     fn add_to(&self, digest: &mut Digest);
 
     /// Runs a tick.
-    fn tick(&mut self, state: &mut RobotState, io: &mut Io<'_>);
+    fn tick(&mut self, state: &mut RobotContext, io: &mut Io<'_>);
 
     /// Returns true if a frame is to be sent.
     fn has_unsent(&self) -> bool;
@@ -60,10 +60,10 @@ pub trait Machine {
     fn dropped(&self) -> [u16; 2];
 
     /// Returns the numbers of messages that it could not use.
-    fn counters(&self) -> Counters;
+    fn counters(&self) -> NetworkCounters;
 
     /// Returns a global of the script, or the value to which `keys` lead in its tables.
-    fn global(&self, number: u16, keys: &[Content]) -> Content;
+    fn global(&self, number: u16, keys: &[VariableContent]) -> VariableContent;
 
     /// Returns the number in a global of the script, if it holds one.
     fn number(&self, global: u16) -> Option<ScriptNumber>;
@@ -72,7 +72,7 @@ pub trait Machine {
     fn set(&mut self, global: u16, number: ScriptNumber);
 
     /// Returns an entry of a stigmergy, as this robot knows it.
-    fn stigmergy(&self, number: u16, key: Content) -> Content;
+    fn stigmergy(&self, number: u16, key: VariableContent) -> VariableContent;
 
     /// Returns the number of free slots of the script's memory.
     fn free_slots(&self) -> usize;
@@ -107,7 +107,7 @@ type Larger<P, const SLOTS: usize> =
 
 /// A machine with queues of at most these lengths.
 type Exact<P, const FRAME: usize, const SLOTS: usize, const IN: usize, const OUT: usize> =
-    Scripted<P, Bounded<Inbox<P, Sighting, FRAME, IN>>, Bounded<Outbox<P, FRAME, OUT>>, SLOTS>;
+    Scripted<P, Bounded<Inbox<P, FrameSighting, FRAME, IN>>, Bounded<Outbox<P, FRAME, OUT>>, SLOTS>;
 
 /// A machine with queues of any type.
 #[derive(Clone)]
@@ -177,11 +177,11 @@ fn load_exact<
 ) -> Loaded
 where
     Exact<P, FRAME, SLOTS, IN, OUT>: Send,
-    Bounded<Inbox<P, Sighting, FRAME, IN>>: Send,
+    Bounded<Inbox<P, FrameSighting, FRAME, IN>>: Send,
     Bounded<Outbox<P, FRAME, OUT>>: Send,
 {
     let [inbox, outbox] = context.queues;
-    let inbox = Bounded::<Inbox<P, Sighting, FRAME, IN>>::inbox(inbox);
+    let inbox = Bounded::<Inbox<P, FrameSighting, FRAME, IN>>::inbox(inbox);
     let outbox = Bounded::<Outbox<P, FRAME, OUT>>::outbox(outbox);
     Exact::<P, FRAME, SLOTS, IN, OUT>::load(context, inbox, outbox, id, seed)
 }
@@ -206,7 +206,7 @@ where
     /// Moves the received frames of a robot that is watched into its inbox. Returns those that were
     /// discarded.
     #[cold] // Most runs are not watched.
-    fn take_frames(&mut self, io: &Io<'_>, profile: NumberProfile) -> Vec<RobotEvent> {
+    fn take_frames(&mut self, io: &Io<'_>, profile: NumberProfile) -> Vec<SeenEvent> {
         let mut unread = Vec::new();
         for (place, frame) in io.inbox.iter().enumerate() {
             let dropped = self.inbox.dropped();
@@ -220,7 +220,7 @@ where
                 false => LossCause::Unreadable,
             };
             let sent = io.inbox.sent(place, io.now);
-            unread.extend(sent.map(|sent| RobotEvent::Unread(sent, cause)));
+            unread.extend(sent.map(|sent| SeenEvent::Unread(sent, cause)));
         }
         unread
     }
@@ -228,7 +228,7 @@ where
     /// Runs a tick: the global code and `init` in the first tick, then a step in each tick in which
     /// one is due, unless the step before takes longer. After a fault, the steps of the pause
     /// handle only messages, and then the script restarts.
-    fn run(&mut self, state: &mut RobotState, io: &mut Io<'_>, is_due: bool) {
+    fn run(&mut self, state: &mut RobotContext, io: &mut Io<'_>, is_due: bool) {
         let budget = state.context.budget;
         let Scripted { vm, inbox, outbox, has_mail, has_unsent } = self;
         if !state.is_running && !is_due {
@@ -244,9 +244,9 @@ where
         loop {
             let stage = platform.state.stage;
             let entry = match stage {
-                Stage::Global => Entry::Global,
-                Stage::Init => Entry::Init,
-                Stage::Step | Stage::Pause => Entry::Step,
+                ScriptStage::Global => Entry::Global,
+                ScriptStage::Init => Entry::Init,
+                ScriptStage::Step | ScriptStage::Pause => Entry::Step,
             };
             if !platform.state.is_running {
                 platform.outbox.begin_step();
@@ -255,8 +255,8 @@ where
             let outcome = if !is_running {
                 Outcome::Done
             } else if let Some(mut checker) = platform.state.checker.take() {
-                let is_step = stage == Stage::Step;
-                let slice = Slice { budget, tick: platform.io.now, is_step };
+                let is_step = stage == ScriptStage::Step;
+                let slice = RunSlice { budget, tick: platform.io.now, is_step };
                 let outcome = checker.run(vm, &mut platform, slice);
                 platform.state.checker = Some(checker);
                 outcome
@@ -267,7 +267,7 @@ where
             match outcome {
                 Outcome::Done => {
                     state.is_running = false;
-                    if stage == Stage::Step && is_running {
+                    if stage == ScriptStage::Step && is_running {
                         state.steps = state.steps.saturating_add(1);
                         if let Some(faults) = &mut state.faults {
                             // The time without a fault counts in ticks, not in steps.
@@ -275,14 +275,14 @@ where
                         }
                     }
                     state.stage = match stage {
-                        Stage::Global => Stage::Init,
-                        Stage::Init | Stage::Step => Stage::Step,
-                        Stage::Pause => Stage::Pause,
+                        ScriptStage::Global => ScriptStage::Init,
+                        ScriptStage::Init | ScriptStage::Step => ScriptStage::Step,
+                        ScriptStage::Pause => ScriptStage::Pause,
                     };
                     if !state.settings.is_empty() {
                         set_globals(vm, &state.settings_after(stage));
                     }
-                    if stage != Stage::Global {
+                    if stage != ScriptStage::Global {
                         return;
                     }
                 }
@@ -296,7 +296,7 @@ where
                     let mut record = state.record(io.now, fault, positions, Some(entry));
                     record.memory = state.memory_after(&fault, vm);
                     if state.fail(record) {
-                        state.stage = Stage::Pause;
+                        state.stage = ScriptStage::Pause;
                         state.is_running = false;
                         vm.restart();
                     }
@@ -313,12 +313,12 @@ where
 #[cold] // Few robots have any.
 fn set_globals<P: Profile, const SLOTS: usize>(
     vm: &mut Vm<P, KeptImage, SLOTS>,
-    settings: &[Setting],
+    settings: &[PendingSetting],
 ) {
-    for Setting { after, global, number } in settings {
+    for PendingSetting { after, global, number } in settings {
         let now = vm.global(*global);
         let is_free = now.is_none_or(|now| now.is_nil() || ScriptNumber::of(now).is_some());
-        if *after == Stage::Global || is_free {
+        if *after == ScriptStage::Global || is_free {
             vm.set_global(*global, number.value());
         }
     }
@@ -340,14 +340,14 @@ where
         self.outbox.add_to(digest);
     }
 
-    fn tick(&mut self, state: &mut RobotState, io: &mut Io<'_>) {
+    fn tick(&mut self, state: &mut RobotContext, io: &mut Io<'_>) {
         let mut is_due = state.take_due(io.now);
         if let Some(faults) = &mut state.faults {
             if faults.is_over() {
                 return;
             }
             // A message that is being handled is completed first.
-            if state.stage == Stage::Pause && faults.tick() && is_due && !state.is_running {
+            if state.stage == ScriptStage::Pause && faults.tick() && is_due && !state.is_running {
                 state.start(io.led);
             }
         }
@@ -384,11 +384,11 @@ where
         [self.inbox.dropped(), self.outbox.dropped()]
     }
 
-    fn counters(&self) -> Counters {
+    fn counters(&self) -> NetworkCounters {
         self.vm.counters()
     }
 
-    fn global(&self, number: u16, keys: &[Content]) -> Content {
+    fn global(&self, number: u16, keys: &[VariableContent]) -> VariableContent {
         let global = self.vm.global(number);
         content(keys.iter().fold(global, |table, key| self.vm.field(table?, value(*key))))
     }
@@ -401,7 +401,7 @@ where
         self.vm.set_global(global, number.value());
     }
 
-    fn stigmergy(&self, number: u16, key: Content) -> Content {
+    fn stigmergy(&self, number: u16, key: VariableContent) -> VariableContent {
         content(self.vm.replica(number, value(key)))
     }
 
@@ -414,9 +414,9 @@ where
     }
 
     fn inspect(&self, symbols: Option<&Symbols>, limits: Limits) -> Inspection {
-        let queue = |(capacity, frames)| -> Queue {
+        let queue = |(capacity, frames)| -> InspectedQueue {
             let frames: Vec<Vec<u8>> = frames;
-            Queue::of(&self.vm, symbols, capacity, frames)
+            InspectedQueue::of(&self.vm, symbols, capacity, frames)
         };
         let queues =
             Queues { inbox: queue(self.inbox.waiting()), outbox: queue(self.outbox.waiting()) };

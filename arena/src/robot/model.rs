@@ -3,7 +3,7 @@
 use std::any::Any;
 use std::sync::Arc;
 
-use bittybuzz_robot_spec::Function;
+use bittybuzz_robot_spec::RobotFunction;
 
 use crate::engine::{BodyModel, Media};
 use crate::scenario::Section;
@@ -48,7 +48,7 @@ pub trait RobotModel: BodyModel + Any {
 
     /// Returns the effect of a function of the robot file; `None` if it has no effect in the
     /// simulator.
-    fn effect(&self, function: &Function) -> Option<Effect>;
+    fn effect(&self, function: &RobotFunction) -> Option<Effect>;
 
     /// Returns the part of the firmware that executes functions between two steps of the script.
     fn autopilot(&self) -> Option<Box<dyn Autopilot>> {

@@ -3,23 +3,23 @@
 use bittybuzz_robot_spec::{OnFault, accepted_lists, accepting, idle_result};
 use bittybuzz_vm_core::number::Profile;
 use bittybuzz_vm_core::{
-    Argument, Arguments, Axis, ByteCode, Calls, Fault, Host, Periods, Refusal, Reply, RobotFault,
-    Sighting, Value,
+    Argument, Axis, ByteCode, CallArguments, Calls, Fault, Host, Periods, Refusal, Reply,
+    RobotFault, Sighting, Value,
 };
 
 use crate::engine::Io;
 
-use super::call::{Call, CallNumbers, Done};
+use super::call::{CallNumbers, Done, RobotCall};
 use super::log::{LogLine, Piece};
 use super::queue::{InQueue, OutQueue};
-use super::seen::{CallResult, RobotEvent, Seen};
-use super::state::RobotState;
+use super::seen::{CallResult, Seen, SeenEvent};
+use super::state::RobotContext;
 
 /// A robot during a tick, as its machine accesses it. Frames wait in queues like those of the real
 /// robots.
 pub struct Platform<'a, 'io> {
     pub io: &'a mut Io<'io>,
-    pub state: &'a mut RobotState,
+    pub state: &'a mut RobotContext,
     pub inbox: &'a mut dyn InQueue,
     pub outbox: &'a mut dyn OutQueue,
     /// True if a frame may be in the inbox.
@@ -30,7 +30,7 @@ pub struct Platform<'a, 'io> {
 
 /// Converts arguments to pieces of a log line.
 fn pieces<P: Profile, C: ByteCode, const SLOTS: usize>(
-    arguments: &Arguments<'_, P, C, SLOTS>,
+    arguments: &CallArguments<'_, P, C, SLOTS>,
 ) -> Vec<Piece> {
     let items = (0..arguments.count()).map(|index| match arguments.item(index) {
         Argument::Nil => Piece::Nil,
@@ -52,7 +52,7 @@ fn send_observed(outbox: &mut dyn OutQueue, seen: &mut Seen, frame: &[u8]) {
     let dropped = outbox.dropped();
     outbox.push(frame);
     if outbox.dropped() != dropped {
-        seen.events.push(RobotEvent::Unsent(frame.to_vec()));
+        seen.events.push(SeenEvent::Unsent(frame.to_vec()));
     }
 }
 
@@ -73,11 +73,11 @@ impl<P: Profile> Host<P> for Platform<'_, '_> {
     fn call<C: ByteCode, const SLOTS: usize>(
         &mut self,
         function: u16,
-        arguments: Arguments<'_, P, C, SLOTS>,
+        arguments: CallArguments<'_, P, C, SLOTS>,
         again: bool,
     ) -> Result<Reply<P>, RobotFault> {
         let Platform { io, state, .. } = self;
-        let RobotState { context, news, memory, refusal, seen, .. } = &mut **state;
+        let RobotContext { context, news, memory, refusal, seen, .. } = &mut **state;
         let Some((function, effect)) = context.function(function) else {
             return Err(RobotFault::Refused(Refusal::NotBuiltIn));
         };
@@ -105,7 +105,7 @@ impl<P: Profile> Host<P> for Platform<'_, '_> {
         let numbers = CallNumbers(numbers);
         let lines = memory.logged.len();
         let pieces = &|| pieces(&arguments);
-        let done = effect(&mut Call { io, memory, numbers, again, pieces });
+        let done = effect(&mut RobotCall { io, memory, numbers, again, pieces });
         if memory.logged.len() > lines {
             news.note();
         }
@@ -128,7 +128,7 @@ impl<P: Profile> Host<P> for Platform<'_, '_> {
         reply
     }
 
-    fn log<C: ByteCode, const SLOTS: usize>(&mut self, arguments: Arguments<'_, P, C, SLOTS>) {
+    fn log<C: ByteCode, const SLOTS: usize>(&mut self, arguments: CallArguments<'_, P, C, SLOTS>) {
         let (tick, program) = (self.io.now, self.state.context.program);
         let line = LogLine { tick, program, pieces: pieces(&arguments) };
         self.state.log(line);

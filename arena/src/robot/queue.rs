@@ -6,7 +6,7 @@ use bittybuzz_comms::queue::{Inbox, Outbox};
 use bittybuzz_vm_core::message::{FULL_FRAME, TINY_FRAME};
 use bittybuzz_vm_core::number::{Full, Profile, Tiny};
 
-use crate::engine::{Digest, Sighting};
+use crate::engine::{Digest, FrameSighting};
 
 /// A queue of received frames, of any length.
 pub trait InQueue {
@@ -17,11 +17,11 @@ pub trait InQueue {
     fn add_to(&self, digest: &mut Digest);
 
     /// Adds a received frame.
-    fn push(&mut self, frame: &[u8], sighting: Sighting);
+    fn push(&mut self, frame: &[u8], sighting: FrameSighting);
 
     /// Removes the next frame and copies it. Returns its length, and the position of its sender as
     /// far as the link knows it.
-    fn pop(&mut self, frame: &mut [u8]) -> Option<(usize, Sighting)>;
+    fn pop(&mut self, frame: &mut [u8]) -> Option<(usize, FrameSighting)>;
 
     /// Returns the number of frames for which there was no room.
     fn dropped(&self) -> u16;
@@ -80,12 +80,12 @@ pub struct Bounded<Q> {
 }
 
 impl<P: Profile, const FRAME: usize, const PLACES: usize>
-    Bounded<Inbox<P, Sighting, FRAME, PLACES>>
+    Bounded<Inbox<P, FrameSighting, FRAME, PLACES>>
 {
     /// Returns an empty queue.
     pub fn inbox(length: usize) -> Self {
         let length = length.min(PLACES);
-        Bounded { queue: Inbox::with_room(Sighting::default(), length), length }
+        Bounded { queue: Inbox::with_room(FrameSighting::default(), length), length }
     }
 }
 
@@ -98,7 +98,7 @@ impl<P: Profile, const FRAME: usize, const PLACES: usize> Bounded<Outbox<P, FRAM
 }
 
 impl<P: Profile, const FRAME: usize, const PLACES: usize> InQueue
-    for Bounded<Inbox<P, Sighting, FRAME, PLACES>>
+    for Bounded<Inbox<P, FrameSighting, FRAME, PLACES>>
 where
     Self: Clone + Send + 'static,
 {
@@ -114,11 +114,11 @@ where
         });
     }
 
-    fn push(&mut self, frame: &[u8], sighting: Sighting) {
+    fn push(&mut self, frame: &[u8], sighting: FrameSighting) {
         self.queue.push(frame, sighting);
     }
 
-    fn pop(&mut self, frame: &mut [u8]) -> Option<(usize, Sighting)> {
+    fn pop(&mut self, frame: &mut [u8]) -> Option<(usize, FrameSighting)> {
         let (bytes, sighting) = self.queue.pop()?;
         let length = bytes.len().min(frame.len());
         frame[..length].copy_from_slice(&bytes[..length]);
@@ -192,11 +192,11 @@ impl InQueue for Box<dyn InQueue + Send> {
         (**self).add_to(digest);
     }
 
-    fn push(&mut self, frame: &[u8], sighting: Sighting) {
+    fn push(&mut self, frame: &[u8], sighting: FrameSighting) {
         (**self).push(frame, sighting);
     }
 
-    fn pop(&mut self, frame: &mut [u8]) -> Option<(usize, Sighting)> {
+    fn pop(&mut self, frame: &mut [u8]) -> Option<(usize, FrameSighting)> {
         (**self).pop(frame)
     }
 

@@ -9,7 +9,7 @@ use super::log::{LogLine, Piece};
 
 /// An event of a robot.
 #[derive(Debug, Clone)]
-pub enum RobotEvent {
+pub enum SeenEvent {
     /// Its script logged a line.
     Log(LogLine),
     /// Its script had a fault.
@@ -47,18 +47,18 @@ pub enum CallResult {
 #[derive(Debug, Clone, Default)]
 pub struct Seen {
     /// The events in the order in which they happened.
-    pub events: Vec<RobotEvent>,
+    pub events: Vec<SeenEvent>,
 }
 
 impl Seen {
     /// Records a call of a function.
     pub fn call(&mut self, function: &str, arguments: Vec<Piece>, result: CallResult) {
         let call = FunctionCall { function: function.to_owned(), arguments, result };
-        self.events.push(RobotEvent::Call(call));
+        self.events.push(SeenEvent::Call(call));
     }
 
     /// Records lines that were logged.
     pub fn log(&mut self, lines: &[LogLine]) {
-        self.events.extend(lines.iter().cloned().map(RobotEvent::Log));
+        self.events.extend(lines.iter().cloned().map(SeenEvent::Log));
     }
 }

@@ -10,19 +10,19 @@ use bittybuzz_vm_core::{ByteCode, Entry, Fault, FaultCode, Vm};
 
 use crate::engine::{Digest, Io, Stream, TICK_US};
 
-use super::call::{Autopilot, Memory};
-use super::checks::Checker;
-use super::clock::Clock;
+use super::call::{Autopilot, FunctionMemory};
+use super::checks::MachineChecker;
+use super::clock::ScriptClock;
 use super::content::ScriptNumber;
 use super::context::GroupContext;
 use super::faults::{Consequence, FaultCounts, FaultRecord, Faults};
 use super::log::{LogLine, News};
 use super::overruns::{Overrun, Overruns};
-use super::seen::{RobotEvent, Seen};
+use super::seen::{Seen, SeenEvent};
 
 /// The part of a script that is about to run, or is running.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Stage {
+pub enum ScriptStage {
     Global,
     Init,
     Step,
@@ -32,42 +32,42 @@ pub enum Stage {
 
 /// An assignment to a global that happens when a part of the script is done.
 #[derive(Debug, Clone, Copy)]
-pub struct Setting {
-    pub after: Stage,
+pub struct PendingSetting {
+    pub after: ScriptStage,
     pub global: u16,
     pub number: ScriptNumber,
 }
 
 /// The state of a robot, except the machine.
 #[derive(Clone)]
-pub struct RobotState {
+pub struct RobotContext {
     pub context: Arc<GroupContext>,
     pub news: News,
-    pub stage: Stage,
+    pub stage: ScriptStage,
     /// True if the stage has begun and is not yet done.
     pub is_running: bool,
     /// True if the stage is not yet done because the script called a function that waits.
     pub is_waiting: bool,
     pub overruns: Option<Box<Overruns>>,
-    pub clock: Clock,
+    pub clock: ScriptClock,
     /// The time of the clock in µs at which the next step is due.
     pub due_us: u64,
     /// The number of completed steps.
     pub steps: u32,
     /// Time of the script's clock in ms at which the running `delay` is over.
     pub awake: u64,
-    pub memory: Memory,
+    pub memory: FunctionMemory,
     pub faults: Option<Box<Faults>>,
     pub refusal: Option<String>,
     /// The events of this tick; `None` if the robot is not watched.
     pub seen: Option<Box<Seen>>,
     /// The checks of the script, if there are any.
-    pub checker: Option<Box<Checker>>,
+    pub checker: Option<Box<MachineChecker>>,
     /// Globals that are to be set.
-    pub settings: Vec<Setting>,
+    pub settings: Vec<PendingSetting>,
 }
 
-impl RobotState {
+impl RobotContext {
     pub fn new(
         context: Arc<GroupContext>,
         news: News,
@@ -77,18 +77,24 @@ impl RobotState {
     ) -> Self {
         let chance = Stream::for_brain(u64::from(seed), id);
         let program = context.program;
-        RobotState {
+        RobotContext {
             context,
             news,
-            stage: Stage::Global,
+            stage: ScriptStage::Global,
             is_running: false,
             is_waiting: false,
             overruns: None,
-            clock: Clock::EXACT,
+            clock: ScriptClock::EXACT,
             due_us: 0,
             steps: 0,
             awake: 0,
-            memory: Memory { autopilot, battery_mv: None, chance, logged: Vec::new(), program },
+            memory: FunctionMemory {
+                autopilot,
+                battery_mv: None,
+                chance,
+                logged: Vec::new(),
+                program,
+            },
             faults: None,
             refusal: None,
             seen: None,
@@ -99,9 +105,10 @@ impl RobotState {
 
     /// Adds the state that determines how the robot continues to a digest, except the machine.
     pub fn add_to(&self, digest: &mut Digest) {
-        let RobotState { context, stage, is_running, is_waiting, overruns, clock, due_us, .. } =
-            self;
-        let RobotState { steps, awake, memory, faults, .. } = self;
+        let RobotContext {
+            context, stage, is_running, is_waiting, overruns, clock, due_us, ..
+        } = self;
+        let RobotContext { steps, awake, memory, faults, .. } = self;
         // An event may have replaced the script. The other values of the group come from the
         // scenario and do not change.
         context.image.image().hash(digest);
@@ -114,7 +121,7 @@ impl RobotState {
     }
 
     /// Removes and returns the assignments that are due after a part of the script.
-    pub fn settings_after(&mut self, stage: Stage) -> Vec<Setting> {
+    pub fn settings_after(&mut self, stage: ScriptStage) -> Vec<PendingSetting> {
         self.settings.extract_if(.., |setting| setting.after == stage).collect()
     }
 
@@ -218,7 +225,7 @@ impl RobotState {
     /// Counts a fault, whose consequence begins now, and reports it to observers.
     pub fn add_fault(&mut self, record: FaultRecord) {
         if let Some(seen) = &mut self.seen {
-            seen.events.push(RobotEvent::Fault(record.clone()));
+            seen.events.push(SeenEvent::Fault(record.clone()));
         }
         self.faults().add(record);
     }
@@ -235,7 +242,7 @@ impl RobotState {
     /// Restarts the script after a pause.
     pub fn start(&mut self, led: &mut u8) {
         self.faults().start();
-        self.stage = Stage::Global;
+        self.stage = ScriptStage::Global;
         if let Some(autopilot) = &mut self.memory.autopilot {
             autopilot.start();
         }

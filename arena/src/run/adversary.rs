@@ -5,9 +5,9 @@
 
 use std::collections::VecDeque;
 
-use bittybuzz_robot_spec::Profile as NumberProfile;
+use bittybuzz_robot_spec::NumberProfile;
 use bittybuzz_vm_core::builtin::string;
-use bittybuzz_vm_core::message::content::{ContentItem, Head, Writer};
+use bittybuzz_vm_core::message::content::{ContentItem, ContentWriter, Head};
 use bittybuzz_vm_core::message::{
     CLOCK_MAX, FRAGMENT_HEAD, FULL_FRAME, Fragment, Message, ScriptIdentity, StigmergyEntry,
     TINY_FRAME,
@@ -15,7 +15,7 @@ use bittybuzz_vm_core::message::{
 use bittybuzz_vm_core::number::{Full, Profile, Tiny};
 use bittybuzz_vm_core::{Image, Value};
 
-use crate::engine::{Inbox, Intruder, Stream};
+use crate::engine::{Intruder, Stream, TickFrames};
 use crate::scenario::AdversaryKind;
 
 /// The number of received frames that are kept for a replay.
@@ -78,7 +78,7 @@ where
         Box::new(self.clone())
     }
 
-    fn hear(&mut self, inbox: &Inbox<'_>) {
+    fn hear(&mut self, inbox: &TickFrames<'_>) {
         inbox.iter().for_each(|frame| self.learn(frame.bytes));
     }
 
@@ -264,7 +264,7 @@ impl<P: Profile> Mind<P> {
     /// Returns the fragments of a message that consists of a topic or key, and a value.
     fn fragments(&self, robot: u16, head: Head, items: &[ContentItem<P>]) -> Vec<Vec<u8>> {
         let mut room = [0; 64];
-        let mut writer = Writer::new(&mut room, self.script, head);
+        let mut writer = ContentWriter::new(&mut room, self.script, head);
         items.iter().for_each(|item| writer.item(*item));
         let length = writer.finish();
         let Some(content) = length.and_then(|length| room.get(..length)) else { return Vec::new() };

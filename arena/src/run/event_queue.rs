@@ -3,7 +3,7 @@
 use std::hash::Hash;
 
 use crate::engine::{Digest, LightId, Pose, RobotId, RobotState, World};
-use crate::scenario::{Action, Light, Scenario, Selection, Target};
+use crate::scenario::{LampSection, MoveTarget, Scenario, Selection, WorldChange};
 
 use super::settings::{engine_light, engine_loss, engine_medium};
 use super::tick_at;
@@ -24,7 +24,7 @@ pub struct EventQueue {
     /// The part of each robot during a partition; 0 for robots in no part.
     parts: Option<Vec<u8>>,
     /// The tick before which each command acts, its text and its action; in order of ticks.
-    commands: Vec<(u64, String, Action)>,
+    commands: Vec<(u64, String, WorldChange)>,
     /// The number of commands that were carried out.
     carried_out: usize,
 }
@@ -103,7 +103,7 @@ impl EventQueue {
 
     /// Queues a command that acts before a tick. Commands of later ticks, which a run has after it
     /// was taken back, are removed.
-    pub fn command(&mut self, tick: u64, text: &str, action: Action) {
+    pub fn command(&mut self, tick: u64, text: &str, action: WorldChange) {
         let later = self.commands.partition_point(|(other, ..)| *other <= tick);
         self.commands.truncate(later);
         self.commands.push((tick, text.trim().to_owned(), action));
@@ -121,7 +121,7 @@ impl EventQueue {
     }
 
     /// Returns the next action whose time has come: events of the scenario first, then commands.
-    pub fn due(&mut self, scenario: &Scenario, now: u64) -> Option<Action> {
+    pub fn due(&mut self, scenario: &Scenario, now: u64) -> Option<WorldChange> {
         let event = scenario.events.get(self.next).filter(|event| tick_at(event.at) <= now);
         if let Some(event) = event {
             self.next += 1;
@@ -137,39 +137,41 @@ impl EventQueue {
 
     /// Applies an action to the world. Returns the numbers of the robots whose scripts must be
     /// started.
-    pub fn act(&mut self, action: &Action, world: &mut World<SimRobot>) -> Vec<usize> {
+    pub fn act(&mut self, action: &WorldChange, world: &mut World<SimRobot>) -> Vec<usize> {
         match action {
-            Action::Fail(robots) => self.each(robots, |id| world.fail(id)),
-            Action::Stop(robots) => self.each(robots, |id| world.stop(id)),
-            Action::Resume(robots) => self.each(robots, |id| world.resume(id)),
-            Action::Restart(robots) | Action::Load { robots, .. } => {
+            WorldChange::Fail(robots) => self.each(robots, |id| world.fail(id)),
+            WorldChange::Stop(robots) => self.each(robots, |id| world.stop(id)),
+            WorldChange::Resume(robots) => self.each(robots, |id| world.resume(id)),
+            WorldChange::Restart(robots) | WorldChange::Load { robots, .. } => {
                 return robots.iter().filter(|number| self.id(*number).is_some()).collect();
             }
-            Action::BrownOut(robots) => {
+            WorldChange::BrownOut(robots) => {
                 let runs = |id| world.robot(id).is_some_and(|it| it.state == RobotState::Running);
                 let is_hit = |number: &usize| self.id(*number).is_some_and(runs);
                 return robots.iter().filter(is_hit).collect();
             }
-            Action::Join(robots) => {
+            WorldChange::Join(robots) => {
                 return robots.iter().filter(|number| self.id(*number).is_none()).collect();
             }
-            Action::Move { robots, to, heading } => self.displace(robots, *to, *heading, world),
-            Action::Battery { robots, millivolts } => self.each(robots, |id| {
+            WorldChange::Move { robots, to, heading } => {
+                self.displace(robots, *to, *heading, world)
+            }
+            WorldChange::Battery { robots, millivolts } => self.each(robots, |id| {
                 world.brain_mut(id).map(|robot| robot.set_battery(*millivolts)).ok_or(())
             }),
-            Action::Light(lights) => self.relight(lights, world),
-            Action::Loss(medium, loss) => {
+            WorldChange::Light(lights) => self.relight(lights, world),
+            WorldChange::Loss(medium, loss) => {
                 world.set_loss(engine_medium(*medium), engine_loss(*loss));
             }
-            Action::Block(one, other) => self.pairs(one, other, |a, b| world.block(a, b)),
-            Action::Restore(one, other) => self.pairs(one, other, |a, b| world.unblock(a, b)),
-            Action::Partition(parts) => self.parts = Some(self.numbered(parts)),
-            Action::Heal => {
+            WorldChange::Block(one, other) => self.pairs(one, other, |a, b| world.block(a, b)),
+            WorldChange::Restore(one, other) => self.pairs(one, other, |a, b| world.unblock(a, b)),
+            WorldChange::Partition(parts) => self.parts = Some(self.numbered(parts)),
+            WorldChange::Heal => {
                 self.parts = None;
                 world.heal();
             }
             // The simulation applies these actions itself, because they need links and scripts.
-            Action::Adversary(_) | Action::Set { .. } => {}
+            WorldChange::Adversary(_) | WorldChange::Set { .. } => {}
         }
         Vec::new()
     }
@@ -220,7 +222,7 @@ impl EventQueue {
     fn displace(
         &mut self,
         robots: &Selection,
-        to: Target,
+        to: MoveTarget,
         heading: Option<f64>,
         world: &mut World<SimRobot>,
     ) {
@@ -234,8 +236,8 @@ impl EventQueue {
             poses.iter().map(|(_, pose)| f64::from(axis(pose))).sum::<f64>() / poses.len() as f64
         };
         let [dx, dy] = match to {
-            Target::By(by) => by,
-            Target::To([x, y]) => [x - mean(|pose| pose.x), y - mean(|pose| pose.y)],
+            MoveTarget::By(by) => by,
+            MoveTarget::To([x, y]) => [x - mean(|pose| pose.x), y - mean(|pose| pose.y)],
         };
         for (number, mut pose) in poses {
             pose.x += dx as f32;
@@ -259,14 +261,14 @@ impl EventQueue {
         }
     }
 
-    fn relight(&mut self, lights: &[Light], world: &mut World<SimRobot>) {
+    fn relight(&mut self, lights: &[LampSection], world: &mut World<SimRobot>) {
         for (index, light) in lights.iter().enumerate() {
             match self.lights.get(index) {
                 Some(id) => world.set_light(*id, engine_light(*light)),
                 None => self.lights.push(world.add_light(engine_light(*light))),
             }
         }
-        let off = crate::engine::Light { x: 0.0, y: 0.0, intensity: 0.0 };
+        let off = crate::engine::Lamp { x: 0.0, y: 0.0, intensity: 0.0 };
         for id in self.lights.iter().skip(lights.len()) {
             world.set_light(*id, off);
         }

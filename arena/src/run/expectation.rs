@@ -1,15 +1,15 @@
 //! The evaluation of a scenario's expectations.
 
-use crate::scenario::{Expect, Of, Reduction, Scenario, Test, Wanted, When};
+use crate::scenario::{Expect, ExpectedValue, Of, Reduction, Scenario, Test, When};
 
-use super::quantity::{Probe, Reading};
+use super::quantity::{QuantityProbe, QuantityReading};
 use super::tick_at;
 
 /// An expectation whose names are resolved.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Bound {
     pub expect: Expect,
-    pub probe: Probe,
+    pub probe: QuantityProbe,
     /// The first and the last tick at which the condition counts.
     window: (u64, u64),
 }
@@ -57,7 +57,7 @@ impl Convergence {
 }
 
 impl Bound {
-    pub fn new(expect: &Expect, probe: Probe, scenario: &Scenario) -> Self {
+    pub fn new(expect: &Expect, probe: QuantityProbe, scenario: &Scenario) -> Self {
         let end = tick_at(scenario.world.duration);
         let window = match expect.when {
             When::At(time) => (tick_at(time), tick_at(time)),
@@ -97,7 +97,7 @@ impl Bound {
     /// every robot has to pass.
     pub fn against<'p>(
         &self,
-        mut readings: impl Iterator<Item = (usize, Reading<'p>)>,
+        mut readings: impl Iterator<Item = (usize, QuantityReading<'p>)>,
     ) -> Option<(usize, f64)> {
         let Expect { of: Of::All, test: Some(test), tolerance, .. } = &self.expect else {
             return None;
@@ -108,10 +108,10 @@ impl Bound {
 
     /// Returns true if the condition is true of these readings. nil passes only the test for
     /// existence, and agrees with nothing.
-    pub fn is_true<'p>(&self, readings: impl Iterator<Item = Reading<'p>> + Clone) -> bool {
+    pub fn is_true<'p>(&self, readings: impl Iterator<Item = QuantityReading<'p>> + Clone) -> bool {
         let Expect { of, test, tolerance, .. } = &self.expect;
         let mut readings = readings;
-        let passes = |reading: Reading<'p>| match test {
+        let passes = |reading: QuantityReading<'p>| match test {
             Some(test) => passes(test, &reading, *tolerance),
             None => true,
         };
@@ -119,7 +119,7 @@ impl Bound {
             Of::All => readings.all(passes),
             Of::Any => readings.any(passes),
             Of::None if matches!(test, Some(Test::Exists(_))) => !readings.any(passes),
-            Of::None => !readings.any(|reading| reading == Reading::Nil || passes(reading)),
+            Of::None => !readings.any(|reading| reading == QuantityReading::Nil || passes(reading)),
             Of::One => readings.filter(|reading| passes(*reading)).take(2).count() == 1,
             Of::AtLeast(count) => {
                 let count = *count as usize;
@@ -129,38 +129,39 @@ impl Bound {
                 let Some(first) = readings.clone().next() else { return true };
                 readings.all(|reading| reading.is_like(&first, *tolerance) && passes(reading))
             }
-            Of::Reduced(reduction) => {
-                reduce(*reduction, readings).is_some_and(|number| passes(Reading::Number(number)))
-            }
+            Of::Reduced(reduction) => reduce(*reduction, readings)
+                .is_some_and(|number| passes(QuantityReading::Number(number))),
         }
     }
 }
 
-fn passes(test: &Test, reading: &Reading<'_>, tolerance: f64) -> bool {
-    let is_like = |wanted: &Wanted| match wanted {
-        Wanted::Number(number) => reading.is_like(&Reading::Number(*number), tolerance),
-        Wanted::Text(text) => reading.is_like(&Reading::Text(text), 0.0),
+fn passes(test: &Test, reading: &QuantityReading<'_>, tolerance: f64) -> bool {
+    let is_like = |wanted: &ExpectedValue| match wanted {
+        ExpectedValue::Number(number) => {
+            reading.is_like(&QuantityReading::Number(*number), tolerance)
+        }
+        ExpectedValue::Text(text) => reading.is_like(&QuantityReading::Text(text), 0.0),
     };
     let number = reading.number();
     match test {
         Test::Equals(wanted) => is_like(wanted),
-        Test::Differs(wanted) => *reading != Reading::Nil && !is_like(wanted),
+        Test::Differs(wanted) => *reading != QuantityReading::Nil && !is_like(wanted),
         Test::Below(limit) => number.is_some_and(|number| number < *limit),
         Test::Above(limit) => number.is_some_and(|number| number > *limit),
         Test::Between(low, high) => number.is_some_and(|number| (*low..=*high).contains(&number)),
-        Test::Exists(exists) => (*reading != Reading::Nil) == *exists,
+        Test::Exists(exists) => (*reading != QuantityReading::Nil) == *exists,
     }
 }
 
 /// Reduces many readings to one number; `None` if no reading has a value.
 pub fn reduce<'p>(
     reduction: Reduction,
-    readings: impl Iterator<Item = Reading<'p>>,
+    readings: impl Iterator<Item = QuantityReading<'p>>,
 ) -> Option<f64> {
     if reduction == Reduction::Different {
-        let mut seen: Vec<Reading<'p>> = Vec::new();
+        let mut seen: Vec<QuantityReading<'p>> = Vec::new();
         for reading in readings {
-            if reading != Reading::Nil && !seen.contains(&reading) {
+            if reading != QuantityReading::Nil && !seen.contains(&reading) {
                 seen.push(reading);
             }
         }

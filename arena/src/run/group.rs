@@ -1,6 +1,6 @@
 //! The mapping from a robot's number in the scenario to its id and group.
 
-use crate::scenario::{Action, Scenario};
+use crate::scenario::{Scenario, WorldChange};
 
 /// Returns the id of a robot.
 pub fn id(scenario: &Scenario, number: usize) -> u16 {
@@ -34,7 +34,7 @@ pub fn joining_order(scenario: &Scenario) -> Vec<usize> {
         }
     }
     for event in &scenario.events {
-        let Action::Join(robots) = &event.action else { continue };
+        let WorldChange::Join(robots) = &event.action else { continue };
         for number in robots.iter() {
             if let Some(is_there) = is_there.get_mut(number).filter(|is_there| !**is_there) {
                 *is_there = true;

@@ -28,10 +28,10 @@ pub use complete::{RunError, complete};
 pub use expectation::{Convergence, Verdict};
 pub use firmware::FirmwareError;
 #[cfg(feature = "emulators")]
-pub use firmware::{Failure, P2pAir, TURN};
-pub use observer::{Event, EventKind, FrameOnAir, Observer};
+pub use firmware::{FirmwareFailure, P2pAir, TURN};
+pub use observer::{EventKind, FrameOnAir, ObservedEvent, Observer};
 pub use program::{Compiler, Program};
-pub use quantity::Reading;
+pub use quantity::QuantityReading;
 pub use session::{NoWayBack, Session};
 pub use setup::{Setup, SetupError, emulated};
 pub use simulation::Simulation;

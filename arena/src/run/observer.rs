@@ -4,7 +4,7 @@
 //! ([`Simulation::tick_observed`](super::Simulation::tick_observed)).
 
 use crate::engine::{Arrival, Fate, FrameLog, LossCause, Medium, RobotId, SendAttempt, SentFrame};
-use crate::robot::{FaultRecord, FunctionCall, LogLine, RobotEvent};
+use crate::robot::{FaultRecord, FunctionCall, LogLine, SeenEvent};
 
 /// A receiver of a run's events: a web page, a debugger or a recorder.
 ///
@@ -21,12 +21,12 @@ use crate::robot::{FaultRecord, FunctionCall, LogLine, RobotEvent};
 /// firmware reports. The emulator does not expose their frames and the calls of their scripts.
 pub trait Observer {
     /// Receives an event.
-    fn see(&mut self, event: Event<'_>);
+    fn see(&mut self, event: ObservedEvent<'_>);
 }
 
 /// An event of an observed tick.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Event<'a> {
+pub struct ObservedEvent<'a> {
     /// Ticks since the run began. The event happened in the 100 ms that follow this tick.
     pub tick: u64,
     /// Number of the robot in the scenario: the sender of a frame, or the robot that runs the
@@ -106,14 +106,14 @@ pub fn show(
     number: &dyn Fn(RobotId) -> usize,
     count: usize,
     FrameLog { mut arrivals, mut attempts }: FrameLog,
-    robots: Vec<Vec<RobotEvent>>,
+    robots: Vec<Vec<SeenEvent>>,
     observer: &mut dyn Observer,
 ) {
-    let mut others: Vec<(usize, RobotEvent)> = Vec::new();
+    let mut others: Vec<(usize, SeenEvent)> = Vec::new();
     for (id, events) in (0..).map(RobotId).zip(robots) {
         for event in events {
             match event {
-                RobotEvent::Unread(frame, cause) => {
+                SeenEvent::Unread(frame, cause) => {
                     arrivals.push(Arrival { frame, receiver: id, fate: Fate::Lost(cause) });
                 }
                 event => others.push((number(id), event)),
@@ -131,18 +131,18 @@ pub fn show(
     let mut others = others.iter().peekable();
     let mut attempts = attempts.iter().peekable();
     for robot in 0..count {
-        let mut see = |kind| observer.see(Event { tick, robot, kind });
+        let mut see = |kind| observer.see(ObservedEvent { tick, robot, kind });
         while let Some(arrival) = arrivals.next_if(|next| number(next.frame.sender) == robot) {
             see(arrived(arrival, number(arrival.receiver)));
         }
         while let Some((_, event)) = others.next_if(|(of, _)| *of == robot) {
             match event {
-                RobotEvent::Log(line) => see(EventKind::Log(line)),
-                RobotEvent::Fault(record) => see(EventKind::Fault(record)),
-                RobotEvent::Call(call) => see(EventKind::Call(call)),
-                RobotEvent::Unsent(bytes) => see(EventKind::Unsent { bytes }),
+                SeenEvent::Log(line) => see(EventKind::Log(line)),
+                SeenEvent::Fault(record) => see(EventKind::Fault(record)),
+                SeenEvent::Call(call) => see(EventKind::Call(call)),
+                SeenEvent::Unsent(bytes) => see(EventKind::Unsent { bytes }),
                 // The loop above turned these into arrivals.
-                RobotEvent::Unread(..) => {}
+                SeenEvent::Unread(..) => {}
             }
         }
         while let Some(attempt) = attempts.next_if(|next| number(sender(next)) == robot) {

@@ -2,7 +2,7 @@
 
 use crate::engine::{Pose, Stream};
 use crate::scenario::{
-    Cause, Group, Heading, Placement, Scenario, ScenarioError, Space, Standing, length_up,
+    Group, Heading, Placement, Scenario, ScenarioCause, ScenarioError, Space, Standing, length_up,
 };
 
 /// The number of places that are tried for one robot before the world counts as full.
@@ -66,7 +66,8 @@ fn scatter(
             let places = |side: f64| (side / (2.0 * radius) + 1e-6) as usize + 1;
             let has_room = scenario.world.size.iter().all(|side| *side >= 2.0 * radius);
             let grid = if has_room { places(x.1) * places(y.1) } else { 0 };
-            let cause = Cause::NoRoom { count, placed, grid, spacing: length_up(2.0 * radius) };
+            let cause =
+                ScenarioCause::NoRoom { count, placed, grid, spacing: length_up(2.0 * radius) };
             return Err(ScenarioError { cause, place: Some(Box::new(group.place.clone())) });
         };
         space.add(Standing { at, radius, id });

@@ -3,15 +3,15 @@
 
 use bittybuzz_vm_core::builtin;
 
-use crate::engine::{RobotState, View};
-use crate::scenario::{Cause, Group, Key, Load, Quantity, Selection, Swarm, groups_of};
+use crate::engine::{RobotState, RobotView};
+use crate::scenario::{Group, Key, Load, Quantity, ScenarioCause, Selection, Swarm, groups_of};
 
 use super::program::Program;
-use crate::robot::{Content, ProgramId, SimRobot};
+use crate::robot::{ProgramId, SimRobot, VariableContent};
 
 /// The value of a robot's quantity at one time.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub enum Reading<'p> {
+pub enum QuantityReading<'p> {
     /// nil, or the robot has not joined.
     Nil,
     /// A number.
@@ -24,19 +24,19 @@ pub enum Reading<'p> {
 
 /// A quantity whose names are resolved.
 #[derive(Debug, Clone, PartialEq)]
-pub enum Probe {
+pub enum QuantityProbe {
     /// A quantity of the body or of the state of the script.
     Body(Quantity),
     /// The global's number in each program, and the keys into tables there; `None` for a program
     /// without one of these names.
-    Global(Vec<Option<(u16, Vec<Content>)>>),
+    Global(Vec<Option<(u16, Vec<VariableContent>)>>),
     /// A measure of all robots together.
     Swarm(Swarm),
     /// A stigmergy's entry: its number, and the key in each program.
-    Stigmergy(u16, Vec<Option<Content>>),
+    Stigmergy(u16, Vec<Option<VariableContent>>),
 }
 
-impl Probe {
+impl QuantityProbe {
     /// Resolves names in the programs of `robots`. At least one of the programs must have them.
     /// `programs` are those of the groups, then those that are loaded later.
     pub fn new(
@@ -44,7 +44,7 @@ impl Probe {
         (groups, loads): (&[Group], &[Load]),
         programs: &[Program],
         robots: &Selection,
-    ) -> Result<Probe, Cause> {
+    ) -> Result<QuantityProbe, ScenarioCause> {
         match quantity {
             Quantity::Global { name, keys } => {
                 let numbers: Vec<_> =
@@ -59,7 +59,7 @@ impl Probe {
                     .collect();
                 let has_it = |number: &usize| matches!(numbers.get(*number), Some(Some(_)));
                 if meant.iter().any(has_it) {
-                    return Ok(Probe::Global(numbers));
+                    return Ok(QuantityProbe::Global(numbers));
                 }
                 let programs = meant.iter().filter_map(|number| programs.get(*number));
                 let known = programs.flat_map(Program::globals);
@@ -68,24 +68,24 @@ impl Probe {
                     known.filter(|name| !name.contains(' ')).cloned().collect();
                 known.sort();
                 known.dedup();
-                Err(Cause::UnknownGlobal { name: unknown(name, keys, &known), known })
+                Err(ScenarioCause::UnknownGlobal { name: unknown(name, keys, &known), known })
             }
             Quantity::Stigmergy { number, key } => {
                 let keys = programs.iter().map(|program| content(program, key));
-                Ok(Probe::Stigmergy(*number, keys.collect()))
+                Ok(QuantityProbe::Stigmergy(*number, keys.collect()))
             }
-            Quantity::Swarm(of) => Ok(Probe::Swarm(*of)),
-            body => Ok(Probe::Body(body.clone())),
+            Quantity::Swarm(of) => Ok(QuantityProbe::Swarm(*of)),
+            body => Ok(QuantityProbe::Body(body.clone())),
         }
     }
 
     /// Resolves the names of the quantity in one more program.
     pub fn learn(&mut self, quantity: &Quantity, program: &Program) {
         match (self, quantity) {
-            (Probe::Global(numbers), Quantity::Global { name, keys }) => {
+            (QuantityProbe::Global(numbers), Quantity::Global { name, keys }) => {
                 numbers.push(path(program, name, keys));
             }
-            (Probe::Stigmergy(_, keys), Quantity::Stigmergy { key, .. }) => {
+            (QuantityProbe::Stigmergy(_, keys), Quantity::Stigmergy { key, .. }) => {
                 keys.push(content(program, key));
             }
             _ => {}
@@ -98,20 +98,20 @@ impl Probe {
         &self,
         ProgramId(number): ProgramId,
         program: &'p Program,
-        robot: Option<(&SimRobot, View)>,
-    ) -> Reading<'p> {
-        let Some((robot, view)) = robot else { return Reading::Nil };
+        robot: Option<(&SimRobot, RobotView)>,
+    ) -> QuantityReading<'p> {
+        let Some((robot, view)) = robot else { return QuantityReading::Nil };
         match self {
-            Probe::Body(quantity) => body(quantity, robot, &view),
+            QuantityProbe::Body(quantity) => body(quantity, robot, &view),
             // A single robot has no such quantity.
-            Probe::Swarm(_) => Reading::Nil,
-            Probe::Global(numbers) => match numbers.get(number) {
+            QuantityProbe::Swarm(_) => QuantityReading::Nil,
+            QuantityProbe::Global(numbers) => match numbers.get(number) {
                 Some(Some((global, keys))) => reading(robot.global(*global, keys), program),
-                _ => Reading::Nil,
+                _ => QuantityReading::Nil,
             },
-            Probe::Stigmergy(stigmergy, keys) => match keys.get(number) {
+            QuantityProbe::Stigmergy(stigmergy, keys) => match keys.get(number) {
                 Some(Some(key)) => reading(robot.stigmergy(*stigmergy, *key), program),
-                _ => Reading::Nil,
+                _ => QuantityReading::Nil,
             },
         }
     }
@@ -130,16 +130,16 @@ fn unknown(name: &str, keys: &[Key], known: &[String]) -> String {
 
 /// Returns the number of a global and the keys into tables there; `None` if the script lacks one of
 /// the names.
-fn path(program: &Program, name: &str, keys: &[Key]) -> Option<(u16, Vec<Content>)> {
+fn path(program: &Program, name: &str, keys: &[Key]) -> Option<(u16, Vec<VariableContent>)> {
     let keys = keys.iter().map(|key| content(program, key));
-    Some((program.global(name)?, keys.collect::<Option<Vec<Content>>>()?))
+    Some((program.global(name)?, keys.collect::<Option<Vec<VariableContent>>>()?))
 }
 
 /// Returns a key as it is in the script; `None` for a string that the script does not contain.
-fn content(program: &Program, key: &Key) -> Option<Content> {
+fn content(program: &Program, key: &Key) -> Option<VariableContent> {
     match key {
-        Key::Number(key) => Some(Content::Number(f64::from(*key))),
-        Key::Text(text) => string_number(program, text).map(Content::Text),
+        Key::Number(key) => Some(VariableContent::Number(f64::from(*key))),
+        Key::Text(text) => string_number(program, text).map(VariableContent::Text),
     }
 }
 
@@ -154,19 +154,21 @@ fn string_number(program: &Program, text: &str) -> Option<u16> {
     u16::try_from(number).ok()
 }
 
-fn reading(content: Content, program: &Program) -> Reading<'_> {
+fn reading(content: VariableContent, program: &Program) -> QuantityReading<'_> {
     match content {
-        Content::Nil => Reading::Nil,
-        Content::Number(number) => Reading::Number(number),
-        Content::Text(number) => program.string(number).map_or(Reading::Other, Reading::Text),
-        Content::Other => Reading::Other,
+        VariableContent::Nil => QuantityReading::Nil,
+        VariableContent::Number(number) => QuantityReading::Number(number),
+        VariableContent::Text(number) => {
+            program.string(number).map_or(QuantityReading::Other, QuantityReading::Text)
+        }
+        VariableContent::Other => QuantityReading::Other,
     }
 }
 
-fn body<'p>(quantity: &Quantity, robot: &SimRobot, view: &View) -> Reading<'p> {
+fn body<'p>(quantity: &Quantity, robot: &SimRobot, view: &RobotView) -> QuantityReading<'p> {
     let pose = view.pose;
     let (x, y) = (f64::from(pose.x), f64::from(pose.y));
-    Reading::Number(match quantity {
+    QuantityReading::Number(match quantity {
         Quantity::X => x,
         Quantity::Y => y,
         Quantity::Z => f64::from(pose.z),
@@ -187,26 +189,28 @@ fn body<'p>(quantity: &Quantity, robot: &SimRobot, view: &View) -> Reading<'p> {
         }
         // Other variants of `Probe` read these.
         Quantity::Global { .. } | Quantity::Stigmergy { .. } | Quantity::Swarm(_) => {
-            return Reading::Other;
+            return QuantityReading::Other;
         }
     })
 }
 
-impl Reading<'_> {
+impl QuantityReading<'_> {
     /// Returns the number, if the reading is one.
     pub fn number(&self) -> Option<f64> {
         match self {
-            Reading::Number(number) => Some(*number),
+            QuantityReading::Number(number) => Some(*number),
             _ => None,
         }
     }
 
     /// Returns true if two readings have the same value. Numbers may differ by `tolerance`. nil
     /// equals nothing.
-    pub fn is_like(&self, other: &Reading<'_>, tolerance: f64) -> bool {
+    pub fn is_like(&self, other: &QuantityReading<'_>, tolerance: f64) -> bool {
         match (self, other) {
-            (Reading::Number(one), Reading::Number(other)) => (one - other).abs() <= tolerance,
-            (Reading::Text(one), Reading::Text(other)) => one == other,
+            (QuantityReading::Number(one), QuantityReading::Number(other)) => {
+                (one - other).abs() <= tolerance
+            }
+            (QuantityReading::Text(one), QuantityReading::Text(other)) => one == other,
             _ => false,
         }
     }

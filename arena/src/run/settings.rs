@@ -1,12 +1,12 @@
 //! The translation of a scenario's settings to those of the engine.
 
 use crate::engine;
-use crate::scenario::{Group, Light, Loss, Medium, MediumSettings, Outline, Scenario};
+use crate::scenario::{Group, LampSection, LossSetting, Medium, MediumSettings, Outline, Scenario};
 
 /// The engine's settings for a run.
-pub fn settings(scenario: &Scenario, seed: u32, threads: usize) -> engine::Settings {
+pub fn settings(scenario: &Scenario, seed: u32, threads: usize) -> engine::WorldSettings {
     let [width, height] = scenario.world.size.map(|side| side as f32);
-    engine::Settings {
+    engine::WorldSettings {
         seed: u64::from(seed),
         threads,
         area: engine::Area { width, height },
@@ -57,7 +57,7 @@ fn set(number: &mut f32, value: Option<f64>) {
     }
 }
 
-pub fn engine_loss(loss: Loss) -> engine::Loss {
+pub fn engine_loss(loss: LossSetting) -> engine::Loss {
     engine::Loss { near: loss.near as f32, far: loss.far as f32 }
 }
 
@@ -70,9 +70,9 @@ pub fn engine_medium(medium: Medium) -> engine::Medium {
     }
 }
 
-pub fn engine_light(light: Light) -> engine::Light {
+pub fn engine_light(light: LampSection) -> engine::Lamp {
     let [x, y] = light.at.map(|axis| axis as f32);
-    engine::Light { x, y, intensity: light.brightness as f32 }
+    engine::Lamp { x, y, intensity: light.brightness as f32 }
 }
 
 pub fn engine_obstacle(outline: Outline) -> engine::Obstacle {

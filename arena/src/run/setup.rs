@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use bittybuzz_compiler::refusal;
-use bittybuzz_robot_spec::Profile;
+use bittybuzz_robot_spec::NumberProfile;
 use bittybuzz_vm_core::ImageError;
 use bittybuzz_vm_core::message::FULL_FRAME;
 
@@ -13,14 +13,15 @@ use crate::robot::{
     GroupContext, MOST_QUEUED, MOST_SLOTS, News, ProgramId, RobotModel, SimRobot, common_effect,
 };
 use crate::scenario::{
-    Action, Backend, Cause, Group, Load, Quantity, Scenario, ScenarioError, Selection, groups_of,
+    Backend, Group, Load, Quantity, Scenario, ScenarioCause, ScenarioError, Selection, WorldChange,
+    groups_of,
 };
 
 use super::expectation::Bound;
 use super::firmware::Firmware;
 use super::group::{group_of, id, joining_order};
 use super::program::{Compiler, Program};
-use super::quantity::Probe;
+use super::quantity::QuantityProbe;
 
 /// A reason why a scenario cannot be run with these programs.
 #[derive(Debug)]
@@ -53,7 +54,7 @@ pub struct Setup {
     /// The data that robots with each program share.
     pub(super) contexts: Vec<Arc<GroupContext>>,
     expects: Vec<Bound>,
-    plots: Vec<Probe>,
+    plots: Vec<QuantityProbe>,
     /// The instruction costs of each group, where they are known. `None` if scripts are not
     /// checked.
     pub(super) checks: Option<Vec<Option<Arc<Costs>>>>,
@@ -71,7 +72,7 @@ impl Setup {
         let mut errors = Vec::new();
         for group in &scenario.groups {
             if let Some(needs) = capacity_error(group) {
-                let cause = Cause::CapacityError { robot: group.robot.name.clone(), needs };
+                let cause = ScenarioCause::CapacityError { robot: group.robot.name.clone(), needs };
                 let place = Some(Box::new(group.place.clone()));
                 errors.push(ScenarioError { cause, place });
             }
@@ -79,7 +80,7 @@ impl Setup {
         let scripts = (&scenario.groups[..], &scenario.loads[..]);
         let mut expects = Vec::new();
         for expect in &scenario.expects {
-            match Probe::new(&expect.value, scripts, &programs, &expect.robots) {
+            match QuantityProbe::new(&expect.value, scripts, &programs, &expect.robots) {
                 Ok(probe) => expects.push(Bound::new(expect, probe, &scenario)),
                 Err(cause) => errors.push(ScenarioError {
                     cause,
@@ -88,15 +89,15 @@ impl Setup {
             }
         }
         for event in &scenario.events {
-            let Action::Set { robots, global, place, .. } = &event.action else { continue };
-            if let Err(cause) = Probe::new(&global_of(global), scripts, &programs, robots) {
+            let WorldChange::Set { robots, global, place, .. } = &event.action else { continue };
+            if let Err(cause) = QuantityProbe::new(&global_of(global), scripts, &programs, robots) {
                 errors.push(ScenarioError { cause, place: Some(Box::new(place.clone())) });
             }
         }
         let all = Selection::all(scenario.robot_count() as u32);
         let mut plots = Vec::new();
         for (quantity, place) in &scenario.output.plot {
-            match Probe::new(quantity, scripts, &programs, &all) {
+            match QuantityProbe::new(quantity, scripts, &programs, &all) {
                 Ok(probe) => plots.push(probe),
                 Err(cause) => {
                     errors.push(ScenarioError { cause, place: Some(Box::new(place.clone())) });
@@ -180,22 +181,26 @@ impl Setup {
 
     /// Returns a copy of this setup with the programs for a script that a command loads into
     /// robots.
-    pub(super) fn with_script(&self, robots: &Selection, script: &Path) -> Result<Self, Cause> {
+    pub(super) fn with_script(
+        &self,
+        robots: &Selection,
+        script: &Path,
+    ) -> Result<Self, ScenarioCause> {
         let shown = || script.display().to_string();
         let Some(compiler) = &self.compiler else {
-            return Err(Cause::NoCompiler { script: shown() });
+            return Err(ScenarioCause::NoCompiler { script: shown() });
         };
         let mut setup = self.clone();
         for number in groups_of(&self.scenario.groups, robots) {
             let Some(group) = self.scenario.groups.get(number) else { continue };
             let program = compiler(script, group)
-                .map_err(|report| Cause::NotCompiled { script: shown(), report })?;
+                .map_err(|report| ScenarioCause::NotCompiled { script: shown(), report })?;
             match self.program_of(number, script).and_then(|known| self.program(known)) {
                 Some(known) if known.image == program.image => {}
-                Some(_) => return Err(Cause::ScriptChanged { script: shown() }),
+                Some(_) => return Err(ScenarioCause::ScriptChanged { script: shown() }),
                 None => {
                     let load = Load { group: number, script: script.to_owned() };
-                    setup.add(load, group, program).map_err(|cause| Cause::NotLoaded {
+                    setup.add(load, group, program).map_err(|cause| ScenarioCause::NotLoaded {
                         script: shown(),
                         reason: refusal::sentence(&cause),
                     })?;
@@ -237,21 +242,21 @@ impl Setup {
 
     /// Resolves a quantity of all robots in all programs, including those that commands have
     /// loaded.
-    pub fn probe(&self, quantity: &Quantity) -> Result<Probe, ScenarioError> {
+    pub fn probe(&self, quantity: &Quantity) -> Result<QuantityProbe, ScenarioError> {
         let all = Selection::all(self.scenario.robot_count() as u32);
         let scripts = (&self.scenario.groups[..], &self.loads[..]);
-        let probe = Probe::new(quantity, scripts, &self.programs, &all);
+        let probe = QuantityProbe::new(quantity, scripts, &self.programs, &all);
         probe.map_err(|cause| ScenarioError { cause, place: None })
     }
 
     /// Fails if no program of these robots has a global of that name.
-    pub(super) fn check_global(&self, robots: &Selection, name: &str) -> Result<(), Cause> {
+    pub(super) fn check_global(&self, robots: &Selection, name: &str) -> Result<(), ScenarioCause> {
         let scripts = (&self.scenario.groups[..], &self.loads[..]);
-        Probe::new(&global_of(name), scripts, &self.programs, robots).map(|_| ())
+        QuantityProbe::new(&global_of(name), scripts, &self.programs, robots).map(|_| ())
     }
 
     /// Returns the quantities that are drawn over time.
-    pub fn plots(&self) -> &[Probe] {
+    pub fn plots(&self) -> &[QuantityProbe] {
         &self.plots
     }
 
@@ -312,7 +317,7 @@ pub fn emulated(scenario: &Scenario) -> Vec<Arc<dyn RobotModel>> {
 fn capacity_error(Group { robot, model, .. }: &Group) -> Option<String> {
     let slots = robot.vm.slots as usize + robot.sizes().slots();
     let queued = robot.vm.in_queue.max(robot.vm.out_queue) as usize;
-    if robot.profile == Profile::Full && model.medium().frame_bytes() < FULL_FRAME {
+    if robot.profile == NumberProfile::Full && model.medium().frame_bytes() < FULL_FRAME {
         Some("profile tiny, not full".to_owned())
     } else if slots > MOST_SLOTS {
         Some(format!(

@@ -33,14 +33,14 @@ use std::sync::Arc;
 use bittybuzz_inspect::{Inspection, Limits};
 
 use crate::engine::{
-    Digest, HerdId, IntruderSettings, Light, Pose, RobotId, RobotState, Stream, TICK_US, View,
+    Digest, HerdId, IntruderSettings, Lamp, Pose, RobotId, RobotState, RobotView, Stream, TICK_US,
     World,
 };
 use crate::robot::checks::Findings;
 use crate::robot::{FaultCounts, FaultRecord, LogLine, News, ProgramId, SimRobot};
 use crate::scenario::{
-    Action, Adversary, Backend, Cause, Quantity, Reduction, ScenarioError, Selection, Swarm,
-    settings_error,
+    Adversary, Backend, Quantity, Reduction, ScenarioCause, ScenarioError, Selection, Swarm,
+    WorldChange, settings_error,
 };
 
 mod globals;
@@ -53,7 +53,7 @@ use super::group::group_of;
 use super::observer::{self, Observer};
 use super::place::poses;
 use super::program::Program;
-use super::quantity::{Probe, Reading};
+use super::quantity::{QuantityProbe, QuantityReading};
 use super::settings::{
     engine_light, engine_loss, engine_medium, engine_obstacle, media, media_of, settings,
 };
@@ -202,17 +202,17 @@ impl Simulation {
     pub fn command(&mut self, text: &str) -> Result<(), Vec<ScenarioError>> {
         if self.is_over() {
             let duration = self.setup.scenario.world.duration.to_string();
-            let cause = Cause::AfterEnd { key: "the command", duration };
+            let cause = ScenarioCause::AfterEnd { key: "the command", duration };
             return Err(vec![ScenarioError { cause, place: None }]);
         }
         let action = self.setup.scenario.command(text)?;
         let refused = |cause| vec![ScenarioError { cause, place: None }];
         match &action {
-            Action::Load { robots, script, .. } => {
+            WorldChange::Load { robots, script, .. } => {
                 let with_script = self.setup.with_script(robots, script);
                 self.setup = Arc::new(with_script.map_err(refused)?);
             }
-            Action::Set { robots, global, .. } => {
+            WorldChange::Set { robots, global, .. } => {
                 self.setup.check_global(robots, global).map_err(refused)?;
             }
             _ => {}
@@ -240,7 +240,7 @@ impl Simulation {
     }
 
     /// Returns the current lamps. A lamp that an event removed has intensity 0.
-    pub fn lights(&self) -> &[Light] {
+    pub fn lights(&self) -> &[Lamp] {
         self.world.lights()
     }
 
@@ -258,13 +258,15 @@ impl Simulation {
         while let Some(action) = self.happenings.due(&scenario, self.world.now()) {
             let mut kept = Vec::new();
             match &action {
-                Action::Load { robots, script, keep } => {
+                WorldChange::Load { robots, script, keep } => {
                     if *keep {
                         kept = self.globals_of(robots);
                     }
                     self.load(robots, script);
                 }
-                Action::Set { robots, global, number, .. } => self.set(robots, global, *number),
+                WorldChange::Set { robots, global, number, .. } => {
+                    self.set(robots, global, *number)
+                }
                 _ => {}
             }
             for number in self.happenings.act(&action, &mut self.world) {
@@ -274,17 +276,17 @@ impl Simulation {
                 self.start(number);
             }
             kept.iter().for_each(|(number, globals)| self.keep(*number, globals));
-            if let Action::Adversary(adversary) = &action {
+            if let WorldChange::Adversary(adversary) = &action {
                 self.admit(adversary);
             }
             self.happenings.settle(&mut self.world);
             let Some(fleets) = &mut self.fleets else { continue };
             fleets.settle(&self.world)?;
             match &action {
-                Action::Loss(medium, loss) => {
+                WorldChange::Loss(medium, loss) => {
                     fleets.lose(engine_medium(*medium), engine_loss(*loss))?;
                 }
-                Action::Battery { robots, millivolts } => {
+                WorldChange::Battery { robots, millivolts } => {
                     for id in robots.iter().filter_map(|number| self.happenings.id(number)) {
                         fleets.set_battery(id, *millivolts)?;
                     }
@@ -358,7 +360,7 @@ impl Simulation {
     }
 
     /// Returns the visible state of a robot; `None` if it has not joined yet.
-    pub fn view(&self, number: usize) -> Option<View> {
+    pub fn view(&self, number: usize) -> Option<RobotView> {
         self.world.robot(self.happenings.id(number)?)
     }
 
@@ -391,10 +393,10 @@ impl Simulation {
     }
 
     /// Reads a quantity of a robot.
-    pub fn read(&self, probe: &Probe, number: usize) -> Reading<'_> {
+    pub fn read(&self, probe: &QuantityProbe, number: usize) -> QuantityReading<'_> {
         let known = self.happenings.program(number);
         let Some((of, program)) = known.and_then(|of| Some((of, self.setup.program(of)?))) else {
-            return Reading::Nil;
+            return QuantityReading::Nil;
         };
         let id = self.happenings.id(number);
         let robot = id.and_then(|id| Some((self.world.brain(id)?, self.world.robot(id)?)));
@@ -403,17 +405,17 @@ impl Simulation {
 
     /// Returns the current numbers of a quantity: one for each robot, or a single one for a measure
     /// of the swarm. `None` stands for a value that is not a number.
-    pub fn numbers(&self, probe: &Probe) -> Vec<Option<f64>> {
+    pub fn numbers(&self, probe: &QuantityProbe) -> Vec<Option<f64>> {
         let robots = 0..self.robot_count();
         match probe {
-            Probe::Swarm(of) => vec![self.measure(*of, robots).number()],
+            QuantityProbe::Swarm(of) => vec![self.measure(*of, robots).number()],
             probe => robots.map(|robot| self.read(probe, robot).number()).collect(),
         }
     }
 
-    fn measure(&self, of: Swarm, robots: impl Iterator<Item = usize>) -> Reading<'_> {
+    fn measure(&self, of: Swarm, robots: impl Iterator<Item = usize>) -> QuantityReading<'_> {
         let ids = robots.filter_map(|number| self.happenings.id(number));
-        measure(of, &self.world, ids).map_or(Reading::Nil, Reading::Number)
+        measure(of, &self.world, ids).map_or(QuantityReading::Nil, QuantityReading::Number)
     }
 
     /// Returns the number of robots in the scenario, absent ones included.
@@ -466,9 +468,9 @@ impl Simulation {
     }
 
     /// Returns the mean, the smallest and the largest number of a quantity now.
-    fn spread(&self, probe: &Probe) -> Option<[f64; 3]> {
+    fn spread(&self, probe: &QuantityProbe) -> Option<[f64; 3]> {
         let numbers = self.numbers(probe);
-        let readings = numbers.iter().flatten().map(|number| Reading::Number(*number));
+        let readings = numbers.iter().flatten().map(|number| QuantityReading::Number(*number));
         let of = |reduction| reduce(reduction, readings.clone());
         Some([of(Reduction::Mean)?, of(Reduction::Min)?, of(Reduction::Max)?])
     }
@@ -503,7 +505,7 @@ impl Simulation {
             // Times between two events of a Poisson process have this mean.
             let probability = 1.0 - libm::exp(-1.0 / (every * TICKS_PER_SECOND));
             for number in numbers {
-                let runs = |view: View| view.state == RobotState::Running;
+                let runs = |view: RobotView| view.state == RobotState::Running;
                 let mut chance = Stream::for_power(self.seed.into(), setup.id(number), tick);
                 if self.view(number).is_some_and(runs) && chance.chance(probability as f32) {
                     self.start(number);
@@ -597,7 +599,9 @@ impl Simulation {
         for (index, bound) in setup.expects().iter().enumerate() {
             let robots = bound.expect.robots.iter();
             let is_true = match &bound.probe {
-                Probe::Swarm(of) => bound.is_true(std::iter::once(self.measure(*of, robots))),
+                QuantityProbe::Swarm(of) => {
+                    bound.is_true(std::iter::once(self.measure(*of, robots)))
+                }
                 probe => bound.is_true(Readings { simulation: self, probe, robots }),
             };
             let Some(mut convergence) = self.convergences.get(index).copied() else { continue };
@@ -658,14 +662,14 @@ impl Past {
 #[derive(Clone)]
 struct Readings<'a, I> {
     simulation: &'a Simulation,
-    probe: &'a Probe,
+    probe: &'a QuantityProbe,
     robots: I,
 }
 
 impl<'a, I: Iterator<Item = usize>> Iterator for Readings<'a, I> {
-    type Item = Reading<'a>;
+    type Item = QuantityReading<'a>;
 
-    fn next(&mut self) -> Option<Reading<'a>> {
+    fn next(&mut self) -> Option<QuantityReading<'a>> {
         let number = self.robots.next()?;
         Some(self.simulation.read(self.probe, number))
     }

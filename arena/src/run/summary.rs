@@ -2,9 +2,9 @@
 
 use std::collections::BTreeMap;
 
-use bittybuzz_vm_core::Counters;
+use bittybuzz_vm_core::NetworkCounters;
 
-use crate::engine::Statistics;
+use crate::engine::WorldStatistics;
 
 use super::expectation::{Convergence, Verdict};
 use crate::robot::checks::Findings;
@@ -61,7 +61,7 @@ pub struct Unusable {
 
 impl Unusable {
     /// Adds the counts of a robot.
-    pub(super) fn add(mut self, robot: Counters) -> Self {
+    pub(super) fn add(mut self, robot: NetworkCounters) -> Self {
         for (sum, count) in [
             (&mut self.foreign, robot.foreign),
             (&mut self.malformed, robot.malformed),
@@ -101,7 +101,7 @@ pub struct Summary {
     /// The outcomes of the expectations, in the order of the file.
     pub convergences: Vec<Convergence>,
     /// Frames, contacts and crashes.
-    pub statistics: Statistics,
+    pub statistics: WorldStatistics,
     /// Tick of the first crash, and number of the robot in the scenario.
     pub first_crash: Option<(u64, usize)>,
     /// Frames that did not fit into robots' queues: received ones, and those to be sent.

@@ -1,6 +1,6 @@
 //! Measures of a swarm: one number for many robots.
 
-use crate::engine::{RobotId, RobotState, View, World};
+use crate::engine::{RobotId, RobotState, RobotView, World};
 use crate::scenario::Swarm;
 
 use crate::robot::SimRobot;
@@ -10,9 +10,9 @@ use crate::robot::SimRobot;
 const GAP: f64 = 1.0;
 
 /// A robot of the swarm.
-struct Member {
+struct SwarmMember {
     id: RobotId,
-    view: View,
+    view: RobotView,
     at: [f64; 3],
 }
 
@@ -22,15 +22,15 @@ pub fn measure(
     world: &World<SimRobot>,
     robots: impl Iterator<Item = RobotId>,
 ) -> Option<f64> {
-    let mut members: Vec<Member> = robots
+    let mut members: Vec<SwarmMember> = robots
         .filter_map(|id| {
             let view = world.robot(id)?;
             let at = [view.pose.x, view.pose.y, view.pose.z].map(f64::from);
-            Some(Member { id, view, at })
+            Some(SwarmMember { id, view, at })
         })
         .collect();
     if of == Swarm::Components {
-        let is_heard = |member: &Member| {
+        let is_heard = |member: &SwarmMember| {
             let is_well = world.brain(member.id).is_some_and(|robot| !robot.state().is_faulted());
             is_well && member.view.state == RobotState::Running
         };
@@ -56,7 +56,8 @@ pub fn measure(
             let mean =
                 |axis: usize| members.iter().map(|member| member.at[axis]).sum::<f64>() / count;
             let (x, y) = (mean(0), mean(1));
-            let squared = |member: &Member| (member.at[0] - x).powi(2) + (member.at[1] - y).powi(2);
+            let squared =
+                |member: &SwarmMember| (member.at[0] - x).powi(2) + (member.at[1] - y).powi(2);
             Some((members.iter().map(squared).sum::<f64>() / count).sqrt())
         }
         Swarm::Nearest if members.len() < 2 => None,
@@ -67,13 +68,13 @@ pub fn measure(
     }
 }
 
-fn distance(one: &Member, other: &Member) -> f64 {
+fn distance(one: &SwarmMember, other: &SwarmMember) -> f64 {
     let [dx, dy, dz] = [0, 1, 2].map(|axis| one.at[axis] - other.at[axis]);
     (dx * dx + dy * dy + dz * dz).sqrt()
 }
 
 /// Returns the distance from a member to the nearest other one.
-fn nearest(members: &[Member], index: usize) -> f64 {
+fn nearest(members: &[SwarmMember], index: usize) -> f64 {
     let own = &members[index];
     let mut nearest = f64::INFINITY;
     let (before, after) = (members[..index].iter().rev(), members[index + 1..].iter());
@@ -93,7 +94,7 @@ fn nearest(members: &[Member], index: usize) -> f64 {
 }
 
 /// Returns the number of pairs that touch.
-fn contacts(members: &[Member]) -> usize {
+fn contacts(members: &[SwarmMember]) -> usize {
     let widest = members.iter().map(|member| f64::from(member.view.radius)).fold(0.0, f64::max);
     let mut count = 0;
     for (index, one) in members.iter().enumerate() {
@@ -115,7 +116,7 @@ fn contacts(members: &[Member]) -> usize {
 
 /// Returns the number of connected components: groups of members that receive each other, directly
 /// or through others.
-fn components(members: &[Member], world: &World<SimRobot>) -> usize {
+fn components(members: &[SwarmMember], world: &World<SimRobot>) -> usize {
     let mut parts = members.len();
     let mut parents: Vec<usize> = (0..parts).collect();
     let reaches: Vec<f64> = members.iter().map(|member| world.reach(member.id)).collect();

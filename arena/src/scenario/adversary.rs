@@ -3,15 +3,15 @@
 use toml::de::DeValue;
 
 use super::backend::Backend;
-use super::error::Cause;
-use super::event::{Action, Event};
+use super::error::ScenarioCause;
+use super::event::{ScheduledEvent, WorldChange};
 use super::expect::not_after_end;
 use super::keys::ADVERSARY;
 use super::read::{Entry, Section};
 use super::robots::Group;
 use super::select::RobotIndex;
 use super::time::seconds;
-use super::world::{World, point_inside};
+use super::world::{WorldSection, point_inside};
 
 /// A sender that stands in the world without a body.
 #[derive(Debug, Clone, PartialEq)]
@@ -78,9 +78,9 @@ const WORDS: [(&str, Word); 8] = [
 pub fn read_all(
     root: &Section<'_>,
     census: &RobotIndex,
-    world: &World,
+    world: &WorldSection,
     groups: &[Group],
-) -> Vec<Event> {
+) -> Vec<ScheduledEvent> {
     let sections = root.sections("adversary", ADVERSARY);
     let event = |section: &Section<'_>| {
         let at = match section.get("from") {
@@ -88,7 +88,7 @@ pub fn read_all(
             Some(entry) => within_the_run(&entry, "from", world),
         };
         let adversary = read(section, census, world, groups);
-        Some(Event { at: at?, action: Action::Adversary(Box::new(adversary?)) })
+        Some(ScheduledEvent { at: at?, action: WorldChange::Adversary(Box::new(adversary?)) })
     };
     sections.iter().filter_map(event).collect()
 }
@@ -97,21 +97,21 @@ pub fn read_all(
 pub fn of_event(
     entry: &Entry<'_>,
     census: &RobotIndex,
-    world: &World,
+    world: &WorldSection,
     groups: &[Group],
-) -> Option<Action> {
+) -> Option<WorldChange> {
     let section = entry.section(ADVERSARY)?;
     if let Some(from) = section.get("from") {
-        from.fail(Cause::Without { key: "from", needs: "[[adversary]]" });
+        from.fail(ScenarioCause::Without { key: "from", needs: "[[adversary]]" });
     }
-    Some(Action::Adversary(Box::new(read(&section, census, world, groups)?)))
+    Some(WorldChange::Adversary(Box::new(read(&section, census, world, groups)?)))
 }
 
 /// Reads a time that must lie before the end of the run.
-fn within_the_run(entry: &Entry<'_>, key: &'static str, world: &World) -> Option<f64> {
+fn within_the_run(entry: &Entry<'_>, key: &'static str, world: &WorldSection) -> Option<f64> {
     let at = seconds(entry, 0.0..=f64::MAX)?;
     if at >= world.duration {
-        entry.fail(Cause::AfterEnd { key, duration: world.duration.to_string() });
+        entry.fail(ScenarioCause::AfterEnd { key, duration: world.duration.to_string() });
         return None;
     }
     Some(at)
@@ -120,7 +120,7 @@ fn within_the_run(entry: &Entry<'_>, key: &'static str, world: &World) -> Option
 fn read(
     section: &Section<'_>,
     census: &RobotIndex,
-    world: &World,
+    world: &WorldSection,
     groups: &[Group],
 ) -> Option<Adversary> {
     let kind = kind(section, census);
@@ -151,7 +151,7 @@ fn kind(section: &Section<'_>, census: &RobotIndex) -> Option<AdversaryKind> {
     match word {
         Word::Of(kind) => {
             if let Some(entry) = id {
-                entry.fail(Cause::Without { key: "id", needs: "kind = \"same-id\"" });
+                entry.fail(ScenarioCause::Without { key: "id", needs: "kind = \"same-id\"" });
             }
             Some(kind)
         }
@@ -177,13 +177,13 @@ fn group(section: &Section<'_>, groups: &[Group]) -> Option<usize> {
             let named = groups.iter().position(|group| group.name == name);
             if named.is_none() && !groups.is_empty() {
                 let groups = groups.iter().map(|group| group.name.clone()).collect();
-                entry.fail(Cause::UnknownGroup { name: name.to_owned(), groups });
+                entry.fail(ScenarioCause::UnknownGroup { name: name.to_owned(), groups });
             }
             named?
         }
     };
     if groups.get(number)?.backend != Backend::Vm {
-        let cause = Cause::NotEmulated { key: "[[adversary]]" };
+        let cause = ScenarioCause::NotEmulated { key: "[[adversary]]" };
         match entry {
             Some(entry) => entry.fail(cause),
             None => section.fail(cause),

@@ -9,7 +9,7 @@ use bittybuzz_toml_reader::{Place, file};
 
 use crate::robot::RobotModel;
 
-use super::error::Cause;
+use super::error::ScenarioCause;
 use super::folder::Folder;
 use super::read::Section;
 
@@ -49,23 +49,23 @@ pub fn of_group(
         return Some(Backend::Vm);
     }
     if !cfg!(feature = "emulators") {
-        entry.fail(Cause::NoEmulators);
+        entry.fail(ScenarioCause::NoEmulators);
         return None;
     }
     let (model, robot) = (model?, robot?);
     let usual = model.emulation().and_then(|emulation| emulation.image(robot));
     let Some(usual) = usual else {
-        entry.fail(Cause::NoEmulator { robot: robot.name.clone() });
+        entry.fail(ScenarioCause::NoEmulator { robot: robot.name.clone() });
         return None;
     };
     if section.boolean("present") == Some(false)
         && let Some(present) = section.get("present")
     {
-        present.fail(Cause::NotEmulated { key: "present = false" });
+        present.fail(ScenarioCause::NotEmulated { key: "present = false" });
     }
     for key in ["link", "on_fault", "clock_skew", "brown_out_every"] {
         if let Some(entry) = section.get(key) {
-            entry.fail(Cause::NotEmulated { key });
+            entry.fail(ScenarioCause::NotEmulated { key });
         }
     }
     Some(Backend::Firmware { image: image(section, model, folder, usual)?, place: entry.place() })
@@ -79,7 +79,7 @@ pub fn image(
     folder: Folder<'_>,
     usual: &str,
 ) -> Option<PathBuf> {
-    let unusable = |path: &str, reason| Cause::NoFirmware {
+    let unusable = |path: &str, reason| ScenarioCause::NoFirmware {
         robots: model.robots(),
         path: path.to_owned(),
         reason,

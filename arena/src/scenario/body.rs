@@ -6,7 +6,7 @@ use bittybuzz_robot_spec::Robot;
 
 use crate::robot::{DescribedRobot, RobotModel};
 
-use super::error::Cause;
+use super::error::ScenarioCause;
 use super::keys;
 use super::read::Section;
 
@@ -37,7 +37,7 @@ pub fn of_group(
         let shipped = models.iter().find(|model| model.robots().contains(&robot.name.as_str()));
         if shipped.is_none() {
             let known = models.iter().map(|model| model.name()).collect();
-            group.fail(Cause::NoBody { robot: robot.name.clone(), known });
+            group.fail(ScenarioCause::NoBody { robot: robot.name.clone(), known });
         }
         shipped?.clone()
     };

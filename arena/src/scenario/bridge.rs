@@ -5,17 +5,17 @@ use std::path::PathBuf;
 use bittybuzz_toml_reader::Place;
 
 use super::backend::{Backend, image};
-use super::error::Cause;
+use super::error::ScenarioCause;
 use super::folder::Folder;
 use super::keys::BRIDGE;
 use super::read::Section;
 use super::robots::Group;
-use super::world::{World, point_inside};
+use super::world::{WorldSection, point_inside};
 
 /// A computer between the media. It receives infrared through a listening robot on its debug line,
 /// sends infrared through an overhead controller, and has a dongle for each radio.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Bridge {
+pub struct BridgeSection {
     /// The position of the listening robot in mm.
     pub at: [f64; 2],
     /// The program of the listening robot; `None` if no group needs such a robot.
@@ -30,12 +30,12 @@ pub struct Bridge {
 pub fn read<'g>(
     root: &Section<'_>,
     folder: Folder<'_>,
-    world: &World,
+    world: &WorldSection,
     groups: &'g [Group],
-) -> Option<Bridge> {
+) -> Option<BridgeSection> {
     let section = root.section("bridge", BRIDGE)?;
     for group in groups.iter().filter(|group| group.backend == Backend::Vm) {
-        root.reader.fail_at(&group.place, Cause::NotBridged);
+        root.reader.fail_at(&group.place, ScenarioCause::NotBridged);
     }
     let at = match section.get("at") {
         Some(entry) => point_inside(&entry, world)?,
@@ -47,5 +47,5 @@ pub fn read<'g>(
         None => None,
     };
     let id = section.integer("id", 0..=0xffff).map_or(u16::MAX, |id| id as u16);
-    Some(Bridge { at, image, id, place: section.place() })
+    Some(BridgeSection { at, image, id, place: section.place() })
 }

@@ -2,7 +2,7 @@
 
 use std::fmt;
 
-use super::expect::{Expect, Of, Test, WORDS, Wanted, When};
+use super::expect::{Expect, ExpectedValue, Of, Test, WORDS, When};
 use super::value::Quantity;
 
 impl fmt::Display for Expect {
@@ -38,11 +38,11 @@ impl fmt::Display for Expect {
     }
 }
 
-impl fmt::Display for Wanted {
+impl fmt::Display for ExpectedValue {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
-            Wanted::Number(number) => number.fmt(f),
-            Wanted::Text(text) => write!(f, "\"{text}\""),
+            ExpectedValue::Number(number) => number.fmt(f),
+            ExpectedValue::Text(text) => write!(f, "\"{text}\""),
         }
     }
 }

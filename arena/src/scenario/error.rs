@@ -9,11 +9,11 @@ use crate::robot::step_rates;
 
 /// A mistake in a scenario: a sentence (`Display`), and optionally a place and a remedy
 /// ([`FileError::help`]).
-pub type ScenarioError = FileError<Cause>;
+pub type ScenarioError = FileError<ScenarioCause>;
 
 /// A mistake, one variant for each cause.
 #[derive(Debug, Clone, PartialEq, Eq)]
-pub enum Cause {
+pub enum ScenarioCause {
     /// The file cannot be read.
     Unreadable { path: String, reason: String },
     /// A mistake that any TOML file can have.
@@ -127,208 +127,228 @@ pub enum Cause {
 
 /// Returns the error of settings that are valid one by one, but not together.
 pub(crate) fn settings_error(error: crate::engine::SettingsError) -> ScenarioError {
-    ScenarioError { cause: Cause::Settings { message: error.to_string() }, place: None }
+    ScenarioError { cause: ScenarioCause::Settings { message: error.to_string() }, place: None }
 }
 
-impl From<TomlError> for Cause {
+impl From<TomlError> for ScenarioCause {
     fn from(error: TomlError) -> Self {
-        Cause::Toml(error)
+        ScenarioCause::Toml(error)
     }
 }
 
-impl fmt::Display for Cause {
+impl fmt::Display for ScenarioCause {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
-            Cause::Unreadable { path, reason } => write!(f, "cannot read `{path}`: {reason}"),
-            Cause::Toml(error) => error.fmt(f),
-            Cause::Without { key, needs } => write!(f, "`{key}` means nothing without `{needs}`"),
-            Cause::NoRobots => write!(f, "the scenario has no robots"),
-            Cause::Robot { error } => error.cause.fmt(f),
-            Cause::NoScript { path, reason, .. } => write!(f, "cannot read `{path}`: {reason}"),
-            Cause::BadGroupName { name } => {
+            ScenarioCause::Unreadable { path, reason } => {
+                write!(f, "cannot read `{path}`: {reason}")
+            }
+            ScenarioCause::Toml(error) => error.fmt(f),
+            ScenarioCause::Without { key, needs } => {
+                write!(f, "`{key}` means nothing without `{needs}`")
+            }
+            ScenarioCause::NoRobots => write!(f, "the scenario has no robots"),
+            ScenarioCause::Robot { error } => error.cause.fmt(f),
+            ScenarioCause::NoScript { path, reason, .. } => {
+                write!(f, "cannot read `{path}`: {reason}")
+            }
+            ScenarioCause::BadGroupName { name } => {
                 write!(f, "\"{name}\" cannot be the name of a group")
             }
-            Cause::DuplicateGroup { name, .. } => {
+            ScenarioCause::DuplicateGroup { name, .. } => {
                 write!(f, "a group `{name}` is defined a second time")
             }
-            Cause::BadExpectationName { name } => {
+            ScenarioCause::BadExpectationName { name } => {
                 write!(f, "{name:?} cannot be the name of an expectation")
             }
-            Cause::DuplicateExpectation { name, .. } => {
+            ScenarioCause::DuplicateExpectation { name, .. } => {
                 write!(f, "an expectation `{name}` is defined a second time")
             }
-            Cause::DuplicateId { id, .. } => write!(f, "robot {id} is defined a second time"),
-            Cause::IdsExhausted { last } => write!(f, "the last robot would have id {last}"),
-            Cause::UnknownRobots { text, .. } => write!(f, "no group of robots is named `{text}`"),
-            Cause::UnknownGroup { name, .. } => {
+            ScenarioCause::DuplicateId { id, .. } => {
+                write!(f, "robot {id} is defined a second time")
+            }
+            ScenarioCause::IdsExhausted { last } => {
+                write!(f, "the last robot would have id {last}")
+            }
+            ScenarioCause::UnknownRobots { text, .. } => {
+                write!(f, "no group of robots is named `{text}`")
+            }
+            ScenarioCause::UnknownGroup { name, .. } => {
                 write!(f, "no group of robots is named `{name}`")
             }
-            Cause::UnknownId { id, .. } => write!(f, "there is no robot {id}"),
-            Cause::TwoParts { id } => write!(f, "robot {id} is in two parts"),
-            Cause::EmptyRange { text } => write!(f, "no robot is in `{text}`"),
-            Cause::OutsideWorld { what, .. } => write!(f, "{what} would be outside the world"),
-            Cause::Overlap { robots, .. } => {
+            ScenarioCause::UnknownId { id, .. } => write!(f, "there is no robot {id}"),
+            ScenarioCause::TwoParts { id } => write!(f, "robot {id} is in two parts"),
+            ScenarioCause::EmptyRange { text } => write!(f, "no robot is in `{text}`"),
+            ScenarioCause::OutsideWorld { what, .. } => {
+                write!(f, "{what} would be outside the world")
+            }
+            ScenarioCause::Overlap { robots, .. } => {
                 let [(one, at), (other, other_at)] = &**robots;
                 write!(f, "robot {one} at {at} and robot {other} at {other_at} overlap")
             }
-            Cause::InWall { id, at, .. } => {
+            ScenarioCause::InWall { id, at, .. } => {
                 write!(f, "robot {id} at {at} would stand in the wall of the world")
             }
-            Cause::InObstacle { id, at, .. } => {
+            ScenarioCause::InObstacle { id, at, .. } => {
                 write!(f, "robot {id} at {at} would stand in an obstacle")
             }
-            Cause::AfterEnd { key, .. } => write!(f, "`{key}` is not within the run"),
-            Cause::BetweenTicks { key, value, .. } => {
+            ScenarioCause::AfterEnd { key, .. } => write!(f, "`{key}` is not within the run"),
+            ScenarioCause::BetweenTicks { key, value, .. } => {
                 write!(f, "`{key}` cannot be {value}: the simulator has a tick each 0.1 s")
             }
-            Cause::UnknownQuantity { text } => write!(f, "there is no quantity `{text}`"),
-            Cause::UnknownGlobal { name, .. } => write!(f, "no script has a global `{name}`"),
-            Cause::NotANumber { of } => write!(f, "\"{of}\" needs a comparison with a number"),
-            Cause::OneNumber { key } => {
+            ScenarioCause::UnknownQuantity { text } => write!(f, "there is no quantity `{text}`"),
+            ScenarioCause::UnknownGlobal { name, .. } => {
+                write!(f, "no script has a global `{name}`")
+            }
+            ScenarioCause::NotANumber { of } => {
+                write!(f, "\"{of}\" needs a comparison with a number")
+            }
+            ScenarioCause::OneNumber { key } => {
                 write!(f, "`{key}` means nothing here: the swarm has one number")
             }
-            Cause::NoSuchMedium { medium } => {
+            ScenarioCause::NoSuchMedium { medium } => {
                 write!(f, "no robot of the scenario has the medium `{medium}`")
             }
-            Cause::CapacityError { robot, needs } => {
+            ScenarioCause::CapacityError { robot, needs } => {
                 write!(f, "`{robot}` cannot be simulated: its body needs {needs}")
             }
-            Cause::StepRate { robot, rate } => {
+            ScenarioCause::StepRate { robot, rate } => {
                 write!(
                     f,
                     "`{robot}` cannot be simulated: its file asks for {rate} steps per second"
                 )
             }
-            Cause::NoEmulators => {
+            ScenarioCause::NoEmulators => {
                 write!(
                     f,
                     "this program was built without emulators, so that no robot runs its firmware"
                 )
             }
-            Cause::NoEmulator { robot } => write!(f, "nothing emulates a `{robot}`"),
-            Cause::NoBody { robot, .. } => {
+            ScenarioCause::NoEmulator { robot } => write!(f, "nothing emulates a `{robot}`"),
+            ScenarioCause::NoBody { robot, .. } => {
                 write!(f, "`{robot}` cannot be simulated: its file describes no body")
             }
-            Cause::NoEffect { robot, function, .. } => {
+            ScenarioCause::NoEffect { robot, function, .. } => {
                 write!(f, "`{function}` of `{robot}` has no effect in the simulator")
             }
-            Cause::NoFirmware { path, reason, .. } => {
+            ScenarioCause::NoFirmware { path, reason, .. } => {
                 write!(f, "cannot use firmware `{path}`: {reason}")
             }
-            Cause::UnlikeBackends { line } => {
+            ScenarioCause::UnlikeBackends { line } => {
                 write!(f, "these robots and those of line {line} would not hear each other")
             }
-            Cause::UnlikeFirmware { line } => {
+            ScenarioCause::UnlikeFirmware { line } => {
                 write!(f, "these robots run another firmware than those of line {line}")
             }
-            Cause::NotBridged => {
+            ScenarioCause::NotBridged => {
                 write!(f, "the bridge does not reach these robots, which run no firmware")
             }
-            Cause::TooManyEmulated { count, most } => {
+            ScenarioCause::TooManyEmulated { count, most } => {
                 write!(f, "{count} robots are too many for an emulator, which plays {most}")
             }
-            Cause::NotEmulated { key } => {
+            ScenarioCause::NotEmulated { key } => {
                 write!(f, "`{key}` cannot be had of robots that run firmware")
             }
-            Cause::Unseen { quantity } => {
+            ScenarioCause::Unseen { quantity } => {
                 write!(f, "`{quantity}` cannot be seen of robots that run firmware")
             }
-            Cause::ScriptTooLong { bytes, most } => {
+            ScenarioCause::ScriptTooLong { bytes, most } => {
                 write!(f, "the script has {bytes} bytes, the robot has room for {most}")
             }
-            Cause::NoCompiler { script } => {
+            ScenarioCause::NoCompiler { script } => {
                 write!(f, "`{script}` cannot be loaded: nothing compiles scripts in this run")
             }
-            Cause::NotCompiled { script, report } => {
+            ScenarioCause::NotCompiled { script, report } => {
                 write!(f, "`{script}` cannot be loaded:\n{}", report.trim_end())
             }
-            Cause::NotLoaded { script, reason } => write!(f, "`{script}` {reason}"),
-            Cause::ScriptChanged { script } => {
+            ScenarioCause::NotLoaded { script, reason } => write!(f, "`{script}` {reason}"),
+            ScenarioCause::ScriptChanged { script } => {
                 write!(f, "`{script}` has changed since it was loaded")
             }
-            Cause::InTheDark { id } => {
+            ScenarioCause::InTheDark { id } => {
                 write!(f, "robot {id} would start where the projector does not shine")
             }
-            Cause::NoEmulatorProgram { program, reason } => {
+            ScenarioCause::NoEmulatorProgram { program, reason } => {
                 write!(f, "cannot start the emulator `{program}`: {reason}")
             }
-            Cause::Emulator { message } => write!(f, "the robots cannot be emulated: {message}"),
-            Cause::Settings { message } => write!(f, "the world cannot be made: {message}"),
-            Cause::NoRoom { count, placed, .. } => {
+            ScenarioCause::Emulator { message } => {
+                write!(f, "the robots cannot be emulated: {message}")
+            }
+            ScenarioCause::Settings { message } => write!(f, "the world cannot be made: {message}"),
+            ScenarioCause::NoRoom { count, placed, .. } => {
                 write!(f, "random placement found no room for {count} robots, only for {placed}")
             }
         }
     }
 }
 
-impl toml_reader::Cause for Cause {
+impl toml_reader::Cause for ScenarioCause {
     fn help(&self) -> Option<String> {
         match self {
-            Cause::Toml(error) => error.help(),
-            Cause::NoRobots => Some("write a [[robots]] section for each group of them".to_owned()),
-            Cause::Robot { error } => error.cause.help(),
-            Cause::NoScript { likely, .. } => {
+            ScenarioCause::Toml(error) => error.help(),
+            ScenarioCause::NoRobots => Some("write a [[robots]] section for each group of them".to_owned()),
+            ScenarioCause::Robot { error } => error.cause.help(),
+            ScenarioCause::NoScript { likely, .. } => {
                 likely.as_ref().map(|likely| format!("did you mean `{likely}`?"))
             }
-            Cause::BadGroupName { .. } => {
+            ScenarioCause::BadGroupName { .. } => {
                 Some("\"all\" means all robots, numbers mean ids; a word is needed".to_owned())
             }
-            Cause::DuplicateGroup { line, .. } => {
+            ScenarioCause::DuplicateGroup { line, .. } => {
                 Some(format!("the first is in line {line}; choose another `name`"))
             }
-            Cause::BadExpectationName { .. } => Some(
+            ScenarioCause::BadExpectationName { .. } => Some(
                 "use letters, digits and _, the first no digit, as in `name = \"all_agree\"`"
                     .to_owned(),
             ),
-            Cause::DuplicateExpectation { line, .. } => {
+            ScenarioCause::DuplicateExpectation { line, .. } => {
                 Some(format!("the first is in line {line}; choose another `name`"))
             }
-            Cause::DuplicateId { line, .. } => {
+            ScenarioCause::DuplicateId { line, .. } => {
                 Some(format!("the group in line {line} has it; choose another `first_id`"))
             }
-            Cause::IdsExhausted { .. } => Some("ids are 0 to 65535".to_owned()),
-            Cause::UnknownRobots { text, groups } => {
+            ScenarioCause::IdsExhausted { .. } => Some("ids are 0 to 65535".to_owned()),
+            ScenarioCause::UnknownRobots { text, groups } => {
                 let forms = "(also: \"all\", an id as 3, ids as \"3..7\", or a list of these)";
                 Some(format!("{} {forms}", one_of(text, groups)))
             }
-            Cause::UnknownGroup { name, groups } => Some(one_of(name, groups)),
-            Cause::UnknownId { groups, .. } => Some(format!("there are {}", groups.join(", "))),
-            Cause::EmptyRange { .. } => Some("\"3..7\" is 3, 4, 5, 6 and 7".to_owned()),
-            Cause::OutsideWorld { size: [width, height], .. } => {
+            ScenarioCause::UnknownGroup { name, groups } => Some(one_of(name, groups)),
+            ScenarioCause::UnknownId { groups, .. } => Some(format!("there are {}", groups.join(", "))),
+            ScenarioCause::EmptyRange { .. } => Some("\"3..7\" is 3, 4, 5, 6 and 7".to_owned()),
+            ScenarioCause::OutsideWorld { size: [width, height], .. } => {
                 Some(format!("the world is {width} mm by {height} mm, with (0, 0) in its middle"))
             }
-            Cause::Overlap { apart, least, .. } => {
+            ScenarioCause::Overlap { apart, least, .. } => {
                 let least = least.as_ref().map(|(key, least)| format!("; the least `{key}` is {least}"));
                 Some(format!(
                     "their bodies need {apart} mm from middle to middle{}",
                     least.unwrap_or_default()
                 ))
             }
-            Cause::InWall { radius, most: [x, y], .. } => Some(format!(
+            ScenarioCause::InWall { radius, most: [x, y], .. } => Some(format!(
                 "its body has a radius of {radius} mm: x is from -{x} to {x}, y from -{y} to {y}"
             )),
-            Cause::InObstacle { radius, .. } => Some(format!(
+            ScenarioCause::InObstacle { radius, .. } => Some(format!(
                 "its body has a radius of {radius} mm, which must be between its middle and the obstacle"
             )),
-            Cause::AfterEnd { duration, .. } => {
+            ScenarioCause::AfterEnd { duration, .. } => {
                 Some(format!("`duration` in [world] is {duration} s"))
             }
-            Cause::BetweenTicks { nearest: [before, after], .. } => {
+            ScenarioCause::BetweenTicks { nearest: [before, after], .. } => {
                 Some(format!("{before} and {after} are the nearest that work"))
             }
-            Cause::UnknownQuantity { text } => Some(quantity_help(text)),
-            Cause::UnknownGlobal { name, known } if known.is_empty() => Some(format!(
+            ScenarioCause::UnknownQuantity { text } => Some(quantity_help(text)),
+            ScenarioCause::UnknownGlobal { name, known } if known.is_empty() => Some(format!(
                 "the scripts of these robots have none, or images no symbols; a global is assigned outside of functions: `{name} = 0`"
             )),
-            Cause::UnknownGlobal { name, known } => Some(one_of(name, known)),
-            Cause::StepRate { .. } => {
+            ScenarioCause::UnknownGlobal { name, known } => Some(one_of(name, known)),
+            ScenarioCause::StepRate { .. } => {
                 let rates: Vec<String> = step_rates().map(|rate| rate.to_string()).collect();
                 Some(format!(
                     "the simulator has ten ticks per second, so `tick_hz` can be one of {}",
                     rates.join(", ")
                 ))
             }
-            Cause::NoRoom { count, grid, spacing, .. } => Some(match grid >= count {
+            ScenarioCause::NoRoom { count, grid, spacing, .. } => Some(match grid >= count {
                 true => format!(
                     "make the world or `area` larger; or say placement = \"grid\" and spacing = {spacing}, which holds {grid} where \
                      nothing else stands"
@@ -337,67 +357,67 @@ impl toml_reader::Cause for Cause {
                     "make the world or `area` larger: even a grid with spacing = {spacing} holds only {grid}"
                 ),
             }),
-            Cause::NoBody { known, .. } => Some(format!(
+            ScenarioCause::NoBody { known, .. } => Some(format!(
                 "give the robot file a [body] with a `drive`, or the group a `body`: {}",
                 known.join(", ")
             )),
-            Cause::NoEffect { function, .. } => Some(format!(
+            ScenarioCause::NoEffect { function, .. } => Some(format!(
                 "leave `{function}` out of the robot file, give the file a [body], which has `sets`, `reads` and `logs` for functions, \
                  or give the model of the robot an effect for it"
             )),
-            Cause::NoEmulators => {
+            ScenarioCause::NoEmulators => {
                 Some("backend = \"vm\" simulates these robots; `bbz sim` also emulates them".to_owned())
             }
-            Cause::NoEmulator { .. } => {
+            ScenarioCause::NoEmulator { .. } => {
                 Some("backend = \"vm\" simulates it; emulated are robots that ship, if their file says where their id is".to_owned())
             }
-            Cause::NoFirmware { robots, .. } => Some(format!(
+            ScenarioCause::NoFirmware { robots, .. } => Some(format!(
                 "`cargo xtask build {}` builds it and says where it is; `firmware` names another one",
                 robots.join("` or `cargo xtask build ")
             )),
-            Cause::InTheDark { .. } => Some(
+            ScenarioCause::InTheDark { .. } => Some(
                 "it lights 838 mm by 518 mm around the middle of the world; `area` keeps random places in there"
                     .to_owned(),
             ),
-            Cause::NoEmulatorProgram { .. } => Some(
+            ScenarioCause::NoEmulatorProgram { .. } => Some(
                 "`cargo build --locked --release -p bittybuzz-emulate-m0` builds one, so does `-avr` or `-stm32`; it is looked for \
                  beside bbz and in PATH"
                     .to_owned(),
             ),
-            Cause::UnlikeBackends { .. } => {
+            ScenarioCause::UnlikeBackends { .. } => {
                 Some("all robots of a kind in a world need the same `backend`".to_owned())
             }
-            Cause::UnlikeFirmware { .. } => {
+            ScenarioCause::UnlikeFirmware { .. } => {
                 Some("all of a kind that are emulated in a world need the same `firmware`".to_owned())
             }
-            Cause::NotBridged => Some("say backend = \"firmware\"".to_owned()),
-            Cause::NotEmulated { .. } => {
+            ScenarioCause::NotBridged => Some("say backend = \"firmware\"".to_owned()),
+            ScenarioCause::NotEmulated { .. } => {
                 Some("backend = \"vm\" has it; emulated robots can be moved, fail, be restarted and cut off, and lose packets".to_owned())
             }
-            Cause::Unseen { .. } => Some(
+            ScenarioCause::Unseen { .. } => Some(
                 "place, heading, LED and whether the script runs can; or let the script show it with `led`"
                     .to_owned(),
             ),
-            Cause::NoCompiler { .. } => {
+            ScenarioCause::NoCompiler { .. } => {
                 Some("an event of the scenario with `load` does the same".to_owned())
             }
-            Cause::ScriptChanged { .. } => Some(
+            ScenarioCause::ScriptChanged { .. } => Some(
                 "give the new script a name of its own: what was done before is written down with the old one"
                     .to_owned(),
             ),
-            Cause::NotANumber { .. } => Some("equals, differs, below, above or between".to_owned()),
-            Cause::Unreadable { .. }
-            | Cause::Without { .. }
-            | Cause::TwoParts { .. }
-            | Cause::CapacityError { .. }
-            | Cause::Settings { .. }
-            | Cause::TooManyEmulated { .. }
-            | Cause::ScriptTooLong { .. }
-            | Cause::NotCompiled { .. }
-            | Cause::NotLoaded { .. }
-            | Cause::Emulator { .. }
-            | Cause::OneNumber { .. }
-            | Cause::NoSuchMedium { .. } => None,
+            ScenarioCause::NotANumber { .. } => Some("equals, differs, below, above or between".to_owned()),
+            ScenarioCause::Unreadable { .. }
+            | ScenarioCause::Without { .. }
+            | ScenarioCause::TwoParts { .. }
+            | ScenarioCause::CapacityError { .. }
+            | ScenarioCause::Settings { .. }
+            | ScenarioCause::TooManyEmulated { .. }
+            | ScenarioCause::ScriptTooLong { .. }
+            | ScenarioCause::NotCompiled { .. }
+            | ScenarioCause::NotLoaded { .. }
+            | ScenarioCause::Emulator { .. }
+            | ScenarioCause::OneNumber { .. }
+            | ScenarioCause::NoSuchMedium { .. } => None,
         }
     }
 }

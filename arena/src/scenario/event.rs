@@ -2,35 +2,35 @@
 
 use std::path::PathBuf;
 
-use bittybuzz_robot_spec::Profile;
+use bittybuzz_robot_spec::NumberProfile;
 use bittybuzz_toml_reader::{Place, TomlError};
 use toml::de::DeValue;
 
 use crate::robot::ScriptNumber;
 
 use super::adversary::{self, Adversary};
-use super::error::Cause;
+use super::error::ScenarioCause;
 use super::expect::not_after_end;
 use super::load::groups_of;
 use super::read::{Entry, Section};
 use super::robots::{Group, heading};
 use super::select::{RobotIndex, Selection};
 use super::time::seconds;
-use super::world::{World, light, point_inside};
-use super::{Light, Loss, Medium};
+use super::world::{WorldSection, light, point_inside};
+use super::{LampSection, LossSetting, Medium};
 
 /// A change to the world at a time.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Event {
+pub struct ScheduledEvent {
     /// Seconds from the start. The change takes effect before the robots act at that time.
     pub at: f64,
     /// The change.
-    pub action: Action,
+    pub action: WorldChange,
 }
 
 /// A change to the world.
 #[derive(Debug, Clone, PartialEq)]
-pub enum Action {
+pub enum WorldChange {
     /// The robots fail: no motor, no frame, no step, until they are restarted.
     Fail(Selection),
     /// The robots stop: no motor, no frame, no step, until they resume.
@@ -67,7 +67,7 @@ pub enum Action {
         /// The robots that the event is for.
         robots: Selection,
         /// The destination.
-        to: Target,
+        to: MoveTarget,
         /// The new heading in degrees; `None` keeps it.
         heading: Option<f64>,
     },
@@ -79,9 +79,9 @@ pub enum Action {
         millivolts: u16,
     },
     /// The lights of the world are replaced.
-    Light(Vec<Light>),
+    Light(Vec<LampSection>),
     /// The share of frames that a medium loses is set.
-    Loss(Medium, Loss),
+    Loss(Medium, LossSetting),
     /// Links between robots of the first and of the second selection are blocked in both
     /// directions.
     Block(Selection, Selection),
@@ -97,7 +97,7 @@ pub enum Action {
 
 /// The destination of robots that are moved.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub enum Target {
+pub enum MoveTarget {
     /// The mean of their positions moves to this point, in mm. Their relative positions stay.
     To([f64; 2]),
     /// Each robot moves by this displacement in mm.
@@ -128,34 +128,34 @@ const ACTIONS: &[&str] = &[
 pub fn read(
     section: &Section<'_>,
     census: &RobotIndex,
-    world: &World,
+    world: &WorldSection,
     groups: &[Group],
     used: &[Medium],
     script: &dyn Fn(&Entry<'_>) -> Option<PathBuf>,
-) -> Option<Event> {
+) -> Option<ScheduledEvent> {
     let at = section.required("at").and_then(|entry| {
         let at = seconds(&entry, 0.0..=f64::MAX)?;
         not_after_end(&entry, "at", at, world.duration)?;
         // No action takes effect at the very end of the run.
         if at >= world.duration {
-            entry.fail(Cause::AfterEnd { key: "at", duration: world.duration.to_string() });
+            entry.fail(ScenarioCause::AfterEnd { key: "at", duration: world.duration.to_string() });
             return None;
         }
         Some(at)
     });
     let action = action(section, census, world, groups, used, script);
-    Some(Event { at: at?, action: action? })
+    Some(ScheduledEvent { at: at?, action: action? })
 }
 
 /// Reads the action of an event or a command. `script` reads the path of a script.
 pub fn action(
     section: &Section<'_>,
     census: &RobotIndex,
-    world: &World,
+    world: &WorldSection,
     groups: &[Group],
     used: &[Medium],
     script: &dyn Fn(&Entry<'_>) -> Option<PathBuf>,
-) -> Option<Action> {
+) -> Option<WorldChange> {
     let (key, entry) = section.one_of(ACTIONS)?;
     for (other, needs) in [
         ("to", "move"),
@@ -169,15 +169,15 @@ pub fn action(
         ("medium", "loss"),
     ] {
         if let Some(stray) = section.get(other).filter(|_| key != needs) {
-            stray.fail(Cause::Without { key: other, needs });
+            stray.fail(ScenarioCause::Without { key: other, needs });
         }
     }
     let action = match key {
-        "fail" => Action::Fail(census.select(&entry)?),
-        "stop" => Action::Stop(census.select(&entry)?),
-        "resume" => Action::Resume(census.select(&entry)?),
-        "restart" => Action::Restart(census.select(&entry)?),
-        "brown_out" => Action::BrownOut(census.select(&entry)?),
+        "fail" => WorldChange::Fail(census.select(&entry)?),
+        "stop" => WorldChange::Stop(census.select(&entry)?),
+        "resume" => WorldChange::Resume(census.select(&entry)?),
+        "restart" => WorldChange::Restart(census.select(&entry)?),
+        "brown_out" => WorldChange::BrownOut(census.select(&entry)?),
         "load" => {
             let robots = census.select(&entry);
             let script = section.required("script").and_then(|entry| script(&entry));
@@ -185,66 +185,67 @@ pub fn action(
                 None => Some(false),
                 Some(entry) => entry.boolean(),
             };
-            Action::Load { robots: robots?, script: script?, keep: keep? }
+            WorldChange::Load { robots: robots?, script: script?, keep: keep? }
         }
         "set" => set(section, census.select(&entry), groups)?,
-        "join" => Action::Join(census.select(&entry)?),
+        "join" => WorldChange::Join(census.select(&entry)?),
         "move" => moved(section, census.select(&entry), world)?,
         "battery" => {
             let robots = census.select(&entry);
             let volts = section.required("volts").and_then(|entry| entry.number(0.0..=5.0));
-            Action::Battery { robots: robots?, millivolts: (volts? * 1000.0).round() as u16 }
+            WorldChange::Battery { robots: robots?, millivolts: (volts? * 1000.0).round() as u16 }
         }
-        "light" => Action::Light(lights(&entry, world)?),
+        "light" => WorldChange::Light(lights(&entry, world)?),
         "loss" => loss(section, &entry, used)?,
         "block" => {
             let [one, other] = pair(&entry, census)?;
-            Action::Block(one, other)
+            WorldChange::Block(one, other)
         }
         "restore" => {
             let [one, other] = pair(&entry, census)?;
-            Action::Restore(one, other)
+            WorldChange::Restore(one, other)
         }
-        "partition" => Action::Partition(parts(&entry, census)?),
+        "partition" => WorldChange::Partition(parts(&entry, census)?),
         "adversary" => adversary::of_event(&entry, census, world, groups)?,
         _ => {
             let DeValue::Boolean(true) = entry.value else {
                 entry.wrong_type("true");
                 return None;
             };
-            Action::Heal
+            WorldChange::Heal
         }
     };
-    if let Action::Loss(Medium::Nrf24, loss) = &action
+    if let WorldChange::Loss(Medium::Nrf24, loss) = &action
         && census.any_is_emulated()
     {
         loss.check_emulated(&entry);
     }
     // The emulator loads the flash only at its start, and has no access to the memory later.
-    if let Action::Load { robots, .. } | Action::Set { robots, .. } = &action
+    if let WorldChange::Load { robots, .. } | WorldChange::Set { robots, .. } = &action
         && census.is_emulated(robots)
     {
-        entry.fail(Cause::NotEmulated { key });
+        entry.fail(ScenarioCause::NotEmulated { key });
         return None;
     }
     // Real robots cannot be paused.
-    if let Action::Stop(robots) | Action::Resume(robots) = &action
+    if let WorldChange::Stop(robots) | WorldChange::Resume(robots) = &action
         && census.is_emulated(robots)
     {
-        entry.fail(Cause::NotEmulated { key });
+        entry.fail(ScenarioCause::NotEmulated { key });
         return None;
     }
-    if let Action::Fail(robots) | Action::Restart(robots) | Action::BrownOut(robots) = &action
+    if let WorldChange::Fail(robots) | WorldChange::Restart(robots) | WorldChange::BrownOut(robots) =
+        &action
         && !census.have_switches(robots)
     {
-        entry.fail(Cause::NotEmulated { key });
+        entry.fail(ScenarioCause::NotEmulated { key });
         return None;
     }
     Some(action)
 }
 
 /// Reads a global and its number, which must fit the smallest number range of the robots.
-fn set(section: &Section<'_>, robots: Option<Selection>, groups: &[Group]) -> Option<Action> {
+fn set(section: &Section<'_>, robots: Option<Selection>, groups: &[Group]) -> Option<WorldChange> {
     let global = section.required("global").and_then(|entry| {
         let name = entry.string()?.to_owned();
         Some((name, entry.place()))
@@ -252,7 +253,8 @@ fn set(section: &Section<'_>, robots: Option<Selection>, groups: &[Group]) -> Op
     let robots = robots?;
     let of_robots = groups_of(groups, &robots);
     let groups = of_robots.iter().filter_map(|group| groups.get(*group));
-    let is_tiny = groups.map(|group| group.robot.profile).any(|profile| profile == Profile::Tiny);
+    let is_tiny =
+        groups.map(|group| group.robot.profile).any(|profile| profile == NumberProfile::Tiny);
     let entry = section.required("number")?;
     let number = match (entry.value, is_tiny) {
         (DeValue::Integer(_), true) => int(entry.number(i16::MIN.into()..=i16::MAX.into())?),
@@ -261,7 +263,7 @@ fn set(section: &Section<'_>, robots: Option<Selection>, groups: &[Group]) -> Op
         (_, false) => float(entry.number(f32::MIN.into()..=f32::MAX.into())?),
     };
     let (global, place) = global?;
-    Some(Action::Set { robots, global, number, place })
+    Some(WorldChange::Set { robots, global, number, place })
 }
 
 /// The greatest float of the profile `tiny`: 10 bits, and the greatest exponent is 31.
@@ -275,22 +277,26 @@ fn float(number: f64) -> ScriptNumber {
     ScriptNumber::Float(number as f32)
 }
 
-fn moved(section: &Section<'_>, robots: Option<Selection>, world: &World) -> Option<Action> {
+fn moved(
+    section: &Section<'_>,
+    robots: Option<Selection>,
+    world: &WorldSection,
+) -> Option<WorldChange> {
     let heading = section.get("heading").map(|entry| heading(&entry));
     let (key, entry) = section.one_of(&["to", "by"])?;
     let target = match key {
-        "to" => Target::To(point_inside(&entry, world)?),
-        _ => Target::By(entry.numbers("two numbers as [x, y]", -1e6..=1e6)?),
+        "to" => MoveTarget::To(point_inside(&entry, world)?),
+        _ => MoveTarget::By(entry.numbers("two numbers as [x, y]", -1e6..=1e6)?),
     };
     let heading = match heading {
         None => None,
         Some(heading) => Some(heading?),
     };
-    Some(Action::Move { robots: robots?, to: target, heading })
+    Some(WorldChange::Move { robots: robots?, to: target, heading })
 }
 
 /// Reads the lights of an event: one, or a list of them.
-fn lights(entry: &Entry<'_>, world: &World) -> Option<Vec<Light>> {
+fn lights(entry: &Entry<'_>, world: &WorldSection) -> Option<Vec<LampSection>> {
     match entry.value {
         DeValue::Array(_) => {
             Some(entry.list()?.iter().filter_map(|item| light(item, world)).collect())
@@ -299,7 +305,7 @@ fn lights(entry: &Entry<'_>, world: &World) -> Option<Vec<Light>> {
     }
 }
 
-fn loss(section: &Section<'_>, entry: &Entry<'_>, used: &[Medium]) -> Option<Action> {
+fn loss(section: &Section<'_>, entry: &Entry<'_>, used: &[Medium]) -> Option<WorldChange> {
     let loss = super::medium::loss(entry);
     let medium = match (section.get("medium"), used) {
         // The scenario has a single medium, so the key can be absent.
@@ -310,13 +316,13 @@ fn loss(section: &Section<'_>, entry: &Entry<'_>, used: &[Medium]) -> Option<Act
         (Some(entry), _) => {
             let medium = section.word("medium", &Medium::WORDS)?;
             if !used.contains(&medium) && !used.is_empty() {
-                entry.fail(Cause::NoSuchMedium { medium: medium.name() });
+                entry.fail(ScenarioCause::NoSuchMedium { medium: medium.name() });
                 return None;
             }
             Some(medium)
         }
     };
-    Some(Action::Loss(medium?, loss?))
+    Some(WorldChange::Loss(medium?, loss?))
 }
 
 fn pair(entry: &Entry<'_>, census: &RobotIndex) -> Option<[Selection; 2]> {
@@ -346,7 +352,7 @@ fn parts(entry: &Entry<'_>, census: &RobotIndex) -> Option<Vec<Selection>> {
         let part = census.select(item)?;
         let is_taken = |robot: &usize| parts.iter().any(|other| other.contains(*robot));
         if let Some(robot) = part.iter().find(is_taken) {
-            item.fail(Cause::TwoParts { id: census.id(robot) });
+            item.fail(ScenarioCause::TwoParts { id: census.id(robot) });
             return None;
         }
         parts.push(part);

@@ -5,7 +5,7 @@ use std::collections::{BTreeMap, btree_map};
 use bittybuzz_toml_reader::{Place, TomlError, number_text};
 use toml::de::DeValue;
 
-use super::error::Cause;
+use super::error::ScenarioCause;
 use super::keys::EXPECT;
 use super::read::{Entry, Section};
 use super::select::{RobotIndex, Selection};
@@ -87,9 +87,9 @@ pub enum Reduction {
 #[derive(Debug, Clone, PartialEq)]
 pub enum Test {
     /// The value is equal to this one.
-    Equals(Wanted),
+    Equals(ExpectedValue),
     /// The value exists and is not equal to this one.
-    Differs(Wanted),
+    Differs(ExpectedValue),
     /// The value is less than this number.
     Below(f64),
     /// The value is greater than this number.
@@ -102,7 +102,7 @@ pub enum Test {
 
 /// A value to compare with.
 #[derive(Debug, Clone, PartialEq)]
-pub enum Wanted {
+pub enum ExpectedValue {
     /// A number.
     Number(f64),
     /// A string.
@@ -146,12 +146,15 @@ fn name(section: &Section<'_>, lines: &mut BTreeMap<String, usize>) -> Option<St
     let entry = section.get("name")?;
     let name = entry.string()?.to_owned();
     if !is_identifier(&name) {
-        entry.fail(Cause::BadExpectationName { name });
+        entry.fail(ScenarioCause::BadExpectationName { name });
         return None;
     }
     match lines.entry(name.clone()) {
         btree_map::Entry::Occupied(line) => {
-            entry.fail(Cause::DuplicateExpectation { name: name.clone(), line: *line.get() });
+            entry.fail(ScenarioCause::DuplicateExpectation {
+                name: name.clone(),
+                line: *line.get(),
+            });
         }
         btree_map::Entry::Vacant(free) => {
             free.insert(entry.place().line);
@@ -179,7 +182,7 @@ fn read(
     });
     let tolerance = tolerance(section);
     if let (Some((Quantity::Swarm(_), _)), Some(entry)) = (&value, section.get("of")) {
-        entry.fail(Cause::OneNumber { key: "of" });
+        entry.fail(ScenarioCause::OneNumber { key: "of" });
         return None;
     }
     let (of, test) = (of?, test?);
@@ -197,8 +200,8 @@ fn read(
     if let (Of::Reduced(reduction), Some(test)) = (of, &test)
         && !matches!(
             test,
-            Test::Equals(Wanted::Number(_))
-                | Test::Differs(Wanted::Number(_))
+            Test::Equals(ExpectedValue::Number(_))
+                | Test::Differs(ExpectedValue::Number(_))
                 | Test::Below(_)
                 | Test::Above(_)
                 | Test::Between(..)
@@ -206,12 +209,12 @@ fn read(
     {
         let named = WORDS.iter().find(|(_, of)| *of == Of::Reduced(reduction));
         let entry = section.get("of")?;
-        entry.fail(Cause::NotANumber { of: named.map_or("of", |(word, _)| word) });
+        entry.fail(ScenarioCause::NotANumber { of: named.map_or("of", |(word, _)| word) });
         return None;
     }
     let (value, value_place) = value?;
     if robots.as_ref().is_some_and(|robots| !census.all_tell(&value, robots)) {
-        section.reader.fail_at(&value_place, Cause::Unseen { quantity: value.to_string() });
+        section.reader.fail_at(&value_place, ScenarioCause::Unseen { quantity: value.to_string() });
         return None;
     }
     let place = section.place();
@@ -233,7 +236,7 @@ pub fn quantity(entry: &Entry<'_>) -> Option<Quantity> {
     let text = entry.string()?;
     let quantity = Quantity::parse(text);
     if quantity.is_none() {
-        entry.fail(Cause::UnknownQuantity { text: text.to_owned() });
+        entry.fail(ScenarioCause::UnknownQuantity { text: text.to_owned() });
     }
     quantity
 }
@@ -266,7 +269,7 @@ fn when(section: &Section<'_>, duration: f64) -> Option<When> {
 /// Reports a time after the end of the run.
 pub fn not_after_end(entry: &Entry<'_>, key: &'static str, time: f64, duration: f64) -> Option<()> {
     if time > duration {
-        entry.fail(Cause::AfterEnd { key, duration: duration.to_string() });
+        entry.fail(ScenarioCause::AfterEnd { key, duration: duration.to_string() });
         return None;
     }
     Some(())
@@ -311,15 +314,15 @@ fn tolerance(section: &Section<'_>) -> f64 {
     let is_agree = section.get("of").is_some_and(|of| of.value.as_str() == Some("agree"));
     let is_used = is_agree || section.get("equals").is_some() || section.get("differs").is_some();
     if !is_used {
-        entry.fail(Cause::Without { key: "tolerance", needs: "equals" });
+        entry.fail(ScenarioCause::Without { key: "tolerance", needs: "equals" });
     }
     entry.number(0.0..=f64::MAX).unwrap_or(0.0)
 }
 
-fn wanted(entry: &Entry<'_>) -> Option<Wanted> {
+fn wanted(entry: &Entry<'_>) -> Option<ExpectedValue> {
     match entry.value {
-        DeValue::String(text) => Some(Wanted::Text(text.to_string())),
-        DeValue::Integer(_) | DeValue::Float(_) => entry.number(FINITE).map(Wanted::Number),
+        DeValue::String(text) => Some(ExpectedValue::Text(text.to_string())),
+        DeValue::Integer(_) | DeValue::Float(_) => entry.number(FINITE).map(ExpectedValue::Number),
         _ => {
             entry.wrong_type("a number or a string");
             None

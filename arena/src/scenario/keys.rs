@@ -4,7 +4,7 @@ use std::ops::RangeInclusive;
 
 /// A key of a section.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct Key {
+pub struct SectionKey {
     pub name: &'static str,
     /// The form of the value.
     pub takes: &'static str,
@@ -21,7 +21,7 @@ pub struct SectionKeys {
     /// The name of the section in errors.
     pub name: &'static str,
     /// The keys, in the order of the document.
-    pub keys: &'static [Key],
+    pub keys: &'static [SectionKey],
 }
 
 /// The top level of the file.
@@ -65,7 +65,7 @@ pub const ASSIGNMENT: &str = "[assignment]";
 #[macro_export]
 macro_rules! scenario_keys {
     ($($name:literal $takes:literal $default:literal $help:literal),* $(,)?) => {
-        &[$($crate::scenario::keys::Key { name: $name, takes: $takes, default: $default, help: $help }),*]
+        &[$($crate::scenario::keys::SectionKey { name: $name, takes: $takes, default: $default, help: $help }),*]
     };
 }
 
@@ -77,7 +77,7 @@ pub const GAIN_ERROR: RangeInclusive<f64> = 0.0..=1.0;
 
 /// The keys of infrared, which measures distances and has a rate. The last two keys do not apply to
 /// radios.
-const IR_KEYS: &[Key] = scenario_keys![
+const IR_KEYS: &[SectionKey] = scenario_keys![
     "range" "number" "of the model" "largest distance at which a frame is heard, in mm; ir: from rim to rim, radio: from middle to middle",
     "loss" "0 to 1 or [near, far]" "of the model" "share of frames lost on each link: everywhere, or where robots touch and at the end of the range",
     "duplication" "0 to 1" "0" "share of frames that arrive twice",
@@ -86,7 +86,7 @@ const IR_KEYS: &[Key] = scenario_keys![
     "distance_error" "number" "of the preset" "standard deviation of measured distances in mm",
 ];
 
-const RADIO_KEYS: &[Key] = IR_KEYS.split_at(IR_KEYS.len() - 2).0;
+const RADIO_KEYS: &[SectionKey] = IR_KEYS.split_at(IR_KEYS.len() - 2).0;
 
 /// Every section.
 pub const SECTIONS: &[SectionKeys] = &[

@@ -2,7 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
-use super::{Action, Event, Group, Scenario, Selection};
+use super::{Group, Scenario, ScheduledEvent, Selection, WorldChange};
 
 /// A script that an event or a command loads into the robots of a group. Each group has its own
 /// image of it.
@@ -38,10 +38,10 @@ pub fn groups_of(groups: &[Group], robots: &Selection) -> Vec<usize> {
 
 /// Returns the scripts that events load and that groups do not run from the start, each once, in
 /// the order of the events.
-pub fn loads(events: &[Event], groups: &[Group]) -> Vec<Load> {
+pub fn loads(events: &[ScheduledEvent], groups: &[Group]) -> Vec<Load> {
     let mut loads: Vec<Load> = Vec::new();
     for event in events {
-        let Action::Load { robots, script, .. } = &event.action else { continue };
+        let WorldChange::Load { robots, script, .. } = &event.action else { continue };
         for group in groups_of(groups, robots) {
             let load = Load { group, script: script.clone() };
             let is_own = groups.get(group).is_some_and(|group| group.script == *script);

@@ -4,7 +4,7 @@ use toml::de::DeValue;
 
 use crate::engine;
 
-use super::error::Cause;
+use super::error::ScenarioCause;
 use super::keys::{IR, NRF24, P2P, RAB};
 use super::read::{Entry, Section};
 
@@ -54,7 +54,7 @@ pub struct MediumSettings {
     /// middle to middle for radio.
     pub range: Option<f64>,
     /// The share of frames that are lost.
-    pub loss: Option<Loss>,
+    pub loss: Option<LossSetting>,
     /// The share of frames that arrive twice.
     pub duplication: Option<f64>,
     /// The share of frames that arrive up to half a second late.
@@ -67,25 +67,25 @@ pub struct MediumSettings {
 
 /// The share of frames that are lost on a link, in addition to collisions.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Loss {
+pub struct LossSetting {
     /// For robots that touch.
     pub near: f64,
     /// For robots as far apart as the medium reaches.
     pub far: f64,
 }
 
-impl Loss {
+impl LossSetting {
     /// Reports a loss that depends on the distance, which an emulator does not model.
     pub(super) fn check_emulated(self, entry: &Entry<'_>) {
         if self.near != self.far {
-            entry.fail(Cause::NotEmulated { key: "loss = [near, far]" });
+            entry.fail(ScenarioCause::NotEmulated { key: "loss = [near, far]" });
         }
     }
 }
 
 /// The settings of every medium.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
-pub struct Media {
+pub struct MediaSettings {
     /// Infrared light.
     pub ir: MediumSettings,
     /// nRF24L01+ radio.
@@ -96,7 +96,7 @@ pub struct Media {
     pub rab: MediumSettings,
 }
 
-impl Media {
+impl MediaSettings {
     /// Returns the settings of a medium.
     pub fn of(&self, medium: Medium) -> &MediumSettings {
         match medium {
@@ -113,8 +113,8 @@ const NOT_EMULATED: [&str; 2] = ["duplication", "reordering"];
 
 /// Reads the media of the file. `used` are those of all robots, and `emulated` those that carry
 /// packets between emulated robots.
-pub fn read(root: &Section<'_>, used: &[Medium], emulated: &[Medium]) -> Media {
-    let mut media = Media::default();
+pub fn read(root: &Section<'_>, used: &[Medium], emulated: &[Medium]) -> MediaSettings {
+    let mut media = MediaSettings::default();
     let Some(section) = root.section("medium", super::keys::MEDIUM) else { return media };
     for (medium, name) in
         [(Medium::Ir, IR), (Medium::Nrf24, NRF24), (Medium::P2p, P2P), (Medium::Rab, RAB)]
@@ -122,11 +122,11 @@ pub fn read(root: &Section<'_>, used: &[Medium], emulated: &[Medium]) -> Media {
         let key = medium.name();
         let Some(settings) = section.section(key, name) else { continue };
         if !used.contains(&medium) && !used.is_empty() {
-            settings.fail(Cause::NoSuchMedium { medium: key });
+            settings.fail(ScenarioCause::NoSuchMedium { medium: key });
         }
         for key in NOT_EMULATED.into_iter().filter(|_| emulated.contains(&medium)) {
             if let Some(entry) = settings.get(key) {
-                entry.fail(Cause::NotEmulated { key });
+                entry.fail(ScenarioCause::NotEmulated { key });
             }
         }
         let section = settings;
@@ -168,11 +168,11 @@ fn read_one(section: &Section<'_>) -> MediumSettings {
 }
 
 /// Reads one share for all links, or one for near and one for far links.
-pub fn loss(entry: &Entry<'_>) -> Option<Loss> {
+pub fn loss(entry: &Entry<'_>) -> Option<LossSetting> {
     if let DeValue::Array(_) = entry.value {
         let [near, far] = entry.numbers("a number or two as [near, far]", 0.0..=1.0)?;
-        return Some(Loss { near, far });
+        return Some(LossSetting { near, far });
     }
     let share = entry.number(0.0..=1.0)?;
-    Some(Loss { near: share, far: share })
+    Some(LossSetting { near: share, far: share })
 }

@@ -1,7 +1,7 @@
 //! The check for groups of emulated robots that cannot be in one world.
 
 use super::backend::Backend;
-use super::error::Cause;
+use super::error::ScenarioCause;
 use super::read::Section;
 use super::robots::Group;
 
@@ -20,20 +20,20 @@ pub fn check(root: &Section<'_>, groups: &[Group]) {
         if let Some(first) = first
             && first.backend.firmware().is_some() != group.backend.firmware().is_some()
         {
-            fail(group, Cause::UnlikeBackends { line: first.place.line });
+            fail(group, ScenarioCause::UnlikeBackends { line: first.place.line });
         }
         let Some(firmware) = group.backend.firmware() else { continue };
         if let Some(first) = first
             && first.backend.firmware().is_some_and(|of_first| of_first != firmware)
         {
-            fail(group, Cause::UnlikeFirmware { line: first.place.line });
+            fail(group, ScenarioCause::UnlikeFirmware { line: first.place.line });
         }
         let alike =
             groups.iter().take(number + 1).filter(|other| other.model.name() == group.model.name());
         let count = alike.map(|other| other.count).sum();
         let most = group.model.emulation().map_or(0, |emulation| emulation.most());
         if count > most {
-            fail(group, Cause::TooManyEmulated { count, most });
+            fail(group, ScenarioCause::TooManyEmulated { count, most });
         }
     }
 }

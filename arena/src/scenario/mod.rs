@@ -31,7 +31,7 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use bittybuzz_compiler::include::{DiskFiles, Files};
-use bittybuzz_toml_reader::{self as toml_reader, Override, Source};
+use bittybuzz_toml_reader::{self as toml_reader, Override, SourceText};
 
 use crate::robot::{DESCRIBED_LINK, Models, RobotModel};
 use folder::Folder;
@@ -39,41 +39,41 @@ use folder::Folder;
 pub use adversary::{Adversary, AdversaryKind};
 pub use assignment::Assignment;
 pub use backend::Backend;
-pub use bridge::Bridge;
+pub use bridge::BridgeSection;
 pub(crate) use error::settings_error;
-pub use error::{Cause, ScenarioError};
-pub use event::{Action, Event, Target};
-pub use expect::{Expect, Of, Reduction, Test, Wanted, When};
+pub use error::{ScenarioCause, ScenarioError};
+pub use event::{MoveTarget, ScheduledEvent, WorldChange};
+pub use expect::{Expect, ExpectedValue, Of, Reduction, Test, When};
 pub use load::Load;
 pub(crate) use load::groups_of;
-pub use medium::{Loss, Media, Medium, MediumSettings};
-pub use output::Output;
+pub use medium::{LossSetting, MediaSettings, Medium, MediumSettings};
+pub use output::OutputSection;
 pub use read::{Entry, Section};
 pub use robots::{Group, Heading, Placement};
 pub use select::Selection;
 pub(crate) use space::{Space, Standing, length_up};
 pub use value::{FORMS as QUANTITIES, Key, Quantity, Swarm};
-pub use world::{Light, Obstacle, Outline, World};
+pub use world::{LampSection, ObstacleSection, Outline, WorldSection};
 
 /// A scenario that can be run.
 #[derive(Debug, Clone)]
 pub struct Scenario {
     /// The ground, light and time.
-    pub world: World,
+    pub world: WorldSection,
     /// The robots; at least one group.
     pub groups: Vec<Group>,
     /// The models of robots that are available, with the file's settings for each.
     pub models: Vec<Arc<dyn RobotModel>>,
     /// The media that carry their frames.
-    pub media: Media,
+    pub media: MediaSettings,
     /// The station that forwards frames between different media.
-    pub bridge: Option<Bridge>,
+    pub bridge: Option<BridgeSection>,
     /// Changes by time; those at the same time in the order of the file.
-    pub events: Vec<Event>,
+    pub events: Vec<ScheduledEvent>,
     /// Conditions that must hold.
     pub expects: Vec<Expect>,
     /// The results of a run that are kept.
-    pub output: Output,
+    pub output: OutputSection,
     /// The task for a class, if the scenario is an assignment.
     pub assignment: Option<Assignment>,
     /// The scripts that events load into robots.
@@ -106,7 +106,8 @@ impl Scenario {
     ) -> Result<Scenario, Vec<ScenarioError>> {
         let shown = path.to_string_lossy();
         let text = folder::read_text(files, path).map_err(|error| {
-            let cause = Cause::Unreadable { path: shown.to_string(), reason: error.to_string() };
+            let cause =
+                ScenarioCause::Unreadable { path: shown.to_string(), reason: error.to_string() };
             vec![ScenarioError { cause, place: None }]
         })?;
         Scenario::parse_in(files, &text, path, set, models)
@@ -139,13 +140,13 @@ impl Scenario {
 
     /// Reads a command to a running world and returns its action. The text has the keys of an
     /// `[[event]]` without `at`, such as `fail = 3`.
-    pub fn command(&self, text: &str) -> Result<Action, Vec<ScenarioError>> {
+    pub fn command(&self, text: &str) -> Result<WorldChange, Vec<ScenarioError>> {
         let schema = |section| match section {
             keys::COMMAND => keys::of(keys::EVENT).into_iter().filter(|key| *key != "at").collect(),
             section => keys::of(section),
         };
         let format = (keys::COMMAND, &schema as toml_reader::Schema<'_>);
-        toml_reader::read(&Source::new(keys::COMMAND, text), &[], format, |section| {
+        toml_reader::read(&SourceText::new(keys::COMMAND, text), &[], format, |section| {
             let (census, groups) = (&self.census, &self.groups);
             // The compiler reports a script that is missing.
             let script = |entry: &Entry<'_>| Some(self.folder.join(entry.string()?));
@@ -173,11 +174,11 @@ fn parse(
     let sets: Vec<(&str, String, &str)> = set.iter().map(|set| split(set)).collect();
     let overrides: Vec<Override<'_>> = sets
         .iter()
-        .map(|(key, shown, value)| Override::new(key, Source::new(shown, value)))
+        .map(|(key, shown, value)| Override::new(key, SourceText::new(shown, value)))
         .collect();
     let schema = |section| keys_of(section, models);
     let format = (keys::ROOT, &schema as toml_reader::Schema<'_>);
-    toml_reader::read(&Source::new(path, text), &overrides, format, |root| {
+    toml_reader::read(&SourceText::new(path, text), &overrides, format, |root| {
         scenario(root, folder, models)
     })
 }
@@ -188,7 +189,7 @@ fn scenario(root: &Section<'_>, folder: Folder<'_>, models: &Models) -> Option<S
     let world = world::read(root);
     // Without a valid `[world]`, places and times cannot be checked: an unbounded world accepts
     // all.
-    let boundless = World {
+    let boundless = WorldSection {
         size: [f64::MAX; 2],
         obstacles: Vec::new(),
         lights: Vec::new(),
@@ -220,7 +221,7 @@ fn scenario(root: &Section<'_>, folder: Folder<'_>, models: &Models) -> Option<S
     let bridge = bridge::read(root, folder, known, &groups);
     let sections = root.sections("event", keys::EVENT);
     let script = |entry: &Entry<'_>| robots::script(entry, folder);
-    let mut events: Vec<Event> = Vec::new();
+    let mut events: Vec<ScheduledEvent> = Vec::new();
     for section in &sections {
         let event = event::read(section, &census, known, &groups, &used, &script);
         let Some(event) = event else { continue };

@@ -2,7 +2,7 @@
 
 use bittybuzz_toml_reader::Place;
 
-use super::error::Cause;
+use super::error::ScenarioCause;
 use super::expect::quantity;
 use super::keys::OUTPUT;
 use super::read::Section;
@@ -12,15 +12,15 @@ use super::value::Quantity;
 
 /// The results of a run that are kept for pictures and tables.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Output {
+pub struct OutputSection {
     /// Seconds between two samples of pictures and recordings.
     pub every: f64,
     /// Quantities to show over time, with the place of each in the file.
     pub plot: Vec<(Quantity, Place)>,
 }
 
-pub fn read(root: &Section<'_>, census: &RobotIndex) -> Output {
-    let mut output = Output { every: 1.0, plot: Vec::new() };
+pub fn read(root: &Section<'_>, census: &RobotIndex) -> OutputSection {
+    let mut output = OutputSection { every: 1.0, plot: Vec::new() };
     let Some(section) = root.section("output", OUTPUT) else { return output };
     if let Some(every) = section.get("every").and_then(|entry| seconds(&entry, 0.1..=3600.0)) {
         output.every = every;
@@ -29,7 +29,7 @@ pub fn read(root: &Section<'_>, census: &RobotIndex) -> Output {
     output.plot = items.iter().filter_map(|item| Some((quantity(item)?, item.place()))).collect();
     for (quantity, place) in &output.plot {
         if census.nobody_tells(quantity) {
-            root.reader.fail_at(place, Cause::Unseen { quantity: quantity.to_string() });
+            root.reader.fail_at(place, ScenarioCause::Unseen { quantity: quantity.to_string() });
         }
     }
     output

@@ -3,9 +3,9 @@
 
 use bittybuzz_toml_reader as toml_reader;
 
-use super::error::Cause;
+use super::error::ScenarioCause;
 
 /// A table of a scenario.
-pub type Section<'a> = toml_reader::Section<'a, Cause>;
+pub type Section<'a> = toml_reader::Section<'a, ScenarioCause>;
 /// A value of a scenario.
-pub type Entry<'a> = toml_reader::Entry<'a, Cause>;
+pub type Entry<'a> = toml_reader::TomlEntry<'a, ScenarioCause>;

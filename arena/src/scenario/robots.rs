@@ -7,7 +7,7 @@ use std::sync::Arc;
 
 use bittybuzz_compiler::include::Files;
 use bittybuzz_robot_files::find;
-use bittybuzz_robot_spec::{OnFault, Profile, Robot, RobotErrors};
+use bittybuzz_robot_spec::{NumberProfile, OnFault, Robot, RobotErrors};
 use bittybuzz_toml_reader::{Place, TomlError};
 use toml::de::DeValue;
 
@@ -15,14 +15,14 @@ use crate::robot::{Emulation, Models, RobotModel, common_effect, step_rates};
 
 use super::backend::{self, Backend};
 use super::body;
-use super::error::Cause;
+use super::error::ScenarioCause;
 use super::folder::{Folder, read_text};
 use super::keys::ROBOTS;
 use super::medium::{self, Medium, MediumSettings};
 use super::read::{Entry, Section};
-use super::select::{self, Emulated, RobotIndex};
+use super::select::{self, EmulatorLimits, RobotIndex};
 use super::space::Standing;
-use super::world::{World, point_inside};
+use super::world::{WorldSection, point_inside};
 
 /// Robots of one kind that run one script.
 #[derive(Debug, Clone)]
@@ -142,13 +142,13 @@ const SPACING: RangeInclusive<f64> = 1.0..=1e6;
 pub fn read(
     root: &Section<'_>,
     folder: Folder<'_>,
-    world: &World,
+    world: &WorldSection,
     models: &Models,
     census: &mut RobotIndex,
 ) -> Vec<Option<Group>> {
     let sections = root.sections("robots", ROBOTS);
     if sections.is_empty() && root.get("robots").is_none() {
-        root.fail(Cause::NoRobots);
+        root.fail(ScenarioCause::NoRobots);
     }
     sections.iter().map(|section| group(section, folder, world, models, census)).collect()
 }
@@ -156,7 +156,7 @@ pub fn read(
 fn group(
     section: &Section<'_>,
     folder: Folder<'_>,
-    world: &World,
+    world: &WorldSection,
     models: &Models,
     census: &mut RobotIndex,
 ) -> Option<Group> {
@@ -164,7 +164,8 @@ fn group(
     let robot_entry = section.required("robot");
     let robot_file = robot_entry.as_ref().and_then(|entry| robot_file(entry, folder));
     let mut robot = robot_entry.and_then(|entry| robot(&entry, robot_file.as_deref(), folder));
-    let profiles = [Profile::Tiny, Profile::Full].map(|profile| (profile.name(), profile));
+    let profiles =
+        [NumberProfile::Tiny, NumberProfile::Full].map(|profile| (profile.name(), profile));
     if let (Some(robot), Some(profile)) = (&mut robot, section.word("profile", &profiles)) {
         robot.profile = profile;
     }
@@ -192,13 +193,13 @@ fn group(
         None => section.fail(cause),
     };
     if ids.end > 0x1_0000 {
-        pointed(Cause::IdsExhausted { last: ids.end - 1 });
+        pointed(ScenarioCause::IdsExhausted { last: ids.end - 1 });
     } else if let Some((id, line)) = census.taken(&ids) {
-        pointed(Cause::DuplicateId { id, line });
+        pointed(ScenarioCause::DuplicateId { id, line });
     }
     census.add(name.clone(), first_id, count, is_sized && ids.end <= 0x1_0000, &place);
     if matches!(backend, Some(Backend::Firmware { .. })) {
-        let limits = |emulation: Arc<dyn Emulation>| Emulated {
+        let limits = |emulation: Arc<dyn Emulation>| EmulatorLimits {
             counts_steps: emulation.counts_steps(),
             has_switch: emulation.has_switch(),
         };
@@ -250,7 +251,7 @@ fn clock_skew(entry: &Entry<'_>) -> Option<[f64; 2]> {
 fn check_rate(section: &Section<'_>, robot: Option<&Robot>) {
     let (Some(robot), Some(entry)) = (robot, section.get("robot")) else { return };
     if !step_rates().any(|rate| rate == robot.tick_hz) {
-        entry.fail(Cause::StepRate { robot: robot.name.clone(), rate: robot.tick_hz });
+        entry.fail(ScenarioCause::StepRate { robot: robot.name.clone(), rate: robot.tick_hz });
     }
 }
 
@@ -259,7 +260,7 @@ fn check_effects(section: &Section<'_>, robot: &Robot, model: &dyn RobotModel) {
     for function in &robot.functions {
         if model.effect(function).is_none() && common_effect(function).is_none() {
             let (robot, function) = (robot.name.clone(), function.name.clone());
-            let cause = Cause::NoEffect { robot, function };
+            let cause = ScenarioCause::NoEffect { robot, function };
             match section.get("robot") {
                 Some(entry) => entry.fail(cause),
                 None => section.fail(cause),
@@ -302,9 +303,11 @@ fn robot(entry: &Entry<'_>, file: Option<&Path>, folder: Folder<'_>) -> Option<R
                 match error.place.clone() {
                     // The mistake has its place in the robot file.
                     Some(place) => {
-                        entry.reader.fail_at(&place, Cause::Robot { error: Box::new(error) });
+                        entry
+                            .reader
+                            .fail_at(&place, ScenarioCause::Robot { error: Box::new(error) });
                     }
-                    None => entry.fail(Cause::Robot { error: Box::new(error) }),
+                    None => entry.fail(ScenarioCause::Robot { error: Box::new(error) }),
                 }
             }
             None
@@ -318,9 +321,9 @@ fn name(section: &Section<'_>, robot: Option<&Robot>, census: &mut RobotIndex) -
     if let Some(entry) = section.get("name") {
         let name = entry.string().unwrap_or_default();
         if name.is_empty() || select::means_others(name) {
-            entry.fail(Cause::BadGroupName { name: name.to_owned() });
+            entry.fail(ScenarioCause::BadGroupName { name: name.to_owned() });
         } else if let Some(line) = census.line_of(name) {
-            entry.fail(Cause::DuplicateGroup { name: name.to_owned(), line });
+            entry.fail(ScenarioCause::DuplicateGroup { name: name.to_owned(), line });
         }
         return name.to_owned();
     }
@@ -336,7 +339,7 @@ pub fn script(entry: &Entry<'_>, folder: Folder<'_>) -> Option<PathBuf> {
             let likely = likely_file(&folder.path.join(text), folder.files);
             let likely = likely.map(|name| Path::new(text).with_file_name(name));
             let likely = likely.map(|likely| likely.to_string_lossy().into_owned());
-            entry.fail(Cause::NoScript { path: text.to_owned(), reason, likely });
+            entry.fail(ScenarioCause::NoScript { path: text.to_owned(), reason, likely });
             None
         }
     }
@@ -391,7 +394,7 @@ const KEYS: [(&str, &[Form], &str); 7] = [
     ("positions", &[Form::List], "placement = \"list\""),
 ];
 
-fn placement(section: &Section<'_>, count: u32, world: &World) -> Option<Placement> {
+fn placement(section: &Section<'_>, count: u32, world: &WorldSection) -> Option<Placement> {
     let form = match section.get("placement") {
         Some(_) => section.word("placement", &FORMS)?,
         None if section.get("positions").is_some() => Form::List,
@@ -399,7 +402,7 @@ fn placement(section: &Section<'_>, count: u32, world: &World) -> Option<Placeme
     };
     for (key, forms, needs) in KEYS {
         if let Some(entry) = section.get(key).filter(|_| !forms.contains(&form)) {
-            entry.fail(Cause::Without { key, needs });
+            entry.fail(ScenarioCause::Without { key, needs });
         }
     }
     let at = match section.get("at") {
@@ -446,7 +449,7 @@ fn placement(section: &Section<'_>, count: u32, world: &World) -> Option<Placeme
     Some(placement)
 }
 
-fn list(section: &Section<'_>, count: u32, world: &World) -> Option<Placement> {
+fn list(section: &Section<'_>, count: u32, world: &WorldSection) -> Option<Placement> {
     let entry = section.required("positions")?;
     let items = entry.list()?;
     if items.is_empty() {

@@ -6,7 +6,7 @@ use std::ops::Range;
 use bittybuzz_toml_reader::{Place, TomlError};
 use toml::de::DeValue;
 
-use super::error::Cause;
+use super::error::ScenarioCause;
 use super::read::{Entry, Section};
 use super::value::Quantity;
 
@@ -86,12 +86,12 @@ struct Known {
     robots: Range<u32>,
     line: usize,
     /// The limits of its emulator, if its robots run their firmware.
-    emulated: Option<Emulated>,
+    emulated: Option<EmulatorLimits>,
 }
 
 /// The limits of an emulator.
 #[derive(Debug, Clone, Copy)]
-pub struct Emulated {
+pub struct EmulatorLimits {
     pub counts_steps: bool,
     pub has_switch: bool,
 }
@@ -169,7 +169,7 @@ impl RobotIndex {
     }
 
     /// Marks the group that was added last as emulated, with the limits of its emulator.
-    pub fn last_is_emulated(&mut self, emulated: Option<Emulated>) {
+    pub fn last_is_emulated(&mut self, emulated: Option<EmulatorLimits>) {
         if let Some(group) = self.groups.last_mut() {
             group.emulated = emulated;
         }
@@ -284,11 +284,11 @@ impl RobotIndex {
             // and shows no more.
             let listed = if item.reader.is_full() { &[] } else { self.groups.as_slice() };
             let groups = listed.iter().map(|group| group.name.clone()).collect();
-            item.fail(Cause::UnknownRobots { text: text.to_owned(), groups });
+            item.fail(ScenarioCause::UnknownRobots { text: text.to_owned(), groups });
             return None;
         };
         if last < first {
-            item.fail(Cause::EmptyRange { text: text.to_owned() });
+            item.fail(ScenarioCause::EmptyRange { text: text.to_owned() });
             return None;
         }
         self.add_ids(item, &(u32::from(first)..u32::from(last) + 1), text, ranges)
@@ -310,7 +310,7 @@ impl RobotIndex {
         if count < ids.len() {
             let is_full = item.reader.is_full();
             let groups = if is_full { Vec::new() } else { self.described() };
-            item.fail(Cause::UnknownId { id: text.to_owned(), groups });
+            item.fail(ScenarioCause::UnknownId { id: text.to_owned(), groups });
             return None;
         }
         ranges.extend(found);

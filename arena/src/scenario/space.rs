@@ -5,11 +5,11 @@ use std::collections::HashMap;
 
 use crate::engine::SLOP;
 
-use super::error::Cause;
-use super::event::{Action, Event, Target};
+use super::error::ScenarioCause;
+use super::event::{MoveTarget, ScheduledEvent, WorldChange};
 use super::read::Section;
 use super::robots::{Group, Placement};
-use super::world::{Obstacle, Outline, World};
+use super::world::{ObstacleSection, Outline, WorldSection};
 
 /// A robot at a position.
 #[derive(Debug, Clone, Copy)]
@@ -25,7 +25,7 @@ pub struct Standing {
 /// Placed bodies by the square cell of the ground, so that only near ones are compared. Empty cells
 /// take no memory, however large the world is.
 pub struct Space<'a> {
-    world: &'a World,
+    world: &'a WorldSection,
     /// The side of a cell in mm. A body reaches at most into the adjacent cells.
     side: f64,
     cells: HashMap<[i32; 2], Vec<Standing>>,
@@ -34,7 +34,7 @@ pub struct Space<'a> {
 impl<'a> Space<'a> {
     /// Returns the ground of a world without robots. `widest` is the largest radius in mm of the
     /// robots that will be added.
-    pub fn new(world: &'a World, widest: f64) -> Self {
+    pub fn new(world: &'a WorldSection, widest: f64) -> Self {
         Space { world, side: 2.0 * widest.max(1.0), cells: HashMap::new() }
     }
 
@@ -75,12 +75,12 @@ enum Barrier {
 
 /// Returns the barrier that a body at that place would overlap. For an obstacle, an overlap of up
 /// to `slack` mm is allowed.
-fn stands_in(world: &World, at: [f64; 2], radius: f64, slack: f64) -> Option<Barrier> {
+fn stands_in(world: &WorldSection, at: [f64; 2], radius: f64, slack: f64) -> Option<Barrier> {
     let is_beyond = |axis: usize| at[axis].abs() + radius - SLACK > world.size[axis] / 2.0;
     if is_beyond(0) || is_beyond(1) {
         return Some(Barrier::Wall);
     }
-    let is_in = |obstacle: &Obstacle| gap(obstacle.outline, at) < radius - slack;
+    let is_in = |obstacle: &ObstacleSection| gap(obstacle.outline, at) < radius - slack;
     world.obstacles.iter().any(is_in).then_some(Barrier::Obstacle)
 }
 
@@ -90,7 +90,12 @@ const SLACK: f64 = SLOP as f64;
 /// Reports the first robot of each group that would start in another robot, in an obstacle or in a
 /// wall. Robots with a random placement always get a free place. Absent robots need their place
 /// when they join.
-pub fn check_starts(root: &Section<'_>, world: &World, groups: &[Group], events: &[Event]) {
+pub fn check_starts(
+    root: &Section<'_>,
+    world: &WorldSection,
+    groups: &[Group],
+    events: &[ScheduledEvent],
+) {
     let is_barred = |group: &Group| {
         let mut robots = group.standing();
         let barred = robots
@@ -122,7 +127,7 @@ pub fn check_starts(root: &Section<'_>, world: &World, groups: &[Group], events:
     };
     check(&|group, _| group.present);
     for event in events {
-        if let Action::Join(robots) = &event.action {
+        if let WorldChange::Join(robots) = &event.action {
             check(&|group, number| !group.present && robots.contains(number));
         }
     }
@@ -130,8 +135,13 @@ pub fn check_starts(root: &Section<'_>, world: &World, groups: &[Group], events:
 
 /// Reports a move of one robot to a place in an obstacle or in a wall. The destinations of several
 /// robots, and of all moves with `by`, depend on the run and are not checked.
-pub fn check_move(section: &Section<'_>, world: &World, groups: &[Group], action: &Action) {
-    let Action::Move { robots, to: Target::To(at), .. } = action else { return };
+pub fn check_move(
+    section: &Section<'_>,
+    world: &WorldSection,
+    groups: &[Group],
+    action: &WorldChange,
+) {
+    let WorldChange::Move { robots, to: MoveTarget::To(at), .. } = action else { return };
     let (1, Some(mut number)) = (robots.count(), robots.iter().next()) else { return };
     for group in groups {
         if number >= group.count as usize {
@@ -149,19 +159,19 @@ pub fn check_move(section: &Section<'_>, world: &World, groups: &[Group], action
     }
 }
 
-fn barred_by(barrier: Barrier, robot: Standing, world: &World) -> Cause {
+fn barred_by(barrier: Barrier, robot: Standing, world: &WorldSection) -> ScenarioCause {
     let Standing { at, radius, id } = robot;
     let (at, radius) = (place_text(at), short(radius));
     match barrier {
         Barrier::Wall => {
             let most = world.size.map(|side| short((side / 2.0 - robot.radius).max(0.0)));
-            Cause::InWall { id, at, radius, most }
+            ScenarioCause::InWall { id, at, radius, most }
         }
-        Barrier::Obstacle => Cause::InObstacle { id, at, radius },
+        Barrier::Obstacle => ScenarioCause::InObstacle { id, at, radius },
     }
 }
 
-fn overlap(group: &Group, robot: Standing, other: Standing) -> Cause {
+fn overlap(group: &Group, robot: Standing, other: Standing) -> ScenarioCause {
     let ids = u32::from(group.first_id)..u32::from(group.first_id) + group.count;
     let apart = robot.radius + other.radius;
     // The spacing of this group does not affect overlaps with robots of other groups.
@@ -176,7 +186,7 @@ fn overlap(group: &Group, robot: Standing, other: Standing) -> Cause {
         }
         Placement::Random { .. } | Placement::List(_) => None,
     };
-    Cause::Overlap {
+    ScenarioCause::Overlap {
         robots: Box::new([(other.id, place_text(other.at)), (robot.id, place_text(robot.at))]),
         apart: length_up(apart),
         least: key.map(|(key, least)| (key, length_up(least))),

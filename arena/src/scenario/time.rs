@@ -9,7 +9,7 @@ use bittybuzz_toml_reader::number_text;
 
 use crate::engine::TICK_US;
 
-use super::error::Cause;
+use super::error::ScenarioCause;
 use super::read::Entry;
 
 const TICKS_PER_SECOND: f64 = 1e6 / TICK_US as f64;
@@ -31,6 +31,10 @@ pub fn check_ticks(entry: &Entry<'_>, time: f64) -> Option<()> {
         return Some(());
     }
     let nearest = [ticks.floor(), ticks.ceil()].map(|ticks| number_text(ticks / TICKS_PER_SECOND));
-    entry.fail(Cause::BetweenTicks { key: entry.key.clone(), value: number_text(time), nearest });
+    entry.fail(ScenarioCause::BetweenTicks {
+        key: entry.key.clone(),
+        value: number_text(time),
+        nearest,
+    });
     None
 }

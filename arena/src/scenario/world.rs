@@ -3,20 +3,20 @@
 use bittybuzz_toml_reader::{TomlError, number_text};
 use toml::de::DeValue;
 
-use super::error::Cause;
+use super::error::ScenarioCause;
 use super::keys::{LIGHT, OBSTACLE, WORLD};
 use super::read::{Entry, Section};
 use super::time::seconds;
 
 /// The ground under the robots: a rectangle with walls around it and (0, 0) in its middle.
 #[derive(Debug, Clone, PartialEq)]
-pub struct World {
+pub struct WorldSection {
     /// Width and height in mm.
     pub size: [f64; 2],
     /// The obstacles on the ground.
-    pub obstacles: Vec<Obstacle>,
+    pub obstacles: Vec<ObstacleSection>,
     /// The lights at the start.
-    pub lights: Vec<Light>,
+    pub lights: Vec<LampSection>,
     /// Ambient light, 0 to 1023 in the units of a robot's sensor.
     pub ambient: f64,
     /// The seed of all random numbers.
@@ -27,7 +27,7 @@ pub struct World {
 
 /// An obstacle, which robots cannot pass through.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Obstacle {
+pub struct ObstacleSection {
     /// The place and size on the ground.
     pub outline: Outline,
     /// The height in mm at and above which robots pass over it; `None` if they cannot.
@@ -57,7 +57,7 @@ pub enum Outline {
 
 /// A lamp.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Light {
+pub struct LampSection {
     /// The position in mm.
     pub at: [f64; 2],
     /// The reading of a sensor next to the lamp that faces it, 0 to 1023.
@@ -73,7 +73,7 @@ const BRIGHTNESS: std::ops::RangeInclusive<f64> = 0.0..=1023.0;
 /// The valid durations in seconds: at most four weeks.
 const DURATION: std::ops::RangeInclusive<f64> = 0.1..=2_419_200.0;
 
-pub fn read(root: &Section<'_>) -> Option<World> {
+pub fn read(root: &Section<'_>) -> Option<WorldSection> {
     let Some(section) = root.section("world", WORLD) else {
         if root.get("world").is_none() {
             root.fail(TomlError::MissingKey { key: "world", section: root.name });
@@ -82,7 +82,7 @@ pub fn read(root: &Section<'_>) -> Option<World> {
     };
     let size = section.required("size").and_then(|entry| entry.numbers(SIZE, EXTENT));
     let duration = section.required("duration").and_then(|entry| seconds(&entry, DURATION));
-    let mut world = World {
+    let mut world = WorldSection {
         size: size.unwrap_or([1e6; 2]),
         obstacles: Vec::new(),
         lights: Vec::new(),
@@ -102,18 +102,18 @@ pub fn read(root: &Section<'_>) -> Option<World> {
 
 const SIZE: &str = "two numbers as [width, height]";
 
-fn obstacle(entry: &Entry<'_>, world: &World) -> Option<Obstacle> {
+fn obstacle(entry: &Entry<'_>, world: &WorldSection) -> Option<ObstacleSection> {
     let section = entry.section(OBSTACLE)?;
     let height = section.number("height", 1.0..=1e6);
-    Some(Obstacle { outline: outline(&section, world)?, height })
+    Some(ObstacleSection { outline: outline(&section, world)?, height })
 }
 
-fn outline(section: &Section<'_>, world: &World) -> Option<Outline> {
+fn outline(section: &Section<'_>, world: &WorldSection) -> Option<Outline> {
     let point = |key| section.required(key).and_then(|entry| point_inside(&entry, world));
     let (key, shape) = section.one_of(&["radius", "size", "from"])?;
     for (other, needs) in [("at", ["radius", "size"]), ("to", ["from", "from"])] {
         if let Some(stray) = section.get(other).filter(|_| !needs.contains(&key)) {
-            stray.fail(Cause::Without { key: other, needs: needs[0] });
+            stray.fail(ScenarioCause::Without { key: other, needs: needs[0] });
         }
     }
     Some(match key {
@@ -133,18 +133,21 @@ fn outline(section: &Section<'_>, world: &World) -> Option<Outline> {
 }
 
 /// Reads a lamp: a table, or only its position.
-pub fn light(entry: &Entry<'_>, world: &World) -> Option<Light> {
+pub fn light(entry: &Entry<'_>, world: &WorldSection) -> Option<LampSection> {
     if let DeValue::Array(_) = entry.value {
-        return Some(Light { at: point_inside(entry, world)?, brightness: *BRIGHTNESS.end() });
+        return Some(LampSection {
+            at: point_inside(entry, world)?,
+            brightness: *BRIGHTNESS.end(),
+        });
     }
     let section = entry.section(LIGHT)?;
     let at = section.required("at").and_then(|entry| point_inside(&entry, world));
     let brightness = section.number("brightness", BRIGHTNESS).unwrap_or(*BRIGHTNESS.end());
-    Some(Light { at: at?, brightness })
+    Some(LampSection { at: at?, brightness })
 }
 
 /// Reads a point, which must be within the world.
-pub fn point_inside(entry: &Entry<'_>, world: &World) -> Option<[f64; 2]> {
+pub fn point_inside(entry: &Entry<'_>, world: &WorldSection) -> Option<[f64; 2]> {
     let point = entry.numbers("two numbers as [x, y]", f64::MIN..=f64::MAX)?;
     if !world.contains(point) {
         let [x, y] = point;
@@ -154,13 +157,13 @@ pub fn point_inside(entry: &Entry<'_>, world: &World) -> Option<[f64; 2]> {
     Some(point)
 }
 
-impl World {
+impl WorldSection {
     /// Returns true if a point is on the ground.
     pub fn contains(&self, [x, y]: [f64; 2]) -> bool {
         2.0 * x.abs() <= self.size[0] && 2.0 * y.abs() <= self.size[1]
     }
 
-    pub(super) fn outside(&self, what: String) -> Cause {
-        Cause::OutsideWorld { what, size: self.size.map(|side| side as u32) }
+    pub(super) fn outside(&self, what: String) -> ScenarioCause {
+        ScenarioCause::OutsideWorld { what, size: self.size.map(|side| side as u32) }
     }
 }

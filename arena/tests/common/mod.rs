@@ -5,7 +5,9 @@
 
 pub mod robots;
 
-use bittybuzz_arena::engine::{Area, Brain, Io, Link, Loss, Pose, RobotId, Side, Sighting};
+use bittybuzz_arena::engine::{
+    Area, Brain, FrameSighting, Io, LinkSettings, Loss, Pose, RobotId, Side,
+};
 use bittybuzz_crazyflie_model::{Flight, Positioning, Velocity};
 use bittybuzz_kilobot_model::KilobotMotors;
 use bittybuzz_motion::drive::Wheels;
@@ -17,7 +19,7 @@ use robots::{RobotKind, Settings, World};
 pub struct Said {
     pub tick: u64,
     pub bytes: Vec<u8>,
-    pub sighting: Sighting,
+    pub sighting: FrameSighting,
 }
 
 impl Said {
@@ -140,7 +142,7 @@ pub fn exact() -> Settings {
     settings
 }
 
-pub fn links(settings: &mut Settings) -> [&mut Link; 3] {
+pub fn links(settings: &mut Settings) -> [&mut LinkSettings; 3] {
     [&mut settings.infrared.link, &mut settings.nrf24.link, &mut settings.p2p.link]
 }
 

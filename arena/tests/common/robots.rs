@@ -4,7 +4,7 @@ use core::ops::{Deref, DerefMut};
 use std::sync::Arc;
 
 use bittybuzz_arena::engine::{
-    self, AddError, Area, Brain, HerdId, Infrared, Media, Medium, Nrf24, P2p, Pose, RobotId,
+    self, AddError, Area, Brain, HerdId, Infrared, Media, Medium, Nrf24Medium, P2p, Pose, RobotId,
     SettingsError,
 };
 use bittybuzz_crazyflie_model::CrazyflieModel;
@@ -39,14 +39,15 @@ pub struct Settings {
     pub zooid: ZooidModel,
     pub crazyflie: CrazyflieModel,
     pub infrared: Infrared,
-    pub nrf24: Nrf24,
+    pub nrf24: Nrf24Medium,
     pub p2p: P2p,
     pub ambient_light: f32,
 }
 
 impl Default for Settings {
     fn default() -> Self {
-        let engine::Settings { seed, threads, area, ambient_light } = engine::Settings::default();
+        let engine::WorldSettings { seed, threads, area, ambient_light } =
+            engine::WorldSettings::default();
         let Media { infrared, nrf24, p2p, .. } = Media::STANDARD;
         Settings {
             seed,
@@ -88,7 +89,8 @@ pub struct World<B> {
 impl<B: Brain> World<B> {
     pub fn new(settings: Settings) -> Result<Self, SettingsError> {
         let Settings { seed, threads, area, ambient_light, .. } = settings;
-        let world = engine::World::new(engine::Settings { seed, threads, area, ambient_light })?;
+        let world =
+            engine::World::new(engine::WorldSettings { seed, threads, area, ambient_light })?;
         let mut world = World { world, herds: Vec::new() };
         world.add_variant(settings)?;
         Ok(world)

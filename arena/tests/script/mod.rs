@@ -11,7 +11,7 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 use bittybuzz_arena::run::{Program, Setup, SetupError, Simulation, Summary};
 use bittybuzz_arena::scenario::{Group, Scenario, ScenarioError};
 use bittybuzz_compiler::compile::{Options, compile};
-use bittybuzz_compiler::include::{DiskFiles, Loader};
+use bittybuzz_compiler::include::{DiskFiles, IncludeLoader};
 
 /// Returns a folder with scripts, given by name and text. Each call returns another folder: a test that writes a script
 /// empties the file first, and another test could read it at that moment.
@@ -43,7 +43,7 @@ pub fn program(script: &Path, group: &Group) -> Result<Program, String> {
         profile: None,
     };
     let text = fs::read_to_string(script).map_err(|error| error.to_string())?;
-    let compiled = compile(script, text, &Loader::new(&DiskFiles), &options);
+    let compiled = compile(script, text, &IncludeLoader::new(&DiskFiles), &options);
     let symbols = compiled.symbols;
     let program = compiled.image.map(|image| Program { image, symbols });
     program.ok_or_else(|| format!("{:#?}", compiled.diagnostics))

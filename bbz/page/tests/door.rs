@@ -13,7 +13,7 @@ use std::time::Duration;
 use bittybuzz_arena::run::{Program, Session, Setup, Simulation};
 use bittybuzz_arena::scenario::{Group, Scenario};
 use bittybuzz_compiler::compile::{Options, compile};
-use bittybuzz_compiler::include::{Loader, MemoryFiles};
+use bittybuzz_compiler::include::{IncludeLoader, MemoryFiles};
 use bittybuzz_live::Live;
 use bittybuzz_page::Page;
 use serde_json::Value;
@@ -38,7 +38,7 @@ fn live() -> Live {
         let robots = bittybuzz_robot_files::all_shipped();
         let options = Options { robot: Some(group.robot.clone()), robots, profile: None };
         let script_text = "function step() { forward() }\n".to_owned();
-        let compiled = compile(script, script_text, &Loader::new(&files), &options);
+        let compiled = compile(script, script_text, &IncludeLoader::new(&files), &options);
         Program { image: compiled.image.unwrap(), symbols: compiled.symbols }
     };
     let programs: Vec<Program> = scenario.programs().map(program).collect();

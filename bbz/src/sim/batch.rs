@@ -10,9 +10,9 @@ use std::thread;
 use std::time::{Duration, Instant};
 
 use annotate_snippets::{Group, Level};
-use bittybuzz_arena::output::{Row, Table, metrics};
+use bittybuzz_arena::output::{RunRow, RunTable, metrics};
 use bittybuzz_arena::run::{self, RunError, Setup, Summary};
-use bittybuzz_arena::scenario::{Cause, Scenario};
+use bittybuzz_arena::scenario::{Scenario, ScenarioCause};
 use rayon::prelude::*;
 
 use crate::ExitStatus;
@@ -33,7 +33,7 @@ use super::{SimArguments, summary, table};
 const WRITE_AGAIN: Duration = Duration::from_secs(10);
 
 /// A run of the batch.
-struct Run {
+struct BatchRun {
     variant: usize,
     seed: u32,
 }
@@ -65,11 +65,11 @@ pub fn run(arguments: &SimArguments, variants: &[Vec<String>]) -> Result<ExitSta
         return Err(Problem::UnlikeColumns);
     }
     let seeds = arguments.runs.unwrap_or(1);
-    let runs: Vec<Run> = setups
+    let runs: Vec<BatchRun> = setups
         .iter()
         .enumerate()
         .flat_map(|(variant, (_, first))| {
-            (0..seeds).map(move |run| Run { variant, seed: first.wrapping_add(run) })
+            (0..seeds).map(move |run| BatchRun { variant, seed: first.wrapping_add(run) })
         })
         .collect();
     let interrupt = Interrupt::install().map_err(Problem::Interrupt)?;
@@ -109,7 +109,7 @@ pub fn run(arguments: &SimArguments, variants: &[Vec<String>]) -> Result<ExitSta
         Some(row(run, variants.get(run.variant)?, end, columns.len()))
     });
     let keys = variants.first().into_iter().flatten().map(|setting| parts(setting).0).collect();
-    let table = Table { parameters: keys, rows: rows.collect(), metrics: columns.clone() };
+    let table = RunTable { parameters: keys, rows: rows.collect(), metrics: columns.clone() };
     let kept = ends.values().filter(|end| end.is_ok()).count();
     let folder = journal.as_ref().map(|journal| journal.folder().to_owned());
     if let (Some(path), true) = (&arguments.csv, is_complete) {
@@ -131,7 +131,7 @@ pub fn run(arguments: &SimArguments, variants: &[Vec<String>]) -> Result<ExitSta
             }
             let is_own = |number: &usize| runs.get(*number).is_some_and(|r| r.variant == variant);
             let rows = ends.keys().zip(&table.rows).filter(|(number, _)| is_own(number));
-            let rows: Vec<&Row> = rows.map(|(_, row)| row).collect();
+            let rows: Vec<&RunRow> = rows.map(|(_, row)| row).collect();
             table::describe(&columns, &rows, settings, &mut text);
         }
     }
@@ -140,7 +140,7 @@ pub fn run(arguments: &SimArguments, variants: &[Vec<String>]) -> Result<ExitSta
         print_interrupt([kept, runs.len()], folder.as_deref());
         return Ok(ExitStatus::Interrupted);
     }
-    let is_success = |row: &Row| row.metrics.first() == Some(&Some(1.0));
+    let is_success = |row: &RunRow| row.metrics.first() == Some(&Some(1.0));
     let is_success = table.rows.iter().all(is_success);
     Ok(if is_success { ExitStatus::Success } else { ExitStatus::RuntimeError })
 }
@@ -172,7 +172,7 @@ struct Batch<'a> {
     scenario: &'a Scenario,
     /// The setup of each variant, with its first seed.
     setups: &'a [(Arc<Setup>, u32)],
-    runs: &'a [Run],
+    runs: &'a [BatchRun],
     journal: Option<&'a Journal>,
     is_interrupted: &'a AtomicBool,
     /// The number of runs that have ended.
@@ -285,11 +285,11 @@ impl Batch<'_> {
 fn is_emulators(error: &RunError) -> bool {
     match error {
         RunError::Firmware(_) => true,
-        RunError::Scenario(error) => matches!(error.cause, Cause::Emulator { .. }),
+        RunError::Scenario(error) => matches!(error.cause, ScenarioCause::Emulator { .. }),
     }
 }
 
-fn row(run: &Run, set: &[String], end: &Result<Metrics, RunError>, columns: usize) -> Row {
+fn row(run: &BatchRun, set: &[String], end: &Result<Metrics, RunError>, columns: usize) -> RunRow {
     let parameters = set.iter().map(|setting| parts(setting).1).collect();
     let (metrics, error) = match end {
         Ok(metrics) => (metrics.clone(), None),
@@ -299,11 +299,11 @@ fn row(run: &Run, set: &[String], end: &Result<Metrics, RunError>, columns: usiz
             ([Some(0.0)].into_iter().chain(none).collect(), Some(error.to_string()))
         }
     };
-    Row { seed: run.seed, parameters, metrics, error }
+    RunRow { seed: run.seed, parameters, metrics, error }
 }
 
 /// Prints each cause of failed runs once, with the first run that it ended.
-fn print_failures(runs: &[Run], ends: &Ends) {
+fn print_failures(runs: &[BatchRun], ends: &Ends) {
     let mut printed: Vec<(String, &RunError, u32, usize)> = Vec::new();
     for (number, end) in ends {
         let (Err(error), Some(run)) = (end, runs.get(*number)) else { continue };

@@ -7,7 +7,7 @@ use bittybuzz_arena::run::{Summary, TICKS_PER_SECOND};
 use bittybuzz_arena::scenario::{Backend, Group};
 use serde_json::{Value, json};
 
-use crate::checks::Checked;
+use crate::checks::CheckFindings;
 use crate::costs;
 
 use super::open::Opened;
@@ -55,14 +55,14 @@ pub fn json(opened: &Opened, summary: &Summary) -> Value {
 fn each(
     opened: &Opened,
     summary: &Summary,
-    mut take: impl FnMut(&Group, Option<&Path>, Option<Checked<'_>>),
+    mut take: impl FnMut(&Group, Option<&Path>, Option<CheckFindings<'_>>),
 ) {
     let own = opened.scenario.groups.len();
     for (number, ((group, script), program)) in
         opened.scenario.programs().zip(&opened.programs).enumerate()
     {
         let costs = costs::of(&group.robot, group.robot.profile);
-        let checked = summary.findings.get(&ProgramId(number)).map(|findings| Checked {
+        let checked = summary.findings.get(&ProgramId(number)).map(|findings| CheckFindings {
             findings,
             program,
             slots: group.robot.vm.slots as usize,

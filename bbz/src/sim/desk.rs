@@ -8,13 +8,13 @@ use bittybuzz_arena::run;
 use bittybuzz_arena::scenario::{Group, Scenario, ScenarioError};
 use bittybuzz_compiler::compile::{Compiled, compile};
 use bittybuzz_compiler::include::{DiskFiles, Files, MAX_SOURCE_BYTES, MemoryFiles};
-use bittybuzz_compiler::render::{Color, Renderer};
+use bittybuzz_compiler::render::{ColorChoice, Renderer};
 use bittybuzz_live::Workshop;
 use bittybuzz_toml_reader::file;
 
 use crate::fence::Fence;
-use crate::program::{self, Program};
-use crate::selection::Selection;
+use crate::program::{self, LoadedProgram};
+use crate::selection::RobotChoice;
 use crate::whole_file;
 
 /// The drafts, which the page and the commands of the run share, and the options for scripts.
@@ -59,14 +59,14 @@ impl Desk {
             let Compiled { image, symbols, diagnostics, sources } =
                 self.compile(script, &text, group);
             let renderer = Renderer::new(&sources);
-            diagnostics.iter().for_each(|one| errors += &renderer.text(one, Color::Never));
+            diagnostics.iter().for_each(|one| errors += &renderer.text(one, ColorChoice::Never));
             return image.map(|image| run::Program { image, symbols }).ok_or(errors);
         }
-        let selection = Selection::of_group(group);
+        let selection = RobotChoice::of_group(group);
         let opened =
-            Program::open_reporting(script, &self.include, &selection, |sources, found| {
+            LoadedProgram::open_reporting(script, &self.include, &selection, |sources, found| {
                 let renderer = Renderer::new(sources);
-                found.iter().for_each(|one| errors += &renderer.text(one, Color::Never));
+                found.iter().for_each(|one| errors += &renderer.text(one, ColorChoice::Never));
                 Ok(())
             });
         match opened {
@@ -110,7 +110,7 @@ impl Workshop for Desk {
     }
 
     fn compile(&self, script: &Path, text: &str, group: &Group) -> Compiled {
-        let options = Selection::of_group(group).options();
+        let options = RobotChoice::of_group(group).options();
         let files: &dyn Files = self.fence.as_ref().map_or(&DiskFiles, |fence| fence);
         compile(script, text.to_owned(), &program::loader(files, &self.include), &options)
     }

@@ -10,7 +10,7 @@ use bittybuzz_arena::run::{Setup, Simulation, Summary};
 use crate::ExitStatus;
 use crate::costs;
 use crate::interrupt::{self, Interrupt};
-use crate::output::Output;
+use crate::output::ScriptOutput;
 use crate::problem::Problem;
 use crate::report;
 
@@ -41,7 +41,7 @@ pub fn run(arguments: &SimArguments, set: &[String]) -> Result<ExitStatus, Probl
         }
     };
     let mut interrupt = Interrupt::install().map_err(Problem::Interrupt)?;
-    let mut output = Output::new();
+    let mut output = ScriptOutput::new();
     let is_quiet = arguments.headless || arguments.json;
     let mut progress = Progress::new(simulation.end(), is_quiet);
     let robots = simulation.robot_count() as f64;

@@ -11,9 +11,9 @@ use bittybuzz_toml_reader::file;
 
 use crate::emulator;
 use crate::problem::Problem;
-use crate::program::Program;
+use crate::program::LoadedProgram;
 use crate::report;
-use crate::selection::Selection;
+use crate::selection::RobotChoice;
 use crate::whole_file::Inputs;
 
 use super::SimArguments;
@@ -26,7 +26,7 @@ pub struct Opened {
     pub text: String,
     pub scenario: Arc<Scenario>,
     /// The programs for messages, in the order of [`Scenario::programs`].
-    pub programs: Vec<Program>,
+    pub programs: Vec<LoadedProgram>,
     /// The programs for the robots, in the same order.
     pub images: Arc<[run::Program]>,
     /// Programs that emulate robots, by the models' names.
@@ -55,21 +55,21 @@ pub fn open(arguments: &SimArguments, set: &[String]) -> Result<Option<Opened>, 
             return Ok(None);
         }
     };
-    let mut programs: Vec<Option<Program>> = Vec::new();
+    let mut programs: Vec<Option<LoadedProgram>> = Vec::new();
     for (number, (group, script)) in scenario.programs().enumerate() {
         let is_same = |(other, of): (&Group, &Path)| (of, &other.robot) == (script, &group.robot);
         let same = scenario.programs().take(number).position(is_same);
         let program = match same {
             // The mistakes of this program were printed already.
             Some(same) => programs.get(same).cloned().flatten(),
-            None => Program::open(script, include, &Selection::of_group(group))?,
+            None => LoadedProgram::open(script, include, &RobotChoice::of_group(group))?,
         };
         programs.push(program);
     }
-    let Some(programs) = programs.into_iter().collect::<Option<Vec<Program>>>() else {
+    let Some(programs) = programs.into_iter().collect::<Option<Vec<LoadedProgram>>>() else {
         return Ok(None);
     };
-    let image = |program: &Program| run::Program {
+    let image = |program: &LoadedProgram| run::Program {
         image: program.image.clone(),
         symbols: program.symbols.clone(),
     };

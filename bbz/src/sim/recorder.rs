@@ -3,7 +3,7 @@
 use std::fs;
 use std::path::PathBuf;
 
-use bittybuzz_arena::output::recording::Writer;
+use bittybuzz_arena::output::recording::RecordingWriter;
 use bittybuzz_arena::output::{History, chart, recorder, trajectories};
 use bittybuzz_arena::run::{Setup, Simulation, TICKS_PER_SECOND};
 
@@ -17,7 +17,7 @@ const TRAJECTORIES: &str = "trajectories.svg";
 
 /// Takes samples at the interval of the scenario.
 pub struct Recorder {
-    recording: Option<(PathBuf, Writer<WholeFile>)>,
+    recording: Option<(PathBuf, RecordingWriter<WholeFile>)>,
     pictures: Option<(PathBuf, History)>,
     /// Ticks between two samples.
     every: u64,
@@ -33,7 +33,8 @@ impl Recorder {
         let recording = match &arguments.record {
             Some(path) => {
                 inputs.refuse(path)?;
-                let writer = Writer::new(WholeFile::create(path)?, &recorder::header(simulation));
+                let writer =
+                    RecordingWriter::new(WholeFile::create(path)?, &recorder::header(simulation));
                 Some((path.clone(), writer.map_err(|error| Problem::unwritable(path, error))?))
             }
             None => None,

@@ -8,13 +8,13 @@ use bittybuzz_arena::robot::{Consequence, FaultCounts, ProgramId};
 use bittybuzz_arena::run::{
     Convergence, FaultOf, OverrunSummary, Setup, Summary, TICKS_PER_SECOND, Verdict,
 };
-use bittybuzz_compiler::symbols::Place;
+use bittybuzz_compiler::symbols::SourceSpan;
 use serde_json::{Value, json};
 
 use crate::backtrace::Backtrace;
 use crate::fault;
 use crate::memory;
-use crate::program::Program;
+use crate::program::LoadedProgram;
 
 /// Returns the lines of a summary.
 pub fn text(setup: &Setup, summary: &Summary, elapsed: Duration) -> Vec<String> {
@@ -99,7 +99,11 @@ fn overruns(setup: &Setup, overruns: &OverrunSummary) -> Option<String> {
 }
 
 /// Returns file and place of a position in the code of a program, if there are symbols.
-fn source_place(setup: &Setup, program: ProgramId, position: u16) -> Option<(Option<&str>, Place)> {
+fn source_place(
+    setup: &Setup,
+    program: ProgramId,
+    position: u16,
+) -> Option<(Option<&str>, SourceSpan)> {
     let symbols = setup.program(program)?.symbols.as_ref()?;
     let place = symbols.position(u32::from(position))?;
     Some((symbols.file(place.file), place))
@@ -210,7 +214,7 @@ pub fn json(setup: &Setup, summary: &Summary) -> Value {
 }
 
 /// Prints the faults of scripts: one message for all robots with the same fault at the same place.
-pub fn faults(setup: &Setup, programs: &[Program], summary: &Summary) {
+pub fn faults(setup: &Setup, programs: &[LoadedProgram], summary: &Summary) {
     let mut printed = Vec::new();
     let key = |fault: &FaultOf| {
         let is_contained = fault.record.consequence == Consequence::Contained;

@@ -2,11 +2,11 @@
 
 use std::fmt::Write;
 
-use bittybuzz_arena::output::{Row, Table, quartiles};
+use bittybuzz_arena::output::{RunRow, RunTable, quartiles};
 use serde_json::{Map, Value, json};
 
 /// Describes the runs of a variant: the number that succeeded, and the median and quartiles of each metric that varies.
-pub fn describe(metrics: &[String], rows: &[&Row], settings: &[String], text: &mut String) {
+pub fn describe(metrics: &[String], rows: &[&RunRow], settings: &[String], text: &mut String) {
     let runs = rows.len();
     let column = |index: usize| -> Vec<f64> {
         rows.iter().filter_map(|row| *row.metrics.get(index)?).collect()
@@ -46,7 +46,7 @@ fn round(number: f64) -> f64 {
 }
 
 /// Returns the table as a JSON object.
-pub fn json(table: &Table) -> Value {
+pub fn json(table: &RunTable) -> Value {
     let rows: Vec<Value> = table
         .rows
         .iter()

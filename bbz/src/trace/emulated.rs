@@ -6,7 +6,7 @@ use std::time::{Duration, Instant};
 
 use bittybuzz_arena::robot::RobotModel;
 use bittybuzz_comms::infrared::FaultReport;
-use bittybuzz_emulation::message::Event;
+use bittybuzz_emulation::message::EmulatorEvent;
 use bittybuzz_emulation::{Emulator, Pause};
 use bittybuzz_robot_spec::Robot;
 use bittybuzz_toml_reader::file;
@@ -18,9 +18,9 @@ use crate::interrupt::Interrupt;
 use crate::isp;
 use crate::probe_rs;
 use crate::problem::Problem;
-use crate::program::Program;
+use crate::program::LoadedProgram;
 
-use super::message::{Content, Level, Message};
+use super::message::{Level, PrintedMessage, TraceContent};
 use super::printer::TracePrinter;
 
 /// Simulated time between two checks for Ctrl-C.
@@ -30,21 +30,21 @@ const SLICE: Duration = Duration::from_millis(20);
 const PATIENCE: Duration = Duration::from_millis(200);
 
 /// An emulated robot, and the options of its run.
-pub struct Emulation<'a> {
+pub struct TracedEmulation<'a> {
     /// The emulator, if it is not the usual one of the robot.
     pub program: Option<&'a Path>,
     /// The firmware that would be flashed.
     pub firmware: &'a Path,
     pub robot: &'a Robot,
     /// The script that replaces the firmware's own, and its path.
-    pub script: Option<(&'a Path, &'a Program)>,
+    pub script: Option<(&'a Path, &'a LoadedProgram)>,
     /// The simulated time to run at full speed; `None` for an endless run in real time.
     pub duration: Option<Duration>,
     /// True to print LEDs and motors.
     pub outputs: bool,
 }
 
-impl Emulation<'_> {
+impl TracedEmulation<'_> {
     /// Runs the robot, and prints its messages.
     pub fn run(
         &self,
@@ -90,7 +90,8 @@ impl Emulation<'_> {
                 for content in reader.contents(event.event, self.outputs) {
                     // Messages after the requested end are not printed.
                     if !printer.is_over() {
-                        printer.tell(&Message { time: Some(event.at.as_secs_f64()), content });
+                        printer
+                            .tell(&PrintedMessage { time: Some(event.at.as_secs_f64()), content });
                     }
                 }
             });
@@ -153,62 +154,62 @@ struct ReportReader {
 }
 
 impl ReportReader {
-    fn contents(&mut self, event: Event, outputs: bool) -> Vec<Content> {
+    fn contents(&mut self, event: EmulatorEvent, outputs: bool) -> Vec<TraceContent> {
         let output = |name: String, state: String| match outputs {
-            true => vec![Content::Output { name, state }],
+            true => vec![TraceContent::Output { name, state }],
             false => vec![],
         };
         match event {
-            Event::Rtt { bytes } => self.decode(&bytes),
-            Event::Led { name, on } => {
+            EmulatorEvent::Rtt { bytes } => self.decode(&bytes),
+            EmulatorEvent::Led { name, on } => {
                 output(format!("led {name}"), if on { "on" } else { "off" }.to_owned())
             }
-            Event::Motor { number, duty, frequency_hz } => output(
+            EmulatorEvent::Motor { number, duty, frequency_hz } => output(
                 format!("motor {number}"),
                 format!("{:.1} % at {:.1} kHz", duty * 100.0, frequency_hz / 1000.0),
             ),
-            Event::Colour { red, green, blue } => {
+            EmulatorEvent::Colour { red, green, blue } => {
                 output("led".to_owned(), format!("red {red}, green {green}, blue {blue} of 3"))
             }
-            Event::Syslink { .. }
-            | Event::P2p { .. }
-            | Event::Radio { .. }
-            | Event::Serial { .. } => vec![],
-            Event::Step => vec![Content::Step],
-            Event::Infrared { payload, .. } => {
+            EmulatorEvent::Syslink { .. }
+            | EmulatorEvent::P2p { .. }
+            | EmulatorEvent::Radio { .. }
+            | EmulatorEvent::Serial { .. } => vec![],
+            EmulatorEvent::Step => vec![TraceContent::Step],
+            EmulatorEvent::Infrared { payload, .. } => {
                 let message = payload.as_slice().try_into().ok();
-                message.and_then(FaultReport::of).map(Content::Report).into_iter().collect()
+                message.and_then(FaultReport::of).map(TraceContent::Report).into_iter().collect()
             }
-            Event::Reset { cause } => {
+            EmulatorEvent::Reset { cause } => {
                 // The firmware may restart in the middle of a message.
                 if let Some(defmt) = &mut self.defmt {
                     defmt.restart();
                 }
-                vec![Content::Reset { cause }]
+                vec![TraceContent::Reset { cause }]
             }
-            Event::PowerOff { acknowledged: true } => {
-                vec![Content::Reset { cause: "the power is off".to_owned() }]
+            EmulatorEvent::PowerOff { acknowledged: true } => {
+                vec![TraceContent::Reset { cause: "the power is off".to_owned() }]
             }
-            Event::PowerOff { acknowledged: false } => {
-                vec![Content::Failure(
+            EmulatorEvent::PowerOff { acknowledged: false } => {
+                vec![TraceContent::Failure(
                     "the power was cut: the firmware has not acknowledged the request".to_owned(),
                 )]
             }
-            Event::Loader { name } => vec![Content::Failure(format!(
+            EmulatorEvent::Loader { name } => vec![TraceContent::Failure(format!(
                 "the bootloader has started its loader `{name}` instead of the firmware"
             ))],
-            Event::HardwareError { text } => vec![Content::Failure(text)],
-            Event::Lockup { pc } => vec![Content::Failure(format!(
+            EmulatorEvent::HardwareError { text } => vec![TraceContent::Failure(text)],
+            EmulatorEvent::Lockup { pc } => vec![TraceContent::Failure(format!(
                 "the core is locked up at {pc:#010x}: a fault came while it handled a fault"
             ))],
         }
     }
 
-    fn decode(&mut self, bytes: &[u8]) -> Vec<Content> {
+    fn decode(&mut self, bytes: &[u8]) -> Vec<TraceContent> {
         let messages = self.defmt.as_mut().map_or(Vec::new(), |defmt| defmt.read(bytes));
         let content = |message: TraceMessage| {
             let level = message.level.and_then(Level::from_name);
-            Content::from_firmware(level, message.content)
+            TraceContent::from_firmware(level, message.content)
         };
         messages.into_iter().map(content).collect()
     }

@@ -6,7 +6,7 @@ use serde_json::{Value, json};
 
 use crate::backtrace::Backtrace;
 use crate::fault;
-use crate::program::Program;
+use crate::program::LoadedProgram;
 
 /// Returns the object for a fault that stopped the script. `positions` are the calls that led
 /// there, innermost first; `accepted` lists the arguments that a robot function accepts, if it
@@ -14,7 +14,7 @@ use crate::program::Program;
 pub fn fault(
     step: Option<u32>,
     fault: &Fault,
-    program: &Program,
+    program: &LoadedProgram,
     positions: &[u16],
     accepted: Option<&str>,
 ) -> Value {
@@ -49,7 +49,7 @@ pub fn unused(unused: &Unused) -> Value {
 }
 
 /// Returns the place of a call. Without symbols, all its fields are null except the position.
-fn call(program: &Program, position: u16) -> Value {
+fn call(program: &LoadedProgram, position: u16) -> Value {
     let symbols = program.symbols.as_ref();
     let at = u32::from(position);
     let place = symbols.and_then(|symbols| symbols.position(at));

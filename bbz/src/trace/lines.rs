@@ -4,7 +4,7 @@ use anstream::adapter::strip_str;
 
 use bittybuzz_comms::infrared::{self, FaultReport};
 
-use super::message::{Content, Level, Message};
+use super::message::{Level, PrintedMessage, TraceContent};
 
 /// The format that probe-rs is asked for: time, level, text.
 pub const FORMAT: &str = "{t} {L} {s}";
@@ -14,16 +14,16 @@ pub const FORMAT: &str = "{t} {L} {s}";
 /// Also accepts the default format of probe-rs and defmt-print, `0.002 [INFO ] text (crate
 /// file:line)`, and lines of other programs in between. `<time>` and `<lvl>` stand for a missing
 /// time or level.
-pub fn parse(line: &str) -> Message {
+pub fn parse(line: &str) -> PrintedMessage {
     let line = strip_str(line).to_string();
     let line = line.trim_end();
     // A Kilobot that listens reports all messages that it receives, few of which matter to people.
     if let Some(message) = infrared::from_line(line.as_bytes()) {
         let content = match FaultReport::of(&message) {
-            Some(report) => Content::Report(report),
-            None => Content::Heard,
+            Some(report) => TraceContent::Report(report),
+            None => TraceContent::Heard,
         };
-        return Message { time: None, content };
+        return PrintedMessage { time: None, content };
     }
     let (time, rest) = match line.trim_start().split_once(' ') {
         Some((first, rest)) if first.parse::<f64>().is_ok() => (first.parse().ok(), rest),
@@ -34,7 +34,7 @@ pub fn parse(line: &str) -> Message {
         Some((level, text)) => (Some(level), text),
         None => (None, rest.strip_prefix("<lvl>").map_or(rest, str::trim_start)),
     };
-    Message { time, content: Content::from_text(level, text) }
+    PrintedMessage { time, content: TraceContent::from_text(level, text) }
 }
 
 /// Splits a level, perhaps in brackets, from the text after it.
@@ -55,8 +55,8 @@ fn level(text: &str) -> Option<(Level, &str)> {
 mod tests {
     use super::*;
 
-    fn firmware(level: Level, text: &str) -> Content {
-        Content::Firmware { level: Some(level), text: text.to_owned() }
+    fn firmware(level: Level, text: &str) -> TraceContent {
+        TraceContent::Firmware { level: Some(level), text: text.to_owned() }
     }
 
     #[test]
@@ -74,7 +74,7 @@ mod tests {
         // A message without a level; a firmware without a clock.
         let message = parse("2.0 <lvl> hello");
         let text = "hello".to_owned();
-        assert_eq!(message.content, Content::Firmware { level: None, text });
+        assert_eq!(message.content, TraceContent::Firmware { level: None, text });
         assert_eq!(parse("<time> DEBUG x").content, firmware(Level::Debug, "x"));
         assert_eq!(parse("[ERROR] panic").content, firmware(Level::Error, "panic"));
     }
@@ -86,14 +86,14 @@ mod tests {
             let digits: String = message.iter().map(|byte| format!("{byte:02x}")).collect();
             format!("ir {digits}\r")
         };
-        assert_eq!(parse(&line(fault.message())).content, Content::Report(fault));
-        assert_eq!(parse(&line(infrared::sealed(8, &[0; 9]))).content, Content::Heard);
-        assert!(matches!(parse("ir 12").content, Content::Firmware { .. }));
+        assert_eq!(parse(&line(fault.message())).content, TraceContent::Report(fault));
+        assert_eq!(parse(&line(infrared::sealed(8, &[0; 9]))).content, TraceContent::Heard);
+        assert!(matches!(parse("ir 12").content, TraceContent::Firmware { .. }));
     }
 
     #[test]
     fn records_in_every_format() {
-        let record = Content::Record(vec![6, 1, 0, 0, 255]);
+        let record = TraceContent::Record(vec![6, 1, 0, 0, 255]);
         for line in [
             "0.1 INFO  bbz [6, 1, 0, 0, 255]",
             "0.1 [INFO ] bbz [6, 1, 0, 0, 255] (crazyflie src/trace.rs:31)",
@@ -101,16 +101,16 @@ mod tests {
         ] {
             assert_eq!(parse(line).content, record, "{line}");
         }
-        assert_eq!(parse("bbz []").content, Content::Record(vec![]));
+        assert_eq!(parse("bbz []").content, TraceContent::Record(vec![]));
     }
 
     #[test]
     fn damaged_records_are_told_apart_from_other_text() {
         for line in ["bbz [1, 2", "bbz [1, 256]", "bbz [1, x]", "bbz [-1]"] {
-            assert!(matches!(parse(line).content, Content::Damaged(_)), "{line}");
+            assert!(matches!(parse(line).content, TraceContent::Damaged(_)), "{line}");
         }
         for line in ["", "bbz", "a bbz [1]", "Finished in 1.2s", "   ", "1.5", "INFO", "["] {
-            assert!(matches!(parse(line).content, Content::Firmware { .. }), "{line}");
+            assert!(matches!(parse(line).content, TraceContent::Firmware { .. }), "{line}");
         }
     }
 }

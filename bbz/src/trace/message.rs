@@ -5,15 +5,15 @@ use bittybuzz_trace_reader as reader;
 
 /// A message of a robot, or an observation of it.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Message {
+pub struct PrintedMessage {
     /// Seconds of the robot's own clock, or since power-on for an emulated robot.
     pub time: Option<f64>,
-    pub content: Content,
+    pub content: TraceContent,
 }
 
 /// The content of a message.
 #[derive(Debug, Clone, PartialEq)]
-pub enum Content {
+pub enum TraceContent {
     /// A record about the script ([`bittybuzz_comms::trace`]).
     Record(Vec<u8>),
     /// A message of a Kilobot about a fault of its script.
@@ -64,20 +64,20 @@ impl Level {
     }
 }
 
-impl Content {
+impl TraceContent {
     /// Converts the text of a defmt message, which may be a record.
-    pub fn from_text(level: Option<Level>, text: &str) -> Content {
-        Content::from_firmware(level, reader::Content::from_text(text))
+    pub fn from_text(level: Option<Level>, text: &str) -> TraceContent {
+        TraceContent::from_firmware(level, reader::MessageContent::from_text(text))
     }
 
     /// A message of the firmware.
-    pub fn from_firmware(level: Option<Level>, content: reader::Content) -> Content {
+    pub fn from_firmware(level: Option<Level>, content: reader::MessageContent) -> TraceContent {
         match content {
-            reader::Content::Record(bytes) => Content::Record(bytes),
-            reader::Content::DamagedRecord(text) => Content::Damaged(text),
-            reader::Content::Text(text) => Content::Firmware { level, text },
-            reader::Content::Undecodable => {
-                Content::Damaged("a message of the firmware".to_owned())
+            reader::MessageContent::Record(bytes) => TraceContent::Record(bytes),
+            reader::MessageContent::DamagedRecord(text) => TraceContent::Damaged(text),
+            reader::MessageContent::Text(text) => TraceContent::Firmware { level, text },
+            reader::MessageContent::Undecodable => {
+                TraceContent::Damaged("a message of the firmware".to_owned())
             }
         }
     }

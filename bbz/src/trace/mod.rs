@@ -21,12 +21,12 @@ use clap::Args;
 use crate::ExitStatus;
 use crate::interrupt::Interrupt;
 use crate::problem::Problem;
-use crate::program::Program;
+use crate::program::LoadedProgram;
 use crate::report;
 use crate::selection::SelectionArguments;
 
-use emulated::Emulation;
-use printer::{Format, TracePrinter, TracedScript};
+use emulated::TracedEmulation;
+use printer::{TraceFormat, TracePrinter, TracedScript};
 
 const EXAMPLES: &str = "\
 Examples:
@@ -108,15 +108,16 @@ pub fn execute(arguments: &TraceArguments) -> Result<ExitStatus, Problem> {
     let selection = arguments.selection.select()?;
     let program = match &arguments.script {
         None => None,
-        Some(path) => match Program::open_with_symbols(path, &arguments.include, &selection)? {
+        Some(path) => match LoadedProgram::open_with_symbols(path, &arguments.include, &selection)?
+        {
             Some(program) => Some(program),
             None => return Ok(ExitStatus::CompileError),
         },
     };
     let format = match (arguments.plain, arguments.json) {
-        (true, _) => Format::Plain,
-        (false, true) => Format::Json,
-        (false, false) => Format::Text,
+        (true, _) => TraceFormat::Plain,
+        (false, true) => TraceFormat::Json,
+        (false, false) => TraceFormat::Text,
     };
     let robot = selection.robot.as_ref();
     let script = arguments.script.as_deref().zip(program.as_ref());
@@ -142,7 +143,7 @@ pub fn execute(arguments: &TraceArguments) -> Result<ExitStatus, Problem> {
 fn listen(
     arguments: &TraceArguments,
     robot: Option<&Robot>,
-    script: Option<(&Path, &Program)>,
+    script: Option<(&Path, &LoadedProgram)>,
     printer: &mut TracePrinter<'_>,
     interrupt: &mut Interrupt,
 ) -> Result<(), Problem> {
@@ -154,7 +155,7 @@ fn listen(
     }
     let robot = robot.ok_or(Problem::NoRobot)?;
     if arguments.emulate {
-        let emulation = Emulation {
+        let emulation = TracedEmulation {
             program: arguments.emulator.as_deref(),
             firmware: &arguments.firmware,
             robot,

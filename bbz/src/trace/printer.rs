@@ -13,7 +13,7 @@ use bittybuzz_comms::infrared::FaultReport;
 use bittybuzz_comms::trace::{Items, PrintedValue, Record, RecordError, Unused};
 use bittybuzz_compiler::refusal;
 #[cfg(feature = "view")]
-use bittybuzz_live::{Content as Reported, Report};
+use bittybuzz_live::{ReportContent as Reported, RobotReport};
 use bittybuzz_robot_spec::Robot;
 use bittybuzz_vm_core::image::VERSION;
 use bittybuzz_vm_core::{Fault, ImageError};
@@ -22,17 +22,17 @@ use serde_json::{Value, json};
 use crate::ExitStatus;
 use crate::backtrace::Backtrace;
 use crate::fault;
-use crate::output::Output;
+use crate::output::ScriptOutput;
 use crate::problem::Problem;
-use crate::program::Program;
+use crate::program::LoadedProgram;
 use crate::report;
 
 use super::json;
-use super::message::{Content, Message};
+use super::message::{PrintedMessage, TraceContent};
 
 /// The form of the output.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Format {
+pub enum TraceFormat {
     /// Lines with time and subject.
     Text,
     /// The lines that the script logs, nothing else.
@@ -47,7 +47,7 @@ pub enum Format {
 /// The script that the robot is assumed to run, and its name.
 pub struct TracedScript<'a> {
     pub name: String,
-    pub program: &'a Program,
+    pub program: &'a LoadedProgram,
 }
 
 /// The comparison of the robot's last report about its script with the assumed one.
@@ -64,12 +64,12 @@ enum ScriptMatch {
 pub struct TracePrinter<'a> {
     script: Option<TracedScript<'a>>,
     /// Stands for a script about which nothing is known.
-    unknown: Program,
+    unknown: LoadedProgram,
     told: ScriptMatch,
     /// True once the note was printed that symbols are missing or are not confirmed by the robot.
     noted: bool,
     robot: Option<&'a Robot>,
-    format: Format,
+    format: TraceFormat,
     until_fault: bool,
     /// True if a fault stopped the script, the robot refused it, or the firmware failed.
     is_stopped: bool,
@@ -78,13 +78,13 @@ pub struct TracePrinter<'a> {
     unused: Option<(Option<f64>, Unused)>,
     /// The printed reports of Kilobots, which send each report repeatedly.
     reported: Vec<FaultReport>,
-    output: Output,
+    output: ScriptOutput,
     /// The id of the robot that reports.
     #[cfg(feature = "view")]
     reporter: u16,
     /// The page that receives the reports, until the flag is true.
     #[cfg(feature = "view")]
-    page: Option<(Sender<Report>, Arc<AtomicBool>)>,
+    page: Option<(Sender<RobotReport>, Arc<AtomicBool>)>,
     ending: ExitStatus,
 }
 
@@ -93,12 +93,12 @@ impl<'a> TracePrinter<'a> {
     pub fn new(
         script: Option<TracedScript<'a>>,
         robot: Option<&'a Robot>,
-        format: Format,
+        format: TraceFormat,
         until_fault: bool,
     ) -> Self {
         TracePrinter {
             script,
-            unknown: Program::unknown(),
+            unknown: LoadedProgram::unknown(),
             told: ScriptMatch::Nothing,
             noted: false,
             robot,
@@ -108,7 +108,7 @@ impl<'a> TracePrinter<'a> {
             unused_told: None,
             unused: None,
             reported: Vec::new(),
-            output: Output::new(),
+            output: ScriptOutput::new(),
             #[cfg(feature = "view")]
             reporter: 0,
             #[cfg(feature = "view")]
@@ -119,8 +119,8 @@ impl<'a> TracePrinter<'a> {
 
     /// Reports to a page instead of printing, until the page is closed and sets the flag.
     #[cfg(feature = "view")]
-    pub fn for_page(mut self, page: Sender<Report>, is_closed: Arc<AtomicBool>) -> Self {
-        self.format = Format::Page;
+    pub fn for_page(mut self, page: Sender<RobotReport>, is_closed: Arc<AtomicBool>) -> Self {
+        self.format = TraceFormat::Page;
         self.page = Some((page, is_closed));
         self
     }
@@ -153,32 +153,34 @@ impl<'a> TracePrinter<'a> {
     }
 
     /// Prints a message.
-    pub fn tell(&mut self, message: &Message) {
+    pub fn tell(&mut self, message: &PrintedMessage) {
         let time = message.time;
         match &message.content {
-            Content::Record(bytes) => match Record::decode(bytes) {
+            TraceContent::Record(bytes) => match Record::decode(bytes) {
                 Ok(record) => self.record(time, &record),
                 Err(error) => self.damaged(time, damage(error), bytes),
             },
-            Content::Report(report) => self.report(time, report),
-            Content::Heard => {}
-            Content::Step => self.step(time),
-            Content::Damaged(text) => self.damaged(time, "its text is damaged", text.as_bytes()),
-            Content::Firmware { level, text } => {
+            TraceContent::Report(report) => self.report(time, report),
+            TraceContent::Heard => {}
+            TraceContent::Step => self.step(time),
+            TraceContent::Damaged(text) => {
+                self.damaged(time, "its text is damaged", text.as_bytes())
+            }
+            TraceContent::Firmware { level, text } => {
                 let name = level.map(|level| level.name());
                 let object = json!({ "kind": "firmware", "level": name, "text": text });
                 let text = report::printable(text);
                 self.entry(time, name.unwrap_or("-"), text.as_bytes(), object);
             }
-            Content::Output { name, state } => {
+            TraceContent::Output { name, state } => {
                 let object = json!({ "kind": "output", "name": name, "state": state });
                 self.entry(time, "output", format!("{name} {state}").as_bytes(), object);
             }
-            Content::Reset { cause } => {
+            TraceContent::Reset { cause } => {
                 let object = json!({ "kind": "reset", "cause": cause });
                 self.remark(time, "reset", &format!("the chip was reset: {cause}"), object);
             }
-            Content::Failure(text) => {
+            TraceContent::Failure(text) => {
                 self.is_stopped = true;
                 self.ending = ExitStatus::RuntimeError;
                 self.error(time, text, None, json!({ "kind": "failure", "text": text }));
@@ -229,7 +231,7 @@ impl<'a> TracePrinter<'a> {
     }
 
     /// Returns the program that the robot runs, as far as it is known.
-    fn program(&self) -> &Program {
+    fn program(&self) -> &LoadedProgram {
         match &self.script {
             Some(script) if self.told != ScriptMatch::Other => script.program,
             _ => &self.unknown,
@@ -308,7 +310,7 @@ impl<'a> TracePrinter<'a> {
             };
             piece.append_to(self.program().symbols.as_ref(), &mut line);
         }
-        if self.format == Format::Plain {
+        if self.format == TraceFormat::Plain {
             return self.output.line(&line);
         }
         let text = String::from_utf8_lossy(&line);
@@ -381,7 +383,7 @@ impl<'a> TracePrinter<'a> {
     ) {
         self.ending = ExitStatus::RuntimeError;
         #[cfg(feature = "view")]
-        if self.format == Format::Page {
+        if self.format == TraceFormat::Page {
             let object = json::fault(step, fault, self.program(), &positions, None);
             let places = object["calls"].as_array().cloned().unwrap_or_default();
             let code = fault::code(fault.code);
@@ -389,7 +391,7 @@ impl<'a> TracePrinter<'a> {
         }
         let program = self.program();
         let expected = fault::accepted(fault, program, self.robot);
-        let json = self.format == Format::Json;
+        let json = self.format == TraceFormat::Json;
         let object =
             json.then(|| json::fault(step, fault, program, &positions, expected.as_deref()));
         if let Some(mut object) = object {
@@ -441,7 +443,7 @@ impl<'a> TracePrinter<'a> {
     fn unused(&mut self, time: Option<f64>, unused: Unused) {
         self.unused = Some((time, unused));
         let is_soon = self.unused_told.zip(time).is_some_and(|(told, now)| now < told + 1.0);
-        if self.format == Format::Json || !is_soon {
+        if self.format == TraceFormat::Json || !is_soon {
             self.tell_unused();
         }
     }
@@ -465,7 +467,7 @@ impl<'a> TracePrinter<'a> {
     /// Prints a message about the script that is not one of its lines. If only its lines are
     /// printed, the message becomes a warning.
     fn remark(&mut self, time: Option<f64>, subject: &str, text: &str, object: Value) {
-        if self.format == Format::Plain {
+        if self.format == TraceFormat::Plain {
             self.output.flush();
             return report::warning(text, None);
         }
@@ -473,7 +475,7 @@ impl<'a> TracePrinter<'a> {
     }
 
     fn error(&mut self, time: Option<f64>, text: &str, help: Option<&str>, object: Value) {
-        if !matches!(self.format, Format::Text | Format::Plain) {
+        if !matches!(self.format, TraceFormat::Text | TraceFormat::Plain) {
             return self.entry(time, "-", text.as_bytes(), object);
         }
         self.output.flush();
@@ -487,16 +489,16 @@ impl<'a> TracePrinter<'a> {
     #[cfg(feature = "view")]
     fn send(&self, seconds: Option<f64>, content: Reported) {
         if let Some((page, _)) = &self.page {
-            let _ = page.send(Report { seconds, robot: self.reporter, content });
+            let _ = page.send(RobotReport { seconds, robot: self.reporter, content });
         }
     }
 
     /// Prints a line, unless only the lines of the script are wanted.
     fn entry(&mut self, time: Option<f64>, subject: &str, text: &[u8], mut object: Value) {
         match self.format {
-            Format::Plain => {}
+            TraceFormat::Plain => {}
             #[cfg(feature = "view")]
-            Format::Page => {
+            TraceFormat::Page => {
                 let text = String::from_utf8_lossy(text);
                 let content = match object["kind"].as_str() {
                     Some("log") => Reported::Line(text.into_owned()),
@@ -506,11 +508,11 @@ impl<'a> TracePrinter<'a> {
                 };
                 self.send(time, content);
             }
-            Format::Json => {
+            TraceFormat::Json => {
                 object["time"] = json!(time);
                 self.output.line(object.to_string().as_bytes());
             }
-            Format::Text => {
+            TraceFormat::Text => {
                 let time = time.map_or("-".to_owned(), |time| format!("{time:.6}"));
                 let mut line = format!("{time:>12} {subject:<9} ").into_bytes();
                 line.extend(text);

@@ -8,7 +8,8 @@
 use bittybuzz_comms::trace;
 use bittybuzz_vm_core::number::{Full, Profile};
 use bittybuzz_vm_core::{
-    Arguments, Axis, ByteCode, Entry, Host, Image, Outcome, Refusal, Reply, RobotFault, Value, Vm,
+    Axis, ByteCode, CallArguments, Entry, Host, Image, Outcome, Refusal, Reply, RobotFault, Value,
+    Vm,
 };
 
 /// Slots of the Crazyflie's machine.
@@ -26,7 +27,7 @@ impl<P: Profile> Host<P> for Robot {
     fn call<C: ByteCode, const N: usize>(
         &mut self,
         function: u16,
-        arguments: Arguments<'_, P, C, N>,
+        arguments: CallArguments<'_, P, C, N>,
         _again: bool,
     ) -> Result<Reply<P>, RobotFault> {
         let is_led = function == bittybuzz_vm_core::hash::name_hash("led");
@@ -36,7 +37,7 @@ impl<P: Profile> Host<P> for Robot {
         Ok(Reply::Value(Value::nil()))
     }
 
-    fn log<C: ByteCode, const N: usize>(&mut self, arguments: Arguments<'_, P, C, N>) {
+    fn log<C: ByteCode, const N: usize>(&mut self, arguments: CallArguments<'_, P, C, N>) {
         self.records.push(trace::log(self.step, &arguments).to_vec());
     }
 

@@ -4,10 +4,10 @@
 //! sign to a register, `#12` is a time, `b00000001 !` the new value of a register.
 
 use crate::error::BenchError;
-use crate::marks::{Event, ReportedMark};
+use crate::marks::{MarkRecord, ReportedMark};
 use anyhow::Result;
 use bittybuzz_bench::Mark;
-use bittybuzz_builds::shell::Line;
+use bittybuzz_builds::shell::Invocation;
 use fs_err as fs;
 use std::path::Path;
 
@@ -30,7 +30,7 @@ pub fn run(program: &Path, folder: &Path) -> Result<ReportedMark> {
     let (program, folder_text) = (program.display().to_string(), folder.display().to_string());
     let arguments = ["-m", CHIP, "-f", FREQUENCY, &program];
     // simavr writes its record to the working folder.
-    Line::new(RUNNER, &arguments).in_workspace(&folder_text).unannounced().output(0)?;
+    Invocation::new(RUNNER, &arguments).in_workspace(&folder_text).unannounced().output(0)?;
     let path = folder.join(RECORD);
     let record = fs::read_to_string(&path)?;
     let told = events(&record).and_then(|events| ReportedMark::from_events(&events));
@@ -39,7 +39,7 @@ pub fn run(program: &Path, folder: &Path) -> Result<ReportedMark> {
 }
 
 /// Reads the marks of a record; `None` if it cannot be read.
-fn events(record: &str) -> Option<Vec<Event>> {
+fn events(record: &str) -> Option<Vec<MarkRecord>> {
     let mut signs = [""; 3];
     let mut values = [0; 3];
     let mut events = Vec::new();
@@ -68,7 +68,7 @@ fn events(record: &str) -> Option<Vec<Event>> {
     Some(events)
 }
 
-fn event(at: u64, mark: Mark, [_, low, high]: [u8; 3]) -> Event {
+fn event(at: u64, mark: Mark, [_, low, high]: [u8; 3]) -> MarkRecord {
     let value = u16::from_le_bytes([low, high]);
     // An integer of the 16-bit machine has a sign.
     let value = match mark {
@@ -77,7 +77,7 @@ fn event(at: u64, mark: Mark, [_, low, high]: [u8; 3]) -> Event {
         Mark::Float => u32::from(value) << 16,
         _ => u32::from(value),
     };
-    Event { at: at / UNITS_PER_CYCLE, mark, value }
+    MarkRecord { at: at / UNITS_PER_CYCLE, mark, value }
 }
 
 #[cfg(test)]
@@ -94,9 +94,9 @@ mod tests {
     #[test]
     fn a_record_is_read() {
         let expected = [
-            Event { at: 15_568, mark: Mark::Begin, value: 0 },
-            Event { at: 15_572, mark: Mark::End, value: 0 },
-            Event { at: 15_575, mark: Mark::Integer, value: -2_i32 as u32 },
+            MarkRecord { at: 15_568, mark: Mark::Begin, value: 0 },
+            MarkRecord { at: 15_572, mark: Mark::End, value: 0 },
+            MarkRecord { at: 15_575, mark: Mark::Integer, value: -2_i32 as u32 },
         ];
         assert_eq!(events(RECORD).as_deref(), Some(&expected[..]));
         assert_eq!(events("b00000001 !"), None);

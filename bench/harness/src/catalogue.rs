@@ -1,10 +1,10 @@
 //! The scripts, their results, and their cost in the reference: bench/reference.toml.
 
 use crate::error::BenchError;
-use crate::target::Target;
+use crate::target::BenchTarget;
 use anyhow::Result;
 use bittybuzz_builds::shell::root;
-use bittybuzz_robot_spec::Profile;
+use bittybuzz_robot_spec::NumberProfile;
 use fs_err as fs;
 use serde::Deserialize;
 
@@ -46,17 +46,17 @@ impl Catalogue {
 
 impl BenchScript {
     /// Returns true if the script runs in the profile of the target.
-    pub fn is_for(&self, target: Target) -> bool {
-        !self.full || target.profile() == Profile::Full
+    pub fn is_for(&self, target: BenchTarget) -> bool {
+        !self.full || target.profile() == NumberProfile::Full
     }
 
     /// Returns the cost in the reference, which has no profiles.
-    pub fn reference(&self, target: Target) -> Option<u64> {
+    pub fn reference(&self, target: BenchTarget) -> Option<u64> {
         match target {
-            Target::Host => self.host,
-            Target::Avr => self.avr,
-            Target::Thumbv6m | Target::Thumbv6mFull => self.thumbv6m,
-            Target::Thumbv7em | Target::Thumbv7emFull => self.thumbv7em,
+            BenchTarget::Host => self.host,
+            BenchTarget::Avr => self.avr,
+            BenchTarget::Thumbv6m | BenchTarget::Thumbv6mFull => self.thumbv6m,
+            BenchTarget::Thumbv7em | BenchTarget::Thumbv7emFull => self.thumbv7em,
         }
     }
 }

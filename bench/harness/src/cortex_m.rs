@@ -1,13 +1,13 @@
 //! QEMU: counts the instructions that a Cortex-M executes, and stops it at each mark.
 
 use crate::error::BenchError;
-use crate::images::Compiled;
-use crate::marks::{Event, ReportedMark};
+use crate::images::CompiledScript;
+use crate::marks::{MarkRecord, ReportedMark};
 use crate::program::address;
 use anyhow::Result;
 use bittybuzz_bench::Mark;
 use bittybuzz_qemu::qemu::{Qemu, QemuError};
-use bittybuzz_qemu::registers::Registers;
+use bittybuzz_qemu::registers::CoreRegisters;
 use std::ffi::OsStr;
 use std::path::Path;
 
@@ -25,7 +25,7 @@ const MARK: &str = "bench_mark";
 const TRIES: u32 = 24;
 
 /// Runs a program.
-pub fn run(machine: &str, program: &Path, script: &Compiled) -> Result<ReportedMark> {
+pub fn run(machine: &str, program: &Path, script: &CompiledScript) -> Result<ReportedMark> {
     let mark = address(program, MARK)?;
     let events = watch(machine, program, mark).map_err(BenchError::Qemu)?;
     let told = events.and_then(|events| ReportedMark::from_events(&events));
@@ -33,7 +33,7 @@ pub fn run(machine: &str, program: &Path, script: &Compiled) -> Result<ReportedM
 }
 
 /// Returns the marks up to the last one; `None` if one is missing.
-fn watch(machine: &str, program: &Path, at: u32) -> Result<Option<Vec<Event>>, QemuError> {
+fn watch(machine: &str, program: &Path, at: u32) -> Result<Option<Vec<MarkRecord>>, QemuError> {
     let mut qemu = Qemu::start(machine, &[OsStr::new("-kernel"), program.as_os_str()])?;
     qemu.gdb.set_breakpoint(at)?;
     let (mut registers, _) = qemu.registers_and_count()?;
@@ -53,12 +53,12 @@ fn watch(machine: &str, program: &Path, at: u32) -> Result<Option<Vec<Event>>, Q
         }
         let (seen, executed) = qemu.registers_and_count()?;
         let Some(mark) = Mark::numbered(seen.r[0]) else { return Ok(None) };
-        events.push(Event { at: executed, mark, value: seen.r[1] });
+        events.push(MarkRecord { at: executed, mark, value: seen.r[1] });
         if !matches!(mark, Mark::Begin | Mark::End) {
             return Ok(Some(events));
         }
         next = seen.clone();
-        next.r[usize::from(Registers::PC)] = seen.r[usize::from(Registers::LR)] & !1;
+        next.r[usize::from(CoreRegisters::PC)] = seen.r[usize::from(CoreRegisters::LR)] & !1;
         registers = seen;
     }
 }

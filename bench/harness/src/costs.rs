@@ -9,14 +9,14 @@ mod image;
 mod longest;
 
 use crate::error::BenchError;
-use crate::images::Compiled;
+use crate::images::CompiledScript;
 use crate::marks::ReportedMark;
 use crate::program::LinkedProgram;
-use crate::target::Target;
+use crate::target::BenchTarget;
 use anyhow::{Error, Result};
 use bittybuzz_bench::Mark;
 use bittybuzz_builds::shell::root;
-use cases::Case;
+use cases::CostCase;
 use fs_err as fs;
 use longest::{MeasuredRobot, Statement};
 use std::collections::{BTreeMap, HashMap};
@@ -28,14 +28,19 @@ const CELL: u64 = 7;
 const FILE: &str = "bench/costs.json";
 
 /// The chips of robots.
-pub const TARGETS: [Target; 5] =
-    [Target::Avr, Target::Thumbv6m, Target::Thumbv7em, Target::Thumbv6mFull, Target::Thumbv7emFull];
+pub const TARGETS: [BenchTarget; 5] = [
+    BenchTarget::Avr,
+    BenchTarget::Thumbv6m,
+    BenchTarget::Thumbv7em,
+    BenchTarget::Thumbv6mFull,
+    BenchTarget::Thumbv7emFull,
+];
 
 /// Costs by the name of the case.
 type Costs = BTreeMap<String, u64>;
 
 /// Executes `bench costs [--update] [TARGET]`.
-pub fn run(targets: &[Target], update: bool) -> Result<()> {
+pub fn run(targets: &[BenchTarget], update: bool) -> Result<()> {
     let mut known = load()?;
     for target in targets {
         let costs = measure(*target)?;
@@ -53,7 +58,7 @@ pub fn run(targets: &[Target], update: bool) -> Result<()> {
 }
 
 /// Fails if an instruction costs more on the target, or takes longer on its robot, than the committed table allows.
-pub fn check(target: Target) -> Result<Vec<String>> {
+pub fn check(target: BenchTarget) -> Result<Vec<String>> {
     let known = load()?;
     let mut grown = grown(target.name(), measure(target)?, &known);
     for robot in longest::ROBOTS.iter().filter(|robot| robot.target == target) {
@@ -72,7 +77,7 @@ fn grown(table: &str, now: Costs, known: &BTreeMap<String, Costs>) -> Vec<String
     rows.collect()
 }
 
-fn measure(target: Target) -> Result<Costs> {
+fn measure(target: BenchTarget) -> Result<Costs> {
     eprintln!("costs: {}", target.name());
     let mut runner = Runner::new(target)?;
     let mut costs = Costs::new();
@@ -104,13 +109,13 @@ fn measure_longest(robot: &MeasuredRobot) -> Result<Costs> {
 
 /// Counts images, each only once.
 struct Runner {
-    target: Target,
+    target: BenchTarget,
     program: LinkedProgram,
     counted: HashMap<Vec<u8>, u64>,
 }
 
 impl Runner {
-    fn new(target: Target) -> Result<Runner> {
+    fn new(target: BenchTarget) -> Result<Runner> {
         Ok(Runner { target, program: LinkedProgram::build(target)?, counted: HashMap::new() })
     }
 
@@ -121,7 +126,7 @@ impl Runner {
         let profile = self.target.profile();
         let [with, without] = [true, false].map(|has_instruction| {
             let script = statement.script(profile, cells, has_instruction);
-            self.run(&Compiled::text(statement.name, path, script, profile)?)
+            self.run(&CompiledScript::text(statement.name, path, script, profile)?)
         });
         let (with, without) = (with?.steps(), without?.steps());
         // A garbage collection may happen in one of the steps.
@@ -130,8 +135,8 @@ impl Runner {
         Ok(least.unwrap_or(0))
     }
 
-    fn cost(&mut self, case: &Case) -> Result<u64> {
-        let Case { place, times, with, without, .. } = case;
+    fn cost(&mut self, case: &CostCase) -> Result<u64> {
+        let CostCase { place, times, with, without, .. } = case;
         let (name, profile) = (case.name(), self.target.profile());
         let image = |write| image::image(&name, profile, *place, *times, write);
         let without = self.count(&image(without)?)?;
@@ -143,7 +148,7 @@ impl Runner {
         }
     }
 
-    fn count(&mut self, image: &Compiled) -> Result<u64> {
+    fn count(&mut self, image: &CompiledScript) -> Result<u64> {
         if let Some(count) = self.counted.get(&image.image) {
             return Ok(*count);
         }
@@ -157,7 +162,7 @@ impl Runner {
     }
 
     /// Runs an image, which must end with the expected result.
-    fn run(&self, image: &Compiled) -> Result<ReportedMark> {
+    fn run(&self, image: &CompiledScript) -> Result<ReportedMark> {
         let told = self.program.run(image)?;
         if told.mark != Mark::Integer || told.value as i32 != image::EXPECTED {
             return Err(failed(&image.name, format!("{:?} {}", told.mark, told.value)));
@@ -170,7 +175,7 @@ fn failed(name: &str, reason: String) -> Error {
     BenchError::Costs { name: name.to_owned(), reason }.into()
 }
 
-fn print(target: Target, name: &str, costs: &Costs, before: &Costs) {
+fn print(target: BenchTarget, name: &str, costs: &Costs, before: &Costs) {
     println!("{name}: {}; profile {}", target.unit(), target.profile().name());
     for (name, cost) in costs {
         let before = before.get(name).map_or("new".to_owned(), u64::to_string);

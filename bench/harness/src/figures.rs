@@ -1,7 +1,7 @@
 //! The costs of scripts: measured, or committed in bench/baseline.json, in the same form.
 
 use crate::error::BenchError;
-use crate::target::Target;
+use crate::target::BenchTarget;
 use anyhow::Result;
 use bittybuzz_builds::shell::root;
 use fs_err as fs;
@@ -63,7 +63,7 @@ pub fn is_more(now: u64, before: u64) -> bool {
 }
 
 /// Returns the costs that have grown beyond the tolerance.
-pub fn grown(target: Target, now: &Scripts, before: Option<&Scripts>) -> Vec<String> {
+pub fn grown(target: BenchTarget, now: &Scripts, before: Option<&Scripts>) -> Vec<String> {
     let rows = now.iter().filter_map(|(name, figure)| {
         let (now, before) = (figure.count, before?.get(name)?.count);
         is_more(now, before).then(|| format!("{name} on {} {before} -> {now}", target.name()))
@@ -84,7 +84,7 @@ mod tests {
     fn two_percent_are_allowed() {
         let before = scripts(&[("a", 1000), ("b", 1000), ("c", 1000)]);
         let now = scripts(&[("a", 1020), ("b", 1021), ("c", 500), ("new", 7)]);
-        let grown = grown(Target::Avr, &now, Some(&before));
+        let grown = grown(BenchTarget::Avr, &now, Some(&before));
         assert_eq!(grown, ["b on avr 1000 -> 1021"]);
     }
 

@@ -4,7 +4,7 @@ use crate::error::BenchError;
 use crate::marks::ReportedMark;
 use anyhow::{Error, Result};
 use bittybuzz_bench::Mark;
-use bittybuzz_builds::shell::Line;
+use bittybuzz_builds::shell::Invocation;
 use fs_err as fs;
 use std::path::Path;
 
@@ -31,7 +31,7 @@ pub fn run(program: &Path, script: &Path, folder: &Path) -> Result<ReportedMark>
         (format!("--callgrind-out-file={}", text(&out)), text(program), text(script));
     let arguments =
         ["--quiet", "--tool=callgrind", FUNCTIONS[0], FUNCTIONS[1], &out, &program, &script];
-    let output = Line::new(RUNNER, &arguments).unannounced().output(0)?;
+    let output = Invocation::new(RUNNER, &arguments).unannounced().output(0)?;
     let printed = String::from_utf8_lossy(&output.stdout).into_owned();
     let (mark, value) = last_mark(&printed).ok_or_else(|| unexpected(printed.clone()))?;
     let mut counts = Vec::new();

@@ -5,9 +5,9 @@ use anyhow::Result;
 use bittybuzz_bench::{ROOM, header};
 use bittybuzz_builds::shell::root;
 use bittybuzz_compiler::compile::{Options, compile};
-use bittybuzz_compiler::include::{DiskFiles, Loader};
-use bittybuzz_compiler::render::{Color, Renderer};
-use bittybuzz_robot_spec::Profile;
+use bittybuzz_compiler::include::{DiskFiles, IncludeLoader};
+use bittybuzz_compiler::render::{ColorChoice, Renderer};
+use bittybuzz_robot_spec::NumberProfile;
 use fs_err as fs;
 use std::path::{Path, PathBuf};
 
@@ -17,44 +17,51 @@ const ROBOT: &str = "bench";
 const RESULT: &str = "r";
 
 /// A compiled script.
-pub struct Compiled {
+pub struct CompiledScript {
     pub name: String,
     pub image: Vec<u8>,
     /// Number of the global with the result.
     global: u16,
 }
 
-impl Compiled {
+impl CompiledScript {
     /// Wraps an image that does not come from a script.
-    pub fn new(name: &str, image: Vec<u8>, global: u16) -> Compiled {
-        Compiled { name: name.to_owned(), image, global }
+    pub fn new(name: &str, image: Vec<u8>, global: u16) -> CompiledScript {
+        CompiledScript { name: name.to_owned(), image, global }
     }
 
     /// Compiles a script of bench/scripts.
-    pub fn script(name: &str, profile: Profile) -> Result<Compiled> {
+    pub fn script(name: &str, profile: NumberProfile) -> Result<CompiledScript> {
         let path = PathBuf::from(format!("bench/scripts/{name}.bzz"));
         let text = fs::read_to_string(root().join(&path))?;
-        Compiled::text(name, &path, text, profile)
+        CompiledScript::text(name, &path, text, profile)
     }
 
     /// Compiles the text of a script; messages name the script by this path.
-    pub fn text(name: &str, path: &Path, text: String, profile: Profile) -> Result<Compiled> {
+    pub fn text(
+        name: &str,
+        path: &Path,
+        text: String,
+        profile: NumberProfile,
+    ) -> Result<CompiledScript> {
         let robot = bittybuzz_robot_files::find(ROBOT)?.clone();
         let options = Options {
             profile: Some(profile),
             robot: Some(robot),
             robots: bittybuzz_robot_files::all_shipped().to_vec(),
         };
-        let loader = Loader { folders: vec![root().join("lib")], ..Loader::new(&DiskFiles) };
+        let loader =
+            IncludeLoader { folders: vec![root().join("lib")], ..IncludeLoader::new(&DiskFiles) };
         let compiled = compile(path, text, &loader, &options);
         let (Some(image), Some(symbols)) = (compiled.image, compiled.symbols) else {
             let renderer = Renderer::new(&compiled.sources);
             let messages = compiled.diagnostics.iter();
-            let messages = messages.map(|message| renderer.text(message, Color::Never)).collect();
+            let messages =
+                messages.map(|message| renderer.text(message, ColorChoice::Never)).collect();
             return Err(BenchError::Script { path: path.to_owned(), messages }.into());
         };
         let global = symbols.globals.iter().position(|global| global == RESULT).unwrap_or(0);
-        Ok(Compiled { name: name.to_owned(), image, global: global as u16 })
+        Ok(CompiledScript { name: name.to_owned(), image, global: global as u16 })
     }
 
     /// Returns the bytes that replace the zeros in a program.

@@ -21,9 +21,9 @@ use anyhow::{Result, ensure};
 use catalogue::Catalogue;
 use error::BenchError;
 use figures::{Counts, Figure};
-use images::Compiled;
+use images::CompiledScript;
 use program::LinkedProgram;
-use target::Target;
+use target::BenchTarget;
 
 pub use program::HOST;
 
@@ -48,7 +48,7 @@ pub struct BenchArguments {
     #[arg(long)]
     update: bool,
     /// Only this one
-    target: Option<Target>,
+    target: Option<BenchTarget>,
 }
 
 /// A subject other than the scripts.
@@ -60,7 +60,7 @@ enum Subject {
         #[arg(long)]
         update: bool,
         /// Only this chip
-        target: Option<Target>,
+        target: Option<BenchTarget>,
     },
 }
 
@@ -68,13 +68,13 @@ enum Subject {
 pub fn run(wanted: &BenchArguments) -> Result<()> {
     if let Some(Subject::Costs { update, target }) = wanted.costs {
         ensure!(
-            target != Some(Target::Host),
+            target != Some(BenchTarget::Host),
             "`bench costs` counts on chips, not on this computer"
         );
         let targets = target.map_or(costs::TARGETS.to_vec(), |target| vec![target]);
         return costs::run(&targets, update);
     }
-    let targets = wanted.target.map_or(Target::ALL.to_vec(), |target| vec![target]);
+    let targets = wanted.target.map_or(BenchTarget::ALL.to_vec(), |target| vec![target]);
     let catalogue = Catalogue::load()?;
     let before = figures::load()?;
     let mut all = Counts::new();
@@ -99,25 +99,25 @@ pub fn check() -> Result<()> {
     let catalogue = Catalogue::load()?;
     let before = figures::load()?;
     let mut grown = Vec::new();
-    for target in Target::ALL {
+    for target in BenchTarget::ALL {
         let counts = measure(target, &catalogue)?;
         let before = before.get(target.name());
         println!("{}", report::table(target, &catalogue, &counts, before));
         grown.extend(figures::grown(target, &counts, before));
     }
     // Instructions are checked on only one chip: that takes seconds, on all chips it takes minutes.
-    grown.extend(costs::check(Target::Avr)?);
+    grown.extend(costs::check(BenchTarget::Avr)?);
     if grown.is_empty() { Ok(()) } else { Err(BenchError::Grown(grown).into()) }
 }
 
 /// Measures every script that the target's machine can run.
-fn measure(target: Target, catalogue: &Catalogue) -> Result<figures::Scripts> {
+fn measure(target: BenchTarget, catalogue: &Catalogue) -> Result<figures::Scripts> {
     eprintln!("bench: {}", target.name());
     let program = LinkedProgram::build(target)?;
     let mut counts = figures::Scripts::new();
     let mut verification = None;
     for script in catalogue.scripts.iter().filter(|script| script.is_for(target)) {
-        let compiled = Compiled::script(&script.name, target.profile())?;
+        let compiled = CompiledScript::script(&script.name, target.profile())?;
         let told = program.run(&compiled)?;
         let result = told.result(target, script)?;
         if script.name == VERIFICATION {

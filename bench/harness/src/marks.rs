@@ -2,13 +2,13 @@
 
 use crate::catalogue::BenchScript;
 use crate::error::BenchError;
-use crate::target::Target;
+use crate::target::BenchTarget;
 use bittybuzz_bench::Mark;
 use serde_json::Number;
 
 /// A mark with its value, and the number of cycles or instructions before it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Event {
+pub struct MarkRecord {
     pub at: u64,
     pub mark: Mark,
     pub value: u32,
@@ -27,7 +27,7 @@ pub struct ReportedMark {
 
 impl ReportedMark {
     /// Evaluates the marks of a run; `None` if they do not belong together.
-    pub fn from_events(events: &[Event]) -> Option<ReportedMark> {
+    pub fn from_events(events: &[MarkRecord]) -> Option<ReportedMark> {
         let (last, pairs) = events.split_last()?;
         let counts = pairs.chunks(2).map(|pair| match pair {
             [begin, end] if (begin.mark, end.mark) == (Mark::Begin, Mark::End) => {
@@ -71,7 +71,7 @@ impl ReportedMark {
     }
 
     /// Returns the result, or an error if it is not the expected one.
-    pub fn result(&self, target: Target, script: &BenchScript) -> Result<Number, BenchError> {
+    pub fn result(&self, target: BenchTarget, script: &BenchScript) -> Result<Number, BenchError> {
         let (target_name, name) = (target.name(), script.name.clone());
         let result = match self.mark {
             Mark::Integer => Some(Number::from(self.value as i32)),
@@ -98,14 +98,14 @@ impl ReportedMark {
 mod tests {
     use super::*;
 
-    fn event(at: u64, mark: Mark) -> Event {
-        Event { at, mark, value: 7 }
+    fn event(at: u64, mark: Mark) -> MarkRecord {
+        MarkRecord { at, mark, value: 7 }
     }
 
     #[test]
     fn marks_are_taken_off_and_steps_averaged() {
         let times = [(10, 14), (20, 124), (200, 304), (400, 506)];
-        let mut events: Vec<Event> = times
+        let mut events: Vec<MarkRecord> = times
             .iter()
             .flat_map(|(begin, end)| [event(*begin, Mark::Begin), event(*end, Mark::End)])
             .collect();

@@ -1,15 +1,15 @@
 //! The programs that run scripts: they are linked once, and then get the image of each script.
 
 use crate::error::BenchError;
-use crate::images::Compiled;
+use crate::images::CompiledScript;
 use crate::marks::ReportedMark;
-use crate::target::Target;
+use crate::target::BenchTarget;
 use crate::{avr, cortex_m, host};
 use anyhow::Result;
 use bittybuzz_bench::{ROOM, SYMBOL};
 use bittybuzz_builds::board::target_of;
 use bittybuzz_builds::chip::{self, AVR_NONE};
-use bittybuzz_builds::shell::{Line, is_installed, target};
+use bittybuzz_builds::shell::{Invocation, is_installed, target};
 use fs_err as fs;
 use object::{Object, ObjectSection, ObjectSymbol};
 use std::path::{Path, PathBuf};
@@ -18,39 +18,41 @@ use std::path::{Path, PathBuf};
 pub const HOST: &str = "bench/host";
 
 /// Returns the program of a chip; `None` for this computer.
-fn of_chip(target: Target) -> Option<chip::Program> {
+fn of_chip(target: BenchTarget) -> Option<chip::ChipProgram> {
     const V6M: &str = "thumbv6m-none-eabi";
     const V7EM: &str = "thumbv7em-none-eabihf";
     let cortex_m =
-        |target, features| Some(chip::Program { package: "bench-cortex-m", target, features });
+        |target, features| Some(chip::ChipProgram { package: "bench-cortex-m", target, features });
     match target {
-        Target::Host => None,
-        Target::Avr => Some(chip::Program { package: "bench-avr", target: AVR_NONE, features: "" }),
-        Target::Thumbv6m => cortex_m(V6M, ""),
-        Target::Thumbv7em => cortex_m(V7EM, ""),
-        Target::Thumbv6mFull => cortex_m(V6M, "full"),
-        Target::Thumbv7emFull => cortex_m(V7EM, "full"),
+        BenchTarget::Host => None,
+        BenchTarget::Avr => {
+            Some(chip::ChipProgram { package: "bench-avr", target: AVR_NONE, features: "" })
+        }
+        BenchTarget::Thumbv6m => cortex_m(V6M, ""),
+        BenchTarget::Thumbv7em => cortex_m(V7EM, ""),
+        BenchTarget::Thumbv6mFull => cortex_m(V6M, "full"),
+        BenchTarget::Thumbv7emFull => cortex_m(V7EM, "full"),
     }
 }
 
 /// Returns the emulator, or Callgrind, that runs the program of a target.
-fn runner(target: Target) -> &'static str {
+fn runner(target: BenchTarget) -> &'static str {
     match target {
-        Target::Host => host::RUNNER,
-        Target::Avr => avr::RUNNER,
+        BenchTarget::Host => host::RUNNER,
+        BenchTarget::Avr => avr::RUNNER,
         _ => cortex_m::RUNNER,
     }
 }
 
 /// Builds the program for this computer.
 fn build_for_host() -> Result<PathBuf> {
-    Line::cargo(&["build", "--release"]).in_workspace(HOST).unannounced().run()?;
+    Invocation::cargo(&["build", "--release"]).in_workspace(HOST).unannounced().run()?;
     Ok(target_of(HOST).join("release/bench-host"))
 }
 
 /// A linked program.
 pub struct LinkedProgram {
-    target: Target,
+    target: BenchTarget,
     path: PathBuf,
     bytes: Vec<u8>,
     /// The folder of intermediate files.
@@ -59,7 +61,7 @@ pub struct LinkedProgram {
 
 impl LinkedProgram {
     /// Builds the program of a target.
-    pub fn build(target: Target) -> Result<LinkedProgram> {
+    pub fn build(target: BenchTarget) -> Result<LinkedProgram> {
         let program = runner(target);
         if !is_installed(program) {
             return Err(BenchError::Missing { program }.into());
@@ -75,16 +77,18 @@ impl LinkedProgram {
     }
 
     /// Runs a script.
-    pub fn run(&self, script: &Compiled) -> Result<ReportedMark> {
+    pub fn run(&self, script: &CompiledScript) -> Result<ReportedMark> {
         let block = script.block()?;
-        if self.target == Target::Host {
+        if self.target == BenchTarget::Host {
             let file = self.write("script", &block)?;
             return host::run(&self.path, &file, &self.folder);
         }
         let file = self.write("program", &self.with(&block)?)?;
         match self.target {
-            Target::Avr => avr::run(&file, &self.folder),
-            Target::Thumbv6m | Target::Thumbv6mFull => cortex_m::run(cortex_m::M0, &file, script),
+            BenchTarget::Avr => avr::run(&file, &self.folder),
+            BenchTarget::Thumbv6m | BenchTarget::Thumbv6mFull => {
+                cortex_m::run(cortex_m::M0, &file, script)
+            }
             _ => cortex_m::run(cortex_m::M4F, &file, script),
         }
     }

@@ -2,7 +2,7 @@
 
 use crate::catalogue::{BenchScript, Catalogue};
 use crate::figures::{Figure, Scripts};
-use crate::target::Target;
+use crate::target::BenchTarget;
 use crate::{COLLECTION, FIB, NO_COLLECTION, VERIFICATION};
 use std::fmt::Write;
 
@@ -15,7 +15,7 @@ const DERIVED: [(&str, &str); 3] = [
 
 /// Returns a target's figures next to those of the reference and the committed ones.
 pub fn table(
-    target: Target,
+    target: BenchTarget,
     catalogue: &Catalogue,
     now: &Scripts,
     before: Option<&Scripts>,
@@ -28,7 +28,7 @@ pub fn table(
 
 fn write_table(
     out: &mut String,
-    target: Target,
+    target: BenchTarget,
     catalogue: &Catalogue,
     now: &Scripts,
     before: Option<&Scripts>,
@@ -115,7 +115,7 @@ mod tests {
         let catalogue = Catalogue::load().unwrap();
         let figures =
             |count| Scripts::from([("empty".to_owned(), Figure { count, result: 0.into() })]);
-        let text = table(Target::Avr, &catalogue, &figures(2661), Some(&figures(2700)));
+        let text = table(BenchTarget::Avr, &catalogue, &figures(2661), Some(&figures(2700)));
         let row: Vec<&str> = text
             .lines()
             .find(|line| line.starts_with("empty"))

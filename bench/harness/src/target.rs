@@ -1,10 +1,10 @@
 //! The targets of measurements.
 
-use bittybuzz_robot_spec::Profile;
+use bittybuzz_robot_spec::NumberProfile;
 
 /// A machine for a core.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, clap::ValueEnum)]
-pub enum Target {
+pub enum BenchTarget {
     Host,
     Avr,
     Thumbv6m,
@@ -15,41 +15,45 @@ pub enum Target {
     Thumbv7emFull,
 }
 
-impl Target {
-    pub const ALL: [Target; 6] = [
-        Target::Host,
-        Target::Avr,
-        Target::Thumbv6m,
-        Target::Thumbv7em,
-        Target::Thumbv6mFull,
-        Target::Thumbv7emFull,
+impl BenchTarget {
+    pub const ALL: [BenchTarget; 6] = [
+        BenchTarget::Host,
+        BenchTarget::Avr,
+        BenchTarget::Thumbv6m,
+        BenchTarget::Thumbv7em,
+        BenchTarget::Thumbv6mFull,
+        BenchTarget::Thumbv7emFull,
     ];
 
     pub fn name(self) -> &'static str {
         match self {
-            Target::Host => "host",
-            Target::Avr => "avr",
-            Target::Thumbv6m => "thumbv6m",
-            Target::Thumbv7em => "thumbv7em",
-            Target::Thumbv6mFull => "thumbv6m-full",
-            Target::Thumbv7emFull => "thumbv7em-full",
+            BenchTarget::Host => "host",
+            BenchTarget::Avr => "avr",
+            BenchTarget::Thumbv6m => "thumbv6m",
+            BenchTarget::Thumbv7em => "thumbv7em",
+            BenchTarget::Thumbv6mFull => "thumbv6m-full",
+            BenchTarget::Thumbv7emFull => "thumbv7em-full",
         }
     }
 
-    pub fn profile(self) -> Profile {
+    pub fn profile(self) -> NumberProfile {
         match self {
-            Target::Thumbv6mFull | Target::Thumbv7emFull => Profile::Full,
-            _ => Profile::Tiny,
+            BenchTarget::Thumbv6mFull | BenchTarget::Thumbv7emFull => NumberProfile::Full,
+            _ => NumberProfile::Tiny,
         }
     }
 
     /// Returns the unit of the target's counts.
     pub fn unit(self) -> &'static str {
         match self {
-            Target::Host => "instructions of the host, by Callgrind",
-            Target::Avr => "cycles of an ATmega328P, by simavr",
-            Target::Thumbv6m | Target::Thumbv6mFull => "instructions of a Cortex-M0, by QEMU",
-            Target::Thumbv7em | Target::Thumbv7emFull => "instructions of a Cortex-M4F, by QEMU",
+            BenchTarget::Host => "instructions of the host, by Callgrind",
+            BenchTarget::Avr => "cycles of an ATmega328P, by simavr",
+            BenchTarget::Thumbv6m | BenchTarget::Thumbv6mFull => {
+                "instructions of a Cortex-M0, by QEMU"
+            }
+            BenchTarget::Thumbv7em | BenchTarget::Thumbv7emFull => {
+                "instructions of a Cortex-M4F, by QEMU"
+            }
         }
     }
 }

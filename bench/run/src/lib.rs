@@ -24,7 +24,7 @@ pub use script::{HEADER, ROOM, SYMBOL, header, split};
 
 use bittybuzz_vm_core::number::{Number, Profile};
 use bittybuzz_vm_core::{
-    Arguments, Axis, Buffer, ByteCode, Entry, Host, Image, Outcome, Refusal, Reply, RobotFault,
+    Axis, Buffer, ByteCode, CallArguments, Entry, Host, Image, Outcome, Refusal, Reply, RobotFault,
     Sighting, Sizes, Value, Vm,
 };
 
@@ -227,7 +227,7 @@ impl<P: Profile> Host<P> for BenchHost<P> {
     fn call<C: ByteCode, const SLOTS: usize>(
         &mut self,
         function: u16,
-        _: Arguments<'_, P, C, SLOTS>,
+        _: CallArguments<'_, P, C, SLOTS>,
         _: bool,
     ) -> Result<Reply<P>, RobotFault> {
         // Loading has accepted the same functions.
@@ -238,7 +238,7 @@ impl<P: Profile> Host<P> for BenchHost<P> {
         }
     }
 
-    fn log<C: ByteCode, const SLOTS: usize>(&mut self, _: Arguments<'_, P, C, SLOTS>) {}
+    fn log<C: ByteCode, const SLOTS: usize>(&mut self, _: CallArguments<'_, P, C, SLOTS>) {}
 
     fn delay_is_over(&mut self, _: i32, _: bool) -> bool {
         true

@@ -63,7 +63,7 @@ pub struct Battery {
 /// The content of a frame, parsed and within its limits.
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[non_exhaustive]
-pub enum Packet<'a> {
+pub enum SyslinkPacket<'a> {
     /// A CRTP packet: header and at most 30 bytes.
     Raw(&'a [u8]),
     /// Radio channel n from 0 to 125, at 2400 + n MHz.
@@ -120,28 +120,30 @@ pub enum PacketError {
     Value(u8),
 }
 
-impl<'a> Packet<'a> {
+impl<'a> SyslinkPacket<'a> {
     /// Parses a frame that the nRF51 sent.
     pub fn received(frame: SyslinkFrame<'a>) -> Result<Self, PacketError> {
         let kind = frame.kind();
         let data = frame.data();
         match (kind, data) {
             (kind::RADIO_RAW, data) if !data.is_empty() && data.len() <= 31 => {
-                Ok(Packet::Raw(data))
+                Ok(SyslinkPacket::Raw(data))
             }
-            (kind::RADIO_CHANNEL, [channel @ 0..=125]) => Ok(Packet::Channel(*channel)),
-            (kind::RADIO_DATARATE, [0]) => Ok(Packet::DataRate(DataRate::Kilobits250)),
-            (kind::RADIO_DATARATE, [1]) => Ok(Packet::DataRate(DataRate::Megabit1)),
-            (kind::RADIO_DATARATE, [2]) => Ok(Packet::DataRate(DataRate::Megabits2)),
+            (kind::RADIO_CHANNEL, [channel @ 0..=125]) => Ok(SyslinkPacket::Channel(*channel)),
+            (kind::RADIO_DATARATE, [0]) => Ok(SyslinkPacket::DataRate(DataRate::Kilobits250)),
+            (kind::RADIO_DATARATE, [1]) => Ok(SyslinkPacket::DataRate(DataRate::Megabit1)),
+            (kind::RADIO_DATARATE, [2]) => Ok(SyslinkPacket::DataRate(DataRate::Megabits2)),
             (kind::RADIO_CHANNEL | kind::RADIO_DATARATE, [_]) => Err(PacketError::Value(kind)),
-            (kind::RADIO_RSSI, [rssi]) => Ok(Packet::Rssi(-i16::from(*rssi))),
-            (kind::RADIO_ADDRESS, [a, b, c, d, e]) => Ok(Packet::Address([*a, *b, *c, *d, *e])),
-            (kind::RADIO_POWER, [power]) => Ok(Packet::Power(*power as i8)),
-            (kind::RADIO_READY, []) => Ok(Packet::Ready),
-            (kind::RADIO_P2P_BROADCAST, [port, rssi, data @ ..]) if data.len() <= P2P_MAX => {
-                Ok(Packet::P2pReceived { port: port & 0x0f, rssi: -i16::from(*rssi), data })
+            (kind::RADIO_RSSI, [rssi]) => Ok(SyslinkPacket::Rssi(-i16::from(*rssi))),
+            (kind::RADIO_ADDRESS, [a, b, c, d, e]) => {
+                Ok(SyslinkPacket::Address([*a, *b, *c, *d, *e]))
             }
-            (kind::PM_ONOFF_SWITCHOFF, []) => Ok(Packet::SwitchOff),
+            (kind::RADIO_POWER, [power]) => Ok(SyslinkPacket::Power(*power as i8)),
+            (kind::RADIO_READY, []) => Ok(SyslinkPacket::Ready),
+            (kind::RADIO_P2P_BROADCAST, [port, rssi, data @ ..]) if data.len() <= P2P_MAX => {
+                Ok(SyslinkPacket::P2pReceived { port: port & 0x0f, rssi: -i16::from(*rssi), data })
+            }
+            (kind::PM_ONOFF_SWITCHOFF, []) => Ok(SyslinkPacket::SwitchOff),
             // Charger current and, on newer boards, temperature follow; the firmware does not use
             // them.
             (kind::PM_BATTERY_STATE, [flags, v0, v1, v2, v3, rest @ ..])
@@ -153,13 +155,13 @@ impl<'a> Packet<'a> {
                     return Err(PacketError::Value(kind));
                 }
                 let (charging, usb_powered) = (flags & 1 != 0, flags & 2 != 0);
-                Ok(Packet::Battery(Battery { charging, usb_powered, volts }))
+                Ok(SyslinkPacket::Battery(Battery { charging, usb_powered, volts }))
             }
-            (kind::PM_BATTERY_AUTOUPDATE, []) => Ok(Packet::BatteryAutoupdate),
-            (kind::PM_SHUTDOWN_REQUEST, []) => Ok(Packet::ShutdownRequest),
-            (kind::PM_SHUTDOWN_ACK, []) => Ok(Packet::ShutdownAck),
-            (kind::PM_LED_ON, []) => Ok(Packet::RadioLed(true)),
-            (kind::PM_LED_OFF, []) => Ok(Packet::RadioLed(false)),
+            (kind::PM_BATTERY_AUTOUPDATE, []) => Ok(SyslinkPacket::BatteryAutoupdate),
+            (kind::PM_SHUTDOWN_REQUEST, []) => Ok(SyslinkPacket::ShutdownRequest),
+            (kind::PM_SHUTDOWN_ACK, []) => Ok(SyslinkPacket::ShutdownAck),
+            (kind::PM_LED_ON, []) => Ok(SyslinkPacket::RadioLed(true)),
+            (kind::PM_LED_OFF, []) => Ok(SyslinkPacket::RadioLed(false)),
             (
                 kind::RADIO_RAW..=kind::RADIO_DATARATE
                 | kind::RADIO_RSSI..=kind::RADIO_ADDRESS
@@ -185,53 +187,53 @@ impl<'a> Packet<'a> {
             }
         };
         let kind = match self {
-            Packet::Raw(data) => {
+            SyslinkPacket::Raw(data) => {
                 put(data);
                 kind::RADIO_RAW
             }
-            Packet::Channel(channel) => {
+            SyslinkPacket::Channel(channel) => {
                 put(&[*channel]);
                 kind::RADIO_CHANNEL
             }
-            Packet::DataRate(rate) => {
+            SyslinkPacket::DataRate(rate) => {
                 put(&[*rate as u8]);
                 kind::RADIO_DATARATE
             }
-            Packet::Address(address) => {
+            SyslinkPacket::Address(address) => {
                 put(address);
                 kind::RADIO_ADDRESS
             }
-            Packet::Power(power) => {
+            SyslinkPacket::Power(power) => {
                 put(&power.to_le_bytes());
                 kind::RADIO_POWER
             }
-            Packet::Rssi(rssi) => {
+            SyslinkPacket::Rssi(rssi) => {
                 put(&[rssi.unsigned_abs().min(255) as u8]);
                 kind::RADIO_RSSI
             }
-            Packet::Ready => kind::RADIO_READY,
-            Packet::P2pSend { port, data } => {
+            SyslinkPacket::Ready => kind::RADIO_READY,
+            SyslinkPacket::P2pSend { port, data } => {
                 put(&[*port]);
                 put(data);
                 kind::RADIO_P2P_BROADCAST
             }
-            Packet::P2pReceived { port, rssi, data } => {
+            SyslinkPacket::P2pReceived { port, rssi, data } => {
                 put(&[*port, rssi.unsigned_abs().min(255) as u8]);
                 put(data);
                 kind::RADIO_P2P_BROADCAST
             }
-            Packet::SwitchOff => kind::PM_ONOFF_SWITCHOFF,
-            Packet::Battery(battery) => {
+            SyslinkPacket::SwitchOff => kind::PM_ONOFF_SWITCHOFF,
+            SyslinkPacket::Battery(battery) => {
                 put(&[u8::from(battery.charging) | u8::from(battery.usb_powered) << 1]);
                 put(&battery.volts.to_le_bytes());
                 put(&0f32.to_le_bytes());
                 kind::PM_BATTERY_STATE
             }
-            Packet::BatteryAutoupdate => kind::PM_BATTERY_AUTOUPDATE,
-            Packet::ShutdownRequest => kind::PM_SHUTDOWN_REQUEST,
-            Packet::ShutdownAck => kind::PM_SHUTDOWN_ACK,
-            Packet::RadioLed(true) => kind::PM_LED_ON,
-            Packet::RadioLed(false) => kind::PM_LED_OFF,
+            SyslinkPacket::BatteryAutoupdate => kind::PM_BATTERY_AUTOUPDATE,
+            SyslinkPacket::ShutdownRequest => kind::PM_SHUTDOWN_REQUEST,
+            SyslinkPacket::ShutdownAck => kind::PM_SHUTDOWN_ACK,
+            SyslinkPacket::RadioLed(true) => kind::PM_LED_ON,
+            SyslinkPacket::RadioLed(false) => kind::PM_LED_OFF,
         };
         match buffer.get(..length) {
             Some(data) => SyslinkFrame::new(kind, data),

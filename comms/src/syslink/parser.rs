@@ -9,7 +9,7 @@ use super::frame::{Bytes, MTU, OVERHEAD, START, SyslinkFrame, check};
 /// therefore finds a frame that follows a truncated one, even if the truncated one seemed to
 /// contain it.
 #[derive(Debug, Clone, Default)]
-pub struct Parser {
+pub struct SyslinkParser {
     pending: Bytes,
     rejected: u32,
 }
@@ -24,10 +24,10 @@ enum Pending {
     Complete(usize),
 }
 
-impl Parser {
+impl SyslinkParser {
     /// Returns a parser at the beginning of a stream.
     pub fn new() -> Self {
-        Parser::default()
+        SyslinkParser::default()
     }
 
     /// Adds one byte and passes each frame that it completes to `sink`. This is usually at most
@@ -99,7 +99,7 @@ mod tests {
     use std::vec::Vec;
 
     fn parse(stream: &[u8]) -> (Vec<(u8, Vec<u8>)>, u32) {
-        let mut parser = Parser::new();
+        let mut parser = SyslinkParser::new();
         let mut frames = Vec::new();
         for byte in stream {
             parser.push(*byte, |frame| frames.push((frame.kind(), frame.data().to_vec())));

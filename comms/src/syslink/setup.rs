@@ -2,11 +2,11 @@
 //! them.
 
 use super::p2p::{Ping, SWARM_PORT};
-use super::packet::{DataRate, P2P_MAX, Packet};
+use super::packet::{DataRate, P2P_MAX, SyslinkPacket};
 
 /// The settings of the radio, which are equal for all robots of a swarm.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct Radio {
+pub struct RadioSettings {
     /// The channel n from 0 to 125, at 2400 + n MHz.
     pub channel: u8,
     /// Data rate.
@@ -17,10 +17,10 @@ pub struct Radio {
     pub power: i8,
 }
 
-impl Radio {
+impl RadioSettings {
     /// The settings of a Crazyflie without a valid configuration, at 0 dBm.
-    pub const DEFAULT: Radio =
-        Radio { channel: 80, data_rate: DataRate::Megabits2, address: [0xe7; 5], power: 0 };
+    pub const DEFAULT: RadioSettings =
+        RadioSettings { channel: 80, data_rate: DataRate::Megabits2, address: [0xe7; 5], power: 0 };
 }
 
 /// The number of steps that every nRF51 echoes.
@@ -37,7 +37,7 @@ const READY_TRIES: u8 = 10;
 /// are sent again.
 #[derive(Debug, Clone)]
 pub struct Setup {
-    radio: Radio,
+    radio: RadioSettings,
     hello: [u8; 3],
     echoed: [bool; ECHOED],
     ready: Ready,
@@ -56,7 +56,7 @@ enum Ready {
 
 impl Setup {
     /// Returns the state in which no step is done.
-    pub fn new(radio: Radio, robot: u16) -> Self {
+    pub fn new(radio: RadioSettings, robot: u16) -> Self {
         let hello = Ping { robot, is_answer: true, data: &[] };
         let mut room = [0; P2P_MAX];
         let hello = hello.write(&mut room).and_then(|bytes| bytes.first_chunk().copied());
@@ -97,41 +97,41 @@ impl Setup {
     /// The first packet is a P2P frame, which makes the nRF51 turn Bluetooth off. Meanwhile the
     /// nRF51 reads nothing, for a time that no document states. Therefore no other packets may be
     /// sent until it has echoed the ones that follow. A whole attempt fits into its queue.
-    pub fn attempt(&mut self) -> impl Iterator<Item = Packet<'_>> {
+    pub fn attempt(&mut self) -> impl Iterator<Item = SyslinkPacket<'_>> {
         let can_send = self.can_send();
         if can_send && let Ready::Asked(times) = self.ready {
             self.ready = if times < READY_TRIES { Ready::Asked(times + 1) } else { Ready::Unknown };
         }
         let begins = !self.is_done();
         let asks = matches!(self.ready, Ready::Asked(_));
-        let hello = Packet::P2pSend { port: SWARM_PORT, data: &self.hello };
+        let hello = SyslinkPacket::P2pSend { port: SWARM_PORT, data: &self.hello };
         let missing = self.steps().into_iter().zip(self.echoed);
         (begins && !can_send)
             .then_some(hello)
             .into_iter()
-            .chain(begins.then_some(Packet::BatteryAutoupdate))
+            .chain(begins.then_some(SyslinkPacket::BatteryAutoupdate))
             .chain(missing.filter(|(_, echoed)| !echoed).map(|(step, _)| step))
-            .chain(asks.then_some(Packet::Ready))
+            .chain(asks.then_some(SyslinkPacket::Ready))
     }
 
     /// Records a packet that may be an echo.
-    pub fn hear(&mut self, packet: &Packet<'_>) {
+    pub fn hear(&mut self, packet: &SyslinkPacket<'_>) {
         for (step, echoed) in self.steps().iter().zip(&mut self.echoed) {
             if step == packet {
                 *echoed = true;
             }
         }
-        if *packet == Packet::Ready {
+        if *packet == SyslinkPacket::Ready {
             self.ready = Ready::Known;
         }
     }
 
-    fn steps(&self) -> [Packet<'static>; ECHOED] {
+    fn steps(&self) -> [SyslinkPacket<'static>; ECHOED] {
         [
-            Packet::Channel(self.radio.channel),
-            Packet::DataRate(self.radio.data_rate),
-            Packet::Address(self.radio.address),
-            Packet::Power(self.radio.power),
+            SyslinkPacket::Channel(self.radio.channel),
+            SyslinkPacket::DataRate(self.radio.data_rate),
+            SyslinkPacket::Address(self.radio.address),
+            SyslinkPacket::Power(self.radio.power),
         ]
     }
 }
@@ -144,39 +144,45 @@ mod tests {
     use crate::syslink::MTU;
     use std::vec::Vec;
 
-    const HELLO: Packet<'static> = Packet::P2pSend { port: 11, data: &[0xb3, 0x34, 0x12] };
-    const STEPS: [Packet<'static>; 4] = [
-        Packet::Channel(80),
-        Packet::DataRate(DataRate::Megabits2),
-        Packet::Address([0xe7; 5]),
-        Packet::Power(0),
+    const HELLO: SyslinkPacket<'static> =
+        SyslinkPacket::P2pSend { port: 11, data: &[0xb3, 0x34, 0x12] };
+    const STEPS: [SyslinkPacket<'static>; 4] = [
+        SyslinkPacket::Channel(80),
+        SyslinkPacket::DataRate(DataRate::Megabits2),
+        SyslinkPacket::Address([0xe7; 5]),
+        SyslinkPacket::Power(0),
     ];
 
     fn setup() -> Setup {
-        Setup::new(Radio::DEFAULT, 0x1234)
+        Setup::new(RadioSettings::DEFAULT, 0x1234)
     }
 
-    fn sent(setup: &mut Setup) -> Vec<Packet<'_>> {
+    fn sent(setup: &mut Setup) -> Vec<SyslinkPacket<'_>> {
         setup.attempt().collect()
     }
 
     #[test]
     fn everything_is_sent_until_it_is_echoed() {
         let mut setup = setup();
-        let all = [&[HELLO, Packet::BatteryAutoupdate], &STEPS[..], &[Packet::Ready]].concat();
+        let all = [&[HELLO, SyslinkPacket::BatteryAutoupdate], &STEPS[..], &[SyslinkPacket::Ready]]
+            .concat();
         assert_eq!(sent(&mut setup), all);
         assert!(!setup.has_begun());
-        setup.hear(&Packet::DataRate(DataRate::Megabits2));
-        setup.hear(&Packet::Ready);
-        setup.hear(&Packet::Power(0));
+        setup.hear(&SyslinkPacket::DataRate(DataRate::Megabits2));
+        setup.hear(&SyslinkPacket::Ready);
+        setup.hear(&SyslinkPacket::Power(0));
         // This echo does not match: the request was damaged, or it is an old echo.
-        setup.hear(&Packet::Channel(81));
+        setup.hear(&SyslinkPacket::Channel(81));
         assert!(setup.has_begun() && !setup.can_send());
-        let missing =
-            [HELLO, Packet::BatteryAutoupdate, Packet::Channel(80), Packet::Address([0xe7; 5])];
+        let missing = [
+            HELLO,
+            SyslinkPacket::BatteryAutoupdate,
+            SyslinkPacket::Channel(80),
+            SyslinkPacket::Address([0xe7; 5]),
+        ];
         assert_eq!(sent(&mut setup), missing);
-        setup.hear(&Packet::Channel(80));
-        setup.hear(&Packet::Address([0xe7; 5]));
+        setup.hear(&SyslinkPacket::Channel(80));
+        setup.hear(&SyslinkPacket::Address([0xe7; 5]));
         assert!(setup.can_send() && setup.is_done() && !setup.is_old());
         assert_eq!(sent(&mut setup), []);
         setup.restart();
@@ -192,13 +198,13 @@ mod tests {
         STEPS.iter().for_each(|step| setup.hear(step));
         for _ in 0..10 {
             assert!(setup.can_send() && !setup.is_done());
-            assert_eq!(sent(&mut setup), [Packet::BatteryAutoupdate, Packet::Ready]);
+            assert_eq!(sent(&mut setup), [SyslinkPacket::BatteryAutoupdate, SyslinkPacket::Ready]);
         }
         assert!(!setup.is_done());
         assert_eq!(sent(&mut setup), []);
         assert!(setup.is_done() && setup.is_old());
         // The nRF51 knows RADIO_READY after all; its echoes had been lost.
-        setup.hear(&Packet::Ready);
+        setup.hear(&SyslinkPacket::Ready);
         assert!(!setup.is_old());
         setup.restart();
         assert!(!setup.is_done());
@@ -209,7 +215,8 @@ mod tests {
     fn an_attempt_fits_the_queue() {
         let mut room = [0; MTU];
         let mut setup = setup();
-        let length = |packet: Packet<'_>| packet.frame(&mut room).unwrap().bytes().as_slice().len();
+        let length =
+            |packet: SyslinkPacket<'_>| packet.frame(&mut room).unwrap().bytes().as_slice().len();
         let bytes: usize = setup.attempt().map(length).sum();
         assert_eq!(bytes, 10 + 6 + 7 + 7 + 11 + 7 + 6);
     }

@@ -12,7 +12,7 @@ use defmt_decoder::{DecodeError, Encoding, Frame};
 
 /// The content of a message.
 #[derive(Debug, Clone, PartialEq, Eq)]
-pub enum Content {
+pub enum MessageContent {
     /// The bytes of a trace record.
     Record(Vec<u8>),
     /// The text of a message that begins like a record but cannot be parsed as one.
@@ -23,19 +23,19 @@ pub enum Content {
     Undecodable,
 }
 
-impl Content {
+impl MessageContent {
     /// Parses the text of a message. The location in the firmware's source may follow a record.
-    pub fn from_text(text: &str) -> Content {
+    pub fn from_text(text: &str) -> MessageContent {
         let Some(list) = text.strip_prefix("bbz [") else {
-            return Content::Text(text.to_owned());
+            return MessageContent::Text(text.to_owned());
         };
         let bytes = list.split_once(']').and_then(|(list, _)| {
             let numbers = list.split(',').map(str::trim).filter(|number| !number.is_empty());
             numbers.map(|number| number.parse().ok()).collect()
         });
         match bytes {
-            Some(bytes) => Content::Record(bytes),
-            None => Content::DamagedRecord(text.to_owned()),
+            Some(bytes) => MessageContent::Record(bytes),
+            None => MessageContent::DamagedRecord(text.to_owned()),
         }
     }
 }
@@ -46,7 +46,7 @@ pub struct TraceMessage {
     pub seconds: Option<f64>,
     /// The level as defmt names it: `trace`, `debug`, `info`, `warn` or `error`.
     pub level: Option<&'static str>,
-    pub content: Content,
+    pub content: MessageContent,
 }
 
 impl TraceMessage {
@@ -55,12 +55,12 @@ impl TraceMessage {
         TraceMessage {
             seconds: time.and_then(|time| time.trim().parse().ok()),
             level: frame.level().map(|level| level.as_str()),
-            content: Content::from_text(&frame.display_message().to_string()),
+            content: MessageContent::from_text(&frame.display_message().to_string()),
         }
     }
 
     const UNDECODABLE: Self =
-        TraceMessage { seconds: None, level: None, content: Content::Undecodable };
+        TraceMessage { seconds: None, level: None, content: MessageContent::Undecodable };
 }
 
 /// Decodes the bytes that a robot writes to RTT.
@@ -140,23 +140,29 @@ impl TraceReader {
 
 #[cfg(test)]
 mod tests {
-    use super::Content;
+    use super::MessageContent;
 
     #[test]
     fn records_are_lists_of_bytes() {
-        let record = |bytes: &[u8]| Content::Record(bytes.to_vec());
-        assert_eq!(Content::from_text("bbz [6, 1, 0, 255]"), record(&[6, 1, 0, 255]));
-        assert_eq!(Content::from_text("bbz [6,1] (crazyflie src/trace.rs:31)"), record(&[6, 1]));
-        assert_eq!(Content::from_text("bbz []"), record(&[]));
+        let record = |bytes: &[u8]| MessageContent::Record(bytes.to_vec());
+        assert_eq!(MessageContent::from_text("bbz [6, 1, 0, 255]"), record(&[6, 1, 0, 255]));
+        assert_eq!(
+            MessageContent::from_text("bbz [6,1] (crazyflie src/trace.rs:31)"),
+            record(&[6, 1])
+        );
+        assert_eq!(MessageContent::from_text("bbz []"), record(&[]));
     }
 
     #[test]
     fn damaged_records_are_no_text() {
         for text in ["bbz [1, 2", "bbz [1, 256]", "bbz [1, x]", "bbz [-1]"] {
-            assert_eq!(Content::from_text(text), Content::DamagedRecord(text.to_owned()));
+            assert_eq!(
+                MessageContent::from_text(text),
+                MessageContent::DamagedRecord(text.to_owned())
+            );
         }
         for text in ["", "bbz", "a bbz [1]", "boot"] {
-            assert_eq!(Content::from_text(text), Content::Text(text.to_owned()));
+            assert_eq!(MessageContent::from_text(text), MessageContent::Text(text.to_owned()));
         }
     }
 }

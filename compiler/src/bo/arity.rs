@@ -12,12 +12,12 @@ use std::collections::{BTreeMap, BTreeSet, HashMap};
 use bittybuzz_vm_core::builtin::{Library, find};
 
 use crate::bo::names::Names;
-use crate::bo::structure::{Node, Outline};
-use crate::check::tree::{Expr, ExprKind, NameId};
+use crate::bo::structure::{ChunkOutline, Node};
+use crate::check::tree::{CheckedExpr, CheckedExprKind, NameId};
 
 /// A place that may hold a function.
 #[derive(Debug, Clone, PartialEq, Eq, Hash)]
-enum Place {
+enum FunctionHolder {
     Global(NameId),
     /// A field of that name in any table except the libraries.
     Field(String),
@@ -49,7 +49,7 @@ struct Members {
 #[derive(Debug, Default)]
 pub struct Arities {
     classes: Vec<Members>,
-    places: HashMap<Place, Class>,
+    places: HashMap<FunctionHolder, Class>,
     unknown: BTreeSet<usize>,
 }
 
@@ -57,18 +57,18 @@ impl Arities {
     /// Analyzes a program. `entries` are the names of functions that the host calls without
     /// arguments; `has_plain_base` returns true for functions whose first parameter is local 1.
     pub fn new(
-        outlines: &[Outline],
+        outlines: &[ChunkOutline],
         names: &Names,
         entries: &[&str],
         has_plain_base: impl Fn(usize) -> bool,
     ) -> Self {
         let mut arities = Arities::default();
         for (chunk, outline) in outlines.iter().enumerate() {
-            let function = arities.place(Place::Function(chunk));
+            let function = arities.place(FunctionHolder::Function(chunk));
             arities.classes[function].has_function = true;
             if has_plain_base(chunk) {
                 for local in outline.touched.keys() {
-                    let class = arities.place(Place::Local(chunk, *local));
+                    let class = arities.place(FunctionHolder::Local(chunk, *local));
                     let index = (*local as usize).saturating_sub(1);
                     arities.classes[function].parameters.insert(index, class);
                 }
@@ -76,12 +76,14 @@ impl Arities {
         }
         for (id, name) in names.iter() {
             for chunk in &name.functions {
-                let (global, function) =
-                    (arities.place(Place::Global(id)), arities.place(Place::Function(*chunk)));
+                let (global, function) = (
+                    arities.place(FunctionHolder::Global(id)),
+                    arities.place(FunctionHolder::Function(*chunk)),
+                );
                 arities.merge(global, function);
             }
             if entries.contains(&name.text.as_str()) {
-                let global = arities.place(Place::Global(id));
+                let global = arities.place(FunctionHolder::Global(id));
                 arities.called(global, 0);
             }
         }
@@ -105,7 +107,7 @@ impl Arities {
     /// Returns the numbers of arguments with which the function of a chunk is called. Empty if no
     /// call of it was found.
     pub fn counts(&mut self, chunk: usize) -> &BTreeSet<usize> {
-        let class = self.place(Place::Function(chunk));
+        let class = self.place(FunctionHolder::Function(chunk));
         let class = self.find(class);
         &self.classes[class].counts
     }
@@ -117,8 +119,9 @@ impl Arities {
 
     /// Collects the calls of locals for which no function was found: they may call any function.
     fn calls_of_unknown(&mut self) -> BTreeSet<usize> {
-        let is_local =
-            |(place, class): (&Place, &Class)| matches!(place, Place::Local(..)).then_some(*class);
+        let is_local = |(place, class): (&FunctionHolder, &Class)| {
+            matches!(place, FunctionHolder::Local(..)).then_some(*class)
+        };
         let locals: Vec<Class> = self.places.iter().filter_map(is_local).collect();
         let mut counts = BTreeSet::new();
         for class in locals {
@@ -130,7 +133,7 @@ impl Arities {
         counts
     }
 
-    fn place(&mut self, place: Place) -> Class {
+    fn place(&mut self, place: FunctionHolder) -> Class {
         let next = self.classes.len();
         let class = *self.places.entry(place).or_insert(next);
         if class == next {
@@ -239,7 +242,7 @@ impl Scan<'_> {
                     self.flow(target, value);
                 }
                 Node::Store { local, value, .. } => {
-                    let target = self.arities.place(Place::Local(self.chunk, *local));
+                    let target = self.arities.place(FunctionHolder::Local(self.chunk, *local));
                     let value = self.expr(value);
                     self.flow(Some(target), value);
                 }
@@ -249,7 +252,7 @@ impl Scan<'_> {
                 }
                 Node::Return { value: Some(value), .. } => {
                     let value = self.expr(value);
-                    let function = self.arities.place(Place::Function(self.chunk));
+                    let function = self.arities.place(FunctionHolder::Function(self.chunk));
                     let result = self.arities.result(function);
                     self.flow(Some(result), value);
                 }
@@ -274,60 +277,62 @@ impl Scan<'_> {
     }
 
     /// Returns the class of the function that an expression may yield.
-    fn expr(&mut self, expr: &Expr) -> Option<Class> {
+    fn expr(&mut self, expr: &CheckedExpr) -> Option<Class> {
         let place = match &expr.kind {
-            ExprKind::Name(id) => Place::Global(*id),
-            ExprKind::Local(local) => Place::Local(self.chunk, u32::try_from(local.0).ok()?),
-            ExprKind::Lambda(id) => Place::Function(id.0),
-            ExprKind::Field { object, key, .. } => {
+            CheckedExprKind::Name(id) => FunctionHolder::Global(*id),
+            CheckedExprKind::Local(local) => {
+                FunctionHolder::Local(self.chunk, u32::try_from(local.0).ok()?)
+            }
+            CheckedExprKind::Lambda(id) => FunctionHolder::Function(id.0),
+            CheckedExprKind::Field { object, key, .. } => {
                 self.expr(object);
                 let members = library(object, self.names).filter(|l| find(*l, key).is_some());
                 match members {
-                    Some(library) => Place::Member(library, key.clone()),
-                    None => Place::Field(key.clone()),
+                    Some(library) => FunctionHolder::Member(library, key.clone()),
+                    None => FunctionHolder::Field(key.clone()),
                 }
             }
-            ExprKind::Index { object, index } => {
+            CheckedExprKind::Index { object, index } => {
                 self.expr(object);
                 self.expr(index);
-                Place::Element
+                FunctionHolder::Element
             }
-            ExprKind::Call { callee, args } => return self.call(callee, args),
-            ExprKind::Table(entries) => {
+            CheckedExprKind::Call { callee, args } => return self.call(callee, args),
+            CheckedExprKind::Table(entries) => {
                 for (key, value) in entries {
                     self.expr(key);
                     let value = self.expr(value);
                     let place = match &key.kind {
-                        ExprKind::Str(name) => Place::Field(name.clone()),
-                        _ => Place::Element,
+                        CheckedExprKind::Str(name) => FunctionHolder::Field(name.clone()),
+                        _ => FunctionHolder::Element,
                     };
                     let place = self.arities.place(place);
                     self.flow(Some(place), value);
                 }
                 return None;
             }
-            ExprKind::Unary { operand, .. } => {
+            CheckedExprKind::Unary { operand, .. } => {
                 self.expr(operand);
                 return None;
             }
-            ExprKind::Chain { first, links } => {
+            CheckedExprKind::Chain { first, links } => {
                 self.expr(first);
                 links.iter().for_each(|link| {
                     self.expr(&link.right);
                 });
                 return None;
             }
-            ExprKind::Nil
-            | ExprKind::Int(_)
-            | ExprKind::Float(_)
-            | ExprKind::Str(_)
-            | ExprKind::SelfValue
-            | ExprKind::Error => return None,
+            CheckedExprKind::Nil
+            | CheckedExprKind::Int(_)
+            | CheckedExprKind::Float(_)
+            | CheckedExprKind::Str(_)
+            | CheckedExprKind::SelfValue
+            | CheckedExprKind::Error => return None,
         };
         Some(self.arities.place(place))
     }
 
-    fn call(&mut self, callee: &Expr, args: &[Expr]) -> Option<Class> {
+    fn call(&mut self, callee: &CheckedExpr, args: &[CheckedExpr]) -> Option<Class> {
         let class = self.expr(callee);
         if let Some(class) = class {
             self.arities.called(class, args.len());
@@ -346,13 +351,13 @@ impl Scan<'_> {
 }
 
 /// Returns the library that an expression refers to.
-fn library(expr: &Expr, names: &Names) -> Option<Library> {
+fn library(expr: &CheckedExpr, names: &Names) -> Option<Library> {
     match &expr.kind {
-        ExprKind::Name(id) => {
+        CheckedExprKind::Name(id) => {
             let name = Some(names.text(*id));
             Library::ALL.into_iter().find(|library| library.global_name() == name)
         }
-        ExprKind::Field { object, key, .. } if key == "rng" => {
+        CheckedExprKind::Field { object, key, .. } if key == "rng" => {
             library(object, names).filter(|l| *l == Library::Math).map(|_| Library::Rng)
         }
         _ => None,
@@ -360,14 +365,16 @@ fn library(expr: &Expr, names: &Names) -> Option<Library> {
 }
 
 /// Returns the number of arguments with which a built-in function calls its argument `index`.
-fn callback(callee: &Expr, index: usize, names: &Names) -> Option<usize> {
+fn callback(callee: &CheckedExpr, index: usize, names: &Names) -> Option<usize> {
     let (name, first, extra) = match &callee.kind {
         // `foreach(t, f)`: f(key, value)
-        ExprKind::Name(id) => (names.text(*id), 1, 0),
+        CheckedExprKind::Name(id) => (names.text(*id), 1, 0),
         // `neighbors.foreach(f)`: f(id, data)
-        ExprKind::Field { object, key, .. } if is_neighbors(object, names) => (key.as_str(), 0, 0),
+        CheckedExprKind::Field { object, key, .. } if is_neighbors(object, names) => {
+            (key.as_str(), 0, 0)
+        }
         // `v.foreach(f)` of a stigmergy: f(key, value, robot)
-        ExprKind::Field { key, .. } => (key.as_str(), 0, 1),
+        CheckedExprKind::Field { key, .. } => (key.as_str(), 0, 1),
         _ => return None,
     };
     match (name, index) {
@@ -381,11 +388,11 @@ fn callback(callee: &Expr, index: usize, names: &Names) -> Option<usize> {
 }
 
 /// Returns true for `neighbors`, its members and the results of its functions.
-fn is_neighbors(expr: &Expr, names: &Names) -> bool {
+fn is_neighbors(expr: &CheckedExpr, names: &Names) -> bool {
     match &expr.kind {
-        ExprKind::Name(id) => names.text(*id) == "neighbors",
-        ExprKind::Field { object, .. } => is_neighbors(object, names),
-        ExprKind::Call { callee, .. } => is_neighbors(callee, names),
+        CheckedExprKind::Name(id) => names.text(*id) == "neighbors",
+        CheckedExprKind::Field { object, .. } => is_neighbors(object, names),
+        CheckedExprKind::Call { callee, .. } => is_neighbors(callee, names),
         _ => false,
     }
 }

@@ -4,8 +4,8 @@
 use std::collections::BTreeMap;
 use std::ops::Range;
 
-use crate::bo::error::{BoError, Cause};
-use crate::bo::instruction::Action;
+use crate::bo::error::{BoCause, BoError};
+use crate::bo::instruction::BoAction;
 use crate::bo::read::Bo;
 
 /// The code of a function or lambda, or the global code.
@@ -47,19 +47,19 @@ impl Chunks {
         let mut starts = BTreeMap::from([(global, 0)]);
         for &(_, at, start) in &registered {
             if starts.insert(start, 0).is_some() {
-                return Err(bo.error(at, Cause::SharedFunction));
+                return Err(bo.error(at, BoCause::SharedFunction));
             }
         }
         let mut creations = BTreeMap::new();
         for at in global..bo.code.len() {
             match bo.action(at) {
-                Action::PushL(start) => {
+                BoAction::PushL(start) => {
                     if starts.insert(start, 0).is_some() {
-                        return Err(bo.error(at, Cause::SharedFunction));
+                        return Err(bo.error(at, BoCause::SharedFunction));
                     }
                     creations.insert(start, at);
                 }
-                Action::PushCn(_) => return Err(bo.error(at, Cause::MisplacedFunction)),
+                BoAction::PushCn(_) => return Err(bo.error(at, BoCause::MisplacedFunction)),
                 _ => {}
             }
         }
@@ -69,7 +69,7 @@ impl Chunks {
             bounds.push(*start);
         }
         if let Some(early) = bounds.first().filter(|first| **first < global) {
-            return Err(bo.error(*early, Cause::FunctionInGlobalCode));
+            return Err(bo.error(*early, BoCause::FunctionInGlobalCode));
         }
         bounds.push(bo.code.len());
         let mut chunks = Vec::with_capacity(bounds.len());
@@ -111,17 +111,17 @@ impl Chunks {
 fn registrations(bo: &Bo) -> Result<(Vec<(usize, usize, usize)>, usize), BoError> {
     let mut found = Vec::new();
     let mut at = 0;
-    while bo.action(at) != Action::Nop {
+    while bo.action(at) != BoAction::Nop {
         match (bo.action(at), bo.action(at + 1), bo.action(at + 2)) {
-            (Action::PushS(name), Action::PushCn(start), Action::Gstore) => {
+            (BoAction::PushS(name), BoAction::PushCn(start), BoAction::Gstore) => {
                 found.push((name, at, start))
             }
-            _ => return Err(bo.error(at, Cause::NoRegistrationEnd)),
+            _ => return Err(bo.error(at, BoCause::NoRegistrationEnd)),
         }
         at += 3;
     }
     if at >= bo.code.len() {
-        return Err(bo.error(at, Cause::NoRegistrationEnd));
+        return Err(bo.error(at, BoCause::NoRegistrationEnd));
     }
     Ok((found, at + 1))
 }
@@ -129,7 +129,7 @@ fn registrations(bo: &Bo) -> Result<(Vec<(usize, usize, usize)>, usize), BoError
 /// Returns the chunk that creates lambda `number`; `at` is the creating instruction.
 fn creator(bo: &Bo, bounds: &[usize], number: usize, at: usize) -> Result<usize, BoError> {
     let creator = bounds.partition_point(|start| *start <= at).saturating_sub(1);
-    if creator < number { Ok(creator) } else { Err(bo.error(at, Cause::LambdaBeforeCreator)) }
+    if creator < number { Ok(creator) } else { Err(bo.error(at, BoCause::LambdaBeforeCreator)) }
 }
 
 /// Returns the end of a chunk's code, which is the position of its final `done` or `ret0`.
@@ -140,14 +140,14 @@ fn body_end(bo: &Bo, number: usize, start: usize, end: usize) -> Result<usize, B
     }
     let last = end.saturating_sub(1).max(start);
     let (ending, cause) = match number {
-        0 => (Action::Done, Cause::MisplacedDone),
-        _ => (Action::Ret0, Cause::NoReturn),
+        0 => (BoAction::Done, BoCause::MisplacedDone),
+        _ => (BoAction::Ret0, BoCause::NoReturn),
     };
     if end == start || bo.action(last) != ending {
         return Err(bo.error(last, cause));
     }
-    match (start..last).find(|at| bo.action(*at) == Action::Done) {
-        Some(at) => Err(bo.error(at, Cause::MisplacedDone)),
+    match (start..last).find(|at| bo.action(*at) == BoAction::Done) {
+        Some(at) => Err(bo.error(at, BoCause::MisplacedDone)),
         None => Ok(last),
     }
 }

@@ -11,12 +11,12 @@ use crate::include::MAX_SOURCE_BYTES;
 pub struct BoError {
     /// Offset in the file.
     pub offset: usize,
-    pub cause: Cause,
+    pub cause: BoCause,
 }
 
 /// A mistake in a `.bo` file.
 #[derive(Debug, Clone, PartialEq, Eq)]
-pub enum Cause {
+pub enum BoCause {
     // Errors of the file format.
     /// The file is far larger than the program of any robot.
     TooLarge,
@@ -102,101 +102,101 @@ pub enum Cause {
     TooDeep,
 }
 
-impl Cause {
+impl BoCause {
     /// Returns true if the file may be well-formed, but does not come from the Buzz compiler.
     fn is_foreign(&self) -> bool {
         match self {
-            Cause::TooLarge
-            | Cause::NoStringCount
-            | Cause::StringCut(_)
-            | Cause::StringNotUtf8(_)
-            | Cause::UnknownOpcode(_)
-            | Cause::ArgumentCut(_)
-            | Cause::UnknownString(_)
-            | Cause::UnknownAddress(_)
-            | Cause::NegativeLocal(_)
-            | Cause::LocalInGlobalCode
-            | Cause::SelfAssigned
-            | Cause::UnknownParameters(_)
-            | Cause::TooManyParameters
-            | Cause::TooDeep => false,
-            Cause::NoRegistrationEnd
-            | Cause::MisplacedDone
-            | Cause::NoReturn
-            | Cause::FunctionInGlobalCode
-            | Cause::SharedFunction
-            | Cause::LambdaBeforeCreator
-            | Cause::MisplacedFunction
-            | Cause::NativeFunction
-            | Cause::SwarmCall
-            | Cause::StackEmpty
-            | Cause::StackNotEmpty
-            | Cause::StrayCopy
-            | Cause::ComputedName
-            | Cause::NotAnIdentifier
-            | Cause::ComputedField
-            | Cause::DroppedValue
-            | Cause::ComputedArgumentCount
-            | Cause::MethodWithoutTable
-            | Cause::SelfOfPlainCall
-            | Cause::StrayJump
-            | Cause::InconsistentLocals => true,
+            BoCause::TooLarge
+            | BoCause::NoStringCount
+            | BoCause::StringCut(_)
+            | BoCause::StringNotUtf8(_)
+            | BoCause::UnknownOpcode(_)
+            | BoCause::ArgumentCut(_)
+            | BoCause::UnknownString(_)
+            | BoCause::UnknownAddress(_)
+            | BoCause::NegativeLocal(_)
+            | BoCause::LocalInGlobalCode
+            | BoCause::SelfAssigned
+            | BoCause::UnknownParameters(_)
+            | BoCause::TooManyParameters
+            | BoCause::TooDeep => false,
+            BoCause::NoRegistrationEnd
+            | BoCause::MisplacedDone
+            | BoCause::NoReturn
+            | BoCause::FunctionInGlobalCode
+            | BoCause::SharedFunction
+            | BoCause::LambdaBeforeCreator
+            | BoCause::MisplacedFunction
+            | BoCause::NativeFunction
+            | BoCause::SwarmCall
+            | BoCause::StackEmpty
+            | BoCause::StackNotEmpty
+            | BoCause::StrayCopy
+            | BoCause::ComputedName
+            | BoCause::NotAnIdentifier
+            | BoCause::ComputedField
+            | BoCause::DroppedValue
+            | BoCause::ComputedArgumentCount
+            | BoCause::MethodWithoutTable
+            | BoCause::SelfOfPlainCall
+            | BoCause::StrayJump
+            | BoCause::InconsistentLocals => true,
         }
     }
 }
 
-impl fmt::Display for Cause {
+impl fmt::Display for BoCause {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         if self.is_foreign() {
             f.write_str("not produced by the Buzz compiler: ")?;
         }
         match self {
-            Cause::TooLarge => write!(f, "the file has more than {MAX_SOURCE_BYTES} bytes"),
-            Cause::NoStringCount => f.write_str("too short to be a Buzz object file"),
-            Cause::StringCut(number) => write!(f, "the file ends inside string {number}"),
-            Cause::StringNotUtf8(number) => {
+            BoCause::TooLarge => write!(f, "the file has more than {MAX_SOURCE_BYTES} bytes"),
+            BoCause::NoStringCount => f.write_str("too short to be a Buzz object file"),
+            BoCause::StringCut(number) => write!(f, "the file ends inside string {number}"),
+            BoCause::StringNotUtf8(number) => {
                 write!(f, "string {number} is not UTF-8; save the script as UTF-8 and compile it again")
             }
-            Cause::UnknownOpcode(byte) => write!(f, "no instruction has the opcode {byte}"),
-            Cause::ArgumentCut(name) => write!(f, "the file ends inside the argument of `{name}`"),
-            Cause::UnknownString(number) => write!(f, "there is no string {number}"),
-            Cause::UnknownAddress(to) => write!(f, "no instruction starts at offset {to}"),
-            Cause::NegativeLocal(number) => write!(f, "{number} is no number of a local variable"),
-            Cause::NoRegistrationEnd => {
+            BoCause::UnknownOpcode(byte) => write!(f, "no instruction has the opcode {byte}"),
+            BoCause::ArgumentCut(name) => write!(f, "the file ends inside the argument of `{name}`"),
+            BoCause::UnknownString(number) => write!(f, "there is no string {number}"),
+            BoCause::UnknownAddress(to) => write!(f, "no instruction starts at offset {to}"),
+            BoCause::NegativeLocal(number) => write!(f, "{number} is no number of a local variable"),
+            BoCause::NoRegistrationEnd => {
                 f.write_str("the registration of named functions is incomplete")
             }
-            Cause::MisplacedDone => f.write_str("the global code does not end with its only `done`"),
-            Cause::NoReturn => f.write_str("a function does not end with `ret0`"),
-            Cause::FunctionInGlobalCode => f.write_str("a function starts inside the global code"),
-            Cause::SharedFunction => f.write_str("one function is made in two places"),
-            Cause::LambdaBeforeCreator => {
+            BoCause::MisplacedDone => f.write_str("the global code does not end with its only `done`"),
+            BoCause::NoReturn => f.write_str("a function does not end with `ret0`"),
+            BoCause::FunctionInGlobalCode => f.write_str("a function starts inside the global code"),
+            BoCause::SharedFunction => f.write_str("one function is made in two places"),
+            BoCause::LambdaBeforeCreator => {
                 f.write_str("a lambda stands before the function that creates it")
             }
-            Cause::MisplacedFunction => {
+            BoCause::MisplacedFunction => {
                 f.write_str("a named function is made outside the registration")
             }
-            Cause::NativeFunction => f.write_str("it names a native function by its number"),
-            Cause::SwarmCall => f.write_str("it makes a swarm call"),
-            Cause::StackEmpty => f.write_str("this instruction takes a value that is not there"),
-            Cause::StackNotEmpty => f.write_str("a statement leaves values on the stack"),
-            Cause::StrayCopy => f.write_str("a copied value is used otherwise than as a table"),
-            Cause::ComputedName => f.write_str("the name of a global variable is computed"),
-            Cause::NotAnIdentifier => f.write_str("the name of a global variable is no identifier"),
-            Cause::ComputedField => f.write_str("the key of a field in a table literal is computed"),
-            Cause::DroppedValue => f.write_str("a value that comes from no call is dropped"),
-            Cause::ComputedArgumentCount => f.write_str("the number of arguments is computed"),
-            Cause::MethodWithoutTable => f.write_str("a method is called without its table"),
-            Cause::SelfOfPlainCall => f.write_str("a plain call is given a table as self"),
-            Cause::StrayJump => f.write_str("this jump belongs to no `if`, `while` or `for`"),
-            Cause::LocalInGlobalCode => f.write_str(
+            BoCause::NativeFunction => f.write_str("it names a native function by its number"),
+            BoCause::SwarmCall => f.write_str("it makes a swarm call"),
+            BoCause::StackEmpty => f.write_str("this instruction takes a value that is not there"),
+            BoCause::StackNotEmpty => f.write_str("a statement leaves values on the stack"),
+            BoCause::StrayCopy => f.write_str("a copied value is used otherwise than as a table"),
+            BoCause::ComputedName => f.write_str("the name of a global variable is computed"),
+            BoCause::NotAnIdentifier => f.write_str("the name of a global variable is no identifier"),
+            BoCause::ComputedField => f.write_str("the key of a field in a table literal is computed"),
+            BoCause::DroppedValue => f.write_str("a value that comes from no call is dropped"),
+            BoCause::ComputedArgumentCount => f.write_str("the number of arguments is computed"),
+            BoCause::MethodWithoutTable => f.write_str("a method is called without its table"),
+            BoCause::SelfOfPlainCall => f.write_str("a plain call is given a table as self"),
+            BoCause::StrayJump => f.write_str("this jump belongs to no `if`, `while` or `for`"),
+            BoCause::LocalInGlobalCode => f.write_str(
                 "`var` in a block of the global code: Buzz itself crashes here; compile the script instead of \
                  the .bo file",
             ),
-            Cause::SelfAssigned => f.write_str("`self` is assigned"),
-            Cause::InconsistentLocals => {
+            BoCause::SelfAssigned => f.write_str("`self` is assigned"),
+            BoCause::InconsistentLocals => {
                 f.write_str("no number of parameters fits the local variables of this function")
             }
-            Cause::UnknownParameters(counts) => {
+            BoCause::UnknownParameters(counts) => {
                 let counts: Vec<String> = counts.iter().map(usize::to_string).collect();
                 write!(
                     f,
@@ -205,10 +205,10 @@ impl fmt::Display for Cause {
                     counts.join(" and ")
                 )
             }
-            Cause::TooManyParameters => {
+            BoCause::TooManyParameters => {
                 write!(f, "a function can have at most {MAX_PARAMETERS} parameters")
             }
-            Cause::TooDeep => f.write_str("this is nested too deep"),
+            BoCause::TooDeep => f.write_str("this is nested too deep"),
         }
     }
 }

@@ -5,7 +5,7 @@ use crate::ast::{BinaryOp, UnaryOp};
 /// The action of an instruction. The notation shows the stack before and after, with its top on the
 /// right. Strings, and places in the code, are given by their numbers.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub enum Action {
+pub enum BoAction {
     /// No effect; the first one ends the registration of the named functions.
     Nop,
     /// Ends the global code.
@@ -66,38 +66,38 @@ pub enum Action {
 
 /// The argument after an opcode in the file, and the action of the instruction.
 #[derive(Debug, Clone, Copy)]
-pub enum Form {
+pub enum OperandForm {
     /// No argument.
-    Plain(Action),
+    Plain(BoAction),
     /// A binary32 float.
-    Float(fn(f32) -> Action),
+    Float(fn(f32) -> BoAction),
     /// An integer.
-    Int(fn(i32) -> Action),
+    Int(fn(i32) -> BoAction),
     /// Number of a string.
-    String(fn(usize) -> Action),
+    String(fn(usize) -> BoAction),
     /// The number of a local, or a number of locals.
-    Locals(fn(u32) -> Action),
+    Locals(fn(u32) -> BoAction),
     /// The offset of an instruction from the start of the file.
-    Address(fn(usize) -> Action),
+    Address(fn(usize) -> BoAction),
 }
 
 /// The mnemonic and the form of every instruction, indexed by opcode.
-pub const TABLE: [(&str, Form); 47] = {
-    use Form::{Address, Float, Int, Locals, Plain, String};
-    const fn binary(op: BinaryOp) -> Form {
-        Plain(Action::Binary(op))
+pub const TABLE: [(&str, OperandForm); 47] = {
+    use OperandForm::{Address, Float, Int, Locals, Plain, String};
+    const fn binary(op: BinaryOp) -> OperandForm {
+        Plain(BoAction::Binary(op))
     }
-    const fn unary(op: UnaryOp) -> Form {
-        Plain(Action::Unary(op))
+    const fn unary(op: UnaryOp) -> OperandForm {
+        Plain(BoAction::Unary(op))
     }
     [
-        ("nop", Plain(Action::Nop)),
-        ("done", Plain(Action::Done)),
-        ("pushnil", Plain(Action::PushNil)),
-        ("dup", Plain(Action::Dup)),
-        ("pop", Plain(Action::Pop)),
-        ("ret0", Plain(Action::Ret0)),
-        ("ret1", Plain(Action::Ret1)),
+        ("nop", Plain(BoAction::Nop)),
+        ("done", Plain(BoAction::Done)),
+        ("pushnil", Plain(BoAction::PushNil)),
+        ("dup", Plain(BoAction::Dup)),
+        ("pop", Plain(BoAction::Pop)),
+        ("ret0", Plain(BoAction::Ret0)),
+        ("ret1", Plain(BoAction::Ret1)),
         ("add", binary(BinaryOp::Add)),
         ("sub", binary(BinaryOp::Sub)),
         ("mul", binary(BinaryOp::Mul)),
@@ -119,35 +119,35 @@ pub const TABLE: [(&str, Form); 47] = {
         ("gte", binary(BinaryOp::GreaterEq)),
         ("lt", binary(BinaryOp::Less)),
         ("lte", binary(BinaryOp::LessEq)),
-        ("gload", Plain(Action::Gload)),
-        ("gstore", Plain(Action::Gstore)),
-        ("pusht", Plain(Action::PushT)),
-        ("tput", Plain(Action::Tput)),
-        ("tget", Plain(Action::Tget)),
-        ("callc", Plain(Action::Callc)),
-        ("calls", Plain(Action::Calls)),
-        ("pushf", Float(Action::PushF)),
-        ("pushi", Int(Action::PushI)),
-        ("pushs", String(Action::PushS)),
-        ("pushcn", Address(Action::PushCn)),
-        ("pushcc", Int(Action::PushCc)),
-        ("pushl", Address(Action::PushL)),
-        ("lload", Locals(Action::Lload)),
-        ("lstore", Locals(Action::Lstore)),
-        ("lremove", Locals(Action::Lremove)),
-        ("jump", Address(Action::Jump)),
-        ("jumpz", Address(Action::Jumpz)),
-        ("jumpnz", Address(Action::Jumpnz)),
+        ("gload", Plain(BoAction::Gload)),
+        ("gstore", Plain(BoAction::Gstore)),
+        ("pusht", Plain(BoAction::PushT)),
+        ("tput", Plain(BoAction::Tput)),
+        ("tget", Plain(BoAction::Tget)),
+        ("callc", Plain(BoAction::Callc)),
+        ("calls", Plain(BoAction::Calls)),
+        ("pushf", Float(BoAction::PushF)),
+        ("pushi", Int(BoAction::PushI)),
+        ("pushs", String(BoAction::PushS)),
+        ("pushcn", Address(BoAction::PushCn)),
+        ("pushcc", Int(BoAction::PushCc)),
+        ("pushl", Address(BoAction::PushL)),
+        ("lload", Locals(BoAction::Lload)),
+        ("lstore", Locals(BoAction::Lstore)),
+        ("lremove", Locals(BoAction::Lremove)),
+        ("jump", Address(BoAction::Jump)),
+        ("jumpz", Address(BoAction::Jumpz)),
+        ("jumpnz", Address(BoAction::Jumpnz)),
     ]
 };
 
 /// An instruction with its place in the file.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Instruction {
+pub struct BoInstruction {
     /// Offset of the opcode from the start of the file.
     pub offset: usize,
     /// The name in assembly text.
     pub mnemonic: &'static str,
     /// The action. Jumps and functions refer to the number of an instruction, not to its offset.
-    pub action: Action,
+    pub action: BoAction,
 }

@@ -3,20 +3,20 @@
 
 use std::fmt::Write as _;
 
-use crate::bo::instruction::Action;
+use crate::bo::instruction::BoAction;
 use crate::bo::read::Bo;
 use crate::source::{FileId, Span};
 
 /// The text of a `.bo` file, and the mapping between lines and instructions.
 #[derive(Debug, Clone)]
-pub struct Listing {
+pub struct BoListing {
     /// Lines of the form `OFFSET: mnemonic argument`; a string's text follows after `#`.
     pub text: String,
     /// The offset of each line in `text`.
     starts: Vec<u32>,
 }
 
-impl Listing {
+impl BoListing {
     /// Creates the listing of a file.
     pub fn new(bo: &Bo) -> Self {
         let mut text = String::new();
@@ -24,23 +24,23 @@ impl Listing {
         for instruction in &bo.code {
             starts.push(text.len() as u32);
             let argument = match instruction.action {
-                Action::PushF(value) => format!(" {value:?}"),
-                Action::PushI(value) | Action::PushCc(value) => format!(" {value}"),
-                Action::PushS(number) => format!(" {number}  # {:?}", bo.string(number)),
-                Action::Lload(number) | Action::Lstore(number) | Action::Lremove(number) => {
+                BoAction::PushF(value) => format!(" {value:?}"),
+                BoAction::PushI(value) | BoAction::PushCc(value) => format!(" {value}"),
+                BoAction::PushS(number) => format!(" {number}  # {:?}", bo.string(number)),
+                BoAction::Lload(number) | BoAction::Lstore(number) | BoAction::Lremove(number) => {
                     format!(" {number}")
                 }
-                Action::PushCn(to)
-                | Action::PushL(to)
-                | Action::Jump(to)
-                | Action::Jumpz(to)
-                | Action::Jumpnz(to) => format!(" {}", bo.offset(to)),
+                BoAction::PushCn(to)
+                | BoAction::PushL(to)
+                | BoAction::Jump(to)
+                | BoAction::Jumpz(to)
+                | BoAction::Jumpnz(to) => format!(" {}", bo.offset(to)),
                 _ => String::new(),
             };
             // Writing to a string cannot fail.
             let _ = writeln!(text, "{}: {}{argument}", instruction.offset, instruction.mnemonic);
         }
-        Listing { text, starts }
+        BoListing { text, starts }
     }
 
     /// Returns the span of an instruction's line.

@@ -7,9 +7,9 @@
 //! numbers that are large enough. The smallest of them is right, because the code does not read the
 //! others, unless a lambda does.
 
-use crate::bo::listing::Listing;
-use crate::bo::structure::{Node, Outline};
-use crate::check::tree::{Expr, ExprKind, children};
+use crate::bo::listing::BoListing;
+use crate::bo::structure::{ChunkOutline, Node};
+use crate::check::tree::{CheckedExpr, CheckedExprKind, children};
 use crate::codegen::asm::MAX_PARAMETERS;
 
 /// The numbers of parameters that fit a function.
@@ -29,7 +29,7 @@ struct UnreachedLocal(usize);
 
 /// Returns the numbers of parameters that fit a function whose first parameter would be local
 /// `base`.
-pub fn parameters(outline: &Outline, base: u32, listing: &Listing) -> Parameters {
+pub fn parameters(outline: &ChunkOutline, base: u32, listing: &BoListing) -> Parameters {
     // A local that does not start like a `var` is a parameter or belongs to the creator.
     let start_otherwise = outline.touched.iter().filter(|(_, starts_like_var)| !**starts_like_var);
     let count = |local: u32| (local + 1).saturating_sub(base);
@@ -70,7 +70,7 @@ struct Open {
 
 /// The check of a function with an assumed number of parameters.
 struct Check<'a> {
-    listing: &'a Listing,
+    listing: &'a BoListing,
     /// The number of locals that exist at the current place.
     live: u32,
 }
@@ -83,7 +83,7 @@ impl Check<'_> {
                 Node::Store { local, value, at } => {
                     self.expr(value)?;
                     if *local >= self.live {
-                        if *local > self.live || !matches!(value.kind, ExprKind::Nil) {
+                        if *local > self.live || !matches!(value.kind, CheckedExprKind::Nil) {
                             return Err(UnreachedLocal(*at));
                         }
                         self.live += 1;
@@ -128,9 +128,9 @@ impl Check<'_> {
         Ok(())
     }
 
-    fn expr(&self, expr: &Expr) -> Result<(), UnreachedLocal> {
+    fn expr(&self, expr: &CheckedExpr) -> Result<(), UnreachedLocal> {
         let mut result = match expr.kind {
-            ExprKind::Local(local) if local.0 >= self.live as usize => {
+            CheckedExprKind::Local(local) if local.0 >= self.live as usize => {
                 Err(UnreachedLocal(self.listing.instruction(expr.span)))
             }
             _ => Ok(()),

@@ -40,14 +40,14 @@ use std::path::Path;
 
 use bittybuzz_vm_core::hash::fnv_1a;
 
-use crate::codes::Code;
+use crate::codes::DiagnosticCode;
 use crate::compile::{Compiled, Options, compile_parsed};
 use crate::parser::{Hidden, Parsed};
 use crate::source::SourceMap;
-use crate::symbols::{Place, Symbols};
+use crate::symbols::{SourceSpan, Symbols};
 use debug::{DebugError, DebugInfo};
 use error::BoError;
-use listing::Listing;
+use listing::BoListing;
 use read::Bo;
 
 /// The result of importing a `.bo` file.
@@ -90,7 +90,7 @@ pub fn import(
     options: &Options,
 ) -> Result<Imported, BoError> {
     let bo = Bo::read(bytes)?;
-    let listing = Listing::new(&bo);
+    let listing = BoListing::new(&bo);
     let recovered = script::recover(&bo, &listing)?;
     let doubtful = recovered.doubtful_lambdas.iter();
     let mut warnings: Vec<Warning> =
@@ -113,7 +113,7 @@ pub fn import(
     );
     // A parameter that a function does not use is not recovered, so a warning about extra arguments
     // may be wrong.
-    compiled.diagnostics.retain(|diagnostic| diagnostic.code != Code::ExtraArguments);
+    compiled.diagnostics.retain(|diagnostic| diagnostic.code != DiagnosticCode::ExtraArguments);
     if let Some(debug) = debug {
         let script = ScriptPlaces { bo: &bo, debug };
         for diagnostic in &mut compiled.diagnostics {
@@ -131,7 +131,7 @@ pub fn import(
 
 /// Returns the text of a `.bo` file, one line per instruction: `OFFSET: mnemonic argument`.
 pub fn disassemble(bytes: &[u8]) -> Result<String, BoError> {
-    Ok(Listing::new(&Bo::read(bytes)?).text)
+    Ok(BoListing::new(&Bo::read(bytes)?).text)
 }
 
 /// Translates lines of the listing to places in the script.
@@ -158,7 +158,7 @@ impl ScriptPlaces<'_> {
             if let Some(place) = self.debug.place(self.bo.offset(at)) {
                 let (line, column) = (place.line, place.column);
                 let file = first + place.file as u32;
-                entry.place = Place { file, line, column, end_line: line, end_column: column };
+                entry.place = SourceSpan { file, line, column, end_line: line, end_column: column };
             }
         }
         for function in &mut symbols.functions {

@@ -2,7 +2,7 @@
 
 use std::collections::HashMap;
 
-use crate::bo::error::Cause;
+use crate::bo::error::BoCause;
 use crate::check::tree::NameId;
 
 /// A global name.
@@ -45,9 +45,9 @@ impl Names {
 }
 
 /// Returns an error if a script could not use the text as a name.
-pub fn check_name(text: &str) -> Result<(), Cause> {
+pub fn check_name(text: &str) -> Result<(), BoCause> {
     let mut characters = text.chars();
     let is_identifier = characters.next().is_some_and(|c| c.is_ascii_alphabetic() || c == '_')
         && characters.all(|c| c.is_ascii_alphanumeric() || c == '_');
-    if is_identifier { Ok(()) } else { Err(Cause::NotAnIdentifier) }
+    if is_identifier { Ok(()) } else { Err(BoCause::NotAnIdentifier) }
 }

@@ -1,8 +1,8 @@
 //! Reads a `.bo` file: the number of strings, the strings, the instructions. All integers are
 //! little-endian.
 
-use crate::bo::error::{BoError, Cause};
-use crate::bo::instruction::{Action, Form, Instruction, TABLE};
+use crate::bo::error::{BoCause, BoError};
+use crate::bo::instruction::{BoAction, BoInstruction, OperandForm, TABLE};
 use crate::include::MAX_SOURCE_BYTES;
 
 /// A `.bo` file whose numbers are all in range. The combined effect of its instructions is not
@@ -12,7 +12,7 @@ pub struct Bo {
     /// Strings by number.
     pub strings: Vec<String>,
     /// Instructions in the order of the file.
-    pub code: Vec<Instruction>,
+    pub code: Vec<BoInstruction>,
     /// Length of the file in bytes.
     pub length: usize,
 }
@@ -21,7 +21,7 @@ impl Bo {
     /// Reads a file.
     pub fn read(bytes: &[u8]) -> Result<Bo, BoError> {
         if bytes.len() > MAX_SOURCE_BYTES {
-            return Err(BoError { offset: MAX_SOURCE_BYTES, cause: Cause::TooLarge });
+            return Err(BoError { offset: MAX_SOURCE_BYTES, cause: BoCause::TooLarge });
         }
         let mut reader = BoReader { bytes, at: 0 };
         let strings = reader.strings()?;
@@ -31,33 +31,33 @@ impl Bo {
             let fail = |cause| Err(BoError { offset, cause });
             let number = argument as i32;
             let action = match form {
-                Form::Plain(action) => action,
-                Form::Float(make) => make(f32::from_bits(argument)),
-                Form::Int(make) => make(number),
-                Form::String(make) => match usize::try_from(number) {
+                OperandForm::Plain(action) => action,
+                OperandForm::Float(make) => make(f32::from_bits(argument)),
+                OperandForm::Int(make) => make(number),
+                OperandForm::String(make) => match usize::try_from(number) {
                     Ok(string) if string < strings.len() => make(string),
-                    _ => return fail(Cause::UnknownString(number)),
+                    _ => return fail(BoCause::UnknownString(number)),
                 },
-                Form::Locals(make) => match u32::try_from(number) {
+                OperandForm::Locals(make) => match u32::try_from(number) {
                     Ok(locals) => make(locals),
-                    Err(_) => return fail(Cause::NegativeLocal(number)),
+                    Err(_) => return fail(BoCause::NegativeLocal(number)),
                 },
-                Form::Address(make) => {
+                OperandForm::Address(make) => {
                     let to = usize::try_from(number).ok();
                     match to.and_then(|to| raw.binary_search_by_key(&to, |raw| raw.offset).ok()) {
                         Some(index) => make(index),
-                        None => return fail(Cause::UnknownAddress(number)),
+                        None => return fail(BoCause::UnknownAddress(number)),
                     }
                 }
             };
-            code.push(Instruction { offset, mnemonic, action });
+            code.push(BoInstruction { offset, mnemonic, action });
         }
         Ok(Bo { strings, code, length: bytes.len() })
     }
 
     /// Returns the action of an instruction, or `Nop` after the last one.
-    pub fn action(&self, at: usize) -> Action {
-        self.code.get(at).map_or(Action::Nop, |instruction| instruction.action)
+    pub fn action(&self, at: usize) -> BoAction {
+        self.code.get(at).map_or(BoAction::Nop, |instruction| instruction.action)
     }
 
     /// Returns the offset of an instruction, or the length of the file after the last one.
@@ -66,7 +66,7 @@ impl Bo {
     }
 
     /// Returns an error at an instruction.
-    pub fn error(&self, at: usize, cause: Cause) -> BoError {
+    pub fn error(&self, at: usize, cause: BoCause) -> BoError {
         BoError { offset: self.offset(at), cause }
     }
 
@@ -81,7 +81,7 @@ impl Bo {
 struct Raw {
     offset: usize,
     mnemonic: &'static str,
-    form: Form,
+    form: OperandForm,
     argument: u32,
 }
 
@@ -101,17 +101,17 @@ impl BoReader<'_> {
         let count = self
             .take()
             .map(u16::from_le_bytes)
-            .ok_or(BoError { offset: 0, cause: Cause::NoStringCount })?;
+            .ok_or(BoError { offset: 0, cause: BoCause::NoStringCount })?;
         let mut strings = Vec::with_capacity(usize::from(count));
         for number in 0..usize::from(count) {
             let offset = self.at;
             let rest = self.bytes.get(offset..).unwrap_or_default();
             let Some(length) = rest.iter().position(|byte| *byte == 0) else {
-                return Err(BoError { offset, cause: Cause::StringCut(number) });
+                return Err(BoError { offset, cause: BoCause::StringCut(number) });
             };
             let text = rest.get(..length).unwrap_or_default();
             let Ok(text) = std::str::from_utf8(text) else {
-                return Err(BoError { offset, cause: Cause::StringNotUtf8(number) });
+                return Err(BoError { offset, cause: BoCause::StringNotUtf8(number) });
             };
             strings.push(text.to_owned());
             self.at += length + 1;
@@ -125,14 +125,14 @@ impl BoReader<'_> {
             let offset = self.at;
             let Some([opcode]) = self.take() else { return Ok(raw) };
             let Some(&(mnemonic, form)) = TABLE.get(usize::from(opcode)) else {
-                return Err(BoError { offset, cause: Cause::UnknownOpcode(opcode) });
+                return Err(BoError { offset, cause: BoCause::UnknownOpcode(opcode) });
             };
             let argument = match form {
-                Form::Plain(_) => 0,
+                OperandForm::Plain(_) => 0,
                 _ => self
                     .take()
                     .map(u32::from_le_bytes)
-                    .ok_or(BoError { offset, cause: Cause::ArgumentCut(mnemonic) })?,
+                    .ok_or(BoError { offset, cause: BoCause::ArgumentCut(mnemonic) })?,
             };
             raw.push(Raw { offset, mnemonic, form, argument });
         }

@@ -6,17 +6,17 @@
 use std::collections::BTreeSet;
 
 use crate::ast::{
-    Block, Branch, Expr, ExprKind, FieldKey, Function, Ident, Link, Script, Stmt, StmtKind,
+    Block, Branch, ChainLink, Expr, ExprKind, FieldKey, Function, Ident, Script, Stmt, StmtKind,
     TableField,
 };
 use crate::bo::arity::Arities;
 use crate::bo::chunks::Chunks;
-use crate::bo::error::{BoError, Cause};
-use crate::bo::listing::Listing;
+use crate::bo::error::{BoCause, BoError};
+use crate::bo::listing::BoListing;
 use crate::bo::locals::{Parameters, parameters};
 use crate::bo::names::{Names, check_name};
 use crate::bo::read::Bo;
-use crate::bo::structure::{Node, Outline, outlines};
+use crate::bo::structure::{ChunkOutline, Node, outlines};
 use crate::check::tree;
 use crate::codegen::ENTRIES;
 use crate::codegen::asm::MAX_PARAMETERS;
@@ -34,14 +34,14 @@ pub struct Recovered {
 }
 
 /// Recovers the script.
-pub fn recover(bo: &Bo, listing: &Listing) -> Result<Recovered, BoError> {
+pub fn recover(bo: &Bo, listing: &BoListing) -> Result<Recovered, BoError> {
     let chunks = Chunks::find(bo)?;
     let mut names = Names::default();
     for registration in &chunks.registrations {
         let text = bo.string(registration.name);
         check_name(text).map_err(|cause| bo.error(registration.at, cause))?;
         if text == "self" {
-            return Err(bo.error(registration.at, Cause::SelfAssigned));
+            return Err(bo.error(registration.at, BoCause::SelfAssigned));
         }
         names.entry(text).1.functions.push(registration.chunk);
     }
@@ -85,9 +85,9 @@ pub fn recover(bo: &Bo, listing: &Listing) -> Result<Recovered, BoError> {
 
 struct Builder<'a> {
     bo: &'a Bo,
-    listing: &'a Listing,
+    listing: &'a BoListing,
     chunks: &'a Chunks,
-    outlines: &'a [Outline],
+    outlines: &'a [ChunkOutline],
     names: &'a Names,
     arities: Arities,
     strings: BTreeSet<String>,
@@ -123,11 +123,11 @@ impl Builder<'_> {
         let start = self.chunks.start(number);
         let Some(outline) = self.outlines.get(number) else { return Ok(0) };
         let least = match parameters(outline, base, self.listing) {
-            Parameters::None(at) => return Err(self.bo.error(at, Cause::InconsistentLocals)),
+            Parameters::None(at) => return Err(self.bo.error(at, BoCause::InconsistentLocals)),
             Parameters::Exactly(count) | Parameters::AtLeast(count)
                 if count as usize > MAX_PARAMETERS =>
             {
-                return Err(self.bo.error(start, Cause::TooManyParameters));
+                return Err(self.bo.error(start, BoCause::TooManyParameters));
             }
             Parameters::Exactly(count) => return Ok(count),
             Parameters::AtLeast(count) => count,
@@ -146,7 +146,7 @@ impl Builder<'_> {
         match (possible.next(), possible.next()) {
             (Some(count), None) if count <= MAX_PARAMETERS => Ok(count as u32),
             (None, _) if !is_called => Ok(least),
-            _ => Err(self.bo.error(start, Cause::UnknownParameters(counts))),
+            _ => Err(self.bo.error(start, BoCause::UnknownParameters(counts))),
         }
     }
 
@@ -244,7 +244,7 @@ impl Builder<'_> {
     fn store(
         &mut self,
         local: u32,
-        value: &tree::Expr,
+        value: &tree::CheckedExpr,
         at: usize,
         stmts: &mut Vec<Stmt>,
         open: &mut Vec<Ident>,
@@ -276,10 +276,10 @@ impl Builder<'_> {
     }
 
     /// Returns true if an expression, or a lambda in it, names a local.
-    fn names_local(&self, expr: &tree::Expr, number: u32) -> bool {
+    fn names_local(&self, expr: &tree::CheckedExpr, number: u32) -> bool {
         let mut found = match expr.kind {
-            tree::ExprKind::Local(local) => local.0 == number as usize,
-            tree::ExprKind::Lambda(id) => {
+            tree::CheckedExprKind::Local(local) => local.0 == number as usize,
+            tree::CheckedExprKind::Lambda(id) => {
                 self.outlines.get(id.0).is_some_and(|lambda| lambda.reach.contains(&number))
             }
             _ => false,
@@ -288,44 +288,44 @@ impl Builder<'_> {
         found
     }
 
-    fn expr(&mut self, expr: &tree::Expr) -> Result<Expr, BoError> {
+    fn expr(&mut self, expr: &tree::CheckedExpr) -> Result<Expr, BoError> {
         let kind = match &expr.kind {
-            tree::ExprKind::Nil | tree::ExprKind::Error => ExprKind::Nil,
-            tree::ExprKind::Int(value) => ExprKind::Int(*value),
-            tree::ExprKind::Float(value) => ExprKind::Float(*value),
-            tree::ExprKind::Str(text) => {
+            tree::CheckedExprKind::Nil | tree::CheckedExprKind::Error => ExprKind::Nil,
+            tree::CheckedExprKind::Int(value) => ExprKind::Int(*value),
+            tree::CheckedExprKind::Float(value) => ExprKind::Float(*value),
+            tree::CheckedExprKind::Str(text) => {
                 self.strings.insert(text.clone());
                 ExprKind::Str(text.clone())
             }
-            tree::ExprKind::Local(local) => ExprKind::Name(local_name(local.0)),
-            tree::ExprKind::Name(name) => ExprKind::Name(self.names.text(*name).to_owned()),
-            tree::ExprKind::SelfValue => ExprKind::Name("self".to_owned()),
-            tree::ExprKind::Field { object, key, key_span } => {
+            tree::CheckedExprKind::Local(local) => ExprKind::Name(local_name(local.0)),
+            tree::CheckedExprKind::Name(name) => ExprKind::Name(self.names.text(*name).to_owned()),
+            tree::CheckedExprKind::SelfValue => ExprKind::Name("self".to_owned()),
+            tree::CheckedExprKind::Field { object, key, key_span } => {
                 self.strings.insert(key.clone());
                 let key = Ident { name: key.clone(), span: *key_span };
                 ExprKind::Field { object: self.boxed(object)?, key }
             }
-            tree::ExprKind::Index { object, index } => {
+            tree::CheckedExprKind::Index { object, index } => {
                 ExprKind::Index { object: self.boxed(object)?, index: self.boxed(index)? }
             }
-            tree::ExprKind::Call { callee, args } => {
+            tree::CheckedExprKind::Call { callee, args } => {
                 let callee = self.boxed(callee)?;
                 let args = args.iter().map(|arg| self.expr(arg)).collect::<Result<_, _>>()?;
                 ExprKind::Call { callee, args }
             }
-            tree::ExprKind::Table(entries) => {
+            tree::CheckedExprKind::Table(entries) => {
                 let fields = entries.iter().map(|(key, value)| self.field(key, value));
                 ExprKind::Table(fields.collect::<Result<_, _>>()?)
             }
-            tree::ExprKind::Lambda(id) => ExprKind::Lambda(self.function(id.0)?),
-            tree::ExprKind::Unary { op, operand } => {
+            tree::CheckedExprKind::Lambda(id) => ExprKind::Lambda(self.function(id.0)?),
+            tree::CheckedExprKind::Unary { op, operand } => {
                 ExprKind::Unary { op: *op, operand: self.boxed(operand)? }
             }
-            tree::ExprKind::Chain { first, links } => {
+            tree::CheckedExprKind::Chain { first, links } => {
                 let first = self.boxed(first)?;
                 let links = links.iter().map(|link| {
                     let right = self.expr(&link.right)?;
-                    Ok(Link { op: link.op, right, span: link.span })
+                    Ok(ChainLink { op: link.op, right, span: link.span })
                 });
                 ExprKind::Chain { first, links: links.collect::<Result<_, _>>()? }
             }
@@ -333,22 +333,26 @@ impl Builder<'_> {
         Ok(Expr { kind, span: expr.span })
     }
 
-    fn boxed(&mut self, expr: &tree::Expr) -> Result<Box<Expr>, BoError> {
+    fn boxed(&mut self, expr: &tree::CheckedExpr) -> Result<Box<Expr>, BoError> {
         self.expr(expr).map(Box::new)
     }
 
-    fn field(&mut self, key: &tree::Expr, value: &tree::Expr) -> Result<TableField, BoError> {
+    fn field(
+        &mut self,
+        key: &tree::CheckedExpr,
+        value: &tree::CheckedExpr,
+    ) -> Result<TableField, BoError> {
         let key_span = key.span;
         let key = match &key.kind {
-            tree::ExprKind::Str(name) => {
+            tree::CheckedExprKind::Str(name) => {
                 self.strings.insert(name.clone());
                 FieldKey::Name(name.clone())
             }
-            tree::ExprKind::Int(number) => FieldKey::Int(*number),
-            tree::ExprKind::Float(number) => FieldKey::Float(*number),
+            tree::CheckedExprKind::Int(number) => FieldKey::Int(*number),
+            tree::CheckedExprKind::Float(number) => FieldKey::Float(*number),
             _ => {
                 let at = self.listing.instruction(key_span);
-                return Err(self.bo.error(at, Cause::ComputedField));
+                return Err(self.bo.error(at, BoCause::ComputedField));
             }
         };
         Ok(TableField { key, key_span, value: self.expr(value)? })

@@ -13,21 +13,21 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::ops::Range;
 
 use crate::bo::chunks::Chunks;
-use crate::bo::error::{BoError, Cause};
-use crate::bo::instruction::Action;
-use crate::bo::listing::Listing;
+use crate::bo::error::{BoCause, BoError};
+use crate::bo::instruction::BoAction;
+use crate::bo::listing::BoListing;
 use crate::bo::names::Names;
 use crate::bo::read::Bo;
 use crate::bo::stack::Stack;
-use crate::check::tree::{Expr, ExprKind, FunctionId, LocalId};
+use crate::check::tree::{CheckedExpr, CheckedExprKind, FunctionId, LocalId};
 
 /// A statement. Expressions refer to locals by the numbers of the file.
 #[derive(Debug, Clone)]
 pub enum Node {
     /// `target = value` for a global or a table element.
     Assign {
-        target: Expr,
-        value: Expr,
+        target: CheckedExpr,
+        value: CheckedExpr,
         /// Number of the `gstore` or `tput`.
         at: usize,
     },
@@ -35,7 +35,7 @@ pub enum Node {
     Store {
         /// Number of the local.
         local: u32,
-        value: Expr,
+        value: CheckedExpr,
         /// Number of the instruction.
         at: usize,
     },
@@ -47,18 +47,15 @@ pub enum Node {
     },
     /// A call whose result is dropped.
     Call {
-        call: Expr,
+        call: CheckedExpr,
         /// Number of the `pop`.
         at: usize,
     },
     /// `ret0` and `ret1`
-    Return {
-        value: Option<Expr>,
-        at: usize,
-    },
+    Return { value: Option<CheckedExpr>, at: usize },
     /// `if`
     If {
-        condition: Expr,
+        condition: CheckedExpr,
         /// The statements that run if the condition is true.
         then: Vec<Node>,
         /// The statements that run if the condition is false.
@@ -68,7 +65,7 @@ pub enum Node {
     },
     /// `while` and `for`
     Loop {
-        condition: Expr,
+        condition: CheckedExpr,
         /// The update of a `for` after each iteration, which the file has before the body.
         update: Vec<Node>,
         body: Vec<Node>,
@@ -79,7 +76,7 @@ pub enum Node {
 
 /// The structure of a chunk. The roles of its locals are not yet known.
 #[derive(Debug, Clone, Default)]
-pub struct Outline {
+pub struct ChunkOutline {
     pub nodes: Vec<Node>,
     /// For every local that the chunk uses, except 0, true if the local starts with `pushnil;
     /// lstore`, as a `var` does.
@@ -97,11 +94,11 @@ pub struct Outline {
 /// Recovers the statements of every chunk.
 pub fn outlines(
     bo: &Bo,
-    listing: &Listing,
+    listing: &BoListing,
     chunks: &Chunks,
     names: &mut Names,
-) -> Result<Vec<Outline>, BoError> {
-    let mut outlines = vec![Outline::default(); chunks.chunks.len()];
+) -> Result<Vec<ChunkOutline>, BoError> {
+    let mut outlines = vec![ChunkOutline::default(); chunks.chunks.len()];
     // Lambdas are read before the functions that create them, so that their heights are known.
     for (number, chunk) in chunks.chunks.iter().enumerate().rev() {
         let mut reader = StructureReader {
@@ -112,7 +109,7 @@ pub fn outlines(
             outlines: &outlines,
             is_global: number == 0,
             stack: Stack::default(),
-            outline: Outline::default(),
+            outline: ChunkOutline::default(),
         };
         reader.outline.nodes = reader.block(chunk.code.clone())?;
         let mut outline = reader.outline;
@@ -130,14 +127,14 @@ pub fn outlines(
 
 struct StructureReader<'a> {
     bo: &'a Bo,
-    listing: &'a Listing,
+    listing: &'a BoListing,
     chunks: &'a Chunks,
     names: &'a mut Names,
     /// The outlines that are complete, including those of the chunk's lambdas.
-    outlines: &'a [Outline],
+    outlines: &'a [ChunkOutline],
     is_global: bool,
     stack: Stack,
-    outline: Outline,
+    outline: ChunkOutline,
 }
 
 impl StructureReader<'_> {
@@ -152,21 +149,21 @@ impl StructureReader<'_> {
             let place = at;
             let fail = |cause| self.bo.error(place, cause);
             match self.bo.action(at) {
-                Action::Jumpz(to) => {
+                BoAction::Jumpz(to) => {
                     let condition = self.condition(at)?;
                     let (node, next) = self.if_or_while(begin..range.end, at, to, condition)?;
                     nodes.push(node);
                     at = next;
                 }
-                Action::Jumpnz(to) => {
+                BoAction::Jumpnz(to) => {
                     let condition = self.condition(at)?;
                     let (node, next) = self.for_loop(begin..range.end, at, to, condition)?;
                     nodes.push(node);
                     at = next;
                 }
                 // This jump ends a `then` before an empty `else`.
-                Action::Jump(to) if to == at + 1 && self.stack.is_empty() => at = to,
-                Action::Jump(_) => return Err(fail(Cause::StrayJump)),
+                BoAction::Jump(to) if to == at + 1 && self.stack.is_empty() => at = to,
+                BoAction::Jump(_) => return Err(fail(BoCause::StrayJump)),
                 action => {
                     nodes.extend(self.instruction(at, action).map_err(fail)?);
                     at += 1;
@@ -181,7 +178,7 @@ impl StructureReader<'_> {
         Ok(nodes)
     }
 
-    fn condition(&mut self, at: usize) -> Result<Expr, BoError> {
+    fn condition(&mut self, at: usize) -> Result<CheckedExpr, BoError> {
         let condition = self.stack.pop().and_then(|condition| {
             self.stack.expect_empty()?;
             Ok(condition)
@@ -196,20 +193,20 @@ impl StructureReader<'_> {
         within: Range<usize>,
         at: usize,
         to: usize,
-        condition: Expr,
+        condition: CheckedExpr,
     ) -> Result<(Node, usize), BoError> {
         if to <= at || to > within.end {
-            return Err(self.bo.error(at, Cause::StrayJump));
+            return Err(self.bo.error(at, BoCause::StrayJump));
         }
         let last = to - 1;
         match self.bo.action(last) {
-            Action::Jump(back) if last > at && back == within.start => {
+            BoAction::Jump(back) if last > at && back == within.start => {
                 let body = self.block(at + 1..last)?;
                 Ok((Node::Loop { condition, update: Vec::new(), body, at }, to))
             }
-            Action::Jump(end) if last > at && end > to => {
+            BoAction::Jump(end) if last > at && end > to => {
                 if end > within.end {
-                    return Err(self.bo.error(last, Cause::StrayJump));
+                    return Err(self.bo.error(last, BoCause::StrayJump));
                 }
                 let then = self.block(at + 1..last)?;
                 let otherwise = self.block(to..end)?;
@@ -229,18 +226,18 @@ impl StructureReader<'_> {
         within: Range<usize>,
         at: usize,
         to: usize,
-        condition: Expr,
+        condition: CheckedExpr,
     ) -> Result<(Node, usize), BoError> {
-        let stray = |at| Err(self.bo.error(at, Cause::StrayJump));
-        let Action::Jump(end) = self.bo.action(at + 1) else { return stray(at) };
+        let stray = |at| Err(self.bo.error(at, BoCause::StrayJump));
+        let BoAction::Jump(end) = self.bo.action(at + 1) else { return stray(at) };
         let first = at + 2;
         if to <= first || end <= to || end > within.end {
             return stray(at);
         }
-        if self.bo.action(to - 1) != Action::Jump(within.start) {
+        if self.bo.action(to - 1) != BoAction::Jump(within.start) {
             return stray(to - 1);
         }
-        if self.bo.action(end - 1) != Action::Jump(first) {
+        if self.bo.action(end - 1) != BoAction::Jump(first) {
             return stray(end - 1);
         }
         let update = self.block(first..to - 1)?;
@@ -249,48 +246,51 @@ impl StructureReader<'_> {
     }
 
     /// Executes any instruction except jumps. Returns the statement that the instruction completes.
-    fn instruction(&mut self, at: usize, action: Action) -> Result<Option<Node>, Cause> {
+    fn instruction(&mut self, at: usize, action: BoAction) -> Result<Option<Node>, BoCause> {
         let span = self.listing.span(at);
         let kind = match action {
-            Action::Lload(_) | Action::Lstore(_) | Action::Lremove(_) if self.is_global => {
-                return Err(Cause::LocalInGlobalCode);
+            BoAction::Lload(_) | BoAction::Lstore(_) | BoAction::Lremove(_) if self.is_global => {
+                return Err(BoCause::LocalInGlobalCode);
             }
-            Action::Nop => return Ok(None),
-            Action::PushNil => ExprKind::Nil,
-            Action::PushF(value) => ExprKind::Float(f64::from(value)),
-            Action::PushI(value) => ExprKind::Int(i64::from(value)),
-            Action::PushS(number) => ExprKind::Str(self.bo.string(number).to_owned()),
-            Action::PushT => ExprKind::Table(Vec::new()),
-            Action::PushL(start) => {
+            BoAction::Nop => return Ok(None),
+            BoAction::PushNil => CheckedExprKind::Nil,
+            BoAction::PushF(value) => CheckedExprKind::Float(f64::from(value)),
+            BoAction::PushI(value) => CheckedExprKind::Int(i64::from(value)),
+            BoAction::PushS(number) => CheckedExprKind::Str(self.bo.string(number).to_owned()),
+            BoAction::PushT => CheckedExprKind::Table(Vec::new()),
+            BoAction::PushL(start) => {
                 let chunk = self.chunks.starting_at(start).unwrap_or(0);
                 self.outline.lambdas.push((chunk, self.stack.depth > 1));
                 let height = self.outlines.get(chunk).map_or(0, |lambda| lambda.height);
-                let kind = ExprKind::Lambda(FunctionId(chunk));
-                return self.stack.push_value(Expr { kind, span }, 1 + height).map(|()| None);
+                let kind = CheckedExprKind::Lambda(FunctionId(chunk));
+                return self
+                    .stack
+                    .push_value(CheckedExpr { kind, span }, 1 + height)
+                    .map(|()| None);
             }
-            Action::Lload(0) => {
+            BoAction::Lload(0) => {
                 self.outline.names_self = true;
-                ExprKind::SelfValue
+                CheckedExprKind::SelfValue
             }
-            Action::Lload(local) => {
+            BoAction::Lload(local) => {
                 self.outline.touched.entry(local).or_insert(false);
-                ExprKind::Local(LocalId(local as usize))
+                CheckedExprKind::Local(LocalId(local as usize))
             }
-            Action::Gload => {
+            BoAction::Gload => {
                 let (name, span) = self.stack.pop_name()?;
                 // No script can assign a global of that name, so its value is nil.
                 if name == "self" {
-                    return self.stack.push(ExprKind::Nil, span).map(|()| None);
+                    return self.stack.push(CheckedExprKind::Nil, span).map(|()| None);
                 }
                 let (id, global) = self.names.entry(&name);
                 global.is_read = true;
-                return self.stack.push(ExprKind::Name(id), span).map(|()| None);
+                return self.stack.push(CheckedExprKind::Name(id), span).map(|()| None);
             }
-            Action::Dup => return self.stack.copy().map(|()| None),
-            Action::Tget => return self.stack.get(span).map(|()| None),
-            Action::Unary(op) => return self.stack.unary(op, span).map(|()| None),
-            Action::Binary(op) => return self.stack.binary(op, span).map(|()| None),
-            Action::Callc => return self.stack.call(span).map(|()| None),
+            BoAction::Dup => return self.stack.copy().map(|()| None),
+            BoAction::Tget => return self.stack.get(span).map(|()| None),
+            BoAction::Unary(op) => return self.stack.unary(op, span).map(|()| None),
+            BoAction::Binary(op) => return self.stack.binary(op, span).map(|()| None),
+            BoAction::Callc => return self.stack.call(span).map(|()| None),
             _ => {
                 let node = self.statement(at, action)?;
                 if node.is_some() {
@@ -303,39 +303,45 @@ impl StructureReader<'_> {
     }
 
     /// Executes an instruction that ends a statement.
-    fn statement(&mut self, at: usize, action: Action) -> Result<Option<Node>, Cause> {
+    fn statement(&mut self, at: usize, action: BoAction) -> Result<Option<Node>, BoCause> {
         Ok(Some(match action {
-            Action::Gstore => {
+            BoAction::Gstore => {
                 let value = self.stack.pop()?;
                 let (name, span) = self.stack.pop_name()?;
                 if name == "self" {
-                    return Err(Cause::SelfAssigned);
+                    return Err(BoCause::SelfAssigned);
                 }
                 let (id, _) = self.names.entry(&name);
-                Node::Assign { target: Expr { kind: ExprKind::Name(id), span }, value, at }
+                Node::Assign {
+                    target: CheckedExpr { kind: CheckedExprKind::Name(id), span },
+                    value,
+                    at,
+                }
             }
-            Action::Tput => match self.stack.put(self.listing.span(at))? {
+            BoAction::Tput => match self.stack.put(self.listing.span(at))? {
                 Some((target, value)) => Node::Assign { target, value, at },
                 None => return Ok(None),
             },
-            Action::Lstore(0) => return Err(Cause::SelfAssigned),
-            Action::Lstore(local) => {
+            BoAction::Lstore(0) => return Err(BoCause::SelfAssigned),
+            BoAction::Lstore(local) => {
                 let value = self.stack.pop()?;
-                let is_nil = matches!(value.kind, ExprKind::Nil);
+                let is_nil = matches!(value.kind, CheckedExprKind::Nil);
                 self.outline.touched.entry(local).or_insert(is_nil);
                 Node::Store { local, value, at }
             }
-            Action::Lremove(count) => Node::Remove { count, at },
-            Action::Pop => match self.stack.pop()? {
-                call @ Expr { kind: ExprKind::Call { .. }, .. } => Node::Call { call, at },
-                _ => return Err(Cause::DroppedValue),
+            BoAction::Lremove(count) => Node::Remove { count, at },
+            BoAction::Pop => match self.stack.pop()? {
+                call @ CheckedExpr { kind: CheckedExprKind::Call { .. }, .. } => {
+                    Node::Call { call, at }
+                }
+                _ => return Err(BoCause::DroppedValue),
             },
-            Action::Ret0 => Node::Return { value: None, at },
-            Action::Ret1 => Node::Return { value: Some(self.stack.pop()?), at },
-            Action::PushCn(_) => return Err(Cause::MisplacedFunction),
-            Action::PushCc(_) => return Err(Cause::NativeFunction),
-            Action::Calls => return Err(Cause::SwarmCall),
-            _ => return Err(Cause::MisplacedDone),
+            BoAction::Ret0 => Node::Return { value: None, at },
+            BoAction::Ret1 => Node::Return { value: Some(self.stack.pop()?), at },
+            BoAction::PushCn(_) => return Err(BoCause::MisplacedFunction),
+            BoAction::PushCc(_) => return Err(BoCause::NativeFunction),
+            BoAction::Calls => return Err(BoCause::SwarmCall),
+            _ => return Err(BoCause::MisplacedDone),
         }))
     }
 }

@@ -1,18 +1,18 @@
 //! Checks arguments of built-in functions whose type is known from the source, and the keys of
 //! table literals.
 
-use bittybuzz_vm_core::builtin::{self, Info};
+use bittybuzz_vm_core::builtin::{self, BuiltinInfo};
 
-use crate::check::names::{Meaning, Meanings, Member};
+use crate::check::names::{LibraryMember, Meaning, Meanings};
 use crate::check::suggest;
-use crate::check::tree::{Expr, ExprKind, ResolvedScript, each_expr};
-use crate::check::values::{ValueKind, kind_of};
-use crate::codes::Code;
+use crate::check::tree::{CheckedExpr, CheckedExprKind, ResolvedScript, each_expr};
+use crate::check::values::{StaticType, kind_of};
+use crate::codes::DiagnosticCode;
 use crate::diagnostic::Diagnostic;
 
 /// The type that a built-in needs for an argument.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Wanted {
+pub enum ArgumentType {
     /// An integer or a float.
     Number,
     /// An integer.
@@ -27,34 +27,34 @@ pub enum Wanted {
     Listener,
 }
 
-impl Wanted {
+impl ArgumentType {
     fn name(self) -> &'static str {
         match self {
-            Wanted::Number => "a number",
-            Wanted::Integer => "an integer",
-            Wanted::Text => "a string",
-            Wanted::Table => "a table",
-            Wanted::Function | Wanted::Listener => "a function",
+            ArgumentType::Number => "a number",
+            ArgumentType::Integer => "an integer",
+            ArgumentType::Text => "a string",
+            ArgumentType::Table => "a table",
+            ArgumentType::Function | ArgumentType::Listener => "a function",
         }
     }
 
-    fn takes(self, kind: ValueKind) -> bool {
-        let is_number = matches!(kind, ValueKind::Int | ValueKind::Float | ValueKind::Number);
+    fn takes(self, kind: StaticType) -> bool {
+        let is_number = matches!(kind, StaticType::Int | StaticType::Float | StaticType::Number);
         match self {
-            Wanted::Number => is_number,
-            Wanted::Integer => matches!(kind, ValueKind::Int | ValueKind::Number),
-            Wanted::Text => kind == ValueKind::String,
-            Wanted::Table => kind == ValueKind::Table,
-            Wanted::Function => kind == ValueKind::Function,
-            Wanted::Listener => matches!(kind, ValueKind::Function | ValueKind::Nil),
+            ArgumentType::Number => is_number,
+            ArgumentType::Integer => matches!(kind, StaticType::Int | StaticType::Number),
+            ArgumentType::Text => kind == StaticType::String,
+            ArgumentType::Table => kind == StaticType::Table,
+            ArgumentType::Function => kind == StaticType::Function,
+            ArgumentType::Listener => matches!(kind, StaticType::Function | StaticType::Nil),
         }
     }
 }
 
 /// Returns the types of a built-in's arguments. An argument of another type stops the script.
 /// Arguments that are not listed accept any value.
-pub fn wanted(number: u8) -> &'static [Wanted] {
-    use Wanted::{Function, Integer, Listener, Number, Table, Text};
+pub fn wanted(number: u8) -> &'static [ArgumentType] {
+    use ArgumentType::{Function, Integer, Listener, Number, Table, Text};
     match number {
         builtin::SIZE => &[Table],
         builtin::FOREACH | builtin::MAP | builtin::FILTER | builtin::REDUCE => &[Table, Function],
@@ -101,37 +101,41 @@ pub fn check_arguments(program: &ResolvedScript, meanings: &Meanings<'_>) -> Vec
     let mut diagnostics = Vec::new();
     for function in &program.functions {
         each_expr(&function.body, &mut |expr| match &expr.kind {
-            ExprKind::Call { callee, args } => {
+            CheckedExprKind::Call { callee, args } => {
                 let Some(info) = called(callee, meanings) else { return };
                 diagnostics.extend(wrong_argument(info, args, meanings));
                 if info.number == builtin::LOG {
                     diagnostics.extend(format_in_log(args));
                 }
             }
-            ExprKind::Table(entries) => diagnostics.extend(duplicate_keys(entries)),
+            CheckedExprKind::Table(entries) => diagnostics.extend(duplicate_keys(entries)),
             _ => {}
         });
     }
     diagnostics
 }
 
-fn called(callee: &Expr, meanings: &Meanings<'_>) -> Option<&'static Info> {
+fn called(callee: &CheckedExpr, meanings: &Meanings<'_>) -> Option<&'static BuiltinInfo> {
     match &callee.kind {
-        ExprKind::Name(name) => match meanings.of(*name) {
+        CheckedExprKind::Name(name) => match meanings.of(*name) {
             Meaning::Builtin(number) => builtin::info(number),
             _ => None,
         },
-        ExprKind::Field { object, key, .. } => {
+        CheckedExprKind::Field { object, key, .. } => {
             match meanings.member(meanings.library(object)?, key) {
-                Member::Known(info) => Some(info),
-                Member::Absent | Member::Changing => None,
+                LibraryMember::Known(info) => Some(info),
+                LibraryMember::Absent | LibraryMember::Changing => None,
             }
         }
         _ => None,
     }
 }
 
-fn wrong_argument(info: &Info, args: &[Expr], meanings: &Meanings<'_>) -> Option<Diagnostic> {
+fn wrong_argument(
+    info: &BuiltinInfo,
+    args: &[CheckedExpr],
+    meanings: &Meanings<'_>,
+) -> Option<Diagnostic> {
     let mut pairs = args.iter().zip(wanted(info.number));
     let (arg, wanted, kind) = pairs.find_map(|(arg, wanted)| {
         let kind = kind_of(arg, meanings).filter(|kind| !wanted.takes(*kind))?;
@@ -139,7 +143,7 @@ fn wrong_argument(info: &Info, args: &[Expr], meanings: &Meanings<'_>) -> Option
     })?;
     Some(
         Diagnostic::new(
-            Code::BuiltinArgumentType,
+            DiagnosticCode::BuiltinArgumentType,
             arg.span,
             format!("`{}` needs {} here, not {}", suggest::path(info), wanted.name(), kind.name()),
         )
@@ -148,13 +152,13 @@ fn wrong_argument(info: &Info, args: &[Expr], meanings: &Meanings<'_>) -> Option
     )
 }
 
-fn format_in_log(args: &[Expr]) -> Option<Diagnostic> {
+fn format_in_log(args: &[CheckedExpr]) -> Option<Diagnostic> {
     let (first, _) = args.split_first().filter(|(_, rest)| !rest.is_empty())?;
-    let ExprKind::Str(text) = &first.kind else { return None };
+    let CheckedExprKind::Str(text) = &first.kind else { return None };
     let format = format_of(text)?;
     Some(
         Diagnostic::new(
-            Code::LogFormat,
+            DiagnosticCode::LogFormat,
             first.span,
             format!("`log` prints `{format}` as it stands"),
         )
@@ -175,7 +179,7 @@ fn format_of(text: &str) -> Option<&str> {
     })
 }
 
-fn duplicate_keys(entries: &[(Expr, Expr)]) -> Vec<Diagnostic> {
+fn duplicate_keys(entries: &[(CheckedExpr, CheckedExpr)]) -> Vec<Diagnostic> {
     let mut diagnostics = Vec::new();
     for (number, (key, _)) in entries.iter().enumerate() {
         let earlier = entries.iter().take(number).map(|(earlier, _)| earlier);
@@ -183,7 +187,7 @@ fn duplicate_keys(entries: &[(Expr, Expr)]) -> Vec<Diagnostic> {
             continue;
         };
         diagnostics.push(
-            Diagnostic::new(Code::DuplicateKey, key.span, "this key is given twice")
+            Diagnostic::new(DiagnosticCode::DuplicateKey, key.span, "this key is given twice")
                 .label("the last value counts")
                 .related(first.span, "first given here")
                 .help("remove one of them"),
@@ -192,11 +196,11 @@ fn duplicate_keys(entries: &[(Expr, Expr)]) -> Vec<Diagnostic> {
     diagnostics
 }
 
-fn is_same_key(a: &Expr, b: &Expr) -> bool {
+fn is_same_key(a: &CheckedExpr, b: &CheckedExpr) -> bool {
     match (&a.kind, &b.kind) {
-        (ExprKind::Str(a), ExprKind::Str(b)) => a == b,
-        (ExprKind::Int(a), ExprKind::Int(b)) => a == b,
-        (ExprKind::Float(a), ExprKind::Float(b)) => a == b,
+        (CheckedExprKind::Str(a), CheckedExprKind::Str(b)) => a == b,
+        (CheckedExprKind::Int(a), CheckedExprKind::Int(b)) => a == b,
+        (CheckedExprKind::Float(a), CheckedExprKind::Float(b)) => a == b,
         _ => false,
     }
 }

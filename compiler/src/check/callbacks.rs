@@ -3,15 +3,16 @@
 
 use std::collections::BTreeSet;
 
-use bittybuzz_vm_core::builtin::{self, Info, Library};
+use bittybuzz_vm_core::builtin::{self, BuiltinInfo, Library};
 
 use crate::check::calls::counted;
-use crate::check::names::{Meaning, Meanings, Member};
+use crate::check::names::{LibraryMember, Meaning, Meanings};
 use crate::check::suggest;
 use crate::check::tree::{
-    Expr, ExprKind, FunctionId, LocalId, ResolvedScript, Stmt, StmtKind, each_expr, each_stmt,
+    CheckedExpr, CheckedExprKind, CheckedStmt, CheckedStmtKind, FunctionId, LocalId,
+    ResolvedScript, each_expr, each_stmt,
 };
-use crate::codes::Code;
+use crate::codes::DiagnosticCode;
 use crate::diagnostic::Diagnostic;
 use crate::source::Span;
 
@@ -51,7 +52,7 @@ impl Role {
 }
 
 /// Returns the position of the callback among the arguments, and the roles of its parameters.
-fn roles(info: &Info) -> Option<(usize, &'static [Role])> {
+fn roles(info: &BuiltinInfo) -> Option<(usize, &'static [Role])> {
     use Role::{Data, Id, Key, Topic, Value};
     Some(match info.number {
         builtin::FOREACH | builtin::MAP | builtin::FILTER => (1, &[Key, Value]),
@@ -83,7 +84,7 @@ const NEIGHBOR_FIELDS: [&str; 3] = ["distance", "azimuth", "elevation"];
 
 /// Checks every callback of a script.
 pub fn check_callbacks(program: &ResolvedScript, meanings: &Meanings<'_>) -> Vec<Diagnostic> {
-    let mut checker = Checker {
+    let mut checker = CallbackChecker {
         program,
         meanings,
         fields: written_fields(program),
@@ -92,10 +93,10 @@ pub fn check_callbacks(program: &ResolvedScript, meanings: &Meanings<'_>) -> Vec
     };
     for function in &program.functions {
         each_expr(&function.body, &mut |expr| {
-            if let ExprKind::Call { callee, args } = &expr.kind {
+            if let CheckedExprKind::Call { callee, args } = &expr.kind {
                 checker.call(callee, args);
             }
-            if let ExprKind::Field { object, key, key_span } = &expr.kind
+            if let CheckedExprKind::Field { object, key, key_span } = &expr.kind
                 && checker.is_data_of_get(object)
             {
                 checker.field(key, *key_span);
@@ -110,16 +111,16 @@ fn written_fields(program: &ResolvedScript) -> BTreeSet<&str> {
     let mut fields = BTreeSet::new();
     for function in &program.functions {
         each_stmt(&function.body, &mut |stmt| {
-            if let StmtKind::Assign { target, .. } = &stmt.kind
-                && let ExprKind::Field { key, .. } = &target.kind
+            if let CheckedStmtKind::Assign { target, .. } = &stmt.kind
+                && let CheckedExprKind::Field { key, .. } = &target.kind
             {
                 fields.insert(key.as_str());
             }
         });
         each_expr(&function.body, &mut |expr| {
-            if let ExprKind::Table(entries) = &expr.kind {
+            if let CheckedExprKind::Table(entries) = &expr.kind {
                 fields.extend(entries.iter().filter_map(|(key, _)| match &key.kind {
-                    ExprKind::Str(key) => Some(key.as_str()),
+                    CheckedExprKind::Str(key) => Some(key.as_str()),
                     _ => None,
                 }));
             }
@@ -128,7 +129,7 @@ fn written_fields(program: &ResolvedScript) -> BTreeSet<&str> {
     fields
 }
 
-struct Checker<'a> {
+struct CallbackChecker<'a> {
     program: &'a ResolvedScript,
     meanings: &'a Meanings<'a>,
     /// The names of the fields that the script itself writes.
@@ -138,8 +139,8 @@ struct Checker<'a> {
     diagnostics: Vec<Diagnostic>,
 }
 
-impl Checker<'_> {
-    fn call(&mut self, callee: &Expr, args: &[Expr]) {
+impl CallbackChecker<'_> {
+    fn call(&mut self, callee: &CheckedExpr, args: &[CheckedExpr]) {
         let Some(info) = self.callee(callee) else { return };
         let Some((at, mut roles)) = roles(info) else { return };
         // `kin()`, `nonkin()` and filters keep the data of neighbours unchanged.
@@ -151,8 +152,8 @@ impl Checker<'_> {
         }
         let Some(arg) = args.get(at) else { return };
         let function = match arg.kind {
-            ExprKind::Lambda(function) => function,
-            ExprKind::Name(name) => match self.meanings.of(name) {
+            CheckedExprKind::Lambda(function) => function,
+            CheckedExprKind::Name(name) => match self.meanings.of(name) {
                 Meaning::Function(function) => function,
                 _ => return,
             },
@@ -164,16 +165,16 @@ impl Checker<'_> {
     }
 
     /// Returns the built-in that an expression certainly refers to.
-    fn callee(&self, callee: &Expr) -> Option<&'static Info> {
+    fn callee(&self, callee: &CheckedExpr) -> Option<&'static BuiltinInfo> {
         match &callee.kind {
-            ExprKind::Name(name) => match self.meanings.of(*name) {
+            CheckedExprKind::Name(name) => match self.meanings.of(*name) {
                 Meaning::Builtin(number) => builtin::info(number),
                 _ => None,
             },
-            ExprKind::Field { object, key, .. } => match self.meanings.library(object) {
+            CheckedExprKind::Field { object, key, .. } => match self.meanings.library(object) {
                 Some(library) => match self.meanings.member(library, key) {
-                    Member::Known(info) => Some(info),
-                    Member::Absent | Member::Changing => None,
+                    LibraryMember::Known(info) => Some(info),
+                    LibraryMember::Absent | LibraryMember::Changing => None,
                 },
                 None => builtin::find(self.object(object)?, key),
             },
@@ -182,9 +183,9 @@ impl Checker<'_> {
     }
 
     /// Returns the kind of object that an expression certainly yields.
-    fn object(&self, expr: &Expr) -> Option<Library> {
+    fn object(&self, expr: &CheckedExpr) -> Option<Library> {
         match &expr.kind {
-            ExprKind::Call { callee, .. } => match self.callee(callee)?.number {
+            CheckedExprKind::Call { callee, .. } => match self.callee(callee)?.number {
                 builtin::STIGMERGY_CREATE => Some(Library::StigmergyObject),
                 builtin::SWARM_CREATE => Some(Library::SwarmObject),
                 builtin::NEIGHBORS_KIN
@@ -195,16 +196,16 @@ impl Checker<'_> {
                 | builtin::SNAPSHOT_FILTER => Some(Library::Snapshot),
                 _ => None,
             },
-            ExprKind::Name(name) => self.meanings.object(*name),
+            CheckedExprKind::Name(name) => self.meanings.object(*name),
             _ => None,
         }
     }
 
     /// Returns true if the callee is a method of a snapshot that holds the data of neighbours
     /// unchanged.
-    fn is_of_neighbors(&self, callee: &Expr) -> bool {
-        let ExprKind::Field { object, .. } = &callee.kind else { return false };
-        let ExprKind::Call { callee, .. } = &object.kind else { return false };
+    fn is_of_neighbors(&self, callee: &CheckedExpr) -> bool {
+        let CheckedExprKind::Field { object, .. } = &callee.kind else { return false };
+        let CheckedExprKind::Call { callee, .. } = &object.kind else { return false };
         match self.callee(callee).map(|info| info.number) {
             Some(
                 builtin::NEIGHBORS_KIN | builtin::NEIGHBORS_NONKIN | builtin::NEIGHBORS_FILTER,
@@ -214,12 +215,12 @@ impl Checker<'_> {
         }
     }
 
-    fn is_data_of_get(&self, object: &Expr) -> bool {
-        let ExprKind::Call { callee, .. } = &object.kind else { return false };
+    fn is_data_of_get(&self, object: &CheckedExpr) -> bool {
+        let CheckedExprKind::Call { callee, .. } = &object.kind else { return false };
         self.callee(callee).is_some_and(|info| info.number == builtin::NEIGHBORS_GET)
     }
 
-    fn callback(&mut self, id: FunctionId, info: &Info, roles: &[Role], call: Span) {
+    fn callback(&mut self, id: FunctionId, info: &BuiltinInfo, roles: &[Role], call: Span) {
         let function = self.program.function(id);
         let path = suggest::path(info);
         if let Some(excess) =
@@ -227,7 +228,7 @@ impl Checker<'_> {
         {
             self.diagnostics.push(
                 Diagnostic::new(
-                    Code::CallbackParameters,
+                    DiagnosticCode::CallbackParameters,
                     excess.span,
                     format!(
                         "`{path}` passes {} to this function",
@@ -265,7 +266,7 @@ impl Checker<'_> {
             }
             if *role == Role::Data {
                 each_expr(body, &mut |expr| {
-                    if let ExprKind::Field { object, key, key_span } = &expr.kind
+                    if let CheckedExprKind::Field { object, key, key_span } = &expr.kind
                         && is_local(object, id)
                     {
                         self.field(key, *key_span);
@@ -277,17 +278,20 @@ impl Checker<'_> {
 
     fn meaning(
         &mut self,
-        info: &Info,
+        info: &BuiltinInfo,
         name: &str,
         span: Span,
         role: Role,
         call: Span,
         wrong: Option<(Span, &str)>,
     ) {
-        let mut diagnostic =
-            Diagnostic::new(Code::CallbackMeaning, span, format!("`{name}` gets {}", role.name()))
-                .label(format!("called back by `{}`", suggest::path(info)))
-                .help(info.help);
+        let mut diagnostic = Diagnostic::new(
+            DiagnosticCode::CallbackMeaning,
+            span,
+            format!("`{name}` gets {}", role.name()),
+        )
+        .label(format!("called back by `{}`", suggest::path(info)))
+        .help(info.help);
         if let Some((place, what)) = wrong {
             diagnostic = diagnostic.related(place, what);
         } else {
@@ -302,7 +306,7 @@ impl Checker<'_> {
             return;
         }
         let mut diagnostic = Diagnostic::new(
-            Code::UnknownNeighborField,
+            DiagnosticCode::UnknownNeighborField,
             span,
             format!("the data of a neighbor has no `{key}`: it is nil"),
         )
@@ -322,35 +326,36 @@ fn is_misnamed(next: Option<&str>, name: &str) -> bool {
     is_in(&VALUE_NAMES, name) && next.is_none_or(|next| is_in(&KEY_NAMES, next))
 }
 
-fn is_local(expr: &Expr, id: LocalId) -> bool {
-    matches!(expr.kind, ExprKind::Local(local) if local == id)
+fn is_local(expr: &CheckedExpr, id: LocalId) -> bool {
+    matches!(expr.kind, CheckedExprKind::Local(local) if local == id)
 }
 
-fn is_read(body: &[Stmt], id: LocalId) -> bool {
+fn is_read(body: &[CheckedStmt], id: LocalId) -> bool {
     let mut found = false;
     each_expr(body, &mut |expr| found |= is_local(expr, id));
     found
 }
 
-fn is_assigned(body: &[Stmt], id: LocalId) -> bool {
+fn is_assigned(body: &[CheckedStmt], id: LocalId) -> bool {
     let mut found = false;
     each_stmt(body, &mut |stmt| {
-        found |= matches!(&stmt.kind, StmtKind::Assign { target, .. } if is_local(target, id));
+        found |=
+            matches!(&stmt.kind, CheckedStmtKind::Assign { target, .. } if is_local(target, id));
     });
     found
 }
 
 /// Returns the first use of a parameter that stops the script, and its description.
-fn wrong_use(body: &[Stmt], id: LocalId, role: Role) -> Option<(Span, &'static str)> {
+fn wrong_use(body: &[CheckedStmt], id: LocalId, role: Role) -> Option<(Span, &'static str)> {
     let mut found = None;
     each_expr(body, &mut |expr| {
         let wrong = match &expr.kind {
-            ExprKind::Field { object, .. } | ExprKind::Index { object, .. }
+            CheckedExprKind::Field { object, .. } | CheckedExprKind::Index { object, .. }
                 if !role.is_table() && is_local(object, id) =>
             {
                 Some("here it is used as a table")
             }
-            ExprKind::Chain { first, links }
+            CheckedExprKind::Chain { first, links }
                 if !role.is_number()
                     && links.iter().all(|link| link.op.is_arithmetic())
                     && (is_local(first, id)
@@ -358,7 +363,7 @@ fn wrong_use(body: &[Stmt], id: LocalId, role: Role) -> Option<(Span, &'static s
             {
                 Some("here it is used as a number")
             }
-            ExprKind::Call { callee, .. } if role != Role::Value && is_local(callee, id) => {
+            CheckedExprKind::Call { callee, .. } if role != Role::Value && is_local(callee, id) => {
                 Some("here it is called")
             }
             _ => None,

@@ -1,35 +1,35 @@
 //! Checks calls: the callee must exist on the robot and accept these arguments.
 
-use bittybuzz_robot_spec::{Function, Parameter, Type, parameter_at, takes_count};
+use bittybuzz_robot_spec::{Parameter, RobotFunction, SignatureType, parameter_at, takes_count};
 use bittybuzz_vm_core::builtin::{self, Library};
 
-use crate::check::names::{Meaning, Member};
+use crate::check::names::{LibraryMember, Meaning};
 use crate::check::suggest;
-use crate::check::tree::{Expr, ExprKind, FunctionId, NameId};
-use crate::check::values::{ValueKind, kind_of};
+use crate::check::tree::{CheckedExpr, CheckedExprKind, FunctionId, NameId};
+use crate::check::values::{StaticType, kind_of};
 use crate::check::walk::Checker;
-use crate::codes::Code;
+use crate::codes::DiagnosticCode;
 use crate::diagnostic::Diagnostic;
 use crate::source::Span;
 
 /// Returns true if no argument contains a syntax error.
-fn is_complete(args: &[Expr]) -> bool {
-    !args.iter().any(|arg| matches!(arg.kind, ExprKind::Error))
+fn is_complete(args: &[CheckedExpr]) -> bool {
+    !args.iter().any(|arg| matches!(arg.kind, CheckedExprKind::Error))
 }
 
 impl Checker<'_> {
     /// Checks the callee and the arguments of a call, but not their subexpressions.
-    pub fn check_call(&mut self, callee: &Expr, args: &[Expr], span: Span) {
+    pub fn check_call(&mut self, callee: &CheckedExpr, args: &[CheckedExpr], span: Span) {
         match &callee.kind {
-            ExprKind::Name(name) => self.check_named_call(*name, args, callee.span, span),
-            ExprKind::Field { object, key, key_span } => {
+            CheckedExprKind::Name(name) => self.check_named_call(*name, args, callee.span, span),
+            CheckedExprKind::Field { object, key, key_span } => {
                 if let Some(library) = self.meanings.library(object) {
                     self.check_member_call(library, key, args, *key_span, span);
                 }
             }
             _ => {
                 if let Some(kind) =
-                    kind_of(callee, self.meanings).filter(|kind| *kind != ValueKind::Function)
+                    kind_of(callee, self.meanings).filter(|kind| *kind != StaticType::Function)
                 {
                     self.not_callable(callee.span, kind.name());
                 }
@@ -37,7 +37,7 @@ impl Checker<'_> {
         }
     }
 
-    fn check_named_call(&mut self, name: NameId, args: &[Expr], callee: Span, span: Span) {
+    fn check_named_call(&mut self, name: NameId, args: &[CheckedExpr], callee: Span, span: Span) {
         let text = &self.program.name(name).text;
         match self.meanings.of(name) {
             Meaning::Function(_) | Meaning::Builtin(_) | Meaning::Robot if !is_complete(args) => {}
@@ -60,7 +60,7 @@ impl Checker<'_> {
     fn not_callable(&mut self, span: Span, what: &str) {
         self.report(
             Diagnostic::new(
-                Code::NotCallable,
+                DiagnosticCode::NotCallable,
                 span,
                 format!("this is {what} and cannot be called"),
             )
@@ -78,7 +78,7 @@ impl Checker<'_> {
         if let Some(robot) = robots.target.filter(|_| !others.is_empty()) {
             self.report(
                 Diagnostic::new(
-                    Code::MissingRobotFunction,
+                    DiagnosticCode::MissingRobotFunction,
                     span,
                     format!("the {} has no function `{text}`", robot.title),
                 )
@@ -90,22 +90,29 @@ impl Checker<'_> {
             );
             return;
         }
-        let mut diagnostic =
-            Diagnostic::new(Code::UnknownFunction, span, format!("there is no function `{text}`"))
-                .label("nothing defines this name");
+        let mut diagnostic = Diagnostic::new(
+            DiagnosticCode::UnknownFunction,
+            span,
+            format!("there is no function `{text}`"),
+        )
+        .label("nothing defines this name");
         if let Some(advice) = self.likely_name(text) {
             diagnostic = advice.give(diagnostic, span);
         }
         self.report(diagnostic);
     }
 
-    fn check_script_call(&mut self, name: &str, id: FunctionId, args: &[Expr], span: Span) {
+    fn check_script_call(&mut self, name: &str, id: FunctionId, args: &[CheckedExpr], span: Span) {
         let function = self.program.function(id);
         let (wanted, given) = (function.parameters, args.len());
         if given == wanted {
             return;
         }
-        let code = if given < wanted { Code::MissingArguments } else { Code::ExtraArguments };
+        let code = if given < wanted {
+            DiagnosticCode::MissingArguments
+        } else {
+            DiagnosticCode::ExtraArguments
+        };
         let message = format!(
             "`{name}` has {}, but gets {}",
             counted(wanted, "parameter"),
@@ -138,23 +145,23 @@ impl Checker<'_> {
         &mut self,
         library: Library,
         key: &str,
-        args: &[Expr],
+        args: &[CheckedExpr],
         key_span: Span,
         span: Span,
     ) {
         match self.meanings.member(library, key) {
-            Member::Known(info) if info.kind == builtin::BuiltinKind::Value => {
+            LibraryMember::Known(info) if info.kind == builtin::BuiltinKind::Value => {
                 let what = match info.number {
                     builtin::RNG => "a table",
                     _ => "a number",
                 };
                 self.not_callable(key_span, what);
             }
-            Member::Known(_) if !is_complete(args) => {}
-            Member::Known(info) => self.check_builtin_call(info, args, span),
-            Member::Absent if !self.may_be_member(library, key) => {
+            LibraryMember::Known(_) if !is_complete(args) => {}
+            LibraryMember::Known(info) => self.check_builtin_call(info, args, span),
+            LibraryMember::Absent if !self.may_be_member(library, key) => {
                 let mut diagnostic = Diagnostic::new(
-                    Code::UnknownMemberCalled,
+                    DiagnosticCode::UnknownMemberCalled,
                     key_span,
                     format!("`{}` has no function `{key}`", suggest::library_path(library)),
                 )
@@ -162,11 +169,16 @@ impl Checker<'_> {
                 diagnostic.help = suggest::for_member(library, key, self.meanings.robots());
                 self.report(diagnostic);
             }
-            Member::Absent | Member::Changing => {}
+            LibraryMember::Absent | LibraryMember::Changing => {}
         }
     }
 
-    fn check_builtin_call(&mut self, info: &builtin::Info, args: &[Expr], span: Span) {
+    fn check_builtin_call(
+        &mut self,
+        info: &builtin::BuiltinInfo,
+        args: &[CheckedExpr],
+        span: Span,
+    ) {
         let (min, max) = (usize::from(info.min), usize::from(info.max));
         let is_open = info.max == u8::MAX;
         if args.len() >= min && (is_open || args.len() <= max) {
@@ -179,7 +191,7 @@ impl Checker<'_> {
         };
         self.report(
             Diagnostic::new(
-                Code::BuiltinArguments,
+                DiagnosticCode::BuiltinArguments,
                 span,
                 format!("`{}` takes {wanted}, not {}", suggest::path(info), args.len()),
             )
@@ -188,7 +200,7 @@ impl Checker<'_> {
         );
     }
 
-    fn check_robot_call(&mut self, name: &str, args: &[Expr], span: Span) {
+    fn check_robot_call(&mut self, name: &str, args: &[CheckedExpr], span: Span) {
         let functions = self.meanings.robots().functions(name);
         let of_count: Vec<&Vec<Parameter>> = functions
             .iter()
@@ -198,7 +210,7 @@ impl Checker<'_> {
         if of_count.is_empty() {
             self.report(
                 Diagnostic::new(
-                    Code::RobotArguments,
+                    DiagnosticCode::RobotArguments,
                     span,
                     match args.len() {
                         0 => format!("`{name}` needs arguments"),
@@ -210,10 +222,10 @@ impl Checker<'_> {
             );
             return;
         }
-        let kinds: Vec<Option<ValueKind>> =
+        let kinds: Vec<Option<StaticType>> =
             args.iter().map(|arg| kind_of(arg, self.meanings)).collect();
         let first_wrong = |list: &[Parameter]| {
-            let is_wrong = |(index, (_, kind)): &(usize, (&Expr, &Option<ValueKind>))| {
+            let is_wrong = |(index, (_, kind)): &(usize, (&CheckedExpr, &Option<StaticType>))| {
                 parameter_at(list, *index).is_some_and(|known| !accepts(known.kind, **kind))
             };
             args.iter().zip(&kinds).enumerate().find(is_wrong)
@@ -230,7 +242,7 @@ impl Checker<'_> {
         if let Some((parameter, (arg, Some(kind)))) = wrong {
             self.report(
                 Diagnostic::new(
-                    Code::RobotArgumentType,
+                    DiagnosticCode::RobotArgumentType,
                     arg.span,
                     format!(
                         "`{}` of `{name}` is {}, not {}",
@@ -247,31 +259,31 @@ impl Checker<'_> {
 }
 
 /// Returns true if a parameter accepts a value of that type. A value of unknown type is accepted.
-fn accepts(parameter: Type, kind: Option<ValueKind>) -> bool {
+fn accepts(parameter: SignatureType, kind: Option<StaticType>) -> bool {
     match (parameter, kind) {
-        (Type::Any, _) | (_, None) => true,
-        (Type::Int, Some(kind)) => matches!(kind, ValueKind::Int | ValueKind::Number),
-        (Type::Number, Some(kind)) => {
-            matches!(kind, ValueKind::Int | ValueKind::Float | ValueKind::Number)
+        (SignatureType::Any, _) | (_, None) => true,
+        (SignatureType::Int, Some(kind)) => matches!(kind, StaticType::Int | StaticType::Number),
+        (SignatureType::Number, Some(kind)) => {
+            matches!(kind, StaticType::Int | StaticType::Float | StaticType::Number)
         }
-        (Type::String, Some(kind)) => kind == ValueKind::String,
-        (Type::Table, Some(kind)) => kind == ValueKind::Table,
-        (Type::Function, Some(kind)) => kind == ValueKind::Function,
+        (SignatureType::String, Some(kind)) => kind == StaticType::String,
+        (SignatureType::Table, Some(kind)) => kind == StaticType::Table,
+        (SignatureType::Function, Some(kind)) => kind == StaticType::Function,
     }
 }
 
-fn type_name(kind: Type) -> &'static str {
+fn type_name(kind: SignatureType) -> &'static str {
     match kind {
-        Type::Int => "an integer",
-        Type::Number => "a number",
-        Type::String => "a string",
-        Type::Table => "a table",
-        Type::Function => "a function",
-        Type::Any => "any value",
+        SignatureType::Int => "an integer",
+        SignatureType::Number => "a number",
+        SignatureType::String => "a string",
+        SignatureType::Table => "a table",
+        SignatureType::Function => "a function",
+        SignatureType::Any => "any value",
     }
 }
 
-fn accepted_forms(name: &str, functions: &[&Function]) -> String {
+fn accepted_forms(name: &str, functions: &[&RobotFunction]) -> String {
     let mut forms: Vec<String> = Vec::new();
     for function in functions {
         for list in &function.accepts {

@@ -5,11 +5,12 @@ use std::collections::BTreeMap;
 use crate::check::calls::counted;
 use crate::check::names::{Meaning, Meanings};
 use crate::check::tree::{
-    Expr, ExprKind, Function, Name, NameId, ResolvedScript, Stmt, StmtKind, each_stmt,
+    CheckedExpr, CheckedExprKind, CheckedFunction, CheckedStmt, CheckedStmtKind, FreeName, NameId,
+    ResolvedScript, each_stmt,
 };
-use crate::check::values::{ValueKind, kind_of};
+use crate::check::values::{StaticType, kind_of};
 use crate::codegen::ENTRIES;
-use crate::codes::Code;
+use crate::codes::DiagnosticCode;
 use crate::diagnostic::Diagnostic;
 
 /// Checks entry points, and functions with the misspelt name of one.
@@ -27,7 +28,7 @@ pub fn check_entries(program: &ResolvedScript, meanings: &Meanings<'_>) -> Vec<D
 
 /// Returns the entry point that a function was probably meant to be. Nothing uses the function, and
 /// the script has no such entry point.
-pub fn meant_entry(program: &ResolvedScript, name: &Name) -> Option<&'static str> {
+pub fn meant_entry(program: &ResolvedScript, name: &FreeName) -> Option<&'static str> {
     let is_used = !name.reads.is_empty() || !name.calls.is_empty() || !name.writes.is_empty();
     let is_known = !is_used && !program.hidden.is_lost(&name.text);
     if !is_known || name.definitions.is_empty() || ENTRIES.contains(&name.text.as_str()) {
@@ -51,12 +52,12 @@ fn is_assigned(program: &ResolvedScript, text: &str) -> bool {
     name.is_some_and(|name| !name.definitions.is_empty() || !name.writes.is_empty())
 }
 
-fn misspelt(program: &ResolvedScript, name: &Name) -> Option<Diagnostic> {
+fn misspelt(program: &ResolvedScript, name: &FreeName) -> Option<Diagnostic> {
     let entry = meant_entry(program, name)?;
     let (_, span) = name.definitions.last()?;
     Some(
         Diagnostic::new(
-            Code::EntryMisspelt,
+            DiagnosticCode::EntryMisspelt,
             *span,
             format!("nothing calls `{}`: the robot calls `{entry}`", name.text),
         )
@@ -72,11 +73,11 @@ fn parameters(program: &ResolvedScript, id: NameId, meanings: &Meanings<'_>) -> 
     if !name.calls.is_empty() || !name.reads.is_empty() {
         return None;
     }
-    let function: &Function = program.function(function);
+    let function: &CheckedFunction = program.function(function);
     let first = function.locals.first().filter(|_| function.parameters > 0)?;
     Some(
         Diagnostic::new(
-            Code::EntryParameters,
+            DiagnosticCode::EntryParameters,
             first.span,
             format!(
                 "`{}` has {}, but the robot passes none",
@@ -100,9 +101,10 @@ fn not_function(
     }
     let values = assigned.remove(&id)?;
     // No warning is due if one of the values may be a function, or is unknown.
-    let kind = |value: &Expr| kind_of(value, meanings);
-    let is_value =
-        |value: &&Expr| !matches!(kind(value), None | Some(ValueKind::Function | ValueKind::Nil));
+    let kind = |value: &CheckedExpr| kind_of(value, meanings);
+    let is_value = |value: &&CheckedExpr| {
+        !matches!(kind(value), None | Some(StaticType::Function | StaticType::Nil))
+    };
     if values.is_empty() || !values.iter().all(is_value) {
         return None;
     }
@@ -110,7 +112,7 @@ fn not_function(
     let text = &program.name(id).text;
     Some(
         Diagnostic::new(
-            Code::EntryNotFunction,
+            DiagnosticCode::EntryNotFunction,
             first.span,
             format!("the robot calls `{text}`, but this is {}", kind(first)?.name()),
         )
@@ -122,10 +124,13 @@ fn not_function(
 }
 
 /// Collects the values that statements assign to each global.
-pub fn assigned_values<'a>(stmts: &'a [Stmt], values: &mut BTreeMap<NameId, Vec<&'a Expr>>) {
+pub fn assigned_values<'a>(
+    stmts: &'a [CheckedStmt],
+    values: &mut BTreeMap<NameId, Vec<&'a CheckedExpr>>,
+) {
     each_stmt(stmts, &mut |stmt| {
-        if let StmtKind::Assign { target, value } = &stmt.kind
-            && let ExprKind::Name(name) = target.kind
+        if let CheckedStmtKind::Assign { target, value } = &stmt.kind
+            && let CheckedExprKind::Name(name) = target.kind
         {
             values.entry(name).or_default().push(value);
         }

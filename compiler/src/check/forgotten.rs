@@ -3,16 +3,16 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
-use bittybuzz_vm_core::builtin::{self, Info};
+use bittybuzz_vm_core::builtin::{self, BuiltinInfo};
 
 use crate::ast::{BinaryOp, UnaryOp};
-use crate::check::names::{Meaning, Meanings, Member};
+use crate::check::names::{LibraryMember, Meaning, Meanings};
 use crate::check::suggest;
 use crate::check::tree::{
-    Branch, Expr, ExprKind, FunctionId, Link, LocalId, NameId, ResolvedScript, Stmt, StmtKind,
-    children,
+    CheckedBranch, CheckedExpr, CheckedExprKind, CheckedLink, CheckedStmt, CheckedStmtKind,
+    FunctionId, LocalId, NameId, ResolvedScript, children,
 };
-use crate::codes::Code;
+use crate::codes::DiagnosticCode;
 use crate::diagnostic::Diagnostic;
 use crate::source::Span;
 
@@ -70,28 +70,28 @@ struct Scan<'a> {
     operands: BTreeSet<Span>,
     /// Variables that are assigned a library function without parameters, with the place of that
     /// assignment.
-    stored: BTreeMap<Variable, (&'static Info, Span)>,
+    stored: BTreeMap<Variable, (&'static BuiltinInfo, Span)>,
     /// Locals that are used other than as operands.
     others: BTreeSet<Variable>,
 }
 
 impl Scan<'_> {
-    fn stmts(&mut self, stmts: &[Stmt]) {
+    fn stmts(&mut self, stmts: &[CheckedStmt]) {
         for stmt in stmts {
             self.stmt(stmt);
         }
     }
 
-    fn stmt(&mut self, stmt: &Stmt) {
+    fn stmt(&mut self, stmt: &CheckedStmt) {
         match &stmt.kind {
-            StmtKind::Var { local, value } => {
+            CheckedStmtKind::Var { local, value } => {
                 if let Some(value) = value {
                     self.store(Variable::Local(self.function, *local), value);
                 }
             }
-            StmtKind::Assign { target, value } => match target.kind {
-                ExprKind::Name(name) => self.store(Variable::Global(name), value),
-                ExprKind::Local(local) => {
+            CheckedStmtKind::Assign { target, value } => match target.kind {
+                CheckedExprKind::Name(name) => self.store(Variable::Global(name), value),
+                CheckedExprKind::Local(local) => {
                     self.store(Variable::Local(self.function, local), value);
                 }
                 _ => {
@@ -99,24 +99,24 @@ impl Scan<'_> {
                     self.expr(value);
                 }
             },
-            StmtKind::If { branches, otherwise } => {
-                for Branch { condition, then } in branches {
+            CheckedStmtKind::If { branches, otherwise } => {
+                for CheckedBranch { condition, then } in branches {
                     self.operand(condition, 0);
                     self.stmts(&then.stmts);
                 }
                 self.stmts(&otherwise.stmts);
             }
-            StmtKind::While { condition, body, update } => {
+            CheckedStmtKind::While { condition, body, update } => {
                 self.operand(condition, 0);
                 self.stmts(&body.stmts);
                 update.iter().for_each(|update| self.stmt(update));
             }
-            StmtKind::Return(value) => value.iter().for_each(|value| self.expr(value)),
-            StmtKind::Call(call) => self.expr(call),
+            CheckedStmtKind::Return(value) => value.iter().for_each(|value| self.expr(value)),
+            CheckedStmtKind::Call(call) => self.expr(call),
         }
     }
 
-    fn store(&mut self, variable: Variable, value: &Expr) {
+    fn store(&mut self, variable: Variable, value: &CheckedExpr) {
         match self.uncalled(value, 0) {
             Some(info) => {
                 self.stored.entry(variable).or_insert((info, value.span));
@@ -127,23 +127,23 @@ impl Scan<'_> {
 
     /// Returns the library function that an expression refers to without calling it; `most` is the
     /// maximum number of arguments that the function may take.
-    fn uncalled(&self, expr: &Expr, most: u8) -> Option<&'static Info> {
-        let ExprKind::Field { object, key, .. } = &expr.kind else { return None };
+    fn uncalled(&self, expr: &CheckedExpr, most: u8) -> Option<&'static BuiltinInfo> {
+        let CheckedExprKind::Field { object, key, .. } = &expr.kind else { return None };
         match self.meanings.member(self.meanings.library(object)?, key) {
-            Member::Known(info) => {
+            LibraryMember::Known(info) => {
                 (info.kind != builtin::BuiltinKind::Value && info.max <= most).then_some(info)
             }
-            Member::Absent | Member::Changing => None,
+            LibraryMember::Absent | LibraryMember::Changing => None,
         }
     }
 
     /// Visits an expression whose value is computed with, compared, tested or printed.
-    fn operand(&mut self, expr: &Expr, most: u8) {
+    fn operand(&mut self, expr: &CheckedExpr, most: u8) {
         match &expr.kind {
-            ExprKind::Name(_) => {
+            CheckedExprKind::Name(_) => {
                 self.operands.insert(expr.span);
             }
-            ExprKind::Local(_) => {}
+            CheckedExprKind::Local(_) => {}
             _ => match self.uncalled(expr, most) {
                 Some(info) => self.diagnostics.push(forgotten(info, expr.span)),
                 None => self.expr(expr),
@@ -151,32 +151,32 @@ impl Scan<'_> {
         }
     }
 
-    fn expr(&mut self, expr: &Expr) {
+    fn expr(&mut self, expr: &CheckedExpr) {
         match &expr.kind {
-            ExprKind::Local(local) => {
+            CheckedExprKind::Local(local) => {
                 self.others.insert(Variable::Local(self.function, *local));
             }
-            ExprKind::Chain { first, links } => {
+            CheckedExprKind::Chain { first, links } => {
                 let mut left = Some(&**first);
-                for Link { op, right, .. } in links {
+                for CheckedLink { op, right, .. } in links {
                     let most = match op {
                         BinaryOp::And | BinaryOp::Or | BinaryOp::Eq | BinaryOp::NotEq => 0,
                         _ => u8::MAX,
                     };
                     let sides = left.take().into_iter().chain([right]);
                     let is_nil_test = matches!(op, BinaryOp::Eq | BinaryOp::NotEq)
-                        && sides.clone().any(|side| matches!(side.kind, ExprKind::Nil));
+                        && sides.clone().any(|side| matches!(side.kind, CheckedExprKind::Nil));
                     for side in sides {
                         if is_nil_test { self.expr(side) } else { self.operand(side, most) }
                     }
                 }
             }
-            ExprKind::Unary { op, operand } => {
+            CheckedExprKind::Unary { op, operand } => {
                 self.operand(operand, if *op == UnaryOp::Not { 0 } else { u8::MAX });
             }
-            ExprKind::Call { callee, args } => {
+            CheckedExprKind::Call { callee, args } => {
                 self.expr(callee);
-                let is_log = matches!(callee.kind, ExprKind::Name(name)
+                let is_log = matches!(callee.kind, CheckedExprKind::Name(name)
                     if self.meanings.of(name) == Meaning::Builtin(builtin::LOG));
                 for arg in args {
                     if is_log { self.operand(arg, 0) } else { self.expr(arg) }
@@ -187,14 +187,18 @@ impl Scan<'_> {
     }
 }
 
-fn forgotten(info: &Info, span: Span) -> Diagnostic {
+fn forgotten(info: &BuiltinInfo, span: Span) -> Diagnostic {
     let path = suggest::path(info);
-    Diagnostic::new(Code::CallForgotten, span, format!("`{path}` is a function, not its result"))
-        .label("not called")
-        .help(match info.max {
-            0 => format!("did you mean `{path}()`?"),
-            _ => format!("call it: {}", info.help),
-        })
+    Diagnostic::new(
+        DiagnosticCode::CallForgotten,
+        span,
+        format!("`{path}` is a function, not its result"),
+    )
+    .label("not called")
+    .help(match info.max {
+        0 => format!("did you mean `{path}()`?"),
+        _ => format!("call it: {}", info.help),
+    })
 }
 
 /// Returns a warning for the first `stigmergy.create` that every step runs.
@@ -204,22 +208,24 @@ fn created_in_step(program: &ResolvedScript, meanings: &Meanings<'_>) -> Option<
     let Meaning::Function(step) = meanings.of(step) else { return None };
     for stmt in &program.function(step).body {
         let value = match &stmt.kind {
-            StmtKind::Var { value, .. } => value.as_ref(),
-            StmtKind::Assign { value, .. } | StmtKind::Call(value) => Some(value),
+            CheckedStmtKind::Var { value, .. } => value.as_ref(),
+            CheckedStmtKind::Assign { value, .. } | CheckedStmtKind::Call(value) => Some(value),
             // After a conditional statement, not every step may continue. After a return, none
             // does.
-            StmtKind::If { .. } | StmtKind::While { .. } | StmtKind::Return(_) => return None,
+            CheckedStmtKind::If { .. }
+            | CheckedStmtKind::While { .. }
+            | CheckedStmtKind::Return(_) => return None,
         };
         let Some(value) = value else { continue };
-        if let ExprKind::Call { callee, .. } = &value.kind
-            && let ExprKind::Field { object, key, .. } = &callee.kind
+        if let CheckedExprKind::Call { callee, .. } = &value.kind
+            && let CheckedExprKind::Field { object, key, .. } = &callee.kind
             && let Some(library) = meanings.library(object)
-            && let Member::Known(info) = meanings.member(library, key)
+            && let LibraryMember::Known(info) = meanings.member(library, key)
             && info.number == builtin::STIGMERGY_CREATE
         {
             return Some(
                 Diagnostic::new(
-                    Code::CreateInStep,
+                    DiagnosticCode::CreateInStep,
                     value.span,
                     "every step creates the stigmergy anew and loses its entries",
                 )

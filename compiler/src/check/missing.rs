@@ -5,10 +5,10 @@ use std::collections::{BTreeSet, HashMap, HashSet};
 
 use super::names::{Meaning, Meanings};
 use super::resolve;
-use super::robots::Robots;
-use super::tree::{ExprKind, NameId, ResolvedScript, StmtKind, each_expr, each_stmt};
+use super::robots::KnownRobots;
+use super::tree::{CheckedExprKind, CheckedStmtKind, NameId, ResolvedScript, each_expr, each_stmt};
 use crate::ast::Script;
-use crate::codegen::constant::Profile;
+use crate::codegen::constant::NumberProfile;
 use crate::source::Span;
 
 /// The functions and tables of a script that only a robot can provide.
@@ -35,8 +35,8 @@ pub struct MissingFunction {
 /// Finds the functions that a script calls and that only a robot can provide.
 pub fn missing(script: &Script) -> Missing {
     let (program, _) = resolve::resolve(script);
-    let robots = Robots { target: None, known: &[] };
-    let meanings = Meanings::new(&program, robots, Profile::Full);
+    let robots = KnownRobots { target: None, known: &[] };
+    let meanings = Meanings::new(&program, robots, NumberProfile::Full);
     let calls = calls(&program);
     let is_missing = |name: NameId| meanings.of(name) == Meaning::Nil;
     let names = program.names.iter().enumerate().map(|(number, name)| (NameId(number), name));
@@ -58,26 +58,26 @@ pub fn missing(script: &Script) -> Missing {
 }
 
 /// A direct call of a name that is not a local.
-struct Call {
+struct DirectCall {
     count: usize,
     is_result_used: bool,
     span: Span,
 }
 
-fn calls(program: &ResolvedScript) -> HashMap<NameId, Vec<Call>> {
-    let mut calls: HashMap<NameId, Vec<Call>> = HashMap::new();
+fn calls(program: &ResolvedScript) -> HashMap<NameId, Vec<DirectCall>> {
+    let mut calls: HashMap<NameId, Vec<DirectCall>> = HashMap::new();
     for function in &program.functions {
         let mut statements = HashSet::new();
         // The result of a call that is a statement is not used.
         each_stmt(&function.body, &mut |stmt| {
-            if let StmtKind::Call(call) = &stmt.kind {
+            if let CheckedStmtKind::Call(call) = &stmt.kind {
                 statements.insert(call.span);
             }
         });
         each_expr(&function.body, &mut |expr| {
-            let ExprKind::Call { callee, args } = &expr.kind else { return };
-            let ExprKind::Name(name) = callee.kind else { return };
-            calls.entry(name).or_default().push(Call {
+            let CheckedExprKind::Call { callee, args } = &expr.kind else { return };
+            let CheckedExprKind::Name(name) = callee.kind else { return };
+            calls.entry(name).or_default().push(DirectCall {
                 count: args.len(),
                 is_result_used: !statements.contains(&expr.span),
                 span: expr.span,

@@ -19,12 +19,12 @@ pub mod values;
 mod walk;
 
 use crate::ast::Script;
-use crate::codegen::constant::Profile;
-use crate::codes::Code;
+use crate::codegen::constant::NumberProfile;
+use crate::codes::DiagnosticCode;
 use crate::diagnostic::{Diagnostic, Severity};
 use crate::parser::Hidden;
 use names::Meanings;
-use robots::Robots;
+use robots::KnownRobots;
 use tree::ResolvedScript;
 
 /// A script whose names are resolved, and the diagnostics about it.
@@ -42,9 +42,9 @@ pub struct Checked<'a> {
 /// syntax errors.
 pub fn check<'a>(
     script: &Script,
-    robots: Robots<'a>,
-    profile: Profile,
-    arithmetic: Profile,
+    robots: KnownRobots<'a>,
+    profile: NumberProfile,
+    arithmetic: NumberProfile,
     hidden: Hidden,
 ) -> Checked<'a> {
     let (mut program, mut diagnostics) = resolve::resolve(script);
@@ -60,7 +60,7 @@ pub fn check<'a>(
     // Warnings about unused names are given only for a script without errors, because a misspelt
     // name or a syntax error makes another name look unused.
     let is_wrong = |found: &Diagnostic| {
-        found.severity() == Severity::Error || found.code == Code::NeverAssigned
+        found.severity() == Severity::Error || found.code == DiagnosticCode::NeverAssigned
     };
     if !program.hidden.is_any() && !diagnostics.iter().any(is_wrong) {
         diagnostics.extend(unused::check_unused(&program, &meanings));

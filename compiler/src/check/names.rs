@@ -10,11 +10,12 @@ use bittybuzz_vm_core::builtin::{self, Library};
 
 use crate::ast::UnaryOp;
 use crate::check::entries::assigned_values;
-use crate::check::robots::Robots;
+use crate::check::robots::KnownRobots;
 use crate::check::tree::{
-    Block, Expr, ExprKind, FunctionId, Name, NameId, ResolvedScript, Stmt, StmtKind, children,
+    CheckedBlock, CheckedExpr, CheckedExprKind, CheckedStmt, CheckedStmtKind, FreeName, FunctionId,
+    NameId, ResolvedScript, children,
 };
-use crate::codegen::constant::Profile;
+use crate::codegen::constant::NumberProfile;
 
 /// The meaning of a name that is not a local.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -37,9 +38,9 @@ pub enum Meaning {
 
 /// The meaning of a library's field.
 #[derive(Debug, Clone, Copy)]
-pub enum Member {
+pub enum LibraryMember {
     /// Always this built-in.
-    Known(&'static builtin::Info),
+    Known(&'static builtin::BuiltinInfo),
     /// Always nil.
     Absent,
     /// The script may change it.
@@ -49,8 +50,8 @@ pub enum Member {
 /// The meaning of every name of a program.
 #[derive(Debug, Clone)]
 pub struct Meanings<'a> {
-    robots: Robots<'a>,
-    profile: Profile,
+    robots: KnownRobots<'a>,
+    profile: NumberProfile,
     names: Vec<Meaning>,
     /// Libraries that the script uses as values, so that their members may be read or changed
     /// anywhere.
@@ -64,7 +65,7 @@ pub struct Meanings<'a> {
 }
 
 /// Returns the meaning of a name that the machine or the robot provides.
-pub fn offered(robots: Robots<'_>, profile: Profile, name: &str) -> Meaning {
+pub fn offered(robots: KnownRobots<'_>, profile: NumberProfile, name: &str) -> Meaning {
     if name == "id" {
         return Meaning::RobotId;
     }
@@ -78,7 +79,7 @@ pub fn offered(robots: Robots<'_>, profile: Profile, name: &str) -> Meaning {
     match library {
         Some(Library::Position) if !robots.has_table(name) => {}
         // Strings are made at run time in the full profile only.
-        Some(Library::String) if profile == Profile::Tiny => return Meaning::Nil,
+        Some(Library::String) if profile == NumberProfile::Tiny => return Meaning::Nil,
         Some(library) => return Meaning::Library(library),
         None => {}
     }
@@ -87,7 +88,7 @@ pub fn offered(robots: Robots<'_>, profile: Profile, name: &str) -> Meaning {
 
 impl<'a> Meanings<'a> {
     /// Finds the meaning of every name.
-    pub fn new(program: &ResolvedScript, robots: Robots<'a>, profile: Profile) -> Self {
+    pub fn new(program: &ResolvedScript, robots: KnownRobots<'a>, profile: NumberProfile) -> Self {
         let names: Vec<Meaning> =
             program.names.iter().map(|name| meaning(robots, profile, name)).collect();
         let mut meanings = Meanings {
@@ -142,12 +143,12 @@ impl<'a> Meanings<'a> {
     }
 
     /// Returns the robots that the script is compiled for.
-    pub fn robots(&self) -> Robots<'a> {
+    pub fn robots(&self) -> KnownRobots<'a> {
         self.robots
     }
 
     /// Returns the number profile.
-    pub fn profile(&self) -> Profile {
+    pub fn profile(&self) -> NumberProfile {
         self.profile
     }
 
@@ -168,13 +169,13 @@ impl<'a> Meanings<'a> {
     }
 
     /// Returns the library that an expression certainly refers to.
-    pub fn library(&self, expr: &Expr) -> Option<Library> {
+    pub fn library(&self, expr: &CheckedExpr) -> Option<Library> {
         match &expr.kind {
-            ExprKind::Name(name) => match self.of(*name) {
+            CheckedExprKind::Name(name) => match self.of(*name) {
                 Meaning::Library(library) => Some(library),
                 _ => None,
             },
-            ExprKind::Field { object, key, .. } if key == "rng" => {
+            CheckedExprKind::Field { object, key, .. } if key == "rng" => {
                 let is_math = self.library(object) == Some(Library::Math);
                 let known =
                     !self.escaped.contains(&Library::Math) && !self.is_assigned(Library::Math, key);
@@ -185,11 +186,11 @@ impl<'a> Meanings<'a> {
     }
 
     /// Returns the meaning of a library's field.
-    pub fn member(&self, library: Library, key: &str) -> Member {
+    pub fn member(&self, library: Library, key: &str) -> LibraryMember {
         if self.escaped.contains(&library) || self.is_assigned(library, key) {
-            return Member::Changing;
+            return LibraryMember::Changing;
         }
-        self.robots.member(library, key).map_or(Member::Absent, Member::Known)
+        self.robots.member(library, key).map_or(LibraryMember::Absent, LibraryMember::Known)
     }
 
     /// Returns the libraries that the script uses as values.
@@ -203,7 +204,7 @@ impl<'a> Meanings<'a> {
     }
 }
 
-fn meaning(robots: Robots<'_>, profile: Profile, name: &Name) -> Meaning {
+fn meaning(robots: KnownRobots<'_>, profile: NumberProfile, name: &FreeName) -> Meaning {
     match name.definitions.last() {
         // The last definition is in force before the first line runs.
         Some((function, _)) if name.writes.is_empty() => Meaning::Function(*function),
@@ -226,7 +227,7 @@ fn objects(program: &ResolvedScript, meanings: &Meanings<'_>) -> BTreeMap<NameId
         }
         let mut made = values
             .iter()
-            .filter(|value| !matches!(value.kind, ExprKind::Nil))
+            .filter(|value| !matches!(value.kind, CheckedExprKind::Nil))
             .map(|value| made_object(value, meanings));
         let first = made.next().flatten();
         if let Some(library) = first.filter(|_| made.all(|other| other == first)) {
@@ -236,12 +237,14 @@ fn objects(program: &ResolvedScript, meanings: &Meanings<'_>) -> BTreeMap<NameId
     objects
 }
 
-fn made_object(value: &Expr, meanings: &Meanings<'_>) -> Option<Library> {
-    let ExprKind::Call { callee, .. } = &value.kind else { return None };
-    let ExprKind::Field { object, key, .. } = &callee.kind else { return None };
+fn made_object(value: &CheckedExpr, meanings: &Meanings<'_>) -> Option<Library> {
+    let CheckedExprKind::Call { callee, .. } = &value.kind else { return None };
+    let CheckedExprKind::Field { object, key, .. } = &callee.kind else { return None };
     match meanings.member(meanings.library(object)?, key) {
-        Member::Known(info) if info.number == builtin::SWARM_CREATE => Some(Library::SwarmObject),
-        Member::Known(info) if info.number == builtin::STIGMERGY_CREATE => {
+        LibraryMember::Known(info) if info.number == builtin::SWARM_CREATE => {
+            Some(Library::SwarmObject)
+        }
+        LibraryMember::Known(info) if info.number == builtin::STIGMERGY_CREATE => {
             Some(Library::StigmergyObject)
         }
         _ => None,
@@ -250,7 +253,7 @@ fn made_object(value: &Expr, meanings: &Meanings<'_>) -> Option<Library> {
 
 /// Returns the library that a variable holds initially, because the script assigns the name of a
 /// library.
-fn first_library(name: &Name) -> Option<Library> {
+fn first_library(name: &FreeName) -> Option<Library> {
     let is_variable = name.definitions.is_empty() && !name.writes.is_empty();
     let named = |library: &Library| library.global_name() == Some(name.text.as_str());
     Library::ALL.into_iter().find(named).filter(|_| is_variable)
@@ -268,9 +271,9 @@ struct LibraryScan<'m> {
 }
 
 impl LibraryScan<'_> {
-    fn library(&self, expr: &Expr) -> Option<Library> {
+    fn library(&self, expr: &CheckedExpr) -> Option<Library> {
         match expr.kind {
-            ExprKind::Name(name)
+            CheckedExprKind::Name(name)
                 if Some(name) == self.position && self.meanings.of(name) == Meaning::Nil =>
             {
                 Some(Library::Position)
@@ -279,26 +282,26 @@ impl LibraryScan<'_> {
         }
     }
 
-    fn block(&mut self, block: &Block) {
+    fn block(&mut self, block: &CheckedBlock) {
         self.stmts(&block.stmts);
     }
 
-    fn stmts(&mut self, stmts: &[Stmt]) {
+    fn stmts(&mut self, stmts: &[CheckedStmt]) {
         for stmt in stmts {
             self.stmt(stmt);
         }
     }
 
-    fn stmt(&mut self, stmt: &Stmt) {
+    fn stmt(&mut self, stmt: &CheckedStmt) {
         match &stmt.kind {
-            StmtKind::Var { value, .. } | StmtKind::Return(value) => {
+            CheckedStmtKind::Var { value, .. } | CheckedStmtKind::Return(value) => {
                 if let Some(value) = value {
                     self.value(value);
                 }
             }
-            StmtKind::Assign { target, value } => {
+            CheckedStmtKind::Assign { target, value } => {
                 match &target.kind {
-                    ExprKind::Field { object, key, .. } => match self.library(object) {
+                    CheckedExprKind::Field { object, key, .. } => match self.library(object) {
                         Some(library) => {
                             self.assigned.insert((library, key.clone()));
                         }
@@ -308,52 +311,52 @@ impl LibraryScan<'_> {
                 }
                 self.value(value);
             }
-            StmtKind::If { branches, otherwise } => {
+            CheckedStmtKind::If { branches, otherwise } => {
                 for branch in branches {
                     self.tested(&branch.condition);
                     self.block(&branch.then);
                 }
                 self.block(otherwise);
             }
-            StmtKind::While { condition, body, update } => {
+            CheckedStmtKind::While { condition, body, update } => {
                 self.tested(condition);
                 self.block(body);
                 if let Some(update) = update {
                     self.stmt(update);
                 }
             }
-            StmtKind::Call(call) => self.value(call),
+            CheckedStmtKind::Call(call) => self.value(call),
         }
     }
 
     /// Visits an expression of which only the truth counts. A library there does not count as a
     /// value.
-    fn tested(&mut self, expr: &Expr) {
+    fn tested(&mut self, expr: &CheckedExpr) {
         if self.library(expr).is_none() {
             self.value(expr);
         }
     }
 
-    fn value(&mut self, expr: &Expr) {
+    fn value(&mut self, expr: &CheckedExpr) {
         if let Some(library) = self.library(expr) {
             self.escaped.insert(library);
             return;
         }
         match &expr.kind {
-            ExprKind::Field { object, .. } => self.tested(object),
-            ExprKind::Unary { op: UnaryOp::Not, operand } => self.tested(operand),
-            ExprKind::Chain { links, .. } if links.iter().any(|link| link.op.is_logic()) => {
+            CheckedExprKind::Field { object, .. } => self.tested(object),
+            CheckedExprKind::Unary { op: UnaryOp::Not, operand } => self.tested(operand),
+            CheckedExprKind::Chain { links, .. } if links.iter().any(|link| link.op.is_logic()) => {
                 children(expr, |child| self.tested(child));
             }
-            ExprKind::Call { callee, args } if self.is_isnil(callee) => {
+            CheckedExprKind::Call { callee, args } if self.is_isnil(callee) => {
                 args.iter().for_each(|arg| self.tested(arg));
             }
             _ => children(expr, |child| self.value(child)),
         }
     }
 
-    fn is_isnil(&self, callee: &Expr) -> bool {
-        matches!(callee.kind, ExprKind::Name(name)
+    fn is_isnil(&self, callee: &CheckedExpr) -> bool {
+        matches!(callee.kind, CheckedExprKind::Name(name)
             if self.meanings.of(name) == Meaning::Builtin(builtin::IS_NIL))
     }
 }

@@ -1,19 +1,19 @@
 //! Finds operations on constants whose result exceeds the range of the robot's numbers.
 
 use crate::ast::{BinaryOp, UnaryOp};
-use crate::check::tree::{Expr, ExprKind, ResolvedScript, each_expr};
+use crate::check::tree::{CheckedExpr, CheckedExprKind, ResolvedScript, each_expr};
 use crate::check::values::word_bits;
-use crate::codegen::constant::{self, Number, Profile};
-use crate::codes::Code;
+use crate::codegen::constant::{self, ConstantNumber, NumberProfile};
+use crate::codes::DiagnosticCode;
 use crate::diagnostic::Diagnostic;
 use crate::source::Span;
 
 /// Checks a whole script for robots of that profile.
-pub fn check_overflow(program: &ResolvedScript, profile: Profile) -> Vec<Diagnostic> {
+pub fn check_overflow(program: &ResolvedScript, profile: NumberProfile) -> Vec<Diagnostic> {
     let mut diagnostics = Vec::new();
     for function in &program.functions {
         each_expr(&function.body, &mut |expr| match &expr.kind {
-            ExprKind::Chain { first, links } => {
+            CheckedExprKind::Chain { first, links } => {
                 let mut left = value(first, profile);
                 for link in links {
                     let right = value(&link.right, profile);
@@ -28,10 +28,10 @@ pub fn check_overflow(program: &ResolvedScript, profile: Profile) -> Vec<Diagnos
                     }
                 }
             }
-            ExprKind::Unary { op: UnaryOp::Negate, operand } => {
-                if let Some(Number::Int(a)) = value(operand, profile)
-                    && let Some(Number::Int(result)) =
-                        constant::unary(profile, UnaryOp::Negate, Number::Int(a))
+            CheckedExprKind::Unary { op: UnaryOp::Negate, operand } => {
+                if let Some(ConstantNumber::Int(a)) = value(operand, profile)
+                    && let Some(ConstantNumber::Int(result)) =
+                        constant::unary(profile, UnaryOp::Negate, ConstantNumber::Int(a))
                     && i64::from(result) != -i64::from(a)
                 {
                     let problem = Overflow::Wraps { exact: -i64::from(a), result };
@@ -46,16 +46,18 @@ pub fn check_overflow(program: &ResolvedScript, profile: Profile) -> Vec<Diagnos
 
 /// Returns the value of a constant expression; `None` for other expressions, and for literals out
 /// of the profile's range.
-fn value(expr: &Expr, profile: Profile) -> Option<Number> {
+fn value(expr: &CheckedExpr, profile: NumberProfile) -> Option<ConstantNumber> {
     match &expr.kind {
-        ExprKind::Int(value) => {
+        CheckedExprKind::Int(value) => {
             let (low, high) = constant::int_range(profile);
             let value = i32::try_from(*value).ok()?;
-            (low..=high).contains(&value).then_some(Number::Int(value))
+            (low..=high).contains(&value).then_some(ConstantNumber::Int(value))
         }
-        ExprKind::Float(_) => Number::of(profile, expr),
-        ExprKind::Unary { op, operand } => constant::unary(profile, *op, value(operand, profile)?),
-        ExprKind::Chain { first, links } => {
+        CheckedExprKind::Float(_) => ConstantNumber::of(profile, expr),
+        CheckedExprKind::Unary { op, operand } => {
+            constant::unary(profile, *op, value(operand, profile)?)
+        }
+        CheckedExprKind::Chain { first, links } => {
             links.iter().try_fold(value(first, profile)?, |left, link| {
                 constant::arithmetic(profile, link.op, left, value(&link.right, profile)?)
             })
@@ -74,13 +76,13 @@ enum Overflow {
 /// Returns the overflow if the machine's result differs from the exact one.
 fn overflow(
     op: BinaryOp,
-    a: Number,
-    b: Number,
-    result: Number,
-    profile: Profile,
+    a: ConstantNumber,
+    b: ConstantNumber,
+    result: ConstantNumber,
+    profile: NumberProfile,
 ) -> Option<Overflow> {
     match (a, b, result) {
-        (Number::Int(a), Number::Int(b), Number::Int(result)) => {
+        (ConstantNumber::Int(a), ConstantNumber::Int(b), ConstantNumber::Int(result)) => {
             let (a, b) = (i64::from(a), i64::from(b));
             let exact = match op {
                 BinaryOp::Add => a + b,
@@ -95,12 +97,13 @@ fn overflow(
             };
             (exact != i64::from(result)).then_some(Overflow::Wraps { exact, result })
         }
-        (a, b, Number::Float(result)) => {
+        (a, b, ConstantNumber::Float(result)) => {
             let is_finite = |number| match number {
-                Number::Int(_) => true,
-                Number::Float(value) => value.is_finite(),
+                ConstantNumber::Int(_) => true,
+                ConstantNumber::Float(value) => value.is_finite(),
             };
-            let is_zero = matches!(b, Number::Int(0)) || matches!(b, Number::Float(b) if b == 0.0);
+            let is_zero = matches!(b, ConstantNumber::Int(0))
+                || matches!(b, ConstantNumber::Float(b) if b == 0.0);
             // A division by zero is a usual way to write infinity.
             let is_meant = op == BinaryOp::Div && is_zero;
             let is_born = result.is_infinite() && is_finite(a) && is_finite(b) && !is_meant;
@@ -111,12 +114,12 @@ fn overflow(
 }
 
 impl Overflow {
-    fn diagnostic(&self, span: Span, profile: Profile) -> Diagnostic {
+    fn diagnostic(&self, span: Span, profile: NumberProfile) -> Diagnostic {
         let name = profile.name();
         let (low, high) = constant::int_range(profile);
         match self {
             Overflow::Wraps { exact, result } => Diagnostic::new(
-                Code::IntegerWraps,
+                DiagnosticCode::IntegerWraps,
                 span,
                 format!("this is {exact}, but {result} with the integers of the `{name}` profile"),
             )
@@ -125,7 +128,7 @@ impl Overflow {
                 "integers go from {low} to {high}; use smaller units, or a float where the nearest one will do"
             )),
             Overflow::Infinite => Diagnostic::new(
-                Code::FloatOverflows,
+                DiagnosticCode::FloatOverflows,
                 span,
                 format!("this is more than the floats of the `{name}` profile can hold"),
             )

@@ -8,11 +8,11 @@
 use crate::ast;
 use crate::ast::UnaryOp;
 use crate::check::tree::{
-    Block, Branch, Expr, ExprKind, Function, FunctionId, Link, Local, LocalId, LocalKind,
-    ResolvedScript, Stmt, StmtKind,
+    CheckedBlock, CheckedBranch, CheckedExpr, CheckedExprKind, CheckedFunction, CheckedLink,
+    CheckedStmt, CheckedStmtKind, FunctionId, Local, LocalId, LocalKind, ResolvedScript,
 };
 use crate::codegen::asm::MAX_PARAMETERS;
-use crate::codes::Code;
+use crate::codes::DiagnosticCode;
 use crate::diagnostic::Diagnostic;
 use crate::source::Span;
 
@@ -27,7 +27,7 @@ pub fn resolve(script: &ast::Script) -> (ResolvedScript, Vec<Diagnostic>) {
         contexts: vec![Context::new(FunctionId::GLOBAL)],
         diagnostics: Vec::new(),
     };
-    resolver.program.functions.push(Function { span, ..Function::default() });
+    resolver.program.functions.push(CheckedFunction { span, ..CheckedFunction::default() });
     // Functions exist before the first global line runs, so their names get the first numbers.
     for stmt in &script.stmts {
         if let ast::StmtKind::Function { name, .. } = &stmt.kind {
@@ -76,7 +76,7 @@ impl Resolver {
         self.diagnostics.push(diagnostic);
     }
 
-    fn function(&mut self) -> &mut Function {
+    fn function(&mut self) -> &mut CheckedFunction {
         let id = self.contexts.last().map_or(FunctionId::GLOBAL, |context| context.function);
         &mut self.program.functions[id.0]
     }
@@ -139,7 +139,7 @@ impl Resolver {
         Some(binding)
     }
 
-    fn stmts(&mut self, stmts: &[ast::Stmt]) -> Vec<Stmt> {
+    fn stmts(&mut self, stmts: &[ast::Stmt]) -> Vec<CheckedStmt> {
         let mut resolved = Vec::with_capacity(stmts.len());
         let mut ended: Option<Span> = None;
         for stmt in stmts {
@@ -149,9 +149,13 @@ impl Resolver {
                 && runs
             {
                 self.report(
-                    Diagnostic::new(Code::Unreachable, stmt.span, "this code can never run")
-                        .label("unreachable")
-                        .related(end, "the function is left here"),
+                    Diagnostic::new(
+                        DiagnosticCode::Unreachable,
+                        stmt.span,
+                        "this code can never run",
+                    )
+                    .label("unreachable")
+                    .related(end, "the function is left here"),
                 );
                 ended = None;
             }
@@ -163,7 +167,7 @@ impl Resolver {
         resolved
     }
 
-    fn block(&mut self, block: &ast::Block) -> Block {
+    fn block(&mut self, block: &ast::Block) -> CheckedBlock {
         if let Some(context) = self.contexts.last_mut() {
             context.blocks.push(Vec::new());
         }
@@ -171,28 +175,32 @@ impl Resolver {
         if let Some(context) = self.contexts.last_mut() {
             context.blocks.pop();
         }
-        Block { stmts, span: block.span }
+        CheckedBlock { stmts, span: block.span }
     }
 
-    fn stmt(&mut self, stmt: &ast::Stmt, out: &mut Vec<Stmt>) {
+    fn stmt(&mut self, stmt: &ast::Stmt, out: &mut Vec<CheckedStmt>) {
         let span = stmt.span;
         match &stmt.kind {
             ast::StmtKind::Var { name, value } => out.push(self.var(name, value.as_ref(), span)),
             ast::StmtKind::Function { name, function } => self.named_function(name, function),
             ast::StmtKind::If { branches, otherwise } => {
-                let resolved = branches.iter().map(|branch| Branch {
+                let resolved = branches.iter().map(|branch| CheckedBranch {
                     condition: self.expr(&branch.condition),
                     then: self.block(&branch.then),
                 });
                 let branches = resolved.collect();
-                let otherwise =
-                    otherwise.as_ref().map_or_else(Block::default, |block| self.block(block));
-                out.push(Stmt { kind: StmtKind::If { branches, otherwise }, span });
+                let otherwise = otherwise
+                    .as_ref()
+                    .map_or_else(CheckedBlock::default, |block| self.block(block));
+                out.push(CheckedStmt { kind: CheckedStmtKind::If { branches, otherwise }, span });
             }
             ast::StmtKind::While { condition, body } => {
                 let condition = self.expr(condition);
                 let body = self.block(body);
-                out.push(Stmt { kind: StmtKind::While { condition, body, update: None }, span });
+                out.push(CheckedStmt {
+                    kind: CheckedStmtKind::While { condition, body, update: None },
+                    span,
+                });
             }
             ast::StmtKind::For { init, condition, update, body } => {
                 self.stmt(init, out);
@@ -201,36 +209,39 @@ impl Resolver {
                 self.stmt(update, &mut updates);
                 let update = updates.pop().map(Box::new);
                 let body = self.block(body);
-                out.push(Stmt { kind: StmtKind::While { condition, body, update }, span });
+                out.push(CheckedStmt {
+                    kind: CheckedStmtKind::While { condition, body, update },
+                    span,
+                });
             }
             ast::StmtKind::Return { value } => {
                 let value = value.as_ref().map(|value| self.expr(value));
-                out.push(Stmt { kind: StmtKind::Return(value), span });
+                out.push(CheckedStmt { kind: CheckedStmtKind::Return(value), span });
             }
             ast::StmtKind::Assign { target, value } => {
                 out.push(self.assign(target, value, span));
             }
             ast::StmtKind::Call(call) => {
                 let call = self.expr(call);
-                out.push(Stmt { kind: StmtKind::Call(call), span });
+                out.push(CheckedStmt { kind: CheckedStmtKind::Call(call), span });
             }
         }
     }
 
-    fn var(&mut self, name: &ast::Ident, value: Option<&ast::Expr>, span: Span) -> Stmt {
+    fn var(&mut self, name: &ast::Ident, value: Option<&ast::Expr>, span: Span) -> CheckedStmt {
         self.refuse_self(name);
         if self.is_top_level() {
             let id = self.program.intern(&name.name);
             self.program.names[id.0].writes.push(name.span);
-            let target = Expr { kind: ExprKind::Name(id), span: name.span };
-            let nil = Expr { kind: ExprKind::Nil, span };
+            let target = CheckedExpr { kind: CheckedExprKind::Name(id), span: name.span };
+            let nil = CheckedExpr { kind: CheckedExprKind::Nil, span };
             let value = value.map_or(nil, |value| self.expr(value));
-            return Stmt { kind: StmtKind::Assign { target, value }, span };
+            return CheckedStmt { kind: CheckedStmtKind::Assign { target, value }, span };
         }
         if let Some(earlier) = self.visible_local(&name.name) {
             self.report(
                 Diagnostic::new(
-                    Code::DuplicateVariable,
+                    DiagnosticCode::DuplicateVariable,
                     name.span,
                     format!("there is already a local variable `{}` here", name.name),
                 )
@@ -244,7 +255,7 @@ impl Resolver {
         self.unbind();
         let local = self.declare(name, LocalKind::Variable);
         self.bind(&name.name, Binding::Local(local));
-        Stmt { kind: StmtKind::Var { local, value }, span }
+        CheckedStmt { kind: CheckedStmtKind::Var { local, value }, span }
     }
 
     /// Returns the declaration of the visible local variable of that name, also that of an
@@ -264,38 +275,38 @@ impl Resolver {
         }
     }
 
-    fn assign(&mut self, target: &ast::Expr, value: &ast::Expr, span: Span) -> Stmt {
+    fn assign(&mut self, target: &ast::Expr, value: &ast::Expr, span: Span) -> CheckedStmt {
         let target = match &target.kind {
             ast::ExprKind::Name(name) => self.assigned_name(name, target.span),
             _ => self.expr(target),
         };
         let value = self.expr(value);
-        Stmt { kind: StmtKind::Assign { target, value }, span }
+        CheckedStmt { kind: CheckedStmtKind::Assign { target, value }, span }
     }
 
-    fn assigned_name(&mut self, name: &str, span: Span) -> Expr {
+    fn assigned_name(&mut self, name: &str, span: Span) -> CheckedExpr {
         if name == "self" {
             self.report(self_assigned(span));
-            return Expr { kind: ExprKind::Error, span };
+            return CheckedExpr { kind: CheckedExprKind::Error, span };
         }
         let kind = match self.find(name) {
             Some(Binding::Local(local)) => {
                 self.note_captured_assignment(local, span);
-                ExprKind::Local(local)
+                CheckedExprKind::Local(local)
             }
             // Assignments are statements, so this one is in a lambda within the variable's initial
             // value.
             Some(Binding::Unborn) => {
                 self.report(own_initializer(name, span));
-                ExprKind::Error
+                CheckedExprKind::Error
             }
             None => {
                 let id = self.program.intern(name);
                 self.program.names[id.0].writes.push(span);
-                ExprKind::Name(id)
+                CheckedExprKind::Name(id)
             }
         };
-        Expr { kind, span }
+        CheckedExpr { kind, span }
     }
 
     fn note_captured_assignment(&mut self, local: LocalId, span: Span) {
@@ -307,7 +318,7 @@ impl Resolver {
         if first {
             self.report(
                 Diagnostic::new(
-                    Code::CaptureAssigned,
+                    DiagnosticCode::CaptureAssigned,
                     span,
                     format!("this changes only this call's copy of `{name}`"),
                 )
@@ -333,18 +344,18 @@ impl Resolver {
         creator: Option<FunctionId>,
     ) -> FunctionId {
         let id = FunctionId(self.program.functions.len());
-        self.program.functions.push(Function {
+        self.program.functions.push(CheckedFunction {
             name,
             span: function.span,
             parameters: function.params.len(),
             creator,
-            ..Function::default()
+            ..CheckedFunction::default()
         });
         self.contexts.push(Context::new(id));
         if let Some(excess) = function.params.get(MAX_PARAMETERS) {
             self.report(
                 Diagnostic::new(
-                    Code::TooManyParameters,
+                    DiagnosticCode::TooManyParameters,
                     excess.span,
                     format!("a function can have at most {MAX_PARAMETERS} parameters"),
                 )
@@ -358,7 +369,7 @@ impl Resolver {
             if let Some(earlier) = earlier {
                 self.report(
                     Diagnostic::new(
-                        Code::DuplicateParameter,
+                        DiagnosticCode::DuplicateParameter,
                         parameter.span,
                         format!("two parameters are called `{}`", parameter.name),
                     )
@@ -376,29 +387,29 @@ impl Resolver {
         id
     }
 
-    fn boxed(&mut self, expr: &ast::Expr) -> Box<Expr> {
+    fn boxed(&mut self, expr: &ast::Expr) -> Box<CheckedExpr> {
         Box::new(self.expr(expr))
     }
 
-    fn expr(&mut self, expr: &ast::Expr) -> Expr {
+    fn expr(&mut self, expr: &ast::Expr) -> CheckedExpr {
         let (mut kind, span) = (self.expr_kind(expr), expr.span);
         // The span of the last operation is that of the whole chain, parentheses included.
-        if let ExprKind::Chain { links, .. } = &mut kind
+        if let CheckedExprKind::Chain { links, .. } = &mut kind
             && let Some(last) = links.last_mut()
         {
             last.span = span;
         }
-        Expr { kind, span }
+        CheckedExpr { kind, span }
     }
 
-    fn expr_kind(&mut self, expr: &ast::Expr) -> ExprKind {
+    fn expr_kind(&mut self, expr: &ast::Expr) -> CheckedExprKind {
         match &expr.kind {
-            ast::ExprKind::Nil => ExprKind::Nil,
-            ast::ExprKind::Int(value) => ExprKind::Int(*value),
-            ast::ExprKind::Float(value) => ExprKind::Float(*value),
-            ast::ExprKind::Str(text) => ExprKind::Str(text.clone()),
+            ast::ExprKind::Nil => CheckedExprKind::Nil,
+            ast::ExprKind::Int(value) => CheckedExprKind::Int(*value),
+            ast::ExprKind::Float(value) => CheckedExprKind::Float(*value),
+            ast::ExprKind::Str(text) => CheckedExprKind::Str(text.clone()),
             ast::ExprKind::Name(name) => self.name_read(name, expr.span),
-            ast::ExprKind::Field { object, key } => ExprKind::Field {
+            ast::ExprKind::Field { object, key } => CheckedExprKind::Field {
                 object: self.boxed(object),
                 key: key.name.clone(),
                 key_span: key.span,
@@ -407,53 +418,55 @@ impl Resolver {
                 let (object, index) = (self.boxed(object), self.boxed(index));
                 // `t["x"]` is equivalent to `t.x`.
                 match index.kind {
-                    ExprKind::Str(key) => ExprKind::Field { object, key, key_span: index.span },
-                    _ => ExprKind::Index { object, index },
+                    CheckedExprKind::Str(key) => {
+                        CheckedExprKind::Field { object, key, key_span: index.span }
+                    }
+                    _ => CheckedExprKind::Index { object, index },
                 }
             }
             ast::ExprKind::Call { callee, args } => {
                 let callee = self.callee(callee);
                 let args = args.iter().map(|arg| self.expr(arg)).collect();
-                ExprKind::Call { callee: Box::new(callee), args }
+                CheckedExprKind::Call { callee: Box::new(callee), args }
             }
             ast::ExprKind::Table(fields) => {
-                ExprKind::Table(fields.iter().map(|field| self.field(field)).collect())
+                CheckedExprKind::Table(fields.iter().map(|field| self.field(field)).collect())
             }
             ast::ExprKind::Lambda(function) => {
                 let creator = self.contexts.last().map(|context| context.function);
-                ExprKind::Lambda(self.new_function(None, function, creator))
+                CheckedExprKind::Lambda(self.new_function(None, function, creator))
             }
             ast::ExprKind::Unary { op: UnaryOp::Plus, operand } => self.expr(operand).kind,
             ast::ExprKind::Unary { op, operand } => {
-                ExprKind::Unary { op: *op, operand: self.boxed(operand) }
+                CheckedExprKind::Unary { op: *op, operand: self.boxed(operand) }
             }
             ast::ExprKind::Chain { first, links } => {
                 let first = self.boxed(first);
-                let links = links.iter().map(|link| Link {
+                let links = links.iter().map(|link| CheckedLink {
                     op: link.op,
                     right: self.expr(&link.right),
                     span: link.span,
                 });
-                ExprKind::Chain { first, links: links.collect() }
+                CheckedExprKind::Chain { first, links: links.collect() }
             }
             ast::ExprKind::Paren(inner) => self.expr(inner).kind,
-            ast::ExprKind::Error => ExprKind::Error,
+            ast::ExprKind::Error => CheckedExprKind::Error,
         }
     }
 
-    fn field(&mut self, field: &ast::TableField) -> (Expr, Expr) {
+    fn field(&mut self, field: &ast::TableField) -> (CheckedExpr, CheckedExpr) {
         let kind = match &field.key {
-            ast::FieldKey::Name(name) => ExprKind::Str(name.clone()),
-            ast::FieldKey::Int(value) => ExprKind::Int(*value),
-            ast::FieldKey::Float(value) => ExprKind::Float(*value),
+            ast::FieldKey::Name(name) => CheckedExprKind::Str(name.clone()),
+            ast::FieldKey::Int(value) => CheckedExprKind::Int(*value),
+            ast::FieldKey::Float(value) => CheckedExprKind::Float(*value),
         };
-        (Expr { kind, span: field.key_span }, self.expr(&field.value))
+        (CheckedExpr { kind, span: field.key_span }, self.expr(&field.value))
     }
 
-    fn callee(&mut self, callee: &ast::Expr) -> Expr {
+    fn callee(&mut self, callee: &ast::Expr) -> CheckedExpr {
         let resolved = self.expr(callee);
         // Direct calls are counted separately from other uses of a name.
-        if let ExprKind::Name(id) = resolved.kind {
+        if let CheckedExprKind::Name(id) = resolved.kind {
             let name = &mut self.program.names[id.0];
             name.reads.pop();
             name.calls.push(resolved.span);
@@ -461,36 +474,36 @@ impl Resolver {
         resolved
     }
 
-    fn name_read(&mut self, name: &str, span: Span) -> ExprKind {
+    fn name_read(&mut self, name: &str, span: Span) -> CheckedExprKind {
         if name == "self" {
             if self.is_global_code() {
                 self.report(self_is_nil(span, "outside functions `self` is always nil"));
-                return ExprKind::Nil;
+                return CheckedExprKind::Nil;
             }
             self.function().uses_self = true;
-            return ExprKind::SelfValue;
+            return CheckedExprKind::SelfValue;
         }
         match self.find(name) {
-            Some(Binding::Local(local)) => ExprKind::Local(local),
+            Some(Binding::Local(local)) => CheckedExprKind::Local(local),
             Some(Binding::Unborn) => {
                 self.report(own_initializer(name, span));
-                ExprKind::Nil
+                CheckedExprKind::Nil
             }
             None => {
                 let id = self.program.intern(name);
                 self.program.names[id.0].reads.push(span);
-                ExprKind::Name(id)
+                CheckedExprKind::Name(id)
             }
         }
     }
 }
 
 /// Returns true if control never continues after the statement.
-fn leaves(stmt: &Stmt) -> bool {
-    let block_leaves = |block: &Block| block.stmts.iter().any(leaves);
+fn leaves(stmt: &CheckedStmt) -> bool {
+    let block_leaves = |block: &CheckedBlock| block.stmts.iter().any(leaves);
     match &stmt.kind {
-        StmtKind::Return(_) => true,
-        StmtKind::If { branches, otherwise } => {
+        CheckedStmtKind::Return(_) => true,
+        CheckedStmtKind::If { branches, otherwise } => {
             branches.iter().all(|branch| block_leaves(&branch.then)) && block_leaves(otherwise)
         }
         _ => false,
@@ -499,20 +512,20 @@ fn leaves(stmt: &Stmt) -> bool {
 
 /// Returns the warning for a `self` that is always nil.
 pub fn self_is_nil(span: Span, message: &str) -> Diagnostic {
-    Diagnostic::new(Code::SelfIsNil, span, message)
+    Diagnostic::new(DiagnosticCode::SelfIsNil, span, message)
         .label("nil")
         .help("`self` is the table `t` inside a function called as `t.f()`")
 }
 
 fn self_assigned(span: Span) -> Diagnostic {
-    Diagnostic::new(Code::SelfAssigned, span, "`self` cannot be declared or assigned")
+    Diagnostic::new(DiagnosticCode::SelfAssigned, span, "`self` cannot be declared or assigned")
         .label("`self` is set by the call `t.f()`")
         .help("use another name")
 }
 
 fn own_initializer(name: &str, span: Span) -> Diagnostic {
     Diagnostic::new(
-        Code::OwnInitializer,
+        DiagnosticCode::OwnInitializer,
         span,
         format!("`{name}` is nil while its own first value is computed"),
     )

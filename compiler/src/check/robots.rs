@@ -1,19 +1,19 @@
 //! The functions that robots provide to the script: those of the target robot, or those of all
 //! known robots if no robot is named.
 
-use bittybuzz_robot_spec::{Function, Robot};
+use bittybuzz_robot_spec::{Robot, RobotFunction};
 use bittybuzz_vm_core::builtin::{self, Library};
 
 /// The robots that a script is compiled for.
 #[derive(Debug, Clone, Copy)]
-pub struct Robots<'a> {
+pub struct KnownRobots<'a> {
     /// The target robot. If it is `None`, the functions of all known robots are accepted.
     pub target: Option<&'a Robot>,
     /// All known robots.
     pub known: &'a [Robot],
 }
 
-impl<'a> Robots<'a> {
+impl<'a> KnownRobots<'a> {
     /// Returns the robots that run the script.
     fn targets(self) -> impl Iterator<Item = &'a Robot> {
         let any: &[Robot] = if self.target.is_some() { &[] } else { self.known };
@@ -22,7 +22,7 @@ impl<'a> Robots<'a> {
 
     /// Returns the functions of that name on the robots that run the script. There can be more than
     /// one only if no robot is named.
-    pub fn functions(self, name: &str) -> Vec<&'a Function> {
+    pub fn functions(self, name: &str) -> Vec<&'a RobotFunction> {
         self.targets().filter_map(|robot| robot.function(name)).collect()
     }
 
@@ -52,7 +52,7 @@ impl<'a> Robots<'a> {
     }
 
     /// Returns the members of a library that exist on the robots that run the script.
-    pub fn members(self, library: Library) -> impl Iterator<Item = &'static builtin::Info> {
+    pub fn members(self, library: Library) -> impl Iterator<Item = &'static builtin::BuiltinInfo> {
         let of_library = builtin::TABLE.iter().filter(move |info| info.library == library);
         of_library.filter(move |info| match (library, library.global_name()) {
             (Library::Position, Some(table)) => self.has_field(table, info.name),
@@ -62,7 +62,7 @@ impl<'a> Robots<'a> {
 
     /// Returns the member of a library with that name, if it exists on the robots that run the
     /// script.
-    pub fn member(self, library: Library, name: &str) -> Option<&'static builtin::Info> {
+    pub fn member(self, library: Library, name: &str) -> Option<&'static builtin::BuiltinInfo> {
         self.members(library).find(|info| info.name == name)
     }
 }

@@ -1,17 +1,17 @@
 //! Checks names that the script takes from the machine or the robot, or defines twice.
 
 use crate::check::names::{Meaning, offered};
-use crate::check::robots::Robots;
-use crate::check::tree::{Name, ResolvedScript};
-use crate::codegen::constant::Profile;
-use crate::codes::Code;
+use crate::check::robots::KnownRobots;
+use crate::check::tree::{FreeName, ResolvedScript};
+use crate::codegen::constant::NumberProfile;
+use crate::codes::DiagnosticCode;
 use crate::diagnostic::Diagnostic;
 
 /// Checks the names that a script defines.
 pub fn check_names(
     program: &ResolvedScript,
-    robots: Robots<'_>,
-    profile: Profile,
+    robots: KnownRobots<'_>,
+    profile: NumberProfile,
 ) -> Vec<Diagnostic> {
     let mut diagnostics = Vec::new();
     for name in &program.names {
@@ -21,15 +21,17 @@ pub fn check_names(
     diagnostics
 }
 
-fn taken(name: &Name, robots: Robots<'_>, profile: Profile) -> Option<Diagnostic> {
+fn taken(name: &FreeName, robots: KnownRobots<'_>, profile: NumberProfile) -> Option<Diagnostic> {
     let definitions = name.definitions.iter().map(|(_, span)| *span);
     let first = definitions.chain(name.writes.iter().copied()).min()?;
     let text = &name.text;
     let (code, what) = match offered(robots, profile, text) {
-        Meaning::Robot => (Code::RobotNameTaken, of_robot(text, robots)?),
-        Meaning::Builtin(_) => (Code::BuiltinNameTaken, "a built-in function".to_owned()),
-        Meaning::Library(_) => (Code::BuiltinNameTaken, "a built-in table".to_owned()),
-        Meaning::RobotId => (Code::BuiltinNameTaken, "the number of the robot".to_owned()),
+        Meaning::Robot => (DiagnosticCode::RobotNameTaken, of_robot(text, robots)?),
+        Meaning::Builtin(_) => (DiagnosticCode::BuiltinNameTaken, "a built-in function".to_owned()),
+        Meaning::Library(_) => (DiagnosticCode::BuiltinNameTaken, "a built-in table".to_owned()),
+        Meaning::RobotId => {
+            (DiagnosticCode::BuiltinNameTaken, "the number of the robot".to_owned())
+        }
         Meaning::Nil | Meaning::Function(_) | Meaning::Global => return None,
     };
     Some(
@@ -45,7 +47,7 @@ fn taken(name: &Name, robots: Robots<'_>, profile: Profile) -> Option<Diagnostic
 
 /// Describes the robot function that a script replaces. If no robot is named, the script may take a
 /// name that only some robots have.
-fn of_robot(name: &str, robots: Robots<'_>) -> Option<String> {
+fn of_robot(name: &str, robots: KnownRobots<'_>) -> Option<String> {
     match robots.target {
         Some(robot) => Some(format!("a function of the {}", robot.title)),
         None => (robots.functions(name).len() == robots.known.len())
@@ -53,13 +55,13 @@ fn of_robot(name: &str, robots: Robots<'_>) -> Option<String> {
     }
 }
 
-fn redefinitions(name: &Name) -> Vec<Diagnostic> {
+fn redefinitions(name: &FreeName) -> Vec<Diagnostic> {
     let Some((_, first)) = name.definitions.first() else { return Vec::new() };
     let later = name.definitions.iter().skip(1);
     later
         .map(|(_, span)| {
             let message = format!("the function `{}` is defined more than once", name.text);
-            Diagnostic::new(Code::FunctionRedefined, *span, message)
+            Diagnostic::new(DiagnosticCode::FunctionRedefined, *span, message)
                 .label("the last definition counts, everywhere in the script")
                 .related(*first, "first defined here")
         })

@@ -3,11 +3,11 @@
 use bittybuzz_vm_core::builtin::{self, Library};
 
 use crate::check::names::Meaning;
-use crate::check::robots::Robots;
+use crate::check::robots::KnownRobots;
 use crate::check::tree::{FunctionId, ResolvedScript};
 use crate::diagnostic::Diagnostic;
 use crate::source::Span;
-use crate::token::{Fixed, KEYWORDS};
+use crate::token::{FixedToken, KEYWORDS};
 
 /// Returns the candidate that is most similar to `name`, if one is similar enough.
 pub fn nearest<'a>(name: &str, candidates: impl IntoIterator<Item = &'a str>) -> Option<&'a str> {
@@ -59,14 +59,14 @@ pub fn for_name(
     name: &str,
     program: &ResolvedScript,
     function: FunctionId,
-    robots: Robots<'_>,
+    robots: KnownRobots<'_>,
 ) -> Option<Advice> {
     if let Some(help) = foreign(name) {
         let constant = constant(name).map(|constant| (constant.to_owned(), true));
         return Some(Advice { help: help.to_owned(), instead: constant });
     }
     let keyword =
-        KEYWORDS.into_iter().map(Fixed::text).find(|word| name.eq_ignore_ascii_case(word));
+        KEYWORDS.into_iter().map(FixedToken::text).find(|word| name.eq_ignore_ascii_case(word));
     if let Some(keyword) = keyword {
         return Some(Advice::words(format!("the keyword is written `{keyword}`")));
     }
@@ -102,7 +102,7 @@ pub fn for_name(
 }
 
 /// Returns help for a field that a library does not have.
-pub fn for_member(library: Library, key: &str, robots: Robots<'_>) -> Option<String> {
+pub fn for_member(library: Library, key: &str, robots: KnownRobots<'_>) -> Option<String> {
     if library == Library::Math && matches!(key, "random" | "rand") {
         return Some("did you mean `math.rng.uniform(a, b)` or `rand()`?".to_owned());
     }
@@ -151,7 +151,7 @@ fn is_reached_by_name(library: Library) -> bool {
 }
 
 /// Returns the name of a built-in as scripts write it.
-pub fn path(info: &builtin::Info) -> String {
+pub fn path(info: &builtin::BuiltinInfo) -> String {
     match (info.library, info.library.global_name()) {
         (Library::Rng, _) => format!("math.rng.{}", info.name),
         (_, Some(library)) => format!("{library}.{}", info.name),

@@ -32,9 +32,9 @@ impl FunctionId {
 pub struct ResolvedScript {
     /// The functions. Number 0 is the global code; a lambda comes after the function that creates
     /// it.
-    pub functions: Vec<Function>,
+    pub functions: Vec<CheckedFunction>,
     /// The names that are not locals, in order of first appearance.
-    pub names: Vec<Name>,
+    pub names: Vec<FreeName>,
     /// The names that syntax errors hide.
     pub hidden: Hidden,
     numbers: HashMap<String, NameId>,
@@ -42,12 +42,12 @@ pub struct ResolvedScript {
 
 impl ResolvedScript {
     /// Returns the function with that number.
-    pub fn function(&self, id: FunctionId) -> &Function {
+    pub fn function(&self, id: FunctionId) -> &CheckedFunction {
         &self.functions[id.0]
     }
 
     /// Returns the name with that number.
-    pub fn name(&self, id: NameId) -> &Name {
+    pub fn name(&self, id: NameId) -> &FreeName {
         &self.names[id.0]
     }
 
@@ -62,7 +62,7 @@ impl ResolvedScript {
             return id;
         }
         let id = NameId(self.names.len());
-        self.names.push(Name { text: text.to_owned(), ..Name::default() });
+        self.names.push(FreeName { text: text.to_owned(), ..FreeName::default() });
         self.numbers.insert(text.to_owned(), id);
         id
     }
@@ -70,7 +70,7 @@ impl ResolvedScript {
 
 /// A name that is not a local, and the places that use it.
 #[derive(Debug, Clone, Default)]
-pub struct Name {
+pub struct FreeName {
     /// The text as written.
     pub text: String,
     /// Places that read the name, except for direct calls.
@@ -85,7 +85,7 @@ pub struct Name {
 
 /// A named function, a lambda, or the global code.
 #[derive(Debug, Clone, Default)]
-pub struct Function {
+pub struct CheckedFunction {
     /// `None` for a lambda and for the global code.
     pub name: Option<String>,
     /// From `function` to the closing brace.
@@ -100,10 +100,10 @@ pub struct Function {
     pub uses_self: bool,
     /// The function that creates this lambda; `None` for others.
     pub creator: Option<FunctionId>,
-    pub body: Vec<Stmt>,
+    pub body: Vec<CheckedStmt>,
 }
 
-impl Function {
+impl CheckedFunction {
     /// Returns the local with that number.
     pub fn local(&self, id: LocalId) -> &Local {
         &self.locals[id.0]
@@ -138,73 +138,73 @@ pub enum LocalKind {
 
 /// A statement.
 #[derive(Debug, Clone)]
-pub struct Stmt {
-    pub kind: StmtKind,
+pub struct CheckedStmt {
+    pub kind: CheckedStmtKind,
     /// The place in the source.
     pub span: Span,
 }
 
 /// The kinds of statements.
 #[derive(Debug, Clone)]
-pub enum StmtKind {
+pub enum CheckedStmtKind {
     /// Declares a local; a `var` that declares a global is an [`StmtKind::Assign`].
     Var {
         local: LocalId,
         /// The first value; `None` stands for nil.
-        value: Option<Expr>,
+        value: Option<CheckedExpr>,
     },
     /// An assignment.
     Assign {
         /// [`ExprKind::Local`], [`ExprKind::Name`], [`ExprKind::Field`] or [`ExprKind::Index`].
-        target: Expr,
-        value: Expr,
+        target: CheckedExpr,
+        value: CheckedExpr,
     },
     /// `if`
     If {
         /// The conditions, in the order in which they are tested.
-        branches: Vec<Branch>,
+        branches: Vec<CheckedBranch>,
         /// The block that runs if none of them is true.
-        otherwise: Block,
+        otherwise: CheckedBlock,
     },
     /// `while`, or the part of a `for` after its first statement.
     While {
-        condition: Expr,
-        body: Block,
+        condition: CheckedExpr,
+        body: CheckedBlock,
         /// The last part of a `for`.
-        update: Option<Box<Stmt>>,
+        update: Option<Box<CheckedStmt>>,
     },
     /// A return from the function; `None` returns nil.
-    Return(Option<Expr>),
+    Return(Option<CheckedExpr>),
     /// A call for its effect.
-    Call(Expr),
+    Call(CheckedExpr),
 }
 
 /// One condition of an `if` and its block, which runs if no earlier condition is true.
 #[derive(Debug, Clone)]
-pub struct Branch {
-    pub condition: Expr,
-    pub then: Block,
+pub struct CheckedBranch {
+    pub condition: CheckedExpr,
+    pub then: CheckedBlock,
 }
 
 /// A sequence of statements that is the scope of its `var`s.
 #[derive(Debug, Clone, Default)]
-pub struct Block {
-    pub stmts: Vec<Stmt>,
+pub struct CheckedBlock {
+    pub stmts: Vec<CheckedStmt>,
     /// The place in the source.
     pub span: Span,
 }
 
 /// An expression.
 #[derive(Debug, Clone)]
-pub struct Expr {
-    pub kind: ExprKind,
+pub struct CheckedExpr {
+    pub kind: CheckedExprKind,
     /// The place in the source.
     pub span: Span,
 }
 
 /// The kinds of expressions.
 #[derive(Debug, Clone)]
-pub enum ExprKind {
+pub enum CheckedExprKind {
     /// nil
     Nil,
     /// An integer literal.
@@ -222,40 +222,37 @@ pub enum ExprKind {
     /// `object.key`
     Field {
         /// The table.
-        object: Box<Expr>,
+        object: Box<CheckedExpr>,
         key: String,
         key_span: Span,
     },
     /// `object[index]`
     Index {
         /// The table.
-        object: Box<Expr>,
+        object: Box<CheckedExpr>,
         /// The key.
-        index: Box<Expr>,
+        index: Box<CheckedExpr>,
     },
     /// `callee(args)`. If the callee is a field or an element, the call gets the callee's table as
     /// its `self`.
-    Call {
-        callee: Box<Expr>,
-        args: Vec<Expr>,
-    },
+    Call { callee: Box<CheckedExpr>, args: Vec<CheckedExpr> },
     /// A table literal.
-    Table(Vec<(Expr, Expr)>),
+    Table(Vec<(CheckedExpr, CheckedExpr)>),
     /// A lambda.
     Lambda(FunctionId),
     /// An operation on one value.
     Unary {
         /// The operation; never [`UnaryOp::Plus`].
         op: UnaryOp,
-        operand: Box<Expr>,
+        operand: Box<CheckedExpr>,
     },
     /// A chain of binary operations whose operators have one [`Power`](crate::ast::Power),
     /// evaluated from left to right. A long sum is therefore no deep tree.
     Chain {
         /// The left operand of the first operation.
-        first: Box<Expr>,
+        first: Box<CheckedExpr>,
         /// The operations; at least one.
-        links: Vec<Link>,
+        links: Vec<CheckedLink>,
     },
     /// Source with an error that was reported.
     Error,
@@ -263,99 +260,99 @@ pub enum ExprKind {
 
 /// An operation in an [`ExprKind::Chain`]. Its left operand is the value of the chain before it.
 #[derive(Debug, Clone)]
-pub struct Link {
+pub struct CheckedLink {
     pub op: BinaryOp,
     /// The right operand.
-    pub right: Expr,
+    pub right: CheckedExpr,
     /// The source from the first operand of the chain to the right operand of this operation.
     pub span: Span,
 }
 
 /// Calls `visit` for every direct subexpression, except for the keys of table literals, which are
 /// constants.
-pub fn children<'a>(expr: &'a Expr, mut visit: impl FnMut(&'a Expr)) {
+pub fn children<'a>(expr: &'a CheckedExpr, mut visit: impl FnMut(&'a CheckedExpr)) {
     match &expr.kind {
-        ExprKind::Field { object, .. } => visit(object),
-        ExprKind::Index { object, index } => {
+        CheckedExprKind::Field { object, .. } => visit(object),
+        CheckedExprKind::Index { object, index } => {
             visit(object);
             visit(index);
         }
-        ExprKind::Call { callee, args } => {
+        CheckedExprKind::Call { callee, args } => {
             visit(callee);
             args.iter().for_each(visit);
         }
-        ExprKind::Table(entries) => {
+        CheckedExprKind::Table(entries) => {
             entries.iter().for_each(|(_, value)| visit(value));
         }
-        ExprKind::Unary { operand, .. } => visit(operand),
-        ExprKind::Chain { first, links } => {
+        CheckedExprKind::Unary { operand, .. } => visit(operand),
+        CheckedExprKind::Chain { first, links } => {
             visit(first);
             links.iter().for_each(|link| visit(&link.right));
         }
-        ExprKind::Nil
-        | ExprKind::Int(_)
-        | ExprKind::Float(_)
-        | ExprKind::Str(_)
-        | ExprKind::Local(_)
-        | ExprKind::Name(_)
-        | ExprKind::SelfValue
-        | ExprKind::Lambda(_)
-        | ExprKind::Error => {}
+        CheckedExprKind::Nil
+        | CheckedExprKind::Int(_)
+        | CheckedExprKind::Float(_)
+        | CheckedExprKind::Str(_)
+        | CheckedExprKind::Local(_)
+        | CheckedExprKind::Name(_)
+        | CheckedExprKind::SelfValue
+        | CheckedExprKind::Lambda(_)
+        | CheckedExprKind::Error => {}
     }
 }
 
 /// Calls `visit` for every statement, outer ones first. The bodies of lambdas are not visited,
 /// because lambdas are functions of their own.
-pub fn each_stmt<'a>(stmts: &'a [Stmt], visit: &mut dyn FnMut(&'a Stmt)) {
+pub fn each_stmt<'a>(stmts: &'a [CheckedStmt], visit: &mut dyn FnMut(&'a CheckedStmt)) {
     for stmt in stmts {
         visit(stmt);
         match &stmt.kind {
-            StmtKind::If { branches, otherwise } => {
+            CheckedStmtKind::If { branches, otherwise } => {
                 branches.iter().for_each(|branch| each_stmt(&branch.then.stmts, visit));
                 each_stmt(&otherwise.stmts, visit);
             }
-            StmtKind::While { body, update, .. } => {
+            CheckedStmtKind::While { body, update, .. } => {
                 each_stmt(&body.stmts, visit);
                 each_stmt(update.as_deref().map_or(&[], std::slice::from_ref), visit);
             }
-            StmtKind::Var { .. }
-            | StmtKind::Assign { .. }
-            | StmtKind::Return(_)
-            | StmtKind::Call(_) => {}
+            CheckedStmtKind::Var { .. }
+            | CheckedStmtKind::Assign { .. }
+            | CheckedStmtKind::Return(_)
+            | CheckedStmtKind::Call(_) => {}
         }
     }
 }
 
 /// Calls `visit` for every expression in the statements, outer ones first. The bodies of lambdas
 /// are not visited, because lambdas are functions of their own.
-pub fn each_expr<'a>(stmts: &'a [Stmt], visit: &mut dyn FnMut(&'a Expr)) {
+pub fn each_expr<'a>(stmts: &'a [CheckedStmt], visit: &mut dyn FnMut(&'a CheckedExpr)) {
     for stmt in stmts {
         match &stmt.kind {
-            StmtKind::Var { value, .. } | StmtKind::Return(value) => {
+            CheckedStmtKind::Var { value, .. } | CheckedStmtKind::Return(value) => {
                 value.iter().for_each(|value| with_children(value, visit));
             }
-            StmtKind::Assign { target, value } => {
+            CheckedStmtKind::Assign { target, value } => {
                 with_children(target, visit);
                 with_children(value, visit);
             }
-            StmtKind::If { branches, otherwise } => {
-                for Branch { condition, then } in branches {
+            CheckedStmtKind::If { branches, otherwise } => {
+                for CheckedBranch { condition, then } in branches {
                     with_children(condition, visit);
                     each_expr(&then.stmts, visit);
                 }
                 each_expr(&otherwise.stmts, visit);
             }
-            StmtKind::While { condition, body, update } => {
+            CheckedStmtKind::While { condition, body, update } => {
                 with_children(condition, visit);
                 each_expr(&body.stmts, visit);
                 each_expr(update.as_deref().map_or(&[], std::slice::from_ref), visit);
             }
-            StmtKind::Call(call) => with_children(call, visit),
+            CheckedStmtKind::Call(call) => with_children(call, visit),
         }
     }
 }
 
-fn with_children<'a>(expr: &'a Expr, visit: &mut dyn FnMut(&'a Expr)) {
+fn with_children<'a>(expr: &'a CheckedExpr, visit: &mut dyn FnMut(&'a CheckedExpr)) {
     visit(expr);
     children(expr, |child| with_children(child, visit));
 }

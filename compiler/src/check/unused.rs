@@ -7,11 +7,11 @@ use crate::ast::UnaryOp;
 use crate::check::entries::meant_entry;
 use crate::check::names::{Meaning, Meanings, offered};
 use crate::check::tree::{
-    Branch, Expr, ExprKind, FunctionId, LocalId, LocalKind, NameId, ResolvedScript, Stmt, StmtKind,
-    children,
+    CheckedBranch, CheckedExpr, CheckedExprKind, CheckedStmt, CheckedStmtKind, FunctionId, LocalId,
+    LocalKind, NameId, ResolvedScript, children,
 };
 use crate::codegen::ENTRIES;
-use crate::codes::Code;
+use crate::codes::DiagnosticCode;
 use crate::diagnostic::Diagnostic;
 use crate::source::{FileId, Span};
 
@@ -69,17 +69,25 @@ fn is_called_by_name(program: &ResolvedScript, meanings: &Meanings<'_>, id: Func
 }
 
 fn unused_variable(name: &str, span: Span) -> Diagnostic {
-    Diagnostic::new(Code::UnusedVariable, span, format!("nothing reads the variable `{name}`"))
-        .label("never read")
-        .help(format!("remove it, or call it `_{name}` if it is there on purpose"))
+    Diagnostic::new(
+        DiagnosticCode::UnusedVariable,
+        span,
+        format!("nothing reads the variable `{name}`"),
+    )
+    .label("never read")
+    .help(format!("remove it, or call it `_{name}` if it is there on purpose"))
 }
 
 fn unused_parameter(name: &str, span: Span) -> Diagnostic {
-    Diagnostic::new(Code::UnusedParameter, span, format!("nothing reads the parameter `{name}`"))
-        .label("never read")
-        .help(format!(
-            "remove it here and in the calls, or call it `_{name}` if it is there on purpose"
-        ))
+    Diagnostic::new(
+        DiagnosticCode::UnusedParameter,
+        span,
+        format!("nothing reads the parameter `{name}`"),
+    )
+    .label("never read")
+    .help(format!(
+        "remove it here and in the calls, or call it `_{name}` if it is there on purpose"
+    ))
 }
 
 /// Returns warnings about functions of the main script that nothing mentions. A file without an
@@ -105,7 +113,7 @@ fn unused_functions(program: &ResolvedScript) -> Vec<Diagnostic> {
     definition
         .filter(|(_, span)| span.file == FileId::default())
         .map(|(name, span)| {
-            Diagnostic::new(Code::UnusedFunction, span, format!("nothing calls `{name}`"))
+            Diagnostic::new(DiagnosticCode::UnusedFunction, span, format!("nothing calls `{name}`"))
                 .label("never runs")
                 .help(format!(
                     "call it or remove it, or call it `_{name}` if it is there on purpose"
@@ -115,7 +123,7 @@ fn unused_functions(program: &ResolvedScript) -> Vec<Diagnostic> {
 }
 
 fn self_assignment(span: Span) -> Diagnostic {
-    Diagnostic::new(Code::SelfAssignment, span, "this variable is assigned to itself")
+    Diagnostic::new(DiagnosticCode::SelfAssignment, span, "this variable is assigned to itself")
         .label("changes nothing")
         .help("remove the statement, or assign what was meant")
 }
@@ -138,7 +146,7 @@ fn only_own_values(
         let Some(first) = values.iter().flatten().min() else { continue };
         diagnostics.push(
             Diagnostic::new(
-                Code::OnlyOwnValue,
+                DiagnosticCode::OnlyOwnValue,
                 *first,
                 format!("`{}` is nil here: nothing gives it a first value", name.text),
             )
@@ -160,54 +168,54 @@ struct Uses {
 }
 
 impl Uses {
-    fn stmts(&mut self, stmts: &[Stmt]) {
+    fn stmts(&mut self, stmts: &[CheckedStmt]) {
         for stmt in stmts {
             self.stmt(stmt);
         }
     }
 
-    fn stmt(&mut self, stmt: &Stmt) {
+    fn stmt(&mut self, stmt: &CheckedStmt) {
         match &stmt.kind {
-            StmtKind::Var { value, .. } | StmtKind::Return(value) => {
+            CheckedStmtKind::Var { value, .. } | CheckedStmtKind::Return(value) => {
                 value.iter().for_each(|value| self.expr(value));
             }
-            StmtKind::Assign { target, value } => self.assign(target, value, stmt.span),
-            StmtKind::If { branches, otherwise } => {
-                for Branch { condition, then } in branches {
+            CheckedStmtKind::Assign { target, value } => self.assign(target, value, stmt.span),
+            CheckedStmtKind::If { branches, otherwise } => {
+                for CheckedBranch { condition, then } in branches {
                     self.expr(condition);
                     self.stmts(&then.stmts);
                 }
                 self.stmts(&otherwise.stmts);
             }
-            StmtKind::While { condition, body, update } => {
+            CheckedStmtKind::While { condition, body, update } => {
                 self.expr(condition);
                 self.stmts(&body.stmts);
                 update.iter().for_each(|update| self.stmt(update));
             }
-            StmtKind::Call(call) => self.expr(call),
+            CheckedStmtKind::Call(call) => self.expr(call),
         }
     }
 
-    fn assign(&mut self, target: &Expr, value: &Expr, span: Span) {
+    fn assign(&mut self, target: &CheckedExpr, value: &CheckedExpr, span: Span) {
         match (&target.kind, &value.kind) {
-            (ExprKind::Name(to), ExprKind::Name(from)) if to == from => {
+            (CheckedExprKind::Name(to), CheckedExprKind::Name(from)) if to == from => {
                 self.self_assignments.push(span);
             }
-            (ExprKind::Local(to), ExprKind::Local(from)) if to == from => {
+            (CheckedExprKind::Local(to), CheckedExprKind::Local(from)) if to == from => {
                 self.self_assignments.push(span);
             }
-            (ExprKind::Name(_), ExprKind::Nil) => {}
-            (ExprKind::Name(name), _) => {
+            (CheckedExprKind::Name(_), CheckedExprKind::Nil) => {}
+            (CheckedExprKind::Name(name), _) => {
                 self.assigned.entry(*name).or_default().push(needed(value, *name));
             }
-            (ExprKind::Local(_), _) => {}
+            (CheckedExprKind::Local(_), _) => {}
             _ => self.expr(target),
         }
         self.expr(value);
     }
 
-    fn expr(&mut self, expr: &Expr) {
-        if let ExprKind::Local(local) = expr.kind {
+    fn expr(&mut self, expr: &CheckedExpr) {
+        if let CheckedExprKind::Local(local) = expr.kind {
             self.locals.insert((self.function, local));
         }
         children(expr, |child| self.expr(child));
@@ -216,19 +224,21 @@ impl Uses {
 
 /// Returns the place where an expression computes with the value of a global, so that nil stops the
 /// script.
-fn needed(expr: &Expr, name: NameId) -> Option<Span> {
-    let operand = |operand: &Expr| match operand.kind {
-        ExprKind::Name(used) if used == name => Some(operand.span),
+fn needed(expr: &CheckedExpr, name: NameId) -> Option<Span> {
+    let operand = |operand: &CheckedExpr| match operand.kind {
+        CheckedExprKind::Name(used) if used == name => Some(operand.span),
         _ => needed(operand, name),
     };
     match &expr.kind {
-        ExprKind::Chain { first, links } => {
+        CheckedExprKind::Chain { first, links } => {
             let computed = links.iter().all(|link| link.op.is_arithmetic() || link.op.is_bitwise());
             let mut operands =
                 std::iter::once(&**first).chain(links.iter().map(|link| &link.right));
             if computed { operands.find_map(operand) } else { None }
         }
-        ExprKind::Unary { op: UnaryOp::Negate | UnaryOp::BitNot, operand: value } => operand(value),
+        CheckedExprKind::Unary { op: UnaryOp::Negate | UnaryOp::BitNot, operand: value } => {
+            operand(value)
+        }
         _ => None,
     }
 }

@@ -3,16 +3,16 @@
 
 use crate::ast::{BinaryOp, UnaryOp};
 use crate::check::names::{Meaning, Meanings};
-use crate::check::tree::{Expr, ExprKind};
+use crate::check::tree::{CheckedExpr, CheckedExprKind};
 use crate::check::walk::Checker;
-use crate::codegen::constant::{self, Profile};
-use crate::codes::Code;
+use crate::codegen::constant::{self, NumberProfile};
+use crate::codes::DiagnosticCode;
 use crate::diagnostic::Diagnostic;
 use crate::source::Span;
 
 /// The type of a value, as far as it is known from the source.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum ValueKind {
+pub enum StaticType {
     /// nil
     Nil,
     /// An integer.
@@ -29,47 +29,47 @@ pub enum ValueKind {
     Function,
 }
 
-impl ValueKind {
+impl StaticType {
     /// Returns the name in messages.
     pub fn name(self) -> &'static str {
         match self {
-            ValueKind::Nil => "nil",
-            ValueKind::Int => "an integer",
-            ValueKind::Float => "a float",
-            ValueKind::Number => "a number",
-            ValueKind::String => "a string",
-            ValueKind::Table => "a table",
-            ValueKind::Function => "a function",
+            StaticType::Nil => "nil",
+            StaticType::Int => "an integer",
+            StaticType::Float => "a float",
+            StaticType::Number => "a number",
+            StaticType::String => "a string",
+            StaticType::Table => "a table",
+            StaticType::Function => "a function",
         }
     }
 
     fn is_number(self) -> bool {
-        matches!(self, ValueKind::Int | ValueKind::Float | ValueKind::Number)
+        matches!(self, StaticType::Int | StaticType::Float | StaticType::Number)
     }
 }
 
 /// Returns the type of an expression's value, if the type is certain unless the expression faults.
-pub fn kind_of(expr: &Expr, meanings: &Meanings<'_>) -> Option<ValueKind> {
+pub fn kind_of(expr: &CheckedExpr, meanings: &Meanings<'_>) -> Option<StaticType> {
     match &expr.kind {
-        ExprKind::Nil => Some(ValueKind::Nil),
-        ExprKind::Int(_) => Some(ValueKind::Int),
-        ExprKind::Float(_) => Some(ValueKind::Float),
-        ExprKind::Str(_) => Some(ValueKind::String),
-        ExprKind::Table(_) => Some(ValueKind::Table),
-        ExprKind::Lambda(_) => Some(ValueKind::Function),
-        ExprKind::Name(name) => match meanings.of(*name) {
+        CheckedExprKind::Nil => Some(StaticType::Nil),
+        CheckedExprKind::Int(_) => Some(StaticType::Int),
+        CheckedExprKind::Float(_) => Some(StaticType::Float),
+        CheckedExprKind::Str(_) => Some(StaticType::String),
+        CheckedExprKind::Table(_) => Some(StaticType::Table),
+        CheckedExprKind::Lambda(_) => Some(StaticType::Function),
+        CheckedExprKind::Name(name) => match meanings.of(*name) {
             Meaning::Function(_) | Meaning::Builtin(_) | Meaning::Robot => {
-                Some(ValueKind::Function)
+                Some(StaticType::Function)
             }
-            Meaning::Library(_) => Some(ValueKind::Table),
-            Meaning::RobotId => Some(ValueKind::Int),
+            Meaning::Library(_) => Some(StaticType::Table),
+            Meaning::RobotId => Some(StaticType::Int),
             Meaning::Nil | Meaning::Global => None,
         },
-        ExprKind::Unary { op, operand } => Some(match op {
-            UnaryOp::Not | UnaryOp::BitNot => ValueKind::Int,
+        CheckedExprKind::Unary { op, operand } => Some(match op {
+            UnaryOp::Not | UnaryOp::BitNot => StaticType::Int,
             UnaryOp::Negate | UnaryOp::Plus => number_kind(kind_of(operand, meanings)),
         }),
-        ExprKind::Chain { first, links } => {
+        CheckedExprKind::Chain { first, links } => {
             links.iter().fold(kind_of(first, meanings), |left, link| {
                 Some(result_kind(link.op, left, kind_of(&link.right, meanings)))
             })
@@ -79,31 +79,35 @@ pub fn kind_of(expr: &Expr, meanings: &Meanings<'_>) -> Option<ValueKind> {
 }
 
 /// Returns the type of an operation's value, from those of its two sides.
-pub fn result_kind(op: BinaryOp, left: Option<ValueKind>, right: Option<ValueKind>) -> ValueKind {
+pub fn result_kind(
+    op: BinaryOp,
+    left: Option<StaticType>,
+    right: Option<StaticType>,
+) -> StaticType {
     match op {
         BinaryOp::Add | BinaryOp::Sub | BinaryOp::Mul | BinaryOp::Div | BinaryOp::Mod => {
             match (number_kind(left), number_kind(right)) {
-                (ValueKind::Float, _) | (_, ValueKind::Float) => ValueKind::Float,
-                (ValueKind::Int, ValueKind::Int) => ValueKind::Int,
-                _ => ValueKind::Number,
+                (StaticType::Float, _) | (_, StaticType::Float) => StaticType::Float,
+                (StaticType::Int, StaticType::Int) => StaticType::Int,
+                _ => StaticType::Number,
             }
         }
-        BinaryOp::Pow => ValueKind::Float,
-        _ => ValueKind::Int,
+        BinaryOp::Pow => StaticType::Float,
+        _ => StaticType::Int,
     }
 }
 
 /// One side of an operation.
 #[derive(Debug, Clone, Copy)]
-pub struct Operand {
+pub struct OperandValue {
     /// The type of the value; `None` if it is not certain.
-    pub kind: Option<ValueKind>,
+    pub kind: Option<StaticType>,
     /// The place in the source.
     pub span: Span,
 }
 
-fn number_kind(kind: Option<ValueKind>) -> ValueKind {
-    kind.filter(|kind| kind.is_number()).unwrap_or(ValueKind::Number)
+fn number_kind(kind: Option<StaticType>) -> StaticType {
+    kind.filter(|kind| kind.is_number()).unwrap_or(StaticType::Number)
 }
 
 impl Checker<'_> {
@@ -114,7 +118,7 @@ impl Checker<'_> {
             let name = self.profile.name();
             self.report(
                 Diagnostic::new(
-                    Code::IntegerRange,
+                    DiagnosticCode::IntegerRange,
                     span,
                     format!("the integer {value} does not fit the `{name}` profile"),
                 )
@@ -123,10 +127,10 @@ impl Checker<'_> {
                     _ if value == -i64::from(low) => {
                         format!("the least integer is one number with its sign: `{low}`")
                     }
-                    Profile::Tiny => {
+                    NumberProfile::Tiny => {
                         "write it as a float, such as 1.0, or build with `--profile full`".into()
                     }
-                    Profile::Full => "write it as a float, such as 1.0".into(),
+                    NumberProfile::Full => "write it as a float, such as 1.0".into(),
                 }),
             );
         }
@@ -147,14 +151,14 @@ impl Checker<'_> {
         };
         let name = self.profile.name();
         let range = match self.profile {
-            Profile::Tiny => {
+            NumberProfile::Tiny => {
                 "magnitudes go from 2^-30 (about 9.3e-10) to just below 2^32 (about 4.29e9)"
             }
-            Profile::Full => "magnitudes go from about 1.4e-45 to about 3.4e38",
+            NumberProfile::Full => "magnitudes go from about 1.4e-45 to about 3.4e38",
         };
         self.report(
             Diagnostic::new(
-                Code::FloatRange,
+                DiagnosticCode::FloatRange,
                 span,
                 format!("this float is {problem} for the `{name}` profile"),
             )
@@ -164,11 +168,11 @@ impl Checker<'_> {
     }
 
     /// Checks an operation on one value.
-    pub fn check_unary(&mut self, op: UnaryOp, operand: &Expr, span: Span) {
+    pub fn check_unary(&mut self, op: UnaryOp, operand: &CheckedExpr, span: Span) {
         let Some(kind) = kind_of(operand, self.meanings) else { return };
         let works = match op {
             UnaryOp::Negate | UnaryOp::Plus => kind.is_number(),
-            UnaryOp::BitNot => matches!(kind, ValueKind::Int | ValueKind::Number),
+            UnaryOp::BitNot => matches!(kind, StaticType::Int | StaticType::Number),
             UnaryOp::Not => true,
         };
         if !works {
@@ -181,9 +185,9 @@ impl Checker<'_> {
     pub fn check_binary(
         &mut self,
         op: BinaryOp,
-        left: Operand,
-        right: Operand,
-        written: &Expr,
+        left: OperandValue,
+        right: OperandValue,
+        written: &CheckedExpr,
         span: Span,
     ) {
         let kinds = (left.kind, right.kind);
@@ -204,7 +208,7 @@ impl Checker<'_> {
     fn check_equality(
         &mut self,
         op: BinaryOp,
-        kinds: (Option<ValueKind>, Option<ValueKind>),
+        kinds: (Option<StaticType>, Option<StaticType>),
         span: Span,
     ) {
         let (Some(left), Some(right)) = kinds else { return };
@@ -214,7 +218,7 @@ impl Checker<'_> {
         let result = if op == BinaryOp::Eq { "false" } else { "true" };
         self.report(
             Diagnostic::new(
-                Code::NeverEqual,
+                DiagnosticCode::NeverEqual,
                 span,
                 format!("{} never equals {}", left.name(), right.name()),
             )
@@ -223,17 +227,17 @@ impl Checker<'_> {
         );
     }
 
-    fn check_order(&mut self, kinds: (Option<ValueKind>, Option<ValueKind>), span: Span) {
+    fn check_order(&mut self, kinds: (Option<StaticType>, Option<StaticType>), span: Span) {
         let (Some(left), Some(right)) = kinds else { return };
         // Nil is less than all other values.
-        let is_ordered = left == ValueKind::Nil
-            || right == ValueKind::Nil
+        let is_ordered = left == StaticType::Nil
+            || right == StaticType::Nil
             || (left.is_number() && right.is_number())
-            || (left == ValueKind::String && right == ValueKind::String);
+            || (left == StaticType::String && right == StaticType::String);
         if !is_ordered {
             self.report(
                 Diagnostic::new(
-                    Code::Incomparable,
+                    DiagnosticCode::Incomparable,
                     span,
                     format!("{} and {} have no order", left.name(), right.name()),
                 )
@@ -247,13 +251,13 @@ impl Checker<'_> {
     fn check_arithmetic(
         &mut self,
         op: BinaryOp,
-        left: Operand,
-        right: Operand,
+        left: OperandValue,
+        right: OperandValue,
         span: Span,
     ) -> bool {
         for operand in [left, right] {
             let Some(kind) = operand.kind else { continue };
-            if !kind.is_number() || (op.is_bitwise() && kind == ValueKind::Float) {
+            if !kind.is_number() || (op.is_bitwise() && kind == StaticType::Float) {
                 let wanted = if op.is_bitwise() { "integers" } else { "numbers" };
                 self.impossible(span, operand.span, kind, wanted);
                 return false;
@@ -263,12 +267,18 @@ impl Checker<'_> {
     }
 
     /// Checks for a literal that is no valid divisor or shift count.
-    fn check_right_side(&mut self, op: BinaryOp, left: Operand, right: &Expr, span: Span) {
-        let ExprKind::Int(value) = right.kind else { return };
+    fn check_right_side(
+        &mut self,
+        op: BinaryOp,
+        left: OperandValue,
+        right: &CheckedExpr,
+        span: Span,
+    ) {
+        let CheckedExprKind::Int(value) = right.kind else { return };
         match op {
-            BinaryOp::Div | BinaryOp::Mod if value == 0 && left.kind != Some(ValueKind::Float) => {
+            BinaryOp::Div | BinaryOp::Mod if value == 0 && left.kind != Some(StaticType::Float) => {
                 self.report(
-                    Diagnostic::new(Code::DivisionByZero, span, "division by zero")
+                    Diagnostic::new(DiagnosticCode::DivisionByZero, span, "division by zero")
                         .label("stops the script if the left side is an integer"),
                 );
             }
@@ -277,7 +287,7 @@ impl Checker<'_> {
                 if !(0..bits).contains(&value) {
                     let message = format!("integers cannot be shifted by {value}");
                     self.report(
-                        Diagnostic::new(Code::ShiftCount, span, message)
+                        Diagnostic::new(DiagnosticCode::ShiftCount, span, message)
                             .label("stops the script")
                             .help(format!("the count goes from 0 to {}", bits - 1)),
                     );
@@ -287,10 +297,10 @@ impl Checker<'_> {
         }
     }
 
-    fn impossible(&mut self, span: Span, operand: Span, kind: ValueKind, wanted: &str) {
+    fn impossible(&mut self, span: Span, operand: Span, kind: StaticType, wanted: &str) {
         self.report(
             Diagnostic::new(
-                Code::ImpossibleOperation,
+                DiagnosticCode::ImpossibleOperation,
                 span,
                 format!("this works on {wanted} only, not on {}", kind.name()),
             )
@@ -300,15 +310,15 @@ impl Checker<'_> {
     }
 
     /// Checks a key between brackets.
-    pub fn check_key(&mut self, key: &Expr) {
-        let Some(kind @ (ValueKind::Nil | ValueKind::Table | ValueKind::Function)) =
+    pub fn check_key(&mut self, key: &CheckedExpr) {
+        let Some(kind @ (StaticType::Nil | StaticType::Table | StaticType::Function)) =
             kind_of(key, self.meanings)
         else {
             return;
         };
         self.report(
             Diagnostic::new(
-                Code::BadKey,
+                DiagnosticCode::BadKey,
                 key.span,
                 format!("{} cannot be the key of a table", kind.name()),
             )
@@ -319,6 +329,6 @@ impl Checker<'_> {
 }
 
 /// Returns the number of bits of an integer.
-pub fn word_bits(profile: Profile) -> i64 {
+pub fn word_bits(profile: NumberProfile) -> i64 {
     8 * constant::word_bytes(profile) as i64
 }

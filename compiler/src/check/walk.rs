@@ -5,15 +5,16 @@ use std::collections::BTreeSet;
 use bittybuzz_vm_core::builtin::{self, Library};
 
 use crate::ast::{BinaryOp, UnaryOp};
-use crate::check::names::{Meaning, Meanings, Member};
+use crate::check::names::{LibraryMember, Meaning, Meanings};
 use crate::check::resolve::self_is_nil;
 use crate::check::suggest::{self, Advice};
 use crate::check::tree::{
-    Block, Branch, Expr, ExprKind, FunctionId, Link, NameId, ResolvedScript, Stmt, StmtKind,
+    CheckedBlock, CheckedBranch, CheckedExpr, CheckedExprKind, CheckedLink, CheckedStmt,
+    CheckedStmtKind, FunctionId, NameId, ResolvedScript,
 };
-use crate::check::values::{Operand, ValueKind, kind_of, result_kind};
-use crate::codegen::constant::Profile;
-use crate::codes::Code;
+use crate::check::values::{OperandValue, StaticType, kind_of, result_kind};
+use crate::codegen::constant::NumberProfile;
+use crate::codes::DiagnosticCode;
 use crate::diagnostic::Diagnostic;
 use crate::source::Span;
 
@@ -21,7 +22,7 @@ use crate::source::Span;
 pub struct Checker<'a> {
     pub program: &'a ResolvedScript,
     pub meanings: &'a Meanings<'a>,
-    pub profile: Profile,
+    pub profile: NumberProfile,
     /// The function that is being visited.
     pub function: FunctionId,
     diagnostics: Vec<Diagnostic>,
@@ -42,7 +43,7 @@ const MOST_SEARCHES: usize = 100;
 pub fn check_expressions(
     program: &ResolvedScript,
     meanings: &Meanings<'_>,
-    profile: Profile,
+    profile: NumberProfile,
 ) -> Vec<Diagnostic> {
     let mut checker = Checker {
         program,
@@ -87,30 +88,30 @@ impl Checker<'_> {
         self.function = outer;
     }
 
-    fn stmts(&mut self, stmts: &[Stmt]) {
+    fn stmts(&mut self, stmts: &[CheckedStmt]) {
         for stmt in stmts {
             self.stmt(stmt);
         }
     }
 
-    fn block(&mut self, block: &Block) {
+    fn block(&mut self, block: &CheckedBlock) {
         self.stmts(&block.stmts);
     }
 
-    fn stmt(&mut self, stmt: &Stmt) {
+    fn stmt(&mut self, stmt: &CheckedStmt) {
         match &stmt.kind {
-            StmtKind::Var { value, .. } | StmtKind::Return(value) => {
+            CheckedStmtKind::Var { value, .. } | CheckedStmtKind::Return(value) => {
                 if let Some(value) = value {
                     self.expr(value);
                 }
             }
-            StmtKind::Assign { target, value } => {
+            CheckedStmtKind::Assign { target, value } => {
                 self.target(target);
                 self.expr(value);
             }
-            StmtKind::If { branches, otherwise } => {
+            CheckedStmtKind::If { branches, otherwise } => {
                 let before = self.guarded.len();
-                for Branch { condition, then } in branches {
+                for CheckedBranch { condition, then } in branches {
                     self.tested(condition);
                     self.under(not_nil_if(condition, true, self.meanings), |me| me.block(then));
                     self.guarded.extend(not_nil_if(condition, false, self.meanings));
@@ -118,7 +119,7 @@ impl Checker<'_> {
                 self.block(otherwise);
                 self.guarded.truncate(before);
             }
-            StmtKind::While { condition, body, update } => {
+            CheckedStmtKind::While { condition, body, update } => {
                 self.tested(condition);
                 self.under(not_nil_if(condition, true, self.meanings), |me| {
                     me.block(body);
@@ -127,7 +128,7 @@ impl Checker<'_> {
                     }
                 });
             }
-            StmtKind::Call(call) => self.expr(call),
+            CheckedStmtKind::Call(call) => self.expr(call),
         }
     }
 
@@ -139,10 +140,10 @@ impl Checker<'_> {
         self.guarded.truncate(before);
     }
 
-    fn target(&mut self, target: &Expr) {
+    fn target(&mut self, target: &CheckedExpr) {
         match &target.kind {
-            ExprKind::Field { object, .. } => self.expr(object),
-            ExprKind::Index { object, index } => {
+            CheckedExprKind::Field { object, .. } => self.expr(object),
+            CheckedExprKind::Index { object, index } => {
                 self.expr(object);
                 self.expr(index);
                 self.check_key(index);
@@ -152,25 +153,29 @@ impl Checker<'_> {
     }
 
     /// Visits an expression of which only the truth counts, where a name may be nil.
-    fn tested(&mut self, expr: &Expr) {
+    fn tested(&mut self, expr: &CheckedExpr) {
         match &expr.kind {
-            ExprKind::Name(name) => self.tested_name(*name, expr.span),
-            ExprKind::Unary { op: UnaryOp::Not, operand } => self.tested(operand),
-            ExprKind::Chain { first, links } if links.iter().any(|link| link.op.is_logic()) => {
+            CheckedExprKind::Name(name) => self.tested_name(*name, expr.span),
+            CheckedExprKind::Unary { op: UnaryOp::Not, operand } => self.tested(operand),
+            CheckedExprKind::Chain { first, links }
+                if links.iter().any(|link| link.op.is_logic()) =>
+            {
                 self.tested_in_row(first, links);
             }
-            ExprKind::Call { callee, args } => match is_nil_test(callee, args, self.meanings) {
-                Some(name) => {
-                    self.tested_name(name, args.first().map_or(expr.span, |arg| arg.span))
+            CheckedExprKind::Call { callee, args } => {
+                match is_nil_test(callee, args, self.meanings) {
+                    Some(name) => {
+                        self.tested_name(name, args.first().map_or(expr.span, |arg| arg.span))
+                    }
+                    None => self.expr(expr),
                 }
-                None => self.expr(expr),
-            },
+            }
             _ => self.expr(expr),
         }
     }
 
     /// Visits the operands of `and` and `or`. Each is guarded by the operands before it.
-    fn tested_in_row(&mut self, first: &Expr, links: &[Link]) {
+    fn tested_in_row(&mut self, first: &CheckedExpr, links: &[CheckedLink]) {
         let outside = self.guarded.len();
         self.tested(first);
         let (mut before, mut run) = (first, links.first().map(|link| link.op));
@@ -198,54 +203,57 @@ impl Checker<'_> {
         }
     }
 
-    fn expr(&mut self, expr: &Expr) {
+    fn expr(&mut self, expr: &CheckedExpr) {
         match &expr.kind {
-            ExprKind::Int(value) => self.check_int(*value, expr.span),
-            ExprKind::Float(value) => self.check_float(*value, expr.span),
-            ExprKind::Name(name) => self.name(*name, expr.span),
-            ExprKind::SelfValue => self.self_value(expr.span),
-            ExprKind::Lambda(function) => self.enter(*function),
-            ExprKind::Call { callee, args } => {
+            CheckedExprKind::Int(value) => self.check_int(*value, expr.span),
+            CheckedExprKind::Float(value) => self.check_float(*value, expr.span),
+            CheckedExprKind::Name(name) => self.name(*name, expr.span),
+            CheckedExprKind::SelfValue => self.self_value(expr.span),
+            CheckedExprKind::Lambda(function) => self.enter(*function),
+            CheckedExprKind::Call { callee, args } => {
                 self.callee(callee);
                 args.iter().for_each(|arg| self.expr(arg));
                 self.check_call(callee, args, expr.span);
             }
-            ExprKind::Field { object, key, key_span } => {
+            CheckedExprKind::Field { object, key, key_span } => {
                 self.expr(object);
                 self.member(object, key, *key_span);
             }
-            ExprKind::Unary { op: UnaryOp::Not, .. } => self.tested(expr),
-            ExprKind::Chain { links, .. } if links.iter().any(|link| link.op.is_logic()) => {
+            CheckedExprKind::Unary { op: UnaryOp::Not, .. } => self.tested(expr),
+            CheckedExprKind::Chain { links, .. } if links.iter().any(|link| link.op.is_logic()) => {
                 self.tested(expr);
             }
-            ExprKind::Chain { first, links } => self.operations(first, links),
-            ExprKind::Unary { op, operand } => {
+            CheckedExprKind::Chain { first, links } => self.operations(first, links),
+            CheckedExprKind::Unary { op, operand } => {
                 self.expr(operand);
                 self.check_unary(*op, operand, expr.span);
             }
-            ExprKind::Index { object, index } => {
+            CheckedExprKind::Index { object, index } => {
                 self.expr(object);
                 self.expr(index);
                 self.check_key(index);
             }
-            ExprKind::Table(entries) => {
+            CheckedExprKind::Table(entries) => {
                 for (key, value) in entries {
                     self.expr(key);
                     self.expr(value);
                 }
             }
-            ExprKind::Nil | ExprKind::Str(_) | ExprKind::Local(_) | ExprKind::Error => {}
+            CheckedExprKind::Nil
+            | CheckedExprKind::Str(_)
+            | CheckedExprKind::Local(_)
+            | CheckedExprKind::Error => {}
         }
     }
 
-    fn operations(&mut self, first: &Expr, links: &[Link]) {
+    fn operations(&mut self, first: &CheckedExpr, links: &[CheckedLink]) {
         let mut links = links.iter();
-        let mut left = Operand { kind: kind_of(first, self.meanings), span: first.span };
+        let mut left = OperandValue { kind: kind_of(first, self.meanings), span: first.span };
         if let Some(link) = links.as_slice().first()
             && let Some((name, span)) = compared_with_nil(link.op, first, &link.right)
         {
             self.tested_name(name, span);
-            left = Operand { kind: Some(ValueKind::Int), span: link.span };
+            left = OperandValue { kind: Some(StaticType::Int), span: link.span };
             links.next();
         } else {
             self.expr(first);
@@ -253,9 +261,9 @@ impl Checker<'_> {
         for link in links {
             self.expr(&link.right);
             let right =
-                Operand { kind: kind_of(&link.right, self.meanings), span: link.right.span };
+                OperandValue { kind: kind_of(&link.right, self.meanings), span: link.right.span };
             self.check_binary(link.op, left, right, &link.right, link.span);
-            left = Operand {
+            left = OperandValue {
                 kind: Some(result_kind(link.op, left.kind, right.kind)),
                 span: link.span,
             };
@@ -263,10 +271,10 @@ impl Checker<'_> {
     }
 
     /// Visits the parts of a callee. `check_call` checks the name or member itself.
-    fn callee(&mut self, callee: &Expr) {
+    fn callee(&mut self, callee: &CheckedExpr) {
         match &callee.kind {
-            ExprKind::Name(_) => {}
-            ExprKind::Field { object, .. } => self.expr(object),
+            CheckedExprKind::Name(_) => {}
+            CheckedExprKind::Field { object, .. } => self.expr(object),
             _ => self.expr(callee),
         }
     }
@@ -294,16 +302,20 @@ impl Checker<'_> {
         let robots = self.meanings.robots();
         if text == "io" {
             self.report(
-                Diagnostic::new(Code::NoFiles, span, "a robot has no files: there is no `io`")
-                    .label("does not exist")
-                    .help("to print values, call `log(...)`"),
+                Diagnostic::new(
+                    DiagnosticCode::NoFiles,
+                    span,
+                    "a robot has no files: there is no `io`",
+                )
+                .label("does not exist")
+                .help("to print values, call `log(...)`"),
             );
             return;
         }
         if text == "string" {
             self.report(
                 Diagnostic::new(
-                    Code::ProfileLacks,
+                    DiagnosticCode::ProfileLacks,
                     span,
                     "the `tiny` profile has no `string`: its strings are those written in the script",
                 )
@@ -318,13 +330,13 @@ impl Checker<'_> {
         let others = robots.elsewhere(text);
         let mut diagnostic = match robots.target.filter(|_| !others.is_empty()) {
             Some(robot) => Diagnostic::new(
-                Code::NeverAssigned,
+                DiagnosticCode::NeverAssigned,
                 span,
                 format!("the {} has no `{text}`: it is nil", robot.title),
             )
             .help(format!("a script for unlike robots uses it under `if({text}) {{ ... }}`")),
             None => Diagnostic::new(
-                Code::NeverAssigned,
+                DiagnosticCode::NeverAssigned,
                 span,
                 format!("nothing ever assigns `{text}`: it is nil"),
             ),
@@ -344,16 +356,16 @@ impl Checker<'_> {
     }
 
     /// Checks a field of a library that is read, not called.
-    fn member(&mut self, object: &Expr, key: &str, span: Span) {
+    fn member(&mut self, object: &CheckedExpr, key: &str, span: Span) {
         let Some(library) = self.meanings.library(object) else { return };
-        if !matches!(self.meanings.member(library, key), Member::Absent)
+        if !matches!(self.meanings.member(library, key), LibraryMember::Absent)
             || self.may_be_member(library, key)
         {
             return;
         }
         let path = suggest::library_path(library);
         let mut diagnostic = Diagnostic::new(
-            Code::UnknownMember,
+            DiagnosticCode::UnknownMember,
             span,
             format!("`{path}` has no `{key}`: it is nil"),
         )
@@ -364,11 +376,15 @@ impl Checker<'_> {
 }
 
 /// Returns the name that a call of `isnil` tests.
-fn is_nil_test(callee: &Expr, args: &[Expr], meanings: &Meanings<'_>) -> Option<NameId> {
-    let ExprKind::Name(function) = callee.kind else { return None };
+fn is_nil_test(
+    callee: &CheckedExpr,
+    args: &[CheckedExpr],
+    meanings: &Meanings<'_>,
+) -> Option<NameId> {
+    let CheckedExprKind::Name(function) = callee.kind else { return None };
     match args {
         [arg] if meanings.of(function) == Meaning::Builtin(builtin::IS_NIL) => match arg.kind {
-            ExprKind::Name(name) => Some(name),
+            CheckedExprKind::Name(name) => Some(name),
             _ => None,
         },
         _ => None,
@@ -376,12 +392,16 @@ fn is_nil_test(callee: &Expr, args: &[Expr], meanings: &Meanings<'_>) -> Option<
 }
 
 /// Returns the name that is compared with nil in `name == nil`, `nil != name` and the like.
-fn compared_with_nil(op: BinaryOp, left: &Expr, right: &Expr) -> Option<(NameId, Span)> {
+fn compared_with_nil(
+    op: BinaryOp,
+    left: &CheckedExpr,
+    right: &CheckedExpr,
+) -> Option<(NameId, Span)> {
     match (op, &left.kind, &right.kind) {
-        (BinaryOp::Eq | BinaryOp::NotEq, ExprKind::Name(name), ExprKind::Nil) => {
+        (BinaryOp::Eq | BinaryOp::NotEq, CheckedExprKind::Name(name), CheckedExprKind::Nil) => {
             Some((*name, left.span))
         }
-        (BinaryOp::Eq | BinaryOp::NotEq, ExprKind::Nil, ExprKind::Name(name)) => {
+        (BinaryOp::Eq | BinaryOp::NotEq, CheckedExprKind::Nil, CheckedExprKind::Name(name)) => {
             Some((*name, right.span))
         }
         _ => None,
@@ -389,12 +409,14 @@ fn compared_with_nil(op: BinaryOp, left: &Expr, right: &Expr) -> Option<(NameId,
 }
 
 /// Returns the names that cannot be nil if the truth of the condition is `wanted`.
-fn not_nil_if(condition: &Expr, wanted: bool, meanings: &Meanings<'_>) -> Vec<NameId> {
+fn not_nil_if(condition: &CheckedExpr, wanted: bool, meanings: &Meanings<'_>) -> Vec<NameId> {
     match &condition.kind {
-        ExprKind::Name(name) if wanted => vec![*name],
-        ExprKind::Unary { op: UnaryOp::Not, operand } => not_nil_if(operand, !wanted, meanings),
-        ExprKind::Chain { first, links } => {
-            if let [Link { op, right, .. }] = links.as_slice()
+        CheckedExprKind::Name(name) if wanted => vec![*name],
+        CheckedExprKind::Unary { op: UnaryOp::Not, operand } => {
+            not_nil_if(operand, !wanted, meanings)
+        }
+        CheckedExprKind::Chain { first, links } => {
+            if let [CheckedLink { op, right, .. }] = links.as_slice()
                 && wanted == (*op == BinaryOp::NotEq)
                 && let Some((name, _)) = compared_with_nil(*op, first, right)
             {
@@ -408,7 +430,7 @@ fn not_nil_if(condition: &Expr, wanted: bool, meanings: &Meanings<'_>) -> Vec<Na
                 first.into_iter().chain(links.iter().rev().take(run).map(|link| &link.right));
             parts.flat_map(|part| not_nil_if(part, wanted, meanings)).collect()
         }
-        ExprKind::Call { callee, args } if !wanted => {
+        CheckedExprKind::Call { callee, args } if !wanted => {
             is_nil_test(callee, args, meanings).into_iter().collect()
         }
         _ => Vec::new(),

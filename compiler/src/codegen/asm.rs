@@ -64,7 +64,7 @@ pub struct Label(usize);
 /// A position in the code. Its offset is known once the function is assembled: see
 /// [`FunctionCode::offset`].
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct Mark(usize);
+pub struct CodeMark(usize);
 
 /// A reason why a function cannot be assembled.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -113,7 +113,7 @@ pub struct FunctionCode {
 
 impl FunctionCode {
     /// Returns the offset of a mark in `bytes`.
-    pub fn offset(&self, mark: Mark) -> usize {
+    pub fn offset(&self, mark: CodeMark) -> usize {
         self.marks.get(mark.0).copied().unwrap_or(self.bytes.len())
     }
 }
@@ -302,9 +302,9 @@ impl FunctionBuilder {
     }
 
     /// Marks the place of the next instruction, or the end of the function if none follows.
-    pub fn mark(&mut self) -> Mark {
+    pub fn mark(&mut self) -> CodeMark {
         self.marks.push(self.items.len());
-        Mark(self.marks.len() - 1)
+        CodeMark(self.marks.len() - 1)
     }
 
     /// Appends a jump that compares the value on top of the stack with an integer. `opcode` is the

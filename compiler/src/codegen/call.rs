@@ -3,17 +3,23 @@
 use bittybuzz_vm_core::builtin::{self, BuiltinKind};
 use bittybuzz_vm_core::opcode;
 
-use crate::check::names::{Meaning, Member};
-use crate::check::tree::{Expr, ExprKind, FunctionId};
-use crate::codegen::function::Code;
+use crate::check::names::{LibraryMember, Meaning};
+use crate::check::tree::{CheckedExpr, CheckedExprKind, FunctionId};
+use crate::codegen::function::GeneratedFunction;
 use crate::codegen::operand;
 use crate::source::Span;
 
-impl<'a> Code<'_, 'a> {
+impl<'a> GeneratedFunction<'_, 'a> {
     /// Generates a call. The result stays on the stack unless `drop` is set.
-    pub fn call(&mut self, callee: &'a Expr, args: &'a [Expr], drop: bool, span: Span) {
+    pub fn call(
+        &mut self,
+        callee: &'a CheckedExpr,
+        args: &'a [CheckedExpr],
+        drop: bool,
+        span: Span,
+    ) {
         match &callee.kind {
-            ExprKind::Name(name) => match self.generator.meanings.of(*name) {
+            CheckedExprKind::Name(name) => match self.generator.meanings.of(*name) {
                 Meaning::Function(function) => return self.call_script(function, args, drop, span),
                 Meaning::Builtin(number) => {
                     if let Some(info) = builtin::info(number) {
@@ -34,9 +40,9 @@ impl<'a> Code<'_, 'a> {
                 }
                 Meaning::Nil | Meaning::Global | Meaning::Library(_) | Meaning::RobotId => {}
             },
-            ExprKind::Field { object, key, .. } => {
+            CheckedExprKind::Field { object, key, .. } => {
                 if let Some(library) = self.generator.meanings.library(object)
-                    && let Member::Known(info) = self.generator.meanings.member(library, key)
+                    && let LibraryMember::Known(info) = self.generator.meanings.member(library, key)
                     && info.kind != BuiltinKind::Value
                 {
                     return self.call_builtin(info, args, drop, span);
@@ -48,7 +54,7 @@ impl<'a> Code<'_, 'a> {
                 self.builder.operand(opcode::CALL_METHOD, operand(args.len()), span);
                 return self.drop_result(drop, span);
             }
-            ExprKind::Index { object, index } => {
+            CheckedExprKind::Index { object, index } => {
                 self.expr(object);
                 self.expr(index);
                 self.builder.plain(opcode::INDEX_METHOD, callee.span);
@@ -64,7 +70,7 @@ impl<'a> Code<'_, 'a> {
         self.drop_result(drop, span);
     }
 
-    fn arguments(&mut self, args: &'a [Expr]) {
+    fn arguments(&mut self, args: &'a [CheckedExpr]) {
         for arg in args {
             self.expr(arg);
         }
@@ -76,7 +82,7 @@ impl<'a> Code<'_, 'a> {
         }
     }
 
-    fn call_script(&mut self, id: FunctionId, args: &'a [Expr], drop: bool, span: Span) {
+    fn call_script(&mut self, id: FunctionId, args: &'a [CheckedExpr], drop: bool, span: Span) {
         let parameters = self.generator.program.function(id).parameters;
         for (number, arg) in args.iter().enumerate() {
             if number < parameters {
@@ -93,7 +99,13 @@ impl<'a> Code<'_, 'a> {
         self.drop_result(drop, span);
     }
 
-    fn call_builtin(&mut self, info: &builtin::Info, args: &'a [Expr], drop: bool, span: Span) {
+    fn call_builtin(
+        &mut self,
+        info: &builtin::BuiltinInfo,
+        args: &'a [CheckedExpr],
+        drop: bool,
+        span: Span,
+    ) {
         if let (builtin::IS_NIL, [arg], false) = (info.number, args, drop) {
             self.expr(arg);
             self.builder.plain(opcode::NIL, span);

@@ -18,11 +18,12 @@ use bittybuzz_vm_core::builtin::Feature;
 use bittybuzz_vm_core::image::ALL_CLASSES;
 use bittybuzz_vm_core::{builtin, class};
 
-use crate::check::names::{Meaning, Meanings, Member};
+use crate::check::names::{LibraryMember, Meaning, Meanings};
 use crate::check::tree::{
-    Branch, Expr, ExprKind, FunctionId, LocalId, LocalKind, NameId, ResolvedScript, Stmt, StmtKind,
+    CheckedBranch, CheckedExpr, CheckedExprKind, CheckedStmt, CheckedStmtKind, FunctionId, LocalId,
+    LocalKind, NameId, ResolvedScript,
 };
-use crate::codegen::constant::Profile;
+use crate::codegen::constant::NumberProfile;
 
 /// A set of classes. The low 8 bits are those of the image's class table; bit 8 is `OBJECT`.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
@@ -101,14 +102,14 @@ enum Name<'a> {
 
 /// The values that a script may send.
 #[derive(Debug, Default)]
-pub struct Sent<'a> {
+pub struct SentClasses<'a> {
     /// True if some of the values may need more than one frame.
     is_long: bool,
     /// `None` if the script may send anything under any name.
     names: Option<BTreeMap<Name<'a>, Classes>>,
 }
 
-impl Sent<'_> {
+impl SentClasses<'_> {
     /// Returns the class table of the image: a byte for all names that are not strings of the
     /// script, then one byte for each of its strings, in reverse order of their numbers. The table
     /// is empty if no class is refused.
@@ -134,14 +135,14 @@ impl Sent<'_> {
 pub fn sent<'a>(
     program: &'a ResolvedScript,
     meanings: &'a Meanings<'a>,
-    profile: Profile,
-) -> Sent<'a> {
+    profile: NumberProfile,
+) -> SentClasses<'a> {
     let mut flow = Flow {
         program,
         meanings,
         any: match profile {
-            Profile::Tiny => Classes::ANY.without(Classes::TEXT),
-            Profile::Full => Classes::ANY,
+            NumberProfile::Tiny => Classes::ANY.without(Classes::TEXT),
+            NumberProfile::Full => Classes::ANY,
         },
         held: BTreeMap::new(),
         has_changed: false,
@@ -156,7 +157,7 @@ pub fn sent<'a>(
             flow.stmts(FunctionId(number), &function.body);
         }
         if flow.is_lost {
-            return Sent { is_long: true, names: None };
+            return SentClasses { is_long: true, names: None };
         }
         if !flow.has_changed {
             return flow.end();
@@ -166,7 +167,7 @@ pub fn sent<'a>(
 
 /// A place that holds values.
 #[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
-enum Place<'a> {
+enum ValueHolder<'a> {
     Global(NameId),
     Local(FunctionId, LocalId),
     /// The result of a function.
@@ -194,7 +195,7 @@ enum Place<'a> {
 /// An argument of a call. A function of the script in `called` counts as a value only where the
 /// callee may call it with unknown arguments.
 struct Arg<'a> {
-    expr: &'a Expr,
+    expr: &'a CheckedExpr,
     called: Option<FunctionId>,
     classes: Classes,
 }
@@ -204,7 +205,7 @@ struct Flow<'a> {
     meanings: &'a Meanings<'a>,
     /// All classes that exist in the profile.
     any: Classes,
-    held: BTreeMap<Place<'a>, Classes>,
+    held: BTreeMap<ValueHolder<'a>, Classes>,
     has_changed: bool,
     /// The script may send anything under any name.
     is_lost: bool,
@@ -212,105 +213,105 @@ struct Flow<'a> {
 }
 
 impl<'a> Flow<'a> {
-    fn put(&mut self, place: Place<'a>, classes: Classes) {
+    fn put(&mut self, place: ValueHolder<'a>, classes: Classes) {
         let held = self.held.entry(place).or_default();
         let before = *held;
         *held |= classes;
         self.has_changed |= *held != before;
-        if matches!(place, Place::Sent(_)) {
-            self.put(Place::AllSent, classes);
+        if matches!(place, ValueHolder::Sent(_)) {
+            self.put(ValueHolder::AllSent, classes);
         }
     }
 
-    fn get(&self, place: Place<'a>) -> Classes {
+    fn get(&self, place: ValueHolder<'a>) -> Classes {
         self.held.get(&place).copied().unwrap_or_default()
     }
 
     /// Adds classes to the elements of tables. Nil is never an element, because assigning nil
     /// removes the key.
     fn put_element(&mut self, classes: Classes) {
-        self.put(Place::Element, classes.without(Classes::NIL));
+        self.put(ValueHolder::Element, classes.without(Classes::NIL));
     }
 
     /// Returns the classes of values under that name, those that other robots sent included.
     fn received(&self, name: Name<'a>) -> Classes {
         match name {
-            Name::Any => self.get(Place::AllSent),
-            _ => self.get(Place::Sent(name)) | self.get(Place::Sent(Name::Any)),
+            Name::Any => self.get(ValueHolder::AllSent),
+            _ => self.get(ValueHolder::Sent(name)) | self.get(ValueHolder::Sent(Name::Any)),
         }
     }
 
-    fn end(self) -> Sent<'a> {
+    fn end(self) -> SentClasses<'a> {
         let mut names = BTreeMap::new();
         let mut is_long = self.is_long;
         for (place, classes) in &self.held {
-            if let Place::Sent(name) = place {
+            if let ValueHolder::Sent(name) = place {
                 is_long |= classes.has(Classes::TEXT | Classes::TABLE | Classes::FUNCTION);
                 names.insert(*name, *classes);
             }
         }
-        Sent { is_long, names: Some(names) }
+        SentClasses { is_long, names: Some(names) }
     }
 
-    fn stmts(&mut self, function: FunctionId, stmts: &'a [Stmt]) {
+    fn stmts(&mut self, function: FunctionId, stmts: &'a [CheckedStmt]) {
         for stmt in stmts {
             self.stmt(function, stmt);
         }
     }
 
-    fn stmt(&mut self, function: FunctionId, stmt: &'a Stmt) {
+    fn stmt(&mut self, function: FunctionId, stmt: &'a CheckedStmt) {
         match &stmt.kind {
-            StmtKind::Var { local, value } => {
+            CheckedStmtKind::Var { local, value } => {
                 let classes = self.value_or_nil(function, value.as_ref());
                 self.put(self.local(function, *local), classes);
             }
-            StmtKind::Assign { target, value } => {
+            CheckedStmtKind::Assign { target, value } => {
                 let classes = self.value(function, value);
                 self.assign(function, target, classes);
             }
-            StmtKind::If { branches, otherwise } => {
-                for Branch { condition, then } in branches {
+            CheckedStmtKind::If { branches, otherwise } => {
+                for CheckedBranch { condition, then } in branches {
                     self.tested(function, condition);
                     self.stmts(function, &then.stmts);
                 }
                 self.stmts(function, &otherwise.stmts);
             }
-            StmtKind::While { condition, body, update } => {
+            CheckedStmtKind::While { condition, body, update } => {
                 self.tested(function, condition);
                 self.stmts(function, &body.stmts);
                 self.stmts(function, update.as_deref().map_or(&[], std::slice::from_ref));
             }
-            StmtKind::Return(value) => {
+            CheckedStmtKind::Return(value) => {
                 let classes = self.value_or_nil(function, value.as_ref());
-                self.put(Place::Result(function), classes);
+                self.put(ValueHolder::Result(function), classes);
             }
-            StmtKind::Call(call) => {
+            CheckedStmtKind::Call(call) => {
                 self.value(function, call);
             }
         }
     }
 
-    fn assign(&mut self, function: FunctionId, target: &'a Expr, classes: Classes) {
+    fn assign(&mut self, function: FunctionId, target: &'a CheckedExpr, classes: Classes) {
         match &target.kind {
-            ExprKind::Name(name) => self.put(Place::Global(*name), classes),
-            ExprKind::Local(local) => self.put(self.local(function, *local), classes),
-            ExprKind::Field { object, key, .. } => {
+            CheckedExprKind::Name(name) => self.put(ValueHolder::Global(*name), classes),
+            CheckedExprKind::Local(local) => self.put(self.local(function, *local), classes),
+            CheckedExprKind::Field { object, key, .. } => {
                 self.change_object(function, object, key);
                 self.put_element(classes);
                 // A table with a robot may be the result of a conflict handler, without data.
                 if key == "robot" || key == "data" && classes.has(Classes::NIL) {
-                    self.put(Place::NoData, Classes::NIL);
+                    self.put(ValueHolder::NoData, Classes::NIL);
                 }
             }
-            ExprKind::Index { object, index } => {
+            CheckedExprKind::Index { object, index } => {
                 let object = self.value(function, object);
                 let index = self.value(function, index);
                 self.is_lost |= self.may_be_member(object, index);
-                self.put(Place::Key, index);
+                self.put(ValueHolder::Key, index);
                 self.put_element(classes);
                 self.note_self(object);
                 if index.has(Classes::STRING | Classes::TEXT) {
-                    self.put(Place::NoData, Classes::NIL);
+                    self.put(ValueHolder::NoData, Classes::NIL);
                 }
             }
             _ => self.is_lost = true,
@@ -320,48 +321,48 @@ impl<'a> Flow<'a> {
     /// Records that the script assigns a field or element of that object. A function stored there
     /// is called with the object as its `self`.
     pub(super) fn note_self(&mut self, object: Classes) {
-        self.put(Place::SelfValue, object.both(Classes::OBJECT));
+        self.put(ValueHolder::SelfValue, object.both(Classes::OBJECT));
     }
 
     /// Returns the place of a variable. A captured copy in a lambda shares the place of the
     /// original.
-    fn local(&self, function: FunctionId, local: LocalId) -> Place<'a> {
+    fn local(&self, function: FunctionId, local: LocalId) -> ValueHolder<'a> {
         let of = self.program.function(function);
         match (of.local(local).kind, of.creator) {
             (LocalKind::Captured { index, .. }, Some(creator)) => {
                 self.local(creator, of.captures[index])
             }
-            _ => Place::Local(function, local),
+            _ => ValueHolder::Local(function, local),
         }
     }
 
-    fn value_or_nil(&mut self, function: FunctionId, value: Option<&'a Expr>) -> Classes {
+    fn value_or_nil(&mut self, function: FunctionId, value: Option<&'a CheckedExpr>) -> Classes {
         value.map_or(Classes::NIL, |value| self.value(function, value))
     }
 
     /// Follows an expression of which only the truth counts. A bare name is skipped, because its
     /// value goes nowhere else.
-    fn tested(&mut self, function: FunctionId, expr: &'a Expr) {
-        if !matches!(expr.kind, ExprKind::Name(_)) {
+    fn tested(&mut self, function: FunctionId, expr: &'a CheckedExpr) {
+        if !matches!(expr.kind, CheckedExprKind::Name(_)) {
             self.value(function, expr);
         }
     }
 
     /// Returns the classes that the value of an expression may have.
-    fn value(&mut self, function: FunctionId, expr: &'a Expr) -> Classes {
+    fn value(&mut self, function: FunctionId, expr: &'a CheckedExpr) -> Classes {
         match &expr.kind {
-            ExprKind::Nil => Classes::NIL,
-            ExprKind::Int(_) | ExprKind::Float(_) => Classes::NUMBER,
-            ExprKind::Str(_) => Classes::STRING,
-            ExprKind::Local(local) => self.get(self.local(function, *local)),
-            ExprKind::Name(name) => self.name(*name),
-            ExprKind::Lambda(lambda) => self.escape(*lambda),
-            ExprKind::Table(entries) => {
+            CheckedExprKind::Nil => Classes::NIL,
+            CheckedExprKind::Int(_) | CheckedExprKind::Float(_) => Classes::NUMBER,
+            CheckedExprKind::Str(_) => Classes::STRING,
+            CheckedExprKind::Local(local) => self.get(self.local(function, *local)),
+            CheckedExprKind::Name(name) => self.name(*name),
+            CheckedExprKind::Lambda(lambda) => self.escape(*lambda),
+            CheckedExprKind::Table(entries) => {
                 let (mut names_robot, mut has_data) = (false, false);
                 for (key, value) in entries {
                     let classes = self.value(function, value);
                     self.put_element(classes);
-                    if let ExprKind::Str(key) = &key.kind {
+                    if let CheckedExprKind::Str(key) = &key.kind {
                         names_robot |= key == "robot";
                         // If two entries have the same key, the last one counts.
                         if key == "data" {
@@ -370,35 +371,37 @@ impl<'a> Flow<'a> {
                     }
                 }
                 if names_robot && !has_data {
-                    self.put(Place::NoData, Classes::NIL);
+                    self.put(ValueHolder::NoData, Classes::NIL);
                 }
                 Classes::TABLE
             }
-            ExprKind::Unary { operand, .. } => {
+            CheckedExprKind::Unary { operand, .. } => {
                 self.tested(function, operand);
                 Classes::NUMBER
             }
-            ExprKind::Chain { first, links } => {
+            CheckedExprKind::Chain { first, links } => {
                 self.tested(function, first);
                 links.iter().for_each(|link| self.tested(function, &link.right));
                 Classes::NUMBER
             }
-            ExprKind::Field { object, key, .. } => self.field(function, object, key),
-            ExprKind::Index { object, index } => {
+            CheckedExprKind::Field { object, key, .. } => self.field(function, object, key),
+            CheckedExprKind::Index { object, index } => {
                 let object = self.value(function, object);
                 let index = self.value(function, index);
                 self.is_lost |= self.may_be_member(object, index);
                 self.element()
             }
-            ExprKind::Call { callee, args } => self.call(function, callee, args),
-            ExprKind::SelfValue => Classes::NIL | Classes::TABLE | self.get(Place::SelfValue),
-            ExprKind::Error => self.any,
+            CheckedExprKind::Call { callee, args } => self.call(function, callee, args),
+            CheckedExprKind::SelfValue => {
+                Classes::NIL | Classes::TABLE | self.get(ValueHolder::SelfValue)
+            }
+            CheckedExprKind::Error => self.any,
         }
     }
 
     fn name(&mut self, name: NameId) -> Classes {
         match self.meanings.of(name) {
-            Meaning::Global => self.get(Place::Global(name)),
+            Meaning::Global => self.get(ValueHolder::Global(name)),
             Meaning::RobotId => Classes::NUMBER,
             Meaning::Function(function) => self.escape(function),
             Meaning::Nil => Classes::NIL,
@@ -417,25 +420,30 @@ impl<'a> Flow<'a> {
 
     /// Records that a function of the script is used as a value.
     fn escape(&mut self, called: FunctionId) -> Classes {
-        let argument = self.get(Place::AnyArgument);
+        let argument = self.get(ValueHolder::AnyArgument);
         for number in 0..self.program.function(called).parameters {
-            self.put(Place::Local(called, LocalId(number)), argument);
+            self.put(ValueHolder::Local(called, LocalId(number)), argument);
         }
-        let result = self.get(Place::Result(called));
-        self.put(Place::AnyResult, result);
+        let result = self.get(ValueHolder::Result(called));
+        self.put(ValueHolder::AnyResult, result);
         Classes::FUNCTION
     }
 
     /// Returns the classes of a value in a table or object, or of a missing one.
     fn element(&self) -> Classes {
-        self.get(Place::Element) | Classes::NIL
+        self.get(ValueHolder::Element) | Classes::NIL
     }
 
-    fn call(&mut self, function: FunctionId, callee: &'a Expr, args: &'a [Expr]) -> Classes {
+    fn call(
+        &mut self,
+        function: FunctionId,
+        callee: &'a CheckedExpr,
+        args: &'a [CheckedExpr],
+    ) -> Classes {
         let args: Vec<Arg<'a>> = args.iter().map(|arg| self.arg(function, arg)).collect();
         let args = args.as_slice();
         match &callee.kind {
-            ExprKind::Name(name) => match self.meanings.of(*name) {
+            CheckedExprKind::Name(name) => match self.meanings.of(*name) {
                 Meaning::Function(called) => {
                     let args: Vec<_> = args.iter().map(|arg| self.pass(arg)).collect();
                     self.call_function(called, &args)
@@ -445,10 +453,10 @@ impl<'a> Flow<'a> {
                 Meaning::Robot | Meaning::Nil => Classes::PLAIN | self.pass_all(args),
                 _ => self.call_any(args),
             },
-            ExprKind::Field { object, key, .. } => {
+            CheckedExprKind::Field { object, key, .. } => {
                 if let Some(library) = self.meanings.library(object) {
                     return match self.meanings.member(library, key) {
-                        Member::Known(info) => self.builtin(info.number, args),
+                        LibraryMember::Known(info) => self.builtin(info.number, args),
                         _ => {
                             self.change_member(library, key);
                             self.call_any(args)
@@ -458,7 +466,7 @@ impl<'a> Flow<'a> {
                 let object = self.value(function, object);
                 self.method(object, key, args)
             }
-            ExprKind::Index { object, index } => {
+            CheckedExprKind::Index { object, index } => {
                 let object = self.value(function, object);
                 let index = self.value(function, index);
                 self.is_lost |= self.may_be_member(object, index);
@@ -471,7 +479,7 @@ impl<'a> Flow<'a> {
         }
     }
 
-    fn arg(&mut self, function: FunctionId, expr: &'a Expr) -> Arg<'a> {
+    fn arg(&mut self, function: FunctionId, expr: &'a CheckedExpr) -> Arg<'a> {
         let called = self.function_of(expr);
         let classes = match called {
             Some(_) => Classes::FUNCTION,
@@ -501,8 +509,8 @@ impl<'a> Flow<'a> {
     /// argument.
     fn call_any(&mut self, args: &[Arg<'a>]) -> Classes {
         let passed = self.pass_all(args);
-        self.put(Place::AnyArgument, passed);
-        self.get(Place::AnyResult) | passed
+        self.put(ValueHolder::AnyArgument, passed);
+        self.get(ValueHolder::AnyResult) | passed
     }
 
     /// Follows the call of a callback with arguments of these classes. Returns the classes of its
@@ -512,8 +520,8 @@ impl<'a> Flow<'a> {
             return self.call_function(called, args);
         }
         let passed = args.iter().fold(Classes::NONE, |all, arg| all | *arg);
-        self.put(Place::AnyArgument, passed);
-        self.get(Place::AnyResult) | passed
+        self.put(ValueHolder::AnyArgument, passed);
+        self.get(ValueHolder::AnyResult) | passed
     }
 
     /// Follows the call of a known function. A parameter without an argument cannot be read, so it
@@ -521,15 +529,15 @@ impl<'a> Flow<'a> {
     fn call_function(&mut self, called: FunctionId, args: &[Classes]) -> Classes {
         let parameters = self.program.function(called).parameters;
         for (number, arg) in args.iter().take(parameters).enumerate() {
-            self.put(Place::Local(called, LocalId(number)), *arg);
+            self.put(ValueHolder::Local(called, LocalId(number)), *arg);
         }
-        self.get(Place::Result(called))
+        self.get(ValueHolder::Result(called))
     }
 
-    fn function_of(&self, expr: &Expr) -> Option<FunctionId> {
+    fn function_of(&self, expr: &CheckedExpr) -> Option<FunctionId> {
         match &expr.kind {
-            ExprKind::Lambda(function) => Some(*function),
-            ExprKind::Name(name) => match self.meanings.of(*name) {
+            CheckedExprKind::Lambda(function) => Some(*function),
+            CheckedExprKind::Name(name) => match self.meanings.of(*name) {
                 Meaning::Function(function) => Some(function),
                 _ => None,
             },

@@ -5,14 +5,14 @@ use bittybuzz_vm_core::opcode;
 
 use crate::ast::{BinaryOp, UnaryOp};
 use crate::check::names::Meaning;
-use crate::check::tree::{Expr, ExprKind, Link};
+use crate::check::tree::{CheckedExpr, CheckedExprKind, CheckedLink};
 use crate::codegen::asm::Label;
 use crate::codegen::fold;
-use crate::codegen::function::Code;
+use crate::codegen::function::GeneratedFunction;
 
-impl<'a> Code<'_, 'a> {
+impl<'a> GeneratedFunction<'_, 'a> {
     /// Generates a jump to `target` that is taken if the truth of the expression is `wanted`.
-    pub fn condition(&mut self, expr: &'a Expr, wanted: bool, target: Label) {
+    pub fn condition(&mut self, expr: &'a CheckedExpr, wanted: bool, target: Label) {
         let span = expr.span;
         if let Some(truth) = fold::truth(expr, self.generator.meanings) {
             if truth == wanted {
@@ -21,10 +21,10 @@ impl<'a> Code<'_, 'a> {
             return;
         }
         match &expr.kind {
-            ExprKind::Unary { op: UnaryOp::Not, operand } => {
+            CheckedExprKind::Unary { op: UnaryOp::Not, operand } => {
                 self.condition(operand, !wanted, target);
             }
-            ExprKind::Chain { first, links } => match links.split_last() {
+            CheckedExprKind::Chain { first, links } => match links.split_last() {
                 Some((last, _)) if last.op.is_logic() => {
                     self.logic_condition(first, links, wanted, target);
                 }
@@ -34,7 +34,7 @@ impl<'a> Code<'_, 'a> {
                 },
                 None => self.condition(first, wanted, target),
             },
-            ExprKind::Call { callee, args } => match args.as_slice() {
+            CheckedExprKind::Call { callee, args } => match args.as_slice() {
                 // This form saves the instruction that puts the result of `isnil` on the stack.
                 [arg] if self.is_builtin(callee, builtin::IS_NIL) => {
                     self.expr(arg);
@@ -50,7 +50,13 @@ impl<'a> Code<'_, 'a> {
 
     /// Generates a condition such as `a and b or c`, which jumps as soon as the truth of the whole
     /// is known.
-    fn logic_condition(&mut self, first: &'a Expr, links: &'a [Link], wanted: bool, target: Label) {
+    fn logic_condition(
+        &mut self,
+        first: &'a CheckedExpr,
+        links: &'a [CheckedLink],
+        wanted: bool,
+        target: Label,
+    ) {
         // Links are visited from the last to the first, because each link determines where the
         // operand before it jumps, and on which truth.
         let (mut wanted, mut target) = (wanted, target);
@@ -78,15 +84,15 @@ impl<'a> Code<'_, 'a> {
     /// Generates the comparison `last` of the value before it as the jump `opcode`.
     fn comparison(
         &mut self,
-        first: &'a Expr,
-        before: &'a [Link],
-        last: &'a Link,
+        first: &'a CheckedExpr,
+        before: &'a [CheckedLink],
+        last: &'a CheckedLink,
         opcode: u8,
         target: Label,
     ) {
         self.chain(first, before);
         let immediate = match last.right.kind {
-            ExprKind::Int(value) => i16::try_from(value).ok(),
+            CheckedExprKind::Int(value) => i16::try_from(value).ok(),
             _ => None,
         };
         let is_done = immediate
@@ -98,15 +104,15 @@ impl<'a> Code<'_, 'a> {
         }
     }
 
-    fn truth_jump(&mut self, expr: &'a Expr, wanted: bool, target: Label) {
+    fn truth_jump(&mut self, expr: &'a CheckedExpr, wanted: bool, target: Label) {
         self.expr(expr);
         let opcode = if wanted { opcode::JUMP_TRUE } else { opcode::JUMP_FALSE };
         self.builder.jump(opcode, target, expr.span);
     }
 
     /// Returns true if the callee certainly is the global built-in with that number.
-    pub fn is_builtin(&self, callee: &Expr, number: u8) -> bool {
-        matches!(callee.kind, ExprKind::Name(name)
+    pub fn is_builtin(&self, callee: &CheckedExpr, number: u8) -> bool {
+        matches!(callee.kind, CheckedExprKind::Name(name)
             if self.generator.meanings.of(name) == Meaning::Builtin(number))
     }
 }

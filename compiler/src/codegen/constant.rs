@@ -1,87 +1,87 @@
 //! Arithmetic on constants, exactly as the virtual machine does it in the profile of the image.
 
-use bittybuzz_vm_core::number::maths::{Function, function};
+use bittybuzz_vm_core::number::maths::{MathFunction, function};
 use bittybuzz_vm_core::number::{self, Full, Profile as _, Tiny};
 
 use crate::ast::{BinaryOp, UnaryOp};
-use crate::check::tree::{Expr, ExprKind};
+use crate::check::tree::{CheckedExpr, CheckedExprKind};
 
-pub use bittybuzz_robot_spec::Profile;
+pub use bittybuzz_robot_spec::NumberProfile;
 
 /// A number that is known when the script is compiled.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub enum Number {
+pub enum ConstantNumber {
     /// An integer in the range of the profile.
     Int(i32),
     /// A float that the profile can represent; `f32` holds all floats of both profiles.
     Float(f32),
 }
 
-impl Number {
+impl ConstantNumber {
     /// Returns the value of a number literal, written or folded; `None` for any other expression.
-    pub fn of(profile: Profile, expr: &Expr) -> Option<Number> {
+    pub fn of(profile: NumberProfile, expr: &CheckedExpr) -> Option<ConstantNumber> {
         match expr.kind {
-            ExprKind::Int(value) => i32::try_from(value).ok().map(Number::Int),
-            ExprKind::Float(value) => {
-                Some(Number::Float(from_bits(profile, float_bits(profile, value))))
+            CheckedExprKind::Int(value) => i32::try_from(value).ok().map(ConstantNumber::Int),
+            CheckedExprKind::Float(value) => {
+                Some(ConstantNumber::Float(from_bits(profile, float_bits(profile, value))))
             }
             _ => None,
         }
     }
 
     /// Returns the number as a literal.
-    pub fn to_expr(self) -> ExprKind {
+    pub fn to_expr(self) -> CheckedExprKind {
         match self {
-            Number::Int(value) => ExprKind::Int(i64::from(value)),
-            Number::Float(value) => ExprKind::Float(f64::from(value)),
+            ConstantNumber::Int(value) => CheckedExprKind::Int(i64::from(value)),
+            ConstantNumber::Float(value) => CheckedExprKind::Float(f64::from(value)),
         }
     }
 
     /// Returns the nearest binary32 value.
     fn to_f32(self) -> f32 {
         match self {
-            Number::Int(value) => value as f32,
-            Number::Float(value) => value,
+            ConstantNumber::Int(value) => value as f32,
+            ConstantNumber::Float(value) => value,
         }
     }
 
     fn to_machine(self) -> number::Number {
         match self {
-            Number::Int(value) => number::Number::Int(value),
-            Number::Float(value) => number::Number::Float(value),
+            ConstantNumber::Int(value) => number::Number::Int(value),
+            ConstantNumber::Float(value) => number::Number::Float(value),
         }
     }
 }
 
 /// Returns the smallest and the largest integer of a profile.
-pub fn int_range(profile: Profile) -> (i32, i32) {
+pub fn int_range(profile: NumberProfile) -> (i32, i32) {
     match profile {
-        Profile::Tiny => (Tiny::INT_MIN, Tiny::INT_MAX),
-        Profile::Full => (Full::INT_MIN, Full::INT_MAX),
+        NumberProfile::Tiny => (Tiny::INT_MIN, Tiny::INT_MAX),
+        NumberProfile::Full => (Full::INT_MIN, Full::INT_MAX),
     }
 }
 
 /// Returns the size of a literal in bytes.
-pub fn word_bytes(profile: Profile) -> usize {
+pub fn word_bytes(profile: NumberProfile) -> usize {
     match profile {
-        Profile::Tiny => Tiny::WORD_BYTES,
-        Profile::Full => Full::WORD_BYTES,
+        NumberProfile::Tiny => Tiny::WORD_BYTES,
+        NumberProfile::Full => Full::WORD_BYTES,
     }
 }
 
 /// Returns the payload of the float nearest to a literal.
-pub fn float_bits(profile: Profile, value: f64) -> u32 {
+pub fn float_bits(profile: NumberProfile, value: f64) -> u32 {
     match profile {
-        Profile::Tiny => u32::from(Tiny::float_from_f32(to_odd(value))),
-        Profile::Full => Full::float_from_f32(value as f32),
+        NumberProfile::Tiny => u32::from(Tiny::float_from_f32(to_odd(value))),
+        NumberProfile::Full => Full::float_from_f32(value as f32),
     }
 }
 
 /// Returns the value of a float's payload.
-pub fn from_bits(profile: Profile, bits: u32) -> f32 {
+pub fn from_bits(profile: NumberProfile, bits: u32) -> f32 {
     match profile {
-        Profile::Tiny => Tiny::float_to_f32(bits as u16),
-        Profile::Full => Full::float_to_f32(bits),
+        NumberProfile::Tiny => Tiny::float_to_f32(bits as u16),
+        NumberProfile::Full => Full::float_to_f32(bits),
     }
 }
 
@@ -99,32 +99,41 @@ fn to_odd(value: f64) -> f32 {
 }
 
 /// Returns the result of an operation on one number; `None` if the machine has to compute it.
-pub fn unary(profile: Profile, op: UnaryOp, operand: Number) -> Option<Number> {
+pub fn unary(
+    profile: NumberProfile,
+    op: UnaryOp,
+    operand: ConstantNumber,
+) -> Option<ConstantNumber> {
     match (op, operand) {
-        (UnaryOp::Negate, Number::Int(value)) => Some(int(profile, value.wrapping_neg())),
-        (UnaryOp::Negate, Number::Float(value)) => Some(Number::Float(-value)),
-        (UnaryOp::BitNot, Number::Int(value)) => Some(int(profile, !value)),
+        (UnaryOp::Negate, ConstantNumber::Int(value)) => Some(int(profile, value.wrapping_neg())),
+        (UnaryOp::Negate, ConstantNumber::Float(value)) => Some(ConstantNumber::Float(-value)),
+        (UnaryOp::BitNot, ConstantNumber::Int(value)) => Some(int(profile, !value)),
         _ => None,
     }
 }
 
 /// Returns the result of arithmetic on two numbers; `None` if the operation faults or the machine
 /// has to compute it.
-pub fn arithmetic(profile: Profile, op: BinaryOp, left: Number, right: Number) -> Option<Number> {
+pub fn arithmetic(
+    profile: NumberProfile,
+    op: BinaryOp,
+    left: ConstantNumber,
+    right: ConstantNumber,
+) -> Option<ConstantNumber> {
     match (left, right) {
-        (Number::Int(a), Number::Int(b)) if op != BinaryOp::Pow => match profile {
-            Profile::Tiny => integer::<Tiny>(op, a, b),
-            Profile::Full => integer::<Full>(op, a, b),
+        (ConstantNumber::Int(a), ConstantNumber::Int(b)) if op != BinaryOp::Pow => match profile {
+            NumberProfile::Tiny => integer::<Tiny>(op, a, b),
+            NumberProfile::Full => integer::<Full>(op, a, b),
         },
         _ => {
             let result = match profile {
-                Profile::Tiny => float::<Tiny>(op, left, right)?,
-                Profile::Full => match binary32(op, left, right) {
+                NumberProfile::Tiny => float::<Tiny>(op, left, right)?,
+                NumberProfile::Full => match binary32(op, left, right) {
                     Some(result) => result,
                     None => float::<Full>(op, left, right)?,
                 },
             };
-            (!result.is_nan()).then_some(Number::Float(result))
+            (!result.is_nan()).then_some(ConstantNumber::Float(result))
         }
     }
 }
@@ -132,7 +141,7 @@ pub fn arithmetic(profile: Profile, op: BinaryOp, left: Number, right: Number) -
 /// Computes the IEEE binary32 operations of the full profile, which the machine leaves to the
 /// processor. [`float`] keeps more bits of a product for the mathematical functions, so it would
 /// round some products twice.
-fn binary32(op: BinaryOp, left: Number, right: Number) -> Option<f32> {
+fn binary32(op: BinaryOp, left: ConstantNumber, right: ConstantNumber) -> Option<f32> {
     let (a, b) = (left.to_f32(), right.to_f32());
     match op {
         BinaryOp::Add => Some(a + b),
@@ -143,7 +152,11 @@ fn binary32(op: BinaryOp, left: Number, right: Number) -> Option<f32> {
     }
 }
 
-fn float<P: number::Profile>(op: BinaryOp, left: Number, right: Number) -> Option<f32> {
+fn float<P: number::Profile>(
+    op: BinaryOp,
+    left: ConstantNumber,
+    right: ConstantNumber,
+) -> Option<f32> {
     let (mut a, b) =
         (left.to_machine().unpack_float::<P>(), right.to_machine().unpack_float::<P>());
     match op {
@@ -152,13 +165,13 @@ fn float<P: number::Profile>(op: BinaryOp, left: Number, right: Number) -> Optio
         BinaryOp::Mul => a.mul(&b),
         BinaryOp::Div => a.div(&b),
         BinaryOp::Mod => return Some(P::float_to_f32(a.modulo(&b))),
-        BinaryOp::Pow => function::<P, &[u8]>(Function::Power as u8, &mut a, &b),
+        BinaryOp::Pow => function::<P, &[u8]>(MathFunction::Power as u8, &mut a, &b),
         _ => return None,
     }
     Some(P::float_to_f32(P::pack(&a)))
 }
 
-fn integer<P: number::Profile>(op: BinaryOp, a: i32, b: i32) -> Option<Number> {
+fn integer<P: number::Profile>(op: BinaryOp, a: i32, b: i32) -> Option<ConstantNumber> {
     let (a, b) = (P::int_from_i32(a), P::int_from_i32(b));
     let result = match op {
         BinaryOp::Add => P::add(a, b),
@@ -172,18 +185,18 @@ fn integer<P: number::Profile>(op: BinaryOp, a: i32, b: i32) -> Option<Number> {
         BinaryOp::ShiftRight => P::shr(a, b)?,
         _ => return None,
     };
-    Some(Number::Int(P::int_to_i32(result)))
+    Some(ConstantNumber::Int(P::int_to_i32(result)))
 }
 
-fn int(profile: Profile, value: i32) -> Number {
+fn int(profile: NumberProfile, value: i32) -> ConstantNumber {
     match profile {
-        Profile::Tiny => Number::Int(Tiny::int_to_i32(Tiny::int_from_i32(value))),
-        Profile::Full => Number::Int(value),
+        NumberProfile::Tiny => ConstantNumber::Int(Tiny::int_to_i32(Tiny::int_from_i32(value))),
+        NumberProfile::Full => ConstantNumber::Int(value),
     }
 }
 
 /// Returns the result of a comparison of two numbers; `None` if the machine has to compute it.
-pub fn compare(op: BinaryOp, left: Number, right: Number) -> Option<bool> {
+pub fn compare(op: BinaryOp, left: ConstantNumber, right: ConstantNumber) -> Option<bool> {
     let order = left.to_machine().unpack().compare(&right.to_machine().unpack())?;
     Some(match op {
         BinaryOp::Eq => order.is_eq(),

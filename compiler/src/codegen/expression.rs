@@ -4,34 +4,36 @@ use bittybuzz_vm_core::builtin::{self, Feature, Library};
 use bittybuzz_vm_core::opcode;
 
 use crate::ast::{BinaryOp, UnaryOp};
-use crate::check::names::{Meaning, Member};
-use crate::check::tree::{Expr, ExprKind, FunctionId, Link, LocalId, LocalKind};
+use crate::check::names::{LibraryMember, Meaning};
+use crate::check::tree::{
+    CheckedExpr, CheckedExprKind, CheckedLink, FunctionId, LocalId, LocalKind,
+};
 use crate::codegen::asm::Label;
 use crate::codegen::fold::is_truth_value;
-use crate::codegen::function::{Code, shape};
+use crate::codegen::function::{GeneratedFunction, shape};
 use crate::codegen::operands::{
     added_integer, added_literal, gives_float, is_float, is_number_or_nil,
 };
 use crate::codegen::{constant, operand};
 use crate::source::Span;
 
-impl<'a> Code<'_, 'a> {
+impl<'a> GeneratedFunction<'_, 'a> {
     /// Puts the value of an expression on the stack.
-    pub fn expr(&mut self, expr: &'a Expr) {
+    pub fn expr(&mut self, expr: &'a CheckedExpr) {
         let span = expr.span;
         match &expr.kind {
-            ExprKind::Nil | ExprKind::Error => self.builder.plain(opcode::NIL, span),
-            ExprKind::Int(value) => self.builder.int(*value as i32, span),
-            ExprKind::Float(value) => {
+            CheckedExprKind::Nil | CheckedExprKind::Error => self.builder.plain(opcode::NIL, span),
+            CheckedExprKind::Int(value) => self.builder.int(*value as i32, span),
+            CheckedExprKind::Float(value) => {
                 let bits = constant::float_bits(self.generator.profile, *value);
                 self.builder.float(bits, span);
             }
-            ExprKind::Str(text) => {
+            CheckedExprKind::Str(text) => {
                 let number = self.generator.string(text);
                 self.builder.operand(opcode::STRING, number, span);
             }
-            ExprKind::Local(local) => self.read_local(*local, span),
-            ExprKind::Name(name) => match self.generator.meanings.of(*name) {
+            CheckedExprKind::Local(local) => self.read_local(*local, span),
+            CheckedExprKind::Name(name) => match self.generator.meanings.of(*name) {
                 Meaning::Global => {
                     let global = self.generator.global(*name);
                     self.builder.operand(opcode::GLOBAL_GET, global, span);
@@ -41,23 +43,23 @@ impl<'a> Code<'_, 'a> {
                     self.offered_value(meaning, text, span);
                 }
             },
-            ExprKind::SelfValue => self.self_value(span),
-            ExprKind::Field { object, key, .. } => self.field(object, key, span),
-            ExprKind::Index { object, index } => {
+            CheckedExprKind::SelfValue => self.self_value(span),
+            CheckedExprKind::Field { object, key, .. } => self.field(object, key, span),
+            CheckedExprKind::Index { object, index } => {
                 self.expr(object);
                 self.expr(index);
                 self.builder.plain(opcode::INDEX_GET, span);
             }
-            ExprKind::Call { callee, args } => self.call(callee, args, false, span),
-            ExprKind::Table(entries) => self.table(entries, span),
-            ExprKind::Lambda(function) => self.lambda(*function, span),
-            ExprKind::Unary { op, operand } => self.unary(*op, operand, span),
-            ExprKind::Chain { first, links } => self.chain(first, links),
+            CheckedExprKind::Call { callee, args } => self.call(callee, args, false, span),
+            CheckedExprKind::Table(entries) => self.table(entries, span),
+            CheckedExprKind::Lambda(function) => self.lambda(*function, span),
+            CheckedExprKind::Unary { op, operand } => self.unary(*op, operand, span),
+            CheckedExprKind::Chain { first, links } => self.chain(first, links),
         }
     }
 
     /// Puts the value of a chain of operations on the stack.
-    pub fn chain(&mut self, first: &'a Expr, links: &'a [Link]) {
+    pub fn chain(&mut self, first: &'a CheckedExpr, links: &'a [CheckedLink]) {
         match links.split_last() {
             Some((last, before)) if last.op.is_logic() => self.logic(first, before, last),
             Some(_) => self.operations(first, links),
@@ -66,16 +68,16 @@ impl<'a> Code<'_, 'a> {
     }
 
     /// Evaluates an expression for its effects and discards the value.
-    pub fn effect(&mut self, expr: &'a Expr) {
+    pub fn effect(&mut self, expr: &'a CheckedExpr) {
         match &expr.kind {
-            ExprKind::Call { callee, args } => self.call(callee, args, true, expr.span),
-            ExprKind::Nil
-            | ExprKind::Int(_)
-            | ExprKind::Float(_)
-            | ExprKind::Str(_)
-            | ExprKind::Name(_)
-            | ExprKind::SelfValue
-            | ExprKind::Error => {}
+            CheckedExprKind::Call { callee, args } => self.call(callee, args, true, expr.span),
+            CheckedExprKind::Nil
+            | CheckedExprKind::Int(_)
+            | CheckedExprKind::Float(_)
+            | CheckedExprKind::Str(_)
+            | CheckedExprKind::Name(_)
+            | CheckedExprKind::SelfValue
+            | CheckedExprKind::Error => {}
             _ => {
                 self.expr(expr);
                 self.builder.pop(1, expr.span);
@@ -135,9 +137,9 @@ impl<'a> Code<'_, 'a> {
         self.builder.operand(opcode::FUNCTION, number, span);
     }
 
-    fn field(&mut self, object: &'a Expr, key: &str, span: Span) {
+    fn field(&mut self, object: &'a CheckedExpr, key: &str, span: Span) {
         if let Some(library) = self.generator.meanings.library(object)
-            && let Member::Known(info) = self.generator.meanings.member(library, key)
+            && let LibraryMember::Known(info) = self.generator.meanings.member(library, key)
         {
             if info.number == builtin::RNG {
                 return self.library_value(Library::Rng, span);
@@ -152,11 +154,11 @@ impl<'a> Code<'_, 'a> {
         self.builder.operand(opcode::FIELD_GET, key, span);
     }
 
-    fn table(&mut self, entries: &'a [(Expr, Expr)], span: Span) {
+    fn table(&mut self, entries: &'a [(CheckedExpr, CheckedExpr)], span: Span) {
         self.builder.plain(opcode::TABLE_NEW, span);
         for (key, value) in entries {
             let entry = key.span.to(value.span);
-            if let ExprKind::Str(name) = &key.kind {
+            if let CheckedExprKind::Str(name) = &key.kind {
                 self.expr(value);
                 let name = self.generator.string(name);
                 self.builder.operand(opcode::FIELD_INIT, name, entry);
@@ -187,14 +189,14 @@ impl<'a> Code<'_, 'a> {
         self.builder.closure(number, count, span);
     }
 
-    fn unary(&mut self, op: UnaryOp, operand: &'a Expr, span: Span) {
+    fn unary(&mut self, op: UnaryOp, operand: &'a CheckedExpr, span: Span) {
         let opcode = match op {
             UnaryOp::Plus => return self.expr(operand),
             UnaryOp::Negate => opcode::NEG,
             UnaryOp::BitNot => opcode::BNOT,
             UnaryOp::Not => match &operand.kind {
                 // `not not x` is the truth of `x`.
-                ExprKind::Unary { op: UnaryOp::Not, operand } => {
+                CheckedExprKind::Unary { op: UnaryOp::Not, operand } => {
                     self.tested(operand);
                     return self.builder.plain(opcode::TRUTH, span);
                 }
@@ -209,7 +211,7 @@ impl<'a> Code<'_, 'a> {
     }
 
     /// Generates `and` and `or`, which put 0 or 1 on the stack.
-    fn logic(&mut self, first: &'a Expr, before: &'a [Link], last: &'a Link) {
+    fn logic(&mut self, first: &'a CheckedExpr, before: &'a [CheckedLink], last: &'a CheckedLink) {
         self.tested_in_row(first, before);
         let end = self.short_cut(last.op, before.last().map_or(first.span, |link| link.span));
         if is_truth_value(&last.right) {
@@ -222,7 +224,7 @@ impl<'a> Code<'_, 'a> {
     }
 
     /// Puts a value on the stack that has the truth of a row of `and` and `or`.
-    fn tested_in_row(&mut self, first: &'a Expr, links: &'a [Link]) {
+    fn tested_in_row(&mut self, first: &'a CheckedExpr, links: &'a [CheckedLink]) {
         self.tested(first);
         let mut span = first.span;
         for link in links {
@@ -242,13 +244,15 @@ impl<'a> Code<'_, 'a> {
     }
 
     /// Puts a value on the stack that has the same truth as the expression.
-    fn tested(&mut self, expr: &'a Expr) {
+    fn tested(&mut self, expr: &'a CheckedExpr) {
         match &expr.kind {
-            ExprKind::Chain { first, links } if links.iter().any(|link| link.op.is_logic()) => {
+            CheckedExprKind::Chain { first, links }
+                if links.iter().any(|link| link.op.is_logic()) =>
+            {
                 self.tested_in_row(first, links);
             }
-            ExprKind::Unary { op: UnaryOp::Not, operand } => match &operand.kind {
-                ExprKind::Unary { op: UnaryOp::Not, operand } => self.tested(operand),
+            CheckedExprKind::Unary { op: UnaryOp::Not, operand } => match &operand.kind {
+                CheckedExprKind::Unary { op: UnaryOp::Not, operand } => self.tested(operand),
                 _ => self.expr(expr),
             },
             _ => self.expr(expr),
@@ -256,10 +260,10 @@ impl<'a> Code<'_, 'a> {
     }
 
     /// Generates arithmetic and comparisons from left to right.
-    fn operations(&mut self, first: &'a Expr, links: &'a [Link]) {
+    fn operations(&mut self, first: &'a CheckedExpr, links: &'a [CheckedLink]) {
         let mut left = Some(first);
         let mut left_is_float = is_float(first);
-        for Link { op, right, span } in links {
+        for CheckedLink { op, right, span } in links {
             let added = match left {
                 Some(first) => match added_literal(*op, first, right) {
                     Some((rest, literal)) => {
@@ -317,13 +321,13 @@ impl<'a> Code<'_, 'a> {
 
     /// Records that strings may be compared by order. `left` is `None` if the left side is the
     /// result of an operation, which is never a string.
-    pub fn note_order(&mut self, op: BinaryOp, left: Option<&Expr>, right: &Expr) {
+    pub fn note_order(&mut self, op: BinaryOp, left: Option<&CheckedExpr>, right: &CheckedExpr) {
         let orders = matches!(
             op,
             BinaryOp::Less | BinaryOp::LessEq | BinaryOp::Greater | BinaryOp::GreaterEq
         );
         let meanings = self.generator.meanings;
-        let may_be_string = |side: &Expr| !is_number_or_nil(side, meanings);
+        let may_be_string = |side: &CheckedExpr| !is_number_or_nil(side, meanings);
         if orders && left.is_some_and(may_be_string) && may_be_string(right) {
             self.generator.orders_strings = true;
         }

@@ -6,13 +6,16 @@
 
 use bittybuzz_vm_core::builtin::{self, Library};
 
-use crate::ast::{BinaryOp, Power, UnaryOp};
-use crate::check::names::{Meaning, Meanings, Member};
-use crate::check::tree::{Block, Expr, ExprKind, FunctionId, Link, ResolvedScript, Stmt, StmtKind};
-use crate::codegen::constant::{self, Number, Profile};
+use crate::ast::{BinaryOp, Precedence, UnaryOp};
+use crate::check::names::{LibraryMember, Meaning, Meanings};
+use crate::check::tree::{
+    CheckedBlock, CheckedExpr, CheckedExprKind, CheckedLink, CheckedStmt, CheckedStmtKind,
+    FunctionId, ResolvedScript,
+};
+use crate::codegen::constant::{self, ConstantNumber, NumberProfile};
 
 /// Folds every function of a program.
-pub fn fold(program: &mut ResolvedScript, meanings: &Meanings<'_>, profile: Profile) {
+pub fn fold(program: &mut ResolvedScript, meanings: &Meanings<'_>, profile: NumberProfile) {
     for (number, function) in program.functions.iter_mut().enumerate() {
         let folder =
             Folder { meanings, profile, self_is_nil: meanings.self_is_nil(FunctionId(number)) };
@@ -21,12 +24,12 @@ pub fn fold(program: &mut ResolvedScript, meanings: &Meanings<'_>, profile: Prof
 }
 
 /// Returns the truth of an expression if the truth is known and the evaluation has no effects.
-pub fn truth(expr: &Expr, meanings: &Meanings<'_>) -> Option<bool> {
+pub fn truth(expr: &CheckedExpr, meanings: &Meanings<'_>) -> Option<bool> {
     match &expr.kind {
-        ExprKind::Nil => Some(false),
-        ExprKind::Int(value) => Some(*value != 0),
-        ExprKind::Float(_) | ExprKind::Str(_) => Some(true),
-        ExprKind::Name(name) => match meanings.of(*name) {
+        CheckedExprKind::Nil => Some(false),
+        CheckedExprKind::Int(value) => Some(*value != 0),
+        CheckedExprKind::Float(_) | CheckedExprKind::Str(_) => Some(true),
+        CheckedExprKind::Name(name) => match meanings.of(*name) {
             Meaning::Function(_) | Meaning::Builtin(_) | Meaning::Library(_) | Meaning::Robot => {
                 Some(true)
             }
@@ -38,13 +41,13 @@ pub fn truth(expr: &Expr, meanings: &Meanings<'_>) -> Option<bool> {
 }
 
 /// Returns true if the value of an expression is certainly 0 or 1.
-pub fn is_truth_value(expr: &Expr) -> bool {
+pub fn is_truth_value(expr: &CheckedExpr) -> bool {
     match &expr.kind {
-        ExprKind::Int(value) => matches!(value, 0 | 1),
-        ExprKind::Unary { op: UnaryOp::Not, .. } => true,
-        ExprKind::Chain { links, .. } => {
+        CheckedExprKind::Int(value) => matches!(value, 0 | 1),
+        CheckedExprKind::Unary { op: UnaryOp::Not, .. } => true,
+        CheckedExprKind::Chain { links, .. } => {
             let last = links.last().map(|link| link.op.power());
-            matches!(last, Some(Power::Logic | Power::Comparison))
+            matches!(last, Some(Precedence::Logic | Precedence::Comparison))
         }
         _ => false,
     }
@@ -52,32 +55,32 @@ pub fn is_truth_value(expr: &Expr) -> bool {
 
 struct Folder<'a> {
     meanings: &'a Meanings<'a>,
-    profile: Profile,
+    profile: NumberProfile,
     self_is_nil: bool,
 }
 
 impl Folder<'_> {
-    fn block(&self, block: &mut Block) {
+    fn block(&self, block: &mut CheckedBlock) {
         self.stmts(&mut block.stmts);
     }
 
-    fn stmts(&self, stmts: &mut [Stmt]) {
+    fn stmts(&self, stmts: &mut [CheckedStmt]) {
         for stmt in stmts {
             self.stmt(stmt);
         }
     }
 
-    fn stmt(&self, stmt: &mut Stmt) {
+    fn stmt(&self, stmt: &mut CheckedStmt) {
         match &mut stmt.kind {
-            StmtKind::Var { value, .. } | StmtKind::Return(value) => {
+            CheckedStmtKind::Var { value, .. } | CheckedStmtKind::Return(value) => {
                 if let Some(value) = value {
                     self.expr(value);
                 }
             }
-            StmtKind::Assign { target, value } => {
+            CheckedStmtKind::Assign { target, value } => {
                 match &mut target.kind {
-                    ExprKind::Field { object, .. } => self.expr(object),
-                    ExprKind::Index { object, index } => {
+                    CheckedExprKind::Field { object, .. } => self.expr(object),
+                    CheckedExprKind::Index { object, index } => {
                         self.expr(object);
                         self.expr(index);
                     }
@@ -85,7 +88,7 @@ impl Folder<'_> {
                 }
                 self.expr(value);
             }
-            StmtKind::If { branches, otherwise } => {
+            CheckedStmtKind::If { branches, otherwise } => {
                 let mut always = None;
                 for (number, branch) in branches.iter_mut().enumerate() {
                     self.expr(&mut branch.condition);
@@ -105,7 +108,7 @@ impl Folder<'_> {
                 }
                 self.block(otherwise);
             }
-            StmtKind::While { condition, body, update } => {
+            CheckedStmtKind::While { condition, body, update } => {
                 self.expr(condition);
                 if truth(condition, self.meanings) == Some(false) {
                     body.stmts.clear();
@@ -116,70 +119,70 @@ impl Folder<'_> {
                     self.stmt(update);
                 }
             }
-            StmtKind::Call(call) => self.expr(call),
+            CheckedStmtKind::Call(call) => self.expr(call),
         }
     }
 
-    fn expr(&self, expr: &mut Expr) {
+    fn expr(&self, expr: &mut CheckedExpr) {
         let folded = match &mut expr.kind {
-            ExprKind::Name(name) => {
-                (self.meanings.of(*name) == Meaning::Nil).then_some(ExprKind::Nil)
+            CheckedExprKind::Name(name) => {
+                (self.meanings.of(*name) == Meaning::Nil).then_some(CheckedExprKind::Nil)
             }
-            ExprKind::SelfValue => self.self_is_nil.then_some(ExprKind::Nil),
-            ExprKind::Field { object, key, .. } => match self.meanings.library(object) {
+            CheckedExprKind::SelfValue => self.self_is_nil.then_some(CheckedExprKind::Nil),
+            CheckedExprKind::Field { object, key, .. } => match self.meanings.library(object) {
                 Some(library) => self.member(library, key),
                 None => {
                     self.expr(object);
                     None
                 }
             },
-            ExprKind::Index { object, index } => {
+            CheckedExprKind::Index { object, index } => {
                 self.expr(object);
                 self.expr(index);
                 None
             }
-            ExprKind::Call { callee, args } => {
+            CheckedExprKind::Call { callee, args } => {
                 args.iter_mut().for_each(|arg| self.expr(arg));
                 self.call(callee, args)
             }
-            ExprKind::Table(entries) => {
+            CheckedExprKind::Table(entries) => {
                 entries.iter_mut().for_each(|(_, value)| self.expr(value));
                 None
             }
-            ExprKind::Unary { op, operand } => {
+            CheckedExprKind::Unary { op, operand } => {
                 self.expr(operand);
                 self.unary(*op, operand)
             }
-            ExprKind::Chain { first, links } => {
+            CheckedExprKind::Chain { first, links } => {
                 self.expr(first);
                 links.iter_mut().for_each(|link| self.expr(&mut link.right));
                 self.chain(first, links)
             }
-            ExprKind::Int(_)
-            | ExprKind::Float(_)
-            | ExprKind::Str(_)
-            | ExprKind::Nil
-            | ExprKind::Local(_)
-            | ExprKind::Lambda(_)
-            | ExprKind::Error => None,
+            CheckedExprKind::Int(_)
+            | CheckedExprKind::Float(_)
+            | CheckedExprKind::Str(_)
+            | CheckedExprKind::Nil
+            | CheckedExprKind::Local(_)
+            | CheckedExprKind::Lambda(_)
+            | CheckedExprKind::Error => None,
         };
         if let Some(kind) = folded {
             expr.kind = kind;
         }
     }
 
-    fn member(&self, library: Library, key: &str) -> Option<ExprKind> {
+    fn member(&self, library: Library, key: &str) -> Option<CheckedExprKind> {
         match self.meanings.member(library, key) {
-            Member::Known(info) if info.number == builtin::PI => {
-                Some(ExprKind::Float(std::f64::consts::PI))
+            LibraryMember::Known(info) if info.number == builtin::PI => {
+                Some(CheckedExprKind::Float(std::f64::consts::PI))
             }
-            Member::Absent => Some(ExprKind::Nil),
-            Member::Known(_) | Member::Changing => None,
+            LibraryMember::Absent => Some(CheckedExprKind::Nil),
+            LibraryMember::Known(_) | LibraryMember::Changing => None,
         }
     }
 
-    fn call(&self, callee: &mut Expr, args: &[Expr]) -> Option<ExprKind> {
-        let ExprKind::Name(name) = callee.kind else {
+    fn call(&self, callee: &mut CheckedExpr, args: &[CheckedExpr]) -> Option<CheckedExprKind> {
+        let CheckedExprKind::Name(name) = callee.kind else {
             self.callee(callee);
             return None;
         };
@@ -192,13 +195,13 @@ impl Folder<'_> {
 
     /// Folds the parts of a callee, but not the callee itself: its form, a field or a name, decides
     /// how it is called.
-    fn callee(&self, callee: &mut Expr) {
+    fn callee(&self, callee: &mut CheckedExpr) {
         match &mut callee.kind {
-            ExprKind::Field { object, .. } if self.meanings.library(object).is_none() => {
+            CheckedExprKind::Field { object, .. } if self.meanings.library(object).is_none() => {
                 self.expr(object)
             }
-            ExprKind::Field { .. } => {}
-            ExprKind::Index { object, index } => {
+            CheckedExprKind::Field { .. } => {}
+            CheckedExprKind::Index { object, index } => {
                 self.expr(object);
                 self.expr(index);
             }
@@ -207,38 +210,49 @@ impl Folder<'_> {
     }
 
     /// Returns true if a constant is nil, and `None` if the expression is not a constant.
-    fn is_nil(&self, expr: &Expr) -> Option<bool> {
+    fn is_nil(&self, expr: &CheckedExpr) -> Option<bool> {
         match expr.kind {
-            ExprKind::Nil => Some(true),
-            ExprKind::Int(_) | ExprKind::Float(_) | ExprKind::Str(_) => Some(false),
+            CheckedExprKind::Nil => Some(true),
+            CheckedExprKind::Int(_) | CheckedExprKind::Float(_) | CheckedExprKind::Str(_) => {
+                Some(false)
+            }
             // The other constants are functions and libraries.
-            ExprKind::Name(_) => truth(expr, self.meanings).map(|truth| !truth),
+            CheckedExprKind::Name(_) => truth(expr, self.meanings).map(|truth| !truth),
             _ => None,
         }
     }
 
-    fn unary(&self, op: UnaryOp, operand: &Expr) -> Option<ExprKind> {
+    fn unary(&self, op: UnaryOp, operand: &CheckedExpr) -> Option<CheckedExprKind> {
         if op == UnaryOp::Not {
             return truth(operand, self.meanings).map(|truth| truth_value(!truth));
         }
-        let operand = Number::of(self.profile, operand)?;
-        constant::unary(self.profile, op, operand).map(Number::to_expr)
+        let operand = ConstantNumber::of(self.profile, operand)?;
+        constant::unary(self.profile, op, operand).map(ConstantNumber::to_expr)
     }
 
     /// Folds the first operations, up to the first one that only the machine can compute. The value
     /// of that operation is unknown, and so are the values of all later ones.
-    fn chain(&self, first: &mut Expr, links: &mut Vec<Link>) -> Option<ExprKind> {
+    fn chain(
+        &self,
+        first: &mut CheckedExpr,
+        links: &mut Vec<CheckedLink>,
+    ) -> Option<CheckedExprKind> {
         let mut known = 0;
         for link in links.iter_mut() {
             let Some(kind) = self.binary(link.op, first, &mut link.right) else { break };
-            *first = Expr { kind, span: link.span };
+            *first = CheckedExpr { kind, span: link.span };
             known += 1;
         }
         links.drain(..known);
         if links.is_empty() { Some(take(first).kind) } else { None }
     }
 
-    fn binary(&self, op: BinaryOp, left: &mut Expr, right: &mut Expr) -> Option<ExprKind> {
+    fn binary(
+        &self,
+        op: BinaryOp,
+        left: &mut CheckedExpr,
+        right: &mut CheckedExpr,
+    ) -> Option<CheckedExprKind> {
         match op {
             BinaryOp::And | BinaryOp::Or => {
                 let known = truth(left, self.meanings)?;
@@ -259,15 +273,15 @@ impl Folder<'_> {
             | BinaryOp::Greater
             | BinaryOp::GreaterEq => self.compare(op, left, right).map(truth_value),
             _ => {
-                let left = Number::of(self.profile, left)?;
-                let right = Number::of(self.profile, right)?;
-                constant::arithmetic(self.profile, op, left, right).map(Number::to_expr)
+                let left = ConstantNumber::of(self.profile, left)?;
+                let right = ConstantNumber::of(self.profile, right)?;
+                constant::arithmetic(self.profile, op, left, right).map(ConstantNumber::to_expr)
             }
         }
     }
 
-    fn compare(&self, op: BinaryOp, left: &Expr, right: &Expr) -> Option<bool> {
-        if let (ExprKind::Str(a), ExprKind::Str(b)) = (&left.kind, &right.kind) {
+    fn compare(&self, op: BinaryOp, left: &CheckedExpr, right: &CheckedExpr) -> Option<bool> {
+        if let (CheckedExprKind::Str(a), CheckedExprKind::Str(b)) = (&left.kind, &right.kind) {
             return match op {
                 BinaryOp::Eq => Some(a == b),
                 BinaryOp::NotEq => Some(a != b),
@@ -279,7 +293,7 @@ impl Folder<'_> {
             };
         }
         if let (Some(a), Some(b)) =
-            (Number::of(self.profile, left), Number::of(self.profile, right))
+            (ConstantNumber::of(self.profile, left), ConstantNumber::of(self.profile, right))
         {
             return constant::compare(op, a, b);
         }
@@ -302,15 +316,18 @@ impl Folder<'_> {
     }
 }
 
-fn truth_value(truth: bool) -> ExprKind {
-    ExprKind::Int(i64::from(truth))
+fn truth_value(truth: bool) -> CheckedExprKind {
+    CheckedExprKind::Int(i64::from(truth))
 }
 
-fn take(expr: &mut Expr) -> Expr {
-    Expr { kind: std::mem::replace(&mut expr.kind, ExprKind::Nil), span: expr.span }
+fn take(expr: &mut CheckedExpr) -> CheckedExpr {
+    CheckedExpr { kind: std::mem::replace(&mut expr.kind, CheckedExprKind::Nil), span: expr.span }
 }
 
-fn not(operand: Expr) -> Expr {
+fn not(operand: CheckedExpr) -> CheckedExpr {
     let span = operand.span;
-    Expr { kind: ExprKind::Unary { op: UnaryOp::Not, operand: Box::new(operand) }, span }
+    CheckedExpr {
+        kind: CheckedExprKind::Unary { op: UnaryOp::Not, operand: Box::new(operand) },
+        span,
+    }
 }

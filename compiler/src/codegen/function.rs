@@ -4,10 +4,10 @@ use bittybuzz_vm_core::opcode;
 
 use crate::check::names::Meaning;
 use crate::check::tree::{
-    Block, Branch, Expr, ExprKind, Function, FunctionId, Link, LocalId, LocalKind, NameId, Stmt,
-    StmtKind,
+    CheckedBlock, CheckedBranch, CheckedExpr, CheckedExprKind, CheckedFunction, CheckedLink,
+    CheckedStmt, CheckedStmtKind, FunctionId, LocalId, LocalKind, NameId,
 };
-use crate::codegen::asm::{AsmError, FunctionBuilder, FunctionCode, Mark, Shape};
+use crate::codegen::asm::{AsmError, CodeMark, FunctionBuilder, FunctionCode, Shape};
 use crate::codegen::locals::{LocalRange, Locals};
 use crate::codegen::operands::added_literal;
 use crate::codegen::{Generator, constant, fold, nowhere, operand};
@@ -23,7 +23,7 @@ pub fn generate(
     let function = program.function(id);
     let shape = shape(generator, id);
     let word_bytes = constant::word_bytes(generator.profile);
-    let mut code = Code {
+    let mut code = GeneratedFunction {
         function,
         shape,
         builder: FunctionBuilder::new(shape, word_bytes, function.span),
@@ -38,7 +38,7 @@ pub fn generate(
     }
     code.copy_assigned_captures(start);
     code.stmts(&function.body);
-    let Code { builder, locals, .. } = code;
+    let GeneratedFunction { builder, locals, .. } = code;
     let code = builder.finish(end_of(function.span))?;
     let locals = locals.finish(&code);
     Ok((code, locals))
@@ -72,8 +72,8 @@ fn end_of(span: Span) -> Span {
 }
 
 /// The state of one function while its code is generated.
-pub struct Code<'g, 'a> {
-    pub function: &'a Function,
+pub struct GeneratedFunction<'g, 'a> {
+    pub function: &'a CheckedFunction,
     pub shape: Shape,
     pub builder: FunctionBuilder,
     /// Offset of each local from the frame record; 0 until the local has a slot.
@@ -83,7 +83,7 @@ pub struct Code<'g, 'a> {
     pub generator: &'g mut Generator<'a>,
 }
 
-impl<'a> Code<'_, 'a> {
+impl<'a> GeneratedFunction<'_, 'a> {
     /// Assigns the globals that have a value before the first line runs: functions that the script
     /// assigns later, and built-ins and robot functions whose names the script assigns.
     fn first_values(&mut self) {
@@ -108,7 +108,7 @@ impl<'a> Code<'_, 'a> {
 
     /// Records the places of parameters, `self` and captured values, which are valid from the first
     /// instruction on.
-    fn open_arguments(&mut self, start: Mark) {
+    fn open_arguments(&mut self, start: CodeMark) {
         for local in &self.function.locals {
             let place = match local.kind {
                 LocalKind::Parameter(number) => {
@@ -126,7 +126,7 @@ impl<'a> Code<'_, 'a> {
 
     /// Copies the captured values that the function assigns into local variables, because captured
     /// values are read-only.
-    fn copy_assigned_captures(&mut self, start: Mark) {
+    fn copy_assigned_captures(&mut self, start: CodeMark) {
         let function = self.function;
         for (number, local) in function.locals.iter().enumerate() {
             if let LocalKind::Captured { index, assigned: true } = local.kind {
@@ -139,7 +139,7 @@ impl<'a> Code<'_, 'a> {
 
     /// Makes the value on top of the stack the slot of a local. Returns the mark from which the
     /// local has this slot.
-    fn place(&mut self, local: LocalId) -> Mark {
+    fn place(&mut self, local: LocalId) -> CodeMark {
         let depth = operand(self.builder.depth());
         if let Some(slot) = self.slots.get_mut(local.0) {
             *slot = depth;
@@ -162,7 +162,7 @@ impl<'a> Code<'_, 'a> {
         }
     }
 
-    fn stmts(&mut self, stmts: &'a [Stmt]) {
+    fn stmts(&mut self, stmts: &'a [CheckedStmt]) {
         for stmt in stmts {
             // Unreachable code after a return must not add functions or imports to the image.
             if !self.builder.is_reachable() {
@@ -172,7 +172,7 @@ impl<'a> Code<'_, 'a> {
         }
     }
 
-    fn block(&mut self, block: &'a Block) {
+    fn block(&mut self, block: &'a CheckedBlock) {
         let (depth, count) = (self.builder.depth(), self.locals.count());
         self.stmts(&block.stmts);
         if self.builder.is_reachable() {
@@ -182,36 +182,36 @@ impl<'a> Code<'_, 'a> {
         self.locals.close(count, end);
     }
 
-    fn stmt(&mut self, stmt: &'a Stmt) {
+    fn stmt(&mut self, stmt: &'a CheckedStmt) {
         match &stmt.kind {
-            StmtKind::Var { local, value } => {
+            CheckedStmtKind::Var { local, value } => {
                 match value {
                     Some(value) => self.expr(value),
                     None => self.builder.plain(opcode::NIL, stmt.span),
                 }
                 self.place(*local);
             }
-            StmtKind::Assign { target, value } => self.assign(target, value, stmt.span),
-            StmtKind::If { branches, otherwise } => self.if_else(branches, otherwise),
-            StmtKind::While { condition, body, update } => {
+            CheckedStmtKind::Assign { target, value } => self.assign(target, value, stmt.span),
+            CheckedStmtKind::If { branches, otherwise } => self.if_else(branches, otherwise),
+            CheckedStmtKind::While { condition, body, update } => {
                 self.repeat(condition, body, update.as_deref(), stmt.span);
             }
-            StmtKind::Return(None) => self.builder.ret_nil(stmt.span),
-            StmtKind::Return(Some(value)) if matches!(value.kind, ExprKind::Nil) => {
+            CheckedStmtKind::Return(None) => self.builder.ret_nil(stmt.span),
+            CheckedStmtKind::Return(Some(value)) if matches!(value.kind, CheckedExprKind::Nil) => {
                 self.builder.ret_nil(stmt.span);
             }
-            StmtKind::Return(Some(value)) => {
+            CheckedStmtKind::Return(Some(value)) => {
                 self.expr(value);
                 self.builder.ret(stmt.span);
             }
-            StmtKind::Call(call) => self.effect(call),
+            CheckedStmtKind::Call(call) => self.effect(call),
         }
     }
 
-    fn if_else(&mut self, branches: &'a [Branch], otherwise: &'a Block) {
+    fn if_else(&mut self, branches: &'a [CheckedBranch], otherwise: &'a CheckedBlock) {
         let end = self.builder.label();
         let mut left = branches.iter();
-        while let Some(Branch { condition, then }) = left.next() {
+        while let Some(CheckedBranch { condition, then }) = left.next() {
             let is_last = left.as_slice().is_empty() && otherwise.stmts.is_empty();
             match fold::truth(condition, self.generator.meanings) {
                 Some(true) => {
@@ -241,9 +241,9 @@ impl<'a> Code<'_, 'a> {
     /// Generates a loop. The condition is placed at the end, so that an iteration costs one jump.
     fn repeat(
         &mut self,
-        condition: &'a Expr,
-        body: &'a Block,
-        update: Option<&'a Stmt>,
+        condition: &'a CheckedExpr,
+        body: &'a CheckedBlock,
+        update: Option<&'a CheckedStmt>,
         span: Span,
     ) {
         let known = fold::truth(condition, self.generator.meanings);
@@ -267,21 +267,21 @@ impl<'a> Code<'_, 'a> {
         }
     }
 
-    fn assign(&mut self, target: &'a Expr, value: &'a Expr, span: Span) {
+    fn assign(&mut self, target: &'a CheckedExpr, value: &'a CheckedExpr, span: Span) {
         match &target.kind {
-            ExprKind::Local(local) => self.assign_local(*local, value, span),
-            ExprKind::Name(name) => {
+            CheckedExprKind::Local(local) => self.assign_local(*local, value, span),
+            CheckedExprKind::Name(name) => {
                 self.expr(value);
                 let global = self.generator.global(*name);
                 self.builder.operand(opcode::GLOBAL_SET, global, span);
             }
-            ExprKind::Field { object, key, .. } => {
+            CheckedExprKind::Field { object, key, .. } => {
                 self.expr(object);
                 self.expr(value);
                 let key = self.generator.string(key);
                 self.builder.operand(opcode::FIELD_SET, key, span);
             }
-            ExprKind::Index { object, index } => {
+            CheckedExprKind::Index { object, index } => {
                 self.expr(object);
                 self.expr(index);
                 self.expr(value);
@@ -292,13 +292,13 @@ impl<'a> Code<'_, 'a> {
         }
     }
 
-    fn assign_local(&mut self, local: LocalId, value: &'a Expr, span: Span) {
+    fn assign_local(&mut self, local: LocalId, value: &'a CheckedExpr, span: Span) {
         let Some(slot) = self.slot(local) else { return };
-        if let ExprKind::Chain { first, links } = &value.kind
-            && let [Link { op, right, .. }] = links.as_slice()
+        if let CheckedExprKind::Chain { first, links } = &value.kind
+            && let [CheckedLink { op, right, .. }] = links.as_slice()
             && let Some((rest, literal)) = added_literal(*op, first, right)
             && let Ok(immediate) = i8::try_from(literal)
-            && matches!(rest.kind, ExprKind::Local(read) if read == local)
+            && matches!(rest.kind, CheckedExprKind::Local(read) if read == local)
         {
             // A fault of `LOCAL_ADD` is reported at the addition.
             return self.builder.local_add(slot, immediate, value.span);

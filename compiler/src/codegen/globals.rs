@@ -5,7 +5,7 @@ use std::cmp::Reverse;
 use std::collections::BTreeMap;
 
 use crate::check::names::{Meaning, Meanings};
-use crate::check::tree::{ExprKind, NameId, ResolvedScript, each_expr};
+use crate::check::tree::{CheckedExprKind, NameId, ResolvedScript, each_expr};
 
 /// Returns the names of the global variables, by number.
 pub fn number(program: &ResolvedScript, meanings: &Meanings<'_>) -> Vec<NameId> {
@@ -16,7 +16,7 @@ pub fn number(program: &ResolvedScript, meanings: &Meanings<'_>) -> Vec<NameId> 
         .collect();
     for function in &program.functions {
         each_expr(&function.body, &mut |expr| {
-            if let ExprKind::Name(name) = expr.kind
+            if let CheckedExprKind::Name(name) = expr.kind
                 && let Some(count) = uses.get_mut(&name)
             {
                 *count += 1;

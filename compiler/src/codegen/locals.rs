@@ -1,7 +1,7 @@
 //! The places of local variables, each with the range of code in which it is valid, for the
 //! symbols.
 
-use crate::codegen::asm::{FunctionCode, Mark};
+use crate::codegen::asm::{CodeMark, FunctionCode};
 use crate::symbols::LocalPlace;
 
 /// A local variable and a range of code in which it has one place.
@@ -21,25 +21,25 @@ pub struct LocalRange {
 pub struct Locals {
     /// Locals that are in scope at the current instruction, outer blocks first.
     open: Vec<Open>,
-    closed: Vec<(Open, Mark)>,
+    closed: Vec<(Open, CodeMark)>,
 }
 
 #[derive(Debug)]
 struct Open {
     name: String,
     place: LocalPlace,
-    from: Mark,
+    from: CodeMark,
 }
 
 impl Locals {
     /// Starts the range of a local at a mark. The range ends with [`Locals::close`] or with the
     /// function.
-    pub fn open(&mut self, name: &str, place: LocalPlace, from: Mark) {
+    pub fn open(&mut self, name: &str, place: LocalPlace, from: CodeMark) {
         self.open.push(Open { name: name.to_owned(), place, from });
     }
 
     /// Adds a local whose range lies between two marks.
-    pub fn add(&mut self, name: &str, place: LocalPlace, from: Mark, to: Mark) {
+    pub fn add(&mut self, name: &str, place: LocalPlace, from: CodeMark, to: CodeMark) {
         self.closed.push((Open { name: name.to_owned(), place, from }, to));
     }
 
@@ -49,7 +49,7 @@ impl Locals {
     }
 
     /// Ends the ranges of all open locals except the first `count`, at the end of a block.
-    pub fn close(&mut self, count: usize, to: Mark) {
+    pub fn close(&mut self, count: usize, to: CodeMark) {
         let count = count.min(self.open.len());
         self.closed.extend(self.open.drain(count..).map(|local| (local, to)));
     }

@@ -42,13 +42,13 @@ use bittybuzz_vm_core::image::EntryPoint;
 
 use crate::check::names::{Meaning, Meanings};
 use crate::check::tree::{FunctionId, NameId, ResolvedScript};
-use crate::codes::Code;
+use crate::codes::DiagnosticCode;
 use crate::diagnostic::Diagnostic;
-use crate::image::{LibraryRow, Parts};
+use crate::image::{ImageContent, LibraryRow};
 use crate::source::{FileId, Span};
 use crate::strings::StringTable;
 use asm::{AsmError, AsmErrorKind, FunctionCode};
-use constant::Profile;
+use constant::NumberProfile;
 pub use locals::LocalRange;
 
 /// The functions that the host calls, in the order of the image header.
@@ -58,7 +58,7 @@ pub const ENTRIES: [&str; 4] = ["init", "step", "reset", "destroy"];
 #[derive(Debug, Clone)]
 pub struct Generated {
     /// The parts of the image, complete except for the script hash.
-    pub parts: Parts,
+    pub parts: ImageContent,
     /// The functions, by number.
     pub functions: Vec<SourceFunction>,
     /// The locals of each function, by its number.
@@ -89,7 +89,7 @@ pub const GLOBAL_CODE: &str = "global code";
 pub fn generate(
     mut program: ResolvedScript,
     meanings: &Meanings<'_>,
-    profile: Profile,
+    profile: NumberProfile,
     strings: &BTreeSet<String>,
 ) -> Result<Generated, Vec<Diagnostic>> {
     let mut names: BTreeSet<&str> = strings.iter().map(String::as_str).collect();
@@ -155,8 +155,8 @@ pub fn generate(
     let order = generator.orders_strings
         && (holds_own_strings || text)
         && !generator.strings.script().is_empty();
-    let parts = Parts {
-        full: profile == Profile::Full,
+    let parts = ImageContent {
+        full: profile == NumberProfile::Full,
         features: generator.features,
         script_hash: 0,
         entries,
@@ -205,7 +205,7 @@ fn source_function(program: &ResolvedScript, id: FunctionId) -> SourceFunction {
 struct Generator<'a> {
     program: &'a ResolvedScript,
     meanings: &'a Meanings<'a>,
-    profile: Profile,
+    profile: NumberProfile,
     strings: StringTable,
     /// The strings of the source.
     mentioned: &'a BTreeSet<String>,
@@ -267,7 +267,7 @@ impl Generator<'_> {
     /// Returns the number of a built-in that the code uses, and records the requirements of the
     /// built-in: its feature, the objects that it returns, and the order of strings if it compares
     /// them.
-    fn builtin(&mut self, info: &builtin::Info) -> i32 {
+    fn builtin(&mut self, info: &builtin::BuiltinInfo) -> i32 {
         self.features |= info.feature as u8;
         match info.number {
             builtin::MIN | builtin::MAX => self.orders_strings = true,
@@ -338,27 +338,27 @@ fn operand(number: usize) -> i32 {
 fn asm_diagnostic(error: AsmError) -> Diagnostic {
     let (code, message, help) = match error.kind {
         AsmErrorKind::TooManyParameters => (
-            Code::TooManyParameters,
+            DiagnosticCode::TooManyParameters,
             format!("a function can have at most {} parameters", asm::MAX_PARAMETERS),
             "pass a table",
         ),
         AsmErrorKind::TooDeep => (
-            Code::FunctionTooDeep,
+            DiagnosticCode::FunctionTooDeep,
             format!("this function needs more than {} values at a time", asm::MAX_DEPTH),
             "use fewer local variables, shorter argument lists, or a table",
         ),
         AsmErrorKind::TooManyArguments => (
-            Code::TooManyArguments,
+            DiagnosticCode::TooManyArguments,
             format!("a call can pass at most {} arguments", asm::MAX_ARGUMENTS),
             "pass a table, or call several times",
         ),
         AsmErrorKind::OperandRange => (
-            Code::ImageTooLarge,
+            DiagnosticCode::ImageTooLarge,
             "the script has more names, strings or functions than an image can number".to_owned(),
             "at most 32767 of each are possible",
         ),
         AsmErrorKind::JumpTooFar => (
-            Code::FunctionTooLong,
+            DiagnosticCode::FunctionTooLong,
             "the code between here and the end of this statement is too long to jump over"
                 .to_owned(),
             "move a part of it into a function",
@@ -367,7 +367,7 @@ fn asm_diagnostic(error: AsmError) -> Diagnostic {
         | AsmErrorKind::Underflow
         | AsmErrorKind::DepthMismatch
         | AsmErrorKind::BadLabel => (
-            Code::Internal,
+            DiagnosticCode::Internal,
             format!("the compiler made wrong code here ({:?})", error.kind),
             "this is a mistake in the compiler: please report it with the script",
         ),

@@ -7,7 +7,7 @@
 use bittybuzz_vm_core::builtin;
 
 use crate::check::names::{Meaning, Meanings};
-use crate::check::tree::{ExprKind, ResolvedScript, each_expr};
+use crate::check::tree::{CheckedExprKind, ResolvedScript, each_expr};
 use crate::strings::own_number;
 
 /// Returns true if the script may get hold of the machine's own strings. Code that never runs on
@@ -22,7 +22,7 @@ pub fn may_observe_builtin_strings(program: &ResolvedScript, meanings: &Meanings
     for function in &program.functions {
         // The names of fields do not count: they become values only if a table is iterated.
         each_expr(&function.body, &mut |expr| {
-            if let ExprKind::Str(text) = &expr.kind {
+            if let CheckedExprKind::Str(text) = &expr.kind {
                 writes_them |= own_number(text).is_some();
             }
         });

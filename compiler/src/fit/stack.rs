@@ -5,7 +5,7 @@
 use std::collections::BTreeMap;
 
 use bittybuzz_vm_core::GLOBALS;
-use bittybuzz_vm_core::image::{CAPTURES, EntryPoint, Header, PARAMETERS, USES_SELF};
+use bittybuzz_vm_core::image::{CAPTURES, EntryPoint, ImageHeader, PARAMETERS, USES_SELF};
 use bittybuzz_vm_core::opcode::{self, DROP_RESULT, Operand, Trailer};
 
 use super::code;
@@ -23,30 +23,30 @@ pub struct CallPath {
 }
 
 /// A call of a script function by number.
-struct Call {
+struct ScriptCall {
     at: usize,
     function: u16,
     /// Slots between the caller's record and that of the callee.
     between: usize,
 }
 
-struct Function {
+struct StackFunction {
     /// Slots below the function's record if the function is an entry point. These are the
     /// parameters and the record of the machine's own frame, from which the machine calls an entry
     /// point unless its header byte is 0.
     below: usize,
     /// Slots above the function's record.
     room: usize,
-    calls: Vec<Call>,
+    calls: Vec<ScriptCall>,
     /// Slots from the record up including those of the deepest call, and the index of that call in
     /// `calls`. `None` until it is computed.
     need: Option<(usize, Option<usize>)>,
 }
 
 /// Returns the path that needs the most slots.
-pub fn deepest(image: &[u8], header: &Header) -> CallPath {
+pub fn deepest(image: &[u8], header: &ImageHeader) -> CallPath {
     let numbers = 0..header.functions();
-    let mut functions: Vec<Function> =
+    let mut functions: Vec<StackFunction> =
         numbers.map(|number| function(image, header, number)).collect();
     let entries = header.entries().filter_map(|count| match EntryPoint::from_count(count) {
         EntryPoint::Function(number) => Some(number),
@@ -62,7 +62,7 @@ pub fn deepest(image: &[u8], header: &Header) -> CallPath {
     ways.reduce(|most, way| if way.slots > most.slots { way } else { most }).unwrap_or_default()
 }
 
-fn way(functions: &[Function], entry: u16, slots: usize) -> CallPath {
+fn way(functions: &[StackFunction], entry: u16, slots: usize) -> CallPath {
     let mut way = CallPath { slots, functions: vec![entry], calls: Vec::new() };
     let mut number = entry;
     while let Some(function) = functions.get(usize::from(number))
@@ -78,7 +78,7 @@ fn way(functions: &[Function], entry: u16, slots: usize) -> CallPath {
 
 /// Computes the needs of a function and of all functions that it calls. The walk is iterative,
 /// because a script may have a long chain of calls.
-fn find_needs(functions: &mut [Function], entry: u16) {
+fn find_needs(functions: &mut [StackFunction], entry: u16) {
     let mut is_active = vec![false; functions.len()];
     // The current chain of calls. Each function has the index of its next call.
     let mut active = vec![(usize::from(entry), 0)];
@@ -119,10 +119,10 @@ fn find_needs(functions: &mut [Function], entry: u16) {
 
 /// Finds the calls of a function. Tracks the depth of the operand stack as docs/image-format.md
 /// states.
-fn function(image: &[u8], header: &Header, number: u16) -> Function {
+fn function(image: &[u8], header: &ImageHeader, number: u16) -> StackFunction {
     let [head, room] = code::head(image, header, number);
     let hidden = usize::from(head & CAPTURES != 0) + usize::from(head & USES_SELF != 0);
-    let mut function = Function {
+    let mut function = StackFunction {
         below: usize::from(head != 0) + usize::from(head & PARAMETERS),
         room: usize::from(room),
         calls: Vec::new(),
@@ -138,7 +138,7 @@ fn function(image: &[u8], header: &Header, number: u16) -> Function {
         let counted = match (info.byte, info.operand, info.trailer) {
             (opcode::CALL_FUNCTION, ..) => {
                 let callee = u16::try_from(operand).unwrap_or(0);
-                function.calls.push(Call {
+                function.calls.push(ScriptCall {
                     at: instruction.at,
                     function: callee,
                     between: 1 + depth,

@@ -2,13 +2,13 @@
 
 use std::path::{Path, PathBuf};
 
-use super::{LIBRARY_FOLDER, Loader};
-use crate::codes::Code;
+use super::{IncludeLoader, LIBRARY_FOLDER};
+use crate::codes::DiagnosticCode;
 use crate::diagnostic::Diagnostic;
 use crate::source::Span;
 
 /// The result of a search for an included file.
-pub(super) enum Found<'a> {
+pub(super) enum IncludeResult<'a> {
     OnDisk { path: PathBuf, identity: PathBuf },
     InWorkingFolder { path: PathBuf, identity: PathBuf },
     InLibrary { name: &'a str, text: &'a str },
@@ -22,15 +22,15 @@ pub(super) struct NotFound {
 
 /// Searches for the file that `including` calls `name`.
 pub(super) fn find<'a>(
-    loader: &'a Loader,
+    loader: &'a IncludeLoader,
     including: &Path,
     name: &Path,
-) -> Result<Found<'a>, NotFound> {
+) -> Result<IncludeResult<'a>, NotFound> {
     let library = || {
         // Installations of Buzz have the library in a folder named `include`.
         let file = name.strip_prefix("include").unwrap_or(name);
         let entry = loader.library.iter().find(|(known, _)| Path::new(known) == file);
-        entry.map(|(name, text)| Found::InLibrary { name, text })
+        entry.map(|(name, text)| IncludeResult::InLibrary { name, text })
     };
     // Files of the library include each other, even if the user's folders contain files with the
     // same names.
@@ -45,14 +45,14 @@ pub(super) fn find<'a>(
         loader.files.canonical(&path).map(|identity| (path, identity))
     };
     if let Some((path, identity)) = on_disk(here) {
-        return Ok(Found::OnDisk { path, identity });
+        return Ok(IncludeResult::OnDisk { path, identity });
     }
     if let Some((path, identity)) = on_disk(&loader.working_folder) {
-        return Ok(Found::InWorkingFolder { path, identity });
+        return Ok(IncludeResult::InWorkingFolder { path, identity });
     }
     let configured = || loader.folders.iter().chain(&loader.environment).map(PathBuf::as_path);
     if let Some((path, identity)) = configured().find_map(on_disk) {
-        return Ok(Found::OnDisk { path, identity });
+        return Ok(IncludeResult::OnDisk { path, identity });
     }
     library().ok_or_else(|| {
         let mut folders = vec![here, &loader.working_folder];
@@ -63,7 +63,7 @@ pub(super) fn find<'a>(
 }
 
 impl NotFound {
-    fn new(loader: &Loader, folders: &[&Path], name: &Path) -> Self {
+    fn new(loader: &IncludeLoader, folders: &[&Path], name: &Path) -> Self {
         let mut searched: Vec<String> = folders.iter().map(|folder| shown(folder)).collect();
         if !loader.library.is_empty() {
             searched.push(LIBRARY_FOLDER.to_owned());
@@ -85,7 +85,7 @@ impl NotFound {
             None => format!("searched in: {searched}"),
         };
         Diagnostic::new(
-            Code::IncludeNotFound,
+            DiagnosticCode::IncludeNotFound,
             span,
             format!("there is no file `{name}` to include"),
         )
@@ -118,7 +118,7 @@ fn shown(folder: &Path) -> String {
 pub(super) fn working_folder_warning(path: &Path, including: &Path, span: Span) -> Diagnostic {
     let path = path.display();
     Diagnostic::new(
-        Code::IncludeFromWorkingFolder,
+        DiagnosticCode::IncludeFromWorkingFolder,
         span,
         format!("`{path}` is not next to the file that includes it"),
     )

@@ -1,9 +1,9 @@
 //! Reads numbers and strings.
 
 use super::{Lexer, ends_value, is_name_part};
-use crate::codes::Code;
+use crate::codes::DiagnosticCode;
 use crate::diagnostic::Diagnostic;
-use crate::token::{Fixed, TokenKind};
+use crate::token::{FixedToken, TokenKind};
 
 impl Lexer<'_> {
     /// Returns true if the `.` here begins a number such as `.5`. Otherwise it is the dot of a
@@ -13,8 +13,10 @@ impl Lexer<'_> {
             return false;
         }
         match self.tokens.last().map(|token| &token.kind) {
-            Some(TokenKind::Fixed(Fixed::OpenBrace)) => false,
-            Some(TokenKind::Fixed(Fixed::Comma)) => self.brackets.last() != Some(&Fixed::OpenBrace),
+            Some(TokenKind::Fixed(FixedToken::OpenBrace)) => false,
+            Some(TokenKind::Fixed(FixedToken::Comma)) => {
+                self.brackets.last() != Some(&FixedToken::OpenBrace)
+            }
             Some(kind) => !ends_value(kind),
             None => true,
         }
@@ -102,7 +104,7 @@ impl Lexer<'_> {
 
     fn malformed(&mut self, help: &str) {
         let text = self.read();
-        self.report(Code::MalformedNumber, format!("`{text}` is not a number"), help);
+        self.report(DiagnosticCode::MalformedNumber, format!("`{text}` is not a number"), help);
         self.push(TokenKind::Int(0));
     }
 
@@ -110,14 +112,14 @@ impl Lexer<'_> {
     fn second_point(&mut self, number: &str) {
         let help = format!("write `{number}`");
         let message = format!("the second point of `{number}.` means nothing");
-        self.report(Code::SecondPoint, message, &help);
+        self.report(DiagnosticCode::SecondPoint, message, &help);
         self.mend(number);
     }
 
     fn out_of_range(&mut self, how: &str) {
         let text = self.read();
         self.report(
-            Code::NumberOutOfRange,
+            DiagnosticCode::NumberOutOfRange,
             format!("the number `{text}` is {how}"),
             "integers have 16 bits in the profile `tiny` and 32 bits in the profile `full`; \
              floats reach about 4e9 in `tiny` and 3e38 in `full`",
@@ -172,15 +174,16 @@ impl Lexer<'_> {
     /// Returns true after `function name(parameters)`, where a docstring may stand.
     fn is_behind_parameters(&self) -> bool {
         let mut before = self.tokens.iter().rev().map(|token| &token.kind);
-        if before.next() != Some(&TokenKind::Fixed(Fixed::CloseParen)) {
+        if before.next() != Some(&TokenKind::Fixed(FixedToken::CloseParen)) {
             return false;
         }
-        let is_parameter =
-            |kind: &&TokenKind| matches!(kind, TokenKind::Name(_) | TokenKind::Fixed(Fixed::Comma));
+        let is_parameter = |kind: &&TokenKind| {
+            matches!(kind, TokenKind::Name(_) | TokenKind::Fixed(FixedToken::Comma))
+        };
         let mut before = before.skip_while(is_parameter);
-        before.next() == Some(&TokenKind::Fixed(Fixed::OpenParen))
+        before.next() == Some(&TokenKind::Fixed(FixedToken::OpenParen))
             && matches!(before.next(), Some(TokenKind::Name(_)))
-            && before.next() == Some(&TokenKind::Fixed(Fixed::Function))
+            && before.next() == Some(&TokenKind::Fixed(FixedToken::Function))
     }
 
     /// Returns the character that a backslash and the character after it stand for.
@@ -204,7 +207,7 @@ impl Lexer<'_> {
                 let span = self.span_from(backslash);
                 self.diagnostics.push(
                     Diagnostic::new(
-                        Code::UnknownEscape,
+                        DiagnosticCode::UnknownEscape,
                         span,
                         format!("`\\{shown}` is no escape of Buzz"),
                     )
@@ -220,7 +223,7 @@ impl Lexer<'_> {
         let mut span = self.span_from(opening);
         span.end = span.start + 1;
         self.diagnostics.push(
-            Diagnostic::new(Code::UnterminatedString, span, "this string never ends")
+            Diagnostic::new(DiagnosticCode::UnterminatedString, span, "this string never ends")
                 .label("opened here")
                 .help(format!("close it with `{quote}`")),
         );

@@ -1,64 +1,64 @@
 //! Reads operators and brackets, including operators of other languages.
 
 use super::Lexer;
-use crate::codes::Code;
-use crate::token::{Fixed, TokenKind};
+use crate::codes::DiagnosticCode;
+use crate::token::{FixedToken, TokenKind};
 
 /// The operators. A longer operator precedes those that it starts with.
-const OPERATORS: [Fixed; 26] = [
-    Fixed::ShiftLeft,
-    Fixed::ShiftRight,
-    Fixed::Equal,
-    Fixed::NotEqual,
-    Fixed::LessEqual,
-    Fixed::GreaterEqual,
-    Fixed::Less,
-    Fixed::Greater,
-    Fixed::Plus,
-    Fixed::Minus,
-    Fixed::Star,
-    Fixed::Slash,
-    Fixed::Percent,
-    Fixed::Caret,
-    Fixed::Ampersand,
-    Fixed::Pipe,
-    Fixed::Bang,
-    Fixed::Assign,
-    Fixed::Dot,
-    Fixed::Comma,
-    Fixed::OpenParen,
-    Fixed::CloseParen,
-    Fixed::OpenBracket,
-    Fixed::CloseBracket,
-    Fixed::OpenBrace,
-    Fixed::CloseBrace,
+const OPERATORS: [FixedToken; 26] = [
+    FixedToken::ShiftLeft,
+    FixedToken::ShiftRight,
+    FixedToken::Equal,
+    FixedToken::NotEqual,
+    FixedToken::LessEqual,
+    FixedToken::GreaterEqual,
+    FixedToken::Less,
+    FixedToken::Greater,
+    FixedToken::Plus,
+    FixedToken::Minus,
+    FixedToken::Star,
+    FixedToken::Slash,
+    FixedToken::Percent,
+    FixedToken::Caret,
+    FixedToken::Ampersand,
+    FixedToken::Pipe,
+    FixedToken::Bang,
+    FixedToken::Assign,
+    FixedToken::Dot,
+    FixedToken::Comma,
+    FixedToken::OpenParen,
+    FixedToken::CloseParen,
+    FixedToken::OpenBracket,
+    FixedToken::CloseBracket,
+    FixedToken::OpenBrace,
+    FixedToken::CloseBrace,
 ];
 
 /// Operators of other languages, with their likely meaning and help. None of these sequences can
 /// occur in a correct script. A longer sequence precedes those that it starts with.
-const FOREIGN: [(&str, Fixed, &str); 22] = [
-    ("===", Fixed::Equal, "equality is `==`"),
-    ("!==", Fixed::NotEqual, "inequality is `!=`"),
-    ("<<=", Fixed::Assign, "write `x = x << ...`"),
-    (">>=", Fixed::Assign, "write `x = x >> ...`"),
-    ("&&", Fixed::And, "the logical operator is the word `and`"),
-    ("||", Fixed::Or, "the logical operator is the word `or`"),
-    ("**", Fixed::Caret, "the power operator is `^`"),
-    ("~=", Fixed::NotEqual, "inequality is `!=`"),
-    ("<>", Fixed::NotEqual, "inequality is `!=`"),
-    ("=<", Fixed::LessEqual, "less or equal is `<=`"),
-    ("=>", Fixed::GreaterEqual, "greater or equal is `>=`"),
-    (":=", Fixed::Assign, "assignment is `=`"),
-    ("+=", Fixed::Assign, "write `x = x + ...`"),
-    ("-=", Fixed::Assign, "write `x = x - ...`"),
-    ("*=", Fixed::Assign, "write `x = x * ...`"),
-    ("/=", Fixed::Assign, "write `x = x / ...`"),
-    ("%=", Fixed::Assign, "write `x = x % ...`"),
-    ("^=", Fixed::Assign, "write `x = x ^ ...`"),
-    ("&=", Fixed::Assign, "write `x = x & ...`"),
-    ("|=", Fixed::Assign, "write `x = x | ...`"),
-    ("..", Fixed::Plus, "strings are joined with `string.concat(a, b)`"),
-    ("~", Fixed::Bang, "the bitwise not is `!`"),
+const FOREIGN: [(&str, FixedToken, &str); 22] = [
+    ("===", FixedToken::Equal, "equality is `==`"),
+    ("!==", FixedToken::NotEqual, "inequality is `!=`"),
+    ("<<=", FixedToken::Assign, "write `x = x << ...`"),
+    (">>=", FixedToken::Assign, "write `x = x >> ...`"),
+    ("&&", FixedToken::And, "the logical operator is the word `and`"),
+    ("||", FixedToken::Or, "the logical operator is the word `or`"),
+    ("**", FixedToken::Caret, "the power operator is `^`"),
+    ("~=", FixedToken::NotEqual, "inequality is `!=`"),
+    ("<>", FixedToken::NotEqual, "inequality is `!=`"),
+    ("=<", FixedToken::LessEqual, "less or equal is `<=`"),
+    ("=>", FixedToken::GreaterEqual, "greater or equal is `>=`"),
+    (":=", FixedToken::Assign, "assignment is `=`"),
+    ("+=", FixedToken::Assign, "write `x = x + ...`"),
+    ("-=", FixedToken::Assign, "write `x = x - ...`"),
+    ("*=", FixedToken::Assign, "write `x = x * ...`"),
+    ("/=", FixedToken::Assign, "write `x = x / ...`"),
+    ("%=", FixedToken::Assign, "write `x = x % ...`"),
+    ("^=", FixedToken::Assign, "write `x = x ^ ...`"),
+    ("&=", FixedToken::Assign, "write `x = x & ...`"),
+    ("|=", FixedToken::Assign, "write `x = x | ...`"),
+    ("..", FixedToken::Plus, "strings are joined with `string.concat(a, b)`"),
+    ("~", FixedToken::Bang, "the bitwise not is `!`"),
 ];
 
 /// Quotes by which word processors replace `"` and `'`.
@@ -96,7 +96,7 @@ impl Lexer<'_> {
         let end = self.position;
         self.position = self.start + 2;
         self.report(
-            Code::ForeignComment,
+            DiagnosticCode::ForeignComment,
             format!("`{}` does not start a comment", self.read()),
             "a comment starts with `#` and goes to the end of the line; \
              a division of integers is `/`",
@@ -113,9 +113,13 @@ impl Lexer<'_> {
         else {
             return false;
         };
-        self.report(Code::ForeignOperator, format!("Buzz has no operator `{text}`"), help);
+        self.report(
+            DiagnosticCode::ForeignOperator,
+            format!("Buzz has no operator `{text}`"),
+            help,
+        );
         // `x += 1` and `a .. b` need more than another operator, so there is no edit.
-        if (meant != Fixed::Assign || text == ":=") && meant != Fixed::Plus {
+        if (meant != FixedToken::Assign || text == ":=") && meant != FixedToken::Plus {
             self.mend(meant.text());
         }
         self.push_fixed(meant);
@@ -136,7 +140,7 @@ impl Lexer<'_> {
             self.position = content_start;
         }
         self.report(
-            Code::TypographicQuote,
+            DiagnosticCode::TypographicQuote,
             format!("`{}` does not begin a string", opening.unwrap_or_default()),
             "strings stand in straight quotes, `\"` or `'`",
         );
@@ -168,7 +172,7 @@ impl Lexer<'_> {
             c if c.is_whitespace() || is_invisible(c) => "use ordinary spaces",
             _ => "remove it, or put it in quotes if it belongs to a text",
         };
-        self.report(Code::UnknownCharacter, message, help);
+        self.report(DiagnosticCode::UnknownCharacter, message, help);
         // Unusual blanks separate tokens like spaces, without an error token.
         if !text.chars().all(|c| c.is_whitespace() || is_invisible(c)) {
             self.push(TokenKind::Error);

@@ -1,7 +1,7 @@
 //! The pairs of brackets, found before parsing. After an error, the parser continues after the
 //! closing bracket.
 
-use crate::token::{Fixed, Token, TokenKind};
+use crate::token::{FixedToken, Token, TokenKind};
 
 /// The partner of every bracket.
 pub(super) struct Brackets {
@@ -42,7 +42,7 @@ impl Brackets {
             {
                 partner[opening] = b;
                 partner[position] = a;
-            } else if *wanted == TokenKind::Fixed(Fixed::CloseBrace) {
+            } else if *wanted == TokenKind::Fixed(FixedToken::CloseBrace) {
                 last_stray_brace = Some(position);
             }
         }
@@ -55,13 +55,16 @@ impl Brackets {
     fn close(open: &mut Vec<(usize, TokenKind)>, closing: &TokenKind) -> Option<usize> {
         let wanted = match closing {
             TokenKind::FileEnd => open.iter().rposition(|(_, kind)| *kind == TokenKind::FileEnd)?,
-            TokenKind::Fixed(Fixed::CloseBrace) => {
+            TokenKind::Fixed(FixedToken::CloseBrace) => {
                 let weak = |kind: &TokenKind| {
-                    matches!(kind, TokenKind::Fixed(Fixed::CloseParen | Fixed::CloseBracket))
+                    matches!(
+                        kind,
+                        TokenKind::Fixed(FixedToken::CloseParen | FixedToken::CloseBracket)
+                    )
                 };
                 open.iter().rposition(|(_, kind)| !weak(kind)).filter(|i| open[*i].1 == *closing)?
             }
-            TokenKind::Fixed(Fixed::CloseParen | Fixed::CloseBracket) => {
+            TokenKind::Fixed(FixedToken::CloseParen | FixedToken::CloseBracket) => {
                 open.len().checked_sub(1).filter(|i| open[*i].1 == *closing)?
             }
             _ => return None,

@@ -5,60 +5,60 @@
 //! -`; comparisons, which do not chain; `and or`; `not`.
 
 use super::{Parse, Parser};
-use crate::ast::{BinaryOp, Expr, ExprKind, Link, Power, UnaryOp};
-use crate::codes::Code;
+use crate::ast::{BinaryOp, ChainLink, Expr, ExprKind, Precedence, UnaryOp};
+use crate::codes::DiagnosticCode;
 use crate::diagnostic::Diagnostic;
-use crate::token::{Fixed, Separation, TokenKind};
+use crate::token::{FixedToken, Separation, TokenKind};
 
 /// Returns the binary operator that a token stands for.
-pub(super) fn binary_operator(fixed: Fixed) -> Option<BinaryOp> {
+pub(super) fn binary_operator(fixed: FixedToken) -> Option<BinaryOp> {
     Some(match fixed {
-        Fixed::And => BinaryOp::And,
-        Fixed::Or => BinaryOp::Or,
-        Fixed::Equal => BinaryOp::Eq,
-        Fixed::NotEqual => BinaryOp::NotEq,
-        Fixed::Less => BinaryOp::Less,
-        Fixed::LessEqual => BinaryOp::LessEq,
-        Fixed::Greater => BinaryOp::Greater,
-        Fixed::GreaterEqual => BinaryOp::GreaterEq,
-        Fixed::Plus => BinaryOp::Add,
-        Fixed::Minus => BinaryOp::Sub,
-        Fixed::Star => BinaryOp::Mul,
-        Fixed::Slash => BinaryOp::Div,
-        Fixed::Percent => BinaryOp::Mod,
-        Fixed::Caret => BinaryOp::Pow,
-        Fixed::ShiftLeft => BinaryOp::ShiftLeft,
-        Fixed::ShiftRight => BinaryOp::ShiftRight,
-        Fixed::Ampersand => BinaryOp::BitAnd,
-        Fixed::Pipe => BinaryOp::BitOr,
+        FixedToken::And => BinaryOp::And,
+        FixedToken::Or => BinaryOp::Or,
+        FixedToken::Equal => BinaryOp::Eq,
+        FixedToken::NotEqual => BinaryOp::NotEq,
+        FixedToken::Less => BinaryOp::Less,
+        FixedToken::LessEqual => BinaryOp::LessEq,
+        FixedToken::Greater => BinaryOp::Greater,
+        FixedToken::GreaterEqual => BinaryOp::GreaterEq,
+        FixedToken::Plus => BinaryOp::Add,
+        FixedToken::Minus => BinaryOp::Sub,
+        FixedToken::Star => BinaryOp::Mul,
+        FixedToken::Slash => BinaryOp::Div,
+        FixedToken::Percent => BinaryOp::Mod,
+        FixedToken::Caret => BinaryOp::Pow,
+        FixedToken::ShiftLeft => BinaryOp::ShiftLeft,
+        FixedToken::ShiftRight => BinaryOp::ShiftRight,
+        FixedToken::Ampersand => BinaryOp::BitAnd,
+        FixedToken::Pipe => BinaryOp::BitOr,
         _ => return None,
     })
 }
 
 /// Returns the next higher precedence; `None` if only operands bind tighter.
-fn tighter(power: Power) -> Option<Power> {
+fn tighter(power: Precedence) -> Option<Precedence> {
     Some(match power {
-        Power::Logic => Power::Comparison,
-        Power::Comparison => Power::Sum,
-        Power::Sum => Power::Product,
-        Power::Product => Power::Modulo,
-        Power::Modulo => Power::Exponent,
-        Power::Exponent => Power::Shift,
-        Power::Shift => Power::Bits,
-        Power::Bits => return None,
+        Precedence::Logic => Precedence::Comparison,
+        Precedence::Comparison => Precedence::Sum,
+        Precedence::Sum => Precedence::Product,
+        Precedence::Product => Precedence::Modulo,
+        Precedence::Modulo => Precedence::Exponent,
+        Precedence::Exponent => Precedence::Shift,
+        Precedence::Shift => Precedence::Bits,
+        Precedence::Bits => return None,
     })
 }
 
 impl Parser<'_> {
     /// Returns the binary operator at the current position, if there is one.
-    pub(super) fn operator(&self) -> Option<(BinaryOp, Power)> {
+    pub(super) fn operator(&self) -> Option<(BinaryOp, Precedence)> {
         self.fixed().and_then(binary_operator).map(|op| (op, op.power()))
     }
 
     /// Parses a whole expression, as in parentheses, as an argument or on the right side of `=`.
     pub(super) fn condition(&mut self) -> Parse<Expr> {
         self.nested(|parser| {
-            if parser.at(Fixed::Not) {
+            if parser.at(FixedToken::Not) {
                 return parser.negation();
             }
             let mut value = parser.comparison()?;
@@ -69,7 +69,7 @@ impl Parser<'_> {
 
     /// Parses the rest of a condition whose first operand was already parsed.
     pub(super) fn condition_rest(&mut self, value: &mut Expr) -> Parse<()> {
-        self.binary_rest(value, Power::Sum)?;
+        self.binary_rest(value, Precedence::Sum)?;
         self.comparison_rest(value)?;
         self.logic_rest(value)
     }
@@ -84,10 +84,10 @@ impl Parser<'_> {
     }
 
     fn logic_rest(&mut self, left: &mut Expr) -> Parse<()> {
-        while let Some((op, Power::Logic)) = self.operator() {
+        while let Some((op, Precedence::Logic)) = self.operator() {
             self.advance();
             let (right, height) = self.right_side(|parser| {
-                if parser.at(Fixed::Not) { parser.condition() } else { parser.comparison() }
+                if parser.at(FixedToken::Not) { parser.condition() } else { parser.comparison() }
             });
             self.join(op, left, right?, height)?;
         }
@@ -102,7 +102,7 @@ impl Parser<'_> {
 
     fn comparison_rest(&mut self, left: &mut Expr) -> Parse<()> {
         let mut compared = false;
-        while let Some((op, Power::Comparison)) = self.operator() {
+        while let Some((op, Precedence::Comparison)) = self.operator() {
             if compared {
                 self.complain_about_chain(left);
             }
@@ -118,7 +118,7 @@ impl Parser<'_> {
         let operator = self.span();
         self.complain(
             Diagnostic::new(
-                Code::ChainedComparison,
+                DiagnosticCode::ChainedComparison,
                 operator,
                 "comparisons cannot be put in a row",
             )
@@ -130,23 +130,27 @@ impl Parser<'_> {
 
     /// Parses a sum or a table literal, which cannot be an operand of `+` and the like.
     fn sum(&mut self) -> Parse<Expr> {
-        if self.at(Fixed::OpenBrace) { self.lone_table() } else { self.binary(Power::Sum) }
+        if self.at(FixedToken::OpenBrace) {
+            self.lone_table()
+        } else {
+            self.binary(Precedence::Sum)
+        }
     }
 
     fn lone_table(&mut self) -> Parse<Expr> {
         let table = self.table()?;
         let mut table = self.reject_direct_use(table)?;
-        if self.operator().is_some_and(|(_, power)| power >= Power::Sum) {
+        if self.operator().is_some_and(|(_, power)| power >= Precedence::Sum) {
             self.complain_about_table(&table);
         }
-        self.binary_rest(&mut table, Power::Sum)?;
+        self.binary_rest(&mut table, Precedence::Sum)?;
         Ok(table)
     }
 
     pub(super) fn complain_about_table(&mut self, table: &Expr) {
         self.complain(
             Diagnostic::new(
-                Code::TableInExpression,
+                DiagnosticCode::TableInExpression,
                 table.span,
                 "a table literal cannot be an operand",
             )
@@ -156,13 +160,13 @@ impl Parser<'_> {
     }
 
     /// Parses operators whose precedence is at least `least`.
-    pub(super) fn binary(&mut self, least: Power) -> Parse<Expr> {
+    pub(super) fn binary(&mut self, least: Precedence) -> Parse<Expr> {
         let mut value = self.operand()?;
         self.binary_rest(&mut value, least)?;
         Ok(value)
     }
 
-    fn binary_rest(&mut self, left: &mut Expr, least: Power) -> Parse<()> {
+    fn binary_rest(&mut self, left: &mut Expr, least: Precedence) -> Parse<()> {
         while let Some((op, power)) = self.operator().filter(|(_, power)| *power >= least) {
             if self.increment() {
                 continue;
@@ -175,7 +179,7 @@ impl Parser<'_> {
                 // `^` is right-associative: `2^3^2` is `2^(3^2)`. The level of nesting that this
                 // takes is that of the operation itself.
                 _ if op == BinaryOp::Pow => {
-                    let right = parser.nested(|parser| parser.binary(Power::Exponent));
+                    let right = parser.nested(|parser| parser.binary(Precedence::Exponent));
                     parser.height = parser.height.saturating_sub(1);
                     right
                 }
@@ -204,7 +208,7 @@ impl Parser<'_> {
         self.grow(if goes_on { height } else { height.max(self.height) })?;
         self.warn_grouping(op, left, &right);
         let span = left.span.to(right.span);
-        let link = Link { op, right, span };
+        let link = ChainLink { op, right, span };
         match &mut left.kind {
             ExprKind::Chain { links, .. } if goes_on => links.push(link),
             _ => {
@@ -218,7 +222,9 @@ impl Parser<'_> {
 
     /// Reports and skips `++` or `--` after a value; `a ++b` and `a + +b` are sums.
     pub(super) fn increment(&mut self) -> bool {
-        let Some(sign @ (Fixed::Plus | Fixed::Minus)) = self.fixed() else { return false };
+        let Some(sign @ (FixedToken::Plus | FixedToken::Minus)) = self.fixed() else {
+            return false;
+        };
         let (first, second) = (self.token(), self.token_at(self.position + 1));
         let behind = self.token_at(self.position + 2);
         let touching = first.span.end == second.span.start && !first.is_separated();
@@ -227,7 +233,10 @@ impl Parser<'_> {
                 TokenKind::FileEnd => true,
                 TokenKind::Fixed(fixed) => matches!(
                     fixed,
-                    Fixed::CloseParen | Fixed::CloseBrace | Fixed::CloseBracket | Fixed::Comma
+                    FixedToken::CloseParen
+                        | FixedToken::CloseBrace
+                        | FixedToken::CloseBracket
+                        | FixedToken::Comma
                 ),
                 _ => false,
             };
@@ -237,7 +246,7 @@ impl Parser<'_> {
         let sign = sign.text();
         self.complain(
             Diagnostic::new(
-                Code::ForeignOperator,
+                DiagnosticCode::ForeignOperator,
                 first.span.to(second.span),
                 format!("Buzz has no operator `{sign}{sign}`"),
             )
@@ -260,7 +269,7 @@ impl Parser<'_> {
         };
         let found = token.kind.describe();
         self.warn(
-            Diagnostic::new(Code::RunOnStatement, token.span, what)
+            Diagnostic::new(DiagnosticCode::RunOnStatement, token.span, what)
                 .label(format!("this {found} continues the statement above"))
                 .related(self.previous().span, "which goes on behind this")
                 .help(

@@ -2,26 +2,26 @@
 
 use super::{Parse, Parser};
 use crate::ast::{Expr, ExprKind, Function, Ident, StmtKind};
-use crate::codes::Code;
+use crate::codes::DiagnosticCode;
 use crate::diagnostic::Diagnostic;
 use crate::source::Span;
-use crate::token::{Fixed, TokenKind};
+use crate::token::{FixedToken, TokenKind};
 
 impl Parser<'_> {
     /// `function name(params) "docstring" { body }`
     pub(super) fn function_statement(&mut self) -> Parse<StmtKind> {
         let start = self.advance().span;
-        if self.at(Fixed::OpenParen) {
+        if self.at(FixedToken::OpenParen) {
             return self.function_without_name(start);
         }
         let name = self.name("the name of the function")?;
-        if matches!(self.fixed(), Some(Fixed::Dot | Fixed::OpenBracket)) {
+        if matches!(self.fixed(), Some(FixedToken::Dot | FixedToken::OpenBracket)) {
             return self.function_in_table(name, start);
         }
         if self.blocks > 0 {
             self.complain(
                 Diagnostic::new(
-                    Code::NestedFunction,
+                    DiagnosticCode::NestedFunction,
                     name.span,
                     format!("the function `{}` is defined inside a block", name.name),
                 )
@@ -38,10 +38,13 @@ impl Parser<'_> {
 
     /// Keeps a lambda without a name as a statement, so that its body is checked.
     fn function_without_name(&mut self, start: Span) -> Parse<StmtKind> {
-        let diagnostic =
-            Diagnostic::new(Code::FunctionWithoutName, start, "this function has no name")
-                .label("expected a name behind `function`")
-                .help("name it: `function f(...)`; or store it: `f = function(...) { ... }`");
+        let diagnostic = Diagnostic::new(
+            DiagnosticCode::FunctionWithoutName,
+            start,
+            "this function has no name",
+        )
+        .label("expected a name behind `function`")
+        .help("name it: `function f(...)`; or store it: `f = function(...) { ... }`");
         self.report(diagnostic);
         let target = self.error_here();
         let function = self.function(start, true)?;
@@ -51,20 +54,20 @@ impl Parser<'_> {
     /// Parses `function t.f() {}`, which means `t.f = function() {}`.
     fn function_in_table(&mut self, name: Ident, start: Span) -> Parse<StmtKind> {
         let mut target = Expr { kind: ExprKind::Name(name.name), span: name.span };
-        while self.at(Fixed::Dot) {
+        while self.at(FixedToken::Dot) {
             let kind = self.field(target)?;
             target = self.expr(kind, name.span);
             self.grow(self.height)?;
         }
         let written = self.sources.text(target.span);
         let diagnostic = Diagnostic::new(
-            Code::UnexpectedToken,
+            DiagnosticCode::UnexpectedToken,
             target.span,
             "the name of a function cannot have a dot or a bracket",
         )
         .help(format!("store a lambda: `{written} = function(...) {{ ... }}`"));
         let reported = self.report(diagnostic);
-        if !self.at(Fixed::OpenParen) {
+        if !self.at(FixedToken::OpenParen) {
             return Err(reported);
         }
         let function = self.function(start, true)?;
@@ -88,9 +91,9 @@ impl Parser<'_> {
 
     /// Parses the parameters and the body.
     fn function(&mut self, start: Span, named: bool) -> Parse<Function> {
-        if !self.at(Fixed::OpenParen) {
+        if !self.at(FixedToken::OpenParen) {
             let mut diagnostic = self.unexpected("`(`");
-            if self.at(Fixed::OpenBrace) {
+            if self.at(FixedToken::OpenBrace) {
                 diagnostic = diagnostic
                     .help("parameters stand in parentheses, also if there are none: `f()`");
             }
@@ -98,8 +101,9 @@ impl Parser<'_> {
         }
         let (name, errors) = (self.position.saturating_sub(1), self.diagnostics.len());
         self.open();
-        let params =
-            self.enclosed("`,` or `)`", |parser| parser.list(Fixed::CloseParen, Self::parameter))?;
+        let params = self.enclosed("`,` or `)`", |parser| {
+            parser.list(FixedToken::CloseParen, Self::parameter)
+        })?;
         if self.found_error_since(errors) {
             // The list of parameters may be incomplete, so the arguments in calls of that function
             // cannot be checked.
@@ -114,7 +118,7 @@ impl Parser<'_> {
                 help = "only named functions have a docstring; write a comment with `#`";
             }
         }
-        let body = if self.at(Fixed::OpenBrace) {
+        let body = if self.at(FixedToken::OpenBrace) {
             self.block()?
         } else {
             let diagnostic = self.unexpected("`{`").help(help);
@@ -126,7 +130,7 @@ impl Parser<'_> {
 
     fn parameter(&mut self) -> Parse<Ident> {
         let parameter = self.name("the name of a parameter")?;
-        if self.at(Fixed::Assign) {
+        if self.at(FixedToken::Assign) {
             let diagnostic = self
                 .unexpected("`,` or `)`")
                 .help("parameters have no default values; every call passes all arguments");

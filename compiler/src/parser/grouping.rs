@@ -6,7 +6,7 @@
 
 use super::Parser;
 use crate::ast::{BinaryOp, Expr, ExprKind, UnaryOp};
-use crate::codes::Code;
+use crate::codes::DiagnosticCode;
 use crate::diagnostic::Diagnostic;
 use crate::source::Span;
 
@@ -74,10 +74,15 @@ impl Parser<'_> {
                 continue;
             };
             if op.is_logic() && inner.is_logic() {
-                self.warn_reading(Code::MixedAndOr, whole, operand.span, "`and` binds like `or`");
+                self.warn_reading(
+                    DiagnosticCode::MixedAndOr,
+                    whole,
+                    operand.span,
+                    "`and` binds like `or`",
+                );
             } else {
                 let why = "these operators group otherwise than in C or Python";
-                self.warn_reading(Code::OperatorGrouping, whole, operand.span, why);
+                self.warn_reading(DiagnosticCode::OperatorGrouping, whole, operand.span, why);
             }
         }
         let is_negative = match left.kind {
@@ -87,7 +92,7 @@ impl Parser<'_> {
         };
         if op == BinaryOp::Pow && is_negative {
             let why = "the minus sign belongs to the number, the power comes after it";
-            self.warn_reading(Code::OperatorGrouping, whole, left.span, why);
+            self.warn_reading(DiagnosticCode::OperatorGrouping, whole, left.span, why);
         }
     }
 
@@ -96,7 +101,7 @@ impl Parser<'_> {
         let ExprKind::Unary { operand, .. } = &node.kind else { return };
         if binary_op(operand).is_some_and(|op| op != BinaryOp::Pow) {
             let why = "the sign applies to the whole operation behind it";
-            self.warn_reading(Code::OperatorGrouping, node.span, operand.span, why);
+            self.warn_reading(DiagnosticCode::OperatorGrouping, node.span, operand.span, why);
         }
     }
 
@@ -105,7 +110,7 @@ impl Parser<'_> {
         let ExprKind::Unary { operand, .. } = &node.kind else { return };
         if binary_op(operand).is_some_and(BinaryOp::is_logic) {
             let why = "`not` covers everything to its right";
-            self.warn_reading(Code::WideNot, node.span, operand.span, why);
+            self.warn_reading(DiagnosticCode::WideNot, node.span, operand.span, why);
         }
     }
 
@@ -116,7 +121,7 @@ impl Parser<'_> {
         if is_condition(inner) {
             self.warn(
                 Diagnostic::new(
-                    Code::BitwiseNotOfCondition,
+                    DiagnosticCode::BitwiseNotOfCondition,
                     node.span,
                     "`!` inverts bits: of a condition it gives -1 or -2, which are both true",
                 )
@@ -136,7 +141,7 @@ impl Parser<'_> {
         let name = if link.op == BinaryOp::And { "and" } else { "or" };
         self.warn(
             Diagnostic::new(
-                Code::ConditionValue,
+                DiagnosticCode::ConditionValue,
                 value.span,
                 format!("the value of this `{name}` is 0 or 1"),
             )
@@ -145,7 +150,7 @@ impl Parser<'_> {
         );
     }
 
-    fn warn_reading(&mut self, code: Code, whole: Span, first: Span, why: &str) {
+    fn warn_reading(&mut self, code: DiagnosticCode, whole: Span, first: Span, why: &str) {
         let mut diagnostic = Diagnostic::new(code, whole, why);
         if let Some(reading) = self.with_parentheses(whole, first) {
             diagnostic = diagnostic.label(format!("this is `{reading}`"));

@@ -4,10 +4,10 @@
 use std::collections::BTreeSet;
 use std::ops::Range;
 
-use crate::codes::Code;
+use crate::codes::DiagnosticCode;
 use crate::diagnostic::{Diagnostic, Severity};
 use crate::source::{FileId, SourceMap};
-use crate::token::{Fixed, Token, TokenKind};
+use crate::token::{FixedToken, Token, TokenKind};
 
 /// The names that syntax errors hide. A script without syntax errors hides none.
 #[derive(Debug, Clone, Default, PartialEq, Eq)]
@@ -61,7 +61,7 @@ impl Hidden {
         };
         let lost = lost.iter().filter_map(|range| tokens.get(range.clone())).flatten();
         hidden.lost.extend(lost.filter_map(name).map(str::to_owned));
-        for error in errors().filter(|error| error.code == Code::UnterminatedString) {
+        for error in errors().filter(|error| error.code == DiagnosticCode::UnterminatedString) {
             let text = sources.file(error.span.file).text.get(error.span.start as usize..);
             let line = text.and_then(|text| text.lines().next()).unwrap_or_default();
             hidden.lost.extend(words(line));
@@ -89,15 +89,15 @@ fn name(token: &Token) -> Option<&str> {
     }
 }
 
-fn hides_a_file(code: Code) -> bool {
+fn hides_a_file(code: DiagnosticCode) -> bool {
     matches!(
         code,
-        Code::IncludeNotFound
-            | Code::IncludeMisplaced
-            | Code::IncludeWithoutString
-            | Code::FileUnreadable
-            | Code::FileTooLarge
-            | Code::FileNotUtf8
+        DiagnosticCode::IncludeNotFound
+            | DiagnosticCode::IncludeMisplaced
+            | DiagnosticCode::IncludeWithoutString
+            | DiagnosticCode::FileUnreadable
+            | DiagnosticCode::FileTooLarge
+            | DiagnosticCode::FileNotUtf8
     )
 }
 
@@ -121,14 +121,14 @@ fn defined(tokens: &[Token]) -> BTreeSet<String> {
         let before = position.checked_sub(1).and_then(|before| fixed(&tokens[before]));
         let behind = tokens.get(position + 1).and_then(fixed);
         match fixed(token) {
-            Some(Fixed::Function) => is_in_parameters = true,
-            Some(Fixed::CloseParen | Fixed::OpenBrace) => is_in_parameters = false,
+            Some(FixedToken::Function) => is_in_parameters = true,
+            Some(FixedToken::CloseParen | FixedToken::OpenBrace) => is_in_parameters = false,
             _ => {}
         }
         if let Some(name) = name(token)
             && (is_in_parameters
-                || matches!(before, Some(Fixed::Var))
-                || matches!(behind, Some(Fixed::Assign)))
+                || matches!(before, Some(FixedToken::Var))
+                || matches!(behind, Some(FixedToken::Assign)))
         {
             names.insert(name.to_owned());
         }

@@ -2,10 +2,10 @@
 
 use super::{Parse, Parser};
 use crate::ast::{Block, Branch, Expr, ExprKind, Stmt, StmtKind};
-use crate::codes::Code;
+use crate::codes::DiagnosticCode;
 use crate::diagnostic::{Diagnostic, Edit};
 use crate::source::Span;
-use crate::token::{Fixed, Separation, TokenKind};
+use crate::token::{FixedToken, Separation, TokenKind};
 
 const FOR_HELP: &str = "a loop is written `for(i = 0, i < 5, i = i + 1) { ... }`";
 
@@ -21,11 +21,11 @@ impl Parser<'_> {
         self.advance();
         let mut branches = vec![self.branch()?];
         loop {
-            if !self.eat(Fixed::Else) {
+            if !self.eat(FixedToken::Else) {
                 if !self.foreign_else_if() {
                     return Ok(StmtKind::If { branches, otherwise: None });
                 }
-            } else if self.at(Fixed::If) {
+            } else if self.at(FixedToken::If) {
                 self.warn_semicolon_before_body("else");
                 self.advance();
             } else {
@@ -60,7 +60,7 @@ impl Parser<'_> {
 
     pub(super) fn for_statement(&mut self) -> Parse<StmtKind> {
         self.advance();
-        if !self.at(Fixed::OpenParen) {
+        if !self.at(FixedToken::OpenParen) {
             return self.for_without_parentheses();
         }
         self.open();
@@ -92,11 +92,15 @@ impl Parser<'_> {
             return Err(self.report(diagnostic));
         }
         self.reject_for_in()?;
-        if self.at(Fixed::Var) {
+        if self.at(FixedToken::Var) {
             let var = self.advance().span;
             self.complain(
-                Diagnostic::new(Code::VarInFor, var, "`var` cannot stand in the head of a loop")
-                    .help("write `var` on the line before: `var i = 0`"),
+                Diagnostic::new(
+                    DiagnosticCode::VarInFor,
+                    var,
+                    "`var` cannot stand in the head of a loop",
+                )
+                .help("write `var` on the line before: `var i = 0`"),
             );
         }
         let init = Box::new(self.assignment_or_call()?);
@@ -108,7 +112,7 @@ impl Parser<'_> {
     }
 
     fn for_comma(&mut self, complained: &mut bool) -> Parse<()> {
-        if self.eat(Fixed::Comma) {
+        if self.eat(FixedToken::Comma) {
             return Ok(());
         }
         if self.token().separation != Separation::Semicolon {
@@ -122,7 +126,11 @@ impl Parser<'_> {
             *complained = true;
         } else {
             // One diagnostic has the edits for both semicolons.
-            let first = self.diagnostics.iter_mut().rev().find(|d| d.code == Code::SemicolonInFor);
+            let first = self
+                .diagnostics
+                .iter_mut()
+                .rev()
+                .find(|d| d.code == DiagnosticCode::SemicolonInFor);
             let comma = Edit { span: semicolon, text: ",".to_owned(), is_certain: true };
             first.into_iter().for_each(|first| first.edits.push(comma.clone()));
         }
@@ -131,7 +139,7 @@ impl Parser<'_> {
 
     fn semicolon(&self) -> Diagnostic {
         Diagnostic::new(
-            Code::SemicolonInFor,
+            DiagnosticCode::SemicolonInFor,
             self.semicolon_before(),
             "the parts of a `for` are separated by commas",
         )
@@ -154,14 +162,14 @@ impl Parser<'_> {
     fn reject_for_in(&mut self) -> Parse<()> {
         let key_end = self.position + 1;
         let behind = match self.fixed_at(key_end) {
-            Some(Fixed::Comma) => key_end + 2,
+            Some(FixedToken::Comma) => key_end + 2,
             _ => key_end,
         };
         if self.name_at(self.position).is_none() || self.name_at(behind) != Some("in") {
             return Ok(());
         }
         let diagnostic = Diagnostic::new(
-            Code::ForeignWord,
+            DiagnosticCode::ForeignWord,
             self.token_at(behind).span,
             "Buzz has no `for ... in`",
         )
@@ -171,7 +179,7 @@ impl Parser<'_> {
 
     /// Parses the condition after `if` or `while`, in its parentheses.
     fn head_condition(&mut self, keyword: &str) -> Parse<Expr> {
-        let (start, has_parentheses) = (self.span(), self.at(Fixed::OpenParen));
+        let (start, has_parentheses) = (self.span(), self.at(FixedToken::OpenParen));
         let first = self.position;
         let result = if has_parentheses {
             self.open();
@@ -201,7 +209,7 @@ impl Parser<'_> {
         let written = self.sources.text(span);
         self.complain(
             Diagnostic::new(
-                Code::ConditionWithoutParentheses,
+                DiagnosticCode::ConditionWithoutParentheses,
                 span,
                 format!("the condition of this `{keyword}` is not in parentheses as a whole"),
             )
@@ -216,13 +224,17 @@ impl Parser<'_> {
     fn condition_or_assignment(&mut self) -> Parse<Expr> {
         let first = self.position;
         let condition = self.condition()?;
-        if !self.at(Fixed::Assign) {
+        if !self.at(FixedToken::Assign) {
             return Ok(condition);
         }
         let assign = self.span();
         self.complain(
-            Diagnostic::new(Code::AssignmentInCondition, assign, "an assignment is no condition")
-                .help("to compare, write `==`"),
+            Diagnostic::new(
+                DiagnosticCode::AssignmentInCondition,
+                assign,
+                "an assignment is no condition",
+            )
+            .help("to compare, write `==`"),
         );
         self.advance();
         self.condition()?;
@@ -234,10 +246,10 @@ impl Parser<'_> {
     /// start on the same line.
     fn skip_to_block(&mut self) -> bool {
         loop {
-            if self.at(Fixed::OpenBrace) {
+            if self.at(FixedToken::OpenBrace) {
                 return true;
             }
-            if self.token().is_separated() || self.at_end() || self.at(Fixed::CloseBrace) {
+            if self.token().is_separated() || self.at_end() || self.at(FixedToken::CloseBrace) {
                 return false;
             }
             match self.brackets.partner(self.position) {
@@ -250,12 +262,12 @@ impl Parser<'_> {
 
     /// Parses a block, or the single statement that replaces a block.
     fn body(&mut self, owner: &str) -> Parse<Block> {
-        if self.at(Fixed::CloseBrace) || self.at_end() {
+        if self.at(FixedToken::CloseBrace) || self.at_end() {
             return Ok(self.empty_body(owner));
         }
         self.warn_semicolon_before_body(owner);
         match self.kind() {
-            TokenKind::Fixed(Fixed::OpenBrace) => self.block(),
+            TokenKind::Fixed(FixedToken::OpenBrace) => self.block(),
             TokenKind::FileStart => Ok(self.include_as_body(owner)),
             _ => Ok(self.single_statement()),
         }
@@ -279,7 +291,7 @@ impl Parser<'_> {
     fn empty_body(&mut self, owner: &str) -> Block {
         self.warn(
             Diagnostic::new(
-                Code::EmptyBody,
+                DiagnosticCode::EmptyBody,
                 self.previous().span,
                 format!("this `{owner}` has no body"),
             )
@@ -291,8 +303,8 @@ impl Parser<'_> {
     fn include_as_body(&mut self, owner: &str) -> Block {
         let (start, span) = (self.position, self.span());
         let message = format!("an include cannot be the body of this `{owner}`");
-        let diagnostic =
-            Diagnostic::new(Code::IncludeMisplaced, span, message).help("put braces around it");
+        let diagnostic = Diagnostic::new(DiagnosticCode::IncludeMisplaced, span, message)
+            .help("put braces around it");
         self.report(diagnostic);
         self.skip_statement(start);
         Block { stmts: Vec::new(), span }
@@ -304,7 +316,7 @@ impl Parser<'_> {
         }
         self.warn(
             Diagnostic::new(
-                Code::SemicolonBeforeBody,
+                DiagnosticCode::SemicolonBeforeBody,
                 self.semicolon_before(),
                 format!("this `;` does not end the `{owner}`: what follows is its body"),
             )

@@ -1,11 +1,11 @@
 //! Parses operands: literals, names with calls and fields, parentheses, tables.
 
 use super::{Parse, Parser};
-use crate::ast::{Expr, ExprKind, FieldKey, Ident, Power, TableField, UnaryOp};
-use crate::codes::Code;
+use crate::ast::{Expr, ExprKind, FieldKey, Ident, Precedence, TableField, UnaryOp};
+use crate::codes::DiagnosticCode;
 use crate::diagnostic::Diagnostic;
 use crate::source::Span;
-use crate::token::{Fixed, TokenKind};
+use crate::token::{FixedToken, TokenKind};
 
 impl Parser<'_> {
     pub(super) fn operand(&mut self) -> Parse<Expr> {
@@ -13,12 +13,12 @@ impl Parser<'_> {
         // function.
         let value = match self.kind() {
             TokenKind::Name(_) if !self.next_line_assigns() => return self.reference(),
-            TokenKind::Fixed(Fixed::Bang) => return self.bit_not(),
-            TokenKind::Fixed(Fixed::Plus | Fixed::Minus) => return self.signed(),
-            TokenKind::Fixed(Fixed::Not) => return self.misplaced_not(),
-            TokenKind::Fixed(Fixed::Function) => self.lambda(),
-            TokenKind::Fixed(Fixed::OpenParen) => self.parenthesised(),
-            TokenKind::Fixed(Fixed::OpenBrace) => {
+            TokenKind::Fixed(FixedToken::Bang) => return self.bit_not(),
+            TokenKind::Fixed(FixedToken::Plus | FixedToken::Minus) => return self.signed(),
+            TokenKind::Fixed(FixedToken::Not) => return self.misplaced_not(),
+            TokenKind::Fixed(FixedToken::Function) => self.lambda(),
+            TokenKind::Fixed(FixedToken::OpenParen) => self.parenthesised(),
+            TokenKind::Fixed(FixedToken::OpenBrace) => {
                 self.table().inspect(|table| self.complain_about_table(table))
             }
             _ => self.literal(),
@@ -29,7 +29,7 @@ impl Parser<'_> {
     fn literal(&mut self) -> Parse<Expr> {
         let start = self.span();
         let kind = match self.kind() {
-            TokenKind::Fixed(Fixed::Nil) => ExprKind::Nil,
+            TokenKind::Fixed(FixedToken::Nil) => ExprKind::Nil,
             TokenKind::Int(value) => ExprKind::Int(*value),
             TokenKind::Float(value) => ExprKind::Float(*value),
             TokenKind::Str(text) => {
@@ -38,7 +38,7 @@ impl Parser<'_> {
             }
             _ => {
                 let mut diagnostic = self.unexpected("a value");
-                if self.at(Fixed::OpenBracket) {
+                if self.at(FixedToken::OpenBracket) {
                     diagnostic = diagnostic
                         .help("a list is a table with numbers as keys: `{.0 = \"a\", .1 = \"b\"}`");
                 }
@@ -62,14 +62,14 @@ impl Parser<'_> {
     /// power: `-y^2` is `-(y^2)`.
     fn signed(&mut self) -> Parse<Expr> {
         let start = self.span();
-        let is_negative = self.at(Fixed::Minus);
+        let is_negative = self.at(FixedToken::Minus);
         self.advance();
         let literal = match *self.kind() {
             TokenKind::Int(value) => ExprKind::Int(if is_negative { -value } else { value }),
             TokenKind::Float(value) => ExprKind::Float(if is_negative { -value } else { value }),
             _ => {
                 let op = if is_negative { UnaryOp::Negate } else { UnaryOp::Plus };
-                let operand = Box::new(self.nested(|parser| parser.binary(Power::Exponent))?);
+                let operand = Box::new(self.nested(|parser| parser.binary(Precedence::Exponent))?);
                 let signed = self.expr(ExprKind::Unary { op, operand }, start);
                 self.warn_sign_grouping(&signed);
                 return Ok(signed);
@@ -86,7 +86,7 @@ impl Parser<'_> {
         let start = self.advance().span;
         self.complain(
             Diagnostic::new(
-                Code::UnexpectedToken,
+                DiagnosticCode::UnexpectedToken,
                 start,
                 "`not` cannot stand behind this operator",
             )
@@ -108,8 +108,10 @@ impl Parser<'_> {
 
     /// Reports a call or an index of an operand that does not begin with a name.
     pub(super) fn reject_direct_use(&mut self, value: Expr) -> Parse<Expr> {
-        let is_used =
-            matches!(self.fixed(), Some(Fixed::OpenParen | Fixed::OpenBracket | Fixed::Dot));
+        let is_used = matches!(
+            self.fixed(),
+            Some(FixedToken::OpenParen | FixedToken::OpenBracket | FixedToken::Dot)
+        );
         if !is_used || self.token().is_separated() || self.is_table_field() {
             return Ok(value);
         }
@@ -118,7 +120,7 @@ impl Parser<'_> {
     }
 
     fn complain_about_direct_use(&mut self, value: &Expr) {
-        let verb = if self.at(Fixed::OpenParen) { "called" } else { "indexed" };
+        let verb = if self.at(FixedToken::OpenParen) { "called" } else { "indexed" };
         let what = match value.kind {
             ExprKind::Lambda(_) => "a lambda",
             ExprKind::Table(_) => "a table literal",
@@ -129,7 +131,7 @@ impl Parser<'_> {
         };
         self.complain(
             Diagnostic::new(
-                Code::CallOfValue,
+                DiagnosticCode::CallOfValue,
                 self.span(),
                 format!("{what} cannot be {verb} directly"),
             )
@@ -141,10 +143,13 @@ impl Parser<'_> {
     /// Returns true inside a table at `.key =`, which is a field without a comma before it.
     fn is_table_field(&self) -> bool {
         let is_in_table = self.is_enclosed()
-            && self.open.last().is_some_and(|open| self.fixed_at(*open) == Some(Fixed::OpenBrace));
+            && self
+                .open
+                .last()
+                .is_some_and(|open| self.fixed_at(*open) == Some(FixedToken::OpenBrace));
         is_in_table
-            && self.at(Fixed::Dot)
-            && self.fixed_at(self.position + 2) == Some(Fixed::Assign)
+            && self.at(FixedToken::Dot)
+            && self.fixed_at(self.position + 2) == Some(FixedToken::Assign)
     }
 
     /// Parses a name with all calls, fields and elements that follow: `t.a[1].b(2)`.
@@ -164,9 +169,9 @@ impl Parser<'_> {
         loop {
             let height = self.height;
             let kind = match self.fixed() {
-                Some(Fixed::Dot) => self.field(value),
-                Some(Fixed::OpenBracket) => self.index(value),
-                Some(Fixed::OpenParen) => self.call(value),
+                Some(FixedToken::Dot) => self.field(value),
+                Some(FixedToken::OpenBracket) => self.index(value),
+                Some(FixedToken::OpenParen) => self.call(value),
                 _ => return Ok(value),
             };
             value = self.expr(kind?, start);
@@ -190,10 +195,11 @@ impl Parser<'_> {
         self.warn_if_running_on();
         self.open();
         let errors = self.diagnostics.len();
-        let args =
-            self.enclosed("`,` or `)`", |parser| parser.list(Fixed::CloseParen, Self::condition))?;
+        let args = self.enclosed("`,` or `)`", |parser| {
+            parser.list(FixedToken::CloseParen, Self::condition)
+        })?;
         let mut args = args.unwrap_or_default();
-        let is_closed = self.previous().kind == TokenKind::Fixed(Fixed::CloseParen);
+        let is_closed = self.previous().kind == TokenKind::Fixed(FixedToken::CloseParen);
         if !is_closed || self.found_error_since(errors) {
             // The list of arguments may be incomplete.
             args.push(self.error_here());
@@ -223,7 +229,7 @@ impl Parser<'_> {
         let written = self.sources.text(token.span);
         self.complain(
             Diagnostic::new(
-                Code::NumberAsField,
+                DiagnosticCode::NumberAsField,
                 dot.to(token.span),
                 "a number cannot stand behind a dot here",
             )
@@ -259,7 +265,7 @@ impl Parser<'_> {
     /// Parses items with commas between them, up to the bracket `closing`.
     pub(super) fn list<T>(
         &mut self,
-        closing: Fixed,
+        closing: FixedToken,
         item: impl Fn(&mut Self) -> Parse<T>,
     ) -> Parse<Vec<T>> {
         let mut items = Vec::new();
@@ -273,7 +279,7 @@ impl Parser<'_> {
                 let diagnostic =
                     self.unexpected("`,` or `}`").help("fields are separated by commas");
                 self.complain(diagnostic);
-            } else if !self.eat(Fixed::Comma) {
+            } else if !self.eat(FixedToken::Comma) {
                 return Ok(items);
             } else if self.at(closing) {
                 self.complain_about_comma(closing);
@@ -282,11 +288,11 @@ impl Parser<'_> {
         }
     }
 
-    fn complain_about_comma(&mut self, closing: Fixed) {
+    fn complain_about_comma(&mut self, closing: FixedToken) {
         let message = format!("there is nothing between this comma and the `{}`", closing.text());
         let comma = self.previous().span;
         self.complain(
-            Diagnostic::new(Code::TrailingComma, comma, message)
+            Diagnostic::new(DiagnosticCode::TrailingComma, comma, message)
                 .help("remove the comma")
                 .edit(comma, ""),
         );
@@ -296,8 +302,9 @@ impl Parser<'_> {
     pub(super) fn table(&mut self) -> Parse<Expr> {
         let start = self.span();
         self.open();
-        let fields = self
-            .enclosed("`,` or `}`", |parser| parser.list(Fixed::CloseBrace, Self::table_field))?;
+        let fields = self.enclosed("`,` or `}`", |parser| {
+            parser.list(FixedToken::CloseBrace, Self::table_field)
+        })?;
         Ok(match fields {
             Some(fields) => self.expr(ExprKind::Table(fields), start),
             None => self.expr(ExprKind::Error, start),
@@ -321,7 +328,7 @@ impl Parser<'_> {
                 FieldKey::Name(name)
             }
         };
-        self.expect(Fixed::Assign)?;
+        self.expect(FixedToken::Assign)?;
         let value = self.condition()?;
         self.warn_condition_value(&value);
         Ok(TableField { key, key_span, value })
@@ -334,13 +341,13 @@ impl Parser<'_> {
             return Err(self.report(diagnostic));
         }
         let token = self.token();
-        if self.at(Fixed::Dot) {
+        if self.at(FixedToken::Dot) {
             self.advance();
-            if !self.at(Fixed::Minus) {
+            if !self.at(FixedToken::Minus) {
                 return Ok(self.span());
             }
         }
-        let is_assignment = self.fixed_at(self.position + 1) == Some(Fixed::Assign);
+        let is_assignment = self.fixed_at(self.position + 1) == Some(FixedToken::Assign);
         let help = match &token.kind {
             TokenKind::Name(name) => format!("write `.{name} = value`"),
             TokenKind::Str(text) => {
@@ -348,7 +355,7 @@ impl Parser<'_> {
                     "write `.{text} = value`, or `t[\"{text}\"] = value` after the table is made"
                 )
             }
-            TokenKind::Fixed(Fixed::OpenBracket | Fixed::Dot) => {
+            TokenKind::Fixed(FixedToken::OpenBracket | FixedToken::Dot) => {
                 "a key that is no name and no plain number is stored after the table is made: \
                  `t[key] = value`"
                     .to_owned()
@@ -356,7 +363,7 @@ impl Parser<'_> {
             _ => "a list is a table with numbers as keys: `{.0 = \"a\", .1 = \"b\"}`".to_owned(),
         };
         let diagnostic = Diagnostic::new(
-            Code::FieldWithoutDot,
+            DiagnosticCode::FieldWithoutDot,
             token.span,
             "a table field is written `.name = value`",
         )

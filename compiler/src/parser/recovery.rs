@@ -1,10 +1,10 @@
 //! Reports errors and continues parsing after them.
 
 use super::{Parse, Parser, Reported};
-use crate::codes::Code;
+use crate::codes::DiagnosticCode;
 use crate::diagnostic::{Diagnostic, Severity};
 use crate::source::Span;
-use crate::token::{Fixed, Separation, TokenKind};
+use crate::token::{FixedToken, Separation, TokenKind};
 
 impl Parser<'_> {
     /// Reports an error at the current token, unless the error follows from an earlier one.
@@ -72,7 +72,7 @@ impl Parser<'_> {
         let token = self.token();
         if token.kind == TokenKind::FileStart && !token.is_separated() {
             return Diagnostic::new(
-                Code::IncludeMisplaced,
+                DiagnosticCode::IncludeMisplaced,
                 token.span,
                 "an include cannot stand inside a statement",
             )
@@ -82,18 +82,19 @@ impl Parser<'_> {
         if self.at_end()
             && self.is_enclosed()
             && let Some(opening) = self.open.last().copied()
-            && let Some(closing) = self.fixed_at(opening).and_then(Fixed::closing)
+            && let Some(closing) = self.fixed_at(opening).and_then(FixedToken::closing)
         {
             return self.unclosed(opening, closing);
         }
         let is_elsewhere = token.is_separated() || self.at_end();
         let span = if is_elsewhere { self.gap() } else { token.span };
         let message = format!("expected {expected}, found {}", token.kind.describe());
-        Diagnostic::new(Code::UnexpectedToken, span, message).label(format!("expected {expected}"))
+        Diagnostic::new(DiagnosticCode::UnexpectedToken, span, message)
+            .label(format!("expected {expected}"))
     }
 
     /// Consumes `fixed`, or reports that it is missing.
-    pub(super) fn expect(&mut self, fixed: Fixed) -> Parse<()> {
+    pub(super) fn expect(&mut self, fixed: FixedToken) -> Parse<()> {
         if self.eat(fixed) {
             return Ok(());
         }
@@ -112,20 +113,22 @@ impl Parser<'_> {
     /// closing bracket.
     pub(super) fn close(&mut self, expected: &str) -> Parse<()> {
         let Some(opening) = self.open.last().copied() else { return Ok(()) };
-        let Some(closing) = self.fixed_at(opening).and_then(Fixed::closing) else { return Ok(()) };
+        let Some(closing) = self.fixed_at(opening).and_then(FixedToken::closing) else {
+            return Ok(());
+        };
         if self.eat(closing) {
             self.open.pop();
             return Ok(());
         }
         // In `f(function(a { ... })` the `)` at the end belongs to the call.
-        let begins_body = self.at(Fixed::OpenBrace)
-            && self.fixed_at(self.position + 1) != Some(Fixed::Dot)
-            && closing != Fixed::CloseBrace;
+        let begins_body = self.at(FixedToken::OpenBrace)
+            && self.fixed_at(self.position + 1) != Some(FixedToken::Dot)
+            && closing != FixedToken::CloseBrace;
         if self.partner_ahead(opening).is_some() && !begins_body {
             let mut diagnostic = self.unexpected(expected);
-            if self.at(Fixed::Assign) {
+            if self.at(FixedToken::Assign) {
                 diagnostic = diagnostic.help(match closing {
-                    Fixed::CloseBrace => "is a comma missing before this field?",
+                    FixedToken::CloseBrace => "is a comma missing before this field?",
                     _ => "an assignment is a statement, it has no value",
                 });
             }
@@ -139,17 +142,21 @@ impl Parser<'_> {
         // Text on the next line, or at the beginning of a block, does not belong to the unclosed
         // bracket.
         let goes_on = self.token().is_separated()
-            || matches!(self.fixed(), Some(Fixed::OpenBrace | Fixed::CloseBrace))
+            || matches!(self.fixed(), Some(FixedToken::OpenBrace | FixedToken::CloseBrace))
             || self.at_end();
         if goes_on { Ok(()) } else { Err(reported) }
     }
 
-    pub(super) fn unclosed(&self, opening: usize, closing: Fixed) -> Diagnostic {
+    pub(super) fn unclosed(&self, opening: usize, closing: FixedToken) -> Diagnostic {
         let open = self.token_at(opening);
         let (closing, kind) = (closing.text(), open.kind.describe());
-        Diagnostic::new(Code::UnclosedBracket, self.gap(), format!("{kind} is never closed"))
-            .label(format!("`{closing}` is missing"))
-            .related(open.span, format!("this {kind} is open"))
+        Diagnostic::new(
+            DiagnosticCode::UnclosedBracket,
+            self.gap(),
+            format!("{kind} is never closed"),
+        )
+        .label(format!("`{closing}` is missing"))
+        .related(open.span, format!("this {kind} is open"))
     }
 
     /// Returns the closing bracket of `opening`, if the parser has not passed it.
@@ -211,8 +218,8 @@ impl Parser<'_> {
         loop {
             let moved = self.position > start;
             match self.kind() {
-                TokenKind::FileEnd | TokenKind::Fixed(Fixed::CloseBrace) => return,
-                TokenKind::FileStart | TokenKind::Fixed(Fixed::OpenBrace)
+                TokenKind::FileEnd | TokenKind::Fixed(FixedToken::CloseBrace) => return,
+                TokenKind::FileStart | TokenKind::Fixed(FixedToken::OpenBrace)
                     if moved && self.token().is_separated() =>
                 {
                     return;
@@ -232,9 +239,15 @@ impl Parser<'_> {
     fn starts_statement(&self, kind: &TokenKind) -> bool {
         match kind {
             TokenKind::Fixed(
-                Fixed::Var | Fixed::If | Fixed::For | Fixed::While | Fixed::Return,
+                FixedToken::Var
+                | FixedToken::If
+                | FixedToken::For
+                | FixedToken::While
+                | FixedToken::Return,
             ) => true,
-            TokenKind::Name(_) | TokenKind::Fixed(Fixed::Function) => self.token().is_separated(),
+            TokenKind::Name(_) | TokenKind::Fixed(FixedToken::Function) => {
+                self.token().is_separated()
+            }
             _ => false,
         }
     }
@@ -247,12 +260,14 @@ impl Parser<'_> {
         }
         loop {
             match self.fixed_at(next) {
-                Some(Fixed::Assign) => return true,
-                Some(Fixed::Dot) if self.name_at(next + 1).is_some() => next += 2,
-                Some(Fixed::OpenParen | Fixed::OpenBracket) => match self.brackets.partner(next) {
-                    Some(closing) => next = closing + 1,
-                    None => return false,
-                },
+                Some(FixedToken::Assign) => return true,
+                Some(FixedToken::Dot) if self.name_at(next + 1).is_some() => next += 2,
+                Some(FixedToken::OpenParen | FixedToken::OpenBracket) => {
+                    match self.brackets.partner(next) {
+                        Some(closing) => next = closing + 1,
+                        None => return false,
+                    }
+                }
                 _ => return false,
             }
         }

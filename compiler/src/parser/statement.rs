@@ -2,9 +2,9 @@
 
 use super::{Parse, Parser, Reported};
 use crate::ast::{Block, Branch, Expr, ExprKind, Stmt, StmtKind};
-use crate::codes::Code;
+use crate::codes::DiagnosticCode;
 use crate::diagnostic::Diagnostic;
-use crate::token::{Fixed, Separation, TokenKind};
+use crate::token::{FixedToken, Separation, TokenKind};
 
 impl Parser<'_> {
     /// Parses the statements of a file, or of a block up to its `}`.
@@ -15,8 +15,8 @@ impl Parser<'_> {
             match self.kind() {
                 TokenKind::FileEnd => return stmts,
                 TokenKind::FileStart => stmts.append(&mut self.included()),
-                TokenKind::Fixed(Fixed::CloseBrace) if in_block => return stmts,
-                TokenKind::Fixed(Fixed::CloseBrace) => {
+                TokenKind::Fixed(FixedToken::CloseBrace) if in_block => return stmts,
+                TokenKind::Fixed(FixedToken::CloseBrace) => {
                     self.unmatched_closing();
                     self.skip_orphaned_else();
                 }
@@ -45,9 +45,9 @@ impl Parser<'_> {
     /// Parses and discards an `else` after an error, because its `if` may have been skipped.
     fn skip_orphaned_else(&mut self) {
         let open = self.open.len();
-        while self.eat(Fixed::Else) {
+        while self.eat(FixedToken::Else) {
             let body = self.position;
-            if self.at(Fixed::OpenBrace) {
+            if self.at(FixedToken::OpenBrace) {
                 let _ = self.block();
                 self.lose(body);
             } else if self.nested(Self::statement).is_err() {
@@ -70,7 +70,7 @@ impl Parser<'_> {
     /// Returns true at a named function inside a block that is never closed: the missing `}`
     /// belongs before the function.
     fn is_next_function(&self) -> bool {
-        self.at(Fixed::Function)
+        self.at(FixedToken::Function)
             && self.token().is_separated()
             && self.name_at(self.position + 1).is_some()
             && self.open.last().is_some_and(|open| self.brackets.partner(*open).is_none())
@@ -79,7 +79,7 @@ impl Parser<'_> {
     fn unmatched_closing(&mut self) {
         let found = self.kind().describe();
         let diagnostic = Diagnostic::new(
-            Code::UnmatchedClosing,
+            DiagnosticCode::UnmatchedClosing,
             self.span(),
             format!("this {found} closes nothing"),
         )
@@ -89,7 +89,7 @@ impl Parser<'_> {
         // `}}}` is reported once.
         while matches!(
             self.fixed(),
-            Some(Fixed::CloseBrace | Fixed::CloseParen | Fixed::CloseBracket)
+            Some(FixedToken::CloseBrace | FixedToken::CloseParen | FixedToken::CloseBracket)
         ) && !self.token().is_separated()
             && self.brackets.partner(self.position).is_none()
         {
@@ -102,8 +102,8 @@ impl Parser<'_> {
         let (opening, start) = (self.position, self.span());
         self.advance();
         let stmts = self.block_of(opening);
-        if !self.eat(Fixed::CloseBrace) {
-            let diagnostic = self.unclosed(opening, Fixed::CloseBrace);
+        if !self.eat(FixedToken::CloseBrace) {
+            let diagnostic = self.unclosed(opening, FixedToken::CloseBrace);
             self.report(diagnostic);
         }
         Ok(Block { stmts, span: self.span_since(start) })
@@ -117,7 +117,7 @@ impl Parser<'_> {
         }
         let start = self.gap();
         let stmts = self.block_of(self.position - 1);
-        self.eat(Fixed::CloseBrace);
+        self.eat(FixedToken::CloseBrace);
         Some(Block { stmts, span: self.span_since(start) })
     }
 
@@ -138,14 +138,14 @@ impl Parser<'_> {
         // There is a single `?` for all cases, because each `?` takes stack space in this recursive
         // function.
         let kind = match self.fixed() {
-            Some(Fixed::Var) => self.var_statement(),
-            Some(Fixed::If) => self.if_statement(),
-            Some(Fixed::For) => self.for_statement(),
-            Some(Fixed::While) => self.while_statement(),
-            Some(Fixed::Return) => self.return_statement(),
-            Some(Fixed::Function) => self.function_statement(),
-            Some(Fixed::Else) => self.else_without_if(),
-            Some(Fixed::OpenBrace) => self.bare_block(),
+            Some(FixedToken::Var) => self.var_statement(),
+            Some(FixedToken::If) => self.if_statement(),
+            Some(FixedToken::For) => self.for_statement(),
+            Some(FixedToken::While) => self.while_statement(),
+            Some(FixedToken::Return) => self.return_statement(),
+            Some(FixedToken::Function) => self.function_statement(),
+            Some(FixedToken::Else) => self.else_without_if(),
+            Some(FixedToken::OpenBrace) => self.bare_block(),
             _ => return self.assignment_or_call(),
         };
         kind.map(|kind| Stmt { kind, span: self.span_since(start) })
@@ -155,7 +155,7 @@ impl Parser<'_> {
         let start = self.position;
         self.advance();
         let name = self.name("the name of a variable")?;
-        let assigns = self.at(Fixed::Assign) || self.comparison_for_assignment();
+        let assigns = self.at(FixedToken::Assign) || self.comparison_for_assignment();
         if assigns {
             self.advance();
             let value = self.value(start)?;
@@ -163,8 +163,8 @@ impl Parser<'_> {
         }
         if !self.token().is_separated() {
             let help = match self.fixed() {
-                Some(Fixed::Comma) => "each variable has its own `var`",
-                Some(Fixed::Dot | Fixed::OpenBracket) => {
+                Some(FixedToken::Comma) => "each variable has its own `var`",
+                Some(FixedToken::Dot | FixedToken::OpenBracket) => {
                     "a field belongs to its table: assign it without `var`"
                 }
                 _ => return Ok(StmtKind::Var { name, value: None }),
@@ -178,11 +178,11 @@ impl Parser<'_> {
 
     /// Reports a `==` in a place where only `=` is possible.
     fn comparison_for_assignment(&mut self) -> bool {
-        if !self.at(Fixed::Equal) {
+        if !self.at(FixedToken::Equal) {
             return false;
         }
         let diagnostic = Diagnostic::new(
-            Code::ComparisonAsStatement,
+            DiagnosticCode::ComparisonAsStatement,
             self.span(),
             "`==` compares, it does not assign",
         )
@@ -221,7 +221,7 @@ impl Parser<'_> {
         if is_on_next_line {
             self.warn(
                 Diagnostic::new(
-                    Code::ReturnFromNextLine,
+                    DiagnosticCode::ReturnFromNextLine,
                     value.span,
                     "this is the value of the `return` on a line above",
                 )
@@ -251,15 +251,15 @@ impl Parser<'_> {
         match self.kind() {
             TokenKind::FileEnd | TokenKind::FileStart => true,
             TokenKind::Fixed(fixed) => match fixed {
-                Fixed::CloseBrace
-                | Fixed::Var
-                | Fixed::If
-                | Fixed::While
-                | Fixed::For
-                | Fixed::Return
-                | Fixed::Else => true,
+                FixedToken::CloseBrace
+                | FixedToken::Var
+                | FixedToken::If
+                | FixedToken::While
+                | FixedToken::For
+                | FixedToken::Return
+                | FixedToken::Else => true,
                 // A named function is a statement, not a value.
-                Fixed::Function => self.name_at(self.position + 1).is_some(),
+                FixedToken::Function => self.name_at(self.position + 1).is_some(),
                 _ => false,
             },
             _ => self.next_line_assigns(),
@@ -269,14 +269,14 @@ impl Parser<'_> {
     /// Reports an `else` without an `if`. The block is kept, so that it is checked.
     fn else_without_if(&mut self) -> Parse<StmtKind> {
         let diagnostic = Diagnostic::new(
-            Code::ElseWithoutIf,
+            DiagnosticCode::ElseWithoutIf,
             self.span(),
             "this `else` belongs to no `if`",
         )
         .help("without braces only one statement belongs to an `if`; with more, put braces around");
         let reported = self.report(diagnostic);
         self.advance();
-        if self.at(Fixed::OpenBrace) { self.block_of_nobody() } else { Err(reported) }
+        if self.at(FixedToken::OpenBrace) { self.block_of_nobody() } else { Err(reported) }
     }
 
     /// Keeps a block whose statement could not be parsed, as that of an `if` with an unknown
@@ -288,13 +288,13 @@ impl Parser<'_> {
     }
 
     fn bare_block(&mut self) -> Parse<StmtKind> {
-        let is_table = self.fixed_at(self.position + 1) == Some(Fixed::Dot);
+        let is_table = self.fixed_at(self.position + 1) == Some(FixedToken::Dot);
         let diagnostic = if is_table {
-            Diagnostic::new(Code::ValueAsStatement, self.span(), "this table is not used")
+            Diagnostic::new(DiagnosticCode::ValueAsStatement, self.span(), "this table is not used")
                 .help("assign it to a variable")
         } else {
             Diagnostic::new(
-                Code::BareBlock,
+                DiagnosticCode::BareBlock,
                 self.span(),
                 "a block can only stand behind `if`, `else`, `for`, `while` and `function(...)`",
             )
@@ -316,7 +316,7 @@ impl Parser<'_> {
             return Err(self.stray());
         }
         let target = self.reference()?;
-        if self.at(Fixed::Assign) {
+        if self.at(FixedToken::Assign) {
             let kind = self.assignment(target, start)?;
             return Ok(Stmt { kind, span: self.span_since(span) });
         }
@@ -340,7 +340,7 @@ impl Parser<'_> {
         if is_call(&target) {
             self.complain(
                 Diagnostic::new(
-                    Code::AssignToCall,
+                    DiagnosticCode::AssignToCall,
                     target.span,
                     "the result of a call cannot be assigned to",
                 )
@@ -357,7 +357,7 @@ impl Parser<'_> {
 
     /// Reports an operation that is used as a statement, such as `x == 1` or `x + 1`.
     fn lone_operation(&mut self, mut value: Expr) -> Parse<Reported> {
-        let is_comparison = self.at(Fixed::Equal);
+        let is_comparison = self.at(FixedToken::Equal);
         let operator = self.span();
         let target = self.sources.text(value.span).to_owned();
         let warnings = self.diagnostics.len();
@@ -367,21 +367,25 @@ impl Parser<'_> {
         self.diagnostics.truncate(warnings);
         let diagnostic = if is_comparison && !is_call {
             Diagnostic::new(
-                Code::ComparisonAsStatement,
+                DiagnosticCode::ComparisonAsStatement,
                 operator,
                 "this compares, and nothing is done with the result",
             )
             .help(format!("to assign, write `{target} = ...`"))
         } else {
-            Diagnostic::new(Code::ValueAsStatement, value.span, "nothing is done with this value")
-                .help("assign it to a variable, or pass it to a function")
+            Diagnostic::new(
+                DiagnosticCode::ValueAsStatement,
+                value.span,
+                "nothing is done with this value",
+            )
+            .help("assign it to a variable, or pass it to a function")
         };
         Ok(self.report(diagnostic))
     }
 
     /// Reports a token that begins no statement.
     fn stray(&mut self) -> Reported {
-        if let TokenKind::Fixed(Fixed::CloseParen | Fixed::CloseBracket) = self.kind() {
+        if let TokenKind::Fixed(FixedToken::CloseParen | FixedToken::CloseBracket) = self.kind() {
             self.unmatched_closing();
             return Reported;
         }
@@ -396,18 +400,18 @@ impl Parser<'_> {
             TokenKind::Int(_) | TokenKind::Float(_) | TokenKind::Str(_) => true,
             TokenKind::Fixed(fixed) => matches!(
                 fixed,
-                Fixed::OpenParen
-                    | Fixed::Plus
-                    | Fixed::Minus
-                    | Fixed::Bang
-                    | Fixed::Not
-                    | Fixed::Nil
+                FixedToken::OpenParen
+                    | FixedToken::Plus
+                    | FixedToken::Minus
+                    | FixedToken::Bang
+                    | FixedToken::Not
+                    | FixedToken::Nil
             ),
             _ => false,
         };
         if !begins_value {
             let mut diagnostic = self.unexpected("a statement");
-            if self.at(Fixed::Assign) {
+            if self.at(FixedToken::Assign) {
                 diagnostic = diagnostic.help(
                     "a statement may go on over the end of a line: is the line above complete?",
                 );
@@ -424,7 +428,7 @@ impl Parser<'_> {
                 let span = start.to(value.span);
                 self.complain(
                     Diagnostic::new(
-                        Code::ValueAsStatement,
+                        DiagnosticCode::ValueAsStatement,
                         span,
                         "nothing is done with this value",
                     )
@@ -438,7 +442,7 @@ impl Parser<'_> {
 
     /// Reports `++i` and `-- comment` of other languages.
     fn foreign_prefix(&mut self) -> Option<Reported> {
-        let sign @ (Fixed::Plus | Fixed::Minus) = self.fixed()? else { return None };
+        let sign @ (FixedToken::Plus | FixedToken::Minus) = self.fixed()? else { return None };
         if self.fixed_at(self.position + 1) != Some(sign) {
             return None;
         }
@@ -449,7 +453,9 @@ impl Parser<'_> {
         };
         let span = self.span().to(self.token_at(self.position + 1).span);
         let message = format!("Buzz has no operator `{sign}{sign}`");
-        Some(self.report(Diagnostic::new(Code::ForeignOperator, span, message).help(help)))
+        Some(
+            self.report(Diagnostic::new(DiagnosticCode::ForeignOperator, span, message).help(help)),
+        )
     }
 }
 

@@ -5,9 +5,9 @@
 
 use super::{Parse, Parser, Reported};
 use crate::ast::{Expr, ExprKind};
-use crate::codes::Code;
+use crate::codes::DiagnosticCode;
 use crate::diagnostic::Diagnostic;
-use crate::token::{Fixed, KEYWORDS, TokenKind};
+use crate::token::{FixedToken, KEYWORDS, TokenKind};
 
 /// Returns Buzz's counterpart of a word from another language.
 fn instead_of(word: &str) -> Option<&'static str> {
@@ -40,7 +40,7 @@ fn instead_of(word: &str) -> Option<&'static str> {
 
 /// Returns the keyword that `word` most likely stands for.
 fn misspelt_keyword(word: &str) -> Option<&'static str> {
-    let words = KEYWORDS.into_iter().map(Fixed::text).chain(["include"]);
+    let words = KEYWORDS.into_iter().map(FixedToken::text).chain(["include"]);
     let lower = word.to_lowercase();
     words
         .map(|keyword| (strsim::osa_distance(&lower, keyword), keyword))
@@ -57,13 +57,16 @@ impl Parser<'_> {
         let Some(word @ ("elseif" | "elif" | "elsif")) = self.name_at(self.position) else {
             return false;
         };
-        if self.fixed_at(self.position + 1) != Some(Fixed::OpenParen) {
+        if self.fixed_at(self.position + 1) != Some(FixedToken::OpenParen) {
             return false;
         }
-        let diagnostic =
-            Diagnostic::new(Code::ForeignWord, self.span(), format!("Buzz has no `{word}`"))
-                .help("write `else if(...)`")
-                .edit(self.span(), "else if");
+        let diagnostic = Diagnostic::new(
+            DiagnosticCode::ForeignWord,
+            self.span(),
+            format!("Buzz has no `{word}`"),
+        )
+        .help("write `else if(...)`")
+        .edit(self.span(), "else if");
         self.complain(diagnostic);
         self.advance();
         true
@@ -76,7 +79,7 @@ impl Parser<'_> {
         let ExprKind::Name(name) = &callee.kind else { return Ok(()) };
         if let ("include", [Expr { kind: ExprKind::Str(path), .. }]) = (&**name, args.as_slice()) {
             let diagnostic = Diagnostic::new(
-                Code::IncludeWithoutString,
+                DiagnosticCode::IncludeWithoutString,
                 call.span,
                 "the file name of an include stands without parentheses",
             )
@@ -84,12 +87,13 @@ impl Parser<'_> {
             self.complain(diagnostic);
             return Ok(());
         }
-        if !self.at(Fixed::OpenBrace) || self.token().is_separated() {
+        if !self.at(FixedToken::OpenBrace) || self.token().is_separated() {
             return Ok(());
         }
         let Some(help) = explain(name) else { return Ok(()) };
         let message = format!("`{name}` begins no statement in Buzz");
-        let diagnostic = Diagnostic::new(Code::ForeignWord, callee.span, message).help(help);
+        let diagnostic =
+            Diagnostic::new(DiagnosticCode::ForeignWord, callee.span, message).help(help);
         let reported = self.report(diagnostic);
         // The block is parsed to find more errors in it.
         let _ = self.block();
@@ -101,7 +105,7 @@ impl Parser<'_> {
         let written = self.sources.text(value.span).to_owned();
         let next = self.token();
         let same_line = !next.is_separated();
-        if self.at(Fixed::Comma) && !self.is_enclosed() {
+        if self.at(FixedToken::Comma) && !self.is_enclosed() {
             let diagnostic = self
                 .unexpected("`=` or a call")
                 .help("only one variable can be assigned at a time: `a = 1` and then `b = 2`");
@@ -110,7 +114,7 @@ impl Parser<'_> {
         if let ExprKind::Name(name) = &value.kind {
             if name == "include" {
                 let diagnostic = Diagnostic::new(
-                    Code::IncludeWithoutString,
+                    DiagnosticCode::IncludeWithoutString,
                     value.span,
                     "expected the name of a file in quotes behind `include`",
                 )
@@ -123,7 +127,7 @@ impl Parser<'_> {
                     | TokenKind::Int(_)
                     | TokenKind::Float(_)
                     | TokenKind::Str(_)
-                    | TokenKind::Fixed(Fixed::OpenBrace | Fixed::Function)
+                    | TokenKind::Fixed(FixedToken::OpenBrace | FixedToken::Function)
             );
             let help = match same_line && goes_on {
                 true => explain(name),
@@ -131,7 +135,7 @@ impl Parser<'_> {
             };
             if let Some(help) = help {
                 let message = format!("`{name}` is no keyword of Buzz");
-                let diagnostic = Diagnostic::new(Code::ForeignWord, value.span, message);
+                let diagnostic = Diagnostic::new(DiagnosticCode::ForeignWord, value.span, message);
                 return self.report(diagnostic.help(help));
             }
         }
@@ -145,7 +149,7 @@ impl Parser<'_> {
             format!("call it: `{written}()`, or assign to it: `{written} = ...`")
         };
         let message = format!("`{written}` stands alone: it is neither called nor assigned");
-        let diagnostic = Diagnostic::new(Code::ValueAsStatement, value.span, message);
+        let diagnostic = Diagnostic::new(DiagnosticCode::ValueAsStatement, value.span, message);
         self.report(diagnostic.help(help))
     }
 

@@ -3,7 +3,7 @@
 use bittybuzz_compiler::codegen::asm::{
     AsmErrorKind, FunctionBuilder, MAX_ARGUMENTS, MAX_CAPTURES, MAX_DEPTH, MAX_PARAMETERS, Shape,
 };
-use bittybuzz_compiler::image::{MAX_BYTES, Parts};
+use bittybuzz_compiler::image::{ImageContent, MAX_BYTES};
 use bittybuzz_compiler::include::MAX_SOURCE_BYTES;
 use bittybuzz_compiler::parser::MAX_NESTING;
 use bittybuzz_compiler::source::{FileId, Span};
@@ -39,7 +39,8 @@ fn accepted(builder: FunctionBuilder, parameters: usize) {
     global.pop(1, span());
     let functions = [global, builder].map(|b| b.finish(span()).expect("can be assembled")).to_vec();
     let strings = StringTable::new(["a"]);
-    let parts = Parts { full: true, globals: 200, strings, functions, ..Parts::default() };
+    let parts =
+        ImageContent { full: true, globals: 200, strings, functions, ..ImageContent::default() };
     let image = parts.write().expect("fits an image");
     assert_eq!(verify(&image.bytes, FULL), Ok(()), "{:x?}", image.bytes);
 }
@@ -334,7 +335,7 @@ fn words_have_the_size_of_the_profile() {
     b.ret(span());
     let function = b.finish(span()).unwrap();
     assert_eq!(function.bytes, [0, 1, FLOAT, 0x00, 0x3e, 0xb8]);
-    let parts = Parts { functions: vec![function], ..Parts::default() };
+    let parts = ImageContent { functions: vec![function], ..ImageContent::default() };
     assert_eq!(verify(&parts.write().unwrap().bytes, TINY), Ok(()));
 }
 

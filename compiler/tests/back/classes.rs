@@ -1,6 +1,6 @@
 //! The class table: the classes of value that a script may send on each topic and under each key.
 
-use bittybuzz_compiler::codegen::constant::Profile;
+use bittybuzz_compiler::codegen::constant::NumberProfile;
 use bittybuzz_vm_core::builtin::Feature;
 use bittybuzz_vm_core::class;
 use bittybuzz_vm_core::image::{ALL_CLASSES, Image};
@@ -8,7 +8,7 @@ use bittybuzz_vm_core::image::{ALL_CLASSES, Image};
 use crate::machine::{FULL, TINY, image};
 
 /// The row of a string, or of all other names, as letters: `n`il, number (`i`), `s`tring, `t`able, `f`unction.
-fn row(script: &str, profile: Profile, name: Option<&str>) -> String {
+fn row(script: &str, profile: NumberProfile, name: Option<&str>) -> String {
     let (bytes, symbols) = image(script, profile);
     let header = Image::new(bytes.as_slice()).header().expect("an image");
     let row = match (header.classes_at().map(usize::from), name) {

@@ -2,7 +2,7 @@
 
 use std::collections::BTreeSet;
 
-use bittybuzz_compiler::codes::Code;
+use bittybuzz_compiler::codes::DiagnosticCode;
 use bittybuzz_compiler::diagnostic::Diagnostic;
 
 use bittybuzz_testkit::Program;
@@ -160,12 +160,12 @@ const ELSEWHERE: [&str; 12] = [
 
 #[test]
 fn no_code_of_the_back_end_is_untested() {
-    let ours = |code: &Code| {
+    let ours = |code: &DiagnosticCode| {
         ["E04", "E05", "E06", "W02", "W03"].iter().any(|prefix| code.text().starts_with(prefix))
     };
     let mut tested: BTreeSet<&str> = CASES.iter().map(|(_, code, _)| *code).collect();
     tested.extend(ELSEWHERE);
-    let untested: Vec<&str> = Code::ALL
+    let untested: Vec<&str> = DiagnosticCode::ALL
         .iter()
         .filter(|code| ours(code))
         .map(|code| code.text())

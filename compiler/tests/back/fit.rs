@@ -6,7 +6,7 @@ use bittybuzz_compiler::fit::{CapacityError, capacity_errors, sealed};
 use bittybuzz_robot_spec::Robot;
 use bittybuzz_testkit::Recorder;
 use bittybuzz_vm_core::number::Tiny;
-use bittybuzz_vm_core::seal::{self, Sealed};
+use bittybuzz_vm_core::seal::{self, SealedImage};
 use bittybuzz_vm_core::{Entry, FaultCode, Image, ImageError, Outcome, Parts, Sizes, Vm, features};
 
 use crate::machine::{TINY, build_with, image, robot};
@@ -194,14 +194,14 @@ fn a_sealed_image_is_for_its_robot() {
     let robot = seal::robot::<Tiny>(features::<Tiny>(), SIZES, Parts::ALL, &functions);
     let mut vm: Box<Vm<Tiny, &[u8], SLOTS>> = Box::new(Vm::new());
     vm.set_network_capacity(SIZES);
-    assert_eq!(vm.load_sealed(Sealed::new(&bytes), robot), Ok(()));
+    assert_eq!(vm.load_sealed(SealedImage::new(&bytes), robot), Ok(()));
     let mut smaller: Box<Vm<Tiny, &[u8], { SLOTS - 1 }>> = Box::new(Vm::new());
     smaller.set_network_capacity(SIZES);
-    assert_eq!(smaller.load_sealed(Sealed::new(&bytes), robot), Err(ImageError::Seal));
+    assert_eq!(smaller.load_sealed(SealedImage::new(&bytes), robot), Err(ImageError::Seal));
 
     // Both robots can run it, with other functions and memory.
     let of_a_zooid = sealed(&image, &bittybuzz_robot_files::find("zooids").unwrap()).unwrap();
-    assert_eq!(vm.load_sealed(Sealed::new(&of_a_zooid), robot), Err(ImageError::Seal));
+    assert_eq!(vm.load_sealed(SealedImage::new(&of_a_zooid), robot), Err(ImageError::Seal));
     let crazyflie = bittybuzz_robot_files::find("crazyflie").unwrap();
     assert_eq!(sealed(&image, &crazyflie), Err(ImageError::Profile));
 }

@@ -1,6 +1,6 @@
 //! What is computed when a script is compiled equals, bit for bit, what the machine would have computed.
 
-use bittybuzz_robot_spec::Profile;
+use bittybuzz_robot_spec::NumberProfile;
 use proptest::prelude::*;
 
 use crate::machine::{FULL, TINY, at_least, image, listing, run};
@@ -9,10 +9,10 @@ const OPERATORS: [&str; 16] =
     ["+", "-", "*", "/", "%", "^", "&", "|", "<<", ">>", "==", "!=", "<", "<=", ">", ">="];
 
 /// Literals of a profile, the edges among them.
-fn literal(profile: Profile) -> BoxedStrategy<String> {
+fn literal(profile: NumberProfile) -> BoxedStrategy<String> {
     let (low, high) = match profile {
-        Profile::Tiny => (i32::from(i16::MIN), i32::from(i16::MAX)),
-        Profile::Full => (i32::MIN, i32::MAX),
+        NumberProfile::Tiny => (i32::from(i16::MIN), i32::from(i16::MAX)),
+        NumberProfile::Full => (i32::MIN, i32::MAX),
     };
     let ints = prop_oneof![Just(low), Just(high), Just(low + 1), -40..40_i32, low..=high,];
     let floats = prop_oneof![
@@ -32,7 +32,7 @@ fn literal(profile: Profile) -> BoxedStrategy<String> {
 }
 
 /// Both ways to compute one thing: with literals for A and B, and with variables that hold them.
-fn both(profile: Profile, a: &str, b: &str, expression: &str) -> Result<(), TestCaseError> {
+fn both(profile: NumberProfile, a: &str, b: &str, expression: &str) -> Result<(), TestCaseError> {
     let folded = format!("r = {}", expression.replace('A', a).replace('B', b));
     let expression = expression.replace('A', "a").replace('B', "b");
     let computed = format!("a = {a}\nb = {b}\nr = {expression}");
@@ -55,7 +55,7 @@ fn both(profile: Profile, a: &str, b: &str, expression: &str) -> Result<(), Test
     Ok(())
 }
 
-fn binary(profile: Profile) -> impl Strategy<Value = (String, String, &'static str)> {
+fn binary(profile: NumberProfile) -> impl Strategy<Value = (String, String, &'static str)> {
     (literal(profile), literal(profile), prop::sample::select(OPERATORS.to_vec()))
 }
 
@@ -63,23 +63,23 @@ proptest! {
     #![proptest_config(ProptestConfig { cases: at_least(1000), failure_persistence: None, ..ProptestConfig::default() })]
 
     #[test]
-    fn tiny((a, b, op) in binary(Profile::Tiny)) {
+    fn tiny((a, b, op) in binary(NumberProfile::Tiny)) {
         both(TINY, &a, &b, &format!("(A {op} B)"))?;
     }
 
     #[test]
-    fn full((a, b, op) in binary(Profile::Full)) {
+    fn full((a, b, op) in binary(NumberProfile::Full)) {
         both(FULL, &a, &b, &format!("(A {op} B)"))?;
     }
 
     #[test]
-    fn unary(a in literal(Profile::Tiny), op in prop::sample::select(vec!["-", "!", "not ", "- -", "not not "])) {
+    fn unary(a in literal(NumberProfile::Tiny), op in prop::sample::select(vec!["-", "!", "not ", "- -", "not not "])) {
         both(TINY, &a, "0", &format!("({op}(A))"))?;
         both(FULL, &a, "0", &format!("({op}(A))"))?;
     }
 
     #[test]
-    fn one_literal((a, b, op) in binary(Profile::Tiny)) {
+    fn one_literal((a, b, op) in binary(NumberProfile::Tiny)) {
         // Forms for one literal: additions, comparisons of floats with integers.
         for profile in [TINY, FULL] {
             let full = format!("a = {a}\nb = {b}\nr = (a {op} b)");
@@ -96,7 +96,7 @@ proptest! {
     }
 
     #[test]
-    fn floats_next_to_floats(a in literal(Profile::Tiny), n in -2000..2000_i32, op in prop::sample::select(vec!["+", "-"])) {
+    fn floats_next_to_floats(a in literal(NumberProfile::Tiny), n in -2000..2000_i32, op in prop::sample::select(vec!["+", "-"])) {
         for profile in [TINY, FULL] {
             let literal = format!("{}.0", n);
             let expected = run(&format!("a = {a}\nb = {literal}\nc = 1.0\nr = (a * c) {op} b"), profile);

@@ -1,14 +1,14 @@
 //! Images byte by byte, against the layout in docs/image-format.md.
 
 use bittybuzz_compiler::codegen::asm::FunctionCode;
-use bittybuzz_compiler::image::{EntryPoint, ImageError, LibraryRow, Parts};
+use bittybuzz_compiler::image::{EntryPoint, ImageBuildError, ImageContent, LibraryRow};
 use bittybuzz_compiler::strings::StringTable;
 use bittybuzz_vm_core::builtin::{self, string};
-use bittybuzz_vm_core::image::{Entry, FORM_ORDER, FORM_TEXT, Header, Image};
+use bittybuzz_vm_core::image::{Entry, FORM_ORDER, FORM_TEXT, Image, ImageHeader};
 
 use crate::machine::{FULL, TINY, image, verify};
 
-fn header(bytes: &[u8]) -> Header {
+fn header(bytes: &[u8]) -> ImageHeader {
     Image::new(bytes).header().expect("an image")
 }
 
@@ -131,11 +131,11 @@ fn function(bytes: usize) -> FunctionCode {
 #[test]
 fn rows_of_the_library_table_are_sorted_and_single() {
     let row = |library, string, builtin| LibraryRow { library, string, builtin };
-    let parts = Parts {
+    let parts = ImageContent {
         libraries: vec![row(6, 13, 65), row(1, 14, 20), row(6, 12, 66), row(6, 13, 65)],
         strings: StringTable::new(["a", "b", "c"]),
         functions: vec![function(2)],
-        ..Parts::default()
+        ..ImageContent::default()
     };
     let image = parts.write().unwrap();
     let at = usize::from(header(&image.bytes).libraries_at());
@@ -146,19 +146,19 @@ fn rows_of_the_library_table_are_sorted_and_single() {
 
 #[test]
 fn limits_of_an_image() {
-    let parts = |functions| Parts { functions, ..Parts::default() };
+    let parts = |functions| ImageContent { functions, ..ImageContent::default() };
     assert!(parts(vec![function(2), function(65200)]).write().is_ok());
     let long = parts(vec![function(2), function(65300)]).write();
-    assert!(matches!(long, Err(ImageError::Length(_))), "{long:?}");
-    let globals = Parts { globals: 32768, ..parts(vec![function(2)]) }.write();
-    assert!(matches!(globals, Err(ImageError::Count { what: "globals", count: 32768 })));
+    assert!(matches!(long, Err(ImageBuildError::Length(_))), "{long:?}");
+    let globals = ImageContent { globals: 32768, ..parts(vec![function(2)]) }.write();
+    assert!(matches!(globals, Err(ImageBuildError::Count { what: "globals", count: 32768 })));
     let long_text = "x".repeat(32768);
-    let text = Parts {
+    let text = ImageContent {
         text: true,
         strings: StringTable::new([long_text.as_str()]),
         ..parts(vec![function(2)])
     };
-    assert_eq!(text.write(), Err(ImageError::StringLength(32768)));
+    assert_eq!(text.write(), Err(ImageBuildError::StringLength(32768)));
 }
 
 #[test]

@@ -1,11 +1,11 @@
 //! Libraries: direct calls where they are untouched, tables where the script treats them as such.
 
 use bittybuzz_vm_core::builtin::{self, Feature, Library};
-use bittybuzz_vm_core::image::{FORM_LIBRARIES, Header, Image};
+use bittybuzz_vm_core::image::{FORM_LIBRARIES, Image, ImageHeader};
 
 use crate::machine::{FULL, TINY, image, listing, output, run};
 
-fn header(script: &str) -> Header {
+fn header(script: &str) -> ImageHeader {
     let (bytes, _) = image(script, FULL);
     Image::new(bytes.as_slice()).header().expect("an image")
 }

@@ -2,7 +2,7 @@
 
 use bittybuzz_compiler::codegen::asm::HEADER_BYTES;
 use bittybuzz_compiler::symbols::{LocalPlace, Symbols};
-use bittybuzz_robot_spec::Profile;
+use bittybuzz_robot_spec::NumberProfile;
 use bittybuzz_vm_core::Image;
 use bittybuzz_vm_core::opcode::{self, Decoded};
 
@@ -12,7 +12,7 @@ use crate::machine::{FULL, TINY, image};
 const EXPECTED: &str = "#:";
 
 /// Offsets of all instructions from the start of the code.
-fn instructions(image: &[u8], profile: Profile) -> Vec<usize> {
+fn instructions(image: &[u8], profile: NumberProfile) -> Vec<usize> {
     let header = Image::new(image).header().expect("is an image");
     let (code, functions) = (usize::from(header.code_at()), usize::from(header.functions_at()));
     let word_bytes = if profile == FULL { 4 } else { 2 };

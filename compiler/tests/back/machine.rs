@@ -3,7 +3,7 @@
 use bittybuzz_compiler::compile::{Compiled, Options};
 use bittybuzz_compiler::symbols::Symbols;
 use bittybuzz_robot_files::all_shipped;
-use bittybuzz_robot_spec::{Profile as ProfileName, Robot};
+use bittybuzz_robot_spec::{NumberProfile as ProfileName, Robot};
 use bittybuzz_testkit::{Program, Recorder};
 use bittybuzz_vm_core::number::{Full, Number, Profile, Tiny};
 use bittybuzz_vm_core::{Entry, Fault, Image, Outcome, Vm};

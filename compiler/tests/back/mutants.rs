@@ -3,11 +3,11 @@
 //! Whatever the mistakes, the compiler ends with errors or with an image that the machine accepts, and no name is
 //! called unknown that the text still defines. So the first message about a mistake is about the mistake.
 
-use bittybuzz_compiler::codes::Code;
+use bittybuzz_compiler::codes::DiagnosticCode;
 use bittybuzz_compiler::compile::Compiled;
 use bittybuzz_compiler::diagnostic::{Diagnostic, Severity};
-use bittybuzz_compiler::render::{Color, Renderer};
-use bittybuzz_robot_spec::Profile;
+use bittybuzz_compiler::render::{ColorChoice, Renderer};
+use bittybuzz_robot_spec::NumberProfile;
 use bittybuzz_testkit::Program;
 use bittybuzz_vm_core::ImageError;
 use proptest::prelude::RngExt;
@@ -84,18 +84,18 @@ fn mutant(scripts: &[Script], seed: u32) -> (&Script, String) {
 }
 
 /// Reasons why the result of compiling `text` in the place of a script is wrong.
-fn problems(text: &str, compiled: &Compiled, profile: Profile) -> Vec<String> {
+fn problems(text: &str, compiled: &Compiled, profile: NumberProfile) -> Vec<String> {
     let mut problems = falsely_unknown(text, compiled);
     let is_error = |found: &Diagnostic| found.severity() == Severity::Error;
     if compiled.diagnostics.iter().any(is_error) == compiled.image.is_some() {
         problems.push("an image in spite of errors, or neither".to_owned());
     }
-    if compiled.diagnostics.iter().any(|found| found.code == Code::Internal) {
+    if compiled.diagnostics.iter().any(|found| found.code == DiagnosticCode::Internal) {
         problems.push("a mistake in the compiler".to_owned());
     }
     let renderer = Renderer::new(&compiled.sources);
     for found in &compiled.diagnostics {
-        if !renderer.text(found, Color::Never).contains(found.code.text()) {
+        if !renderer.text(found, ColorChoice::Never).contains(found.code.text()) {
             problems.push(format!("{} is not printed", found.code.text()));
         }
     }

@@ -4,7 +4,7 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 use bittybuzz_compiler::compile::{Compiled, Options, compile};
-use bittybuzz_compiler::include::{DiskFiles, Loader};
+use bittybuzz_compiler::include::{DiskFiles, IncludeLoader};
 
 /// A script in its folder.
 pub struct Script {
@@ -15,7 +15,8 @@ pub struct Script {
 impl Script {
     /// Compiles another text in its place, with the files that it includes.
     pub fn compile(&self, text: &str, options: &Options) -> Compiled {
-        let loader = Loader { folders: vec![folder("lib")], ..Loader::new(&DiskFiles) };
+        let loader =
+            IncludeLoader { folders: vec![folder("lib")], ..IncludeLoader::new(&DiskFiles) };
         compile(&self.path, text.to_owned(), &loader, options)
     }
 }

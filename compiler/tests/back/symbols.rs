@@ -1,6 +1,6 @@
 //! Symbols: from numbers that a robot reports to names and places.
 
-use bittybuzz_compiler::symbols::{FORMAT, Place, Symbols, SymbolsError};
+use bittybuzz_compiler::symbols::{FORMAT, SourceSpan, Symbols, SymbolsError};
 
 use crate::machine::{FULL, TINY, image, run};
 
@@ -10,7 +10,7 @@ fn a_fault_is_found_in_the_source() {
     let (_, symbols) = image(script, FULL);
     let fault = run(script, FULL).fault.expect("faults");
     let place = symbols.position(u32::from(fault.position)).expect("is known");
-    assert_eq!(place, Place { file: 0, line: 2, column: 10, end_line: 2, end_column: 17 });
+    assert_eq!(place, SourceSpan { file: 0, line: 2, column: 10, end_line: 2, end_column: 17 });
     assert_eq!(symbols.function(u32::from(fault.position)).map(|f| f.name.as_str()), Some("inner"));
     assert_eq!(symbols.file(place.file), Some("test.bzz"));
 }

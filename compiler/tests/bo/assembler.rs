@@ -2,7 +2,7 @@
 
 use std::collections::HashMap;
 
-use bittybuzz_compiler::bo::instruction::{Form, TABLE};
+use bittybuzz_compiler::bo::instruction::{OperandForm, TABLE};
 
 /// Assembles a text whose lines may also be separated by ` / `.
 pub fn assemble(text: &str) -> Vec<u8> {
@@ -35,12 +35,12 @@ pub fn assemble_lines<'a>(lines: impl Iterator<Item = &'a str>) -> Vec<u8> {
             let opcode = opcode.unwrap_or_else(|| panic!("no instruction `{mnemonic}`"));
             bytes.push(opcode as u8);
             match (TABLE[opcode].1, argument.strip_prefix('@')) {
-                (Form::Plain(_), _) => assert_eq!(argument, "", "{line}"),
+                (OperandForm::Plain(_), _) => assert_eq!(argument, "", "{line}"),
                 (_, Some(label)) => {
                     fixups.push((bytes.len(), label.to_owned()));
                     bytes.extend([0; 4]);
                 }
-                (Form::Float(_), None) => {
+                (OperandForm::Float(_), None) => {
                     bytes.extend(argument.parse::<f32>().expect("a float").to_le_bytes());
                 }
                 (_, None) => {

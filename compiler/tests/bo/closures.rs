@@ -1,7 +1,7 @@
 //! Locals, parameters and captured values.
 
-use bittybuzz_compiler::bo::{Warning, error::Cause, import as import_file};
-use bittybuzz_robot_spec::Profile;
+use bittybuzz_compiler::bo::{Warning, error::BoCause, import as import_file};
+use bittybuzz_robot_spec::NumberProfile;
 
 use crate::assembler::assemble;
 use crate::interpreter;
@@ -25,9 +25,9 @@ fn recorded(script: &str) -> Vec<String> {
     lines
 }
 
-fn refused(bytes: &[u8]) -> Cause {
+fn refused(bytes: &[u8]) -> BoCause {
     let path = std::path::Path::new("test.bo");
-    match import_file(path, bytes, None, &recorder(Profile::Full)) {
+    match import_file(path, bytes, None, &recorder(NumberProfile::Full)) {
         Ok(_) => panic!("it was imported"),
         Err(error) => error.cause,
     }
@@ -178,7 +178,7 @@ fn function_with_two_possible_numbers_of_parameters_is_refused() {
     let script =
         "function mk(a) { return function(c) { return a } }  record(mk(1)(2))  record(mk(1, 2)(3))";
     let cause = refused(&bo_file(script));
-    assert_eq!(cause, Cause::UnknownParameters([1, 2].into()));
+    assert_eq!(cause, BoCause::UnknownParameters([1, 2].into()));
     // It does not matter where the function itself shows how many it has.
     let script = "function mk(a) { var b = a  return function(c) { return b } }
                   record(mk(1)(2))  record(mk(1, 2)(3))";
@@ -223,7 +223,7 @@ fn lambda_of_a_top_level_block_is_doubtful() {
 #[test]
 fn variable_of_a_top_level_block_is_refused() {
     let bytes = reference::compile(&parse_script("script.bzz", "if(1) { var a = 1 }"));
-    assert_eq!(refused(&bytes), Cause::LocalInGlobalCode);
+    assert_eq!(refused(&bytes), BoCause::LocalInGlobalCode);
 }
 
 #[test]
@@ -261,8 +261,8 @@ fn locals_of_no_compiler() {
         // Goes on after the end of a variable.
         "pushnil / lstore 1 / lremove 1 / pushnil / lstore 1 / lremove 1",
     ] {
-        assert_eq!(refused(&with_body(body)), Cause::InconsistentLocals, "{body}");
+        assert_eq!(refused(&with_body(body)), BoCause::InconsistentLocals, "{body}");
     }
-    assert_eq!(refused(&with_body("lload 1000000 / ret1")), Cause::TooManyParameters);
-    assert_eq!(refused(&with_body("pushi 1 / lstore 0")), Cause::SelfAssigned);
+    assert_eq!(refused(&with_body("lload 1000000 / ret1")), BoCause::TooManyParameters);
+    assert_eq!(refused(&with_body("pushi 1 / lstore 0")), BoCause::SelfAssigned);
 }

@@ -5,7 +5,7 @@ use std::path::Path;
 use bittybuzz_compiler::bo::debug::{DebugError, DebugInfo, DebugPlace};
 use bittybuzz_compiler::bo::read::Bo;
 use bittybuzz_compiler::bo::{Imported, Warning, import};
-use bittybuzz_robot_spec::Profile;
+use bittybuzz_robot_spec::NumberProfile;
 
 use crate::machine::recorder;
 use crate::vectors::{self, Vector};
@@ -31,7 +31,7 @@ fn of_global() -> Vec<u8> {
 }
 
 fn import_with(vector: &Vector, debug: &[u8]) -> Imported {
-    import(Path::new("v.bo"), vector.bytes, Some(debug), &recorder(Profile::Full))
+    import(Path::new("v.bo"), vector.bytes, Some(debug), &recorder(NumberProfile::Full))
         .expect("a program")
 }
 
@@ -69,7 +69,8 @@ fn symbols_name_places_of_the_script() {
 
 #[test]
 fn without_debug_file_places_are_lines_of_the_listing() {
-    let imported = import(Path::new("v.bo"), vectors::LAMBDA.bytes, None, &recorder(Profile::Full));
+    let imported =
+        import(Path::new("v.bo"), vectors::LAMBDA.bytes, None, &recorder(NumberProfile::Full));
     let symbols = imported.expect("a program").compiled.symbols.expect("an image");
     assert_eq!(symbols.files, ["v.bo"]);
     let listing = bittybuzz_compiler::bo::disassemble(vectors::LAMBDA.bytes).expect("a program");

@@ -4,12 +4,12 @@
 use std::fs;
 use std::path::{Path, PathBuf};
 
-use bittybuzz_compiler::bo::error::Cause;
+use bittybuzz_compiler::bo::error::BoCause;
 use bittybuzz_compiler::bo::{disassemble, import};
 use bittybuzz_compiler::compile::compile_parsed;
-use bittybuzz_compiler::include::{DiskFiles, Loader};
+use bittybuzz_compiler::include::{DiskFiles, IncludeLoader};
 use bittybuzz_compiler::parser::{Parsed, parse_file};
-use bittybuzz_robot_spec::Profile;
+use bittybuzz_robot_spec::NumberProfile;
 use bittybuzz_vm_core::ImageError;
 
 use crate::interpreter::{self, Stop};
@@ -44,7 +44,7 @@ struct Tally {
 }
 
 /// Compares one script; those that are no programs are not counted.
-fn compare(path: &Path, parsed: &Parsed, profile: Profile, tally: &mut Tally) {
+fn compare(path: &Path, parsed: &Parsed, profile: NumberProfile, tally: &mut Tally) {
     let options = any_robot(profile);
     let name = path.display();
     let source = compile_parsed(parsed.clone(), &options);
@@ -53,7 +53,7 @@ fn compare(path: &Path, parsed: &Parsed, profile: Profile, tally: &mut Tally) {
     let imported = match import(path, &bytes, None, &options) {
         Ok(imported) => imported,
         Err(error) => {
-            assert_eq!(error.cause, Cause::LocalInGlobalCode, "{name}: {error}");
+            assert_eq!(error.cause, BoCause::LocalInGlobalCode, "{name}: {error}");
             tally.refused += 1;
             return;
         }
@@ -94,14 +94,14 @@ fn scripts_mean_the_same_from_source_and_from_bo() {
     for folder in ["tests/conformance", "tests/bzz", "lib", "examples"] {
         scripts_in(&root.join(folder), &mut scripts);
     }
-    let mut loader = Loader::new(&DiskFiles);
+    let mut loader = IncludeLoader::new(&DiskFiles);
     loader.folders = vec![root.join("lib")];
     let mut tally = Tally::default();
     for path in &scripts {
         let parsed = parse_file(path, &loader);
         if !parsed.has_errors() {
-            compare(path, &parsed, Profile::Full, &mut tally);
-            compare(path, &parsed, Profile::Tiny, &mut tally);
+            compare(path, &parsed, NumberProfile::Full, &mut tally);
+            compare(path, &parsed, NumberProfile::Tiny, &mut tally);
         }
     }
     println!("{tally:?}");

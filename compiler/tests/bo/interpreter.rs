@@ -6,7 +6,7 @@ use std::collections::HashMap;
 use std::rc::Rc;
 
 use bittybuzz_compiler::ast::{BinaryOp, UnaryOp};
-use bittybuzz_compiler::bo::instruction::Action;
+use bittybuzz_compiler::bo::instruction::BoAction;
 use bittybuzz_compiler::bo::read::Bo;
 
 /// Instructions before a program counts as endless, and calls inside each other.
@@ -117,49 +117,49 @@ impl Machine<'_> {
             pc += 1;
             let mut pop = || stack.pop().ok_or(Stop::Fault);
             let pushed = match action {
-                Action::Nop => continue,
-                Action::Done | Action::Ret0 => return Ok(Value::Nil),
-                Action::Ret1 => return pop(),
-                Action::PushNil => Value::Nil,
-                Action::PushI(value) => Value::Int(value),
-                Action::PushF(value) => Value::Float(value),
-                Action::PushS(number) => Value::String(self.bo.string(number).to_owned()),
-                Action::PushT => Value::Table(Rc::default()),
-                Action::PushCn(start) => {
+                BoAction::Nop => continue,
+                BoAction::Done | BoAction::Ret0 => return Ok(Value::Nil),
+                BoAction::Ret1 => return pop(),
+                BoAction::PushNil => Value::Nil,
+                BoAction::PushI(value) => Value::Int(value),
+                BoAction::PushF(value) => Value::Float(value),
+                BoAction::PushS(number) => Value::String(self.bo.string(number).to_owned()),
+                BoAction::PushT => Value::Table(Rc::default()),
+                BoAction::PushCn(start) => {
                     Value::Closure { start, captured: Rc::new(vec![Value::Nil]) }
                 }
                 // The captured values are all locals that exist, extra arguments included.
-                Action::PushL(start) => {
+                BoAction::PushL(start) => {
                     let captured = locals.clone().unwrap_or_else(|| vec![Value::Nil]);
                     Value::Closure { start, captured: Rc::new(captured) }
                 }
-                Action::Dup => stack.last().cloned().ok_or(Stop::Fault)?,
-                Action::Pop => {
+                BoAction::Dup => stack.last().cloned().ok_or(Stop::Fault)?,
+                BoAction::Pop => {
                     pop()?;
                     continue;
                 }
-                Action::Unary(op) => match (op, pop()?) {
+                BoAction::Unary(op) => match (op, pop()?) {
                     (UnaryOp::Not, value) => truth(!is_true(&value)),
                     (UnaryOp::Negate, Value::Int(value)) => Value::Int(value.wrapping_neg()),
                     (UnaryOp::Negate, Value::Float(value)) => Value::Float(-value),
                     (UnaryOp::BitNot, Value::Int(value)) => Value::Int(!value),
                     _ => return Err(Stop::Fault),
                 },
-                Action::Binary(op) => {
+                BoAction::Binary(op) => {
                     let right = pop()?;
                     binary(op, pop()?, right)?
                 }
-                Action::Gload => match pop()? {
+                BoAction::Gload => match pop()? {
                     Value::String(name) => self.global(&name),
                     _ => return Err(Stop::Fault),
                 },
-                Action::Gstore => {
+                BoAction::Gstore => {
                     let value = pop()?;
                     let Value::String(name) = pop()? else { return Err(Stop::Fault) };
                     self.globals.insert(name, value);
                     continue;
                 }
-                Action::Tget => {
+                BoAction::Tget => {
                     let key = pop()?;
                     is_key(&key)?;
                     let Value::Table(table) = pop()? else { return Err(Stop::Fault) };
@@ -167,14 +167,14 @@ impl Machine<'_> {
                     let found = table.iter().find(|(known, _)| same_key(known, &key));
                     found.map_or(Value::Nil, |(_, value)| value.clone())
                 }
-                Action::Tput => {
+                BoAction::Tput => {
                     let (value, key) = (pop()?, pop()?);
                     is_key(&key)?;
                     let table = pop()?;
                     put(&table, key, value)?;
                     continue;
                 }
-                Action::Callc => {
+                BoAction::Callc => {
                     let Value::Int(count) = pop()? else { return Err(Stop::Fault) };
                     let first = stack.len().checked_sub(count as usize).ok_or(Stop::Fault)?;
                     let arguments = stack.split_off(first);
@@ -182,11 +182,11 @@ impl Machine<'_> {
                     stack.pop().ok_or(Stop::Fault)?;
                     self.call_value(callee, arguments, depth)?
                 }
-                Action::Lload(number) => {
+                BoAction::Lload(number) => {
                     let locals = locals.as_ref().ok_or(Stop::Unsupported)?;
                     locals.get(number as usize).cloned().ok_or(Stop::Fault)?
                 }
-                Action::Lstore(number) => {
+                BoAction::Lstore(number) => {
                     let value = pop()?;
                     let locals = locals.as_mut().ok_or(Stop::Unsupported)?;
                     let number = number as usize;
@@ -194,23 +194,23 @@ impl Machine<'_> {
                     locals[number] = value;
                     continue;
                 }
-                Action::Lremove(count) => {
+                BoAction::Lremove(count) => {
                     let locals = locals.as_mut().ok_or(Stop::Unsupported)?;
                     let left = locals.len().checked_sub(count as usize).ok_or(Stop::Fault)?;
                     locals.truncate(left);
                     continue;
                 }
-                Action::Jump(to) => {
+                BoAction::Jump(to) => {
                     pc = to;
                     continue;
                 }
-                Action::Jumpz(to) | Action::Jumpnz(to) => {
-                    if is_true(&pop()?) == matches!(action, Action::Jumpnz(_)) {
+                BoAction::Jumpz(to) | BoAction::Jumpnz(to) => {
+                    if is_true(&pop()?) == matches!(action, BoAction::Jumpnz(_)) {
                         pc = to;
                     }
                     continue;
                 }
-                Action::Calls | Action::PushCc(_) => return Err(Stop::Unsupported),
+                BoAction::Calls | BoAction::PushCc(_) => return Err(Stop::Unsupported),
             };
             stack.push(pushed);
         }

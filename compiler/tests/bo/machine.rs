@@ -4,10 +4,10 @@ use std::path::Path;
 
 use bittybuzz_compiler::bo::{self, Imported};
 use bittybuzz_compiler::compile::{Compiled, Options};
-use bittybuzz_compiler::include::{Loader, MemoryFiles};
+use bittybuzz_compiler::include::{IncludeLoader, MemoryFiles};
 use bittybuzz_compiler::parser::{Parsed, parse};
 use bittybuzz_compiler::symbols::Symbols;
-use bittybuzz_robot_spec::{Profile as ProfileName, Robot};
+use bittybuzz_robot_spec::{NumberProfile as ProfileName, Robot};
 use bittybuzz_testkit::{Program, Recorder};
 use bittybuzz_vm_core::number::{Full, Profile, Tiny};
 use bittybuzz_vm_core::{Entry, FaultCode, Image, ImageError, Outcome, Value, Vm};
@@ -59,7 +59,7 @@ pub fn import(bytes: &[u8]) -> Imported {
 
 /// Parses a script that includes nothing.
 pub fn parse_script(path: &str, text: &str) -> Parsed {
-    parse(Path::new(path), text.to_owned(), &Loader::new(&MemoryFiles::default()))
+    parse(Path::new(path), text.to_owned(), &IncludeLoader::new(&MemoryFiles::default()))
 }
 
 /// What a run did.

@@ -3,10 +3,10 @@
 use std::path::Path;
 
 use bittybuzz_compiler::bo::import;
-use bittybuzz_compiler::bo::instruction::{Form, TABLE};
+use bittybuzz_compiler::bo::instruction::{OperandForm, TABLE};
 use bittybuzz_compiler::bo::read::Bo;
-use bittybuzz_compiler::codes::Code;
-use bittybuzz_robot_spec::Profile;
+use bittybuzz_compiler::codes::DiagnosticCode;
+use bittybuzz_robot_spec::NumberProfile;
 use bittybuzz_vm_core::{FaultCode, ImageError};
 use proptest::collection::vec;
 use proptest::prelude::*;
@@ -57,12 +57,13 @@ fn rich() -> Vec<u8> {
 
 /// Checks one file, for a certain robot and for any, in both profiles.
 fn check(bytes: &[u8]) -> Result<(), TestCaseError> {
-    for profile in [Profile::Full, Profile::Tiny] {
+    for profile in [NumberProfile::Full, NumberProfile::Tiny] {
         for options in [recorder(profile), any_robot(profile)] {
             let Ok(imported) = import(Path::new("test.bo"), bytes, Some(bytes), &options) else {
                 return Ok(());
             };
-            let internal = imported.compiled.diagnostics.iter().find(|d| d.code == Code::Internal);
+            let internal =
+                imported.compiled.diagnostics.iter().find(|d| d.code == DiagnosticCode::Internal);
             prop_assert!(internal.is_none(), "{internal:?}");
             if let (Some(image), Some(symbols)) =
                 (imported.compiled.image, imported.compiled.symbols)
@@ -80,7 +81,7 @@ fn check(bytes: &[u8]) -> Result<(), TestCaseError> {
 
 /// Where the file does something in its own machine, it does the same when it is imported.
 fn compare(bytes: &[u8]) -> Result<(), TestCaseError> {
-    let options = recorder(Profile::Full);
+    let options = recorder(NumberProfile::Full);
     let Ok(imported) = import(Path::new("test.bo"), bytes, None, &options) else { return Ok(()) };
     let (Some(image), Some(symbols)) = (imported.compiled.image, imported.compiled.symbols) else {
         return Ok(());
@@ -137,7 +138,7 @@ impl Change {
         // The form of an instruction by its mnemonic.
         let form =
             |name: &str| TABLE.iter().find(|(known, _)| *known == name).map(|(_, form)| *form);
-        let instructions = |wanted: fn(&Form) -> bool| -> Vec<usize> {
+        let instructions = |wanted: fn(&OperandForm) -> bool| -> Vec<usize> {
             let code = Bo::read(bytes).map(|bo| bo.code).unwrap_or_default();
             let found = code.iter().filter(|i| form(i.mnemonic).is_some_and(|form| wanted(&form)));
             found.map(|instruction| instruction.offset).collect()
@@ -156,7 +157,10 @@ impl Change {
             }
             Change::Argument(at, number) => {
                 let places = instructions(|form| {
-                    matches!(form, Form::Int(_) | Form::String(_) | Form::Locals(_))
+                    matches!(
+                        form,
+                        OperandForm::Int(_) | OperandForm::String(_) | OperandForm::Locals(_)
+                    )
                 });
                 if !places.is_empty() {
                     let place = at.get(&places) + 1;
@@ -164,7 +168,7 @@ impl Change {
                 }
             }
             Change::Target(at, to) => {
-                let places = instructions(|form| matches!(form, Form::Address(_)));
+                let places = instructions(|form| matches!(form, OperandForm::Address(_)));
                 let targets = instructions(|_| true);
                 if !places.is_empty() {
                     let (place, target) = (at.get(&places) + 1, *to.get(&targets) as i32);
@@ -172,7 +176,7 @@ impl Change {
                 }
             }
             Change::Opcode(at, opcode) => {
-                let places = instructions(|form| matches!(form, Form::Plain(_)));
+                let places = instructions(|form| matches!(form, OperandForm::Plain(_)));
                 if !places.is_empty() {
                     bytes[*at.get(&places)] = *opcode;
                 }
@@ -285,7 +289,7 @@ proptest! {
         let mut bytes = vec![2, 0, b'x', 0, b'f', 0, 0];
         for (opcode, argument) in code {
             bytes.push(opcode);
-            if !matches!(TABLE[usize::from(opcode)].1, Form::Plain(_)) {
+            if !matches!(TABLE[usize::from(opcode)].1, OperandForm::Plain(_)) {
                 bytes.extend(argument.to_le_bytes());
             }
         }
@@ -332,7 +336,7 @@ fn fitting_parts_often_make_programs() {
     let mut causes = std::collections::BTreeMap::new();
     for _ in 0..500 {
         let text = program().new_tree(&mut runner).expect("a program").current();
-        let result = import(Path::new("t"), &assemble(&text), None, &recorder(Profile::Full));
+        let result = import(Path::new("t"), &assemble(&text), None, &recorder(NumberProfile::Full));
         let ending = match result {
             Ok(imported) if imported.compiled.image.is_some() => "image".to_owned(),
             Ok(_) => "diagnostics".to_owned(),
@@ -354,6 +358,6 @@ fn comparable_program_is_compared() {
 #[test]
 fn rich_program_is_imported() {
     let imported =
-        import(Path::new("t"), &rich(), None, &any_robot(Profile::Full)).expect("a program");
+        import(Path::new("t"), &rich(), None, &any_robot(NumberProfile::Full)).expect("a program");
     assert!(imported.compiled.image.is_some(), "{:?}", imported.compiled.diagnostics);
 }

@@ -1,7 +1,7 @@
 //! Reading bytes, and writing them as text.
 
 use bittybuzz_compiler::bo::disassemble;
-use bittybuzz_compiler::bo::error::Cause;
+use bittybuzz_compiler::bo::error::BoCause;
 use bittybuzz_compiler::bo::read::Bo;
 
 use crate::assembler::assemble;
@@ -70,7 +70,7 @@ fn listing_shows_offsets_arguments_and_strings() {
 #[test]
 fn instruction_test_is_read_up_to_its_string() {
     let error = Bo::read(vectors::INSTRUCTION_TEST).expect_err("there is no string");
-    assert_eq!(error.cause, Cause::UnknownString(0));
+    assert_eq!(error.cause, BoCause::UnknownString(0));
     assert_eq!(vectors::INSTRUCTION_TEST[error.offset], 0x25);
     // With an integer in its place all the rest can be read.
     let mut bytes = vectors::INSTRUCTION_TEST.to_vec();

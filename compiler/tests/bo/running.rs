@@ -1,6 +1,6 @@
 //! What imported programs do.
 
-use bittybuzz_compiler::codes::Code;
+use bittybuzz_compiler::codes::DiagnosticCode;
 use bittybuzz_vm_core::FaultCode;
 
 use crate::assembler::assemble;
@@ -74,7 +74,7 @@ fn unknown_function_is_an_error() {
     assert!(compiled.image.is_none());
     let errors: Vec<_> = compiled.diagnostics.iter().filter(|d| d.code.text() < "W").collect();
     assert_eq!(errors.len(), 1);
-    assert_eq!(errors[0].code, Code::UnknownFunction);
+    assert_eq!(errors[0].code, DiagnosticCode::UnknownFunction);
     // It points at the line that names it.
     assert!(compiled.sources.text(errors[0].span).ends_with("pushs 3  # \"h\""));
 }

@@ -3,14 +3,14 @@
 use std::collections::BTreeSet;
 use std::path::Path;
 
-use bittybuzz_compiler::codes::Code;
+use bittybuzz_compiler::codes::DiagnosticCode;
 use bittybuzz_compiler::compile::{Options, compile};
 use bittybuzz_compiler::explain::{explain, sections};
-use bittybuzz_compiler::include::{Loader, MAX_SOURCE_BYTES, MemoryFiles};
+use bittybuzz_compiler::include::{IncludeLoader, MAX_SOURCE_BYTES, MemoryFiles};
 
 #[test]
 fn every_code_has_a_section_and_every_section_a_code() {
-    let codes: Vec<&str> = Code::ALL.iter().map(|code| code.text()).collect();
+    let codes: Vec<&str> = DiagnosticCode::ALL.iter().map(|code| code.text()).collect();
     let explained: Vec<&str> = sections().map(|(code, _)| code).collect();
     let missing: Vec<_> = codes.iter().filter(|code| !explained.contains(code)).collect();
     let unknown: Vec<_> = explained.iter().filter(|code| !codes.contains(code)).collect();
@@ -20,7 +20,7 @@ fn every_code_has_a_section_and_every_section_a_code() {
 
 #[test]
 fn codes_are_unique_and_in_order() {
-    let codes: Vec<&str> = Code::ALL.iter().map(|code| code.text()).collect();
+    let codes: Vec<&str> = DiagnosticCode::ALL.iter().map(|code| code.text()).collect();
     let sorted: BTreeSet<&str> = codes.iter().copied().collect();
     assert!(sorted.into_iter().eq(codes));
 }
@@ -65,13 +65,13 @@ fn explain_takes_any_case_and_knows_no_other_codes() {
     }
 }
 
-fn explained() -> impl Iterator<Item = Code> {
-    Code::ALL.iter().copied().filter(|code| explain(code.text()).is_some())
+fn explained() -> impl Iterator<Item = DiagnosticCode> {
+    DiagnosticCode::ALL.iter().copied().filter(|code| explain(code.text()).is_some())
 }
 
 /// A section before its example, the example with the rest of its fence line (the robot it is built for), and what
 /// follows it.
-fn parts(code: Code) -> (&'static str, &'static str, &'static str) {
+fn parts(code: DiagnosticCode) -> (&'static str, &'static str, &'static str) {
     let section = explain(code.text()).unwrap_or_default();
     let parts = section.split_once("```buzz").and_then(|(before, rest)| {
         rest.split_once("\n```").map(|(example, after)| (before, example, after))
@@ -80,7 +80,7 @@ fn parts(code: Code) -> (&'static str, &'static str, &'static str) {
 }
 
 /// Everything that the compiler says about a script, which has the files that the examples speak of.
-fn codes_of(example: &str) -> Vec<Code> {
+fn codes_of(example: &str) -> Vec<DiagnosticCode> {
     let (robot, text) = example.split_once('\n').unwrap_or(("", example));
     let files = MemoryFiles::default()
         .with("common.bzz", "common = 1")
@@ -91,6 +91,6 @@ fn codes_of(example: &str) -> Vec<Code> {
     let robots = bittybuzz_robot_files::all_shipped();
     let robot = robots.iter().find(|known| known.name == robot.trim()).cloned();
     let options = Options { robot, robots, profile: None };
-    let compiled = compile(main, text.to_owned(), &Loader::new(&files), &options);
+    let compiled = compile(main, text.to_owned(), &IncludeLoader::new(&files), &options);
     compiled.diagnostics.iter().map(|diagnostic| diagnostic.code).collect()
 }

@@ -2,14 +2,14 @@
 
 use std::path::{Path, PathBuf};
 
-use bittybuzz_compiler::include::{Loader, MAX_SOURCE_BYTES, MemoryFiles};
+use bittybuzz_compiler::include::{IncludeLoader, MAX_SOURCE_BYTES, MemoryFiles};
 use bittybuzz_compiler::parser::{Parsed, parse, parse_file};
 
 use crate::support::{found, stmts};
 
 /// Parses `text` as the script at `path`; nothing else is configured than the files.
 fn parse_at(path: &str, text: &str, files: &MemoryFiles) -> Parsed {
-    parse(Path::new(path), text.to_owned(), &Loader::new(files))
+    parse(Path::new(path), text.to_owned(), &IncludeLoader::new(files))
 }
 
 fn tree(parsed: &Parsed) -> String {
@@ -47,7 +47,7 @@ fn every_file_is_read_once() {
         .with("a.bzz", "include 'lib/b.bzz' a = 1")
         .with("lib/b.bzz", "include \"../a.bzz\" include \"b.bzz\" include '../main.bzz' b = 1")
         .with("main.bzz", "include 'a.bzz' include './lib/../lib/b.bzz' include 'a.bzz' m = 1");
-    let parsed = parse_file(Path::new("main.bzz"), &Loader::new(&files));
+    let parsed = parse_file(Path::new("main.bzz"), &IncludeLoader::new(&files));
     assert_eq!(tree(&parsed), "(= b 1) (= a 1) (= m 1)");
     assert!(parsed.diagnostics.is_empty());
     let paths: Vec<_> = parsed.sources.files().map(|(_, file)| file.path.clone()).collect();
@@ -69,11 +69,11 @@ fn the_folder_of_the_including_file_comes_first() {
         for (path, text) in folders.iter().zip(&expected).skip(removed) {
             left = left.with(path, format!("{text} = 1"));
         }
-        let loader = Loader {
+        let loader = IncludeLoader {
             folders: vec!["inc".into()],
             environment: vec!["env".into()],
             library: &library,
-            ..Loader::new(&left)
+            ..IncludeLoader::new(&left)
         };
         let parsed = parse(Path::new("scripts/main.bzz"), "include 'x.bzz'".to_owned(), &loader);
         assert_eq!(tree(&parsed), format!("(= {} 1)", expected[removed]));
@@ -99,7 +99,7 @@ fn the_working_folder_warns() {
 fn the_library_is_also_the_folder_include() {
     let library = [("vec2.bzz", "v = 1")];
     let placed_in = |files: &MemoryFiles, text: &str| {
-        let loader = Loader { library: &library, ..Loader::new(files) };
+        let loader = IncludeLoader { library: &library, ..IncludeLoader::new(files) };
         placed(&parse(Path::new("main.bzz"), text.to_owned(), &loader))
     };
     let none = MemoryFiles::default();
@@ -114,7 +114,7 @@ fn the_library_is_also_the_folder_include() {
 fn the_library_includes_itself() {
     let files = MemoryFiles::default().with("table.bzz", "mine = 1");
     let library = [("queue.bzz", "include 'table.bzz' q = 1"), ("table.bzz", "t = = 1")];
-    let loader = Loader { library: &library, ..Loader::new(&files) };
+    let loader = IncludeLoader { library: &library, ..IncludeLoader::new(&files) };
     let text = "include \"queue.bzz\"\ninclude \"table.bzz\"".to_owned();
     let parsed = parse(Path::new("main.bzz"), text, &loader);
     assert_eq!(placed(&parsed), ["<library>/table.bzz E0201 1:5"]);
@@ -125,7 +125,11 @@ fn the_library_includes_itself() {
 fn a_missing_file_tells_where_it_was_searched_and_what_is_like_it() {
     let files = MemoryFiles::default().with("scripts/formation.bzz", "").with("inc/x.bzz", "");
     let library = [("vec2.bzz", "")];
-    let loader = Loader { folders: vec!["inc".into()], library: &library, ..Loader::new(&files) };
+    let loader = IncludeLoader {
+        folders: vec!["inc".into()],
+        library: &library,
+        ..IncludeLoader::new(&files)
+    };
     let text = "x = 1\ninclude \"formatoin.bzz\"\ninclude 'vec.bzz'\ninclude 'q'\ny = = 2";
     let parsed = parse(Path::new("scripts/main.bzz"), text.to_owned(), &loader);
     assert_eq!(found(&parsed), ["E0301 2:1", "E0301 3:1", "E0301 4:1", "E0201 5:5"]);
@@ -187,16 +191,16 @@ fn files_that_are_no_scripts() {
         let parsed = parse_at("main.bzz", &format!("y = 2\ninclude '{name}'\n"), &files);
         assert_eq!(found(&parsed), [format!("{code} 2:1")], "{name}");
         assert!(parsed.diagnostics[0].message.contains(words), "{:?}", parsed.diagnostics);
-        let parsed = parse_file(Path::new(name), &Loader::new(&files));
+        let parsed = parse_file(Path::new(name), &IncludeLoader::new(&files));
         assert_eq!(parsed.diagnostics.len(), 1, "{name}");
         assert_eq!(parsed.diagnostics[0].code.text(), code, "{name}");
         assert!(parsed.diagnostics[0].message.contains(words), "{:?}", parsed.diagnostics);
     }
-    let parsed = parse_file(Path::new("latin1.bzz"), &Loader::new(&files));
+    let parsed = parse_file(Path::new("latin1.bzz"), &IncludeLoader::new(&files));
     assert_eq!(found(&parsed), ["E0304 2:6"]);
-    let parsed = parse_file(Path::new("full.bzz"), &Loader::new(&files));
+    let parsed = parse_file(Path::new("full.bzz"), &IncludeLoader::new(&files));
     assert!(parsed.diagnostics.is_empty());
-    let parsed = parse_file(Path::new("nowhere.bzz"), &Loader::new(&files));
+    let parsed = parse_file(Path::new("nowhere.bzz"), &IncludeLoader::new(&files));
     assert_eq!(found(&parsed), ["E0303 1:1"]);
     let parsed = parse_at("main.bzz", &" ".repeat(MAX_SOURCE_BYTES + 1), &files);
     assert_eq!(found(&parsed), ["E0305 1:1"]);

@@ -3,9 +3,9 @@
 use std::path::Path;
 
 use bittybuzz_compiler::diagnostic::Severity;
-use bittybuzz_compiler::include::{Loader, MemoryFiles};
+use bittybuzz_compiler::include::{IncludeLoader, MemoryFiles};
 use bittybuzz_compiler::parser::{Parsed, parse, parse_file};
-use bittybuzz_compiler::render::{Color, Renderer};
+use bittybuzz_compiler::render::{ColorChoice, Renderer};
 use proptest::prelude::*;
 
 use crate::support::{expect_tree, parse_text};
@@ -120,7 +120,7 @@ fn check(parsed: &Parsed) {
             assert!(text.get(span.start as usize..span.end as usize).is_some(), "{diagnostic:?}");
         }
         let at = parsed.sources.line_column(diagnostic.span);
-        let text = renderer.text(diagnostic, Color::Never);
+        let text = renderer.text(diagnostic, ColorChoice::Never);
         assert!(text.contains(&format!(":{}:{}", at.line, at.column)), "{at:?}\n{text}");
         renderer.json(diagnostic);
     }
@@ -132,14 +132,14 @@ fn check(parsed: &Parsed) {
 
 fn parse_with_files(text: String) -> Parsed {
     let files = MemoryFiles::default().with("a.bzz", "a = 1 include 'main.bzz'");
-    parse(Path::new("main.bzz"), text, &Loader::new(&files))
+    parse(Path::new("main.bzz"), text, &IncludeLoader::new(&files))
 }
 
 proptest! {
     #[test]
     fn any_bytes(bytes in prop::collection::vec(any::<u8>(), 0..300)) {
         let files = MemoryFiles::default().with("main.bzz", bytes);
-        check(&parse_file(Path::new("main.bzz"), &Loader::new(&files)));
+        check(&parse_file(Path::new("main.bzz"), &IncludeLoader::new(&files)));
     }
 
     #[test]
@@ -202,7 +202,7 @@ fn long_input_takes_linear_time() {
         assert!(!parsed.diagnostics.is_empty(), "{piece:?}");
         let renderer = Renderer::new(&parsed.sources);
         for diagnostic in parsed.diagnostics.iter().take(100) {
-            renderer.text(diagnostic, Color::Never);
+            renderer.text(diagnostic, ColorChoice::Never);
         }
     }
 }

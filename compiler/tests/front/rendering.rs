@@ -2,14 +2,14 @@
 
 use std::path::Path;
 
-use bittybuzz_compiler::include::{Loader, MemoryFiles};
+use bittybuzz_compiler::include::{IncludeLoader, MemoryFiles};
 use bittybuzz_compiler::parser::{Parsed, parse};
-use bittybuzz_compiler::render::{Color, Renderer};
+use bittybuzz_compiler::render::{ColorChoice, Renderer};
 
 use crate::support::parse_text;
 
 fn text(parsed: &Parsed, index: usize) -> String {
-    Renderer::new(&parsed.sources).text(&parsed.diagnostics[index], Color::Never)
+    Renderer::new(&parsed.sources).text(&parsed.diagnostics[index], ColorChoice::Never)
 }
 
 #[test]
@@ -78,7 +78,7 @@ fn the_place_is_that_of_the_source_map() {
 #[test]
 fn included_files_are_named() {
     let files = MemoryFiles::default().with("lib/a.bzz", "\nx = = 1");
-    let loader = Loader::new(&files);
+    let loader = IncludeLoader::new(&files);
     let parsed = parse(Path::new("main.bzz"), "include \"lib/a.bzz\"".to_owned(), &loader);
     assert!(text(&parsed, 0).contains("--> lib/a.bzz:2:5"), "{}", text(&parsed, 0));
 }
@@ -87,8 +87,8 @@ fn included_files_are_named() {
 fn color_is_asked_for() {
     let parsed = parse_text("x = = 1");
     let renderer = Renderer::new(&parsed.sources);
-    assert!(!renderer.text(&parsed.diagnostics[0], Color::Never).contains('\u{1b}'));
-    assert!(renderer.text(&parsed.diagnostics[0], Color::Always).contains('\u{1b}'));
+    assert!(!renderer.text(&parsed.diagnostics[0], ColorChoice::Never).contains('\u{1b}'));
+    assert!(renderer.text(&parsed.diagnostics[0], ColorChoice::Always).contains('\u{1b}'));
 }
 
 #[test]
@@ -195,6 +195,7 @@ fn json_has_one_object_for_a_diagnostic() {
 #[test]
 fn an_empty_file_has_a_place() {
     let files = MemoryFiles::default();
-    let parsed = bittybuzz_compiler::parser::parse_file(Path::new("x.bzz"), &Loader::new(&files));
+    let parsed =
+        bittybuzz_compiler::parser::parse_file(Path::new("x.bzz"), &IncludeLoader::new(&files));
     assert!(text(&parsed, 0).contains("x.bzz:1:1"), "{}", text(&parsed, 0));
 }

@@ -5,12 +5,12 @@ use std::path::Path;
 use bittybuzz_compiler::ast::{
     BinaryOp, Block, Expr, ExprKind, FieldKey, Function, Stmt, StmtKind, UnaryOp,
 };
-use bittybuzz_compiler::include::{Loader, MemoryFiles};
+use bittybuzz_compiler::include::{IncludeLoader, MemoryFiles};
 use bittybuzz_compiler::parser::{Parsed, parse};
 
 pub fn parse_text(text: &str) -> Parsed {
     let files = MemoryFiles::default();
-    parse(Path::new("main.bzz"), text.to_owned(), &Loader::new(&files))
+    parse(Path::new("main.bzz"), text.to_owned(), &IncludeLoader::new(&files))
 }
 
 /// The diagnostics as `CODE line:column`.

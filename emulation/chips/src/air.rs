@@ -12,7 +12,7 @@ pub const LOOKAHEAD: Time = Time::from_micros(120);
 
 /// The sender of a packet.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Sender {
+pub enum PacketSource {
     /// The robot with this number.
     Robot(usize),
     /// A sender that is no robot and reaches all robots.
@@ -32,7 +32,7 @@ pub struct AirStatistics {
 
 /// An event at a robot's receiver.
 #[derive(Clone, Debug, PartialEq)]
-pub enum Heard {
+pub enum ReceptionEvent {
     /// A signal on this channel, with its begin and end. The packet is not complete yet.
     Signal(u8, Time, Time),
     /// A complete packet; true if it arrived undamaged.
@@ -55,7 +55,7 @@ pub struct Air {
 }
 
 struct OnAir {
-    sender: Sender,
+    sender: PacketSource,
     transmission: Transmission,
     is_sensed: bool,
     has_arrived: bool,
@@ -91,12 +91,12 @@ impl Air {
     }
 
     /// Returns true if a sender reaches a robot.
-    fn reaches(&self, robot: usize, sender: Sender) -> bool {
+    fn reaches(&self, robot: usize, sender: PacketSource) -> bool {
         match sender {
-            Sender::Robot(number) => {
+            PacketSource::Robot(number) => {
                 number != robot && self.deaf.get(&robot).is_none_or(|from| !from.contains(&number))
             }
-            Sender::Stranger => true,
+            PacketSource::Stranger => true,
         }
     }
 
@@ -107,14 +107,19 @@ impl Air {
     }
 
     /// Adds a transmission in the future.
-    pub fn add(&mut self, sender: Sender, transmission: Transmission) {
+    pub fn add(&mut self, sender: PacketSource, transmission: Transmission) {
         let (is_sensed, has_arrived) = (false, false);
         self.on_air.push(OnAir { sender, transmission, is_sensed, has_arrived });
     }
 
     /// Reports the events before `until` to `robots` robots through the callback. All transmissions
     /// up to then must be known.
-    pub fn carry(&mut self, until: Time, robots: usize, mut tell: impl FnMut(usize, Heard)) {
+    pub fn carry(
+        &mut self,
+        until: Time,
+        robots: usize,
+        mut tell: impl FnMut(usize, ReceptionEvent),
+    ) {
         if self.on_air.is_empty() {
             return;
         }
@@ -128,7 +133,7 @@ impl Air {
             if !is_sensed && begin < until {
                 self.on_air[number].is_sensed = true;
                 for receiver in &receivers {
-                    tell(*receiver, Heard::Signal(channel, begin, end));
+                    tell(*receiver, ReceptionEvent::Signal(channel, begin, end));
                 }
             }
             if has_arrived || end > until {
@@ -151,7 +156,7 @@ impl Air {
                 self.statistics.collided += u64::from(collides);
                 self.statistics.lost += u64::from(is_lost);
                 let packet = self.on_air[number].transmission.clone();
-                tell(receiver, Heard::Packet(packet, !collides && !is_lost));
+                tell(receiver, ReceptionEvent::Packet(packet, !collides && !is_lost));
             }
         }
         // A packet that may overlap with one still on the air is kept: the longest packet, at 250

@@ -1,6 +1,8 @@
 //! The interface between a core and the robot around it.
 
-use crate::{Event, FlashChange, Heard, Lines, ResetCause, Time, Transfer, Transmission, Width};
+use crate::{
+    BoardEvent, FlashChange, Lines, ReceptionEvent, ResetCause, Time, Transfer, Transmission, Width,
+};
 
 /// The type of the core that executes the program.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -74,7 +76,7 @@ fn is_in(regions: &[(u32, u32)], address: u32) -> bool {
 
 /// The state of the core and its memory when the program starts after a reset.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
-pub struct Start {
+pub struct CoreStart {
     /// Memory that changed since the reset: first addresses and new contents, to be written in this
     /// order.
     pub memory: Vec<(u32, Vec<u8>)>,
@@ -131,8 +133,8 @@ pub trait Board: Sized {
 
     /// Does the work of a bootloader: called after power-on or a reset, before the program with its
     /// vectors at `vectors` starts.
-    fn start(&mut self, _vectors: u32) -> Start {
-        Start::default()
+    fn start(&mut self, _vectors: u32) -> CoreStart {
+        CoreStart::default()
     }
 
     /// Returns true if a debugger has control of the core (DHCSR.C_DEBUGEN).
@@ -151,7 +153,7 @@ pub trait Board: Sized {
     fn is_powered(&self) -> bool;
 
     /// Returns the events since the last call, in order.
-    fn take_events(&mut self) -> Vec<(Time, Event)>;
+    fn take_events(&mut self) -> Vec<(Time, BoardEvent)>;
 
     /// Returns true if [`next_transfer`](Self::next_transfer) or
     /// [`take_flash_change`](Self::take_flash_change) has something to return.
@@ -182,7 +184,7 @@ pub trait Board: Sized {
     }
 
     /// Reports a signal or packet on the shared channel. It does not begin in the past.
-    fn hear(&mut self, _heard: Heard) {}
+    fn hear(&mut self, _heard: ReceptionEvent) {}
 
     /// Returns a packet with this payload as this robot would send it from `begin` on; none without
     /// such a radio.

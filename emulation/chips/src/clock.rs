@@ -4,7 +4,7 @@ use crate::Time;
 
 /// A core's clock: its frequency changes, and it stops while the core sleeps.
 #[derive(Clone, Copy, Debug)]
-pub struct Clock {
+pub struct CoreClock {
     hz: u64,
     /// The duration of a cycle in picoseconds, as a fraction in lowest terms. Stored because every
     /// conversion uses it.
@@ -14,10 +14,10 @@ pub struct Clock {
     cycles: u64,
 }
 
-impl Clock {
+impl CoreClock {
     /// Creates a clock that starts at cycle 0 and time 0.
     pub fn new(hz: u64) -> Self {
-        Clock { hz, period: period(hz), time: Time::ZERO, cycles: 0 }
+        CoreClock { hz, period: period(hz), time: Time::ZERO, cycles: 0 }
     }
 
     /// Returns the frequency in Hz; 0 for a stopped clock.
@@ -55,7 +55,7 @@ impl Clock {
     /// Changes the frequency to `hz`, from cycle `cycles` on.
     pub fn set_hz(&mut self, hz: u64, cycles: u64) {
         if hz != self.hz {
-            *self = Clock { hz, period: period(hz), time: self.time(cycles), cycles };
+            *self = CoreClock { hz, period: period(hz), time: self.time(cycles), cycles };
         }
     }
 
@@ -84,13 +84,13 @@ mod tests {
 
     #[test]
     fn cycles_and_time_agree_through_changes() {
-        let mut clock = Clock::new(16_000_000);
+        let mut clock = CoreClock::new(16_000_000);
         assert_eq!(clock.time(16), Time::from_micros(1));
         clock.set_hz(168_000_000, 16);
         assert_eq!(clock.time(16 + 168), Time::from_micros(2));
         clock.skip_to(Time::from_micros(10), 16 + 168);
         assert_eq!(clock.time(16 + 168), Time::from_micros(10));
-        let mut stopped = Clock::new(0);
+        let mut stopped = CoreClock::new(0);
         assert_eq!(stopped.time(1), Time::ZERO);
         stopped.skip_to(Time::from_micros(1), 0);
         assert_eq!(stopped.time(1), Time::from_micros(1));

@@ -6,10 +6,10 @@ use crate::Time;
 
 /// An action of the robot that an observer could notice.
 #[derive(Clone, Debug, PartialEq)]
-pub enum Event {
+pub enum BoardEvent {
     /// A LED goes on or off.
     Led {
-        led: Led,
+        led: BoardLed,
         /// True when the LED goes on.
         on: bool,
     },
@@ -76,33 +76,33 @@ pub enum Event {
     },
     /// The bootloader starts a loader instead of the firmware. The chip then waits for new
     /// firmware.
-    Loader(Loader),
+    Loader(Bootloader),
     /// The firmware performs an action that the chip does not allow.
     HardwareError(HardwareError),
 }
 
 /// A program that receives new firmware.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Loader {
+pub enum Bootloader {
     /// The loader in the chip's ROM, which receives over USB (ST AN2606).
     Dfu,
     /// Bitcraze's loader, which receives over the radio.
     Crtp,
 }
 
-impl Loader {
+impl Bootloader {
     /// Returns the name in messages.
     pub const fn name(self) -> &'static str {
         match self {
-            Loader::Dfu => "dfu",
-            Loader::Crtp => "crtp",
+            Bootloader::Dfu => "dfu",
+            Bootloader::Crtp => "crtp",
         }
     }
 }
 
 /// The LEDs of a Crazyflie 2, and the colours of a Zooid's.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
-pub enum Led {
+pub enum BoardLed {
     /// PD2, next to the charger.
     BlueLeft,
     /// PC0.
@@ -123,19 +123,19 @@ pub enum Led {
     Blue,
 }
 
-impl Led {
+impl BoardLed {
     /// Returns the name in messages.
     pub const fn name(self) -> &'static str {
         match self {
-            Led::BlueLeft => "blue_left",
-            Led::RedLeft => "red_left",
-            Led::GreenLeft => "green_left",
-            Led::GreenRight => "green_right",
-            Led::RedRight => "red_right",
-            Led::BlueRight => "blue_right",
-            Led::Red => "red",
-            Led::Green => "green",
-            Led::Blue => "blue",
+            BoardLed::BlueLeft => "blue_left",
+            BoardLed::RedLeft => "red_left",
+            BoardLed::GreenLeft => "green_left",
+            BoardLed::GreenRight => "green_right",
+            BoardLed::RedRight => "red_right",
+            BoardLed::BlueRight => "blue_right",
+            BoardLed::Red => "red",
+            BoardLed::Green => "green",
+            BoardLed::Blue => "blue",
         }
     }
 }

@@ -38,15 +38,19 @@ mod serial;
 pub mod stm32;
 mod time;
 
-pub use air::{Air, AirStatistics, Heard, LOOKAHEAD, Sender};
-pub use board::{Board, CoreKind, MemoryMap, Start};
-pub use chip::Chip;
-pub use clock::Clock;
-pub use event::{Event, HardwareError, Led, Loader, ResetCause};
+pub use air::{Air, AirStatistics, LOOKAHEAD, PacketSource, ReceptionEvent};
+pub use board::{Board, CoreKind, CoreStart, MemoryMap};
+pub use chip::ChipProperties;
+pub use clock::CoreClock;
+pub use event::{BoardEvent, BoardLed, Bootloader, HardwareError, ResetCause};
 pub use f051::{FlashChange, FlashContent, Transfer};
-pub use memory::Memory;
-pub use nrf24::{MAX_PAYLOAD as RADIO_MAX, Packet, PowerDetector, RadioStatistics, Transmission};
-pub use nrf51::{Battery, Link, LinkFrame, MAX_PAYLOAD, Nrf51Settings, P2P_MAX, P2pFrame, Pose};
+pub use memory::MemoryContent;
+pub use nrf24::{
+    MAX_PAYLOAD as RADIO_MAX, Nrf24Packet, PowerDetector, RadioStatistics, Transmission,
+};
+pub use nrf51::{
+    Battery, LineQuality, LinkFrame, MAX_PAYLOAD, Nrf51Settings, P2P_MAX, P2pFrame, UprightPose,
+};
 pub use random::Random;
 pub use stm32::{Lines, Width};
 pub use time::Time;

@@ -6,7 +6,7 @@ use crate::Random;
 /// that a brown-out concerns, this value also says how deep the supply fell: with `Kept` it stayed
 /// high enough that none of them noticed.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub enum Memory {
+pub enum MemoryContent {
     /// The content is unchanged.
     #[default]
     Kept,
@@ -19,21 +19,21 @@ pub enum Memory {
     },
 }
 
-impl Memory {
+impl MemoryContent {
     /// Returns the sequence that [`content`](Self::content) takes noise from.
     pub fn noise(self) -> Random {
         match self {
-            Memory::Noise { seed } => Random::new(seed),
-            Memory::Kept | Memory::Zeroed => Random::default(),
+            MemoryContent::Noise { seed } => Random::new(seed),
+            MemoryContent::Kept | MemoryContent::Zeroed => Random::default(),
         }
     }
 
     /// Returns the new content of `bytes` bytes, or none if they are unchanged.
     pub fn content(self, bytes: u32, noise: &mut Random) -> Option<Vec<u8>> {
         match self {
-            Memory::Kept => None,
-            Memory::Zeroed => Some(vec![0; bytes as usize]),
-            Memory::Noise { .. } => Some((0..bytes).map(|_| noise.bits() as u8).collect()),
+            MemoryContent::Kept => None,
+            MemoryContent::Zeroed => Some(vec![0; bytes as usize]),
+            MemoryContent::Noise { .. } => Some((0..bytes).map(|_| noise.bits() as u8).collect()),
         }
     }
 }

@@ -6,14 +6,14 @@
 
 use std::time::Duration;
 
-use bittybuzz_emulation::message::Event;
-use bittybuzz_emulation::{Core, EmulatedRobot, Image, Pause};
-use bittybuzz_zooids_board::Zooid;
+use bittybuzz_emulation::message::EmulatorEvent;
+use bittybuzz_emulation::{Core, EmulatedRobot, FirmwareImage, Pause};
+use bittybuzz_zooids_board::ZooidBoard;
 
 /// A core under a Zooid's board.
-pub trait ZooidCore: Core<Board = Zooid> {}
+pub trait ZooidCore: Core<Board = ZooidBoard> {}
 
-impl<C: Core<Board = Zooid>> ZooidCore for C {}
+impl<C: Core<Board = ZooidBoard>> ZooidCore for C {}
 
 const FLASH: u32 = 0x0800_0000;
 const RAM: u32 = 0x2000_0000;
@@ -30,7 +30,7 @@ fn robot<C: ZooidCore>(vectors: &[(usize, u32)], code: &[u16]) -> EmulatedRobot<
         table[4 * exception..4 * exception + 4].copy_from_slice(&address.to_le_bytes());
     }
     table.extend(code.iter().flat_map(|half| half.to_le_bytes()));
-    EmulatedRobot::load(0, &Image::of_flash(FLASH, table)).expect("the core starts")
+    EmulatedRobot::load(0, &FirmwareImage::of_flash(FLASH, table)).expect("the core starts")
 }
 
 /// Runs until these microseconds since power-on.
@@ -148,7 +148,9 @@ pub fn what_is_not_allowed_is_a_hard_fault_and_one_within_a_lockup<C: ZooidCore>
     assert_eq!(run(&mut robot, 100), Pause::Lockup);
     assert_eq!(words(&mut robot, 1), [FLASH + CODE + 2]);
     let events = robot.take_events();
-    assert!(matches!(events[..], [ref event] if matches!(event.event, Event::Lockup { .. })));
+    assert!(
+        matches!(events[..], [ref event] if matches!(event.event, EmulatorEvent::Lockup { .. }))
+    );
 }
 
 /// PUSH below the RAM, and a handler that takes another stack.
@@ -186,7 +188,7 @@ pub fn the_watchdog_ends_a_lockup<C: ZooidCore>() {
     let mut robot = robot::<C>(&[(1, 0), (3, 8)], &code);
     assert_eq!(run(&mut robot, 409_000), Pause::Time);
     assert_eq!(run(&mut robot, 420_000), Pause::Time);
-    let reset = Event::Reset { cause: "independent_watchdog".into() };
+    let reset = EmulatorEvent::Reset { cause: "independent_watchdog".into() };
     assert!(robot.take_events().iter().any(|event| event.event == reset));
 }
 
@@ -322,5 +324,7 @@ pub fn a_fault_in_the_hard_fault_handler_locks_up<C: ZooidCore>() {
     let mut robot = robot::<C>(&[(1, 0), (3, 2)], &[0xde00, 0xde00]);
     assert_eq!(run(&mut robot, 100), Pause::Lockup);
     let events = robot.take_events();
-    assert!(matches!(events[..], [ref event] if matches!(event.event, Event::Lockup { .. })));
+    assert!(
+        matches!(events[..], [ref event] if matches!(event.event, EmulatorEvent::Lockup { .. }))
+    );
 }

@@ -4,7 +4,7 @@ use bittybuzz_cortex_m0::CortexM0;
 use bittybuzz_qemu::QemuCore;
 use bittybuzz_rp2040::Rp2040Core;
 use bittybuzz_unicorn::UnicornCore;
-use bittybuzz_zooids_board::Zooid;
+use bittybuzz_zooids_board::ZooidBoard;
 
 macro_rules! tests {
     ($core:ty: $($test:ident),* $(,)?) => {
@@ -21,7 +21,7 @@ mod own {
     use super::*;
 
     tests! {
-        CortexM0<Zooid>:
+        CortexM0<ZooidBoard>:
         several_registers_go_to_memory_and_come_back,
         more_urgent_interrupts_nest_and_equal_ones_wait,
         what_is_not_allowed_is_a_hard_fault_and_one_within_a_lockup,
@@ -40,7 +40,7 @@ mod rp2040 {
     use super::*;
 
     tests! {
-        Rp2040Core<Zooid>:
+        Rp2040Core<ZooidBoard>:
         several_registers_go_to_memory_and_come_back,
         what_is_not_allowed_is_a_hard_fault_and_one_within_a_lockup,
         a_fault_in_the_hard_fault_handler_locks_up,
@@ -57,7 +57,7 @@ mod unicorn {
     use super::*;
 
     tests! {
-        UnicornCore<'static, Zooid>:
+        UnicornCore<'static, ZooidBoard>:
         several_registers_go_to_memory_and_come_back,
         more_urgent_interrupts_nest_and_equal_ones_wait,
         a_fault_in_the_hard_fault_handler_locks_up,
@@ -75,7 +75,7 @@ mod qemu {
     use super::*;
 
     tests! {
-        QemuCore<Zooid>:
+        QemuCore<ZooidBoard>:
         several_registers_go_to_memory_and_come_back,
         more_urgent_interrupts_nest_and_equal_ones_wait,
         a_fault_in_the_hard_fault_handler_locks_up,

@@ -1,13 +1,13 @@
 //! The core's address space: flash, RAM, its own registers, and the board.
 
-use bittybuzz_chips::{Board, Clock, CoreKind, FlashChange, FlashContent, Time, Width};
+use bittybuzz_chips::{Board, CoreClock, CoreKind, FlashChange, FlashContent, Time, Width};
 use bittybuzz_cortex_m::Nvic;
 use bittybuzz_cortex_m::registers::{
     AIRCR, CCR, CPUID, ICSR, NVIC, NVIC_END, SCR, SHPR2, SHPR3, SYST, SYST_END, VECTKEY_READ,
     cpuid, requests_reset,
 };
 
-use crate::code::Code;
+use crate::code::FlashCode;
 use crate::decode::{Op, Operation, decode};
 use crate::ram;
 
@@ -22,11 +22,11 @@ pub struct Bus<B> {
     pub board: B,
     pub flash: Vec<u8>,
     /// The decoded instructions of the flash.
-    pub code: Code,
+    pub code: FlashCode,
     pub flash_has_changed: bool,
     pub ram: Vec<u8>,
     pub nvic: Nvic,
-    pub clock: Clock,
+    pub clock: CoreClock,
     /// The core's cycles since power-on, without those asleep.
     pub cycles: u64,
     /// No instruction begins at or after this cycle.
@@ -42,11 +42,11 @@ impl<B: Board> Bus<B> {
     /// Creates the bus of robot `number` of several, with erased flash.
     pub fn new(number: usize) -> Self {
         let board = B::power_on(number);
-        let clock = Clock::new(board.core_clock_hz());
+        let clock = CoreClock::new(board.core_clock_hz());
         Bus {
             board,
             flash: vec![0xff; B::MEMORY.flash as usize],
-            code: Code::new(B::MEMORY.flash),
+            code: FlashCode::new(B::MEMORY.flash),
             flash_has_changed: false,
             ram: vec![0; B::MEMORY.ram as usize],
             nvic: Nvic::new(CoreKind::CortexM0),

@@ -75,7 +75,7 @@ impl Sub for Cost {
 /// The instructions of the flash, decoded on first use. After a change of the flash the owner must
 /// call [`Code::forget`].
 #[derive(Default)]
-pub struct Code {
+pub struct FlashCode {
     /// One operation for each halfword.
     ops: Vec<Op>,
     /// The cost of each instruction and those after it, to the end of its straight line.
@@ -85,7 +85,7 @@ pub struct Code {
 /// Successive instructions, one for each halfword. They form straight lines; a line ends with an
 /// instruction that always continues elsewhere.
 #[derive(Clone, Copy)]
-pub struct Lines<'c> {
+pub struct CodeLines<'c> {
     pub ops: &'c [Op],
     pub costs: &'c [Cost],
     /// The address of the first halfword.
@@ -96,7 +96,7 @@ pub struct Lines<'c> {
     pub budget: Cost,
 }
 
-impl Lines<'_> {
+impl CodeLines<'_> {
     /// Returns the address of instruction `at`.
     pub fn address(&self, at: u32) -> u32 {
         self.base.wrapping_add(at.wrapping_mul(2))
@@ -112,17 +112,17 @@ impl Alone {
     }
 
     /// Returns the instruction as a line, whose budget lets it execute once.
-    pub fn lines(&self, address: u32) -> Lines<'_> {
+    pub fn lines(&self, address: u32) -> CodeLines<'_> {
         let (ops, costs) = (slice::from_ref(&self.0), slice::from_ref(&self.1));
-        Lines { ops, costs, base: address, first: 0, budget: self.1 }
+        CodeLines { ops, costs, base: address, first: 0, budget: self.1 }
     }
 }
 
-impl Code {
+impl FlashCode {
     /// Returns the code of a flash with this number of bytes.
     pub fn new(bytes: u32) -> Self {
         let halfwords = bytes as usize / 2;
-        Code { ops: vec![Op::UNDEFINED; halfwords], costs: vec![Cost::UNKNOWN; halfwords] }
+        FlashCode { ops: vec![Op::UNDEFINED; halfwords], costs: vec![Cost::UNKNOWN; halfwords] }
     }
 
     /// Discards all decoded instructions, after a change of the flash.
@@ -133,14 +133,14 @@ impl Code {
     /// Returns the lines around `pc`, with a budget of `cycles`. Returns none outside the flash,
     /// and if the first line may take longer.
     #[inline]
-    pub fn lines<B: Board>(&mut self, bus: &Bus<B>, pc: u32, cycles: u64) -> Option<Lines<'_>> {
+    pub fn lines<B: Board>(&mut self, bus: &Bus<B>, pc: u32, cycles: u64) -> Option<CodeLines<'_>> {
         let first = pc.wrapping_sub(FLASH) / 2;
         let budget = Cost::at_most(cycles);
         if *self.costs.get(first as usize)? == Cost::UNKNOWN {
             self.learn(bus, first as usize);
         }
         self.costs.get(first as usize).filter(|cost| cost.is_within(budget))?;
-        Some(Lines { ops: &self.ops, costs: &self.costs, base: FLASH, first, budget })
+        Some(CodeLines { ops: &self.ops, costs: &self.costs, base: FLASH, first, budget })
     }
 
     /// Decodes the line that begins with halfword `first`.

@@ -3,7 +3,7 @@
 use bittybuzz_chips::Board;
 
 use crate::bus::Bus;
-use crate::code::{Alone, Code, Cost, Lines};
+use crate::code::{Alone, CodeLines, Cost, FlashCode};
 use crate::decode::Operation;
 use crate::exception::Lockup;
 use crate::ram;
@@ -14,7 +14,7 @@ const N: u32 = 1 << 31;
 
 /// The reason why the core stopped.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Stop {
+pub enum CoreStop {
     Deadline,
     WaitForEvent,
     WaitForInterrupt,
@@ -27,7 +27,7 @@ enum Exit {
     /// The last instruction has an effect that this loop does not handle.
     Aside,
     /// The last instruction waits.
-    Stop(Stop),
+    Stop(CoreStop),
 }
 
 impl Processor {
@@ -100,7 +100,7 @@ impl Processor {
     }
 
     /// Executes until the deadline, or until an instruction waits.
-    pub fn run<B: Board>(&mut self, bus: &mut Bus<B>) -> Result<Stop, Lockup> {
+    pub fn run<B: Board>(&mut self, bus: &mut Bus<B>) -> Result<CoreStop, Lockup> {
         let mut code = std::mem::take(&mut bus.code);
         if std::mem::take(&mut bus.flash_has_changed) {
             code.forget();
@@ -112,10 +112,14 @@ impl Processor {
 
     /// Executes lines of code. Interrupts and the board act only between calls of
     /// [`Self::straight_on`].
-    fn execute<B: Board>(&mut self, code: &mut Code, bus: &mut Bus<B>) -> Result<Stop, Lockup> {
+    fn execute<B: Board>(
+        &mut self,
+        code: &mut FlashCode,
+        bus: &mut Bus<B>,
+    ) -> Result<CoreStop, Lockup> {
         loop {
             if bus.cycles >= bus.deadline {
-                return Ok(Stop::Deadline);
+                return Ok(CoreStop::Deadline);
             }
             let pc = self.r[PC];
             let budget = bus.deadline - bus.cycles;
@@ -156,12 +160,12 @@ impl Processor {
     #[inline(never)]
     fn straight_on(
         &mut self,
-        lines: &Lines<'_>,
+        lines: &CodeLines<'_>,
         at: &mut u32,
         memory: &mut [u8],
         event: &mut bool,
     ) -> (Exit, Cost) {
-        let Lines { ops, costs, base, budget, .. } = *lines;
+        let CodeLines { ops, costs, base, budget, .. } = *lines;
         let mut next = *at;
         let mut spent = Cost::of_line(costs, next);
         let exit = loop {
@@ -411,8 +415,8 @@ impl Processor {
                 }
                 Operation::Nop => {}
                 Operation::Sev => *event = true,
-                Operation::Wfe => break Exit::Stop(Stop::WaitForEvent),
-                Operation::Wfi => break Exit::Stop(Stop::WaitForInterrupt),
+                Operation::Wfe => break Exit::Stop(CoreStop::WaitForEvent),
+                Operation::Wfi => break Exit::Stop(CoreStop::WaitForInterrupt),
                 Operation::Barrier => jump!(next.wrapping_add(1)),
                 // Critical sections begin with this instruction.
                 Operation::Cps if op.imm != 0 => {

@@ -5,14 +5,14 @@ use std::time::Duration;
 
 use bittybuzz_chips::{Board, CoreKind, Width};
 use bittybuzz_cortex_m::Nvic;
-use bittybuzz_emulation::{EmulatedRobot, Image, Pause};
-use bittybuzz_zooids_board::Zooid;
+use bittybuzz_emulation::{EmulatedRobot, FirmwareImage, Pause};
+use bittybuzz_zooids_board::ZooidBoard;
 use rp2040_emu::CortexM0Plus;
 
 use crate::CortexM0;
 use crate::bus::{Bus, FLASH, RAM};
 use crate::exception::Lockup;
-use crate::execute::Stop;
+use crate::execute::CoreStop;
 use crate::registers::{PC, Processor, SP};
 
 /// The generator xorshift.
@@ -62,7 +62,7 @@ fn is_plain(first: u16) -> bool {
 #[test]
 fn plain_instructions_do_what_another_core_does() {
     let mut random = Random(0x2f6e_2b1d);
-    let mut bus: Bus<Zooid> = Bus::new(0);
+    let mut bus: Bus<ZooidBoard> = Bus::new(0);
     let mut other = CortexM0Plus::new();
     for first in (0..=0xffff).filter(|first| is_plain(*first)) {
         bus.write_memory(FLASH + 0x100, &first.to_le_bytes()).unwrap();
@@ -114,19 +114,19 @@ fn instruction(random: &mut Random) -> u16 {
 /// Runs for `cycles` cycles, with a deadline every `step` cycles.
 fn run_for(
     core: &mut Processor,
-    bus: &mut Bus<Zooid>,
+    bus: &mut Bus<ZooidBoard>,
     cycles: u64,
     step: u64,
-) -> Result<Stop, Lockup> {
+) -> Result<CoreStop, Lockup> {
     let end = bus.cycles + cycles;
     while bus.cycles < end {
         bus.deadline = end.min(bus.cycles + step);
         match core.run(bus) {
-            Ok(Stop::Deadline) => {}
+            Ok(CoreStop::Deadline) => {}
             stop => return stop,
         }
     }
-    Ok(Stop::Deadline)
+    Ok(CoreStop::Deadline)
 }
 
 #[test]
@@ -134,7 +134,7 @@ fn straight_lines_do_what_their_instructions_do_one_by_one() {
     const PROGRAM: u32 = FLASH + 0x100;
     let mut random = Random(0x9b1c_77a1);
     let mut buses = [0; 2].map(|_| {
-        let mut bus: Bus<Zooid> = Bus::new(0);
+        let mut bus: Bus<ZooidBoard> = Bus::new(0);
         // The HardFault handler is the program itself.
         bus.write_memory(FLASH + 12, &(PROGRAM + 1).to_le_bytes()).unwrap();
         // TIM2 has its clock and counts.
@@ -170,7 +170,7 @@ fn straight_lines_do_what_their_instructions_do_one_by_one() {
     assert!(executed > 40_000, "{executed}");
 }
 
-type Robot = EmulatedRobot<CortexM0<Zooid>>;
+type Robot = EmulatedRobot<CortexM0<ZooidBoard>>;
 
 /// Offset of the programs in the flash.
 const CODE: usize = 0xc0;
@@ -186,7 +186,7 @@ fn robot(vectors: &[(usize, u32)], code: &[u16]) -> Robot {
         table[4 * exception..4 * exception + 4].copy_from_slice(&address.to_le_bytes());
     }
     table.extend(code.iter().flat_map(|half| half.to_le_bytes()));
-    Robot::load(0, &Image::of_flash(FLASH, table)).unwrap()
+    Robot::load(0, &FirmwareImage::of_flash(FLASH, table)).unwrap()
 }
 
 fn run(robot: &mut Robot, micros: u64) -> Pause {

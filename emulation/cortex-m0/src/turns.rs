@@ -4,12 +4,12 @@ use std::time::Duration;
 
 use bittybuzz_chips::{Board, CoreKind, FlashChange, ResetCause, Time};
 use bittybuzz_cortex_m::{Masks, Nvic};
-use bittybuzz_emulation::message::{CoreStatistics, Event, TimedEvent};
-use bittybuzz_emulation::{Control, Core, CoreState, Image, MachineError};
+use bittybuzz_emulation::message::{CoreStatistics, EmulatorEvent, TimedEvent};
+use bittybuzz_emulation::{Control, Core, CoreState, FirmwareImage, MachineError};
 
 use crate::bus::{Bus, FLASH};
 use crate::exception::Lockup;
-use crate::execute::Stop;
+use crate::execute::CoreStop;
 use crate::registers::{PC, Processor};
 
 /// A Cortex-M0 with its memory and its board.
@@ -55,7 +55,7 @@ impl<B: Board> CortexM0<B> {
 impl<B: Control> Core for CortexM0<B> {
     type Board = B;
 
-    fn load(number: usize, image: &Image) -> Result<Self, MachineError> {
+    fn load(number: usize, image: &FirmwareImage) -> Result<Self, MachineError> {
         let mut core = CortexM0::new(number);
         core.scramble()?;
         for (address, bytes) in image.segments() {
@@ -94,7 +94,7 @@ impl<B: Control> Core for CortexM0<B> {
         if self.bus.systick_used && !std::mem::replace(&mut self.systick_reported, true) {
             let text = "SysTick does not work in this emulator: use a timer of the chip".into();
             let at = Duration::from_nanos(self.now().nanos());
-            self.events.push(TimedEvent { at, event: Event::HardwareError { text } });
+            self.events.push(TimedEvent { at, event: EmulatorEvent::HardwareError { text } });
         }
     }
 
@@ -113,9 +113,9 @@ impl<B: Control> Core for CortexM0<B> {
         }
         self.bus.deadline = self.bus.clock.cycle(until).max(self.bus.cycles + 1);
         Ok(match self.processor.run(&mut self.bus) {
-            Ok(Stop::Deadline) => CoreState::Running,
-            Ok(Stop::WaitForEvent) => CoreState::WaitingForEvent,
-            Ok(Stop::WaitForInterrupt) => CoreState::WaitingForInterrupt,
+            Ok(CoreStop::Deadline) => CoreState::Running,
+            Ok(CoreStop::WaitForEvent) => CoreState::WaitingForEvent,
+            Ok(CoreStop::WaitForInterrupt) => CoreState::WaitingForInterrupt,
             Err(lockup) => self.settle(Err(lockup)),
         })
     }

@@ -6,7 +6,7 @@ use std::process::{Child, ChildStdin, ChildStdout, Stdio};
 use std::time::Duration;
 
 use crate::Pause;
-use crate::message::{self, Command, Output, Reply, RobotEvent, Statistics, TimedEvent};
+use crate::message::{self, Command, OutputLine, Reply, RobotEvent, RobotStatistics, TimedEvent};
 
 /// kilolib's message RUN, which starts the program of a Kilobot, without its checksum
 /// (`message.h`).
@@ -24,7 +24,7 @@ pub struct Emulator {
 
 /// The result of a run.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Run {
+pub struct RunResult {
     /// The events, in order.
     pub events: Vec<TimedEvent>,
     /// The simulated time that was reached.
@@ -87,10 +87,10 @@ impl Emulator {
     }
 
     /// Runs until `until`, a time since power-on.
-    pub fn run(&mut self, until: Duration) -> Result<Run, ClientError> {
+    pub fn run(&mut self, until: Duration) -> Result<RunResult, ClientError> {
         let mut events = Vec::new();
         let (at, reason) = self.run_with(until, |event| events.push(event))?;
-        Ok(Run { events, at, reason })
+        Ok(RunResult { events, at, reason })
     }
 
     /// Runs until `until`, a time since power-on, and passes each event to `on_event` as it
@@ -144,12 +144,12 @@ impl Emulator {
     }
 
     /// Returns the counters since power-on.
-    pub fn statistics(&mut self) -> Result<Statistics, ClientError> {
+    pub fn statistics(&mut self) -> Result<RobotStatistics, ClientError> {
         self.statistics_of(0)
     }
 
     /// Returns the counters of one of several robots.
-    pub fn statistics_of(&mut self, robot: usize) -> Result<Statistics, ClientError> {
+    pub fn statistics_of(&mut self, robot: usize) -> Result<RobotStatistics, ClientError> {
         match self.ask(robot, &Command::Statistics, |_| ())? {
             Reply::Statistics(statistics) => Ok(*statistics),
             reply => Err(ClientError::unexpected(&reply)),
@@ -207,11 +207,11 @@ impl Emulator {
                 return Err(ClientError::Ended);
             }
             match message::parse(line.as_bytes()) {
-                Ok(Output::Event(event)) => on_event(event),
-                Ok(Output::Reply(Reply::Error { message })) => {
+                Ok(OutputLine::Event(event)) => on_event(event),
+                Ok(OutputLine::Reply(Reply::Error { message })) => {
                     return Err(ClientError::Refused(message));
                 }
-                Ok(Output::Reply(reply)) => return Ok(reply),
+                Ok(OutputLine::Reply(reply)) => return Ok(reply),
                 Err(error) => return Err(ClientError::Protocol(format!("{error}: {line}"))),
             }
         }

@@ -3,7 +3,7 @@
 use std::ops::RangeInclusive;
 
 use bittybuzz_chips::f405::OTP;
-use bittybuzz_chips::{Board, MAX_PAYLOAD, Memory, P2P_MAX};
+use bittybuzz_chips::{Board, MAX_PAYLOAD, MemoryContent, P2P_MAX};
 
 use crate::message::{self, BoardStatistics, Command};
 
@@ -13,7 +13,7 @@ pub trait Control: Board {
     const NAME: &'static str;
 
     /// Handles a command that concerns the board.
-    fn obey(&mut self, command: Command) -> Result<(), Refusal>;
+    fn obey(&mut self, command: Command) -> Result<(), CommandRefusal>;
 
     /// Returns the board's counters since power-on.
     fn counted(&self) -> BoardStatistics;
@@ -22,7 +22,7 @@ pub trait Control: Board {
 /// A reason why a board refuses a command.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
-pub enum Refusal {
+pub enum CommandRefusal {
     /// The payload is too long for a frame of the link.
     #[error("a frame's payload has at most {MAX_PAYLOAD} bytes, this one has {0}")]
     FrameTooLong(usize),
@@ -98,25 +98,29 @@ pub enum Refusal {
 }
 
 /// Returns `value` if it is a probability.
-pub fn probability(value: f64) -> Result<f64, Refusal> {
-    if (0.0..=1.0).contains(&value) { Ok(value) } else { Err(Refusal::NotAProbability(value)) }
+pub fn probability(value: f64) -> Result<f64, CommandRefusal> {
+    if (0.0..=1.0).contains(&value) {
+        Ok(value)
+    } else {
+        Err(CommandRefusal::NotAProbability(value))
+    }
 }
 
 /// Returns `value` if it is finite; `name` is the field of the command.
-pub fn finite(name: &'static str, value: f64) -> Result<f64, Refusal> {
-    if value.is_finite() { Ok(value) } else { Err(Refusal::NotFinite { name, value }) }
+pub fn finite(name: &'static str, value: f64) -> Result<f64, CommandRefusal> {
+    if value.is_finite() { Ok(value) } else { Err(CommandRefusal::NotFinite { name, value }) }
 }
 
 /// Converts the content of memory from the protocol's type to that of the chips.
-pub fn memory(memory: message::Memory, seed: u64) -> Memory {
+pub fn memory(memory: message::Memory, seed: u64) -> MemoryContent {
     match memory {
-        message::Memory::Kept => Memory::Kept,
-        message::Memory::Zeroed => Memory::Zeroed,
-        message::Memory::Noise => Memory::Noise { seed },
+        message::Memory::Kept => MemoryContent::Kept,
+        message::Memory::Zeroed => MemoryContent::Zeroed,
+        message::Memory::Noise => MemoryContent::Noise { seed },
     }
 }
 
 /// Returns `hz` if it is in the frequency range of the oscillator LSI.
-pub fn lsi(range: RangeInclusive<u64>, hz: u64) -> Result<u64, Refusal> {
-    if range.contains(&hz) { Ok(hz) } else { Err(Refusal::Lsi { range, hz }) }
+pub fn lsi(range: RangeInclusive<u64>, hz: u64) -> Result<u64, CommandRefusal> {
+    if range.contains(&hz) { Ok(hz) } else { Err(CommandRefusal::Lsi { range, hz }) }
 }

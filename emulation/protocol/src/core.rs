@@ -3,7 +3,7 @@
 use bittybuzz_chips::{Board, FlashChange, FlashContent, ResetCause, Time};
 
 use crate::message::{CoreStatistics, TimedEvent};
-use crate::{Control, Image, MachineError};
+use crate::{Control, FirmwareImage, MachineError};
 
 /// The state of a core between two calls of [`Core::execute`].
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -47,7 +47,7 @@ pub trait Core: Sized {
     ///
     /// # Errors
     /// The image does not fit, or the emulation cannot start.
-    fn load(number: usize, image: &Image) -> Result<Self, MachineError>;
+    fn load(number: usize, image: &FirmwareImage) -> Result<Self, MachineError>;
 
     /// Starts the program with the vector table at `vectors`, after the work of [`Board::start`]. A
     /// `cause` first resets the chip; `None` means the first start. RAM keeps its content, unless

@@ -5,13 +5,13 @@ use std::ops::Range;
 use std::path::Path;
 use std::time::Duration;
 
-use bittybuzz_chips::{Air, Board, LOOKAHEAD, RADIO_MAX, Sender, Time, Width};
+use bittybuzz_chips::{Air, Board, LOOKAHEAD, PacketSource, RADIO_MAX, Time, Width};
 
-use crate::control::{Refusal, probability};
-use crate::message::{Command, Event, Reply, Statistics, TimedEvent};
+use crate::control::{CommandRefusal, probability};
+use crate::message::{Command, EmulatorEvent, Reply, RobotStatistics, TimedEvent};
 use crate::rtt::Rtt;
-use crate::server::{CommandError, LONGEST_READ, Robots};
-use crate::{Control, Core, EmulatedRobot, Image, MachineError, Pause};
+use crate::server::{CommandError, EmulatedRobots, LONGEST_READ};
+use crate::{Control, Core, EmulatedRobot, FirmwareImage, MachineError, Pause};
 
 /// Address range of the one-time programmable area, system memory and unique id. The board answers
 /// reads there, and they have no side effect.
@@ -23,7 +23,7 @@ pub(crate) struct Fleet<C> {
     /// Empty before an image is loaded.
     members: Vec<EmulatedRobot<C>>,
     air: Air,
-    loaded: Option<(Image, Option<Rtt>)>,
+    loaded: Option<(FirmwareImage, Option<Rtt>)>,
     /// Numbers of the robots without an attached debug probe, whose log is not read.
     unread: BTreeSet<usize>,
 }
@@ -35,13 +35,13 @@ impl<C> Fleet<C> {
     }
 }
 
-impl<C: Core> Robots for Fleet<C> {
+impl<C: Core> EmulatedRobots for Fleet<C> {
     fn count(&self) -> usize {
         self.count
     }
 
     fn load(&mut self, path: &Path) -> Result<(), CommandError> {
-        let image = Image::open(path)?;
+        let image = FirmwareImage::open(path)?;
         self.loaded = None;
         self.air = Air::new();
         self.unread.clear();
@@ -114,11 +114,11 @@ impl<C: Core> Robots for Fleet<C> {
                 }
                 let begin = time(at.max(now));
                 let packet = member.board().packet_of(&payload, begin);
-                let packet = packet.ok_or(Refusal::OtherRobot(C::Board::NAME))?;
-                self.air.add(Sender::Stranger, packet);
+                let packet = packet.ok_or(CommandRefusal::OtherRobot(C::Board::NAME))?;
+                self.air.add(PacketSource::Stranger, packet);
             }
             Command::Statistics => {
-                return Ok(Reply::Statistics(Box::new(Statistics {
+                return Ok(Reply::Statistics(Box::new(RobotStatistics {
                     core: member.statistics(),
                     board: member.board().counted(),
                     air: self.air.statistics.into(),
@@ -141,7 +141,7 @@ impl<C: Core> Robots for Fleet<C> {
         {
             let bytes = rtt.poll(member)?;
             if !bytes.is_empty() {
-                events.push(TimedEvent { at: now, event: Event::Rtt { bytes } });
+                events.push(TimedEvent { at: now, event: EmulatorEvent::Rtt { bytes } });
             }
         }
         Ok(events)
@@ -179,7 +179,7 @@ impl<C: Core> Robots for Fleet<C> {
                     Pause::Time
                 });
                 for transmission in member.board().take_transmissions() {
-                    self.air.add(Sender::Robot(number), transmission);
+                    self.air.add(PacketSource::Robot(number), transmission);
                 }
             }
             now = turn;

@@ -19,7 +19,7 @@ pub const AVR_FLASH_SIZE: usize = 0x8000;
 
 /// The content of a firmware's ELF file.
 #[derive(Clone, Debug)]
-pub struct Image {
+pub struct FirmwareImage {
     segments: Vec<(u32, Vec<u8>)>,
     vectors: u32,
     symbols: Vec<Symbol>,
@@ -32,54 +32,55 @@ struct Symbol {
     function: bool,
 }
 
-impl Image {
+impl FirmwareImage {
     /// Reads the file at `path`.
-    pub fn open(path: &Path) -> Result<Self, ImageError> {
+    pub fn open(path: &Path) -> Result<Self, FirmwareImageError> {
         let bytes = std::fs::read(path)
-            .map_err(|source| ImageError::Unreadable { path: path.into(), source })?;
+            .map_err(|source| FirmwareImageError::Unreadable { path: path.into(), source })?;
         Self::parse(&bytes)
     }
 
     /// Reads the ELF or Intel hex file of an AVR at `path`.
-    pub fn open_avr(path: &Path, flash_size: usize) -> Result<Self, ImageError> {
+    pub fn open_avr(path: &Path, flash_size: usize) -> Result<Self, FirmwareImageError> {
         let bytes = std::fs::read(path)
-            .map_err(|source| ImageError::Unreadable { path: path.into(), source })?;
+            .map_err(|source| FirmwareImageError::Unreadable { path: path.into(), source })?;
         Self::parse_avr(&bytes, flash_size)
     }
 
     /// Parses the content of an AVR's file: ELF, or Intel hex, which has no symbols.
-    pub fn parse_avr(bytes: &[u8], flash_size: usize) -> Result<Self, ImageError> {
+    pub fn parse_avr(bytes: &[u8], flash_size: usize) -> Result<Self, FirmwareImageError> {
         let image = if bytes.starts_with(b":") {
             let segments = hex(bytes)?;
-            Image { segments, vectors: 0, symbols: Vec::new() }
+            FirmwareImage { segments, vectors: 0, symbols: Vec::new() }
         } else {
             let elf = ElfFile32::<Endianness>::parse(bytes)
-                .map_err(|error| ImageError::NotElf { reason: error.to_string() })?;
+                .map_err(|error| FirmwareImageError::NotElf { reason: error.to_string() })?;
             if elf.elf_header().e_machine.get(elf.endian()) != elf::EM_AVR {
-                return Err(ImageError::NotAvr);
+                return Err(FirmwareImageError::NotAvr);
             }
-            Image { segments: segments(&elf, bytes)?, vectors: 0, symbols: symbols(&elf) }
+            FirmwareImage { segments: segments(&elf, bytes)?, vectors: 0, symbols: symbols(&elf) }
         };
         let is_flash =
             |(address, bytes): &(u32, Vec<u8>)| *address as usize + bytes.len() <= flash_size;
         match image.segments.iter().find(|(address, _)| *address < AVR_RAM) {
-            None => Err(ImageError::NothingInAvrFlash),
+            None => Err(FirmwareImageError::NothingInAvrFlash),
             Some(_) => match image.segments.iter().find(|s| s.0 < AVR_RAM && !is_flash(s)) {
-                Some((address, bytes)) => {
-                    Err(ImageError::TooLong { end: *address as usize + bytes.len(), flash_size })
-                }
+                Some((address, bytes)) => Err(FirmwareImageError::TooLong {
+                    end: *address as usize + bytes.len(),
+                    flash_size,
+                }),
                 None => Ok(image),
             },
         }
     }
 
     /// Parses the content of a Cortex-M's ELF file.
-    pub fn parse(bytes: &[u8]) -> Result<Self, ImageError> {
+    pub fn parse(bytes: &[u8]) -> Result<Self, FirmwareImageError> {
         let elf = ElfFile32::<Endianness>::parse(bytes)
-            .map_err(|error| ImageError::NotElf { reason: error.to_string() })?;
+            .map_err(|error| FirmwareImageError::NotElf { reason: error.to_string() })?;
         let endian = elf.endian();
         if elf.elf_header().e_machine.get(endian) != elf::EM_ARM || endian != Endianness::Little {
-            return Err(ImageError::NotArm);
+            return Err(FirmwareImageError::NotArm);
         }
         let segments = segments(&elf, bytes)?;
         let vectors = segments
@@ -87,18 +88,18 @@ impl Image {
             .map(|(address, _)| *address)
             .filter(|address| (FLASH..FLASH_END).contains(address))
             .min()
-            .ok_or(ImageError::NothingInFlash)?;
+            .ok_or(FirmwareImageError::NothingInFlash)?;
         if vectors != FLASH && vectors != APPLICATION {
-            return Err(ImageError::WrongStart { address: vectors });
+            return Err(FirmwareImageError::WrongStart { address: vectors });
         }
         let symbols = symbols(&elf);
-        Ok(Image { segments, vectors, symbols })
+        Ok(FirmwareImage { segments, vectors, symbols })
     }
 
     /// Creates an image without symbols from bytes of flash, which begin with the vector table at
     /// `vectors`.
     pub fn of_flash(vectors: u32, bytes: Vec<u8>) -> Self {
-        Image { segments: vec![(vectors, bytes)], vectors, symbols: Vec::new() }
+        FirmwareImage { segments: vec![(vectors, bytes)], vectors, symbols: Vec::new() }
     }
 
     /// Returns the bytes to be written to memory, with their physical addresses.
@@ -119,7 +120,7 @@ impl Image {
 
     /// Returns the address of the function called `name`: the one with exactly this name in the
     /// symbol table, otherwise the only one whose demangled path contains `name`.
-    pub fn function(&self, name: &str) -> Result<u32, ImageError> {
+    pub fn function(&self, name: &str) -> Result<u32, FirmwareImageError> {
         let functions = || self.symbols.iter().filter(|symbol| symbol.function);
         if let Some(symbol) = functions().find(|symbol| symbol.name == name) {
             return Ok(symbol.address & !1);
@@ -133,9 +134,9 @@ impl Image {
         found.sort();
         found.dedup_by_key(|(address, _)| *address);
         match found.as_slice() {
-            [] => Err(ImageError::NoFunction { name: name.into() }),
+            [] => Err(FirmwareImageError::NoFunction { name: name.into() }),
             [(address, _)] => Ok(*address),
-            _ => Err(ImageError::ManyFunctions {
+            _ => Err(FirmwareImageError::ManyFunctions {
                 name: name.into(),
                 paths: found.into_iter().map(|(_, path)| path).collect(),
             }),
@@ -146,16 +147,16 @@ impl Image {
 fn segments(
     elf: &ElfFile32<'_, Endianness>,
     bytes: &[u8],
-) -> Result<Vec<(u32, Vec<u8>)>, ImageError> {
+) -> Result<Vec<(u32, Vec<u8>)>, FirmwareImageError> {
     let endian = elf.endian();
     let mut segments = Vec::new();
     for header in elf.elf_program_headers() {
         if header.p_type(endian) != elf::PT_LOAD || header.p_filesz(endian) == 0 {
             continue;
         }
-        let data = header
-            .data(endian, bytes)
-            .map_err(|()| ImageError::NotElf { reason: "a segment ends beyond the file".into() })?;
+        let data = header.data(endian, bytes).map_err(|()| FirmwareImageError::NotElf {
+            reason: "a segment ends beyond the file".into(),
+        })?;
         segments.push((header.p_paddr(endian), data.to_vec()));
     }
     Ok(segments)
@@ -173,8 +174,8 @@ fn symbols(elf: &ElfFile32<'_, Endianness>) -> Vec<Symbol> {
 }
 
 /// Returns the content of the data records of an Intel hex file.
-fn hex(bytes: &[u8]) -> Result<Vec<(u32, Vec<u8>)>, ImageError> {
-    let wrong = |line: usize, reason: String| ImageError::NotHex { line, reason };
+fn hex(bytes: &[u8]) -> Result<Vec<(u32, Vec<u8>)>, FirmwareImageError> {
+    let wrong = |line: usize, reason: String| FirmwareImageError::NotHex { line, reason };
     let text = std::str::from_utf8(bytes).map_err(|error| wrong(1, error.to_string()))?;
     let mut segments: Vec<(u32, Vec<u8>)> = Vec::new();
     let mut base = 0;
@@ -207,7 +208,7 @@ fn hex(bytes: &[u8]) -> Result<Vec<(u32, Vec<u8>)>, ImageError> {
 /// A reason why an image cannot be used.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
-pub enum ImageError {
+pub enum FirmwareImageError {
     /// The file cannot be read.
     #[error("cannot read {}: {source}", path.display())]
     Unreadable {

@@ -31,11 +31,11 @@ mod robot;
 mod rtt;
 mod server;
 
-pub use client::{ClientError, Emulator, Run};
-pub use control::{Control, Refusal, finite, lsi, memory, probability};
+pub use client::{ClientError, Emulator, RunResult};
+pub use control::{CommandRefusal, Control, finite, lsi, memory, probability};
 pub use core::{Core, CoreState};
 pub use error::MachineError;
-pub use image::{AVR_FLASH_SIZE, Image, ImageError};
+pub use image::{AVR_FLASH_SIZE, FirmwareImage, FirmwareImageError};
 pub use message::PauseReason as Pause;
 pub use robot::EmulatedRobot;
-pub use server::{CommandError, LONGEST_READ, Robots, serve, serve_robots};
+pub use server::{CommandError, EmulatedRobots, LONGEST_READ, serve, serve_robots};

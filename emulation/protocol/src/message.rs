@@ -8,7 +8,7 @@ mod statistics;
 
 pub use statistics::{
     AirStatistics, BoardStatistics, CoreStatistics, CrazyflieStatistics, KilobotStatistics,
-    Statistics, ZooidStatistics,
+    RobotStatistics, ZooidStatistics,
 };
 
 use bittybuzz_chips as chips;
@@ -323,7 +323,7 @@ impl From<PowerDetector> for chips::PowerDetector {
 }
 
 fn lsi_hz() -> u64 {
-    chips::Chip::default().lsi_hz
+    chips::ChipProperties::default().lsi_hz
 }
 
 fn rts_bytes() -> u8 {
@@ -368,7 +368,7 @@ pub enum ResetCause {
 /// One line from the emulator.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(untagged)]
-pub enum Output {
+pub enum OutputLine {
     /// Something happened on a robot.
     Event(RobotEvent),
     /// A command is finished.
@@ -399,13 +399,13 @@ pub struct TimedEvent {
     pub at: Duration,
     /// The event.
     #[serde(flatten)]
-    pub event: Event,
+    pub event: EmulatorEvent,
 }
 
 /// An event on a robot.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(tag = "event", rename_all = "snake_case")]
-pub enum Event {
+pub enum EmulatorEvent {
     /// The firmware wrote to the log (RTT up channel 0).
     Rtt {
         /// The bytes, in hexadecimal.
@@ -463,11 +463,7 @@ pub enum Event {
         air: Duration,
     },
     /// A Kilobot's LED changed its colour; each component is 0 to 3.
-    Colour {
-        red: u8,
-        green: u8,
-        blue: u8,
-    },
+    Colour { red: u8, green: u8, blue: u8 },
     /// A Kilobot sent a frame; the time of the event is the beginning of the last pulse.
     Infrared {
         /// Data, type and checksum, in hexadecimal.
@@ -533,7 +529,7 @@ pub enum Reply {
         reason: PauseReason,
     },
     /// The counters.
-    Statistics(Box<Statistics>),
+    Statistics(Box<RobotStatistics>),
     /// The command was not executed.
     Error {
         /// The error and its remedy.
@@ -553,30 +549,40 @@ pub enum PauseReason {
     PowerOff,
 }
 
-impl From<chips::Event> for Event {
-    fn from(event: chips::Event) -> Self {
+impl From<chips::BoardEvent> for EmulatorEvent {
+    fn from(event: chips::BoardEvent) -> Self {
         match event {
-            chips::Event::Led { led, on } => Event::Led { name: led.name().into(), on },
-            chips::Event::Motor { number, duty, frequency_hz } => {
-                Event::Motor { number, duty, frequency_hz }
+            chips::BoardEvent::Led { led, on } => {
+                EmulatorEvent::Led { name: led.name().into(), on }
             }
-            chips::Event::Syslink { kind, payload, intact } => {
-                Event::Syslink { kind, payload, intact }
+            chips::BoardEvent::Motor { number, duty, frequency_hz } => {
+                EmulatorEvent::Motor { number, duty, frequency_hz }
             }
-            chips::Event::P2p { port, payload, air } => {
-                Event::P2p { port, payload, air: Duration::from_nanos(air.nanos()) }
+            chips::BoardEvent::Syslink { kind, payload, intact } => {
+                EmulatorEvent::Syslink { kind, payload, intact }
             }
-            chips::Event::Radio { channel, payload, air } => {
-                Event::Radio { channel, payload, air: Duration::from_nanos(air.nanos()) }
+            chips::BoardEvent::P2p { port, payload, air } => {
+                EmulatorEvent::P2p { port, payload, air: Duration::from_nanos(air.nanos()) }
             }
-            chips::Event::Colour { red, green, blue } => Event::Colour { red, green, blue },
-            chips::Event::Infrared { payload, air } => {
-                Event::Infrared { payload, air: Duration::from_nanos(air.nanos()) }
+            chips::BoardEvent::Radio { channel, payload, air } => {
+                EmulatorEvent::Radio { channel, payload, air: Duration::from_nanos(air.nanos()) }
             }
-            chips::Event::Serial { bytes } => Event::Serial { bytes },
-            chips::Event::PowerOff { acknowledged } => Event::PowerOff { acknowledged },
-            chips::Event::Loader(loader) => Event::Loader { name: loader.name().into() },
-            chips::Event::HardwareError(error) => Event::HardwareError { text: error.to_string() },
+            chips::BoardEvent::Colour { red, green, blue } => {
+                EmulatorEvent::Colour { red, green, blue }
+            }
+            chips::BoardEvent::Infrared { payload, air } => {
+                EmulatorEvent::Infrared { payload, air: Duration::from_nanos(air.nanos()) }
+            }
+            chips::BoardEvent::Serial { bytes } => EmulatorEvent::Serial { bytes },
+            chips::BoardEvent::PowerOff { acknowledged } => {
+                EmulatorEvent::PowerOff { acknowledged }
+            }
+            chips::BoardEvent::Loader(loader) => {
+                EmulatorEvent::Loader { name: loader.name().into() }
+            }
+            chips::BoardEvent::HardwareError(error) => {
+                EmulatorEvent::HardwareError { text: error.to_string() }
+            }
         }
     }
 }

@@ -4,8 +4,8 @@ use std::time::Duration;
 
 use bittybuzz_chips::{Board, ResetCause, Time};
 
-use crate::message::{CoreStatistics, Event, TimedEvent};
-use crate::{Core, CoreState, Image, MachineError, Pause};
+use crate::message::{CoreStatistics, EmulatorEvent, TimedEvent};
+use crate::{Core, CoreState, FirmwareImage, MachineError, Pause};
 
 /// A robot that runs an image, with access to its memory as through a debugger.
 pub struct EmulatedRobot<C> {
@@ -24,7 +24,7 @@ impl<C: Core> EmulatedRobot<C> {
     ///
     /// # Errors
     /// The image does not fit, or the emulation cannot start.
-    pub fn load(number: usize, image: &Image) -> Result<Self, MachineError> {
+    pub fn load(number: usize, image: &FirmwareImage) -> Result<Self, MachineError> {
         let mut core = C::load(number, image)?;
         let vectors = image.vectors();
         let state = core.reset(None, vectors)?;
@@ -83,7 +83,7 @@ impl<C: Core> EmulatedRobot<C> {
             CoreState::Running => {
                 self.state = self.core.execute(self.next_event(until))?;
                 if let CoreState::LockedUp { pc } = self.state {
-                    self.report(Event::Lockup { pc });
+                    self.report(EmulatorEvent::Lockup { pc });
                 }
                 Ok(())
             }
@@ -102,12 +102,12 @@ impl<C: Core> EmulatedRobot<C> {
     }
 
     fn reset(&mut self, cause: ResetCause) -> Result<(), MachineError> {
-        self.report(Event::Reset { cause: cause.name().into() });
+        self.report(EmulatorEvent::Reset { cause: cause.name().into() });
         self.state = self.core.reset(Some(cause), self.vectors)?;
         Ok(())
     }
 
-    fn report(&mut self, event: Event) {
+    fn report(&mut self, event: EmulatorEvent) {
         let at = Duration::from_nanos(self.core.now().nanos());
         self.events.push(TimedEvent { at, event });
     }

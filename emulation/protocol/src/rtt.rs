@@ -1,6 +1,6 @@
 //! The reader of the log: up channel 0 of SEGGER's Real Time Transfer.
 
-use crate::{Core, EmulatedRobot, Image, MachineError};
+use crate::{Core, EmulatedRobot, FirmwareImage, MachineError};
 
 /// The first 16 bytes of the control block once the firmware has set it up: the id, padded with
 /// zeros.
@@ -25,7 +25,7 @@ pub struct Rtt {
 
 impl Rtt {
     /// Creates the reader of `image`'s log; returns `None` if the image has no RTT control block.
-    pub fn new(image: &Image) -> Option<Self> {
+    pub fn new(image: &FirmwareImage) -> Option<Self> {
         image.symbol("_SEGGER_RTT").map(|control_block| Rtt { control_block })
     }
 

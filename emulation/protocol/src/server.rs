@@ -6,10 +6,10 @@ use std::time::Duration;
 
 use bittybuzz_chips::RADIO_MAX;
 
-use crate::control::Refusal;
+use crate::control::CommandRefusal;
 use crate::fleet::Fleet;
-use crate::message::{Command, Output, Reply, RobotEvent, TimedEvent, parse_command};
-use crate::{Core, ImageError, MachineError, Pause};
+use crate::message::{Command, OutputLine, Reply, RobotEvent, TimedEvent, parse_command};
+use crate::{Core, FirmwareImageError, MachineError, Pause};
 
 /// The period at which events are collected, in simulated time.
 const POLL: Duration = Duration::from_millis(1);
@@ -18,7 +18,7 @@ const POLL: Duration = Duration::from_millis(1);
 pub const LONGEST_READ: u32 = 1024 * 1024;
 
 /// The robots that a program emulates, and the channel between them.
-pub trait Robots {
+pub trait EmulatedRobots {
     /// Returns the number of robots.
     fn count(&self) -> usize;
 
@@ -68,10 +68,10 @@ pub enum CommandError {
     },
     /// The robot refused the command.
     #[error(transparent)]
-    Refused(#[from] Refusal),
+    Refused(#[from] CommandRefusal),
     /// The image cannot be loaded.
     #[error(transparent)]
-    Image(#[from] ImageError),
+    Image(#[from] FirmwareImageError),
     /// The emulation failed.
     #[error(transparent)]
     Machine(#[from] MachineError),
@@ -87,7 +87,7 @@ pub fn serve<C: Core>(count: usize, input: impl BufRead, output: impl Write) -> 
 /// and replies to `output`, until `quit` or the end of the input. Returns only errors of the two
 /// streams.
 pub fn serve_robots(
-    robots: &mut impl Robots,
+    robots: &mut impl EmulatedRobots,
     input: impl BufRead,
     output: impl Write,
 ) -> io::Result<()> {
@@ -99,7 +99,7 @@ pub fn serve_robots(
         }
         let reply = match parse_command(&line) {
             Ok((_, Command::Quit)) => {
-                server.print(&Output::Reply(Reply::Ok))?;
+                server.print(&OutputLine::Reply(Reply::Ok))?;
                 return server.output.flush();
             }
             Ok((_, Command::Run { until })) => server.run(until)?,
@@ -107,7 +107,7 @@ pub fn serve_robots(
             Err(error) => Err(CommandError::Unknown(error)),
         };
         let reply = reply.unwrap_or_else(|error| Reply::Error { message: error.to_string() });
-        server.print(&Output::Reply(reply))?;
+        server.print(&OutputLine::Reply(reply))?;
         server.output.flush()?;
     }
     Ok(())
@@ -120,8 +120,8 @@ struct Server<'a, R, W> {
     now: Option<Duration>,
 }
 
-impl<R: Robots, W: Write> Server<'_, R, W> {
-    fn print(&mut self, output: &Output) -> io::Result<()> {
+impl<R: EmulatedRobots, W: Write> Server<'_, R, W> {
+    fn print(&mut self, output: &OutputLine) -> io::Result<()> {
         serde_json::to_writer(&mut self.output, output)?;
         self.output.write_all(b"\n")
     }
@@ -163,7 +163,7 @@ impl<R: Robots, W: Write> Server<'_, R, W> {
                 };
                 is_news |= !events.is_empty();
                 for timed in events {
-                    self.print(&Output::Event(RobotEvent { robot, timed }))?;
+                    self.print(&OutputLine::Event(RobotEvent { robot, timed }))?;
                 }
             }
             if is_news {

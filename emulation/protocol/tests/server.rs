@@ -8,11 +8,11 @@ use std::path::{Path, PathBuf};
 use std::time::Duration;
 
 use bittybuzz_chips::{Board, ResetCause, Time};
-use bittybuzz_crazyflie_board::{Crazyflie, Settings};
+use bittybuzz_crazyflie_board::{CrazyflieBoard, CrazyflieVariation};
 use bittybuzz_emulation::message::{
-    self, CoreStatistics, Event, Output, Reply, RobotEvent, TimedEvent,
+    self, CoreStatistics, EmulatorEvent, OutputLine, Reply, RobotEvent, TimedEvent,
 };
-use bittybuzz_emulation::{Core, CoreState, Image, MachineError, Pause, serve};
+use bittybuzz_emulation::{Core, CoreState, FirmwareImage, MachineError, Pause, serve};
 
 use self::elf::{Elf, FUNCTION};
 
@@ -24,7 +24,7 @@ const RING_SIZE: u32 = 16;
 
 /// A core that logs five bytes in each turn; the server's turns take a millisecond.
 struct Logger {
-    board: Crazyflie,
+    board: CrazyflieBoard,
     now: Time,
     ram: Vec<u8>,
     logged: u8,
@@ -34,7 +34,7 @@ impl Logger {
     fn new() -> Self {
         let mut ram = vec![0; 0x1000];
         ram[0x100..0x10a].copy_from_slice(b"SEGGER RTT");
-        let board = Crazyflie::new(Settings::default());
+        let board = CrazyflieBoard::new(CrazyflieVariation::default());
         let mut logger = Logger { board, now: Time::ZERO, ram, logged: 0 };
         // The control block has one up channel: name, buffer, size.
         logger.set(CONTROL_BLOCK + 16, 1);
@@ -65,9 +65,9 @@ impl Logger {
 }
 
 impl Core for Logger {
-    type Board = Crazyflie;
+    type Board = CrazyflieBoard;
 
-    fn load(_: usize, _: &Image) -> Result<Self, MachineError> {
+    fn load(_: usize, _: &FirmwareImage) -> Result<Self, MachineError> {
         Ok(Logger::new())
     }
 
@@ -79,11 +79,11 @@ impl Core for Logger {
         Ok(())
     }
 
-    fn board(&self) -> &Crazyflie {
+    fn board(&self) -> &CrazyflieBoard {
         &self.board
     }
 
-    fn board_mut(&mut self) -> &mut Crazyflie {
+    fn board_mut(&mut self) -> &mut CrazyflieBoard {
         &mut self.board
     }
 
@@ -155,7 +155,7 @@ impl Core for Logger {
 }
 
 /// Returns the server's output for the commands in `lines`.
-fn answers(lines: &[&str]) -> Vec<Output> {
+fn answers(lines: &[&str]) -> Vec<OutputLine> {
     let mut output = Vec::new();
     serve::<Logger>(1, lines.join("\n").as_bytes(), &mut output).unwrap();
     let output = String::from_utf8(output).unwrap();
@@ -179,9 +179,9 @@ fn good_image(name: &str) -> String {
 }
 
 /// Returns the error message in `output`, and panics if it is no error.
-fn error(output: &Output) -> &str {
+fn error(output: &OutputLine) -> &str {
     match output {
-        Output::Reply(Reply::Error { message }) => message,
+        OutputLine::Reply(Reply::Error { message }) => message,
         output => panic!("no error: {output:?}"),
     }
 }
@@ -195,8 +195,8 @@ fn the_log_is_read_around_the_end_of_its_ring() {
     ]);
     let mut log: Vec<u8> = Vec::new();
     for output in &outputs {
-        if let Output::Event(RobotEvent {
-            timed: TimedEvent { event: Event::Rtt { bytes }, at },
+        if let OutputLine::Event(RobotEvent {
+            timed: TimedEvent { event: EmulatorEvent::Rtt { bytes }, at },
             ..
         }) = output
         {
@@ -205,7 +205,8 @@ fn the_log_is_read_around_the_end_of_its_ring() {
         }
     }
     assert_eq!(log, (0..100).collect::<Vec<u8>>());
-    let [.., Output::Reply(paused), Output::Reply(Reply::Statistics(statistics))] = &outputs[..]
+    let [.., OutputLine::Reply(paused), OutputLine::Reply(Reply::Statistics(statistics))] =
+        &outputs[..]
     else {
         panic!("{outputs:?}");
     };
@@ -232,11 +233,11 @@ fn every_command_is_answered_once() {
         r#"{"command":"quit"}"#,
         r#"{"command":"statistics"}"#,
     ]);
-    let ok = Output::Reply(Reply::Ok);
+    let ok = OutputLine::Reply(Reply::Ok);
     let mut expected = vec![ok.clone(); 13];
-    expected[2] = Output::Reply(Reply::Bytes { bytes: vec![0x00, 0xff, 0xa5] });
+    expected[2] = OutputLine::Reply(Reply::Bytes { bytes: vec![0x00, 0xff, 0xa5] });
     // 0x1fff7a22 holds the size of the flash: 1024 KiB.
-    expected[3] = Output::Reply(Reply::Bytes { bytes: vec![0x00, 0x04] });
+    expected[3] = OutputLine::Reply(Reply::Bytes { bytes: vec![0x00, 0x04] });
     assert_eq!(outputs, expected, "and nothing after quit");
 }
 
@@ -273,7 +274,7 @@ fn bad_input_is_answered_with_what_to_do() {
         assert_eq!(outputs.len(), 3, "{line}: {outputs:?}");
         let message = error(&outputs[1]);
         assert!(message.contains(part), "{line}: {message}");
-        assert!(matches!(outputs[2], Output::Reply(Reply::Statistics(_))), "{line}");
+        assert!(matches!(outputs[2], OutputLine::Reply(Reply::Statistics(_))), "{line}");
     }
 }
 
@@ -312,7 +313,7 @@ fn a_function_is_found_by_the_part_of_its_path_that_only_it_has() {
         ("_ZN5robot6script4poll17h0123456789abcdefE", 0x0800_0201, true),
         ("_ZN5robot6script4DATA17h0123456789abcdefE", 0x2000_0000, false),
     ];
-    let image = Image::parse(&Elf { symbols: &symbols, ..Elf::default() }.bytes()).unwrap();
+    let image = FirmwareImage::parse(&Elf { symbols: &symbols, ..Elf::default() }.bytes()).unwrap();
     assert_eq!(image.function("robot::link::poll").unwrap(), 0x0800_0100);
     assert_eq!(image.function("script").unwrap(), 0x0800_0200);
     let many = image.function("poll").unwrap_err().to_string();

@@ -3,8 +3,8 @@
 use bittybuzz_chips::{Board, Width};
 use bittybuzz_cortex_m::registers::{AIRCR, VTOR, requests_reset};
 
-use crate::core::{CoreError, Processor};
-use crate::memory::{CCM, FLASH, Layout, SRAM};
+use crate::core::{CoreError, QemuProcessor};
+use crate::memory::{CCM, FLASH, MemoryLayout, SRAM};
 use crate::thumb::{self, DecodeError};
 
 /// The address ranges of the board: the peripherals, and the area with the one-time programmable
@@ -16,7 +16,7 @@ const SYSTICK: Region = Region { start: 0xe000_e010, length: 0x10 };
 
 /// The result of an access.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Outcome {
+pub enum AccessOutcome {
     /// The access is done.
     Done,
     /// The access is done, and resets the chip (AIRCR.SYSRESETREQ).
@@ -63,11 +63,11 @@ impl Region {
 }
 
 /// Makes `core` stop before accesses that QEMU must not execute itself.
-pub fn trap(core: &mut Processor) -> Result<(), CoreError> {
+pub fn trap(core: &mut QemuProcessor) -> Result<(), CoreError> {
     for region in [PERIPHERALS, SYSTEM_MEMORY, SYSTICK] {
         core.trap_accesses(region.start, region.length)?;
     }
-    if core.layout() == Layout::CcmBehindSram {
+    if core.layout() == MemoryLayout::CcmBehindSram {
         core.trap_accesses(CCM.start, CCM.end - CCM.start)?;
     }
     core.trap_writes(VTOR, AIRCR + 4 - VTOR)
@@ -75,10 +75,10 @@ pub fn trap(core: &mut Processor) -> Result<(), CoreError> {
 
 /// Executes the load or store before which `core` stopped, an instruction in `flash` or in RAM.
 pub fn perform(
-    core: &mut Processor,
+    core: &mut QemuProcessor,
     board: &mut impl Board,
     flash: &[u8],
-) -> Result<Outcome, AccessError> {
+) -> Result<AccessOutcome, AccessError> {
     let before = core.next.clone();
     let pc = before.pc();
     let [first, second] = instruction(core, flash, pc)?;
@@ -88,10 +88,10 @@ pub fn perform(
     if let Some((base, value)) = access.writeback {
         core.next.r[usize::from(base)] = value;
     }
-    let mut outcome = Outcome::Done;
+    let mut outcome = AccessOutcome::Done;
     for (index, &register) in access.registers.iter().enumerate() {
         let address = access.address.wrapping_add(access.stride() * index as u32);
-        let mut bus = Bus { core, board, pc, address, width: access.width };
+        let mut bus = AccessElement { core, board, pc, address, width: access.width };
         let register = usize::from(register);
         if access.load {
             let (value, what) = bus.load()?;
@@ -108,7 +108,7 @@ pub fn perform(
 }
 
 /// Returns the half-word at `pc` and the one after it, which is 0 at the end of a memory.
-fn instruction(core: &mut Processor, flash: &[u8], pc: u32) -> Result<[u16; 2], CoreError> {
+fn instruction(core: &mut QemuProcessor, flash: &[u8], pc: u32) -> Result<[u16; 2], CoreError> {
     let mut code = [0; 4];
     match flash.get(pc.wrapping_sub(FLASH.start) as usize..) {
         Some(rest) => code.iter_mut().zip(rest).for_each(|(to, from)| *to = *from),
@@ -128,56 +128,56 @@ fn is_memory(address: u32) -> bool {
 }
 
 /// One element of an access.
-struct Bus<'a, B> {
-    core: &'a mut Processor,
+struct AccessElement<'a, B> {
+    core: &'a mut QemuProcessor,
     board: &'a mut B,
     pc: u32,
     address: u32,
     width: Width,
 }
 
-impl<B: Board> Bus<'_, B> {
-    fn load(&mut self) -> Result<(u32, Outcome), AccessError> {
+impl<B: Board> AccessElement<'_, B> {
+    fn load(&mut self) -> Result<(u32, AccessOutcome), AccessError> {
         let address = self.address;
         if is_memory(address) {
             let mut bytes = [0; 4];
             let place = self.core.layout().relocate(address);
             self.core.read_memory(place, &mut bytes[..self.length()])?;
-            return Ok((u32::from_le_bytes(bytes), Outcome::Done));
+            return Ok((u32::from_le_bytes(bytes), AccessOutcome::Done));
         }
         self.check_alignment()?;
         if PERIPHERALS.contains(address) || SYSTEM_MEMORY.contains(address) {
-            Ok((self.board.read(address, self.width), Outcome::Done))
+            Ok((self.board.read(address, self.width), AccessOutcome::Done))
         } else if SYSTICK.contains(address) {
-            Ok((0, Outcome::SysTick))
+            Ok((0, AccessOutcome::SysTick))
         } else {
             Err(AccessError::Address { pc: self.pc, address })
         }
     }
 
-    fn store(&mut self, value: u32) -> Result<Outcome, AccessError> {
+    fn store(&mut self, value: u32) -> Result<AccessOutcome, AccessError> {
         let address = self.address;
         if is_memory(address) {
             let place = self.core.layout().relocate(address);
             self.core.write_memory(place, &value.to_le_bytes()[..self.length()])?;
-            return Ok(Outcome::Done);
+            return Ok(AccessOutcome::Done);
         }
         self.check_alignment()?;
         if PERIPHERALS.contains(address) || SYSTEM_MEMORY.contains(address) {
             self.board.write(address, self.width, value);
         } else if SYSTICK.contains(address) {
-            return Ok(Outcome::SysTick);
+            return Ok(AccessOutcome::SysTick);
         } else if address == VTOR && self.width == Width::Word {
             self.core.set_vector_table(value)?;
         } else if address == AIRCR && self.width == Width::Word {
             if requests_reset(value) {
-                return Ok(Outcome::SystemReset);
+                return Ok(AccessOutcome::SystemReset);
             }
             self.core.write_register(AIRCR, value);
         } else {
             return Err(AccessError::Address { pc: self.pc, address });
         }
-        Ok(Outcome::Done)
+        Ok(AccessOutcome::Done)
     }
 
     fn length(&self) -> usize {

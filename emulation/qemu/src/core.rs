@@ -9,11 +9,11 @@
 use bittybuzz_chips::CoreKind;
 use bittybuzz_cortex_m::registers::{ICSR, VTOR};
 
-use crate::gdb::{GdbError, Stop};
-use crate::memory::{self, Layout};
+use crate::gdb::{GdbError, GdbStop};
+use crate::memory::{self, MemoryLayout};
 use crate::qemu::{Qemu, QemuError};
 use crate::qtest::QtestError;
-use crate::registers::Registers;
+use crate::registers::CoreRegisters;
 use crate::sites;
 
 /// A machine of QEMU that emulates a robot's core: a board, of which only the chip is used.
@@ -82,15 +82,15 @@ const SPARE_RETURN: u32 = 0x0801_0000;
 const RETURN: [u8; 2] = [0x70, 0x47];
 
 /// The reason why the core stopped, and its progress.
-pub struct Stopped {
+pub struct CoreStopped {
     /// The reason.
-    pub cause: Cause,
+    pub cause: StopCause,
     /// Number of instructions that the core executed.
     pub instructions: u64,
 }
 
 /// The reason why the core stopped.
-pub enum Cause {
+pub enum StopCause {
     /// The requested number of instructions is reached.
     Time,
     /// The core is about to access a trapped address.
@@ -100,16 +100,16 @@ pub enum Cause {
 }
 
 /// A core in QEMU.
-pub struct Processor {
+pub struct QemuProcessor {
     machine: QemuMachine,
     qemu: Qemu,
     /// Path of the core with its interrupt controller in QEMU's object model.
     path: String,
-    layout: Layout,
+    layout: MemoryLayout,
     /// The registers' values in QEMU.
-    registers: Registers,
+    registers: CoreRegisters,
     /// The registers' values when the core continues.
-    pub next: Registers,
+    pub next: CoreRegisters,
     /// Instructions since QEMU's start.
     executed: u64,
     /// True if the next instruction is the return from SysTick, which is not the firmware's.
@@ -161,20 +161,20 @@ impl From<QtestError> for CoreError {
     }
 }
 
-impl Processor {
+impl QemuProcessor {
     /// Creates a core with `flash` as content of the flash. The caller starts it with
     /// [`reset`](Self::reset).
     pub fn new(machine: QemuMachine, flash: &[u8]) -> Result<Self, CoreError> {
         let mut qemu = Qemu::start(machine.name, &[])?;
         let chip = qemu.find(machine.chip)?.ok_or(CoreError::NoChip(machine.name))?;
         let has_ccm = !machine.has_ccm() || qemu.gdb.read_memory(memory::CCM.start, &mut [0])?;
-        let mut core = Processor {
+        let mut core = QemuProcessor {
             machine,
             qemu,
             path: format!("{chip}/armv7m"),
-            layout: if has_ccm { Layout::Chip } else { Layout::CcmBehindSram },
-            registers: Registers::default(),
-            next: Registers::default(),
+            layout: if has_ccm { MemoryLayout::Chip } else { MemoryLayout::CcmBehindSram },
+            registers: CoreRegisters::default(),
+            next: CoreRegisters::default(),
             executed: 0,
             returning: false,
             lines: 0,
@@ -199,7 +199,7 @@ impl Processor {
     }
 
     /// Returns the layout of the chip's memory in QEMU.
-    pub fn layout(&self) -> Layout {
+    pub fn layout(&self) -> MemoryLayout {
         self.layout
     }
 
@@ -225,10 +225,10 @@ impl Processor {
         self.qemu.gdb.monitor("system_reset")?;
         self.returning = false;
         self.look()?;
-        self.next = Registers { xpsr: XPSR_THUMB, ..Registers::default() };
-        self.next.r[usize::from(Registers::SP)] = self.layout.relocate(sp) & !3;
-        self.next.r[usize::from(Registers::LR)] = u32::MAX;
-        self.next.r[usize::from(Registers::PC)] = pc & !1;
+        self.next = CoreRegisters { xpsr: XPSR_THUMB, ..CoreRegisters::default() };
+        self.next.r[usize::from(CoreRegisters::SP)] = self.layout.relocate(sp) & !3;
+        self.next.r[usize::from(CoreRegisters::LR)] = u32::MAX;
+        self.next.r[usize::from(CoreRegisters::PC)] = pc & !1;
         self.set_vector_table(vector_table)
     }
 
@@ -282,7 +282,7 @@ impl Processor {
     }
 
     /// Lets the core run until something stops it, for about `instructions` at most.
-    pub fn run(&mut self, instructions: u64) -> Result<Stopped, CoreError> {
+    pub fn run(&mut self, instructions: u64) -> Result<CoreStopped, CoreError> {
         self.arm(instructions.min(LONGEST_RUN))?;
         self.qemu.gdb.resume(&self.registers, &self.next)?;
         let stop = self.wait()?;
@@ -292,22 +292,22 @@ impl Processor {
         let instructions = (self.executed - before).saturating_sub(returned);
         let in_handler = self.registers.exception() == SYSTICK_EXCEPTION;
         let cause = match stop {
-            Stop::Watchpoint => Cause::Access,
-            Stop::Breakpoint if in_handler && Some(self.registers.pc()) == self.handler => {
+            GdbStop::Watchpoint => StopCause::Access,
+            GdbStop::Breakpoint if in_handler && Some(self.registers.pc()) == self.handler => {
                 self.return_at_once();
                 self.returning = true;
-                Cause::Time
+                StopCause::Time
             }
-            Stop::Breakpoint => Cause::Breakpoint,
-            Stop::Interrupted => Cause::Time,
+            GdbStop::Breakpoint => StopCause::Breakpoint,
+            GdbStop::Interrupted => StopCause::Time,
         };
-        Ok(Stopped { cause, instructions })
+        Ok(CoreStopped { cause, instructions })
     }
 
     /// Makes the core return at once from the function at whose first instruction it stands: it
     /// continues with a BX LR.
     pub fn return_at_once(&mut self) {
-        self.next.r[usize::from(Registers::PC)] = self.exit;
+        self.next.r[usize::from(CoreRegisters::PC)] = self.exit;
     }
 
     /// Returns QEMU's output after it ended.
@@ -318,7 +318,7 @@ impl Processor {
     /// Waits until the core stops. The interrupt by the debugger is needed only for firmware that
     /// for a long time neither allows interrupts nor accesses a peripheral: the longest run takes a
     /// fraction of the client's timeout.
-    fn wait(&mut self) -> Result<Stop, CoreError> {
+    fn wait(&mut self) -> Result<GdbStop, CoreError> {
         for attempt in 0..TRIES {
             if let Some(stop) = self.qemu.gdb.wait()? {
                 return Ok(stop);

@@ -9,7 +9,7 @@ use std::io::{self, Read, Write};
 use std::os::unix::net::UnixStream;
 use std::time::Duration;
 
-use crate::registers::Registers;
+use crate::registers::CoreRegisters;
 
 /// Bytes of memory in one packet: QEMU accepts 4096 characters, two for each byte and some for the
 /// request.
@@ -56,7 +56,7 @@ pub enum GdbError {
 
 /// The reason why the core stopped.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Stop {
+pub enum GdbStop {
     /// The core is about to access a watched address.
     Watchpoint,
     /// The core is about to execute an instruction with a breakpoint.
@@ -77,7 +77,11 @@ impl Gdb {
     }
 
     /// Sets the registers that differ between `before` and `after`, and lets the core run.
-    pub fn resume(&mut self, before: &Registers, after: &Registers) -> Result<(), GdbError> {
+    pub fn resume(
+        &mut self,
+        before: &CoreRegisters,
+        after: &CoreRegisters,
+    ) -> Result<(), GdbError> {
         let mut packets = register_packets(before, after);
         let replies = packets.len();
         packets.push("c".into());
@@ -89,12 +93,12 @@ impl Gdb {
     }
 
     /// Waits until the core stops; `None` if it still runs after some seconds.
-    pub fn wait(&mut self) -> Result<Option<Stop>, GdbError> {
+    pub fn wait(&mut self) -> Result<Option<GdbStop>, GdbError> {
         let Some(reply) = self.receive()? else { return Ok(None) };
         match reply.get(..3) {
-            Some("T05") if reply.contains("watch:") => Ok(Some(Stop::Watchpoint)),
-            Some("T05") => Ok(Some(Stop::Breakpoint)),
-            Some("T02") => Ok(Some(Stop::Interrupted)),
+            Some("T05") if reply.contains("watch:") => Ok(Some(GdbStop::Watchpoint)),
+            Some("T05") => Ok(Some(GdbStop::Breakpoint)),
+            Some("T02") => Ok(Some(GdbStop::Interrupted)),
             _ => Err(GdbError::Refused { request: "c".into(), reply }),
         }
     }
@@ -108,12 +112,12 @@ impl Gdb {
     pub fn registers_and_monitor(
         &mut self,
         command: &str,
-    ) -> Result<(Registers, String), GdbError> {
+    ) -> Result<(CoreRegisters, String), GdbError> {
         self.send(&["g".into(), monitor_packet(command)])?;
         let reply = self.reply()?;
         let bytes = from_hex(&reply).unwrap_or_default();
         let mut words = bytes.chunks_exact(4).map(|b| u32::from_le_bytes([b[0], b[1], b[2], b[3]]));
-        let mut registers = Registers::default();
+        let mut registers = CoreRegisters::default();
         for register in registers.r.iter_mut().chain([&mut registers.xpsr]) {
             *register = words
                 .next()
@@ -264,7 +268,7 @@ fn take_packet(received: &mut Vec<u8>) -> Result<Option<String>, GdbError> {
     Ok(Some(packet))
 }
 
-fn register_packets(before: &Registers, after: &Registers) -> Vec<String> {
+fn register_packets(before: &CoreRegisters, after: &CoreRegisters) -> Vec<String> {
     let mut packets = Vec::new();
     for (number, (old, new)) in before.r.iter().zip(&after.r).enumerate() {
         if old != new {
@@ -340,7 +344,7 @@ mod tests {
 
     #[test]
     fn only_changed_registers_are_written() {
-        let before = Registers::default();
+        let before = CoreRegisters::default();
         let mut after = before.clone();
         after.r[15] = 0x0800_0102;
         after.xpsr = 0x0100_0000;

@@ -13,7 +13,7 @@ const SURPLUS: u32 = 0x2002_0000;
 
 /// The layout of the chip's memory in QEMU.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Layout {
+pub enum MemoryLayout {
     /// The addresses of the chip.
     Chip,
     /// No core-coupled memory (QEMU 7.2): its content is placed after the main RAM. The stack
@@ -23,7 +23,7 @@ pub enum Layout {
     CcmBehindSram,
 }
 
-impl Layout {
+impl MemoryLayout {
     /// Returns the address in QEMU of the `length` bytes at `address` of the chip, if all of them
     /// are memory.
     pub fn locate(self, address: u32, length: usize) -> Option<u32> {
@@ -38,7 +38,7 @@ impl Layout {
     /// memory is a valid stack pointer, too.
     pub fn relocate(self, value: u32) -> u32 {
         match self {
-            Layout::CcmBehindSram if (CCM.start..=CCM.end).contains(&value) => {
+            MemoryLayout::CcmBehindSram if (CCM.start..=CCM.end).contains(&value) => {
                 value - CCM.start + SURPLUS
             }
             _ => value,
@@ -52,7 +52,7 @@ mod tests {
 
     #[test]
     fn memory_ends_where_the_manual_says() {
-        for layout in [Layout::Chip, Layout::CcmBehindSram] {
+        for layout in [MemoryLayout::Chip, MemoryLayout::CcmBehindSram] {
             assert_eq!(layout.locate(0x0800_0000, 0x10_0000), Some(0x0800_0000));
             assert_eq!(layout.locate(0x080f_ffff, 2), None);
             assert_eq!(layout.locate(0x2001_fffc, 4), Some(0x2001_fffc));
@@ -66,9 +66,9 @@ mod tests {
 
     #[test]
     fn missing_memory_stands_elsewhere() {
-        assert_eq!(Layout::Chip.locate(0x1000_0010, 4), Some(0x1000_0010));
-        assert_eq!(Layout::CcmBehindSram.locate(0x1000_0010, 4), Some(0x2002_0010));
-        assert_eq!(Layout::CcmBehindSram.relocate(0x1001_0000), 0x2003_0000);
-        assert_eq!(Layout::CcmBehindSram.relocate(0x2000_8000), 0x2000_8000);
+        assert_eq!(MemoryLayout::Chip.locate(0x1000_0010, 4), Some(0x1000_0010));
+        assert_eq!(MemoryLayout::CcmBehindSram.locate(0x1000_0010, 4), Some(0x2002_0010));
+        assert_eq!(MemoryLayout::CcmBehindSram.relocate(0x1001_0000), 0x2003_0000);
+        assert_eq!(MemoryLayout::CcmBehindSram.relocate(0x2000_8000), 0x2000_8000);
     }
 }

@@ -12,7 +12,7 @@ use std::thread::JoinHandle;
 
 use crate::gdb::{Gdb, GdbError};
 use crate::qtest::{Qtest, QtestError};
-use crate::registers::Registers;
+use crate::registers::CoreRegisters;
 
 const PROGRAM: &str = "qemu-system-arm";
 /// A program that replaces itself with the program that it starts. The kernel then kills QEMU when
@@ -89,7 +89,7 @@ impl Qemu {
 
     /// Returns the registers, and the number of instructions that the core has executed since
     /// QEMU's start.
-    pub fn registers_and_count(&mut self) -> Result<(Registers, u64), QemuError> {
+    pub fn registers_and_count(&mut self) -> Result<(CoreRegisters, u64), QemuError> {
         let (registers, printed) = self.gdb.registers_and_monitor(COUNT)?;
         let digits = printed.split_once(COUNT_PREFIX).and_then(|(_, rest)| rest.lines().next());
         let count = digits.and_then(|digits| digits.trim().parse().ok());

@@ -2,14 +2,14 @@
 
 /// The registers of the core.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
-pub struct Registers {
+pub struct CoreRegisters {
     /// R0 to R15.
     pub r: [u32; 16],
     /// Program status register.
     pub xpsr: u32,
 }
 
-impl Registers {
+impl CoreRegisters {
     /// Index of the stack pointer.
     pub const SP: u8 = 13;
     /// Index of the link register.
@@ -50,7 +50,7 @@ mod tests {
     #[test]
     fn skipping_advances_the_it_block() {
         // ITTE NE: firstcond 0001, mask 1010; the lower five bits move left, the last instruction ends it.
-        let mut registers = Registers::default();
+        let mut registers = CoreRegisters::default();
         let state = |xpsr: u32| xpsr >> 8 & 0xfc | xpsr >> 25 & 0x03;
         registers.xpsr = 0x6100_0000 | (0x1a & 0xfc) << 8 | (0x1a & 0x03) << 25;
         for (expected, pc) in [(0x14, 2), (0x08, 6), (0x00, 8)] {

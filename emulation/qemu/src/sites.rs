@@ -8,14 +8,14 @@
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Site {
     /// The action of the instruction.
-    pub action: Action,
+    pub action: SiteAction,
     /// Length of the instruction in bytes.
     pub length: u32,
 }
 
 /// The action of an instruction at a site.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Action {
+pub enum SiteAction {
     /// WFE: QEMU has no event register.
     WaitForEvent,
     /// WFI: the board's time would stand still, because only the bridge advances it.
@@ -37,15 +37,15 @@ impl Site {
     fn of(first: u16, second: u16) -> Option<Site> {
         // ARMv7-M manual, A7.7.262, A7.7.263, A7.7.129, each in two encodings, A7.7.12 (T2) and B5.2.3.
         let (action, length) = match (first, second) {
-            (0xbf20, _) => (Action::WaitForEvent, 2),
-            (0xf3af, 0x8002) => (Action::WaitForEvent, 4),
-            (0xbf30, _) => (Action::WaitForInterrupt, 2),
-            (0xf3af, 0x8003) => (Action::WaitForInterrupt, 4),
-            (0xbf40, _) => (Action::SendEvent, 2),
-            (0xf3af, 0x8004) => (Action::SendEvent, 4),
-            (0xe7fe, _) => (Action::Stay, 2),
+            (0xbf20, _) => (SiteAction::WaitForEvent, 2),
+            (0xf3af, 0x8002) => (SiteAction::WaitForEvent, 4),
+            (0xbf30, _) => (SiteAction::WaitForInterrupt, 2),
+            (0xf3af, 0x8003) => (SiteAction::WaitForInterrupt, 4),
+            (0xbf40, _) => (SiteAction::SendEvent, 2),
+            (0xf3af, 0x8004) => (SiteAction::SendEvent, 4),
+            (0xe7fe, _) => (SiteAction::Stay, 2),
             (0xf380..=0xf38f, 0x8808) => {
-                (Action::SetStackPointer { register: (first & 0xf) as u8 }, 4)
+                (SiteAction::SetStackPointer { register: (first & 0xf) as u8 }, 4)
             }
             _ => return None,
         };
@@ -91,15 +91,15 @@ mod tests {
             .map(|(address, site)| (address, site.action, site.length))
             .collect();
         let expected = [
-            (0x0800_4000, Action::WaitForEvent, 2),
-            (0x0800_4002, Action::WaitForInterrupt, 2),
-            (0x0800_4004, Action::SendEvent, 2),
-            (0x0800_4008, Action::Stay, 2),
-            (0x0800_400a, Action::SetStackPointer { register: 0 }, 4),
-            (0x0800_4012, Action::SetStackPointer { register: 9 }, 4),
-            (0x0800_4016, Action::WaitForEvent, 4),
-            (0x0800_401a, Action::WaitForInterrupt, 4),
-            (0x0800_401e, Action::SendEvent, 4),
+            (0x0800_4000, SiteAction::WaitForEvent, 2),
+            (0x0800_4002, SiteAction::WaitForInterrupt, 2),
+            (0x0800_4004, SiteAction::SendEvent, 2),
+            (0x0800_4008, SiteAction::Stay, 2),
+            (0x0800_400a, SiteAction::SetStackPointer { register: 0 }, 4),
+            (0x0800_4012, SiteAction::SetStackPointer { register: 9 }, 4),
+            (0x0800_4016, SiteAction::WaitForEvent, 4),
+            (0x0800_401a, SiteAction::WaitForInterrupt, 4),
+            (0x0800_401e, SiteAction::SendEvent, 4),
         ];
         assert_eq!(sites, expected);
         assert_eq!(find_return(0x0800_4000, &code), Some(0x0800_4022));

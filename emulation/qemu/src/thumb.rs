@@ -3,7 +3,7 @@
 
 use bittybuzz_chips::Width;
 
-use crate::registers::Registers;
+use crate::registers::CoreRegisters;
 
 /// An access to memory that is not yet done.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -40,12 +40,12 @@ pub enum DecodeError {
     Other,
 }
 
-const SP: u8 = Registers::SP;
-const PC: u8 = Registers::PC;
+const SP: u8 = CoreRegisters::SP;
+const PC: u8 = CoreRegisters::PC;
 
 /// Returns the access of the instruction with the half-words `first` and `second`, for these values
 /// of registers. `second` is ignored for a 16-bit instruction.
-pub fn decode(first: u16, second: u16, registers: &Registers) -> Result<Access, DecodeError> {
+pub fn decode(first: u16, second: u16, registers: &CoreRegisters) -> Result<Access, DecodeError> {
     let access = match first >> 11 {
         0b11101..=0b11111 => decode_32(first, second, registers)?,
         _ => decode_16(first, registers)?,
@@ -106,7 +106,7 @@ fn register(word: u16, low: u32) -> u8 {
 }
 
 /// Decodes 16-bit instructions: A5.2.4, and load and store multiple of A5.2.
-fn decode_16(op: u16, registers: &Registers) -> Result<Access, DecodeError> {
+fn decode_16(op: u16, registers: &CoreRegisters) -> Result<Access, DecodeError> {
     let value = |number: u32| registers.r[number as usize];
     let low = |position: u32| bits(op, position, 3);
     let (rt, rn) = (low(0) as u8, value(low(3)));
@@ -153,7 +153,7 @@ fn decode_16(op: u16, registers: &Registers) -> Result<Access, DecodeError> {
 }
 
 /// Decodes 32-bit instructions: A5.3.5 to A5.3.10.
-fn decode_32(first: u16, second: u16, registers: &Registers) -> Result<Access, DecodeError> {
+fn decode_32(first: u16, second: u16, registers: &CoreRegisters) -> Result<Access, DecodeError> {
     match first >> 9 {
         0b1110100 if !bit(first, 6) => {
             let down = match bits(first, 7, 2) {
@@ -179,7 +179,7 @@ fn multiple(
     list: u16,
     writeback: bool,
     down: bool,
-    registers: &Registers,
+    registers: &CoreRegisters,
     length: u32,
 ) -> Access {
     let start = registers.r[usize::from(base)];
@@ -195,7 +195,7 @@ fn multiple(
 
 /// Returns the address of the access, and the base register's new value. `pre` and `up` are the
 /// bits `P` and `U` of A7.7.
-fn indexed(base: u8, offset: u32, pre: bool, up: bool, registers: &Registers) -> (u32, u32) {
+fn indexed(base: u8, offset: u32, pre: bool, up: bool, registers: &CoreRegisters) -> (u32, u32) {
     let start = match base {
         PC => registers.pc().wrapping_add(4) & !3,
         _ => registers.r[usize::from(base)],
@@ -205,7 +205,7 @@ fn indexed(base: u8, offset: u32, pre: bool, up: bool, registers: &Registers) ->
 }
 
 /// LDRD and STRD.
-fn dual(first: u16, second: u16, registers: &Registers) -> Access {
+fn dual(first: u16, second: u16, registers: &CoreRegisters) -> Access {
     let base = register(first, 0);
     let offset = 4 * bits(second, 0, 8);
     let (address, moved) = indexed(base, offset, bit(first, 8), bit(first, 7), registers);
@@ -218,7 +218,7 @@ fn dual(first: u16, second: u16, registers: &Registers) -> Access {
 
 /// Returns the access of LDREX and STREX. No other master accesses a peripheral, so the store
 /// always succeeds.
-fn exclusive(first: u16, second: u16, registers: &Registers) -> Result<Access, DecodeError> {
+fn exclusive(first: u16, second: u16, registers: &CoreRegisters) -> Result<Access, DecodeError> {
     let base = registers.r[usize::from(register(first, 0))];
     let (load, rt) = (bit(first, 4), register(second, 12));
     let (width, address, status) = match (bits(first, 7, 2), bits(second, 4, 4)) {
@@ -232,7 +232,7 @@ fn exclusive(first: u16, second: u16, registers: &Registers) -> Result<Access, D
 }
 
 /// LDR, STR and their byte and half-word forms.
-fn single(first: u16, second: u16, registers: &Registers) -> Result<Access, DecodeError> {
+fn single(first: u16, second: u16, registers: &CoreRegisters) -> Result<Access, DecodeError> {
     let width = match bits(first, 5, 2) {
         0b00 => Width::Byte,
         0b01 => Width::Half,

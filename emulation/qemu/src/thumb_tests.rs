@@ -4,8 +4,8 @@ use super::*;
 use Width::{Byte, Half, Word};
 
 /// Register n holds 0x1000 * (n + 1).
-fn registers() -> Registers {
-    let mut registers = Registers::default();
+fn registers() -> CoreRegisters {
+    let mut registers = CoreRegisters::default();
     for (n, value) in registers.r.iter_mut().enumerate() {
         *value = 0x1000 * (n as u32 + 1);
     }

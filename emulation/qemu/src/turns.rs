@@ -4,19 +4,19 @@ use std::collections::{HashMap, HashSet};
 use std::time::Duration;
 
 use bittybuzz_chips::{Board, FlashChange, ResetCause, Time};
-use bittybuzz_emulation::message::{CoreStatistics, Event, TimedEvent};
-use bittybuzz_emulation::{Control, Core, CoreState, Image, MachineError};
+use bittybuzz_emulation::message::{CoreStatistics, EmulatorEvent, TimedEvent};
+use bittybuzz_emulation::{Control, Core, CoreState, FirmwareImage, MachineError};
 
-use crate::access::{self, AccessError, Outcome};
-use crate::core::{Cause, CoreError, Processor, QemuMachine};
-use crate::memory::{self, Layout};
-use crate::registers::Registers;
-use crate::sites::{self, Action, Site};
+use crate::access::{self, AccessError, AccessOutcome};
+use crate::core::{CoreError, QemuMachine, QemuProcessor, StopCause};
+use crate::memory::{self, MemoryLayout};
+use crate::registers::CoreRegisters;
+use crate::sites::{self, Site, SiteAction};
 
 /// A core in QEMU with its board.
 pub struct QemuCore<B> {
     board: B,
-    core: Processor,
+    core: QemuProcessor,
     machine: QemuMachine,
     flash: Vec<u8>,
     sites: HashMap<u32, Site>,
@@ -66,7 +66,7 @@ impl From<RobotError> for MachineError {
 impl<B: Control> Core for QemuCore<B> {
     type Board = B;
 
-    fn load(number: usize, image: &Image) -> Result<Self, MachineError> {
+    fn load(number: usize, image: &FirmwareImage) -> Result<Self, MachineError> {
         let mut flash = vec![0xff; memory::FLASH.len()];
         for (address, bytes) in image.segments() {
             let place = address
@@ -212,7 +212,7 @@ impl<B: Control> QemuCore<B> {
         Ok(self.core.write_memory(place, bytes)?)
     }
 
-    fn report(&mut self, event: Event) {
+    fn report(&mut self, event: EmulatorEvent) {
         let at = Duration::from_nanos(self.board.now().nanos());
         self.events.push(TimedEvent { at, event });
     }
@@ -264,9 +264,9 @@ impl<B: Control> QemuCore<B> {
         }
         self.statistics.instructions += stopped.instructions;
         match stopped.cause {
-            Cause::Time => Ok(CoreState::Running),
-            Cause::Access => self.access(),
-            Cause::Breakpoint => self.breakpoint(),
+            StopCause::Time => Ok(CoreState::Running),
+            StopCause::Access => self.access(),
+            StopCause::Breakpoint => self.breakpoint(),
         }
     }
 
@@ -276,14 +276,14 @@ impl<B: Control> QemuCore<B> {
         self.move_data().map_err(RobotError::Data)?;
         self.connect();
         match outcome {
-            Outcome::Done => {
+            AccessOutcome::Done => {
                 self.count()?;
             }
-            Outcome::SystemReset => self.reset_request = Some(ResetCause::Software),
-            Outcome::SysTick if self.systick_reported => {}
-            Outcome::SysTick => {
+            AccessOutcome::SystemReset => self.reset_request = Some(ResetCause::Software),
+            AccessOutcome::SysTick if self.systick_reported => {}
+            AccessOutcome::SysTick => {
                 self.systick_reported = true;
-                self.report(Event::HardwareError { text: SYSTICK_USED.into() });
+                self.report(EmulatorEvent::HardwareError { text: SYSTICK_USED.into() });
             }
         }
         Ok(CoreState::Running)
@@ -315,28 +315,28 @@ impl<B: Control> QemuCore<B> {
         let layout = self.core.layout();
         let next = &mut self.core.next;
         match site.action {
-            Action::SendEvent => {
+            SiteAction::SendEvent => {
                 next.skip_instruction(site.length);
                 self.event = true;
             }
-            Action::WaitForEvent => {
+            SiteAction::WaitForEvent => {
                 next.skip_instruction(site.length);
                 if !std::mem::take(&mut self.event) && !self.core.is_exception_pending()? {
                     return Ok(CoreState::WaitingForEvent);
                 }
             }
-            Action::WaitForInterrupt => {
+            SiteAction::WaitForInterrupt => {
                 next.skip_instruction(site.length);
                 if !self.core.is_exception_pending()? {
                     return Ok(CoreState::WaitingForInterrupt);
                 }
             }
             // An interrupt that just became pending is taken before the branch, or not at all.
-            Action::Stay if rose => {}
-            Action::Stay => return Ok(CoreState::WaitingForInterrupt),
-            Action::SetStackPointer { register } => {
+            SiteAction::Stay if rose => {}
+            SiteAction::Stay => return Ok(CoreState::WaitingForInterrupt),
+            SiteAction::SetStackPointer { register } => {
                 let value = layout.relocate(next.r[usize::from(register)]);
-                next.r[usize::from(Registers::SP)] = value & !3;
+                next.r[usize::from(CoreRegisters::SP)] = value & !3;
                 next.skip_instruction(site.length);
             }
         }
@@ -350,12 +350,12 @@ fn start_core(
     flash: &[u8],
     sites: &HashMap<u32, Site>,
     skipped: &HashSet<u32>,
-) -> Result<Processor, RobotError> {
-    let mut core = Processor::new(machine, flash)?;
+) -> Result<QemuProcessor, RobotError> {
+    let mut core = QemuProcessor::new(machine, flash)?;
     access::trap(&mut core)?;
     let layout = core.layout();
     let needed = |site: &Site| {
-        layout != Layout::Chip || !matches!(site.action, Action::SetStackPointer { .. })
+        layout != MemoryLayout::Chip || !matches!(site.action, SiteAction::SetStackPointer { .. })
     };
     let sites = sites.iter().filter(|(_, site)| needed(site)).map(|(address, _)| address);
     let mut addresses: Vec<u32> = sites.chain(skipped).copied().collect();

@@ -1,6 +1,6 @@
 //! The core's bus: flash, RAM, the core's own registers, and the board.
 
-use bittybuzz_chips::{Board, Clock, FlashChange, FlashContent, Width};
+use bittybuzz_chips::{Board, CoreClock, FlashChange, FlashContent, Width};
 use rp2040_emu::bus::ppb::Ppb;
 use rp2040_emu::core::{CoreBus, Nvic};
 
@@ -16,7 +16,7 @@ pub struct ChipBus<B> {
     pub flash: Vec<u8>,
     pub ram: Vec<u8>,
     pub private: Private,
-    pub clock: Clock,
+    pub clock: CoreClock,
     /// Cycles that the core executed before the current instruction, without the cycles that it
     /// slept.
     pub cycles: u64,
@@ -39,7 +39,7 @@ impl<B: Board> ChipBus<B> {
     /// Creates the bus of robot `number` of several, with an erased flash.
     pub fn new(number: usize) -> Self {
         let board = B::power_on(number);
-        let clock = Clock::new(board.core_clock_hz());
+        let clock = CoreClock::new(board.core_clock_hz());
         ChipBus {
             board,
             flash: vec![0xff; B::MEMORY.flash as usize],

@@ -16,7 +16,7 @@ use std::time::Duration;
 
 use bittybuzz_chips::{Board, FlashChange, ResetCause, Time};
 use bittybuzz_emulation::message::CoreStatistics;
-use bittybuzz_emulation::{Control, Core, CoreState, Image, MachineError};
+use bittybuzz_emulation::{Control, Core, CoreState, FirmwareImage, MachineError};
 use rp2040_emu::CortexM0Plus;
 
 use crate::bus::ChipBus;
@@ -79,7 +79,7 @@ impl<B: Board> Rp2040Core<B> {
 impl<B: Control> Core for Rp2040Core<B> {
     type Board = B;
 
-    fn load(number: usize, image: &Image) -> Result<Self, MachineError> {
+    fn load(number: usize, image: &FirmwareImage) -> Result<Self, MachineError> {
         let (core, bus) = (CortexM0Plus::new(), ChipBus::new(number));
         let mut core = Rp2040Core { core, bus, instructions: 0, exceptions: 0 };
         core.scramble()?;

@@ -30,7 +30,7 @@ mod ffi {
 
 /// The type of chip, which decides about the size of the flash.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Chip {
+pub enum SimavrChip {
     /// The chip of Kilobots.
     Atmega328p,
     /// A chip for programs that are too large for a Kilobot. Its registers and interrupts are
@@ -38,14 +38,14 @@ pub enum Chip {
     Atmega1284p,
 }
 
-impl Chip {
+impl SimavrChip {
     /// Returns the size of the flash in bytes. Addresses beyond it wrap around to the same flash,
     /// because the program counter has only the bits that the size needs. For the larger chip, only
     /// the half that `lpm` can address is modelled.
     pub const fn flash_size(self) -> usize {
         match self {
-            Chip::Atmega328p => 0x8000,
-            Chip::Atmega1284p => REACH,
+            SimavrChip::Atmega328p => 0x8000,
+            SimavrChip::Atmega1284p => REACH,
         }
     }
 }
@@ -76,28 +76,28 @@ const WDR: u32 = u32::from_be_bytes(*b"wdtr");
 struct Common {
     change: Option<Change>,
     is_bad: bool,
-    chip: Chip,
+    chip: SimavrChip,
 }
 
 /// Data for callbacks. It begins with `Common`, because simavr's logger serves all cores and cannot
 /// know the type of the board.
 #[repr(C)]
-struct Shared<B> {
+struct CallbackData<B> {
     common: Common,
     /// Null while no instruction is executed.
     board: *mut B,
 }
 
 /// An AVR core with its data space and flash.
-pub struct Core<B> {
+pub struct AvrCore<B> {
     avr: Box<ffi::avr_t>,
     /// This and `shared` are boxed because simavr keeps pointers to them.
     _module: Box<ffi::avr_io_t>,
-    shared: Box<Shared<B>>,
+    shared: Box<CallbackData<B>>,
 }
 
 /// A saved state of a core, without the flash.
-pub struct CoreState {
+pub struct AvrCoreState {
     data: [u8; DATA],
     flags: [u8; 8],
     pc: u32,
@@ -107,17 +107,17 @@ pub struct CoreState {
 
 // SAFETY: the core owns everything that its pointers refer to. Of the data that simavr shares
 // between cores only the logger is used, which is set once.
-unsafe impl<B: Send> Send for Core<B> {}
+unsafe impl<B: Send> Send for AvrCore<B> {}
 
-impl<B: AvrBoard> Core<B> {
+impl<B: AvrBoard> AvrCore<B> {
     /// Creates a core with erased flash.
-    pub fn new(chip: Chip) -> Self {
+    pub fn new(chip: SimavrChip) -> Self {
         static LOGGER: std::sync::Once = std::sync::Once::new();
         // SAFETY: the function has the type that simavr calls.
         LOGGER.call_once(|| unsafe { ffi::avr_global_logger_set(Some(on_message)) });
         let board = ptr::null_mut();
         let mut shared =
-            Box::new(Shared { common: Common { change: None, is_bad: false, chip }, board });
+            Box::new(CallbackData { common: Common { change: None, is_bad: false, chip }, board });
         // SAFETY: both are plain C structures. All zeros are valid for them: null pointers, numbers
         // and no callbacks.
         let (mut avr, mut module): (Box<ffi::avr_t>, Box<ffi::avr_io_t>) =
@@ -146,7 +146,7 @@ impl<B: AvrBoard> Core<B> {
             register.w.c = Some(on_write::<B>);
             register.w.param = parameter;
         }
-        let mut core = Core { avr, _module: module, shared };
+        let mut core = AvrCore { avr, _module: module, shared };
         core.reset();
         core
     }
@@ -241,7 +241,7 @@ impl<B: AvrBoard> Core<B> {
     }
 
     /// Executes instructions for at least `cycles` cycles, or until an interrupt may be due.
-    pub fn run(&mut self, board: &mut B, cycles: u64) -> Stop {
+    pub fn run(&mut self, board: &mut B, cycles: u64) -> DecodeStop {
         self.shared.board = board;
         self.avr.interrupt_state = 0;
         self.avr.run_cycle_count = cycles.max(1);
@@ -252,38 +252,38 @@ impl<B: AvrBoard> Core<B> {
         self.avr.cycle += board.take_halt();
         let state = std::mem::replace(&mut self.avr.state, ffi::cpu_Running as c_int);
         if std::mem::take(&mut self.shared.common.is_bad) || state == ffi::cpu_Crashed as c_int {
-            Stop::Bad
+            DecodeStop::Bad
         } else if let Some(change) = self.shared.common.change.take() {
-            Stop::Store(change)
+            DecodeStop::Store(change)
         } else if state == ffi::cpu_Sleeping as c_int {
-            Stop::Sleep
+            DecodeStop::Sleep
         } else {
-            Stop::Due
+            DecodeStop::Due
         }
     }
 
     /// Saves the core's state to `state`.
-    pub fn save(&mut self, state: &mut CoreState) {
+    pub fn save(&mut self, state: &mut AvrCoreState) {
         state.data.copy_from_slice(self.data());
         (state.flags, state.pc, state.cycle) = (self.avr.sreg, self.avr.pc, self.avr.cycle);
         state.is_delayed = self.is_delayed();
     }
 
     /// Restores the core's state from `state`.
-    pub fn restore(&mut self, state: &CoreState) {
+    pub fn restore(&mut self, state: &AvrCoreState) {
         self.data().copy_from_slice(&state.data);
         (self.avr.sreg, self.avr.pc, self.avr.cycle) = (state.flags, state.pc, state.cycle);
         self.avr.interrupt_state = if state.is_delayed { -2 } else { 0 };
     }
 }
 
-impl Default for CoreState {
+impl Default for AvrCoreState {
     fn default() -> Self {
-        CoreState { data: [0; DATA], flags: [0; 8], pc: 0, cycle: 0, is_delayed: false }
+        AvrCoreState { data: [0; DATA], flags: [0; 8], pc: 0, cycle: 0, is_delayed: false }
     }
 }
 
-impl<B> Drop for Core<B> {
+impl<B> Drop for AvrCore<B> {
     fn drop(&mut self) {
         // SAFETY: both are boxed slices of these lengths, and no other code uses them any more.
         unsafe {
@@ -295,7 +295,7 @@ impl<B> Drop for Core<B> {
 
 /// The reason why the execution of instructions ended.
 #[derive(Debug)]
-pub enum Stop {
+pub enum DecodeStop {
     /// The cycles are over, or an interrupt may be due.
     Due,
     /// The core executed `sleep`.
@@ -314,7 +314,7 @@ unsafe extern "C" fn on_read<B: AvrBoard>(
     parameter: *mut c_void,
 ) -> u8 {
     // SAFETY: called from within `Core::run`, which owns all of these.
-    let (avr, board) = unsafe { (&*avr, (*parameter.cast::<Shared<B>>()).board.as_mut()) };
+    let (avr, board) = unsafe { (&*avr, (*parameter.cast::<CallbackData<B>>()).board.as_mut()) };
     board.map_or(0, |board| board.read(address, avr.cycle))
 }
 
@@ -327,7 +327,8 @@ unsafe extern "C" fn on_write<B: AvrBoard>(
     parameter: *mut c_void,
 ) {
     // SAFETY: called from within `Core::run`, which owns all of these.
-    let (avr, board) = unsafe { (&mut *avr, (*parameter.cast::<Shared<B>>()).board.as_mut()) };
+    let (avr, board) =
+        unsafe { (&mut *avr, (*parameter.cast::<CallbackData<B>>()).board.as_mut()) };
     let Some(board) = board else { return };
     let mut value = value;
     if ONE_BIT.contains(&address) {
@@ -354,7 +355,7 @@ unsafe extern "C" fn on_instruction<B: AvrBoard>(
     // bytes of the data space.
     let (avr, shared, registers) = unsafe {
         let avr = (*module).avr;
-        let shared = &mut *(*avr).custom.data.cast::<Shared<B>>();
+        let shared = &mut *(*avr).custom.data.cast::<CallbackData<B>>();
         (&mut *avr, shared, std::slice::from_raw_parts((*avr).data, 32))
     };
     // SAFETY: as above.

@@ -8,8 +8,8 @@ use std::fs;
 use std::process::Command;
 
 use bittybuzz_kilobot_board::Kilobot;
-use bittybuzz_squeeze::proof::cpu::{Bus, Control, Cpu};
-use bittybuzz_squeeze::proof::decode::{Op, decode};
+use bittybuzz_squeeze::proof::cpu::{Cpu, DataSpace, Successor};
+use bittybuzz_squeeze::proof::decode::{AsmOperation, decode};
 
 use super::*;
 
@@ -95,7 +95,7 @@ struct Memory<'a> {
     flash: &'a [u8],
 }
 
-impl Bus for Memory<'_> {
+impl DataSpace for Memory<'_> {
     fn load(&mut self, address: u16) -> u8 {
         self.data[usize::from(address)]
     }
@@ -147,8 +147,8 @@ fn assemble(texts: &[String]) -> Vec<u8> {
 fn simavr_and_the_proof_agree_on_every_instruction() {
     let texts = texts();
     let code = assemble(&texts);
-    assert!(code.len() <= Chip::Atmega328p.flash_size());
-    let mut core = Core::new(Chip::Atmega328p);
+    assert!(code.len() <= SimavrChip::Atmega328p.flash_size());
+    let mut core = AvrCore::new(SimavrChip::Atmega328p);
     core.write_flash(0, &code);
     let flash = core.flash().to_vec();
     let ram: Vec<u8> = (0..DATA as u64).map(|place| mix(place) as u8).collect();
@@ -156,7 +156,8 @@ fn simavr_and_the_proof_agree_on_every_instruction() {
     for (number, text) in texts.iter().enumerate() {
         let (name, operands) = text.split_once(' ').unwrap_or((text, ""));
         let op = decode(name, operands).unwrap_or_else(|error| panic!("{text}: {error}"));
-        let length = if matches!(op, Op::ReadAt(..) | Op::WriteAt(..)) { 4 } else { 2 };
+        let length =
+            if matches!(op, AsmOperation::ReadAt(..) | AsmOperation::WriteAt(..)) { 4 } else { 2 };
         for state in 0..STATES {
             let random = |place: u64| {
                 let bits = mix(state << 32 ^ (number as u64) << 40 ^ mix(place));
@@ -168,7 +169,10 @@ fn simavr_and_the_proof_agree_on_every_instruction() {
                 }
             };
             let mut registers: [u8; 32] = std::array::from_fn(|place| random(place as u64));
-            if matches!(op, Op::Read(..) | Op::Write(..) | Op::ReadFlash(..)) {
+            if matches!(
+                op,
+                AsmOperation::Read(..) | AsmOperation::Write(..) | AsmOperation::ReadFlash(..)
+            ) {
                 for pair in [26, 28, 30] {
                     registers[pair] ^= MIDDLE as u8;
                     registers[pair + 1] = (MIDDLE >> 8) as u8 | registers[pair + 1] & 1;
@@ -191,7 +195,7 @@ fn simavr_and_the_proof_agree_on_every_instruction() {
             let mut memory = Memory { data: ram.clone(), flash: &flash };
             let mut cpu = Cpu { registers, flags, stack, cycles: 0 };
             let control = cpu.execute(&op, &mut memory);
-            let skipped = if control == Control::Skip { 2 } else { 0 };
+            let skipped = if control == Successor::Skip { 2 } else { 0 };
 
             let context = format!("{text} in state {state}: {registers:x?}, SREG {flags:#04x}");
             assert_eq!(core.data()[..32], cpu.registers, "{context}");
@@ -210,8 +214,8 @@ fn simavr_and_the_proof_agree_on_every_instruction() {
 fn a_larger_chip_has_flash_where_the_smaller_one_repeats_its_own() {
     // jmp 0x9000
     const JUMP: [u8; 4] = [0x0c, 0x94, 0x00, 0x48];
-    for (chip, pc) in [(Chip::Atmega328p, 0x1000), (Chip::Atmega1284p, 0x9000)] {
-        let mut core = Core::new(chip);
+    for (chip, pc) in [(SimavrChip::Atmega328p, 0x1000), (SimavrChip::Atmega1284p, 0x9000)] {
+        let mut core = AvrCore::new(chip);
         core.write_flash(0, &JUMP);
         core.run(&mut Kilobot::new(1), 1);
         assert_eq!(core.pc(), pc, "{chip:?}");

@@ -6,7 +6,7 @@
 
 /// The properties of a block.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub struct Block {
+pub struct CodeBlock {
     /// Number of instructions.
     pub instructions: u16,
     /// True if the block may change PRIMASK, BASEPRI or FAULTMASK.
@@ -19,10 +19,10 @@ pub struct Block {
     pub beyond_armv6m: bool,
 }
 
-impl Block {
+impl CodeBlock {
     /// Parses the instructions in `code`.
     pub fn parse(code: &[u8]) -> Self {
-        let mut block = Block::default();
+        let mut block = CodeBlock::default();
         let mut halfwords = code.chunks_exact(2).map(|pair| u16::from_le_bytes([pair[0], pair[1]]));
         while let Some(first) = halfwords.next() {
             block.instructions += 1;
@@ -77,7 +77,7 @@ struct Known {
     address: u32,
     /// 0 for an unused entry; no block is empty.
     size: u32,
-    block: Block,
+    block: CodeBlock,
 }
 
 impl Blocks {
@@ -89,12 +89,12 @@ impl Blocks {
         address as usize / 2 % KNOWN
     }
 
-    pub fn get(&self, address: u32, size: u32) -> Option<Block> {
+    pub fn get(&self, address: u32, size: u32) -> Option<CodeBlock> {
         let known = self.known[Self::place(address)];
         (known.address == address && known.size == size).then_some(known.block)
     }
 
-    pub fn insert(&mut self, address: u32, size: u32, block: Block) {
+    pub fn insert(&mut self, address: u32, size: u32, block: CodeBlock) {
         self.known[Self::place(address)] = Known { address, size, block };
     }
 
@@ -108,16 +108,19 @@ impl Blocks {
 mod tests {
     use super::*;
 
-    fn parse(halfwords: &[u16]) -> Block {
+    fn parse(halfwords: &[u16]) -> CodeBlock {
         let bytes: Vec<u8> = halfwords.iter().flat_map(|half| half.to_le_bytes()).collect();
-        Block::parse(&bytes)
+        CodeBlock::parse(&bytes)
     }
 
     #[test]
     fn counts_short_and_long_instructions() {
         // movs r0, #1; ldr.w r0, [r1, #4]; vadd.f32 s0, s0, s1; b .
         let block = parse(&[0x2001, 0xf8d1, 0x0004, 0xee30, 0x0a20, 0xe7fe]);
-        assert_eq!(block, Block { instructions: 4, beyond_armv6m: true, ..Block::default() });
+        assert_eq!(
+            block,
+            CodeBlock { instructions: 4, beyond_armv6m: true, ..CodeBlock::default() }
+        );
     }
 
     #[test]

@@ -8,7 +8,7 @@ use unicorn_engine::{
     uc_error,
 };
 
-use crate::blocks::Block;
+use crate::blocks::CodeBlock;
 use crate::memory::is_within;
 use crate::system::System;
 
@@ -27,7 +27,7 @@ const NOWHERE: u64 = 0x0fff_fffe;
 
 /// The reason why Unicorn stopped.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Stop {
+pub enum UnicornStop {
     /// The deadline was reached.
     Deadline,
     WaitForEvent,
@@ -131,7 +131,7 @@ impl<B: Board> UnicornCore<'_, B> {
     }
 
     /// Executes from the present PC until the core stops, at the latest at `deadline`.
-    pub(crate) fn emulate(&mut self, deadline: Time) -> Result<Stop, MachineError> {
+    pub(crate) fn emulate(&mut self, deadline: Time) -> Result<UnicornStop, MachineError> {
         self.system().begin(deadline);
         let pc = self.register(Register::PC)?;
         let result = self.uc.emu_start(u64::from(pc | 1), NOWHERE, 0, 0);
@@ -140,47 +140,47 @@ impl<B: Board> UnicornCore<'_, B> {
             return self.interrupted(interrupt);
         }
         match result {
-            Ok(()) if system.undefined => Ok(Stop::Undefined),
-            Ok(()) if system.stopped => Ok(Stop::Deadline),
-            Ok(()) => Ok(Stop::WaitForInterrupt),
+            Ok(()) if system.undefined => Ok(UnicornStop::Undefined),
+            Ok(()) if system.stopped => Ok(UnicornStop::Deadline),
+            Ok(()) => Ok(UnicornStop::WaitForInterrupt),
             // Unicorn reports WFE as an invalid instruction, after its execution. It also reports
             // any instruction without the Thumb bit as invalid.
             Err(uc_error::INSN_INVALID) => {
                 let done = self.register(Register::PC)? == system.block_end;
                 Ok(if done && system.block.waits_for_event {
-                    Stop::WaitForEvent
+                    UnicornStop::WaitForEvent
                 } else if self.register(Register::XPSR)? & XPSR_T == 0 {
-                    Stop::InvalidState
+                    UnicornStop::InvalidState
                 } else {
-                    Stop::Undefined
+                    UnicornStop::Undefined
                 })
             }
-            Err(uc_error::FETCH_UNMAPPED | uc_error::FETCH_PROT) => Ok(Stop::BadFetch),
-            Err(uc_error::WRITE_PROT) if self.is_flash_write() => Ok(Stop::FlashWrite),
+            Err(uc_error::FETCH_UNMAPPED | uc_error::FETCH_PROT) => Ok(UnicornStop::BadFetch),
+            Err(uc_error::WRITE_PROT) if self.is_flash_write() => Ok(UnicornStop::FlashWrite),
             Err(
                 uc_error::READ_UNMAPPED
                 | uc_error::READ_PROT
                 | uc_error::WRITE_UNMAPPED
                 | uc_error::WRITE_PROT,
-            ) => Ok(Stop::BadAccess),
-            Err(uc_error::READ_UNALIGNED | uc_error::WRITE_UNALIGNED) => Ok(Stop::Unaligned),
+            ) => Ok(UnicornStop::BadAccess),
+            Err(uc_error::READ_UNALIGNED | uc_error::WRITE_UNALIGNED) => Ok(UnicornStop::Unaligned),
             Err(error) => Err(failed(error)),
         }
     }
 
-    fn interrupted(&self, interrupt: u32) -> Result<Stop, MachineError> {
+    fn interrupted(&self, interrupt: u32) -> Result<UnicornStop, MachineError> {
         // The numbers are those of QEMU's target/arm/cpu.h.
         Ok(match interrupt {
-            2 => Stop::SupervisorCall,
-            3 => Stop::BadFetch,
-            4 => Stop::BadAccess,
-            7 => Stop::Breakpoint,
+            2 => UnicornStop::SupervisorCall,
+            3 => UnicornStop::BadFetch,
+            4 => UnicornStop::BadAccess,
+            7 => UnicornStop::Breakpoint,
             // Bit 0 of the branch's target has become the Thumb bit; it is always 1 in these
             // values.
-            8 => Stop::Return(self.register(Register::PC)? | 1),
-            17 => Stop::NoCoprocessor,
-            22 => Stop::Unaligned,
-            _ => Stop::Undefined,
+            8 => UnicornStop::Return(self.register(Register::PC)? | 1),
+            17 => UnicornStop::NoCoprocessor,
+            22 => UnicornStop::Unaligned,
+            _ => UnicornStop::Undefined,
         })
     }
 
@@ -329,8 +329,8 @@ fn begin_block<B: Board>(uc: &mut Unicorn<'_, System<B>>, address: u32, size: u3
         None => {
             let mut code = vec![0; size as usize];
             let block = match uc.mem_read(u64::from(address), &mut code) {
-                Ok(()) => Block::parse(&code),
-                Err(_) => Block::default(),
+                Ok(()) => CodeBlock::parse(&code),
+                Err(_) => CodeBlock::default(),
             };
             let system = uc.get_data_mut();
             // Blocks in RAM are not stored, because such code may change without notice.

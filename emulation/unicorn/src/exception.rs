@@ -5,7 +5,7 @@ use bittybuzz_cortex_m::number;
 use bittybuzz_emulation::{Control, MachineError};
 use unicorn_engine::RegisterARM as Register;
 
-use crate::core::{Stop, UnicornCore, XPSR_T, failed};
+use crate::core::{UnicornCore, UnicornStop, XPSR_T, failed};
 
 /// Returns the smallest number of cycles from an interrupt to its handler: Cortex-M4 (ARM DDI 0439
 /// 3.9.1), Cortex-M0 (ARM DDI 0432 3.9).
@@ -239,22 +239,24 @@ impl<B: Control> UnicornCore<'_, B> {
     }
 
     /// Handles the reason why the core stopped, if it is an exception of the core itself.
-    pub(crate) fn raise(&mut self, stop: Stop) -> Outcome {
+    pub(crate) fn raise(&mut self, stop: UnicornStop) -> Outcome {
         match stop {
-            Stop::Deadline | Stop::WaitForEvent | Stop::WaitForInterrupt => Ok(Ok(())),
-            Stop::FlashWrite => self.program_flash(),
-            Stop::Return(value) => self.leave(value),
-            Stop::SupervisorCall => self.synchronous(number::SV_CALL, 0),
+            UnicornStop::Deadline | UnicornStop::WaitForEvent | UnicornStop::WaitForInterrupt => {
+                Ok(Ok(()))
+            }
+            UnicornStop::FlashWrite => self.program_flash(),
+            UnicornStop::Return(value) => self.leave(value),
+            UnicornStop::SupervisorCall => self.synchronous(number::SV_CALL, 0),
             // Without a debugger, a breakpoint escalates to a HardFault (C1.6.1).
-            Stop::Breakpoint => {
+            UnicornStop::Breakpoint => {
                 self.system().registers.hfsr |= HFSR_DEBUGEVT;
                 self.synchronous(number::HARD_FAULT, 0)
             }
-            Stop::Undefined => self.fault(number::USAGE_FAULT, cause::UNDEFINSTR),
-            Stop::InvalidState => self.fault(number::USAGE_FAULT, cause::INVSTATE),
-            Stop::NoCoprocessor => self.fault(number::USAGE_FAULT, cause::NOCP),
-            Stop::Unaligned => self.fault(number::USAGE_FAULT, cause::UNALIGNED),
-            Stop::BadFetch => {
+            UnicornStop::Undefined => self.fault(number::USAGE_FAULT, cause::UNDEFINSTR),
+            UnicornStop::InvalidState => self.fault(number::USAGE_FAULT, cause::INVSTATE),
+            UnicornStop::NoCoprocessor => self.fault(number::USAGE_FAULT, cause::NOCP),
+            UnicornStop::Unaligned => self.fault(number::USAGE_FAULT, cause::UNALIGNED),
+            UnicornStop::BadFetch => {
                 // Nothing is executed from peripherals and beyond (B3.1).
                 let pc = self.register(Register::PC)?;
                 if pc >= 0x4000_0000 {
@@ -263,7 +265,7 @@ impl<B: Control> UnicornCore<'_, B> {
                     self.fault(number::BUS_FAULT, cause::IBUSERR)
                 }
             }
-            Stop::BadAccess => {
+            UnicornStop::BadAccess => {
                 let system = self.system();
                 system.registers.bfar = system.failed_address;
                 self.fault(number::BUS_FAULT, cause::PRECISERR | cause::BFARVALID)

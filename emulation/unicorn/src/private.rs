@@ -31,7 +31,7 @@ const DWT_CTRL_CYCCNTENA: u32 = 1 << 0;
 const VTOR_BITS: u32 = 0xffff_ff80;
 
 /// Registers that only hold values that the firmware wrote or a fault set.
-pub struct Registers {
+pub struct PrivateRegisters {
     pub vtor: u32,
     pub scr: u32,
     pub ccr: u32,
@@ -49,12 +49,12 @@ pub struct Registers {
     pub reset_requested: bool,
 }
 
-impl Registers {
+impl PrivateRegisters {
     pub const SCR_SEVONPEND: u32 = 1 << 4;
     pub const SCR_SLEEPONEXIT: u32 = 1 << 1;
 
     pub fn new() -> Self {
-        Registers {
+        PrivateRegisters {
             vtor: 0,
             scr: 0,
             // STKALIGN: frames are aligned to eight bytes.

@@ -1,11 +1,11 @@
 //! The state around the core's registers, which Unicorn's callbacks use.
 
-use bittybuzz_chips::{Board, Clock, Time, Width};
+use bittybuzz_chips::{Board, CoreClock, Time, Width};
 use bittybuzz_cortex_m::{Masks, Nvic, number};
-use bittybuzz_emulation::message::{Event, TimedEvent};
+use bittybuzz_emulation::message::{EmulatorEvent, TimedEvent};
 
-use crate::blocks::{Block, Blocks};
-use crate::private::Registers;
+use crate::blocks::{Blocks, CodeBlock};
+use crate::private::PrivateRegisters;
 use crate::systick::SysTick;
 
 /// Cycles between two checks of the masks while a masked interrupt waits, in case the core missed
@@ -17,8 +17,8 @@ pub struct System<B> {
     pub board: B,
     pub nvic: Nvic,
     pub systick: SysTick,
-    pub registers: Registers,
-    pub clock: Clock,
+    pub registers: PrivateRegisters,
+    pub clock: CoreClock,
     /// Cycles of the core's clock since power-on, without those asleep.
     pub cycles: u64,
     /// Instructions executed since power-on.
@@ -29,7 +29,7 @@ pub struct System<B> {
     pub event: bool,
     pub blocks: Blocks,
     /// The block that runs, and the address after it.
-    pub block: Block,
+    pub block: CodeBlock,
     pub block_end: u32,
     /// True if the last block may have changed the masks, and they were not read since.
     pub masks_touched: bool,
@@ -59,14 +59,14 @@ impl<B: Board> System<B> {
             board,
             nvic: Nvic::new(B::CORE),
             systick: SysTick::new(hz),
-            registers: Registers::new(),
-            clock: Clock::new(hz),
+            registers: PrivateRegisters::new(),
+            clock: CoreClock::new(hz),
             cycles: 0,
             instructions: 0,
             deadline: 0,
             event: false,
             blocks: Blocks::new(),
-            block: Block::default(),
+            block: CodeBlock::default(),
             block_end: 0,
             masks_touched: false,
             masked_since: None,
@@ -96,7 +96,7 @@ impl<B: Board> System<B> {
     fn update_lines(&mut self) {
         let was_pending = self.nvic.any_pending();
         self.nvic.set_lines(self.board.interrupts().bits());
-        let wakes = self.registers.scr & Registers::SCR_SEVONPEND != 0;
+        let wakes = self.registers.scr & PrivateRegisters::SCR_SEVONPEND != 0;
         self.event |= wakes && !was_pending && self.nvic.any_pending();
     }
 
@@ -111,7 +111,7 @@ impl<B: Board> System<B> {
         self.board.next_event().into_iter().chain(self.systick.next_event()).min()
     }
 
-    pub fn report(&mut self, event: Event) {
+    pub fn report(&mut self, event: EmulatorEvent) {
         let at = std::time::Duration::from_nanos(self.now().nanos());
         self.events.push(TimedEvent { at, event });
     }
@@ -119,7 +119,7 @@ impl<B: Board> System<B> {
     pub fn note_mpu(&mut self) {
         if !std::mem::replace(&mut self.mpu_noted, true) {
             let text = "the MPU is turned on, but this emulator protects no memory".into();
-            self.report(Event::HardwareError { text });
+            self.report(EmulatorEvent::HardwareError { text });
         }
     }
 
@@ -165,7 +165,7 @@ impl<B: Board> System<B> {
         let cycle = self.clock.cycle(until).max(self.cycles + 1);
         let waits = self.nvic.any_pending();
         self.deadline = if waits { cycle.min(self.cycles + LOOK_AGAIN) } else { cycle };
-        self.block = Block::default();
+        self.block = CodeBlock::default();
         self.interrupt = None;
         self.undefined = false;
         self.stopped = false;

@@ -5,12 +5,12 @@ use std::time::Duration;
 use bittybuzz_chips::{Board, ResetCause, Time};
 use bittybuzz_cortex_m::{Masks, Nvic};
 use bittybuzz_emulation::message::{CoreStatistics, TimedEvent};
-use bittybuzz_emulation::{Control, Core, CoreState, Image, MachineError};
+use bittybuzz_emulation::{Control, Core, CoreState, FirmwareImage, MachineError};
 use unicorn_engine::RegisterARM as Register;
 
-use crate::core::{Stop, UnicornCore};
+use crate::core::{UnicornCore, UnicornStop};
 use crate::exception::Lockup;
-use crate::private::Registers;
+use crate::private::PrivateRegisters;
 use crate::systick::SysTick;
 
 impl<B: Board> UnicornCore<'_, B> {
@@ -30,7 +30,7 @@ impl<B: Board> UnicornCore<'_, B> {
 impl<B: Control> Core for UnicornCore<'_, B> {
     type Board = B;
 
-    fn load(number: usize, image: &Image) -> Result<Self, MachineError> {
+    fn load(number: usize, image: &FirmwareImage) -> Result<Self, MachineError> {
         let mut core = UnicornCore::new(number)?;
         core.scramble()?;
         for (address, bytes) in image.segments() {
@@ -43,7 +43,7 @@ impl<B: Control> Core for UnicornCore<'_, B> {
         self.copy_read_only()?;
         let system = self.system();
         system.nvic = Nvic::new(B::CORE);
-        system.registers = Registers::new();
+        system.registers = PrivateRegisters::new();
         system.registers.vtor = vector_table;
         system.event = false;
         let (hz, cycles) = (system.board.core_clock_hz(), system.cycles);
@@ -95,15 +95,15 @@ impl<B: Control> Core for UnicornCore<'_, B> {
         }
         let stop = self.emulate(until)?;
         let state = match stop {
-            Stop::WaitForEvent => CoreState::WaitingForEvent,
-            Stop::WaitForInterrupt => CoreState::WaitingForInterrupt,
+            UnicornStop::WaitForEvent => CoreState::WaitingForEvent,
+            UnicornStop::WaitForInterrupt => CoreState::WaitingForInterrupt,
             _ => CoreState::Running,
         };
         let outcome = self.raise(stop)?;
         let state = self.settle(outcome, state)?;
         let system = self.system();
-        let exits = matches!(stop, Stop::Return(_)) && system.nvic.current() == 0;
-        if exits && system.registers.scr & Registers::SCR_SLEEPONEXIT != 0 {
+        let exits = matches!(stop, UnicornStop::Return(_)) && system.nvic.current() == 0;
+        if exits && system.registers.scr & PrivateRegisters::SCR_SLEEPONEXIT != 0 {
             return Ok(CoreState::WaitingForInterrupt);
         }
         Ok(state)

@@ -17,10 +17,10 @@ use std::path::{Path, PathBuf};
 
 use bittybuzz_compiler::compile::{Compiled, Options, compile};
 use bittybuzz_compiler::fit;
-use bittybuzz_compiler::include::{DiskFiles, Loader};
+use bittybuzz_compiler::include::{DiskFiles, IncludeLoader};
 use bittybuzz_compiler::refusal;
-use bittybuzz_compiler::render::{Color, Renderer};
-use bittybuzz_robot_spec::{Layout, Profile, Robot, script_section};
+use bittybuzz_compiler::render::{ColorChoice, Renderer};
+use bittybuzz_robot_spec::{Layout, NumberProfile, Robot, script_section};
 use bittybuzz_vm_core::{Part, Parts};
 
 /// The environment variable that names the script.
@@ -112,7 +112,7 @@ pub fn board(robot: &str, default_script: &str, start: Start) -> Result<(), Buil
     let mut robot = find(robot)?;
     if let Some(name) = env::var_os(PROFILE) {
         let name = name.to_string_lossy();
-        let profile = Profile::from_name(&name);
+        let profile = NumberProfile::from_name(&name);
         robot.profile = profile.ok_or_else(|| BuildError::Profile(name.into_owned()))?;
     }
     if let Some(chip) = &robot.chip {
@@ -133,8 +133,8 @@ pub fn board(robot: &str, default_script: &str, start: Start) -> Result<(), Buil
         write_out("script_mark.bin", &mark)?;
     }
     let numbers = match robot.profile {
-        Profile::Tiny => "Tiny",
-        Profile::Full => "Full",
+        NumberProfile::Tiny => "Tiny",
+        NumberProfile::Full => "Full",
     };
     let numbers = format!(
         "/// Numbers of scripts.\npub type Numbers = bittybuzz_vm_core::number::{numbers};\n"
@@ -230,7 +230,7 @@ fn compiled(script: &Path, robot: &Robot) -> Result<Vec<u8>, BuildError> {
     let unreadable = |error| BuildError::Script(script.to_owned(), error);
     let text = fs::read_to_string(script).map_err(unreadable)?;
     let library = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../lib");
-    let loader = Loader { folders: vec![library], ..Loader::new(&DiskFiles) };
+    let loader = IncludeLoader { folders: vec![library], ..IncludeLoader::new(&DiskFiles) };
     let options = Options {
         profile: None,
         robot: Some(robot.clone()),
@@ -250,7 +250,7 @@ fn image(compiled: &Compiled) -> Option<&[u8]> {
     }
     let renderer = Renderer::new(&compiled.sources);
     for diagnostic in &compiled.diagnostics {
-        eprintln!("{}", renderer.text(diagnostic, Color::Never));
+        eprintln!("{}", renderer.text(diagnostic, ColorChoice::Never));
     }
     compiled.image.as_deref()
 }

@@ -12,7 +12,7 @@
 
 use core::sync::atomic::{AtomicU8, Ordering};
 
-use bittybuzz_comms::syslink::Packet;
+use bittybuzz_comms::syslink::SyslinkPacket;
 use bittybuzz_runtime::battery::{Charge, Ladder};
 use bittybuzz_runtime::liveness::{BEAT, Pulse};
 use embassy_time::Timer;
@@ -49,7 +49,7 @@ pub async fn watch_battery(pulse: Pulse) -> ! {
         }
         if now == Charge::Flat {
             // The request is repeated every second, because a frame may be lost.
-            link::send::send(&Packet::SwitchOff);
+            link::send::send(&SyslinkPacket::SwitchOff);
         }
         CHARGE.store(now as u8, Ordering::Relaxed);
     }

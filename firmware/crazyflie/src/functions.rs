@@ -2,11 +2,11 @@
 //! arm here.
 
 use bittybuzz_runtime::call::{expect_count, integer, nothing};
-use bittybuzz_runtime::script::{Console, Counts, RobotHost, Stopped};
-use bittybuzz_runtime::setpoint::Writer;
+use bittybuzz_runtime::script::{Console, Counts, RobotHost, ScriptStopped};
+use bittybuzz_runtime::setpoint::SetpointWriter;
 use bittybuzz_vm_core::number::{Profile, Rng};
 use bittybuzz_vm_core::{
-    Arguments, Axis, ByteCode, Periods, Refusal, Reply, RobotFault, Sighting, Value,
+    Axis, ByteCode, CallArguments, Periods, Refusal, Reply, RobotFault, Sighting, Value,
 };
 use embassy_time::Instant;
 
@@ -24,7 +24,7 @@ const STATUS_STEPS: u32 = 10 * robot::TICK_HZ as u32;
 /// The functions and settings that scripts can reach.
 pub struct Crazyflie {
     leds: ScriptLeds,
-    setpoint: Writer<Powers>,
+    setpoint: SetpointWriter<Powers>,
     status: &'static StatusChannel,
     rng: Rng,
     stopwatch: Option<Instant>,
@@ -37,7 +37,7 @@ impl Crazyflie {
     /// Returns the robot with this id.
     pub fn new(
         leds: ScriptLeds,
-        setpoint: Writer<Powers>,
+        setpoint: SetpointWriter<Powers>,
         status: &'static StatusChannel,
         robot_id: u16,
     ) -> Self {
@@ -48,7 +48,7 @@ impl Crazyflie {
     /// Executes `led(color)` and `led(color, on)`.
     fn led<C: ByteCode, const N: usize>(
         &mut self,
-        arguments: &Arguments<'_, Numbers, C, N>,
+        arguments: &CallArguments<'_, Numbers, C, N>,
     ) -> Result {
         let color = integer(arguments, 0)?;
         match arguments.count() {
@@ -68,7 +68,7 @@ impl Crazyflie {
     /// Executes `set_motor(motor, power)`.
     fn set_motor<C: ByteCode, const N: usize>(
         &mut self,
-        arguments: &Arguments<'_, Numbers, C, N>,
+        arguments: &CallArguments<'_, Numbers, C, N>,
     ) -> Result {
         expect_count(arguments, 2)?;
         let (motor, power) = (integer(arguments, 0)?, integer(arguments, 1)?);
@@ -88,7 +88,7 @@ impl RobotHost<Numbers> for Crazyflie {
     fn call<C: ByteCode, const SLOTS: usize>(
         &mut self,
         function: u16,
-        arguments: Arguments<'_, Numbers, C, SLOTS>,
+        arguments: CallArguments<'_, Numbers, C, SLOTS>,
         _again: bool,
         console: &mut Console<'_>,
     ) -> Result {
@@ -188,7 +188,7 @@ impl RobotHost<Numbers> for Crazyflie {
         self.setpoint.expire()
     }
 
-    fn stop(&mut self, reason: Stopped) {
+    fn stop(&mut self, reason: ScriptStopped) {
         self.setpoint.stop();
         self.status.signal(reason.into());
     }

@@ -9,7 +9,7 @@
 
 use bittybuzz_runtime::blink::{self, PHASE};
 use bittybuzz_runtime::liveness::Pulse;
-use bittybuzz_runtime::script::Stopped;
+use bittybuzz_runtime::script::ScriptStopped;
 use embassy_futures::select::{Either, select};
 use embassy_stm32::Peri;
 use embassy_stm32::gpio::{Level, Output, Speed};
@@ -88,12 +88,12 @@ pub enum Status {
     Stopped,
 }
 
-impl From<Stopped> for Status {
-    fn from(stopped: Stopped) -> Self {
+impl From<ScriptStopped> for Status {
+    fn from(stopped: ScriptStopped) -> Self {
         match stopped {
-            Stopped::Ended => Status::Well,
-            Stopped::Fault(cause) => Status::Fault(cause),
-            Stopped::Refused => Status::Stopped,
+            ScriptStopped::Ended => Status::Well,
+            ScriptStopped::Fault(cause) => Status::Fault(cause),
+            ScriptStopped::Refused => Status::Stopped,
         }
     }
 }

@@ -46,7 +46,7 @@ use bittybuzz_comms::syslink::SWARM_MESSAGE_MAX;
 use bittybuzz_runtime::id::Id;
 use bittybuzz_runtime::liveness::{BEAT, LOOK, Liveness, Pulse};
 use bittybuzz_runtime::script;
-use bittybuzz_runtime::setpoint::{self, Writer};
+use bittybuzz_runtime::setpoint::{self, SetpointWriter};
 use bittybuzz_vm_core::{ByteCode, Image, Part, Sizes, Vm};
 use defmt_rtt as _;
 use embassy_executor::Spawner;
@@ -124,7 +124,7 @@ async fn main(spawner: Spawner) {
         ),
     }
 
-    let crazyflie = Crazyflie::new(script_leds, Writer::new(&SETPOINTS), &STATUS, robot_id);
+    let crazyflie = Crazyflie::new(script_leds, SetpointWriter::new(&SETPOINTS), &STATUS, robot_id);
     let pulse = |task| TASKS.pulse(task);
     static LOG: ConstStaticCell<[u8; LOG_BYTES]> = ConstStaticCell::new([0; LOG_BYTES]);
     static VM: ConstStaticCell<Machine> = ConstStaticCell::new(Vm::new());

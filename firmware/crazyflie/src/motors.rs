@@ -69,7 +69,7 @@ impl Motors {
                 Default::default(),
             ),
         };
-        setpoint::Motors::stop(&mut motors);
+        setpoint::MotorDriver::stop(&mut motors);
         motors.tim2.ch1().enable();
         motors.tim2.ch2().enable();
         motors.tim2.ch4().enable();
@@ -78,7 +78,7 @@ impl Motors {
     }
 }
 
-impl setpoint::Motors for Motors {
+impl setpoint::MotorDriver for Motors {
     type Setpoint = Powers;
 
     /// Sets the powers, or stops the motors if the battery is empty. Each completed step of the

@@ -8,13 +8,13 @@
 use core::cell::Cell;
 
 use avr_device::interrupt::{self, CriticalSection, Mutex};
-use bittybuzz_kilobot::receiver::{DEADLINE, Heard, Pulse, Receiver};
+use bittybuzz_kilobot::receiver::{DEADLINE, Pulse, ReceivedMessage, Receiver};
 
 use crate::adc;
 use crate::chip::{Chip, registers};
 
 /// The received message, until it is taken. Later messages are lost.
-static HEARD: Mutex<Cell<Option<Heard>>> = Mutex::new(Cell::new(None));
+static HEARD: Mutex<Cell<Option<ReceivedMessage>>> = Mutex::new(Cell::new(None));
 
 /// The receiver, which belongs to the interrupts.
 static mut RECEIVER: Receiver = Receiver::new();
@@ -73,7 +73,7 @@ pub fn has_message() -> bool {
 }
 
 /// Takes the received message, if there is one.
-pub fn take() -> Option<Heard> {
+pub fn take() -> Option<ReceivedMessage> {
     interrupt::free(|guard| HEARD.borrow(guard).take())
 }
 

@@ -6,11 +6,11 @@ use bittybuzz_comms::queue::{Inbox, Outbox};
 use bittybuzz_kilobot::clock::Delay;
 use bittybuzz_kilobot::light::Color;
 use bittybuzz_kilobot::mode::ModeSwitch;
-use bittybuzz_kilobot::motors::Motors;
+use bittybuzz_kilobot::motors::MotorDuties;
 use bittybuzz_vm_core::number::Tiny;
 use bittybuzz_vm_core::{
-    Arguments, Axis, ByteCode, Calls, Fault, Host, Periods, Refusal, Reply, RobotFault, Sighting,
-    Value,
+    Axis, ByteCode, CallArguments, Calls, Fault, Host, Periods, Refusal, Reply, RobotFault,
+    Sighting, Value,
 };
 
 use crate::adc::{self, Sensor};
@@ -23,7 +23,7 @@ pub struct KilobotHost {
     /// The mode that the overhead controller selected, with id and motor calibration.
     pub mode: ModeSwitch,
     /// The duties of its motors.
-    pub motors: Motors,
+    pub motors: MotorDuties,
     /// The script's colour.
     pub color: Color,
     /// The frames that wait for the script, each with the distance in mm, or 0 if the distance is
@@ -47,7 +47,7 @@ impl KilobotHost {
     pub const fn new() -> Self {
         KilobotHost {
             mode: ModeSwitch::new(0, [0; 4]),
-            motors: Motors::new(),
+            motors: MotorDuties::new(),
             color: Color::DARK,
             inbox: Inbox::new(0),
             outbox: Outbox::new(),
@@ -88,7 +88,7 @@ impl Host<Tiny> for KilobotHost {
     fn call<C: ByteCode, const SLOTS: usize>(
         &mut self,
         function: u16,
-        arguments: Arguments<'_, Tiny, C, SLOTS>,
+        arguments: CallArguments<'_, Tiny, C, SLOTS>,
         _again: bool,
     ) -> Result {
         let given = arguments.count();
@@ -125,7 +125,7 @@ impl Host<Tiny> for KilobotHost {
         nothing()
     }
 
-    fn log<C: ByteCode, const SLOTS: usize>(&mut self, _: Arguments<'_, Tiny, C, SLOTS>) {}
+    fn log<C: ByteCode, const SLOTS: usize>(&mut self, _: CallArguments<'_, Tiny, C, SLOTS>) {}
 
     fn delay_is_over(&mut self, ms: i32, again: bool) -> bool {
         let now = clock::now(&registers());

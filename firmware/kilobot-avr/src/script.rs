@@ -4,7 +4,7 @@ use bittybuzz_kilobot::clock::{Ticks, units};
 use bittybuzz_kilobot::phase::Phase;
 use bittybuzz_vm_core::builtin::Feature;
 use bittybuzz_vm_core::number::Tiny;
-use bittybuzz_vm_core::seal::{self, Sealed};
+use bittybuzz_vm_core::seal::{self, SealedImage};
 use bittybuzz_vm_core::{ByteCode, Entry, Fault, FaultCode, Outcome, Restarts, Vm, features};
 
 use crate::chip::registers;
@@ -102,7 +102,7 @@ impl ScriptSchedule {
         self.goes_on = true;
         match self.phase {
             Phase::New => {
-                if vm.load_sealed(Sealed::new(Section), OFFERED).is_err() {
+                if vm.load_sealed(SealedImage::new(Section), OFFERED).is_err() {
                     return self.stop(vm, robot, None);
                 }
                 robot.script = vm.header().map_or(0, |header| header.hash()) as u16;

@@ -9,7 +9,7 @@ const FULL: u8 = 255;
 
 /// The duties of the motors. The left motor is the one that turns the robot to the left (`ccw`).
 #[derive(Debug)]
-pub struct Motors {
+pub struct MotorDuties {
     motors: [Motor; 2],
     push_ends: u16,
 }
@@ -20,10 +20,10 @@ struct Motor {
     is_pushed: bool,
 }
 
-impl Motors {
+impl MotorDuties {
     /// Returns motors that are off.
     pub const fn new() -> Self {
-        Motors { motors: [Motor { wanted: 0, is_pushed: false }; 2], push_ends: 0 }
+        MotorDuties { motors: [Motor { wanted: 0, is_pushed: false }; 2], push_ends: 0 }
     }
 
     /// Sets the duties of left and right motor, 0 to 255.
@@ -66,7 +66,7 @@ impl Motor {
     }
 }
 
-impl Default for Motors {
+impl Default for MotorDuties {
     fn default() -> Self {
         Self::new()
     }

@@ -44,7 +44,7 @@ pub enum Pulse {
 
 /// A received message and its amplitudes.
 #[derive(Clone, Copy, Debug)]
-pub struct Heard {
+pub struct ReceivedMessage {
     /// The bytes, which may be damaged.
     pub message: [u8; MESSAGE],
     /// The amplitudes of the first two pulses.
@@ -65,14 +65,14 @@ pub struct Receiver {
     value: u8,
     /// The message, which is complete from [`Pulse::Last`] to the next [`Pulse::Start`]. The caller
     /// measures the amplitudes.
-    pub heard: Heard,
+    pub heard: ReceivedMessage,
 }
 
 impl Receiver {
     /// Returns a receiver that waits for a message.
     pub const fn new() -> Self {
         let amplitudes = Amplitudes { high_gain: 0, low_gain: 0 };
-        let heard = Heard { message: [0; MESSAGE], amplitudes };
+        let heard = ReceivedMessage { message: [0; MESSAGE], amplitudes };
         Receiver { place: IDLE, start: 0, value: 0, heard }
     }
 

@@ -2,7 +2,7 @@
 
 use bittybuzz_kilobot::clock::{Delay, Ticks, units};
 use bittybuzz_kilobot::light::Blinker;
-use bittybuzz_kilobot::motors::Motors;
+use bittybuzz_kilobot::motors::MotorDuties;
 use bittybuzz_kilobot::sender::Sender;
 
 /// The length of a unit in ms.
@@ -49,7 +49,7 @@ fn delays_are_right_to_a_unit() {
 
 #[test]
 fn a_motor_that_stands_is_pushed_for_fifteen_ms() {
-    let mut motors = Motors::new();
+    let mut motors = MotorDuties::new();
     let now = 65_500;
     motors.set([70, 0], now);
     let pushed =
@@ -67,7 +67,7 @@ fn a_motor_that_stands_is_pushed_for_fifteen_ms() {
     motors.set([0, 70], now);
     assert_eq!(motors.duties(now), [0, 255]);
     // A motor whose duty is set repeatedly is not pushed again or for longer.
-    let mut motors = Motors::new();
+    let mut motors = MotorDuties::new();
     let pushed = (0..2000)
         .filter(|now| {
             motors.set([70, 70], *now);

@@ -2,7 +2,7 @@
 //! goal is.
 
 use crate::angle::{Angle, polar};
-use crate::track::Pose;
+use crate::track::TrackedPose;
 use crate::{Length, MM};
 
 /// The duties of the wheels in percent, -100 (backwards) to 100.
@@ -31,7 +31,7 @@ const PASSED: Length = 5 * MM;
 
 impl Goal {
     /// Returns true if a robot at this pose has arrived.
-    pub fn is_reached(self, pose: &Pose) -> bool {
+    pub fn is_reached(self, pose: &TrackedPose) -> bool {
         polar(self.x - pose.x, self.y - pose.y).0 < ARRIVED
     }
 }
@@ -72,7 +72,7 @@ enum Minimum {
     /// The measurement has not begun.
     Unknown,
     /// The duty that is being tried until the time `until`, for a robot that stood at `from`.
-    Sought { duty: u8, until: u32, from: Pose },
+    Sought { duty: u8, until: u32, from: TrackedPose },
 }
 
 /// Drives a robot to goals.
@@ -108,7 +108,7 @@ impl Pilot {
     }
 
     /// Returns the duties for a robot that is at `pose` at `now` µs.
-    pub fn steer(&mut self, goal: Goal, pose: &Pose, now: u32) -> Wheels {
+    pub fn steer(&mut self, goal: Goal, pose: &TrackedPose, now: u32) -> Wheels {
         let (distance, bearing) = pose.sight(goal.x, goal.y);
         let is_behind = bearing.magnitude() > Angle::QUARTER.magnitude();
         self.is_there = match self.is_there {
@@ -131,7 +131,7 @@ impl Pilot {
 
     /// Continues the measurement of the minimum duty, and returns the function from efforts to
     /// duties.
-    fn seek(&mut self, pose: &Pose, now: u32) -> impl Fn(i32) -> i8 + use<> {
+    fn seek(&mut self, pose: &TrackedPose, now: u32) -> impl Fn(i32) -> i8 + use<> {
         self.minimum = match self.minimum {
             Minimum::Known(duty) => Minimum::Known(duty),
             Minimum::Unknown => {

@@ -33,7 +33,7 @@ const FASTEST: i32 = 46;
 
 /// The position of the robot and the direction of its nose, where its antenna is.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Default)]
-pub struct Pose {
+pub struct TrackedPose {
     /// The coordinate to the right.
     pub x: Length,
     /// The coordinate upwards.
@@ -42,16 +42,16 @@ pub struct Pose {
     pub heading: Angle,
 }
 
-impl Pose {
+impl TrackedPose {
     /// Returns the pose of a robot with photodiode 1, on its right, and 2, on its left, in these
     /// pixels. Returns `None` if the distance between the pixels is impossible.
-    pub fn of(right: Pixel, left: Pixel) -> Option<Pose> {
+    pub fn of(right: Pixel, left: Pixel) -> Option<TrackedPose> {
         let ([right_x, right_y], [left_x, left_y]) = (place(right), place(left));
         let (apart, to_the_right) = polar(right_x - left_x, right_y - left_y);
         if (apart - BASELINE).abs() > TOLERANCE {
             return None;
         }
-        Some(Pose {
+        Some(TrackedPose {
             x: (right_x + left_x) / 2,
             y: (right_y + left_y) / 2,
             heading: to_the_right.plus(Angle::QUARTER),
@@ -126,7 +126,7 @@ impl Tracker {
 
     /// Processes the pixels that the photodiodes decoded from the frame that began at `start` µs.
     pub fn see(&mut self, start: u32, right: Pixel, left: Pixel) {
-        let Some(pose) = Pose::of(right, left) else { return };
+        let Some(pose) = TrackedPose::of(right, left) else { return };
         let at = start.wrapping_add(MIDDLE_US);
         let us = self.at.map(|before| at.wrapping_sub(before)).filter(|us| *us <= BLIND_US);
         let Some(us) = us else {
@@ -158,7 +158,7 @@ impl Tracker {
         self.at = Some(at);
     }
 
-    fn begin(&mut self, at: u32, pose: Pose) {
+    fn begin(&mut self, at: u32, pose: TrackedPose) {
         let resting = |value: i32| Estimate { value: value << FINER, speed: 0 };
         *self = Tracker {
             at: Some(at),
@@ -170,7 +170,7 @@ impl Tracker {
     }
 
     /// Returns the robot's pose at `now` µs, unless the robot is blind.
-    pub fn pose(&mut self, now: u32) -> Option<Pose> {
+    pub fn pose(&mut self, now: u32) -> Option<TrackedPose> {
         let us = now.wrapping_sub(self.at?);
         if us > BLIND_US {
             // The old estimate would become valid again after the time has wrapped around.
@@ -178,7 +178,7 @@ impl Tracker {
             return None;
         }
         let after = |estimate: &Estimate| estimate.after(us as i32) >> FINER;
-        Some(Pose {
+        Some(TrackedPose {
             x: after(&self.x),
             y: after(&self.y),
             heading: Angle(after(&self.heading) as i16),

@@ -6,7 +6,7 @@ use std::ops::RangeInclusive;
 
 use bittybuzz_motion::MM;
 use bittybuzz_motion::projector::{Decoder, FRAME_US, PATTERN_US, Pixel, READABLE_US};
-use bittybuzz_motion::track::Pose;
+use bittybuzz_motion::track::TrackedPose;
 use common::{Noise, pattern};
 
 /// Returns the edges of frames at a pixel, from the last white patterns of a first frame on, as
@@ -240,10 +240,10 @@ fn a_damaged_frame_is_not_read() {
             refused += 3 - pixels.iter().flatten().count();
             // The other photodiode is 19.6 mm to the left.
             let left = Pixel { column: column as u16 - 21, row: row as u16 };
-            let truth = Pose::of(expected, left).unwrap();
+            let truth = TrackedPose::of(expected, left).unwrap();
             for pixel in pixels.into_iter().flatten().filter(|pixel| *pixel != expected) {
                 wrong += 1;
-                let Some(pose) = Pose::of(pixel, left) else { continue };
+                let Some(pose) = TrackedPose::of(pixel, left) else { continue };
                 believed += 1;
                 let (x, y) = (pose.x - truth.x, pose.y - truth.y);
                 worst = worst.max(f64::from(x).hypot(f64::from(y)) / f64::from(MM));
@@ -270,7 +270,7 @@ fn other_light_is_none() {
     for half in (20..14_000).step_by(20) {
         let edges: Vec<_> = (1..20).map(|n| (n * half, n % 2 == 0)).collect();
         for pixel in read(&edges).into_iter().flatten() {
-            assert_eq!(Pose::of(pixel, pixel), None, "{half} us of light");
+            assert_eq!(TrackedPose::of(pixel, pixel), None, "{half} us of light");
         }
     }
 }

@@ -5,7 +5,7 @@ mod common;
 use std::f64::consts::PI;
 
 use bittybuzz_motion::projector::{MIDDLE_US, Pixel};
-use bittybuzz_motion::track::{BLIND_US, Pose, Tracker};
+use bittybuzz_motion::track::{BLIND_US, TrackedPose, Tracker};
 use common::{FRAME, Light, Robot, Truth, error};
 
 /// The root mean squares of distances in mm and of turns in degrees.
@@ -146,7 +146,7 @@ fn blind_without_light() {
 #[test]
 fn impossible_pixels() {
     let pose = |a: (u16, u16), b: (u16, u16)| {
-        Pose::of(Pixel { column: a.0, row: a.1 }, Pixel { column: b.0, row: b.1 })
+        TrackedPose::of(Pixel { column: a.0, row: a.1 }, Pixel { column: b.0, row: b.1 })
     };
     assert!(pose((522, 500), (501, 500)).is_some());
     assert!(pose((522, 500), (522, 500)).is_none());
@@ -179,7 +179,7 @@ fn outliers_and_abduction() {
 fn others_are_seen_from_the_own_nose() {
     for heading in (0..16).map(|n| f64::from(n) * PI / 8.0) {
         for bearing in (0..16).map(|n| f64::from(n) * PI / 8.0 + 0.01) {
-            let here = Pose {
+            let here = TrackedPose {
                 x: 16 * 100,
                 y: -16 * 50,
                 heading: bittybuzz_motion::Angle((heading * 32768.0 / PI) as i32 as i16),

@@ -1,7 +1,9 @@
 //! The conversion of the arguments of robot functions.
 
 use bittybuzz_vm_core::number::Profile;
-use bittybuzz_vm_core::{Argument, Arguments, ByteCode, Refusal, Reply, RobotFault, Type, Value};
+use bittybuzz_vm_core::{
+    Argument, ByteCode, CallArguments, Refusal, Reply, RobotFault, Type, Value,
+};
 
 /// Returns the reply of a function that returns nothing.
 pub fn nothing<P: Profile>() -> Result<Reply<P>, RobotFault> {
@@ -10,7 +12,7 @@ pub fn nothing<P: Profile>() -> Result<Reply<P>, RobotFault> {
 
 /// Checks the number of arguments; fails with [`Refusal::ArgumentCount`] for another one.
 pub fn expect_count<P: Profile, C: ByteCode, const N: usize>(
-    arguments: &Arguments<'_, P, C, N>,
+    arguments: &CallArguments<'_, P, C, N>,
     count: usize,
 ) -> Result<(), RobotFault> {
     if arguments.count() == count {
@@ -22,7 +24,7 @@ pub fn expect_count<P: Profile, C: ByteCode, const N: usize>(
 
 /// Returns argument `index`; fails with [`RobotFault::WrongType`] if it is not an integer.
 pub fn integer<P: Profile, C: ByteCode, const N: usize>(
-    arguments: &Arguments<'_, P, C, N>,
+    arguments: &CallArguments<'_, P, C, N>,
     index: usize,
 ) -> Result<i32, RobotFault> {
     match arguments.item(index) {

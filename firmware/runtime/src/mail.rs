@@ -4,7 +4,7 @@
 
 use core::cell::RefCell;
 
-use bittybuzz_comms::queue::{Counters, Inbox, Outbox};
+use bittybuzz_comms::queue::{Inbox, Outbox, QueueCounters};
 use bittybuzz_vm_core::Sighting;
 use bittybuzz_vm_core::number::{Full, Profile, Rng};
 use embassy_sync::blocking_mutex::Mutex;
@@ -68,12 +68,12 @@ impl<P: Profile, const FRAME: usize, const IN: usize, const OUT: usize> Mail<P, 
     }
 
     /// Returns the counts of received frames that were not read.
-    pub fn unread(&self) -> Counters {
+    pub fn unread(&self) -> QueueCounters {
         with(&self.inbox, |inbox| inbox.counters()).unwrap_or_default()
     }
 
     /// Returns the counts of frames that were not sent.
-    pub fn unsent(&self) -> Counters {
+    pub fn unsent(&self) -> QueueCounters {
         with(&self.outbox, |outbox| outbox.counters()).unwrap_or_default()
     }
 

@@ -27,7 +27,7 @@ const MARK: usize = 8;
 
 /// A script in its place.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Stored<'a> {
+pub struct StoredScript<'a> {
     /// The part of the place for the image. Bytes beyond the length have no meaning.
     pub bytes: &'a [u8; MOST],
     /// The length of the image, in bytes.
@@ -35,15 +35,15 @@ pub struct Stored<'a> {
     sequence: u32,
 }
 
-impl<'a> Stored<'a> {
+impl<'a> StoredScript<'a> {
     /// Returns the script in a place, if it is complete and newer than `known`. The sequence number
     /// is compared first, because the checksum reads every byte.
-    fn read(place: &'a [u8; PLACE], known: Option<Stored<'_>>) -> Option<Self> {
+    fn read(place: &'a [u8; PLACE], known: Option<StoredScript<'_>>) -> Option<Self> {
         let (length, rest) = place.split_first_chunk::<LENGTH>()?;
         let (bytes, mark) = rest.split_first_chunk::<MOST>()?;
         let (sequence, check) = mark.split_first_chunk::<4>()?;
         let [low, high, not_low, not_high] = *check.first_chunk::<4>()?;
-        let stored = Stored {
+        let stored = StoredScript {
             bytes,
             length: usize::try_from(u32::from_le_bytes(*length)).ok()?,
             sequence: u32::from_le_bytes(*sequence),
@@ -60,10 +60,10 @@ impl<'a> Stored<'a> {
 }
 
 /// Returns the newest complete script; `None` if there is none.
-pub fn newest(places: &[[u8; PLACE]]) -> Option<Stored<'_>> {
+pub fn newest(places: &[[u8; PLACE]]) -> Option<StoredScript<'_>> {
     let mut newest = None;
     for place in places {
-        newest = Stored::read(place, newest).or(newest);
+        newest = StoredScript::read(place, newest).or(newest);
     }
     newest
 }

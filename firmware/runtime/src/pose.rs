@@ -2,7 +2,7 @@
 
 use core::cell::Cell;
 
-use bittybuzz_vm_core::number::maths::{self, Function};
+use bittybuzz_vm_core::number::maths::{self, MathFunction};
 use bittybuzz_vm_core::number::{Float, Full, Profile};
 use bittybuzz_vm_core::{Axis, ByteCode, Value};
 use embassy_sync::blocking_mutex::Mutex;
@@ -87,15 +87,15 @@ impl Pose {
 }
 
 fn sqrt<C: ByteCode>(x: f32) -> f32 {
-    calculate::<C>(Function::Sqrt, x, 0.0)
+    calculate::<C>(MathFunction::Sqrt, x, 0.0)
 }
 
 fn atan2<C: ByteCode>(y: f32, x: f32) -> f32 {
-    calculate::<C>(Function::Atan2, y, x)
+    calculate::<C>(MathFunction::Atan2, y, x)
 }
 
 /// Calculates with the functions of scripts, whose results are equal on every robot.
-fn calculate<C: ByteCode>(function: Function, first: f32, second: f32) -> f32 {
+fn calculate<C: ByteCode>(function: MathFunction, first: f32, second: f32) -> f32 {
     let mut result = Float::from_f32(first);
     maths::function::<Full, C>(function as u8, &mut result, &Float::from_f32(second));
     result.to_f32()

@@ -29,8 +29,8 @@
 use bittybuzz_comms::trace::{self, Unused};
 use bittybuzz_vm_core::number::Profile;
 use bittybuzz_vm_core::{
-    Arguments, Axis, ByteCode, Entry, Fault, FaultCode, Image, Outcome, Periods, Reply, Restarts,
-    RobotFault, Sighting, Vm,
+    Axis, ByteCode, CallArguments, Entry, Fault, FaultCode, Image, Outcome, Periods, Reply,
+    Restarts, RobotFault, Sighting, Vm,
 };
 use embassy_futures::yield_now;
 use embassy_time::{Duration, Instant, Timer};
@@ -44,7 +44,7 @@ mod ticks;
 
 pub use bridge::Console;
 
-use bridge::{Bridge, Places};
+use bridge::{Places, SliceHost};
 use log::Log;
 use ticks::Ticks;
 
@@ -83,7 +83,7 @@ pub trait RobotHost<P: Profile> {
     fn call<C: ByteCode, const SLOTS: usize>(
         &mut self,
         function: u16,
-        arguments: Arguments<'_, P, C, SLOTS>,
+        arguments: CallArguments<'_, P, C, SLOTS>,
         again: bool,
         console: &mut Console<'_>,
     ) -> Result<Reply<P>, RobotFault>;
@@ -130,7 +130,7 @@ pub trait RobotHost<P: Profile> {
     fn expire(&mut self) -> bool;
 
     /// Stops everything that moves: the script has ended, or waits for its restart.
-    fn stop(&mut self, reason: Stopped);
+    fn stop(&mut self, reason: ScriptStopped);
 
     /// Resets LEDs and timers to their state after power-on: the script restarts after a fault.
     fn restart(&mut self);
@@ -138,7 +138,7 @@ pub trait RobotHost<P: Profile> {
 
 /// The reason why a script has stopped.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Stopped {
+pub enum ScriptStopped {
     /// The script has nothing more to do, since it has no `step()`.
     Ended,
     /// A run-time error stopped the script; the number is that of the [`FaultCode`].
@@ -209,12 +209,12 @@ impl<P: Profile, C: ByteCode + 'static, R: RobotHost<P>, const SLOTS: usize>
         is_robot_function: impl Fn(u16) -> bool,
         seed: u32,
         period: Duration,
-    ) -> Stopped {
+    ) -> ScriptStopped {
         self.pulse.beat();
         if let Err(error) = self.vm.load(image, is_robot_function) {
             self.report(|| trace::refused(error));
-            self.robot.stop(Stopped::Refused);
-            return Stopped::Refused;
+            self.robot.stop(ScriptStopped::Refused);
+            return ScriptStopped::Refused;
         }
         self.vm.set_robot_id(self.robot_id, seed);
         let hash = self.vm.header().map_or(0, |header| header.hash());
@@ -233,8 +233,8 @@ impl<P: Profile, C: ByteCode + 'static, R: RobotHost<P>, const SLOTS: usize>
         // The last set-points hold as long as after any other step.
         self.wait_until(Instant::now() + HOLD).await;
         self.check_expiry();
-        self.robot.stop(Stopped::Ended);
-        Stopped::Ended
+        self.robot.stop(ScriptStopped::Ended);
+        ScriptStopped::Ended
     }
 
     /// Keeps the task's sign of life up for ever, after the script has stopped.
@@ -264,8 +264,8 @@ impl<P: Profile, C: ByteCode + 'static, R: RobotHost<P>, const SLOTS: usize>
     }
 
     /// Stops the motors first, then reports the fault.
-    fn stop(&mut self, fault: &Fault) -> Stopped {
-        let stopped = Stopped::Fault(fault.code as u8);
+    fn stop(&mut self, fault: &Fault) -> ScriptStopped {
+        let stopped = ScriptStopped::Fault(fault.code as u8);
         self.robot.stop(stopped);
         if R::HAS_TRACE {
             self.robot.report(&trace::fault(self.counts.steps, fault, self.vm.calls()));
@@ -380,7 +380,7 @@ impl<P: Profile, C: ByteCode + 'static, R: RobotHost<P>, const SLOTS: usize>
         let begin = self.robot.clock_us();
         let mut outcome = Outcome::Pending;
         for _ in 0..CHUNKS {
-            let mut bridge = Bridge {
+            let mut bridge = SliceHost {
                 robot: &mut self.robot,
                 begin,
                 log: &mut self.log,

@@ -17,7 +17,7 @@ pub const HOLD: Duration = Duration::from_millis(500);
 
 /// A command for the motors' task.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Command<S> {
+pub enum MotorCommand<S> {
     /// Apply this set-point until this time.
     Hold(S, Instant),
     /// Stop at once.
@@ -25,10 +25,10 @@ pub enum Command<S> {
 }
 
 /// Carries the latest command from the script's task to the motors'.
-pub type Channel<S> = Signal<CriticalSectionRawMutex, Command<S>>;
+pub type Channel<S> = Signal<CriticalSectionRawMutex, MotorCommand<S>>;
 
 /// The motors of a robot.
-pub trait Motors {
+pub trait MotorDriver {
     /// A set-point of these motors.
     type Setpoint: Copy;
     /// Applies a set-point.
@@ -43,16 +43,16 @@ pub trait Motors {
 }
 
 /// The script's end of the channel.
-pub struct Writer<S: Copy + 'static> {
+pub struct SetpointWriter<S: Copy + 'static> {
     channel: &'static Channel<S>,
     held: Option<S>,
     until: Instant,
 }
 
-impl<S: Copy> Writer<S> {
+impl<S: Copy> SetpointWriter<S> {
     /// Returns the writer of this channel, without a set-point.
     pub fn new(channel: &'static Channel<S>) -> Self {
-        Writer { channel, held: None, until: Instant::now() + HOLD }
+        SetpointWriter { channel, held: None, until: Instant::now() + HOLD }
     }
 
     /// Returns the set-point, unless it has expired.
@@ -87,18 +87,18 @@ impl<S: Copy> Writer<S> {
     /// Stops the motors and clears the set-point.
     pub fn stop(&mut self) {
         self.held = None;
-        self.channel.signal(Command::Stop);
+        self.channel.signal(MotorCommand::Stop);
     }
 
     fn send(&self) {
         if let Some(setpoint) = self.held {
-            self.channel.signal(Command::Hold(setpoint, self.until));
+            self.channel.signal(MotorCommand::Hold(setpoint, self.until));
         }
     }
 }
 
 /// Runs the motors' task: applies each command for as long as it holds, and then stops the motors.
-pub async fn drive<M: Motors>(
+pub async fn drive<M: MotorDriver>(
     channel: &'static Channel<M::Setpoint>,
     motors: &mut M,
     pulse: Pulse,
@@ -110,11 +110,11 @@ pub async fn drive<M: Motors>(
         let beat = Instant::now() + BEAT;
         let wake = until.map_or(beat, |until: Instant| until.min(beat));
         match select3(channel.wait(), motors.steer(), Timer::at(wake)).await {
-            Either3::First(Command::Hold(setpoint, end)) if Instant::now() < end => {
+            Either3::First(MotorCommand::Hold(setpoint, end)) if Instant::now() < end => {
                 motors.apply(setpoint);
                 until = Some(end);
             }
-            Either3::First(Command::Hold(..) | Command::Stop) => {
+            Either3::First(MotorCommand::Hold(..) | MotorCommand::Stop) => {
                 motors.stop();
                 until = None;
             }

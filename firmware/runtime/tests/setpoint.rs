@@ -7,7 +7,7 @@ use std::pin::pin;
 use std::task::{Context, Poll, Waker};
 
 use bittybuzz_runtime::liveness::Liveness;
-use bittybuzz_runtime::setpoint::{Channel, HOLD, Motors, Writer, drive};
+use bittybuzz_runtime::setpoint::{Channel, HOLD, MotorDriver, SetpointWriter, drive};
 use common::{advance_us, clock, note, now_ms, take_events};
 use embassy_time::{Duration, Timer};
 
@@ -17,7 +17,7 @@ struct Steered {
     goal: Option<i32>,
 }
 
-impl Motors for Steered {
+impl MotorDriver for Steered {
     type Setpoint = i32;
 
     fn apply(&mut self, goal: i32) {
@@ -49,7 +49,7 @@ fn a_goal_is_steered_to_until_it_expires() {
     let mut motors = Steered::default();
     let mut task = pin!(drive(&CHANNEL, &mut motors, liveness.pulse(0)));
     let mut context = Context::from_waker(Waker::noop());
-    let mut writer = Writer::new(&CHANNEL);
+    let mut writer = SetpointWriter::new(&CHANNEL);
     let mut alive_at = 0;
     while now_ms() < 1000 {
         match now_ms() {

@@ -3,7 +3,7 @@
 use core::cell::RefCell;
 
 use bittybuzz_motion::projector::{FRAME_US, PATTERN_US, READABLE_US};
-use bittybuzz_motion::track::{Pose, Tracker};
+use bittybuzz_motion::track::{TrackedPose, Tracker};
 use embassy_sync::blocking_mutex::Mutex;
 use embassy_sync::blocking_mutex::raw::CriticalSectionRawMutex;
 use embassy_time::{Duration, Instant, Timer};
@@ -30,7 +30,7 @@ fn with<R>(act: impl FnOnce(&mut Tracker) -> R) -> Option<R> {
 }
 
 /// Returns the robot's pose at this moment, unless the robot is blind.
-pub fn pose() -> Option<Pose> {
+pub fn pose() -> Option<TrackedPose> {
     with(|tracker| tracker.pose(us(Instant::now())))?
 }
 

@@ -6,11 +6,11 @@ use core::ops::RangeInclusive;
 use bittybuzz_motion::drive::{Goal, Wheels};
 use bittybuzz_motion::{Length, MM, units};
 use bittybuzz_runtime::call::{expect_count, integer, nothing};
-use bittybuzz_runtime::script::{Console, Counts, RobotHost, Stopped};
-use bittybuzz_runtime::setpoint::Writer;
+use bittybuzz_runtime::script::{Console, Counts, RobotHost, ScriptStopped};
+use bittybuzz_runtime::setpoint::SetpointWriter;
 use bittybuzz_vm_core::number::Tiny;
 use bittybuzz_vm_core::{
-    Argument, Arguments, Axis, ByteCode, Periods, Refusal, Reply, RobotFault, Sighting, Value,
+    Argument, Axis, ByteCode, CallArguments, Periods, Refusal, Reply, RobotFault, Sighting, Value,
 };
 
 use crate::eyes;
@@ -34,7 +34,7 @@ const STATUS_STEPS: u32 = 10 * robot::TICK_HZ as u32;
 /// The functions and settings that scripts can reach.
 pub struct Zooid {
     light: &'static LightChannel,
-    setpoint: Writer<Drive>,
+    setpoint: SetpointWriter<Drive>,
     told_at: u32,
 }
 
@@ -42,7 +42,7 @@ type Result = core::result::Result<Reply<Tiny>, RobotFault>;
 
 impl Zooid {
     /// Returns the robot without a set-point.
-    pub fn new(light: &'static LightChannel, setpoint: Writer<Drive>) -> Self {
+    pub fn new(light: &'static LightChannel, setpoint: SetpointWriter<Drive>) -> Self {
         Zooid { light, setpoint, told_at: 0 }
     }
 
@@ -59,7 +59,7 @@ impl RobotHost<Tiny> for Zooid {
     fn call<C: ByteCode, const SLOTS: usize>(
         &mut self,
         function: u16,
-        arguments: Arguments<'_, Tiny, C, SLOTS>,
+        arguments: CallArguments<'_, Tiny, C, SLOTS>,
         _again: bool,
         _console: &mut Console<'_>,
     ) -> Result {
@@ -172,7 +172,7 @@ impl RobotHost<Tiny> for Zooid {
         self.setpoint.expire()
     }
 
-    fn stop(&mut self, reason: Stopped) {
+    fn stop(&mut self, reason: ScriptStopped) {
         self.setpoint.stop();
         if let Some(light) = Light::of(reason) {
             self.light.signal(light);
@@ -195,7 +195,7 @@ fn within(value: i32, range: RangeInclusive<i32>) -> core::result::Result<i32, R
 
 /// Reads argument `index` as a coordinate in mm.
 fn length<C: ByteCode, const N: usize>(
-    arguments: &Arguments<'_, Tiny, C, N>,
+    arguments: &CallArguments<'_, Tiny, C, N>,
     index: usize,
 ) -> core::result::Result<Length, RobotFault> {
     match arguments.item(index) {

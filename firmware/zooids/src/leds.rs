@@ -8,7 +8,7 @@
 
 use bittybuzz_runtime::blink::{self, PHASE};
 use bittybuzz_runtime::liveness::Pulse;
-use bittybuzz_runtime::script::Stopped;
+use bittybuzz_runtime::script::ScriptStopped;
 use embassy_futures::select::{Either, select};
 use embassy_stm32::pac;
 use embassy_stm32::pac::gpio::vals::Moder;
@@ -54,11 +54,11 @@ pub type LightChannel = Signal<CriticalSectionRawMutex, Light>;
 
 impl Light {
     /// Returns the light for a stopped script, unless it has ended normally.
-    pub fn of(stopped: Stopped) -> Option<Self> {
+    pub fn of(stopped: ScriptStopped) -> Option<Self> {
         match stopped {
-            Stopped::Ended => None,
-            Stopped::Fault(cause) => Some(Light::Fault(cause)),
-            Stopped::Refused => Some(Light::Stopped),
+            ScriptStopped::Ended => None,
+            ScriptStopped::Fault(cause) => Some(Light::Fault(cause)),
+            ScriptStopped::Refused => Some(Light::Stopped),
         }
     }
 

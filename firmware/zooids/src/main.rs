@@ -47,7 +47,7 @@ use bittybuzz_runtime::battery::Charge;
 use bittybuzz_runtime::id::Id;
 use bittybuzz_runtime::liveness::{Liveness, Pulse};
 use bittybuzz_runtime::script;
-use bittybuzz_runtime::setpoint::{self, Writer};
+use bittybuzz_runtime::setpoint::{self, SetpointWriter};
 use bittybuzz_vm_core::number::Tiny;
 use bittybuzz_vm_core::{ByteCode, Image, Part, Sizes, Vm};
 #[cfg(feature = "defmt")]
@@ -125,7 +125,7 @@ async fn main(spawner: Spawner) {
         ),
     }
 
-    let zooid = Zooid::new(&LIGHT, Writer::new(&SETPOINTS));
+    let zooid = Zooid::new(&LIGHT, SetpointWriter::new(&SETPOINTS));
     let pulse = |task| TASKS.pulse(task);
     static LOG: ConstStaticCell<[u8; LOG_BYTES]> = ConstStaticCell::new([0; LOG_BYTES]);
     static VM: ConstStaticCell<Machine> = ConstStaticCell::new(Vm::new());

@@ -94,7 +94,7 @@ impl Motors {
     }
 }
 
-impl setpoint::Motors for Motors {
+impl setpoint::MotorDriver for Motors {
     type Setpoint = Drive;
 
     fn apply(&mut self, drive: Drive) {

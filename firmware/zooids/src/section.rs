@@ -4,7 +4,7 @@
 use core::hint::black_box;
 
 use bittybuzz_runtime::section::{HEADER, length};
-use bittybuzz_vm_core::Area;
+use bittybuzz_vm_core::FlashArea;
 
 use crate::robot::{SCRIPT_ADDRESS, SCRIPT_SIZE};
 
@@ -16,7 +16,7 @@ static BUILT_IN: [u8; include_bytes!(concat!(env!("OUT_DIR"), "/script.bin")).le
     *include_bytes!(concat!(env!("OUT_DIR"), "/script.bin"));
 
 /// The room for an image, after the header.
-pub type Section = Area<'static, { SCRIPT_SIZE - HEADER }>;
+pub type Section = FlashArea<'static, { SCRIPT_SIZE - HEADER }>;
 
 /// Returns the image in flash. It is empty, which is not a valid image, if the section holds none.
 pub fn image() -> Section {
@@ -26,6 +26,6 @@ pub fn image() -> Section {
         let section = black_box(SCRIPT_ADDRESS as *const u8);
         (section.cast::<[u8; HEADER]>().read(), &*section.add(HEADER).cast::<[u8; _]>())
     };
-    let image = length(header, bytes).and_then(|length| Area::new(bytes, length));
-    image.unwrap_or(Area::empty(bytes))
+    let image = length(header, bytes).and_then(|length| FlashArea::new(bytes, length));
+    image.unwrap_or(FlashArea::empty(bytes))
 }

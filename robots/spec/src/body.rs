@@ -3,13 +3,13 @@
 //! Lengths are in mm, speeds in mm/s, and angles in degrees, anticlockwise positive when seen from
 //! above. A robot for which the simulator has code has no `[body]`.
 
-use crate::effect::Quantity;
+use crate::effect::ActuatorQuantity;
 
 /// A body: a disc over the ground with a drive. `[body]` of the robot file.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Body {
+pub struct BodySpec {
     /// The drive and its limits.
-    pub drive: Drive,
+    pub drive: DriveSpec,
     /// Radius of the disc, in mm.
     pub radius_mm: f64,
     /// Height in mm; twice the radius if left out.
@@ -24,7 +24,7 @@ pub struct Body {
 
 /// A drive and its limits. A speed beyond a limit is replaced by the limit.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub enum Drive {
+pub enum DriveSpec {
     /// Two wheels.
     Differential {
         /// Distance between the wheels, in mm.
@@ -64,56 +64,57 @@ pub enum Drive {
     },
 }
 
-impl Drive {
+impl DriveSpec {
     /// Returns the word in robot files.
     pub const fn name(self) -> &'static str {
         match self {
-            Drive::Differential { .. } => "differential",
-            Drive::Unicycle { .. } => "unicycle",
-            Drive::SlipStick { .. } => "slip-stick",
-            Drive::Quadrotor { .. } => "quadrotor",
+            DriveSpec::Differential { .. } => "differential",
+            DriveSpec::Unicycle { .. } => "unicycle",
+            DriveSpec::SlipStick { .. } => "slip-stick",
+            DriveSpec::Quadrotor { .. } => "quadrotor",
         }
     }
 
     /// Returns the quantities of motion that the drive has.
-    pub const fn quantities(self) -> &'static [Quantity] {
-        use Quantity::{Forward, Height, LeftMotor, LeftWheel, Leftward};
-        use Quantity::{RightMotor, RightWheel, Turn, Upward};
+    pub const fn quantities(self) -> &'static [ActuatorQuantity] {
+        use ActuatorQuantity::{Forward, Height, LeftMotor, LeftWheel, Leftward};
+        use ActuatorQuantity::{RightMotor, RightWheel, Turn, Upward};
         match self {
-            Drive::Differential { .. } => &[LeftWheel, RightWheel, Forward, Turn],
-            Drive::Unicycle { .. } => &[Forward, Turn],
-            Drive::SlipStick { .. } => &[LeftMotor, RightMotor],
-            Drive::Quadrotor { .. } => &[Forward, Leftward, Upward, Turn, Height],
+            DriveSpec::Differential { .. } => &[LeftWheel, RightWheel, Forward, Turn],
+            DriveSpec::Unicycle { .. } => &[Forward, Turn],
+            DriveSpec::SlipStick { .. } => &[LeftMotor, RightMotor],
+            DriveSpec::Quadrotor { .. } => &[Forward, Leftward, Upward, Turn, Height],
         }
     }
 
     /// Returns the largest value of a quantity, in its unit; `None` if it has no limit.
-    pub fn most(self, quantity: Quantity) -> Option<f64> {
+    pub fn most(self, quantity: ActuatorQuantity) -> Option<f64> {
         match quantity {
-            Quantity::LeftMotor | Quantity::RightMotor => Some(1.0),
-            Quantity::Red | Quantity::Green | Quantity::Blue => Some(1.0),
-            Quantity::Height | Quantity::Color => None,
-            Quantity::Upward => match self {
-                Drive::Quadrotor { climb_mm_s, .. } => Some(climb_mm_s),
+            ActuatorQuantity::LeftMotor | ActuatorQuantity::RightMotor => Some(1.0),
+            ActuatorQuantity::Red | ActuatorQuantity::Green | ActuatorQuantity::Blue => Some(1.0),
+            ActuatorQuantity::Height | ActuatorQuantity::Color => None,
+            ActuatorQuantity::Upward => match self {
+                DriveSpec::Quadrotor { climb_mm_s, .. } => Some(climb_mm_s),
                 _ => None,
             },
-            Quantity::Turn => Some(match self {
+            ActuatorQuantity::Turn => Some(match self {
                 // The fastest turn has the wheels in opposite directions.
-                Drive::Differential { wheel_distance_mm, speed_mm_s } => {
+                DriveSpec::Differential { wheel_distance_mm, speed_mm_s } => {
                     (2.0 * speed_mm_s / wheel_distance_mm).to_degrees()
                 }
-                Drive::Unicycle { turn_deg_s, .. }
-                | Drive::SlipStick { turn_deg_s, .. }
-                | Drive::Quadrotor { turn_deg_s, .. } => turn_deg_s,
+                DriveSpec::Unicycle { turn_deg_s, .. }
+                | DriveSpec::SlipStick { turn_deg_s, .. }
+                | DriveSpec::Quadrotor { turn_deg_s, .. } => turn_deg_s,
             }),
-            Quantity::LeftWheel | Quantity::RightWheel | Quantity::Forward | Quantity::Leftward => {
-                Some(match self {
-                    Drive::Differential { speed_mm_s, .. }
-                    | Drive::Unicycle { speed_mm_s, .. }
-                    | Drive::SlipStick { speed_mm_s, .. }
-                    | Drive::Quadrotor { speed_mm_s, .. } => speed_mm_s,
-                })
-            }
+            ActuatorQuantity::LeftWheel
+            | ActuatorQuantity::RightWheel
+            | ActuatorQuantity::Forward
+            | ActuatorQuantity::Leftward => Some(match self {
+                DriveSpec::Differential { speed_mm_s, .. }
+                | DriveSpec::Unicycle { speed_mm_s, .. }
+                | DriveSpec::SlipStick { speed_mm_s, .. }
+                | DriveSpec::Quadrotor { speed_mm_s, .. } => speed_mm_s,
+            }),
         }
     }
 }

@@ -2,16 +2,16 @@
 //! computer.
 
 use bittybuzz_vm_core::number::Profile;
-use bittybuzz_vm_core::{Argument, Arguments, ByteCode, Refusal, RobotFault, Value};
+use bittybuzz_vm_core::{Argument, ByteCode, CallArguments, Refusal, RobotFault, Value};
 
-use crate::{Function, Parameter, Type, parameter_at, takes_count};
+use crate::{Parameter, RobotFunction, SignatureType, parameter_at, takes_count};
 
 /// Returns the first of `candidates`, functions of one name, that takes these arguments, and the
 /// list that takes them. If there is none, returns the fault that a robot would report.
 pub fn accepting<'a, P: Profile, C: ByteCode, const SLOTS: usize>(
-    candidates: &[&'a Function],
-    arguments: &Arguments<'_, P, C, SLOTS>,
-) -> Result<(&'a Function, &'a [Parameter]), RobotFault> {
+    candidates: &[&'a RobotFunction],
+    arguments: &CallArguments<'_, P, C, SLOTS>,
+) -> Result<(&'a RobotFunction, &'a [Parameter]), RobotFault> {
     let mut wrong = None;
     for function in candidates {
         for list in &function.accepts {
@@ -31,7 +31,7 @@ pub fn accepting<'a, P: Profile, C: ByteCode, const SLOTS: usize>(
 
 /// Returns the accepted lists as text:
 /// `goto takes (x: number, y: number) or (x: number, y: number, z: number)`.
-pub fn accepted_lists(candidates: &[&Function]) -> String {
+pub fn accepted_lists(candidates: &[&RobotFunction]) -> String {
     let lists = candidates.iter().flat_map(|known| &known.accepts);
     let accepted: Vec<String> = lists.map(|list| signature(list)).collect();
     let name = candidates.first().map_or("the function", |known| known.name.as_str());
@@ -39,10 +39,10 @@ pub fn accepted_lists(candidates: &[&Function]) -> String {
 }
 
 /// Returns the result of a function that has no effect: 0, 0.0 or nil.
-pub fn idle_result<P: Profile>(function: &Function) -> Value<P> {
+pub fn idle_result<P: Profile>(function: &RobotFunction) -> Value<P> {
     match function.returns {
-        Some(Type::Int) => Value::int(0),
-        Some(Type::Number) => Value::float(0.0),
+        Some(SignatureType::Int) => Value::int(0),
+        Some(SignatureType::Number) => Value::float(0.0),
         _ => Value::nil(),
     }
 }
@@ -57,7 +57,7 @@ enum Mismatch {
 
 fn mismatch<P: Profile, C: ByteCode, const SLOTS: usize>(
     list: &[Parameter],
-    arguments: &Arguments<'_, P, C, SLOTS>,
+    arguments: &CallArguments<'_, P, C, SLOTS>,
 ) -> Mismatch {
     if !takes_count(list, arguments.count()) {
         return Mismatch::Count;
@@ -65,12 +65,12 @@ fn mismatch<P: Profile, C: ByteCode, const SLOTS: usize>(
     let fits = |index: usize, kind| {
         matches!(
             (kind, arguments.item(index)),
-            (Type::Any, _)
-                | (Type::Int | Type::Number, Argument::Int(_))
-                | (Type::Number, Argument::Float(_))
-                | (Type::String, Argument::String(_))
-                | (Type::Table, Argument::Table(_))
-                | (Type::Function, Argument::Function)
+            (SignatureType::Any, _)
+                | (SignatureType::Int | SignatureType::Number, Argument::Int(_))
+                | (SignatureType::Number, Argument::Float(_))
+                | (SignatureType::String, Argument::String(_))
+                | (SignatureType::Table, Argument::Table(_))
+                | (SignatureType::Function, Argument::Function)
         )
     };
     let is_wrong = |index: &usize| {

@@ -6,25 +6,25 @@ use std::fmt;
 use bittybuzz_toml_reader::number_text;
 
 use crate::Parameter;
-use crate::sensor::Reading;
+use crate::sensor::SensorReading;
 
 /// An effect of a function. All of it happens in each call, in the order of the fields. If `reads`
 /// is `None`, a function with a result returns 0.
 #[derive(Debug, Clone, PartialEq, Default)]
-pub struct Effect {
+pub struct FunctionEffect {
     /// The quantities that the function sets, each at most once.
-    pub sets: Vec<Assignment>,
+    pub sets: Vec<EffectAssignment>,
     /// True if the call is written to the log of the run: its arguments in the format of `log`,
     /// without separators.
     pub logs: bool,
     /// The value that the function returns.
-    pub reads: Option<Reading>,
+    pub reads: Option<SensorReading>,
 }
 
 /// A quantity and the value that a call gives to it.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Assignment {
-    pub quantity: Quantity,
+pub struct EffectAssignment {
+    pub quantity: ActuatorQuantity,
     pub amount: Amount,
 }
 
@@ -46,7 +46,7 @@ pub enum Amount {
 /// A quantity of an actuator. It keeps its value until a call sets it again. At the start all
 /// quantities are 0.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
-pub enum Quantity {
+pub enum ActuatorQuantity {
     /// Speed of the left wheel over the ground, in mm/s.
     LeftWheel,
     /// Speed of the right wheel over the ground, in mm/s.
@@ -86,62 +86,66 @@ pub(crate) enum Dimension {
     Color,
 }
 
-impl Quantity {
+impl ActuatorQuantity {
     /// Every quantity.
-    pub const ALL: [Quantity; 13] = [
-        Quantity::LeftWheel,
-        Quantity::RightWheel,
-        Quantity::Forward,
-        Quantity::Turn,
-        Quantity::LeftMotor,
-        Quantity::RightMotor,
-        Quantity::Leftward,
-        Quantity::Upward,
-        Quantity::Height,
-        Quantity::Color,
-        Quantity::Red,
-        Quantity::Green,
-        Quantity::Blue,
+    pub const ALL: [ActuatorQuantity; 13] = [
+        ActuatorQuantity::LeftWheel,
+        ActuatorQuantity::RightWheel,
+        ActuatorQuantity::Forward,
+        ActuatorQuantity::Turn,
+        ActuatorQuantity::LeftMotor,
+        ActuatorQuantity::RightMotor,
+        ActuatorQuantity::Leftward,
+        ActuatorQuantity::Upward,
+        ActuatorQuantity::Height,
+        ActuatorQuantity::Color,
+        ActuatorQuantity::Red,
+        ActuatorQuantity::Green,
+        ActuatorQuantity::Blue,
     ];
 
     /// The quantities that every body has.
-    pub const OF_EVERY_BODY: [Quantity; 4] =
-        [Quantity::Color, Quantity::Red, Quantity::Green, Quantity::Blue];
+    pub const OF_EVERY_BODY: [ActuatorQuantity; 4] = [
+        ActuatorQuantity::Color,
+        ActuatorQuantity::Red,
+        ActuatorQuantity::Green,
+        ActuatorQuantity::Blue,
+    ];
 
     /// Returns the key in robot files.
     pub const fn name(self) -> &'static str {
         match self {
-            Quantity::LeftWheel => "left_wheel",
-            Quantity::RightWheel => "right_wheel",
-            Quantity::Forward => "forward",
-            Quantity::Turn => "turn",
-            Quantity::LeftMotor => "left_motor",
-            Quantity::RightMotor => "right_motor",
-            Quantity::Leftward => "leftward",
-            Quantity::Upward => "upward",
-            Quantity::Height => "height",
-            Quantity::Color => "color",
-            Quantity::Red => "red",
-            Quantity::Green => "green",
-            Quantity::Blue => "blue",
+            ActuatorQuantity::LeftWheel => "left_wheel",
+            ActuatorQuantity::RightWheel => "right_wheel",
+            ActuatorQuantity::Forward => "forward",
+            ActuatorQuantity::Turn => "turn",
+            ActuatorQuantity::LeftMotor => "left_motor",
+            ActuatorQuantity::RightMotor => "right_motor",
+            ActuatorQuantity::Leftward => "leftward",
+            ActuatorQuantity::Upward => "upward",
+            ActuatorQuantity::Height => "height",
+            ActuatorQuantity::Color => "color",
+            ActuatorQuantity::Red => "red",
+            ActuatorQuantity::Green => "green",
+            ActuatorQuantity::Blue => "blue",
         }
     }
 
     pub(crate) const fn dimension(self) -> Dimension {
         match self {
-            Quantity::LeftWheel
-            | Quantity::RightWheel
-            | Quantity::Forward
-            | Quantity::Leftward
-            | Quantity::Upward => Dimension::Speed,
-            Quantity::Turn => Dimension::TurningRate,
-            Quantity::Height => Dimension::Length,
-            Quantity::LeftMotor
-            | Quantity::RightMotor
-            | Quantity::Red
-            | Quantity::Green
-            | Quantity::Blue => Dimension::Share,
-            Quantity::Color => Dimension::Color,
+            ActuatorQuantity::LeftWheel
+            | ActuatorQuantity::RightWheel
+            | ActuatorQuantity::Forward
+            | ActuatorQuantity::Leftward
+            | ActuatorQuantity::Upward => Dimension::Speed,
+            ActuatorQuantity::Turn => Dimension::TurningRate,
+            ActuatorQuantity::Height => Dimension::Length,
+            ActuatorQuantity::LeftMotor
+            | ActuatorQuantity::RightMotor
+            | ActuatorQuantity::Red
+            | ActuatorQuantity::Green
+            | ActuatorQuantity::Blue => Dimension::Share,
+            ActuatorQuantity::Color => Dimension::Color,
         }
     }
 
@@ -171,7 +175,7 @@ impl Dimension {
 }
 
 /// Writes the assignment as in `left_wheel = 10 * left mm/s`.
-impl fmt::Display for Assignment {
+impl fmt::Display for EffectAssignment {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         write!(f, "{} = ", self.quantity.name())?;
         match &self.amount {
@@ -186,15 +190,15 @@ impl fmt::Display for Assignment {
     }
 }
 
-impl Effect {
+impl FunctionEffect {
     /// Returns the quantities that a call sets, with their values before any limit. `list` is the
     /// argument list that accepts the call, and `arguments` are its arguments.
     pub fn values<'a>(
         &'a self,
         list: &'a [Parameter],
         arguments: &'a [f64],
-    ) -> impl Iterator<Item = (Quantity, f64)> + 'a {
-        self.sets.iter().filter_map(move |Assignment { quantity, amount }| {
+    ) -> impl Iterator<Item = (ActuatorQuantity, f64)> + 'a {
+        self.sets.iter().filter_map(move |EffectAssignment { quantity, amount }| {
             let value = match amount {
                 Amount::Constant(value) => *value,
                 Amount::Parameter { name, factor } => {

@@ -4,10 +4,10 @@ use std::fmt;
 
 use bittybuzz_toml_reader::{self as toml_reader, FileError, Place, TomlError, file, one_of};
 
-use crate::signature::{MAX_PARAMETERS, Type};
+use crate::signature::{MAX_PARAMETERS, SignatureType};
 
 /// A mistake in a robot file.
-pub type RobotError = FileError<Cause>;
+pub type RobotError = FileError<RobotFileCause>;
 
 /// The reasons why a robot could not be read; at least one. `Display` writes a message for people:
 /// place, cause, source line and help of each mistake.
@@ -16,7 +16,7 @@ pub struct RobotErrors(pub Vec<RobotError>);
 
 /// A mistake, one variant for each cause.
 #[derive(Debug, Clone, PartialEq, Eq)]
-pub enum Cause {
+pub enum RobotFileCause {
     /// `--robot` names no robot that ships; `known` are the robots that do.
     UnknownRobot { name: String, known: Vec<String> },
     /// The file cannot be read.
@@ -103,13 +103,13 @@ impl RobotErrors {
     /// Returns the error for a name that is none of the `known` robots.
     pub fn unknown_robot<'a>(name: &str, known: impl IntoIterator<Item = &'a str>) -> RobotErrors {
         let known = known.into_iter().map(str::to_owned).collect();
-        let cause = Cause::UnknownRobot { name: name.to_owned(), known };
+        let cause = RobotFileCause::UnknownRobot { name: name.to_owned(), known };
         RobotErrors(vec![RobotError { cause, place: None }])
     }
 
     /// Returns the mistake of a file that cannot be read.
     pub fn unreadable(path: &str, error: &file::ReadError) -> RobotErrors {
-        let cause = Cause::Unreadable { path: path.to_owned(), reason: error.to_string() };
+        let cause = RobotFileCause::Unreadable { path: path.to_owned(), reason: error.to_string() };
         RobotErrors(vec![RobotError { cause, place: None }])
     }
 }
@@ -146,94 +146,116 @@ fn show(error: &RobotError, f: &mut fmt::Formatter<'_>) -> fmt::Result {
     }
 }
 
-impl From<TomlError> for Cause {
+impl From<TomlError> for RobotFileCause {
     fn from(error: TomlError) -> Self {
-        Cause::Toml(error)
+        RobotFileCause::Toml(error)
     }
 }
 
-impl fmt::Display for Cause {
+impl fmt::Display for RobotFileCause {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
-            Cause::UnknownRobot { name, .. } => write!(f, "no robot is named `{name}`"),
-            Cause::Unreadable { path, reason } => write!(f, "cannot read `{path}`: {reason}"),
-            Cause::Toml(error) => error.fmt(f),
-            Cause::TooManySlots { slots, slot_bytes, memory, .. } => write!(
+            RobotFileCause::UnknownRobot { name, .. } => write!(f, "no robot is named `{name}`"),
+            RobotFileCause::Unreadable { path, reason } => {
+                write!(f, "cannot read `{path}`: {reason}")
+            }
+            RobotFileCause::Toml(error) => error.fmt(f),
+            RobotFileCause::TooManySlots { slots, slot_bytes, memory, .. } => write!(
                 f,
                 "{slots} slots of {slot_bytes} bytes do not fit in {memory} bytes of `memory`, with neighbors and messages"
             ),
-            Cause::Unaligned { address, to } => {
+            RobotFileCause::Unaligned { address, to } => {
                 write!(f, "a region cannot begin at {address:#010x}: no multiple of {to}")
             }
-            Cause::BadLog { size, unit } => {
+            RobotFileCause::BadLog { size, unit } => {
                 write!(f, "a log of scripts cannot have {size} bytes: no multiple of {unit}")
             }
-            Cause::Overlap { key, other } => write!(f, "`{key}` and `{other}` overlap"),
-            Cause::BadRobotName { name } => write!(f, "`{name}` cannot be the name of a robot"),
-            Cause::NotOneLine { key } => write!(f, "`{key}` must be one line of text"),
-            Cause::BadIdentifier { name } => write!(f, "`{name}` cannot be a name in a script"),
-            Cause::Reserved { name } => write!(f, "`{name}` is a name of the Buzz language"),
-            Cause::DuplicateName { name, .. } => write!(f, "`{name}` is defined a second time"),
-            Cause::HashCollision { name, other } => {
+            RobotFileCause::Overlap { key, other } => write!(f, "`{key}` and `{other}` overlap"),
+            RobotFileCause::BadRobotName { name } => {
+                write!(f, "`{name}` cannot be the name of a robot")
+            }
+            RobotFileCause::NotOneLine { key } => write!(f, "`{key}` must be one line of text"),
+            RobotFileCause::BadIdentifier { name } => {
+                write!(f, "`{name}` cannot be a name in a script")
+            }
+            RobotFileCause::Reserved { name } => {
+                write!(f, "`{name}` is a name of the Buzz language")
+            }
+            RobotFileCause::DuplicateName { name, .. } => {
+                write!(f, "`{name}` is defined a second time")
+            }
+            RobotFileCause::HashCollision { name, other } => {
                 write!(f, "`{name}` and `{other}` have the same name hash")
             }
-            Cause::ConstantCollision { name, other, constant } => {
+            RobotFileCause::ConstantCollision { name, other, constant } => {
                 write!(f, "`{name}` and `{other}` would both be the constant `{constant}`")
             }
-            Cause::AcceptsNothing => write!(f, "the function accepts no argument list"),
-            Cause::RepeatedList => write!(f, "the same types of arguments are listed twice"),
-            Cause::BadParameter { text } => write!(f, "`{text}` is not a parameter"),
-            Cause::RepeatedParameter { name } => write!(f, "`{name}` stands twice in the list"),
-            Cause::AfterRepeated { parameter } => {
+            RobotFileCause::AcceptsNothing => write!(f, "the function accepts no argument list"),
+            RobotFileCause::RepeatedList => {
+                write!(f, "the same types of arguments are listed twice")
+            }
+            RobotFileCause::BadParameter { text } => write!(f, "`{text}` is not a parameter"),
+            RobotFileCause::RepeatedParameter { name } => {
+                write!(f, "`{name}` stands twice in the list")
+            }
+            RobotFileCause::AfterRepeated { parameter } => {
                 write!(f, "no parameter can follow `{parameter}`, which takes all other arguments")
             }
-            Cause::RepeatedField { field } => {
+            RobotFileCause::RepeatedField { field } => {
                 write!(
                     f,
                     "`{field}` is no field: only the last parameter of a function takes `...`"
                 )
             }
-            Cause::TooManyParameters => {
+            RobotFileCause::TooManyParameters => {
                 write!(f, "a list cannot have more than {MAX_PARAMETERS} entries")
             }
-            Cause::UnknownType { name } => write!(f, "there is no type `{name}`"),
-            Cause::NoFields => write!(f, "the table has no fields"),
-            Cause::KeyOfAnother { key, word, .. } => write!(f, "\"{word}\" has no `{key}`"),
-            Cause::NumberOfBeams { count, .. } => write!(f, "a sensor cannot have {count} beams"),
-            Cause::SecondLink { .. } => write!(f, "a robot has one link"),
-            Cause::NoBody { key } => write!(f, "`{key}` has no meaning without a [body]"),
-            Cause::NoEffect { name } => write!(f, "`{name}` has no effect in the simulator"),
-            Cause::ReturnsNothingRead { name } => {
+            RobotFileCause::UnknownType { name } => write!(f, "there is no type `{name}`"),
+            RobotFileCause::NoFields => write!(f, "the table has no fields"),
+            RobotFileCause::KeyOfAnother { key, word, .. } => {
+                write!(f, "\"{word}\" has no `{key}`")
+            }
+            RobotFileCause::NumberOfBeams { count, .. } => {
+                write!(f, "a sensor cannot have {count} beams")
+            }
+            RobotFileCause::SecondLink { .. } => write!(f, "a robot has one link"),
+            RobotFileCause::NoBody { key } => write!(f, "`{key}` has no meaning without a [body]"),
+            RobotFileCause::NoEffect { name } => {
+                write!(f, "`{name}` has no effect in the simulator")
+            }
+            RobotFileCause::ReturnsNothingRead { name } => {
                 write!(f, "`{name}` returns a value, but reads no sensor")
             }
-            Cause::ReadsWithoutResult { name } => {
+            RobotFileCause::ReadsWithoutResult { name } => {
                 write!(f, "`{name}` reads a sensor, but returns no number")
             }
-            Cause::SetsNothing => write!(f, "`sets` names no quantity"),
-            Cause::ListSetsNothing { list } => {
+            RobotFileCause::SetsNothing => write!(f, "`sets` names no quantity"),
+            RobotFileCause::ListSetsNothing { list } => {
                 write!(f, "a call with the arguments ({list}) sets nothing")
             }
-            Cause::NotOfDrive { key, drive, .. } => {
+            RobotFileCause::NotOfDrive { key, drive, .. } => {
                 write!(f, "a body with the drive \"{drive}\" has no `{key}`")
             }
-            Cause::BadAmount { text } => {
+            RobotFileCause::BadAmount { text } => {
                 write!(f, "`{text}` is neither a number nor the name of a parameter")
             }
-            Cause::UnknownParameter { name, .. } => {
+            RobotFileCause::UnknownParameter { name, .. } => {
                 write!(f, "the function has no parameter `{name}`")
             }
-            Cause::NoNumber { parameter } => {
+            RobotFileCause::NoNumber { parameter } => {
                 write!(f, "the parameter `{parameter}` is not always one number")
             }
-            Cause::UnknownUnit { unit, key, .. } => write!(f, "`{key}` has no unit `{unit}`"),
-            Cause::UnknownSensor { name, .. } => write!(f, "there is no sensor `{name}`"),
-            Cause::UnknownSensorValue { sensor, value: Some(value), .. } => {
+            RobotFileCause::UnknownUnit { unit, key, .. } => {
+                write!(f, "`{key}` has no unit `{unit}`")
+            }
+            RobotFileCause::UnknownSensor { name, .. } => write!(f, "there is no sensor `{name}`"),
+            RobotFileCause::UnknownSensorValue { sensor, value: Some(value), .. } => {
                 write!(f, "the sensor `{sensor}` has no value `{value}`")
             }
-            Cause::UnknownSensorValue { sensor, value: None, .. } => {
+            RobotFileCause::UnknownSensorValue { sensor, value: None, .. } => {
                 write!(f, "the sensor `{sensor}` has several values")
             }
-            Cause::WhichBeam { sensor, count, .. } => {
+            RobotFileCause::WhichBeam { sensor, count, .. } => {
                 write!(
                     f,
                     "the sensor `{sensor}` has {count} beams, and the call does not choose one"
@@ -243,101 +265,111 @@ impl fmt::Display for Cause {
     }
 }
 
-impl toml_reader::Cause for Cause {
+impl toml_reader::Cause for RobotFileCause {
     fn help(&self) -> Option<String> {
         match self {
-            Cause::UnknownRobot { name, known } => {
+            RobotFileCause::UnknownRobot { name, known } => {
                 let hint = one_of(name, known);
                 Some(format!("{hint} (a file of your own: a path that ends in .toml)"))
             }
-            Cause::Toml(error) => error.help(),
-            Cause::TooManySlots { most, least, .. } => Some(format!(
+            RobotFileCause::Toml(error) => error.help(),
+            RobotFileCause::TooManySlots { most, least, .. } => Some(format!(
                 "there is room for {most} `slots`; or set `memory` to {least} or more: earlier versions needed less"
             )),
-            Cause::Unaligned { .. } => Some(
+            RobotFileCause::Unaligned { .. } => Some(
                 "the chip wants its vector table there; a sector of flash begins so".to_owned(),
             ),
-            Cause::BadLog { .. } => {
+            RobotFileCause::BadLog { .. } => {
                 Some("`script` is two sectors of flash of equal size with `script_log`".to_owned())
             }
-            Cause::BadRobotName { .. } => {
+            RobotFileCause::BadRobotName { .. } => {
                 Some("lower-case letters, digits and `-`, a letter first".to_owned())
             }
-            Cause::BadIdentifier { .. } => {
+            RobotFileCause::BadIdentifier { .. } => {
                 Some("letters, digits and `_`, no digit first".to_owned())
             }
-            Cause::DuplicateName { line, .. } => Some(format!("first defined in line {line}")),
-            Cause::Reserved { .. }
-            | Cause::HashCollision { .. }
-            | Cause::ConstantCollision { .. } => Some("choose another name".to_owned()),
-            Cause::AcceptsNothing => {
+            RobotFileCause::DuplicateName { line, .. } => {
+                Some(format!("first defined in line {line}"))
+            }
+            RobotFileCause::Reserved { .. }
+            | RobotFileCause::HashCollision { .. }
+            | RobotFileCause::ConstantCollision { .. } => Some("choose another name".to_owned()),
+            RobotFileCause::AcceptsNothing => {
                 Some("write `accepts = [\"\"]` if it takes no arguments".to_owned())
             }
-            Cause::BadParameter { .. } => {
+            RobotFileCause::BadParameter { .. } => {
                 Some("write `name: type`, separated by commas, as in \"x: int, y: int\"".to_owned())
             }
-            Cause::AfterRepeated { .. } => Some("write it last".to_owned()),
-            Cause::RepeatedField { .. } => Some("remove the `...`".to_owned()),
-            Cause::UnknownType { name } => Some(one_of(name, &Type::ALL.map(Type::name))),
-            Cause::NoFields => Some("write them as in \"x: number, y: number\"".to_owned()),
-            Cause::KeyOfAnother { known, .. } => Some(format!("it has {}", known.join(", "))),
-            Cause::NumberOfBeams { most, .. } => Some(format!("from 1 to {most} beams")),
-            Cause::SecondLink { line } => Some(format!("the other one is in line {line}")),
-            Cause::NoBody { .. } => Some(
+            RobotFileCause::AfterRepeated { .. } => Some("write it last".to_owned()),
+            RobotFileCause::RepeatedField { .. } => Some("remove the `...`".to_owned()),
+            RobotFileCause::UnknownType { name } => {
+                Some(one_of(name, &SignatureType::ALL.map(SignatureType::name)))
+            }
+            RobotFileCause::NoFields => {
+                Some("write them as in \"x: number, y: number\"".to_owned())
+            }
+            RobotFileCause::KeyOfAnother { known, .. } => {
+                Some(format!("it has {}", known.join(", ")))
+            }
+            RobotFileCause::NumberOfBeams { most, .. } => Some(format!("from 1 to {most} beams")),
+            RobotFileCause::SecondLink { line } => Some(format!("the other one is in line {line}")),
+            RobotFileCause::NoBody { .. } => Some(
                 "add a [body] with `drive`, `radius_mm` and `speed_mm_s`, or remove the key"
                     .to_owned(),
             ),
-            Cause::NoEffect { .. } => Some(
+            RobotFileCause::NoEffect { .. } => Some(
                 "add `sets = { QUANTITY = \"PARAMETER\" }`, `reads = \"SENSOR\"`, or `logs = true`"
                     .to_owned(),
             ),
-            Cause::ReturnsNothingRead { .. } => Some(
+            RobotFileCause::ReturnsNothingRead { .. } => Some(
                 "add `reads = \"SENSOR\"`, or remove `returns`; with `logs = true` it returns 0"
                     .to_owned(),
             ),
-            Cause::ReadsWithoutResult { .. } => Some("add `returns = \"int\"`".to_owned()),
-            Cause::SetsNothing => Some(
+            RobotFileCause::ReadsWithoutResult { .. } => Some("add `returns = \"int\"`".to_owned()),
+            RobotFileCause::SetsNothing => Some(
                 "write a quantity and its value, as in `sets = { forward = \"speed\" }`".to_owned(),
             ),
-            Cause::ListSetsNothing { .. } => Some(
+            RobotFileCause::ListSetsNothing { .. } => Some(
                 "remove the list from `accepts`, or set a quantity from its parameters".to_owned(),
             ),
-            Cause::NotOfDrive { known, .. } => Some(format!("one of {}", known.join(", "))),
-            Cause::BadAmount { .. } => {
+            RobotFileCause::NotOfDrive { known, .. } => {
+                Some(format!("one of {}", known.join(", ")))
+            }
+            RobotFileCause::BadAmount { .. } => {
                 Some("write 80, \"speed\", \"-rate rad/s\", \"50 %\" or \"duty of 255\"".to_owned())
             }
-            Cause::UnknownParameter { known, .. } if known.is_empty() => {
+            RobotFileCause::UnknownParameter { known, .. } if known.is_empty() => {
                 Some("it takes no argument: write a number".to_owned())
             }
-            Cause::UnknownParameter { name, known } => Some(one_of(name, known)),
-            Cause::NoNumber { .. } => {
+            RobotFileCause::UnknownParameter { name, known } => Some(one_of(name, known)),
+            RobotFileCause::NoNumber { .. } => {
                 Some("its type must be int or number, without `...`".to_owned())
             }
-            Cause::UnknownUnit { known, .. } if known.is_empty() => {
+            RobotFileCause::UnknownUnit { known, .. } if known.is_empty() => {
                 Some("write the value alone".to_owned())
             }
-            Cause::UnknownUnit { unit, known, .. } => Some(one_of(unit, known)),
-            Cause::UnknownSensor { known, .. } if known.is_empty() => {
+            RobotFileCause::UnknownUnit { unit, known, .. } => Some(one_of(unit, known)),
+            RobotFileCause::UnknownSensor { known, .. } if known.is_empty() => {
                 Some("the file has no [[sensor]]".to_owned())
             }
-            Cause::UnknownSensor { name, known } => Some(one_of(name, known)),
-            Cause::UnknownSensorValue { sensor, known, .. } if known.is_empty() => {
+            RobotFileCause::UnknownSensor { name, known } => Some(one_of(name, known)),
+            RobotFileCause::UnknownSensorValue { sensor, known, .. } if known.is_empty() => {
                 Some(format!("it has one value: write \"{sensor}\""))
             }
-            Cause::UnknownSensorValue { sensor, known, .. } => {
+            RobotFileCause::UnknownSensorValue { sensor, known, .. } => {
                 let known: Vec<String> =
                     known.iter().map(|value| format!("\"{sensor}.{value}\"")).collect();
                 Some(format!("one of {}", known.join(", ")))
             }
-            Cause::WhichBeam { sensor, most, .. } => Some(format!(
+            RobotFileCause::WhichBeam { sensor, most, .. } => Some(format!(
                 "write `accepts = [\"beam: int\"]`, or name a beam from \"{sensor}.0\" to \"{sensor}.{most}\""
             )),
-            Cause::Unreadable { .. }
-            | Cause::Overlap { .. }
-            | Cause::NotOneLine { .. }
-            | Cause::RepeatedList
-            | Cause::RepeatedParameter { .. }
-            | Cause::TooManyParameters => None,
+            RobotFileCause::Unreadable { .. }
+            | RobotFileCause::Overlap { .. }
+            | RobotFileCause::NotOneLine { .. }
+            | RobotFileCause::RepeatedList
+            | RobotFileCause::RepeatedParameter { .. }
+            | RobotFileCause::TooManyParameters => None,
         }
     }
 }

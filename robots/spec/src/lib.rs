@@ -75,15 +75,15 @@ use std::path::Path;
 use bittybuzz_toml_reader::file;
 use bittybuzz_vm_core::Parts;
 pub use bittybuzz_vm_core::hash::name_hash;
-pub use body::{Body, Drive};
+pub use body::{BodySpec, DriveSpec};
 pub use call::{accepted_lists, accepting, idle_result};
-pub use effect::{Amount, Assignment, Effect, Quantity};
-pub use error::{Cause, RobotError, RobotErrors};
+pub use effect::{ActuatorQuantity, Amount, EffectAssignment, FunctionEffect};
+pub use error::{RobotError, RobotErrors, RobotFileCause};
 pub use generate::generate_rust;
 pub use layout::{Layout, Region};
 pub use read::is_robot_name;
-pub use sensor::{Reading, Sensor, SensorKind, SensorValue};
-pub use signature::{MAX_PARAMETERS, Parameter, Type, parameter_at, takes_count};
+pub use sensor::{Sensor, SensorKind, SensorReading, SensorValue};
+pub use signature::{MAX_PARAMETERS, Parameter, SignatureType, parameter_at, takes_count};
 pub use trailing::{NoSection, SCRIPT_MARK, find_script_section, script_section};
 
 /// The content of a robot file.
@@ -96,7 +96,7 @@ pub struct Robot {
     /// The chip as probe-rs and datasheets name it; `None` for a robot that is never flashed.
     pub chip: Option<String>,
     /// The number profile for which its scripts are compiled by default.
-    pub profile: Profile,
+    pub profile: NumberProfile,
     /// Steps per second.
     pub tick_hz: u32,
     /// Bytes of a swarm message that one frame of its link carries, link headers not counted.
@@ -113,7 +113,7 @@ pub struct Robot {
     /// without the firmware.
     pub layout: Option<Layout>,
     /// The functions that its scripts may call, in the order of the file.
-    pub functions: Vec<Function>,
+    pub functions: Vec<RobotFunction>,
     /// The tables that it keeps up to date for its scripts, in the order of the file.
     pub tables: Vec<SensorTable>,
     /// The settings that each robot has, in the order of the file.
@@ -122,31 +122,33 @@ pub struct Robot {
     pub indicators: Vec<Indicator>,
     /// The body that the simulator moves; `None` if the simulator does not have this kind of robot,
     /// or has code for it.
-    pub body: Option<Body>,
+    pub body: Option<BodySpec>,
     /// The sensors of that body, in the order of the file.
     pub sensors: Vec<Sensor>,
 }
 
 /// A number profile of the virtual machine.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
-pub enum Profile {
+pub enum NumberProfile {
     /// 16-bit integers and floats.
     Tiny,
     /// 32-bit integers and floats, strings made at run time.
     Full,
 }
 
-impl Profile {
+impl NumberProfile {
     /// Returns the profile of that name.
-    pub fn from_name(name: &str) -> Option<Profile> {
-        [Profile::Tiny, Profile::Full].into_iter().find(|profile| profile.name() == name)
+    pub fn from_name(name: &str) -> Option<NumberProfile> {
+        [NumberProfile::Tiny, NumberProfile::Full]
+            .into_iter()
+            .find(|profile| profile.name() == name)
     }
 
     /// Returns the name in robot files and on the command line.
     pub const fn name(self) -> &'static str {
         match self {
-            Profile::Tiny => "tiny",
-            Profile::Full => "full",
+            NumberProfile::Tiny => "tiny",
+            NumberProfile::Full => "full",
         }
     }
 }
@@ -209,22 +211,22 @@ pub struct Budget {
 
 /// A function that scripts may call on a robot.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Function {
+pub struct RobotFunction {
     /// Its name in scripts.
     pub name: String,
     /// The argument lists that it accepts: at least one, and no list twice.
     pub accepts: Vec<Vec<Parameter>>,
     /// The type of its result; `None` if it returns nil.
-    pub returns: Option<Type>,
+    pub returns: Option<SignatureType>,
     /// True if the function finishes later. The script waits for it, but the robot does not.
     pub waits: bool,
     /// Its effect, with units, in one line.
     pub help: String,
     /// The effect in the simulator; `Some` if the robot has a [`Body`].
-    pub effect: Option<Effect>,
+    pub effect: Option<FunctionEffect>,
 }
 
-impl Function {
+impl RobotFunction {
     /// Returns the number of the function in images.
     pub const fn hash(&self) -> u16 {
         name_hash(self.name.as_str())
@@ -296,7 +298,7 @@ impl Robot {
     }
 
     /// Returns the function of that name.
-    pub fn function(&self, name: &str) -> Option<&Function> {
+    pub fn function(&self, name: &str) -> Option<&RobotFunction> {
         self.functions.iter().find(|function| function.name == name)
     }
 

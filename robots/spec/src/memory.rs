@@ -4,7 +4,7 @@
 use bittybuzz_vm_core::message::{FRAGMENT_HEAD, FRAGMENTS_MAX, FULL_FRAME, TINY_FRAME};
 use bittybuzz_vm_core::{Sighting, Sizes, Value, number};
 
-use crate::{Profile, Robot, VmSizes};
+use crate::{NumberProfile, Robot, VmSizes};
 
 /// Registers of the machine and its data about the image: on the ATmega328P, and on Cortex-M, where
 /// fields are aligned. The build of the firmware checks this number.
@@ -42,9 +42,9 @@ impl Robot {
     pub fn slot_bytes(&self) -> u32 {
         let bytes = match self.profile {
             // `size_of` is that of a larger chip, because this program runs on one.
-            Profile::Tiny if !self.is_packed() => size_of::<Value<number::Tiny>>(),
-            Profile::Tiny => Value::<number::Tiny>::SLOT_BYTES,
-            Profile::Full => Value::<number::Full>::SLOT_BYTES,
+            NumberProfile::Tiny if !self.is_packed() => size_of::<Value<number::Tiny>>(),
+            NumberProfile::Tiny => Value::<number::Tiny>::SLOT_BYTES,
+            NumberProfile::Full => Value::<number::Full>::SLOT_BYTES,
         };
         bytes as u32
     }
@@ -63,8 +63,8 @@ impl Robot {
     /// Returns the size of a frame in bytes: its type and a message.
     pub fn frame_bytes(&self) -> u32 {
         let bytes = match self.profile {
-            Profile::Tiny => TINY_FRAME,
-            Profile::Full => FULL_FRAME,
+            NumberProfile::Tiny => TINY_FRAME,
+            NumberProfile::Full => FULL_FRAME,
         };
         bytes as u32
     }
@@ -74,8 +74,8 @@ impl Robot {
     pub fn sighting_bytes(&self) -> u32 {
         let bytes = match (self.vm.bearings, self.profile) {
             (false, _) => 1,
-            (true, Profile::Tiny) => size_of::<Sighting<number::Tiny>>(),
-            (true, Profile::Full) => size_of::<Sighting<number::Full>>(),
+            (true, NumberProfile::Tiny) => size_of::<Sighting<number::Tiny>>(),
+            (true, NumberProfile::Full) => size_of::<Sighting<number::Full>>(),
         };
         bytes as u32
     }

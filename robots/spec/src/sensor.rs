@@ -76,7 +76,7 @@ pub enum SensorValue {
 
 /// A sensor and the one of its values that a function returns.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct Reading {
+pub struct SensorReading {
     /// Index of the sensor in [`Robot::sensors`](crate::Robot::sensors).
     pub sensor: usize,
     /// The value of the sensor that is read.

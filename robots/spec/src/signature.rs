@@ -1,7 +1,7 @@
 //! The compact notation for parameters and fields: `"x: number, y: number"`, and `"values: any..."`
 //! for a variable number of arguments.
 
-use crate::error::Cause;
+use crate::error::RobotFileCause;
 use std::fmt;
 use std::ops::Range;
 
@@ -10,7 +10,7 @@ pub const MAX_PARAMETERS: usize = 7;
 
 /// The type of a parameter, a result or a field.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
-pub enum Type {
+pub enum SignatureType {
     /// An integer.
     Int,
     /// An int or a float for a parameter, a float for a result or a field.
@@ -25,32 +25,38 @@ pub enum Type {
     Any,
 }
 
-impl Type {
+impl SignatureType {
     /// Every type.
-    pub const ALL: [Type; 6] =
-        [Type::Int, Type::Number, Type::String, Type::Table, Type::Function, Type::Any];
+    pub const ALL: [SignatureType; 6] = [
+        SignatureType::Int,
+        SignatureType::Number,
+        SignatureType::String,
+        SignatureType::Table,
+        SignatureType::Function,
+        SignatureType::Any,
+    ];
 
     /// Returns the name in robot files.
     pub const fn name(self) -> &'static str {
         match self {
-            Type::Int => "int",
-            Type::Number => "number",
-            Type::String => "string",
-            Type::Table => "table",
-            Type::Function => "function",
-            Type::Any => "any",
+            SignatureType::Int => "int",
+            SignatureType::Number => "number",
+            SignatureType::String => "string",
+            SignatureType::Table => "table",
+            SignatureType::Function => "function",
+            SignatureType::Any => "any",
         }
     }
 
-    pub(crate) fn from_name(name: &str) -> Result<Type, Cause> {
-        Type::ALL
+    pub(crate) fn from_name(name: &str) -> Result<SignatureType, RobotFileCause> {
+        SignatureType::ALL
             .into_iter()
             .find(|kind| kind.name() == name)
-            .ok_or_else(|| Cause::UnknownType { name: name.to_owned() })
+            .ok_or_else(|| RobotFileCause::UnknownType { name: name.to_owned() })
     }
 }
 
-impl fmt::Display for Type {
+impl fmt::Display for SignatureType {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.write_str(self.name())
     }
@@ -62,7 +68,7 @@ pub struct Parameter {
     /// The name, for messages and documentation.
     pub name: String,
     /// The type that it accepts or holds.
-    pub kind: Type,
+    pub kind: SignatureType,
     /// True for a last parameter that stands for any number of arguments, including none:
     /// `values: any...`.
     pub is_repeated: bool,
@@ -93,7 +99,7 @@ pub fn parameter_at(list: &[Parameter], argument: usize) -> Option<&Parameter> {
 }
 
 /// A mistake in a list, and its byte range in the text.
-pub type ListError = (Range<usize>, Cause);
+pub type ListError = (Range<usize>, RobotFileCause);
 
 /// Reads a list of parameters. An empty or blank text is the empty list.
 pub fn parse_list(text: &str) -> Result<Vec<Parameter>, ListError> {
@@ -109,26 +115,26 @@ pub fn parse_list(text: &str) -> Result<Vec<Parameter>, ListError> {
     for item in text.split(',').map(str::trim) {
         let fail = |cause| Err((span_of(item), cause));
         let Some((name, kind)) = item.split_once(':') else {
-            return fail(Cause::BadParameter { text: item.to_owned() });
+            return fail(RobotFileCause::BadParameter { text: item.to_owned() });
         };
         let (name, kind) = (name.trim(), kind.trim());
         if !is_identifier(name) {
-            return fail(Cause::BadParameter { text: item.to_owned() });
+            return fail(RobotFileCause::BadParameter { text: item.to_owned() });
         }
         if list.iter().any(|other| other.name == name) {
-            return fail(Cause::RepeatedParameter { name: name.to_owned() });
+            return fail(RobotFileCause::RepeatedParameter { name: name.to_owned() });
         }
         if list.len() == MAX_PARAMETERS {
-            return fail(Cause::TooManyParameters);
+            return fail(RobotFileCause::TooManyParameters);
         }
         if let Some(previous) = list.last().filter(|previous| previous.is_repeated) {
-            return fail(Cause::AfterRepeated { parameter: previous.to_string() });
+            return fail(RobotFileCause::AfterRepeated { parameter: previous.to_string() });
         }
         let (kind, is_repeated) = match kind.strip_suffix(REPEATED) {
             Some(kind) => (kind.trim_end(), true),
             None => (kind, false),
         };
-        let kind = Type::from_name(kind).map_err(|cause| (span_of(kind), cause))?;
+        let kind = SignatureType::from_name(kind).map_err(|cause| (span_of(kind), cause))?;
         list.push(Parameter { name: name.to_owned(), kind, is_repeated });
     }
     Ok(list)
@@ -145,7 +151,7 @@ pub fn is_identifier(text: &str) -> bool {
 mod tests {
     use super::*;
 
-    fn names(text: &str) -> Vec<(String, Type)> {
+    fn names(text: &str) -> Vec<(String, SignatureType)> {
         parse_list(text).unwrap().into_iter().map(|p| (p.name, p.kind)).collect()
     }
 
@@ -153,10 +159,10 @@ mod tests {
     fn lists() {
         assert_eq!(names(""), []);
         assert_eq!(names("  "), []);
-        assert_eq!(names("c:int"), [("c".to_owned(), Type::Int)]);
+        assert_eq!(names("c:int"), [("c".to_owned(), SignatureType::Int)]);
         assert_eq!(
             names(" f : function ,x:any"),
-            [("f".to_owned(), Type::Function), ("x".to_owned(), Type::Any)]
+            [("f".to_owned(), SignatureType::Function), ("x".to_owned(), SignatureType::Any)]
         );
         assert_eq!(names("a:int,b:int,c:int,d:int,e:int,f:int,g:int").len(), 7);
     }
@@ -169,7 +175,10 @@ mod tests {
         let counts: Vec<usize> = (0..5).filter(|count| takes_count(&list, *count)).collect();
         assert_eq!(counts, [1, 2, 3, 4]);
         let kinds = [0, 1, 2, 100].map(|argument| parameter_at(&list, argument).unwrap().kind);
-        assert_eq!(kinds, [Type::String, Type::Int, Type::Int, Type::Int]);
+        assert_eq!(
+            kinds,
+            [SignatureType::String, SignatureType::Int, SignatureType::Int, SignatureType::Int]
+        );
         let fixed = parse_list("name: string").unwrap();
         assert!(takes_count(&fixed, 1) && !takes_count(&fixed, 2));
         assert_eq!((parameter_at(&fixed, 1), parameter_at(&[], 0)), (None, None));

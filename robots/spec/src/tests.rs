@@ -98,7 +98,7 @@ fn a_good_file_says_what_it_says() {
     let toy = Robot::parse(GOOD, "toy.toml").unwrap();
     assert_eq!((toy.name.as_str(), toy.title.as_str()), ("toy", "Toy robot"));
     assert_eq!(toy.chip.as_deref(), Some("STM32F051C8"));
-    assert_eq!((toy.profile, toy.tick_hz, toy.message_bytes), (Profile::Tiny, 10, 9));
+    assert_eq!((toy.profile, toy.tick_hz, toy.message_bytes), (NumberProfile::Tiny, 10, 9));
     assert_eq!(toy.on_fault, OnFault::Restart);
     let vm = VmSizes {
         memory: 1928,
@@ -132,11 +132,11 @@ fn a_good_file_says_what_it_says() {
     assert!(led.accepts_count(1) && led.accepts_count(2) && !led.accepts_count(0));
     assert_eq!(
         led.accepts[1][1],
-        Parameter { name: "on".to_owned(), kind: Type::Int, is_repeated: false }
+        Parameter { name: "on".to_owned(), kind: SignatureType::Int, is_repeated: false }
     );
     let goto = toy.function("goto").unwrap();
-    assert_eq!((goto.returns, goto.waits), (Some(Type::Int), true));
-    assert_eq!(goto.accepts[0][0].kind, Type::Number);
+    assert_eq!((goto.returns, goto.waits), (Some(SignatureType::Int), true));
+    assert_eq!(goto.accepts[0][0].kind, SignatureType::Number);
     assert_eq!(toy.table("pos").unwrap().fields[1].to_string(), "y: number");
     assert!(toy.function("Led").is_none() && toy.table("led").is_none());
 }
@@ -324,7 +324,7 @@ fn names_of_the_language_are_taken() {
                  var if else function return for while and or not nil include";
     for name in names.split_whitespace() {
         let error = error_of(&GOOD.replacen("\"led\"", &format!("{name:?}"), 1));
-        assert_eq!(error.cause, Cause::Reserved { name: name.to_owned() });
+        assert_eq!(error.cause, RobotFileCause::Reserved { name: name.to_owned() });
     }
 }
 
@@ -348,7 +348,7 @@ fn colliding_hashes_are_refused() {
         .unwrap();
     let text = GOOD.replacen("\"led\"", &format!("{one:?}"), 1);
     let error = error_of(&text.replacen("\"goto\"", &format!("{other:?}"), 1));
-    assert_eq!(error.cause, Cause::HashCollision { name: other, other: one });
+    assert_eq!(error.cause, RobotFileCause::HashCollision { name: other, other: one });
     assert_eq!(error.place.map(|place| (place.line, place.column)), Some((38, 8)));
 }
 

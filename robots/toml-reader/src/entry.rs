@@ -6,16 +6,16 @@ use toml::Spanned;
 use toml::de::DeValue;
 
 use crate::error::{Cause, TomlError};
-use crate::place::{Place, Source};
+use crate::place::{Place, SourceText};
 use crate::reader::Reader;
 use crate::section::Section;
 
 /// A value of the file, its key and its place. A function that returns `None` has recorded the
 /// mistake.
-pub struct Entry<'a, C> {
+pub struct TomlEntry<'a, C> {
     /// The state of the pass, which records mistakes.
     pub reader: &'a Reader<'a, C>,
-    pub(crate) source: &'a Source<'a>,
+    pub(crate) source: &'a SourceText<'a>,
     /// The key; for an element of a list, the key of the list.
     pub key: String,
     /// The path of the value in overrides.
@@ -25,14 +25,14 @@ pub struct Entry<'a, C> {
     pub value: &'a DeValue<'a>,
 }
 
-impl<C> Clone for Entry<'_, C> {
+impl<C> Clone for TomlEntry<'_, C> {
     fn clone(&self) -> Self {
         let (key, path) = (self.key.clone(), self.path.clone());
-        Entry { key, path, span: self.span.clone(), ..*self }
+        TomlEntry { key, path, span: self.span.clone(), ..*self }
     }
 }
 
-impl<'a, C: Cause> Entry<'a, C> {
+impl<'a, C: Cause> TomlEntry<'a, C> {
     /// Records a mistake at this value.
     pub fn fail(&self, cause: impl Into<C>) {
         self.reader.note(cause, || Some(self.place()));
@@ -150,12 +150,12 @@ impl<'a, C: Cause> Entry<'a, C> {
     }
 
     /// Returns the elements of a list.
-    pub fn list(&self) -> Option<Vec<Entry<'a, C>>> {
+    pub fn list(&self) -> Option<Vec<TomlEntry<'a, C>>> {
         let DeValue::Array(items) = self.value else {
             self.wrong_type("a list");
             return None;
         };
-        let entry = |(index, item): (usize, &'a Spanned<DeValue<'a>>)| Entry {
+        let entry = |(index, item): (usize, &'a Spanned<DeValue<'a>>)| TomlEntry {
             key: self.key.clone(),
             path: format!("{}.{index}", self.path),
             span: item.span(),

@@ -29,9 +29,9 @@ mod reader;
 mod section;
 mod unclosed;
 
-pub use entry::{Entry, number_text};
+pub use entry::{TomlEntry, number_text};
 pub use error::{Cause, FileError, LIMIT, TomlError, one_of};
-pub use place::{Place, Source};
+pub use place::{Place, SourceText};
 pub use reader::{Override, Reader, Schema, read};
 pub use section::Section;
 

@@ -27,7 +27,7 @@ pub struct Place {
 
 /// A text with its name in messages.
 #[derive(Debug)]
-pub struct Source<'a> {
+pub struct SourceText<'a> {
     /// Path of the file as it was given, or another name.
     pub path: &'a str,
     /// The whole text.
@@ -36,12 +36,12 @@ pub struct Source<'a> {
     lines: Vec<usize>,
 }
 
-impl<'a> Source<'a> {
+impl<'a> SourceText<'a> {
     /// Finds the lines of `text`, so that [`place`](Self::place) need not search the whole text.
     pub fn new(path: &'a str, text: &'a str) -> Self {
         let newlines = text.bytes().enumerate().filter(|(_, byte)| *byte == b'\n');
         let lines = std::iter::once(0).chain(newlines.map(|(at, _)| at + 1)).collect();
-        Source { path, text, lines }
+        SourceText { path, text, lines }
     }
 
     /// Returns the place of a range of bytes. A range outside of the text stands for the end of the

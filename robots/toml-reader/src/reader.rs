@@ -6,7 +6,7 @@ use toml::Spanned;
 use toml::de::{DeTable, DeValue};
 
 use crate::error::{Cause, FileError, LIMIT, TomlError};
-use crate::place::{Place, Source};
+use crate::place::{Place, SourceText};
 use crate::section::Section;
 use crate::unclosed::{self, Unclosed};
 
@@ -20,7 +20,7 @@ pub struct Override<'a> {
     /// The path of the key: `medium.ir.loss`.
     pub key: &'a str,
     /// The text of the value.
-    pub source: Source<'a>,
+    pub source: SourceText<'a>,
     /// The parsed value.
     pub value: Spanned<DeValue<'a>>,
 }
@@ -28,7 +28,7 @@ pub struct Override<'a> {
 impl<'a> Override<'a> {
     /// Parses the text of a value. A text that is not TOML is taken as a string, so that words need
     /// no quotes.
-    pub fn new(key: &'a str, source: Source<'a>) -> Self {
+    pub fn new(key: &'a str, source: SourceText<'a>) -> Self {
         let text = source.text;
         let value = DeValue::parse(text)
             .unwrap_or_else(|_| Spanned::new(0..text.len(), DeValue::String(text.into())));
@@ -51,7 +51,7 @@ struct Mistakes<C> {
 /// Reads a file: calls `format` with its root section, named `root`. The mistakes are in the order
 /// of the file. Those in overrides and other files come last.
 pub fn read<T, C: Cause>(
-    source: &Source<'_>,
+    source: &SourceText<'_>,
     overrides: &[Override<'_>],
     (root, schema): (&'static str, Schema<'_>),
     format: impl FnOnce(&Section<'_, C>) -> Option<T>,

@@ -5,9 +5,9 @@ use std::ops::{Range, RangeInclusive};
 use toml::Spanned;
 use toml::de::{DeTable, DeValue};
 
-use crate::entry::Entry;
+use crate::entry::TomlEntry;
 use crate::error::{self, Cause, TomlError};
-use crate::place::{Place, Source};
+use crate::place::{Place, SourceText};
 use crate::reader::{Override, Reader};
 
 /// A table of the file and its place. A function that returns `None` for an existing value has
@@ -15,7 +15,7 @@ use crate::reader::{Override, Reader};
 pub struct Section<'a, C> {
     /// The state of the pass, which records mistakes.
     pub reader: &'a Reader<'a, C>,
-    source: &'a Source<'a>,
+    source: &'a SourceText<'a>,
     /// The name of the section in messages, such as `[world]`.
     pub name: &'static str,
     path: String,
@@ -27,7 +27,7 @@ pub struct Section<'a, C> {
 impl<'a, C: Cause> Section<'a, C> {
     pub(crate) fn root(
         reader: &'a Reader<'a, C>,
-        source: &'a Source<'a>,
+        source: &'a SourceText<'a>,
         name: &'static str,
         table: &'a DeTable<'a>,
     ) -> Self {
@@ -37,7 +37,7 @@ impl<'a, C: Cause> Section<'a, C> {
     /// Returns a section. Records the keys of the table that a section of that name does not have.
     pub(crate) fn new(
         reader: &'a Reader<'a, C>,
-        source: &'a Source<'a>,
+        source: &'a SourceText<'a>,
         name: &'static str,
         path: String,
         span: Range<usize>,
@@ -98,14 +98,14 @@ impl<'a, C: Cause> Section<'a, C> {
     }
 
     /// Returns the value of a key, if it is there.
-    pub fn get(&self, key: &str) -> Option<Entry<'a, C>> {
+    pub fn get(&self, key: &str) -> Option<TomlEntry<'a, C>> {
         let path = self.path_of(key);
         let set = self.reader.overrides.iter().rev().find(|set| set.key == path);
         let (source, value): (_, &'a Spanned<DeValue<'a>>) = match set {
             Some(set) => (&set.source, &set.value),
             None => (self.source, self.table?.get(key)?),
         };
-        Some(Entry {
+        Some(TomlEntry {
             reader: self.reader,
             source,
             key: key.to_owned(),
@@ -116,7 +116,7 @@ impl<'a, C: Cause> Section<'a, C> {
     }
 
     /// Returns the value of a key that must be there.
-    pub fn required(&self, key: &'static str) -> Option<Entry<'a, C>> {
+    pub fn required(&self, key: &'static str) -> Option<TomlEntry<'a, C>> {
         let entry = self.get(key);
         if entry.is_none() && !self.is_misspelled(key) {
             self.fail(TomlError::MissingKey { key, section: self.name });
@@ -153,8 +153,11 @@ impl<'a, C: Cause> Section<'a, C> {
     }
 
     /// Returns the one of several keys that exists. Two of them are a mistake, and so is none.
-    pub fn one_of(&self, keys: &'static [&'static str]) -> Option<(&'static str, Entry<'a, C>)> {
-        let mut found: Option<(&'static str, Entry<'a, C>)> = None;
+    pub fn one_of(
+        &self,
+        keys: &'static [&'static str],
+    ) -> Option<(&'static str, TomlEntry<'a, C>)> {
+        let mut found: Option<(&'static str, TomlEntry<'a, C>)> = None;
         for key in keys.iter().copied() {
             let Some(entry) = self.get(key) else { continue };
             match &found {

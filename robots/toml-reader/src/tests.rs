@@ -31,7 +31,7 @@ fn keys(_: &'static str) -> Vec<&'static str> {
 
 /// Reads two required numbers and a list of tables.
 fn errors(text: &str) -> Vec<FileError<Mistake>> {
-    let read = read(&Source::new("a.toml", text), &[], ("the file", &keys), |root| {
+    let read = read(&SourceText::new("a.toml", text), &[], ("the file", &keys), |root| {
         let size = root.required("size").and_then(|entry| entry.integer(1..=9));
         let speed = root.required("speed").and_then(|entry| entry.number(0.0..=f64::MAX));
         root.sections("item", "this [[item]]");
@@ -94,7 +94,7 @@ fn mistakes_beyond_the_limit_are_counted() {
 
 #[test]
 fn a_place_shows_its_line() {
-    let source = Source::new("a.toml", "one\r\ntw\u{f6} = 3\n");
+    let source = SourceText::new("a.toml", "one\r\ntw\u{f6} = 3\n");
     let place = source.place(7..11);
     assert_eq!((place.line, place.column, place.width), (2, 3, 3));
     assert_eq!((place.source.as_str(), place.source_column), ("tw\u{f6} = 3", 1));
@@ -102,14 +102,14 @@ fn a_place_shows_its_line() {
     // A mistake may be at the very end, and a range may end in another line.
     assert_eq!((source.place(14..14).line, source.place(99..120).line), (3, 3));
     assert_eq!(source.place(0..9).width, 3);
-    let empty = Source::new("a.toml", "").place(0..0);
+    let empty = SourceText::new("a.toml", "").place(0..0);
     assert_eq!((empty.line, empty.column, empty.width), (1, 1, 1));
 }
 
 #[test]
 fn a_place_in_a_long_line_shows_a_part_of_it() {
     let text = format!("{}!{}", "\u{f6}".repeat(100_000), "x".repeat(100_000));
-    let place = Source::new("a.toml", &text).place(200_000..200_001);
+    let place = SourceText::new("a.toml", &text).place(200_000..200_001);
     assert_eq!((place.line, place.column, place.width), (1, 100_001, 1));
     assert!(place.source.len() <= 400, "{}", place.source.len());
     let shown = place.source.chars().nth(place.column - place.source_column);

@@ -2,18 +2,18 @@
 
 use std::ops::Range;
 
-use bittybuzz_compiler::bo::instruction::{Action, Form, Instruction, TABLE};
+use bittybuzz_compiler::bo::instruction::{BoAction, BoInstruction, OperandForm, TABLE};
 use bittybuzz_compiler::bo::read::Bo;
 
 /// An object file taken apart.
 #[derive(Clone)]
 pub struct Program {
     strings: Vec<Vec<u8>>,
-    code: Vec<Code>,
+    code: Vec<BoCode>,
 }
 
 #[derive(Clone, Copy)]
-struct Code {
+struct BoCode {
     opcode: u8,
     argument: Argument,
 }
@@ -96,7 +96,7 @@ impl Program {
             14 => self.code.swap(at, usize::from(value) * count / 256),
             _ => {
                 let jumps = self.code.iter_mut();
-                let mut jumps: Vec<&mut Code> =
+                let mut jumps: Vec<&mut BoCode> =
                     jumps.filter(|code| matches!(code.argument, Argument::Address(_))).collect();
                 if !jumps.is_empty() {
                     let chosen = usize::from(place) % jumps.len();
@@ -110,11 +110,15 @@ impl Program {
         let (count, strings) = (self.code.len(), self.strings.len());
         let code = &mut self.code[at];
         code.argument = match (TABLE[usize::from(code.opcode)].1, code.argument) {
-            (Form::String(_), _) => Argument::Word((usize::from(value) % (strings + 1)) as u32),
-            (Form::Locals(_), _) => Argument::Word(u32::from(value) % 8),
-            (Form::Float(_), Argument::Word(word)) => Argument::Word(word ^ 1 << (value & 31)),
-            (Form::Int(_), _) => Argument::Word(i32::from(value as i8) as u32),
-            (Form::Address(_), _) => Argument::Address(usize::from(value) * count / 256),
+            (OperandForm::String(_), _) => {
+                Argument::Word((usize::from(value) % (strings + 1)) as u32)
+            }
+            (OperandForm::Locals(_), _) => Argument::Word(u32::from(value) % 8),
+            (OperandForm::Float(_), Argument::Word(word)) => {
+                Argument::Word(word ^ 1 << (value & 31))
+            }
+            (OperandForm::Int(_), _) => Argument::Word(i32::from(value as i8) as u32),
+            (OperandForm::Address(_), _) => Argument::Address(usize::from(value) * count / 256),
             (_, argument) => argument,
         };
     }
@@ -152,7 +156,7 @@ impl Program {
     /// How many values more there are behind an instruction.
     fn gain(&self, at: usize) -> i64 {
         match TABLE[usize::from(self.code[at].opcode)].1 {
-            Form::Plain(Action::Callc) => {
+            OperandForm::Plain(BoAction::Callc) => {
                 let before = at.checked_sub(1).map(|before| self.code[before].argument);
                 let arguments = match before {
                     Some(Argument::Word(count)) => i64::from(count),
@@ -160,29 +164,29 @@ impl Program {
                 };
                 -2 - arguments
             }
-            Form::Plain(action) => match action {
-                Action::PushNil | Action::Dup | Action::PushT => 1,
-                Action::Pop | Action::Ret1 | Action::Binary(_) | Action::Tget => -1,
-                Action::Gstore | Action::Calls => -2,
-                Action::Tput => -3,
+            OperandForm::Plain(action) => match action {
+                BoAction::PushNil | BoAction::Dup | BoAction::PushT => 1,
+                BoAction::Pop | BoAction::Ret1 | BoAction::Binary(_) | BoAction::Tget => -1,
+                BoAction::Gstore | BoAction::Calls => -2,
+                BoAction::Tput => -3,
                 _ => 0,
             },
-            Form::Float(_) | Form::Int(_) | Form::String(_) => 1,
-            Form::Locals(make) => match make(0) {
-                Action::Lload(_) => 1,
-                Action::Lstore(_) => -1,
+            OperandForm::Float(_) | OperandForm::Int(_) | OperandForm::String(_) => 1,
+            OperandForm::Locals(make) => match make(0) {
+                BoAction::Lload(_) => 1,
+                BoAction::Lstore(_) => -1,
                 _ => 0,
             },
-            Form::Address(make) => match make(0) {
-                Action::PushCn(_) | Action::PushL(_) => 1,
-                Action::Jump(_) => 0,
+            OperandForm::Address(make) => match make(0) {
+                BoAction::PushCn(_) | BoAction::PushL(_) => 1,
+                BoAction::Jump(_) => 0,
                 _ => -1,
             },
         }
     }
 
     /// Inserts instructions that stood at `from`; what they jump to among themselves comes along.
-    fn insert(&mut self, at: usize, from: usize, codes: Vec<Code>) {
+    fn insert(&mut self, at: usize, from: usize, codes: Vec<BoCode>) {
         // Repeated insertions must not make every input a long one.
         if self.code.len() + codes.len() > 1000 {
             return;
@@ -191,7 +195,7 @@ impl Program {
         self.shift(at + 1, codes.len() as isize);
         let moved = codes.iter().map(|code| match code.argument {
             Argument::Address(to) if (from..=from + codes.len()).contains(&to) => {
-                Code { argument: Argument::Address(to - from + at), ..*code }
+                BoCode { argument: Argument::Address(to - from + at), ..*code }
             }
             _ => *code,
         });
@@ -230,10 +234,12 @@ enum Kind {
 impl Kind {
     fn of(opcode: u8) -> Kind {
         match TABLE[usize::from(opcode)].1 {
-            Form::Plain(Action::Binary(_) | Action::Tget) => Kind::Binary,
-            Form::Plain(Action::Unary(_)) => Kind::Unary,
-            Form::Float(_) | Form::Int(_) | Form::String(_) => Kind::Push,
-            Form::Address(make) if matches!(make(0), Action::Jumpz(_) | Action::Jumpnz(_)) => {
+            OperandForm::Plain(BoAction::Binary(_) | BoAction::Tget) => Kind::Binary,
+            OperandForm::Plain(BoAction::Unary(_)) => Kind::Unary,
+            OperandForm::Float(_) | OperandForm::Int(_) | OperandForm::String(_) => Kind::Push,
+            OperandForm::Address(make)
+                if matches!(make(0), BoAction::Jumpz(_) | BoAction::Jumpnz(_)) =>
+            {
                 Kind::Jump
             }
             _ => Kind::Other(opcode),
@@ -261,23 +267,23 @@ const WORDS: [&[u8]; 16] = [
     b"a\nb",
 ];
 
-fn code(bytes: &[u8], instruction: &Instruction) -> Code {
+fn code(bytes: &[u8], instruction: &BoInstruction) -> BoCode {
     let opcode = bytes.get(instruction.offset).copied().unwrap_or(0);
     let argument = match instruction.action {
-        Action::PushCn(to)
-        | Action::PushL(to)
-        | Action::Jump(to)
-        | Action::Jumpz(to)
-        | Action::Jumpnz(to) => Argument::Address(to),
+        BoAction::PushCn(to)
+        | BoAction::PushL(to)
+        | BoAction::Jump(to)
+        | BoAction::Jumpz(to)
+        | BoAction::Jumpnz(to) => Argument::Address(to),
         _ if is_plain(opcode) => Argument::None,
         _ => {
             let word = bytes.get(instruction.offset + 1..).and_then(|rest| rest.first_chunk());
             Argument::Word(u32::from_le_bytes(*word.unwrap_or(&[0; 4])))
         }
     };
-    Code { opcode, argument }
+    BoCode { opcode, argument }
 }
 
 fn is_plain(opcode: u8) -> bool {
-    matches!(TABLE[usize::from(opcode)].1, Form::Plain(_))
+    matches!(TABLE[usize::from(opcode)].1, OperandForm::Plain(_))
 }

@@ -4,7 +4,8 @@ use std::path::Path;
 use std::sync::OnceLock;
 
 use bittybuzz_arena::output::recording::{
-    Body, Header, Obstacle, Outline, RecordingReader, Sample, Writer,
+    RecordedBody, RecordedObstacle, RecordedOutline, RecordingHeader, RecordingReader,
+    RecordingSample, RecordingWriter,
 };
 use bittybuzz_arena::scenario::Scenario;
 use bittybuzz_compiler::disasm::disassemble;
@@ -151,7 +152,10 @@ fn written(choices: &mut Choices<'_>) -> Vec<u8> {
     let mut bytes = Vec::new();
     let mut bodies = Vec::new();
     for _ in 0..choices.below(6) {
-        bodies.push(Body { id: u16::from(choices.byte()) * 257, radius: choices.byte().into() });
+        bodies.push(RecordedBody {
+            id: u16::from(choices.byte()) * 257,
+            radius: choices.byte().into(),
+        });
     }
     let size = [1000, u32::from(choices.byte())];
     let mut far = || i32::from_le_bytes([0; 4].map(|_: u8| choices.byte()));
@@ -171,15 +175,15 @@ fn written(choices: &mut Choices<'_>) -> Vec<u8> {
     for _ in 0..choices.below(4) {
         let numbers @ [x, y, radius, _] = [i32::MIN, -1, i32::from(choices.byte()), i32::MAX];
         let outline = match choices.below(3) {
-            0 => Outline::Disc([x, y, radius]),
-            1 => Outline::Block(numbers),
-            _ => Outline::Wall(numbers),
+            0 => RecordedOutline::Disc([x, y, radius]),
+            1 => RecordedOutline::Block(numbers),
+            _ => RecordedOutline::Wall(numbers),
         };
         let height = choices.flag().then_some(u32::MAX);
-        obstacles.push(Obstacle { outline, height });
+        obstacles.push(RecordedObstacle { outline, height });
     }
-    let header = Header { size, tick_ms: 100, bodies, obstacles };
-    let mut writer = Writer::new(&mut bytes, &header).expect("memory takes everything");
+    let header = RecordingHeader { size, tick_ms: 100, bodies, obstacles };
+    let mut writer = RecordingWriter::new(&mut bytes, &header).expect("memory takes everything");
     let mut tick = 0;
     for _ in 0..choices.below(8) {
         for robot in robots.iter_mut().flatten() {
@@ -201,7 +205,7 @@ fn written(choices: &mut Choices<'_>) -> Vec<u8> {
 }
 
 /// Returns the samples of a recording that can be read to its end.
-fn read(bytes: &[u8]) -> Option<Vec<Sample>> {
+fn read(bytes: &[u8]) -> Option<Vec<RecordingSample>> {
     let reader = match RecordingReader::new(bytes) {
         Ok(reader) => reader,
         Err(error) => {
@@ -210,16 +214,16 @@ fn read(bytes: &[u8]) -> Option<Vec<Sample>> {
         }
     };
     let header = reader.header().clone();
-    let samples: Vec<Sample> = reader.take(SAMPLES).collect::<Result<_, _>>().ok()?;
+    let samples: Vec<RecordingSample> = reader.take(SAMPLES).collect::<Result<_, _>>().ok()?;
     let mut again = Vec::new();
-    let mut writer = Writer::new(&mut again, &header).expect("memory takes everything");
+    let mut writer = RecordingWriter::new(&mut again, &header).expect("memory takes everything");
     for sample in &samples {
         writer.write(sample.tick, &sample.robots).expect("memory takes everything");
     }
     writer.finish().expect("memory takes everything");
     let reader = RecordingReader::new(&again).expect("a recording that was written");
     assert_eq!(reader.header(), &header);
-    let read_again: Vec<Sample> =
+    let read_again: Vec<RecordingSample> =
         reader.collect::<Result<_, _>>().expect("a recording that was written");
     assert_eq!(read_again.len(), samples.len());
     for (once, again) in samples.iter().zip(&read_again) {

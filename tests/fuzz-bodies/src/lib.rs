@@ -47,10 +47,10 @@ use bittybuzz_compiler::bo::{self as object, import};
 use bittybuzz_compiler::compile::{Compiled, Options, compile};
 use bittybuzz_compiler::diagnostic::Severity;
 use bittybuzz_compiler::disasm::disassemble;
-use bittybuzz_compiler::include::{Loader, MemoryFiles};
-use bittybuzz_compiler::render::{Color, Renderer};
+use bittybuzz_compiler::include::{IncludeLoader, MemoryFiles};
+use bittybuzz_compiler::render::{ColorChoice, Renderer};
 use bittybuzz_compiler::symbols::Symbols;
-use bittybuzz_robot_spec::Profile;
+use bittybuzz_robot_spec::NumberProfile;
 use bittybuzz_vm_core::ImageError;
 use choices::Choices;
 pub use files::{recording, robot_file, scenario, symbols};
@@ -155,25 +155,25 @@ fn object(bytes: &[u8], debug: Option<&[u8]>, data: &[u8]) -> bool {
 }
 
 /// An input says nothing of the profile, and should be tried in one only: half of them in each.
-fn profile(data: &[u8]) -> Profile {
-    if data.len().is_multiple_of(2) { Profile::Tiny } else { Profile::Full }
+fn profile(data: &[u8]) -> NumberProfile {
+    if data.len().is_multiple_of(2) { NumberProfile::Tiny } else { NumberProfile::Full }
 }
 
-fn options(profile: Profile) -> &'static Options {
+fn options(profile: NumberProfile) -> &'static Options {
     static OPTIONS: OnceLock<[Options; 2]> = OnceLock::new();
     let [tiny, full] = OPTIONS.get_or_init(|| {
-        [Profile::Tiny, Profile::Full].map(|profile| Options {
+        [NumberProfile::Tiny, NumberProfile::Full].map(|profile| Options {
             profile: Some(profile),
             robot: None,
             robots: bittybuzz_robot_files::all_shipped(),
         })
     });
-    if profile == Profile::Tiny { tiny } else { full }
+    if profile == NumberProfile::Tiny { tiny } else { full }
 }
 
-fn compile_text(text: &str, profile: Profile) -> Compiled {
+fn compile_text(text: &str, profile: NumberProfile) -> Compiled {
     let files = MemoryFiles::default();
-    compile(Path::new("fuzz.bzz"), text.into(), &Loader::new(&files), options(profile))
+    compile(Path::new("fuzz.bzz"), text.into(), &IncludeLoader::new(&files), options(profile))
 }
 
 /// Messages can be shown; an image is accepted; its symbols can be kept. Whether there is one.
@@ -184,7 +184,7 @@ fn check(compiled: &Compiled, data: &[u8]) -> bool {
     let shown = data.last().is_some_and(|last| last.is_multiple_of(4));
     if shown && let Some(chosen) = data.len().checked_rem(compiled.diagnostics.len()) {
         let renderer = Renderer::new(&compiled.sources);
-        renderer.text(&compiled.diagnostics[chosen], Color::Never);
+        renderer.text(&compiled.diagnostics[chosen], ColorChoice::Never);
         renderer.json(&compiled.diagnostics[chosen]);
     }
     let Some(image) = &compiled.image else { return false };

@@ -4,7 +4,8 @@
 use bittybuzz_comms::infrared::{self, FaultReport};
 use bittybuzz_comms::nrf24::{self, Payload};
 use bittybuzz_comms::syslink::{
-    Crtp, MTU, P2P_MAX, Packet, Parser, Ping, Position, SWARM_PORT, SwarmFrame, SyslinkFrame, kind,
+    Crtp, MTU, P2P_MAX, Ping, Position, SWARM_PORT, SwarmFrame, SyslinkFrame, SyslinkPacket,
+    SyslinkParser, kind,
 };
 use bittybuzz_kilobot::mode::ModeSwitch;
 use bittybuzz_kilobot::receiver::{BIT, DEADLINE, Pulse, Receiver};
@@ -19,7 +20,7 @@ const SILENCE: usize = 2 * (MTU + 6);
 /// Returns true if one of them had a meaning.
 pub fn syslink(data: &[u8]) -> bool {
     let mut choices = Choices::new(data);
-    let mut parser = Parser::new();
+    let mut parser = SyslinkParser::new();
     let mut understood = false;
     while !choices.is_empty() {
         for byte in serial(&mut choices) {
@@ -88,7 +89,7 @@ fn serial(choices: &mut Choices<'_>) -> Vec<u8> {
 /// Reads a frame and what is in it. Returns whether it means something.
 fn check_frame(frame: SyslinkFrame<'_>) -> bool {
     let mut again = 0;
-    let mut parser = Parser::new();
+    let mut parser = SyslinkParser::new();
     for byte in frame.bytes().as_slice() {
         parser.push(*byte, |read| {
             assert_eq!((read.kind(), read.data()), (frame.kind(), frame.data()));
@@ -96,12 +97,12 @@ fn check_frame(frame: SyslinkFrame<'_>) -> bool {
         });
     }
     assert_eq!(again, 1, "a frame is not received as it was sent");
-    let Ok(packet) = Packet::received(frame) else { return false };
+    let Ok(packet) = SyslinkPacket::received(frame) else { return false };
     let mut room = [0; MTU];
     assert!(packet.frame(&mut room).is_ok(), "{packet:?} cannot be sent");
     match packet {
-        Packet::Raw(data) => Crtp::parse(data).is_some(),
-        Packet::P2pReceived { data, .. } => check_swarm_frame(data) || check_ping(data),
+        SyslinkPacket::Raw(data) => Crtp::parse(data).is_some(),
+        SyslinkPacket::P2pReceived { data, .. } => check_swarm_frame(data) || check_ping(data),
         _ => true,
     }
 }

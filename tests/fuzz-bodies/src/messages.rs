@@ -3,7 +3,7 @@
 use std::sync::OnceLock;
 
 use bittybuzz_testkit::{Program, Queues, Received, TestRobot};
-use bittybuzz_vm_core::message::content::{ContentItem, ContentReader, Head, Writer};
+use bittybuzz_vm_core::message::content::{ContentItem, ContentReader, ContentWriter, Head};
 use bittybuzz_vm_core::message::{
     FRAGMENT_HEAD, FULL_FRAME, Fragment, Message, ScriptIdentity, StigmergyEntry, Swarms,
     TINY_FRAME, crc16,
@@ -228,7 +228,7 @@ fn items<P: Profile>(choices: &mut Choices<'_>, script: ScriptIdentity) -> Vec<u
         Head::Entry { stigmergy, owner, clock: clock(choices), digest: choices.byte().into() }
     };
     let mut room = [0; CONTENT];
-    let mut writer = Writer::new(&mut room, script, head);
+    let mut writer = ContentWriter::new(&mut room, script, head);
     let mut left = 2;
     while left > 0 {
         left -= 1;

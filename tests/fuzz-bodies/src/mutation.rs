@@ -1,7 +1,7 @@
 //! Changes to an image that know what its bytes mean, so that many of the results still verify.
 
 use bittybuzz_vm_core::Image;
-use bittybuzz_vm_core::image::Header;
+use bittybuzz_vm_core::image::ImageHeader;
 use bittybuzz_vm_core::opcode::{self, Operand, SHORTS, TABLE, WIDE};
 
 /// An instruction of an image.
@@ -38,7 +38,7 @@ impl Instruction {
 
 /// An image taken apart.
 struct Parts {
-    header: Header,
+    header: ImageHeader,
     instructions: Vec<Instruction>,
 }
 
@@ -83,7 +83,7 @@ impl Parts {
 }
 
 /// Where a function starts.
-fn start(image: &[u8], header: &Header, function: usize) -> Option<usize> {
+fn start(image: &[u8], header: &ImageHeader, function: usize) -> Option<usize> {
     if function >= usize::from(header.functions()) {
         return None;
     }

@@ -5,7 +5,7 @@ mod kind;
 mod writer;
 
 use bittybuzz_compiler::codegen::asm::Shape;
-use bittybuzz_compiler::image::{EntryPoint, LibraryRow, Parts};
+use bittybuzz_compiler::image::{EntryPoint, ImageContent, LibraryRow};
 use bittybuzz_compiler::strings::StringTable;
 use bittybuzz_vm_core::builtin::{self, Feature, Library};
 use writer::Writer;
@@ -54,7 +54,7 @@ pub fn image(choices: &mut Choices<'_>) -> Vec<u8> {
         let writer = Writer::new(&program, *shape, choices);
         if number == 0 { writer.global_code() } else { writer.some_function() }
     });
-    let parts = Parts {
+    let parts = ImageContent {
         full,
         features,
         script_hash,
@@ -95,7 +95,7 @@ impl Program {
     }
 
     /// A built-in that this build of the machine has.
-    fn builtin(&self, choices: &mut Choices<'_>) -> &'static builtin::Info {
+    fn builtin(&self, choices: &mut Choices<'_>) -> &'static builtin::BuiltinInfo {
         let chosen = choices.below(builtin::TABLE.len());
         let mut from_there = builtin::TABLE[chosen..].iter().chain(builtin::TABLE);
         let there = from_there.find(|info| info.feature as u8 & !self.features == 0);

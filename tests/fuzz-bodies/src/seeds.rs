@@ -2,7 +2,7 @@
 
 use std::sync::OnceLock;
 
-use bittybuzz_robot_spec::Profile;
+use bittybuzz_robot_spec::NumberProfile;
 use bittybuzz_tests::generator::{Options, program};
 
 use crate::bo_mutation::Program;
@@ -79,9 +79,9 @@ const PROGRAMS: u64 = 8;
 pub fn images() -> &'static [Vec<u8>] {
     static IMAGES: OnceLock<Vec<Vec<u8>>> = OnceLock::new();
     IMAGES.get_or_init(|| {
-        let profiles = [Profile::Tiny, Profile::Full];
+        let profiles = [NumberProfile::Tiny, NumberProfile::Full];
         let compiled = profiles.iter().flat_map(|profile| {
-            let full = *profile == Profile::Full;
+            let full = *profile == NumberProfile::Full;
             let programs = (0..PROGRAMS)
                 .map(move |seed| program(Options { seed, full, hide_literals: false }));
             let scripts = SCRIPTS.iter().map(|text| (*text).to_owned());
@@ -93,7 +93,7 @@ pub fn images() -> &'static [Vec<u8>] {
 
 /// Images of two scripts, a short one and one with everything, and their symbols as text.
 pub fn symbols() -> Vec<(Vec<u8>, String)> {
-    let compiled = [SCRIPTS[0], EVERYTHING].map(|text| compile_text(text, Profile::Tiny));
+    let compiled = [SCRIPTS[0], EVERYTHING].map(|text| compile_text(text, NumberProfile::Tiny));
     compiled
         .into_iter()
         .filter_map(|known| Some((known.image?, known.symbols?.to_json())))

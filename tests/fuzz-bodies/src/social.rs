@@ -5,7 +5,7 @@
 
 use std::sync::OnceLock;
 
-use bittybuzz_robot_spec::Profile as ProfileName;
+use bittybuzz_robot_spec::NumberProfile as ProfileName;
 use bittybuzz_testkit::{Received, Recorder};
 use bittybuzz_vm_core::number::{Full, Profile, Tiny};
 use bittybuzz_vm_core::{Entry, Image, ImageError, Outcome, Torture, Vm};

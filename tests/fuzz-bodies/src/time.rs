@@ -6,10 +6,10 @@ use std::collections::VecDeque;
 use std::fmt::Write;
 use std::hint::black_box;
 
-use bittybuzz_robot_spec::Profile as ProfileName;
+use bittybuzz_robot_spec::NumberProfile as ProfileName;
 use bittybuzz_vm_core::number::{Full, Profile, Tiny};
 use bittybuzz_vm_core::{
-    Arguments, Axis, ByteCode, CountedCode, Entry, Host, Image, Outcome, Reply, RobotFault,
+    Axis, ByteCode, CallArguments, CountedCode, Entry, Host, Image, Outcome, Reply, RobotFault,
     Sighting, Sizes, Value, Vm,
 };
 
@@ -180,13 +180,13 @@ impl<P: Profile> Host<P> for Echo {
     fn call<C: ByteCode, const N: usize>(
         &mut self,
         _: u16,
-        _: Arguments<'_, P, C, N>,
+        _: CallArguments<'_, P, C, N>,
         _: bool,
     ) -> Result<Reply<P>, RobotFault> {
         Ok(Reply::Value(Value::nil()))
     }
 
-    fn log<C: ByteCode, const N: usize>(&mut self, _: Arguments<'_, P, C, N>) {}
+    fn log<C: ByteCode, const N: usize>(&mut self, _: CallArguments<'_, P, C, N>) {}
 
     fn delay_is_over(&mut self, _: i32, _: bool) -> bool {
         true

@@ -7,7 +7,7 @@ use std::time::Duration;
 use bittybuzz_emulation::Emulator;
 use bittybuzz_tests::bbz;
 
-use crate::{Command, Core, Event, TimedEvent};
+use crate::{Command, Core, EmulatorEvent, TimedEvent};
 
 /// Types of the controller's messages (kilolib, `message.h`).
 pub mod kind {
@@ -182,7 +182,7 @@ impl Kilobots {
         let later = self.events[robot].iter().filter(|event| event.at >= since);
         later
             .filter_map(|event| match event.event {
-                Event::Colour { red, green, blue } => Some((event.at, [red, green, blue])),
+                EmulatorEvent::Colour { red, green, blue } => Some((event.at, [red, green, blue])),
                 _ => None,
             })
             .collect()
@@ -197,7 +197,7 @@ impl Kilobots {
     pub fn motors(&self, robot: usize) -> [u8; 2] {
         let mut duties = [0; 2];
         for event in &self.events[robot] {
-            if let Event::Motor { number, duty, .. } = event.event {
+            if let EmulatorEvent::Motor { number, duty, .. } = event.event {
                 duties[usize::from(number) - 1] = (duty * 255.0).round() as u8;
             }
         }
@@ -209,7 +209,7 @@ impl Kilobots {
         let events = self.events[robot].iter();
         events
             .filter_map(|event| match &event.event {
-                Event::Infrared { payload, .. } => {
+                EmulatorEvent::Infrared { payload, .. } => {
                     Some((event.at, payload.as_slice().try_into().expect("12 bytes")))
                 }
                 _ => None,

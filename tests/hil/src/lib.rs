@@ -31,12 +31,12 @@ use std::sync::OnceLock;
 use std::time::Duration;
 
 use bittybuzz_compiler::compile::{Compiled, Options, compile};
-use bittybuzz_compiler::include::{DiskFiles, Loader};
+use bittybuzz_compiler::include::{DiskFiles, IncludeLoader};
 pub use bittybuzz_emulation::message::{
-    BoardStatistics, Command, CrazyflieStatistics, Event, PowerDetector, RobotEvent, Statistics,
-    TimedEvent, ZooidStatistics,
+    BoardStatistics, Command, CrazyflieStatistics, EmulatorEvent, PowerDetector, RobotEvent,
+    RobotStatistics, TimedEvent, ZooidStatistics,
 };
-use bittybuzz_emulation::{Emulator, Run};
+use bittybuzz_emulation::{Emulator, RunResult};
 use bittybuzz_robot_spec::Layout;
 use bittybuzz_tests::bbz;
 
@@ -254,7 +254,7 @@ impl Robot {
     /// Runs for so many µs, and returns what happened.
     pub fn run_us(&mut self, us: u64) -> Vec<TimedEvent> {
         self.now += Duration::from_micros(us);
-        let Run { events, at, .. } = self.emulator.run(self.now).expect("it runs");
+        let RunResult { events, at, .. } = self.emulator.run(self.now).expect("it runs");
         self.now = at.max(self.now);
         self.events.extend(events.iter().cloned());
         events
@@ -294,7 +294,7 @@ impl Robot {
     }
 
     /// The emulator's counters.
-    pub fn statistics(&mut self) -> Statistics {
+    pub fn statistics(&mut self) -> RobotStatistics {
         self.emulator.statistics().expect("it counts")
     }
 
@@ -322,7 +322,7 @@ pub const ECHO_HEADER: u8 = 0xf0;
 /// The intact frames of a kind that the firmware sent.
 pub fn frames(events: &[TimedEvent], wanted: u8) -> impl Iterator<Item = (Duration, &[u8])> {
     events.iter().filter_map(move |event| match &event.event {
-        Event::Syslink { kind, payload, intact: true } if *kind == wanted => {
+        EmulatorEvent::Syslink { kind, payload, intact: true } if *kind == wanted => {
             Some((event.at, payload.as_slice()))
         }
         _ => None,
@@ -333,7 +333,7 @@ pub fn frames(events: &[TimedEvent], wanted: u8) -> impl Iterator<Item = (Durati
 pub fn motors(events: &[TimedEvent]) -> [f64; 4] {
     let mut duties = [0.0; 4];
     for event in events {
-        if let Event::Motor { number, duty, .. } = event.event {
+        if let EmulatorEvent::Motor { number, duty, .. } = event.event {
             duties[usize::from(number) - 1] = duty;
         }
     }
@@ -343,7 +343,7 @@ pub fn motors(events: &[TimedEvent]) -> [f64; 4] {
 /// Returns true if the LED of this name is on after these events.
 pub fn is_lit(events: &[TimedEvent], led: &str) -> bool {
     let state = |event: &TimedEvent| match &event.event {
-        Event::Led { name, on } if name == led => Some(*on),
+        EmulatorEvent::Led { name, on } if name == led => Some(*on),
         _ => None,
     };
     events.iter().rev().find_map(state) == Some(true)
@@ -355,8 +355,8 @@ pub fn flashes(events: &[TimedEvent], led: &str, since: Duration) -> Vec<(Durati
     let mut begun = None;
     for event in events.iter().filter(|event| event.at >= since) {
         match &event.event {
-            Event::Led { name, on: true } if name == led => begun = Some(event.at),
-            Event::Led { name, on: false } if name == led => {
+            EmulatorEvent::Led { name, on: true } if name == led => begun = Some(event.at),
+            EmulatorEvent::Led { name, on: false } if name == led => {
                 flashes.extend(begun.take().map(|at| (at, event.at - at)));
             }
             _ => {}
@@ -379,7 +379,7 @@ pub fn load_register(register: u16, value: u32) -> [u16; 4] {
 /// The resets among events: time and cause.
 pub fn resets(events: &[TimedEvent]) -> Vec<(Duration, &str)> {
     let resets = events.iter().filter_map(|event| match &event.event {
-        Event::Reset { cause } => Some((event.at, cause.as_str())),
+        EmulatorEvent::Reset { cause } => Some((event.at, cause.as_str())),
         _ => None,
     });
     resets.collect()
@@ -400,7 +400,7 @@ pub fn image_for(robot: &str, script: &str) -> Vec<u8> {
 pub fn compiled_for(robot: &str, script: &str) -> Compiled {
     let robot = bittybuzz_robot_files::find(robot).expect("a shipped robot");
     let options = Options { profile: None, robots: vec![robot.clone()], robot: Some(robot) };
-    compile(Path::new("test.bzz"), script.to_owned(), &Loader::new(&DiskFiles), &options)
+    compile(Path::new("test.bzz"), script.to_owned(), &IncludeLoader::new(&DiskFiles), &options)
 }
 
 /// Address of the function in the Crazyflie's image whose symbol contains all of these, without the Thumb bit.

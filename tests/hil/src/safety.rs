@@ -4,7 +4,7 @@ use std::time::Duration;
 
 use bittybuzz_emulation::message::ResetCause;
 
-use crate::{Command, Event, Robot, TimedEvent, is_lit, motors};
+use crate::{Command, EmulatorEvent, Robot, TimedEvent, is_lit, motors};
 
 /// Resets the robot, and returns when.
 pub fn reset(robot: &mut Robot, cause: ResetCause) -> Duration {
@@ -22,13 +22,13 @@ pub fn since(robot: &Robot, from: Duration) -> &[TimedEvent] {
 
 /// Returns true if Bitcraze's bootloader has started another program than the firmware since the reset at `reset`.
 pub fn is_in_loader(robot: &Robot, reset: Duration) -> bool {
-    since(robot, reset).iter().any(|event| matches!(event.event, Event::Loader { .. }))
+    since(robot, reset).iter().any(|event| matches!(event.event, EmulatorEvent::Loader { .. }))
 }
 
 /// No motor has turned since the reset at `reset`.
 pub fn assert_motors_off(robot: &Robot, reset: Duration) {
     for event in since(robot, reset) {
-        if let Event::Motor { duty, .. } = event.event {
+        if let EmulatorEvent::Motor { duty, .. } = event.event {
             assert_eq!(duty, 0.0, "after the reset at {reset:?}: {event:?}");
         }
     }

@@ -5,7 +5,7 @@ use std::time::Duration;
 use bittybuzz_arena::run::{P2pAir, TURN};
 
 use crate::told::TraceLog;
-use crate::{Command, Core, Event, Robot, TimedEvent};
+use crate::{Command, Core, EmulatorEvent, Robot, TimedEvent};
 
 const TURN_US: u64 = TURN.as_micros() as u64;
 /// Between two packets of the positioning system.
@@ -66,7 +66,7 @@ impl Swarm {
             self.now_us += turn;
             for (sender, member) in self.members.iter_mut().enumerate() {
                 for TimedEvent { at, event } in member.run_us(turn) {
-                    if let Event::P2p { port, payload, air } = event {
+                    if let EmulatorEvent::P2p { port, payload, air } = event {
                         self.air.send(sender, at, air, port, payload);
                     }
                 }
@@ -91,7 +91,7 @@ impl Member {
     fn run_us(&mut self, us: u64) -> Vec<TimedEvent> {
         let events = self.robot.run_us(us);
         for event in &events {
-            if let Event::Rtt { bytes } = &event.event {
+            if let EmulatorEvent::Rtt { bytes } = &event.event {
                 self.told.read(bytes);
             }
         }

@@ -14,7 +14,8 @@ use bittybuzz_zooids_board::STEP_MM;
 
 use crate::told::TraceLog;
 use crate::{
-    BoardStatistics, Command, Core, Event, Statistics, TimedEvent, ZooidStatistics, image_for,
+    BoardStatistics, Command, Core, EmulatorEvent, RobotStatistics, TimedEvent, ZooidStatistics,
+    image_for,
 };
 
 /// Column and row of the picture's middle: 56 to 967 and 227 to 796 are projected.
@@ -130,13 +131,15 @@ impl Zooid {
     /// What it tells of itself.
     fn note(&mut self, event: TimedEvent) {
         match event.event {
-            Event::Rtt { bytes } => self.told.read(&bytes),
+            EmulatorEvent::Rtt { bytes } => self.told.read(&bytes),
             _ => {
                 match &event.event {
-                    Event::Motor { number, duty, .. } => {
+                    EmulatorEvent::Motor { number, duty, .. } => {
                         self.inputs[usize::from(*number) - 1] = *duty;
                     }
-                    Event::Reset { cause } if cause == "power_on" || cause == "brown_out" => {
+                    EmulatorEvent::Reset { cause }
+                        if cause == "power_on" || cause == "brown_out" =>
+                    {
                         self.told.begin_anew();
                     }
                     _ => {}
@@ -279,7 +282,7 @@ impl Table {
     }
 
     /// The counters of a robot.
-    pub fn statistics(&mut self, robot: usize) -> Statistics {
+    pub fn statistics(&mut self, robot: usize) -> RobotStatistics {
         self.emulator.statistics_of(robot).expect("it counts")
     }
 

@@ -5,10 +5,10 @@ use std::sync::{Arc, OnceLock};
 use std::time::Duration;
 
 use bittybuzz_comms::trace::{PrintedValue, Record, Unused};
-use bittybuzz_trace_reader::{Content, Table, TraceReader};
+use bittybuzz_trace_reader::{MessageContent, Table, TraceReader};
 
 use crate::table::zooids;
-use crate::{Event, TimedEvent, crazyflie};
+use crate::{EmulatorEvent, TimedEvent, crazyflie};
 
 /// What a robot told.
 pub struct TraceLog {
@@ -37,9 +37,9 @@ impl TraceLog {
         let mut told = TraceLog::of_crazyflie();
         for event in events {
             match &event.event {
-                Event::Rtt { bytes } => told.read(bytes),
+                EmulatorEvent::Rtt { bytes } => told.read(bytes),
                 // A record that was under way never comes.
-                Event::Reset { .. } => told.begin_anew(),
+                EmulatorEvent::Reset { .. } => told.begin_anew(),
                 _ => {}
             }
         }
@@ -68,8 +68,8 @@ impl TraceLog {
         for message in self.reader.read(bytes) {
             let at = Duration::from_secs_f64(message.seconds.unwrap_or(0.0));
             match message.content {
-                Content::Record(bytes) => self.note(at, &bytes),
-                Content::Text(text) => self.firmware.push(text),
+                MessageContent::Record(bytes) => self.note(at, &bytes),
+                MessageContent::Text(text) => self.firmware.push(text),
                 damaged => panic!("the firmware's messages are damaged: {damaged:?}"),
             }
         }

@@ -9,7 +9,7 @@ use bittybuzz_arena::robot::Piece;
 use bittybuzz_arena::run::{Program, Setup, Simulation, Summary};
 use bittybuzz_arena::scenario::{Backend, Placement, Scenario};
 use bittybuzz_compiler::compile::{Options, compile};
-use bittybuzz_compiler::include::{DiskFiles, Loader};
+use bittybuzz_compiler::include::{DiskFiles, IncludeLoader};
 use bittybuzz_hil::{Core, ScriptFile, table};
 use bittybuzz_robot_spec::Robot;
 use bittybuzz_tests::bbz;
@@ -81,7 +81,7 @@ fn program(script: &Path, robot: &Robot) -> Program {
         profile: None,
     };
     let text = std::fs::read_to_string(script).unwrap();
-    let compiled = compile(script, text, &Loader::new(&DiskFiles), &options);
+    let compiled = compile(script, text, &IncludeLoader::new(&DiskFiles), &options);
     let image = compiled.image.unwrap_or_else(|| panic!("{:#?}", compiled.diagnostics));
     Program { image, symbols: compiled.symbols }
 }

@@ -4,7 +4,9 @@
 
 use std::time::Duration;
 
-use bittybuzz_hil::{Command, Event, Swarm, TimedEvent, flashes, frames, is_lit, motors, resets};
+use bittybuzz_hil::{
+    Command, EmulatorEvent, Swarm, TimedEvent, flashes, frames, is_lit, motors, resets,
+};
 
 const SCRIPT: &str = "\
 function step() {
@@ -93,8 +95,9 @@ fn a_battery_that_runs_down_warns_stops_and_switches_off() {
     let (steps, red) = run.ten_seconds(Duration::from_millis(500));
     assert!(steps == 100 && (19..=20).contains(&red), "{steps} {red}");
     assert_eq!(run.duties(), [0.0; 4]);
-    let turned =
-        |event: &TimedEvent| event.at >= since && matches!(event.event, Event::Motor { .. });
+    let turned = |event: &TimedEvent| {
+        event.at >= since && matches!(event.event, EmulatorEvent::Motor { .. })
+    };
     assert!(!run.events().iter().any(turned), "the script's set-points change nothing");
     assert!(is_lit(run.events(), "green_left"), "the script goes on");
     // Without its load the battery recovers.
@@ -107,7 +110,7 @@ fn a_battery_that_runs_down_warns_stops_and_switches_off() {
     run.ms(6500);
     let off: Vec<Duration> = frames(run.events(), SWITCH_OFF).map(|(at, _)| at).collect();
     assert_eq!(off.len(), 1);
-    let power_off = |event: &&TimedEvent| matches!(event.event, Event::PowerOff { .. });
+    let power_off = |event: &&TimedEvent| matches!(event.event, EmulatorEvent::PowerOff { .. });
     let at = run.events().iter().find(power_off).expect("the nRF51 cuts the power").at;
     assert!(at >= off[0] && at < off[0] + Duration::from_millis(1), "{at:?}, asked at {off:?}");
     assert_eq!(resets(run.events()), []);
@@ -126,7 +129,7 @@ fn a_robot_asks_again_until_its_power_is_cut() {
     for (lose, ms, is_off) in [(1.0, 4000, false), (0.0, 1000, true)] {
         run.swarm.members()[0].robot.tell(&Command::Link { lose, corrupt: 0.0, seed: 3 });
         run.ms(ms);
-        let power_off = |event: &TimedEvent| matches!(event.event, Event::PowerOff { .. });
+        let power_off = |event: &TimedEvent| matches!(event.event, EmulatorEvent::PowerOff { .. });
         assert_eq!(run.events().iter().any(power_off), is_off);
     }
 }

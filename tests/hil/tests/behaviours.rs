@@ -10,7 +10,7 @@ use bittybuzz_arena::run::{Program, Setup, Simulation};
 use bittybuzz_arena::scenario::Scenario;
 use bittybuzz_comms::infrared::message_of;
 use bittybuzz_compiler::compile::{Compiled, Options, compile};
-use bittybuzz_compiler::include::{DiskFiles, Loader};
+use bittybuzz_compiler::include::{DiskFiles, IncludeLoader};
 use bittybuzz_compiler::symbols::Symbols;
 use bittybuzz_hil::kilobots::behaviour;
 use bittybuzz_hil::{Command, Core, Kilobots};
@@ -40,7 +40,7 @@ fn compiled(script: &Path, robot: &Robot) -> Compiled {
         profile: None,
     };
     let text = std::fs::read_to_string(script).unwrap();
-    compile(script, text, &Loader::new(&DiskFiles), &options)
+    compile(script, text, &IncludeLoader::new(&DiskFiles), &options)
 }
 
 /// Runs the scenario of a behaviour, and shows each tick; until there is nothing more to see.

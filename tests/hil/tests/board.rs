@@ -5,7 +5,7 @@
 use std::time::Duration;
 
 use bittybuzz_emulation::message::ResetCause;
-use bittybuzz_hil::{Command, Core, Event, Robot, Swarm, is_lit, motors, resets};
+use bittybuzz_hil::{Command, Core, EmulatorEvent, Robot, Swarm, is_lit, motors, resets};
 
 /// All motors turn, and the script's LEDs shine.
 const DRIVE: &str = "\
@@ -76,7 +76,7 @@ fn boards_with_other_motors_are_refused_and_named() {
         assert!(lines.iter().any(|line| line.contains(name)), "{name}: {lines:?}");
         let events = &member.robot.events;
         assert_eq!(motors(events), [0.0; 4], "{name}");
-        let moved = |event: &Event| matches!(event, Event::Motor { .. });
+        let moved = |event: &EmulatorEvent| matches!(event, EmulatorEvent::Motor { .. });
         assert!(!events.iter().any(|event| moved(&event.event)), "{name}: a pin moved");
         assert!(is_lit(events, "red_right"), "{name}");
         for led in ["red_left", "green_left", "blue_left"] {

@@ -6,7 +6,7 @@ use std::time::Duration;
 
 use bittybuzz_chips::Random;
 use bittybuzz_comms::syslink::SwarmFrame;
-use bittybuzz_hil::{Command, Event, Place, Swarm, Table, TimedEvent, TraceLog, resets};
+use bittybuzz_hil::{Command, EmulatorEvent, Place, Swarm, Table, TimedEvent, TraceLog, resets};
 
 /// Drives, sends and logs in each step; half a second of it fills the robot's buffer.
 const SCRIPT: &str = "\
@@ -91,7 +91,7 @@ fn steps_until(now: Duration) -> u32 {
     (now.as_nanos() / STEP.as_nanos()) as u32
 }
 
-fn count(events: &[TimedEvent], is_meant: fn(&Event) -> bool) -> u32 {
+fn count(events: &[TimedEvent], is_meant: fn(&EmulatorEvent) -> bool) -> u32 {
     events.iter().filter(|event| is_meant(&event.event)).count() as u32
 }
 
@@ -118,9 +118,9 @@ fn pull_the_cable_of_a_crazyflie(times: u32, seed: u64) {
     let events = &member.robot.events;
     CRAZYFLIE.assert_undisturbed(&member.told, events, steps, times);
     // Each step has sent a packet, and has set the motor anew.
-    let is_message = |event: &Event| matches!(event, Event::P2p { payload, .. } if SwarmFrame::parse(payload).is_some());
+    let is_message = |event: &EmulatorEvent| matches!(event, EmulatorEvent::P2p { payload, .. } if SwarmFrame::parse(payload).is_some());
     let sent = count(events, is_message);
-    let set = count(events, |event| matches!(event, Event::Motor { number: 1, .. }));
+    let set = count(events, |event| matches!(event, EmulatorEvent::Motor { number: 1, .. }));
     assert!((steps - 2..=steps).contains(&sent), "{sent} packets in {steps} steps");
     assert!((steps - 2..=steps + 2).contains(&set), "{set} set-points in {steps} steps");
 }
@@ -143,7 +143,8 @@ fn pull_the_cable_of_a_zooid(times: u32, seed: u64) {
     let zooid = &table.zooids()[0];
     ZOOID.assert_undisturbed(&zooid.told, &zooid.events, steps, times);
     // Each step has sent a packet, and has set the right motor anew.
-    let set = count(&zooid.events, |event| matches!(event, Event::Motor { number: 3 | 4, .. }));
+    let set =
+        count(&zooid.events, |event| matches!(event, EmulatorEvent::Motor { number: 3 | 4, .. }));
     assert!((u64::from(steps) - 2..=steps.into()).contains(&sent), "{sent} packets, {steps} steps");
     assert!((steps - 3..=steps + 5).contains(&set), "{set} set-points in {steps} steps");
 }

@@ -6,7 +6,7 @@
 use std::time::Duration;
 
 use bittybuzz_chips::Random;
-use bittybuzz_hil::{Command, Core, Event, Place, Robot, Table, TimedEvent, resets};
+use bittybuzz_hil::{Command, Core, EmulatorEvent, Place, Robot, Table, TimedEvent, resets};
 
 /// Changes an LED in each step.
 const SCRIPT: &str = "\
@@ -26,7 +26,7 @@ const HALTS: u32 = 5;
 /// Steps since `from`: each changes the one LED of the script.
 fn steps_in(events: &[TimedEvent], from: Duration) -> usize {
     let is_step =
-        |event: &&TimedEvent| event.at >= from && matches!(event.event, Event::Led { .. });
+        |event: &&TimedEvent| event.at >= from && matches!(event.event, EmulatorEvent::Led { .. });
     events.iter().filter(is_step).count()
 }
 

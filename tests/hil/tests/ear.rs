@@ -6,7 +6,7 @@ use std::io::Write;
 use std::process::{Command, Stdio};
 
 use bittybuzz_comms::infrared::{self, FaultReport, MESSAGE};
-use bittybuzz_hil::{Command as Tell, Event, Kilobots, ScriptFile, ear};
+use bittybuzz_hil::{Command as Tell, EmulatorEvent, Kilobots, ScriptFile, ear};
 use bittybuzz_tests::bbz;
 use bittybuzz_vm_core::{Fault, FaultCode, Type};
 
@@ -15,7 +15,7 @@ fn lines(robots: &Kilobots) -> Vec<String> {
     let bytes: Vec<u8> = robots.events[0]
         .iter()
         .filter_map(|event| match &event.event {
-            Event::Serial { bytes } => Some(bytes.clone()),
+            EmulatorEvent::Serial { bytes } => Some(bytes.clone()),
             _ => None,
         })
         .flatten()

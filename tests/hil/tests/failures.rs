@@ -3,8 +3,8 @@
 #![allow(clippy::unwrap_used, reason = "a test may")]
 
 use bittybuzz_hil::{
-    Command, Core, Event, Robot, TimedEvent, address_of, is_lit, load_register, motors, resets,
-    text, trace,
+    Command, Core, EmulatorEvent, Robot, TimedEvent, address_of, is_lit, load_register, motors,
+    resets, text, trace,
 };
 
 /// Motors and LEDs change with every step.
@@ -85,7 +85,7 @@ fn the_failure_is_safe(core: Core, code: &[u16]) {
     // Before the reset, which would stop them anyway.
     for motor in 1..=4 {
         let stopped = events.iter().find(|event| {
-            matches!(event.event, Event::Motor { number, duty, .. } if number == motor && duty == 0.0)
+            matches!(event.event, EmulatorEvent::Motor { number, duty, .. } if number == motor && duty == 0.0)
         });
         let stopped = stopped.unwrap_or_else(|| panic!("motor {motor} does not stop"));
         assert!(stopped.at < reset, "motor {motor}: {:?}, reset at {reset:?}", stopped.at);

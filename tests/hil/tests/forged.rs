@@ -13,7 +13,7 @@ use bittybuzz_comms::nrf24::{PAYLOAD_MAX, Payload};
 use bittybuzz_comms::syslink::{P2P_MAX, SWARM_PORT, SwarmFrame};
 use bittybuzz_hil::kilobots::behaviour;
 use bittybuzz_hil::{
-    Command, Event, Kilobots, Place, Swarm, Table, TimedEvent, TraceLog, compiled_for,
+    Command, EmulatorEvent, Kilobots, Place, Swarm, Table, TimedEvent, TraceLog, compiled_for,
 };
 use bittybuzz_kilobot::phase::{self, Phase};
 use bittybuzz_testkit::FORGER;
@@ -85,7 +85,10 @@ fn survive<P: Profile>(
 fn has_shown(events: &[TimedEvent], since: Duration) -> bool {
     let late = since + Duration::from_secs(1);
     events.iter().filter(|event| event.at > late).any(|event| {
-        matches!(event.event, Event::Led { .. } | Event::Motor { .. } | Event::Colour { .. })
+        matches!(
+            event.event,
+            EmulatorEvent::Led { .. } | EmulatorEvent::Motor { .. } | EmulatorEvent::Colour { .. }
+        )
     })
 }
 
@@ -131,7 +134,8 @@ fn play_on_a_kilobot(program: &Path, frames: &[Vec<u8>]) -> Aftermath {
         was_pause = is_pause;
     }
     let events = &robots.events[0];
-    let steps = events.iter().filter(|event| event.at > since && event.event == Event::Step);
+    let steps =
+        events.iter().filter(|event| event.at > since && event.event == EmulatorEvent::Step);
     Aftermath {
         steps: steps.count() as u32,
         restarts,

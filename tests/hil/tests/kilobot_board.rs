@@ -5,7 +5,7 @@
 use std::time::Duration;
 
 use bittybuzz_hil::kilobots::kind;
-use bittybuzz_hil::{Command, Event, Kilobots, resets};
+use bittybuzz_hil::{Command, EmulatorEvent, Kilobots, resets};
 
 const RED: [u8; 3] = [3, 0, 0];
 const BLUE: [u8; 3] = [0, 0, 3];
@@ -28,7 +28,7 @@ fn motors_get_pulses_of_kilolibs_frequency() {
     let frequencies: Vec<f64> = robots.events[0]
         .iter()
         .filter_map(|event| match event.event {
-            Event::Motor { duty, frequency_hz, .. } if duty > 0.0 && duty < 1.0 => {
+            EmulatorEvent::Motor { duty, frequency_hz, .. } if duty > 0.0 && duty < 1.0 => {
                 Some(frequency_hz)
             }
             _ => None,
@@ -72,7 +72,7 @@ fn time_does_not_leap() {
         }
     }
     let later = robots.events[0].iter().filter(|event| event.at > start);
-    let stops = later.filter(|event| matches!(event.event, Event::Motor { .. })).count();
+    let stops = later.filter(|event| matches!(event.event, EmulatorEvent::Motor { .. })).count();
     let steps = robots.colors(0, start);
     let early = steps.windows(2).filter(|pair| pair[1].0 - pair[0].0 < Duration::from_millis(95));
     assert_eq!((stops, early.count()), (0, 0));

@@ -11,7 +11,7 @@ use std::time::Duration;
 use bittybuzz_chips::Random;
 use bittybuzz_emulation::message::{Memory, ResetCause};
 use bittybuzz_hil::kilobots::{behaviour, kind};
-use bittybuzz_hil::{Command, Event, Kilobots, resets};
+use bittybuzz_hil::{Command, EmulatorEvent, Kilobots, resets};
 use bittybuzz_kilobot::calibration::{DUTIES, ID};
 use bittybuzz_kilobot::controller::{SAVE, SET_ID, STRAIGHT, TURN_LEFT, TURN_RIGHT};
 
@@ -196,9 +196,12 @@ fn survives(number: u64) {
     let causes: Vec<&str> = resets(&later).iter().map(|(_, cause)| *cause).collect();
     assert_eq!(causes, ["brown_out"; 2]);
     for event in &later {
-        let turns = matches!(event.event, Event::Motor { duty, .. } if duty > 0.0);
+        let turns = matches!(event.event, EmulatorEvent::Motor { duty, .. } if duty > 0.0);
         assert!(!turns, "a motor turns: {event:?}");
-        let wrong = matches!(event.event, Event::HardwareError { .. } | Event::Lockup { .. });
+        let wrong = matches!(
+            event.event,
+            EmulatorEvent::HardwareError { .. } | EmulatorEvent::Lockup { .. }
+        );
         assert!(!wrong, "{event:?}");
     }
     assert_eq!(robots.motors(0), [0; 2]);

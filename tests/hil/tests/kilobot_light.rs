@@ -5,7 +5,7 @@
 use std::time::Duration;
 
 use bittybuzz_hil::kilobots::{behaviour, kind};
-use bittybuzz_hil::{Command, Event, Kilobots};
+use bittybuzz_hil::{Command, EmulatorEvent, Kilobots};
 
 const DARK: [u8; 3] = [0; 3];
 const GREEN: [u8; 3] = [0, 3, 0];
@@ -30,7 +30,7 @@ struct Sent {
 /// The messages that a robot has sent.
 fn sent(robots: &Kilobots, robot: usize) -> Vec<Sent> {
     let messages = robots.events[robot].iter().filter_map(|event| match &event.event {
-        Event::Infrared { payload, air } => {
+        EmulatorEvent::Infrared { payload, air } => {
             Some(Sent { begin: event.at - *air, last: event.at, payload: payload.clone() })
         }
         _ => None,

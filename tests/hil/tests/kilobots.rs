@@ -97,7 +97,9 @@ function step() { while(1) { x = 1 } }",
     let duties: Vec<(Duration, u8, f64)> = robots.events[0]
         .iter()
         .filter_map(|event| match event.event {
-            bittybuzz_hil::Event::Motor { number, duty, .. } => Some((event.at, number, duty)),
+            bittybuzz_hil::EmulatorEvent::Motor { number, duty, .. } => {
+                Some((event.at, number, duty))
+            }
             _ => None,
         })
         .collect();

@@ -4,8 +4,8 @@
 
 use bittybuzz_comms::syslink::SWARM_PORT;
 use bittybuzz_hil::{
-    Command, Core, ECHO_HEADER, Event, RADIO_RAW, Robot, ScriptFile, frames, motors, resets, text,
-    trace,
+    Command, Core, ECHO_HEADER, EmulatorEvent, RADIO_RAW, Robot, ScriptFile, frames, motors,
+    resets, text, trace,
 };
 
 const P2P: u8 = 0x0a;
@@ -26,7 +26,7 @@ const IDLE: &str = "function step() { }";
 /// Kinds of all frames of the firmware, in order.
 fn kinds(robot: &Robot) -> Vec<u8> {
     let frames = robot.events.iter().filter_map(|event| match event.event {
-        Event::Syslink { kind, intact, .. } => {
+        EmulatorEvent::Syslink { kind, intact, .. } => {
             assert!(intact, "{event:?}");
             Some(kind)
         }
@@ -121,14 +121,14 @@ fn shutdown_stops_the_motors_and_is_acknowledged() {
     assert_eq!(motors(&robot.events), [0.0; 4]);
     // Before the acknowledgement, after which the power goes and they stop anyway.
     for motor in 1..=4 {
-        let stopped = events
-            .iter()
-            .find(|event| matches!(event.event, Event::Motor { number, .. } if number == motor));
+        let stopped = events.iter().find(
+            |event| matches!(event.event, EmulatorEvent::Motor { number, .. } if number == motor),
+        );
         let stopped = stopped.unwrap_or_else(|| panic!("motor {motor} does not stop"));
         assert!(stopped.at < acknowledged, "motor {motor}: {:?}", stopped.at);
     }
     let off = events.iter().find_map(|event| match event.event {
-        Event::PowerOff { acknowledged } => Some(acknowledged),
+        EmulatorEvent::PowerOff { acknowledged } => Some(acknowledged),
         _ => None,
     });
     assert!(off.is_none_or(|acknowledged| acknowledged));
@@ -244,7 +244,9 @@ fn a_line_that_stays_blocked_harms_nothing() {
     }
     assert_eq!(resets(&robot.events), []);
     let recent = &robot.events[robot.events.len() - 40..];
-    assert!(recent.iter().filter(|event| matches!(event.event, Event::Led { .. })).count() > 20);
+    assert!(
+        recent.iter().filter(|event| matches!(event.event, EmulatorEvent::Led { .. })).count() > 20
+    );
     robot.tell(&Command::FlowControl { full: false });
     robot.run_ms(500);
     assert!(robot.ping(200, 20).is_some());
@@ -294,7 +296,12 @@ fn noise(bytes: usize, seed: u64) {
         robot.run_ms(12);
     }
     assert_eq!(resets(&robot.events), []);
-    assert!(!robot.events.iter().any(|event| matches!(event.event, Event::HardwareError { .. })));
+    assert!(
+        !robot
+            .events
+            .iter()
+            .any(|event| matches!(event.event, EmulatorEvent::HardwareError { .. }))
+    );
     // Two frames may be needed to get out of a false start.
     robot.ping(1, 20);
     for number in 2..12 {
@@ -303,8 +310,9 @@ fn noise(bytes: usize, seed: u64) {
     let before = robot.events.len();
     robot.run_ms(1000);
     let lit = robot.events[before..].iter();
-    let changes =
-        lit.filter(|event| matches!(&event.event, Event::Led { name, .. } if name == "red_left"));
+    let changes = lit.filter(
+        |event| matches!(&event.event, EmulatorEvent::Led { name, .. } if name == "red_left"),
+    );
     assert_eq!(changes.count(), 10, "the script goes on");
     let statistics = robot.board();
     assert_eq!(statistics.overruns, 0);

@@ -6,7 +6,7 @@
 use std::time::Duration;
 
 use bittybuzz_comms::syslink::{Ping, SWARM_PORT};
-use bittybuzz_hil::{Command, Event, Member, Swarm, TimedEvent, frames, resets};
+use bittybuzz_hil::{Command, EmulatorEvent, Member, Swarm, TimedEvent, frames, resets};
 
 const CHANNEL: u8 = 0x01;
 const READY: u8 = 0x0b;
@@ -50,7 +50,7 @@ fn sent(member: &Member, kind: u8) -> Vec<Duration> {
 }
 
 fn count_p2p(events: &[TimedEvent]) -> usize {
-    events.iter().filter(|event| matches!(event.event, Event::P2p { .. })).count()
+    events.iter().filter(|event| matches!(event.event, EmulatorEvent::P2p { .. })).count()
 }
 
 /// Firmware from before October 2025 does not know RADIO_READY. The robot asks a few times, says that the radio is ready, and
@@ -98,7 +98,9 @@ fn an_nrf51_that_restarts_is_set_up_again() {
         assert_eq!(early.count(), 0);
         let end = member.robot.now() - Duration::from_secs(1);
         let talks = member.robot.events.iter().filter(|event| event.at > end);
-        assert!(talks.filter(|event| matches!(event.event, Event::P2p { .. })).count() > 20);
+        assert!(
+            talks.filter(|event| matches!(event.event, EmulatorEvent::P2p { .. })).count() > 20
+        );
     }
 }
 

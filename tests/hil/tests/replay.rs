@@ -10,7 +10,7 @@ use std::collections::BTreeMap;
 use std::time::Duration;
 
 use bittybuzz_comms::nrf24::Payload;
-use bittybuzz_hil::{Event as HilEvent, Place, Table, TimedEvent, image_for};
+use bittybuzz_hil::{EmulatorEvent as HilEvent, Place, Table, TimedEvent, image_for};
 use bittybuzz_testkit::{Event, Queues, Random, Received, RecordedArgument, Recorder};
 use bittybuzz_vm_core::builtin::STRINGS;
 use bittybuzz_vm_core::message::{Message, ScriptIdentity, StigmergyEntry, TINY_FRAME};

@@ -9,7 +9,7 @@ use bittybuzz_chips::Random;
 use bittybuzz_emulation::message::{Memory, ResetCause};
 use bittybuzz_hil::safety::{assert_locked, assert_motors_off, assert_runs, is_in_loader, reset};
 use bittybuzz_hil::{
-    Command, Core, Event, Robot, address_of, is_lit, load_register, motors, resets,
+    Command, Core, EmulatorEvent, Robot, address_of, is_lit, load_register, motors, resets,
 };
 
 /// All motors turn, and every LED of the script changes.
@@ -88,7 +88,9 @@ fn fails_safely(number: u64) -> bool {
             let last = |is_on: bool| {
                 let before = robot.events.iter().rev().filter(|event| event.at < at);
                 let mut changes = before.filter_map(|event| match event.event {
-                    Event::Motor { number, duty, .. } if number == motor => Some((event.at, duty)),
+                    EmulatorEvent::Motor { number, duty, .. } if number == motor => {
+                        Some((event.at, duty))
+                    }
                     _ => None,
                 });
                 changes.find(|(_, duty)| (*duty > 0.0) == is_on).map(|(at, _)| at)
@@ -256,7 +258,12 @@ fn a_loader_in_the_firmwares_place_is_mute_and_safe() {
     let at = reset(&mut robot, ResetCause::Pin);
     robot.run_ms(1_000);
     assert_motors_off(&robot, at);
-    assert!(robot.events.iter().any(|event| event.event == Event::Loader { name: "crtp".into() }));
+    assert!(
+        robot
+            .events
+            .iter()
+            .any(|event| event.event == EmulatorEvent::Loader { name: "crtp".into() })
+    );
     robot.tell(&Command::FlowControl { full: false });
     assert!(robot.ping(1, 10).is_none());
     reset(&mut robot, ResetCause::PowerOn);

@@ -7,7 +7,7 @@ use std::time::Duration;
 use bittybuzz_comms::infrared::{self, FaultReport};
 use bittybuzz_hil::kilobots::behaviour;
 use bittybuzz_hil::{
-    Command, Core, Event, Kilobots, ScriptFile, Swarm, Table, TraceLog, time, trace,
+    Command, Core, EmulatorEvent, Kilobots, ScriptFile, Swarm, Table, TraceLog, time, trace,
 };
 use bittybuzz_vm_core::FaultCode;
 
@@ -83,7 +83,9 @@ fn a_zooid_starts_again_and_stays_a_neighbor() {
     // Red in the pause, dark at the start, then the script's color.
     let changes = |color: &str| -> Vec<(i64, bool)> {
         let events = first.events.iter().filter_map(|event| match &event.event {
-            Event::Led { name, on } if name == color => Some((event.at.as_millis() as i64, *on)),
+            EmulatorEvent::Led { name, on } if name == color => {
+                Some((event.at.as_millis() as i64, *on))
+            }
             _ => None,
         });
         events.collect()

@@ -202,7 +202,7 @@ fn an_image_for_another_robot_is_refused() {
     let events = robot.run_ms(1000);
     assert_eq!(bittybuzz_hil::motors(&events), [0.0; 4]);
     let lit = events.iter().any(|event| {
-        matches!(&event.event, bittybuzz_hil::Event::Led { name, on: true } if name == "red_right")
+        matches!(&event.event, bittybuzz_hil::EmulatorEvent::Led { name, on: true } if name == "red_right")
     });
     assert!(lit, "no sign of the refusal");
 }
@@ -229,7 +229,7 @@ fn a_section_without_a_script_is_safe() {
         assert_eq!(bittybuzz_hil::motors(&events), [0.0; 4], "{name}");
         assert!(bittybuzz_hil::resets(&events).is_empty(), "{name}");
         let leds = events.iter().filter_map(|event| match &event.event {
-            bittybuzz_hil::Event::Led { name, on: true } => Some(name.as_str()),
+            bittybuzz_hil::EmulatorEvent::Led { name, on: true } => Some(name.as_str()),
             _ => None,
         });
         assert_eq!(

@@ -4,7 +4,7 @@
 use std::path::{Path, PathBuf};
 use std::time::Duration;
 
-use bittybuzz_hil::{Command, Event, Kilobots};
+use bittybuzz_hil::{Command, EmulatorEvent, Kilobots};
 
 /// Steps that are compared.
 const STEPS: usize = 300;
@@ -27,7 +27,7 @@ fn messages(image: &Path) -> Vec<Vec<u8>> {
 #[derive(Default)]
 struct Seen {
     /// Changes of LED and motors, one list for each step.
-    steps: Vec<Vec<Event>>,
+    steps: Vec<Vec<EmulatorEvent>>,
     /// Messages. A message may come before the end of a step in one image and after it in the other, because it is sent by the clock.
     sent: Vec<Vec<u8>>,
 }
@@ -46,8 +46,8 @@ fn seen(image: &Path, chip: &str, messages: &[Vec<u8>]) -> Seen {
     let mut seen = Seen { steps: vec![Vec::new()], sent: Vec::new() };
     for event in std::mem::take(&mut robots.events[0]) {
         match event.event {
-            Event::Step => seen.steps.push(Vec::new()),
-            Event::Infrared { payload, .. } => seen.sent.push(payload),
+            EmulatorEvent::Step => seen.steps.push(Vec::new()),
+            EmulatorEvent::Infrared { payload, .. } => seen.sent.push(payload),
             event => seen.steps.last_mut().expect("there is one").push(event),
         }
     }

@@ -3,7 +3,7 @@
 #![allow(clippy::unwrap_used, reason = "a test may")]
 
 use bittybuzz_comms::syslink::SwarmFrame;
-use bittybuzz_hil::{Command, Core, Event, Member, RADIO_RAW, Robot, Swarm, resets};
+use bittybuzz_hil::{Command, Core, EmulatorEvent, Member, RADIO_RAW, Robot, Swarm, resets};
 
 /// The ground station's pose is the script's `pos`, until it is a second old.
 #[test]
@@ -139,7 +139,7 @@ fn all_sent_by(script: &str, id: u16) -> Vec<(u8, Vec<u8>)> {
     swarm.run_ms(2000);
     let events = swarm.members()[0].robot.events.iter();
     let sent = events.filter_map(|event| match &event.event {
-        Event::P2p { port, payload, .. } => {
+        EmulatorEvent::P2p { port, payload, .. } => {
             SwarmFrame::parse(payload).map(|_| (*port, payload.clone()))
         }
         _ => None,
@@ -471,7 +471,7 @@ fn robots_on_unlike_cores_agree() {
     // Type, owner, clock, ..., key 0, value 107: as in docs/wire-format.md, behind the header without a position.
     let value = 107_u32.to_le_bytes();
     let told = events.iter().any(|event| match &event.event {
-        Event::P2p { payload, .. } => {
+        EmulatorEvent::P2p { payload, .. } => {
             payload.starts_with(&[0xb0, 3, 0]) && payload.windows(4).any(|word| word == value)
         }
         _ => false,

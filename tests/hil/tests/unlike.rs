@@ -6,9 +6,9 @@ use std::path::Path;
 use std::sync::Arc;
 
 use bittybuzz_arena::run::{Program, Setup, Simulation, Summary};
-use bittybuzz_arena::scenario::{Cause, Scenario, ScenarioError};
+use bittybuzz_arena::scenario::{Scenario, ScenarioCause, ScenarioError};
 use bittybuzz_compiler::compile::{Options, compile};
-use bittybuzz_compiler::include::{DiskFiles, Loader};
+use bittybuzz_compiler::include::{DiskFiles, IncludeLoader};
 use bittybuzz_hil::kilobots::behaviour;
 use bittybuzz_hil::{Core, ScriptFile, crazyflie_tiny, ear, table};
 use bittybuzz_tests::bbz;
@@ -31,7 +31,10 @@ fn scenario(script: &Path, bridge: &str, rest: &str) -> Result<Scenario, Vec<Sce
 fn programs(scenario: &Scenario) -> Vec<Program> {
     let compiled = |group: &bittybuzz_arena::scenario::Group| {
         let text = std::fs::read_to_string(&group.script).unwrap();
-        let loader = Loader { folders: vec![bbz::root().join("lib")], ..Loader::new(&DiskFiles) };
+        let loader = IncludeLoader {
+            folders: vec![bbz::root().join("lib")],
+            ..IncludeLoader::new(&DiskFiles)
+        };
         let robots = bittybuzz_robot_files::all_shipped();
         let options = Options { profile: None, robot: Some(group.robot.clone()), robots };
         let compiled = compile(&group.script, text, &loader, &options);
@@ -147,6 +150,6 @@ fn a_bridge_reaches_only_robots_with_firmware() {
         script.display()
     );
     let errors = scenario(&script, "[bridge]\nfirmware = '/nowhere'", &vm).unwrap_err();
-    assert!(errors.iter().any(|error| error.cause == Cause::NotBridged), "{errors:#?}");
-    assert!(errors.iter().any(|error| matches!(error.cause, Cause::NoFirmware { .. })));
+    assert!(errors.iter().any(|error| error.cause == ScenarioCause::NotBridged), "{errors:#?}");
+    assert!(errors.iter().any(|error| matches!(error.cause, ScenarioCause::NoFirmware { .. })));
 }

@@ -10,7 +10,7 @@ use bittybuzz_emulation::message::{Memory, ResetCause};
 use bittybuzz_hil::flash::{Reading, Writing};
 use bittybuzz_hil::supply::Doing;
 use bittybuzz_hil::table::layout;
-use bittybuzz_hil::{Command, Event, Place, Table, TimedEvent, image_for, is_lit, resets};
+use bittybuzz_hil::{Command, EmulatorEvent, Place, Table, TimedEvent, image_for, is_lit, resets};
 use bittybuzz_robot_spec::Layout;
 
 /// The script that the robot has; the one that is written over it differs in the number that it logs first. That is the end of the
@@ -69,7 +69,7 @@ fn assert_stands(events: &[TimedEvent], end: Duration) {
     for TimedEvent { at, event } in events.iter().filter(|event| event.at < end) {
         let stands = inputs[0] == inputs[1] && inputs[2] == inputs[3];
         assert!(stands || *at <= last + BETWEEN_INPUTS, "a motor turns at {last:?}: {inputs:?}");
-        if let Event::Motor { number, duty, .. } = event {
+        if let EmulatorEvent::Motor { number, duty, .. } = event {
             inputs[usize::from(*number) - 1] = *duty;
             last = *at;
         }

@@ -8,7 +8,7 @@
 
 use std::time::Duration;
 
-use bittybuzz_hil::{Event, Table};
+use bittybuzz_hil::{EmulatorEvent, Table};
 
 /// Cycles in a tick of 100 ms.
 const TICK_CYCLES: f64 = 4_800_000.0;
@@ -75,7 +75,7 @@ fn message(script: &str, robot: u16) -> Vec<u8> {
     table.run_ms(500);
     let mut events = table.zooids()[0].events.iter();
     let payload = events.find_map(|event| match &event.event {
-        Event::Radio { payload, .. } => Some(payload.clone()),
+        EmulatorEvent::Radio { payload, .. } => Some(payload.clone()),
         _ => None,
     });
     payload.expect("it talks")

@@ -6,14 +6,14 @@ use std::time::Duration;
 
 use bittybuzz_emulation::message::Memory;
 use bittybuzz_hil::table::{Zooid, zooids};
-use bittybuzz_hil::{Command, Event, Place, Table, address_in, resets};
+use bittybuzz_hil::{Command, EmulatorEvent, Place, Table, address_in, resets};
 use bittybuzz_vm_core::FaultCode;
 
 /// When the red LED went on.
 fn red(zooid: &Zooid) -> Vec<Duration> {
     let events = zooid.events.iter();
     let on = events.filter_map(|event| match &event.event {
-        Event::Led { name, on: true } if name == "red" => Some(event.at),
+        EmulatorEvent::Led { name, on: true } if name == "red" => Some(event.at),
         _ => None,
     });
     on.collect()
@@ -171,7 +171,7 @@ fn a_failure_takes_the_motors_power_first() {
         assert_eq!(cause, "software", "{name}");
         let mut inputs = [0.0; 4];
         for event in events.iter().filter(|event| event.at < at) {
-            if let Event::Motor { number, duty, .. } = event.event {
+            if let EmulatorEvent::Motor { number, duty, .. } = event.event {
                 inputs[usize::from(number) - 1] = duty;
             }
         }

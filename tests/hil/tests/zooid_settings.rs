@@ -2,7 +2,7 @@
 
 #![allow(clippy::unwrap_used, reason = "a test may")]
 
-use bittybuzz_hil::{Event, Place, Table};
+use bittybuzz_hil::{EmulatorEvent, Place, Table};
 use bittybuzz_robot_spec::Layout;
 
 /// Writes settings as `bbz flash --set` does.
@@ -60,7 +60,9 @@ fn first_duties(minimum: Option<u16>) -> Vec<f64> {
     table.drive_ms(600);
     let duties = table.zooids()[0].events.iter().filter_map(|event| match event.event {
         // Forwards the first input of a motor is high while the other one does not pull.
-        Event::Motor { number: 1, duty, .. } if duty < 1.0 => Some(((1.0 - duty) * 100.0).round()),
+        EmulatorEvent::Motor { number: 1, duty, .. } if duty < 1.0 => {
+            Some(((1.0 - duty) * 100.0).round())
+        }
         _ => None,
     });
     // Off before the first step.

@@ -5,8 +5,8 @@
 use std::time::Duration;
 
 use bittybuzz_comms::trace::Unused;
-use bittybuzz_hil::{Command, Core, Event, Place, PowerDetector, Table, resets};
-use bittybuzz_vm_core::Counters;
+use bittybuzz_hil::{Command, Core, EmulatorEvent, Place, PowerDetector, Table, resets};
+use bittybuzz_vm_core::NetworkCounters;
 
 /// Logs its number with every step.
 const COUNT: &str = "function init() { n = 0 }\nfunction step() { n = n + 1  log(n) }";
@@ -15,7 +15,7 @@ const COUNT: &str = "function init() { n = 0 }\nfunction step() { n = n + 1  log
 fn led(table: &Table, robot: usize, colour: &str) -> Vec<(Duration, bool)> {
     let events = table.zooids()[robot].events.iter();
     let changes = events.filter_map(|event| match &event.event {
-        Event::Led { name, on } if name == colour => Some((event.at, *on)),
+        EmulatorEvent::Led { name, on } if name == colour => Some((event.at, *on)),
         _ => None,
     });
     changes.collect()
@@ -40,8 +40,9 @@ fn it_boots_as_the_board_wants_it() {
     assert!(board.unknown.is_empty(), "{:x?}", board.unknown);
     assert_eq!(board.accesses_without_clock, 0);
     let zooid = &table.zooids()[0];
-    let is_error =
-        |event: &&bittybuzz_hil::TimedEvent| matches!(event.event, Event::HardwareError { .. });
+    let is_error = |event: &&bittybuzz_hil::TimedEvent| {
+        matches!(event.event, EmulatorEvent::HardwareError { .. })
+    };
     assert_eq!(zooid.events.iter().find(is_error), None);
     assert_eq!(resets(&zooid.events), []);
     assert!(zooid.told.firmware[0].contains("BittyBuzz on zooids"), "{:?}", zooid.told.firmware);
@@ -116,7 +117,7 @@ fn motors_turn_as_told_and_stop_when_it_is_blind() {
     let motors = table.zooids()[0].motors();
     assert!((motors[0] - 0.5).abs() < 0.011 && (motors[1] + 0.3).abs() < 0.011, "{motors:?}");
     for event in &table.zooids()[0].events {
-        if let Event::Motor { frequency_hz, .. } = event.event {
+        if let EmulatorEvent::Motor { frequency_hz, .. } = event.event {
             assert!(frequency_hz == 0.0 || (frequency_hz - 40_000.0).abs() < 1.0, "{frequency_hz}");
         }
     }
@@ -125,7 +126,7 @@ fn motors_turn_as_told_and_stop_when_it_is_blind() {
     table.run_ms(400);
     assert_eq!(table.zooids()[0].motors(), [0.0; 2]);
     let mut events = table.zooids()[0].events.iter();
-    let stopped = events.rfind(|event| matches!(event.event, Event::Motor { .. }));
+    let stopped = events.rfind(|event| matches!(event.event, EmulatorEvent::Motor { .. }));
     let after = stopped.unwrap().at - blind;
     // The frame before may have told its position 14 ms ago.
     assert!(after < Duration::from_millis(125), "{after:?}");
@@ -225,7 +226,7 @@ fn radio_packets(
     zooid: &bittybuzz_hil::table::Zooid,
 ) -> impl Iterator<Item = (u8, usize, Duration)> {
     zooid.events.iter().filter_map(|event| match &event.event {
-        Event::Radio { channel, payload, air } => Some((*channel, payload.len(), *air)),
+        EmulatorEvent::Radio { channel, payload, air } => Some((*channel, payload.len(), *air)),
         _ => None,
     })
 }
@@ -289,8 +290,8 @@ function step() {
 /// What the LED, or the motors, do: when, and what.
 fn shown(
     zooid: &bittybuzz_hil::table::Zooid,
-    is_meant: fn(&Event) -> bool,
-) -> Vec<(Duration, &Event)> {
+    is_meant: fn(&EmulatorEvent) -> bool,
+) -> Vec<(Duration, &EmulatorEvent)> {
     let events = zooid.events.iter().filter(|event| is_meant(&event.event));
     events.map(|event| (event.at, &event.event)).collect()
 }
@@ -352,8 +353,8 @@ fn flood(reading: PowerDetector) {
         assert!(number == 105 || values == other_values, "{values:?}, {other_values:?}");
     }
     for is_meant in [
-        |event: &Event| matches!(event, Event::Led { .. }),
-        |event: &Event| matches!(event, Event::Motor { .. }),
+        |event: &EmulatorEvent| matches!(event, EmulatorEvent::Led { .. }),
+        |event: &EmulatorEvent| matches!(event, EmulatorEvent::Motor { .. }),
     ] {
         let (seen, expected) = (shown(zooid, is_meant), shown(other, is_meant));
         assert!(seen.len() > 100 && seen.len() == expected.len());
@@ -379,7 +380,7 @@ fn flood(reading: PowerDetector) {
     assert!(unused.dropped[0] > 1000 && heard > 200, "{unused:?} {heard}");
     let others = Unused {
         dropped: [unused.dropped[0], 0],
-        messages: Counters { foreign: unused.messages.foreign, ..Default::default() },
+        messages: NetworkCounters { foreign: unused.messages.foreign, ..Default::default() },
     };
     assert_eq!(unused, others);
     assert_eq!(other.told.unused, Unused::default());
@@ -590,7 +591,7 @@ fn sent_by(script: &str) -> Vec<u8> {
     table.run_ms(1000);
     let mut events = table.zooids()[0].events.iter();
     let payload = events.find_map(|event| match &event.event {
-        Event::Radio { payload, .. } => Some(payload.clone()),
+        EmulatorEvent::Radio { payload, .. } => Some(payload.clone()),
         _ => None,
     });
     payload.expect("it talks")
@@ -629,7 +630,7 @@ fn compare(one: &Table, other: &Table) {
         assert_eq!(logged(a).len(), 39);
         let shown = |zooid: &bittybuzz_hil::table::Zooid| {
             let events = zooid.events.iter().filter_map(|event| match &event.event {
-                Event::Led { name, on } => Some((event.at, name.clone(), *on)),
+                EmulatorEvent::Led { name, on } => Some((event.at, name.clone(), *on)),
                 _ => None,
             });
             events.collect::<Vec<_>>()

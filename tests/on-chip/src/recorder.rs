@@ -6,7 +6,7 @@
 use bittybuzz_vm_core::hash::name_hash;
 use bittybuzz_vm_core::number::Profile;
 use bittybuzz_vm_core::{
-    Argument, Arguments, Axis, ByteCode, Host, Refusal, Reply, RobotFault, Text, Value,
+    Argument, Axis, ByteCode, CallArguments, Host, Refusal, Reply, RobotFault, Text, Value,
 };
 
 use crate::trace::Trace;
@@ -45,7 +45,7 @@ impl Recorder {
     #[inline(never)]
     fn items<P: Profile, C: ByteCode, const SLOTS: usize>(
         &mut self,
-        arguments: &Arguments<'_, P, C, SLOTS>,
+        arguments: &CallArguments<'_, P, C, SLOTS>,
     ) {
         for index in 0..arguments.count() {
             let (kind, content) = match arguments.item(index) {
@@ -87,7 +87,7 @@ impl<P: Profile> Host<P> for Recorder {
     fn call<C: ByteCode, const SLOTS: usize>(
         &mut self,
         function: u16,
-        arguments: Arguments<'_, P, C, SLOTS>,
+        arguments: CallArguments<'_, P, C, SLOTS>,
         again: bool,
     ) -> Result<Reply<P>, RobotFault> {
         const LED: u16 = name_hash("led");
@@ -109,7 +109,7 @@ impl<P: Profile> Host<P> for Recorder {
         }
     }
 
-    fn log<C: ByteCode, const SLOTS: usize>(&mut self, arguments: Arguments<'_, P, C, SLOTS>) {
+    fn log<C: ByteCode, const SLOTS: usize>(&mut self, arguments: CallArguments<'_, P, C, SLOTS>) {
         self.event(Event::Log, arguments.count() as u32);
         self.items(&arguments);
     }

@@ -8,7 +8,7 @@ use crate::Verdict;
 use crate::simulator::Build;
 use crate::sources::{clear_table, write};
 use anyhow::{Result, bail};
-use bittybuzz_builds::shell::{Line, root, target};
+use bittybuzz_builds::shell::{Invocation, root, target};
 use fs_err as fs;
 
 const SCENARIO: &str = "tests/scenarios/convergence.toml";
@@ -87,7 +87,7 @@ fn measure(build: Build, loss: u32, runs: usize, csv: &std::path::Path) -> Resul
     let arguments =
         ["sim", SCENARIO, "--headless", "--runs", &runs_text, "--set", &set, "--csv", &csv_text];
     // Its status is 1 if an expectation failed; the table says that, too.
-    Line::named("bbz", &bbz, &arguments)
+    Invocation::named("bbz", &bbz, &arguments)
         .output_if(|output| matches!(output.status.code(), Some(0 | 1)))?;
     Ok(times_of(&fs::read_to_string(csv)?, runs))
 }

@@ -12,7 +12,7 @@ use crate::Verdict;
 use crate::simulator::Build;
 use crate::sources::write;
 use anyhow::{Context, Result, ensure};
-use bittybuzz_builds::shell::{Line, root, target};
+use bittybuzz_builds::shell::{Invocation, root, target};
 use fs_err as fs;
 use serde::Deserialize;
 use serde_json::Value;
@@ -173,7 +173,7 @@ fn compare_files(repository: &Repository, folder: &Path) -> Result<Vec<String>> 
     let mut arguments = vec!["hash-object".to_owned(), "--no-filters".to_owned(), "--".to_owned()];
     arguments.extend(paths.iter().map(|path| path.display().to_string()));
     let arguments: Vec<&str> = arguments.iter().map(String::as_str).collect();
-    let output = Line::new("git", &arguments).unannounced().output(SUCCESS)?;
+    let output = Invocation::new("git", &arguments).unannounced().output(SUCCESS)?;
     let hashes = String::from_utf8(output.stdout)?;
     ensure!(hashes.lines().count() == paths.len(), "git hash-object did not name every script");
     let mut found: BTreeMap<String, &str> = paths
@@ -316,7 +316,7 @@ impl Checker {
             self.include.iter().map(|path| path.display().to_string()).collect();
         let include = include.iter().flat_map(|path| ["-I", path]);
         let arguments: Vec<&str> = arguments.iter().copied().chain(include).collect();
-        let line = Line::named("bbz", &self.bbz, &arguments).without_env("BUZZ_INCLUDE_PATH");
+        let line = Invocation::named("bbz", &self.bbz, &arguments).without_env("BUZZ_INCLUDE_PATH");
         let is_right = |status: Option<i32>| matches!(status, Some(SUCCESS | COMPILE_ERROR));
         let output = line.unannounced().output_if(|output| is_right(output.status.code()))?;
         Ok(Ended {

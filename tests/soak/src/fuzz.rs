@@ -5,7 +5,7 @@ use crate::Verdict;
 use crate::pairs::in_pairs;
 use crate::sources::{self, Sources};
 use anyhow::{Result, ensure};
-use bittybuzz_builds::shell::{Line, target};
+use bittybuzz_builds::shell::{Invocation, target};
 use fs_err as fs;
 use std::panic::resume_unwind;
 use std::path::{Path, PathBuf};
@@ -151,7 +151,7 @@ pub fn sample() -> Result<()> {
             let known = known(&folder, name, &program)?.display().to_string();
             let found = found.display().to_string();
             let arguments = [&SAMPLE[..], &[SCHEDULE, &panics, &found, &known]].concat();
-            Ok((name, Line::named(name, &program, &arguments).announced()))
+            Ok((name, Invocation::named(name, &program, &arguments).announced()))
         },
         |(name, line)| {
             let output = line.output_if(|_| true)?;
@@ -176,9 +176,9 @@ fn target_folder() -> Result<PathBuf> {
 }
 
 /// Cargo in the workspace of the targets.
-fn cargo(arguments: &[&str], target: &Path) -> Line {
+fn cargo(arguments: &[&str], target: &Path) -> Invocation {
     let target = target.display().to_string();
-    Line::cargo(arguments).env("CARGO_TARGET_DIR", &target).in_workspace(FOLDER)
+    Invocation::cargo(arguments).env("CARGO_TARGET_DIR", &target).in_workspace(FOLDER)
 }
 
 /// Builds targets and returns the folder of their programs. The workspace's own configuration says how they are
@@ -186,7 +186,7 @@ fn cargo(arguments: &[&str], target: &Path) -> Line {
 fn build(targets: &[&str]) -> Result<PathBuf> {
     let folder = target_folder()?;
     cargo(&[&["build", "--release"], targets].concat(), &folder).run()?;
-    let output = Line::new("rustc", &["--print", "host-tuple"]).unannounced().output(0)?;
+    let output = Invocation::new("rustc", &["--print", "host-tuple"]).unannounced().output(0)?;
     let host = String::from_utf8_lossy(&output.stdout).trim().to_owned();
     Ok(folder.join(host).join("release"))
 }
@@ -208,7 +208,7 @@ fn chunk(name: &str, program: &Path, left: u64) -> Result<Chunk> {
     let workers = thread::available_parallelism().map_or(1, usize::from);
     let share = format!("-runs={}", left.div_ceil(workers as u64));
     let arguments = [CHUNK, &share, SCHEDULE, &panics, &found, &known];
-    let one = || Line::named(name, program, &arguments).output_if(|_| true);
+    let one = || Invocation::named(name, program, &arguments).output_if(|_| true);
     let outputs = thread::scope(|scope| {
         let workers: Vec<_> = (0..workers).map(|_| scope.spawn(one)).collect();
         workers
@@ -248,7 +248,7 @@ fn known_inputs(name: &str) -> PathBuf {
 fn known_images(folder: &Path, program: &Path) -> Result<PathBuf> {
     let known = folder.join("images");
     fs::create_dir_all(&known)?;
-    Line::named(IMAGE, program, &["-runs=0"])
+    Invocation::named(IMAGE, program, &["-runs=0"])
         .env("BITTYBUZZ_IMAGES", &known.display().to_string())
         .output(0)?;
     Ok(known)

@@ -8,7 +8,7 @@ use crate::sources::write;
 use anyhow::{Context, Result, bail, ensure};
 use bittybuzz_builds::board::KILOBOT;
 use bittybuzz_builds::cargo_test::cargo_test;
-use bittybuzz_builds::shell::{Line, root, target};
+use bittybuzz_builds::shell::{Invocation, root, target};
 use fs_err as fs;
 use std::iter;
 use std::path::{Path, PathBuf};
@@ -143,7 +143,7 @@ fn play(build: Build, script: &str, seconds: u32) -> Result<Verdict> {
 
 /// Builds the firmware with a script, and returns the command that runs it. The image is copied to
 /// a file of its own, because the next build overwrites it.
-fn simulation(bbz: &Path, script: &str, seconds: u32) -> Result<Line> {
+fn simulation(bbz: &Path, script: &str, seconds: u32) -> Result<Invocation> {
     let built = KILOBOT.build(Some(&root().join(script)), true)?;
     let scenario =
         target()?.join("soak/kilobots").join(script.replace('/', "-")).with_extension("toml");
@@ -153,10 +153,10 @@ fn simulation(bbz: &Path, script: &str, seconds: u32) -> Result<Line> {
     fs::copy(&built, &image)?;
     let arguments = ["sim", &scenario.display().to_string(), "--headless"];
     // So few robots are slower on two threads, which wait for each other 2,000 times a second.
-    Ok(Line::named("bbz", bbz, &arguments).env("RAYON_NUM_THREADS", "1"))
+    Ok(Invocation::named("bbz", bbz, &arguments).env("RAYON_NUM_THREADS", "1"))
 }
 
-fn verdict(simulation: Line, seconds: u32) -> Result<Verdict> {
+fn verdict(simulation: Invocation, seconds: u32) -> Result<Verdict> {
     // Its status is 1 if a script has stopped; what it prints tells why.
     let output = simulation.output_if(|output| output.status.code().is_some())?;
     let told = String::from_utf8_lossy(&output.stdout);

@@ -2,7 +2,7 @@
 
 use crate::Verdict;
 use anyhow::Result;
-use bittybuzz_builds::shell::Line;
+use bittybuzz_builds::shell::Invocation;
 
 /// Packages whose tests state properties, and how many cases of each are tried.
 const PACKAGES: [(&str, u32); 4] = [
@@ -23,6 +23,6 @@ pub fn run(item: &str) -> Result<Verdict> {
         return Ok(Verdict::Missing("no such package".to_owned()));
     };
     let cases = cases.to_string();
-    Line::cargo(&["test", "--package", package]).env("PROPTEST_CASES", &cases).run()?;
+    Invocation::cargo(&["test", "--package", package]).env("PROPTEST_CASES", &cases).run()?;
     Ok(Verdict::Shown(format!("{cases} cases of each property")))
 }

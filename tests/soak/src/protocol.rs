@@ -10,7 +10,7 @@ use super::{Record, Verdict};
 use crate::sources::Sources;
 use anyhow::{Result, ensure};
 use bittybuzz_builds::copy::Copy;
-use bittybuzz_builds::shell::{Line, is_installed, target};
+use bittybuzz_builds::shell::{Invocation, is_installed, target};
 use fs_err as fs;
 use std::collections::BTreeMap;
 use std::panic::resume_unwind;
@@ -231,7 +231,7 @@ impl Found {
 
 impl Group {
     /// The tests alone.
-    fn tests(&self, tests: &Tests) -> Line {
+    fn tests(&self, tests: &Tests) -> Invocation {
         let packages = self.packages.iter().map(|name| format!("--package={name}"));
         let targets = self.targets.iter().map(|name| format!("--test={name}"));
         let arguments: Vec<String> = packages.chain(targets).chain(tests.configuration()).collect();
@@ -239,7 +239,7 @@ impl Group {
         all.extend(arguments.iter().map(String::as_str));
         all.push("--");
         all.extend(tests.arguments);
-        Line::cargo(&all)
+        Invocation::cargo(&all)
     }
 
     /// Tries the mistakes of a shard that were not found before: the quick tests on all of them, then the long ones on
@@ -287,14 +287,14 @@ impl Group {
     }
 
     /// cargo-mutants, for mistakes in the files.
-    fn mistakes(&self, options: &[&str]) -> Line {
+    fn mistakes(&self, options: &[&str]) -> Invocation {
         let files = self.files.iter().flat_map(|file| ["--file", file]);
         let all: Vec<&str> = ["mutants"].into_iter().chain(files).chain(options.to_vec()).collect();
-        Line::new("cargo", &all)
+        Invocation::new("cargo", &all)
     }
 
     /// cargo-mutants, for tests of the mistakes whose names have these patterns.
-    fn mutants(&self, tests: &Tests, output: &Path, patterns: &[String]) -> Line {
+    fn mutants(&self, tests: &Tests, output: &Path, patterns: &[String]) -> Invocation {
         let output = output.display().to_string();
         let packages = self.packages.join(",");
         // Cargo's arguments after `--` would hold for the tests, but not for the build before them.
@@ -336,7 +336,7 @@ impl Worker {
     }
 
     /// The command in its copy, where builds are quick.
-    fn command(&self, line: Line) -> Line {
+    fn command(&self, line: Invocation) -> Invocation {
         line.env("CARGO_TARGET_DIR", &self.folder.join("target").display().to_string())
             .env("CARGO_INCREMENTAL", "1")
             .env("CARGO_PROFILE_DEV_DEBUG", "0")

@@ -1,7 +1,7 @@
 //! The simulator that runs scenarios.
 
 use anyhow::Result;
-use bittybuzz_builds::shell::{Line, target};
+use bittybuzz_builds::shell::{Invocation, target};
 use std::path::PathBuf;
 
 /// How it is compiled.
@@ -28,7 +28,7 @@ impl Build {
             }
             Build::Checked => "debug",
         };
-        Line::cargo(&arguments).run()?;
+        Invocation::cargo(&arguments).run()?;
         Ok(target()?.join(folder).join("bbz"))
     }
 }

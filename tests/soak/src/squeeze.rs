@@ -9,7 +9,7 @@ use crate::sources;
 use anyhow::{Context, Result};
 use bittybuzz_builds::board::{KILOBOT, target_of};
 use bittybuzz_builds::copy::Copy;
-use bittybuzz_builds::shell::{Line, root, target};
+use bittybuzz_builds::shell::{Invocation, root, target};
 use fs_err as fs;
 use std::path::PathBuf;
 
@@ -48,7 +48,7 @@ fn assembly() -> Result<PathBuf> {
     if kept.exists() {
         return Ok(kept);
     }
-    Line::cargo(&["build", "--release"])
+    Invocation::cargo(&["build", "--release"])
         .env("BBZ_SCRIPT", &root().join(SCRIPT).display().to_string())
         .env("BBZ_PARTS", "used")
         .in_workspace(KILOBOT.folder)
@@ -74,7 +74,7 @@ fn prove(copy: &Copy, assembly: &[PathBuf]) -> Result<String> {
         vec!["run", "--release", "-p", "bittybuzz-squeeze", "--example", "prove", "--"];
     arguments.extend(files.iter().map(String::as_str));
     let text = |bytes: &[u8]| String::from_utf8_lossy(bytes).into_owned();
-    let output = in_copy(Line::cargo(&arguments), copy, "").output_if(|output| {
+    let output = in_copy(Invocation::cargo(&arguments), copy, "").output_if(|output| {
         output.status.success()
             || text(&output.stdout).lines().any(|line| line.starts_with("refused: "))
     })?;

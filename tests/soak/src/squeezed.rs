@@ -8,7 +8,7 @@ use anyhow::Result;
 use bittybuzz_builds::board::{KILOBOT, target_of};
 use bittybuzz_builds::cargo_test::all_tests;
 use bittybuzz_builds::elf;
-use bittybuzz_builds::shell::{Line, root, target};
+use bittybuzz_builds::shell::{Invocation, root, target};
 use bittybuzz_vm_core::Parts;
 use fs_err as fs;
 use std::path::{Path, PathBuf};
@@ -63,7 +63,7 @@ pub fn run(example: &str) -> Result<Verdict> {
 
 /// Builds an example into that file.
 fn build(example: &str, file: &Path, is_squeezed: bool) -> Result<PathBuf> {
-    let line = Line::cargo(&["build", "--release"])
+    let line = Invocation::cargo(&["build", "--release"])
         .env("BBZ_SCRIPT", &root().join(example).display().to_string())
         .env("BBZ_PARTS", "used");
     let line = if is_squeezed { line } else { line.env("BBZ_SQUEEZE", "off") };

@@ -7,7 +7,7 @@ use crate::sources::clear_table;
 use anyhow::Result;
 use bittybuzz_builds::board::ZOOIDS;
 use bittybuzz_builds::cargo_test::cargo_test;
-use bittybuzz_builds::shell::{Line, target};
+use bittybuzz_builds::shell::{Invocation, target};
 use fs_err as fs;
 
 const CONSENSUS: &str = "examples/zooids/consensus.toml";
@@ -51,7 +51,7 @@ fn consensus(first: &str) -> Result<Verdict> {
     let seeds = ["--seed", first, "--runs", &runs, "--csv", &table];
     let arguments = [&["sim", CONSENSUS, "--headless"], &set[..], &seeds].concat();
     // Its status is 1 if an expectation failed; the table says that, too.
-    Line::named("bbz", &bbz, &arguments)
+    Invocation::named("bbz", &bbz, &arguments)
         .output_if(|output| matches!(output.status.code(), Some(0 | 1)))?;
     Ok(match agreed_since(&fs::read_to_string(&csv)?) {
         Some(times) => Verdict::Shown(describe(times)),

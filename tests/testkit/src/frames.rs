@@ -1,6 +1,6 @@
 //! Frames of messages, as any robot with that script would send them.
 
-use bittybuzz_vm_core::message::content::{ContentItem, Head, Writer};
+use bittybuzz_vm_core::message::content::{ContentItem, ContentWriter, Head};
 use bittybuzz_vm_core::message::{
     FRAGMENT_HEAD, FULL_FRAME, Fragment, Message, ScriptIdentity, TINY_FRAME,
 };
@@ -28,7 +28,7 @@ pub fn fragments<P: Profile>(
     items: &[ContentItem<P>],
 ) -> Vec<Vec<u8>> {
     let mut room = [0; 64];
-    let mut writer = Writer::new(&mut room, script, head);
+    let mut writer = ContentWriter::new(&mut room, script, head);
     items.iter().for_each(|item| writer.item(*item));
     let length = writer.finish().expect("there is room");
     let piece = if P::FULL { FULL_FRAME } else { TINY_FRAME } - FRAGMENT_HEAD;

@@ -3,9 +3,9 @@
 use std::path::Path;
 use std::sync::OnceLock;
 
-use bittybuzz_compiler::codegen::constant::Profile as ProfileName;
+use bittybuzz_compiler::codegen::constant::NumberProfile as ProfileName;
 use bittybuzz_compiler::compile::{Compiled, Options, compile};
-use bittybuzz_compiler::include::{Loader, MemoryFiles};
+use bittybuzz_compiler::include::{IncludeLoader, MemoryFiles};
 use bittybuzz_compiler::symbols::Symbols;
 use bittybuzz_robot_spec::Robot;
 use bittybuzz_vm_core::number::Profile;
@@ -33,7 +33,7 @@ impl Program {
     /// Compiles a script that includes nothing.
     pub fn compile(script: &str, options: &Options) -> Compiled {
         let files = MemoryFiles::default();
-        compile(Path::new("test.bzz"), script.to_owned(), &Loader::new(&files), options)
+        compile(Path::new("test.bzz"), script.to_owned(), &IncludeLoader::new(&files), options)
     }
 
     /// Returns options for scripts that may call the functions of every robot.

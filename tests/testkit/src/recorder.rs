@@ -7,8 +7,8 @@ use bittybuzz_compiler::symbols::Symbols;
 use bittybuzz_vm_core::hash::name_hash;
 use bittybuzz_vm_core::number::Profile;
 use bittybuzz_vm_core::{
-    Argument, Arguments, Axis, ByteCode, Calls, Fault, Host, Periods, Reply, RobotFault, Sighting,
-    Type, Value,
+    Argument, Axis, ByteCode, CallArguments, Calls, Fault, Host, Periods, Reply, RobotFault,
+    Sighting, Type, Value,
 };
 
 use crate::link::{Direct, Link, Received};
@@ -66,7 +66,7 @@ impl fmt::Display for RecordedArgument {
 
 impl RecordedArgument {
     fn all<P: Profile, C: ByteCode, const SLOTS: usize>(
-        arguments: &Arguments<'_, P, C, SLOTS>,
+        arguments: &CallArguments<'_, P, C, SLOTS>,
     ) -> Vec<RecordedArgument> {
         let copy = |index| match arguments.item(index) {
             Argument::Nil => RecordedArgument::Nil,
@@ -254,7 +254,7 @@ impl<P: Profile> Host<P> for Recorder {
     fn call<C: ByteCode, const SLOTS: usize>(
         &mut self,
         function: u16,
-        arguments: Arguments<'_, P, C, SLOTS>,
+        arguments: CallArguments<'_, P, C, SLOTS>,
         again: bool,
     ) -> Result<Reply<P>, RobotFault> {
         let items = RecordedArgument::all(&arguments);
@@ -276,7 +276,7 @@ impl<P: Profile> Host<P> for Recorder {
         }
     }
 
-    fn log<C: ByteCode, const SLOTS: usize>(&mut self, arguments: Arguments<'_, P, C, SLOTS>) {
+    fn log<C: ByteCode, const SLOTS: usize>(&mut self, arguments: CallArguments<'_, P, C, SLOTS>) {
         self.events.push(Event::Log(RecordedArgument::all(&arguments)));
     }
 

@@ -3,7 +3,7 @@
 use bittybuzz_vm_core::message::{Message, ScriptIdentity};
 use bittybuzz_vm_core::number::Profile;
 use bittybuzz_vm_core::{
-    ByteCode, Counters, Entry, Fault, Image, ImageError, Outcome, Sizes, Vm, builtin,
+    ByteCode, Entry, Fault, Image, ImageError, NetworkCounters, Outcome, Sizes, Vm, builtin,
 };
 
 use crate::frames::frame;
@@ -159,7 +159,7 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> TestRobot<P, C, SLOTS> {
     }
 
     /// Returns the counters of messages that the robot could not use, since it was switched on.
-    pub fn counters(&self) -> Counters {
+    pub fn counters(&self) -> NetworkCounters {
         self.vm.counters()
     }
 }

@@ -5,7 +5,7 @@ use bittybuzz_testkit::{FORGER, SIZES, TestRobot, in_both_profiles};
 use bittybuzz_tests::compiler;
 use bittybuzz_vm_core::Value;
 use bittybuzz_vm_core::builtin::string;
-use bittybuzz_vm_core::message::content::{ContentItem, Head, Writer};
+use bittybuzz_vm_core::message::content::{ContentItem, ContentWriter, Head};
 use bittybuzz_vm_core::message::{
     FRAGMENT_HEAD, FULL_FRAME, Fragment, Message, StigmergyEntry, TINY_FRAME,
 };
@@ -48,7 +48,7 @@ fn receive<P: Profile>(robot: &mut TestRobot<P>, to: To<P>, clock: u32, items: &
         To::Key(key) => (Head::Entry { stigmergy: 1, owner: FORGER, clock, digest: 0 }, key),
     };
     let mut room = [0; 64];
-    let mut writer = Writer::new(&mut room, robot.script(), head);
+    let mut writer = ContentWriter::new(&mut room, robot.script(), head);
     writer.item(ContentItem::Plain(first));
     items.iter().for_each(|item| writer.item(*item));
     let length = writer.finish().expect("there is room");

@@ -5,7 +5,7 @@ use bittybuzz_testkit::{FORGER, Received, Swarm, fragments, frame};
 use bittybuzz_vm_core::message::content::{ContentItem, Head};
 use bittybuzz_vm_core::message::{Message, ScriptIdentity, StigmergyEntry, Swarms};
 use bittybuzz_vm_core::number::{Full, Profile, Tiny};
-use bittybuzz_vm_core::{Counters, Value, builtin};
+use bittybuzz_vm_core::{NetworkCounters, Value, builtin};
 
 #[test]
 fn messages_with_the_robots_own_id_are_counted_and_ignored() {
@@ -32,11 +32,11 @@ fn robots_of_one_script_understand_each_other() {
         function step() { neighbors.broadcast(\"x\", {.a = id})  s.put(id, \"y\") }";
     let mut swarm: Swarm<Tiny> = Swarm::new(1, script);
     swarm.steps(5);
-    assert_eq!(swarm.robots[0].counters(), Counters::default());
+    assert_eq!(swarm.robots[0].counters(), NetworkCounters::default());
     let mut swarm: Swarm<Tiny> = Swarm::new(2, &script.replace("return local", "return remote"));
     swarm.steps(40);
     for robot in &swarm.robots {
-        assert_eq!(robot.counters(), Counters::default());
+        assert_eq!(robot.counters(), NetworkCounters::default());
     }
 }
 
@@ -187,7 +187,7 @@ fn a_text_is_dropped_where_no_script_makes_one() {
         robot.host.link.push(Received::new(&frame));
     }
     robot.step().expect("no fault");
-    assert_eq!(robot.counters(), Counters { incomplete: 1, ..Counters::default() });
+    assert_eq!(robot.counters(), NetworkCounters { incomplete: 1, ..NetworkCounters::default() });
 }
 
 /// The swarm of another robot that this robot has not created.

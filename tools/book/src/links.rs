@@ -10,7 +10,7 @@ use std::path::{Path, PathBuf};
 const PRINT: &str = "print.html";
 
 /// The links and the anchors of a page.
-struct Page {
+struct BookPage {
     links: Vec<String>,
     anchors: BTreeSet<String>,
 }
@@ -36,7 +36,7 @@ pub fn check(book: &Path) -> Result<()> {
 }
 
 /// Reads all pages of a folder and its subfolders.
-fn read(folder: &Path, pages: &mut BTreeMap<PathBuf, Page>) -> Result<()> {
+fn read(folder: &Path, pages: &mut BTreeMap<PathBuf, BookPage>) -> Result<()> {
     for entry in fs::read_dir(folder)? {
         let path = entry?.path();
         if path.is_dir() {
@@ -44,7 +44,7 @@ fn read(folder: &Path, pages: &mut BTreeMap<PathBuf, Page>) -> Result<()> {
         } else if path.extension().is_some_and(|ending| ending == "html") && !path.ends_with(PRINT)
         {
             let html = Html::parse_document(&fs::read_to_string(&path)?);
-            let page = Page {
+            let page = BookPage {
                 links: values(&html, "[href], [src]", &["href", "src"]),
                 anchors: values(&html, "[id]", &["id"]).into_iter().collect(),
             };
@@ -63,7 +63,7 @@ fn values(html: &Html, selector: &'static str, attributes: &[&str]) -> Vec<Strin
     values.map(str::to_owned).collect()
 }
 
-fn leads_somewhere(pages: &BTreeMap<PathBuf, Page>, from: &Path, link: &str) -> Result<bool> {
+fn leads_somewhere(pages: &BTreeMap<PathBuf, BookPage>, from: &Path, link: &str) -> Result<bool> {
     if link.contains("://") || link.starts_with("data:") {
         return Ok(true);
     }

@@ -22,13 +22,13 @@ const FILES: &str = "files";
 const PART: &str = "Pages of the repository";
 
 /// A text file of the book.
-pub struct TextFile {
+pub struct BookFile {
     /// The path in the book.
     path: PathBuf,
     text: String,
 }
 
-impl TextFile {
+impl BookFile {
     /// Writes the file into the folder of the book.
     pub fn write(&self, book: &Path) -> Result<()> {
         let path = book.join(&self.path);
@@ -38,8 +38,8 @@ impl TextFile {
 }
 
 /// Adds a chapter for every page outside `docs/` that a chapter links to, and returns the other files that are linked to.
-pub fn take_in(root: &Path, book: &mut Book) -> Result<Vec<TextFile>> {
-    let mut found = Found::default();
+pub fn take_in(root: &Path, book: &mut Book) -> Result<Vec<BookFile>> {
+    let mut found = LinkedPaths::default();
     book.for_each_chapter_mut(|chapter| {
         if let Some(path) = &chapter.path {
             let source = Path::new(DOCS).join(path);
@@ -65,7 +65,7 @@ pub fn take_in(root: &Path, book: &mut Book) -> Result<Vec<TextFile>> {
 
 /// Paths from the root to which chapters link.
 #[derive(Default)]
-struct Found {
+struct LinkedPaths {
     pages: BTreeSet<PathBuf>,
     files: BTreeSet<PathBuf>,
     /// Pages and their links that lead to no file.
@@ -73,7 +73,7 @@ struct Found {
 }
 
 /// Returns the text of the page with its links as they are in the book.
-fn relinked(root: &Path, page: &Path, text: &str, found: &mut Found) -> String {
+fn relinked(root: &Path, page: &Path, text: &str, found: &mut LinkedPaths) -> String {
     let mut content = text.to_owned();
     // The last link comes first, so that the positions of the others stay valid.
     let links: Vec<_> = Parser::new(text).into_offset_iter().collect();
@@ -135,7 +135,7 @@ fn in_book(path: &Path) -> PathBuf {
 }
 
 /// Returns a file as it is, or the list of a folder's files.
-fn text_file(root: &Path, path: &Path) -> Result<TextFile> {
+fn text_file(root: &Path, path: &Path) -> Result<BookFile> {
     let text = match root.join(path).is_dir() {
         false => fs::read_to_string(root.join(path))?,
         true => {
@@ -146,7 +146,7 @@ fn text_file(root: &Path, path: &Path) -> Result<TextFile> {
             names.into_iter().map(|name| name + "\n").collect()
         }
     };
-    Ok(TextFile { path: in_book(path), text })
+    Ok(BookFile { path: in_book(path), text })
 }
 
 /// Returns the path without `.` and `..`; `None` if it leads out of the repository.
@@ -196,14 +196,14 @@ mod tests {
     fn a_link_that_leads_nowhere_is_named() {
         let page = Path::new("docs/cli.md");
         let text = "see [there](../no/such.md#place)";
-        let mut found = Found::default();
+        let mut found = LinkedPaths::default();
         assert_eq!(relinked(crate::root(), page, text, &mut found), text);
         assert_eq!(found.broken, ["docs/cli.md: ../no/such.md#place"]);
     }
 
     #[test]
     fn links_are_written_for_the_book() {
-        let mut found = Found::default();
+        let mut found = LinkedPaths::default();
         let text = "[a](../lib/vec2.bzz), [b](../README.md#start), [c](scenario.md), [d](#e) and [f](https://g)";
         let content = relinked(crate::root(), Path::new("docs/cli.md"), text, &mut found);
         assert_eq!(

@@ -4,7 +4,9 @@
 #![allow(clippy::unwrap_used, reason = "what fails here fails the test")]
 
 use bittybuzz_robot_files::all_shipped;
-use bittybuzz_robot_spec::{Function, Indicator, OnFault, Profile, Robot, SensorTable, Setting};
+use bittybuzz_robot_spec::{
+    Indicator, NumberProfile, OnFault, Robot, RobotFunction, SensorTable, Setting,
+};
 use fs_err as fs;
 use std::env;
 use std::path::{Path, PathBuf};
@@ -77,8 +79,8 @@ fn section(title: &str, entries: Vec<String>) -> String {
 fn limits(robot: &Robot) -> String {
     let vm = &robot.vm;
     let numbers = match robot.profile {
-        Profile::Tiny => "`tiny`: integers and floats of 16 bits",
-        Profile::Full => "`full`: integers and floats of 32 bits, strings made at run time",
+        NumberProfile::Tiny => "`tiny`: integers and floats of 16 bits",
+        NumberProfile::Full => "`full`: integers and floats of 32 bits, strings made at run time",
     };
     let after_fault = match robot.on_fault {
         OnFault::Restart => "the script starts again after a pause",
@@ -109,8 +111,8 @@ fn limits(robot: &Robot) -> String {
     format!("\n| | |\n|---|---|\n{rows}")
 }
 
-fn function(function: &Function) -> String {
-    let Function { name, help, waits, .. } = function;
+fn function(function: &RobotFunction) -> String {
+    let RobotFunction { name, help, waits, .. } = function;
     let forms: String = function.forms().map(|form| form + "\n").collect();
     let waits = if *waits { "\nThe script waits until that is done." } else { "" };
     format!("\n### {name}\n```text\n{forms}```\n{}{waits}\n", sentence(help))

@@ -6,7 +6,7 @@
 use std::collections::HashMap;
 
 use crate::fixed::Fixed;
-use crate::listing::{Function, Line, Listing};
+use crate::listing::{AsmFunction, Listing, ListingLine};
 
 /// Bytes that a conditional branch reaches, counted from the instruction after it (AVR instruction
 /// set manual, BRBS).
@@ -40,12 +40,12 @@ pub fn chain(listing: &mut Listing) {
         {
             let label = format!(".Lchain_{number}");
             number += 1;
-            if let Line::Code(code) = &mut listing.lines[branch] {
+            if let ListingLine::Code(code) = &mut listing.lines[branch] {
                 code.name = opposite(&code.name).unwrap_or_default().into();
                 code.operands.clone_from(&label);
             }
             listing.remove(jump);
-            listing.lines.insert(other, Line::Label(label));
+            listing.lines.insert(other, ListingLine::Label(label));
             fixed.insert(other);
             end += 1;
             // A label that was inserted before the branch has moved the branch by one line.
@@ -100,18 +100,18 @@ fn chained(
 }
 
 /// Returns true if all conditional branches of a function reach their targets.
-pub fn all_reach(lines: &[Line]) -> bool {
+pub fn all_reach(lines: &[ListingLine]) -> bool {
     let places = places(lines);
     let mut at = 0;
     lines.iter().all(|line| {
-        let Line::Code(code) = line else { return true };
+        let ListingLine::Code(code) = line else { return true };
         at += code.bytes() as isize;
         !code.name.starts_with("br")
             || places.get(&code.operands).is_some_and(|target| REACH.contains(&(target - at)))
     })
 }
 
-fn straighten_function(listing: &mut Listing, function: &Function) -> bool {
+fn straighten_function(listing: &mut Listing, function: &AsmFunction) -> bool {
     let places = places(&listing.lines[function.start..function.end]);
     let mut changed = false;
     let mut at = 0_isize;
@@ -138,7 +138,7 @@ fn straighten_function(listing: &mut Listing, function: &Function) -> bool {
             REACH.contains(&(target - at - ahead))
         });
         if reached {
-            if let Line::Code(code) = &mut listing.lines[number] {
+            if let ListingLine::Code(code) = &mut listing.lines[number] {
                 code.name = opposite.into();
                 code.operands = jump.operands;
             }
@@ -155,21 +155,21 @@ fn straighten_function(listing: &mut Listing, function: &Function) -> bool {
 fn leads_to(listing: &Listing, from: usize, end: usize, wanted: &str) -> bool {
     listing.lines[from..end]
         .iter()
-        .take_while(|line| !matches!(line, Line::Code(_)))
-        .any(|line| matches!(line, Line::Label(label) if label == wanted))
+        .take_while(|line| !matches!(line, ListingLine::Code(_)))
+        .any(|line| matches!(line, ListingLine::Label(label) if label == wanted))
 }
 
 /// Returns the number of bytes before each label.
-fn places(lines: &[Line]) -> HashMap<String, isize> {
+fn places(lines: &[ListingLine]) -> HashMap<String, isize> {
     let mut places = HashMap::new();
     let mut at = 0;
     for line in lines {
         match line {
-            Line::Label(label) => {
+            ListingLine::Label(label) => {
                 places.insert(label.clone(), at);
             }
-            Line::Code(code) => at += code.bytes() as isize,
-            Line::Other(_) => {}
+            ListingLine::Code(code) => at += code.bytes() as isize,
+            ListingLine::Other(_) => {}
         }
     }
     places

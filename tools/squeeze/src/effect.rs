@@ -1,6 +1,6 @@
 //! The reads and writes of each instruction, from the AVR instruction set manual.
 
-use crate::listing::Instruction;
+use crate::listing::AsmInstruction;
 
 /// A set of registers and flags.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -70,7 +70,7 @@ impl Set {
 
 /// The effect of an instruction.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub struct Effect {
+pub struct InstructionEffect {
     /// Registers and flags on which the instruction depends.
     pub reads: Set,
     /// Registers and flags that the instruction sets.
@@ -79,15 +79,16 @@ pub struct Effect {
     pub acts: bool,
 }
 
-impl Effect {
+impl InstructionEffect {
     /// Returns the effect of an instruction that does not branch; `None` for an unknown one.
-    pub fn of(code: &Instruction) -> Option<Effect> {
+    pub fn of(code: &AsmInstruction) -> Option<InstructionEffect> {
         let mut operands = code.operands.split(',').map(str::trim);
         let (first, second) = (operands.next().unwrap_or(""), operands.next().unwrap_or(""));
         let one = || register(first).map(Set::register);
         let two = || Some((one()?, register(second).map(Set::register)?));
-        let effect = |reads: Set, writes: Set| Some(Effect { reads, writes, acts: false });
-        let acts = |reads: Set, writes: Set| Some(Effect { reads, writes, acts: true });
+        let effect =
+            |reads: Set, writes: Set| Some(InstructionEffect { reads, writes, acts: false });
+        let acts = |reads: Set, writes: Set| Some(InstructionEffect { reads, writes, acts: true });
         let no_carry = Set::Z.or(Set::REST);
         // These instructions can only clear Z, so they read it, too.
         let with_carry = Set::C.or(Set::Z);

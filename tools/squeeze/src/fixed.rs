@@ -9,8 +9,8 @@
 
 use std::collections::{HashMap, HashSet};
 
-use crate::effect::{Effect, number};
-use crate::listing::{Function, Instruction, Line, Listing, is_mark};
+use crate::effect::{InstructionEffect, number};
+use crate::listing::{AsmFunction, AsmInstruction, Listing, ListingLine, is_mark};
 
 /// Addresses of EECR, MCUCR, SPMCSR, WDTCSR and CLKPR. The second of two writes must follow within
 /// four cycles (data sheet of the ATmega328P, 8.6.3, 13.4.1, 26.3.1, 10.9.2, 8.12.2).
@@ -82,17 +82,17 @@ pub fn release_assembly(listing: &mut Listing) {
 }
 
 /// Returns true if a line affects only registers and flags. `lpm` reads flash, which never changes.
-fn is_inward(line: &Line) -> bool {
+fn is_inward(line: &ListingLine) -> bool {
     match line {
-        Line::Code(code) => {
-            code.name == "lpm" || Effect::of(code).is_some_and(|effect| !effect.acts)
+        ListingLine::Code(code) => {
+            code.name == "lpm" || InstructionEffect::of(code).is_some_and(|effect| !effect.acts)
         }
-        Line::Label(label) => is_mark(label),
-        Line::Other(text) => text.trim_start().starts_with(".loc") || text.trim().is_empty(),
+        ListingLine::Label(label) => is_mark(label),
+        ListingLine::Other(text) => text.trim_start().starts_with(".loc") || text.trim().is_empty(),
     }
 }
 
-fn mark_by_hand(listing: &Listing, function: &Function, marks: &mut [bool]) {
+fn mark_by_hand(listing: &Listing, function: &AsmFunction, marks: &mut [bool]) {
     let mut by_hand = false;
     let lines = &listing.lines[function.start..function.end];
     for (line, mark) in lines.iter().zip(&mut marks[function.start..]) {
@@ -105,7 +105,7 @@ fn mark_by_hand(listing: &Listing, function: &Function, marks: &mut [bool]) {
 /// with interrupts off.
 fn mark_off(
     listing: &Listing,
-    function: &Function,
+    function: &AsmFunction,
     leave_off: &HashSet<String>,
     marks: &mut [bool],
 ) -> bool {
@@ -127,7 +127,7 @@ fn mark_off(
     }
     let mut labels: HashMap<&str, usize> = HashMap::new();
     for line in function.start..function.end {
-        if let Line::Label(label) = &listing.lines[line] {
+        if let ListingLine::Label(label) = &listing.lines[line] {
             labels.insert(label, line);
         }
     }
@@ -150,7 +150,8 @@ fn mark_off(
         if code.name == "rjmp" || code.name.starts_with("br") {
             open.extend(target);
         }
-        let is_skipped = listing.code_before(line, function.start).is_some_and(Instruction::skips);
+        let is_skipped =
+            listing.code_before(line, function.start).is_some_and(AsmInstruction::skips);
         if !code.ends_flow() || is_skipped {
             open.push(line + 1);
         }
@@ -159,13 +160,13 @@ fn mark_off(
 }
 
 /// Returns true for an instruction that turns interrupts on or sets SREG as it was.
-fn is_restore(code: &Instruction) -> bool {
+fn is_restore(code: &AsmInstruction) -> bool {
     let sets_status = code.name == "out"
         && code.operands.split(',').next().and_then(|to| number(to.trim())) == Some(0x3f);
     sets_status || matches!(code.name.as_str(), "sei" | "reti")
 }
 
-fn mark_timed(listing: &Listing, function: &Function, marks: &mut [bool]) {
+fn mark_timed(listing: &Listing, function: &AsmFunction, marks: &mut [bool]) {
     let code: Vec<usize> =
         (function.start..function.end).filter(|line| listing.code(*line).is_some()).collect();
     for (number, line) in code.iter().enumerate() {
@@ -182,7 +183,7 @@ fn mark_timed(listing: &Listing, function: &Function, marks: &mut [bool]) {
 }
 
 /// Returns the protected register that an instruction writes.
-fn timed_register(code: &Instruction) -> Option<u16> {
+fn timed_register(code: &AsmInstruction) -> Option<u16> {
     let address = code.operands.split(',').next().and_then(|operand| number(operand.trim()))?;
     let address = match code.name.as_str() {
         "sts" => address,

@@ -6,40 +6,42 @@
 
 use std::collections::{HashMap, HashSet};
 
-use crate::effect::{Effect, Set};
-use crate::listing::{Function, Line, Listing};
+use crate::effect::{InstructionEffect, Set};
+use crate::listing::{AsmFunction, Listing, ListingLine};
 
 /// The registers and flags that are read after each line of a listing.
-pub struct Flow {
+pub struct RegisterFlow {
     after: Vec<Set>,
     /// The registers in which each function and its callers exchange values.
-    contracts: HashMap<String, Known>,
+    contracts: HashMap<String, FunctionFacts>,
 }
 
 /// The knowledge about a function.
 #[derive(Clone, Copy, Default)]
-pub struct Known {
+pub struct FunctionFacts {
     /// The registers of the caller that the function reads.
     pub arguments: Set,
     /// The registers of the function's result that callers read.
     pub results: Set,
 }
 
-impl Flow {
+impl RegisterFlow {
     /// Analyses all functions.
-    pub fn of(listing: &Listing) -> Flow {
+    pub fn of(listing: &Listing) -> RegisterFlow {
         let functions = listing.functions();
         let outside = known_outside(listing, &functions);
-        let mut known: HashMap<&str, Known> = HashMap::new();
+        let mut known: HashMap<&str, FunctionFacts> = HashMap::new();
         for function in &functions {
             let is_outside = outside.contains(function.symbol.as_str());
             let results = if is_outside { Set::RESULTS } else { Set::EMPTY };
-            known.insert(&function.symbol, Known { arguments: Set::EMPTY, results });
+            known.insert(&function.symbol, FunctionFacts { arguments: Set::EMPTY, results });
         }
-        let mut flow =
-            Flow { after: vec![Set::EMPTY; listing.lines.len()], contracts: HashMap::new() };
-        let bodies: Vec<Body<'_>> =
-            functions.iter().map(|function| Body::of(listing, function)).collect();
+        let mut flow = RegisterFlow {
+            after: vec![Set::EMPTY; listing.lines.len()],
+            contracts: HashMap::new(),
+        };
+        let bodies: Vec<FunctionFlow<'_>> =
+            functions.iter().map(|function| FunctionFlow::of(listing, function)).collect();
         loop {
             let before = flow.after.clone();
             let mut changed = false;
@@ -60,13 +62,17 @@ impl Flow {
     }
 
     /// Returns the registers in which each function and its callers exchange values, by symbol.
-    pub fn into_contracts(self) -> HashMap<String, Known> {
+    pub fn into_contracts(self) -> HashMap<String, FunctionFacts> {
         self.contracts
     }
 
     /// Traverses a function backwards. Returns true if it found something new about the function or
     /// its callees.
-    fn pass<'a>(&mut self, body: &Body<'a>, known: &mut HashMap<&'a str, Known>) -> bool {
+    fn pass<'a>(
+        &mut self,
+        body: &FunctionFlow<'a>,
+        known: &mut HashMap<&'a str, FunctionFacts>,
+    ) -> bool {
         let results = known.get(body.symbol).map_or(Set::RESULTS, |known| known.results);
         let mut changed = false;
         let mut before: HashMap<usize, Set> = HashMap::new();
@@ -114,20 +120,20 @@ impl Flow {
 
 /// Returns the symbols of functions that may have unknown callers: they are visible outside, or
 /// their address is taken.
-fn known_outside<'a>(listing: &'a Listing, functions: &'a [Function]) -> HashSet<&'a str> {
+fn known_outside<'a>(listing: &'a Listing, functions: &'a [AsmFunction]) -> HashSet<&'a str> {
     let symbols: HashSet<&str> =
         functions.iter().map(|function| function.symbol.as_str()).collect();
     let mut outside = HashSet::new();
     let mut called = HashSet::new();
     for line in &listing.lines {
         let text = match line {
-            Line::Code(code) if matches!(code.name.as_str(), "call" | "rcall") => {
+            ListingLine::Code(code) if matches!(code.name.as_str(), "call" | "rcall") => {
                 called.insert(code.operands.as_str());
                 continue;
             }
-            Line::Code(code) => &code.operands,
-            Line::Other(text) => text,
-            Line::Label(_) => continue,
+            ListingLine::Code(code) => &code.operands,
+            ListingLine::Other(text) => text,
+            ListingLine::Label(_) => continue,
         };
         let directive = text.trim_start();
         let is_plain = [".type", ".size", ".section", ".p2align", ".loc", ".asciz"];
@@ -142,14 +148,14 @@ fn known_outside<'a>(listing: &'a Listing, functions: &'a [Function]) -> HashSet
 }
 
 /// The instructions of a function and their successors.
-struct Body<'a> {
+struct FunctionFlow<'a> {
     symbol: &'a str,
     steps: Vec<FlowStep<'a>>,
 }
 
 struct FlowStep<'a> {
     line: usize,
-    effect: Option<Effect>,
+    effect: Option<InstructionEffect>,
     /// The numbers of the instructions that may be executed next.
     next: Vec<usize>,
     end: End,
@@ -164,30 +170,30 @@ enum End {
     Unknown,
 }
 
-impl<'a> Body<'a> {
-    fn of(listing: &'a Listing, function: &'a Function) -> Self {
+impl<'a> FunctionFlow<'a> {
+    fn of(listing: &'a Listing, function: &'a AsmFunction) -> Self {
         let mut labels = HashMap::new();
         let mut lines = Vec::new();
         for line in function.start..function.end {
             match &listing.lines[line] {
-                Line::Label(label) => {
+                ListingLine::Label(label) => {
                     labels.insert(label.as_str(), lines.len());
                 }
-                Line::Code(code) => lines.push((line, code)),
-                Line::Other(_) => {}
+                ListingLine::Code(code) => lines.push((line, code)),
+                ListingLine::Other(_) => {}
             }
         }
         let mut steps: Vec<FlowStep<'_>> = Vec::new();
         let mut saves = true;
         for (number, (line, code)) in lines.iter().enumerate() {
             let is_conditional = number > 0 && lines[number - 1].1.skips();
-            let mut effect = Effect::of(code);
+            let mut effect = InstructionEffect::of(code);
             // Pushing another register does not save it: it may pass an argument on the stack.
             saves &= code.name == "push"
                 && effect.is_some_and(|effect| effect.reads.is_apart(Set::CALL_USED));
             if saves {
                 // Saving a register of the caller does not depend on its value.
-                effect = effect.map(|effect| Effect { reads: Set::EMPTY, ..effect });
+                effect = effect.map(|effect| InstructionEffect { reads: Set::EMPTY, ..effect });
             }
             let mut next = Vec::new();
             let mut end = End::None;
@@ -216,11 +222,11 @@ impl<'a> Body<'a> {
                 end = End::Unknown;
             }
             if code.name == "ret" {
-                effect = Some(Effect::default());
+                effect = Some(InstructionEffect::default());
             }
             steps.push(FlowStep { line: *line, effect, next, end, called, is_conditional });
         }
-        Body { symbol: &function.symbol, steps }
+        FunctionFlow { symbol: &function.symbol, steps }
     }
 }
 

@@ -11,7 +11,7 @@
 use std::collections::{BTreeSet, HashSet};
 use std::fmt::Write;
 
-use crate::listing::{Function, Instruction, Line, Listing};
+use crate::listing::{AsmFunction, AsmInstruction, Listing, ListingLine};
 
 /// The bytes that sharing must save; otherwise a function keeps its own code.
 const WORTH: isize = 4;
@@ -27,7 +27,7 @@ struct Prologue {
 
 /// A shared routine that saves or restores registers.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
-struct Routine {
+struct SaveRoutine {
     /// The first register, which is even; 18 if the routine saves none below Y.
     first: u8,
     kind: PrologueKind,
@@ -54,7 +54,7 @@ impl PrologueKind {
 }
 
 impl Prologue {
-    fn routine(&self) -> Routine {
+    fn routine(&self) -> SaveRoutine {
         let lowest = self.registers.first().copied().unwrap_or(28);
         let has_y = self.registers.iter().any(|register| *register >= 28);
         let kind = match self.room {
@@ -62,7 +62,7 @@ impl Prologue {
             None if has_y => PrologueKind::Pointer,
             None => PrologueKind::Plain,
         };
-        Routine { first: (lowest & !1).min(18), kind }
+        SaveRoutine { first: (lowest & !1).min(18), kind }
     }
 }
 
@@ -83,13 +83,13 @@ pub fn share(listing: &mut Listing, is_hot: &dyn Fn(&str) -> bool) -> String {
 /// Returns the functions that may read arguments on the stack, above their own variables. Code that
 /// calls them must not change the stack.
 pub fn with_arguments(listing: &Listing) -> HashSet<String> {
-    let takes = |function: &Function| {
+    let takes = |function: &AsmFunction| {
         let code: Vec<usize> =
             (function.start..function.end).filter(|line| listing.code(*line).is_some()).collect();
         let room = FunctionStart::find(listing, &code).and_then(|entry| entry.frame.room);
         code.iter().filter_map(|line| listing.code(*line)).any(|code| match room {
             Some(room) => displacement(&code.operands).is_some_and(|at| at > room),
-            None => *code == Instruction::new("in", "r28, 61"),
+            None => *code == AsmInstruction::new("in", "r28, 61"),
         })
     };
     listing.functions().into_iter().filter(takes).map(|function| function.symbol).collect()
@@ -101,11 +101,11 @@ fn displacement(operands: &str) -> Option<u8> {
     behind.split(',').next()?.trim().parse().ok()
 }
 
-fn share_function(listing: &mut Listing, function: &Function) -> Option<Routine> {
+fn share_function(listing: &mut Listing, function: &AsmFunction) -> Option<SaveRoutine> {
     let code: Vec<usize> =
         (function.start..function.end).filter(|line| listing.code(*line).is_some()).collect();
     let entry = FunctionStart::find(listing, &code)?;
-    let exits = Exit::find_all(listing, &code, &entry)?;
+    let exits = RoutineExit::find_all(listing, &code, &entry)?;
     let bytes = |lines: &[usize]| -> isize { 2 * lines.len() as isize };
     let each = if entry.frame.room.is_some() { 6 } else { 4 };
     let won = bytes(&entry.lines) - each
@@ -114,32 +114,33 @@ fn share_function(listing: &mut Listing, function: &Function) -> Option<Routine>
         return None;
     }
     let routine = entry.frame.routine();
-    let Routine { first, kind } = routine;
+    let SaveRoutine { first, kind } = routine;
     let suffix = kind.suffix();
     replace(
         listing,
         &entry.lines,
         entry.frame.room,
-        Instruction::new("call", &format!("__save_{first}{suffix}")),
+        AsmInstruction::new("call", &format!("__save_{first}{suffix}")),
     );
     for exit in exits {
-        let jump = Instruction::new("jmp", &format!("__restore_{first}{suffix}"));
+        let jump = AsmInstruction::new("jmp", &format!("__restore_{first}{suffix}"));
         replace(listing, &exit.lines, entry.frame.room, jump);
     }
     Some(routine)
 }
 
 /// Replaces those lines by the instruction, after a load of the room into r26 if there is any.
-fn replace(listing: &mut Listing, lines: &[usize], room: Option<u8>, by: Instruction) {
+fn replace(listing: &mut Listing, lines: &[usize], room: Option<u8>, by: AsmInstruction) {
     for line in lines {
         listing.remove(*line);
     }
     let mut places = lines.iter();
     if let (Some(room), Some(place)) = (room, places.next()) {
-        listing.lines[*place] = Line::Code(Instruction::new("ldi", &format!("r26, {room}")));
+        listing.lines[*place] =
+            ListingLine::Code(AsmInstruction::new("ldi", &format!("r26, {room}")));
     }
     if let Some(place) = places.next() {
-        listing.lines[*place] = Line::Code(by);
+        listing.lines[*place] = ListingLine::Code(by);
     }
 }
 
@@ -181,7 +182,7 @@ impl FunctionStart {
 /// number of bytes and the number of instructions.
 fn make_room(listing: &Listing, code: &[usize]) -> Option<(u8, usize)> {
     let at = |number: usize| code.get(number).and_then(|line| listing.code(*line));
-    if at(1)? != &Instruction::new("in", "r29, 62") {
+    if at(1)? != &AsmInstruction::new("in", "r29, 62") {
         return None;
     }
     let (size, used) = change(at(2)?, at(3)?, "sbiw", "subi", "sbci")?;
@@ -194,19 +195,19 @@ const POINTER_SET: [(&str, &str); 5] =
 fn is_pointer_set(listing: &Listing, code: &[usize]) -> bool {
     code.len() >= POINTER_SET.len()
         && POINTER_SET.iter().zip(code).all(|((name, operands), line)| {
-            listing.code(*line) == Some(&Instruction::new(name, operands))
+            listing.code(*line) == Some(&AsmInstruction::new(name, operands))
         })
 }
 
 /// Returns the change of Y, and the number of instructions that make it.
 fn change(
-    first: &Instruction,
-    second: &Instruction,
+    first: &AsmInstruction,
+    second: &AsmInstruction,
     word: &str,
     low: &str,
     high: &str,
 ) -> Option<(u8, usize)> {
-    let number = |instruction: &Instruction, register: &str| -> Option<u16> {
+    let number = |instruction: &AsmInstruction, register: &str| -> Option<u16> {
         instruction.operands.strip_prefix(register)?.strip_prefix(',')?.trim().parse().ok()
     };
     if first.name == word {
@@ -222,13 +223,17 @@ fn change(
 }
 
 /// The exit code of a function.
-struct Exit {
+struct RoutineExit {
     lines: Vec<usize>,
 }
 
-impl Exit {
+impl RoutineExit {
     /// Returns all exits; `None` if one of them does not match the entry.
-    fn find_all(listing: &Listing, code: &[usize], entry: &FunctionStart) -> Option<Vec<Exit>> {
+    fn find_all(
+        listing: &Listing,
+        code: &[usize],
+        entry: &FunctionStart,
+    ) -> Option<Vec<RoutineExit>> {
         let mut exits = Vec::new();
         let mut pops = 0;
         for (number, line) in code.iter().enumerate() {
@@ -237,7 +242,7 @@ impl Exit {
                 "pop" => pops += 1,
                 "push" if !entry.lines.contains(line) => return None,
                 "reti" | "jmp" | "ijmp" => return None,
-                "ret" => exits.push(Exit::find(listing, &code[..=number], entry)?),
+                "ret" => exits.push(RoutineExit::find(listing, &code[..=number], entry)?),
                 _ => {}
             }
         }
@@ -245,7 +250,7 @@ impl Exit {
     }
 
     /// Returns the exit code, where `code` ends with the return instruction.
-    fn find(listing: &Listing, code: &[usize], entry: &FunctionStart) -> Option<Exit> {
+    fn find(listing: &Listing, code: &[usize], entry: &FunctionStart) -> Option<RoutineExit> {
         let registers = &entry.frame.registers;
         let from = code.len().checked_sub(1 + registers.len())?;
         for (line, wanted) in code[from..].iter().zip(registers.iter().rev()) {
@@ -272,9 +277,9 @@ impl Exit {
         }
         // No branch may lead into the exit code.
         let is_whole = (code[start]..=*code.last()?).skip(1).all(|line| {
-            !matches!(&listing.lines[line], Line::Label(label) if !crate::listing::is_mark(label))
+            !matches!(&listing.lines[line], ListingLine::Label(label) if !crate::listing::is_mark(label))
         });
-        is_whole.then(|| Exit { lines: code[start..].to_vec() })
+        is_whole.then(|| RoutineExit { lines: code[start..].to_vec() })
     }
 }
 
@@ -283,7 +288,7 @@ fn register(operand: &str) -> Option<u8> {
 }
 
 /// Writes the assembly of the routines.
-fn text(routines: &BTreeSet<Routine>) -> String {
+fn text(routines: &BTreeSet<SaveRoutine>) -> String {
     let mut text = String::from("\t.section\t.text.shared_frames,\"ax\",@progbits\n");
     let kinds: BTreeSet<PrologueKind> = routines.iter().map(|routine| routine.kind).collect();
     for kind in kinds {
@@ -298,7 +303,7 @@ fn text(routines: &BTreeSet<Routine>) -> String {
 
 /// Writes a routine that saves registers. It takes the return address from the stack first, and
 /// jumps there at the end.
-fn save(text: &mut String, kind: PrologueKind, routines: &BTreeSet<Routine>) {
+fn save(text: &mut String, kind: PrologueKind, routines: &BTreeSet<SaveRoutine>) {
     let suffix = kind.suffix();
     let firsts: Vec<u8> =
         routines.iter().filter(|routine| routine.kind == kind).map(|of| of.first).collect();
@@ -327,8 +332,8 @@ fn save(text: &mut String, kind: PrologueKind, routines: &BTreeSet<Routine>) {
     text.push_str("\tijmp\n");
 }
 
-fn restore(text: &mut String, first: u8, routines: &BTreeSet<Routine>) {
-    let has = |kind| routines.contains(&Routine { first, kind });
+fn restore(text: &mut String, first: u8, routines: &BTreeSet<SaveRoutine>) {
+    let has = |kind| routines.contains(&SaveRoutine { first, kind });
     if has(PrologueKind::Room) {
         let _ = writeln!(text, "__restore_{first}_room:\n\tadd\tr28, r26\n\tadc\tr29, r1");
         set_pointer(text);

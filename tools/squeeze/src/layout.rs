@@ -4,7 +4,7 @@
 //! code falls through into it.
 
 use crate::branch;
-use crate::listing::{Line, Listing};
+use crate::listing::{Listing, ListingLine};
 
 /// Moves code after the jump that leads to it, if all conditional branches still reach their
 /// targets.
@@ -19,9 +19,9 @@ pub fn arrange(listing: &mut Listing) {
 }
 
 /// The lines up to an instruction that ends the flow.
-type Chain = Vec<Line>;
+type Chain = Vec<ListingLine>;
 
-fn arrange_function(body: &[Line]) -> Option<Vec<Line>> {
+fn arrange_function(body: &[ListingLine]) -> Option<Vec<ListingLine>> {
     let mut chains = chains(body)?;
     // The target of a chain's last jump is moved after the chain, if it begins a chain other than
     // the first.
@@ -55,14 +55,14 @@ fn arrange_function(body: &[Line]) -> Option<Vec<Line>> {
 }
 
 /// Splits a function into chains; returns `None` if its last instruction does not end the flow.
-fn chains(body: &[Line]) -> Option<Vec<Chain>> {
+fn chains(body: &[ListingLine]) -> Option<Vec<Chain>> {
     let mut chains = vec![Chain::new()];
     let mut after_skip = false;
     let mut by_hand = false;
     for line in body {
         line.enters_assembly(&mut by_hand);
         chains.last_mut()?.push(line.clone());
-        if let Line::Code(code) = line {
+        if let ListingLine::Code(code) = line {
             let skipped = std::mem::replace(&mut after_skip, code.skips());
             // The programmer's assembly stays together.
             if code.ends_flow() && !skipped && !by_hand {
@@ -72,16 +72,16 @@ fn chains(body: &[Line]) -> Option<Vec<Chain>> {
     }
     // The lines after the last chain must not be code.
     let rest = chains.pop()?;
-    if rest.iter().any(|line| matches!(line, Line::Code(_))) {
+    if rest.iter().any(|line| matches!(line, ListingLine::Code(_))) {
         return None;
     }
     chains.last_mut()?.extend(rest);
     Some(chains)
 }
 
-fn jump_target(line: &Line) -> Option<&str> {
+fn jump_target(line: &ListingLine) -> Option<&str> {
     match line {
-        Line::Code(code) if code.name == "rjmp" => Some(&code.operands),
+        ListingLine::Code(code) if code.name == "rjmp" => Some(&code.operands),
         _ => None,
     }
 }
@@ -89,6 +89,6 @@ fn jump_target(line: &Line) -> Option<&str> {
 fn begins_with(chain: &Chain, wanted: &str) -> bool {
     chain
         .iter()
-        .take_while(|line| !matches!(line, Line::Code(_)))
-        .any(|line| matches!(line, Line::Label(label) if label == wanted))
+        .take_while(|line| !matches!(line, ListingLine::Code(_)))
+        .any(|line| matches!(line, ListingLine::Label(label) if label == wanted))
 }

@@ -52,7 +52,7 @@ mod value;
 
 use std::collections::HashMap;
 
-use flow::{Flow, Known};
+use flow::{FunctionFacts, RegisterFlow};
 use listing::Listing;
 use proof::Contract;
 
@@ -82,7 +82,7 @@ pub fn squeeze(assembly: &str, is_hot: impl Fn(&str) -> bool) -> Squeezed {
     value::simplify(&mut listing);
     branch::straighten(&mut listing);
     let on_stack = frame::with_arguments(&listing);
-    let contract = |(symbol, known): (String, Known)| {
+    let contract = |(symbol, known): (String, FunctionFacts)| {
         let contract = Contract {
             arguments: known.arguments.register_bits(),
             results: known.results.register_bits(),
@@ -90,7 +90,7 @@ pub fn squeeze(assembly: &str, is_hot: impl Fn(&str) -> bool) -> Squeezed {
         };
         (symbol, contract)
     };
-    let contracts = Flow::of(&listing).into_contracts().into_iter().map(contract).collect();
+    let contracts = RegisterFlow::of(&listing).into_contracts().into_iter().map(contract).collect();
     let helpers = frame::share(&mut listing, &is_hot as &dyn Fn(&str) -> bool);
     tail::share(&mut listing);
     let outlined = outline::outline(&mut listing, &is_hot as &dyn Fn(&str) -> bool, &on_stack);

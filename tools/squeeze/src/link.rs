@@ -16,7 +16,7 @@ use std::path::{Path, PathBuf};
 use std::process::{Command, exit};
 
 use crate::hot::is_hot;
-use crate::proof::{Refusal, prove};
+use crate::proof::{SqueezeRefusal, prove};
 use crate::squeeze;
 
 /// The first argument that makes the program a wrapper.
@@ -40,7 +40,7 @@ enum LinkError {
     /// rustc has made more than one object.
     Modules(PathBuf),
     /// The assembly cannot be squeezed, or the squeezed text behaves differently.
-    Refused(PathBuf, Box<Refusal>),
+    Refused(PathBuf, Box<SqueezeRefusal>),
     /// The assembler or the linker has failed, and has printed the reason.
     Failed(OsString, Option<i32>),
 }

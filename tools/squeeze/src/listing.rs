@@ -4,20 +4,20 @@ use std::fmt;
 
 /// A line of assembly.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub enum Line {
+pub enum ListingLine {
     /// A label.
     Label(String),
     /// An instruction.
-    Code(Instruction),
+    Code(AsmInstruction),
     /// Anything else.
     Other(String),
 }
 
-impl Line {
+impl ListingLine {
     /// Sets `by_hand` if the following lines were written by the programmer, who may count their
     /// cycles.
     pub fn enters_assembly(&self, by_hand: &mut bool) {
-        if let Line::Other(text) = self
+        if let ListingLine::Other(text) = self
             && text.contains("APP")
         {
             *by_hand = !text.contains("NO_APP");
@@ -27,17 +27,17 @@ impl Line {
 
 /// An instruction.
 #[derive(Clone, Debug, PartialEq, Eq, Hash)]
-pub struct Instruction {
+pub struct AsmInstruction {
     /// The mnemonic, in lower case.
     pub name: String,
     /// The text after the mnemonic.
     pub operands: String,
 }
 
-impl Instruction {
+impl AsmInstruction {
     /// Creates an instruction from its parts.
     pub fn new(name: &str, operands: &str) -> Self {
-        Instruction { name: name.into(), operands: operands.into() }
+        AsmInstruction { name: name.into(), operands: operands.into() }
     }
 
     /// Returns the largest size of the instruction in bytes.
@@ -63,7 +63,7 @@ impl Instruction {
     }
 }
 
-impl fmt::Display for Instruction {
+impl fmt::Display for AsmInstruction {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         write!(f, "\t{}\t{}", self.name, self.operands)
     }
@@ -71,7 +71,7 @@ impl fmt::Display for Instruction {
 
 /// A function, with its position in the listing.
 #[derive(Clone, Debug)]
-pub struct Function {
+pub struct AsmFunction {
     pub symbol: String,
     /// The first line, after the symbol.
     pub start: usize,
@@ -82,31 +82,32 @@ pub struct Function {
 /// The assembly of a program.
 #[derive(Debug, Default)]
 pub struct Listing {
-    pub lines: Vec<Line>,
+    pub lines: Vec<ListingLine>,
 }
 
 impl Listing {
     /// Reads assembly of LLVM.
     pub fn read(text: &str) -> Listing {
         // LLVM declares the debugger's files at their first use, and that line may be moved.
-        let is_file = |line: &Line| matches!(line, Line::Other(text) if text.contains("\t.file\t"));
-        let (mut lines, rest): (Vec<Line>, Vec<Line>) = text.lines().map(line).partition(is_file);
+        let is_file = |line: &ListingLine| matches!(line, ListingLine::Other(text) if text.contains("\t.file\t"));
+        let (mut lines, rest): (Vec<ListingLine>, Vec<ListingLine>) =
+            text.lines().map(line).partition(is_file);
         lines.extend(rest);
         Listing { lines }
     }
 
     /// Returns the functions, as LLVM marks them: a symbol, then `.Lfunc_begin` and `.Lfunc_end`.
-    pub fn functions(&self) -> Vec<Function> {
+    pub fn functions(&self) -> Vec<AsmFunction> {
         let mut functions = Vec::new();
         let mut symbol = "";
         let mut start = None;
         for (number, line) in self.lines.iter().enumerate() {
-            let Line::Label(label) = line else { continue };
+            let ListingLine::Label(label) = line else { continue };
             if label.starts_with(".Lfunc_begin") {
                 start = Some((symbol, number + 1));
             } else if label.starts_with(".Lfunc_end") {
                 if let Some((symbol, start)) = start.take() {
-                    functions.push(Function { symbol: symbol.into(), start, end: number });
+                    functions.push(AsmFunction { symbol: symbol.into(), start, end: number });
                 }
             } else if !label.starts_with(".L") {
                 symbol = label;
@@ -120,8 +121,8 @@ impl Listing {
     pub fn next_code(&self, from: usize, end: usize) -> Option<usize> {
         for number in from..end {
             match &self.lines[number] {
-                Line::Code(_) => return Some(number),
-                Line::Label(label) if !is_mark(label) => return None,
+                ListingLine::Code(_) => return Some(number),
+                ListingLine::Label(label) if !is_mark(label) => return None,
                 _ => {}
             }
         }
@@ -129,15 +130,15 @@ impl Listing {
     }
 
     /// Returns the instruction of that line.
-    pub fn code(&self, number: usize) -> Option<&Instruction> {
+    pub fn code(&self, number: usize) -> Option<&AsmInstruction> {
         match self.lines.get(number) {
-            Some(Line::Code(instruction)) => Some(instruction),
+            Some(ListingLine::Code(instruction)) => Some(instruction),
             _ => None,
         }
     }
 
     /// Returns the last instruction before that line, from line `start` on.
-    pub fn code_before(&self, line: usize, start: usize) -> Option<&Instruction> {
+    pub fn code_before(&self, line: usize, start: usize) -> Option<&AsmInstruction> {
         (start..line).rev().find_map(|line| self.code(line))
     }
 
@@ -151,12 +152,12 @@ impl Listing {
 
     /// Removes lines that were emptied.
     pub fn compact(&mut self) {
-        self.lines.retain(|line| !matches!(line, Line::Other(text) if text.is_empty()));
+        self.lines.retain(|line| !matches!(line, ListingLine::Other(text) if text.is_empty()));
     }
 
     /// Empties a line.
     pub fn remove(&mut self, number: usize) {
-        self.lines[number] = Line::Other(String::new());
+        self.lines[number] = ListingLine::Other(String::new());
     }
 }
 
@@ -164,9 +165,9 @@ impl fmt::Display for Listing {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         for line in &self.lines {
             match line {
-                Line::Label(label) => writeln!(f, "{label}:")?,
-                Line::Code(instruction) => writeln!(f, "{instruction}")?,
-                Line::Other(text) => writeln!(f, "{text}")?,
+                ListingLine::Label(label) => writeln!(f, "{label}:")?,
+                ListingLine::Code(instruction) => writeln!(f, "{instruction}")?,
+                ListingLine::Other(text) => writeln!(f, "{text}")?,
             }
         }
         Ok(())
@@ -178,21 +179,21 @@ pub fn is_mark(label: &str) -> bool {
     label.starts_with(".Ltmp") || label.starts_with(".Lfunc")
 }
 
-fn line(text: &str) -> Line {
+fn line(text: &str) -> ListingLine {
     let trimmed = text.trim();
     if let Some(label) = trimmed.strip_suffix(':')
         && !label.contains(char::is_whitespace)
     {
-        return Line::Label(label.into());
+        return ListingLine::Label(label.into());
     }
     let is_code =
         trimmed.starts_with(|first: char| first.is_ascii_lowercase()) && text.starts_with('\t');
     if !is_code {
-        return Line::Other(with_one_name(text));
+        return ListingLine::Other(with_one_name(text));
     }
     let code = trimmed.split(';').next().unwrap_or("").trim();
     let (name, operands) = code.split_once(char::is_whitespace).unwrap_or((code, ""));
-    Line::Code(Instruction::new(name, operands.trim()))
+    ListingLine::Code(AsmInstruction::new(name, operands.trim()))
 }
 
 /// Joins folder and name in `.file 1 "folder" "name"`, as older assemblers require it.

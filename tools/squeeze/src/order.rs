@@ -6,7 +6,7 @@
 
 use std::collections::HashMap;
 
-use crate::listing::{Line, Listing};
+use crate::listing::{Listing, ListingLine};
 
 /// The greatest distance of calls that become short. `rcall` reaches 4,096 bytes (AVR instruction
 /// set manual, RCALL); the limit is higher because other calls in between become short too, but are
@@ -20,28 +20,28 @@ const HEAT: f64 = 3.0;
 /// The lines of a section, and the calls in it.
 #[derive(Default)]
 struct AsmSection<'a> {
-    lines: Vec<&'a Line>,
+    lines: Vec<&'a ListingLine>,
     bytes: usize,
     /// The positions of calls in the section, and their targets.
     calls: Vec<(usize, &'a str)>,
 }
 
 /// A call: the section and the position in it of the call and of its target.
-struct Call {
+struct CallSite {
     from: (usize, usize),
     to: (usize, usize),
 }
 
 /// Puts the sections of functions in the best order, before everything else.
 pub fn order(listing: &Listing) -> Listing {
-    let starts_section = |line: &Line| matches!(line, Line::Other(text) if text.trim_start().starts_with(".section"));
+    let starts_section = |line: &ListingLine| matches!(line, ListingLine::Other(text) if text.trim_start().starts_with(".section"));
     let mut code: Vec<AsmSection<'_>> = Vec::new();
     let mut rest = Vec::new();
     // The number of the section of each name, because a section may continue elsewhere.
     let mut numbers = HashMap::new();
     let mut labels = HashMap::new();
     for lines in listing.lines.chunk_by(|_, next| !starts_section(next)) {
-        let Line::Other(first) = &lines[0] else {
+        let ListingLine::Other(first) = &lines[0] else {
             rest.push(lines);
             continue;
         };
@@ -60,7 +60,7 @@ pub fn order(listing: &Listing) -> Listing {
     for (number, section) in code.iter().enumerate() {
         for (at, symbol) in &section.calls {
             if let Some(to) = labels.get(symbol) {
-                calls.push(Call { from: (number, *at), to: *to });
+                calls.push(CallSite { from: (number, *at), to: *to });
             }
         }
     }
@@ -76,22 +76,22 @@ impl<'a> AsmSection<'a> {
     /// Adds these lines to the section, which has that number.
     fn read(
         &mut self,
-        lines: &'a [Line],
+        lines: &'a [ListingLine],
         number: usize,
         labels: &mut HashMap<&'a str, (usize, usize)>,
     ) {
         for line in lines {
             match line {
-                Line::Label(label) => {
+                ListingLine::Label(label) => {
                     labels.insert(label, (number, self.bytes));
                 }
-                Line::Code(code) => {
+                ListingLine::Code(code) => {
                     if matches!(code.name.as_str(), "call" | "jmp") {
                         self.calls.push((self.bytes, &code.operands));
                     }
                     self.bytes += code.bytes();
                 }
-                Line::Other(_) => {}
+                ListingLine::Other(_) => {}
             }
             self.lines.push(line);
         }
@@ -99,12 +99,12 @@ impl<'a> AsmSection<'a> {
 }
 
 /// Returns the numbers of the sections in the order with the fewest long calls.
-fn anneal(sections: &[AsmSection<'_>], calls: &[Call]) -> Vec<usize> {
+fn anneal(sections: &[AsmSection<'_>], calls: &[CallSite]) -> Vec<usize> {
     let mut order: Vec<usize> = (0..sections.len()).collect();
     let mut places = vec![0; sections.len()];
     let mut now = long_calls(sections, calls, &order, &mut places);
     let (mut best, mut fewest) = (order.clone(), now);
-    let mut random = Random(1);
+    let mut random = Xorshift32(1);
     for tried in 0..MOVES {
         if fewest == 0 {
             break;
@@ -133,7 +133,7 @@ fn anneal(sections: &[AsmSection<'_>], calls: &[Call]) -> Vec<usize> {
 
 fn long_calls(
     sections: &[AsmSection<'_>],
-    calls: &[Call],
+    calls: &[CallSite],
     order: &[usize],
     places: &mut [usize],
 ) -> usize {
@@ -152,9 +152,9 @@ fn long_calls(
 }
 
 /// A generator of pseudo-random numbers (xorshift32, Marsaglia 2003).
-struct Random(u32);
+struct Xorshift32(u32);
 
-impl Random {
+impl Xorshift32 {
     fn next(&mut self) -> u32 {
         self.0 ^= self.0 << 13;
         self.0 ^= self.0 >> 17;

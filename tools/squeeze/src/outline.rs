@@ -4,7 +4,7 @@ use std::collections::{HashMap, HashSet};
 use std::fmt::Write;
 
 use crate::fixed::Fixed;
-use crate::listing::{Instruction, Line, Listing, is_mark};
+use crate::listing::{AsmInstruction, Listing, ListingLine, is_mark};
 
 /// The most instructions of a sequence.
 const LONGEST: usize = 16;
@@ -42,8 +42,8 @@ pub fn outline(
             for line in place {
                 listing.remove(*line);
             }
-            let call = Instruction::new("call", &format!("__sequence_{number}"));
-            listing.lines[place[0]] = Line::Code(call);
+            let call = AsmInstruction::new("call", &format!("__sequence_{number}"));
+            listing.lines[place[0]] = ListingLine::Code(call);
         }
         listing.compact();
         number += 1;
@@ -55,7 +55,7 @@ pub fn outline(
 fn busy(listing: &Listing) -> HashSet<String> {
     let mut calls: HashMap<&str, usize> = HashMap::new();
     for line in &listing.lines {
-        if let Line::Code(code) = line
+        if let ListingLine::Code(code) = line
             && code.name == "call"
         {
             *calls.entry(&code.operands).or_default() += 1;
@@ -81,7 +81,7 @@ fn runs(
         let mut after_skip = false;
         for line in function.start..function.end {
             let ends = match &listing.lines[line] {
-                Line::Code(code) => {
+                ListingLine::Code(code) => {
                     let skipped = std::mem::replace(&mut after_skip, code.skips());
                     let moves = is_movable(code, on_stack) && !skipped && !fixed.is_fixed(line);
                     if moves {
@@ -89,8 +89,8 @@ fn runs(
                     }
                     !moves
                 }
-                Line::Label(label) => !is_mark(label),
-                Line::Other(_) => false,
+                ListingLine::Label(label) => !is_mark(label),
+                ListingLine::Other(_) => false,
             };
             if ends {
                 runs.push(std::mem::take(&mut run));
@@ -103,7 +103,7 @@ fn runs(
 }
 
 /// Returns true if an instruction has the same effect in a routine.
-fn is_movable(code: &Instruction, on_stack: &HashSet<String>) -> bool {
+fn is_movable(code: &AsmInstruction, on_stack: &HashSet<String>) -> bool {
     let uses_stack = matches!(code.name.as_str(), "push" | "pop")
         || matches!(code.name.as_str(), "in" | "out")
             && (code.operands.contains("61")
@@ -123,7 +123,7 @@ fn best(listing: &Listing, runs: &[Vec<usize>]) -> Option<Vec<Vec<usize>>> {
     let mut most = WORTH;
     let mut best = None;
     for length in 2..=LONGEST {
-        let mut places: HashMap<Vec<&Instruction>, Vec<&[usize]>> = HashMap::new();
+        let mut places: HashMap<Vec<&AsmInstruction>, Vec<&[usize]>> = HashMap::new();
         for run in runs {
             for window in run.windows(length) {
                 let key = window.iter().filter_map(|line| listing.code(*line)).collect();

@@ -7,10 +7,10 @@
 use std::collections::{HashMap, HashSet};
 
 use crate::fixed::Fixed;
-use crate::listing::{Instruction, Line, Listing, is_mark};
+use crate::listing::{AsmInstruction, Listing, ListingLine, is_mark};
 
 /// The end of a piece of code: its instructions, from the last to the first.
-struct End {
+struct FunctionTail {
     lines: Vec<usize>,
     /// The number of instructions into which no other code leads.
     whole: usize,
@@ -31,7 +31,7 @@ pub fn share(listing: &mut Listing) {
 fn share_once(listing: &mut Listing, number: &mut usize) -> bool {
     let mut changed = false;
     let ends = ends(listing, &Fixed::of(listing));
-    let mut best: Vec<(usize, &End, &End, usize)> = Vec::new();
+    let mut best: Vec<(usize, &FunctionTail, &FunctionTail, usize)> = Vec::new();
     for group in ends.values() {
         for (at, kept) in group.iter().enumerate() {
             for (other, left) in group.iter().enumerate() {
@@ -42,7 +42,7 @@ fn share_once(listing: &mut Listing, number: &mut usize) -> bool {
                 // The last instruction becomes the jump, so that it saves nothing.
                 let won =
                     left.lines[..common].iter().skip(1).filter_map(|line| listing.code(*line));
-                let won: usize = won.map(Instruction::bytes).sum();
+                let won: usize = won.map(AsmInstruction::bytes).sum();
                 if won > 0 {
                     best.push((won, kept, left, common));
                 }
@@ -83,19 +83,19 @@ fn share_once(listing: &mut Listing, number: &mut usize) -> bool {
         for line in &lines {
             listing.remove(*line);
         }
-        listing.lines[jump] = Line::Code(Instruction::new(name, &label));
+        listing.lines[jump] = ListingLine::Code(AsmInstruction::new(name, &label));
         labels.push((first, label));
         changed = true;
     }
     labels.sort();
     for (first, label) in labels.into_iter().rev() {
-        listing.lines.insert(first, Line::Label(label));
+        listing.lines.insert(first, ListingLine::Label(label));
     }
     changed
 }
 
 /// Returns the number of common instructions that can be removed from `left`.
-fn common(listing: &Listing, kept: &End, left: &End) -> usize {
+fn common(listing: &Listing, kept: &FunctionTail, left: &FunctionTail) -> usize {
     let same = |(kept, left): &(&usize, &usize)| listing.code(**kept) == listing.code(**left);
     let from = usize::from(kept.falls);
     let pairs = kept.lines.iter().zip(&left.lines).skip(from).take_while(same).count();
@@ -108,16 +108,18 @@ fn common(listing: &Listing, kept: &End, left: &End) -> usize {
 }
 
 /// Returns the ends, grouped by their last instruction.
-fn ends(listing: &Listing, fixed: &Fixed) -> HashMap<(usize, String), Vec<End>> {
-    let mut ends: HashMap<(usize, String), Vec<End>> = HashMap::new();
+fn ends(listing: &Listing, fixed: &Fixed) -> HashMap<(usize, String), Vec<FunctionTail>> {
+    let mut ends: HashMap<(usize, String), Vec<FunctionTail>> = HashMap::new();
     for (number, function) in listing.functions().into_iter().enumerate() {
         for line in function.start..function.end {
             let (key, falls) = match &listing.lines[line] {
-                Line::Label(label) if !is_mark(label) => ((number, format!("rjmp {label}")), true),
-                Line::Code(code) if code.name == "rjmp" => {
+                ListingLine::Label(label) if !is_mark(label) => {
+                    ((number, format!("rjmp {label}")), true)
+                }
+                ListingLine::Code(code) if code.name == "rjmp" => {
                     ((number, format!("rjmp {}", code.operands)), false)
                 }
-                Line::Code(code) if matches!(code.name.as_str(), "ret" | "jmp") => {
+                ListingLine::Code(code) if matches!(code.name.as_str(), "ret" | "jmp") => {
                     ((usize::MAX, format!("{} {}", code.name, code.operands)), false)
                 }
                 _ => continue,
@@ -142,16 +144,16 @@ fn end(
     last: usize,
     falls: bool,
     leaves: bool,
-) -> Option<End> {
+) -> Option<FunctionTail> {
     const LONGEST: usize = 40;
     let mut lines = vec![last];
     let mut whole = None;
     for line in (start..last).rev() {
         match &listing.lines[line] {
-            Line::Label(label) if !is_mark(label) => {
+            ListingLine::Label(label) if !is_mark(label) => {
                 whole.get_or_insert(lines.len());
             }
-            Line::Code(code) => {
+            ListingLine::Code(code) => {
                 let is_placed = leaves && code.operands.contains(".L");
                 if code.ends_flow() || is_placed || fixed.is_fixed(line) {
                     break;
@@ -168,11 +170,11 @@ fn end(
         }
     }
     let skipped: Vec<usize> = (0..lines.len() - 1)
-        .filter(|number| listing.code(lines[number + 1]).is_some_and(Instruction::skips))
+        .filter(|number| listing.code(lines[number + 1]).is_some_and(AsmInstruction::skips))
         .collect();
     if !falls && skipped.contains(&0) {
         return None;
     }
     let whole = whole.unwrap_or(lines.len());
-    (lines.len() > 1).then_some(End { lines, whole, skipped, falls })
+    (lines.len() > 1).then_some(FunctionTail { lines, whole, skipped, falls })
 }

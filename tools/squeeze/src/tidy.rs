@@ -2,7 +2,7 @@
 
 use std::collections::HashSet;
 
-use crate::listing::{Function, Line, Listing, is_mark};
+use crate::listing::{AsmFunction, Listing, ListingLine, is_mark};
 
 /// Removes labels to which nothing leads, so that the code around them becomes one block.
 pub fn remove_labels(listing: &mut Listing) {
@@ -13,7 +13,7 @@ pub fn remove_labels(listing: &mut Listing) {
             listing.lines[line].enters_assembly(&mut by_hand);
             let is_unused = !by_hand
                 && matches!(&listing.lines[line],
-                Line::Label(label) if !is_mark(label) && !used.contains(label));
+                ListingLine::Label(label) if !is_mark(label) && !used.contains(label));
             if is_unused {
                 listing.remove(line);
             }
@@ -22,13 +22,13 @@ pub fn remove_labels(listing: &mut Listing) {
     listing.compact();
 }
 
-fn used_labels(listing: &Listing, function: &Function) -> HashSet<String> {
+fn used_labels(listing: &Listing, function: &AsmFunction) -> HashSet<String> {
     let mut used = HashSet::new();
     for line in &listing.lines[function.start..function.end] {
         let text = match line {
-            Line::Code(code) => &code.operands,
-            Line::Other(text) => text,
-            Line::Label(_) => continue,
+            ListingLine::Code(code) => &code.operands,
+            ListingLine::Other(text) => text,
+            ListingLine::Label(_) => continue,
         };
         let words = text.split(|c: char| !(c.is_alphanumeric() || c == '.' || c == '_'));
         used.extend(words.filter(|word| word.starts_with(".L")).map(String::from));
@@ -46,11 +46,11 @@ pub fn remove_comparisons(listing: &mut Listing) {
         for line in function.start..function.end {
             listing.lines[line].enters_assembly(&mut by_hand);
             let code = match &listing.lines[line] {
-                Line::Label(label) if !is_mark(label) => {
+                ListingLine::Label(label) if !is_mark(label) => {
                     before.clear();
                     continue;
                 }
-                Line::Code(code) => code.clone(),
+                ListingLine::Code(code) => code.clone(),
                 _ => continue,
             };
             // A skipped instruction may not have set the flags.

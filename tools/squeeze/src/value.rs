@@ -7,19 +7,19 @@
 
 use std::collections::HashMap;
 
-use crate::effect::{Effect, Set, register};
-use crate::flow::Flow;
-use crate::listing::{Function, Instruction, Line, Listing, is_mark};
+use crate::effect::{InstructionEffect, Set, register};
+use crate::flow::RegisterFlow;
+use crate::listing::{AsmFunction, AsmInstruction, Listing, ListingLine, is_mark};
 
 /// Simplifies until nothing changes any more.
 pub fn simplify(listing: &mut Listing) {
     loop {
         let mut changed = false;
-        let flow = Flow::of(listing);
+        let flow = RegisterFlow::of(listing);
         for function in listing.functions() {
             changed |= reuse(listing, &function, &flow);
         }
-        let flow = Flow::of(listing);
+        let flow = RegisterFlow::of(listing);
         for function in listing.functions() {
             changed |= remove_dead(listing, &function, &flow);
         }
@@ -31,7 +31,7 @@ pub fn simplify(listing: &mut Listing) {
 }
 
 /// Removes instructions whose results are not read.
-fn remove_dead(listing: &mut Listing, function: &Function, flow: &Flow) -> bool {
+fn remove_dead(listing: &mut Listing, function: &AsmFunction, flow: &RegisterFlow) -> bool {
     let mut changed = false;
     let mut after_skip = false;
     let mut by_hand = false;
@@ -39,7 +39,7 @@ fn remove_dead(listing: &mut Listing, function: &Function, flow: &Flow) -> bool 
         listing.lines[line].enters_assembly(&mut by_hand);
         let Some(code) = listing.code(line) else { continue };
         let skipped = std::mem::replace(&mut after_skip, code.skips());
-        let is_dead = Effect::of(code)
+        let is_dead = InstructionEffect::of(code)
             .is_some_and(|effect| !effect.acts && effect.writes.is_apart(flow.after(line)));
         if is_dead && !skipped && !by_hand {
             listing.remove(line);
@@ -51,7 +51,7 @@ fn remove_dead(listing: &mut Listing, function: &Function, flow: &Flow) -> bool 
 
 /// Reads from the registers that held a value first, and removes moves of values that are already
 /// there.
-fn reuse(listing: &mut Listing, function: &Function, flow: &Flow) -> bool {
+fn reuse(listing: &mut Listing, function: &AsmFunction, flow: &RegisterFlow) -> bool {
     let mut changed = false;
     let has_zero = !is_interrupt(listing, function);
     let mut values = Values::unknown(has_zero);
@@ -62,18 +62,18 @@ fn reuse(listing: &mut Listing, function: &Function, flow: &Flow) -> bool {
     for line in function.start..function.end {
         listing.lines[line].enters_assembly(&mut by_hand);
         let code = match &listing.lines[line] {
-            Line::Label(label) => {
+            ListingLine::Label(label) => {
                 if !is_mark(label) {
                     values = Values::unknown(has_zero);
                     compared = false;
                 }
                 continue;
             }
-            Line::Code(code) => code.clone(),
-            Line::Other(_) => continue,
+            ListingLine::Code(code) => code.clone(),
+            ListingLine::Other(_) => continue,
         };
         let skipped = std::mem::replace(&mut after_skip, code.skips());
-        let Some(effect) = Effect::of(&code) else {
+        let Some(effect) = InstructionEffect::of(&code) else {
             values.forget(if is_call(&code) { Set::CALL_USED } else { Set::ALL });
             compared = false;
             continue;
@@ -94,7 +94,7 @@ fn reuse(listing: &mut Listing, function: &Function, flow: &Flow) -> bool {
         let better = values.better(&code, after);
         if better != code {
             changed = true;
-            listing.lines[line] = Line::Code(better.clone());
+            listing.lines[line] = ListingLine::Code(better.clone());
         }
         values.follow(&better);
         match better.name.as_str() {
@@ -106,12 +106,12 @@ fn reuse(listing: &mut Listing, function: &Function, flow: &Flow) -> bool {
     changed
 }
 
-fn is_call(code: &Instruction) -> bool {
+fn is_call(code: &AsmInstruction) -> bool {
     matches!(code.name.as_str(), "call" | "rcall")
 }
 
 /// Returns true for the handler of an interrupt, which finds any value in r1.
-fn is_interrupt(listing: &Listing, function: &Function) -> bool {
+fn is_interrupt(listing: &Listing, function: &AsmFunction) -> bool {
     let mut code = (function.start..function.end).filter_map(|line| listing.code(line));
     code.any(|code| code.name == "reti")
 }
@@ -155,7 +155,7 @@ impl Values {
     }
 
     /// Returns the register that an instruction writes and its new value, if that is known.
-    fn made(&mut self, code: &Instruction) -> Option<(u8, u32)> {
+    fn made(&mut self, code: &AsmInstruction) -> Option<(u8, u32)> {
         let (first, second) = operands(code);
         let to = register(first)?;
         let held = self.at(to);
@@ -188,7 +188,7 @@ impl Values {
     }
 
     /// Returns true if the instruction would change no register.
-    fn has_done(&self, code: &Instruction) -> bool {
+    fn has_done(&self, code: &AsmInstruction) -> bool {
         let (first, second) = operands(code);
         let (Some(to), from) = (register(first), register(second)) else { return false };
         match (code.name.as_str(), from) {
@@ -205,17 +205,17 @@ impl Values {
     }
 
     /// Returns true if the instruction compares zero with zero.
-    fn are_zero(&self, code: &Instruction) -> bool {
+    fn are_zero(&self, code: &AsmInstruction) -> bool {
         let (first, second) = operands(code);
         let zero = |operand| register(operand).is_some_and(|register| self.at(register) == 0);
         zero(first) && zero(second)
     }
 
     /// Returns the same instruction with operands in registers that held the values earlier.
-    fn better(&mut self, code: &Instruction, after: Set) -> Instruction {
+    fn better(&mut self, code: &AsmInstruction, after: Set) -> AsmInstruction {
         let (first, second) = operands(code);
         let (mut first, mut second) = (first.to_owned(), second.to_owned());
-        let writes = Effect::of(code).map_or(Set::ALL, |effect| effect.writes);
+        let writes = InstructionEffect::of(code).map_or(Set::ALL, |effect| effect.writes);
         // A known result is loaded or copied instead, if no flag is needed. All zeros thereby get
         // the same form.
         if writes.and(Set::FLAGS).is_apart(after)
@@ -224,9 +224,9 @@ impl Values {
         {
             let held = (0..32).filter(|other| *other != to && self.at(*other) == value);
             if value < 256 && to >= 16 {
-                return Instruction::new("ldi", &format!("r{to}, {value}"));
+                return AsmInstruction::new("ldi", &format!("r{to}, {value}"));
             } else if let Some(from) = held.min_by_key(|other| self.since[usize::from(*other)]) {
-                return Instruction::new("mov", &format!("r{to}, r{from}"));
+                return AsmInstruction::new("mov", &format!("r{to}, r{from}"));
             }
         }
         match code.name.as_str() {
@@ -246,7 +246,7 @@ impl Values {
             _ => {}
         }
         let operands = if second.is_empty() { first } else { format!("{first}, {second}") };
-        Instruction::new(&code.name, &operands)
+        AsmInstruction::new(&code.name, &operands)
     }
 
     /// Returns the register, from `least` on, that has held the value of the operand longest.
@@ -270,7 +270,7 @@ impl Values {
     }
 
     /// Updates the values after an instruction.
-    fn follow(&mut self, code: &Instruction) {
+    fn follow(&mut self, code: &AsmInstruction) {
         let (first, second) = operands(code);
         if code.name == "movw" {
             if let (Some(to), Some(from)) = (register(first), register(second)) {
@@ -286,13 +286,13 @@ impl Values {
             }
             return;
         }
-        if let Some(effect) = Effect::of(code) {
+        if let Some(effect) = InstructionEffect::of(code) {
             self.forget(effect.writes);
         }
     }
 }
 
-fn operands(code: &Instruction) -> (&str, &str) {
+fn operands(code: &AsmInstruction) -> (&str, &str) {
     match code.operands.split_once(',') {
         Some((first, second)) => (first.trim(), second.trim()),
         None => (code.operands.trim(), ""),

@@ -1,6 +1,6 @@
 //! Proofs and refusals of squeezed assembly.
 
-use bittybuzz_squeeze::proof::{Cause, Refusal, prove};
+use bittybuzz_squeeze::proof::{DifferenceKind, SqueezeRefusal, prove};
 use bittybuzz_squeeze::squeeze;
 
 /// A function as LLVM writes it.
@@ -27,16 +27,16 @@ fn proved(text: &str) -> Vec<String> {
 }
 
 /// Returns the reason why a text is not a valid squeezed form of another.
-fn refused(original: &str, wrong: &str) -> Refusal {
+fn refused(original: &str, wrong: &str) -> SqueezeRefusal {
     match prove(original, wrong, &squeeze(original, |_| true).contracts) {
         Err(refusal) => refusal,
         Ok(report) => panic!("it was not refused: {report}"),
     }
 }
 
-fn cause(original: &[&str], wrong: &[&str]) -> Cause {
+fn cause(original: &[&str], wrong: &[&str]) -> DifferenceKind {
     match refused(&function("f", original), &function("f", wrong)) {
-        Refusal::Difference(difference) => difference.cause,
+        SqueezeRefusal::Difference(difference) => difference.cause,
         other => panic!("{other}"),
     }
 }
@@ -172,7 +172,7 @@ fn what_is_not_known_is_refused() {
         assert!(message.to_string().contains("function `f`, line "), "{message}");
     }
     let cut = function("f", &["ret"]).replace(".Lfunc_end_f:\n", "");
-    assert!(matches!(refused(&cut, &cut), Refusal::Original(_)));
+    assert!(matches!(refused(&cut, &cut), SqueezeRefusal::Original(_)));
 }
 
 #[test]
@@ -180,7 +180,7 @@ fn other_values_are_refused() {
     let store = |original: &[&'static str], wrong: &[&'static str]| {
         let end = ["sts 300, r24", "ret"];
         let cause = cause(&[original, &end].concat(), &[wrong, &end].concat());
-        assert!(matches!(cause, Cause::Event { .. }), "{original:?} {wrong:?}: {cause}");
+        assert!(matches!(cause, DifferenceKind::Event { .. }), "{original:?} {wrong:?}: {cause}");
     };
     store(&["mov r24, r22"], &["mov r24, r23"]);
     store(&["movw r24, r22"], &["movw r24, r20"]);
@@ -209,8 +209,11 @@ fn other_registers_at_the_end_are_refused() {
         let end = ["ret"];
         cause(&[original, &end].concat(), &[wrong, &end].concat())
     };
-    let is_register = |cause: Cause, wanted| {
-        assert!(matches!(cause, Cause::Register { number, .. } if number == wanted), "{cause}");
+    let is_register = |cause: DifferenceKind, wanted| {
+        assert!(
+            matches!(cause, DifferenceKind::Register { number, .. } if number == wanted),
+            "{cause}"
+        );
     };
     is_register(end(&["ldi r24, 1"], &["ldi r24, 2"]), 24);
     is_register(end(&["push r16", "ldi r16, 1", "pop r16"], &["ldi r16, 1"]), 16);
@@ -224,7 +227,7 @@ fn other_registers_at_the_end_are_refused() {
     is_register(end(&["mul r24, r22", "clr r1"], &["mul r24, r22"]), 1);
     assert_eq!(
         end(&["push r24", "pop r24"], &["push r24"]),
-        Cause::Event {
+        DifferenceKind::Event {
             original: "a return".to_owned(),
             squeezed: "a return to nowhere".to_owned(),
         }
@@ -244,7 +247,7 @@ fn other_calls_are_refused() {
         &["ldi r24, 1", "ldi r22, 2", "call g", "call g", "sts 302, r28", "ret"],
     ] {
         let refusal = refused(&original, &text(wrong));
-        assert!(matches!(refusal, Refusal::Difference(_)), "{wrong:?}: {refusal}");
+        assert!(matches!(refusal, SqueezeRefusal::Difference(_)), "{wrong:?}: {refusal}");
     }
 }
 
@@ -252,13 +255,13 @@ fn other_calls_are_refused() {
 fn time_that_counts_is_compared() {
     let original = ["in r0, 63", "cli", "sts 300, r24", "out 63, r0", "ret"];
     let wrong = ["in r0, 63", "cli", "nop", "sts 300, r24", "out 63, r0", "ret"];
-    assert_eq!(cause(&original, &wrong), Cause::Later { original: 2, squeezed: 3 });
+    assert_eq!(cause(&original, &wrong), DifferenceKind::Later { original: 2, squeezed: 3 });
     assert_eq!(
         cause(
             &["sts 96, r24", "sts 96, r25", "ret"],
             &["sts 96, r24", "nop", "nop", "nop", "sts 96, r25", "ret"]
         ),
-        Cause::Later { original: 2, squeezed: 5 }
+        DifferenceKind::Later { original: 2, squeezed: 5 }
     );
     // Elsewhere the code may take longer.
     let texts = [&["sts 300, r24", "ret"][..], &["nop", "sts 300, r24", "ret"]];
@@ -271,11 +274,11 @@ fn what_no_function_has_stays_word_for_word() {
     let text = |data: &str| {
         format!("{}\t.section\t.data,\"aw\"\na:\n\t.byte\t{data}\n", function("f", &["ret"]))
     };
-    assert_eq!(refused(&text("1"), &text("2")), Refusal::Section(".data".to_owned()));
+    assert_eq!(refused(&text("1"), &text("2")), SqueezeRefusal::Section(".data".to_owned()));
     let two = [function("f", &["ret"]), function("g", &["ret"])].concat();
-    assert!(matches!(refused(&two, &function("f", &["ret"])), Refusal::Section(_)));
+    assert!(matches!(refused(&two, &function("f", &["ret"])), SqueezeRefusal::Section(_)));
     let by_hand = |line| function("f", &[";APP", line, ";NO_APP", "ret"]);
-    assert_eq!(refused(&by_hand("nop"), &by_hand("wdr")), Refusal::Assembly("f".to_owned()));
+    assert_eq!(refused(&by_hand("nop"), &by_hand("wdr")), SqueezeRefusal::Assembly("f".to_owned()));
 }
 
 #[test]
@@ -288,14 +291,17 @@ fn a_condition_that_no_input_meets_is_steered() {
     let report = prove(&code(300), &code(300), &squeeze(&code(300), |_| true).contracts).unwrap();
     assert_eq!((report.outcomes, report.steered), (2, 1));
     let refusal = refused(&code(300), &code(301));
-    assert!(matches!(refusal, Refusal::Difference(_)), "{refusal}");
+    assert!(matches!(refusal, SqueezeRefusal::Difference(_)), "{refusal}");
 }
 
 #[test]
 fn a_branch_that_the_original_lacks_is_refused() {
     let more = ["clr r24", "cpi r24, 1", "brne .L1", "sts 300, r24", ".L1:", "ret"];
     let refusal = refused(&function("f", &["clr r24", "ret"]), &function("f", &more));
-    assert!(matches!(refusal, Refusal::Unreached { line: 7, is_squeezed: true, .. }), "{refusal}");
+    assert!(
+        matches!(refusal, SqueezeRefusal::Unreached { line: 7, is_squeezed: true, .. }),
+        "{refusal}"
+    );
 }
 
 #[test]
@@ -318,7 +324,7 @@ fn each_side_of_each_branch_is_compared() {
         };
         proved(&text("sts 299, r22"));
         let refusal = refused(&text("sts 299, r22"), &text("sts 299, r23"));
-        assert!(matches!(refusal, Refusal::Difference(_)), "{refusal}");
+        assert!(matches!(refusal, SqueezeRefusal::Difference(_)), "{refusal}");
     }
 }
 

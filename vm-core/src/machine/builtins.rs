@@ -4,7 +4,7 @@ use super::Vm;
 use crate::builtin::{self, string};
 use crate::bytecode::ByteCode;
 use crate::fault::{FaultCode, Stopped};
-use crate::host::{Arguments, Host};
+use crate::host::{CallArguments, Host};
 use crate::number::maths;
 #[cfg(target_pointer_width = "64")]
 use crate::number::memo;
@@ -35,7 +35,7 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
                     }
                 }
                 let count = usize::from(count);
-                host.log(Arguments { script: self.view(), end, count });
+                host.log(CallArguments { script: self.view(), end, count });
                 Ok(Value::nil())
             }
             // Without an argument `a` is unset, which is a fault below.

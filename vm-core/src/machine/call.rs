@@ -4,7 +4,7 @@ use super::{Flow, Native, Vm, record};
 use crate::builtin::BuiltinKind;
 use crate::bytecode::ByteCode;
 use crate::fault::{FaultCode, RobotFault, Stopped};
-use crate::host::{Arguments, Host, Reply};
+use crate::host::{CallArguments, Host, Reply};
 use crate::image::{CAPTURES, PARAMETERS, USES_SELF};
 use crate::number::Profile;
 use crate::part::Part;
@@ -292,7 +292,7 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
                 return Err(self.fail(FaultCode::MissingArgument));
             }
         }
-        match host.call(hash, Arguments { script: self.view(), end, count }, again) {
+        match host.call(hash, CallArguments { script: self.view(), end, count }, again) {
             Ok(Reply::Value(result)) => Ok(result),
             Ok(Reply::Wait) => Ok(Value::unset()),
             Err(RobotFault::WrongType(found)) => {

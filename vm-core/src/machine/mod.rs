@@ -31,10 +31,10 @@ use crate::arena::Arena;
 use crate::bytecode::ByteCode;
 use crate::fault::{Fault, FaultCode, Stopped};
 use crate::host::Host;
-use crate::image::{Entry, EntryPoint, Header, Image, ImageError, Verified};
+use crate::image::{Entry, EntryPoint, Image, ImageError, ImageHeader, Verified};
 use crate::number::{Profile, Rng, TextWork};
 use crate::part::Part;
-use crate::seal::{self, Sealed};
+use crate::seal::{self, SealedImage};
 use crate::value::{Tag, Type, Value};
 use crate::verify;
 pub use inspect::{
@@ -78,7 +78,7 @@ impl Native {
 
 /// Read access to the script's memory and image.
 #[derive(Clone, Copy)]
-pub(crate) struct View<'a, P: Profile, C: ByteCode, const SLOTS: usize> {
+pub(crate) struct MemoryView<'a, P: Profile, C: ByteCode, const SLOTS: usize> {
     pub(crate) arena: &'a Arena<P, SLOTS>,
     program: Option<Verified<'a, C>>,
 }
@@ -135,7 +135,7 @@ pub struct Vm<P: Profile, C: ByteCode, const SLOTS: usize> {
     pub torture: crate::torture::Torture,
     /// The image of the program.
     code: Option<C>,
-    header: Header,
+    header: ImageHeader,
     /// The first slot of the network: neighbours, entries, stigmergies, swarms.
     network_base: u16,
     /// True if the script uses neighbours, swarms or stigmergies.
@@ -152,7 +152,7 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
         Vm {
             arena: Arena::new(),
             code: None,
-            header: Header::EMPTY,
+            header: ImageHeader::EMPTY,
             network_base: 0,
             uses_network: false,
             protocol: Protocol::EMPTY,
@@ -186,8 +186,8 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
     }
 
     /// Returns the parts that a host may inspect.
-    fn view(&self) -> View<'_, P, C, SLOTS> {
-        View { arena: &self.arena, program: self.program() }
+    fn view(&self) -> MemoryView<'_, P, C, SLOTS> {
+        MemoryView { arena: &self.arena, program: self.program() }
     }
 
     /// Verifies an image and makes it the program, with all memory empty. `is_robot_function`
@@ -220,7 +220,7 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
     /// needs no verifier; see [`seal`]. `robot` is the constant that [`seal::robot`] returns for
     /// this robot.
     #[inline]
-    pub fn load_sealed(&mut self, image: Sealed<C>, robot: u16) -> Result<(), ImageError> {
+    pub fn load_sealed(&mut self, image: SealedImage<C>, robot: u16) -> Result<(), ImageError> {
         self.take(image.code, SLOTS, |header, arena| image.open(header, robot, arena.top() as u16))
     }
 
@@ -237,7 +237,7 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
         &mut self,
         code: C,
         slots: usize,
-        check: impl FnOnce(&mut Header, &mut Arena<P, SLOTS>) -> Result<(), ImageError>,
+        check: impl FnOnce(&mut ImageHeader, &mut Arena<P, SLOTS>) -> Result<(), ImageError>,
     ) -> Result<(), ImageError> {
         self.code = None;
         self.state = VmState::Empty;
@@ -265,7 +265,7 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
     }
 
     /// Returns the header of the program; `None` if none is loaded.
-    pub fn header(&self) -> Option<&Header> {
+    pub fn header(&self) -> Option<&ImageHeader> {
         self.loaded().map(|program| program.header())
     }
 

@@ -7,7 +7,7 @@ use crate::fault::{FaultCode, Stopped};
 use crate::host::Host;
 use crate::image::{CAPTURES, PARAMETERS, USES_SELF};
 use crate::number::Profile;
-use crate::number::maths::{self, Function};
+use crate::number::maths::{self, MathFunction};
 use crate::number::wide::IS_WIDE;
 use crate::opcode::{self, DROP_RESULT, Operand};
 use crate::part::Part;
@@ -249,7 +249,7 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
             opcode::ADD..=opcode::DIV => x.operate(op - opcode::ADD, &y),
             opcode::MOD => return Ok(Value::new(Tag::FLOAT, x.modulo(&y))),
             opcode::POW if Self::has(Part::Maths) => {
-                maths::function::<P, C>(Function::Power as u8, &mut x, &y)
+                maths::function::<P, C>(MathFunction::Power as u8, &mut x, &y)
             }
             _ => return Err(self.wrong_type(a, b)),
         }

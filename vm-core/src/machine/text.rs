@@ -2,7 +2,7 @@
 
 use core::cmp::Ordering;
 
-use super::{View, Vm};
+use super::{MemoryView, Vm};
 use crate::builtin::{self, string};
 use crate::bytecode::ByteCode;
 use crate::fault::{FaultCode, Stopped};
@@ -22,7 +22,7 @@ enum Cursor {
     Made(TextCursor),
 }
 
-impl<P: Profile, C: ByteCode, const SLOTS: usize> View<'_, P, C, SLOTS> {
+impl<P: Profile, C: ByteCode, const SLOTS: usize> MemoryView<'_, P, C, SLOTS> {
     /// Returns start and end of the text whose count is at `at` in the image.
     fn image_text(&self, at: usize) -> (usize, usize) {
         let byte = |at: usize| self.program.as_ref().map_or(0, |program| program.code.byte(at));

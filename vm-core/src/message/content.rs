@@ -64,17 +64,17 @@ pub fn digest(content: &[u8]) -> u16 {
 
 /// Writes a content: its head, then items.
 #[derive(Debug)]
-pub struct Writer<'a> {
+pub struct ContentWriter<'a> {
     room: &'a mut [u8],
     /// The number of bytes written, including those for which there was no room.
     length: usize,
     script: ScriptIdentity,
 }
 
-impl<'a> Writer<'a> {
+impl<'a> ContentWriter<'a> {
     /// Begins a content in the buffer `room`.
     pub fn new(room: &'a mut [u8], script: ScriptIdentity, head: Head) -> Self {
-        let mut writer = Writer { room, length: CHECK, script };
+        let mut writer = ContentWriter { room, length: CHECK, script };
         match head {
             Head::Broadcast => writer.byte(BROADCAST),
             Head::Entry { stigmergy, owner, clock, digest } => {

@@ -30,7 +30,7 @@ pub const PI: f32 = core::f32::consts::PI;
 /// The functions, in the order of the built-ins.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[repr(u8)]
-pub enum Function {
+pub enum MathFunction {
     /// The square root, correctly rounded; NaN for negative numbers.
     Sqrt,
     /// `e^x`
@@ -64,11 +64,11 @@ pub enum Function {
 /// Sets `x` to the result of a function, given by its number in [`Function`]. The arguments are `x`
 /// and, if the function has two, `y`.
 pub fn function<P: Profile, C: ByteCode>(function: u8, x: &mut Float<P>, y: &Float<P>) {
-    let quarters = function.wrapping_sub(Function::Sin as u8);
+    let quarters = function.wrapping_sub(MathFunction::Sin as u8);
     if IS_WIDE && P::FULL && quarters < 2 && sine_quickly::<P, C>(x, quarters) {
         return;
     }
-    if function == Function::Power as u8 || !x.is_nan() {
+    if function == MathFunction::Power as u8 || !x.is_nan() {
         calculate::<P, C>(start::<P, C>(function), x, y);
     }
 }

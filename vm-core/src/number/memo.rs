@@ -7,10 +7,10 @@
 
 use core::sync::atomic::{AtomicU32, Ordering::Relaxed};
 
-use super::maths::Function;
+use super::maths::MathFunction;
 
 /// The number of functions that have one argument; they come first.
-const FUNCTIONS: usize = Function::Atan2 as usize;
+const FUNCTIONS: usize = MathFunction::Atan2 as usize;
 
 /// The bit that marks a place with a known result, which is in the lower half.
 const IS_KNOWN: u32 = 1 << 16;
@@ -41,7 +41,7 @@ mod tests {
     #[test]
     fn each_result_is_computed_once() {
         // No machine computes the logarithm of this NaN.
-        let (function, argument) = (Function::Log10 as u8, 0x7FFF);
+        let (function, argument) = (MathFunction::Log10 as u8, 0x7FFF);
         assert_eq!(remember(function, argument, || 0), 0);
         assert_eq!(remember(function, argument, || 5), 0);
         assert_eq!(remember(function, argument - 1, || 6), 6);
@@ -49,7 +49,7 @@ mod tests {
 
     #[test]
     fn functions_of_two_numbers_are_not_remembered() {
-        let function = Function::Atan2 as u8;
+        let function = MathFunction::Atan2 as u8;
         assert_eq!([1, 2].map(|result| remember(function, 7, || result)), [1, 2]);
     }
 }

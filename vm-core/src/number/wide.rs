@@ -77,7 +77,7 @@ mod tests {
     use super::super::arithmetic;
     use super::super::calculator::calculate;
     use super::super::float::Float;
-    use super::super::maths::Function;
+    use super::super::maths::MathFunction;
     use super::super::profile::{Full, Profile, Tiny};
     use super::super::tables::{start, two_over_pi, wide_two_over_pi};
     use super::super::trigonometry::sine_quickly;
@@ -167,7 +167,7 @@ mod tests {
             for quarters in [0, 1] {
                 let angle = Full::unpack(bits);
                 let mut expected = angle;
-                let function = Function::Sin as u8 + quarters;
+                let function = MathFunction::Sin as u8 + quarters;
                 calculate::<Full, &[u8]>(start::<Full, &[u8]>(function), &mut expected, &angle);
                 let mut sine = angle;
                 if sine_quickly::<Full, &[u8]>(&mut sine, quarters) {

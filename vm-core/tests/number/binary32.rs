@@ -59,18 +59,18 @@ pub fn float_modulo<P: Profile>(a: f32, b: f32) -> f32 {
 }
 
 pub fn power(x: f32, y: f32) -> f32 {
-    maths::of::<bittybuzz_vm_core::number::Full>(maths::Function::Power, x, y)
+    maths::of::<bittybuzz_vm_core::number::Full>(maths::MathFunction::Power, x, y)
 }
 
 pub mod maths {
-    pub use bittybuzz_vm_core::number::maths::Function;
+    pub use bittybuzz_vm_core::number::maths::MathFunction;
     use bittybuzz_vm_core::number::maths::function;
 
     use bittybuzz_vm_core::number::Full;
 
     use super::{Profile, pack, unpack_in};
 
-    pub fn of<P: Profile>(which: Function, x: f32, y: f32) -> f32 {
+    pub fn of<P: Profile>(which: MathFunction, x: f32, y: f32) -> f32 {
         let mut number = unpack_in::<P>(x);
         function::<P, &[u8]>(which as u8, &mut number, &unpack_in(y));
         pack(&number)
@@ -79,7 +79,7 @@ pub mod maths {
     macro_rules! functions {
         ($($name:ident $function:ident)+) => {
             $(pub fn $name(x: f32) -> f32 {
-                of::<Full>(Function::$function, x, 0.0)
+                of::<Full>(MathFunction::$function, x, 0.0)
             })+
         };
     }
@@ -89,6 +89,6 @@ pub mod maths {
     }
 
     pub fn atan2(y: f32, x: f32) -> f32 {
-        of::<Full>(Function::Atan2, y, x)
+        of::<Full>(MathFunction::Atan2, y, x)
     }
 }

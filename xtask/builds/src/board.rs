@@ -1,11 +1,11 @@
 //! Builds firmware images, each in the workspace of its board.
 
 use crate::elf;
-use crate::shell::{Line, root};
+use crate::shell::{Invocation, root};
 use anyhow::{Context, Error, Result, anyhow};
 use bittybuzz_compiler::compile::{Options, compile};
 use bittybuzz_compiler::fit;
-use bittybuzz_compiler::include::{DiskFiles, Loader};
+use bittybuzz_compiler::include::{DiskFiles, IncludeLoader};
 use bittybuzz_robot_spec::Robot;
 use bittybuzz_vm_core::{Part, Parts};
 use fs_err as fs;
@@ -13,7 +13,7 @@ use std::ffi::OsStr;
 use std::path::{Path, PathBuf};
 
 /// A robot's firmware.
-pub struct Board {
+pub struct FirmwareBuild {
     /// The robot's name.
     pub robot: &'static str,
     /// The folder of the workspace, from the root.
@@ -30,7 +30,7 @@ pub struct Board {
 }
 
 /// The Crazyflie's firmware.
-pub const CRAZYFLIE: Board = Board {
+pub const CRAZYFLIE: FirmwareBuild = FirmwareBuild {
     robot: "crazyflie",
     folder: "firmware/crazyflie",
     target: "thumbv7em-none-eabihf",
@@ -41,7 +41,7 @@ pub const CRAZYFLIE: Board = Board {
 };
 
 /// The Zooid's firmware.
-pub const ZOOIDS: Board = Board {
+pub const ZOOIDS: FirmwareBuild = FirmwareBuild {
     robot: "zooids",
     folder: "firmware/zooids",
     target: "thumbv6m-none-eabi",
@@ -54,7 +54,7 @@ pub const ZOOIDS: Board = Board {
 };
 
 /// The Kilobot's firmware.
-pub const KILOBOT: Board = Board {
+pub const KILOBOT: FirmwareBuild = FirmwareBuild {
     robot: "kilobot",
     folder: "firmware/kilobot-avr",
     target: "avr-none",
@@ -65,7 +65,7 @@ pub const KILOBOT: Board = Board {
 };
 
 /// All boards.
-pub const BOARDS: [&Board; 3] = [&CRAZYFLIE, &ZOOIDS, &KILOBOT];
+pub const BOARDS: [&FirmwareBuild; 3] = [&CRAZYFLIE, &ZOOIDS, &KILOBOT];
 
 /// The name of [`BEHAVIOURS`] as an argument of `build`.
 const BEHAVIOURS_BOARD: &str = "behaviours";
@@ -78,7 +78,7 @@ const OWN_SCRIPT: &str = "hello.bzz";
 
 /// Options of `build`.
 #[derive(Debug, clap::Args)]
-pub struct Arguments {
+pub struct BoardArguments {
     /// Which firmware; `behaviours` is an image for each of examples/kilobot
     #[arg(value_parser = ["crazyflie", "zooids", "kilobot", BEHAVIOURS_BOARD])]
     board: String,
@@ -91,7 +91,7 @@ pub struct Arguments {
 }
 
 /// Builds an image, or the images of the behaviours, and prints the paths and sizes.
-pub fn run(arguments: &Arguments) -> Result<()> {
+pub fn run(arguments: &BoardArguments) -> Result<()> {
     if arguments.board == BEHAVIOURS_BOARD {
         println!("{}", KILOBOT.build_behaviours(false)?.display());
         return Ok(());
@@ -110,7 +110,7 @@ pub fn run(arguments: &Arguments) -> Result<()> {
     if board.is_built_by_parts { board.write_hex(script.as_deref(), &image) } else { Ok(()) }
 }
 
-impl Board {
+impl FirmwareBuild {
     /// Builds the image with this script, or with the board's own. Returns the path of the image.
     pub fn build(&self, script: Option<&Path>, quiet: bool) -> Result<PathBuf> {
         self.build_with(&[], script, quiet)
@@ -124,7 +124,7 @@ impl Board {
         let build = target.display().to_string();
         let target = target.join("tiny");
         let folder = target.display().to_string();
-        let mut line = Line::cargo(&["build", "--release", "--target-dir", &folder])
+        let mut line = Invocation::cargo(&["build", "--release", "--target-dir", &folder])
             .env("CARGO_BUILD_BUILD_DIR", &build);
         if let Some(script) = script {
             line = line.env("BBZ_SCRIPT", &script.display().to_string());
@@ -199,7 +199,7 @@ impl Board {
         script: Option<&Path>,
         quiet: bool,
     ) -> Result<PathBuf> {
-        let mut line = Line::cargo(&[&["build", "--release"], arguments].concat());
+        let mut line = Invocation::cargo(&[&["build", "--release"], arguments].concat());
         if let Some(script) = script {
             line = line.env("BBZ_SCRIPT", &script.display().to_string());
         }
@@ -231,7 +231,8 @@ impl Board {
     pub fn parts(&self, script: Option<&Path>) -> Result<Parts> {
         let path = self.script(script);
         let text = fs::read_to_string(&path)?;
-        let loader = Loader { folders: vec![root().join("lib")], ..Loader::new(&DiskFiles) };
+        let loader =
+            IncludeLoader { folders: vec![root().join("lib")], ..IncludeLoader::new(&DiskFiles) };
         let options = Options {
             profile: None,
             robot: Some(self.shipped()?),
@@ -248,7 +249,7 @@ impl Board {
             [&script, image, &output].map(|path| path.display().to_string());
         let run = ["run", "--quiet", "--package", "bbz", "--", "build", &script];
         let build = ["--robot", self.robot, "--firmware", &image, "-o", &output];
-        Line::cargo(&[&run[..], &build].concat()).run()
+        Invocation::cargo(&[&run[..], &build].concat()).run()
     }
 
     /// Returns the path of the image in this target folder.

@@ -1,7 +1,7 @@
 //! Builds programs for chips that belong to no robot, in the workspaces below `targets`.
 
 use crate::board::target_of;
-use crate::shell::Line;
+use crate::shell::Invocation;
 use anyhow::Result;
 use std::path::PathBuf;
 
@@ -16,7 +16,7 @@ pub const AVR_NONE: &str = "avr-none";
 
 /// A program of a package of these workspaces.
 #[derive(Clone, Copy, Debug)]
-pub struct Program {
+pub struct ChipProgram {
     /// The package, which has the same name as the program.
     pub package: &'static str,
     /// The compiler's target name of the chip's core.
@@ -25,15 +25,15 @@ pub struct Program {
     pub features: &'static str,
 }
 
-impl Program {
+impl ChipProgram {
     /// Builds the program with these environment variables, and returns the ELF file.
     pub fn build(self, environment: &[(&str, &str)], quiet: bool) -> Result<PathBuf> {
-        let Program { package, target, features } = self;
+        let ChipProgram { package, target, features } = self;
         let is_avr = target == AVR_NONE;
         let folder = if is_avr { AVR } else { CORTEX_M };
         let arguments = ["build", "--release", "--package", package, "--target", target];
         let arguments = [&arguments[..], &["--features", features]].concat();
-        let line = Line::cargo(&arguments);
+        let line = Invocation::cargo(&arguments);
         // The AVR has no precompiled standard library. Cargo builds one, which is an unstable
         // feature.
         let line = if is_avr { line.env("RUSTC_BOOTSTRAP", "1") } else { line };

@@ -2,7 +2,7 @@
 //!
 //! The copy is kept between uses, so that only changes are built again.
 
-use crate::shell::{Line, root};
+use crate::shell::{Invocation, root};
 use anyhow::Result;
 use fs_err::{self as fs, File};
 use std::path::{Path, PathBuf};
@@ -100,7 +100,7 @@ pub fn files() -> Result<Vec<String>> {
     // matter.
     let whoever = ["-c", "safe.directory=*", "ls-files"];
     let arguments = [&whoever[..], &["-z", "--cached", "--others", "--exclude-standard"]];
-    let output = Line::new("git", &arguments.concat()).unannounced().output(0)?;
+    let output = Invocation::new("git", &arguments.concat()).unannounced().output(0)?;
     let names = String::from_utf8_lossy(&output.stdout).into_owned();
     // Git lists a deleted file until the deletion is committed.
     let there = |name: &&str| root().join(name).is_file();

@@ -2,27 +2,27 @@
 //! compares their output with that of the host.
 
 use crate::cargo_test::cargo_test;
-use crate::chip::{AVR_NONE, Program};
+use crate::chip::{AVR_NONE, ChipProgram};
 use anyhow::Result;
 
 /// A chip with a number profile, and the emulator that runs its programs.
-pub struct Target {
+pub struct ChipTarget {
     /// The name that the test uses.
     pub name: &'static str,
-    program: Program,
+    program: ChipProgram,
 }
 
-const fn avr(name: &'static str) -> Target {
-    let program = Program { package: "on-chip-avr", target: AVR_NONE, features: "" };
-    Target { name, program }
+const fn avr(name: &'static str) -> ChipTarget {
+    let program = ChipProgram { package: "on-chip-avr", target: AVR_NONE, features: "" };
+    ChipTarget { name, program }
 }
 
-const fn cortex_m(name: &'static str, target: &'static str, features: &'static str) -> Target {
-    Target { name, program: Program { package: "on-chip-cortex-m", target, features } }
+const fn cortex_m(name: &'static str, target: &'static str, features: &'static str) -> ChipTarget {
+    ChipTarget { name, program: ChipProgram { package: "on-chip-cortex-m", target, features } }
 }
 
 /// All targets.
-pub const TARGETS: [Target; 6] = [
+pub const TARGETS: [ChipTarget; 6] = [
     avr("avr"),
     avr("avr-qemu"),
     cortex_m("thumbv6m", "thumbv6m-none-eabi", ""),
@@ -44,7 +44,7 @@ pub fn sample() -> Result<()> {
     Ok(())
 }
 
-impl Target {
+impl ChipTarget {
     /// Compares the target with the host: on the generated programs of these seeds, or on the
     /// conformance scripts if there are no seeds. Returns a summary of the run.
     pub fn compare(&self, seeds: Option<&str>) -> Result<String> {

@@ -2,13 +2,13 @@
 //! measure the machine, and to show that the machine cannot panic: their panic handler does not
 //! exist.
 
-use crate::chip::{AVR_NONE, Program};
+use crate::chip::{AVR_NONE, ChipProgram};
 use anyhow::Result;
 use bittybuzz_vm_core::Parts;
 use std::path::PathBuf;
 
 /// A core's probe.
-pub struct Probe {
+pub struct PanicProbe {
     /// The robot with this core, whose sizes the probe's machine has.
     pub robot: &'static str,
     target: &'static str,
@@ -31,11 +31,11 @@ pub enum Extent {
 }
 
 /// The Kilobot's core.
-pub const ATMEGA328P: Probe =
-    Probe { robot: "kilobot", target: AVR_NONE, package: "probe-avr", has_full: false };
+pub const ATMEGA328P: PanicProbe =
+    PanicProbe { robot: "kilobot", target: AVR_NONE, package: "probe-avr", has_full: false };
 
 /// The Zooid's core.
-pub const CORTEX_M0: Probe = Probe {
+pub const CORTEX_M0: PanicProbe = PanicProbe {
     robot: "zooids",
     target: "thumbv6m-none-eabi",
     package: "probe-cortex-m",
@@ -43,13 +43,13 @@ pub const CORTEX_M0: Probe = Probe {
 };
 
 /// The Crazyflie's core.
-pub const CORTEX_M4F: Probe =
-    Probe { robot: "crazyflie", target: "thumbv7em-none-eabihf", ..CORTEX_M0 };
+pub const CORTEX_M4F: PanicProbe =
+    PanicProbe { robot: "crazyflie", target: "thumbv7em-none-eabihf", ..CORTEX_M0 };
 
 /// All probes.
-pub const PROBES: [&Probe; 3] = [&ATMEGA328P, &CORTEX_M0, &CORTEX_M4F];
+pub const PROBES: [&PanicProbe; 3] = [&ATMEGA328P, &CORTEX_M0, &CORTEX_M4F];
 
-impl Probe {
+impl PanicProbe {
     /// Returns the extents that can be built for this core.
     pub fn extents(&self) -> &'static [Extent] {
         use Extent::{Full, Least, Tiny};
@@ -66,7 +66,7 @@ impl Probe {
             Extent::Tiny => ("", Parts::ALL),
             Extent::Full => ("full", Parts::ALL),
         };
-        let program = Program { package: self.package, target: self.target, features };
+        let program = ChipProgram { package: self.package, target: self.target, features };
         let variables =
             [("PROBE_SLOTS", slots.to_string()), ("PROBE_PARTS", parts.bits().to_string())];
         program.build(&variables.each_ref().map(|(name, value)| (*name, &**value)), quiet)

@@ -2,7 +2,7 @@
 //! rustup, apt-get, and pip in a folder of its own.
 
 use crate::board::KILOBOT;
-use crate::shell::{Line, is_installed, target};
+use crate::shell::{Invocation, is_installed, target};
 use anyhow::{Result, bail};
 use fs_err as fs;
 use std::path::{Path, PathBuf};
@@ -88,7 +88,7 @@ pub fn run() -> Result<()> {
 /// needed if they are installed already.
 pub fn rust() -> Result<()> {
     for folder in TOOLCHAINS {
-        Line::new("rustup", &["toolchain", "install"]).in_workspace(folder).run()?;
+        Invocation::new("rustup", &["toolchain", "install"]).in_workspace(folder).run()?;
     }
     Ok(())
 }
@@ -118,11 +118,11 @@ fn python(folder: &str, requirements: &str) -> Result<PathBuf> {
     let folder = target()?.join(folder);
     let python = folder.join("bin/python3");
     if !python.is_file() {
-        Line::new("python3", &["-m", "venv", &folder.display().to_string()]).run()?;
+        Invocation::new("python3", &["-m", "venv", &folder.display().to_string()]).run()?;
     }
     // This needs no network if the packages are installed already.
     let install = ["-m", "pip", "install", "--quiet", "--requirement", requirements];
-    Line::named("pip", &python, &install).run()?;
+    Invocation::named("pip", &python, &install).run()?;
     Ok(python)
 }
 
@@ -134,7 +134,7 @@ fn is_there(sign: Sign) -> bool {
         Sign::Header(header) => Path::new("/usr/include").join(header).is_file(),
         Sign::Module(module) => {
             let import = format!("import {module}");
-            Line::new("python3", &["-c", &import]).unannounced().output(0).is_ok()
+            Invocation::new("python3", &["-c", &import]).unannounced().output(0).is_ok()
         }
     }
 }
@@ -147,8 +147,8 @@ fn install(missing: &[&str]) -> Result<()> {
     if !is_root()? {
         bail!("packages are missing; please run: sudo apt-get {}", install.join(" "));
     }
-    Line::new("apt-get", &["update"]).run()?;
-    Line::new("apt-get", &install).env("DEBIAN_FRONTEND", "noninteractive").run()
+    Invocation::new("apt-get", &["update"]).run()?;
+    Invocation::new("apt-get", &install).env("DEBIAN_FRONTEND", "noninteractive").run()
 }
 
 fn missing(
@@ -193,7 +193,7 @@ fn is_libclang(file: &str) -> bool {
 }
 
 fn is_root() -> Result<bool> {
-    Ok(Line::new("id", &["-u"]).output(0)?.stdout.trim_ascii() == b"0")
+    Ok(Invocation::new("id", &["-u"]).output(0)?.stdout.trim_ascii() == b"0")
 }
 
 #[cfg(test)]

@@ -14,7 +14,7 @@ pub fn root() -> &'static Path {
 }
 
 /// A program with its arguments.
-pub struct Line {
+pub struct Invocation {
     /// The command as a user would type it.
     text: String,
     /// True if the command is printed when it runs.
@@ -35,28 +35,28 @@ pub fn keep_lock_files() {
     KEEPS_LOCK_FILES.store(true, Ordering::Relaxed);
 }
 
-impl Line {
+impl Invocation {
     /// Creates a cargo command, which fails instead of writing a lock file once [`keep_lock_files`]
     /// was called.
-    pub fn cargo(arguments: &[&str]) -> Line {
-        Line::new("cargo", &locked(arguments, KEEPS_LOCK_FILES.load(Ordering::Relaxed)))
+    pub fn cargo(arguments: &[&str]) -> Invocation {
+        Invocation::new("cargo", &locked(arguments, KEEPS_LOCK_FILES.load(Ordering::Relaxed)))
     }
 
     /// Creates a command for a program in the search path.
-    pub fn new(program: &str, arguments: &[&str]) -> Line {
-        Line::named(program, Path::new(program), arguments)
+    pub fn new(program: &str, arguments: &[&str]) -> Invocation {
+        Invocation::named(program, Path::new(program), arguments)
     }
 
     /// Creates a command for a program at another place, printed by its name.
-    pub fn named(name: &str, program: &Path, arguments: &[&str]) -> Line {
+    pub fn named(name: &str, program: &Path, arguments: &[&str]) -> Invocation {
         let text = [&[name], arguments].concat().join(" ");
         let mut command = Command::new(program);
         command.args(arguments).current_dir(root());
-        Line { text, announced: true, command }
+        Invocation { text, announced: true, command }
     }
 
     /// Sets an environment variable.
-    pub fn env(mut self, name: &str, value: &str) -> Line {
+    pub fn env(mut self, name: &str, value: &str) -> Invocation {
         self.text = format!("{name}={value} {}", self.text);
         self.command.env(name, value);
         self
@@ -65,7 +65,7 @@ impl Line {
     /// Runs the command in a folder that is a workspace of its own. The folder's toolchain and
     /// flags apply, not those of the cargo that runs this program. A relative path starts at the
     /// root.
-    pub fn in_workspace(mut self, folder: &str) -> Line {
+    pub fn in_workspace(mut self, folder: &str) -> Invocation {
         self.text = format!("cd {folder} && {}", self.text);
         self.command.current_dir(root().join(folder));
         ["RUSTUP_TOOLCHAIN", "RUSTFLAGS", "CARGO", "CARGO_ENCODED_RUSTFLAGS"]
@@ -74,20 +74,20 @@ impl Line {
     }
 
     /// Clears an environment variable.
-    pub fn without_env(mut self, name: &str) -> Line {
+    pub fn without_env(mut self, name: &str) -> Invocation {
         self.command.env_remove(name);
         self
     }
 
     /// Does not print the command, so that standard output holds only the result of the task.
-    pub fn unannounced(mut self) -> Line {
+    pub fn unannounced(mut self) -> Invocation {
         self.announced = false;
         self
     }
 
     /// Prints the command now instead of when it runs, so that the output of several threads keeps
     /// its order.
-    pub fn announced(self) -> Line {
+    pub fn announced(self) -> Invocation {
         self.announce();
         self.unannounced()
     }
@@ -145,7 +145,7 @@ fn unexpected(command: &str, status: ExitStatus) -> Error {
 
 /// Runs cargo in the root workspace.
 pub fn cargo(arguments: &[&str]) -> Result<()> {
-    Line::cargo(arguments).run()
+    Invocation::cargo(arguments).run()
 }
 
 /// Returns cargo's target folder for the root workspace, which contains this program.
@@ -167,17 +167,17 @@ mod tests {
 
     #[test]
     fn a_failing_program_is_named_with_its_arguments() {
-        let failure = Line::new("false", &["one", "two"]).run().unwrap_err();
+        let failure = Invocation::new("false", &["one", "two"]).run().unwrap_err();
         assert_eq!(failure.to_string(), "`false one two` ended with exit status: 1");
-        let failure = Line::new("no-such-program", &[]).run().unwrap_err();
+        let failure = Invocation::new("no-such-program", &[]).run().unwrap_err();
         assert!(failure.to_string().starts_with("cannot start `no-such-program`: "));
     }
 
     #[test]
     fn a_status_can_be_expected() {
-        assert!(Line::new("false", &[]).output(1).is_ok());
-        assert!(Line::new("true", &[]).output(1).is_err());
-        let output = Line::new("sh", &["-c", "echo $X"]).env("X", "y").output(0).unwrap();
+        assert!(Invocation::new("false", &[]).output(1).is_ok());
+        assert!(Invocation::new("true", &[]).output(1).is_err());
+        let output = Invocation::new("sh", &["-c", "echo $X"]).env("X", "y").output(0).unwrap();
         assert_eq!(output.stdout, b"y\n");
     }
 

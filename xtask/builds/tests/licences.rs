@@ -6,7 +6,7 @@
 use std::fs;
 use std::path::Path;
 
-use bittybuzz_builds::shell::Line;
+use bittybuzz_builds::shell::Invocation;
 use serde_json::Value;
 
 /// The library around each engine, the only package that may depend on the library, and its
@@ -20,7 +20,7 @@ const TESTS: &str = "bittybuzz-core-tests";
 
 fn packages() -> Vec<Value> {
     let arguments = ["metadata", "--no-deps", "--format-version", "1"];
-    let output = Line::new("cargo", &arguments).output(0).unwrap();
+    let output = Invocation::new("cargo", &arguments).output(0).unwrap();
     let metadata: Value = serde_json::from_slice(&output.stdout).unwrap();
     metadata["packages"].as_array().unwrap().clone()
 }

@@ -2,7 +2,7 @@
 
 #![allow(clippy::unwrap_used, reason = "what fails here fails the test")]
 
-use bittybuzz_builds::shell::{Line, root};
+use bittybuzz_builds::shell::{Invocation, root};
 use std::fs;
 
 /// Commands that would use other crates without `--locked`: `install` always, the others after a
@@ -16,7 +16,7 @@ const WRITES: &str = "$ (cd firmware/lamp && cargo build --quiet --release)";
 /// Returns the documents and the definition of CI, without the change log, which contains commands
 /// of old versions.
 fn documents() -> Vec<String> {
-    let list = Line::new("git", &["ls-files", "*.md", ".github", ".ci"]).output(0).unwrap();
+    let list = Invocation::new("git", &["ls-files", "*.md", ".github", ".ci"]).output(0).unwrap();
     let names = String::from_utf8(list.stdout).unwrap();
     names.lines().filter(|name| *name != "CHANGELOG.md").map(str::to_owned).collect()
 }

@@ -3,7 +3,7 @@
 
 #![allow(clippy::unwrap_used, reason = "what fails here fails the test")]
 
-use bittybuzz_builds::shell::{Line, root};
+use bittybuzz_builds::shell::{Invocation, root};
 use serde_json::Value;
 use std::fs;
 use std::path::Path;
@@ -36,7 +36,7 @@ fn row(rooms: &[Vec<String>], folder: &str) -> usize {
 /// Returns the packages of a workspace.
 fn packages(workspace: &str) -> Vec<Value> {
     let arguments = ["metadata", "--no-deps", "--format-version", "1"];
-    let output = Line::cargo(&arguments).in_workspace(workspace).output(0).unwrap();
+    let output = Invocation::cargo(&arguments).in_workspace(workspace).output(0).unwrap();
     let metadata: Value = serde_json::from_slice(&output.stdout).unwrap();
     metadata["packages"].as_array().unwrap().clone()
 }

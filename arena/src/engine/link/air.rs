@@ -4,7 +4,7 @@ use core::hash::Hash;
 
 use super::packet::Transmission;
 use super::topology::Topology;
-use super::{Link, Loss, Medium};
+use super::{LinkSettings, Loss, Medium};
 use crate::engine::TICK_US;
 use crate::engine::digest::Digest;
 use crate::engine::geometry::{Area, Pose};
@@ -34,7 +34,7 @@ struct Beam {
 
 /// All transmissions of this tick, and those of the last tick that may overlap with them.
 #[derive(Clone, Debug)]
-pub(crate) struct Air {
+pub(crate) struct Transmissions {
     pub(crate) medium: Medium,
     /// The links on this medium: one per herd and one per intruder.
     links: Vec<Reach>,
@@ -49,7 +49,7 @@ pub(crate) struct Air {
 /// A link and the reach of its frames.
 #[derive(Clone, Copy, Debug)]
 struct Reach {
-    link: Link,
+    link: LinkSettings,
     /// The part of the distance between two middles that the bodies take and the range does not
     /// count, mm.
     bodies: f32,
@@ -67,10 +67,10 @@ pub(crate) struct Near {
     pub(crate) link: u16,
 }
 
-impl Air {
+impl Transmissions {
     pub(crate) fn new(medium: Medium, area: Area) -> Self {
         let cells = Cells::new(area, f32::INFINITY, 1);
-        Air {
+        Transmissions {
             medium,
             links: Vec::new(),
             cells,
@@ -82,7 +82,7 @@ impl Air {
 
     /// Adds a link and returns its index. The range of the link does not count `bodies` mm of the
     /// distance between two middles.
-    pub(crate) fn add_link(&mut self, link: Link, bodies: f32, area: Area) -> u16 {
+    pub(crate) fn add_link(&mut self, link: LinkSettings, bodies: f32, area: Area) -> u16 {
         let most = link.range.map_or(f32::INFINITY, |range| range + bodies);
         self.links.push(Reach { link, bodies, most });
         let widest = self.links.iter().map(|reach| reach.most).fold(0.0, f32::max);
@@ -95,7 +95,7 @@ impl Air {
         (self.links.len() - 1) as u16
     }
 
-    pub(crate) fn link(&self, link: u16) -> &Link {
+    pub(crate) fn link(&self, link: u16) -> &LinkSettings {
         &self.links[usize::from(link)].link
     }
 

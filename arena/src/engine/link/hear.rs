@@ -1,11 +1,11 @@
 //! The reception of a tick's transmissions by one robot.
 
-use super::air::{Air, Near};
+use super::air::{Near, Transmissions};
 use super::calibration::Calibration;
 use super::frame_log::{Arrival, Fate, LossCause, SentFrame};
-use super::packet::{Direction, Heard, Late, Sighting, Transmission, polar};
+use super::packet::{DeliveredFrame, Direction, FrameSighting, Late, Transmission, polar};
 use super::topology::Topology;
-use super::{Link, Media, Medium, RangeAndBearing};
+use super::{LinkSettings, Media, Medium, RangeAndBearing};
 use crate::engine::TICK_US;
 use crate::engine::geometry::{Pose, wrap};
 use crate::engine::id::RobotId;
@@ -31,7 +31,7 @@ pub(crate) struct Listener<'a> {
 /// The data that all listeners share.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Ether<'a> {
-    pub(crate) air: &'a Air,
+    pub(crate) air: &'a Transmissions,
     pub(crate) topology: &'a Topology,
     pub(crate) calibration: &'a Calibration,
 }
@@ -44,7 +44,7 @@ impl Ether<'_> {
         listener: &mut Listener<'_>,
         stream: impl FnOnce() -> Stream,
         near: &mut Vec<Near>,
-        heard: &mut Vec<Heard>,
+        heard: &mut Vec<DeliveredFrame>,
         count: &mut LinkStatistics,
         mut see: impl FnMut(&Near, Fate),
     ) {
@@ -115,7 +115,7 @@ impl Ether<'_> {
 
     /// Returns a frame in reach in the form for observers.
     fn sent(&self, now: u64, near: &Near) -> SentFrame {
-        let Air { medium, .. } = *self.air;
+        let Transmissions { medium, .. } = *self.air;
         SentFrame::heard_at(now, medium, &self.air.transmissions()[near.index as usize])
     }
 
@@ -125,13 +125,13 @@ impl Ether<'_> {
         listener: &mut Listener<'_>,
         near: &Near,
         stream: &mut Stream,
-        heard: &mut Vec<Heard>,
+        heard: &mut Vec<DeliveredFrame>,
         count: &mut LinkStatistics,
         see: impl FnOnce(Fate),
     ) {
         let sighting = self.sighting(listener, near, stream);
         let link = self.air.link(near.link);
-        let frame = Heard { transmission: near.index, sighting };
+        let frame = DeliveredFrame { transmission: near.index, sighting };
         let is_duplicated = stream.chance(link.duplicate);
         if is_duplicated {
             count.duplicated += 1;
@@ -151,20 +151,25 @@ impl Ether<'_> {
 
     /// Returns the probability that a frame is lost on its way.
     fn loss(&self, frame: &Near) -> f32 {
-        let Link { range, loss, .. } = self.air.link(frame.link);
+        let LinkSettings { range, loss, .. } = self.air.link(frame.link);
         let Some(range) = range else { return loss.near };
         let part = ((frame.distance - self.air.bodies(frame.link)) / range).clamp(0.0, 1.0);
         loss.near + (loss.far - loss.near) * part * part
     }
 
-    fn sighting(&self, listener: &Listener<'_>, frame: &Near, stream: &mut Stream) -> Sighting {
+    fn sighting(
+        &self,
+        listener: &Listener<'_>,
+        frame: &Near,
+        stream: &mut Stream,
+    ) -> FrameSighting {
         if self.air.medium == Medium::Infrared {
             let mut gap = frame.distance - self.air.bodies(frame.link);
             let sigma = listener.media.infrared.distance_sigma;
             if sigma > 0.0 {
                 gap += sigma * stream.normal();
             }
-            return Sighting {
+            return FrameSighting {
                 robot: None,
                 way: Some(Direction::Polar([self.calibration.measure(gap), 0.0, 0.0])),
             };
@@ -182,11 +187,11 @@ impl Ether<'_> {
                 azimuth = wrap(azimuth + bearing_sigma * stream.normal());
             }
             let way = Some(Direction::Polar([distance, azimuth, elevation]));
-            return Sighting { robot: Some(frame.from), way };
+            return FrameSighting { robot: Some(frame.from), way };
         }
         let claimed = claim.zip(listener.estimate);
         let way = claimed.map(|(claim, own)| Direction::Straight(way_to(claim, own), own.heading));
-        Sighting { robot: Some(frame.from), way }
+        FrameSighting { robot: Some(frame.from), way }
     }
 }
 

@@ -12,13 +12,13 @@ mod topology;
 use super::error::SettingsError;
 use super::settings::{first_wrong, not_below_0, within};
 
-pub(crate) use air::{Air, Near};
+pub(crate) use air::{Near, Transmissions};
 pub(crate) use calibration::Calibration;
 pub use frame_log::{Arrival, Fate, FrameLog, LossCause, SendAttempt, SentFrame};
 pub(crate) use hear::{Ether, Listener};
-pub use packet::Sighting;
-pub(crate) use packet::{Heard, Late, Packet, Transmission};
-pub(crate) use radio::Radio;
+pub use packet::FrameSighting;
+pub(crate) use packet::{DeliveredFrame, Late, Packet, Transmission};
+pub(crate) use radio::RobotRadio;
 pub(crate) use schedule::{Attempt, Schedule, Senders, Window};
 pub(crate) use topology::Topology;
 
@@ -89,7 +89,7 @@ impl Loss {
 
 /// The parameters that all media have in common.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Link {
+pub struct LinkSettings {
     /// The range in mm: between the rims of two robots for infrared, between their middles for
     /// radio; `None` is unlimited.
     pub range: Option<f32>,
@@ -103,7 +103,7 @@ pub struct Link {
 /// Infrared of the Kilobots: half-duplex, with carrier sense and back-off as in kilolib.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Infrared {
-    pub link: Link,
+    pub link: LinkSettings,
     /// Shortest time between two frames of a robot in units of 128 µs: kilolib's `kilo_tx_period`.
     pub tx_period: u16,
     /// Standard deviation of the rates of the robots' clocks, as a fraction of 1.
@@ -118,7 +118,7 @@ impl Infrared {
     /// the end of the range is a choice. The data sheet of the ATmega328P promises clocks within 1
     /// % after calibration.
     pub const STANDARD: Self = Infrared {
-        link: Link {
+        link: LinkSettings {
             range: Some(70.0),
             loss: Loss { near: 0.05, far: 0.15 },
             duplicate: 0.0,
@@ -132,16 +132,16 @@ impl Infrared {
 
 /// nRF24 radio of the Zooids: broadcast with carrier sense and random back-off.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Nrf24 {
-    pub link: Link,
+pub struct Nrf24Medium {
+    pub link: LinkSettings,
     /// Longest random wait before a frame, and after a busy channel, µs.
     pub backoff_us: u32,
 }
 
-impl Nrf24 {
+impl Nrf24Medium {
     /// All Zooids on a table receive each other. The loss is a choice (nothing is published).
-    pub const STANDARD: Self = Nrf24 {
-        link: Link {
+    pub const STANDARD: Self = Nrf24Medium {
+        link: LinkSettings {
             range: None,
             loss: Loss { near: 0.01, far: 0.02 },
             duplicate: 0.0,
@@ -154,7 +154,7 @@ impl Nrf24 {
 /// Peer-to-peer broadcast of the Crazyflies: no carrier sense, and no reception while sending.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct P2p {
-    pub link: Link,
+    pub link: LinkSettings,
     /// Shortest and longest random pause before each frame, µs.
     pub pause_us: [u32; 2],
 }
@@ -163,7 +163,7 @@ impl P2p {
     /// All Crazyflies in a room receive each other. The loss is a choice (nothing is published);
     /// the pauses are those of the firmware (firmware/runtime/src/mail.rs).
     pub const STANDARD: Self = P2p {
-        link: Link {
+        link: LinkSettings {
             range: None,
             loss: Loss { near: 0.01, far: 0.05 },
             duplicate: 0.0,
@@ -177,7 +177,7 @@ impl P2p {
 /// measures the direction from which a frame came.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct RangeAndBearing {
-    pub link: Link,
+    pub link: LinkSettings,
     /// Longest random wait before a frame, and after a busy channel, µs.
     pub backoff_us: u32,
     /// Standard deviation of the measured distance, mm.
@@ -190,13 +190,13 @@ impl RangeAndBearing {
     /// A link without reach, loss or noise, which come from the robot file. The back-off is that of
     /// the nRF24.
     pub const STANDARD: Self = RangeAndBearing {
-        link: Link {
+        link: LinkSettings {
             range: Some(0.0),
             loss: Loss { near: 0.0, far: 0.0 },
             duplicate: 0.0,
             reorder: 0.0,
         },
-        backoff_us: Nrf24::STANDARD.backoff_us,
+        backoff_us: Nrf24Medium::STANDARD.backoff_us,
         distance_sigma: 0.0,
         bearing_sigma: 0.0,
     };
@@ -208,7 +208,7 @@ pub struct Media {
     /// Infrared light.
     pub infrared: Infrared,
     /// nRF24 radio.
-    pub nrf24: Nrf24,
+    pub nrf24: Nrf24Medium,
     /// Peer-to-peer broadcast.
     pub p2p: P2p,
     /// Link of described robots.
@@ -251,14 +251,14 @@ impl Media {
     /// The parameters of the real links.
     pub const STANDARD: Self = Media {
         infrared: Infrared::STANDARD,
-        nrf24: Nrf24::STANDARD,
+        nrf24: Nrf24Medium::STANDARD,
         p2p: P2p::STANDARD,
         range_and_bearing: RangeAndBearing::STANDARD,
     };
 
     /// Returns the common parameters of a medium.
     #[must_use]
-    pub fn link(&self, medium: Medium) -> &Link {
+    pub fn link(&self, medium: Medium) -> &LinkSettings {
         match medium {
             Medium::Infrared => &self.infrared.link,
             Medium::Nrf24 => &self.nrf24.link,
@@ -268,7 +268,7 @@ impl Media {
     }
 
     /// Returns the common parameters of a medium for changes.
-    pub fn link_mut(&mut self, medium: Medium) -> &mut Link {
+    pub fn link_mut(&mut self, medium: Medium) -> &mut LinkSettings {
         match medium {
             Medium::Infrared => &mut self.infrared.link,
             Medium::Nrf24 => &mut self.nrf24.link,
@@ -303,7 +303,7 @@ impl Media {
             ),
         ])?;
         Medium::ALL.into_iter().try_for_each(|medium| {
-            let Link { range, loss, duplicate, reorder } = self.link(medium);
+            let LinkSettings { range, loss, duplicate, reorder } = self.link(medium);
             let [of_range, names @ ..] = LINKS[medium as usize];
             let is_distance = range.is_none_or(|range| within(range, 0.0, 1e6));
             first_wrong(&[(of_range, is_distance, "a distance from 0 to 1e6")])?;

@@ -7,14 +7,14 @@ use crate::engine::id::RobotId;
 
 /// The information of a link about the sender of a frame.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct Sighting {
+pub struct FrameSighting {
     /// The sender, if the frame format of the link contains its id (not on infrared).
     pub robot: Option<RobotId>,
     /// The vector to the sender, if the link knows it.
     pub(crate) way: Option<Direction>,
 }
 
-impl Sighting {
+impl FrameSighting {
     /// Returns the distance in mm, and the azimuth and elevation in radians in (-pi, pi], in the
     /// receiver's frame: azimuth 0 is ahead, anticlockwise positive. A Kilobot measures only the
     /// distance, and both angles are 0. `None` if the place is unknown.
@@ -99,9 +99,9 @@ pub(crate) struct Transmission {
 
 /// A frame that a robot received in this tick.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Heard {
+pub(crate) struct DeliveredFrame {
     pub(crate) transmission: u32,
-    pub(crate) sighting: Sighting,
+    pub(crate) sighting: FrameSighting,
 }
 
 /// A frame that was held back on its way (an option for tests).
@@ -109,5 +109,5 @@ pub(crate) struct Heard {
 pub(crate) struct Late {
     pub(crate) due: u64,
     pub(crate) frame: SentFrame,
-    pub(crate) sighting: Sighting,
+    pub(crate) sighting: FrameSighting,
 }

@@ -29,7 +29,7 @@ const fn blind_us(medium: Medium) -> i32 {
 
 /// The state of a robot's link. Times are microseconds after the beginning of the tick.
 #[derive(Clone, Debug)]
-pub(crate) struct Radio {
+pub(crate) struct RobotRadio {
     pub(crate) late: Option<Box<Late>>,
     /// True if the brain has a frame to send.
     pub(crate) waits: bool,
@@ -46,7 +46,7 @@ pub(crate) struct Radio {
     period: i32,
 }
 
-impl Radio {
+impl RobotRadio {
     pub(crate) fn new(medium: Medium, pacing: &Media, build: &mut Stream) -> Self {
         let period = match medium {
             Medium::Infrared => (TIMER_US as f32 * build.gain(pacing.infrared.clock_sigma)) as u32,
@@ -60,7 +60,7 @@ impl Radio {
             Medium::RangeAndBearing => pacing.range_and_bearing.backoff_us,
             Medium::P2p => pacing.p2p.pause_us[1],
         };
-        Radio {
+        RobotRadio {
             late: None,
             waits: false,
             attempt: 0,
@@ -73,7 +73,7 @@ impl Radio {
 
     /// Adds the complete state to a digest.
     pub(crate) fn add_to(&self, digest: &mut Digest) {
-        let Radio { late, waits, attempt, ready, script, interrupt, period } = self;
+        let RobotRadio { late, waits, attempt, ready, script, interrupt, period } = self;
         (waits, attempt, ready, script, interrupt, period).hash(digest);
         digest.text_of(late);
     }
@@ -184,7 +184,7 @@ fn pause(pacing: &Media, stream: &mut Stream) -> i32 {
 mod tests {
     use super::super::Infrared;
     use super::*;
-    use crate::engine::stream::Purpose;
+    use crate::engine::stream::StreamPurpose;
 
     fn pacing() -> Media {
         let infrared = Infrared { clock_sigma: 0.0, ..Infrared::STANDARD };
@@ -195,8 +195,8 @@ mod tests {
     #[test]
     fn kilobots_send_twice_a_second() {
         let pacing = pacing();
-        let mut stream = Stream::new(1, Purpose::Send, 0, 0);
-        let mut radio = Radio::new(Medium::Infrared, &pacing, &mut stream);
+        let mut stream = Stream::new(1, StreamPurpose::Send, 0, 0);
+        let mut radio = RobotRadio::new(Medium::Infrared, &pacing, &mut stream);
         let (mut elapsed, mut last, mut sent) = (0_i64, None, 0);
         for _ in 0..600 {
             radio.turn(Medium::Infrared);
@@ -218,8 +218,8 @@ mod tests {
     #[test]
     fn a_busy_channel_waits_for_the_next_interrupt() {
         let pacing = pacing();
-        let mut stream = Stream::new(1, Purpose::Send, 0, 0);
-        let mut radio = Radio::new(Medium::Infrared, &pacing, &mut stream);
+        let mut stream = Stream::new(1, StreamPurpose::Send, 0, 0);
+        let mut radio = RobotRadio::new(Medium::Infrared, &pacing, &mut stream);
         radio.plan(Medium::Infrared, &pacing, &mut stream);
         let first = radio.attempt;
         radio.back_off(Medium::Infrared, 1, &pacing, &mut stream);

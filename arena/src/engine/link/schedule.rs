@@ -6,10 +6,10 @@
 use core::cmp::Reverse;
 use std::collections::BinaryHeap;
 
-use super::air::Air;
+use super::air::Transmissions;
 use super::frame_log::{SendAttempt, SentFrame};
 use super::packet::{Packet, Transmission};
-use super::radio::Radio;
+use super::radio::RobotRadio;
 use super::topology::Topology;
 use crate::engine::TICK_US;
 use crate::engine::brain::Brain;
@@ -19,7 +19,7 @@ use crate::engine::id::RobotId;
 use crate::engine::intruder::{self, Station};
 use crate::engine::robot::EngineRobot;
 use crate::engine::statistics::LinkStatistics;
-use crate::engine::stream::{Purpose, Stream};
+use crate::engine::stream::{Stream, StreamPurpose};
 
 /// A planned attempt of a robot to send.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
@@ -68,7 +68,7 @@ impl Schedule {
         &mut self,
         window: &Window<'_>,
         Senders { robots, brains, stations }: Senders<'_, B>,
-        air: &mut Air,
+        air: &mut Transmissions,
         count: &mut LinkStatistics,
         mut seen: Option<&mut Vec<SendAttempt>>,
     ) {
@@ -109,7 +109,7 @@ impl Schedule {
 fn send(
     transmission: Transmission,
     window: &Window<'_>,
-    air: &mut Air,
+    air: &mut Transmissions,
     seen: Option<&mut Vec<SendAttempt>>,
 ) {
     if let Some(seen) = seen {
@@ -125,7 +125,7 @@ fn carry_out(
     window: &Window<'_>,
     EngineRobot { herd, radio, .. }: &mut EngineRobot,
     brain: &mut impl Brain,
-    air: &mut Air,
+    air: &mut Transmissions,
     count: &mut LinkStatistics,
     seen: Option<&mut Vec<SendAttempt>>,
 ) -> Option<Attempt> {
@@ -133,8 +133,8 @@ fn carry_out(
     let Herd { media: pacing, link, .. } = &window.herds[usize::from(herd.0)];
     let pose = &window.poses[usize::from(robot.0)];
     let moment_us = window.since_the_beginning(at);
-    let mut stream = Stream::new(window.seed, Purpose::BackOff, robot.0, moment_us);
-    let busy = Radio::senses(medium, at)
+    let mut stream = Stream::new(window.seed, StreamPurpose::BackOff, robot.0, moment_us);
+    let busy = RobotRadio::senses(medium, at)
         .map_or(0, |since| air.sensed(robot, pose, at, since, window.topology));
     if busy > 0 {
         count.postponed += 1;

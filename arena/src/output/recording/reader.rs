@@ -3,8 +3,9 @@
 use std::fmt;
 
 use super::{
-    BLOCK, Body, DISC, HEADING, HEIGHT, Header, MAGIC, ORIGIN, Obstacle, Outline, PLACE,
-    RecordedRobot, RobotStatus, SHOWN, Sample, VERSION, WALL,
+    BLOCK, DISC, HEADING, HEIGHT, MAGIC, ORIGIN, PLACE, RecordedBody, RecordedObstacle,
+    RecordedOutline, RecordedRobot, RecordingHeader, RecordingSample, RobotStatus, SHOWN, VERSION,
+    WALL,
 };
 
 /// A reason why a recording cannot be read.
@@ -48,7 +49,7 @@ impl std::error::Error for RecordingError {}
 pub struct RecordingReader<'a> {
     bytes: &'a [u8],
     at: usize,
-    header: Header,
+    header: RecordingHeader,
     robots: Vec<Option<RecordedRobot>>,
     tick: u64,
     samples: u64,
@@ -64,7 +65,8 @@ impl<'a> RecordingReader<'a> {
             Some(version) => return Err(RecordingError::Version(*version)),
             None => return Err(RecordingError::Truncated),
         }
-        let header = Header { size: [0; 2], tick_ms: 0, bodies: Vec::new(), obstacles: Vec::new() };
+        let header =
+            RecordingHeader { size: [0; 2], tick_ms: 0, bodies: Vec::new(), obstacles: Vec::new() };
         let at = MAGIC.len() + 1;
         let (robots, tick, samples) = (Vec::new(), 0, 0);
         let mut reader =
@@ -75,7 +77,7 @@ impl<'a> RecordingReader<'a> {
         let ids: Vec<u16> = reader.get_differences(count)?;
         let radii: Vec<u32> = reader.get_differences(count)?;
         reader.header.bodies =
-            ids.into_iter().zip(radii).map(|(id, radius)| Body { id, radius }).collect();
+            ids.into_iter().zip(radii).map(|(id, radius)| RecordedBody { id, radius }).collect();
         let count: u32 = reader.get_as()?;
         for _ in 0..count {
             let obstacle = reader.obstacle()?;
@@ -86,21 +88,21 @@ impl<'a> RecordingReader<'a> {
     }
 
     /// Returns the data that hold for the whole recording.
-    pub fn header(&self) -> &Header {
+    pub fn header(&self) -> &RecordingHeader {
         &self.header
     }
 
-    fn obstacle(&mut self) -> Result<Obstacle, RecordingError> {
+    fn obstacle(&mut self) -> Result<RecordedObstacle, RecordingError> {
         let malformed = RecordingError::Malformed(self.at);
         let outline = match self.byte()? {
-            DISC => Outline::Disc(self.numbers()?),
-            BLOCK => Outline::Block(self.numbers()?),
-            WALL => Outline::Wall(self.numbers()?),
+            DISC => RecordedOutline::Disc(self.numbers()?),
+            BLOCK => RecordedOutline::Block(self.numbers()?),
+            WALL => RecordedOutline::Wall(self.numbers()?),
             _ => return Err(malformed),
         };
         let malformed = RecordingError::Malformed(self.at);
         let height = self.get()?.checked_sub(1).map(u32::try_from).transpose();
-        Ok(Obstacle { outline, height: height.map_err(|_| malformed)? })
+        Ok(RecordedObstacle { outline, height: height.map_err(|_| malformed)? })
     }
 
     fn numbers<const COUNT: usize>(&mut self) -> Result<[i32; COUNT], RecordingError> {
@@ -125,7 +127,7 @@ impl<'a> RecordingReader<'a> {
         Ok(numbers)
     }
 
-    fn sample(&mut self) -> Result<Option<Sample>, RecordingError> {
+    fn sample(&mut self) -> Result<Option<RecordingSample>, RecordingError> {
         let at = self.at;
         let length = self.get()?;
         let Some(length) = length.checked_sub(1) else {
@@ -153,7 +155,7 @@ impl<'a> RecordingReader<'a> {
         }
         self.tick = tick;
         self.samples += 1;
-        Ok(Some(Sample { tick, robots: self.robots.clone() }))
+        Ok(Some(RecordingSample { tick, robots: self.robots.clone() }))
     }
 
     fn change(&mut self, mut robot: RecordedRobot) -> Result<RecordedRobot, RecordingError> {
@@ -227,7 +229,7 @@ impl<'a> RecordingReader<'a> {
 }
 
 impl Iterator for RecordingReader<'_> {
-    type Item = Result<Sample, RecordingError>;
+    type Item = Result<RecordingSample, RecordingError>;
 
     fn next(&mut self) -> Option<Self::Item> {
         if self.is_over {

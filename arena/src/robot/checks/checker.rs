@@ -5,17 +5,17 @@ use std::sync::Arc;
 
 use bittybuzz_vm_core::number::Profile;
 use bittybuzz_vm_core::{
-    Arguments, Axis, ByteCode, Calls, Fault, Host, Outcome, Periods, Reply, RobotFault, Sighting,
-    Vm,
+    Axis, ByteCode, CallArguments, Calls, Fault, Host, Outcome, Periods, Reply, RobotFault,
+    Sighting, Vm,
 };
 
 use super::costs::Costs;
-use super::findings::{Example, Findings, Moment, Peak, raise};
+use super::findings::{FailedOperation, Findings, Peak, RobotMoment, raise};
 use super::operation::Upcoming;
 
 /// A part of a script's run, after which the machine returns.
 #[derive(Clone, Copy, Debug)]
-pub struct Slice {
+pub struct RunSlice {
     /// The largest number of instructions.
     pub budget: u16,
     /// Tick of the world, or step of a script that runs alone.
@@ -26,7 +26,7 @@ pub struct Slice {
 
 /// The checks of one machine.
 #[derive(Clone, Debug)]
-pub struct Checker {
+pub struct MachineChecker {
     findings: Findings,
     costs: Option<Arc<Costs>>,
     /// Id of the robot.
@@ -42,10 +42,10 @@ pub struct Checker {
     reachable: Option<usize>,
 }
 
-impl Checker {
+impl MachineChecker {
     /// Returns a checker for the robot with that id. Without costs, cycles are not counted.
     pub fn new(robot: u16, costs: Option<Arc<Costs>>) -> Self {
-        Checker {
+        MachineChecker {
             findings: Findings::default(),
             costs,
             robot,
@@ -67,13 +67,13 @@ impl Checker {
         &mut self,
         vm: &mut Vm<P, C, SLOTS>,
         host: &mut H,
-        slice: Slice,
+        slice: RunSlice,
     ) -> Outcome {
         if slice.budget == 0 {
             return vm.run(host, 0);
         }
-        let mut host = Meter { host, work: 0 };
-        let at = Moment { tick: slice.tick, robot: self.robot };
+        let mut host = TextMeter { host, work: 0 };
+        let at = RobotMoment { tick: slice.tick, robot: self.robot };
         let mut budget = slice.budget;
         let mut next = vm.next_instruction();
         self.look_at_memory(vm, at, true);
@@ -85,7 +85,7 @@ impl Checker {
                 && let Some((anomaly, exact, result)) = upcoming.judge(vm)
             {
                 let Upcoming { operation, .. } = upcoming;
-                let example = Example { operation, exact, result, at };
+                let example = FailedOperation { operation, exact, result, at };
                 self.findings.add(next.position, anomaly, example);
             }
             next = vm.next_instruction();
@@ -117,7 +117,7 @@ impl Checker {
     fn look_at_memory<P: Profile, C: ByteCode, const SLOTS: usize>(
         &mut self,
         vm: &Vm<P, C, SLOTS>,
-        at: Moment,
+        at: RobotMoment,
         has_begun: bool,
     ) {
         let frame = mem::replace(&mut self.frame, vm.frame());
@@ -145,30 +145,30 @@ impl Checker {
     fn look_at_entries<P: Profile, C: ByteCode, const SLOTS: usize>(
         &mut self,
         vm: &Vm<P, C, SLOTS>,
-        at: Moment,
+        at: RobotMoment,
     ) {
         raise(&mut self.findings.entries, Peak { value: vm.entry_count(), at });
     }
 }
 
 /// A host that counts the work on text.
-struct Meter<'a, H> {
+struct TextMeter<'a, H> {
     host: &'a mut H,
     /// The work since the last read, as the number of instructions that take the same time.
     work: u16,
 }
 
-impl<P: Profile, H: Host<P>> Host<P> for Meter<'_, H> {
+impl<P: Profile, H: Host<P>> Host<P> for TextMeter<'_, H> {
     fn call<C: ByteCode, const SLOTS: usize>(
         &mut self,
         function: u16,
-        arguments: Arguments<'_, P, C, SLOTS>,
+        arguments: CallArguments<'_, P, C, SLOTS>,
         again: bool,
     ) -> Result<Reply<P>, RobotFault> {
         self.host.call(function, arguments, again)
     }
 
-    fn log<C: ByteCode, const SLOTS: usize>(&mut self, arguments: Arguments<'_, P, C, SLOTS>) {
+    fn log<C: ByteCode, const SLOTS: usize>(&mut self, arguments: CallArguments<'_, P, C, SLOTS>) {
         self.host.log(arguments);
     }
 

@@ -27,7 +27,7 @@ const OTHER: [&str; 3] = [", short form", ", jumps", ", of a closure, and `RETUR
 
 /// The costs of an opcode.
 #[derive(Clone, Copy, Debug, Default)]
-struct Row {
+struct OpcodeCosts {
     usual: u32,
     floats: u32,
     other: u32,
@@ -41,7 +41,7 @@ struct Row {
 /// counted.
 #[derive(Clone, Debug)]
 pub struct Costs {
-    rows: [Row; OPCODES],
+    rows: [OpcodeCosts; OPCODES],
     functions: Vec<u32>,
     /// Cycles from one step to the next.
     pub step_period: u64,
@@ -49,8 +49,8 @@ pub struct Costs {
 
 /// The case of an instruction before it is executed.
 #[derive(Clone, Copy, Debug)]
-pub struct Case {
-    row: Row,
+pub struct InstructionCase {
+    row: OpcodeCosts,
     /// Position of the last byte of a jump. The jump was taken if the next instruction does not
     /// follow directly.
     jump: Option<u16>,
@@ -62,14 +62,14 @@ impl Costs {
     /// Makes the table from the cases of `bench/costs.json`, which `cycles` looks up by name;
     /// `None` if one is missing.
     pub fn new(cycles: impl Fn(&str) -> Option<u32>, step_period: u64) -> Option<Self> {
-        let mut rows = [Row::default(); OPCODES];
+        let mut rows = [OpcodeCosts::default(); OPCODES];
         for info in opcode::TABLE {
             let case = |case: &&str| cycles(&format!("{}{case}", info.name));
             let floats = [", floats", ", float"].iter().find_map(case);
             let usual = USUAL.iter().find_map(case)?;
             let other = OTHER.iter().find_map(case).unwrap_or(usual);
             let row = rows.get_mut(usize::from(info.byte))?;
-            *row = Row { usual, floats: floats.unwrap_or(usual), other };
+            *row = OpcodeCosts { usual, floats: floats.unwrap_or(usual), other };
         }
         // With a float, instructions with an immediate integer cost as much as those without.
         for jump in opcode::JUMP_LT..=opcode::JUMP_NOT_LT {
@@ -94,7 +94,7 @@ impl Costs {
         Some(Costs { rows, functions: functions.collect(), step_period })
     }
 
-    fn row(&self, opcode: u8) -> Row {
+    fn row(&self, opcode: u8) -> OpcodeCosts {
         self.rows.get(usize::from(opcode)).copied().unwrap_or_default()
     }
 
@@ -104,10 +104,10 @@ impl Costs {
         &self,
         vm: &Vm<P, C, SLOTS>,
         instruction: Option<&Instruction>,
-    ) -> Case {
+    ) -> InstructionCase {
         let only = |cycles| {
-            let row = Row { usual: cycles, floats: cycles, other: cycles };
-            Case { row, jump: None, is_other: false, is_float: false }
+            let row = OpcodeCosts { usual: cycles, floats: cycles, other: cycles };
+            InstructionCase { row, jump: None, is_other: false, is_float: false }
         };
         let function =
             |number: u8| only(self.functions.get(usize::from(number)).copied().unwrap_or(0));
@@ -159,7 +159,12 @@ impl Costs {
 
     /// Returns the cycles of an executed instruction and of its work on text. `next` is the
     /// machine's next instruction.
-    pub(super) fn cycles(&self, case: Case, next: Option<&Instruction>, work: u16) -> u64 {
+    pub(super) fn cycles(
+        &self,
+        case: InstructionCase,
+        next: Option<&Instruction>,
+        work: u16,
+    ) -> u64 {
         let has_jumped = case
             .jump
             .is_some_and(|position| next.map(|next| next.start) != Some(position.wrapping_add(1)));

@@ -8,7 +8,7 @@ use super::operation::{Anomaly, Exact, Operation};
 
 /// A robot and a time.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
-pub struct Moment {
+pub struct RobotMoment {
     /// Tick of the world, or step of a script that runs alone.
     pub tick: u64,
     /// Id of the robot.
@@ -17,13 +17,13 @@ pub struct Moment {
 
 /// An operation that went wrong.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Example {
+pub struct FailedOperation {
     pub operation: Operation,
     /// The mathematical result.
     pub exact: Exact,
     /// The result of the machine.
     pub result: Number,
-    pub at: Moment,
+    pub at: RobotMoment,
 }
 
 /// The anomalies of one kind at one place.
@@ -31,14 +31,14 @@ pub struct Example {
 pub struct Occurrences {
     pub count: u64,
     /// The first occurrence. If several robots have one in the same tick, that with the lowest id.
-    pub first: Example,
+    pub first: FailedOperation,
 }
 
 /// The highest value of a quantity, and the first time at which it was reached.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Peak {
     pub value: usize,
-    pub at: Moment,
+    pub at: RobotMoment,
 }
 
 /// Cycles of steps.
@@ -49,7 +49,7 @@ pub struct StepCosts {
     /// Cycles of all of them.
     pub cycles: u64,
     /// Cycles of the longest step, and the time when it was completed.
-    pub longest: Option<(u64, Moment)>,
+    pub longest: Option<(u64, RobotMoment)>,
 }
 
 /// The results of checks.
@@ -69,7 +69,7 @@ pub struct Findings {
 
 impl Findings {
     /// Adds an anomaly.
-    pub(super) fn add(&mut self, position: u16, anomaly: Anomaly, example: Example) {
+    pub(super) fn add(&mut self, position: u16, anomaly: Anomaly, example: FailedOperation) {
         let none = Occurrences { count: 0, first: example };
         self.places.entry((position, anomaly)).or_insert(none).count += 1;
     }
@@ -102,15 +102,15 @@ impl Findings {
 
 impl StepCosts {
     /// Adds a step.
-    pub(super) fn add(&mut self, cycles: u64, at: Moment) {
+    pub(super) fn add(&mut self, cycles: u64, at: RobotMoment) {
         self.steps += 1;
         self.cycles += cycles;
         self.note_longest(cycles, at);
     }
 
-    fn note_longest(&mut self, cycles: u64, at: Moment) {
+    fn note_longest(&mut self, cycles: u64, at: RobotMoment) {
         let is_longer =
-            |(known, since): (u64, Moment)| cycles > known || cycles == known && at < since;
+            |(known, since): (u64, RobotMoment)| cycles > known || cycles == known && at < since;
         if self.longest.is_none_or(is_longer) {
             self.longest = Some((cycles, at));
         }

@@ -25,7 +25,7 @@ mod costs;
 mod findings;
 mod operation;
 
-pub use checker::{Checker, Slice};
+pub use checker::{MachineChecker, RunSlice};
 pub use costs::Costs;
-pub use findings::{Example, Findings, Moment, Occurrences, Peak, StepCosts};
+pub use findings::{FailedOperation, Findings, Occurrences, Peak, RobotMoment, StepCosts};
 pub use operation::{Anomaly, Exact, Operation, Operator};

@@ -56,7 +56,7 @@ pub enum Exact {
 
 /// The place where the machine puts the result of an operation.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-enum Target {
+enum ResultSlot {
     Stack,
     Local(i16),
 }
@@ -65,7 +65,7 @@ enum Target {
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Upcoming {
     pub operation: Operation,
-    target: Target,
+    target: ResultSlot,
 }
 
 impl Upcoming {
@@ -77,7 +77,7 @@ impl Upcoming {
     ) -> Option<Self> {
         let Instruction { opcode, operand, trailer, .. } = *instruction;
         let number = |below| vm.operand(below).as_number();
-        let mut target = Target::Stack;
+        let mut target = ResultSlot::Stack;
         let operation = match opcode {
             opcode::ADD
             | opcode::SUB
@@ -90,7 +90,7 @@ impl Upcoming {
                 Operation::binary(opcode::ADD, number(1)?, Number::Int(operand.into()))
             }
             opcode::LOCAL_ADD => {
-                target = Target::Local(operand);
+                target = ResultSlot::Local(operand);
                 let first = vm.frame_local(operand).as_number()?;
                 Operation::binary(opcode::ADD, first, Number::Int((trailer as i8).into()))
             }
@@ -126,8 +126,8 @@ impl Upcoming {
             return (!fits).then_some((Anomaly::Wrapped, Exact::Int(exact), Number::Int(kept)));
         }
         let value = match self.target {
-            Target::Stack => vm.operand(1),
-            Target::Local(number) => vm.frame_local(number),
+            ResultSlot::Stack => vm.operand(1),
+            ResultSlot::Local(number) => vm.frame_local(number),
         };
         let result = value.as_number()?;
         let exact = self.operation.exact_real()?;

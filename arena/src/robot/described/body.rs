@@ -1,13 +1,13 @@
 //! Bodies of described robots, with four kinds of drive.
 
-use bittybuzz_robot_spec::{Drive, Quantity};
+use bittybuzz_robot_spec::{ActuatorQuantity, DriveSpec};
 
 use crate::engine::{Body, Pose, Stream, TICK, wrap};
 
 /// Parameters of a described body.
 #[derive(Clone, Copy, Debug)]
 pub struct Numbers {
-    pub drive: Drive,
+    pub drive: DriveSpec,
     /// Standard deviation of each actuator's gain, as a share of the gain.
     pub gain_error: f32,
     /// Standard deviation of each speed in a tick, as a share of the speed.
@@ -54,36 +54,39 @@ impl Actuators {
         Actuators { sides: [0.0; 2], along: [0.0; 2], turn: 0.0, climb: Climb::Height(0.0) };
 
     /// Sets a quantity of motion in its unit. A value beyond the limit is replaced by the limit.
-    pub fn set(&mut self, drive: Drive, quantity: Quantity, value: f32) {
+    pub fn set(&mut self, drive: DriveSpec, quantity: ActuatorQuantity, value: f32) {
         let most = drive.most(quantity).map_or(f32::INFINITY, |most| most as f32);
         let within = value.clamp(-most, most);
         match quantity {
-            Quantity::LeftWheel => self.sides[0] = within,
-            Quantity::RightWheel => self.sides[1] = within,
-            Quantity::LeftMotor => self.sides[0] = within.max(0.0),
-            Quantity::RightMotor => self.sides[1] = within.max(0.0),
-            Quantity::Forward | Quantity::Turn => {
-                if let Drive::Differential { wheel_distance_mm, .. } = drive {
+            ActuatorQuantity::LeftWheel => self.sides[0] = within,
+            ActuatorQuantity::RightWheel => self.sides[1] = within,
+            ActuatorQuantity::LeftMotor => self.sides[0] = within.max(0.0),
+            ActuatorQuantity::RightMotor => self.sides[1] = within.max(0.0),
+            ActuatorQuantity::Forward | ActuatorQuantity::Turn => {
+                if let DriveSpec::Differential { wheel_distance_mm, .. } = drive {
                     self.set_wheels(wheel_distance_mm as f32, quantity, within);
-                } else if quantity == Quantity::Forward {
+                } else if quantity == ActuatorQuantity::Forward {
                     self.along[0] = within;
                 } else {
                     self.turn = within.to_radians();
                 }
             }
-            Quantity::Leftward => self.along[1] = within,
-            Quantity::Upward => self.climb = Climb::Speed(within),
-            Quantity::Height => self.climb = Climb::Height(value.max(0.0)),
-            Quantity::Color | Quantity::Red | Quantity::Green | Quantity::Blue => {}
+            ActuatorQuantity::Leftward => self.along[1] = within,
+            ActuatorQuantity::Upward => self.climb = Climb::Speed(within),
+            ActuatorQuantity::Height => self.climb = Climb::Height(value.max(0.0)),
+            ActuatorQuantity::Color
+            | ActuatorQuantity::Red
+            | ActuatorQuantity::Green
+            | ActuatorQuantity::Blue => {}
         }
     }
 
     /// Changes both wheels so that the speed ahead or the turning rate becomes `value` and the
     /// other one stays the same.
-    fn set_wheels(&mut self, distance: f32, quantity: Quantity, value: f32) {
+    fn set_wheels(&mut self, distance: f32, quantity: ActuatorQuantity, value: f32) {
         let [left, right] = self.sides;
         let (mut ahead, mut turn) = (f32::midpoint(left, right), (right - left) / distance);
-        if quantity == Quantity::Forward {
+        if quantity == ActuatorQuantity::Forward {
             ahead = value;
         } else {
             turn = value.to_radians();
@@ -153,23 +156,23 @@ impl Body for DescribedBody {
         let factor = |index: usize| self.gains[index] * self.noise[index];
         let [left, right] = [0, 1].map(|side| self.actuators.sides[side] * factor(side));
         match numbers.drive {
-            Drive::Differential { wheel_distance_mm, speed_mm_s } => {
+            DriveSpec::Differential { wheel_distance_mm, speed_mm_s } => {
                 let most = speed_mm_s as f32;
                 let [left, right] = [left, right].map(|speed| speed.clamp(-most, most));
                 let turn = (right - left) / wheel_distance_mm as f32;
                 arc(pose, f32::midpoint(left, right), turn, seconds);
             }
-            Drive::Unicycle { .. } => {
+            DriveSpec::Unicycle { .. } => {
                 let Actuators { along, turn, .. } = self.actuators;
                 arc(pose, along[0] * factor(0), turn * factor(1), seconds);
             }
-            Drive::SlipStick { speed_mm_s, turn_deg_s } => {
+            DriveSpec::SlipStick { speed_mm_s, turn_deg_s } => {
                 // The duty that both motors have in common drives the robot ahead, and the rest
                 // turns it.
                 let ahead = left.min(right) * speed_mm_s as f32;
                 arc(pose, ahead, (right - left) * (turn_deg_s as f32).to_radians(), seconds);
             }
-            Drive::Quadrotor { speed_mm_s, climb_mm_s, lag_s, .. } => {
+            DriveSpec::Quadrotor { speed_mm_s, climb_mm_s, lag_s, .. } => {
                 let most = [speed_mm_s, climb_mm_s].map(|most| most as f32);
                 self.fly(pose, most, lag_s as f32, seconds);
             }

@@ -7,16 +7,18 @@ mod sense;
 use std::sync::Arc;
 
 use bittybuzz_robot_spec::{
-    self as spec, Drive, Function, Quantity, Robot, Sensor, SensorKind, Type,
+    self as spec, ActuatorQuantity, DriveSpec, Robot, RobotFunction, Sensor, SensorKind,
+    SignatureType,
 };
 
 use crate::engine::{
-    Block, Bodies, BodyModel, Link, Loss, Media, Medium, RangeAndBearing, SettingsError, Shape,
+    Bodies, BodyBlock, BodyModel, BodySize, LinkSettings, Loss, Media, Medium, RangeAndBearing,
+    SettingsError,
 };
 use crate::scenario::Section;
 use crate::scenario::keys::SectionKeys;
 
-use super::call::{Autopilot, Call, Done, Effect};
+use super::call::{Autopilot, Done, Effect, RobotCall};
 use super::model::{ModelKeys, RobotModel};
 use body::{Actuators, DescribedBody, Numbers};
 use sense::Senses;
@@ -24,7 +26,7 @@ use sense::Senses;
 /// The model of a robot that its file describes.
 #[derive(Debug, Clone)]
 pub struct DescribedRobot {
-    body: spec::Body,
+    body: spec::BodySpec,
     sensors: Arc<[Sensor]>,
 }
 
@@ -48,24 +50,24 @@ impl DescribedRobot {
     }
 
     fn numbers(&self) -> Numbers {
-        let spec::Body { drive, gain_error, noise, .. } = self.body;
+        let spec::BodySpec { drive, gain_error, noise, .. } = self.body;
         Numbers { drive, gain_error: gain_error as f32, noise: noise as f32 }
     }
 }
 
 impl BodyModel for DescribedRobot {
-    fn shape(&self) -> Shape {
-        let spec::Body { radius_mm, height_mm, .. } = self.body;
-        Shape { radius: radius_mm as f32, height: height_mm as f32 }
+    fn shape(&self) -> BodySize {
+        let spec::BodySpec { radius_mm, height_mm, .. } = self.body;
+        BodySize { radius: radius_mm as f32, height: height_mm as f32 }
     }
 
     /// Returns the top speed with the largest gain and noise, which end at three deviations each.
     fn top_speed(&self) -> f32 {
         let speed = match self.body.drive {
-            Drive::Differential { speed_mm_s, .. }
-            | Drive::Unicycle { speed_mm_s, .. }
-            | Drive::SlipStick { speed_mm_s, .. }
-            | Drive::Quadrotor { speed_mm_s, .. } => speed_mm_s as f32,
+            DriveSpec::Differential { speed_mm_s, .. }
+            | DriveSpec::Unicycle { speed_mm_s, .. }
+            | DriveSpec::SlipStick { speed_mm_s, .. }
+            | DriveSpec::Quadrotor { speed_mm_s, .. } => speed_mm_s as f32,
         };
         let Numbers { gain_error, noise, .. } = self.numbers();
         speed * (1.0 + 3.0 * gain_error) * (1.0 + 3.0 * noise)
@@ -77,7 +79,7 @@ impl BodyModel for DescribedRobot {
 
     fn crash_speed(&self) -> Option<f32> {
         match self.body.drive {
-            Drive::Quadrotor { crash_speed_mm_s, .. } => Some(crash_speed_mm_s as f32),
+            DriveSpec::Quadrotor { crash_speed_mm_s, .. } => Some(crash_speed_mm_s as f32),
             _ => None,
         }
     }
@@ -91,7 +93,7 @@ impl BodyModel for DescribedRobot {
         Ok(())
     }
 
-    fn block(&self, substep: f32) -> Box<dyn Block> {
+    fn block(&self, substep: f32) -> Box<dyn BodyBlock> {
         Box::new(Bodies::<DescribedBody>::new(self.numbers(), substep))
     }
 }
@@ -125,17 +127,17 @@ impl RobotModel for DescribedRobot {
         let (range, distance, bearing) = link.unwrap_or_default();
         let loss = Loss::even(0.0);
         media.range_and_bearing = RangeAndBearing {
-            link: Link { range: Some(range as f32), loss, duplicate: 0.0, reorder: 0.0 },
+            link: LinkSettings { range: Some(range as f32), loss, duplicate: 0.0, reorder: 0.0 },
             distance_sigma: distance as f32,
             bearing_sigma: (bearing as f32).to_radians(),
             ..RangeAndBearing::STANDARD
         };
     }
 
-    fn effect(&self, function: &Function) -> Option<Effect> {
+    fn effect(&self, function: &RobotFunction) -> Option<Effect> {
         let effect = function.effect.clone()?;
         let (drive, accepts) = (self.body.drive, function.accepts.clone());
-        let is_integer = function.returns == Some(Type::Int);
+        let is_integer = function.returns == Some(SignatureType::Int);
         Some(Box::new(move |call| {
             let count = call.numbers.count();
             let list = accepts.iter().find(|list| list.len() == count).or(accepts.first());
@@ -161,15 +163,15 @@ impl RobotModel for DescribedRobot {
 }
 
 /// Sets a quantity of an actuator.
-fn set(call: &mut Call<'_, '_>, drive: Drive, quantity: Quantity, value: f32) {
+fn set(call: &mut RobotCall<'_, '_>, drive: DriveSpec, quantity: ActuatorQuantity, value: f32) {
     let bit = match quantity {
-        Quantity::Color => {
+        ActuatorQuantity::Color => {
             *call.io.led = (value as i64 & 7) as u8;
             return;
         }
-        Quantity::Red => 1,
-        Quantity::Green => 2,
-        Quantity::Blue => 4,
+        ActuatorQuantity::Red => 1,
+        ActuatorQuantity::Green => 2,
+        ActuatorQuantity::Blue => 4,
         _ => {
             if let Some(actuators) = call.io.controls::<Actuators>() {
                 actuators.set(drive, quantity, value);

@@ -2,10 +2,10 @@
 
 use std::sync::Arc;
 
-use bittybuzz_robot_spec::{Reading, Sensor, SensorKind, SensorValue};
+use bittybuzz_robot_spec::{Sensor, SensorKind, SensorReading, SensorValue};
 
 use crate::engine::{Io, Stream};
-use crate::robot::call::{Autopilot, Call, Done};
+use crate::robot::call::{Autopilot, Done, RobotCall};
 
 use super::body::Actuators;
 
@@ -142,7 +142,7 @@ fn wrap_degrees(angle: f32) -> f32 {
 }
 
 /// Reads a sensor value for a robot function, rounded to an integer if `is_integer` is set.
-pub fn read(call: &mut Call<'_, '_>, reading: Reading, is_integer: bool) -> Done {
+pub fn read(call: &mut RobotCall<'_, '_>, reading: SensorReading, is_integer: bool) -> Done {
     let index = match reading.value {
         SensorValue::Only | SensorValue::NearestDistance => 0,
         SensorValue::NearestBearing => 1,

@@ -4,7 +4,7 @@ use std::collections::BTreeSet;
 use std::path::Path;
 use std::time::Duration;
 
-use bittybuzz_emulation::message::{Command, Event, RobotEvent, Statistics};
+use bittybuzz_emulation::message::{Command, EmulatorEvent, RobotEvent, RobotStatistics};
 use bittybuzz_emulation::{ClientError, Emulator};
 
 use super::p2p::{P2pAir, TURN};
@@ -108,7 +108,7 @@ impl EmulatorPool {
     }
 
     /// Returns the counters of a robot.
-    pub fn statistics_of(&mut self, robot: usize) -> Result<Statistics, ClientError> {
+    pub fn statistics_of(&mut self, robot: usize) -> Result<RobotStatistics, ClientError> {
         match self {
             EmulatorPool::Shared(emulator) => emulator.statistics_of(robot),
             EmulatorPool::Apart(of) => {
@@ -136,7 +136,7 @@ impl PerRobot {
             for (robot, emulator) in self.robots.iter_mut().enumerate() {
                 let air = &mut self.air;
                 emulator.run_with(self.now, |timed| {
-                    if let Event::P2p { port, payload, air: long } = &timed.event {
+                    if let EmulatorEvent::P2p { port, payload, air: long } = &timed.event {
                         air.send(robot, timed.at, *long, *port, payload.clone());
                     }
                     on_event(RobotEvent { robot, timed });

@@ -10,7 +10,7 @@ use std::time::Duration;
 use bittybuzz_chips::ResetCause;
 use bittybuzz_comms::infrared::FaultReport;
 use bittybuzz_emulation::ClientError;
-use bittybuzz_emulation::message::{Command, Event, TimedEvent};
+use bittybuzz_emulation::message::{Command, EmulatorEvent, TimedEvent};
 
 use crate::engine::{LinkStatistics, Loss, Media, Medium, Pose, RobotId, RobotState, World};
 use crate::robot::{Emulation, SimRobot};
@@ -19,11 +19,11 @@ use super::bridge::Bridge;
 use super::emulator_pool::EmulatorPool;
 use super::table::Motion;
 use super::trace_events::{TraceEvent, TraceEventReader};
-use super::{Failure, Firmware, FirmwareError};
+use super::{Firmware, FirmwareError, FirmwareFailure};
 
 /// All emulated robots of one model. They are powered on when the run begins. A robot that is not
 /// running in the world has no power.
-pub struct Fleet {
+pub struct EmulatedFleet {
     emulation: Arc<dyn Emulation>,
     medium: Medium,
     pool: EmulatorPool,
@@ -57,7 +57,7 @@ struct Emulated {
     reader: Option<TraceEventReader>,
 }
 
-impl Fleet {
+impl EmulatedFleet {
     /// Starts the emulator and flashes all robots. `join` returns the world's id of a robot, and
     /// the id that its script sees.
     pub fn new(
@@ -113,7 +113,7 @@ impl Fleet {
             pool.execute(&command)?;
         }
         let now = Duration::ZERO;
-        let mut fleet = Fleet { emulation, medium, pool, robots, now, seed, losses: 0 };
+        let mut fleet = EmulatedFleet { emulation, medium, pool, robots, now, seed, losses: 0 };
         fleet.lose(media.link(medium).loss)?;
         fleet.let_run()?;
         Ok(fleet)
@@ -205,7 +205,7 @@ impl Fleet {
         mut bridge: Option<&mut Bridge>,
         until: Duration,
     ) -> Result<(), FirmwareError> {
-        let Fleet { pool, robots, now, .. } = self;
+        let EmulatedFleet { pool, robots, now, .. } = self;
         let mut places = Vec::new();
         for (number, robot) in robots.iter_mut().enumerate() {
             let view = world.robot(robot.id).zip(world.light(robot.id).ok());
@@ -227,11 +227,13 @@ impl Fleet {
             if let Some(bridge) = bridge.as_deref_mut() {
                 let TimedEvent { at, event: timed } = &event.timed;
                 match timed {
-                    Event::Serial { bytes } if event.robot == robots.len() => {
+                    EmulatorEvent::Serial { bytes } if event.robot == robots.len() => {
                         bridge.read_line(*at, bytes);
                     }
-                    Event::Radio { payload, .. } => bridge.hear_nrf24(*at, payload),
-                    Event::P2p { port, payload, .. } => bridge.hear_p2p(*at, *port, payload),
+                    EmulatorEvent::Radio { payload, .. } => bridge.hear_nrf24(*at, payload),
+                    EmulatorEvent::P2p { port, payload, .. } => {
+                        bridge.hear_p2p(*at, *port, payload)
+                    }
                     _ => {}
                 }
             }
@@ -292,9 +294,9 @@ impl Emulated {
         TimedEvent { at, event }: TimedEvent,
         until: Duration,
         world: &mut World<SimRobot>,
-    ) -> Result<(), Failure> {
+    ) -> Result<(), FirmwareFailure> {
         match event {
-            Event::Motor { number, duty, .. } => {
+            EmulatorEvent::Motor { number, duty, .. } => {
                 // An event at the end of an instruction may be slightly later than `until`.
                 self.roll(at.min(until), world);
                 let input = usize::from(number).checked_sub(1);
@@ -302,7 +304,7 @@ impl Emulated {
                     *input = duty;
                 }
             }
-            Event::Led { name, on } => {
+            EmulatorEvent::Led { name, on } => {
                 let bit = match name.as_str() {
                     "red" | "red_left" => 1,
                     "green" | "green_left" => 2,
@@ -314,13 +316,13 @@ impl Emulated {
                 // The call cannot fail: the world knows the robot.
                 let _ = world.shine(self.id, self.led);
             }
-            Event::Colour { red, green, blue } => {
+            EmulatorEvent::Colour { red, green, blue } => {
                 let shines = [red, green, blue].map(|part| u8::from(part > 0));
                 self.led = shines[0] | shines[1] << 1 | shines[2] << 2;
                 // The call cannot fail: the world knows the robot.
                 let _ = world.shine(self.id, self.led);
             }
-            Event::Rtt { bytes } => {
+            EmulatorEvent::Rtt { bytes } => {
                 let told = self.reader.as_mut().map_or(Vec::new(), |reader| reader.read(&bytes));
                 let tick = world.now();
                 let Some(robot) = world.brain_mut(self.id) else { return Ok(()) };
@@ -336,14 +338,14 @@ impl Emulated {
                         TraceEvent::Restart(pause) => robot.has_restarted(pause),
                         TraceEvent::Unused(unused) => robot.has_missed(unused),
                         TraceEvent::Overrun(missed) => robot.has_overrun(tick, missed),
-                        TraceEvent::Refused(cause) => return Err(Failure::Refused(cause)),
+                        TraceEvent::Refused(cause) => return Err(FirmwareFailure::Refused(cause)),
                     }
                 }
             }
-            Event::Infrared { payload, .. } => {
+            EmulatorEvent::Infrared { payload, .. } => {
                 let message = payload.as_slice().try_into().ok();
                 let Some(report) = message.and_then(FaultReport::of) else { return Ok(()) };
-                let fault = report.fault.ok_or(Failure::Unsuitable)?;
+                let fault = report.fault.ok_or(FirmwareFailure::Unsuitable)?;
                 let tick = world.now();
                 let Some(robot) = world.brain_mut(self.id) else { return Ok(()) };
                 // The robot repeats each report, so that only a new one counts.
@@ -353,27 +355,29 @@ impl Emulated {
                     robot.has_failed(tick, fault);
                 }
             }
-            Event::Step => {
+            EmulatorEvent::Step => {
                 if let Some(robot) = world.brain_mut(self.id) {
                     robot.has_stepped();
                 }
             }
             // A cut or a restored power supply is no failure.
-            Event::Reset { cause } if cause == ResetCause::PowerOff.name() => {}
-            Event::Reset { cause } if cause == ResetCause::PowerOn.name() => {
+            EmulatorEvent::Reset { cause } if cause == ResetCause::PowerOff.name() => {}
+            EmulatorEvent::Reset { cause } if cause == ResetCause::PowerOn.name() => {
                 self.reader = self.reader.take().map(TraceEventReader::anew);
             }
-            Event::Reset { cause } => return Err(Failure::Reset { cause }),
-            Event::Loader { name } => {
-                return Err(Failure::Reset { cause: format!("loader {name}") });
+            EmulatorEvent::Reset { cause } => return Err(FirmwareFailure::Reset { cause }),
+            EmulatorEvent::Loader { name } => {
+                return Err(FirmwareFailure::Reset { cause: format!("loader {name}") });
             }
-            Event::HardwareError { text } => return Err(Failure::Hardware { text }),
-            Event::Lockup { pc } => return Err(Failure::Lockup { pc }),
-            Event::Syslink { .. }
-            | Event::P2p { .. }
-            | Event::Radio { .. }
-            | Event::Serial { .. }
-            | Event::PowerOff { .. } => {}
+            EmulatorEvent::HardwareError { text } => {
+                return Err(FirmwareFailure::Hardware { text });
+            }
+            EmulatorEvent::Lockup { pc } => return Err(FirmwareFailure::Lockup { pc }),
+            EmulatorEvent::Syslink { .. }
+            | EmulatorEvent::P2p { .. }
+            | EmulatorEvent::Radio { .. }
+            | EmulatorEvent::Serial { .. }
+            | EmulatorEvent::PowerOff { .. } => {}
         }
         Ok(())
     }

@@ -10,10 +10,10 @@ use crate::robot::SimRobot;
 use crate::run::event_queue::EventQueue;
 use crate::run::settings::media;
 use crate::run::setup::Setup;
-use crate::scenario::{Cause, ScenarioError};
+use crate::scenario::{ScenarioCause, ScenarioError};
 
 use super::bridge::Bridge;
-use super::fleet::Fleet;
+use super::fleet::EmulatedFleet;
 use super::{FirmwareError, unusable};
 
 /// The longest time that robots run before the bridge forwards their frames. The delay of the
@@ -22,7 +22,7 @@ const LOOK_BRIDGE: Duration = Duration::from_micros(2500);
 
 /// All emulated robots: one fleet for each model.
 pub struct Fleets {
-    fleets: Vec<Fleet>,
+    fleets: Vec<EmulatedFleet>,
     bridge: Option<Bridge>,
     /// Time since power-on, which is also the time since the world began.
     now: Duration,
@@ -53,10 +53,11 @@ impl Fleets {
                 .filter_map(join)
                 .find(|(id, _)| world.robot(*id).is_some_and(|robot| is_dark(&robot.pose)));
             if let Some((_, id)) = in_the_dark {
-                return Err(firmware.failed(Cause::InTheDark { id }));
+                return Err(firmware.failed(ScenarioCause::InTheDark { id }));
             }
             let (emulator, media) = (setup.emulator(firmware.model()), media(&setup.scenario));
-            let fleet = Fleet::new(emulator, emulation, firmware, join, &media, seed.into());
+            let fleet =
+                EmulatedFleet::new(emulator, emulation, firmware, join, &media, seed.into());
             fleets.push(fleet.map_err(|error| firmware.failed(unusable(error)))?);
         }
         let bridge = setup.scenario.bridge.as_ref().map(|bridge| Bridge::new(bridge.id));
@@ -95,7 +96,7 @@ impl Fleets {
         // A run lasts at most four weeks, so the number of ticks fits 32 bits.
         let end = tick * world.now() as u32 + tick * self.substeps / world.substeps();
         while self.now < end {
-            let looks = self.fleets.iter().map(Fleet::look);
+            let looks = self.fleets.iter().map(EmulatedFleet::look);
             let look = looks.chain(self.bridge.iter().map(|_| LOOK_BRIDGE)).min();
             let until = look.map_or(end, |look| end.min(self.now + look));
             for fleet in &mut self.fleets {
@@ -114,7 +115,7 @@ impl Fleets {
     /// Returns the link statistics of each medium, and the number of packets that were lost because
     /// a radio's buffer was full.
     pub fn links(&mut self) -> Result<Vec<(Medium, LinkStatistics, u64)>, ClientError> {
-        let of = |fleet: &mut Fleet| {
+        let of = |fleet: &mut EmulatedFleet| {
             let (links, overflown) = fleet.links()?;
             Ok((fleet.medium(), links, overflown))
         };

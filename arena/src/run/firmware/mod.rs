@@ -20,8 +20,8 @@ use bittybuzz_toml_reader::{Place, file};
 use bittybuzz_trace_reader::Table;
 use bittybuzz_vm_core::ImageError;
 
-use crate::robot::{Emulation, Flash, RobotModel};
-use crate::scenario::{Backend, Cause, Scenario, ScenarioError};
+use crate::robot::{Emulation, FlashJob, RobotModel};
+use crate::scenario::{Backend, Scenario, ScenarioCause, ScenarioError};
 
 use super::program::Program;
 use super::settings::media;
@@ -72,7 +72,7 @@ impl Firmware {
             let failed = |cause| ScenarioError { cause, place: Some(Box::new(place.clone())) };
             let Some(emulation) = group.model.emulation() else { continue };
             let (robot, script) = (&group.robot, &*program.image);
-            let flash = Flash { firmware: image, script, robot, media: &media };
+            let flash = FlashJob { firmware: image, script, robot, media: &media };
             let shared = emulation.sections(&flash).map_err(failed)?;
             let known = match all.iter().position(|known| known.model.name() == group.model.name())
             {
@@ -81,7 +81,7 @@ impl Firmware {
                     let (path, robots) = (image.clone(), Vec::new());
                     let unusable = |reason| {
                         let (robots, path) = (group.model.robots(), path.display().to_string());
-                        failed(Cause::NoFirmware { robots, path, reason })
+                        failed(ScenarioCause::NoFirmware { robots, path, reason })
                     };
                     let elf = file::read(&path, file::MOST_PROGRAM);
                     let elf = elf.map_err(|error| unusable(error.to_string()))?;
@@ -119,7 +119,7 @@ impl Firmware {
     }
 
     /// Returns an error at the place that names the firmware.
-    pub fn failed(&self, cause: Cause) -> ScenarioError {
+    pub fn failed(&self, cause: ScenarioCause) -> ScenarioError {
         ScenarioError { cause, place: Some(Box::new(self.place.clone())) }
     }
 }
@@ -137,19 +137,19 @@ fn ear(
     let Some(path) = &bridge.image else { return Ok(None) };
     let program = emulation.listener_flash(path).map_err(|reason| {
         let (robots, path) = (model.robots(), path.display().to_string());
-        let cause = Cause::NoFirmware { robots, path, reason };
+        let cause = ScenarioCause::NoFirmware { robots, path, reason };
         ScenarioError { cause, place: Some(Box::new(bridge.place.clone())) }
     })?;
     Ok(Some(Ear { program, at: bridge.at }))
 }
 
 /// Returns the reason why an emulator cannot be used.
-pub fn unusable(error: ClientError) -> Cause {
+pub fn unusable(error: ClientError) -> ScenarioCause {
     match error {
         ClientError::NoProgram { program, source } => {
-            Cause::NoEmulatorProgram { program, reason: source.to_string() }
+            ScenarioCause::NoEmulatorProgram { program, reason: source.to_string() }
         }
-        error => Cause::Emulator { message: error.to_string() },
+        error => ScenarioCause::Emulator { message: error.to_string() },
     }
 }
 
@@ -164,13 +164,13 @@ pub enum FirmwareError {
         robot: u16,
         /// Time since power-on.
         at: Duration,
-        failure: Failure,
+        failure: FirmwareFailure,
     },
 }
 
 /// A failure of firmware.
 #[derive(Debug, Clone, PartialEq, Eq)]
-pub enum Failure {
+pub enum FirmwareFailure {
     /// The chip was reset.
     Reset {
         /// The cause.
@@ -209,16 +209,18 @@ impl fmt::Display for FirmwareError {
     }
 }
 
-impl fmt::Display for Failure {
+impl fmt::Display for FirmwareFailure {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
-            Failure::Reset { cause } => write!(f, "the chip was reset ({cause})"),
-            Failure::Hardware { text } => f.write_str(text),
-            Failure::Lockup { pc } => {
+            FirmwareFailure::Reset { cause } => write!(f, "the chip was reset ({cause})"),
+            FirmwareFailure::Hardware { text } => f.write_str(text),
+            FirmwareFailure::Lockup { pc } => {
                 write!(f, "the core is locked up at {pc:#010x}: a fault while it handled a fault")
             }
-            Failure::Unsuitable => write!(f, "the script was made for another robot or program"),
-            Failure::Refused(cause) => write!(f, "the script {}", refusal::sentence(cause)),
+            FirmwareFailure::Unsuitable => {
+                write!(f, "the script was made for another robot or program")
+            }
+            FirmwareFailure::Refused(cause) => write!(f, "the script {}", refusal::sentence(cause)),
         }
     }
 }

@@ -4,7 +4,7 @@
 use std::sync::Arc;
 
 use bittybuzz_comms::trace::{PrintedValue, Record, Unused};
-use bittybuzz_trace_reader::{Content, Table, TraceReader};
+use bittybuzz_trace_reader::{MessageContent, Table, TraceReader};
 use bittybuzz_vm_core::{Fault, ImageError};
 
 use crate::robot::Piece;
@@ -51,8 +51,8 @@ impl TraceEventReader {
 
 /// Returns the event in a message; `None` for messages of the firmware about itself, and for
 /// records that a run does not use.
-fn event_of(content: Content) -> Option<TraceEvent> {
-    let Content::Record(bytes) = content else { return None };
+fn event_of(content: MessageContent) -> Option<TraceEvent> {
+    let MessageContent::Record(bytes) = content else { return None };
     match Record::decode(&bytes).ok()? {
         Record::Log { items, .. } => {
             let pieces = items.map(|item| item.map_or(Piece::Text(CUT.into()), piece));

@@ -1,21 +1,21 @@
 //! The measured cases: every instruction in its usual form, and in its longer ones.
 
 use super::image::{
-    Body, CLOSURE, CONSTANT, FAR_GLOBAL, FAR_LOCAL, FIRST_FIELD, LARGE, LAST_FIELD, LED,
-    NEAR_GLOBAL, NOTHING, NUMBER, Place, SMALL,
+    CLOSURE, CONSTANT, CodeRegion, FAR_GLOBAL, FAR_LOCAL, FIRST_FIELD, FunctionWriter, LARGE,
+    LAST_FIELD, LED, NEAR_GLOBAL, NOTHING, NUMBER, SMALL,
 };
 use bittybuzz_vm_core::builtin::{self, Library};
 use bittybuzz_vm_core::opcode as op;
 
 /// Writes instructions to a function.
-type Write = Box<dyn Fn(&mut Body)>;
+type Write = Box<dyn Fn(&mut FunctionWriter)>;
 
 /// An instruction in one of its cases.
-pub struct Case {
+pub struct CostCase {
     pub opcode: u8,
     /// The name of the case; empty for the most frequent one.
     pub label: &'static str,
-    pub place: Place,
+    pub place: CodeRegion,
     /// The number of times that the instruction is in the image; its results must fit the stack and
     /// the heap.
     pub times: usize,
@@ -25,7 +25,7 @@ pub struct Case {
     pub with: Write,
 }
 
-impl Case {
+impl CostCase {
     /// Returns the name in the table of costs.
     pub fn name(&self) -> String {
         let name = op::info(self.opcode).map_or("?", |info| info.name);
@@ -35,7 +35,7 @@ impl Case {
 
 /// The list of all cases.
 #[derive(Default)]
-struct Cases(Vec<Case>);
+struct Cases(Vec<CostCase>);
 
 impl Cases {
     /// Adds an instruction after others.
@@ -43,16 +43,16 @@ impl Cases {
         &mut self,
         opcode: u8,
         label: &'static str,
-        before: impl Fn(&mut Body) + Clone + 'static,
-        instruction: impl Fn(&mut Body) + 'static,
-    ) -> &mut Case {
+        before: impl Fn(&mut FunctionWriter) + Clone + 'static,
+        instruction: impl Fn(&mut FunctionWriter) + 'static,
+    ) -> &mut CostCase {
         let with = before.clone();
-        let with = Box::new(move |body: &mut Body| {
+        let with = Box::new(move |body: &mut FunctionWriter| {
             with(body);
             instruction(body);
         });
-        let place = Place::Step;
-        self.0.push(Case { opcode, label, place, times: 12, without: Box::new(before), with });
+        let place = CodeRegion::Step;
+        self.0.push(CostCase { opcode, label, place, times: 12, without: Box::new(before), with });
         let last = self.0.len() - 1;
         &mut self.0[last]
     }
@@ -62,8 +62,8 @@ impl Cases {
         &mut self,
         opcode: u8,
         label: &'static str,
-        before: impl Fn(&mut Body) + Clone + 'static,
-    ) -> &mut Case {
+        before: impl Fn(&mut FunctionWriter) + Clone + 'static,
+    ) -> &mut CostCase {
         self.add(opcode, label, before, move |body| body.plain(opcode))
     }
 
@@ -73,14 +73,14 @@ impl Cases {
         opcode: u8,
         label: &'static str,
         operand: i32,
-        before: impl Fn(&mut Body) + Clone + 'static,
-    ) -> &mut Case {
+        before: impl Fn(&mut FunctionWriter) + Clone + 'static,
+    ) -> &mut CostCase {
         self.add(opcode, label, before, move |body| body.operand(opcode, operand))
     }
 }
 
 /// Returns every case.
-pub fn all() -> Vec<Case> {
+pub fn all() -> Vec<CostCase> {
     let mut cases = Cases::default();
     constants(&mut cases);
     variables(&mut cases);
@@ -91,18 +91,18 @@ pub fn all() -> Vec<Case> {
     cases.0
 }
 
-fn nothing(_: &mut Body) {}
+fn nothing(_: &mut FunctionWriter) {}
 
-fn one(body: &mut Body) {
+fn one(body: &mut FunctionWriter) {
     body.int(3);
 }
 
-fn two(body: &mut Body) {
+fn two(body: &mut FunctionWriter) {
     body.int(3);
     body.int(2);
 }
 
-fn two_floats(body: &mut Body) {
+fn two_floats(body: &mut FunctionWriter) {
     body.float(3);
     body.float(5);
 }
@@ -144,7 +144,7 @@ fn variables(cases: &mut Cases) {
     cases.operand(op::GLOBAL_GET, "", FAR_GLOBAL, nothing);
     cases.operand(op::GLOBAL_SET, SHORT, NEAR_GLOBAL, one);
     cases.operand(op::GLOBAL_SET, "", FAR_GLOBAL, one);
-    cases.operand(op::CAPTURE_GET, "", 0, nothing).place = Place::Capturing;
+    cases.operand(op::CAPTURE_GET, "", 0, nothing).place = CodeRegion::Capturing;
 }
 
 fn arithmetic(cases: &mut Cases) {
@@ -174,12 +174,12 @@ const LAST: &str = "last of 12 fields";
 fn tables(cases: &mut Cases) {
     // Few repetitions, because each table takes heap cells.
     cases.plain(op::TABLE_NEW, "", nothing).times = 2;
-    let local = |local| move |body: &mut Body| body.operand(op::LOCAL_GET, local);
-    let element = |body: &mut Body| {
+    let local = |local| move |body: &mut FunctionWriter| body.operand(op::LOCAL_GET, local);
+    let element = |body: &mut FunctionWriter| {
         body.operand(op::LOCAL_GET, SMALL);
         body.int(1);
     };
-    let last = |body: &mut Body| {
+    let last = |body: &mut FunctionWriter| {
         body.operand(op::LOCAL_GET, LARGE);
         body.operand(op::STRING, LAST_FIELD);
     };
@@ -262,7 +262,7 @@ fn jumps(cases: &mut Cases) {
         body.int(1);
         body.jump(op::JUMP_FALSE);
     });
-    jump.with = Box::new(Body::jump_over);
+    jump.with = Box::new(FunctionWriter::jump_over);
     for (opcode, jumps_for) in [(op::JUMP_FALSE, 0), (op::JUMP_TRUE, 1)] {
         for (label, value) in [(TAKEN, jumps_for), (NOT_TAKEN, 1 - jumps_for)] {
             cases.add(opcode, label, move |body| body.int(value), move |body| body.jump(opcode));
@@ -270,7 +270,7 @@ fn jumps(cases: &mut Cases) {
     }
     for (opcode, jumps_for) in [(op::AND, 0), (op::OR, 1)] {
         let with = move |value| -> Write {
-            Box::new(move |body: &mut Body| {
+            Box::new(move |body: &mut FunctionWriter| {
                 body.int(value);
                 body.and_or(opcode);
             })
@@ -302,13 +302,13 @@ fn jumps(cases: &mut Cases) {
         } else {
             [(TAKEN, turned), (NOT_TAKEN, [3, 2])]
         } {
-            let before = move |body: &mut Body| {
+            let before = move |body: &mut FunctionWriter| {
                 body.int(a);
                 body.int(b);
             };
             cases.add(opcode, label, before, move |body| body.jump(opcode));
             let with_int = opcode + op::WITH_INT;
-            let before = move |body: &mut Body| body.int(a);
+            let before = move |body: &mut FunctionWriter| body.int(a);
             cases.add(with_int, label, before, move |body| body.jump_int(with_int, b as i8));
         }
         cases.add(opcode, FLOATS, two_floats, move |body| body.jump(opcode));
@@ -325,7 +325,7 @@ mod tests {
         let cases = all();
         let opcodes: BTreeSet<u8> = cases.iter().map(|case| case.opcode).collect();
         assert!(op::TABLE.iter().map(|info| info.byte).eq(opcodes));
-        let names: BTreeSet<String> = cases.iter().map(Case::name).collect();
+        let names: BTreeSet<String> = cases.iter().map(CostCase::name).collect();
         assert_eq!(names.len(), cases.len());
     }
 }

@@ -1,11 +1,11 @@
 //! Images that contain an instruction many times.
 
 use crate::error::BenchError;
-use crate::images::Compiled;
+use crate::images::CompiledScript;
 use bittybuzz_compiler::codegen::asm::{FunctionBuilder, FunctionCode, Shape};
-use bittybuzz_compiler::image::{EntryPoint, Parts};
+use bittybuzz_compiler::image::{EntryPoint, ImageContent};
 use bittybuzz_compiler::source::Span;
-use bittybuzz_robot_spec::{Profile, name_hash};
+use bittybuzz_robot_spec::{NumberProfile, name_hash};
 use bittybuzz_vm_core::builtin::{Feature, string};
 use bittybuzz_vm_core::opcode as op;
 
@@ -49,7 +49,7 @@ pub const LED: i32 = 0;
 
 /// The place of the measured instructions.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Place {
+pub enum CodeRegion {
     /// In `step`, after its locals.
     Step,
     /// In a function with a captured value, which `step` calls.
@@ -57,15 +57,15 @@ pub enum Place {
 }
 
 /// A function that is being written.
-pub struct Body {
+pub struct FunctionWriter {
     builder: FunctionBuilder,
-    profile: Profile,
+    profile: NumberProfile,
 }
 
-impl Body {
-    fn new(shape: Shape, profile: Profile) -> Body {
-        let word_bytes = if profile == Profile::Full { 4 } else { 2 };
-        Body { builder: FunctionBuilder::new(shape, word_bytes, SOURCE), profile }
+impl FunctionWriter {
+    fn new(shape: Shape, profile: NumberProfile) -> FunctionWriter {
+        let word_bytes = if profile == NumberProfile::Full { 4 } else { 2 };
+        FunctionWriter { builder: FunctionBuilder::new(shape, word_bytes, SOURCE), profile }
     }
 
     pub fn plain(&mut self, opcode: u8) {
@@ -84,10 +84,10 @@ impl Body {
     /// two ...
     pub fn word(&mut self, opcode: u8, value: u32) {
         let bits = match (opcode, self.profile) {
-            (op::FLOAT | op::FLOAT_HALF, Profile::Full) => (value as f32 / 2.0).to_bits(),
+            (op::FLOAT | op::FLOAT_HALF, NumberProfile::Full) => (value as f32 / 2.0).to_bits(),
             // 1 bit of sign, 6 of exponent, 9 of fraction: the upper bits of a binary32 with
             // another bias.
-            (op::FLOAT | op::FLOAT_HALF, Profile::Tiny) => {
+            (op::FLOAT | op::FLOAT_HALF, NumberProfile::Tiny) => {
                 ((value as f32 / 2.0).to_bits() >> 14).wrapping_sub((127 - 31) << 9)
             }
             _ => value,
@@ -172,45 +172,45 @@ const SOURCE: Span = Span { file: bittybuzz_compiler::source::FileId(0), start: 
 /// Returns an image whose step has the instructions `times` times.
 pub fn image(
     name: &str,
-    profile: Profile,
-    place: Place,
+    profile: NumberProfile,
+    place: CodeRegion,
     times: usize,
-    write: &dyn Fn(&mut Body),
-) -> Result<Compiled, BenchError> {
-    let repeat = |body: &mut Body, here: Place| {
+    write: &dyn Fn(&mut FunctionWriter),
+) -> Result<CompiledScript, BenchError> {
+    let repeat = |body: &mut FunctionWriter, here: CodeRegion| {
         for _ in 0..if here == place { times } else { 0 } {
             write(body);
         }
     };
-    let body = || Body::new(Shape::default(), profile);
+    let body = || FunctionWriter::new(Shape::default(), profile);
     let mut step = body();
     step.reach_high();
     locals(&mut step, place);
-    repeat(&mut step, Place::Step);
+    repeat(&mut step, CodeRegion::Step);
     step.int(EXPECTED);
     step.operand(op::GLOBAL_SET, RESULT);
     let mut constant = body();
     constant.int(0);
     constant.builder.ret(SOURCE);
-    let mut capturing = Body::new(Shape { captures: true, ..Shape::default() }, profile);
-    if place == Place::Capturing {
+    let mut capturing = FunctionWriter::new(Shape { captures: true, ..Shape::default() }, profile);
+    if place == CodeRegion::Capturing {
         capturing.reach_high();
     }
-    repeat(&mut capturing, Place::Capturing);
+    repeat(&mut capturing, CodeRegion::Capturing);
     let functions = [global_code(body()), step, body(), constant, capturing];
-    let parts = Parts {
-        full: profile == Profile::Full,
+    let parts = ImageContent {
+        full: profile == NumberProfile::Full,
         features: Feature::Maths as u8,
         entries: [EntryPoint::None, EntryPoint::Function(1), EntryPoint::None, EntryPoint::None]
             .map(EntryPoint::to_count),
         globals: GLOBALS,
         imports: vec![name_hash("led")],
         functions: functions.map(|body| body.finish(name)).into_iter().collect::<Result<_, _>>()?,
-        ..Parts::default()
+        ..ImageContent::default()
     };
     let failed = |error| BenchError::Costs { name: name.to_owned(), reason: format!("{error}") };
     let image = parts.write().map_err(failed)?.bytes;
-    Ok(Compiled::new(name, image, RESULT as u16))
+    Ok(CompiledScript::new(name, image, RESULT as u16))
 }
 
 /// The number of discarded tables: enough for a collection to happen before the steps, with room
@@ -218,7 +218,7 @@ pub fn image(
 const GARBAGE: usize = 5;
 
 /// Makes the tables and the closure, so that no step has to make them.
-fn global_code(mut body: Body) -> Body {
+fn global_code(mut body: FunctionWriter) -> FunctionWriter {
     body.plain(op::TABLE_NEW);
     for key in 0..2 {
         body.int(key);
@@ -244,7 +244,7 @@ fn global_code(mut body: Body) -> Body {
     body
 }
 
-fn locals(step: &mut Body, place: Place) {
+fn locals(step: &mut FunctionWriter, place: CodeRegion) {
     step.operand(op::GLOBAL_GET, SMALL_GLOBAL);
     step.operand(op::GLOBAL_GET, LARGE_GLOBAL);
     step.int(5);
@@ -252,7 +252,7 @@ fn locals(step: &mut Body, place: Place) {
     while step.builder.depth() < FAR_LOCAL as usize {
         step.int(5);
     }
-    if place == Place::Capturing {
+    if place == CodeRegion::Capturing {
         step.operand(op::LOCAL_GET, CLOSURE);
         step.operand(op::CALL, 0);
     }

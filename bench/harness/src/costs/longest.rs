@@ -6,8 +6,8 @@
 //! time on a table that fills a robot's heap is computed from the two counts: the time of an
 //! instruction grows linearly with the size of its data, which the test `instruction_time` shows.
 
-use crate::target::Target;
-use bittybuzz_robot_spec::Profile;
+use crate::target::BenchTarget;
+use bittybuzz_robot_spec::NumberProfile;
 
 /// Cells of the tables on which statements are counted.
 pub const FEW_CELLS: u64 = 3;
@@ -16,14 +16,14 @@ pub const MORE_CELLS: u64 = 7;
 /// A robot for which the longest times are published.
 pub struct MeasuredRobot {
     pub name: &'static str,
-    pub target: Target,
+    pub target: BenchTarget,
 }
 
 /// One robot for each chip.
 pub const ROBOTS: [MeasuredRobot; 3] = [
-    MeasuredRobot { name: "kilobot", target: Target::Avr },
-    MeasuredRobot { name: "zooids", target: Target::Thumbv6m },
-    MeasuredRobot { name: "crazyflie", target: Target::Thumbv7emFull },
+    MeasuredRobot { name: "kilobot", target: BenchTarget::Avr },
+    MeasuredRobot { name: "zooids", target: BenchTarget::Thumbv6m },
+    MeasuredRobot { name: "crazyflie", target: BenchTarget::Thumbv7emFull },
 ];
 
 /// A measured statement.
@@ -156,7 +156,7 @@ pub const STATEMENTS: [Statement; 32] = [
 
 impl Statement {
     /// Returns the script whose step has the statement, or the one without the instruction.
-    pub fn script(&self, profile: Profile, cells: u64, has_instruction: bool) -> String {
+    pub fn script(&self, profile: NumberProfile, cells: u64, has_instruction: bool) -> String {
         let count = self.per_cell * cells;
         let statement = if has_instruction { self.with } else { self.without };
         let Statement { table, init, always, .. } = self;
@@ -175,6 +175,6 @@ impl Statement {
              }}"
         )
         .replace('N', &count.to_string())
-        .replace('M', if profile == Profile::Full { "30" } else { "5" })
+        .replace('M', if profile == NumberProfile::Full { "30" } else { "5" })
     }
 }

@@ -5,9 +5,11 @@ use std::collections::BTreeSet;
 
 use bittybuzz_vm_core::builtin::{self, BuiltinKind, Library};
 
-use super::{Classes, Flow, Place};
-use crate::check::names::{Meaning, Member};
-use crate::check::tree::{Expr, ExprKind, FunctionId, NameId, Stmt, StmtKind, each_expr};
+use super::{Classes, Flow, ValueHolder};
+use crate::check::names::{LibraryMember, Meaning};
+use crate::check::tree::{
+    CheckedExpr, CheckedExprKind, CheckedStmt, CheckedStmtKind, FunctionId, NameId, each_expr,
+};
 
 impl<'a> Flow<'a> {
     /// Puts the initial values into their places.
@@ -17,13 +19,13 @@ impl<'a> Flow<'a> {
         let lost = [Library::Neighbors, Library::Stigmergy, Library::Position];
         self.is_lost = lost.iter().any(|library| self.meanings.escaped().contains(library));
         // The machine makes tables, too, such as the data of a neighbor.
-        self.put(Place::Element, Classes::NUMBER);
-        self.put(Place::Key, Classes::NUMBER | Classes::STRING);
+        self.put(ValueHolder::Element, Classes::NUMBER);
+        self.put(ValueHolder::Key, Classes::NUMBER | Classes::STRING);
         // Any variable may hold a robot function.
-        self.put(Place::AnyResult, Classes::PLAIN);
+        self.put(ValueHolder::AnyResult, Classes::PLAIN);
         for (number, function) in self.program.functions.iter().enumerate() {
             if !always_returns(&function.body) {
-                self.put(Place::Result(FunctionId(number)), Classes::NIL);
+                self.put(ValueHolder::Result(FunctionId(number)), Classes::NIL);
             }
         }
         let assigned = Assigned::of(self);
@@ -34,15 +36,15 @@ impl<'a> Flow<'a> {
             }
             match self.meanings.offered(&name.text) {
                 _ if !name.definitions.is_empty() => {
-                    self.put(Place::Global(id), Classes::FUNCTION);
+                    self.put(ValueHolder::Global(id), Classes::FUNCTION);
                 }
                 Meaning::Builtin(_) | Meaning::Library(_) => {
                     self.native_all();
-                    self.put(Place::Global(id), self.any);
+                    self.put(ValueHolder::Global(id), self.any);
                 }
-                Meaning::RobotId => self.put(Place::Global(id), Classes::NUMBER),
+                Meaning::RobotId => self.put(ValueHolder::Global(id), Classes::NUMBER),
                 _ if assigned.contains(&id) => {}
-                _ => self.put(Place::Global(id), Classes::NIL),
+                _ => self.put(ValueHolder::Global(id), Classes::NIL),
             }
         }
     }
@@ -61,10 +63,10 @@ impl<'a> Flow<'a> {
 }
 
 /// Returns true if the statements never run to their end.
-fn always_returns(stmts: &[Stmt]) -> bool {
+fn always_returns(stmts: &[CheckedStmt]) -> bool {
     stmts.iter().any(|stmt| match &stmt.kind {
-        StmtKind::Return(_) => true,
-        StmtKind::If { branches, otherwise } => {
+        CheckedStmtKind::Return(_) => true,
+        CheckedStmtKind::If { branches, otherwise } => {
             branches.iter().all(|branch| always_returns(&branch.then.stmts))
                 && always_returns(&otherwise.stmts)
         }
@@ -102,11 +104,11 @@ impl<'f, 'a> Assigned<'f, 'a> {
 
     /// Follows statements that run in this order. Returns false if the walk cannot continue to the
     /// end.
-    fn follow(&mut self, stmts: &[Stmt]) -> bool {
+    fn follow(&mut self, stmts: &[CheckedStmt]) -> bool {
         for stmt in stmts {
             let (mut is_known, mut value_of) = (true, None);
-            if let StmtKind::Assign { target, value } = &stmt.kind
-                && let ExprKind::Name(name) = target.kind
+            if let CheckedStmtKind::Assign { target, value } = &stmt.kind
+                && let CheckedExprKind::Name(name) = target.kind
             {
                 is_known &= self.reads(value);
                 value_of = Some(name);
@@ -127,28 +129,28 @@ impl<'f, 'a> Assigned<'f, 'a> {
 
     /// Records the globals that the statements may read, also in functions that they call. Returns
     /// false if they may call unknown functions.
-    fn may_run(&mut self, stmts: &[Stmt]) -> bool {
+    fn may_run(&mut self, stmts: &[CheckedStmt]) -> bool {
         let mut is_known = true;
         each_expr(stmts, &mut |expr| is_known &= self.note(expr));
         is_known
     }
 
-    fn reads(&mut self, expr: &Expr) -> bool {
+    fn reads(&mut self, expr: &CheckedExpr) -> bool {
         let mut is_known = self.note(expr);
         crate::check::tree::children(expr, |child| is_known &= self.reads(child));
         is_known
     }
 
-    fn note(&mut self, expr: &Expr) -> bool {
+    fn note(&mut self, expr: &CheckedExpr) -> bool {
         match &expr.kind {
-            ExprKind::Name(name) => {
+            CheckedExprKind::Name(name) => {
                 if !self.assigned.contains(name) {
                     self.read.insert(*name);
                 }
                 true
             }
-            ExprKind::Call { callee, .. } => match &callee.kind {
-                ExprKind::Name(name) => match self.flow.meanings.of(*name) {
+            CheckedExprKind::Call { callee, .. } => match &callee.kind {
+                CheckedExprKind::Name(name) => match self.flow.meanings.of(*name) {
                     Meaning::Function(called) => {
                         !self.called.insert(called)
                             || self.may_run(&self.flow.program.function(called).body)
@@ -157,10 +159,10 @@ impl<'f, 'a> Assigned<'f, 'a> {
                     Meaning::Robot | Meaning::Nil => true,
                     _ => false,
                 },
-                ExprKind::Field { object, key, .. } => {
+                CheckedExprKind::Field { object, key, .. } => {
                     let library = self.flow.meanings.library(object);
                     let member = library.map(|library| self.flow.meanings.member(library, key));
-                    matches!(member, Some(Member::Known(info)) if is_plain(info.number))
+                    matches!(member, Some(LibraryMember::Known(info)) if is_plain(info.number))
                 }
                 _ => false,
             },
@@ -175,14 +177,14 @@ fn is_plain(number: u8) -> bool {
 }
 
 /// Returns true if the statement may return from its function.
-fn leaves(stmt: &Stmt) -> bool {
-    let any = |stmts: &[Stmt]| stmts.iter().any(leaves);
+fn leaves(stmt: &CheckedStmt) -> bool {
+    let any = |stmts: &[CheckedStmt]| stmts.iter().any(leaves);
     match &stmt.kind {
-        StmtKind::Return(_) => true,
-        StmtKind::If { branches, otherwise } => {
+        CheckedStmtKind::Return(_) => true,
+        CheckedStmtKind::If { branches, otherwise } => {
             branches.iter().any(|branch| any(&branch.then.stmts)) || any(&otherwise.stmts)
         }
-        StmtKind::While { body, .. } => any(&body.stmts),
+        CheckedStmtKind::While { body, .. } => any(&body.stmts),
         _ => false,
     }
 }

@@ -1,29 +1,34 @@
 //! Built-ins: the values that they send, the functions that they call, and the classes of their
 //! results.
 
-use bittybuzz_vm_core::builtin::{self, BuiltinKind, Info, Library};
+use bittybuzz_vm_core::builtin::{self, BuiltinInfo, BuiltinKind, Library};
 use bittybuzz_vm_core::message::STIGMERGIES;
 
-use super::{Arg, Classes, Flow, Name, Place};
-use crate::check::names::Member;
-use crate::check::tree::{Expr, ExprKind, FunctionId};
+use super::{Arg, Classes, Flow, Name, ValueHolder};
+use crate::check::names::LibraryMember;
+use crate::check::tree::{CheckedExpr, CheckedExprKind, FunctionId};
 use crate::check::values;
 
 impl<'a> Flow<'a> {
     /// Returns the classes of `object.key` as a value.
-    pub(super) fn field(&mut self, function: FunctionId, object: &'a Expr, key: &str) -> Classes {
+    pub(super) fn field(
+        &mut self,
+        function: FunctionId,
+        object: &'a CheckedExpr,
+        key: &str,
+    ) -> Classes {
         let Some(library) = self.meanings.library(object) else {
             let object = self.value(function, object);
             self.is_lost |= object.has(Classes::OBJECT) && is_method(key);
             return self.element();
         };
         match self.meanings.member(library, key) {
-            Member::Known(info) => {
+            LibraryMember::Known(info) => {
                 self.is_lost |= sends(library) && info.kind != BuiltinKind::Value;
                 self.native(info)
             }
-            Member::Absent => self.element(),
-            Member::Changing => {
+            LibraryMember::Absent => self.element(),
+            LibraryMember::Changing => {
                 self.change_member(library, key);
                 self.element()
             }
@@ -31,7 +36,12 @@ impl<'a> Flow<'a> {
     }
 
     /// Records that the script assigns a field of an object.
-    pub(super) fn change_object(&mut self, function: FunctionId, object: &'a Expr, key: &str) {
+    pub(super) fn change_object(
+        &mut self,
+        function: FunctionId,
+        object: &'a CheckedExpr,
+        key: &str,
+    ) {
         if let Some(library) = self.meanings.library(object) {
             self.change_member(library, key);
             self.note_self(Classes::OBJECT);
@@ -56,7 +66,7 @@ impl<'a> Flow<'a> {
     }
 
     /// Returns the classes of a built-in as a value, which may be called anywhere.
-    pub(super) fn native(&mut self, info: &Info) -> Classes {
+    pub(super) fn native(&mut self, info: &BuiltinInfo) -> Classes {
         if info.kind == BuiltinKind::Value {
             if info.number == builtin::RNG {
                 self.native_all();
@@ -69,7 +79,7 @@ impl<'a> Flow<'a> {
         ) && info.kind == BuiltinKind::Plain;
         if is_simple {
             let result = self.result(info.number, Classes::NONE);
-            self.put(Place::AnyResult, result);
+            self.put(ValueHolder::AnyResult, result);
         } else {
             self.native_all();
         }
@@ -78,11 +88,11 @@ impl<'a> Flow<'a> {
 
     /// Records that any built-in may be used as a value.
     pub(super) fn native_all(&mut self) {
-        for place in [Place::AnyResult, Place::AnyArgument, Place::Element] {
+        for place in [ValueHolder::AnyResult, ValueHolder::AnyArgument, ValueHolder::Element] {
             self.put(place, self.any);
         }
-        self.put(Place::Key, self.any);
-        self.put(Place::NoData, Classes::NIL);
+        self.put(ValueHolder::Key, self.any);
+        self.put(ValueHolder::NoData, Classes::NIL);
     }
 
     /// Follows a call of the built-in of that number.
@@ -96,12 +106,12 @@ impl<'a> Flow<'a> {
             (builtin::NEIGHBORS_BROADCAST, [topic, value, ..]) => {
                 self.is_long |= topic.classes.has(Classes::TEXT);
                 let value = self.pass(value);
-                self.put(Place::Sent(name_of(topic)), value);
+                self.put(ValueHolder::Sent(name_of(topic)), value);
                 Classes::NIL
             }
             (builtin::STIGMERGY_CREATE, _) => {
                 let has_frames = args.first().is_some_and(|number| {
-                    matches!(number.expr.kind, ExprKind::Int(number) if number < STIGMERGIES.into())
+                    matches!(number.expr.kind, CheckedExprKind::Int(number) if number < STIGMERGIES.into())
                 });
                 self.is_long |= !has_frames;
                 Classes::OBJECT
@@ -109,11 +119,11 @@ impl<'a> Flow<'a> {
             (builtin::FOREACH..=builtin::REDUCE, [table, callback, rest @ ..]) => {
                 // The elements of a library are built-ins, which may send.
                 self.is_lost |= table.classes.has(Classes::OBJECT);
-                let element = [self.get(Place::Key), self.get(Place::Element)];
+                let element = [self.get(ValueHolder::Key), self.get(ValueHolder::Element)];
                 self.iterate(number, callback, &element, rest)
             }
             (builtin::NEIGHBORS_FOREACH..=builtin::NEIGHBORS_REDUCE, [callback, rest @ ..]) => {
-                self.put(Place::Element, Classes::TABLE);
+                self.put(ValueHolder::Element, Classes::TABLE);
                 let task = number - builtin::NEIGHBORS_FOREACH + builtin::FOREACH;
                 let element = [Classes::NUMBER, Classes::TABLE];
                 let is_snapshot = matches!(task, builtin::MAP | builtin::FILTER);
@@ -121,7 +131,7 @@ impl<'a> Flow<'a> {
                 object | self.iterate(task, callback, &element, rest)
             }
             (builtin::NEIGHBORS_KIN | builtin::NEIGHBORS_NONKIN, _) => {
-                self.put(Place::Element, Classes::TABLE);
+                self.put(ValueHolder::Element, Classes::TABLE);
                 Classes::TABLE | Classes::OBJECT
             }
             (builtin::MIN | builtin::MAX, [a, b, ..]) => {
@@ -163,7 +173,7 @@ impl<'a> Flow<'a> {
                 if task == builtin::MAP {
                     self.put_element(result);
                 }
-                self.put(Place::NoData, Classes::NIL);
+                self.put(ValueHolder::NoData, Classes::NIL);
                 Classes::TABLE
             }
         }
@@ -173,7 +183,7 @@ impl<'a> Flow<'a> {
     pub(super) fn method(&mut self, object: Classes, key: &str, args: &[Arg<'a>]) -> Classes {
         // The script may have stored functions of its own in objects, where their `self` is the
         // object.
-        let is_changed = self.get(Place::SelfValue).has(Classes::OBJECT);
+        let is_changed = self.get(ValueHolder::SelfValue).has(Classes::OBJECT);
         let mut result = Classes::NONE;
         if object.has(Classes::OBJECT) {
             let is_table = object.has(Classes::TABLE) || is_changed;
@@ -188,22 +198,22 @@ impl<'a> Flow<'a> {
     /// Follows a call of a method of an object; `is_table` if the object may be a snapshot, or
     /// `neighbors` itself.
     fn object_method(&mut self, is_table: bool, key: &str, args: &[Arg<'a>]) -> Classes {
-        let mut stored = self.get(Place::AllSent);
+        let mut stored = self.get(ValueHolder::AllSent);
         if is_table {
-            self.put(Place::Element, Classes::TABLE);
-            stored |= self.get(Place::Element);
+            self.put(ValueHolder::Element, Classes::TABLE);
+            stored |= self.get(ValueHolder::Element);
         }
         let record = Classes::TABLE;
-        let element = [self.get(Place::Key), stored.without(Classes::NIL), Classes::NUMBER];
+        let element = [self.get(ValueHolder::Key), stored.without(Classes::NIL), Classes::NUMBER];
         let snapshot = if is_table { Classes::OBJECT } else { Classes::NONE };
         match (key, args) {
             ("put", [key, value, ..]) => {
                 let is_float =
-                    values::kind_of(key.expr, self.meanings) == Some(values::ValueKind::Float);
+                    values::kind_of(key.expr, self.meanings) == Some(values::StaticType::Float);
                 self.is_long |= is_float || key.classes.has(Classes::TEXT);
-                self.put(Place::Key, key.classes);
-                let sent = self.pass(value) | self.get(Place::Verdict);
-                self.put(Place::Sent(name_of(key)), sent);
+                self.put(ValueHolder::Key, key.classes);
+                let sent = self.pass(value) | self.get(ValueHolder::Verdict);
+                self.put(ValueHolder::Sent(name_of(key)), sent);
                 Classes::NIL
             }
             ("get", [key, ..]) => {
@@ -232,9 +242,9 @@ impl<'a> Flow<'a> {
                 self.put_element(stored);
                 self.call_back(handler, &[element[0], record, record]);
                 // The value of a deleted entry is nil.
-                let nil = stored.both(Classes::NIL) | self.get(Place::NoData);
-                let data = self.get(Place::Element) | nil;
-                self.put(Place::Verdict, data);
+                let nil = stored.both(Classes::NIL) | self.get(ValueHolder::NoData);
+                let data = self.get(ValueHolder::Element) | nil;
+                self.put(ValueHolder::Verdict, data);
                 Classes::NIL
             }
             ("onconflictlost", [handler, ..]) => {
@@ -309,7 +319,7 @@ impl<'a> Flow<'a> {
 /// strings are faults there.
 fn name_of<'a>(arg: &Arg<'a>) -> Name<'a> {
     match &arg.expr.kind {
-        ExprKind::Str(text) => Name::Text(text),
+        CheckedExprKind::Str(text) => Name::Text(text),
         _ if arg.classes.has(Classes::STRING | Classes::TEXT) => Name::Any,
         _ => Name::Number,
     }

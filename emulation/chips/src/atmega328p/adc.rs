@@ -16,7 +16,7 @@ pub const CAPTURE: u8 = 7;
 
 /// An input to be measured.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Sample {
+pub struct AdcSample {
     /// ADMUX.MUX.
     pub channel: u8,
     /// ADMUX.REFS.
@@ -103,11 +103,11 @@ impl Adc {
 
     /// Returns the input to be measured at `now`, if there is one. Its value must be passed to
     /// [`measured`](Self::measured).
-    pub fn sample(&mut self, now: u64) -> Option<Sample> {
+    pub fn sample(&mut self, now: u64) -> Option<AdcSample> {
         let conversion = self.conversion.as_mut()?;
         let at = conversion.sample.filter(|at| *at <= now)?;
         conversion.sample = None;
-        Some(Sample { channel: self.admux & 0xf, reference: self.admux >> 6, at })
+        Some(AdcSample { channel: self.admux & 0xf, reference: self.admux >> 6, at })
     }
 
     pub fn measured(&mut self, value: u16) {

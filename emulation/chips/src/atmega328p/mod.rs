@@ -14,7 +14,7 @@ mod timer;
 mod usart;
 mod watchdog;
 
-pub use adc::Sample;
+pub use adc::AdcSample;
 pub use board::AvrBoard;
 pub use clock::RcClock;
 pub use eeprom::SIZE as EEPROM_SIZE;
@@ -64,7 +64,7 @@ pub const D: usize = 2;
 
 /// The registers of a port, and the levels that the board drives.
 #[derive(Clone, Copy, Debug, Default)]
-pub struct Port {
+pub struct AvrPort {
     /// Bit n is 1 if pin n is an output.
     pub direction: u8,
     /// The levels of outputs, and the pull-ups of inputs.
@@ -74,7 +74,7 @@ pub struct Port {
     levels: u8,
 }
 
-impl Port {
+impl AvrPort {
     /// Returns the levels of all pins.
     pub fn pins(self) -> u8 {
         let inputs = self.driven & self.levels | !self.driven & self.port;
@@ -86,7 +86,7 @@ impl Port {
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Signal {
     /// The converter samples an input; the board passes the value to [`Atmega328p::measured`].
-    Sample(Sample),
+    Sample(AdcSample),
     /// The last bit of a byte has left PD1.
     Sent(Sent),
 }
@@ -106,7 +106,7 @@ pub struct Atmega328p {
     /// The oscillator, which converts cycles to time.
     pub clock: RcClock,
     /// Ports B, C and D.
-    pub ports: [Port; 3],
+    pub ports: [AvrPort; 3],
     /// The EEPROM and its interface.
     pub eeprom: Eeprom,
     timers: [Timer; 3],
@@ -149,7 +149,7 @@ impl Atmega328p {
     pub fn new(best: u8, factory: u8, eeprom: [u8; EEPROM_SIZE]) -> Self {
         Atmega328p {
             clock: RcClock::new(best, factory),
-            ports: [Port::default(); 3],
+            ports: [AvrPort::default(); 3],
             eeprom: Eeprom::new(eeprom),
             timers: [TimerNumber::Timer0, TimerNumber::Timer1, TimerNumber::Timer2].map(Timer::new),
             adc: Adc::default(),
@@ -192,7 +192,7 @@ impl Atmega328p {
             _ => POWER_ON_RESET,
         };
         for (fresh, port) in fresh.ports.iter_mut().zip(self.ports) {
-            *fresh = Port { direction: 0, port: 0, ..port };
+            *fresh = AvrPort { direction: 0, port: 0, ..port };
         }
         let by_watchdog = cause == ResetCause::IndependentWatchdog;
         fresh.watchdog.reset(by_watchdog, self.clock.time(self.now));

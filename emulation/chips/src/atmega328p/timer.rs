@@ -24,7 +24,7 @@ pub enum TimerNumber {
 
 /// The counting mode.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-struct Shape {
+struct CountingMode {
     top: u32,
     /// True if the timer counts down again from the top instead of restarting at 0.
     two_slopes: bool,
@@ -97,9 +97,9 @@ impl Timer {
     }
 
     /// Returns the counting mode (tables 15-8, 16-4 and 18-8).
-    fn shape(&self) -> Shape {
-        let one = |top| Shape { top, two_slopes: false };
-        let two = |top| Shape { top, two_slopes: true };
+    fn shape(&self) -> CountingMode {
+        let one = |top| CountingMode { top, two_slopes: false };
+        let two = |top| CountingMode { top, two_slopes: true };
         let (a, icr) = (u32::from(self.ocr[0]), u32::from(self.icr));
         if self.kind == TimerNumber::Timer1 {
             return match (self.tccrb >> 3 & 3) << 2 | self.tccra & 3 {
@@ -153,7 +153,7 @@ impl Timer {
         }
     }
 
-    fn period(&self, shape: Shape) -> u32 {
+    fn period(&self, shape: CountingMode) -> u32 {
         if self.count > shape.top {
             return self.max() + 1;
         }
@@ -161,7 +161,7 @@ impl Timer {
     }
 
     /// Returns the number of counts to the next flag or end of a slope.
-    fn step(&self, shape: Shape) -> u32 {
+    fn step(&self, shape: CountingMode) -> u32 {
         let end = if self.count > shape.top { self.max() } else { shape.top };
         let matches = self.ocr.map(u32::from);
         if shape.two_slopes && self.is_falling {
@@ -176,7 +176,7 @@ impl Timer {
     }
 
     /// Advances by `counts`, which is not beyond the next flag or end of a slope.
-    fn move_by(&mut self, counts: u32, shape: Shape) {
+    fn move_by(&mut self, counts: u32, shape: CountingMode) {
         let before = self.count;
         let last = if shape.two_slopes && self.is_falling {
             before + 1 - counts

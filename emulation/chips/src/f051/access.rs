@@ -1,6 +1,6 @@
 //! The core's reads and writes of peripherals.
 
-use super::rcc::Bus;
+use super::rcc::ResetRegister;
 use super::*;
 
 impl F051 {
@@ -174,35 +174,35 @@ impl F051 {
     }
 
     /// Resets peripherals through RCC_xxxRSTR, whose bits are those of RCC_xxxENR.
-    fn reset_peripherals(&mut self, bus: Bus, bits: u32) {
-        let is_set = |of: Bus, bit: usize| bus == of && bits >> bit & 1 != 0;
+    fn reset_peripherals(&mut self, bus: ResetRegister, bits: u32) {
+        let is_set = |of: ResetRegister, bit: usize| bus == of && bits >> bit & 1 != 0;
         for (number, port) in self.ports.iter_mut().enumerate() {
-            if is_set(Bus::Ahb, 17 + number) {
+            if is_set(ResetRegister::Ahb, 17 + number) {
                 port.reset();
             }
         }
         let clocks = self.rcc.clocks();
         let bits = [
-            (Bus::Apb2, 11),
-            (Bus::Apb1, 0),
-            (Bus::Apb1, 1),
-            (Bus::Apb1, 8),
-            (Bus::Apb2, 16),
-            (Bus::Apb2, 17),
-            (Bus::Apb2, 18),
+            (ResetRegister::Apb2, 11),
+            (ResetRegister::Apb1, 0),
+            (ResetRegister::Apb1, 1),
+            (ResetRegister::Apb1, 8),
+            (ResetRegister::Apb2, 16),
+            (ResetRegister::Apb2, 17),
+            (ResetRegister::Apb2, 18),
         ];
         for (timer, (bus, bit)) in self.timers.iter_mut().zip(bits) {
             if is_set(bus, bit) {
                 *timer = Timer::new(timer.kind(), clocks.timers, self.now);
             }
         }
-        if is_set(Bus::Apb2, 9) {
+        if is_set(ResetRegister::Apb2, 9) {
             self.adc = Adc::new(clocks.pclk, clocks.hsi14, self.adc.battery_volts);
         }
-        if is_set(Bus::Apb2, 12) {
+        if is_set(ResetRegister::Apb2, 12) {
             self.spi = Spi::new(clocks.pclk);
         }
-        if is_set(Bus::Apb1, 22) {
+        if is_set(ResetRegister::Apb1, 22) {
             self.i2c = I2c::new(clocks.pclk);
         }
         (0..self.timers.len()).for_each(|number| self.update_timer_line(number));

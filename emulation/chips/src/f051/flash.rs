@@ -52,7 +52,7 @@ pub enum FlashContent {
     Halfword(u16),
 }
 
-pub(crate) struct Flash {
+pub(crate) struct FlashInterface {
     acr: u32,
     sr: u32,
     cr: u32,
@@ -63,9 +63,9 @@ pub(crate) struct Flash {
     locked_for_good: bool,
 }
 
-impl Flash {
+impl FlashInterface {
     pub fn new() -> Self {
-        Flash { acr: 0x30, sr: 0, cr: CR_LOCK, ar: 0, keys: 0, locked_for_good: false }
+        FlashInterface { acr: 0x30, sr: 0, cr: CR_LOCK, ar: 0, keys: 0, locked_for_good: false }
     }
 
     /// Returns an error if there are too few wait states: the flash needs one above 24 MHz (3.5.1).
@@ -156,12 +156,12 @@ mod tests {
     use super::*;
     use crate::Width;
 
-    fn write(flash: &mut Flash, offset: u32, value: u32) -> Option<FlashChange> {
+    fn write(flash: &mut FlashInterface, offset: u32, value: u32) -> Option<FlashChange> {
         flash.write(offset, Write::new(offset, Width::Word, value))
     }
 
-    fn unlocked() -> Flash {
-        let mut flash = Flash::new();
+    fn unlocked() -> FlashInterface {
+        let mut flash = FlashInterface::new();
         for key in KEYS {
             assert_eq!(write(&mut flash, KEYR, key), None);
         }
@@ -172,7 +172,7 @@ mod tests {
     #[test]
     fn reset_values_and_wait_states_are_the_manuals() {
         // RM0091 3.5.1 and 3.5.5; table of ACR.LATENCY.
-        let mut flash = Flash::new();
+        let mut flash = FlashInterface::new();
         assert_eq!(flash.read(ACR), 0x30);
         assert_eq!(flash.read(CR), 0x80);
         assert_eq!(flash.error(24_000_000), None);
@@ -214,7 +214,7 @@ mod tests {
 
     #[test]
     fn a_wrong_key_locks_until_reset() {
-        let mut flash = Flash::new();
+        let mut flash = FlashInterface::new();
         write(&mut flash, KEYR, KEYS[0]);
         write(&mut flash, KEYR, 0);
         for key in KEYS {

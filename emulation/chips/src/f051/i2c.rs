@@ -40,7 +40,7 @@ const BYTE_BITS: u64 = 9;
 
 /// An action of the master on the bus.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Action {
+pub enum BusAction {
     /// The master sent a start condition and an address; the answer is an acknowledgement.
     Start {
         /// The address of seven bits.
@@ -65,7 +65,7 @@ pub(crate) struct I2c {
     left: u32,
     reading: bool,
     /// The action on the wire, and the time when it is complete.
-    busy: Option<(Time, Action)>,
+    busy: Option<(Time, BusAction)>,
 }
 
 impl I2c {
@@ -97,7 +97,7 @@ impl I2c {
         Time::of_ticks(bits * cycles, self.hz)
     }
 
-    fn begin(&mut self, action: Action, bits: u64, now: Time) {
+    fn begin(&mut self, action: BusAction, bits: u64, now: Time) {
         self.busy = Some((now + self.bits(bits), action));
     }
 
@@ -107,9 +107,9 @@ impl I2c {
 
     /// Returns the action that is complete at `now`; the answer is [`Self::acknowledge`] or
     /// [`Self::receive`].
-    pub fn advance(&mut self, now: Time) -> Option<(Time, Action)> {
+    pub fn advance(&mut self, now: Time) -> Option<(Time, BusAction)> {
         let (end, action) = self.busy.take_if(|(end, _)| *end <= now)?;
-        if action == Action::Stop {
+        if action == BusAction::Stop {
             self.isr = self.isr & !(ISR_BUSY | ISR_TC | ISR_TCR | ISR_TXIS) | ISR_STOPF;
             self.registers[CR2 as usize / 4] &= !CR2_STOP;
         }
@@ -122,7 +122,7 @@ impl I2c {
         if !acknowledged {
             self.isr |= ISR_NACKF;
             if self.register(CR2) & CR2_AUTOEND != 0 {
-                self.begin(Action::Stop, 1, now);
+                self.begin(BusAction::Stop, 1, now);
             } else {
                 self.isr |= ISR_TC;
             }
@@ -148,7 +148,7 @@ impl I2c {
         } else if !self.reading {
             self.isr |= ISR_TXIS;
         } else if self.isr & ISR_RXNE == 0 {
-            self.begin(Action::Read, BYTE_BITS, now);
+            self.begin(BusAction::Read, BYTE_BITS, now);
         }
     }
 
@@ -157,7 +157,7 @@ impl I2c {
         if cr2 & CR2_RELOAD != 0 {
             self.isr |= ISR_TCR;
         } else if cr2 & CR2_AUTOEND != 0 {
-            self.begin(Action::Stop, 1, now);
+            self.begin(BusAction::Stop, 1, now);
         } else {
             self.isr |= ISR_TC;
         }
@@ -194,7 +194,7 @@ impl I2c {
                 self.isr &= !ISR_RXNE;
                 // SCL was held low until RXDR had been read.
                 if was_full && self.left > 0 && self.busy.is_none() {
-                    self.begin(Action::Read, BYTE_BITS, now);
+                    self.begin(BusAction::Read, BYTE_BITS, now);
                 }
                 u32::from(self.received)
             }
@@ -227,7 +227,7 @@ impl I2c {
             TXDR if self.isr & ISR_TXIS != 0 => {
                 self.isr &= !ISR_TXIS;
                 self.left -= 1;
-                self.begin(Action::Write(write.ones() as u8), BYTE_BITS, now);
+                self.begin(BusAction::Write(write.ones() as u8), BYTE_BITS, now);
             }
             _ => {
                 if let Some(register) = self.registers.get_mut(offset as usize / 4) {
@@ -249,9 +249,9 @@ impl I2c {
             self.isr = self.isr & !(ISR_TC | ISR_TCR) | ISR_BUSY;
             let address = (new >> 1 & 0x7f) as u8;
             // The start condition, and the address.
-            self.begin(Action::Start { address, read: self.reading }, 1 + BYTE_BITS, now);
+            self.begin(BusAction::Start { address, read: self.reading }, 1 + BYTE_BITS, now);
         } else if risen & CR2_STOP != 0 && self.isr & ISR_BUSY != 0 {
-            self.begin(Action::Stop, 1, now);
+            self.begin(BusAction::Stop, 1, now);
         } else if self.isr & ISR_TCR != 0 && new & CR2_NBYTES != 0 {
             // Writing NBYTES clears TCR, and the transfer goes on (26.4.6).
             self.isr &= !ISR_TCR;
@@ -280,7 +280,7 @@ mod tests {
     }
 
     /// Returns the next action, and the time at which it is complete.
-    fn next(i2c: &mut I2c) -> (Time, Action) {
+    fn next(i2c: &mut I2c) -> (Time, BusAction) {
         let at = i2c.next_event().expect("something is on the wire");
         i2c.advance(at).unwrap()
     }
@@ -292,12 +292,12 @@ mod tests {
         write(&mut i2c, CR2, cr2, Time::ZERO);
         let (now, action) = next(&mut i2c);
         assert_eq!(now, Time::from_micros(100));
-        assert_eq!(action, Action::Start { address: 0x1b, read: false });
+        assert_eq!(action, BusAction::Start { address: 0x1b, read: false });
         i2c.acknowledge(true, now);
         assert_eq!(i2c.read(ISR, now), ISR_BUSY | ISR_TXIS | ISR_TXE);
         write(&mut i2c, TXDR, 0x02, now);
         let (now, action) = next(&mut i2c);
-        assert_eq!((now, action), (Time::from_micros(190), Action::Write(2)));
+        assert_eq!((now, action), (Time::from_micros(190), BusAction::Write(2)));
         i2c.acknowledge(true, now);
         assert_eq!(i2c.read(ISR, now), ISR_BUSY | ISR_TC | ISR_TXE);
         // A repeated start.
@@ -307,13 +307,13 @@ mod tests {
         i2c.acknowledge(true, now);
         for byte in [0x12, 0x34] {
             let (now, action) = next(&mut i2c);
-            assert_eq!(action, Action::Read);
+            assert_eq!(action, BusAction::Read);
             i2c.receive(byte, now);
             assert_ne!(i2c.read(ISR, now) & ISR_RXNE, 0);
             assert_eq!(i2c.read(RXDR, now), u32::from(byte));
         }
         let (now, action) = next(&mut i2c);
-        assert_eq!(action, Action::Stop);
+        assert_eq!(action, BusAction::Stop);
         assert_eq!(i2c.read(ISR, now), ISR_STOPF | ISR_TXE);
         write(&mut i2c, ICR, ISR_STOPF, now);
         assert_eq!(i2c.read(ISR, now), ISR_TXE);
@@ -326,7 +326,7 @@ mod tests {
         let (now, _) = next(&mut i2c);
         i2c.acknowledge(false, now);
         assert_ne!(i2c.read(ISR, now) & ISR_NACKF, 0);
-        assert_eq!(next(&mut i2c).1, Action::Stop);
+        assert_eq!(next(&mut i2c).1, BusAction::Stop);
     }
 
     #[test]

@@ -14,15 +14,15 @@ use std::collections::{BTreeMap, HashSet};
 use self::adc::Adc;
 use self::dma::Dma;
 pub use self::dma::Transfer;
-use self::flash::Flash;
+use self::flash::FlashInterface;
 pub use self::flash::{FlashChange, FlashContent};
-pub use self::i2c::Action;
+pub use self::i2c::BusAction;
 use self::i2c::I2c;
 use self::identity::Identity;
 use self::rcc::{Clocks, Rcc};
 use self::spi::Spi;
 use crate::stm32::watchdog::{APB1_FREEZE, FREEZE_WATCHDOG};
-use crate::stm32::{Exti, Pin, Port, PortReset, Timer, TimerKind, Watchdog, Write};
+use crate::stm32::{Exti, GpioPort, Pin, PortReset, Timer, TimerKind, Watchdog, Write};
 use crate::{HardwareError, Lines, ResetCause, Time, Width};
 
 /// For each timer its first address (RM0091 table 1), its kind, and its interrupt (table 36). For
@@ -95,12 +95,12 @@ pub const FLASH_SIZE: u32 = flash::SIZE;
 
 /// An action of the chip at its pins that needs an answer of the connected device.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Signal {
+pub enum PinAction {
     /// SPI1 has sent this byte; the answer is [`F051::spi_received`].
     Spi(Time, u8),
     /// I2C2 has finished this action; the answer is [`F051::i2c_acknowledge`] or
     /// [`F051::i2c_received`].
-    I2c(Time, Action),
+    I2c(Time, BusAction),
 }
 
 /// The chip without its core and its memory.
@@ -110,9 +110,9 @@ pub struct F051 {
     /// The frequencies of the clock tree, stored because they are read much more often than they
     /// change.
     clocks: Clocks,
-    flash: Flash,
+    flash: FlashInterface,
     /// Ports A to F; there is no port E.
-    pub ports: [Port; 6],
+    pub ports: [GpioPort; 6],
     exti: Exti,
     spi: Spi,
     i2c: I2c,
@@ -143,8 +143,8 @@ impl F051 {
         let clocks = rcc.clocks();
         F051 {
             now: Time::ZERO,
-            flash: Flash::new(),
-            ports: PORTS.map(Port::new),
+            flash: FlashInterface::new(),
+            ports: PORTS.map(GpioPort::new),
             exti: Exti::new(EXTI_IRQ),
             spi: Spi::new(clocks.pclk),
             i2c: I2c::new(clocks.pclk),
@@ -175,7 +175,7 @@ impl F051 {
     /// Resets the chip. The board continues to drive its pins.
     pub fn reset(&mut self, cause: ResetCause) {
         self.rcc.reset(cause);
-        self.flash = Flash::new();
+        self.flash = FlashInterface::new();
         for port in &mut self.ports {
             port.reset();
         }
@@ -199,7 +199,7 @@ impl F051 {
 
     /// Advances time to `now`, which is not beyond [`Self::next`]. Returns the signal that needs an
     /// answer.
-    pub fn advance(&mut self, now: Time) -> Option<Signal> {
+    pub fn advance(&mut self, now: Time) -> Option<PinAction> {
         self.now = now;
         if self.next_timer.is_some_and(|at| at <= now) {
             for number in 0..self.timers.len() {
@@ -214,9 +214,9 @@ impl F051 {
             return None;
         }
         self.adc.advance(now);
-        let spi = self.spi.advance(now).map(|(end, byte)| Signal::Spi(end, byte));
+        let spi = self.spi.advance(now).map(|(end, byte)| PinAction::Spi(end, byte));
         let signal =
-            spi.or_else(|| self.i2c.advance(now).map(|(end, action)| Signal::I2c(end, action)));
+            spi.or_else(|| self.i2c.advance(now).map(|(end, action)| PinAction::I2c(end, action)));
         self.update_lines();
         signal
     }

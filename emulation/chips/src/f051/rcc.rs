@@ -1,7 +1,7 @@
 //! Reset and clock control (RM0091 6).
 
 use crate::stm32::Write;
-use crate::stm32::rcc::{self, CR_HSEON, CR_HSION, CR_PLLON, CR_RESET, Source};
+use crate::stm32::rcc::{self, CR_HSEON, CR_HSION, CR_PLLON, CR_RESET, ClockSource};
 use crate::{HardwareError, ResetCause};
 
 /// Registers by offset / 4.
@@ -51,7 +51,7 @@ pub(crate) struct Clocks {
 
 /// The bus of a peripheral, which selects the register that resets the peripheral.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum Bus {
+pub(crate) enum ResetRegister {
     Ahb,
     Apb1,
     Apb2,
@@ -59,7 +59,7 @@ pub(crate) enum Bus {
 
 pub(crate) struct Rcc {
     registers: [u32; REGISTERS],
-    source: Source,
+    source: ClockSource,
     /// Frequency of LSI in Hz, which differs from chip to chip.
     pub lsi_hz: u64,
     /// False if the crystal never oscillates.
@@ -69,7 +69,8 @@ pub(crate) struct Rcc {
 impl Rcc {
     pub fn new() -> Self {
         let registers = [0; REGISTERS];
-        let mut rcc = Rcc { registers, source: Source::Hsi, lsi_hz: LSI_HZ, has_crystal: true };
+        let mut rcc =
+            Rcc { registers, source: ClockSource::Hsi, lsi_hz: LSI_HZ, has_crystal: true };
         rcc.reset(ResetCause::PowerOn);
         rcc
     }
@@ -95,7 +96,7 @@ impl Rcc {
                 ResetCause::PowerOn | ResetCause::BrownOut => 1 << 27 | 1 << 26,
                 _ => rcc::flags(cause),
             };
-        self.source = Source::Hsi;
+        self.source = ClockSource::Hsi;
     }
 
     pub fn read(&self, offset: u32) -> u32 {
@@ -116,7 +117,7 @@ impl Rcc {
 
     /// Writes a register. If it is a register that resets peripherals, returns its bus and the bits
     /// that were set.
-    pub fn write(&mut self, offset: u32, write: Write) -> Option<(Bus, u32)> {
+    pub fn write(&mut self, offset: u32, write: Write) -> Option<(ResetRegister, u32)> {
         let register = offset as usize / 4;
         let old = *self.registers.get(register)?;
         let mut new = write.merge(old);
@@ -143,9 +144,9 @@ impl Rcc {
         }
         self.source = self.source.after_write(self.registers[CFGR], self.read(0));
         let bus = match register {
-            APB2RSTR => Bus::Apb2,
-            APB1RSTR => Bus::Apb1,
-            AHBRSTR => Bus::Ahb,
+            APB2RSTR => ResetRegister::Apb2,
+            APB1RSTR => ResetRegister::Apb1,
+            AHBRSTR => ResetRegister::Ahb,
             _ => return None,
         };
         Some((bus, new & !old))
@@ -176,9 +177,9 @@ impl Rcc {
 
     pub fn clocks(&self) -> Clocks {
         let sysclk = match self.source {
-            Source::Hsi => HSI_HZ,
-            Source::Hse => HSE_HZ,
-            Source::Pll => self.pll_hz(),
+            ClockSource::Hsi => HSI_HZ,
+            ClockSource::Hse => HSE_HZ,
+            ClockSource::Pll => self.pll_hz(),
         };
         let cfgr = self.registers[CFGR];
         let apb = rcc::apb_shift(cfgr >> 8);

@@ -9,9 +9,9 @@ use std::collections::{BTreeMap, HashSet};
 use self::rcc::Rcc;
 pub use self::system::OTP;
 use self::system::{Backup, Flash, Identity, Power};
-pub use self::usart::{Sent, Usart};
+pub use self::usart::{SentByte, Usart};
 use crate::stm32::watchdog::{APB1_FREEZE, FREEZE_WATCHDOG};
-use crate::stm32::{Exti, Pin, Port, PortReset, Timer, TimerKind, Watchdog, Write};
+use crate::stm32::{Exti, GpioPort, Pin, PortReset, Timer, TimerKind, Watchdog, Write};
 use crate::{HardwareError, Lines, ResetCause, Time, Width};
 
 /// The first address and the interrupt of TIM2 to TIM5 (RM0090 tables 1 and 62).
@@ -49,7 +49,7 @@ pub struct F405 {
     backup: Backup,
     flash: Flash,
     /// Ports A to I.
-    pub ports: [Port; 9],
+    pub ports: [GpioPort; 9],
     exti: Exti,
     /// USART6, which is connected to the radio's processor.
     pub usart: Usart,
@@ -82,7 +82,7 @@ impl F405 {
             power: Power::new(),
             backup: Backup::new(),
             flash: Flash::new(),
-            ports: PORTS.map(Port::new),
+            ports: PORTS.map(GpioPort::new),
             exti: Exti::new(EXTI_IRQ),
             usart: Usart::new(clocks.pclk2),
             timers: [TimerKind::Wide, TimerKind::General, TimerKind::General, TimerKind::Wide]
@@ -138,7 +138,7 @@ impl F405 {
 
     /// Advances time to `now`, which is not beyond the next event. Returns the byte that has left
     /// USART6 at this moment.
-    pub fn advance(&mut self, now: Time) -> Option<Sent> {
+    pub fn advance(&mut self, now: Time) -> Option<SentByte> {
         self.now = now;
         let sent = self.usart.advance(now);
         for timer in &mut self.timers {

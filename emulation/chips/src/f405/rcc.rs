@@ -1,7 +1,7 @@
 //! Reset and clock control (RM0090 6).
 
 use crate::stm32::Write;
-use crate::stm32::rcc::{self, CR_HSEON, CR_HSION, CR_PLLON, CR_RESET, Source};
+use crate::stm32::rcc::{self, CR_HSEON, CR_HSION, CR_PLLON, CR_RESET, ClockSource};
 use crate::{HardwareError, ResetCause};
 
 /// Registers by offset / 4.
@@ -42,7 +42,7 @@ pub(crate) struct Clocks {
 
 pub(crate) struct Rcc {
     registers: [u32; REGISTERS],
-    source: Source,
+    source: ClockSource,
     /// False if the crystal never oscillates.
     has_crystal: bool,
 }
@@ -50,7 +50,7 @@ pub(crate) struct Rcc {
 impl Rcc {
     pub fn new() -> Self {
         let registers = [0; REGISTERS];
-        let mut rcc = Rcc { registers, source: Source::Hsi, has_crystal: true };
+        let mut rcc = Rcc { registers, source: ClockSource::Hsi, has_crystal: true };
         rcc.reset(ResetCause::PowerOn);
         rcc
     }
@@ -82,7 +82,7 @@ impl Rcc {
                 ResetCause::BrownOut => 1 << 26 | 1 << 25,
                 _ => rcc::flags(cause),
             };
-        self.source = Source::Hsi;
+        self.source = ClockSource::Hsi;
     }
 
     pub fn read(&self, offset: u32) -> u32 {
@@ -148,9 +148,11 @@ impl Rcc {
 
     pub fn clocks(&self) -> Clocks {
         let sysclk = match self.source {
-            Source::Hsi => HSI_HZ,
-            Source::Hse => HSE_HZ,
-            Source::Pll => self.vco_hz() / (2 * (u64::from(self.registers[PLLCFGR] >> 16 & 3) + 1)),
+            ClockSource::Hsi => HSI_HZ,
+            ClockSource::Hse => HSE_HZ,
+            ClockSource::Pll => {
+                self.vco_hz() / (2 * (u64::from(self.registers[PLLCFGR] >> 16 & 3) + 1))
+            }
         };
         let cfgr = self.registers[CFGR];
         let (apb1, apb2) = (rcc::apb_shift(cfgr >> 10), rcc::apb_shift(cfgr >> 13));

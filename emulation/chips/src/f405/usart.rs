@@ -39,7 +39,7 @@ const CR3_DMAR: u32 = 1 << 6;
 
 /// A byte as the transmitter put it on the wire.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Sent {
+pub struct SentByte {
     /// The eight data bits.
     pub byte: u8,
     /// The rate at which they were sent.
@@ -59,7 +59,7 @@ pub struct Usart {
     cr3: u32,
     gtpr: u32,
     /// The byte in the shift register, and the time at which it will have left.
-    shifting: Option<(Time, Sent)>,
+    shifting: Option<(Time, SentByte)>,
     waiting: Option<u8>,
     idle_at: Option<Time>,
     /// The time at which RXNE was set.
@@ -155,7 +155,7 @@ impl Usart {
     }
 
     /// Advances time to `now`, at which at most one byte has left.
-    pub(crate) fn advance(&mut self, now: Time) -> Option<Sent> {
+    pub(crate) fn advance(&mut self, now: Time) -> Option<SentByte> {
         if self.idle_at.is_some_and(|at| at <= now) {
             self.idle_at = None;
             self.sr |= SR_IDLE;
@@ -174,7 +174,7 @@ impl Usart {
 
     fn shift(&mut self, byte: u8, now: Time) {
         let baud = self.baud();
-        self.shifting = Some((now + Time::of_ticks(FRAME_BITS, baud), Sent { byte, baud }));
+        self.shifting = Some((now + Time::of_ticks(FRAME_BITS, baud), SentByte { byte, baud }));
         self.sr |= SR_TXE;
     }
 
@@ -290,10 +290,10 @@ mod tests {
         write(&mut usart, DR, 0x66, Time::ZERO);
         assert_eq!(usart.read(SR, Time::ZERO), 0);
         assert_eq!(usart.next_event(), Some(BYTE));
-        assert_eq!(usart.advance(BYTE), Some(Sent { byte: 0x55, baud: 1_000_000 }));
+        assert_eq!(usart.advance(BYTE), Some(SentByte { byte: 0x55, baud: 1_000_000 }));
         assert_eq!(usart.read(SR, BYTE), SR_TXE);
         let end = Time::from_micros(20);
-        assert_eq!(usart.advance(end), Some(Sent { byte: 0x66, baud: 1_000_000 }));
+        assert_eq!(usart.advance(end), Some(SentByte { byte: 0x66, baud: 1_000_000 }));
         assert_eq!(usart.read(SR, end), SR_TXE | SR_TC);
     }
 

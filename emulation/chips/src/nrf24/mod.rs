@@ -16,12 +16,12 @@ mod tests;
 
 use std::collections::VecDeque;
 
-pub use self::packet::{MAX_PAYLOAD, Packet, Transmission};
+pub use self::packet::{MAX_PAYLOAD, Nrf24Packet, Transmission};
 use self::port::Exchange;
 use self::radio::RadioState;
 use self::registers::{
-    CONFIG, CONFIG_PRIM_RX, CONFIG_PWR_UP, FIFO_STATUS, INTERRUPTS, OBSERVE_TX, PIPES, RPD,
-    Registers, STATUS,
+    CONFIG, CONFIG_PRIM_RX, CONFIG_PWR_UP, FIFO_STATUS, INTERRUPTS, Nrf24Registers, OBSERVE_TX,
+    PIPES, RPD, STATUS,
 };
 use crate::Time;
 
@@ -85,7 +85,7 @@ pub struct RadioStatistics {
 
 /// The radio, controlled through its pins SPI, CE and IRQ.
 pub struct Nrf24 {
-    registers: Registers,
+    registers: Nrf24Registers,
     /// RX_DR, TX_DS and MAX_RT.
     raised: u8,
     /// The fields of OBSERVE_TX: packets lost, and retransmissions of the current packet.
@@ -133,7 +133,7 @@ impl Nrf24 {
     /// Creates a radio at the moment of its power-on.
     pub fn new() -> Self {
         Nrf24 {
-            registers: Registers::new(),
+            registers: Nrf24Registers::new(),
             raised: 0,
             lost: 0,
             retries: 0,

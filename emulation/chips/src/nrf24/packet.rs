@@ -8,7 +8,7 @@ pub const MAX_PAYLOAD: usize = 32;
 
 /// The format of a packet, which its receiver must share.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub(super) struct Format {
+pub(super) struct PacketFormat {
     /// The frequency is 2400 + `channel` MHz.
     pub channel: u8,
     pub bits_per_second: u64,
@@ -19,8 +19,8 @@ pub(super) struct Format {
 
 /// A packet, as one radio transmits it and others may receive it.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub struct Packet {
-    pub(super) format: Format,
+pub struct Nrf24Packet {
+    pub(super) format: PacketFormat,
     pub(super) address: Address,
     /// An identifier that distinguishes a new packet from a repeated one, 0 to 3.
     pub(super) id: u8,
@@ -29,7 +29,7 @@ pub struct Packet {
     pub(super) payload: Vec<u8>,
 }
 
-impl Packet {
+impl Nrf24Packet {
     /// Returns the channel, 0 to 127: the packet is sent at 2400 + channel MHz.
     pub fn channel(&self) -> u8 {
         self.format.channel
@@ -43,7 +43,7 @@ impl Packet {
     /// Returns the time on the air (product specification, 7.3): preamble, address, control field,
     /// payload, checksum.
     pub fn air_time(&self) -> Time {
-        let Format { bits_per_second, crc_bytes, enhanced, .. } = self.format;
+        let PacketFormat { bits_per_second, crc_bytes, enhanced, .. } = self.format;
         let bytes = 1 + self.address.width() + self.payload.len() + crc_bytes;
         let bits = 8 * bytes as u64 + if enhanced { 9 } else { 0 };
         Time::of_ticks(bits, bits_per_second)
@@ -57,5 +57,5 @@ pub struct Transmission {
     pub begin: Time,
     /// The end of the last bit.
     pub end: Time,
-    pub packet: Packet,
+    pub packet: Nrf24Packet,
 }

@@ -1,11 +1,11 @@
 //! Modes of operation (product specification, 6.1), sending and receiving (7).
 
-use super::packet::Format;
+use super::packet::PacketFormat;
 use super::registers::{
     DYNPD, EN_AA, EN_RXADDR, FEATURE_EN_DPL, MAX_RT, PIPES, RF_CH, RX_DR, RX_PW_P0, SETUP_RETR,
     TX_DS,
 };
-use super::{FIFO, Nrf24, Outgoing, Packet, PowerDetector, Transmission};
+use super::{FIFO, Nrf24, Nrf24Packet, Outgoing, PowerDetector, Transmission};
 use crate::Time;
 
 /// The time from power-down to standby with an external clock (6.1.7, Tpd2stby).
@@ -170,8 +170,8 @@ impl Nrf24 {
         }
     }
 
-    fn format(&self) -> Format {
-        Format {
+    fn format(&self) -> PacketFormat {
+        PacketFormat {
             channel: self.registers.get(RF_CH),
             bits_per_second: self.registers.bits_per_second(),
             crc_bytes: self.registers.crc_bytes(),
@@ -181,19 +181,19 @@ impl Nrf24 {
 
     /// Returns a packet with this payload as this radio would transmit it now, without
     /// acknowledgement.
-    pub fn packet_of(&self, payload: &[u8]) -> Packet {
+    pub fn packet_of(&self, payload: &[u8]) -> Nrf24Packet {
         let payload = payload.iter().take(super::MAX_PAYLOAD).copied().collect();
         let address = self.registers.transmit_address();
         // Senders other than robots do not number their packets.
-        Packet { format: self.format(), address, id: 0, no_ack: true, payload }
+        Nrf24Packet { format: self.format(), address, id: 0, no_ack: true, payload }
     }
 
     /// Returns the packet at the head of the transmit FIFO.
-    fn packet(&self) -> Option<Packet> {
+    fn packet(&self) -> Option<Nrf24Packet> {
         let (bytes, no_ack) = self.outgoing()?;
         let payload = bytes.to_vec();
         let address = self.registers.transmit_address();
-        Some(Packet { format: self.format(), address, id: self.id, no_ack, payload })
+        Some(Nrf24Packet { format: self.format(), address, id: self.id, no_ack, payload })
     }
 
     /// Announces the next packet, which begins at `begin`.
@@ -206,7 +206,7 @@ impl Nrf24 {
         self.transmit_at(begin, packet);
     }
 
-    fn transmit_at(&mut self, begin: Time, packet: Packet) {
+    fn transmit_at(&mut self, begin: Time, packet: Nrf24Packet) {
         let end = begin + packet.air_time();
         self.transmissions_end = end;
         self.statistics.sent += 1;
@@ -332,7 +332,7 @@ impl Nrf24 {
 
     /// Acknowledges a packet, with the payload that waits for this pipe. A new packet confirms that
     /// the payload sent before has arrived (7.4.1).
-    fn acknowledge(&mut self, pipe: usize, packet: &Packet, is_repeated: bool, end: Time) {
+    fn acknowledge(&mut self, pipe: usize, packet: &Nrf24Packet, is_repeated: bool, end: Time) {
         if !is_repeated {
             let has_arrived = |outgoing: &Outgoing| matches!(outgoing, Outgoing::Acknowledgement { pipe: on, sent: true, .. } if *on == pipe);
             let before = self.transmit.len();
@@ -349,13 +349,13 @@ impl Nrf24 {
             payload.clone_from(bytes);
             *sent = true;
         }
-        let answer = Packet { payload, no_ack: true, ..packet.clone() };
+        let answer = Nrf24Packet { payload, no_ack: true, ..packet.clone() };
         self.state = RadioState::AckSettling(end + SETTLING);
         self.transmit_at(end + SETTLING, answer);
     }
 
     /// Handles an acknowledgement, which may carry a payload.
-    fn acknowledged(&mut self, packet: Packet, now: Time) {
+    fn acknowledged(&mut self, packet: Nrf24Packet, now: Time) {
         if !packet.payload.is_empty() && self.receive.len() < FIFO {
             self.receive.push_back((0, packet.payload));
             self.raised |= RX_DR;

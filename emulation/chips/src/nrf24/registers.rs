@@ -49,13 +49,13 @@ impl Address {
 }
 
 /// The registers that hold written values.
-pub struct Registers {
+pub struct Nrf24Registers {
     bytes: [u8; COUNT],
     /// RX_ADDR_P0, RX_ADDR_P1, TX_ADDR, least significant byte first.
     long: [[u8; 5]; 3],
 }
 
-impl Registers {
+impl Nrf24Registers {
     pub fn new() -> Self {
         let mut bytes = [0; COUNT];
         for (register, value) in [
@@ -73,7 +73,7 @@ impl Registers {
         ] {
             bytes[usize::from(register)] = value;
         }
-        Registers { bytes, long: [[0xe7; 5], [0xc2; 5], [0xe7; 5]] }
+        Nrf24Registers { bytes, long: [[0xe7; 5], [0xc2; 5], [0xe7; 5]] }
     }
 
     pub fn get(&self, register: u8) -> u8 {
@@ -192,7 +192,7 @@ mod tests {
 
     #[test]
     fn reset_values_are_the_specifications() {
-        let registers = Registers::new();
+        let registers = Nrf24Registers::new();
         assert_eq!(registers.transmit_address(), Address(vec![0xe7; 5]));
         assert_eq!(registers.pipe_address(1), Address(vec![0xc2; 5]));
         assert_eq!(registers.pipe_address(5), Address(vec![0xc2, 0xc2, 0xc2, 0xc2, 0xc6]));
@@ -202,7 +202,7 @@ mod tests {
 
     #[test]
     fn addresses_are_sent_most_significant_byte_first() {
-        let mut registers = Registers::new();
+        let mut registers = Nrf24Registers::new();
         registers.write(SETUP_AW, 0, 1);
         for (index, byte) in [0x0c, 0xd0, 0xf0].into_iter().enumerate() {
             registers.write(TX_ADDR, index, byte);

@@ -13,14 +13,14 @@ const EXTERNAL_POSE: u8 = 8;
 
 /// The robot's upright pose, measured by a positioning system.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Pose {
+pub struct UprightPose {
     /// x, y and z (up) in mm.
     pub position_mm: [f32; 3],
     /// Direction of the robot's nose in degrees, from x towards y.
     pub yaw_degrees: f32,
 }
 
-impl Pose {
+impl UprightPose {
     /// Returns the packet that a ground station sends.
     pub fn frame(&self) -> LinkFrame {
         let half = f64::from(self.yaw_degrees).to_radians() / 2.0;
@@ -39,7 +39,7 @@ mod tests {
     /// A quarter turn to the left is (0, 0, sin 45°, cos 45°).
     #[test]
     fn a_packet_of_thirty_bytes() {
-        let pose = Pose { position_mm: [1500.0, -250.0, 1000.0], yaw_degrees: 90.0 };
+        let pose = UprightPose { position_mm: [1500.0, -250.0, 1000.0], yaw_degrees: 90.0 };
         let frame = pose.frame();
         let half = std::f32::consts::FRAC_1_SQRT_2;
         let numbers: Vec<u8> = [1.5, -0.25, 1.0, 0.0, 0.0, half, half]

@@ -4,7 +4,7 @@ use crate::random::Random;
 
 /// The quality of the line, in both directions.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct Link {
+pub struct LineQuality {
     /// Probability that a byte is lost, 0 to 1.
     pub lose: f64,
     /// Probability that a byte arrives as another one, 0 to 1.
@@ -15,15 +15,15 @@ pub struct Link {
 
 /// A serial line and its counters.
 #[derive(Default)]
-pub(crate) struct Line {
-    link: Link,
+pub(crate) struct SerialLine {
+    link: LineQuality,
     random: Random,
     pub lost: u64,
     pub corrupted: u64,
 }
 
-impl Line {
-    pub fn set(&mut self, link: Link) {
+impl SerialLine {
+    pub fn set(&mut self, link: LineQuality) {
         self.link = link;
         self.random = Random::new(link.seed);
     }
@@ -53,8 +53,8 @@ mod tests {
     #[test]
     fn faults_come_as_often_as_asked_and_always_the_same() {
         let run = || {
-            let mut line = Line::default();
-            line.set(Link { lose: 0.1, corrupt: 0.2, seed: 7 });
+            let mut line = SerialLine::default();
+            line.set(LineQuality { lose: 0.1, corrupt: 0.2, seed: 7 });
             let arrived: Vec<Option<u8>> = (0..10_000).map(|n| line.pass(n as u8)).collect();
             (arrived, line.lost, line.corrupted)
         };
@@ -72,7 +72,7 @@ mod tests {
 
     #[test]
     fn a_good_line_changes_nothing() {
-        let mut line = Line::default();
+        let mut line = SerialLine::default();
         assert!((0..=255).all(|byte| line.pass(byte) == Some(byte)));
     }
 }

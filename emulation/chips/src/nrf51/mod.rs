@@ -11,11 +11,11 @@ mod peer;
 mod radio;
 mod syslink;
 
-pub use crtp::Pose;
-pub use link::Link;
+pub use crtp::UprightPose;
+pub use link::LineQuality;
 pub use p2p::{P2P_MAX, P2pFrame};
 
-pub use peer::{BAUD, Nrf51, Nrf51Settings, Output};
+pub use peer::{BAUD, Nrf51, Nrf51Settings, PeerAction};
 pub use radio::RadioCounts;
 pub use syslink::{LinkFrame, MAX_PAYLOAD};
 

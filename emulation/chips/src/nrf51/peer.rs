@@ -9,12 +9,12 @@
 
 use std::collections::VecDeque;
 
-use super::link::Line;
+use super::link::SerialLine;
 use super::radio::{Radio, RadioCounts};
-use super::syslink::{Arrived, Parser};
-use super::{Battery, Link, LinkFrame, P2pFrame};
+use super::syslink::{Arrived, Nrf51Parser};
+use super::{Battery, LineQuality, LinkFrame, P2pFrame};
 use crate::serial::{self, FRAME_BITS};
-use crate::{Event, Led, Time};
+use crate::{BoardEvent, BoardLed, Time};
 
 /// The rate of the serial link in bits per second.
 pub const BAUD: u64 = 1_000_000;
@@ -93,7 +93,7 @@ mod kind {
 
 /// An action of the nRF51 at its end of the line.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Output {
+pub enum PeerAction {
     /// The nRF51 begins to send a byte.
     Begin,
     /// A byte arrived at the STM32.
@@ -115,10 +115,10 @@ enum Stage {
 pub struct Nrf51 {
     settings: Nrf51Settings,
     battery: Battery,
-    line: Line,
+    line: SerialLine,
     powered: bool,
     state: VolatileState,
-    events: Vec<(Time, Event)>,
+    events: Vec<(Time, BoardEvent)>,
     /// Bytes received from the STM32.
     pub received: u64,
     /// Received bytes with a wrong stop bit.
@@ -143,7 +143,7 @@ struct VolatileState {
     /// The loop waits until this time.
     resumes: Time,
     ble_is_on: bool,
-    parser: Parser,
+    parser: Nrf51Parser,
     radio: Radio,
     /// A P2P frame to be transmitted once Bluetooth is off: port and data.
     outgoing: Option<Vec<u8>>,
@@ -176,7 +176,7 @@ impl VolatileState {
             worked: false,
             resumes: start,
             ble_is_on: true,
-            parser: Parser::default(),
+            parser: Nrf51Parser::default(),
             radio: Radio::new(),
             outgoing: None,
             from_world: VecDeque::new(),
@@ -212,7 +212,7 @@ impl Nrf51 {
         Nrf51 {
             settings: Nrf51Settings::default(),
             battery: Battery::default(),
-            line: Line::default(),
+            line: SerialLine::default(),
             powered: true,
             state: VolatileState::new(Time::ZERO),
             events: Vec::new(),
@@ -258,12 +258,12 @@ impl Nrf51 {
     }
 
     /// Returns the events since the last call, in order.
-    pub fn take_events(&mut self) -> Vec<(Time, Event)> {
+    pub fn take_events(&mut self) -> Vec<(Time, BoardEvent)> {
         std::mem::take(&mut self.events)
     }
 
     /// Sets the quality of the line.
-    pub fn set_link(&mut self, link: Link) {
+    pub fn set_link(&mut self, link: LineQuality) {
         self.line.set(link);
     }
 
@@ -321,12 +321,12 @@ impl Nrf51 {
     }
 
     /// Executes the actions that are due at `now` and returns the outputs in order.
-    pub fn advance(&mut self, now: Time) -> Vec<Output> {
+    pub fn advance(&mut self, now: Time) -> Vec<PeerAction> {
         let mut outputs = Vec::new();
         if let Some((end, byte, _)) = self.state.sending
             && end <= now
         {
-            outputs.extend(byte.map(Output::Byte));
+            outputs.extend(byte.map(PeerAction::Byte));
             self.state.sending = None;
         }
         if self.state.shutdown_at.is_some_and(|at| at <= now) {
@@ -340,7 +340,7 @@ impl Nrf51 {
         {
             let byte = self.line.pass(byte);
             self.state.sending = Some((now + Time::of_ticks(FRAME_BITS, BAUD), byte, waits));
-            outputs.extend(byte.map(|_| Output::Begin));
+            outputs.extend(byte.map(|_| PeerAction::Begin));
         }
         outputs
     }
@@ -487,7 +487,7 @@ impl Nrf51 {
         let [port, data @ ..] = payload else { return };
         let air = self.state.radio.transmit(payload.len(), now);
         let (port, payload) = (port & 0x0f, data.to_vec());
-        self.events.push((now, Event::P2p { port, payload, air }));
+        self.events.push((now, BoardEvent::P2p { port, payload, air }));
     }
 
     fn report(&mut self, now: Time) {
@@ -504,15 +504,17 @@ impl Nrf51 {
     fn power_off(&mut self, acknowledged: bool, now: Time) {
         self.state.shutdown_at = None;
         self.powered = false;
-        self.events.push((now, Event::PowerOff { acknowledged }));
+        self.events.push((now, BoardEvent::PowerOff { acknowledged }));
     }
 
     fn handle(&mut self, arrived: Arrived, now: Time) {
         let Arrived { frame, first_sum_good, second_sum_good } = arrived;
         let intact = first_sum_good && second_sum_good;
         let payload = frame.payload();
-        self.events
-            .push((now, Event::Syslink { kind: frame.kind(), payload: payload.to_vec(), intact }));
+        self.events.push((
+            now,
+            BoardEvent::Syslink { kind: frame.kind(), payload: payload.to_vec(), intact },
+        ));
         if !intact {
             self.bad_sums[usize::from(first_sum_good)] += 1;
             return;
@@ -572,7 +574,7 @@ impl Nrf51 {
     }
 
     fn set_led(&mut self, on: bool, now: Time) {
-        self.events.push((now, Event::Led { led: Led::BlueRight, on }));
+        self.events.push((now, BoardEvent::Led { led: BoardLed::BlueRight, on }));
     }
 
     fn answer_probe(&mut self) {

@@ -33,11 +33,11 @@ fn ready_peer() -> (Nrf51, Time) {
 
 /// Returns all frames that the peer sends until `until`, and the time at which each was complete.
 fn listen(peer: &mut Nrf51, mut now: Time, until: Time) -> Vec<(Time, LinkFrame)> {
-    let mut parser = Parser::default();
+    let mut parser = Nrf51Parser::default();
     let mut frames = Vec::new();
     while now <= until {
         for output in peer.advance(now) {
-            if let Output::Byte(byte) = output
+            if let PeerAction::Byte(byte) = output
                 && let Some(arrived) = parser.push(byte)
             {
                 assert!(arrived.first_sum_good && arrived.second_sum_good);
@@ -114,8 +114,8 @@ fn a_full_queue_drops_silently() {
     let end = now + Nrf51Settings::default().ble_shutdown;
     listen(&mut peer, now, end);
     assert_eq!(peer.state.queue.len(), 0);
-    let kinds: Vec<Event> = peer.take_events().into_iter().map(|(_, event)| event).collect();
-    assert!(matches!(kinds[0], Event::P2p { port: 7, .. }), "{kinds:?}");
+    let kinds: Vec<BoardEvent> = peer.take_events().into_iter().map(|(_, event)| event).collect();
+    assert!(matches!(kinds[0], BoardEvent::P2p { port: 7, .. }), "{kinds:?}");
     assert_eq!(kinds.len(), 1 + 12, "twelve whole frames");
 }
 
@@ -214,7 +214,7 @@ fn shutdown_is_acknowledged_or_runs_out() {
         }
         assert!(!peer.is_powered());
         let (_, event) = peer.take_events().pop().unwrap();
-        assert_eq!(event, Event::PowerOff { acknowledged: acknowledges });
+        assert_eq!(event, BoardEvent::PowerOff { acknowledged: acknowledges });
     }
 }
 
@@ -271,7 +271,7 @@ fn a_broadcast_is_told_when_it_begins() {
     let now = tell(&mut peer, 0x0a, &[0xf3, 1, 2, 3], now + Time::from_millis(1));
     let event = peer.take_events().pop().unwrap();
     let air = Time::from_nanos(130_000 + (8 * 14 + 1) * 500);
-    assert_eq!(event, (now, Event::P2p { port: 3, payload: vec![1, 2, 3], air }));
+    assert_eq!(event, (now, BoardEvent::P2p { port: 3, payload: vec![1, 2, 3], air }));
     peer.hear(&P2pFrame::new(3, 60, [9; 3]).unwrap(), now + Time::from_micros(100));
     peer.hear(&P2pFrame::new(3, 60, [8; 3]).unwrap(), now + air + Time::from_micros(100));
     let frames = listen(&mut peer, now, now + Time::from_millis(10));

@@ -58,12 +58,12 @@ pub(crate) struct Arrived {
 /// Finds frames in a stream of bytes, as the nRF51's firmware does. After a byte that does not fit,
 /// the parser waits for the next start of a frame.
 #[derive(Default)]
-pub(crate) struct Parser {
+pub(crate) struct Nrf51Parser {
     /// The bytes of the frame so far, including the two start bytes.
     bytes: Vec<u8>,
 }
 
-impl Parser {
+impl Nrf51Parser {
     pub fn push(&mut self, byte: u8) -> Option<Arrived> {
         self.bytes.push(byte);
         let bytes = self.bytes.as_slice();
@@ -111,7 +111,7 @@ mod tests {
 
     #[test]
     fn vectors_both_ways() {
-        let mut parser = Parser::default();
+        let mut parser = Nrf51Parser::default();
         for (bytes, kind, payload) in VECTORS {
             let frame = LinkFrame::new(kind, payload).unwrap();
             assert_eq!(frame.to_bytes(), bytes);
@@ -122,7 +122,7 @@ mod tests {
 
     #[test]
     fn finds_a_frame_after_garbage_and_sees_a_bad_sum() {
-        let mut parser = Parser::default();
+        let mut parser = Nrf51Parser::default();
         for byte in [0x00, 0xbc, 0xff, 0xbc, 0xcf, 0x01, 65] {
             assert_eq!(parser.push(byte), None);
         }

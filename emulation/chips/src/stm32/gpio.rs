@@ -35,7 +35,7 @@ pub enum Pin {
 }
 
 /// A port of 16 pins.
-pub struct Port {
+pub struct GpioPort {
     after_reset: PortReset,
     moder: u32,
     otyper: u32,
@@ -49,10 +49,10 @@ pub struct Port {
     levels: u16,
 }
 
-impl Port {
+impl GpioPort {
     pub(crate) fn new(after_reset: PortReset) -> Self {
         let PortReset { moder, ospeedr, pupdr } = after_reset;
-        Port {
+        GpioPort {
             after_reset,
             moder,
             otyper: 0,
@@ -68,7 +68,11 @@ impl Port {
 
     /// Sets the registers to their reset values; inputs that the board drives stay.
     pub(crate) fn reset(&mut self) {
-        *self = Port { driven: self.driven, levels: self.levels, ..Port::new(self.after_reset) };
+        *self = GpioPort {
+            driven: self.driven,
+            levels: self.levels,
+            ..GpioPort::new(self.after_reset)
+        };
     }
 
     /// Drives `pin` from the board with this level.
@@ -141,13 +145,13 @@ mod tests {
     use super::*;
     use crate::Width;
 
-    fn write(port: &mut Port, offset: u32, value: u32) {
+    fn write(port: &mut GpioPort, offset: u32, value: u32) {
         port.write(offset, Write::new(offset, Width::Word, value));
     }
 
     /// A port whose pins are all inputs.
-    fn port() -> Port {
-        Port::new(PortReset { moder: 0, ospeedr: 0, pupdr: 0 })
+    fn port() -> GpioPort {
+        GpioPort::new(PortReset { moder: 0, ospeedr: 0, pupdr: 0 })
     }
 
     #[test]

@@ -11,7 +11,7 @@ pub(crate) use self::bus::Write;
 pub use self::bus::{Lines, Width};
 pub(crate) use self::exti::Exti;
 pub(crate) use self::gpio::PortReset;
-pub use self::gpio::{Pin, Port};
+pub use self::gpio::{GpioPort, Pin};
 pub(crate) use self::timer::TimerKind;
 pub use self::timer::{Pwm, Timer};
 pub(crate) use self::watchdog::Watchdog;

@@ -18,20 +18,20 @@ const CSR_IWDGRSTF: u32 = 1 << 29;
 
 /// The source of the system clock, in the order of SW and SWS in CFGR.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum Source {
+pub(crate) enum ClockSource {
     Hsi,
     Hse,
     Pll,
 }
 
-impl Source {
+impl ClockSource {
     /// Returns the source after a write to CR or CFGR. The clock switches as soon as the selected
     /// source is ready (6.2.6). `control` is the value that a read of CR returns.
     pub fn after_write(self, cfgr: u32, control: u32) -> Self {
         let wanted = match cfgr & 3 {
-            0 => Source::Hsi,
-            1 => Source::Hse,
-            2 => Source::Pll,
+            0 => ClockSource::Hsi,
+            1 => ClockSource::Hse,
+            2 => ClockSource::Pll,
             _ => return self,
         };
         // The ready bit of each source is one above the bit that turns the source on.
@@ -42,9 +42,9 @@ impl Source {
     /// drives the system clock (6.3.1, 6.4.1).
     pub fn on(self) -> u32 {
         match self {
-            Source::Hsi => CR_HSION,
-            Source::Hse => CR_HSEON,
-            Source::Pll => CR_PLLON,
+            ClockSource::Hsi => CR_HSION,
+            ClockSource::Hse => CR_HSEON,
+            ClockSource::Pll => CR_PLLON,
         }
     }
 }
@@ -71,7 +71,7 @@ pub(crate) fn crystal_runs(control: u32, has_crystal: bool) -> bool {
 }
 
 /// Returns the value that a read of CFGR returns: SWS is the source of the system clock.
-pub(crate) fn read_configuration(configuration: u32, source: Source) -> u32 {
+pub(crate) fn read_configuration(configuration: u32, source: ClockSource) -> u32 {
     configuration & !0xc | (source as u32) << 2
 }
 

@@ -3,7 +3,7 @@
 use std::collections::{BTreeSet, VecDeque};
 
 use bittybuzz_chips::{Random, Time};
-use bittybuzz_kilobot_board::{Amplitude, DIAMETER_MM, Edge, Light};
+use bittybuzz_kilobot_board::{Amplitude, DIAMETER_MM, Edge, LightChange};
 
 /// Range from centre to centre in mm (Rubenstein, Ahler, Nagpal, ICRA 2012).
 const RANGE_MM: f64 = 100.0;
@@ -21,7 +21,7 @@ const TO_BYTE: u64 = 35_250;
 
 /// The light between robots: the pairs that see each other, and the changes of LEDs in the current
 /// window.
-pub struct Air {
+pub struct InfraredAir {
     places: Vec<Option<[f64; 2]>>,
     /// For each robot, the robots that it sees and their distances in mm; the controller is not
     /// among them.
@@ -42,10 +42,10 @@ pub struct Air {
     lost: u64,
 }
 
-impl Air {
+impl InfraredAir {
     /// Creates the light between `count` robots, none of which sees another yet.
     pub fn new(count: usize) -> Self {
-        Air {
+        InfraredAir {
             places: vec![None; count],
             seen: vec![Vec::new(); count],
             deaf: vec![BTreeSet::new(); count],
@@ -156,7 +156,7 @@ impl Air {
     }
 
     /// Returns the light that one robot sees in this window.
-    pub fn lights_for(&self, robot: usize) -> Vec<Light> {
+    pub fn lights_for(&self, robot: usize) -> Vec<LightChange> {
         let mut lights = Vec::new();
         if !self.is_busy() {
             return lights;
@@ -164,7 +164,7 @@ impl Air {
         for (from, distance) in self.visible(robot) {
             for edge in &self.edges[from] {
                 if !self.is_lost(robot, from, edge.burst) {
-                    lights.push(Light {
+                    lights.push(LightChange {
                         at: edge.at,
                         on: edge.on,
                         from: from as u16,
@@ -264,7 +264,7 @@ mod tests {
 
     #[test]
     fn who_is_near_enough_sees_and_a_moment_changes_nothing() {
-        let mut air = Air::new(3);
+        let mut air = InfraredAir::new(3);
         for (robot, x) in [0.0, 99.0, 199.5].into_iter().enumerate() {
             air.place(robot, Some([x, 0.0]));
         }
@@ -282,7 +282,7 @@ mod tests {
 
     #[test]
     fn noise_and_losses_are_the_same_every_time() {
-        let mut air = Air::new(2);
+        let mut air = InfraredAir::new(2);
         air.place(0, Some([0.0, 0.0]));
         air.place(1, Some([0.0, 90.0]));
         air.set_light(100.0, 2.0, 7);

@@ -7,18 +7,19 @@ use std::time::Duration;
 use bittybuzz_chips::atmega328p::EEPROM_SIZE;
 use bittybuzz_chips::{ResetCause, Time};
 use bittybuzz_emulation::message::{
-    self, AirStatistics, BoardStatistics, Command, CoreStatistics, Event, Reply, Statistics,
-    TimedEvent,
+    self, AirStatistics, BoardStatistics, Command, CoreStatistics, EmulatorEvent, Reply,
+    RobotStatistics, TimedEvent,
 };
 use bittybuzz_emulation::{
-    CommandError, Image, LONGEST_READ, MachineError, Pause, Refusal, Robots, finite, probability,
+    CommandError, CommandRefusal, EmulatedRobots, FirmwareImage, LONGEST_READ, MachineError, Pause,
+    finite, probability,
 };
 use bittybuzz_kilobot::phase;
-use bittybuzz_kilobot_board::{Amplitude, Edge, Light, Surroundings};
-use bittybuzz_simavr::{Chip, DATA};
+use bittybuzz_kilobot_board::{Amplitude, Edge, LightChange, Surroundings};
+use bittybuzz_simavr::{DATA, SimavrChip};
 use rayon::iter::{IndexedParallelIterator, IntoParallelRefMutIterator, ParallelIterator};
 
-use crate::air::Air;
+use crate::air::InfraredAir;
 use crate::robot::EmulatedKilobot;
 
 /// The length of a window, after which robots exchange their light. A longer window means more
@@ -33,18 +34,18 @@ const EEPROM_BASE: u32 = 0x81_0000;
 const RETURN: [u8; 2] = [0x08, 0x95];
 
 /// The program's robots.
-pub struct Fleet {
-    chip: Chip,
+pub struct KilobotFleet {
+    chip: SimavrChip,
     members: Vec<Member>,
-    air: Air,
-    image: Option<Image>,
+    air: InfraredAir,
+    image: Option<FirmwareImage>,
 }
 
 /// A robot, and its known actions in the current window.
 struct Member {
     robot: EmulatedKilobot,
     /// The light that the robot saw.
-    seen: Vec<Light>,
+    seen: Vec<LightChange>,
     /// The changes of the robot's own LED.
     edges: Vec<Edge>,
     /// True if the robot was sending at the end of the last window.
@@ -64,7 +65,7 @@ struct Member {
 }
 
 impl Member {
-    fn new(number: usize, chip: Chip) -> Self {
+    fn new(number: usize, chip: SimavrChip) -> Self {
         Member {
             robot: EmulatedKilobot::new(number as u16, chip),
             seen: Vec::new(),
@@ -91,16 +92,16 @@ impl Member {
     }
 }
 
-impl Fleet {
+impl KilobotFleet {
     /// Creates `count` robots without an image.
-    pub fn new(count: usize, chip: Chip) -> Self {
+    pub fn new(count: usize, chip: SimavrChip) -> Self {
         let members = (0..count).map(|number| Member::new(number, chip)).collect();
-        Fleet { chip, members, air: Air::new(count), image: None }
+        KilobotFleet { chip, members, air: InfraredAir::new(count), image: None }
     }
 
     /// Runs all robots until `end`.
     fn window(&mut self, end: Time) {
-        let Fleet { members, air, .. } = self;
+        let KilobotFleet { members, air, .. } = self;
         air.begin(end);
         for (number, member) in members.iter_mut().enumerate() {
             (member.is_saved, member.edges) = (false, Vec::new());
@@ -147,7 +148,7 @@ impl Fleet {
             .collect();
         for from in lit {
             let amplitude = Amplitude::default();
-            let out = Light { at: now, on: false, from: from as u16, amplitude };
+            let out = LightChange { at: now, on: false, from: from as u16, amplitude };
             for (_, member) in self.members.iter_mut().enumerate().filter(|(n, _)| *n != from) {
                 member.robot.board.will_see([out]);
             }
@@ -183,16 +184,17 @@ impl Member {
         let counted = self.robot.counted;
         let at = Duration::from_nanos(self.robot.board.time(self.robot.core.cycle()).nanos());
         if std::mem::replace(&mut self.resets, counted.resets) != counted.resets {
-            self.events.push(TimedEvent { at, event: Event::Reset { cause: "watchdog".into() } });
+            self.events
+                .push(TimedEvent { at, event: EmulatorEvent::Reset { cause: "watchdog".into() } });
         }
         let steps = counted.steps.completed();
         for _ in std::mem::replace(&mut self.steps, steps)..steps {
-            self.events.push(TimedEvent { at, event: Event::Step });
+            self.events.push(TimedEvent { at, event: EmulatorEvent::Step });
         }
         let is_dead = self.robot.is_dead;
         if is_dead && !std::mem::replace(&mut self.is_dead, is_dead) {
             let pc = self.robot.core.pc().into();
-            self.events.push(TimedEvent { at, event: Event::Lockup { pc } });
+            self.events.push(TimedEvent { at, event: EmulatorEvent::Lockup { pc } });
         }
     }
 
@@ -227,16 +229,16 @@ impl Member {
     }
 }
 
-impl Robots for Fleet {
+impl EmulatedRobots for KilobotFleet {
     fn count(&self) -> usize {
         self.members.len()
     }
 
     fn load(&mut self, path: &Path) -> Result<(), CommandError> {
         let flash_size = self.chip.flash_size();
-        let image = Image::open_avr(path, flash_size)?;
+        let image = FirmwareImage::open_avr(path, flash_size)?;
         let count = self.members.len();
-        *self = Fleet::new(count, self.chip);
+        *self = KilobotFleet::new(count, self.chip);
         let data = RAM_BASE..RAM_BASE + DATA as u32;
         let phase = image.symbol(phase::SYMBOL).filter(|address| data.contains(address));
         for member in &mut self.members {
@@ -316,7 +318,7 @@ impl Robots for Fleet {
                 member.robot.switch(time(now), ResetCause::BrownOut);
                 member.note();
                 let cause = ResetCause::BrownOut.name().into();
-                member.events.push(TimedEvent { at: now, event: Event::Reset { cause } });
+                member.events.push(TimedEvent { at: now, event: EmulatorEvent::Reset { cause } });
             }
             Command::Deaf { to } => {
                 let robots = self.members.len();
@@ -343,7 +345,8 @@ impl Robots for Fleet {
                 }
             }
             Command::Radio { at, payload } => {
-                let frame = crate::air::frame(&payload).ok_or(Refusal::Infrared(payload.len()))?;
+                let frame =
+                    crate::air::frame(&payload).ok_or(CommandRefusal::Infrared(payload.len()))?;
                 self.air.announce(time(at.max(now)), frame);
             }
             Command::Statistics => {
@@ -353,7 +356,7 @@ impl Robots for Fleet {
                 let robot = &mut self.member(robot)?.robot;
                 let counted = robot.counted;
                 robot.counted.turns.longest = 0;
-                return Ok(Reply::Statistics(Box::new(Statistics {
+                return Ok(Reply::Statistics(Box::new(RobotStatistics {
                     core: CoreStatistics {
                         instructions: 0,
                         cycles: robot.core.cycle() - counted.slept,
@@ -365,7 +368,7 @@ impl Robots for Fleet {
                     air: AirStatistics { carried, collided, lost },
                 })));
             }
-            _ => return Err(Refusal::OtherRobot("Kilobot").into()),
+            _ => return Err(CommandRefusal::OtherRobot("Kilobot").into()),
         }
         Ok(Reply::Ok)
     }
@@ -373,9 +376,13 @@ impl Robots for Fleet {
 
 /// Returns `ppm` if it is possible: no oscillator of the chip is farther off than 10 %, even
 /// uncalibrated (table 29-10 of the data sheet).
-fn clock_error(ppm: f64) -> Result<f64, Refusal> {
+fn clock_error(ppm: f64) -> Result<f64, CommandRefusal> {
     const MOST: f64 = 100_000.0;
-    if ppm.abs() <= MOST { Ok(ppm) } else { Err(Refusal::ClockError { most: MOST, value: ppm }) }
+    if ppm.abs() <= MOST {
+        Ok(ppm)
+    } else {
+        Err(CommandRefusal::ClockError { most: MOST, value: ppm })
+    }
 }
 
 fn time(duration: Duration) -> Time {

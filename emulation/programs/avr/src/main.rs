@@ -40,7 +40,7 @@ mod robot;
 use std::io::{BufWriter, ErrorKind, stdin, stdout};
 use std::process::ExitCode;
 
-use bittybuzz_simavr::Chip;
+use bittybuzz_simavr::SimavrChip;
 use clap::{Parser, ValueEnum};
 
 /// Runs the firmware image of Kilobots; reads commands from standard input and writes replies and events to standard
@@ -78,10 +78,10 @@ fn main() -> ExitCode {
         return ExitCode::FAILURE;
     }
     let chip = match chip {
-        ChipName::Atmega328p => Chip::Atmega328p,
-        ChipName::Atmega1284p => Chip::Atmega1284p,
+        ChipName::Atmega328p => SimavrChip::Atmega328p,
+        ChipName::Atmega1284p => SimavrChip::Atmega1284p,
     };
-    let mut fleet = fleet::Fleet::new(count.into(), chip);
+    let mut fleet = fleet::KilobotFleet::new(count.into(), chip);
     let output = BufWriter::new(stdout().lock());
     match bittybuzz_emulation::serve_robots(&mut fleet, stdin().lock(), output) {
         // The program that started this one has ended.

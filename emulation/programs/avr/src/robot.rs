@@ -1,10 +1,10 @@
 //! An emulated Kilobot: core and board.
 
 use bittybuzz_chips::atmega328p::{AvrBoard, Change, PAGE, RAM};
-use bittybuzz_chips::{HardwareError, Memory, ResetCause, Time};
+use bittybuzz_chips::{HardwareError, MemoryContent, ResetCause, Time};
 use bittybuzz_kilobot::phase::Steps;
-use bittybuzz_kilobot_board::{Edge, Kilobot, Light};
-use bittybuzz_simavr::{Chip, Core, CoreState, DATA, REGISTERS, Stop, changed};
+use bittybuzz_kilobot_board::{Edge, Kilobot, LightChange};
+use bittybuzz_simavr::{AvrCore, AvrCoreState, DATA, DecodeStop, REGISTERS, SimavrChip, changed};
 
 /// The additional cycles that a sleeping core needs to enter an interrupt (7.7.1 of the data
 /// sheet).
@@ -12,7 +12,7 @@ const WAKE_UP: u64 = 4;
 
 /// An emulated Kilobot.
 pub struct EmulatedKilobot {
-    pub core: Core<Kilobot>,
+    pub core: AvrCore<Kilobot>,
     pub board: Kilobot,
     /// The cycle since which the core sleeps; `None` while it is awake.
     asleep: Option<u64>,
@@ -20,7 +20,7 @@ pub struct EmulatedKilobot {
     waiting: Option<u64>,
     pub counted: Counted,
     /// The content of the chip's memory after a fall of the supply.
-    pub memory: Memory,
+    pub memory: MemoryContent,
     /// The address in the data space at which the image stores the phase of its script.
     pub phase: Option<u16>,
     /// The state at the beginning of the window, for [`restore`](Self::restore).
@@ -75,7 +75,7 @@ impl Turns {
 
 #[derive(Default)]
 struct Before {
-    core: CoreState,
+    core: AvrCoreState,
     board: Option<Kilobot>,
     asleep: Option<u64>,
     waiting: Option<u64>,
@@ -85,14 +85,14 @@ struct Before {
 
 impl EmulatedKilobot {
     /// Creates a robot with an erased flash.
-    pub fn new(number: u16, chip: Chip) -> Self {
+    pub fn new(number: u16, chip: SimavrChip) -> Self {
         EmulatedKilobot {
-            core: Core::new(chip),
+            core: AvrCore::new(chip),
             board: Kilobot::new(number),
             asleep: None,
             waiting: None,
             counted: Counted::default(),
-            memory: Memory::Kept,
+            memory: MemoryContent::Kept,
             phase: None,
             before: Box::default(),
             undo: Vec::new(),
@@ -130,7 +130,7 @@ impl EmulatedKilobot {
 
     /// Runs until `end`, with neighbours' light in `lights`. Returns the changes of the robot's own
     /// LED.
-    pub fn run(&mut self, end: Time, lights: &[Light]) -> Vec<Edge> {
+    pub fn run(&mut self, end: Time, lights: &[LightChange]) -> Vec<Edge> {
         self.board.will_see(lights.iter().copied());
         let mut until = self.board.cycle(end);
         while self.core.cycle() < until {
@@ -181,15 +181,15 @@ impl EmulatedKilobot {
         let cycles = if self.core.is_delayed() { 1 } else { next.saturating_sub(now) };
         let pc = self.core.pc();
         match self.core.run(&mut self.board, cycles) {
-            Stop::Due => {}
-            Stop::Sleep => {
+            DecodeStop::Due => {}
+            DecodeStop::Sleep => {
                 self.board.advance(self.core.cycle());
                 if self.board.sleep().is_some() {
                     self.asleep = Some(self.core.cycle());
                 }
             }
-            Stop::Store(change) => self.store(&change),
-            Stop::Bad => self.board.fail(HardwareError::BadInstruction { after: pc }),
+            DecodeStop::Store(change) => self.store(&change),
+            DecodeStop::Bad => self.board.fail(HardwareError::BadInstruction { after: pc }),
         }
         // The core stops at each `wdr`, which the firmware's main loop executes once per turn; at
         // most one phase begins in a turn.

@@ -17,7 +17,7 @@ use std::path::Path;
 use std::{env, fs, io};
 
 use bittybuzz_cortex_m0::CortexM0;
-use bittybuzz_zooids_board::Zooid;
+use bittybuzz_zooids_board::ZooidBoard;
 
 const ROBOTS: usize = 10;
 const SECONDS: u64 = 60;
@@ -28,7 +28,11 @@ fn main() -> Result<(), Box<dyn Error>> {
         let commands = commands(Path::new(&elf), is_tracked)?;
         let mut replies = Vec::new();
         let before = processor_seconds()?;
-        bittybuzz_emulation::serve::<CortexM0<Zooid>>(ROBOTS, commands.as_bytes(), &mut replies)?;
+        bittybuzz_emulation::serve::<CortexM0<ZooidBoard>>(
+            ROBOTS,
+            commands.as_bytes(),
+            &mut replies,
+        )?;
         let took = processor_seconds()? - before;
         let replies = String::from_utf8_lossy(&replies);
         if let Some(error) = replies.lines().find(|line| line.contains(r#""reply":"error""#)) {

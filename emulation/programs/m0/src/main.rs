@@ -17,7 +17,7 @@ use std::process::ExitCode;
 use bittybuzz_cortex_m0::CortexM0;
 use bittybuzz_emulation::{Core, serve};
 use bittybuzz_rp2040::Rp2040Core;
-use bittybuzz_zooids_board::Zooid;
+use bittybuzz_zooids_board::ZooidBoard;
 use clap::{Parser, ValueEnum};
 
 /// Runs the firmware image of a Zooid; reads commands from standard input and writes replies and events to standard
@@ -47,8 +47,8 @@ enum CoreName {
 fn main() -> ExitCode {
     let Arguments { count, core, .. } = Arguments::parse();
     match core {
-        CoreName::Own => play::<CortexM0<Zooid>>(count.into()),
-        CoreName::Rp2040 => play::<Rp2040Core<Zooid>>(count.into()),
+        CoreName::Own => play::<CortexM0<ZooidBoard>>(count.into()),
+        CoreName::Rp2040 => play::<Rp2040Core<ZooidBoard>>(count.into()),
     }
 }
 

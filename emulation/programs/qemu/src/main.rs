@@ -6,10 +6,10 @@
 use std::io::{stdin, stdout};
 use std::process::ExitCode;
 
-use bittybuzz_crazyflie_board::Crazyflie;
+use bittybuzz_crazyflie_board::CrazyflieBoard;
 use bittybuzz_emulation::{Control, serve};
 use bittybuzz_qemu::QemuCore;
-use bittybuzz_zooids_board::Zooid;
+use bittybuzz_zooids_board::ZooidBoard;
 use clap::{Parser, ValueEnum};
 
 /// Emulates a robot with stock QEMU; reads commands from standard input and writes replies and events to
@@ -36,8 +36,8 @@ enum RobotName {
 
 fn main() -> ExitCode {
     match Arguments::parse().robot {
-        RobotName::Crazyflie => play::<Crazyflie>(),
-        RobotName::Zooids => play::<Zooid>(),
+        RobotName::Crazyflie => play::<CrazyflieBoard>(),
+        RobotName::Zooids => play::<ZooidBoard>(),
     }
 }
 

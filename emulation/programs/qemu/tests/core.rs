@@ -8,8 +8,8 @@ use std::process::{Command, Stdio};
 use std::sync::OnceLock;
 use std::time::Duration;
 
-use bittybuzz_emulation::message::{self, Event};
-use bittybuzz_emulation::{ClientError, Emulator, Pause, Run};
+use bittybuzz_emulation::message::{self, EmulatorEvent};
+use bittybuzz_emulation::{ClientError, Emulator, Pause, RunResult};
 
 const PROGRAM: &str = env!("CARGO_BIN_EXE_bbz-emulate-qemu");
 /// Addresses as in image/firmware.rs.
@@ -47,7 +47,7 @@ fn robot(case: u32) -> Emulator {
     robot
 }
 
-fn run(robot: &mut Emulator, millis: u64) -> Run {
+fn run(robot: &mut Emulator, millis: u64) -> RunResult {
     robot.run(Duration::from_millis(millis)).expect("the core runs")
 }
 
@@ -64,9 +64,9 @@ fn play(case: u32, millis: u64) -> Vec<u32> {
 }
 
 /// Returns the times and causes of resets.
-fn resets(run: &Run) -> Vec<(Duration, String)> {
-    let cause = |event: &Event| match event {
-        Event::Reset { cause } => Some(cause.clone()),
+fn resets(run: &RunResult) -> Vec<(Duration, String)> {
+    let cause = |event: &EmulatorEvent| match event {
+        EmulatorEvent::Reset { cause } => Some(cause.clone()),
         _ => None,
     };
     run.events.iter().filter_map(|event| Some((event.at, cause(&event.event)?))).collect()
@@ -152,7 +152,10 @@ fn a_fault_in_the_fault_handler_locks_up() {
         let mut robot = robot(case);
         let run = run(&mut robot, 10);
         assert!(
-            matches!(run.events.last().map(|event| &event.event), Some(Event::Lockup { .. })),
+            matches!(
+                run.events.last().map(|event| &event.event),
+                Some(EmulatorEvent::Lockup { .. })
+            ),
             "{:?}",
             run.events
         );
@@ -180,7 +183,9 @@ fn what_this_bridge_lacks_is_said() {
     let mut robot = robot(8);
     let run = run(&mut robot, 1);
     let [event] = &run.events[..] else { panic!("{:?}", run.events) };
-    assert!(matches!(&event.event, Event::HardwareError { text } if text.contains("SysTick")));
+    assert!(
+        matches!(&event.event, EmulatorEvent::HardwareError { text } if text.contains("SysTick"))
+    );
 
     let mut robot = self::robot(9);
     match robot.run(Duration::from_millis(1)) {

@@ -5,10 +5,10 @@
 
 use std::process::ExitCode;
 
-use bittybuzz_crazyflie_board::Crazyflie;
+use bittybuzz_crazyflie_board::CrazyflieBoard;
 use bittybuzz_emulation::Control;
 use bittybuzz_unicorn::UnicornCore;
-use bittybuzz_zooids_board::Zooid;
+use bittybuzz_zooids_board::ZooidBoard;
 use clap::{Parser, ValueEnum};
 
 /// Runs the firmware image of a robot, as it is flashed; reads commands from standard input and writes replies and
@@ -38,8 +38,8 @@ enum RobotName {
 fn main() -> ExitCode {
     let Arguments { robot, count } = Arguments::parse();
     let outcome = match robot {
-        RobotName::Crazyflie => play::<Crazyflie>(count.into()),
-        RobotName::Zooids => play::<Zooid>(count.into()),
+        RobotName::Crazyflie => play::<CrazyflieBoard>(count.into()),
+        RobotName::Zooids => play::<ZooidBoard>(count.into()),
     };
     match outcome {
         Ok(()) => ExitCode::SUCCESS,

@@ -9,7 +9,7 @@ use super::nanoseconds;
 
 /// Counters since power-on.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub struct Statistics {
+pub struct RobotStatistics {
     /// The core's counters.
     pub core: CoreStatistics,
     /// The board's counters.

@@ -5,15 +5,15 @@ mod programs;
 
 use std::time::Duration;
 
-use bittybuzz_crazyflie_board::Crazyflie;
-use bittybuzz_emulation::message::Event;
-use bittybuzz_emulation::{EmulatedRobot, Image, Pause};
+use bittybuzz_crazyflie_board::CrazyflieBoard;
+use bittybuzz_emulation::message::EmulatorEvent;
+use bittybuzz_emulation::{EmulatedRobot, FirmwareImage, Pause};
 
 use self::programs::{CODE, Program};
 use crate::UnicornCore;
 use crate::core::{FLASH, SRAM};
 
-type Robot = EmulatedRobot<UnicornCore<'static, Crazyflie>>;
+type Robot = EmulatedRobot<UnicornCore<'static, CrazyflieBoard>>;
 
 const STACK: u32 = SRAM + 0x1_0000;
 const APPLICATION: u32 = FLASH + 0x4000;
@@ -27,7 +27,7 @@ fn robot_at(vectors: u32, program: &Program) -> Robot {
         table[at..at + 4].copy_from_slice(&((vectors + CODE + handler) | 1).to_le_bytes());
     }
     table.extend(program.code.iter().flat_map(|half| half.to_le_bytes()));
-    Robot::load(0, &Image::of_flash(vectors, table)).unwrap()
+    Robot::load(0, &FirmwareImage::of_flash(vectors, table)).unwrap()
 }
 
 fn robot(program: &Program) -> Robot {
@@ -119,7 +119,7 @@ fn a_fault_in_the_hard_fault_handler_locks_up() {
     assert_eq!(words(&mut robot, 0, 1), [FLASH + CODE]);
     let events = robot.take_events();
     // UDF, then MOV.W, LDR and STR of the handler.
-    let lockup = Event::Lockup { pc: FLASH + CODE + 2 + 4 + 2 + 2 };
+    let lockup = EmulatorEvent::Lockup { pc: FLASH + CODE + 2 + 4 + 2 + 2 };
     assert!(matches!(&events[..], [event] if event.event == lockup), "{events:?}");
 }
 
@@ -190,7 +190,7 @@ fn a_reset_starts_anew_and_keeps_ram() {
     run(&mut robot, 100);
     assert_eq!(words(&mut robot, 0, 1), [2]);
     let events = robot.take_events();
-    let software = Event::Reset { cause: "software".into() };
+    let software = EmulatorEvent::Reset { cause: "software".into() };
     assert!(matches!(&events[..], [event] if event.event == software), "{events:?}");
 }
 
@@ -201,7 +201,7 @@ fn the_watchdog_ends_a_lockup() {
     assert_eq!(run(&mut robot, 5_000), Pause::Time);
     // RCC_CSR has the flags of the pin and the independent watchdog, and those of power-on.
     assert_eq!(words(&mut robot, 0, 1), [0x2e00_0000]);
-    let reset = Event::Reset { cause: "independent_watchdog".into() };
+    let reset = EmulatorEvent::Reset { cause: "independent_watchdog".into() };
     let events = robot.take_events();
     let event = events.iter().find(|event| event.event == reset).unwrap();
     // The watchdog expires after (RLR + 1) * 4 / 32 kHz, counted from its start after a few

@@ -2,7 +2,7 @@
 
 use core::sync::atomic::Ordering;
 
-use bittybuzz_comms::syslink::{Crtp, Packet, Parser, SWARM_PORT};
+use bittybuzz_comms::syslink::{Crtp, SWARM_PORT, SyslinkPacket, SyslinkParser};
 use bittybuzz_runtime::liveness::{BEAT, Pulse};
 use bittybuzz_runtime::pose::Pose;
 use embassy_time::with_timeout;
@@ -17,7 +17,7 @@ use crate::motors;
 /// Runs the receiving task.
 #[embassy_executor::task]
 pub async fn receive_frames(mut uart: Receiver, robot_id: u16, pulse: Pulse) -> ! {
-    let mut parser = Parser::new();
+    let mut parser = SyslinkParser::new();
     let mut keeper = RadioSetup::new(robot_id);
     let mut ears = SwarmReceiver::new(robot_id);
     let mut buffer = [0; 64];
@@ -29,7 +29,7 @@ pub async fn receive_frames(mut uart: Receiver, robot_id: u16, pulse: Pulse) -> 
             parser.push(*byte, |frame| {
                 STATE.received.fetch_add(1, Ordering::Relaxed);
                 // Packets of types that this firmware does not use are ignored.
-                if let Ok(packet) = Packet::received(frame) {
+                if let Ok(packet) = SyslinkPacket::received(frame) {
                     keeper.hear(&packet);
                     act(&packet, &mut ears);
                 }
@@ -39,32 +39,32 @@ pub async fn receive_frames(mut uart: Receiver, robot_id: u16, pulse: Pulse) -> 
     }
 }
 
-fn act(packet: &Packet<'_>, ears: &mut SwarmReceiver) {
+fn act(packet: &SyslinkPacket<'_>, ears: &mut SwarmReceiver) {
     match packet {
-        Packet::Raw(data) => match Crtp::parse(data) {
+        SyslinkPacket::Raw(data) => match Crtp::parse(data) {
             Some(Crtp::Echo) => send(packet),
             Some(Crtp::ExternalPose(pose)) => {
                 POSE.set(Pose::new(pose.position_m, pose.quaternion));
             }
             _ => {}
         },
-        Packet::Rssi(dbm) => STATE.rssi.store(*dbm, Ordering::Relaxed),
-        Packet::P2pReceived { port, rssi, data } => {
+        SyslinkPacket::Rssi(dbm) => STATE.rssi.store(*dbm, Ordering::Relaxed),
+        SyslinkPacket::P2pReceived { port, rssi, data } => {
             STATE.rssi.store(*rssi, Ordering::Relaxed);
             STATE.heard.fetch_add(1, Ordering::Relaxed);
             if *port == SWARM_PORT {
                 ears.hear(data);
             }
         }
-        Packet::Battery(battery) => {
+        SyslinkPacket::Battery(battery) => {
             // The parser checks that the voltage is at most 6 V.
             let mv = (battery.volts * 1000.0) as u16;
             STATE.battery_mv.store(mv, Ordering::Relaxed);
             STATE.usb_powered.store(battery.usb_powered, Ordering::Relaxed);
         }
-        Packet::ShutdownRequest => {
+        SyslinkPacket::ShutdownRequest => {
             motors::cut_power();
-            send(&Packet::ShutdownAck);
+            send(&SyslinkPacket::ShutdownAck);
         }
         _ => {}
     }

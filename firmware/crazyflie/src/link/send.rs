@@ -7,7 +7,7 @@
 
 use core::sync::atomic::Ordering;
 
-use bittybuzz_comms::syslink::{Bytes, MTU, Packet, kind};
+use bittybuzz_comms::syslink::{Bytes, MTU, SyslinkPacket, kind};
 use bittybuzz_runtime::liveness::{BEAT, Pulse};
 use embassy_sync::blocking_mutex::raw::CriticalSectionRawMutex;
 use embassy_sync::channel::Channel;
@@ -30,7 +30,7 @@ const AIR: Duration = Duration::from_micros(500);
 
 /// Queues a packet. If the queue is full or the packet is too long, the packet is dropped and
 /// counted.
-pub fn send(packet: &Packet<'_>) {
+pub fn send(packet: &SyslinkPacket<'_>) {
     let mut buffer = [0; MTU];
     let queued = match packet.frame(&mut buffer) {
         Ok(frame) => OUT.try_send(frame.bytes()).is_ok(),

@@ -1,7 +1,7 @@
 //! The supervision of the radio's set-up: sends the nRF51 the settings that it has not echoed, and
 //! sends all of them again when its reports end.
 
-use bittybuzz_comms::syslink::{Packet, Radio, Setup};
+use bittybuzz_comms::syslink::{RadioSettings, Setup, SyslinkPacket};
 use embassy_time::{Duration, Instant};
 
 use super::STATE;
@@ -34,7 +34,7 @@ impl RadioSetup {
     /// Returns a set-up that starts at once.
     pub fn new(robot_id: u16) -> Self {
         let now = Instant::now();
-        let setup = Setup::new(Radio::DEFAULT, robot_id);
+        let setup = Setup::new(RadioSettings::DEFAULT, robot_id);
         RadioSetup { setup, next: now, reported: now, has_reported: false }
     }
 
@@ -61,8 +61,8 @@ impl RadioSetup {
     }
 
     /// Processes a received packet, which may be a report or an echo.
-    pub fn hear(&mut self, packet: &Packet<'_>) {
-        if matches!(packet, Packet::Battery(_)) {
+    pub fn hear(&mut self, packet: &SyslinkPacket<'_>) {
+        if matches!(packet, SyslinkPacket::Battery(_)) {
             (self.reported, self.has_reported) = (Instant::now(), true);
         }
         let was_done = self.setup.is_done();

@@ -2,7 +2,7 @@
 
 use core::sync::atomic::Ordering;
 
-use bittybuzz_comms::syslink::{P2P_MAX, Packet, Ping, Position, SWARM_PORT, SwarmFrame};
+use bittybuzz_comms::syslink::{P2P_MAX, Ping, Position, SWARM_PORT, SwarmFrame, SyslinkPacket};
 use bittybuzz_runtime::liveness::{BEAT, Pulse};
 use bittybuzz_runtime::mail::Mail;
 use bittybuzz_vm_core::Sighting;
@@ -77,7 +77,7 @@ impl SwarmReceiver {
         self.next_answer = now + ANSWER_PERIOD;
         let answer = Ping { is_answer: true, ..ping };
         if let Some(data) = answer.write(&mut [0; P2P_MAX]) {
-            send(&Packet::P2pSend { port: SWARM_PORT, data });
+            send(&SyslinkPacket::P2pSend { port: SWARM_PORT, data });
         }
     }
 }
@@ -100,7 +100,7 @@ pub async fn broadcast_messages(robot_id: u16, pulse: Pulse) -> ! {
         let position = POSE.get().and_then(|here| Position::from_mm(here.position_mm));
         let frame = SwarmFrame { robot: robot_id, position, message };
         if let Some(data) = frame.write(&mut [0; P2P_MAX]) {
-            send(&Packet::P2pSend { port: SWARM_PORT, data });
+            send(&SyslinkPacket::P2pSend { port: SWARM_PORT, data });
         }
     })
     .await

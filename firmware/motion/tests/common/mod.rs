@@ -5,7 +5,7 @@
 
 use bittybuzz_motion::Angle;
 use bittybuzz_motion::projector::{Decoder, READABLE_US};
-use bittybuzz_motion::track::{Pose, Tracker};
+use bittybuzz_motion::track::{TrackedPose, Tracker};
 
 /// The length of a pattern and of a frame, in seconds.
 pub const PATTERN: f64 = 333e-6;
@@ -129,7 +129,7 @@ impl Robot {
 }
 
 /// Returns the error of a pose in mm and radians.
-pub fn error(pose: &Pose, truth: Truth) -> (f64, f64) {
+pub fn error(pose: &TrackedPose, truth: Truth) -> (f64, f64) {
     let (x, y) = (f64::from(pose.x) / 16.0 - truth.x, f64::from(pose.y) / 16.0 - truth.y);
     let turn = radians(pose.heading) - truth.heading;
     (x.hypot(y), turn.sin().atan2(turn.cos()))

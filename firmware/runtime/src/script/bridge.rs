@@ -3,7 +3,8 @@
 use bittybuzz_comms::trace;
 use bittybuzz_vm_core::number::Profile;
 use bittybuzz_vm_core::{
-    Arguments, Axis, ByteCode, Calls, Fault, FaultCode, Host, Periods, Reply, RobotFault, Sighting,
+    Axis, ByteCode, CallArguments, Calls, Fault, FaultCode, Host, Periods, Reply, RobotFault,
+    Sighting,
 };
 use embassy_time::{Duration, Instant};
 use heapless::Vec;
@@ -25,7 +26,7 @@ impl Console<'_> {
     /// Prints values as `log` does.
     pub fn print<P: Profile, C: ByteCode, const SLOTS: usize>(
         &mut self,
-        values: &Arguments<'_, P, C, SLOTS>,
+        values: &CallArguments<'_, P, C, SLOTS>,
     ) {
         self.log.push(&trace::log(self.step, values));
     }
@@ -33,7 +34,7 @@ impl Console<'_> {
     /// Prints values followed by the time on a stopwatch.
     pub fn print_with_time<P: Profile, C: ByteCode, const SLOTS: usize>(
         &mut self,
-        values: &Arguments<'_, P, C, SLOTS>,
+        values: &CallArguments<'_, P, C, SLOTS>,
         time: Duration,
     ) {
         let ms = i32::try_from(time.as_millis()).unwrap_or(i32::MAX);
@@ -42,7 +43,7 @@ impl Console<'_> {
 }
 
 /// The virtual machine's host during a slice.
-pub struct Bridge<'a, R> {
+pub struct SliceHost<'a, R> {
     pub robot: &'a mut R,
     /// The time at which the slice began, in µs of the robot's clock.
     pub begin: u16,
@@ -52,18 +53,18 @@ pub struct Bridge<'a, R> {
     pub contained: &'a mut Places,
 }
 
-impl<P: Profile, R: RobotHost<P>> Host<P> for Bridge<'_, R> {
+impl<P: Profile, R: RobotHost<P>> Host<P> for SliceHost<'_, R> {
     fn call<C: ByteCode, const SLOTS: usize>(
         &mut self,
         function: u16,
-        arguments: Arguments<'_, P, C, SLOTS>,
+        arguments: CallArguments<'_, P, C, SLOTS>,
         again: bool,
     ) -> Result<Reply<P>, RobotFault> {
         let mut console = Console { log: self.log, step: self.step };
         self.robot.call(function, arguments, again, &mut console)
     }
 
-    fn log<C: ByteCode, const SLOTS: usize>(&mut self, arguments: Arguments<'_, P, C, SLOTS>) {
+    fn log<C: ByteCode, const SLOTS: usize>(&mut self, arguments: CallArguments<'_, P, C, SLOTS>) {
         if R::HAS_TRACE {
             self.log.push(&trace::log(self.step, &arguments));
         }

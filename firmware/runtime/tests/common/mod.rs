@@ -11,13 +11,13 @@ use std::task::{Context, Poll, Waker};
 
 use bittybuzz_comms::trace::{PrintedValue, Record};
 use bittybuzz_compiler::compile::{Options, compile};
-use bittybuzz_compiler::include::{DiskFiles, Loader};
+use bittybuzz_compiler::include::{DiskFiles, IncludeLoader};
 use bittybuzz_runtime::liveness::Liveness;
-use bittybuzz_runtime::script::{Console, Counts, RobotHost, ScriptTask, Stopped};
-use bittybuzz_runtime::setpoint::{Channel, Motors, Writer};
+use bittybuzz_runtime::script::{Console, Counts, RobotHost, ScriptStopped, ScriptTask};
+use bittybuzz_runtime::setpoint::{Channel, MotorDriver, SetpointWriter};
 use bittybuzz_vm_core::hash::name_hash;
 use bittybuzz_vm_core::number::Full;
-use bittybuzz_vm_core::{Arguments, Axis, ByteCode, Reply, RobotFault, Sighting, Sizes, Value};
+use bittybuzz_vm_core::{Axis, ByteCode, CallArguments, Reply, RobotFault, Sighting, Sizes, Value};
 use embassy_time::{Duration, Instant, MockDriver};
 
 /// Locks and resets the clock, which all tests share.
@@ -54,7 +54,7 @@ pub type Frames = Vec<(u64, Vec<u8>, Sighting<Full>)>;
 
 /// A fake robot that records the calls.
 pub struct Fake<const ON_FAULT_STOPS: bool> {
-    pub setpoint: Writer<i32>,
+    pub setpoint: SetpointWriter<i32>,
     pub radio: Frames,
 }
 
@@ -71,7 +71,7 @@ impl<const ON_FAULT_STOPS: bool> RobotHost<Full> for Fake<ON_FAULT_STOPS> {
     fn call<C: ByteCode, const SLOTS: usize>(
         &mut self,
         function: u16,
-        arguments: Arguments<'_, Full, C, SLOTS>,
+        arguments: CallArguments<'_, Full, C, SLOTS>,
         _again: bool,
         _console: &mut Console<'_>,
     ) -> Result<Reply<Full>, RobotFault> {
@@ -131,7 +131,7 @@ impl<const ON_FAULT_STOPS: bool> RobotHost<Full> for Fake<ON_FAULT_STOPS> {
         self.setpoint.expire()
     }
 
-    fn stop(&mut self, reason: Stopped) {
+    fn stop(&mut self, reason: ScriptStopped) {
         self.setpoint.stop();
         note(format!("stop {reason:?}"));
     }
@@ -151,7 +151,7 @@ fn item_text(item: PrintedValue<'_>) -> String {
 
 pub struct FakeMotors;
 
-impl Motors for FakeMotors {
+impl MotorDriver for FakeMotors {
     type Setpoint = i32;
 
     fn apply(&mut self, setpoint: i32) {
@@ -175,11 +175,11 @@ pub fn image(source: &str) -> Vec<u8> {
         [[function]]\nname = \"work\"\naccepts = [\"us: int\"]\nhelp = \"takes time\"\n";
     let robot = bittybuzz_robot_spec::Robot::parse(robot, "fake.toml").expect("robot");
     let options = Options {
-        profile: Some(bittybuzz_robot_spec::Profile::Full),
+        profile: Some(bittybuzz_robot_spec::NumberProfile::Full),
         robot: Some(robot.clone()),
         robots: vec![robot],
     };
-    let loader = Loader::new(&DiskFiles);
+    let loader = IncludeLoader::new(&DiskFiles);
     let compiled = compile(Path::new("test.bzz"), source.to_owned(), &loader, &options);
     compiled.image.unwrap_or_else(|| panic!("{:?}", compiled.diagnostics))
 }
@@ -206,7 +206,7 @@ pub fn run_robot<const ON_FAULT_STOPS: bool>(image: &[u8], radio: Frames, ms: u6
     let channel: &'static Channel<i32> = Box::leak(Box::new(Channel::new()));
     let liveness: &'static Liveness = Box::leak(Box::new(Liveness::new(2)));
     let image: &'static [u8] = Box::leak(image.to_vec().into_boxed_slice());
-    let robot = Fake::<ON_FAULT_STOPS> { setpoint: Writer::new(channel), radio };
+    let robot = Fake::<ON_FAULT_STOPS> { setpoint: SetpointWriter::new(channel), radio };
     let vm = Box::leak(Box::new(bittybuzz_vm_core::Vm::new()));
     vm.set_network_capacity(SIZES);
     let mut script: ScriptTask<Full, &[u8], Fake<ON_FAULT_STOPS>, 400> =

@@ -8,7 +8,7 @@
 //! them for the crystal; here it takes no time.
 
 use bittybuzz_chips::f405::F405;
-use bittybuzz_chips::{Loader, Random, Width};
+use bittybuzz_chips::{Bootloader, Random, Width};
 
 /// First address of the flash sector after the bootloader, where the firmware begins.
 pub(crate) const FIRMWARE: u32 = 0x0800_4000;
@@ -73,10 +73,10 @@ pub(crate) fn set_clocks(f405: &mut F405) {
 /// Returns the loader that starts instead of the firmware, for the levels of PC7, the radio
 /// processor's line, and PA4, its flow control. Both pins are pulled down, so that an unconnected
 /// processor reads as low.
-pub(crate) fn loader(line_is_high: bool, flow_control_is_high: bool) -> Option<Loader> {
+pub(crate) fn loader(line_is_high: bool, flow_control_is_high: bool) -> Option<Bootloader> {
     match (line_is_high, flow_control_is_high) {
         (true, false) => None,
-        (false, false) => Some(Loader::Dfu),
-        (_, true) => Some(Loader::Crtp),
+        (false, false) => Some(Bootloader::Dfu),
+        (_, true) => Some(Bootloader::Crtp),
     }
 }

@@ -4,45 +4,47 @@ use std::time::Duration;
 
 use bittybuzz_chips::f405::OTP;
 use bittybuzz_chips::{
-    Battery, Chip, Link, LinkFrame, Nrf51Settings, P2pFrame, Pose, ResetCause, Time,
+    Battery, ChipProperties, LineQuality, LinkFrame, Nrf51Settings, P2pFrame, ResetCause, Time,
+    UprightPose,
 };
 use bittybuzz_emulation::message::{self, BoardStatistics, Command, CrazyflieStatistics};
-use bittybuzz_emulation::{Control, Refusal, lsi, probability};
+use bittybuzz_emulation::{CommandRefusal, Control, lsi, probability};
 
-use crate::{Crazyflie, Statistics};
+use crate::{CrazyflieBoard, Statistics};
 
-impl Control for Crazyflie {
+impl Control for CrazyflieBoard {
     const NAME: &'static str = "Crazyflie";
 
-    fn obey(&mut self, command: Command) -> Result<(), Refusal> {
+    fn obey(&mut self, command: Command) -> Result<(), CommandRefusal> {
         match command {
             Command::Send { kind, payload } => {
                 let length = payload.len();
-                let frame = LinkFrame::new(kind, payload).ok_or(Refusal::FrameTooLong(length))?;
+                let frame =
+                    LinkFrame::new(kind, payload).ok_or(CommandRefusal::FrameTooLong(length))?;
                 self.send(&frame);
             }
             Command::P2p { at, port, rssi, payload } => {
                 let length = payload.len();
                 let frame = P2pFrame::new(port, rssi, payload);
-                let frame = frame.ok_or(Refusal::P2pTooLong(length))?;
+                let frame = frame.ok_or(CommandRefusal::P2pTooLong(length))?;
                 let end = Time::from_nanos(u64::try_from(at.as_nanos()).unwrap_or(u64::MAX));
-                Crazyflie::hear(self, &frame, end);
+                CrazyflieBoard::hear(self, &frame, end);
             }
             Command::Pose { x_mm, y_mm, z_mm, yaw_degrees } => {
-                self.tell_pose(Pose { position_mm: [x_mm, y_mm, z_mm], yaw_degrees });
+                self.tell_pose(UprightPose { position_mm: [x_mm, y_mm, z_mm], yaw_degrees });
             }
             Command::Bytes { bytes } => self.send_bytes(&bytes),
             Command::Link { lose, corrupt, seed } => {
                 let (lose, corrupt) = (probability(lose)?, probability(corrupt)?);
-                self.set_link(Link { lose, corrupt, seed });
+                self.set_link(LineQuality { lose, corrupt, seed });
             }
             Command::RadioProcessor { ready, rts_bytes, ble_shutdown_us, ble_masks } => {
                 let most = Nrf51Settings::MOST_RTS_BYTES;
                 if !(1..=most).contains(&rts_bytes) {
-                    return Err(Refusal::RtsBytes { most, value: rts_bytes });
+                    return Err(CommandRefusal::RtsBytes { most, value: rts_bytes });
                 }
                 if ble_shutdown_us > 1_000_000 {
-                    return Err(Refusal::BleShutdown(ble_shutdown_us));
+                    return Err(CommandRefusal::BleShutdown(ble_shutdown_us));
                 }
                 let ble_shutdown = Time::from_micros(ble_shutdown_us);
                 let knows_ready = ready;
@@ -58,9 +60,11 @@ impl Control for Crazyflie {
                 let lsi_hz = lsi(17_000..=47_000, lsi_hz)?;
                 let memory = bittybuzz_emulation::memory(memory, seed);
                 let (has_crystal, is_debugged) = (crystal, debugger);
-                self.set_chip(Chip { lsi_hz, has_crystal, memory, is_debugged });
+                self.set_chip(ChipProperties { lsi_hz, has_crystal, memory, is_debugged });
             }
-            Command::Otp { bytes } if bytes.len() > OTP => return Err(Refusal::Otp(bytes.len())),
+            Command::Otp { bytes } if bytes.len() > OTP => {
+                return Err(CommandRefusal::Otp(bytes.len()));
+            }
             Command::Otp { bytes } => self.set_otp(bytes),
             Command::Reset { cause } => self.request_reset(match cause {
                 message::ResetCause::PowerOn => ResetCause::PowerOn,
@@ -68,7 +72,7 @@ impl Control for Crazyflie {
                 message::ResetCause::Pin => ResetCause::Pin,
                 message::ResetCause::Software => ResetCause::Software,
             }),
-            _ => return Err(Refusal::OtherRobot(Self::NAME)),
+            _ => return Err(CommandRefusal::OtherRobot(Self::NAME)),
         }
         Ok(())
     }
@@ -110,7 +114,7 @@ mod tests {
 
     fn refusal(line: &str) -> String {
         let command = message::parse(line.as_bytes()).expect("a command");
-        match Crazyflie::power_on(0).obey(command) {
+        match CrazyflieBoard::power_on(0).obey(command) {
             Ok(()) => "obeyed".into(),
             Err(refusal) => refusal.to_string(),
         }

@@ -6,22 +6,23 @@ mod control;
 mod tests;
 
 use bittybuzz_chips::f405::F405;
-use bittybuzz_chips::nrf51::{BAUD, Nrf51, Output};
+use bittybuzz_chips::nrf51::{BAUD, Nrf51, PeerAction};
 use bittybuzz_chips::stm32::{Pin, Pwm};
 use bittybuzz_chips::{
-    Battery, Board, Chip, CoreKind, Event, Led, Lines, Link, LinkFrame, Memory, MemoryMap,
-    Nrf51Settings, P2pFrame, Pose, Random, ResetCause, Start, Time, Width,
+    Battery, Board, BoardEvent, BoardLed, ChipProperties, CoreKind, CoreStart, LineQuality, Lines,
+    LinkFrame, MemoryContent, MemoryMap, Nrf51Settings, P2pFrame, Random, ResetCause, Time,
+    UprightPose, Width,
 };
 
 use crate::bootloader::FIRMWARE;
 
 /// The LEDs: port, pin, and true if the LED shines while the pin is high.
-const LEDS: [(Led, usize, u8, bool); 5] = [
-    (Led::BlueLeft, 3, 2, true),
-    (Led::RedLeft, 2, 0, false),
-    (Led::GreenLeft, 2, 1, false),
-    (Led::GreenRight, 2, 2, false),
-    (Led::RedRight, 2, 3, false),
+const LEDS: [(BoardLed, usize, u8, bool); 5] = [
+    (BoardLed::BlueLeft, 3, 2, true),
+    (BoardLed::RedLeft, 2, 0, false),
+    (BoardLed::GreenLeft, 2, 1, false),
+    (BoardLed::GreenRight, 2, 2, false),
+    (BoardLed::RedRight, 2, 3, false),
 ];
 
 /// The connections of motors 1 to 4: port, pin, and the channel of a timer that the alternate
@@ -50,16 +51,16 @@ const FLOW_CONTROL: (usize, u8) = (0, 4);
 
 /// The differences between one Crazyflie and another.
 #[derive(Clone, Debug)]
-pub struct Settings {
+pub struct CrazyflieVariation {
     /// The chip's 96-bit unique id (RM0090 39.1).
     pub unique_id: [u8; 12],
     /// The device type that Bitcraze writes to the one-time programmable area.
     pub device_type: String,
 }
 
-impl Default for Settings {
+impl Default for CrazyflieVariation {
     fn default() -> Self {
-        Settings { unique_id: *b"\x2a\x00\x1b\x00CF21-001", device_type: "0;CF21".into() }
+        CrazyflieVariation { unique_id: *b"\x2a\x00\x1b\x00CF21-001", device_type: "0;CF21".into() }
     }
 }
 
@@ -106,14 +107,14 @@ pub struct Statistics {
 }
 
 /// A Crazyflie 2 without the core of its STM32.
-pub struct Crazyflie {
+pub struct CrazyflieBoard {
     now: Time,
     /// The time of the next internal event.
     next: Option<Time>,
     f405: F405,
-    chip: Chip,
+    chip: ChipProperties,
     /// Properties of the chip from the next reset on.
-    next_chip: Chip,
+    next_chip: ChipProperties,
     /// New one-time programmable bytes for the next reset, if they change.
     next_otp: Option<Vec<u8>>,
     /// The cause of the last reset.
@@ -124,14 +125,14 @@ pub struct Crazyflie {
     motors: [Pwm; MOTORS.len()],
     reset_request: Option<ResetCause>,
     power_is_off: bool,
-    events: Vec<(Time, Event)>,
+    events: Vec<(Time, BoardEvent)>,
 }
 
-impl Crazyflie {
+impl CrazyflieBoard {
     /// Creates a Crazyflie whose power was just turned on.
-    pub fn new(settings: Settings) -> Self {
-        let chip = Chip::default();
-        let mut board = Crazyflie {
+    pub fn new(settings: CrazyflieVariation) -> Self {
+        let chip = ChipProperties::default();
+        let mut board = CrazyflieBoard {
             now: Time::ZERO,
             next: None,
             f405: F405::new(settings.unique_id, &settings.device_type, chip.lsi_hz),
@@ -156,8 +157,8 @@ impl Crazyflie {
     fn settle(&mut self) {
         for output in self.nrf51.advance(self.now) {
             match output {
-                Output::Begin => self.f405.begin_byte(),
-                Output::Byte(byte) => self.f405.receive(byte, BAUD),
+                PeerAction::Begin => self.f405.begin_byte(),
+                PeerAction::Byte(byte) => self.f405.receive(byte, BAUD),
             }
         }
         let (port, pin) = FLOW_CONTROL;
@@ -180,7 +181,8 @@ impl Crazyflie {
 
     fn after_access(&mut self) {
         let errors = self.f405.take_errors();
-        self.events.extend(errors.into_iter().map(|error| (self.now, Event::HardwareError(error))));
+        self.events
+            .extend(errors.into_iter().map(|error| (self.now, BoardEvent::HardwareError(error))));
         self.next = self.find_next_event();
     }
 
@@ -190,7 +192,7 @@ impl Crazyflie {
             let on = self.f405.ports[port].pin(pin) == Pin::Level(active);
             if on != *was_on {
                 *was_on = on;
-                self.events.push((self.now, Event::Led { led, on }));
+                self.events.push((self.now, BoardEvent::Led { led, on }));
             }
         }
         for (number, (motor, last)) in (1..).zip(MOTORS.iter().zip(&mut self.motors)) {
@@ -206,7 +208,7 @@ impl Crazyflie {
             if signal != *last {
                 *last = signal;
                 let Pwm { duty, frequency_hz } = signal;
-                self.events.push((self.now, Event::Motor { number, duty, frequency_hz }));
+                self.events.push((self.now, BoardEvent::Motor { number, duty, frequency_hz }));
             }
         }
     }
@@ -251,7 +253,7 @@ impl Crazyflie {
     }
 
     /// Sends the robot's pose from a positioning system to the firmware, as a ground station does.
-    pub fn tell_pose(&mut self, pose: Pose) {
+    pub fn tell_pose(&mut self, pose: UprightPose) {
         self.send(&pose.frame());
     }
 
@@ -262,7 +264,7 @@ impl Crazyflie {
     }
 
     /// Sets the error rates of the line from now on.
-    pub fn set_link(&mut self, link: Link) {
+    pub fn set_link(&mut self, link: LineQuality) {
         self.nrf51.set_link(link);
     }
 
@@ -285,7 +287,7 @@ impl Crazyflie {
     }
 
     /// Sets the properties of the STM32 from the next reset on.
-    pub fn set_chip(&mut self, chip: Chip) {
+    pub fn set_chip(&mut self, chip: ChipProperties) {
         self.next_chip = chip;
     }
 
@@ -315,7 +317,7 @@ impl Crazyflie {
 
 /// Reads reach the peripherals, the one-time programmable and unique-id area, and DBGMCU. A reset
 /// does not affect the radio's processor, which also controls the power.
-impl Board for Crazyflie {
+impl Board for CrazyflieBoard {
     const CORE: CoreKind = CoreKind::CortexM4F;
     const MEMORY: MemoryMap = MemoryMap {
         flash: 1024 * 1024,
@@ -326,10 +328,10 @@ impl Board for Crazyflie {
     };
 
     fn power_on(number: usize) -> Self {
-        let mut settings = Settings::default();
+        let mut settings = CrazyflieVariation::default();
         // Only the last digit of the default id differs between robots.
         settings.unique_id[11] = settings.unique_id[11].wrapping_add(number as u8);
-        Crazyflie::new(settings)
+        CrazyflieBoard::new(settings)
     }
 
     fn now(&self) -> Time {
@@ -392,14 +394,14 @@ impl Board for Crazyflie {
         }
         self.f405.set_oscillators(self.chip.lsi_hz, self.chip.has_crystal);
         self.f405.reset(cause);
-        if let Memory::Noise { seed } = self.chip.memory {
+        if let MemoryContent::Noise { seed } = self.chip.memory {
             self.noise = Random::new(seed);
         }
         if cause == ResetCause::PowerOn {
             match self.chip.memory {
-                Memory::Kept => {}
-                Memory::Zeroed => self.f405.fill_backup(|| 0),
-                Memory::Noise { .. } => self.f405.fill_backup(|| self.noise.bits() as u32),
+                MemoryContent::Kept => {}
+                MemoryContent::Zeroed => self.f405.fill_backup(|| 0),
+                MemoryContent::Noise { .. } => self.f405.fill_backup(|| self.noise.bits() as u32),
             }
         }
         self.observe();
@@ -407,7 +409,7 @@ impl Board for Crazyflie {
     }
 
     /// Models the bootloader. A firmware in the bootloader's place starts at once.
-    fn start(&mut self, vectors: u32) -> Start {
+    fn start(&mut self, vectors: u32) -> CoreStart {
         let MemoryMap { ram, ccm, .. } = Self::MEMORY;
         let mut memory = Vec::new();
         // After a power-on the core has filled its memory with noise already.
@@ -418,15 +420,15 @@ impl Board for Crazyflie {
             }
         }
         if vectors != FIRMWARE {
-            return Start { memory, ..Start::default() };
+            return CoreStart { memory, ..CoreStart::default() };
         }
         memory.extend(bootloader::overwritten(&mut self.noise));
         bootloader::set_clocks(&mut self.f405);
         let loader =
             bootloader::loader(self.nrf51.line_is_high(self.now), self.nrf51.is_full(self.now));
-        self.events.extend(loader.map(|loader| (self.now, Event::Loader(loader))));
+        self.events.extend(loader.map(|loader| (self.now, BoardEvent::Loader(loader))));
         self.after_access();
-        Start { memory, vector_table: FIRMWARE, is_in_loader: loader.is_some() }
+        CoreStart { memory, vector_table: FIRMWARE, is_in_loader: loader.is_some() }
     }
 
     fn is_debugged(&self) -> bool {
@@ -445,7 +447,7 @@ impl Board for Crazyflie {
         !self.power_is_off
     }
 
-    fn take_events(&mut self) -> Vec<(Time, Event)> {
+    fn take_events(&mut self) -> Vec<(Time, BoardEvent)> {
         std::mem::take(&mut self.events)
     }
 }

@@ -18,8 +18,8 @@ const EXTI: u32 = 0x4001_3c00;
 const IWDG: u32 = 0x4000_3000;
 
 /// Returns a board with the clocks that a firmware for the Crazyflie sets, all of them on.
-fn board() -> Crazyflie {
-    let mut board = Crazyflie::new(Settings::default());
+fn board() -> CrazyflieBoard {
+    let mut board = CrazyflieBoard::new(CrazyflieVariation::default());
     write(&mut board, FLASH_ACR, 5);
     write(&mut board, RCC, 0x0001_0083);
     write(&mut board, RCC + 0x04, 8 | 336 << 6 | 1 << 22 | 7 << 24);
@@ -33,20 +33,20 @@ fn board() -> Crazyflie {
     board
 }
 
-fn write(board: &mut Crazyflie, address: u32, value: u32) {
+fn write(board: &mut CrazyflieBoard, address: u32, value: u32) {
     board.write(address, Width::Word, value);
 }
 
-fn read(board: &mut Crazyflie, address: u32) -> u32 {
+fn read(board: &mut CrazyflieBoard, address: u32) -> u32 {
     board.read(address, Width::Word)
 }
 
-fn events(board: &mut Crazyflie) -> Vec<Event> {
+fn events(board: &mut CrazyflieBoard) -> Vec<BoardEvent> {
     board.take_events().into_iter().map(|(_, event)| event).collect()
 }
 
 /// Starts USART6 on PC6 and PC7 at 84 MHz / `divider`, with its receive interrupt.
-fn start_usart(board: &mut Crazyflie, divider: u32) {
+fn start_usart(board: &mut CrazyflieBoard, divider: u32) {
     write(board, GPIOC, 2 << 12 | 2 << 14);
     write(board, GPIOC + 0x20, 8 << 24 | 8 << 28);
     write(board, USART6 + 0x08, divider);
@@ -54,7 +54,7 @@ fn start_usart(board: &mut Crazyflie, divider: u32) {
 }
 
 /// Sends bytes as a driver does, and returns the bytes that came meanwhile.
-fn talk(board: &mut Crazyflie, bytes: &[u8], until: Time) -> Vec<u8> {
+fn talk(board: &mut CrazyflieBoard, bytes: &[u8], until: Time) -> Vec<u8> {
     let mut bytes = bytes.iter();
     let mut received = Vec::new();
     loop {
@@ -84,10 +84,10 @@ fn leds_shine_when_their_pins_say_so() {
     assert_eq!(events(&mut board), []);
     write(&mut board, GPIOC + 0x18, 1 << 16);
     write(&mut board, GPIOD + 0x18, 1 << 2);
-    let on = |led| Event::Led { led, on: true };
-    assert_eq!(events(&mut board), [on(Led::RedLeft), on(Led::BlueLeft)]);
+    let on = |led| BoardEvent::Led { led, on: true };
+    assert_eq!(events(&mut board), [on(BoardLed::RedLeft), on(BoardLed::BlueLeft)]);
     write(&mut board, GPIOC, 0);
-    assert_eq!(events(&mut board), [Event::Led { led: Led::RedLeft, on: false }]);
+    assert_eq!(events(&mut board), [BoardEvent::Led { led: BoardLed::RedLeft, on: false }]);
 }
 
 #[test]
@@ -109,7 +109,7 @@ fn each_motor_hangs_at_its_pin() {
         write(&mut board, port, 2 << (2 * pin));
         assert_eq!(events(&mut board), [], "alternate function 0 is not the timer");
         write(&mut board, port + 0x20 + 4 * (pin / 8), function << (4 * (pin % 8)));
-        let motor = |duty, frequency_hz| Event::Motor { number, duty, frequency_hz };
+        let motor = |duty, frequency_hz| BoardEvent::Motor { number, duty, frequency_hz };
         assert_eq!(events(&mut board), [motor(0.25, 328_125.0)]);
         write(&mut board, timer + 0x20, 0);
         assert_eq!(events(&mut board), [motor(0.0, 0.0)], "CCxE");
@@ -130,7 +130,7 @@ fn frames_go_both_ways_at_one_megabaud() {
     let echo = talk(&mut board, &channel, Time::from_millis(10));
     assert_eq!(echo, channel);
     let [(at, event)] = &board.take_events()[..] else { panic!("one event") };
-    assert_eq!(*event, Event::Syslink { kind: 1, payload: vec![0x50], intact: true });
+    assert_eq!(*event, BoardEvent::Syslink { kind: 1, payload: vec![0x50], intact: true });
     assert_eq!(*at, Time::from_micros(70));
     assert_eq!(board.statistics().peer_received, 7);
 }
@@ -194,10 +194,10 @@ fn a_timer_interrupts_at_its_line_and_time() {
 
 #[test]
 fn a_peripheral_without_its_clock_does_nothing_and_says_so_once() {
-    let mut board = Crazyflie::new(Settings::default());
+    let mut board = CrazyflieBoard::new(CrazyflieVariation::default());
     write(&mut board, TIM2 + 0x2c, 255);
     assert_eq!(read(&mut board, TIM2 + 0x2c), 0);
-    let error = Event::HardwareError(HardwareError::NoClock { base: TIM2 });
+    let error = BoardEvent::HardwareError(HardwareError::NoClock { base: TIM2 });
     assert_eq!(events(&mut board), [error]);
     assert_eq!(board.statistics().accesses_without_clock, 2);
     write(&mut board, RCC + 0x40, 1);
@@ -212,7 +212,7 @@ fn a_fast_clock_without_wait_states_is_an_error() {
     let mut board = board();
     write(&mut board, FLASH_ACR, 4);
     let error = HardwareError::FlashTooSlow { hz: 168_000_000, wait_states: 4, needed: 5 };
-    assert_eq!(events(&mut board), [Event::HardwareError(error)]);
+    assert_eq!(events(&mut board), [BoardEvent::HardwareError(error)]);
 }
 
 #[test]
@@ -227,7 +227,7 @@ fn what_has_lost_its_clock_waits_for_ever() {
     assert_eq!(board.core_clock_hz(), 0);
     assert_eq!(board.next_event(), None);
     let error = HardwareError::PllOutOfRange { input_hz: 0, vco_hz: 0 };
-    assert_eq!(events(&mut board), [Event::HardwareError(error)]);
+    assert_eq!(events(&mut board), [BoardEvent::HardwareError(error)]);
 }
 
 #[test]
@@ -272,6 +272,6 @@ fn cutting_the_power_turns_everything_off() {
     assert!(board.is_powered());
     board.advance(Time::from_millis(1_002));
     assert!(!board.is_powered());
-    let off = Event::Led { led: Led::BlueLeft, on: false };
-    assert_eq!(events(&mut board), [Event::PowerOff { acknowledged: false }, off]);
+    let off = BoardEvent::Led { led: BoardLed::BlueLeft, on: false };
+    assert_eq!(events(&mut board), [BoardEvent::PowerOff { acknowledged: false }, off]);
 }

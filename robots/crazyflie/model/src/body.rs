@@ -2,7 +2,7 @@
 //! system.
 
 use bittybuzz_arena::engine::{
-    Block, Bodies, Body, BodyModel, Medium, Pose, SettingsError, Shape, Stream, above_0,
+    Bodies, Body, BodyBlock, BodyModel, BodySize, Medium, Pose, SettingsError, Stream, above_0,
     first_wrong, not_below_0, within, wrap,
 };
 
@@ -94,8 +94,8 @@ impl CrazyflieModel {
 
 impl BodyModel for CrazyflieModel {
     /// Returns the shape; the height is that of the collision cylinder of gym-pybullet-drones.
-    fn shape(&self) -> Shape {
-        Shape { radius: self.radius, height: 25.0 }
+    fn shape(&self) -> BodySize {
+        BodySize { radius: self.radius, height: 25.0 }
     }
 
     fn top_speed(&self) -> f32 {
@@ -132,8 +132,8 @@ impl BodyModel for CrazyflieModel {
         ])
     }
 
-    fn block(&self, substep: f32) -> Box<dyn Block> {
-        Box::new(Bodies::<Crazyflie>::new(*self, substep))
+    fn block(&self, substep: f32) -> Box<dyn BodyBlock> {
+        Box::new(Bodies::<CrazyflieBody>::new(*self, substep))
     }
 }
 
@@ -145,7 +145,7 @@ const TURN: f32 = core::f32::consts::TAU;
 
 /// A Crazyflie's body.
 #[derive(Clone, Debug, Default)]
-struct Crazyflie {
+struct CrazyflieBody {
     flight: Flight,
     /// Velocity along x, y, z of the world, in mm/s.
     velocity: [f32; 3],
@@ -157,13 +157,13 @@ struct Crazyflie {
 /// The model, and the length of a substep in seconds.
 type CrazyflieStep = (CrazyflieModel, f32);
 
-impl Body for Crazyflie {
+impl Body for CrazyflieBody {
     type Numbers = CrazyflieModel;
     type Step = CrazyflieStep;
     type Controls = Flight;
 
     fn new(_: &CrazyflieModel, _: &Pose, _: &mut Stream) -> Self {
-        Crazyflie::default()
+        CrazyflieBody::default()
     }
 
     fn prepare(model: &CrazyflieModel, seconds: f32) -> CrazyflieStep {
@@ -179,7 +179,7 @@ impl Body for Crazyflie {
     }
 
     fn restart(&mut self) {
-        *self = Crazyflie::default();
+        *self = CrazyflieBody::default();
     }
 
     fn step(&mut self, pose: &mut Pose, (model, seconds): &CrazyflieStep) {
@@ -245,7 +245,7 @@ impl Body for Crazyflie {
     }
 }
 
-impl Crazyflie {
+impl CrazyflieBody {
     fn rest(&mut self) {
         self.velocity = [0.0; 3];
         self.rate = 0.0;

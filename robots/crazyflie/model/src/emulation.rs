@@ -2,10 +2,10 @@
 
 use std::time::Duration;
 
-use bittybuzz_arena::engine::{LinkStatistics, Pose, View};
+use bittybuzz_arena::engine::{LinkStatistics, Pose, RobotView};
 use bittybuzz_arena::robot::Emulation;
-use bittybuzz_emulation::message::{BoardStatistics, Command, Statistics};
-use bittybuzz_robot_spec::{Profile, Robot};
+use bittybuzz_emulation::message::{BoardStatistics, Command, RobotStatistics};
+use bittybuzz_robot_spec::{NumberProfile, Robot};
 
 use crate::CrazyflieModel;
 
@@ -28,10 +28,10 @@ impl Emulation for CrazyflieModel {
     fn image(&self, robot: &Robot) -> Option<&'static str> {
         robot.layout.as_ref()?.id?;
         Some(match robot.profile {
-            Profile::Full => {
+            NumberProfile::Full => {
                 "firmware/crazyflie/target/thumbv7em-none-eabihf/release/bittybuzz-crazyflie"
             }
-            Profile::Tiny => {
+            NumberProfile::Tiny => {
                 "firmware/crazyflie/target/tiny/thumbv7em-none-eabihf/release/bittybuzz-crazyflie"
             }
         })
@@ -49,12 +49,12 @@ impl Emulation for CrazyflieModel {
         LOOK
     }
 
-    fn sense(&self, view: &View, _: u16) -> Option<Command> {
+    fn sense(&self, view: &RobotView, _: u16) -> Option<Command> {
         let Pose { x, y, z, heading } = view.estimate?;
         Some(Command::Pose { x_mm: x, y_mm: y, z_mm: z, yaw_degrees: heading.to_degrees() })
     }
 
-    fn count(&self, statistics: &Statistics, links: &mut LinkStatistics) -> u64 {
+    fn count(&self, statistics: &RobotStatistics, links: &mut LinkStatistics) -> u64 {
         let BoardStatistics::Crazyflie(board) = &statistics.board else { return 0 };
         let air = &statistics.air;
         links.deaf += board.radio_unheard;

@@ -4,8 +4,8 @@
 use std::any::Any;
 
 use bittybuzz_arena::engine::{Io, Pose, Side, wrap};
-use bittybuzz_arena::robot::{Autopilot, Call, CallNumbers, Done, Effect, Piece, led};
-use bittybuzz_robot_spec::Function;
+use bittybuzz_arena::robot::{Autopilot, CallNumbers, Done, Effect, Piece, RobotCall, led};
+use bittybuzz_robot_spec::RobotFunction;
 
 use crate::{Flight, Velocity};
 
@@ -38,7 +38,7 @@ const FLAT: u64 = 3000;
 
 /// The task of the robot until the next call.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
-pub enum Task {
+pub enum CrazyflieTask {
     /// Stand on the ground.
     #[default]
     Grounded,
@@ -52,7 +52,7 @@ pub enum Task {
 /// The autopilot, which carries out the last call.
 #[derive(Debug, Clone, Copy, Default)]
 pub struct Pilot {
-    task: Task,
+    task: CrazyflieTask,
     /// Height of take-off in mm.
     height: f32,
     /// Time in ms at which the running function ends.
@@ -72,16 +72,16 @@ impl Pilot {
     /// Returns the command for the flight controller.
     fn fly(&mut self, here: Option<Pose>, now: u64) -> Flight {
         if self.has_given_up && self.is_down(here, now) {
-            self.task = Task::Grounded;
+            self.task = CrazyflieTask::Grounded;
         }
         let z = here.map_or(self.height, |here| here.z);
         let climb_to = |height: f32, most: f32| ((height - z) * 2.0).clamp(-most, most);
         let velocity = match self.task {
-            Task::Grounded => return Flight::Off,
-            Task::Cruise { forward, left, turn, height, climb } => {
+            CrazyflieTask::Grounded => return Flight::Off,
+            CrazyflieTask::Cruise { forward, left, turn, height, climb } => {
                 Velocity { forward, left, up: climb_to(height, climb), turn: turn.to_radians() }
             }
-            Task::Goal { to: [x, y, height], faces_x } => {
+            CrazyflieTask::Goal { to: [x, y, height], faces_x } => {
                 let Some(here) = here else { return Flight::Velocity(Velocity::default()) };
                 let (dx, dy) = (x - here.x, y - here.y);
                 let distance = libm::hypotf(dx, dy);
@@ -112,9 +112,9 @@ impl Pilot {
 
     fn cruise(&mut self, forward: f32, left: f32, turn: f32) -> Done {
         // A robot on the ground has no height to fly at, so it stays there.
-        if self.task != Task::Grounded {
+        if self.task != CrazyflieTask::Grounded {
             let height = self.height;
-            self.task = Task::Cruise { forward, left, turn, height, climb: SPEED };
+            self.task = CrazyflieTask::Cruise { forward, left, turn, height, climb: SPEED };
         }
         Done::Nil
     }
@@ -132,7 +132,7 @@ impl Pilot {
     }
 
     fn climb(&mut self, height: f32, climb: f32) {
-        self.task = Task::Cruise { forward: 0.0, left: 0.0, turn: 0.0, height, climb };
+        self.task = CrazyflieTask::Cruise { forward: 0.0, left: 0.0, turn: 0.0, height, climb };
     }
 
     /// Returns the voltage of the battery in mV.
@@ -146,7 +146,7 @@ impl Pilot {
             self.empty_since = None;
         } else if now >= *self.empty_since.get_or_insert(now) + EMPTY_TIME {
             self.has_given_up = true;
-            self.task = Task::Grounded;
+            self.task = CrazyflieTask::Grounded;
         }
     }
 }
@@ -171,7 +171,7 @@ impl Autopilot for Pilot {
     /// Lands; the robot does not take off again before it is switched off and on.
     fn give_up(&mut self, io: &mut Io<'_>) {
         self.has_given_up = true;
-        if self.task != Task::Grounded {
+        if self.task != CrazyflieTask::Grounded {
             self.descend(io.sensors.estimate(), io.milliseconds(), SPEED);
         }
     }
@@ -188,7 +188,7 @@ impl Autopilot for Pilot {
 }
 
 /// Returns the effect of a function that only the Crazyflie has; `None` for all others.
-pub fn effect(function: &Function) -> Option<Effect> {
+pub fn effect(function: &RobotFunction) -> Option<Effect> {
     let cruise = |forward: f32, turn: f32| -> Effect {
         Box::new(move |call| fly(call, Done::Nil, |pilot, _| pilot.cruise(forward, 0.0, turn)))
     };
@@ -204,7 +204,7 @@ pub fn effect(function: &Function) -> Option<Effect> {
         "takeoff" => Box::new(take_off),
         "land" => Box::new(land),
         "hover" => Box::new(|call| {
-            fly(call, Done::Nil, |pilot, Moment { numbers, .. }| {
+            fly(call, Done::Nil, |pilot, CallMoment { numbers, .. }| {
                 pilot.height = numbers.float(0);
                 pilot.climb(pilot.height, SPEED);
                 Done::Nil
@@ -214,7 +214,7 @@ pub fn effect(function: &Function) -> Option<Effect> {
         "goTo" => Box::new(|call| fly(call, Done::Int(0), |pilot, at| pilot.go(&at, true))),
         "goto" => Box::new(|call| fly(call, Done::Int(0), |pilot, at| pilot.go(&at, false))),
         "move_toward" => Box::new(|call| {
-            fly(call, Done::Nil, |pilot, Moment { numbers, .. }| {
+            fly(call, Done::Nil, |pilot, CallMoment { numbers, .. }| {
                 pilot.cruise(numbers.float(0), numbers.float(1), 0.0)
             })
         }),
@@ -247,7 +247,7 @@ pub fn effect(function: &Function) -> Option<Effect> {
 
 /// The time and the arguments of a call, and the robot's pose then.
 #[derive(Clone, Copy)]
-struct Moment<'a> {
+struct CallMoment<'a> {
     /// Time in ms.
     now: u64,
     here: Option<Pose>,
@@ -255,20 +255,20 @@ struct Moment<'a> {
     again: bool,
 }
 
-impl<'a> Moment<'a> {
-    fn new(call: &Call<'a, '_>) -> Self {
+impl<'a> CallMoment<'a> {
+    fn new(call: &RobotCall<'a, '_>) -> Self {
         let (now, here) = (call.io.milliseconds(), call.io.sensors.estimate());
-        Moment { now, here, numbers: call.numbers, again: call.again }
+        CallMoment { now, here, numbers: call.numbers, again: call.again }
     }
 }
 
 /// Lets the pilot act; returns `grounded` if it has given up.
 fn fly(
-    call: &mut Call<'_, '_>,
+    call: &mut RobotCall<'_, '_>,
     grounded: Done,
-    act: impl FnOnce(&mut Pilot, Moment<'_>) -> Done,
+    act: impl FnOnce(&mut Pilot, CallMoment<'_>) -> Done,
 ) -> Done {
-    let moment = Moment::new(call);
+    let moment = CallMoment::new(call);
     match call.autopilot::<Pilot>() {
         Some(pilot) if pilot.has_given_up => grounded,
         Some(pilot) => act(pilot, moment),
@@ -277,7 +277,7 @@ fn fly(
 }
 
 /// Sets a LED for `led(c, on)`: the red one if c is 0, otherwise the green one.
-fn set_led(call: &mut Call<'_, '_>) -> Done {
+fn set_led(call: &mut RobotCall<'_, '_>) -> Done {
     let numbers = call.numbers;
     if numbers.count() != 2 {
         return led(call);
@@ -288,12 +288,12 @@ fn set_led(call: &mut Call<'_, '_>) -> Done {
     Done::Nil
 }
 
-fn take_off(call: &mut Call<'_, '_>) -> Done {
+fn take_off(call: &mut RobotCall<'_, '_>) -> Done {
     let height = call.numbers.float(0);
     if height <= 0.0 {
         return Done::OutOfRange;
     }
-    fly(call, Done::Nil, |pilot, Moment { now, here, numbers, again }| {
+    fly(call, Done::Nil, |pilot, CallMoment { now, here, numbers, again }| {
         if !again {
             let speed = pace(height, &numbers);
             pilot.height = height;
@@ -305,28 +305,28 @@ fn take_off(call: &mut Call<'_, '_>) -> Done {
     })
 }
 
-fn land(call: &mut Call<'_, '_>) -> Done {
-    let Moment { now, here, numbers, again } = Moment::new(call);
+fn land(call: &mut RobotCall<'_, '_>) -> Done {
+    let CallMoment { now, here, numbers, again } = CallMoment::new(call);
     let Some(pilot) = call.autopilot::<Pilot>() else { return Done::Idle };
-    if !again && pilot.task != Task::Grounded && !pilot.has_given_up {
+    if !again && pilot.task != CrazyflieTask::Grounded && !pilot.has_given_up {
         let speed = if numbers.count() == 2 { pace(numbers.float(0), &numbers) } else { SPEED };
         pilot.descend(here, now, speed);
     }
-    if pilot.task != Task::Grounded && !pilot.is_down(here, now) {
+    if pilot.task != CrazyflieTask::Grounded && !pilot.is_down(here, now) {
         return Done::Wait;
     }
-    pilot.task = Task::Grounded;
+    pilot.task = CrazyflieTask::Grounded;
     Done::Nil
 }
 
 /// Spins clockwise seen from above.
-fn spin(pilot: &mut Pilot, Moment { now, numbers, again, .. }: Moment<'_>) -> Done {
+fn spin(pilot: &mut Pilot, CallMoment { now, numbers, again, .. }: CallMoment<'_>) -> Done {
     let height = numbers.float(0);
     if !again {
         pilot.deadline = now + SPIN;
         pilot.height = height;
         let turn = -numbers.float(1);
-        pilot.task = Task::Cruise { forward: 0.0, left: 0.0, turn, height, climb: SPEED };
+        pilot.task = CrazyflieTask::Cruise { forward: 0.0, left: 0.0, turn, height, climb: SPEED };
     }
     if now < pilot.deadline {
         return Done::Wait;
@@ -338,14 +338,14 @@ fn spin(pilot: &mut Pilot, Moment { now, numbers, again, .. }: Moment<'_>) -> Do
 impl Pilot {
     /// Flies to a place. `goTo` turns towards the x axis and waits until the robot has arrived;
     /// `goto` does neither.
-    fn go(&mut self, at: &Moment<'_>, is_waiting: bool) -> Done {
-        let Moment { now, here, numbers, again } = *at;
+    fn go(&mut self, at: &CallMoment<'_>, is_waiting: bool) -> Done {
+        let CallMoment { now, here, numbers, again } = *at;
         let height = if numbers.count() == 3 { numbers.float(2) } else { self.height };
         let to = [numbers.float(0), numbers.float(1), height];
         if !again {
             self.deadline = now + PATIENCE;
             self.height = height;
-            self.task = Task::Goal { to, faces_x: is_waiting };
+            self.task = CrazyflieTask::Goal { to, faces_x: is_waiting };
         }
         let Some(here) = here else { return Done::Int(0) };
         let distance = libm::hypotf(libm::hypotf(to[0] - here.x, to[1] - here.y), to[2] - here.z);
@@ -357,7 +357,7 @@ impl Pilot {
 }
 
 /// Starts the stopwatch.
-fn start(call: &mut Call<'_, '_>, from: impl FnOnce(Option<u64>, u64) -> Option<u64>) -> Done {
+fn start(call: &mut RobotCall<'_, '_>, from: impl FnOnce(Option<u64>, u64) -> Option<u64>) -> Done {
     let now = call.io.milliseconds();
     if let Some(pilot) = call.autopilot::<Pilot>() {
         pilot.started = from(pilot.started, now);

@@ -14,7 +14,7 @@ use bittybuzz_arena::robot::{Autopilot, Effect, Emulation, ModelKeys, RobotModel
 use bittybuzz_arena::scenario::Section;
 use bittybuzz_arena::scenario::keys::{RADIUS, SectionKeys};
 use bittybuzz_arena::scenario_keys;
-use bittybuzz_robot_spec::Function;
+use bittybuzz_robot_spec::RobotFunction;
 
 pub use body::{CrazyflieModel, Flight, Positioning, Velocity};
 
@@ -70,7 +70,7 @@ impl RobotModel for CrazyflieModel {
         Arc::new(model)
     }
 
-    fn effect(&self, function: &Function) -> Option<Effect> {
+    fn effect(&self, function: &RobotFunction) -> Option<Effect> {
         functions::effect(function)
     }
 

@@ -64,7 +64,7 @@ const SILENCE: u64 = 12 * BIT;
 
 /// An event that a pulse completes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Heard {
+pub enum PulseOutcome {
     /// A burst begins.
     Begin,
     /// A frame: data, type and checksum, and the cycle at which its burst began.
@@ -75,7 +75,7 @@ pub enum Heard {
 
 /// A decoder that reads frames from the times of pulses.
 #[derive(Clone, Debug, Default)]
-pub struct Decoder {
+pub struct PulseDecoder {
     /// The cycles of the first and of the last pulse of the burst.
     burst: Option<[u64; 2]>,
     /// The cycle of the current byte's start bit; `None` between bytes.
@@ -87,13 +87,16 @@ pub struct Decoder {
     is_broken: bool,
 }
 
-impl Decoder {
+impl PulseDecoder {
     /// Handles a pulse that begins at `cycle`.
-    pub fn pulse(&mut self, cycle: u64) -> Option<Heard> {
+    pub fn pulse(&mut self, cycle: u64) -> Option<PulseOutcome> {
         let Some([begin, _]) = self.burst.filter(|[_, last]| cycle - last <= SILENCE) else {
-            *self =
-                Decoder { burst: Some([cycle, cycle]), start: Some(cycle), ..Decoder::default() };
-            return Some(Heard::Begin);
+            *self = PulseDecoder {
+                burst: Some([cycle, cycle]),
+                start: Some(cycle),
+                ..PulseDecoder::default()
+            };
+            return Some(PulseOutcome::Begin);
         };
         self.burst = Some([begin, cycle]);
         if self.is_broken {
@@ -113,18 +116,18 @@ impl Decoder {
                         return None;
                     }
                     self.is_broken = true;
-                    return Some(Heard::Broken);
+                    return Some(PulseOutcome::Broken);
                 };
                 self.bytes[count] = self.byte;
                 self.count = Some(count + 1);
                 if count + 1 == BYTES {
                     self.burst = None;
-                    return Some(Heard::Frame(self.bytes, begin));
+                    return Some(PulseOutcome::Frame(self.bytes, begin));
                 }
             }
             _ => {
                 self.is_broken = true;
-                return Some(Heard::Broken);
+                return Some(PulseOutcome::Broken);
             }
         }
         None
@@ -195,18 +198,18 @@ mod tests {
     #[test]
     fn frames_are_read_from_pulses() {
         let frame = [0, 1, 0x80, 0xff, 0x55, 0xaa, 7, 8, 9, 0, 0x12, 0x34];
-        let mut decoder = Decoder::default();
+        let mut decoder = PulseDecoder::default();
         for _ in 0..2 {
             let heard: Vec<_> =
                 pulses(&frame).into_iter().filter_map(|cycle| decoder.pulse(cycle)).collect();
-            assert_eq!(heard, [Heard::Begin, Heard::Frame(frame, 1000)]);
-            decoder = Decoder::default();
+            assert_eq!(heard, [PulseOutcome::Begin, PulseOutcome::Frame(frame, 1000)]);
+            decoder = PulseDecoder::default();
         }
         // A clock error of half a bit over a byte, 5.6 %, is too much.
-        let mut slow = Decoder::default();
+        let mut slow = PulseDecoder::default();
         let stretched = pulses(&frame).into_iter().map(|cycle| cycle * 1070 / 1000);
         let heard: Vec<_> = stretched.filter_map(|cycle| slow.pulse(cycle)).collect();
-        assert_ne!(heard.last(), Some(&Heard::Frame(frame, 1070)));
+        assert_ne!(heard.last(), Some(&PulseOutcome::Frame(frame, 1070)));
     }
 
     #[test]
@@ -215,8 +218,8 @@ mod tests {
         let mut both = pulses(&frame);
         both.extend(pulses(&frame).into_iter().map(|cycle| cycle + 700));
         both.sort_unstable();
-        let mut decoder = Decoder::default();
+        let mut decoder = PulseDecoder::default();
         let heard: Vec<_> = both.into_iter().filter_map(|cycle| decoder.pulse(cycle)).collect();
-        assert_eq!(heard, [Heard::Begin, Heard::Broken]);
+        assert_eq!(heard, [PulseOutcome::Begin, PulseOutcome::Broken]);
     }
 }

@@ -10,14 +10,14 @@ mod infrared;
 use std::collections::VecDeque;
 
 use bittybuzz_chips::atmega328p::{
-    Atmega328p, AvrBoard, B, BOOT_SECTION, C, Change, D, EEPROM_SIZE, Mistake, Sample, Sent,
+    AdcSample, Atmega328p, AvrBoard, B, BOOT_SECTION, C, Change, D, EEPROM_SIZE, Mistake, Sent,
     Signal, Sleep,
 };
-use bittybuzz_chips::{Event, HardwareError, Memory, Random, ResetCause, Time};
+use bittybuzz_chips::{BoardEvent, HardwareError, MemoryContent, Random, ResetCause, Time};
 use bittybuzz_emulation::message;
 
 pub use self::infrared::{Amplitude, DIAMETER_MM, infrared_checksum};
-use self::infrared::{Decoder, Heard, is_intact, tables};
+use self::infrared::{PulseDecoder, PulseOutcome, is_intact, tables};
 
 /// The value of OSCCAL at which the oscillator has its nominal frequency, and the value after a
 /// reset, one step higher. A choice.
@@ -93,7 +93,7 @@ pub struct Edge {
 
 /// A change of a neighbour's light at the receiver.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Light {
+pub struct LightChange {
     /// The time of the change.
     pub at: Time,
     /// True if the LED goes on.
@@ -142,17 +142,17 @@ pub struct Kilobot {
     /// The cycle since which the infrared LED is on.
     lit: Option<u64>,
     edges: Vec<Edge>,
-    sending: Decoder,
+    sending: PulseDecoder,
     burst: Time,
     /// Changes of neighbours' light that are still to come, in order.
-    coming: VecDeque<Light>,
+    coming: VecDeque<LightChange>,
     /// The cycle of the next change of light; `u64::MAX` if none is known.
     next_light: u64,
     /// Neighbours whose LED is on now.
     seen: Vec<(u16, Amplitude)>,
     held: Amplitude,
     held_until: u64,
-    receiving: Decoder,
+    receiving: PulseDecoder,
     /// The first sender of the current burst, and true if other senders' pulses came in it as well.
     heard: Option<(u16, bool)>,
     colour: [u8; 3],
@@ -162,7 +162,7 @@ pub struct Kilobot {
     seed: u64,
     serial: Vec<u8>,
     errors: u32,
-    events: Vec<(Time, Event)>,
+    events: Vec<(Time, BoardEvent)>,
     statistics: KilobotStatistics,
 }
 
@@ -185,14 +185,14 @@ impl Kilobot {
             led_pins: 1,
             lit: None,
             edges: Vec::new(),
-            sending: Decoder::default(),
+            sending: PulseDecoder::default(),
             burst: Time::ZERO,
             coming: VecDeque::new(),
             next_light: u64::MAX,
             seen: Vec::new(),
             held: Amplitude::default(),
             held_until: 0,
-            receiving: Decoder::default(),
+            receiving: PulseDecoder::default(),
             heard: None,
             colour: [0; 3],
             motors: [(0.0, 0.0); 2],
@@ -255,7 +255,7 @@ impl Kilobot {
     }
 
     /// Adds changes of neighbours' LEDs, in order, after all that were added before.
-    pub fn will_see(&mut self, lights: impl IntoIterator<Item = Light>) {
+    pub fn will_see(&mut self, lights: impl IntoIterator<Item = LightChange>) {
         self.coming.extend(lights);
         self.plan_light();
     }
@@ -292,7 +292,7 @@ impl Kilobot {
         self.chip.ports[D].direction & self.chip.ports[D].port & 1 << RECEIVER != 0
     }
 
-    fn see(&mut self, light: Light, cycle: u64) {
+    fn see(&mut self, light: LightChange, cycle: u64) {
         self.seen.retain(|(from, _)| *from != light.from);
         if light.on {
             self.seen.push((light.from, light.amplitude));
@@ -317,10 +317,10 @@ impl Kilobot {
         }
         let is_mixed = self.heard.is_some_and(|(_, more)| more);
         match self.receiving.pulse(cycle) {
-            Some(Heard::Frame(frame, _)) if is_intact(&frame) && !is_mixed => {
+            Some(PulseOutcome::Frame(frame, _)) if is_intact(&frame) && !is_mixed => {
                 self.statistics.arrived += 1;
             }
-            Some(Heard::Frame(..) | Heard::Broken) => {
+            Some(PulseOutcome::Frame(..) | PulseOutcome::Broken) => {
                 let counter = if is_mixed {
                     &mut self.statistics.collided
                 } else {
@@ -328,7 +328,7 @@ impl Kilobot {
                 };
                 *counter += 1;
             }
-            Some(Heard::Begin) | None => {}
+            Some(PulseOutcome::Begin) | None => {}
         }
     }
 
@@ -339,7 +339,7 @@ impl Kilobot {
     }
 
     /// Returns the converter's reading for a sample.
-    fn measure(&self, sample: Sample) -> u16 {
+    fn measure(&self, sample: AdcSample) -> u16 {
         let noise = || {
             let mut random = Random::of(self.seed, sample.at);
             (random.bits() % (2 * NOISE + 1)) as i32 - NOISE as i32
@@ -382,7 +382,7 @@ impl Kilobot {
         if self.errors & bit == 0 {
             self.errors |= bit;
             let at = self.time(self.chip.now());
-            self.events.push((at, Event::HardwareError(error)));
+            self.events.push((at, BoardEvent::HardwareError(error)));
         }
     }
 
@@ -426,12 +426,12 @@ impl Kilobot {
     /// about a byte that was being written to the EEPROM: with [`Memory::Kept`] the write is
     /// complete, with [`Memory::Zeroed`] the byte is erased, as in the first phase of a write
     /// (table 8-1), and with [`Memory::Noise`] it is random.
-    pub fn reset(&mut self, cause: ResetCause, memory: Memory) {
+    pub fn reset(&mut self, cause: ResetCause, memory: MemoryContent) {
         if cause != ResetCause::IndependentWatchdog {
             match memory {
-                Memory::Kept => {}
-                Memory::Zeroed => self.chip.eeprom.cut(0xff),
-                Memory::Noise { .. } => self.chip.eeprom.cut(memory.noise().bits() as u8),
+                MemoryContent::Kept => {}
+                MemoryContent::Zeroed => self.chip.eeprom.cut(0xff),
+                MemoryContent::Noise { .. } => self.chip.eeprom.cut(memory.noise().bits() as u8),
             }
         }
         self.chip.reset(FACTORY_OSCCAL, cause);
@@ -472,24 +472,24 @@ impl Kilobot {
         });
         if colour != std::mem::replace(&mut self.colour, colour) {
             let [red, green, blue] = colour;
-            self.events.push((self.time(cycle), Event::Colour { red, green, blue }));
+            self.events.push((self.time(cycle), BoardEvent::Colour { red, green, blue }));
         }
     }
 
     fn note_pulse(&mut self, cycle: u64, at: Time) {
         match self.sending.pulse(cycle) {
-            Some(Heard::Begin) => {
+            Some(PulseOutcome::Begin) => {
                 self.burst = at;
                 self.statistics.aborted += 1;
             }
-            Some(Heard::Frame(frame, begin)) => {
+            Some(PulseOutcome::Frame(frame, begin)) => {
                 self.statistics.sent += 1;
                 self.statistics.aborted -= 1;
                 let air = at - self.time(begin);
-                let event = Event::Infrared { payload: frame.to_vec(), air };
+                let event = BoardEvent::Infrared { payload: frame.to_vec(), air };
                 self.events.push((at, event));
             }
-            Some(Heard::Broken) | None => {}
+            Some(PulseOutcome::Broken) | None => {}
         }
     }
 
@@ -509,7 +509,7 @@ impl Kilobot {
             };
             if signal != std::mem::replace(&mut self.motors[output], signal) {
                 let (duty, frequency_hz) = signal;
-                let event = Event::Motor { number: output as u8 + 1, duty, frequency_hz };
+                let event = BoardEvent::Motor { number: output as u8 + 1, duty, frequency_hz };
                 self.events.push((self.time(self.chip.now()), event));
             }
         }
@@ -525,12 +525,12 @@ impl Kilobot {
     }
 
     /// Returns the events since the last call, in order.
-    pub fn take_events(&mut self) -> Vec<(Time, Event)> {
+    pub fn take_events(&mut self) -> Vec<(Time, BoardEvent)> {
         self.check_led();
         if !self.serial.is_empty() {
             let at = self.time(self.chip.now());
             let bytes = std::mem::take(&mut self.serial);
-            self.events.push((at, Event::Serial { bytes }));
+            self.events.push((at, BoardEvent::Serial { bytes }));
         }
         std::mem::take(&mut self.events)
     }

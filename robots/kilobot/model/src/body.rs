@@ -12,8 +12,8 @@
 //! does not depend on the length of substeps.
 
 use bittybuzz_arena::engine::{
-    Block, Bodies, Body, BodyModel, Infrared, Link, Loss, Medium, Pose, SettingsError, Shape,
-    Stream, TICK, first_wrong, not_below_0, within, wrap,
+    Bodies, Body, BodyBlock, BodyModel, BodySize, Infrared, LinkSettings, Loss, Medium, Pose,
+    SettingsError, Stream, TICK, first_wrong, not_below_0, within, wrap,
 };
 
 /// Duties of the motors, 0 to 255. The left one turns anticlockwise, the right one clockwise.
@@ -141,8 +141,8 @@ impl KilobotModel {
 
 impl BodyModel for KilobotModel {
     /// Returns the shape; the height is the makers' figure for pins and board.
-    fn shape(&self) -> Shape {
-        Shape { radius: self.radius, height: 34.4 }
+    fn shape(&self) -> BodySize {
+        BodySize { radius: self.radius, height: 34.4 }
     }
 
     fn top_speed(&self) -> f32 {
@@ -177,7 +177,7 @@ impl BodyModel for KilobotModel {
         ])
     }
 
-    fn block(&self, substep: f32) -> Box<dyn Block> {
+    fn block(&self, substep: f32) -> Box<dyn BodyBlock> {
         Box::new(Bodies::<Kilobot>::new(*self, substep))
     }
 }
@@ -212,8 +212,11 @@ impl Preset {
     #[must_use]
     pub fn infrared(self) -> Infrared {
         let ideal = |range: f32| {
-            let link =
-                Link { range: Some(range), loss: Loss::even(0.0), ..Infrared::STANDARD.link };
+            let link = LinkSettings {
+                range: Some(range),
+                loss: Loss::even(0.0),
+                ..Infrared::STANDARD.link
+            };
             Infrared { link, distance_sigma: 0.0, ..Infrared::STANDARD }
         };
         match self {

@@ -4,11 +4,11 @@
 use std::path::Path;
 use std::time::Duration;
 
-use bittybuzz_arena::engine::{LinkStatistics, Loss, Media, Stream, View};
-use bittybuzz_arena::robot::{Emulation, Flash};
-use bittybuzz_arena::scenario::Cause;
-use bittybuzz_emulation::message::{BoardStatistics, Command, Statistics};
-use bittybuzz_emulation::{AVR_FLASH_SIZE, ClientError, Emulator, Image};
+use bittybuzz_arena::engine::{LinkStatistics, Loss, Media, RobotView, Stream};
+use bittybuzz_arena::robot::{Emulation, FlashJob};
+use bittybuzz_arena::scenario::ScenarioCause;
+use bittybuzz_emulation::message::{BoardStatistics, Command, RobotStatistics};
+use bittybuzz_emulation::{AVR_FLASH_SIZE, ClientError, Emulator, FirmwareImage};
 use bittybuzz_kilobot::calibration;
 use bittybuzz_robot_spec::Robot;
 
@@ -51,7 +51,8 @@ impl Emulation for KilobotModel {
     }
 
     fn listener_flash(&self, path: &Path) -> Result<Vec<u8>, String> {
-        let program = Image::open_avr(path, AVR_FLASH_SIZE).map_err(|error| error.to_string())?;
+        let program =
+            FirmwareImage::open_avr(path, AVR_FLASH_SIZE).map_err(|error| error.to_string())?;
         Ok(script::flash(&program))
     }
 
@@ -68,7 +69,7 @@ impl Emulation for KilobotModel {
     }
 
     /// Returns the script, and the duties of the calibration.
-    fn sections(&self, flash: &Flash<'_>) -> Result<Vec<(u32, Vec<u8>)>, Cause> {
+    fn sections(&self, flash: &FlashJob<'_>) -> Result<Vec<(u32, Vec<u8>)>, ScenarioCause> {
         let mut sections = vec![script::section(flash.firmware, flash.script, flash.robot)?];
         let KilobotModel { turn_duty, straight_duty, .. } = *self;
         let duties = [turn_duty, turn_duty, straight_duty, straight_duty];
@@ -105,7 +106,7 @@ impl Emulation for KilobotModel {
         emulator.start_kilobots(now)
     }
 
-    fn sense(&self, _: &View, light: u16) -> Option<Command> {
+    fn sense(&self, _: &RobotView, light: u16) -> Option<Command> {
         Some(Command::Surroundings { light, celsius: CELSIUS })
     }
 
@@ -113,7 +114,7 @@ impl Emulation for KilobotModel {
         [left, right].map(|duty| (100.0 * duty) as f32)
     }
 
-    fn count(&self, statistics: &Statistics, links: &mut LinkStatistics) -> u64 {
+    fn count(&self, statistics: &RobotStatistics, links: &mut LinkStatistics) -> u64 {
         if let BoardStatistics::Kilobot(board) = &statistics.board {
             links.sent += board.infrared_sent;
             links.received += board.infrared_arrived;

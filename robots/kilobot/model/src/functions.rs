@@ -1,7 +1,7 @@
 //! The robot functions of the Kilobot in the simulator.
 
-use bittybuzz_arena::robot::{Call, Done, Effect};
-use bittybuzz_robot_spec::Function;
+use bittybuzz_arena::robot::{Done, Effect, RobotCall};
+use bittybuzz_robot_spec::RobotFunction;
 
 use crate::{KilobotModel, KilobotMotors};
 
@@ -9,7 +9,7 @@ use crate::{KilobotModel, KilobotMotors};
 const CHARGED: i32 = 876;
 
 /// Returns the effect of a function that only the Kilobot has; `None` for all others.
-pub fn effect(model: &KilobotModel, function: &Function) -> Option<Effect> {
+pub fn effect(model: &KilobotModel, function: &RobotFunction) -> Option<Effect> {
     let motors = |left: u8, right: u8| -> Effect {
         Box::new(move |call| set_motors(call, KilobotMotors { left, right }))
     };
@@ -25,13 +25,13 @@ pub fn effect(model: &KilobotModel, function: &Function) -> Option<Effect> {
     })
 }
 
-fn set_motor(call: &mut Call<'_, '_>) -> Done {
+fn set_motor(call: &mut RobotCall<'_, '_>) -> Done {
     let duty = |index| u8::try_from(call.numbers.int(index));
     let (Ok(left), Ok(right)) = (duty(0), duty(1)) else { return Done::OutOfRange };
     set_motors(call, KilobotMotors { left, right })
 }
 
-fn set_motors(call: &mut Call<'_, '_>, command: KilobotMotors) -> Done {
+fn set_motors(call: &mut RobotCall<'_, '_>, command: KilobotMotors) -> Done {
     if let Some(motors) = call.io.controls() {
         *motors = command;
     }

@@ -16,7 +16,7 @@ use bittybuzz_arena::robot::{Effect, Emulation, ModelKeys, RobotModel};
 use bittybuzz_arena::scenario::Section;
 use bittybuzz_arena::scenario::keys::{GAIN_ERROR, RADIUS, SectionKeys};
 use bittybuzz_arena::scenario_keys;
-use bittybuzz_robot_spec::Function;
+use bittybuzz_robot_spec::RobotFunction;
 
 pub use body::{KilobotModel, KilobotMotors, Preset};
 
@@ -92,7 +92,7 @@ impl RobotModel for KilobotModel {
         5_000
     }
 
-    fn effect(&self, function: &Function) -> Option<Effect> {
+    fn effect(&self, function: &RobotFunction) -> Option<Effect> {
         functions::effect(self, function)
     }
 

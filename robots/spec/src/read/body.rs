@@ -6,8 +6,8 @@ use std::ops::RangeInclusive;
 use bittybuzz_toml_reader::TomlError;
 
 use super::{Entry, Section, given, one_line};
-use crate::body::{Body, Drive};
-use crate::error::Cause;
+use crate::body::{BodySpec, DriveSpec};
+use crate::error::RobotFileCause;
 use crate::sensor::{Sensor, SensorKind};
 use crate::signature;
 
@@ -93,7 +93,7 @@ fn determining_word(
         }
         if let Some(entry) = section.get(other) {
             let known = [common, own].concat();
-            entry.fail(Cause::KeyOfAnother { key: other, word, known });
+            entry.fail(RobotFileCause::KeyOfAnother { key: other, word, known });
         }
     }
     Some(word)
@@ -113,18 +113,18 @@ fn number_or(
     section.get(key).map_or(Some(usual), |entry| entry.number(range))
 }
 
-pub fn drive(section: &Section<'_>) -> Option<Drive> {
+pub fn drive(section: &Section<'_>) -> Option<DriveSpec> {
     let word = determining_word(section, "drive", &COMMON_BODY_KEYS, &DRIVES)?;
     drive_of(section, word)
 }
 
 /// Reads a body whose drive is already read.
-pub fn body(section: &Section<'_>, drive: Option<Drive>) -> Option<Body> {
+pub fn body(section: &Section<'_>, drive: Option<DriveSpec>) -> Option<BodySpec> {
     let radius_mm = number(section, "radius_mm", SIZE);
     let height_mm = number_or(section, "height_mm", SIZE, 2.0 * radius_mm.unwrap_or(1.0));
     let gain_error = number_or(section, "gain_error", SHARE, 0.0);
     let noise = number_or(section, "noise", SHARE, 0.0);
-    Some(Body {
+    Some(BodySpec {
         drive: drive?,
         radius_mm: radius_mm?,
         height_mm: height_mm?,
@@ -133,11 +133,11 @@ pub fn body(section: &Section<'_>, drive: Option<Drive>) -> Option<Body> {
     })
 }
 
-fn drive_of(section: &Section<'_>, word: &str) -> Option<Drive> {
+fn drive_of(section: &Section<'_>, word: &str) -> Option<DriveSpec> {
     let speed_mm_s = number(section, "speed_mm_s", SPEED);
     if word == "differential" {
         let wheel_distance_mm = number(section, "wheel_distance_mm", SIZE);
-        return Some(Drive::Differential {
+        return Some(DriveSpec::Differential {
             wheel_distance_mm: wheel_distance_mm?,
             speed_mm_s: speed_mm_s?,
         });
@@ -147,7 +147,7 @@ fn drive_of(section: &Section<'_>, word: &str) -> Option<Drive> {
         let climb_mm_s = number(section, "climb_mm_s", SPEED);
         let lag_s = number_or(section, "lag_s", 0.0..=10.0, 0.2);
         let crash_speed_mm_s = number_or(section, "crash_speed_mm_s", SPEED, 0.0);
-        return Some(Drive::Quadrotor {
+        return Some(DriveSpec::Quadrotor {
             speed_mm_s: speed_mm_s?,
             climb_mm_s: climb_mm_s?,
             turn_deg_s: turn_deg_s?,
@@ -157,8 +157,8 @@ fn drive_of(section: &Section<'_>, word: &str) -> Option<Drive> {
     }
     let (speed_mm_s, turn_deg_s) = (speed_mm_s?, turn_deg_s?);
     Some(match word {
-        "unicycle" => Drive::Unicycle { speed_mm_s, turn_deg_s },
-        _ => Drive::SlipStick { speed_mm_s, turn_deg_s },
+        "unicycle" => DriveSpec::Unicycle { speed_mm_s, turn_deg_s },
+        _ => DriveSpec::SlipStick { speed_mm_s, turn_deg_s },
     })
 }
 
@@ -177,7 +177,7 @@ pub fn sensor(section: &Section<'_>, names: &mut SensorNames) -> Option<Sensor> 
     if kind == Some("range-and-bearing") {
         let line = section.place().line;
         match names.link {
-            Some(line) => section.get("kind")?.fail(Cause::SecondLink { line }),
+            Some(line) => section.get("kind")?.fail(RobotFileCause::SecondLink { line }),
             None => names.link = Some(line),
         }
     }
@@ -190,11 +190,11 @@ pub fn sensor(section: &Section<'_>, names: &mut SensorNames) -> Option<Sensor> 
 fn sensor_name(entry: &Entry<'_>, names: &mut SensorNames) -> Option<String> {
     let name = one_line(entry)?;
     if !signature::is_identifier(&name) {
-        entry.fail(Cause::BadIdentifier { name });
+        entry.fail(RobotFileCause::BadIdentifier { name });
         return None;
     }
     if let Some(line) = names.lines.get(&name) {
-        entry.fail(Cause::DuplicateName { name, line: *line });
+        entry.fail(RobotFileCause::DuplicateName { name, line: *line });
         return None;
     }
     names.lines.insert(name.clone(), entry.place().line);
@@ -252,7 +252,7 @@ fn beams(section: &Section<'_>) -> Option<Vec<f64>> {
     }
     let items = list.list()?;
     if items.is_empty() || items.len() > MOST_BEAMS as usize {
-        list.fail(Cause::NumberOfBeams { count: items.len(), most: MOST_BEAMS });
+        list.fail(RobotFileCause::NumberOfBeams { count: items.len(), most: MOST_BEAMS });
         return None;
     }
     let directions: Vec<_> = items.iter().map(|item| item.number(DIRECTION)).collect();

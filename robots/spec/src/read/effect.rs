@@ -1,11 +1,11 @@
 //! Reads `sets`, `reads` and `logs` of a `[[function]]`.
 
 use super::{Entry, Section, given};
-use crate::body::Drive;
-use crate::effect::{Amount, Assignment, Effect, Quantity};
-use crate::error::Cause;
-use crate::sensor::{Reading, Sensor, SensorKind, SensorValue};
-use crate::{Function, Parameter, Type};
+use crate::body::DriveSpec;
+use crate::effect::{ActuatorQuantity, Amount, EffectAssignment, FunctionEffect};
+use crate::error::RobotFileCause;
+use crate::sensor::{Sensor, SensorKind, SensorReading, SensorValue};
+use crate::{Parameter, RobotFunction, SignatureType};
 
 pub const SETS: &str = "`sets`";
 
@@ -17,14 +17,14 @@ const EFFECT_KEYS: [&str; 3] = ["sets", "reads", "logs"];
 pub type Sensors = [Option<Sensor>];
 
 pub fn sets_keys() -> Vec<&'static str> {
-    Quantity::ALL.map(Quantity::name).to_vec()
+    ActuatorQuantity::ALL.map(ActuatorQuantity::name).to_vec()
 }
 
 /// Reports the effects of a function of a robot without a body.
 pub fn refuse(section: &Section<'_>) {
     for key in EFFECT_KEYS {
         if let Some(entry) = section.get(key) {
-            entry.fail(Cause::NoBody { key });
+            entry.fail(RobotFileCause::NoBody { key });
         }
     }
 }
@@ -33,12 +33,12 @@ pub fn refuse(section: &Section<'_>) {
 /// drive of `None` has a mistake that is already reported.
 pub fn effect(
     section: &Section<'_>,
-    function: &Function,
-    drive: Option<Drive>,
+    function: &RobotFunction,
+    drive: Option<DriveSpec>,
     sensors: &Sensors,
-) -> Option<Effect> {
+) -> Option<FunctionEffect> {
     if EFFECT_KEYS.iter().all(|key| section.get(key).is_none()) {
-        section.fail(Cause::NoEffect { name: function.name.clone() });
+        section.fail(RobotFileCause::NoEffect { name: function.name.clone() });
         return None;
     }
     let sets = section.get("sets").map(|entry| {
@@ -48,35 +48,42 @@ pub fn effect(
     let logs = section.get("logs").map_or(Some(false), |entry| entry.boolean());
     let reads = section.get("reads").map(|entry| reading(&entry, function, sensors));
     if reads.is_none() && logs == Some(false) && function.returns.is_some() {
-        section.get("returns")?.fail(Cause::ReturnsNothingRead { name: function.name.clone() });
+        section
+            .get("returns")?
+            .fail(RobotFileCause::ReturnsNothingRead { name: function.name.clone() });
         return None;
     }
-    Some(Effect { sets: given(sets)?.unwrap_or_default(), logs: logs?, reads: given(reads)? })
+    Some(FunctionEffect {
+        sets: given(sets)?.unwrap_or_default(),
+        logs: logs?,
+        reads: given(reads)?,
+    })
 }
 
 fn assignments(
     section: &Section<'_>,
-    function: &Function,
-    drive: Drive,
-) -> Option<Vec<Assignment>> {
+    function: &RobotFunction,
+    drive: DriveSpec,
+) -> Option<Vec<EffectAssignment>> {
     let mut assignments = Some(Vec::new());
     let mut count = 0;
-    for quantity in Quantity::ALL {
+    for quantity in ActuatorQuantity::ALL {
         let Some(entry) = section.get(quantity.name()) else { continue };
         count += 1;
         let amount = amount(&entry, quantity, function, drive);
         match (amount, &mut assignments) {
-            (Some(amount), Some(list)) => list.push(Assignment { quantity, amount }),
+            (Some(amount), Some(list)) => list.push(EffectAssignment { quantity, amount }),
             (None, _) => assignments = None,
             (Some(_), None) => {}
         }
     }
     let assignments = assignments?;
     if count == 0 {
-        section.fail(Cause::SetsNothing);
+        section.fail(RobotFileCause::SetsNothing);
         return None;
     }
-    let is_set_by = |list: &Vec<Parameter>, assignment: &Assignment| match &assignment.amount {
+    let is_set_by = |list: &Vec<Parameter>, assignment: &EffectAssignment| match &assignment.amount
+    {
         Amount::Constant(_) => true,
         Amount::Parameter { name, .. } => list.iter().any(|parameter| parameter.name == *name),
     };
@@ -86,7 +93,7 @@ fn assignments(
         .find(|list| !assignments.iter().any(|assignment| is_set_by(list, assignment)));
     if let Some(list) = idle {
         let list: Vec<String> = list.iter().map(Parameter::to_string).collect();
-        section.fail(Cause::ListSetsNothing { list: list.join(", ") });
+        section.fail(RobotFileCause::ListSetsNothing { list: list.join(", ") });
         return None;
     }
     Some(assignments)
@@ -95,15 +102,17 @@ fn assignments(
 /// Reads a number, or a text such as `"speed"`, `"-rate rad/s"`, `"50 %"` and `"duty of 255"`.
 fn amount(
     entry: &Entry<'_>,
-    quantity: Quantity,
-    function: &Function,
-    drive: Drive,
+    quantity: ActuatorQuantity,
+    function: &RobotFunction,
+    drive: DriveSpec,
 ) -> Option<Amount> {
-    if !drive.quantities().contains(&quantity) && !Quantity::OF_EVERY_BODY.contains(&quantity) {
-        let known = drive.quantities().iter().chain(&Quantity::OF_EVERY_BODY);
+    if !drive.quantities().contains(&quantity)
+        && !ActuatorQuantity::OF_EVERY_BODY.contains(&quantity)
+    {
+        let known = drive.quantities().iter().chain(&ActuatorQuantity::OF_EVERY_BODY);
         let known = known.map(|known| known.name()).collect();
         let (key, drive) = (quantity.name(), drive.name());
-        entry.fail(Cause::NotOfDrive { key, drive, known });
+        entry.fail(RobotFileCause::NotOfDrive { key, drive, known });
         return None;
     }
     if entry.value.as_str().is_none() {
@@ -118,7 +127,7 @@ fn amount(
     }
     let (name, sign) = word.strip_prefix('-').map_or((word, 1.0), |name| (name, -1.0));
     if !crate::signature::is_identifier(name) {
-        entry.fail(Cause::BadAmount { text: text.to_owned() });
+        entry.fail(RobotFileCause::BadAmount { text: text.to_owned() });
         return None;
     }
     let mut same_name = function.accepts.iter().flatten().filter(|known| known.name == name);
@@ -129,14 +138,15 @@ fn amount(
                 known.push(parameter.name.clone());
             }
         }
-        entry.fail(Cause::UnknownParameter { name: name.to_owned(), known });
+        entry.fail(RobotFileCause::UnknownParameter { name: name.to_owned(), known });
         return None;
     };
     let is_number = |parameter: &&Parameter| {
-        matches!(parameter.kind, Type::Int | Type::Number) && !parameter.is_repeated
+        matches!(parameter.kind, SignatureType::Int | SignatureType::Number)
+            && !parameter.is_repeated
     };
     if let Some(other) = [first].into_iter().chain(same_name).find(|known| !is_number(known)) {
-        entry.fail(Cause::NoNumber { parameter: other.to_string() });
+        entry.fail(RobotFileCause::NoNumber { parameter: other.to_string() });
         return None;
     }
     Some(Amount::Parameter { name: name.to_owned(), factor: sign * factor })
@@ -144,7 +154,12 @@ fn amount(
 
 /// Reads the text after a value: nothing, a unit, `%`, or `of` with the number that stands for the
 /// largest value.
-fn factor(entry: &Entry<'_>, unit: &str, quantity: Quantity, drive: Drive) -> Option<f64> {
+fn factor(
+    entry: &Entry<'_>,
+    unit: &str,
+    quantity: ActuatorQuantity,
+    drive: DriveSpec,
+) -> Option<f64> {
     if unit.is_empty() {
         return Some(1.0);
     }
@@ -165,13 +180,21 @@ fn factor(entry: &Entry<'_>, unit: &str, quantity: Quantity, drive: Drive) -> Op
         if drive.most(quantity).is_some() {
             known.extend(["%", "of NUMBER"]);
         }
-        entry.fail(Cause::UnknownUnit { unit: unit.to_owned(), key: quantity.name(), known });
+        entry.fail(RobotFileCause::UnknownUnit {
+            unit: unit.to_owned(),
+            key: quantity.name(),
+            known,
+        });
     }
     found.map(|(_, factor)| *factor)
 }
 
 /// Reads `"SENSOR"` or `"SENSOR.VALUE"`.
-fn reading(entry: &Entry<'_>, function: &Function, sensors: &Sensors) -> Option<Reading> {
+fn reading(
+    entry: &Entry<'_>,
+    function: &RobotFunction,
+    sensors: &Sensors,
+) -> Option<SensorReading> {
     let text = entry.string()?;
     let (name, value) = match text.split_once('.') {
         Some((name, value)) => (name, Some(value)),
@@ -182,18 +205,21 @@ fn reading(entry: &Entry<'_>, function: &Function, sensors: &Sensors) -> Option<
         // The name may be that of a sensor with a mistake.
         if sensors.iter().all(Option::is_some) {
             let known = sensors.iter().flatten().map(|sensor| sensor.name.clone()).collect();
-            entry.fail(Cause::UnknownSensor { name: name.to_owned(), known });
+            entry.fail(RobotFileCause::UnknownSensor { name: name.to_owned(), known });
         }
         return None;
     };
     let sensor = sensors.get(place)?.as_ref()?;
     let value = sensor_value(entry, sensor, value, function)?;
-    if !matches!(function.returns, Some(Type::Int | Type::Number | Type::Any)) {
-        entry.fail(Cause::ReadsWithoutResult { name: function.name.clone() });
+    if !matches!(
+        function.returns,
+        Some(SignatureType::Int | SignatureType::Number | SignatureType::Any)
+    ) {
+        entry.fail(RobotFileCause::ReadsWithoutResult { name: function.name.clone() });
         return None;
     }
-    let wanted: &[Type] = match value {
-        SensorValue::BeamOfArgument => &[Type::Int],
+    let wanted: &[SignatureType] = match value {
+        SensorValue::BeamOfArgument => &[SignatureType::Int],
         _ => &[],
     };
     let takes = |list: &Vec<Parameter>| {
@@ -202,21 +228,21 @@ fn reading(entry: &Entry<'_>, function: &Function, sensors: &Sensors) -> Option<
     if value == SensorValue::BeamOfArgument && !function.accepts.iter().all(takes) {
         let SensorKind::Proximity { directions_deg, .. } = &sensor.kind else { return None };
         let (sensor, count) = (sensor.name.clone(), directions_deg.len());
-        entry.fail(Cause::WhichBeam { sensor, count, most: count - 1 });
+        entry.fail(RobotFileCause::WhichBeam { sensor, count, most: count - 1 });
         return None;
     }
-    Some(Reading { sensor: place, value })
+    Some(SensorReading { sensor: place, value })
 }
 
 fn sensor_value(
     entry: &Entry<'_>,
     sensor: &Sensor,
     value: Option<&str>,
-    function: &Function,
+    function: &RobotFunction,
 ) -> Option<SensorValue> {
     let unknown = |known: Vec<String>| {
         let (sensor, value) = (sensor.name.clone(), value.map(str::to_owned));
-        entry.fail(Cause::UnknownSensorValue { sensor, value, known });
+        entry.fail(RobotFileCause::UnknownSensorValue { sensor, value, known });
         None
     };
     match &sensor.kind {

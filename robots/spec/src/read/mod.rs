@@ -6,17 +6,18 @@ mod effect;
 use std::collections::{HashMap, HashSet};
 use std::ops::RangeInclusive;
 
-use bittybuzz_toml_reader::{self as toml_reader, Source};
+use bittybuzz_toml_reader::{self as toml_reader, SourceText};
 use bittybuzz_vm_core::builtin::{self, Library};
 use bittybuzz_vm_core::message::{FULL_FRAME, TINY_FRAME};
 use bittybuzz_vm_core::{Parts, Periods};
 
-use crate::error::{Cause, RobotErrors};
+use crate::error::{RobotErrors, RobotFileCause};
 use crate::generate::constant;
 use crate::layout::{Layout, PLACE, Region};
-use crate::signature::{self, Parameter, Type};
+use crate::signature::{self, Parameter, SignatureType};
 use crate::{
-    Budget, Function, Indicator, OnFault, Profile, Robot, SensorTable, Setting, VmSizes, name_hash,
+    Budget, Indicator, NumberProfile, OnFault, Robot, RobotFunction, SensorTable, Setting, VmSizes,
+    name_hash,
 };
 use body::{BODY, SENSOR, SensorNames};
 use effect::SETS;
@@ -30,8 +31,8 @@ const KEYWORDS: &[&str] = &[
 /// The global that holds the robot's id.
 const ID: &str = "id";
 
-type Section<'a> = toml_reader::Section<'a, Cause>;
-type Entry<'a> = toml_reader::Entry<'a, Cause>;
+type Section<'a> = toml_reader::Section<'a, RobotFileCause>;
+type Entry<'a> = toml_reader::TomlEntry<'a, RobotFileCause>;
 
 const ROOT: &str = "the file";
 const VM: &str = "[vm]";
@@ -102,7 +103,7 @@ pub fn simulator_keys() -> Vec<&'static str> {
 
 /// Reads the text of a robot file.
 pub fn robot(text: &str, path: &str) -> Result<Robot, RobotErrors> {
-    let source = Source::new(path, text);
+    let source = SourceText::new(path, text);
     toml_reader::read(&source, &[], (ROOT, &keys), root).map_err(RobotErrors)
 }
 
@@ -114,14 +115,14 @@ fn root(root: &Section<'_>) -> Option<Robot> {
     let may_lack = |key| chip.is_none() && root.get(key).is_none();
     let title = if may_lack("title") { name.clone() } else { line(root, "title") };
     let profile = match may_lack("profile") {
-        true => Some(Profile::Full),
+        true => Some(NumberProfile::Full),
         false => root.required("profile").and_then(|entry| entry.word(&PROFILES)),
     };
     let tick_hz = match may_lack("tick_hz") {
         true => Some(DEFAULT_TICK_HZ),
         false => integer(root, "tick_hz", 1..=100),
     };
-    let least_bytes = message_bytes(profile.unwrap_or(Profile::Tiny));
+    let least_bytes = message_bytes(profile.unwrap_or(NumberProfile::Tiny));
     let message_bytes = match may_lack("message_bytes") {
         true => Some(least_bytes),
         false => integer(root, "message_bytes", least_bytes..=255),
@@ -148,7 +149,7 @@ fn root(root: &Section<'_>) -> Option<Robot> {
     let mut sensor_names = SensorNames::default();
     let sensors = root.sections("sensor", SENSOR);
     if let (None, Some(sensor)) = (&drive, sensors.first()) {
-        sensor.fail(Cause::NoBody { key: "sensor" });
+        sensor.fail(RobotFileCause::NoBody { key: "sensor" });
     }
     let sensors: Vec<_> =
         sensors.iter().map(|section| body::sensor(section, &mut sensor_names)).collect();
@@ -202,7 +203,7 @@ fn root(root: &Section<'_>) -> Option<Robot> {
     if slots > most {
         let (slot_bytes, memory, least) =
             (robot.slot_bytes(), robot.vm.memory, robot.least_memory());
-        let cause = Cause::TooManySlots { slots, slot_bytes, memory, most, least };
+        let cause = RobotFileCause::TooManySlots { slots, slot_bytes, memory, most, least };
         vm_section?.get("slots")?.fail(cause);
         return None;
     }
@@ -238,14 +239,16 @@ const DEFAULT_SIZES: VmSizes = VmSizes {
     advertise_steps: Periods::DEFAULT.advertise as u32,
 };
 
-const PROFILES: [(&str, Profile); 2] =
-    [(Profile::Tiny.name(), Profile::Tiny), (Profile::Full.name(), Profile::Full)];
+const PROFILES: [(&str, NumberProfile); 2] = [
+    (NumberProfile::Tiny.name(), NumberProfile::Tiny),
+    (NumberProfile::Full.name(), NumberProfile::Full),
+];
 
 fn robot_name(root: &Section<'_>) -> Option<String> {
     let entry = root.required("name")?;
     let name = one_line(&entry)?;
     if !is_robot_name(&name) {
-        entry.fail(Cause::BadRobotName { name });
+        entry.fail(RobotFileCause::BadRobotName { name });
         return None;
     }
     Some(name)
@@ -290,10 +293,10 @@ fn budget(section: &Section<'_>) -> Option<Budget> {
 }
 
 /// Returns the bytes of the longest message after its type.
-fn message_bytes(profile: Profile) -> u32 {
+fn message_bytes(profile: NumberProfile) -> u32 {
     let frame = match profile {
-        Profile::Tiny => TINY_FRAME,
-        Profile::Full => FULL_FRAME,
+        NumberProfile::Tiny => TINY_FRAME,
+        NumberProfile::Full => FULL_FRAME,
     };
     frame as u32 - 1
 }
@@ -320,14 +323,14 @@ fn layout(section: &Section<'_>) -> Option<Layout> {
     for (index, (key, region)) in regions.iter().copied().enumerate() {
         let mut before = regions.iter().take(index);
         if let Some((other, _)) = before.find(|(_, other)| other.overlaps(region)) {
-            section.get(key)?.fail(Cause::Overlap { key, other });
+            section.get(key)?.fail(RobotFileCause::Overlap { key, other });
         }
     }
     let script_log = section.boolean("script_log").unwrap_or(false);
     if let (true, Some(Some(Region { size, .. }))) = (script_log, script)
         && !size.is_multiple_of(2 * PLACE)
     {
-        section.get("script_log")?.fail(Cause::BadLog { size, unit: 2 * PLACE });
+        section.get("script_log")?.fail(RobotFileCause::BadLog { size, unit: 2 * PLACE });
     }
     Some(Layout {
         application: application??,
@@ -345,7 +348,7 @@ fn region(region: &Section<'_>) -> Option<Region> {
     if let Some(address) = address
         && !address.is_multiple_of(ALIGNMENT)
     {
-        region.get("address")?.fail(Cause::Unaligned { address, to: ALIGNMENT });
+        region.get("address")?.fail(RobotFileCause::Unaligned { address, to: ALIGNMENT });
         return None;
     }
     let size = integer(region, "size", ALIGNMENT..=u32::MAX - address.unwrap_or(0));
@@ -355,19 +358,19 @@ fn region(region: &Section<'_>) -> Option<Region> {
 /// The largest value of a setting, which has 16 bits.
 const MOST_SETTING: u32 = u16::MAX as u32;
 
-fn function(section: &Section<'_>, names: &mut Names) -> Option<Function> {
+fn function(section: &Section<'_>, names: &mut Names) -> Option<RobotFunction> {
     let name = section.required("name").and_then(|entry| {
         let name = name_of(&entry)?;
         names.add_function(&entry, &name).then_some(name)
     });
     let accepts = section.required("accepts").and_then(|entry| argument_lists(&entry));
     let returns = section.get("returns").map(|entry| {
-        let found = Type::from_name(entry.string()?);
+        let found = SignatureType::from_name(entry.string()?);
         found.map_err(|cause| entry.fail(cause)).ok()
     });
     let waits = section.boolean("waits").unwrap_or(false);
     let help = line(section, "help");
-    Some(Function {
+    Some(RobotFunction {
         name: name?,
         accepts: accepts?,
         returns: given(returns)?,
@@ -385,11 +388,11 @@ fn sensor_table(section: &Section<'_>, names: &mut Names) -> Option<SensorTable>
     let fields = section.required("fields").and_then(|entry| {
         let fields = parameters(&entry)?;
         if fields.is_empty() {
-            entry.fail(Cause::NoFields);
+            entry.fail(RobotFileCause::NoFields);
             return None;
         }
         if let Some(field) = fields.last().filter(|field| field.is_repeated) {
-            entry.fail(Cause::RepeatedField { field: field.to_string() });
+            entry.fail(RobotFileCause::RepeatedField { field: field.to_string() });
             return None;
         }
         Some(fields)
@@ -440,7 +443,7 @@ fn line(section: &Section<'_>, key: &'static str) -> Option<String> {
 fn one_line(entry: &Entry<'_>) -> Option<String> {
     let text = entry.string()?;
     if text.trim().is_empty() || text.contains(char::is_control) {
-        entry.fail(Cause::NotOneLine { key: entry.key.clone() });
+        entry.fail(RobotFileCause::NotOneLine { key: entry.key.clone() });
         return None;
     }
     Some(text.to_owned())
@@ -450,7 +453,7 @@ fn one_line(entry: &Entry<'_>) -> Option<String> {
 fn name_of(entry: &Entry<'_>) -> Option<String> {
     let name = entry.string()?.to_owned();
     if !signature::is_identifier(&name) {
-        entry.fail(Cause::BadIdentifier { name });
+        entry.fail(RobotFileCause::BadIdentifier { name });
         return None;
     }
     Some(name)
@@ -464,7 +467,7 @@ fn parameters(entry: &Entry<'_>) -> Option<Vec<Parameter>> {
 fn argument_lists(entry: &Entry<'_>) -> Option<Vec<Vec<Parameter>>> {
     let items = entry.list()?;
     if items.is_empty() {
-        entry.fail(Cause::AcceptsNothing);
+        entry.fail(RobotFileCause::AcceptsNothing);
         return None;
     }
     let mut kinds = HashSet::new();
@@ -472,7 +475,7 @@ fn argument_lists(entry: &Entry<'_>) -> Option<Vec<Vec<Parameter>>> {
         let list = parameters(item)?;
         let types = list.iter().map(|parameter| (parameter.kind, parameter.is_repeated));
         if !kinds.insert(types.collect::<Vec<_>>()) {
-            item.fail(Cause::RepeatedList);
+            item.fail(RobotFileCause::RepeatedList);
             return None;
         }
         Some(list)
@@ -505,9 +508,13 @@ impl Names {
         }
         let constant = constant(name);
         let cause = if let Some(other) = self.hashes.get(&name_hash(name)) {
-            Cause::HashCollision { name: name.to_owned(), other: other.clone() }
+            RobotFileCause::HashCollision { name: name.to_owned(), other: other.clone() }
         } else if let Some(other) = self.constants.get(&constant) {
-            Cause::ConstantCollision { name: name.to_owned(), other: other.clone(), constant }
+            RobotFileCause::ConstantCollision {
+                name: name.to_owned(),
+                other: other.clone(),
+                constant,
+            }
         } else {
             self.hashes.insert(name_hash(name), name.to_owned());
             self.constants.insert(constant, name.to_owned());
@@ -520,11 +527,11 @@ impl Names {
     /// Adds a name. Reports a name that cannot be used, and then returns false.
     fn add(&mut self, entry: &Entry<'_>, name: &str, reserved: bool) -> bool {
         if reserved {
-            entry.fail(Cause::Reserved { name: name.to_owned() });
+            entry.fail(RobotFileCause::Reserved { name: name.to_owned() });
             return false;
         }
         if let Some(line) = self.defined.get(name) {
-            entry.fail(Cause::DuplicateName { name: name.to_owned(), line: *line });
+            entry.fail(RobotFileCause::DuplicateName { name: name.to_owned(), line: *line });
             return false;
         }
         self.defined.insert(name.to_owned(), entry.place().line);

@@ -14,7 +14,7 @@ fn right() -> Robot {
 #[test]
 fn a_description_needs_no_sizes() {
     let robot = right();
-    assert_eq!((robot.title.as_str(), robot.profile), ("rover", Profile::Full));
+    assert_eq!((robot.title.as_str(), robot.profile), ("rover", NumberProfile::Full));
     assert_eq!((robot.tick_hz, robot.message_bytes), (10, 48));
     assert_eq!(robot.vm.memory, robot.least_memory());
     assert!(robot.vm.slots >= 400 && robot.vm.neighbors > 0);
@@ -29,10 +29,10 @@ fn a_description_needs_no_sizes() {
 fn a_body_and_its_sensors_are_read() {
     let robot = right();
     let body = robot.body.unwrap();
-    let drive = Drive::Differential { wheel_distance_mm: 60.0, speed_mm_s: 150.0 };
+    let drive = DriveSpec::Differential { wheel_distance_mm: 60.0, speed_mm_s: 150.0 };
     assert_eq!((body.drive, body.radius_mm, body.height_mm), (drive, 40.0, 80.0));
     assert_eq!((body.gain_error, body.noise), (0.0, 0.05));
-    let most_turn = drive.most(Quantity::Turn).unwrap();
+    let most_turn = drive.most(ActuatorQuantity::Turn).unwrap();
     assert!((most_turn - 286.478_9).abs() < 0.001, "{most_turn}");
     let [ring, radio, cell] = robot.sensors.as_slice() else { panic!("{:?}", robot.sensors) };
     let directions_deg = vec![0.0, 45.0, 90.0, 135.0, 180.0, 225.0, 270.0, 315.0];
@@ -49,17 +49,17 @@ fn drives_and_their_quantities() {
     for (keys, drive, quantities) in [
         (
             "drive = \"unicycle\"\nturn_deg_s = 90",
-            Drive::Unicycle { speed_mm_s: 150.0, turn_deg_s: 90.0 },
+            DriveSpec::Unicycle { speed_mm_s: 150.0, turn_deg_s: 90.0 },
             "forward turn",
         ),
         (
             "drive = \"slip-stick\"\nturn_deg_s = 45",
-            Drive::SlipStick { speed_mm_s: 150.0, turn_deg_s: 45.0 },
+            DriveSpec::SlipStick { speed_mm_s: 150.0, turn_deg_s: 45.0 },
             "left_motor right_motor",
         ),
         (
             "drive = \"quadrotor\"\nturn_deg_s = 90\nclimb_mm_s = 500",
-            Drive::Quadrotor {
+            DriveSpec::Quadrotor {
                 speed_mm_s: 150.0,
                 climb_mm_s: 500.0,
                 turn_deg_s: 90.0,
@@ -78,7 +78,7 @@ fn drives_and_their_quantities() {
         let names: Vec<&str> = drive.quantities().iter().map(|quantity| quantity.name()).collect();
         assert_eq!(names.join(" "), quantities, "{name}");
         for quantity in drive.quantities() {
-            let is_limited = *quantity != Quantity::Height;
+            let is_limited = *quantity != ActuatorQuantity::Height;
             assert_eq!(drive.most(*quantity).is_some(), is_limited, "{name} {quantity:?}");
         }
     }
@@ -87,16 +87,22 @@ fn drives_and_their_quantities() {
 #[test]
 fn calls_set_quantities() {
     let robot = right();
-    let values = |name: &str, list: usize, arguments: &[f64]| -> Vec<(Quantity, f64)> {
+    let values = |name: &str, list: usize, arguments: &[f64]| -> Vec<(ActuatorQuantity, f64)> {
         let function = robot.function(name).unwrap();
         let effect = function.effect.as_ref().unwrap();
         effect.values(&function.accepts[list], arguments).collect()
     };
-    let wheels = [(Quantity::LeftWheel, 70.0), (Quantity::RightWheel, 75.0)];
+    let wheels = [(ActuatorQuantity::LeftWheel, 70.0), (ActuatorQuantity::RightWheel, 75.0)];
     assert_eq!(values("wheels", 0, &[7.0, 127.5]), wheels);
-    assert_eq!(values("stop", 0, &[]), [(Quantity::Forward, 0.0), (Quantity::Turn, 0.0)]);
-    assert_eq!(values("led", 0, &[5.0]), [(Quantity::Color, 5.0)]);
-    assert_eq!(values("led", 1, &[50.0, 10.0]), [(Quantity::Red, 0.5), (Quantity::Green, -0.1)]);
+    assert_eq!(
+        values("stop", 0, &[]),
+        [(ActuatorQuantity::Forward, 0.0), (ActuatorQuantity::Turn, 0.0)]
+    );
+    assert_eq!(values("led", 0, &[5.0]), [(ActuatorQuantity::Color, 5.0)]);
+    assert_eq!(
+        values("led", 1, &[50.0, 10.0]),
+        [(ActuatorQuantity::Red, 0.5), (ActuatorQuantity::Green, -0.1)]
+    );
     assert_eq!(values("print", 0, &[1.0]), []);
     let shown = |name: &str| -> Vec<String> {
         let effect = robot.function(name).unwrap().effect.as_ref().unwrap();
@@ -250,7 +256,7 @@ fn keys_for_the_simulator_need_a_body() {
     let (head, rest) = RIGHT.split_once("[body]").unwrap();
     let (_, sensors) = rest.split_once("[[sensor]]").unwrap();
     let errors = errors_of(&format!("{head}[[sensor]]{sensors}"));
-    let is_cause = |error: &RobotError| matches!(error.cause, Cause::NoBody { .. });
+    let is_cause = |error: &RobotError| matches!(error.cause, RobotFileCause::NoBody { .. });
     assert!(errors.0.iter().all(is_cause), "{errors}");
     // The first sensor and every function.
     assert_eq!(errors.0.len(), 9, "{errors}");

@@ -1,15 +1,15 @@
 //! The commands that a Zooid handles, and its counters in the protocol's messages.
 
-use bittybuzz_chips::{Chip, ResetCause};
+use bittybuzz_chips::{ChipProperties, ResetCause};
 use bittybuzz_emulation::message::{self, BoardStatistics, Command};
-use bittybuzz_emulation::{Control, Refusal, finite, lsi, probability};
+use bittybuzz_emulation::{CommandRefusal, Control, finite, lsi, probability};
 
-use crate::{Light, TablePose, Zooid, ZooidStatistics};
+use crate::{LightDisturbance, TablePose, ZooidBoard, ZooidStatistics};
 
-impl Control for Zooid {
+impl Control for ZooidBoard {
     const NAME: &'static str = "Zooid";
 
-    fn obey(&mut self, command: Command) -> Result<(), Refusal> {
+    fn obey(&mut self, command: Command) -> Result<(), CommandRefusal> {
         match command {
             Command::Place { x_mm, y_mm, heading_degrees, vx_mm_s, vy_mm_s, turn_degrees_s } => {
                 self.place(Some(TablePose {
@@ -23,22 +23,27 @@ impl Control for Zooid {
             Command::Remove => self.place(None),
             Command::Light { lose, jitter_us, glitches_per_s, seed } => {
                 let lose = probability(lose)?;
-                if !(0.0..=Light::MOST_JITTER_US).contains(&jitter_us) {
-                    let most = Light::MOST_JITTER_US;
-                    return Err(Refusal::Jitter { most, value: jitter_us });
+                if !(0.0..=LightDisturbance::MOST_JITTER_US).contains(&jitter_us) {
+                    let most = LightDisturbance::MOST_JITTER_US;
+                    return Err(CommandRefusal::Jitter { most, value: jitter_us });
                 }
-                if !(0.0..=Light::MOST_GLITCHES_PER_S).contains(&glitches_per_s) {
-                    let most = Light::MOST_GLITCHES_PER_S;
-                    return Err(Refusal::Glitches { most, value: glitches_per_s });
+                if !(0.0..=LightDisturbance::MOST_GLITCHES_PER_S).contains(&glitches_per_s) {
+                    let most = LightDisturbance::MOST_GLITCHES_PER_S;
+                    return Err(CommandRefusal::Glitches { most, value: glitches_per_s });
                 }
-                self.set_light(Light { lose, jitter_us, glitches_per_s, seed });
+                self.set_light(LightDisturbance { lose, jitter_us, glitches_per_s, seed });
             }
             Command::PowerDetector { reading } => self.set_power_detector(reading.into()),
             Command::Touch { keys } => self.press(keys),
             Command::Chip { lsi_hz, crystal, memory, seed, debugger: false } => {
                 let (lsi_hz, memory) =
                     (lsi(30_000..=50_000, lsi_hz)?, bittybuzz_emulation::memory(memory, seed));
-                self.set_chip(Chip { lsi_hz, has_crystal: crystal, memory, is_debugged: false });
+                self.set_chip(ChipProperties {
+                    lsi_hz,
+                    has_crystal: crystal,
+                    memory,
+                    is_debugged: false,
+                });
             }
             // A power-on is requested with the command `power` instead.
             Command::Reset { cause: message::ResetCause::BrownOut } => {
@@ -50,7 +55,7 @@ impl Control for Zooid {
             Command::Battery { volts, charging, .. } => {
                 self.set_battery(f64::from(volts), charging);
             }
-            _ => return Err(Refusal::OtherRobot(Self::NAME)),
+            _ => return Err(CommandRefusal::OtherRobot(Self::NAME)),
         }
         Ok(())
     }
@@ -89,7 +94,7 @@ mod tests {
 
     fn refusal(line: &str) -> String {
         let command = message::parse(line.as_bytes()).expect("a command");
-        match Zooid::power_on(0).obey(command) {
+        match ZooidBoard::power_on(0).obey(command) {
             Ok(()) => "obeyed".into(),
             Err(refusal) => refusal.to_string(),
         }

@@ -3,7 +3,7 @@
 
 use bittybuzz_chips::Time;
 
-use super::motion::Motion;
+use super::motion::ZooidMotion;
 use super::touch::Touch;
 
 /// A chip with registers.
@@ -20,7 +20,7 @@ pub(super) trait Device {
 
 pub(super) struct Devices {
     pub touch: Touch,
-    pub motion: Motion,
+    pub motion: ZooidMotion,
     /// Address of the device that was addressed, if it answered.
     selected: Option<u8>,
     /// True if the next byte that is written is a register's number.
@@ -31,7 +31,7 @@ pub(super) struct Devices {
 
 impl Devices {
     pub fn new() -> Self {
-        let (touch, motion) = (Touch::new(), Motion::new());
+        let (touch, motion) = (Touch::new(), ZooidMotion::new());
         Devices { touch, motion, selected: None, points: false, addressed: [0; 2] }
     }
 
@@ -45,7 +45,7 @@ impl Devices {
     fn device(&mut self) -> Option<&mut dyn Device> {
         match self.selected? {
             Touch::ADDRESS => Some(&mut self.touch),
-            Motion::ADDRESS => Some(&mut self.motion),
+            ZooidMotion::ADDRESS => Some(&mut self.motion),
             _ => None,
         }
     }
@@ -53,7 +53,7 @@ impl Devices {
     /// Addresses a device, and returns true if one answers to `address`.
     pub fn start(&mut self, address: u8, read: bool, now: Time) -> bool {
         self.selected = Some(address);
-        let known = [Touch::ADDRESS, Motion::ADDRESS];
+        let known = [Touch::ADDRESS, ZooidMotion::ADDRESS];
         if let Some(device) = known.iter().position(|known| *known == address) {
             self.addressed[device] += 1;
         }
@@ -112,7 +112,7 @@ mod tests {
     fn the_chips_tell_who_they_are() {
         let mut devices = Devices::new();
         assert_eq!(read(&mut devices, Touch::ADDRESS, 0, 1), [0x2e]);
-        assert_eq!(read(&mut devices, Motion::ADDRESS, 0x0f, 1), [0x69]);
+        assert_eq!(read(&mut devices, ZooidMotion::ADDRESS, 0x0f, 1), [0x69]);
         assert!(!devices.start(0x42, true, NOW));
     }
 
@@ -124,7 +124,7 @@ mod tests {
         assert!(devices.start(Touch::ADDRESS, false, Time::from_millis(125)));
         write(&mut devices, Touch::ADDRESS, &[57, 1]);
         assert!(!devices.start(Touch::ADDRESS, false, NOW));
-        assert!(devices.start(Motion::ADDRESS, false, NOW));
+        assert!(devices.start(ZooidMotion::ADDRESS, false, NOW));
     }
 
     #[test]
@@ -158,12 +158,12 @@ mod tests {
     fn gravity_and_turning_are_measured_once_the_sensors_are_on() {
         let mut devices = Devices::new();
         devices.motion.turn_degrees_s = -90.0;
-        assert_eq!(read(&mut devices, Motion::ADDRESS, 0x1e, 1), [0]);
-        assert_eq!(read(&mut devices, Motion::ADDRESS, 0x22, 12), [0; 12]);
+        assert_eq!(read(&mut devices, ZooidMotion::ADDRESS, 0x1e, 1), [0]);
+        assert_eq!(read(&mut devices, ZooidMotion::ADDRESS, 0x22, 12), [0; 12]);
         // 416 Hz, 2 g and 245 dps.
-        write(&mut devices, Motion::ADDRESS, &[0x10, 0x60, 0x60]);
-        assert_eq!(read(&mut devices, Motion::ADDRESS, 0x1e, 1), [3]);
-        let outputs = read(&mut devices, Motion::ADDRESS, 0x22, 12);
+        write(&mut devices, ZooidMotion::ADDRESS, &[0x10, 0x60, 0x60]);
+        assert_eq!(read(&mut devices, ZooidMotion::ADDRESS, 0x1e, 1), [3]);
+        let outputs = read(&mut devices, ZooidMotion::ADDRESS, 0x22, 12);
         let word = |at: usize| f64::from(i16::from_le_bytes([outputs[at], outputs[at + 1]]));
         assert!((word(4) * 8.75e-3 + 90.0).abs() < 0.01, "dps");
         assert!((word(10) * 0.061e-3 - 1.0).abs() < 1e-4, "g");

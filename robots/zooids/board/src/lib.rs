@@ -8,17 +8,17 @@ mod projector;
 mod tests;
 mod touch;
 
-use bittybuzz_chips::f051::{Action, F051, FLASH_SIZE, Signal};
+use bittybuzz_chips::f051::{BusAction, F051, FLASH_SIZE, PinAction};
 use bittybuzz_chips::nrf24::{Nrf24, PowerDetector, RadioStatistics, SPI_LIMIT_HZ, Transmission};
 use bittybuzz_chips::stm32::{Pin, Pwm};
 use bittybuzz_chips::{
-    Board, Chip, CoreKind, Event, FlashChange, HardwareError, Heard, Led, Lines, Memory, MemoryMap,
-    ResetCause, Start, Time, Transfer, Width,
+    Board, BoardEvent, BoardLed, ChipProperties, CoreKind, CoreStart, FlashChange, HardwareError,
+    Lines, MemoryContent, MemoryMap, ReceptionEvent, ResetCause, Time, Transfer, Width,
 };
 
 use self::i2c::Devices;
 use self::projector::Diodes;
-pub use self::projector::{Light, STEP_MM, TablePose};
+pub use self::projector::{LightDisturbance, STEP_MM, TablePose};
 
 const A: usize = 0;
 const B: usize = 1;
@@ -39,7 +39,8 @@ const CHARGING: (usize, u8) = (B, 13);
 const I2C: [u8; 2] = [10, 11];
 /// The LED's pins of port A and channels of TIM1, with alternate function 2. The anode is common,
 /// so a color shines while its pin is low.
-const LEDS: [(Led, u8, u32); 3] = [(Led::Red, 10, 2), (Led::Green, 11, 3), (Led::Blue, 9, 1)];
+const LEDS: [(BoardLed, u8, u32); 3] =
+    [(BoardLed::Red, 10, 2), (BoardLed::Green, 11, 3), (BoardLed::Blue, 9, 1)];
 /// Alternate function of the pins of LEDs and motors. For the motors, pin n of port A is channel n
 /// of TIM2 and input n of the bridges.
 const TIMER_FUNCTION: u8 = 2;
@@ -65,7 +66,7 @@ pub struct ZooidStatistics {
 }
 
 /// A Zooid without the core of its STM32.
-pub struct Zooid {
+pub struct ZooidBoard {
     now: Time,
     /// The time of the next internal event.
     next: Option<Time>,
@@ -87,23 +88,23 @@ pub struct Zooid {
     spi_was_too_fast: bool,
     reset_request: Option<ResetCause>,
     /// Properties of the chip from the next reset on.
-    next_chip: Option<Chip>,
+    next_chip: Option<ChipProperties>,
     /// The content of the RAM after a brown-out.
-    memory: Memory,
+    memory: MemoryContent,
     last_reset: ResetCause,
     has_power: bool,
     transmissions: Vec<Transmission>,
-    events: Vec<(Time, Event)>,
+    events: Vec<(Time, BoardEvent)>,
 }
 
-impl Zooid {
+impl ZooidBoard {
     /// Processes the events that are due: of the buses, the radio, the photodiodes and the
     /// watchdog.
     fn step(&mut self) {
         while let Some(signal) = self.f051.advance(self.now) {
             match signal {
-                Signal::Spi(end, byte) => self.exchange(byte, end),
-                Signal::I2c(end, action) => self.talk(action, end),
+                PinAction::Spi(end, byte) => self.exchange(byte, end),
+                PinAction::I2c(end, action) => self.talk(action, end),
             }
         }
         self.radio.advance(self.now);
@@ -129,29 +130,29 @@ impl Zooid {
                 hz: self.f051.spi_bit_rate(),
                 limit_hz: SPI_LIMIT_HZ,
             };
-            self.events.push((self.now, Event::HardwareError(error)));
+            self.events.push((self.now, BoardEvent::HardwareError(error)));
         }
         let connected = SPI.iter().all(|pin| self.f051.ports[A].pin(*pin) == Pin::Alternate(0));
         let answer = if connected { self.radio.transfer(byte, end) } else { 0 };
         self.f051.spi_received(answer, end);
     }
 
-    fn talk(&mut self, action: Action, end: Time) {
+    fn talk(&mut self, action: BusAction, end: Time) {
         let connected = I2C.iter().all(|pin| self.f051.ports[B].pin(*pin) == Pin::Alternate(1));
         match action {
-            Action::Start { address, read } => {
+            BusAction::Start { address, read } => {
                 let answers = self.devices.start(address, read, end) && connected;
                 self.f051.i2c_acknowledge(answers, end);
             }
-            Action::Write(byte) => {
+            BusAction::Write(byte) => {
                 let answers = connected && self.devices.write(byte, end);
                 self.f051.i2c_acknowledge(answers, end);
             }
-            Action::Read => {
+            BusAction::Read => {
                 let byte = if connected { self.devices.read(end) } else { 0xff };
                 self.f051.i2c_received(byte, end);
             }
-            Action::Stop => self.devices.stop(),
+            BusAction::Stop => self.devices.stop(),
         }
         self.settle_touch();
     }
@@ -165,7 +166,7 @@ impl Zooid {
         for transmission in self.radio.take_transmissions() {
             let Transmission { begin, end, packet } = &transmission;
             let (channel, payload) = (packet.channel(), packet.payload().to_vec());
-            self.events.push((*begin, Event::Radio { channel, payload, air: *end - *begin }));
+            self.events.push((*begin, BoardEvent::Radio { channel, payload, air: *end - *begin }));
             self.transmissions.push(transmission);
         }
     }
@@ -199,7 +200,8 @@ impl Zooid {
 
     fn after_access(&mut self) {
         let errors = self.f051.take_errors();
-        self.events.extend(errors.into_iter().map(|error| (self.now, Event::HardwareError(error))));
+        self.events
+            .extend(errors.into_iter().map(|error| (self.now, BoardEvent::HardwareError(error))));
         self.next = self.find_next();
     }
 
@@ -221,7 +223,7 @@ impl Zooid {
             self.brightest = self.brightest.max(light);
             let on = light > 0.0;
             if on != std::mem::replace(&mut self.leds[index], on) {
-                self.events.push((self.now, Event::Led { led, on }));
+                self.events.push((self.now, BoardEvent::Led { led, on }));
             }
         }
         for input in 0..MOTOR_INPUTS {
@@ -229,7 +231,7 @@ impl Zooid {
             let signal = self.signal(input, 2, u32::from(input)).unwrap_or(Pwm::LOW);
             if signal != std::mem::replace(&mut self.motors[usize::from(input)], signal) {
                 let Pwm { duty, frequency_hz } = signal;
-                let event = Event::Motor { number: input + 1, duty, frequency_hz };
+                let event = BoardEvent::Motor { number: input + 1, duty, frequency_hz };
                 self.events.push((self.now, event));
             }
         }
@@ -245,7 +247,7 @@ impl Zooid {
     /// Sets the properties of the STM32 from the next reset on; the debugger has no effect here. A
     /// brown-out that keeps the memory was too short for radio and sensors to notice. No data sheet
     /// gives the voltage below which they restart.
-    pub fn set_chip(&mut self, chip: Chip) {
+    pub fn set_chip(&mut self, chip: ChipProperties) {
         self.next_chip = Some(chip);
     }
 
@@ -255,7 +257,7 @@ impl Zooid {
     }
 
     /// Sets the faults of the projector's light from now on.
-    pub fn set_light(&mut self, light: Light) {
+    pub fn set_light(&mut self, light: LightDisturbance) {
         self.diodes.set_light(light);
     }
 
@@ -305,7 +307,7 @@ impl Zooid {
 /// Voltage of a half full battery.
 const BATTERY_VOLTS: f64 = 3.8;
 
-impl Board for Zooid {
+impl Board for ZooidBoard {
     const CORE: CoreKind = CoreKind::CortexM0;
     const MEMORY: MemoryMap = MemoryMap {
         flash: FLASH_SIZE,
@@ -319,7 +321,7 @@ impl Board for Zooid {
     fn power_on(number: usize) -> Self {
         let mut unique_id = *b"\x29\x00\x1d\x00ZOOID-00";
         unique_id[10..].copy_from_slice(&(number as u16).to_be_bytes());
-        let mut board = Zooid {
+        let mut board = ZooidBoard {
             now: Time::ZERO,
             next: None,
             f051: F051::new(unique_id, BATTERY_VOLTS),
@@ -337,7 +339,7 @@ impl Board for Zooid {
             spi_was_too_fast: false,
             reset_request: None,
             next_chip: None,
-            memory: Memory::Kept,
+            memory: MemoryContent::Kept,
             last_reset: ResetCause::PowerOn,
             has_power: true,
             transmissions: Vec::new(),
@@ -423,7 +425,7 @@ impl Board for Zooid {
         self.f051.reset(cause);
         let has_noticed = match cause {
             ResetCause::PowerOn | ResetCause::PowerOff => true,
-            ResetCause::BrownOut => self.memory != Memory::Kept,
+            ResetCause::BrownOut => self.memory != MemoryContent::Kept,
             ResetCause::Pin | ResetCause::Software | ResetCause::IndependentWatchdog => false,
         };
         if has_noticed {
@@ -440,11 +442,11 @@ impl Board for Zooid {
         self.f051.set_halted(halted);
     }
 
-    fn start(&mut self, _vectors: u32) -> Start {
+    fn start(&mut self, _vectors: u32) -> CoreStart {
         let is_brown_out = self.last_reset == ResetCause::BrownOut;
         let content = self.memory.content(Self::MEMORY.ram, &mut self.memory.noise());
         let content = content.filter(|_| is_brown_out).map(|content| (RAM, content));
-        Start { memory: content.into_iter().collect(), ..Start::default() }
+        CoreStart { memory: content.into_iter().collect(), ..CoreStart::default() }
     }
 
     fn watchdog_runs(&self) -> bool {
@@ -456,7 +458,7 @@ impl Board for Zooid {
         true
     }
 
-    fn take_events(&mut self) -> Vec<(Time, Event)> {
+    fn take_events(&mut self) -> Vec<(Time, BoardEvent)> {
         std::mem::take(&mut self.events)
     }
 
@@ -485,10 +487,12 @@ impl Board for Zooid {
         std::mem::take(&mut self.transmissions)
     }
 
-    fn hear(&mut self, heard: Heard) {
+    fn hear(&mut self, heard: ReceptionEvent) {
         match heard {
-            Heard::Signal(channel, begin, end) => self.radio.sense(channel, begin, end, self.now),
-            Heard::Packet(transmission, intact) => {
+            ReceptionEvent::Signal(channel, begin, end) => {
+                self.radio.sense(channel, begin, end, self.now)
+            }
+            ReceptionEvent::Packet(transmission, intact) => {
                 self.radio.hear(transmission, intact);
                 self.next = self.find_next();
             }

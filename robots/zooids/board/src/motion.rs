@@ -21,14 +21,14 @@ const CTRL3_C_IF_INC: u8 = 1 << 2;
 const MICRO_G: f64 = 61.0;
 const MICRO_DPS: f64 = 8750.0;
 
-pub(super) struct Motion {
+pub(super) struct ZooidMotion {
     registers: [u8; 128],
     pointer: u8,
     /// Rate of turn in degrees per second, around the axis that points up.
     pub turn_degrees_s: f64,
 }
 
-impl Motion {
+impl ZooidMotion {
     /// 7-bit address, with SA0 low.
     pub const ADDRESS: u8 = 0x6a;
 
@@ -36,12 +36,12 @@ impl Motion {
         let mut registers = [0; 128];
         registers[usize::from(WHO_AM_I)] = 0x69;
         registers[usize::from(CTRL3_C)] = CTRL3_C_IF_INC;
-        Motion { registers, pointer: 0, turn_degrees_s: 0.0 }
+        ZooidMotion { registers, pointer: 0, turn_degrees_s: 0.0 }
     }
 
     /// Sets the state after power-on; the robot's rotation stays.
     pub fn restart(&mut self) {
-        *self = Motion { turn_degrees_s: self.turn_degrees_s, ..Motion::new() };
+        *self = ZooidMotion { turn_degrees_s: self.turn_degrees_s, ..ZooidMotion::new() };
     }
 
     fn get(&self, register: u8) -> u8 {
@@ -72,7 +72,7 @@ impl Motion {
     }
 }
 
-impl Device for Motion {
+impl Device for ZooidMotion {
     fn is_awake(&self, _: Time) -> bool {
         true
     }
@@ -107,7 +107,7 @@ impl Device for Motion {
     }
 }
 
-impl Motion {
+impl ZooidMotion {
     fn next(&mut self) {
         if self.get(CTRL3_C) & CTRL3_C_IF_INC != 0 {
             self.pointer = self.pointer.wrapping_add(1) & 0x7f;

@@ -72,7 +72,7 @@ impl TablePose {
 
 /// The faults of the projector's light.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct Light {
+pub struct LightDisturbance {
     /// Probability that a frame does not reach the robot: both diodes stay dark.
     pub lose: f64,
     /// The largest deviation of an edge in µs, early or late, uniformly distributed: 0 to
@@ -86,7 +86,7 @@ pub struct Light {
     pub seed: u64,
 }
 
-impl Light {
+impl LightDisturbance {
     /// The highest `jitter_us`: somewhat less than a pattern of 333 µs.
     pub const MOST_JITTER_US: f64 = 300.0;
     /// The longest glitch in µs: about a sixth of a pattern.
@@ -117,7 +117,7 @@ fn gray(n: u32) -> u32 {
 
 /// The edges that the two photodiodes of a robot see, one after the other.
 pub(super) struct Diodes {
-    light: Light,
+    light: LightDisturbance,
     /// Edges of the frame that is shown, in order: time, photodiode and new level.
     edges: Vec<(Time, usize, bool)>,
     next: usize,
@@ -129,11 +129,11 @@ pub(super) struct Diodes {
 impl Diodes {
     /// Creates photodiodes that are dark until the first frame.
     pub fn new() -> Self {
-        let light = Light::default();
+        let light = LightDisturbance::default();
         Diodes { light, edges: Vec::new(), next: 0, frame: 0, levels: [false; 2] }
     }
 
-    pub fn set_light(&mut self, light: Light) {
+    pub fn set_light(&mut self, light: LightDisturbance) {
         self.light = light;
     }
 
@@ -205,7 +205,7 @@ impl Diodes {
         for diode in 0..2 {
             let count = mean.floor() as u32 + u32::from(random.chance(mean.fract()));
             for _ in 0..count {
-                let micros = 1.0 + random.unit() * (Light::LONGEST_GLITCH_US - 1.0);
+                let micros = 1.0 + random.unit() * (LightDisturbance::LONGEST_GLITCH_US - 1.0);
                 let span = Time::from_picos((micros * 1e6) as u64);
                 let after = random.unit() * (FRAME - span).picos() as f64;
                 let at = begin + Time::from_picos(after as u64);
@@ -283,7 +283,7 @@ mod tests {
     fn edges_follow_the_code() {
         let pose = TablePose::at(500.0, 400.0, 20.0);
         let mut diodes = Diodes::new();
-        diodes.set_light(Light { jitter_us: 100.0, ..Light::default() });
+        diodes.set_light(LightDisturbance { jitter_us: 100.0, ..LightDisturbance::default() });
         for (number, levels) in seen(&mut diodes, pose, 3).into_iter().enumerate() {
             let number = number as u32 % PATTERNS;
             let places = pose.diodes(TablePose::arm(pose.heading_degrees));
@@ -295,7 +295,10 @@ mod tests {
     #[test]
     fn edges_keep_their_order_however_late_they_are() {
         let mut diodes = Diodes::new();
-        diodes.set_light(Light { jitter_us: Light::MOST_JITTER_US, ..Light::default() });
+        diodes.set_light(LightDisturbance {
+            jitter_us: LightDisturbance::MOST_JITTER_US,
+            ..LightDisturbance::default()
+        });
         let (mut now, mut levels) = (Time::ZERO, [false; 2]);
         while now < Time::from_millis(1000) {
             assert!(diodes.next_event() >= now);
@@ -310,7 +313,11 @@ mod tests {
     #[test]
     fn glitches_are_as_many_and_as_short_as_asked() {
         let mut diodes = Diodes::new();
-        diodes.set_light(Light { glitches_per_s: 200.0, seed: 5, ..Light::default() });
+        diodes.set_light(LightDisturbance {
+            glitches_per_s: 200.0,
+            seed: 5,
+            ..LightDisturbance::default()
+        });
         let (mut now, mut levels) = (Time::ZERO, [false; 2]);
         let (mut last, mut short) = ([Time::ZERO; 2], 0);
         while now < Time::from_millis(10_000) {
@@ -331,7 +338,7 @@ mod tests {
     fn lost_frames_are_dark_and_as_many_as_asked() {
         let pose = TablePose::at(500.0, 400.0, 20.0);
         let mut diodes = Diodes::new();
-        diodes.set_light(Light { lose: 0.1, seed: 3, ..Light::default() });
+        diodes.set_light(LightDisturbance { lose: 0.1, seed: 3, ..LightDisturbance::default() });
         let seen = seen(&mut diodes, pose, 2000);
         let dark = seen.chunks(PATTERNS as usize).filter(|frame| !frame[40][0]).count();
         assert!((150..250).contains(&dark), "{dark} of 2000");

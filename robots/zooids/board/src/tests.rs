@@ -2,7 +2,7 @@
 
 use std::collections::HashSet;
 
-use bittybuzz_chips::{Air, LOOKAHEAD, Sender};
+use bittybuzz_chips::{Air, LOOKAHEAD, PacketSource};
 
 use super::*;
 
@@ -18,21 +18,23 @@ const EXTI: u32 = 0x4001_0400;
 const SYSCFG: u32 = 0x4001_0000;
 const ADC: u32 = 0x4001_2400;
 
-fn write(board: &mut Zooid, address: u32, value: u32) {
+fn write(board: &mut ZooidBoard, address: u32, value: u32) {
     board.write(address, Width::Word, value);
 }
 
-fn read(board: &mut Zooid, address: u32) -> u32 {
+fn read(board: &mut ZooidBoard, address: u32) -> u32 {
     board.read(address, Width::Word)
 }
 
 /// A brown-out is a short fall of the supply voltage.
 #[test]
 fn only_a_brown_out_changes_memory() {
-    let noise = Memory::Noise { seed: 7 };
-    for (memory, values) in [(Memory::Kept, None), (Memory::Zeroed, Some(1)), (noise, Some(256))] {
-        let mut board = Zooid::power_on(0);
-        board.set_chip(Chip { lsi_hz: 40_000, memory, ..Chip::default() });
+    let noise = MemoryContent::Noise { seed: 7 };
+    for (memory, values) in
+        [(MemoryContent::Kept, None), (MemoryContent::Zeroed, Some(1)), (noise, Some(256))]
+    {
+        let mut board = ZooidBoard::power_on(0);
+        board.set_chip(ChipProperties { lsi_hz: 40_000, memory, ..ChipProperties::default() });
         board.reset(ResetCause::BrownOut);
         let content = board.start(0x0800_0000).memory;
         let found = content.first().map(|(address, bytes)| {
@@ -44,18 +46,18 @@ fn only_a_brown_out_changes_memory() {
     }
 }
 
-fn events(board: &mut Zooid) -> Vec<Event> {
+fn events(board: &mut ZooidBoard) -> Vec<BoardEvent> {
     board.take_events().into_iter().map(|(_, event)| event).collect()
 }
 
-fn wait(board: &mut Zooid, micros: u64) {
+fn wait(board: &mut ZooidBoard, micros: u64) {
     board.advance(board.now() + Time::from_micros(micros));
 }
 
 /// Returns a board that is set up as by a firmware: 48 MHz, all clocks on, SPI1 at 6 MHz, 16 MHz
 /// for the radio.
-fn board(number: usize) -> Zooid {
-    let mut board = Zooid::power_on(number);
+fn board(number: usize) -> ZooidBoard {
+    let mut board = ZooidBoard::power_on(number);
     write(&mut board, FLASH_ACR, 0x11);
     write(&mut board, RCC, 0x0001_0083);
     write(&mut board, RCC + 0x2c, 1);
@@ -85,7 +87,7 @@ fn board(number: usize) -> Zooid {
 }
 
 /// Sends a command to the radio, and polls as a driver does.
-fn command(board: &mut Zooid, bytes: &[u8]) -> Vec<u8> {
+fn command(board: &mut ZooidBoard, bytes: &[u8]) -> Vec<u8> {
     write(board, GPIOA + 0x28, 1 << 4);
     let mut answer = Vec::new();
     for byte in bytes {
@@ -114,7 +116,7 @@ fn the_radio_hangs_on_spi1_and_its_clock_on_pa8() {
     let sent = board.take_transmissions();
     assert_eq!(sent.len(), 1);
     assert_eq!(sent[0].packet.payload(), [1, 2, 3]);
-    assert!(matches!(&events(&mut board)[..], [Event::Radio { channel: 2, .. }]));
+    assert!(matches!(&events(&mut board)[..], [BoardEvent::Radio { channel: 2, .. }]));
 }
 
 #[test]
@@ -137,7 +139,7 @@ fn too_fast_an_spi_is_reported_once() {
         command(&mut board, &[0xff]);
     }
     let error = HardwareError::RadioSpiTooFast { hz: 12_000_000, limit_hz: 10_000_000 };
-    assert_eq!(events(&mut board), [Event::HardwareError(error)]);
+    assert_eq!(events(&mut board), [BoardEvent::HardwareError(error)]);
 }
 
 /// A packet from one board reaches the other through the air.
@@ -169,7 +171,7 @@ fn a_packet_reaches_the_other_boards_irq() {
         for (number, board) in boards.iter_mut().enumerate() {
             board.advance(now);
             for transmission in board.take_transmissions() {
-                air.add(Sender::Robot(number), transmission);
+                air.add(PacketSource::Robot(number), transmission);
             }
         }
     }
@@ -215,9 +217,9 @@ fn led_and_motors_follow_their_timers() {
     }
     assert_eq!(events(&mut board), []);
     write(&mut board, TIM1 + 0x3c, 1_250);
-    assert_eq!(events(&mut board), [Event::Led { led: Led::Red, on: true }]);
+    assert_eq!(events(&mut board), [BoardEvent::Led { led: BoardLed::Red, on: true }]);
     write(&mut board, TIM1 + 0x3c, 0);
-    assert_eq!(events(&mut board), [Event::Led { led: Led::Red, on: false }]);
+    assert_eq!(events(&mut board), [BoardEvent::Led { led: BoardLed::Red, on: false }]);
     // TIM2: 4 MHz, 100: 40 kHz.
     for (register, value) in
         [(0x28, 11), (0x2c, 99), (0x18, 6 << 4 | 6 << 12), (0x20, 0x0011), (0x14, 1), (0x00, 1)]
@@ -225,7 +227,7 @@ fn led_and_motors_follow_their_timers() {
         write(&mut board, TIM2 + register, value);
     }
     write(&mut board, TIM2 + 0x38, 60);
-    let motor = Event::Motor { number: 2, duty: 0.6, frequency_hz: 40_000.0 };
+    let motor = BoardEvent::Motor { number: 2, duty: 0.6, frequency_hz: 40_000.0 };
     assert_eq!(events(&mut board), [motor]);
 }
 
@@ -238,7 +240,7 @@ fn touch_controller_and_motion_sensor_hang_on_i2c2() {
     write(&mut board, I2C2, 1);
     for (address, register, identity) in [(0x1b, 0x00, 0x2e), (0x6a, 0x0f, 0x69)] {
         write(&mut board, I2C2 + 4, address << 1 | 1 << 16 | 1 << 13);
-        let wait_for = |board: &mut Zooid, flag: u32| {
+        let wait_for = |board: &mut ZooidBoard, flag: u32| {
             for _ in 0..100 {
                 if read(board, I2C2 + 0x18) & flag != 0 {
                     return;

@@ -5,7 +5,7 @@ use bittybuzz_motion::drive::{Goal, Pilot, Wheels};
 use bittybuzz_motion::{Angle, units};
 
 use bittybuzz_arena::engine::{
-    Block, Bodies, Body, BodyModel, Medium, Pose, SettingsError, Shape, Stream, above_0,
+    Bodies, Body, BodyBlock, BodyModel, BodySize, Medium, Pose, SettingsError, Stream, above_0,
     first_wrong, within, wrap,
 };
 
@@ -25,10 +25,10 @@ impl Default for Drive {
 }
 
 /// Converts a pose to the units of the firmware.
-pub(crate) fn for_firmware(pose: &Pose) -> bittybuzz_motion::track::Pose {
+pub(crate) fn for_firmware(pose: &Pose) -> bittybuzz_motion::track::TrackedPose {
     let length = |mm: f32| units::from_mm(mm).unwrap_or_default();
     let heading = Angle((wrap(pose.heading) * (32_768.0 / core::f32::consts::PI)) as i32 as i16);
-    bittybuzz_motion::track::Pose { x: length(pose.x), y: length(pose.y), heading }
+    bittybuzz_motion::track::TrackedPose { x: length(pose.x), y: length(pose.y), heading }
 }
 
 /// The parameters of a Zooid's body.
@@ -49,14 +49,14 @@ pub struct ZooidModel {
     /// The size in mm of one step of the projector's code.
     pub unit: f32,
     /// Faults of the projector's light, for an emulated firmware.
-    pub light: Light,
+    pub light: ProjectorFaults,
     /// Interpretation of the register RPD, for an emulated firmware.
     pub power_detector: PowerDetector,
 }
 
 /// Faults of the projector's light, as a robot's firmware sees it.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Light {
+pub struct ProjectorFaults {
     /// Share of frames that the robot does not see.
     pub lose: f64,
     /// Largest deviation of an edge in µs, early or late.
@@ -77,15 +77,15 @@ impl ZooidModel {
         dead_duty: 22,
         gain_sigma: 0.05,
         unit: 0.92,
-        light: Light { lose: 0.0, jitter_us: 0.0, glitches_per_s: 0.0 },
+        light: ProjectorFaults { lose: 0.0, jitter_us: 0.0, glitches_per_s: 0.0 },
         power_detector: PowerDetector::Latched,
     };
 }
 
 impl BodyModel for ZooidModel {
     /// Returns the shape; the height is the makers' figure.
-    fn shape(&self) -> Shape {
-        Shape { radius: self.radius, height: 21.0 }
+    fn shape(&self) -> BodySize {
+        BodySize { radius: self.radius, height: 21.0 }
     }
 
     fn top_speed(&self) -> f32 {
@@ -111,8 +111,8 @@ impl BodyModel for ZooidModel {
         ])
     }
 
-    fn block(&self, substep: f32) -> Box<dyn Block> {
-        Box::new(Bodies::<Zooid>::new(*self, substep))
+    fn block(&self, substep: f32) -> Box<dyn BodyBlock> {
+        Box::new(Bodies::<ZooidBody>::new(*self, substep))
     }
 }
 
@@ -125,7 +125,7 @@ const FRAME: f32 = 0.013_653;
 
 /// A Zooid's body.
 #[derive(Clone, Debug)]
-struct Zooid {
+struct ZooidBody {
     drive: Drive,
     pilot: Pilot,
     /// The goal of the pilot.
@@ -140,13 +140,13 @@ struct Zooid {
 /// The model, and the length of a substep in seconds.
 type ZooidStep = (ZooidModel, f32);
 
-impl Body for Zooid {
+impl Body for ZooidBody {
     type Numbers = ZooidModel;
     type Step = ZooidStep;
     type Controls = Drive;
 
     fn new(model: &ZooidModel, _: &Pose, build: &mut Stream) -> Self {
-        Zooid {
+        ZooidBody {
             drive: Drive::default(),
             pilot: Pilot::new(Some(model.dead_duty)),
             goal: None,
@@ -210,7 +210,7 @@ impl Body for Zooid {
     }
 }
 
-impl Zooid {
+impl ZooidBody {
     /// Turns the wheels for a time, with duties in percent.
     fn turn_wheels(
         &mut self,

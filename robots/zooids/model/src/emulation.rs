@@ -3,12 +3,12 @@
 use std::time::Duration;
 
 use bittybuzz_arena::engine::{LinkStatistics, Media, Pose};
-use bittybuzz_arena::robot::{Emulation, Flash, layout_section};
-use bittybuzz_arena::scenario::Cause;
-use bittybuzz_emulation::message::{BoardStatistics, Command, Statistics};
+use bittybuzz_arena::robot::{Emulation, FlashJob, layout_section};
+use bittybuzz_arena::scenario::ScenarioCause;
+use bittybuzz_emulation::message::{BoardStatistics, Command, RobotStatistics};
 use bittybuzz_robot_spec::{Layout, Robot};
 
-use crate::{Light, ZooidModel, table};
+use crate::{ProjectorFaults, ZooidModel, table};
 
 /// The longest delay until a change of motion reaches the emulator.
 const LOOK: Duration = Duration::from_micros(2500);
@@ -48,20 +48,20 @@ impl Emulation for ZooidModel {
     }
 
     /// Returns the script, and the range of the link as a setting if the scenario has one.
-    fn sections(&self, flash: &Flash<'_>) -> Result<Vec<(u32, Vec<u8>)>, Cause> {
+    fn sections(&self, flash: &FlashJob<'_>) -> Result<Vec<(u32, Vec<u8>)>, ScenarioCause> {
         let mut sections = layout_section(flash)?;
         sections.extend(range(flash.robot, flash.media)?);
         Ok(sections)
     }
 
     fn set_up(&self, number: usize, seed: u64, _: &Media) -> Vec<Command> {
-        let Light { lose, jitter_us, glitches_per_s } = self.light;
+        let ProjectorFaults { lose, jitter_us, glitches_per_s } = self.light;
         let seed = seed.wrapping_add(number as u64 + 1);
         let light = Command::Light { lose, jitter_us, glitches_per_s, seed };
         vec![light, Command::PowerDetector { reading: self.power_detector }]
     }
 
-    fn count(&self, statistics: &Statistics, links: &mut LinkStatistics) -> u64 {
+    fn count(&self, statistics: &RobotStatistics, links: &mut LinkStatistics) -> u64 {
         let BoardStatistics::Zooid(board) = &statistics.board else { return 0 };
         links.sent += board.radio_sent;
         links.received += board.radio_received;
@@ -71,12 +71,12 @@ impl Emulation for ZooidModel {
 }
 
 /// Returns the setting for the range of the link: address and bytes.
-fn range(robot: &Robot, media: &Media) -> Result<Option<(u32, Vec<u8>)>, Cause> {
+fn range(robot: &Robot, media: &Media) -> Result<Option<(u32, Vec<u8>)>, ScenarioCause> {
     let Some(range) = media.nrf24.link.range.map(f64::from) else { return Ok(None) };
     let setting = robot.settings.iter().position(|setting| setting.name == "range_mm");
     let region = robot.layout.as_ref().and_then(|layout| layout.settings);
     let (Some(place), Some(region)) = (setting, region) else {
-        return Err(Cause::NotEmulated { key: "range" });
+        return Err(ScenarioCause::NotEmulated { key: "range" });
     };
     let mut values = vec![None; robot.settings.len()];
     // A range above the setting's maximum is stored as no limit.

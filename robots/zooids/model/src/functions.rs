@@ -1,9 +1,9 @@
 //! The robot functions of the Zooid in the simulator.
 
-use bittybuzz_arena::robot::{Call, Done, Effect};
+use bittybuzz_arena::robot::{Done, Effect, RobotCall};
 use bittybuzz_motion::drive::{Goal, Wheels};
 use bittybuzz_motion::units;
-use bittybuzz_robot_spec::Function;
+use bittybuzz_robot_spec::RobotFunction;
 
 use crate::Drive;
 use crate::body::for_firmware;
@@ -12,7 +12,7 @@ use crate::body::for_firmware;
 const BATTERY_MV: u16 = 3800;
 
 /// Returns the effect of a function that only the Zooid has; `None` for all others.
-pub fn effect(function: &Function) -> Option<Effect> {
+pub fn effect(function: &RobotFunction) -> Option<Effect> {
     let wheels = |left: i8, right: i8| -> Effect {
         Box::new(move |call| drive(call, Drive::Wheels(Wheels { left, right })))
     };
@@ -36,14 +36,14 @@ pub fn effect(function: &Function) -> Option<Effect> {
     })
 }
 
-fn drive(call: &mut Call<'_, '_>, command: Drive) -> Done {
+fn drive(call: &mut RobotCall<'_, '_>, command: Drive) -> Done {
     if let Some(drive) = call.io.controls() {
         *drive = command;
     }
     Done::Nil
 }
 
-fn set_motor(call: &mut Call<'_, '_>) -> Done {
+fn set_motor(call: &mut RobotCall<'_, '_>) -> Done {
     let duty = |index| i8::try_from(call.numbers.int(index)).ok();
     let within = |duty: &i8| (-100..=100).contains(duty);
     let (Some(left), Some(right)) = (duty(0).filter(within), duty(1).filter(within)) else {
@@ -52,7 +52,7 @@ fn set_motor(call: &mut Call<'_, '_>) -> Done {
     drive(call, Drive::Wheels(Wheels { left, right }))
 }
 
-fn go_to(call: &mut Call<'_, '_>) -> Done {
+fn go_to(call: &mut RobotCall<'_, '_>) -> Done {
     let [x, y] = [0, 1].map(|index| units::from_mm(call.numbers.float(index)));
     let (Some(x), Some(y)) = (x, y) else { return Done::OutOfRange };
     let goal = Goal { x, y };

@@ -16,9 +16,9 @@ use bittybuzz_arena::scenario::Section;
 use bittybuzz_arena::scenario::keys::{GAIN_ERROR, RADIUS, SectionKeys};
 use bittybuzz_arena::scenario_keys;
 use bittybuzz_emulation::message::PowerDetector;
-use bittybuzz_robot_spec::Function;
+use bittybuzz_robot_spec::RobotFunction;
 
-pub use body::{Drive, Light, ZooidModel};
+pub use body::{Drive, ProjectorFaults, ZooidModel};
 
 /// The keys of the Zooid in scenarios.
 pub const KEYS: ModelKeys = ModelKeys {
@@ -72,7 +72,7 @@ impl RobotModel for ZooidModel {
         Arc::new(model)
     }
 
-    fn effect(&self, function: &Function) -> Option<Effect> {
+    fn effect(&self, function: &RobotFunction) -> Option<Effect> {
         functions::effect(function)
     }
 

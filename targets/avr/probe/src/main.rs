@@ -12,10 +12,10 @@ use core::arch::asm;
 
 use bittybuzz_progmem as progmem;
 use bittybuzz_vm_core::number::{Profile, Tiny};
-use bittybuzz_vm_core::seal::{self, Sealed};
+use bittybuzz_vm_core::seal::{self, SealedImage};
 use bittybuzz_vm_core::{
-    Arguments, Axis, ByteCode, Entry, Host, Part, Parts, Reply, RobotFault, Sighting, Sizes, Value,
-    Vm,
+    Axis, ByteCode, CallArguments, Entry, Host, Part, Parts, Reply, RobotFault, Sighting, Sizes,
+    Value, Vm,
 };
 
 // avr-libc's float and memory functions are smaller and faster than those of compiler_builtins.
@@ -62,13 +62,13 @@ impl Host<Tiny> for Probe {
     fn call<C: ByteCode, const SLOTS: usize>(
         &mut self,
         _: u16,
-        _: Arguments<'_, Tiny, C, SLOTS>,
+        _: CallArguments<'_, Tiny, C, SLOTS>,
         _: bool,
     ) -> Result<Reply<Tiny>, RobotFault> {
         Ok(Reply::Value(Value::nil()))
     }
 
-    fn log<C: ByteCode, const SLOTS: usize>(&mut self, _: Arguments<'_, Tiny, C, SLOTS>) {}
+    fn log<C: ByteCode, const SLOTS: usize>(&mut self, _: CallArguments<'_, Tiny, C, SLOTS>) {}
 
     fn delay_is_over(&mut self, _: i32, again: bool) -> bool {
         again
@@ -131,7 +131,7 @@ extern "C" fn main() -> ! {
         if PARTS.has(Part::Neighbors) {
             vm.set_network_capacity(core::hint::black_box(Sizes::NONE));
         }
-        if vm.load_sealed(Sealed::new(Flash), ROBOT).is_ok() {
+        if vm.load_sealed(SealedImage::new(Flash), ROBOT).is_ok() {
             for entry in [Entry::Global, Entry::Init, Entry::Step, Entry::Reset, Entry::Destroy] {
                 if vm.begin(entry) {
                     core::hint::black_box(vm.run(&mut Probe, 1000));

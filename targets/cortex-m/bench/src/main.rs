@@ -14,7 +14,7 @@ use bittybuzz_bench::{HEADER, Machine, Mark, Meter, ROOM, run, split};
 use bittybuzz_vm_core::number::Full as Numbers;
 #[cfg(not(feature = "full"))]
 use bittybuzz_vm_core::number::Tiny as Numbers;
-use bittybuzz_vm_core::{Area, Image, Vm};
+use bittybuzz_vm_core::{FlashArea, Image, Vm};
 
 #[panic_handler]
 fn panic(_: &core::panic::PanicInfo) -> ! {
@@ -43,7 +43,7 @@ impl Meter for Debugger {
 #[unsafe(no_mangle)]
 static BENCH_SCRIPT: [u8; ROOM] = [0; ROOM];
 
-type Section = Area<'static, { ROOM - HEADER }>;
+type Section = FlashArea<'static, { ROOM - HEADER }>;
 
 #[cortex_m_rt::entry]
 fn main() -> ! {

@@ -12,8 +12,8 @@ use bittybuzz_vm_core::number::Full as Numbers;
 #[cfg(not(feature = "full"))]
 use bittybuzz_vm_core::number::Tiny as Numbers;
 use bittybuzz_vm_core::{
-    Arguments, Axis, ByteCode, Entry, Host, Image, Part, Parts, Reply, RobotFault, Sighting, Sizes,
-    Value, Vm,
+    Axis, ByteCode, CallArguments, Entry, Host, Image, Part, Parts, Reply, RobotFault, Sighting,
+    Sizes, Value, Vm,
 };
 
 /// Slots of the measured machine, those of a robot.
@@ -49,13 +49,13 @@ impl Host<Numbers> for Probe {
     fn call<C: ByteCode, const SLOTS: usize>(
         &mut self,
         _: u16,
-        _: Arguments<'_, Numbers, C, SLOTS>,
+        _: CallArguments<'_, Numbers, C, SLOTS>,
         _: bool,
     ) -> Result<Reply<Numbers>, RobotFault> {
         Ok(Reply::Value(Value::nil()))
     }
 
-    fn log<C: ByteCode, const SLOTS: usize>(&mut self, _: Arguments<'_, Numbers, C, SLOTS>) {}
+    fn log<C: ByteCode, const SLOTS: usize>(&mut self, _: CallArguments<'_, Numbers, C, SLOTS>) {}
 
     fn delay_is_over(&mut self, _: i32, again: bool) -> bool {
         again

@@ -39,7 +39,7 @@ pub fn wanted(opcode: u8) -> &'static [Kind] {
 }
 
 /// The kinds of values that a built-in is for.
-pub fn arguments(builtin: &builtin::Info) -> &'static [Kind] {
+pub fn arguments(builtin: &builtin::BuiltinInfo) -> &'static [Kind] {
     match (builtin.number, builtin.library) {
         (builtin::SIZE | builtin::CLONE, _) => &[Table],
         (builtin::FOREACH..=builtin::REDUCE, _) => &[Table, Function, Any],

@@ -192,7 +192,7 @@ impl<'a, 'b> Writer<'a, 'b> {
         self.builder.operand(opcode, operand, SPAN);
     }
 
-    fn instruction(&mut self, info: &opcode::Info) {
+    fn instruction(&mut self, info: &opcode::OpcodeInfo) {
         if self.values() > DEEPEST {
             self.builder.pop(DEEPEST / 2, SPAN);
         }
@@ -235,7 +235,7 @@ impl<'a, 'b> Writer<'a, 'b> {
         );
     }
 
-    fn without_trailer(&mut self, info: &opcode::Info, operand: Operand) {
+    fn without_trailer(&mut self, info: &opcode::OpcodeInfo, operand: Operand) {
         let Some((number, counted)) = self.operand(info, operand) else { return };
         let of_global = [kind::of_global(number as usize)];
         let wanted = if operand == Operand::Global { &of_global } else { kind::wanted(info.byte) };
@@ -262,7 +262,7 @@ impl<'a, 'b> Writer<'a, 'b> {
     }
 
     /// An operand, and how many values it takes beside those of the table. `None` if there is nothing to name.
-    fn operand(&mut self, info: &opcode::Info, operand: Operand) -> Option<(i32, usize)> {
+    fn operand(&mut self, info: &opcode::OpcodeInfo, operand: Operand) -> Option<(i32, usize)> {
         let program = self.program;
         let number = match operand {
             Operand::None => 0,
@@ -317,7 +317,7 @@ impl<'a, 'b> Writer<'a, 'b> {
     }
 
     /// The operands of a jump: for one that compares a local, that as the only one.
-    fn operands(&mut self, info: &opcode::Info, trailer: Trailer) {
+    fn operands(&mut self, info: &opcode::OpcodeInfo, trailer: Trailer) {
         if trailer == Trailer::LocalImmediate {
             match self.local(0, false) {
                 Some(local) => self.plain_operand(opcode::LOCAL_GET, local),
@@ -330,7 +330,7 @@ impl<'a, 'b> Writer<'a, 'b> {
         }
     }
 
-    fn jump(&mut self, info: &opcode::Info, trailer: Trailer) {
+    fn jump(&mut self, info: &opcode::OpcodeInfo, trailer: Trailer) {
         let choice = self.choices.byte();
         let keeps = usize::from(matches!(info.byte, opcode::AND | opcode::OR));
         let pick = |targets: &[Target]| {

@@ -1,9 +1,9 @@
 //! What chips run: the conformance scripts, and programs that the generator makes up.
 
-use bittybuzz_compiler::codegen::constant::Profile;
+use bittybuzz_compiler::codegen::constant::NumberProfile;
 use bittybuzz_compiler::compile::{Options, compile};
 use bittybuzz_compiler::diagnostic::Severity;
-use bittybuzz_compiler::include::{DiskFiles, Loader, MemoryFiles};
+use bittybuzz_compiler::include::{DiskFiles, IncludeLoader, MemoryFiles};
 use bittybuzz_on_chip::Header;
 use bittybuzz_tests::{bbz, compiler, files, generator};
 use std::ops::Range;
@@ -42,11 +42,12 @@ impl Program {
 /// The names of the conformance scripts, each with its program if it compiles.
 pub fn conformance(full: bool) -> Vec<(String, Option<Program>)> {
     let options = Options {
-        profile: Some(if full { Profile::Full } else { Profile::Tiny }),
+        profile: Some(if full { NumberProfile::Full } else { NumberProfile::Tiny }),
         robot: None,
         robots: bittybuzz_robot_files::all_shipped(),
     };
-    let loader = Loader { folders: vec![bbz::root().join("lib")], ..Loader::new(&DiskFiles) };
+    let loader =
+        IncludeLoader { folders: vec![bbz::root().join("lib")], ..IncludeLoader::new(&DiskFiles) };
     let paths = files::with_extension(CONFORMANCE, "bzz");
     let programs = paths.iter().enumerate().map(|(number, path)| {
         let compiled = compile(&bbz::root().join(path), files::read(path), &loader, &options);
@@ -103,7 +104,7 @@ mod tests {
         assert_eq!(missing, [""; 0]);
     }
 
-    fn full_name(info: &builtin::Info) -> String {
+    fn full_name(info: &builtin::BuiltinInfo) -> String {
         match (info.library, info.library.global_name()) {
             (Library::Rng, _) => format!("math.rng.{}", info.name),
             (_, Some(library)) => format!("{library}.{}", info.name),

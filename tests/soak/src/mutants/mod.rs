@@ -11,10 +11,10 @@ mod zooids;
 use crate::Verdict;
 use crate::sources;
 use anyhow::{Result, bail};
-use bittybuzz_builds::board::{BEHAVIOURS, Board, CRAZYFLIE, KILOBOT, ZOOIDS};
+use bittybuzz_builds::board::{BEHAVIOURS, CRAZYFLIE, FirmwareBuild, KILOBOT, ZOOIDS};
 use bittybuzz_builds::cargo_test::{SKIP_SLOW, all_tests, cargo_test};
 use bittybuzz_builds::copy::Copy;
-use bittybuzz_builds::shell::{Line, target};
+use bittybuzz_builds::shell::{Invocation, target};
 use fs_err as fs;
 use std::path::{Path, PathBuf};
 
@@ -45,7 +45,7 @@ struct Subject {
 enum Tests {
     /// The image of a board, under the name of this variable, is run by these programs of `tests/hil`.
     OfImage {
-        board: &'static Board,
+        board: &'static FirmwareBuild,
         variable: &'static str,
         /// Behaviours of `examples/kilobot` whose images it replaces; it is built with the parts of the machine that the first uses.
         behaviours: &'static [&'static str],
@@ -232,9 +232,14 @@ impl Tests {
     }
 }
 
-fn build(board: &Board, copy: &Copy, target: &Path, behaviour: Option<&&str>) -> Result<PathBuf> {
-    let mut line =
-        Line::cargo(&["build", "--release"]).env("CARGO_TARGET_DIR", &target.display().to_string());
+fn build(
+    board: &FirmwareBuild,
+    copy: &Copy,
+    target: &Path,
+    behaviour: Option<&&str>,
+) -> Result<PathBuf> {
+    let mut line = Invocation::cargo(&["build", "--release"])
+        .env("CARGO_TARGET_DIR", &target.display().to_string());
     if let Some(name) = behaviour {
         let script = copy.root().join(BEHAVIOURS).join(name).with_extension("bzz");
         line = line.env("BBZ_SCRIPT", &script.display().to_string());
@@ -244,7 +249,7 @@ fn build(board: &Board, copy: &Copy, target: &Path, behaviour: Option<&&str>) ->
 }
 
 /// Runs cargo in this folder of the copy.
-pub fn in_copy(line: Line, copy: &Copy, folder: &str) -> Line {
+pub fn in_copy(line: Invocation, copy: &Copy, folder: &str) -> Invocation {
     let variables = copy.variables();
     let line = variables.iter().fold(line, |line, (name, value)| line.env(name, value));
     line.in_workspace(&copy.root().join(folder).display().to_string())

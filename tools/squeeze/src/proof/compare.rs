@@ -10,104 +10,114 @@
 use std::cell::OnceCell;
 
 use super::decode::flag;
-use super::program::Place;
-use super::refusal::Cause;
-use super::run::{Event, Run, SAVED, Snapshot};
+use super::program::CodeLocation;
+use super::refusal::DifferenceKind;
+use super::run::{Execution, SAVED, Snapshot, VisibleEffect};
 use super::{Contract, Proof};
 
 /// Two executions of a function with the same input.
 pub struct Comparison<'a> {
     pub proof: &'a Proof<'a>,
-    pub original: &'a Run,
-    pub squeezed: &'a Run,
+    pub original: &'a Execution,
+    pub squeezed: &'a Execution,
     /// The registers in which the function and its callers exchange values.
     pub contract: Contract,
     /// True for the handler of an interrupt.
     pub is_interrupt: bool,
     /// Executes the original with other values in registers in which nothing is passed.
-    pub again: &'a dyn Fn() -> Vec<Run>,
+    pub again: &'a dyn Fn() -> Vec<Execution>,
     /// The runs of `again`, once they were needed.
-    pub others: OnceCell<Vec<Run>>,
+    pub others: OnceCell<Vec<Execution>>,
 }
 
 impl Comparison<'_> {
     /// Compares all events. The error is the number of the first event that differs, and the cause.
-    pub fn check(&self) -> Result<(), (usize, Cause)> {
+    pub fn check(&self) -> Result<(), (usize, DifferenceKind)> {
         let (one, two) = (self.original, self.squeezed);
         for number in 0..one.events.len() {
             if number >= two.events.len() {
-                return Err((number, Cause::Hangs));
+                return Err((number, DifferenceKind::Hangs));
             }
             self.same_event(number).map_err(|cause| (number, cause))?;
             self.in_time(number).map_err(|cause| (number, cause))?;
         }
         if !one.is_cut && two.events.len() > one.events.len() {
-            return Err((one.events.len(), Cause::Hangs));
+            return Err((one.events.len(), DifferenceKind::Hangs));
         }
         Ok(())
     }
 
     /// Returns true if the value that `pick` finds in an event of the original does not depend on a
     /// register that was never set.
-    fn is_set(&self, number: usize, pick: &dyn Fn(&Event) -> Option<u8>) -> bool {
-        let value = |run: &Run| run.events.get(number).and_then(|event| pick(&event.event));
+    fn is_set(&self, number: usize, pick: &dyn Fn(&VisibleEffect) -> Option<u8>) -> bool {
+        let value = |run: &Execution| run.events.get(number).and_then(|event| pick(&event.event));
         let others = self.others.get_or_init(self.again);
         others.iter().all(|other| value(other) == value(self.original))
     }
 
     /// Returns true if a register has the same value in both executions, or one that was never set.
     fn is_same(&self, number: usize, register: usize, first: &Snapshot, second: &Snapshot) -> bool {
-        let pick = |event: &Event| event.snapshot().map(|end| end.cpu.registers[register]);
+        let pick = |event: &VisibleEffect| event.snapshot().map(|end| end.cpu.registers[register]);
         first.cpu.registers[register] == second.cpu.registers[register]
             || !self.is_set(number, &pick)
     }
 
-    fn same_event(&self, number: usize) -> Result<(), Cause> {
+    fn same_event(&self, number: usize) -> Result<(), DifferenceKind> {
         let event = &self.original.events[number].event;
         let other = &self.squeezed.events[number].event;
-        let differs = || Cause::Event { original: describe(event), squeezed: describe(other) };
+        let differs =
+            || DifferenceKind::Event { original: describe(event), squeezed: describe(other) };
         match (event, other) {
-            (Event::Call(to, first), Event::Call(other_to, second)) => {
+            (VisibleEffect::Call(to, first), VisibleEffect::Call(other_to, second)) => {
                 if to != other_to {
                     return Err(differs());
                 }
                 let callee = self.proof.contract(to.as_ref());
                 self.same_arguments(number, to.as_ref(), first, second)?;
                 if to.is_none() && first.cpu.pair(30) != second.cpu.pair(30) {
-                    return Err(Cause::Register { number: 30, what: "the callee's address" });
+                    return Err(DifferenceKind::Register {
+                        number: 30,
+                        what: "the callee's address",
+                    });
                 }
                 if callee.takes_stack {
                     if first.cpu.stack != second.cpu.stack {
-                        return Err(Cause::Stack);
+                        return Err(DifferenceKind::Stack);
                     }
                     if first.pushed != second.pushed {
-                        return Err(Cause::Pushed);
+                        return Err(DifferenceKind::Pushed);
                     }
                 }
                 Ok(())
             }
-            (Event::Leave(to, first), Event::Leave(other_to, second)) => {
+            (VisibleEffect::Leave(to, first), VisibleEffect::Leave(other_to, second)) => {
                 if to != other_to {
                     return Err(differs());
                 }
                 self.same_arguments(number, Some(to), first, second)?;
                 self.same_saved(first, second)
             }
-            (Event::Return(first), Event::Return(second)) if !self.is_interrupt => {
+            (VisibleEffect::Return(first), VisibleEffect::Return(second)) if !self.is_interrupt => {
                 let is_result = |register: &u8| self.contract.results >> register & 1 != 0;
                 for register in (0..32).filter(is_result) {
                     if !self.is_same(number, register.into(), first, second) {
-                        return Err(Cause::Register { number: register, what: "a result" });
+                        return Err(DifferenceKind::Register {
+                            number: register,
+                            what: "a result",
+                        });
                     }
                 }
                 self.same_saved(first, second)
             }
-            (Event::ReturnFromInterrupt(first), Event::ReturnFromInterrupt(second)) => {
-                self.same_interrupted(first, second)
-            }
-            (Event::Store(to, value), Event::Store(other_to, other)) if to == other_to => {
-                let pick = |event: &Event| match event {
-                    Event::Store(_, value) => Some(*value),
+            (
+                VisibleEffect::ReturnFromInterrupt(first),
+                VisibleEffect::ReturnFromInterrupt(second),
+            ) => self.same_interrupted(first, second),
+            (VisibleEffect::Store(to, value), VisibleEffect::Store(other_to, other))
+                if to == other_to =>
+            {
+                let pick = |event: &VisibleEffect| match event {
+                    VisibleEffect::Store(_, value) => Some(*value),
                     _ => None,
                 };
                 let is_same = value == other || !self.is_set(number, &pick);
@@ -124,10 +134,10 @@ impl Comparison<'_> {
     fn same_arguments(
         &self,
         number: usize,
-        callee: Option<&Place>,
+        callee: Option<&CodeLocation>,
         first: &Snapshot,
         second: &Snapshot,
-    ) -> Result<(), Cause> {
+    ) -> Result<(), DifferenceKind> {
         let kept = match (self.is_interrupt, self.proof.is_known(callee)) {
             (true, _) => !(1 << 1),
             (false, true) => 0,
@@ -139,14 +149,14 @@ impl Comparison<'_> {
             let before = self.original.before.registers[at];
             let is_kept = kept >> register & 1 != 0 && before == first.cpu.registers[at];
             if !is_kept && !self.is_same(number, at, first, second) {
-                return Err(Cause::Register { number: register, what: "an argument" });
+                return Err(DifferenceKind::Register { number: register, what: "an argument" });
             }
         }
         Ok(())
     }
 
     /// Compares the registers that a caller wants back, r1, and the stack pointer.
-    fn same_saved(&self, first: &Snapshot, second: &Snapshot) -> Result<(), Cause> {
+    fn same_saved(&self, first: &Snapshot, second: &Snapshot) -> Result<(), DifferenceKind> {
         for number in (1..32_u8).filter(|number| *number == 1 || SAVED >> number & 1 != 0) {
             let at = usize::from(number);
             let kept = self.original.before.registers[at] == first.cpu.registers[at];
@@ -156,61 +166,68 @@ impl Comparison<'_> {
                 first.cpu.registers[at] == second.cpu.registers[at]
             };
             if !is_same {
-                return Err(Cause::Register { number, what: "which the caller wants back" });
+                return Err(DifferenceKind::Register {
+                    number,
+                    what: "which the caller wants back",
+                });
             }
         }
         if (first.cpu.flags ^ second.cpu.flags) & 1 << flag::I != 0 {
-            return Err(Cause::Flags);
+            return Err(DifferenceKind::Flags);
         }
         self.same_stack(first, second)
     }
 
     /// Compares registers, flags and stack of the interrupted program.
-    fn same_interrupted(&self, first: &Snapshot, second: &Snapshot) -> Result<(), Cause> {
+    fn same_interrupted(&self, first: &Snapshot, second: &Snapshot) -> Result<(), DifferenceKind> {
         for number in 0..32 {
             let at = usize::from(number);
             let is_kept =
-                |run: &Run, end: &Snapshot| run.before.registers[at] == end.cpu.registers[at];
+                |run: &Execution, end: &Snapshot| run.before.registers[at] == end.cpu.registers[at];
             if is_kept(self.original, first) && !is_kept(self.squeezed, second) {
-                return Err(Cause::Register { number, what: "of the interrupted program" });
+                return Err(DifferenceKind::Register {
+                    number,
+                    what: "of the interrupted program",
+                });
             }
         }
-        let flags = |run: &Run, end: &Snapshot| (run.before.flags ^ end.cpu.flags) & 0x7f;
+        let flags = |run: &Execution, end: &Snapshot| (run.before.flags ^ end.cpu.flags) & 0x7f;
         if flags(self.original, first) == 0 && flags(self.squeezed, second) != 0 {
-            return Err(Cause::Flags);
+            return Err(DifferenceKind::Flags);
         }
         self.same_stack(first, second)
     }
 
     /// Compares the distances of the stack pointer from its initial value.
-    fn same_stack(&self, first: &Snapshot, second: &Snapshot) -> Result<(), Cause> {
-        let distance = |run: &Run, end: &Snapshot| end.cpu.stack.wrapping_sub(run.before.stack);
+    fn same_stack(&self, first: &Snapshot, second: &Snapshot) -> Result<(), DifferenceKind> {
+        let distance =
+            |run: &Execution, end: &Snapshot| end.cpu.stack.wrapping_sub(run.before.stack);
         let is_same = distance(self.original, first) == distance(self.squeezed, second);
-        if is_same { Ok(()) } else { Err(Cause::Stack) }
+        if is_same { Ok(()) } else { Err(DifferenceKind::Stack) }
     }
 
     /// Returns an error if an event comes too late.
-    fn in_time(&self, number: usize) -> Result<(), Cause> {
+    fn in_time(&self, number: usize) -> Result<(), DifferenceKind> {
         let (one, two) = (&self.original.events[..=number], &self.squeezed.events[..=number]);
         let (event, other) = (&one[number], &two[number]);
         if let Some(original) = event.gap {
             let squeezed = other.gap.unwrap_or(u32::MAX);
             if squeezed > original {
-                return Err(Cause::Later { original, squeezed });
+                return Err(DifferenceKind::Later { original, squeezed });
             }
         }
-        let Event::Store(address, _) = event.event else { return Ok(()) };
+        let VisibleEffect::Store(address, _) = event.event else { return Ok(()) };
         if !TIMED.contains(&address) {
             return Ok(());
         }
-        let before = one[..number]
-            .iter()
-            .rposition(|event| matches!(event.event, Event::Store(other, _) if other == address));
+        let before = one[..number].iter().rposition(
+            |event| matches!(event.event, VisibleEffect::Store(other, _) if other == address),
+        );
         if let Some(before) = before {
             let original = event.cycle - one[before].cycle;
             let squeezed = other.cycle - two[before].cycle;
             if original <= 4 && squeezed > 4 {
-                return Err(Cause::Later { original, squeezed });
+                return Err(DifferenceKind::Later { original, squeezed });
             }
         }
         Ok(())
@@ -221,25 +238,27 @@ impl Comparison<'_> {
 /// SPMCSR, WDTCSR, CLKPR (data sheet of the ATmega328P, 8.6.3, 13.4.1, 26.3.1, 10.9.2, 8.12.2).
 const TIMED: [u16; 5] = [0x3f, 0x55, 0x57, 0x60, 0x61];
 
-fn describe(event: &Event) -> String {
-    let place = |place: &Place| match place {
-        Place::Symbol(symbol) => format!("`{symbol}`"),
-        Place::Address(address) => format!("address {address}"),
-        Place::None | Place::Inside(_) => "a place of its own".to_owned(),
+fn describe(event: &VisibleEffect) -> String {
+    let place = |place: &CodeLocation| match place {
+        CodeLocation::Symbol(symbol) => format!("`{symbol}`"),
+        CodeLocation::Address(address) => format!("address {address}"),
+        CodeLocation::None | CodeLocation::Inside(_) => "a place of its own".to_owned(),
     };
     match event {
-        Event::Load(address) => format!("a load from {address:#06x}"),
-        Event::Store(address, value) => format!("a store of {value:#04x} to {address:#06x}"),
-        Event::Flash(address) => format!("a load from flash at {address:#06x}"),
-        Event::Special(name) => format!("`{name}`"),
-        Event::Off => "an instruction that turns interrupts off".to_owned(),
-        Event::On => "an instruction that turns interrupts on".to_owned(),
-        Event::Call(Some(to), _) => format!("a call of {}", place(to)),
-        Event::Call(None, _) => "a call by address".to_owned(),
-        Event::Leave(to, _) => format!("a jump to {}", place(to)),
-        Event::Return(_) => "a return".to_owned(),
-        Event::ReturnFromInterrupt(_) => "a return from an interrupt".to_owned(),
-        Event::End => "a step behind the last instruction".to_owned(),
-        Event::Lost => "a return to nowhere".to_owned(),
+        VisibleEffect::Load(address) => format!("a load from {address:#06x}"),
+        VisibleEffect::Store(address, value) => {
+            format!("a store of {value:#04x} to {address:#06x}")
+        }
+        VisibleEffect::Flash(address) => format!("a load from flash at {address:#06x}"),
+        VisibleEffect::Special(name) => format!("`{name}`"),
+        VisibleEffect::Off => "an instruction that turns interrupts off".to_owned(),
+        VisibleEffect::On => "an instruction that turns interrupts on".to_owned(),
+        VisibleEffect::Call(Some(to), _) => format!("a call of {}", place(to)),
+        VisibleEffect::Call(None, _) => "a call by address".to_owned(),
+        VisibleEffect::Leave(to, _) => format!("a jump to {}", place(to)),
+        VisibleEffect::Return(_) => "a return".to_owned(),
+        VisibleEffect::ReturnFromInterrupt(_) => "a return from an interrupt".to_owned(),
+        VisibleEffect::End => "a step behind the last instruction".to_owned(),
+        VisibleEffect::Lost => "a return to nowhere".to_owned(),
     }
 }

@@ -4,7 +4,7 @@
 //! stores and the stack. The caller keeps the place in the code, and gets a [`Control`] for each
 //! instruction.
 
-use super::decode::{Op, Pair, Pointer, Product, Single, flag};
+use super::decode::{AsmOperation, PairOperation, Pointer, Product, Single, flag};
 
 /// The I/O addresses of SPL, SPH and SREG.
 const SPL: u8 = 0x3d;
@@ -14,7 +14,7 @@ const SREG: u8 = 0x3f;
 const IO: u16 = 0x20;
 
 /// Memory and I/O registers, by their addresses in data space.
-pub trait Bus {
+pub trait DataSpace {
     /// Reads a byte.
     fn load(&mut self, address: u16) -> u8;
     /// Writes a byte.
@@ -31,7 +31,7 @@ pub trait Bus {
 
 /// The place to which control goes after an instruction.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Control {
+pub enum Successor {
     /// To the next instruction.
     Next,
     /// Past the next instruction.
@@ -95,76 +95,76 @@ impl Cpu {
     }
 
     /// Executes an instruction. The caller handles return addresses.
-    pub fn execute(&mut self, op: &Op, bus: &mut impl Bus) -> Control {
+    pub fn execute(&mut self, op: &AsmOperation, bus: &mut impl DataSpace) -> Successor {
         let (cycles, control) = self.perform(op, bus);
         self.cycles += cycles;
         control
     }
 
-    fn perform(&mut self, op: &Op, bus: &mut impl Bus) -> (u32, Control) {
-        let skip = |skips: bool| if skips { (2, Control::Skip) } else { (1, Control::Next) };
+    fn perform(&mut self, op: &AsmOperation, bus: &mut impl DataSpace) -> (u32, Successor) {
+        let skip = |skips: bool| if skips { (2, Successor::Skip) } else { (1, Successor::Next) };
         let cycles = match *op {
-            Op::Pair(kind, to, from) => {
+            AsmOperation::Pair(kind, to, from) => {
                 self.calculate(kind, to, self.at(from));
                 1
             }
-            Op::Constant(kind, to, value) => {
+            AsmOperation::Constant(kind, to, value) => {
                 self.calculate(kind, to, value);
                 1
             }
-            Op::Single(kind, register) => {
+            AsmOperation::Single(kind, register) => {
                 self.change(kind, register);
                 1
             }
-            Op::Multiply(kind, one, other) => {
+            AsmOperation::Multiply(kind, one, other) => {
                 self.multiply(kind, self.at(one), self.at(other));
                 2
             }
-            Op::Word(register, value, subtracts) => {
+            AsmOperation::Word(register, value, subtracts) => {
                 self.add_word(register, value, subtracts);
                 2
             }
-            Op::Copy(to, from) => {
+            AsmOperation::Copy(to, from) => {
                 self.put(to, self.at(from));
                 1
             }
-            Op::CopyPair(to, from) => {
+            AsmOperation::CopyPair(to, from) => {
                 self.put_pair(to, self.pair(from));
                 1
             }
-            Op::Load(to, value) => {
+            AsmOperation::Load(to, value) => {
                 self.put(to, value);
                 1
             }
-            Op::Read(to, pointer) => {
+            AsmOperation::Read(to, pointer) => {
                 let address = self.address(pointer);
                 let value = bus.load(address);
                 self.put(to, value);
                 2
             }
-            Op::Write(pointer, from) => {
+            AsmOperation::Write(pointer, from) => {
                 // The value is taken before the pointer changes.
                 let value = self.at(from);
                 let address = self.address(pointer);
                 bus.store(address, value);
                 2
             }
-            Op::ReadAt(to, address) => {
+            AsmOperation::ReadAt(to, address) => {
                 let value = bus.load(address);
                 self.put(to, value);
                 2
             }
-            Op::WriteAt(address, from) => {
+            AsmOperation::WriteAt(address, from) => {
                 bus.store(address, self.at(from));
                 2
             }
-            Op::ReadFlash(to, pointer) => {
+            AsmOperation::ReadFlash(to, pointer) => {
                 let address = self.address(pointer);
                 let value = bus.load_flash(address);
                 self.put(to, value);
                 3
             }
-            Op::In(to, from) => {
+            AsmOperation::In(to, from) => {
                 let value = match from {
                     SPL => self.stack as u8,
                     SPH => (self.stack >> 8) as u8,
@@ -174,7 +174,7 @@ impl Cpu {
                 self.put(to, value);
                 1
             }
-            Op::Out(to, from) => {
+            AsmOperation::Out(to, from) => {
                 let value = self.at(from);
                 match to {
                     SPL => self.stack = self.stack & 0xff00 | u16::from(value),
@@ -184,64 +184,68 @@ impl Cpu {
                 }
                 1
             }
-            Op::Bit(at, bit, is_set) => {
+            AsmOperation::Bit(at, bit, is_set) => {
                 let address = IO + u16::from(at);
                 let value = bus.load(address);
                 bus.store(address, if is_set { value | 1 << bit } else { value & !(1 << bit) });
                 2
             }
-            Op::SkipIo(at, bit, is_set) => {
+            AsmOperation::SkipIo(at, bit, is_set) => {
                 let value = bus.load(IO + u16::from(at));
                 return skip((value & 1 << bit != 0) == is_set);
             }
-            Op::SkipBit(register, bit, is_set) => {
+            AsmOperation::SkipBit(register, bit, is_set) => {
                 return skip((self.at(register) & 1 << bit != 0) == is_set);
             }
-            Op::SkipEqual(one, other) => return skip(self.at(one) == self.at(other)),
-            Op::Store(register, bit) => {
+            AsmOperation::SkipEqual(one, other) => return skip(self.at(one) == self.at(other)),
+            AsmOperation::Store(register, bit) => {
                 self.set_flag(flag::T, self.at(register) & 1 << bit != 0);
                 1
             }
-            Op::Restore(register, bit) => {
+            AsmOperation::Restore(register, bit) => {
                 let others = self.at(register) & !(1 << bit);
                 self.put(register, others | u8::from(self.flag(flag::T)) << bit);
                 1
             }
-            Op::Flag(bit, is_set) => {
+            AsmOperation::Flag(bit, is_set) => {
                 self.set_flag(bit, is_set);
                 1
             }
-            Op::Branch(bit, is_set, _) => {
+            AsmOperation::Branch(bit, is_set, _) => {
                 let is_taken = self.flag(bit) == is_set;
-                return if is_taken { (2, Control::Branch) } else { (1, Control::Next) };
+                return if is_taken { (2, Successor::Branch) } else { (1, Successor::Next) };
             }
-            Op::Jump(_, is_long) => return (if is_long { 3 } else { 2 }, Control::Jump),
-            Op::Call(_, is_long) => return (if is_long { 4 } else { 3 }, Control::Call),
-            Op::CallPointer => return (3, Control::CallPointer),
-            Op::JumpPointer => return (2, Control::JumpPointer),
-            Op::Return => return (4, Control::Return),
-            Op::ReturnFromInterrupt => {
+            AsmOperation::Jump(_, is_long) => {
+                return (if is_long { 3 } else { 2 }, Successor::Jump);
+            }
+            AsmOperation::Call(_, is_long) => {
+                return (if is_long { 4 } else { 3 }, Successor::Call);
+            }
+            AsmOperation::CallPointer => return (3, Successor::CallPointer),
+            AsmOperation::JumpPointer => return (2, Successor::JumpPointer),
+            AsmOperation::Return => return (4, Successor::Return),
+            AsmOperation::ReturnFromInterrupt => {
                 self.set_flag(flag::I, true);
-                return (4, Control::ReturnFromInterrupt);
+                return (4, Successor::ReturnFromInterrupt);
             }
-            Op::Push(register) => {
+            AsmOperation::Push(register) => {
                 bus.push(self.stack, self.at(register));
                 self.stack = self.stack.wrapping_sub(1);
                 2
             }
-            Op::Pop(register) => {
+            AsmOperation::Pop(register) => {
                 self.stack = self.stack.wrapping_add(1);
                 let value = bus.pop(self.stack);
                 self.put(register, value);
                 2
             }
-            Op::Nop => 1,
-            Op::Special(name) => {
+            AsmOperation::Nop => 1,
+            AsmOperation::Special(name) => {
                 bus.special(name);
                 1
             }
         };
-        (cycles, Control::Next)
+        (cycles, Successor::Next)
     }
 
     /// Returns the address of a pointer, and updates the pointer.
@@ -265,22 +269,22 @@ impl Cpu {
         self.set_flag(flag::Z, result == 0);
     }
 
-    fn calculate(&mut self, kind: Pair, to: u8, other: u8) {
+    fn calculate(&mut self, kind: PairOperation, to: u8, other: u8) {
         let one = self.at(to);
         let carry = u8::from(self.flag(flag::C));
         let result = match kind {
-            Pair::And | Pair::Or | Pair::Eor => {
+            PairOperation::And | PairOperation::Or | PairOperation::Eor => {
                 let result = match kind {
-                    Pair::And => one & other,
-                    Pair::Or => one | other,
+                    PairOperation::And => one & other,
+                    PairOperation::Or => one | other,
                     _ => one ^ other,
                 };
                 self.set_flag(flag::V, false);
                 self.set_signs(result);
                 result
             }
-            Pair::Add | Pair::Adc => {
-                let carry = if kind == Pair::Adc { carry } else { 0 };
+            PairOperation::Add | PairOperation::Adc => {
+                let carry = if kind == PairOperation::Adc { carry } else { 0 };
                 let result = one.wrapping_add(other).wrapping_add(carry);
                 // Carries out of each bit.
                 let carries = one & other | other & !result | !result & one;
@@ -293,8 +297,8 @@ impl Cpu {
                 self.set_signs(result);
                 result
             }
-            Pair::Sub | Pair::Cp | Pair::Sbc | Pair::Cpc => {
-                let takes_carry = matches!(kind, Pair::Sbc | Pair::Cpc);
+            PairOperation::Sub | PairOperation::Cp | PairOperation::Sbc | PairOperation::Cpc => {
+                let takes_carry = matches!(kind, PairOperation::Sbc | PairOperation::Cpc);
                 let result =
                     one.wrapping_sub(other).wrapping_sub(if takes_carry { carry } else { 0 });
                 let borrows = !one & other | other & result | result & !one;
@@ -313,7 +317,7 @@ impl Cpu {
                 result
             }
         };
-        if !matches!(kind, Pair::Cp | Pair::Cpc) {
+        if !matches!(kind, PairOperation::Cp | PairOperation::Cpc) {
             self.put(to, result);
         }
     }

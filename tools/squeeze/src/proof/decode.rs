@@ -27,7 +27,7 @@ pub mod flag {
 
 /// Arithmetic on two registers.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Pair {
+pub enum PairOperation {
     /// `add`
     Add,
     /// `adc`
@@ -95,7 +95,7 @@ pub struct Pointer {
 
 /// The place where control goes.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub enum Target {
+pub enum JumpTarget {
     /// A label.
     Label(String),
     /// An address in flash.
@@ -106,11 +106,11 @@ pub enum Target {
 
 /// An instruction.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub enum Op {
+pub enum AsmOperation {
     /// Arithmetic on two registers.
-    Pair(Pair, u8, u8),
+    Pair(PairOperation, u8, u8),
     /// Arithmetic on a register and a constant: `subi`, `sbci`, `andi`, `ori`, `cpi`.
-    Constant(Pair, u8, u8),
+    Constant(PairOperation, u8, u8),
     /// Arithmetic on one register.
     Single(Single, u8),
     /// A product in r1:r0.
@@ -152,11 +152,11 @@ pub enum Op {
     /// `bset`, and `bclr` if false.
     Flag(u8, bool),
     /// `brbs`, and `brbc` if false.
-    Branch(u8, bool, Target),
+    Branch(u8, bool, JumpTarget),
     /// `rjmp`, and `jmp` if true.
-    Jump(Target, bool),
+    Jump(JumpTarget, bool),
     /// `rcall`, and `call` if true.
-    Call(Target, bool),
+    Call(JumpTarget, bool),
     /// `icall`
     CallPointer,
     /// `ijmp`
@@ -177,29 +177,29 @@ pub enum Op {
 
 /// A reason why a line cannot be decoded.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub enum DecodeError {
+pub enum UnknownLine {
     /// The instruction is not supported.
     Instruction(String),
     /// The instruction does not accept the operand.
     Operand(String),
 }
 
-impl fmt::Display for DecodeError {
+impl fmt::Display for UnknownLine {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
-            DecodeError::Instruction(name) => write!(f, "the instruction `{name}` is not known"),
-            DecodeError::Operand(text) => write!(f, "the operand `{text}` is not known"),
+            UnknownLine::Instruction(name) => write!(f, "the instruction `{name}` is not known"),
+            UnknownLine::Operand(text) => write!(f, "the operand `{text}` is not known"),
         }
     }
 }
 
 /// Decodes an instruction. `name` is in lower case.
-pub fn decode(name: &str, operands: &str) -> Result<Op, DecodeError> {
+pub fn decode(name: &str, operands: &str) -> Result<AsmOperation, UnknownLine> {
     let parts: Vec<&str> = match operands.trim() {
         "" => Vec::new(),
         operands => operands.split(',').map(str::trim).collect(),
     };
-    let wrong = || DecodeError::Operand(operands.to_owned());
+    let wrong = || UnknownLine::Operand(operands.to_owned());
     let count = |wanted: usize| if parts.len() == wanted { Ok(()) } else { Err(wrong()) };
     let register =
         |number: usize| parts.get(number).and_then(|part| register(part)).ok_or_else(wrong);
@@ -221,35 +221,41 @@ pub fn decode(name: &str, operands: &str) -> Result<Op, DecodeError> {
     let pointer = |number: usize, takes_displacement: bool| {
         parts.get(number).and_then(|part| pointer(part, takes_displacement)).ok_or_else(wrong)
     };
-    let pair = |kind: Pair| count(2).and(Ok(Op::Pair(kind, register(0)?, register(1)?)));
-    let constant = |kind: Pair| count(2).and(Ok(Op::Constant(kind, upper(0)?, byte(1)?)));
-    let single = |kind: Single| count(1).and(Ok(Op::Single(kind, register(0)?)));
-    let twice = |kind: Pair| count(1).and(Ok(Op::Pair(kind, register(0)?, register(0)?)));
-    let plain = |op: Op| count(0).and(Ok(op));
-    let branch = |bit: u8, is_set: bool| count(1).and(Ok(Op::Branch(bit, is_set, target()?)));
+    let pair = |kind: PairOperation| {
+        count(2).and(Ok(AsmOperation::Pair(kind, register(0)?, register(1)?)))
+    };
+    let constant =
+        |kind: PairOperation| count(2).and(Ok(AsmOperation::Constant(kind, upper(0)?, byte(1)?)));
+    let single = |kind: Single| count(1).and(Ok(AsmOperation::Single(kind, register(0)?)));
+    let twice = |kind: PairOperation| {
+        count(1).and(Ok(AsmOperation::Pair(kind, register(0)?, register(0)?)))
+    };
+    let plain = |op: AsmOperation| count(0).and(Ok(op));
+    let branch =
+        |bit: u8, is_set: bool| count(1).and(Ok(AsmOperation::Branch(bit, is_set, target()?)));
     let range = |number: usize, low: u8, high: u8| {
         register(number).and_then(|r| if (low..=high).contains(&r) { Ok(r) } else { Err(wrong()) })
     };
     match name {
-        "add" => pair(Pair::Add),
-        "adc" => pair(Pair::Adc),
-        "sub" => pair(Pair::Sub),
-        "sbc" => pair(Pair::Sbc),
-        "and" => pair(Pair::And),
-        "or" => pair(Pair::Or),
-        "eor" => pair(Pair::Eor),
-        "cp" => pair(Pair::Cp),
-        "cpc" => pair(Pair::Cpc),
-        "lsl" => twice(Pair::Add),
-        "rol" => twice(Pair::Adc),
-        "tst" => twice(Pair::And),
-        "clr" => twice(Pair::Eor),
-        "subi" => constant(Pair::Sub),
-        "sbci" => constant(Pair::Sbc),
-        "andi" => constant(Pair::And),
-        "ori" | "sbr" => constant(Pair::Or),
-        "cpi" => constant(Pair::Cp),
-        "cbr" => count(2).and(Ok(Op::Constant(Pair::And, upper(0)?, !byte(1)?))),
+        "add" => pair(PairOperation::Add),
+        "adc" => pair(PairOperation::Adc),
+        "sub" => pair(PairOperation::Sub),
+        "sbc" => pair(PairOperation::Sbc),
+        "and" => pair(PairOperation::And),
+        "or" => pair(PairOperation::Or),
+        "eor" => pair(PairOperation::Eor),
+        "cp" => pair(PairOperation::Cp),
+        "cpc" => pair(PairOperation::Cpc),
+        "lsl" => twice(PairOperation::Add),
+        "rol" => twice(PairOperation::Adc),
+        "tst" => twice(PairOperation::And),
+        "clr" => twice(PairOperation::Eor),
+        "subi" => constant(PairOperation::Sub),
+        "sbci" => constant(PairOperation::Sbc),
+        "andi" => constant(PairOperation::And),
+        "ori" | "sbr" => constant(PairOperation::Or),
+        "cpi" => constant(PairOperation::Cp),
+        "cbr" => count(2).and(Ok(AsmOperation::Constant(PairOperation::And, upper(0)?, !byte(1)?))),
         "com" => single(Single::Com),
         "neg" => single(Single::Neg),
         "inc" => single(Single::Inc),
@@ -258,52 +264,58 @@ pub fn decode(name: &str, operands: &str) -> Result<Op, DecodeError> {
         "ror" => single(Single::Ror),
         "asr" => single(Single::Asr),
         "swap" => single(Single::Swap),
-        "mul" => count(2).and(Ok(Op::Multiply(Product::Unsigned, register(0)?, register(1)?))),
-        "muls" => count(2).and(Ok(Op::Multiply(Product::Signed, upper(0)?, upper(1)?))),
-        "mulsu" => {
-            count(2).and(Ok(Op::Multiply(Product::Mixed, range(0, 16, 23)?, range(1, 16, 23)?)))
+        "mul" => {
+            count(2).and(Ok(AsmOperation::Multiply(Product::Unsigned, register(0)?, register(1)?)))
         }
+        "muls" => count(2).and(Ok(AsmOperation::Multiply(Product::Signed, upper(0)?, upper(1)?))),
+        "mulsu" => count(2).and(Ok(AsmOperation::Multiply(
+            Product::Mixed,
+            range(0, 16, 23)?,
+            range(1, 16, 23)?,
+        ))),
         "adiw" | "sbiw" => {
             count(2)?;
             match even(0)? {
-                pair @ 24.. => Ok(Op::Word(pair, below(1, 64)?, name == "sbiw")),
+                pair @ 24.. => Ok(AsmOperation::Word(pair, below(1, 64)?, name == "sbiw")),
                 _ => Err(wrong()),
             }
         }
-        "mov" => count(2).and(Ok(Op::Copy(register(0)?, register(1)?))),
-        "movw" => count(2).and(Ok(Op::CopyPair(even(0)?, even(1)?))),
-        "ldi" => count(2).and(Ok(Op::Load(upper(0)?, byte(1)?))),
-        "ser" => count(1).and(Ok(Op::Load(upper(0)?, 0xff))),
-        "ld" => count(2).and(Ok(Op::Read(register(0)?, pointer(1, false)?))),
-        "ldd" => count(2).and(Ok(Op::Read(register(0)?, pointer(1, true)?))),
-        "st" => count(2).and(Ok(Op::Write(pointer(0, false)?, register(1)?))),
-        "std" => count(2).and(Ok(Op::Write(pointer(0, true)?, register(1)?))),
-        "lds" => count(2).and(Ok(Op::ReadAt(register(0)?, address(1)?))),
-        "sts" => count(2).and(Ok(Op::WriteAt(address(0)?, register(1)?))),
+        "mov" => count(2).and(Ok(AsmOperation::Copy(register(0)?, register(1)?))),
+        "movw" => count(2).and(Ok(AsmOperation::CopyPair(even(0)?, even(1)?))),
+        "ldi" => count(2).and(Ok(AsmOperation::Load(upper(0)?, byte(1)?))),
+        "ser" => count(1).and(Ok(AsmOperation::Load(upper(0)?, 0xff))),
+        "ld" => count(2).and(Ok(AsmOperation::Read(register(0)?, pointer(1, false)?))),
+        "ldd" => count(2).and(Ok(AsmOperation::Read(register(0)?, pointer(1, true)?))),
+        "st" => count(2).and(Ok(AsmOperation::Write(pointer(0, false)?, register(1)?))),
+        "std" => count(2).and(Ok(AsmOperation::Write(pointer(0, true)?, register(1)?))),
+        "lds" => count(2).and(Ok(AsmOperation::ReadAt(register(0)?, address(1)?))),
+        "sts" => count(2).and(Ok(AsmOperation::WriteAt(address(0)?, register(1)?))),
         "lpm" if parts.is_empty() => {
             let pointer =
                 Pointer { pair: 30, displacement: 0, decrements: false, increments: false };
-            Ok(Op::ReadFlash(0, pointer))
+            Ok(AsmOperation::ReadFlash(0, pointer))
         }
         "lpm" => match pointer(1, false)? {
             at if at.pair == 30 && !at.decrements => {
-                count(2).and(Ok(Op::ReadFlash(register(0)?, at)))
+                count(2).and(Ok(AsmOperation::ReadFlash(register(0)?, at)))
             }
             _ => Err(wrong()),
         },
-        "in" => count(2).and(Ok(Op::In(register(0)?, below(1, 64)?))),
-        "out" => count(2).and(Ok(Op::Out(below(0, 64)?, register(1)?))),
-        "sbi" | "cbi" => count(2).and(Ok(Op::Bit(below(0, 32)?, below(1, 8)?, name == "sbi"))),
+        "in" => count(2).and(Ok(AsmOperation::In(register(0)?, below(1, 64)?))),
+        "out" => count(2).and(Ok(AsmOperation::Out(below(0, 64)?, register(1)?))),
+        "sbi" | "cbi" => {
+            count(2).and(Ok(AsmOperation::Bit(below(0, 32)?, below(1, 8)?, name == "sbi")))
+        }
         "sbis" | "sbic" => {
-            count(2).and(Ok(Op::SkipIo(below(0, 32)?, below(1, 8)?, name == "sbis")))
+            count(2).and(Ok(AsmOperation::SkipIo(below(0, 32)?, below(1, 8)?, name == "sbis")))
         }
         "sbrs" | "sbrc" => {
-            count(2).and(Ok(Op::SkipBit(register(0)?, below(1, 8)?, name == "sbrs")))
+            count(2).and(Ok(AsmOperation::SkipBit(register(0)?, below(1, 8)?, name == "sbrs")))
         }
-        "cpse" => count(2).and(Ok(Op::SkipEqual(register(0)?, register(1)?))),
-        "bst" => count(2).and(Ok(Op::Store(register(0)?, below(1, 8)?))),
-        "bld" => count(2).and(Ok(Op::Restore(register(0)?, below(1, 8)?))),
-        "bset" | "bclr" => count(1).and(Ok(Op::Flag(below(0, 8)?, name == "bset"))),
+        "cpse" => count(2).and(Ok(AsmOperation::SkipEqual(register(0)?, register(1)?))),
+        "bst" => count(2).and(Ok(AsmOperation::Store(register(0)?, below(1, 8)?))),
+        "bld" => count(2).and(Ok(AsmOperation::Restore(register(0)?, below(1, 8)?))),
+        "bset" | "bclr" => count(1).and(Ok(AsmOperation::Flag(below(0, 8)?, name == "bset"))),
         "breq" => branch(flag::Z, true),
         "brne" => branch(flag::Z, false),
         "brcs" | "brlo" => branch(flag::C, true),
@@ -320,21 +332,21 @@ pub fn decode(name: &str, operands: &str) -> Result<Op, DecodeError> {
         "brtc" => branch(flag::T, false),
         "brie" => branch(flag::I, true),
         "brid" => branch(flag::I, false),
-        "rjmp" | "jmp" => count(1).and(Ok(Op::Jump(target()?, name == "jmp"))),
-        "rcall" | "call" => count(1).and(Ok(Op::Call(target()?, name == "call"))),
-        "icall" => plain(Op::CallPointer),
-        "ijmp" => plain(Op::JumpPointer),
-        "ret" => plain(Op::Return),
-        "reti" => plain(Op::ReturnFromInterrupt),
-        "push" => count(1).and(Ok(Op::Push(register(0)?))),
-        "pop" => count(1).and(Ok(Op::Pop(register(0)?))),
-        "nop" => plain(Op::Nop),
-        "sleep" => plain(Op::Special("sleep")),
-        "wdr" => plain(Op::Special("wdr")),
-        "break" => plain(Op::Special("break")),
+        "rjmp" | "jmp" => count(1).and(Ok(AsmOperation::Jump(target()?, name == "jmp"))),
+        "rcall" | "call" => count(1).and(Ok(AsmOperation::Call(target()?, name == "call"))),
+        "icall" => plain(AsmOperation::CallPointer),
+        "ijmp" => plain(AsmOperation::JumpPointer),
+        "ret" => plain(AsmOperation::Return),
+        "reti" => plain(AsmOperation::ReturnFromInterrupt),
+        "push" => count(1).and(Ok(AsmOperation::Push(register(0)?))),
+        "pop" => count(1).and(Ok(AsmOperation::Pop(register(0)?))),
+        "nop" => plain(AsmOperation::Nop),
+        "sleep" => plain(AsmOperation::Special("sleep")),
+        "wdr" => plain(AsmOperation::Special("wdr")),
+        "break" => plain(AsmOperation::Special("break")),
         _ => match set_or_clear(name) {
-            Some((bit, is_set)) => plain(Op::Flag(bit, is_set)),
-            None => Err(DecodeError::Instruction(name.to_owned())),
+            Some((bit, is_set)) => plain(AsmOperation::Flag(bit, is_set)),
+            None => Err(UnknownLine::Instruction(name.to_owned())),
         },
     }
 }
@@ -380,22 +392,22 @@ fn pointer(operand: &str, takes_displacement: bool) -> Option<Pointer> {
     }
 }
 
-fn target(operand: &str) -> Option<Target> {
+fn target(operand: &str) -> Option<JumpTarget> {
     let is_label = operand.starts_with(|c: char| c.is_alphabetic() || matches!(c, '_' | '.' | '$'))
         && operand.chars().all(is_of_symbol)
         && !operand.ends_with('.');
     if is_label {
-        return Some(Target::Label(operand.to_owned()));
+        return Some(JumpTarget::Label(operand.to_owned()));
     }
     if let Some(value) = number(operand) {
-        return u16::try_from(value).ok().map(Target::Address);
+        return u16::try_from(value).ok().map(JumpTarget::Address);
     }
     let (label, bytes) = operand.split_once('+')?;
-    let Target::Label(label) = target(label)? else { return None };
+    let JumpTarget::Label(label) = target(label)? else { return None };
     let bytes = bytes
         .split('+')
         .try_fold(0_u16, |sum, part| Some(sum + u16::from(part.parse::<u8>().ok()?)));
-    bytes.filter(|bytes| bytes % 2 == 0).map(|bytes| Target::Behind(label, bytes))
+    bytes.filter(|bytes| bytes % 2 == 0).map(|bytes| JumpTarget::Behind(label, bytes))
 }
 
 fn is_of_symbol(c: char) -> bool {
@@ -438,8 +450,8 @@ fn evaluate(text: &str) -> Option<i64> {
         None => (text, 0),
     };
     match target(symbol.trim())? {
-        Target::Label(symbol) => Some(i64::from(address(&symbol)) + offset),
-        Target::Address(_) | Target::Behind(..) => None,
+        JumpTarget::Label(symbol) => Some(i64::from(address(&symbol)) + offset),
+        JumpTarget::Address(_) | JumpTarget::Behind(..) => None,
     }
 }
 
@@ -458,7 +470,7 @@ mod tests {
 
     #[test]
     fn unknown_text_is_an_error() {
-        let instruction = |name: &str| Err(DecodeError::Instruction(name.to_owned()));
+        let instruction = |name: &str| Err(UnknownLine::Instruction(name.to_owned()));
         assert_eq!(decode("fmul", "r16, r17"), instruction("fmul"));
         assert_eq!(decode("sep", ""), instruction("sep"));
         for (name, operands) in [
@@ -481,7 +493,7 @@ mod tests {
             ("sbrc", "r1, 8"),
         ] {
             let error = decode(name, operands);
-            assert_eq!(error, Err(DecodeError::Operand(operands.to_owned())), "{name} {operands}");
+            assert_eq!(error, Err(UnknownLine::Operand(operands.to_owned())), "{name} {operands}");
         }
     }
 

@@ -3,9 +3,9 @@
 
 use std::collections::HashMap;
 
-use super::decode::{Op, Pair, flag};
-use super::program::{AssemblyProgram, Place, Routine};
-use super::run::{Event, Run, SAVED};
+use super::decode::{AsmOperation, PairOperation, flag};
+use super::program::{AssemblyProgram, CodeLocation, Routine};
+use super::run::{Execution, SAVED, VisibleEffect};
 
 /// The part of the stack that a function reserves at its beginning.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -26,13 +26,13 @@ pub struct StackAccesses {
 
 impl StackAccesses {
     /// Counts the accesses of an execution.
-    pub fn take(&mut self, run: &Run, frame: StackUse) {
+    pub fn take(&mut self, run: &Execution, frame: StackUse) {
         /// The most bytes of arguments that are considered.
         const ABOVE: u16 = 64;
         let top = run.before.stack;
         let lowest = top - 1 - frame.saved;
         for event in &run.events {
-            if let Event::Load(address) | Event::Store(address, _) = event.event {
+            if let VisibleEffect::Load(address) | VisibleEffect::Store(address, _) = event.event {
                 let (all, hits) = self.counts.entry(event.step).or_default();
                 *all += 1;
                 *hits += u32::from((lowest..=top + ABOVE).contains(&address));
@@ -63,43 +63,54 @@ pub fn frame(program: &AssemblyProgram, routine: &Routine, is_interrupt: bool) -
         at += 1;
         match step.op {
             // Only saved registers count: another one may be an argument for a callee.
-            Some(Op::Push(register))
+            Some(AsmOperation::Push(register))
                 if !has_pointer && (is_interrupt || SAVED >> register & 1 != 0) =>
             {
                 saved += 1;
             }
-            Some(Op::In(0, 0x3f) | Op::Pair(Pair::Eor, 1, 1)) if is_interrupt => {}
+            Some(AsmOperation::In(0, 0x3f) | AsmOperation::Pair(PairOperation::Eor, 1, 1))
+                if is_interrupt => {}
             // A shared routine takes its return address from the stack first.
-            Some(Op::Pop(30 | 31)) if before_call.is_some() => {}
-            Some(Op::In(28, 0x3d)) => has_pointer = true,
-            Some(Op::In(29, 0x3e) | Op::Out(0x3e, 29)) if has_pointer => {}
-            Some(Op::In(0, 0x3f) | Op::Flag(flag::I, false) | Op::Out(0x3f, 0)) if has_pointer => {}
-            Some(Op::Word(28, value, true)) if has_pointer => room = u16::from(value),
-            Some(Op::Constant(Pair::Sub, 28, value)) if has_pointer => room = u16::from(value),
-            Some(Op::Constant(Pair::Sbc, 29, value)) if has_pointer => {
+            Some(AsmOperation::Pop(30 | 31)) if before_call.is_some() => {}
+            Some(AsmOperation::In(28, 0x3d)) => has_pointer = true,
+            Some(AsmOperation::In(29, 0x3e) | AsmOperation::Out(0x3e, 29)) if has_pointer => {}
+            Some(
+                AsmOperation::In(0, 0x3f)
+                | AsmOperation::Flag(flag::I, false)
+                | AsmOperation::Out(0x3f, 0),
+            ) if has_pointer => {}
+            Some(AsmOperation::Word(28, value, true)) if has_pointer => room = u16::from(value),
+            Some(AsmOperation::Constant(PairOperation::Sub, 28, value)) if has_pointer => {
+                room = u16::from(value)
+            }
+            Some(AsmOperation::Constant(PairOperation::Sbc, 29, value)) if has_pointer => {
                 room |= u16::from(value) << 8;
             }
-            Some(Op::Load(26, value)) if before_call.is_none() => shared_size = u16::from(value),
-            Some(Op::Pair(Pair::Sub, 28, 26)) if before_call.is_some() => room = shared_size,
-            Some(Op::Pair(Pair::Sbc, 29, 1)) if before_call.is_some() => {}
-            Some(Op::Out(0x3d, 28)) if has_pointer => {
+            Some(AsmOperation::Load(26, value)) if before_call.is_none() => {
+                shared_size = u16::from(value)
+            }
+            Some(AsmOperation::Pair(PairOperation::Sub, 28, 26)) if before_call.is_some() => {
+                room = shared_size
+            }
+            Some(AsmOperation::Pair(PairOperation::Sbc, 29, 1)) if before_call.is_some() => {}
+            Some(AsmOperation::Out(0x3d, 28)) if has_pointer => {
                 if before_call.is_none() {
                     return StackUse { saved, room };
                 }
             }
-            Some(Op::Call(..)) if before_call.is_none() => match step.place {
-                Place::Inside(target) => {
+            Some(AsmOperation::Call(..)) if before_call.is_none() => match step.place {
+                CodeLocation::Inside(target) => {
                     before_call = Some(StackUse { saved, room: 0 });
                     at = target;
                 }
                 _ => return StackUse { saved, room: 0 },
             },
-            Some(Op::Jump(..)) if before_call.is_some() => match step.place {
-                Place::Inside(target) => at = target,
+            Some(AsmOperation::Jump(..)) if before_call.is_some() => match step.place {
+                CodeLocation::Inside(target) => at = target,
                 _ => return before_call.unwrap_or_default(),
             },
             // The shared routine returns.
-            Some(Op::JumpPointer) if before_call.is_some() => {
+            Some(AsmOperation::JumpPointer) if before_call.is_some() => {
                 return StackUse { saved, room: if has_pointer { room } else { 0 } };
             }
             _ => return before_call.unwrap_or(StackUse { saved, room: 0 }),

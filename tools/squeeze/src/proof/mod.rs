@@ -41,11 +41,11 @@ use std::collections::HashMap;
 use std::fmt;
 
 use compare::Comparison;
-use decode::Op;
+use decode::AsmOperation;
 use frame::{StackAccesses, frame};
-use program::{AssemblyProgram, Place, Routine};
-pub use refusal::{Cause, Difference, Refusal};
-use run::{ARGUMENTS, RESULTS, Run, SAVED, Start, Steer, mix, run};
+use program::{AssemblyProgram, CodeLocation, Routine};
+pub use refusal::{Difference, DifferenceKind, SqueezeRefusal};
+use run::{ARGUMENTS, Execution, InitialState, RESULTS, SAVED, Steer, mix, run};
 use search::{Input, search};
 
 /// The most instructions of an execution after the last steered one.
@@ -88,7 +88,7 @@ const LIBRARY: &[(&str, u32)] = &[
 
 /// The figures of a completed proof.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
-pub struct Report {
+pub struct ProofReport {
     /// Functions that were compared.
     pub functions: usize,
     /// Pairs of executions.
@@ -101,7 +101,7 @@ pub struct Report {
     pub steered: usize,
 }
 
-impl fmt::Display for Report {
+impl fmt::Display for ProofReport {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         writeln!(
             f,
@@ -121,12 +121,12 @@ pub fn prove(
     original: &str,
     squeezed: &str,
     contracts: &HashMap<String, Contract>,
-) -> Result<Report, Refusal> {
-    let original = AssemblyProgram::read(original).map_err(Refusal::Original)?;
-    let squeezed = AssemblyProgram::read(squeezed).map_err(Refusal::Squeezed)?;
+) -> Result<ProofReport, SqueezeRefusal> {
+    let original = AssemblyProgram::read(original).map_err(SqueezeRefusal::Original)?;
+    let squeezed = AssemblyProgram::read(squeezed).map_err(SqueezeRefusal::Squeezed)?;
     same_rest(&original, &squeezed)?;
     let mut reached = [vec![false; original.steps.len()], vec![false; squeezed.steps.len()]];
-    let mut report = Report::default();
+    let mut report = ProofReport::default();
     let proof = Proof {
         contracts: contracts_of(&original, contracts),
         original: &original,
@@ -137,7 +137,7 @@ pub fn prove(
     for routine in &original.routines {
         let other = by_symbol
             .get(routine.symbol.as_str())
-            .ok_or_else(|| Refusal::Functions(routine.symbol.clone()))?;
+            .ok_or_else(|| SqueezeRefusal::Functions(routine.symbol.clone()))?;
         proof.function(routine, other, &mut reached, &mut report)?;
     }
     proof.all_reached(&reached, &mut report)?;
@@ -145,10 +145,10 @@ pub fn prove(
 }
 
 /// Checks that both texts have the same functions, and the same text outside of functions.
-fn same_rest(original: &AssemblyProgram, squeezed: &AssemblyProgram) -> Result<(), Refusal> {
+fn same_rest(original: &AssemblyProgram, squeezed: &AssemblyProgram) -> Result<(), SqueezeRefusal> {
     for name in original.rest.keys().chain(squeezed.rest.keys()) {
         if original.rest.get(name) != squeezed.rest.get(name) {
-            return Err(Refusal::Section(name.clone()));
+            return Err(SqueezeRefusal::Section(name.clone()));
         }
     }
     let known = |program: &AssemblyProgram, symbol: &str| {
@@ -156,7 +156,7 @@ fn same_rest(original: &AssemblyProgram, squeezed: &AssemblyProgram) -> Result<(
     };
     for routine in original.routines.iter().chain(&squeezed.routines) {
         if !known(original, &routine.symbol) || !known(squeezed, &routine.symbol) {
-            return Err(Refusal::Functions(routine.symbol.clone()));
+            return Err(SqueezeRefusal::Functions(routine.symbol.clone()));
         }
     }
     Ok(())
@@ -198,9 +198,9 @@ struct Proof<'a> {
 
 impl Proof<'_> {
     /// Returns the contract of a callee. An unknown callee reads everything.
-    fn contract(&self, place: Option<&Place>) -> Contract {
+    fn contract(&self, place: Option<&CodeLocation>) -> Contract {
         let known = match place {
-            Some(Place::Symbol(symbol)) => self.contracts.get(symbol).copied(),
+            Some(CodeLocation::Symbol(symbol)) => self.contracts.get(symbol).copied(),
             _ => None,
         };
         let unknown = Contract { arguments: ARGUMENTS, results: RESULTS, takes_stack: true };
@@ -208,8 +208,8 @@ impl Proof<'_> {
     }
 
     /// Returns true if the contract of a callee comes from squeeze or from a library.
-    fn is_known(&self, callee: Option<&Place>) -> bool {
-        matches!(callee, Some(Place::Symbol(symbol)) if self.contracts.contains_key(symbol))
+    fn is_known(&self, callee: Option<&CodeLocation>) -> bool {
+        matches!(callee, Some(CodeLocation::Symbol(symbol)) if self.contracts.contains_key(symbol))
     }
 
     fn function(
@@ -217,28 +217,28 @@ impl Proof<'_> {
         routine: &Routine,
         other: &Routine,
         reached: &mut [Vec<bool>; 2],
-        report: &mut Report,
-    ) -> Result<(), Refusal> {
+        report: &mut ProofReport,
+    ) -> Result<(), SqueezeRefusal> {
         if routine.by_hand != other.by_hand {
-            return Err(Refusal::Assembly(routine.symbol.clone()));
+            return Err(SqueezeRefusal::Assembly(routine.symbol.clone()));
         }
-        let has = |op: Op| {
+        let has = |op: AsmOperation| {
             self.original.steps[routine.start..routine.end]
                 .iter()
                 .any(|step| step.op.as_ref() == Some(&op))
         };
-        let is_interrupt = has(Op::ReturnFromInterrupt);
+        let is_interrupt = has(AsmOperation::ReturnFromInterrupt);
         let frames = [
             frame(self.original, routine, is_interrupt),
             frame(self.squeezed, other, is_interrupt),
         ];
         if frames[0].room != frames[1].room {
-            return Err(Refusal::Room(routine.symbol.clone()));
+            return Err(SqueezeRefusal::Room(routine.symbol.clone()));
         }
         let seed = routine.symbol.bytes().fold(1, |seed, byte| mix(seed ^ u64::from(byte)));
-        let contract = self.contract(Some(&Place::Symbol(routine.symbol.clone())));
-        let results = |place: &Place| self.contract(Some(place)).results;
-        let original = Start {
+        let contract = self.contract(Some(&CodeLocation::Symbol(routine.symbol.clone())));
+        let results = |place: &CodeLocation| self.contract(Some(place)).results;
+        let original = InitialState {
             program: self.original,
             entry: routine.start,
             frame: frames[0],
@@ -250,7 +250,7 @@ impl Proof<'_> {
             unset: 0,
             limit: LIMIT,
         };
-        let squeezed = Start {
+        let squeezed = InitialState {
             program: self.squeezed,
             entry: other.start,
             frame: frames[1],
@@ -263,7 +263,7 @@ impl Proof<'_> {
         for Input { tape, outcomes } in variations(&found.inputs) {
             let one = run(&original, &tape, Steer::Outcomes(&outcomes), &mut reached[0], false);
             let limit = one.steps * 4 + 400;
-            let two = Start { limit, results: &results, ..squeezed };
+            let two = InitialState { limit, results: &results, ..squeezed };
             let two = run(&two, &tape, Steer::Opposite(&one.turned), &mut reached[1], false);
             stack.take(&one, frames[0]);
             report.executions += 1;
@@ -275,7 +275,7 @@ impl Proof<'_> {
                 is_interrupt,
                 again: &|| {
                     let again = |unset| {
-                        let start = Start { unset, results: &results, ..original };
+                        let start = InitialState { unset, results: &results, ..original };
                         let steer = Steer::Outcomes(&outcomes);
                         run(
                             &start,
@@ -290,11 +290,11 @@ impl Proof<'_> {
                 others: OnceCell::new(),
             };
             comparison.check().map_err(|(at, cause)| {
-                let line = |run: &Run, program: &AssemblyProgram| {
+                let line = |run: &Execution, program: &AssemblyProgram| {
                     let event = run.events.get(at).or(run.events.last());
                     event.map_or(0, |event| program.steps[event.step].line)
                 };
-                Refusal::Difference(Box::new(Difference {
+                SqueezeRefusal::Difference(Box::new(Difference {
                     function: routine.symbol.clone(),
                     line: line(&one, self.original),
                     squeezed_line: line(&two, self.squeezed),
@@ -305,7 +305,7 @@ impl Proof<'_> {
         if let Some(step) = stack.found()
             && (frames[0].saved != frames[1].saved || !contract.takes_stack)
         {
-            return Err(Refusal::StackArguments {
+            return Err(SqueezeRefusal::StackArguments {
                 function: routine.symbol.clone(),
                 line: self.original.steps[step].line,
             });
@@ -317,7 +317,11 @@ impl Proof<'_> {
     }
 
     /// Checks that every reachable instruction of both texts was executed at least once.
-    fn all_reached(&self, reached: &[Vec<bool>; 2], report: &mut Report) -> Result<(), Refusal> {
+    fn all_reached(
+        &self,
+        reached: &[Vec<bool>; 2],
+        report: &mut ProofReport,
+    ) -> Result<(), SqueezeRefusal> {
         for (is_squeezed, program) in [(false, self.original), (true, self.squeezed)] {
             let reachable = program.reachable(program.routines.iter().map(|routine| routine.start));
             for (number, step) in program.steps.iter().enumerate() {
@@ -331,7 +335,11 @@ impl Proof<'_> {
                     let routine = program.routine_at(number);
                     let function = routine.map_or("(shared)", |routine| &routine.symbol);
                     let function = function.to_owned();
-                    return Err(Refusal::Unreached { function, line: step.line, is_squeezed });
+                    return Err(SqueezeRefusal::Unreached {
+                        function,
+                        line: step.line,
+                        is_squeezed,
+                    });
                 }
             }
         }

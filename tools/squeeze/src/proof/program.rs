@@ -3,7 +3,7 @@
 use std::collections::{BTreeMap, HashMap, HashSet};
 use std::fmt;
 
-use super::decode::{DecodeError, Op, Target, decode};
+use super::decode::{AsmOperation, JumpTarget, UnknownLine, decode};
 
 /// Directives that may stand outside of functions.
 const DIRECTIVES: &[&str] = &[
@@ -53,7 +53,7 @@ const OWN_SECTIONS: [&str; 2] = [".text.shared_frames", ".text.sequence_"];
 
 /// A reason to refuse an assembly file, with its line.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub struct ReadError {
+pub struct AsmFileError {
     /// The function of the line, if it is in one.
     pub function: Option<String>,
     /// The number of the line, from 1 on.
@@ -66,7 +66,7 @@ pub struct ReadError {
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum ReadCause {
     /// The instruction cannot be decoded.
-    Decode(DecodeError),
+    Decode(UnknownLine),
     /// The directive is not known, or must not stand there.
     Directive(String),
     /// The line is neither label, directive, instruction nor comment.
@@ -83,7 +83,7 @@ pub enum ReadCause {
     StatusByAddress,
 }
 
-impl fmt::Display for ReadError {
+impl fmt::Display for AsmFileError {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         if let Some(function) = &self.function {
             write!(f, "function `{function}`, ")?;
@@ -128,7 +128,7 @@ impl fmt::Display for ReadCause {
 
 /// A place in the code.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub enum Place {
+pub enum CodeLocation {
     /// The instruction has no target.
     None,
     /// An instruction, by its number.
@@ -143,9 +143,9 @@ pub enum Place {
 #[derive(Clone, Debug)]
 pub struct ProofStep {
     /// The instruction; `None` after the last one of a function.
-    pub op: Option<Op>,
+    pub op: Option<AsmOperation>,
     /// The target of a branch, jump or call.
-    pub place: Place,
+    pub place: CodeLocation,
     /// The number of the line, from 1 on.
     pub line: usize,
     /// The instruction takes two words.
@@ -193,13 +193,13 @@ struct ProgramReader {
     /// The last symbol outside of functions.
     symbol: String,
     /// The asm! block that is being read.
-    block: Option<Block>,
+    block: Option<AsmBlock>,
     line: usize,
 }
 
 /// An asm! block.
 #[derive(Default)]
-struct Block {
+struct AsmBlock {
     text: String,
     /// The block does more than compute with registers and read flash.
     is_seen: bool,
@@ -207,7 +207,7 @@ struct Block {
 
 impl AssemblyProgram {
     /// Reads assembly as LLVM writes it.
-    pub fn read(text: &str) -> Result<AssemblyProgram, ReadError> {
+    pub fn read(text: &str) -> Result<AssemblyProgram, AsmFileError> {
         let mut reader = ProgramReader {
             program: AssemblyProgram::default(),
             section: ".text".into(),
@@ -225,7 +225,7 @@ impl AssemblyProgram {
         });
         let function = reader.function.as_ref().map(|routine| routine.symbol.clone());
         let line = reader.line;
-        read.map_err(|cause| ReadError { function, line, cause })?;
+        read.map_err(|cause| AsmFileError { function, line, cause })?;
         reader.finish()
     }
 
@@ -238,15 +238,23 @@ impl AssemblyProgram {
             if std::mem::replace(&mut reachable[at], true) {
                 continue;
             }
-            if let Place::Inside(target) = place {
+            if let CodeLocation::Inside(target) = place {
                 open.push(*target);
             }
-            let skips = matches!(op, Op::SkipBit(..) | Op::SkipIo(..) | Op::SkipEqual(..));
+            let skips = matches!(
+                op,
+                AsmOperation::SkipBit(..) | AsmOperation::SkipIo(..) | AsmOperation::SkipEqual(..)
+            );
             if skips {
                 open.push(at + 2);
             }
-            let ends =
-                matches!(op, Op::Jump(..) | Op::JumpPointer | Op::Return | Op::ReturnFromInterrupt);
+            let ends = matches!(
+                op,
+                AsmOperation::Jump(..)
+                    | AsmOperation::JumpPointer
+                    | AsmOperation::Return
+                    | AsmOperation::ReturnFromInterrupt
+            );
             if !ends {
                 open.push(at + 1);
             }
@@ -264,7 +272,7 @@ impl ProgramReader {
     fn take(&mut self, line: &str) -> Result<(), ReadCause> {
         let trimmed = line.trim();
         match trimmed {
-            ";APP" | "; APP" if self.function.is_some() => self.block = Some(Block::default()),
+            ";APP" | "; APP" if self.function.is_some() => self.block = Some(AsmBlock::default()),
             ";NO_APP" | "; NO_APP" => {
                 if let (Some(block), Some(routine)) = (self.block.take(), &mut self.function)
                     && block.is_seen
@@ -307,14 +315,14 @@ impl ProgramReader {
             block.is_seen |= !is_inward(&op);
         }
         match &op {
-            Op::ReadAt(_, 0x5d..=0x5f) | Op::WriteAt(0x5d..=0x5f, _) => {
+            AsmOperation::ReadAt(_, 0x5d..=0x5f) | AsmOperation::WriteAt(0x5d..=0x5f, _) => {
                 return Err(ReadCause::StatusByAddress);
             }
             // Only the routines of shared entries return by `ijmp`.
-            Op::JumpPointer if !self.is_own() => return Err(ReadCause::Indirect),
-            Op::Branch(.., Target::Label(label))
-            | Op::Jump(Target::Label(label), _)
-            | Op::Call(Target::Label(label), _) => {
+            AsmOperation::JumpPointer if !self.is_own() => return Err(ReadCause::Indirect),
+            AsmOperation::Branch(.., JumpTarget::Label(label))
+            | AsmOperation::Jump(JumpTarget::Label(label), _)
+            | AsmOperation::Call(JumpTarget::Label(label), _) => {
                 self.called.insert(label.clone());
             }
             _ => self.mention(operands),
@@ -323,12 +331,22 @@ impl ProgramReader {
         Ok(())
     }
 
-    fn step(&mut self, op: Option<Op>) {
+    fn step(&mut self, op: Option<AsmOperation>) {
         let is_long = matches!(
             op,
-            Some(Op::ReadAt(..) | Op::WriteAt(..) | Op::Jump(_, true) | Op::Call(_, true))
+            Some(
+                AsmOperation::ReadAt(..)
+                    | AsmOperation::WriteAt(..)
+                    | AsmOperation::Jump(_, true)
+                    | AsmOperation::Call(_, true)
+            )
         );
-        self.program.steps.push(ProofStep { op, place: Place::None, line: self.line, is_long });
+        self.program.steps.push(ProofStep {
+            op,
+            place: CodeLocation::None,
+            line: self.line,
+            is_long,
+        });
     }
 
     fn mention(&mut self, text: &str) {
@@ -411,10 +429,10 @@ impl ProgramReader {
         Ok(())
     }
 
-    fn finish(mut self) -> Result<AssemblyProgram, ReadError> {
+    fn finish(mut self) -> Result<AssemblyProgram, AsmFileError> {
         if let Some(routine) = self.function {
             let function = Some(routine.symbol);
-            return Err(ReadError { function, line: self.line, cause: ReadCause::Nested });
+            return Err(AsmFileError { function, line: self.line, cause: ReadCause::Nested });
         }
         self.step(None);
         let AssemblyProgram { steps, routines, .. } = &mut self.program;
@@ -422,14 +440,18 @@ impl ProgramReader {
             routines.iter().map(|routine| routine.symbol.as_str()).collect();
         let sizes: Vec<u16> = steps.iter().map(|step| if step.is_long { 4 } else { 2 }).collect();
         for (number, step) in steps.iter_mut().enumerate() {
-            let Some(Op::Branch(.., target) | Op::Jump(target, _) | Op::Call(target, _)) = &step.op
+            let Some(
+                AsmOperation::Branch(.., target)
+                | AsmOperation::Jump(target, _)
+                | AsmOperation::Call(target, _),
+            ) = &step.op
             else {
                 continue;
             };
-            if let Target::Behind(label, bytes) = target {
+            if let JumpTarget::Behind(label, bytes) = target {
                 let owner = routines.iter().find(|of| (of.start..=of.end).contains(&number));
                 let place = self.labels.get(label).and_then(|at| behind(&sizes, *at, *bytes));
-                step.place = Place::Inside(place.ok_or_else(|| ReadError {
+                step.place = CodeLocation::Inside(place.ok_or_else(|| AsmFileError {
                     function: owner.map(|routine| routine.symbol.clone()),
                     line: step.line,
                     cause: ReadCause::Missing(label.clone()),
@@ -437,18 +459,18 @@ impl ProgramReader {
                 continue;
             }
             step.place = match target {
-                Target::Behind(..) => continue,
-                Target::Address(address) => Place::Address(*address),
-                Target::Label(label) if symbols.contains(label.as_str()) => {
-                    Place::Symbol(label.clone())
+                JumpTarget::Behind(..) => continue,
+                JumpTarget::Address(address) => CodeLocation::Address(*address),
+                JumpTarget::Label(label) if symbols.contains(label.as_str()) => {
+                    CodeLocation::Symbol(label.clone())
                 }
-                Target::Label(label) => match self.labels.get(label) {
-                    Some(place) => Place::Inside(*place),
-                    None if !label.starts_with(".L") => Place::Symbol(label.clone()),
+                JumpTarget::Label(label) => match self.labels.get(label) {
+                    Some(place) => CodeLocation::Inside(*place),
+                    None if !label.starts_with(".L") => CodeLocation::Symbol(label.clone()),
                     None => {
                         let owner =
                             routines.iter().find(|of| (of.start..=of.end).contains(&number));
-                        return Err(ReadError {
+                        return Err(AsmFileError {
                             function: owner.map(|routine| routine.symbol.clone()),
                             line: step.line,
                             cause: ReadCause::Missing(label.clone()),
@@ -480,20 +502,20 @@ fn behind(sizes: &[u16], from: usize, bytes: u16) -> Option<usize> {
 
 /// Returns true for an instruction that affects only registers, flags of arithmetic and T; it may
 /// read flash.
-fn is_inward(op: &Op) -> bool {
+fn is_inward(op: &AsmOperation) -> bool {
     matches!(
         op,
-        Op::Pair(..)
-            | Op::Constant(..)
-            | Op::Single(..)
-            | Op::Multiply(..)
-            | Op::Word(..)
-            | Op::Copy(..)
-            | Op::CopyPair(..)
-            | Op::Load(..)
-            | Op::ReadFlash(..)
-            | Op::Store(..)
-            | Op::Restore(..)
+        AsmOperation::Pair(..)
+            | AsmOperation::Constant(..)
+            | AsmOperation::Single(..)
+            | AsmOperation::Multiply(..)
+            | AsmOperation::Word(..)
+            | AsmOperation::Copy(..)
+            | AsmOperation::CopyPair(..)
+            | AsmOperation::Load(..)
+            | AsmOperation::ReadFlash(..)
+            | AsmOperation::Store(..)
+            | AsmOperation::Restore(..)
     )
 }
 

@@ -2,15 +2,15 @@
 
 use std::fmt;
 
-use super::program::ReadError;
+use super::program::AsmFileError;
 
 /// A reason to refuse a squeezed text.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub enum Refusal {
+pub enum SqueezeRefusal {
     /// The original cannot be read.
-    Original(ReadError),
+    Original(AsmFileError),
     /// The squeezed text cannot be read.
-    Squeezed(ReadError),
+    Squeezed(AsmFileError),
     /// A section has different data, or different code outside of functions.
     Section(String),
     /// A function is missing, or there is an additional one.
@@ -50,12 +50,12 @@ pub struct Difference {
     /// The line of the squeezed text.
     pub squeezed_line: usize,
     /// The difference itself.
-    pub cause: Cause,
+    pub cause: DifferenceKind,
 }
 
 /// The cause of a difference.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub enum Cause {
+pub enum DifferenceKind {
     /// The executions have different events.
     Event {
         /// The event of the original.
@@ -88,59 +88,61 @@ pub enum Cause {
     Hangs,
 }
 
-impl fmt::Display for Cause {
+impl fmt::Display for DifferenceKind {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
-            Cause::Event { original, squeezed } => {
+            DifferenceKind::Event { original, squeezed } => {
                 write!(f, "the original does {original}, the squeezed text {squeezed}")
             }
-            Cause::Register { number, what } => {
+            DifferenceKind::Register { number, what } => {
                 write!(f, "r{number}, {what}, has another value")
             }
-            Cause::Flags => write!(f, "SREG has another value"),
-            Cause::Stack => write!(f, "the stack pointer has another value"),
-            Cause::Pushed => write!(f, "other bytes are on the stack"),
-            Cause::Later { original, squeezed } => write!(
+            DifferenceKind::Flags => write!(f, "SREG has another value"),
+            DifferenceKind::Stack => write!(f, "the stack pointer has another value"),
+            DifferenceKind::Pushed => write!(f, "other bytes are on the stack"),
+            DifferenceKind::Later { original, squeezed } => write!(
                 f,
                 "it comes {squeezed} cycles after the access before it, in the original {original}"
             ),
-            Cause::Hangs => write!(f, "the squeezed text goes on without doing anything"),
+            DifferenceKind::Hangs => write!(f, "the squeezed text goes on without doing anything"),
         }
     }
 }
 
-impl fmt::Display for Refusal {
+impl fmt::Display for SqueezeRefusal {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         const CURE: &str = "this is a mistake of tools/squeeze; build with BBZ_SQUEEZE=off, and report it with this message";
         match self {
-            Refusal::Original(error) => write!(f, "the assembly cannot be squeezed: {error}"),
-            Refusal::Squeezed(error) => {
+            SqueezeRefusal::Original(error) => {
+                write!(f, "the assembly cannot be squeezed: {error}")
+            }
+            SqueezeRefusal::Squeezed(error) => {
                 write!(f, "the squeezed assembly cannot be read: {error}; {CURE}")
             }
-            Refusal::Section(name) => {
+            SqueezeRefusal::Section(name) => {
                 write!(f, "section `{name}` has changed outside of functions; {CURE}")
             }
-            Refusal::Functions(symbol) => {
+            SqueezeRefusal::Functions(symbol) => {
                 write!(f, "function `{symbol}` is not in both texts; {CURE}")
             }
-            Refusal::Assembly(symbol) => {
+            SqueezeRefusal::Assembly(symbol) => {
                 write!(f, "an asm! block in function `{symbol}` has changed; {CURE}")
             }
-            Refusal::Room(symbol) => {
+            SqueezeRefusal::Room(symbol) => {
                 write!(f, "function `{symbol}` has another room for its variables; {CURE}")
             }
-            Refusal::StackArguments { function, line } => write!(
+            SqueezeRefusal::StackArguments { function, line } => write!(
                 f,
                 "function `{function}`, line {line}: an argument on the stack is not where it was; {CURE}"
             ),
-            Refusal::Difference(difference) => {
+            SqueezeRefusal::Difference(difference) => {
                 let Difference { function, line, squeezed_line, cause } = &**difference;
                 write!(
                     f,
                     "function `{function}`, line {line} (squeezed: line {squeezed_line}): {cause}; {CURE}"
                 )
             }
-            Refusal::Unreached { function, line, is_squeezed } => write!(
+            SqueezeRefusal::Unreached { function, line, is_squeezed } => write!(
                 f,
                 "function `{function}`, line {line}{}: no input was found that leads there, so nothing is known of it; build with BBZ_SQUEEZE=off, and report it with this message",
                 if *is_squeezed { " of the squeezed text" } else { "" }

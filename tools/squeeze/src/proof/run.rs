@@ -6,10 +6,10 @@
 //! same order. Other functions are not executed: a call ends with new bytes of the tape as its
 //! results, and with garbage in the other registers that it may change.
 
-use super::cpu::{Bus, Control, Cpu};
-use super::decode::{Op, flag};
+use super::cpu::{Cpu, DataSpace, Successor};
+use super::decode::{AsmOperation, flag};
 use super::frame::StackUse;
-use super::program::{AssemblyProgram, Place};
+use super::program::{AssemblyProgram, CodeLocation};
 use super::trail::{Hint, Trail};
 
 /// Registers that a function leaves unchanged (AVR-GCC ABI, "Call-saved registers").
@@ -72,7 +72,7 @@ pub fn mix(value: u64) -> u64 {
 
 /// A visible effect of an execution.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub enum Event {
+pub enum VisibleEffect {
     /// A byte of memory or an I/O register is read.
     Load(u16),
     /// A byte is written.
@@ -86,9 +86,9 @@ pub enum Event {
     /// Interrupts are on again.
     On,
     /// Another function is called; `None` for a call to the address in Z.
-    Call(Option<Place>, Box<Snapshot>),
+    Call(Option<CodeLocation>, Box<Snapshot>),
     /// The function jumps to another function.
-    Leave(Place, Box<Snapshot>),
+    Leave(CodeLocation, Box<Snapshot>),
     /// The function returns.
     Return(Box<Snapshot>),
     /// The handler of an interrupt returns.
@@ -99,14 +99,14 @@ pub enum Event {
     Lost,
 }
 
-impl Event {
+impl VisibleEffect {
     /// Returns the core at a call or at the end.
     pub fn snapshot(&self) -> Option<&Snapshot> {
         match self {
-            Event::Call(_, end)
-            | Event::Leave(_, end)
-            | Event::Return(end)
-            | Event::ReturnFromInterrupt(end) => Some(end),
+            VisibleEffect::Call(_, end)
+            | VisibleEffect::Leave(_, end)
+            | VisibleEffect::Return(end)
+            | VisibleEffect::ReturnFromInterrupt(end) => Some(end),
             _ => None,
         }
     }
@@ -124,7 +124,7 @@ pub struct Snapshot {
 /// An event with its time.
 #[derive(Clone, Debug)]
 pub struct Timed {
-    pub event: Event,
+    pub event: VisibleEffect,
     /// Cycles since the function was entered.
     pub cycle: u32,
     /// Cycles since the last event, if interrupts are off.
@@ -161,7 +161,7 @@ impl Steer<'_> {
 }
 
 /// The initial state and the settings of an execution.
-pub struct Start<'a> {
+pub struct InitialState<'a> {
     /// The text of the function.
     pub program: &'a AssemblyProgram,
     /// The function's first instruction.
@@ -175,7 +175,7 @@ pub struct Start<'a> {
     /// True if the function is entered by an interrupt.
     pub is_interrupt: bool,
     /// Returns the registers with results, by the callee's symbol.
-    pub results: &'a dyn Fn(&Place) -> u32,
+    pub results: &'a dyn Fn(&CodeLocation) -> u32,
     /// The seed of all values that differ between the two texts.
     pub garbage: u64,
     /// Chooses values for registers in which nothing is passed: 0 for those of `garbage`, 1 for
@@ -186,7 +186,7 @@ pub struct Start<'a> {
 }
 
 /// The result of an execution.
-pub struct Run {
+pub struct Execution {
     /// The events, in order.
     pub events: Vec<Timed>,
     /// The core at the beginning.
@@ -219,7 +219,7 @@ struct World<'a> {
     /// The place of the next byte on the tape.
     cursor: usize,
     stack: Vec<u8>,
-    events: Vec<Event>,
+    events: Vec<VisibleEffect>,
 }
 
 impl World<'_> {
@@ -234,18 +234,18 @@ impl World<'_> {
     }
 }
 
-impl Bus for World<'_> {
+impl DataSpace for World<'_> {
     fn load(&mut self, address: u16) -> u8 {
-        self.events.push(Event::Load(address));
+        self.events.push(VisibleEffect::Load(address));
         self.next()
     }
 
     fn store(&mut self, address: u16, value: u8) {
-        self.events.push(Event::Store(address, value));
+        self.events.push(VisibleEffect::Store(address, value));
     }
 
     fn load_flash(&mut self, address: u16) -> u8 {
-        self.events.push(Event::Flash(address));
+        self.events.push(VisibleEffect::Flash(address));
         self.next()
     }
 
@@ -258,19 +258,19 @@ impl Bus for World<'_> {
     }
 
     fn special(&mut self, name: &'static str) {
-        self.events.push(Event::Special(name));
+        self.events.push(VisibleEffect::Special(name));
     }
 }
 
 /// Executes a function. `reached` gets a mark for each executed instruction. If `follows` is true,
 /// the origins of values are tracked.
 pub fn run(
-    start: &Start<'_>,
+    start: &InitialState<'_>,
     tape: &Tape,
     steer: Steer<'_>,
     reached: &mut [bool],
     follows: bool,
-) -> Run {
+) -> Execution {
     let garbage = |number: u64| mix(start.garbage ^ number.wrapping_mul(0x1_0001)) as u8;
     let mut world = World {
         tape,
@@ -307,7 +307,7 @@ pub fn run(
     push_address(&mut cpu, &mut world, CALLER);
     let body = cpu.stack.wrapping_sub(start.frame.saved + start.frame.room);
     let mut at = start.entry;
-    let mut run = Run {
+    let mut run = Execution {
         events: Vec::new(),
         before,
         steps: 0,
@@ -326,7 +326,7 @@ pub fn run(
         run.steps += 1;
         let step = &start.program.steps[at];
         let Some(op) = &step.op else {
-            world.events.push(Event::End);
+            world.events.push(VisibleEffect::End);
             note(&mut run, &mut world, &cpu, at, &mut off_since);
             return run;
         };
@@ -336,7 +336,7 @@ pub fn run(
         let were_on = cpu.flags & 1 << flag::I != 0;
         let mut control = cpu.execute(op, &mut world);
         if is_conditional(op) && run.turned.len() < steer.len() {
-            let turns = steer.turns(run.turned.len(), control != Control::Next);
+            let turns = steer.turns(run.turned.len(), control != Successor::Next);
             if turns {
                 control = opposite(op, control, &mut cpu);
             }
@@ -346,7 +346,7 @@ pub fn run(
         if let Some(old) = old {
             trail.follow(op, &old, tape, cursor);
             if is_conditional(op) {
-                let is_taken = control != Control::Next;
+                let is_taken = control != Successor::Next;
                 let tag = trail.condition(op);
                 let hints = trail.take_hints();
                 run.path.push(Passed { step: at, is_taken, tag, hints });
@@ -354,12 +354,12 @@ pub fn run(
         }
         let are_on = cpu.flags & 1 << flag::I != 0;
         note(&mut run, &mut world, &cpu, at, &mut off_since);
-        if were_on != are_on && control == Control::Next {
-            world.events.push(if are_on { Event::On } else { Event::Off });
+        if were_on != are_on && control == Successor::Next {
+            world.events.push(if are_on { VisibleEffect::On } else { VisibleEffect::Off });
             note(&mut run, &mut world, &cpu, at, &mut off_since);
             // A restore of SREG that leaves interrupts off ends the region that another `cli`
             // began.
-            let begins = *op == Op::Flag(flag::I, false);
+            let begins = *op == AsmOperation::Flag(flag::I, false);
             off_since = begins.then_some(cpu.cycles);
         }
         let snapshot = |cpu: &Cpu, world: &World<'_>| {
@@ -368,25 +368,25 @@ pub fn run(
             Box::new(Snapshot { cpu: cpu.clone(), pushed })
         };
         at = match (control, &step.place) {
-            (Control::Next, _) => at + 1,
-            (Control::Skip, _) => {
+            (Successor::Next, _) => at + 1,
+            (Successor::Skip, _) => {
                 if start.program.steps.get(at + 1).is_some_and(|next| next.is_long) {
                     cpu.cycles += 1;
                 }
                 at + 2
             }
-            (Control::Branch | Control::Jump, Place::Inside(target)) => *target,
-            (Control::Call, Place::Inside(target)) => {
+            (Successor::Branch | Successor::Jump, CodeLocation::Inside(target)) => *target,
+            (Successor::Call, CodeLocation::Inside(target)) => {
                 push_address(&mut cpu, &mut world, (at + 1) as u16);
                 *target
             }
-            (Control::Call | Control::CallPointer, place) => {
-                let callee = (control == Control::Call).then(|| place.clone());
-                world.events.push(Event::Call(callee, snapshot(&cpu, &world)));
+            (Successor::Call | Successor::CallPointer, place) => {
+                let callee = (control == Successor::Call).then(|| place.clone());
+                world.events.push(VisibleEffect::Call(callee, snapshot(&cpu, &world)));
                 note(&mut run, &mut world, &cpu, at, &mut off_since);
                 calls += 1;
                 let results =
-                    if control == Control::Call { (start.results)(place) } else { RESULTS };
+                    if control == Successor::Call { (start.results)(place) } else { RESULTS };
                 for number in (0..32_u8).filter(|number| *number != 1 && SAVED >> number & 1 == 0) {
                     let is_same = results & 1 << number != 0;
                     let place = world.cursor;
@@ -401,35 +401,35 @@ pub fn run(
                 trail.set_flags(place);
                 at + 1
             }
-            (Control::Return, _) => {
+            (Successor::Return, _) => {
                 let back = pop_address(&mut cpu, &world);
                 if back == CALLER || usize::from(back) >= start.program.steps.len() {
                     let is_back = back == CALLER;
-                    let event = Event::Return(snapshot(&cpu, &world));
-                    world.events.push(if is_back { event } else { Event::Lost });
+                    let event = VisibleEffect::Return(snapshot(&cpu, &world));
+                    world.events.push(if is_back { event } else { VisibleEffect::Lost });
                     note(&mut run, &mut world, &cpu, at, &mut off_since);
                     return run;
                 }
                 back.into()
             }
-            (Control::ReturnFromInterrupt, _) => {
+            (Successor::ReturnFromInterrupt, _) => {
                 let is_back = pop_address(&mut cpu, &world) == CALLER;
-                let event = Event::ReturnFromInterrupt(snapshot(&cpu, &world));
-                world.events.push(if is_back { event } else { Event::Lost });
+                let event = VisibleEffect::ReturnFromInterrupt(snapshot(&cpu, &world));
+                world.events.push(if is_back { event } else { VisibleEffect::Lost });
                 note(&mut run, &mut world, &cpu, at, &mut off_since);
                 return run;
             }
-            (Control::JumpPointer, _) => {
+            (Successor::JumpPointer, _) => {
                 let target = cpu.pair(30);
                 if usize::from(target) >= start.program.steps.len() {
-                    world.events.push(Event::Lost);
+                    world.events.push(VisibleEffect::Lost);
                     note(&mut run, &mut world, &cpu, at, &mut off_since);
                     return run;
                 }
                 target.into()
             }
-            (Control::Jump | Control::Branch, place) => {
-                world.events.push(Event::Leave(place.clone(), snapshot(&cpu, &world)));
+            (Successor::Jump | Successor::Branch, place) => {
+                world.events.push(VisibleEffect::Leave(place.clone(), snapshot(&cpu, &world)));
                 note(&mut run, &mut world, &cpu, at, &mut off_since);
                 return run;
             }
@@ -438,7 +438,13 @@ pub fn run(
 }
 
 /// Records the events of the last instruction.
-fn note(run: &mut Run, world: &mut World<'_>, cpu: &Cpu, step: usize, off_since: &mut Option<u32>) {
+fn note(
+    run: &mut Execution,
+    world: &mut World<'_>,
+    cpu: &Cpu,
+    step: usize,
+    off_since: &mut Option<u32>,
+) {
     for event in world.events.drain(..) {
         let gap = off_since.map(|since| cpu.cycles - since);
         if off_since.is_some() {
@@ -464,16 +470,22 @@ fn pop_address(cpu: &mut Cpu, world: &World<'_>) -> u16 {
 }
 
 /// Returns true for an instruction with two outcomes.
-pub fn is_conditional(op: &Op) -> bool {
-    matches!(op, Op::Branch(..) | Op::SkipBit(..) | Op::SkipIo(..) | Op::SkipEqual(..))
+pub fn is_conditional(op: &AsmOperation) -> bool {
+    matches!(
+        op,
+        AsmOperation::Branch(..)
+            | AsmOperation::SkipBit(..)
+            | AsmOperation::SkipIo(..)
+            | AsmOperation::SkipEqual(..)
+    )
 }
 
 /// Returns the other outcome of a conditional instruction, and corrects the cycles.
-fn opposite(op: &Op, control: Control, cpu: &mut Cpu) -> Control {
-    if control != Control::Next {
+fn opposite(op: &AsmOperation, control: Successor, cpu: &mut Cpu) -> Successor {
+    if control != Successor::Next {
         cpu.cycles -= 1;
-        return Control::Next;
+        return Successor::Next;
     }
     cpu.cycles += 1;
-    if matches!(op, Op::Branch(..)) { Control::Branch } else { Control::Skip }
+    if matches!(op, AsmOperation::Branch(..)) { Successor::Branch } else { Successor::Skip }
 }

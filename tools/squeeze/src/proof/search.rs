@@ -7,7 +7,7 @@
 
 use std::collections::{HashMap, HashSet};
 
-use super::run::{Passed, Run, Start, Steer, Tape, mix, run};
+use super::run::{Execution, InitialState, Passed, Steer, Tape, mix, run};
 use super::trail::Hint;
 
 /// Random inputs that are tried first.
@@ -38,7 +38,7 @@ pub struct Input {
 }
 
 /// Inputs that reach all outcomes.
-pub struct Found {
+pub struct FoundInputs {
     /// Some random inputs, and others that each reach an outcome that the earlier ones do not.
     pub inputs: Vec<Input>,
     /// The number of outcomes that were reached.
@@ -64,7 +64,7 @@ impl Example {
 }
 
 struct Search<'a> {
-    start: &'a Start<'a>,
+    start: &'a InitialState<'a>,
     reached: &'a mut [bool],
     seen: HashSet<Outcome>,
     /// For each outcome that was not seen, inputs that reach its instruction.
@@ -73,7 +73,7 @@ struct Search<'a> {
 }
 
 /// Finds inputs of a function.
-pub fn search(start: &Start<'_>, seed: u64, reached: &mut [bool]) -> Found {
+pub fn search(start: &InitialState<'_>, seed: u64, reached: &mut [bool]) -> FoundInputs {
     let mut search =
         Search { start, reached, seen: HashSet::new(), open: HashMap::new(), inputs: Vec::new() };
     for number in 0..RANDOM {
@@ -86,7 +86,7 @@ pub fn search(start: &Start<'_>, seed: u64, reached: &mut [bool]) -> Found {
         search.approach_all();
         steered += search.steer_all();
     }
-    Found { inputs: search.inputs, outcomes: search.seen.len(), steered }
+    FoundInputs { inputs: search.inputs, outcomes: search.seen.len(), steered }
 }
 
 /// Returns an input with small numbers in all registers: loops end soon, and later conditions
@@ -112,7 +112,8 @@ impl Search<'_> {
     /// same path.
     fn execute(&mut self, input: Input) -> Option<Input> {
         let steer = Steer::Outcomes(&input.outcomes);
-        let Run { path, is_cut, .. } = run(self.start, &input.tape, steer, self.reached, true);
+        let Execution { path, is_cut, .. } =
+            run(self.start, &input.tape, steer, self.reached, true);
         let outcomes: Vec<bool> = path.iter().map(|passed| passed.is_taken).collect();
         // Conditional instructions up to the last one with a new outcome.
         let mut known = 0;

@@ -2,7 +2,7 @@
 //! were compared with.
 
 use super::cpu::Cpu;
-use super::decode::{Op, Pair, flag};
+use super::decode::{AsmOperation, PairOperation, flag};
 use super::run::{FLAGS_AT, Tape};
 
 /// A comparison: for each of its two values the place on the tape, if it comes from there, and the
@@ -48,11 +48,11 @@ impl Trail {
     }
 
     /// Returns the origin of the outcome of a conditional instruction.
-    pub fn condition(&self, op: &Op) -> u128 {
+    pub fn condition(&self, op: &AsmOperation) -> u128 {
         match *op {
-            Op::Branch(flag::T, ..) => self.copied,
-            Op::SkipBit(register, ..) => self.registers[usize::from(register)],
-            Op::SkipEqual(one, other) => {
+            AsmOperation::Branch(flag::T, ..) => self.copied,
+            AsmOperation::SkipBit(register, ..) => self.registers[usize::from(register)],
+            AsmOperation::SkipEqual(one, other) => {
                 self.registers[usize::from(one)] | self.registers[usize::from(other)]
             }
             _ => self.flags,
@@ -60,13 +60,20 @@ impl Trail {
     }
 
     /// Tracks an instruction; `cpu` and `cursor` are the core and the place on the tape before it.
-    pub fn follow(&mut self, op: &Op, cpu: &Cpu, tape: &Tape, cursor: usize) {
+    pub fn follow(&mut self, op: &AsmOperation, cpu: &Cpu, tape: &Tape, cursor: usize) {
         let tags = self.registers;
         let at = |register: u8| tags[usize::from(register)];
-        let takes_carry = |kind| matches!(kind, Pair::Adc | Pair::Sbc | Pair::Cpc);
+        let takes_carry =
+            |kind| matches!(kind, PairOperation::Adc | PairOperation::Sbc | PairOperation::Cpc);
         match *op {
-            Op::Pair(kind, to, from) => {
-                if matches!(kind, Pair::Cp | Pair::Cpc | Pair::Sub | Pair::Sbc) {
+            AsmOperation::Pair(kind, to, from) => {
+                if matches!(
+                    kind,
+                    PairOperation::Cp
+                        | PairOperation::Cpc
+                        | PairOperation::Sub
+                        | PairOperation::Sbc
+                ) {
                     let value = |register: u8| cpu.registers[usize::from(register)];
                     self.hint([
                         place(tape, at(to), value(to), value(from)),
@@ -77,66 +84,68 @@ impl Trail {
                 if takes_carry(kind) {
                     tag |= self.flags;
                 }
-                if to == from && matches!(kind, Pair::Eor | Pair::Sub) {
+                if to == from && matches!(kind, PairOperation::Eor | PairOperation::Sub) {
                     tag = 0;
                 }
                 self.flags = tag;
-                if !matches!(kind, Pair::Cp | Pair::Cpc) {
+                if !matches!(kind, PairOperation::Cp | PairOperation::Cpc) {
                     self.registers[usize::from(to)] = tag;
                 }
             }
-            Op::Constant(kind, to, value) => {
-                if matches!(kind, Pair::Cp | Pair::Sub | Pair::Sbc) {
+            AsmOperation::Constant(kind, to, value) => {
+                if matches!(kind, PairOperation::Cp | PairOperation::Sub | PairOperation::Sbc) {
                     self.hint([place(tape, at(to), cpu.registers[usize::from(to)], value), None]);
                 }
                 let carry = if takes_carry(kind) { self.flags } else { 0 };
                 let tag = self.registers[usize::from(to)] | carry;
                 self.flags = tag;
-                if kind != Pair::Cp {
+                if kind != PairOperation::Cp {
                     self.registers[usize::from(to)] = tag;
                 }
             }
-            Op::Single(_, register) => {
+            AsmOperation::Single(_, register) => {
                 // `ror` takes the carry.
                 self.registers[usize::from(register)] |= self.flags;
                 self.flags = self.registers[usize::from(register)];
             }
-            Op::Multiply(_, one, other) => {
+            AsmOperation::Multiply(_, one, other) => {
                 let tag = at(one) | at(other);
                 self.registers[0] = tag;
                 self.registers[1] = tag;
                 self.flags = tag;
             }
-            Op::Word(pair, ..) => {
+            AsmOperation::Word(pair, ..) => {
                 let pair = usize::from(pair);
                 let tag = self.registers[pair] | self.registers[pair + 1];
                 self.registers[pair + 1] = tag;
                 self.flags = tag;
             }
-            Op::Copy(to, from) => self.registers[usize::from(to)] = at(from),
-            Op::CopyPair(to, from) => {
+            AsmOperation::Copy(to, from) => self.registers[usize::from(to)] = at(from),
+            AsmOperation::CopyPair(to, from) => {
                 let tags = [at(from), at(from + 1)];
                 self.registers[usize::from(to)] = tags[0];
                 self.registers[usize::from(to + 1)] = tags[1];
             }
-            Op::Load(to, _) => self.registers[usize::from(to)] = 0,
-            Op::Read(to, _) | Op::ReadAt(to, _) | Op::ReadFlash(to, _) => {
+            AsmOperation::Load(to, _) => self.registers[usize::from(to)] = 0,
+            AsmOperation::Read(to, _)
+            | AsmOperation::ReadAt(to, _)
+            | AsmOperation::ReadFlash(to, _) => {
                 self.registers[usize::from(to)] = bit(cursor);
             }
-            Op::In(to, from) => {
+            AsmOperation::In(to, from) => {
                 let tag = if from < 0x3d { bit(cursor) } else { self.flags };
                 self.registers[usize::from(to)] = tag;
             }
-            Op::Out(0x3f, from) => {
+            AsmOperation::Out(0x3f, from) => {
                 self.flags = at(from);
                 self.copied = at(from);
             }
-            Op::SkipIo(..) => self.flags |= bit(cursor),
-            Op::Store(register, _) => self.copied = at(register),
-            Op::Restore(register, _) => {
+            AsmOperation::SkipIo(..) => self.flags |= bit(cursor),
+            AsmOperation::Store(register, _) => self.copied = at(register),
+            AsmOperation::Restore(register, _) => {
                 self.registers[usize::from(register)] |= self.copied;
             }
-            Op::Pop(register) => self.registers[usize::from(register)] = 0,
+            AsmOperation::Pop(register) => self.registers[usize::from(register)] = 0,
             _ => {}
         }
     }

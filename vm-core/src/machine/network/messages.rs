@@ -15,7 +15,7 @@ use crate::machine::{GLOBALS, Native, Vm, VmState};
 use crate::message::content::Head;
 use crate::message::frame::Frame;
 use crate::message::{FRAGMENT_HEAD, FrameKind, Ignored, ScriptIdentity, StigmergyEntry};
-use crate::network::{Counters, Sighting};
+use crate::network::{NetworkCounters, Sighting};
 use crate::number::Profile;
 use crate::part::Part;
 use crate::stamp::Stamp;
@@ -47,10 +47,10 @@ pub(super) const NETWORK_FEATURES: u8 =
 
 impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
     /// Returns the counters of messages that were received and not used.
-    pub fn counters(&self) -> Counters {
+    pub fn counters(&self) -> NetworkCounters {
         let [foreign, malformed, own_id, not_kept, incomplete, undecided, failed] =
             self.protocol.counters;
-        Counters { foreign, malformed, own_id, not_kept, incomplete, undecided, failed }
+        NetworkCounters { foreign, malformed, own_id, not_kept, incomplete, undecided, failed }
     }
 
     /// Begins a step with the handling of messages. A fault is reported by the next run.

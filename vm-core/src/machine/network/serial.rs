@@ -11,7 +11,7 @@ use crate::heap::{VISIT, Visit};
 use crate::host::Host;
 use crate::image::CAPTURES;
 use crate::machine::Vm;
-use crate::message::content::{self, ContentItem, ContentReader, Head, Writer};
+use crate::message::content::{self, ContentItem, ContentReader, ContentWriter, Head};
 use crate::message::frame::Frame;
 use crate::message::{self, FRAGMENT_HEAD, FRAGMENTS_MAX, Fragment, STIGMERGIES};
 use crate::network::Buffer;
@@ -145,14 +145,18 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
         first: Value<P>,
         second: Value<P>,
         room: &'r mut [u8],
-    ) -> Result<Writer<'r>, Stopped> {
-        let mut writer = Writer::new(room, self.script(), head);
+    ) -> Result<ContentWriter<'r>, Stopped> {
+        let mut writer = ContentWriter::new(room, self.script(), head);
         self.write_value(&mut writer, first)?;
         self.write_value(&mut writer, second)?;
         Ok(writer)
     }
 
-    fn write_value(&mut self, writer: &mut Writer<'_>, value: Value<P>) -> Result<(), Stopped> {
+    fn write_value(
+        &mut self,
+        writer: &mut ContentWriter<'_>,
+        value: Value<P>,
+    ) -> Result<(), Stopped> {
         let base = usize::from(self.sp);
         let mut visit = Visit::NONE;
         // The place in the content of the table's number of pairs, and the number of pairs already
@@ -200,7 +204,11 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
 
     /// Writes a value. For a table it writes only the tag and a number of pairs that is filled in
     /// later.
-    fn write_item(&mut self, writer: &mut Writer<'_>, value: Value<P>) -> Result<(), Stopped> {
+    fn write_item(
+        &mut self,
+        writer: &mut ContentWriter<'_>,
+        value: Value<P>,
+    ) -> Result<(), Stopped> {
         let item = match value.tag() {
             Tag::NIL | Tag::INT | Tag::FLOAT | Tag::STRING => ContentItem::Plain(value),
             Tag::FUNCTION => ContentItem::Function(value.index() as u16),

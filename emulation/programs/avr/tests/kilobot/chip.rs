@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use bittybuzz_emulation::message::{Command, Event};
+use bittybuzz_emulation::message::{Command, EmulatorEvent};
 
 use crate::robots::{EEPROM, RAM, Robots, assemble};
 
@@ -45,10 +45,10 @@ fn deep_sleep_stops_the_timers_and_light_sleep_does_not() {
     assert_eq!(robots.byte(0, RAM + 0x103), 2, "ticks of 2.048 ms wake it from idle");
     robots.run(50_000);
     let events = robots.seen();
-    assert_eq!(events[0], &Event::Reset { cause: "watchdog".into() });
+    assert_eq!(events[0], &EmulatorEvent::Reset { cause: "watchdog".into() });
     // The program sees WDRF, then sleeps with interrupts off and without a source that could wake
     // it.
-    assert!(matches!(events[1..], [Event::Lockup { .. }]), "{events:?}");
+    assert!(matches!(events[1..], [EmulatorEvent::Lockup { .. }]), "{events:?}");
     assert_eq!(robots.byte(0, RAM + 0x104), 1 << 3);
     let cycles = robots.emulator.statistics().unwrap().core.cycles;
     // The core was awake only during the start, and the 12 ms until the watchdog expired.
@@ -81,8 +81,8 @@ fn the_board_is_seen_and_measured() {
     robots.tell(0, &Command::Battery { volts: 3.6, charging: true, usb_powered: false });
     robots.tell(0, &Command::Surroundings { light: 512, celsius: 85.0 });
     robots.run(3_000);
-    let motor = |number, duty, frequency_hz| Event::Motor { number, duty, frequency_hz };
-    let colour = |red, green, blue| Event::Colour { red, green, blue };
+    let motor = |number, duty, frequency_hz| EmulatorEvent::Motor { number, duty, frequency_hz };
+    let colour = |red, green, blue| EmulatorEvent::Colour { red, green, blue };
     // 18.7.4: 8 MHz / (8 * 510).
     let frequency = 8e6 / (8.0 * 510.0);
     let expected = [
@@ -97,13 +97,13 @@ fn the_board_is_seen_and_measured() {
         motor(2, 0.0, 0.0),
     ];
     let seen = robots.seen();
-    let is_visible = |event: &&&Event| !matches!(event, Event::Serial { .. });
+    let is_visible = |event: &&&EmulatorEvent| !matches!(event, EmulatorEvent::Serial { .. });
     let visible: Vec<_> = seen.iter().filter(is_visible).map(|event| rounded(event)).collect();
     assert_eq!(visible, expected.iter().map(rounded).collect::<Vec<_>>());
     let text: Vec<u8> = seen
         .iter()
         .filter_map(|event| match event {
-            Event::Serial { bytes } => Some(bytes.clone()),
+            EmulatorEvent::Serial { bytes } => Some(bytes.clone()),
             _ => None,
         })
         .flatten()
@@ -120,9 +120,9 @@ fn the_board_is_seen_and_measured() {
 }
 
 /// Rounds numbers, whose last digit may change in the transfer as text.
-fn rounded(event: &Event) -> String {
+fn rounded(event: &EmulatorEvent) -> String {
     match event {
-        Event::Motor { number, duty, frequency_hz } => {
+        EmulatorEvent::Motor { number, duty, frequency_hz } => {
             format!("motor {number}: {duty:.6}, {frequency_hz:.3} Hz")
         }
         event => format!("{event:?}"),
@@ -199,11 +199,11 @@ fn file(name: &str, bytes: &[u8]) -> std::path::PathBuf {
 fn steps_are_counted_without_the_image_doing_anything_for_it() {
     let mut robots = Robots::new(2, &assemble("phase", &[]));
     robots.run(1_000);
-    assert_eq!(robots.seen(), [&Event::Step; 3]);
+    assert_eq!(robots.seen(), [&EmulatorEvent::Step; 3]);
     assert_eq!(robots.events.len(), 6, "each has its own");
     // The program restarts in the middle of a step.
     robots.tell(0, &Command::Power { on: false });
     robots.tell(0, &Command::Power { on: true });
     robots.run(1_000);
-    assert_eq!(robots.seen(), [&Event::Step; 6]);
+    assert_eq!(robots.seen(), [&EmulatorEvent::Step; 6]);
 }

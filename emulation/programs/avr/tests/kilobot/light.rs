@@ -2,7 +2,7 @@
 
 use std::time::Duration;
 
-use bittybuzz_emulation::message::{Command, Event};
+use bittybuzz_emulation::message::{Command, EmulatorEvent};
 use bittybuzz_kilobot_board::Amplitude;
 
 use crate::robots::{RAM, Robots, assemble};
@@ -172,7 +172,7 @@ fn the_same_commands_give_the_same_answers() {
 fn a_program_that_sends_no_frame_makes_no_event() {
     let mut robots = around_a_sender(&[]);
     robots.run(30_000);
-    assert!(robots.seen().iter().all(|event| !matches!(event, Event::Infrared { .. })));
+    assert!(robots.seen().iter().all(|event| !matches!(event, EmulatorEvent::Infrared { .. })));
     assert_eq!(robots.counted(0).infrared_sent, 0);
     assert!(robots.counted(0).infrared_aborted > 0);
 }

@@ -6,7 +6,7 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 use std::time::Duration;
 
 use bittybuzz_emulation::message::{
-    BoardStatistics, Command, Event, KilobotStatistics, RobotEvent,
+    BoardStatistics, Command, EmulatorEvent, KilobotStatistics, RobotEvent,
 };
 use bittybuzz_emulation::{ClientError, Emulator};
 
@@ -99,14 +99,14 @@ impl Robots {
     }
 
     /// Returns the events of the first robot, in order.
-    pub fn seen(&self) -> Vec<&Event> {
+    pub fn seen(&self) -> Vec<&EmulatorEvent> {
         self.events.iter().filter(|e| e.robot == 0).map(|e| &e.timed.event).collect()
     }
 
     /// Returns the hardware errors of the first robot.
     pub fn errors(&self) -> Vec<&str> {
         let errors = self.seen().into_iter().filter_map(|event| match event {
-            Event::HardwareError { text } => Some(text.as_str()),
+            EmulatorEvent::HardwareError { text } => Some(text.as_str()),
             _ => None,
         });
         errors.collect()
