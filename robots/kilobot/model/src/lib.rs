@@ -28,10 +28,10 @@ pub const KEYS: ModelKeys = ModelKeys {
     body: SectionKeys {
         name: "[body.kilobot]",
         keys: scenario_keys![
-            "preset" "word" "standard" "whose numbers hold for bodies and infrared: standard, kilombo, argos or kilosim",
+            "preset" "word" "standard" "source of the numbers for bodies and infrared: standard, kilombo, argos or kilosim",
             "radius" "number" "of the preset" "in mm",
-            "speed" "number" "of the preset" "straight on with the calibrated duty, in mm/s",
-            "turn" "number" "of the preset" "with the calibrated duty, in degrees per second",
+            "speed" "number" "of the preset" "speed straight on with the calibrated duty, in mm/s",
+            "turn" "number" "of the preset" "turn rate with the calibrated duty, in degrees per second",
             "speed_error" "0 to 1" "of the preset" "standard deviation of the speed between robots, as a share of it; standard: 0.13",
             "turn_error" "0 to 1" "of the preset" "standard deviation of each motor's turn rate, as a share of it; standard: 0.1",
             "heading_bias" "0 to 5000" "of the preset" "standard deviation of the bias between robots, in degrees per second; standard: 6",
