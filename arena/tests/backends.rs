@@ -189,12 +189,12 @@ fn zooids_that_would_not_hear_each_other_are_refused() {
     assert_error(
         &[WORLD, EMULATED, SIMULATED],
         "14:1",
-        &["these robots and those of line 8 would not hear each other", "the same `backend`"],
+        &["these robots and those of line 8 would not receive each other's messages", "the same `backend`"],
     );
     assert_error(
         &[WORLD, SIMULATED, EMULATED],
         "17:11",
-        &["those of line 8 would not hear each other"],
+        &["those of line 8 would not receive each other's messages"],
     );
     let other = EMULATED.replace("zooids.elf", "other.elf");
     assert_error(&[WORLD, EMULATED, &other], "18:11", &["another firmware than those of line 8"]);

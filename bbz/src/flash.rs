@@ -131,7 +131,7 @@ fn by_programmer(
 fn done(script: &Path, program: &LoadedProgram, robot: &Robot) -> Result<ExitStatus, Problem> {
     let (script, title) = (script.display(), &robot.title);
     let bytes = program.image.len();
-    output::write(&format!("`{script}` ({bytes} bytes) is on the {title}, which starts anew\n"))?;
+    output::write(&format!("`{script}` ({bytes} bytes) is on the {title}, which restarts\n"))?;
     Ok(ExitStatus::Success)
 }
 

@@ -83,7 +83,7 @@ impl fmt::Display for ProgramError {
                 )
             }
             ProgramError::Section(NoSection::Ambiguous) => {
-                write!(f, "has several places for a script, or something behind it")
+                write!(f, "has several places for a script, or data after it")
             }
             ProgramError::TooLong { bytes, most } => {
                 write!(f, "needs {bytes} bytes with the script, the robot has room for {most}")

@@ -317,7 +317,7 @@ impl Problem {
                 None => "`bbz explain` lists all codes".to_owned(),
             }),
             Problem::Object { .. } => Some("compile its script instead".to_owned()),
-            Problem::Symbols { .. } => Some("`bbz build` writes it anew".to_owned()),
+            Problem::Symbols { .. } => Some("`bbz build` writes it again".to_owned()),
             Problem::Setting(_) => Some("write it as `--set medium.ir.loss=0.1`".to_owned()),
             Problem::NoRobot => Some("name it, as in --robot NAME; `bbz robots` lists them".to_owned()),
             Problem::NotYet(_) => {

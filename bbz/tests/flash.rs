@@ -31,7 +31,7 @@ fn only_the_script_is_written() {
     probe_rs::install(&folder, "cp \"$file\" written.bin");
     let outcome = probe_rs::bbz(&folder, &FLASH);
     assert_eq!((outcome.status, outcome.stderr.as_str()), (Some(0), ""));
-    assert!(outcome.stdout.ends_with("is on the Crazyflie 2.1, which starts anew\n"));
+    assert!(outcome.stdout.ends_with("is on the Crazyflie 2.1, which restarts\n"));
     let calls = probe_rs::calls(&folder);
     // One sector is written after the other, so that one of them holds a script whenever the power
     // fails.

@@ -84,7 +84,7 @@ fn firmware_and_script_are_written_and_the_rest_is_kept() {
     let programmer = Programmer::with(used());
     let outcome = flash(&folder, &programmer, &["--firmware", "k.hex"]);
     assert_eq!(outcome.status, Some(0), "{}", outcome.stderr);
-    assert!(outcome.stdout.ends_with("is on the Kilobot, which starts anew\n"));
+    assert!(outcome.stdout.ends_with("is on the Kilobot, which restarts\n"));
     let chip = programmer.chip.lock().unwrap();
     let behind = check(&folder, &chip.flash, 5);
     let gap = behind.len() - (0x8000 - BOOT);

@@ -130,7 +130,7 @@ codes! {
     CallbackMeaning = "W0221", "a callback parameter that gets something else";
     UnknownNeighborField = "W0222", "a field that a neighbor's data lacks: it is nil";
     CallForgotten = "W0223", "a function where its result is meant";
-    CreateInStep = "W0224", "a stigmergy created anew in every step";
+    CreateInStep = "W0224", "a stigmergy created again in every step";
     ImpossibleOperation = "W0301", "an operation that always fails";
     DivisionByZero = "W0302", "a division by zero";
     ShiftCount = "W0303", "a shift by an impossible count";

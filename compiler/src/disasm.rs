@@ -51,7 +51,7 @@ impl View<'_> {
             // Without this check, overlapping functions could list the same bytes any number of
             // times.
             if start > end {
-                return writeln!(out, "function {number} starts behind its end");
+                return writeln!(out, "function {number} starts after its end");
             }
             self.write_function(out, number, start, end)?;
         }

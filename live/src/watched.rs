@@ -121,7 +121,7 @@ impl Watched {
     }
 
     /// Returns the number of the robot with an id. A robot without a previous report is added,
-    /// which starts anew for the client.
+    /// which restarts for the client.
     fn number(&mut self, id: u16) -> usize {
         if let Some(number) = self.robots.iter().position(|(known, _)| *known == id) {
             return number;

@@ -539,7 +539,7 @@ fn unused_text(unused: &Unused) -> String {
         (*unread, "received without room for it"),
         (*unsent, "to be sent without room for it"),
         (messages.foreign, "of another script"),
-        (messages.malformed, "without sense"),
+        (messages.malformed, "malformed"),
         (messages.own_id, "with this robot's id"),
         (messages.not_kept, "not kept, as the stigmergy is full"),
         (messages.incomplete, "incomplete"),

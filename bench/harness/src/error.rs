@@ -56,7 +56,7 @@ impl fmt::Display for BenchError {
                 write!(f, "the emulator recorded something unexpected: {what}")
             }
             BenchError::Qemu(error) => error.fmt(f),
-            BenchError::Silent { name } => write!(f, "{name}: the program says nothing"),
+            BenchError::Silent { name } => write!(f, "{name}: the program printed nothing"),
             BenchError::NoResult { target, name, mark, value } => {
                 let why = match mark {
                     Mark::Refused => "its image is refused".to_owned(),

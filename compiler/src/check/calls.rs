@@ -136,7 +136,7 @@ impl Checker<'_> {
                 .label(format!("{} not passed", missing.join(", ")))
                 .help("a function that reads a parameter which was not passed stops the script; pass nil if it is unknown")
         } else {
-            diagnostic.label("what is too much is ignored")
+            diagnostic.label("the others are ignored")
         });
     }
 

@@ -227,7 +227,7 @@ fn created_in_step(program: &ResolvedScript, meanings: &Meanings<'_>) -> Option<
                 Diagnostic::new(
                     DiagnosticCode::CreateInStep,
                     value.span,
-                    "every step creates the stigmergy anew and loses its entries",
+                    "every step creates the stigmergy again and loses its entries",
                 )
                 .label("empty again in each step")
                 .help("create it once, in `init`"),

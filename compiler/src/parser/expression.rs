@@ -264,14 +264,14 @@ impl Parser<'_> {
             return;
         }
         let what = match token.separation {
-            Separation::Semicolon => "the statement runs on behind the `;`",
+            Separation::Semicolon => "the statement goes on after the `;`",
             _ => "the statement runs on over the end of the line",
         };
         let found = token.kind.describe();
         self.warn(
             Diagnostic::new(DiagnosticCode::RunOnStatement, token.span, what)
                 .label(format!("this {found} continues the statement above"))
-                .related(self.previous().span, "which goes on behind this")
+                .related(self.previous().span, "which goes on after this")
                 .help(
                     "newlines and `;` do not end a statement; if it is meant to go on, put it in \
                      parentheses or the operator at the end of the line above",

@@ -43,7 +43,7 @@ impl Parser<'_> {
             start,
             "this function has no name",
         )
-        .label("expected a name behind `function`")
+        .label("expected a name after `function`")
         .help("name it: `function f(...)`; or store it: `f = function(...) { ... }`");
         self.report(diagnostic);
         let target = self.error_here();

@@ -100,7 +100,7 @@ impl Parser<'_> {
     pub(super) fn warn_sign_grouping(&mut self, node: &Expr) {
         let ExprKind::Unary { operand, .. } = &node.kind else { return };
         if binary_op(operand).is_some_and(|op| op != BinaryOp::Pow) {
-            let why = "the sign applies to the whole operation behind it";
+            let why = "the sign applies to the whole operation after it";
             self.warn_reading(DiagnosticCode::OperatorGrouping, node.span, operand.span, why);
         }
     }

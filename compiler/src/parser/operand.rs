@@ -88,7 +88,7 @@ impl Parser<'_> {
             Diagnostic::new(
                 DiagnosticCode::UnexpectedToken,
                 start,
-                "`not` cannot stand behind this operator",
+                "`not` cannot stand after this operator",
             )
             .help("put it in parentheses with its operand: `(not x)`"),
         );
@@ -231,7 +231,7 @@ impl Parser<'_> {
             Diagnostic::new(
                 DiagnosticCode::NumberAsField,
                 dot.to(token.span),
-                "a number cannot stand behind a dot here",
+                "a number cannot stand after a dot here",
             )
             .help(format!("write `[{written}]`")),
         );

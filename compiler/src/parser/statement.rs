@@ -296,7 +296,7 @@ impl Parser<'_> {
             Diagnostic::new(
                 DiagnosticCode::BareBlock,
                 self.span(),
-                "a block can only stand behind `if`, `else`, `for`, `while` and `function(...)`",
+                "a block can only stand after `if`, `else`, `for`, `while` and `function(...)`",
             )
             .help("remove the braces; a table literal needs a variable: `t = {.x = 1}`")
         };

@@ -116,7 +116,7 @@ impl Parser<'_> {
                 let diagnostic = Diagnostic::new(
                     DiagnosticCode::IncludeWithoutString,
                     value.span,
-                    "expected the name of a file in quotes behind `include`",
+                    "expected the name of a file in quotes after `include`",
                 )
                 .help("write `include \"file.bzz\"`");
                 return self.report(diagnostic);

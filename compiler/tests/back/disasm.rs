@@ -101,7 +101,7 @@ fn overlapping_functions_are_not_listed_again_and_again() {
     let table = usize::from(Image::new(bytes.as_slice()).header().unwrap().functions_at());
     // The second of three functions starts behind the end of the image.
     bytes[table + 2..table + 4].copy_from_slice(&[0xff, 0xff]);
-    assert!(disassemble(&bytes, None).contains("function 1 starts behind its end"));
+    assert!(disassemble(&bytes, None).contains("function 1 starts after its end"));
 }
 
 proptest! {

@@ -407,7 +407,7 @@ mod tests {
         nvic.deactivate(16 + 28);
         assert_eq!(nvic.next(NO_MASKS), Some(16 + 28));
         nvic.set_lines(0);
-        assert_eq!(nvic.next(NO_MASKS), Some(16 + 28), "what is pending stays so");
+        assert_eq!(nvic.next(NO_MASKS), Some(16 + 28), "pending exceptions stay pending");
         nvic.write(0x180, 1 << 28, !0);
         assert_eq!(nvic.next(NO_MASKS), None);
     }

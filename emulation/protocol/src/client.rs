@@ -257,7 +257,7 @@ pub enum ClientError {
     #[error("no connection to the emulator: {0}")]
     Pipe(#[from] io::Error),
     /// A line could not be parsed: the two programs are of different versions.
-    #[error("the emulator says what this program does not understand, build both anew: {0}")]
+    #[error("this program does not understand the emulator's output, build both again: {0}")]
     Protocol(String),
 }
 

@@ -52,7 +52,7 @@ pub enum QemuError {
     #[error("{STARTER} was not found: install the package util-linux")]
     NoStarter,
     /// QEMU does not report the number of executed instructions.
-    #[error("QEMU does not count instructions; it says: {printed}")]
+    #[error("QEMU does not count instructions; it printed: {printed}")]
     NoCount {
         /// The output of QEMU's monitor.
         printed: String,

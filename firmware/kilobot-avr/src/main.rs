@@ -34,7 +34,7 @@ mod speak;
 
 mod toml {
     //! Generated from `robots/kilobot/robot.toml`.
-    #![allow(dead_code, reason = "the robot file tells more than this firmware uses")]
+    #![allow(dead_code, reason = "the robot file has more than this firmware uses")]
     include!(concat!(env!("OUT_DIR"), "/robot.rs"));
 }
 

@@ -37,7 +37,7 @@ mod watchdog;
 
 mod robot {
     //! Generated from `robots/zooids/robot.toml`.
-    #![allow(dead_code, reason = "the robot file tells more than this firmware uses")]
+    #![allow(dead_code, reason = "the robot file has more than this firmware uses")]
     include!(concat!(env!("OUT_DIR"), "/robot.rs"));
 }
 

@@ -268,7 +268,7 @@ pub fn target_of(folder: &str) -> PathBuf {
 /// of each part that the script could do without.
 fn too_large(script: &Path, excess: u64, costs: &[(u64, Part)]) -> Error {
     let mut text = format!(
-        "{} needs {excess} bytes of flash more than there are; so much is saved by a script that does without",
+        "{} needs {excess} bytes of flash more than there are; a script saves these bytes if it does without",
         script.display()
     );
     for (bytes, part) in costs {

@@ -152,6 +152,6 @@ mod tests {
         assert_eq!(usart.advance(4259), None);
         assert_eq!(usart.advance(4260), sent(b'k'));
         assert_ne!(usart.status() & TXC, 0);
-        assert_eq!(usart.advance(9999), None, "nobody took what did not fit");
+        assert_eq!(usart.advance(9999), None, "bytes that did not fit were lost");
     }
 }

@@ -28,7 +28,7 @@ pub fn section(path: &Path, image: &[u8], robot: &Robot) -> Result<(u32, Vec<u8>
         unusable(match error {
             NoSection::Missing => "it has no place for a script".to_owned(),
             NoSection::Ambiguous => {
-                "it has several places for a script, or something behind it".to_owned()
+                "it has several places for a script, or data after it".to_owned()
             }
             NoSection::Version(version) => format!(
                 "it was built by another version: its own script is an image of version {version}, not {VERSION}; build \
