@@ -189,7 +189,10 @@ fn zooids_that_would_not_hear_each_other_are_refused() {
     assert_error(
         &[WORLD, EMULATED, SIMULATED],
         "14:1",
-        &["these robots and those of line 8 would not receive each other's messages", "the same `backend`"],
+        &[
+            "these robots and those of line 8 would not receive each other's messages",
+            "the same `backend`",
+        ],
     );
     assert_error(
         &[WORLD, SIMULATED, EMULATED],

@@ -90,7 +90,7 @@ impl LoadedProgram {
         })
     }
 
-    /// Opens a program as [`Program::open`] does, and hands the compiler's messages to `report`.
+    /// Opens a program as [`LoadedProgram::open`] does, and hands the compiler's messages to `report`.
     pub fn open_reporting(
         path: &Path,
         include: &[PathBuf],
@@ -109,7 +109,7 @@ impl LoadedProgram {
         Ok(image.map(|image| LoadedProgram { image, profile, symbols, sources }))
     }
 
-    /// Opens a program as [`Program::open`] does. Also accepts symbols (`.sym`), with the image
+    /// Opens a program as [`LoadedProgram::open`] does. Also accepts symbols (`.sym`), with the image
     /// next to them if there is one that belongs to them.
     pub fn open_with_symbols(
         path: &Path,

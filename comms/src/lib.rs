@@ -4,7 +4,7 @@
 //! 1. **A stream is hostile.** Bytes are lost, duplicated and invented. The next good frame is
 //!    received whatever precedes it.
 //! 2. **Raw and parsed data have different types.** A [`syslink::SyslinkFrame`] has passed its
-//!    checksum; the content of a [`syslink::Packet`] is valid as well.
+//!    checksum; the content of a [`syslink::SyslinkPacket`] is valid as well.
 //! 3. **No allocation, no panic, no unsafe code**: every function may run in an interrupt handler.
 //!
 //! # Modules

@@ -39,15 +39,15 @@ pub enum StmtKind {
     /// `if(condition) { ... } else if(condition) { ... } else otherwise`, with all conditions in
     /// one list instead of nested statements
     If { branches: Vec<Branch>, otherwise: Option<Block> },
-    /// A `for` loop; `init` and `update` are [`StmtKind::Assign`] or [`StmtKind::Call`]
+    /// A `for` loop; `init` and `update` are [`StmtKind::Assign`] or [`StmtKind::DirectCall`]
     For { init: Box<Stmt>, condition: Expr, update: Box<Stmt>, body: Block },
     /// `while(condition) body`
     While { condition: Expr, body: Block },
     /// `return` or `return value`
     Return { value: Option<Expr> },
-    /// `target = value`; the target is [`ExprKind::Name`], [`ExprKind::Field`] or [`ExprKind::Index`]
+    /// `target = value`; the target is [`ExprKind::FreeName`], [`ExprKind::Field`] or [`ExprKind::Index`]
     Assign { target: Expr, value: Expr },
-    /// A call for its effect; the expression is [`ExprKind::Call`]
+    /// A call for its effect; the expression is [`ExprKind::DirectCall`]
     Call(Expr),
 }
 
@@ -105,7 +105,7 @@ pub enum ExprKind {
     /// `op operand`
     Unary { op: UnaryOp, operand: Box<Expr> },
     /// `first op right op right ...`, evaluated from left to right; all operators have one
-    /// [`Power`]
+    /// [`Precedence`]
     Chain { first: Box<Expr>, links: Vec<ChainLink> },
     /// A parenthesised expression. The node is kept because parentheses silence the warnings about
     /// precedence.

@@ -2,7 +2,7 @@
 //!
 //! [`inspect`] reads a machine between any two instructions, or after a fault. It returns an
 //! [`Inspection`], which owns all its data: the calls with their locals, globals, tables, closures,
-//! neighbors, swarms, stigmergies and handlers. A [`Queue`] decodes the messages that wait, and
+//! neighbors, swarms, stigmergies and handlers. A [`InspectedQueue`] decodes the messages that wait, and
 //! [`ScriptMemory`] counts the slots that the script needs.
 //!
 //! # Principles

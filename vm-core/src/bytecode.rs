@@ -92,7 +92,7 @@ impl<'a, const BYTES: usize> FlashArea<'a, BYTES> {
         1 << (BYTES - 2).ilog2()
     };
 
-    /// Returns the image of that length; `None` if it is longer than [`Area::MOST`].
+    /// Returns the image of that length; `None` if it is longer than [`FlashArea::MOST`].
     pub fn new(bytes: &'a [u8; BYTES], length: usize) -> Option<Self> {
         if length > Self::MOST { None } else { Some(FlashArea { bytes, length }) }
     }

@@ -298,7 +298,7 @@ impl ImageHeader {
         self.counts[CODE_AT]
     }
 
-    /// Returns the numbers of the header, as a [`Sealed`](crate::seal::Sealed) image stores them.
+    /// Returns the numbers of the header, as a [`SealedImage`](crate::seal::SealedImage) image stores them.
     pub(crate) fn words(&self) -> [u16; WORDS] {
         self.counts
     }

@@ -38,7 +38,7 @@ pub const FULL_WITHOUT_MATHS: [u8; MATHS_AT] = bytes(&[], Full::WORD_BYTES);
 const KNOWN: u8 = 1 << 7;
 /// The instruction never continues with the next one.
 const LEAVES: u8 = 1 << 6;
-/// The trailer is [`Trailer::Arguments`].
+/// The trailer is [`Trailer::CallArguments`].
 const ARGUMENTS: u8 = 1 << 5;
 const OPERAND: u8 = 0x0f;
 // The second byte of an opcode is pops << 5 | pushes << 3 | length of the trailer.

@@ -15,7 +15,7 @@
 //!
 //! # Layout
 //! A sealed image consists of the image, the numbers of its header as 16-bit words (see
-//! [`Header`]), and the CRC over the robot's [offer](robot), the number of its slots, and all bytes
+//! [`ImageHeader`]), and the CRC over the robot's [offer](robot), the number of its slots, and all bytes
 //! before.
 
 use crate::bytecode::ByteCode;

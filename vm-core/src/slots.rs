@@ -3,7 +3,7 @@
 //! [`Split`] stores tags and payloads in two arrays. There is no padding, and the AVR needs no
 //! multiplication by an odd size to reach a slot, which would double the code. [`Joined`] stores
 //! each tag next to its payload. In the tiny profile on a 32-bit chip a slot then takes four bytes
-//! instead of three, but is reached by one address and fits one register, a [`Word`].
+//! instead of three, but is reached by one address and fits one register, a [`SlotWord`].
 
 use core::fmt::Debug;
 

@@ -1,7 +1,7 @@
 //! Bodies: the interface between the world and a model of robots.
 //!
 //! To the world, a robot is an upright cylinder that exchanges frames over a medium. A
-//! [`BodyModel`] gives the size of the bodies and makes [`Block`]s of them. The world calls a block
+//! [`BodyModel`] gives the size of the bodies and makes [`BodyBlock`]s of them. The world calls a block
 //! once for all of its robots, so that a model costs one dynamic call for up to [`BLOCK`] robots
 //! instead of one for each. [`Bodies`] makes such a block out of the body of a single robot.
 
@@ -46,7 +46,7 @@ pub trait BodyModel: Debug + Send + Sync {
         None
     }
 
-    /// Returns true if the robots have a positioning system. Otherwise [`Block::sense`] is never
+    /// Returns true if the robots have a positioning system. Otherwise [`BodyBlock::sense`] is never
     /// called.
     fn has_positioning(&self) -> bool;
 
@@ -157,7 +157,7 @@ pub trait Body: Clone + Debug + Send + Sync + 'static {
     /// Moves the body for one substep.
     fn step(&mut self, pose: &mut Pose, step: &Self::Step);
 
-    /// Runs the motors, see [`Block::roll`].
+    /// Runs the motors, see [`BodyBlock::roll`].
     fn roll(
         &mut self,
         duties: [f32; 2],

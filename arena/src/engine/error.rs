@@ -4,7 +4,7 @@ use core::fmt;
 
 use super::id::RobotId;
 
-/// An invalid value in [`Settings`](super::Settings) or in the parameters of a body or a link.
+/// An invalid value in [`WorldSettings`](super::WorldSettings) or in the parameters of a body or a link.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct SettingsError {
     /// Path of the field, such as `infrared.link.range`.

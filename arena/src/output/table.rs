@@ -5,9 +5,9 @@
 pub struct RunRow {
     /// Seed of the run.
     pub seed: u32,
-    /// The values of the parameters, in the order of [`Table::parameters`].
+    /// The values of the parameters, in the order of [`RunTable::parameters`].
     pub parameters: Vec<String>,
-    /// The metrics, in the order of [`Table::metrics`]; `None` where the run has none.
+    /// The metrics, in the order of [`RunTable::metrics`]; `None` where the run has none.
     pub metrics: Vec<Option<f64>>,
     /// The reason why the run has no metrics but `success`, which is 0 then.
     pub error: Option<String>,

@@ -22,7 +22,7 @@ pub fn step_rates() -> impl Iterator<Item = u32> {
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub struct ProgramId(pub usize);
 
-/// Bytes of a kept image: the largest size of an image, and two more for [`Area`], which reads them
+/// Bytes of a kept image: the largest size of an image, and two more for [`FlashArea`], which reads them
 /// without a check.
 const IMAGE_BYTES: usize = (1 << 16) + 2;
 

@@ -234,7 +234,10 @@ impl fmt::Display for ScenarioCause {
                 write!(f, "cannot use firmware `{path}`: {reason}")
             }
             ScenarioCause::UnlikeBackends { line } => {
-                write!(f, "these robots and those of line {line} would not receive each other's messages")
+                write!(
+                    f,
+                    "these robots and those of line {line} would not receive each other's messages"
+                )
             }
             ScenarioCause::UnlikeFirmware { line } => {
                 write!(f, "these robots run another firmware than those of line {line}")

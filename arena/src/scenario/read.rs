@@ -1,4 +1,4 @@
-//! The reader of scenario files: the types of [`bittybuzz_toml_reader`], with [`Cause`] as the
+//! The reader of scenario files: the types of [`bittybuzz_toml_reader`], with [`ScenarioCause`] as the
 //! mistakes.
 
 use bittybuzz_toml_reader as toml_reader;

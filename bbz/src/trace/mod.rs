@@ -1,7 +1,7 @@
 //! `bbz trace`: the reports of a robot about its script and itself.
 //!
 //! A source (a robot on a debug probe, an emulated robot, lines of text) gives
-//! [`message::Message`]s; a [`TracePrinter`] prints them.
+//! [`message::PrintedMessage`]s; a [`TracePrinter`] prints them.
 
 mod emulated;
 mod json;

@@ -100,7 +100,7 @@ pub enum SyslinkPacket<'a> {
     Battery(Battery),
     /// A request for battery state and signal strength every 10 ms.
     BatteryAutoupdate,
-    /// The announcement that the power will be cut. The answer is [`Packet::ShutdownAck`], as soon
+    /// The announcement that the power will be cut. The answer is [`SyslinkPacket::ShutdownAck`], as soon
     /// as the robot is ready.
     ShutdownRequest,
     /// The power may be cut.

@@ -2,7 +2,7 @@
 //!
 //! Firmware sends a record as the defmt message `bbz {=[u8]}`, which prints as `bbz [1, 7, 0]`. A
 //! host receives it either as bytes from RTT, which [`TraceReader`] decodes with the [`Table`] of
-//! the firmware's ELF file, or as text from probe-rs, for [`Content::from_text`].
+//! the firmware's ELF file, or as text from probe-rs, for [`MessageContent::from_text`].
 //! `bittybuzz_comms::trace::Record` decodes the record's bytes.
 
 use std::sync::Arc;

@@ -18,7 +18,7 @@ pub struct FunctionId(pub usize);
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord)]
 pub struct NameId(pub usize);
 
-/// Index into [`Function::locals`].
+/// Index into [`CheckedFunction::locals`].
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord)]
 pub struct LocalId(pub usize);
 
@@ -129,7 +129,7 @@ pub enum LocalKind {
     Variable,
     /// A captured value.
     Captured {
-        /// Position in [`Function::captures`].
+        /// Position in [`CheckedFunction::captures`].
         index: usize,
         /// True if the lambda assigns the value, which needs a copy.
         assigned: bool,
@@ -147,7 +147,7 @@ pub struct CheckedStmt {
 /// The kinds of statements.
 #[derive(Debug, Clone)]
 pub enum CheckedStmtKind {
-    /// Declares a local; a `var` that declares a global is an [`StmtKind::Assign`].
+    /// Declares a local; a `var` that declares a global is an [`CheckedStmtKind::Assign`].
     Var {
         local: LocalId,
         /// The first value; `None` stands for nil.
@@ -155,7 +155,7 @@ pub enum CheckedStmtKind {
     },
     /// An assignment.
     Assign {
-        /// [`ExprKind::Local`], [`ExprKind::Name`], [`ExprKind::Field`] or [`ExprKind::Index`].
+        /// [`CheckedExprKind::Local`], [`CheckedExprKind::FreeName`], [`CheckedExprKind::Field`] or [`CheckedExprKind::Index`].
         target: CheckedExpr,
         value: CheckedExpr,
     },
@@ -246,7 +246,7 @@ pub enum CheckedExprKind {
         op: UnaryOp,
         operand: Box<CheckedExpr>,
     },
-    /// A chain of binary operations whose operators have one [`Power`](crate::ast::Power),
+    /// A chain of binary operations whose operators have one [`Precedence`](crate::ast::Precedence),
     /// evaluated from left to right. A long sum is therefore no deep tree.
     Chain {
         /// The left operand of the first operation.
@@ -258,7 +258,7 @@ pub enum CheckedExprKind {
     Error,
 }
 
-/// An operation in an [`ExprKind::Chain`]. Its left operand is the value of the chain before it.
+/// An operation in an [`CheckedExprKind::Chain`]. Its left operand is the value of the chain before it.
 #[derive(Debug, Clone)]
 pub struct CheckedLink {
     pub op: BinaryOp,

@@ -73,7 +73,7 @@ impl Sub for Cost {
 }
 
 /// The instructions of the flash, decoded on first use. After a change of the flash the owner must
-/// call [`Code::forget`].
+/// call [`FlashCode::forget`].
 #[derive(Default)]
 pub struct FlashCode {
     /// One operation for each halfword.

@@ -93,7 +93,9 @@ pub enum CommandRefusal {
     )]
     Infrared(usize),
     /// The command is for another kind of robot.
-    #[error("a {0} does not handle this command; docs/emulation.md lists the commands of each robot")]
+    #[error(
+        "a {0} does not handle this command; docs/emulation.md lists the commands of each robot"
+    )]
     OtherRobot(&'static str),
 }
 

@@ -6,8 +6,8 @@
 //!
 //! * [`Emulator`] starts an emulator program and exchanges messages with it;
 //! * [`serve`] is the command loop of such a program; it runs [`EmulatedRobot`]s, each around a
-//!   [`Core`]; [`serve_robots`] runs other implementations of [`Robots`];
-//! * [`message`] has the messages, and [`Image`] is the ELF file that an emulator loads.
+//!   [`Core`]; [`serve_robots`] runs other implementations of [`EmulatedRobots`];
+//! * [`message`] has the messages, and [`FirmwareImage`] is the ELF file that an emulator loads.
 //!
 //! # Principles
 //! 1. **One reply per command**, after the events that the command caused. The emulator sends

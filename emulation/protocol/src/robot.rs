@@ -20,7 +20,7 @@ pub struct EmulatedRobot<C> {
 impl<C: Core> EmulatedRobot<C> {
     /// Creates robot `number` of several, whose power was just turned on with this image in its
     /// flash. The board's own start-up code, [`Board::start`], runs first; then the core takes its
-    /// stack pointer and entry point from [`Image::vectors`].
+    /// stack pointer and entry point from [`FirmwareImage::vectors`].
     ///
     /// # Errors
     /// The image does not fit, or the emulation cannot start.

@@ -1,8 +1,8 @@
-//! The core of emulated AVR robots: [`Core`] uses simavr to decode and execute instructions, with a
+//! The core of emulated AVR robots: [`AvrCore`] uses simavr to decode and execute instructions, with a
 //! board of this project at every register.
 //!
 //! simavr's structure is filled in by hand instead of by its `avr_init`. simavr's own interrupts,
-//! sleep and peripherals are not used, and [`Core::new`] sets every field that the decoder reads.
+//! sleep and peripherals are not used, and [`AvrCore::new`] sets every field that the decoder reads.
 //! Data space and flash cover all 16-bit addresses, because the decoder continues after an access
 //! beyond the end.
 
@@ -307,7 +307,7 @@ pub enum DecodeStop {
 }
 
 /// # Safety
-/// simavr must call this with the arguments that [`Core::new`] registered.
+/// simavr must call this with the arguments that [`AvrCore::new`] registered.
 unsafe extern "C" fn on_read<B: AvrBoard>(
     avr: *mut ffi::avr_t,
     address: u16,
@@ -319,7 +319,7 @@ unsafe extern "C" fn on_read<B: AvrBoard>(
 }
 
 /// # Safety
-/// simavr must call this with the arguments that [`Core::new`] registered.
+/// simavr must call this with the arguments that [`AvrCore::new`] registered.
 unsafe extern "C" fn on_write<B: AvrBoard>(
     avr: *mut ffi::avr_t,
     address: u16,
@@ -345,7 +345,7 @@ unsafe extern "C" fn on_write<B: AvrBoard>(
 }
 
 /// # Safety
-/// simavr must call this with the arguments that [`Core::new`] registered.
+/// simavr must call this with the arguments that [`AvrCore::new`] registered.
 unsafe extern "C" fn on_instruction<B: AvrBoard>(
     module: *mut ffi::avr_io_t,
     instruction: u32,
@@ -379,7 +379,7 @@ unsafe extern "C" fn on_instruction<B: AvrBoard>(
 /// beyond all memory.
 ///
 /// # Safety
-/// simavr must call this with the arguments that [`Core::new`] registered. The arguments of the
+/// simavr must call this with the arguments that [`AvrCore::new`] registered. The arguments of the
 /// message are not read.
 unsafe extern "C" fn on_message(
     avr: *mut ffi::avr_t,

@@ -11,7 +11,7 @@
 //!    become records ([`bittybuzz_comms::trace`]), which the board reports.
 //! 4. **A flood of messages does no harm.** Received frames and frames to be sent wait in queues of
 //!    fixed size ([`mail`]). Frames that find no room are counted.
-//! 5. **Boards stay thin.** A board supplies [`script::RobotHost`] and [`setpoint::Motors`] and
+//! 5. **Boards stay thin.** A board supplies [`script::RobotHost`] and [`setpoint::MotorDriver`] and
 //!    wires the tasks. This crate depends on no chip and is tested on the host.
 //!
 //! # Not included

@@ -1,6 +1,6 @@
 //! Set-points: commands for the motors with an expiry.
 //!
-//! The script's task has the [`Writer`], and the motors' task runs [`drive`]. The [`Channel`]
+//! The script's task has the [`SetpointWriter`], and the motors' task runs [`drive`]. The [`Channel`]
 //! between them holds only the latest command, because an old one is of no use to a motor.
 
 use core::future::pending;

@@ -31,11 +31,11 @@
 //! | `[vm]` | sizes of the virtual machine, see [`VmSizes`] |
 //! | `[budget]` | the most that the firmware image may need, see [`Budget`]; left out with `chip` |
 //! | `[layout]` | where firmware, script and data lie on the chip, see [`Layout`]; left out where no script can be flashed alone |
-//! | `[[function]]` | a function that scripts may call, see [`Function`] |
+//! | `[[function]]` | a function that scripts may call, see [`RobotFunction`] |
 //! | `[[table]]` | a table that the robot keeps up to date, such as `pos`, see [`SensorTable`] |
 //! | `[[setting]]` | a number that people write to one robot's flash, see [`Setting`] |
 //! | `[[indicator]]` | a signal of the firmware's by its lights, see [`Indicator`] |
-//! | `[body]` | the body that the simulator moves, see [`Body`]; left out for a robot with code of its own for it |
+//! | `[body]` | the body that the simulator moves, see [`BodySpec`]; left out for a robot with code of its own for it |
 //! | `[[sensor]]` | a sensor of that body, see [`Sensor`] |
 //!
 //! A file without `chip` describes a robot that exists in the simulator only. It may leave out `title` (then it is
@@ -46,7 +46,7 @@
 //!
 //! | Key of `[[function]]` | Meaning |
 //! |---|---|
-//! | `sets` | quantities of the actuators, and their values: `{ forward = "speed cm/s", turn = 0 }`; see [`Quantity`] |
+//! | `sets` | quantities of the actuators, and their values: `{ forward = "speed cm/s", turn = 0 }`; see [`ActuatorQuantity`] |
 //! | `reads` | the value that it returns: a sensor, or one of several values as in `"ring.0"`; see [`SensorValue`] |
 //! | `logs` | true: the call is written to the log of the run |
 //!
@@ -222,7 +222,7 @@ pub struct RobotFunction {
     pub waits: bool,
     /// Its effect, with units, in one line.
     pub help: String,
-    /// The effect in the simulator; `Some` if the robot has a [`Body`].
+    /// The effect in the simulator; `Some` if the robot has a [`BodySpec`].
     pub effect: Option<FunctionEffect>,
 }
 

@@ -132,17 +132,17 @@ impl<'a, C: Cause> Section<'a, C> {
         unknown.any(|unknown| error::likely(unknown.get_ref(), &known) == Some(key))
     }
 
-    /// Returns the number of a key, if it is there ([`Entry::number`]).
+    /// Returns the number of a key, if it is there ([`TomlEntry::number`]).
     pub fn number(&self, key: &str, range: RangeInclusive<f64>) -> Option<f64> {
         self.get(key)?.number(range)
     }
 
-    /// Returns the integer of a key, if it is there ([`Entry::integer`]).
+    /// Returns the integer of a key, if it is there ([`TomlEntry::integer`]).
     pub fn integer(&self, key: &str, range: RangeInclusive<u32>) -> Option<u32> {
         self.get(key)?.integer(range)
     }
 
-    /// Returns the truth value of a key, if it is there ([`Entry::boolean`]).
+    /// Returns the truth value of a key, if it is there ([`TomlEntry::boolean`]).
     pub fn boolean(&self, key: &str) -> Option<bool> {
         self.get(key)?.boolean()
     }

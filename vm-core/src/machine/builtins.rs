@@ -127,7 +127,7 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
     }
 
     /// Computes a function of the library `math` of one float. `function` is its number in
-    /// [`maths::Function`].
+    /// [`maths::MathFunction`].
     fn function_of(function: u8, a: Value<P>) -> Value<P> {
         let compute = || {
             let y = P::unpack(a.raw());

@@ -61,7 +61,7 @@ pub enum MathFunction {
     Power,
 }
 
-/// Sets `x` to the result of a function, given by its number in [`Function`]. The arguments are `x`
+/// Sets `x` to the result of a function, given by its number in [`MathFunction`]. The arguments are `x`
 /// and, if the function has two, `y`.
 pub fn function<P: Profile, C: ByteCode>(function: u8, x: &mut Float<P>, y: &Float<P>) {
     let quarters = function.wrapping_sub(MathFunction::Sin as u8);

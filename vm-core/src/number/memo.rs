@@ -19,7 +19,7 @@ const IS_KNOWN: u32 = 1 << 16;
 /// never accessed are never occupied.
 static RESULTS: [AtomicU32; FUNCTIONS << 16] = [const { AtomicU32::new(0) }; FUNCTIONS << 16];
 
-/// Returns the result of a function, given by its number in [`Function`]. Computes the result if it
+/// Returns the result of a function, given by its number in [`MathFunction`]. Computes the result if it
 /// is not known.
 pub(crate) fn remember(function: u8, argument: u16, compute: impl FnOnce() -> u16) -> u16 {
     let Some(place) = RESULTS.get(usize::from(function) << 16 | usize::from(argument)) else {

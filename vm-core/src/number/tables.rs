@@ -254,7 +254,7 @@ pub(super) mod program {
 
     pub(in crate::number) const BYTES: &[u8] = PROGRAMS;
 
-    /// The starts of the functions, in the order of [`crate::number::maths::Function`].
+    /// The starts of the functions, in the order of [`crate::number::maths::MathFunction`].
     pub(in crate::number) const STARTS: [u8; 12] =
         [SQRT, EXP, LN, LOG2, LOG10, SIN, COS, TAN, ASIN, ACOS, ATAN, RAISE];
 }
@@ -378,7 +378,7 @@ pub(super) fn constant<P: Profile, C: ByteCode>(number: u8) -> Float<P> {
     Float::new(word::<P, C>(at), i16::from(exponent as i8))
 }
 
-/// Returns the start of a function of [`super::maths::Function`].
+/// Returns the start of a function of [`super::maths::MathFunction`].
 pub(super) fn start<P: Profile, C: ByteCode>(function: u8) -> u8 {
     C::rom::<P>(rom::MATHS_AT + usize::from(function))
 }

@@ -26,7 +26,7 @@ struct Beam {
     z: f32,
     start: i32,
     from: RobotId,
-    /// Index of the sender's link in [`Air`].
+    /// Index of the sender's link in [`Transmissions`].
     link: u16,
     /// Index of the transmission before in the same cell, or [`END`].
     earlier: u32,

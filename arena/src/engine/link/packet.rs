@@ -29,7 +29,7 @@ impl FrameSighting {
 /// The vector from a receiver to a sender.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) enum Direction {
-    /// Distance, azimuth and elevation, see [`Sighting::place`].
+    /// Distance, azimuth and elevation, see [`FrameSighting::place`].
     Polar([f32; 3]),
     /// Lengths in mm along the axes of the world, with the receiver's heading. Angles are computed when the robot reads the frame,
     /// because a full queue drops many frames unread.

@@ -1,7 +1,7 @@
 //! Checks of a running script: numbers that do not fit its profile, and the memory and time that it needs.
 //!
 //! # Method
-//! A [`Checker`] runs the machine one instruction at a time. Before an arithmetic instruction it
+//! A [`MachineChecker`] runs the machine one instruction at a time. Before an arithmetic instruction it
 //! reads the operands from the stack, computes the result in 64 bits, and compares it with the
 //! result of the machine. The alternative is a number profile that counts. This would be a third
 //! profile, with messages and queues of its own. It would not know the place in the script, and it

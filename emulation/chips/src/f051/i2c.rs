@@ -1,6 +1,6 @@
 //! I2C with a timing register (RM0091 26), as a master with addresses of seven bits.
 //!
-//! The model reports its actions on the bus as [`Action`]s, which the connected device answers.
+//! The model reports its actions on the bus as [`BusAction`]s, which the connected device answers.
 //! Slave mode, SMBus, and the faults of a real bus (lost arbitration, bus errors) have no model.
 
 use crate::Time;

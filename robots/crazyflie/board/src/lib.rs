@@ -94,9 +94,9 @@ pub struct Statistics {
     /// Own P2P frames that were cut off on the air, by the next one or by a change of the radio's
     /// settings.
     pub radio_cut: u64,
-    /// Bytes that the line lost because of [`Crazyflie::set_link`], in both directions.
+    /// Bytes that the line lost because of [`CrazyflieBoard::set_link`], in both directions.
     pub link_lost: u64,
-    /// Bytes that the line changed because of [`Crazyflie::set_link`], in both directions.
+    /// Bytes that the line changed because of [`CrazyflieBoard::set_link`], in both directions.
     pub link_corrupted: u64,
     /// Frequencies of the core, of APB1 and of APB2, as they are now.
     pub clocks_hz: [u64; 3],

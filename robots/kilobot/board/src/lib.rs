@@ -2,7 +2,7 @@
 //! vibration motors.
 //!
 //! Pins, gains and rates are those of kilolib; a value without that source is marked as a choice.
-//! Light is modelled as pulses: [`Edge`]s are changes of the robot's own LED, [`Light`]s those of
+//! Light is modelled as pulses: [`Edge`]s are changes of the robot's own LED, [`LightChange`]s those of
 //! its neighbours. The emulator carries light between robots, because it knows their positions.
 
 mod infrared;
@@ -423,9 +423,9 @@ impl Kilobot {
     }
 
     /// Resets the chip. Unless the watchdog is the cause, the supply fell, and `memory` decides
-    /// about a byte that was being written to the EEPROM: with [`Memory::Kept`] the write is
-    /// complete, with [`Memory::Zeroed`] the byte is erased, as in the first phase of a write
-    /// (table 8-1), and with [`Memory::Noise`] it is random.
+    /// about a byte that was being written to the EEPROM: with [`MemoryContent::Kept`] the write is
+    /// complete, with [`MemoryContent::Zeroed`] the byte is erased, as in the first phase of a write
+    /// (table 8-1), and with [`MemoryContent::Noise`] it is random.
     pub fn reset(&mut self, cause: ResetCause, memory: MemoryContent) {
         if cause != ResetCause::IndependentWatchdog {
             match memory {

@@ -76,10 +76,10 @@ pub struct LightDisturbance {
     /// Probability that a frame does not reach the robot: both diodes stay dark.
     pub lose: f64,
     /// The largest deviation of an edge in µs, early or late, uniformly distributed: 0 to
-    /// [`Light::MOST_JITTER_US`].
+    /// [`LightDisturbance::MOST_JITTER_US`].
     pub jitter_us: f64,
     /// Glitches per second at each photodiode, as lamps and the resets of the projector's mirrors
-    /// cause them. In a glitch of 1 to [`Light::LONGEST_GLITCH_US`] µs the photodiode sees the
+    /// cause them. In a glitch of 1 to [`LightDisturbance::LONGEST_GLITCH_US`] µs the photodiode sees the
     /// opposite level.
     pub glitches_per_s: f64,
     /// Start of the pseudo-random sequence: equal seeds give equal faults.

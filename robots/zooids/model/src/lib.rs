@@ -2,7 +2,7 @@
 //! reads its position.
 //!
 //! The parameters are those of the real robot, or of a scenario's `[body.zooid]`. In an emulator
-//! the robot runs its firmware image; only there the projector's light can have faults ([`Light`]).
+//! the robot runs its firmware image; only there the projector's light can have faults ([`ProjectorFaults`]).
 
 mod body;
 mod emulation;

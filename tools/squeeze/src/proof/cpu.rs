@@ -1,7 +1,7 @@
 //! An AVR core that executes decoded instructions: registers, flags, stack pointer and cycles.
 //!
-//! The flags follow the tables of the AVR instruction set manual. The [`Bus`] implements loads,
-//! stores and the stack. The caller keeps the place in the code, and gets a [`Control`] for each
+//! The flags follow the tables of the AVR instruction set manual. The [`DataSpace`] implements loads,
+//! stores and the stack. The caller keeps the place in the code, and gets a [`Successor`] for each
 //! instruction.
 
 use super::decode::{AsmOperation, PairOperation, Pointer, Product, Single, flag};

@@ -91,7 +91,7 @@ pub(in crate::machine) struct Protocol<P: Profile> {
     pub(in crate::machine) clock: u32,
     /// The state of the random generator that keeps robots from sending at the same time.
     pub(in crate::machine) jitter: u16,
-    /// The counters of [`Counters`](crate::network::Counters), by [`Count`].
+    /// The counters of [`NetworkCounters`](crate::network::NetworkCounters), by [`Count`].
     pub(in crate::machine) counters: [u16; 7],
     pub(in crate::machine) assembly: Assembly<P>,
 }
