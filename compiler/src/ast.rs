@@ -39,15 +39,15 @@ pub enum StmtKind {
     /// `if(condition) { ... } else if(condition) { ... } else otherwise`, with all conditions in
     /// one list instead of nested statements
     If { branches: Vec<Branch>, otherwise: Option<Block> },
-    /// A `for` loop; `init` and `update` are [`StmtKind::Assign`] or [`StmtKind::DirectCall`]
+    /// A `for` loop; `init` and `update` are [`StmtKind::Assign`] or [`StmtKind::Call`]
     For { init: Box<Stmt>, condition: Expr, update: Box<Stmt>, body: Block },
     /// `while(condition) body`
     While { condition: Expr, body: Block },
     /// `return` or `return value`
     Return { value: Option<Expr> },
-    /// `target = value`; the target is [`ExprKind::FreeName`], [`ExprKind::Field`] or [`ExprKind::Index`]
+    /// `target = value`; the target is [`ExprKind::Name`], [`ExprKind::Field`] or [`ExprKind::Index`]
     Assign { target: Expr, value: Expr },
-    /// A call for its effect; the expression is [`ExprKind::DirectCall`]
+    /// A call for its effect; the expression is [`ExprKind::Call`]
     Call(Expr),
 }
 

@@ -155,7 +155,7 @@ pub enum CheckedStmtKind {
     },
     /// An assignment.
     Assign {
-        /// [`CheckedExprKind::Local`], [`CheckedExprKind::FreeName`], [`CheckedExprKind::Field`] or [`CheckedExprKind::Index`].
+        /// [`CheckedExprKind::Local`], [`CheckedExprKind::Name`], [`CheckedExprKind::Field`] or [`CheckedExprKind::Index`].
         target: CheckedExpr,
         value: CheckedExpr,
     },
