@@ -28,7 +28,7 @@
 //!   even with a Flow deck.
 //!
 //! ```
-//! use bittybuzz_arena::engine::{Brain, Io, Media, Pose, Settings, World};
+//! use bittybuzz_arena::engine::{Brain, Io, Media, Pose, World, WorldSettings};
 //! use bittybuzz_kilobot_model::{KilobotModel, KilobotMotors};
 //!
 //! struct Forward;
@@ -40,7 +40,7 @@
 //!     }
 //! }
 //!
-//! let mut world = World::new(Settings::default())?;
+//! let mut world = World::new(WorldSettings::default())?;
 //! let herd = world.add_herd(std::sync::Arc::new(KilobotModel::STANDARD), Media::STANDARD)?;
 //! let id = world.add(herd, Pose::default(), Forward)?;
 //! for _ in 0..10 {

@@ -2,12 +2,14 @@
 //! `docs/recording.md` describes the format.
 //!
 //! ```
-//! use bittybuzz_arena::output::recording::{Body, Header, RecordingReader, RecordedRobot, RobotStatus, Writer};
+//! use bittybuzz_arena::output::recording::{
+//!     RecordedBody, RecordedRobot, RecordingHeader, RecordingReader, RecordingWriter, RobotStatus,
+//! };
 //!
-//! let bodies = vec![Body { id: 0, radius: 165 }, Body { id: 1, radius: 165 }];
-//! let header = Header { size: [2000, 1000], tick_ms: 100, bodies, obstacles: Vec::new() };
+//! let bodies = vec![RecordedBody { id: 0, radius: 165 }, RecordedBody { id: 1, radius: 165 }];
+//! let header = RecordingHeader { size: [2000, 1000], tick_ms: 100, bodies, obstacles: Vec::new() };
 //! let mut file = Vec::new();
-//! let mut writer = Writer::new(&mut file, &header)?;
+//! let mut writer = RecordingWriter::new(&mut file, &header)?;
 //! let robot = RecordedRobot { x: -120, y: 5, z: 0, heading: 0x4000, led: 4, state: RobotStatus::Running };
 //! writer.write(0, &[Some(robot), None])?;
 //! writer.finish()?;

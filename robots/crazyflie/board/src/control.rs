@@ -129,7 +129,7 @@ mod tests {
             r#"{"command":"deaf","to":[]}"#,
         ] {
             let refused = refusal(line);
-            assert!(refused.contains("a Crazyflie has no such thing"), "{refused}");
+            assert!(refused.contains("a Crazyflie does not handle this command"), "{refused}");
         }
         for (line, answer) in [
             (r#"{"command":"chip"}"#, "obeyed"),

@@ -134,11 +134,11 @@ mod tests {
             (r#"{"command":"chip","lsi_hz":50000,"crystal":false}"#, "obeyed"),
             (r#"{"command":"chip","lsi_hz":29999}"#, "between 30000 and 50000, not 29999"),
             (r#"{"command":"chip","lsi_hz":40000,"memory":"noise","seed":3}"#, "obeyed"),
-            (r#"{"command":"chip","debugger":true}"#, "has no such thing"),
+            (r#"{"command":"chip","debugger":true}"#, "does not handle this command"),
             (r#"{"command":"reset","cause":"brown_out"}"#, "obeyed"),
-            (r#"{"command":"reset","cause":"pin"}"#, "a Zooid has no such thing"),
-            (r#"{"command":"shutdown"}"#, "a Zooid has no such thing"),
-            (r#"{"command":"send","type":1,"payload":""}"#, "a Zooid has no such thing"),
+            (r#"{"command":"reset","cause":"pin"}"#, "a Zooid does not handle this command"),
+            (r#"{"command":"shutdown"}"#, "a Zooid does not handle this command"),
+            (r#"{"command":"send","type":1,"payload":""}"#, "a Zooid does not handle this command"),
         ] {
             let answered = refusal(line);
             assert!(answered.contains(answer), "{line}: {answered}");

@@ -266,8 +266,8 @@ pub const MUTANTS: &[Mutant] = &[
     Mutant {
         name: "any-frame-is-a-report",
         file: KEEPER,
-        find: "if matches!(packet, Packet::Battery(_)) {",
-        put: "if !matches!(packet, Packet::Ready) {",
+        find: "if matches!(packet, SyslinkPacket::Battery(_)) {",
+        put: "if !matches!(packet, SyslinkPacket::Ready) {",
         breaks: "an nRF51 that has restarted is not set up again while it hears other robots",
     },
     Mutant {

@@ -173,7 +173,7 @@ fn what_cannot_be_done_is_explained() {
     let image = assemble("timers", &[]);
     let mut robots = Robots::new(1, &image);
     for (command, why) in [
-        (Command::Touch { keys: 1 }, "a Kilobot has no such thing"),
+        (Command::Touch { keys: 1 }, "a Kilobot does not handle this command"),
         (Command::Clock { error_ppm: 2e5 }, "between -100000 and 100000"),
         (Command::Read { address: 0x7fff, length: 2 }, "A Kilobot has flash at 0"),
         (Command::Read { address: RAM + 0x8ff, length: 2 }, "A Kilobot has flash at 0"),
