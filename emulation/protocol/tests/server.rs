@@ -265,7 +265,10 @@ fn bad_input_is_answered_with_what_to_do() {
         (&long, "at most 64 bytes, this one has 65"),
         (&p2p, "at most 60 bytes, this one has 61"),
         (r#"{"command":"touch","keys":1}"#, "a Crazyflie does not handle this command"),
-        (r#"{"command":"radio","at_ns":0,"payload":"00"}"#, "a Crazyflie does not handle this command"),
+        (
+            r#"{"command":"radio","at_ns":0,"payload":"00"}"#,
+            "a Crazyflie does not handle this command",
+        ),
         (r#"{"robot":1,"command":"statistics"}"#, "there is no robot 1"),
         (r#"{"robot":-1,"command":"statistics"}"#, "not a command: invalid"),
         (r#"{"command":"p2p","at_ns":0,"port":300,"rssi":1,"payload":""}"#, "invalid value"),
