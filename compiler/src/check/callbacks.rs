@@ -313,7 +313,7 @@ impl CallbackChecker<'_> {
         .label("always nil");
         diagnostic = diagnostic.help(match suggest::nearest(key, NEIGHBOR_FIELDS) {
             Some(likely) => format!("did you mean `{likely}`?"),
-            None => "it has `distance` in cm, `azimuth` and `elevation` in radians".to_owned(),
+            None => "it has `distance` in mm, `azimuth` and `elevation` in radians".to_owned(),
         });
         self.diagnostics.push(diagnostic);
     }
