@@ -31,7 +31,7 @@
 //! A collection may therefore happen at any call and at any allocation, and a value that an instruction
 //! still needs must lie in a slot. Roots are the globals, the frames, and the keys and values of the
 //! stigmergies; `Vm::collect` passes them to [`Arena::mark`] one by one. `docs/performance.md` has the
-//! time that a collection takes on each chip.
+//! longest slice of a script with a full heap on each chip.
 
 use super::{FREE, LIVE};
 use crate::arena::{Arena, CELL};
