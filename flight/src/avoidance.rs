@@ -1,0 +1,1 @@
+//! Collision avoidance between robots that know each other's positions.

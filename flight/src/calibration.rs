@@ -1,0 +1,1 @@
+//! Calibration of the inertial sensors while the robot stands still.

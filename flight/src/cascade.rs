@@ -1,0 +1,1 @@
+//! The cascade of PID controllers: position, velocity, attitude, rate.

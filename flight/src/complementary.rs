@@ -1,0 +1,1 @@
+//! The complementary filter, which estimates attitude and height without a position.

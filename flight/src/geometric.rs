@@ -1,0 +1,1 @@
+//! Geometric tracking control on SE(3) with feed-forward.

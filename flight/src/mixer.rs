@@ -1,0 +1,1 @@
+//! The mixer: from thrust and torque to the thrust of each motor, with priorities.

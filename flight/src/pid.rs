@@ -1,0 +1,1 @@
+//! A PID controller.

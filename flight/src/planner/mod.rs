@@ -1,0 +1,1 @@
+//! The planner: from commands to references.

@@ -1,0 +1,1 @@
+//! The supervisor, which alone decides if the motors may turn.
