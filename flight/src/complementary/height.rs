@@ -24,12 +24,12 @@ const HEIGHT_FOLLOW_S: f32 = 0.094_912_2;
 pub struct HeightEstimator {
     /// Velocity from the acceleration alone, which decays to 0.
     integrated_velocity_m_s: f32,
-    /// Estimate of the height; `None` before the first measurement.
-    estimate: Option<Estimate>,
+    /// HeightEstimate of the height; `None` before the first measurement.
+    estimate: Option<HeightEstimate>,
 }
 
 #[derive(Clone, Copy, Debug, PartialEq)]
-struct Estimate {
+struct HeightEstimate {
     height_m: f32,
     velocity_m_s: f32,
 }
@@ -66,7 +66,7 @@ impl HeightEstimator {
         let measured_height_m = measured_height_m.filter(|height| height.is_finite());
         let Some(before) = self.estimate else {
             self.estimate =
-                measured_height_m.map(|height_m| Estimate { height_m, velocity_m_s: 0.0 });
+                measured_height_m.map(|height_m| HeightEstimate { height_m, velocity_m_s: 0.0 });
             return;
         };
         let share = -libm::expm1f(-dt_s / HEIGHT_FOLLOW_S);
@@ -74,7 +74,7 @@ impl HeightEstimator {
         let change_m = correction + self.integrated_velocity_m_s * dt_s;
         let (height_m, velocity_m_s) = (before.height_m + change_m, change_m / dt_s);
         if height_m.is_finite() && velocity_m_s.is_finite() {
-            self.estimate = Some(Estimate { height_m, velocity_m_s });
+            self.estimate = Some(HeightEstimate { height_m, velocity_m_s });
         }
     }
 
