@@ -232,7 +232,10 @@ mod tests {
                 let volts = f64::from(tenths) / 10.0;
                 let speed = airframe.commanded_speed_rpm(volts);
                 assert!((airframe.volts(speed) - volts).abs() < 1e-12);
-                assert!((airframe.speed_rpm(airframe.thrust_n(speed)) - speed).abs() < 1e-6 || speed < 2300.0);
+                assert!(
+                    (airframe.speed_rpm(airframe.thrust_n(speed)) - speed).abs() < 1e-6
+                        || speed < 2300.0
+                );
             }
             assert_eq!(airframe.commanded_speed_rpm(0.0), 0.0);
             assert_eq!(airframe.commanded_speed_rpm(-1.0), 0.0);
@@ -244,7 +247,8 @@ mod tests {
     #[test]
     fn thrust_by_voltage_agrees_with_the_firmware() {
         let airframe = Airframe::CRAZYFLIE_2_1_PLUS;
-        let cubic = |v: f64| -0.024_765_4 + v * (0.065_237_9 + v * (-0.026_792_5 + v * 0.006_776_79));
+        let cubic =
+            |v: f64| -0.024_765_4 + v * (0.065_237_9 + v * (-0.026_792_5 + v * 0.006_776_79));
         for tenths in 10..30 {
             let volts = f64::from(tenths) / 10.0;
             let own = airframe.thrust_n(airframe.commanded_speed_rpm(volts));

@@ -14,7 +14,8 @@ pub struct BatteryCell {
 }
 
 /// Open-circuit voltage of a lithium polymer cell at 0, 10, ... 100 % of its charge.
-const OPEN_CIRCUIT_V: [f64; 11] = [3.00, 3.78, 3.83, 3.87, 3.89, 3.92, 3.96, 4.00, 4.04, 4.10, 4.20];
+const OPEN_CIRCUIT_V: [f64; 11] =
+    [3.00, 3.78, 3.83, 3.87, 3.89, 3.92, 3.96, 4.00, 4.04, 4.10, 4.20];
 
 impl BatteryCell {
     /// Returns the voltage without load at this charge, in V.

@@ -159,11 +159,7 @@ impl Drone {
     /// # Parameters
     /// `duties`: the share of the battery's voltage for each motor, 0 to 1. Others are limited; a
     /// number that is not finite turns the motor off.
-    pub fn step(
-        &mut self,
-        duties: [f64; 4],
-        surroundings: &DroneSurroundings,
-    ) -> Option<Impact> {
+    pub fn step(&mut self, duties: [f64; 4], surroundings: &DroneSurroundings) -> Option<Impact> {
         let ground_m = if surroundings.ground_m.is_finite() { surroundings.ground_m } else { 0.0 };
         let rotation = DMat3::from_quat(self.state.attitude);
         let positions = self.airframe.motor_positions_m();
@@ -180,15 +176,14 @@ impl Drone {
             if is_upright {
                 let hub = positions[motor].with_z(self.airframe.propellers_above_m);
                 let height_m = self.state.position_m.z + (rotation * hub).z - ground_m;
-                ground_effects[motor] =
-                    ground_effect(height_m, self.airframe.propeller_radius_m);
+                ground_effects[motor] = ground_effect(height_m, self.airframe.propeller_radius_m);
             }
         }
         let before = self.state;
         let fall_m = -before.velocity_m_s.z.min(0.0) * STEP_S;
         // Twice the fall leaves room for the acceleration of a step.
-        let is_near_ground = before.position_m.z - ground_m
-            < GroundContact::reach_m(&self.airframe) + 2.0 * fall_m;
+        let is_near_ground =
+            before.position_m.z - ground_m < GroundContact::reach_m(&self.airframe) + 2.0 * fall_m;
         let inputs = HeldInputs {
             command_rpm,
             efficiency,

@@ -3,9 +3,10 @@
 //! Four points are the feet below the motors. The other four are the lowest points of the propeller
 //! disks. A point below the ground receives
 //! * a normal force from a spring and a damper, which never pulls, and
-//! * a tangential force from a spring to the place where the point stuck, and a damper. It is limited
-//!   to the friction coefficient times the normal force; beyond that, the place slides along (a
-//!   bristle model, as in Haessig and Friedland 1991). So a robot rests without creeping.
+//! * a tangential force from a damper, and at the feet from a spring to the place where the foot
+//!   stuck. It is limited to the friction coefficient times the normal force; beyond that, the place
+//!   slides along (a bristle model, as in Haessig and Friedland 1991). So a robot on its feet does not
+//!   creep. The lowest point of a propeller moves along its rim, so nothing sticks there.
 //!
 //! Springs and coefficients are choices: the weight presses the feet in by 0.1 mm, which makes the
 //! fastest oscillation about 70 Hz, far below the 2 kHz of the integrator.
@@ -53,8 +54,10 @@ pub struct Impact {
 /// The contact of one robot with the ground.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct GroundContact {
-    /// The place where each point sticks; none without contact.
-    anchors_m: [Option<DVec2>; 8],
+    /// The place where each foot sticks; none without contact.
+    anchors_m: [Option<DVec2>; 4],
+    /// True for each propeller that touches the ground.
+    has_propeller_contact: [bool; 4],
     steps_without_contact: u32,
     last_impact: Option<Impact>,
     crash: Option<CrashCause>,
@@ -63,7 +66,8 @@ pub struct GroundContact {
 impl Default for GroundContact {
     fn default() -> Self {
         GroundContact {
-            anchors_m: [None; 8],
+            anchors_m: [None; 4],
+            has_propeller_contact: [false; 4],
             steps_without_contact: 0,
             last_impact: None,
             crash: None,
@@ -106,20 +110,16 @@ impl Suspension {
     }
 }
 
-/// Returns the position of each contact point in the body frame, in m: feet, then propellers.
-fn point_arms_m(airframe: &Airframe, rotation: &DMat3) -> [DVec3; 8] {
+/// Returns the position of each foot and of each propeller's lowest point in the body frame, in m.
+fn point_arms_m(airframe: &Airframe, rotation: &DMat3) -> ([DVec3; 4], [DVec3; 4]) {
     let motors = airframe.motor_positions_m();
     // The vertical in the body frame is the last row of the rotation.
     let sideways = DVec2::new(rotation.x_axis.z, rotation.y_axis.z);
     let sine = (sideways.length_squared() + FLAT_TILT_SINE * FLAT_TILT_SINE).sqrt();
-    let rim = (sideways * (-airframe.propeller_radius_m / sine)).extend(airframe.propellers_above_m);
+    let rim =
+        (sideways * (-airframe.propeller_radius_m / sine)).extend(airframe.propellers_above_m);
     let foot = DVec3::new(0.0, 0.0, -airframe.feet_below_m);
-    let mut arms = [DVec3::ZERO; 8];
-    for (motor, position) in motors.into_iter().enumerate() {
-        arms[motor] = position + foot;
-        arms[motor + 4] = position + rim;
-    }
-    arms
+    (motors.map(|motor| motor + foot), motors.map(|motor| motor + rim))
 }
 
 /// Returns the point on this arm if it is below the ground.
@@ -138,8 +138,7 @@ fn contact_point(
     // Also false if the height is not a number.
     if height < 0.0 {
         let velocity_m_s = state.velocity_m_s + *rotation * state.rate_rad_s.cross(arm_m);
-        let push =
-            suspension.stiffness_n_m * -height - suspension.damping_n_s_m * velocity_m_s.z;
+        let push = suspension.stiffness_n_m * -height - suspension.damping_n_s_m * velocity_m_s.z;
         let place_m = (state.position_m + *rotation * arm_m).truncate();
         Some(ContactPoint { arm_m, place_m, velocity_m_s, normal_n: push.max(0.0) })
     } else {
@@ -151,12 +150,12 @@ impl GroundContact {
     /// Returns true if a part of the robot touches the ground.
     #[must_use]
     pub fn is_touching(&self) -> bool {
-        self.anchors_m.iter().any(Option::is_some)
+        self.anchors_m.iter().any(Option::is_some) || self.has_propeller_contact.contains(&true)
     }
 
     /// Returns true if this motor's propeller touches the ground, which stops the motor.
     pub(crate) fn touches_propeller(&self, motor: usize) -> bool {
-        self.anchors_m.get(motor + 4).is_some_and(Option::is_some)
+        self.has_propeller_contact.get(motor).is_some_and(|touches| *touches)
     }
 
     /// Returns the begin of the last contact after flight.
@@ -188,7 +187,9 @@ impl GroundContact {
         let suspension = Suspension::new(airframe);
         let mut force_n = DVec3::ZERO;
         let mut torque_n_m = DVec3::ZERO;
-        for (arm_m, anchor_m) in point_arms_m(airframe, rotation).into_iter().zip(self.anchors_m) {
+        let (feet, propellers) = point_arms_m(airframe, rotation);
+        let feet = feet.into_iter().zip(self.anchors_m);
+        for (arm_m, anchor_m) in feet.chain(propellers.map(|arm_m| (arm_m, None))) {
             if let Some(point) = contact_point(state, rotation, ground_m, &suspension, arm_m) {
                 let (tangential_n, _) = suspension.tangential_n(&point, anchor_m);
                 let push_n = tangential_n.extend(point.normal_n);
@@ -212,8 +213,8 @@ impl GroundContact {
     ) -> Option<Impact> {
         let rotation = DMat3::from_quat(state.attitude);
         let suspension = Suspension::new(airframe);
-        let arms = point_arms_m(airframe, &rotation);
-        for (arm_m, anchor_m) in arms.into_iter().zip(self.anchors_m.iter_mut()) {
+        let (feet, propellers) = point_arms_m(airframe, &rotation);
+        for (arm_m, anchor_m) in feet.into_iter().zip(self.anchors_m.iter_mut()) {
             *anchor_m =
                 contact_point(state, &rotation, ground_m, &suspension, arm_m).map(|point| {
                     match suspension.tangential_n(&point, *anchor_m) {
@@ -224,6 +225,8 @@ impl GroundContact {
                     }
                 });
         }
+        self.has_propeller_contact = propellers
+            .map(|arm_m| contact_point(state, &rotation, ground_m, &suspension, arm_m).is_some());
         if !self.is_touching() {
             self.steps_without_contact = self.steps_without_contact.saturating_add(1);
             return None;
@@ -240,12 +243,13 @@ impl GroundContact {
 
     /// Counts a step far from the ground.
     pub(crate) fn fly(&mut self) {
-        self.anchors_m = [None; 8];
+        self.anchors_m = [None; 4];
+        self.has_propeller_contact = [false; 4];
         self.steps_without_contact = self.steps_without_contact.saturating_add(1);
     }
 
     fn crash_cause(&self, state: &DroneState, impact: Option<Impact>) -> Option<CrashCause> {
-        if (0..4).any(|motor| self.touches_propeller(motor)) {
+        if self.has_propeller_contact.contains(&true) {
             Some(CrashCause::Propeller)
         } else if state.tilt_rad() > MOST_LANDING_TILT_RAD {
             Some(CrashCause::Tilt)

@@ -5,11 +5,8 @@ use bittybuzz_crazyflie_physics::{
 };
 
 const PLUS: Airframe = Airframe::CRAZYFLIE_2_1_PLUS;
-const CALM: DroneSurroundings = DroneSurroundings {
-    ground_m: 0.0,
-    wind_m_s: DVec3::ZERO,
-    external_force_n: DVec3::ZERO,
-};
+const CALM: DroneSurroundings =
+    DroneSurroundings { ground_m: 0.0, wind_m_s: DVec3::ZERO, external_force_n: DVec3::ZERO };
 
 /// A robot in the air whose rotors turn at the speed of hover.
 fn hovering(airframe: Airframe) -> (Drone, [f64; 4]) {

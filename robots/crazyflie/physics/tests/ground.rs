@@ -110,7 +110,8 @@ fn contact_takes_energy() {
     let mut drone = Drone::nominal(PLUS);
     drone.set_state(start);
     let energy = |state: &DroneState| {
-        PLUS.mass_kg * (state.velocity_m_s.length_squared() / 2.0 + GRAVITY_M_S2 * state.position_m.z)
+        PLUS.mass_kg
+            * (state.velocity_m_s.length_squared() / 2.0 + GRAVITY_M_S2 * state.position_m.z)
             + state.rate_rad_s.dot(PLUS.inertia_kg_m2 * state.rate_rad_s) / 2.0
     };
     let first = energy(&start);
