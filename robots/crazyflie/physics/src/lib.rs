@@ -10,6 +10,7 @@ mod drone;
 mod dynamics;
 mod ground;
 mod random;
+pub mod sensors;
 mod state;
 
 pub use aerodynamics::{downwash_n, ground_effect};

@@ -1,0 +1,162 @@
+//! Motion capture: cameras in the room measure the pose, and a radio sends it to the robot.
+
+use glam::{DQuat, DVec3};
+
+use crate::DroneState;
+use crate::random::{NoiseConsumer, NoiseStream};
+use crate::sensors::SensorFault;
+use crate::sensors::delay::DelayLine;
+use crate::sensors::fault::FaultGate;
+
+/// Largest number of poses on their way. A pose that finds them all in use is lost.
+const MOST_ON_THE_WAY: usize = 16;
+
+/// The properties of motion capture and of its radio.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct MotionCaptureSettings {
+    /// Steps of half a millisecond between poses; 0 counts as 1.
+    pub period_steps: u32,
+    /// Steps of half a millisecond until a pose arrives.
+    pub latency_steps: u32,
+    /// Standard deviation of each coordinate in m.
+    pub position_sigma_m: f64,
+    /// Standard deviation of the rotation about each axis in radians.
+    pub attitude_sigma_rad: f64,
+    /// Probability that a pose does not arrive, 0 to 1.
+    pub loss_probability: f64,
+}
+
+impl MotionCaptureSettings {
+    /// A room with usual cameras: 100 poses per second, 10 ms and 0.5 mm within the ranges of Preiss
+    /// et al. 2017, "Crazyswarm" (8 to 26 ms, 0.1 to 1 mm). Attitude and loss are choices.
+    pub const ROOM: Self = MotionCaptureSettings {
+        period_steps: 20,
+        latency_steps: 20,
+        position_sigma_m: 0.0005,
+        attitude_sigma_rad: 0.005,
+        loss_probability: 0.01,
+    };
+}
+
+/// One pose that arrived.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct CapturedPose {
+    /// Position in the world frame, in m.
+    pub position_m: DVec3,
+    /// Rotation from the body frame to the world frame.
+    pub attitude: DQuat,
+    /// The step to which the pose belongs.
+    pub steps: u64,
+}
+
+/// Motion capture of one robot.
+#[derive(Clone, Debug, PartialEq)]
+pub struct MotionCapture {
+    settings: MotionCaptureSettings,
+    noise: NoiseStream,
+    line: DelayLine<CapturedPose, MOST_ON_THE_WAY>,
+    gate: FaultGate<CapturedPose>,
+    jump_m: DVec3,
+}
+
+impl MotionCapture {
+    /// Returns the motion capture of one robot.
+    ///
+    /// # Parameters
+    /// `seed`: its noise and losses.
+    #[must_use]
+    pub fn new(settings: MotionCaptureSettings, seed: u64) -> Self {
+        MotionCapture {
+            settings,
+            noise: NoiseStream::new(seed, NoiseConsumer::MotionCapture),
+            line: DelayLine::new(),
+            gate: FaultGate::new(),
+            jump_m: DVec3::ZERO,
+        }
+    }
+
+    /// Sets or clears the fault. A stuck source sends its last pose with the time of that pose.
+    pub fn set_fault(&mut self, fault: Option<SensorFault>) {
+        self.gate.fault = fault;
+    }
+
+    /// Adds this offset in m to all further poses, as when cameras confuse two robots.
+    pub fn set_jump_m(&mut self, jump_m: DVec3) {
+        self.jump_m = jump_m;
+    }
+
+    /// Follows one step, and returns a pose if one arrives in it.
+    pub fn sample(&mut self, state: &DroneState) -> Option<CapturedPose> {
+        let settings = &self.settings;
+        if state.steps.is_multiple_of(u64::from(settings.period_steps.max(1))) {
+            let factor = self.gate.noise_factor();
+            let shift = self.noise.normal_vector() * (settings.position_sigma_m * factor);
+            let turn = self.noise.normal_vector() * (settings.attitude_sigma_rad * factor);
+            let is_lost = self.noise.chance(settings.loss_probability);
+            let pose = CapturedPose {
+                position_m: state.position_m + shift + self.jump_m,
+                attitude: (state.attitude * DQuat::from_scaled_axis(turn)).normalize(),
+                steps: state.steps,
+            };
+            if !is_lost && let Some(pose) = self.gate.pass(pose) {
+                self.line.push(state.steps + u64::from(settings.latency_steps), pose);
+            }
+        }
+        self.line.pop(state.steps)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn run(capture: &mut MotionCapture, steps: u64) -> Vec<(u64, CapturedPose)> {
+        let mut state = DroneState::at_rest(DVec3::new(1.0, -2.0, 0.5), 0.5);
+        let mut found = Vec::new();
+        for step in 1..=steps {
+            state.steps = step;
+            found.extend(capture.sample(&state).map(|pose| (step, pose)));
+        }
+        found
+    }
+
+    #[test]
+    fn poses_arrive_late_and_noisy() {
+        let mut capture = MotionCapture::new(MotionCaptureSettings::ROOM, 1);
+        let poses = run(&mut capture, 200_000);
+        // 1 % of 10,000 poses is lost: three deviations are 30.
+        assert!((9870..=9930).contains(&poses.len()), "{}", poses.len());
+        assert!(poses.iter().all(|(step, pose)| step - pose.steps == 20));
+        let truth = DroneState::at_rest(DVec3::new(1.0, -2.0, 0.5), 0.5);
+        let count = poses.len() as f64;
+        let position: f64 =
+            poses.iter().map(|(_, p)| (p.position_m - truth.position_m).length_squared()).sum();
+        assert!(((position / count / 3.0).sqrt() / 0.0005 - 1.0).abs() < 0.03);
+        let attitude: f64 =
+            poses.iter().map(|(_, p)| p.attitude.angle_between(truth.attitude).powi(2)).sum();
+        assert!(((attitude / count / 3.0).sqrt() / 0.005 - 1.0).abs() < 0.03);
+    }
+
+    #[test]
+    fn long_latency_keeps_every_pose_on_its_way() {
+        let settings = MotionCaptureSettings {
+            latency_steps: 300,
+            loss_probability: 0.0,
+            ..MotionCaptureSettings::ROOM
+        };
+        assert_eq!(run(&mut MotionCapture::new(settings, 1), 2300).len(), 100);
+    }
+
+    #[test]
+    fn faults_and_jumps_reach_the_poses() {
+        let mut capture = MotionCapture::new(MotionCaptureSettings::ROOM, 1);
+        capture.set_jump_m(DVec3::X);
+        let poses = run(&mut capture, 1000);
+        assert!(poses.iter().all(|(_, pose)| (pose.position_m.x - 2.0).abs() < 0.01));
+        capture.set_fault(Some(SensorFault::Silent));
+        assert!(run(&mut capture, 1000).len() <= 1);
+        capture.set_fault(Some(SensorFault::Stuck));
+        let stuck = run(&mut capture, 1000);
+        assert!(stuck.iter().skip(1).all(|(_, pose)| *pose == stuck[1].1));
+    }
+}
