@@ -1,7 +1,9 @@
-//! Calibration of the inertial sensors while the robot stands still, and their supervision in flight.
+//! Calibration of the inertial sensors while the robot stands still, and their supervision in
+//! flight.
 //!
-//! [`ImuCalibrator`] collects samples at rest and finds the bias of the gyroscope and the scale of the
-//! accelerometer. [`ImuCalibration`] applies them. [`ImuMonitor`] finds a sensor that fails in flight.
+//! [`ImuCalibrator`] collects samples at rest and finds the bias of the gyroscope and the scale of
+//! the accelerometer. [`ImuCalibration`] applies them. [`ImuMonitor`] finds a sensor that fails in
+//! flight.
 //!
 //! # Acceptance
 //! A window of 512 samples at 1 kHz is accepted if the robot did not move, stood nearly level, and
@@ -11,9 +13,9 @@
 //! The window needs no memory for its samples: mean and variance come from Welford's recursion.
 //!
 //! # Limits
-//! A steady turn about the vertical below 3 °/s looks like a bias, because nothing else measures yaw
-//! at rest. One position cannot tell the scale of the accelerometer from its offset; the scale makes
-//! the norm right for a robot that hovers.
+//! A steady turn about the vertical below 3 °/s looks like a bias, because nothing else measures
+//! yaw at rest. One position cannot tell the scale of the accelerometer from its offset; the scale
+//! makes the norm right for a robot that hovers.
 
 mod monitor;
 #[cfg(test)]
@@ -30,7 +32,9 @@ use crate::{GRAVITY_M_S2, ImuSample};
 /// Number of samples in a window: 0.512 s at 1 kHz.
 pub const CALIBRATION_SAMPLES: u16 = 512;
 
-/// Largest variance of the angular rate about each axis, in (rad/s)²: 100 LSB² at 2000 °/s full scale.
+/// Largest variance of the angular rate about each axis, in (rad/s)².
+///
+/// The limit is 100 LSB² at a full scale of 2000 °/s, as in the Crazyflie's firmware.
 ///
 /// The sensor's own noise is 0.16 °/s rms (0.014 °/s/√Hz at a bandwidth of 116 Hz), which is 7 % of
 /// this limit; a robot in a hand exceeds it.
@@ -38,12 +42,13 @@ pub const MOST_GYRO_VARIANCE_RAD2_S2: f32 = 1.134_8e-4;
 
 /// Largest bias about each axis, in rad/s (3 °/s).
 ///
-/// The data sheet gives 1 °/s as the typical offset and 0.015 °/s/K as its drift, 0.9 °/s over 60 K.
+/// The data sheet gives 1 °/s as the typical offset, and 0.015 °/s/K as its drift (0.9 °/s over
+/// 60 K).
 pub const MOST_CALIBRATED_BIAS_RAD_S: f32 = 0.052_36;
 
 /// Largest variance of the specific force along each axis, in (m/s²)²: 0.1 m/s² rms.
 ///
-/// The sensor's own noise is 0.025 m/s² rms (190 µg/√Hz at a bandwidth of about 180 Hz).
+/// The sensor's own noise is 0.022 m/s² rms (190 µg/√Hz at a bandwidth of 145 Hz).
 pub const MOST_ACCEL_VARIANCE_M2_S4: f32 = 0.01;
 
 /// Largest relative difference between the mean specific force and gravity.
@@ -150,11 +155,11 @@ impl ImuCalibrator {
 
     /// Processes a sample as the sensor measured it, before filters.
     ///
-    /// The result is `None` until a window is complete. Once calibrated, further samples are ignored.
+    /// The result is `None` until a window is complete. After calibration, samples are ignored.
     ///
     /// # Errors
-    /// Returns the reason if the window that this sample completes is not accepted. A sample that is
-    /// not finite ends its window at once. The next sample starts a new window.
+    /// Returns the reason if the window that this sample completes is not accepted. A sample that
+    /// is not finite ends its window at once. The next sample starts a new window.
     pub fn update(
         &mut self,
         raw: &ImuSample,
@@ -192,7 +197,9 @@ fn judge(window: &RestWindow) -> Result<ImuCalibration, CalibrationRefusal> {
     let gyro_bias_rad_s = window.gyro_mean_rad_s();
     let accel_m_s2 = window.accel_mean_m_s2();
     let gravity_m_s2 = accel_m_s2.length();
-    // Each condition is true only for numbers, so that an overflow to infinity or NaN is refused.
+    let is_gravity = (gravity_m_s2 - GRAVITY_M_S2).abs() <= MOST_GRAVITY_ERROR * GRAVITY_M_S2;
+    let is_level = accel_m_s2.z >= gravity_m_s2 * libm::cosf(MOST_CALIBRATION_TILT_RAD);
+    // Each condition is false for NaN, so that an overflow is refused.
     let is_within = |value: Vec3, most: f32| value.abs().cmple(Vec3::splat(most)).all();
     if window.is_gyro_stuck() {
         Err(CalibrationRefusal::GyroStuck)
@@ -204,9 +211,9 @@ fn judge(window: &RestWindow) -> Result<ImuCalibration, CalibrationRefusal> {
         Err(CalibrationRefusal::Shaking)
     } else if !is_within(gyro_bias_rad_s, MOST_CALIBRATED_BIAS_RAD_S) {
         Err(CalibrationRefusal::BiasTooLarge)
-    } else if !((gravity_m_s2 - GRAVITY_M_S2).abs() <= MOST_GRAVITY_ERROR * GRAVITY_M_S2) {
+    } else if !is_gravity {
         Err(CalibrationRefusal::WrongGravity)
-    } else if !(accel_m_s2.z >= gravity_m_s2 * libm::cosf(MOST_CALIBRATION_TILT_RAD)) {
+    } else if !is_level {
         Err(CalibrationRefusal::Tilted)
     } else {
         Ok(ImuCalibration { gyro_bias_rad_s, accel_scale: GRAVITY_M_S2 / gravity_m_s2 })

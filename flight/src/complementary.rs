@@ -1,17 +1,17 @@
 //! The complementary filter, which estimates attitude and height without a position.
 //!
-//! [`ComplementaryFilter`] is the explicit complementary filter with bias correction of Mahony, Hamel
-//! and Pflimlin, "Nonlinear Complementary Filters on the Special Orthogonal Group", IEEE Transactions
-//! on Automatic Control 53(5), 2008, section V, for one measured direction. With the measured
-//! direction of the specific force a, and the same direction v that the estimate predicts:
+//! [`ComplementaryFilter`] is the explicit complementary filter with bias correction of Mahony,
+//! Hamel and Pflimlin, "Nonlinear Complementary Filters on the Special Orthogonal Group", IEEE
+//! Transactions on Automatic Control 53(5), 2008, section V, for one measured direction. With the
+//! measured direction of the specific force a, and the same direction v that the estimate predicts:
 //!
 //! * ω_mes = a × v,
 //! * dq/dt = ½ q ⊗ (ω − b + k_P ω_mes),
 //! * db/dt = −k_I ω_mes.
 //!
 //! The filter takes the specific force for the opposite of gravity. That holds on average in hover;
-//! a long acceleration in one direction tilts the estimate. Yaw comes from the gyroscope alone, so it
-//! drifts, and the bias of the rate about the vertical cannot be observed.
+//! a long acceleration in one direction tilts the estimate. Yaw comes from the gyroscope alone, so
+//! it drifts, and the bias of the rate about the vertical cannot be observed.
 //!
 //! [`HeightEstimator`] estimates height and vertical velocity.
 
@@ -72,7 +72,8 @@ impl ComplementaryFilter {
     /// turns the attitude by 2·atan(ω·dt/2), 1.3 ppm less than ω·dt at 1 rad/s and 250 Hz.
     ///
     /// A specific force of zero, or one that is not finite, corrects nothing: the gyroscope alone
-    /// turns the attitude. A rate or a time that is not finite, or a time of 0 or less, changes nothing.
+    /// turns the attitude. A rate or a time that is not finite, or a time of 0 or less, changes
+    /// nothing.
     pub fn update(&mut self, imu: &ImuSample, dt_s: f32) -> Quat {
         if !(dt_s > 0.0 && dt_s.is_finite() && imu.gyro_rad_s.is_finite()) {
             return self.attitude;

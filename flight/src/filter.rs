@@ -5,8 +5,8 @@
 //!
 //! # Derivation
 //! The second-order Butterworth low-pass with the angular cutoff frequency 1 is
-//! H(s) = 1 / (s² + √2 s + 1). The bilinear transform replaces s by (1 − z⁻¹) / (g (1 + z⁻¹)) with
-//! g = tan(π · cutoff / sample rate), so that the gain at the cutoff stays exactly 1/√2 (Oppenheim and
+//! H(s) = 1 / (s² + √2 s + 1). The bilinear transform replaces s by (1 − z⁻¹) / (g (1 + z⁻¹)).
+//! With g = tan(π · cutoff / sample rate), the gain at the cutoff stays exactly 1/√2 (Oppenheim and
 //! Schafer, "Discrete-Time Signal Processing", third edition, section 7.2.2).
 //!
 //! The code keeps the two integrators of H(s) as its state and integrates each with the trapezoidal
@@ -50,7 +50,7 @@ impl FilterValue for Vec3 {
 pub struct Butterworth<T> {
     /// Gain of each integrator: g.
     integrator_gain: f32,
-    /// Share of the first integrator's input that remains after its own feedback: 1 / (1 + √2 g + g²).
+    /// Share of the first integrator's input that remains after feedback: 1 / (1 + √2 g + g²).
     feedback: f32,
     /// State of the first integrator: the slope of the output.
     slope: T,

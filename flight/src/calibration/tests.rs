@@ -181,7 +181,8 @@ proptest! {
         for (gyro, accel) in samples.iter().cycle().take(1100) {
             let gyro_rad_s = Vec3::from(*gyro) * scale;
             let accel_m_s2 = UP + (Vec3::from(*accel) * scale).clamp(Vec3::NEG_ONE, Vec3::ONE);
-            if let Ok(Some(calibration)) = calibrator.update(&ImuSample { gyro_rad_s, accel_m_s2 }) {
+            let sample = ImuSample { gyro_rad_s, accel_m_s2 };
+            if let Ok(Some(calibration)) = calibrator.update(&sample) {
                 let bias = calibration.gyro_bias_rad_s().abs().max_element();
                 prop_assert!(bias <= MOST_CALIBRATED_BIAS_RAD_S);
                 prop_assert!((0.9..1.12).contains(&calibration.accel_scale()));

@@ -1,8 +1,8 @@
 //! Mean and variance of the samples of a window.
 //!
-//! The recursion is that of Welford, "Note on a Method for Calculating Corrected Sums of Squares and
-//! Products", Technometrics 4(3), 1962. It keeps its precision when the mean is large compared with
-//! the deviation, and a constant input gives a variance of exactly 0.
+//! The recursion is that of Welford, "Note on a Method for Calculating Corrected Sums of Squares
+//! and Products", Technometrics 4(3), 1962. It keeps its precision when the mean is large compared
+//! with the deviation, and a constant input gives a variance of exactly 0.
 
 use glam::Vec3;
 

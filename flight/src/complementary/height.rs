@@ -1,7 +1,7 @@
 //! Height and vertical velocity from the vertical acceleration and a measured height.
 //!
-//! The fast part integrates the acceleration; the slow part follows the measured height. The figures
-//! are those of the Crazyflie's firmware (crazyflie-firmware 2a18fc29,
+//! The fast part integrates the acceleration; the slow part follows the measured height. The
+//! figures are those of the Crazyflie's firmware (crazyflie-firmware 2a18fc29,
 //! `position_estimator_altitude.c`), written as time constants so that the rates may differ.
 
 use crate::GRAVITY_M_S2;
@@ -57,8 +57,8 @@ impl HeightEstimator {
 
     /// Moves the height by the velocity and towards the measured height, usually at 100 Hz.
     ///
-    /// The first measurement sets the height. Without a measurement, or with one that is not finite,
-    /// the velocity alone moves the height.
+    /// The first measurement sets the height. Without a measurement, or with one that is not
+    /// finite, the velocity alone moves the height.
     pub fn update(&mut self, measured_height_m: Option<f32>, dt_s: f32) {
         if !is_valid_time(dt_s) {
             return;
@@ -78,7 +78,7 @@ impl HeightEstimator {
         }
     }
 
-    /// Returns the height in m above the zero of the measured height, or `None` before a measurement.
+    /// Returns the height in m, with the zero of the measurement, or `None` before the first one.
     pub fn height_m(&self) -> Option<f32> {
         self.estimate.map(|estimate| estimate.height_m)
     }

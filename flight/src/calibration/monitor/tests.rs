@@ -63,6 +63,19 @@ fn vibration_of_rotors_gives_no_fault() {
 }
 
 #[test]
+fn vibration_beyond_the_expected_gives_no_fault() {
+    for rotor_hz in [380.0, 425.0, 470.0] {
+        let mut imu = SimulatedImu::in_flight(1);
+        imu.rotor_hz = [rotor_hz; 4];
+        imu.gyro_vibration_rad_s *= 50.0 / 40.0;
+        imu.accel_vibration_m_s2 *= 6.0 / 2.0;
+        let mut monitor = ImuMonitor::new();
+        let fault = first_fault(&mut monitor, 20_000, |_| Some(imu.sample(Vec3::ZERO, UP)));
+        assert_eq!(fault, None, "{rotor_hz} Hz");
+    }
+}
+
+#[test]
 fn aggressive_manoeuvre_gives_no_fault() {
     let mut imu = SimulatedImu::in_flight(3);
     let mut monitor = ImuMonitor::new();
@@ -159,21 +172,21 @@ fn saturation_is_found_within_5_ms() {
 }
 
 #[test]
-fn stuck_axis_is_found_within_31_ms() {
+fn stuck_axis_is_found_within_36_ms() {
     for axis in 0..3 {
         let mut frozen = None;
-        assert_detected(ImuFault::GyroStuck, 31, |_, mut sample| {
+        assert_detected(ImuFault::GyroStuck, 36, |_, mut sample| {
             sample.gyro_rad_s[axis] = *frozen.get_or_insert(sample.gyro_rad_s[axis]);
             Some(sample)
         });
-        assert_detected(ImuFault::AccelStuck, 31, |_, mut sample| {
+        assert_detected(ImuFault::AccelStuck, 36, |_, mut sample| {
             sample.accel_m_s2[axis] = 0.0;
             Some(sample)
         });
     }
     // The whole sensor repeats its last sample.
     let mut frozen = None;
-    assert_detected(ImuFault::GyroStuck, 31, |_, sample| Some(*frozen.get_or_insert(sample)));
+    assert_detected(ImuFault::GyroStuck, 36, |_, sample| Some(*frozen.get_or_insert(sample)));
 }
 
 #[test]
@@ -182,13 +195,13 @@ fn noise_is_found_within_40_ms() {
     for axis in 0..3 {
         for _ in 0..50 {
             assert_detected(ImuFault::GyroNoisy, 40, |_, mut sample| {
-                sample.gyro_rad_s[axis] += 150.0 * DEGREE * random.normal() as f32;
+                sample.gyro_rad_s[axis] += 130.0 * DEGREE * random.normal() as f32;
                 Some(sample)
             });
             assert_detected(ImuFault::AccelNoisy, 40, |_, mut sample| {
                 // One bit of the value flips at random.
-                let bit = if random.uniform() < 0.5 { 12.0 } else { -12.0 };
-                sample.accel_m_s2[axis] += bit * GRAVITY_M_S2;
+                let bit = if random.uniform() < 0.5 { 14.0 } else { -14.0 };
+                sample.accel_m_s2[axis] = bit * GRAVITY_M_S2;
                 Some(sample)
             });
         }
