@@ -1,0 +1,150 @@
+//! Collision avoidance: properties of the cells, and flights of simulated swarms.
+
+mod cells;
+mod swarm;
+
+use bittybuzz_flight::Vec3;
+use swarm::{Conditions, Flight, Random, fly};
+
+/// Distance in m at which the bodies of two Crazyflies touch (radius 6 cm).
+const COLLISION_M: f32 = 0.12;
+
+/// The sum of many flights of one kind.
+struct Summary {
+    robots: usize,
+    flights: Vec<Flight>,
+}
+
+impl Summary {
+    fn new(name: &str, robots: usize, flights: impl Iterator<Item = Flight>) -> Self {
+        let mut summary = Summary { robots, flights: flights.collect() };
+        summary.flights.sort_by(|a, b| a.finished_s.total_cmp(&b.finished_s));
+        let count = summary.flights.len();
+        let crowded: f32 = summary.flights.iter().map(|flight| flight.crowded).sum();
+        println!(
+            "{name} of {robots}: at least {:.3} m and {:.2} half-axes apart, {:.2} % arrived, \
+             median {:.1} s, last {:.1} s, {:.3} % of the commands crowded",
+            summary.nearest_m(),
+            summary.flights.iter().map(|flight| flight.nearest_scaled).fold(9.0, f32::min),
+            100.0 * summary.arrived_share(),
+            summary.flights[count / 2].finished_s,
+            summary.flights[count - 1].finished_s,
+            100.0 * crowded / count as f32,
+        );
+        summary
+    }
+
+    fn nearest_m(&self) -> f32 {
+        self.flights.iter().map(|flight| flight.nearest_m).fold(f32::INFINITY, f32::min)
+    }
+
+    fn arrived_share(&self) -> f32 {
+        let arrived: usize = self.flights.iter().map(|flight| flight.arrived).sum();
+        arrived as f32 / (self.robots * self.flights.len()) as f32
+    }
+}
+
+/// Flies robots from points of a circle to the opposite points.
+fn swap(conditions: Conditions, robots: usize, radius_m: f32, seeds: u64) -> Summary {
+    let center = Vec3::new(0.0, 0.0, 1.0);
+    let on_circle = |index: usize, side: f32| {
+        let (sine, cosine) = (index as f32 * core::f32::consts::TAU / robots as f32).sin_cos();
+        center + side * radius_m * Vec3::new(cosine, sine, 0.0)
+    };
+    let starts: Vec<Vec3> = (0..robots).map(|index| on_circle(index, 1.0)).collect();
+    let goals: Vec<Vec3> = (0..robots).map(|index| on_circle(index, -1.0)).collect();
+    let flights = (0..seeds).map(|seed| fly(conditions, seed, &starts, &goals));
+    Summary::new(&format!("swap on {radius_m} m"), robots, flights)
+}
+
+/// Flies robots from random points to random points in 3 m × 3 m × 1.5 m.
+fn wander(conditions: Conditions, robots: usize, seeds: u64) -> Summary {
+    let flights = (0..seeds).map(|seed| {
+        let mut random = Random(1000 + seed);
+        let starts = places(&mut random, robots);
+        let goals = places(&mut random, robots);
+        fly(conditions, seed, &starts, &goals)
+    });
+    Summary::new("random goals", robots, flights)
+}
+
+/// Returns random places whose ellipsoids keep a gap of 10 cm at one height.
+fn places(random: &mut Random, count: usize) -> Vec<Vec3> {
+    let scale = Vec3::new(1.0, 1.0, 1.0 / 3.0);
+    let (low, high) = (Vec3::new(0.0, 0.0, 0.3), Vec3::new(3.0, 3.0, 1.8));
+    loop {
+        let mut places: Vec<Vec3> = Vec::new();
+        for _ in 0..200 * count {
+            let place = random.between(low, high);
+            if places.iter().all(|other| ((place - *other) * scale).length() > 0.7) {
+                places.push(place);
+            }
+            if places.len() == count {
+                return places;
+            }
+        }
+    }
+}
+
+#[test]
+fn robots_on_a_circle_swap_their_places() {
+    for (robots, radius_m) in [(2, 1.5), (4, 1.5), (8, 1.5), (8, 2.0), (10, 1.5), (10, 2.0)] {
+        let summary = swap(Conditions::USUAL, robots, radius_m, 10);
+        assert!(summary.nearest_m() > 0.5);
+        assert!(summary.arrived_share() == 1.0);
+    }
+}
+
+#[test]
+fn robots_reach_random_goals() {
+    let few = wander(Conditions::USUAL, 6, 10);
+    assert!(few.nearest_m() > 0.5);
+    assert!(few.arrived_share() == 1.0);
+    let many = wander(Conditions::USUAL, 10, 10);
+    assert!(many.nearest_m() > 0.5);
+    assert!(many.arrived_share() > 0.95);
+}
+
+#[test]
+fn robots_stay_apart_with_a_bad_radio() {
+    let bad = Conditions { loss: 0.3, delay_ms: 200, ..Conditions::USUAL };
+    for conditions in [bad, Conditions { reports_velocity: false, ..bad }] {
+        assert!(swap(conditions, 10, 2.0, 10).nearest_m() > 3.0 * COLLISION_M);
+        assert!(wander(conditions, 10, 10).nearest_m() > 3.0 * COLLISION_M);
+    }
+}
+
+#[test]
+fn robots_that_do_not_avoid_collide() {
+    let careless = Conditions { is_avoiding: false, ..Conditions::USUAL };
+    assert!(swap(careless, 2, 1.5, 10).nearest_m() < COLLISION_M);
+    assert!(wander(careless, 10, 10).nearest_m() < COLLISION_M);
+}
+
+/// Measures the figures of the report; `cargo test --release -- --ignored --nocapture` prints them.
+#[test]
+#[ignore = "takes a minute; run it after a change of the avoidance"]
+fn measure_a_hundred_seeds() {
+    let usual = Conditions::USUAL;
+    let silent = Conditions { reports_velocity: false, ..usual };
+    let bad = Conditions { loss: 0.3, delay_ms: 200, ..usual };
+    let worst = Conditions { noise_m: 0.02, ..bad };
+    let careless = Conditions { is_avoiding: false, ..usual };
+    for (name, conditions) in [
+        ("usual", usual),
+        ("positions only", silent),
+        ("30 % loss, 0.2 s delay", bad),
+        ("30 % loss, 0.2 s delay, 2 cm noise", worst),
+        ("no avoidance", careless),
+    ] {
+        println!("--- {name}");
+        for (robots, radius_m) in [(2, 1.5), (4, 1.5), (8, 1.5), (8, 2.0), (10, 1.5), (10, 2.0)] {
+            let summary = swap(conditions, robots, radius_m, 100);
+            assert!(!conditions.is_avoiding || summary.nearest_m() > COLLISION_M);
+        }
+        for robots in [6, 10] {
+            let summary = wander(conditions, robots, 100);
+            assert!(!conditions.is_avoiding || summary.nearest_m() > COLLISION_M);
+        }
+    }
+}

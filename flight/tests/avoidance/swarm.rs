@@ -1,0 +1,173 @@
+//! A simulated swarm: robots with a lag, noisy positions, and a radio that delays and loses reports.
+
+use bittybuzz_flight::Vec3;
+use bittybuzz_flight::avoidance::{Avoidance, AvoidanceOutcome, AvoidanceSettings, PeerReport};
+
+const STEP_MS: u32 = 10;
+const COMMAND_PERIOD_MS: u32 = 100;
+/// Time in ms in which the robots only report, as on the ground before a take-off.
+const WARM_UP_MS: u32 = 1000;
+const LAG_S: f32 = 0.3;
+/// Acceleration in m/s² at a tilt of 20 degrees.
+const MOST_ACCELERATION_M_S2: f32 = 3.6;
+/// Distance in m from a goal that counts as arrived.
+const ARRIVED_M: f32 = 0.15;
+
+/// The generator SplitMix64 (Steele, Lea and Flood 2014).
+pub struct Random(pub u64);
+
+impl Random {
+    /// Returns a number from 0 to less than 1.
+    pub fn unit(&mut self) -> f32 {
+        self.0 = self.0.wrapping_add(0x9E37_79B9_7F4A_7C15);
+        let mixed = (self.0 ^ (self.0 >> 30)).wrapping_mul(0xBF58_476D_1CE4_E5B9);
+        let mixed = (mixed ^ (mixed >> 27)).wrapping_mul(0x94D0_49BB_1331_11EB);
+        ((mixed ^ (mixed >> 31)) >> 40) as f32 / (1u64 << 24) as f32
+    }
+
+    fn vector(&mut self, mut component: impl FnMut(&mut Self) -> f32) -> Vec3 {
+        Vec3::new(component(self), component(self), component(self))
+    }
+
+    /// Returns a vector with normal components (a sum of 12 uniform numbers has variance 1).
+    fn noise(&mut self, sigma: f32) -> Vec3 {
+        sigma * self.vector(|random| (0..12).map(|_| random.unit()).sum::<f32>() - 6.0)
+    }
+
+    pub fn between(&mut self, low: Vec3, high: Vec3) -> Vec3 {
+        low + (high - low) * self.vector(Self::unit)
+    }
+}
+
+/// The conditions of a simulation.
+#[derive(Clone, Copy)]
+pub struct Conditions {
+    pub settings: AvoidanceSettings,
+    pub is_avoiding: bool,
+    pub reports_velocity: bool,
+    pub loss: f32,
+    pub delay_ms: u32,
+    pub noise_m: f32,
+    pub duration_s: u32,
+}
+
+impl Conditions {
+    pub const USUAL: Self = Conditions {
+        settings: AvoidanceSettings::CRAZYFLIE,
+        is_avoiding: true,
+        reports_velocity: true,
+        loss: 0.2,
+        delay_ms: 100,
+        noise_m: 0.01,
+        duration_s: 60,
+    };
+}
+
+/// The result of a simulation.
+#[derive(Clone, Copy, Debug)]
+pub struct Flight {
+    /// Least distance of two robots in m.
+    pub nearest_m: f32,
+    /// Least distance of two robots divided by the half-axes of the ellipsoid; 2 without overlap.
+    pub nearest_scaled: f32,
+    /// Number of robots at their goals at the end.
+    pub arrived: usize,
+    /// Time in seconds after which all robots stayed at their goals.
+    pub finished_s: f32,
+    /// Share of the commands that were the fallback.
+    pub crowded: f32,
+}
+
+struct Swarm {
+    positions: Vec<Vec3>,
+    velocities: Vec<Vec3>,
+    commands: Vec<Vec3>,
+}
+
+impl Swarm {
+    fn step(&mut self) {
+        let step_s = STEP_MS as f32 * 1e-3;
+        let states = self.positions.iter_mut().zip(&mut self.velocities).zip(&self.commands);
+        for ((position, velocity), command) in states {
+            let acceleration = (*command - *velocity) / LAG_S;
+            *velocity += step_s * acceleration.clamp_length_max(MOST_ACCELERATION_M_S2);
+            *position += step_s * *velocity;
+        }
+    }
+
+    fn pairs(&self) -> impl Iterator<Item = Vec3> + '_ {
+        let pairs = |(own, first): (usize, &Vec3)| {
+            let first = *first;
+            self.positions.iter().take(own).map(move |second| first - *second)
+        };
+        self.positions.iter().enumerate().flat_map(pairs)
+    }
+}
+
+/// Simulates robots that fly straight to their goals. Each chooses its command at its own phase.
+pub fn fly(conditions: Conditions, seed: u64, starts: &[Vec3], goals: &[Vec3]) -> Flight {
+    let settings = conditions.settings;
+    let scale = Vec3::new(settings.radius_m, settings.radius_m, settings.height_m).recip();
+    let count = starts.len();
+    let mut random = Random(seed);
+    let phases: Vec<u32> = (0..count).map(|_| (random.unit() * 10.0) as u32 * STEP_MS).collect();
+    let mut avoidances: Vec<Avoidance<10>> =
+        (0..count).map(|id| Avoidance::new(id as u16, settings).unwrap()).collect();
+    let mut swarm = Swarm {
+        positions: starts.to_vec(),
+        velocities: vec![Vec3::ZERO; count],
+        commands: vec![Vec3::ZERO; count],
+    };
+    let mut on_air: Vec<(u32, usize, PeerReport)> = Vec::new();
+    let (mut nearest_m, mut nearest_scaled) = (f32::INFINITY, f32::INFINITY);
+    let (mut arrived, mut finished_s) = (0, 0.0);
+    let (mut crowded, mut commands) = (0, 0);
+    for now_ms in (0..conditions.duration_s * 1000).step_by(STEP_MS as usize) {
+        on_air.retain(|(at_ms, receiver, report)| {
+            let is_received = *at_ms <= now_ms;
+            if is_received {
+                let _ = avoidances[*receiver].update_peer(*report);
+            }
+            !is_received
+        });
+        for own in (0..count).filter(|own| now_ms % COMMAND_PERIOD_MS == phases[*own]) {
+            let position = swarm.positions[own] + random.noise(conditions.noise_m);
+            let velocity = swarm.velocities[own] + random.noise(2.0 * conditions.noise_m);
+            for receiver in (0..count).filter(|receiver| *receiver != own) {
+                if random.unit() >= conditions.loss {
+                    let report = PeerReport {
+                        id: own as u16,
+                        position_m: position,
+                        velocity_m_s: conditions.reports_velocity.then_some(velocity),
+                        measured_at_ms: now_ms,
+                    };
+                    on_air.push((now_ms + conditions.delay_ms, receiver, report));
+                }
+            }
+            if now_ms < WARM_UP_MS {
+                continue;
+            }
+            let wanted = (goals[own] - position).clamp_length_max(settings.speed_m_s);
+            swarm.commands[own] = if conditions.is_avoiding {
+                let safe = avoidances[own].limit(position, velocity, wanted, now_ms);
+                crowded += usize::from(safe.outcome == AvoidanceOutcome::Crowded);
+                safe.velocity_m_s
+            } else {
+                wanted
+            };
+            commands += 1;
+        }
+        swarm.step();
+        for way in swarm.pairs() {
+            nearest_m = nearest_m.min(way.length());
+            nearest_scaled = nearest_scaled.min((way * scale).length());
+        }
+        let is_there = |(position, goal): &(&Vec3, &Vec3)| position.distance(**goal) < ARRIVED_M;
+        arrived = swarm.positions.iter().zip(goals).filter(is_there).count();
+        if arrived < count {
+            finished_s = now_ms as f32 * 1e-3;
+        }
+    }
+    let crowded = crowded as f32 / commands as f32;
+    Flight { nearest_m, nearest_scaled, arrived, finished_s, crowded }
+}
