@@ -93,6 +93,10 @@ pub trait BodyBlock: Debug + Send + Sync {
         seconds: f32,
     ) -> Option<[f32; 2]>;
 
+    /// Returns true if the body of a robot broke by itself, such as by a fall on the ground. The
+    /// world makes the robot fail; contacts with robots and walls are the world's own task.
+    fn is_broken(&self, index: usize) -> bool;
+
     /// Writes the position estimates of the robots from index `first` on.
     fn sense(
         &mut self,
@@ -169,6 +173,11 @@ pub trait Body: Clone + Debug + Send + Sync + 'static {
         None
     }
 
+    /// Returns true if the body broke, see [`BodyBlock::is_broken`]. Bodies on the ground do not.
+    fn is_broken(&self) -> bool {
+        false
+    }
+
     /// Returns the body's estimate of its pose, `seconds` after the last update. `stream` gives
     /// random numbers for the errors of the estimate.
     fn sense(
@@ -239,6 +248,10 @@ impl<B: Body> BodyBlock for Bodies<B> {
         seconds: f32,
     ) -> Option<[f32; 2]> {
         self.bodies[index].roll(duties, pose, &self.step, seconds)
+    }
+
+    fn is_broken(&self, index: usize) -> bool {
+        self.bodies[index].is_broken()
     }
 
     fn sense(

@@ -130,7 +130,7 @@ impl<B: Brain> World<B> {
 
     /// Makes robots fail that have crashed.
     fn crash(&mut self) {
-        for id in self.crowd.crashed() {
+        for id in self.crowd.crashed().into_iter().chain(self.broken()) {
             if self.robots[usize::from(id.0)].state == RobotState::Failed {
                 continue;
             }
@@ -140,6 +140,19 @@ impl<B: Brain> World<B> {
             self.statistics.crashes += 1;
             self.statistics.first_crash.get_or_insert((self.now, id));
         }
+    }
+
+    /// Returns the robots whose bodies broke without a contact with a robot or a wall.
+    fn broken(&self) -> Vec<RobotId> {
+        let robots = self
+            .cohorts
+            .iter()
+            .filter(|cohort| self.herds[usize::from(cohort.herd.0)].model.crash_speed().is_some());
+        let broken = robots.flat_map(|cohort| {
+            let broken = (0..cohort.count).filter(|index| cohort.block.is_broken(*index));
+            broken.map(|index| RobotId((cohort.first + index) as u16))
+        });
+        broken.collect()
     }
 
     /// Updates the position estimates of robots with a positioning system.

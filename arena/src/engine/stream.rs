@@ -65,6 +65,12 @@ impl Stream {
         Stream(SplitMix64::seed_from_u64(self.0.next_u64()))
     }
 
+    /// Returns the seed of another generator, which is independent of later draws from this one.
+    #[must_use]
+    pub fn seed(&mut self) -> u64 {
+        self.0.next_u64()
+    }
+
     /// Returns a number in [0, 1).
     pub fn unit(&mut self) -> f32 {
         self.0.random()

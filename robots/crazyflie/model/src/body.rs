@@ -29,6 +29,16 @@ pub struct Velocity {
     pub turn: f32,
 }
 
+/// The detail in which a Crazyflie's flight is simulated.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Fidelity {
+    /// The body follows velocities with a lag.
+    #[default]
+    Kinematic,
+    /// The flight controller of [`bittybuzz_flight`] flies a rigid body with four rotors.
+    Flight,
+}
+
 /// The source of a Crazyflie's position.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Positioning {
@@ -76,6 +86,11 @@ pub struct CrazyflieModel {
     pub crash_speed: f32,
     /// The source of the robot's position.
     pub positioning: Positioning,
+    /// The detail of the simulation.
+    pub fidelity: Fidelity,
+    /// Distance in mm from neighbors that the robot keeps on its side; 0 switches the collision
+    /// avoidance off.
+    pub avoidance: f32,
 }
 
 impl CrazyflieModel {
@@ -89,6 +104,8 @@ impl CrazyflieModel {
         acceleration: 3600.0,
         crash_speed: 0.0,
         positioning: Positioning::LIGHTHOUSE,
+        fidelity: Fidelity::Kinematic,
+        avoidance: 0.0,
     };
 }
 
@@ -129,6 +146,12 @@ impl BodyModel for CrazyflieModel {
             ("crazyflie.acceleration", above_0(self.acceleration), "a number greater than 0"),
             ("crazyflie.crash_speed", within(self.crash_speed, 0.0, 1e5), "0 to 100000"),
             ("crazyflie.positioning", is_possible, "without negative numbers"),
+            ("crazyflie.avoidance", within(self.avoidance, 0.0, 5000.0), "0 to 5000"),
+            (
+                "crazyflie.positioning",
+                self.fidelity == Fidelity::Kinematic || self.positioning != Positioning::None,
+                "flow, loco or lighthouse with fidelity = \"flight\"",
+            ),
         ])
     }
 

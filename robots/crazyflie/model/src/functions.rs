@@ -7,7 +7,8 @@ use bittybuzz_arena::engine::{Io, Pose, Side, wrap};
 use bittybuzz_arena::robot::{Autopilot, CallNumbers, Done, Effect, Piece, RobotCall, led};
 use bittybuzz_robot_spec::RobotFunction;
 
-use crate::{Flight, Velocity};
+use crate::keep_apart::KeepApart;
+use crate::{CrazyflieModel, Flight, FlightControls, Velocity};
 
 /// Speed of take-off, landing and flights to a place, in mm/s (robots/crazyflie/robot.toml).
 const SPEED: f32 = 500.0;
@@ -50,8 +51,10 @@ pub enum CrazyflieTask {
 }
 
 /// The autopilot, which carries out the last call.
-#[derive(Debug, Clone, Copy, Default)]
+#[derive(Debug, Clone, Default)]
 pub struct Pilot {
+    /// The collision avoidance, if the robot has it.
+    keep_apart: Option<KeepApart>,
     task: CrazyflieTask,
     /// Height of take-off in mm.
     height: f32,
@@ -59,6 +62,8 @@ pub struct Pilot {
     deadline: u64,
     /// Time of flight in ms.
     flown: u64,
+    /// Voltage of the battery in mV, if the body has a battery of its own.
+    measured_mv: Option<u16>,
     /// Time in ms since which the battery is empty.
     empty_since: Option<u64>,
     /// Time in ms at which the stopwatch was started.
@@ -69,6 +74,13 @@ pub struct Pilot {
 }
 
 impl Pilot {
+    /// Returns the autopilot of a robot with these parameters.
+    pub fn new(model: &CrazyflieModel) -> Self {
+        let keep_apart = (model.avoidance > 0.0)
+            .then(|| KeepApart::new(model.avoidance, model.speed, model.lag));
+        Pilot { keep_apart, ..Pilot::default() }
+    }
+
     /// Returns the command for the flight controller.
     fn fly(&mut self, here: Option<Pose>, now: u64) -> Flight {
         if self.has_given_up && self.is_down(here, now) {
@@ -137,6 +149,9 @@ impl Pilot {
 
     /// Returns the voltage of the battery in mV.
     fn battery(&self) -> u64 {
+        if let Some(measured) = self.measured_mv {
+            return measured.into();
+        }
         FULL.saturating_sub((FULL - LOW) * self.flown / FLIGHT_TIME).max(FLAT)
     }
 
@@ -153,14 +168,27 @@ impl Pilot {
 
 impl Autopilot for Pilot {
     fn copy(&self) -> Box<dyn Autopilot> {
-        Box::new(*self)
+        Box::new(self.clone())
     }
 
     fn tick(&mut self, io: &mut Io<'_>, battery_mv: Option<u16>) {
         let (now, here) = (io.milliseconds(), io.sensors.estimate());
+        self.measured_mv = io.controls::<FlightControls>().map(|controls| controls.battery_mv);
         self.watch_battery(battery_mv, now);
-        if let Some(flight) = io.controls() {
-            *flight = self.fly(here, now);
+        let flight = match (self.fly(here, now), &mut self.keep_apart) {
+            (Flight::Velocity(wanted), Some(avoidance)) => {
+                Flight::Velocity(avoidance.limit(io, wanted))
+            }
+            (flight, avoidance) => {
+                avoidance.iter_mut().for_each(KeepApart::stand);
+                flight
+            }
+        };
+        if let Some(controls) = io.controls::<FlightControls>() {
+            controls.flight = flight;
+            controls.battery_setting_mv = battery_mv;
+        } else if let Some(kinematic) = io.controls() {
+            *kinematic = flight;
         }
     }
 

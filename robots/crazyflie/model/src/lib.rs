@@ -6,8 +6,11 @@
 
 mod body;
 mod emulation;
+mod flying;
 mod functions;
+mod keep_apart;
 
+use std::ops::RangeInclusive;
 use std::sync::Arc;
 
 use bittybuzz_arena::robot::{Autopilot, Effect, Emulation, ModelKeys, RobotModel};
@@ -16,7 +19,8 @@ use bittybuzz_arena::scenario::keys::{RADIUS, SectionKeys};
 use bittybuzz_arena::scenario_keys;
 use bittybuzz_robot_spec::RobotFunction;
 
-pub use body::{CrazyflieModel, Flight, Positioning, Velocity};
+pub use body::{CrazyflieModel, Fidelity, Flight, Positioning, Velocity};
+pub use flying::FlightControls;
 
 /// The keys of the Crazyflie in scenarios.
 pub const KEYS: ModelKeys = ModelKeys {
@@ -29,6 +33,8 @@ pub const KEYS: ModelKeys = ModelKeys {
             "lag" "number" "of the model" "time constant of changes of velocity, in seconds",
             "crash_speed" "0 to 100000" "0" "closing speed in mm/s above which a contact in the air is a crash; 0: every contact is one",
             "positioning" "word" "of the model" "positioning system: none, flow, loco or lighthouse",
+            "fidelity" "word" "kinematic" "kinematic: the body follows velocities; flight: a flight controller flies a body with four rotors",
+            "avoidance" "0 to 5000" "0" "half of the distance in mm that a flying robot keeps from neighbors whose messages it receives; 0: no avoidance",
         ],
     },
     robots: "the Crazyflies",
@@ -36,6 +42,12 @@ pub const KEYS: ModelKeys = ModelKeys {
     world_only: &["radius"],
     link: "the `link` of these Crazyflies",
 };
+
+/// Half distances in mm that robots can keep.
+const AVOIDANCE: RangeInclusive<f64> = 0.0..=5000.0;
+
+const FIDELITIES: [(&str, Fidelity); 2] =
+    [("kinematic", Fidelity::Kinematic), ("flight", Fidelity::Flight)];
 
 const POSITIONINGS: [(&str, Positioning); 4] = [
     ("none", Positioning::None),
@@ -67,6 +79,8 @@ impl RobotModel for CrazyflieModel {
         model.crash_speed = number("crash_speed", 0.0..=100_000.0).unwrap_or(model.crash_speed);
         let positioning = section.word("positioning", &POSITIONINGS);
         model.positioning = positioning.unwrap_or(model.positioning);
+        model.fidelity = section.word("fidelity", &FIDELITIES).unwrap_or(model.fidelity);
+        model.avoidance = number("avoidance", AVOIDANCE).unwrap_or(model.avoidance);
         Arc::new(model)
     }
 
@@ -75,7 +89,7 @@ impl RobotModel for CrazyflieModel {
     }
 
     fn autopilot(&self) -> Option<Box<dyn Autopilot>> {
-        Some(Box::<functions::Pilot>::default())
+        Some(Box::new(functions::Pilot::new(self)))
     }
 
     fn emulation(&self) -> Option<Arc<dyn Emulation>> {
