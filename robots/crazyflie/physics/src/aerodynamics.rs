@@ -18,8 +18,8 @@ pub fn ground_effect(height_m: f64, radius_m: f64) -> f64 {
     1.0 + (GROUND_EFFECT_FACTOR * ratio * ratio).min(MOST_GROUND_EFFECT)
 }
 
-/// Largest force of downwash in N. Shi et al. 2020 ("Neural-Swarm", arXiv 2003.02992) report about
-/// 9 g for a Crazyflie 0.3 m above another one, which the formula exceeds ninefold.
+/// Largest force of downwash in N (choice). Shi et al. 2020 ("Neural-Swarm", arXiv 2003.02992) found
+/// about 9 g (recalled) for a Crazyflie 0.3 m below another one; the formula yields ten times as much.
 const MOST_DOWNWASH_N: f64 = 0.1;
 /// Least width of the stream in m, a choice: the size of a robot. The formula of the width is
 /// negative below 0.69 m.

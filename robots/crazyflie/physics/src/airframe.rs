@@ -17,7 +17,7 @@
 //! | speed by voltage, spin up, spin down | `P250` | `B500` | read |
 //! | propeller inertia, drag | `P250` | `B500` | read |
 //! | propeller radius | 23.4 mm | 27.5 mm | read, older |
-//! | capacity | 250 mAh | 350 mAh | read in firmware's notes |
+//! | capacity | 250 mAh | 350 mAh | recalled; `platform_defaults_cf21bl.h` |
 //! | resistance | 0.20 Ω | 0.15 Ω | choice in the range 0.15 to 0.25 Ω |
 //! | current by thrust | 2015 motors | linear | bench; recalled flight time of 10 min |
 //! | feet, propeller plane | 15, 10 mm | 15, 12 mm | choice; the robot is 29 mm high |

@@ -1,4 +1,4 @@
-//! The battery: an open-circuit voltage by charge behind a resistance.
+//! The battery: an open-circuit voltage by charge, in series with a resistance.
 
 /// The parameters of a cell and of the current that a robot draws from it.
 #[derive(Clone, Copy, Debug, PartialEq)]

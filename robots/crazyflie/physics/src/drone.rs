@@ -2,8 +2,8 @@
 
 use glam::{DMat3, DVec3};
 
-use crate::dynamics::{HeldInputs, advance};
-use crate::ground::REST_DEPTH_M;
+use crate::dynamics::{HeldInputs, NearGround, advance};
+use crate::ground::{REST_DEPTH_M, Suspension};
 use crate::random::{NoiseConsumer, NoiseStream};
 use crate::{
     Airframe, DroneState, GRAVITY_M_S2, GroundContact, Impact, PowerSource, STEP_S, ground_effect,
@@ -34,9 +34,27 @@ pub struct Drone {
     battery_volts: f64,
     /// Thrust of each motor as a share of the airframe's, for this build.
     build_efficiency: [f64; 4],
-    /// The same for the faults that were set.
+    /// Share that the faults that were set leave of it.
     fault_efficiency: [f64; 4],
     contact: GroundContact,
+    /// The surroundings in which the robot rests: while they last and no motor turns, nothing moves.
+    rest: Option<DroneSurroundings>,
+}
+
+/// Largest change of velocity in a step of a robot at rest, in m/s: an acceleration of 2 µm/s².
+const REST_CHANGE_M_S: f64 = 1e-9;
+/// Largest speed of a robot at rest in m/s, and its largest rate in rad/s.
+const REST_SPEED_M_S: f64 = 1e-7;
+const REST_RATE_RAD_S: f64 = 1e-6;
+
+/// Returns true if a robot without turning rotors moved so little in a step that it rests.
+fn is_resting(before: &DroneState, after: &DroneState) -> bool {
+    let change = after.velocity_m_s - before.velocity_m_s;
+    after.rotor_rpm == [0.0; 4]
+        && change.length_squared() < REST_CHANGE_M_S * REST_CHANGE_M_S
+        && after.velocity_m_s.length_squared() < REST_SPEED_M_S * REST_SPEED_M_S
+        && after.rate_rad_s.length_squared() < REST_RATE_RAD_S * REST_RATE_RAD_S
+        && before.rate_rad_s.length_squared() < REST_RATE_RAD_S * REST_RATE_RAD_S
 }
 
 /// Returns the vector, shortened to this length; zero if it is not finite.
@@ -58,6 +76,7 @@ impl Drone {
             build_efficiency: [1.0; 4],
             fault_efficiency: [1.0; 4],
             contact: GroundContact::default(),
+            rest: None,
         };
         drone.stand(0.0, 0.0, 0.0, 0.0);
         drone
@@ -87,12 +106,14 @@ impl Drone {
         let steps = self.state.steps;
         self.state = DroneState { steps, ..DroneState::at_rest(position, yaw_rad) };
         self.contact = GroundContact::default();
+        self.rest = None;
     }
 
     /// Puts the robot into this state, and forgets impacts and crashes. For tests and replays.
     pub fn set_state(&mut self, state: DroneState) {
         self.state = state;
-        self.contact = GroundContact::default();
+        self.contact = GroundContact::in_flight();
+        self.rest = None;
     }
 
     /// Returns the state at the end of the last step.
@@ -144,9 +165,10 @@ impl Drone {
     }
 
     /// Sets the share of its thrust and torque that each motor still has, 0 to 1. A damaged
-    /// propeller with 80 % has 0.8.
+    /// propeller with 80 % has 0.8. A number that is not finite counts as 0.
     pub fn set_motor_efficiency(&mut self, shares: [f64; 4]) {
-        self.fault_efficiency = shares.map(|share| share.clamp(0.0, 1.0));
+        self.fault_efficiency =
+            shares.map(|share| if share.is_finite() { share.clamp(0.0, 1.0) } else { 0.0 });
     }
 
     /// Returns the thrust of intact motors at the present speeds, in N. It determines the current.
@@ -160,6 +182,24 @@ impl Drone {
     /// `duties`: the share of the battery's voltage for each motor, 0 to 1. Others are limited; a
     /// number that is not finite turns the motor off.
     pub fn step(&mut self, duties: [f64; 4], surroundings: &DroneSurroundings) -> Option<Impact> {
+        let duties = duties.map(|duty| if duty.is_finite() { duty.clamp(0.0, 1.0) } else { 0.0 });
+        let impact = if duties == [0.0; 4] && self.rest == Some(*surroundings) {
+            self.state.steps += 1;
+            None
+        } else {
+            self.move_for_step(duties, surroundings)
+        };
+        let thrust_n = self.motor_thrust_n();
+        self.power.discharge(&self.airframe.battery, thrust_n, STEP_S);
+        self.battery_volts = self.power.volts(&self.airframe.battery, thrust_n);
+        impact
+    }
+
+    fn move_for_step(
+        &mut self,
+        duties: [f64; 4],
+        surroundings: &DroneSurroundings,
+    ) -> Option<Impact> {
         let ground_m = if surroundings.ground_m.is_finite() { surroundings.ground_m } else { 0.0 };
         let rotation = DMat3::from_quat(self.state.attitude);
         let positions = self.airframe.motor_positions_m();
@@ -168,9 +208,9 @@ impl Drone {
         let mut ground_effects = [1.0; 4];
         let is_upright = rotation.z_axis.z > 0.0;
         for motor in 0..4 {
-            let duty = if duties[motor].is_finite() { duties[motor].clamp(0.0, 1.0) } else { 0.0 };
             if !self.contact.touches_propeller(motor) {
-                command_rpm[motor] = self.airframe.commanded_speed_rpm(duty * self.battery_volts);
+                command_rpm[motor] =
+                    self.airframe.commanded_speed_rpm(duties[motor] * self.battery_volts);
             }
             efficiency[motor] = self.build_efficiency[motor] * self.fault_efficiency[motor];
             if is_upright {
@@ -184,26 +224,40 @@ impl Drone {
         // Twice the fall leaves room for the acceleration of a step.
         let is_near_ground =
             before.position_m.z - ground_m < GroundContact::reach_m(&self.airframe) + 2.0 * fall_m;
+        let suspension = Suspension::new(&self.airframe);
         let inputs = HeldInputs {
             command_rpm,
             efficiency,
             ground_effect: ground_effects,
             force_n: limited(surroundings.external_force_n, MOST_FORCE_N),
             wind_m_s: limited(surroundings.wind_m_s, MOST_WIND_M_S),
-            ground: is_near_ground.then_some((&self.contact, ground_m)),
+            ground: is_near_ground.then_some(NearGround {
+                contact: &self.contact,
+                suspension: &suspension,
+                height_m: ground_m,
+            }),
         };
         let mut state = advance(&self.airframe, &before, &inputs, STEP_S);
         let mut force = (state.velocity_m_s - before.velocity_m_s) / STEP_S;
         force.z += GRAVITY_M_S2;
         state.specific_force_m_s2 = state.attitude.conjugate() * force;
         state.steps += 1;
+        let is_at_rest = self.contact.is_touching() && is_resting(&before, &state);
+        if is_at_rest {
+            state.velocity_m_s = DVec3::ZERO;
+            state.rate_rad_s = DVec3::ZERO;
+        }
+        self.rest = is_at_rest.then_some(*surroundings);
         self.state = state;
 
-        let thrust_n = self.motor_thrust_n();
-        self.power.discharge(&self.airframe.battery, thrust_n, STEP_S);
-        self.battery_volts = self.power.volts(&self.airframe.battery, thrust_n);
         if is_near_ground {
-            self.contact.update(&self.airframe, &state, ground_m, -before.velocity_m_s.z)
+            self.contact.update(
+                &self.airframe,
+                &state,
+                &suspension,
+                ground_m,
+                -before.velocity_m_s.z,
+            )
         } else {
             self.contact.fly();
             None

@@ -5,8 +5,8 @@
 //! * m v̇ = R (Σ Tᵢ e₃ − D Rᵀ(v − wind)) + m g + contact + external force,
 //! * q̇ = ½ q ⊗ (0, ω),
 //! * J ω̇ = Σ rᵢ × Tᵢ e₃ − Σ sᵢ Qᵢ e₃ − ω × (J ω + h e₃) − ḣ e₃ + contact, with the rotors' angular
-//!   momentum h = Jₚ Σ sᵢ Ωᵢ (Mahony, Kumar and Corke 2012, equations 5 to 8; ḣ is the reaction of
-//!   rotors that gain speed),
+//!   momentum h = Jₚ Σ sᵢ Ωᵢ (Mahony, Kumar and Corke 2012, "Multirotor Aerial Vehicles"; ḣ is the
+//!   reaction of rotors that gain speed),
 //! * Ω̇ᵢ = k₁ (Ω꜀ − Ωᵢ) + k₂ (Ω꜀² − Ωᵢ²).
 //!
 //! The classical Runge-Kutta method of order 4 integrates all of them. It needs no tuning, keeps the
@@ -16,6 +16,7 @@
 use glam::{DMat3, DQuat, DVec3};
 
 use crate::airframe::{RAD_S_PER_RPM, SPIN_DIRECTIONS};
+use crate::ground::Suspension;
 use crate::{Airframe, DroneState, GRAVITY_M_S2, GroundContact};
 
 /// Rate at which a motor without voltage slows down besides its measured dynamics, in 1/s. The
@@ -34,8 +35,16 @@ pub(crate) struct HeldInputs<'a> {
     pub(crate) force_n: DVec3,
     /// Velocity of the air in the world frame in m/s.
     pub(crate) wind_m_s: DVec3,
-    /// The contact and the height of the ground in m, if the robot is near the ground.
-    pub(crate) ground: Option<(&'a GroundContact, f64)>,
+    /// The ground, if the robot is near it.
+    pub(crate) ground: Option<NearGround<'a>>,
+}
+
+/// The ground near a robot.
+pub(crate) struct NearGround<'a> {
+    pub(crate) contact: &'a GroundContact,
+    pub(crate) suspension: &'a Suspension,
+    /// Height of the ground in m.
+    pub(crate) height_m: f64,
 }
 
 /// The time derivative of a state.
@@ -86,8 +95,9 @@ fn derivative(airframe: &Airframe, state: &DroneState, inputs: &HeldInputs) -> S
     let mut body_force_n = air_velocity * -airframe.drag_n_s_m;
     body_force_n.z += thrust_n;
     let mut force_n = rotation * body_force_n + inputs.force_n;
-    if let Some((contact, ground_m)) = inputs.ground {
-        let (contact_n, contact_n_m) = contact.wrench(airframe, state, &rotation, ground_m);
+    if let Some(NearGround { contact, suspension, height_m }) = &inputs.ground {
+        let (contact_n, contact_n_m) =
+            contact.wrench(airframe, state, &rotation, suspension, *height_m);
         force_n += contact_n;
         torque_n_m += contact_n_m;
     }

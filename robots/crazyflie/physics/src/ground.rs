@@ -28,6 +28,8 @@ const FLAT_TILT_SINE: f64 = 0.1;
 pub const MOST_LANDING_SPEED_M_S: f64 = 1.0;
 /// Largest tilt of a landing in radians (choice: 30 degrees).
 pub const MOST_LANDING_TILT_RAD: f64 = core::f64::consts::FRAC_PI_6;
+/// Cosine of [`MOST_LANDING_TILT_RAD`].
+const LEAST_LANDING_COS_TILT: f64 = 0.866_025_403_784_438_6;
 /// Steps without contact after which the next contact counts as an impact: 20 ms (choice).
 const STEPS_OF_FLIGHT: u32 = 40;
 
@@ -52,7 +54,7 @@ pub struct Impact {
 }
 
 /// The contact of one robot with the ground.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct GroundContact {
     /// The place where each foot sticks; none without contact.
     anchors_m: [Option<DVec2>; 4],
@@ -63,21 +65,9 @@ pub struct GroundContact {
     crash: Option<CrashCause>,
 }
 
-impl Default for GroundContact {
-    fn default() -> Self {
-        GroundContact {
-            anchors_m: [None; 4],
-            has_propeller_contact: [false; 4],
-            steps_without_contact: 0,
-            last_impact: None,
-            crash: None,
-        }
-    }
-}
-
-/// One point of a robot near the ground.
+/// One point of a robot below the ground.
 struct ContactPoint {
-    /// Position relative to the center of mass, in the body frame, in m.
+    /// Position relative to the center of mass, in world directions, in m.
     arm_m: DVec3,
     /// Horizontal position in the world frame in m.
     place_m: DVec2,
@@ -86,13 +76,13 @@ struct ContactPoint {
 }
 
 /// Spring and damper of each point.
-struct Suspension {
+pub(crate) struct Suspension {
     stiffness_n_m: f64,
     damping_n_s_m: f64,
 }
 
 impl Suspension {
-    fn new(airframe: &Airframe) -> Self {
+    pub(crate) fn new(airframe: &Airframe) -> Self {
         let mass_kg = airframe.mass_kg / 4.0;
         let stiffness_n_m = mass_kg * GRAVITY_M_S2 / REST_DEPTH_M;
         let damping_n_s_m = 2.0 * DAMPING_RATIO * (stiffness_n_m * mass_kg).sqrt();
@@ -105,48 +95,83 @@ impl Suspension {
         let pull =
             stretch_m * -self.stiffness_n_m - point.velocity_m_s.truncate() * self.damping_n_s_m;
         let most = FRICTION * point.normal_n;
-        let size = pull.length();
-        if size > most { (pull * (most / size), true) } else { (pull, false) }
+        let square = pull.length_squared();
+        if square > most * most { (pull * (most / square.sqrt()), true) } else { (pull, false) }
     }
 }
 
-/// Returns the position of each foot and of each propeller's lowest point in the body frame, in m.
-fn point_arms_m(airframe: &Airframe, rotation: &DMat3) -> ([DVec3; 4], [DVec3; 4]) {
-    let motors = airframe.motor_positions_m();
-    // The vertical in the body frame is the last row of the rotation.
-    let sideways = DVec2::new(rotation.x_axis.z, rotation.y_axis.z);
-    let sine = (sideways.length_squared() + FLAT_TILT_SINE * FLAT_TILT_SINE).sqrt();
-    let rim =
-        (sideways * (-airframe.propeller_radius_m / sine)).extend(airframe.propellers_above_m);
-    let foot = DVec3::new(0.0, 0.0, -airframe.feet_below_m);
-    (motors.map(|motor| motor + foot), motors.map(|motor| motor + rim))
+/// The pose of a robot near the ground.
+struct PoseAboveGround<'a> {
+    airframe: &'a Airframe,
+    state: &'a DroneState,
+    rotation: &'a DMat3,
+    suspension: &'a Suspension,
+    /// Angular rate in the world frame in rad/s.
+    rate_rad_s: DVec3,
+    ground_m: f64,
 }
 
-/// Returns the point on this arm if it is below the ground.
-fn contact_point(
-    state: &DroneState,
-    rotation: &DMat3,
-    ground_m: f64,
-    suspension: &Suspension,
-    arm_m: DVec3,
-) -> Option<ContactPoint> {
-    let height = rotation.x_axis.z * arm_m.x
-        + rotation.y_axis.z * arm_m.y
-        + rotation.z_axis.z * arm_m.z
-        + state.position_m.z
-        - ground_m;
-    // Also false if the height is not a number.
-    if height < 0.0 {
-        let velocity_m_s = state.velocity_m_s + *rotation * state.rate_rad_s.cross(arm_m);
-        let push = suspension.stiffness_n_m * -height - suspension.damping_n_s_m * velocity_m_s.z;
-        let place_m = (state.position_m + *rotation * arm_m).truncate();
-        Some(ContactPoint { arm_m, place_m, velocity_m_s, normal_n: push.max(0.0) })
-    } else {
-        None
+impl<'a> PoseAboveGround<'a> {
+    fn new(
+        airframe: &'a Airframe,
+        state: &'a DroneState,
+        rotation: &'a DMat3,
+        suspension: &'a Suspension,
+        ground_m: f64,
+    ) -> Self {
+        let rate_rad_s = *rotation * state.rate_rad_s;
+        PoseAboveGround { airframe, state, rotation, suspension, rate_rad_s, ground_m }
+    }
+
+    /// Returns the point on this arm of the body frame if it is below the ground.
+    fn point(&self, arm_m: DVec3) -> Option<ContactPoint> {
+        let arm_m = *self.rotation * arm_m;
+        let height_m = self.state.position_m.z + arm_m.z - self.ground_m;
+        // A height that is not a number counts as above the ground.
+        if height_m < 0.0 {
+            let velocity_m_s = self.state.velocity_m_s + self.rate_rad_s.cross(arm_m);
+            let push = self.suspension.stiffness_n_m * -height_m
+                - self.suspension.damping_n_s_m * velocity_m_s.z;
+            let place_m = (self.state.position_m + arm_m).truncate();
+            Some(ContactPoint { arm_m, place_m, velocity_m_s, normal_n: push.max(0.0) })
+        } else {
+            None
+        }
+    }
+
+    /// Returns the position of each foot in the body frame, in m.
+    fn feet_m(&self) -> [DVec3; 4] {
+        let down = DVec3::new(0.0, 0.0, -self.airframe.feet_below_m);
+        self.airframe.motor_positions_m().map(|motor| motor + down)
+    }
+
+    /// Returns the lowest point of each propeller disk in the body frame, in m; none if all disks are
+    /// certainly above the ground.
+    fn propellers_m(&self) -> Option<[DVec3; 4]> {
+        let airframe = self.airframe;
+        // The vertical in the body frame is the last row of the rotation.
+        let sideways = DVec2::new(self.rotation.x_axis.z, self.rotation.y_axis.z);
+        let square = sideways.length_squared();
+        let center_m = self.state.position_m.z - self.ground_m
+            + self.rotation.z_axis.z * airframe.propellers_above_m;
+        // The farthest points of the propellers lie within 1.5 arms and a radius.
+        let reach_m = 1.5 * airframe.arm_m + airframe.propeller_radius_m;
+        if center_m > 0.0 && center_m * center_m > square * reach_m * reach_m {
+            return None;
+        }
+        let sine = (square + FLAT_TILT_SINE * FLAT_TILT_SINE).sqrt();
+        let rim = sideways * (-airframe.propeller_radius_m / sine);
+        let rim = rim.extend(airframe.propellers_above_m);
+        Some(airframe.motor_positions_m().map(|motor| motor + rim))
     }
 }
 
 impl GroundContact {
+    /// Returns the contact of a robot that flies, so that its next contact is an impact.
+    pub(crate) fn in_flight() -> Self {
+        GroundContact { steps_without_contact: STEPS_OF_FLIGHT, ..GroundContact::default() }
+    }
+
     /// Returns true if a part of the robot touches the ground.
     #[must_use]
     pub fn is_touching(&self) -> bool {
@@ -182,22 +207,27 @@ impl GroundContact {
         airframe: &Airframe,
         state: &DroneState,
         rotation: &DMat3,
+        suspension: &Suspension,
         ground_m: f64,
     ) -> (DVec3, DVec3) {
-        let suspension = Suspension::new(airframe);
+        let pose = PoseAboveGround::new(airframe, state, rotation, suspension, ground_m);
         let mut force_n = DVec3::ZERO;
         let mut torque_n_m = DVec3::ZERO;
-        let (feet, propellers) = point_arms_m(airframe, rotation);
-        let feet = feet.into_iter().zip(self.anchors_m);
-        for (arm_m, anchor_m) in feet.chain(propellers.map(|arm_m| (arm_m, None))) {
-            if let Some(point) = contact_point(state, rotation, ground_m, &suspension, arm_m) {
+        let mut push = |arm_m: DVec3, anchor_m: Option<DVec2>| {
+            if let Some(point) = pose.point(arm_m) {
                 let (tangential_n, _) = suspension.tangential_n(&point, anchor_m);
                 let push_n = tangential_n.extend(point.normal_n);
                 force_n += push_n;
-                torque_n_m += point.arm_m.cross(rotation.transpose() * push_n);
+                torque_n_m += point.arm_m.cross(push_n);
             }
+        };
+        for (arm_m, anchor_m) in pose.feet_m().into_iter().zip(self.anchors_m) {
+            push(arm_m, anchor_m);
         }
-        (force_n, torque_n_m)
+        for arm_m in pose.propellers_m().into_iter().flatten() {
+            push(arm_m, None);
+        }
+        (force_n, rotation.transpose() * torque_n_m)
     }
 
     /// Updates the contact at the end of a step, and returns an impact that began in it.
@@ -208,25 +238,24 @@ impl GroundContact {
         &mut self,
         airframe: &Airframe,
         state: &DroneState,
+        suspension: &Suspension,
         ground_m: f64,
         speed_m_s: f64,
     ) -> Option<Impact> {
         let rotation = DMat3::from_quat(state.attitude);
-        let suspension = Suspension::new(airframe);
-        let (feet, propellers) = point_arms_m(airframe, &rotation);
-        for (arm_m, anchor_m) in feet.into_iter().zip(self.anchors_m.iter_mut()) {
+        let pose = PoseAboveGround::new(airframe, state, &rotation, suspension, ground_m);
+        for (arm_m, anchor_m) in pose.feet_m().into_iter().zip(self.anchors_m.iter_mut()) {
             *anchor_m =
-                contact_point(state, &rotation, ground_m, &suspension, arm_m).map(|point| {
-                    match suspension.tangential_n(&point, *anchor_m) {
-                        // A sliding point draws its place along, so far that the spring alone
-                        // exerts the friction, against the motion.
-                        (force_n, true) => point.place_m + force_n / suspension.stiffness_n_m,
-                        (_, false) => anchor_m.unwrap_or(point.place_m),
-                    }
+                pose.point(arm_m).map(|point| match suspension.tangential_n(&point, *anchor_m) {
+                    // A sliding point draws its place along, so far that the spring alone exerts the
+                    // friction, against the motion.
+                    (force_n, true) => point.place_m + force_n / suspension.stiffness_n_m,
+                    (_, false) => anchor_m.unwrap_or(point.place_m),
                 });
         }
-        self.has_propeller_contact = propellers
-            .map(|arm_m| contact_point(state, &rotation, ground_m, &suspension, arm_m).is_some());
+        self.has_propeller_contact = pose
+            .propellers_m()
+            .map_or([false; 4], |arms_m| arms_m.map(|arm_m| pose.point(arm_m).is_some()));
         if !self.is_touching() {
             self.steps_without_contact = self.steps_without_contact.saturating_add(1);
             return None;
@@ -251,7 +280,7 @@ impl GroundContact {
     fn crash_cause(&self, state: &DroneState, impact: Option<Impact>) -> Option<CrashCause> {
         if self.has_propeller_contact.contains(&true) {
             Some(CrashCause::Propeller)
-        } else if state.tilt_rad() > MOST_LANDING_TILT_RAD {
+        } else if state.cos_tilt() < LEAST_LANDING_COS_TILT {
             Some(CrashCause::Tilt)
         } else if impact.is_some_and(|impact| impact.speed_m_s > MOST_LANDING_SPEED_M_S) {
             Some(CrashCause::Speed)

@@ -24,7 +24,8 @@
 //! use bittybuzz_crazyflie_physics::{Airframe, Drone, DroneSurroundings};
 //!
 //! let airframe = Airframe::CRAZYFLIE_2_1_PLUS;
-//! let mut drone = Drone::new(airframe, 1);
+//! // Without a controller, only a robot with equal motors stays upright; `Drone::new` draws them.
+//! let mut drone = Drone::nominal(airframe);
 //! let mut sensors = SensorSuite::new(&airframe, 1);
 //! let surroundings = DroneSurroundings::default();
 //! for _ in 0..2000 {

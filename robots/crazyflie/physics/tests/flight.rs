@@ -103,6 +103,7 @@ fn downwash_pushes_down() {
 #[test]
 fn senseless_inputs_leave_the_state_finite() {
     let mut drone = Drone::nominal(PLUS);
+    drone.set_motor_efficiency([f64::NAN, 2.0, -1.0, 1.0]);
     let bad = [f64::NAN, f64::INFINITY, -1e300, 1e300];
     for step in 0..4000 {
         let value = |shift: usize| bad[(step + shift) % 4];

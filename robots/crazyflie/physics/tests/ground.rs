@@ -150,3 +150,27 @@ fn take_off_leaves_the_ground() {
     assert!(drone.state().position_m.z > 0.1 && !drone.has_crashed());
     assert!(!drone.contact().is_touching());
 }
+
+/// A robot at rest moves again with its motors, a push or another ground.
+#[test]
+fn rest_ends_with_any_cause() {
+    let calm = DroneSurroundings::default();
+    let resting = || {
+        let (drone, _) = dropped(at_height(0.01), 2);
+        assert_eq!(drone.state().velocity_m_s, DVec3::ZERO);
+        drone
+    };
+    let mut pushed = resting();
+    let push = DVec3::new(0.5, 0.0, 0.0);
+    let mut lowered = resting();
+    let mut started = resting();
+    for _ in 0..600 {
+        pushed.step([0.0; 4], &DroneSurroundings { external_force_n: push, ..calm });
+        lowered.step([0.0; 4], &DroneSurroundings { ground_m: -0.1, ..calm });
+        started.step([0.9; 4], &calm);
+    }
+    assert!(pushed.state().position_m.x > 0.1, "{:?}", pushed.state());
+    assert!(lowered.state().position_m.z < -0.05);
+    assert!(started.state().position_m.z > 0.02);
+    assert_eq!(pushed.state().steps, 4600);
+}

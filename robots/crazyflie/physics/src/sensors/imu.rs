@@ -304,7 +304,7 @@ mod tests {
         assert!((last.gyro_rad_s().x - 10.0).abs() < 0.03);
     }
 
-    /// Raw acceleration in hover, and what a Butterworth filter of order 2 at 30 Hz leaves of it.
+    /// Deviation of the acceleration in hover, raw and after a Butterworth filter of order 2 at 30 Hz.
     #[test]
     fn vibration_in_hover_has_the_documented_size() {
         let mut imu = Imu::new(&PLUS, ImuSettings::BMI088, 2);
