@@ -1,1 +1,0 @@
-//! Geometric tracking control on SE(3) with feed-forward.
