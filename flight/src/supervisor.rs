@@ -1,1 +1,0 @@
-//! The supervisor, which alone decides if the motors may turn.
