@@ -191,7 +191,7 @@ fn assert_consistent(measure: impl Fn(&mut Ekf, &Truth, &mut Noise, &mut DVec3, 
             let seen = truth.velocity * (up / height);
             let (sample, rate) = truth.step(&mut noise);
             flow += DVec3::new(seen.x - rate.y, seen.y + rate.x, 0.0) * STEP_S;
-            filter.propagate(&sample, STEP_S as f32).unwrap();
+            assert_eq!(filter.propagate(&sample, STEP_S as f32), Ok(()));
             measure(&mut filter, &truth, &mut noise, &mut flow, step);
             if step % 100 == 0 {
                 sums[step / 100 - 1] += truth.nees(&filter);

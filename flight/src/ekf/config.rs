@@ -61,19 +61,19 @@ const SQRT_MILLISECOND: f32 = 0.031_622_776;
 /// Standard deviations of the state after a reset.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct EkfSigma {
-    /// Along world x and y, in m.
+    /// Position along world x and y, in m.
     pub position_xy_m: f32,
-    /// Along world z, in m.
+    /// Position along world z, in m.
     pub position_z_m: f32,
-    /// Along each body axis, in m/s.
+    /// Velocity along each body axis, in m/s.
     pub velocity_m_s: f32,
-    /// About body x and y, in rad.
+    /// Attitude about body x and y, in rad.
     pub tilt_rad: f32,
-    /// About body z, in rad.
+    /// Attitude about body z, in rad.
     pub yaw_rad: f32,
-    /// Of each axis of the gyroscope, in rad/s.
+    /// Bias of each axis of the gyroscope, in rad/s.
     pub gyro_bias_rad_s: f32,
-    /// Of the accelerometer along body z, in m/s².
+    /// Bias of the accelerometer along body z, in m/s².
     pub accel_bias_m_s2: f32,
 }
 
@@ -86,8 +86,9 @@ pub enum Linearization {
     /// Errors of attitude and velocity turn by the whole angle, to the second order in θ.
     WholeAngle,
     /// The error of the attitude turns by θ/2 to the second order, the velocity and its error by θ
-    /// to the first order, as in common implementations of the filter with nine states. This form
-    /// exists to compare with them: a yaw of 90 degrees turns the error of the tilt by 45 degrees.
+    /// to the first order, and all noise acts after the prediction, as in common implementations of
+    /// the filter with nine states. This form exists to compare with them: a yaw of 90 degrees turns
+    /// the error of the tilt by 45 degrees.
     HalfAngle,
 }
 

@@ -1,5 +1,7 @@
 //! The covariance of the error, with the operations of a Kalman filter on it.
 
+#![allow(clippy::needless_range_loop)] // Indices read as the formulas do.
+
 use glam::{Mat3, Vec3};
 
 use super::config::{EkfNoise, EkfSigma};
@@ -27,6 +29,18 @@ const SECOND_PASS_RATIO: f32 = 1000.0;
 
 /// A row of a measurement matrix: index and value of each entry that is not zero.
 pub(super) type SparseRow<const N: usize> = [(usize, f32); N];
+
+/// Returns one entry, or 0 beyond the end.
+#[inline]
+pub(super) fn entry(values: &[f32; STATES], index: usize) -> f32 {
+    values.get(index).copied().unwrap_or(0.0)
+}
+
+/// Returns the product of a sparse row and a column.
+#[inline]
+pub(super) fn dot<const N: usize>(row: &SparseRow<N>, column: &[f32; STATES]) -> f32 {
+    row.iter().map(|&(index, weight)| weight * entry(column, index)).sum()
+}
 
 /// The covariance of the error.
 ///
@@ -76,7 +90,7 @@ impl StateCovariance {
 
     /// Returns the variance of state `index`, or 0 when there is no such state.
     pub fn variance(&self, index: usize) -> f32 {
-        self.entries.get(index).and_then(|row| row.get(index)).copied().unwrap_or(0.0)
+        self.entries.get(index).map_or(0.0, |row| entry(row, index))
     }
 
     /// Returns the three variances from state `first` on.
@@ -84,7 +98,8 @@ impl StateCovariance {
         Vec3::new(self.variance(first), self.variance(first + 1), self.variance(first + 2))
     }
 
-    /// Returns true when no variance is infinite or not a number.
+    /// Returns true when no variance is infinite or not a number. Such a number elsewhere reaches a
+    /// variance with the next prediction.
     pub fn is_finite(&self) -> bool {
         let mut sum = 0.0;
         for i in 0..STATES {
@@ -125,16 +140,14 @@ impl StateCovariance {
 
     /// Adds the noise of `seconds` that acts on each state alone.
     pub fn add_noise(&mut self, noise: &EkfNoise, seconds: f32) {
-        let mut add = |i: usize, density: f32| self.entries[i][i] += density * density * seconds;
-        for axis in 0..3 {
-            add(POSITION + axis, noise.position);
-            add(ATTITUDE + axis, noise.attitude);
-            add(GYRO_BIAS + axis, noise.gyro_bias);
+        let EkfNoise { accel_xy, accel_z, position, attitude, gyro_bias, accel_bias, .. } = *noise;
+        let densities = [
+            position, position, position, accel_xy, accel_xy, accel_z, attitude, attitude,
+            attitude, gyro_bias, gyro_bias, gyro_bias, accel_bias,
+        ];
+        for i in 0..STATES {
+            self.entries[i][i] += densities[i] * densities[i] * seconds;
         }
-        add(VELOCITY, noise.accel_xy);
-        add(VELOCITY + 1, noise.accel_xy);
-        add(VELOCITY + 2, noise.accel_z);
-        add(ACCEL_BIAS, noise.accel_bias);
     }
 
     /// Adds the noise of the gyroscope over `seconds` at the given velocity in the body frame.
@@ -175,8 +188,11 @@ impl StateCovariance {
                 self.entries[i][i] = least;
             } else if variance > VARIANCE_CAP {
                 let factor = libm::sqrtf(VARIANCE_CAP / variance);
-                for j in 0..STATES {
-                    self.entries[i.min(j)][i.max(j)] *= factor;
+                for j in 0..i {
+                    self.entries[j][i] *= factor;
+                }
+                for j in i..STATES {
+                    self.entries[i][j] *= factor;
                 }
                 self.entries[i][i] = VARIANCE_CAP;
             }
@@ -188,11 +204,15 @@ impl StateCovariance {
     pub fn project<const N: usize>(&self, row: &SparseRow<N>) -> ([f32; STATES], f32) {
         let mut product = [0.0; STATES];
         for &(index, weight) in row {
-            for (j, value) in product.iter_mut().enumerate() {
-                *value += weight * self.entries[j.min(index)][j.max(index)];
+            let Some(own) = self.entries.get(index) else { continue };
+            for (value, other) in product.iter_mut().zip(&self.entries).take(index) {
+                *value += weight * entry(other, index);
+            }
+            for (value, covariance) in product.iter_mut().zip(own).skip(index) {
+                *value += weight * covariance;
             }
         }
-        let variance = row.iter().map(|&(index, weight)| weight * product[index]).sum();
+        let variance = dot(row, &product);
         (product, variance)
     }
 
@@ -220,7 +240,7 @@ impl StateCovariance {
         }
         if predicted > SECOND_PASS_RATIO * variance {
             let (rest, rest_variance) = self.project(row);
-            let seen: f32 = row.iter().map(|&(index, weight)| weight * gain[index]).sum();
+            let seen = dot(row, &gain);
             let scale = rest_variance + variance * (2.0 - seen);
             for i in 0..STATES {
                 for j in i..STATES {
@@ -273,8 +293,8 @@ impl StateCovariance {
             entries[ATTITUDE + 1][j] = moved.y;
             entries[ATTITUDE + 2][j] = moved.z;
         }
-        let [xx, xy, xz] = [0, 1, 2].map(|axis| entries[ATTITUDE][ATTITUDE + axis]);
-        let [yy, yz] = [1, 2].map(|axis| entries[ATTITUDE + 1][ATTITUDE + axis]);
+        let [_, _, _, _, _, _, xx, xy, xz, ..] = entries[ATTITUDE];
+        let [_, _, _, _, _, _, _, yy, yz, ..] = entries[ATTITUDE + 1];
         let zz = entries[ATTITUDE + 2][ATTITUDE + 2];
         let block = Mat3::from_cols_array(&[xx, xy, xz, xy, yy, yz, xz, yz, zz]);
         let block = turn * block * turn.transpose();
@@ -286,287 +306,18 @@ impl StateCovariance {
 
     /// Forgets all about three states from `first` on: variances become `sigma`², correlations 0.
     pub fn isolate(&mut self, first: usize, sigma: Vec3) {
-        for (axis, sigma) in sigma.to_array().into_iter().enumerate() {
-            let i = first + axis;
-            for j in 0..STATES {
-                self.entries[i.min(j)][i.max(j)] = 0.0;
+        let group = first..first + 3;
+        for (i, row) in self.entries.iter_mut().enumerate() {
+            for (j, value) in row.iter_mut().enumerate() {
+                if group.contains(&i) || group.contains(&j) {
+                    let sigma =
+                        if i == j { sigma.to_array().get(i - first).copied() } else { None };
+                    *value = sigma.map_or(0.0, |sigma| (sigma * sigma).min(VARIANCE_CAP));
+                }
             }
-            self.entries[i][i] = (sigma * sigma).min(VARIANCE_CAP);
         }
     }
 }
 
 #[cfg(test)]
-mod tests {
-    use super::super::config::{EkfConfig, Linearization};
-    use super::super::transition::Motion;
-    use super::*;
-    use proptest::prelude::*;
-
-    type Dense = [[f64; STATES]; STATES];
-
-    fn dense(from: impl Fn(usize, usize) -> f64) -> Dense {
-        core::array::from_fn(|i| core::array::from_fn(|j| from(i, j)))
-    }
-
-    fn multiply(a: &Dense, b: &Dense) -> Dense {
-        dense(|i, j| (0..STATES).map(|k| a[i][k] * b[k][j]).sum())
-    }
-
-    fn transpose(a: &Dense) -> Dense {
-        dense(|i, j| a[j][i])
-    }
-
-    /// Joseph's form in f64 for one scalar.
-    fn joseph(p: &Dense, h: &[f64; STATES], variance: f64) -> Dense {
-        let ph: [f64; STATES] = core::array::from_fn(|i| (0..STATES).map(|j| p[i][j] * h[j]).sum());
-        let s: f64 = (0..STATES).map(|i| h[i] * ph[i]).sum::<f64>() + variance;
-        let t = dense(|i, j| f64::from(i == j) - ph[i] / s * h[j]);
-        let first = multiply(&multiply(&t, p), &transpose(&t));
-        dense(|i, j| first[i][j] + ph[i] / s * variance * ph[j] / s)
-    }
-
-    /// A covariance L·Lᵀ with entries of L from a simple generator, scaled by state.
-    fn sample(seed: u32, scale: &[f32; STATES]) -> StateCovariance {
-        let mut value = seed.wrapping_mul(2_654_435_761).wrapping_add(1);
-        let mut next = move || {
-            value = value.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
-            (value >> 8) as f32 / (1 << 23) as f32 - 1.0
-        };
-        let mut factor = [[0.0; STATES]; STATES];
-        for i in 0..STATES {
-            for j in 0..=i {
-                factor[i][j] = if i == j { 1.0 } else { 0.3 * next() };
-            }
-        }
-        let mut entries = [[0.0; STATES]; STATES];
-        for i in 0..STATES {
-            for j in i..STATES {
-                let sum: f32 = (0..STATES).map(|k| factor[i][k] * factor[j][k]).sum();
-                entries[i][j] = sum * scale[i] * scale[j];
-            }
-        }
-        StateCovariance { entries }
-    }
-
-    const SCALE: [f32; STATES] =
-        [0.1, 0.1, 0.1, 0.2, 0.2, 0.2, 0.02, 0.02, 0.05, 0.005, 0.005, 0.005, 0.1];
-
-    fn to_dense(p: &StateCovariance) -> Dense {
-        let full = p.full();
-        dense(|i, j| f64::from(full[i][j]))
-    }
-
-    /// Asserts that each entry agrees relative to the standard deviations of its row and column.
-    fn assert_close(p: &StateCovariance, expected: &Dense, tolerance: f64) {
-        let full = p.full();
-        for i in 0..STATES {
-            for j in 0..STATES {
-                let scale = (expected[i][i] * expected[j][j]).sqrt();
-                let difference = (f64::from(full[i][j]) - expected[i][j]).abs();
-                assert!(
-                    difference <= tolerance * scale,
-                    "entry {i},{j}: {} instead of {}",
-                    full[i][j],
-                    expected[i][j]
-                );
-            }
-        }
-    }
-
-    /// Asserts the variance of what a measurement saw, which shrinks most: to 1 % beyond the rounding
-    /// of the entries themselves.
-    fn assert_seen(p: &StateCovariance, expected: &Dense, h: &[f64; STATES]) {
-        let seen = |p: &Dense| -> f64 {
-            (0..STATES).map(|i| (0..STATES).map(|j| h[i] * p[i][j] * h[j]).sum::<f64>()).sum()
-        };
-        let size: f64 = (0..STATES).map(|i| h[i] * h[i] * expected[i][i]).sum();
-        let (actual, expected) = (seen(&to_dense(p)), seen(expected));
-        let rounding = f64::from(f32::EPSILON) * size;
-        assert!(
-            (actual - expected).abs() <= 0.01 * expected + 2.0 * rounding,
-            "{actual} instead of {expected}, rounding {rounding}"
-        );
-    }
-
-    fn vector(range: f32) -> impl Strategy<Value = Vec3> {
-        prop::array::uniform3(-range..range).prop_map(Vec3::from)
-    }
-
-    proptest! {
-        #[test]
-        fn prediction_equals_the_dense_product(
-            seed: u32, turn in vector(0.3), velocity in vector(5.0), impulse in vector(0.2),
-            axis in vector(3.0), whole: bool,
-        ) {
-            let form = if whole { Linearization::WholeAngle } else { Linearization::HalfAngle };
-            let motion = Motion {
-                rotation: Mat3::from_quat(glam::Quat::from_scaled_axis(axis)),
-                velocity_m_s: velocity,
-                turn_rad: turn,
-                impulse_m_s: impulse,
-                drag_per_s: Vec3::new(0.4, 0.3, 0.2),
-                seconds: 0.01,
-            };
-            let transition = Transition::new(&motion, form);
-            let columns: [[f32; STATES]; STATES] = core::array::from_fn(|j| {
-                let mut unit = [0.0; STATES];
-                unit[j] = 1.0;
-                transition.apply(&mut unit);
-                unit
-            });
-            let a = dense(|i, j| f64::from(columns[j][i]));
-            let mut p = sample(seed, &SCALE);
-            let expected = multiply(&multiply(&a, &to_dense(&p)), &transpose(&a));
-            p.propagate(&transition);
-            assert_close(&p, &expected, 3e-6);
-        }
-
-        #[test]
-        fn scalar_update_equals_joseph_in_f64(
-            seed: u32, weights in prop::array::uniform3(-30.0f32..30.0), first in 0usize..6,
-            log_variance in -6.0f32..2.0,
-        ) {
-            let variance = libm::powf(10.0, log_variance);
-            let row = [(first, weights[0]), (first + 3, weights[1]), (first + 7, weights[2])];
-            let mut h = [0.0; STATES];
-            for (index, weight) in row {
-                h[index] = f64::from(weight);
-            }
-            let mut p = sample(seed, &SCALE);
-            let expected = joseph(&to_dense(&p), &h, f64::from(variance));
-            let (product, predicted) = p.project(&row);
-            p.reduce(&row, &product, predicted, variance);
-            assert_close(&p, &expected, 1e-3);
-            assert_seen(&p, &expected, &h);
-        }
-
-        #[test]
-        fn turn_of_attitude_equals_the_dense_product(seed: u32, angle in vector(0.5)) {
-            let half = angle.as_dvec3() * 0.5;
-            let skew = |v: glam::DVec3| [[0.0, -v.z, v.y], [v.z, 0.0, -v.x], [-v.y, v.x, 0.0]];
-            let k = skew(half);
-            let t = dense(|i, j| {
-                if !(6..9).contains(&i) || !(6..9).contains(&j) {
-                    return f64::from(i == j);
-                }
-                let (i, j) = (i - 6, j - 6);
-                let square: f64 = (0..3).map(|n| k[i][n] * k[n][j]).sum();
-                f64::from(i == j) - k[i][j] + 0.5 * square
-            });
-            let mut p = sample(seed, &SCALE);
-            let expected = multiply(&multiply(&t, &to_dense(&p)), &transpose(&t));
-            p.turn_attitude(angle);
-            assert_close(&p, &expected, 3e-6);
-        }
-
-        #[test]
-        fn distance_equals_that_of_the_inverse(
-            seed: u32, innovation in vector(1.0), sigma in 0.01f32..1.0,
-        ) {
-            let p = sample(seed, &SCALE);
-            let full = p.full();
-            let block = glam::DMat3::from_cols_array_2d(&core::array::from_fn(|i| {
-                core::array::from_fn(|j| {
-                    f64::from(full[i][j]) + if i == j { f64::from(sigma).powi(2) } else { 0.0 }
-                })
-            }));
-            let n = innovation.as_dvec3();
-            let expected = n.dot(block.inverse() * n);
-            let distance = p.distance_squared(POSITION, sigma * sigma, innovation).unwrap();
-            prop_assert!((f64::from(distance) - expected).abs() <= 1e-4 * expected + 1e-9);
-        }
-    }
-
-    /// 100 m² against 1e-6 m² lies beyond the digits of f32: 100 − 100·100/(100 + 1e-6) rounds to
-    /// 0 or 8e-6 instead of 1e-6.
-    #[test]
-    fn precise_measurement_of_an_unknown_position_keeps_its_digits() {
-        let mut scale = SCALE;
-        scale[..3].fill(10.0);
-        for seed in 0..200 {
-            let mut p = sample(seed, &scale);
-            let mut expected = to_dense(&p);
-            for axis in 0..3 {
-                let row = [(POSITION + axis, 1.0)];
-                let (product, predicted) = p.project(&row);
-                p.reduce(&row, &product, predicted, 1e-6);
-                let mut h = [0.0; STATES];
-                h[POSITION + axis] = 1.0;
-                expected = joseph(&expected, &h, f64::from(1e-6f32));
-            }
-            for axis in 0..3 {
-                let ratio = f64::from(p.variance(axis)) / expected[axis][axis];
-                assert!((ratio - 1.0).abs() < 1e-3, "seed {seed}, axis {axis}: ratio {ratio}");
-            }
-            assert_close(&p, &expected, 2e-3);
-        }
-    }
-
-    #[test]
-    fn flow_of_a_fast_unknown_velocity_keeps_its_digits() {
-        let row = [(POSITION + 2, -20.0), (VELOCITY, 488.0), (GYRO_BIAS + 1, 4.88)];
-        let mut h = [0.0; STATES];
-        for (index, weight) in row {
-            h[index] = f64::from(weight);
-        }
-        let mut scale = SCALE;
-        scale[..6].fill(10.0);
-        for seed in 0..200 {
-            let mut p = sample(seed, &scale);
-            let expected = joseph(&to_dense(&p), &h, 1.0);
-            let (product, predicted) = p.project(&row);
-            p.reduce(&row, &product, predicted, 1.0);
-            assert_close(&p, &expected, 1e-3);
-            assert_seen(&p, &expected, &h);
-            for i in 0..STATES {
-                assert!(p.variance(i) > 0.0, "seed {seed}, state {i}");
-            }
-        }
-    }
-
-    #[test]
-    fn limits_keep_correlations_and_floors() {
-        let mut scale = SCALE;
-        scale[1] = 50.0;
-        let mut p = sample(7, &scale);
-        let before = p.full();
-        p.limit(1e-8);
-        let after = p.full();
-        assert_eq!(after[1][1], 100.0);
-        let correlation = |p: &[[f32; STATES]; STATES]| p[1][4] / (p[1][1] * p[4][4]).sqrt();
-        assert!((correlation(&before) - correlation(&after)).abs() < 1e-6);
-        let mut none = StateCovariance { entries: [[0.0; STATES]; STATES] };
-        none.limit(1e-6);
-        assert_eq!(none.variance(0), 1e-6);
-        assert_eq!(none.variance(GYRO_BIAS), 0.0);
-    }
-
-    #[test]
-    fn noise_grows_with_time() {
-        let noise = EkfNoise { gyro: 0.01, ..EkfNoise::NINE_STATES };
-        let mut p = StateCovariance { entries: [[0.0; STATES]; STATES] };
-        for _ in 0..1000 {
-            p.add_noise(&noise, 0.001);
-        }
-        // 0.5 m/s² · 1 ms in each of 1000 steps is 0.5e-3·√1000 m/s.
-        assert!((p.variance(VELOCITY) - 0.25e-3).abs() < 1e-7);
-        assert!((p.variance(ATTITUDE) - 1e-5).abs() < 1e-9);
-        let velocity = Vec3::new(1.0, -2.0, 0.5);
-        let mut p = StateCovariance { entries: [[0.0; STATES]; STATES] };
-        p.add_gyro_noise(noise.gyro, velocity, 2.0);
-        let full = p.full();
-        for axis in [Vec3::X, Vec3::Y, Vec3::Z] {
-            // A wrong rate along one axis moves attitude by −n and velocity by −v×n.
-            let moved = -velocity.cross(axis);
-            for i in 0..3 {
-                let n: usize = axis.to_array().iter().position(|x| *x == 1.0).unwrap();
-                let expected = -moved[i] * 2e-4;
-                assert!((full[VELOCITY + i][ATTITUDE + n] - expected).abs() < 1e-9);
-            }
-        }
-        let expected = (velocity.length_squared() - 1.0) * 2e-4;
-        assert!((full[VELOCITY][VELOCITY] - expected).abs() < 1e-9);
-        assert_eq!(EkfConfig::default(), EkfConfig::QUADROTOR);
-    }
-}
+mod tests;

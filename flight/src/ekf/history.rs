@@ -2,6 +2,8 @@
 
 use glam::{Quat, Vec3};
 
+use super::renormalized;
+
 /// Least time between two entries in seconds.
 const INTERVAL_S: f32 = 0.002;
 /// Number of entries: 40 ms at one entry each 2 ms.
@@ -78,7 +80,7 @@ impl PastPlacements {
     pub fn correct(&mut self, from: Placement, to: Placement) {
         self.correction.position_m += to.position_m - from.position_m;
         let turn = to.attitude * from.attitude.conjugate();
-        self.correction.attitude = (turn * self.correction.attitude).normalize();
+        self.correction.attitude = renormalized(turn * self.correction.attitude);
     }
 
     /// Returns the placement `age_s` seconds ago, interpolated, or `None` when the ring does not

@@ -18,7 +18,7 @@ pub struct PositionMeasurement {
 pub struct PoseMeasurement {
     /// Position in the world frame, in m.
     pub position_m: Vec3,
-    /// Rotation from the body frame to the world frame.
+    /// Rotation from the body frame to the world frame; a squared length of 0.5 to 2.
     pub attitude: Quat,
     /// Standard deviation of each axis of the position, in m; above 0.
     pub sigma_m: f32,
@@ -95,6 +95,17 @@ pub(super) fn check_age(age_s: f32) -> Result<(), EkfRefusal> {
     if !age_s.is_finite() {
         Err(EkfRefusal::NotFinite)
     } else if age_s < 0.0 {
+        Err(EkfRefusal::OutOfRange)
+    } else {
+        Ok(())
+    }
+}
+
+/// Checks that a quaternion is finite and nearly of length 1, as a rotation is.
+pub(super) fn check_attitude(attitude: Quat) -> Result<(), EkfRefusal> {
+    if !attitude.is_finite() {
+        Err(EkfRefusal::NotFinite)
+    } else if !(0.5..=2.0).contains(&attitude.length_squared()) {
         Err(EkfRefusal::OutOfRange)
     } else {
         Ok(())

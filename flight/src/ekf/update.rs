@@ -1,13 +1,15 @@
 //! The updates of the Kalman filter by each kind of measurement.
 
-use glam::{Mat3, Quat, Vec3};
+use glam::{Mat3, Vec3};
 
-use super::covariance::{ATTITUDE, GYRO_BIAS, POSITION, STATES, SparseRow, VELOCITY};
+use super::covariance::{
+    ACCEL_BIAS, ATTITUDE, GYRO_BIAS, POSITION, STATES, SparseRow, VELOCITY, dot, entry,
+};
 use super::health::HealthMonitor;
 use super::history::Placement;
 use super::measurement::{
     EkfOutcome, EkfRefusal, FlowMeasurement, PoseMeasurement, PositionMeasurement, check_age,
-    check_sigma,
+    check_attitude, check_sigma,
 };
 use super::{Ekf, renormalized, rotation};
 
@@ -35,8 +37,7 @@ struct EstimatedError([f32; STATES]);
 
 impl EstimatedError {
     fn vector(&self, first: usize) -> Vec3 {
-        let at = |i: usize| self.0.get(i).copied().unwrap_or(0.0);
-        Vec3::new(at(first), at(first + 1), at(first + 2))
+        Vec3::new(entry(&self.0, first), entry(&self.0, first + 1), entry(&self.0, first + 2))
     }
 }
 
@@ -184,15 +185,17 @@ impl Ekf {
         let innovation_x = measured.counts_x - (per_velocity * velocity.x - scale * rate.y);
         let innovation_y = measured.counts_y - (per_velocity * velocity.y + scale * rate.x);
         let variance = measured.sigma_counts * measured.sigma_counts + QUANTIZATION_VARIANCE;
-        let mut outcome = judge(self.scalar_distance(&row_x, innovation_x, variance), GATE_1);
+        let projection_x = self.covariance.project(&row_x);
+        let mut outcome = judge(scalar_distance(&projection_x, innovation_x, variance), GATE_1);
         if outcome.is_accepted() {
-            outcome = judge(self.scalar_distance(&row_y, innovation_y, variance), GATE_1);
+            let projection_y = self.covariance.project(&row_y);
+            outcome = judge(scalar_distance(&projection_y, innovation_y, variance), GATE_1);
         }
         match outcome {
             EkfOutcome::Accepted => {
                 self.monitor.accept_flow();
                 let mut error = EstimatedError([0.0; STATES]);
-                self.fuse(&mut error, &row_x, innovation_x, variance);
+                self.fuse_projected(&mut error, &row_x, &projection_x, innovation_x, variance);
                 self.fuse(&mut error, &row_y, innovation_y, variance);
                 self.inject(&error);
             }
@@ -299,18 +302,6 @@ impl Ekf {
         }
     }
 
-    fn scalar_distance<const N: usize>(
-        &self,
-        row: &SparseRow<N>,
-        innovation: f32,
-        variance: f32,
-    ) -> Option<f32> {
-        let (_, predicted) = self.covariance.project(row);
-        let total = predicted + variance;
-        let distance = innovation * innovation / total;
-        (total > 0.0 && distance.is_finite()).then_some(distance)
-    }
-
     fn update_scalar<const N: usize>(
         &mut self,
         row: &SparseRow<N>,
@@ -318,12 +309,13 @@ impl Ekf {
         variance: f32,
         note: fn(&mut HealthMonitor),
     ) -> EkfOutcome {
-        let outcome = judge(self.scalar_distance(row, innovation, variance), GATE_1);
+        let projection = self.covariance.project(row);
+        let outcome = judge(scalar_distance(&projection, innovation, variance), GATE_1);
         match outcome {
             EkfOutcome::Accepted => {
                 note(&mut self.monitor);
                 let mut error = EstimatedError([0.0; STATES]);
-                self.fuse(&mut error, row, innovation, variance);
+                self.fuse_projected(&mut error, row, &projection, innovation, variance);
                 self.inject(&error);
             }
             EkfOutcome::Rejected { .. } => self.monitor.reject(),
@@ -353,9 +345,20 @@ impl Ekf {
         innovation: f32,
         variance: f32,
     ) {
-        let (product, predicted) = self.covariance.project(row);
-        let gain = self.covariance.reduce(row, &product, predicted, variance);
-        let known: f32 = row.iter().map(|&(index, weight)| weight * error.0[index]).sum();
+        let projection = self.covariance.project(row);
+        self.fuse_projected(error, row, &projection, innovation, variance);
+    }
+
+    fn fuse_projected<const N: usize>(
+        &mut self,
+        error: &mut EstimatedError,
+        row: &SparseRow<N>,
+        (product, predicted): &([f32; STATES], f32),
+        innovation: f32,
+        variance: f32,
+    ) {
+        let gain = self.covariance.reduce(row, product, *predicted, variance);
+        let known = dot(row, &error.0);
         for (value, gain) in error.0.iter_mut().zip(gain) {
             *value += gain * (innovation - known);
         }
@@ -370,7 +373,7 @@ impl Ekf {
         self.attitude = renormalized(self.attitude * rotation(angle));
         self.gyro_bias_rad_s += error.vector(GYRO_BIAS);
         self.rate_rad_s -= error.vector(GYRO_BIAS);
-        self.accel_bias_m_s2 += error.0[STATES - 1];
+        self.accel_bias_m_s2 += entry(&error.0, ACCEL_BIAS);
         self.past.correct(before, self.placement());
         if angle.length_squared() > 1e-8 {
             self.covariance.turn_attitude(angle);
@@ -381,14 +384,15 @@ impl Ekf {
     }
 }
 
-fn check_attitude(attitude: Quat) -> Result<(), EkfRefusal> {
-    if !attitude.is_finite() {
-        Err(EkfRefusal::NotFinite)
-    } else if attitude.length_squared() < 0.5 {
-        Err(EkfRefusal::OutOfRange)
-    } else {
-        Ok(())
-    }
+/// Returns the squared innovation, divided by its variance, or `None` when that is not positive.
+fn scalar_distance(
+    (_, predicted): &([f32; STATES], f32),
+    innovation: f32,
+    variance: f32,
+) -> Option<f32> {
+    let total = predicted + variance;
+    let distance = innovation * innovation / total;
+    (total > 0.0 && distance.is_finite()).then_some(distance)
 }
 
 /// Returns the cosine of the part of the tilt that the cone of the range sensor leaves.
