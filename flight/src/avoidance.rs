@@ -1,49 +1,57 @@
 //! Collision avoidance between robots that know each other's positions.
 //!
-//! The robots fly in cells that do not overlap: the buffered Voronoi cells of Zhou, Wang, Bandyopadhyay
-//! and Schwager 2017, "Fast, On-line Collision Avoidance for Dynamic Vehicles Using Buffered Voronoi
-//! Cells" (RA-L 2(2)). A filter between the planner and the controller replaces the wanted velocity by
-//! the nearest one that keeps the robot in its own cell. No robot needs to know the goals of others.
+//! The robots fly in cells that do not overlap: the buffered Voronoi cells of Zhou, Wang,
+//! Bandyopadhyay and Schwager 2017, "Fast, On-line Collision Avoidance for Dynamic Vehicles Using
+//! Buffered Voronoi Cells" (RA-L 2(2)). A filter between the planner and the controller replaces
+//! the wanted velocity by the nearest one that keeps the robot in its own cell. No robot needs to
+//! know the goals of others.
 //!
 //! # Cells
 //! An ellipsoid belongs to each robot, taller than wide because of the air flow below it. In
-//! coordinates divided by its half-axes, two ellipsoids are apart if their centers have a distance of
-//! 2 or more. The plane halfway between two robots separates them, and each stays 1 away from it.
+//! coordinates divided by its half-axes, two ellipsoids are apart if their centers have a distance
+//! of 2 or more. The plane halfway between two robots separates them, and each stays 1 away from
+//! it.
 //!
-//! A robot cannot stop at once. Its velocity v follows the command u as v' = (u − v)/τ, so it would come
-//! to rest at the stopping point s = x + τv. The derivatives are s' = v + τv' = u and x' = (s − x)/τ: the
-//! command moves the stopping point directly, and the position follows it. A convex cell that
-//! contains both, and then the stopping point, contains the position too. So the plane stands halfway
-//! on the shortest connection of the two segments from position to stopping point, and the command
-//! must satisfy n·(s + uT) ≤ b for each plane and the horizon T.
+//! A robot cannot stop at once. Its velocity v follows the command u as v' = (u − v)/τ, so it would
+//! come to rest at the stopping point s = x + τv. The derivatives are s' = v + τv' = u and x' = (s
+//! − x)/τ: the command moves the stopping point directly, and the position follows it. A convex
+//! cell that contains both, and then the stopping point, contains the position too. So the plane
+//! stands halfway on the shortest connection of the two segments from position to stopping point,
+//! and the command must satisfy n·(s + uT) ≤ b for each plane and the horizon T.
 //!
 //! # Guarantee
-//! Suppose that all robots run this filter with the same settings, that they choose their commands at
-//! the same moments and at intervals of at most the horizon, that each then knows the position and
-//! velocity of all others within reach, and that the model of the velocity holds. If the segments of
-//! all pairs are 2 apart once, then always: the old planes separate the new segments by 2, so the next
-//! cells are not empty and even contain the stopping points. Tests check this property.
+//! Suppose that all robots run this filter with the same settings, that they choose their commands
+//! at the same moments and at intervals of at most the horizon, that each then knows the position
+//! and velocity of all others within reach, and that the model of the velocity holds. If the
+//! segments of all pairs are 2 apart once, then always: the old planes separate the new segments by
+//! 2, so the next cells are not empty and even contain the stopping points. Tests check this
+//! property.
 //!
 //! Radio and sensors break these assumptions. A report of age a is off by a times the speed at
 //! most, so the plane moves by half of this towards the own robot. The moved plane only stops a
-//! robot; it does not push it away. Two robots that choose at different times, or see with noise, still
-//! place their planes differently. **This part has no proof but a simulation**: with noise of
-//! 1 cm, a delay of 0.1 s and a loss of 20 % at 10 reports per second, Crazyflies keep 0.5 m of their
-//! 0.6 m (`tests/avoidance`). The ellipsoid must therefore be larger than the robot.
+//! robot; it does not push it away. Two robots that choose at different times, or see with noise,
+//! still place their planes differently. **This part has no proof but a simulation**: with noise of
+//! 1 cm, a delay of 0.1 s and a loss of 20 % at 10 reports per second, Crazyflies keep 0.5 m of
+//! their 0.6 m (`tests/avoidance`). The ellipsoid must therefore be larger than the robot. Robots
+//! that start before they received each other's reports have no guarantee at all.
 //!
 //! The filter knows nothing of obstacles other than the walls of the space, and nothing of robots
 //! that do not report. A silent robot is forgotten when its last report reaches the largest age.
 //!
 //! # Deadlock
 //! Robots with opposite ways block each other for ever in cells alone. A right-hand rule breaks the
-//! symmetry, as in the paper: while the nearest velocity of the cell has less than half of the wanted
-//! progress, the wanted velocity turns more and more to its own right; the turn fades when the way
-//! is free. All robots that meet so circle in the same sense. The rule is no guarantee: robots that
-//! hover at their goals do not give way, and may enclose the goal of another one.
+//! symmetry, as in the paper: while the nearest velocity of the cell has less than half of the
+//! wanted progress, the wanted velocity turns more and more to its own right; the turn fades when
+//! the way is free. All robots that meet so circle in the same sense. The rule is no guarantee:
+//! robots that hover at their goals do not give way, and may enclose the goal of another one.
 //!
 //! # Cost
-//! COST
+//! Instructions of one call of [`Avoidance::limit`] with ten peers, measured with QEMU 7.2 and
+//! `-icount` on a Cortex-M4F at `opt-level = "s"` over 100 random arrangements each: 5 300 if all
+//! are far away, 9 400 (at most 17 000) if all touch, 11 000 (at most 20 000) if all overlap. A
+//! report takes 520 at most. An `Avoidance<10>` has 432 bytes. Code takes 8 KB.
 
+mod cell;
 mod half_space;
 mod peers;
 mod segment;
@@ -52,9 +60,10 @@ mod settings;
 pub use peers::{PeerReport, RefusedReport};
 pub use settings::AvoidanceSettings;
 
+use cell::VelocityCell;
 use glam::Vec3;
-use half_space::{HalfSpace, nearest_point};
-use peers::{Peer, PeerTable};
+use half_space::HalfSpace;
+use peers::{Peer, PeerTable, is_in_range};
 use segment::{LineSegment, nearest_points};
 
 /// The way in which a safe velocity was found.
@@ -66,10 +75,10 @@ pub enum AvoidanceOutcome {
     Limited,
     /// The way is blocked: the velocity is the one nearest to the wanted one turned to the right.
     SideStep,
-    /// No velocity satisfies all neighbors: the robot retreats without approaching any of those that
-    /// are too near, or stops.
+    /// No velocity satisfies all neighbors: the robot retreats without approaching any of those
+    /// that are too near, or stops.
     Crowded,
-    /// The own position or velocity is not finite: the robot stops.
+    /// The own position or velocity is not finite or above 10 000 m or m/s: the robot stops.
     Lost,
 }
 
@@ -107,8 +116,8 @@ pub struct Avoidance<const N: usize> {
 }
 
 impl<const N: usize> Avoidance<N> {
-    /// Returns `None` if a setting is not finite or not positive, or if the space is empty. Numbers of
-    /// robots differ; the own one decides the direction of two robots at the same point.
+    /// Returns `None` if a setting is not finite or not positive, or if the space is empty. Numbers
+    /// of robots differ; the own one decides the direction of two robots at the same point.
     pub fn new(own_id: u16, settings: AvoidanceSettings) -> Option<Self> {
         settings.is_valid().then(|| Avoidance {
             own_id,
@@ -132,8 +141,8 @@ impl<const N: usize> Avoidance<N> {
     /// Returns the velocity to command until the next call, for the own motion and the wanted
     /// velocity, all in the world frame.
     ///
-    /// A wanted velocity above the largest speed is shortened first; one that is not finite counts as
-    /// zero. A robot with a period of 100 ms calls this once per period.
+    /// A wanted velocity above the largest speed is shortened first; one that is not finite counts
+    /// as zero. A robot with a period of 100 ms calls this once per period.
     pub fn limit(
         &mut self,
         position_m: Vec3,
@@ -144,7 +153,7 @@ impl<const N: usize> Avoidance<N> {
         self.peers.drop_older_than(self.settings.peer_age_ms(), now_ms);
         let tick_ms = now_ms.wrapping_sub(self.limited_at_ms).min(MOST_TICK_MS);
         self.limited_at_ms = now_ms;
-        if !position_m.is_finite() || !velocity_m_s.is_finite() {
+        if !is_in_range(position_m) || !is_in_range(velocity_m_s) {
             return SafeVelocity { velocity_m_s: Vec3::ZERO, outcome: AvoidanceOutcome::Lost };
         }
         self.position_m = position_m;
@@ -154,22 +163,17 @@ impl<const N: usize> Avoidance<N> {
         let own =
             LineSegment { from: position_m, to: position_m + self.settings.lag_s * velocity_m_s };
 
-        let mut peers = [HalfSpace { normal: Vec3::X, bound: f32::INFINITY }; N];
-        for (space, peer) in peers.iter_mut().zip(self.peers.iter()) {
+        let mut cell = VelocityCell::<N>::new(self.walls(own.to));
+        for (space, peer) in cell.peers.iter_mut().zip(self.peers.iter()) {
             *space = self.peer_half_space(own, peer, now_ms);
         }
-        let walls = self.walls(own.to);
-        let cell = walls.iter().chain(&peers).copied().filter(|space| space.bound < speed_m_s);
-
-        let Some(straight) = nearest_slow(cell.clone(), wanted, speed_m_s) else {
-            return SafeVelocity {
-                velocity_m_s: retreat(cell, speed_m_s),
-                outcome: AvoidanceOutcome::Crowded,
-            };
+        let Some(straight) = cell.nearest_slow(wanted, speed_m_s) else {
+            let velocity_m_s = cell.retreat(speed_m_s);
+            return SafeVelocity { velocity_m_s, outcome: AvoidanceOutcome::Crowded };
         };
         self.update_turn(straight, wanted, tick_ms as f32 * 1e-3);
         if self.turn_rad > 0.0
-            && let Some(turned) = nearest_slow(cell, turn_right(wanted, self.turn_rad), speed_m_s)
+            && let Some(turned) = cell.nearest_slow(turn_right(wanted, self.turn_rad), speed_m_s)
         {
             return SafeVelocity { velocity_m_s: turned, outcome: AvoidanceOutcome::SideStep };
         }
@@ -182,7 +186,7 @@ impl<const N: usize> Avoidance<N> {
         let is_moving = wanted.length() > STAY_SPEED_M_S;
         let is_blocked = straight.dot(wanted) < BLOCKED_PROGRESS * wanted.length_squared();
         let rate = if is_moving && is_blocked { TURN_RATE_RAD_S } else { -RETURN_RATE_RAD_S };
-        self.turn_rad = (self.turn_rad + rate * tick_s).max(0.0).min(MOST_TURN_RAD);
+        self.turn_rad = (self.turn_rad + rate * tick_s).clamp(0.0, MOST_TURN_RAD);
     }
 
     /// Returns the velocities that keep the own stopping point on the own side of the plane halfway
@@ -206,8 +210,8 @@ impl<const N: usize> Avoidance<N> {
         let outward = -away * scale;
         let per_m = outward.length();
         let room_m = (away.dot(own.to - middle) - 1.0) / per_m;
-        // The peer may have moved meanwhile, which moves the plane by half of the way. It is a reason
-        // to come no nearer, but not to retreat.
+        // The peer may have moved meanwhile, which moves the plane by half of the way. It is a
+        // reason to come no nearer, but not to retreat.
         let moved_m = peer.age_ms(now_ms) as f32 * 1e-3 * settings.speed_m_s;
         let room_m = (room_m - moved_m / 2.0).max(room_m.min(0.0));
         HalfSpace { normal: outward / per_m, bound: room_m / settings.horizon_s }
@@ -228,43 +232,8 @@ impl<const N: usize> Avoidance<N> {
     }
 }
 
-/// Returns the velocity of the cell nearest to `wanted`, or `None` if no velocity of the cell is slow
-/// enough. Only a cell without the origin makes the nearest velocity faster than `wanted`; then the
-/// answer lies between it and the slowest velocity of the cell.
-fn nearest_slow(
-    cell: impl Iterator<Item = HalfSpace> + Clone,
-    wanted: Vec3,
-    speed_m_s: f32,
-) -> Option<Vec3> {
-    let nearest = nearest_point(cell.clone(), wanted)?;
-    if nearest.length() <= speed_m_s {
-        return Some(nearest);
-    }
-    let slowest = nearest_point(cell, Vec3::ZERO)?;
-    let beyond = slowest.length_squared() - speed_m_s * speed_m_s;
-    if beyond > 0.0 {
-        return None;
-    }
-    // The share s solves |slowest + s·way| = speed.
-    let way = nearest - slowest;
-    let (square, half) = (way.length_squared(), slowest.dot(way));
-    if square <= 0.0 {
-        return Some(slowest);
-    }
-    let share = (libm::sqrtf((half * half - square * beyond).max(0.0)) - half) / square;
-    Some(slowest + share.max(0.0).min(1.0) * way)
-}
-
-/// Returns the fallback of a crowded cell: away from all violated boundaries together, without coming
-/// nearer to one of them.
-fn retreat(cell: impl Iterator<Item = HalfSpace> + Clone, speed_m_s: f32) -> Vec3 {
-    let away: Vec3 = cell.clone().map(|space| space.bound.min(0.0) * space.normal).sum();
-    let cell = cell.map(HalfSpace::with_origin);
-    nearest_point(cell, away.clamp_length_max(speed_m_s)).unwrap_or(Vec3::ZERO)
-}
-
-/// Turns a velocity to its right about the vertical axis; a vertical one turns towards x if it rises
-/// and away from x if it sinks.
+/// Turns a velocity to its right about the vertical axis; a vertical one turns towards x if it
+/// rises and away from x if it sinks.
 fn turn_right(velocity: Vec3, turn_rad: f32) -> Vec3 {
     let sideways = velocity.cross(Vec3::Z);
     let right = sideways.try_normalize().unwrap_or(Vec3::X * velocity.z.signum());

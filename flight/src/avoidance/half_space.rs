@@ -29,11 +29,6 @@ impl HalfSpace {
         self.normal.dot(point) - self.bound
     }
 
-    /// Returns the smallest half-space with the same normal that contains this one and the origin.
-    pub fn with_origin(self) -> Self {
-        HalfSpace { bound: self.bound.max(0.0), ..self }
-    }
-
     fn is_violated_by(&self, point: Vec3) -> bool {
         self.excess(point) > TOLERANCE
     }
@@ -83,8 +78,8 @@ fn nearest_on_line(
         return None;
     }
     let along = cross / sine;
-    // `toward` lies in the plane and is perpendicular to the line; its product with the other normal
-    // is the sine. So the foot moves in the plane, which stays exact for small angles.
+    // `toward` lies in the plane and is perpendicular to the line; its product with the other
+    // normal is the sine. So the foot moves in the plane, which stays exact for small angles.
     let toward = along.cross(plane.normal);
     let start = foot - other.excess(foot) / sine * toward;
     let (mut low, mut high) = (f32::NEG_INFINITY, f32::INFINITY);

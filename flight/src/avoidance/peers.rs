@@ -70,8 +70,8 @@ impl Peer {
 /// A cause why a report is not in the table.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum RefusedReport {
-    /// A number is not finite.
-    NotFinite,
+    /// A number is not finite, or larger than 10 000 m or m/s.
+    OutOfRange,
     /// The report has the number of the own robot.
     OwnId,
     /// The table has a newer report of this robot.
@@ -105,8 +105,8 @@ impl<const N: usize> PeerTable<N> {
 
     /// Stores a report. A full table loses the robot farthest from `own_position_m`.
     pub fn update(&mut self, new: PeerReport, own_position_m: Vec3) -> Result<(), RefusedReport> {
-        if !new.position_m.is_finite() || !new.velocity_m_s.is_none_or(Vec3::is_finite) {
-            return Err(RefusedReport::NotFinite);
+        if !is_in_range(new.position_m) || !new.velocity_m_s.is_none_or(is_in_range) {
+            return Err(RefusedReport::OutOfRange);
         }
         if let Some(known) = self.peers.iter_mut().flatten().find(|known| known.id == new.id) {
             if is_later(known.measured_at_ms, new.measured_at_ms) {
@@ -131,6 +131,12 @@ impl<const N: usize> PeerTable<N> {
             _ => Err(RefusedReport::FartherThanAll),
         }
     }
+}
+
+/// Returns true if f32 represents all coordinates to 1 mm (m) or 1 mm/s (m/s). Not finite ones
+/// fail.
+pub(super) fn is_in_range(vector: Vec3) -> bool {
+    vector.abs().max_element() <= 1e4 && vector.is_finite()
 }
 
 /// Returns true if `first_ms` is later than `second_ms` on a clock that wraps around.
@@ -202,11 +208,11 @@ mod tests {
     }
 
     #[test]
-    fn numbers_that_are_not_finite_are_refused() {
+    fn numbers_out_of_range_are_refused() {
         let mut table = PeerTable::<2>::new();
-        let refused = Err(RefusedReport::NotFinite);
+        let refused = Err(RefusedReport::OutOfRange);
         assert_eq!(table.update(report(1, f32::NAN, 0), Vec3::ZERO), refused);
-        let fast = PeerReport { velocity_m_s: Some(Vec3::INFINITY), ..report(1, 0.0, 0) };
+        let fast = PeerReport { velocity_m_s: Some(Vec3::new(0.0, 1e5, 0.0)), ..report(1, 0.0, 0) };
         assert_eq!(table.update(fast, Vec3::ZERO), refused);
     }
 }

@@ -27,20 +27,16 @@ pub(super) fn nearest_points(first: LineSegment, second: LineSegment) -> (Vec3, 
     let free = if is_parallel {
         0.0
     } else {
-        unit_clamp((product * offset_second - offset_first * square_second) / determinant)
+        ((product * offset_second - offset_first * square_second) / determinant).clamp(0.0, 1.0)
     };
     let on_second = unit_ratio(product * free + offset_second, square_second);
     let on_first = unit_ratio(product * on_second - offset_first, square_first);
     (first.from + on_first * along_first, second.from + on_second * along_second)
 }
 
-fn unit_clamp(value: f32) -> f32 {
-    value.max(0.0).min(1.0)
-}
-
 /// Divides and limits to 0 to 1; the ratio of a segment without length is 0.
 fn unit_ratio(value: f32, square: f32) -> f32 {
-    if square > 0.0 { unit_clamp(value / square) } else { 0.0 }
+    if square > 0.0 { (value / square).clamp(0.0, 1.0) } else { 0.0 }
 }
 
 #[cfg(test)]

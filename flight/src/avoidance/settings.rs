@@ -4,14 +4,14 @@ use glam::Vec3;
 
 /// Parameters of the collision avoidance.
 ///
-/// All robots of a swarm use the same ellipsoid. The proof in [`super`] needs a velocity that follows
-/// the command as a first-order lag: the largest change of the command, twice the speed, divided by
-/// the lag must be an acceleration that the robot can reach (for the Crazyflie 1 m/s / 0.3 s =
-/// 3.3 m/s², below the 3.6 m/s² of a tilt of 20 degrees).
+/// All robots of a swarm use the same ellipsoid. The proof in [`super`] needs a velocity that
+/// follows the command as a first-order lag: the largest change of the command, twice the speed,
+/// divided by the lag must be an acceleration that the robot can reach (for the Crazyflie 1 m/s /
+/// 0.3 s = 3.3 m/s², below the 3.6 m/s² of a tilt of 20 degrees).
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct AvoidanceSettings {
-    /// Horizontal half-axis of the ellipsoid that belongs to one robot, in m. Two robots at the same
-    /// height keep twice this distance.
+    /// Horizontal half-axis of the ellipsoid that belongs to one robot, in m. Two robots at the
+    /// same height keep twice this distance.
     pub radius_m: f32,
     /// Vertical half-axis of the ellipsoid in m, larger because of the air flow below a robot.
     pub height_m: f32,
@@ -58,7 +58,8 @@ impl AvoidanceSettings {
             && self.lowest_m.cmplt(self.highest_m).all()
     }
 
-    /// Returns the time in ms after which a report is dropped, less than half the range of the clock.
+    /// Returns the time in ms after which a report is dropped, less than half the range of the
+    /// clock.
     pub(super) fn peer_age_ms(&self) -> u32 {
         // A conversion from f32 saturates.
         ((self.peer_age_s * 1e3) as u32).min(u32::MAX / 2)

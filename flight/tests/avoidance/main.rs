@@ -4,20 +4,20 @@ mod cells;
 mod swarm;
 
 use bittybuzz_flight::Vec3;
-use swarm::{Conditions, Flight, Random, fly};
+use swarm::{FlightConditions, SplitMix, SwarmFlight, fly};
 
 /// Distance in m at which the bodies of two Crazyflies touch (radius 6 cm).
 const COLLISION_M: f32 = 0.12;
 
 /// The sum of many flights of one kind.
-struct Summary {
+struct FlightSummary {
     robots: usize,
-    flights: Vec<Flight>,
+    flights: Vec<SwarmFlight>,
 }
 
-impl Summary {
-    fn new(name: &str, robots: usize, flights: impl Iterator<Item = Flight>) -> Self {
-        let mut summary = Summary { robots, flights: flights.collect() };
+impl FlightSummary {
+    fn new(name: &str, robots: usize, flights: impl Iterator<Item = SwarmFlight>) -> Self {
+        let mut summary = FlightSummary { robots, flights: flights.collect() };
         summary.flights.sort_by(|a, b| a.finished_s.total_cmp(&b.finished_s));
         let count = summary.flights.len();
         let crowded: f32 = summary.flights.iter().map(|flight| flight.crowded).sum();
@@ -45,7 +45,7 @@ impl Summary {
 }
 
 /// Flies robots from points of a circle to the opposite points.
-fn swap(conditions: Conditions, robots: usize, radius_m: f32, seeds: u64) -> Summary {
+fn swap(conditions: FlightConditions, robots: usize, radius_m: f32, seeds: u64) -> FlightSummary {
     let center = Vec3::new(0.0, 0.0, 1.0);
     let on_circle = |index: usize, side: f32| {
         let (sine, cosine) = (index as f32 * core::f32::consts::TAU / robots as f32).sin_cos();
@@ -54,22 +54,22 @@ fn swap(conditions: Conditions, robots: usize, radius_m: f32, seeds: u64) -> Sum
     let starts: Vec<Vec3> = (0..robots).map(|index| on_circle(index, 1.0)).collect();
     let goals: Vec<Vec3> = (0..robots).map(|index| on_circle(index, -1.0)).collect();
     let flights = (0..seeds).map(|seed| fly(conditions, seed, &starts, &goals));
-    Summary::new(&format!("swap on {radius_m} m"), robots, flights)
+    FlightSummary::new(&format!("swap on {radius_m} m"), robots, flights)
 }
 
 /// Flies robots from random points to random points in 3 m × 3 m × 1.5 m.
-fn wander(conditions: Conditions, robots: usize, seeds: u64) -> Summary {
+fn wander(conditions: FlightConditions, robots: usize, seeds: u64) -> FlightSummary {
     let flights = (0..seeds).map(|seed| {
-        let mut random = Random(1000 + seed);
+        let mut random = SplitMix(1000 + seed);
         let starts = places(&mut random, robots);
         let goals = places(&mut random, robots);
         fly(conditions, seed, &starts, &goals)
     });
-    Summary::new("random goals", robots, flights)
+    FlightSummary::new("random goals", robots, flights)
 }
 
 /// Returns random places whose ellipsoids keep a gap of 10 cm at one height.
-fn places(random: &mut Random, count: usize) -> Vec<Vec3> {
+fn places(random: &mut SplitMix, count: usize) -> Vec<Vec3> {
     let scale = Vec3::new(1.0, 1.0, 1.0 / 3.0);
     let (low, high) = (Vec3::new(0.0, 0.0, 0.3), Vec3::new(3.0, 3.0, 1.8));
     loop {
@@ -89,7 +89,7 @@ fn places(random: &mut Random, count: usize) -> Vec<Vec3> {
 #[test]
 fn robots_on_a_circle_swap_their_places() {
     for (robots, radius_m) in [(2, 1.5), (4, 1.5), (8, 1.5), (8, 2.0), (10, 1.5), (10, 2.0)] {
-        let summary = swap(Conditions::USUAL, robots, radius_m, 10);
+        let summary = swap(FlightConditions::USUAL, robots, radius_m, 10);
         assert!(summary.nearest_m() > 0.5);
         assert!(summary.arrived_share() == 1.0);
     }
@@ -97,18 +97,18 @@ fn robots_on_a_circle_swap_their_places() {
 
 #[test]
 fn robots_reach_random_goals() {
-    let few = wander(Conditions::USUAL, 6, 10);
+    let few = wander(FlightConditions::USUAL, 6, 10);
     assert!(few.nearest_m() > 0.5);
     assert!(few.arrived_share() == 1.0);
-    let many = wander(Conditions::USUAL, 10, 10);
+    let many = wander(FlightConditions::USUAL, 10, 10);
     assert!(many.nearest_m() > 0.5);
     assert!(many.arrived_share() > 0.95);
 }
 
 #[test]
 fn robots_stay_apart_with_a_bad_radio() {
-    let bad = Conditions { loss: 0.3, delay_ms: 200, ..Conditions::USUAL };
-    for conditions in [bad, Conditions { reports_velocity: false, ..bad }] {
+    let bad = FlightConditions { loss: 0.3, delay_ms: 200, ..FlightConditions::USUAL };
+    for conditions in [bad, FlightConditions { reports_velocity: false, ..bad }] {
         assert!(swap(conditions, 10, 2.0, 10).nearest_m() > 3.0 * COLLISION_M);
         assert!(wander(conditions, 10, 10).nearest_m() > 3.0 * COLLISION_M);
     }
@@ -116,7 +116,7 @@ fn robots_stay_apart_with_a_bad_radio() {
 
 #[test]
 fn robots_that_do_not_avoid_collide() {
-    let careless = Conditions { is_avoiding: false, ..Conditions::USUAL };
+    let careless = FlightConditions { is_avoiding: false, ..FlightConditions::USUAL };
     assert!(swap(careless, 2, 1.5, 10).nearest_m() < COLLISION_M);
     assert!(wander(careless, 10, 10).nearest_m() < COLLISION_M);
 }
@@ -125,11 +125,11 @@ fn robots_that_do_not_avoid_collide() {
 #[test]
 #[ignore = "takes a minute; run it after a change of the avoidance"]
 fn measure_a_hundred_seeds() {
-    let usual = Conditions::USUAL;
-    let silent = Conditions { reports_velocity: false, ..usual };
-    let bad = Conditions { loss: 0.3, delay_ms: 200, ..usual };
-    let worst = Conditions { noise_m: 0.02, ..bad };
-    let careless = Conditions { is_avoiding: false, ..usual };
+    let usual = FlightConditions::USUAL;
+    let silent = FlightConditions { reports_velocity: false, ..usual };
+    let bad = FlightConditions { loss: 0.3, delay_ms: 200, ..usual };
+    let worst = FlightConditions { noise_m: 0.02, ..bad };
+    let careless = FlightConditions { is_avoiding: false, ..usual };
     for (name, conditions) in [
         ("usual", usual),
         ("positions only", silent),

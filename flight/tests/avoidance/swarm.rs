@@ -1,4 +1,5 @@
-//! A simulated swarm: robots with a lag, noisy positions, and a radio that delays and loses reports.
+//! A simulated swarm: robots with a lag, noisy positions, and a radio that delays and loses
+//! reports.
 
 use bittybuzz_flight::Vec3;
 use bittybuzz_flight::avoidance::{Avoidance, AvoidanceOutcome, AvoidanceSettings, PeerReport};
@@ -14,9 +15,9 @@ const MOST_ACCELERATION_M_S2: f32 = 3.6;
 const ARRIVED_M: f32 = 0.15;
 
 /// The generator SplitMix64 (Steele, Lea and Flood 2014).
-pub struct Random(pub u64);
+pub struct SplitMix(pub u64);
 
-impl Random {
+impl SplitMix {
     /// Returns a number from 0 to less than 1.
     pub fn unit(&mut self) -> f32 {
         self.0 = self.0.wrapping_add(0x9E37_79B9_7F4A_7C15);
@@ -41,7 +42,7 @@ impl Random {
 
 /// The conditions of a simulation.
 #[derive(Clone, Copy)]
-pub struct Conditions {
+pub struct FlightConditions {
     pub settings: AvoidanceSettings,
     pub is_avoiding: bool,
     pub reports_velocity: bool,
@@ -51,8 +52,8 @@ pub struct Conditions {
     pub duration_s: u32,
 }
 
-impl Conditions {
-    pub const USUAL: Self = Conditions {
+impl FlightConditions {
+    pub const USUAL: Self = FlightConditions {
         settings: AvoidanceSettings::CRAZYFLIE,
         is_avoiding: true,
         reports_velocity: true,
@@ -65,7 +66,7 @@ impl Conditions {
 
 /// The result of a simulation.
 #[derive(Clone, Copy, Debug)]
-pub struct Flight {
+pub struct SwarmFlight {
     /// Least distance of two robots in m.
     pub nearest_m: f32,
     /// Least distance of two robots divided by the half-axes of the ellipsoid; 2 without overlap.
@@ -78,13 +79,13 @@ pub struct Flight {
     pub crowded: f32,
 }
 
-struct Swarm {
+struct SwarmMotion {
     positions: Vec<Vec3>,
     velocities: Vec<Vec3>,
     commands: Vec<Vec3>,
 }
 
-impl Swarm {
+impl SwarmMotion {
     fn step(&mut self) {
         let step_s = STEP_MS as f32 * 1e-3;
         let states = self.positions.iter_mut().zip(&mut self.velocities).zip(&self.commands);
@@ -105,15 +106,20 @@ impl Swarm {
 }
 
 /// Simulates robots that fly straight to their goals. Each chooses its command at its own phase.
-pub fn fly(conditions: Conditions, seed: u64, starts: &[Vec3], goals: &[Vec3]) -> Flight {
+pub fn fly(
+    conditions: FlightConditions,
+    seed: u64,
+    starts: &[Vec3],
+    goals: &[Vec3],
+) -> SwarmFlight {
     let settings = conditions.settings;
     let scale = Vec3::new(settings.radius_m, settings.radius_m, settings.height_m).recip();
     let count = starts.len();
-    let mut random = Random(seed);
+    let mut random = SplitMix(seed);
     let phases: Vec<u32> = (0..count).map(|_| (random.unit() * 10.0) as u32 * STEP_MS).collect();
     let mut avoidances: Vec<Avoidance<10>> =
-        (0..count).map(|id| Avoidance::new(id as u16, settings).unwrap()).collect();
-    let mut swarm = Swarm {
+        (0..count).map(|id| Avoidance::new(id as u16, settings).expect("valid settings")).collect();
+    let mut swarm = SwarmMotion {
         positions: starts.to_vec(),
         velocities: vec![Vec3::ZERO; count],
         commands: vec![Vec3::ZERO; count],
@@ -169,5 +175,5 @@ pub fn fly(conditions: Conditions, seed: u64, starts: &[Vec3], goals: &[Vec3]) -
         }
     }
     let crowded = crowded as f32 / commands as f32;
-    Flight { nearest_m, nearest_scaled, arrived, finished_s, crowded }
+    SwarmFlight { nearest_m, nearest_scaled, arrived, finished_s, crowded }
 }
