@@ -1,16 +1,17 @@
 //! The cascade of PID controllers: position, velocity, attitude, rate.
 //!
 //! It is the baseline that the Crazyflie's users know, with the gains of its firmware
-//! (crazyflie-firmware 2a18fc29, `platform_defaults_cf2.h`): [`CascadeSettings::CRAZYFLIE`] gives the
-//! same commands as that firmware. [`CascadeSettings::TRACKING`] corrects three of its limits:
-//! it feeds the velocity of the reference forward, it bounds the integrals of the vertical
-//! loops, and it starts nearer to the thrust of hover.
+//! (crazyflie-firmware 2a18fc29, `platform_defaults_cf2.h`): [`CascadeSettings::CRAZYFLIE`] gives
+//! the same commands as that firmware. [`CascadeSettings::TRACKING`] corrects three of its limits:
+//! it feeds the velocity of the reference forward, it bounds the integrals of the vertical loops,
+//! and it starts nearer to the thrust of hover.
 //!
 //! # Units and signs
-//! Angles are in degrees and commands in counts: 65535 counts of thrust stand for the largest thrust
-//! of all motors. The firmware counts pitch and the yaw command in the opposite sense. Every loop is
-//! odd in its inputs, so this cascade works in the frames of this crate and turns no sign:
-//! `pitch_counts` is the firmware's pitch command times −1, `yaw_counts` its yaw command times −1.
+//! Angles are in degrees and commands in counts: 65535 counts of thrust stand for the largest
+//! thrust of all motors. The firmware counts pitch and the yaw command in the opposite
+//! sense. Every loop is odd in its inputs, so this cascade works in the frames of this crate and
+//! turns no sign: `pitch_counts` is the firmware's pitch command times −1, `yaw_counts` its yaw
+//! command times −1.
 //!
 //! # Rates
 //! [`Cascade::update`] runs at 500 Hz; it runs the loops of position and velocity in every fifth
@@ -125,7 +126,7 @@ pub struct CascadeCommand {
 impl CascadeCommand {
     /// Returns the thrust and torque that the firmware's mixer would ask of the motors.
     ///
-    /// That mixer adds to each motor the thrust, ± half the roll and pitch commands, and ± the whole
+    /// Its mixer adds to each motor the thrust, ± half the roll and pitch commands, and ± the whole
     /// yaw command.
     pub fn wrench(&self, vehicle: &Vehicle) -> Wrench {
         let force_per_count_n = vehicle.most_thrust_n / MOST_COUNTS;
@@ -196,8 +197,8 @@ impl Cascade {
 
     /// Returns the command that holds roll and pitch with a given thrust, without the outer loops.
     ///
-    /// Angles are in degrees in the order roll, pitch, yaw; the thrust is in counts. The next call of
-    /// [`Self::update`] starts with the outer loops.
+    /// Angles are in degrees in the order roll, pitch, yaw; the thrust is in counts. The next call
+    /// of [`Self::update`] starts with the outer loops.
     pub fn hold_attitude(
         &mut self,
         state: &FlightState,
@@ -212,27 +213,23 @@ impl Cascade {
     /// Runs the loops of position and velocity, in a frame that is turned by the yaw only.
     fn update_position(&mut self, state: &FlightState, reference: &Reference, yaw_deg: f32) {
         let (sin, cos) = libm::sincosf(yaw_deg.to_radians());
-        let turn = |v: Vec3| [v.x * cos + v.y * sin, v.y * cos - v.x * sin, v.z];
-        let desired = turn(reference.position_m);
-        let measured = turn(state.position_m);
-        let forward = turn(reference.velocity_m_s);
-        let velocity = turn(state.velocity_m_s);
-        let mut output = [0.0; 3];
-        for (axis, output) in output.iter_mut().enumerate() {
-            let part = |values: &[f32; 3]| values.get(axis).copied().unwrap_or(0.0);
-            let (Some(position_loop), Some(velocity_loop)) =
-                (self.position.get_mut(axis), self.velocity.get_mut(axis))
-            else {
-                continue;
-            };
-            let mut wanted =
-                position_loop.update(part(&desired), part(&measured), POSITION_PERIOD_S);
-            if self.settings.feeds_velocity_forward {
-                wanted += part(&forward);
-            }
-            *output = velocity_loop.update(wanted, part(&velocity), POSITION_PERIOD_S);
+        let turn = |v: Vec3| Vec3::new(v.x * cos + v.y * sin, v.y * cos - v.x * sin, v.z);
+        let (desired, measured) = (turn(reference.position_m), turn(state.position_m));
+        let dt = POSITION_PERIOD_S;
+        let [x, y, z] = &mut self.position;
+        let mut wanted = Vec3::new(
+            x.update(desired.x, measured.x, dt),
+            y.update(desired.y, measured.y, dt),
+            z.update(desired.z, measured.z, dt),
+        );
+        if self.settings.feeds_velocity_forward {
+            wanted += turn(reference.velocity_m_s);
         }
-        let [ahead, left, up] = output;
+        let velocity = turn(state.velocity_m_s);
+        let [x, y, z] = &mut self.velocity;
+        let ahead = x.update(wanted.x, velocity.x, dt);
+        let left = y.update(wanted.y, velocity.y, dt);
+        let up = z.update(wanted.z, velocity.z, dt);
         let most = self.settings.most_tilt_deg;
         // A positive pitch accelerates ahead, a positive roll to the right.
         self.tilt_deg = [cut(-left, -most, most), cut(ahead, -most, most)];
@@ -273,7 +270,7 @@ impl Cascade {
 fn angles_deg(attitude: Quat) -> [f32; 3] {
     let Quat { x, y, z, w } = attitude;
     let roll = libm::atan2f(2.0 * (y * z + w * x), w * w - x * x - y * y + z * z);
-    let pitch = libm::asinf((2.0 * (w * y - x * z)).max(-1.0).min(1.0));
+    let pitch = libm::asinf((2.0 * (w * y - x * z)).clamp(-1.0, 1.0));
     let yaw = libm::atan2f(2.0 * (w * z + x * y), w * w + x * x - y * y - z * z);
     [roll.to_degrees(), pitch.to_degrees(), yaw.to_degrees()]
 }

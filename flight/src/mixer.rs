@@ -4,7 +4,7 @@
 //! linear and has an inverse. Where the inverse leaves the range of a motor, the mixer gives way
 //! in a fixed order, because a robot that loses its roll and pitch falls, while one that loses some
 //! thrust or yaw does not (Faessler, Falanga & Scaramuzza 2017, "Thrust mixing, saturation, and
-//! body-rate control for accurate aggressive quadrotor flight", section III; Brescianini &
+//! body-rate control for accurate aggressive quadrotor flight"; Brescianini &
 //! D'Andrea 2018 give yaw the least priority as well):
 //! 1. roll and pitch torque, shortened together only when no thrust makes room for them;
 //! 2. thrust, moved as little as roll and pitch need;
@@ -42,9 +42,9 @@ pub struct MixerOutcome {
     pub forces: MotorForces,
     /// The torques about x and y are shorter than asked.
     pub is_tilt_cut: bool,
-    /// The thrust differs from what was asked, in either direction.
+    /// The thrust differs from the wanted one, in either direction.
     pub is_thrust_cut: bool,
-    /// The torque about z differs from what was asked.
+    /// The torque about z differs from the wanted one.
     pub is_yaw_cut: bool,
     /// The wrench was not finite; all forces are zero.
     pub is_refused: bool,
@@ -83,9 +83,9 @@ impl Mixer {
         let pitch = wrench.torque_n_m.y / (4.0 * self.arm_m);
         let yaw = wrench.torque_n_m.z / (4.0 * self.torque_per_thrust_m);
 
-        // Motors on one diagonal have opposite tilt parts and the same yaw part. So the mean force of
-        // motors 1 and 3 is lift − yaw and must lie `falling` away from the limits; that of motors
-        // 2 and 4 is lift + yaw and must lie `rising` away.
+        // Motors on one diagonal have opposite tilt parts and the same yaw part. So the mean force
+        // of motors 1 and 3 is lift − yaw and must lie `falling` away from the limits; that of
+        // motors 2 and 4 is lift + yaw and must lie `rising` away.
         let (falling, rising) = ((roll + pitch).abs(), (roll - pitch).abs());
         let reach = falling.max(rising);
         if !(lift.is_finite() && reach.is_finite() && yaw.is_finite()) {
@@ -205,8 +205,8 @@ mod tests {
             }
         }
 
-        /// No thrust nearer to the wanted one leaves room for roll and pitch, and no yaw torque nearer
-        /// to the wanted one leaves room for both: search on grids.
+        /// No thrust nearer to the wanted one leaves room for roll and pitch, and no yaw torque
+        /// nearer to the wanted one leaves room for both: search on grids.
         #[test]
         fn thrust_and_yaw_move_as_little_as_needed(wrench in any_wrench()) {
             let mixer = Mixer::new(&VEHICLE);

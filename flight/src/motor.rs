@@ -1,7 +1,7 @@
 //! Motors: from thrust to duty, with compensation of the battery and of the lag of the rotors.
 //!
-//! [`RotorDrive`] joins the two steps. [`LagCompensation`] leads the command, because the thrust of a
-//! small rotor follows its voltage with a time constant of 60 to 140 ms, longer than the attitude
+//! [`RotorDrive`] joins the two steps. [`LagCompensation`] leads the command, because the thrust of
+//! a small rotor follows its voltage with a time constant of 60 to 140 ms, longer than the attitude
 //! loop can bear. [`BatteryCompensation`] turns thrust into the share of the battery's voltage.
 
 mod battery;
@@ -45,5 +45,50 @@ impl RotorDrive {
     /// Returns the estimated thrust of each motor at this moment.
     pub const fn thrust(&self) -> MotorForces {
         self.lag.thrust()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// The whole path in front of rotors that follow their voltage, with a battery that sags
+    /// with the thrust: the thrust follows 1 − exp(−t/τ) with the wanted time constant.
+    #[test]
+    fn thrust_follows_the_wish_with_a_sagging_battery() {
+        let vehicle = Vehicle::CRAZYFLIE_2_1_PLUS;
+        let mut drive = RotorDrive::new(&vehicle);
+        let mut thrust = 0.0_f64;
+        for k in 0..1500 {
+            // 0.2 Ω and 2.1 A at 0.28 N of all motors.
+            let battery_v = 3.9 - 0.2 * 2.1 * thrust * 4.0 / 0.28;
+            drive.measure_battery(battery_v as f32, 0.001);
+            let desired = if k < 1000 { 0.075 } else { 0.080 };
+            let duties = drive.update(&MotorForces([desired; 4]), 0.001);
+            let steady = steady_thrust_n(&vehicle, duties.0[2] * battery_v as f32);
+            let difference = f64::from(steady) - thrust;
+            let lag = if difference > 0.0 { vehicle.spin_up_s } else { vehicle.spin_down_s };
+            thrust += difference * 0.001 / f64::from(lag);
+            if k == 1034 {
+                let expected = 0.075 + 0.005 * (1.0 - (-1.0_f64).exp());
+                assert!((thrust - expected).abs() < 4e-4, "{thrust} {expected}");
+            }
+        }
+        assert!((thrust - 0.080).abs() < 5e-4, "{thrust}");
+        assert!((f64::from(drive.thrust().0[2]) - thrust).abs() < 5e-4);
+    }
+
+    /// The estimate does not run ahead of the motors when the battery is weak.
+    #[test]
+    fn weak_battery_bounds_the_estimate() {
+        let vehicle = Vehicle::CRAZYFLIE_2_1_PLUS;
+        let mut drive = RotorDrive::new(&vehicle);
+        drive.measure_battery(2.5, 0.01);
+        for _ in 0..3000 {
+            let duties = drive.update(&MotorForces([0.12; 4]), 0.001);
+            assert!(duties.0.iter().all(|duty| (0.0..=1.0).contains(duty)));
+        }
+        let most = steady_thrust_n(&vehicle, 2.5);
+        assert!(most < 0.1 && (drive.thrust().0[0] - most).abs() < 1e-4);
     }
 }

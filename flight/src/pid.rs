@@ -1,10 +1,10 @@
 //! A PID controller.
 //!
-//! The proportional part acts on the error, the derivative part on the measurement, so that a step of
-//! the desired value gives no peak (Åström & Hägglund 1995, section 3.4, b = 1 and c = 0).
+//! The proportional part acts on the error, the derivative part on the measurement, so that a step
+//! of the desired value gives no peak (Åström & Hägglund 1995, set-point weights b = 1 and c = 0).
 //! Anti-windup is a limit of the integral: [`PidGains::integral_limit`] bounds the integral of the
-//! error, and with it the time that the integral needs to unwind. The limit of the output does
-//! not act on the integral.
+//! error, and with it the time that the integral needs to unwind. The limit of the output does not
+//! act on the integral.
 
 /// The gains and limits of a PID controller.
 ///

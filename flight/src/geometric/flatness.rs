@@ -1,7 +1,7 @@
 //! Differential flatness: the attitude, body rate and angular acceleration of a planned path.
 //!
 //! The position and yaw of a quadrotor are flat outputs (Mellinger & Kumar 2011, "Minimum snap
-//! trajectory generation and control for quadrotors", section III). Let a be the thrust per mass in
+//! trajectory generation and control for quadrotors"). Let a be the thrust per mass in
 //! the world frame, s its length, z = a/s, and x_C = (cos ψ, sin ψ, 0). Then y = z × x_C/n with
 //! n = |z × x_C|, and x = y × z. The body rate follows from ż = ω × z and from the derivative of y:
 //!
@@ -9,7 +9,7 @@
 //! * n ω_z = ω_x (x_C·z) + ψ̇ (y_C·y), with y_C = (−sin ψ, cos ψ, 0).
 //!
 //! The second derivative of a = s z gives the angular acceleration (compare Faessler, Franchi &
-//! Scaramuzza 2018, "Differential flatness of quadrotor dynamics subject to rotor drag", section III,
+//! Scaramuzza 2018, "Differential flatness of quadrotor dynamics subject to rotor drag",
 //! whose heading convention is another one). The tests compare both with numerical derivatives.
 
 use glam::{Mat3, Vec3};

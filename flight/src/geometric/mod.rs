@@ -1,7 +1,7 @@
 //! Geometric tracking control on SE(3) with feed-forward.
 //!
 //! The law is that of Lee, Leok & McClamroch 2010, "Geometric tracking control of a quadrotor UAV
-//! on SE(3)", equations 15 and 16, in terms of accelerations:
+//! on SE(3)" (49th IEEE CDC), in terms of accelerations:
 //!
 //! * lift a = ẍ_d + g e₃ + k_x e_x + k_v e_v + i_x, with errors e_x = x_d − x and e_v = ẋ_d − ẋ;
 //! * thrust f = m a·R e₃;
@@ -9,7 +9,7 @@
 //!   with e_R = ½(R_dᵀR − RᵀR_d)^∨, Ω_r = RᵀR_d Ω_d, e_Ω = Ω − Ω_r and Ω̇_r = RᵀR_d Ω̇_d.
 //!
 //! The desired attitude, its rate and its acceleration follow from the lift, the jerk, the snap and
-//! the yaw ([`flatness`]). The gyroscopic torque of the rotors is left out.
+//! the yaw (`flatness.rs`). The gyroscopic torque of the rotors is left out.
 //!
 //! # Integrals
 //! Both integrals act on a sum of error and rate of error, as in Goodarzi, Lee & Leok 2013,
@@ -24,6 +24,8 @@
 
 mod flatness;
 mod settings;
+#[cfg(test)]
+mod tests;
 
 use glam::{Mat3, Quat, Vec3};
 
@@ -101,8 +103,8 @@ impl GeometricController {
 
     /// Fills the vertical integral so that [`Self::hover_thrust_n`] is the given thrust in N.
     ///
-    /// A thrust from an earlier flight avoids the sink after take-off. Limits of the integral hold; a
-    /// number that is not finite is ignored.
+    /// A thrust from an earlier flight avoids the sink after take-off. Limits of the integral hold;
+    /// a number that is not finite is ignored.
     pub fn preset_hover_thrust_n(&mut self, thrust_n: f32) {
         let extra = thrust_n / self.mass_kg - GRAVITY_M_S2;
         if extra.is_finite() {
@@ -120,8 +122,9 @@ impl GeometricController {
 
     /// Returns the wrench that follows the reference; `dt_s` is the time since the last call.
     ///
-    /// A reference that is not finite counts as a hover at the present position and yaw. A state that
-    /// is not finite gives a wrench of zero. The thrust can be negative if the robot is upside down.
+    /// A reference that is not finite counts as a hover at the present position and yaw. A state
+    /// that is not finite gives a wrench of zero. The thrust can be negative if the robot is upside
+    /// down.
     pub fn update(&mut self, state: &FlightState, reference: &Reference, dt_s: f32) -> Wrench {
         let Some(attitude) = rotation(state) else {
             return Wrench::default();
@@ -252,7 +255,7 @@ fn charged(integral: Vec3, charge: Vec3, limit: Vec3, is_cut: [bool; 3]) -> Vec3
 fn share(followed: Vec3, wanted: Vec3) -> Vec3 {
     let part = |followed: f32, wanted: f32| {
         // Differences of this size are rounding.
-        if (followed - wanted).abs() < 1e-4 { 1.0 } else { (followed / wanted).max(0.0).min(1.0) }
+        if (followed - wanted).abs() < 1e-4 { 1.0 } else { (followed / wanted).clamp(0.0, 1.0) }
     };
     Vec3::new(part(followed.x, wanted.x), part(followed.y, wanted.y), part(followed.z, wanted.z))
 }

@@ -23,8 +23,8 @@ pub fn steady_thrust_n(vehicle: &Vehicle, voltage_v: f32) -> f32 {
 /// with the voltage, as it does for the vehicles of this crate.
 ///
 /// Newton's method starts at the inflection point, where the slope of a growing cubic is least. The
-/// first step therefore goes past the root or hits it, to the side where the cubic bends away
-/// from the axis, and from there the method approaches the root monotonically (Fourier's condition).
+/// first step therefore goes past the root or hits it, to the side where the cubic bends away from
+/// the axis, and from there the method approaches the root monotonically (Fourier's condition).
 pub fn voltage_v(vehicle: &Vehicle, thrust_n: f32) -> f32 {
     if !(thrust_n.is_finite() && thrust_n > 0.0) {
         return 0.0;
@@ -35,7 +35,10 @@ pub fn voltage_v(vehicle: &Vehicle, thrust_n: f32) -> f32 {
     for _ in 0..MOST_ITERATIONS {
         let value = c0 + voltage * (c1 + voltage * (c2 + voltage * c3)) - thrust_n;
         let slope = c1 + voltage * (2.0 * c2 + voltage * 3.0 * c3);
-        let next = (voltage - value / slope).max(0.0).min(MOST_VOLTAGE_V);
+        if slope <= 0.0 {
+            break;
+        }
+        let next = (voltage - value / slope).clamp(0.0, MOST_VOLTAGE_V);
         let is_done = (next - voltage).abs() <= 1e-6 * next;
         voltage = next;
         if is_done {
@@ -71,11 +74,12 @@ impl BatteryCompensation {
         if !(battery_v.is_finite() && dt_s.is_finite() && dt_s >= 0.0) {
             return;
         }
-        let filtered_v = match self.battery_v {
-            Some(before) => before + (battery_v - before) * dt_s / (Self::FILTER_S + dt_s),
+        let battery_v = battery_v.clamp(0.0, MOST_VOLTAGE_V);
+        let share = dt_s / (Self::FILTER_S + dt_s);
+        self.battery_v = Some(match self.battery_v {
+            Some(before) => before + (battery_v - before) * share,
             None => battery_v,
-        };
-        self.battery_v = Some(filtered_v.max(0.0).min(MOST_VOLTAGE_V));
+        });
     }
 
     /// Returns the filtered voltage in V, or 0 without a measurement.
@@ -96,7 +100,7 @@ impl BatteryCompensation {
         if self.battery_v() < LEAST_BATTERY_V {
             return 0.0;
         }
-        steady_thrust_n(&self.vehicle, duty.max(0.0).min(1.0) * self.battery_v())
+        steady_thrust_n(&self.vehicle, duty.clamp(0.0, 1.0) * self.battery_v())
     }
 
     /// Returns the duties that give the forces, 0 to 1.

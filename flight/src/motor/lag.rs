@@ -2,9 +2,9 @@
 //!
 //! The thrust f of a rotor follows its command u as τ·ḟ = u − f, with one τ for spin-up and one for
 //! spin-down. The command u = f + (f_wanted − f)·τ/τ_wanted makes that τ_wanted·ḟ = f_wanted − f
-//! (cancellation of the pole by the inverse of the model, as for the rotor speed in Faessler, Falanga &
-//! Scaramuzza 2017, section II-C). No rotor of this kind reports its speed, so f is the state of
-//! the same model. An error of τ leaves a slow part of the response, not an error at rest.
+//! (cancellation of the pole by the inverse of the model, as for the rotor speed in Faessler,
+//! Falanga & Scaramuzza 2017). No rotor of this kind reports its speed, so f is the
+//! state of the same model. An error of τ leaves a slow part of the response, not an error at rest.
 
 use crate::{MotorForces, Vehicle};
 
