@@ -238,24 +238,24 @@ fn split<V: Coordinate>(
     share: f32,
 ) -> ([V; TERMS], [V; TERMS]) {
     let mut first = points;
-    for level in 0..degree {
-        first[level] = points[0];
+    for (level, point) in first.iter_mut().enumerate().take(degree + 1) {
+        *point = points[0];
         for i in 0..degree - level {
             points[i] = points[i] + (points[i + 1] - points[i]) * share;
         }
     }
-    first[degree] = points[0];
     (first, points)
 }
 
 #[cfg(test)]
-mod tests {
+pub(crate) mod tests {
     use super::*;
     use proptest::prelude::*;
     use std::vec::Vec;
 
-    /// Solves the 8 equations of both ends in `f64` by elimination, for powers of the time.
-    fn solve(start: [f64; 3], end: [f64; 3], t: f64) -> [f64; 8] {
+    /// Solves the 8 equations of position, velocity, acceleration and jerk at both ends in `f64` by
+    /// elimination, for powers of the time.
+    pub(crate) fn solve_with_jerk(start: [f64; 4], end: [f64; 4], t: f64) -> [f64; 8] {
         let mut rows: Vec<[f64; 9]> = Vec::new();
         for (time, values) in [(0.0_f64, start), (t, end)] {
             for order in 0..4 {
@@ -264,7 +264,7 @@ mod tests {
                     let factor: usize = (power - order + 1..=power).product();
                     row[power] = factor as f64 * time.powi((power - order) as i32);
                 }
-                row[8] = if order < 3 { values[order] } else { 0.0 };
+                row[8] = values[order];
                 rows.push(row);
             }
         }
@@ -283,6 +283,11 @@ mod tests {
             }
         }
         core::array::from_fn(|k| rows[k][8] / rows[k][k])
+    }
+
+    /// Solves the same equations for zero jerk.
+    fn solve([x0, v0, a0]: [f64; 3], [xf, vf, af]: [f64; 3], t: f64) -> [f64; 8] {
+        solve_with_jerk([x0, v0, a0, 0.0], [xf, vf, af, 0.0], t)
     }
 
     /// Evaluates a derivative of a power series in `f64`.

@@ -1,1 +1,486 @@
 //! The planner: from commands to references.
+//!
+//! A [`Planner`] receives commands such as "take off" or "go there" and returns the [`Reference`] of
+//! each moment. It knows the time, the fence and the limits, but not the state of the robot: a new
+//! plan starts from the reference of that moment, so position, velocity and acceleration of the
+//! reference never jump.
+//!
+//! # Plans
+//! * A **curve** of degree 7 leads to a point at rest: take-off, landing and "go to".
+//! * A **trajectory** is a sequence of polynomial pieces from the caller.
+//! * A **velocity filter** follows a commanded velocity, and stops.
+//!
+//! Every plan ends in hover; only [`Planner::touched_down`] and [`Planner::go_idle`] end the flight.
+//!
+//! # Durations
+//! A curve takes the duration of the command, or the shortest one that keeps the [`FlightLimits`],
+//! whichever is longer. From rest this duration is exact (see [`crate::polynomial`]); in motion it is
+//! found by a search in steps of 25 %. If no duration works, for instance because the robot flies
+//! fast towards a wall, the reference brakes first. [`PlanReport`] has the duration and says so.
+//!
+//! # Interruption
+//! Stopping short of the goal takes room. A command that has to brake waits while braking would
+//! leave the fence or exceed a limit: the plan in force continues, which does neither, and which ends
+//! at rest.
+//!
+//! # Fence
+//! No reference leaves the fence, except downwards: take-off starts on the ground and landing ends
+//! there, even if that is below the fence. A goal outside is moved to the closest point of the fence.
+
+mod curve;
+mod error;
+mod fence;
+mod limits;
+mod trajectory;
+mod velocity;
+
+#[cfg(test)]
+mod tests;
+
+pub use error::{PieceFault, PlanError};
+pub use fence::PositionFence;
+pub use limits::FlightLimits;
+pub use trajectory::TrajectoryPiece;
+pub use velocity::{VelocityCommand, VelocityFrame};
+
+use crate::Reference;
+use curve::{Curve, Goal, duration_from_rest_s};
+use glam::Vec3;
+use trajectory::PieceStore;
+use velocity::{VelocityFilter, wrapped};
+
+/// Longest duration of a command in seconds.
+const LONGEST_S: f32 = 3600.0;
+/// Time in seconds between attempts to leave a braking manoeuvre for a curve.
+const RETRY_S: f64 = 0.1;
+
+/// A point to fly to.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Destination {
+    /// A point in the world frame.
+    Absolute {
+        /// Position in m.
+        position_m: Vec3,
+        /// Yaw in radians, or `None` to keep it.
+        yaw_rad: Option<f32>,
+    },
+    /// A point relative to the reference of this moment, along the axes of the world frame.
+    Relative {
+        /// Displacement in m.
+        displacement_m: Vec3,
+        /// Turn in radians; it is flown on the short way.
+        turn_rad: f32,
+    },
+}
+
+/// The answer to an accepted command.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct PlanReport {
+    /// Duration until the reference is at rest, in seconds: exact, or an estimate if `brakes_first`.
+    /// 0 for a velocity, which has no end.
+    pub duration_s: f32,
+    /// True if the fence or the limits changed the goal or the velocity.
+    pub is_clamped: bool,
+    /// True if the reference brakes before it turns to its goal.
+    pub brakes_first: bool,
+}
+
+/// A velocity to follow, and the goal afterwards.
+#[derive(Clone, Copy, Debug)]
+struct Pursuit {
+    command: VelocityCommand,
+    goal: Option<Goal>,
+}
+
+/// The plan in force.
+#[derive(Clone, Copy, Debug)]
+enum Motion {
+    Idle,
+    Curve { curve: Curve, start_s: f64 },
+    Trajectory { start_s: f64 },
+    Pursuit { filter: VelocityFilter, pursuit: Pursuit, retry_s: f64 },
+}
+
+/// A planner that can store a trajectory of up to `PIECES` pieces.
+///
+/// Times are seconds of any clock that does not run backwards, in `f64` as an `f32` resolves only
+/// 4 ms after ten hours. A time before the last one counts as the last one.
+#[derive(Clone, Debug)]
+pub struct Planner<const PIECES: usize> {
+    limits: FlightLimits,
+    fence: PositionFence,
+    motion: Motion,
+    /// The command that waits until braking is safe.
+    waiting: Option<Pursuit>,
+    is_landing: bool,
+    pieces: PieceStore<PIECES>,
+    time_s: f64,
+}
+
+impl<const PIECES: usize> Planner<PIECES> {
+    /// Returns an idle planner.
+    ///
+    /// # Errors
+    /// Returns [`PlanError::Limits`] if a limit is not finite or not positive.
+    pub fn new(limits: FlightLimits, fence: PositionFence) -> Result<Self, PlanError> {
+        if !limits.are_valid() {
+            return Err(PlanError::Limits);
+        }
+        Ok(Planner {
+            limits,
+            fence,
+            motion: Motion::Idle,
+            waiting: None,
+            is_landing: false,
+            pieces: PieceStore::new(),
+            time_s: f64::NEG_INFINITY,
+        })
+    }
+
+    /// Returns the reference at this time, or `None` while idle: the motors are then off.
+    pub fn reference(&mut self, now_s: f64) -> Option<Reference> {
+        self.advance(now_s);
+        self.current()
+    }
+
+    /// Returns true if there is no reference, so that the motors are off.
+    pub fn is_idle(&self) -> bool {
+        matches!(self.motion, Motion::Idle)
+    }
+
+    /// Returns true from a command to land until touch-down or another command.
+    pub fn is_landing(&self) -> bool {
+        self.is_landing
+    }
+
+    /// Returns true if the last command is done: the planner is idle, or follows a velocity and no
+    /// goal waits.
+    pub fn is_done(&self) -> bool {
+        match &self.motion {
+            Motion::Idle => true,
+            Motion::Curve { .. } | Motion::Trajectory { .. } => false,
+            Motion::Pursuit { pursuit, .. } => pursuit.goal.is_none(),
+        }
+    }
+
+    /// Takes off from a start, usually the estimated position of a robot on the ground, to a height
+    /// in the world frame.
+    ///
+    /// # Errors
+    /// Refuses a robot that flies, a start outside the fence (its floor aside), a height that is not
+    /// above the start, a number that is not finite and a duration that is not in the range of 0 to 3600 s.
+    pub fn take_off(
+        &mut self,
+        now_s: f64,
+        start_m: Vec3,
+        yaw_rad: f32,
+        height_m: f32,
+        duration_s: Option<f32>,
+    ) -> Result<PlanReport, PlanError> {
+        if !self.is_idle() {
+            return Err(PlanError::Flying);
+        }
+        require_finite(
+            now_s.is_finite() && start_m.is_finite() && yaw_rad.is_finite() && height_m.is_finite(),
+        )?;
+        require_duration(duration_s)?;
+        if !self.fence.extended_to_height(self.fence.least_m().z.min(start_m.z)).contains(start_m) {
+            return Err(PlanError::OutsideFence);
+        }
+        if height_m <= start_m.z {
+            return Err(PlanError::Height);
+        }
+        let start =
+            Reference { position_m: start_m, yaw_rad: wrapped(yaw_rad), ..Reference::default() };
+        let wanted_m = start_m.with_z(height_m);
+        let position_m = self.fence.clamp(wanted_m);
+        let goal = Goal { position_m, yaw_rad: start.yaw_rad, duration_s };
+        let curve =
+            Curve::find(&start, &goal, &self.limits, &self.fence).ok_or(PlanError::NotFinite)?;
+        self.time_s = now_s.max(self.time_s);
+        self.motion = Motion::Curve { curve, start_s: self.time_s };
+        self.waiting = None;
+        self.is_landing = false;
+        Ok(PlanReport {
+            duration_s: curve.duration_s(),
+            is_clamped: position_m != wanted_m,
+            brakes_first: false,
+        })
+    }
+
+    /// Lands at a height of the ground in the world frame, above the point where the reference
+    /// stops. The reference waits there until [`Planner::touched_down`].
+    ///
+    /// # Errors
+    /// Refuses a robot that does not fly or that lands already, a number that is not finite and a
+    /// duration that is not in the range of 0 to 3600 s.
+    pub fn land(
+        &mut self,
+        now_s: f64,
+        ground_m: f32,
+        duration_s: Option<f32>,
+    ) -> Result<PlanReport, PlanError> {
+        let start = self.current_at(now_s)?;
+        if self.is_landing {
+            return Err(PlanError::Landing);
+        }
+        require_finite(ground_m.is_finite())?;
+        require_duration(duration_s)?;
+        let stop_m = VelocityFilter::from_reference(&start, &self.limits).stop_m(&self.limits);
+        let position_m = self.fence.clamp(stop_m).with_z(ground_m.min(self.fence.most_m().z));
+        let goal = Goal { position_m, yaw_rad: start.yaw_rad, duration_s };
+        let report = self.pursue_goal(&start, goal, position_m.z != ground_m);
+        self.is_landing = true;
+        Ok(report)
+    }
+
+    /// Ends a landing: the motors turn off.
+    ///
+    /// # Errors
+    /// Returns [`PlanError::NotLanding`] if the robot does not land, so that a wrong detection of
+    /// the ground stops no robot in flight.
+    pub fn touched_down(&mut self) -> Result<(), PlanError> {
+        if !self.is_landing {
+            return Err(PlanError::NotLanding);
+        }
+        self.go_idle();
+        Ok(())
+    }
+
+    /// Drops every plan at once: the motors turn off, even in flight.
+    pub fn go_idle(&mut self) {
+        self.motion = Motion::Idle;
+        self.waiting = None;
+        self.is_landing = false;
+    }
+
+    /// Flies to a point and stops there. A destination outside the fence is clamped.
+    ///
+    /// # Errors
+    /// Refuses a robot that does not fly, a number that is not finite and a duration that is not
+    /// in the range of 0 to 3600 s.
+    pub fn go_to(
+        &mut self,
+        now_s: f64,
+        destination: Destination,
+        duration_s: Option<f32>,
+    ) -> Result<PlanReport, PlanError> {
+        let start = self.current_at(now_s)?;
+        require_duration(duration_s)?;
+        let (wanted_m, yaw_rad) = match destination {
+            Destination::Absolute { position_m, yaw_rad } => {
+                (position_m, yaw_rad.unwrap_or(start.yaw_rad))
+            }
+            Destination::Relative { displacement_m, turn_rad } => {
+                (start.position_m + displacement_m, start.yaw_rad + turn_rad)
+            }
+        };
+        require_finite(wanted_m.is_finite() && yaw_rad.is_finite())?;
+        let position_m = self.fence.clamp(wanted_m);
+        let goal = Goal { position_m, yaw_rad: wrapped(yaw_rad), duration_s };
+        let report = self.pursue_goal(&start, goal, position_m != wanted_m);
+        self.is_landing = false;
+        Ok(report)
+    }
+
+    /// Follows a velocity until the next command. The velocity is limited, and brakes in front of
+    /// the fence.
+    ///
+    /// # Errors
+    /// Refuses a robot that does not fly and a number that is not finite.
+    pub fn follow_velocity(
+        &mut self,
+        now_s: f64,
+        command: VelocityCommand,
+    ) -> Result<PlanReport, PlanError> {
+        let start = self.current_at(now_s)?;
+        require_finite(command.is_finite())?;
+        let is_clamped = !self.limits.allow_velocity(command.velocity_m_s)
+            || !self.limits.allow_yaw_rate(command.yaw_rate_rad_s);
+        self.pursue(&start, Pursuit { command, goal: None });
+        self.is_landing = false;
+        Ok(PlanReport { duration_s: 0.0, is_clamped, brakes_first: false })
+    }
+
+    /// Brakes and hovers where the reference stops.
+    ///
+    /// # Errors
+    /// Returns [`PlanError::NotFlying`] while idle.
+    pub fn hover(&mut self, now_s: f64) -> Result<PlanReport, PlanError> {
+        let start = self.current_at(now_s)?;
+        self.pursue(&start, Pursuit { command: VelocityCommand::STOP, goal: None });
+        self.is_landing = false;
+        let filter = VelocityFilter::from_reference(&start, &self.limits);
+        Ok(PlanReport {
+            duration_s: filter.stop_s(&self.limits),
+            is_clamped: false,
+            brakes_first: false,
+        })
+    }
+
+    /// Follows the pieces of a trajectory and hovers at its end. If `is_relative`, the trajectory is
+    /// moved so that it starts at the position of the reference; the yaw is never changed.
+    ///
+    /// # Errors
+    /// Refuses a robot that does not fly, no pieces, too many pieces, and the first piece that jumps,
+    /// exceeds a limit, leaves the fence or, as the last one, does not end at rest.
+    pub fn follow_trajectory(
+        &mut self,
+        now_s: f64,
+        pieces: &[TrajectoryPiece],
+        is_relative: bool,
+    ) -> Result<PlanReport, PlanError> {
+        let start = self.current_at(now_s)?;
+        let (first, last) = match pieces {
+            [] => return Err(PlanError::NoPiece),
+            [first, .., last] => (first, last),
+            [only] => (only, only),
+        };
+        if pieces.len() > PIECES {
+            return Err(PlanError::TooManyPieces);
+        }
+        let offset_m = match is_relative {
+            true => start.position_m - first.at(0.0).position_m,
+            false => Vec3::ZERO,
+        };
+        let mut before = start;
+        for (piece, moved) in pieces.iter().map(|piece| piece.moved_by(offset_m)).enumerate() {
+            if let Some(fault) = moved.fault(&before, &self.limits, &self.fence) {
+                return Err(PlanError::Piece { piece, fault });
+            }
+            before = moved.at(moved.duration_s());
+        }
+        if !trajectory::is_at_rest(&last.at(last.duration_s())) {
+            let (piece, fault) = (pieces.len() - 1, PieceFault::EndsInMotion);
+            return Err(PlanError::Piece { piece, fault });
+        }
+        self.pieces.fill(pieces, offset_m);
+        self.motion = Motion::Trajectory { start_s: self.time_s };
+        self.waiting = None;
+        self.is_landing = false;
+        Ok(PlanReport {
+            duration_s: self.pieces.duration_s(),
+            is_clamped: false,
+            brakes_first: false,
+        })
+    }
+
+    /// Returns the reference of the last time.
+    fn current(&self) -> Option<Reference> {
+        match &self.motion {
+            Motion::Idle => None,
+            Motion::Curve { curve, start_s } => Some(curve.at((self.time_s - start_s) as f32)),
+            Motion::Trajectory { start_s } => {
+                let mut reference = self.pieces.at((self.time_s - start_s) as f32);
+                reference.position_m = self.fence.clamp(reference.position_m);
+                Some(reference)
+            }
+            Motion::Pursuit { filter, .. } => Some(filter.reference(&self.limits)),
+        }
+    }
+
+    /// Returns the reference from which a new plan starts.
+    fn current_at(&mut self, now_s: f64) -> Result<Reference, PlanError> {
+        require_finite(now_s.is_finite())?;
+        self.reference(now_s).ok_or(PlanError::NotFlying)
+    }
+
+    /// Starts a curve to a goal, or brakes first if there is no curve yet.
+    fn pursue_goal(&mut self, start: &Reference, goal: Goal, is_clamped: bool) -> PlanReport {
+        if let Some(curve) = self.find_curve(start, &goal) {
+            self.motion = Motion::Curve { curve, start_s: self.time_s };
+            self.waiting = None;
+            return PlanReport { duration_s: curve.duration_s(), is_clamped, brakes_first: false };
+        }
+        self.pursue(start, Pursuit { command: VelocityCommand::STOP, goal: Some(goal) });
+        let filter = VelocityFilter::from_reference(start, &self.limits);
+        let way_m = goal.position_m - filter.stop_m(&self.limits);
+        let curve_s = duration_from_rest_s(way_m, &self.limits).max(goal.duration_s.unwrap_or(0.0));
+        let duration_s = filter.stop_s(&self.limits) + curve_s;
+        PlanReport { duration_s, is_clamped, brakes_first: true }
+    }
+
+    /// Returns a curve to a goal; only a goal on the ground may be below the fence.
+    fn find_curve(&self, start: &Reference, goal: &Goal) -> Option<Curve> {
+        let fence = self.fence.extended_to_height(goal.position_m.z);
+        Curve::find(start, goal, &self.limits, &fence)
+    }
+
+    /// Follows a velocity as soon as braking from there is safe.
+    fn pursue(&mut self, start: &Reference, pursuit: Pursuit) {
+        let retry_s = self.time_s + RETRY_S;
+        if let Motion::Pursuit { filter, .. } = self.motion {
+            self.motion = Motion::Pursuit { filter, pursuit, retry_s };
+            return;
+        }
+        let filter = VelocityFilter::from_reference(start, &self.limits);
+        if filter.can_brake(&self.limits, &self.fence) {
+            self.motion = Motion::Pursuit { filter, pursuit, retry_s };
+            self.waiting = None;
+        } else {
+            self.waiting = Some(pursuit);
+        }
+    }
+
+    /// Moves the time forward.
+    fn advance(&mut self, now_s: f64) {
+        if !now_s.is_finite() || now_s <= self.time_s {
+            return;
+        }
+        self.leave_finished_plan(now_s);
+        let moment_s = core::mem::replace(&mut self.time_s, now_s);
+        if let (Some(pursuit), Some(reference)) = (self.waiting, self.current()) {
+            self.pursue(&reference, pursuit);
+        } else if let Motion::Pursuit { filter, pursuit, .. } = &mut self.motion {
+            let time_s = (now_s - moment_s) as f32;
+            filter.advance(time_s, &pursuit.command, &self.limits, &self.fence);
+            self.retry();
+        }
+    }
+
+    /// Hovers, or follows the command that waits, from the end of a plan that ends before `now_s`.
+    fn leave_finished_plan(&mut self, now_s: f64) {
+        let end_s = match &self.motion {
+            Motion::Curve { curve, start_s } => start_s + f64::from(curve.duration_s()),
+            Motion::Trajectory { start_s } => start_s + f64::from(self.pieces.duration_s()),
+            Motion::Idle | Motion::Pursuit { .. } => return,
+        };
+        if now_s < end_s {
+            return;
+        }
+        self.time_s = end_s.max(self.time_s);
+        let Some(end) = self.current() else { return };
+        let rest =
+            Reference { position_m: end.position_m, yaw_rad: end.yaw_rad, ..Reference::default() };
+        let filter = VelocityFilter::from_reference(&rest, &self.limits);
+        let hover = Pursuit { command: VelocityCommand::STOP, goal: None };
+        let pursuit = self.waiting.take().unwrap_or(hover);
+        self.motion = Motion::Pursuit { filter, pursuit, retry_s: end_s };
+    }
+
+    /// Leaves a braking manoeuvre once a curve leads to the goal.
+    fn retry(&mut self) {
+        let Motion::Pursuit { filter, pursuit, retry_s } = &mut self.motion else { return };
+        let Some(goal) = pursuit.goal else { return };
+        if self.time_s < *retry_s {
+            return;
+        }
+        *retry_s = self.time_s + RETRY_S;
+        let start = filter.reference(&self.limits);
+        if let Some(curve) = self.find_curve(&start, &goal) {
+            self.motion = Motion::Curve { curve, start_s: self.time_s };
+        }
+    }
+}
+
+fn require_finite(is_finite: bool) -> Result<(), PlanError> {
+    if is_finite { Ok(()) } else { Err(PlanError::NotFinite) }
+}
+
+fn require_duration(duration_s: Option<f32>) -> Result<(), PlanError> {
+    match duration_s {
+        Some(duration_s) if duration_s > 0.0 && duration_s <= LONGEST_S => Ok(()),
+        Some(_) => Err(PlanError::Duration),
+        None => Ok(()),
+    }
+}
