@@ -41,6 +41,7 @@ pub mod motor;
 pub mod pid;
 pub mod planner;
 pub mod polynomial;
+pub mod stack;
 mod state;
 pub mod supervisor;
 mod vehicle;

@@ -68,7 +68,7 @@ const NOISY_ACCEL_M_S2: f32 = 5.0 * GRAVITY_M_S2;
 const MEAN_SQUARE_SHARE: f32 = 1.0 / 16.0;
 
 /// A failure of the inertial sensors.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum ImuFault {
     /// No sample arrived for more than 5 ms, or the time was invalid.
     Silent,

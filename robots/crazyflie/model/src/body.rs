@@ -6,6 +6,8 @@ use bittybuzz_arena::engine::{
     first_wrong, not_below_0, within, wrap,
 };
 
+use crate::flying::FlyingBody;
+
 /// A command for the flight controller.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub enum Flight {
@@ -156,7 +158,10 @@ impl BodyModel for CrazyflieModel {
     }
 
     fn block(&self, substep: f32) -> Box<dyn BodyBlock> {
-        Box::new(Bodies::<CrazyflieBody>::new(*self, substep))
+        match self.fidelity {
+            Fidelity::Kinematic => Box::new(Bodies::<CrazyflieBody>::new(*self, substep)),
+            Fidelity::Flight => Box::new(Bodies::<FlyingBody>::new(*self, substep)),
+        }
     }
 }
 

@@ -1,13 +1,325 @@
-//! A Crazyflie in flight.
-use crate::Flight;
+//! The body of a Crazyflie with `fidelity = "flight"`: the flight controller of [`bittybuzz_flight`] at
+//! its own rates, in the physics of [`bittybuzz_crazyflie_physics`].
+//!
+//! # Simplifications
+//! * A script that takes off arms the robot, as a person would.
+//! * Bodies do not feel the downwash of others. The world resolves contacts: it moves the body, which
+//!   loses its speed in that direction.
+//! * The estimate starts at the true pose, as a robot does that is put on a known place.
+
+use bittybuzz_arena::engine::{Body, Pose, Stream, wrap};
+use bittybuzz_crazyflie_physics::sensors::{
+    FlowSensor, FlowSettings, HeightReading, HeightSensor, Imu, ImuSettings, MotionCapture,
+    MotionCaptureSettings,
+};
+use bittybuzz_crazyflie_physics::{
+    Airframe, DVec3, Drone, DroneState, DroneSurroundings, PowerSource, STEP_S,
+};
+use bittybuzz_flight::ekf::{FlowMeasurement, PoseMeasurement};
+use bittybuzz_flight::planner::{VelocityCommand, VelocityFrame};
+use bittybuzz_flight::stack::{FlightStack, StackSettings};
+use bittybuzz_flight::{FlightState, ImuSample, MotorDuties, Vec3};
+
+use crate::{CrazyflieModel, Flight, Positioning, Velocity};
 
 /// The commands by which a brain flies the body, and the voltage that it measures.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct FlightControls {
     /// The command for the flight controller.
     pub flight: Flight,
-    /// Voltage of the battery in mV that a scenario has set.
+    /// Voltage of the battery in mV that an event of the scenario has set.
     pub battery_setting_mv: Option<u16>,
     /// Voltage of the battery in mV.
     pub battery_mv: u16,
+}
+
+/// A source of position and attitude in the room.
+#[derive(Clone, Debug)]
+enum PositionSource {
+    /// Poses from outside: motion capture, Lighthouse or Loco.
+    Outside { source: Box<MotionCapture>, sigma_m: f32, sigma_rad: f32 },
+    /// The Flow deck's two sensors.
+    Deck { flow: Box<FlowSensor>, height: Box<HeightSensor> },
+}
+
+/// A Crazyflie's body with its flight controller.
+#[derive(Clone, Debug)]
+pub struct FlyingBody {
+    controls: FlightControls,
+    drone: Drone,
+    imu: Imu,
+    position: PositionSource,
+    stack: Box<FlightStack>,
+    duties: MotorDuties,
+    /// The pose at the end of the last substep. The world moves the body if it has another one.
+    pose: Pose,
+    /// Time in seconds that the world is ahead of the physics, less than a step.
+    behind_s: f64,
+}
+
+/// Time in seconds of the physics in one substep of the world, with the size of a body in m.
+#[derive(Clone, Copy, Debug)]
+pub struct FlyingStep {
+    seconds: f64,
+    radius_m: f64,
+}
+
+/// Poses per second of Lighthouse and Loco (crazyflie-firmware 2a18fc29 limits a Lighthouse deck to 50
+/// events per second).
+const OUTSIDE_PERIOD_STEPS: u32 = 40;
+/// Delay of these poses in steps of half a millisecond (choice: 10 ms).
+const OUTSIDE_LATENCY_STEPS: u32 = 20;
+/// Standard deviation of the flow sensor, in counts, that the filter assumes.
+const FLOW_SIGMA_COUNTS: f32 = 2.0;
+/// Time in seconds over which the flow sensor counts.
+const FLOW_PERIOD_S: f32 = 0.01;
+
+impl PositionSource {
+    fn new(positioning: Positioning, seed: u64) -> Self {
+        match positioning {
+            Positioning::Absolute { sigma, yaw_sigma } => {
+                let sigma_m = (sigma / 1000.0).max(0.0005);
+                let sigma_rad = yaw_sigma.max(0.001);
+                let settings = MotionCaptureSettings {
+                    period_steps: OUTSIDE_PERIOD_STEPS,
+                    latency_steps: OUTSIDE_LATENCY_STEPS,
+                    position_sigma_m: f64::from(sigma) / 1000.0,
+                    attitude_sigma_rad: yaw_sigma.into(),
+                    loss_probability: 0.0,
+                };
+                let source = Box::new(MotionCapture::new(settings, seed));
+                PositionSource::Outside { source, sigma_m, sigma_rad }
+            }
+            Positioning::Flow { .. } | Positioning::None => PositionSource::Deck {
+                flow: Box::new(FlowSensor::new(FlowSettings::PMW3901, seed)),
+                height: Box::new(HeightSensor::new(seed)),
+            },
+        }
+    }
+
+    /// Follows one step of the physics and passes measurements on.
+    fn step(&mut self, state: &DroneState, stack: &mut FlightStack) {
+        match self {
+            PositionSource::Outside { source, sigma_m, sigma_rad } => {
+                if let Some(pose) = source.sample(state) {
+                    let age_s = (state.steps - pose.steps) as f64 * STEP_S;
+                    stack.receive_pose(&PoseMeasurement {
+                        position_m: pose.position_m.as_vec3(),
+                        attitude: pose.attitude.as_quat(),
+                        sigma_m: *sigma_m,
+                        sigma_rad: *sigma_rad,
+                        age_s: age_s as f32,
+                    });
+                }
+            }
+            PositionSource::Deck { flow, height } => {
+                if let Some(counts) = flow.sample(state, 0.0)
+                    && counts.is_valid
+                {
+                    stack.receive_flow(&FlowMeasurement {
+                        counts_x: counts.x.into(),
+                        counts_y: counts.y.into(),
+                        sigma_counts: FLOW_SIGMA_COUNTS,
+                        seconds: FLOW_PERIOD_S,
+                    });
+                }
+                if let Some(HeightReading::Distance(mm)) = height.sample(state, 0.0) {
+                    stack.receive_range(f32::from(mm) / 1000.0);
+                }
+            }
+        }
+    }
+}
+
+/// Returns the state in which a robot stands on its place in the world.
+fn standing(drone: &Drone) -> FlightState {
+    FlightState {
+        position_m: drone.state().position_m.as_vec3(),
+        attitude: drone.state().attitude.as_quat(),
+        ..FlightState::default()
+    }
+}
+
+fn yaw_rad(state: &DroneState) -> f64 {
+    let ahead = state.attitude * DVec3::X;
+    libm::atan2(ahead.y, ahead.x)
+}
+
+impl FlyingBody {
+    /// Height in m of the center of mass above the height of the world's pose, which is 0 on the
+    /// ground.
+    fn feet_m(&self) -> f64 {
+        self.drone.airframe().feet_below_m
+    }
+
+    /// Returns the pose in the world's units.
+    fn world_pose(&self) -> Pose {
+        let state = self.drone.state();
+        let at = state.position_m;
+        Pose {
+            x: (at.x * 1000.0) as f32,
+            y: (at.y * 1000.0) as f32,
+            z: ((at.z - self.feet_m()) * 1000.0).max(0.0) as f32,
+            heading: wrap(yaw_rad(state) as f32),
+        }
+    }
+
+    /// Switches the flight controller on at the robot's place.
+    fn power_on(&mut self) {
+        let mut stack = FlightStack::new(StackSettings::CRAZYFLIE_2_1_PLUS, &standing(&self.drone));
+        core::mem::swap(&mut *self.stack, &mut stack);
+        self.duties = MotorDuties::default();
+        self.controls.flight = Flight::Off;
+    }
+
+    /// Follows the world, which has moved the body: a short way is a push, a long one a person.
+    fn follow(&mut self, pose: &Pose, radius_m: f64) {
+        let there = DVec3::new(
+            f64::from(pose.x) / 1000.0,
+            f64::from(pose.y) / 1000.0,
+            f64::from(pose.z) / 1000.0 + self.feet_m(),
+        );
+        let before = self.pose;
+        let way = DVec3::new(
+            f64::from(pose.x - before.x),
+            f64::from(pose.y - before.y),
+            f64::from(pose.z - before.z),
+        ) / 1000.0;
+        let mut state = *self.drone.state();
+        if way.length() <= radius_m && pose.heading == before.heading {
+            state.position_m += way;
+            let direction = way.normalize_or_zero();
+            state.velocity_m_s -= direction * state.velocity_m_s.dot(direction).min(0.0);
+            self.drone.set_state(state);
+        } else {
+            self.drone.stand(0.0, there.x, there.y, pose.heading.into());
+            let mut state = *self.drone.state();
+            state.position_m.z = state.position_m.z.max(there.z);
+            self.drone.set_state(state);
+            self.stack.adopt(&standing(&self.drone));
+        }
+        self.pose = *pose;
+    }
+
+    /// Passes the commands of the brain to the flight controller.
+    fn command(&mut self) {
+        if let Some(millivolts) = self.controls.battery_setting_mv {
+            let volts = f64::from(millivolts) / 1000.0;
+            self.drone.set_power(PowerSource::Constant { volts });
+        }
+        match self.controls.flight {
+            Flight::Off => self.stack.stop(),
+            Flight::Velocity(Velocity { forward, left, up, turn }) => {
+                self.stack.fly(&VelocityCommand {
+                    frame: VelocityFrame::Yaw,
+                    velocity_m_s: Vec3::new(forward, left, up) / 1000.0,
+                    yaw_rate_rad_s: turn,
+                });
+            }
+        }
+    }
+}
+
+impl Body for FlyingBody {
+    type Numbers = CrazyflieModel;
+    type Step = FlyingStep;
+    type Controls = FlightControls;
+
+    fn new(model: &CrazyflieModel, pose: &Pose, build: &mut Stream) -> Self {
+        let seed = build.seed();
+        let airframe = Airframe::CRAZYFLIE_2_1_PLUS;
+        let mut drone = Drone::new(airframe, seed);
+        let [x_m, y_m] = [pose.x, pose.y].map(|mm| f64::from(mm) / 1000.0);
+        drone.stand(0.0, x_m, y_m, pose.heading.into());
+        let stack = FlightStack::new(StackSettings::CRAZYFLIE_2_1_PLUS, &standing(&drone));
+        let mut body = FlyingBody {
+            controls: FlightControls::default(),
+            imu: Imu::new(&airframe, ImuSettings::BMI088, seed),
+            position: PositionSource::new(model.positioning, seed),
+            stack: Box::new(stack),
+            duties: MotorDuties::default(),
+            pose: *pose,
+            behind_s: 0.0,
+            drone,
+        };
+        if pose.z > 0.0 {
+            let moved = Pose { z: 0.0, ..*pose };
+            body.pose = moved;
+            body.follow(pose, 0.0);
+        }
+        body
+    }
+
+    fn prepare(model: &CrazyflieModel, seconds: f32) -> FlyingStep {
+        // A substep in f32 is not exactly a number of steps; the nearest microsecond is.
+        let seconds = libm::round(f64::from(seconds) * 1e6) / 1e6;
+        FlyingStep { seconds, radius_m: f64::from(model.radius) / 1000.0 }
+    }
+
+    fn controls(&mut self) -> &mut FlightControls {
+        self.controls.battery_mv = (self.drone.battery_volts() * 1000.0) as u16;
+        &mut self.controls
+    }
+
+    fn halt(&mut self) {
+        self.controls.flight = Flight::Off;
+    }
+
+    fn restart(&mut self) {
+        if self.drone.has_crashed() {
+            let at = self.drone.state().position_m;
+            self.drone.stand(0.0, at.x, at.y, self.pose.heading.into());
+        }
+        self.power_on();
+    }
+
+    fn step(&mut self, pose: &mut Pose, step: &FlyingStep) {
+        if *pose != self.pose {
+            self.follow(pose, step.radius_m);
+        }
+        self.command();
+        self.behind_s += step.seconds;
+        while self.behind_s >= STEP_S / 2.0 {
+            self.behind_s -= STEP_S;
+            let duties = self.duties.0.map(f64::from);
+            self.drone.step(duties, &DroneSurroundings::default());
+            let state = *self.drone.state();
+            self.position.step(&state, &mut self.stack);
+            if let Some(counts) = self.imu.sample(&state) {
+                let sample = ImuSample {
+                    gyro_rad_s: counts.gyro_rad_s().as_vec3(),
+                    accel_m_s2: counts.accel_m_s2().as_vec3(),
+                };
+                let volts = self.drone.battery_volts() as f32;
+                self.duties = self.stack.tick(Some(&sample), volts);
+            }
+        }
+        self.pose = self.world_pose();
+        *pose = self.pose;
+    }
+
+    fn is_broken(&self) -> bool {
+        self.drone.has_crashed()
+    }
+
+    fn sense(
+        &mut self,
+        pose: &Pose,
+        model: &CrazyflieModel,
+        seconds: f32,
+        _: impl FnOnce() -> Stream,
+    ) -> Option<Pose> {
+        if seconds == 0.0 && *pose != self.pose {
+            self.follow(pose, f64::from(model.radius) / 1000.0);
+        }
+        let state = self.stack.state();
+        let ahead = state.attitude * Vec3::X;
+        let at = state.position_m * 1000.0;
+        self.stack.health().is_position_valid.then(|| Pose {
+            x: at.x,
+            y: at.y,
+            z: at.z - (self.feet_m() * 1000.0) as f32,
+            heading: wrap(libm::atan2f(ahead.y, ahead.x)),
+        })
+    }
 }
