@@ -1,8 +1,6 @@
 //! The supervisor's states, what they permit, and the events between them.
 
-use crate::calibration::ImuFault;
-
-use super::conditions::{Conditions, SetpointFreshness};
+use super::conditions::{Conditions, ImuFault, SetpointFreshness};
 use super::preflight::FailedChecks;
 use super::timer::{FlightMonitor, HoldTimer, TumbleMonitor, TumbleSign};
 

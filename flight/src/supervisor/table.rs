@@ -3,7 +3,6 @@
 //! The test reads the rows from the documentation and states again, for each event, the conditions in
 //! which it occurs. So it predicts the first change from any state under any conditions that last.
 
-use crate::calibration::ImuFault;
 use std::collections::BTreeSet;
 use std::format;
 use std::string::{String, ToString};
@@ -114,8 +113,7 @@ fn starts() -> Vec<Start> {
     let landed = reach(landing, fly, Stage::Landed, |now| now.is_at_ground = true);
     let crashed = reach(flying, fly, Stage::Crashed, |now| now.has_impact = true);
     let locked = reach(flying, fly, Stage::Locked, |now| now.requests.emergency_stop = true);
-    let start =
-        |supervisor, usual| Start { supervisor, usual, can_resume: false, held: ("", 0) };
+    let start = |supervisor, usual| Start { supervisor, usual, can_resume: false, held: ("", 0) };
     std::vec![
         start(Supervisor::new(), rest),
         start(ready, rest),
@@ -239,7 +237,6 @@ fn occurs(event: &str, start: &Start, now: &Conditions) -> bool {
 fn time_ms(row: &Row, start: &Start) -> u32 {
     let (event, held_ms) = start.held;
     row.time_ms - if row.event.starts_with(event) { held_ms } else { 0 }
-}
 }
 
 fn target(row: &Row, start: &Start, now: &Conditions) -> String {
