@@ -366,8 +366,7 @@ impl FlightStack {
         let now_s = self.now_s();
         let reference = self.planner.as_mut().and_then(|planner| planner.reference(now_s));
         let wrench = match (self.permission, reference) {
-            (MotorPermission::Off | MotorPermission::Idle, _)
-            | (MotorPermission::Follow, None) => {
+            (MotorPermission::Off | MotorPermission::Idle, _) | (MotorPermission::Follow, None) => {
                 self.forces = MotorForces::default();
                 return;
             }

@@ -3,6 +3,7 @@
 //! The test reads the rows from the documentation and states again, for each event, the conditions in
 //! which it occurs. So it predicts the first change from any state under any conditions that last.
 
+use crate::calibration::ImuFault;
 use std::collections::BTreeSet;
 use std::format;
 use std::string::{String, ToString};
