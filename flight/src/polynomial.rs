@@ -2,7 +2,7 @@
 //!
 //! Degree 7 is the least that fixes position, velocity, acceleration and jerk at both ends. It also
 //! minimizes the integral of the squared snap, to which the torques of a quadrotor are proportional
-//! (Mellinger and Kumar 2011, section IV).
+//! (Mellinger and Kumar 2011).
 //!
 //! # Precision
 //! A power series in seconds loses digits in `f32`: near the end, terms of alternating sign cancel.
@@ -11,7 +11,7 @@
 //!
 //! # Bounds
 //! The values of a polynomial lie in the convex hull of its Bernstein coefficients (Farin 2002,
-//! section 4.3), so a test of few points proves a limit for the whole interval. The interval is
+//! chapter 4), so a test of few points proves a limit for the whole interval. The interval is
 //! divided into [`HULLS`] parts, as the hull of a part is closer to its values.
 
 use core::ops::{Add, Mul, Sub};
@@ -23,6 +23,10 @@ pub const PEAK_SPEED: f32 = 2.1875;
 pub const PEAK_ACCELERATION: f32 = 7.513_188;
 /// Peak jerk from rest to rest, as a multiple of distance per duration³: 105/2.
 pub const PEAK_JERK: f32 = 52.5;
+/// Shortest duration in seconds. Its inverse to the fourth power is far from the largest `f32`.
+pub const SHORTEST_S: f32 = 1e-3;
+/// Longest duration in seconds.
+pub const LONGEST_S: f32 = 3600.0;
 /// Highest derivative that a polynomial evaluates.
 pub const MOST_DERIVATIVE: usize = 4;
 /// Parts of the interval for bounds.
@@ -84,7 +88,8 @@ pub struct Polynomial<V> {
 impl<V: Coordinate> Polynomial<V> {
     /// Returns the polynomial that leads from `start` to `end`, with zero jerk at both ends.
     ///
-    /// Returns `None` if a number is not finite or the duration is not positive.
+    /// Returns `None` if a number is not finite or the duration is not in the range of
+    /// [`SHORTEST_S`] to [`LONGEST_S`].
     pub fn between(start: Endpoint<V>, end: Endpoint<V>, duration_s: f32) -> Option<Self> {
         // Derivatives by z. The sum of both ends fixes the even powers if a derivative is even,
         // otherwise the difference does; so two systems of 4 equations replace one of 8.
@@ -111,7 +116,8 @@ impl<V: Coordinate> Polynomial<V> {
 
     /// Returns the polynomial with these coefficients of the powers of the time in seconds.
     ///
-    /// Returns `None` if a number is not finite or the duration is not positive.
+    /// Returns `None` if a number is not finite or the duration is not in the range of
+    /// [`SHORTEST_S`] to [`LONGEST_S`].
     pub fn from_powers_of_time(powers: [V; TERMS], duration_s: f32) -> Option<Self> {
         // Horner's scheme, where the unknown is t = duration/2 · (1 + z).
         let half = 0.5 * duration_s;
@@ -130,11 +136,11 @@ impl<V: Coordinate> Polynomial<V> {
 
     fn checked(coefficients: [V; TERMS], duration_s: f32) -> Option<Self> {
         let is_finite = coefficients.iter().all(|c| c.magnitude().is_finite());
-        let is_valid = is_finite && duration_s.is_finite() && duration_s > 0.0;
+        let is_valid = is_finite && (SHORTEST_S..=LONGEST_S).contains(&duration_s);
         is_valid.then_some(Polynomial { coefficients, duration_s })
     }
 
-    /// Returns the duration in seconds, more than 0.
+    /// Returns the duration in seconds, from [`SHORTEST_S`] to [`LONGEST_S`].
     pub fn duration_s(&self) -> f32 {
         self.duration_s
     }
@@ -173,8 +179,8 @@ impl<V: Coordinate> Polynomial<V> {
     /// Returns true if `is_inside` holds for every point whose convex hull contains the derivative
     /// of this order (0 to 4) over the whole interval.
     ///
-    /// When `is_inside` describes a convex set, the derivative never leaves that set. The answer can be
-    /// false although the derivative stays just inside.
+    /// When `is_inside` describes a convex set, the derivative never leaves that set. The answer
+    /// can be false although the derivative stays just inside.
     pub fn hull_is_inside(&self, order: usize, mut is_inside: impl FnMut(V) -> bool) -> bool {
         let (mut points, degree) = self.bernstein(order);
         for part in 0..HULLS {
@@ -209,8 +215,9 @@ impl<V: Coordinate> Polynomial<V> {
             }
             powers[TERMS - 1] = V::ZERO;
         }
-        // Coefficient i is the blossom (Farin 2002, section 4.8) of i arguments 1 and the others -1:
-        // zᵏ contributes the elementary symmetric polynomial of order k over its number of terms.
+        // Coefficient i is the blossom (Farin 2002, chapter 4) of i arguments 1 and the others
+        // -1: zᵏ contributes the elementary symmetric polynomial of order k over its number of
+        // terms.
         let mut points = [V::ZERO; TERMS];
         for (i, point) in points.iter_mut().enumerate().take(degree + 1) {
             let mut symmetric = [0.0_f32; TERMS];
@@ -258,13 +265,13 @@ pub(crate) mod tests {
     pub(crate) fn solve_with_jerk(start: [f64; 4], end: [f64; 4], t: f64) -> [f64; 8] {
         let mut rows: Vec<[f64; 9]> = Vec::new();
         for (time, values) in [(0.0_f64, start), (t, end)] {
-            for order in 0..4 {
+            for (order, value) in values.iter().enumerate() {
                 let mut row = [0.0; 9];
-                for power in order..8 {
+                for (power, cell) in row.iter_mut().enumerate().take(8).skip(order) {
                     let factor: usize = (power - order + 1..=power).product();
-                    row[power] = factor as f64 * time.powi((power - order) as i32);
+                    *cell = factor as f64 * time.powi((power - order) as i32);
                 }
-                row[8] = values[order];
+                row[8] = *value;
                 rows.push(row);
             }
         }
@@ -273,12 +280,11 @@ pub(crate) mod tests {
                 .max_by(|&a, &b| rows[a][column].abs().total_cmp(&rows[b][column].abs()))
                 .unwrap();
             rows.swap(column, pivot);
-            for row in 0..8 {
-                if row != column {
-                    let factor = rows[row][column] / rows[column][column];
-                    for k in column..9 {
-                        rows[row][k] -= factor * rows[column][k];
-                    }
+            let chosen = rows[column];
+            for (_, row) in rows.iter_mut().enumerate().filter(|(row, _)| *row != column) {
+                let factor = row[column] / chosen[column];
+                for (cell, above) in row.iter_mut().zip(chosen) {
+                    *cell -= factor * above;
                 }
             }
         }
@@ -439,7 +445,7 @@ pub(crate) mod tests {
     #[test]
     fn refuses_numbers_that_are_not_finite() {
         let (rest, end) = (Endpoint::at_rest(0.0), Endpoint::at_rest(1.0));
-        for duration in [0.0, -1.0, f32::NAN, f32::INFINITY] {
+        for duration in [0.0, -1.0, 1e-4, 4000.0, f32::NAN, f32::INFINITY] {
             assert_eq!(Polynomial::between(rest, end, duration), None);
         }
         assert_eq!(Polynomial::between(rest, Endpoint::at_rest(f32::NAN), 1.0), None);

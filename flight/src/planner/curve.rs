@@ -17,7 +17,7 @@ const REST_SHARE: f32 = 1e-3;
 
 /// A point where the robot should come to rest.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) struct Goal {
+pub(super) struct FlightGoal {
     /// Position in m.
     pub position_m: Vec3,
     /// Yaw in radians.
@@ -41,7 +41,7 @@ impl Curve {
     /// if the goal is inside the fence.
     pub fn find(
         start: &Reference,
-        goal: &Goal,
+        goal: &FlightGoal,
         limits: &FlightLimits,
         fence: &PositionFence,
     ) -> Option<Curve> {
@@ -52,7 +52,7 @@ impl Curve {
             acceleration: start.acceleration_m_s2,
         };
         let to = Endpoint::at_rest(goal.position_m);
-        let shortest = duration_from_rest_s(goal.position_m - start.position_m, limits);
+        let shortest = move_duration_s(goal.position_m - start.position_m, limits);
         let is_at_rest = start.velocity_m_s.length()
             <= REST_SHARE * limits.speed_m_s.min(limits.climb_m_s)
             && start.acceleration_m_s2.length() <= REST_SHARE * limits.acceleration_m_s2;
@@ -113,14 +113,33 @@ fn is_allowed(position: &Polynomial<Vec3>, limits: &FlightLimits, fence: &Positi
         && position.hull_is_inside(0, |point| fence.nearly_contains(point))
 }
 
+/// Returns the shortest duration in seconds from rest at a start to a goal.
+pub(super) fn duration_from_rest_s(
+    start: &Reference,
+    goal: &FlightGoal,
+    limits: &FlightLimits,
+) -> f32 {
+    let turn_rad = wrapped(goal.yaw_rad - start.yaw_rad);
+    move_duration_s(goal.position_m - start.position_m, limits)
+        .max(turn_duration_s(turn_rad, limits))
+        .max(goal.duration_s.unwrap_or(0.0))
+}
+
 /// Returns the shortest duration in seconds from rest to rest over a displacement.
-pub(super) fn duration_from_rest_s(displacement_m: Vec3, limits: &FlightLimits) -> f32 {
+fn move_duration_s(displacement_m: Vec3, limits: &FlightLimits) -> f32 {
     let distance_m = displacement_m.length();
     LEAST_DURATION_S
         .max(PEAK_SPEED * displacement_m.truncate().length() / limits.speed_m_s)
         .max(PEAK_SPEED * libm::fabsf(displacement_m.z) / limits.climb_m_s)
         .max(libm::sqrtf(PEAK_ACCELERATION * distance_m / limits.acceleration_m_s2))
         .max(libm::cbrtf(PEAK_JERK * distance_m / limits.jerk_m_s3))
+}
+
+/// Returns the shortest duration in seconds from rest to rest over a turn.
+fn turn_duration_s(turn_rad: f32, limits: &FlightLimits) -> f32 {
+    let angle_rad = libm::fabsf(turn_rad);
+    let by_rate_s = PEAK_SPEED * angle_rad / limits.yaw_rate_rad_s;
+    by_rate_s.max(libm::sqrtf(PEAK_ACCELERATION * angle_rad / limits.yaw_acceleration_rad_s2()))
 }
 
 /// Returns the curve of the yaw on the short way, which takes at least `duration_s`.
@@ -135,12 +154,14 @@ fn yaw_curve(
         Endpoint { position: start.yaw_rad, velocity: start.yaw_rate_rad_s, acceleration: 0.0 };
     let to = Endpoint::at_rest(start.yaw_rad + turn_rad);
     let is_at_rest = libm::fabsf(start.yaw_rate_rad_s) <= REST_SHARE * limits.yaw_rate_rad_s;
-    let mut duration_s = duration_s.max(PEAK_SPEED * libm::fabsf(turn_rad) / limits.yaw_rate_rad_s);
+    let mut duration_s = duration_s.max(turn_duration_s(turn_rad, limits));
     // A long curve only has to undo the rate at the start, which never needs a larger rate: so the
     // search ends.
     for _ in 0..TRIES {
         let yaw = Polynomial::between(from, to, duration_s)?;
-        if is_at_rest || yaw.hull_is_inside(1, |rate| limits.allow_yaw_rate(rate)) {
+        let is_allowed = yaw.hull_is_inside(1, |rate| limits.allow_yaw_rate(rate))
+            && yaw.hull_is_inside(2, |acceleration| limits.allow_yaw_acceleration(acceleration));
+        if is_at_rest || is_allowed {
             return Some(yaw);
         }
         duration_s *= GROWTH;

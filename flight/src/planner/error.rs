@@ -5,8 +5,10 @@
 pub enum PlanError {
     /// A number is not finite.
     NotFinite,
-    /// The duration is not finite, not positive or longer than an hour.
+    /// The duration is not positive, not a number or longer than 1800 s.
     Duration,
+    /// The limits permit no flight to the goal within 1800 s.
+    TooFar,
     /// A limit is not finite or not positive.
     Limits,
     /// The robot flies already.

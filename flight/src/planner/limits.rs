@@ -16,7 +16,8 @@ pub struct FlightLimits {
     pub acceleration_m_s2: f32,
     /// Magnitude of the jerk in m/s³.
     pub jerk_m_s3: f32,
-    /// Rate of yaw in rad/s.
+    /// Rate of yaw in rad/s. It changes by at most this rate times `jerk_m_s3 / acceleration_m_s2`
+    /// per second.
     pub yaw_rate_rad_s: f32,
 }
 
@@ -67,6 +68,17 @@ impl FlightLimits {
         libm::fabsf(yaw_rate_rad_s) <= self.yaw_rate_rad_s * ROUNDING
     }
 
+    /// Returns true if the acceleration of the yaw is allowed.
+    pub(super) fn allow_yaw_acceleration(&self, yaw_acceleration_rad_s2: f32) -> bool {
+        libm::fabsf(yaw_acceleration_rad_s2) <= self.yaw_acceleration_rad_s2() * ROUNDING
+    }
+
+    /// Returns the largest acceleration of the yaw in rad/s², which a lag needs to reverse the
+    /// largest rate.
+    pub(super) fn yaw_acceleration_rad_s2(&self) -> f32 {
+        2.0 * self.yaw_rate_rad_s * self.lag_rate_s()
+    }
+
     /// Returns the velocity with its horizontal part shortened, and its vertical part limited.
     pub(super) fn limit_velocity(&self, velocity_m_s: Vec3) -> Vec3 {
         velocity_m_s
@@ -77,8 +89,8 @@ impl FlightLimits {
 
     /// Returns the rate at which a velocity follows its lead, in 1/s.
     ///
-    /// The lead changes by at most the acceleration A per second, so the velocity does too. Its jerk
-    /// is the rate times the difference of both accelerations, which is at most 2 A.
+    /// The lead changes by at most the acceleration A per second, so the velocity does too. Its
+    /// jerk is the rate times the difference of both accelerations, which is at most 2 A.
     pub(super) fn lag_rate_s(&self) -> f32 {
         self.jerk_m_s3 / (2.0 * self.acceleration_m_s2)
     }

@@ -1,8 +1,8 @@
 //! The planner: from commands to references.
 //!
-//! A [`Planner`] receives commands such as "take off" or "go there" and returns the [`Reference`] of
-//! each moment. It knows the time, the fence and the limits, but not the state of the robot: a new
-//! plan starts from the reference of that moment, so position, velocity and acceleration of the
+//! A [`Planner`] receives commands such as "take off" or "go there" and returns the [`Reference`]
+//! of each moment. It knows the time, the fence and the limits, but not the state of the robot: a
+//! new plan starts from the reference of that moment, so position, velocity and acceleration of the
 //! reference never jump.
 //!
 //! # Plans
@@ -10,33 +10,39 @@
 //! * A **trajectory** is a sequence of polynomial pieces from the caller.
 //! * A **velocity filter** follows a commanded velocity, and stops.
 //!
-//! Every plan ends in hover; only [`Planner::touched_down`] and [`Planner::go_idle`] end the flight.
+//! Every plan ends in hover; only [`Planner::touched_down`] and [`Planner::go_idle`] end the
+//! flight.
 //!
 //! # Durations
 //! A curve takes the duration of the command, or the shortest one that keeps the [`FlightLimits`],
-//! whichever is longer. From rest this duration is exact (see [`crate::polynomial`]); in motion it is
-//! found by a search in steps of 25 %. If no duration works, for instance because the robot flies
-//! fast towards a wall, the reference brakes first. [`PlanReport`] has the duration and says so.
+//! whichever is longer. From rest the shortest duration is exact (see [`crate::polynomial`]); in
+//! motion it is found by a search in steps of 25 %. If no duration works, for instance because the
+//! robot flies fast towards a wall, the reference brakes first. [`PlanReport`] has the duration and
+//! says so.
 //!
 //! # Interruption
 //! Stopping short of the goal takes room. A command that has to brake waits while braking would
-//! leave the fence or exceed a limit: the plan in force continues, which does neither, and which ends
-//! at rest.
+//! leave the fence or exceed a limit: the plan in force continues, which does neither, and which
+//! ends at rest.
 //!
 //! # Fence
 //! No reference leaves the fence, except downwards: take-off starts on the ground and landing ends
-//! there, even if that is below the fence. A goal outside is moved to the closest point of the fence.
+//! there, even if that is below the fence. A goal outside is moved to the closest point of the
+//! fence.
 
+mod command;
 mod curve;
 mod error;
 mod fence;
 mod limits;
+mod progress;
 mod trajectory;
 mod velocity;
 
 #[cfg(test)]
 mod tests;
 
+pub use command::{Destination, PlanReport};
 pub use error::{PieceFault, PlanError};
 pub use fence::PositionFence;
 pub use limits::FlightLimits;
@@ -44,52 +50,19 @@ pub use trajectory::TrajectoryPiece;
 pub use velocity::{VelocityCommand, VelocityFrame};
 
 use crate::Reference;
-use curve::{Curve, Goal, duration_from_rest_s};
+use curve::{Curve, FlightGoal, duration_from_rest_s};
 use glam::Vec3;
 use trajectory::PieceStore;
 use velocity::{VelocityFilter, wrapped};
 
-/// Longest duration of a command in seconds.
-const LONGEST_S: f32 = 3600.0;
-/// Time in seconds between attempts to leave a braking manoeuvre for a curve.
-const RETRY_S: f64 = 0.1;
-
-/// A point to fly to.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub enum Destination {
-    /// A point in the world frame.
-    Absolute {
-        /// Position in m.
-        position_m: Vec3,
-        /// Yaw in radians, or `None` to keep it.
-        yaw_rad: Option<f32>,
-    },
-    /// A point relative to the reference of this moment, along the axes of the world frame.
-    Relative {
-        /// Displacement in m.
-        displacement_m: Vec3,
-        /// Turn in radians; it is flown on the short way.
-        turn_rad: f32,
-    },
-}
-
-/// The answer to an accepted command.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct PlanReport {
-    /// Duration until the reference is at rest, in seconds: exact, or an estimate if `brakes_first`.
-    /// 0 for a velocity, which has no end.
-    pub duration_s: f32,
-    /// True if the fence or the limits changed the goal or the velocity.
-    pub is_clamped: bool,
-    /// True if the reference brakes before it turns to its goal.
-    pub brakes_first: bool,
-}
+/// Longest duration of a command in seconds. A search may stretch it up to the longest polynomial.
+const LONGEST_S: f32 = 1800.0;
 
 /// A velocity to follow, and the goal afterwards.
 #[derive(Clone, Copy, Debug)]
 struct Pursuit {
     command: VelocityCommand,
-    goal: Option<Goal>,
+    goal: Option<FlightGoal>,
 }
 
 /// The plan in force.
@@ -167,8 +140,9 @@ impl<const PIECES: usize> Planner<PIECES> {
     /// in the world frame.
     ///
     /// # Errors
-    /// Refuses a robot that flies, a start outside the fence (its floor aside), a height that is not
-    /// above the start, a number that is not finite and a duration that is not in the range of 0 to 3600 s.
+    /// Refuses a robot that flies, a start outside the fence (its floor aside), a height that is
+    /// not above the start, a number that is not finite, a duration outside 0 to 1800 s and a goal
+    /// that is too far for it.
     pub fn take_off(
         &mut self,
         now_s: f64,
@@ -194,9 +168,10 @@ impl<const PIECES: usize> Planner<PIECES> {
             Reference { position_m: start_m, yaw_rad: wrapped(yaw_rad), ..Reference::default() };
         let wanted_m = start_m.with_z(height_m);
         let position_m = self.fence.clamp(wanted_m);
-        let goal = Goal { position_m, yaw_rad: start.yaw_rad, duration_s };
+        let goal = FlightGoal { position_m, yaw_rad: start.yaw_rad, duration_s };
+        self.require_near(&start, &goal)?;
         let curve =
-            Curve::find(&start, &goal, &self.limits, &self.fence).ok_or(PlanError::NotFinite)?;
+            Curve::find(&start, &goal, &self.limits, &self.fence).ok_or(PlanError::TooFar)?;
         self.time_s = now_s.max(self.time_s);
         self.motion = Motion::Curve { curve, start_s: self.time_s };
         self.waiting = None;
@@ -212,8 +187,8 @@ impl<const PIECES: usize> Planner<PIECES> {
     /// stops. The reference waits there until [`Planner::touched_down`].
     ///
     /// # Errors
-    /// Refuses a robot that does not fly or that lands already, a number that is not finite and a
-    /// duration that is not in the range of 0 to 3600 s.
+    /// Refuses a robot that does not fly or that lands already, a number that is not finite, a
+    /// duration outside 0 to 1800 s and ground that is too far for it.
     pub fn land(
         &mut self,
         now_s: f64,
@@ -228,7 +203,8 @@ impl<const PIECES: usize> Planner<PIECES> {
         require_duration(duration_s)?;
         let stop_m = VelocityFilter::from_reference(&start, &self.limits).stop_m(&self.limits);
         let position_m = self.fence.clamp(stop_m).with_z(ground_m.min(self.fence.most_m().z));
-        let goal = Goal { position_m, yaw_rad: start.yaw_rad, duration_s };
+        let goal = FlightGoal { position_m, yaw_rad: start.yaw_rad, duration_s };
+        self.require_near(&start, &goal)?;
         let report = self.pursue_goal(&start, goal, position_m.z != ground_m);
         self.is_landing = true;
         Ok(report)
@@ -257,8 +233,8 @@ impl<const PIECES: usize> Planner<PIECES> {
     /// Flies to a point and stops there. A destination outside the fence is clamped.
     ///
     /// # Errors
-    /// Refuses a robot that does not fly, a number that is not finite and a duration that is not
-    /// in the range of 0 to 3600 s.
+    /// Refuses a robot that does not fly, a number that is not finite, a duration outside 0 to
+    /// 1800 s and a goal that is too far for it.
     pub fn go_to(
         &mut self,
         now_s: f64,
@@ -277,7 +253,8 @@ impl<const PIECES: usize> Planner<PIECES> {
         };
         require_finite(wanted_m.is_finite() && yaw_rad.is_finite())?;
         let position_m = self.fence.clamp(wanted_m);
-        let goal = Goal { position_m, yaw_rad: wrapped(yaw_rad), duration_s };
+        let goal = FlightGoal { position_m, yaw_rad: wrapped(yaw_rad), duration_s };
+        self.require_near(&start, &goal)?;
         let report = self.pursue_goal(&start, goal, position_m != wanted_m);
         self.is_landing = false;
         Ok(report)
@@ -318,12 +295,12 @@ impl<const PIECES: usize> Planner<PIECES> {
         })
     }
 
-    /// Follows the pieces of a trajectory and hovers at its end. If `is_relative`, the trajectory is
-    /// moved so that it starts at the position of the reference; the yaw is never changed.
+    /// Follows the pieces of a trajectory and hovers at its end. If `is_relative`, the trajectory
+    /// is moved so that it starts at the position of the reference; the yaw is never changed.
     ///
     /// # Errors
-    /// Refuses a robot that does not fly, no pieces, too many pieces, and the first piece that jumps,
-    /// exceeds a limit, leaves the fence or, as the last one, does not end at rest.
+    /// Refuses a robot that does not fly, no pieces, too many pieces, and the first piece that
+    /// jumps, exceeds a limit, leaves the fence or, as the last one, does not end at rest.
     pub fn follow_trajectory(
         &mut self,
         now_s: f64,
@@ -365,6 +342,12 @@ impl<const PIECES: usize> Planner<PIECES> {
         })
     }
 
+    /// Refuses a goal that is too far.
+    fn require_near(&self, start: &Reference, goal: &FlightGoal) -> Result<(), PlanError> {
+        let is_near = duration_from_rest_s(start, goal, &self.limits) <= LONGEST_S;
+        if is_near { Ok(()) } else { Err(PlanError::TooFar) }
+    }
+
     /// Returns the reference of the last time.
     fn current(&self) -> Option<Reference> {
         match &self.motion {
@@ -383,93 +366,6 @@ impl<const PIECES: usize> Planner<PIECES> {
     fn current_at(&mut self, now_s: f64) -> Result<Reference, PlanError> {
         require_finite(now_s.is_finite())?;
         self.reference(now_s).ok_or(PlanError::NotFlying)
-    }
-
-    /// Starts a curve to a goal, or brakes first if there is no curve yet.
-    fn pursue_goal(&mut self, start: &Reference, goal: Goal, is_clamped: bool) -> PlanReport {
-        if let Some(curve) = self.find_curve(start, &goal) {
-            self.motion = Motion::Curve { curve, start_s: self.time_s };
-            self.waiting = None;
-            return PlanReport { duration_s: curve.duration_s(), is_clamped, brakes_first: false };
-        }
-        self.pursue(start, Pursuit { command: VelocityCommand::STOP, goal: Some(goal) });
-        let filter = VelocityFilter::from_reference(start, &self.limits);
-        let way_m = goal.position_m - filter.stop_m(&self.limits);
-        let curve_s = duration_from_rest_s(way_m, &self.limits).max(goal.duration_s.unwrap_or(0.0));
-        let duration_s = filter.stop_s(&self.limits) + curve_s;
-        PlanReport { duration_s, is_clamped, brakes_first: true }
-    }
-
-    /// Returns a curve to a goal; only a goal on the ground may be below the fence.
-    fn find_curve(&self, start: &Reference, goal: &Goal) -> Option<Curve> {
-        let fence = self.fence.extended_to_height(goal.position_m.z);
-        Curve::find(start, goal, &self.limits, &fence)
-    }
-
-    /// Follows a velocity as soon as braking from there is safe.
-    fn pursue(&mut self, start: &Reference, pursuit: Pursuit) {
-        let retry_s = self.time_s + RETRY_S;
-        if let Motion::Pursuit { filter, .. } = self.motion {
-            self.motion = Motion::Pursuit { filter, pursuit, retry_s };
-            return;
-        }
-        let filter = VelocityFilter::from_reference(start, &self.limits);
-        if filter.can_brake(&self.limits, &self.fence) {
-            self.motion = Motion::Pursuit { filter, pursuit, retry_s };
-            self.waiting = None;
-        } else {
-            self.waiting = Some(pursuit);
-        }
-    }
-
-    /// Moves the time forward.
-    fn advance(&mut self, now_s: f64) {
-        if !now_s.is_finite() || now_s <= self.time_s {
-            return;
-        }
-        self.leave_finished_plan(now_s);
-        let moment_s = core::mem::replace(&mut self.time_s, now_s);
-        if let (Some(pursuit), Some(reference)) = (self.waiting, self.current()) {
-            self.pursue(&reference, pursuit);
-        } else if let Motion::Pursuit { filter, pursuit, .. } = &mut self.motion {
-            let time_s = (now_s - moment_s) as f32;
-            filter.advance(time_s, &pursuit.command, &self.limits, &self.fence);
-            self.retry();
-        }
-    }
-
-    /// Hovers, or follows the command that waits, from the end of a plan that ends before `now_s`.
-    fn leave_finished_plan(&mut self, now_s: f64) {
-        let end_s = match &self.motion {
-            Motion::Curve { curve, start_s } => start_s + f64::from(curve.duration_s()),
-            Motion::Trajectory { start_s } => start_s + f64::from(self.pieces.duration_s()),
-            Motion::Idle | Motion::Pursuit { .. } => return,
-        };
-        if now_s < end_s {
-            return;
-        }
-        self.time_s = end_s.max(self.time_s);
-        let Some(end) = self.current() else { return };
-        let rest =
-            Reference { position_m: end.position_m, yaw_rad: end.yaw_rad, ..Reference::default() };
-        let filter = VelocityFilter::from_reference(&rest, &self.limits);
-        let hover = Pursuit { command: VelocityCommand::STOP, goal: None };
-        let pursuit = self.waiting.take().unwrap_or(hover);
-        self.motion = Motion::Pursuit { filter, pursuit, retry_s: end_s };
-    }
-
-    /// Leaves a braking manoeuvre once a curve leads to the goal.
-    fn retry(&mut self) {
-        let Motion::Pursuit { filter, pursuit, retry_s } = &mut self.motion else { return };
-        let Some(goal) = pursuit.goal else { return };
-        if self.time_s < *retry_s {
-            return;
-        }
-        *retry_s = self.time_s + RETRY_S;
-        let start = filter.reference(&self.limits);
-        if let Some(curve) = self.find_curve(&start, &goal) {
-            self.motion = Motion::Curve { curve, start_s: self.time_s };
-        }
     }
 }
 

@@ -26,7 +26,8 @@ pub struct TrajectoryPiece {
 impl TrajectoryPiece {
     /// Returns a piece from the coefficients of powers of the time in seconds: m/sᵏ and rad/sᵏ.
     ///
-    /// Returns `None` if a number is not finite or the duration is not positive.
+    /// Returns `None` if a number is not finite or the duration is not in the range of 1 ms to an
+    /// hour.
     pub fn new(duration_s: f32, position: [Vec3; 8], yaw: [f32; 8]) -> Option<Self> {
         Some(TrajectoryPiece {
             position: Polynomial::from_powers_of_time(position, duration_s)?,

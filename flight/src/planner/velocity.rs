@@ -3,18 +3,20 @@
 //! # Filter
 //! A lead velocity w moves straight towards the command, by at most the acceleration A per second.
 //! The velocity v of the reference follows with the rate ω = J / 2A: v' = ω (w - v). Then
-//! * v and w stay in any convex set that contains both and the command, such as the limits of speed;
+//! * v and w stay in any convex set that contains both and the command, such as the limits of
+//!   speed;
 //! * the acceleration v' is a lag of w', so it is continuous and at most A;
 //! * the jerk is ω (w' - v'), so it is at most 2 ω A = J.
 //!
-//! While w' is constant the equations have a closed form, so the result hardly depends on the steps.
+//! While w' is constant the equations have a closed form, so the result hardly depends on the
+//! steps.
 //!
 //! # Fence
 //! To brake, w shrinks towards zero by A per second. The reference then stops at
-//! p + v/ω + w |w| / 2A. Without the parts of v and w that lead away from a wall, this sum bounds the
-//! position towards the wall, and it never grows while the reference brakes. So a step is taken only
-//! if the bound afterwards is inside the fence; otherwise the reference brakes. This holds for every
-//! command. To slide along a wall without such braking, a command is first slowed down by its
+//! p + v/ω + w |w| / 2A. Without the parts of v and w that lead away from a wall, this sum bounds
+//! the position towards the wall, and it never grows while the reference brakes. So a step is taken
+//! only if the bound afterwards is inside the fence; otherwise the reference brakes. This holds for
+//! every command. To slide along a wall without such braking, a command is first slowed down by its
 //! distance to the wall.
 
 use super::{FlightLimits, PositionFence};
@@ -168,8 +170,8 @@ impl VelocityFilter {
             let ahead = glam::Vec2::new(libm::cosf(self.yaw_rad), libm::sinf(self.yaw_rad));
             target = ahead.rotate(target.truncate()).extend(target.z);
         }
-        // With the distance d to a wall and the component c towards it, c (4/ω + |w|/A) ≤ d keeps the
-        // bound inside with room to spare, and the factor 4 damps the approach critically.
+        // With the distance d to a wall and the component c towards it, c (4/ω + |w|/A) ≤ d keeps
+        // the bound inside with room to spare, and the factor 4 damps the approach critically.
         let slowness =
             4.0 / limits.lag_rate_s() + self.lead_m_s.length() / limits.acceleration_m_s2;
         target = target
@@ -249,7 +251,8 @@ mod tests {
 
     const LIMITS: FlightLimits = FlightLimits::CRAZYFLIE;
 
-    /// Integrates the equations of the filter in `f64` by small steps, for one axis without a fence.
+    /// Integrates the equations of the filter in `f64` by small steps, for one axis without a
+    /// fence.
     fn brute_force(command: f64, time_s: f64) -> [f64; 3] {
         let (most, rate) = (4.0, 40.0 / 8.0);
         let (mut p, mut v, mut w) = (0.0, 0.0, 0.0_f64);
