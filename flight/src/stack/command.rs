@@ -1,0 +1,267 @@
+//! Commands to the flight controller.
+//!
+//! Every command is a sign of life of the script. Without another one, or [`FlightStack::renew`],
+//! for half a second the [supervisor](crate::supervisor) lands the robot, in spite of a plan that
+//! takes longer.
+
+use super::{FlightStack, yaw_rad};
+use crate::Reference;
+use crate::planner::{
+    Destination, PlanError, PlanReport, Planner, TrajectoryPiece, VelocityCommand,
+};
+use crate::supervisor::SupervisorStage;
+
+/// Pieces of a trajectory that the flight controller can store.
+pub const TRAJECTORY_PIECES: usize = 16;
+/// Largest roll and pitch of a command in radians.
+const MOST_TILT_RAD: f32 = 0.5;
+
+/// A reason why the flight controller refused a command. The command before stays in force.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum FlightRefusal {
+    /// The supervisor's checks before arming fail, or the robot is armed already.
+    NotReady,
+    /// The robot is not armed on the ground.
+    NotArmed,
+    /// The robot does not fly by commands: it is on the ground, or lands by the supervisor.
+    NotFlying,
+    /// The robot does not know its position.
+    NoPosition,
+    /// A number is not finite.
+    NotFinite,
+    /// The planner refused the command.
+    Plan(PlanError),
+}
+
+impl From<PlanError> for FlightRefusal {
+    fn from(error: PlanError) -> Self {
+        FlightRefusal::Plan(error)
+    }
+}
+
+/// An attitude to hold and a vertical speed, as a pilot commands them. No position is needed.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct AttitudeCommand {
+    /// Roll in radians, limited to ±0.5.
+    pub roll_rad: f32,
+    /// Pitch in radians, limited to ±0.5.
+    pub pitch_rad: f32,
+    /// Rate of yaw in rad/s.
+    pub yaw_rate_rad_s: f32,
+    /// Vertical speed in m/s.
+    pub climb_m_s: f32,
+}
+
+/// The source of the motion that the controller follows.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) enum Guidance {
+    /// No command came since power-on or the last stop.
+    Absent,
+    /// A velocity. `is_new` is true until the planner has it.
+    Velocity { velocity: VelocityCommand, is_new: bool },
+    /// The plan that the planner has.
+    Plan,
+    /// A reference of the caller.
+    Reference(Reference),
+    /// An attitude, with the yaw that it has reached.
+    Attitude { command: AttitudeCommand, yaw_rad: f32 },
+}
+
+impl FlightStack {
+    /// Arms a robot on the ground: its rotors idle.
+    ///
+    /// # Errors
+    /// Returns [`FlightRefusal::NotReady`] unless the robot is ready.
+    pub fn arm(&mut self) -> Result<(), FlightRefusal> {
+        if self.stage() != SupervisorStage::Ready {
+            return Err(FlightRefusal::NotReady);
+        }
+        self.requests.arm = true;
+        Ok(())
+    }
+
+    /// Disarms: stops the motors, in flight too.
+    pub fn stop(&mut self) {
+        self.guidance = Guidance::Absent;
+        self.has_climb_request = false;
+        self.requests.disarm = true;
+    }
+
+    /// Stops the motors until the next power-on.
+    pub fn emergency_stop(&mut self) {
+        self.requests.emergency_stop = true;
+    }
+
+    /// Confirms that a robot that crashed is whole. The robot has to stand upright and still.
+    pub fn recover(&mut self) {
+        self.requests.recover = true;
+    }
+
+    /// Sets if the script ended by a fault and has not restarted. Such a robot lands.
+    pub fn set_script_fault(&mut self, has_fault: bool) {
+        self.has_script_fault = has_fault;
+    }
+
+    /// Takes a sign of life of the script, so that the command in force does not expire.
+    pub fn renew(&mut self) {
+        self.command_ms = self.now_ms();
+    }
+
+    /// Takes off from the ground to a height above it, in m, within a duration in seconds. The
+    /// planner chooses the duration if there is none, or if it is too short.
+    ///
+    /// # Errors
+    /// Refuses a robot that is not armed or that does not know its position, and what
+    /// [`Planner::take_off`] refuses.
+    pub fn take_off(
+        &mut self,
+        height_m: f32,
+        duration_s: Option<f32>,
+    ) -> Result<PlanReport, FlightRefusal> {
+        if self.stage() != SupervisorStage::Armed {
+            return Err(FlightRefusal::NotArmed);
+        }
+        if !self.health().is_position_valid {
+            return Err(FlightRefusal::NoPosition);
+        }
+        let now_s = self.now_s();
+        let state = self.filter.state();
+        let height_m = self.ground_m + height_m;
+        let planner = self.planner.as_mut().ok_or(PlanError::Limits)?;
+        let report =
+            planner.take_off(now_s, state.position_m, yaw_rad(&state), height_m, duration_s)?;
+        self.guide(Guidance::Plan);
+        Ok(report)
+    }
+
+    /// Lands below the point where the reference stops. The motors stop by themselves once the
+    /// robot stands on the ground.
+    ///
+    /// # Errors
+    /// Refuses a robot that does not fly, and what [`Planner::land`] refuses.
+    pub fn land(&mut self, duration_s: Option<f32>) -> Result<PlanReport, FlightRefusal> {
+        let below_m = self.below_ground_m();
+        self.plan_flight(|planner, now_s| planner.land(now_s, below_m, duration_s))
+    }
+
+    /// Flies to a point and stops there; see [`Planner::go_to`].
+    ///
+    /// # Errors
+    /// Refuses a robot that does not fly, and what the planner refuses.
+    pub fn go_to(
+        &mut self,
+        destination: Destination,
+        duration_s: Option<f32>,
+    ) -> Result<PlanReport, FlightRefusal> {
+        self.plan_flight(|planner, now_s| planner.go_to(now_s, destination, duration_s))
+    }
+
+    /// Brakes and hovers.
+    ///
+    /// # Errors
+    /// Refuses a robot that does not fly.
+    pub fn hover(&mut self) -> Result<PlanReport, FlightRefusal> {
+        self.plan_flight(|planner, now_s| planner.hover(now_s))
+    }
+
+    /// Follows a trajectory of at most [`TRAJECTORY_PIECES`] pieces; see
+    /// [`Planner::follow_trajectory`].
+    ///
+    /// # Errors
+    /// Refuses a robot that does not fly, and what the planner refuses.
+    pub fn follow_trajectory(
+        &mut self,
+        pieces: &[TrajectoryPiece],
+        is_relative: bool,
+    ) -> Result<PlanReport, FlightRefusal> {
+        self.plan_flight(|planner, now_s| planner.follow_trajectory(now_s, pieces, is_relative))
+    }
+
+    /// Follows a velocity until the next command, for at most half a second. A robot on the ground
+    /// arms and takes off if the velocity leads upwards.
+    pub fn fly(&mut self, velocity: &VelocityCommand) {
+        let is_known = matches!(
+            self.guidance,
+            Guidance::Velocity { velocity: known, is_new: false } if known == *velocity
+        );
+        self.guide(Guidance::Velocity { velocity: *velocity, is_new: !is_known });
+        self.has_climb_request = velocity.velocity_m_s.z > 0.0;
+    }
+
+    /// Follows a reference of the caller until the next command, without limits and without a plan.
+    ///
+    /// # Errors
+    /// Refuses a robot that does not fly and a number that is not finite.
+    pub fn track(&mut self, reference: &Reference) -> Result<(), FlightRefusal> {
+        self.require_flight()?;
+        let r = reference;
+        let is_finite = r.position_m.is_finite()
+            && r.velocity_m_s.is_finite()
+            && r.acceleration_m_s2.is_finite()
+            && r.jerk_m_s3.is_finite()
+            && r.snap_m_s4.is_finite()
+            && r.yaw_rad.is_finite()
+            && r.yaw_rate_rad_s.is_finite();
+        if !is_finite {
+            return Err(FlightRefusal::NotFinite);
+        }
+        self.go_idle();
+        self.guide(Guidance::Reference(*reference));
+        Ok(())
+    }
+
+    /// Holds an attitude until the next command. An armed robot on the ground takes off if it
+    /// shall climb; after a landing, the pilot disarms.
+    ///
+    /// # Errors
+    /// Refuses a robot that is neither armed nor flies, and a number that is not finite.
+    pub fn hold(&mut self, command: &AttitudeCommand) -> Result<(), FlightRefusal> {
+        if self.stage() != SupervisorStage::Armed {
+            self.require_flight()?;
+        }
+        let AttitudeCommand { roll_rad, pitch_rad, yaw_rate_rad_s, climb_m_s } = *command;
+        let sum = roll_rad + pitch_rad + yaw_rate_rad_s + climb_m_s;
+        if !sum.is_finite() {
+            return Err(FlightRefusal::NotFinite);
+        }
+        let command = AttitudeCommand {
+            roll_rad: roll_rad.clamp(-MOST_TILT_RAD, MOST_TILT_RAD),
+            pitch_rad: pitch_rad.clamp(-MOST_TILT_RAD, MOST_TILT_RAD),
+            ..*command
+        };
+        let yaw_rad = match self.guidance {
+            Guidance::Attitude { yaw_rad: reached, .. } => reached,
+            _ => yaw_rad(&self.filter.state()),
+        };
+        self.go_idle();
+        self.guide(Guidance::Attitude { command, yaw_rad });
+        Ok(())
+    }
+
+    /// Makes this the source of the motion.
+    fn guide(&mut self, guidance: Guidance) {
+        self.guidance = guidance;
+        self.has_climb_request = false;
+        self.renew();
+    }
+
+    /// Passes a command to the planner of a robot in flight.
+    fn plan_flight(
+        &mut self,
+        command: impl FnOnce(&mut Planner<TRAJECTORY_PIECES>, f64) -> Result<PlanReport, PlanError>,
+    ) -> Result<PlanReport, FlightRefusal> {
+        self.require_flight()?;
+        let state = self.filter.state();
+        self.start_in_air(&state)?;
+        let now_s = self.now_s();
+        let planner = self.planner.as_mut().ok_or(PlanError::Limits)?;
+        let report = command(planner, now_s)?;
+        self.guide(Guidance::Plan);
+        Ok(report)
+    }
+
+    fn require_flight(&self) -> Result<(), FlightRefusal> {
+        let is_flying = self.stage() == SupervisorStage::Flying && !self.has_touched_down;
+        if is_flying { Ok(()) } else { Err(FlightRefusal::NotFlying) }
+    }
+}

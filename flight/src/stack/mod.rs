@@ -1,0 +1,526 @@
+//! The whole flight controller: from samples of the sensors to duties of the motors.
+//!
+//! [`FlightStack`] joins the parts of this crate at the rates of a Crazyflie:
+//!
+//! | Part | Rate |
+//! |---|---|
+//! | monitor of the IMU, state of the filter, supervisor, motors | 1 kHz |
+//! | controller and mixer | 500 Hz |
+//! | planner | 500 Hz |
+//! | covariance of the filter | 100 Hz |
+//!
+//! The caller calls [`FlightStack::tick`] once per sample of the IMU, and passes other measurements on
+//! when they arrive. [`FlightStack::take_off`], [`FlightStack::fly`] and the other commands choose the
+//! motion; each expires without a sign of life of the script.
+//!
+//! # On the ground
+//! A robot that stands still sees no flow and may have no pose. Its filter then takes a flow of zero,
+//! so the estimate does not drift before take-off. A flow sensor sees nothing near the ground
+//! either, so no position is needed during the first 1.5 s of a flight.
+
+mod command;
+mod settings;
+
+use glam::{Quat, Vec3};
+
+pub use command::{AttitudeCommand, FlightRefusal, TRAJECTORY_PIECES};
+pub use settings::StackSettings;
+
+use command::Guidance;
+
+use crate::calibration::{ImuCalibrator, ImuMonitor};
+use crate::ekf::{Ekf, EkfHealth, FlowMeasurement, PoseMeasurement};
+use crate::filter::Butterworth;
+use crate::geometric::{AttitudeTarget, GeometricController};
+use crate::mixer::Mixer;
+use crate::motor::RotorDrive;
+use crate::planner::{PlanError, Planner};
+use crate::supervisor::{
+    MotorPermission, PilotRequests, RotorStatus, SetpointStatus, Supervisor, SupervisorInput,
+    SupervisorStage,
+};
+use crate::{FlightState, GRAVITY_M_S2, ImuSample, MotorDuties, MotorForces, Reference, Wrench};
+
+/// Time between two samples of the IMU, in seconds.
+pub const TICK_S: f32 = 0.001;
+/// The same in ms.
+const TICK_MS: u32 = 1;
+/// Ticks between two calls of the controller.
+const CONTROL_TICKS: u64 = 2;
+/// Samples of the IMU per second.
+const SAMPLE_RATE_HZ: f32 = 1000.0;
+/// Cut-off frequency in Hz of the filter of the angular rate (as in crazyflie-firmware 2a18fc29).
+const GYRO_CUTOFF_HZ: f32 = 80.0;
+/// Height in m that a take-off by a velocity reaches at least.
+const LIFT_OFF_M: f32 = 0.05;
+/// Distance in m below the ground at which a landing aims, so that the feet touch it.
+const GROUND_BELOW_M: f32 = 0.1;
+/// Change of the thrust per vertical speed in 1/s, as a share of the mass, of a robot that levels out.
+const LEVEL_DAMPING_1_S: f32 = 2.0;
+/// Change of the thrust per error of the vertical speed in 1/s, as a share of the mass, of a robot
+/// that holds an attitude.
+const CLIMB_GAIN_1_S: f32 = 4.0;
+/// Height in m below which, and vertical speed in m/s below which, a landing robot stands on the
+/// ground.
+const GROUND_HEIGHT_M: f32 = 0.05;
+const GROUND_SPEED_M_S: f32 = 0.1;
+/// Time in ms for which a landing robot has to stand there until its motors stop.
+const TOUCHDOWN_MS: u32 = 300;
+/// Time in ms of a flight during which the robot needs no position.
+const TAKE_OFF_MS: u32 = 1500;
+/// Time in ms between two flows of zero, and time without a pose from which they are taken.
+const STANDSTILL_PERIOD_MS: u32 = 10;
+const STANDSTILL_WITHOUT_POSE_MS: u64 = 500;
+/// Standard deviation of a flow of zero in counts: about 1 cm/s near the ground.
+const STANDSTILL_SIGMA_COUNTS: f32 = 0.5;
+/// Largest rate in rad/s and difference of the specific force from gravity in m/s² of a robot that
+/// stands still. The offsets of the sensor are at most 0.017 rad/s and 0.2 m/s².
+const STANDSTILL_RAD_S: f32 = 0.1;
+const STANDSTILL_M_S2: f32 = 0.5;
+/// Standard deviation in m of the distance to the ground at less than 2 m (crazyflie-firmware
+/// 2a18fc29, `zranger2.c`).
+const RANGE_SIGMA_M: f32 = 0.0025;
+
+/// The flight controller of one robot.
+#[derive(Clone, Debug)]
+pub struct FlightStack {
+    settings: StackSettings,
+    calibrator: ImuCalibrator,
+    monitor: ImuMonitor,
+    rate_filter: Option<Butterworth<Vec3>>,
+    filter: Ekf,
+    planner: Option<Planner<TRAJECTORY_PIECES>>,
+    controller: GeometricController,
+    mixer: Mixer,
+    drive: RotorDrive,
+    supervisor: Supervisor,
+    permission: MotorPermission,
+    requests: PilotRequests,
+    /// The command in force leads upwards by a velocity, which arms the robot.
+    has_climb_request: bool,
+    has_script_fault: bool,
+    guidance: Guidance,
+    /// Time of the last command or sign of life.
+    command_ms: u64,
+    pose_ms: Option<u64>,
+    /// Time since the robot left the ground; 0 on the ground.
+    flight_ms: u32,
+    /// Time for which a landing robot has stood on the ground.
+    standing_ms: u32,
+    /// A landing ended, and the motors stop.
+    has_touched_down: bool,
+    /// The reference that the controller followed last.
+    reference: Option<Reference>,
+    forces: MotorForces,
+    last_sample: ImuSample,
+    /// Height of the center of mass on the ground in m.
+    ground_m: f32,
+    ticks: u64,
+}
+
+impl FlightStack {
+    /// Returns the flight controller of a robot that was just powered on, and that stands still in
+    /// this state.
+    #[must_use]
+    pub fn new(settings: StackSettings, at: &FlightState) -> Self {
+        FlightStack {
+            calibrator: ImuCalibrator::new(),
+            monitor: ImuMonitor::new(),
+            rate_filter: Butterworth::new(GYRO_CUTOFF_HZ, SAMPLE_RATE_HZ, Vec3::ZERO),
+            filter: Ekf::new(settings.filter, at),
+            planner: Planner::new(settings.limits, settings.fence).ok(),
+            controller: GeometricController::new(&settings.vehicle, settings.gains),
+            mixer: Mixer::new(&settings.vehicle),
+            drive: RotorDrive::new(&settings.vehicle),
+            supervisor: Supervisor::new(),
+            permission: MotorPermission::Off,
+            requests: PilotRequests::default(),
+            has_climb_request: false,
+            has_script_fault: false,
+            guidance: Guidance::Absent,
+            command_ms: 0,
+            pose_ms: None,
+            flight_ms: 0,
+            standing_ms: 0,
+            has_touched_down: false,
+            reference: None,
+            forces: MotorForces::default(),
+            last_sample: ImuSample::default(),
+            ground_m: at.position_m.z,
+            ticks: 0,
+            settings,
+        }
+    }
+
+    /// Accepts that a person carried the robot to another place, where it stands still.
+    pub fn adopt(&mut self, at: &FlightState) {
+        self.filter.reset(at);
+        self.go_idle();
+        self.ground_m = at.position_m.z;
+    }
+
+    /// Takes a pose from outside. A robot on the ground accepts any place.
+    pub fn receive_pose(&mut self, pose: &PoseMeasurement) {
+        self.pose_ms = Some(self.now_ms());
+        let outcome = self.filter.update_pose(pose);
+        if !outcome.is_accepted() && !self.is_flying() && self.filter.health().is_lost {
+            // A pose that is refused leaves the filter as it is.
+            let _ = self.filter.adopt_pose(pose);
+        }
+    }
+
+    /// Takes counts of the flow sensor.
+    pub fn receive_flow(&mut self, flow: &FlowMeasurement) {
+        // The outcome is part of the filter's health.
+        let _ = self.filter.update_flow(flow);
+    }
+
+    /// Takes a distance to the ground in m.
+    pub fn receive_range(&mut self, range_m: f32) {
+        let _ = self.filter.update_range(range_m, RANGE_SIGMA_M);
+    }
+
+    /// Returns the estimated state.
+    #[must_use]
+    pub fn state(&self) -> FlightState {
+        self.filter.state()
+    }
+
+    /// Returns the reference that the controller follows; `None` without one, as on the ground.
+    #[must_use]
+    pub fn reference(&self) -> Option<Reference> {
+        self.reference
+    }
+
+    /// Returns the health of the estimate.
+    #[must_use]
+    pub fn health(&self) -> EkfHealth {
+        self.filter.health()
+    }
+
+    /// Returns the state of the supervisor.
+    #[must_use]
+    pub fn stage(&self) -> SupervisorStage {
+        self.supervisor.state().stage()
+    }
+
+    /// Advances by [`TICK_S`] and returns the duties of the motors until the next call.
+    ///
+    /// # Parameters
+    /// `sample`: the raw sample of the IMU, `None` if it gave none. `battery_v`: voltage of the
+    /// battery in V.
+    pub fn tick(&mut self, sample: Option<&ImuSample>, battery_v: f32) -> MotorDuties {
+        self.ticks += 1;
+        let watched = self.monitor.update(sample, TICK_S);
+        if let Some(raw) = sample {
+            self.last_sample = *raw;
+            self.propagate(raw);
+        }
+        if watched.is_ok() && self.ticks.is_multiple_of(u64::from(STANDSTILL_PERIOD_MS / TICK_MS)) {
+            self.observe_standstill();
+        }
+        self.drive.measure_battery(battery_v, TICK_S);
+        let state = self.control_state();
+        let input = SupervisorInput {
+            requests: PilotRequests {
+                arm: self.requests.arm || self.has_climb_request,
+                ..self.requests
+            },
+            imu: watched.map(|()| self.last_sample),
+            is_calibrated: self.calibrator.calibration().is_some(),
+            up_z: (state.attitude * Vec3::Z).z,
+            height_m: state.position_m.z - self.ground_m,
+            vertical_speed_m_s: state.velocity_m_s.z,
+            is_position_valid: self.filter.health().is_position_valid,
+            fence_excursion_m: self.fence_excursion_m(state.position_m),
+            setpoint: self.setpoint(),
+            has_script_fault: self.has_script_fault,
+            thrust_n: self.forces.0.iter().sum(),
+            rotors: RotorStatus::NotMeasured,
+            battery_mv: (battery_v * 1000.0) as u16,
+        };
+        self.requests = PilotRequests::default();
+        let conditions = self.settings.supervision.recognize(&input);
+        let output = self.supervisor.step(TICK_MS, &conditions);
+        if output.permission != self.permission {
+            self.change(output.permission);
+        }
+        let is_flying = self.is_flying();
+        self.filter.set_flying(is_flying);
+        self.flight_ms = if is_flying { self.flight_ms.saturating_add(TICK_MS) } else { 0 };
+        if self.ticks.is_multiple_of(CONTROL_TICKS) {
+            self.control(&state);
+        }
+        if self.permission == MotorPermission::Off {
+            self.forces = MotorForces::default();
+            // The estimate of the rotors' thrust follows the stop.
+            let _ = self.drive.update(&self.forces, TICK_S);
+            return MotorDuties::default();
+        }
+        self.drive.update(&self.forces, TICK_S)
+    }
+
+    fn now_ms(&self) -> u64 {
+        self.ticks * u64::from(TICK_MS)
+    }
+
+    fn now_s(&self) -> f64 {
+        self.ticks as f64 / f64::from(SAMPLE_RATE_HZ)
+    }
+
+    fn is_flying(&self) -> bool {
+        matches!(
+            self.stage(),
+            SupervisorStage::Flying | SupervisorStage::Landing | SupervisorStage::LevelOut
+        )
+    }
+
+    /// Passes a sample to the calibration, or to the filter once it is calibrated.
+    fn propagate(&mut self, raw: &ImuSample) {
+        match self.calibrator.calibration() {
+            Some(calibration) => {
+                let sample = calibration.apply(raw);
+                if let Some(filter) = &mut self.rate_filter {
+                    filter.update(sample.gyro_rad_s);
+                }
+                // The monitor reports samples that the filter refuses.
+                let _ = self.filter.propagate(&sample, TICK_S);
+            }
+            // A refused window begins anew; the robot stays in preflight.
+            None => {
+                let _ = self.calibrator.update(raw);
+            }
+        }
+    }
+
+    /// Returns the state with a filtered angular rate.
+    fn control_state(&self) -> FlightState {
+        let state = self.filter.state();
+        match &self.rate_filter {
+            Some(filter) => {
+                let rate_rad_s = filter.output() - self.filter.gyro_bias_rad_s();
+                FlightState { rate_rad_s, ..state }
+            }
+            None => state,
+        }
+    }
+
+    fn setpoint(&self) -> Option<SetpointStatus> {
+        let needs_position = match self.guidance {
+            Guidance::Absent => return None,
+            Guidance::Attitude { .. } => false,
+            _ => self.flight_ms > TAKE_OFF_MS,
+        };
+        let age_ms = u32::try_from(self.now_ms() - self.command_ms).unwrap_or(u32::MAX);
+        Some(SetpointStatus { age_ms, needs_position })
+    }
+
+    /// Tells the filter that the ground does not move below a robot that stands on it.
+    fn observe_standstill(&mut self) {
+        let is_idle = matches!(self.permission, MotorPermission::Off | MotorPermission::Idle);
+        let has_pose =
+            self.pose_ms.is_some_and(|ms| self.now_ms() < ms + STANDSTILL_WITHOUT_POSE_MS);
+        let force_m_s2 = self.last_sample.accel_m_s2.length() - GRAVITY_M_S2;
+        let is_still = self.last_sample.gyro_rad_s.length() < STANDSTILL_RAD_S
+            && force_m_s2.abs() < STANDSTILL_M_S2;
+        if is_idle && !has_pose && is_still && self.calibrator.calibration().is_some() {
+            self.receive_flow(&FlowMeasurement {
+                counts_x: 0.0,
+                counts_y: 0.0,
+                sigma_counts: STANDSTILL_SIGMA_COUNTS,
+                seconds: STANDSTILL_PERIOD_MS as f32 * TICK_S,
+            });
+        }
+    }
+
+    fn fence_excursion_m(&self, position_m: Vec3) -> Option<f32> {
+        let fence = self.settings.fence;
+        // Robots stand below the floor of a fence before take-off.
+        let floored = position_m.with_z(position_m.z.max(fence.least_m().z));
+        Some((floored - fence.clamp(floored)).length())
+    }
+
+    fn go_idle(&mut self) {
+        if let Some(planner) = &mut self.planner {
+            planner.go_idle();
+        }
+    }
+
+    /// Returns the height at which a landing aims, in m.
+    fn below_ground_m(&self) -> f32 {
+        self.ground_m - GROUND_BELOW_M
+    }
+
+    /// Starts the planner of a robot in the air that has no plan, at rest where the robot is.
+    fn start_in_air(&mut self, state: &FlightState) -> Result<(), PlanError> {
+        let now_s = self.now_s();
+        let planner = self.planner.as_mut().ok_or(PlanError::Limits)?;
+        if planner.is_idle() {
+            let height_m = state.position_m.z + LIFT_OFF_M;
+            planner.take_off(now_s, state.position_m, yaw_rad(state), height_m, None)?;
+        }
+        Ok(())
+    }
+
+    /// Reacts to another permission.
+    fn change(&mut self, permission: MotorPermission) {
+        let before = core::mem::replace(&mut self.permission, permission);
+        match permission {
+            MotorPermission::Off => self.end_flight(),
+            MotorPermission::Level => self.go_idle(),
+            MotorPermission::Idle if before == MotorPermission::Off => {
+                self.controller.reset();
+                self.ground_m = self.filter.state().position_m.z;
+            }
+            // A take-off that expired before the robot left the ground.
+            MotorPermission::Idle => self.go_idle(),
+            MotorPermission::Follow => {
+                if let Guidance::Velocity { is_new, .. } = &mut self.guidance {
+                    *is_new = true;
+                }
+            }
+            MotorPermission::Descend => {
+                let state = self.filter.state();
+                let (now_s, below_m) = (self.now_s(), self.below_ground_m());
+                // Without a plan to land from the robot stays level. A planner that lands already
+                // goes on.
+                let _ = self.start_in_air(&state);
+                if let Some(planner) = &mut self.planner {
+                    let _ = planner.land(now_s, below_m, None);
+                }
+            }
+        }
+    }
+
+    /// Leaves a plan behind when motors stop.
+    fn end_flight(&mut self) {
+        let has_landed = self.planner.as_mut().is_some_and(|p| p.touched_down().is_ok());
+        if !has_landed {
+            self.go_idle();
+        }
+        self.has_touched_down = false;
+        self.standing_ms = 0;
+    }
+
+    /// Ends a landing once the robot stands on the ground although it should be below.
+    fn watch_touchdown(&mut self, state: &FlightState, reference: &Reference) {
+        let Some(planner) = &mut self.planner else { return };
+        let is_standing = planner.is_landing()
+            && reference.position_m.z < self.ground_m
+            && state.position_m.z - self.ground_m < GROUND_HEIGHT_M
+            && state.velocity_m_s.z.abs() < GROUND_SPEED_M_S;
+        let control_ms = TICK_MS * CONTROL_TICKS as u32;
+        self.standing_ms = if is_standing { self.standing_ms + control_ms } else { 0 };
+        if self.standing_ms >= TOUCHDOWN_MS {
+            self.has_touched_down = planner.touched_down().is_ok();
+        }
+    }
+
+    /// Passes a new velocity to the planner, and starts it if it has no plan.
+    fn plan(&mut self, state: &FlightState) {
+        let now_s = self.now_s();
+        let (is_new, is_climbing) = match self.guidance {
+            Guidance::Velocity { velocity, is_new } => (is_new, velocity.velocity_m_s.z > 0.0),
+            Guidance::Plan => (false, false),
+            _ => return,
+        };
+        let is_in_air = self.stage() == SupervisorStage::Flying && !self.has_touched_down;
+        if (is_in_air || is_climbing) && self.start_in_air(state).is_ok() {
+            self.has_touched_down = false;
+        }
+        let Some(planner) = &mut self.planner else { return };
+        if let Guidance::Velocity { velocity, is_new: unplanned } = &mut self.guidance
+            && is_new
+        {
+            *unplanned = planner.follow_velocity(now_s, *velocity).is_err();
+        }
+    }
+
+    /// Returns the reference that the command in force gives, if it gives one.
+    fn next_reference(&mut self, state: &FlightState) -> Option<Reference> {
+        match self.guidance {
+            Guidance::Reference(reference) if self.permission == MotorPermission::Follow => {
+                return Some(reference);
+            }
+            Guidance::Attitude { .. } if self.permission == MotorPermission::Follow => return None,
+            _ => {}
+        }
+        if self.permission == MotorPermission::Follow {
+            self.plan(state);
+        }
+        let now_s = self.now_s();
+        let reference = self.planner.as_mut()?.reference(now_s)?;
+        if self.permission == MotorPermission::Follow {
+            self.watch_touchdown(state, &reference);
+        }
+        Some(reference)
+    }
+
+    /// Returns the wrench of a robot that holds an attitude with a vertical speed.
+    fn hold_level(&mut self, state: &FlightState, dt_s: f32) -> Wrench {
+        let damping = LEVEL_DAMPING_1_S * state.velocity_m_s.z;
+        let hover_n = self.controller.hover_thrust_n();
+        let thrust_n = (hover_n - self.settings.vehicle.mass_kg * damping).max(0.0);
+        let target = AttitudeTarget::level(state, thrust_n);
+        self.controller.hold_attitude(state, &target, dt_s)
+    }
+
+    /// Returns the wrench that a pilot commands.
+    fn hold_command(
+        &mut self,
+        state: &FlightState,
+        command: &AttitudeCommand,
+        yaw_rad: f32,
+        dt_s: f32,
+    ) -> Wrench {
+        let yaw_rad = yaw_rad + command.yaw_rate_rad_s * dt_s;
+        self.guidance = Guidance::Attitude { command: *command, yaw_rad };
+        let attitude = Quat::from_rotation_z(yaw_rad)
+            * Quat::from_rotation_y(command.pitch_rad)
+            * Quat::from_rotation_x(command.roll_rad);
+        let climb_m_s2 = CLIMB_GAIN_1_S * (command.climb_m_s - state.velocity_m_s.z);
+        let hover_n = self.controller.hover_thrust_n();
+        // The tilt of a command is at most 0.7 rad.
+        let up_z = (attitude * Vec3::Z).z;
+        let thrust_n = (hover_n + self.settings.vehicle.mass_kg * climb_m_s2).max(0.0) / up_z;
+        let yaw_rate_rad_s = command.yaw_rate_rad_s;
+        let target = AttitudeTarget { attitude, yaw_rate_rad_s, thrust_n };
+        self.controller.hold_attitude(state, &target, dt_s)
+    }
+
+    /// Computes the forces of the motors.
+    fn control(&mut self, state: &FlightState) {
+        let dt_s = TICK_S * CONTROL_TICKS as f32;
+        let reference = self.next_reference(state);
+        self.reference = reference;
+        let wrench = match (self.permission, reference, self.guidance) {
+            (MotorPermission::Off | MotorPermission::Idle, ..) => None,
+            (MotorPermission::Level, ..) => Some(self.hold_level(state, dt_s)),
+            (MotorPermission::Follow | MotorPermission::Descend, Some(reference), _) => {
+                Some(self.controller.update(state, &reference, dt_s))
+            }
+            (MotorPermission::Follow, None, Guidance::Attitude { command, yaw_rad }) => {
+                let stands = self.stage() == SupervisorStage::Armed && command.climb_m_s <= 0.0;
+                (!stands).then(|| self.hold_command(state, &command, yaw_rad, dt_s))
+            }
+            (MotorPermission::Follow, None, _) => {
+                let stands = self.stage() == SupervisorStage::Armed || self.has_touched_down;
+                (!stands).then(|| self.hold_level(state, dt_s))
+            }
+            (MotorPermission::Descend, None, _) => Some(self.hold_level(state, dt_s)),
+        };
+        let Some(wrench) = wrench else {
+            self.forces = MotorForces::default();
+            return;
+        };
+        let outcome = self.mixer.mix(&wrench);
+        self.controller.note_mixing(&outcome);
+        self.forces = outcome.forces;
+    }
+}
+
+/// Returns the yaw of a state in radians.
+fn yaw_rad(state: &FlightState) -> f32 {
+    let Quat { x, y, z, w } = state.attitude;
+    libm::atan2f(2.0 * (w * z + x * y), w * w + x * x - y * y - z * z)
+}

@@ -1,0 +1,115 @@
+//! Commands of a whole flight, and their expiry.
+
+use bittybuzz_flight::Vec3;
+use bittybuzz_flight::planner::{Destination, PlanError, VelocityCommand};
+use bittybuzz_flight::stack::{AttitudeCommand, FlightRefusal};
+use bittybuzz_flight::supervisor::SupervisorStage;
+
+use crate::rig::Rig;
+
+/// Waits with signs of life until the motors stop on the ground.
+fn wait_for_landing(rig: &mut Rig, seconds: f64) {
+    rig.run(seconds, |_| {});
+    let state = rig.drone.state();
+    assert!(
+        matches!(rig.stack.stage(), SupervisorStage::Landed | SupervisorStage::Ready),
+        "{:?} {state:?}",
+        rig.stack.stage()
+    );
+    assert!(!rig.drone.has_crashed() && state.position_m.z < 0.02);
+    assert_eq!(rig.stack.reference(), None);
+}
+
+#[test]
+fn a_flight_takes_off_goes_and_lands() {
+    for mut rig in [Rig::with_capture(1), Rig::with_deck(1)] {
+        let destination =
+            Destination::Relative { displacement_m: Vec3::new(0.5, 0.5, 0.2), turn_rad: 1.0 };
+        assert_eq!(rig.stack.go_to(destination, None), Err(FlightRefusal::NotFlying));
+        assert_eq!(rig.stack.take_off(0.5, None), Err(FlightRefusal::NotArmed));
+        rig.take_off(0.5);
+        assert_eq!(rig.stack.arm(), Err(FlightRefusal::NotReady));
+        let report = rig.stack.go_to(destination, Some(4.0)).expect("refused");
+        rig.run(report.duration_s.into(), |_| {});
+        rig.stack.hover().expect("refused");
+        let state = rig.stack.state();
+        assert!(state.position_m.distance(Vec3::new(0.5, 0.5, 0.715)) < 0.05, "{state:?}");
+        rig.stack.land(None).expect("refused");
+        let again = rig.stack.land(None);
+        assert_eq!(again, Err(FlightRefusal::Plan(PlanError::Landing)));
+        wait_for_landing(&mut rig, 5.0);
+    }
+}
+
+/// A long plan ends without signs of life of the script.
+#[test]
+fn a_silent_script_lands_the_robot() {
+    let mut rig = Rig::with_capture(2);
+    rig.take_off(0.5);
+    let destination = Destination::Relative { displacement_m: Vec3::X, turn_rad: 0.0 };
+    rig.stack.go_to(destination, Some(20.0)).expect("refused");
+    for _ in 0..600 {
+        rig.step();
+    }
+    assert_eq!(rig.stack.stage(), SupervisorStage::Landing);
+    assert_eq!(rig.stack.hover(), Err(FlightRefusal::NotFlying));
+    wait_for_landing(&mut rig, 5.0);
+}
+
+#[test]
+fn a_script_that_fails_lands_the_robot() {
+    let mut rig = Rig::with_deck(3);
+    rig.take_off(0.5);
+    rig.stack.set_script_fault(true);
+    wait_for_landing(&mut rig, 5.0);
+}
+
+/// A robot that holds an attitude has no plan, yet it lands when the pilot is silent.
+#[test]
+fn a_pilot_can_fly_and_leave() {
+    let mut rig = Rig::with_capture(4);
+    rig.arm();
+    let climb = AttitudeCommand { climb_m_s: 0.3, ..AttitudeCommand::default() };
+    rig.stack.hold(&climb).expect("refused");
+    rig.run(2.0, |_| {});
+    let turn = AttitudeCommand { yaw_rate_rad_s: 0.5, ..AttitudeCommand::default() };
+    rig.stack.hold(&turn).expect("refused");
+    rig.run(2.0, |_| {});
+    let state = *rig.drone.state();
+    assert!((0.3..0.9).contains(&state.position_m.z), "{state:?}");
+    assert!((state.rate_rad_s.z - 0.5).abs() < 0.1, "{state:?}");
+    for _ in 0..8000 {
+        rig.step();
+    }
+    wait_for_landing(&mut rig, 0.0);
+}
+
+#[test]
+fn an_emergency_stop_is_final() {
+    let mut rig = Rig::with_capture(5);
+    rig.take_off(0.3);
+    rig.stack.emergency_stop();
+    rig.run(0.01, |_| {});
+    assert_eq!(rig.stack.stage(), SupervisorStage::Locked);
+    assert_eq!(rig.stack.arm(), Err(FlightRefusal::NotReady));
+}
+
+#[test]
+fn a_velocity_takes_off_and_expires() {
+    let mut rig = Rig::with_deck(6);
+    let up = VelocityCommand { velocity_m_s: Vec3::Z * 0.3, ..VelocityCommand::STOP };
+    for millisecond in 0..4000 {
+        if millisecond % 10 == 0 {
+            // The arm request counts only from a robot that is ready.
+            let is_ready = millisecond > 1500;
+            rig.stack.fly(if is_ready { &up } else { &VelocityCommand::STOP });
+        }
+        rig.step();
+    }
+    assert_eq!(rig.stack.stage(), SupervisorStage::Flying);
+    assert!(rig.drone.state().position_m.z > 0.3, "{:?}", rig.drone.state());
+    for _ in 0..8000 {
+        rig.step();
+    }
+    wait_for_landing(&mut rig, 0.0);
+}

@@ -1,0 +1,101 @@
+//! Flights with a Flow deck: flow at 100 Hz and the distance to the ground at 40 Hz.
+
+use bittybuzz_crazyflie_physics::DVec3;
+
+use crate::figures::{rms, worst};
+use crate::rig::Rig;
+
+/// Counts of the flow sensor per radian: ten counts per pixel, 35 pixels in 0.716 74 rad.
+const COUNTS_PER_RAD: f64 = 10.0 * 35.0 / 0.716_74;
+
+/// An ideal integrator of flow, for comparison.
+///
+/// It knows the true attitude, the true mean rate over the time of each flow, and the true vertical
+/// speed. From the counts and the latest distance it gets the velocity in the body frame, which it
+/// adds up in the world frame. So its drift is that of the noise of the counts, and no estimator that
+/// uses the flow alone has less.
+struct IdealIntegrator {
+    position_m: DVec3,
+    range_m: f64,
+    rate_sum: DVec3,
+    rates: f64,
+}
+
+impl IdealIntegrator {
+    fn new(rig: &Rig) -> Self {
+        let position_m = rig.drone.state().position_m;
+        IdealIntegrator { position_m, range_m: position_m.z, rate_sum: DVec3::ZERO, rates: 0.0 }
+    }
+
+    fn step(&mut self, rig: &Rig) {
+        let state = rig.drone.state();
+        self.rate_sum += state.rate_rad_s;
+        self.rates += 1.0;
+        self.range_m = rig.readings.range_m.unwrap_or(self.range_m);
+        let Some(counts) = rig.readings.counts else { return };
+        let rate = self.rate_sum / self.rates;
+        let flow = counts.map(|count| count / (COUNTS_PER_RAD * 0.01));
+        let [x, y] = [(flow[0] + rate.y) * self.range_m, (flow[1] - rate.x) * self.range_m];
+        let z = (state.attitude.conjugate() * state.velocity_m_s).z;
+        self.position_m += state.attitude * DVec3::new(x, y, z) * 0.01;
+        self.rate_sum = DVec3::ZERO;
+        self.rates = 0.0;
+    }
+}
+
+/// Figures of one hover at 0.5 m for 30 s.
+struct Hover {
+    /// Distance of the estimate from the reference, in m rms.
+    own_error_m: f64,
+    /// Horizontal growth of the estimate's error, in m.
+    drift_m: f64,
+    /// The same of the ideal integrator.
+    ideal_drift_m: f64,
+}
+
+fn hover(seed: u64) -> Hover {
+    let mut rig = Rig::with_deck(seed);
+    rig.take_off(0.5);
+    let mut ideal = IdealIntegrator::new(&rig);
+    let start = rig.estimate_error_m().truncate();
+    let mut errors = Vec::new();
+    rig.run(30.0, |rig| {
+        ideal.step(rig);
+        errors.push(rig.own_error_m());
+    });
+    Hover {
+        own_error_m: rms(&errors),
+        drift_m: (rig.estimate_error_m().truncate() - start).length(),
+        ideal_drift_m: (ideal.position_m - rig.drone.state().position_m).truncate().length(),
+    }
+}
+
+/// Returns the worst error in m rms, and the drift relative to that of the ideal integrator.
+fn judge(seeds: u64) -> (f64, f64) {
+    let hovers: Vec<_> = (1..=seeds).map(hover).collect();
+    let own_m = worst(&hovers.iter().map(|h| h.own_error_m).collect::<Vec<_>>());
+    let drift_m = rms(&hovers.iter().map(|h| h.drift_m).collect::<Vec<_>>());
+    let ideal_m = rms(&hovers.iter().map(|h| h.ideal_drift_m).collect::<Vec<_>>());
+    println!(
+        "flow, {seeds} seeds: worst own error {:.2} mm, drift {:.1} mm, ideal {:.1} mm, ratio {:.2}",
+        1e3 * own_m,
+        1e3 * drift_m,
+        1e3 * ideal_m,
+        drift_m / ideal_m
+    );
+    (own_m, drift_m / ideal_m)
+}
+
+#[test]
+fn flow_keeps_the_position() {
+    let (own_m, ratio) = judge(20);
+    assert!(own_m < 0.01, "{own_m}");
+    assert!(ratio < 1.3, "{ratio}");
+}
+
+#[test]
+#[ignore = "takes minutes"]
+fn flow_drifts_little_over_200_seeds() {
+    let (own_m, ratio) = judge(200);
+    assert!(own_m < 0.01 && ratio < 1.3, "{own_m} {ratio}");
+}

@@ -1,0 +1,176 @@
+//! A robot with its flight controller.
+
+use bittybuzz_crazyflie_physics::sensors::{
+    FlowSensor, FlowSettings, HeightReading, HeightSensor, Imu, ImuSettings, MotionCapture,
+    MotionCaptureSettings,
+};
+use bittybuzz_crazyflie_physics::{Airframe, DVec3, Drone, DroneState, DroneSurroundings, STEP_S};
+use bittybuzz_flight::ekf::{FlowMeasurement, PoseMeasurement};
+use bittybuzz_flight::stack::{FlightStack, StackSettings};
+use bittybuzz_flight::supervisor::SupervisorStage;
+use bittybuzz_flight::{FlightState, ImuSample, MotorDuties};
+
+/// Motion capture at 100 Hz with 1 mm, 10 ms late.
+pub const CAPTURE: MotionCaptureSettings =
+    MotionCaptureSettings { position_sigma_m: 0.001, ..MotionCaptureSettings::ROOM };
+
+/// Time in seconds after the command to take off from which figures count.
+pub const SETTLED_S: f64 = 5.0;
+
+/// The sensors of the position.
+pub enum Positioning {
+    Capture(Box<MotionCapture>),
+    Deck { flow: Box<FlowSensor>, height: Box<HeightSensor> },
+}
+
+/// Measurements of the Flow deck in one millisecond.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct DeckReadings {
+    pub counts: Option<[f64; 2]>,
+    pub range_m: Option<f64>,
+}
+
+/// A robot with its flight controller.
+pub struct Rig {
+    pub drone: Drone,
+    pub stack: FlightStack,
+    pub surroundings: DroneSurroundings,
+    /// Measurements in the last millisecond.
+    pub readings: DeckReadings,
+    imu: Imu,
+    positioning: Positioning,
+    duties: MotorDuties,
+}
+
+impl Rig {
+    /// A robot in a room with motion capture.
+    pub fn with_capture(seed: u64) -> Self {
+        Self::new(Positioning::Capture(Box::new(MotionCapture::new(CAPTURE, seed))), seed)
+    }
+
+    /// A robot with a Flow deck.
+    pub fn with_deck(seed: u64) -> Self {
+        let flow = Box::new(FlowSensor::new(FlowSettings::PMW3901, seed));
+        Self::new(Positioning::Deck { flow, height: Box::new(HeightSensor::new(seed)) }, seed)
+    }
+
+    fn new(positioning: Positioning, seed: u64) -> Self {
+        let airframe = Airframe::CRAZYFLIE_2_1_PLUS;
+        let drone = Drone::new(airframe, seed);
+        let at = FlightState {
+            position_m: drone.state().position_m.as_vec3(),
+            ..FlightState::default()
+        };
+        Rig {
+            stack: FlightStack::new(StackSettings::CRAZYFLIE_2_1_PLUS, &at),
+            imu: Imu::new(&airframe, ImuSettings::BMI088, seed),
+            duties: MotorDuties::default(),
+            surroundings: DroneSurroundings::default(),
+            readings: DeckReadings::default(),
+            positioning,
+            drone,
+        }
+    }
+
+    /// Advances by a millisecond.
+    pub fn step(&mut self) {
+        self.readings = DeckReadings::default();
+        for _ in 0..2 {
+            self.drone.step(self.duties.0.map(f64::from), &self.surroundings);
+            let state = *self.drone.state();
+            self.measure(&state);
+            if let Some(counts) = self.imu.sample(&state) {
+                let sample = ImuSample {
+                    gyro_rad_s: counts.gyro_rad_s().as_vec3(),
+                    accel_m_s2: counts.accel_m_s2().as_vec3(),
+                };
+                let volts = self.drone.battery_volts() as f32;
+                self.duties = self.stack.tick(Some(&sample), volts);
+            }
+        }
+    }
+
+    fn measure(&mut self, state: &DroneState) {
+        match &mut self.positioning {
+            Positioning::Capture(capture) => {
+                let Some(pose) = capture.sample(state) else { return };
+                self.stack.receive_pose(&PoseMeasurement {
+                    position_m: pose.position_m.as_vec3(),
+                    attitude: pose.attitude.as_quat(),
+                    sigma_m: CAPTURE.position_sigma_m as f32,
+                    sigma_rad: CAPTURE.attitude_sigma_rad as f32,
+                    age_s: ((state.steps - pose.steps) as f64 * STEP_S) as f32,
+                });
+            }
+            Positioning::Deck { flow, height } => {
+                let ground_m = self.surroundings.ground_m;
+                if let Some(counts) = flow.sample(state, ground_m)
+                    && counts.is_valid
+                {
+                    self.readings.counts = Some([counts.x.into(), counts.y.into()]);
+                    self.stack.receive_flow(&FlowMeasurement {
+                        counts_x: counts.x.into(),
+                        counts_y: counts.y.into(),
+                        sigma_counts: 2.0,
+                        seconds: 0.01,
+                    });
+                }
+                if let Some(HeightReading::Distance(mm)) = height.sample(state, ground_m) {
+                    self.readings.range_m = Some(f64::from(mm) / 1000.0);
+                    self.stack.receive_range(f32::from(mm) / 1000.0);
+                }
+            }
+        }
+    }
+
+    /// Advances with signs of life of the script, and calls `each` every millisecond.
+    pub fn run(&mut self, seconds: f64, mut each: impl FnMut(&mut Rig)) {
+        for _ in 0..(seconds * 1000.0).round() as u64 {
+            self.stack.renew();
+            self.step();
+            each(self);
+        }
+    }
+
+    /// Switches on, arms and waits until the rotors idle.
+    pub fn arm(&mut self) {
+        for _ in 0..3000 {
+            self.step();
+            if self.stack.arm().is_ok() {
+                break;
+            }
+        }
+        for _ in 0..300 {
+            self.step();
+        }
+        assert_eq!(self.stack.stage(), SupervisorStage::Armed);
+    }
+
+    /// Arms, takes off to a height above the ground in 2 s, and waits until figures count.
+    pub fn take_off(&mut self, height_m: f32) {
+        self.arm();
+        self.stack.take_off(height_m, Some(2.0)).expect("no take-off");
+        self.run(SETTLED_S, |_| {});
+        assert_eq!(self.stack.stage(), SupervisorStage::Flying, "{:?}", self.drone.state());
+    }
+
+    /// Returns the distance in m between the body and the reference.
+    pub fn true_error_m(&self) -> f64 {
+        (self.drone.state().position_m - self.reference_m()).length()
+    }
+
+    /// Returns the distance in m between the estimate and the reference.
+    pub fn own_error_m(&self) -> f64 {
+        (self.stack.state().position_m.as_dvec3() - self.reference_m()).length()
+    }
+
+    /// Returns the position of the reference in m.
+    pub fn reference_m(&self) -> DVec3 {
+        self.stack.reference().expect("no reference").position_m.as_dvec3()
+    }
+
+    /// Returns the error of the estimated position in m.
+    pub fn estimate_error_m(&self) -> DVec3 {
+        self.stack.state().position_m.as_dvec3() - self.drone.state().position_m
+    }
+}
