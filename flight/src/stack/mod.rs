@@ -223,7 +223,9 @@ impl FlightStack {
         let state = self.control_state();
         let input = SupervisorInput {
             requests: PilotRequests {
-                arm: self.requests.arm || self.has_climb_request,
+                // A request counts once, so it must not begin before the checks pass.
+                arm: self.requests.arm
+                    || self.has_climb_request && self.stage() == SupervisorStage::Ready,
                 ..self.requests
             },
             imu: watched.map(|()| self.last_sample),
@@ -268,7 +270,9 @@ impl FlightStack {
         self.ticks as f64 / f64::from(SAMPLE_RATE_HZ)
     }
 
-    fn is_flying(&self) -> bool {
+    /// Returns true from the moment at which the motors lift the robot until it has landed.
+    #[must_use]
+    pub fn is_flying(&self) -> bool {
         matches!(
             self.stage(),
             SupervisorStage::Flying | SupervisorStage::Landing | SupervisorStage::LevelOut

@@ -315,7 +315,9 @@ impl Body for FlyingBody {
         let state = self.stack.state();
         let ahead = state.attitude * Vec3::X;
         let at = state.position_m * 1000.0;
-        self.stack.health().is_position_valid.then(|| Pose {
+        // On the ground a robot knows its place before it has measured it.
+        let is_known = self.stack.health().is_position_valid || !self.stack.is_flying();
+        is_known.then(|| Pose {
             x: at.x,
             y: at.y,
             z: at.z - (self.feet_m() * 1000.0) as f32,

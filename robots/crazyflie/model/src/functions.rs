@@ -30,8 +30,8 @@ const SPIN: u64 = 1500;
 const FULL: u64 = 4150;
 const LOW: u64 = 3200;
 const FLIGHT_TIME: u64 = 420_000;
-/// Voltage in mV below which the motors are switched off, and the time in ms after which this
-/// happens, as in the firmware (firmware/crazyflie/src/battery.rs).
+/// Voltage in mV below which the robot lands, and the time in ms after which this happens. The
+/// firmware, which does not fly yet, stops the motors then (firmware/crazyflie/src/battery.rs).
 const EMPTY: u64 = 3100;
 const EMPTY_TIME: u64 = 5000;
 /// Voltage in mV at which the nRF51 cuts all power.
@@ -68,8 +68,8 @@ pub struct Pilot {
     empty_since: Option<u64>,
     /// Time in ms at which the stopwatch was started.
     started: Option<u64>,
-    /// True if a fault stopped the script, and the robot lands, or if the battery is empty, and it
-    /// falls. The robot does not take off again before it is switched off and on.
+    /// True if a fault stopped the script or the battery is empty, so that the robot lands. It does
+    /// not take off again before it is switched off and on.
     has_given_up: bool,
 }
 
@@ -155,13 +155,20 @@ impl Pilot {
         FULL.saturating_sub((FULL - LOW) * self.flown / FLIGHT_TIME).max(FLAT)
     }
 
-    /// Switches the motors off when the battery has been empty for `EMPTY_TIME`.
-    fn watch_battery(&mut self, battery_mv: Option<u16>, now: u64) {
+    /// Lands when the battery has been empty for `EMPTY_TIME`.
+    fn watch_battery(&mut self, here: Option<Pose>, battery_mv: Option<u16>, now: u64) {
         if battery_mv.map_or_else(|| self.battery(), u64::from) >= EMPTY {
             self.empty_since = None;
-        } else if now >= *self.empty_since.get_or_insert(now) + EMPTY_TIME {
-            self.has_given_up = true;
-            self.task = CrazyflieTask::Grounded;
+        } else if now >= *self.empty_since.get_or_insert(now) + EMPTY_TIME && !self.has_given_up {
+            self.give_up_flight(here, now);
+        }
+    }
+
+    /// Lands; the robot does not take off again before it is switched off and on.
+    fn give_up_flight(&mut self, here: Option<Pose>, now: u64) {
+        self.has_given_up = true;
+        if self.task != CrazyflieTask::Grounded {
+            self.descend(here, now, SPEED);
         }
     }
 }
@@ -174,7 +181,7 @@ impl Autopilot for Pilot {
     fn tick(&mut self, io: &mut Io<'_>, battery_mv: Option<u16>) {
         let (now, here) = (io.milliseconds(), io.sensors.estimate());
         self.measured_mv = io.controls::<FlightControls>().map(|controls| controls.battery_mv);
-        self.watch_battery(battery_mv, now);
+        self.watch_battery(here, battery_mv, now);
         let flight = match (self.fly(here, now), &mut self.keep_apart) {
             (Flight::Velocity(wanted), Some(avoidance)) => {
                 Flight::Velocity(avoidance.limit(io, wanted))
@@ -196,12 +203,8 @@ impl Autopilot for Pilot {
         u16::try_from(self.battery()).ok()
     }
 
-    /// Lands; the robot does not take off again before it is switched off and on.
     fn give_up(&mut self, io: &mut Io<'_>) {
-        self.has_given_up = true;
-        if self.task != CrazyflieTask::Grounded {
-            self.descend(io.sensors.estimate(), io.milliseconds(), SPEED);
-        }
+        self.give_up_flight(io.sensors.estimate(), io.milliseconds());
     }
 
     fn start(&mut self) {
