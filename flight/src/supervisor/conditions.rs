@@ -1,9 +1,9 @@
 //! The conditions that the supervisor reacts to, recognized in measurements.
 //!
-//! A number that is not finite counts as the dangerous one: the robot is upside down, off the ground,
-//! lifted, outside the fence and without a position. An IMU sample that is not finite is a fault.
+//! A number that is not finite counts as the dangerous one: the robot is upside down, off the
+//! ground, lifted, outside the fence and without a position. An IMU sample that is not finite is a
+//! fault.
 
-use crate::calibration::ImuFault;
 use crate::{GRAVITY_M_S2, ImuSample, Vehicle};
 
 /// Age of a set-point in ms from which it is not followed.
@@ -22,18 +22,29 @@ const GROUND_SPEED_M_S: f32 = 0.1;
 /// Share of the robot's weight from which thrust counts as lift. A descent with less would gain
 /// 4.9 m/s per second, so no controller flies for two seconds without lift.
 const LIFT_SHARE: f32 = 0.5;
-/// Specific force in g from which a sample counts as an impact: a stop from 1 m/s within 9 mm. Flight
-/// reaches 2 g at most (thrust is less than twice the weight), vibration adds 0.5 to 2 g.
+/// Specific force in g from which a sample counts as an impact: a stop from 1 m/s within 9 mm.
+/// Flight reaches 2 g at most (thrust is less than twice the weight), vibration adds 0.5 to 2 g.
 const IMPACT_G: f32 = 6.0;
 /// Specific force in g of every axis below which the robot falls freely.
 const FREE_FALL_G: f32 = 0.1;
 /// Specific force in g along z below which weight acts sideways, or upwards.
 const SIDEWAYS_G: f32 = 0.5;
 const UPWARDS_G: f32 = -0.2;
-/// Largest rate in rad/s, and difference of the specific force from 1 g in g, of a robot at rest. The
-/// BMI088's offsets are at most 0.017 rad/s and 0.02 g.
+/// Largest rate in rad/s, and difference of the specific force from 1 g in g, of a robot at rest.
+/// The BMI088's offsets are at most 0.017 rad/s and 0.02 g.
 const STILL_RAD_S: f32 = 0.1;
 const STILL_G: f32 = 0.1;
+
+/// A reason why the IMU gives no sample.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub enum ImuFault {
+    /// No sample came within the time that the driver allows.
+    Silent,
+    /// The same sample came again and again.
+    Frozen,
+    /// A sample has a value that is not finite.
+    NotFinite,
+}
 
 /// Requests of a person. A request lasts for one step.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
@@ -83,8 +94,8 @@ pub struct SupervisorInput {
     /// Upward speed in m/s.
     pub vertical_speed_m_s: f32,
     pub is_position_valid: bool,
-    /// Distance outside the fence in m by the last valid position; `None` without a fence, or if there
-    /// never was a position.
+    /// Distance outside the fence in m by the last valid position; `None` without a fence, or if
+    /// there never was a position.
     pub fence_excursion_m: Option<f32>,
     /// `None` if there never was a set-point.
     pub setpoint: Option<SetpointStatus>,
@@ -206,12 +217,14 @@ pub struct SupervisorLimits {
 }
 
 impl SupervisorLimits {
-    /// Limits of a Crazyflie 2.1+ (voltages: crazyflie-firmware 2a18fc29, `platform_defaults_cf2.h`).
+    /// Limits of a Crazyflie 2.1+ (voltages: crazyflie-firmware 2a18fc29,
+    /// `platform_defaults_cf2.h`).
     pub const CRAZYFLIE_2_1_PLUS: Self = Self::new(&Vehicle::CRAZYFLIE_2_1_PLUS, 3200, 3000);
     /// Limits of a Crazyflie 2.1 Brushless (`platform_defaults_cf21bl.h`).
     pub const CRAZYFLIE_BRUSHLESS: Self = Self::new(&Vehicle::CRAZYFLIE_BRUSHLESS, 3350, 3000);
 
-    /// Returns the limits of a vehicle with a battery that is low and empty at these voltages in mV.
+    /// Returns the limits of a vehicle with a battery that is low and empty at these voltages in
+    /// mV.
     pub const fn new(vehicle: &Vehicle, battery_low_mv: u16, battery_empty_mv: u16) -> Self {
         let lift_n = LIFT_SHARE * vehicle.mass_kg * GRAVITY_M_S2;
         SupervisorLimits { battery_low_mv, battery_empty_mv, lift_n }

@@ -6,24 +6,25 @@
 //!
 //! # Rules
 //! 1. **A person arms.** Motors start only in the step in which an arm request begins.
-//! 2. **One step to off.** An emergency stop, a fault of the IMU and a disarm request stop the motors in
-//!    the step that shows them.
-//! 3. **A robot that fell stays off.** After a crash a person confirms that the robot is whole, while
-//!    it stands upright and still, and arms it again. After a tumble on the ground the robot has to stand
-//!    upright and still.
-//! 4. **Each flight ends.** A robot without set-points is off within 31 s: it lands with a position;
-//!    without one it stays level and is off 2 s after the last set-point. A robot that falls does less
-//!    harm than one that drifts without control.
+//! 2. **One step to off.** An emergency stop, a fault of the IMU and a disarm request stop the
+//!    motors in the step that shows them.
+//! 3. **A robot that fell stays off.** After a crash a person confirms that the robot is whole,
+//!    while it stands upright and still, and arms it again. After a tumble on the ground the robot
+//!    has to stand upright and still.
+//! 4. **Each flight ends.** A robot without set-points is off within 31 s: it lands with a
+//!    position; without one it stays level and is off 2 s after the last set-point. A robot that
+//!    falls does less harm than one that drifts without control.
 //! 5. **A landing is final.** Only a robot that stays level for want of a set-point flies on when
 //!    there is one again. All others land, disarm, and wait for a person.
 //!
-//! Outside its fence a robot lands. If it has lost its position too, nothing tells the direction of the
-//! flight, so the motors stop.
+//! Outside its fence a robot lands. If it has lost its position too, nothing tells the direction of
+//! the flight, so the motors stop.
 //!
 //! # Transitions
-//! Each step takes the first row whose condition holds, or has held for the time in ms. A test reads this
-//! table and compares it with the code. *Disarmed* stands for Ready if all checks pass, otherwise for
-//! Preflight. *Descent* stands for Landing with a position, and for LevelOut without one.
+//! Each step takes the first row whose condition holds, or has held for the time in ms. A test
+//! reads this table and compares it with the code. *Disarmed* stands for Ready if all checks pass,
+//! otherwise for Preflight. *Descent* stands for Landing with a position, and for LevelOut without
+//! one.
 //!
 //! | From | Event | Time | To |
 //! |---|---|---|---|
@@ -64,14 +65,16 @@
 //! | Tumbled | Calm | 1000 | Disarmed |
 //! | Crashed | RecoverRequest | 1000 | Disarmed |
 //!
-//! * `UpsideDown` is about the estimated attitude; `WeightUpwards` and `WeightSideways` are about the
-//!   accelerometer, whose times start anew in free fall.
-//! * `SetpointLost` is an age over 2 s without a position. `NoSetpoint` is an age over 500 ms, or a set-point
-//!   that needs a position while there is none.
-//! * `SetpointRenewed` applies to a robot that levels out by `NoSetpoint` and has not begun to land.
+//! * `UpsideDown` is about the estimated attitude; `WeightUpwards` and `WeightSideways` are about
+//!   the accelerometer, whose times start anew in free fall.
+//! * `Lift` is lift that a fresh set-point demands.
+//! * `SetpointLost` is an age over 2 s without a position. `NoSetpoint` is an age over 500 ms, or a
+//!   set-point that needs a position while there is none.
+//! * `SetpointRenewed` applies to a robot that levels out by `NoSetpoint` and has not begun to
+//!   land.
 //! * The time of `RecoverRequest` is that for which the robot stands upright and still.
-//! * `CheckFailed` is about every [`PreflightCheck`]. `ArmedCheckFailed` leaves out those that turning
-//!   rotors disturb.
+//! * `CheckFailed` is about every [`PreflightCheck`]. `ArmedCheckFailed` leaves out those that
+//!   turning rotors disturb.
 //!
 //! # Motors
 //! | State | Permission |
@@ -91,7 +94,7 @@ mod table;
 mod timer;
 
 pub use conditions::{
-    Acceleration, BatteryLevel, Conditions, FENCE_MARGIN_M, Inclination, PilotRequests,
+    Acceleration, BatteryLevel, Conditions, FENCE_MARGIN_M, ImuFault, Inclination, PilotRequests,
     RotorStatus, SETPOINT_LATE_MS, SETPOINT_LOST_MS, SetpointFreshness, SetpointStatus,
     SupervisorInput, SupervisorLimits,
 };
@@ -136,8 +139,8 @@ impl Supervisor {
         &self.state
     }
 
-    /// Takes the conditions `elapsed_ms` milliseconds after the last step, and returns what the flight
-    /// controller may do until the next one.
+    /// Takes the conditions `elapsed_ms` milliseconds after the last step, and returns what the
+    /// flight controller may do until the next one.
     ///
     /// Times in the [table](self#transitions) are exact to the length of a step.
     pub fn step(&mut self, elapsed_ms: u32, now: &Conditions) -> SupervisorOutput {
@@ -201,7 +204,7 @@ impl State {
                 let is_timeout = waited.update(true, elapsed_ms);
                 let sign = tumble.update(elapsed_ms, now);
                 on_ground(sign, now).or_else(|| {
-                    if now.has_lift {
+                    if now.has_lift && now.setpoint == SetpointFreshness::Fresh {
                         let to = State::Flying(FlightMonitor::after_ground(*tumble));
                         return Some((SupervisorEvent::Lift, to));
                     }

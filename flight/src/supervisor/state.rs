@@ -1,8 +1,6 @@
 //! The supervisor's states, what they permit, and the events between them.
 
-use crate::calibration::ImuFault;
-
-use super::conditions::{Conditions, SetpointFreshness};
+use super::conditions::{Conditions, ImuFault, SetpointFreshness};
 use super::preflight::FailedChecks;
 use super::timer::{FlightMonitor, HoldTimer, TumbleMonitor, TumbleSign};
 
@@ -10,8 +8,8 @@ use super::timer::{FlightMonitor, HoldTimer, TumbleMonitor, TumbleSign};
 pub const ARMING_TIMEOUT_MS: u16 = 2000;
 /// Time in ms on the ground after which an armed robot disarms.
 pub const ARMED_TIMEOUT_MS: u16 = 30_000;
-/// Time in ms after which a descent that does not reach the ground ends with the motors off. A robot
-/// that sinks at 0.5 m/s lands from 15 m.
+/// Time in ms after which a descent that does not reach the ground ends with the motors off. A
+/// robot that sinks at 0.5 m/s lands from 15 m.
 pub const DESCENT_TIMEOUT_MS: u16 = 30_000;
 /// Time in ms for which a robot without a position stays level. Together with
 /// [`SETPOINT_LATE_MS`](super::SETPOINT_LATE_MS) it is 2 s.

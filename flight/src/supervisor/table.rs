@@ -1,9 +1,9 @@
 //! The tables in the module's documentation, executed and compared with the code.
 //!
-//! The test reads the rows from the documentation and states again, for each event, the conditions in
-//! which it occurs. So it predicts the first change from any state under any conditions that last.
+//! The test reads the rows from the documentation and states again, for each event, the conditions
+//! in which it occurs. So it predicts the first change from any state under any conditions that
+//! last.
 
-use crate::calibration::ImuFault;
 use std::collections::BTreeSet;
 use std::format;
 use std::string::{String, ToString};
@@ -213,7 +213,7 @@ fn occurs(event: &str, start: &Start, now: &Conditions) -> bool {
         "RotorsIdle" => {
             matches!(now.rotors, RotorStatus::NotMeasured | RotorStatus::Turning)
         }
-        "Lift" => now.has_lift,
+        "Lift" => now.has_lift && !is_late,
         "Impact" => now.has_impact,
         "BlockedRotor" => now.rotors == RotorStatus::Blocked,
         "SetpointLost" => is_lost && !now.has_position,
@@ -274,7 +274,8 @@ fn check<'a>(start: &Start, now: &Conditions, applying: &[&'a Row]) -> Vec<&'a R
     let change_later = describe(delayed.step(100_000, now).transition);
     assert_eq!(change_later, applying.first().and_then(|row| change(row)), "{now:?}");
 
-    // Otherwise the shortest time counts, to the millisecond. `min_by_key` takes the first of several.
+    // Otherwise the shortest time counts, to the millisecond. `min_by_key` takes the first of
+    // several.
     let Some(&shortest) = applying.iter().min_by_key(|row| time_ms(row, start)) else {
         return Vec::new();
     };
