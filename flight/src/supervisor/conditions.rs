@@ -4,6 +4,7 @@
 //! ground, lifted, outside the fence and without a position. An IMU sample that is not finite is a
 //! fault.
 
+use crate::calibration::ImuFault;
 use crate::{GRAVITY_M_S2, ImuSample, Vehicle};
 
 /// Age of a set-point in ms from which it is not followed.
@@ -34,17 +35,6 @@ const UPWARDS_G: f32 = -0.2;
 /// The BMI088's offsets are at most 0.017 rad/s and 0.02 g.
 const STILL_RAD_S: f32 = 0.1;
 const STILL_G: f32 = 0.1;
-
-/// A reason why the IMU gives no sample.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
-pub enum ImuFault {
-    /// No sample came within the time that the driver allows.
-    Silent,
-    /// The same sample came again and again.
-    Frozen,
-    /// A sample has a value that is not finite.
-    NotFinite,
-}
 
 /// Requests of a person. A request lasts for one step.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]

@@ -94,7 +94,7 @@ mod table;
 mod timer;
 
 pub use conditions::{
-    Acceleration, BatteryLevel, Conditions, FENCE_MARGIN_M, ImuFault, Inclination, PilotRequests,
+    Acceleration, BatteryLevel, Conditions, FENCE_MARGIN_M, Inclination, PilotRequests,
     RotorStatus, SETPOINT_LATE_MS, SETPOINT_LOST_MS, SetpointFreshness, SetpointStatus,
     SupervisorInput, SupervisorLimits,
 };

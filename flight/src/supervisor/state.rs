@@ -1,6 +1,8 @@
 //! The supervisor's states, what they permit, and the events between them.
 
-use super::conditions::{Conditions, ImuFault, SetpointFreshness};
+use crate::calibration::ImuFault;
+
+use super::conditions::{Conditions, SetpointFreshness};
 use super::preflight::FailedChecks;
 use super::timer::{FlightMonitor, HoldTimer, TumbleMonitor, TumbleSign};
 

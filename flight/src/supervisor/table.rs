@@ -4,6 +4,7 @@
 //! in which it occurs. So it predicts the first change from any state under any conditions that
 //! last.
 
+use crate::calibration::ImuFault;
 use std::collections::BTreeSet;
 use std::format;
 use std::string::{String, ToString};

@@ -9,8 +9,9 @@ use std::fmt::Debug;
 use std::hash::Hash;
 use std::marker::PhantomData;
 
+use bittybuzz_flight::calibration::ImuFault;
 use bittybuzz_flight::supervisor::{
-    Acceleration, BatteryLevel, Conditions, ImuFault, Inclination, MotorPermission, RotorStatus,
+    Acceleration, BatteryLevel, Conditions, Inclination, MotorPermission, RotorStatus,
     SetpointFreshness, Supervisor, SupervisorStage,
 };
 use stateright::{Model, Property};
