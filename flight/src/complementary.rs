@@ -66,6 +66,17 @@ impl ComplementaryFilter {
         Some(ComplementaryFilter { attitude, gyro_bias_rad_s: Vec3::ZERO })
     }
 
+    /// Returns the filter with a known bias of the gyroscope in rad/s, such as from the last flight.
+    ///
+    /// Each axis is limited to [`MOST_GYRO_BIAS_RAD_S`]. `None` if it is not finite.
+    pub fn with_gyro_bias(self, gyro_bias_rad_s: Vec3) -> Option<Self> {
+        let most = Vec3::splat(MOST_GYRO_BIAS_RAD_S);
+        gyro_bias_rad_s.is_finite().then(|| ComplementaryFilter {
+            gyro_bias_rad_s: gyro_bias_rad_s.clamp(-most, most),
+            ..self
+        })
+    }
+
     /// Processes one sample, which lasts `dt_s` seconds, and returns the new attitude.
     ///
     /// The integration is Euler's with normalization: for a constant rate ω about one axis, a step

@@ -5,6 +5,7 @@
 use glam::{Mat3, Vec3};
 
 use super::config::{EkfNoise, EkfSigma};
+use super::measurement::EkfRefusal;
 use super::transition::{Transition, frame_turn};
 
 /// Number of the error's states.
@@ -75,6 +76,24 @@ impl StateCovariance {
             entries[i][i] = (value * value).min(VARIANCE_CAP);
         }
         StateCovariance { entries }
+    }
+
+    /// Creates the covariance with the given entries on and above the diagonal.
+    ///
+    /// # Errors
+    /// A number that is not finite, or a variance below 0.
+    pub fn from_upper(entries: &[[f32; STATES]; STATES]) -> Result<Self, EkfRefusal> {
+        for (i, row) in entries.iter().enumerate() {
+            for (j, entry) in row.iter().enumerate().skip(i) {
+                if !entry.is_finite() {
+                    return Err(EkfRefusal::NotFinite);
+                }
+                if i == j && *entry < 0.0 {
+                    return Err(EkfRefusal::OutOfRange);
+                }
+            }
+        }
+        Ok(StateCovariance { entries: *entries })
     }
 
     /// Returns the whole symmetric matrix.

@@ -320,6 +320,24 @@ impl Ekf {
         self.covariance.full()
     }
 
+    /// Replaces the covariance of the error, in the order of [`Ekf::covariance`]; the estimate stays.
+    /// This is for a caller that knows it, such as from another filter.
+    ///
+    /// Entries below the diagonal are ignored. Limits of the variances hold.
+    ///
+    /// # Errors
+    /// [`EkfRefusal::NotFinite`], and [`EkfRefusal::OutOfRange`] for a variance below 0; then nothing
+    /// changes.
+    pub fn adopt_covariance(
+        &mut self,
+        covariance: &[[f32; STATES]; STATES],
+    ) -> Result<(), EkfRefusal> {
+        self.covariance = StateCovariance::from_upper(covariance)?;
+        self.covariance.limit(self.config.variance_floor);
+        self.begin_motion();
+        Ok(())
+    }
+
     /// Returns the health of the estimate.
     pub fn health(&self) -> EkfHealth {
         self.monitor.judge(&HealthVariances {

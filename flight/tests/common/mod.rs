@@ -261,16 +261,22 @@ impl ColumnErrors {
     }
 
     /// Panics with all columns whose relative error exceeds the limit, and if nothing was compared.
+    /// Prints the largest errors under a title.
     #[track_caller]
-    pub fn assert_below(&self, limit: f64) {
-        assert!(!self.0.is_empty(), "nothing was compared");
+    pub fn assert_below(&self, title: &str, limit: f64) {
+        assert!(!self.0.is_empty(), "{title}: nothing was compared");
+        let mut columns = self.relative();
+        columns.sort_by(|a, b| b.1.total_cmp(&a.1));
+        let worst: Vec<String> =
+            columns.iter().take(6).map(|(column, error)| format!("{column} {error:.1e}")).collect();
+        println!("{title}: {}", worst.join(", "));
         let failures: Vec<String> = self
             .0
             .iter()
             .filter(|entry| entry.relative() > limit)
             .map(|entry| format!("{}: {:.2e} at {}", entry.column, entry.relative(), entry.place))
             .collect();
-        assert!(failures.is_empty(), "errors above {limit:.2e}:\n{}", failures.join("\n"));
+        assert!(failures.is_empty(), "{title}: errors above {limit:.2e}:\n{}", failures.join("\n"));
     }
 }
 
