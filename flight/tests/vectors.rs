@@ -89,8 +89,8 @@ const FILES: [(&str, usize, &[&str]); 16] = [
     ("go_to", 1000, &["relative", "goal_yaw", "yaw"]),
     ("lee", 1000, &["to_yaw", "thrust", "torque_z", "rate_r_z"]),
     ("lowpass", 1000, &["reset", "a2", "input", "output"]),
-    ("mixer_legacy", 1000, &["platform", "raw1", "motor4", "capped"]),
-    ("mixer_wrench", 1000, &["platform", "torque_x", "motor4", "capped"]),
+    ("mixer_legacy", 1000, &["platform", "raw1", "raw4"]),
+    ("mixer_wrench", 1000, &["platform", "torque_x", "raw4"]),
     ("polynomial", 1000, &["duration", "c7", "jerk"]),
 ];
 
