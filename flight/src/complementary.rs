@@ -329,6 +329,17 @@ mod tests {
         assert!((long.attitude().length() - 1.0).abs() < 1e-6);
     }
 
+    #[test]
+    fn known_bias_is_subtracted_and_limited() {
+        let bias = Vec3::new(0.01, -0.02, 0.03);
+        let mut filter = ComplementaryFilter::new().with_gyro_bias(bias).unwrap();
+        filter.update(&sample(Quat::IDENTITY, bias), DT_S);
+        assert!(filter.attitude().angle_between(Quat::IDENTITY) < 1e-6);
+        let filter = filter.with_gyro_bias(Vec3::splat(-1.0)).unwrap();
+        assert_eq!(filter.gyro_bias_rad_s(), Vec3::splat(-MOST_GYRO_BIAS_RAD_S));
+        assert!(filter.with_gyro_bias(Vec3::NAN).is_none());
+    }
+
     proptest! {
         #[test]
         fn attitude_keeps_unit_length_and_the_bias_its_limit(

@@ -239,7 +239,7 @@ fn vehicle(row: &VectorRow<'_>) -> Vehicle {
 /// mixing then. At a limit the firmware lowers all motors alike, which loses thrust and keeps the
 /// torque about z, while this crate gives up that torque first.
 fn compare_mixing(name: &str, wrench: impl Fn(&VectorRow<'_>, &Vehicle) -> Wrench) {
-    let vectors = Vectors::read(name).unwrap();
+    let vectors = Vectors::read(name).expect(name);
     let mut errors = ColumnErrors::default();
     let mut compared = 0;
     for row in vectors.rows() {

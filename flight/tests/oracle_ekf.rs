@@ -90,7 +90,7 @@ impl Start {
         for (row, from) in covariance.iter_mut().zip(&self.covariance) {
             row[..9].copy_from_slice(from);
         }
-        filter.adopt_covariance(&covariance).unwrap();
+        filter.adopt_covariance(&covariance).expect("a covariance");
     }
 
     /// Creates a filter that reaches this state after it turned at a constant rate for `seconds`.
@@ -105,7 +105,7 @@ impl Start {
             let before =
                 FlightState { position_m, velocity_m_s: attitude * velocity, attitude, rate_rad_s };
             let mut filter = Ekf::new(EkfConfig::NINE_STATES, &before);
-            filter.propagate(&sample, seconds).unwrap();
+            filter.propagate(&sample, seconds).expect("a valid sample");
             filter
         };
         let travel_m = run(Vec3::ZERO).state().position_m;
@@ -175,9 +175,9 @@ fn compare(
 
 /// Runs `case` for each row of a file, with the start that the row names.
 fn for_each_case(name: &str, mut case: impl FnMut(&VectorRow<'_>, &mut Start)) {
-    let starts = Vectors::read("ekf_start").unwrap();
+    let starts = Vectors::read("ekf_start").expect("ekf_start.csv");
     let starts: Vec<VectorRow<'_>> = starts.rows().collect();
-    for row in Vectors::read(name).unwrap().rows() {
+    for row in Vectors::read(name).expect(name).rows() {
         let start = &starts[row.f64("case") as usize];
         assert_eq!(start.f64("case"), row.f64("case"));
         case(&row, &mut Start::new(start));
@@ -277,7 +277,7 @@ fn predicted(row: &VectorRow<'_>, start: &Start, noise: EkfNoise) -> Ekf {
     let mut filter = start.filter(config);
     filter.set_flying(row.bool("flying"));
     let sample = ImuSample { gyro_rad_s: row.vec3("rate", ""), accel_m_s2: row.vec3("force", "") };
-    filter.propagate(&sample, row.f32("dt_s")).unwrap();
+    filter.propagate(&sample, row.f32("dt_s")).expect("a valid sample");
     // The covariance follows every 10 ms or before an update: this update has no weight.
     let outcome = filter.update_height(filter.state().position_m.z, 1e6);
     assert!(outcome.is_accepted(), "{row}: {outcome:?}");
@@ -331,12 +331,12 @@ fn process_noise_agrees() {
         };
         let covariance = predicted(row, start, noise).covariance();
         let is_slow = seconds < 0.0051 && row.vec3("rate", "").length() * seconds < 0.004;
-        for i in 3..9 {
+        for (i, line) in covariance.iter().enumerate().take(9).skip(3) {
             let column = format!("noise_p{i}{i}");
-            errors.compare(row, &column, covariance[i][i]);
+            errors.compare(row, &column, line[i]);
             if i > 5 || is_slow {
                 let before = row.f64(&format!("p{i}{i}_out"));
-                let growth = f64::from(covariance[i][i]) / before;
+                let growth = f64::from(line[i]) / before;
                 errors.add(row, &format!("growth p{i}{i}"), growth, row.f64(&column) / before);
             }
         }

@@ -2,6 +2,7 @@
 
 #![allow(clippy::needless_range_loop)] // Indices read as the formulas do.
 
+use crate::ekf::EkfRefusal;
 use super::*;
 use crate::ekf::config::{EkfConfig, Linearization};
 use crate::ekf::transition::Motion;
@@ -244,6 +245,18 @@ fn limits_keep_correlations_and_floors() {
     none.limit(1e-6);
     assert_eq!(none.variance(0), 1e-6);
     assert_eq!(none.variance(GYRO_BIAS), 0.0);
+}
+
+#[test]
+fn entries_below_the_diagonal_are_ignored_and_invalid_ones_refused() {
+    let mut entries = sample(3, &SCALE).full();
+    let expected = entries;
+    entries[5][2] = f32::NAN;
+    assert_eq!(StateCovariance::from_upper(&entries).unwrap().full(), expected);
+    entries[4][4] = -1.0;
+    assert_eq!(StateCovariance::from_upper(&entries), Err(EkfRefusal::OutOfRange));
+    entries[2][5] = f32::INFINITY;
+    assert_eq!(StateCovariance::from_upper(&entries), Err(EkfRefusal::NotFinite));
 }
 
 #[test]
