@@ -330,7 +330,7 @@ impl Ekf {
     /// changes.
     pub fn adopt_covariance(
         &mut self,
-        covariance: &[[f32; STATES]; STATES],
+        covariance: &[[f32; 13]; 13],
     ) -> Result<(), EkfRefusal> {
         self.covariance = StateCovariance::from_upper(covariance)?;
         self.covariance.limit(self.config.variance_floor);

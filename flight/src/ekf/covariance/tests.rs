@@ -2,8 +2,8 @@
 
 #![allow(clippy::needless_range_loop)] // Indices read as the formulas do.
 
-use crate::ekf::EkfRefusal;
 use super::*;
+use crate::ekf::EkfRefusal;
 use crate::ekf::config::{EkfConfig, Linearization};
 use crate::ekf::transition::Motion;
 use proptest::prelude::*;
