@@ -51,7 +51,7 @@ pub(super) struct HealthVariances {
     pub attitude: Vec3,
 }
 
-/// Times and counts behind the health.
+/// Times and counts from which the health follows.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct HealthMonitor {
     since_horizontal_s: f32,

@@ -99,7 +99,7 @@ pub(super) fn reference_at(
         yaw_rate_rad_s,
     };
     if time_s > position.duration_s() {
-        // Behind its end a polynomial holds its last value, but the snap there is not zero.
+        // After its end a polynomial holds its last value, but the snap there is not zero.
         reference.snap_m_s4 = Vec3::ZERO;
     }
     reference

@@ -117,7 +117,7 @@ impl<const PIECES: usize> PieceStore<PIECES> {
         PieceStore { pieces: [None; PIECES] }
     }
 
-    /// Stores pieces, moved by `offset_m`. Pieces behind the end of the store are lost.
+    /// Stores pieces, moved by `offset_m`. Pieces after the end of the store are lost.
     pub fn fill(&mut self, pieces: &[TrajectoryPiece], offset_m: Vec3) {
         self.pieces = [None; PIECES];
         for (slot, piece) in self.pieces.iter_mut().zip(pieces) {
