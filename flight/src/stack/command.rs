@@ -68,7 +68,8 @@ pub(super) enum Guidance {
 }
 
 impl FlightStack {
-    /// Arms a robot on the ground: its rotors idle.
+    /// Arms a robot on the ground, whose script or pilot gave a sign of life; see
+    /// [`FlightStack::renew`].
     ///
     /// # Errors
     /// Returns [`FlightRefusal::NotReady`] unless the robot is ready.
@@ -83,6 +84,7 @@ impl FlightStack {
     /// Disarms: stops the motors, in flight too.
     pub fn stop(&mut self) {
         self.guidance = Guidance::Absent;
+        self.command_ms = None;
         self.has_climb_request = false;
         self.requests.disarm = true;
     }
@@ -102,9 +104,9 @@ impl FlightStack {
         self.has_script_fault = has_fault;
     }
 
-    /// Takes a sign of life of the script, so that the command in force does not expire.
+    /// Takes a sign of life of the script or pilot, so that the command in force does not expire.
     pub fn renew(&mut self) {
-        self.command_ms = self.now_ms();
+        self.command_ms = Some(self.now_ms());
     }
 
     /// Takes off from the ground to a height above it, in m, within a duration in seconds. The
@@ -121,11 +123,11 @@ impl FlightStack {
         if self.stage() != SupervisorStage::Armed {
             return Err(FlightRefusal::NotArmed);
         }
-        if !self.health().is_position_valid {
+        let state = self.filter.state();
+        if !self.has_position(&state) {
             return Err(FlightRefusal::NoPosition);
         }
         let now_s = self.now_s();
-        let state = self.filter.state();
         let height_m = self.ground_m + height_m;
         let planner = self.planner.as_mut().ok_or(PlanError::Limits)?;
         let report =
@@ -140,8 +142,8 @@ impl FlightStack {
     /// # Errors
     /// Refuses a robot that does not fly, and what [`Planner::land`] refuses.
     pub fn land(&mut self, duration_s: Option<f32>) -> Result<PlanReport, FlightRefusal> {
-        let below_m = self.below_ground_m();
-        self.plan_flight(|planner, now_s| planner.land(now_s, below_m, duration_s))
+        let ground_m = self.ground_m;
+        self.plan_flight(|planner, now_s| planner.land(now_s, ground_m, duration_s))
     }
 
     /// Flies to a point and stops there; see [`Planner::go_to`].

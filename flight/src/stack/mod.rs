@@ -16,7 +16,10 @@
 //! # On the ground
 //! A robot that stands still sees no flow and may have no pose. Its filter then takes a flow of zero,
 //! so the estimate does not drift before take-off. A flow sensor sees nothing near the ground
-//! either, so no position is needed during the first 1.5 s of a flight.
+//! either, so a position stays valid for 3 s below 0.15 m.
+//!
+//! A landing leads to the ground at rest, and then further down at 8 cm/s until the robot stands
+//! with much less thrust than it weighs.
 
 mod command;
 mod settings;
@@ -53,21 +56,26 @@ const SAMPLE_RATE_HZ: f32 = 1000.0;
 const GYRO_CUTOFF_HZ: f32 = 80.0;
 /// Height in m that a take-off by a velocity reaches at least.
 const LIFT_OFF_M: f32 = 0.05;
-/// Distance in m below the ground at which a landing aims, so that the feet touch it.
-const GROUND_BELOW_M: f32 = 0.1;
 /// Change of the thrust per vertical speed in 1/s, as a share of the mass, of a robot that levels out.
 const LEVEL_DAMPING_1_S: f32 = 2.0;
 /// Change of the thrust per error of the vertical speed in 1/s, as a share of the mass, of a robot
 /// that holds an attitude.
 const CLIMB_GAIN_1_S: f32 = 4.0;
-/// Height in m below which, and vertical speed in m/s below which, a landing robot stands on the
-/// ground.
+/// Speed in m/s at which the reference sinks after a landing, until the robot stands. The
+/// supervisor's limit for a robot on the ground is 0.1 m/s.
+const SETTLE_M_S: f32 = 0.08;
+/// Thrust as a share of the weight below which a robot stands that does not sink. In the ground effect
+/// it may float with three quarters of its weight.
+const STANDING_SHARE: f32 = 0.65;
+/// Height in m below which, and vertical speed in m/s below which, a landing robot may stand.
 const GROUND_HEIGHT_M: f32 = 0.05;
-const GROUND_SPEED_M_S: f32 = 0.1;
+const GROUND_SPEED_M_S: f32 = 0.04;
 /// Time in ms for which a landing robot has to stand there until its motors stop.
 const TOUCHDOWN_MS: u32 = 300;
-/// Time in ms of a flight during which the robot needs no position.
-const TAKE_OFF_MS: u32 = 1500;
+/// Height in m below which a flow sensor may see nothing (0.08 m for the PMW3901, with a margin),
+/// and time in ms for which the position then stays valid.
+const BLIND_HEIGHT_M: f32 = 0.15;
+const BLIND_MS: u64 = 3000;
 /// Time in ms between two flows of zero, and time without a pose from which they are taken.
 const STANDSTILL_PERIOD_MS: u32 = 10;
 const STANDSTILL_WITHOUT_POSE_MS: u64 = 500;
@@ -100,11 +108,13 @@ pub struct FlightStack {
     has_climb_request: bool,
     has_script_fault: bool,
     guidance: Guidance,
-    /// Time of the last command or sign of life.
-    command_ms: u64,
+    /// Time of the last command or sign of life since the last stop.
+    command_ms: Option<u64>,
     pose_ms: Option<u64>,
-    /// Time since the robot left the ground; 0 on the ground.
-    flight_ms: u32,
+    /// Last time when the filter knew the position.
+    position_ms: Option<u64>,
+    /// Distance in m that the reference has sunk after a landing.
+    settle_m: f32,
     /// Time for which a landing robot has stood on the ground.
     standing_ms: u32,
     /// A landing ended, and the motors stop.
@@ -138,9 +148,10 @@ impl FlightStack {
             has_climb_request: false,
             has_script_fault: false,
             guidance: Guidance::Absent,
-            command_ms: 0,
+            command_ms: None,
             pose_ms: None,
-            flight_ms: 0,
+            position_ms: None,
+            settle_m: 0.0,
             standing_ms: 0,
             has_touched_down: false,
             reference: None,
@@ -186,6 +197,12 @@ impl FlightStack {
         self.filter.state()
     }
 
+    /// Returns the covariance of the estimate's error; see [`Ekf::covariance`].
+    #[must_use]
+    pub fn covariance(&self) -> [[f32; 13]; 13] {
+        self.filter.covariance()
+    }
+
     /// Returns the reference that the controller follows; `None` without one, as on the ground.
     #[must_use]
     pub fn reference(&self) -> Option<Reference> {
@@ -221,6 +238,9 @@ impl FlightStack {
         }
         self.drive.measure_battery(battery_v, TICK_S);
         let state = self.control_state();
+        if self.filter.health().is_position_valid {
+            self.position_ms = Some(self.now_ms());
+        }
         let input = SupervisorInput {
             requests: PilotRequests {
                 // A request counts once, so it must not begin before the checks pass.
@@ -233,7 +253,7 @@ impl FlightStack {
             up_z: (state.attitude * Vec3::Z).z,
             height_m: state.position_m.z - self.ground_m,
             vertical_speed_m_s: state.velocity_m_s.z,
-            is_position_valid: self.filter.health().is_position_valid,
+            is_position_valid: self.has_position(&state),
             fence_excursion_m: self.fence_excursion_m(state.position_m),
             setpoint: self.setpoint(),
             has_script_fault: self.has_script_fault,
@@ -247,9 +267,7 @@ impl FlightStack {
         if output.permission != self.permission {
             self.change(output.permission);
         }
-        let is_flying = self.is_flying();
-        self.filter.set_flying(is_flying);
-        self.flight_ms = if is_flying { self.flight_ms.saturating_add(TICK_MS) } else { 0 };
+        self.filter.set_flying(self.is_flying());
         if self.ticks.is_multiple_of(CONTROL_TICKS) {
             self.control(&state);
         }
@@ -309,19 +327,25 @@ impl FlightStack {
         }
     }
 
+    /// Returns true if the position is known, or was known shortly before the ground came near.
+    fn has_position(&self, state: &FlightState) -> bool {
+        let age_ms = self.position_ms.map_or(u64::MAX, |ms| self.now_ms() - ms);
+        let is_near_ground = state.position_m.z - self.ground_m < BLIND_HEIGHT_M;
+        age_ms == 0 || (is_near_ground && age_ms < BLIND_MS)
+    }
+
     fn setpoint(&self) -> Option<SetpointStatus> {
         let needs_position = match self.guidance {
-            Guidance::Absent => return None,
-            Guidance::Attitude { .. } => false,
-            _ => self.flight_ms > TAKE_OFF_MS,
+            Guidance::Absent | Guidance::Attitude { .. } => false,
+            Guidance::Velocity { .. } | Guidance::Plan | Guidance::Reference(_) => true,
         };
-        let age_ms = u32::try_from(self.now_ms() - self.command_ms).unwrap_or(u32::MAX);
+        let age_ms = u32::try_from(self.now_ms() - self.command_ms?).unwrap_or(u32::MAX);
         Some(SetpointStatus { age_ms, needs_position })
     }
 
     /// Tells the filter that the ground does not move below a robot that stands on it.
     fn observe_standstill(&mut self) {
-        let is_idle = matches!(self.permission, MotorPermission::Off | MotorPermission::Idle);
+        let is_idle = !self.is_flying() && self.forces == MotorForces::default();
         let has_pose =
             self.pose_ms.is_some_and(|ms| self.now_ms() < ms + STANDSTILL_WITHOUT_POSE_MS);
         let force_m_s2 = self.last_sample.accel_m_s2.length() - GRAVITY_M_S2;
@@ -348,11 +372,6 @@ impl FlightStack {
         if let Some(planner) = &mut self.planner {
             planner.go_idle();
         }
-    }
-
-    /// Returns the height at which a landing aims, in m.
-    fn below_ground_m(&self) -> f32 {
-        self.ground_m - GROUND_BELOW_M
     }
 
     /// Starts the planner of a robot in the air that has no plan, at rest where the robot is.
@@ -385,12 +404,12 @@ impl FlightStack {
             }
             MotorPermission::Descend => {
                 let state = self.filter.state();
-                let (now_s, below_m) = (self.now_s(), self.below_ground_m());
+                let (now_s, ground_m) = (self.now_s(), self.ground_m);
                 // Without a plan to land from the robot stays level. A planner that lands already
                 // goes on.
                 let _ = self.start_in_air(&state);
                 if let Some(planner) = &mut self.planner {
-                    let _ = planner.land(now_s, below_m, None);
+                    let _ = planner.land(now_s, ground_m, None);
                 }
             }
         }
@@ -406,16 +425,26 @@ impl FlightStack {
         self.standing_ms = 0;
     }
 
-    /// Ends a landing once the robot stands on the ground although it should be below.
-    fn watch_touchdown(&mut self, state: &FlightState, reference: &Reference) {
+    /// Lets the reference sink after a landing, and ends the landing once the robot stands.
+    fn settle(&mut self, state: &FlightState, reference: &mut Reference, dt_s: f32) {
         let Some(planner) = &mut self.planner else { return };
-        let is_standing = planner.is_landing()
-            && reference.position_m.z < self.ground_m
+        if !(planner.is_landing() && planner.is_done()) {
+            self.settle_m = 0.0;
+            self.standing_ms = 0;
+            return;
+        }
+        self.settle_m += SETTLE_M_S * dt_s;
+        reference.position_m.z -= self.settle_m;
+        reference.velocity_m_s.z -= SETTLE_M_S;
+        let weight_n = self.settings.vehicle.mass_kg * GRAVITY_M_S2;
+        let thrust_n: f32 = self.forces.0.iter().sum();
+        let is_standing = thrust_n < STANDING_SHARE * weight_n
             && state.position_m.z - self.ground_m < GROUND_HEIGHT_M
             && state.velocity_m_s.z.abs() < GROUND_SPEED_M_S;
         let control_ms = TICK_MS * CONTROL_TICKS as u32;
         self.standing_ms = if is_standing { self.standing_ms + control_ms } else { 0 };
-        if self.standing_ms >= TOUCHDOWN_MS {
+        // The supervisor alone ends a landing that it began.
+        if self.standing_ms >= TOUCHDOWN_MS && self.permission == MotorPermission::Follow {
             self.has_touched_down = planner.touched_down().is_ok();
         }
     }
@@ -441,7 +470,7 @@ impl FlightStack {
     }
 
     /// Returns the reference that the command in force gives, if it gives one.
-    fn next_reference(&mut self, state: &FlightState) -> Option<Reference> {
+    fn next_reference(&mut self, state: &FlightState, dt_s: f32) -> Option<Reference> {
         match self.guidance {
             Guidance::Reference(reference) if self.permission == MotorPermission::Follow => {
                 return Some(reference);
@@ -453,10 +482,8 @@ impl FlightStack {
             self.plan(state);
         }
         let now_s = self.now_s();
-        let reference = self.planner.as_mut()?.reference(now_s)?;
-        if self.permission == MotorPermission::Follow {
-            self.watch_touchdown(state, &reference);
-        }
+        let mut reference = self.planner.as_mut()?.reference(now_s)?;
+        self.settle(state, &mut reference, dt_s);
         Some(reference)
     }
 
@@ -495,7 +522,7 @@ impl FlightStack {
     /// Computes the forces of the motors.
     fn control(&mut self, state: &FlightState) {
         let dt_s = TICK_S * CONTROL_TICKS as f32;
-        let reference = self.next_reference(state);
+        let reference = self.next_reference(state, dt_s);
         self.reference = reference;
         let wrench = match (self.permission, reference, self.guidance) {
             (MotorPermission::Off | MotorPermission::Idle, ..) => None,

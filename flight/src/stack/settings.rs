@@ -1,11 +1,15 @@
 //! Parameters of the flight controller.
 
+use glam::Vec3;
+
 use crate::Vehicle;
 use crate::ekf::{EkfConfig, EkfSigma};
 use crate::geometric::GeometricSettings;
 use crate::planner::{FlightLimits, PositionFence};
 use crate::supervisor::SupervisorLimits;
 
+/// Drag of the Crazyflie 2.1+ in 1/s, which the controller feeds forward.
+const DRAG_1_S: Vec3 = GeometricSettings::CRAZYFLIE_2_1_PLUS.drag_1_s;
 /// Standard deviation in m of the place where a robot is put.
 const START_SIGMA_M: f32 = 0.02;
 
@@ -39,6 +43,7 @@ impl StackSettings {
                 position_z_m: START_SIGMA_M,
                 ..EkfConfig::QUADROTOR.initial_sigma
             },
+            drag_per_s: Vec3::new(DRAG_1_S.x, DRAG_1_S.y, 0.0),
             ..EkfConfig::QUADROTOR
         },
         limits: FlightLimits::CRAZYFLIE,

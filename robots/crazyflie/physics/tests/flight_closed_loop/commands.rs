@@ -1,9 +1,9 @@
 //! Commands of a whole flight, and their expiry.
 
-use bittybuzz_flight::Vec3;
 use bittybuzz_flight::planner::{Destination, PlanError, VelocityCommand};
 use bittybuzz_flight::stack::{AttitudeCommand, FlightRefusal};
 use bittybuzz_flight::supervisor::SupervisorStage;
+use bittybuzz_flight::{Reference, Vec3};
 
 use crate::rig::Rig;
 
@@ -11,11 +11,13 @@ use crate::rig::Rig;
 fn wait_for_landing(rig: &mut Rig, seconds: f64) {
     rig.run(seconds, |_| {});
     let state = rig.drone.state();
-    assert!(
-        matches!(rig.stack.stage(), SupervisorStage::Landed | SupervisorStage::Ready),
-        "{:?} {state:?}",
-        rig.stack.stage()
+    let stage = rig.stack.stage();
+    // A robot that waits for a script is in preflight.
+    let has_landed = matches!(
+        stage,
+        SupervisorStage::Landed | SupervisorStage::Ready | SupervisorStage::Preflight
     );
+    assert!(has_landed, "{stage:?} {state:?}");
     assert!(!rig.drone.has_crashed() && state.position_m.z < 0.02);
     assert_eq!(rig.stack.reference(), None);
 }
@@ -112,4 +114,65 @@ fn a_velocity_takes_off_and_expires() {
         rig.step();
     }
     wait_for_landing(&mut rig, 0.0);
+}
+
+/// Landings of many builds, by command and by the supervisor.
+#[test]
+fn landings_are_soft() {
+    for seed in 1..=20 {
+        for (mut rig, is_commanded) in [
+            (Rig::with_capture(seed), true),
+            (Rig::with_deck(seed), true),
+            (Rig::with_capture(seed), false),
+            (Rig::with_deck(seed), false),
+        ] {
+            rig.take_off(0.4);
+            if is_commanded {
+                rig.stack.land(Some(2.0)).expect("refused");
+            } else {
+                rig.stack.set_script_fault(true);
+            }
+            let mut most_g = 0.0_f64;
+            rig.run(6.0, |rig| {
+                let force = rig.drone.state().specific_force_m_s2.length();
+                most_g = most_g.max(force / 9.81);
+            });
+            wait_for_landing(&mut rig, 0.0);
+            // A landing in a room has less than 10 g.
+            assert!(most_g < 10.0, "{seed} {is_commanded} {most_g}");
+        }
+    }
+}
+
+/// Without poses the robot stays level; it flies on when they return.
+#[test]
+fn a_robot_that_finds_its_position_flies_on() {
+    let mut rig = Rig::with_capture(7);
+    rig.take_off(0.5);
+    rig.set_capture_silent(true);
+    rig.run(0.8, |_| {});
+    assert_eq!(rig.stack.stage(), SupervisorStage::LevelOut);
+    rig.set_capture_silent(false);
+    rig.run(3.0, |_| {});
+    assert_eq!(rig.stack.stage(), SupervisorStage::Flying);
+    assert!(rig.true_error_m() < 0.03, "{}", rig.true_error_m());
+    assert!(rig.drone.state().position_m.z > 0.3, "{:?}", rig.drone.state());
+}
+
+#[test]
+fn numbers_that_are_not_finite_are_refused() {
+    let mut rig = Rig::with_capture(8);
+    rig.take_off(0.4);
+    let before = rig.stack.reference().expect("no reference");
+    let roll_rad = f32::NAN;
+    let command = AttitudeCommand { roll_rad, ..AttitudeCommand::default() };
+    assert_eq!(rig.stack.hold(&command), Err(FlightRefusal::NotFinite));
+    let reference = Reference { yaw_rad: f32::INFINITY, ..before };
+    assert_eq!(rig.stack.track(&reference), Err(FlightRefusal::NotFinite));
+    let yaw_rad = None;
+    let nowhere = Destination::Absolute { position_m: Vec3::NAN, yaw_rad };
+    let refusal = Err(FlightRefusal::Plan(PlanError::NotFinite));
+    assert_eq!(rig.stack.go_to(nowhere, None), refusal);
+    rig.run(0.1, |_| {});
+    assert_eq!(rig.reference_m(), before.position_m.as_dvec3());
 }

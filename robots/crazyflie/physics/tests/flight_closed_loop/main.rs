@@ -6,6 +6,8 @@
 
 mod capture;
 mod commands;
+mod consistency;
 mod figures;
 mod flow;
+mod path;
 mod rig;

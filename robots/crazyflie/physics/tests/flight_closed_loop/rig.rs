@@ -2,7 +2,7 @@
 
 use bittybuzz_crazyflie_physics::sensors::{
     FlowSensor, FlowSettings, HeightReading, HeightSensor, Imu, ImuSettings, MotionCapture,
-    MotionCaptureSettings,
+    MotionCaptureSettings, SensorFault,
 };
 use bittybuzz_crazyflie_physics::{Airframe, DVec3, Drone, DroneState, DroneSurroundings, STEP_S};
 use bittybuzz_flight::ekf::{FlowMeasurement, PoseMeasurement};
@@ -20,7 +20,7 @@ pub const SETTLED_S: f64 = 5.0;
 /// The sensors of the position.
 pub enum Positioning {
     Capture(Box<MotionCapture>),
-    Deck { flow: Box<FlowSensor>, height: Box<HeightSensor> },
+    Deck { flow: Box<FlowSensor>, height: Box<HeightSensor>, sigma_counts: f32 },
 }
 
 /// Measurements of the Flow deck in one millisecond.
@@ -50,8 +50,25 @@ impl Rig {
 
     /// A robot with a Flow deck.
     pub fn with_deck(seed: u64) -> Self {
-        let flow = Box::new(FlowSensor::new(FlowSettings::PMW3901, seed));
-        Self::new(Positioning::Deck { flow, height: Box::new(HeightSensor::new(seed)) }, seed)
+        Self::with_flow_noise(seed, FlowSettings::PMW3901.sigma_counts)
+    }
+
+    /// A robot with a Flow deck whose flow has this noise, which the filter knows.
+    pub fn with_flow_noise(seed: u64, sigma_counts: f64) -> Self {
+        let settings = FlowSettings { sigma_counts, ..FlowSettings::PMW3901 };
+        let deck = Positioning::Deck {
+            flow: Box::new(FlowSensor::new(settings, seed)),
+            height: Box::new(HeightSensor::new(seed)),
+            sigma_counts: sigma_counts as f32,
+        };
+        Self::new(deck, seed)
+    }
+
+    /// Lets the motion capture fall silent, or return.
+    pub fn set_capture_silent(&mut self, is_silent: bool) {
+        if let Positioning::Capture(capture) = &mut self.positioning {
+            capture.set_fault(is_silent.then_some(SensorFault::Silent));
+        }
     }
 
     fn new(positioning: Positioning, seed: u64) -> Self {
@@ -102,7 +119,7 @@ impl Rig {
                     age_s: ((state.steps - pose.steps) as f64 * STEP_S) as f32,
                 });
             }
-            Positioning::Deck { flow, height } => {
+            Positioning::Deck { flow, height, sigma_counts } => {
                 let ground_m = self.surroundings.ground_m;
                 if let Some(counts) = flow.sample(state, ground_m)
                     && counts.is_valid
@@ -111,7 +128,7 @@ impl Rig {
                     self.stack.receive_flow(&FlowMeasurement {
                         counts_x: counts.x.into(),
                         counts_y: counts.y.into(),
-                        sigma_counts: 2.0,
+                        sigma_counts: *sigma_counts,
                         seconds: 0.01,
                     });
                 }
@@ -135,14 +152,13 @@ impl Rig {
     /// Switches on, arms and waits until the rotors idle.
     pub fn arm(&mut self) {
         for _ in 0..3000 {
+            self.stack.renew();
             self.step();
             if self.stack.arm().is_ok() {
                 break;
             }
         }
-        for _ in 0..300 {
-            self.step();
-        }
+        self.run(0.3, |_| {});
         assert_eq!(self.stack.stage(), SupervisorStage::Armed);
     }
 

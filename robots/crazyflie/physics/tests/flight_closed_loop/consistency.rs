@@ -1,0 +1,87 @@
+//! Consistency of the estimate: the normalized squared error (NEES) of position, velocity and
+//! attitude. A consistent filter has a mean equal to the number of states.
+
+use bittybuzz_crazyflie_physics::DVec3;
+
+use crate::figures::mean;
+use crate::path::figure_8;
+use crate::rig::Rig;
+
+/// Returns eᵀ·P⁻¹·e for the states from `first` on, by elimination.
+fn normalized_square<const N: usize>(
+    error: &[f64; 9],
+    covariance: &[[f32; 13]; 13],
+    first: usize,
+) -> f64 {
+    let mut rows: [[f64; N]; N] =
+        std::array::from_fn(|i| std::array::from_fn(|j| covariance[first + i][first + j].into()));
+    let mut rest: [f64; N] = std::array::from_fn(|i| error[first + i]);
+    let mut square = 0.0;
+    for k in 0..N {
+        // A step of LDLᵀ: the k-th part of the error, whitened.
+        square += rest[k] * rest[k] / rows[k][k];
+        for i in k + 1..N {
+            let factor = rows[i][k] / rows[k][k];
+            rest[i] -= factor * rest[k];
+            for j in k..N {
+                rows[i][j] -= factor * rows[k][j];
+            }
+        }
+    }
+    square
+}
+
+/// Returns the NEES of all nine states, of position, of velocity and of attitude.
+fn nees(rig: &Rig) -> [f64; 4] {
+    let (truth, estimate) = (rig.drone.state(), rig.stack.state());
+    let attitude = estimate.attitude.as_dquat();
+    let position = truth.position_m - estimate.position_m.as_dvec3();
+    let velocity =
+        truth.body_velocity_m_s() - attitude.conjugate() * estimate.velocity_m_s.as_dvec3();
+    let turn: DVec3 = (attitude.conjugate() * truth.attitude).normalize().to_scaled_axis();
+    let mut error = [0.0; 9];
+    for (part, value) in [position, velocity, turn].into_iter().enumerate() {
+        error[3 * part..3 * part + 3].copy_from_slice(&value.to_array());
+    }
+    let covariance = rig.stack.covariance();
+    [
+        normalized_square::<9>(&error, &covariance, 0),
+        normalized_square::<3>(&error, &covariance, 0),
+        normalized_square::<3>(&error, &covariance, 3),
+        normalized_square::<3>(&error, &covariance, 6),
+    ]
+}
+
+/// Prints the mean NEES of flights of 12 s, sampled four times per second.
+fn report(name: &str, seeds: u64, start: impl Fn(u64) -> Rig, command: impl Fn(&mut Rig)) {
+    let mut samples: [Vec<f64>; 4] = Default::default();
+    for seed in 1..=seeds {
+        let mut rig = start(seed);
+        rig.take_off(0.5);
+        command(&mut rig);
+        for _ in 0..48 {
+            rig.run(0.25, |_| {});
+            for (list, value) in samples.iter_mut().zip(nees(&rig)) {
+                list.push(value);
+            }
+        }
+    }
+    let [all, position, velocity, attitude] = samples.map(|list| mean(&list));
+    println!(
+        "NEES, {name}, {seeds} seeds: {all:.1} of 9; position {position:.1}, velocity {velocity:.1}, \
+         attitude {attitude:.1} of 3"
+    );
+}
+
+/// Prints figures and asserts nothing: the filter's noise covers disturbances that the physics lacks.
+#[test]
+#[ignore = "prints figures"]
+fn report_consistency() {
+    let fly_figure = |rig: &mut Rig| {
+        rig.stack.follow_trajectory(&figure_8(), true).expect("refused");
+    };
+    report("capture, hover", 200, Rig::with_capture, |_| {});
+    report("capture, figure 8", 200, Rig::with_capture, fly_figure);
+    report("deck, hover", 200, Rig::with_deck, |_| {});
+    report("deck, figure 8", 200, Rig::with_deck, fly_figure);
+}
