@@ -19,12 +19,13 @@ fn normalized_square<const N: usize>(
     let mut square = 0.0;
     for k in 0..N {
         // A step of LDLᵀ: the k-th part of the error, whitened.
-        square += rest[k] * rest[k] / rows[k][k];
-        for i in k + 1..N {
-            let factor = rows[i][k] / rows[k][k];
-            rest[i] -= factor * rest[k];
-            for j in k..N {
-                rows[i][j] -= factor * rows[k][j];
+        let (pivot, part) = (rows[k], rest[k]);
+        square += part * part / pivot[k];
+        for (row, value) in rows.iter_mut().zip(&mut rest).skip(k + 1) {
+            let factor = row[k] / pivot[k];
+            *value -= factor * part;
+            for (entry, above) in row.iter_mut().zip(pivot) {
+                *entry -= factor * above;
             }
         }
     }
