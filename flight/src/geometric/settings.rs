@@ -82,6 +82,13 @@ impl GeometricSettings {
         }
     };
 
+    /// Settings for a Crazyflie 2.1 Brushless: gains are accelerations per error and hold for any mass,
+    /// so only the drag differs (drone-models 77f04ab, `B500`).
+    pub const CRAZYFLIE_BRUSHLESS: Self = GeometricSettings {
+        drag_1_s: xy_z(0.02149 / 0.04338, 0.0236 / 0.04338),
+        ..Self::CRAZYFLIE_2_1_PLUS
+    };
+
     /// Moments of inertia in kg·m² that belong to [`Self::BITCRAZE_LEE`].
     pub const BITCRAZE_LEE_INERTIA_KG_M2: Vec3 = Vec3::new(16.5717e-6, 16.6556e-6, 29.2617e-6);
 

@@ -8,8 +8,6 @@ use crate::geometric::GeometricSettings;
 use crate::planner::{FlightLimits, PositionFence};
 use crate::supervisor::SupervisorLimits;
 
-/// Drag of the Crazyflie 2.1+ in 1/s, which the controller feeds forward.
-const DRAG_1_S: Vec3 = GeometricSettings::CRAZYFLIE_2_1_PLUS.drag_1_s;
 /// Standard deviation in m of the place where a robot is put.
 const START_SIGMA_M: f32 = 0.02;
 
@@ -34,20 +32,35 @@ impl StackSettings {
     /// A Crazyflie 2.1+ without a fence, which knows its start to some centimetres.
     ///
     /// A robot that stands elsewhere adopts the place that its poses agree on.
-    pub const CRAZYFLIE_2_1_PLUS: Self = StackSettings {
-        vehicle: Vehicle::CRAZYFLIE_2_1_PLUS,
-        gains: GeometricSettings::CRAZYFLIE_2_1_PLUS,
-        filter: EkfConfig {
+    pub const CRAZYFLIE_2_1_PLUS: Self = Self::new(
+        Vehicle::CRAZYFLIE_2_1_PLUS,
+        GeometricSettings::CRAZYFLIE_2_1_PLUS,
+        SupervisorLimits::CRAZYFLIE_2_1_PLUS,
+    );
+
+    /// A Crazyflie 2.1 Brushless, as [`StackSettings::CRAZYFLIE_2_1_PLUS`].
+    pub const CRAZYFLIE_BRUSHLESS: Self = Self::new(
+        Vehicle::CRAZYFLIE_BRUSHLESS,
+        GeometricSettings::CRAZYFLIE_BRUSHLESS,
+        SupervisorLimits::CRAZYFLIE_BRUSHLESS,
+    );
+
+    const fn new(
+        vehicle: Vehicle,
+        gains: GeometricSettings,
+        supervision: SupervisorLimits,
+    ) -> Self {
+        let filter = EkfConfig {
             initial_sigma: EkfSigma {
                 position_xy_m: START_SIGMA_M,
                 position_z_m: START_SIGMA_M,
                 ..EkfConfig::QUADROTOR.initial_sigma
             },
-            drag_per_s: Vec3::new(DRAG_1_S.x, DRAG_1_S.y, 0.0),
+            // The controller feeds the same drag forward.
+            drag_per_s: Vec3::new(gains.drag_1_s.x, gains.drag_1_s.y, 0.0),
             ..EkfConfig::QUADROTOR
-        },
-        limits: FlightLimits::CRAZYFLIE,
-        fence: PositionFence::WIDE,
-        supervision: SupervisorLimits::CRAZYFLIE_2_1_PLUS,
-    };
+        };
+        let (limits, fence) = (FlightLimits::CRAZYFLIE, PositionFence::WIDE);
+        StackSettings { vehicle, gains, filter, limits, fence, supervision }
+    }
 }

@@ -48,6 +48,13 @@ impl Rig {
         Self::new(Positioning::Capture(Box::new(MotionCapture::new(CAPTURE, seed))), seed)
     }
 
+    /// A Brushless in a room with motion capture.
+    pub fn brushless_with_capture(seed: u64) -> Self {
+        let capture = Positioning::Capture(Box::new(MotionCapture::new(CAPTURE, seed)));
+        let settings = StackSettings::CRAZYFLIE_BRUSHLESS;
+        Self::of_kind(Airframe::CRAZYFLIE_BRUSHLESS, settings, capture, seed)
+    }
+
     /// A robot with a Flow deck.
     pub fn with_deck(seed: u64) -> Self {
         Self::with_flow_noise(seed, FlowSettings::PMW3901.sigma_counts)
@@ -72,14 +79,23 @@ impl Rig {
     }
 
     fn new(positioning: Positioning, seed: u64) -> Self {
-        let airframe = Airframe::CRAZYFLIE_2_1_PLUS;
+        let settings = StackSettings::CRAZYFLIE_2_1_PLUS;
+        Self::of_kind(Airframe::CRAZYFLIE_2_1_PLUS, settings, positioning, seed)
+    }
+
+    fn of_kind(
+        airframe: Airframe,
+        settings: StackSettings,
+        positioning: Positioning,
+        seed: u64,
+    ) -> Self {
         let drone = Drone::new(airframe, seed);
         let at = FlightState {
             position_m: drone.state().position_m.as_vec3(),
             ..FlightState::default()
         };
         Rig {
-            stack: FlightStack::new(StackSettings::CRAZYFLIE_2_1_PLUS, &at),
+            stack: FlightStack::new(settings, &at),
             imu: Imu::new(&airframe, ImuSettings::BMI088, seed),
             duties: MotorDuties::default(),
             surroundings: DroneSurroundings::default(),

@@ -1,0 +1,207 @@
+//! From the command in force to the forces of the motors.
+
+use glam::{Quat, Vec3};
+
+use super::command::Guidance;
+use super::{AttitudeCommand, CONTROL_TICKS, FlightStack, TICK_MS, TICK_S, yaw_rad};
+use crate::geometric::AttitudeTarget;
+use crate::planner::PlanError;
+use crate::supervisor::{MotorPermission, SupervisorStage};
+use crate::{FlightState, GRAVITY_M_S2, MotorForces, Reference, Wrench};
+
+/// Height in m that a take-off by a velocity reaches at least.
+const LIFT_OFF_M: f32 = 0.05;
+/// Change of the thrust per vertical speed in 1/s, as a share of the mass, of a robot that levels out.
+const LEVEL_DAMPING_1_S: f32 = 2.0;
+/// Change of the thrust per error of the vertical speed in 1/s, as a share of the mass, of a robot
+/// that holds an attitude.
+const CLIMB_GAIN_1_S: f32 = 4.0;
+/// Speed in m/s at which the reference sinks after a landing, until the robot stands. The
+/// supervisor's limit for a robot on the ground is 0.1 m/s.
+const SETTLE_M_S: f32 = 0.08;
+/// Thrust as a share of the weight below which a robot stands that does not sink. In the ground effect
+/// it may float with three quarters of its weight.
+const STANDING_SHARE: f32 = 0.65;
+/// Height in m below which, and vertical speed in m/s below which, a landing robot may stand.
+const GROUND_HEIGHT_M: f32 = 0.05;
+const GROUND_SPEED_M_S: f32 = 0.04;
+/// Time in ms for which a landing robot has to stand there until its motors stop.
+const TOUCHDOWN_MS: u32 = 300;
+
+impl FlightStack {
+    /// Starts the planner of a robot in the air that has no plan, at rest where the robot is.
+    pub(super) fn start_in_air(&mut self, state: &FlightState) -> Result<(), PlanError> {
+        let now_s = self.now_s();
+        let planner = self.planner.as_mut().ok_or(PlanError::Limits)?;
+        if planner.is_idle() {
+            let height_m = state.position_m.z + LIFT_OFF_M;
+            planner.take_off(now_s, state.position_m, yaw_rad(state), height_m, None)?;
+        }
+        Ok(())
+    }
+
+    /// Reacts to another permission.
+    pub(super) fn change(&mut self, permission: MotorPermission) {
+        let before = core::mem::replace(&mut self.permission, permission);
+        match permission {
+            MotorPermission::Off => self.end_flight(),
+            MotorPermission::Level => self.go_idle(),
+            MotorPermission::Idle if before == MotorPermission::Off => {
+                self.controller.reset();
+                self.ground_m = self.filter.state().position_m.z;
+            }
+            // A take-off that expired before the robot left the ground.
+            MotorPermission::Idle => self.go_idle(),
+            MotorPermission::Follow => {
+                if let Guidance::Velocity { is_new, .. } = &mut self.guidance {
+                    *is_new = true;
+                }
+            }
+            MotorPermission::Descend => {
+                let state = self.filter.state();
+                let (now_s, ground_m) = (self.now_s(), self.ground_m);
+                // Without a plan to land from the robot stays level. A planner that lands already
+                // goes on.
+                let _ = self.start_in_air(&state);
+                if let Some(planner) = &mut self.planner {
+                    let _ = planner.land(now_s, ground_m, None);
+                }
+            }
+        }
+    }
+
+    /// Leaves a plan behind when motors stop.
+    fn end_flight(&mut self) {
+        let has_landed = self.planner.as_mut().is_some_and(|p| p.touched_down().is_ok());
+        if !has_landed {
+            self.go_idle();
+        }
+        self.has_touched_down = false;
+        self.standing_ms = 0;
+        self.reference = None;
+    }
+
+    /// Lets the reference sink after a landing, and ends the landing once the robot stands.
+    fn settle(&mut self, state: &FlightState, reference: &mut Reference, dt_s: f32) {
+        let Some(planner) = &mut self.planner else { return };
+        if !(planner.is_landing() && planner.is_done()) {
+            self.settle_m = 0.0;
+            self.standing_ms = 0;
+            return;
+        }
+        self.settle_m += SETTLE_M_S * dt_s;
+        reference.position_m.z -= self.settle_m;
+        reference.velocity_m_s.z -= SETTLE_M_S;
+        let weight_n = self.settings.vehicle.mass_kg * GRAVITY_M_S2;
+        let thrust_n: f32 = self.forces.0.iter().sum();
+        let is_standing = thrust_n < STANDING_SHARE * weight_n
+            && state.position_m.z - self.ground_m < GROUND_HEIGHT_M
+            && state.velocity_m_s.z.abs() < GROUND_SPEED_M_S;
+        let control_ms = TICK_MS * CONTROL_TICKS as u32;
+        self.standing_ms = if is_standing { self.standing_ms + control_ms } else { 0 };
+        // The supervisor alone ends a landing that it began.
+        if self.standing_ms >= TOUCHDOWN_MS && self.permission == MotorPermission::Follow {
+            self.has_touched_down = planner.touched_down().is_ok();
+        }
+    }
+
+    /// Passes a new velocity to the planner, and starts it if it has no plan.
+    fn plan(&mut self, state: &FlightState) {
+        let now_s = self.now_s();
+        let (is_new, is_climbing) = match self.guidance {
+            Guidance::Velocity { velocity, is_new } => (is_new, velocity.velocity_m_s.z > 0.0),
+            Guidance::Plan => (false, false),
+            _ => return,
+        };
+        let is_in_air = self.stage() == SupervisorStage::Flying && !self.has_touched_down;
+        if (is_in_air || is_climbing) && self.start_in_air(state).is_ok() {
+            self.has_touched_down = false;
+        }
+        let Some(planner) = &mut self.planner else { return };
+        if let Guidance::Velocity { velocity, is_new: unplanned } = &mut self.guidance
+            && is_new
+        {
+            *unplanned = planner.follow_velocity(now_s, *velocity).is_err();
+        }
+    }
+
+    /// Returns the reference that the command in force gives, if it gives one.
+    fn next_reference(&mut self, state: &FlightState, dt_s: f32) -> Option<Reference> {
+        match self.guidance {
+            Guidance::Reference(reference) if self.permission == MotorPermission::Follow => {
+                return Some(reference);
+            }
+            Guidance::Attitude { .. } if self.permission == MotorPermission::Follow => return None,
+            _ => {}
+        }
+        if self.permission == MotorPermission::Follow {
+            self.plan(state);
+        }
+        let now_s = self.now_s();
+        let mut reference = self.planner.as_mut()?.reference(now_s)?;
+        self.settle(state, &mut reference, dt_s);
+        Some(reference)
+    }
+
+    /// Returns the wrench of a robot that holds an attitude with a vertical speed.
+    fn hold_level(&mut self, state: &FlightState, dt_s: f32) -> Wrench {
+        let damping = LEVEL_DAMPING_1_S * state.velocity_m_s.z;
+        let hover_n = self.controller.hover_thrust_n();
+        let thrust_n = (hover_n - self.settings.vehicle.mass_kg * damping).max(0.0);
+        let target = AttitudeTarget::level(state, thrust_n);
+        self.controller.hold_attitude(state, &target, dt_s)
+    }
+
+    /// Returns the wrench that a pilot commands.
+    fn hold_command(
+        &mut self,
+        state: &FlightState,
+        command: &AttitudeCommand,
+        yaw_rad: f32,
+        dt_s: f32,
+    ) -> Wrench {
+        let yaw_rad = yaw_rad + command.yaw_rate_rad_s * dt_s;
+        self.guidance = Guidance::Attitude { command: *command, yaw_rad };
+        let attitude = Quat::from_rotation_z(yaw_rad)
+            * Quat::from_rotation_y(command.pitch_rad)
+            * Quat::from_rotation_x(command.roll_rad);
+        let climb_m_s2 = CLIMB_GAIN_1_S * (command.climb_m_s - state.velocity_m_s.z);
+        let hover_n = self.controller.hover_thrust_n();
+        // The tilt of a command is at most 0.7 rad.
+        let up_z = (attitude * Vec3::Z).z;
+        let thrust_n = (hover_n + self.settings.vehicle.mass_kg * climb_m_s2).max(0.0) / up_z;
+        let yaw_rate_rad_s = command.yaw_rate_rad_s;
+        let target = AttitudeTarget { attitude, yaw_rate_rad_s, thrust_n };
+        self.controller.hold_attitude(state, &target, dt_s)
+    }
+
+    /// Computes the forces of the motors.
+    pub(super) fn control(&mut self, state: &FlightState) {
+        let dt_s = TICK_S * CONTROL_TICKS as f32;
+        let reference = self.next_reference(state, dt_s);
+        self.reference = reference;
+        let wrench = match (self.permission, reference, self.guidance) {
+            (MotorPermission::Off | MotorPermission::Idle, ..) => None,
+            (MotorPermission::Level, ..) => Some(self.hold_level(state, dt_s)),
+            (MotorPermission::Follow | MotorPermission::Descend, Some(reference), _) => {
+                Some(self.controller.update(state, &reference, dt_s))
+            }
+            (MotorPermission::Follow, None, Guidance::Attitude { command, yaw_rad }) => {
+                let stands = self.stage() == SupervisorStage::Armed && command.climb_m_s <= 0.0;
+                (!stands).then(|| self.hold_command(state, &command, yaw_rad, dt_s))
+            }
+            (MotorPermission::Follow, None, _) => {
+                let stands = self.stage() == SupervisorStage::Armed || self.has_touched_down;
+                (!stands).then(|| self.hold_level(state, dt_s))
+            }
+            (MotorPermission::Descend, None, _) => Some(self.hold_level(state, dt_s)),
+        };
+        let Some(wrench) = wrench else {
+            self.forces = MotorForces::default();
+            return;
+        };
+        let outcome = self.mixer.mix(&wrench);
+        self.controller.note_mixing(&outcome);
+        self.forces = outcome.forces;
+    }
+}
