@@ -15,8 +15,8 @@
 //!
 //! # On the ground
 //! A robot that stands still sees no flow and may have no pose. Its filter then takes a flow of zero
-//! and the known height, so the estimate does not drift before take-off. A flow sensor sees nothing near the ground
-//! either, so a position stays valid for 3 s below 0.15 m.
+//! and the known height, so the estimate does not drift before take-off. A flow sensor
+//! sees nothing near the ground either, so a position stays valid for 3 s below 0.15 m.
 //!
 //! A landing leads to the ground at rest, and then further down at 8 cm/s until the robot stands
 //! with much less thrust than it weighs.
@@ -61,7 +61,8 @@ const GYRO_CUTOFF_HZ: f32 = 80.0;
 /// and time in ms for which the position then stays valid.
 const BLIND_HEIGHT_M: f32 = 0.15;
 const BLIND_MS: u64 = 3000;
-/// Time in ms between two observations of standstill, and time without a pose from which they are taken.
+/// Time in ms between two observations of standstill, and time without a pose from which they are
+/// taken.
 const STANDSTILL_PERIOD_MS: u32 = 10;
 const STANDSTILL_WITHOUT_POSE_MS: u64 = 500;
 /// Standard deviation of a flow of zero in counts: about 1 cm/s near the ground.
@@ -164,6 +165,7 @@ impl FlightStack {
         if !outcome.is_accepted() && !self.is_flying() && self.filter.health().is_lost {
             // A pose that is refused leaves the filter as it is.
             let _ = self.filter.adopt_pose(pose);
+            self.ground_m = self.filter.state().position_m.z;
         }
     }
 

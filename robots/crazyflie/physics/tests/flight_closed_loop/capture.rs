@@ -9,8 +9,11 @@ use crate::figures::{mean, rms, step_figures, worst};
 use crate::path::figure_8;
 use crate::rig::Rig;
 
+/// A function that builds the robot of a seed.
+type Start = fn(u64) -> Rig;
+
 /// Kinds of robots, by their name.
-const KINDS: [(&str, fn(u64) -> Rig); 2] =
+const KINDS: [(&str, Start); 2] =
     [("2.1+", Rig::with_capture), ("Brushless", Rig::brushless_with_capture)];
 /// Builds of each kind.
 const SEEDS: u64 = 10;

@@ -176,3 +176,30 @@ fn numbers_that_are_not_finite_are_refused() {
     rig.run(0.1, |_| {});
     assert_eq!(rig.reference_m(), before.position_m.as_dvec3());
 }
+
+/// A table below the robot is higher than the ground from which it took off.
+#[test]
+fn a_landing_on_a_table_ends() {
+    let mut rig = Rig::with_capture(9);
+    rig.take_off(0.6);
+    rig.surroundings.ground_m = 0.3;
+    // A shorter landing would hit the table like a crash.
+    rig.stack.land(Some(10.0)).expect("refused");
+    rig.run(20.0, |_| {});
+    assert!(!rig.drone.has_crashed());
+    let stage = rig.stack.stage();
+    assert!(matches!(stage, SupervisorStage::Landed | SupervisorStage::Ready), "{stage:?}");
+    assert_eq!(rig.drone.state().rotor_rpm, [0.0; 4]);
+}
+
+/// A robot whose start is not where the flight controller expects it.
+#[test]
+fn a_robot_elsewhere_adopts_its_place() {
+    let mut rig = Rig::with_capture(10);
+    rig.drone.stand(0.0, 2.0, -1.0, 1.0);
+    rig.run(2.0, |_| {});
+    rig.take_off(0.5);
+    assert!(rig.true_error_m() < 0.02, "{}", rig.true_error_m());
+    let height_m = rig.drone.state().position_m.z;
+    assert!((height_m - 0.515).abs() < 0.01, "{height_m}");
+}
