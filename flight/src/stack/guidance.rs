@@ -11,7 +11,8 @@ use crate::{FlightState, GRAVITY_M_S2, MotorForces, Reference, Wrench};
 
 /// Height in m that a take-off by a velocity reaches at least.
 const LIFT_OFF_M: f32 = 0.05;
-/// Change of the thrust per vertical speed in 1/s, as a share of the mass, of a robot that levels out.
+/// Change of the thrust per vertical speed in 1/s, as a share of the mass, of a robot that levels
+/// out.
 const LEVEL_DAMPING_1_S: f32 = 2.0;
 /// Change of the thrust per error of the vertical speed in 1/s, as a share of the mass, of a robot
 /// that holds an attitude.
@@ -19,8 +20,8 @@ const CLIMB_GAIN_1_S: f32 = 4.0;
 /// Speed in m/s at which the reference sinks after a landing, until the robot stands. The
 /// supervisor's limit for a robot on the ground is 0.1 m/s.
 const SETTLE_M_S: f32 = 0.08;
-/// Thrust as a share of the weight below which a robot stands that does not sink. In the ground effect
-/// it may float with three quarters of its weight.
+/// Thrust as a share of the weight below which a robot stands that does not sink. In the ground
+/// effect it may float with three quarters of its weight.
 const STANDING_SHARE: f32 = 0.65;
 /// Height in m below which, and vertical speed in m/s below which, a landing robot may stand.
 const GROUND_HEIGHT_M: f32 = 0.05;

@@ -9,14 +9,14 @@
 //! | planner | 500 Hz |
 //! | covariance of the filter | 100 Hz |
 //!
-//! The caller calls [`FlightStack::tick`] once per sample of the IMU, and passes other measurements on
-//! when they arrive. [`FlightStack::take_off`], [`FlightStack::fly`] and the other commands choose the
-//! motion; each expires without a sign of life of the script.
+//! The caller calls [`FlightStack::tick`] once per sample of the IMU, and passes other measurements
+//! on when they arrive. [`FlightStack::take_off`], [`FlightStack::fly`] and the other commands
+//! choose the motion; each expires without a sign of life of the script.
 //!
 //! # On the ground
-//! A robot that stands still sees no flow and may have no pose. Its filter then takes a flow of zero
-//! and the known height, so the estimate does not drift before take-off. A flow sensor
-//! sees nothing near the ground either, so a position stays valid for 3 s below 0.15 m.
+//! A robot that stands still sees no flow and may have no pose. Its filter then takes a flow of
+//! zero and the known height, so the estimate does not drift before take-off. A flow sensor sees
+//! nothing near the ground either, so a position stays valid for 3 s below 0.15 m.
 //!
 //! A landing leads to the ground at rest, and then further down at 8 cm/s until the robot stands
 //! with much less thrust than it weighs.

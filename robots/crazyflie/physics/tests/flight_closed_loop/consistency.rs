@@ -69,12 +69,13 @@ fn report(name: &str, seeds: u64, start: impl Fn(u64) -> Rig, command: impl Fn(&
     }
     let [all, position, velocity, attitude] = samples.map(|list| mean(&list));
     println!(
-        "NEES, {name}, {seeds} seeds: {all:.1} of 9; position {position:.1}, velocity {velocity:.1}, \
-         attitude {attitude:.1} of 3"
+        "NEES, {name}, {seeds} seeds: {all:.1} of 9; position {position:.1}, \
+         velocity {velocity:.1}, attitude {attitude:.1} of 3"
     );
 }
 
-/// Prints figures and asserts nothing: the filter's noise covers disturbances that the physics lacks.
+/// Prints figures and asserts nothing: the filter's noise covers disturbances that the physics
+/// lacks.
 #[test]
 #[ignore = "prints figures"]
 fn report_consistency() {

@@ -12,8 +12,7 @@ const COUNTS_PER_RAD: f64 = 10.0 * 35.0 / 0.716_74;
 ///
 /// It knows the true attitude, the true mean rate over the time of each flow, and the true vertical
 /// speed. From the counts and the latest distance it gets the velocity in the body frame, which it
-/// adds up in the world frame. So its drift is that of the noise of the counts, and no estimator that
-/// uses the flow alone has less.
+/// adds up in the world frame. So its drift is that of the noise of the counts alone.
 struct IdealIntegrator {
     position_m: DVec3,
     range_m: f64,
@@ -70,7 +69,8 @@ fn hover(seed: u64, sigma_counts: f64) -> Hover {
     }
 }
 
-/// Returns the error in m rms over all seeds, and the drift relative to that of the ideal integrator.
+/// Returns the error in m rms over all seeds, and the drift relative to that of the ideal
+/// integrator.
 fn judge(seeds: u64, sigma_counts: f64) -> (f64, f64) {
     let hovers: Vec<_> = (1..=seeds).map(|seed| hover(seed, sigma_counts)).collect();
     let figures = |figure: fn(&Hover) -> f64| hovers.iter().map(figure).collect::<Vec<_>>();
@@ -90,9 +90,9 @@ fn judge(seeds: u64, sigma_counts: f64) -> (f64, f64) {
 }
 
 /// The estimate of the position adds up the noise of the flow: with 2 counts in 10 ms at 0.5 m it
-/// walks by 20 mm/√s along each axis, and no controller follows a walk without an error. A loop with
-/// the gains k_p and k_v, whose estimate knows the velocity exactly, leaves
-/// 20 mm · √(1/(2 k_v) + k_v/(2 k_p)) along each axis: 19 mm for both.
+/// walks by 20 mm/√s along each axis, and no controller follows a walk without an error. A loop
+/// with the gains k_p and k_v, whose estimate knows the velocity exactly, leaves 20 mm · √(1/(2
+/// k_v) + k_v/(2 k_p)) along each axis: 19 mm for both.
 #[test]
 fn flow_keeps_the_position() {
     let (own_m, ratio) = judge(20, 2.0);
@@ -100,8 +100,9 @@ fn flow_keeps_the_position() {
     assert!(ratio < 1.3, "{ratio}");
 }
 
-/// The least noise that Bitcraze's firmware expects, over a ground with texture in good light, is 0.43 counts
-/// (crazyflie-firmware 2a18fc29, `flowdeck_v1v2.c`).
+/// Bitcraze's firmware can also model the noise as 0.000 798 4 · shutter + 0.4335 counts
+/// (crazyflie-firmware 2a18fc29, `flowdeck_v1v2.c`), so half a count stands for a bright ground
+/// with texture.
 #[test]
 fn flow_over_texture_keeps_the_position_to_a_centimetre() {
     let (own_m, ratio) = judge(20, 0.5);

@@ -6,8 +6,8 @@ use bittybuzz_flight::planner::TrajectoryPiece;
 /// Length of a piece of the figure in seconds.
 const PIECE_S: f64 = 0.75;
 
-/// Returns a point of a figure 8 of 2 m by 1 m that takes 8 s, with three derivatives. The first and
-/// the last two seconds are slower.
+/// Returns a point of a figure 8 of 2 m by 1 m that takes 8 s, with three derivatives. The first
+/// and the last two seconds are slower.
 fn figure_point(time_s: f64) -> [DVec3; 4] {
     let (ramp_s, end_s) = (2.0, 12.0);
     // The phase is the integral of a speed that rises as 10u³ − 15u⁴ + 6u⁵.
