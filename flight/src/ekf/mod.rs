@@ -328,10 +328,7 @@ impl Ekf {
     /// # Errors
     /// [`EkfRefusal::NotFinite`], and [`EkfRefusal::OutOfRange`] for a variance below 0; then nothing
     /// changes.
-    pub fn adopt_covariance(
-        &mut self,
-        covariance: &[[f32; 13]; 13],
-    ) -> Result<(), EkfRefusal> {
+    pub fn adopt_covariance(&mut self, covariance: &[[f32; 13]; 13]) -> Result<(), EkfRefusal> {
         self.covariance = StateCovariance::from_upper(covariance)?;
         self.covariance.limit(self.config.variance_floor);
         self.begin_motion();
