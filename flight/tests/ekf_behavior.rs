@@ -324,6 +324,21 @@ fn range_forgives_a_tilt_within_the_cone() {
     assert_eq!(outcome, EkfOutcome::Refused(EkfRefusal::TooTilted));
 }
 
+/// The robot rises at 1 m/s and the distance is 25 ms old, so it is 25 mm too short.
+#[test]
+fn a_late_range_belongs_to_its_time() {
+    let velocity_m_s = Vec3::Z;
+    let start = FlightState { position_m: Vec3::Z, velocity_m_s, ..FlightState::default() };
+    let mut filter = Ekf::new(EkfConfig::QUADROTOR, &start);
+    filter.set_flying(true);
+    propagate(&mut filter, &HOVER, 100);
+    let mut late = filter.clone();
+    assert!(late.update_late_range(1.075, 0.001, 0.025).is_accepted());
+    assert!((late.state().position_m.z - 1.1).abs() < 1e-4, "{:?}", late.state());
+    let too_old = filter.update_late_range(1.0, 0.001, 0.1);
+    assert_eq!(too_old, EkfOutcome::Refused(EkfRefusal::TooOld));
+}
+
 #[test]
 fn yaw_turns_about_world_z() {
     let start = FlightState {

@@ -129,22 +129,29 @@ impl Ekf {
     /// The sensor reports the nearest point in a cone of ±7.5 degrees, so it sees the ground as if
     /// the robot tilted 7.5 degrees less.
     pub fn update_range(&mut self, range_m: f32, sigma_m: f32) -> EkfOutcome {
-        if let Err(refusal) = check_sigma(sigma_m) {
-            return EkfOutcome::Refused(refusal);
-        }
+        self.update_late_range(range_m, sigma_m, 0.0)
+    }
+
+    /// Corrects the estimate by a distance to the ground as [`Self::update_range`] does, which was true
+    /// `age_s` seconds ago, 0 to 0.04.
+    pub fn update_late_range(&mut self, range_m: f32, sigma_m: f32, age_s: f32) -> EkfOutcome {
+        let past = match self.past_at(age_s, sigma_m) {
+            Ok(past) => past,
+            Err(refusal) => return EkfOutcome::Refused(refusal),
+        };
         if !range_m.is_finite() {
             return EkfOutcome::Refused(EkfRefusal::NotFinite);
         }
         if range_m <= 0.0 || range_m > RANGE_MAX_M {
             return EkfOutcome::Refused(EkfRefusal::OutOfRange);
         }
-        let cos_tilt = self.up().z;
+        let cos_tilt = (past.attitude * Vec3::Z).z;
         if cos_tilt <= COS_TILT_MIN {
             return EkfOutcome::Refused(EkfRefusal::TooTilted);
         }
         self.predict_covariance();
         let slant = 1.0 / cos_outside_cone(cos_tilt);
-        let innovation = range_m - self.position_m.z * slant;
+        let innovation = range_m - past.position_m.z * slant;
         let row = [(POSITION + 2, slant)];
         self.update_scalar(&row, innovation, sigma_m * sigma_m, HealthMonitor::accept_height)
     }

@@ -76,6 +76,8 @@ const STANDSTILL_M_S2: f32 = 0.5;
 /// Standard deviation in m of the distance to the ground at less than 2 m (crazyflie-firmware
 /// 2a18fc29, `zranger2.c`).
 const RANGE_SIGMA_M: f32 = 0.0025;
+/// Age in seconds of a distance to the ground: the sensor measures for 25 ms before it reports.
+const RANGE_AGE_S: f32 = 0.025;
 
 /// The flight controller of one robot.
 #[derive(Clone, Debug)]
@@ -177,7 +179,7 @@ impl FlightStack {
 
     /// Takes a distance to the ground in m.
     pub fn receive_range(&mut self, range_m: f32) {
-        let _ = self.filter.update_range(range_m, RANGE_SIGMA_M);
+        let _ = self.filter.update_late_range(range_m, RANGE_SIGMA_M, RANGE_AGE_S);
     }
 
     /// Returns the estimated state.
