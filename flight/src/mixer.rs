@@ -32,6 +32,8 @@ const ROUNDING: f32 = 1e-5;
 pub struct Mixer {
     arm_m: f32,
     torque_per_thrust_m: f32,
+    /// Largest thrust of a motor by the vehicle, and by it and the battery.
+    vehicle_thrust_n: f32,
     most_thrust_n: f32,
 }
 
@@ -56,7 +58,18 @@ impl Mixer {
         Mixer {
             arm_m: vehicle.arm_m,
             torque_per_thrust_m: vehicle.torque_per_thrust_m,
+            vehicle_thrust_n: vehicle.most_thrust_n,
             most_thrust_n: vehicle.most_thrust_n,
+        }
+    }
+
+    /// Limits the thrust of a motor in N to what a weak battery allows. The limit of the vehicle stays.
+    ///
+    /// Without this limit the duties of all motors end at 1, and no difference is left for roll and
+    /// pitch. A number that is not more than 0 is ignored.
+    pub fn limit_thrust_n(&mut self, available_n: f32) {
+        if available_n > 0.0 {
+            self.most_thrust_n = self.vehicle_thrust_n.min(available_n);
         }
     }
 
@@ -154,6 +167,24 @@ mod tests {
     fn any_wrench() -> impl Strategy<Value = Wrench> {
         (-0.3_f32..0.8, -0.01_f32..0.01, -0.01_f32..0.01, -0.003_f32..0.003)
             .prop_map(|(thrust_n, x, y, z)| Wrench { thrust_n, torque_n_m: Vec3::new(x, y, z) })
+    }
+
+    /// A battery that allows 0.08 N per motor gives roll and pitch in full, and less thrust.
+    #[test]
+    fn a_weak_battery_costs_thrust_alone() {
+        let mut mixer = Mixer::new(&VEHICLE);
+        mixer.limit_thrust_n(0.08);
+        let wrench = Wrench { thrust_n: 0.4, torque_n_m: Vec3::new(0.0005, -0.0007, 0.0) };
+        let outcome = mixer.mix(&wrench);
+        let given = wrench_by_cross_products(outcome.forces.0);
+        assert!(outcome.is_thrust_cut && !outcome.is_tilt_cut);
+        assert!(outcome.forces.0.iter().all(|force| *force <= 0.08));
+        let difference = (given.torque_n_m - wrench.torque_n_m).truncate();
+        assert!(difference.length() < 1e-8, "{given:?}");
+        mixer.limit_thrust_n(f32::NAN);
+        assert_eq!(mixer.mix(&wrench), outcome);
+        mixer.limit_thrust_n(f32::INFINITY);
+        assert_eq!(mixer, Mixer::new(&VEHICLE));
     }
 
     proptest! {

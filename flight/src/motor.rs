@@ -42,6 +42,11 @@ impl RotorDrive {
         self.battery.duties(&self.lag.update(desired, available_n, dt_s))
     }
 
+    /// Returns the largest thrust in N of a motor that the battery allows, 0 before a measurement.
+    pub fn available_thrust_n(&self) -> f32 {
+        self.battery.available_thrust_n()
+    }
+
     /// Returns the estimated thrust of each motor at this moment.
     pub const fn thrust(&self) -> MotorForces {
         self.lag.thrust()

@@ -201,6 +201,7 @@ impl FlightStack {
             self.forces = MotorForces::default();
             return;
         };
+        self.mixer.limit_thrust_n(self.drive.available_thrust_n());
         let outcome = self.mixer.mix(&wrench);
         self.controller.note_mixing(&outcome);
         self.forces = outcome.forces;
