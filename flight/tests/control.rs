@@ -26,6 +26,8 @@ struct Flight {
     thrust: [f64; 4],
     /// Real thrust over the thrust that the crate expects.
     thrust_scale: f64,
+    /// Share of its thrust that each motor has.
+    motor_scale: [f64; 4],
     /// Real time constants of the rotors over those that the crate expects.
     lag_scale: f64,
     /// Real moments of inertia over those that the crate expects.
@@ -51,6 +53,7 @@ impl Flight {
             rate: DVec3::ZERO,
             thrust: [f64::from(hover); 4],
             thrust_scale,
+            motor_scale: [1.0; 4],
             lag_scale: 1.0,
             inertia_scale: 1.0,
             mixer: Mixer::new(&VEHICLE),
@@ -94,7 +97,7 @@ impl Flight {
             let lag = if difference > 0.0 { VEHICLE.spin_up_s } else { VEHICLE.spin_down_s };
             let change = difference / (f64::from(lag) * self.lag_scale);
             self.thrust[i] += change * dt;
-            let thrust = self.thrust_scale * self.thrust[i];
+            let thrust = self.thrust_scale * self.motor_scale[i] * self.thrust[i];
             // Thrust grows with the square of the rotor's rate, 2428 rad/s in hover at 0.078 N.
             let rotor_rate = 2428.0 * (self.thrust[i].max(1e-3) / 0.078).sqrt();
             let rotor_acceleration = rotor_rate * change / (2.0 * self.thrust[i].max(1e-3));
@@ -276,6 +279,21 @@ fn geometric_roll_step_is_fast_and_damped() {
         let (rise, overshoot) = roll_step(mismatch);
         println!("roll step: rise {rise:.3} s, overshoot {:.1} %", overshoot * 100.0);
         assert!(rise < 0.18 && overshoot < 0.05, "{rise} {overshoot}");
+    }
+}
+
+/// The bar is 0.3 m, the distance outside a fence at which a robot lands.
+#[test]
+fn geometric_control_bears_a_weak_motor() {
+    for motor in 0..4 {
+        let mut controller = geometric();
+        let mut flight = Flight::hovering(1.0);
+        flight.motor_scale[motor] = 0.8;
+        let errors = flight.follow(&mut controller, 8.0, |_| Reference::default());
+        let most = errors.iter().map(|error| error.length()).fold(0.0, f64::max);
+        let end = errors.last().unwrap().length();
+        println!("weak motor: {most:.3} m, at the end {end:.3} m");
+        assert!(most < 0.3 && end < 0.02, "{most} {end}");
     }
 }
 

@@ -159,7 +159,7 @@ impl GeometricController {
             lift,
             planned_rate,
             planned_acceleration,
-            reference.yaw_rad,
+            near_yaw(attitude, reference.yaw_rad, settings.most_yaw_error_rad),
             reference.yaw_rate_rad_s,
         );
         // Without a direction of the lift, the present attitude is as good as any.
@@ -275,6 +275,17 @@ fn limit_lift(settings: &GeometricSettings, lift: Vec3) -> Vec3 {
     let length = horizontal.length();
     let scale = if length > most { most / length } else { 1.0 };
     (horizontal * scale).extend(vertical)
+}
+
+/// Returns the yaw in rad, moved to at most this distance from the yaw of the attitude.
+fn near_yaw(attitude: Mat3, yaw_rad: f32, most_error_rad: f32) -> f32 {
+    if most_error_rad >= core::f32::consts::PI {
+        return yaw_rad;
+    }
+    let ahead = attitude.x_axis;
+    let (sin, cos) = libm::sincosf(yaw_rad);
+    let error = libm::atan2f(sin * ahead.x - cos * ahead.y, cos * ahead.x + sin * ahead.y);
+    yaw_rad - error + error.max(-most_error_rad).min(most_error_rad)
 }
 
 /// Returns the rotation of a state, or nothing if the state is not finite.

@@ -35,6 +35,9 @@ pub struct GeometricSettings {
     pub thrust_lag_s: f32,
     /// Largest tilt of the thrust that the position loop asks, in rad, below π/2.
     pub most_tilt_rad: f32,
+    /// Largest yaw error in rad that the controller uses. A battery that is too weak for the yaw lets
+    /// it drift, and with a large error of yaw the errors of roll and pitch would mix.
+    pub most_yaw_error_rad: f32,
     /// Least vertical thrust per mass in m/s².
     pub least_lift_m_s2: f32,
     /// Largest thrust per mass in m/s².
@@ -52,8 +55,9 @@ impl GeometricSettings {
     ///
     /// With that lag τ the attitude loop has the polynomial τs³ + s² + rate·s + attitude. Its three
     /// poles sum to −1/τ. The gains of roll and pitch put them near the ITAE pattern
-    /// s³ + 1.75ωs² + 2.15ω²s + ω³ (Graham & Lathrop 1953), with 2.3 instead of 2.15, because a
-    /// longer lag than expected takes damping away (`flight/tests/control.rs` tries 20 % more).
+    /// s³ + 1.75ωs² + 2.15ω²s + ω³ (Graham & Lathrop 1953), with 2.4 instead of 2.15, because a
+    /// longer lag than expected and the integral take damping away (`flight/tests/control.rs` tries a
+    /// lag of 20 % more, and a motor with 80 % of its thrust, which sets the integral).
     ///
     /// The integral gains of position and of attitude have the ratio of the proportional gains: see
     /// [`geometric`](super). The drag is that of drone-models 77f04ab (`P250`).
@@ -61,7 +65,7 @@ impl GeometricSettings {
         let lag_s = crate::motor::LagCompensation::WANTED_S;
         let omega = 1.0 / (1.75 * lag_s);
         let attitude = xy_z(omega * omega * omega * lag_s, 60.0);
-        let rate = xy_z(2.3 * omega * omega * lag_s, 12.0);
+        let rate = xy_z(2.4 * omega * omega * lag_s, 12.0);
         GeometricSettings {
             position_1_s2: xy_z(7.0, 14.0),
             velocity_1_s: xy_z(4.5, 7.0),
@@ -71,12 +75,13 @@ impl GeometricSettings {
             position_error_limit_m: 0.6,
             attitude_1_s2: attitude,
             rate_1_s: rate,
-            attitude_integral_1_s3: xy_z(0.6 * attitude.x, 0.6 * attitude.z),
-            rate_integral_1_s2: xy_z(0.6 * rate.x, 0.6 * rate.z),
+            attitude_integral_1_s3: xy_z(2.0 * attitude.x, 0.6 * attitude.z),
+            rate_integral_1_s2: xy_z(2.0 * rate.x, 0.6 * rate.z),
             integral_limit_rad_s2: xy_z(50.0, 10.0),
             drag_1_s: xy_z(0.01351 / 0.0318, 0.01677 / 0.0318),
             thrust_lag_s: lag_s,
             most_tilt_rad: 0.6,
+            most_yaw_error_rad: 0.5,
             least_lift_m_s2: 4.0,
             most_lift_m_s2: 14.0,
         }
@@ -115,6 +120,7 @@ impl GeometricSettings {
             drag_1_s: Vec3::ZERO,
             thrust_lag_s: 0.0,
             most_tilt_rad: core::f32::consts::FRAC_PI_2,
+            most_yaw_error_rad: core::f32::consts::PI,
             least_lift_m_s2: f32::NEG_INFINITY,
             most_lift_m_s2: f32::INFINITY,
         }

@@ -258,3 +258,18 @@ fn preset_hover_thrust_is_used() {
     controller.reset();
     assert!((controller.hover_thrust_n() - vehicle().mass_kg * GRAVITY_M_S2).abs() < 1e-6);
 }
+
+/// Yaw 2 rad away is pursued as if it were 0.5 rad away, on either side and across ±π.
+#[test]
+fn yaw_errors_are_bounded() {
+    for yaw in [-3.0_f32, 0.0, 1.0, 3.0] {
+        let attitude = Mat3::from_rotation_z(yaw);
+        for error in [-2.0_f32, -0.3, 0.0, 0.4, 2.0] {
+            let found = near_yaw(attitude, yaw + error, 0.5) - yaw;
+            assert!((found - error.clamp(-0.5, 0.5)).abs() < 1e-5, "{yaw} {error} {found}");
+        }
+        let across = near_yaw(attitude, yaw + 0.3 + core::f32::consts::TAU, 0.5);
+        let (sin, cos) = libm::sincosf(across - yaw);
+        assert!((libm::atan2f(sin, cos) - 0.3).abs() < 1e-5);
+    }
+}
