@@ -55,7 +55,7 @@
 //! | Flying, LevelOut | GroundWithoutLift | 1000 | Landed |
 //! | Flying, Landing, LevelOut | NoLift | 2000 | Landed |
 //! | Flying | OutsideFence | 100 | Landing |
-//! | Flying | BatteryEmpty | 5000 | Descent |
+//! | Flying | BatteryEmpty | 1000 | Descent |
 //! | Flying | ScriptFault | | Descent |
 //! | Flying | NoSetpoint | | Descent |
 //! | Landing | PositionLost | | LevelOut |

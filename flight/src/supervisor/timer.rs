@@ -84,7 +84,7 @@ pub struct FlightMonitor {
     impact: HoldTimer<2>,
     blocked_rotor: HoldTimer<200>,
     outside_fence: HoldTimer<100>,
-    empty_battery: HoldTimer<5000>,
+    empty_battery: HoldTimer<1000>,
     ground_without_lift: HoldTimer<1000>,
     no_lift: HoldTimer<2000>,
 }
