@@ -44,6 +44,7 @@ pub mod polynomial;
 pub mod stack;
 mod state;
 pub mod supervisor;
+pub mod trust;
 mod vehicle;
 
 pub use glam::{Mat3, Quat, Vec2, Vec3};

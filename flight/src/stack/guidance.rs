@@ -49,6 +49,9 @@ impl FlightStack {
             MotorPermission::Level => self.go_idle(),
             MotorPermission::Idle if before == MotorPermission::Off => {
                 self.controller.reset();
+                self.pose_trust.restart();
+                self.flow_trust.restart();
+                self.range_trust.restart();
                 self.ground_m = self.filter.state().position_m.z;
             }
             // A take-off that expired before the robot left the ground.

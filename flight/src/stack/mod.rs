@@ -45,6 +45,7 @@ use crate::supervisor::{
     MotorPermission, PilotRequests, RotorStatus, SetpointStatus, Supervisor, SupervisorInput,
     SupervisorStage,
 };
+use crate::trust::{MeasurementTrust, TrustLimits};
 use crate::{FlightState, GRAVITY_M_S2, ImuSample, MotorDuties, MotorForces, Reference};
 
 /// Time between two samples of the IMU, in seconds.
@@ -111,6 +112,9 @@ pub struct FlightStack {
     has_touched_down: bool,
     /// The reference that the controller followed last.
     reference: Option<Reference>,
+    pose_trust: MeasurementTrust<(Vec3, Quat)>,
+    flow_trust: MeasurementTrust<(f32, f32)>,
+    range_trust: MeasurementTrust<f32>,
     forces: MotorForces,
     last_sample: ImuSample,
     /// Height of the center of mass on the ground in m.
@@ -145,6 +149,9 @@ impl FlightStack {
             standing_ms: 0,
             has_touched_down: false,
             reference: None,
+            pose_trust: MeasurementTrust::new(TrustLimits::POSE),
+            flow_trust: MeasurementTrust::new(TrustLimits::FLOW),
+            range_trust: MeasurementTrust::new(TrustLimits::RANGE),
             forces: MotorForces::default(),
             last_sample: ImuSample::default(),
             ground_m: at.position_m.z,
@@ -163,8 +170,14 @@ impl FlightStack {
     /// Takes a pose from outside. A robot on the ground accepts any place.
     pub fn receive_pose(&mut self, pose: &PoseMeasurement) {
         self.pose_ms = Some(self.now_ms());
+        if self.is_flying() {
+            if self.pose_trust.admits((pose.position_m, pose.attitude)) {
+                self.pose_trust.note(&self.filter.update_pose(pose));
+            }
+            return;
+        }
         let outcome = self.filter.update_pose(pose);
-        if !outcome.is_accepted() && !self.is_flying() && self.filter.health().is_lost {
+        if !outcome.is_accepted() && self.filter.health().is_lost {
             // A pose that is refused leaves the filter as it is.
             let _ = self.filter.adopt_pose(pose);
             self.ground_m = self.filter.state().position_m.z;
@@ -173,13 +186,23 @@ impl FlightStack {
 
     /// Takes counts of the flow sensor.
     pub fn receive_flow(&mut self, flow: &FlowMeasurement) {
-        // The outcome is part of the filter's health.
-        let _ = self.filter.update_flow(flow);
+        if !self.is_flying() {
+            // The outcome is part of the filter's health.
+            let _ = self.filter.update_flow(flow);
+        } else if self.flow_trust.admits((flow.counts_x, flow.counts_y)) {
+            self.flow_trust.note(&self.filter.update_flow(flow));
+        }
     }
 
     /// Takes a distance to the ground in m.
     pub fn receive_range(&mut self, range_m: f32) {
-        let _ = self.filter.update_late_range(range_m, RANGE_SIGMA_M, RANGE_AGE_S);
+        if self.is_flying() && !self.range_trust.admits(range_m) {
+            return;
+        }
+        let outcome = self.filter.update_late_range(range_m, RANGE_SIGMA_M, RANGE_AGE_S);
+        if self.is_flying() {
+            self.range_trust.note(&outcome);
+        }
     }
 
     /// Returns the estimated state.
