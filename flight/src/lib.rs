@@ -30,6 +30,7 @@
 extern crate std;
 
 pub mod avoidance;
+pub mod blind;
 pub mod calibration;
 pub mod cascade;
 pub mod complementary;

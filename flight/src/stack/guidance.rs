@@ -4,6 +4,7 @@ use glam::{Quat, Vec3};
 
 use super::command::Guidance;
 use super::{AttitudeCommand, CONTROL_TICKS, FlightStack, TICK_MS, TICK_S, yaw_rad};
+use crate::blind::BlindDescent;
 use crate::geometric::AttitudeTarget;
 use crate::planner::PlanError;
 use crate::supervisor::{MotorPermission, SupervisorStage};
@@ -11,9 +12,6 @@ use crate::{FlightState, GRAVITY_M_S2, MotorForces, Reference, Wrench};
 
 /// Height in m that a take-off by a velocity reaches at least.
 const LIFT_OFF_M: f32 = 0.05;
-/// Change of the thrust per vertical speed in 1/s, as a share of the mass, of a robot that levels
-/// out.
-const LEVEL_DAMPING_1_S: f32 = 2.0;
 /// Change of the thrust per error of the vertical speed in 1/s, as a share of the mass, of a robot
 /// that holds an attitude.
 const CLIMB_GAIN_1_S: f32 = 4.0;
@@ -64,7 +62,7 @@ impl FlightStack {
             MotorPermission::Descend => {
                 let state = self.filter.state();
                 let (now_s, ground_m) = (self.now_s(), self.ground_m);
-                // Without a plan to land from the robot stays level. A planner that lands already
+                // Without a plan to land from the robot sinks. A planner that lands already
                 // goes on.
                 let _ = self.start_in_air(&state);
                 if let Some(planner) = &mut self.planner {
@@ -147,12 +145,14 @@ impl FlightStack {
         Some(reference)
     }
 
-    /// Returns the wrench of a robot that holds an attitude with a vertical speed.
-    fn hold_level(&mut self, state: &FlightState, dt_s: f32) -> Wrench {
-        let damping = LEVEL_DAMPING_1_S * state.velocity_m_s.z;
+    /// Returns the wrench of a robot in the air that has no reference: it sinks.
+    fn sink(&mut self, state: &FlightState, dt_s: f32) -> Wrench {
+        // Flow spoils the velocity before it loses the trust; a range or a pose does not.
+        let brakes = !self.flow_trust.is_lost();
         let hover_n = self.controller.hover_thrust_n();
-        let thrust_n = (hover_n - self.settings.vehicle.mass_kg * damping).max(0.0);
-        let target = AttitudeTarget::level(state, thrust_n);
+        let ground_m = self.ground_m;
+        let descent = self.blind.get_or_insert_with(|| BlindDescent::new(state, ground_m, brakes));
+        let target = descent.target(state, hover_n, self.settings.vehicle.mass_kg, dt_s);
         self.controller.hold_attitude(state, &target, dt_s)
     }
 
@@ -186,21 +186,24 @@ impl FlightStack {
         self.reference = reference;
         let wrench = match (self.permission, reference, self.guidance) {
             (MotorPermission::Off | MotorPermission::Idle, ..) => None,
-            (MotorPermission::Level, ..) => Some(self.hold_level(state, dt_s)),
+            (MotorPermission::Level, ..) => Some(self.sink(state, dt_s)),
             (MotorPermission::Follow | MotorPermission::Descend, Some(reference), _) => {
+                self.blind = None;
                 Some(self.controller.update(state, &reference, dt_s))
             }
             (MotorPermission::Follow, None, Guidance::Attitude { command, yaw_rad }) => {
                 let stands = self.stage() == SupervisorStage::Armed && command.climb_m_s <= 0.0;
+                self.blind = None;
                 (!stands).then(|| self.hold_command(state, &command, yaw_rad, dt_s))
             }
             (MotorPermission::Follow, None, _) => {
                 let stands = self.stage() == SupervisorStage::Armed || self.has_touched_down;
-                (!stands).then(|| self.hold_level(state, dt_s))
+                (!stands).then(|| self.sink(state, dt_s))
             }
-            (MotorPermission::Descend, None, _) => Some(self.hold_level(state, dt_s)),
+            (MotorPermission::Descend, None, _) => Some(self.sink(state, dt_s)),
         };
         let Some(wrench) = wrench else {
+            self.blind = None;
             self.forces = MotorForces::default();
             return;
         };

@@ -16,7 +16,8 @@
 //! # On the ground
 //! A robot that stands still sees no flow and may have no pose. Its filter then takes a flow of
 //! zero and the known height, so the estimate does not drift before take-off. A flow sensor sees
-//! nothing near the ground either, so a position stays valid for 3 s below 0.15 m.
+//! nothing near the ground either, so a position that is lost below 0.15 m stays valid for 3 s
+//! there.
 //!
 //! A landing leads to the ground at rest, and then further down at 8 cm/s until the robot stands
 //! with much less thrust than it weighs.
@@ -34,6 +35,7 @@ pub use settings::StackSettings;
 
 use command::Guidance;
 
+use crate::blind::BlindDescent;
 use crate::calibration::{ImuCalibrator, ImuMonitor};
 use crate::ekf::{Ekf, EkfHealth, FlowMeasurement, PoseMeasurement};
 use crate::filter::Butterworth;
@@ -104,6 +106,8 @@ pub struct FlightStack {
     pose_ms: Option<u64>,
     /// Last time when the filter knew the position.
     position_ms: Option<u64>,
+    /// The robot was near the ground when it lost its position.
+    was_low: bool,
     /// Distance in m that the reference has sunk after a landing.
     settle_m: f32,
     /// Time for which a landing robot has stood on the ground.
@@ -112,6 +116,8 @@ pub struct FlightStack {
     has_touched_down: bool,
     /// The reference that the controller followed last.
     reference: Option<Reference>,
+    /// The descent of a robot in the air that has no reference.
+    blind: Option<BlindDescent>,
     pose_trust: MeasurementTrust<(Vec3, Quat)>,
     flow_trust: MeasurementTrust<(f32, f32)>,
     range_trust: MeasurementTrust<f32>,
@@ -145,10 +151,12 @@ impl FlightStack {
             command_ms: None,
             pose_ms: None,
             position_ms: None,
+            was_low: false,
             settle_m: 0.0,
             standing_ms: 0,
             has_touched_down: false,
             reference: None,
+            blind: None,
             pose_trust: MeasurementTrust::new(TrustLimits::POSE),
             flow_trust: MeasurementTrust::new(TrustLimits::FLOW),
             range_trust: MeasurementTrust::new(TrustLimits::RANGE),
@@ -252,8 +260,11 @@ impl FlightStack {
         }
         self.drive.measure_battery(battery_v, TICK_S);
         let state = self.control_state();
-        if self.filter.health().is_position_valid {
+        let health = self.filter.health();
+        if health.is_position_valid && health.is_height_valid {
             self.position_ms = Some(self.now_ms());
+        } else if self.position_age_ms() == u64::from(TICK_MS) {
+            self.was_low = state.position_m.z - self.ground_m < BLIND_HEIGHT_M;
         }
         let input = SupervisorInput {
             requests: PilotRequests {
@@ -341,11 +352,16 @@ impl FlightStack {
         }
     }
 
-    /// Returns true if the position is known, or was known shortly before the ground came near.
+    /// Returns the time since the filter knew the position.
+    fn position_age_ms(&self) -> u64 {
+        self.position_ms.map_or(u64::MAX, |ms| self.now_ms() - ms)
+    }
+
+    /// Returns true if the position is known, or was lost shortly before and near the ground.
     fn has_position(&self, state: &FlightState) -> bool {
-        let age_ms = self.position_ms.map_or(u64::MAX, |ms| self.now_ms() - ms);
-        let is_near_ground = state.position_m.z - self.ground_m < BLIND_HEIGHT_M;
-        age_ms == 0 || (is_near_ground && age_ms < BLIND_MS)
+        let age_ms = self.position_age_ms();
+        let is_low = self.was_low && state.position_m.z - self.ground_m < BLIND_HEIGHT_M;
+        age_ms == 0 || (is_low && age_ms < BLIND_MS)
     }
 
     fn setpoint(&self) -> Option<SetpointStatus> {

@@ -12,8 +12,9 @@
 //!    while it stands upright and still, and arms it again. After a tumble on the ground the robot
 //!    has to stand upright and still.
 //! 4. **Each flight ends.** A robot without set-points is off within 31 s: it lands with a
-//!    position; without one it stays level and is off 2 s after the last set-point. A robot that
-//!    falls does less harm than one that drifts without control.
+//!    position; without one it stays level and sinks, and is off 6 s after it lost the position, or
+//!    2 s after the last set-point. A robot that falls does less harm than one that drifts without
+//!    control.
 //! 5. **A landing is final.** Only a robot that stays level for want of a set-point flies on when
 //!    there is one again. All others land, disarm, and wait for a person.
 //!
@@ -50,7 +51,7 @@
 //! | Flying, Landing, LevelOut | SetpointLost | | Locked |
 //! | Flying, Landing, LevelOut | OutsideFenceWithoutPosition | 100 | Locked |
 //! | Landing, LevelOut | DescentTimeout | 30000 | Locked |
-//! | LevelOut | Timeout | 1500 | Locked |
+//! | LevelOut | Timeout | 6000 | Locked |
 //! | Landing | Ground | 1000 | Landed |
 //! | Flying, LevelOut | GroundWithoutLift | 1000 | Landed |
 //! | Flying, Landing, LevelOut | NoLift | 2000 | Landed |

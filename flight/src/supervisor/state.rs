@@ -13,9 +13,9 @@ pub const ARMED_TIMEOUT_MS: u16 = 30_000;
 /// Time in ms after which a descent that does not reach the ground ends with the motors off. A
 /// robot that sinks at 0.5 m/s lands from 15 m.
 pub const DESCENT_TIMEOUT_MS: u16 = 30_000;
-/// Time in ms for which a robot without a position stays level. Together with
-/// [`SETPOINT_LATE_MS`](super::SETPOINT_LATE_MS) it is 2 s.
-pub const LEVEL_OUT_TIMEOUT_MS: u16 = 1500;
+/// Time in ms for which a robot without a position stays level and sinks: 3.6 s from 2 m to 0.2 m at
+/// 0.5 m/s, a second at 0.2 m/s, and the rest until a robot on the ground is recognized.
+pub const LEVEL_OUT_TIMEOUT_MS: u16 = 6000;
 /// Time in ms after which a robot that landed is ready for the next flight.
 pub const LANDED_TIMEOUT_MS: u16 = 3000;
 /// Time in ms on the ground after which a landing is complete.
@@ -178,7 +178,7 @@ pub enum MotorPermission {
     Idle,
     /// The controller follows set-points.
     Follow,
-    /// The controller keeps roll, pitch and the yaw rate at zero, and the height that it had.
+    /// The controller keeps level, or brakes by the inertial sensors, and sinks.
     Level,
     /// The controller sinks at its position and ignores set-points.
     Descend,
