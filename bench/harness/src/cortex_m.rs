@@ -24,12 +24,18 @@ const MARK: &str = "bench_mark";
 /// two marks.
 const TRIES: u32 = 24;
 
-/// Runs a program.
+/// Runs a program with a script in it.
 pub fn run(machine: &str, program: &Path, script: &CompiledScript) -> Result<ReportedMark> {
+    let events = record(machine, program, &script.name)?;
+    let told = ReportedMark::from_events(&events);
+    told.ok_or_else(|| BenchError::Silent { name: script.name.clone() }.into())
+}
+
+/// Runs a program, and returns all its marks.
+pub fn record(machine: &str, program: &Path, name: &str) -> Result<Vec<MarkRecord>> {
     let mark = address(program, MARK)?;
     let events = watch(machine, program, mark).map_err(BenchError::Qemu)?;
-    let told = events.and_then(|events| ReportedMark::from_events(&events));
-    told.ok_or_else(|| BenchError::Silent { name: script.name.clone() }.into())
+    events.ok_or_else(|| BenchError::Silent { name: name.to_owned() }.into())
 }
 
 /// Returns the marks up to the last one; `None` if one is missing.

@@ -10,6 +10,7 @@ mod cortex_m;
 mod costs;
 mod error;
 mod figures;
+mod flight;
 mod host;
 mod images;
 mod marks;
@@ -40,7 +41,7 @@ const VERIFICATION: &str = "verification";
 #[command(args_conflicts_with_subcommands = true)]
 pub struct BenchArguments {
     #[command(subcommand)]
-    costs: Option<Subject>,
+    subject: Option<Subject>,
     /// Prints an object for each target
     #[arg(long)]
     json: bool,
@@ -62,17 +63,27 @@ enum Subject {
         /// Only this chip
         target: Option<BenchTarget>,
     },
+    /// Counts the flight controller on a Cortex-M4F instead of scripts
+    Flight {
+        /// Makes the counts the baseline
+        #[arg(long)]
+        update: bool,
+    },
 }
 
 /// Measures, and prints the counts next to the baseline and the C BittyBuzz.
 pub fn run(wanted: &BenchArguments) -> Result<()> {
-    if let Some(Subject::Costs { update, target }) = wanted.costs {
-        ensure!(
-            target != Some(BenchTarget::Host),
-            "`bench costs` counts on chips, not on this computer"
-        );
-        let targets = target.map_or(costs::TARGETS.to_vec(), |target| vec![target]);
-        return costs::run(&targets, update);
+    match wanted.subject {
+        Some(Subject::Costs { update, target }) => {
+            ensure!(
+                target != Some(BenchTarget::Host),
+                "`bench costs` counts on chips, not on this computer"
+            );
+            let targets = target.map_or(costs::TARGETS.to_vec(), |target| vec![target]);
+            return costs::run(&targets, update);
+        }
+        Some(Subject::Flight { update }) => return flight::run(update),
+        None => {}
     }
     let targets = wanted.target.map_or(BenchTarget::ALL.to_vec(), |target| vec![target]);
     let catalogue = Catalogue::load()?;
@@ -107,6 +118,7 @@ pub fn check() -> Result<()> {
     }
     // Instructions are checked on only one chip: that takes seconds, on all chips it takes minutes.
     grown.extend(costs::check(BenchTarget::Avr)?);
+    grown.extend(flight::check()?);
     if grown.is_empty() { Ok(()) } else { Err(BenchError::Grown(grown).into()) }
 }
 

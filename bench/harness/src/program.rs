@@ -111,7 +111,7 @@ impl LinkedProgram {
 }
 
 /// Returns the place of a symbol's bytes in an ELF file.
-fn file_offset(elf: &[u8], symbol: &str) -> Option<usize> {
+pub fn file_offset(elf: &[u8], symbol: &str) -> Option<usize> {
     let file = object::File::parse(elf).ok()?;
     let symbol = file.symbols().find(|known| known.name() == Ok(symbol))?;
     let section = file.section_by_index(symbol.section_index()?).ok()?;

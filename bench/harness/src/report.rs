@@ -82,7 +82,7 @@ fn geometric_mean(ratios: &[f64]) -> f64 {
 }
 
 /// Formats a number with a comma between thousands.
-fn grouped(number: u64) -> String {
+pub fn grouped(number: u64) -> String {
     let digits = number.to_string();
     let mut out = String::new();
     for (at, digit) in digits.chars().enumerate() {

@@ -1,0 +1,291 @@
+//! Flights of a simulated quadrotor, in which the work of its flight controller is marked.
+//!
+//! # Principles
+//! 1. **The loop is closed.** A simulated quadrotor follows the duties of the motors, and its sensors
+//!    are noisy, so the controller takes the branches of normal flight.
+//! 2. **The program does not count.** It [marks](bittybuzz_bench::Mark) the begin of each [`FlightTask`]
+//!    and its end; a debugger counts. Marks have a cost, so the first measurement is of
+//!    an empty section. The simulation is outside of the marks.
+//! 3. **A flight is the same every time**: noise comes from a fixed seed.
+//!
+//! # Flights
+//! A robot stands still until it is calibrated, takes off, and flies with changing velocities, until
+//! it lands. Ten other robots report their positions ten times per second, near enough to limit the
+//! velocity, and the robot gets its velocity from the [collision avoidance](bittybuzz_flight::avoidance)
+//! at the same rate.
+
+#![no_std]
+#![forbid(unsafe_code)]
+
+#[cfg(test)]
+extern crate std;
+
+mod drone;
+
+use bittybuzz_bench::{Mark, Meter};
+use bittybuzz_flight::avoidance::{Avoidance, AvoidanceSettings, PeerReport};
+use bittybuzz_flight::planner::{VelocityCommand, VelocityFrame};
+use bittybuzz_flight::stack::{FlightStack, StackSettings};
+use bittybuzz_flight::{MotorDuties, Vec3};
+
+use drone::SimpleDrone;
+
+/// Name of the place in the program into which the harness writes the number of
+/// [`FlightSensors`].
+pub const SENSORS_SYMBOL: &str = "FLIGHT_SENSORS";
+
+/// Duration of a flight in ticks of 1 ms.
+pub const FLIGHT_TICKS: u32 = 12_000;
+/// First tick of the flight's part with changing velocities.
+pub const CRUISE_FROM: u32 = 4000;
+/// First tick after that part.
+pub const CRUISE_UNTIL: u32 = 8000;
+
+/// Reports of other robots that the collision avoidance keeps.
+const PEERS: usize = 10;
+/// Ticks before the take-off, in which the robot is calibrated and commanded to stay.
+const REST_TICKS: u32 = 1500;
+/// Tick from which on no command arrives, so that the supervisor lands the robot.
+const LAST_COMMAND: u32 = CRUISE_UNTIL;
+/// Ticks between two commands, and between two reports of each other robot.
+const COMMAND_TICKS: u32 = 100;
+/// Ticks between two poses, and between two readings of the flow sensor.
+const POSE_TICKS: u32 = 10;
+/// Ticks between two distances to the ground.
+const RANGE_TICKS: u32 = 25;
+/// Voltage of the battery in V.
+const BATTERY_V: f32 = 3.8;
+/// Distance in m of the other robots from the start, horizontally.
+const RING_M: f32 = 1.1;
+
+/// The sensors of position.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum FlightSensors {
+    /// Poses from outside, 100 per second.
+    Pose = 0,
+    /// A Flow deck: flow 100 times per second and the distance to the ground 40 times per second.
+    Deck = 1,
+}
+
+/// A marked task of the flight controller; the value of the mark [`Mark::Begin`].
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub enum FlightTask {
+    /// Nothing: the cost of the marks.
+    Nothing = 0,
+    /// `FlightStack::tick`, the last task of each ms.
+    Tick = 1,
+    /// `FlightStack::receive_pose`.
+    Pose = 2,
+    /// `FlightStack::receive_flow`.
+    Flow = 3,
+    /// `FlightStack::receive_range`.
+    Range = 4,
+    /// `Avoidance::update_peer`.
+    PeerReport = 5,
+    /// `Avoidance::limit` and `FlightStack::fly`.
+    Command = 6,
+}
+
+impl FlightTask {
+    /// All tasks.
+    pub const ALL: [FlightTask; 7] = [
+        FlightTask::Nothing,
+        FlightTask::Tick,
+        FlightTask::Pose,
+        FlightTask::Flow,
+        FlightTask::Range,
+        FlightTask::PeerReport,
+        FlightTask::Command,
+    ];
+}
+
+/// The state of a flight. It is created by the program, which has a place for it.
+#[derive(Debug)]
+pub struct BenchFlight {
+    stack: FlightStack,
+    avoidance: Option<Avoidance<PEERS>>,
+    drone: SimpleDrone,
+    sensors: FlightSensors,
+    duties: MotorDuties,
+    tick: u32,
+    /// Largest height so far in m.
+    top_m: f32,
+}
+
+impl BenchFlight {
+    /// Creates a flight of a robot that stands still.
+    #[must_use]
+    pub fn new(sensors: FlightSensors) -> Self {
+        let settings = StackSettings::CRAZYFLIE_2_1_PLUS;
+        let drone = SimpleDrone::new(settings.vehicle);
+        BenchFlight {
+            stack: FlightStack::new(settings, &drone.state()),
+            avoidance: Avoidance::new(0, AvoidanceSettings::CRAZYFLIE),
+            drone,
+            sensors,
+            duties: MotorDuties::default(),
+            tick: 0,
+            top_m: 0.0,
+        }
+    }
+
+    /// Flies, and then reports with [`Mark::Integer`] the error of the estimated position at the end of
+    /// the cruise in mm, or with [`Mark::Fault`] that the robot was not in flight there.
+    pub fn run(&mut self, meter: &mut impl Meter) {
+        count(meter, FlightTask::Nothing, || ());
+        let mut result = (Mark::Fault, 0);
+        while self.tick < FLIGHT_TICKS {
+            self.step(meter);
+            if self.tick == CRUISE_UNTIL && self.drone.is_airborne() {
+                let error = self.stack.state().position_m - self.drone.state().position_m;
+                result = (Mark::Integer, (error.length() * 1000.0) as u32);
+            }
+        }
+        if self.drone.is_airborne() {
+            result = (Mark::Endless, 0);
+        }
+        meter.mark(result.0, result.1);
+    }
+
+    /// Advances by 1 ms.
+    fn step(&mut self, meter: &mut impl Meter) {
+        self.drone.step(&self.duties, BATTERY_V);
+        self.top_m = self.top_m.max(self.drone.state().position_m.z);
+        if self.tick < LAST_COMMAND {
+            self.command(meter);
+        }
+        let has_deck = self.sensors == FlightSensors::Deck;
+        // A robot with a deck is put on a known place.
+        let has_pose = !has_deck || self.tick < REST_TICKS;
+        if has_pose && self.tick.is_multiple_of(POSE_TICKS) {
+            let pose = self.drone.pose();
+            count(meter, FlightTask::Pose, || self.stack.receive_pose(&pose));
+        }
+        if has_deck && self.tick.is_multiple_of(POSE_TICKS) {
+            let flow = self.drone.flow();
+            count(meter, FlightTask::Flow, || self.stack.receive_flow(&flow));
+        }
+        if has_deck && self.tick.is_multiple_of(RANGE_TICKS) {
+            let range_m = self.drone.range_m();
+            count(meter, FlightTask::Range, || self.stack.receive_range(range_m));
+        }
+        let sample = self.drone.imu();
+        self.duties = count(meter, FlightTask::Tick, || self.stack.tick(Some(&sample), BATTERY_V));
+        self.tick += 1;
+    }
+
+    /// Passes the reports of other robots and a command on when they are due.
+    fn command(&mut self, meter: &mut impl Meter) {
+        let phase = self.tick % COMMAND_TICKS;
+        let Some(avoidance) = &mut self.avoidance else { return };
+        if let Some(number) = (phase as usize).checked_sub(1).filter(|number| *number < PEERS) {
+            let report = peer_report(number, self.tick);
+            // A report that is refused would leave the table as it is.
+            let _ = count(meter, FlightTask::PeerReport, || avoidance.update_peer(report));
+        }
+        if phase == 0 {
+            let wanted = wanted_velocity(self.tick);
+            let yaw_rate_rad_s = if self.tick < CRUISE_FROM { 0.0 } else { 0.5 };
+            count(meter, FlightTask::Command, || {
+                let state = self.stack.state();
+                let safe =
+                    avoidance.limit(state.position_m, state.velocity_m_s, wanted, self.tick);
+                self.stack.fly(&VelocityCommand {
+                    frame: VelocityFrame::World,
+                    velocity_m_s: safe.velocity_m_s,
+                    yaw_rate_rad_s,
+                });
+            });
+        }
+    }
+}
+
+/// Counts a task.
+#[inline(always)]
+fn count<R>(meter: &mut impl Meter, task: FlightTask, work: impl FnOnce() -> R) -> R {
+    meter.mark(Mark::Begin, task as u32);
+    let result = work();
+    meter.mark(Mark::End, 0);
+    result
+}
+
+/// Returns the velocity that the robot wants: none at first, then upwards, then to each side in turn.
+fn wanted_velocity(tick: u32) -> Vec3 {
+    if tick < REST_TICKS {
+        return Vec3::ZERO;
+    }
+    if tick < CRUISE_FROM {
+        return Vec3::new(0.0, 0.0, 0.4);
+    }
+    match (tick - CRUISE_FROM) / 1000 % 4 {
+        0 => Vec3::new(0.5, 0.0, 0.0),
+        1 => Vec3::new(0.0, 0.5, 0.1),
+        2 => Vec3::new(-0.5, 0.0, 0.0),
+        _ => Vec3::new(0.0, -0.5, -0.1),
+    }
+}
+
+/// Returns the report of one of the other robots, which circle around the start.
+fn peer_report(number: usize, tick: u32) -> PeerReport {
+    let turn_rad_s = 0.2;
+    let angle = number as f32 * 0.628 + turn_rad_s * tick as f32 * 0.001;
+    let (sine, cosine) = drone::sine_and_cosine(angle);
+    PeerReport {
+        id: number as u16 + 1,
+        position_m: Vec3::new(RING_M * cosine, RING_M * sine, 0.8),
+        velocity_m_s: Some(Vec3::new(-sine, cosine, 0.0) * (RING_M * turn_rad_s)),
+        measured_at_ms: tick,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use std::vec::Vec;
+
+    /// Keeps all marks.
+    #[derive(Default)]
+    struct Recorder(Vec<(Mark, u32)>);
+
+    impl Meter for Recorder {
+        fn mark(&mut self, mark: Mark, value: u32) {
+            self.0.push((mark, value));
+        }
+    }
+
+    fn fly(sensors: FlightSensors) -> (BenchFlight, Vec<(Mark, u32)>) {
+        let mut recorder = Recorder::default();
+        let mut flight = BenchFlight::new(sensors);
+        flight.run(&mut recorder);
+        (flight, recorder.0)
+    }
+
+    fn times(marks: &[(Mark, u32)], task: FlightTask) -> usize {
+        marks.iter().filter(|mark| **mark == (Mark::Begin, task as u32)).count()
+    }
+
+    /// The robot climbs for two seconds at 0.4 m/s, and lands when commands stay away.
+    #[test]
+    fn robot_flies_and_lands() {
+        for sensors in [FlightSensors::Pose, FlightSensors::Deck] {
+            let (flight, marks) = fly(sensors);
+            let (mark, error_mm) = *marks.last().unwrap();
+            assert_eq!(mark, Mark::Integer);
+            assert!(error_mm < 300, "{error_mm} mm");
+            assert!((0.5..1.5).contains(&flight.top_m), "{} m", flight.top_m);
+        }
+    }
+
+    #[test]
+    fn every_task_has_its_rate() {
+        let (_, marks) = fly(FlightSensors::Pose);
+        assert_eq!(times(&marks, FlightTask::Nothing), 1);
+        assert_eq!(times(&marks, FlightTask::Tick), FLIGHT_TICKS as usize);
+        assert_eq!(times(&marks, FlightTask::Pose), FLIGHT_TICKS as usize / 10);
+        assert_eq!(times(&marks, FlightTask::Command), 80);
+        assert_eq!(times(&marks, FlightTask::PeerReport), 800);
+        let (_, marks) = fly(FlightSensors::Deck);
+        assert_eq!(times(&marks, FlightTask::Flow), FLIGHT_TICKS as usize / 10);
+        assert_eq!(times(&marks, FlightTask::Range), FLIGHT_TICKS as usize / 25);
+    }
+}

@@ -1,0 +1,231 @@
+//! The cost of the flight controller on a Cortex-M4F, in flights of a simulated quadrotor.
+//!
+//! # From instructions to cycles
+//! QEMU counts instructions. [`CYCLES_PER_INSTRUCTION`] is the assumption about a Cortex-M4F without wait
+//! states of its flash.
+
+use crate::cortex_m;
+use crate::error::BenchError;
+use crate::figures::is_more;
+use crate::marks::MarkRecord;
+use crate::program::file_offset;
+use crate::report::grouped;
+use anyhow::Result;
+use bittybuzz_bench::Mark;
+use bittybuzz_bench_flight::{
+    CRUISE_FROM, CRUISE_UNTIL, FLIGHT_TICKS, FlightSensors, FlightTask, SENSORS_SYMBOL,
+};
+use bittybuzz_builds::chip::ChipProgram;
+use bittybuzz_builds::shell::{is_installed, root, target};
+use fs_err as fs;
+use serde::{Deserialize, Serialize};
+use std::collections::BTreeMap;
+use std::path::{Path, PathBuf};
+
+const FILE: &str = "bench/flight.json";
+
+/// Cycles of the Cortex-M4F for each instruction.
+const CYCLES_PER_INSTRUCTION: f64 = 1.5;
+/// Cycles of the Crazyflie's core per second.
+const CLOCK_HZ: f64 = 168e6;
+/// The largest share of the core that the controller may take, in percent.
+const MOST_LOAD_PERCENT: f64 = 12.0;
+/// Longest work between two samples of the inertial sensors, in µs: half of the time between them.
+const MOST_TICK_US: f64 = 500.0;
+
+/// The flights, with the names of their sensors.
+const FLIGHTS: [(FlightSensors, &str); 2] =
+    [(FlightSensors::Pose, "pose"), (FlightSensors::Deck, "deck")];
+
+/// The cost of a task.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+struct TaskCost {
+    /// Executions per second of the cruise.
+    per_second: u64,
+    /// Mean of the instructions in the cruise.
+    mean: u64,
+    /// Most instructions in the whole flight.
+    most: u64,
+}
+
+/// The cost of a flight.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+struct FlightCost {
+    /// Costs by the name of the task.
+    tasks: BTreeMap<String, TaskCost>,
+    /// Instructions per second of the cruise.
+    per_second: u64,
+    /// Most instructions in one ms of the whole flight.
+    most_in_ms: u64,
+}
+
+/// Costs by the name of the flight.
+type FlightCosts = BTreeMap<String, FlightCost>;
+
+/// Executes `bench flight [--update]`.
+pub fn run(update: bool) -> Result<()> {
+    let costs = measure()?;
+    print!("{}", to_text(&costs));
+    if update {
+        let text = serde_json::to_string_pretty(&costs).unwrap_or_default() + "\n";
+        fs::write(root().join(FILE), text)?;
+    }
+    Ok(())
+}
+
+/// Returns the costs that are over the budget, or have grown beyond the tolerance.
+pub fn check() -> Result<Vec<String>> {
+    let costs = measure()?;
+    print!("{}", to_text(&costs));
+    let bytes = fs::read(root().join(FILE))?;
+    let before: FlightCosts = serde_json::from_slice(&bytes)
+        .map_err(|error| BenchError::Table { path: FILE.into(), reason: error.to_string() })?;
+    Ok(excesses(&costs, &before))
+}
+
+fn measure() -> Result<FlightCosts> {
+    eprintln!("bench: flight");
+    if !is_installed(cortex_m::RUNNER) {
+        return Err(BenchError::Missing { program: cortex_m::RUNNER }.into());
+    }
+    let program = ChipProgram {
+        package: "flight-cortex-m",
+        target: "thumbv7em-none-eabihf",
+        features: "",
+    };
+    let path = program.build(&[], true)?;
+    let mut costs = FlightCosts::new();
+    for (sensors, name) in FLIGHTS {
+        let file = program_for(sensors, &path)?;
+        let marks = cortex_m::record(cortex_m::M4F, &file, name)?;
+        let cost = FlightCost::of(&marks).ok_or_else(|| BenchError::Costs {
+            name: format!("the flight with {name}"),
+            reason: format!("it ended with {:?}", marks.last()),
+        })?;
+        costs.insert(name.to_owned(), cost);
+    }
+    Ok(costs)
+}
+
+/// Writes the program of a flight, and returns its path.
+fn program_for(sensors: FlightSensors, linked: &Path) -> Result<PathBuf> {
+    let no_symbol = || BenchError::NoSymbol { program: linked.into(), symbol: SENSORS_SYMBOL };
+    let mut bytes = fs::read(linked)?;
+    let at = file_offset(&bytes, SENSORS_SYMBOL).ok_or_else(no_symbol)?;
+    *bytes.get_mut(at).ok_or_else(no_symbol)? = sensors as u8;
+    let folder = target()?.join("bench");
+    fs::create_dir_all(&folder)?;
+    let path = folder.join("flight");
+    fs::write(&path, bytes)?;
+    Ok(path)
+}
+
+impl FlightCost {
+    /// Evaluates the marks of a flight; `None` if it failed or marks are missing.
+    fn of(marks: &[MarkRecord]) -> Option<FlightCost> {
+        let (last, pairs) = marks.split_last()?;
+        if last.mark != Mark::Integer {
+            return None;
+        }
+        let mut mark_cost = None;
+        let mut tasks = BTreeMap::<FlightTask, TaskSum>::new();
+        let (mut tick, mut in_ms, mut in_cruise, mut most_in_ms) = (0, 0, 0, 0);
+        for pair in pairs.chunks(2) {
+            let [begin, end] = pair else { return None };
+            if (begin.mark, end.mark) != (Mark::Begin, Mark::End) {
+                return None;
+            }
+            let task = FlightTask::ALL.into_iter().find(|task| *task as u32 == begin.value)?;
+            let count = end.at.checked_sub(begin.at)?;
+            let count = count.saturating_sub(*mark_cost.get_or_insert(count));
+            if task == FlightTask::Nothing {
+                continue;
+            }
+            let is_cruise = (CRUISE_FROM..CRUISE_UNTIL).contains(&tick);
+            let sum = tasks.entry(task).or_default();
+            sum.most = sum.most.max(count);
+            in_ms += count;
+            if is_cruise {
+                sum.times += 1;
+                sum.count += count;
+                in_cruise += count;
+            }
+            if task == FlightTask::Tick {
+                tick += 1;
+                most_in_ms = most_in_ms.max(in_ms);
+                in_ms = 0;
+            }
+        }
+        let cruise_ms = u64::from(CRUISE_UNTIL - CRUISE_FROM);
+        let tasks = tasks.into_iter().map(|(task, sum)| {
+            let per_second = sum.times * 1000 / cruise_ms;
+            let mean = sum.count / sum.times.max(1);
+            (task_name(task).to_owned(), TaskCost { per_second, mean, most: sum.most })
+        });
+        let per_second = in_cruise * 1000 / cruise_ms;
+        (tick == FLIGHT_TICKS).then(|| FlightCost { tasks: tasks.collect(), per_second, most_in_ms })
+    }
+
+    fn load_percent(&self) -> f64 {
+        self.per_second as f64 * CYCLES_PER_INSTRUCTION / CLOCK_HZ * 100.0
+    }
+
+    fn most_us(&self) -> f64 {
+        self.most_in_ms as f64 * CYCLES_PER_INSTRUCTION / CLOCK_HZ * 1e6
+    }
+}
+
+/// The sum of a task's counts.
+#[derive(Clone, Copy, Debug, Default)]
+struct TaskSum {
+    times: u64,
+    count: u64,
+    most: u64,
+}
+
+fn task_name(task: FlightTask) -> &'static str {
+    match task {
+        FlightTask::Nothing => "nothing",
+        FlightTask::Tick => "tick",
+        FlightTask::Pose => "pose",
+        FlightTask::Flow => "flow",
+        FlightTask::Range => "range",
+        FlightTask::PeerReport => "report of a peer",
+        FlightTask::Command => "avoidance and command",
+    }
+}
+
+fn excesses(costs: &FlightCosts, before: &FlightCosts) -> Vec<String> {
+    let mut excesses = Vec::new();
+    for (name, cost) in costs {
+        let (load, most_us) = (cost.load_percent(), cost.most_us());
+        if load > MOST_LOAD_PERCENT {
+            excesses.push(format!("flight with {name} {load:.1} % > {MOST_LOAD_PERCENT} %"));
+        }
+        if most_us > MOST_TICK_US {
+            excesses.push(format!("flight with {name} {most_us:.0} us > {MOST_TICK_US} us"));
+        }
+        let before = before.get(name).map_or(0, |before| before.per_second);
+        if is_more(cost.per_second, before) {
+            excesses.push(format!("flight with {name} {before} -> {}", cost.per_second));
+        }
+    }
+    excesses
+}
+
+fn to_text(costs: &FlightCosts) -> String {
+    let mut text = String::new();
+    for (name, cost) in costs {
+        text += &format!("flight with {name}: instructions of a Cortex-M4F, by QEMU\n");
+        text += &format!("{:<24}{:>12}{:>12}{:>12}\n", "task", "per second", "mean", "most");
+        for (task, TaskCost { per_second, mean, most }) in &cost.tasks {
+            let (mean, most) = (grouped(*mean), grouped(*most));
+            text += &format!("{task:<24}{per_second:>12}{mean:>12}{most:>12}\n");
+        }
+        let (load, most_us) = (cost.load_percent(), cost.most_us());
+        let (all, most) = (grouped(cost.per_second), grouped(cost.most_in_ms));
+        text += &format!("{all} per second, {load:.1} % of the core (at most {MOST_LOAD_PERCENT})\n");
+        text += &format!("{most} in one ms, {most_us:.0} us (at most {MOST_TICK_US})\n\n");
+    }
+    text
+}
