@@ -215,27 +215,58 @@ impl<V: Coordinate> Polynomial<V> {
             }
             powers[TERMS - 1] = V::ZERO;
         }
-        // Coefficient i is the blossom (Farin 2002, chapter 4) of i arguments 1 and the others
-        // -1: zᵏ contributes the elementary symmetric polynomial of order k over its number of
-        // terms.
         let mut points = [V::ZERO; TERMS];
-        for (i, point) in points.iter_mut().enumerate().take(degree + 1) {
-            let mut symmetric = [0.0_f32; TERMS];
-            symmetric[0] = 1.0;
-            for argument in 0..degree {
-                let z = if argument < i { 1.0 } else { -1.0 };
-                for k in (1..=degree).rev() {
-                    symmetric[k] += z * symmetric[k - 1];
-                }
-            }
-            let mut terms = 1.0;
-            for k in 0..=degree {
-                *point = *point + powers[k] * (symmetric[k] / terms);
-                terms *= (degree - k) as f32 / (k + 1) as f32;
+        for (point, weights) in points.iter_mut().zip(&BLOSSOMS[order]).take(degree + 1) {
+            for (power, weight) in powers.iter().zip(weights).take(degree + 1) {
+                *point = *point + *power * *weight;
             }
         }
         (points, degree)
     }
+}
+
+/// The share of each power in each Bernstein coefficient of a derivative, by its order. The table
+/// replaces a sixth of the instructions of a plan.
+static BLOSSOMS: [[[f32; TERMS]; TERMS]; MOST_DERIVATIVE + 1] = {
+    let mut orders = [[[0.0; TERMS]; TERMS]; MOST_DERIVATIVE + 1];
+    let mut order = 0;
+    while order <= MOST_DERIVATIVE {
+        orders[order] = blossoms(TERMS - 1 - order);
+        order += 1;
+    }
+    orders
+};
+
+/// Returns the share of power k in the Bernstein coefficient i at \[i\]\[k\].
+///
+/// Coefficient i is the blossom (Farin 2002, section 4.8) of i arguments 1 and the others -1: zᵏ
+/// contributes the elementary symmetric polynomial of order k over its number of terms.
+const fn blossoms(degree: usize) -> [[f32; TERMS]; TERMS] {
+    let mut shares = [[0.0; TERMS]; TERMS];
+    let mut i = 0;
+    while i <= degree {
+        let mut symmetric = [0.0_f32; TERMS];
+        symmetric[0] = 1.0;
+        let mut argument = 0;
+        while argument < degree {
+            let z = if argument < i { 1.0 } else { -1.0 };
+            let mut k = degree;
+            while k > 0 {
+                symmetric[k] += z * symmetric[k - 1];
+                k -= 1;
+            }
+            argument += 1;
+        }
+        let mut terms = 1.0;
+        let mut k = 0;
+        while k <= degree {
+            shares[i][k] = symmetric[k] / terms;
+            terms *= (degree - k) as f32 / (k + 1) as f32;
+            k += 1;
+        }
+        i += 1;
+    }
+    shares
 }
 
 /// Splits Bernstein coefficients at a share of the interval (de Casteljau's algorithm).

@@ -152,7 +152,6 @@ impl FlightCost {
             }
             if task == FlightTask::Tick {
                 tick += 1;
-                if std::env::var_os("DUMP").is_some() && in_ms > 22000 { eprintln!("{tick} {in_ms}"); }
                 most_in_ms = most_in_ms.max(in_ms);
                 in_ms = 0;
             }
