@@ -140,6 +140,7 @@ mod tests {
             "bench --json avr",
             "bench thumbv7em-full --update",
             "bench costs --update avr",
+            "bench flight --update",
             "soak",
             "soak noise",
             "ci",
@@ -165,6 +166,7 @@ mod tests {
             "bench arm",
             "bench avr host",
             "bench costs --json",
+            "bench flight avr",
             "soak mutant",
         ] {
             let words = ["xtask"].into_iter().chain(line.split_whitespace());

@@ -82,8 +82,7 @@ impl SimpleDrone {
         let torque_n_m = Vec3::new(
             vehicle.arm_m * (ahead_left + behind_left - ahead_right - behind_right),
             vehicle.arm_m * (behind_left + behind_right - ahead_left - ahead_right),
-            vehicle.torque_per_thrust_m
-                * (behind_right + ahead_left - ahead_right - behind_left),
+            vehicle.torque_per_thrust_m * (behind_right + ahead_left - ahead_right - behind_left),
         );
         let state = &mut self.state;
         if state.position_m.z <= STANDING_M && thrust_n < vehicle.mass_kg * GRAVITY_M_S2 {
@@ -121,8 +120,7 @@ impl SimpleDrone {
     /// Returns the pose of the last call of this function, which is late by 10 ms.
     pub(crate) fn pose(&mut self) -> PoseMeasurement {
         let position_m = self.state.position_m + self.noise() * POSITION_NOISE_M;
-        let pose =
-            PoseMeasurement { position_m, attitude: self.state.attitude, ..self.late_pose };
+        let pose = PoseMeasurement { position_m, attitude: self.state.attitude, ..self.late_pose };
         core::mem::replace(&mut self.late_pose, pose)
     }
 

@@ -185,8 +185,7 @@ impl BenchFlight {
             let yaw_rate_rad_s = if self.tick < CRUISE_FROM { 0.0 } else { 0.5 };
             count(meter, FlightTask::Command, || {
                 let state = self.stack.state();
-                let safe =
-                    avoidance.limit(state.position_m, state.velocity_m_s, wanted, self.tick);
+                let safe = avoidance.limit(state.position_m, state.velocity_m_s, wanted, self.tick);
                 self.stack.fly(&VelocityCommand {
                     frame: VelocityFrame::World,
                     velocity_m_s: safe.velocity_m_s,

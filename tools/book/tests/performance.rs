@@ -26,7 +26,7 @@ fn tables_are_those_of_the_recorded_counts() {
     let page = path("docs/performance.md");
     let before = fs::read_to_string(&page).unwrap();
     let mut text = before.clone();
-    for (name, block) in [("means", means()), ("peers", peers())] {
+    for (name, block) in [("means", means()), ("peers", peers()), ("flight", flight())] {
         let start = format!("<!-- {name}: written by tools/book/tests/performance.rs -->\n");
         let (head, rest) = text.split_once(&start).unwrap();
         let (_, tail) = rest.split_once("<!-- end -->\n").unwrap();
@@ -148,6 +148,30 @@ fn peers() -> String {
             let flash = flash.iter().find_map(|key| peer.get(*key).and_then(integer));
             text += &row(title, &|script| counts.get(script).and_then(integer), flash);
         }
+    }
+    text + "\n"
+}
+
+fn flight() -> String {
+    let recorded = fs::read_to_string(path("bench/flight.json")).unwrap();
+    let recorded: Value = serde_json::from_str(&recorded).unwrap();
+    let cell = |value: &Value| value.as_f64().map_or(String::new(), number);
+    let mut text = String::new();
+    for (name, title) in [("pose", "Poses from outside"), ("deck", "Flow deck")] {
+        let flight = &recorded[name];
+        text += &format!(
+            "\n**{title}**\n\n| Task | Per second | Instructions, mean | Most |\n|---|---|---|---|\n"
+        );
+        for (task, cost) in flight["tasks"].as_object().unwrap() {
+            let [per_second, mean, most] =
+                ["per_second", "mean", "most"].map(|key| cell(&cost[key]));
+            // Tasks of the start alone have no rate.
+            if per_second != "0" {
+                text += &format!("| {task} | {per_second} | {mean} | {most} |\n");
+            }
+        }
+        let [all, most] = ["per_second", "most_in_ms"].map(|key| cell(&flight[key]));
+        text += &format!("| all, in a second | | {all} | |\n| all, in 1 ms | | | {most} |\n");
     }
     text + "\n"
 }
