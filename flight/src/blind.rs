@@ -73,7 +73,8 @@ impl BlindDescent {
         let is_low = height_m - self.ground_m < LOW_M && self.elapsed_s < LOW_UNTIL_S;
         let sink_m_s = if is_low { LOW_SINK_M_S } else { SINK_M_S };
         self.height_m = (self.height_m - sink_m_s * dt_s)
-            .clamp(height_m - MOST_AHEAD_M, height_m + MOST_AHEAD_M);
+            .max(height_m - MOST_AHEAD_M)
+            .min(height_m + MOST_AHEAD_M);
         let rise_m_s2 = HEIGHT_1_S2 * (self.height_m - height_m)
             + SPEED_1_S * (-sink_m_s - state.velocity_m_s.z);
         let cos_tilt = (state.attitude * Vec3::Z).z.max(LEAST_COS_TILT);

@@ -278,7 +278,7 @@ fn split<V: Coordinate>(
     let mut first = points;
     for (level, point) in first.iter_mut().enumerate().take(degree + 1) {
         *point = points[0];
-        for i in 0..degree - level {
+        for i in 0..degree.saturating_sub(level).min(TERMS - 1) {
             points[i] = points[i] + (points[i + 1] - points[i]) * share;
         }
     }

@@ -84,7 +84,7 @@ impl FlightLimits {
         velocity_m_s
             .truncate()
             .clamp_length_max(self.speed_m_s)
-            .extend(velocity_m_s.z.clamp(-self.climb_m_s, self.climb_m_s))
+            .extend(velocity_m_s.z.max(-self.climb_m_s).min(self.climb_m_s))
     }
 
     /// Returns the rate at which a velocity follows its lead, in 1/s.

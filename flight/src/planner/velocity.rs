@@ -193,7 +193,8 @@ impl VelocityFilter {
         // Rounding only.
         self.position_m = fence.clamp(self.position_m);
 
-        let yaw_rate = command.yaw_rate_rad_s.clamp(-limits.yaw_rate_rad_s, limits.yaw_rate_rad_s);
+        let yaw_rate =
+            command.yaw_rate_rad_s.max(-limits.yaw_rate_rad_s).min(limits.yaw_rate_rad_s);
         let decay = libm::expf(-limits.lag_rate_s() * step_s);
         let excess = self.yaw_rate_rad_s - yaw_rate;
         self.yaw_rad = wrapped(
