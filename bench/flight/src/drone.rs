@@ -38,6 +38,8 @@ pub(crate) struct SimpleDrone {
     flow_counts: Vec2,
     /// The pose of 10 steps ago, which arrives now.
     late_pose: PoseMeasurement,
+    /// The distance to the ground of 25 steps ago in m, which arrives now.
+    late_range_m: f32,
     random: u32,
 }
 
@@ -58,6 +60,7 @@ impl SimpleDrone {
                 sigma_rad: 0.01,
                 age_s: FLOW_S,
             },
+            late_range_m: STANDING_M,
             random: 1,
         }
     }
@@ -136,9 +139,10 @@ impl SimpleDrone {
         }
     }
 
-    /// Returns the distance to the ground in m.
+    /// Returns the distance to the ground in m, as the sensor measured it at the last call.
     pub(crate) fn range_m(&mut self) -> f32 {
-        self.range() + self.noise().x * RANGE_NOISE_M
+        let measured_m = self.range() + self.noise().x * RANGE_NOISE_M;
+        core::mem::replace(&mut self.late_range_m, measured_m)
     }
 
     fn range(&self) -> f32 {

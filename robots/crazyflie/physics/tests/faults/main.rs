@@ -8,12 +8,6 @@ mod report;
 use report::Report;
 
 #[test]
-fn fifty_flights_with_a_fault() {
-    Report::of((0..50).map(|number| number * 10 + number / 19)).check();
-}
-
-#[test]
-#[ignore = "takes a minute: cargo test --release -p bittybuzz-crazyflie-physics --test faults -- --ignored"]
 fn five_hundred_flights_with_a_fault() {
     Report::of(0..500).check();
 }
