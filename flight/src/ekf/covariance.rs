@@ -218,6 +218,23 @@ impl StateCovariance {
         }
     }
 
+    /// Returns the covariance of x and y in the world: the variance of x, the covariance, and the
+    /// variance of y.
+    pub fn horizontal(&self) -> [f32; 3] {
+        [self.entries[0][0], self.entries[0][1], self.entries[1][1]]
+    }
+
+    /// Sets the covariance of x and y in the world to that before a measurement whose gain for x
+    /// and y was replaced by 0.
+    ///
+    /// P after a gain K is (I − K·h)·P·(I − K·h)ᵀ + variance·K·Kᵀ. If the rows of x and y of K are
+    /// 0 and the others optimal, this differs from the optimal P in these entries only.
+    pub fn restore_horizontal(&mut self, [xx, xy, yy]: [f32; 3]) {
+        self.entries[0][0] = xx;
+        self.entries[0][1] = xy;
+        self.entries[1][1] = yy;
+    }
+
     /// Returns P·hᵀ and h·P·hᵀ.
     #[inline]
     pub fn project<const N: usize>(&self, row: &SparseRow<N>) -> ([f32; STATES], f32) {

@@ -202,8 +202,14 @@ impl Ekf {
             EkfOutcome::Accepted => {
                 self.monitor.accept_flow();
                 let mut error = EstimatedError([0.0; STATES]);
+                let horizontal = self.covariance.horizontal();
                 self.fuse_projected(&mut error, &row_x, &projection_x, innovation_x, variance);
                 self.fuse(&mut error, &row_y, innovation_y, variance);
+                if !self.config.flow_moves_position {
+                    error.0[POSITION] = 0.0;
+                    error.0[POSITION + 1] = 0.0;
+                    self.covariance.restore_horizontal(horizontal);
+                }
                 self.inject(&error);
             }
             EkfOutcome::Rejected { .. } => self.monitor.reject(),
