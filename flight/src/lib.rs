@@ -16,9 +16,9 @@
 //! Names of fields carry the unit, such as `_m_s` for m/s.
 //!
 //! # Motors
-//! Motor 1 is ahead on the right, motor 2 behind on the right, motor 3 behind on the left, and motor
-//! 4 ahead on the left; arrays start with motor 1. Motors 1 and 3 turn such that their reaction torque about z
-//! is negative, motors 2 and 4 positive.
+//! Seen from above, motor 1 is at the front right, and motors 2, 3 and 4 follow clockwise; arrays
+//! start with motor 1. Motors 1 and 3 turn such that their reaction torque about z is negative,
+//! motors 2 and 4 positive.
 //!
 //! # Not included
 //! Drivers, the radio and the script belong to the firmware. Nothing here was tried on hardware.

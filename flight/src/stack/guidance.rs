@@ -72,7 +72,7 @@ impl FlightStack {
         }
     }
 
-    /// Leaves a plan behind when motors stop.
+    /// Drops the plan when motors stop.
     fn end_flight(&mut self) {
         let has_landed = self.planner.as_mut().is_some_and(|p| p.touched_down().is_ok());
         if !has_landed {

@@ -373,7 +373,7 @@ impl FlightStack {
         Some(SetpointStatus { age_ms, needs_position })
     }
 
-    /// Tells the filter that a robot stands on the ground, which does not move below it.
+    /// Passes zero flow and the height of the ground to the filter of a robot that stands still.
     fn observe_standstill(&mut self) {
         let is_idle = !self.is_flying() && self.forces == MotorForces::default();
         let has_pose =
