@@ -8,6 +8,7 @@ mod script;
 use std::sync::Arc;
 
 use bittybuzz_arena::run::{Setup, Simulation, Summary};
+use bittybuzz_arena::scenario::Scenario;
 use script::{folder, read, run_with};
 
 /// The two values of `fidelity`.
@@ -140,13 +141,26 @@ fn avoidance_keeps_robots_apart_in_both_fidelities() {
     }
 }
 
-/// A flight controller needs a position, and the error says which ones there are.
+/// A flight controller needs a position. An error at the key says which ones there are; if the key
+/// belongs to another section than `fidelity`, the world refuses the model.
 #[test]
 fn flight_without_a_position_is_refused() {
     let folder = folder("no-position", &[("script.bzz", "function step() { }")]);
-    let text = "[world]\nsize = [2000, 2000]\nduration = 1\n[[robots]]\nrobot = \"crazyflie\"\n\
-                script = \"script.bzz\"\nmodel = { fidelity = \"flight\", positioning = \"none\" }\n";
-    let (scenario, programs) = read(&folder, text);
+    let text = |body: &str, model: &str| {
+        format!(
+            "[world]\nsize = [2000, 2000]\nduration = 1\n{body}[[robots]]\nrobot = \"crazyflie\"\n\
+             script = \"script.bzz\"\nmodel = {{ fidelity = \"flight\"{model} }}\n"
+        )
+    };
+    let wrong = text("", ", positioning = \"none\"");
+    let models = bittybuzz_robot_models::all();
+    let errors = Scenario::parse(&wrong, "test.toml", &folder, &[], &models).unwrap_err();
+    let report = errors[0].to_string();
+    assert!(report.contains("`positioning` cannot be \"none\""), "{report}");
+    assert_eq!(errors[0].place.as_ref().map(|place| place.line), Some(7));
+
+    let wrong = text("[body.crazyflie]\npositioning = \"none\"\n", "");
+    let (scenario, programs) = read(&folder, &wrong);
     let setup = Arc::new(Setup::new(scenario, programs).unwrap());
     let error = Simulation::new(setup, 1, 1).err().unwrap().to_string();
     assert!(error.contains("crazyflie.positioning"), "{error}");

@@ -49,6 +49,7 @@ const AVOIDANCE: RangeInclusive<f64> = 0.0..=5000.0;
 const FIDELITIES: [(&str, Fidelity); 2] =
     [("kinematic", Fidelity::Kinematic), ("flight", Fidelity::Flight)];
 
+/// The words for `positioning`; the first one is no position.
 const POSITIONINGS: [(&str, Positioning); 4] = [
     ("none", Positioning::None),
     ("flow", Positioning::FLOW),
@@ -77,9 +78,11 @@ impl RobotModel for CrazyflieModel {
         model.acceleration = number("acceleration", 1.0..=1e6).unwrap_or(model.acceleration);
         model.lag = number("lag", 0.0..=10.0).unwrap_or(model.lag);
         model.crash_speed = number("crash_speed", 0.0..=100_000.0).unwrap_or(model.crash_speed);
-        let positioning = section.word("positioning", &POSITIONINGS);
-        model.positioning = positioning.unwrap_or(model.positioning);
         model.fidelity = section.word("fidelity", &FIDELITIES).unwrap_or(model.fidelity);
+        // A flight controller needs a position.
+        let first = usize::from(model.fidelity == Fidelity::Flight);
+        let positioning = section.word("positioning", &POSITIONINGS[first..]);
+        model.positioning = positioning.unwrap_or(model.positioning);
         model.avoidance = number("avoidance", AVOIDANCE).unwrap_or(model.avoidance);
         Arc::new(model)
     }
