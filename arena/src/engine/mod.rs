@@ -20,8 +20,8 @@
 //! * All scripts see the state of the world at the beginning of the tick. Only their frames are
 //!   sent at different times within the tick.
 //! * A contact does not rotate a body, and bodies have no mass: two bodies that overlap both move
-//!   by half of the overlap. The 15 ms of spin-up of a Kilobot and the attitude of a Crazyflie are
-//!   too fast to be modelled here, batteries and temperature too slow.
+//!   by half of the overlap. The 15 ms of spin-up of a Kilobot are too fast to be modelled here,
+//!   temperature is too slow. A model may simulate more, such as the attitude of a drone.
 //! * The rate of a Kilobot's clock has a constant error and does not drift. Two hidden terminals
 //!   with equal rates may therefore collide for a long time.
 //! * The position estimate of a Crazyflie starts at the true position in the frame of the world,

@@ -181,7 +181,11 @@ impl FlightStack {
 
     /// Follows a velocity until the next command, for at most half a second. A robot on the ground
     /// arms and takes off if the velocity leads upwards.
+    ///
+    /// A velocity that is not finite stops the robot in the air. If it were ignored, the command
+    /// before it would not expire.
     pub fn fly(&mut self, velocity: &VelocityCommand) {
+        let velocity = if velocity.is_finite() { velocity } else { &VelocityCommand::STOP };
         let is_known = matches!(
             self.guidance,
             Guidance::Velocity { velocity: known, is_new: false } if known == *velocity

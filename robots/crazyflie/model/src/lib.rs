@@ -1,5 +1,6 @@
 //! The Crazyflie in the simulator: it follows velocities, has a Multi-ranger deck, and estimates
-//! its pose with a positioning system.
+//! its pose with a positioning system. Its body is kinematic, or a rigid body that the flight
+//! controller flies.
 //!
 //! The parameters are those of the real robot, or of a scenario's `[body.crazyflie]`. In an
 //! emulator the robot runs its firmware image.
