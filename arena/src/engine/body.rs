@@ -173,7 +173,7 @@ pub trait Body: Clone + Debug + Send + Sync + 'static {
         None
     }
 
-    /// Returns true if the body broke, see [`BodyBlock::is_broken`]. Bodies on the ground do not.
+    /// Returns true if the body broke, see [`BodyBlock::is_broken`]. Bodies that cannot fall never do.
     fn is_broken(&self) -> bool {
         false
     }

@@ -10,7 +10,8 @@ use crate::Velocity;
 /// The largest number of neighbors that the filter knows.
 const PEERS: usize = 10;
 
-/// Age of a position in ms when the tick after its transmission begins.
+/// Age in ms that the filter assumes of a position. In the simulator a frame carries the position at
+/// the end of a tick and arrives at the beginning of the next one; the robot acts for a tick on it.
 const FRAME_AGE_MS: u32 = TICK_US / 1000;
 
 /// The collision avoidance of one robot.
