@@ -1,15 +1,11 @@
 //! A swarm beside hostile and broken senders: it computes on, and agrees again when they fall silent.
 
-#![allow(clippy::unwrap_used, reason = "what fails here fails the test")]
-
-mod script;
-
 use std::sync::Arc;
 
+use crate::script::{folder, read};
 use bittybuzz_arena::engine::LossCause;
 use bittybuzz_arena::robot::FaultCounts;
 use bittybuzz_arena::run::{EventKind, ObservedEvent, Observer, Setup, Simulation, Summary};
-use script::{folder, read};
 
 /// The same swarm that the shipped scenario has.
 const SCRIPT: &str = include_str!("../../tests/scenarios/adversaries.bzz");

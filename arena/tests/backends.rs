@@ -1,14 +1,11 @@
 //! What a scenario says of robots that run their firmware is checked before anything is emulated.
 
-#![allow(clippy::unwrap_used, reason = "what fails here fails the test")]
-
+use crate::script;
 use std::fs;
 use std::path::{Path, PathBuf};
 use std::sync::LazyLock;
 
 use bittybuzz_arena::scenario::{Backend, Scenario, ScenarioError};
-
-mod script;
 
 /// A folder with a script, and two files in the place of firmware.
 static FOLDER: LazyLock<PathBuf> = LazyLock::new(|| {

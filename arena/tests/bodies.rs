@@ -1,16 +1,12 @@
 //! Bodies move as the formulas say.
 
-#![allow(clippy::unwrap_used, reason = "what fails here fails the test")]
-
-mod common;
-
+use crate::common::robots::{RobotKind, Settings, World};
 use bittybuzz_crazyflie_model::{Positioning, Velocity};
 use bittybuzz_kilobot_model::{KilobotModel, Preset};
-use common::robots::{RobotKind, Settings, World};
 use std::f32::consts::{FRAC_PI_2, FRAC_PI_4, PI};
 
+use crate::common::*;
 use bittybuzz_arena::engine::{Area, Pose, RobotId, wrap};
-use common::*;
 
 /// Where a leg of a standard Kilobot stands: 25 mm between the pins, the middle 9.2 mm before them (ARGoS' plugin).
 fn leg(pose: &Pose, side: f32) -> (f32, f32) {

@@ -1,10 +1,7 @@
 //! Checks of scripts: every anomaly with its count and first example, memory, and the same run with and without them.
 
-#![allow(clippy::unwrap_used, reason = "what fails here fails the test")]
-
-mod busy;
-mod script;
-
+use crate::busy;
+use crate::script;
 use std::path::Path;
 use std::sync::Arc;
 

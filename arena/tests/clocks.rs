@@ -1,15 +1,11 @@
 //! Clocks that are fast or slow, and supplies that fail for a moment.
 
-#![allow(clippy::unwrap_used, reason = "what fails here fails the test")]
-
-mod script;
-
 use std::path::Path;
 use std::sync::Arc;
 
+use crate::script::{folder, read};
 use bittybuzz_arena::robot::LogLine;
 use bittybuzz_arena::run::{Setup, Simulation};
-use script::{folder, read};
 
 /// Logs the beginning, and each end of a pause of a second.
 const SCRIPT: &str = "s = stigmergy.create(1)\nlog(\"on\")\nfunction init() { if(id == 0) s.put(\"x\", 7) }\n\

@@ -1,12 +1,7 @@
 //! Commands to a running world, and the scenarios that they are written as.
 
-#![allow(clippy::unwrap_used, reason = "what fails here fails the test")]
-
-mod busy;
-mod script;
-
+use crate::busy::{rest, setup};
 use bittybuzz_arena::run::Simulation;
-use busy::{rest, setup};
 use rand::rngs::SmallRng;
 use rand::{RngExt, SeedableRng};
 

@@ -1,12 +1,8 @@
 //! Bodies do not stay inside of each other, nor of walls.
 
-#![allow(clippy::unwrap_used, reason = "what fails here fails the test")]
-
-mod common;
-
+use crate::common::robots::{RobotKind, Settings, World};
+use crate::common::*;
 use bittybuzz_arena::engine::{Area, Obstacle, Pose, RobotId, Stream};
-use common::robots::{RobotKind, Settings, World};
-use common::*;
 
 /// mm of overlap that is no contact.
 const SLOP: f32 = 0.05;

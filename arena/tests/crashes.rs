@@ -1,15 +1,10 @@
 //! Robots that fly crash when they touch something in the air, and land when their batteries are empty.
 
-#![allow(clippy::unwrap_used, reason = "what fails here fails the test")]
-
-mod common;
-mod script;
-
+use crate::common::robots::{RobotKind, World};
+use crate::common::*;
+use crate::script::{folder, run_with};
 use bittybuzz_arena::engine::{Obstacle, Pose, RobotId, RobotState, RobotView};
 use bittybuzz_arena::run::Summary;
-use common::robots::{RobotKind, World};
-use common::*;
-use script::{folder, run_with};
 
 fn crazyflie(world: &mut World<Probe>, x: f32, y: f32, z: f32, brain: Probe) -> RobotId {
     world.add(RobotKind::Crazyflie, Pose { z, ..Pose::new(x, y, 0.0) }, brain).unwrap()

@@ -1,12 +1,8 @@
 //! What arrives: who is seen where, who is cut off, what is copied or late, and who does not work.
 
-#![allow(clippy::unwrap_used, reason = "what fails here fails the test")]
-
-mod common;
-
+use crate::common::robots::{RobotKind, Settings, World};
+use crate::common::*;
 use bittybuzz_arena::engine::{Infrared, Loss, Medium, Pose, RobotId, RobotState};
-use common::robots::{RobotKind, Settings, World};
-use common::*;
 
 /// Azimuth and elevation as the receiver sees them, in all quadrants.
 #[test]

@@ -1,16 +1,12 @@
 //! Robots that are described by their file alone: motion by formula, sensors against a known world, and errors.
 
-#![allow(clippy::unwrap_used, reason = "what fails here fails the test")]
-
-mod script;
-
 use std::f64::consts::FRAC_PI_2;
 use std::fs;
 
+use crate::script::{folder, run_with};
 use bittybuzz_arena::engine::Pose;
 use bittybuzz_arena::run::Summary;
 use bittybuzz_arena::scenario::Scenario;
-use script::{folder, run_with};
 
 /// A robot file: a body, sensors, and functions that set all that the drive has.
 fn robot(body: &str, functions: &str) -> String {

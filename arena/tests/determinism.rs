@@ -1,16 +1,12 @@
 //! One seed, one trace, on any number of threads.
 
-#![allow(clippy::unwrap_used, reason = "what fails here fails the test")]
-
-mod common;
-
+use crate::common::robots::{RobotKind, Settings, Variant, World};
+use crate::common::*;
 use bittybuzz_arena::engine::{Area, Brain, Io, Lamp, Obstacle, Pose, RobotId, Stream};
 use bittybuzz_crazyflie_model::{Flight, Positioning, Velocity};
 use bittybuzz_kilobot_model::KilobotMotors;
 use bittybuzz_motion::drive::Wheels;
 use bittybuzz_zooids_model::Drive;
-use common::robots::{RobotKind, Settings, Variant, World};
-use common::*;
 
 /// What it does depends on everything it was ever told.
 struct Wanderer {

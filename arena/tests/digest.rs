@@ -1,13 +1,9 @@
 //! A digest stands for everything that decides how a run goes on.
 
-#![allow(clippy::unwrap_used, reason = "what fails here fails the test")]
-
-mod script;
-
 use std::sync::Arc;
 
+use crate::script::{folder, read};
 use bittybuzz_arena::run::{Setup, Simulation};
-use script::{folder, read};
 
 /// Two Kilobots apart from each other. At 1 s the lamp flashes for a tick, after which the world is as it was.
 const FLASH: &str = "[world]\nsize = [1000, 1000]\nduration = 4\nlights = [{ at = [0, 0], brightness = 300 }]\n\n\

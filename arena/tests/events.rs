@@ -1,10 +1,8 @@
 //! An event of each kind has its effect, at its time.
 
-mod script;
-
+use crate::script::{folder, run_with};
 use bittybuzz_arena::engine::RobotState;
 use bittybuzz_arena::scenario::Scenario;
-use script::{folder, run_with};
 use std::path::{Path, PathBuf};
 
 /// Counts its steps, shows the lowest bits, and counts what it hears of the other one.

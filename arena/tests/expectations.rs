@@ -1,9 +1,7 @@
 //! An expectation of each kind holds and fails when it should.
 
-mod script;
-
+use crate::script::{folder, run, setup_errors};
 use bittybuzz_arena::run::Verdict;
-use script::{folder, run, setup_errors};
 
 /// Robot n has n in `number`, a word in `word`, shows its number, and never assigns `nothing`. `steps` grows.
 const SCRIPT: &str = "\

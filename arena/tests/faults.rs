@@ -1,12 +1,10 @@
 //! A fault ends what caused it: a listener's call, or the run of the script, which starts again after a pause.
 
-mod script;
-
+use crate::script::{folder, read, run, run_with};
 use bittybuzz_arena::output::metrics;
 use bittybuzz_arena::robot::{Consequence, FaultCounts};
 use bittybuzz_arena::run::{Simulation, Summary};
 use bittybuzz_vm_core::FaultCode;
-use script::{folder, read, run, run_with};
 
 /// A world of robots that run `s.bzz`, 90 mm apart: each hears its two neighbors only.
 fn row(robot: &str, count: usize, seconds: u32, more: &str) -> String {

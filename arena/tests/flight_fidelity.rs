@@ -1,15 +1,11 @@
 //! Crazyflies with `fidelity = "flight"`: the flight controller flies them in the physics. Scenarios
 //! have the same outcome as with the kinematic body, within a bound.
 
-#![allow(clippy::unwrap_used, reason = "what fails here fails the test")]
-
-mod script;
-
 use std::sync::Arc;
 
+use crate::script::{folder, read, run_with};
 use bittybuzz_arena::run::{Setup, Simulation, Summary};
 use bittybuzz_arena::scenario::Scenario;
-use script::{folder, read, run_with};
 
 /// The two values of `fidelity`.
 const FIDELITIES: [&str; 2] = ["kinematic", "flight"];

@@ -1,14 +1,10 @@
 //! Globals of scripts that events and commands set, and that robots keep when they get another script.
 
-#![allow(clippy::unwrap_used, reason = "what fails here fails the test")]
-
-mod script;
-
 use std::sync::Arc;
 
+use crate::script::{folder, program, read};
 use bittybuzz_arena::run::{Session, Setup, SetupError, Simulation, Verdict};
 use bittybuzz_arena::scenario::{Scenario, ScenarioError};
-use script::{folder, program, read};
 
 const COUNTS: &str = "join = 1 doubled = 0 half = 0.5 n = 0 whole = 0 t = {.a = 1}\n\
     function init() { doubled = 2 * join }\n\

@@ -1,19 +1,14 @@
 //! Groups of one kind that differ: in how they move, and in what becomes of their frames.
 
-#![allow(clippy::unwrap_used, reason = "what fails here fails the test")]
-
-mod common;
-mod script;
-
 use bittybuzz_arena::scenario::Group;
 use bittybuzz_crazyflie_model::CrazyflieModel;
 use core::ops::DerefMut;
 
+use crate::common::robots::{RobotKind, Settings, World};
+use crate::common::{Probe, close, exact, links, probe, run};
+use crate::script::{folder, read, run_with};
 use bittybuzz_arena::engine::{AddError, LinkSettings, Loss, Medium};
 use bittybuzz_arena::engine::{Pose, RobotId};
-use common::robots::{RobotKind, Settings, World};
-use common::{Probe, close, exact, links, probe, run};
-use script::{folder, read, run_with};
 
 /// Two who talk, the second with a link of its own, and listeners at 40 and at 60 mm from rim to rim of each.
 #[test]

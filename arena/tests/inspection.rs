@@ -1,14 +1,9 @@
 //! Robots of a run are inspected between ticks, and the run is the same.
 
-#![allow(clippy::unwrap_used, reason = "what fails here fails the test")]
-
-mod busy;
-mod script;
-
+use crate::busy::{rest, setup};
+use crate::script::{folder, run_with};
 use bittybuzz_arena::run::Simulation;
 use bittybuzz_inspect::{Inspection, Limits, QueuedMessage, ScriptValue};
-use busy::{rest, setup};
-use script::{folder, run_with};
 
 fn global<'a>(found: &'a Inspection, name: &str) -> &'a ScriptValue {
     &found.globals.iter().find(|global| global.name == name).unwrap().value

@@ -1,15 +1,11 @@
 //! Kilobots that should drive straight ahead: differences between robots, and noise within a robot.
 
-#![allow(clippy::unwrap_used, reason = "what fails here fails the test")]
-
-mod common;
-
 use std::sync::LazyLock;
 
+use crate::common::robots::{RobotKind, Settings, World};
+use crate::common::{close, moments};
 use bittybuzz_arena::engine::{Area, Brain, Io, Pose, RobotId, wrap};
 use bittybuzz_kilobot_model::KilobotMotors;
-use common::robots::{RobotKind, Settings, World};
-use common::{close, moments};
 
 /// Duty of both motors; it has nothing else to do.
 struct Driver(u8);

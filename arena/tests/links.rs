@@ -1,12 +1,8 @@
 //! Frames on the air: range, pace, collisions, carrier sense, loss, noise.
 
-#![allow(clippy::unwrap_used, reason = "what fails here fails the test")]
-
-mod common;
-
+use crate::common::robots::{RobotKind, Settings, World};
+use crate::common::*;
 use bittybuzz_arena::engine::{Area, Loss, Medium, Pose, RobotId, Stream};
-use common::robots::{RobotKind, Settings, World};
-use common::*;
 
 #[test]
 fn infrared_ends_70_mm_from_rim_to_rim() {

@@ -1,15 +1,11 @@
 //! Scripts that events and commands load into robots during a run.
 
-#![allow(clippy::unwrap_used, reason = "what fails here fails the test")]
-
-mod script;
-
 use std::fs;
 use std::sync::Arc;
 
+use crate::script::{folder, program, read, run};
 use bittybuzz_arena::robot::{Piece, ProgramId};
 use bittybuzz_arena::run::{Setup, Simulation, Verdict};
-use script::{folder, program, read, run};
 
 /// Counts up from 0, and says so.
 const FIRST: &str = "n = 0 heard = 0\n\

@@ -1,7 +1,5 @@
 //! A scenario in memory is the one on disk.
 
-#![allow(clippy::unwrap_used, reason = "what fails here fails the test")]
-
 use std::fs;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;

@@ -1,18 +1,14 @@
 //! An observer sees frames, faults, logs and calls, and changes nothing.
 
-#![allow(clippy::unwrap_used, reason = "what fails here fails the test")]
-
-mod busy;
-mod script;
-
+use crate::busy;
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
+use crate::script::{folder, read};
 use bittybuzz_arena::engine::{LossCause, Medium, TICK_US, WorldStatistics};
 use bittybuzz_arena::robot::{CallResult, Consequence, FaultRecord, FunctionCall, LogLine, Piece};
 use bittybuzz_arena::run::{EventKind, ObservedEvent, Observer, Setup, Simulation};
 use bittybuzz_vm_core::{RobotFault, Type};
-use script::{folder, read};
 
 /// Counts what it sees.
 #[derive(Debug, Default, PartialEq)]

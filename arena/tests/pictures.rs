@@ -1,14 +1,10 @@
 //! Pictures are XML and show what they should; tables are CSV; the same seed gives the same run.
 
-#![allow(clippy::unwrap_used, reason = "what fails here fails the test")]
-
-mod script;
-
+use crate::script::{folder, read, run_with};
 use bittybuzz_arena::output::recording::RecordingWriter;
 use bittybuzz_arena::output::{
     History, RunRow, RunTable, chart, quartiles, recorder, trajectories,
 };
-use script::{folder, read, run_with};
 
 const WALK: &str = "math.rng.setseed(id)\nn = 0\nfunction step() { n = n + 1\n\
     if(rand() % 3 == 0) left() else forward()\nneighbors.broadcast(\"n\", n) led(n % 8) }\n\

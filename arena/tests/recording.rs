@@ -1,7 +1,5 @@
 //! Recordings are what docs/recording.md says, come back as they were, and damage is noticed.
 
-#![allow(clippy::unwrap_used, reason = "what fails here fails the test")]
-
 use bittybuzz_arena::output::recording::{
     RecordedBody, RecordedObstacle, RecordedOutline, RecordedRobot, RecordingError,
     RecordingHeader, RecordingReader, RecordingSample, RecordingWriter, RobotStatus,

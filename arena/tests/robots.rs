@@ -1,9 +1,8 @@
 //! The functions of each robot do in the world what the robot files say.
 
-mod script;
-
+use crate::script;
+use crate::script::{folder, run_with};
 use bittybuzz_arena::engine::RobotView;
-use script::{folder, run_with};
 
 /// Runs a script on one robot in the middle of the world, looking along x; views and the global `r` after each tick.
 fn run(robot: &str, script: &str, seconds: u32) -> Vec<(RobotView, Option<f64>)> {

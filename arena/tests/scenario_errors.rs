@@ -1,7 +1,5 @@
 //! Every mistake of a scenario file is told with line, column and what to do.
 
-#![allow(clippy::unwrap_used, reason = "what fails here fails the test")]
-
 use std::fs;
 use std::path::{Path, PathBuf};
 use std::sync::LazyLock;

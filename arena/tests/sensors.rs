@@ -1,14 +1,10 @@
 //! What robots sense: light and distances.
 
-#![allow(clippy::unwrap_used, reason = "what fails here fails the test")]
-
-mod common;
-
-use common::robots::{RobotKind, Settings, World};
+use crate::common::robots::{RobotKind, Settings, World};
 use std::f32::consts::FRAC_PI_2;
 
+use crate::common::*;
 use bittybuzz_arena::engine::{Area, Lamp, Obstacle, Pose, RobotId, Stream};
-use common::*;
 
 /// ARGoS' law: 1024 exp(-2 d) (1 - angle / pi), here with its intensity as a parameter.
 #[test]

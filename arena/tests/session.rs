@@ -1,12 +1,7 @@
 //! Sessions that are taken back, and go on as they have gone.
 
-#![allow(clippy::unwrap_used, reason = "what fails here fails the test")]
-
-mod busy;
-mod script;
-
+use crate::busy::{rest, setup};
 use bittybuzz_arena::run::{NoWayBack, Session, Simulation};
-use busy::{rest, setup};
 use rand::rngs::SmallRng;
 use rand::{RngExt, SeedableRng};
 

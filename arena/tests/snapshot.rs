@@ -1,12 +1,7 @@
 //! A snapshot goes on as the run does from which it was taken.
 
-#![allow(clippy::unwrap_used, reason = "what fails here fails the test")]
-
-mod busy;
-mod script;
-
+use crate::busy::{rest, setup};
 use bittybuzz_arena::run::Simulation;
-use busy::{rest, setup};
 
 fn run_to(simulation: &mut Simulation, tick: u64) {
     while simulation.now() < tick {

@@ -1,14 +1,10 @@
 //! Steps of scripts: how often they come, and what becomes of those that take too long.
 
-#![allow(clippy::unwrap_used, reason = "what fails here fails the test")]
-
-mod script;
-
 use std::path::Path;
 
+use crate::script::{folder, run};
 use bittybuzz_arena::run::Verdict;
 use bittybuzz_arena::scenario::Scenario;
-use script::{folder, run};
 
 /// The third step of robot 1 never ends.
 const ENDLESS: &str = "\

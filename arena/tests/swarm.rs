@@ -1,13 +1,9 @@
 //! Measures of a swarm are what their formulas say, of configurations that are known.
 
-#![allow(clippy::unwrap_used, reason = "what fails here fails the test")]
-
-mod script;
-
+use crate::script::{folder, read, run, run_with};
 use bittybuzz_arena::engine::RobotView;
 use bittybuzz_arena::output::{History, chart, metrics};
 use bittybuzz_arena::run::Verdict;
-use script::{folder, read, run, run_with};
 
 const STILL: &str = "n = 0\nfunction step() { n = n + 1 neighbors.broadcast(\"n\", n) }\n";
 

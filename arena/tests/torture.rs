@@ -1,9 +1,7 @@
 //! Nothing that a script, a scenario or chance does panics the engine or takes a robot out of the world.
 
-#![allow(clippy::unwrap_used, reason = "what fails here fails the test")]
-
-mod common;
-
+use crate::common;
+use crate::common::robots::{RobotKind, Settings, World};
 use bittybuzz_arena::engine::{
     Area, Brain, Io, Lamp, Loss, Medium, Obstacle, Pose, RobotId, Stream,
 };
@@ -11,7 +9,6 @@ use bittybuzz_crazyflie_model::{Flight, Positioning, Velocity};
 use bittybuzz_kilobot_model::KilobotMotors;
 use bittybuzz_motion::drive::Wheels;
 use bittybuzz_zooids_model::Drive;
-use common::robots::{RobotKind, Settings, World};
 
 /// Pushes every button at random, and every number a float can be.
 struct Mad(Stream);

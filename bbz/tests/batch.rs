@@ -1,17 +1,14 @@
 //! Batches of `bbz sim`: the results that are kept when the process is stopped, and the resumption
 //! of the batch.
 #![cfg(unix)]
-#![allow(clippy::unwrap_used, reason = "what fails here fails the test")]
-
-mod support;
 
 use std::io::{BufRead, BufReader};
 use std::process::{Child, Command};
 use std::thread;
 use std::time::Duration;
 
+use crate::support::{Folder, finish};
 use serde_json::Value;
-use support::{Folder, finish};
 
 /// Robots at random places that receive each other's messages: no two seeds have the same result.
 const SCENARIO: &str = "[world]\nsize = [500, 500]\nduration = 5\n\

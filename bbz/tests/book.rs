@@ -1,12 +1,8 @@
 //! Scripts in the book compile without a warning, and print the text that is shown below them.
 
-#![allow(clippy::unwrap_used, reason = "what fails here fails the test")]
-
-mod support;
-
+use crate::support::Folder;
 use std::fs;
 use std::path::{Path, PathBuf};
-use support::Folder;
 
 /// A page of the book, and its name in messages.
 struct Page {

@@ -1,10 +1,8 @@
 //! `bbz build`, and the uses of the files that it writes.
 
-mod support;
-
+use crate::support::Folder;
 use bittybuzz_vm_core::Parts;
 use serde_json::Value;
-use support::Folder;
 
 const SCRIPT: &str =
     "word = \"hello\"\nfunction init() { log(word, id) }\nfunction step() { led(7 / (id - 1)) }\n";

@@ -1,11 +1,10 @@
 //! `bbz check`: several scripts, standard input, and warnings denied, silenced and mended.
 
-mod support;
-
+use crate::support;
 use std::io::Write;
 use std::process::Stdio;
 
-use support::Folder;
+use crate::support::Folder;
 
 const WRONG: &str = "x = size({}, 2)\n";
 const DOUBTFUL: &str = "y = nil + 1\nlog(y)\n";

@@ -1,14 +1,10 @@
 //! `--checks`: the report about a script; everything else stays unchanged.
 
-#![allow(clippy::unwrap_used, reason = "what fails here fails the test")]
-
-mod support;
-
 use std::fs;
 use std::path::Path;
 
+use crate::support::Folder;
 use serde_json::Value;
-use support::Folder;
 
 /// The square wraps from step 3 of robot 1 on: 181 squared is 32761, 182 squared 33124.
 const SCRIPT: &str =

@@ -1,9 +1,8 @@
 //! Mistakes in a command line have clear messages and exit status 3; `--help` prints the help.
 
-mod support;
-
+use crate::support;
+use crate::support::Folder;
 use serde_json::Value;
-use support::Folder;
 
 #[test]
 fn help_has_examples_and_goes_to_standard_output() {

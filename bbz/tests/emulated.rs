@@ -1,15 +1,10 @@
 //! `bbz trace --emulate` with a fake emulator: the commands that it receives, and the output for
 //! its events. The real emulators with the real firmware are tested in `tests/`.
 #![cfg(unix)]
-#![allow(clippy::unwrap_used, reason = "what fails here fails the test")]
 
-mod support;
-
-#[path = "support/elf.rs"]
-mod elf;
-#[path = "support/robot.rs"]
-mod robot;
-
+use crate::support;
+use crate::support::elf;
+use crate::support::robot;
 use std::fs;
 use std::io::{BufRead, BufReader};
 use std::os::unix::fs::PermissionsExt;
@@ -17,9 +12,9 @@ use std::os::unix::process::CommandExt;
 use std::process::Command;
 use std::time::Duration;
 
+use crate::support::{Folder, Outcome};
 use bittybuzz_emulation::message::{EmulatorEvent, TimedEvent};
 use serde_json::{Value, json};
-use support::{Folder, Outcome};
 
 /// Records every command; the first run returns the events of the file.
 const EMULATOR: &str = r#"#!/bin/sh

@@ -1,16 +1,13 @@
 //! Files that are too large or are not regular files; and written files, which never replace an
 //! input.
 
-#![allow(clippy::unwrap_used, reason = "what fails here fails the test")]
-
-mod support;
-
+use crate::support;
 use std::fs::File;
 use std::io::Write;
 use std::path::Path;
 use std::process::{Command, Stdio};
 
-use support::Folder;
+use crate::support::Folder;
 
 const SCRIPT: &str = "include \"more.txt\"\nfunction step() { led(n % 8) }\n";
 

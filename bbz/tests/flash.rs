@@ -1,17 +1,12 @@
 //! `bbz flash` with a fake probe-rs: not tried on hardware.
 #![cfg(unix)]
-#![allow(clippy::unwrap_used, reason = "what fails here fails the test")]
 
-mod support;
-
-#[path = "support/elf.rs"]
-mod elf;
-#[path = "support/probe_rs.rs"]
-mod probe_rs;
-
-use elf::Segment;
+use crate::support;
+use crate::support::Folder;
+use crate::support::elf;
+use crate::support::elf::Segment;
+use crate::support::probe_rs;
 use std::process::Command;
-use support::Folder;
 
 const SCRIPT: &str = "function step() { led(1) }\n";
 const FLASH: [&str; 4] = ["flash", "s.bzz", "--robot", "crazyflie"];

@@ -1,16 +1,10 @@
 //! `bbz flash` for Kilobots: the real avrdude on a simulated programmer. Not tried on hardware.
 #![cfg(target_os = "linux")]
-#![allow(clippy::unwrap_used, reason = "what fails here fails the test")]
 
-mod support;
-
-#[path = "support/stk500.rs"]
-mod stk500;
-
+use crate::support::stk500::{Chip, Programmer};
+use crate::support::{Folder, Outcome};
 use bittybuzz_robot_spec::{find_script_section, script_section};
 use bittybuzz_vm_core::Parts;
-use stk500::{Chip, Programmer};
-use support::{Folder, Outcome};
 
 const SCRIPT: &str = "function step() { led(1) }\n";
 /// The address of the boot loader.

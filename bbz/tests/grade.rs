@@ -1,13 +1,9 @@
 //! `bbz grade`: runs results again that were handed in.
 
-#![allow(clippy::unwrap_used, reason = "what fails here fails the test")]
-
-mod support;
-
 use std::fs;
 
+use crate::support::Folder;
 use bittybuzz_live::{HandIn, SharedFiles, Shelf, TextFile};
-use support::Folder;
 
 const SCENARIO: &str = include_str!("../../examples/lessons/hops.toml");
 const START: &str = include_str!("../../examples/lessons/hops.bzz");

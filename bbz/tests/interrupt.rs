@@ -1,12 +1,10 @@
 //! `bbz run` in real time, and Ctrl-C.
 #![cfg(unix)]
-#![allow(clippy::unwrap_used, reason = "what fails here fails the test")]
 
-mod support;
-
+use crate::support;
+use crate::support::{Folder, Outcome};
 use std::io::{BufRead, BufReader, Read};
 use std::process::{Child, Command};
-use support::{Folder, Outcome};
 
 /// Starts a run, reads its output up to `line` and then presses Ctrl-C. The outcome has the output
 /// after that line.

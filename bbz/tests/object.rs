@@ -1,8 +1,6 @@
 //! Object files of the reference implementation (`.bo`), with and without their debug file.
 
-mod support;
-
-use support::Folder;
+use crate::support::Folder;
 
 /// An object file: its strings, then instructions.
 fn object(strings: &[&str], code: &[&[u8]]) -> Vec<u8> {

@@ -1,10 +1,6 @@
 //! Follows docs/own-robot.md: writes its files, runs its commands, and compares their output.
 
-#![allow(clippy::unwrap_used, reason = "what fails here fails the test")]
-
-mod support;
-
-use support::Folder;
+use crate::support::Folder;
 
 const GUIDE: &str = include_str!("../../docs/own-robot.md");
 

@@ -1,17 +1,12 @@
 //! `bbz trace` of a robot on a probe with a fake probe-rs: not tried on hardware.
 #![cfg(unix)]
-#![allow(clippy::unwrap_used, reason = "what fails here fails the test")]
 
-mod support;
-
-#[path = "support/probe_rs.rs"]
-mod probe_rs;
-#[path = "support/robot.rs"]
-mod robot;
-
+use crate::support;
+use crate::support::Folder;
+use crate::support::probe_rs;
+use crate::support::robot;
 use std::io::{BufRead, BufReader, Read};
 use std::process::Command;
-use support::Folder;
 
 const TRACE: [&str; 6] = ["trace", "robot.elf", "--robot", "crazyflie", "--script", "s.bzz"];
 

@@ -1,8 +1,7 @@
 //! `bbz run`: the output of a script and the end of a run.
 
-mod support;
-
-use support::Folder;
+use crate::support;
+use crate::support::Folder;
 
 fn run(test: &str, script: &str, arguments: &[&str]) -> support::Outcome {
     let folder = Folder::with(test, "s.bzz", script);

@@ -1,9 +1,8 @@
 //! `bbz sim`: its output, its files and its exit status.
 
-mod support;
-
+use crate::support;
+use crate::support::Folder;
 use serde_json::Value;
-use support::Folder;
 
 const SCRIPT: &str =
     "n = 0\nfunction step() { n = n + 1 led(n % 8) if(n == 5 and id == 1) log(\"five \", n) }\n";

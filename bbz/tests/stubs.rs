@@ -1,8 +1,6 @@
 //! `bbz stubs`: writes a robot that the script runs on.
 
-mod support;
-
-use support::Folder;
+use crate::support::Folder;
 
 const SCRIPT: &str = "\
 include \"lib.bzz\"

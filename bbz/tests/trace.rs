@@ -1,20 +1,15 @@
 //! `bbz trace`: prints a robot's messages in the form of `bbz run`.
 
-#![allow(clippy::unwrap_used, reason = "what fails here fails the test")]
-
-mod support;
-
-#[path = "support/robot.rs"]
-mod robot;
-
+use crate::support;
+use crate::support::robot;
 use std::io::Write;
 use std::process::Stdio;
 
+use crate::support::{Folder, Outcome};
 use bittybuzz_comms::infrared::FaultReport;
 use bittybuzz_comms::trace;
 use bittybuzz_vm_core::{Fault, FaultCode, ImageError, Type};
 use serde_json::Value;
-use support::{Folder, Outcome};
 
 /// Runs `bbz trace` with `lines` on standard input.
 fn trace_lines(folder: &Folder, lines: &str, arguments: &[&str]) -> Outcome {

@@ -1,20 +1,15 @@
 //! `bbz trace --view`: a page gets the log lines of a robot, and its faults with their lines.
 
 #![cfg(feature = "view")]
-#![allow(clippy::unwrap_used, reason = "what fails here fails the test")]
 
-mod support;
-
-#[path = "support/robot.rs"]
-mod robot;
-
+use crate::support::robot;
 use std::io::{BufRead, BufReader, Write};
 use std::net::TcpStream;
 use std::process::Stdio;
 use std::time::Duration;
 
+use crate::support::Folder;
 use serde_json::Value;
-use support::Folder;
 use tungstenite::Message;
 
 /// A script whose second step divides by zero.

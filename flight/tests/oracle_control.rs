@@ -3,15 +3,13 @@
 //!
 //! `flight/tests/vectors/README.md` describes the files. The limit is 1e-4 of the range of each output.
 
-mod common;
-
+use crate::common::{ColumnErrors, VectorRow, Vectors};
 use bittybuzz_flight::cascade::{ATTITUDE_PERIOD_S, Cascade, CascadeCommand, CascadeSettings};
 use bittybuzz_flight::geometric::{GeometricController, GeometricSettings};
 use bittybuzz_flight::mixer::{Mixer, MixerOutcome};
 use bittybuzz_flight::motor::BatteryCompensation;
 use bittybuzz_flight::pid::Pid;
 use bittybuzz_flight::{FlightState, MotorForces, Reference, Vec3, Vehicle, Wrench};
-use common::{ColumnErrors, VectorRow, Vectors};
 
 const LIMIT: f64 = 1e-4;
 /// Counts of the largest thrust and of a duty of 1.

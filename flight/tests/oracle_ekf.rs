@@ -25,13 +25,11 @@
 //! * Gates: the firmware's functions have none. Innovations are small enough that no gate rejects.
 //! * Tilt beyond 84 degrees: sensors below the robot are refused here; flow is not in the firmware.
 
-mod common;
-
+use crate::common::{ColumnErrors, VectorRow, Vectors};
 use bittybuzz_flight::ekf::{
     Ekf, EkfConfig, EkfNoise, EkfOutcome, FlowMeasurement, PoseMeasurement, PositionMeasurement,
 };
 use bittybuzz_flight::{FlightState, ImuSample, Quat, Vec3};
-use common::{ColumnErrors, VectorRow, Vectors};
 
 const LIMIT: f64 = 1e-4;
 const STATES: [&str; 9] = ["x", "y", "z", "px", "py", "pz", "d0", "d1", "d2"];

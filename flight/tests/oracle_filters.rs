@@ -2,12 +2,10 @@
 //!
 //! `flight/tests/vectors/README.md` describes the files. The limit is 1e-4 of the range of each output.
 
-mod common;
-
+use crate::common::{ColumnErrors, Vectors};
 use bittybuzz_flight::complementary::ComplementaryFilter;
 use bittybuzz_flight::filter::Butterworth;
 use bittybuzz_flight::{ImuSample, Vec3};
-use common::{ColumnErrors, Vectors};
 
 const LIMIT: f64 = 1e-4;
 

@@ -2,12 +2,10 @@
 //!
 //! `flight/tests/vectors/README.md` describes the files. The limit is 1e-4 of the range of each output.
 
-mod common;
-
+use crate::common::{ColumnErrors, VectorRow, Vectors};
 use bittybuzz_flight::Vec3;
 use bittybuzz_flight::planner::{Destination, FlightLimits, Planner, PositionFence};
 use bittybuzz_flight::polynomial::{Endpoint, Polynomial};
-use common::{ColumnErrors, VectorRow, Vectors};
 
 const LIMIT: f64 = 1e-4;
 const DERIVATIVES: [&str; 4] = ["position", "velocity", "acceleration", "jerk"];

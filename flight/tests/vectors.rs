@@ -1,11 +1,9 @@
 //! The reader of recorded vectors, and the form of the recorded files.
 
-mod common;
-
 use std::path::Path;
 
+use crate::common::{ColumnErrors, Vectors};
 use bittybuzz_flight::{Quat, Vec3};
-use common::{ColumnErrors, Vectors};
 
 const TEXT: &str = "# a comment\n\
                     v_x_in,v_y_in,v_z_in,qw,qx,qy,qz,flag\n\

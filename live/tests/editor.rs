@@ -1,7 +1,5 @@
 //! Tests of scripts that a client edits.
 
-#![allow(clippy::unwrap_used, reason = "what fails here fails the test")]
-
 use std::cell::RefCell;
 use std::path::Path;
 use std::rc::Rc;

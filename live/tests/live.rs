@@ -1,7 +1,5 @@
 //! Tests of a session from its client's view.
 
-#![allow(clippy::unwrap_used, reason = "what fails here fails the test")]
-
 use std::path::Path;
 use std::sync::Arc;
 use std::time::Duration;

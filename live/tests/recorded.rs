@@ -1,7 +1,5 @@
 //! Tests of a recording from its client's view.
 
-#![allow(clippy::unwrap_used, reason = "what fails here fails the test")]
-
 use std::time::Duration;
 
 use bittybuzz_arena::output::recording::{

@@ -1,7 +1,5 @@
 //! Tests of trials next to a session: sweeps, and results that are handed in.
 
-#![allow(clippy::unwrap_used, reason = "what fails here fails the test")]
-
 use std::time::Duration;
 
 use bittybuzz_arena::run::Session;

@@ -1,7 +1,5 @@
 //! Tests of robots that report from outside the simulator.
 
-#![allow(clippy::unwrap_used, reason = "what fails here fails the test")]
-
 use std::sync::mpsc::{Sender, channel};
 use std::time::Duration;
 

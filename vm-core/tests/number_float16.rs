@@ -1,15 +1,9 @@
 //! The tiny profile's float against an exact integer model.
 
-#[path = "number/binary32.rs"]
-mod binary32;
-#[path = "number/float16_model.rs"]
-mod model;
-#[path = "number/random.rs"]
-mod random;
-
+use crate::number::float16_model as model;
+use crate::number::random::Random;
 use bittybuzz_vm_core::number::Tiny;
 use bittybuzz_vm_core::number::{F16, Float, Rounding, operation};
-use random::Random;
 
 /// Every sign and kind of exponent with the fractions where rounding changes, and random ones.
 fn operands(count: usize) -> Vec<u16> {
@@ -274,7 +268,7 @@ fn error(result: u16, exact: f64) -> f64 {
 /// The functions of every 16-bit float: how far from the exact results they may be.
 #[test]
 fn functions_of_every_number_are_as_documented() {
-    use binary32::maths::{MathFunction, of};
+    use crate::number::binary32::maths::{MathFunction, of};
     type Unary = (&'static str, fn(f32) -> f32, fn(f64) -> f64, f64);
     fn tiny(function: MathFunction, x: f32, y: f32) -> f32 {
         of::<Tiny>(function, x, y)
@@ -323,7 +317,7 @@ fn functions_of_every_number_are_as_documented() {
 /// Powers whose results are from 2^-30 to 2^32, and those of any two numbers.
 #[test]
 fn powers() {
-    use binary32::maths::{MathFunction, of};
+    use crate::number::binary32::maths::{MathFunction, of};
     let mut random = Random(17);
     let mut worst = (0.0, 0.0, 0.0);
     for _ in 0..300_000 {

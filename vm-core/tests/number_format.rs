@@ -1,10 +1,7 @@
 //! Numbers as text against the standard library, which is exact.
 
-#[path = "number/random.rs"]
-mod random;
-
+use crate::number::random::Random;
 use bittybuzz_vm_core::number::{format_float, format_int, parse_float, parse_int};
-use random::Random;
 
 fn int_text(value: i32) -> String {
     let mut text = String::new();

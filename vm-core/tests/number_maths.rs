@@ -1,12 +1,7 @@
 //! The functions of `math` against binary64.
 
-#[path = "number/binary32.rs"]
-mod binary32;
-#[path = "number/random.rs"]
-mod random;
-
-use binary32::{maths, power};
-use random::Random;
+use crate::number::binary32::{maths, power};
+use crate::number::random::Random;
 
 type Unary = (&'static str, fn(f32) -> f32, fn(f64) -> f64, f64);
 

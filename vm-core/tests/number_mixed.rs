@@ -1,15 +1,12 @@
 //! Comparison, table keys, rounding to integers and the remainder, against wider types.
 
-#[path = "number/binary32.rs"]
-mod binary32;
-#[path = "number/random.rs"]
-mod random;
-
 use std::cmp::Ordering;
 
-use binary32::{abs, ceil, compare, float_modulo, floor, normalize_key, round, to_int};
+use crate::number::binary32::{
+    abs, ceil, compare, float_modulo, floor, normalize_key, round, to_int,
+};
+use crate::number::random::Random;
 use bittybuzz_vm_core::number::{F16, Full, Number, Profile, Tiny};
-use random::Random;
 
 fn floats() -> Vec<f32> {
     let mut all = vec![

@@ -1,10 +1,7 @@
 //! The integer operations of both profiles against wide integers.
 
-#[path = "number/random.rs"]
-mod random;
-
+use crate::number::random::Random;
 use bittybuzz_vm_core::number::{F16, Full, Profile, Tiny};
-use random::Random;
 
 /// The low `INT_BITS` of a wide integer, as a value of the profile.
 fn wrapped<P: Profile>(wide: i64) -> i32 {

@@ -1,9 +1,6 @@
 //! The random number generator against a model in wide integers, and its distributions.
 
-#[path = "number/binary32.rs"]
-mod binary32;
-
-use binary32::{pack, unpack_in};
+use crate::number::binary32::{pack, unpack_in};
 use bittybuzz_vm_core::number::{Full, Profile, Rng, Tiny};
 
 /// The generator's distributions as binary32.

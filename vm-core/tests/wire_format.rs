@@ -1,7 +1,5 @@
 //! The vectors of docs/wire-format.md, both ways. They were computed from its tables, not by the code that they test.
 
-#![allow(clippy::unwrap_used, reason = "a test's own helpers")]
-
 use std::fmt::Write;
 
 use bittybuzz_vm_core::Value;

@@ -5,7 +5,7 @@
 //! `demo` needs none of these programs.
 //!
 //! Benchmarks are in `bench/harness`, long tests in `tests/soak`, and the builds of programs and
-//! images that all of them use in `xtask/builds`.
+//! images that all of them use in `tools/builds`.
 
 mod beside;
 mod book;

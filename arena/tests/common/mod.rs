@@ -1,8 +1,5 @@
 //! A brain for tests: does as it is told, and remembers what it heard.
 
-#![allow(clippy::unwrap_used, reason = "what fails here fails the test")]
-#![allow(dead_code, reason = "each test file uses a part of it")]
-
 pub mod robots;
 
 use bittybuzz_arena::engine::{

@@ -1,8 +1,5 @@
 //! Scenarios with scripts, in a folder of the test's own.
 
-#![allow(dead_code, reason = "each test program uses its part of this module")]
-#![allow(clippy::unwrap_used, reason = "what fails here fails the test")]
-
 use std::fs;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;

@@ -1,8 +1,5 @@
 //! Makes ELF files like those of a linker for a Cortex-M.
 
-#![allow(dead_code, reason = "each test program uses its part of this module")]
-#![allow(clippy::unwrap_used, reason = "what fails here fails the test")]
-
 use object::elf;
 use object::write::elf::{FileHeader, ProgramHeader, SectionHeader, Writer};
 use object::write::{Object, Symbol, SymbolSection};

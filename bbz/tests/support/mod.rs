@@ -1,7 +1,9 @@
 //! Runs `bbz` on scripts in a folder that belongs to the test.
 
-#![allow(dead_code, reason = "each test program uses its part of this module")]
-#![allow(clippy::unwrap_used, reason = "what fails here fails the test")]
+pub mod elf;
+pub mod probe_rs;
+pub mod robot;
+pub mod stk500;
 
 use std::fs;
 use std::io::Read;

@@ -1,14 +1,11 @@
 //! A fake probe-rs: it records its arguments and keeps the bytes that it would write.
 
-#![allow(dead_code, reason = "each test program uses its part of this module")]
-#![allow(clippy::unwrap_used, reason = "what fails here fails the test")]
-
 use std::env;
 use std::fs;
 use std::os::unix::fs::PermissionsExt;
 use std::process::{Command, Stdio};
 
-use super::support::{self, Folder, Outcome};
+use crate::support::{self, Folder, Outcome};
 
 /// Records the call; the commands of the test follow. In the script `$file` is the last argument.
 const NOTE: &str = "#!/bin/sh\necho \"$@\" >> calls\nfor file; do :; done\n";

@@ -2,9 +2,6 @@
 //! of the firmware; the rest of the firmware is missing. The records are encoded from the machine's
 //! own arguments, which the recorder of `bittybuzz-testkit` does not keep.
 
-#![allow(dead_code, reason = "each test program uses its part of this module")]
-#![allow(clippy::unwrap_used, reason = "what fails here fails the test")]
-
 use bittybuzz_comms::trace;
 use bittybuzz_vm_core::number::{Full, Profile};
 use bittybuzz_vm_core::{

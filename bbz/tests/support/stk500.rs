@@ -2,8 +2,6 @@
 //! AVR061), and memory with the properties of the data sheet (28.8): a chip erase clears flash,
 //! EEPROM and lock bits, and writing to flash only changes ones to zeros.
 
-#![allow(clippy::unwrap_used, reason = "what fails here fails the test")]
-
 use std::fs::File;
 use std::io::{Read, Write};
 use std::sync::{Arc, Mutex};

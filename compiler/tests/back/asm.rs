@@ -10,7 +10,7 @@ use bittybuzz_compiler::source::{FileId, Span};
 use bittybuzz_compiler::strings::StringTable;
 use bittybuzz_vm_core::opcode::*;
 
-use crate::machine::{FULL, TINY, verify};
+use crate::back::machine::{FULL, TINY, verify};
 
 fn span() -> Span {
     Span { file: FileId(0), start: 0, end: 1 }

@@ -2,9 +2,9 @@
 
 use bittybuzz_testkit::Program;
 
-use crate::machine::FULL;
-use crate::scripts::{Script, scripts_under};
-use crate::unknown_names::falsely_unknown;
+use crate::back::machine::FULL;
+use crate::back::scripts::{Script, scripts_under};
+use crate::back::unknown_names::falsely_unknown;
 
 /// The message and the beginning for each known name that is called unknown.
 fn false_messages(script: &Script) -> Vec<String> {

@@ -3,7 +3,7 @@
 use bittybuzz_compiler::compile::Options;
 use bittybuzz_vm_core::FaultCode;
 
-use crate::machine::{FULL, build_with, image, listing, output, robot, run};
+use crate::back::machine::{FULL, build_with, image, listing, output, robot, run};
 
 #[test]
 fn arguments_are_evaluated_in_order_and_extra_ones_too() {

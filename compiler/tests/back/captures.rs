@@ -1,6 +1,6 @@
 //! Captured variables are snapshots; only what a lambda uses is captured.
 
-use crate::machine::{FULL, image, listing, output};
+use crate::back::machine::{FULL, image, listing, output};
 
 #[test]
 fn a_snapshot_is_taken_when_the_lambda_is_created() {

@@ -5,7 +5,7 @@ use bittybuzz_vm_core::builtin::Feature;
 use bittybuzz_vm_core::class;
 use bittybuzz_vm_core::image::{ALL_CLASSES, Image};
 
-use crate::machine::{FULL, TINY, image};
+use crate::back::machine::{FULL, TINY, image};
 
 /// The row of a string, or of all other names, as letters: `n`il, number (`i`), `s`tring, `t`able, `f`unction.
 fn row(script: &str, profile: NumberProfile, name: Option<&str>) -> String {

@@ -1,6 +1,6 @@
 //! Conditions, branches, loops, and the values of `and`, `or` and `not`.
 
-use crate::machine::{FULL, TINY, image, listing, output, run};
+use crate::back::machine::{FULL, TINY, image, listing, output, run};
 
 #[test]
 fn and_or_stop_early_and_give_0_or_1() {
@@ -99,7 +99,7 @@ fn dead_branches_are_gone_but_were_checked() {
         image("if(0) log(\"never\") else led(1)\nwhile(0) { motors(1, 2) }", TINY);
     assert!(!listing(&bytes, &symbols).contains("motors"));
     assert_eq!(symbols.imports, ["led"]);
-    let compiled = crate::machine::build("if(0) nosuch(1)", FULL);
+    let compiled = crate::back::machine::build("if(0) nosuch(1)", FULL);
     assert!(compiled.image.is_none());
 }
 
@@ -174,7 +174,11 @@ fn long_branches_jump_far() {
 fn a_script_that_is_too_long_is_an_error() {
     let script = format!("n = 1\nif(n) {{ {} }}", "n = n + 1000\n".repeat(7000));
     let codes = |script: &str| -> Vec<&str> {
-        crate::machine::build(script, FULL).diagnostics.iter().map(|d| d.code.text()).collect()
+        crate::back::machine::build(script, FULL)
+            .diagnostics
+            .iter()
+            .map(|d| d.code.text())
+            .collect()
     };
     assert_eq!(codes(&script), ["E0604"]);
     let script = "n = n + 1000\n".repeat(20000);

@@ -7,7 +7,7 @@ use bittybuzz_compiler::diagnostic::Diagnostic;
 
 use bittybuzz_testkit::Program;
 
-use crate::machine::{FULL, TINY, build, build_for, build_with};
+use crate::back::machine::{FULL, TINY, build, build_for, build_with};
 
 /// Code and marked text of every message, in order.
 fn messages(script: &str) -> Vec<(&'static str, String)> {

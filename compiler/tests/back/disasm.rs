@@ -4,7 +4,7 @@ use bittybuzz_compiler::disasm::disassemble;
 use bittybuzz_vm_core::image::Image;
 use proptest::prelude::*;
 
-use crate::machine::{FULL, TINY, at_least, image, listing};
+use crate::back::machine::{FULL, TINY, at_least, image, listing};
 
 const SCRIPT: &str = "
 function step() {

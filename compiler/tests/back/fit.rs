@@ -9,7 +9,7 @@ use bittybuzz_vm_core::number::Tiny;
 use bittybuzz_vm_core::seal::{self, SealedImage};
 use bittybuzz_vm_core::{Entry, FaultCode, Image, ImageError, Outcome, Parts, Sizes, Vm, features};
 
-use crate::machine::{TINY, build_with, image, robot};
+use crate::back::machine::{TINY, build_with, image, robot};
 
 fn diagnostics(script: &str, robot: Robot) -> Vec<Diagnostic> {
     build_with(script, &Options { robot: Some(robot), ..Options::default() }).diagnostics

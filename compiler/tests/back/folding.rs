@@ -3,7 +3,7 @@
 use bittybuzz_robot_spec::NumberProfile;
 use proptest::prelude::*;
 
-use crate::machine::{FULL, TINY, at_least, image, listing, run};
+use crate::back::machine::{FULL, TINY, at_least, image, listing, run};
 
 const OPERATORS: [&str; 16] =
     ["+", "-", "*", "/", "%", "^", "&", "|", "<<", ">>", "==", "!=", "<", "<=", ">", ">="];
@@ -36,7 +36,7 @@ fn both(profile: NumberProfile, a: &str, b: &str, expression: &str) -> Result<()
     let folded = format!("r = {}", expression.replace('A', a).replace('B', b));
     let expression = expression.replace('A', "a").replace('B', "b");
     let computed = format!("a = {a}\nb = {b}\nr = {expression}");
-    let compiled = crate::machine::build(&folded, profile);
+    let compiled = crate::back::machine::build(&folded, profile);
     // An order that the compiler refuses must fault.
     if compiled.image.is_none() {
         let fault = run(&computed, profile).fault;
@@ -86,7 +86,7 @@ proptest! {
             let expected = run(&full, profile);
             for script in [format!("a = {a}\nr = (a {op} {b})"), format!("b = {b}\nr = ({a} {op} b)"),
                 format!("function f(a) {{ a = (a {op} {b}) return a }} r = f({a})")] {
-                let compiled = crate::machine::build(&script, profile);
+                let compiled = crate::back::machine::build(&script, profile);
                 prop_assert!(compiled.image.is_some(), "{}", script);
                 let found = run(&script, profile);
                 prop_assert_eq!(found.fault.map(|f| f.code), expected.fault.map(|f| f.code), "{}", script);

@@ -6,7 +6,7 @@ use bittybuzz_compiler::strings::StringTable;
 use bittybuzz_vm_core::builtin::{self, string};
 use bittybuzz_vm_core::image::{Entry, FORM_ORDER, FORM_TEXT, Image, ImageHeader};
 
-use crate::machine::{FULL, TINY, image, verify};
+use crate::back::machine::{FULL, TINY, image, verify};
 
 fn header(bytes: &[u8]) -> ImageHeader {
     Image::new(bytes).header().expect("an image")

@@ -3,7 +3,7 @@
 use bittybuzz_vm_core::builtin::{self, Feature, Library};
 use bittybuzz_vm_core::image::{FORM_LIBRARIES, Image, ImageHeader};
 
-use crate::machine::{FULL, TINY, image, listing, output, run};
+use crate::back::machine::{FULL, TINY, image, listing, output, run};
 
 fn header(script: &str) -> ImageHeader {
     let (bytes, _) = image(script, FULL);

@@ -6,7 +6,7 @@ use bittybuzz_robot_spec::NumberProfile;
 use bittybuzz_vm_core::Image;
 use bittybuzz_vm_core::opcode::{self, Decoded};
 
-use crate::machine::{FULL, TINY, image};
+use crate::back::machine::{FULL, TINY, image};
 
 /// Begins the expectation of a line: the sets of live names at its instructions, in the order of the code.
 const EXPECTED: &str = "#:";

@@ -13,9 +13,9 @@ use bittybuzz_vm_core::ImageError;
 use proptest::prelude::RngExt;
 use proptest::test_runner::{RngAlgorithm, TestRng};
 
-use crate::machine::{FULL, TINY, at_least, verify};
-use crate::scripts::{Script, scripts_under};
-use crate::unknown_names::{falsely_unknown, has_syntax_error, split};
+use crate::back::machine::{FULL, TINY, at_least, verify};
+use crate::back::scripts::{Script, scripts_under};
+use crate::back::unknown_names::{falsely_unknown, has_syntax_error, split};
 
 /// Words that one slips in.
 const WORDS: [&str; 28] = [

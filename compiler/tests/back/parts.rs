@@ -10,7 +10,7 @@ use bittybuzz_vm_core::builtin::Feature;
 use bittybuzz_vm_core::number::Tiny;
 use bittybuzz_vm_core::{ByteCode, Image, ImageError, Part, Parts, Sizes, Vm};
 
-use crate::machine::{TINY, build_with, image, robot};
+use crate::back::machine::{TINY, build_with, image, robot};
 
 fn parts(script: &str) -> Vec<Part> {
     fit::parts(&image(script, TINY).0).iter().collect()

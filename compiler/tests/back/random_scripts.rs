@@ -4,7 +4,7 @@
 use bittybuzz_vm_core::FaultCode;
 use proptest::prelude::*;
 
-use crate::machine::{FULL, Run, TINY, at_least, build, run, verify};
+use crate::back::machine::{FULL, Run, TINY, at_least, build, run, verify};
 
 /// Names of which some are locals, some captured, some global, depending on the place.
 const NAMES: [&str; 5] = ["a", "b", "c", "self", "g"];

@@ -6,7 +6,7 @@ use bittybuzz_robot_spec::Robot;
 use bittybuzz_vm_core::hash::name_hash;
 use bittybuzz_vm_core::image::Image;
 
-use crate::machine::{FULL, TINY, build_for, build_with, image, listing, output, run};
+use crate::back::machine::{FULL, TINY, build_for, build_with, image, listing, output, run};
 
 fn codes(compiled: &Compiled) -> Vec<&'static str> {
     compiled.diagnostics.iter().map(|diagnostic| diagnostic.code.text()).collect()

@@ -2,7 +2,7 @@
 
 use bittybuzz_compiler::symbols::{FORMAT, SourceSpan, Symbols, SymbolsError};
 
-use crate::machine::{FULL, TINY, image, run};
+use crate::back::machine::{FULL, TINY, image, run};
 
 #[test]
 fn a_fault_is_found_in_the_source() {

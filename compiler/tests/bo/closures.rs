@@ -3,10 +3,10 @@
 use bittybuzz_compiler::bo::{Warning, error::BoCause, import as import_file};
 use bittybuzz_robot_spec::NumberProfile;
 
-use crate::assembler::assemble;
-use crate::interpreter;
-use crate::machine::{import, parse_script, recorder, run};
-use crate::reference;
+use crate::bo::assembler::assemble;
+use crate::bo::interpreter;
+use crate::bo::machine::{import, parse_script, recorder, run};
+use crate::bo::reference;
 
 /// The `.bo` file of a script.
 fn bo_file(script: &str) -> Vec<u8> {

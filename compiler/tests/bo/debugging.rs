@@ -7,8 +7,8 @@ use bittybuzz_compiler::bo::read::Bo;
 use bittybuzz_compiler::bo::{Imported, Warning, import};
 use bittybuzz_robot_spec::NumberProfile;
 
-use crate::machine::recorder;
-use crate::vectors::{self, Vector};
+use crate::bo::machine::recorder;
+use crate::bo::vectors::{self, Vector};
 
 fn record(offset: u32, line: u64, column: u64, file: &str) -> Vec<u8> {
     let mut bytes = offset.to_le_bytes().to_vec();

@@ -12,9 +12,9 @@ use bittybuzz_compiler::parser::{Parsed, parse_file};
 use bittybuzz_robot_spec::NumberProfile;
 use bittybuzz_vm_core::ImageError;
 
-use crate::interpreter::{self, Stop};
-use crate::machine::{any_robot, run, verify};
-use crate::reference;
+use crate::bo::interpreter::{self, Stop};
+use crate::bo::machine::{any_robot, run, verify};
+use crate::bo::reference;
 
 /// Where the script hash ends, the only part of the header that must differ.
 const AFTER_HASH: usize = 7;

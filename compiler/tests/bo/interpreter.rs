@@ -38,9 +38,9 @@ pub enum Stop {
 /// What a program did.
 #[derive(Debug)]
 pub struct Trace {
-    /// Calls of native functions that record, as [`crate::machine::Run::lines`] has them.
+    /// Calls of native functions that record, as [`crate::bo::machine::Run::lines`] has them.
     pub lines: Vec<String>,
-    /// Globals that hold plain values, as [`crate::machine::Run::globals`] has them.
+    /// Globals that hold plain values, as [`crate::bo::machine::Run::globals`] has them.
     pub globals: Vec<(String, String)>,
     /// Why it ended before its end.
     pub stop: Option<Stop>,
@@ -353,7 +353,7 @@ fn compare(op: BinaryOp, left: &Value, right: &Value) -> Option<Run<Value>> {
     })
 }
 
-/// As [`crate::machine`] writes arguments.
+/// As [`crate::bo::machine`] writes arguments.
 fn text(value: &Value) -> String {
     match value {
         Value::Nil => "nil".to_owned(),

@@ -6,9 +6,9 @@ use bittybuzz_compiler::bo::error::{BoCause, BoError};
 use bittybuzz_compiler::bo::import;
 use bittybuzz_robot_spec::NumberProfile;
 
-use crate::assembler::assemble;
-use crate::machine::recorder;
-use crate::vectors;
+use crate::bo::assembler::assemble;
+use crate::bo::machine::recorder;
+use crate::bo::vectors;
 
 fn error(bytes: &[u8]) -> BoError {
     match import(Path::new("test.bo"), bytes, None, &recorder(NumberProfile::Full)) {

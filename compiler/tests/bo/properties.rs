@@ -12,11 +12,11 @@ use proptest::collection::vec;
 use proptest::prelude::*;
 use proptest::sample::{Index, select};
 
-use crate::assembler::assemble;
-use crate::interpreter;
-use crate::machine::{Ending, any_robot, parse_script, recorder, run_image};
-use crate::reference;
-use crate::vectors::ALL;
+use crate::bo::assembler::assemble;
+use crate::bo::interpreter;
+use crate::bo::machine::{Ending, any_robot, parse_script, recorder, run_image};
+use crate::bo::reference;
+use crate::bo::vectors::ALL;
 
 /// Every construct, nested in each other.
 const RICH: &str = r#"

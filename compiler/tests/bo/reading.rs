@@ -4,8 +4,8 @@ use bittybuzz_compiler::bo::disassemble;
 use bittybuzz_compiler::bo::error::BoCause;
 use bittybuzz_compiler::bo::read::Bo;
 
-use crate::assembler::assemble;
-use crate::vectors::{self, ALL};
+use crate::bo::assembler::assemble;
+use crate::bo::vectors::{self, ALL};
 
 /// The instructions of the assembly text, each with the argument that the listing shows.
 fn instructions(assembly: &str) -> Vec<&str> {

@@ -9,7 +9,7 @@ use bittybuzz_compiler::ast::{
 use bittybuzz_compiler::parser::Parsed;
 use bittybuzz_compiler::source::SourceMap;
 
-use crate::assembler::assemble_lines;
+use crate::bo::assembler::assemble_lines;
 
 /// The `.bo` file of a script.
 pub fn compile(parsed: &Parsed) -> Vec<u8> {
@@ -364,8 +364,8 @@ fn mnemonic(op: BinaryOp) -> &'static str {
 /// Nothing that this file makes may be used before it makes what the real compiler makes.
 #[test]
 fn makes_what_the_reference_compiler_made() {
-    for vector in crate::vectors::ALL {
-        let parsed = crate::machine::parse_script("vector.bzz", vector.script);
+    for vector in crate::bo::vectors::ALL {
+        let parsed = crate::bo::machine::parse_script("vector.bzz", vector.script);
         assert!(!parsed.has_errors(), "{}", vector.script);
         assert_eq!(compile(&parsed), vector.bytes, "{}", vector.script);
     }

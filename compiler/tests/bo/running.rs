@@ -3,9 +3,9 @@
 use bittybuzz_compiler::codes::DiagnosticCode;
 use bittybuzz_vm_core::FaultCode;
 
-use crate::assembler::assemble;
-use crate::machine::{Ending, Run, import, run};
-use crate::vectors;
+use crate::bo::assembler::assemble;
+use crate::bo::machine::{Ending, Run, import, run};
+use crate::bo::vectors;
 
 fn run_vector(vector: &vectors::Vector) -> Run {
     run(&import(vector.bytes).compiled)

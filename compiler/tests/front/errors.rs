@@ -2,7 +2,7 @@
 
 use bittybuzz_compiler::parser::MAX_NESTING;
 
-use crate::support::{expect, expect_words, parse_text, stmts};
+use crate::front::support::{expect, expect_words, parse_text, stmts};
 
 #[test]
 fn unexpected_tokens() {

@@ -1,6 +1,6 @@
 //! One test for each rule of the reference grammar, and for each of this project's extensions.
 
-use crate::support::{expect, expect_tree, expect_value, parse_text};
+use crate::front::support::{expect, expect_tree, expect_value, parse_text};
 
 #[test]
 fn an_empty_script() {

@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 use bittybuzz_compiler::include::{IncludeLoader, MAX_SOURCE_BYTES, MemoryFiles};
 use bittybuzz_compiler::parser::{Parsed, parse, parse_file};
 
-use crate::support::{found, stmts};
+use crate::front::support::{found, stmts};
 
 /// Parses `text` as the script at `path`; nothing else is configured than the files.
 fn parse_at(path: &str, text: &str, files: &MemoryFiles) -> Parsed {

@@ -5,7 +5,7 @@ use bittybuzz_compiler::lexer::lex;
 use bittybuzz_compiler::source::FileId;
 use bittybuzz_compiler::token::{Separation, Token, TokenKind, hash_tokens};
 
-use crate::support::{expect, expect_tree, expect_value, expect_words, parse_text};
+use crate::front::support::{expect, expect_tree, expect_value, expect_words, parse_text};
 
 fn tokens(text: &str) -> (Vec<Token>, Vec<Diagnostic>) {
     let mut diagnostics = Vec::new();

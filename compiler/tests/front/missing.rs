@@ -2,7 +2,7 @@
 
 use bittybuzz_compiler::check::missing::missing;
 
-use crate::support::parse_text;
+use crate::front::support::parse_text;
 
 /// Each missing function as `name counts line:column`, with `!` after the name if its result is used.
 fn found(text: &str) -> Vec<String> {

@@ -8,7 +8,7 @@ use bittybuzz_compiler::parser::{Parsed, parse, parse_file};
 use bittybuzz_compiler::render::{ColorChoice, Renderer};
 use proptest::prelude::*;
 
-use crate::support::{expect_tree, parse_text};
+use crate::front::support::{expect_tree, parse_text};
 
 const WORDS: &[&str] = &[
     "var",

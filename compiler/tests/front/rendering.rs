@@ -6,7 +6,7 @@ use bittybuzz_compiler::include::{IncludeLoader, MemoryFiles};
 use bittybuzz_compiler::parser::{Parsed, parse};
 use bittybuzz_compiler::render::{ColorChoice, Renderer};
 
-use crate::support::parse_text;
+use crate::front::support::parse_text;
 
 fn text(parsed: &Parsed, index: usize) -> String {
     Renderer::new(&parsed.sources).text(&parsed.diagnostics[index], ColorChoice::Never)

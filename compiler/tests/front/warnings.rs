@@ -1,6 +1,6 @@
 //! Every warning of the parser, and what keeps it silent.
 
-use crate::support::{expect, expect_words};
+use crate::front::support::{expect, expect_words};
 
 /// The first text warns with `code` at `column` of its last line; the others do not warn.
 #[track_caller]

@@ -140,7 +140,7 @@ impl Host<Tiny> for KilobotHost {
     }
 
     fn periods(&self) -> Periods {
-        // Each period fits a byte (robots/spec/src/read.rs).
+        // Each period fits a byte (spec/robot/src/read.rs).
         Periods {
             beacon: toml::BEACON_STEPS as u8,
             forget: toml::FORGET_STEPS as u8,

@@ -9,7 +9,7 @@ use bittybuzz_vm_core::{ByteCode, Parts, Sizes};
 
 use crate::toml::{self, SCRIPT_HEADER};
 
-/// The mark and the image; `robots/spec/src/trailing.rs` defines the format.
+/// The mark and the image; `spec/robot/src/trailing.rs` defines the format.
 const BYTES: &[u8] = include_bytes!(concat!(env!("OUT_DIR"), "/script.bin"));
 
 // The linker puts `.fini0` after everything else of the program. The start-up code's `exit`, which

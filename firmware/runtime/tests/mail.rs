@@ -1,17 +1,15 @@
 //! Swarm messages between tasks: the waiting frames, the replaced ones, and the times of sending.
 
-mod common;
-
 use std::cell::RefCell;
 use std::future::Future;
 use std::pin::pin;
 use std::task::{Context, Poll, Waker};
 
+use crate::common::{advance_us, clock};
 use bittybuzz_runtime::liveness::Liveness;
 use bittybuzz_runtime::mail::Mail;
 use bittybuzz_vm_core::number::{Full, Rng};
 use bittybuzz_vm_core::{Sighting, Value};
-use common::{advance_us, clock};
 use embassy_time::Instant;
 
 type SmallMail = Mail<Full, 20, 3, 3>;

@@ -1,13 +1,11 @@
 //! Poses, compared with geometry in every quadrant.
 
-mod common;
-
 use std::f32::consts::{FRAC_PI_2, FRAC_PI_4, PI};
 
+use crate::common::{advance_us, clock};
 use bittybuzz_runtime::pose::{LatestPose, Pose};
 use bittybuzz_vm_core::Axis;
 use bittybuzz_vm_core::number::Full;
-use common::{advance_us, clock};
 
 fn upright(position_m: [f32; 3], yaw: f32) -> Pose {
     Pose::new(position_m, [0.0, 0.0, (yaw / 2.0).sin(), (yaw / 2.0).cos()])

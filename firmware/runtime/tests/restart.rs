@@ -1,15 +1,11 @@
 //! Faults: contained ones, the pause after other faults, and the restart, on a clock that the tests
 //! control.
 
-#![allow(clippy::unwrap_used, reason = "a test may")]
-
-mod common;
-
+use crate::common::{Events, Frames, image, run, run_hearing, run_robot};
 use bittybuzz_vm_core::builtin::string;
 use bittybuzz_vm_core::message::{FULL_FRAME, Message, ScriptIdentity};
 use bittybuzz_vm_core::number::Full;
 use bittybuzz_vm_core::{Image, Sighting, Value};
-use common::{Events, Frames, image, run, run_hearing, run_robot};
 
 fn with<'a>(events: &'a Events, starts: &[&str]) -> Vec<(u64, &'a str)> {
     let texts = events.iter().map(|(ms, text)| (*ms, text.as_str()));

@@ -1,9 +1,8 @@
 //! The script's task together with the motors' task, on a clock that the tests control.
 
-mod common;
-
+use crate::common;
+use crate::common::{Events, run, run_hearing, run_image};
 use bittybuzz_vm_core::{Sighting, Value};
-use common::{Events, run, run_hearing, run_image};
 
 fn with<'a>(events: &'a Events, what: &str) -> Vec<(u64, &'a str)> {
     let wanted = events.iter().filter(|(_, text)| text.starts_with(what));

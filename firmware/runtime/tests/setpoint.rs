@@ -1,14 +1,12 @@
 //! Motors that steer between commands.
 
-mod common;
-
 use std::future::Future;
 use std::pin::pin;
 use std::task::{Context, Poll, Waker};
 
+use crate::common::{advance_us, clock, note, now_ms, take_events};
 use bittybuzz_runtime::liveness::Liveness;
 use bittybuzz_runtime::setpoint::{Channel, HOLD, MotorDriver, SetpointWriter, drive};
-use common::{advance_us, clock, note, now_ms, take_events};
 use embassy_time::{Duration, Timer};
 
 /// Fake motors that record their actions and steer every 20 ms.

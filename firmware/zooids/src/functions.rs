@@ -115,7 +115,7 @@ impl RobotHost<Tiny> for Zooid {
     }
 
     fn periods(&self) -> Periods {
-        // Each period fits a byte (robots/spec/src/read.rs).
+        // Each period fits a byte (spec/robot/src/read.rs).
         Periods {
             beacon: robot::BEACON_STEPS as u8,
             forget: robot::FORGET_STEPS as u8,

@@ -4,7 +4,6 @@
 //! `BITTYBUZZ_FLIGHT_VECTORS` names another folder with files of the same names.
 
 // Each test binary has its own copy of this module and uses a part of it.
-#![allow(dead_code)]
 
 use std::fmt;
 use std::path::{Path, PathBuf};
@@ -211,22 +210,6 @@ impl ColumnErrors {
         let result = if result.dot(row.quat(suffix)) < 0.0 { -result } else { result };
         for (part, value) in ["qx", "qy", "qz", "qw"].into_iter().zip(result.to_array()) {
             self.compare(row, &joined("", part, suffix), value);
-        }
-    }
-
-    /// Compares the upper triangle of a matrix with the columns that [`VectorRow::covariance`]
-    /// reads.
-    #[track_caller]
-    pub fn compare_covariance(
-        &mut self,
-        row: &VectorRow<'_>,
-        suffix: &str,
-        result: &[[f32; 9]; 9],
-    ) {
-        for (i, line) in result.iter().enumerate() {
-            for (j, value) in line.iter().enumerate().skip(i) {
-                self.compare(row, &joined("", &format!("p{i}{j}"), suffix), *value);
-            }
         }
     }
 

@@ -29,7 +29,7 @@ const SCENARIOS: [&str; 6] = [
 const SCENARIO_FOLDER: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../scenarios");
 
 /// A robot with a body for the simulator.
-const ROVER: &str = include_str!("../../../robots/spec/src/tests/rover.toml");
+const ROVER: &str = include_str!("../../../spec/robot/src/tests/rover.toml");
 
 /// Samples of a recording that are read; more would only take time.
 const SAMPLES: usize = 200;

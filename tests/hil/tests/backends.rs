@@ -1,7 +1,5 @@
 //! One scenario, in virtual machines of this process and on the robots' own image: it comes to the same.
 
-#![allow(clippy::unwrap_used, reason = "a test may")]
-
 use std::path::Path;
 use std::sync::Arc;
 

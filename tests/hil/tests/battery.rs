@@ -1,7 +1,5 @@
 //! A Crazyflie whose battery runs down, step by step, and is charged.
 
-#![allow(clippy::unwrap_used, reason = "a test may")]
-
 use std::time::Duration;
 
 use bittybuzz_hil::{

@@ -1,7 +1,5 @@
 //! The behaviours of `examples/kilobot`, each on its own image in simavr: what their scenarios expect, memory, and time.
 
-#![allow(clippy::unwrap_used, reason = "what fails here fails the test")]
-
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::time::Duration;

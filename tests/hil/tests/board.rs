@@ -1,7 +1,5 @@
 //! Boards that look like a Crazyflie's to the program but for their device type, in the chip's one-time programmable memory.
 
-#![allow(clippy::unwrap_used, reason = "a test may")]
-
 use std::time::Duration;
 
 use bittybuzz_emulation::message::ResetCause;

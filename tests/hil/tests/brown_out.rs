@@ -4,8 +4,6 @@
 //! The chip tells a brown-out from power-on only while its brown-out detector is on, which option bytes decide (RM0090 5.2.2 and
 //! 3.9.1). That is assumed here. As delivered it is off: then the detector of power-down resets the chip, with the flags of power-on.
 
-#![allow(clippy::unwrap_used, reason = "a test may")]
-
 use std::time::Duration;
 
 use bittybuzz_chips::Random;

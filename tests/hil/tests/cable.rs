@@ -1,7 +1,5 @@
 //! A debug probe that comes and goes next to a robot: probe-rs leaves the log's channel blocking, and then nothing reads it.
 
-#![allow(clippy::unwrap_used, reason = "a test may")]
-
 use std::time::Duration;
 
 use bittybuzz_chips::Random;

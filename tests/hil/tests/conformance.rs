@@ -1,7 +1,5 @@
 //! The conformance scripts on the robot: what the reference machine printed comes over the debug probe, line by line.
 
-#![allow(clippy::unwrap_used, reason = "a test may")]
-
 use std::fs;
 
 use bittybuzz_hil::{Core, trace};

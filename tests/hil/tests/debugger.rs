@@ -1,8 +1,6 @@
 //! A debugger that halts the core: the watchdog stands still meanwhile (DBGMCU_APB1_FZ), else it would reset the robot, which then
 //! stays locked until power-on.
 
-#![allow(clippy::unwrap_used, reason = "a test may")]
-
 use std::time::Duration;
 
 use bittybuzz_chips::Random;

@@ -1,7 +1,5 @@
 //! A Kilobot that listens for a computer: what it hears comes out of its debug line.
 
-#![allow(clippy::unwrap_used, reason = "a test may")]
-
 use std::io::Write;
 use std::process::{Command, Stdio};
 

@@ -1,7 +1,5 @@
 //! What the firmware does when it fails itself: the motors stop, the chip restarts, and no script runs after that.
 
-#![allow(clippy::unwrap_used, reason = "a test may")]
-
 use bittybuzz_hil::{
     Command, Core, EmulatorEvent, Robot, TimedEvent, address_of, is_lit, load_register, motors,
     resets, text, trace,

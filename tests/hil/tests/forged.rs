@@ -3,8 +3,6 @@
 //!
 //! `tests/tests/protocol/endurance/forged.rs` does the same with every example and more values, on virtual machines of this process.
 
-#![allow(clippy::unwrap_used, reason = "a test may")]
-
 use std::path::Path;
 use std::time::Duration;
 

@@ -1,7 +1,5 @@
 //! The Kilobot's image on its board: motors, clock, watchdog, boot loader.
 
-#![allow(clippy::unwrap_used, reason = "what fails here fails the test")]
-
 use std::time::Duration;
 
 use bittybuzz_hil::kilobots::kind;

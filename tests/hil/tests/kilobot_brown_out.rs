@@ -4,8 +4,6 @@
 //! The chip notes a brown-out only while its brown-out detector is on, which a fuse decides (DS40002061B 11.5). No source tells the
 //! fuses of Kilobots; here it is on. The firmware does the same after both.
 
-#![allow(clippy::unwrap_used, reason = "what fails here fails the test")]
-
 use std::time::Duration;
 
 use bittybuzz_chips::Random;

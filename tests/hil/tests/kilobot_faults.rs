@@ -1,7 +1,5 @@
 //! Whoever watches a Kilobot learns from its light why its script has stopped, and where in the file.
 
-#![allow(clippy::unwrap_used, reason = "a test may")]
-
 use bittybuzz_hil::{Core, ScriptFile, kilobot};
 use bittybuzz_tests::bbz::{self, Outcome};
 use serde_json::Value;

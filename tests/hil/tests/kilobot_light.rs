@@ -1,7 +1,5 @@
 //! The Kilobot's infrared light, pulse by pulse: two senders at once, a robot's own light, loudness, oscillators.
 
-#![allow(clippy::unwrap_used, reason = "what fails here fails the test")]
-
 use std::time::Duration;
 
 use bittybuzz_hil::kilobots::{behaviour, kind};

@@ -1,7 +1,5 @@
 //! A Kilobot among fifteen others that all send: its script keeps its pace.
 
-#![allow(clippy::unwrap_used, reason = "a test may")]
-
 use std::time::Duration;
 
 use bittybuzz_comms::infrared::{frame_of, message_of};

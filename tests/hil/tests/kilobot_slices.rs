@@ -1,8 +1,6 @@
 //! The longest turn of a Kilobot's loop, in cycles that the emulator counts, while scripts do what takes longest: a turn
 //! is a slice of the script and everything else that the robot does.
 
-#![allow(clippy::unwrap_used, reason = "a test may")]
-
 use bittybuzz_hil::Kilobots;
 
 /// Fills the memory but for a little, and then makes garbage all the time.

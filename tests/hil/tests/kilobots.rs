@@ -1,7 +1,5 @@
 //! The Kilobot's image in simavr: what it does with scripts, with the overhead controller, and with light.
 
-#![allow(clippy::unwrap_used, reason = "what fails here fails the test")]
-
 use std::time::Duration;
 
 use bittybuzz_comms::infrared::FaultReport;

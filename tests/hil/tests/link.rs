@@ -1,7 +1,5 @@
 //! The robot's side of syslink, as the nRF51 sees it.
 
-#![allow(clippy::unwrap_used, reason = "a test may")]
-
 use bittybuzz_comms::syslink::SWARM_PORT;
 use bittybuzz_hil::{
     Command, Core, ECHO_HEADER, EmulatorEvent, RADIO_RAW, Robot, ScriptFile, frames, motors,

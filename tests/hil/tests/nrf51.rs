@@ -1,8 +1,6 @@
 //! The nRF51 as it is on robots: with old firmware and with new, with a queue that drops silently, and restarted while the
 //! robot runs. And robots that have one id.
 
-#![allow(clippy::unwrap_used, reason = "a test may")]
-
 use std::time::Duration;
 
 use bittybuzz_comms::syslink::{Ping, SWARM_PORT};

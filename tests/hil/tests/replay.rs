@@ -4,8 +4,6 @@
 //! Frames are those of a run of six images, replayed to a seventh robot: as they were, with half of them missing, late and
 //! out of order, and doubled.
 
-#![allow(clippy::unwrap_used, reason = "a test may")]
-
 use std::collections::BTreeMap;
 use std::time::Duration;
 

@@ -1,8 +1,6 @@
 //! Resets as they are on a Crazyflie: Bitcraze's bootloader runs first, memory may hold anything, the watchdog's clock is
 //! inexact and the crystal may be dead. Whatever happens, the motors stay off unless the cause is known and harmless.
 
-#![allow(clippy::unwrap_used, reason = "a test may")]
-
 use std::time::Duration;
 
 use bittybuzz_chips::Random;

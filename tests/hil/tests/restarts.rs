@@ -1,7 +1,5 @@
 //! Faults of scripts on the robots' images: the robot goes on, and the script starts again.
 
-#![allow(clippy::unwrap_used, reason = "a test may")]
-
 use std::time::Duration;
 
 use bittybuzz_comms::infrared::{self, FaultReport};

@@ -1,7 +1,5 @@
 //! The script on the robot: ticks, values, log lines and faults as people see them.
 
-#![allow(clippy::unwrap_used, reason = "a test may")]
-
 use bittybuzz_hil::{Core, ScriptFile, Trace, text, time, trace};
 use bittybuzz_tests::bbz;
 

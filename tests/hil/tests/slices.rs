@@ -1,8 +1,6 @@
 //! The longest slice of scripts that do what takes longest, on the images of Crazyflie and Zooid, as the robots' own
 //! clocks count it.
 
-#![allow(clippy::unwrap_used, reason = "a test may")]
-
 use bittybuzz_hil::{Swarm, Table, TraceLog};
 
 /// Scripts, in which `PAIRS` stands for as many entries as nearly fill the memory of the robot, `TABLES` for as many

@@ -1,7 +1,5 @@
 //! Robots that hear each other over the radio.
 
-#![allow(clippy::unwrap_used, reason = "a test may")]
-
 use bittybuzz_comms::syslink::SwarmFrame;
 use bittybuzz_hil::{Command, Core, EmulatorEvent, Member, RADIO_RAW, Robot, Swarm, resets};
 

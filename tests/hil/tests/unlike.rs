@@ -1,7 +1,5 @@
 //! Unlike robots in one world, each kind with its own image, and the bridge between them.
 
-#![allow(clippy::unwrap_used, reason = "a test may")]
-
 use std::path::Path;
 use std::sync::Arc;
 

@@ -1,8 +1,6 @@
 //! A Zooid whose supply falls for a moment: whatever it does then, it starts as after power-on. Its chip has no brown-out detector:
 //! the one of power-down resets it, with the flags of power-on (RM0091 5.2.1 and 6.4.10). So the script runs again, from its beginning.
 
-#![allow(clippy::unwrap_used, reason = "a test may")]
-
 use std::time::Duration;
 
 use bittybuzz_chips::Random;

@@ -4,8 +4,6 @@
 //! Counted are cycles in which the core does not sleep, of all tasks and interrupts. They are those of the Cortex-M0's manual, with
 //! memory that never waits: at 48 MHz the chip's flash has a wait state, which its prefetch hides from code that does not jump.
 
-#![allow(clippy::unwrap_used, reason = "a test may")]
-
 use std::time::Duration;
 
 use bittybuzz_hil::{EmulatorEvent, Table};

@@ -1,7 +1,5 @@
 //! What goes wrong on a Zooid, and that it stands then.
 
-#![allow(clippy::unwrap_used, reason = "a test may")]
-
 use std::time::Duration;
 
 use bittybuzz_emulation::message::Memory;

@@ -1,7 +1,5 @@
 //! Zooids whose power goes and comes, and links that do.
 
-#![allow(clippy::unwrap_used, reason = "a test may")]
-
 use std::collections::BTreeSet;
 use std::time::Duration;
 

@@ -1,7 +1,5 @@
 //! What people write to a Zooid's flash, beside script and id.
 
-#![allow(clippy::unwrap_used, reason = "a test may")]
-
 use bittybuzz_hil::{EmulatorEvent, Place, Table};
 use bittybuzz_robot_spec::Layout;
 

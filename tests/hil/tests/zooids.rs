@@ -1,7 +1,5 @@
 //! The Zooid's image, as it is flashed, on an emulated table.
 
-#![allow(clippy::unwrap_used, reason = "a test may")]
-
 use std::time::Duration;
 
 use bittybuzz_comms::trace::Unused;

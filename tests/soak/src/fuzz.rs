@@ -47,9 +47,9 @@ const MACHINE: &[&str] = &["vm-core/src/"];
 const COMPILER: &[&str] = &[
     "compiler/src/",
     "robots/*/robot.toml",
-    "robots/files/",
-    "robots/spec/",
-    "robots/toml-reader/",
+    "spec/files/",
+    "spec/robot/",
+    "spec/toml/",
     "vm-core/src/builtin.rs",
     "vm-core/src/image.rs",
     "vm-core/src/hash.rs",
@@ -62,10 +62,10 @@ const COMPILER: &[&str] = &[
 const MESSAGES: &[&str] = &["vm-core/src/", "comms/src/queue.rs"];
 const RECORDINGS: &[&str] = &["arena/src/output/"];
 const SCENARIOS: &[&str] = &["arena/src/scenario/", "robots/", "tests/scenarios/"];
-const ROBOT_FILES: &[&str] = &["robots/*/robot.toml", "robots/spec/", "robots/toml-reader/"];
+const ROBOT_FILES: &[&str] = &["robots/*/robot.toml", "spec/robot/", "spec/toml/"];
 const SYSLINK: &[&str] = &["comms/src/syslink/"];
 const PAYLOADS: &[&str] = &["comms/src/nrf24.rs"];
-const LIGHT: &[&str] = &["comms/src/infrared.rs", "firmware/kilobot/src/"];
+const LIGHT: &[&str] = &["comms/src/infrared.rs", "robots/kilobot/link/src/"];
 
 #[rustfmt::skip]
 const TARGETS: &[Target] = &[

@@ -86,7 +86,7 @@ mod tests {
 
     #[test]
     fn a_star_is_the_name_of_one_folder() {
-        assert!(is_under("robots/spec/src/lib.rs", "robots/spec/"));
+        assert!(is_under("spec/robot/src/lib.rs", "spec/robot/"));
         assert!(is_under("robots/crazyflie/robot.toml", "robots/*/robot.toml"));
         assert!(!is_under("robots/crazyflie/model/robot.toml", "robots/*/robot.toml"));
         assert!(!is_under("robots/robot.toml", "robots/*/robot.toml"));

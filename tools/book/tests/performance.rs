@@ -1,8 +1,6 @@
 //! Compares the tables of docs/performance.md with the recorded counts of `bench/`. `UPDATE_DOCS=1
 //! cargo test --locked -p bittybuzz-book` writes the tables again.
 
-#![allow(clippy::unwrap_used, reason = "what fails here fails the test")]
-
 use fs_err as fs;
 use serde_json::Value;
 use std::env;

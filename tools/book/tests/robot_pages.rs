@@ -1,8 +1,6 @@
 //! Compares the page of each robot with firmware with its robot file. `UPDATE_DOCS=1 cargo test
 //! --locked -p bittybuzz-book` writes the pages again.
 
-#![allow(clippy::unwrap_used, reason = "what fails here fails the test")]
-
 use bittybuzz_robot_files::all_shipped;
 use bittybuzz_robot_spec::{
     Indicator, NumberProfile, OnFault, Robot, RobotFunction, SensorTable, Setting,

@@ -1,5 +1,4 @@
 //! The arithmetic of the machine as functions of binary32.
-#![allow(dead_code, reason = "no test needs all of it")]
 
 use std::cmp::Ordering;
 

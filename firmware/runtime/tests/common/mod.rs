@@ -1,8 +1,5 @@
 //! A robot without hardware, and a clock that the tests control.
 
-#![allow(dead_code, reason = "each test uses its part")]
-#![allow(clippy::unwrap_used, reason = "a test may")]
-
 use std::future::Future;
 use std::path::Path;
 use std::pin::pin;

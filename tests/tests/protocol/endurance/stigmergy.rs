@@ -1,6 +1,6 @@
 //! Swarms over minutes: full stores are quiet, and robots that were off agree with the others.
 
-use crate::stigmergy::{count_kinds, kilobots};
+use crate::protocol::stigmergy::{count_kinds, kilobots};
 use bittybuzz_testkit::{Program, Queues, SIZES, Swarm, TestRobot};
 use bittybuzz_vm_core::number::Full;
 

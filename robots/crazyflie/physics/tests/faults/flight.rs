@@ -12,8 +12,8 @@ use bittybuzz_flight::{FlightState, ImuSample, MotorDuties, Vec3};
 use rand::{RngExt, SeedableRng};
 use rand_xoshiro::SplitMix64;
 
-use crate::fault::{FaultKind, PositionSource, Scenario};
-use crate::pilot::{COMMAND_TICKS, Pilot};
+use crate::faults::fault::{FaultKind, PositionSource, Scenario};
+use crate::faults::pilot::{COMMAND_TICKS, Pilot};
 
 /// Corners of the fence in m.
 const FENCE_LEAST_M: Vec3 = Vec3::new(-1.0, -1.0, 0.0);

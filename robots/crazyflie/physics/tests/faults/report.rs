@@ -2,8 +2,8 @@
 
 use std::sync::Mutex;
 
-use crate::fault::{FaultKind, Scenario};
-use crate::flight::{Observations, fly};
+use crate::faults::fault::{FaultKind, Scenario};
+use crate::faults::flight::{Observations, fly};
 
 /// Largest distance outside the fence in m of a robot that knows its position.
 const MOST_EXCURSION_M: f64 = 0.3;

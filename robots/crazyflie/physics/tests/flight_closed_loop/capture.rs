@@ -5,9 +5,9 @@ use bittybuzz_flight::planner::Destination;
 use bittybuzz_flight::stack::AttitudeCommand;
 use bittybuzz_flight::{Reference, Vec3};
 
-use crate::figures::{mean, rms, step_figures, worst};
-use crate::path::figure_8;
-use crate::rig::Rig;
+use crate::flight_closed_loop::figures::{mean, rms, step_figures, worst};
+use crate::flight_closed_loop::path::figure_8;
+use crate::flight_closed_loop::rig::Rig;
 
 /// A function that builds the robot of a seed.
 type Start = fn(u64) -> Rig;

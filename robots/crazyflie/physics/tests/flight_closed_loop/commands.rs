@@ -5,7 +5,7 @@ use bittybuzz_flight::stack::{AttitudeCommand, FlightRefusal};
 use bittybuzz_flight::supervisor::SupervisorStage;
 use bittybuzz_flight::{Reference, Vec3};
 
-use crate::rig::Rig;
+use crate::flight_closed_loop::rig::Rig;
 
 /// Waits with signs of life until the motors stop on the ground.
 fn wait_for_landing(rig: &mut Rig, seconds: f64) {

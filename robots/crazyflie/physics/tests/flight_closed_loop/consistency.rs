@@ -3,9 +3,9 @@
 
 use bittybuzz_crazyflie_physics::DVec3;
 
-use crate::figures::mean;
-use crate::path::figure_8;
-use crate::rig::Rig;
+use crate::flight_closed_loop::figures::mean;
+use crate::flight_closed_loop::path::figure_8;
+use crate::flight_closed_loop::rig::Rig;
 
 /// Returns eᵀ·P⁻¹·e for the states from `first` on, by elimination.
 fn normalized_square<const N: usize>(

@@ -2,8 +2,8 @@
 
 use bittybuzz_crazyflie_physics::DVec3;
 
-use crate::figures::{rms, worst};
-use crate::rig::Rig;
+use crate::flight_closed_loop::figures::{rms, worst};
+use crate::flight_closed_loop::rig::Rig;
 
 /// Counts of the flow sensor per radian: ten counts per pixel, 35 pixels in 0.716 74 rad.
 const COUNTS_PER_RAD: f64 = 10.0 * 35.0 / 0.716_74;

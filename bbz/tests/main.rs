@@ -1,0 +1,25 @@
+//! The tests of this crate, as one program, so that they are linked once.
+
+#![allow(clippy::unwrap_used, reason = "a failure here fails the test")]
+
+mod batch;
+mod book;
+mod build;
+mod check;
+mod checks;
+mod command_line;
+mod emulated;
+mod files;
+mod flash;
+mod flash_kilobot;
+mod grade;
+mod interrupt;
+mod object;
+mod own_robot;
+mod probe;
+mod run;
+mod sim;
+mod stubs;
+mod support;
+mod trace;
+mod trace_view;

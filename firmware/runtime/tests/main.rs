@@ -1,0 +1,10 @@
+//! The tests of this crate, as one program, so that they are linked once.
+
+#![allow(clippy::unwrap_used, reason = "a failure here fails the test")]
+
+mod common;
+mod mail;
+mod pose;
+mod restart;
+mod script;
+mod setpoint;

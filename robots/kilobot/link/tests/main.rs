@@ -1,0 +1,8 @@
+//! The tests of this crate, as one program, so that they are linked once.
+
+#![allow(clippy::unwrap_used, reason = "a failure here fails the test")]
+
+mod distance;
+mod mode;
+mod receiver;
+mod time;

@@ -1,0 +1,39 @@
+//! The tests of this crate, as one program, so that they are linked once.
+
+#![allow(clippy::unwrap_used, reason = "a failure here fails the test")]
+
+mod backends;
+mod battery;
+mod behaviours;
+mod board;
+mod brown_out;
+mod cable;
+mod conformance;
+mod debugger;
+mod ear;
+mod failures;
+mod forged;
+mod kilobot_board;
+mod kilobot_brown_out;
+mod kilobot_faults;
+mod kilobot_light;
+mod kilobot_load;
+mod kilobot_slices;
+mod kilobots;
+mod link;
+mod nrf51;
+mod replay;
+mod resets;
+mod restarts;
+mod script;
+mod slices;
+mod squeezed;
+mod swarm;
+mod unlike;
+mod zooid_battery;
+mod zooid_brown_out;
+mod zooid_costs;
+mod zooid_failures;
+mod zooid_power;
+mod zooid_settings;
+mod zooids;

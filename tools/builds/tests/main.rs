@@ -1,0 +1,11 @@
+//! The tests of this crate, as one program, so that they are linked once.
+
+#![allow(clippy::unwrap_used, reason = "a failure here fails the test")]
+
+mod documented;
+mod licences;
+mod locked;
+mod names;
+mod prose;
+mod rooms;
+mod versions;

@@ -1,0 +1,69 @@
+//! All code for a robot is in the robot's own folders. Arena, command line, compiler, machine and
+//! links must not name any robot.
+
+use std::fs;
+use std::path::Path;
+
+use bittybuzz_builds::shell::root;
+
+/// The rooms that must not name robots.
+const ROOMS: [&str; 5] = ["arena", "bbz", "comms", "compiler", "vm-core"];
+
+/// The shipped robots. Their lists are spec/files and robots/models.
+const ROBOTS: [&str; 3] = ["kilobot", "zooid", "crazyflie"];
+
+/// Files and lines that may name a robot, each with the reason.
+const EXCEPTIONS: [(&str, &str); 3] = [
+    // This crate defines the place of kilolib's calibration, which avrdude reads and writes.
+    ("bbz/src/isp.rs", "use bittybuzz_kilobot::calibration::"),
+    ("bbz/src/problem.rs", "use bittybuzz_kilobot::calibration::"),
+    // The Kilobot is the only robot whose firmware is replaced as a whole.
+    ("bbz/src/hex.rs", "cargo xtask build kilobot"),
+];
+
+fn sources(folder: &Path, found: &mut Vec<(String, String)>) {
+    for entry in fs::read_dir(folder).unwrap().flatten() {
+        let path = entry.path();
+        if path.is_dir() {
+            sources(&path, found);
+        } else if path.extension().is_some_and(|extension| extension == "rs") {
+            let name = path.strip_prefix(root()).unwrap().display().to_string();
+            found.push((name, fs::read_to_string(&path).unwrap()));
+        }
+    }
+}
+
+/// Returns true for lines that may name a robot: comments, which may contain an example or the
+/// source of a number, and the examples in the help of a command, which call `bbz`.
+fn is_document(line: &str) -> bool {
+    // The explanation of an example is indented by 30 columns or more.
+    if line.starts_with(&" ".repeat(30)) {
+        return true;
+    }
+    let line = line.trim_start();
+    let is_example = line.starts_with("bbz ") || line.contains("| bbz ") || line.contains("; bbz ");
+    line.starts_with("//") || is_example
+}
+
+#[test]
+fn rooms_know_no_robot_by_its_name() {
+    let mut found = Vec::new();
+    for room in ROOMS {
+        sources(&root().join(room).join("src"), &mut found);
+    }
+    assert!(found.len() > 150, "{} files", found.len());
+    let mut wrong = Vec::new();
+    for (path, text) in &found {
+        // Tests are at the end of a file, or in files whose names end with `tests.rs`.
+        let (text, _) = text.split_once("#[cfg(test)]\nmod ").unwrap_or((text, ""));
+        for (number, line) in text.lines().enumerate().filter(|(_, line)| !is_document(line)) {
+            let small = line.to_lowercase();
+            let is_exception = |(file, part): &(&str, &str)| path == file && line.contains(part);
+            let is_named = ROBOTS.iter().any(|robot| small.contains(robot));
+            if is_named && !path.ends_with("tests.rs") && !EXCEPTIONS.iter().any(is_exception) {
+                wrong.push(format!("{path}:{}: {}", number + 1, line.trim()));
+            }
+        }
+    }
+    assert!(wrong.is_empty(), "names of robots:\n{}", wrong.join("\n"));
+}

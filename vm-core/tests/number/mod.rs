@@ -1,0 +1,3 @@
+pub mod binary32;
+pub mod float16_model;
+pub mod random;
