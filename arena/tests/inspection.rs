@@ -20,7 +20,7 @@ fn inspection_between_ticks_changes_nothing() {
         for number in 0..simulation.robot_count() {
             let Some(found) = simulation.inspect(number, Limits::NONE) else { continue };
             // The values of expectations, read by another way.
-            let names = setup.programs[setup.group(number)].globals();
+            let names = simulation.program(number).globals();
             let at = names.iter().position(|name| name == "heard").unwrap();
             assert_eq!(names[at], found.globals[at].name);
             neighbors += found.neighbors.len();

@@ -53,7 +53,7 @@ pub fn quantities(setup: &Setup) -> Value {
     let simple = QUANTITIES.iter().filter(|form| !form.contains(char::is_uppercase));
     let (swarm, robot): (Vec<&str>, Vec<&str>) =
         simple.copied().partition(|form| form.starts_with("swarm."));
-    let mut globals: Vec<String> = setup.programs.iter().flat_map(globals).collect();
+    let mut globals: Vec<String> = setup.programs().flat_map(globals).collect();
     globals.sort();
     globals.dedup();
     json!({ "plot": plot, "robot": robot, "swarm": swarm, "global": globals })

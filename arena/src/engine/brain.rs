@@ -140,13 +140,13 @@ impl<'a> TickFrames<'a> {
 
     /// Returns the frame at an index of [`iter`](Self::iter) in the form for observers; `now` is
     /// the current tick.
-    pub(crate) fn sent(&self, place: usize, now: u64) -> Option<SentFrame> {
+    pub(crate) fn sent(&self, place: usize, now: u64) -> SentFrame {
         match self.heard.get(place) {
             Some(heard) => {
-                let transmission = self.air.get(heard.transmission as usize)?;
-                Some(SentFrame::heard_at(now, self.medium, transmission))
+                let transmission = &self.air[heard.transmission as usize];
+                SentFrame::heard_at(now, self.medium, transmission)
             }
-            None => self.late.map(|late| late.frame.clone()),
+            None => self.late.expect("the last index is that of a late frame").frame.clone(),
         }
     }
 }

@@ -163,6 +163,7 @@ impl Crowd {
     /// Stores the new place of a robot that was moved by a command, so that the jump does not count
     /// as a velocity.
     pub(crate) fn displace(&mut self, index: usize, pose: &Pose) {
+        // A new robot gets its place in the next substep.
         if let Some(place) = self.places.get_mut(index) {
             *place = [pose.x, pose.y, pose.z];
         }
@@ -225,7 +226,7 @@ impl Crowd {
             let (x, y) = ray.at(walked);
             for row in self.cells.around(self.cells.of(x, y)) {
                 let range = self.starts[row.start] as usize..self.starts[row.end] as usize;
-                for disc in self.discs.get(range).unwrap_or_default() {
+                for disc in &self.discs[range] {
                     let is_level = disc.z <= height && height < disc.z + self.height(disc);
                     if disc.id == robot.0 || !is_level {
                         continue;
@@ -263,7 +264,7 @@ impl Crowd {
         }
         for cell in self.cells.covered(low, high) {
             let range = self.starts[cell] as usize..self.starts[cell + 1] as usize;
-            self.discs.get(range).unwrap_or_default().iter().for_each(&mut look);
+            self.discs[range].iter().for_each(&mut look);
         }
     }
 
@@ -454,6 +455,7 @@ impl Look<'_> {
 
     /// Returns [`CRASH`] if a disc crashes into another one.
     fn crash_with(&self, disc: &Disc, other: &Disc) -> u8 {
+        // There are no velocities while no robot can crash.
         let Some(velocity) = self.velocities.get(usize::from(other.id)) else { return 0 };
         self.crash(disc, [other.x - disc.x, other.y - disc.y, other.z - disc.z], *velocity)
     }
@@ -461,6 +463,7 @@ impl Look<'_> {
     /// Returns [`CRASH`], or 0 if there is no crash, for a disc that touches something in direction
     /// `towards` that moves with `velocity`.
     fn crash(&self, disc: &Disc, towards: [f32; 3], velocity: [f32; 3]) -> u8 {
+        // There are no velocities while no robot can crash, and some bodies never do.
         let Some(own) = self.velocities.get(usize::from(disc.id)) else { return 0 };
         let Some(most) = self.crash_speeds[usize::from(disc.herd)] else { return 0 };
         if disc.z <= 0.0 {

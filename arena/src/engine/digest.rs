@@ -1,13 +1,9 @@
 //! Digests: one number that stands for the state of a run, to compare runs across machines.
 
 use core::fmt::{self, Debug, Write};
-use core::hash::{Hash, Hasher};
+use core::hash::Hasher;
 
-use super::brain::Brain;
 use super::geometry::Pose;
-use super::herd::Cohort;
-use super::robot::EngineRobot;
-use super::world::World;
 
 /// The bits that every NaN has in a digest. Processors and WebAssembly engines produce NaNs with
 /// different bits for the same operation.
@@ -38,8 +34,7 @@ impl Digest {
     /// Adds the `Debug` text of a state that is too varied to be hashed field by field. The text of a float is the same on every
     /// machine, and that of every NaN is `NaN`.
     pub(crate) fn text_of(&mut self, state: &dyn Debug) {
-        // Writing to a digest cannot fail.
-        let _ = write!(self, "{state:?}");
+        write!(self, "{state:?}").expect("writing to a digest never fails");
     }
 }
 
@@ -92,45 +87,10 @@ impl Write for Digest {
     }
 }
 
-impl<B: Brain> World<B> {
-    /// Returns a digest of the whole state except the brains. Worlds with the same history have the
-    /// same digest.
-    #[must_use]
-    pub fn digest(&self) -> u64 {
-        let mut digest = Digest::new();
-        self.add_to(&mut digest);
-        digest.finish()
-    }
-
-    /// Adds the state that determines how the world continues, except the brains. Scratch memory of
-    /// a tick is left out.
-    pub(crate) fn add_to(&self, digest: &mut Digest) {
-        (self.now, self.settings.seed, self.substeps).hash(digest);
-        self.statistics.hash(digest);
-        digest.float(self.settings.ambient_light);
-        for ((pose, estimate), robot) in self.poses.iter().zip(&self.estimates).zip(&self.robots) {
-            let EngineRobot { herd, cohort, radio, state, led, crashes } = robot;
-            digest.pose(pose);
-            estimate.is_some().hash(digest);
-            estimate.iter().for_each(|estimate| digest.pose(estimate));
-            (herd.0, cohort, state, led, crashes).hash(digest);
-            radio.add_to(digest);
-        }
-        for Cohort { herd, first, count, block } in &self.cohorts {
-            (herd.0, first, count).hash(digest);
-            digest.text_of(block);
-        }
-        self.stations.iter().for_each(|station| station.add_to(digest));
-        digest.text_of(&self.obstacles.all());
-        digest.text_of(&self.lights);
-        self.crowd.add_to(digest);
-        self.air.iter().for_each(|air| air.add_to(digest));
-        digest.text_of(&self.topology);
-    }
-}
-
 #[cfg(test)]
 mod tests {
+    use core::hash::Hash;
+
     use super::*;
 
     fn digest(add: impl FnOnce(&mut Digest)) -> u64 {

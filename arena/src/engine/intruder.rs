@@ -9,19 +9,16 @@ use core::fmt::Debug;
 use core::hash::Hash;
 
 use super::TICK_US;
-use super::brain::{Brain, TickFrames};
+use super::brain::TickFrames;
 use super::digest::Digest;
-use super::error::AddError;
 use super::geometry::Pose;
-use super::herd::{Herd, HerdId};
+use super::herd::HerdId;
 use super::id::RobotId;
 use super::link::{
-    Attempt, DeliveredFrame, Ether, Late, LinkSettings, Listener, Media, Medium, Near, Packet,
-    Transmission,
+    Attempt, DeliveredFrame, Ether, Late, Listener, Media, Medium, Near, Packet, Transmission,
 };
 use super::statistics::LinkStatistics;
 use super::stream::{Stream, StreamPurpose};
-use super::world::World;
 
 /// The behaviour of an intruder. Its `Debug` text contains its complete state, because digests of
 /// runs are computed from it.
@@ -93,73 +90,58 @@ pub(crate) fn number(id: RobotId) -> usize {
     usize::from(u16::MAX - id.0)
 }
 
-impl<B: Brain> World<B> {
-    /// Adds an intruder, which sends from now on. `make` gets random numbers of its own.
-    pub fn add_intruder(
-        &mut self,
-        settings: IntruderSettings,
+impl Station {
+    /// Returns an intruder that sends from `begin_us` on, in µs since the world began. `make` gets
+    /// random numbers of its own.
+    pub(crate) fn new(
+        (id, medium, media, link): (RobotId, Medium, Media, u16),
+        settings: &IntruderSettings,
+        begin_us: u64,
+        mut stream: Stream,
         make: impl FnOnce(Stream) -> Box<dyn Intruder>,
-    ) -> Result<(), AddError> {
-        let IntruderSettings { pose, herd, range, period_us, until } = settings;
-        let Some(Herd { medium, media, link, .. }) = self.herds.get(usize::from(herd.0)) else {
-            return Err(AddError::UnknownHerd);
-        };
-        if !pose.is_finite() || !self.settings.area.contains(pose.x, pose.y) {
-            return Err(AddError::Outside);
-        }
-        let free = usize::from(u16::MAX).checked_sub(self.brains.len() + self.stations.len());
-        let id = free.and_then(|_| u16::try_from(self.stations.len()).ok());
-        let id = RobotId(u16::MAX - id.ok_or(AddError::TooMany)?);
-        let mut stream = Stream::new(self.settings.seed, StreamPurpose::Intruder, id.0, 0);
-        let (medium, media) = (*medium, *media);
-        let air = &mut self.air[medium as usize];
-        // The loss may have changed since the herd was added.
-        let (of_herd, bodies) = (*air.link(*link), air.bodies(*link));
-        let link = LinkSettings { range: range.or(of_herd.range), ..of_herd };
-        self.stations.push(Station {
+    ) -> Self {
+        let IntruderSettings { pose, period_us, until, .. } = *settings;
+        Station {
             id,
             pose,
             medium,
             media,
-            link: air.add_link(link, bodies, self.settings.area),
+            link,
             period_us,
             until,
-            next_us: self.now * u64::from(TICK_US),
+            next_us: begin_us,
             intruder: make(stream.fork()),
             stream,
             late: None,
             near: Vec::new(),
             heard: Vec::new(),
-        });
-        Ok(())
-    }
-
-    /// Returns the number of intruders that have been added.
-    #[must_use]
-    pub fn intruder_count(&self) -> usize {
-        self.stations.len()
-    }
-
-    /// Lets intruders receive the frames that ended in the last tick.
-    pub(crate) fn overhear(&mut self) {
-        let World { stations, air, topology, calibration, settings, now, .. } = self;
-        let now = *now;
-        for station in stations.iter_mut().filter(|station| now < station.until) {
-            let Station { id, pose, medium, media, intruder, late, near, heard, .. } = station;
-            let ether = Ether { air: &air[*medium as usize], topology, calibration };
-            let due = late.take_if(|late| late.due <= now);
-            let mut listener = Listener { id: *id, pose, estimate: None, media, late, now };
-            let stream = || Stream::new(settings.seed, StreamPurpose::Hear, id.0, now);
-            // The statistics count only robots.
-            let mut count = LinkStatistics::default();
-            ether.hear(&mut listener, stream, near, heard, &mut count, |_, _| ());
-            let air = ether.air.transmissions();
-            intruder.hear(&TickFrames { heard, air, late: due.as_deref(), medium: *medium });
         }
     }
-}
 
-impl Station {
+    /// Returns true if the intruder sends and receives in tick `now`.
+    pub(crate) fn is_active(&self, now: u64) -> bool {
+        now < self.until
+    }
+
+    /// Receives the frames that ended in the last tick. `ether` returns the frames of a medium.
+    pub(crate) fn overhear<'a>(
+        &mut self,
+        ether: impl FnOnce(Medium) -> Ether<'a>,
+        seed: u64,
+        now: u64,
+    ) {
+        let Station { id, pose, medium, media, intruder, late, near, heard, .. } = self;
+        let ether = ether(*medium);
+        let due = late.take_if(|late| late.due <= now);
+        let mut listener = Listener { id: *id, pose, estimate: None, media, late, now };
+        let stream = || Stream::new(seed, StreamPurpose::Hear, id.0, now);
+        // The statistics count only robots.
+        let mut count = LinkStatistics::default();
+        ether.hear(&mut listener, stream, near, heard, &mut count, |_, _| ());
+        let air = ether.air.transmissions();
+        intruder.hear(&TickFrames { heard, air, late: due.as_deref(), medium: *medium });
+    }
+
     /// Adds the complete state to a digest.
     pub(crate) fn add_to(&self, digest: &mut Digest) {
         let Station { id, link, period_us, until, next_us, intruder, late, stream, pose, .. } =
@@ -171,7 +153,7 @@ impl Station {
 
     /// Plans the intruder's frames on a medium in tick `now`.
     pub(crate) fn plan(&mut self, medium: Medium, now: u64, planned: &mut Vec<Attempt>) {
-        if self.medium != medium || now >= self.until {
+        if self.medium != medium || !self.is_active(now) {
             return;
         }
         let begin = now * u64::from(TICK_US);

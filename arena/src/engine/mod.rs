@@ -61,6 +61,7 @@ mod grid;
 mod herd;
 mod id;
 mod intruder;
+mod intruders;
 mod light;
 mod link;
 mod obstacle;
@@ -75,6 +76,7 @@ mod statistics;
 mod step;
 mod stream;
 mod world;
+mod world_digest;
 
 pub use body::{BLOCK, Bodies, Body, BodyBlock, BodyModel, BodySize, Moment};
 pub use brain::{Brain, Io, ReceivedFrame, Sensors, TickFrames};

@@ -166,6 +166,7 @@ impl Obstacles {
     }
 
     pub(crate) fn add(&mut self, obstacle: Obstacle, height: f32) {
+        // The caller knows that an obstacle with such numbers is ignored.
         let Some(obstacle) = obstacle.sound() else { return };
         let (low, high) = obstacle.bounds();
         let low = (low.0 - self.margin, low.1 - self.margin);

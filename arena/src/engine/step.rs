@@ -134,8 +134,7 @@ impl<B: Brain> World<B> {
             if self.robots[usize::from(id.0)].state == RobotState::Failed {
                 continue;
             }
-            // This cannot fail, because the crowd has only robots of this world.
-            let _ = self.fail(id);
+            self.fail(id).expect("the crowd has only robots of this world");
             self.robots[usize::from(id.0)].crashes += 1;
             self.statistics.crashes += 1;
             self.statistics.first_crash.get_or_insert((self.now, id));

@@ -7,6 +7,7 @@ use rand_xoshiro::SplitMix64;
 
 /// The purpose of a stream. Streams of different purposes are independent.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(not(feature = "emulators"), expect(dead_code, reason = "nothing is emulated"))]
 pub(crate) enum StreamPurpose {
     /// Differences between robots of one kind.
     Build = 1,
@@ -26,6 +27,8 @@ pub(crate) enum StreamPurpose {
     Clock = 8,
     /// The ticks in which robots lose their power.
     BrownOut = 9,
+    /// The loss of frames between robots in emulators.
+    Emulated = 10,
 }
 
 /// A stream of random numbers, which is identical on every machine.
@@ -57,6 +60,13 @@ impl Stream {
     #[must_use]
     pub fn for_power(seed: u64, robot: u16, tick: u64) -> Self {
         Stream::new(seed, StreamPurpose::BrownOut, robot, tick)
+    }
+
+    /// Returns the stream of a radio channel between robots in emulators.
+    #[cfg(feature = "emulators")]
+    #[must_use]
+    pub(crate) fn for_emulated(seed: u64) -> Self {
+        Stream::new(seed, StreamPurpose::Emulated, 0, 0)
     }
 
     /// Returns a new stream that is independent of later draws from this one.

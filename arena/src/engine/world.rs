@@ -174,9 +174,7 @@ impl<B: Brain> World<B> {
 
     /// Replaces a lamp: moves it, dims it, or switches it off with intensity 0.
     pub fn set_light(&mut self, id: LightId, light: Lamp) {
-        if let Some(lamp) = self.lights.get_mut(id.0) {
-            *lamp = light;
-        }
+        self.lights[id.0] = light;
     }
 
     /// Returns all lamps, in the order in which they were added.
@@ -298,16 +296,29 @@ impl<B: Brain> World<B> {
     /// Returns the visible state of a robot.
     #[must_use]
     pub fn robot(&self, id: RobotId) -> Option<RobotView> {
-        let index = self.index(id).ok()?;
+        self.index(id).ok().map(|index| self.view(index))
+    }
+
+    fn view(&self, index: usize) -> RobotView {
         let EngineRobot { herd, state, led, crashes, .. } = self.robots[index];
         let BodySize { radius, height } = self.herds[usize::from(herd.0)].shape;
         let (pose, estimate) = (self.poses[index], self.estimates[index]);
-        Some(RobotView { herd, state, pose, estimate, radius, height, led, crashes })
+        RobotView { herd, state, pose, estimate, radius, height, led, crashes }
     }
 
     /// Returns the visible states of all robots in the order of their ids.
     pub fn robots(&self) -> impl Iterator<Item = RobotView> + '_ {
-        self.ids().filter_map(|id| self.robot(id))
+        (0..self.brains.len()).map(|index| self.view(index))
+    }
+
+    /// Returns the brains of all robots in the order of their ids.
+    pub fn brains(&self) -> impl Iterator<Item = &B> {
+        self.brains.iter()
+    }
+
+    /// Returns the brains of all robots for changes between ticks, in the order of their ids.
+    pub fn brains_mut(&mut self) -> impl Iterator<Item = &mut B> {
+        self.brains.iter_mut()
     }
 
     /// Returns a robot's brain.

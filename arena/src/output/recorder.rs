@@ -11,10 +11,10 @@ use super::recording::{
 /// Returns the header of a recording of this run.
 pub fn header(simulation: &Simulation) -> RecordingHeader {
     let setup = simulation.setup();
-    let Scenario { world, groups, .. } = &*setup.scenario;
+    let Scenario { world, .. } = &*setup.scenario;
     let body = |number| RecordedBody {
         id: setup.id(number),
-        radius: tenths(groups[setup.group(number)].radius()).unsigned_abs(),
+        radius: tenths(setup.scenario.group(setup.group(number)).radius()).unsigned_abs(),
     };
     RecordingHeader {
         size: world.size.map(|side| side as u32),

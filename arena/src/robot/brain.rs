@@ -180,7 +180,7 @@ impl SimRobot {
     }
 
     /// Reports new log lines to the flag of another run from now on.
-    pub fn tell(&mut self, news: News) {
+    pub fn set_news(&mut self, news: News) {
         self.state.news = news;
     }
 

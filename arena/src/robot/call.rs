@@ -5,8 +5,8 @@ use std::fmt::Debug;
 
 use crate::engine::{Digest, Io, Stream};
 
-use super::context::ProgramId;
 use super::log::{LogLine, Piece};
+use super::program::ProgramId;
 
 /// The effect of a robot function. Arguments are checked before, as on the robot.
 pub type Effect = Box<dyn Fn(&mut RobotCall<'_, '_>) -> Done + Send + Sync>;

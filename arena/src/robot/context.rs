@@ -9,6 +9,7 @@ use bittybuzz_vm_core::{FlashArea, Periods, Sizes};
 use crate::engine::TICK_US;
 
 use super::call::{Done, Effect};
+use super::program::ProgramId;
 
 const TICKS_PER_SECOND: u32 = 1_000_000 / TICK_US;
 
@@ -17,10 +18,6 @@ const TICKS_PER_SECOND: u32 = 1_000_000 / TICK_US;
 pub fn step_rates() -> impl Iterator<Item = u32> {
     (1..=TICKS_PER_SECOND).rev().filter(|rate| TICKS_PER_SECOND.is_multiple_of(*rate))
 }
-
-/// The number of a program in the setup of a run.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
-pub struct ProgramId(pub usize);
 
 /// Bytes of a kept image: the largest size of an image, and two more for [`FlashArea`], which reads them
 /// without a check.
@@ -99,7 +96,8 @@ impl GroupContext {
     /// Returns the function of that name hash, and its effect.
     pub fn function(&self, hash: u16) -> Option<(&RobotFunction, &Effect)> {
         let found = self.functions.binary_search_by_key(&hash, |(hash, ..)| *hash).ok()?;
-        self.functions.get(found).map(|(_, function, effect)| (function, effect))
+        let (_, function, effect) = &self.functions[found];
+        Some((function, effect))
     }
 }
 
@@ -123,10 +121,9 @@ fn padded(image: &[u8]) -> KeptImage {
     let bytes = Box::leak(Box::new([0; IMAGE_BYTES]));
     let length = image.len().min(KeptImage::MOST);
     bytes[..length].copy_from_slice(&image[..length]);
-    FlashArea::new(bytes, length).unwrap_or(FlashArea::empty(bytes))
+    FlashArea::new(bytes, length).expect("the length is at most that of a flash area")
 }
 
-/// Converts a number of steps. Robot files have no number that exceeds a byte.
 fn steps(count: u32) -> u8 {
-    u8::try_from(count).unwrap_or(u8::MAX)
+    u8::try_from(count).expect("the reader of robot files accepts at most 255 steps")
 }

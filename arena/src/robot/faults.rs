@@ -3,7 +3,7 @@
 use bittybuzz_inspect::ScriptMemory;
 use bittybuzz_vm_core::{Entry, Fault, Restarts};
 
-use super::context::ProgramId;
+use super::program::ProgramId;
 
 /// The largest number of fault places that are remembered per robot. Faults at other places are
 /// only counted.

@@ -7,7 +7,7 @@ use bittybuzz_compiler::symbols::Symbols;
 use bittybuzz_vm_core::builtin;
 use bittybuzz_vm_core::number::{format_float, format_int};
 
-use super::context::ProgramId;
+use super::program::ProgramId;
 
 /// A line that a script logged, or printed with a function of its robot.
 #[derive(Debug, Clone, PartialEq)]

@@ -219,8 +219,7 @@ where
                 true => LossCause::QueueFull,
                 false => LossCause::Unreadable,
             };
-            let sent = io.inbox.sent(place, io.now);
-            unread.extend(sent.map(|sent| SeenEvent::Unread(sent, cause)));
+            unread.push(SeenEvent::Unread(io.inbox.sent(place, io.now), cause));
         }
         unread
     }

@@ -1,6 +1,6 @@
 //! Steps that take longer than the time between two steps.
 
-use super::context::ProgramId;
+use super::program::ProgramId;
 
 /// The overruns of a robot since power-on. Most robots have none, so it is allocated at the first one.
 #[derive(Debug, Clone)]

@@ -118,7 +118,7 @@ impl<P: Profile> Host<P> for Platform<'_, '_> {
             Done::OutOfRange => Err(RobotFault::Refused(Refusal::OutOfRange)),
         };
         if let Some(seen) = seen {
-            seen.log(memory.logged.get(lines..).unwrap_or(&[]));
+            seen.log(&memory.logged[lines..]);
             // A function that waits is called in every run. Only its first and its last call are
             // recorded.
             if !(again && done == Done::Wait) {
@@ -138,7 +138,8 @@ impl<P: Profile> Host<P> for Platform<'_, '_> {
         let now = self.state.clock.time_us(self.io.now) / 1000;
         let awake = &mut self.state.awake;
         if !again {
-            *awake = now + u64::try_from(ms).unwrap_or(0);
+            // A negative time is over at once.
+            *awake = now + u64::from(ms.max(0).unsigned_abs());
         }
         *awake <= now
     }
@@ -166,6 +167,7 @@ impl<P: Profile> Host<P> for Platform<'_, '_> {
             return None;
         };
         let ids = &self.state.context.ids;
+        // An adversary has no id for scripts.
         let sender = heard.robot.and_then(|robot| ids.get(usize::from(robot.0)));
         let place = heard.place().map(|place| place.map(Value::float));
         *sighting = Sighting { robot: sender.copied(), place };

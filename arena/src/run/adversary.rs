@@ -44,12 +44,8 @@ pub fn mind(
 
 /// Returns the identity of the script in an image, which the coding of messages needs.
 fn script(image: &[u8]) -> ScriptIdentity {
-    // `Setup` accepted the image, so the header is there.
-    let unknown = ScriptIdentity { hash: 0, strings: 0 };
-    Image::new(image).header().map_or(unknown, |header| ScriptIdentity {
-        hash: header.hash(),
-        strings: header.strings() + string::COUNT,
-    })
+    let header = Image::new(image).header().expect("the setup accepted the image");
+    ScriptIdentity { hash: header.hash(), strings: header.strings() + string::COUNT }
 }
 
 /// The state of an adversary.
@@ -88,6 +84,7 @@ where
             self.frames.extend(message);
             self.count += 1;
         }
+        // The received frames do not suffice for a message yet.
         let Some(next) = self.frames.pop_front() else { return 0 };
         frame.iter_mut().zip(&next).for_each(|(to, from)| *to = *from);
         next.len()
@@ -117,9 +114,7 @@ impl<P: Profile> Mind<P> {
         } else {
             self.below(KEPT)
         };
-        if let Some(kept) = self.heard.get_mut(place) {
-            *kept = bytes.to_vec();
-        }
+        self.heard[place] = bytes.to_vec();
         let robot = match Message::<P>::decode(bytes, self.script) {
             Ok(Message::Broadcast { robot, topic, .. }) => {
                 remember(&mut self.topics, topic);
@@ -134,6 +129,7 @@ impl<P: Profile> Mind<P> {
             Ok(Message::Beacon { robot } | Message::Digest { robot, .. }) => robot,
             Ok(Message::Swarms { robot, .. }) => robot,
             Ok(Message::Fragment(Fragment { robot, .. })) => robot,
+            // A frame that no robot sends, such as noise, has nothing to learn.
             Err(_) => return,
         };
         remember(&mut self.robots, robot);
@@ -258,7 +254,7 @@ impl<P: Profile> Mind<P> {
     fn frame(&self, message: &Message<'_, P>) -> Vec<Vec<u8>> {
         let mut room = [0; FULL_FRAME];
         let length = message.encode(self.script, &mut room);
-        length.and_then(|length| room.get(..length)).map(<[u8]>::to_vec).into_iter().collect()
+        length.map(|length| room[..length].to_vec()).into_iter().collect()
     }
 
     /// Returns the fragments of a message that consists of a topic or key, and a value.
@@ -266,9 +262,10 @@ impl<P: Profile> Mind<P> {
         let mut room = [0; 64];
         let mut writer = ContentWriter::new(&mut room, self.script, head);
         items.iter().for_each(|item| writer.item(*item));
-        let length = writer.finish();
-        let Some(content) = length.and_then(|length| room.get(..length)) else { return Vec::new() };
-        let number = content.first().copied().unwrap_or(0);
+        // The script may have no form for an item, such as a function.
+        let Some(length) = writer.finish() else { return Vec::new() };
+        let content = &room[..length];
+        let number = content[0];
         let parts = content.chunks(piece::<P>());
         let last = parts.len().saturating_sub(1);
         let fragments = parts.enumerate().flat_map(|(place, content)| {

@@ -2,7 +2,7 @@
 
 use std::hash::Hash;
 
-use crate::engine::{Digest, LightId, Pose, RobotId, RobotState, World};
+use crate::engine::{Digest, LightId, Pose, RobotId, RobotState, UnknownRobot, World};
 use crate::scenario::{LampSection, MoveTarget, Scenario, Selection, WorldChange};
 
 use super::settings::{engine_light, engine_loss, engine_medium};
@@ -14,12 +14,8 @@ use crate::robot::{ProgramId, SimRobot};
 pub struct EventQueue {
     /// Index of the next event in the scenario.
     next: usize,
-    /// The start pose of each robot, also of those that have not joined yet.
-    starts: Vec<Pose>,
-    /// The engine's id of each robot; `None` until the robot joins.
-    ids: Vec<Option<RobotId>>,
-    /// The program of each robot.
-    programs: Vec<ProgramId>,
+    /// The robots by their numbers in the scenario.
+    robots: Vec<ScenarioRobot>,
     lights: Vec<LightId>,
     /// The part of each robot during a partition; 0 for robots in no part.
     parts: Option<Vec<u8>>,
@@ -29,20 +25,29 @@ pub struct EventQueue {
     carried_out: usize,
 }
 
+/// A robot of the scenario, present or to come.
+#[derive(Clone)]
+struct ScenarioRobot {
+    start: Pose,
+    /// The engine's id; `None` until the robot joins.
+    id: Option<RobotId>,
+    program: ProgramId,
+}
+
 impl EventQueue {
-    /// Returns a queue before its first event. `starts` and `programs` have one item for each
-    /// robot.
-    pub fn new(starts: Vec<Pose>, programs: Vec<ProgramId>, lights: Vec<LightId>) -> Self {
-        let ids = vec![None; starts.len()];
-        let (parts, commands) = (None, Vec::new());
-        EventQueue { next: 0, ids, programs, starts, lights, parts, commands, carried_out: 0 }
+    /// Returns a queue before its first event. `robots` gives the start pose and the program of
+    /// each robot.
+    pub fn new(robots: impl Iterator<Item = (Pose, ProgramId)>, lights: Vec<LightId>) -> Self {
+        let robots = robots.map(|(start, program)| ScenarioRobot { start, id: None, program });
+        let (robots, parts, commands) = (robots.collect(), None, Vec::new());
+        EventQueue { next: 0, robots, lights, parts, commands, carried_out: 0 }
     }
 
     /// Adds everything that decides the next ticks to a digest, except the scenario's events: start
     /// poses and programs of robots that have not joined yet, the partition, and commands that act
     /// before tick `now`.
     pub fn add_to(&self, digest: &mut Digest, now: u64) {
-        for ((start, id), program) in self.starts.iter().zip(&self.ids).zip(&self.programs) {
+        for ScenarioRobot { start, id, program } in &self.robots {
             id.hash(digest);
             if id.is_none() {
                 digest.pose(start);
@@ -57,48 +62,47 @@ impl EventQueue {
 
     /// Returns the number of robots, present or to come.
     pub fn count(&self) -> usize {
-        self.ids.len()
+        self.robots.len()
     }
 
+    /// Returns the engine's id of a robot; `None` before the robot joins, and for a number that no
+    /// robot has: users of a run may ask for any number.
     pub fn id(&self, number: usize) -> Option<RobotId> {
-        self.ids.get(number).copied().flatten()
+        self.robots.get(number)?.id
     }
 
     /// Returns the program of a robot.
-    pub fn program(&self, number: usize) -> Option<ProgramId> {
-        self.programs.get(number).copied()
+    pub fn program(&self, number: usize) -> ProgramId {
+        self.robots[number].program
     }
 
     /// Assigns a program to a robot for its next start.
     pub fn load(&mut self, number: usize, program: ProgramId) {
-        if let Some(place) = self.programs.get_mut(number) {
-            *place = program;
-        }
+        self.robots[number].program = program;
     }
 
     /// Returns the number in the scenario of a robot in the world.
-    pub fn number(&self, id: RobotId) -> Option<usize> {
-        self.ids.iter().position(|known| *known == Some(id))
+    pub fn number(&self, id: RobotId) -> usize {
+        let number = self.robots.iter().position(|robot| robot.id == Some(id));
+        number.expect("every robot in the world is one of the scenario")
     }
 
     /// Returns the scenario's numbers of all robots in the world, ordered by their id.
     pub fn numbers(&self) -> Vec<usize> {
-        let there = self.ids.iter().enumerate();
+        let there = self.robots.iter().enumerate();
         let mut pairs: Vec<(RobotId, usize)> =
-            there.filter_map(|(number, id)| Some(((*id)?, number))).collect();
+            there.filter_map(|(number, robot)| Some((robot.id?, number))).collect();
         pairs.sort_unstable();
         // Ids count up from 0, so the index is the id.
         pairs.into_iter().map(|(_, number)| number).collect()
     }
 
     pub fn start_of(&self, number: usize) -> Pose {
-        self.starts.get(number).copied().unwrap_or_default()
+        self.robots[number].start
     }
 
     pub fn joined(&mut self, number: usize, id: RobotId) {
-        if let Some(place) = self.ids.get_mut(number) {
-            *place = Some(id);
-        }
+        self.robots[number].id = Some(id);
     }
 
     /// Queues a command that acts before a tick. Commands of later ticks, which a run has after it
@@ -157,7 +161,9 @@ impl EventQueue {
                 self.displace(robots, *to, *heading, world)
             }
             WorldChange::Battery { robots, millivolts } => self.each(robots, |id| {
-                world.brain_mut(id).map(|robot| robot.set_battery(*millivolts)).ok_or(())
+                let robot = world.brain_mut(id).ok_or(UnknownRobot(id))?;
+                robot.set_battery(*millivolts);
+                Ok(())
             }),
             WorldChange::Light(lights) => self.relight(lights, world),
             WorldChange::Loss(medium, loss) => {
@@ -178,28 +184,24 @@ impl EventQueue {
 
     /// Applies the partition to all robots in the world, including those that have just joined.
     pub fn settle(&self, world: &mut World<SimRobot>) {
+        // Without a partition, there is nothing to apply.
         let Some(parts) = &self.parts else { return };
-        let mut by_id = vec![0; world.len()];
-        for (id, part) in self.ids.iter().zip(parts) {
-            if let Some(place) = id.and_then(|id| by_id.get_mut(usize::from(id.0))) {
-                *place = *part;
-            }
-        }
-        world.partition(|id| by_id.get(usize::from(id.0)).copied().unwrap_or(0));
+        let numbers = self.numbers();
+        world.partition(|id| parts[numbers[usize::from(id.0)]]);
     }
 
-    fn each<E>(&self, robots: &Selection, mut act: impl FnMut(RobotId) -> Result<(), E>) {
+    /// Calls `act` with the robots of a selection that have joined; the others are left out.
+    fn each(&self, robots: &Selection, mut act: impl FnMut(RobotId) -> Result<(), UnknownRobot>) {
         for id in robots.iter().filter_map(|number| self.id(number)) {
-            // The engine knows every robot that has joined.
-            let _ = act(id);
+            act(id).expect("the engine knows every robot that has joined");
         }
     }
 
-    fn pairs<E>(
+    fn pairs(
         &self,
         one: &Selection,
         other: &Selection,
-        mut act: impl FnMut(RobotId, RobotId) -> Result<(), E>,
+        mut act: impl FnMut(RobotId, RobotId) -> Result<(), UnknownRobot>,
     ) {
         for a in one.iter().filter_map(|number| self.id(number)) {
             self.each(other, |b| if a == b { Ok(()) } else { act(a, b) });
@@ -208,12 +210,10 @@ impl EventQueue {
 
     /// Returns the part of each robot, counted from 1; 0 for a robot in no part.
     fn numbered(&self, parts: &[Selection]) -> Vec<u8> {
-        let mut numbers = vec![0; self.ids.len()];
+        let mut numbers = vec![0; self.robots.len()];
         for (part, robots) in parts.iter().enumerate() {
             for robot in robots.iter() {
-                if let Some(number) = numbers.get_mut(robot) {
-                    *number = (part + 1) as u8;
-                }
+                numbers[robot] = (part + 1) as u8;
             }
         }
         numbers
@@ -245,18 +245,20 @@ impl EventQueue {
             if let Some(heading) = heading {
                 pose = Pose { z: pose.z, ..Pose::new(pose.x, pose.y, heading.to_radians() as f32) };
             }
-            match (self.id(number), self.starts.get_mut(number)) {
-                // The engine knows every robot that has joined.
-                (Some(id), _) => drop(world.move_to(id, pose)),
+            let ScenarioRobot { id, start, .. } = &mut self.robots[number];
+            match *id {
+                Some(id) => {
+                    let moved = world.move_to(id, pose);
+                    moved.expect("the engine knows every robot that has joined");
+                }
                 // The engine clamps robots that are present to the area; robots that have yet to
                 // join are clamped here.
-                (None, Some(start)) => {
+                None => {
                     let area = world.settings().area;
                     pose.x = pose.x.clamp(-area.width / 2.0, area.width / 2.0);
                     pose.y = pose.y.clamp(-area.height / 2.0, area.height / 2.0);
                     *start = pose;
                 }
-                (None, None) => {}
             }
         }
     }

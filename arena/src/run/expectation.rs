@@ -126,6 +126,7 @@ impl Bound {
                 readings.filter(|reading| passes(*reading)).take(count).count() == count
             }
             Of::Agree => {
+                // No robots agree.
                 let Some(first) = readings.clone().next() else { return true };
                 readings.all(|reading| reading.is_like(&first, *tolerance) && passes(reading))
             }

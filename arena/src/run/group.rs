@@ -1,23 +1,23 @@
 //! The mapping from a robot's number in the scenario to its id and group.
 
-use crate::scenario::{Scenario, WorldChange};
+use crate::scenario::{GroupId, Scenario, WorldChange};
 
 /// Returns the id of a robot.
 pub fn id(scenario: &Scenario, number: usize) -> u16 {
     let (group, within) = group_of(scenario, number);
-    scenario.groups.get(group).map_or(0, |group| group.first_id + within as u16)
+    scenario.group(group).first_id + within as u16
 }
 
-/// Returns the group of a robot, and the robot's number within it.
-pub fn group_of(scenario: &Scenario, number: usize) -> (usize, usize) {
+/// Returns the group of a robot of the scenario, and the robot's number within the group.
+pub fn group_of(scenario: &Scenario, number: usize) -> (GroupId, usize) {
     let mut within = number;
     for (index, group) in scenario.groups.iter().enumerate() {
         if within < group.count as usize {
-            return (index, within);
+            return (GroupId(index), within);
         }
         within -= group.count as usize;
     }
-    (scenario.groups.len(), within)
+    panic!("the scenario has no robot of number {number}")
 }
 
 /// Returns the robots' numbers in the order in which they enter the world: those present at the
@@ -34,12 +34,11 @@ pub fn joining_order(scenario: &Scenario) -> Vec<usize> {
         }
     }
     for event in &scenario.events {
+        // No other event lets robots join.
         let WorldChange::Join(robots) = &event.action else { continue };
-        for number in robots.iter() {
-            if let Some(is_there) = is_there.get_mut(number).filter(|is_there| !**is_there) {
-                *is_there = true;
-                order.push(number);
-            }
+        for number in robots.iter().filter(|number| !is_there[*number]).collect::<Vec<_>>() {
+            is_there[number] = true;
+            order.push(number);
         }
     }
     order

@@ -8,7 +8,7 @@ use crate::robot::SimRobot;
 use crate::scenario::{Scenario, ScenarioError};
 
 use super::event_queue::EventQueue;
-use super::program::Program;
+use super::program::LoadedProgram;
 use super::setup::Setup;
 
 /// The firmware of emulated robots.
@@ -16,7 +16,7 @@ pub enum Firmware {}
 
 impl Firmware {
     /// Returns an empty list: the reader of scenarios rejects groups with firmware.
-    pub fn of(_: &Scenario, _: &[Program]) -> Result<Vec<Self>, ScenarioError> {
+    pub fn of(_: &Scenario, _: &[LoadedProgram]) -> Result<Vec<Self>, ScenarioError> {
         Ok(Vec::new())
     }
 }

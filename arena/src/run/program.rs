@@ -1,11 +1,12 @@
 //! The programs that robots run.
 
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use bittybuzz_compiler::symbols::Symbols;
 
-use crate::scenario::Group;
+use crate::robot::GroupContext;
+use crate::scenario::{Group, GroupId};
 
 /// A function that compiles a script for the robots of a group. Its error is a report of all
 /// mistakes, for users.
@@ -20,11 +21,26 @@ pub struct Program {
     pub symbols: Option<Symbols>,
 }
 
+/// A program in the setup of a run.
+#[derive(Clone)]
+pub struct LoadedProgram {
+    pub program: Program,
+    /// The group whose robots can run it.
+    pub group: GroupId,
+    /// The script, image or object file.
+    pub script: PathBuf,
+    /// The data that its robots share.
+    pub context: Arc<GroupContext>,
+}
+
 impl Program {
     /// Returns the number of a global.
     pub fn global(&self, name: &str) -> Option<u16> {
         let globals = &self.symbols.as_ref()?.globals;
-        globals.iter().position(|global| global == name).and_then(|at| u16::try_from(at).ok())
+        let number = globals.iter().position(|global| global == name)?;
+        // Symbols may come from a file, so that their number has no limit. A machine has no such
+        // global.
+        u16::try_from(number).ok()
     }
 
     /// Returns the names of the globals.

@@ -4,9 +4,9 @@
 use bittybuzz_vm_core::builtin;
 
 use crate::engine::{RobotState, RobotView};
-use crate::scenario::{Group, Key, Load, Quantity, ScenarioCause, Selection, Swarm, groups_of};
+use crate::scenario::{Group, Key, Quantity, ScenarioCause, Selection, Swarm, groups_of};
 
-use super::program::Program;
+use super::program::{LoadedProgram, Program};
 use crate::robot::{ProgramId, SimRobot, VariableContent};
 
 /// The value of a robot's quantity at one time.
@@ -38,31 +38,24 @@ pub enum QuantityProbe {
 
 impl QuantityProbe {
     /// Resolves names in the programs of `robots`. At least one of the programs must have them.
-    /// `programs` are those of the groups, then those that are loaded later.
     pub fn new(
         quantity: &Quantity,
-        (groups, loads): (&[Group], &[Load]),
-        programs: &[Program],
+        groups: &[Group],
+        programs: &[LoadedProgram],
         robots: &Selection,
     ) -> Result<QuantityProbe, ScenarioCause> {
         match quantity {
             Quantity::Global { name, keys } => {
                 let numbers: Vec<_> =
-                    programs.iter().map(|program| path(program, name, keys)).collect();
+                    programs.iter().map(|loaded| path(&loaded.program, name, keys)).collect();
                 let of_robots = groups_of(groups, robots);
-                let own = (0..groups.len()).map(|group| (group, group));
-                let loads = (groups.len()..).zip(loads);
-                let meant: Vec<usize> = own
-                    .chain(loads.map(|(number, load)| (number, load.group)))
-                    .filter(|(_, group)| of_robots.contains(group))
-                    .map(|(number, _)| number)
-                    .collect();
-                let has_it = |number: &usize| matches!(numbers.get(*number), Some(Some(_)));
-                if meant.iter().any(has_it) {
+                let is_meant = |loaded: &LoadedProgram| of_robots.contains(&loaded.group);
+                let mut with_numbers = programs.iter().zip(&numbers);
+                if with_numbers.any(|(loaded, number)| is_meant(loaded) && number.is_some()) {
                     return Ok(QuantityProbe::Global(numbers));
                 }
-                let programs = meant.iter().filter_map(|number| programs.get(*number));
-                let known = programs.flat_map(Program::globals);
+                let programs = programs.iter().filter(|loaded| is_meant(loaded));
+                let known = programs.flat_map(|loaded| loaded.program.globals());
                 // Names with a blank are internal to the compiler.
                 let mut known: Vec<String> =
                     known.filter(|name| !name.contains(' ')).cloned().collect();
@@ -71,7 +64,7 @@ impl QuantityProbe {
                 Err(ScenarioCause::UnknownGlobal { name: unknown(name, keys, &known), known })
             }
             Quantity::Stigmergy { number, key } => {
-                let keys = programs.iter().map(|program| content(program, key));
+                let keys = programs.iter().map(|loaded| content(&loaded.program, key));
                 Ok(QuantityProbe::Stigmergy(*number, keys.collect()))
             }
             Quantity::Swarm(of) => Ok(QuantityProbe::Swarm(*of)),
@@ -100,11 +93,13 @@ impl QuantityProbe {
         program: &'p Program,
         robot: Option<(&SimRobot, RobotView)>,
     ) -> QuantityReading<'p> {
+        // Robots that have not joined have no values.
         let Some((robot, view)) = robot else { return QuantityReading::Nil };
         match self {
             QuantityProbe::Body(quantity) => body(quantity, robot, &view),
             // A single robot has no such quantity.
             QuantityProbe::Swarm(_) => QuantityReading::Nil,
+            // A caller may have made the probe before a command loaded the program.
             QuantityProbe::Global(numbers) => match numbers.get(number) {
                 Some(Some((global, keys))) => reading(robot.global(*global, keys), program),
                 _ => QuantityReading::Nil,
@@ -151,6 +146,7 @@ fn string_number(program: &Program, text: &str) -> Option<u16> {
         Some(own) => own + usize::from(builtin::string::COUNT),
         None => builtin::STRINGS.iter().position(|string| *string == text)?,
     };
+    // Symbols may come from a file, so that their number has no limit. A machine has no such string.
     u16::try_from(number).ok()
 }
 
@@ -187,9 +183,8 @@ fn body<'p>(quantity: &Quantity, robot: &SimRobot, view: &RobotView) -> Quantity
             let runs = view.state == RobotState::Running && !robot.state().is_faulted();
             f64::from(u8::from(runs))
         }
-        // Other variants of `Probe` read these.
         Quantity::Global { .. } | Quantity::Stigmergy { .. } | Quantity::Swarm(_) => {
-            return QuantityReading::Other;
+            unreachable!("other variants of `QuantityProbe` read these")
         }
     })
 }

@@ -128,6 +128,7 @@ impl Session {
 
     /// Takes a copy if one is due. If there are then too many copies, every second one is dropped.
     fn keep(&mut self) {
+        // A run with emulated robots has no copies.
         let Some(last) = self.copies.last() else { return };
         if self.run.now() < last.now() + self.every {
             return;

@@ -13,14 +13,14 @@ use crate::robot::{
     GroupContext, MOST_QUEUED, MOST_SLOTS, News, ProgramId, RobotModel, SimRobot, common_effect,
 };
 use crate::scenario::{
-    Backend, Group, Load, Quantity, Scenario, ScenarioCause, ScenarioError, Selection, WorldChange,
-    groups_of,
+    Backend, Group, GroupId, Load, Quantity, Scenario, ScenarioCause, ScenarioError, Selection,
+    WorldChange, groups_of,
 };
 
 use super::expectation::Bound;
 use super::firmware::Firmware;
 use super::group::{group_of, id, joining_order};
-use super::program::{Compiler, Program};
+use super::program::{Compiler, LoadedProgram, Program};
 use super::quantity::QuantityProbe;
 
 /// A reason why a scenario cannot be run with these programs.
@@ -42,33 +42,34 @@ pub enum SetupError {
 pub struct Setup {
     /// The scenario.
     pub scenario: Arc<Scenario>,
-    /// The programs of [`Scenario::programs`], then those that commands have loaded.
-    pub programs: Arc<[Program]>,
-    /// The group and the script of each program that follows those of the groups.
-    loads: Vec<Load>,
+    /// The programs of [`Scenario::programs`], then those that commands have loaded, indexed by
+    /// [`ProgramId`].
+    programs: Vec<LoadedProgram>,
     /// The emulator programs that replace the usual one of a model, by the model's name.
     emulators: Vec<(String, PathBuf)>,
     /// The data flashed to emulated robots, for each model.
     #[cfg_attr(not(feature = "emulators"), expect(dead_code, reason = "nothing is emulated"))]
     pub(super) firmware: Arc<[Firmware]>,
-    /// The data that robots with each program share.
-    pub(super) contexts: Vec<Arc<GroupContext>>,
     expects: Vec<Bound>,
     plots: Vec<QuantityProbe>,
-    /// The instruction costs of each group, where they are known. `None` if scripts are not
-    /// checked.
-    pub(super) checks: Option<Vec<Option<Arc<Costs>>>>,
+    /// The instruction costs of each group, indexed by [`GroupId`], where they are known. `None` if
+    /// scripts are not checked.
+    checks: Option<Vec<Option<Arc<Costs>>>>,
     /// Compiles the scripts that commands load.
     compiler: Option<Compiler>,
 }
 
 impl Setup {
     /// Checks `programs`, one for each of [`Scenario::programs`], against the scenario.
+    ///
+    /// # Panics
+    /// If the numbers of programs differ.
     pub fn new(
         scenario: impl Into<Arc<Scenario>>,
         programs: impl Into<Arc<[Program]>>,
     ) -> Result<Self, SetupError> {
-        let (scenario, programs) = (scenario.into(), programs.into());
+        let scenario = scenario.into();
+        let programs = loaded(&scenario, &programs.into());
         let mut errors = Vec::new();
         for group in &scenario.groups {
             if let Some(needs) = capacity_error(group) {
@@ -77,10 +78,9 @@ impl Setup {
                 errors.push(ScenarioError { cause, place });
             }
         }
-        let scripts = (&scenario.groups[..], &scenario.loads[..]);
         let mut expects = Vec::new();
         for expect in &scenario.expects {
-            match QuantityProbe::new(&expect.value, scripts, &programs, &expect.robots) {
+            match QuantityProbe::new(&expect.value, &scenario.groups, &programs, &expect.robots) {
                 Ok(probe) => expects.push(Bound::new(expect, probe, &scenario)),
                 Err(cause) => errors.push(ScenarioError {
                     cause,
@@ -89,15 +89,17 @@ impl Setup {
             }
         }
         for event in &scenario.events {
+            // Only this event names a global.
             let WorldChange::Set { robots, global, place, .. } = &event.action else { continue };
-            if let Err(cause) = QuantityProbe::new(&global_of(global), scripts, &programs, robots) {
+            let global = global_of(global);
+            if let Err(cause) = QuantityProbe::new(&global, &scenario.groups, &programs, robots) {
                 errors.push(ScenarioError { cause, place: Some(Box::new(place.clone())) });
             }
         }
         let all = Selection::all(scenario.robot_count() as u32);
         let mut plots = Vec::new();
         for (quantity, place) in &scenario.output.plot {
-            match QuantityProbe::new(quantity, scripts, &programs, &all) {
+            match QuantityProbe::new(quantity, &scenario.groups, &programs, &all) {
                 Ok(probe) => plots.push(probe),
                 Err(cause) => {
                     errors.push(ScenarioError { cause, place: Some(Box::new(place.clone())) });
@@ -112,19 +114,16 @@ impl Setup {
         if !errors.is_empty() {
             return Err(SetupError::Scenario(errors));
         }
-        let contexts = contexts(&scenario, &programs);
-        for (number, ((group, _), context)) in scenario.programs().zip(&contexts).enumerate() {
-            let robot = SimRobot::new(&*group.model, context, News::default(), 0, 0);
+        for (number, loaded) in programs.iter().enumerate() {
+            let model = &*scenario.group(loaded.group).model;
+            let robot = SimRobot::new(model, &loaded.context, News::default(), 0, 0);
             robot.map_err(|cause| SetupError::Refused { program: ProgramId(number), cause })?;
         }
-        let (loads, firmware) = (scenario.loads.clone(), firmware.into());
         Ok(Setup {
             scenario,
             programs,
-            loads,
             emulators: Vec::new(),
-            firmware,
-            contexts,
+            firmware: firmware.into(),
             expects,
             plots,
             checks: None,
@@ -155,28 +154,43 @@ impl Setup {
         self
     }
 
-    /// Returns a program.
+    /// Returns a program; `None` if the setup has none of that number.
     pub fn program(&self, ProgramId(number): ProgramId) -> Option<&Program> {
-        self.programs.get(number)
+        self.programs.get(number).map(|loaded| &loaded.program)
+    }
+
+    /// Returns a program with the data of the robots that run it.
+    pub(super) fn loaded(&self, ProgramId(number): ProgramId) -> &LoadedProgram {
+        &self.programs[number]
+    }
+
+    /// Returns all programs: those of [`Scenario::programs`], then those that commands have loaded.
+    pub fn programs(&self) -> impl Iterator<Item = &Program> {
+        self.programs.iter().map(|loaded| &loaded.program)
     }
 
     /// Returns the group and the script of each program: those of the scenario, then those that
     /// commands have loaded.
     pub fn scripts(&self) -> impl Iterator<Item = (&Group, &Path)> {
-        let groups = &self.scenario.groups;
-        let own = groups.iter().map(|group| (group, &*group.script));
-        let loads = self.loads.iter();
-        own.chain(loads.filter_map(|load| Some((groups.get(load.group)?, &*load.script))))
+        let programs = self.programs.iter();
+        programs.map(|loaded| (self.scenario.group(loaded.group), &*loaded.script))
     }
 
-    /// Returns the program that robots of a group run for a script.
-    pub(super) fn program_of(&self, group: usize, script: &Path) -> Option<ProgramId> {
-        if self.scenario.groups.get(group)?.script == script {
-            return Some(ProgramId(group));
-        }
-        let is_it = |load: &Load| load.group == group && load.script == script;
-        let loaded = self.loads.iter().position(is_it)?;
-        Some(ProgramId(self.scenario.groups.len() + loaded))
+    /// Returns the program that robots of a group run for a script, if it is loaded.
+    pub(super) fn program_of(&self, group: GroupId, script: &Path) -> Option<ProgramId> {
+        let is_it = |loaded: &LoadedProgram| loaded.group == group && loaded.script == script;
+        self.programs.iter().position(is_it).map(ProgramId)
+    }
+
+    /// Returns true if scripts are checked.
+    pub(super) fn is_checked(&self) -> bool {
+        self.checks.is_some()
+    }
+
+    /// Returns the instruction costs of a group's robots, if they are checked and the costs are
+    /// known.
+    pub(super) fn costs(&self, GroupId(number): GroupId) -> Option<Arc<Costs>> {
+        self.checks.as_ref()?[number].clone()
     }
 
     /// Returns a copy of this setup with the programs for a script that a command loads into
@@ -192,15 +206,14 @@ impl Setup {
         };
         let mut setup = self.clone();
         for number in groups_of(&self.scenario.groups, robots) {
-            let Some(group) = self.scenario.groups.get(number) else { continue };
-            let program = compiler(script, group)
+            let program = compiler(script, self.scenario.group(number))
                 .map_err(|report| ScenarioCause::NotCompiled { script: shown(), report })?;
-            match self.program_of(number, script).and_then(|known| self.program(known)) {
+            match self.program_of(number, script).map(|known| &self.loaded(known).program) {
                 Some(known) if known.image == program.image => {}
                 Some(_) => return Err(ScenarioCause::ScriptChanged { script: shown() }),
                 None => {
                     let load = Load { group: number, script: script.to_owned() };
-                    setup.add(load, group, program).map_err(|cause| ScenarioCause::NotLoaded {
+                    setup.add(load, program).map_err(|cause| ScenarioCause::NotLoaded {
                         script: shown(),
                         reason: refusal::sentence(&cause),
                     })?;
@@ -211,19 +224,19 @@ impl Setup {
     }
 
     /// Adds a program, or fails if the virtual machine of the group's robots rejects it.
-    fn add(&mut self, load: Load, group: &Group, program: Program) -> Result<(), ImageError> {
+    fn add(&mut self, load: Load, program: Program) -> Result<(), ImageError> {
+        let Load { group, script } = load;
         let ids = joining_ids(&self.scenario);
-        let context = context(group, (ProgramId(self.programs.len()), &program), ids);
-        SimRobot::new(&*group.model, &context, News::default(), 0, 0)?;
+        let of = self.scenario.group(group);
+        let context = context(of, (ProgramId(self.programs.len()), &program), ids);
+        SimRobot::new(&*of.model, &context, News::default(), 0, 0)?;
         for bound in &mut self.expects {
             bound.probe.learn(&bound.expect.value, &program);
         }
         for (plot, (quantity, _)) in self.plots.iter_mut().zip(&self.scenario.output.plot) {
             plot.learn(quantity, &program);
         }
-        self.contexts.push(context);
-        self.programs = self.programs.iter().cloned().chain([program]).collect();
-        self.loads.push(load);
+        self.programs.push(LoadedProgram { program, group, script, context });
         Ok(())
     }
 
@@ -231,8 +244,8 @@ impl Setup {
     #[cfg(feature = "emulators")]
     pub(super) fn emulator(&self, model: &dyn RobotModel) -> &Path {
         let mut named = self.emulators.iter().filter(|(of, _)| of == model.name());
-        let usual = model.emulation().map_or("", |emulation| emulation.program());
-        named.next_back().map_or(Path::new(usual), |(_, path)| path)
+        let emulation = model.emulation().expect("a model with firmware has an emulator");
+        named.next_back().map_or(Path::new(emulation.program()), |(_, path)| path)
     }
 
     /// Returns the expectations with their names resolved.
@@ -244,15 +257,15 @@ impl Setup {
     /// loaded.
     pub fn probe(&self, quantity: &Quantity) -> Result<QuantityProbe, ScenarioError> {
         let all = Selection::all(self.scenario.robot_count() as u32);
-        let scripts = (&self.scenario.groups[..], &self.loads[..]);
-        let probe = QuantityProbe::new(quantity, scripts, &self.programs, &all);
+        let groups = &self.scenario.groups;
+        let probe = QuantityProbe::new(quantity, groups, &self.programs, &all);
         probe.map_err(|cause| ScenarioError { cause, place: None })
     }
 
     /// Fails if no program of these robots has a global of that name.
     pub(super) fn check_global(&self, robots: &Selection, name: &str) -> Result<(), ScenarioCause> {
-        let scripts = (&self.scenario.groups[..], &self.loads[..]);
-        QuantityProbe::new(&global_of(name), scripts, &self.programs, robots).map(|_| ())
+        let groups = &self.scenario.groups;
+        QuantityProbe::new(&global_of(name), groups, &self.programs, robots).map(|_| ())
     }
 
     /// Returns the quantities that are drawn over time.
@@ -261,11 +274,17 @@ impl Setup {
     }
 
     /// Returns the group of a robot by its number.
-    pub fn group(&self, number: usize) -> usize {
+    ///
+    /// # Panics
+    /// If the scenario has no robot of that number.
+    pub fn group(&self, number: usize) -> GroupId {
         group_of(&self.scenario, number).0
     }
 
     /// Returns the id of a robot by its number.
+    ///
+    /// # Panics
+    /// If the scenario has no robot of that number.
     pub fn id(&self, number: usize) -> u16 {
         id(&self.scenario, number)
     }
@@ -275,15 +294,20 @@ fn global_of(name: &str) -> Quantity {
     Quantity::Global { name: name.to_owned(), keys: Vec::new() }
 }
 
-/// Returns the data that robots with each program share.
-fn contexts(scenario: &Scenario, programs: &[Program]) -> Vec<Arc<GroupContext>> {
+/// Returns the programs of a scenario with the data of the robots that run them.
+fn loaded(scenario: &Scenario, programs: &[Program]) -> Vec<LoadedProgram> {
     let ids = joining_ids(scenario);
-    let programs = scenario.programs().zip(programs).enumerate();
-    programs
-        .map(|(number, ((group, _), program))| {
-            context(group, (ProgramId(number), program), ids.clone())
-        })
-        .collect()
+    let own = (0..).map(GroupId).zip(&scenario.groups).map(|(id, group)| (id, &group.script));
+    let loads = scenario.loads.iter().map(|load| (load.group, &load.script));
+    let scripts: Vec<(GroupId, &PathBuf)> = own.chain(loads).collect();
+    assert_eq!(scripts.len(), programs.len(), "a scenario needs a program for each script");
+    let loaded = scripts.into_iter().zip(programs).enumerate();
+    let loaded = loaded.map(|(number, ((group, script), program))| {
+        let of = scenario.group(group);
+        let context = context(of, (ProgramId(number), program), ids.clone());
+        LoadedProgram { program: program.clone(), group, script: script.clone(), context }
+    });
+    loaded.collect()
 }
 
 /// Returns the data that robots of a group with that program share.

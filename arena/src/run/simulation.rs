@@ -33,8 +33,8 @@ use std::sync::Arc;
 use bittybuzz_inspect::{Inspection, Limits};
 
 use crate::engine::{
-    Digest, HerdId, IntruderSettings, Lamp, Pose, RobotId, RobotState, RobotView, Stream, TICK_US,
-    World,
+    AddError, Digest, HerdId, IntruderSettings, Lamp, Pose, RobotId, RobotState, RobotView, Stream,
+    TICK_US, World,
 };
 use crate::robot::checks::Findings;
 use crate::robot::{FaultCounts, FaultRecord, LogLine, News, ProgramId, SimRobot};
@@ -49,7 +49,6 @@ use super::adversary::mind;
 use super::event_queue::EventQueue;
 use super::expectation::{Convergence, reduce};
 use super::firmware::{FirmwareError, Fleets};
-use super::group::group_of;
 use super::observer::{self, Observer};
 use super::place::poses;
 use super::program::Program;
@@ -62,10 +61,13 @@ use super::summary::{FaultOf, OverrunSummary, Summary, Unusable};
 use super::swarm::measure;
 use super::{TICKS_PER_SECOND, tick_at};
 
+/// The reason why the world has the brain of a robot whose id is known.
+const JOINED: &str = "the world keeps every robot that has joined";
+
 /// A run, which advances tick by tick.
 pub struct Simulation {
     setup: Arc<Setup>,
-    /// The engine's herd of each group.
+    /// The engine's herd of each group, indexed by [`GroupId`](crate::scenario::GroupId).
     herds: Vec<HerdId>,
     world: World<SimRobot>,
     /// The robots that run their firmware.
@@ -100,10 +102,11 @@ impl Simulation {
             let height = obstacle.height.map_or(f32::INFINITY, |height| height as f32);
             world.add_obstacle_of_height(engine_obstacle(obstacle.outline), height);
         }
+        // The program of a group from the start has the group's number.
         let groups = scenario.groups.iter().enumerate();
         let programs =
             groups.flat_map(|(number, of)| iter::repeat_n(ProgramId(number), of.count as usize));
-        let programs = programs.collect();
+        let robots = poses.into_iter().zip(programs);
         let lights = scenario.world.lights.iter();
         let lights = lights.map(|light| world.add_light(engine_light(*light))).collect();
         let mut simulation = Simulation {
@@ -111,7 +114,7 @@ impl Simulation {
             herds,
             world,
             fleets: None,
-            happenings: EventQueue::new(poses, programs, lights),
+            happenings: EventQueue::new(robots, lights),
             seed,
             convergences: vec![Convergence::START; setup.expects().len()],
             faults: Vec::new(),
@@ -143,11 +146,7 @@ impl Simulation {
         }
         let news = self.news.copy();
         let mut world = self.world.clone();
-        for id in world.ids() {
-            if let Some(robot) = world.brain_mut(id) {
-                robot.tell(news.clone());
-            }
-        }
+        world.brains_mut().for_each(|robot| robot.set_news(news.clone()));
         Some(Simulation {
             setup: self.setup.clone(),
             herds: self.herds.clone(),
@@ -247,8 +246,7 @@ impl Simulation {
     /// Returns the latest fault of a robot since it was switched on. Of several faults at one place
     /// of the script, this is the first.
     pub fn last_fault(&self, number: usize) -> Option<&FaultRecord> {
-        let robot = self.world.brain(self.happenings.id(number)?)?;
-        robot.state().fault_places().last()
+        self.robot(number)?.state().fault_places().last()
     }
 
     /// Simulates 100 ms: events and commands first, then the world, then the expectations. A tick
@@ -280,6 +278,7 @@ impl Simulation {
                 self.admit(adversary);
             }
             self.happenings.settle(&mut self.world);
+            // Without emulators, the rest has nothing to change.
             let Some(fleets) = &mut self.fleets else { continue };
             fleets.settle(&self.world)?;
             match &action {
@@ -309,17 +308,12 @@ impl Simulation {
     pub fn tick_observed(&mut self, observer: &mut dyn Observer) -> Result<(), FirmwareError> {
         let tick = self.world.now();
         self.world.watch();
-        for id in self.world.ids() {
-            if let Some(robot) = self.world.brain_mut(id) {
-                robot.watch();
-            }
-        }
+        self.world.brains_mut().for_each(SimRobot::watch);
         let outcome = self.tick();
         let frames = self.world.take_frame_log();
-        let ids = self.world.ids();
-        let take = |id| self.world.brain_mut(id).map_or_else(Vec::new, SimRobot::take_seen);
-        let robots = ids.map(take).collect();
+        let robots = self.world.brains_mut().map(SimRobot::take_seen).collect();
         let (numbers, count) = (self.happenings.numbers(), self.robot_count());
+        // The other senders are adversaries, whose ids count down from the highest one.
         let number = |id: RobotId| match numbers.get(usize::from(id.0)) {
             Some(number) => *number,
             None => count + usize::from(u16::MAX - id.0),
@@ -338,8 +332,7 @@ impl Simulation {
     pub fn digest(&self) -> u64 {
         let mut digest = Digest::new();
         self.world.add_to(&mut digest);
-        let robots = self.world.ids().filter_map(|id| self.world.brain(id));
-        robots.for_each(|robot| robot.add_to(&mut digest));
+        self.world.brains().for_each(|robot| robot.add_to(&mut digest));
         self.happenings.add_to(&mut digest, self.now());
         digest.finish()
     }
@@ -352,8 +345,9 @@ impl Simulation {
             return lines;
         }
         for number in 0..self.happenings.count() {
+            // A robot that has not joined has no log.
             let Some(id) = self.happenings.id(number) else { continue };
-            let Some(robot) = self.world.brain_mut(id) else { continue };
+            let robot = self.world.brain_mut(id).expect(JOINED);
             lines.extend(robot.take_log().into_iter().map(|line| (number, line)));
         }
         lines
@@ -366,16 +360,14 @@ impl Simulation {
 
     /// Returns true while a fault keeps the script of a robot from running.
     pub fn is_faulted(&self, number: usize) -> bool {
-        let robot = self.happenings.id(number).and_then(|id| self.world.brain(id));
-        robot.is_some_and(|robot| robot.state().is_faulted())
+        self.robot(number).is_some_and(|robot| robot.state().is_faulted())
     }
 
     /// Reads the whole state of a robot's virtual machine, with the names of its script, without
     /// changing it. Returns `None` for a robot that has not joined yet, and for one that runs its
     /// firmware.
     pub fn inspect(&self, number: usize, limits: Limits) -> Option<Inspection> {
-        let robot = self.world.brain(self.happenings.id(number)?)?;
-        robot.inspect(self.program(number)?.symbols.as_ref(), limits)
+        self.robot(number)?.inspect(self.program(number).symbols.as_ref(), limits)
     }
 
     /// Returns the voltage of a robot's battery in mV, without the noise of its sensor. Returns
@@ -383,24 +375,32 @@ impl Simulation {
     /// runs its firmware.
     pub fn battery_mv(&self, number: usize) -> Option<u16> {
         let milliseconds = self.now() * u64::from(TICK_US / 1000);
-        self.world.brain(self.happenings.id(number)?)?.battery_mv(milliseconds)
+        self.robot(number)?.battery_mv(milliseconds)
     }
 
     /// Returns the program of a robot: that of its group, until an event or a command loads another
     /// one.
-    pub fn program(&self, number: usize) -> Option<&Program> {
-        self.setup.program(self.happenings.program(number)?)
+    ///
+    /// # Panics
+    /// If the scenario has no robot of that number.
+    pub fn program(&self, number: usize) -> &Program {
+        &self.setup.loaded(self.happenings.program(number)).program
+    }
+
+    /// Returns a robot; `None` before it joins, and for a number that no robot has.
+    fn robot(&self, number: usize) -> Option<&SimRobot> {
+        let id = self.happenings.id(number)?;
+        Some(self.world.brain(id).expect(JOINED))
     }
 
     /// Reads a quantity of a robot.
+    ///
+    /// # Panics
+    /// If the scenario has no robot of that number.
     pub fn read(&self, probe: &QuantityProbe, number: usize) -> QuantityReading<'_> {
-        let known = self.happenings.program(number);
-        let Some((of, program)) = known.and_then(|of| Some((of, self.setup.program(of)?))) else {
-            return QuantityReading::Nil;
-        };
-        let id = self.happenings.id(number);
-        let robot = id.and_then(|id| Some((self.world.brain(id)?, self.world.robot(id)?)));
-        probe.read(of, program, robot)
+        let of = self.happenings.program(number);
+        let robot = self.robot(number).zip(self.view(number));
+        probe.read(of, &self.setup.loaded(of).program, robot)
     }
 
     /// Returns the current numbers of a quantity: one for each robot, or a single one for a measure
@@ -433,14 +433,15 @@ impl Simulation {
         let mut statistics = *self.world.statistics();
         let mut past = self.past.clone();
         let links = self.fleets.as_mut().map(Fleets::links).and_then(Result::ok);
+        // The counters of an emulator that has ended are lost; the run has reported its end.
         for (medium, links, overflown) in links.unwrap_or_default() {
             statistics.add(medium, &links);
             past.dropped[0] += overflown;
         }
         let mut faults = self.faults.clone();
         for number in 0..self.happenings.count() {
-            let id = self.happenings.id(number);
-            let Some(robot) = id.and_then(|id| self.world.brain(id)) else { continue };
+            // A robot that has not joined has no counters.
+            let Some(robot) = self.robot(number) else { continue };
             past.add(number, robot, self.has_unexpected(number, robot));
             past.add_findings(robot);
             faults.extend(faults_of(number, robot));
@@ -455,7 +456,7 @@ impl Simulation {
             statistics,
             first_crash: statistics
                 .first_crash
-                .and_then(|(tick, robot)| Some((tick, self.happenings.number(robot)?))),
+                .map(|(tick, robot)| (tick, self.happenings.number(robot))),
             unusable,
             dropped,
             faults,
@@ -478,20 +479,22 @@ impl Simulation {
     /// Adds an adversary to the world.
     fn admit(&mut self, adversary: &Adversary) {
         let Adversary { kind, at: [x, y], height, group, range, rate, until } = *adversary;
-        let (scenario, programs) = (&self.setup.scenario, &self.setup.programs);
-        let known = scenario.groups.get(group).zip(programs.get(group)).zip(self.herds.get(group));
-        let Some(((group, program), herd)) = known else { return };
         let settings = IntruderSettings {
             pose: Pose { z: height as f32, ..Pose::new(x as f32, y as f32, 0.0) },
-            herd: *herd,
+            herd: self.herds[group.0],
             range: range.map(|range| range as f32),
             period_us: rate.map(|rate| (1e6 / rate) as u64),
             until: tick_at(until),
         };
-        let (profile, image) = (group.robot.profile, &program.image);
-        // The scenario places adversaries inside the world; a world that is full of robots has no
-        // room for one.
-        let _ = self.world.add_intruder(settings, |stream| mind(kind, profile, image, stream));
+        let setup = &self.setup;
+        let profile = setup.scenario.group(group).robot.profile;
+        let image = &setup.loaded(ProgramId(group.0)).program.image;
+        let make = |stream| mind(kind, profile, image, stream);
+        match self.world.add_intruder(settings, make) {
+            // A world that is full of robots has no id for an adversary.
+            Ok(()) | Err(AddError::TooMany) => {}
+            Err(error) => panic!("the scenario places adversaries inside the world: {error}"),
+        }
     }
 
     /// Restarts robots at random in groups with brown-outs.
@@ -501,6 +504,7 @@ impl Simulation {
         for group in &setup.scenario.groups {
             let numbers = first..first + group.count as usize;
             first = numbers.end;
+            // Most groups have no brown-outs.
             let Some(every) = group.brown_out_every else { continue };
             // Times between two events of a Poisson process have this mean.
             let probability = 1.0 - libm::exp(-1.0 / (every * TICKS_PER_SECOND));
@@ -517,22 +521,18 @@ impl Simulation {
     /// Assigns a script to robots, for their next start.
     fn load(&mut self, robots: &Selection, script: &Path) {
         for number in robots.iter() {
-            // The setup has the programs of all scripts that commands and events load.
-            if let Some(program) = self.setup.program_of(self.setup.group(number), script) {
-                self.happenings.load(number, program);
-            }
+            let program = self.setup.program_of(self.setup.group(number), script);
+            let program = program.expect("the setup has the programs of all events and commands");
+            self.happenings.load(number, program);
         }
     }
 
     /// Switches a robot on. A robot that has already joined is switched off before.
     fn start(&mut self, number: usize) {
-        let (group, _) = group_of(&self.setup.scenario, number);
-        let (setup, program) = (self.setup.clone(), self.happenings.program(number));
-        let (Some(of), Some(context)) =
-            (setup.scenario.groups.get(group), program.and_then(|id| setup.contexts.get(id.0)))
-        else {
-            return;
-        };
+        let setup = self.setup.clone();
+        let group = setup.group(number);
+        let of = setup.scenario.group(group);
+        let context = &setup.loaded(self.happenings.program(number)).context;
         let there = self.happenings.id(number);
         // A restarted robot gets other random numbers than at its first start.
         let seed = match there {
@@ -545,8 +545,7 @@ impl Simulation {
             Backend::Vm => SimRobot::new(&*of.model, context, news, own_id, seed),
             Backend::Firmware { .. } => Ok(SimRobot::emulated(context, news, own_id)),
         };
-        // The setup loaded the image before, so it is not refused now.
-        let Ok(mut robot) = robot else { return };
+        let mut robot = robot.expect("the machine accepted the image in the setup");
         let [slowest, fastest] = of.clock_skew;
         if slowest != 0.0 || fastest != 0.0 {
             let share = f64::from(Stream::for_clock(self.seed.into(), own_id).unit());
@@ -556,28 +555,26 @@ impl Simulation {
         if self.world.is_watched() {
             robot.watch();
         }
-        if let Some(costs) = &setup.checks {
-            robot.check(own_id, costs.get(group).cloned().flatten());
+        if setup.is_checked() {
+            robot.check(own_id, setup.costs(group));
         }
         let Some(id) = there else {
             let pose = self.happenings.start_of(number);
-            let Some(herd) = self.herds.get(group).copied() else { return };
-            if let Ok(id) = self.world.add(herd, pose, robot) {
-                self.happenings.joined(number, id);
+            match self.world.add(self.herds[group.0], pose, robot) {
+                Ok(id) => self.happenings.joined(number, id),
+                // Adversaries have taken the last ids, so the robot cannot join.
+                Err(AddError::TooMany) => {}
+                Err(error) => panic!("the start poses are inside the world: {error}"),
             }
             return;
         };
-        if let Some(old) = self.world.brain(id) {
-            let has_unexpected = self.has_unexpected(number, old);
-            self.past.add(number, old, has_unexpected);
-            self.past.add_findings(old);
-            self.faults.extend(faults_of(number, old));
-        }
-        if let Some(old) = self.world.brain_mut(id) {
-            robot.adopt(old);
-        }
-        // The call cannot fail: the world knows all robots that are present.
-        let _ = self.world.restart(id, robot);
+        let old = self.world.brain(id).expect(JOINED);
+        let has_unexpected = self.has_unexpected(number, old);
+        self.past.add(number, old, has_unexpected);
+        self.past.add_findings(old);
+        self.faults.extend(faults_of(number, old));
+        robot.adopt(self.world.brain_mut(id).expect(JOINED));
+        self.world.restart(id, robot).expect(JOINED);
     }
 
     /// Returns true if a robot has had faults that no expectation counts.
@@ -604,16 +601,14 @@ impl Simulation {
                 }
                 probe => bound.is_true(Readings { simulation: self, probe, robots }),
             };
-            let Some(mut convergence) = self.convergences.get(index).copied() else { continue };
+            let mut convergence = self.convergences[index];
             bound.follow(&mut convergence, tick, is_true);
             if convergence.failed_at == Some(tick) {
                 let robots = bound.expect.robots.iter();
                 let read = |robot| (robot, self.read(&bound.probe, robot));
                 convergence.against = bound.against(robots.map(read));
             }
-            if let Some(kept) = self.convergences.get_mut(index) {
-                *kept = convergence;
-            }
+            self.convergences[index] = convergence;
         }
     }
 }

@@ -4,11 +4,10 @@ use toml::de::DeValue;
 
 use super::backend::Backend;
 use super::error::ScenarioCause;
-use super::event::{ScheduledEvent, WorldChange};
 use super::expect::not_after_end;
+use super::group::{Group, GroupId};
 use super::keys::ADVERSARY;
 use super::read::{Entry, Section};
-use super::robots::Group;
 use super::select::RobotIndex;
 use super::time::seconds;
 use super::world::{WorldSection, point_inside};
@@ -22,8 +21,8 @@ pub struct Adversary {
     pub at: [f64; 2],
     /// Its height over the ground in mm.
     pub height: f64,
-    /// Number of the group whose link it uses and whose script it knows.
-    pub group: usize,
+    /// The group whose link it uses and whose script it knows.
+    pub group: GroupId,
     /// The largest distance in mm at which its frames are received; `None`: that of the group.
     pub range: Option<f64>,
     /// Frames per second; `None`: each frame follows the previous one without a pause.
@@ -74,23 +73,23 @@ const WORDS: [(&str, Word); 8] = [
     ("same-id", Word::SameId),
 ];
 
-/// Reads the adversaries of the file. Each becomes an event at the time when it begins.
+/// Reads the adversaries of the file, each with the time in seconds at which it begins.
 pub fn read_all(
     root: &Section<'_>,
     census: &RobotIndex,
     world: &WorldSection,
     groups: &[Group],
-) -> Vec<ScheduledEvent> {
+) -> Vec<(f64, Adversary)> {
     let sections = root.sections("adversary", ADVERSARY);
-    let event = |section: &Section<'_>| {
+    let adversary = |section: &Section<'_>| {
         let at = match section.get("from") {
             None => Some(0.0),
             Some(entry) => within_the_run(&entry, "from", world),
         };
         let adversary = read(section, census, world, groups);
-        Some(ScheduledEvent { at: at?, action: WorldChange::Adversary(Box::new(adversary?)) })
+        Some((at?, adversary?))
     };
-    sections.iter().filter_map(event).collect()
+    sections.iter().filter_map(adversary).collect()
 }
 
 /// Reads the adversary of an event. The time of the event is its beginning, so `from` is an error.
@@ -99,12 +98,12 @@ pub fn of_event(
     census: &RobotIndex,
     world: &WorldSection,
     groups: &[Group],
-) -> Option<WorldChange> {
+) -> Option<Adversary> {
     let section = entry.section(ADVERSARY)?;
     if let Some(from) = section.get("from") {
         from.fail(ScenarioCause::Without { key: "from", needs: "[[adversary]]" });
     }
-    Some(WorldChange::Adversary(Box::new(read(&section, census, world, groups)?)))
+    read(&section, census, world, groups)
 }
 
 /// Reads a time that must lie before the end of the run.
@@ -128,10 +127,10 @@ fn read(
     let height = section.number("height", 0.0..=1e6).unwrap_or(0.0);
     let group = group(section, groups);
     let range = section.number("range", 1.0..=1e6);
-    let most = group
-        .and_then(|group| groups.get(group))
-        .map_or(f64::MAX, |group| 1e6 / f64::from(group.model.medium().air_time_us()));
-    let rate = section.number("rate", 0.01..=most);
+    // Without a valid group, no rate is too high.
+    let rate_max = group
+        .map_or(f64::MAX, |group| 1e6 / f64::from(groups[group.0].model.medium().air_time_us()));
+    let rate = section.number("rate", 0.01..=rate_max);
     let until = match section.get("until") {
         None => Some(world.duration),
         Some(entry) => seconds(&entry, 0.0..=f64::MAX).and_then(|until| {
@@ -161,14 +160,16 @@ fn kind(section: &Section<'_>, census: &RobotIndex) -> Option<AdversaryKind> {
                 entry.wrong_type("the id of a robot");
                 return None;
             };
-            let robot = census.select(&entry)?.iter().next()?;
-            u16::try_from(census.id(robot)).ok().map(AdversaryKind::SameId)
+            let robots = census.select(&entry)?;
+            let robot = robots.iter().next().expect("a selection by id has the robot of that id");
+            let id = u16::try_from(census.id(robot));
+            Some(AdversaryKind::SameId(id.expect("the reader of ids accepts 16 bits only")))
         }
     }
 }
 
-/// Returns the number of the group that an adversary imitates.
-fn group(section: &Section<'_>, groups: &[Group]) -> Option<usize> {
+/// Returns the group that an adversary imitates.
+fn group(section: &Section<'_>, groups: &[Group]) -> Option<GroupId> {
     let entry = section.get("group");
     let number = match &entry {
         None => 0,
@@ -182,6 +183,7 @@ fn group(section: &Section<'_>, groups: &[Group]) -> Option<usize> {
             named?
         }
     };
+    // All groups of the file may have mistakes, and none of them is known.
     if groups.get(number)?.backend != Backend::Vm {
         let cause = ScenarioCause::NotEmulated { key: "[[adversary]]" };
         match entry {
@@ -190,5 +192,5 @@ fn group(section: &Section<'_>, groups: &[Group]) -> Option<usize> {
         }
         return None;
     }
-    Some(number)
+    Some(GroupId(number))
 }

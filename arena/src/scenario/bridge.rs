@@ -7,9 +7,9 @@ use bittybuzz_toml_reader::Place;
 use super::backend::{Backend, image};
 use super::error::ScenarioCause;
 use super::folder::Folder;
+use super::group::Group;
 use super::keys::BRIDGE;
 use super::read::Section;
-use super::robots::Group;
 use super::world::{WorldSection, point_inside};
 
 /// A computer between the media. It receives infrared through a listening robot on its debug line,

@@ -12,8 +12,8 @@ impl fmt::Display for Expect {
             _ if matches!(self.value, Quantity::Swarm(_)) => self.value.fmt(f)?,
             Of::AtLeast(count) => write!(f, "{count} or more: {}", self.value)?,
             of => {
-                let word =
-                    WORDS.iter().find(|(_, known)| *known == of).map_or("", |(word, _)| word);
+                let word = WORDS.iter().find(|(_, known)| *known == of);
+                let (word, _) = word.expect("each rule without a number has a word");
                 match of {
                     Of::Reduced(_) => write!(f, "{word} of {}", self.value)?,
                     _ => write!(f, "{word}: {}", self.value)?,

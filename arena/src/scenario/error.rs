@@ -426,7 +426,7 @@ impl toml_reader::Cause for ScenarioCause {
 }
 
 fn quantity_help(text: &str) -> String {
-    let first = text.split(['.', '(']).next().unwrap_or(text);
+    let first = text.split(['.', '(']).next().expect("a split has at least one part");
     if first == "swarm" {
         let measures = super::value::FORMS.iter().filter(|form| form.starts_with("swarm."));
         return format!("one of {}", measures.copied().collect::<Vec<_>>().join(", "));

@@ -11,9 +11,10 @@ use crate::robot::ScriptNumber;
 use super::adversary::{self, Adversary};
 use super::error::ScenarioCause;
 use super::expect::not_after_end;
+use super::group::Group;
 use super::load::groups_of;
 use super::read::{Entry, Section};
-use super::robots::{Group, heading};
+use super::robots::heading;
 use super::select::{RobotIndex, Selection};
 use super::time::seconds;
 use super::world::{WorldSection, light, point_inside};
@@ -206,7 +207,9 @@ pub fn action(
             WorldChange::Restore(one, other)
         }
         "partition" => WorldChange::Partition(parts(&entry, census)?),
-        "adversary" => adversary::of_event(&entry, census, world, groups)?,
+        "adversary" => {
+            WorldChange::Adversary(Box::new(adversary::of_event(&entry, census, world, groups)?))
+        }
         _ => {
             let DeValue::Boolean(true) = entry.value else {
                 entry.wrong_type("true");
@@ -252,9 +255,8 @@ fn set(section: &Section<'_>, robots: Option<Selection>, groups: &[Group]) -> Op
     });
     let robots = robots?;
     let of_robots = groups_of(groups, &robots);
-    let groups = of_robots.iter().filter_map(|group| groups.get(*group));
-    let is_tiny =
-        groups.map(|group| group.robot.profile).any(|profile| profile == NumberProfile::Tiny);
+    let profiles = of_robots.iter().map(|group| groups[group.0].robot.profile);
+    let is_tiny = profiles.into_iter().any(|profile| profile == NumberProfile::Tiny);
     let entry = section.required("number")?;
     let number = match (entry.value, is_tiny) {
         (DeValue::Integer(_), true) => int(entry.number(i16::MIN.into()..=i16::MAX.into())?),

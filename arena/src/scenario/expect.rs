@@ -208,8 +208,9 @@ fn read(
         )
     {
         let named = WORDS.iter().find(|(_, of)| *of == Of::Reduced(reduction));
-        let entry = section.get("of")?;
-        entry.fail(ScenarioCause::NotANumber { of: named.map_or("of", |(word, _)| word) });
+        let entry = section.get("of").expect("only the key `of` names a reduction");
+        let (word, _) = named.expect("each reduction has a word");
+        entry.fail(ScenarioCause::NotANumber { of: word });
         return None;
     }
     let (value, value_place) = value?;

@@ -267,13 +267,13 @@ pub const SECTIONS: &[SectionKeys] = &[
 
 /// Returns the name of the section `[medium.NAME]`.
 pub(super) fn of_medium(name: &str) -> &'static str {
-    [("ir", IR), ("nrf24", NRF24), ("p2p", P2P), ("rab", RAB)]
-        .into_iter()
-        .find(|(known, _)| *known == name)
-        .map_or(MEDIUM, |(_, section)| section)
+    let known = [("ir", IR), ("nrf24", NRF24), ("p2p", P2P), ("rab", RAB)];
+    let (_, section) =
+        known.into_iter().find(|(known, _)| *known == name).expect("a medium's name");
+    section
 }
 
-/// Returns the names of the keys of a section.
+/// Returns the names of the keys of a section; none for a section that only models have.
 pub fn of(section: &str) -> Vec<&'static str> {
     let keys = SECTIONS.iter().find(|keys| keys.name == section).map_or(&[][..], |of| of.keys);
     keys.iter().map(|key| key.name).collect()

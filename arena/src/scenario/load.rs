@@ -2,14 +2,13 @@
 
 use std::path::{Path, PathBuf};
 
-use super::{Group, Scenario, ScheduledEvent, Selection, WorldChange};
+use super::{Group, GroupId, Scenario, ScheduledEvent, Selection, WorldChange};
 
 /// A script that an event or a command loads into the robots of a group. Each group has its own
 /// image of it.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Load {
-    /// Number of the group.
-    pub group: usize,
+    pub group: GroupId,
     /// The script, image or object file.
     pub script: PathBuf,
 }
@@ -20,12 +19,12 @@ impl Scenario {
     pub fn programs(&self) -> impl Iterator<Item = (&Group, &Path)> {
         let own = self.groups.iter().map(|group| (group, group.script.as_path()));
         let loaded = self.loads.iter();
-        own.chain(loaded.filter_map(|load| Some((self.groups.get(load.group)?, &*load.script))))
+        own.chain(loaded.map(|load| (self.group(load.group), &*load.script)))
     }
 }
 
-/// Returns the numbers of the groups that contain some of these robots.
-pub fn groups_of(groups: &[Group], robots: &Selection) -> Vec<usize> {
+/// Returns the groups that contain some of these robots.
+pub fn groups_of(groups: &[Group], robots: &Selection) -> Vec<GroupId> {
     let mut first = 0;
     let ranges = groups.iter().map(|group| {
         let range = first..first + group.count as usize;
@@ -33,7 +32,8 @@ pub fn groups_of(groups: &[Group], robots: &Selection) -> Vec<usize> {
         range
     });
     let has_some = |range: &std::ops::Range<usize>| robots.overlaps(range);
-    ranges.enumerate().filter(|(_, range)| has_some(range)).map(|(number, _)| number).collect()
+    let of_robots = ranges.enumerate().filter(|(_, range)| has_some(range));
+    of_robots.map(|(number, _)| GroupId(number)).collect()
 }
 
 /// Returns the scripts that events load and that groups do not run from the start, each once, in
@@ -41,11 +41,11 @@ pub fn groups_of(groups: &[Group], robots: &Selection) -> Vec<usize> {
 pub fn loads(events: &[ScheduledEvent], groups: &[Group]) -> Vec<Load> {
     let mut loads: Vec<Load> = Vec::new();
     for event in events {
+        // Only these events name a script.
         let WorldChange::Load { robots, script, .. } = &event.action else { continue };
         for group in groups_of(groups, robots) {
             let load = Load { group, script: script.clone() };
-            let is_own = groups.get(group).is_some_and(|group| group.script == *script);
-            if !is_own && !loads.contains(&load) {
+            if groups[group.0].script != *script && !loads.contains(&load) {
                 loads.push(load);
             }
         }

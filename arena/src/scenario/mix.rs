@@ -2,8 +2,8 @@
 
 use super::backend::Backend;
 use super::error::ScenarioCause;
+use super::group::Group;
 use super::read::Section;
-use super::robots::Group;
 
 /// Reports groups that cannot be in one world: one emulator program runs all robots of a model with
 /// one firmware, and robots outside it do not receive their frames.
@@ -22,6 +22,7 @@ pub fn check(root: &Section<'_>, groups: &[Group]) {
         {
             fail(group, ScenarioCause::UnlikeBackends { line: first.place.line });
         }
+        // The limits of emulators do not hold for virtual machines.
         let Some(firmware) = group.backend.firmware() else { continue };
         if let Some(first) = first
             && first.backend.firmware().is_some_and(|of_first| of_first != firmware)
@@ -31,7 +32,8 @@ pub fn check(root: &Section<'_>, groups: &[Group]) {
         let alike =
             groups.iter().take(number + 1).filter(|other| other.model.name() == group.model.name());
         let count = alike.map(|other| other.count).sum();
-        let most = group.model.emulation().map_or(0, |emulation| emulation.most());
+        let emulation = group.model.emulation();
+        let most = emulation.expect("the reader rejects firmware without an emulator").most();
         if count > most {
             fail(group, ScenarioCause::TooManyEmulated { count, most });
         }

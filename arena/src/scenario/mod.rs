@@ -14,6 +14,7 @@ mod error;
 mod event;
 mod expect;
 mod folder;
+mod group;
 pub mod keys;
 mod load;
 mod medium;
@@ -44,14 +45,15 @@ pub(crate) use error::settings_error;
 pub use error::{ScenarioCause, ScenarioError};
 pub use event::{MoveTarget, ScheduledEvent, WorldChange};
 pub use expect::{Expect, ExpectedValue, Of, Reduction, Test, When};
+pub(crate) use group::Standing;
+pub use group::{Group, GroupId, Heading, Placement};
 pub use load::Load;
 pub(crate) use load::groups_of;
 pub use medium::{LossSetting, MediaSettings, Medium, MediumSettings};
 pub use output::OutputSection;
 pub use read::{Entry, Section};
-pub use robots::{Group, Heading, Placement};
 pub use select::Selection;
-pub(crate) use space::{Space, Standing, length_up};
+pub(crate) use space::{Space, length_up};
 pub use value::{FORMS as QUANTITIES, Key, Quantity, Swarm};
 pub use world::{LampSection, ObstacleSection, Outline, WorldSection};
 
@@ -156,6 +158,11 @@ impl Scenario {
         })
     }
 
+    /// Returns a group.
+    pub fn group(&self, id: GroupId) -> &Group {
+        &self.groups[id.0]
+    }
+
     /// Returns the number of robots, absent ones included.
     pub fn robot_count(&self) -> usize {
         self.groups.iter().map(|group| group.count as usize).sum()
@@ -224,6 +231,7 @@ fn scenario(root: &Section<'_>, folder: Folder<'_>, models: &Models) -> Option<S
     let mut events: Vec<ScheduledEvent> = Vec::new();
     for section in &sections {
         let event = event::read(section, &census, known, &groups, &used, &script);
+        // The reader has reported the mistake of the event.
         let Some(event) = event else { continue };
         if is_complete && world.is_some() {
             space::check_move(section, known, &groups, &event.action);
@@ -231,7 +239,11 @@ fn scenario(root: &Section<'_>, folder: Folder<'_>, models: &Models) -> Option<S
         events.push(event);
     }
     let loads = load::loads(&events, &groups);
-    events.extend(adversary::read_all(root, &census, known, &groups));
+    let adversaries = adversary::read_all(root, &census, known, &groups).into_iter();
+    events.extend(adversaries.map(|(at, adversary)| {
+        let action = WorldChange::Adversary(Box::new(adversary));
+        ScheduledEvent { at, action }
+    }));
     events.sort_by(|one, other| one.at.total_cmp(&other.at));
     if is_complete && world.is_some() {
         space::check_starts(root, known, &groups, &events);

@@ -8,7 +8,7 @@ use std::sync::Arc;
 use bittybuzz_compiler::include::Files;
 use bittybuzz_robot_files::find;
 use bittybuzz_robot_spec::{NumberProfile, OnFault, Robot, RobotErrors};
-use bittybuzz_toml_reader::{Place, TomlError};
+use bittybuzz_toml_reader::TomlError;
 use toml::de::DeValue;
 
 use crate::robot::{Emulation, Models, RobotModel, common_effect, step_rates};
@@ -17,51 +17,12 @@ use super::backend::{self, Backend};
 use super::body;
 use super::error::ScenarioCause;
 use super::folder::{Folder, read_text};
+use super::group::{Group, Heading, Placement};
 use super::keys::ROBOTS;
-use super::medium::{self, Medium, MediumSettings};
+use super::medium;
 use super::read::{Entry, Section};
 use super::select::{self, EmulatorLimits, RobotIndex};
-use super::space::Standing;
 use super::world::{WorldSection, point_inside};
-
-/// Robots of one kind that run one script.
-#[derive(Debug, Clone)]
-pub struct Group {
-    /// The unique name by which events and expectations refer to the group.
-    pub name: String,
-    /// The content of the robot file.
-    pub robot: Robot,
-    /// The robot files of all groups, each once. A script for several of them may ask for functions
-    /// that one of them lacks.
-    pub robots_of_scenario: Arc<[Robot]>,
-    /// The path of the robot file, for a robot that does not ship.
-    pub robot_file: Option<PathBuf>,
-    /// The model of the robots, with the settings of this group.
-    pub model: Arc<dyn RobotModel>,
-    /// The script, image or object file that they run.
-    pub script: PathBuf,
-    /// The program that runs the script.
-    pub backend: Backend,
-    /// The number of robots.
-    pub count: u32,
-    /// The id of the first robot; the others follow.
-    pub first_id: u16,
-    /// The places where they start.
-    pub placement: Placement,
-    /// Their headings at the start.
-    pub heading: Heading,
-    /// True if the robots are present at the start; otherwise an event lets them join.
-    pub present: bool,
-    /// The range of the percentage by which the clock of a robot is fast; a negative clock skew is
-    /// slow.
-    pub clock_skew: [f64; 2],
-    /// The mean time in seconds between two brown-outs of a robot; `None` if there are none.
-    pub brown_out_every: Option<f64>,
-    /// The settings of the robots' frames that differ from those of the medium.
-    pub link: MediumSettings,
-    /// The place of the group in the file.
-    pub place: Place,
-}
 
 /// Stores the robot files of all groups in every group.
 pub(super) fn introduce(groups: &mut [Group]) {
@@ -75,61 +36,6 @@ pub(super) fn introduce(groups: &mut [Group]) {
     for group in groups {
         group.robots_of_scenario = Arc::clone(&robots);
     }
-}
-
-/// The places where robots start. All points are in mm.
-#[derive(Debug, Clone, PartialEq)]
-pub enum Placement {
-    /// Rows around a centre.
-    Grid {
-        at: [f64; 2],
-        /// The distance between neighbouring robots in mm.
-        spacing: f64,
-        /// The number of robots in a row.
-        columns: u32,
-    },
-    /// Rows around a centre, with every second row shifted by half the spacing: each robot has up
-    /// to six neighbours at the same distance.
-    Hexagonal {
-        at: [f64; 2],
-        /// The distance between neighbouring robots in mm.
-        spacing: f64,
-        /// The number of robots in a row.
-        columns: u32,
-    },
-    /// A row that begins at a point.
-    Line {
-        /// The position of the first robot.
-        at: [f64; 2],
-        /// The distance between neighbouring robots in mm.
-        spacing: f64,
-        /// The direction of the row in degrees, 0 along the x axis, anticlockwise.
-        direction: f64,
-    },
-    /// Evenly on a circle.
-    Circle {
-        at: [f64; 2],
-        /// The radius in mm.
-        radius: f64,
-    },
-    /// Random places in a rectangle, without overlap.
-    Random {
-        /// Centre of the rectangle.
-        at: [f64; 2],
-        /// Width and height of the rectangle in mm.
-        area: [f64; 2],
-    },
-    /// The places that the file lists.
-    List(Vec<[f64; 2]>),
-}
-
-/// The headings of robots at the start.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub enum Heading {
-    /// Degrees, 0 along the x axis, anticlockwise.
-    Degrees(f64),
-    /// A random heading for each robot.
-    Random,
 }
 
 /// The number of robots in a group: at most one for each id.
@@ -219,6 +125,7 @@ fn group(
         script: script?,
         backend: backend?,
         count: is_sized.then_some(count)?,
+        // An id beyond 16 bits was reported above.
         first_id: u16::try_from(first_id).ok()?,
         placement: placement?,
         heading: heading?,
@@ -249,6 +156,7 @@ fn clock_skew(entry: &Entry<'_>) -> Option<[f64; 2]> {
 
 /// Reports a robot file with steps that are not a whole number of ticks apart.
 fn check_rate(section: &Section<'_>, robot: Option<&Robot>) {
+    // A missing or wrong robot was reported before.
     let (Some(robot), Some(entry)) = (robot, section.get("robot")) else { return };
     if !step_rates().any(|rate| rate == robot.tick_hz) {
         entry.fail(ScenarioCause::StepRate { robot: robot.name.clone(), rate: robot.tick_hz });
@@ -465,68 +373,4 @@ fn list(section: &Section<'_>, count: u32, world: &WorldSection) -> Option<Place
     let points: Vec<Option<[f64; 2]>> =
         items.iter().map(|item| point_inside(item, world)).collect();
     points.into_iter().collect::<Option<Vec<_>>>().map(Placement::List)
-}
-
-impl Group {
-    /// Returns the radius of a robot's body in mm.
-    pub fn radius(&self) -> f64 {
-        f64::from(self.model.shape().radius)
-    }
-
-    /// Returns the medium that carries the robots' frames.
-    pub fn medium(&self) -> Medium {
-        Medium::of(self.model.medium())
-    }
-
-    /// Returns the robots at their start places; none for random placement.
-    pub(crate) fn standing(&self) -> impl Iterator<Item = Standing> {
-        let radius = self.radius();
-        let points = self.placement.points(self.count);
-        points.zip(u32::from(self.first_id)..).map(move |(at, id)| Standing { at, radius, id })
-    }
-}
-
-impl Placement {
-    /// Returns the start positions of a group of `count` robots; none for [`Placement::Random`],
-    /// where they are drawn for each run.
-    pub fn points(&self, count: u32) -> impl Iterator<Item = [f64; 2]> {
-        let count = match self {
-            Placement::Random { .. } => 0,
-            _ => count,
-        };
-        (0..count).map(move |index| self.point(index, count))
-    }
-
-    fn point(&self, index: u32, count: u32) -> [f64; 2] {
-        match self {
-            Placement::Grid { at, spacing, columns }
-            | Placement::Hexagonal { at, spacing, columns } => {
-                let columns = (*columns).min(count);
-                let rows = count.div_ceil(columns);
-                let offset =
-                    |place: u32, of: u32| (f64::from(place) - f64::from(of - 1) / 2.0) * spacing;
-                let (column, row) = (index % columns, index / columns);
-                let [x, y] = [offset(column, columns), offset(row, rows)];
-                if let Placement::Grid { .. } = self {
-                    return [at[0] + x, at[1] + y];
-                }
-                // The distance between rows is the height of an equilateral triangle.
-                let shift = if row % 2 == 0 { -spacing / 4.0 } else { spacing / 4.0 };
-                let shift = if rows > 1 { shift } else { 0.0 };
-                [at[0] + x + shift, at[1] + y * 0.75_f64.sqrt()]
-            }
-            Placement::Line { at, spacing, direction } => {
-                let (sine, cosine) = libm::sincos(direction.to_radians());
-                let distance = spacing * f64::from(index);
-                [at[0] + distance * cosine, at[1] + distance * sine]
-            }
-            Placement::Circle { at, radius } => {
-                let turn = f64::from(index) / f64::from(count) * std::f64::consts::TAU;
-                let (sine, cosine) = libm::sincos(turn);
-                [at[0] + radius * cosine, at[1] + radius * sine]
-            }
-            Placement::Random { at, .. } => *at,
-            Placement::List(points) => points.get(index as usize).copied().unwrap_or_default(),
-        }
-    }
 }

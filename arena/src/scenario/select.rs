@@ -131,7 +131,8 @@ impl RobotIndex {
     pub fn id(&self, robot: usize) -> u32 {
         let number = robot as u32;
         let group = self.groups.iter().find(|group| group.robots.contains(&number));
-        group.map_or(0, |group| group.first_id + (number - group.robots.start))
+        let group = group.expect("selections have only numbers of known robots");
+        group.first_id + (number - group.robots.start)
     }
 
     /// Returns the line of the group with that name.
@@ -140,7 +141,7 @@ impl RobotIndex {
     }
 
     fn named(&self, name: &str) -> Option<&Known> {
-        self.groups.get(*self.by_name.get(name)?)
+        Some(&self.groups[*self.by_name.get(name)?])
     }
 
     /// Returns a name for an unnamed group: that of the robot, with a number if it is taken.
@@ -170,9 +171,7 @@ impl RobotIndex {
 
     /// Marks the group that was added last as emulated, with the limits of its emulator.
     pub fn last_is_emulated(&mut self, emulated: Option<EmulatorLimits>) {
-        if let Some(group) = self.groups.last_mut() {
-            group.emulated = emulated;
-        }
+        self.groups.last_mut().expect("a group was added before").emulated = emulated;
     }
 
     /// Returns true if one of these robots is emulated.

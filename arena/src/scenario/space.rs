@@ -7,20 +7,9 @@ use crate::engine::SLOP;
 
 use super::error::ScenarioCause;
 use super::event::{MoveTarget, ScheduledEvent, WorldChange};
+use super::group::{Group, Placement, Standing};
 use super::read::Section;
-use super::robots::{Group, Placement};
 use super::world::{ObstacleSection, Outline, WorldSection};
-
-/// A robot at a position.
-#[derive(Debug, Clone, Copy)]
-pub struct Standing {
-    /// The middle of the robot, in mm.
-    pub at: [f64; 2],
-    /// The radius of the body in mm.
-    pub radius: f64,
-    /// The id of the robot.
-    pub id: u32,
-}
 
 /// Placed bodies by the square cell of the ground, so that only near ones are compared. Empty cells
 /// take no memory, however large the world is.
@@ -141,6 +130,7 @@ pub fn check_move(
     groups: &[Group],
     action: &WorldChange,
 ) {
+    // Other changes name no place, and the places of several robots depend on the run.
     let WorldChange::Move { robots, to: MoveTarget::To(at), .. } = action else { return };
     let (1, Some(mut number)) = (robots.count(), robots.iter().next()) else { return };
     for group in groups {

@@ -213,7 +213,8 @@ impl fmt::Display for Quantity {
             }
             Quantity::Stigmergy { number, key } => write!(f, "stigmergy.{number}.{key}"),
             Quantity::Swarm(of) => {
-                let word = SWARM.iter().find(|(_, known)| known == of).map_or("", |(word, _)| word);
+                let word = SWARM.iter().find(|(_, known)| known == of);
+                let (word, _) = word.expect("each measure of a swarm has a word");
                 write!(f, "swarm.{word}")
             }
         }

@@ -234,7 +234,7 @@ pub fn faults(setup: &Setup, programs: &[LoadedProgram], summary: &Summary) {
         let notes: Vec<String> = std::iter::once(note(setup, &alike)).chain(memory).collect();
         let backtrace = Backtrace::new(program, record.positions.clone(), record.entry);
         // Firmware does not report the accepted arguments.
-        let robot = setup.scenario.groups.get(setup.group(fault.robot)).map(|group| &group.robot);
+        let robot = Some(&setup.scenario.group(setup.group(fault.robot)).robot);
         let refusal =
             record.refusal.clone().or_else(|| fault::accepted(&record.fault, program, robot));
         fault::report(&record.fault, program, &backtrace, refusal.as_deref(), &notes);

@@ -76,7 +76,8 @@ fn distance(high: i32, low: i32) -> u8 {
     let gap = match (far, near) {
         (Some(far), Some(near)) => (near * (high - 700) + far * (900 - high)) / 200,
         (Some(far), None) => far,
-        (None, near) => near.unwrap_or(0),
+        (None, Some(near)) => near,
+        (None, None) => unreachable!("a reading below 900 or above 700 is each reading"),
     };
     (TOUCHING + gap).clamp(0, 255) as u8
 }

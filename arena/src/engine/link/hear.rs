@@ -2,8 +2,9 @@
 
 use super::air::{Near, Transmissions};
 use super::calibration::Calibration;
+use super::delivery::{DeliveredFrame, Late};
 use super::frame_log::{Arrival, Fate, LossCause, SentFrame};
-use super::packet::{DeliveredFrame, Direction, FrameSighting, Late, Transmission, polar};
+use super::packet::{Direction, FrameSighting, Transmission, polar};
 use super::topology::Topology;
 use super::{LinkSettings, Media, Medium, RangeAndBearing};
 use crate::engine::TICK_US;

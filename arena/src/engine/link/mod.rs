@@ -2,6 +2,7 @@
 
 mod air;
 mod calibration;
+mod delivery;
 mod frame_log;
 mod hear;
 mod packet;
@@ -14,10 +15,11 @@ use super::settings::{first_wrong, not_below_0, within};
 
 pub(crate) use air::{Near, Transmissions};
 pub(crate) use calibration::Calibration;
+pub(crate) use delivery::{DeliveredFrame, Late};
 pub use frame_log::{Arrival, Fate, FrameLog, LossCause, SendAttempt, SentFrame};
 pub(crate) use hear::{Ether, Listener};
 pub use packet::FrameSighting;
-pub(crate) use packet::{DeliveredFrame, Late, Packet, Transmission};
+pub(crate) use packet::{Packet, Transmission};
 pub(crate) use radio::RobotRadio;
 pub(crate) use schedule::{Attempt, Schedule, Senders, Window};
 pub(crate) use topology::Topology;

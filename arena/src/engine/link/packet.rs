@@ -1,7 +1,6 @@
 //! Frames in the representation of the engine.
 
 use super::Medium;
-use super::frame_log::SentFrame;
 use crate::engine::geometry::wrap;
 use crate::engine::id::RobotId;
 
@@ -95,19 +94,4 @@ pub(crate) struct Transmission {
     /// The sender's estimate of its position, as the frame carries it.
     pub(crate) claim: Option<[f32; 3]>,
     pub(crate) packet: Packet,
-}
-
-/// A frame that a robot received in this tick.
-#[derive(Clone, Copy, Debug)]
-pub(crate) struct DeliveredFrame {
-    pub(crate) transmission: u32,
-    pub(crate) sighting: FrameSighting,
-}
-
-/// A frame that was held back on its way (an option for tests).
-#[derive(Clone, Debug)]
-pub(crate) struct Late {
-    pub(crate) due: u64,
-    pub(crate) frame: SentFrame,
-    pub(crate) sighting: FrameSighting,
 }

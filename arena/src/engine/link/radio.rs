@@ -2,7 +2,7 @@
 
 use core::hash::Hash;
 
-use super::packet::Late;
+use super::delivery::Late;
 use super::{Media, Medium};
 use crate::engine::TICK_US;
 use crate::engine::digest::Digest;

@@ -78,21 +78,18 @@ impl Schedule {
         self.planned.sort_unstable();
         let mut planned = self.planned.drain(..).peekable();
         loop {
-            let first = match (planned.peek(), self.again.peek()) {
-                (Some(planned), Some(Reverse(again))) => planned < again,
-                (Some(_), None) => true,
-                (None, Some(_)) => false,
-                (None, None) => break,
-            };
-            let attempt =
-                if first { planned.next() } else { self.again.pop().map(|Reverse(again)| again) };
-            let Some(attempt) = attempt else { break };
+            let again = self.again.peek();
+            // Of equal attempts, the one that was planned again comes first.
+            let is_first = |planned: &Attempt| again.is_none_or(|Reverse(again)| planned < again);
+            let next = planned.next_if(is_first);
+            let next = next.or_else(|| self.again.pop().map(|Reverse(again)| again));
+            // All robots have sent.
+            let Some(attempt) = next else { break };
             let index = usize::from(attempt.robot.0);
             let seen = seen.as_deref_mut();
             let (Some(robot), Some(brain)) = (robots.get_mut(index), brains.get_mut(index)) else {
-                let station = stations.get_mut(intruder::number(attempt.robot));
-                let frame = station.and_then(|station| station.transmit(attempt.at));
-                if let Some(transmission) = frame {
+                let station = &mut stations[intruder::number(attempt.robot)];
+                if let Some(transmission) = station.transmit(attempt.at) {
                     count.sent += 1;
                     send(transmission, window, air, seen);
                 }

@@ -36,6 +36,7 @@ impl Topology {
             && (self.blocked.is_empty() || !self.blocked.contains(&(a.min(b), a.max(b))))
     }
 
+    /// Returns the group of a robot: 0 for one that joined after the partition, and for an intruder.
     fn group(&self, robot: RobotId) -> u8 {
         self.groups.get(usize::from(robot.0)).copied().unwrap_or(0)
     }

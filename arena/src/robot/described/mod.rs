@@ -173,9 +173,9 @@ fn set(call: &mut RobotCall<'_, '_>, drive: DriveSpec, quantity: ActuatorQuantit
         ActuatorQuantity::Green => 2,
         ActuatorQuantity::Blue => 4,
         _ => {
-            if let Some(actuators) = call.io.controls::<Actuators>() {
-                actuators.set(drive, quantity, value);
-            }
+            let actuators = call.io.controls::<Actuators>();
+            let actuators = actuators.expect("a described robot has a described body");
+            actuators.set(drive, quantity, value);
             return;
         }
     };

@@ -36,14 +36,13 @@ impl Senses {
         io: &Io<'_>,
         chance: &mut Stream,
     ) -> Option<f32> {
-        let sensor = self.sensors.get(place)?;
+        let sensor = &self.sensors[place];
         let seconds = io.milliseconds() as f64 / 1000.0;
         let period = sensor.rate_hz.map_or(io.now, |rate| (seconds * rate) as u64);
-        let known = self.measured.get_mut(place)?;
-        if !matches!(known, Some((then, _)) if *then == period) {
-            *known = Some((period, measure(sensor, self.radius, io, chance)));
-        }
-        known.as_ref()?.1.get(index).copied()
+        let known = self.measured[place].take().filter(|(then, _)| *then == period);
+        let (_, values) = self.measured[place]
+            .insert(known.unwrap_or_else(|| (period, measure(sensor, self.radius, io, chance))));
+        values.get(index).copied()
     }
 
     /// Returns true if the battery is empty.
@@ -79,9 +78,8 @@ impl Autopilot for Senses {
 
     /// Stops the motors; a flying robot descends.
     fn give_up(&mut self, io: &mut Io<'_>) {
-        if let Some(actuators) = io.controls() {
-            *actuators = Actuators::LANDING;
-        }
+        let actuators = io.controls().expect("a described robot has a described body");
+        *actuators = Actuators::LANDING;
     }
 
     fn start(&mut self) {}
@@ -153,14 +151,12 @@ pub fn read(call: &mut RobotCall<'_, '_>, reading: SensorReading, is_integer: bo
             Err(_) => return Done::OutOfRange,
         },
     };
-    let is_battery = |senses: &Senses| {
-        let sensor = senses.sensors.get(reading.sensor);
-        sensor.is_some_and(|sensor| matches!(sensor.kind, SensorKind::Battery { .. }))
-    };
+    let is_battery =
+        |senses: &Senses| matches!(senses.sensors[reading.sensor].kind, SensorKind::Battery { .. });
     let memory = &mut *call.memory;
-    let Some(autopilot) = memory.autopilot.as_mut() else { return Done::Idle };
+    let autopilot = memory.autopilot.as_mut().expect("a described robot has an autopilot");
     let any: &mut dyn std::any::Any = &mut **autopilot;
-    let Some(senses) = any.downcast_mut::<Senses>() else { return Done::Idle };
+    let senses = any.downcast_mut::<Senses>().expect("its autopilot has its sensors");
     let set = memory.battery_mv.filter(|_| is_battery(senses)).map(f32::from);
     let value = set.or_else(|| senses.value(reading.sensor, index, call.io, &mut memory.chance));
     match value {

@@ -97,6 +97,7 @@ impl Bridge {
             }
             let message = infrared::from_line(&self.line);
             self.line.clear();
+            // Noise on the line is no message.
             let Some(frame) = message.as_ref().and_then(infrared::frame_of) else { continue };
             let is_echo = |(then, said): &(Duration, [u8; infrared::FRAME])| {
                 *said == frame && at < *then + ECHO
@@ -149,6 +150,7 @@ impl Bridge {
         while self.light_free <= now
             && let Some((frame, ())) = self.for_light.pop()
         {
+            // A script may send a frame that infrared cannot carry.
             let Some(message) = infrared::message_of(frame) else { continue };
             self.light_free = now + PAUSE;
             let begin = now + SERIAL;

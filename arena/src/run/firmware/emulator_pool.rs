@@ -57,15 +57,13 @@ impl EmulatorPool {
     pub fn execute_on(&mut self, robot: usize, command: &Command) -> Result<(), ClientError> {
         match self {
             EmulatorPool::Shared(emulator) => emulator.execute_on(robot, command),
-            EmulatorPool::Apart(PerRobot { robots, deaf, .. }) => {
-                match (command, deaf.get_mut(robot)) {
-                    (Command::Deaf { to }, Some(deaf)) => {
-                        deaf.clone_from(to);
-                        Ok(())
-                    }
-                    _ => robots.get_mut(robot).map_or(Ok(()), |emulator| emulator.execute(command)),
+            EmulatorPool::Apart(PerRobot { robots, deaf, .. }) => match command {
+                Command::Deaf { to } => {
+                    deaf[robot].clone_from(to);
+                    Ok(())
                 }
-            }
+                _ => robots[robot].execute(command),
+            },
         }
     }
 
@@ -98,9 +96,7 @@ impl EmulatorPool {
             }
             EmulatorPool::Apart(of) => {
                 for (robot, command) in commands {
-                    if let Some(emulator) = of.robots.get_mut(*robot) {
-                        emulator.execute(command)?;
-                    }
+                    of.robots[*robot].execute(command)?;
                 }
                 of.run(until, &mut on_event)
             }
@@ -112,10 +108,7 @@ impl EmulatorPool {
         match self {
             EmulatorPool::Shared(emulator) => emulator.statistics_of(robot),
             EmulatorPool::Apart(of) => {
-                let Some(emulator) = of.robots.get_mut(robot) else {
-                    return Err(ClientError::Ended);
-                };
-                let mut statistics = emulator.statistics()?;
+                let mut statistics = of.robots[robot].statistics()?;
                 statistics.air.carried = of.air.carried;
                 statistics.air.collided = of.air.collided;
                 statistics.air.lost = of.air.lost;
@@ -143,12 +136,9 @@ impl PerRobot {
                 })?;
             }
             let deaf = &self.deaf;
-            let hears =
-                |one: usize, other: usize| !deaf.get(one).is_some_and(|of| of.contains(&other));
+            let hears = |one: usize, other: usize| !deaf[one].contains(&other);
             for (robot, command) in self.air.carry(self.now, self.robots.len(), hears) {
-                if let Some(emulator) = self.robots.get_mut(robot) {
-                    emulator.execute(&command)?;
-                }
+                self.robots[robot].execute(&command)?;
             }
         }
         Ok(())

@@ -19,7 +19,7 @@ use super::bridge::Bridge;
 use super::emulator_pool::EmulatorPool;
 use super::table::Motion;
 use super::trace_events::{TraceEvent, TraceEventReader};
-use super::{Firmware, FirmwareError, FirmwareFailure};
+use super::{EMULATED, Firmware, FirmwareError, FirmwareFailure, IN_WORLD};
 
 /// All emulated robots of one model. They are powered on when the run begins. A robot that is not
 /// running in the world has no power.
@@ -64,7 +64,7 @@ impl EmulatedFleet {
         program: &Path,
         emulation: Arc<dyn Emulation>,
         firmware: &Firmware,
-        join: impl Fn(usize) -> Option<(RobotId, u16)>,
+        join: impl Fn(usize) -> (RobotId, u16),
         media: &Media,
         seed: u64,
     ) -> Result<Self, ClientError> {
@@ -81,12 +81,11 @@ impl EmulatedFleet {
                 let write = Command::Write { address: *address, bytes: bytes.clone() };
                 pool.execute_on(number, &write)?;
             }
-            let of_group = flashed.model.emulation();
-            let commands = of_group.map_or(Vec::new(), |of| of.set_up(number, seed, media));
-            for command in commands {
+            let of_group = flashed.model.emulation().expect(EMULATED);
+            for command in of_group.set_up(number, seed, media) {
                 pool.execute_on(number, &command)?;
             }
-            let Some((id, own_id)) = join(flashed.number) else { continue };
+            let (id, own_id) = join(flashed.number);
             robots.push(Emulated {
                 emulation: emulation.clone(),
                 id,
@@ -140,12 +139,14 @@ impl EmulatedFleet {
         self.pool.execute(&Command::Air { lose: self.emulation.loss(loss), seed })
     }
 
+    /// Returns the number of a robot in the fleet; `None` if it belongs to none or to another one.
     fn number(&self, id: RobotId) -> Option<usize> {
         self.robots.iter().position(|robot| robot.id == id)
     }
 
     /// Sets the battery voltage of a robot, if it is emulated.
     pub fn set_battery(&mut self, id: RobotId, millivolts: u16) -> Result<(), ClientError> {
+        // Events may name robots of other kinds, too.
         let Some(number) = self.number(id) else { return Ok(()) };
         let volts = f32::from(millivolts) / 1000.0;
         let battery = Command::Battery { volts, charging: false, usb_powered: false };
@@ -161,10 +162,8 @@ impl EmulatedFleet {
     }
 
     fn set_power(&mut self, number: usize, on: bool) -> Result<(), ClientError> {
-        if let Some(robot) = self.robots.get_mut(number) {
-            robot.is_on = on;
-            self.pool.execute_on(number, &Command::Power { on })?;
-        }
+        self.robots[number].is_on = on;
+        self.pool.execute_on(number, &Command::Power { on })?;
         if on { self.let_run() } else { Ok(()) }
     }
 
@@ -172,16 +171,17 @@ impl EmulatedFleet {
     /// and does not receive robots that it is cut off from there.
     pub fn settle(&mut self, world: &World<SimRobot>) -> Result<(), ClientError> {
         for number in 0..self.robots.len() {
-            let Some(robot) = self.robots.get(number) else { continue };
-            let runs = world.robot(robot.id).is_some_and(|view| view.state == RobotState::Running);
+            let robot = &self.robots[number];
+            let view = world.robot(robot.id).expect(IN_WORLD);
+            let runs = view.state == RobotState::Running;
             let others = self.robots.iter().enumerate();
             let cut_off = others.filter(|(_, other)| !world.connects(robot.id, other.id));
             let to: BTreeSet<usize> = cut_off.map(|(other, _)| other).collect();
             if runs != robot.is_on {
                 self.set_power(number, runs)?;
             }
-            if let Some(robot) = self.robots.get_mut(number).filter(|robot| robot.deaf_to != to) {
-                robot.deaf_to.clone_from(&to);
+            if self.robots[number].deaf_to != to {
+                self.robots[number].deaf_to.clone_from(&to);
                 self.pool.execute_on(number, &Command::Deaf { to })?;
             }
         }
@@ -208,14 +208,15 @@ impl EmulatedFleet {
         let EmulatedFleet { pool, robots, now, .. } = self;
         let mut places = Vec::new();
         for (number, robot) in robots.iter_mut().enumerate() {
-            let view = world.robot(robot.id).zip(world.light(robot.id).ok());
-            let sensed = view.and_then(|(view, light)| robot.emulation.sense(&view, light));
-            if let Some(command) = sensed
+            let view = world.robot(robot.id).expect(IN_WORLD);
+            let light = world.light(robot.id).expect(IN_WORLD);
+            if let Some(command) = robot.emulation.sense(&view, light)
                 && robot.sensed.as_ref() != Some(&command)
             {
                 places.push((number, command.clone()));
                 robot.sensed = Some(command);
             }
+            // A body without wheels gives its place to the emulator otherwise.
             let Some(motion) = robot.motion(world, *now) else { continue };
             if robot.told.is_none_or(|told| !motion.follows(&told)) {
                 places.push((number, motion.command(robot.emulation.origin())));
@@ -237,6 +238,7 @@ impl EmulatedFleet {
                     _ => {}
                 }
             }
+            // The listening robot of a bridge has no body in the world.
             let Some(robot) = robots.get_mut(event.robot) else { return };
             let at = event.timed.at;
             if let Err(failure) = robot.note(event.timed, until, world) {
@@ -273,10 +275,10 @@ impl Emulated {
         self.emulation.duties(self.inputs)
     }
 
-    /// Returns the current pose and motion of the robot.
+    /// Returns the current pose and motion of the robot; `None` for a body without wheels.
     fn motion(&self, world: &mut World<SimRobot>, now: Duration) -> Option<Motion> {
-        let [speed, turn] = world.roll(self.id, self.duties(), 0.0).ok()??;
-        let pose = world.robot(self.id)?.pose;
+        let [speed, turn] = world.roll(self.id, self.duties(), 0.0).expect(IN_WORLD)?;
+        let pose = world.robot(self.id).expect(IN_WORLD).pose;
         Some(Motion { since: now, pose, speed, turn })
     }
 
@@ -284,8 +286,7 @@ impl Emulated {
     fn roll(&mut self, until: Duration, world: &mut World<SimRobot>) {
         let span = until.saturating_sub(self.rolled);
         self.rolled = self.rolled.max(until);
-        // The call cannot fail: the world knows the robot.
-        let _ = world.roll(self.id, self.duties(), span.as_secs_f32());
+        world.roll(self.id, self.duties(), span.as_secs_f32()).expect(IN_WORLD);
     }
 
     /// Handles an event of the robot. Its effects are at `until` at the latest.
@@ -300,6 +301,7 @@ impl Emulated {
                 // An event at the end of an instruction may be slightly later than `until`.
                 self.roll(at.min(until), world);
                 let input = usize::from(number).checked_sub(1);
+                // Numbers of other motors mean nothing to the body.
                 if let Some(input) = input.and_then(|input| self.inputs.get_mut(input)) {
                     *input = duty;
                 }
@@ -313,21 +315,20 @@ impl Emulated {
                     _ => return Ok(()),
                 };
                 self.led = if on { self.led | bit } else { self.led & !bit };
-                // The call cannot fail: the world knows the robot.
-                let _ = world.shine(self.id, self.led);
+                world.shine(self.id, self.led).expect(IN_WORLD);
             }
             EmulatorEvent::Colour { red, green, blue } => {
                 let shines = [red, green, blue].map(|part| u8::from(part > 0));
                 self.led = shines[0] | shines[1] << 1 | shines[2] << 2;
-                // The call cannot fail: the world knows the robot.
-                let _ = world.shine(self.id, self.led);
+                world.shine(self.id, self.led).expect(IN_WORLD);
             }
             EmulatorEvent::Rtt { bytes } => {
-                let told = self.reader.as_mut().map_or(Vec::new(), |reader| reader.read(&bytes));
+                // Without a trace, nothing is known about the bytes.
+                let Some(reader) = &mut self.reader else { return Ok(()) };
                 let tick = world.now();
-                let Some(robot) = world.brain_mut(self.id) else { return Ok(()) };
-                for told in told {
-                    match told {
+                let robot = world.brain_mut(self.id).expect(IN_WORLD);
+                for event in reader.read(&bytes) {
+                    match event {
                         TraceEvent::Log(pieces) => robot.has_logged(tick, pieces),
                         TraceEvent::Fault(fault, positions) => {
                             robot.has_stopped(tick, fault, positions)
@@ -343,11 +344,12 @@ impl Emulated {
                 }
             }
             EmulatorEvent::Infrared { payload, .. } => {
+                // Other frames are messages of scripts.
                 let message = payload.as_slice().try_into().ok();
                 let Some(report) = message.and_then(FaultReport::of) else { return Ok(()) };
                 let fault = report.fault.ok_or(FirmwareFailure::Unsuitable)?;
                 let tick = world.now();
-                let Some(robot) = world.brain_mut(self.id) else { return Ok(()) };
+                let robot = world.brain_mut(self.id).expect(IN_WORLD);
                 // The robot repeats each report, so that only a new one counts.
                 if report.is_contained {
                     robot.has_contained_once(tick, fault);
@@ -356,9 +358,7 @@ impl Emulated {
                 }
             }
             EmulatorEvent::Step => {
-                if let Some(robot) = world.brain_mut(self.id) {
-                    robot.has_stepped();
-                }
+                world.brain_mut(self.id).expect(IN_WORLD).has_stepped();
             }
             // A cut or a restored power supply is no failure.
             EmulatorEvent::Reset { cause } if cause == ResetCause::PowerOff.name() => {}

@@ -14,7 +14,7 @@ use crate::scenario::{ScenarioCause, ScenarioError};
 
 use super::bridge::Bridge;
 use super::fleet::EmulatedFleet;
-use super::{FirmwareError, unusable};
+use super::{EMULATED, FirmwareError, IN_WORLD, unusable};
 
 /// The longest time that robots run before the bridge forwards their frames. The delay of the
 /// bridge itself is longer.
@@ -43,15 +43,17 @@ impl Fleets {
         if setup.firmware.is_empty() {
             return Ok(None);
         }
-        let join = |number| Some((happenings.id(number)?, setup.id(number)));
+        let join = |number| {
+            let id = happenings.id(number).expect("emulated robots are present at the start");
+            (id, setup.id(number))
+        };
         let mut fleets = Vec::new();
         for firmware in setup.firmware.iter() {
-            let Some(emulation) = firmware.model().emulation() else { continue };
+            let emulation = firmware.model().emulation().expect(EMULATED);
             let is_dark = |pose: &Pose| !emulation.is_lit(pose);
-            let in_the_dark = firmware
-                .numbers()
-                .filter_map(join)
-                .find(|(id, _)| world.robot(*id).is_some_and(|robot| is_dark(&robot.pose)));
+            let stands_in_the_dark = |id| is_dark(&world.robot(id).expect(IN_WORLD).pose);
+            let mut robots = firmware.numbers().map(join);
+            let in_the_dark = robots.find(|(id, _)| stands_in_the_dark(*id));
             if let Some((_, id)) = in_the_dark {
                 return Err(firmware.failed(ScenarioCause::InTheDark { id }));
             }

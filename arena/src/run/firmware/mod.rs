@@ -23,10 +23,16 @@ use bittybuzz_vm_core::ImageError;
 use crate::robot::{Emulation, FlashJob, RobotModel};
 use crate::scenario::{Backend, Scenario, ScenarioCause, ScenarioError};
 
-use super::program::Program;
+use super::program::LoadedProgram;
 use super::settings::media;
 pub use fleets::Fleets;
 pub use p2p::{P2pAir, TURN};
+
+/// The reason why a model with firmware has emulators.
+const EMULATED: &str = "the reader of scenarios rejects firmware without an emulator";
+
+/// The reason why the world has an emulated robot.
+const IN_WORLD: &str = "emulated robots are in the world from the start";
 
 /// The data that a scenario flashes to the robots of one model: their firmware, and the script and
 /// the id of each robot.
@@ -62,16 +68,18 @@ struct Flashed {
 
 impl Firmware {
     /// Returns the firmware for each model of the scenario with robots that run any.
-    pub fn of(scenario: &Scenario, programs: &[Program]) -> Result<Vec<Self>, ScenarioError> {
+    pub fn of(scenario: &Scenario, programs: &[LoadedProgram]) -> Result<Vec<Self>, ScenarioError> {
         let mut all: Vec<Firmware> = Vec::new();
         let (media, mut number) = (media(scenario), 0);
-        for (group, program) in scenario.groups.iter().zip(programs) {
+        // The first programs are those of the groups.
+        for (group, loaded) in scenario.groups.iter().zip(programs) {
             let first = number;
             number += group.count as usize;
+            // Robots in virtual machines have no firmware.
             let Backend::Firmware { image, place } = &group.backend else { continue };
             let failed = |cause| ScenarioError { cause, place: Some(Box::new(place.clone())) };
-            let Some(emulation) = group.model.emulation() else { continue };
-            let (robot, script) = (&group.robot, &*program.image);
+            let emulation = group.model.emulation().expect(EMULATED);
+            let (robot, script) = (&group.robot, &*loaded.program.image);
             let flash = FlashJob { firmware: image, script, robot, media: &media };
             let shared = emulation.sections(&flash).map_err(failed)?;
             let known = match all.iter().position(|known| known.model.name() == group.model.name())
@@ -97,7 +105,7 @@ impl Firmware {
                     all.len() - 1
                 }
             };
-            let Some(known) = all.get_mut(known) else { continue };
+            let known = &mut all[known];
             for within in 0..group.count as u16 {
                 let mut sections = shared.clone();
                 sections.extend(emulation.id_section(robot, group.first_id + within));
@@ -134,6 +142,7 @@ fn ear(
     let Some(bridge) = scenario.bridge.as_ref().filter(|_| emulation.listener().is_some()) else {
         return Ok(None);
     };
+    // No robot of the scenario sends by infrared.
     let Some(path) = &bridge.image else { return Ok(None) };
     let program = emulation.listener_flash(path).map_err(|reason| {
         let (robots, path) = (model.robots(), path.display().to_string());

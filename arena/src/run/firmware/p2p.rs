@@ -9,6 +9,8 @@ use std::time::Duration;
 
 use bittybuzz_emulation::message::Command;
 
+use crate::engine::Stream;
+
 /// The time from reception to transmission (nRF51 reference manual).
 const RAMP: Duration = Duration::from_micros(130);
 /// The longest turn.
@@ -19,11 +21,11 @@ const RSSI: u8 = 60;
 const LONGEST: Duration = Duration::from_millis(1);
 
 /// The radio channel, and its counters.
-#[derive(Debug, Default)]
+#[derive(Debug)]
 pub struct P2pAir {
     frames: Vec<OnAir>,
-    loss: f64,
-    random: u64,
+    loss: f32,
+    stream: Stream,
     /// The number of frames on the channel, once for each robot that could have received it.
     pub carried: u64,
     /// The number of these that were lost at random.
@@ -43,14 +45,20 @@ struct OnAir {
     has_arrived: bool,
 }
 
+impl Default for P2pAir {
+    /// Returns an empty channel without loss.
+    fn default() -> Self {
+        let stream = Stream::for_emulated(0);
+        P2pAir { frames: Vec::new(), loss: 0.0, stream, carried: 0, lost: 0, collided: 0 }
+    }
+}
+
 impl P2pAir {
     /// Loses frames with this probability from now on, independently for each receiver. Equal seeds
     /// lose the same frames.
     pub fn lose(&mut self, probability: f64, seed: u64) {
-        self.loss = probability;
-        // Xorshift needs a state other than zero, and its first numbers are poor if few bits are
-        // set.
-        self.random = seed.wrapping_mul(0x9e37_79b9_7f4a_7c15) | 1;
+        self.loss = probability as f32;
+        self.stream = Stream::for_emulated(seed);
     }
 
     /// Adds a frame that robot number `sender` decided to transmit at the time `at`. The robot's
@@ -88,7 +96,7 @@ impl P2pAir {
                 };
                 if self.frames.iter().any(overlaps) {
                     self.collided += 1;
-                } else if self.chance() < self.loss {
+                } else if self.stream.chance(self.loss) {
                     self.lost += 1;
                 } else {
                     let payload = self.frames[number].payload.clone();
@@ -98,14 +106,6 @@ impl P2pAir {
         }
         self.frames.retain(|frame| frame.end + LONGEST > now);
         heard
-    }
-
-    /// Returns a random number from 0 to 1, by xorshift.
-    fn chance(&mut self) -> f64 {
-        self.random ^= self.random << 13;
-        self.random ^= self.random >> 7;
-        self.random ^= self.random << 17;
-        (self.random >> 11) as f64 / (1_u64 << 53) as f64
     }
 }
 

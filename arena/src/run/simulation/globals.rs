@@ -3,7 +3,7 @@
 use crate::robot::ScriptNumber;
 use crate::scenario::Selection;
 
-use super::Simulation;
+use super::{JOINED, Simulation};
 
 /// Globals that hold numbers, by their names.
 pub type Globals = Vec<(String, ScriptNumber)>;
@@ -12,10 +12,10 @@ impl Simulation {
     /// Sets a global in the scripts of robots, where the script has one of that name.
     pub(super) fn set(&mut self, robots: &Selection, name: &str, value: ScriptNumber) {
         for number in robots.iter() {
-            let global = self.program(number).and_then(|program| program.global(name));
-            let brain = self.happenings.id(number).and_then(|id| self.world.brain_mut(id));
-            if let (Some(global), Some(brain)) = (global, brain) {
-                brain.set(global, value);
+            // A robot that has not joined, or whose script has no such global, is left out.
+            let global = self.program(number).global(name);
+            if let (Some(global), Some(id)) = (global, self.happenings.id(number)) {
+                self.world.brain_mut(id).expect(JOINED).set(global, value);
             }
         }
     }
@@ -23,8 +23,8 @@ impl Simulation {
     /// Returns the globals of robots that hold numbers, by their names.
     pub(super) fn globals_of(&self, robots: &Selection) -> Vec<(usize, Globals)> {
         let of_robot = |number: usize| {
-            let brain = self.world.brain(self.happenings.id(number)?)?;
-            let globals = self.program(number)?.globals().iter().zip(0..);
+            let brain = self.robot(number)?;
+            let globals = self.program(number).globals().iter().zip(0..);
             let of_global =
                 |(name, global): (&String, u16)| Some((name.clone(), brain.number(global)?));
             Some((number, globals.filter_map(of_global).collect()))
@@ -37,10 +37,10 @@ impl Simulation {
         let program = self.program(number);
         let known: Vec<(u16, ScriptNumber)> = globals
             .iter()
-            .filter_map(|(name, value)| Some((program?.global(name)?, *value)))
+            .filter_map(|(name, value)| Some((program.global(name)?, *value)))
             .collect();
-        if let Some(brain) = self.happenings.id(number).and_then(|id| self.world.brain_mut(id)) {
-            known.into_iter().for_each(|(global, value)| brain.keep(global, value));
-        }
+        let id = self.happenings.id(number).expect("only robots that have joined keep globals");
+        let brain = self.world.brain_mut(id).expect(JOINED);
+        known.into_iter().for_each(|(global, value)| brain.keep(global, value));
     }
 }
