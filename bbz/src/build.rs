@@ -7,15 +7,27 @@ use bittybuzz_compiler::fit;
 use clap::Args;
 use serde_json::json;
 
-use crate::ExitStatus;
+use crate::exit::ExitStatus;
 use crate::hex;
 use crate::json;
 use crate::output;
 use crate::problem::Problem;
+use crate::program::RefusedImage;
 use crate::program::{self, InputKind};
 use crate::report;
 use crate::selection::{ProfileName, RobotChoice};
 use crate::whole_file::{self, Inputs, with_suffix};
+
+/// `--firmware` for the robot with this title, whose script has a region of its own.
+#[derive(Debug, thiserror::Error)]
+#[error("on the {0} the script has a place of its own, next to the firmware")]
+struct OwnRegion(String);
+
+impl Problem for OwnRegion {
+    fn help(&self) -> Option<String> {
+        Some("`bbz flash --firmware` writes both".to_owned())
+    }
+}
 
 const EXAMPLES: &str = "\
 Examples:
@@ -53,7 +65,7 @@ pub struct BuildArguments {
 }
 
 /// Carries out the command.
-pub fn execute(arguments: &BuildArguments) -> Result<ExitStatus, Problem> {
+pub fn execute(arguments: &BuildArguments) -> Result<ExitStatus, Box<dyn Problem>> {
     let kind = InputKind::of(&arguments.file)?;
     let selection = RobotChoice::new(Some(&arguments.robot), arguments.profile)?;
     let Compiled { image, symbols, diagnostics, sources } =
@@ -70,10 +82,10 @@ pub fn execute(arguments: &BuildArguments) -> Result<ExitStatus, Problem> {
         return Ok(ExitStatus::CompileError);
     };
     fit::verify(&image, selection.effective_profile(), robot)
-        .map_err(|cause| Problem::refused(&arguments.file, cause))?;
+        .map_err(|cause| RefusedImage::new(&arguments.file, cause))?;
 
     let hex = match &arguments.firmware {
-        Some(_) if robot.layout.is_some() => return Err(Problem::OwnRegion(robot.title.clone())),
+        Some(_) if robot.layout.is_some() => return Err(OwnRegion(robot.title.clone()).into()),
         Some(firmware) => {
             Some(hex::with_script(firmware, &arguments.file, &image, Some(&symbols), robot)?)
         }
@@ -108,7 +120,8 @@ pub fn execute(arguments: &BuildArguments) -> Result<ExitStatus, Problem> {
             "flash_budget": budget,
             "hex": hex_path.map(|path| path.display().to_string()),
         });
-        return output::write(&format!("{result}\n")).map(|()| ExitStatus::Success);
+        output::write(&format!("{result}\n"))?;
+        return Ok(ExitStatus::Success);
     }
     let mut line = format!("{}: {} bytes for {}", image_path.display(), image.len(), robot.title);
     if let Some(budget) = budget {

@@ -11,10 +11,11 @@ use bittybuzz_compiler::diagnostic::{Diagnostic, Severity};
 use bittybuzz_compiler::fit;
 use clap::Args;
 
-use crate::ExitStatus;
+use crate::exit::ExitStatus;
 use crate::json;
 use crate::output;
 use crate::problem::Problem;
+use crate::program::RefusedImage;
 use crate::program::{self, InputKind};
 use crate::report;
 use crate::selection::{RobotChoice, SelectionArguments};
@@ -84,7 +85,7 @@ struct CheckReport {
 }
 
 /// Carries out the command.
-pub fn execute(arguments: &CheckArguments) -> Result<ExitStatus, Problem> {
+pub fn execute(arguments: &CheckArguments) -> Result<ExitStatus, Box<dyn Problem>> {
     let selection = arguments.selection.select()?;
     let mut found =
         CheckReport { objects: Vec::new(), errors: 0, warnings: 0, denied: 0, first: None };
@@ -117,7 +118,7 @@ fn check(
     arguments: &CheckArguments,
     selection: &RobotChoice,
     found: &mut CheckReport,
-) -> Result<(), Problem> {
+) -> Result<(), Box<dyn Problem>> {
     let kind = InputKind::of(path)?;
     let compile = || program::compiled(path, kind, &arguments.include, selection);
     let mut compiled = compile()?;
@@ -138,7 +139,7 @@ fn check(
     found.count(&diagnostics, &arguments.deny);
     if let (Some(image), Some(robot)) = (image, &selection.robot) {
         fit::verify(&image, selection.effective_profile(), robot)
-            .map_err(|cause| Problem::refused(path, cause))?;
+            .map_err(|cause| RefusedImage::new(path, cause))?;
     }
     Ok(())
 }

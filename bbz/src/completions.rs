@@ -3,9 +3,8 @@
 use clap::{Args, Command};
 use clap_complete::{Shell, generate};
 
-use crate::ExitStatus;
-use crate::output;
-use crate::problem::Problem;
+use crate::exit::ExitStatus;
+use crate::output::{self, OutputError};
 
 const EXAMPLES: &str = "\
 Examples:
@@ -25,9 +24,10 @@ pub struct CompletionsArguments {
 pub fn execute(
     arguments: &CompletionsArguments,
     mut command: Command,
-) -> Result<ExitStatus, Problem> {
+) -> Result<ExitStatus, OutputError> {
     let mut script = Vec::new();
     let name = command.get_name().to_owned();
     generate(arguments.shell, &mut command, name, &mut script);
-    output::write(&String::from_utf8_lossy(&script)).map(|()| ExitStatus::Success)
+    output::write(&String::from_utf8_lossy(&script))?;
+    Ok(ExitStatus::Success)
 }

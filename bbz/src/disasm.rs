@@ -6,10 +6,10 @@ use bittybuzz_compiler::bo;
 use bittybuzz_compiler::disasm::disassemble;
 use clap::Args;
 
-use crate::ExitStatus;
+use crate::exit::ExitStatus;
 use crate::output;
 use crate::problem::Problem;
-use crate::program::{self, InputKind, LoadedProgram};
+use crate::program::{self, InputError, InputKind, LoadedProgram};
 use crate::selection::SelectionArguments;
 
 const EXAMPLES: &str = "\
@@ -33,12 +33,12 @@ pub struct DisasmArguments {
 }
 
 /// Carries out the command.
-pub fn execute(arguments: &DisasmArguments) -> Result<ExitStatus, Problem> {
+pub fn execute(arguments: &DisasmArguments) -> Result<ExitStatus, Box<dyn Problem>> {
     let selection = arguments.selection.select()?;
     if InputKind::of(&arguments.file)? == InputKind::Object {
         let listing = bo::disassemble(&program::read(&arguments.file)?);
         let path = arguments.file.clone();
-        output::write(&listing.map_err(|error| Problem::Object { path, error })?)?;
+        output::write(&listing.map_err(|error| InputError::Object { path, error })?)?;
         return Ok(ExitStatus::Success);
     }
     let opened = LoadedProgram::open(&arguments.file, &arguments.include, &selection)?;

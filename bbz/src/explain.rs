@@ -5,13 +5,31 @@ use bittybuzz_compiler::explain;
 use bittybuzz_vm_core::FaultCode;
 use clap::Args;
 
-use crate::ExitStatus;
+use crate::exit::ExitStatus;
 use crate::fault;
 use crate::output;
 use crate::problem::Problem;
 
 /// The most characters by which two similar codes differ.
 const MOST_DIFFERENCES: usize = 1;
+
+/// `bbz explain` was asked for a code that does not exist.
+#[derive(Debug, thiserror::Error)]
+#[error("there is no code `{code}`")]
+struct UnknownCode {
+    code: String,
+    /// The code that was probably meant.
+    likely: Option<String>,
+}
+
+impl Problem for UnknownCode {
+    fn help(&self) -> Option<String> {
+        Some(match &self.likely {
+            Some(likely) => format!("did you mean {likely}? `bbz explain` lists all codes"),
+            None => "`bbz explain` lists all codes".to_owned(),
+        })
+    }
+}
 
 const EXAMPLES: &str = "\
 Examples:
@@ -29,7 +47,7 @@ pub struct ExplainArguments {
 }
 
 /// Carries out the command.
-pub fn execute(arguments: &ExplainArguments) -> Result<ExitStatus, Problem> {
+pub fn execute(arguments: &ExplainArguments) -> Result<ExitStatus, Box<dyn Problem>> {
     let Some(code) = &arguments.code else {
         let lines = codes().map(|(code, title)| format!("{code}  {title}\n"));
         output::write(&lines.collect::<String>())?;
@@ -38,7 +56,7 @@ pub fn execute(arguments: &ExplainArguments) -> Result<ExitStatus, Problem> {
     let wanted = code.to_uppercase();
     let section = explain::explain(&wanted);
     let Some(section) = section else {
-        return Err(Problem::UnknownCode { code: code.clone(), likely: likely(&wanted) });
+        return Err(UnknownCode { code: code.clone(), likely: likely(&wanted) }.into());
     };
     output::write(&format!("{section}\n"))?;
     Ok(ExitStatus::Success)

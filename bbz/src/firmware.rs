@@ -1,7 +1,7 @@
 //! Checks firmware (ELF) before it is flashed.
 
 use std::fmt;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 use bittybuzz_robot_spec::{Layout, Region};
 use bittybuzz_toml_reader::file;
@@ -9,6 +9,7 @@ use object::Endianness;
 use object::elf::{EM_ARM, FileHeader32, PT_LOAD};
 use object::read::elf::{FileHeader, ProgramHeader};
 
+use crate::file_error::FileError;
 use crate::problem::Problem;
 
 /// A reason why a file is not the firmware of a robot.
@@ -53,11 +54,26 @@ impl FirmwareFileError {
     }
 }
 
+/// A file that is not the firmware of a robot.
+#[derive(Debug, thiserror::Error)]
+#[error("`{path}` {error}")]
+struct FirmwareError {
+    path: PathBuf,
+    error: FirmwareFileError,
+}
+
+impl Problem for FirmwareError {
+    fn help(&self) -> Option<String> {
+        Some(self.error.help().to_owned())
+    }
+}
+
 /// Checks that the file at `path` is firmware for a robot with this layout.
-pub fn check(path: &Path, layout: &Layout) -> Result<(), Problem> {
+pub fn check(path: &Path, layout: &Layout) -> Result<(), Box<dyn Problem>> {
     let bytes =
-        file::read(path, file::MOST_PROGRAM).map_err(|error| Problem::unreadable(path, error))?;
-    check_bytes(&bytes, layout).map_err(|error| Problem::Firmware { path: path.to_owned(), error })
+        file::read(path, file::MOST_PROGRAM).map_err(|error| FileError::reading(path, error))?;
+    check_bytes(&bytes, layout).map_err(|error| FirmwareError { path: path.to_owned(), error })?;
+    Ok(())
 }
 
 fn check_bytes(bytes: &[u8], layout: &Layout) -> Result<(), FirmwareFileError> {

@@ -3,19 +3,77 @@
 use std::path::{Path, PathBuf};
 
 use bittybuzz_compiler::fit;
-use bittybuzz_robot_spec::{Layout, Robot, Setting};
+use bittybuzz_robot_spec::{Layout, NumberProfile, Robot, Setting};
 use bittybuzz_vm_core::ImageError;
 use clap::Args;
 
-use crate::ExitStatus;
+use crate::exit::ExitStatus;
 use crate::firmware;
 use crate::isp::{self, Programmer, ProgrammingTask};
-use crate::output;
+use crate::output::{self, OutputError};
 use crate::probe_rs::{self, ProbeRs};
 use crate::problem::Problem;
 use crate::program::LoadedProgram;
+use crate::program::RefusedImage;
 use crate::scratch::ScratchFile;
 use crate::selection::RobotChoice;
+
+/// A reason why a robot cannot be flashed as the command line says.
+#[derive(Debug, thiserror::Error)]
+enum FlashError {
+    /// Options for programmers were given, but the robot with this title is flashed through a debug
+    /// probe.
+    #[error("the {0} is flashed through a debug probe, not through a programmer")]
+    NoProgrammer(String),
+    /// The robot with this title cannot be assigned an id.
+    #[error("the {0} has no place for an id")]
+    NoIdRegion(String),
+    /// A `--set` that the robot does not know or accept.
+    #[error("the {robot} cannot be set by `--set {argument}`")]
+    RobotSetting {
+        argument: String,
+        robot: String,
+        /// The settings of the robot, a line each.
+        settings: Vec<String>,
+    },
+    /// An image for another profile than the robot's.
+    #[error("`{path}` was built for the {} profile, which is not that of the {robot}", .image.name())]
+    RobotProfile {
+        /// The file of the image.
+        path: PathBuf,
+        image: NumberProfile,
+        /// Title of the robot.
+        robot: String,
+    },
+    /// An image that does not fit the robot.
+    #[error("`{path}`: {message}")]
+    Capacity {
+        /// The file of the image.
+        path: PathBuf,
+        message: String,
+        help: String,
+    },
+}
+
+impl Problem for FlashError {
+    fn help(&self) -> Option<String> {
+        Some(match self {
+            FlashError::NoProgrammer(_) => {
+                "environment variable PROBE_RS_PROBE chooses among several probes".to_owned()
+            }
+            FlashError::NoIdRegion(_) => {
+                "its robot file has no `id` in its [layout]: flash that it shares with nothing"
+                    .to_owned()
+            }
+            FlashError::RobotSetting { settings, .. } if settings.is_empty() => {
+                "its robot file has no [[setting]]".to_owned()
+            }
+            FlashError::RobotSetting { settings, .. } => settings.join("\n      "),
+            FlashError::RobotProfile { .. } => "build it without --profile".to_owned(),
+            FlashError::Capacity { help, .. } => help.clone(),
+        })
+    }
+}
 
 const EXAMPLES: &str = "\
 Examples:
@@ -66,14 +124,15 @@ pub struct FlashArguments {
 }
 
 /// Carries out the command.
-pub fn execute(arguments: &FlashArguments) -> Result<ExitStatus, Problem> {
+pub fn execute(arguments: &FlashArguments) -> Result<ExitStatus, Box<dyn Problem>> {
     let selection = RobotChoice::new(Some(&arguments.robot), None)?;
-    let robot = selection.robot.as_ref().ok_or(Problem::NoRobot)?;
+    let robot =
+        selection.robot.as_ref().expect("`--robot` is required, and an unknown one is an error");
     if isp::is_programmed_by_isp(robot) {
         return by_programmer(arguments, &selection, robot);
     }
     if arguments.programmer.is_given() {
-        return Err(Problem::NoProgrammer(robot.title.clone()));
+        return Err(FlashError::NoProgrammer(robot.title.clone()).into());
     }
     let (chip, layout) = (probe_rs::chip(robot)?, probe_rs::layout(robot)?);
     let opened = LoadedProgram::open(&arguments.file, &arguments.include, &selection)?;
@@ -94,14 +153,15 @@ pub fn execute(arguments: &FlashArguments) -> Result<ExitStatus, Problem> {
     let calls: Vec<ProbeRs> = firmware.into_iter().chain(assigned).chain(scripts).collect();
     if arguments.dry_run {
         let calls: String = calls.iter().map(|call| format!("{call}\n")).collect();
-        return output::write(&calls).map(|()| ExitStatus::Success);
+        output::write(&calls)?;
+        return Ok(ExitStatus::Success);
     }
     file.write(&section)?;
     for assignment in assignments.iter().flatten() {
         assignment.file.write(&assignment.section)?;
     }
     calls.into_iter().try_for_each(ProbeRs::run)?;
-    done(&arguments.file, &program, robot)
+    Ok(done(&arguments.file, &program, robot)?)
 }
 
 /// Flashes a robot whose whole program is written by a programmer.
@@ -109,13 +169,13 @@ fn by_programmer(
     arguments: &FlashArguments,
     selection: &RobotChoice,
     robot: &Robot,
-) -> Result<ExitStatus, Problem> {
+) -> Result<ExitStatus, Box<dyn Problem>> {
     let Some(program) = LoadedProgram::open(&arguments.file, &arguments.include, selection)? else {
         return Ok(ExitStatus::CompileError);
     };
     check(&arguments.file, &program, robot)?;
     if let Some(setting) = arguments.set.first() {
-        return Err(misset(setting, robot));
+        return Err(misset(setting, robot).into());
     }
     let task = ProgrammingTask {
         robot,
@@ -125,10 +185,13 @@ fn by_programmer(
         id: arguments.id,
     };
     task.execute(arguments.dry_run)?;
-    if arguments.dry_run { Ok(ExitStatus::Success) } else { done(&arguments.file, &program, robot) }
+    if arguments.dry_run {
+        return Ok(ExitStatus::Success);
+    }
+    Ok(done(&arguments.file, &program, robot)?)
 }
 
-fn done(script: &Path, program: &LoadedProgram, robot: &Robot) -> Result<ExitStatus, Problem> {
+fn done(script: &Path, program: &LoadedProgram, robot: &Robot) -> Result<ExitStatus, OutputError> {
     let (script, title) = (script.display(), &robot.title);
     let bytes = program.image.len();
     output::write(&format!("`{script}` ({bytes} bytes) is on the {title}, which restarts\n"))?;
@@ -136,18 +199,19 @@ fn done(script: &Path, program: &LoadedProgram, robot: &Robot) -> Result<ExitSta
 }
 
 /// Checks that the robot would run the image.
-fn check(path: &Path, program: &LoadedProgram, robot: &Robot) -> Result<(), Problem> {
+fn check(path: &Path, program: &LoadedProgram, robot: &Robot) -> Result<(), Box<dyn Problem>> {
     if program.profile != robot.profile {
-        return Err(Problem::RobotProfile {
+        let error = FlashError::RobotProfile {
             path: path.to_owned(),
             image: program.profile,
             robot: robot.title.clone(),
-        });
+        };
+        return Err(error.into());
     }
     match fit::verify(&program.image, program.profile, robot) {
         // Too many globals are reported below, together with the number that fits.
         Ok(()) | Err(ImageError::TooManyGlobals(_)) => {}
-        Err(cause) => return Err(Problem::refused(path, cause)),
+        Err(cause) => return Err(RefusedImage::new(path, cause).into()),
     }
     // An image that was compiled just now has no such error: the compiler has checked it.
     let Some(misfit) = fit::capacity_errors(&program.image, robot).into_iter().next() else {
@@ -159,7 +223,7 @@ fn check(path: &Path, program: &LoadedProgram, robot: &Robot) -> Result<(), Prob
         known.map_or(format!("function {number}"), |function| function.name.clone())
     };
     let message = misfit.message(robot, &name);
-    Err(Problem::CapacityError { path: path.to_owned(), message, help: misfit.help() })
+    Err(FlashError::Capacity { path: path.to_owned(), message, help: misfit.help() }.into())
 }
 
 /// Returns the call that writes the firmware. Its file contains a script too, so the selected
@@ -195,8 +259,8 @@ fn assign(
     robot: &Robot,
     layout: &Layout,
     script: &Path,
-) -> Result<RegionContent, Problem> {
-    let region = layout.id.ok_or_else(|| Problem::NoIdRegion(robot.title.clone()))?;
+) -> Result<RegionContent, FlashError> {
+    let region = layout.id.ok_or_else(|| FlashError::NoIdRegion(robot.title.clone()))?;
     let (section, file) = (Layout::id_section(id).to_vec(), ScratchFile::new(script, "id.bin"));
     Ok(RegionContent { address: region.address, section, file })
 }
@@ -207,7 +271,7 @@ fn set(
     robot: &Robot,
     layout: &Layout,
     script: &Path,
-) -> Result<Option<RegionContent>, Problem> {
+) -> Result<Option<RegionContent>, FlashError> {
     let Some(region) = layout.settings.filter(|_| !arguments.is_empty()) else {
         let unknown = arguments.first().map(|argument| misset(argument, robot));
         return unknown.map_or(Ok(None), Err);
@@ -229,12 +293,12 @@ fn set(
     Ok(Some(RegionContent { address: region.address, section, file }))
 }
 
-fn misset(argument: &str, robot: &Robot) -> Problem {
+fn misset(argument: &str, robot: &Robot) -> FlashError {
     let settings = robot.settings.iter().map(|setting| {
         let Setting { name, least, most, help } = setting;
         format!("{name}={least} to {name}={most}: {help}")
     });
-    Problem::RobotSetting {
+    FlashError::RobotSetting {
         argument: argument.to_owned(),
         robot: robot.title.clone(),
         settings: settings.collect(),

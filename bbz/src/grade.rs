@@ -10,11 +10,38 @@ use bittybuzz_live::{HandIn, TextFile, set_up, text_of};
 use bittybuzz_toml_reader::file;
 use serde_json::{Value, json};
 
-use crate::ExitStatus;
+use crate::exit::ExitStatus;
+use crate::file_error::FileError;
 use crate::output::ScriptOutput;
 use crate::problem::Problem;
 use crate::report::{self, printable};
 use crate::sim::desk::Desk;
+
+/// A reason why a folder cannot be graded.
+#[derive(Debug, thiserror::Error)]
+enum GradeError {
+    /// The folder has no scenario, or several.
+    #[error("`{0}` does not have one scenario (*.toml)")]
+    WhichAssignment(PathBuf),
+    /// The folder has no results.
+    #[error("`{0}` has no results (*.json)")]
+    NothingHandedIn(PathBuf),
+    /// The assignment does not run: the mistakes of its scenario and scripts.
+    #[error("the assignment does not run: {}", .0.trim_end())]
+    Assignment(String),
+}
+
+impl Problem for GradeError {
+    fn help(&self) -> Option<String> {
+        match self {
+            GradeError::WhichAssignment(_) => Some("name it with `--scenario FILE`".to_owned()),
+            GradeError::NothingHandedIn(_) => {
+                Some("the page of an assignment writes them by `Hand in`".to_owned())
+            }
+            GradeError::Assignment(_) => None,
+        }
+    }
+}
 
 /// The most bytes of a file that is graded, which contains a scenario and scripts.
 const MOST_BYTES: u64 = 16 * 1024 * 1024;
@@ -65,19 +92,19 @@ enum Grade {
 }
 
 /// Carries out the command.
-pub fn execute(arguments: &GradeArguments) -> Result<ExitStatus, Problem> {
+pub fn execute(arguments: &GradeArguments) -> Result<ExitStatus, Box<dyn Problem>> {
     let scenario = match &arguments.scenario {
         Some(scenario) => scenario.clone(),
         None => only_scenario(&arguments.folder)?,
     };
     let text = file::read_text(&scenario, file::MOST_TEXT)
-        .map_err(|error| Problem::unreadable(&scenario, error))?;
+        .map_err(|error| FileError::reading(&scenario, error))?;
     let desk = Desk::for_scripts_of_others(&scenario, &arguments.include);
     // A mistake of the assignment is reported once, and not for each result.
-    set_up(&desk, &text, &[], &[]).map_err(|errors| Problem::Assignment(text_of(&errors)))?;
+    set_up(&desk, &text, &[], &[]).map_err(|errors| GradeError::Assignment(text_of(&errors)))?;
     let files = files(&arguments.folder, "json")?;
     if files.is_empty() {
-        return Err(Problem::NothingHandedIn(arguments.folder.clone()));
+        return Err(GradeError::NothingHandedIn(arguments.folder.clone()).into());
     }
     let grades: Vec<(PathBuf, Grade)> = files
         .into_iter()
@@ -109,17 +136,17 @@ pub fn execute(arguments: &GradeArguments) -> Result<ExitStatus, Problem> {
 }
 
 /// Returns the only scenario of a folder; fails if there is none or several.
-fn only_scenario(folder: &Path) -> Result<PathBuf, Problem> {
+fn only_scenario(folder: &Path) -> Result<PathBuf, Box<dyn Problem>> {
     let mut found = files(folder, "toml")?;
     match (found.pop(), found.is_empty()) {
         (Some(only), true) => Ok(only),
-        _ => Err(Problem::WhichAssignment(folder.to_owned())),
+        _ => Err(GradeError::WhichAssignment(folder.to_owned()).into()),
     }
 }
 
 /// Returns the files of a folder with that extension, sorted by name.
-fn files(folder: &Path, ending: &str) -> Result<Vec<PathBuf>, Problem> {
-    let unreadable = |error| Problem::unreadable(folder, error);
+fn files(folder: &Path, ending: &str) -> Result<Vec<PathBuf>, FileError> {
+    let unreadable = |error| FileError::reading(folder, error);
     let entries = fs::read_dir(folder).map_err(unreadable)?;
     let paths = entries.map(|entry| entry.map(|entry| entry.path()));
     let mut paths: Vec<PathBuf> = paths.collect::<Result<_, _>>().map_err(unreadable)?;

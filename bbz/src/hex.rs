@@ -2,7 +2,7 @@
 //! and makes the file (Intel hex) that is sent to robots.
 
 use std::fmt;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 use bittybuzz_compiler::fit::{self, CapacityError};
 use bittybuzz_compiler::symbols::Symbols;
@@ -15,7 +15,9 @@ use object::Endianness;
 use object::elf::{EM_AVR, FileHeader32, PT_LOAD};
 use object::read::elf::{FileHeader, ProgramHeader};
 
+use crate::file_error::FileError;
 use crate::problem::Problem;
+use crate::program::RefusedImage;
 
 /// The first address of RAM in an ELF file (binutils' convention for the AVR).
 const RAM: u32 = 0x80_0000;
@@ -108,6 +110,27 @@ impl ProgramError {
     }
 }
 
+/// A script that cannot be put into the program in a file.
+#[derive(Debug, thiserror::Error)]
+#[error("`{path}` {error}")]
+struct ProgramFileError {
+    /// The path from `--firmware`; `the robot's flash` for the program on a robot.
+    path: PathBuf,
+    error: ProgramError,
+}
+
+impl ProgramFileError {
+    fn new(path: &Path, error: ProgramError) -> Self {
+        ProgramFileError { path: path.to_owned(), error }
+    }
+}
+
+impl Problem for ProgramFileError {
+    fn help(&self) -> Option<String> {
+        Some(self.error.help().to_owned())
+    }
+}
+
 /// Returns the program in `path`, with `image` in the place of its script, as a hex file.
 pub fn with_script(
     path: &Path,
@@ -115,16 +138,16 @@ pub fn with_script(
     image: &[u8],
     symbols: Option<&Symbols>,
     robot: &Robot,
-) -> Result<String, Problem> {
-    let wrong = |error| Problem::Program { path: path.to_owned(), error };
-    hex(&exchanged(path, &read(path)?, (script, symbols), image, robot)?).map_err(wrong)
+) -> Result<String, Box<dyn Problem>> {
+    let program = exchanged(path, &read(path)?, (script, symbols), image, robot)?;
+    Ok(hex(&program).map_err(|error| ProgramFileError::new(path, error))?)
 }
 
 /// Reads the program in a file.
-pub fn read(path: &Path) -> Result<Vec<u8>, Problem> {
+pub fn read(path: &Path) -> Result<Vec<u8>, Box<dyn Problem>> {
     let bytes =
-        file::read(path, file::MOST_PROGRAM).map_err(|error| Problem::unreadable(path, error))?;
-    program(&bytes).map_err(|error| Problem::Program { path: path.to_owned(), error })
+        file::read(path, file::MOST_PROGRAM).map_err(|error| FileError::reading(path, error))?;
+    Ok(program(&bytes).map_err(|error| ProgramFileError::new(path, error))?)
 }
 
 /// Returns the program that was read from `path`, with `image` in the place of its script.
@@ -134,18 +157,18 @@ pub fn exchanged(
     (script, symbols): (&Path, Option<&Symbols>),
     image: &[u8],
     robot: &Robot,
-) -> Result<Vec<u8>, Problem> {
-    let wrong = |error| Problem::Program { path: path.to_owned(), error };
+) -> Result<Vec<u8>, Box<dyn Problem>> {
+    let wrong = |error| ProgramFileError::new(path, error);
     let (at, parts) =
         find_script_section(program).map_err(|error| wrong(ProgramError::Section(error)))?;
     let limited = robot.clone().limited_to(parts);
     for misfit in fit::capacity_errors(image, &limited) {
         if let CapacityError::Part { part, at } = misfit {
             let at = at.and_then(|at| place(symbols?, u32::try_from(at).ok()?));
-            return Err(wrong(ProgramError::Part { part, at }));
+            return Err(wrong(ProgramError::Part { part, at }).into());
         }
     }
-    let sealed = fit::sealed(image, &limited).map_err(|cause| Problem::refused(script, cause))?;
+    let sealed = fit::sealed(image, &limited).map_err(|cause| RefusedImage::new(script, cause))?;
     let most = robot.budget.map_or(MOST, |budget| MOST.min(budget.flash_bytes as usize));
     let section = script_section(parts, &sealed);
     let whole = section.map(|section| [program.get(..at).unwrap_or(&[]), &section].concat());
@@ -153,7 +176,7 @@ pub fn exchanged(
         Some(whole) if whole.len() <= most => Ok(whole),
         other => {
             let bytes = other.map_or(at + sealed.len(), |whole| whole.len());
-            Err(wrong(ProgramError::TooLong { bytes, most }))
+            Err(wrong(ProgramError::TooLong { bytes, most }).into())
         }
     }
 }

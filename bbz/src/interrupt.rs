@@ -6,6 +6,15 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::mpsc::{self, Receiver};
 use std::time::Duration;
 
+use crate::problem::Problem;
+
+/// Ctrl-C cannot be taken over.
+#[derive(Debug, thiserror::Error)]
+#[error("cannot take over Ctrl-C: {0}")]
+pub struct InterruptError(#[from] ctrlc::Error);
+
+impl Problem for InterruptError {}
+
 /// The exit status of a process that Ctrl-C ended: by convention 128 plus the number of the signal.
 pub const KILLED: i32 = 130;
 
@@ -21,7 +30,7 @@ pub struct Interrupt {
 
 impl Interrupt {
     /// Takes over Ctrl-C and SIGTERM for the rest of the process.
-    pub fn install() -> Result<Self, ctrlc::Error> {
+    pub fn install() -> Result<Self, InterruptError> {
         let (sender, pressed) = mpsc::channel();
         let flag = Arc::new(AtomicBool::new(false));
         let again = flag.clone();

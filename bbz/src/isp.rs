@@ -7,11 +7,12 @@
 use std::fs;
 use std::io;
 use std::path::Path;
-use std::process::{Command, Stdio};
+use std::process::{Command, ExitStatus, Stdio};
 
 use bittybuzz_kilobot::calibration::{DUTIES, EEPROM, ERASED_DUTY, ERASED_ID, ID};
 use bittybuzz_robot_spec::{Robot, find_script_section};
 
+use crate::file_error::FileError;
 use crate::hex;
 use crate::output;
 use crate::problem::Problem;
@@ -19,6 +20,53 @@ use crate::program::LoadedProgram;
 use crate::report;
 use crate::scratch::ScratchFile;
 use crate::shell;
+
+/// A reason why a robot cannot be written by a programmer.
+#[derive(Debug, thiserror::Error)]
+enum ProgrammerError {
+    #[error("avrdude is not installed")]
+    NotInstalled,
+    /// avrdude is installed, but does not start.
+    #[error("cannot run avrdude: {0}")]
+    Start(io::Error),
+    #[error("avrdude has failed ({0})")]
+    Failed(ExitStatus),
+    /// The flash of the robot with this title cannot be read.
+    #[error("the lock bits of the {0} do not let its flash be read")]
+    Locked(String),
+    /// The id for the robot with this title is the one that erased memory holds.
+    #[error("the {0} cannot have the id {ERASED_ID}")]
+    ErasedId(String),
+    /// Writing failed, and the robot may already be erased.
+    #[error("{error}, and the robot may be without a program now")]
+    Unfinished {
+        error: Box<ProgrammerError>,
+        /// The command that writes the earlier content.
+        restore: String,
+    },
+}
+
+impl Problem for ProgrammerError {
+    fn help(&self) -> Option<String> {
+        let help = match self {
+            ProgrammerError::NotInstalled => "on Debian: apt-get install avrdude",
+            ProgrammerError::Start(_) => return None,
+            ProgrammerError::Failed(_) => {
+                "its messages above say why; --programmer and --port tell it where the programmer is"
+            }
+            ProgrammerError::Locked(_) => {
+                "its boot loader would be lost: KiloGUI sends the file that `bbz build --firmware` makes"
+            }
+            ProgrammerError::ErasedId(_) => {
+                "it is that of a robot without an id: choose one from 0 to 65534"
+            }
+            ProgrammerError::Unfinished { restore, .. } => {
+                return Some(format!("what was on the robot is kept; this writes it: {restore}"));
+            }
+        };
+        Some(help.to_owned())
+    }
+}
 
 const PROGRAM: &str = "avrdude";
 
@@ -89,19 +137,19 @@ pub struct ProgrammingTask<'a> {
 
 impl ProgrammingTask<'_> {
     /// Returns the firmware from a file, with the script in it.
-    fn program(&self, path: &Path) -> Result<Vec<u8>, Problem> {
+    fn program(&self, path: &Path) -> Result<Vec<u8>, Box<dyn Problem>> {
         self.exchanged(path, &hex::read(path)?)
     }
 
-    fn exchanged(&self, path: &Path, program: &[u8]) -> Result<Vec<u8>, Problem> {
+    fn exchanged(&self, path: &Path, program: &[u8]) -> Result<Vec<u8>, Box<dyn Problem>> {
         let (script, LoadedProgram { image, symbols, .. }) = self.script;
         hex::exchanged(path, program, (script, symbols.as_ref()), image, self.robot)
     }
 
     /// Writes the content to the robot; a dry run only checks the files and prints the calls.
-    pub fn execute(&self, dry_run: bool) -> Result<(), Problem> {
+    pub fn execute(&self, dry_run: bool) -> Result<(), Box<dyn Problem>> {
         if self.id == Some(ERASED_ID) {
-            return Err(Problem::ErasedId(self.robot.title.clone()));
+            return Err(ProgrammerError::ErasedId(self.robot.title.clone()).into());
         }
         let program = self.firmware.map(|path| self.program(path)).transpose()?;
         let file = |content| ScratchFile::new(self.script.0, content);
@@ -112,11 +160,12 @@ impl ProgrammingTask<'_> {
         let write = self.call(&[('w', "flash", &new_flash), ('w', "eeprom", &new_eeprom)]);
         if dry_run {
             let [read, write] = [&read, &write].map(|call| shell::line(&call.0));
-            return output::write(&format!("{read}\n{write}\n"));
+            output::write(&format!("{read}\n{write}\n"))?;
+            return Ok(());
         }
         read.run()?;
         if content(&lock)?.first().is_some_and(|bits| bits & UNREADABLE == 0) {
-            return Err(Problem::Locked(self.robot.title.clone()));
+            return Err(ProgrammerError::Locked(self.robot.title.clone()).into());
         }
         let (old_flash, old_eeprom) = (filled(&flash, FLASH)?, filled(&eeprom, EEPROM.into())?);
         let most = self.robot.budget.map_or(FLASH, |budget| budget.flash_bytes as usize);
@@ -140,13 +189,13 @@ impl ProgrammingTask<'_> {
         warn_of_erased(&cells, &self.robot.title);
         new_flash.write(&whole)?;
         new_eeprom.write(&cells)?;
-        write.run().map_err(|error| {
+        Ok(write.run().map_err(|error| {
             // The chip may be erased already, so the files with its earlier content are kept.
             let restore = self.call(&[('w', "flash", &flash), ('w', "eeprom", &eeprom)]);
             flash.keep();
             eeprom.keep();
-            Problem::Unfinished { error: Box::new(error), restore: shell::line(&restore.0) }
-        })
+            ProgrammerError::Unfinished { error: Box::new(error), restore: shell::line(&restore.0) }
+        })?)
     }
 
     /// Returns a call of avrdude that reads (`r`) or writes (`w`) these memories.
@@ -166,12 +215,12 @@ impl ProgrammingTask<'_> {
 }
 
 /// Returns the bytes that avrdude has read.
-fn content(file: &ScratchFile) -> Result<Vec<u8>, Problem> {
-    fs::read(file.path()).map_err(|error| Problem::unreadable(file.path(), error))
+fn content(file: &ScratchFile) -> Result<Vec<u8>, FileError> {
+    fs::read(file.path()).map_err(|error| FileError::reading(file.path(), error))
 }
 
 /// Returns the bytes that avrdude has read, with the erased bytes at the end that it leaves out.
-fn filled(file: &ScratchFile, length: usize) -> Result<Vec<u8>, Problem> {
+fn filled(file: &ScratchFile, length: usize) -> Result<Vec<u8>, FileError> {
     let mut bytes = content(file)?;
     bytes.resize(length, ERASED);
     Ok(bytes)
@@ -190,11 +239,11 @@ struct Avrdude(Command);
 
 impl Avrdude {
     /// Runs avrdude; its messages go to standard error.
-    fn run(mut self) -> Result<(), Problem> {
+    fn run(mut self) -> Result<(), ProgrammerError> {
         let status = self.0.stdin(Stdio::null()).status().map_err(|error| match error.kind() {
-            io::ErrorKind::NotFound => Problem::NoAvrdude,
-            _ => Problem::AvrdudeStart(error),
+            io::ErrorKind::NotFound => ProgrammerError::NotInstalled,
+            _ => ProgrammerError::Start(error),
         })?;
-        if status.success() { Ok(()) } else { Err(Problem::Avrdude(status)) }
+        if status.success() { Ok(()) } else { Err(ProgrammerError::Failed(status)) }
     }
 }

@@ -2,7 +2,7 @@
 //!
 //! # Principles
 //! * Results go to standard output, messages to standard error.
-//! * The exit status reports the outcome: see [`ExitStatus`].
+//! * The exit status reports the outcome: see [`exit::ExitStatus`].
 //! * A message names the place and says what to do.
 //! * No robot is needed: a script runs on the same virtual machine as on the robots.
 //!
@@ -18,9 +18,11 @@ mod costs;
 mod disasm;
 mod drive;
 mod emulator;
+mod exit;
 mod explain;
 mod fault;
 mod fence;
+mod file_error;
 mod firmware;
 mod flash;
 mod grade;
@@ -53,6 +55,9 @@ mod whole_file;
 use std::process::ExitCode;
 
 use clap::{CommandFactory, Parser, Subcommand};
+
+use exit::ExitStatus;
+use problem::Problem;
 
 const EXAMPLES: &str = "\
 Examples:
@@ -107,24 +112,6 @@ enum Command {
     Manual(manual::ManualArguments),
 }
 
-/// The exit status of a command.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-enum ExitStatus {
-    Success = 0,
-    RuntimeError = 1,
-    CompileError = 2,
-    /// A wrong command line, a file that cannot be read or written, an image that is refused.
-    Usage = 3,
-    /// Ctrl-C or SIGTERM, before all runs of a batch were finished.
-    Interrupted = interrupt::KILLED as isize,
-}
-
-impl From<ExitStatus> for ExitCode {
-    fn from(ending: ExitStatus) -> ExitCode {
-        ExitCode::from(ending as u8)
-    }
-}
-
 fn main() -> ExitCode {
     let command_line = match CommandLine::try_parse() {
         Ok(command_line) => command_line,
@@ -135,7 +122,16 @@ fn main() -> ExitCode {
             return ending.into();
         }
     };
-    let ending = match &command_line.command {
+    let ending = execute(&command_line.command).unwrap_or_else(|problem| {
+        report::problem(&*problem);
+        ExitStatus::Usage
+    });
+    ending.into()
+}
+
+/// Carries out a command.
+fn execute(command: &Command) -> Result<ExitStatus, Box<dyn Problem>> {
+    match command {
         Command::Check(arguments) => check::execute(arguments),
         Command::Build(arguments) => build::execute(arguments),
         Command::Run(arguments) => run::execute(arguments),
@@ -149,12 +145,9 @@ fn main() -> ExitCode {
         Command::Robots(arguments) => robots::execute(arguments),
         Command::Stubs(arguments) => stubs::execute(arguments),
         Command::Explain(arguments) => explain::execute(arguments),
-        Command::Completions(arguments) => completions::execute(arguments, CommandLine::command()),
-        Command::Manual(arguments) => manual::execute(arguments, CommandLine::command()),
-    };
-    let ending = ending.unwrap_or_else(|problem| {
-        report::problem(&problem);
-        ExitStatus::Usage
-    });
-    ending.into()
+        Command::Completions(arguments) => {
+            Ok(completions::execute(arguments, CommandLine::command())?)
+        }
+        Command::Manual(arguments) => Ok(manual::execute(arguments, CommandLine::command())?),
+    }
 }

@@ -4,8 +4,8 @@ use std::path::PathBuf;
 
 use clap::{Args, Command};
 
-use crate::ExitStatus;
-use crate::problem::Problem;
+use crate::exit::ExitStatus;
+use crate::file_error::FileError;
 
 const EXAMPLES: &str = "\
 Examples:
@@ -21,9 +21,9 @@ pub struct ManualArguments {
 }
 
 /// Writes the pages of a command line.
-pub fn execute(arguments: &ManualArguments, command: Command) -> Result<ExitStatus, Problem> {
+pub fn execute(arguments: &ManualArguments, command: Command) -> Result<ExitStatus, FileError> {
     let folder = &arguments.folder;
     let written = clap_mangen::generate_to(command.disable_help_subcommand(true), folder);
-    written.map_err(|error| Problem::unwritable(folder, error))?;
+    written.map_err(|error| FileError::writing(folder, error))?;
     Ok(ExitStatus::Success)
 }

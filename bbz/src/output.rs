@@ -7,6 +7,13 @@ use serde_json::json;
 
 use crate::problem::Problem;
 
+/// Standard output cannot be written.
+#[derive(Debug, thiserror::Error)]
+#[error("cannot write to standard output: {0}")]
+pub struct OutputError(io::Error);
+
+impl Problem for OutputError {}
+
 /// The longest time that a line stays in the buffer.
 const PATIENCE: Duration = Duration::from_millis(50);
 
@@ -84,10 +91,10 @@ impl ScriptOutput {
 
     /// Flushes, and returns the reason if not everything was written. A reader that has closed the
     /// output (`bbz run ... | head`) is no error.
-    pub fn finish(mut self) -> Result<(), Problem> {
+    pub fn finish(mut self) -> Result<(), OutputError> {
         self.flush();
         match self.error {
-            Some(error) if error.kind() != io::ErrorKind::BrokenPipe => Err(Problem::Output(error)),
+            Some(error) if error.kind() != io::ErrorKind::BrokenPipe => Err(OutputError(error)),
             _ => Ok(()),
         }
     }
@@ -100,7 +107,7 @@ impl ScriptOutput {
 }
 
 /// Writes a whole result.
-pub fn write(text: &str) -> Result<(), Problem> {
+pub fn write(text: &str) -> Result<(), OutputError> {
     let mut output = ScriptOutput::new();
     output.attempt(|stdout| stdout.write_all(text.as_bytes()));
     output.finish()

@@ -3,8 +3,8 @@
 use std::ffi::OsStr;
 use std::fmt;
 use std::io::{self, Read, Write};
-use std::path::Path;
-use std::process::{Child, ChildStdout, Command, Stdio};
+use std::path::{Path, PathBuf};
+use std::process::{Child, ChildStdout, Command, ExitStatus, Stdio};
 use std::thread::{self, JoinHandle};
 use std::time::{Duration, Instant};
 
@@ -12,6 +12,54 @@ use bittybuzz_robot_spec::{Layout, Robot};
 
 use crate::problem::Problem;
 use crate::shell;
+
+/// A reason why probe-rs cannot do its work.
+#[derive(Debug, thiserror::Error)]
+pub enum ProbeRsError {
+    /// The robot with this title can neither be flashed nor traced yet.
+    #[error("the {0} cannot be flashed or traced by this `bbz` yet")]
+    NotYet(String),
+    /// The script does not fit into its region of the flash.
+    #[error("`{path}` needs {bytes} bytes, the robot has room for {bytes_max}")]
+    TooLong {
+        /// The file of the script.
+        path: PathBuf,
+        /// Bytes of its image.
+        bytes: usize,
+        bytes_max: u32,
+    },
+    #[error("probe-rs is not installed")]
+    NotInstalled,
+    /// probe-rs is installed, but does not start.
+    #[error("cannot run probe-rs: {0}")]
+    Start(io::Error),
+    #[error("no debug probe is connected")]
+    NoProbe,
+    #[error("probe-rs has failed ({0})")]
+    Failed(ExitStatus),
+}
+
+impl Problem for ProbeRsError {
+    fn help(&self) -> Option<String> {
+        let help = match self {
+            ProbeRsError::NotYet(_) => {
+                "its robot file has no [layout]: where firmware and script lie"
+            }
+            ProbeRsError::TooLong { .. } => "shorten the script",
+            ProbeRsError::NotInstalled => {
+                "cargo install probe-rs-tools --locked (on Debian it needs the packages \
+                 libudev-dev and pkg-config); https://probe.rs tells of other ways"
+            }
+            ProbeRsError::Start(_) => return None,
+            ProbeRsError::NoProbe => {
+                "plug in the probe, and power the robot; on Linux, udev rules must let you use it: \
+                 https://probe.rs/docs/getting-started/probe-setup"
+            }
+            ProbeRsError::Failed(_) => "its messages above say why",
+        };
+        Some(help.to_owned())
+    }
+}
 
 const PROGRAM: &str = "probe-rs";
 
@@ -25,27 +73,27 @@ const FAREWELL: Duration = Duration::from_secs(3);
 const PATIENCE: Duration = Duration::from_millis(20);
 
 /// Returns the reason why a robot cannot be reached.
-fn not_yet(robot: &Robot) -> Problem {
-    Problem::NotYet(robot.title.clone())
+fn not_yet(robot: &Robot) -> ProbeRsError {
+    ProbeRsError::NotYet(robot.title.clone())
 }
 
 /// Returns the chip of a robot that probe-rs can reach.
-pub fn chip(robot: &Robot) -> Result<&str, Problem> {
+pub fn chip(robot: &Robot) -> Result<&str, ProbeRsError> {
     let chip = robot.chip.as_deref().filter(|_| robot.layout.is_some());
     chip.ok_or_else(|| not_yet(robot))
 }
 
 /// Returns the places of firmware and script on a robot.
-pub fn layout(robot: &Robot) -> Result<Layout, Problem> {
+pub fn layout(robot: &Robot) -> Result<Layout, ProbeRsError> {
     robot.layout.ok_or_else(|| not_yet(robot))
 }
 
 /// Returns the content of the script's region of the flash for an image from `path`.
-pub fn script_section(layout: &Layout, path: &Path, image: &[u8]) -> Result<Vec<u8>, Problem> {
-    layout.script_section(image).ok_or_else(|| Problem::TooLong {
+pub fn script_section(layout: &Layout, path: &Path, image: &[u8]) -> Result<Vec<u8>, ProbeRsError> {
+    layout.script_section(image).ok_or_else(|| ProbeRsError::TooLong {
         path: path.to_owned(),
         bytes: image.len(),
-        most: layout.most_script(),
+        bytes_max: layout.most_script(),
     })
 }
 
@@ -75,19 +123,19 @@ impl ProbeRs {
     }
 
     /// Starts probe-rs; its messages go to standard error.
-    pub fn spawn(mut self) -> Result<Running, Problem> {
+    pub fn spawn(mut self) -> Result<Running, ProbeRsError> {
         set_apart(&mut self.0);
         self.0.stdin(Stdio::null()).stdout(Stdio::piped()).stderr(Stdio::piped());
         let mut child = self.0.spawn().map_err(|error| match error.kind() {
-            io::ErrorKind::NotFound => Problem::NoProbeRs,
-            _ => Problem::ProbeRsStart(error),
+            io::ErrorKind::NotFound => ProbeRsError::NotInstalled,
+            _ => ProbeRsError::Start(error),
         })?;
         let messages = child.stderr.take().map(|stderr| thread::spawn(move || pass_on(stderr)));
         Ok(Running { child, messages })
     }
 
     /// Runs probe-rs to its end; its messages and results go to standard error.
-    pub fn run(self) -> Result<(), Problem> {
+    pub fn run(self) -> Result<(), ProbeRsError> {
         let mut running = self.spawn()?;
         let stdout = running.take_stdout();
         pass_on(stdout);
@@ -115,26 +163,26 @@ impl Running {
     }
 
     /// Waits for the end of probe-rs; fails unless it succeeded.
-    pub fn finish(mut self) -> Result<(), Problem> {
-        let status = self.child.wait().map_err(Problem::ProbeRsStart)?;
+    pub fn finish(mut self) -> Result<(), ProbeRsError> {
+        let status = self.child.wait().map_err(ProbeRsError::Start)?;
         let messages = self.messages.take().and_then(|thread| thread.join().ok());
         if status.success() {
             return Ok(());
         }
         Err(match messages {
-            Some(messages) if messages.contains(NO_PROBE) => Problem::NoProbe,
-            _ => Problem::ProbeRs(status),
+            Some(messages) if messages.contains(NO_PROBE) => ProbeRsError::NoProbe,
+            _ => ProbeRsError::Failed(status),
         })
     }
 
     /// Asks probe-rs to end, as Ctrl-C would: it then restores its changes on the robot, and
     /// releases it. Kills probe-rs if that takes too long.
-    pub fn end(mut self) -> Result<(), Problem> {
+    pub fn end(mut self) -> Result<(), ProbeRsError> {
         interrupt(&self.child);
         let deadline = Instant::now() + FAREWELL;
-        while self.child.try_wait().map_err(Problem::ProbeRsStart)?.is_none() {
+        while self.child.try_wait().map_err(ProbeRsError::Start)?.is_none() {
             if deadline <= Instant::now() {
-                return self.child.kill().map_err(Problem::ProbeRsStart);
+                return self.child.kill().map_err(ProbeRsError::Start);
             }
             thread::sleep(PATIENCE);
         }

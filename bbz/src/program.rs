@@ -8,20 +8,88 @@ use std::io::{self, ErrorKind, Read};
 use std::path::{Path, PathBuf};
 
 use bittybuzz_compiler::bo;
+use bittybuzz_compiler::bo::error::BoError;
 use bittybuzz_compiler::compile::{self, Compiled, Options};
 use bittybuzz_compiler::diagnostic::Diagnostic;
 use bittybuzz_compiler::include::{DiskFiles, FileKind, Files, IncludeLoader, MAX_SOURCE_BYTES};
 use bittybuzz_compiler::parser::{self, Parsed};
+use bittybuzz_compiler::refusal;
 use bittybuzz_compiler::source::SourceMap;
-use bittybuzz_compiler::symbols::Symbols;
+use bittybuzz_compiler::symbols::{Symbols, SymbolsError};
 use bittybuzz_robot_spec::NumberProfile;
 use bittybuzz_toml_reader::file::{self, ReadError};
-use bittybuzz_vm_core::{Image, builtin};
+use bittybuzz_vm_core::{Image, ImageError, builtin};
 
+use crate::file_error::FileError;
 use crate::problem::Problem;
 use crate::report;
 use crate::selection::RobotChoice;
 use crate::whole_file::Inputs;
+
+/// A reason why a file cannot be the input of a command.
+#[derive(Debug, thiserror::Error)]
+pub enum InputError {
+    /// The name of the file has no known extension.
+    #[error("the name `{0}` does not show what kind of file it is")]
+    UnknownKind(PathBuf),
+    /// An image where a script is needed.
+    #[error("`{0}` is an image already")]
+    NotAScript(PathBuf),
+    /// An object file that is damaged, or that no Buzz compiler has made.
+    #[error("`{path}` cannot be used: {error}")]
+    Object { path: PathBuf, error: BoError },
+    /// `--profile` asks for another profile than the image has.
+    #[error("`{path}` was built for the {} profile, which --profile cannot change", .image.name())]
+    Profile {
+        path: PathBuf,
+        /// The profile of the image.
+        image: NumberProfile,
+    },
+    /// Symbols that cannot be used.
+    #[error("`{path}` is {error}")]
+    Symbols { path: PathBuf, error: SymbolsError },
+}
+
+impl Problem for InputError {
+    fn help(&self) -> Option<String> {
+        Some(match self {
+            InputError::UnknownKind(_) => {
+                "a script ends in .bzz, a Buzz object file in .bo, an image in .bbi".to_owned()
+            }
+            InputError::NotAScript(_) => "name the .bzz script that it was built from".to_owned(),
+            InputError::Object { .. } => "compile its script instead".to_owned(),
+            InputError::Profile { image, .. } => format!(
+                "leave out --profile, or build the script again with --profile {}",
+                match image {
+                    NumberProfile::Tiny => NumberProfile::Full.name(),
+                    NumberProfile::Full => NumberProfile::Tiny.name(),
+                }
+            ),
+            InputError::Symbols { .. } => "`bbz build` writes it again".to_owned(),
+        })
+    }
+}
+
+/// The virtual machine refuses an image.
+#[derive(Debug, thiserror::Error)]
+#[error("`{path}` {}", refusal::sentence(cause))]
+pub struct RefusedImage {
+    path: PathBuf,
+    cause: ImageError,
+}
+
+impl RefusedImage {
+    /// Returns the error of the image, or of the script, at `path`.
+    pub fn new(path: &Path, cause: ImageError) -> Self {
+        RefusedImage { path: path.to_owned(), cause }
+    }
+}
+
+impl Problem for RefusedImage {
+    fn help(&self) -> Option<String> {
+        refusal::help(&self.cause)
+    }
+}
 
 /// The environment variable with folders to search for included files.
 const INCLUDE_PATH: &str = "BUZZ_INCLUDE_PATH";
@@ -42,7 +110,7 @@ pub enum InputKind {
 
 impl InputKind {
     /// Returns the kind of the file at `path`; fails if there is no readable file.
-    pub fn of(path: &Path) -> Result<InputKind, Problem> {
+    pub fn of(path: &Path) -> Result<InputKind, Box<dyn Problem>> {
         if is_standard_input(path) {
             return Ok(InputKind::Script);
         }
@@ -53,11 +121,11 @@ impl InputKind {
             _ => None,
         };
         match fs::metadata(path) {
-            Err(error) => Err(Problem::unreadable(path, error)),
-            Ok(metadata) if metadata.is_dir() => Err(Problem::Folder(path.to_owned())),
+            Err(error) => Err(FileError::reading(path, error).into()),
+            Ok(metadata) if metadata.is_dir() => Err(FileError::Folder(path.to_owned()).into()),
             Ok(_) => {
-                let kind = kind.ok_or_else(|| Problem::UnknownKind(path.to_owned()))?;
-                file::open(path).map_err(|error| Problem::unreadable(path, error))?;
+                let kind = kind.ok_or_else(|| InputError::UnknownKind(path.to_owned()))?;
+                file::open(path).map_err(|error| FileError::reading(path, error))?;
                 Ok(kind)
             }
         }
@@ -83,7 +151,7 @@ impl LoadedProgram {
         path: &Path,
         include: &[PathBuf],
         selection: &RobotChoice,
-    ) -> Result<Option<LoadedProgram>, Problem> {
+    ) -> Result<Option<LoadedProgram>, Box<dyn Problem>> {
         LoadedProgram::open_reporting(path, include, selection, |sources, diagnostics| {
             report::diagnostics(sources, diagnostics);
             Ok(())
@@ -95,8 +163,8 @@ impl LoadedProgram {
         path: &Path,
         include: &[PathBuf],
         selection: &RobotChoice,
-        report: impl FnOnce(&SourceMap, &[Diagnostic]) -> Result<(), Problem>,
-    ) -> Result<Option<LoadedProgram>, Problem> {
+        report: impl FnOnce(&SourceMap, &[Diagnostic]) -> Result<(), Box<dyn Problem>>,
+    ) -> Result<Option<LoadedProgram>, Box<dyn Problem>> {
         let kind = InputKind::of(path)?;
         if kind == InputKind::Image {
             return LoadedProgram::load(path, selection).map(Some);
@@ -115,14 +183,14 @@ impl LoadedProgram {
         path: &Path,
         include: &[PathBuf],
         selection: &RobotChoice,
-    ) -> Result<Option<LoadedProgram>, Problem> {
+    ) -> Result<Option<LoadedProgram>, Box<dyn Problem>> {
         if path.extension().is_none_or(|extension| extension != "sym") {
             return LoadedProgram::open(path, include, selection);
         }
         let text = file::read_text(path, file::MOST_COMPILED)
-            .map_err(|error| Problem::unreadable(path, error))?;
+            .map_err(|error| FileError::reading(path, error))?;
         let symbols = Symbols::from_json(&text)
-            .map_err(|error| Problem::Symbols { path: path.to_owned(), error })?;
+            .map_err(|error| InputError::Symbols { path: path.to_owned(), error })?;
         let mut program = LoadedProgram::unknown();
         if let Ok(image) = file::read(&path.with_extension("bbi"), file::MOST_COMPILED)
             && Image::new(image.as_slice()).header().is_ok_and(|h| h.hash() == symbols.script_hash)
@@ -160,13 +228,13 @@ impl LoadedProgram {
     }
 
     /// Reads an image, and the symbols next to it if they belong to it.
-    fn load(path: &Path, selection: &RobotChoice) -> Result<LoadedProgram, Problem> {
+    fn load(path: &Path, selection: &RobotChoice) -> Result<LoadedProgram, Box<dyn Problem>> {
         let image = read(path)?;
         let header = Image::new(image.as_slice()).header();
-        let header = header.map_err(|cause| Problem::refused(path, cause))?;
+        let header = header.map_err(|cause| RefusedImage::new(path, cause))?;
         let profile = if header.is_full() { NumberProfile::Full } else { NumberProfile::Tiny };
         if selection.profile.is_some_and(|asked| asked != profile) {
-            return Err(Problem::Profile { path: path.to_owned(), image: profile });
+            return Err(InputError::Profile { path: path.to_owned(), image: profile }.into());
         }
         let symbols = symbols_beside(path, header.hash());
         Ok(LoadedProgram { image, profile, symbols, sources: None })
@@ -222,12 +290,12 @@ pub fn compiled(
     kind: InputKind,
     include: &[PathBuf],
     selection: &RobotChoice,
-) -> Result<Compiled, Problem> {
+) -> Result<Compiled, Box<dyn Problem>> {
     let options = selection.options();
     match kind {
         InputKind::Script => Ok(compile::compile_parsed(parsed(path, include), &options)),
         InputKind::Object => object(path, &options),
-        InputKind::Image => Err(Problem::NotAScript(path.to_owned())),
+        InputKind::Image => Err(InputError::NotAScript(path.to_owned()).into()),
     }
 }
 
@@ -290,10 +358,10 @@ impl Files for StandardInput {
 }
 
 /// Compiles an object file; the `.bdb` file next to it has the places in the script.
-fn object(path: &Path, options: &Options) -> Result<Compiled, Problem> {
+fn object(path: &Path, options: &Options) -> Result<Compiled, Box<dyn Problem>> {
     let debug = debug_beside(path);
     let imported = bo::import(path, &read(path)?, debug.as_deref(), options)
-        .map_err(|error| Problem::Object { path: path.to_owned(), error })?;
+        .map_err(|error| InputError::Object { path: path.to_owned(), error })?;
     for warning in &imported.warnings {
         report::warning(&format!("`{}`: {warning}", path.display()), None);
     }
@@ -301,8 +369,8 @@ fn object(path: &Path, options: &Options) -> Result<Compiled, Problem> {
 }
 
 /// Reads the bytes of a file.
-pub fn read(path: &Path) -> Result<Vec<u8>, Problem> {
-    file::read(path, file::MOST_COMPILED).map_err(|error| Problem::unreadable(path, error))
+pub fn read(path: &Path) -> Result<Vec<u8>, FileError> {
+    file::read(path, file::MOST_COMPILED).map_err(|error| FileError::reading(path, error))
 }
 
 /// Reads the `.bdb` file next to an object file. Warns if the file exists and cannot be read.

@@ -7,10 +7,9 @@ use annotate_snippets::{AnnotationKind, Group, Level, Renderer as Style, Snippet
 use bittybuzz_compiler::diagnostic::{Diagnostic, Severity};
 use bittybuzz_compiler::render::{ColorChoice, Renderer};
 use bittybuzz_compiler::source::SourceMap;
-use bittybuzz_robot_spec::RobotErrors;
 use bittybuzz_toml_reader::Place;
 
-use crate::problem::Problem;
+use crate::problem::{Problem, ProblemMessage};
 
 /// The most errors, and the most warnings, of a script that are printed; `--json` has all.
 const LIMIT: usize = 100;
@@ -63,14 +62,9 @@ pub fn counted(count: impl TryInto<u64>, noun: &str) -> String {
 }
 
 /// Prints a mistake in the command line or a file.
-pub fn problem(problem: &Problem) {
-    match problem {
-        Problem::Robot(RobotErrors(errors)) => {
-            for error in errors {
-                mistake(&error.to_string(), error.place.as_deref(), error.help());
-            }
-        }
-        _ => mistake(&problem.to_string(), None, problem.help()),
+pub fn problem(problem: &dyn Problem) {
+    for ProblemMessage { text, place, help } in problem.messages() {
+        mistake(&text, place, help);
     }
 }
 

@@ -7,7 +7,7 @@ use bittybuzz_robot_spec::{
 };
 use clap::Args;
 
-use crate::ExitStatus;
+use crate::exit::ExitStatus;
 use crate::output;
 use crate::problem::Problem;
 
@@ -27,12 +27,13 @@ pub struct RobotsArguments {
 }
 
 /// Carries out the command.
-pub fn execute(arguments: &RobotsArguments) -> Result<ExitStatus, Problem> {
+pub fn execute(arguments: &RobotsArguments) -> Result<ExitStatus, Box<dyn Problem>> {
     let text = match &arguments.robot {
-        Some(robot) => describe(&find(robot).map_err(Problem::Robot)?),
+        Some(robot) => describe(&find(robot)?),
         None => list(&all_shipped()),
     };
-    output::write(&text).map(|()| ExitStatus::Success)
+    output::write(&text)?;
+    Ok(ExitStatus::Success)
 }
 
 /// Returns a line for each robot.

@@ -13,11 +13,11 @@ use bittybuzz_vm_core::{Entry, Sizes};
 use clap::Args;
 use serde_json::{Value, json};
 
-use crate::ExitStatus;
 use crate::backtrace::Backtrace;
 use crate::checks::CheckFindings;
 use crate::costs;
 use crate::drive::{self, Ended, InSight, RunEnd, RunSettings, SLOTS};
+use crate::exit::ExitStatus;
 use crate::fault;
 use crate::host::{HostClock, HostRobot};
 use crate::interrupt::{self, Interrupt};
@@ -26,6 +26,7 @@ use crate::memory;
 use crate::output::{self, OutputForm};
 use crate::problem::Problem;
 use crate::program::LoadedProgram;
+use crate::program::RefusedImage;
 use crate::report;
 use crate::selection::SelectionArguments;
 
@@ -106,7 +107,7 @@ fn neighbor(text: &str) -> Result<InSight, String> {
 }
 
 /// Carries out the command.
-pub fn execute(arguments: &RunArguments) -> Result<ExitStatus, Problem> {
+pub fn execute(arguments: &RunArguments) -> Result<ExitStatus, Box<dyn Problem>> {
     let selection = arguments.selection.select()?;
     let print = |sources: &SourceMap, diagnostics: &[Diagnostic]| {
         if !arguments.json {
@@ -115,7 +116,7 @@ pub fn execute(arguments: &RunArguments) -> Result<ExitStatus, Problem> {
         }
         let (errors, warnings) = report::count(diagnostics);
         let messages = json::messages(&json::diagnostics(sources, diagnostics), errors, warnings);
-        output::write(&format!("{messages}\n"))
+        Ok(output::write(&format!("{messages}\n"))?)
     };
     let opened =
         LoadedProgram::open_reporting(&arguments.file, &arguments.include, &selection, print)?;
@@ -141,7 +142,7 @@ pub fn execute(arguments: &RunArguments) -> Result<ExitStatus, Problem> {
     };
     let form = if arguments.json { OutputForm::Json } else { OutputForm::Lines };
     let mut host = HostRobot::new(selection.playable(), &program, clock, form);
-    let mut interrupt = Interrupt::install().map_err(Problem::Interrupt)?;
+    let mut interrupt = Interrupt::install()?;
     let drive = match program.profile {
         NumberProfile::Tiny => drive::drive::<Tiny>,
         NumberProfile::Full => drive::drive::<Full>,
@@ -149,7 +150,7 @@ pub fn execute(arguments: &RunArguments) -> Result<ExitStatus, Problem> {
     let is_known = |hash| selection.has_function(hash);
     let Ended { end, positions, entry, steps, checker, memory } =
         drive(&program.image, &settings, &is_known, &mut host, &mut interrupt)
-            .map_err(|cause| Problem::refused(&arguments.file, cause))?;
+            .map_err(|cause| RefusedImage::new(&arguments.file, cause))?;
     let refusal = host.refusal.take();
     let backtrace = Backtrace::new(&program, positions, Some(entry));
     let checked = checker.as_ref().map(|checker| CheckFindings {

@@ -5,7 +5,7 @@ use std::fs;
 use std::path::{Path, PathBuf};
 use std::process;
 
-use crate::problem::Problem;
+use crate::file_error::FileError;
 
 /// A temporary file, which is removed when this value is dropped.
 pub struct ScratchFile(PathBuf);
@@ -28,8 +28,8 @@ impl ScratchFile {
     }
 
     /// Writes the file.
-    pub fn write(&self, bytes: &[u8]) -> Result<(), Problem> {
-        fs::write(&self.0, bytes).map_err(|error| Problem::unwritable(&self.0, error))
+    pub fn write(&self, bytes: &[u8]) -> Result<(), FileError> {
+        fs::write(&self.0, bytes).map_err(|error| FileError::writing(&self.0, error))
     }
 }
 

@@ -3,10 +3,23 @@
 use bittybuzz_arena::scenario::Group;
 use bittybuzz_compiler::compile::Options;
 use bittybuzz_robot_files::{all_shipped, find};
-use bittybuzz_robot_spec::{NumberProfile, Robot};
+use bittybuzz_robot_spec::{NumberProfile, Robot, RobotErrors};
 use clap::{Args, ValueEnum};
 
-use crate::problem::Problem;
+use crate::problem::{Problem, ProblemMessage};
+
+/// `--robot` names no robot, or the robot file is wrong: a message for each mistake of the file.
+impl Problem for RobotErrors {
+    fn messages(&self) -> Vec<ProblemMessage<'_>> {
+        let RobotErrors(errors) = self;
+        let messages = errors.iter().map(|error| ProblemMessage {
+            text: error.to_string(),
+            place: error.place.as_deref(),
+            help: error.help(),
+        });
+        messages.collect()
+    }
+}
 
 /// `--robot` and `--profile`.
 #[derive(Debug, Args)]
@@ -38,15 +51,15 @@ pub struct RobotChoice {
 
 impl SelectionArguments {
     /// Finds the robot.
-    pub fn select(&self) -> Result<RobotChoice, Problem> {
+    pub fn select(&self) -> Result<RobotChoice, RobotErrors> {
         RobotChoice::new(self.robot.as_deref(), self.profile)
     }
 }
 
 impl RobotChoice {
     /// Selects the robot of that name or path.
-    pub fn new(robot: Option<&str>, profile: Option<ProfileName>) -> Result<Self, Problem> {
-        let robot = robot.map(find).transpose().map_err(Problem::Robot)?;
+    pub fn new(robot: Option<&str>, profile: Option<ProfileName>) -> Result<Self, RobotErrors> {
+        let robot = robot.map(find).transpose()?;
         let profile = profile.map(|name| match name {
             ProfileName::Tiny => NumberProfile::Tiny,
             ProfileName::Full => NumberProfile::Full,

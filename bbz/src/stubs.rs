@@ -8,10 +8,10 @@ use bittybuzz_compiler::source::SourceMap;
 use bittybuzz_robot_spec::{MAX_PARAMETERS, Robot, is_robot_name};
 use clap::Args;
 
-use crate::ExitStatus;
+use crate::exit::ExitStatus;
 use crate::output;
 use crate::problem::Problem;
-use crate::program::{self, InputKind};
+use crate::program::{self, InputError, InputKind};
 use crate::report;
 use crate::whole_file::{self, Inputs};
 
@@ -62,10 +62,10 @@ pub struct StubsArguments {
 }
 
 /// Carries out the command.
-pub fn execute(arguments: &StubsArguments) -> Result<ExitStatus, Problem> {
+pub fn execute(arguments: &StubsArguments) -> Result<ExitStatus, Box<dyn Problem>> {
     let path = arguments.file.as_path();
     if InputKind::of(path)? != InputKind::Script {
-        return Err(Problem::NotAScript(path.to_owned()));
+        return Err(InputError::NotAScript(path.to_owned()).into());
     }
     let parsed = program::parsed(path, &arguments.include);
     if parsed.has_errors() {
@@ -76,7 +76,7 @@ pub fn execute(arguments: &StubsArguments) -> Result<ExitStatus, Problem> {
     let text = robot_file(path, output, &missing(&parsed.script), &parsed.sources);
     // Parsing fails if two names of the script are too similar for one robot.
     let written = output.map_or_else(|| "the robot file".into(), Path::to_string_lossy);
-    Robot::parse(&text, &written).map_err(Problem::Robot)?;
+    Robot::parse(&text, &written)?;
     match output {
         None => output::write(&text)?,
         Some(output) => {

@@ -3,14 +3,42 @@
 use std::path::PathBuf;
 
 use ::open as open_page;
+use bittybuzz_arena::output::recording::RecordingError;
 use bittybuzz_live::{Replay, Source};
-use bittybuzz_page::Page;
+use bittybuzz_page::{Page, PageError};
 use bittybuzz_toml_reader::file;
 
-use crate::ExitStatus;
+use crate::exit::ExitStatus;
+use crate::file_error::FileError;
 use crate::interrupt::Interrupt;
-use crate::output::ScriptOutput;
+use crate::output::{OutputError, ScriptOutput};
 use crate::problem::Problem;
+
+/// A reason why nothing can be shown in a page.
+#[derive(Debug, thiserror::Error)]
+pub enum ViewError {
+    /// A recording that cannot be read.
+    #[error("cannot show `{path}`: {error}")]
+    Recording {
+        /// The path from the command line.
+        path: PathBuf,
+        error: RecordingError,
+    },
+    /// The page cannot be served.
+    #[error("{0}")]
+    Page(#[from] PageError),
+}
+
+impl Problem for ViewError {
+    fn help(&self) -> Option<String> {
+        match self {
+            ViewError::Recording { error: RecordingError::NotARecording, .. } => {
+                Some("`bbz sim SCENARIO.toml --record FILE` makes one".to_owned())
+            }
+            ViewError::Recording { .. } | ViewError::Page(_) => None,
+        }
+    }
+}
 
 const EXAMPLES: &str = "\
 Examples:
@@ -29,26 +57,26 @@ pub struct ViewArguments {
 }
 
 /// Carries out the command.
-pub fn execute(arguments: &ViewArguments) -> Result<ExitStatus, Problem> {
+pub fn execute(arguments: &ViewArguments) -> Result<ExitStatus, Box<dyn Problem>> {
     let path = &arguments.recording;
     let bytes =
-        file::read(path, file::MOST_RECORDING).map_err(|error| Problem::unreadable(path, error))?;
+        file::read(path, file::MOST_RECORDING).map_err(|error| FileError::reading(path, error))?;
     let mut replay =
-        Replay::new(&bytes).map_err(|error| Problem::Recording { path: path.clone(), error })?;
+        Replay::new(&bytes).map_err(|error| ViewError::Recording { path: path.clone(), error })?;
     show(&mut replay, arguments.no_browser)
 }
 
 /// Shows a session or a recording until its page is closed, or Ctrl-C.
-pub fn show(source: &mut dyn Source, no_browser: bool) -> Result<ExitStatus, Problem> {
-    let mut interrupt = Interrupt::install().map_err(Problem::Interrupt)?;
-    let page = Page::open().map_err(Problem::Page)?;
+pub fn show(source: &mut dyn Source, no_browser: bool) -> Result<ExitStatus, Box<dyn Problem>> {
+    let mut interrupt = Interrupt::install()?;
+    let page = Page::open().map_err(ViewError::Page)?;
     announce(&page, no_browser)?;
     page.show(source, || interrupt.is_raised());
     Ok(ExitStatus::Success)
 }
 
 /// Prints the address of a page and opens it.
-pub fn announce(page: &Page, no_browser: bool) -> Result<(), Problem> {
+pub fn announce(page: &Page, no_browser: bool) -> Result<(), OutputError> {
     let mut output = ScriptOutput::new();
     output.line(page.url().as_bytes());
     output.finish()?;

@@ -9,7 +9,7 @@ use std::process;
 
 use bittybuzz_toml_reader::file;
 
-use crate::problem::Problem;
+use crate::file_error::FileError;
 
 /// The files that a command reads.
 #[derive(Debug, Default)]
@@ -32,9 +32,9 @@ impl Inputs {
     }
 
     /// Returns an error if the output is one of the inputs.
-    pub fn refuse(&self, output: &Path) -> Result<(), Problem> {
+    pub fn refuse(&self, output: &Path) -> Result<(), FileError> {
         match fs::canonicalize(output) {
-            Ok(path) if self.0.contains(&path) => Err(Problem::ReadAndWritten(output.to_owned())),
+            Ok(path) if self.0.contains(&path) => Err(FileError::ReadAndWritten(output.to_owned())),
             _ => Ok(()),
         }
     }
@@ -53,8 +53,8 @@ pub struct WholeFile {
 
 impl WholeFile {
     /// Creates the temporary file next to its destination.
-    pub fn create(path: &Path) -> Result<Self, Problem> {
-        let unwritable = |error| Problem::unwritable(path, error);
+    pub fn create(path: &Path) -> Result<Self, FileError> {
+        let unwritable = |error| FileError::writing(path, error);
         // The target of a symbolic link is replaced, not the link.
         let place = fs::canonicalize(path).unwrap_or_else(|_| path.to_owned());
         if path.is_dir() {
@@ -72,13 +72,13 @@ impl WholeFile {
     }
 
     /// Moves the complete file to its destination.
-    pub fn finish(mut self) -> Result<(), Problem> {
+    pub fn finish(mut self) -> Result<(), FileError> {
         let finished = self.file.flush().and_then(|()| {
             let Some((aside, place)) = &self.aside else { return Ok(()) };
             self.file.get_ref().sync_all()?;
             fs::rename(aside, place)
         });
-        finished.map_err(|error| Problem::unwritable(&self.path, error))?;
+        finished.map_err(|error| FileError::writing(&self.path, error))?;
         self.aside = None;
         Ok(())
     }
@@ -125,9 +125,9 @@ pub fn is_stream(path: &Path) -> bool {
 }
 
 /// Writes a file whole or not at all.
-pub fn write(path: &Path, bytes: &[u8]) -> Result<(), Problem> {
+pub fn write(path: &Path, bytes: &[u8]) -> Result<(), FileError> {
     let mut file = WholeFile::create(path)?;
-    file.write_all(bytes).map_err(|error| Problem::unwritable(path, error))?;
+    file.write_all(bytes).map_err(|error| FileError::writing(path, error))?;
     file.finish()
 }
 

@@ -10,14 +10,25 @@ use crate::problem::Problem;
 use crate::program;
 use crate::whole_file;
 
+/// `--fix` without a file to change.
+#[derive(Debug, thiserror::Error)]
+#[error("standard input cannot be mended in its place")]
+struct FixStandardInput;
+
+impl Problem for FixStandardInput {
+    fn help(&self) -> Option<String> {
+        Some("with --json each message carries its changes as `edits`".to_owned())
+    }
+}
+
 /// Mends the files of a script and returns the number of mistakes mended. Changes that overlap others are left for the next run.
 pub fn mend(
     main: &Path,
     sources: &SourceMap,
     diagnostics: &[Diagnostic],
-) -> Result<usize, Problem> {
+) -> Result<usize, Box<dyn Problem>> {
     if program::is_standard_input(main) {
-        return Err(Problem::FixStandardInput);
+        return Err(FixStandardInput.into());
     }
     let mut edits: BTreeMap<FileId, Vec<&Edit>> = BTreeMap::new();
     let mut mended = 0;

@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 use std::mem;
 use std::ops::Range;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 use std::sync::{Arc, Mutex};
 use std::thread;
@@ -15,19 +15,44 @@ use bittybuzz_arena::run::{self, RunError, Setup, Summary};
 use bittybuzz_arena::scenario::{Scenario, ScenarioCause};
 use rayon::prelude::*;
 
-use crate::ExitStatus;
+use crate::exit::ExitStatus;
+use crate::file_error::FileError;
 use crate::interrupt::{self, Interrupt};
 use crate::output;
 use crate::problem::Problem;
 use crate::report;
 use crate::whole_file;
 
+use super::arguments::SimArguments;
 use super::journal::{self, Finished, Journal, Metrics};
 use super::live::PATIENCE;
 use super::open::{self, Opened};
 use super::progress::Progress;
 use super::variants::parts;
-use super::{SimArguments, summary, table};
+use super::{summary, table};
+
+/// A reason why the runs cannot be a batch.
+#[derive(Debug, thiserror::Error)]
+enum BatchError {
+    /// Values of `--set` that change the columns of the table.
+    #[error("the values of `--set` change which columns the table has")]
+    DifferentColumns,
+    /// `--resume` with a table that goes to a stream.
+    #[error("`{0}` is no file, so there is no batch to resume")]
+    NothingToResume(PathBuf),
+}
+
+impl Problem for BatchError {
+    fn help(&self) -> Option<String> {
+        let help = match self {
+            BatchError::DifferentColumns => "use `bbz sim` once for each, with a table of its own",
+            BatchError::NothingToResume(_) => {
+                "name a file, next to which finished runs can be kept"
+            }
+        };
+        Some(help.to_owned())
+    }
+}
 
 /// The time after which the finished runs of an incomplete part are written again.
 const WRITE_AGAIN: Duration = Duration::from_secs(10);
@@ -42,7 +67,10 @@ struct BatchRun {
 type Ends = BTreeMap<usize, Result<Metrics, RunError>>;
 
 /// Runs every variant with every seed, and prints the usual results.
-pub fn run(arguments: &SimArguments, variants: &[Vec<String>]) -> Result<ExitStatus, Problem> {
+pub fn run(
+    arguments: &SimArguments,
+    variants: &[Vec<String>],
+) -> Result<ExitStatus, Box<dyn Problem>> {
     let mut opened = Vec::new();
     for set in variants {
         let Some(variant) = open::open(arguments, set)? else {
@@ -62,7 +90,7 @@ pub fn run(arguments: &SimArguments, variants: &[Vec<String>]) -> Result<ExitSta
     let Some(first) = opened.first() else { return Ok(ExitStatus::Success) };
     let columns = metrics::names(&first.scenario);
     if opened.iter().any(|variant| metrics::names(&variant.scenario) != columns) {
-        return Err(Problem::UnlikeColumns);
+        return Err(BatchError::DifferentColumns.into());
     }
     let seeds = arguments.runs.unwrap_or(1);
     let runs: Vec<BatchRun> = setups
@@ -72,7 +100,7 @@ pub fn run(arguments: &SimArguments, variants: &[Vec<String>]) -> Result<ExitSta
             (0..seeds).map(move |run| BatchRun { variant, seed: first.wrapping_add(run) })
         })
         .collect();
-    let interrupt = Interrupt::install().map_err(Problem::Interrupt)?;
+    let interrupt = Interrupt::install()?;
     let (journal, finished) = journal(arguments, &opened, [runs.len(), columns.len()])?;
     if !finished.is_empty() {
         let title = format!("{} of {} runs were finished before", finished.len(), runs.len());
@@ -150,15 +178,15 @@ fn journal(
     arguments: &SimArguments,
     opened: &[Opened],
     sizes: [usize; 2],
-) -> Result<(Option<Journal>, Finished), Problem> {
+) -> Result<(Option<Journal>, Finished), Box<dyn Problem>> {
     let Some(path) = &arguments.csv else { return Ok((None, Finished::new())) };
     opened.iter().try_for_each(|variant| variant.inputs().refuse(path))?;
     if path.is_dir() {
-        return Err(Problem::unwritable(path, std::io::ErrorKind::IsADirectory.into()));
+        return Err(FileError::writing(path, std::io::ErrorKind::IsADirectory.into()).into());
     }
     if whole_file::is_stream(path) {
         return match arguments.resume {
-            true => Err(Problem::NothingToResume(path.clone())),
+            true => Err(BatchError::NothingToResume(path.clone()).into()),
             false => Ok((None, Finished::new())),
         };
     }
@@ -185,7 +213,7 @@ struct Batch<'a> {
 
 impl Batch<'_> {
     /// Simulates the runs that are not finished yet, until all are or the batch is interrupted.
-    fn simulate(&self, mut finished: Finished) -> Result<Ends, Problem> {
+    fn simulate(&self, mut finished: Finished) -> Result<Ends, FileError> {
         let parts = journal::parts(self.runs.len()).into_iter().enumerate();
         let parts: Vec<(usize, Range<usize>, Finished)> = parts
             .map(|(number, part)| {
@@ -193,7 +221,7 @@ impl Batch<'_> {
                 (number, part, mem::replace(&mut finished, later))
             })
             .collect();
-        let ends: Result<Vec<Ends>, Problem> = parts
+        let ends: Result<Vec<Ends>, FileError> = parts
             .into_par_iter()
             .map(|(number, part, finished)| self.part(number, part, finished))
             .collect();
@@ -206,7 +234,7 @@ impl Batch<'_> {
         number: usize,
         part: Range<usize>,
         mut finished: Finished,
-    ) -> Result<Ends, Problem> {
+    ) -> Result<Ends, FileError> {
         let mut failed = Ends::new();
         let (mut is_written, mut written) = (true, Instant::now());
         let write = |finished: &Finished| match self.journal {

@@ -22,11 +22,57 @@ use std::path::{Path, PathBuf};
 
 use serde_json::{Value, json};
 
+use crate::file_error::FileError;
 use crate::problem::Problem;
 use crate::whole_file;
 
-use super::SimArguments;
+use super::arguments::SimArguments;
 use super::open::Opened;
+
+/// A reason why finished runs cannot be kept, or read.
+#[derive(Debug, thiserror::Error)]
+pub enum JournalError {
+    /// The folder for the journal of a batch holds other files.
+    #[error("`{0}` is where finished runs are kept, and holds other files")]
+    Folder(PathBuf),
+    /// Another process is working on the batch.
+    #[error("another `bbz` is at work on the runs in `{0}`")]
+    Busy(PathBuf),
+    /// The batch was stopped before, and is not to be resumed.
+    #[error("`{0}` has finished runs of a batch that was stopped")]
+    Unfinished(PathBuf),
+    /// The journal belongs to another batch.
+    #[error("`{folder}` has runs of another batch; not as they were: {}", .changed.join(", "))]
+    Differs {
+        folder: PathBuf,
+        /// Options and files that have changed.
+        changed: Vec<String>,
+    },
+    /// A part of a journal that is damaged.
+    #[error("line {line} of `{path}` is damaged, or of another batch")]
+    Part {
+        path: PathBuf,
+        /// The line, from 1.
+        line: usize,
+    },
+}
+
+impl Problem for JournalError {
+    fn help(&self) -> Option<String> {
+        let help = match self {
+            JournalError::Folder(_) => "name another file for the table, or move the folder",
+            JournalError::Busy(_) => "wait for it, or name another file for the table",
+            JournalError::Unfinished(_) => {
+                "--resume goes on with it; to start again, remove the folder"
+            }
+            JournalError::Differs { .. } => {
+                "give the options and files that it was started with; to start again, remove the folder"
+            }
+            JournalError::Part { .. } => "remove the file: its runs are simulated again",
+        };
+        Some(help.to_owned())
+    }
+}
 
 const KEY: &str = "batch.json";
 const LOCK: &str = "lock";
@@ -65,23 +111,23 @@ impl Journal {
         key: &Value,
         [total, metrics]: [usize; 2],
         resume: bool,
-    ) -> Result<(Journal, Finished), Problem> {
+    ) -> Result<(Journal, Finished), Box<dyn Problem>> {
         let folder = whole_file::with_suffix(table, ".parts");
-        let unwritable = |error| Problem::unwritable(&folder, error);
+        let unwritable = |error| FileError::writing(&folder, error);
         let is_old = match fs::create_dir(&folder) {
             Ok(()) => false,
             Err(error) if error.kind() == io::ErrorKind::AlreadyExists => true,
-            Err(error) => return Err(unwritable(error)),
+            Err(error) => return Err(unwritable(error).into()),
         };
         let names = names(&folder)?;
         if is_old && !names.iter().all(|name| is_own(name)) {
-            return Err(Problem::BatchFolder(folder));
+            return Err(JournalError::Folder(folder).into());
         }
         let lock = File::options().create(true).truncate(false).write(true).open(folder.join(LOCK));
         let lock = lock.map_err(unwritable)?;
         // Some network drives have no locks: there, simultaneous runs are not detected.
         if let Err(TryLockError::WouldBlock) = lock.try_lock() {
-            return Err(Problem::BatchBusy(folder));
+            return Err(JournalError::Busy(folder).into());
         }
         let mut hasher = DefaultHasher::new();
         hasher.write(key.to_string().as_bytes());
@@ -101,7 +147,7 @@ impl Journal {
             return Ok((journal, Finished::new()));
         }
         if !resume {
-            return Err(Problem::BatchUnfinished(journal.folder));
+            return Err(JournalError::Unfinished(journal.folder).into());
         }
         journal.compare(key)?;
         let parts = parts(total);
@@ -119,7 +165,7 @@ impl Journal {
     }
 
     /// Writes the finished runs of a part. The earlier file remains until the new one is on disk.
-    pub fn write(&self, number: usize, finished: &Finished) -> Result<(), Problem> {
+    pub fn write(&self, number: usize, finished: &Finished) -> Result<(), FileError> {
         let mut text = self.head.clone() + "\n";
         for (run, metrics) in finished {
             text += &run.to_string();
@@ -134,7 +180,7 @@ impl Journal {
     }
 
     /// Removes the folder, after the table was written.
-    pub fn remove(self) -> Result<(), Problem> {
+    pub fn remove(self) -> Result<(), FileError> {
         // Otherwise, a loss of power could remove the table as well.
         #[cfg(unix)]
         if let Some(beside) = self.folder.parent() {
@@ -151,32 +197,32 @@ impl Journal {
         for name in first.into_iter().chain(last) {
             self.remove_file(name)?;
         }
-        fs::remove_dir(&self.folder).map_err(|error| Problem::unwritable(&self.folder, error))
+        fs::remove_dir(&self.folder).map_err(|error| FileError::writing(&self.folder, error))
     }
 
     fn part(&self, number: usize) -> PathBuf {
         self.folder.join(format!("{PART}{number}"))
     }
 
-    fn remove_file(&self, name: &str) -> Result<(), Problem> {
+    fn remove_file(&self, name: &str) -> Result<(), FileError> {
         let path = self.folder.join(name);
-        fs::remove_file(&path).map_err(|error| Problem::unwritable(&path, error))
+        fs::remove_file(&path).map_err(|error| FileError::writing(&path, error))
     }
 
     /// Refuses a folder with another key.
-    fn compare(&self, key: &Value) -> Result<(), Problem> {
+    fn compare(&self, key: &Value) -> Result<(), Box<dyn Problem>> {
         let path = self.folder.join(KEY);
         let bytes = match fs::read(&path) {
             Ok(bytes) => bytes,
             Err(error) if error.kind() == io::ErrorKind::NotFound => Vec::new(),
-            Err(error) => return Err(Problem::unreadable(&path, error)),
+            Err(error) => return Err(FileError::reading(&path, error).into()),
         };
         let old: Value = serde_json::from_slice(&bytes).unwrap_or_default();
         if old == *key {
             return Ok(());
         }
         let folder = self.folder.clone();
-        Err(Problem::BatchDiffers { folder, what: differences(&old, key) })
+        Err(JournalError::Differs { folder, changed: differences(&old, key) }.into())
     }
 
     fn read(
@@ -184,14 +230,14 @@ impl Journal {
         number: usize,
         part: &Range<usize>,
         metrics: usize,
-    ) -> Result<Finished, Problem> {
+    ) -> Result<Finished, Box<dyn Problem>> {
         let path = self.part(number);
-        let text = fs::read_to_string(&path).map_err(|error| Problem::unreadable(&path, error))?;
+        let text = fs::read_to_string(&path).map_err(|error| FileError::reading(&path, error))?;
         let mut finished = Finished::new();
         let mut lines = text.split_inclusive('\n').zip(1..);
-        let damaged = |line| Problem::BatchPart { path: path.clone(), line };
+        let damaged = |line| JournalError::Part { path: path.clone(), line };
         if lines.next().and_then(|(line, _)| line.strip_suffix('\n')) != Some(self.head.as_str()) {
-            return Err(damaged(1));
+            return Err(damaged(1).into());
         }
         for (line, place) in lines {
             let row = line.strip_suffix('\n').and_then(row);
@@ -215,12 +261,12 @@ fn row(line: &str) -> Option<(usize, Metrics)> {
 
 /// Returns the names in a folder. A name that is not UTF-8 has replacement characters, so it never
 /// equals one of this program's names.
-fn names(folder: &Path) -> Result<Vec<String>, Problem> {
+fn names(folder: &Path) -> Result<Vec<String>, FileError> {
     let name = |entry: io::Result<fs::DirEntry>| {
         entry.map(|entry| entry.file_name().to_string_lossy().into_owned())
     };
     let names = fs::read_dir(folder).and_then(|entries| entries.map(name).collect());
-    names.map_err(|error| Problem::unreadable(folder, error))
+    names.map_err(|error| FileError::reading(folder, error))
 }
 
 /// Returns true for files of a journal, and for temporary files that were to replace one.
@@ -229,14 +275,14 @@ fn is_own(name: &str) -> bool {
 }
 
 /// Returns the key of a batch: everything that its rows depend on.
-pub fn key(arguments: &SimArguments, opened: &[Opened]) -> Result<Value, Problem> {
+pub fn key(arguments: &SimArguments, opened: &[Opened]) -> Result<Value, FileError> {
     let of_file = |path: &Path| {
         let number = File::open(path).and_then(fingerprint);
-        let number = number.map_err(|error| Problem::unreadable(path, error))?;
-        Ok::<_, Problem>(format!("{number:016x}"))
+        let number = number.map_err(|error| FileError::reading(path, error))?;
+        Ok::<_, FileError>(format!("{number:016x}"))
     };
     let program =
-        env::current_exe().map_err(|error| Problem::unreadable(Path::new("bbz"), error))?;
+        env::current_exe().map_err(|error| FileError::reading(Path::new("bbz"), error))?;
     let mut files = BTreeMap::new();
     let mut emulators = BTreeMap::new();
     for variant in opened {

@@ -7,23 +7,24 @@ use annotate_snippets::{Group, Level};
 use bittybuzz_arena::robot::LogLine;
 use bittybuzz_arena::run::{Setup, Simulation, Summary};
 
-use crate::ExitStatus;
 use crate::costs;
+use crate::exit::ExitStatus;
 use crate::interrupt::{self, Interrupt};
 use crate::output::ScriptOutput;
 use crate::problem::Problem;
 use crate::report;
 
+use super::arguments::SimArguments;
 use super::open;
 use super::progress::Progress;
 use super::recorder::Recorder;
-use super::{SimArguments, checks, summary};
+use super::{checks, summary};
 
 /// The longest time from the end of an emulator by Ctrl-C until this process handles Ctrl-C.
 pub const PATIENCE: Duration = Duration::from_millis(200);
 
 /// Runs a scenario once.
-pub fn run(arguments: &SimArguments, set: &[String]) -> Result<ExitStatus, Problem> {
+pub fn run(arguments: &SimArguments, set: &[String]) -> Result<ExitStatus, Box<dyn Problem>> {
     let Some(opened) = open::open(arguments, set)? else {
         return Ok(ExitStatus::CompileError);
     };
@@ -40,7 +41,7 @@ pub fn run(arguments: &SimArguments, set: &[String]) -> Result<ExitStatus, Probl
             return Ok(ExitStatus::CompileError);
         }
     };
-    let mut interrupt = Interrupt::install().map_err(Problem::Interrupt)?;
+    let mut interrupt = Interrupt::install()?;
     let mut output = ScriptOutput::new();
     let is_quiet = arguments.headless || arguments.json;
     let mut progress = Progress::new(simulation.end(), is_quiet);

@@ -10,13 +10,25 @@ use bittybuzz_compiler::refusal;
 use bittybuzz_toml_reader::file;
 
 use crate::emulator;
+use crate::file_error::FileError;
 use crate::problem::Problem;
 use crate::program::LoadedProgram;
 use crate::report;
 use crate::selection::RobotChoice;
 use crate::whole_file::Inputs;
 
-use super::SimArguments;
+use super::arguments::SimArguments;
+
+/// `--emulator` names one program, but the robots need several.
+#[derive(Debug, thiserror::Error)]
+#[error("the robots of this scenario need several emulators, not the one of --emulator")]
+struct SeveralEmulators;
+
+impl Problem for SeveralEmulators {
+    fn help(&self) -> Option<String> {
+        Some("without --emulator they are searched next to this program, and in PATH".to_owned())
+    }
+}
 
 /// A scenario and its programs.
 pub struct Opened {
@@ -35,12 +47,12 @@ pub struct Opened {
 
 /// Reads a scenario with the values of `--set`, and compiles its scripts. Prints mistakes, and
 /// returns `None` if there are any.
-pub fn open(arguments: &SimArguments, set: &[String]) -> Result<Option<Opened>, Problem> {
+pub fn open(arguments: &SimArguments, set: &[String]) -> Result<Option<Opened>, Box<dyn Problem>> {
     let SimArguments { scenario: path, include, .. } = arguments;
     // An unreadable file is a mistake of the command line; wrong content is a mistake of the
     // scenario.
     let text =
-        file::read_text(path, file::MOST_TEXT).map_err(|error| Problem::unreadable(path, error))?;
+        file::read_text(path, file::MOST_TEXT).map_err(|error| FileError::reading(path, error))?;
     let folder = path.parent().unwrap_or(Path::new(""));
     let scenario = match Scenario::parse(
         &text,
@@ -76,7 +88,7 @@ pub fn open(arguments: &SimArguments, set: &[String]) -> Result<Option<Opened>, 
     let images = programs.iter().map(image).collect();
     let models = run::emulated(&scenario);
     if arguments.emulator.is_some() && models.len() > 1 {
-        return Err(Problem::SeveralEmulators);
+        return Err(SeveralEmulators.into());
     }
     let named = arguments.emulator.as_deref();
     let program = |model: &Arc<dyn RobotModel>| {

@@ -7,10 +7,11 @@ use bittybuzz_arena::output::recording::RecordingWriter;
 use bittybuzz_arena::output::{History, chart, recorder, trajectories};
 use bittybuzz_arena::run::{Setup, Simulation, TICKS_PER_SECOND};
 
+use crate::file_error::FileError;
 use crate::problem::Problem;
 use crate::whole_file::{self, Inputs, WholeFile};
 
-use super::SimArguments;
+use super::arguments::SimArguments;
 
 /// The file name of the picture with the trajectories of all robots.
 const TRAJECTORIES: &str = "trajectories.svg";
@@ -29,19 +30,19 @@ impl Recorder {
         arguments: &SimArguments,
         simulation: &Simulation,
         inputs: &Inputs,
-    ) -> Result<Self, Problem> {
+    ) -> Result<Self, Box<dyn Problem>> {
         let recording = match &arguments.record {
             Some(path) => {
                 inputs.refuse(path)?;
                 let writer =
                     RecordingWriter::new(WholeFile::create(path)?, &recorder::header(simulation));
-                Some((path.clone(), writer.map_err(|error| Problem::unwritable(path, error))?))
+                Some((path.clone(), writer.map_err(|error| FileError::writing(path, error))?))
             }
             None => None,
         };
         let pictures = match &arguments.svg {
             Some(folder) => {
-                fs::create_dir_all(folder).map_err(|error| Problem::unwritable(folder, error))?;
+                fs::create_dir_all(folder).map_err(|error| FileError::writing(folder, error))?;
                 let plot = &simulation.setup().scenario.output.plot;
                 let charts = plot.iter().map(|(quantity, _)| file_name(&quantity.to_string()));
                 for name in charts.chain([TRAJECTORIES.to_owned()]) {
@@ -56,14 +57,14 @@ impl Recorder {
     }
 
     /// Takes a sample, if one is due.
-    pub fn sample(&mut self, simulation: &Simulation) -> Result<(), Problem> {
+    pub fn sample(&mut self, simulation: &Simulation) -> Result<(), Box<dyn Problem>> {
         if !simulation.now().is_multiple_of(self.every.max(1)) {
             return Ok(());
         }
         if let Some((path, writer)) = &mut self.recording {
             writer
                 .write(simulation.now(), &recorder::robots(simulation))
-                .map_err(|error| Problem::unwritable(path, error))?;
+                .map_err(|error| FileError::writing(path, error))?;
         }
         if let Some((_, history)) = &mut self.pictures {
             history.sample(simulation);
@@ -72,9 +73,9 @@ impl Recorder {
     }
 
     /// Ends the recording and draws the pictures.
-    pub fn finish(self, setup: &Setup) -> Result<(), Problem> {
+    pub fn finish(self, setup: &Setup) -> Result<(), Box<dyn Problem>> {
         if let Some((path, writer)) = self.recording {
-            let file = writer.finish().map_err(|error| Problem::unwritable(&path, error))?;
+            let file = writer.finish().map_err(|error| FileError::writing(&path, error))?;
             file.finish()?;
         }
         let Some((folder, history)) = self.pictures else { return Ok(()) };

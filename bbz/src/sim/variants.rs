@@ -2,22 +2,51 @@
 
 use crate::problem::Problem;
 
-use super::MOST_RUNS;
+/// The most runs of one command. Their results, some kilobytes each, are kept until the last run
+/// ends.
+pub const RUNS_MAX: u32 = 100_000;
+
+/// A reason why the values of `--set` give no runs.
+#[derive(Debug, thiserror::Error)]
+pub enum VariantsError {
+    /// A `--set` that is not `KEY=VALUE`.
+    #[error("`--set {0}` gives no value")]
+    Setting(String),
+    /// There are more than [`RUNS_MAX`] runs.
+    #[error("{runs} runs of {variants} combinations of values are too many")]
+    TooManyRuns {
+        /// Runs of each combination of values.
+        runs: u32,
+        /// Combinations of values, at most the largest `usize`.
+        variants: usize,
+    },
+}
+
+impl Problem for VariantsError {
+    fn help(&self) -> Option<String> {
+        Some(match self {
+            VariantsError::Setting(_) => "write it as `--set medium.ir.loss=0.1`".to_owned(),
+            VariantsError::TooManyRuns { .. } => {
+                format!("all runs together can be {RUNS_MAX}; use `bbz sim` several times")
+            }
+        })
+    }
+}
 
 /// Returns the combinations of the values of `--set`, each a list of `KEY=VALUE`. Fails if they
-/// have more than [`MOST_RUNS`] runs together.
-pub fn variants(set: &[String], runs: u32) -> Result<Vec<Vec<String>>, Problem> {
+/// have more than [`RUNS_MAX`] runs together.
+pub fn variants(set: &[String], runs: u32) -> Result<Vec<Vec<String>>, VariantsError> {
     let mut variants = vec![Vec::new()];
     for argument in set {
         let Some((key, values)) =
             argument.split_once('=').filter(|(key, _)| !key.trim().is_empty())
         else {
-            return Err(Problem::Setting(argument.clone()));
+            return Err(VariantsError::Setting(argument.clone()));
         };
         let values = split(values);
         let count = variants.len().saturating_mul(values.len());
-        if count.saturating_mul(runs as usize) > MOST_RUNS as usize {
-            return Err(Problem::TooManyRuns { runs, variants: count });
+        if count.saturating_mul(runs as usize) > RUNS_MAX as usize {
+            return Err(VariantsError::TooManyRuns { runs, variants: count });
         }
         variants = variants
             .iter()

@@ -5,24 +5,36 @@ use std::sync::Arc;
 use bittybuzz_arena::run::{Session, Simulation};
 use bittybuzz_live::{Live, Workshop};
 
-use crate::ExitStatus;
+use crate::exit::ExitStatus;
 use crate::problem::Problem;
 use crate::view;
 
+use super::arguments::{SEED, SimArguments};
 use super::desk::Desk;
-use super::{SEED, SimArguments, open, values};
+use super::{open, values};
+
+/// A value of `--set` that cannot be written into the text of the scenario.
+#[derive(Debug, thiserror::Error)]
+#[error("`--set {0}` has no place in the text of the scenario, which the page shows")]
+struct NoPlace(String);
+
+impl Problem for NoPlace {
+    fn help(&self) -> Option<String> {
+        Some("change it in the file".to_owned())
+    }
+}
 
 /// The most copies of the simulation for going back in time: 2 GB with 20,000 robots.
 const COPIES: usize = 32;
 
 /// Shows a scenario until the page is closed, or Ctrl-C.
-pub fn run(arguments: &SimArguments, set: &[String]) -> Result<ExitStatus, Problem> {
+pub fn run(arguments: &SimArguments, set: &[String]) -> Result<ExitStatus, Box<dyn Problem>> {
     let Some(opened) = open::open(arguments, set)? else { return Ok(ExitStatus::CompileError) };
     let Some(setup) = opened.setup() else { return Ok(ExitStatus::CompileError) };
     // The page shows and saves the text with these values, because that is the one that runs.
     let seed = arguments.seed.map(|seed| format!("{SEED}={seed}"));
     let values = set.iter().chain(&seed).map(String::as_str);
-    let text = values::put_all(&opened.text, values).map_err(Problem::NoPlace)?;
+    let text = values::put_all(&opened.text, values).map_err(NoPlace)?;
     let desk = Desk::new(&arguments.scenario, &arguments.include, arguments.edit);
     let setup = Arc::new(setup.with_compiler(desk.compiler()));
     let seed = arguments.seed.unwrap_or(opened.scenario.world.seed);

@@ -1,18 +1,19 @@
 //! A robot that another program emulates.
 
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
 use bittybuzz_arena::robot::RobotModel;
 use bittybuzz_comms::infrared::FaultReport;
 use bittybuzz_emulation::message::EmulatorEvent;
-use bittybuzz_emulation::{Emulator, Pause};
+use bittybuzz_emulation::{ClientError, Emulator, Pause};
 use bittybuzz_robot_spec::Robot;
 use bittybuzz_toml_reader::file;
 use bittybuzz_trace_reader::{Table, TraceMessage, TraceReader};
 
 use crate::emulator;
+use crate::file_error::FileError;
 use crate::hex;
 use crate::interrupt::Interrupt;
 use crate::isp;
@@ -22,6 +23,37 @@ use crate::program::LoadedProgram;
 
 use super::message::{Level, PrintedMessage, TraceContent};
 use super::printer::TracePrinter;
+
+/// A reason why a robot cannot be emulated.
+#[derive(Debug, thiserror::Error)]
+enum EmulationError {
+    /// Symbols where an image is needed.
+    #[error("`{0}` describes a script, but is not one")]
+    NoImage(PathBuf),
+    /// The firmware has no table of messages.
+    #[error("`{0}` has no defmt messages")]
+    NoMessages(PathBuf),
+    /// The firmware's table of messages has a mistake.
+    #[error("the defmt messages of `{path}` cannot be used: {reason}")]
+    DamagedMessages { path: PathBuf, reason: String },
+    /// The emulator cannot do the requested work.
+    #[error("{0}")]
+    Emulator(#[from] ClientError),
+}
+
+impl Problem for EmulationError {
+    fn help(&self) -> Option<String> {
+        match self {
+            EmulationError::NoImage(_) => {
+                Some("name the script (.bzz), or its image (.bbi) next to the symbols".to_owned())
+            }
+            EmulationError::NoMessages(_) | EmulationError::DamagedMessages { .. } => {
+                Some("name the ELF file that cargo built, with its symbols".to_owned())
+            }
+            EmulationError::Emulator(_) => None,
+        }
+    }
+}
 
 /// Simulated time between two checks for Ctrl-C.
 const SLICE: Duration = Duration::from_millis(20);
@@ -50,7 +82,7 @@ impl TracedEmulation<'_> {
         &self,
         printer: &mut TracePrinter<'_>,
         interrupt: &mut Interrupt,
-    ) -> Result<(), Problem> {
+    ) -> Result<(), Box<dyn Problem>> {
         // A robot that the user defined runs on the board of the shipped robot with the same chip.
         let mut boards = bittybuzz_robot_files::all_shipped().into_iter();
         let board = boards.find(|board| board.chip == self.robot.chip);
@@ -70,13 +102,14 @@ impl TracedEmulation<'_> {
         let own = played.as_ref().filter(|_| !has_trace).map(|played| played.program());
         let usual = own.unwrap_or(emulator::STM32);
         let program = emulator::program(self.program, usual);
-        let mut emulator = Emulator::spawn_with(&program, &arguments).map_err(Problem::Emulator)?;
-        emulator.load(self.firmware).map_err(Problem::Emulator)?;
+        let mut emulator =
+            Emulator::spawn_with(&program, &arguments).map_err(EmulationError::Emulator)?;
+        emulator.load(self.firmware).map_err(EmulationError::Emulator)?;
         if let Some((address, bytes)) = script {
-            emulator.write(address, &bytes).map_err(Problem::Emulator)?;
+            emulator.write(address, &bytes).map_err(EmulationError::Emulator)?;
         }
         if let Some(played) = played {
-            played.start(&mut emulator, Duration::ZERO).map_err(Problem::Emulator)?;
+            played.start(&mut emulator, Duration::ZERO).map_err(EmulationError::Emulator)?;
         }
         let mut reader = ReportReader { defmt: table.map(Arc::new).map(TraceReader::new) };
         let start = Instant::now();
@@ -99,7 +132,7 @@ impl TracedEmulation<'_> {
                 Ok(paused) => paused,
                 // The terminal sends Ctrl-C to both programs, and the emulator may end first.
                 Err(_) if interrupt.is_raised_within(PATIENCE) => break,
-                Err(error) => return Err(Problem::Emulator(error)),
+                Err(error) => return Err(EmulationError::Emulator(error).into()),
             };
             match pause {
                 Pause::Time => now = at.max(until),
@@ -115,10 +148,10 @@ impl TracedEmulation<'_> {
 
     /// Returns the bytes that replace the firmware's own script, and their address. If the script
     /// has no fixed place, they are the whole program of the robot.
-    fn script_bytes(&self) -> Result<Option<(u32, Vec<u8>)>, Problem> {
+    fn script_bytes(&self) -> Result<Option<(u32, Vec<u8>)>, Box<dyn Problem>> {
         let Some((path, program)) = self.script else { return Ok(None) };
         if program.image.is_empty() {
-            return Err(Problem::NoImage(path.to_owned()));
+            return Err(EmulationError::NoImage(path.to_owned()).into());
         }
         if isp::is_programmed_by_isp(self.robot) {
             let script = (path, program.symbols.as_ref());
@@ -133,16 +166,17 @@ impl TracedEmulation<'_> {
     }
 
     /// Reads the texts of the firmware's messages.
-    fn table(&self) -> Result<Table, Problem> {
+    fn table(&self) -> Result<Table, Box<dyn Problem>> {
         let bytes = file::read(self.firmware, file::MOST_PROGRAM)
-            .map_err(|error| Problem::unreadable(self.firmware, error))?;
+            .map_err(|error| FileError::reading(self.firmware, error))?;
         match Table::parse(&bytes) {
             Ok(Some(table)) => Ok(table),
-            Ok(None) => Err(Problem::NoMessages { path: self.firmware.to_owned(), reason: None }),
-            Err(error) => Err(Problem::NoMessages {
+            Ok(None) => Err(EmulationError::NoMessages(self.firmware.to_owned()).into()),
+            Err(error) => Err(EmulationError::DamagedMessages {
                 path: self.firmware.to_owned(),
-                reason: Some(error.to_string()),
-            }),
+                reason: error.to_string(),
+            }
+            .into()),
         }
     }
 }

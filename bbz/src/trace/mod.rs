@@ -18,7 +18,7 @@ use std::time::Duration;
 use bittybuzz_robot_spec::Robot;
 use clap::Args;
 
-use crate::ExitStatus;
+use crate::exit::ExitStatus;
 use crate::interrupt::Interrupt;
 use crate::problem::Problem;
 use crate::program::LoadedProgram;
@@ -27,6 +27,27 @@ use crate::selection::SelectionArguments;
 
 use emulated::TracedEmulation;
 use printer::{TraceFormat, TracePrinter, TracedScript};
+
+/// A reason why there is nothing to trace.
+#[derive(Debug, thiserror::Error)]
+enum TraceError {
+    /// `--emulate` was given without a firmware file.
+    #[error("there is no firmware to emulate")]
+    NoFirmware,
+    /// The source needs a robot, and none is named.
+    #[error("the robot is not named")]
+    NoRobot,
+}
+
+impl Problem for TraceError {
+    fn help(&self) -> Option<String> {
+        let help = match self {
+            TraceError::NoFirmware => "name the firmware (ELF) in place of -",
+            TraceError::NoRobot => "name it, as in --robot NAME; `bbz robots` lists them",
+        };
+        Some(help.to_owned())
+    }
+}
 
 const EXAMPLES: &str = "\
 Examples:
@@ -104,7 +125,7 @@ pub struct TraceArguments {
 }
 
 /// Carries out the command.
-pub fn execute(arguments: &TraceArguments) -> Result<ExitStatus, Problem> {
+pub fn execute(arguments: &TraceArguments) -> Result<ExitStatus, Box<dyn Problem>> {
     let selection = arguments.selection.select()?;
     let program = match &arguments.script {
         None => None,
@@ -126,7 +147,7 @@ pub fn execute(arguments: &TraceArguments) -> Result<ExitStatus, Problem> {
         program,
     });
     let printer = TracePrinter::new(script_for_reports, robot, format, arguments.until_fault);
-    let interrupt = Interrupt::install().map_err(Problem::Interrupt)?;
+    let interrupt = Interrupt::install()?;
     #[cfg(feature = "view")]
     if arguments.view {
         let kind = robot.map_or("robot", |robot| &robot.name);
@@ -136,7 +157,7 @@ pub fn execute(arguments: &TraceArguments) -> Result<ExitStatus, Problem> {
     }
     let (mut printer, mut interrupt) = (printer, interrupt);
     listen(arguments, robot, script, &mut printer, &mut interrupt)?;
-    printer.finish()
+    Ok(printer.finish()?)
 }
 
 /// Passes the messages of the source on until the source ends, or Ctrl-C.
@@ -146,14 +167,14 @@ fn listen(
     script: Option<(&Path, &LoadedProgram)>,
     printer: &mut TracePrinter<'_>,
     interrupt: &mut Interrupt,
-) -> Result<(), Problem> {
+) -> Result<(), Box<dyn Problem>> {
     if arguments.firmware == Path::new("-") {
         if arguments.emulate {
-            return Err(Problem::NoFirmware);
+            return Err(TraceError::NoFirmware.into());
         }
-        return source::standard_input(printer, interrupt);
+        return Ok(source::standard_input(printer, interrupt)?);
     }
-    let robot = robot.ok_or(Problem::NoRobot)?;
+    let robot = robot.ok_or(TraceError::NoRobot)?;
     if arguments.emulate {
         let emulation = TracedEmulation {
             program: arguments.emulator.as_deref(),

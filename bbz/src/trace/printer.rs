@@ -19,11 +19,10 @@ use bittybuzz_vm_core::image::VERSION;
 use bittybuzz_vm_core::{Fault, ImageError};
 use serde_json::{Value, json};
 
-use crate::ExitStatus;
 use crate::backtrace::Backtrace;
+use crate::exit::ExitStatus;
 use crate::fault;
-use crate::output::ScriptOutput;
-use crate::problem::Problem;
+use crate::output::{OutputError, ScriptOutput};
 use crate::program::LoadedProgram;
 use crate::report;
 
@@ -146,7 +145,7 @@ impl<'a> TracePrinter<'a> {
     }
 
     /// Prints the rest, and returns the exit status.
-    pub fn finish(mut self) -> Result<ExitStatus, Problem> {
+    pub fn finish(mut self) -> Result<ExitStatus, OutputError> {
         self.tell_unused();
         self.output.finish()?;
         Ok(self.ending)

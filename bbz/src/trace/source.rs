@@ -9,12 +9,20 @@ use std::time::Duration;
 use bittybuzz_robot_spec::Robot;
 use bittybuzz_toml_reader::file;
 
+use crate::file_error::FileError;
 use crate::interrupt::Interrupt;
 use crate::probe_rs::{self, ProbeRs};
 use crate::problem::Problem;
 
 use super::lines;
 use super::printer::TracePrinter;
+
+/// Standard input, or the output of another program, cannot be read.
+#[derive(Debug, thiserror::Error)]
+#[error("cannot read the robot's messages: {0}")]
+pub struct LinesError(io::Error);
+
+impl Problem for LinesError {}
 
 /// The most lines that wait to be printed.
 const WAITING: usize = 1024;
@@ -29,7 +37,7 @@ const PATIENCE: Duration = Duration::from_millis(50);
 pub fn standard_input(
     printer: &mut TracePrinter<'_>,
     interrupt: &mut Interrupt,
-) -> Result<(), Problem> {
+) -> Result<(), LinesError> {
     let lines = read_aside(io::stdin());
     tell(&lines, printer, interrupt)
 }
@@ -40,8 +48,8 @@ pub fn probe(
     firmware: &Path,
     printer: &mut TracePrinter<'_>,
     interrupt: &mut Interrupt,
-) -> Result<(), Problem> {
-    file::open(firmware).map_err(|error| Problem::unreadable(firmware, error))?;
+) -> Result<(), Box<dyn Problem>> {
+    file::open(firmware).map_err(|error| FileError::reading(firmware, error))?;
     let chip = probe_rs::chip(robot)?;
     // A trace must not stall the robot: a core that the probe halts at a fault could not stop the
     // motors any more, nor could firmware that waits, with interrupts masked, until a full buffer
@@ -53,7 +61,12 @@ pub fn probe(
         .spawn()?;
     let lines = read_aside(child.take_stdout());
     tell(&lines, printer, interrupt)?;
-    if printer.is_over() || interrupt.is_raised() { child.end() } else { child.finish() }
+    if printer.is_over() || interrupt.is_raised() {
+        child.end()?;
+    } else {
+        child.finish()?;
+    }
+    Ok(())
 }
 
 /// Prints lines until the input ends, the printer is over, or Ctrl-C.
@@ -61,10 +74,10 @@ fn tell(
     lines: &Receiver<io::Result<String>>,
     printer: &mut TracePrinter<'_>,
     interrupt: &mut Interrupt,
-) -> Result<(), Problem> {
+) -> Result<(), LinesError> {
     while !printer.is_over() && !interrupt.is_raised() {
         match lines.recv_timeout(PATIENCE) {
-            Ok(line) => printer.tell(&lines::parse(&line.map_err(Problem::Input)?)),
+            Ok(line) => printer.tell(&lines::parse(&line.map_err(LinesError)?)),
             Err(RecvTimeoutError::Timeout) => printer.flush(),
             Err(RecvTimeoutError::Disconnected) => break,
         }

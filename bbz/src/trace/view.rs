@@ -9,10 +9,10 @@ use std::time::Duration;
 use bittybuzz_live::Watched;
 use bittybuzz_page::Page;
 
-use crate::ExitStatus;
+use crate::exit::ExitStatus;
 use crate::interrupt::Interrupt;
 use crate::problem::Problem;
-use crate::view;
+use crate::view::{self, ViewError};
 
 use super::printer::TracePrinter;
 
@@ -25,9 +25,9 @@ pub fn show(
     kind: &str,
     printer: TracePrinter<'_>,
     mut interrupt: Interrupt,
-    listen: impl FnOnce(&mut TracePrinter<'_>, &mut Interrupt) -> Result<(), Problem>,
-) -> Result<ExitStatus, Problem> {
-    let page = Page::open().map_err(Problem::Page)?;
+    listen: impl FnOnce(&mut TracePrinter<'_>, &mut Interrupt) -> Result<(), Box<dyn Problem>>,
+) -> Result<ExitStatus, Box<dyn Problem>> {
+    let page = Page::open().map_err(ViewError::Page)?;
     let (sender, reports) = channel();
     let is_closed = Arc::new(AtomicBool::new(false));
     let mut watched = Watched::new(reports, kind, printer.script_name());
@@ -50,6 +50,7 @@ pub fn show(
         while !shown.is_finished() && !interrupt.is_raised() {
             interrupt.wait(PATIENCE);
         }
-        listened.and(ending)
+        listened?;
+        Ok(ending?)
     })
 }

@@ -1,0 +1,23 @@
+//! The exit status of this process.
+
+use std::process::ExitCode;
+
+use crate::interrupt;
+
+/// The exit status of a command.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum ExitStatus {
+    Success = 0,
+    RuntimeError = 1,
+    CompileError = 2,
+    /// A wrong command line, a file that cannot be read or written, an image that is refused.
+    Usage = 3,
+    /// Ctrl-C or SIGTERM, before all runs of a batch were finished.
+    Interrupted = interrupt::KILLED as isize,
+}
+
+impl From<ExitStatus> for ExitCode {
+    fn from(ending: ExitStatus) -> ExitCode {
+        ExitCode::from(ending as u8)
+    }
+}

@@ -1,0 +1,86 @@
+//! The command line of `bbz sim`.
+
+use std::path::PathBuf;
+
+use clap::Args;
+
+use super::variants::RUNS_MAX;
+
+/// The key of the seed in a scenario.
+pub(super) const SEED: &str = "world.seed";
+
+const EXAMPLES: &str = "\
+Examples:
+  bbz sim swarm.toml                     run it: log lines, then a summary
+  bbz sim swarm.toml --view              show it in a page, and steer it there
+  bbz sim swarm.toml --view --edit       the page may also write its scripts
+  bbz sim swarm.toml --seed 7            the same world with other chance
+  bbz sim swarm.toml --svg pictures      draw trajectories, and what [output] names over time
+  bbz sim swarm.toml --record run.bbr    keep poses and LEDs of every robot
+  bbz sim swarm.toml --set medium.ir.loss=0.3    another value than the file's
+  bbz sim swarm.toml --runs 20 --set medium.ir.loss=0,0.3 --csv runs.csv    compare 40 runs
+  bbz sim swarm.toml --runs 2000 --csv runs.csv --resume    go on after Ctrl-C or a crash
+  bbz sim zooids.toml --set robots.0.backend=firmware    the robots' own image, emulated
+  bbz sim swarm.toml --checks            also report numbers that wrapped, memory and cycles
+  bbz sim swarm.toml --headless --json   for programs that read the result
+
+docs/scenario.md describes scenario files.
+
+Exit status: 0 every [[expect]] held, 1 one did not or a script had an error that none counts, 2 the scenario is wrong
+or a script does not compile, 3 wrong command line or file, 130 many runs were stopped by Ctrl-C or SIGTERM.";
+
+/// Arguments of `bbz sim`.
+#[derive(Debug, Args)]
+#[command(after_help = EXAMPLES)]
+pub struct SimArguments {
+    /// Scenario (*.toml)
+    pub(super) scenario: PathBuf,
+    /// Seed of all chance [default: that of the scenario]
+    #[arg(long, value_name = "N")]
+    pub(super) seed: Option<u32>,
+    /// Show the run in a page on this computer, where it can be stopped, taken back and changed
+    #[cfg(feature = "view")]
+    #[arg(long, conflicts_with_all = ["headless", "json", "checks", "record", "svg", "runs", "csv"])]
+    pub(super) view: bool,
+    /// Let the page write scripts of the scenario back to their files
+    #[cfg(feature = "view")]
+    #[arg(long, requires = "view")]
+    pub(super) edit: bool,
+    /// Print the address of the page and open no browser
+    #[cfg(feature = "view")]
+    #[arg(long, requires = "view")]
+    pub(super) no_browser: bool,
+    /// Print no log lines and no progress, only the result
+    #[arg(long)]
+    pub(super) headless: bool,
+    /// Print the result as JSON, and no log lines
+    #[arg(long)]
+    pub(super) json: bool,
+    /// Report numbers that did not fit their type, and the memory and cycles that scripts needed; results stay the same
+    #[arg(long, conflicts_with_all = ["runs", "csv"])]
+    pub(super) checks: bool,
+    /// Write a recording of every robot to a file
+    #[arg(long, value_name = "OUT", conflicts_with_all = ["runs", "csv"])]
+    pub(super) record: Option<PathBuf>,
+    /// Write pictures to a folder
+    #[arg(long, value_name = "DIR", conflicts_with_all = ["runs", "csv"])]
+    pub(super) svg: Option<PathBuf>,
+    /// Number of runs, with one seed after the other
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=i64::from(RUNS_MAX)))]
+    pub(super) runs: Option<u32>,
+    /// Take other values than the file's for a key such as `medium.ir.loss`; with several every combination is simulated
+    #[arg(long, value_name = "KEY=V1,V2...")]
+    pub(super) set: Vec<String>,
+    /// Program that emulates robots with backend = "firmware" [default: bbz-emulate-m0, for Kilobots bbz-emulate-avr]
+    #[arg(long, value_name = "PROGRAM")]
+    pub(super) emulator: Option<PathBuf>,
+    /// Write a table with a row for each run
+    #[arg(long, value_name = "OUT")]
+    pub(super) csv: Option<PathBuf>,
+    /// Go on with the batch that was to write the table of --csv and was stopped, if there is one
+    #[arg(long, requires = "csv")]
+    pub(super) resume: bool,
+    /// Folder to search for included files; may be given several times
+    #[arg(short = 'I', value_name = "DIR")]
+    pub(super) include: Vec<PathBuf>,
+}
