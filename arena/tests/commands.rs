@@ -116,7 +116,7 @@ fn a_copied_session_goes_on() {
     }
 }
 
-/// Half a minute: `cargo test --locked --release -p bittybuzz-arena --test commands -- --ignored`.
+/// Half a minute: `cargo test --locked --release -p bittybuzz-arena --test arena commands:: -- --ignored`.
 #[test]
 #[ignore = "takes half a minute with optimisation"]
 fn a_thousand_sessions_are_scenarios() {

@@ -3,18 +3,16 @@
 use crate::site;
 use crate::sizes;
 use crate::vendor;
-use anyhow::{Result, ensure};
+use anyhow::Result;
 use bittybuzz_bench_harness as bench;
 use bittybuzz_builds::board::{BOARDS, CRAZYFLIE, KILOBOT, ZOOIDS};
-use bittybuzz_builds::cargo_test::{EMULATORS, SKIP_SLOW, all_tests, cargo_test};
+use bittybuzz_builds::cargo_test::{EMULATORS, SKIP_SLOW, all_tests, cargo_test, guides};
 use bittybuzz_builds::probe::PROBES;
 use bittybuzz_builds::shell::{Invocation, cargo, keep_lock_files, target};
 use bittybuzz_builds::{chip, on_chip, setup};
 use bittybuzz_soak as soak;
 use clap::ValueEnum;
-use std::panic::resume_unwind;
 use std::path::PathBuf;
-use std::thread;
 use std::time::Instant;
 
 /// Minutes that `test` takes the first time, on two cores.
@@ -32,23 +30,6 @@ pub fn test() -> Result<()> {
     );
     let tests = Images::build()?.given_to(all_tests(&[], &SKIP_SLOW));
     tests.env("BITTYBUZZ_SEEDS", SEEDS).run()
-}
-
-/// Runs all tests. The guides run at the same time as the others, because their compilers keep only
-/// one processor busy most of the time.
-fn tests_and_guides() -> Result<()> {
-    let images = Images::build()?;
-    all_tests(&["--no-run"], &[]).run()?;
-    let guides = images.given_to(all_tests(&["--test", "guides"], &["guide_to"]));
-    let others = images.given_to(all_tests(&[], &["--skip", "guide_to"]));
-    thread::scope(|scope| {
-        let guides = scope.spawn(|| guides.output_if(|_| true));
-        others.run()?;
-        let guides = guides.join().unwrap_or_else(|panic| resume_unwind(panic))?;
-        print!("{}", String::from_utf8_lossy(&guides.stdout));
-        ensure!(guides.status.success(), "a guide cannot be carried out");
-        Ok(())
-    })
 }
 
 /// The robots' images, built from the current sources, and the variables that pass them to the
@@ -89,6 +70,8 @@ pub enum Step {
     Emulators,
     /// All other tests, with the images of all robots
     Tests,
+    /// Guides whose files have changed since their recorded run, in a copy of the repository
+    Guides,
     /// Scenarios in the WebAssembly module with the same results as natively
     Wasm,
     /// The page of `bbz sim --view` and the playground in a browser
@@ -127,7 +110,8 @@ impl Step {
                 let emulators = EMULATORS.map(|package| ["--package", package]).concat();
                 cargo(&[&["test", "--release"], &emulators[..]].concat())?;
             }
-            Step::Tests => tests_and_guides()?,
+            Step::Tests => Images::build()?.given_to(all_tests(&[], &[])).run()?,
+            Step::Guides => Images::build()?.given_to(guides("changed", &[])).run()?,
             Step::Wasm => wasm()?,
             Step::Page => page()?,
             Step::ProbeRs => cargo_test(&["--package", "bittybuzz-probe-rs-test"]).run()?,
@@ -157,7 +141,7 @@ fn page() -> Result<()> {
     vendor::check()?;
     let python = setup::browser()?;
     // The build of the tests includes `bbz`.
-    all_tests(&["--no-run", "--test", "sim"], &[]).run()?;
+    all_tests(&["--no-run", "--test", "bbz"], &[]).run()?;
     let bbz = target()?.join("debug/bbz");
     Invocation::named(
         "python3",

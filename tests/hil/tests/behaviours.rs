@@ -90,7 +90,7 @@ fn swarm_comes_true() {
     comes_true("swarm");
 }
 
-/// They take minutes, as the medians below: `cargo test --locked -p bittybuzz-hil --test behaviours -- --ignored`.
+/// They take minutes, as the medians below: `cargo test --locked -p bittybuzz-hil --test hil behaviours:: -- --ignored`.
 #[test]
 #[ignore = "minutes"]
 fn the_longer_ones_come_true() {

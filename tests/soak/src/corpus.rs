@@ -23,6 +23,7 @@ pub const MADE_OF: &[&str] = &[
     "compiler/src/",
     "lib/",
     "robots/",
+    "spec/",
     "vm-core/src/",
     "tests/soak/corpus.toml",
     "tests/soak/src/corpus.rs",

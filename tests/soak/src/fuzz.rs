@@ -61,7 +61,7 @@ const COMPILER: &[&str] = &[
 
 const MESSAGES: &[&str] = &["vm-core/src/", "comms/src/queue.rs"];
 const RECORDINGS: &[&str] = &["arena/src/output/"];
-const SCENARIOS: &[&str] = &["arena/src/scenario/", "robots/", "tests/scenarios/"];
+const SCENARIOS: &[&str] = &["arena/src/scenario/", "robots/", "spec/", "tests/scenarios/"];
 const ROBOT_FILES: &[&str] = &["robots/*/robot.toml", "spec/robot/", "spec/toml/"];
 const SYSLINK: &[&str] = &["comms/src/syslink/"];
 const PAYLOADS: &[&str] = &["comms/src/nrf24.rs"];

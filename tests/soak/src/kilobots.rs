@@ -93,7 +93,7 @@ pub fn run(item: &str) -> Result<Verdict> {
 
 fn medians() -> Result<Verdict> {
     let behaviours = KILOBOT.build_behaviours(true)?;
-    let chosen = ["--package", "bittybuzz-hil", "--test", "behaviours", "--"];
+    let chosen = ["--package", "bittybuzz-hil", "--test", "hil", "--", "behaviours::"];
     let line = cargo_test(&[&chosen[..], &["--ignored", "--nocapture"]].concat());
     let line = line.env("BITTYBUZZ_BEHAVIOURS", &behaviours.display().to_string());
     let output = line.output_if(|output| output.status.code().is_some())?;

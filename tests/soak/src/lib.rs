@@ -5,6 +5,7 @@ mod convergence;
 mod corpus;
 mod day;
 mod fuzz;
+mod guides;
 mod kilobots;
 mod mutants;
 mod pairs;
@@ -50,6 +51,7 @@ const SIMULATION: &[&str] = &[
     "comms/src/",
     "compiler/src/",
     "robots/",
+    "spec/",
     "tests/scenarios/",
     "vm-core/src/",
     "tests/soak/src/convergence.rs",
@@ -73,6 +75,8 @@ const PARTS: &[Part] = &[
     Part { name: "day", items: day::items, run: day::run, made_of: SIMULATION },
     // Each target counts its executions itself, until the files change that it exercises.
     Part { name: "fuzz", items: fuzz::items, run: fuzz::run, made_of: ALL },
+    // The file with the runs keeps the hashes of the files of each guide.
+    Part { name: "guides", items: guides::items, run: guides::run, made_of: ALL },
     Part { name: "kilobots", items: kilobots::items, run: kilobots::run, made_of: ALL },
     Part { name: "mutants", items: mutants::items, run: mutants::run, made_of: ALL },
     Part {
@@ -176,8 +180,8 @@ pub fn sample() -> Result<()> {
 
 fn noise() -> Result<Verdict> {
     let image = bittybuzz_builds::board::CRAZYFLIE.build(None, false)?;
-    let tests = ["--test", "link", "--test", "swarm", "--test", "resets"];
-    let chosen = [&["--package", "bittybuzz-hil"][..], &tests, &["--"]].concat();
+    let chosen =
+        ["--package", "bittybuzz-hil", "--test", "hil", "--", "link::", "swarm::", "resets::"];
     cargo_test(&[&chosen[..], &["--ignored", "--nocapture"]].concat())
         .env("BITTYBUZZ_CRAZYFLIE", &image.display().to_string())
         .run()?;
@@ -190,14 +194,14 @@ fn blocks() -> Vec<String> {
 }
 
 fn random(seeds: &str) -> Result<Verdict> {
-    let arguments = ["--package", "bittybuzz-tests", "--test", "random_programs"];
+    let arguments = ["--package", "bittybuzz-tests", "--test", "tests", "random_programs::"];
     cargo_test(&arguments).env("BITTYBUZZ_SEEDS", seeds).run()?;
     Ok(Verdict::Shown("all the same".to_owned()))
 }
 
 /// All scripts, with each of their allocations made to fail.
 fn torture() -> Result<Verdict> {
-    let arguments = ["--package", "bittybuzz-tests", "--test", "torture"];
+    let arguments = ["--package", "bittybuzz-tests", "--test", "tests", "torture::"];
     cargo_test(&arguments).env("BITTYBUZZ_TORTURE", "all").run()?;
     Ok(Verdict::Shown("all the same, or a clean fault".to_owned()))
 }

@@ -46,7 +46,7 @@ pub fn run(example: &str) -> Result<Verdict> {
     let squeezed_bytes = elf::footprint(&squeezed)?.flash;
     let plain_bytes = elf::footprint(&plain)?.flash;
     let chip = if plain_bytes > FLASH { "atmega1284p" } else { "atmega328p" };
-    let output = all_tests(&["--test", "squeezed"], &["--ignored", "--nocapture"])
+    let output = all_tests(&["--test", "hil"], &["squeezed::", "--ignored", "--nocapture"])
         .env("BITTYBUZZ_SQUEEZED", &squeezed.display().to_string())
         .env("BITTYBUZZ_PLAIN", &plain.display().to_string())
         .env("BITTYBUZZ_PLAIN_CHIP", chip)

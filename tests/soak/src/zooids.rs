@@ -84,7 +84,7 @@ fn describe(mut times: Vec<f64>) -> String {
 
 fn backends() -> Result<Verdict> {
     let firmware = ZOOIDS.build(None, false)?;
-    let chosen = ["--package", "bittybuzz-hil", "--test", "backends", "--"];
+    let chosen = ["--package", "bittybuzz-hil", "--test", "hil", "--", "backends::"];
     let line = cargo_test(&[&chosen[..], &["--ignored", "--nocapture"]].concat());
     let line = line.env("BITTYBUZZ_ZOOIDS", &firmware.display().to_string());
     let output = line.output_if(|output| output.status.code().is_some())?;

@@ -2,14 +2,23 @@
 
 use crate::shell::Invocation;
 
-/// Arguments that skip the tests on the slower emulated processors, and the guides, which build
-/// everything once more.
-pub const SKIP_SLOW: [&str; 4] = ["--skip", "qemu", "--skip", "guide_to"];
+/// Arguments that skip the tests on the slower emulated processors.
+pub const SKIP_SLOW: [&str; 2] = ["--skip", "qemu"];
+
+/// The package whose tests carry out the guides. They compile a copy of the repository.
+pub const GUIDES: &str = "bittybuzz-guides";
 
 /// Returns `cargo test` with these arguments. Property tests use the same cases each time, so that
 /// a failure comes from the change under test; `cargo xtask soak properties` tries other cases.
 pub fn cargo_test(arguments: &[&str]) -> Invocation {
     Invocation::cargo(&[&["test"], arguments].concat()).env("PROPTEST_RNG_SEED", "1")
+}
+
+/// Returns the tests of the guides. `wanted` is `changed` for those whose files have changed since
+/// their recorded run, or the date under which their runs are recorded.
+pub fn guides(wanted: &str, chosen: &[&str]) -> Invocation {
+    cargo_test(&[&["--package", GUIDES, "--test", "guides", "--"], chosen].concat())
+        .env("BITTYBUZZ_GUIDES", wanted)
 }
 
 /// Packages that are tested with optimisation, as they are used.
@@ -24,10 +33,10 @@ pub const EMULATORS: [&str; 7] = [
 ];
 
 /// Returns the tests of all packages that share a build, with options for cargo and arguments for
-/// the test programs. To run only some tests, select them by `--test`: for a single package, cargo
-/// would compile the shared crates once more with fewer features.
+/// the test programs. To run only the tests of one package, select its program by `--test`: with
+/// `--package`, cargo would compile the shared crates once more with fewer features.
 pub fn all_tests(options: &[&str], chosen: &[&str]) -> Invocation {
-    let all = ["--workspace", "--exclude", "bittybuzz-probe-rs-test"];
+    let all = ["--workspace", "--exclude", "bittybuzz-probe-rs-test", "--exclude", GUIDES];
     let but = EMULATORS.map(|package| ["--exclude", package]).concat();
     cargo_test(&[&all[..], &but, options, &["--"], chosen].concat())
 }

@@ -13,10 +13,9 @@ const ROOMS: [&str; 5] = ["arena", "bbz", "comms", "compiler", "vm-core"];
 const ROBOTS: [&str; 3] = ["kilobot", "zooid", "crazyflie"];
 
 /// Files and lines that may name a robot, each with the reason.
-const EXCEPTIONS: [(&str, &str); 3] = [
+const EXCEPTIONS: [(&str, &str); 2] = [
     // This crate defines the place of kilolib's calibration, which avrdude reads and writes.
     ("bbz/src/isp.rs", "use bittybuzz_kilobot::calibration::"),
-    ("bbz/src/problem.rs", "use bittybuzz_kilobot::calibration::"),
     // The Kilobot is the only robot whose firmware is replaced as a whole.
     ("bbz/src/hex.rs", "cargo xtask build kilobot"),
 ];

@@ -43,13 +43,13 @@ struct Subject {
 
 /// The tests that must find mistakes.
 enum Tests {
-    /// The image of a board, under the name of this variable, is run by these programs of `tests/hil`.
+    /// The image of a board, under the name of this variable, is run by these modules of `tests/hil`.
     OfImage {
         board: &'static FirmwareBuild,
         variable: &'static str,
         /// Behaviours of `examples/kilobot` whose images it replaces; it is built with the parts of the machine that the first uses.
         behaviours: &'static [&'static str],
-        programs: &'static [&'static str],
+        modules: &'static [&'static str],
     },
     /// The tests of the packages that the mistakes are in, and of those built from them.
     OfPackages(&'static [&'static str]),
@@ -63,7 +63,7 @@ const SUBJECTS: &[Subject] = &[
             board: &CRAZYFLIE,
             variable: "BITTYBUZZ_CRAZYFLIE",
             behaviours: &[],
-            programs: &[
+            modules: &[
                 "link",
                 "nrf51",
                 "board",
@@ -88,7 +88,7 @@ const SUBJECTS: &[Subject] = &[
             board: &ZOOIDS,
             variable: "BITTYBUZZ_ZOOIDS",
             behaviours: &[],
-            programs: &[
+            modules: &[
                 "debugger",
                 "zooid_failures",
                 "zooid_brown_out",
@@ -109,7 +109,7 @@ const SUBJECTS: &[Subject] = &[
             variable: "BITTYBUZZ_KILOBOT",
             // The first uses messages and distances, the other one messages.
             behaviours: &["gradient", "broadcast"],
-            programs: &[
+            modules: &[
                 "kilobots",
                 "kilobot_board",
                 "kilobot_light",
@@ -204,17 +204,26 @@ impl Tests {
     /// Returns the output of the tests. Cargo stops after the first program of tests with a failure.
     fn run(&self, copy: &Copy, folder: &Path) -> Result<String> {
         let line = match self {
-            Tests::OfImage { board, variable, behaviours, programs } => {
+            Tests::OfImage { board, variable, behaviours, modules } => {
                 let target = folder.join(board.robot);
                 let image = build(board, copy, &target, behaviours.first())?;
-                let programs = programs.iter().flat_map(|program| ["--test", program]);
-                let programs: Vec<&str> = programs.collect();
                 let images = target.join("behaviours");
+                // A filter matches any part of a name, so it would also choose the modules of other
+                // robots, whose images are not built here.
+                let others: &[&str] = match board.robot {
+                    robot if robot == CRAZYFLIE.robot => {
+                        &["--skip", "kilobot_", "--skip", "zooid_"]
+                    }
+                    _ => &[],
+                };
+                let modules: Vec<String> = modules.iter().map(|name| format!("{name}::")).collect();
+                let modules: Vec<&str> = modules.iter().map(String::as_str).collect();
+                let filters = [&modules[..], &SKIP_SLOW, others].concat();
                 let bytes = fs::read(&image)?;
                 for name in *behaviours {
                     sources::write(&images.join(name).with_extension("elf"), &bytes)?;
                 }
-                all_tests(&programs, &SKIP_SLOW)
+                all_tests(&["--test", "hil"], &filters)
                     .env(variable, &image.display().to_string())
                     .env("BITTYBUZZ_BEHAVIOURS", &images.display().to_string())
             }

@@ -1,7 +1,6 @@
 //! A simulated projector and a robot under it, in floating point. They are built from the
 //! documented facts, not from the code under test.
 
-
 use bittybuzz_motion::Angle;
 use bittybuzz_motion::projector::{Decoder, READABLE_US};
 use bittybuzz_motion::track::{TrackedPose, Tracker};
