@@ -12,6 +12,7 @@ mod book;
 mod checks;
 mod demo;
 mod package;
+mod quick;
 mod release;
 mod site;
 mod sizes;
@@ -43,6 +44,8 @@ enum Task {
         #[arg(long)]
         no_browser: bool,
     },
+    /// Format, lints and tests of the changed crates, and the language's conformance
+    Quick(quick::QuickArguments),
     /// The tests of every change: on this computer, and the robots' firmware in emulation
     Test,
     /// Install the programs that the other commands need
@@ -90,6 +93,7 @@ enum Task {
 fn main() -> ExitCode {
     let (name, result) = match CommandLine::parse().task {
         Task::Demo { robots, no_browser } => ("demo", demo::run(robots, no_browser)),
+        Task::Quick(arguments) => ("quick", quick::run(&arguments)),
         Task::Test => ("test", checks::test()),
         Task::Setup => ("setup", setup::run()),
         Task::Build(arguments) => ("build", board::run(&arguments)),
@@ -127,6 +131,9 @@ mod tests {
         for line in [
             "demo --robots",
             "demo --no-browser",
+            "quick",
+            "quick --base v1 --users",
+            "quick --all",
             "build kilobot --script a.bzz",
             "build --script a.bzz crazyflie --profile tiny",
             "build behaviours",
@@ -157,6 +164,7 @@ mod tests {
             "",
             "tset",
             "demo fast",
+            "quick --users --all",
             "build",
             "build crazyfly",
             "build crazyflie zooids",

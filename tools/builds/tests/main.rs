@@ -3,9 +3,9 @@
 #![allow(clippy::unwrap_used, reason = "a failure here fails the test")]
 
 mod documented;
+mod floors;
 mod licences;
 mod locked;
 mod names;
 mod prose;
-mod rooms;
 mod versions;
