@@ -2,7 +2,6 @@
 
 use bittybuzz_cortex_m0::CortexM0;
 use bittybuzz_qemu::QemuCore;
-use bittybuzz_rp2040::Rp2040Core;
 use bittybuzz_unicorn::UnicornCore;
 use bittybuzz_zooids_board::ZooidBoard;
 
@@ -27,23 +26,6 @@ mod own {
         what_is_not_allowed_is_a_hard_fault_and_one_within_a_lockup,
         a_fault_in_the_hard_fault_handler_locks_up,
         a_full_stack_is_a_hard_fault,
-        the_watchdog_ends_a_lockup,
-        a_page_is_erased_and_programmed,
-        a_program_that_changes_itself_does_what_it_then_is,
-        instructions_that_armv6m_lacks_are_hard_faults,
-        priorities_have_two_bits_and_vtor_does_not_exist,
-    }
-}
-
-/// Without nested interrupts. It locks up where a frame cannot be stacked.
-mod rp2040 {
-    use super::*;
-
-    tests! {
-        Rp2040Core<ZooidBoard>:
-        several_registers_go_to_memory_and_come_back,
-        what_is_not_allowed_is_a_hard_fault_and_one_within_a_lockup,
-        a_fault_in_the_hard_fault_handler_locks_up,
         the_watchdog_ends_a_lockup,
         a_page_is_erased_and_programmed,
         a_program_that_changes_itself_does_what_it_then_is,

@@ -52,8 +52,6 @@ pub enum Core {
     Qemu,
     /// Of the Zooid alone; the fastest.
     Own,
-    /// Of the Zooid alone; independent of all others.
-    Rp2040,
     /// Of the Kilobot.
     Avr,
 }
@@ -65,7 +63,7 @@ impl Core {
         let (number, package) = match self {
             Core::Unicorn => (0, "bittybuzz-emulate-stm32"),
             Core::Qemu => (1, "bittybuzz-emulate-qemu"),
-            Core::Own | Core::Rp2040 => (2, "bittybuzz-emulate-m0"),
+            Core::Own => (2, "bittybuzz-emulate-m0"),
             Core::Avr => (3, "bittybuzz-emulate-avr"),
         };
         PROGRAMS[number].get_or_init(|| build(package, package.replace("bittybuzz", "bbz")))

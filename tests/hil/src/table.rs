@@ -171,9 +171,6 @@ impl Table {
         if ids.len() > 1 {
             arguments.extend(["--count", &count]);
         }
-        if core == Core::Rp2040 {
-            arguments.extend(["--core", "rp2040"]);
-        }
         let mut emulator = Emulator::spawn_with(core.program(), &arguments).expect("it starts");
         emulator.load(&zooids()).expect("it loads");
         let layout = layout();

@@ -33,7 +33,7 @@ fn is_on(table: &Table, color: &str) -> bool {
 
 #[test]
 fn whoever_gets_power_again_begins_anew_with_what_is_in_its_flash() {
-    for core in [Core::Own, Core::Unicorn, Core::Rp2040] {
+    for core in [Core::Own, Core::Unicorn] {
         let mut table = Table::on(core, SCRIPT, &[7]);
         table.put(0, Place::at(0.0, 0.0, 0.0));
         table.run_ms(1050);
