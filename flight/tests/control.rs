@@ -4,7 +4,6 @@
 //! first-order rotors with the lag of the vehicle, their reaction torque, and linear drag. The
 //! state is known exactly, so the figures bound the error of control alone.
 
-use bittybuzz_flight::cascade::{Cascade, CascadeSettings};
 use bittybuzz_flight::geometric::{AttitudeTarget, GeometricController, GeometricSettings};
 use bittybuzz_flight::mixer::Mixer;
 use bittybuzz_flight::motor::LagCompensation;
@@ -34,7 +33,6 @@ struct Flight {
     inertia_scale: f64,
     mixer: Mixer,
     lag: LagCompensation,
-    is_lag_compensated: bool,
     time: f64,
 }
 
@@ -58,7 +56,6 @@ impl Flight {
             inertia_scale: 1.0,
             mixer: Mixer::new(&VEHICLE),
             lag,
-            is_lag_compensated: true,
             time: 0.0,
         }
     }
@@ -76,11 +73,7 @@ impl Flight {
     /// Flies one step of the control loop with the wrench.
     fn step(&mut self, wrench: &Wrench) {
         let forces = self.mixer.mix(wrench).forces;
-        let command = if self.is_lag_compensated {
-            self.lag.update(&forces, 1.0, CONTROL_S as f32)
-        } else {
-            forces
-        };
+        let command = self.lag.update(&forces, 1.0, CONTROL_S as f32);
         for _ in 0..SUBSTEPS {
             self.integrate(&command, CONTROL_S / SUBSTEPS as f64);
         }
@@ -370,61 +363,4 @@ fn geometric_control_returns_from_large_angles() {
     assert!(highest < 0.05, "{highest}");
     let yaw = flight.attitude.to_scaled_axis().z;
     assert!((yaw - 2.1).abs() < 0.02, "{yaw}");
-}
-
-/// Follows a reference with the cascade, without compensation of the lag.
-fn follow_with_cascade(
-    settings: CascadeSettings,
-    seconds: f64,
-    reference: impl Fn(f64) -> Reference,
-) -> Vec<DVec3> {
-    let mut flight = Flight::hovering(1.0);
-    flight.is_lag_compensated = false;
-    let mut cascade = Cascade::new(settings);
-    let mut errors = Vec::new();
-    // The integral needs some seconds to find the thrust of hover.
-    for _ in 0..7500 {
-        flight.step(&cascade.update(&flight.state(), &at(Vec3::ZERO)).wrench(&VEHICLE));
-    }
-    for k in 0..(seconds / CONTROL_S) as u32 {
-        let wanted = reference(f64::from(k) * CONTROL_S);
-        errors.push(flight.position - wanted.position_m.as_dvec3());
-        flight.step(&cascade.update(&flight.state(), &wanted).wrench(&VEHICLE));
-    }
-    errors
-}
-
-/// Figures of the C firmware with a model of its own, made outside this repository: x step of 1 m
-/// rise
-/// 0.82 s and overshoot 0.5 %, z step overshoot 16 %, move of 1 m in 2 s 322 mm rms.
-#[test]
-fn cascade_has_the_figures_of_the_firmware() {
-    let step = |target: DVec3| {
-        let reference = |_| at(target.as_vec3());
-        let errors = follow_with_cascade(CascadeSettings::CRAZYFLIE, 6.0, reference);
-        let values: Vec<f64> = errors.iter().map(|error| (*error + target).dot(target)).collect();
-        step_figures(&values, 1.0)
-    };
-    let (rise, overshoot) = step(DVec3::X);
-    println!("cascade x: rise {rise:.2} s, overshoot {:.1} %", overshoot * 100.0);
-    assert!((rise - 0.82).abs() < 0.05 && (overshoot - 0.005).abs() < 0.01);
-    let (rise, overshoot) = step(DVec3::Z);
-    println!("cascade z: rise {rise:.2} s, overshoot {:.1} %", overshoot * 100.0);
-    assert!((overshoot - 0.16).abs() < 0.04);
-    let errors = follow_with_cascade(CascadeSettings::CRAZYFLIE, 2.0, |t| go_to(DVec3::X, 2.0, t));
-    println!("cascade move: {:.0} mm rms", 1e3 * rms(&errors));
-    assert!((rms(&errors) - 0.322).abs() < 0.02);
-}
-
-#[test]
-fn cascade_tracks_better_with_the_velocity_of_the_reference() {
-    let errors = follow_with_cascade(CascadeSettings::TRACKING, 2.0, |t| go_to(DVec3::X, 2.0, t));
-    println!("cascade move with feed-forward: {:.0} mm rms", 1e3 * rms(&errors));
-    assert!(rms(&errors) < 0.15);
-    let target = DVec3::Z;
-    let errors = follow_with_cascade(CascadeSettings::TRACKING, 6.0, |_| at(target.as_vec3()));
-    let values: Vec<f64> = errors.iter().map(|error| error.z + 1.0).collect();
-    let (rise, overshoot) = step_figures(&values, 1.0);
-    println!("cascade z: rise {rise:.2} s, overshoot {:.1} %", overshoot * 100.0);
-    assert!(overshoot < 0.10);
 }

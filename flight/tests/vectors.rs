@@ -73,10 +73,8 @@ fn a_result_that_is_not_finite_fails() {
 }
 
 /// Each file with its least number of cases and columns that a caller relies on.
-const FILES: [(&str, usize, &[&str]); 16] = [
+const FILES: [(&str, usize, &[&str]); 14] = [
     ("battery", 1000, &["thrust", "battery", "output"]),
-    ("cascade", 1000, &["mode", "roll", "to_thrust", "thrust_counts"]),
-    ("complementary", 1000, &["exact", "dt_s", "qw_in", "qw_out"]),
     ("ekf_flow", 1000, &["flow_x", "dt_s", "p88_out"]),
     ("ekf_height", 1000, &["height", "p88_out"]),
     ("ekf_pose", 1000, &["mw", "p88_out"]),
