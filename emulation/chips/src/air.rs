@@ -4,7 +4,7 @@ use std::collections::{BTreeMap, BTreeSet};
 
 use crate::Time;
 use crate::nrf24::Transmission;
-use crate::random::Random;
+use bittybuzz_random::Random;
 
 /// The time between a radio's announcement of a packet and the packet's first bit. Robots can be
 /// emulated independently for this long.

@@ -33,12 +33,12 @@ pub mod f405;
 mod memory;
 pub mod nrf24;
 pub mod nrf51;
-mod random;
 mod serial;
 pub mod stm32;
 mod time;
 
 pub use air::{Air, AirStatistics, LOOKAHEAD, PacketSource, ReceptionEvent};
+pub use bittybuzz_random::Random;
 pub use board::{Board, CoreKind, CoreStart, MemoryMap};
 pub use chip::ChipProperties;
 pub use clock::CoreClock;
@@ -51,6 +51,5 @@ pub use nrf24::{
 pub use nrf51::{
     Battery, LineQuality, LinkFrame, MAX_PAYLOAD, Nrf51Settings, P2P_MAX, P2pFrame, UprightPose,
 };
-pub use random::Random;
 pub use stm32::{Lines, Width};
 pub use time::Time;

@@ -7,6 +7,7 @@ use std::fmt::Write;
 use std::fs;
 use std::process::Command;
 
+use bittybuzz_chips::Random;
 use bittybuzz_kilobot_board::Kilobot;
 use bittybuzz_squeeze::proof::cpu::{Cpu, DataSpace, Successor};
 use bittybuzz_squeeze::proof::decode::{AsmOperation, decode};
@@ -18,12 +19,9 @@ const STATES: u64 = 60;
 /// The middle of the addresses to which pointers and the stack point.
 const MIDDLE: u16 = 0x400;
 
-/// The finalizer of SplitMix64 (Steele, Lea, Flood 2014).
+/// Mixes the bits of a number.
 fn mix(value: u64) -> u64 {
-    let value = value.wrapping_add(0x9e37_79b9_7f4a_7c15);
-    let value = (value ^ value >> 30).wrapping_mul(0xbf58_476d_1ce4_e5b9);
-    let value = (value ^ value >> 27).wrapping_mul(0x94d0_49bb_1331_11eb);
-    value ^ value >> 31
+    Random::new(value).bits()
 }
 
 /// Returns instructions with all kinds of operands.

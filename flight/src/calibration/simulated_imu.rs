@@ -2,6 +2,7 @@
 
 use std::f64::consts::{PI, SQRT_2};
 
+use bittybuzz_random::Random;
 use glam::Vec3;
 
 use crate::{GRAVITY_M_S2, ImuSample};
@@ -15,7 +16,7 @@ const ACCEL_STEP_M_S2: f64 = 24.0 / 32768.0 * GRAVITY_M_S2 as f64;
 /// Noise is white noise after a second-order low-pass with the sensor's bandwidth, as a real sensor
 /// with an internal filter gives it. That makes repeated values more likely than white noise does.
 pub(super) struct SimulatedImu {
-    random: u64,
+    pub(super) random: Random,
     noise: [BandLimitedNoise; 6],
     samples: u32,
     pub(super) gyro_rms_rad_s: f64,
@@ -50,7 +51,7 @@ impl SimulatedImu {
     /// Noise of the BMI088's data sheet, without vibration.
     pub(super) fn at_rest(seed: u64) -> Self {
         SimulatedImu {
-            random: seed.wrapping_mul(0x9E37_79B9_7F4A_7C15) | 1,
+            random: Random::new(seed),
             noise: [BandLimitedNoise::default(); 6],
             samples: 0,
             gyro_rms_rad_s: 0.16 * PI / 180.0,
@@ -68,20 +69,6 @@ impl SimulatedImu {
             accel_vibration_m_s2: 0.5 * f64::from(GRAVITY_M_S2),
             ..SimulatedImu::at_rest(seed)
         }
-    }
-
-    /// Uniform in 0 to 1 (xorshift64*, Vigna 2016).
-    pub(super) fn uniform(&mut self) -> f64 {
-        self.random ^= self.random >> 12;
-        self.random ^= self.random << 25;
-        self.random ^= self.random >> 27;
-        (self.random.wrapping_mul(0x2545_F491_4F6C_DD1D) >> 11) as f64 / (1_u64 << 53) as f64
-    }
-
-    /// Standard normal deviate (Box and Muller 1958).
-    pub(super) fn normal(&mut self) -> f64 {
-        let radius = (-2.0 * (1.0 - self.uniform()).ln()).sqrt();
-        radius * (2.0 * PI * self.uniform()).cos()
     }
 
     /// The next sample while the true values are as given.
@@ -102,7 +89,7 @@ impl SimulatedImu {
             (self.accel_rms_m_s2, self.accel_vibration_m_s2, ACCEL_STEP_M_S2)
         };
         let t = f64::from(self.samples) * 0.001;
-        let white = self.normal();
+        let white = self.random.normal();
         let noise = rms * self.noise[channel].next(white);
         let rotors = self.rotor_hz.iter().map(|hz| (2.0 * PI * hz * t + channel as f64).sin());
         let value = f64::from(truth) + noise + vibration * rotors.sum::<f64>();

@@ -59,7 +59,11 @@ fn identity_changes_nothing() {
 fn thousand_robots_at_rest_calibrate_at_the_first_window() {
     for seed in 0..1000 {
         let mut imu = SimulatedImu::at_rest(seed);
-        let bias = Vec3::new(imu.normal() as f32, imu.normal() as f32, imu.normal() as f32);
+        let bias = Vec3::new(
+            imu.random.normal() as f32,
+            imu.random.normal() as f32,
+            imu.random.normal() as f32,
+        );
         let bias = (bias * 0.7).clamp(Vec3::splat(-2.5), Vec3::splat(2.5)) * DEGREE;
         calibrate(|_| imu.sample(bias, UP)).unwrap();
     }

@@ -4,7 +4,8 @@ mod cells;
 mod swarm;
 
 use bittybuzz_flight::Vec3;
-use swarm::{FlightConditions, SplitMix, SwarmFlight, fly};
+use bittybuzz_random::Random;
+use swarm::{FlightConditions, SwarmFlight, between, fly};
 
 /// Distance in m at which the bodies of two Crazyflies touch (radius 6 cm).
 const COLLISION_M: f32 = 0.12;
@@ -60,7 +61,7 @@ fn swap(conditions: FlightConditions, robots: usize, radius_m: f32, seeds: u64) 
 /// Flies robots from random points to random points in 3 m × 3 m × 1.5 m.
 fn wander(conditions: FlightConditions, robots: usize, seeds: u64) -> FlightSummary {
     let flights = (0..seeds).map(|seed| {
-        let mut random = SplitMix(1000 + seed);
+        let mut random = Random::new(1000 + seed);
         let starts = places(&mut random, robots);
         let goals = places(&mut random, robots);
         fly(conditions, seed, &starts, &goals)
@@ -69,13 +70,13 @@ fn wander(conditions: FlightConditions, robots: usize, seeds: u64) -> FlightSumm
 }
 
 /// Returns random places whose ellipsoids keep a gap of 10 cm at one height.
-fn places(random: &mut SplitMix, count: usize) -> Vec<Vec3> {
+fn places(random: &mut Random, count: usize) -> Vec<Vec3> {
     let scale = Vec3::new(1.0, 1.0, 1.0 / 3.0);
     let (low, high) = (Vec3::new(0.0, 0.0, 0.3), Vec3::new(3.0, 3.0, 1.8));
     loop {
         let mut places: Vec<Vec3> = Vec::new();
         for _ in 0..200 * count {
-            let place = random.between(low, high);
+            let place = between(random, low, high);
             if places.iter().all(|other| ((place - *other) * scale).length() > 0.7) {
                 places.push(place);
             }

@@ -3,6 +3,7 @@
 
 use bittybuzz_flight::Vec3;
 use bittybuzz_flight::avoidance::{Avoidance, AvoidanceOutcome, AvoidanceSettings, PeerReport};
+use bittybuzz_random::Random;
 
 const STEP_MS: u32 = 10;
 const COMMAND_PERIOD_MS: u32 = 100;
@@ -14,30 +15,20 @@ const MOST_ACCELERATION_M_S2: f32 = 3.6;
 /// Distance in m from a goal that counts as arrived.
 const ARRIVED_M: f32 = 0.15;
 
-/// The generator SplitMix64 (Steele, Lea and Flood 2014).
-pub struct SplitMix(pub u64);
+/// Returns a number from 0 to less than 1.
+fn unit(random: &mut Random) -> f32 {
+    (random.bits() >> 40) as f32 / (1_u64 << 24) as f32
+}
 
-impl SplitMix {
-    /// Returns a number from 0 to less than 1.
-    pub fn unit(&mut self) -> f32 {
-        self.0 = self.0.wrapping_add(0x9E37_79B9_7F4A_7C15);
-        let mixed = (self.0 ^ (self.0 >> 30)).wrapping_mul(0xBF58_476D_1CE4_E5B9);
-        let mixed = (mixed ^ (mixed >> 27)).wrapping_mul(0x94D0_49BB_1331_11EB);
-        ((mixed ^ (mixed >> 31)) >> 40) as f32 / (1u64 << 24) as f32
-    }
+/// Returns a vector with normal components (a sum of 12 uniform numbers has variance 1).
+fn noise(random: &mut Random, sigma: f32) -> Vec3 {
+    let mut normal = || (0..12).map(|_| unit(random)).sum::<f32>() - 6.0;
+    sigma * Vec3::new(normal(), normal(), normal())
+}
 
-    fn vector(&mut self, mut component: impl FnMut(&mut Self) -> f32) -> Vec3 {
-        Vec3::new(component(self), component(self), component(self))
-    }
-
-    /// Returns a vector with normal components (a sum of 12 uniform numbers has variance 1).
-    fn noise(&mut self, sigma: f32) -> Vec3 {
-        sigma * self.vector(|random| (0..12).map(|_| random.unit()).sum::<f32>() - 6.0)
-    }
-
-    pub fn between(&mut self, low: Vec3, high: Vec3) -> Vec3 {
-        low + (high - low) * self.vector(Self::unit)
-    }
+/// Returns a place that is uniform in the box between two corners.
+pub fn between(random: &mut Random, low: Vec3, high: Vec3) -> Vec3 {
+    low + (high - low) * Vec3::new(unit(random), unit(random), unit(random))
 }
 
 /// The conditions of a simulation.
@@ -115,8 +106,9 @@ pub fn fly(
     let settings = conditions.settings;
     let scale = Vec3::new(settings.radius_m, settings.radius_m, settings.height_m).recip();
     let count = starts.len();
-    let mut random = SplitMix(seed);
-    let phases: Vec<u32> = (0..count).map(|_| (random.unit() * 10.0) as u32 * STEP_MS).collect();
+    let mut random = Random::new(seed);
+    let phases: Vec<u32> =
+        (0..count).map(|_| (unit(&mut random) * 10.0) as u32 * STEP_MS).collect();
     let mut avoidances: Vec<Avoidance<10>> =
         (0..count).map(|id| Avoidance::new(id as u16, settings).expect("valid settings")).collect();
     let mut swarm = SwarmMotion {
@@ -137,10 +129,10 @@ pub fn fly(
             !is_received
         });
         for own in (0..count).filter(|own| now_ms % COMMAND_PERIOD_MS == phases[*own]) {
-            let position = swarm.positions[own] + random.noise(conditions.noise_m);
-            let velocity = swarm.velocities[own] + random.noise(2.0 * conditions.noise_m);
+            let position = swarm.positions[own] + noise(&mut random, conditions.noise_m);
+            let velocity = swarm.velocities[own] + noise(&mut random, 2.0 * conditions.noise_m);
             for receiver in (0..count).filter(|receiver| *receiver != own) {
-                if random.unit() >= conditions.loss {
+                if unit(&mut random) >= conditions.loss {
                     let report = PeerReport {
                         id: own as u16,
                         position_m: position,

@@ -1,6 +1,6 @@
 //! A serial line that loses and corrupts bytes.
 
-use crate::random::Random;
+use bittybuzz_random::Random;
 
 /// The quality of the line, in both directions.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]

@@ -1,5 +1,7 @@
 use proptest::prelude::*;
 
+use bittybuzz_random::Random;
+
 use super::*;
 use crate::calibration::simulated_imu::SimulatedImu;
 
@@ -191,7 +193,7 @@ fn stuck_axis_is_found_within_36_ms() {
 
 #[test]
 fn noise_is_found_within_40_ms() {
-    let mut random = SimulatedImu::at_rest(9);
+    let mut random = Random::new(9);
     for axis in 0..3 {
         for _ in 0..50 {
             assert_detected(ImuFault::GyroNoisy, 40, |_, mut sample| {
@@ -200,7 +202,7 @@ fn noise_is_found_within_40_ms() {
             });
             assert_detected(ImuFault::AccelNoisy, 40, |_, mut sample| {
                 // One bit of the value flips at random.
-                let bit = if random.uniform() < 0.5 { 14.0 } else { -14.0 };
+                let bit = if random.chance(0.5) { 14.0 } else { -14.0 };
                 sample.accel_m_s2[axis] = bit * GRAVITY_M_S2;
                 Some(sample)
             });
@@ -208,7 +210,7 @@ fn noise_is_found_within_40_ms() {
     }
     // Random bytes instead of the rate.
     let (delay_ms, _) = delay(|_, mut sample| {
-        sample.gyro_rad_s.x = (2.0 * random.uniform() - 1.0) as f32 * 2000.0 * DEGREE;
+        sample.gyro_rad_s.x = random.uniform(1.0) as f32 * 2000.0 * DEGREE;
         Some(sample)
     })
     .unwrap();

@@ -6,6 +6,7 @@ use super::*;
 use crate::ekf::EkfRefusal;
 use crate::ekf::config::{EkfConfig, Linearization};
 use crate::ekf::transition::Motion;
+use bittybuzz_random::Random;
 use proptest::prelude::*;
 
 type Dense = [[f64; STATES]; STATES];
@@ -31,17 +32,13 @@ fn joseph(p: &Dense, h: &[f64; STATES], variance: f64) -> Dense {
     dense(|i, j| first[i][j] + ph[i] / s * variance * ph[j] / s)
 }
 
-/// A covariance L·Lᵀ with entries of L from a simple generator, scaled by state.
+/// A covariance L·Lᵀ with random entries of L, scaled by state.
 fn sample(seed: u32, scale: &[f32; STATES]) -> StateCovariance {
-    let mut value = seed.wrapping_mul(2_654_435_761).wrapping_add(1);
-    let mut next = move || {
-        value = value.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
-        (value >> 8) as f32 / (1 << 23) as f32 - 1.0
-    };
+    let mut random = Random::new(seed.into());
     let mut factor = [[0.0; STATES]; STATES];
     for i in 0..STATES {
         for j in 0..=i {
-            factor[i][j] = if i == j { 1.0 } else { 0.3 * next() };
+            factor[i][j] = if i == j { 1.0 } else { 0.3 * random.uniform(1.0) as f32 };
         }
     }
     let mut entries = [[0.0; STATES]; STATES];

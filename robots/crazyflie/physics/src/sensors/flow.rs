@@ -5,9 +5,10 @@
 //! (vₓ/h − ω_y, v_y/h + ωₓ) radians per second. Bitcraze's firmware assumes 35 pixels in 0.71674 rad
 //! and ten counts per pixel, so this sensor returns 488.3 counts per radian.
 
+use bittybuzz_random::Random;
 use glam::DVec2;
 
-use crate::random::{NoiseConsumer, NoiseStream};
+use crate::random::NoiseConsumer;
 use crate::sensors::SensorFault;
 use crate::sensors::fault::FaultGate;
 use crate::{DroneState, STEP_S};
@@ -80,7 +81,7 @@ impl FlowCounts {
 #[derive(Clone, Debug, PartialEq)]
 pub struct FlowSensor {
     settings: FlowSettings,
-    noise: NoiseStream,
+    noise: Random,
     sum_counts: DVec2,
     is_valid: bool,
     gate: FaultGate<FlowCounts>,
@@ -95,7 +96,7 @@ impl FlowSensor {
     pub fn new(settings: FlowSettings, seed: u64) -> Self {
         FlowSensor {
             settings,
-            noise: NoiseStream::new(seed, NoiseConsumer::Flow),
+            noise: NoiseConsumer::Flow.stream(seed),
             sum_counts: DVec2::ZERO,
             is_valid: true,
             gate: FaultGate::new(),

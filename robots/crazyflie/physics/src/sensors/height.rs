@@ -6,10 +6,11 @@
 //! Each measurement is of the begin of its 25 ms.
 
 use crate::DroneState;
-use crate::random::{NoiseConsumer, NoiseStream};
+use crate::random::NoiseConsumer;
 use crate::sensors::SensorFault;
 use crate::sensors::delay::DelayLine;
 use crate::sensors::fault::FaultGate;
+use bittybuzz_random::Random;
 
 /// Steps between measurements, and of their delay: 25 ms.
 const PERIOD_STEPS: u64 = 50;
@@ -32,7 +33,7 @@ pub enum HeightReading {
 /// A height sensor at the center of mass.
 #[derive(Clone, Debug, PartialEq)]
 pub struct HeightSensor {
-    noise: NoiseStream,
+    noise: Random,
     line: DelayLine<HeightReading, 2>,
     gate: FaultGate<HeightReading>,
 }
@@ -50,7 +51,7 @@ impl HeightSensor {
     #[must_use]
     pub fn new(seed: u64) -> Self {
         HeightSensor {
-            noise: NoiseStream::new(seed, NoiseConsumer::Height),
+            noise: NoiseConsumer::Height.stream(seed),
             line: DelayLine::new(),
             gate: FaultGate::new(),
         }
