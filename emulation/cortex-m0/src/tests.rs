@@ -5,7 +5,7 @@ mod recorded;
 
 use std::time::Duration;
 
-use bittybuzz_chips::{Board, CoreKind, Width};
+use bittybuzz_chips::{Board, CoreKind, Random, Width};
 use bittybuzz_cortex_m::Nvic;
 use bittybuzz_emulation::{EmulatedRobot, FirmwareImage, Pause};
 use bittybuzz_zooids_board::ZooidBoard;
@@ -16,25 +16,17 @@ use crate::exception::Lockup;
 use crate::execute::CoreStop;
 use crate::registers::{Processor, SP};
 
-/// The generator xorshift.
-struct Random(u32);
+fn next(random: &mut Random) -> u32 {
+    (random.bits() >> 32) as u32
+}
 
-impl Random {
-    fn next(&mut self) -> u32 {
-        self.0 ^= self.0 << 13;
-        self.0 ^= self.0 >> 17;
-        self.0 ^= self.0 << 5;
-        self.0
-    }
-
-    /// Returns a random word. Values at which carries and overflows begin are as probable as all
-    /// others together.
-    fn word(&mut self) -> u32 {
-        let edges = [0, 1, 31, 32, 33, 0x7fff_ffff, 0x8000_0000, 0xffff_ffff];
-        match self.next() % 16 {
-            index @ 0..8 => edges[index as usize],
-            _ => self.next(),
-        }
+/// Returns a random word. Values at which carries and overflows begin are as probable as all
+/// others together.
+fn word(random: &mut Random) -> u32 {
+    let edges = [0, 1, 31, 32, 33, 0x7fff_ffff, 0x8000_0000, 0xffff_ffff];
+    match next(random) % 16 {
+        index @ 0..8 => edges[index as usize],
+        _ => next(random),
     }
 }
 
@@ -70,7 +62,7 @@ fn digest_of(digest: u32, words: impl IntoIterator<Item = u32>) -> u32 {
 
 #[test]
 fn plain_instructions_do_what_another_core_does() {
-    let mut random = Random(0x2f6e_2b1d);
+    let mut random = Random::new(0x2f6e_2b1d);
     let mut bus: Bus<ZooidBoard> = Bus::new(0);
     let mut digests = Vec::<(u16, u32)>::new();
     for first in (0..=0xffff).filter(|first| is_plain(*first)) {
@@ -81,10 +73,11 @@ fn plain_instructions_do_what_another_core_does() {
         for _ in 0..6 {
             let mut core = Processor::new(RAM + 0x1000, FLASH + 0x100);
             for register in 0..15 {
-                core.r[register] = if register == SP { RAM + 0x1000 } else { random.word() };
+                core.r[register] = if register == SP { RAM + 0x1000 } else { word(&mut random) };
             }
             // N and Z are never both set.
-            let flags = [0, 1 << 31, 1 << 30][random.next() as usize % 3] | random.next() & 3 << 28;
+            let flags =
+                [0, 1 << 31, 1 << 30][next(&mut random) as usize % 3] | next(&mut random) & 3 << 28;
             core.set_flags(flags);
             bus.deadline = bus.cycles + 1;
             core.run(&mut bus).unwrap();
@@ -101,8 +94,8 @@ fn plain_instructions_do_what_another_core_does() {
 
 /// Returns any halfword, but most of them access memory or branch.
 fn instruction(random: &mut Random) -> u16 {
-    let half = random.next() as u16;
-    match random.next() % 16 {
+    let half = next(random) as u16;
+    match next(random) % 16 {
         // LDR and STR of all widths; the base is r4 (in the RAM) or r5 (a timer).
         0..4 => 0x6000 | half & 0x1fc7 | (4 + (half >> 15)) << 3,
         // A load of the timer's count.
@@ -139,7 +132,7 @@ fn run_for(
 #[test]
 fn straight_lines_do_what_their_instructions_do_one_by_one() {
     const PROGRAM: u32 = FLASH + 0x100;
-    let mut random = Random(0x9b1c_77a1);
+    let mut random = Random::new(0x9b1c_77a1);
     let mut buses = [0; 2].map(|_| {
         let mut bus: Bus<ZooidBoard> = Bus::new(0);
         // The HardFault handler is the program itself.
@@ -158,7 +151,7 @@ fn straight_lines_do_what_their_instructions_do_one_by_one() {
             4 => RAM + 0x800,
             5 => 0x4000_0000,
             SP => RAM + 0x1000,
-            _ => random.word(),
+            _ => word(&mut random),
         });
         let after = [0, 1].map(|way| {
             let bus = &mut buses[way];
