@@ -1,16 +1,12 @@
-//! Tests of every instruction without memory against another core, and programs that test one
-//! feature each.
+//! Tests of every instruction without memory against another core, and of straight lines against
+//! single steps. emulators/core-tests has programs that test one feature each.
 
 mod recorded;
 
-use std::time::Duration;
-
 use bittybuzz_chips::{Board, CoreKind, Random, Width};
 use bittybuzz_cortex_m::Nvic;
-use bittybuzz_emulation::{EmulatedRobot, FirmwareImage, Pause};
 use bittybuzz_zooids_board::ZooidBoard;
 
-use crate::CortexM0;
 use crate::bus::{Bus, FLASH, RAM};
 use crate::exception::Lockup;
 use crate::execute::CoreStop;
@@ -168,71 +164,4 @@ fn straight_lines_do_what_their_instructions_do_one_by_one() {
         assert!(buses[0].ram == buses[1].ram, "program {number}: {code:x?}");
     }
     assert!(executed > 40_000, "{executed}");
-}
-
-type Robot = EmulatedRobot<CortexM0<ZooidBoard>>;
-
-/// Offset of the programs in the flash.
-const CODE: usize = 0xc0;
-const STACK: u32 = RAM + 0x1000;
-
-/// Returns a robot that is about to run `code`. `vectors` are exceptions and the offsets of their
-/// handlers from the code.
-fn robot(vectors: &[(usize, u32)], code: &[u16]) -> Robot {
-    let mut table = vec![0_u8; CODE];
-    table[..4].copy_from_slice(&STACK.to_le_bytes());
-    for (exception, handler) in vectors {
-        let address = (FLASH + CODE as u32 + handler) | 1;
-        table[4 * exception..4 * exception + 4].copy_from_slice(&address.to_le_bytes());
-    }
-    table.extend(code.iter().flat_map(|half| half.to_le_bytes()));
-    Robot::load(0, &FirmwareImage::of_flash(FLASH, table)).unwrap()
-}
-
-fn run(robot: &mut Robot, micros: u64) -> Pause {
-    robot.run(Duration::from_micros(micros)).unwrap()
-}
-
-fn words(robot: &mut Robot, count: usize) -> Vec<u32> {
-    let mut bytes = vec![0; 4 * count];
-    robot.read_memory(RAM, &mut bytes).unwrap();
-    bytes.chunks_exact(4).map(|word| u32::from_le_bytes(word.try_into().unwrap())).collect()
-}
-
-#[test]
-fn instructions_take_the_manuals_cycles() {
-    // 1000 turns of subs and bne take 1 + 3 cycles each; the last branch takes 1.
-    let mut robot = robot(
-        &[(1, 0)],
-        &[
-            0x20fa, // movs r0, #250
-            0x0080, // lsls r0, r0, #2
-            0x3801, // 1: subs r0, #1
-            0xd1fd, // bne 1b
-            0x2001, // movs r0, #1
-            0x2120, // movs r1, #0x20
-            0x0609, // lsls r1, r1, #24
-            0x6008, // str r0, [r1]
-            0xe7fe, // b .
-        ],
-    );
-    // The time until the store is 2 + 4 * 1000 - 2 + 3 cycles of 8 MHz, and the store's two.
-    run(&mut robot, 500);
-    assert_ne!(words(&mut robot, 1), [1]);
-    run(&mut robot, 501);
-    assert_eq!(words(&mut robot, 1), [1]);
-}
-
-#[test]
-fn a_line_that_is_longer_than_any_budget_is_executed_too() {
-    let mut code = vec![0xbf00; 20_000]; // nop
-    // movs r0, #1; movs r1, #0x20; lsls r1, r1, #24; str r0, [r1]; b .
-    code.extend([0x2001, 0x2120, 0x0609, 0x6008, 0xe7fe]);
-    let mut robot = robot(&[(1, 0)], &code);
-    // 20,005 cycles of 8 MHz.
-    run(&mut robot, 2_500);
-    assert_eq!(robot.statistics().instructions, 20_000);
-    assert_ne!(words(&mut robot, 1), [1]);
-    run(&mut robot, 2_501);
-    assert_eq!(words(&mut robot, 1), [1]);
 }

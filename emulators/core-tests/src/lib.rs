@@ -15,34 +15,60 @@ pub trait ZooidCore: Core<Board = ZooidBoard> {}
 
 impl<C: Core<Board = ZooidBoard>> ZooidCore for C {}
 
-const FLASH: u32 = 0x0800_0000;
-const RAM: u32 = 0x2000_0000;
-/// First address of programs, counted from the vectors.
-const CODE: u32 = 0xc0;
-const STACK: u32 = RAM + 0x1000;
+/// First address of the flash of every STM32.
+pub const FLASH: u32 = 0x0800_0000;
+/// First address of the RAM.
+pub const RAM: u32 = 0x2000_0000;
+/// Offset of a program's code from its vector table, which has room for all interrupts of an STM32F405.
+pub const CODE: u32 = 0x400;
+/// The stack pointer of a program at its start.
+pub const STACK: u32 = RAM + 0x1800;
 
-/// A robot about to run `code`; exceptions and where their handlers are, counted from the code.
-fn robot<C: ZooidCore>(vectors: &[(usize, u32)], code: &[u16]) -> EmulatedRobot<C> {
-    let mut table = vec![0_u8; CODE as usize];
-    table[..4].copy_from_slice(&STACK.to_le_bytes());
-    for (exception, handler) in vectors {
-        let address = (FLASH + CODE + handler) | 1;
-        table[4 * exception..4 * exception + 4].copy_from_slice(&address.to_le_bytes());
-    }
-    table.extend(code.iter().flat_map(|half| half.to_le_bytes()));
-    EmulatedRobot::load(0, &FirmwareImage::of_flash(FLASH, table)).expect("the core starts")
+/// A position-independent program.
+#[derive(Clone, Copy, Debug)]
+pub struct Program<'a> {
+    /// Exceptions and the offsets of their handlers from [`CODE`].
+    pub vectors: &'a [(usize, u32)],
+    /// The halfwords of the machine code.
+    pub code: &'a [u16],
 }
 
-/// Runs until these microseconds since power-on.
-fn run<C: ZooidCore>(robot: &mut EmulatedRobot<C>, micros: u64) -> Pause {
+/// Returns a robot that is about to run `program`, whose vector table is at `vectors`.
+pub fn robot_at<C: Core>(vectors: u32, program: &Program<'_>) -> EmulatedRobot<C> {
+    let mut table = vec![0_u8; CODE as usize];
+    table[..4].copy_from_slice(&STACK.to_le_bytes());
+    for (exception, handler) in program.vectors {
+        let address = (vectors + CODE + handler) | 1;
+        table[4 * exception..4 * exception + 4].copy_from_slice(&address.to_le_bytes());
+    }
+    table.extend(program.code.iter().flat_map(|half| half.to_le_bytes()));
+    EmulatedRobot::load(0, &FirmwareImage::of_flash(vectors, table)).expect("the core starts")
+}
+
+fn robot<C: Core>(vectors: &[(usize, u32)], code: &[u16]) -> EmulatedRobot<C> {
+    robot_at(FLASH, &Program { vectors, code })
+}
+
+/// Runs until this number of microseconds since power-on.
+pub fn run<C: Core>(robot: &mut EmulatedRobot<C>, micros: u64) -> Pause {
     robot.run(Duration::from_micros(micros)).expect("the core works")
 }
 
-/// Words at the beginning of the RAM.
-fn words<C: ZooidCore>(robot: &mut EmulatedRobot<C>, count: usize) -> Vec<u32> {
-    let mut bytes = vec![0; 4 * count];
-    robot.read_memory(RAM, &mut bytes).expect("there is RAM");
+/// Returns bytes of the RAM from this offset on.
+pub fn bytes<C: Core>(robot: &mut EmulatedRobot<C>, offset: u32, count: usize) -> Vec<u8> {
+    let mut bytes = vec![0; count];
+    robot.read_memory(RAM + offset, &mut bytes).expect("there is RAM");
+    bytes
+}
+
+/// Returns words of the RAM from this offset on.
+pub fn words_at<C: Core>(robot: &mut EmulatedRobot<C>, offset: u32, count: usize) -> Vec<u32> {
+    let bytes = bytes(robot, offset, 4 * count);
     bytes.as_chunks().0.iter().copied().map(u32::from_le_bytes).collect()
+}
+
+fn words<C: Core>(robot: &mut EmulatedRobot<C>, count: usize) -> Vec<u32> {
+    words_at(robot, 0, count)
 }
 
 /// STM, LDM, PUSH and POP.
@@ -70,63 +96,64 @@ pub fn several_registers_go_to_memory_and_come_back<C: ZooidCore>() {
     );
     run(&mut robot, 100);
     assert_eq!(words(&mut robot, 6), [0x33, 0x44, 0x44, 0x11, 0x22, RAM + 12]);
-    let mut stacked = [0; 12];
-    robot.read_memory(STACK - 12, &mut stacked).expect("the core works");
-    let stacked: Vec<_> = stacked.as_chunks().0.iter().copied().map(u32::from_le_bytes).collect();
+    let stacked = words_at(&mut robot, STACK - 12 - RAM, 3);
     assert_eq!(stacked, [0x11, 0x22, FLASH + CODE + 13]);
 }
 
+/// Interrupt 0 (priority 0x80) pends interrupts 1 (0x40) and 2 (0x80). Each handler appends its number
+/// to the log at the beginning of the RAM; that of interrupt 0 appends 10 before and 11 after.
+pub const PRIORITIES: Program<'_> = Program {
+    vectors: &[(1, 0), (16, 0x1a), (17, 0x2e), (18, 0x36)],
+    code: &[
+        0x2720, // movs r7, #0x20
+        0x063f, // lsls r7, r7, #24: 0x20000000
+        0x4810, // ldr r0, =0xe000e100
+        0x2107, // movs r1, #7
+        0x6001, // str r1, [r0]
+        0x4810, // ldr r0, =0xe000e400
+        0x4910, // ldr r1, =0x00804080
+        0x6001, // str r1, [r0]
+        0x4e10, // ldr r6, =0xe000e200
+        0x2001, // movs r0, #1
+        0x6030, // str r0, [r6]
+        0xe7ff, // b 1f: interrupts are seen between Unicorn's blocks; 1:
+        0xe7fe, // b .
+        // 0x1a: interrupt 0
+        0x200a, // movs r0, #10
+        0x7038, // strb r0, [r7]
+        0x3701, // adds r7, #1
+        0x2006, // movs r0, #6
+        0x6030, // str r0, [r6]
+        0xe7ff, // b 1f: interrupts are seen between Unicorn's blocks; 1:
+        0x200b, // movs r0, #11
+        0x7038, // strb r0, [r7]
+        0x3701, // adds r7, #1
+        0x4770, // bx lr
+        // 0x2e: interrupt 1
+        0x2001, // movs r0, #1
+        0x7038, // strb r0, [r7]
+        0x3701, // adds r7, #1
+        0x4770, // bx lr
+        // 0x36: interrupt 2
+        0x2002, // movs r0, #2
+        0x7038, // strb r0, [r7]
+        0x3701, // adds r7, #1
+        0x4770, // bx lr
+        0xbf00, 0xbf00, 0xbf00, 0xbf00, 0xbf00, // 0x3e to 0x47
+        0xe100, 0xe000, // 0x48
+        0xe400, 0xe000, // 0x4c
+        0x4080, 0x0080, // 0x50
+        0xe200, 0xe000, // 0x54
+    ],
+};
+/// Content of the log after [`PRIORITIES`].
+pub const PRIORITIES_LOG: [u8; 4] = [10, 1, 11, 2];
+
 /// Priorities of interrupts that the program pends itself.
 pub fn more_urgent_interrupts_nest_and_equal_ones_wait<C: ZooidCore>() {
-    // Interrupt 0 (priority 0x80) pends 1 (0x40) and 2 (0x80); each appends its number, 0 before and after.
-    let mut robot = robot::<C>(
-        &[(1, 0), (16, 0x1a), (17, 0x2e), (18, 0x36)],
-        &[
-            0x2720, // movs r7, #0x20
-            0x063f, // lsls r7, r7, #24: 0x20000000
-            0x4810, // ldr r0, =0xe000e100
-            0x2107, // movs r1, #7
-            0x6001, // str r1, [r0]
-            0x4810, // ldr r0, =0xe000e400
-            0x4910, // ldr r1, =0x00804080
-            0x6001, // str r1, [r0]
-            0x4e10, // ldr r6, =0xe000e200
-            0x2001, // movs r0, #1
-            0x6030, // str r0, [r6]
-            0xe7ff, // b 1f: interrupts are seen between Unicorn's blocks; 1:
-            0xe7fe, // b .
-            // 0x1a: interrupt 0
-            0x200a, // movs r0, #10
-            0x7038, // strb r0, [r7]
-            0x3701, // adds r7, #1
-            0x2006, // movs r0, #6
-            0x6030, // str r0, [r6]
-            0xe7ff, // b 1f: interrupts are seen between Unicorn's blocks; 1:
-            0x200b, // movs r0, #11
-            0x7038, // strb r0, [r7]
-            0x3701, // adds r7, #1
-            0x4770, // bx lr
-            // 0x2e: interrupt 1
-            0x2001, // movs r0, #1
-            0x7038, // strb r0, [r7]
-            0x3701, // adds r7, #1
-            0x4770, // bx lr
-            // 0x36: interrupt 2
-            0x2002, // movs r0, #2
-            0x7038, // strb r0, [r7]
-            0x3701, // adds r7, #1
-            0x4770, // bx lr
-            0xbf00, 0xbf00, 0xbf00, 0xbf00, 0xbf00, // 0x3e to 0x47
-            0xe100, 0xe000, // 0x48
-            0xe400, 0xe000, // 0x4c
-            0x4080, 0x0080, // 0x50
-            0xe200, 0xe000, // 0x54
-        ],
-    );
+    let mut robot = robot_at::<C>(FLASH, &PRIORITIES);
     run(&mut robot, 100);
-    let mut bytes = [0; 4];
-    robot.read_memory(RAM, &mut bytes).expect("the core works");
-    assert_eq!(bytes, [10, 1, 11, 2]);
+    assert_eq!(bytes(&mut robot, 0, 4), PRIORITIES_LOG);
 }
 
 /// An access that is not aligned, which a Cortex-M0 does not allow.
@@ -327,4 +354,42 @@ pub fn a_fault_in_the_hard_fault_handler_locks_up<C: ZooidCore>() {
     assert!(
         matches!(events[..], [ref event] if matches!(event.event, EmulatorEvent::Lockup { .. }))
     );
+}
+
+/// The cycles of instructions (Cortex-M0 Technical Reference Manual, table 3-1).
+pub fn instructions_take_the_manuals_cycles<C: ZooidCore>() {
+    // 1000 turns of subs and bne take 1 + 3 cycles each; the last branch takes 1.
+    let mut robot = robot::<C>(
+        &[(1, 0)],
+        &[
+            0x20fa, // movs r0, #250
+            0x0080, // lsls r0, r0, #2
+            0x3801, // 1: subs r0, #1
+            0xd1fd, // bne 1b
+            0x2001, // movs r0, #1
+            0x2120, // movs r1, #0x20
+            0x0609, // lsls r1, r1, #24
+            0x6008, // str r0, [r1]
+            0xe7fe, // b .
+        ],
+    );
+    // The time until the store is 2 + 4 * 1000 - 2 + 3 cycles of 8 MHz, and the store's two.
+    run(&mut robot, 500);
+    assert_ne!(words(&mut robot, 1), [1]);
+    run(&mut robot, 501);
+    assert_eq!(words(&mut robot, 1), [1]);
+}
+
+/// Code without branches for longer than a turn of the core.
+pub fn a_line_that_is_longer_than_any_budget_is_executed_too<C: ZooidCore>() {
+    let mut code = vec![0xbf00; 20_000]; // nop
+    // movs r0, #1; movs r1, #0x20; lsls r1, r1, #24; str r0, [r1]; b .
+    code.extend([0x2001, 0x2120, 0x0609, 0x6008, 0xe7fe]);
+    let mut robot = robot::<C>(&[(1, 0)], &code);
+    // 20,005 cycles of 8 MHz.
+    run(&mut robot, 2_500);
+    assert_eq!(robot.statistics().instructions, 20_000);
+    assert_ne!(words(&mut robot, 1), [1]);
+    run(&mut robot, 2_501);
+    assert_eq!(words(&mut robot, 1), [1]);
 }

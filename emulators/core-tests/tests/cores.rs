@@ -21,6 +21,8 @@ mod own {
 
     tests! {
         CortexM0<ZooidBoard>:
+        instructions_take_the_manuals_cycles,
+        a_line_that_is_longer_than_any_budget_is_executed_too,
         several_registers_go_to_memory_and_come_back,
         more_urgent_interrupts_nest_and_equal_ones_wait,
         what_is_not_allowed_is_a_hard_fault_and_one_within_a_lockup,

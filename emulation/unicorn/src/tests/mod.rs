@@ -5,50 +5,21 @@ mod programs;
 
 use std::time::Duration;
 
+use bittybuzz_core_tests::{
+    CODE, FLASH, PRIORITIES, PRIORITIES_LOG, Program, STACK, bytes, robot_at, run, words_at,
+};
 use bittybuzz_crazyflie_board::CrazyflieBoard;
 use bittybuzz_emulation::message::EmulatorEvent;
-use bittybuzz_emulation::{EmulatedRobot, FirmwareImage, Pause};
+use bittybuzz_emulation::{EmulatedRobot, Pause};
 
-use self::programs::{CODE, Program};
 use crate::UnicornCore;
-use crate::core::{FLASH, SRAM};
 
 type Robot = EmulatedRobot<UnicornCore<'static, CrazyflieBoard>>;
 
-const STACK: u32 = SRAM + 0x1_0000;
 const APPLICATION: u32 = FLASH + 0x4000;
 
-/// Returns a robot that is about to run `program`, with its vectors at `vectors`.
-fn robot_at(vectors: u32, program: &Program) -> Robot {
-    let mut table = vec![0_u8; CODE as usize];
-    table[..4].copy_from_slice(&STACK.to_le_bytes());
-    for (exception, handler) in program.vectors {
-        let at = 4 * *exception as usize;
-        table[at..at + 4].copy_from_slice(&((vectors + CODE + handler) | 1).to_le_bytes());
-    }
-    table.extend(program.code.iter().flat_map(|half| half.to_le_bytes()));
-    Robot::load(0, &FirmwareImage::of_flash(vectors, table)).unwrap()
-}
-
-fn robot(program: &Program) -> Robot {
+fn robot(program: &Program<'_>) -> Robot {
     robot_at(FLASH, program)
-}
-
-fn run(robot: &mut Robot, micros: u64) -> Pause {
-    robot.run(Duration::from_micros(micros)).unwrap()
-}
-
-fn bytes(robot: &mut Robot, offset: u32, length: usize) -> Vec<u8> {
-    let mut bytes = vec![0; length];
-    robot.read_memory(SRAM + offset, &mut bytes).unwrap();
-    bytes
-}
-
-fn words(robot: &mut Robot, offset: u32, count: usize) -> Vec<u32> {
-    bytes(robot, offset, 4 * count)
-        .chunks_exact(4)
-        .map(|word| u32::from_le_bytes(word.try_into().unwrap()))
-        .collect()
 }
 
 #[test]
@@ -56,17 +27,17 @@ fn an_interrupt_preserves_registers_flags_and_floats() {
     let mut robot = robot(&programs::FLOAT);
     assert_eq!(run(&mut robot, 100), Pause::Time);
     let floats = [1.0_f32, 2.0, 3.0, 4.0].map(f32::to_bits);
-    assert_eq!(words(&mut robot, 0, 4), floats);
-    assert_eq!(words(&mut robot, 16, 4), [0x11, 0x22, 0x33, 0xcc]);
-    assert_eq!(words(&mut robot, 32, 1), [0x6000_0000], "Z and C of the comparison");
-    assert_eq!(words(&mut robot, 0x100, 1), [0xffff_ffe9], "thread, main stack, extended frame");
+    assert_eq!(words_at(&mut robot, 0, 4), floats);
+    assert_eq!(words_at(&mut robot, 16, 4), [0x11, 0x22, 0x33, 0xcc]);
+    assert_eq!(words_at(&mut robot, 32, 1), [0x6000_0000], "Z and C of the comparison");
+    assert_eq!(words_at(&mut robot, 0x100, 1), [0xffff_ffe9], "thread, main stack, extended frame");
 }
 
 #[test]
 fn more_urgent_interrupts_nest_and_equal_ones_wait() {
-    let mut robot = robot(&programs::PRIORITIES);
+    let mut robot = robot(&PRIORITIES);
     run(&mut robot, 100);
-    assert_eq!(bytes(&mut robot, 0, 5), [0xa, 1, 0xb, 2, 9]);
+    assert_eq!(bytes(&mut robot, 0, 4), PRIORITIES_LOG);
     assert_eq!(robot.statistics().exceptions, 3);
 }
 
@@ -86,28 +57,28 @@ fn a_bad_access_is_a_hard_fault() {
     assert_eq!(run(&mut robot, 100), Pause::Time);
     let load = FLASH + CODE + 4;
     // CFSR: PRECISERR and BFARVALID; HFSR: FORCED.
-    assert_eq!(words(&mut robot, 0, 5), [load, 0x8200, 0x4000_0000, 0x6000_0010, 3]);
+    assert_eq!(words_at(&mut robot, 0, 5), [load, 0x8200, 0x4000_0000, 0x6000_0010, 3]);
 }
 
 #[test]
 fn a_bad_store_stops_at_its_instruction() {
     let mut robot = robot(&programs::BAD_STORES);
     assert_eq!(run(&mut robot, 100), Pause::Time);
-    let first = words(&mut robot, 4, 1)[0];
+    let first = words_at(&mut robot, 4, 1)[0];
     // Each entry has the address, the return address, and the number of the other instructions that
     // were executed.
-    let logged = words(&mut robot, 0, 9);
+    let logged = words_at(&mut robot, 0, 9);
     assert_eq!(logged[..3], [0x0800_0123, first, 0]);
     assert_eq!(logged[3..6], [0x7000_0008, first + 4, 1]);
     assert_eq!(logged[6..], [0x5007_0004, first + 8, 2]);
-    assert_eq!(words(&mut robot, 36, 1), [3]);
+    assert_eq!(words_at(&mut robot, 36, 1), [3]);
 }
 
 #[test]
 fn a_bad_jump_is_a_fault_of_its_kind() {
     let mut robot = robot(&programs::BAD_JUMPS);
     assert_eq!(run(&mut robot, 100), Pause::Time);
-    let logged = words(&mut robot, 0, 6);
+    let logged = words_at(&mut robot, 0, 6);
     // CFSR: IBUSERR, IACCVIOL, INVSTATE.
     assert_eq!(logged, [0x3000_0000, 1 << 8, 0x4002_0000, 1 << 0, 0x0800_0400, 1 << 17]);
 }
@@ -116,7 +87,7 @@ fn a_bad_jump_is_a_fault_of_its_kind() {
 fn a_fault_in_the_hard_fault_handler_locks_up() {
     let mut robot = robot(&programs::LOCKUP);
     assert_eq!(run(&mut robot, 100), Pause::Lockup);
-    assert_eq!(words(&mut robot, 0, 1), [FLASH + CODE]);
+    assert_eq!(words_at(&mut robot, 0, 1), [FLASH + CODE]);
     let events = robot.take_events();
     // UDF, then MOV.W, LDR and STR of the handler.
     let lockup = EmulatorEvent::Lockup { pc: FLASH + CODE + 2 + 4 + 2 + 2 };
@@ -126,27 +97,27 @@ fn a_fault_in_the_hard_fault_handler_locks_up() {
 #[test]
 fn an_exception_without_a_vector_table_locks_up() {
     // No bootloader starts the program there, and VTOR is 0: the flash below the program is erased.
-    let mut robot = robot_at(APPLICATION + 0x4000, &programs::PRIORITIES);
+    let mut robot: Robot = robot_at(APPLICATION + 0x4000, &PRIORITIES);
     assert_eq!(run(&mut robot, 100), Pause::Lockup);
 }
 
 #[test]
 fn the_bootloader_sets_the_vector_table_and_overwrites_memory() {
-    let mut robot = robot_at(APPLICATION, &programs::PRIORITIES);
+    let mut robot: Robot = robot_at(APPLICATION, &PRIORITIES);
     // The bootloader's .bss, and the two ends of the RAM that it may use.
     let cleared = bytes(&mut robot, 0x14, 0x2864);
     assert!(cleared.iter().all(|&byte| byte == 0));
     let kept = bytes(&mut robot, 0x5000, 0x100);
     assert!(kept.iter().any(|&byte| byte != 0));
     run(&mut robot, 100);
-    assert_eq!(bytes(&mut robot, 0, 5), [0xa, 1, 0xb, 2, 9]);
+    assert_eq!(bytes(&mut robot, 0, 4), PRIORITIES_LOG);
 }
 
 #[test]
 fn a_stack_that_overflows_memory_is_a_hard_fault() {
     let mut robot = robot(&programs::OVERFLOW);
     assert_eq!(run(&mut robot, 100), Pause::Time);
-    assert_eq!(words(&mut robot, 0, 1), [0x1000], "CFSR: STKERR");
+    assert_eq!(words_at(&mut robot, 0, 1), [0x1000], "CFSR: STKERR");
 }
 
 #[test]
@@ -154,7 +125,7 @@ fn a_full_stack_is_a_hard_fault_that_may_take_another_stack() {
     let mut robot = robot(&programs::PUSH_OVERFLOW);
     assert_eq!(run(&mut robot, 100), Pause::Time);
     // CFSR: BFARVALID and PRECISERR of PUSH, STKERR of the frame.
-    assert_eq!(words(&mut robot, 0, 1), [0x9200]);
+    assert_eq!(words_at(&mut robot, 0, 1), [0x9200]);
 }
 
 #[test]
@@ -180,15 +151,15 @@ fn thread_mode_has_a_stack_of_its_own() {
     run(&mut robot, 100);
     // The thread's stack pointer was 0x20000ffc; the frame is aligned to eight bytes and has eight
     // words.
-    assert_eq!(words(&mut robot, 0, 3), [0x2000_0fd8, STACK, 0xffff_fffd]);
-    assert_eq!(words(&mut robot, 12, 3), [14, 0x5b, 0x2000_0ffc]);
+    assert_eq!(words_at(&mut robot, 0, 3), [0x2000_0fd8, STACK, 0xffff_fffd]);
+    assert_eq!(words_at(&mut robot, 12, 3), [14, 0x5b, 0x2000_0ffc]);
 }
 
 #[test]
 fn a_reset_starts_anew_and_keeps_ram() {
     let mut robot = robot(&programs::RESET);
     run(&mut robot, 100);
-    assert_eq!(words(&mut robot, 0, 1), [2]);
+    assert_eq!(words_at(&mut robot, 0, 1), [2]);
     let events = robot.take_events();
     let software = EmulatorEvent::Reset { cause: "software".into() };
     assert!(matches!(&events[..], [event] if event.event == software), "{events:?}");
@@ -200,7 +171,7 @@ fn the_watchdog_ends_a_lockup() {
     assert_eq!(run(&mut robot, 3_000), Pause::Time);
     assert_eq!(run(&mut robot, 5_000), Pause::Time);
     // RCC_CSR has the flags of the pin and the independent watchdog, and those of power-on.
-    assert_eq!(words(&mut robot, 0, 1), [0x2e00_0000]);
+    assert_eq!(words_at(&mut robot, 0, 1), [0x2e00_0000]);
     let reset = EmulatorEvent::Reset { cause: "independent_watchdog".into() };
     let events = robot.take_events();
     let event = events.iter().find(|event| event.event == reset).unwrap();
@@ -213,7 +184,7 @@ fn the_watchdog_ends_a_lockup() {
 fn the_first_access_to_a_page_leaves_no_trace() {
     let mut robot = robot(&programs::IF_THEN);
     run(&mut robot, 1_000);
-    assert_eq!(words(&mut robot, 0, 1), [8]);
+    assert_eq!(words_at(&mut robot, 0, 1), [8]);
 }
 
 #[test]

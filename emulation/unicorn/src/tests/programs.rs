@@ -1,19 +1,10 @@
 //! Small programs for a Cortex-M4, assembled by hand: their vectors and their code.
 
-/// Offset of [`Program::code`] from the vector table.
-pub const CODE: u32 = 0x400;
-
-/// A position-independent program.
-pub struct Program {
-    /// Exceptions and the offsets of their handlers from [`CODE`].
-    pub vectors: &'static [(u32, u32)],
-    /// The halfwords of the machine code.
-    pub code: &'static [u16],
-}
+use bittybuzz_core_tests::Program;
 
 /// Fills registers, pends interrupt 0, and stores the registers after its return. The handler
 /// changes registers that the procedure call standard lets it change.
-pub const FLOAT: Program = Program {
+pub const FLOAT: Program<'_> = Program {
     vectors: &[(1, 0x0), (16, 0x6e)],
     code: &[
         0x4824, // ldr r0, =0xe000ed88
@@ -68,59 +59,9 @@ pub const FLOAT: Program = Program {
     ],
 };
 
-/// Interrupt 0 (priority 0x80) pends interrupts 1 (0x40) and 2 (0x80) and writes to the log before
-/// and after. Each handler logs its number.
-pub const PRIORITIES: Program = Program {
-    vectors: &[(1, 0x0), (16, 0x26), (17, 0x40), (18, 0x48)],
-    code: &[
-        0xf04f, 0x5700, // ldr r7, =0x20000000
-        0x4812, // ldr r0, =0xe000e100
-        0x2107, // movs r1, #7
-        0x6001, // str r1, [r0]
-        0x4812, // ldr r0, =0xe000e400
-        0x4912, // ldr r1, =0x00804080
-        0x6001, // str r1, [r0]
-        0x4e12, // ldr r6, =0xe000e200
-        0x2001, // movs r0, #1
-        0x6030, // str r0, [r6]
-        0xf3bf, 0x8f4f, // dsb
-        0xf3bf, 0x8f6f, // isb
-        0x2009, // movs r0, #9
-        0x7038, // strb r0, [r7]
-        0x3701, // adds r7, #1
-        0xe7fe, // 1: b 1b
-        // isr0:
-        0x200a, // movs r0, #0xa
-        0x7038, // strb r0, [r7]
-        0x3701, // adds r7, #1
-        0x2006, // movs r0, #6
-        0x6030, // str r0, [r6]
-        0xf3bf, 0x8f4f, // dsb
-        0xf3bf, 0x8f6f, // isb
-        0x200b, // movs r0, #0xb
-        0x7038, // strb r0, [r7]
-        0x3701, // adds r7, #1
-        0x4770, // bx lr
-        // isr1:
-        0x2001, // movs r0, #1
-        0x7038, // strb r0, [r7]
-        0x3701, // adds r7, #1
-        0x4770, // bx lr
-        // isr2:
-        0x2002, // movs r0, #2
-        0x7038, // strb r0, [r7]
-        0x3701, // adds r7, #1
-        0x4770, // bx lr
-        0xe100, 0xe000, // .word 0xe000e100
-        0xe400, 0xe000, // .word 0xe000e400
-        0x4080, 0x0080, // .word 0x00804080
-        0xe200, 0xe000, // .word 0xe000e200
-    ],
-};
-
 /// Pends interrupt 0 (priority 0x80) under PRIMASK, under BASEPRI 0x80 and under BASEPRI 0x90, and
 /// writes to the log before and after.
-pub const MASKS: Program = Program {
+pub const MASKS: Program<'_> = Program {
     vectors: &[(1, 0x0), (16, 0x5e)],
     code: &[
         0xf04f, 0x5700, // ldr r7, =0x20000000
@@ -172,7 +113,7 @@ pub const MASKS: Program = Program {
 
 /// Reads from an address without memory. The handler stores the stacked return address and the
 /// fault registers of SCB.
-pub const BAD_ACCESS: Program = Program {
+pub const BAD_ACCESS: Program<'_> = Program {
     vectors: &[(1, 0x0), (3, 0x8)],
     code: &[
         0x4909, // ldr r1, =0x60000010
@@ -200,7 +141,7 @@ pub const BAD_ACCESS: Program = Program {
 };
 
 /// Executes an undefined instruction, and another one in the HardFault handler.
-pub const LOCKUP: Program = Program {
+pub const LOCKUP: Program<'_> = Program {
     vectors: &[(1, 0x0), (3, 0x2)],
     code: &[
         0xde01, // udf #1
@@ -214,7 +155,7 @@ pub const LOCKUP: Program = Program {
 
 /// Has a stack that ends at the beginning of RAM. The HardFault handler selects another stack
 /// before it calls a function.
-pub const OVERFLOW: Program = Program {
+pub const OVERFLOW: Program<'_> = Program {
     vectors: &[(1, 0x0), (3, 0x18), (16, 0x30)],
     code: &[
         0x480c, // ldr r0, =0x10000010
@@ -252,7 +193,7 @@ pub const OVERFLOW: Program = Program {
 
 /// SysTick fires every 1600 cycles. The program waits for its own event, then twice for the timer,
 /// and logs the number of ticks.
-pub const EVENTS: Program = Program {
+pub const EVENTS: Program<'_> = Program {
     vectors: &[(1, 0x0), (15, 0x38)],
     code: &[
         0xf04f, 0x5700, // ldr r7, =0x20000000
@@ -288,7 +229,7 @@ pub const EVENTS: Program = Program {
 };
 
 /// Runs its thread on the process stack and executes SVC, whose handler stores both stack pointers.
-pub const STACKS: Program = Program {
+pub const STACKS: Program<'_> = Program {
     vectors: &[(1, 0x0), (11, 0x22), (14, 0x42)],
     code: &[
         0xf04f, 0x5700, // ldr r7, =0x20000000
@@ -331,7 +272,7 @@ pub const STACKS: Program = Program {
 
 /// Counts its starts at 0x20000000. If RCC_CSR shows no software reset, the count is set to 1 and a
 /// reset is requested; otherwise the count is incremented.
-pub const RESET: Program = Program {
+pub const RESET: Program<'_> = Program {
     vectors: &[(1, 0x0)],
     code: &[
         0xf04f, 0x5700, // ldr r7, =0x20000000
@@ -357,7 +298,7 @@ pub const RESET: Program = Program {
 };
 
 /// Executes a thousand turns of four instructions, then sleeps for ever.
-pub const LOOP: Program = Program {
+pub const LOOP: Program<'_> = Program {
     vectors: &[(1, 0x0)],
     code: &[
         0xf44f, 0x707a, // mov r0, #1000
@@ -370,7 +311,7 @@ pub const LOOP: Program = Program {
 };
 
 /// Starts the independent watchdog with a period of 4 ms and locks up; after the reset it stores RCC_CSR.
-pub const WATCHDOG: Program = Program {
+pub const WATCHDOG: Program<'_> = Program {
     vectors: &[(1, 0x0), (3, 0x22)],
     code: &[
         0xf04f, 0x5700, // ldr r7, =0x20000000
@@ -397,7 +338,7 @@ pub const WATCHDOG: Program = Program {
 
 /// Stores to flash, to an address without memory and to the device area. The handler logs the
 /// address and the return address, and skips the instruction.
-pub const BAD_STORES: Program = Program {
+pub const BAD_STORES: Program<'_> = Program {
     vectors: &[(1, 0x0), (3, 0x1e)],
     code: &[
         0xf04f, 0x5700, // ldr r7, =0x20000000
@@ -433,7 +374,7 @@ pub const BAD_STORES: Program = Program {
 
 /// Jumps to an address without memory, to a peripheral, and to an even address. The handler logs
 /// the address and CFSR and returns to the caller.
-pub const BAD_JUMPS: Program = Program {
+pub const BAD_JUMPS: Program<'_> = Program {
     vectors: &[(1, 0x0), (3, 0x12)],
     code: &[
         0xf04f, 0x5700, // ldr r7, =0x20000000
@@ -468,7 +409,7 @@ pub const BAD_JUMPS: Program = Program {
 };
 
 /// Stores to eight pages for the first time, each within an if-then block, and counts after each.
-pub const IF_THEN: Program = Program {
+pub const IF_THEN: Program<'_> = Program {
     vectors: &[(1, 0x0)],
     code: &[
         0xf04f, 0x5700, // ldr r7, =0x20000000
@@ -497,7 +438,7 @@ pub const IF_THEN: Program = Program {
 
 /// Pushes until the stack leaves RAM. The HardFault handler selects another stack before it calls a
 /// function.
-pub const PUSH_OVERFLOW: Program = Program {
+pub const PUSH_OVERFLOW: Program<'_> = Program {
     vectors: &[(1, 0x0), (3, 0x8)],
     code: &[
         0x4807, // ldr r0, =0x10000008
