@@ -113,24 +113,6 @@ pub enum CalibrationRefusal {
     Tilted,
 }
 
-impl CalibrationRefusal {
-    /// Returns true if a sensor is at fault, false if the robot did not stand still and level.
-    ///
-    /// A bias that is too large counts as motion, because a slow turn is more likely.
-    pub fn is_sensor_fault(self) -> bool {
-        match self {
-            CalibrationRefusal::NotFinite
-            | CalibrationRefusal::GyroStuck
-            | CalibrationRefusal::AccelStuck
-            | CalibrationRefusal::WrongGravity => true,
-            CalibrationRefusal::Turning
-            | CalibrationRefusal::BiasTooLarge
-            | CalibrationRefusal::Shaking
-            | CalibrationRefusal::Tilted => false,
-        }
-    }
-}
-
 /// The progress of a calibration.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct ImuCalibrator(CalibrationProgress);

@@ -69,14 +69,6 @@ pub struct FlowCounts {
     pub is_valid: bool,
 }
 
-impl FlowCounts {
-    /// Returns the registers deltaX and deltaY of the chip, whose axes differ from the body's.
-    #[must_use]
-    pub fn chip_deltas(&self) -> [i16; 2] {
-        [self.y.saturating_neg(), self.x.saturating_neg()]
-    }
-}
-
 /// A flow sensor.
 #[derive(Clone, Debug, PartialEq)]
 pub struct FlowSensor {
@@ -233,11 +225,5 @@ mod tests {
             assert!(run(&mut sensor, bad, 3).iter().all(|r| !r.is_valid && r.x == 0));
             assert!(run(&mut sensor, moving(1.0, DVec3::X), 1)[0].is_valid);
         }
-    }
-
-    #[test]
-    fn axes_of_the_chip_differ() {
-        let counts = FlowCounts { x: 3, y: -7, is_valid: true };
-        assert_eq!(counts.chip_deltas(), [7, -3]);
     }
 }

@@ -165,11 +165,6 @@ impl Imu {
         self.gate.fault = fault;
     }
 
-    /// Replaces the vibration, for example after damage of a propeller.
-    pub fn set_vibration(&mut self, vibration: RotorVibration) {
-        self.settings.vibration = vibration;
-    }
-
     /// Returns the present offset of the gyroscope in rad/s, to judge an estimate.
     #[must_use]
     pub fn true_gyro_offset_rad_s(&self) -> DVec3 {
