@@ -134,7 +134,8 @@ impl<C: Core> EmulatedRobots for Fleet<C> {
         robot: usize,
         now: Duration,
     ) -> Result<Vec<TimedEvent>, MachineError> {
-        let Some(member) = self.members.get_mut(robot) else { return Ok(Vec::new()) };
+        let member =
+            self.members.get_mut(robot).expect("the server asks for each of `count` robots");
         let mut events = member.take_events();
         if let Some((_, Some(rtt))) = &self.loaded
             && !self.unread.contains(&robot)

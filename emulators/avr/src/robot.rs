@@ -121,8 +121,7 @@ impl EmulatedKilobot {
             self.core.write_flash(page.into(), &bytes);
         }
         let before = &*self.before;
-        let Some(board) = &before.board else { return };
-        self.board = board.clone();
+        self.board = before.board.clone().expect("the state was saved at the turn's beginning");
         self.core.restore(&before.core);
         (self.asleep, self.waiting) = (before.asleep, before.waiting);
         (self.counted, self.is_dead) = (before.counted, before.is_dead);

@@ -55,6 +55,7 @@ impl Emulation for CrazyflieModel {
     }
 
     fn count(&self, statistics: &RobotStatistics, links: &mut LinkStatistics) -> u64 {
+        // The caller names the emulator's program, which may be that of another robot.
         let BoardStatistics::Crazyflie(board) = &statistics.board else { return 0 };
         let air = &statistics.air;
         links.deaf += board.radio_unheard;

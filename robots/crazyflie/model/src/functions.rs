@@ -194,13 +194,13 @@ impl Autopilot for Pilot {
         if let Some(controls) = io.controls::<FlightControls>() {
             controls.flight = flight;
             controls.battery_setting_mv = battery_mv;
-        } else if let Some(kinematic) = io.controls() {
-            *kinematic = flight;
+        } else {
+            *io.controls().expect("the pilot flies a Crazyflie's body") = flight;
         }
     }
 
     fn battery_mv(&self, _: u64) -> Option<u16> {
-        u16::try_from(self.battery()).ok()
+        Some(u16::try_from(self.battery()).expect("a full battery has 4150 mV"))
     }
 
     fn give_up(&mut self, io: &mut Io<'_>) {
@@ -212,9 +212,8 @@ impl Autopilot for Pilot {
     }
 
     fn adopt(&mut self, before: &dyn Any) {
-        if let Some(before) = before.downcast_ref::<Pilot>() {
-            self.flown = before.flown;
-        }
+        let before = before.downcast_ref::<Pilot>().expect("a robot keeps its model");
+        self.flown = before.flown;
     }
 }
 
@@ -260,14 +259,13 @@ pub fn effect(function: &RobotFunction) -> Option<Effect> {
         "get_z" => Box::new(|call| distance(call.io.sensors.estimate().map(|here| here.z as i32))),
         "battery" => Box::new(|call| {
             let set = call.memory.battery_mv.map(i32::from);
-            let own = call.autopilot::<Pilot>().map(|pilot| pilot.battery() as i32);
-            set.or(own).map_or(Done::Idle, Done::Int)
+            Done::Int(set.unwrap_or_else(|| pilot(call).battery() as i32))
         }),
         "rand_bbz" => Box::new(|call| Done::Int(call.memory.chance.below(300) as i32 - 150)),
         "show" => Box::new(|call| {
             let now = call.io.milliseconds();
-            let time = call.autopilot::<Pilot>().map(|pilot| pilot.stopwatch(now));
-            call.log(time.unwrap_or_default());
+            let time = pilot(call).stopwatch(now);
+            call.log(time);
             Done::Nil
         }),
         "start" => Box::new(|call| start(call, |started, now| started.or(Some(now)))),
@@ -293,6 +291,11 @@ impl<'a> CallMoment<'a> {
     }
 }
 
+/// Returns the pilot of the robot that calls.
+fn pilot<'a>(call: &'a mut RobotCall<'_, '_>) -> &'a mut Pilot {
+    call.autopilot().expect("a Crazyflie's functions run with its pilot")
+}
+
 /// Lets the pilot act; returns `grounded` if it has given up.
 fn fly(
     call: &mut RobotCall<'_, '_>,
@@ -300,11 +303,8 @@ fn fly(
     act: impl FnOnce(&mut Pilot, CallMoment<'_>) -> Done,
 ) -> Done {
     let moment = CallMoment::new(call);
-    match call.autopilot::<Pilot>() {
-        Some(pilot) if pilot.has_given_up => grounded,
-        Some(pilot) => act(pilot, moment),
-        None => Done::Idle,
-    }
+    let pilot = pilot(call);
+    if pilot.has_given_up { grounded } else { act(pilot, moment) }
 }
 
 /// Sets a LED for `led(c, on)`: the red one if c is 0, otherwise the green one.
@@ -338,7 +338,7 @@ fn take_off(call: &mut RobotCall<'_, '_>) -> Done {
 
 fn land(call: &mut RobotCall<'_, '_>) -> Done {
     let CallMoment { now, here, numbers, again } = CallMoment::new(call);
-    let Some(pilot) = call.autopilot::<Pilot>() else { return Done::Idle };
+    let pilot = pilot(call);
     if !again && pilot.task != CrazyflieTask::Grounded && !pilot.has_given_up {
         let speed = if numbers.count() == 2 { pace(numbers.float(0), &numbers) } else { SPEED };
         pilot.descend(here, now, speed);
@@ -390,9 +390,8 @@ impl Pilot {
 /// Starts the stopwatch.
 fn start(call: &mut RobotCall<'_, '_>, from: impl FnOnce(Option<u64>, u64) -> Option<u64>) -> Done {
     let now = call.io.milliseconds();
-    if let Some(pilot) = call.autopilot::<Pilot>() {
-        pilot.started = from(pilot.started, now);
-    }
+    let pilot = pilot(call);
+    pilot.started = from(pilot.started, now);
     Done::Nil
 }
 

@@ -48,6 +48,7 @@ impl KeepApart {
         if self.filter.is_none() {
             self.filter = Avoidance::new(io.id.0, settings);
         }
+        // Only a robot with a speed of 0 has no filter, and it does not move.
         let Some(filter) = &mut self.filter else { return wanted };
         let now_ms = io.milliseconds() as u32;
         let position_m = Vec3::new(here.x, here.y, here.z) / 1000.0;

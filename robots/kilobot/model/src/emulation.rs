@@ -115,6 +115,7 @@ impl Emulation for KilobotModel {
     }
 
     fn count(&self, statistics: &RobotStatistics, links: &mut LinkStatistics) -> u64 {
+        // The caller names the emulator's program, which may be that of another robot.
         if let BoardStatistics::Kilobot(board) = &statistics.board {
             links.sent += board.infrared_sent;
             links.received += board.infrared_arrived;

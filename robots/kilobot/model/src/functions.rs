@@ -32,8 +32,6 @@ fn set_motor(call: &mut RobotCall<'_, '_>) -> Done {
 }
 
 fn set_motors(call: &mut RobotCall<'_, '_>, command: KilobotMotors) -> Done {
-    if let Some(motors) = call.io.controls() {
-        *motors = command;
-    }
+    *call.io.controls().expect("a Kilobot's functions move a Kilobot's body") = command;
     Done::Nil
 }

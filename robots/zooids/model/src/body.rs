@@ -26,6 +26,7 @@ impl Default for Drive {
 
 /// Converts a pose to the units of the firmware.
 pub(crate) fn for_firmware(pose: &Pose) -> bittybuzz_motion::track::TrackedPose {
+    // The firmware's lengths end at 32.8 m, which no projector reaches; a place beyond counts as 0.
     let length = |mm: f32| units::from_mm(mm).unwrap_or_default();
     let heading = Angle((wrap(pose.heading) * (32_768.0 / core::f32::consts::PI)) as i32 as i16);
     bittybuzz_motion::track::TrackedPose { x: length(pose.x), y: length(pose.y), heading }

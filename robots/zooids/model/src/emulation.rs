@@ -62,6 +62,7 @@ impl Emulation for ZooidModel {
     }
 
     fn count(&self, statistics: &RobotStatistics, links: &mut LinkStatistics) -> u64 {
+        // The caller names the emulator's program, which may be that of another robot.
         let BoardStatistics::Zooid(board) = &statistics.board else { return 0 };
         links.sent += board.radio_sent;
         links.received += board.radio_received;

@@ -37,9 +37,7 @@ pub fn effect(function: &RobotFunction) -> Option<Effect> {
 }
 
 fn drive(call: &mut RobotCall<'_, '_>, command: Drive) -> Done {
-    if let Some(drive) = call.io.controls() {
-        *drive = command;
-    }
+    *call.io.controls().expect("a Zooid's functions move a Zooid's body") = command;
     Done::Nil
 }
 
