@@ -99,9 +99,9 @@ const TURN_RATE_RAD_S: f32 = 3.0;
 /// Rate in rad/s at which the turn fades on a free way.
 const RETURN_RATE_RAD_S: f32 = 0.4;
 /// Largest turn in rad.
-const MOST_TURN_RAD: f32 = 2.4;
+const TURN_RAD_MAX: f32 = 2.4;
 /// Longest time in ms between two calls that counts for the turn.
-const MOST_TICK_MS: u32 = 200;
+const TICK_MS_MAX: u32 = 200;
 
 /// The collision avoidance of one robot that knows at most `N` others.
 #[derive(Clone, Debug)]
@@ -151,7 +151,7 @@ impl<const N: usize> Avoidance<N> {
         now_ms: u32,
     ) -> SafeVelocity {
         self.peers.drop_older_than(self.settings.peer_age_ms(), now_ms);
-        let tick_ms = now_ms.wrapping_sub(self.limited_at_ms).min(MOST_TICK_MS);
+        let tick_ms = now_ms.wrapping_sub(self.limited_at_ms).min(TICK_MS_MAX);
         self.limited_at_ms = now_ms;
         if !is_in_range(position_m) || !is_in_range(velocity_m_s) {
             return SafeVelocity { velocity_m_s: Vec3::ZERO, outcome: AvoidanceOutcome::Lost };
@@ -186,7 +186,7 @@ impl<const N: usize> Avoidance<N> {
         let is_moving = wanted.length() > STAY_SPEED_M_S;
         let is_blocked = straight.dot(wanted) < BLOCKED_PROGRESS * wanted.length_squared();
         let rate = if is_moving && is_blocked { TURN_RATE_RAD_S } else { -RETURN_RATE_RAD_S };
-        self.turn_rad = (self.turn_rad + rate * tick_s).clamp(0.0, MOST_TURN_RAD);
+        self.turn_rad = (self.turn_rad + rate * tick_s).clamp(0.0, TURN_RAD_MAX);
     }
 
     /// Returns the velocities that keep the own stopping point on the own side of the plane halfway

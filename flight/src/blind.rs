@@ -22,21 +22,21 @@ const LOW_SINK_M_S: f32 = 0.2;
 const LOW_UNTIL_S: f32 = 4.0;
 /// Largest distance in m between the height and its reference. Its acceleration is two thirds of
 /// gravity, so a robot that stands on the ground loses its lift.
-const MOST_AHEAD_M: f32 = 0.5;
+const AHEAD_M_MAX: f32 = 0.5;
 /// Vertical acceleration per height error in 1/s² and per speed error in 1/s: a natural frequency of
 /// 3.7 rad/s with a damping ratio of 0.94, as in the position loop.
 const HEIGHT_1_S2: f32 = 14.0;
 const SPEED_1_S: f32 = 7.0;
 /// Largest vertical acceleration upwards in m/s²: 1.4 times the weight as thrust.
-const MOST_UP_M_S2: f32 = 4.0;
+const UP_M_S2_MAX: f32 = 4.0;
 /// Time in seconds for which the horizontal velocity is useful.
 const BRAKE_S: f32 = 1.2;
 /// Horizontal acceleration per velocity in 1/s.
 const BRAKE_1_S: f32 = 2.5;
 /// Largest horizontal acceleration in m/s²: a tilt of 14 degrees.
-const MOST_BRAKE_M_S2: f32 = 2.5;
+const BRAKE_M_S2_MAX: f32 = 2.5;
 /// Least cosine of the tilt for which thrust makes up.
-const LEAST_COS_TILT: f32 = 0.7;
+const COS_TILT_MIN: f32 = 0.7;
 
 /// A descent by the inertial sensors.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -73,18 +73,18 @@ impl BlindDescent {
         let is_low = height_m - self.ground_m < LOW_M && self.elapsed_s < LOW_UNTIL_S;
         let sink_m_s = if is_low { LOW_SINK_M_S } else { SINK_M_S };
         self.height_m = (self.height_m - sink_m_s * dt_s)
-            .max(height_m - MOST_AHEAD_M)
-            .min(height_m + MOST_AHEAD_M);
+            .max(height_m - AHEAD_M_MAX)
+            .min(height_m + AHEAD_M_MAX);
         let rise_m_s2 = HEIGHT_1_S2 * (self.height_m - height_m)
             + SPEED_1_S * (-sink_m_s - state.velocity_m_s.z);
-        let cos_tilt = (state.attitude * Vec3::Z).z.max(LEAST_COS_TILT);
-        let lift_n = hover_thrust_n + mass_kg * rise_m_s2.min(MOST_UP_M_S2);
+        let cos_tilt = (state.attitude * Vec3::Z).z.max(COS_TILT_MIN);
+        let lift_n = hover_thrust_n + mass_kg * rise_m_s2.min(UP_M_S2_MAX);
         let level = AttitudeTarget::level(state, (lift_n / cos_tilt).max(0.0));
         if !self.brakes || self.elapsed_s > BRAKE_S {
             return level;
         }
         let velocity = state.velocity_m_s.with_z(0.0);
-        let brake_m_s2 = (velocity * -BRAKE_1_S).clamp_length_max(MOST_BRAKE_M_S2);
+        let brake_m_s2 = (velocity * -BRAKE_1_S).clamp_length_max(BRAKE_M_S2_MAX);
         let lift_m_s2 = brake_m_s2 + Vec3::Z * GRAVITY_M_S2;
         let tilt = Quat::from_rotation_arc(Vec3::Z, lift_m_s2.normalize());
         AttitudeTarget { attitude: tilt * level.attitude, ..level }

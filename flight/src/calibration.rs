@@ -38,29 +38,29 @@ pub const CALIBRATION_SAMPLES: u16 = 512;
 ///
 /// The sensor's own noise is 0.16 °/s rms (0.014 °/s/√Hz at a bandwidth of 116 Hz), which is 7 % of
 /// this limit; a robot in a hand exceeds it.
-pub const MOST_GYRO_VARIANCE_RAD2_S2: f32 = 1.134_8e-4;
+pub const GYRO_VARIANCE_RAD2_S2_MAX: f32 = 1.134_8e-4;
 
 /// Largest bias about each axis, in rad/s (3 °/s).
 ///
 /// The data sheet gives 1 °/s as the typical offset, and 0.015 °/s/K as its drift (0.9 °/s over
 /// 60 K).
-pub const MOST_CALIBRATED_BIAS_RAD_S: f32 = 0.052_36;
+pub const CALIBRATED_BIAS_RAD_S_MAX: f32 = 0.052_36;
 
 /// Largest variance of the specific force along each axis, in (m/s²)²: 0.1 m/s² rms.
 ///
 /// The sensor's own noise is 0.022 m/s² rms (190 µg/√Hz at a bandwidth of 145 Hz).
-pub const MOST_ACCEL_VARIANCE_M2_S4: f32 = 0.01;
+pub const ACCEL_VARIANCE_M2_S4_MAX: f32 = 0.01;
 
 /// Largest relative difference between the mean specific force and gravity.
 ///
 /// The data sheet gives an offset of 20 mg (2 %); ten times a normal error is a broken sensor or a
 /// wrong range.
-pub const MOST_GRAVITY_ERROR: f32 = 0.1;
+pub const GRAVITY_ERROR_MAX: f32 = 0.1;
 
 /// Largest tilt in radians (15°).
 ///
 /// A floor and the legs of a robot are flatter; a robot on its side or in a hand is not.
-pub const MOST_CALIBRATION_TILT_RAD: f32 = 0.261_8;
+pub const CALIBRATION_TILT_RAD_MAX: f32 = 0.261_8;
 
 /// The bias of the gyroscope and the scale of the accelerometer.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -179,19 +179,19 @@ fn judge(window: &RestWindow) -> Result<ImuCalibration, CalibrationRefusal> {
     let gyro_bias_rad_s = window.gyro_mean_rad_s();
     let accel_m_s2 = window.accel_mean_m_s2();
     let gravity_m_s2 = accel_m_s2.length();
-    let is_gravity = (gravity_m_s2 - GRAVITY_M_S2).abs() <= MOST_GRAVITY_ERROR * GRAVITY_M_S2;
-    let is_level = accel_m_s2.z >= gravity_m_s2 * libm::cosf(MOST_CALIBRATION_TILT_RAD);
+    let is_gravity = (gravity_m_s2 - GRAVITY_M_S2).abs() <= GRAVITY_ERROR_MAX * GRAVITY_M_S2;
+    let is_level = accel_m_s2.z >= gravity_m_s2 * libm::cosf(CALIBRATION_TILT_RAD_MAX);
     // Each condition is false for NaN, so that an overflow is refused.
     let is_within = |value: Vec3, most: f32| value.abs().cmple(Vec3::splat(most)).all();
     if window.is_gyro_stuck() {
         Err(CalibrationRefusal::GyroStuck)
     } else if window.is_accel_stuck() {
         Err(CalibrationRefusal::AccelStuck)
-    } else if !is_within(gyro_variance, MOST_GYRO_VARIANCE_RAD2_S2) {
+    } else if !is_within(gyro_variance, GYRO_VARIANCE_RAD2_S2_MAX) {
         Err(CalibrationRefusal::Turning)
-    } else if !is_within(accel_variance, MOST_ACCEL_VARIANCE_M2_S4) {
+    } else if !is_within(accel_variance, ACCEL_VARIANCE_M2_S4_MAX) {
         Err(CalibrationRefusal::Shaking)
-    } else if !is_within(gyro_bias_rad_s, MOST_CALIBRATED_BIAS_RAD_S) {
+    } else if !is_within(gyro_bias_rad_s, CALIBRATED_BIAS_RAD_S_MAX) {
         Err(CalibrationRefusal::BiasTooLarge)
     } else if !is_gravity {
         Err(CalibrationRefusal::WrongGravity)

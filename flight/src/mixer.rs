@@ -138,7 +138,7 @@ mod tests {
     use std::vec::Vec;
 
     const VEHICLE: Vehicle = Vehicle::CRAZYFLIE_2_1_PLUS;
-    const MOST: f32 = VEHICLE.most_thrust_n;
+    const THRUST_N_MAX: f32 = VEHICLE.most_thrust_n;
 
     fn is_uncut(outcome: &MixerOutcome) -> bool {
         !(outcome.is_tilt_cut || outcome.is_thrust_cut || outcome.is_yaw_cut || outcome.is_refused)
@@ -189,7 +189,7 @@ mod tests {
 
     proptest! {
         #[test]
-        fn possible_forces_come_back(forces in prop::array::uniform4(0.0..MOST)) {
+        fn possible_forces_come_back(forces in prop::array::uniform4(0.0..THRUST_N_MAX)) {
             let mixer = Mixer::new(&VEHICLE);
             let wrench = wrench_by_cross_products(forces);
             prop_assert!(largest_difference(&wrench, &mixer.wrench(&MotorForces(forces))) < 1e-6);
@@ -203,13 +203,13 @@ mod tests {
         #[test]
         fn limits_hold_and_flags_are_true(wrench in any_wrench()) {
             let outcome = Mixer::new(&VEHICLE).mix(&wrench);
-            prop_assert!(outcome.forces.0.iter().all(|force| (0.0..=MOST).contains(force)));
+            prop_assert!(outcome.forces.0.iter().all(|force| (0.0..=THRUST_N_MAX).contains(force)));
             let given = wrench_by_cross_products(outcome.forces.0);
             let thrust_differs = (given.thrust_n - wrench.thrust_n).abs() > 1e-5;
             let tilt_differs =
                 (given.torque_n_m - wrench.torque_n_m).truncate().length() > 1e-6 * VEHICLE.arm_m;
             let yaw_differs = (given.torque_n_m.z - wrench.torque_n_m.z).abs()
-                > 4e-5 * MOST * VEHICLE.torque_per_thrust_m;
+                > 4e-5 * THRUST_N_MAX * VEHICLE.torque_per_thrust_m;
             prop_assert!(!thrust_differs || outcome.is_thrust_cut, "{wrench:?} {given:?}");
             prop_assert!(!tilt_differs || outcome.is_tilt_cut, "{wrench:?} {given:?}");
             prop_assert!(!yaw_differs || outcome.is_yaw_cut, "{wrench:?} {given:?}");
@@ -227,10 +227,10 @@ mod tests {
                 .collect();
             let highest = parts.iter().copied().fold(f32::MIN, f32::max);
             let lowest = parts.iter().copied().fold(f32::MAX, f32::min);
-            if highest - lowest < MOST * 0.9999 {
+            if highest - lowest < THRUST_N_MAX * 0.9999 {
                 prop_assert!((given - wanted).truncate().length() < 1e-5);
                 prop_assert!(!outcome.is_tilt_cut);
-            } else if highest - lowest > MOST * 1.0001 {
+            } else if highest - lowest > THRUST_N_MAX * 1.0001 {
                 prop_assert!(outcome.is_tilt_cut);
                 prop_assert!(given.truncate().perp_dot(wanted.truncate()).abs() < 1e-5);
             }
@@ -248,10 +248,10 @@ mod tests {
                     let tilt = ROLL_SIGNS[i] * given.torque_n_m.x
                         + PITCH_SIGNS[i] * given.torque_n_m.y;
                     let force = lift + tilt / (4.0 * VEHICLE.arm_m) + YAW_SIGNS[i] * yaw;
-                    (0.0..=MOST).contains(&force)
+                    (0.0..=THRUST_N_MAX).contains(&force)
                 })
             };
-            let grid = || (-60..=60).map(|k| MOST * k as f32 / 60.0);
+            let grid = || (-60..=60).map(|k| THRUST_N_MAX * k as f32 / 60.0);
             let moved = (given.thrust_n - wrench.thrust_n).abs();
             for lift in grid() {
                 if (4.0 * lift - wrench.thrust_n).abs() < moved - 1e-5 {
@@ -273,7 +273,7 @@ mod tests {
         ) {
             let wrench = Wrench { thrust_n, torque_n_m: Vec3::new(x, y, z) };
             let outcome = Mixer::new(&VEHICLE).mix(&wrench);
-            prop_assert!(outcome.forces.0.iter().all(|force| (0.0..=MOST).contains(force)));
+            prop_assert!(outcome.forces.0.iter().all(|force| (0.0..=THRUST_N_MAX).contains(force)));
         }
     }
 

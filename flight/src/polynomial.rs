@@ -24,11 +24,11 @@ pub const PEAK_ACCELERATION: f32 = 7.513_188;
 /// Peak jerk from rest to rest, as a multiple of distance per duration³: 105/2.
 pub const PEAK_JERK: f32 = 52.5;
 /// Shortest duration in seconds. Its inverse to the fourth power is far from the largest `f32`.
-pub const SHORTEST_S: f32 = 1e-3;
+pub const DURATION_S_MIN: f32 = 1e-3;
 /// Longest duration in seconds.
-pub const LONGEST_S: f32 = 3600.0;
+pub const DURATION_S_MAX: f32 = 3600.0;
 /// Highest derivative that a polynomial evaluates.
-pub const MOST_DERIVATIVE: usize = 4;
+pub const DERIVATIVE_MAX: usize = 4;
 /// Parts of the interval for bounds.
 pub const HULLS: usize = 8;
 
@@ -89,7 +89,7 @@ impl<V: Coordinate> Polynomial<V> {
     /// Returns the polynomial that leads from `start` to `end`, with zero jerk at both ends.
     ///
     /// Returns `None` if a number is not finite or the duration is not in the range of
-    /// [`SHORTEST_S`] to [`LONGEST_S`].
+    /// [`DURATION_S_MIN`] to [`DURATION_S_MAX`].
     pub fn between(start: Endpoint<V>, end: Endpoint<V>, duration_s: f32) -> Option<Self> {
         // Derivatives by z. The sum of both ends fixes the even powers if a derivative is even,
         // otherwise the difference does; so two systems of 4 equations replace one of 8.
@@ -117,7 +117,7 @@ impl<V: Coordinate> Polynomial<V> {
     /// Returns the polynomial with these coefficients of the powers of the time in seconds.
     ///
     /// Returns `None` if a number is not finite or the duration is not in the range of
-    /// [`SHORTEST_S`] to [`LONGEST_S`].
+    /// [`DURATION_S_MIN`] to [`DURATION_S_MAX`].
     pub fn from_powers_of_time(powers: [V; TERMS], duration_s: f32) -> Option<Self> {
         // Horner's scheme, where the unknown is t = duration/2 · (1 + z).
         let half = 0.5 * duration_s;
@@ -136,11 +136,11 @@ impl<V: Coordinate> Polynomial<V> {
 
     fn checked(coefficients: [V; TERMS], duration_s: f32) -> Option<Self> {
         let is_finite = coefficients.iter().all(|c| c.magnitude().is_finite());
-        let is_valid = is_finite && (SHORTEST_S..=LONGEST_S).contains(&duration_s);
+        let is_valid = is_finite && (DURATION_S_MIN..=DURATION_S_MAX).contains(&duration_s);
         is_valid.then_some(Polynomial { coefficients, duration_s })
     }
 
-    /// Returns the duration in seconds, from [`SHORTEST_S`] to [`LONGEST_S`].
+    /// Returns the duration in seconds, from [`DURATION_S_MIN`] to [`DURATION_S_MAX`].
     pub fn duration_s(&self) -> f32 {
         self.duration_s
     }
@@ -153,13 +153,13 @@ impl<V: Coordinate> Polynomial<V> {
 
     /// Returns the value and the first 4 derivatives by time, at a time that is limited to the
     /// interval.
-    pub fn at(&self, time_s: f32) -> [V; MOST_DERIVATIVE + 1] {
+    pub fn at(&self, time_s: f32) -> [V; DERIVATIVE_MAX + 1] {
         let rate = 2.0 / self.duration_s;
         // `max` and `min` also turn a time that is not a number into 0.
         let z = time_s.max(0.0).min(self.duration_s) * rate - 1.0;
         // Horner's scheme; each row divides the row above by (x - z) once more, which leaves the
         // derivatives over their factorials.
-        let mut rows = [V::ZERO; MOST_DERIVATIVE + 1];
+        let mut rows = [V::ZERO; DERIVATIVE_MAX + 1];
         for coefficient in self.coefficients.into_iter().rev() {
             let mut above = coefficient;
             for row in &mut rows {
@@ -206,7 +206,7 @@ impl<V: Coordinate> Polynomial<V> {
 
     /// Returns the Bernstein coefficients of a derivative, and its degree.
     fn bernstein(&self, order: usize) -> ([V; TERMS], usize) {
-        let order = order.min(MOST_DERIVATIVE);
+        let order = order.min(DERIVATIVE_MAX);
         let degree = TERMS - 1 - order;
         let mut powers = self.coefficients;
         for _ in 0..order {
@@ -227,10 +227,10 @@ impl<V: Coordinate> Polynomial<V> {
 
 /// The share of each power in each Bernstein coefficient of a derivative, by its order. The table
 /// saves 22 000 of 80 000 instructions of a plan to land.
-static BLOSSOMS: [[[f32; TERMS]; TERMS]; MOST_DERIVATIVE + 1] = {
-    let mut orders = [[[0.0; TERMS]; TERMS]; MOST_DERIVATIVE + 1];
+static BLOSSOMS: [[[f32; TERMS]; TERMS]; DERIVATIVE_MAX + 1] = {
+    let mut orders = [[[0.0; TERMS]; TERMS]; DERIVATIVE_MAX + 1];
     let mut order = 0;
-    while order <= MOST_DERIVATIVE {
+    while order <= DERIVATIVE_MAX {
         orders[order] = blossoms(TERMS - 1 - order);
         order += 1;
     }

@@ -23,7 +23,7 @@ pub struct TrustLimits {
 }
 
 /// Running share of rejected measurements from which a sensor is not trusted.
-const MOST_REJECTED: f32 = 0.5;
+const REJECTED_MAX: f32 = 0.5;
 
 impl TrustLimits {
     /// Limits of poses at 100 Hz. They find noise, or poses of another robot, after 0.22 s.
@@ -76,7 +76,7 @@ impl<T: Copy + PartialEq> MeasurementTrust<T> {
             EkfOutcome::Refused(_) => return,
         };
         self.rejected_share += (rejected - self.rejected_share) * self.limits.newest_share;
-        self.is_lost |= self.rejected_share > MOST_REJECTED;
+        self.is_lost |= self.rejected_share > REJECTED_MAX;
     }
 
     /// Returns true if the sensor is not trusted for the rest of the flight.

@@ -9,7 +9,7 @@ use bittybuzz_flight::mixer::{Mixer, MixerOutcome};
 use bittybuzz_flight::motor::BatteryCompensation;
 use bittybuzz_flight::{FlightState, MotorForces, Reference, Vec3, Vehicle, Wrench};
 
-const LIMIT: f64 = 1e-4;
+const ERROR_MAX: f64 = 1e-4;
 /// Counts of the largest thrust and of a duty of 1.
 const COUNTS: f32 = 65535.0;
 
@@ -69,7 +69,7 @@ fn geometric_law_agrees() {
         errors.compare_vec3(&row, "attitude_error", "", -wrench.torque_n_m);
     }
     assert!(compared * 100 >= vectors.rows().len() * 98, "{compared}");
-    errors.assert_below("lee", LIMIT);
+    errors.assert_below("lee", ERROR_MAX);
 }
 
 /// The vehicle of the column `platform`, with the firmware's arm.
@@ -107,7 +107,7 @@ fn compare_mixing(name: &str, wrench: impl Fn(&VectorRow<'_>, &Vehicle) -> Wrenc
     }
     println!("{name}: {compared} of {} cases", vectors.rows().len());
     assert!(compared >= 1000, "{compared}");
-    errors.assert_below(name, LIMIT);
+    errors.assert_below(name, ERROR_MAX);
 }
 
 #[test]
@@ -148,5 +148,5 @@ fn battery_compensation_agrees() {
         let expected = row.f64("output").min(COUNTS.into());
         errors.add(row, "output", f64::from(duty * COUNTS), expected);
     }
-    errors.assert_below("battery", LIMIT);
+    errors.assert_below("battery", ERROR_MAX);
 }

@@ -31,7 +31,7 @@ use bittybuzz_flight::ekf::{
 };
 use bittybuzz_flight::{FlightState, ImuSample, Quat, Vec3};
 
-const LIMIT: f64 = 1e-4;
+const ERROR_MAX: f64 = 1e-4;
 const STATES: [&str; 9] = ["x", "y", "z", "px", "py", "pz", "d0", "d1", "d2"];
 /// Number of covariances that a row records.
 const RECORDED: usize = 9;
@@ -190,7 +190,7 @@ fn compare_updates(name: &str, update: impl Fn(&VectorRow<'_>, &mut Start) -> (E
         assert!(outcome.is_accepted(), "{row}: {outcome:?}");
         compare(&mut errors, row, start, &filter, true);
     });
-    errors.assert_below(name, LIMIT);
+    errors.assert_below(name, ERROR_MAX);
 }
 
 fn position(row: &VectorRow<'_>, deviation: &str) -> PositionMeasurement {
@@ -300,7 +300,7 @@ fn predictions_agree() {
         let filter = predicted(row, start, none);
         compare(&mut errors, row, start, &filter, row.bool("flying"));
     });
-    errors.assert_below("ekf_predict", LIMIT);
+    errors.assert_below("ekf_predict", ERROR_MAX);
 }
 
 /// Variances after the noise.
@@ -339,5 +339,5 @@ fn process_noise_agrees() {
             }
         }
     });
-    errors.assert_below("ekf_predict, noise", LIMIT);
+    errors.assert_below("ekf_predict, noise", ERROR_MAX);
 }

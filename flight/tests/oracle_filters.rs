@@ -5,7 +5,7 @@
 use crate::common::{ColumnErrors, Vectors};
 use bittybuzz_flight::filter::Butterworth;
 
-const LIMIT: f64 = 1e-4;
+const ERROR_MAX: f64 = 1e-4;
 
 /// All rows are comparable. Sequences carry the state on.
 #[test]
@@ -27,5 +27,5 @@ fn low_pass_filter_agrees() {
         };
         errors.compare(&row, "output", output);
     }
-    errors.assert_below("lowpass", LIMIT);
+    errors.assert_below("lowpass", ERROR_MAX);
 }

@@ -7,7 +7,7 @@ use bittybuzz_flight::Vec3;
 use bittybuzz_flight::planner::{Destination, FlightLimits, Planner, PositionFence};
 use bittybuzz_flight::polynomial::{Endpoint, Polynomial};
 
-const LIMIT: f64 = 1e-4;
+const ERROR_MAX: f64 = 1e-4;
 const DERIVATIVES: [&str; 4] = ["position", "velocity", "acceleration", "jerk"];
 
 /// Returns the angle within ±π that differs by a multiple of 2π.
@@ -50,8 +50,8 @@ fn polynomials_agree() {
             by_ends.compare(&row, &format!("c{k}"), value / factorial);
         }
     }
-    by_ends.assert_below("polynomial by ends", LIMIT);
-    by_coefficients.assert_below("polynomial by coefficients", LIMIT);
+    by_ends.assert_below("polynomial by ends", ERROR_MAX);
+    by_coefficients.assert_below("polynomial by coefficients", ERROR_MAX);
 }
 
 /// Curves from any motion to a goal, straight from [`Polynomial`]: the planner has no command that
@@ -96,7 +96,7 @@ fn curves_to_a_goal_agree() {
         let yaw = Polynomial::between(yaw_start, yaw_end, duration_s).unwrap().at(time_s)[0];
         compare_angle(&mut errors, &row, "yaw", yaw);
     }
-    errors.assert_below("go_to, curves", LIMIT);
+    errors.assert_below("go_to, curves", ERROR_MAX);
 }
 
 /// The planner itself, for starts at rest without `linear`. Its limits are so wide that each curve
@@ -149,5 +149,5 @@ fn planner_agrees_from_hover() {
     }
     println!("go_to: {compared} of {} cases", vectors.rows().len());
     assert!(compared * 5 >= vectors.rows().len(), "{compared}");
-    errors.assert_below("go_to, planner", LIMIT);
+    errors.assert_below("go_to, planner", ERROR_MAX);
 }

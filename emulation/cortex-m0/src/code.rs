@@ -21,7 +21,7 @@ impl Cost {
     /// The cost of a line that is too long, which exceeds any budget, too.
     const TOO_MUCH: Cost = Cost(0x7fff_ffff);
     /// The largest budget in cycles. After it is spent, execution restarts with a new budget.
-    const MOST_CYCLES: u64 = 0x3fff;
+    const CYCLES_MAX: u64 = 0x3fff;
     /// The cost of a taken conditional branch in addition to its own.
     pub const BRANCH: Cost = Cost(2 << 16);
 
@@ -37,7 +37,7 @@ impl Cost {
 
     /// Returns a budget of these cycles and any number of instructions.
     fn at_most(cycles: u64) -> Self {
-        Cost((cycles.min(Self::MOST_CYCLES) as u32) << 16 | 0xffff)
+        Cost((cycles.min(Self::CYCLES_MAX) as u32) << 16 | 0xffff)
     }
 
     #[inline]
@@ -159,7 +159,7 @@ impl FlashCode {
         let mut cost = if is_over { Cost::NOTHING } else { Cost::of_line(&self.costs, end as u32) };
         for at in (first..end).rev() {
             cost = cost + Cost::of(&self.ops[at]);
-            if cost.cycles() > Cost::MOST_CYCLES {
+            if cost.cycles() > Cost::CYCLES_MAX {
                 cost = Cost::TOO_MUCH;
             }
             self.costs[at] = cost;

@@ -10,7 +10,7 @@ use bittybuzz_chips::{Air, Board, LOOKAHEAD, PacketSource, RADIO_MAX, Time, Widt
 use crate::control::{CommandRefusal, probability};
 use crate::message::{Command, EmulatorEvent, Reply, RobotStatistics, TimedEvent};
 use crate::rtt::Rtt;
-use crate::server::{CommandError, EmulatedRobots, LONGEST_READ};
+use crate::server::{CommandError, EmulatedRobots, READ_MAX};
 use crate::{Control, Core, EmulatedRobot, FirmwareImage, MachineError, Pause};
 
 /// Address range of the one-time programmable area, system memory and unique id. The board answers
@@ -65,7 +65,7 @@ impl<C: Core> EmulatedRobots for Fleet<C> {
         match command {
             Command::Write { address, bytes } => member.write_memory(address, &bytes)?,
             Command::Read { address, length } => {
-                if length > LONGEST_READ {
+                if length > READ_MAX {
                     return Err(CommandError::ReadTooLong(length));
                 }
                 let mut bytes = vec![0; length as usize];

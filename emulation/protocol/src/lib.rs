@@ -38,4 +38,4 @@ pub use error::MachineError;
 pub use image::{AVR_FLASH_SIZE, FirmwareImage, FirmwareImageError};
 pub use message::PauseReason as Pause;
 pub use robot::EmulatedRobot;
-pub use server::{CommandError, EmulatedRobots, LONGEST_READ, serve, serve_robots};
+pub use server::{CommandError, EmulatedRobots, READ_MAX, serve, serve_robots};

@@ -15,7 +15,7 @@ const BLOCK_IF_FULL: u32 = 2;
 /// Offset of RdOff within the descriptor: it follows name, buffer, size and WrOff.
 const READ_OFFSET: u32 = 16;
 /// Upper limit of a plausible buffer size: no supported chip has more RAM.
-const LARGEST_BUFFER: u32 = 128 * 1024;
+const BUFFER_MAX: u32 = 128 * 1024;
 
 /// Reads the firmware's log as a debug probe does: it reads the control block in RAM, and writes
 /// nothing except the read offset.
@@ -52,7 +52,7 @@ impl Rtt {
         let word =
             |at: usize| u32::from_le_bytes([rest[at], rest[at + 1], rest[at + 2], rest[at + 3]]);
         let [buffer, size, write, read] = [12, 16, 20, 24].map(word);
-        if write == read || size > LARGEST_BUFFER || write >= size || read >= size {
+        if write == read || size > BUFFER_MAX || write >= size || read >= size {
             return Ok(Vec::new());
         }
         let parts = if write > read { [(read, write), (0, 0)] } else { [(read, size), (0, write)] };

@@ -15,7 +15,7 @@ use crate::{Core, FirmwareImageError, MachineError, Pause};
 const POLL: Duration = Duration::from_millis(1);
 
 /// The largest number of bytes in one read: the size of the largest memory, a Crazyflie's flash.
-pub const LONGEST_READ: u32 = 1024 * 1024;
+pub const READ_MAX: u32 = 1024 * 1024;
 
 /// The robots that a program emulates, and the channel between them.
 pub trait EmulatedRobots {
@@ -53,7 +53,7 @@ pub enum CommandError {
     #[error("nothing is loaded: send {{\"command\":\"load\",\"elf\":PATH}} first")]
     NotLoaded,
     /// The read is longer than the limit.
-    #[error("read at most {LONGEST_READ} bytes at once, not {0}")]
+    #[error("read at most {READ_MAX} bytes at once, not {0}")]
     ReadTooLong(u32),
     /// The payload is too long for a radio packet.
     #[error("a packet has at most {RADIO_MAX} bytes, this one has {0}")]

@@ -63,7 +63,7 @@ const SYSTICK_EXCEPTION: u32 = 15;
 /// MHz of QEMU's clock.
 const CLOCK_MHZ: u64 = 1000;
 /// The longest run in instructions: less than the 2^24 ticks of SysTick.
-const LONGEST_RUN: u64 = 50_000_000;
+const RUN_MAX: u64 = 50_000_000;
 /// Reset value of the program status: Thumb state.
 const XPSR_THUMB: u32 = 1 << 24;
 /// The number of timeouts of the debugger's client after which QEMU is considered stuck.
@@ -283,7 +283,7 @@ impl QemuProcessor {
 
     /// Lets the core run until something stops it, for about `instructions` at most.
     pub fn run(&mut self, instructions: u64) -> Result<CoreStopped, CoreError> {
-        self.arm(instructions.min(LONGEST_RUN))?;
+        self.arm(instructions.min(RUN_MAX))?;
         self.qemu.gdb.resume(&self.registers, &self.next)?;
         let stop = self.wait()?;
         let before = self.executed;

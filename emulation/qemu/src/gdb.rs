@@ -13,7 +13,7 @@ use crate::registers::CoreRegisters;
 
 /// Bytes of memory in one packet: QEMU accepts 4096 characters, two for each byte and some for the
 /// request.
-const LONGEST_MEMORY: usize = 1984;
+const MEMORY_MAX: usize = 1984;
 /// Number of the program status register in QEMU's description of Cortex-M.
 const XPSR: usize = 25;
 /// Time for which the core may run before it is asked to stop.
@@ -128,8 +128,8 @@ impl Gdb {
 
     /// Reads memory; returns false if there is none.
     pub fn read_memory(&mut self, address: u32, bytes: &mut [u8]) -> Result<bool, GdbError> {
-        for (index, part) in bytes.chunks_mut(LONGEST_MEMORY).enumerate() {
-            let at = address.wrapping_add((index * LONGEST_MEMORY) as u32);
+        for (index, part) in bytes.chunks_mut(MEMORY_MAX).enumerate() {
+            let at = address.wrapping_add((index * MEMORY_MAX) as u32);
             let reply = self.request(&format!("m{at:x},{:x}", part.len()))?;
             match from_hex(&reply) {
                 Some(read) if read.len() == part.len() => part.copy_from_slice(&read),
@@ -142,8 +142,8 @@ impl Gdb {
     /// Writes memory, flash included; returns false if there is none. Peripherals cannot be reached
     /// this way.
     pub fn write_memory(&mut self, address: u32, bytes: &[u8]) -> Result<bool, GdbError> {
-        for (index, part) in bytes.chunks(LONGEST_MEMORY).enumerate() {
-            let at = address.wrapping_add((index * LONGEST_MEMORY) as u32);
+        for (index, part) in bytes.chunks(MEMORY_MAX).enumerate() {
+            let at = address.wrapping_add((index * MEMORY_MAX) as u32);
             let reply = self.request(&format!("M{at:x},{:x}:{}", part.len(), to_hex(part)))?;
             if reply != "OK" {
                 return Ok(false);

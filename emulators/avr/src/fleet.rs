@@ -11,7 +11,7 @@ use bittybuzz_emulation::message::{
     RobotStatistics, TimedEvent,
 };
 use bittybuzz_emulation::{
-    CommandError, CommandRefusal, EmulatedRobots, FirmwareImage, LONGEST_READ, MachineError, Pause,
+    CommandError, CommandRefusal, EmulatedRobots, FirmwareImage, MachineError, Pause, READ_MAX,
     finite, probability,
 };
 use bittybuzz_kilobot::phase;
@@ -281,7 +281,7 @@ impl EmulatedRobots for KilobotFleet {
                 self.member(robot)?.write_memory(address, &bytes)?;
             }
             Command::Read { address, length } => {
-                if length > LONGEST_READ {
+                if length > READ_MAX {
                     return Err(CommandError::ReadTooLong(length));
                 }
                 let bytes = self.member(robot)?.memory(address, length as usize)?;
@@ -377,11 +377,11 @@ impl EmulatedRobots for KilobotFleet {
 /// Returns `ppm` if it is possible: no oscillator of the chip is farther off than 10 %, even
 /// uncalibrated (table 29-10 of the data sheet).
 fn clock_error(ppm: f64) -> Result<f64, CommandRefusal> {
-    const MOST: f64 = 100_000.0;
-    if ppm.abs() <= MOST {
+    const PPM_MAX: f64 = 100_000.0;
+    if ppm.abs() <= PPM_MAX {
         Ok(ppm)
     } else {
-        Err(CommandRefusal::ClockError { most: MOST, value: ppm })
+        Err(CommandRefusal::ClockError { most: PPM_MAX, value: ppm })
     }
 }
 

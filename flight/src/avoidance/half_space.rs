@@ -13,7 +13,7 @@ use glam::Vec3;
 const TOLERANCE: f32 = 1e-5;
 
 /// Smallest sine of the angle between two planes that intersect in a line.
-const LEAST_SINE: f32 = 1e-3;
+const SINE_MIN: f32 = 1e-3;
 
 /// All points v with `normal`·v ≤ `bound`.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -74,7 +74,7 @@ fn nearest_on_line(
 ) -> Option<Vec3> {
     let cross = plane.normal.cross(other.normal);
     let sine = cross.length();
-    if sine < LEAST_SINE {
+    if sine < SINE_MIN {
         return None;
     }
     let along = cross / sine;
@@ -86,9 +86,9 @@ fn nearest_on_line(
     for space in spaces {
         let slope = space.normal.dot(along);
         let room = -space.excess(start);
-        if slope > LEAST_SINE {
+        if slope > SINE_MIN {
             high = high.min(room / slope);
-        } else if slope < -LEAST_SINE {
+        } else if slope < -SINE_MIN {
             low = low.max(room / slope);
         } else if room < -TOLERANCE {
             return None;

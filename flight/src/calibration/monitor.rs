@@ -44,7 +44,7 @@ use glam::Vec3;
 use crate::{GRAVITY_M_S2, ImuSample};
 
 /// Longest time without a sample, in seconds: 5 ms, with half a period of tolerance for jitter.
-const MOST_SILENCE_S: f32 = 0.005_5;
+const SILENCE_S_MAX: f32 = 0.005_5;
 
 /// Angular rate from which the gyroscope counts as saturated, in rad/s (1999 °/s).
 const SATURATED_GYRO_RAD_S: f32 = 1999.0 * PI / 180.0;
@@ -115,7 +115,7 @@ impl ImuMonitor {
     pub fn update(&mut self, raw: Option<&ImuSample>, dt_s: f32) -> Result<(), ImuFault> {
         let is_time_valid = dt_s >= 0.0 && dt_s.is_finite();
         let silence_s = if is_time_valid { self.silence_s + dt_s } else { f32::INFINITY };
-        let is_silent = silence_s > MOST_SILENCE_S;
+        let is_silent = silence_s > SILENCE_S_MAX;
         let finite = raw.filter(|raw| raw.gyro_rad_s.is_finite() && raw.accel_m_s2.is_finite());
         if let Some(raw) = finite {
             self.silence_s = 0.0;

@@ -31,9 +31,9 @@ fn calibrate_at(gyro_rad_s: Vec3, accel_m_s2: Vec3) -> Result<ImuCalibration, Ca
 #[test]
 fn variance_limit_is_100_steps_of_the_converter_squared() {
     let step = 2000.0 / 32768.0 * f64::from(DEGREE);
-    assert!((f64::from(MOST_GYRO_VARIANCE_RAD2_S2) / (100.0 * step * step) - 1.0).abs() < 1e-4);
-    assert!((MOST_CALIBRATED_BIAS_RAD_S / (3.0 * DEGREE) - 1.0).abs() < 1e-4);
-    assert!((MOST_CALIBRATION_TILT_RAD / (15.0 * DEGREE) - 1.0).abs() < 1e-4);
+    assert!((f64::from(GYRO_VARIANCE_RAD2_S2_MAX) / (100.0 * step * step) - 1.0).abs() < 1e-4);
+    assert!((CALIBRATED_BIAS_RAD_S_MAX / (3.0 * DEGREE) - 1.0).abs() < 1e-4);
+    assert!((CALIBRATION_TILT_RAD_MAX / (15.0 * DEGREE) - 1.0).abs() < 1e-4);
 }
 
 #[test]
@@ -186,7 +186,7 @@ proptest! {
             let sample = ImuSample { gyro_rad_s, accel_m_s2 };
             if let Ok(Some(calibration)) = calibrator.update(&sample) {
                 let bias = calibration.gyro_bias_rad_s().abs().max_element();
-                prop_assert!(bias <= MOST_CALIBRATED_BIAS_RAD_S);
+                prop_assert!(bias <= CALIBRATED_BIAS_RAD_S_MAX);
                 prop_assert!((0.9..1.12).contains(&calibration.accel_scale()));
             }
         }

@@ -15,7 +15,7 @@
 use glam::{Mat3, Vec3};
 
 /// Least thrust per mass in m/s² that has a direction.
-const LEAST_LIFT_M_S2: f32 = 1e-3;
+const LIFT_M_S2_MIN: f32 = 1e-3;
 
 /// The rotation of a robot and its derivatives.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -46,7 +46,7 @@ pub(super) fn attitude_motion(
     let across = z.cross(heading);
     let n = across.length();
     // The comparison is false for NaN too.
-    if !(s > LEAST_LIFT_M_S2 && n > 1e-3 && s.is_finite()) {
+    if !(s > LIFT_M_S2_MIN && n > 1e-3 && s.is_finite()) {
         return None;
     }
     let y = across / n;

@@ -35,7 +35,7 @@ use flatness::{AttitudeMotion, attitude_motion};
 pub use settings::GeometricSettings;
 
 /// Longest step in seconds that the integrals follow.
-const LONGEST_STEP_S: f32 = 0.05;
+const STEP_S_MAX: f32 = 0.05;
 
 /// An attitude to hold, with a thrust that does not depend on the position.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -321,5 +321,5 @@ fn finite_or_hover(reference: &Reference, state: &FlightState) -> Reference {
 
 /// Returns a step that the integrals can use.
 fn valid_step(dt_s: f32) -> f32 {
-    if dt_s.is_finite() { dt_s.clamp(0.0, LONGEST_STEP_S) } else { 0.0 }
+    if dt_s.is_finite() { dt_s.clamp(0.0, STEP_S_MAX) } else { 0.0 }
 }

@@ -3,13 +3,13 @@
 use crate::{MotorDuties, MotorForces, Vehicle};
 
 /// Iterations of Newton's method, at most. Six are enough over the range of the vehicles.
-const MOST_ITERATIONS: usize = 20;
+const ITERATIONS_MAX: usize = 20;
 
 /// Least voltage in V of a battery that drives motors; a lower value is no measurement.
-const LEAST_BATTERY_V: f32 = 2.0;
+const BATTERY_V_MIN: f32 = 2.0;
 
 /// Largest voltage in V that the inverse returns, more than the battery of any such robot.
-const MOST_VOLTAGE_V: f32 = 20.0;
+const VOLTAGE_V_MAX: f32 = 20.0;
 
 /// Returns the thrust in N of a motor at rest with the given voltage, 0 or more.
 pub fn steady_thrust_n(vehicle: &Vehicle, voltage_v: f32) -> f32 {
@@ -32,13 +32,13 @@ pub fn voltage_v(vehicle: &Vehicle, thrust_n: f32) -> f32 {
     let [c0, c1, c2, c3] = vehicle.thrust_n_v;
     let inflection = -c2 / (3.0 * c3);
     let mut voltage = if inflection.is_finite() { inflection.max(0.0) } else { 0.0 };
-    for _ in 0..MOST_ITERATIONS {
+    for _ in 0..ITERATIONS_MAX {
         let value = c0 + voltage * (c1 + voltage * (c2 + voltage * c3)) - thrust_n;
         let slope = c1 + voltage * (2.0 * c2 + voltage * 3.0 * c3);
         if slope <= 0.0 {
             break;
         }
-        let next = (voltage - value / slope).clamp(0.0, MOST_VOLTAGE_V);
+        let next = (voltage - value / slope).clamp(0.0, VOLTAGE_V_MAX);
         let is_done = (next - voltage).abs() <= 1e-6 * next;
         voltage = next;
         if is_done {
@@ -74,7 +74,7 @@ impl BatteryCompensation {
         if !(battery_v.is_finite() && dt_s.is_finite() && dt_s >= 0.0) {
             return;
         }
-        let battery_v = battery_v.clamp(0.0, MOST_VOLTAGE_V);
+        let battery_v = battery_v.clamp(0.0, VOLTAGE_V_MAX);
         let share = dt_s / (Self::FILTER_S + dt_s);
         self.battery_v = Some(match self.battery_v {
             Some(before) => before + (battery_v - before) * share,
@@ -97,7 +97,7 @@ impl BatteryCompensation {
 
     /// Returns the thrust in N of a motor at rest with the given duty.
     pub fn thrust_n(&self, duty: f32) -> f32 {
-        if self.battery_v() < LEAST_BATTERY_V {
+        if self.battery_v() < BATTERY_V_MIN {
             return 0.0;
         }
         steady_thrust_n(&self.vehicle, duty.clamp(0.0, 1.0) * self.battery_v())
@@ -108,7 +108,7 @@ impl BatteryCompensation {
     /// A force below the least thrust of a turning motor gives 0, as does a battery below 2 V.
     pub fn duties(&self, forces: &MotorForces) -> MotorDuties {
         let battery_v = self.battery_v();
-        if battery_v < LEAST_BATTERY_V {
+        if battery_v < BATTERY_V_MIN {
             return MotorDuties::default();
         }
         MotorDuties(forces.0.map(|force| {

@@ -9,7 +9,7 @@
 use crate::{MotorForces, Vehicle};
 
 /// Longest step in seconds that the model follows.
-const LONGEST_STEP_S: f32 = 0.1;
+const STEP_S_MAX: f32 = 0.1;
 
 /// An estimator of the thrust of four rotors, and a lead command by it.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -55,7 +55,7 @@ impl LagCompensation {
         let is_stopped = desired.iter().all(|force| *force <= 0.0);
         let most = self.most_thrust_n.min(available_n.max(0.0));
         let least = self.least_thrust_n.min(most);
-        let dt_s = if dt_s.is_finite() { dt_s.clamp(0.0, LONGEST_STEP_S) } else { 0.0 };
+        let dt_s = if dt_s.is_finite() { dt_s.clamp(0.0, STEP_S_MAX) } else { 0.0 };
         let mut command = [0.0; 4];
         for ((command, thrust), desired) in
             command.iter_mut().zip(self.thrust_n.iter_mut()).zip(desired)

@@ -7,7 +7,7 @@ use crate::polynomial::{Endpoint, PEAK_ACCELERATION, PEAK_JERK, PEAK_SPEED, Poly
 use glam::Vec3;
 
 /// Shortest duration in seconds.
-const LEAST_DURATION_S: f32 = 0.1;
+const DURATION_S_MIN: f32 = 0.1;
 /// Durations that the search tries.
 const TRIES: usize = 14;
 /// Growth of the duration from one try to the next.
@@ -128,7 +128,7 @@ pub(super) fn duration_from_rest_s(
 /// Returns the shortest duration in seconds from rest to rest over a displacement.
 fn move_duration_s(displacement_m: Vec3, limits: &FlightLimits) -> f32 {
     let distance_m = displacement_m.length();
-    LEAST_DURATION_S
+    DURATION_S_MIN
         .max(PEAK_SPEED * displacement_m.truncate().length() / limits.speed_m_s)
         .max(PEAK_SPEED * libm::fabsf(displacement_m.z) / limits.climb_m_s)
         .max(libm::sqrtf(PEAK_ACCELERATION * distance_m / limits.acceleration_m_s2))

@@ -56,7 +56,7 @@ use trajectory::PieceStore;
 use velocity::{VelocityFilter, wrapped};
 
 /// Longest duration of a command in seconds. A search may stretch it up to the longest polynomial.
-const LONGEST_S: f32 = 1800.0;
+const DURATION_S_MAX: f32 = 1800.0;
 
 /// A velocity to follow, and the goal afterwards.
 #[derive(Clone, Copy, Debug)]
@@ -344,7 +344,7 @@ impl<const PIECES: usize> Planner<PIECES> {
 
     /// Refuses a goal that is too far.
     fn require_near(&self, start: &Reference, goal: &FlightGoal) -> Result<(), PlanError> {
-        let is_near = duration_from_rest_s(start, goal, &self.limits) <= LONGEST_S;
+        let is_near = duration_from_rest_s(start, goal, &self.limits) <= DURATION_S_MAX;
         if is_near { Ok(()) } else { Err(PlanError::TooFar) }
     }
 
@@ -375,7 +375,7 @@ fn require_finite(is_finite: bool) -> Result<(), PlanError> {
 
 fn require_duration(duration_s: Option<f32>) -> Result<(), PlanError> {
     match duration_s {
-        Some(duration_s) if duration_s > 0.0 && duration_s <= LONGEST_S => Ok(()),
+        Some(duration_s) if duration_s > 0.0 && duration_s <= DURATION_S_MAX => Ok(()),
         Some(_) => Err(PlanError::Duration),
         None => Ok(()),
     }

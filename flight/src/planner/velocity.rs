@@ -27,9 +27,9 @@ use glam::Vec3;
 /// Longest step in seconds.
 const STEP_S: f32 = 0.01;
 /// Most steps for one reference; a longer gap takes longer steps.
-const MOST_STEPS: f32 = 100.0;
+const STEPS_MAX: f32 = 100.0;
 /// Longest gap between two references in seconds; a longer one counts as this long.
-const LONGEST_GAP_S: f32 = 60.0;
+const GAP_S_MAX: f32 = 60.0;
 /// Samples of a stop that decide if braking is safe.
 const STOP_SAMPLES: usize = 48;
 
@@ -150,8 +150,8 @@ impl VelocityFilter {
         limits: &FlightLimits,
         fence: &PositionFence,
     ) {
-        let time_s = time_s.min(LONGEST_GAP_S);
-        let steps = libm::ceilf(time_s / STEP_S).clamp(1.0, MOST_STEPS);
+        let time_s = time_s.min(GAP_S_MAX);
+        let steps = libm::ceilf(time_s / STEP_S).clamp(1.0, STEPS_MAX);
         for _ in 0..steps as usize {
             self.step(time_s / steps, command, limits, fence);
         }

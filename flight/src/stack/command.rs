@@ -14,7 +14,7 @@ use crate::supervisor::SupervisorStage;
 /// Pieces of a trajectory that the flight controller can store.
 pub const TRAJECTORY_PIECES: usize = 16;
 /// Largest roll and pitch of a command in radians.
-const MOST_TILT_RAD: f32 = 0.5;
+const TILT_RAD_MAX: f32 = 0.5;
 
 /// A reason why the flight controller refused a command. The command before stays in force.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -231,8 +231,8 @@ impl FlightStack {
             return Err(FlightRefusal::NotFinite);
         }
         let command = AttitudeCommand {
-            roll_rad: roll_rad.clamp(-MOST_TILT_RAD, MOST_TILT_RAD),
-            pitch_rad: pitch_rad.clamp(-MOST_TILT_RAD, MOST_TILT_RAD),
+            roll_rad: roll_rad.clamp(-TILT_RAD_MAX, TILT_RAD_MAX),
+            pitch_rad: pitch_rad.clamp(-TILT_RAD_MAX, TILT_RAD_MAX),
             ..*command
         };
         let yaw_rad = match self.guidance {

@@ -2,15 +2,15 @@
 
 use super::conditions::{Acceleration, Conditions, Inclination, RotorStatus};
 
-/// The time for which a condition has held, up to `LIMIT_MS` milliseconds.
+/// The time for which a condition has held, up to `HOLD_MS_MAX` milliseconds.
 ///
 /// Two samples that show the condition, at least the limit apart, end the timer if all samples
 /// between show it too. One sample alone never does, however late it comes. The time saturates at
 /// the limit, so it cannot wrap, and a supervisor has a finite number of states.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
-pub struct HoldTimer<const LIMIT_MS: u16>(Option<u16>);
+pub struct HoldTimer<const HOLD_MS_MAX: u16>(Option<u16>);
 
-impl<const LIMIT_MS: u16> HoldTimer<LIMIT_MS> {
+impl<const HOLD_MS_MAX: u16> HoldTimer<HOLD_MS_MAX> {
     /// Returns a timer of a condition that holds since now.
     pub const fn started() -> Self {
         HoldTimer(Some(0))
@@ -18,16 +18,16 @@ impl<const LIMIT_MS: u16> HoldTimer<LIMIT_MS> {
 
     /// Takes a sample, `elapsed_ms` after the last one. Returns true if the limit is reached.
     pub fn update(&mut self, holds: bool, elapsed_ms: u32) -> bool {
-        let limit = u32::from(LIMIT_MS);
+        let limit = u32::from(HOLD_MS_MAX);
         self.0 = match (holds, self.0) {
             (false, _) => None,
             (true, None) => Some(0),
             (true, Some(ms)) => {
                 let ms = u32::from(ms).saturating_add(elapsed_ms).min(limit);
-                Some(u16::try_from(ms).unwrap_or(LIMIT_MS))
+                Some(u16::try_from(ms).unwrap_or(HOLD_MS_MAX))
             }
         };
-        self.0 == Some(LIMIT_MS)
+        self.0 == Some(HOLD_MS_MAX)
     }
 
     /// Returns the time in milliseconds, 0 while the condition does not hold.

@@ -11,7 +11,7 @@ const COMMAND_PERIOD_MS: u32 = 100;
 const WARM_UP_MS: u32 = 1000;
 const LAG_S: f32 = 0.3;
 /// Acceleration in m/s² at a tilt of 20 degrees.
-const MOST_ACCELERATION_M_S2: f32 = 3.6;
+const ACCELERATION_M_S2_MAX: f32 = 3.6;
 /// Distance in m from a goal that counts as arrived.
 const ARRIVED_M: f32 = 0.15;
 
@@ -82,7 +82,7 @@ impl SwarmMotion {
         let states = self.positions.iter_mut().zip(&mut self.velocities).zip(&self.commands);
         for ((position, velocity), command) in states {
             let acceleration = (*command - *velocity) / LAG_S;
-            *velocity += step_s * acceleration.clamp_length_max(MOST_ACCELERATION_M_S2);
+            *velocity += step_s * acceleration.clamp_length_max(ACCELERATION_M_S2_MAX);
             *position += step_s * *velocity;
         }
     }

@@ -44,7 +44,7 @@ pub struct Nrf51Settings {
     /// start.
     pub knows_ready: bool,
     /// RTS is high while the UART's FIFO holds at least this number of bytes: 1 to
-    /// [`Nrf51Settings::MOST_RTS_BYTES`].
+    /// [`Nrf51Settings::RTS_BYTES_MAX`].
     pub rts_bytes: u8,
     /// Duration of Bluetooth's shutdown, which precedes the first packet that the radio transmits
     /// or receives. The loop stops meanwhile.
@@ -55,7 +55,7 @@ pub struct Nrf51Settings {
 
 impl Nrf51Settings {
     /// The largest value of `rts_bytes`: the STM32 may still send two bytes after RTS rises.
-    pub const MOST_RTS_BYTES: u8 = 4;
+    pub const RTS_BYTES_MAX: u8 = 4;
 }
 
 impl Default for Nrf51Settings {

@@ -39,7 +39,7 @@ impl Control for CrazyflieBoard {
                 self.set_link(LineQuality { lose, corrupt, seed });
             }
             Command::RadioProcessor { ready, rts_bytes, ble_shutdown_us, ble_masks } => {
-                let most = Nrf51Settings::MOST_RTS_BYTES;
+                let most = Nrf51Settings::RTS_BYTES_MAX;
                 if !(1..=most).contains(&rts_bytes) {
                     return Err(CommandRefusal::RtsBytes { most, value: rts_bytes });
                 }

@@ -5,7 +5,7 @@
 const GROUND_EFFECT_FACTOR: f64 = 11.368_59;
 /// Largest gain of thrust by the ground. The same simulator limits the height such that all motors
 /// together gain 4/15.
-const MOST_GROUND_EFFECT: f64 = 4.0 / 15.0;
+const GROUND_EFFECT_MAX: f64 = 4.0 / 15.0;
 
 /// Returns the factor by which the ground below a propeller raises its thrust, 1 to 1.27.
 ///
@@ -15,15 +15,15 @@ const MOST_GROUND_EFFECT: f64 = 4.0 / 15.0;
 #[must_use]
 pub fn ground_effect(height_m: f64, radius_m: f64) -> f64 {
     let ratio = radius_m / (4.0 * height_m.max(1e-3));
-    1.0 + (GROUND_EFFECT_FACTOR * ratio * ratio).min(MOST_GROUND_EFFECT)
+    1.0 + (GROUND_EFFECT_FACTOR * ratio * ratio).min(GROUND_EFFECT_MAX)
 }
 
 /// Largest force of downwash in N (choice). Shi et al. 2020 ("Neural-Swarm", arXiv 2003.02992) found
 /// about 9 g (recalled) for a Crazyflie 0.3 m below another one; the formula yields ten times as much.
-const MOST_DOWNWASH_N: f64 = 0.1;
+const DOWNWASH_N_MAX: f64 = 0.1;
 /// Least width of the stream in m, a choice: the size of a robot. The formula of the width is
 /// negative below 0.69 m.
-const LEAST_DOWNWASH_WIDTH_M: f64 = 0.06;
+const DOWNWASH_WIDTH_M_MIN: f64 = 0.06;
 
 /// Returns the force that pushes a robot down when another one flies above it, in N, 0 to 0.1.
 ///
@@ -40,8 +40,8 @@ pub fn downwash_n(above_m: f64, aside_m: f64, radius_m: f64) -> f64 {
         return 0.0;
     }
     let ratio = radius_m / (4.0 * above_m);
-    let strength = (2267.18 * ratio * ratio).min(MOST_DOWNWASH_N);
-    let width = (0.16 * above_m - 0.11).max(LEAST_DOWNWASH_WIDTH_M);
+    let strength = (2267.18 * ratio * ratio).min(DOWNWASH_N_MAX);
+    let width = (0.16 * above_m - 0.11).max(DOWNWASH_WIDTH_M_MIN);
     let share = aside_m / width;
     strength * libm::exp(-0.5 * share * share)
 }

@@ -74,7 +74,7 @@ pub struct Airframe {
 
 /// Least thrust for which the measured line of speed by voltage is used, in N (thrust of the least
 /// command in Bitcraze's `platform_defaults_cf2.h`).
-const LEAST_MEASURED_THRUST_N: f64 = 0.012_817_6;
+const MEASURED_THRUST_N_MIN: f64 = 0.012_817_6;
 
 impl Airframe {
     /// The Crazyflie 2.1+ without decks (`P250`).
@@ -159,7 +159,7 @@ impl Airframe {
     #[must_use]
     pub fn commanded_speed_rpm(&self, volts: f64) -> f64 {
         let [constant, slope] = self.speed_rpm_v;
-        let least_rpm = self.speed_rpm(LEAST_MEASURED_THRUST_N);
+        let least_rpm = self.speed_rpm(MEASURED_THRUST_N_MIN);
         let least_volts = (least_rpm - constant) / slope;
         if volts < least_volts {
             volts.max(0.0) * least_rpm / least_volts
@@ -172,7 +172,7 @@ impl Airframe {
     #[must_use]
     pub fn volts(&self, speed_rpm: f64) -> f64 {
         let [constant, slope] = self.speed_rpm_v;
-        let least_rpm = self.speed_rpm(LEAST_MEASURED_THRUST_N);
+        let least_rpm = self.speed_rpm(MEASURED_THRUST_N_MIN);
         if speed_rpm < least_rpm {
             speed_rpm.max(0.0) / least_rpm * (least_rpm - constant) / slope
         } else {

@@ -10,9 +10,9 @@ use crate::{
 };
 
 /// Largest external force that a robot follows, in N: 300 times its weight.
-const MOST_FORCE_N: f64 = 100.0;
+const FORCE_N_MAX: f64 = 100.0;
 /// Largest speed of the wind that a robot follows, in m/s.
-const MOST_WIND_M_S: f64 = 100.0;
+const WIND_M_S_MAX: f64 = 100.0;
 
 /// The surroundings of a robot during a step.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -229,8 +229,8 @@ impl Drone {
             command_rpm,
             efficiency,
             ground_effect: ground_effects,
-            force_n: limited(surroundings.external_force_n, MOST_FORCE_N),
-            wind_m_s: limited(surroundings.wind_m_s, MOST_WIND_M_S),
+            force_n: limited(surroundings.external_force_n, FORCE_N_MAX),
+            wind_m_s: limited(surroundings.wind_m_s, WIND_M_S_MAX),
             ground: is_near_ground.then_some(NearGround {
                 contact: &self.contact,
                 suspension: &suspension,

@@ -25,20 +25,20 @@ const FRICTION: f64 = 0.6;
 /// a disk that lies flat has no single lowest point).
 const FLAT_TILT_SINE: f64 = 0.1;
 /// Largest downward speed of a landing in m/s (choice).
-pub const MOST_LANDING_SPEED_M_S: f64 = 1.0;
+pub const LANDING_SPEED_M_S_MAX: f64 = 1.0;
 /// Largest tilt of a landing in radians (choice: 30 degrees).
-pub const MOST_LANDING_TILT_RAD: f64 = core::f64::consts::FRAC_PI_6;
-/// Cosine of [`MOST_LANDING_TILT_RAD`].
-const LEAST_LANDING_COS_TILT: f64 = 0.866_025_403_784_438_6;
+pub const LANDING_TILT_RAD_MAX: f64 = core::f64::consts::FRAC_PI_6;
+/// Cosine of [`LANDING_TILT_RAD_MAX`].
+const LANDING_COS_TILT_MIN: f64 = 0.866_025_403_784_438_6;
 /// Steps without contact after which the next contact counts as an impact: 20 ms (choice).
 const STEPS_OF_FLIGHT: u32 = 40;
 
 /// A reason why contact with the ground is a crash.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum CrashCause {
-    /// The downward speed was above [`MOST_LANDING_SPEED_M_S`].
+    /// The downward speed was above [`LANDING_SPEED_M_S_MAX`].
     Speed,
-    /// The tilt was above [`MOST_LANDING_TILT_RAD`].
+    /// The tilt was above [`LANDING_TILT_RAD_MAX`].
     Tilt,
     /// A propeller or its guard touched the ground.
     Propeller,
@@ -280,9 +280,9 @@ impl GroundContact {
     fn crash_cause(&self, state: &DroneState, impact: Option<Impact>) -> Option<CrashCause> {
         if self.has_propeller_contact.contains(&true) {
             Some(CrashCause::Propeller)
-        } else if state.cos_tilt() < LEAST_LANDING_COS_TILT {
+        } else if state.cos_tilt() < LANDING_COS_TILT_MIN {
             Some(CrashCause::Tilt)
-        } else if impact.is_some_and(|impact| impact.speed_m_s > MOST_LANDING_SPEED_M_S) {
+        } else if impact.is_some_and(|impact| impact.speed_m_s > LANDING_SPEED_M_S_MAX) {
             Some(CrashCause::Speed)
         } else {
             None

@@ -79,9 +79,7 @@ pub use airframe::{Airframe, SpinResponse};
 pub use battery::{BatteryCell, PowerSource};
 pub use drone::{Drone, DroneSurroundings};
 pub use glam::{DMat3, DQuat, DVec2, DVec3};
-pub use ground::{
-    CrashCause, GroundContact, Impact, MOST_LANDING_SPEED_M_S, MOST_LANDING_TILT_RAD,
-};
+pub use ground::{CrashCause, GroundContact, Impact, LANDING_SPEED_M_S_MAX, LANDING_TILT_RAD_MAX};
 pub use state::DroneState;
 
 /// Standard gravity in m/s², rounded as in the flight controller.

@@ -7,7 +7,7 @@ pub const DIAMETER_MM: f64 = 33.0;
 const TABLE_STEP_MM: f64 = 5.0;
 const TABLE_LENGTH: usize = 14;
 /// The converter's largest reading.
-const MOST: u16 = 1023;
+const READING_MAX: u16 = 1023;
 
 // Neither a factory table nor the distance that light travels from the table's surface is
 // published. This model is a choice. The light falls with the square of the distance from a point
@@ -32,15 +32,15 @@ impl Amplitude {
     pub fn at(distance_mm: f64) -> Self {
         let gap = (distance_mm - DIAMETER_MM).max(-DIAMETER_MM / 2.0);
         let low = LOW_AT_TOUCH / (1.0 + gap / DEPTH_MM).powi(2);
-        let reading = |value: f64| (value.round() as u16).min(MOST);
+        let reading = |value: f64| (value.round() as u16).min(READING_MAX);
         Amplitude { high: reading(HIGH_BY_LOW * low), low: reading(low) }
     }
 
     /// Returns the amplitude of two lights that are on at once.
     pub fn with(self, other: Self) -> Self {
         Amplitude {
-            high: (self.high + other.high).min(MOST),
-            low: (self.low + other.low).min(MOST),
+            high: (self.high + other.high).min(READING_MAX),
+            low: (self.low + other.low).min(READING_MAX),
         }
     }
 }

@@ -62,7 +62,7 @@ const MOTORS: [(usize, u8); 2] = [(B, 3), (D, 3)];
 const HELD: Time = Time::from_micros(10);
 /// The longest pulse of the robot's own LED that is accepted. A longer one is an error: it exceeds
 /// a bit, and the LED would burn.
-const LONGEST_PULSE: Time = Time::from_micros(100);
+const PULSE_MAX: Time = Time::from_micros(100);
 /// Full scale of the battery's divider in V: with it, kilolib's levels are 4.0, 3.8 and 3.6 V. A
 /// choice.
 const BATTERY_FULL_SCALE: f64 = 6.0;
@@ -455,7 +455,7 @@ impl Kilobot {
                 self.lit = Some(cycle);
                 self.note_pulse(cycle, at);
             } else if let Some(since) = self.lit.take()
-                && at - self.time(since) > LONGEST_PULSE
+                && at - self.time(since) > PULSE_MAX
             {
                 self.fail(HardwareError::LongPulse);
             }
@@ -518,7 +518,7 @@ impl Kilobot {
     /// Reports an infrared LED that stays on for longer than any pulse.
     fn check_led(&mut self) {
         if let Some(since) = self.lit
-            && self.time(self.chip.now()) - self.time(since) > LONGEST_PULSE
+            && self.time(self.chip.now()) - self.time(since) > PULSE_MAX
         {
             self.fail(HardwareError::LongPulse);
         }

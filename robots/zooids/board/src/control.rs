@@ -23,12 +23,12 @@ impl Control for ZooidBoard {
             Command::Remove => self.place(None),
             Command::Light { lose, jitter_us, glitches_per_s, seed } => {
                 let lose = probability(lose)?;
-                if !(0.0..=LightDisturbance::MOST_JITTER_US).contains(&jitter_us) {
-                    let most = LightDisturbance::MOST_JITTER_US;
+                if !(0.0..=LightDisturbance::JITTER_US_MAX).contains(&jitter_us) {
+                    let most = LightDisturbance::JITTER_US_MAX;
                     return Err(CommandRefusal::Jitter { most, value: jitter_us });
                 }
-                if !(0.0..=LightDisturbance::MOST_GLITCHES_PER_S).contains(&glitches_per_s) {
-                    let most = LightDisturbance::MOST_GLITCHES_PER_S;
+                if !(0.0..=LightDisturbance::GLITCHES_PER_S_MAX).contains(&glitches_per_s) {
+                    let most = LightDisturbance::GLITCHES_PER_S_MAX;
                     return Err(CommandRefusal::Glitches { most, value: glitches_per_s });
                 }
                 self.set_light(LightDisturbance { lose, jitter_us, glitches_per_s, seed });

@@ -76,10 +76,10 @@ pub struct LightDisturbance {
     /// Probability that a frame does not reach the robot: both diodes stay dark.
     pub lose: f64,
     /// The largest deviation of an edge in µs, early or late, uniformly distributed: 0 to
-    /// [`LightDisturbance::MOST_JITTER_US`].
+    /// [`LightDisturbance::JITTER_US_MAX`].
     pub jitter_us: f64,
     /// Glitches per second at each photodiode, as lamps and the resets of the projector's mirrors
-    /// cause them. In a glitch of 1 to [`LightDisturbance::LONGEST_GLITCH_US`] µs the photodiode sees the
+    /// cause them. In a glitch of 1 to [`LightDisturbance::GLITCH_US_MAX`] µs the photodiode sees the
     /// opposite level.
     pub glitches_per_s: f64,
     /// Start of the pseudo-random sequence: equal seeds give equal faults.
@@ -88,11 +88,11 @@ pub struct LightDisturbance {
 
 impl LightDisturbance {
     /// The highest `jitter_us`: somewhat less than a pattern of 333 µs.
-    pub const MOST_JITTER_US: f64 = 300.0;
+    pub const JITTER_US_MAX: f64 = 300.0;
     /// The longest glitch in µs: about a sixth of a pattern.
-    pub const LONGEST_GLITCH_US: f64 = 50.0;
+    pub const GLITCH_US_MAX: f64 = 50.0;
     /// The highest `glitches_per_s`: about three in each pattern.
-    pub const MOST_GLITCHES_PER_S: f64 = 10_000.0;
+    pub const GLITCHES_PER_S_MAX: f64 = 10_000.0;
 }
 
 /// Returns true if pattern number `pattern` is lit at `[x, y]` mm; nothing is lit outside the
@@ -205,7 +205,7 @@ impl Diodes {
         for diode in 0..2 {
             let count = mean.floor() as u32 + u32::from(random.chance(mean.fract()));
             for _ in 0..count {
-                let micros = 1.0 + random.unit() * (LightDisturbance::LONGEST_GLITCH_US - 1.0);
+                let micros = 1.0 + random.unit() * (LightDisturbance::GLITCH_US_MAX - 1.0);
                 let span = Time::from_picos((micros * 1e6) as u64);
                 let after = random.unit() * (FRAME - span).picos() as f64;
                 let at = begin + Time::from_picos(after as u64);
@@ -296,7 +296,7 @@ mod tests {
     fn edges_keep_their_order_however_late_they_are() {
         let mut diodes = Diodes::new();
         diodes.set_light(LightDisturbance {
-            jitter_us: LightDisturbance::MOST_JITTER_US,
+            jitter_us: LightDisturbance::JITTER_US_MAX,
             ..LightDisturbance::default()
         });
         let (mut now, mut levels) = (Time::ZERO, [false; 2]);

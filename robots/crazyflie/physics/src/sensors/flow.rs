@@ -18,7 +18,7 @@ const COUNTS_PER_RAD: f64 = 10.0 * 35.0 / 0.716_74;
 /// Steps between readings: 10 ms.
 const PERIOD_STEPS: u64 = 20;
 /// Cosine of the largest tilt at which the sensor tracks the ground (choice: 60 degrees).
-const LEAST_COS_TILT: f64 = 0.5;
+const COS_TILT_MIN: f64 = 0.5;
 
 /// The treatment of the fraction of a count that a reading leaves over. Which of both the chip does
 /// is not known.
@@ -103,12 +103,12 @@ impl FlowSensor {
     /// Follows one step above a ground of this height, and returns a reading every 20 steps.
     pub fn sample(&mut self, state: &DroneState, ground_m: f64) -> Option<FlowCounts> {
         let cos_tilt = state.cos_tilt();
-        let height_m = (state.position_m.z - ground_m) / cos_tilt.max(LEAST_COS_TILT);
+        let height_m = (state.position_m.z - ground_m) / cos_tilt.max(COS_TILT_MIN);
         let velocity = state.body_velocity_m_s().truncate() / height_m.max(1e-3);
         let rate = state.rate_rad_s;
         let flow = velocity + DVec2::new(-rate.y, rate.x);
         let settings = &self.settings;
-        let is_seen = cos_tilt > LEAST_COS_TILT
+        let is_seen = cos_tilt > COS_TILT_MIN
             && (settings.least_height_m..=settings.most_height_m).contains(&height_m)
             && flow.abs().max_element() <= settings.most_flow_rad_s;
         if is_seen {

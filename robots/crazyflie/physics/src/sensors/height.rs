@@ -15,11 +15,11 @@ use bittybuzz_random::Random;
 /// Steps between measurements, and of their delay: 25 ms.
 const PERIOD_STEPS: u64 = 50;
 /// Largest distance in m; the data sheet's range in the dark (recalled).
-const MOST_DISTANCE_M: f64 = 4.0;
+const DISTANCE_M_MAX: f64 = 4.0;
 /// Half the angle of the cone in radians: 7.5 degrees.
 const HALF_CONE_RAD: f64 = 7.5 * core::f64::consts::PI / 180.0;
 /// Cosine of the largest tilt with an echo (choice: 60 degrees).
-const LEAST_COS_TILT: f64 = 0.5;
+const COS_TILT_MIN: f64 = 0.5;
 
 /// One measurement of the height sensor.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -80,7 +80,7 @@ impl HeightSensor {
         let beyond_rad = (state.tilt_rad() - HALF_CONE_RAD).max(0.0);
         let distance_m = height_m / libm::cos(beyond_rad);
         let is_seen =
-            height_m >= 0.0 && state.cos_tilt() >= LEAST_COS_TILT && distance_m <= MOST_DISTANCE_M;
+            height_m >= 0.0 && state.cos_tilt() >= COS_TILT_MIN && distance_m <= DISTANCE_M_MAX;
         if !is_seen {
             return HeightReading::NoEcho;
         }

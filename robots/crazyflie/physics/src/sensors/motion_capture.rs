@@ -10,7 +10,7 @@ use crate::sensors::delay::DelayLine;
 use crate::sensors::fault::FaultGate;
 
 /// Largest number of poses on their way. A pose that finds them all in use is lost.
-const MOST_ON_THE_WAY: usize = 16;
+const ON_THE_WAY_MAX: usize = 16;
 
 /// The properties of motion capture and of its radio.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -55,7 +55,7 @@ pub struct CapturedPose {
 pub struct MotionCapture {
     settings: MotionCaptureSettings,
     noise: Random,
-    line: DelayLine<CapturedPose, MOST_ON_THE_WAY>,
+    line: DelayLine<CapturedPose, ON_THE_WAY_MAX>,
     gate: FaultGate<CapturedPose>,
     jump_m: DVec3,
 }

@@ -23,7 +23,7 @@ const LOW_M: f64 = 0.18;
 /// Time in seconds for which the pilot flies on after a fault.
 const FLIGHT_AFTER_FAULT_S: f64 = 7.0;
 /// Longest flight after a fault in seconds. The supervisor ends a descent after 30 s.
-const LONGEST_AFTER_FAULT_S: f64 = 45.0;
+const AFTER_FAULT_S_MAX: f64 = 45.0;
 /// Time in seconds for which a robot with motors off is observed.
 const OBSERVED_S: f64 = 2.0;
 
@@ -255,7 +255,7 @@ pub fn fly(scenario: &Scenario) -> Observations {
     );
     let mut crash_ms = None;
     let mut blind_ms = 0;
-    for ms in 0..(LONGEST_AFTER_FAULT_S * 1000.0) as u64 {
+    for ms in 0..(AFTER_FAULT_S_MAX * 1000.0) as u64 {
         // A pilot goes on after a crash, which must not start the motors.
         let has_pilot = (room.is_flying() || room.is_stopped())
             && (room.is_stopped() || (ms as f64) < FLIGHT_AFTER_FAULT_S * 1000.0)

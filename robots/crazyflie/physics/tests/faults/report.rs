@@ -6,7 +6,7 @@ use crate::faults::fault::{FaultKind, Scenario};
 use crate::faults::flight::{Observations, fly};
 
 /// Largest distance outside the fence in m of a robot that knows its position.
-const MOST_EXCURSION_M: f64 = 0.3;
+const EXCURSION_M_MAX: f64 = 0.3;
 /// Longest time in ms until motors are off after a fault of the IMU.
 const IMU_OFF_MS: u64 = 50;
 /// Longest time in ms until motors are off after a crash.
@@ -14,7 +14,7 @@ const CRASH_OFF_MS: u64 = 200;
 /// Longest time in ms for which a robot may follow its path without a position.
 const BLIND_MS: u64 = 2;
 /// Least share of flights that land upright in spite of a fault of anything but the IMU.
-const LEAST_LANDED: f64 = 0.95;
+const LANDED_MIN: f64 = 0.95;
 
 /// Flights and their observations.
 pub struct Report(Vec<(Scenario, Observations)>);
@@ -97,7 +97,7 @@ impl Report {
         let landed = others().filter(|(_, found)| found.has_landed()).count();
         let share = landed as f64 / others().count() as f64;
         println!("{landed} of {} landed upright", others().count());
-        assert!(share >= LEAST_LANDED, "{share}");
+        assert!(share >= LANDED_MIN, "{share}");
     }
 }
 
@@ -110,7 +110,7 @@ fn broken(scenario: &Scenario, found: &Observations) -> Vec<&'static str> {
         }
     };
     require(found.fault_height_m > 0.3, "flies at the time of the fault");
-    require(found.excursion_m <= MOST_EXCURSION_M, "stays in the fence");
+    require(found.excursion_m <= EXCURSION_M_MAX, "stays in the fence");
     require(found.blind_following_ms <= BLIND_MS, "follows no path without a position");
     require(found.off_after_ms.is_some(), "motors off in the end");
     require(found.forbidden_ms == 0, "motors off while crashed or locked");
