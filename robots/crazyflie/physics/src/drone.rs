@@ -4,7 +4,7 @@ use glam::{DMat3, DVec3};
 
 use crate::dynamics::{HeldInputs, NearGround, advance};
 use crate::ground::{REST_DEPTH_M, Suspension};
-use crate::random::NoiseConsumer;
+use crate::random::{NoiseConsumer, NoiseStream};
 use crate::{
     Airframe, DroneState, GRAVITY_M_S2, GroundContact, Impact, PowerSource, STEP_S, ground_effect,
 };
@@ -88,7 +88,7 @@ impl Drone {
     /// `seed`: the build. Robots of one seed are equal.
     #[must_use]
     pub fn new(airframe: Airframe, seed: u64) -> Self {
-        let mut noise = NoiseConsumer::Motors.stream(seed);
+        let mut noise = NoiseStream::new(seed, NoiseConsumer::Motors);
         let mut drone = Drone::nominal(airframe);
         for factor in &mut drone.build_efficiency {
             *factor = (1.0 + airframe.motor_spread * noise.normal().clamp(-3.0, 3.0)).max(0.0);

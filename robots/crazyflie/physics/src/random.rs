@@ -18,19 +18,49 @@ pub(crate) enum NoiseConsumer {
     MotionCapture = 5,
 }
 
-impl NoiseConsumer {
+/// A stream of random numbers of one consumer.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub(crate) struct NoiseStream(Random);
+
+impl NoiseStream {
     /// Returns the stream of this consumer.
-    pub(crate) fn stream(self, seed: u64) -> Random {
-        Random::for_purpose(seed, self as u64)
+    pub(crate) fn new(seed: u64, consumer: NoiseConsumer) -> Self {
+        NoiseStream(Random::for_purpose(seed, consumer as u64))
+    }
+
+    /// Returns a normally distributed number with mean 0 and deviation 1.
+    pub(crate) fn normal(&mut self) -> f64 {
+        self.0.normal()
+    }
+
+    /// Returns a vector of three independent normal numbers.
+    pub(crate) fn normal_vector(&mut self) -> DVec3 {
+        DVec3::from_array(std::array::from_fn(|_| self.0.normal()))
+    }
+
+    /// Returns a number that is uniform between -`limit` and `limit`.
+    pub(crate) fn uniform(&mut self, limit: f64) -> f64 {
+        self.0.uniform(limit)
+    }
+
+    /// Returns a vector whose components are uniform between -`limit` and `limit`.
+    pub(crate) fn uniform_vector(&mut self, limit: f64) -> DVec3 {
+        DVec3::from_array(std::array::from_fn(|_| self.0.uniform(limit)))
+    }
+
+    /// Returns true with this probability.
+    pub(crate) fn chance(&mut self, probability: f64) -> bool {
+        self.0.chance(probability)
     }
 }
 
-/// Returns a vector of three independent normal numbers.
-pub(crate) fn normal_vector(random: &mut Random) -> DVec3 {
-    DVec3::from_array(std::array::from_fn(|_| random.normal()))
-}
+#[cfg(test)]
+mod tests {
+    use super::*;
 
-/// Returns a vector whose components are uniform between -`limit` and `limit`.
-pub(crate) fn uniform_vector(random: &mut Random, limit: f64) -> DVec3 {
-    DVec3::from_array(std::array::from_fn(|_| random.uniform(limit)))
+    #[test]
+    fn digests_show_the_generator_of_a_stream() {
+        let stream = NoiseStream(Random::new(7));
+        assert_eq!(format!("{stream:?}"), "NoiseStream(SplitMix64 { x: 7 })");
+    }
 }

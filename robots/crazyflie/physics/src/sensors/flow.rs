@@ -5,10 +5,9 @@
 //! (vₓ/h − ω_y, v_y/h + ωₓ) radians per second. Bitcraze's firmware assumes 35 pixels in 0.71674 rad
 //! and ten counts per pixel, so this sensor returns 488.3 counts per radian.
 
-use bittybuzz_random::Random;
 use glam::DVec2;
 
-use crate::random::NoiseConsumer;
+use crate::random::{NoiseConsumer, NoiseStream};
 use crate::sensors::SensorFault;
 use crate::sensors::fault::FaultGate;
 use crate::{DroneState, STEP_S};
@@ -73,7 +72,7 @@ pub struct FlowCounts {
 #[derive(Clone, Debug, PartialEq)]
 pub struct FlowSensor {
     settings: FlowSettings,
-    noise: Random,
+    noise: NoiseStream,
     sum_counts: DVec2,
     is_valid: bool,
     gate: FaultGate<FlowCounts>,
@@ -88,7 +87,7 @@ impl FlowSensor {
     pub fn new(settings: FlowSettings, seed: u64) -> Self {
         FlowSensor {
             settings,
-            noise: NoiseConsumer::Flow.stream(seed),
+            noise: NoiseStream::new(seed, NoiseConsumer::Flow),
             sum_counts: DVec2::ZERO,
             is_valid: true,
             gate: FaultGate::new(),

@@ -6,11 +6,10 @@
 //! Each measurement is of the begin of its 25 ms.
 
 use crate::DroneState;
-use crate::random::NoiseConsumer;
+use crate::random::{NoiseConsumer, NoiseStream};
 use crate::sensors::SensorFault;
 use crate::sensors::delay::DelayLine;
 use crate::sensors::fault::FaultGate;
-use bittybuzz_random::Random;
 
 /// Steps between measurements, and of their delay: 25 ms.
 const PERIOD_STEPS: u64 = 50;
@@ -33,7 +32,7 @@ pub enum HeightReading {
 /// A height sensor at the center of mass.
 #[derive(Clone, Debug, PartialEq)]
 pub struct HeightSensor {
-    noise: Random,
+    noise: NoiseStream,
     line: DelayLine<HeightReading, 2>,
     gate: FaultGate<HeightReading>,
 }
@@ -51,7 +50,7 @@ impl HeightSensor {
     #[must_use]
     pub fn new(seed: u64) -> Self {
         HeightSensor {
-            noise: NoiseConsumer::Height.stream(seed),
+            noise: NoiseStream::new(seed, NoiseConsumer::Height),
             line: DelayLine::new(),
             gate: FaultGate::new(),
         }

@@ -7,10 +7,9 @@
 //! of 1.6 kHz is not modelled; both sensors sit at the center of mass, without misalignment and
 //! with exact scale.
 
-use bittybuzz_random::Random;
 use glam::DVec3;
 
-use crate::random::{NoiseConsumer, normal_vector, uniform_vector};
+use crate::random::{NoiseConsumer, NoiseStream};
 use crate::sensors::fault::FaultGate;
 use crate::sensors::vibration::RotorPhases;
 use crate::sensors::{RotorVibration, SensorFault};
@@ -120,7 +119,7 @@ impl FirstOrderFilter {
 pub struct Imu {
     settings: ImuSettings,
     hover_rpm: f64,
-    noise: Random,
+    noise: NoiseStream,
     gyro_offset_rad_s: DVec3,
     gyro_drift_rad_s_k: DVec3,
     accel_offset_m_s2: DVec3,
@@ -140,14 +139,14 @@ impl Imu {
     /// `seed`: the build and its noise.
     #[must_use]
     pub fn new(airframe: &Airframe, settings: ImuSettings, seed: u64) -> Self {
-        let mut noise = NoiseConsumer::Imu.stream(seed);
+        let mut noise = NoiseStream::new(seed, NoiseConsumer::Imu);
         let up = DVec3::new(0.0, 0.0, GRAVITY_M_S2);
         let period_s = PERIOD_STEPS as f64 * STEP_S;
         Imu {
             hover_rpm: airframe.hover_speed_rpm(),
-            gyro_offset_rad_s: uniform_vector(&mut noise, settings.gyro_offset_rad_s),
-            gyro_drift_rad_s_k: uniform_vector(&mut noise, settings.gyro_drift_rad_s_k),
-            accel_offset_m_s2: uniform_vector(&mut noise, settings.accel_offset_m_s2),
+            gyro_offset_rad_s: noise.uniform_vector(settings.gyro_offset_rad_s),
+            gyro_drift_rad_s_k: noise.uniform_vector(settings.gyro_drift_rad_s_k),
+            accel_offset_m_s2: noise.uniform_vector(settings.accel_offset_m_s2),
             warm_k: 0.0,
             gyro: FirstOrderFilter::new(settings.gyro_corner_hz, STEP_S, DVec3::ZERO),
             accel: FirstOrderFilter::new(settings.accel_corner_hz, STEP_S, up),
@@ -202,8 +201,8 @@ impl Imu {
         let accel_deviation =
             (accel_density * accel_density + DVec3::splat(broadband * broadband)).to_array();
         let accel_deviation = DVec3::from_array(accel_deviation.map(f64::sqrt)) * factor;
-        let gyro_white = normal_vector(&mut self.noise) * (settings.gyro_density_rad_s * factor);
-        let accel_white = normal_vector(&mut self.noise) * accel_deviation;
+        let gyro_white = self.noise.normal_vector() * (settings.gyro_density_rad_s * factor);
+        let accel_white = self.noise.normal_vector() * accel_deviation;
         let gyro = gyro
             + shake.gyro_rad_s
             + self.gyro_noise.update(gyro_white)

@@ -1,10 +1,9 @@
 //! Motion capture: cameras in the room measure the pose, and a radio sends it to the robot.
 
-use bittybuzz_random::Random;
 use glam::{DQuat, DVec3};
 
 use crate::DroneState;
-use crate::random::{NoiseConsumer, normal_vector};
+use crate::random::{NoiseConsumer, NoiseStream};
 use crate::sensors::SensorFault;
 use crate::sensors::delay::DelayLine;
 use crate::sensors::fault::FaultGate;
@@ -54,7 +53,7 @@ pub struct CapturedPose {
 #[derive(Clone, Debug, PartialEq)]
 pub struct MotionCapture {
     settings: MotionCaptureSettings,
-    noise: Random,
+    noise: NoiseStream,
     line: DelayLine<CapturedPose, ON_THE_WAY_MAX>,
     gate: FaultGate<CapturedPose>,
     jump_m: DVec3,
@@ -69,7 +68,7 @@ impl MotionCapture {
     pub fn new(settings: MotionCaptureSettings, seed: u64) -> Self {
         MotionCapture {
             settings,
-            noise: NoiseConsumer::MotionCapture.stream(seed),
+            noise: NoiseStream::new(seed, NoiseConsumer::MotionCapture),
             line: DelayLine::new(),
             gate: FaultGate::new(),
             jump_m: DVec3::ZERO,
@@ -91,8 +90,8 @@ impl MotionCapture {
         let settings = &self.settings;
         if state.steps.is_multiple_of(u64::from(settings.period_steps.max(1))) {
             let factor = self.gate.noise_factor();
-            let shift = normal_vector(&mut self.noise) * (settings.position_sigma_m * factor);
-            let turn = normal_vector(&mut self.noise) * (settings.attitude_sigma_rad * factor);
+            let shift = self.noise.normal_vector() * (settings.position_sigma_m * factor);
+            let turn = self.noise.normal_vector() * (settings.attitude_sigma_rad * factor);
             let is_lost = self.noise.chance(settings.loss_probability);
             let pose = CapturedPose {
                 position_m: state.position_m + shift + self.jump_m,
