@@ -226,7 +226,7 @@ fn adopted_pose_replaces_the_attitude() {
 }
 
 #[test]
-fn divergence_starts_anew_and_is_reported() {
+fn divergence_restarts_and_is_reported() {
     let mut filter = hovering_at(Vec3::Z);
     let fall = ImuSample::default();
     propagate(&mut filter, &fall, 1100);

@@ -202,7 +202,7 @@ impl ReportReader {
                 format!("motor {number}"),
                 format!("{:.1} % at {:.1} kHz", duty * 100.0, frequency_hz / 1000.0),
             ),
-            EmulatorEvent::Colour { red, green, blue } => {
+            EmulatorEvent::Color { red, green, blue } => {
                 output("led".to_owned(), format!("red {red}, green {green}, blue {blue} of 3"))
             }
             EmulatorEvent::Syslink { .. }

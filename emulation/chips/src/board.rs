@@ -184,7 +184,7 @@ pub trait Board: Sized {
     }
 
     /// Reports a signal or packet on the shared channel. It does not begin in the past.
-    fn hear(&mut self, _heard: ReceptionEvent) {}
+    fn receive(&mut self, _received: ReceptionEvent) {}
 
     /// Returns a packet with this payload as this robot would send it from `begin` on; none without
     /// such a radio.

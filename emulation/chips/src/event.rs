@@ -50,8 +50,8 @@ pub enum BoardEvent {
         /// The time on the air, up to the end of the last bit.
         air: Time,
     },
-    /// The colour of a Kilobot's LED changes. Each of its components is 0 to 3.
-    Colour {
+    /// The color of a Kilobot's LED changes. Each of its components is 0 to 3.
+    Color {
         /// Red component, 0 to 3.
         red: u8,
         green: u8,
@@ -100,7 +100,7 @@ impl Bootloader {
     }
 }
 
-/// The LEDs of a Crazyflie 2, and the colours of a Zooid's.
+/// The LEDs of a Crazyflie 2, and the colors of a Zooid's.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum BoardLed {
     /// PD2, next to the charger.

@@ -127,7 +127,7 @@ mod tests {
     }
 
     #[test]
-    fn a_clock_that_stands_still_takes_for_ever() {
+    fn a_stopped_clock_never_reaches_a_time() {
         assert_eq!(Time::of_ticks(1, 0), Time::NEVER);
         assert_eq!(Time::NEVER + Time::from_nanos(1), Time::NEVER);
     }

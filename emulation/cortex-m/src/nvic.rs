@@ -371,7 +371,7 @@ mod tests {
     }
 
     #[test]
-    fn masks_keep_away_what_they_say() {
+    fn masks_block_their_exceptions() {
         let mut nvic = enabled(&[(28, 0x40), (71, 0x20)]);
         nvic.set_lines(1 << 28 | 1 << 71);
         let basepri = |basepri| Masks { basepri, ..NO_MASKS };
@@ -399,7 +399,7 @@ mod tests {
     }
 
     #[test]
-    fn a_line_that_stays_high_asks_again() {
+    fn a_line_that_stays_high_pends_again() {
         let mut nvic = enabled(&[(28, 0)]);
         nvic.set_lines(1 << 28);
         nvic.activate(16 + 28);
@@ -413,7 +413,7 @@ mod tests {
     }
 
     #[test]
-    fn registers_stand_where_the_manual_says() {
+    fn registers_have_the_manuals_addresses() {
         let mut nvic = Nvic::new(CoreKind::CortexM4F);
         nvic.write(0x008, 1 << 7, !0); // NVIC_ISER2: USART6
         assert_eq!(nvic.read(0x008), 1 << 7);

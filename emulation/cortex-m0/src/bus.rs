@@ -119,7 +119,7 @@ impl<B: Board> Bus<B> {
     }
 
     /// Decodes the operation at `pc`, in any memory.
-    pub fn look(&self, pc: u32) -> Op {
+    pub fn decode_at(&self, pc: u32) -> Op {
         // Nothing is executed from peripherals and beyond (B3.1).
         let halfword = |address: u32| {
             let bytes = self.memory(address, 2).filter(|_| pc < 0x4000_0000)?;
@@ -133,8 +133,8 @@ impl<B: Board> Bus<B> {
 
     /// Decodes the operation at `pc` in the flash. The result is valid until the flash changes,
     /// because literal loads are resolved, too.
-    pub fn look_once(&self, pc: u32) -> Op {
-        let op = self.look(pc);
+    pub fn decode_in_flash(&self, pc: u32) -> Op {
+        let op = self.decode_at(pc);
         if op.kind == Operation::LdrLiteral {
             let address = (pc.wrapping_add(4) & !3).wrapping_add(op.imm);
             let word = self.flash_index(address, 4).and_then(|at| self.flash[at..].first_chunk());

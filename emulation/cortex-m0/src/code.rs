@@ -149,7 +149,7 @@ impl FlashCode {
     fn learn<B: Board>(&mut self, bus: &Bus<B>, first: usize) {
         let mut end = first;
         while let (Some(op), Some(&Cost::UNKNOWN)) = (self.ops.get_mut(end), self.costs.get(end)) {
-            *op = bus.look_once(FLASH + 2 * end as u32);
+            *op = bus.decode_in_flash(FLASH + 2 * end as u32);
             end += 1;
             if op.ends_line() {
                 break;

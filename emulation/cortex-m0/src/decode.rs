@@ -356,7 +356,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn branches_reach_as_far_as_the_assembler_says() {
+    fn branches_have_the_assemblers_range() {
         // b . ; beq .+4; bl .+0x104; bl .-4 (GNU assembler 2.40)
         assert_eq!(decode(0xe7fe, 0), Op::new(Operation::Branch, 0, 0, 0, -2_i32 as u32));
         assert_eq!(decode(0xd000, 0), Op::new(Operation::BranchEq, 0, 0, 0, 0));
@@ -365,7 +365,7 @@ mod tests {
     }
 
     #[test]
-    fn what_armv6m_lacks_is_undefined() {
+    fn instructions_beyond_armv6m_are_undefined() {
         for (first, second) in [
             (0xb108, 0),      // cbz
             (0xbf08, 0),      // it eq

@@ -128,7 +128,7 @@ impl Processor {
             let lines = match code.lines(bus, pc, budget) {
                 Some(lines) => lines,
                 None => {
-                    alone = Alone::of(bus.look(pc));
+                    alone = Alone::of(bus.decode_at(pc));
                     alone.lines(pc)
                 }
             };

@@ -4,7 +4,7 @@
 //! The core's instructions, exceptions and interrupt controller are written from the ARMv6-M
 //! Architecture Reference Manual (DDI 0419), the cycles from the Cortex-M0 Technical Reference
 //! Manual (DDI 0432). The library contains no foreign code: a swarm of robots can run in one
-//! process, and the process is not bound to the licence of another emulator.
+//! process, and the process is not bound to the license of another emulator.
 //!
 //! # Principles
 //! 1. **Fast enough for swarms.** Instructions in flash are decoded once and executed line by line,

@@ -57,7 +57,7 @@ fn digest_of(digest: u32, words: impl IntoIterator<Item = u32>) -> u32 {
 }
 
 #[test]
-fn plain_instructions_do_what_another_core_does() {
+fn plain_instructions_equal_another_core() {
     let mut random = Random::new(0x2f6e_2b1d);
     let mut bus: Bus<ZooidBoard> = Bus::new(0);
     let mut digests = Vec::<(u16, u32)>::new();
@@ -126,7 +126,7 @@ fn run_for(
 }
 
 #[test]
-fn straight_lines_do_what_their_instructions_do_one_by_one() {
+fn straight_lines_equal_single_steps() {
     const PROGRAM: u32 = FLASH + 0x100;
     let mut random = Random::new(0x9b1c_77a1);
     let mut buses = [0; 2].map(|_| {

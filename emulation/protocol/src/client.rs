@@ -80,7 +80,7 @@ impl Emulator {
         address: u32,
         length: u32,
     ) -> Result<Vec<u8>, ClientError> {
-        match self.ask(robot, &Command::Read { address, length }, |_| ())? {
+        match self.request(robot, &Command::Read { address, length }, |_| ())? {
             Reply::Bytes { bytes } => Ok(bytes),
             reply => Err(ClientError::unexpected(&reply)),
         }
@@ -110,7 +110,7 @@ impl Emulator {
         until: Duration,
         on_event: impl FnMut(RobotEvent),
     ) -> Result<(Duration, Pause), ClientError> {
-        match self.ask(0, &Command::Run { until }, on_event)? {
+        match self.request(0, &Command::Run { until }, on_event)? {
             Reply::Paused { at, reason } => Ok((at, reason)),
             reply => Err(ClientError::unexpected(&reply)),
         }
@@ -150,7 +150,7 @@ impl Emulator {
 
     /// Returns the counters of one of several robots.
     pub fn statistics_of(&mut self, robot: usize) -> Result<RobotStatistics, ClientError> {
-        match self.ask(robot, &Command::Statistics, |_| ())? {
+        match self.request(robot, &Command::Statistics, |_| ())? {
             Reply::Statistics(statistics) => Ok(*statistics),
             reply => Err(ClientError::unexpected(&reply)),
         }
@@ -163,7 +163,7 @@ impl Emulator {
 
     /// Sends a command for one of several robots that is answered by `ok`.
     pub fn execute_on(&mut self, robot: usize, command: &Command) -> Result<(), ClientError> {
-        match self.ask(robot, command, |_| ())? {
+        match self.request(robot, command, |_| ())? {
             Reply::Ok => Ok(()),
             reply => Err(ClientError::unexpected(&reply)),
         }
@@ -179,7 +179,7 @@ impl Emulator {
         Ok(())
     }
 
-    fn ask(
+    fn request(
         &mut self,
         robot: usize,
         command: &Command,

@@ -13,7 +13,7 @@ pub trait Control: Board {
     const NAME: &'static str;
 
     /// Handles a command that concerns the board.
-    fn obey(&mut self, command: Command) -> Result<(), CommandRefusal>;
+    fn execute(&mut self, command: Command) -> Result<(), CommandRefusal>;
 
     /// Returns the board's counters since power-on.
     fn counted(&self) -> BoardStatistics;

@@ -96,7 +96,7 @@ impl<C: Core> EmulatedRobots for Fleet<C> {
                 self.unread.insert(robot);
             }
             Command::Power { on } => {
-                member.board().obey(command)?;
+                member.board().execute(command)?;
                 self.air.set_power(robot, on);
             }
             Command::Deaf { ref to } => {
@@ -104,7 +104,7 @@ impl<C: Core> EmulatedRobots for Fleet<C> {
                     return Err(CommandError::NoRobot { robot: *stranger, robots });
                 }
                 let from = to.clone();
-                member.board().obey(command)?;
+                member.board().execute(command)?;
                 self.air.cut_off(robot, from);
             }
             Command::Air { lose, seed } => self.air.lose(probability(lose)?, seed),
@@ -124,7 +124,7 @@ impl<C: Core> EmulatedRobots for Fleet<C> {
                     air: self.air.statistics.into(),
                 })));
             }
-            command => member.board().obey(command)?,
+            command => member.board().execute(command)?,
         }
         Ok(Reply::Ok)
     }
@@ -166,7 +166,8 @@ impl<C: Core> EmulatedRobots for Fleet<C> {
             }
             let turn = (quiet.max(now) + duration(LOOKAHEAD)).min(until);
             let members = &mut *self.members;
-            self.air.carry(time(turn), robots, |robot, heard| members[robot].board().hear(heard));
+            self.air
+                .carry(time(turn), robots, |robot, event| members[robot].board().receive(event));
             let mut reason = None;
             for (number, member) in self.members.iter_mut().enumerate() {
                 // In the last turn no robot is skipped, so that all end at the same time.

@@ -123,7 +123,7 @@ pub enum Command {
         /// Start of the pseudo-random sequence.
         seed: u64,
     },
-    /// Sets the behaviour of the radio's processor from now on.
+    /// Sets the behavior of the radio's processor from now on.
     RadioProcessor {
         /// False for firmware from before October 2025, which ignores RADIO_READY.
         #[serde(default = "yes")]
@@ -197,7 +197,7 @@ pub enum Command {
     },
     /// Sets the range of the light between Kilobots, and the error of measured distances.
     Infrared {
-        /// Range between the robots' centres, in mm.
+        /// Range between the robots' centers, in mm.
         range_mm: f64,
         /// Standard deviation of a measured distance, in mm.
         noise_mm: f64,
@@ -462,8 +462,9 @@ pub enum EmulatorEvent {
         #[serde(rename = "air_ns", with = "nanoseconds")]
         air: Duration,
     },
-    /// A Kilobot's LED changed its colour; each component is 0 to 3.
-    Colour { red: u8, green: u8, blue: u8 },
+    /// A Kilobot's LED changed its color; each component is 0 to 3.
+    #[serde(rename = "colour")]
+    Color { red: u8, green: u8, blue: u8 },
     /// A Kilobot sent a frame; the time of the event is the beginning of the last pulse.
     Infrared {
         /// Data, type and checksum, in hexadecimal.
@@ -567,8 +568,8 @@ impl From<chips::BoardEvent> for EmulatorEvent {
             chips::BoardEvent::Radio { channel, payload, air } => {
                 EmulatorEvent::Radio { channel, payload, air: Duration::from_nanos(air.nanos()) }
             }
-            chips::BoardEvent::Colour { red, green, blue } => {
-                EmulatorEvent::Colour { red, green, blue }
+            chips::BoardEvent::Color { red, green, blue } => {
+                EmulatorEvent::Color { red, green, blue }
             }
             chips::BoardEvent::Infrared { payload, air } => {
                 EmulatorEvent::Infrared { payload, air: Duration::from_nanos(air.nanos()) }

@@ -242,7 +242,7 @@ fn every_command_is_answered_once() {
 }
 
 #[test]
-fn bad_input_is_answered_with_what_to_do() {
+fn errors_of_bad_input_state_the_remedy() {
     let long = format!(r#"{{"command":"send","type":1,"payload":"{}"}}"#, "00".repeat(65));
     let p2p = format!(
         r#"{{"command":"p2p","at_ns":0,"port":1,"rssi":1,"payload":"{}"}}"#,
@@ -310,7 +310,7 @@ fn files_that_are_no_image() {
 }
 
 #[test]
-fn a_function_is_found_by_the_part_of_its_path_that_only_it_has() {
+fn a_function_is_found_by_a_unique_part_of_its_path() {
     let symbols = [
         ("_ZN5robot4link4poll17h0123456789abcdefE", 0x0800_0101, true),
         ("_ZN5robot6script4poll17h0123456789abcdefE", 0x0800_0201, true),

@@ -224,7 +224,7 @@ impl QemuProcessor {
         self.qemu.qtest.flush()?;
         self.qemu.gdb.monitor("system_reset")?;
         self.returning = false;
-        self.look()?;
+        self.refresh()?;
         self.next = CoreRegisters { xpsr: XPSR_THUMB, ..CoreRegisters::default() };
         self.next.r[usize::from(CoreRegisters::SP)] = self.layout.relocate(sp) & !3;
         self.next.r[usize::from(CoreRegisters::LR)] = u32::MAX;
@@ -287,7 +287,7 @@ impl QemuProcessor {
         self.qemu.gdb.resume(&self.registers, &self.next)?;
         let stop = self.wait()?;
         let before = self.executed;
-        self.look()?;
+        self.refresh()?;
         let returned = u64::from(std::mem::take(&mut self.returning));
         let instructions = (self.executed - before).saturating_sub(returned);
         let in_handler = self.registers.exception() == SYSTICK_EXCEPTION;
@@ -330,7 +330,7 @@ impl QemuProcessor {
         Err(CoreError::Stuck)
     }
 
-    fn look(&mut self) -> Result<(), CoreError> {
+    fn refresh(&mut self) -> Result<(), CoreError> {
         let (registers, executed) = self.qemu.registers_and_count()?;
         self.executed = executed;
         self.next = registers.clone();

@@ -51,7 +51,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn memory_ends_where_the_manual_says() {
+    fn memory_has_the_manuals_size() {
         for layout in [MemoryLayout::Chip, MemoryLayout::CcmBehindSram] {
             assert_eq!(layout.locate(0x0800_0000, 0x10_0000), Some(0x0800_0000));
             assert_eq!(layout.locate(0x080f_ffff, 2), None);
@@ -65,7 +65,7 @@ mod tests {
     }
 
     #[test]
-    fn missing_memory_stands_elsewhere() {
+    fn memory_that_qemu_lacks_is_relocated() {
         assert_eq!(MemoryLayout::Chip.locate(0x1000_0010, 4), Some(0x1000_0010));
         assert_eq!(MemoryLayout::CcmBehindSram.locate(0x1000_0010, 4), Some(0x2002_0010));
         assert_eq!(MemoryLayout::CcmBehindSram.relocate(0x1001_0000), 0x2003_0000);

@@ -79,7 +79,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn finds_what_the_assembler_writes() {
+    fn finds_the_assemblers_encodings() {
         // wfe; wfi; sev; nop; b .; msr msp, r0; msr primask, r0; msr msp, r9; wfe.w; wfi.w; sev.w; bx lr
         // (GNU assembler 2.40)
         let halves = [

@@ -75,7 +75,7 @@ fn single_elements() {
 }
 
 #[test]
-fn store_exclusive_says_how_it_went() {
+fn store_exclusive_returns_its_status() {
     #[rustfmt::skip]
     let cases = [
         ("strex r0, r1, [r2, #16]", 0xe842_1004, Word, 0x3010),
@@ -116,7 +116,7 @@ fn several_elements() {
 }
 
 #[test]
-fn what_cannot_be_done_says_why() {
+fn undecodable_instructions_state_the_reason() {
     #[rustfmt::skip]
     let cases = [
         ("vldr s0, [r2]",      0xed92_0a00, DecodeError::FloatingPoint),

@@ -41,7 +41,7 @@ pub enum SimavrChip {
 impl SimavrChip {
     /// Returns the size of the flash in bytes. Addresses beyond it wrap around to the same flash,
     /// because the program counter has only the bits that the size needs. For the larger chip, only
-    /// the half that `lpm` can address is modelled.
+    /// the half that `lpm` can address is modeled.
     pub const fn flash_size(self) -> usize {
         match self {
             SimavrChip::Atmega328p => 0x8000,

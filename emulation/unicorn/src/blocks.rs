@@ -124,7 +124,7 @@ mod tests {
     }
 
     #[test]
-    fn knows_what_armv6m_lacks() {
+    fn recognizes_instructions_beyond_armv6m() {
         // cpsid i; wfe; bl; dmb; mrs; msr; rev; bx lr
         let code: &[&[u16]] = &[
             &[0xb672],
@@ -156,7 +156,7 @@ mod tests {
     }
 
     #[test]
-    fn sees_masks_and_events() {
+    fn recognizes_masks_and_events() {
         assert!(parse(&[0xb672]).masks, "cpsid i");
         assert!(parse(&[0xf380, 0x8811]).masks, "msr basepri, r0");
         assert!(!parse(&[0xf380, 0x8809]).masks, "msr psp, r0");

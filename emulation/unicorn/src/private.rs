@@ -1,4 +1,4 @@
-//! The registers of the core: the system control block and its neighbours (ARMv7-M B3.2).
+//! The registers of the core: the system control block and its neighbors (ARMv7-M B3.2).
 
 use bittybuzz_chips::{Board, CoreKind, Width};
 use bittybuzz_cortex_m::registers::{

@@ -5,7 +5,7 @@ use std::collections::{BTreeSet, VecDeque};
 use bittybuzz_chips::{Random, Time};
 use bittybuzz_kilobot_board::{Amplitude, DIAMETER_MM, Edge, LightChange};
 
-/// Range from centre to centre in mm (Rubenstein, Ahler, Nagpal, ICRA 2012).
+/// Range from center to center in mm (Rubenstein, Ahler, Nagpal, ICRA 2012).
 const RANGE_MM: f64 = 100.0;
 
 /// The distance in mm at which every robot sees the controller above the table. A choice.
@@ -66,14 +66,14 @@ impl InfraredAir {
         self.places[robot] = place;
         for other in 0..self.places.len() {
             if other != robot {
-                self.look(robot, other);
-                self.look(other, robot);
+                self.update_distance(robot, other);
+                self.update_distance(other, robot);
             }
         }
     }
 
     /// Updates the distance at which `robot` sees `other`, if it does.
-    fn look(&mut self, robot: usize, other: usize) {
+    fn update_distance(&mut self, robot: usize, other: usize) {
         let distance = self.places[robot]
             .zip(self.places[other])
             .map(|([x, y], [to_x, to_y])| (to_x - x).hypot(to_y - y));
@@ -263,7 +263,7 @@ mod tests {
     }
 
     #[test]
-    fn who_is_near_enough_sees_and_a_moment_changes_nothing() {
+    fn robots_in_range_receive_light() {
         let mut air = InfraredAir::new(3);
         for (robot, x) in [0.0, 99.0, 199.5].into_iter().enumerate() {
             air.place(robot, Some([x, 0.0]));

@@ -8,7 +8,7 @@
 //! 1. **Cycles are those of the data sheet**: instructions take the cycles that simavr counts,
 //!    interrupts and halts those of the data sheet, and each robot's oscillator gives the length of
 //!    its cycles.
-//! 2. **Light is pulses, not messages.** A robot sends the edges of its pin. A neighbour's program
+//! 2. **Light is pulses, not messages.** A robot sends the edges of its pin. A neighbor's program
 //!    receives edges of the comparator and readings of the converter. Two robots that send at the
 //!    same time are seen at the same time.
 //! 3. **Results are reproducible**: the same commands give the same answers, on one thread or on

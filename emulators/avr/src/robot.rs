@@ -61,7 +61,7 @@ pub struct Turns {
 impl Turns {
     /// Updates the counters after `awake` cycles without sleep, when `wdr` was executed `begun`
     /// times.
-    fn look(&mut self, begun: u64, awake: u64) {
+    fn update(&mut self, begun: u64, awake: u64) {
         if self.begun == begun {
             return;
         }
@@ -127,7 +127,7 @@ impl EmulatedKilobot {
         (self.counted, self.is_dead) = (before.counted, before.is_dead);
     }
 
-    /// Runs until `end`, with neighbours' light in `lights`. Returns the changes of the robot's own
+    /// Runs until `end`, with neighbors' light in `lights`. Returns the changes of the robot's own
     /// LED.
     pub fn run(&mut self, end: Time, lights: &[LightChange]) -> Vec<Edge> {
         self.board.will_see(lights.iter().copied());
@@ -193,7 +193,7 @@ impl EmulatedKilobot {
         // The core stops at each `wdr`, which the firmware's main loop executes once per turn; at
         // most one phase begins in a turn.
         let awake = self.core.cycle() - self.counted.slept;
-        self.counted.turns.look(self.board.watchdog_restarts(), awake);
+        self.counted.turns.update(self.board.watchdog_restarts(), awake);
         if let Some(phase) = self.phase {
             self.counted.steps.look(self.core.data()[usize::from(phase)]);
         }

@@ -157,7 +157,7 @@ pub fn more_urgent_interrupts_nest_and_equal_ones_wait<C: ZooidCore>() {
 }
 
 /// An access that is not aligned, which a Cortex-M0 does not allow.
-pub fn what_is_not_allowed_is_a_hard_fault_and_one_within_a_lockup<C: ZooidCore>() {
+pub fn an_unaligned_access_is_a_hard_fault_and_a_second_fault_a_lockup<C: ZooidCore>() {
     // ldr from 2 * 0x10000001, which is not aligned; the handler stores the stacked PC and executes UDF.
     let code = [
         0x4804, // ldr r0, =0x20000001
@@ -261,7 +261,7 @@ pub fn a_page_is_erased_and_programmed<C: ZooidCore>() {
 }
 
 /// Code in flash that the program changes after it was executed.
-pub fn a_program_that_changes_itself_does_what_it_then_is<C: ZooidCore>() {
+pub fn self_modified_code_is_executed<C: ZooidCore>() {
     // Calls 0x0800fc00 (movs r0, #7; bx lr), makes 0 of its first halfword (movs r0, r0) and calls it with 5.
     let code = [
         0x4c09, // ldr r4, =0x40022000

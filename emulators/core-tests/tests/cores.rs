@@ -25,12 +25,12 @@ mod own {
         a_line_that_is_longer_than_any_budget_is_executed_too,
         several_registers_go_to_memory_and_come_back,
         more_urgent_interrupts_nest_and_equal_ones_wait,
-        what_is_not_allowed_is_a_hard_fault_and_one_within_a_lockup,
+        an_unaligned_access_is_a_hard_fault_and_a_second_fault_a_lockup,
         a_fault_in_the_hard_fault_handler_locks_up,
         a_full_stack_is_a_hard_fault,
         the_watchdog_ends_a_lockup,
         a_page_is_erased_and_programmed,
-        a_program_that_changes_itself_does_what_it_then_is,
+        self_modified_code_is_executed,
         instructions_that_armv6m_lacks_are_hard_faults,
         priorities_have_two_bits_and_vtor_does_not_exist,
     }
@@ -48,7 +48,7 @@ mod unicorn {
         a_full_stack_is_a_hard_fault,
         the_watchdog_ends_a_lockup,
         a_page_is_erased_and_programmed,
-        a_program_that_changes_itself_does_what_it_then_is,
+        self_modified_code_is_executed,
         instructions_that_armv6m_lacks_are_hard_faults,
         priorities_have_two_bits_and_vtor_does_not_exist,
     }

@@ -93,7 +93,7 @@ fn loads_and_stores_reach_the_registers() {
 }
 
 #[test]
-fn wfe_waits_for_what_the_manual_says() {
+fn wfe_waits_for_the_manuals_events() {
     let results = play(1, 5);
     // Interrupts at 1, 2, 3 and 4 ms of TIM5; it was started some microseconds after power-on.
     assert_eq!(results[0], 4);
@@ -179,7 +179,7 @@ fn core_coupled_memory_is_there() {
 }
 
 #[test]
-fn what_this_bridge_lacks_is_said() {
+fn missing_features_of_the_bridge_are_reported() {
     let mut robot = robot(8);
     let run = run(&mut robot, 1);
     let [event] = &run.events[..] else { panic!("{:?}", run.events) };

@@ -208,7 +208,7 @@ fn level_target_keeps_the_yaw() {
 }
 
 #[test]
-fn numbers_that_are_not_finite_do_no_harm() {
+fn numbers_that_are_not_finite_are_harmless() {
     let mut controller = controller();
     let before = controller;
     let state = FlightState { velocity_m_s: Vec3::NAN, ..FlightState::default() };

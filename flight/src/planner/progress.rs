@@ -5,7 +5,7 @@ use super::velocity::VelocityFilter;
 use super::{Motion, PlanReport, Planner, Pursuit, VelocityCommand};
 use crate::Reference;
 
-/// Time in seconds between attempts to leave a braking manoeuvre for a curve.
+/// Time in seconds between attempts to leave a braking maneuver for a curve.
 const RETRY_S: f64 = 0.1;
 
 impl<const PIECES: usize> Planner<PIECES> {
@@ -87,7 +87,7 @@ impl<const PIECES: usize> Planner<PIECES> {
         self.motion = Motion::Pursuit { filter, pursuit, retry_s: end_s };
     }
 
-    /// Leaves a braking manoeuvre once a curve leads to the goal.
+    /// Leaves a braking maneuver once a curve leads to the goal.
     fn retry(&mut self) {
         let Motion::Pursuit { filter, pursuit, retry_s } = &mut self.motion else { return };
         let Some(goal) = pursuit.goal else { return };

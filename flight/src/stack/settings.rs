@@ -29,7 +29,7 @@ pub struct StackSettings {
 }
 
 impl StackSettings {
-    /// A Crazyflie 2.1+ without a fence, which knows its start to some centimetres.
+    /// A Crazyflie 2.1+ without a fence, which knows its start to some centimeters.
     ///
     /// A robot that stands elsewhere adopts the place that its poses agree on.
     pub const CRAZYFLIE_2_1_PLUS: Self = Self::new(

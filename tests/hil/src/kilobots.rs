@@ -182,7 +182,7 @@ impl Kilobots {
         let later = self.events[robot].iter().filter(|event| event.at >= since);
         later
             .filter_map(|event| match event.event {
-                EmulatorEvent::Colour { red, green, blue } => Some((event.at, [red, green, blue])),
+                EmulatorEvent::Color { red, green, blue } => Some((event.at, [red, green, blue])),
                 _ => None,
             })
             .collect()

@@ -85,7 +85,7 @@ fn has_shown(events: &[TimedEvent], since: Duration) -> bool {
     events.iter().filter(|event| event.at > late).any(|event| {
         matches!(
             event.event,
-            EmulatorEvent::Led { .. } | EmulatorEvent::Motor { .. } | EmulatorEvent::Colour { .. }
+            EmulatorEvent::Led { .. } | EmulatorEvent::Motor { .. } | EmulatorEvent::Color { .. }
         )
     })
 }

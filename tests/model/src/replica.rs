@@ -97,7 +97,7 @@ pub fn react(robot: u16, rule: Rule, known: &Replica, event: Event) -> (Replica,
         Event::Get(key) => 100 + key,
         Event::Forget => 200,
         Event::Hear(frame) => {
-            machine.tell(frame);
+            machine.receive(frame);
             0
         }
         Event::Forge(_) => 0,
@@ -117,7 +117,7 @@ pub fn react(robot: u16, rule: Rule, known: &Replica, event: Event) -> (Replica,
     let sent = machine.sent();
     let mut after = Replica::new();
     for key in 0..KEYS {
-        machine.tell((key, Stamp { clock: 0, robot: ASKER, value: None }));
+        machine.receive((key, Stamp { clock: 0, robot: ASKER, value: None }));
         // An answer may wait for the one before.
         (0..5).for_each(|_| machine.step(0));
         after.extend(machine.sent().into_iter().filter(|(_, stamp)| stamp.clock != 0));
@@ -165,17 +165,17 @@ impl Running {
                 // The deletion of a key that is not there would leave nothing.
                 let clock = if stamp.clock > 1 { stamp.clock - 1 } else { CLOCK_MAX };
                 let deleted = Stamp { clock, robot: stamp.robot, value: Some(1) };
-                machine.tell((*key, deleted));
+                machine.receive((*key, deleted));
             }
-            machine.tell((*key, *stamp));
+            machine.receive((*key, *stamp));
         }
         machine.step(0);
         machine.robot.take_sent();
         machine
     }
 
-    /// A frame is waiting.
-    fn tell(&mut self, (key, Stamp { clock, robot, value }): Frame) {
+    /// Receives a frame, which waits for the next step.
+    fn receive(&mut self, (key, Stamp { clock, robot, value }): Frame) {
         let entry = Message::<Tiny>::Entry(EntryMessage {
             stigmergy: 1,
             owner: robot,

@@ -125,7 +125,7 @@ fn live(known: &Replica) -> Replica {
 }
 
 impl Bounds {
-    /// What all robots know when everything that is on its way is lost, and from then on all frames between neighbours in a
+    /// What all robots know when everything that is on its way is lost, and from then on all frames between neighbors in a
     /// row arrive; `None` if that does not come to an end.
     pub fn settle(&self, world: &World) -> Option<[Replica; ROBOTS.len()]> {
         let mut replicas = world.replicas.clone();

@@ -30,7 +30,7 @@ fn robots_may_forget() {
 }
 
 #[test]
-fn questions_change_nothing() {
+fn gets_change_nothing() {
     check(Bounds { puts: 2, gets: 1, ..BOUNDS });
 }
 
@@ -50,13 +50,13 @@ fn a_forged_entry_is_agreed_on_and_does_not_last() {
 }
 
 #[test]
-#[ignore = "a minute without optimisation"]
+#[ignore = "a minute without optimization"]
 fn two_forged_entries() {
     check(Bounds { forged: 2, puts: 1, ..BOUNDS });
 }
 
 #[test]
-#[ignore = "a minute without optimisation"]
+#[ignore = "a minute without optimization"]
 fn four_puts() {
     check(Bounds { puts: 4, ..BOUNDS });
 }

@@ -317,7 +317,7 @@ impl Emulated {
                 self.led = if on { self.led | bit } else { self.led & !bit };
                 world.shine(self.id, self.led).expect(IN_WORLD);
             }
-            EmulatorEvent::Colour { red, green, blue } => {
+            EmulatorEvent::Color { red, green, blue } => {
                 let shines = [red, green, blue].map(|part| u8::from(part > 0));
                 self.led = shines[0] | shines[1] << 1 | shines[2] << 2;
                 world.shine(self.id, self.led).expect(IN_WORLD);

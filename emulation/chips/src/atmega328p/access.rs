@@ -195,7 +195,7 @@ impl Atmega328p {
                 self.timers[1].ocr[of] = u16::from_le_bytes([value, self.temporary]);
             }
             at::GTCCR => {
-                // PSRSYNC and PSRASY. TSM, which keeps them set, is not modelled.
+                // PSRSYNC and PSRASY. TSM, which keeps them set, is not modeled.
                 if value & 1 != 0 {
                     self.timers[0].reset_prescaler(io);
                     self.timers[1].reset_prescaler(io);

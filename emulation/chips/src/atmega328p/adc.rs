@@ -39,7 +39,7 @@ pub struct Adc {
     /// The cycle at which the prescaler was 0.
     origin: u64,
     conversion: Option<Conversion>,
-    /// True if the firmware selected a trigger that is not modelled.
+    /// True if the firmware selected a trigger that is not modeled.
     pub is_unknown_trigger: bool,
 }
 
@@ -223,7 +223,7 @@ mod tests {
     }
 
     #[test]
-    fn conversions_take_as_long_as_the_data_sheet_says() {
+    fn conversions_take_the_data_sheets_time() {
         // Table 24-1, at 1 MHz: the first conversion takes 25 clocks and the others 13, sampled
         // after 13.5 and 1.5; a triggered one takes 13.5, sampled after 2.
         let mut adc = Adc::default();

@@ -362,7 +362,7 @@ mod tests {
     }
 
     #[test]
-    fn looking_often_changes_nothing() {
+    fn computing_often_changes_nothing() {
         for (tccra, tccrb) in [(0, 1), (1, 1), (3, 1), (0, 9), (2, 0x12), (1, 0x11), (3, 0x1a)] {
             let mut timers = [(); 2].map(|()| timer(TimerNumber::Timer1, tccra, tccrb));
             for timer in &mut timers {

@@ -1,4 +1,4 @@
-//! The transmitter of USART0 (chapter 20), in asynchronous mode. The receiver is not modelled,
+//! The transmitter of USART0 (chapter 20), in asynchronous mode. The receiver is not modeled,
 //! because a Kilobot has no serial input.
 
 /// UCSR0A.

@@ -136,7 +136,7 @@ mod tests {
     }
 
     #[test]
-    fn it_cannot_be_turned_off_without_the_key_nor_too_late() {
+    fn turning_off_needs_the_key_in_time() {
         let mut watchdog = Watchdog::default();
         set(&mut watchdog, WDE | 7, 0);
         watchdog.set_control(0, 100, Time::ZERO, false);

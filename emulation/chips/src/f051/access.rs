@@ -92,10 +92,10 @@ impl F051 {
 
     fn write_block(&mut self, base: u32, address: u32, write: Write, width: Width) {
         let offset = address - base;
-        let mut modelled = true;
+        let mut modeled = true;
         match base {
             WATCHDOG => self.watchdog.write(offset, write, self.now),
-            I2C2 => modelled = self.i2c.write(offset, write, self.now),
+            I2C2 => modeled = self.i2c.write(offset, write, self.now),
             SYSCFG if (0x08..0x18).contains(&offset) => {
                 self.exti.write_choice(offset as usize / 4 - 2, write);
                 self.pins_changed();
@@ -104,9 +104,9 @@ impl F051 {
                 self.exti.write(offset, write);
                 self.exti.drive(&mut self.lines);
             }
-            ADC => modelled = self.adc.write(offset, write, self.now),
-            SPI1 => modelled = self.spi.write(offset, write, width != Width::Byte, self.now),
-            DMA1 => modelled = self.dma.write(offset, write),
+            ADC => modeled = self.adc.write(offset, write, self.now),
+            SPI1 => modeled = self.spi.write(offset, write, width != Width::Byte, self.now),
+            DMA1 => modeled = self.dma.write(offset, write),
             RCC => {
                 let reset = self.rcc.write(offset, write);
                 self.clocks_changed();
@@ -126,7 +126,7 @@ impl F051 {
             }
             _ => match TIMERS.iter().position(|(timer, _, _)| *timer == base) {
                 Some(number) => {
-                    modelled = self.timers[number].write(offset, write, self.now);
+                    modeled = self.timers[number].write(offset, write, self.now);
                     self.update_timer_line(number);
                 }
                 None => {
@@ -136,7 +136,7 @@ impl F051 {
                 }
             },
         }
-        if !modelled {
+        if !modeled {
             self.unknown.entry(base).or_insert(address);
         }
         if matches!(base, I2C2 | ADC | SPI1 | DMA1 | FLASH | RCC) {

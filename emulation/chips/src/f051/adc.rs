@@ -26,7 +26,7 @@ const CR_ADCAL: u32 = 1 << 31;
 const CFGR1_DMAEN: u32 = 1 << 0;
 /// Bits of CFGR1 for modes without a model: backward scans, external triggers, continuous and
 /// discontinuous mode, automatic power.
-const CFGR1_UNMODELLED: u32 = 1 << 2 | 3 << 10 | 1 << 13 | 1 << 15 | 1 << 16;
+const CFGR1_UNMODELED: u32 = 1 << 2 | 3 << 10 | 1 << 13 | 1 << 15 | 1 << 16;
 const CCR_VREFEN: u32 = 1 << 22;
 const CCR_VBATEN: u32 = 1 << 24;
 
@@ -202,7 +202,7 @@ impl Adc {
             }
             CFGR1 => {
                 self.cfgr1 = write.merge(self.cfgr1);
-                return self.cfgr1 & CFGR1_UNMODELLED == 0;
+                return self.cfgr1 & CFGR1_UNMODELED == 0;
             }
             CFGR2 => self.cfgr2 = write.merge(self.cfgr2),
             SMPR => self.smpr = write.merge(self.smpr),

@@ -154,9 +154,9 @@ impl Dma {
                     channel.total = channel.cndtr;
                     channel.done = 0;
                 }
-                let modelled = channel.ccr & CCR_MEM2MEM == 0;
+                let modeled = channel.ccr & CCR_MEM2MEM == 0;
                 self.is_on = self.channels.iter().any(|channel| channel.ccr & CCR_EN != 0);
-                return modelled;
+                return modeled;
             }
             // Locked while the channel is on (10.4.4 to 10.4.6).
             _ if is_on => {}
@@ -200,7 +200,7 @@ mod tests {
     }
 
     #[test]
-    fn a_circle_begins_anew() {
+    fn a_full_circle_starts_again() {
         let mut dma = Dma::default();
         write(&mut dma, 0x08 + 0x4, 1);
         write(&mut dma, 0x08 + 0xc, 0x2000_0000);

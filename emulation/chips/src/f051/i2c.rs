@@ -320,7 +320,7 @@ mod tests {
     }
 
     #[test]
-    fn nobody_there() {
+    fn requests_without_device_are_not_acknowledged() {
         let mut i2c = i2c();
         write(&mut i2c, CR2, 0x42 << 1 | 1 << 16 | CR2_AUTOEND | CR2_START, Time::ZERO);
         let (now, _) = next(&mut i2c);

@@ -44,7 +44,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn identity_stands_where_the_manual_says() {
+    fn identity_has_the_manuals_address() {
         let identity = Identity::new(*b"0123456789ab");
         assert_eq!(identity.read(0x1fff_f7ac), Some(u32::from_le_bytes(*b"0123")));
         assert_eq!(identity.read(0x1fff_f7b4), Some(u32::from_le_bytes(*b"89ab")));

@@ -291,10 +291,10 @@ impl F051 {
 
     /// Returns true if an edge at a pin that a timer may capture can raise an interrupt, so that
     /// the core notices the edge before its next access.
-    pub fn hears_captures(&self) -> bool {
+    pub fn interrupts_on_capture(&self) -> bool {
         self.dma.is_watched()
             || CAPTURES.iter().any(|Capture { port, pin, timer, .. }| {
-                self.exti.hears(*port, *pin) || self.timers[*timer].hears_captures()
+                self.exti.is_enabled(*port, *pin) || self.timers[*timer].interrupts_on_capture()
             })
     }
 
@@ -309,7 +309,7 @@ impl F051 {
     }
 
     /// Called when a debugger halts or resumes the core. DBGMCU can stop several peripherals; only
-    /// the watchdog is modelled.
+    /// the watchdog is modeled.
     pub fn set_halted(&mut self, halted: bool) {
         let freeze = self.storage.get(&(DBGMCU + APB1_FREEZE)).copied().unwrap_or(0);
         if !halted {

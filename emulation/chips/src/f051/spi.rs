@@ -14,7 +14,7 @@ const CR1_MSTR: u32 = 1 << 2;
 const CR1_SPE: u32 = 1 << 6;
 /// Bits of CR1 for modes without a model: clock idle high, data at the second edge, least
 /// significant bit first, bidirectional, receive only, CRC.
-const CR1_UNMODELLED: u32 = 3 | 1 << 7 | 1 << 10 | 1 << 13 | 1 << 15;
+const CR1_UNMODELED: u32 = 3 | 1 << 7 | 1 << 10 | 1 << 13 | 1 << 15;
 const CR2_RXDMAEN: u32 = 1 << 0;
 const CR2_TXDMAEN: u32 = 1 << 1;
 const CR2_ERRIE: u32 = 1 << 5;
@@ -169,7 +169,7 @@ impl Spi {
                     self.transmit.clear();
                 }
                 self.shift(now);
-                return self.cr1 & CR1_UNMODELLED == 0;
+                return self.cr1 & CR1_UNMODELED == 0;
             }
             CR2 => {
                 self.cr2 = write.merge(self.cr2);

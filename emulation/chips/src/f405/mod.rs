@@ -168,7 +168,7 @@ impl F405 {
     }
 
     /// Called when a debugger halts or resumes the core. DBGMCU can stop several peripherals; only
-    /// the watchdog is modelled.
+    /// the watchdog is modeled.
     pub fn set_halted(&mut self, halted: bool) {
         let freeze = self.storage.get(&(DEBUG + APB1_FREEZE)).copied().unwrap_or(0);
         if !halted {

@@ -306,7 +306,7 @@ mod tests {
     }
 
     #[test]
-    fn power_on_and_brown_out_are_told_apart() {
+    fn power_on_and_brown_out_are_distinguished() {
         let mut rcc = Rcc::new();
         rcc.write(0x74, word(CSR_RMVF));
         rcc.reset(ResetCause::BrownOut);

@@ -213,7 +213,7 @@ mod tests {
     }
 
     #[test]
-    fn identity_stands_where_the_manual_says() {
+    fn identity_has_the_manuals_address() {
         let identity = Identity::new(*b"0123456789ab", "0;CF21");
         assert_eq!(identity.read(0x1fff_7a10), Some(u32::from_le_bytes(*b"0123")));
         assert_eq!(identity.read(0x1fff_7a18), Some(u32::from_le_bytes(*b"89ab")));
@@ -223,7 +223,7 @@ mod tests {
     }
 
     #[test]
-    fn one_time_programmable_bytes_are_erased_where_nothing_is_programmed() {
+    fn unprogrammed_otp_bytes_read_as_erased() {
         let mut identity = Identity::new(*b"0123456789ab", "0;CF21");
         identity.set_otp(b"\0\0\0\0buzz");
         let words = [0x1fff_7800, 0x1fff_7804, 0x1fff_7808, 0x1fff_79fc];

@@ -44,7 +44,7 @@ impl Bench {
                 for sent in self.radios[sender].take_transmissions() {
                     let receiver = &mut self.radios[1 - sender];
                     receiver.sense(sent.packet.channel(), sent.begin, sent.end, Time::ZERO);
-                    receiver.hear(sent, true);
+                    receiver.receive(sent, true);
                 }
             }
         }
@@ -186,7 +186,7 @@ fn payloads_of_fixed_length_are_filled_up() {
 }
 
 #[test]
-fn nobody_answers() {
+fn an_unacknowledged_packet_is_resent_on_request() {
     let config = RadioConfig::default().with_auto_retries(1, 5);
     let (_bench, mut sender, mut receiver) = pair(&config);
     receiver.power_down().unwrap();

@@ -1,7 +1,7 @@
 //! The radio nRF24L01+ (Nordic's product specification, version 1.0), at the level of its pins:
 //! SPI, CE, IRQ, and the air.
 //!
-//! The analog part is modelled by its timing only: the radio settles for 130 µs before it transmits
+//! The analog part is modeled by its timing only: the radio settles for 130 µs before it transmits
 //! or receives, and reception itself is exact. Between two packets this model settles again even
 //! when CE stays high, which the chip does not do.
 

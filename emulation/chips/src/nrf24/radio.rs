@@ -258,7 +258,7 @@ impl Nrf24 {
 
     /// Adds a packet that is on its way to this radio. `intact` is false if another signal overlaps
     /// with it.
-    pub fn hear(&mut self, transmission: Transmission, intact: bool) {
+    pub fn receive(&mut self, transmission: Transmission, intact: bool) {
         self.arriving.push((transmission, intact));
     }
 

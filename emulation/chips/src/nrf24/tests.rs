@@ -49,7 +49,7 @@ fn run(radio: &mut Nrf24, until: Time) -> Vec<Transmission> {
 fn carry(from: Vec<Transmission>, to: &mut Nrf24) {
     for transmission in from {
         to.sense(transmission.packet.channel(), transmission.begin, transmission.end, Time::ZERO);
-        to.hear(transmission, true);
+        to.receive(transmission, true);
     }
 }
 
@@ -88,7 +88,7 @@ fn spi_is_dead_before_the_power_on_reset_is_over() {
 }
 
 #[test]
-fn nothing_goes_out_without_a_clock() {
+fn without_a_clock_nothing_is_transmitted() {
     for hz in [0, 8_000_000, 48_000_000] {
         let mut radio = Nrf24::new();
         radio.set_clock(hz, Time::ZERO);
@@ -331,7 +331,7 @@ fn a_packet_latches_the_detector_until_ce_goes_low_or_not_at_all() {
 }
 
 #[test]
-fn who_does_not_listen_or_differs_hears_nothing() {
+fn receivers_that_are_off_or_differ_get_nothing() {
     let (mut sender, now) = radio();
     let now = start(&mut sender, false, now);
     command(&mut sender, &[0xa0, 1, 2, 3, 4, 5, 6, 7, 8], now);

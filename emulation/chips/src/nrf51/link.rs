@@ -51,7 +51,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn faults_come_as_often_as_asked_and_always_the_same() {
+    fn faults_have_the_set_rate_and_repeat() {
         let run = || {
             let mut line = SerialLine::default();
             line.set(LineQuality { lose: 0.1, corrupt: 0.2, seed: 7 });

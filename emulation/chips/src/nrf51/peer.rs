@@ -1,4 +1,4 @@
-//! The behaviour of the nRF51's firmware (crazyflie2-nrf-firmware: src/main.c, src/uart.c,
+//! The behavior of the nRF51's firmware (crazyflie2-nrf-firmware: src/main.c, src/uart.c,
 //! src/esb.c, src/shutdown.c).
 //!
 //! The firmware has one loop, each turn of which passes on one packet of the radio, reads one frame
@@ -333,7 +333,7 @@ impl Nrf51 {
             self.power_off(false, now);
         }
         self.empty_fifo(now);
-        self.not_sent += self.state.radio.hear(self.listens(now), now);
+        self.not_sent += self.state.radio.take_arrived(self.listens(now), now);
         self.run(now);
         if self.state.sending.is_none()
             && let Some((byte, waits)) = self.state.unsent.pop_front()
@@ -381,7 +381,7 @@ impl Nrf51 {
     }
 
     /// Adds another robot's P2P frame that is on the air. Its last bit arrives at `end`.
-    pub fn hear(&mut self, frame: &P2pFrame, end: Time) {
+    pub fn add_frame(&mut self, frame: &P2pFrame, end: Time) {
         self.state.radio.expect(frame.received(), end);
     }
 

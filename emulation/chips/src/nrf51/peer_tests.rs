@@ -3,7 +3,7 @@
 use super::*;
 
 /// Sends a frame to the peer at the line's rate and returns the time at which it has arrived.
-fn tell(peer: &mut Nrf51, kind: u8, payload: &[u8], now: Time) -> Time {
+fn send(peer: &mut Nrf51, kind: u8, payload: &[u8], now: Time) -> Time {
     deliver(peer, &LinkFrame::new(kind, payload).unwrap().to_bytes(), now)
 }
 
@@ -23,8 +23,8 @@ fn deliver(peer: &mut Nrf51, bytes: &[u8], mut now: Time) -> Time {
 /// Returns a peer whose radio is ready and whose Bluetooth is off, and the time.
 fn ready_peer() -> (Nrf51, Time) {
     let mut peer = Nrf51::new();
-    let now = tell(&mut peer, 0x0b, &[], Time::ZERO);
-    let now = tell(&mut peer, 0x0a, &[0], now);
+    let now = send(&mut peer, 0x0b, &[], Time::ZERO);
+    let now = send(&mut peer, 0x0a, &[0], now);
     let end = Time::from_millis(10);
     listen(&mut peer, now, end);
     peer.take_events();
@@ -63,7 +63,7 @@ fn silent_until_the_first_good_frame() {
     peer.receive(0x00, BAUD, Time::ZERO);
     assert_eq!(listen(&mut peer, Time::ZERO, Time::from_millis(100)), []);
     assert_eq!(peer.not_sent, 1);
-    let now = tell(&mut peer, 0x01, &[80], Time::from_millis(100));
+    let now = send(&mut peer, 0x01, &[80], Time::from_millis(100));
     let frames = listen(&mut peer, now, Time::from_millis(200));
     assert_eq!(kinds(&frames), [0x01], "the channel is echoed");
     // Seven bytes of 10 µs each.
@@ -71,10 +71,10 @@ fn silent_until_the_first_good_frame() {
 }
 
 #[test]
-fn reports_every_ten_milliseconds_once_asked() {
+fn reports_every_ten_milliseconds_after_a_request() {
     let mut peer = Nrf51::new();
     peer.set_battery(Battery { volts: 3.5, charging: true, usb_powered: false });
-    let now = tell(&mut peer, 0x14, &[], Time::ZERO);
+    let now = send(&mut peer, 0x14, &[], Time::ZERO);
     // The first report comes a second after the reset, which was 100 ms before the start.
     let frames = listen(&mut peer, now, Time::from_millis(925));
     assert_eq!(kinds(&frames), [0x13, 0x04, 0x13, 0x04, 0x13, 0x04]);
@@ -89,10 +89,10 @@ fn reports_every_ten_milliseconds_once_asked() {
 fn radio_frames_wait_for_ready() {
     let mut peer = Nrf51::new();
     let p2p = LinkFrame::new(0x0a, [0, 40, 1, 2, 3]).unwrap();
-    let now = tell(&mut peer, 0x02, &[2], Time::ZERO);
+    let now = send(&mut peer, 0x02, &[2], Time::ZERO);
     peer.send_frame(&p2p, now);
     assert_eq!(kinds(&listen(&mut peer, now, Time::from_millis(10))), [0x02]);
-    let now = tell(&mut peer, 0x0b, &[], Time::from_millis(10));
+    let now = send(&mut peer, 0x0b, &[], Time::from_millis(10));
     peer.send_frame(&p2p, now);
     assert_eq!(kinds(&listen(&mut peer, now, Time::from_millis(20))), [0x0b, 0x0a]);
 }
@@ -102,7 +102,7 @@ fn radio_frames_wait_for_ready() {
 #[test]
 fn a_full_queue_drops_silently() {
     let mut peer = Nrf51::new();
-    let now = tell(&mut peer, 0x0a, &[7; 60], Time::ZERO);
+    let now = send(&mut peer, 0x0a, &[7; 60], Time::ZERO);
     assert_eq!(peer.take_events().len(), 1, "read, and not yet transmitted");
     let bytes: Vec<u8> =
         (0..14).flat_map(|_| LinkFrame::new(0x01, [1; 4]).unwrap().to_bytes()).collect();
@@ -126,7 +126,7 @@ fn rts_follows_the_fifo() {
     for rts_bytes in [1, 2, 4] {
         let mut peer = Nrf51::new();
         peer.set(Nrf51Settings { rts_bytes, ble_masks: true, ..Nrf51Settings::default() });
-        let now = tell(&mut peer, 0x0a, &[7; 60], Time::ZERO);
+        let now = send(&mut peer, 0x0a, &[7; 60], Time::ZERO);
         for count in 1..=8 {
             peer.receive(0, BAUD, now);
             assert_eq!(peer.is_full(now), count >= rts_bytes, "{count} bytes");
@@ -144,7 +144,7 @@ fn rts_follows_the_fifo() {
 fn packets_of_the_radio_keep_the_loop_from_the_queue() {
     let (mut peer, start) = ready_peer();
     // Each frame takes 68 bytes on the line.
-    (0..3).for_each(|_| peer.hear(&P2pFrame::new(3, 60, [9; 60]).unwrap(), start));
+    (0..3).for_each(|_| peer.add_frame(&P2pFrame::new(3, 60, [9; 60]).unwrap(), start));
     peer.advance(start);
     let now = deliver(&mut peer, &LinkFrame::new(0x17, []).unwrap().to_bytes().repeat(4), start);
     assert_eq!(peer.state.queue.len(), 24);
@@ -158,14 +158,14 @@ fn packets_of_the_radio_keep_the_loop_from_the_queue() {
 #[test]
 fn a_frame_on_the_air_is_cut_off_by_the_next() {
     let (mut peer, start) = ready_peer();
-    let now = tell(&mut peer, 0x0a, &[1; 30], start);
-    let now = tell(&mut peer, 0x0a, &[2], now);
+    let now = send(&mut peer, 0x0a, &[1; 30], start);
+    let now = send(&mut peer, 0x0a, &[2], now);
     assert_eq!(peer.radio().cut, 1);
     // The next byte's frame would be on the air for 175 us and more.
-    let now = tell(&mut peer, 0x01, &[80], now);
+    let now = send(&mut peer, 0x01, &[80], now);
     assert_eq!(peer.radio().cut, 2);
-    let now = tell(&mut peer, 0x0a, &[3], now);
-    tell(&mut peer, 0x0a, &[4], now + Time::from_millis(1));
+    let now = send(&mut peer, 0x0a, &[3], now);
+    send(&mut peer, 0x0a, &[4], now + Time::from_millis(1));
     assert_eq!(peer.radio().cut, 2);
 }
 
@@ -175,23 +175,23 @@ fn a_restart_forgets_everything() {
     let counted = peer.received;
     peer.restart(now);
     assert!(peer.is_full(now), "only a pull-up drives the line");
-    tell(&mut peer, 0x01, &[80], now);
+    send(&mut peer, 0x01, &[80], now);
     let up = now + BOOT;
     assert_eq!(listen(&mut peer, now, up), []);
     assert!(!peer.is_full(up));
     assert_eq!((peer.received, peer.state.queue.len()), (counted, 0));
     peer.send_frame(&LinkFrame::new(0x0a, [3, 60, 1]).unwrap(), up);
     assert_eq!(peer.not_sent, 1, "the radio's gate is closed");
-    let now = tell(&mut peer, 0x0b, &[], up);
+    let now = send(&mut peer, 0x0b, &[], up);
     assert_eq!(kinds(&listen(&mut peer, now, up + Time::from_millis(5))), [0x0b]);
 }
 
 /// Firmware from before October 2025 ignores RADIO_READY.
 #[test]
-fn an_old_one_knows_no_ready_and_has_no_gate() {
+fn old_firmware_sends_no_ready_and_has_no_gate() {
     let mut peer = Nrf51::new();
     peer.set(Nrf51Settings { knows_ready: false, ..Nrf51Settings::default() });
-    let now = tell(&mut peer, 0x0b, &[], Time::ZERO);
+    let now = send(&mut peer, 0x0b, &[], Time::ZERO);
     assert_eq!(listen(&mut peer, now, Time::from_millis(5)), []);
     peer.send_frame(&LinkFrame::new(0x0a, [3, 60, 1]).unwrap(), Time::from_millis(5));
     let frames = listen(&mut peer, Time::from_millis(5), Time::from_millis(20));
@@ -202,13 +202,13 @@ fn an_old_one_knows_no_ready_and_has_no_gate() {
 fn shutdown_is_acknowledged_or_runs_out() {
     for acknowledges in [true, false] {
         let mut peer = Nrf51::new();
-        let now = tell(&mut peer, 0x0b, &[], Time::ZERO);
+        let now = send(&mut peer, 0x0b, &[], Time::ZERO);
         peer.request_shutdown(now);
         let frames = listen(&mut peer, now, Time::from_millis(999));
         assert_eq!(kinds(&frames), [0x0b, 0x15]);
         assert!(peer.is_powered());
         if acknowledges {
-            tell(&mut peer, 0x16, &[], Time::from_millis(999));
+            send(&mut peer, 0x16, &[], Time::from_millis(999));
         } else {
             peer.advance(now + SHUTDOWN_AFTER);
         }
@@ -225,7 +225,7 @@ fn the_probe_counts_bad_sums() {
         peer.receive(byte, BAUD, Time::ZERO);
     }
     assert!(!peer.state.talks);
-    let now = tell(&mut peer, 0xf0, &[], Time::ZERO);
+    let now = send(&mut peer, 0xf0, &[], Time::ZERO);
     let frames = listen(&mut peer, now, Time::from_millis(10));
     assert_eq!(frames[0].1.payload(), [0, 0, 0, 0, 0, 0, 1, 1]);
 }
@@ -247,14 +247,14 @@ fn frames_from_the_air_go_over_the_line() {
     let (mut peer, now) = ready_peer();
     // A frame is not received if its arrival began before the radio listened.
     let mut early = Nrf51::new();
-    tell(&mut early, 0x02, &[2], Time::ZERO);
-    early.hear(&frame(0), Time::from_millis(1));
+    send(&mut early, 0x02, &[2], Time::ZERO);
+    early.add_frame(&frame(0), Time::from_millis(1));
     assert_eq!(kinds(&listen(&mut early, Time::ZERO, Time::from_millis(10))), [0x02]);
     assert_eq!(early.not_sent, 1);
     // The frames arrive every 400 µs, and each takes 680 µs on the line.
     let start = now + Time::from_millis(1);
     for n in 0..5 {
-        peer.hear(&frame(n), start + Time::from_micros(400 * u64::from(n)));
+        peer.add_frame(&frame(n), start + Time::from_micros(400 * u64::from(n)));
     }
     let frames = listen(&mut peer, now, now + Time::from_millis(10));
     assert_eq!(kinds(&frames), [0x0a; 5]);
@@ -266,14 +266,14 @@ fn frames_from_the_air_go_over_the_line() {
 
 /// A transmitting radio receives nothing.
 #[test]
-fn a_broadcast_is_told_when_it_begins() {
+fn a_broadcast_is_reported_when_it_begins() {
     let (mut peer, now) = ready_peer();
-    let now = tell(&mut peer, 0x0a, &[0xf3, 1, 2, 3], now + Time::from_millis(1));
+    let now = send(&mut peer, 0x0a, &[0xf3, 1, 2, 3], now + Time::from_millis(1));
     let event = peer.take_events().pop().unwrap();
     let air = Time::from_nanos(130_000 + (8 * 14 + 1) * 500);
     assert_eq!(event, (now, BoardEvent::P2p { port: 3, payload: vec![1, 2, 3], air }));
-    peer.hear(&P2pFrame::new(3, 60, [9; 3]).unwrap(), now + Time::from_micros(100));
-    peer.hear(&P2pFrame::new(3, 60, [8; 3]).unwrap(), now + air + Time::from_micros(100));
+    peer.add_frame(&P2pFrame::new(3, 60, [9; 3]).unwrap(), now + Time::from_micros(100));
+    peer.add_frame(&P2pFrame::new(3, 60, [8; 3]).unwrap(), now + air + Time::from_micros(100));
     let frames = listen(&mut peer, now, now + Time::from_millis(10));
     assert_eq!(frames.len(), 1);
     assert_eq!(frames[0].1.payload(), [3, 60, 8, 8, 8]);

@@ -99,7 +99,7 @@ impl Radio {
 
     /// Receives complete frames. A radio that `listens` stores them, unless it was transmitting
     /// meanwhile. Returns the number of frames that arrived while it did not listen.
-    pub fn hear(&mut self, listens: bool, now: Time) -> u64 {
+    pub fn take_arrived(&mut self, listens: bool, now: Time) -> u64 {
         let mut ignored = 0;
         while let Some((end, frame)) = self.arriving.pop_front_if(|(end, _)| *end <= now) {
             // The frame holds a byte for the signal strength, which was not on the air.
@@ -149,14 +149,14 @@ mod tests {
 
     /// Port, signal strength and 10 bytes take 21 bytes and a bit on the air, 84.5 µs.
     #[test]
-    fn deaf_while_it_transmits_and_no_longer() {
+    fn receives_nothing_while_transmitting() {
         for (end_us, heard) in [(999, true), (1000, true), (1001, false), (1250, false)] {
             let mut radio = Radio::new();
             radio.expect(frame(12), Time::from_micros(end_us));
             let sent = Time::from_micros(1000);
             let air = radio.transmit(11, sent);
             assert_eq!(air.nanos(), 214_500);
-            assert_eq!(radio.hear(true, Time::from_millis(2)), 0);
+            assert_eq!(radio.take_arrived(true, Time::from_millis(2)), 0);
             assert_eq!(
                 (radio.take().is_some(), radio.counted.unheard == 0),
                 (heard, heard),
@@ -167,7 +167,7 @@ mod tests {
         let mut radio = Radio::new();
         radio.transmit(11, Time::ZERO);
         radio.expect(frame(12), Time::from_nanos(214_500 + 84_500));
-        radio.hear(true, Time::from_millis(1));
+        radio.take_arrived(true, Time::from_millis(1));
         assert!(radio.take().is_some());
     }
 
@@ -176,13 +176,13 @@ mod tests {
         let mut radio = Radio::new();
         (0..10).for_each(|n| radio.expect(frame(2 + n), Time::from_micros(100 * n as u64)));
         assert_eq!(radio.next_arrival(), Some(Time::ZERO));
-        radio.hear(true, Time::from_micros(850));
+        radio.take_arrived(true, Time::from_micros(850));
         assert_eq!(
             (radio.next_arrival(), radio.counted.overflown),
             (Some(Time::from_micros(900)), 2)
         );
         assert_eq!(radio.take().map(|frame| frame.payload().len()), Some(2), "the oldest first");
-        assert_eq!(radio.hear(false, Time::from_millis(1)), 1);
+        assert_eq!(radio.take_arrived(false, Time::from_millis(1)), 1);
         assert_eq!(radio.next_arrival(), None);
     }
 }

@@ -43,7 +43,7 @@ impl Exti {
     }
 
     /// Returns true if edges of this pin raise an interrupt.
-    pub fn hears(&self, port: usize, pin: u8) -> bool {
+    pub fn is_enabled(&self, port: usize, pin: u8) -> bool {
         (self.imr & (self.rtsr | self.ftsr)) >> pin & 1 != 0 && self.port(pin) == port
     }
 

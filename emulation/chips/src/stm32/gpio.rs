@@ -155,7 +155,7 @@ mod tests {
     }
 
     #[test]
-    fn a_pin_does_what_its_mode_says() {
+    fn a_pin_follows_its_mode() {
         let mut port = port();
         write(&mut port, BSRR, 1 << 3);
         assert_eq!(port.pin(3), Pin::Floating, "an input drives nothing");

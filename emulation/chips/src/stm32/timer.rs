@@ -13,7 +13,7 @@
 //! # Known differences
 //! * Compare values and the reload value take effect at once, as if they were not preloaded: at
 //!   most one period of the timer too early.
-//! * Not modelled are counting down, centered counting, one-pulse and slave modes, repetition,
+//! * Not modeled are counting down, centered counting, one-pulse and slave modes, repetition,
 //!   captures that are filtered, divided or taken from another channel's pin, and break.
 //!   [`Timer::write`] reports an error when the firmware enables any of these except break.
 
@@ -41,12 +41,12 @@ const CR1_CEN: u32 = 1 << 0;
 const CR1_UDIS: u32 = 1 << 1;
 const CR1_URS: u32 = 1 << 2;
 /// One-pulse mode, direction and centered counting.
-const CR1_UNMODELLED: u32 = 1 << 3 | 1 << 4 | 3 << 5;
+const CR1_UNMODELED: u32 = 1 << 3 | 1 << 4 | 3 << 5;
 const SMCR_SMS: u32 = 7;
 /// Fields of CCMR for each channel: it captures its own pin; it captures another channel's pin or
 /// the trigger, or divides or filters the signal.
 const CCMR_OWN_INPUT: u32 = 1;
-const CCMR_UNMODELLED: u32 = 0xfe;
+const CCMR_UNMODELED: u32 = 0xfe;
 /// Fields of CCER for each channel: enabled, and the edges that are captured. The codes are rising,
 /// falling, a reserved value, and both (18.4.9).
 const CCER_ENABLE: u32 = 1 << 0;
@@ -287,7 +287,7 @@ impl Timer {
     }
 
     /// Returns true if a capture raises an interrupt.
-    pub(crate) fn hears_captures(&self) -> bool {
+    pub(crate) fn interrupts_on_capture(&self) -> bool {
         self.register(DIER) & self.captures() != 0
     }
 
@@ -334,9 +334,9 @@ impl Timer {
     pub(crate) fn write(&mut self, offset: u32, write: Write, now: Time) -> bool {
         self.advance(now);
         self.calm = 0;
-        let modelled = self.set(offset, write, now);
+        let modeled = self.set(offset, write, now);
         self.next = self.find_next_event();
-        modelled
+        modeled
     }
 
     fn set(&mut self, offset: u32, write: Write, now: Time) -> bool {
@@ -346,7 +346,7 @@ impl Timer {
             CR1 => {
                 self.restart(count, now);
                 self.registers[0] = write.merge(self.registers[0]) & 0x3ff;
-                return self.registers[0] & CR1_UNMODELLED == 0;
+                return self.registers[0] & CR1_UNMODELED == 0;
             }
             // Flags are cleared by writing zeros (18.4.5).
             SR => self.registers[SR as usize / 4] &= !write.zeros(),
@@ -384,7 +384,7 @@ impl Timer {
                 self.registers[offset as usize / 4] = write.merge(self.register(offset));
                 return (0..self.kind.channels())
                     .map(|channel| self.mode(channel))
-                    .all(|mode| mode & 3 == 0 || mode & CCMR_UNMODELLED == 0);
+                    .all(|mode| mode & 3 == 0 || mode & CCMR_UNMODELED == 0);
             }
             _ => {
                 if let Some(register) = self.registers.get_mut(offset as usize / 4) {
@@ -567,7 +567,7 @@ mod tests {
     }
 
     #[test]
-    fn channels_that_a_timer_has_not_do_nothing() {
+    fn missing_channels_of_a_timer_are_ignored() {
         let mut timer = Timer::new(TimerKind::Single, 48_000_000, Time::ZERO);
         write(&mut timer, CCR1 + 4, 5, Time::ZERO);
         assert_eq!(timer.read(CCR1 + 4, Time::ZERO), 0);
@@ -611,7 +611,7 @@ mod tests {
     }
 
     #[test]
-    fn a_capture_that_nobody_has_read_is_lost_and_that_is_told() {
+    fn an_unread_capture_is_lost_and_reported() {
         let mut timer = capturing(CCER_BOTH);
         timer.capture(1, true, Time::from_micros(5));
         write(&mut timer, CCR1 + 4, 1234, Time::from_micros(6));
@@ -630,7 +630,7 @@ mod tests {
 
     #[test]
     fn captures_without_a_model_are_refused() {
-        // A capture of the neighbouring pin, one divided by two, and one with a filter.
+        // A capture of the neighboring pin, one divided by two, and one with a filter.
         for mode in [2, 1 | 1 << 2, 1 | 1 << 4] {
             let mut timer = Timer::new(TimerKind::General, 48_000_000, Time::ZERO);
             assert!(!timer.write(CCMR2, Write::new(CCMR2, Width::Word, mode << 8), Time::ZERO));

@@ -102,7 +102,7 @@ mod tests {
     }
 
     #[test]
-    fn it_stands_still_while_it_is_stopped() {
+    fn a_stopped_watchdog_does_not_count() {
         let mut watchdog = Watchdog::new(32_000);
         watchdog.stop(Time::ZERO);
         watchdog.go_on(Time::from_millis(1));

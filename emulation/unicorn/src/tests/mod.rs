@@ -75,7 +75,7 @@ fn a_bad_store_stops_at_its_instruction() {
 }
 
 #[test]
-fn a_bad_jump_is_a_fault_of_its_kind() {
+fn bad_jumps_set_the_fault_bit_of_their_cause() {
     let mut robot = robot(&programs::BAD_JUMPS);
     assert_eq!(run(&mut robot, 100), Pause::Time);
     let logged = words_at(&mut robot, 0, 6);
@@ -156,7 +156,7 @@ fn thread_mode_has_a_stack_of_its_own() {
 }
 
 #[test]
-fn a_reset_starts_anew_and_keeps_ram() {
+fn a_reset_restarts_and_keeps_ram() {
     let mut robot = robot(&programs::RESET);
     run(&mut robot, 100);
     assert_eq!(words_at(&mut robot, 0, 1), [2]);

@@ -7,7 +7,7 @@ use bittybuzz_emulation::message::{Command, EmulatorEvent};
 use crate::robots::{EEPROM, RAM, Robots, assemble};
 
 #[test]
-fn timers_interrupt_as_often_as_the_data_sheet_says() {
+fn timers_have_the_data_sheets_interrupt_rates() {
     let mut robots = Robots::new(1, &assemble("timers", &[]));
     robots.run(1_000_000);
     // Overflows of the timers: 8 MHz / 1024 / 256, and 8 MHz / 8 / 510.
@@ -56,10 +56,10 @@ fn deep_sleep_stops_the_timers_and_light_sleep_does_not() {
 }
 
 #[test]
-fn the_boot_loader_writes_flash_and_nobody_else_does() {
+fn only_the_boot_loader_writes_flash() {
     let mut robots = Robots::new(1, &assemble("boot", &[]));
     let page = vec![0; 128];
-    robots.tell(0, &Command::Write { address: 0x1000, bytes: page });
+    robots.execute(0, &Command::Write { address: 0x1000, bytes: page });
     robots.run(1_000);
     assert_eq!(robots.errors().len(), 1);
     assert!(robots.errors()[0].contains("works in the boot loader's section only"));
@@ -78,19 +78,19 @@ fn the_boot_loader_writes_flash_and_nobody_else_does() {
 #[test]
 fn the_board_is_seen_and_measured() {
     let mut robots = Robots::new(1, &assemble("board", &["-DBAUD=12"]));
-    robots.tell(0, &Command::Battery { volts: 3.6, charging: true, usb_powered: false });
-    robots.tell(0, &Command::Surroundings { light: 512, celsius: 85.0 });
+    robots.execute(0, &Command::Battery { volts: 3.6, charging: true, usb_powered: false });
+    robots.execute(0, &Command::Surroundings { light: 512, celsius: 85.0 });
     robots.run(3_000);
     let motor = |number, duty, frequency_hz| EmulatorEvent::Motor { number, duty, frequency_hz };
-    let colour = |red, green, blue| EmulatorEvent::Colour { red, green, blue };
+    let color = |red, green, blue| EmulatorEvent::Color { red, green, blue };
     // 18.7.4: 8 MHz / (8 * 510).
     let frequency = 8e6 / (8.0 * 510.0);
     let expected = [
-        colour(2, 0, 0),
-        colour(2, 1, 0),
-        colour(2, 1, 2),
-        colour(2, 1, 3),
-        colour(2, 0, 3),
+        color(2, 0, 0),
+        color(2, 1, 0),
+        color(2, 1, 2),
+        color(2, 1, 3),
+        color(2, 0, 3),
         motor(1, 75.0 / 255.0, frequency),
         motor(2, 1.0, 0.0),
         motor(1, 0.0, 0.0),
@@ -137,7 +137,7 @@ fn a_wrong_baud_rate_is_noticed() {
 }
 
 #[test]
-fn what_goes_wrong_is_told_once() {
+fn hardware_errors_are_reported_once() {
     for (fault, text) in [
         (1, "no instruction"),
         (2, "beyond all memory"),
@@ -169,7 +169,7 @@ fn intel_hex_is_the_same_image() {
 }
 
 #[test]
-fn what_cannot_be_done_is_explained() {
+fn refused_commands_state_the_reason() {
     let image = assemble("timers", &[]);
     let mut robots = Robots::new(1, &image);
     for (command, why) in [
@@ -202,8 +202,8 @@ fn steps_are_counted_without_the_image_doing_anything_for_it() {
     assert_eq!(robots.seen(), [&EmulatorEvent::Step; 3]);
     assert_eq!(robots.events.len(), 6, "each has its own");
     // The program restarts in the middle of a step.
-    robots.tell(0, &Command::Power { on: false });
-    robots.tell(0, &Command::Power { on: true });
+    robots.execute(0, &Command::Power { on: false });
+    robots.execute(0, &Command::Power { on: true });
     robots.run(1_000);
     assert_eq!(robots.seen(), [&EmulatorEvent::Step; 6]);
 }

@@ -49,8 +49,8 @@ fn pulses_are_captured_when_they_come_and_as_strong_as_far_away() {
 #[test]
 fn a_slow_oscillator_counts_less_and_sends_slower() {
     let mut robots = around_a_sender(&[60.0, 60.0, 60.0]);
-    robots.tell(1, &Command::Clock { error_ppm: -20_000.0 });
-    robots.tell(0, &Command::Clock { error_ppm: 10_000.0 });
+    robots.execute(1, &Command::Clock { error_ppm: -20_000.0 });
+    robots.execute(0, &Command::Clock { error_ppm: 10_000.0 });
     robots.run(14_000);
     // 1000 cycles of the sender are this number of cycles of the receiver.
     for interval in intervals(&mut robots, 1) {
@@ -64,15 +64,15 @@ fn a_slow_oscillator_counts_less_and_sends_slower() {
 #[test]
 fn light_may_be_noisy_lost_or_short() {
     let mut robots = around_a_sender(&[60.0, 60.0, 60.0]);
-    robots.tell(0, &Command::Infrared { range_mm: 70.0, noise_mm: 2.0, seed: 4 });
+    robots.execute(0, &Command::Infrared { range_mm: 70.0, noise_mm: 2.0, seed: 4 });
     robots.run(14_000);
     let readings = [robots.word(1, LOW), robots.word(3, LOW)];
     let range = Amplitude::at(68.0).low..Amplitude::at(52.0).low;
     assert!(readings[0] != readings[1] && readings.iter().all(|r| range.contains(r)));
     for (range, lose, heard) in [(59.0, 0.0, 0), (61.0, 1.0, 0), (61.0, 0.0, 10)] {
         let mut robots = around_a_sender(&[60.0]);
-        robots.tell(0, &Command::Infrared { range_mm: range, noise_mm: 0.0, seed: 4 });
-        robots.tell(0, &Command::Air { lose, seed: 9 });
+        robots.execute(0, &Command::Infrared { range_mm: range, noise_mm: 0.0, seed: 4 });
+        robots.execute(0, &Command::Air { lose, seed: 9 });
         robots.run(14_000);
         assert_eq!(robots.byte(1, COUNT), heard, "{range} {lose}");
     }
@@ -85,11 +85,11 @@ fn light_may_be_noisy_lost_or_short() {
 /// Two senders whose clocks differ by 0.1 % send 10 pulses each: the receiver sees both, and the
 /// sum of overlapping pulses.
 #[test]
-fn two_who_send_at_once_are_both_seen() {
+fn simultaneous_senders_are_both_received() {
     let mut robots = around_a_sender(&[60.0, 60.0]);
     robots.place(2, 30.0);
     robots.set_id(2, 9);
-    robots.tell(2, &Command::Clock { error_ppm: -1000.0 });
+    robots.execute(2, &Command::Clock { error_ppm: -1000.0 });
     robots.run(14_000);
     // The second sender begins a thousandth later, and the delay grows with each pulse: 10 us,
     // which is longer than a pulse.
@@ -104,19 +104,19 @@ fn two_who_send_at_once_are_both_seen() {
 #[test]
 fn robots_are_cut_off_and_switched_off() {
     let mut robots = around_a_sender(&[60.0, 60.0, 60.0]);
-    robots.tell(1, &Command::Deaf { to: [0].into() });
+    robots.execute(1, &Command::Deaf { to: [0].into() });
     robots.run(5_000);
-    robots.tell(3, &Command::Power { on: false });
+    robots.execute(3, &Command::Power { on: false });
     robots.run(9_000);
     assert_eq!((robots.byte(1, COUNT), robots.byte(3, COUNT)), (0, 0));
-    robots.tell(1, &Command::Deaf { to: [].into() });
-    robots.tell(3, &Command::Power { on: true });
+    robots.execute(1, &Command::Deaf { to: [].into() });
+    robots.execute(3, &Command::Power { on: true });
     robots.run(5_000);
     // The sender's next ten pulses arrived.
     assert_eq!((robots.byte(1, COUNT), robots.byte(3, COUNT)), (10, 10));
     let refusal = robots.refusal(&Command::Deaf { to: [4].into() });
     assert!(refusal.contains("there is no robot 4"), "{refusal}");
-    robots.tell(0, &Command::Power { on: false });
+    robots.execute(0, &Command::Power { on: false });
     let events = robots.events.len();
     robots.run(30_000);
     assert_eq!((robots.byte(3, COUNT), robots.events.len()), (10, events));
@@ -124,11 +124,11 @@ fn robots_are_cut_off_and_switched_off() {
 
 /// The controller's frame arrives with kilolib's intervals.
 #[test]
-fn everybody_sees_the_controller() {
+fn all_robots_receive_the_controller() {
     let mut robots = around_a_sender(&[500.0, 60.0]);
     let at = Duration::from_millis(2);
     let payload = vec![0xff, 0, 0, 0, 0, 0, 0, 0, 0, 0];
-    robots.tell(0, &Command::Radio { at, payload });
+    robots.execute(0, &Command::Radio { at, payload });
     let refusal = robots.refusal(&Command::Radio { at, payload: vec![0; 11] });
     assert!(refusal.contains("10 or 12, not 11"), "{refusal}");
     robots.run(8_000);
@@ -152,9 +152,9 @@ fn the_same_commands_give_the_same_answers() {
         for robot in 0..6 {
             robots.place(robot, 30.0 * robot as f64);
             robots.set_id(robot, if robot == 4 { 9 } else { robot as u8 });
-            robots.tell(robot, &Command::Clock { error_ppm: 700.0 * robot as f64 });
+            robots.execute(robot, &Command::Clock { error_ppm: 700.0 * robot as f64 });
         }
-        robots.tell(0, &Command::Infrared { range_mm: 100.0, noise_mm: 2.0, seed: 4 });
+        robots.execute(0, &Command::Infrared { range_mm: 100.0, noise_mm: 2.0, seed: 4 });
         for _ in 0..slices {
             robots.run(40_000 / slices);
         }

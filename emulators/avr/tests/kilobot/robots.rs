@@ -54,12 +54,12 @@ impl Robots {
         Robots { emulator, events: Vec::new(), now: Duration::ZERO }
     }
 
-    pub fn tell(&mut self, robot: usize, command: &Command) {
+    pub fn execute(&mut self, robot: usize, command: &Command) {
         self.emulator.execute_on(robot, command).expect("it obeys");
     }
 
     pub fn place(&mut self, robot: usize, x_mm: f64) {
-        self.tell(robot, &place(x_mm));
+        self.execute(robot, &place(x_mm));
     }
 
     /// Runs for some further microseconds.
@@ -88,7 +88,7 @@ impl Robots {
     }
 
     pub fn set_id(&mut self, robot: usize, id: u8) {
-        self.tell(robot, &Command::Write { address: EEPROM + 0xb0, bytes: vec![id] });
+        self.execute(robot, &Command::Write { address: EEPROM + 0xb0, bytes: vec![id] });
     }
 
     pub fn counted(&mut self, robot: usize) -> KilobotStatistics {

@@ -1,4 +1,4 @@
-; Says "ok", shows colours, turns motors, and reads every sensor.
+; Says "ok", shows colors, turns motors, and reads every sensor.
 #define __SFR_OFFSET 0
 #include <avr/io.h>
 #define readings 0x100

@@ -78,7 +78,7 @@ fn vibration_beyond_the_expected_gives_no_fault() {
 }
 
 #[test]
-fn aggressive_manoeuvre_gives_no_fault() {
+fn aggressive_maneuver_gives_no_fault() {
     let mut imu = SimulatedImu::in_flight(3);
     let mut monitor = ImuMonitor::new();
     // Angular acceleration up to 500 rad/s² with the lag of the rotors, rate up to 17 rad/s.

@@ -15,7 +15,7 @@ use crate::{CrazyflieBoard, Statistics};
 impl Control for CrazyflieBoard {
     const NAME: &'static str = "Crazyflie";
 
-    fn obey(&mut self, command: Command) -> Result<(), CommandRefusal> {
+    fn execute(&mut self, command: Command) -> Result<(), CommandRefusal> {
         match command {
             Command::Send { kind, payload } => {
                 let length = payload.len();
@@ -28,10 +28,10 @@ impl Control for CrazyflieBoard {
                 let frame = P2pFrame::new(port, rssi, payload);
                 let frame = frame.ok_or(CommandRefusal::P2pTooLong(length))?;
                 let end = Time::from_nanos(u64::try_from(at.as_nanos()).unwrap_or(u64::MAX));
-                CrazyflieBoard::hear(self, &frame, end);
+                self.add_frame(&frame, end);
             }
             Command::Pose { x_mm, y_mm, z_mm, yaw_degrees } => {
-                self.tell_pose(UprightPose { position_mm: [x_mm, y_mm, z_mm], yaw_degrees });
+                self.send_pose(UprightPose { position_mm: [x_mm, y_mm, z_mm], yaw_degrees });
             }
             Command::Bytes { bytes } => self.send_bytes(&bytes),
             Command::Link { lose, corrupt, seed } => {
@@ -114,14 +114,14 @@ mod tests {
 
     fn refusal(line: &str) -> String {
         let command = message::parse(line.as_bytes()).expect("a command");
-        match CrazyflieBoard::power_on(0).obey(command) {
+        match CrazyflieBoard::power_on(0).execute(command) {
             Ok(()) => "obeyed".into(),
             Err(refusal) => refusal.to_string(),
         }
     }
 
     #[test]
-    fn a_crazyflie_obeys_what_it_has_and_refuses_the_rest() {
+    fn a_crazyflie_executes_its_commands_and_refuses_others() {
         for line in [
             r#"{"command":"touch","keys":1}"#,
             r#"{"command":"power_detector","reading":"latched"}"#,

@@ -247,13 +247,13 @@ impl CrazyflieBoard {
 
     /// Puts another robot's P2P frame on the air. Its last bit comes at `end`, or now if that is
     /// past. The caller decides which robots are in range and which frames collide.
-    pub fn hear(&mut self, frame: &P2pFrame, end: Time) {
-        self.nrf51.hear(frame, end.max(self.now));
+    pub fn add_frame(&mut self, frame: &P2pFrame, end: Time) {
+        self.nrf51.add_frame(frame, end.max(self.now));
         self.settle();
     }
 
     /// Sends the robot's pose from a positioning system to the firmware, as a ground station does.
-    pub fn tell_pose(&mut self, pose: UprightPose) {
+    pub fn send_pose(&mut self, pose: UprightPose) {
         self.send(&pose.frame());
     }
 

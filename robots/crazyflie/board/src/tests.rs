@@ -75,7 +75,7 @@ fn talk(board: &mut CrazyflieBoard, bytes: &[u8], until: Time) -> Vec<u8> {
 }
 
 #[test]
-fn leds_shine_when_their_pins_say_so() {
+fn leds_follow_their_pins() {
     let mut board = board();
     // Red and green of the left are active low, blue is active high.
     write(&mut board, GPIOC + 0x14, 0b1111);
@@ -193,7 +193,7 @@ fn a_timer_interrupts_at_its_line_and_time() {
 }
 
 #[test]
-fn a_peripheral_without_its_clock_does_nothing_and_says_so_once() {
+fn a_peripheral_without_clock_reports_one_error() {
     let mut board = CrazyflieBoard::new(CrazyflieVariation::default());
     write(&mut board, TIM2 + 0x2c, 255);
     assert_eq!(read(&mut board, TIM2 + 0x2c), 0);
@@ -216,7 +216,7 @@ fn a_fast_clock_without_wait_states_is_an_error() {
 }
 
 #[test]
-fn what_has_lost_its_clock_waits_for_ever() {
+fn without_a_clock_sleep_does_not_end() {
     let mut board = board();
     for (offset, value) in [(0x34, 1000), (0x0c, 2), (0x00, 1)] {
         write(&mut board, TIM5 + offset, value);
@@ -248,7 +248,7 @@ fn the_watchdog_asks_for_a_reset_which_keeps_its_cause() {
 }
 
 #[test]
-fn what_has_no_model_is_storage_and_is_listed() {
+fn registers_without_model_are_storage_and_listed() {
     let mut board = board();
     write(&mut board, RCC + 0x30, 0xf | 1 << 22);
     // DMA2_S1NDTR.

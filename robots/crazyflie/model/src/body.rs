@@ -44,7 +44,7 @@ pub enum Fidelity {
 /// The source of a Crazyflie's position.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Positioning {
-    /// No positioning: the robot knows neither its own position nor those of neighbours.
+    /// No positioning: the robot knows neither its own position nor those of neighbors.
     None,
     /// Dead reckoning (Flow deck): errors accumulate.
     Flow {
@@ -64,7 +64,7 @@ pub enum Positioning {
 }
 
 impl Positioning {
-    /// The Flow deck. The growth of the error is a choice: some centimetres in a minute.
+    /// The Flow deck. The growth of the error is a choice: some centimeters in a minute.
     pub const FLOW: Self = Positioning::Flow { walk: 5.0, yaw_walk: 0.002 };
     /// The Lighthouse deck: errors of 1 to 2 cm.
     pub const LIGHTHOUSE: Self = Positioning::Absolute { sigma: 10.0, yaw_sigma: 0.01 };

@@ -1,4 +1,4 @@
-//! The strength of a neighbour's light at a distance, and the decoder of pulses.
+//! The strength of a neighbor's light at a distance, and the decoder of pulses.
 
 /// The diameter of a Kilobot in mm.
 pub const DIAMETER_MM: f64 = 33.0;
@@ -28,7 +28,7 @@ pub struct Amplitude {
 }
 
 impl Amplitude {
-    /// Returns the amplitude of a sender whose centre is `distance_mm` away.
+    /// Returns the amplitude of a sender whose center is `distance_mm` away.
     pub fn at(distance_mm: f64) -> Self {
         let gap = (distance_mm - DIAMETER_MM).max(-DIAMETER_MM / 2.0);
         let low = LOW_AT_TOUCH / (1.0 + gap / DEPTH_MM).powi(2);

@@ -1,9 +1,9 @@
-//! The board of a Kilobot: an ATmega328P, an infrared LED and receiver, a LED of three colours, two
+//! The board of a Kilobot: an ATmega328P, an infrared LED and receiver, a LED of three colors, two
 //! vibration motors.
 //!
 //! Pins, gains and rates are those of kilolib; a value without that source is marked as a choice.
-//! Light is modelled as pulses: [`Edge`]s are changes of the robot's own LED, [`LightChange`]s those of
-//! its neighbours. The emulator carries light between robots, because it knows their positions.
+//! Light is modeled as pulses: [`Edge`]s are changes of the robot's own LED, [`LightChange`]s those of
+//! its neighbors. The emulator carries light between robots, because it knows their positions.
 
 mod infrared;
 
@@ -51,7 +51,7 @@ const LED_PINS: u8 = 0b1100_0111;
 /// Pins of port D: the charger's signal, and the power of the infrared receiver.
 const CHARGING: u8 = 0;
 const RECEIVER: u8 = 2;
-/// The LED's three colours, each with a weak and a strong segment: port and pin. A segment shines
+/// The LED's three colors, each with a weak and a strong segment: port and pin. A segment shines
 /// while its pin is an output at 0.
 const COLOURS: [[(usize, u8); 2]; 3] = [[(D, 5), (D, 4)], [(C, 3), (C, 2)], [(C, 5), (C, 4)]];
 /// Pins of OC2A and OC2B, the outputs for the left and the right motor.
@@ -91,7 +91,7 @@ pub struct Edge {
     pub burst: Time,
 }
 
-/// A change of a neighbour's light at the receiver.
+/// A change of a neighbor's light at the receiver.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct LightChange {
     /// The time of the change.
@@ -122,9 +122,9 @@ pub struct KilobotStatistics {
     pub aborted: u64,
     /// Frames that reached the robot's receiver with a good checksum.
     pub arrived: u64,
-    /// Bursts of a single neighbour that were no frame with a good checksum.
+    /// Bursts of a single neighbor that were no frame with a good checksum.
     pub damaged: u64,
-    /// Bursts with pulses of several neighbours.
+    /// Bursts with pulses of several neighbors.
     pub collided: u64,
     /// Pulses that came while the receiver was off.
     pub unheard: u64,
@@ -144,18 +144,18 @@ pub struct Kilobot {
     edges: Vec<Edge>,
     sending: PulseDecoder,
     burst: Time,
-    /// Changes of neighbours' light that are still to come, in order.
+    /// Changes of neighbors' light that are still to come, in order.
     coming: VecDeque<LightChange>,
     /// The cycle of the next change of light; `u64::MAX` if none is known.
     next_light: u64,
-    /// Neighbours whose LED is on now.
+    /// Neighbors whose LED is on now.
     seen: Vec<(u16, Amplitude)>,
     held: Amplitude,
     held_until: u64,
     receiving: PulseDecoder,
     /// The first sender of the current burst, and true if other senders' pulses came in it as well.
     heard: Option<(u16, bool)>,
-    colour: [u8; 3],
+    color: [u8; 3],
     motors: [(f64, f64); 2],
     battery: u16,
     surroundings: Surroundings,
@@ -194,7 +194,7 @@ impl Kilobot {
             held_until: 0,
             receiving: PulseDecoder::default(),
             heard: None,
-            colour: [0; 3],
+            color: [0; 3],
             motors: [(0.0, 0.0); 2],
             battery: 0,
             surroundings: Surroundings { light: 300, celsius: 25.0 },
@@ -254,7 +254,7 @@ impl Kilobot {
         self.chip.clock.cycle(time)
     }
 
-    /// Adds changes of neighbours' LEDs, in order, after all that were added before.
+    /// Adds changes of neighbors' LEDs, in order, after all that were added before.
     pub fn will_see(&mut self, lights: impl IntoIterator<Item = LightChange>) {
         self.coming.extend(lights);
         self.plan_light();
@@ -292,7 +292,7 @@ impl Kilobot {
         self.chip.ports[D].direction & self.chip.ports[D].port & 1 << RECEIVER != 0
     }
 
-    fn see(&mut self, light: LightChange, cycle: u64) {
+    fn add_light(&mut self, light: LightChange, cycle: u64) {
         self.seen.retain(|(from, _)| *from != light.from);
         if light.on {
             self.seen.push((light.from, light.amplitude));
@@ -463,16 +463,16 @@ impl Kilobot {
         }
         self.settle_comparator();
         self.observe_motors();
-        let colour = COLOURS.map(|[weak, strong]| {
+        let color = COLOURS.map(|[weak, strong]| {
             let shines = |(port, pin): (usize, u8)| {
                 let port = self.chip.ports[port];
                 u8::from(port.direction & !port.port & 1 << pin != 0)
             };
             shines(weak) | shines(strong) << 1
         });
-        if colour != std::mem::replace(&mut self.colour, colour) {
-            let [red, green, blue] = colour;
-            self.events.push((self.time(cycle), BoardEvent::Colour { red, green, blue }));
+        if color != std::mem::replace(&mut self.color, color) {
+            let [red, green, blue] = color;
+            self.events.push((self.time(cycle), BoardEvent::Color { red, green, blue }));
         }
     }
 
@@ -550,7 +550,7 @@ impl AvrBoard for Kilobot {
                 && self.chip.clock.cycle(light.at) <= at
             {
                 self.coming.pop_front();
-                self.see(light, at);
+                self.add_light(light, at);
             }
             self.plan_light();
         }

@@ -322,7 +322,7 @@ impl Body for Kilobot {
             return;
         }
         if self.heading != pose.heading {
-            self.look(pose.heading);
+            self.turn_to(pose.heading);
         }
         let left = f32::from(self.motors.left.saturating_sub(step.dead));
         let right = f32::from(self.motors.right.saturating_sub(step.dead));
@@ -341,9 +341,9 @@ impl Body for Kilobot {
         if turn + veer != 0.0 {
             let (x, y) = self.leg(step, side);
             pose.heading = wrap(pose.heading + turn + veer);
-            self.look(pose.heading);
+            self.turn_to(pose.heading);
             let (new_x, new_y) = self.leg(step, side);
-            // The leg is the centre of the turn and stays at its place.
+            // The leg is the center of the turn and stays at its place.
             pose.x += x - new_x;
             pose.y += y - new_y;
         }
@@ -369,7 +369,7 @@ impl Body for Kilobot {
 }
 
 impl Kilobot {
-    fn look(&mut self, heading: f32) {
+    fn turn_to(&mut self, heading: f32) {
         self.heading = heading;
         (self.sin, self.cos) = libm::sincosf(heading);
     }

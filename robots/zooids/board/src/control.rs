@@ -9,7 +9,7 @@ use crate::{LightDisturbance, TablePose, ZooidBoard, ZooidStatistics};
 impl Control for ZooidBoard {
     const NAME: &'static str = "Zooid";
 
-    fn obey(&mut self, command: Command) -> Result<(), CommandRefusal> {
+    fn execute(&mut self, command: Command) -> Result<(), CommandRefusal> {
         match command {
             Command::Place { x_mm, y_mm, heading_degrees, vx_mm_s, vy_mm_s, turn_degrees_s } => {
                 self.place(Some(TablePose {
@@ -94,14 +94,14 @@ mod tests {
 
     fn refusal(line: &str) -> String {
         let command = message::parse(line.as_bytes()).expect("a command");
-        match ZooidBoard::power_on(0).obey(command) {
+        match ZooidBoard::power_on(0).execute(command) {
             Ok(()) => "obeyed".into(),
             Err(refusal) => refusal.to_string(),
         }
     }
 
     #[test]
-    fn a_zooid_obeys_what_it_has_and_refuses_the_rest() {
+    fn a_zooid_executes_its_commands_and_refuses_others() {
         for (line, answer) in [
             (r#"{"command":"place","x_mm":1,"y_mm":2,"heading_degrees":-3.5}"#, "obeyed"),
             (r#"{"command":"place","x_mm":1e300,"y_mm":2,"heading_degrees":0}"#, "obeyed"),

@@ -109,7 +109,7 @@ mod tests {
     }
 
     #[test]
-    fn the_chips_tell_who_they_are() {
+    fn the_chips_return_their_identity() {
         let mut devices = Devices::new();
         assert_eq!(read(&mut devices, Touch::ADDRESS, 0, 1), [0x2e]);
         assert_eq!(read(&mut devices, ZooidMotion::ADDRESS, 0x0f, 1), [0x69]);

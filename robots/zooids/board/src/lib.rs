@@ -476,7 +476,7 @@ impl Board for ZooidBoard {
         if self.reset_request.is_some() {
             return self.now;
         }
-        if self.f051.hears_captures() {
+        if self.f051.interrupts_on_capture() {
             return self.next.unwrap_or(Time::NEVER);
         }
         let radio = self.radio.next_event();
@@ -487,13 +487,13 @@ impl Board for ZooidBoard {
         std::mem::take(&mut self.transmissions)
     }
 
-    fn hear(&mut self, heard: ReceptionEvent) {
-        match heard {
+    fn receive(&mut self, received: ReceptionEvent) {
+        match received {
             ReceptionEvent::Signal(channel, begin, end) => {
                 self.radio.sense(channel, begin, end, self.now)
             }
             ReceptionEvent::Packet(transmission, intact) => {
-                self.radio.hear(transmission, intact);
+                self.radio.receive(transmission, intact);
                 self.next = self.find_next();
             }
         }

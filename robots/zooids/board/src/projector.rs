@@ -241,7 +241,7 @@ mod tests {
     }
 
     #[test]
-    fn nothing_is_projected_beside_the_table() {
+    fn no_light_falls_outside_the_table() {
         for at in [[0.0, 460.0], [900.0, 460.0], [460.0, 0.0], [460.0, 800.0]] {
             assert!((0..PATTERNS).all(|number| !pattern(at, number)), "{at:?}");
         }
@@ -249,7 +249,7 @@ mod tests {
 
     /// SwarmUI: angle = atan2(y2 - y1, x2 - x1) + 90 (sensors.c).
     #[test]
-    fn the_diodes_say_where_the_antenna_points() {
+    fn the_diodes_give_the_heading() {
         for heading in [-170.0, -45.0, 0.0, 30.0, 90.0, 135.0] {
             let pose = TablePose::at(100.0, 200.0, heading);
             let [[x1, y1], [x2, y2]] = pose.diodes(TablePose::arm(heading));
@@ -311,7 +311,7 @@ mod tests {
     }
 
     #[test]
-    fn glitches_are_as_many_and_as_short_as_asked() {
+    fn glitches_have_the_set_rate_and_length() {
         let mut diodes = Diodes::new();
         diodes.set_light(LightDisturbance {
             glitches_per_s: 200.0,
@@ -335,7 +335,7 @@ mod tests {
     }
 
     #[test]
-    fn lost_frames_are_dark_and_as_many_as_asked() {
+    fn lost_frames_are_dark_and_have_the_set_rate() {
         let pose = TablePose::at(500.0, 400.0, 20.0);
         let mut diodes = Diodes::new();
         diodes.set_light(LightDisturbance { lose: 0.1, seed: 3, ..LightDisturbance::default() });

@@ -167,7 +167,7 @@ fn a_packet_reaches_the_other_boards_irq() {
     let mut now = now;
     for _ in 0..5 {
         now = now + LOOKAHEAD;
-        air.carry(now, 2, |robot, heard| boards[robot].hear(heard));
+        air.carry(now, 2, |robot, event| boards[robot].receive(event));
         for (number, board) in boards.iter_mut().enumerate() {
             board.advance(now);
             for transmission in board.take_transmissions() {

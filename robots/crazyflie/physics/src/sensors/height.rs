@@ -1,4 +1,4 @@
-//! Height by the time of flight of light (ST VL53L1x, downwards) at 40 Hz, in whole millimetres.
+//! Height by the time of flight of light (ST VL53L1x, downwards) at 40 Hz, in whole millimeters.
 //!
 //! The distance is measured along the body's −z axis, except that the beam is a cone: the nearest
 //! point in it counts, so a tilt of up to 7.5 degrees does not matter. Bitcraze's firmware assumes

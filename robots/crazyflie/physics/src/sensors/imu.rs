@@ -4,7 +4,7 @@
 //! sum with vibration, noise, offset and drift → limit and quantization.
 //!
 //! Simplifications: the filters of the chip have a higher order; the accelerometer's own sample rate
-//! of 1.6 kHz is not modelled; both sensors sit at the center of mass, without misalignment and
+//! of 1.6 kHz is not modeled; both sensors sit at the center of mass, without misalignment and
 //! with exact scale.
 
 use glam::DVec3;

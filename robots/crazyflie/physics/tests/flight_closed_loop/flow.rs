@@ -104,7 +104,7 @@ fn flow_keeps_the_position() {
 /// (crazyflie-firmware 2a18fc29, `flowdeck_v1v2.c`), so half a count stands for a bright ground
 /// with texture.
 #[test]
-fn flow_over_texture_keeps_the_position_to_a_centimetre() {
+fn flow_over_texture_keeps_the_position_to_a_centimeter() {
     let (own_m, ratio) = judge(20, 0.5);
     assert!(own_m < 0.01, "{own_m}");
     assert!(ratio < 1.3, "{ratio}");
