@@ -10,7 +10,7 @@ use std::path::{Path, PathBuf};
 use bittybuzz_compiler::bo;
 use bittybuzz_compiler::compile::{self, Compiled, Options};
 use bittybuzz_compiler::diagnostic::Diagnostic;
-use bittybuzz_compiler::include::{DiskFiles, FileKind, Files, IncludeLoader, MAX_SOURCE_BYTES};
+use bittybuzz_compiler::include::{DiskFiles, FileKind, Files, IncludeLoader, SOURCE_BYTES_MAX};
 use bittybuzz_compiler::parser::{self, Parsed};
 use bittybuzz_compiler::source::SourceMap;
 use bittybuzz_compiler::symbols::Symbols;
@@ -199,7 +199,7 @@ impl LoadedProgram {
         if let Some((_, text)) = library.find(|(name, _)| library_name == Some(name)) {
             return Some(Cow::Borrowed(text));
         }
-        file::read_text(Path::new(path), MAX_SOURCE_BYTES as u64).ok().map(Cow::Owned)
+        file::read_text(Path::new(path), SOURCE_BYTES_MAX as u64).ok().map(Cow::Owned)
     }
 }
 
