@@ -10,9 +10,9 @@ use bittybuzz_arena::robot::checks::{
     Anomaly, Exact, Findings, MachineChecker, Occurrences, RunSlice,
 };
 use bittybuzz_arena::run::{Setup, Simulation};
-use bittybuzz_compiler::codegen::constant::NumberProfile as ProfileName;
 use bittybuzz_compiler::compile::{Options, compile};
 use bittybuzz_compiler::include::{IncludeLoader, MemoryFiles};
+use bittybuzz_compiler::profile::NumberProfile as ProfileName;
 use bittybuzz_compiler::symbols::Symbols;
 use bittybuzz_vm_core::number::{Full, Number, Profile, Tiny};
 use bittybuzz_vm_core::{

@@ -7,7 +7,7 @@ use std::sync::Arc;
 use bittybuzz_arena::run::{Program, Setup, Simulation};
 use bittybuzz_arena::scenario::{Scenario, ScenarioError};
 use bittybuzz_compiler::compile::{Options, compile};
-use bittybuzz_compiler::include::{DiskFiles, Files, IncludeLoader, MAX_SOURCE_BYTES, MemoryFiles};
+use bittybuzz_compiler::include::{DiskFiles, Files, IncludeLoader, MemoryFiles, SOURCE_BYTES_MAX};
 
 /// An example, and robots of a user with an include.
 const FILES: [(&str, &str); 5] = [
@@ -51,7 +51,7 @@ fn digest(files: &dyn Files, path: &Path) -> u64 {
     let compiled = scenario.groups.iter().map(|group| {
         let robots = bittybuzz_robot_files::all_shipped();
         let options = Options { robot: Some(group.robot.clone()), robots, profile: None };
-        let text = files.read(&group.script, MAX_SOURCE_BYTES).unwrap();
+        let text = files.read(&group.script, SOURCE_BYTES_MAX).unwrap();
         let text = String::from_utf8(text).unwrap();
         let compiled = compile(&group.script, text, &IncludeLoader::new(files), &options);
         let image = compiled.image.unwrap_or_else(|| panic!("{:#?}", compiled.diagnostics));

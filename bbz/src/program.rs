@@ -11,7 +11,7 @@ use bittybuzz_compiler::bo;
 use bittybuzz_compiler::bo::error::BoError;
 use bittybuzz_compiler::compile::{self, Compiled, Options};
 use bittybuzz_compiler::diagnostic::Diagnostic;
-use bittybuzz_compiler::include::{DiskFiles, FileKind, Files, IncludeLoader, MAX_SOURCE_BYTES};
+use bittybuzz_compiler::include::{DiskFiles, FileKind, Files, IncludeLoader, SOURCE_BYTES_MAX};
 use bittybuzz_compiler::parser::{self, Parsed};
 use bittybuzz_compiler::refusal;
 use bittybuzz_compiler::source::SourceMap;
@@ -267,7 +267,7 @@ impl LoadedProgram {
         if let Some((_, text)) = library.find(|(name, _)| library_name == Some(name)) {
             return Some(Cow::Borrowed(text));
         }
-        file::read_text(Path::new(path), MAX_SOURCE_BYTES as u64).ok().map(Cow::Owned)
+        file::read_text(Path::new(path), SOURCE_BYTES_MAX as u64).ok().map(Cow::Owned)
     }
 }
 

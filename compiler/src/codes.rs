@@ -1,7 +1,15 @@
 //! The codes of all diagnostics. `docs/diagnostics.md` explains each of them, and a test checks
 //! that none is missing there.
 
-use crate::diagnostic::Severity;
+/// The severity of a diagnostic: an error stops the build, a warning does not. A [`DiagnosticCode`] has
+/// exactly one severity.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+pub enum Severity {
+    /// The script is valid, but may not do what its author intends.
+    Warning,
+    /// The compiler produces no image.
+    Error,
+}
 
 macro_rules! codes {
     ($($variant:ident = $text:literal, $title:literal;)*) => {

@@ -8,7 +8,6 @@ use bittybuzz_vm_core::message;
 
 use crate::allow::Allowances;
 use crate::check::{self, robots::KnownRobots};
-use crate::codegen::constant::NumberProfile;
 use crate::codegen::{self, GLOBAL_CODE, Generated, LocalRange, SourceFunction};
 use crate::codes::DiagnosticCode;
 use crate::diagnostic::{Diagnostic, Severity};
@@ -16,6 +15,7 @@ use crate::fit::{self, CapacityError};
 use crate::image::{CompiledImage, ImageBuildError};
 use crate::include::IncludeLoader;
 use crate::parser::{Parsed, parse};
+use crate::profile::NumberProfile;
 use crate::source::{SourceMap, Span};
 use crate::symbols::{FORMAT, FunctionSymbol, LineEntry, LocalSymbol, Places, Symbols};
 

@@ -1,17 +1,8 @@
 //! Diagnostics: the messages of the compiler to the author of a script.
 
 use crate::codes::DiagnosticCode;
+pub use crate::codes::Severity;
 use crate::source::Span;
-
-/// The severity of a diagnostic: an error stops the build, a warning does not. A [`DiagnosticCode`] has
-/// exactly one severity.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
-pub enum Severity {
-    /// The script is valid, but may not do what its author intends.
-    Warning,
-    /// The compiler produces no image.
-    Error,
-}
 
 /// One message about one place.
 #[derive(Debug, Clone, PartialEq)]

@@ -14,7 +14,7 @@ use bittybuzz_vm_core::image::{
 use bittybuzz_vm_core::number::{Full, Profile as _, Tiny};
 use bittybuzz_vm_core::opcode::{self, DROP_RESULT, Decoded, Operand, Trailer};
 
-use crate::codegen::ENTRIES;
+use crate::image::ENTRIES;
 use crate::symbols::{SourceSpan, Symbols};
 
 /// Returns the image as text. With symbols, the text contains the names of functions and globals,

@@ -6,14 +6,17 @@ use bittybuzz_vm_core::image::{
     COUNT_MAX, FORM_CLASSES, FORM_FULL, FORM_LIBRARIES, FORM_ORDER, FORM_TEXT, MAGIC, VERSION,
 };
 
-use crate::codegen::asm::FunctionCode;
+use crate::asm::FunctionCode;
 use crate::source::Span;
 use crate::strings::StringTable;
 
 pub use bittybuzz_vm_core::image::EntryPoint;
 
+/// The functions that the host calls, in the order of the image header.
+pub const ENTRIES: [&str; 4] = ["init", "step", "reset", "destroy"];
+
 /// The maximum size of an image in bytes.
-pub const MAX_BYTES: usize = 0xff00;
+pub const BYTES_MAX: usize = 0xff00;
 
 /// A row of the library table, which maps a member of a library to a built-in.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
@@ -85,7 +88,7 @@ pub enum ImageBuildError {
     },
     /// A string of more than 32767 bytes.
     StringLength(usize),
-    /// The whole image would exceed [`MAX_BYTES`].
+    /// The whole image would exceed [`BYTES_MAX`].
     Length(usize),
 }
 
@@ -99,7 +102,7 @@ impl fmt::Display for ImageBuildError {
                 write!(f, "a string of {length} bytes, at most {COUNT_MAX} fit an image")
             }
             ImageBuildError::Length(length) => {
-                write!(f, "the image would have {length} bytes, at most {MAX_BYTES} are possible")
+                write!(f, "the image would have {length} bytes, at most {BYTES_MAX} are possible")
             }
         }
     }
@@ -145,7 +148,7 @@ impl ImageContent {
         bytes.extend(&self.classes);
         let mut offset = 0;
         for function in &self.functions {
-            // An offset above 65535 makes the image longer than `MAX_BYTES`, which is checked
+            // An offset above 65535 makes the image longer than `BYTES_MAX`, which is checked
             // below.
             bytes.extend((offset as u16).to_le_bytes());
             offset += function.bytes.len();
@@ -168,7 +171,7 @@ impl ImageContent {
             lines.extend(function.lines.iter().map(|(at, span)| (start + at, *span)));
             bytes.extend(&function.bytes);
         }
-        if bytes.len() > MAX_BYTES {
+        if bytes.len() > BYTES_MAX {
             return Err(ImageBuildError::Length(bytes.len()));
         }
         Ok(CompiledImage { bytes, code_at, functions, lines })

@@ -1,6 +1,7 @@
 //! Reads scripts: the main file, and the files that replace each `include`.
 
 mod files;
+mod loader;
 mod search;
 
 use std::collections::HashSet;
@@ -8,47 +9,18 @@ use std::io;
 use std::path::{Path, PathBuf};
 
 pub use files::{DiskFiles, FileKind, Files, MemoryFiles};
+pub use loader::IncludeLoader;
 
 use crate::codes::DiagnosticCode;
 use crate::diagnostic::Diagnostic;
 use crate::lexer::lex;
 use crate::source::{FileId, SourceMap, Span};
 use crate::token::{Separation, Token, TokenKind};
+use loader::LIBRARY_FOLDER;
 use search::IncludeResult;
 
 /// The maximum size of a script in bytes: far more than any robot can store, but little for a host.
-pub const MAX_SOURCE_BYTES: usize = 1 << 20;
-
-/// The folder in messages about files of the shipped library: `<library>/vec2.bzz`.
-const LIBRARY_FOLDER: &str = "<library>";
-
-/// The configuration of the search for included files. The search order is the folder of the
-/// including file, the working folder, then the lists below.
-pub struct IncludeLoader<'a> {
-    /// The file system, or a replacement for it.
-    pub files: &'a dyn Files,
-    /// The folder the compiler was started in; relative paths of the main script start here.
-    pub working_folder: PathBuf,
-    /// The folders given with `-I`.
-    pub folders: Vec<PathBuf>,
-    /// The folders listed in the environment variable `BUZZ_INCLUDE_PATH`.
-    pub environment: Vec<PathBuf>,
-    /// The shipped library: file name and text.
-    pub library: &'a [(&'a str, &'a str)],
-}
-
-impl<'a> IncludeLoader<'a> {
-    /// Creates a loader that searches only the folder of the including file and the working folder.
-    pub fn new(files: &'a dyn Files) -> Self {
-        IncludeLoader {
-            files,
-            working_folder: PathBuf::new(),
-            folders: Vec::new(),
-            environment: Vec::new(),
-            library: &[],
-        }
-    }
-}
+pub const SOURCE_BYTES_MAX: usize = 1 << 20;
 
 /// The tokens of a script with everything it includes.
 pub(crate) struct Loaded {
@@ -59,7 +31,7 @@ pub(crate) struct Loaded {
 
 /// Reads the main script with `loader`.
 pub(crate) fn load_file(main: &Path, loader: &IncludeLoader) -> Loaded {
-    match loader.files.read(main, MAX_SOURCE_BYTES) {
+    match loader.files.read(main, SOURCE_BYTES_MAX) {
         Ok(bytes) => match decode(bytes) {
             Ok(text) => load_text(main, text, loader),
             Err((problem, text)) => rejected(main, text, &problem),
@@ -70,7 +42,7 @@ pub(crate) fn load_file(main: &Path, loader: &IncludeLoader) -> Loaded {
 
 /// Takes the main script from memory.
 pub(crate) fn load_text(main: &Path, text: String, loader: &IncludeLoader) -> Loaded {
-    if text.len() > MAX_SOURCE_BYTES {
+    if text.len() > SOURCE_BYTES_MAX {
         return rejected(main, String::new(), &ScriptProblem::TooLarge);
     }
     let mut loading = Loading {
@@ -120,7 +92,7 @@ impl ScriptProblem {
             ScriptProblem::TooLarge => Diagnostic::new(
                 DiagnosticCode::FileTooLarge,
                 span,
-                format!("`{path}` is larger than {MAX_SOURCE_BYTES} bytes"),
+                format!("`{path}` is larger than {SOURCE_BYTES_MAX} bytes"),
             )
             .help("is this a script at all?"),
             ScriptProblem::NotUtf8 { offset } => Diagnostic::new(
@@ -135,7 +107,7 @@ impl ScriptProblem {
 
 /// Decodes UTF-8. On failure, returns the problem and the text before it.
 fn decode(bytes: Vec<u8>) -> Result<String, (ScriptProblem, String)> {
-    if bytes.len() > MAX_SOURCE_BYTES {
+    if bytes.len() > SOURCE_BYTES_MAX {
         return Err((ScriptProblem::TooLarge, String::new()));
     }
     String::from_utf8(bytes).map_err(|error| {
@@ -210,7 +182,7 @@ impl Loading<'_> {
                 let text = self
                     .loader
                     .files
-                    .read(&path, MAX_SOURCE_BYTES)
+                    .read(&path, SOURCE_BYTES_MAX)
                     .map_err(|error| (ScriptProblem::Unreadable(error), String::new()))
                     .and_then(decode);
                 (path, identity, text)

@@ -12,7 +12,7 @@ use crate::source::{FileId, Span};
 use crate::token::{FixedToken, Separation, Token, TokenKind};
 
 /// Returns the tokens of a file, the last one being [`TokenKind::FileEnd`]. Errors are added to
-/// `diagnostics`. The text must have at most [`MAX_SOURCE_BYTES`](crate::include::MAX_SOURCE_BYTES)
+/// `diagnostics`. The text must have at most [`SOURCE_BYTES_MAX`](crate::include::SOURCE_BYTES_MAX)
 /// bytes.
 pub fn lex(file: FileId, text: &str, diagnostics: &mut Vec<Diagnostic>) -> Vec<Token> {
     let mut lexer = Lexer::new(file, text, None);

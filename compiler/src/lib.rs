@@ -5,12 +5,14 @@
 //! [`render`] prints errors as text or JSON, [`mod@explain`] explains a code.
 
 pub mod allow;
+pub mod asm;
 pub mod ast;
 pub mod bo;
 pub mod check;
 pub mod codegen;
 pub mod codes;
 pub mod compile;
+pub mod constant;
 pub mod diagnostic;
 pub mod disasm;
 pub mod explain;
@@ -18,7 +20,9 @@ pub mod fit;
 pub mod image;
 pub mod include;
 pub mod lexer;
+pub mod limits;
 pub mod parser;
+pub mod profile;
 pub mod refusal;
 pub mod render;
 pub mod source;

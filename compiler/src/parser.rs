@@ -31,7 +31,7 @@ pub use hidden::Hidden;
 /// The maximum depth of nested expressions, blocks and includes, and the maximum height of the
 /// syntax tree, on which recursive walks of the tree rely. People do not write scripts that deep,
 /// and the depth that overflows a thread's stack is far greater.
-pub const MAX_NESTING: u32 = 200;
+pub const NESTING_MAX: u32 = 200;
 
 /// The result of the front end for a script.
 #[derive(Debug, Clone, Default)]
@@ -225,7 +225,7 @@ impl<'a> Parser<'a> {
 
     /// Parses one level deeper.
     fn nested<T>(&mut self, parse: impl FnOnce(&mut Self) -> Parse<T>) -> Parse<T> {
-        if self.depth >= MAX_NESTING {
+        if self.depth >= NESTING_MAX {
             return Err(self.too_deep());
         }
         self.depth += 1;
@@ -240,11 +240,11 @@ impl<'a> Parser<'a> {
     /// parse, but makes a tree that grows with every operator.
     fn grow(&mut self, height: u32) -> Parse<()> {
         self.height = self.height.max(height + 1);
-        if self.height + self.depth > MAX_NESTING { Err(self.too_deep()) } else { Ok(()) }
+        if self.height + self.depth > NESTING_MAX { Err(self.too_deep()) } else { Ok(()) }
     }
 
     fn too_deep(&mut self) -> Reported {
-        let message = format!("this is nested more than {MAX_NESTING} levels deep");
+        let message = format!("this is nested more than {NESTING_MAX} levels deep");
         let diagnostic = Diagnostic::new(DiagnosticCode::NestingTooDeep, self.span(), message)
             .help("give a part of it a name: store it in a variable, or make a function of it");
         let reported = self.report(diagnostic);

@@ -7,7 +7,7 @@ use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use bittybuzz_arena::run::{Compiler, Program, Simulation};
 use bittybuzz_arena::scenario::{Group, Scenario, ScenarioError};
 use bittybuzz_compiler::compile::{Compiled, Options, compile};
-use bittybuzz_compiler::include::{Files, IncludeLoader, MAX_SOURCE_BYTES, MemoryFiles};
+use bittybuzz_compiler::include::{Files, IncludeLoader, MemoryFiles, SOURCE_BYTES_MAX};
 use bittybuzz_compiler::render::{ColorChoice, Renderer};
 use bittybuzz_robot_files::all_shipped;
 
@@ -39,7 +39,7 @@ impl SharedFiles {
 
     fn read(&self, path: &Path) -> Result<String, String> {
         let shown = path.display();
-        let bytes = self.lock().read(path, MAX_SOURCE_BYTES);
+        let bytes = self.lock().read(path, SOURCE_BYTES_MAX);
         let bytes = bytes.map_err(|error| format!("cannot read `{shown}`: {error}\n"))?;
         String::from_utf8(bytes).map_err(|_| format!("`{shown}` is not UTF-8 text\n"))
     }

@@ -3,9 +3,9 @@
 use std::path::Path;
 use std::sync::OnceLock;
 
-use bittybuzz_compiler::codegen::constant::NumberProfile;
 use bittybuzz_compiler::compile::{self, Compiled, Options};
 use bittybuzz_compiler::include::{DiskFiles, IncludeLoader, MemoryFiles};
+use bittybuzz_compiler::profile::NumberProfile;
 use bittybuzz_robot_spec::Robot;
 
 use crate::{bbz, files};

@@ -7,7 +7,7 @@ use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use bittybuzz_arena::run;
 use bittybuzz_arena::scenario::{Group, Scenario, ScenarioError};
 use bittybuzz_compiler::compile::{Compiled, compile};
-use bittybuzz_compiler::include::{DiskFiles, Files, MAX_SOURCE_BYTES, MemoryFiles};
+use bittybuzz_compiler::include::{DiskFiles, Files, MemoryFiles, SOURCE_BYTES_MAX};
 use bittybuzz_compiler::render::{ColorChoice, Renderer};
 use bittybuzz_live::Workshop;
 use bittybuzz_toml_reader::file;
@@ -79,7 +79,7 @@ impl Desk {
     }
 
     fn draft(&self, script: &Path) -> Option<String> {
-        let bytes = self.drafts().read(script, MAX_SOURCE_BYTES).ok()?;
+        let bytes = self.drafts().read(script, SOURCE_BYTES_MAX).ok()?;
         String::from_utf8(bytes).ok()
     }
 
@@ -105,7 +105,7 @@ impl Workshop for Desk {
     }
 
     fn read(&self, script: &Path) -> Result<String, String> {
-        let text = file::read_text(script, MAX_SOURCE_BYTES as u64);
+        let text = file::read_text(script, SOURCE_BYTES_MAX as u64);
         text.map_err(|error| format!("cannot read `{}`: {error}", script.display()))
     }
 

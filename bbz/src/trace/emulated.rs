@@ -148,7 +148,7 @@ impl TracedEmulation<'_> {
 
     /// Returns the bytes that replace the firmware's own script, and their address. If the script
     /// has no fixed place, they are the whole program of the robot.
-    fn script_bytes(&self) -> Result<Option<(u32, Vec<u8>)>, Box<dyn Problem>> {
+    fn script_bytes(&self) -> Result<Option<PlacedBytes>, Box<dyn Problem>> {
         let Some((path, program)) = self.script else { return Ok(None) };
         if program.image.is_empty() {
             return Err(EmulationError::NoImage(path.to_owned()).into());
@@ -180,6 +180,9 @@ impl TracedEmulation<'_> {
         }
     }
 }
+
+/// Bytes for a robot's program memory, after their address.
+type PlacedBytes = (u32, Vec<u8>);
 
 /// Reads the firmware's output.
 struct ReportReader {

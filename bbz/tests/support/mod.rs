@@ -9,6 +9,7 @@ use std::fs;
 use std::io::Read;
 use std::path::{Path, PathBuf};
 use std::process::{Child, Command, Stdio};
+use std::sync::atomic::{AtomicU32, Ordering};
 use std::thread;
 use std::time::{Duration, Instant};
 
@@ -28,9 +29,12 @@ pub struct Outcome {
 }
 
 impl Folder {
-    /// Creates the folder of the test with that name.
+    /// Creates the folder of the test with that name. Each call has a folder of its own, because
+    /// tests of other modules run at the same time and may use the same name.
     pub fn new(test: &str) -> Self {
-        let path = Path::new(env!("CARGO_TARGET_TMPDIR")).join(test);
+        static CALLS: AtomicU32 = AtomicU32::new(0);
+        let call = CALLS.fetch_add(1, Ordering::Relaxed).to_string();
+        let path = Path::new(env!("CARGO_TARGET_TMPDIR")).join(call).join(test);
         let _ = fs::remove_dir_all(&path);
         fs::create_dir_all(&path).unwrap();
         Folder(path)

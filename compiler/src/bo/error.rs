@@ -3,8 +3,8 @@
 use std::collections::BTreeSet;
 use std::fmt;
 
-use crate::codegen::asm::MAX_PARAMETERS;
-use crate::include::MAX_SOURCE_BYTES;
+use crate::include::SOURCE_BYTES_MAX;
+use crate::limits::PARAMETERS_MAX;
 
 /// A reason why a `.bo` file cannot be imported, and its place.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -151,7 +151,7 @@ impl fmt::Display for BoCause {
             f.write_str("not produced by the Buzz compiler: ")?;
         }
         match self {
-            BoCause::TooLarge => write!(f, "the file has more than {MAX_SOURCE_BYTES} bytes"),
+            BoCause::TooLarge => write!(f, "the file has more than {SOURCE_BYTES_MAX} bytes"),
             BoCause::NoStringCount => f.write_str("too short to be a Buzz object file"),
             BoCause::StringCut(number) => write!(f, "the file ends inside string {number}"),
             BoCause::StringNotUtf8(number) => {
@@ -206,7 +206,7 @@ impl fmt::Display for BoCause {
                 )
             }
             BoCause::TooManyParameters => {
-                write!(f, "a function can have at most {MAX_PARAMETERS} parameters")
+                write!(f, "a function can have at most {PARAMETERS_MAX} parameters")
             }
             BoCause::TooDeep => f.write_str("this is nested too deep"),
         }

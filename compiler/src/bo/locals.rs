@@ -10,7 +10,7 @@
 use crate::bo::listing::BoListing;
 use crate::bo::structure::{ChunkOutline, Node};
 use crate::check::tree::{CheckedExpr, CheckedExprKind, children};
-use crate::codegen::asm::MAX_PARAMETERS;
+use crate::limits::PARAMETERS_MAX;
 
 /// The numbers of parameters that fit a function.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -36,7 +36,7 @@ pub fn parameters(outline: &ChunkOutline, base: u32, listing: &BoListing) -> Par
     let least = start_otherwise.map(|(local, _)| count(*local)).max().unwrap_or(0);
     // Numbers above the highest local cannot be distinguished.
     let most = outline.touched.keys().map(|local| count(*local)).max().unwrap_or(0);
-    let most = most.min(MAX_PARAMETERS as u32);
+    let most = most.min(PARAMETERS_MAX as u32);
     let fits = |parameters| {
         let mut check = Check { listing, live: base.saturating_add(parameters) };
         match check.block(&outline.nodes)? {

@@ -3,7 +3,7 @@
 
 use crate::bo::error::{BoCause, BoError};
 use crate::bo::instruction::{BoAction, BoInstruction, OperandForm, TABLE};
-use crate::include::MAX_SOURCE_BYTES;
+use crate::include::SOURCE_BYTES_MAX;
 
 /// A `.bo` file whose numbers are all in range. The combined effect of its instructions is not
 /// checked.
@@ -20,8 +20,8 @@ pub struct Bo {
 impl Bo {
     /// Reads a file.
     pub fn read(bytes: &[u8]) -> Result<Bo, BoError> {
-        if bytes.len() > MAX_SOURCE_BYTES {
-            return Err(BoError { offset: MAX_SOURCE_BYTES, cause: BoCause::TooLarge });
+        if bytes.len() > SOURCE_BYTES_MAX {
+            return Err(BoError { offset: SOURCE_BYTES_MAX, cause: BoCause::TooLarge });
         }
         let mut reader = BoReader { bytes, at: 0 };
         let strings = reader.strings()?;

@@ -18,8 +18,8 @@ use crate::bo::names::{Names, check_name};
 use crate::bo::read::Bo;
 use crate::bo::structure::{ChunkOutline, Node, outlines};
 use crate::check::tree;
-use crate::codegen::ENTRIES;
-use crate::codegen::asm::MAX_PARAMETERS;
+use crate::image::ENTRIES;
+use crate::limits::PARAMETERS_MAX;
 
 /// A script that was recovered from a `.bo` file.
 #[derive(Debug)]
@@ -125,7 +125,7 @@ impl Builder<'_> {
         let least = match parameters(outline, base, self.listing) {
             Parameters::None(at) => return Err(self.bo.error(at, BoCause::InconsistentLocals)),
             Parameters::Exactly(count) | Parameters::AtLeast(count)
-                if count as usize > MAX_PARAMETERS =>
+                if count as usize > PARAMETERS_MAX =>
             {
                 return Err(self.bo.error(start, BoCause::TooManyParameters));
             }
@@ -144,7 +144,7 @@ impl Builder<'_> {
         }
         let mut possible = counts.iter().copied().filter(|count| *count >= least as usize);
         match (possible.next(), possible.next()) {
-            (Some(count), None) if count <= MAX_PARAMETERS => Ok(count as u32),
+            (Some(count), None) if count <= PARAMETERS_MAX => Ok(count as u32),
             (None, _) if !is_called => Ok(least),
             _ => Err(self.bo.error(start, BoCause::UnknownParameters(counts))),
         }

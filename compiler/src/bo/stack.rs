@@ -8,7 +8,7 @@ use crate::bo::error::BoCause;
 use crate::bo::names::check_name;
 use crate::check::tree::{CheckedExpr, CheckedExprKind, CheckedLink};
 use crate::codegen::fold::is_truth_value;
-use crate::parser::MAX_NESTING;
+use crate::parser::NESTING_MAX;
 use crate::source::Span;
 
 #[derive(Debug)]
@@ -69,7 +69,7 @@ impl Stack {
 
     fn check_height(&mut self, height: u32) -> Result<(), BoCause> {
         self.highest = self.highest.max(height + self.depth);
-        if self.highest > MAX_NESTING { Err(BoCause::TooDeep) } else { Ok(()) }
+        if self.highest > NESTING_MAX { Err(BoCause::TooDeep) } else { Ok(()) }
     }
 
     /// Enters a block.

@@ -3,11 +3,11 @@
 use bittybuzz_robot_spec::{Parameter, RobotFunction, SignatureType, parameter_at, takes_count};
 use bittybuzz_vm_core::builtin::{self, Library};
 
+use crate::check::checker::Checker;
 use crate::check::names::{LibraryMember, Meaning};
 use crate::check::suggest;
 use crate::check::tree::{CheckedExpr, CheckedExprKind, FunctionId, NameId};
 use crate::check::values::{StaticType, kind_of};
-use crate::check::walk::Checker;
 use crate::codes::DiagnosticCode;
 use crate::diagnostic::Diagnostic;
 use crate::source::Span;

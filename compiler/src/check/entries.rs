@@ -5,13 +5,12 @@ use std::collections::BTreeMap;
 use crate::check::calls::counted;
 use crate::check::names::{Meaning, Meanings};
 use crate::check::tree::{
-    CheckedExpr, CheckedExprKind, CheckedFunction, CheckedStmt, CheckedStmtKind, FreeName, NameId,
-    ResolvedScript, each_stmt,
+    CheckedExpr, CheckedFunction, FreeName, NameId, ResolvedScript, assigned_values,
 };
 use crate::check::values::{StaticType, kind_of};
-use crate::codegen::ENTRIES;
 use crate::codes::DiagnosticCode;
 use crate::diagnostic::Diagnostic;
+use crate::image::ENTRIES;
 
 /// Checks entry points, and functions with the misspelt name of one.
 pub fn check_entries(program: &ResolvedScript, meanings: &Meanings<'_>) -> Vec<Diagnostic> {
@@ -121,18 +120,4 @@ fn not_function(
             "choose another name for the variable, or write `function {text}() {{ ... }}`"
         )),
     )
-}
-
-/// Collects the values that statements assign to each global.
-pub fn assigned_values<'a>(
-    stmts: &'a [CheckedStmt],
-    values: &mut BTreeMap<NameId, Vec<&'a CheckedExpr>>,
-) {
-    each_stmt(stmts, &mut |stmt| {
-        if let CheckedStmtKind::Assign { target, value } = &stmt.kind
-            && let CheckedExprKind::Name(name) = target.kind
-        {
-            values.entry(name).or_default().push(value);
-        }
-    });
 }

@@ -8,7 +8,7 @@ use super::resolve;
 use super::robots::KnownRobots;
 use super::tree::{CheckedExprKind, CheckedStmtKind, NameId, ResolvedScript, each_expr, each_stmt};
 use crate::ast::Script;
-use crate::codegen::constant::NumberProfile;
+use crate::profile::NumberProfile;
 use crate::source::Span;
 
 /// The functions and tables of a script that only a robot can provide.

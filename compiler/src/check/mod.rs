@@ -4,6 +4,7 @@
 mod arguments;
 mod callbacks;
 mod calls;
+mod checker;
 mod entries;
 mod forgotten;
 pub mod missing;
@@ -19,10 +20,10 @@ pub mod values;
 mod walk;
 
 use crate::ast::Script;
-use crate::codegen::constant::NumberProfile;
 use crate::codes::DiagnosticCode;
 use crate::diagnostic::{Diagnostic, Severity};
 use crate::parser::Hidden;
+use crate::profile::NumberProfile;
 use names::Meanings;
 use robots::KnownRobots;
 use tree::ResolvedScript;

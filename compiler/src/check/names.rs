@@ -9,13 +9,12 @@ use std::collections::{BTreeMap, BTreeSet};
 use bittybuzz_vm_core::builtin::{self, Library};
 
 use crate::ast::UnaryOp;
-use crate::check::entries::assigned_values;
 use crate::check::robots::KnownRobots;
 use crate::check::tree::{
     CheckedBlock, CheckedExpr, CheckedExprKind, CheckedStmt, CheckedStmtKind, FreeName, FunctionId,
-    NameId, ResolvedScript, children,
+    NameId, ResolvedScript, assigned_values, children,
 };
-use crate::codegen::constant::NumberProfile;
+use crate::profile::NumberProfile;
 
 /// The meaning of a name that is not a local.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

@@ -3,9 +3,10 @@
 use crate::ast::{BinaryOp, UnaryOp};
 use crate::check::tree::{CheckedExpr, CheckedExprKind, ResolvedScript, each_expr};
 use crate::check::values::word_bits;
-use crate::codegen::constant::{self, ConstantNumber, NumberProfile};
 use crate::codes::DiagnosticCode;
+use crate::constant::{self, ConstantNumber};
 use crate::diagnostic::Diagnostic;
+use crate::profile::{self, NumberProfile};
 use crate::source::Span;
 
 /// Checks a whole script for robots of that profile.
@@ -49,11 +50,11 @@ pub fn check_overflow(program: &ResolvedScript, profile: NumberProfile) -> Vec<D
 fn value(expr: &CheckedExpr, profile: NumberProfile) -> Option<ConstantNumber> {
     match &expr.kind {
         CheckedExprKind::Int(value) => {
-            let (low, high) = constant::int_range(profile);
+            let (low, high) = profile::int_range(profile);
             let value = i32::try_from(*value).ok()?;
             (low..=high).contains(&value).then_some(ConstantNumber::Int(value))
         }
-        CheckedExprKind::Float(_) => ConstantNumber::of(profile, expr),
+        CheckedExprKind::Float(_) => expr.number(profile),
         CheckedExprKind::Unary { op, operand } => {
             constant::unary(profile, *op, value(operand, profile)?)
         }
@@ -116,7 +117,7 @@ fn overflow(
 impl Overflow {
     fn diagnostic(&self, span: Span, profile: NumberProfile) -> Diagnostic {
         let name = profile.name();
-        let (low, high) = constant::int_range(profile);
+        let (low, high) = profile::int_range(profile);
         match self {
             Overflow::Wraps { exact, result } => Diagnostic::new(
                 DiagnosticCode::IntegerWraps,

@@ -11,9 +11,9 @@ use crate::check::tree::{
     CheckedBlock, CheckedBranch, CheckedExpr, CheckedExprKind, CheckedFunction, CheckedLink,
     CheckedStmt, CheckedStmtKind, FunctionId, Local, LocalId, LocalKind, ResolvedScript,
 };
-use crate::codegen::asm::MAX_PARAMETERS;
 use crate::codes::DiagnosticCode;
 use crate::diagnostic::Diagnostic;
+use crate::limits::PARAMETERS_MAX;
 use crate::source::Span;
 
 /// Resolves a script.
@@ -352,12 +352,12 @@ impl Resolver {
             ..CheckedFunction::default()
         });
         self.contexts.push(Context::new(id));
-        if let Some(excess) = function.params.get(MAX_PARAMETERS) {
+        if let Some(excess) = function.params.get(PARAMETERS_MAX) {
             self.report(
                 Diagnostic::new(
                     DiagnosticCode::TooManyParameters,
                     excess.span,
-                    format!("a function can have at most {MAX_PARAMETERS} parameters"),
+                    format!("a function can have at most {PARAMETERS_MAX} parameters"),
                 )
                 .label("one too many")
                 .help("pass a table"),

@@ -3,9 +3,9 @@
 use crate::check::names::{Meaning, offered};
 use crate::check::robots::KnownRobots;
 use crate::check::tree::{FreeName, ResolvedScript};
-use crate::codegen::constant::NumberProfile;
 use crate::codes::DiagnosticCode;
 use crate::diagnostic::Diagnostic;
+use crate::profile::NumberProfile;
 
 /// Checks the names that a script defines.
 pub fn check_names(

@@ -4,10 +4,12 @@
 //! All functions are in one list, in which number 0 is the global code. The tree has no
 //! parentheses, and a `for` is a `while` with an update.
 
-use std::collections::HashMap;
+use std::collections::{BTreeMap, HashMap};
 
 use crate::ast::{BinaryOp, UnaryOp};
+use crate::constant::ConstantNumber;
 use crate::parser::Hidden;
+use crate::profile::{self, NumberProfile};
 use crate::source::Span;
 
 /// Index into [`ResolvedScript::functions`].
@@ -202,6 +204,20 @@ pub struct CheckedExpr {
     pub span: Span,
 }
 
+impl CheckedExpr {
+    /// Returns the value of a number literal, written or folded; `None` for any other expression.
+    pub fn number(&self, profile: NumberProfile) -> Option<ConstantNumber> {
+        match self.kind {
+            CheckedExprKind::Int(value) => i32::try_from(value).ok().map(ConstantNumber::Int),
+            CheckedExprKind::Float(value) => {
+                let bits = profile::float_bits(profile, value);
+                Some(ConstantNumber::Float(profile::from_bits(profile, bits)))
+            }
+            _ => None,
+        }
+    }
+}
+
 /// The kinds of expressions.
 #[derive(Debug, Clone)]
 pub enum CheckedExprKind {
@@ -256,6 +272,15 @@ pub enum CheckedExprKind {
     },
     /// Source with an error that was reported.
     Error,
+}
+
+impl From<ConstantNumber> for CheckedExprKind {
+    fn from(number: ConstantNumber) -> Self {
+        match number {
+            ConstantNumber::Int(value) => CheckedExprKind::Int(i64::from(value)),
+            ConstantNumber::Float(value) => CheckedExprKind::Float(f64::from(value)),
+        }
+    }
 }
 
 /// An operation in an [`CheckedExprKind::Chain`]. Its left operand is the value of the chain before it.
@@ -355,4 +380,18 @@ pub fn each_expr<'a>(stmts: &'a [CheckedStmt], visit: &mut dyn FnMut(&'a Checked
 fn with_children<'a>(expr: &'a CheckedExpr, visit: &mut dyn FnMut(&'a CheckedExpr)) {
     visit(expr);
     children(expr, |child| with_children(child, visit));
+}
+
+/// Collects the values that statements assign to each global.
+pub fn assigned_values<'a>(
+    stmts: &'a [CheckedStmt],
+    values: &mut BTreeMap<NameId, Vec<&'a CheckedExpr>>,
+) {
+    each_stmt(stmts, &mut |stmt| {
+        if let CheckedStmtKind::Assign { target, value } = &stmt.kind
+            && let CheckedExprKind::Name(name) = target.kind
+        {
+            values.entry(name).or_default().push(value);
+        }
+    });
 }

@@ -10,9 +10,9 @@ use crate::check::tree::{
     CheckedBranch, CheckedExpr, CheckedExprKind, CheckedStmt, CheckedStmtKind, FunctionId, LocalId,
     LocalKind, NameId, ResolvedScript, children,
 };
-use crate::codegen::ENTRIES;
 use crate::codes::DiagnosticCode;
 use crate::diagnostic::Diagnostic;
+use crate::image::ENTRIES;
 use crate::source::{FileId, Span};
 
 /// Checks a whole script.

@@ -2,12 +2,12 @@
 //! succeed.
 
 use crate::ast::{BinaryOp, UnaryOp};
+use crate::check::checker::Checker;
 use crate::check::names::{Meaning, Meanings};
 use crate::check::tree::{CheckedExpr, CheckedExprKind};
-use crate::check::walk::Checker;
-use crate::codegen::constant::{self, NumberProfile};
 use crate::codes::DiagnosticCode;
 use crate::diagnostic::Diagnostic;
+use crate::profile::{self, NumberProfile};
 use crate::source::Span;
 
 /// The type of a value, as far as it is known from the source.
@@ -113,7 +113,7 @@ fn number_kind(kind: Option<StaticType>) -> StaticType {
 impl Checker<'_> {
     /// Checks that an integer literal fits the profile.
     pub fn check_int(&mut self, value: i64, span: Span) {
-        let (low, high) = constant::int_range(self.profile);
+        let (low, high) = profile::int_range(self.profile);
         if value < i64::from(low) || value > i64::from(high) {
             let name = self.profile.name();
             self.report(
@@ -138,7 +138,7 @@ impl Checker<'_> {
 
     /// Checks that a float literal fits the profile.
     pub fn check_float(&mut self, value: f64, span: Span) {
-        let nearest = constant::from_bits(self.profile, constant::float_bits(self.profile, value));
+        let nearest = profile::from_bits(self.profile, profile::float_bits(self.profile, value));
         let problem = if value.is_infinite() {
             // The lexer reported it: no profile can represent the value.
             return;
@@ -330,5 +330,5 @@ impl Checker<'_> {
 
 /// Returns the number of bits of an integer.
 pub fn word_bits(profile: NumberProfile) -> i64 {
-    8 * constant::word_bytes(profile) as i64
+    8 * profile::word_bytes(profile) as i64
 }

@@ -1,43 +1,21 @@
 //! Visits every expression of a script and checks it with knowledge of the conditions around it.
 
-use std::collections::BTreeSet;
-
-use bittybuzz_vm_core::builtin::{self, Library};
+use bittybuzz_vm_core::builtin;
 
 use crate::ast::{BinaryOp, UnaryOp};
+use crate::check::checker::Checker;
 use crate::check::names::{LibraryMember, Meaning, Meanings};
 use crate::check::resolve::self_is_nil;
-use crate::check::suggest::{self, Advice};
+use crate::check::suggest;
 use crate::check::tree::{
     CheckedBlock, CheckedBranch, CheckedExpr, CheckedExprKind, CheckedLink, CheckedStmt,
     CheckedStmtKind, FunctionId, NameId, ResolvedScript,
 };
 use crate::check::values::{OperandValue, StaticType, kind_of, result_kind};
-use crate::codegen::constant::NumberProfile;
 use crate::codes::DiagnosticCode;
 use crate::diagnostic::Diagnostic;
+use crate::profile::NumberProfile;
 use crate::source::Span;
-
-/// The state of the walk.
-pub struct Checker<'a> {
-    pub program: &'a ResolvedScript,
-    pub meanings: &'a Meanings<'a>,
-    pub profile: NumberProfile,
-    /// The function that is being visited.
-    pub function: FunctionId,
-    diagnostics: Vec<Diagnostic>,
-    /// Names that are certainly not nil at the current place, because a condition around it tests
-    /// them.
-    guarded: Vec<NameId>,
-    /// Names that were reported as never assigned, because one message per name is enough.
-    reported: BTreeSet<NameId>,
-    /// The number of unknown names for which the checker may still search for a suggestion.
-    searches_left: usize,
-}
-
-/// The maximum number of unknown names for which the checker searches for a suggestion. Each search
-/// compares every name of the script, and people read only the first messages.
-const MOST_SEARCHES: usize = 100;
 
 /// Checks every expression of a script.
 pub fn check_expressions(
@@ -45,16 +23,7 @@ pub fn check_expressions(
     meanings: &Meanings<'_>,
     profile: NumberProfile,
 ) -> Vec<Diagnostic> {
-    let mut checker = Checker {
-        program,
-        meanings,
-        profile,
-        function: FunctionId::GLOBAL,
-        diagnostics: Vec::new(),
-        guarded: Vec::new(),
-        reported: BTreeSet::new(),
-        searches_left: MOST_SEARCHES,
-    };
+    let mut checker = Checker::new(program, meanings, profile);
     for (number, function) in program.functions.iter().enumerate() {
         // A lambda is visited where it occurs, under the conditions around it.
         if function.creator.is_none() {
@@ -65,22 +34,6 @@ pub fn check_expressions(
 }
 
 impl Checker<'_> {
-    /// Adds a diagnostic.
-    pub fn report(&mut self, diagnostic: Diagnostic) {
-        self.diagnostics.push(diagnostic);
-    }
-
-    /// Returns a suggestion for a name that nothing defines.
-    pub fn likely_name(&mut self, name: &str) -> Option<Advice> {
-        self.searches_left = self.searches_left.checked_sub(1)?;
-        suggest::for_name(name, self.program, self.function, self.meanings.robots())
-    }
-
-    /// Returns true if a condition around the current place ensures that the name is not nil.
-    pub fn is_guarded(&self, name: NameId) -> bool {
-        self.guarded.contains(&name)
-    }
-
     fn enter(&mut self, id: FunctionId) {
         let outer = std::mem::replace(&mut self.function, id);
         let program = self.program;
@@ -347,12 +300,6 @@ impl Checker<'_> {
             diagnostic = advice.give(diagnostic, span);
         }
         self.report(diagnostic.label("always nil"));
-    }
-
-    /// Returns true if the library may have this member through source with syntax errors.
-    pub fn may_be_member(&self, library: Library, key: &str) -> bool {
-        let hidden = &self.program.hidden;
-        hidden.is_lost(key) || library.global_name().is_some_and(|library| hidden.is_lost(library))
     }
 
     /// Checks a field of a library that is read, not called.

@@ -6,7 +6,7 @@ use bittybuzz_vm_core::opcode;
 use crate::check::names::{LibraryMember, Meaning};
 use crate::check::tree::{CheckedExpr, CheckedExprKind, FunctionId};
 use crate::codegen::function::GeneratedFunction;
-use crate::codegen::operand;
+use crate::codegen::generator::operand;
 use crate::source::Span;
 
 impl<'a> GeneratedFunction<'_, 'a> {

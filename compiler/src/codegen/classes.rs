@@ -23,7 +23,7 @@ use crate::check::tree::{
     CheckedBranch, CheckedExpr, CheckedExprKind, CheckedStmt, CheckedStmtKind, FunctionId, LocalId,
     LocalKind, NameId, ResolvedScript,
 };
-use crate::codegen::constant::NumberProfile;
+use crate::profile::NumberProfile;
 
 /// A set of classes. The low 8 bits are those of the image's class table; bit 8 is `OBJECT`.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]

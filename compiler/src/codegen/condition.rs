@@ -3,10 +3,10 @@
 use bittybuzz_vm_core::builtin;
 use bittybuzz_vm_core::opcode;
 
+use crate::asm::Label;
 use crate::ast::{BinaryOp, UnaryOp};
 use crate::check::names::Meaning;
 use crate::check::tree::{CheckedExpr, CheckedExprKind, CheckedLink};
-use crate::codegen::asm::Label;
 use crate::codegen::fold;
 use crate::codegen::function::GeneratedFunction;
 

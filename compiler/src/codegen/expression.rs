@@ -3,18 +3,19 @@
 use bittybuzz_vm_core::builtin::{self, Feature, Library};
 use bittybuzz_vm_core::opcode;
 
+use crate::asm::Label;
 use crate::ast::{BinaryOp, UnaryOp};
 use crate::check::names::{LibraryMember, Meaning};
 use crate::check::tree::{
     CheckedExpr, CheckedExprKind, CheckedLink, FunctionId, LocalId, LocalKind,
 };
-use crate::codegen::asm::Label;
 use crate::codegen::fold::is_truth_value;
 use crate::codegen::function::{GeneratedFunction, shape};
+use crate::codegen::generator::operand;
 use crate::codegen::operands::{
     added_integer, added_literal, gives_float, is_float, is_number_or_nil,
 };
-use crate::codegen::{constant, operand};
+use crate::profile;
 use crate::source::Span;
 
 impl<'a> GeneratedFunction<'_, 'a> {
@@ -25,7 +26,7 @@ impl<'a> GeneratedFunction<'_, 'a> {
             CheckedExprKind::Nil | CheckedExprKind::Error => self.builder.plain(opcode::NIL, span),
             CheckedExprKind::Int(value) => self.builder.int(*value as i32, span),
             CheckedExprKind::Float(value) => {
-                let bits = constant::float_bits(self.generator.profile, *value);
+                let bits = profile::float_bits(self.generator.profile, *value);
                 self.builder.float(bits, span);
             }
             CheckedExprKind::Str(text) => {

@@ -12,7 +12,8 @@ use crate::check::tree::{
     CheckedBlock, CheckedExpr, CheckedExprKind, CheckedLink, CheckedStmt, CheckedStmtKind,
     FunctionId, ResolvedScript,
 };
-use crate::codegen::constant::{self, ConstantNumber, NumberProfile};
+use crate::constant;
+use crate::profile::NumberProfile;
 
 /// Folds every function of a program.
 pub fn fold(program: &mut ResolvedScript, meanings: &Meanings<'_>, profile: NumberProfile) {
@@ -226,8 +227,8 @@ impl Folder<'_> {
         if op == UnaryOp::Not {
             return truth(operand, self.meanings).map(|truth| truth_value(!truth));
         }
-        let operand = ConstantNumber::of(self.profile, operand)?;
-        constant::unary(self.profile, op, operand).map(ConstantNumber::to_expr)
+        let operand = operand.number(self.profile)?;
+        constant::unary(self.profile, op, operand).map(CheckedExprKind::from)
     }
 
     /// Folds the first operations, up to the first one that only the machine can compute. The value
@@ -273,9 +274,9 @@ impl Folder<'_> {
             | BinaryOp::Greater
             | BinaryOp::GreaterEq => self.compare(op, left, right).map(truth_value),
             _ => {
-                let left = ConstantNumber::of(self.profile, left)?;
-                let right = ConstantNumber::of(self.profile, right)?;
-                constant::arithmetic(self.profile, op, left, right).map(ConstantNumber::to_expr)
+                let left = left.number(self.profile)?;
+                let right = right.number(self.profile)?;
+                constant::arithmetic(self.profile, op, left, right).map(CheckedExprKind::from)
             }
         }
     }
@@ -292,9 +293,7 @@ impl Folder<'_> {
                 _ => None,
             };
         }
-        if let (Some(a), Some(b)) =
-            (ConstantNumber::of(self.profile, left), ConstantNumber::of(self.profile, right))
-        {
+        if let (Some(a), Some(b)) = (left.number(self.profile), right.number(self.profile)) {
             return constant::compare(op, a, b);
         }
         // Nil is less than all other values and equals only itself.

@@ -2,15 +2,17 @@
 
 use bittybuzz_vm_core::opcode;
 
+use crate::asm::{AsmError, CodeMark, FunctionBuilder, FunctionCode, Shape};
 use crate::check::names::Meaning;
 use crate::check::tree::{
     CheckedBlock, CheckedBranch, CheckedExpr, CheckedExprKind, CheckedFunction, CheckedLink,
     CheckedStmt, CheckedStmtKind, FunctionId, LocalId, LocalKind, NameId,
 };
-use crate::codegen::asm::{AsmError, CodeMark, FunctionBuilder, FunctionCode, Shape};
+use crate::codegen::fold;
+use crate::codegen::generator::{Generator, nowhere, operand};
 use crate::codegen::locals::{LocalRange, Locals};
 use crate::codegen::operands::added_literal;
-use crate::codegen::{Generator, constant, fold, nowhere, operand};
+use crate::profile;
 use crate::source::Span;
 use crate::symbols::LocalPlace;
 
@@ -22,7 +24,7 @@ pub fn generate(
     let program = generator.program;
     let function = program.function(id);
     let shape = shape(generator, id);
-    let word_bytes = constant::word_bytes(generator.profile);
+    let word_bytes = profile::word_bytes(generator.profile);
     let mut code = GeneratedFunction {
         function,
         shape,
@@ -61,7 +63,7 @@ fn frame_place(offset: i32) -> LocalPlace {
 }
 
 /// Returns the place of a captured value; there are at most
-/// [`MAX_CAPTURES`](crate::codegen::asm::MAX_CAPTURES).
+/// [`CAPTURES_MAX`](crate::limits::CAPTURES_MAX).
 fn capture_place(index: usize) -> LocalPlace {
     LocalPlace::Capture(u16::try_from(index).unwrap_or(u16::MAX))
 }

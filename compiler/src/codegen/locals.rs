@@ -1,7 +1,7 @@
 //! The places of local variables, each with the range of code in which it is valid, for the
 //! symbols.
 
-use crate::codegen::asm::{CodeMark, FunctionCode};
+use crate::asm::{CodeMark, FunctionCode};
 use crate::symbols::LocalPlace;
 
 /// A local variable and a range of code in which it has one place.

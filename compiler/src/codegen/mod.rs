@@ -14,21 +14,20 @@
 //! * The globals that are used most get the numbers with the shortest instructions.
 //!
 //! # Division of labor
-//! This module walks the syntax tree and decides which values to compute. [`asm`] encodes the
+//! This module walks the syntax tree and decides which values to compute. [`asm`](crate::asm) encodes the
 //! instructions, counts the stack, and keeps the rules of the verifier. The importer of `.bo` files
 //! has no syntax tree and uses the same assembler.
 //!
 //! Strings are numbered by the source alone, so that robots of different kinds agree on the
 //! numbers that travel in messages.
 
-pub mod asm;
 mod call;
 mod classes;
 mod condition;
-pub mod constant;
 mod expression;
 pub mod fold;
 mod function;
+mod generator;
 mod globals;
 mod locals;
 mod operands;
@@ -36,23 +35,21 @@ mod own_strings;
 
 use std::collections::{BTreeMap, BTreeSet};
 
-use bittybuzz_vm_core::builtin::{self, Feature, Library};
+use bittybuzz_vm_core::builtin::{self, Feature};
 use bittybuzz_vm_core::hash::name_hash;
-use bittybuzz_vm_core::image::EntryPoint;
 
-use crate::check::names::{Meaning, Meanings};
+use crate::asm::{AsmError, AsmErrorKind, FunctionCode};
+use crate::check::names::Meanings;
 use crate::check::tree::{FunctionId, NameId, ResolvedScript};
 use crate::codes::DiagnosticCode;
 use crate::diagnostic::Diagnostic;
-use crate::image::{ImageContent, LibraryRow};
+use crate::image::{ENTRIES, ImageContent};
+use crate::limits;
+use crate::profile::NumberProfile;
 use crate::source::{FileId, Span};
 use crate::strings::StringTable;
-use asm::{AsmError, AsmErrorKind, FunctionCode};
-use constant::NumberProfile;
+use generator::Generator;
 pub use locals::LocalRange;
-
-/// The functions that the host calls, in the order of the image header.
-pub const ENTRIES: [&str; 4] = ["init", "step", "reset", "destroy"];
 
 /// The result of the code generator.
 #[derive(Debug, Clone)]
@@ -201,155 +198,21 @@ fn source_function(program: &ResolvedScript, id: FunctionId) -> SourceFunction {
     SourceFunction { name: function.name.clone().or(global), span: function.span }
 }
 
-/// The state that all functions of a program share while they are generated.
-struct Generator<'a> {
-    program: &'a ResolvedScript,
-    meanings: &'a Meanings<'a>,
-    profile: NumberProfile,
-    strings: StringTable,
-    /// The strings of the source.
-    mentioned: &'a BTreeSet<String>,
-    globals: BTreeMap<NameId, usize>,
-    /// Functions by number. Those after the function being generated are still to be generated.
-    functions: Vec<FunctionId>,
-    numbers: BTreeMap<FunctionId, usize>,
-    imports: Vec<String>,
-    features: u8,
-    /// Libraries whose members the machine may have to find by name.
-    libraries: BTreeSet<Library>,
-    /// Objects that built-ins return, such as `swarm.create(1)` and `neighbors.kin()`. Their
-    /// members are found by name, too.
-    objects: BTreeSet<Library>,
-    /// True if the script may compare strings by order.
-    orders_strings: bool,
-    diagnostics: Vec<Diagnostic>,
-}
-
-impl Generator<'_> {
-    fn entry(&mut self, name: &str) -> EntryPoint {
-        let Some(id) = self.program.find_name(name) else { return EntryPoint::None };
-        match self.meanings.of(id) {
-            Meaning::Function(function) => EntryPoint::Function(self.function(function) as u16),
-            Meaning::Global => match self.globals.get(&id) {
-                Some(number) => EntryPoint::Global(*number as u16),
-                None => EntryPoint::None,
-            },
-            _ => EntryPoint::None,
-        }
-    }
-
-    /// Returns the number of a function. The first use puts the function into the image.
-    fn function(&mut self, id: FunctionId) -> i32 {
-        let next = self.functions.len();
-        let number = *self.numbers.entry(id).or_insert(next);
-        if number == next {
-            self.functions.push(id);
-        }
-        operand(number)
-    }
-
-    fn import(&mut self, name: &str) -> i32 {
-        let number = self.imports.iter().position(|known| known == name).unwrap_or_else(|| {
-            self.imports.push(name.to_owned());
-            self.imports.len() - 1
-        });
-        operand(number)
-    }
-
-    fn string(&self, text: &str) -> i32 {
-        self.strings.number(text).map_or(i32::MAX, i32::from)
-    }
-
-    fn global(&self, name: NameId) -> i32 {
-        self.globals.get(&name).map_or(i32::MAX, |number| operand(*number))
-    }
-
-    /// Returns the number of a built-in that the code uses, and records the requirements of the
-    /// built-in: its feature, the objects that it returns, and the order of strings if it compares
-    /// them.
-    fn builtin(&mut self, info: &builtin::BuiltinInfo) -> i32 {
-        self.features |= info.feature as u8;
-        match info.number {
-            builtin::MIN | builtin::MAX => self.orders_strings = true,
-            builtin::RNG => {
-                self.libraries.insert(Library::Rng);
-            }
-            builtin::SWARM_CREATE
-            | builtin::SWARM_UNION
-            | builtin::SWARM_INTERSECTION
-            | builtin::SWARM_DIFFERENCE
-            | builtin::SWARM_OTHERS => {
-                self.objects.insert(Library::SwarmObject);
-            }
-            builtin::STIGMERGY_CREATE => {
-                self.objects.insert(Library::StigmergyObject);
-            }
-            builtin::NEIGHBORS_MAP
-            | builtin::NEIGHBORS_FILTER
-            | builtin::NEIGHBORS_KIN
-            | builtin::NEIGHBORS_NONKIN => {
-                self.objects.insert(Library::Snapshot);
-            }
-            _ => {}
-        }
-        i32::from(info.number)
-    }
-
-    /// Returns the number of a library that the code uses as a value, and records the library.
-    fn library(&mut self, library: Library) -> i32 {
-        self.libraries.insert(library);
-        i32::from(library as u8)
-    }
-
-    /// Returns the rows of the library table, in which the machine looks up members by name at run
-    /// time. A library that the script uses as a value needs all its members; a library that is
-    /// only modified needs the modified ones; objects and `pos` need those whose name occurs in the
-    /// script.
-    fn library_rows(&mut self) -> Vec<LibraryRow> {
-        let meanings = self.meanings;
-        let mut done = BTreeSet::new();
-        let mut rows = Vec::new();
-        // `builtin` below may add another library, so the loop runs until none is left.
-        while let Some(library) =
-            self.libraries.union(&self.objects).copied().find(|library| !done.contains(library))
-        {
-            done.insert(library);
-            for info in meanings.robots().members(library) {
-                let by_name = library == Library::Position || self.objects.contains(&library);
-                let wanted = meanings.escaped().contains(&library)
-                    || meanings.is_assigned(library, info.name)
-                    || (by_name && self.mentioned.contains(info.name));
-                let number = self.strings.number(info.name);
-                if let Some(string) = number.filter(|_| wanted) {
-                    self.builtin(info);
-                    rows.push(LibraryRow { library: library as u8, string, builtin: info.number });
-                }
-            }
-        }
-        rows
-    }
-}
-
-/// Returns the number as an operand; the assembler refuses one that does not fit.
-fn operand(number: usize) -> i32 {
-    i32::try_from(number).unwrap_or(i32::MAX)
-}
-
 fn asm_diagnostic(error: AsmError) -> Diagnostic {
     let (code, message, help) = match error.kind {
         AsmErrorKind::TooManyParameters => (
             DiagnosticCode::TooManyParameters,
-            format!("a function can have at most {} parameters", asm::MAX_PARAMETERS),
+            format!("a function can have at most {} parameters", limits::PARAMETERS_MAX),
             "pass a table",
         ),
         AsmErrorKind::TooDeep => (
             DiagnosticCode::FunctionTooDeep,
-            format!("this function needs more than {} values at a time", asm::MAX_DEPTH),
+            format!("this function needs more than {} values at a time", limits::DEPTH_MAX),
             "use fewer local variables, shorter argument lists, or a table",
         ),
         AsmErrorKind::TooManyArguments => (
             DiagnosticCode::TooManyArguments,
-            format!("a call can pass at most {} arguments", asm::MAX_ARGUMENTS),
+            format!("a call can pass at most {} arguments", limits::ARGUMENTS_MAX),
             "pass a table, or call several times",
         ),
         AsmErrorKind::OperandRange => (
@@ -373,9 +236,4 @@ fn asm_diagnostic(error: AsmError) -> Diagnostic {
         ),
     };
     Diagnostic::new(code, error.span, message).help(help)
-}
-
-/// Returns the span of code that no line of the script shows: the start of the script.
-fn nowhere() -> Span {
-    Span::default()
 }

@@ -2,7 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
-use super::{IncludeLoader, LIBRARY_FOLDER};
+use super::loader::{IncludeLoader, LIBRARY_FOLDER};
 use crate::codes::DiagnosticCode;
 use crate::diagnostic::Diagnostic;
 use crate::source::Span;

@@ -1,11 +1,10 @@
 //! The assembler: forms of operands, jumps, dead code, and what it refuses.
 
-use bittybuzz_compiler::codegen::asm::{
-    AsmErrorKind, FunctionBuilder, MAX_ARGUMENTS, MAX_CAPTURES, MAX_DEPTH, MAX_PARAMETERS, Shape,
-};
-use bittybuzz_compiler::image::{ImageContent, MAX_BYTES};
-use bittybuzz_compiler::include::MAX_SOURCE_BYTES;
-use bittybuzz_compiler::parser::MAX_NESTING;
+use bittybuzz_compiler::asm::{AsmErrorKind, FunctionBuilder, Shape};
+use bittybuzz_compiler::image::{BYTES_MAX, ImageContent};
+use bittybuzz_compiler::include::SOURCE_BYTES_MAX;
+use bittybuzz_compiler::limits::{ARGUMENTS_MAX, CAPTURES_MAX, DEPTH_MAX, PARAMETERS_MAX};
+use bittybuzz_compiler::parser::NESTING_MAX;
 use bittybuzz_compiler::source::{FileId, Span};
 use bittybuzz_compiler::strings::StringTable;
 use bittybuzz_vm_core::opcode::*;
@@ -356,14 +355,14 @@ fn compatibility_states_the_limits() {
     let page = include_str!("../../../COMPATIBILITY.md");
     let rows: Vec<&str> = page.lines().filter(|line| line.starts_with("| ")).collect();
     for (what, value) in [
-        ("levels of brackets", MAX_NESTING as usize),
-        ("parameters of a function", MAX_PARAMETERS),
-        ("arguments of a call", MAX_ARGUMENTS),
-        ("captured variables", MAX_CAPTURES),
-        ("values of a function", MAX_DEPTH),
+        ("levels of brackets", NESTING_MAX as usize),
+        ("parameters of a function", PARAMETERS_MAX),
+        ("arguments of a call", ARGUMENTS_MAX),
+        ("captured variables", CAPTURES_MAX),
+        ("values of a function", DEPTH_MAX),
         ("names, strings and functions", i16::MAX as usize),
-        ("bytes of a script", MAX_SOURCE_BYTES),
-        ("bytes of an image", MAX_BYTES),
+        ("bytes of a script", SOURCE_BYTES_MAX),
+        ("bytes of an image", BYTES_MAX),
     ] {
         let row = rows.iter().find(|row| row.contains(what)).expect(what);
         assert!(row.contains(&format!("| {value}")), "{row}: {value}");

@@ -1,6 +1,6 @@
 //! The class table: the classes of value that a script may send on each topic and under each key.
 
-use bittybuzz_compiler::codegen::constant::NumberProfile;
+use bittybuzz_compiler::profile::NumberProfile;
 use bittybuzz_vm_core::builtin::Feature;
 use bittybuzz_vm_core::class;
 use bittybuzz_vm_core::image::{ALL_CLASSES, Image};

@@ -1,6 +1,6 @@
 //! Images byte by byte, against the layout in docs/image-format.md.
 
-use bittybuzz_compiler::codegen::asm::FunctionCode;
+use bittybuzz_compiler::asm::FunctionCode;
 use bittybuzz_compiler::image::{EntryPoint, ImageBuildError, ImageContent, LibraryRow};
 use bittybuzz_compiler::strings::StringTable;
 use bittybuzz_vm_core::builtin::{self, string};

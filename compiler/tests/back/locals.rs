@@ -1,6 +1,6 @@
 //! Locals among the symbols: the names that are live at each instruction are those of the source's scopes.
 
-use bittybuzz_compiler::codegen::asm::HEADER_BYTES;
+use bittybuzz_compiler::asm::HEADER_BYTES;
 use bittybuzz_compiler::symbols::{LocalPlace, Symbols};
 use bittybuzz_robot_spec::NumberProfile;
 use bittybuzz_vm_core::Image;

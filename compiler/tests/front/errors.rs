@@ -1,6 +1,6 @@
 //! Every error of the parser: code and place, one message for one mistake, and what is found after it.
 
-use bittybuzz_compiler::parser::MAX_NESTING;
+use bittybuzz_compiler::parser::NESTING_MAX;
 
 use crate::front::support::{expect, expect_words, parse_text, stmts};
 
@@ -238,7 +238,7 @@ fn deep_nesting_is_refused() {
     let deep = |open: &str, close: &str, count: usize| {
         format!("x = {}1{}\ny = = 2", open.repeat(count), close.repeat(count))
     };
-    let limit = MAX_NESTING as usize;
+    let limit = NESTING_MAX as usize;
     for (open, close) in
         [("(", ")"), ("f(", ")"), ("t[", "]"), ("{.a=", "}"), ("-", ""), ("not ", "")]
     {
@@ -273,7 +273,7 @@ fn operators_that_are_computed_from_the_left_are_no_levels() {
         assert!(!parse_text(&text).has_errors(), "{a} {b}");
     }
     // As high as its highest operand, wherever that stands.
-    let limit = MAX_NESTING as usize;
+    let limit = NESTING_MAX as usize;
     let deep = |levels: usize| format!("{}b{}", "(".repeat(levels), ")".repeat(levels));
     for levels in [limit / 2 - 10, limit] {
         let (a, b) = (deep(levels), " + a".repeat(1000));

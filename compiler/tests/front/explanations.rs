@@ -6,7 +6,7 @@ use std::path::Path;
 use bittybuzz_compiler::codes::DiagnosticCode;
 use bittybuzz_compiler::compile::{Options, compile};
 use bittybuzz_compiler::explain::{explain, sections};
-use bittybuzz_compiler::include::{IncludeLoader, MAX_SOURCE_BYTES, MemoryFiles};
+use bittybuzz_compiler::include::{IncludeLoader, MemoryFiles, SOURCE_BYTES_MAX};
 
 #[test]
 fn every_code_has_a_section_and_every_section_a_code() {
@@ -85,7 +85,7 @@ fn codes_of(example: &str) -> Vec<DiagnosticCode> {
     let files = MemoryFiles::default()
         .with("common.bzz", "common = 1")
         .with("latin1.bzz", b"# caf\xe9".as_slice())
-        .with("huge.bzz", vec![b'\n'; MAX_SOURCE_BYTES + 1])
+        .with("huge.bzz", vec![b'\n'; SOURCE_BYTES_MAX + 1])
         .with_unreadable("unreadable.bzz");
     let main = Path::new("scripts/main.bzz");
     let robots = bittybuzz_robot_files::all_shipped();

@@ -2,7 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
-use bittybuzz_compiler::include::{IncludeLoader, MAX_SOURCE_BYTES, MemoryFiles};
+use bittybuzz_compiler::include::{IncludeLoader, MemoryFiles, SOURCE_BYTES_MAX};
 use bittybuzz_compiler::parser::{Parsed, parse, parse_file};
 
 use crate::front::support::{found, stmts};
@@ -180,8 +180,8 @@ fn an_include_needs_a_string() {
 fn files_that_are_no_scripts() {
     let files = MemoryFiles::default()
         .with("latin1.bzz", b"x = 1\n# caf\xe9\n".as_slice())
-        .with("huge.bzz", vec![b' '; MAX_SOURCE_BYTES + 1])
-        .with("full.bzz", vec![b' '; MAX_SOURCE_BYTES])
+        .with("huge.bzz", vec![b' '; SOURCE_BYTES_MAX + 1])
+        .with("full.bzz", vec![b' '; SOURCE_BYTES_MAX])
         .with_unreadable("secret.bzz");
     for (name, code, words) in [
         ("latin1.bzz", "E0304", "offset 11"),
@@ -202,7 +202,7 @@ fn files_that_are_no_scripts() {
     assert!(parsed.diagnostics.is_empty());
     let parsed = parse_file(Path::new("nowhere.bzz"), &IncludeLoader::new(&files));
     assert_eq!(found(&parsed), ["E0303 1:1"]);
-    let parsed = parse_at("main.bzz", &" ".repeat(MAX_SOURCE_BYTES + 1), &files);
+    let parsed = parse_at("main.bzz", &" ".repeat(SOURCE_BYTES_MAX + 1), &files);
     assert_eq!(found(&parsed), ["E0305 1:1"]);
 }
 
@@ -236,7 +236,7 @@ fn files_on_disk() {
     assert!(DiskFiles.canonical(&this_file).is_some());
     assert_eq!(DiskFiles.canonical(this_file.parent().unwrap()), None);
     assert!(
-        DiskFiles.read(&this_file, MAX_SOURCE_BYTES).unwrap().starts_with(b"//! Where includes")
+        DiskFiles.read(&this_file, SOURCE_BYTES_MAX).unwrap().starts_with(b"//! Where includes")
     );
     let names = DiskFiles.names(this_file.parent().unwrap());
     assert!(names.contains(&"includes.rs".to_owned()), "{names:?}");

@@ -4,7 +4,7 @@
 mod kind;
 mod writer;
 
-use bittybuzz_compiler::codegen::asm::Shape;
+use bittybuzz_compiler::asm::Shape;
 use bittybuzz_compiler::image::{EntryPoint, ImageContent, LibraryRow};
 use bittybuzz_compiler::strings::StringTable;
 use bittybuzz_vm_core::builtin::{self, Feature, Library};

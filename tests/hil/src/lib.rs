@@ -28,6 +28,7 @@ pub use told::TraceLog;
 
 use std::path::{Path, PathBuf};
 use std::sync::OnceLock;
+use std::sync::atomic::{AtomicU32, Ordering};
 use std::time::Duration;
 
 use bittybuzz_compiler::compile::{Compiled, Options, compile};
@@ -130,7 +131,10 @@ pub struct ScriptFile {
 impl ScriptFile {
     /// With this text.
     pub fn new(test: &str, text: &str) -> Self {
-        let name = format!("bittybuzz-hil-{}-{test}.bzz", std::process::id());
+        // Tests of other modules run at the same time and may use the same name.
+        static CALLS: AtomicU32 = AtomicU32::new(0);
+        let call = CALLS.fetch_add(1, Ordering::Relaxed);
+        let name = format!("bittybuzz-hil-{}-{call}-{test}.bzz", std::process::id());
         let path = std::env::temp_dir().join(name);
         std::fs::write(&path, text).expect("the folder for temporary files is writable");
         ScriptFile { path }

@@ -3,9 +3,9 @@
 use std::path::Path;
 use std::sync::OnceLock;
 
-use bittybuzz_compiler::codegen::constant::NumberProfile as ProfileName;
 use bittybuzz_compiler::compile::{Compiled, Options, compile};
 use bittybuzz_compiler::include::{IncludeLoader, MemoryFiles};
+use bittybuzz_compiler::profile::NumberProfile as ProfileName;
 use bittybuzz_compiler::symbols::Symbols;
 use bittybuzz_robot_spec::Robot;
 use bittybuzz_vm_core::number::Profile;

@@ -2,7 +2,7 @@
 
 use crate::error::BenchError;
 use crate::images::CompiledScript;
-use bittybuzz_compiler::codegen::asm::{FunctionBuilder, FunctionCode, Shape};
+use bittybuzz_compiler::asm::{FunctionBuilder, FunctionCode, Shape};
 use bittybuzz_compiler::image::{EntryPoint, ImageContent};
 use bittybuzz_compiler::source::Span;
 use bittybuzz_robot_spec::{NumberProfile, name_hash};

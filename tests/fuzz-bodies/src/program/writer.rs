@@ -1,6 +1,6 @@
 //! Writes one function.
 
-use bittybuzz_compiler::codegen::asm::{FunctionBuilder, FunctionCode, Label, Shape};
+use bittybuzz_compiler::asm::{FunctionBuilder, FunctionCode, Label, Shape};
 use bittybuzz_compiler::source::Span;
 use bittybuzz_vm_core::builtin;
 use bittybuzz_vm_core::number::{Full, Profile, Tiny};

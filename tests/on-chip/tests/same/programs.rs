@@ -1,9 +1,9 @@
 //! What chips run: the conformance scripts, and programs that the generator makes up.
 
-use bittybuzz_compiler::codegen::constant::NumberProfile;
 use bittybuzz_compiler::compile::{Options, compile};
 use bittybuzz_compiler::diagnostic::Severity;
 use bittybuzz_compiler::include::{DiskFiles, IncludeLoader, MemoryFiles};
+use bittybuzz_compiler::profile::NumberProfile;
 use bittybuzz_on_chip::Header;
 use bittybuzz_tests::{bbz, compiler, files, generator};
 use std::ops::Range;

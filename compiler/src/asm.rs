@@ -19,16 +19,8 @@
 
 use bittybuzz_vm_core::opcode::{self, DROP_RESULT, Operand, SHORTS, WIDE};
 
+use crate::limits::{ARGUMENTS_MAX, CAPTURES_MAX, DEPTH_MAX, PARAMETERS_MAX};
 use crate::source::Span;
-
-/// The maximum number of parameters in a function header.
-pub const MAX_PARAMETERS: usize = 31;
-/// The maximum number of slots that a function may need above its frame record.
-pub const MAX_DEPTH: usize = 200;
-/// The maximum number of arguments in a call of a built-in or robot function.
-pub const MAX_ARGUMENTS: usize = 127;
-/// The maximum number of values that a closure can capture, its self included.
-pub const MAX_CAPTURES: usize = 199;
 
 /// The length of a function's header in bytes.
 pub const HEADER_BYTES: usize = 2;
@@ -69,11 +61,11 @@ pub struct CodeMark(usize);
 /// A reason why a function cannot be assembled.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum AsmErrorKind {
-    /// More than [`MAX_PARAMETERS`] parameters.
+    /// More than [`PARAMETERS_MAX`] parameters.
     TooManyParameters,
-    /// More than [`MAX_DEPTH`] slots.
+    /// More than [`DEPTH_MAX`] slots.
     TooDeep,
-    /// More than [`MAX_ARGUMENTS`] arguments or [`MAX_CAPTURES`] captured values.
+    /// More than [`ARGUMENTS_MAX`] arguments or [`CAPTURES_MAX`] captured values.
     TooManyArguments,
     /// An operand outside -32768 to 32767.
     OperandRange,
@@ -179,7 +171,7 @@ impl FunctionBuilder {
             reachable: true,
             error: None,
         };
-        if shape.parameters > MAX_PARAMETERS {
+        if shape.parameters > PARAMETERS_MAX {
             builder.fail(AsmErrorKind::TooManyParameters, span);
         }
         builder
@@ -229,10 +221,10 @@ impl FunctionBuilder {
         span: Span,
     ) {
         let argument = self.value(number, span);
-        if arguments > MAX_ARGUMENTS {
+        if arguments > ARGUMENTS_MAX {
             self.fail(AsmErrorKind::TooManyArguments, span);
         }
-        let count = arguments.min(MAX_ARGUMENTS) as u8 | if drop { DROP_RESULT } else { 0 };
+        let count = arguments.min(ARGUMENTS_MAX) as u8 | if drop { DROP_RESULT } else { 0 };
         self.push(opcode, argument, &[count], (arguments, usize::from(drop)), span);
     }
 
@@ -240,10 +232,10 @@ impl FunctionBuilder {
     /// uses it.
     pub fn closure(&mut self, function: i32, captures: usize, span: Span) {
         let argument = self.value(function, span);
-        if captures > MAX_CAPTURES {
+        if captures > CAPTURES_MAX {
             self.fail(AsmErrorKind::TooManyArguments, span);
         }
-        let count = captures.min(MAX_CAPTURES) as u8;
+        let count = captures.min(CAPTURES_MAX) as u8;
         self.push(opcode::CLOSURE, argument, &[count], (captures, 0), span);
     }
 
@@ -458,7 +450,7 @@ impl FunctionBuilder {
         }
         self.depth = left + usize::from(effect.pushes) - dropped.min(usize::from(effect.pushes));
         self.deepest = self.deepest.max(self.depth);
-        if self.deepest > MAX_DEPTH {
+        if self.deepest > DEPTH_MAX {
             self.fail(AsmErrorKind::TooDeep, span);
         }
         let mut bytes = [0; 4];

@@ -1,0 +1,76 @@
+//! The state that the checks of expressions share while they visit a script. Its methods are spread
+//! over the files of the checks: [`super::walk`] visits the expressions, [`super::calls`] checks
+//! calls, [`super::values`] checks values.
+
+use std::collections::BTreeSet;
+
+use bittybuzz_vm_core::builtin::Library;
+
+use crate::check::names::Meanings;
+use crate::check::suggest::{self, Advice};
+use crate::check::tree::{FunctionId, NameId, ResolvedScript};
+use crate::diagnostic::Diagnostic;
+use crate::profile::NumberProfile;
+
+/// The state of the checks of expressions.
+pub struct Checker<'a> {
+    pub program: &'a ResolvedScript,
+    pub meanings: &'a Meanings<'a>,
+    pub profile: NumberProfile,
+    /// The function that is being visited.
+    pub function: FunctionId,
+    pub diagnostics: Vec<Diagnostic>,
+    /// Names that are certainly not nil at the current place, because a condition around it tests
+    /// them.
+    pub guarded: Vec<NameId>,
+    /// Names that were reported as never assigned, because one message per name is enough.
+    pub reported: BTreeSet<NameId>,
+    /// The number of unknown names for which the checker may still search for a suggestion.
+    searches_left: usize,
+}
+
+/// The maximum number of unknown names for which the checker searches for a suggestion. Each search
+/// compares every name of the script, and people read only the first messages.
+const SEARCHES_MAX: usize = 100;
+
+impl<'a> Checker<'a> {
+    /// Creates the state before the first expression.
+    pub fn new(
+        program: &'a ResolvedScript,
+        meanings: &'a Meanings<'a>,
+        profile: NumberProfile,
+    ) -> Self {
+        Checker {
+            program,
+            meanings,
+            profile,
+            function: FunctionId::GLOBAL,
+            diagnostics: Vec::new(),
+            guarded: Vec::new(),
+            reported: BTreeSet::new(),
+            searches_left: SEARCHES_MAX,
+        }
+    }
+
+    /// Adds a diagnostic.
+    pub fn report(&mut self, diagnostic: Diagnostic) {
+        self.diagnostics.push(diagnostic);
+    }
+
+    /// Returns a suggestion for a name that nothing defines.
+    pub fn likely_name(&mut self, name: &str) -> Option<Advice> {
+        self.searches_left = self.searches_left.checked_sub(1)?;
+        suggest::for_name(name, self.program, self.function, self.meanings.robots())
+    }
+
+    /// Returns true if a condition around the current place ensures that the name is not nil.
+    pub fn is_guarded(&self, name: NameId) -> bool {
+        self.guarded.contains(&name)
+    }
+
+    /// Returns true if the library may have this member through source with syntax errors.
+    pub fn may_be_member(&self, library: Library, key: &str) -> bool {
+        let hidden = &self.program.hidden;
+        hidden.is_lost(key) || library.global_name().is_some_and(|library| hidden.is_lost(library))
+    }
+}
