@@ -12,7 +12,7 @@ use std::env;
 use std::path::{Path, PathBuf};
 
 use bittybuzz_builds::copy::Copy;
-use bittybuzz_builds::shell::root;
+use bittybuzz_builds::shell::{Invocation, root};
 use bittybuzz_guides::runs::{self, Run};
 use bittybuzz_guides::{Guide, Runs};
 use bittybuzz_hil::Core;
@@ -42,6 +42,10 @@ guides! {
     guide_to_a_sensor: "docs/recipes/sensor.md", [Core::Avr];
 }
 
+/// Pages whose reader has installed `bbz` before, as the README says. The other pages build it after
+/// a change, or do not need it.
+const NEED_BBZ: [&str; 1] = ["docs/start.md"];
+
 fn carry_out(page: &str, cores: &[Core]) {
     let text = fs_err::read_to_string(root().join(page)).unwrap();
     let guide = Guide::read(page, &text).unwrap_or_else(|failure| panic!("{failure}"));
@@ -59,6 +63,12 @@ fn carry_out(page: &str, cores: &[Core]) {
     let folders = cores.iter().filter_map(|core| Some(core.program().parent()?.to_owned()));
     let copy = Copy::new(Path::new(env!("CARGO_TARGET_TMPDIR"))).expect("git is there, and room");
     let programs: Vec<PathBuf> = folders.collect();
+    if NEED_BBZ.contains(&page) {
+        let build = Invocation::cargo(&["build", "--locked", "--quiet", "--package", "bbz"]);
+        let variables = copy.variables();
+        let build = variables.iter().fold(build, |build, (name, value)| build.env(name, value));
+        build.in_workspace(&copy.root().display().to_string()).run().unwrap();
+    }
     guide.carry_out(&copy, &programs).unwrap_or_else(|failure| panic!("{failure}"));
     if let Some(date) = wanted.filter(|wanted| wanted != "changed") {
         // The lock of the copy also keeps the other guides from writing the file now.
