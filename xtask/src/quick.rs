@@ -73,8 +73,16 @@ pub fn run(arguments: &QuickArguments) -> Result<()> {
         cargo_test(&named).run()?;
     }
     if !tested.contains(CONFORMANCE) {
-        cargo_test(&["--package", CONFORMANCE, "--test", "tests", "conformance::", "language::"])
-            .run()?;
+        cargo_test(&[
+            "--package",
+            CONFORMANCE,
+            "--test",
+            "tests",
+            "--",
+            "conformance::",
+            "language::",
+        ])
+        .run()?;
     }
     println!("\nquick: passed for {}", list(&tested));
     for name in &left_out {
