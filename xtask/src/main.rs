@@ -44,7 +44,7 @@ enum Task {
         #[arg(long)]
         no_browser: bool,
     },
-    /// Format, lints and tests of the changed crates, and the language's conformance
+    /// Format the sources, lint and test the changed crates, and test the language's conformance
     Quick(quick::QuickArguments),
     /// The tests of every change: on this computer, and the robots' firmware in emulation
     Test,

@@ -1,5 +1,5 @@
-//! The short loop after a change: format, lints and tests of the changed crates, and the language's
-//! conformance. It starts no emulator and no browser.
+//! The short loop after a change: it formats the sources, then lints and tests the changed crates
+//! and the language's conformance. It starts no emulator and no browser.
 
 use anyhow::{Context, Result, ensure};
 use bittybuzz_builds::cargo_test::{EMULATORS, GUIDES, cargo_test};
@@ -59,7 +59,7 @@ pub fn run(arguments: &QuickArguments) -> Result<()> {
     }
     let (tested, left_out): (BTreeSet<String>, BTreeSet<String>) =
         chosen.into_iter().partition(|name| step_of(name).is_none());
-    cargo(&["fmt", "--all", "--check"])?;
+    cargo(&["fmt", "--all"])?;
     let selected = |names: &BTreeSet<String>| -> Vec<String> {
         names.iter().flat_map(|name| ["--package".to_owned(), name.clone()]).collect()
     };
@@ -133,11 +133,14 @@ fn base(wanted: Option<&str>) -> Result<String> {
 /// Returns the files that differ from a commit, uncommitted and new files included.
 fn changed_files(base: &str) -> Result<BTreeSet<String>> {
     let mut files = BTreeSet::new();
-    for arguments in
-        [&["diff", "--name-only", base][..], &["ls-files", "--others", "--exclude-standard"]]
-    {
+    // With `-z` git does not quote names.
+    for arguments in [
+        &["diff", "-z", "--name-only", base][..],
+        &["ls-files", "-z", "--others", "--exclude-standard"],
+    ] {
         let output = Invocation::new("git", arguments).unannounced().output(0)?;
-        files.extend(String::from_utf8(output.stdout)?.lines().map(str::to_owned));
+        let names = String::from_utf8(output.stdout)?;
+        files.extend(names.split_terminator('\0').map(str::to_owned));
     }
     Ok(files)
 }

@@ -34,7 +34,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn the_list_names_each_guide_once() {
+    fn the_items_are_the_tests_of_the_guides() {
         let items = items();
         assert!(
             items.len() > 5 && items.iter().all(|item| item.starts_with("guide_to_")),

@@ -6,8 +6,8 @@ use std::path::Path;
 
 use bittybuzz_builds::shell::root;
 
-/// The rooms that must not name robots.
-const ROOMS: [&str; 5] = ["arena", "bbz", "comms", "compiler", "vm-core"];
+/// The folders that must not name robots.
+const FOLDERS: [&str; 5] = ["arena", "bbz", "comms", "compiler", "vm-core"];
 
 /// The shipped robots. Their lists are spec/files and robots/models.
 const ROBOTS: [&str; 3] = ["kilobot", "zooid", "crazyflie"];
@@ -45,10 +45,10 @@ fn is_document(line: &str) -> bool {
 }
 
 #[test]
-fn rooms_know_no_robot_by_its_name() {
+fn folders_name_no_robot() {
     let mut found = Vec::new();
-    for room in ROOMS {
-        sources(&root().join(room).join("src"), &mut found);
+    for folder in FOLDERS {
+        sources(&root().join(folder).join("src"), &mut found);
     }
     assert!(found.len() > 150, "{} files", found.len());
     let mut wrong = Vec::new();
