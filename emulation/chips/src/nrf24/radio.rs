@@ -250,7 +250,7 @@ impl Nrf24 {
     }
 
     /// Adds the signal of another sender, which is on the air or will be. A packet that can be
-    /// received is also passed to [`Self::hear`].
+    /// received is also passed to [`Self::receive`].
     pub fn sense(&mut self, channel: u8, begin: Time, end: Time, now: Time) {
         self.carriers.retain(|(_, _, other)| *other > now);
         self.carriers.push((channel, begin, end));
