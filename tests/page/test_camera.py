@@ -66,6 +66,8 @@ def test_two_fingers_zoom_and_turn(page):  # noqa: F811
     fingers, middle = Fingers(page), (500, 400)
     line = page.locator("#bar").evaluate_handle("bar => bar")
     mm = lambda: int(page.locator("#bar-text").inner_text().split()[0]) / line.bounding_box()["width"]  # noqa: E731
+    # The bar is painted in a frame after the clock.
+    expect(page.locator("#bar-text")).not_to_be_empty()
     before = mm()
     fingers.drag([[(500 - 50 - 5 * part, 400) for part in range(11)], [(500 + 50 + 5 * part, 400) for part in range(11)]])
     assert math.isclose(before / mm(), 2, rel_tol=0.05), "twice as far apart, twice as large"
