@@ -65,6 +65,7 @@
 mod begin;
 mod conditions;
 mod controls;
+mod defect;
 mod edit;
 mod events;
 mod hand_in;
@@ -83,6 +84,7 @@ mod watched;
 mod words;
 mod workshop;
 
+pub use defect::Defect;
 pub use hand_in::{ExpectationVerdict, HandIn, TextFile};
 pub use live::Live;
 pub use replay::Replay;
