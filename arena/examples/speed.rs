@@ -16,14 +16,14 @@ use bittybuzz_kilobot_model::{KilobotModel, KilobotMotors};
 /// time.
 struct Wanderer {
     stream: Stream,
-    heard: u32,
+    received: u32,
     nearest: f32,
 }
 
 impl Brain for Wanderer {
     fn tick(&mut self, io: &mut Io<'_>) {
         for frame in io.inbox.iter() {
-            self.heard += u32::from(frame.bytes[0] == 5);
+            self.received += u32::from(frame.bytes[0] == 5);
             if let Some([distance, ..]) = frame.sighting.place() {
                 self.nearest = self.nearest.min(distance);
             }
@@ -71,7 +71,7 @@ fn world(robots: usize, neighbours: f32, threads: usize) -> World<Wanderer> {
             place(row, stream.unit()),
             stream.unit() * core::f32::consts::TAU,
         );
-        let brain = Wanderer { stream, heard: 0, nearest: f32::MAX };
+        let brain = Wanderer { stream, received: 0, nearest: f32::MAX };
         world.add(herd, pose, brain).expect("robot");
     }
     world
@@ -121,14 +121,14 @@ fn measure(threads: usize, robots: usize, neighbours: f32) {
         .zip(resident())
         .map_or("-".to_owned(), |(before, after)| ((after - before) / robots).to_string());
     let links = world.statistics().all_links();
-    let heard = (links.received - old.received) as f64;
+    let received = (links.received - old.received) as f64;
     let collided = (links.collided - old.collided) as f64;
     let touching = (world.statistics().contact_ticks - touched) as f64;
     println!(
         "{robots:>6}  {neighbours:>10}  {:>9.0}  {bytes:>11}  {:>13.1}  {:>7.1}%  {:>6.1}%",
         simulated / seconds,
-        heard / simulated,
-        100.0 * collided / (heard + collided),
+        received / simulated,
+        100.0 * collided / (received + collided),
         10.0 * touching / simulated,
     );
 }

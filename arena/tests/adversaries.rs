@@ -112,24 +112,24 @@ fn without_an_adversary_all_agree() {
     keeps_up(&quiet);
 }
 
-/// Counts robots' frames that were heard, by time, and the losses by collision.
+/// Counts robots' received frames, by time, and the losses by collision.
 #[derive(Default)]
-struct Ears {
-    heard_in_noise: usize,
-    heard_otherwise: usize,
+struct FrameCounter {
+    received_in_noise: usize,
+    received_otherwise: usize,
     collided: usize,
     sent_by_adversary: usize,
     postponed: usize,
 }
 
-impl Observer for Ears {
+impl Observer for FrameCounter {
     fn see(&mut self, ObservedEvent { tick, robot, kind }: ObservedEvent<'_>) {
         // Two ticks for frames that were on their way.
         let is_noisy = (FROM + 2..UNTIL).contains(&tick);
         match kind {
-            EventKind::Heard { .. } if robot >= ROBOTS => {}
-            EventKind::Heard { .. } if is_noisy => self.heard_in_noise += 1,
-            EventKind::Heard { .. } => self.heard_otherwise += 1,
+            EventKind::Received { .. } if robot >= ROBOTS => {}
+            EventKind::Received { .. } if is_noisy => self.received_in_noise += 1,
+            EventKind::Received { .. } => self.received_otherwise += 1,
             EventKind::Lost { cause: LossCause::Collision, .. } if is_noisy => self.collided += 1,
             EventKind::Postponed { .. } if is_noisy => self.postponed += 1,
             EventKind::Sent(_) if robot >= ROBOTS => {
@@ -150,14 +150,14 @@ fn jam() {
     let in_noise = during(&ended.0).last().unwrap();
     assert!(!in_noise.keeps_up(), "{in_noise:?}");
     let mut run = Simulation::new(setup("jam_observed", &jam), 1, 1).unwrap();
-    let mut ears = Ears::default();
+    let mut counter = FrameCounter::default();
     while !run.is_over() {
-        run.tick_observed(&mut ears).unwrap();
+        run.tick_observed(&mut counter).unwrap();
     }
-    assert_eq!(ears.heard_in_noise, 0);
-    assert!(ears.heard_otherwise > 100 && ears.postponed > 100);
+    assert_eq!(counter.received_in_noise, 0);
+    assert!(counter.received_otherwise > 100 && counter.postponed > 100);
     // One frame of 4.41 ms behind the other for 40 s.
-    assert!((9070..=9071).contains(&ears.sent_by_adversary), "{}", ears.sent_by_adversary);
+    assert!((9070..=9071).contains(&counter.sent_by_adversary), "{}", counter.sent_by_adversary);
 }
 
 /// A jammer that reaches only its surroundings leaves the others alone.

@@ -5,7 +5,7 @@ use crate::common::*;
 use bittybuzz_arena::engine::{Area, Obstacle, Pose, RobotId, Stream};
 
 /// mm of overlap that is no contact.
-const SLOP: f32 = 0.05;
+const OVERLAP_TOLERANCE_MM: f32 = 0.05;
 
 /// The greatest overlap of any two robots at one height, mm: every pair is looked at.
 fn deepest(world: &World<Probe>) -> f32 {
@@ -137,7 +137,7 @@ fn the_grid_finds_what_all_pairs_find() {
         let touching = views.iter().enumerate().filter(|(i, a)| {
             views.iter().enumerate().any(|(j, b)| {
                 let distance = (a.pose.x - b.pose.x).hypot(a.pose.y - b.pose.y);
-                *i != j && distance < a.radius + b.radius - SLOP
+                *i != j && distance < a.radius + b.radius - OVERLAP_TOLERANCE_MM
             })
         });
         let expected = touching.count() as u64;
@@ -154,10 +154,10 @@ fn the_grid_finds_what_all_pairs_find() {
     }
     let views: Vec<_> = world.robots().collect();
     let expected = views.iter().enumerate().filter(|(i, a)| {
-        views
-            .iter()
-            .enumerate()
-            .any(|(j, b)| *i != j && (a.pose.x - b.pose.x).hypot(a.pose.y - b.pose.y) < 33.0 - SLOP)
+        views.iter().enumerate().any(|(j, b)| {
+            *i != j
+                && (a.pose.x - b.pose.x).hypot(a.pose.y - b.pose.y) < 33.0 - OVERLAP_TOLERANCE_MM
+        })
     });
     let expected = expected.count() as u64;
     world.tick();

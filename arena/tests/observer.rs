@@ -45,7 +45,7 @@ impl Observer for Counter {
                 // Only Zooids and Kilobots listen before they send.
                 self.count(if robot < 9 { Medium::Infrared } else { Medium::Nrf24 }, 1);
             }
-            EventKind::Heard { frame, receiver, is_duplicated, held_until } => {
+            EventKind::Received { frame, receiver, is_duplicated, held_until } => {
                 self.count(frame.medium, 2);
                 if is_duplicated {
                     self.count(frame.medium, 3);
@@ -97,7 +97,7 @@ impl Observer for RecordingObserver {
         let ObservedEvent { tick, robot, kind } = event;
         self.robots.push((tick, robot));
         match kind {
-            EventKind::Heard { receiver, .. } | EventKind::Lost { receiver, .. } => {
+            EventKind::Received { receiver, .. } | EventKind::Lost { receiver, .. } => {
                 self.fates.push((tick, robot, receiver));
             }
             EventKind::Log(line) => self.logs.push((robot, line.clone())),
@@ -194,7 +194,7 @@ fn every_frame_has_a_fate_at_everybody_in_reach() {
         fn see(&mut self, ObservedEvent { robot, kind, .. }: ObservedEvent<'_>) {
             let (frame, receiver) = match kind {
                 EventKind::Sent(frame) => (frame, None),
-                EventKind::Heard { frame, receiver, .. } => (frame, Some(receiver)),
+                EventKind::Received { frame, receiver, .. } => (frame, Some(receiver)),
                 // These were heard before.
                 EventKind::Lost { cause: LossCause::QueueFull | LossCause::Unreadable, .. } => {
                     return;

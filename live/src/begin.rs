@@ -86,7 +86,7 @@ fn media(run: &Simulation) -> Vec<Value> {
     media.sort_by_key(|medium| medium.name());
     media.dedup();
     let describe = |medium: Medium| {
-        let loss = scenario.media.of(medium).loss;
+        let loss = scenario.media.settings(medium).loss;
         json!({ "name": medium.name(), "loss": loss.map(|loss| [loss.near, loss.far]) })
     };
     media.into_iter().map(describe).collect()

@@ -28,7 +28,7 @@ impl Observer for Notes<'_> {
                 "text": text(self.setup, line),
             })),
             EventKind::Fault(record) => self.events.push(fault(self.setup, robot, record)),
-            EventKind::Heard { receiver, .. } => {
+            EventKind::Received { receiver, .. } => {
                 self.watch.note(MessageFate::Heard, robot, receiver)
             }
             EventKind::Lost { receiver, cause: LossCause::Collision, .. } => {

@@ -271,10 +271,10 @@ impl<B: Body> BodyBlock for Bodies<B> {
 
 /// The largest number of substeps of a tick. Very fast bodies do not get more, because more
 /// substeps would only cost time.
-const MOST_SUBSTEPS: u32 = 50;
+const SUBSTEPS_MAX: u32 = 50;
 
 /// Returns the number of substeps into which a tick is divided for a model.
 pub(crate) fn substeps(model: &dyn BodyModel) -> u32 {
     let halves = model.top_speed() * TICK / (model.shape().radius / 2.0);
-    (halves.ceil() as u32).clamp(1, MOST_SUBSTEPS)
+    (halves.ceil() as u32).clamp(1, SUBSTEPS_MAX)
 }

@@ -102,7 +102,7 @@ pub struct ReceivedFrame<'a> {
 /// The frames that a robot received since the last tick, in the order in which they ended.
 #[derive(Clone, Copy, Debug)]
 pub struct TickFrames<'a> {
-    pub(crate) heard: &'a [DeliveredFrame],
+    pub(crate) received: &'a [DeliveredFrame],
     pub(crate) air: &'a [Transmission],
     pub(crate) late: Option<&'a Late>,
     pub(crate) medium: Medium,
@@ -112,7 +112,7 @@ impl<'a> TickFrames<'a> {
     /// Returns the number of frames.
     #[must_use]
     pub fn len(&self) -> usize {
-        self.heard.len() + usize::from(self.late.is_some())
+        self.received.len() + usize::from(self.late.is_some())
     }
 
     /// Returns true if no frame was received.
@@ -123,12 +123,12 @@ impl<'a> TickFrames<'a> {
 
     /// Returns all frames, the oldest first. A frame that was held back comes last.
     pub fn iter(&self) -> impl Iterator<Item = ReceivedFrame<'a>> + use<'a> {
-        let TickFrames { heard, air, late, .. } = *self;
-        heard
+        let TickFrames { received, air, late, .. } = *self;
+        received
             .iter()
-            .map(|heard| ReceivedFrame {
-                bytes: air[heard.transmission as usize].packet.bytes(),
-                sighting: heard.sighting,
+            .map(|received| ReceivedFrame {
+                bytes: air[received.transmission as usize].packet.bytes(),
+                sighting: received.sighting,
             })
             .chain(
                 late.map(|late| ReceivedFrame {
@@ -141,10 +141,10 @@ impl<'a> TickFrames<'a> {
     /// Returns the frame at an index of [`iter`](Self::iter) in the form for observers; `now` is
     /// the current tick.
     pub(crate) fn sent(&self, place: usize, now: u64) -> SentFrame {
-        match self.heard.get(place) {
-            Some(heard) => {
-                let transmission = &self.air[heard.transmission as usize];
-                SentFrame::heard_at(now, self.medium, transmission)
+        match self.received.get(place) {
+            Some(received) => {
+                let transmission = &self.air[received.transmission as usize];
+                SentFrame::received_at(now, self.medium, transmission)
             }
             None => self.late.expect("the last index is that of a late frame").frame.clone(),
         }

@@ -15,27 +15,27 @@ use super::digest::Digest;
 use super::geometry::{Area, Pose};
 use super::grid::Cells;
 use super::id::RobotId;
-use super::obstacle::{Obstacles, SLOP};
+use super::obstacle::{OVERLAP_TOLERANCE_MM, Obstacles};
 use super::pool::Pool;
 use super::ray::Ray;
 use super::statistics::WorldStatistics;
 
 /// The largest number of rounds in one substep.
-const ROUNDS: usize = 4;
+const ROUNDS_MAX: usize = 4;
 
 /// Discs that one thread takes at a time.
 const CHUNK: usize = 512;
 
 /// The number of cells up to which their memory is negligible.
-const CELLS: usize = 1000;
+const CELLS_MAX: usize = 1000;
 
 /// Up to this number of discs, the first round compares all pairs. If all discs are apart, it skips
 /// the search through the cells.
-const FEW: usize = 64;
+const PAIRWISE_MAX: usize = 64;
 
 /// mm by which a cell is larger than the largest disc. A disc that is pushed farther in one substep
 /// may miss a contact.
-const MARGIN: f32 = 3.0;
+const CELL_MARGIN_MM: f32 = 3.0;
 
 /// Bit of [`Disc::touches`]: the disc touches another robot.
 const ROBOT: u8 = 1;
@@ -122,7 +122,11 @@ impl Crowd {
     fn resize(&mut self, area: Area) {
         let radii = self.herds.iter().map(|herd| self.shapes[usize::from(*herd)].radius);
         self.widest = radii.fold(1.0, f32::max);
-        self.cells = Cells::new(area, 2.0 * self.widest + MARGIN, CELLS.max(8 * self.herds.len()));
+        self.cells = Cells::new(
+            area,
+            2.0 * self.widest + CELL_MARGIN_MM,
+            CELLS_MAX.max(8 * self.herds.len()),
+        );
         self.starts = vec![0; self.cells.count() + 2];
         self.awake = vec![false; self.cells.count()];
         self.woken.clear();
@@ -196,7 +200,7 @@ impl Crowd {
                 [pose.x - x, pose.y - y, pose.z - z].map(|way| way / seconds)
             }));
         }
-        for round in 0..ROUNDS {
+        for round in 0..ROUNDS_MAX {
             self.round(round, obstacles, pool);
             if round == 0 {
                 for disc in &self.discs {
@@ -224,7 +228,7 @@ impl Crowd {
         // A robot that the ray meets is in the cell of one of these points or next to it.
         while walked < nearest + self.cells.side() {
             let (x, y) = ray.at(walked);
-            for row in self.cells.around(self.cells.of(x, y)) {
+            for row in self.cells.around(self.cells.cell_at(x, y)) {
                 let range = self.starts[row.start] as usize..self.starts[row.end] as usize;
                 for disc in &self.discs[range] {
                     let is_level = disc.z <= height && height < disc.z + self.height(disc);
@@ -250,7 +254,7 @@ impl Crowd {
         reach: f32,
         mut found: impl FnMut(u16, [f32; 3]),
     ) {
-        let mut look = |disc: &Disc| {
+        let mut check = |disc: &Disc| {
             let way = [disc.x - pose.x, disc.y - pose.y, disc.z - pose.z];
             let squared: f32 = way.iter().map(|part| part * part).sum();
             if disc.id != robot.0 && squared <= reach * reach {
@@ -259,12 +263,12 @@ impl Crowd {
         };
         let (low, high) = ((pose.x - reach, pose.y - reach), (pose.x + reach, pose.y + reach));
         if self.cells.covered(low, high).take(self.discs.len()).count() >= self.discs.len() {
-            self.discs.iter().for_each(look);
+            self.discs.iter().for_each(check);
             return;
         }
         for cell in self.cells.covered(low, high) {
             let range = self.starts[cell] as usize..self.starts[cell + 1] as usize;
-            self.discs[range].iter().for_each(&mut look);
+            self.discs[range].iter().for_each(&mut check);
         }
     }
 
@@ -291,7 +295,7 @@ impl Crowd {
         let unsorted = &mut self.next;
         unsorted.clear();
         unsorted.extend(poses.iter().zip(&self.herds).enumerate().map(|(id, (pose, &herd))| {
-            let cell = self.cells.of(pose.x, pose.y);
+            let cell = self.cells.cell_at(pose.x, pose.y);
             self.starts[cell + 2] += 1;
             Disc {
                 x: pose.x,
@@ -324,7 +328,7 @@ impl Crowd {
         let cells = &self.cells;
         let stays = |disc: &Disc| {
             let pose = &poses[usize::from(disc.id)];
-            disc.cell as usize == cells.of(pose.x, pose.y)
+            disc.cell as usize == cells.cell_at(pose.x, pose.y)
         };
         if self.is_new || self.discs.len() != poses.len() || !self.discs.iter().all(stays) {
             self.is_new = false;
@@ -341,7 +345,7 @@ impl Crowd {
         let Crowd { cells, shapes, crash_speeds, velocities, starts, .. } = self;
         let Crowd { widest, discs, next, awake, .. } = self;
         let all = round == 0;
-        let mut look = Look {
+        let mut input = RoundInput {
             cells,
             shapes,
             crash_speeds,
@@ -353,10 +357,10 @@ impl Crowd {
             all,
             are_apart: false,
         };
-        look.are_apart = all && discs.len() <= FEW && look.finds_all_apart(*widest);
+        input.are_apart = all && discs.len() <= PAIRWISE_MAX && input.finds_all_apart(*widest);
         let work = |(chunk, next): (usize, &mut [Disc])| {
             for (offset, next) in next.iter_mut().enumerate() {
-                *next = look.pushed(chunk * CHUNK + offset);
+                *next = input.pushed(chunk * CHUNK + offset);
             }
         };
         pool.each(next.chunks_mut(CHUNK).enumerate(), work);
@@ -385,7 +389,7 @@ impl Crowd {
 }
 
 /// The data that a disc reads in a round.
-struct Look<'a> {
+struct RoundInput<'a> {
     cells: &'a Cells,
     shapes: &'a [BodySize],
     crash_speeds: &'a [Option<f32>],
@@ -400,7 +404,7 @@ struct Look<'a> {
     are_apart: bool,
 }
 
-impl Look<'_> {
+impl RoundInput<'_> {
     /// Returns a disc after its neighbours, walls and obstacles pushed it.
     fn pushed(&self, index: usize) -> Disc {
         let mut disc = self.discs[index];
@@ -415,7 +419,7 @@ impl Look<'_> {
             for (other_index, other) in range.clone().zip(&self.discs[range]) {
                 let (dx, dy) = (disc.x - other.x, disc.y - other.y);
                 let squared = dx * dx + dy * dy;
-                let reach = disc.radius + other.radius - SLOP;
+                let reach = disc.radius + other.radius - OVERLAP_TOLERANCE_MM;
                 if squared >= reach * reach || other_index == index || !self.level(&disc, other) {
                     continue;
                 }
@@ -426,7 +430,7 @@ impl Look<'_> {
                 } else {
                     apart(disc.id, other.id)
                 };
-                let push = (reach + SLOP - distance) / 2.0;
+                let push = (reach + OVERLAP_TOLERANCE_MM - distance) / 2.0;
                 push_x += ux * push;
                 push_y += uy * push;
             }
@@ -444,7 +448,7 @@ impl Look<'_> {
 
     /// Returns true if no two discs touch. Their radii are at most `widest`.
     fn finds_all_apart(&self, widest: f32) -> bool {
-        let reach = widest + widest - SLOP;
+        let reach = widest + widest - OVERLAP_TOLERANCE_MM;
         self.discs.iter().enumerate().all(|(place, disc)| {
             self.discs[..place].iter().all(|other| {
                 let (dx, dy) = (disc.x - other.x, disc.y - other.y);

@@ -50,7 +50,7 @@ impl Cells {
     }
 
     /// Returns the cell of a place. Places outside of the world belong to the nearest cell.
-    pub(crate) fn of(&self, x: f32, y: f32) -> usize {
+    pub(crate) fn cell_at(&self, x: f32, y: f32) -> usize {
         let column = ((x - self.left) * self.per_mm).clamp(0.0, self.last_column) as usize;
         let row = ((y - self.bottom) * self.per_mm).clamp(0.0, self.last_row) as usize;
         (row + 1) * self.stride + column + 1
@@ -63,7 +63,7 @@ impl Cells {
 
     /// Returns the cells that a rectangle touches.
     pub(crate) fn covered(&self, low: (f32, f32), high: (f32, f32)) -> impl Iterator<Item = usize> {
-        let (first, last) = (self.of(low.0, low.1), self.of(high.0, high.1));
+        let (first, last) = (self.cell_at(low.0, low.1), self.cell_at(high.0, high.1));
         let width = last % self.stride - first % self.stride;
         let stride = self.stride;
         (first..=last - width).step_by(stride).flat_map(move |start| start..=start + width)
@@ -76,8 +76,8 @@ mod tests {
     use crate::engine::stream::Stream;
 
     fn is_around(cells: &Cells, here: (f32, f32), there: (f32, f32)) -> bool {
-        let other = cells.of(there.0, there.1);
-        cells.around(cells.of(here.0, here.1)).iter().any(|row| row.contains(&other))
+        let other = cells.cell_at(there.0, there.1);
+        cells.around(cells.cell_at(here.0, here.1)).iter().any(|row| row.contains(&other))
     }
 
     /// A point that is nearer than the side of a cell is in the cells around, in worlds of all
@@ -101,8 +101,8 @@ mod tests {
                 let low = (here.0.min(there.0), here.1.min(there.1));
                 let high = (here.0.max(there.0), here.1.max(there.1));
                 let covered: Vec<_> = cells.covered(low, high).collect();
-                assert!(covered.contains(&cells.of(here.0, here.1)));
-                assert!(covered.contains(&cells.of(there.0, there.1)));
+                assert!(covered.contains(&cells.cell_at(here.0, here.1)));
+                assert!(covered.contains(&cells.cell_at(there.0, there.1)));
             }
         }
     }

@@ -27,7 +27,7 @@ pub trait Intruder: Debug + Send {
     fn copy(&self) -> Box<dyn Intruder>;
 
     /// Handles the frames that the intruder received since the last tick.
-    fn hear(&mut self, inbox: &TickFrames<'_>);
+    fn receive(&mut self, inbox: &TickFrames<'_>);
 
     /// Writes the next frame, type byte and payload, and returns its length in bytes; 0 sends
     /// nothing. `frame` is as long as the longest frame of the link and filled with zeros; infrared
@@ -69,7 +69,7 @@ pub(crate) struct Station {
     intruder: Box<dyn Intruder>,
     late: Option<Box<Late>>,
     near: Vec<Near>,
-    heard: Vec<DeliveredFrame>,
+    received: Vec<DeliveredFrame>,
 }
 
 impl Clone for Station {
@@ -79,7 +79,7 @@ impl Clone for Station {
             late: self.late.clone(),
             stream: self.stream.clone(),
             near: Vec::new(),
-            heard: Vec::new(),
+            received: Vec::new(),
             ..*self
         }
     }
@@ -114,7 +114,7 @@ impl Station {
             stream,
             late: None,
             near: Vec::new(),
-            heard: Vec::new(),
+            received: Vec::new(),
         }
     }
 
@@ -130,16 +130,16 @@ impl Station {
         seed: u64,
         now: u64,
     ) {
-        let Station { id, pose, medium, media, intruder, late, near, heard, .. } = self;
+        let Station { id, pose, medium, media, intruder, late, near, received, .. } = self;
         let ether = ether(*medium);
         let due = late.take_if(|late| late.due <= now);
         let mut listener = Listener { id: *id, pose, estimate: None, media, late, now };
-        let stream = || Stream::new(seed, StreamPurpose::Hear, id.0, now);
+        let stream = || Stream::new(seed, StreamPurpose::Receive, id.0, now);
         // The statistics count only robots.
         let mut count = LinkStatistics::default();
-        ether.hear(&mut listener, stream, near, heard, &mut count, |_, _| ());
+        ether.receive(&mut listener, stream, near, received, &mut count, |_, _| ());
         let air = ether.air.transmissions();
-        intruder.hear(&TickFrames { heard, air, late: due.as_deref(), medium: *medium });
+        intruder.receive(&TickFrames { received, air, late: due.as_deref(), medium: *medium });
     }
 
     /// Adds the complete state to a digest.
@@ -173,7 +173,7 @@ impl Station {
 
     /// Returns the next frame, which starts at time `at` of the tick.
     pub(crate) fn transmit(&mut self, at: i32) -> Option<Transmission> {
-        let packet = Packet::of(self.medium, |frame| self.intruder.next_frame(frame))?;
+        let packet = Packet::written(self.medium, |frame| self.intruder.next_frame(frame))?;
         let Pose { x, y, z, .. } = self.pose;
         Some(Transmission {
             start: at,

@@ -18,10 +18,10 @@ pub struct Lamp {
 pub struct LightId(pub(crate) usize);
 
 /// The largest reading, at which the sensor's converter saturates.
-const SATURATED: f32 = 1023.0;
+const READING_MAX: f32 = 1023.0;
 
 /// A lamp adds nothing beyond this distance in mm (the Kilobot plugin of ARGoS).
-const REACH: f32 = 2500.0;
+const REACH_MM: f32 = 2500.0;
 
 /// Returns the reading of a robot's sensor, 0 to 1023.
 ///
@@ -39,7 +39,7 @@ pub(crate) fn brightness(pose: &Pose, look: Option<f32>, ambient: f32, lights: &
     for light in lights {
         let (dx, dy) = (light.x - pose.x, light.y - pose.y);
         let distance = (dx * dx + dy * dy).sqrt();
-        if distance < REACH {
+        if distance < REACH_MM {
             let facing = look.map_or(1.0, |look| {
                 let angle = super::wrap(libm::atan2f(dy, dx) - look).abs();
                 1.0 - angle / core::f32::consts::PI
@@ -47,5 +47,5 @@ pub(crate) fn brightness(pose: &Pose, look: Option<f32>, ambient: f32, lights: &
             sum += light.intensity * libm::expf(-0.002 * distance) * facing;
         }
     }
-    sum.clamp(0.0, SATURATED)
+    sum.clamp(0.0, READING_MAX)
 }

@@ -91,8 +91,8 @@ pub use link::{
     Arrival, Fate, FrameLog, FrameSighting, Infrared, LinkSettings, Loss, LossCause, Media, Medium,
     Nrf24Medium, P2p, RangeAndBearing, SendAttempt, SentFrame,
 };
+pub(crate) use obstacle::OVERLAP_TOLERANCE_MM;
 pub use obstacle::Obstacle;
-pub(crate) use obstacle::SLOP;
 pub use ray::Side;
 pub use robot::{RobotState, RobotView};
 pub use settings::{WorldSettings, above_0, first_wrong, not_below_0, within};

@@ -28,10 +28,10 @@ pub enum Obstacle {
 }
 
 /// The overlap of two bodies in mm that is tolerated. It keeps bodies at rest from trembling.
-pub(crate) const SLOP: f32 = 0.05;
+pub(crate) const OVERLAP_TOLERANCE_MM: f32 = 0.05;
 
 /// The limit for the numbers of obstacles in mm, far beyond every world.
-const FAR: f32 = 1e7;
+const COORDINATE_MM_MAX: f32 = 1e7;
 
 impl Obstacle {
     /// Returns the obstacle without negative sizes; `None` if a number is not finite or too large
@@ -47,7 +47,7 @@ impl Obstacle {
                 (Obstacle::Box { x, y, width, height }, [x, y, width, height])
             }
         };
-        numbers.iter().all(|number| number.abs() < FAR).then_some(sound)
+        numbers.iter().all(|number| number.abs() < COORDINATE_MM_MAX).then_some(sound)
     }
 
     /// Returns the lower left and the upper right corner of the smallest rectangle around the
@@ -112,7 +112,7 @@ fn away(
 ) -> Option<(f32, f32)> {
     let (dx, dy) = (x - from_x, y - from_y);
     let squared = dx * dx + dy * dy;
-    if squared >= (distance - SLOP) * (distance - SLOP) {
+    if squared >= (distance - OVERLAP_TOLERANCE_MM) * (distance - OVERLAP_TOLERANCE_MM) {
         return None;
     }
     let now = squared.sqrt();
@@ -125,7 +125,7 @@ fn away(
 pub(crate) struct Obstacles {
     area: Area,
     /// mm by which obstacles are enlarged in the index: the greatest radius of a body plus its
-    /// movement between two queries, at least [`MARGIN`].
+    /// movement between two queries, at least [`MARGIN_MM_MIN`].
     margin: f32,
     all: Vec<Obstacle>,
     /// The height in mm of each obstacle; bodies at that height or above pass over it.
@@ -137,20 +137,27 @@ pub(crate) struct Obstacles {
 
 /// Side of a cell in mm, coarse enough that walls are in few cells, and fine enough that a cell has
 /// few obstacles.
-const CELL: f32 = 100.0;
+const CELL_MM: f32 = 100.0;
 
 /// The largest number of cells, which cost only memory.
-const CELLS: usize = 20_000;
+const CELLS_MAX: usize = 20_000;
 
 /// The initial margin in mm, enough for most robots, so that their obstacles are entered only once.
-const MARGIN: f32 = 61.0;
+const MARGIN_MM_MIN: f32 = 61.0;
 
 impl Obstacles {
     pub(crate) fn new(area: Area) -> Self {
         // The real cells are made with the first obstacle.
         let cells = Cells::new(area, f32::INFINITY, 1);
         let members = vec![Vec::new(); cells.count()];
-        Obstacles { area, margin: MARGIN, all: Vec::new(), heights: Vec::new(), cells, members }
+        Obstacles {
+            area,
+            margin: MARGIN_MM_MIN,
+            all: Vec::new(),
+            heights: Vec::new(),
+            cells,
+            members,
+        }
     }
 
     /// Enlarges the margin for bodies of that radius in mm, if necessary.
@@ -173,7 +180,7 @@ impl Obstacles {
         let high = (high.0 + self.margin, high.1 + self.margin);
         let index = self.all.len() as u32;
         if index == 0 {
-            self.cells = Cells::new(self.area, CELL, CELLS);
+            self.cells = Cells::new(self.area, CELL_MM, CELLS_MAX);
             self.members = vec![Vec::new(); self.cells.count()];
         }
         self.all.push(obstacle);
@@ -198,7 +205,7 @@ impl Obstacles {
     pub(crate) fn push_out(&self, x: f32, y: f32, z: f32, radius: f32) -> Option<(f32, f32)> {
         let (mut now_x, mut now_y) = (x, y);
         if !self.all.is_empty() {
-            for &member in &self.members[self.cells.of(x, y)] {
+            for &member in &self.members[self.cells.cell_at(x, y)] {
                 if z >= self.heights[member as usize] {
                     continue;
                 }

@@ -7,7 +7,7 @@ use super::obstacle::Obstacles;
 use super::ray::{Ray, Side};
 
 /// The reach of the sensors in mm, as in Bitcraze's model for Gazebo.
-const REACH: f32 = 3490.0;
+const REACH_MM: f32 = 3490.0;
 
 /// The objects that a line of sight can meet.
 #[derive(Clone, Copy, Debug)]
@@ -20,7 +20,7 @@ pub(crate) struct Sight<'a> {
 impl Sight<'_> {
     /// Returns the distance in mm from a robot's middle along a ray of the Multi-ranger; `None` if nothing is in reach.
     pub(crate) fn range(&self, robot: RobotId, pose: &Pose, side: Side) -> Option<f32> {
-        self.along(robot, pose, Ray::new(pose, side), REACH)
+        self.along(robot, pose, Ray::new(pose, side), REACH_MM)
     }
 
     /// Returns the distance in mm from a robot's middle along a ray, if something is nearer than `reach`.

@@ -52,8 +52,8 @@ impl Ray {
     pub(crate) fn to_disc(self, x: f32, y: f32, radius: f32) -> Option<f32> {
         let (dx, dy) = (x - self.x, y - self.y);
         let ahead = dx * self.along.0 + dy * self.along.1;
-        let beside = dx * self.along.1 - dy * self.along.0;
-        let half = radius * radius - beside * beside;
+        let offset = dx * self.along.1 - dy * self.along.0;
+        let half = radius * radius - offset * offset;
         if half < 0.0 || ahead + half.sqrt() < 0.0 {
             return None;
         }

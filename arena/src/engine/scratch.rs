@@ -7,7 +7,7 @@ use super::statistics::LinkStatistics;
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Scratch {
     pub(crate) near: Vec<Near>,
-    pub(crate) heard: Vec<DeliveredFrame>,
+    pub(crate) received: Vec<DeliveredFrame>,
     pub(crate) planned: [Vec<Attempt>; Medium::COUNT],
     pub(crate) links: [LinkStatistics; Medium::COUNT],
     /// The fates of frames, while the world is watched.

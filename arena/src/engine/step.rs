@@ -267,21 +267,21 @@ impl Thinker<'_> {
         let ether = &around.ether[*medium as usize];
         let late = robot.radio.late.take_if(|late| late.due <= now);
         let mut listener = Listener { id, pose, estimate, media, late: &mut robot.radio.late, now };
-        let stream = || Stream::new(around.seed, StreamPurpose::Hear, id.0, now);
-        let Scratch { near, heard, links, arrivals, .. } = scratch;
+        let stream = || Stream::new(around.seed, StreamPurpose::Receive, id.0, now);
+        let Scratch { near, received, links, arrivals, .. } = scratch;
         let count = &mut links[*medium as usize];
         if around.is_watched {
-            ether.hear(&mut listener, stream, near, heard, count, |frame, fate| {
+            ether.receive(&mut listener, stream, near, received, count, |frame, fate| {
                 arrivals.push(ether.arrival(id, now, frame, fate));
             });
         } else {
-            ether.hear(&mut listener, stream, near, heard, count, |_, _| ());
+            ether.receive(&mut listener, stream, near, received, count, |_, _| ());
         }
         brain.tick(&mut Io {
             id,
             now,
             inbox: TickFrames {
-                heard: &scratch.heard,
+                received: &scratch.received,
                 air: ether.air.transmissions(),
                 late: late.as_deref(),
                 medium: *medium,

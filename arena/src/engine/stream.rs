@@ -12,7 +12,7 @@ pub(crate) enum StreamPurpose {
     /// Differences between robots of one kind.
     Build = 1,
     /// The loss and errors of received frames.
-    Hear = 2,
+    Receive = 2,
     /// The time of the first attempt at a frame.
     Send = 3,
     /// The time of each further attempt.
@@ -124,12 +124,13 @@ mod tests {
     #[test]
     fn streams_are_independent() {
         let of = |seed, purpose, robot, tick| Stream::new(seed, purpose, robot, tick);
-        let one = |i| of(1, StreamPurpose::Hear, (i % 200) as u16, i / 200);
-        let seeds = correlation(one, |i| of(2, StreamPurpose::Hear, (i % 200) as u16, i / 200));
+        let one = |i| of(1, StreamPurpose::Receive, (i % 200) as u16, i / 200);
+        let seeds = correlation(one, |i| of(2, StreamPurpose::Receive, (i % 200) as u16, i / 200));
         let purposes = correlation(one, |i| of(1, StreamPurpose::Send, (i % 200) as u16, i / 200));
         let robots =
-            correlation(one, |i| of(1, StreamPurpose::Hear, (i % 200) as u16 + 1, i / 200));
-        let ticks = correlation(one, |i| of(1, StreamPurpose::Hear, (i % 200) as u16, i / 200 + 1));
+            correlation(one, |i| of(1, StreamPurpose::Receive, (i % 200) as u16 + 1, i / 200));
+        let ticks =
+            correlation(one, |i| of(1, StreamPurpose::Receive, (i % 200) as u16, i / 200 + 1));
         for (name, found) in
             [("seeds", seeds), ("purposes", purposes), ("robots", robots), ("ticks", ticks)]
         {
@@ -142,7 +143,7 @@ mod tests {
     fn first_numbers_are_spread_evenly() {
         let mut parts = [0_u32; 20];
         for i in 0..20_000 {
-            let mut stream = Stream::new(7, StreamPurpose::Hear, (i % 1000) as u16, i / 1000);
+            let mut stream = Stream::new(7, StreamPurpose::Receive, (i % 1000) as u16, i / 1000);
             parts[stream.below(20) as usize] += 1;
         }
         // Chi squared of 19 degrees of freedom is below 43.8 in 999 of 1,000 cases.

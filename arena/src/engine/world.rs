@@ -341,17 +341,17 @@ impl<B: Brain> World<B> {
         f64::from(self.air[*medium as usize].reach(*link))
     }
 
-    /// Returns true if frames of robot `of` reach robot `by`: both use the same medium, they are
+    /// Returns true if frames of the sender reach the receiver: both use the same medium, they are
     /// near enough, and they are not cut off from each other.
     #[must_use]
-    pub fn can_hear(&self, by: RobotId, of: RobotId) -> bool {
-        let (Ok(listener), Ok(sender)) = (self.index(by), self.index(of)) else { return false };
-        let (here, there) = (self.poses[listener], self.poses[sender]);
+    pub fn can_receive(&self, receiver: RobotId, sender: RobotId) -> bool {
+        let (Ok(to), Ok(from)) = (self.index(receiver), self.index(sender)) else { return false };
+        let (here, there) = (self.poses[to], self.poses[from]);
         let [dx, dy, dz] = [here.x - there.x, here.y - there.y, here.z - there.z].map(f64::from);
-        let reach = self.reach(of);
-        self.herd_of(listener).medium == self.herd_of(sender).medium
+        let reach = self.reach(sender);
+        self.herd_of(to).medium == self.herd_of(from).medium
             && dx * dx + dy * dy + dz * dz <= reach * reach
-            && self.topology.connects(by, of)
+            && self.topology.connects(receiver, sender)
     }
 
     /// Returns true if two robots are not cut off from each other, whatever their distance.

@@ -39,7 +39,7 @@ pub enum ScriptNumber {
 
 impl ScriptNumber {
     /// Returns the number in a value; `None` if the value is not a number.
-    pub fn of<P: Profile>(value: Value<P>) -> Option<Self> {
+    pub fn from_value<P: Profile>(value: Value<P>) -> Option<Self> {
         let float = || value.as_f32().map(ScriptNumber::Float);
         value.as_int().map(ScriptNumber::Int).or_else(float)
     }

@@ -18,10 +18,10 @@ pub trait Emulation: Debug + Send + Sync {
 
     /// Returns the robot's name for an emulator program that runs all robots of the kind together;
     /// `None` if each robot has a program of its own.
-    fn shared_as(&self) -> Option<&'static str>;
+    fn shared_program_robot(&self) -> Option<&'static str>;
 
     /// Returns the largest number of robots that can be emulated.
-    fn most(&self) -> u32;
+    fn robots_max(&self) -> u32;
 
     /// Returns the path of the firmware file that cargo builds, relative to the root of the
     /// repository; `None` if a robot with that robot file cannot be emulated.
@@ -66,7 +66,7 @@ pub trait Emulation: Debug + Send + Sync {
 
     /// Returns the longest time that robots run at once before the emulator and the world exchange
     /// positions and motions.
-    fn look(&self) -> Duration;
+    fn exchange_period(&self) -> Duration;
 
     /// Returns the parts of memory that all robots of a group share, as addresses and bytes.
     fn sections(&self, flash: &FlashJob<'_>) -> Result<Vec<(u32, Vec<u8>)>, ScenarioCause> {

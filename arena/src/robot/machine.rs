@@ -36,7 +36,7 @@ const LARGE: usize = 16_384;
 
 /// The largest number of slots of a machine: those of the script and those for neighbours, swarms
 /// and entries.
-pub const MOST_SLOTS: usize = LARGE;
+pub const SLOTS_MAX: usize = LARGE;
 
 /// A virtual machine and its queues of frames.
 pub trait Machine {
@@ -122,7 +122,7 @@ struct Scripted<P: Profile, I, O, const SLOTS: usize> {
     has_unsent: bool,
 }
 
-/// Returns a machine that has loaded the script of its group. The sizes are at most [`MOST_SLOTS`] and
+/// Returns a machine that has loaded the script of its group. The sizes are at most [`SLOTS_MAX`] and
 /// [`queue::MOST`](super::queue::MOST).
 pub fn load(context: &GroupContext, id: u16, seed: u32) -> Loaded {
     let slots = context.slots + context.sizes.slots();
@@ -316,7 +316,7 @@ fn set_globals<P: Profile, const SLOTS: usize>(
 ) {
     for PendingSetting { after, global, number } in settings {
         let now = vm.global(*global);
-        let is_free = now.is_none_or(|now| now.is_nil() || ScriptNumber::of(now).is_some());
+        let is_free = now.is_none_or(|now| now.is_nil() || ScriptNumber::from_value(now).is_some());
         if *after == ScriptStage::Global || is_free {
             vm.set_global(*global, number.value());
         }
@@ -393,7 +393,7 @@ where
     }
 
     fn number(&self, global: u16) -> Option<ScriptNumber> {
-        self.vm.global(global).and_then(ScriptNumber::of)
+        self.vm.global(global).and_then(ScriptNumber::from_value)
     }
 
     fn set(&mut self, global: u16, number: ScriptNumber) {

@@ -81,7 +81,7 @@ pub struct ModelKeys {
 
 impl ModelKeys {
     /// Returns the names of the keys of a section of the robot; `None` if it is not one of its sections.
-    pub(crate) fn of(&self, section: &str) -> Option<Vec<&'static str>> {
+    pub(crate) fn names_in(&self, section: &str) -> Option<Vec<&'static str>> {
         let without = match section {
             _ if section == self.body.name => &[][..],
             _ if section == self.model => self.world_only,

@@ -162,14 +162,14 @@ impl<P: Profile> Host<P> for Platform<'_, '_> {
         if !*self.has_mail {
             return None;
         }
-        let Some((length, heard)) = self.inbox.pop(frame) else {
+        let Some((length, received)) = self.inbox.pop(frame) else {
             *self.has_mail = false;
             return None;
         };
         let ids = &self.state.context.ids;
         // An adversary has no id for scripts.
-        let sender = heard.robot.and_then(|robot| ids.get(usize::from(robot.0)));
-        let place = heard.place().map(|place| place.map(Value::float));
+        let sender = received.robot.and_then(|robot| ids.get(usize::from(robot.0)));
+        let place = received.place().map(|place| place.map(Value::float));
         *sighting = Sighting { robot: sender.copied(), place };
         Some(length)
     }

@@ -57,7 +57,7 @@ pub trait OutQueue {
     fn waiting(&self) -> (usize, Vec<Vec<u8>>);
 }
 
-/// A number profile, and queues for 1 to [`MOST`] of its frames.
+/// A number profile, and queues for 1 to [`QUEUED_MAX`] of its frames.
 pub trait QueueProfile: Profile {
     /// Returns a queue for received frames.
     fn inbox(length: usize) -> Box<dyn InQueue + Send>;
@@ -67,7 +67,7 @@ pub trait QueueProfile: Profile {
 }
 
 /// The largest capacity of a queue in frames.
-pub const MOST: usize = 32;
+pub const QUEUED_MAX: usize = 32;
 
 /// A queue for at most `length` frames, which may be less than the capacity of its type.
 ///
@@ -253,11 +253,11 @@ macro_rules! queues {
     ($profile:ty, $frame:expr) => {
         impl QueueProfile for $profile {
             fn inbox(length: usize) -> Box<dyn InQueue + Send> {
-                Box::new(Bounded::<Inbox<$profile, _, { $frame }, MOST>>::inbox(length))
+                Box::new(Bounded::<Inbox<$profile, _, { $frame }, QUEUED_MAX>>::inbox(length))
             }
 
             fn outbox(length: usize) -> Box<dyn OutQueue + Send> {
-                Box::new(Bounded::<Outbox<$profile, { $frame }, MOST>>::outbox(length))
+                Box::new(Bounded::<Outbox<$profile, { $frame }, QUEUED_MAX>>::outbox(length))
             }
         }
     };

@@ -29,8 +29,8 @@ const INVENTED: u32 = 1000;
 /// A type byte that belongs to no message.
 const NOISE: u8 = 0xff;
 
-/// Returns the logic of an adversary that knows the script in `image`.
-pub fn mind(
+/// Returns the intruder of an adversary that knows the script in `image`.
+pub fn intruder(
     kind: AdversaryKind,
     profile: NumberProfile,
     image: &[u8],
@@ -74,7 +74,7 @@ where
         Box::new(self.clone())
     }
 
-    fn hear(&mut self, inbox: &TickFrames<'_>) {
+    fn receive(&mut self, inbox: &TickFrames<'_>) {
         inbox.iter().for_each(|frame| self.learn(frame.bytes));
     }
 

@@ -115,7 +115,7 @@ impl EventQueue {
 
     /// Copies the commands of a later state of the same run, so that those that are still pending
     /// here act again at their times.
-    pub fn follow(&mut self, later: &Self) {
+    pub fn copy_commands(&mut self, later: &Self) {
         self.commands.clone_from(&later.commands);
     }
 

@@ -69,7 +69,7 @@ impl Bound {
     }
 
     /// Updates the state with the result of the condition at a tick.
-    pub fn follow(&self, convergence: &mut Convergence, tick: u64, is_true: bool) {
+    pub fn update(&self, convergence: &mut Convergence, tick: u64, is_true: bool) {
         convergence.since = match (is_true, convergence.since) {
             (true, None) => Some(tick),
             (true, since) => since,

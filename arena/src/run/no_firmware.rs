@@ -16,7 +16,7 @@ pub enum Firmware {}
 
 impl Firmware {
     /// Returns an empty list: the reader of scenarios rejects groups with firmware.
-    pub fn of(_: &Scenario, _: &[LoadedProgram]) -> Result<Vec<Self>, ScenarioError> {
+    pub fn for_scenario(_: &Scenario, _: &[LoadedProgram]) -> Result<Vec<Self>, ScenarioError> {
         Ok(Vec::new())
     }
 }

@@ -50,7 +50,7 @@ pub enum EventKind<'a> {
     },
     /// A frame of the robot arrived at another one. The receiver's queue may still discard it, see
     /// [`LossCause::QueueFull`].
-    Heard {
+    Received {
         frame: FrameOnAir<'a>,
         /// Number of the receiver.
         receiver: usize,
@@ -94,7 +94,7 @@ pub struct FrameOnAir<'a> {
 }
 
 impl<'a> FrameOnAir<'a> {
-    fn of(sent: &'a SentFrame) -> Self {
+    fn new(sent: &'a SentFrame) -> Self {
         FrameOnAir { medium: sent.medium, start_us: sent.start_us, bytes: sent.bytes() }
     }
 }
@@ -147,7 +147,7 @@ pub fn show(
         }
         while let Some(attempt) = attempts.next_if(|next| number(sender(next)) == robot) {
             see(match attempt {
-                SendAttempt::Sent(frame) => EventKind::Sent(FrameOnAir::of(frame)),
+                SendAttempt::Sent(frame) => EventKind::Sent(FrameOnAir::new(frame)),
                 SendAttempt::Postponed { at_us, sensed, .. } => {
                     EventKind::Postponed { at_us: *at_us, sensed: *sensed }
                 }
@@ -164,10 +164,10 @@ fn sender(attempt: &SendAttempt) -> RobotId {
 }
 
 fn arrived(Arrival { frame, fate, .. }: &Arrival, receiver: usize) -> EventKind<'_> {
-    let frame = FrameOnAir::of(frame);
+    let frame = FrameOnAir::new(frame);
     match *fate {
-        Fate::Heard { is_duplicated, held_until } => {
-            EventKind::Heard { frame, receiver, is_duplicated, held_until }
+        Fate::Received { is_duplicated, held_until } => {
+            EventKind::Received { frame, receiver, is_duplicated, held_until }
         }
         Fate::Lost(cause) => EventKind::Lost { frame, receiver, cause },
     }

@@ -113,7 +113,7 @@ impl Session {
         let is_nearer = |copy: &&Simulation| tick < now || copy.now() > now;
         if let Some(copy) = nearest.filter(is_nearer) {
             let mut taken = copy.snapshot().ok_or(NoWayBack::Emulated)?;
-            taken.follow(&self.run);
+            taken.copy_commands(&self.run);
             self.run = taken;
         } else if tick < now {
             let first = self.copies.first().map(Simulation::now);

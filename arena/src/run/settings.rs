@@ -19,16 +19,16 @@ pub fn media(scenario: &Scenario) -> engine::Media {
     let mut media = engine::Media::STANDARD;
     scenario.models.iter().for_each(|model| model.set_media(&mut media));
     for (_, medium) in Medium::WORDS {
-        set_medium(&mut media, medium, scenario.media.of(medium));
+        set_medium(&mut media, medium, scenario.media.settings(medium));
     }
     media
 }
 
 /// Returns the media of a group, where `media` are those of the whole world.
 pub fn media_of(scenario: &Scenario, mut media: engine::Media, group: &Group) -> engine::Media {
-    let medium = Medium::of(group.model.medium());
+    let medium = Medium::from_engine(group.model.medium());
     group.model.set_own_media(&mut media);
-    set_medium(&mut media, medium, scenario.media.of(medium));
+    set_medium(&mut media, medium, scenario.media.settings(medium));
     set_medium(&mut media, medium, &group.link);
     media
 }

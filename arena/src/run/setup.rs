@@ -10,7 +10,7 @@ use bittybuzz_vm_core::message::FULL_FRAME;
 
 use crate::robot::checks::Costs;
 use crate::robot::{
-    GroupContext, MOST_QUEUED, MOST_SLOTS, News, ProgramId, RobotModel, SimRobot, common_effect,
+    GroupContext, News, ProgramId, QUEUED_MAX, RobotModel, SLOTS_MAX, SimRobot, common_effect,
 };
 use crate::scenario::{
     Backend, Group, GroupId, Load, Quantity, Scenario, ScenarioCause, ScenarioError, Selection,
@@ -106,7 +106,7 @@ impl Setup {
                 }
             }
         }
-        let firmware = Firmware::of(&scenario, &programs);
+        let firmware = Firmware::for_scenario(&scenario, &programs);
         let firmware = firmware.unwrap_or_else(|error| {
             errors.push(error);
             Vec::new()
@@ -343,12 +343,12 @@ fn capacity_error(Group { robot, model, .. }: &Group) -> Option<String> {
     let queued = robot.vm.in_queue.max(robot.vm.out_queue) as usize;
     if robot.profile == NumberProfile::Full && model.medium().frame_bytes() < FULL_FRAME {
         Some("profile tiny, not full".to_owned())
-    } else if slots > MOST_SLOTS {
+    } else if slots > SLOTS_MAX {
         Some(format!(
-            "at most {MOST_SLOTS} slots for the script and what it knows of others, not {slots}"
+            "at most {SLOTS_MAX} slots for the script and what it knows of others, not {slots}"
         ))
-    } else if queued > MOST_QUEUED {
-        Some(format!("queues of at most {MOST_QUEUED} messages, not {queued}"))
+    } else if queued > QUEUED_MAX {
+        Some(format!("queues of at most {QUEUED_MAX} messages, not {queued}"))
     } else {
         None
     }

@@ -45,7 +45,7 @@ use crate::scenario::{
 
 mod globals;
 
-use super::adversary::mind;
+use super::adversary::intruder;
 use super::event_queue::EventQueue;
 use super::expectation::{Convergence, reduce};
 use super::firmware::{FirmwareError, Fleets};
@@ -72,7 +72,7 @@ pub struct Simulation {
     world: World<SimRobot>,
     /// The robots that run their firmware.
     fleets: Option<Fleets>,
-    happenings: EventQueue,
+    event_queue: EventQueue,
     seed: u32,
     convergences: Vec<Convergence>,
     /// Faults of robots from before their last restart.
@@ -114,7 +114,7 @@ impl Simulation {
             herds,
             world,
             fleets: None,
-            happenings: EventQueue::new(robots, lights),
+            event_queue: EventQueue::new(robots, lights),
             seed,
             convergences: vec![Convergence::START; setup.expects().len()],
             faults: Vec::new(),
@@ -131,8 +131,8 @@ impl Simulation {
                 number += 1;
             }
         }
-        let Simulation { world, happenings, .. } = &simulation;
-        simulation.fleets = Fleets::start(&setup, world, happenings, seed)?;
+        let Simulation { world, event_queue, .. } = &simulation;
+        simulation.fleets = Fleets::start(&setup, world, event_queue, seed)?;
         simulation.check_expectations();
         Ok(simulation)
     }
@@ -152,7 +152,7 @@ impl Simulation {
             herds: self.herds.clone(),
             world,
             fleets: None,
-            happenings: self.happenings.clone(),
+            event_queue: self.event_queue.clone(),
             seed: self.seed,
             convergences: self.convergences.clone(),
             faults: self.faults.clone(),
@@ -164,9 +164,9 @@ impl Simulation {
 
     /// Copies the commands of a later state of the same run, and the scripts that they load, so
     /// that this state goes on to the later one.
-    pub(super) fn follow(&mut self, later: &Self) {
+    pub(super) fn copy_commands(&mut self, later: &Self) {
         self.setup = later.setup.clone();
-        self.happenings.follow(&later.happenings);
+        self.event_queue.copy_commands(&later.event_queue);
     }
 
     /// Returns true if the scenario's duration is over.
@@ -216,7 +216,7 @@ impl Simulation {
             }
             _ => {}
         }
-        self.happenings.command(self.world.now(), text, action);
+        self.event_queue.command(self.world.now(), text, action);
         Ok(())
     }
 
@@ -226,7 +226,7 @@ impl Simulation {
     #[must_use]
     pub fn commands(&self) -> String {
         let mut text = String::new();
-        for (tick, command) in self.happenings.commands() {
+        for (tick, command) in self.event_queue.commands() {
             let at = tick as f64 / TICKS_PER_SECOND;
             text += &format!("[[event]]\nat = {at}\n{command}\n\n");
         }
@@ -235,7 +235,7 @@ impl Simulation {
 
     /// Returns the commands in order: the tick before which each acts, and its text.
     pub fn command_list(&self) -> impl Iterator<Item = (u64, &str)> {
-        self.happenings.commands()
+        self.event_queue.commands()
     }
 
     /// Returns the current lamps. A lamp that an event removed has intensity 0.
@@ -253,7 +253,7 @@ impl Simulation {
     /// can fail only because of robots that run their firmware; the run cannot go on then.
     pub fn tick(&mut self) -> Result<(), FirmwareError> {
         let scenario = self.setup.scenario.clone();
-        while let Some(action) = self.happenings.due(&scenario, self.world.now()) {
+        while let Some(action) = self.event_queue.due(&scenario, self.world.now()) {
             let mut kept = Vec::new();
             match &action {
                 WorldChange::Load { robots, script, keep } => {
@@ -267,8 +267,8 @@ impl Simulation {
                 }
                 _ => {}
             }
-            for number in self.happenings.act(&action, &mut self.world) {
-                if let (Some(fleets), Some(id)) = (&mut self.fleets, self.happenings.id(number)) {
+            for number in self.event_queue.act(&action, &mut self.world) {
+                if let (Some(fleets), Some(id)) = (&mut self.fleets, self.event_queue.id(number)) {
                     fleets.switch_off(id)?;
                 }
                 self.start(number);
@@ -277,7 +277,7 @@ impl Simulation {
             if let WorldChange::Adversary(adversary) = &action {
                 self.admit(adversary);
             }
-            self.happenings.settle(&mut self.world);
+            self.event_queue.settle(&mut self.world);
             // Without emulators, the rest has nothing to change.
             let Some(fleets) = &mut self.fleets else { continue };
             fleets.settle(&self.world)?;
@@ -286,7 +286,7 @@ impl Simulation {
                     fleets.lose(engine_medium(*medium), engine_loss(*loss))?;
                 }
                 WorldChange::Battery { robots, millivolts } => {
-                    for id in robots.iter().filter_map(|number| self.happenings.id(number)) {
+                    for id in robots.iter().filter_map(|number| self.event_queue.id(number)) {
                         fleets.set_battery(id, *millivolts)?;
                     }
                 }
@@ -312,7 +312,7 @@ impl Simulation {
         let outcome = self.tick();
         let frames = self.world.take_frame_log();
         let robots = self.world.brains_mut().map(SimRobot::take_seen).collect();
-        let (numbers, count) = (self.happenings.numbers(), self.robot_count());
+        let (numbers, count) = (self.event_queue.numbers(), self.robot_count());
         // The other senders are adversaries, whose ids count down from the highest one.
         let number = |id: RobotId| match numbers.get(usize::from(id.0)) {
             Some(number) => *number,
@@ -333,7 +333,7 @@ impl Simulation {
         let mut digest = Digest::new();
         self.world.add_to(&mut digest);
         self.world.brains().for_each(|robot| robot.add_to(&mut digest));
-        self.happenings.add_to(&mut digest, self.now());
+        self.event_queue.add_to(&mut digest, self.now());
         digest.finish()
     }
 
@@ -344,9 +344,9 @@ impl Simulation {
         if !self.news.take() {
             return lines;
         }
-        for number in 0..self.happenings.count() {
+        for number in 0..self.event_queue.count() {
             // A robot that has not joined has no log.
-            let Some(id) = self.happenings.id(number) else { continue };
+            let Some(id) = self.event_queue.id(number) else { continue };
             let robot = self.world.brain_mut(id).expect(JOINED);
             lines.extend(robot.take_log().into_iter().map(|line| (number, line)));
         }
@@ -355,7 +355,7 @@ impl Simulation {
 
     /// Returns the visible state of a robot; `None` if it has not joined yet.
     pub fn view(&self, number: usize) -> Option<RobotView> {
-        self.world.robot(self.happenings.id(number)?)
+        self.world.robot(self.event_queue.id(number)?)
     }
 
     /// Returns true while a fault keeps the script of a robot from running.
@@ -384,12 +384,12 @@ impl Simulation {
     /// # Panics
     /// If the scenario has no robot of that number.
     pub fn program(&self, number: usize) -> &Program {
-        &self.setup.loaded(self.happenings.program(number)).program
+        &self.setup.loaded(self.event_queue.program(number)).program
     }
 
     /// Returns a robot; `None` before it joins, and for a number that no robot has.
     fn robot(&self, number: usize) -> Option<&SimRobot> {
-        let id = self.happenings.id(number)?;
+        let id = self.event_queue.id(number)?;
         Some(self.world.brain(id).expect(JOINED))
     }
 
@@ -398,7 +398,7 @@ impl Simulation {
     /// # Panics
     /// If the scenario has no robot of that number.
     pub fn read(&self, probe: &QuantityProbe, number: usize) -> QuantityReading<'_> {
-        let of = self.happenings.program(number);
+        let of = self.event_queue.program(number);
         let robot = self.robot(number).zip(self.view(number));
         probe.read(of, &self.setup.loaded(of).program, robot)
     }
@@ -414,13 +414,13 @@ impl Simulation {
     }
 
     fn measure(&self, of: Swarm, robots: impl Iterator<Item = usize>) -> QuantityReading<'_> {
-        let ids = robots.filter_map(|number| self.happenings.id(number));
+        let ids = robots.filter_map(|number| self.event_queue.id(number));
         measure(of, &self.world, ids).map_or(QuantityReading::Nil, QuantityReading::Number)
     }
 
     /// Returns the number of robots in the scenario, absent ones included.
     pub fn robot_count(&self) -> usize {
-        self.happenings.count()
+        self.event_queue.count()
     }
 
     /// Returns the outcomes of the expectations, in the order of the file.
@@ -439,7 +439,7 @@ impl Simulation {
             past.dropped[0] += overflown;
         }
         let mut faults = self.faults.clone();
-        for number in 0..self.happenings.count() {
+        for number in 0..self.event_queue.count() {
             // A robot that has not joined has no counters.
             let Some(robot) = self.robot(number) else { continue };
             past.add(number, robot, self.has_unexpected(number, robot));
@@ -456,7 +456,7 @@ impl Simulation {
             statistics,
             first_crash: statistics
                 .first_crash
-                .map(|(tick, robot)| (tick, self.happenings.number(robot))),
+                .map(|(tick, robot)| (tick, self.event_queue.number(robot))),
             unusable,
             dropped,
             faults,
@@ -489,7 +489,7 @@ impl Simulation {
         let setup = &self.setup;
         let profile = setup.scenario.group(group).robot.profile;
         let image = &setup.loaded(ProgramId(group.0)).program.image;
-        let make = |stream| mind(kind, profile, image, stream);
+        let make = |stream| intruder(kind, profile, image, stream);
         match self.world.add_intruder(settings, make) {
             // A world that is full of robots has no id for an adversary.
             Ok(()) | Err(AddError::TooMany) => {}
@@ -523,7 +523,7 @@ impl Simulation {
         for number in robots.iter() {
             let program = self.setup.program_of(self.setup.group(number), script);
             let program = program.expect("the setup has the programs of all events and commands");
-            self.happenings.load(number, program);
+            self.event_queue.load(number, program);
         }
     }
 
@@ -532,8 +532,8 @@ impl Simulation {
         let setup = self.setup.clone();
         let group = setup.group(number);
         let of = setup.scenario.group(group);
-        let context = &setup.loaded(self.happenings.program(number)).context;
-        let there = self.happenings.id(number);
+        let context = &setup.loaded(self.event_queue.program(number)).context;
+        let there = self.event_queue.id(number);
         // A restarted robot gets other random numbers than at its first start.
         let seed = match there {
             Some(_) => self.seed ^ (self.world.now() as u32 + 1).wrapping_mul(0x9e37_79b9),
@@ -559,9 +559,9 @@ impl Simulation {
             robot.check(own_id, setup.costs(group));
         }
         let Some(id) = there else {
-            let pose = self.happenings.start_of(number);
+            let pose = self.event_queue.start_of(number);
             match self.world.add(self.herds[group.0], pose, robot) {
-                Ok(id) => self.happenings.joined(number, id),
+                Ok(id) => self.event_queue.joined(number, id),
                 // Adversaries have taken the last ids, so the robot cannot join.
                 Err(AddError::TooMany) => {}
                 Err(error) => panic!("the start poses are inside the world: {error}"),
@@ -602,7 +602,7 @@ impl Simulation {
                 probe => bound.is_true(Readings { simulation: self, probe, robots }),
             };
             let mut convergence = self.convergences[index];
-            bound.follow(&mut convergence, tick, is_true);
+            bound.update(&mut convergence, tick, is_true);
             if convergence.failed_at == Some(tick) {
                 let robots = bound.expect.robots.iter();
                 let read = |robot| (robot, self.read(&bound.probe, robot));

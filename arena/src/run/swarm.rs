@@ -100,9 +100,9 @@ fn contacts(members: &[SwarmMember]) -> usize {
     for (index, one) in members.iter().enumerate() {
         let radius = f64::from(one.view.radius) + GAP;
         let height = f64::from(one.view.height);
-        let beside = members[index + 1..].iter();
-        let beside = beside.take_while(|other| other.at[0] - one.at[0] <= radius + widest);
-        count += beside
+        let near = members[index + 1..].iter();
+        let near = near.take_while(|other| other.at[0] - one.at[0] <= radius + widest);
+        count += near
             .filter(|other| {
                 let is_level = one.at[2] < other.at[2] + f64::from(other.view.height)
                     && other.at[2] < one.at[2] + height;
@@ -128,8 +128,8 @@ fn components(members: &[SwarmMember], world: &World<SimRobot>) -> usize {
             }
             let (root, other_root) = (root(&mut parents, index), root(&mut parents, other_index));
             if root != other_root
-                && world.can_hear(one.id, other.id)
-                && world.can_hear(other.id, one.id)
+                && world.can_receive(one.id, other.id)
+                && world.can_receive(other.id, one.id)
             {
                 parents[other_root] = root;
                 parts -= 1;

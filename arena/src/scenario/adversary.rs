@@ -76,7 +76,7 @@ const WORDS: [(&str, Word); 8] = [
 /// Reads the adversaries of the file, each with the time in seconds at which it begins.
 pub fn read_all(
     root: &Section<'_>,
-    census: &RobotIndex,
+    robot_index: &RobotIndex,
     world: &WorldSection,
     groups: &[Group],
 ) -> Vec<(f64, Adversary)> {
@@ -86,7 +86,7 @@ pub fn read_all(
             None => Some(0.0),
             Some(entry) => within_the_run(&entry, "from", world),
         };
-        let adversary = read(section, census, world, groups);
+        let adversary = read(section, robot_index, world, groups);
         Some((at?, adversary?))
     };
     sections.iter().filter_map(adversary).collect()
@@ -95,7 +95,7 @@ pub fn read_all(
 /// Reads the adversary of an event. The time of the event is its beginning, so `from` is an error.
 pub fn of_event(
     entry: &Entry<'_>,
-    census: &RobotIndex,
+    robot_index: &RobotIndex,
     world: &WorldSection,
     groups: &[Group],
 ) -> Option<Adversary> {
@@ -103,7 +103,7 @@ pub fn of_event(
     if let Some(from) = section.get("from") {
         from.fail(ScenarioCause::Without { key: "from", needs: "[[adversary]]" });
     }
-    read(&section, census, world, groups)
+    read(&section, robot_index, world, groups)
 }
 
 /// Reads a time that must lie before the end of the run.
@@ -118,11 +118,11 @@ fn within_the_run(entry: &Entry<'_>, key: &'static str, world: &WorldSection) ->
 
 fn read(
     section: &Section<'_>,
-    census: &RobotIndex,
+    robot_index: &RobotIndex,
     world: &WorldSection,
     groups: &[Group],
 ) -> Option<Adversary> {
-    let kind = kind(section, census);
+    let kind = kind(section, robot_index);
     let at = section.required("at").and_then(|entry| point_inside(&entry, world));
     let height = section.number("height", 0.0..=1e6).unwrap_or(0.0);
     let group = group(section, groups);
@@ -143,7 +143,7 @@ fn read(
     Some(Adversary { kind, at: at?, height, group: group?, range, rate, until: until? })
 }
 
-fn kind(section: &Section<'_>, census: &RobotIndex) -> Option<AdversaryKind> {
+fn kind(section: &Section<'_>, robot_index: &RobotIndex) -> Option<AdversaryKind> {
     section.required("kind")?;
     let word = section.word("kind", &WORDS)?;
     let id = section.get("id");
@@ -160,9 +160,9 @@ fn kind(section: &Section<'_>, census: &RobotIndex) -> Option<AdversaryKind> {
                 entry.wrong_type("the id of a robot");
                 return None;
             };
-            let robots = census.select(&entry)?;
+            let robots = robot_index.select(&entry)?;
             let robot = robots.iter().next().expect("a selection by id has the robot of that id");
-            let id = u16::try_from(census.id(robot));
+            let id = u16::try_from(robot_index.id(robot));
             Some(AdversaryKind::SameId(id.expect("the reader of ids accepts 16 bits only")))
         }
     }

@@ -128,7 +128,7 @@ const ACTIONS: &[&str] = &[
 /// Reads an event with its time. `script` reads the path of a script.
 pub fn read(
     section: &Section<'_>,
-    census: &RobotIndex,
+    robot_index: &RobotIndex,
     world: &WorldSection,
     groups: &[Group],
     used: &[Medium],
@@ -144,14 +144,14 @@ pub fn read(
         }
         Some(at)
     });
-    let action = action(section, census, world, groups, used, script);
+    let action = action(section, robot_index, world, groups, used, script);
     Some(ScheduledEvent { at: at?, action: action? })
 }
 
 /// Reads the action of an event or a command. `script` reads the path of a script.
 pub fn action(
     section: &Section<'_>,
-    census: &RobotIndex,
+    robot_index: &RobotIndex,
     world: &WorldSection,
     groups: &[Group],
     used: &[Medium],
@@ -174,13 +174,13 @@ pub fn action(
         }
     }
     let action = match key {
-        "fail" => WorldChange::Fail(census.select(&entry)?),
-        "stop" => WorldChange::Stop(census.select(&entry)?),
-        "resume" => WorldChange::Resume(census.select(&entry)?),
-        "restart" => WorldChange::Restart(census.select(&entry)?),
-        "brown_out" => WorldChange::BrownOut(census.select(&entry)?),
+        "fail" => WorldChange::Fail(robot_index.select(&entry)?),
+        "stop" => WorldChange::Stop(robot_index.select(&entry)?),
+        "resume" => WorldChange::Resume(robot_index.select(&entry)?),
+        "restart" => WorldChange::Restart(robot_index.select(&entry)?),
+        "brown_out" => WorldChange::BrownOut(robot_index.select(&entry)?),
         "load" => {
-            let robots = census.select(&entry);
+            let robots = robot_index.select(&entry);
             let script = section.required("script").and_then(|entry| script(&entry));
             let keep = match section.get("keep") {
                 None => Some(false),
@@ -188,28 +188,31 @@ pub fn action(
             };
             WorldChange::Load { robots: robots?, script: script?, keep: keep? }
         }
-        "set" => set(section, census.select(&entry), groups)?,
-        "join" => WorldChange::Join(census.select(&entry)?),
-        "move" => moved(section, census.select(&entry), world)?,
+        "set" => set(section, robot_index.select(&entry), groups)?,
+        "join" => WorldChange::Join(robot_index.select(&entry)?),
+        "move" => moved(section, robot_index.select(&entry), world)?,
         "battery" => {
-            let robots = census.select(&entry);
+            let robots = robot_index.select(&entry);
             let volts = section.required("volts").and_then(|entry| entry.number(0.0..=5.0));
             WorldChange::Battery { robots: robots?, millivolts: (volts? * 1000.0).round() as u16 }
         }
         "light" => WorldChange::Light(lights(&entry, world)?),
         "loss" => loss(section, &entry, used)?,
         "block" => {
-            let [one, other] = pair(&entry, census)?;
+            let [one, other] = pair(&entry, robot_index)?;
             WorldChange::Block(one, other)
         }
         "restore" => {
-            let [one, other] = pair(&entry, census)?;
+            let [one, other] = pair(&entry, robot_index)?;
             WorldChange::Restore(one, other)
         }
-        "partition" => WorldChange::Partition(parts(&entry, census)?),
-        "adversary" => {
-            WorldChange::Adversary(Box::new(adversary::of_event(&entry, census, world, groups)?))
-        }
+        "partition" => WorldChange::Partition(parts(&entry, robot_index)?),
+        "adversary" => WorldChange::Adversary(Box::new(adversary::of_event(
+            &entry,
+            robot_index,
+            world,
+            groups,
+        )?)),
         _ => {
             let DeValue::Boolean(true) = entry.value else {
                 entry.wrong_type("true");
@@ -219,27 +222,27 @@ pub fn action(
         }
     };
     if let WorldChange::Loss(Medium::Nrf24, loss) = &action
-        && census.any_is_emulated()
+        && robot_index.any_is_emulated()
     {
         loss.check_emulated(&entry);
     }
     // The emulator loads the flash only at its start, and has no access to the memory later.
     if let WorldChange::Load { robots, .. } | WorldChange::Set { robots, .. } = &action
-        && census.is_emulated(robots)
+        && robot_index.is_emulated(robots)
     {
         entry.fail(ScenarioCause::NotEmulated { key });
         return None;
     }
     // Real robots cannot be paused.
     if let WorldChange::Stop(robots) | WorldChange::Resume(robots) = &action
-        && census.is_emulated(robots)
+        && robot_index.is_emulated(robots)
     {
         entry.fail(ScenarioCause::NotEmulated { key });
         return None;
     }
     if let WorldChange::Fail(robots) | WorldChange::Restart(robots) | WorldChange::BrownOut(robots) =
         &action
-        && !census.have_switches(robots)
+        && !robot_index.have_switches(robots)
     {
         entry.fail(ScenarioCause::NotEmulated { key });
         return None;
@@ -261,7 +264,7 @@ fn set(section: &Section<'_>, robots: Option<Selection>, groups: &[Group]) -> Op
     let number = match (entry.value, is_tiny) {
         (DeValue::Integer(_), true) => int(entry.number(i16::MIN.into()..=i16::MAX.into())?),
         (DeValue::Integer(_), false) => int(entry.number(i32::MIN.into()..=i32::MAX.into())?),
-        (_, true) => float(entry.number(-GREATEST_TINY..=GREATEST_TINY)?),
+        (_, true) => float(entry.number(-TINY_FLOAT_MAX..=TINY_FLOAT_MAX)?),
         (_, false) => float(entry.number(f32::MIN.into()..=f32::MAX.into())?),
     };
     let (global, place) = global?;
@@ -269,7 +272,7 @@ fn set(section: &Section<'_>, robots: Option<Selection>, groups: &[Group]) -> Op
 }
 
 /// The greatest float of the profile `tiny`: 10 bits, and the greatest exponent is 31.
-const GREATEST_TINY: f64 = 1023.0 * (1u64 << 22) as f64;
+const TINY_FLOAT_MAX: f64 = 1023.0 * (1u64 << 22) as f64;
 
 fn int(number: f64) -> ScriptNumber {
     ScriptNumber::Int(number as i32)
@@ -327,14 +330,14 @@ fn loss(section: &Section<'_>, entry: &Entry<'_>, used: &[Medium]) -> Option<Wor
     Some(WorldChange::Loss(medium?, loss?))
 }
 
-fn pair(entry: &Entry<'_>, census: &RobotIndex) -> Option<[Selection; 2]> {
+fn pair(entry: &Entry<'_>, robot_index: &RobotIndex) -> Option<[Selection; 2]> {
     let items = entry.list()?;
     let [one, other] = items.as_slice() else {
         let expected = "two lists of robots";
         entry.fail(TomlError::Length { key: entry.key.clone(), expected, found: items.len() });
         return None;
     };
-    let (one, other) = (census.select(one), census.select(other));
+    let (one, other) = (robot_index.select(one), robot_index.select(other));
     Some([one?, other?])
 }
 
@@ -342,7 +345,7 @@ fn pair(entry: &Entry<'_>, census: &RobotIndex) -> Option<[Selection; 2]> {
 /// part.
 const PARTS: usize = 255;
 
-fn parts(entry: &Entry<'_>, census: &RobotIndex) -> Option<Vec<Selection>> {
+fn parts(entry: &Entry<'_>, robot_index: &RobotIndex) -> Option<Vec<Selection>> {
     let items = entry.list()?;
     if items.is_empty() || items.len() > PARTS {
         let expected = "a list of 1 to 255 parts";
@@ -351,10 +354,10 @@ fn parts(entry: &Entry<'_>, census: &RobotIndex) -> Option<Vec<Selection>> {
     }
     let mut parts: Vec<Selection> = Vec::new();
     for item in &items {
-        let part = census.select(item)?;
+        let part = robot_index.select(item)?;
         let is_taken = |robot: &usize| parts.iter().any(|other| other.contains(*robot));
         if let Some(robot) = part.iter().find(is_taken) {
-            item.fail(ScenarioCause::TwoParts { id: census.id(robot) });
+            item.fail(ScenarioCause::TwoParts { id: robot_index.id(robot) });
             return None;
         }
         parts.push(part);

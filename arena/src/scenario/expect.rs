@@ -131,13 +131,13 @@ const TESTS: &[&str] = &["equals", "differs", "below", "above", "between", "exis
 const FINITE: std::ops::RangeInclusive<f64> = f64::MIN..=f64::MAX;
 
 /// Reads the expectations of a file.
-pub fn read_all(root: &Section<'_>, census: &RobotIndex, duration: f64) -> Vec<Expect> {
+pub fn read_all(root: &Section<'_>, robot_index: &RobotIndex, duration: f64) -> Vec<Expect> {
     let sections = root.sections("expect", EXPECT);
     let mut lines = BTreeMap::new();
     let names: Vec<Option<String>> =
         sections.iter().map(|section| name(section, &mut lines)).collect();
     let expects = sections.iter().zip(names);
-    expects.filter_map(|(section, name)| read(section, name, census, duration)).collect()
+    expects.filter_map(|(section, name)| read(section, name, robot_index, duration)).collect()
 }
 
 /// Returns the name of an expectation, if it has one. `lines` holds the lines of the names before
@@ -166,12 +166,12 @@ fn name(section: &Section<'_>, lines: &mut BTreeMap<String, usize>) -> Option<St
 fn read(
     section: &Section<'_>,
     name: Option<String>,
-    census: &RobotIndex,
+    robot_index: &RobotIndex,
     duration: f64,
 ) -> Option<Expect> {
     let when = when(section, duration);
-    let robots = census.selection(section, "robots");
-    let of = of(section);
+    let robots = robot_index.selection(section, "robots");
+    let of = robots_of_test(section);
     let test = match of {
         Some(Of::Agree) if TESTS.iter().all(|key| section.get(key).is_none()) => Some(None),
         _ => test(section).map(Some),
@@ -214,7 +214,7 @@ fn read(
         return None;
     }
     let (value, value_place) = value?;
-    if robots.as_ref().is_some_and(|robots| !census.all_tell(&value, robots)) {
+    if robots.as_ref().is_some_and(|robots| !robot_index.all_provide(&value, robots)) {
         section.reader.fail_at(&value_place, ScenarioCause::Unseen { quantity: value.to_string() });
         return None;
     }
@@ -276,7 +276,7 @@ pub fn not_after_end(entry: &Entry<'_>, key: &'static str, time: f64, duration: 
     Some(())
 }
 
-fn of(section: &Section<'_>) -> Option<Of> {
+fn robots_of_test(section: &Section<'_>) -> Option<Of> {
     let Some(entry) = section.get("of") else { return Some(Of::All) };
     match entry.value {
         DeValue::Integer(_) => entry.integer(1..=0x1_0000).map(Of::AtLeast),

@@ -128,7 +128,7 @@ impl Group {
 
     /// Returns the medium that carries the robots' frames.
     pub fn medium(&self) -> Medium {
-        Medium::of(self.model.medium())
+        Medium::from_engine(self.model.medium())
     }
 
     /// Returns the robots at their start places; none for random placement.

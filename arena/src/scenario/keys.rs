@@ -274,7 +274,7 @@ pub(super) fn of_medium(name: &str) -> &'static str {
 }
 
 /// Returns the names of the keys of a section; none for a section that only models have.
-pub fn of(section: &str) -> Vec<&'static str> {
+pub fn names_in(section: &str) -> Vec<&'static str> {
     let keys = SECTIONS.iter().find(|keys| keys.name == section).map_or(&[][..], |of| of.keys);
     keys.iter().map(|key| key.name).collect()
 }

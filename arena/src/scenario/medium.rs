@@ -27,7 +27,7 @@ impl Medium {
         [("ir", Medium::Ir), ("nrf24", Medium::Nrf24), ("p2p", Medium::P2p), ("rab", Medium::Rab)];
 
     /// Returns the scenario's name for a medium of the engine.
-    pub(crate) fn of(medium: engine::Medium) -> Self {
+    pub(crate) fn from_engine(medium: engine::Medium) -> Self {
         match medium {
             engine::Medium::Infrared => Medium::Ir,
             engine::Medium::Nrf24 => Medium::Nrf24,
@@ -98,7 +98,7 @@ pub struct MediaSettings {
 
 impl MediaSettings {
     /// Returns the settings of a medium.
-    pub fn of(&self, medium: Medium) -> &MediumSettings {
+    pub fn settings(&self, medium: Medium) -> &MediumSettings {
         match medium {
             Medium::Ir => &self.ir,
             Medium::Nrf24 => &self.nrf24,

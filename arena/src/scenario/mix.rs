@@ -33,7 +33,7 @@ pub fn check(root: &Section<'_>, groups: &[Group]) {
             groups.iter().take(number + 1).filter(|other| other.model.name() == group.model.name());
         let count = alike.map(|other| other.count).sum();
         let emulation = group.model.emulation();
-        let most = emulation.expect("the reader rejects firmware without an emulator").most();
+        let most = emulation.expect("the reader rejects firmware without an emulator").robots_max();
         if count > most {
             fail(group, ScenarioCause::TooManyEmulated { count, most });
         }

@@ -83,7 +83,7 @@ pub struct Scenario {
     /// The folder of the file. The scripts that commands name are relative to it.
     pub folder: PathBuf,
     /// The robots by name and id. Commands need this index.
-    census: Arc<select::RobotIndex>,
+    robot_index: Arc<select::RobotIndex>,
     used: Vec<Medium>,
 }
 
@@ -144,15 +144,18 @@ impl Scenario {
     /// `[[event]]` without `at`, such as `fail = 3`.
     pub fn command(&self, text: &str) -> Result<WorldChange, Vec<ScenarioError>> {
         let schema = |section| match section {
-            keys::COMMAND => keys::of(keys::EVENT).into_iter().filter(|key| *key != "at").collect(),
-            section => keys::of(section),
+            keys::COMMAND => {
+                keys::names_in(keys::EVENT).into_iter().filter(|key| *key != "at").collect()
+            }
+            section => keys::names_in(section),
         };
         let format = (keys::COMMAND, &schema as toml_reader::Schema<'_>);
         toml_reader::read(&SourceText::new(keys::COMMAND, text), &[], format, |section| {
-            let (census, groups) = (&self.census, &self.groups);
+            let (robot_index, groups) = (&self.robot_index, &self.groups);
             // The compiler reports a script that is missing.
             let script = |entry: &Entry<'_>| Some(self.folder.join(entry.string()?));
-            let action = event::action(section, census, &self.world, groups, &self.used, &script)?;
+            let action =
+                event::action(section, robot_index, &self.world, groups, &self.used, &script)?;
             space::check_move(section, &self.world, &self.groups, &action);
             Some(action)
         })
@@ -205,16 +208,16 @@ fn scenario(root: &Section<'_>, folder: Folder<'_>, models: &Models) -> Option<S
         duration: f64::MAX,
     };
     let known = world.as_ref().unwrap_or(&boundless);
-    let mut census = select::RobotIndex::default();
+    let mut robot_index = select::RobotIndex::default();
     let models = body::read(root, models);
-    let groups = robots::read(root, folder, known, &models, &mut census);
+    let groups = robots::read(root, folder, known, &models, &mut robot_index);
     let is_complete = groups.iter().all(Option::is_some);
     let mut groups: Vec<Group> = groups.into_iter().flatten().collect();
     robots::introduce(&mut groups);
     let mut used = Vec::new();
     // A group with a mistake may have any medium, so the media in use are unknown.
     for group in groups.iter().filter(|_| is_complete) {
-        let medium = Medium::of(group.model.medium());
+        let medium = Medium::from_engine(group.model.medium());
         if !used.contains(&medium) {
             used.push(medium);
         }
@@ -223,14 +226,15 @@ fn scenario(root: &Section<'_>, folder: Folder<'_>, models: &Models) -> Option<S
         mix::check(root, &groups);
     }
     let emulated = groups.iter().filter(|group| group.backend != Backend::Vm);
-    let emulated: Vec<Medium> = emulated.map(|group| Medium::of(group.model.medium())).collect();
+    let emulated: Vec<Medium> =
+        emulated.map(|group| Medium::from_engine(group.model.medium())).collect();
     let media = medium::read(root, &used, &emulated);
     let bridge = bridge::read(root, folder, known, &groups);
     let sections = root.sections("event", keys::EVENT);
     let script = |entry: &Entry<'_>| robots::script(entry, folder);
     let mut events: Vec<ScheduledEvent> = Vec::new();
     for section in &sections {
-        let event = event::read(section, &census, known, &groups, &used, &script);
+        let event = event::read(section, &robot_index, known, &groups, &used, &script);
         // The reader has reported the mistake of the event.
         let Some(event) = event else { continue };
         if is_complete && world.is_some() {
@@ -239,7 +243,7 @@ fn scenario(root: &Section<'_>, folder: Folder<'_>, models: &Models) -> Option<S
         events.push(event);
     }
     let loads = load::loads(&events, &groups);
-    let adversaries = adversary::read_all(root, &census, known, &groups).into_iter();
+    let adversaries = adversary::read_all(root, &robot_index, known, &groups).into_iter();
     events.extend(adversaries.map(|(at, adversary)| {
         let action = WorldChange::Adversary(Box::new(adversary));
         ScheduledEvent { at, action }
@@ -248,10 +252,10 @@ fn scenario(root: &Section<'_>, folder: Folder<'_>, models: &Models) -> Option<S
     if is_complete && world.is_some() {
         space::check_starts(root, known, &groups, &events);
     }
-    let expects = expect::read_all(root, &census, known.duration);
-    let output = output::read(root, &census);
+    let expects = expect::read_all(root, &robot_index, known.duration);
+    let output = output::read(root, &robot_index);
     let assignment = assignment::read(root);
-    let census = Arc::new(census);
+    let robot_index = Arc::new(robot_index);
     Some(Scenario {
         world: world?,
         groups,
@@ -264,7 +268,7 @@ fn scenario(root: &Section<'_>, folder: Folder<'_>, models: &Models) -> Option<S
         assignment,
         loads,
         folder: folder.path.to_owned(),
-        census,
+        robot_index,
         used,
     })
 }
@@ -276,14 +280,15 @@ fn keys_of(section: &str, models: &Models) -> Vec<&'static str> {
     }
     let of_model = models.iter().find_map(|model| {
         let keys = model.keys();
-        keys.of(section).or_else(|| {
-            let of_link = || keys::of(keys::of_medium(Medium::of(model.medium()).name()));
+        keys.names_in(section).or_else(|| {
+            let of_link =
+                || keys::names_in(keys::of_medium(Medium::from_engine(model.medium()).name()));
             (section == keys.link).then(of_link)
         })
     });
     of_model.unwrap_or_else(|| match section {
-        _ if section == DESCRIBED_LINK => keys::of(keys::RAB),
-        _ => keys::of(section),
+        _ if section == DESCRIBED_LINK => keys::names_in(keys::RAB),
+        _ => keys::names_in(section),
     })
 }
 

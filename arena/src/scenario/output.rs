@@ -19,7 +19,7 @@ pub struct OutputSection {
     pub plot: Vec<(Quantity, Place)>,
 }
 
-pub fn read(root: &Section<'_>, census: &RobotIndex) -> OutputSection {
+pub fn read(root: &Section<'_>, robot_index: &RobotIndex) -> OutputSection {
     let mut output = OutputSection { every: 1.0, plot: Vec::new() };
     let Some(section) = root.section("output", OUTPUT) else { return output };
     if let Some(every) = section.get("every").and_then(|entry| seconds(&entry, 0.1..=3600.0)) {
@@ -28,7 +28,7 @@ pub fn read(root: &Section<'_>, census: &RobotIndex) -> OutputSection {
     let items = section.get("plot").and_then(|entry| entry.list()).unwrap_or_default();
     output.plot = items.iter().filter_map(|item| Some((quantity(item)?, item.place()))).collect();
     for (quantity, place) in &output.plot {
-        if census.nobody_tells(quantity) {
+        if robot_index.none_provides(quantity) {
             root.reader.fail_at(place, ScenarioCause::Unseen { quantity: quantity.to_string() });
         }
     }

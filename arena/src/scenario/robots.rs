@@ -50,13 +50,13 @@ pub fn read(
     folder: Folder<'_>,
     world: &WorldSection,
     models: &Models,
-    census: &mut RobotIndex,
+    robot_index: &mut RobotIndex,
 ) -> Vec<Option<Group>> {
     let sections = root.sections("robots", ROBOTS);
     if sections.is_empty() && root.get("robots").is_none() {
         root.fail(ScenarioCause::NoRobots);
     }
-    sections.iter().map(|section| group(section, folder, world, models, census)).collect()
+    sections.iter().map(|section| group(section, folder, world, models, robot_index)).collect()
 }
 
 fn group(
@@ -64,7 +64,7 @@ fn group(
     folder: Folder<'_>,
     world: &WorldSection,
     models: &Models,
-    census: &mut RobotIndex,
+    robot_index: &mut RobotIndex,
 ) -> Option<Group> {
     let place = section.place();
     let robot_entry = section.required("robot");
@@ -91,8 +91,8 @@ fn group(
     let is_sized = count.is_some() || section.get("count").is_none();
     // The number of places replaces an invalid count, so that no further errors follow from it.
     let count = count.unwrap_or(listed.map_or(1, |listed| listed.len() as u32));
-    let name = name(section, robot.as_ref(), census);
-    let first_id = section.integer("first_id", 0..=0xffff).unwrap_or(census.next_id());
+    let name = name(section, robot.as_ref(), robot_index);
+    let first_id = section.integer("first_id", 0..=0xffff).unwrap_or(robot_index.next_id());
     let ids = first_id..first_id + count;
     let pointed = |cause| match section.get("first_id") {
         Some(entry) => entry.fail(cause),
@@ -100,16 +100,17 @@ fn group(
     };
     if ids.end > 0x1_0000 {
         pointed(ScenarioCause::IdsExhausted { last: ids.end - 1 });
-    } else if let Some((id, line)) = census.taken(&ids) {
+    } else if let Some((id, line)) = robot_index.taken(&ids) {
         pointed(ScenarioCause::DuplicateId { id, line });
     }
-    census.add(name.clone(), first_id, count, is_sized && ids.end <= 0x1_0000, &place);
+    robot_index.add(name.clone(), first_id, count, is_sized && ids.end <= 0x1_0000, &place);
     if matches!(backend, Some(Backend::Firmware { .. })) {
         let limits = |emulation: Arc<dyn Emulation>| EmulatorLimits {
             counts_steps: emulation.counts_steps(),
             has_switch: emulation.has_switch(),
         };
-        census.last_is_emulated(model.as_ref().and_then(|model| model.emulation()).map(limits));
+        robot_index
+            .last_is_emulated(model.as_ref().and_then(|model| model.emulation()).map(limits));
     }
     let placement = placement(section, count, world);
     let heading = match section.get("heading") {
@@ -225,17 +226,17 @@ fn robot(entry: &Entry<'_>, file: Option<&Path>, folder: Folder<'_>) -> Option<R
 
 /// Returns the name of a group: its own, or else the name of its robot, with a number if that name
 /// is taken.
-fn name(section: &Section<'_>, robot: Option<&Robot>, census: &mut RobotIndex) -> String {
+fn name(section: &Section<'_>, robot: Option<&Robot>, robot_index: &mut RobotIndex) -> String {
     if let Some(entry) = section.get("name") {
         let name = entry.string().unwrap_or_default();
         if name.is_empty() || select::means_others(name) {
             entry.fail(ScenarioCause::BadGroupName { name: name.to_owned() });
-        } else if let Some(line) = census.line_of(name) {
+        } else if let Some(line) = robot_index.line_of(name) {
             entry.fail(ScenarioCause::DuplicateGroup { name: name.to_owned(), line });
         }
         return name.to_owned();
     }
-    census.unused_name(robot.map_or("", |robot| robot.name.as_str()))
+    robot_index.unused_name(robot.map_or("", |robot| robot.name.as_str()))
 }
 
 /// Reads the path of a script, relative to the folder.
@@ -244,7 +245,7 @@ pub fn script(entry: &Entry<'_>, folder: Folder<'_>) -> Option<PathBuf> {
     match folder.file(text, None) {
         Ok(path) => Some(path),
         Err(reason) => {
-            let likely = likely_file(&folder.path.join(text), folder.files);
+            let likely = similar_file(&folder.path.join(text), folder.files);
             let likely = likely.map(|name| Path::new(text).with_file_name(name));
             let likely = likely.map(|likely| likely.to_string_lossy().into_owned());
             entry.fail(ScenarioCause::NoScript { path: text.to_owned(), reason, likely });
@@ -254,7 +255,7 @@ pub fn script(entry: &Entry<'_>, folder: Folder<'_>) -> Option<PathBuf> {
 }
 
 /// Returns the name of the script in the same folder that is most similar to a missing one.
-fn likely_file(path: &Path, files: &dyn Files) -> Option<String> {
+fn similar_file(path: &Path, files: &dyn Files) -> Option<String> {
     let wanted = path.file_name()?.to_str()?;
     let is_script = |name: &String| [".bzz", ".bo", ".bbi"].iter().any(|end| name.ends_with(end));
     let names = files.names(path.parent().unwrap_or(Path::new(""))).into_iter().filter(is_script);

@@ -41,7 +41,7 @@ impl Selection {
         u32::try_from(robot).is_ok_and(|robot| self.0.iter().any(|range| range.contains(&robot)))
     }
 
-    fn of(mut ranges: Vec<Range<u32>>) -> Self {
+    fn from_ranges(mut ranges: Vec<Range<u32>>) -> Self {
         ranges.sort_by_key(|range| range.start);
         let mut joined: Vec<Range<u32>> = Vec::new();
         for range in ranges {
@@ -61,7 +61,7 @@ pub fn means_others(text: &str) -> bool {
 }
 
 /// The largest number of groups that a message describes.
-const MOST_DESCRIBED: usize = 24;
+const DESCRIBED_MAX: usize = 24;
 
 /// The index of a scenario's robots by name and id.
 #[derive(Debug, Default)]
@@ -97,7 +97,7 @@ pub struct EmulatorLimits {
 }
 
 impl Known {
-    fn tells(&self, quantity: &Quantity) -> bool {
+    fn provides(&self, quantity: &Quantity) -> bool {
         self.emulated.is_none_or(|emulated| quantity.is_seen_on_firmware(emulated.counts_steps))
     }
 
@@ -186,13 +186,13 @@ impl RobotIndex {
     }
 
     /// Returns true if a quantity can be read from all of these robots.
-    pub fn all_tell(&self, quantity: &Quantity, robots: &Selection) -> bool {
-        !self.any_of(robots, |group| !group.tells(quantity))
+    pub fn all_provide(&self, quantity: &Quantity, robots: &Selection) -> bool {
+        !self.any_of(robots, |group| !group.provides(quantity))
     }
 
     /// Returns true if there are robots, and a quantity can be read from none of them.
-    pub fn nobody_tells(&self, quantity: &Quantity) -> bool {
-        !self.groups.is_empty() && !self.groups.iter().any(|group| group.tells(quantity))
+    pub fn none_provides(&self, quantity: &Quantity) -> bool {
+        !self.groups.is_empty() && !self.groups.iter().any(|group| group.provides(quantity))
     }
 
     fn any_of(&self, robots: &Selection, is_wanted: impl Fn(&Known) -> bool) -> bool {
@@ -211,15 +211,15 @@ impl RobotIndex {
     }
 
     /// Describes the groups for messages, as "`workers` with ids 0 to 19". If there are more than
-    /// [`MOST_DESCRIBED`] groups, only the first are described.
+    /// [`DESCRIBED_MAX`] groups, only the first are described.
     fn described(&self) -> Vec<String> {
         let describe = |group: &Known| {
             let ids = group.ids();
             format!("`{}` with ids {} to {}", group.name, ids.start, ids.end.saturating_sub(1))
         };
         let mut described: Vec<String> =
-            self.groups.iter().take(MOST_DESCRIBED).map(describe).collect();
-        if let Some(more) = self.groups.len().checked_sub(MOST_DESCRIBED + 1) {
+            self.groups.iter().take(DESCRIBED_MAX).map(describe).collect();
+        if let Some(more) = self.groups.len().checked_sub(DESCRIBED_MAX + 1) {
             described.push(format!("{} more groups", more + 1));
         }
         described
@@ -249,7 +249,7 @@ impl RobotIndex {
             }
             _ => self.add_item(entry, &mut ranges)?,
         }
-        Some(Selection::of(ranges))
+        Some(Selection::from_ranges(ranges))
     }
 
     fn add_item(&self, item: &Entry<'_>, ranges: &mut Vec<Range<u32>>) -> Option<()> {

@@ -3,7 +3,7 @@
 
 use std::collections::HashMap;
 
-use crate::engine::SLOP;
+use crate::engine::OVERLAP_TOLERANCE_MM;
 
 use super::error::ScenarioCause;
 use super::event::{MoveTarget, ScheduledEvent, WorldChange};
@@ -74,7 +74,7 @@ fn stands_in(world: &WorldSection, at: [f64; 2], radius: f64, slack: f64) -> Opt
 }
 
 /// The overlap of bodies in contact in mm, which the engine does not correct.
-const SLACK: f64 = SLOP as f64;
+const SLACK: f64 = OVERLAP_TOLERANCE_MM as f64;
 
 /// Reports the first robot of each group that would start in another robot, in an obstacle or in a
 /// wall. Robots with a random placement always get a free place. Absent robots need their place

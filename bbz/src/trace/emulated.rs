@@ -95,7 +95,7 @@ impl TracedEmulation<'_> {
         let has_trace = played.as_ref().is_none_or(|played| played.has_trace());
         let script = self.script_bytes()?;
         let table = if has_trace { Some(self.table()?) } else { None };
-        let arguments = match played.as_ref().and_then(|played| played.shared_as()) {
+        let arguments = match played.as_ref().and_then(|played| played.shared_program_robot()) {
             Some(name) => vec!["--robot", name],
             None => vec![],
         };

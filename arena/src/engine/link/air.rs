@@ -13,7 +13,7 @@ use crate::engine::id::RobotId;
 
 /// The largest number of cells of a medium. A tick does not clear all of them, so they cost only
 /// memory.
-const CELLS: usize = 100_000;
+const CELLS_MAX: usize = 100_000;
 
 /// The end of the list of transmissions in a cell.
 const END: u32 = u32::MAX;
@@ -86,7 +86,7 @@ impl Transmissions {
         let most = link.range.map_or(f32::INFINITY, |range| range + bodies);
         self.links.push(Reach { link, bodies, most });
         let widest = self.links.iter().map(|reach| reach.most).fold(0.0, f32::max);
-        self.cells = Cells::new(area, widest, CELLS);
+        self.cells = Cells::new(area, widest, CELLS_MAX);
         self.latest = vec![END; self.cells.count()];
         self.beams.clear();
         for index in 0..self.transmissions.len() {
@@ -144,7 +144,7 @@ impl Transmissions {
     pub(crate) fn turn(&mut self) {
         let (tick, air_time) = (TICK_US as i32, self.medium.air_time_us() as i32);
         for beam in &self.beams {
-            self.latest[self.cells.of(beam.x, beam.y)] = END;
+            self.latest[self.cells.cell_at(beam.x, beam.y)] = END;
         }
         self.beams.clear();
         self.transmissions.retain_mut(|transmission| {
@@ -164,7 +164,7 @@ impl Transmissions {
 
     fn enter(&mut self, index: usize) {
         let Transmission { x, y, z, start, from, link, .. } = self.transmissions[index];
-        let latest = &mut self.latest[self.cells.of(x, y)];
+        let latest = &mut self.latest[self.cells.cell_at(x, y)];
         self.beams.push(Beam { x, y, z, start, from, link, earlier: *latest });
         *latest = index as u32;
     }
@@ -181,7 +181,7 @@ impl Transmissions {
     ) -> usize {
         let on_air = at - self.medium.air_time_us() as i32;
         let mut count = 0;
-        for row in self.cells.around(self.cells.of(pose.x, pose.y)) {
+        for row in self.cells.around(self.cells.cell_at(pose.x, pose.y)) {
             for &latest in &self.latest[row] {
                 let mut next = latest;
                 // The list of a cell starts with the latest transmission. After the first that has
@@ -230,7 +230,7 @@ impl Transmissions {
     /// sorted by time.
     fn within_reach(&self, pose: &Pose, is_of: impl Fn(RobotId) -> bool, found: &mut Vec<Near>) {
         found.clear();
-        for row in self.cells.around(self.cells.of(pose.x, pose.y)) {
+        for row in self.cells.around(self.cells.cell_at(pose.x, pose.y)) {
             for &latest in &self.latest[row] {
                 let mut next = latest;
                 while let Some(beam) = self.beams.get(next as usize) {

@@ -24,7 +24,7 @@ impl SentFrame {
     }
 
     /// Returns the frame of a transmission that robots receive in tick `now`.
-    pub(crate) fn heard_at(now: u64, medium: Medium, transmission: &Transmission) -> Self {
+    pub(crate) fn received_at(now: u64, medium: Medium, transmission: &Transmission) -> Self {
         // Start times of transmissions count from the beginning of the tick before.
         let window_us = now.saturating_sub(1) * u64::from(TICK_US);
         let start_us = window_us.saturating_add_signed(transmission.start.into());
@@ -76,7 +76,7 @@ impl LossCause {
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Fate {
     /// The frame arrived.
-    Heard {
+    Received {
         /// True if the frame arrived twice (an option for tests).
         is_duplicated: bool,
         /// The tick until which the link holds the frame back (an option for tests). A robot that

@@ -4,9 +4,9 @@ mod air;
 mod calibration;
 mod delivery;
 mod frame_log;
-mod hear;
 mod packet;
 mod radio;
+mod receive;
 mod schedule;
 mod topology;
 
@@ -17,10 +17,10 @@ pub(crate) use air::{Near, Transmissions};
 pub(crate) use calibration::Calibration;
 pub(crate) use delivery::{DeliveredFrame, Late};
 pub use frame_log::{Arrival, Fate, FrameLog, LossCause, SendAttempt, SentFrame};
-pub(crate) use hear::{Ether, Listener};
 pub use packet::FrameSighting;
 pub(crate) use packet::{Packet, Transmission};
 pub(crate) use radio::RobotRadio;
+pub(crate) use receive::{Ether, Listener};
 pub(crate) use schedule::{Attempt, Schedule, Senders, Window};
 pub(crate) use topology::Topology;
 

@@ -54,7 +54,7 @@ pub(crate) struct Packet {
 
 impl Packet {
     /// Returns the packet that a brain writes for a link of that medium; `None` if it writes none.
-    pub(crate) fn of(medium: Medium, write: impl FnOnce(&mut [u8]) -> usize) -> Option<Self> {
+    pub(crate) fn written(medium: Medium, write: impl FnOnce(&mut [u8]) -> usize) -> Option<Self> {
         let mut bytes = [0; CAPACITY];
         let frame = &mut bytes[..medium.frame_bytes()];
         let longest = frame.len();

@@ -140,7 +140,7 @@ fn carry_out(
         }
         radio.back_off(medium, busy, pacing, &mut stream);
     } else {
-        let packet = Packet::of(medium, |frame| brain.next_frame(frame));
+        let packet = Packet::written(medium, |frame| brain.next_frame(frame));
         radio.waits = packet.is_some() && brain.has_frame();
         let packet = packet?;
         count.sent += 1;

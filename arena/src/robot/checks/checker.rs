@@ -76,9 +76,9 @@ impl MachineChecker {
         let at = RobotMoment { tick: slice.tick, robot: self.robot };
         let mut budget = slice.budget;
         let mut next = vm.next_instruction();
-        self.look_at_memory(vm, at, true);
+        self.update_memory_peaks(vm, at, true);
         let outcome = loop {
-            let upcoming = next.and_then(|next| Upcoming::of(vm, &next));
+            let upcoming = next.and_then(|next| Upcoming::from_instruction(vm, &next));
             let case = self.costs.as_ref().map(|costs| costs.case(vm, next.as_ref()));
             let outcome = vm.run(&mut host, 1);
             if let (Some(upcoming), Some(next)) = (upcoming, next)
@@ -97,12 +97,12 @@ impl MachineChecker {
             if outcome != Outcome::Pending {
                 break outcome;
             }
-            self.look_at_memory(vm, at, false);
+            self.update_memory_peaks(vm, at, false);
             if budget == 0 {
                 break outcome;
             }
         };
-        self.look_at_entries(vm, at);
+        self.update_entry_peak(vm, at);
         if matches!(outcome, Outcome::Done | Outcome::Fault(_)) {
             let cycles = mem::take(&mut self.cycles);
             if slice.is_step && outcome == Outcome::Done && self.costs.is_some() {
@@ -114,7 +114,7 @@ impl MachineChecker {
 
     /// Updates the peaks of the memory. The stack grows only with a call, and the heap only when a
     /// slot is taken. The heap is counted only if its use, garbage included, exceeds the peak.
-    fn look_at_memory<P: Profile, C: ByteCode, const SLOTS: usize>(
+    fn update_memory_peaks<P: Profile, C: ByteCode, const SLOTS: usize>(
         &mut self,
         vm: &Vm<P, C, SLOTS>,
         at: RobotMoment,
@@ -142,7 +142,7 @@ impl MachineChecker {
         }
     }
 
-    fn look_at_entries<P: Profile, C: ByteCode, const SLOTS: usize>(
+    fn update_entry_peak<P: Profile, C: ByteCode, const SLOTS: usize>(
         &mut self,
         vm: &Vm<P, C, SLOTS>,
         at: RobotMoment,

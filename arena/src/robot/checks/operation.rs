@@ -71,7 +71,7 @@ pub struct Upcoming {
 impl Upcoming {
     /// Returns the operation of the machine's next instruction; `None` if the instruction computes
     /// nothing, drops the result, or stops with a fault.
-    pub fn of<P: Profile, C: ByteCode, const SLOTS: usize>(
+    pub fn from_instruction<P: Profile, C: ByteCode, const SLOTS: usize>(
         vm: &Vm<P, C, SLOTS>,
         instruction: &Instruction,
     ) -> Option<Self> {

@@ -42,7 +42,7 @@ impl Default for Climb {
 }
 
 /// mm/s²
-const GRAVITY: f32 = 9810.0;
+const GRAVITY_MM_S2: f32 = 9810.0;
 
 /// The rate, per second, at which a flying body covers the distance to its target height, as long
 /// as its speed allows.
@@ -207,7 +207,7 @@ impl DescribedBody {
         let goal = [ahead * share, left * share, up.clamp(-climb, climb), turn];
         let part = if lag > 0.0 { 1.0 - libm::expf(-seconds / lag) } else { 1.0 };
         if self.is_falling {
-            self.velocity[2] -= GRAVITY * seconds;
+            self.velocity[2] -= GRAVITY_MM_S2 * seconds;
         } else {
             for (index, velocity) in self.velocity.iter_mut().enumerate() {
                 let goal = goal[index] * self.gains[index] * self.noise[index];

@@ -10,7 +10,7 @@ use crate::robot::call::{Autopilot, Done, RobotCall};
 use super::body::Actuators;
 
 /// The largest reading of light and ground sensors.
-const BRIGHTEST: f32 = 1023.0;
+const READING_MAX: f32 = 1023.0;
 
 /// The sensors of one robot, with their last values.
 #[derive(Debug, Clone)]
@@ -106,10 +106,10 @@ fn measure(sensor: &Sensor, radius: f32, io: &Io<'_>, chance: &mut Stream) -> Ve
         }
         SensorKind::Light { direction_deg } => {
             let along = direction_deg.map(|direction| (direction as f32).to_radians());
-            vec![noisy(io.sensors.brightness(along)).clamp(0.0, BRIGHTEST)]
+            vec![noisy(io.sensors.brightness(along)).clamp(0.0, READING_MAX)]
         }
         // The ground of every world is white.
-        SensorKind::Ground => vec![noisy(BRIGHTEST).clamp(0.0, BRIGHTEST)],
+        SensorKind::Ground => vec![noisy(READING_MAX).clamp(0.0, READING_MAX)],
         SensorKind::RangeAndBearing { range_mm, bearing_noise_deg } => {
             let range = *range_mm as f32;
             let (count, nearest) = io.sensors.neighbors(range);

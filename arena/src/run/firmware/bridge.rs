@@ -69,7 +69,7 @@ pub struct Bridge {
     /// Frames on their way to a radio, with the time of their arrival there.
     for_radio: VecDeque<(Duration, Medium, Vec<u8>)>,
     /// The controller's latest messages and their times, for the recognition of echoes.
-    said: VecDeque<(Duration, [u8; infrared::FRAME])>,
+    sent: VecDeque<(Duration, [u8; infrared::FRAME])>,
 }
 
 const RADIOS: [Medium; 2] = [Medium::Nrf24, Medium::P2p];
@@ -84,7 +84,7 @@ impl Bridge {
             light_free: Duration::ZERO,
             radio_free: [Duration::ZERO; 2],
             for_radio: VecDeque::new(),
-            said: VecDeque::new(),
+            sent: VecDeque::new(),
         }
     }
 
@@ -99,24 +99,24 @@ impl Bridge {
             self.line.clear();
             // Noise on the line is no message.
             let Some(frame) = message.as_ref().and_then(infrared::frame_of) else { continue };
-            let is_echo = |(then, said): &(Duration, [u8; infrared::FRAME])| {
-                *said == frame && at < *then + ECHO
+            let is_echo = |(then, sent): &(Duration, [u8; infrared::FRAME])| {
+                *sent == frame && at < *then + ECHO
             };
-            if !self.said.iter().any(is_echo) {
+            if !self.sent.iter().any(is_echo) {
                 self.pass_on(at, Medium::Infrared, &frame);
             }
         }
     }
 
     /// Forwards a packet that a dongle received from Zooids.
-    pub fn hear_nrf24(&mut self, at: Duration, payload: &[u8]) {
+    pub fn receive_nrf24(&mut self, at: Duration, payload: &[u8]) {
         if let Some(Payload { message, .. }) = Payload::parse(payload) {
             self.pass_on(at, Medium::Nrf24, message);
         }
     }
 
     /// Forwards a P2P frame that a dongle received from Crazyflies.
-    pub fn hear_p2p(&mut self, at: Duration, port: u8, data: &[u8]) {
+    pub fn receive_p2p(&mut self, at: Duration, port: u8, data: &[u8]) {
         if let Some(SwarmFrame { message, .. }) = SwarmFrame::parse(data)
             && port == SWARM_PORT
         {
@@ -159,9 +159,9 @@ impl Bridge {
                 let (medium, command) = (Medium::Infrared, Command::Radio { at, payload });
                 sendings.push(Sending { medium, command });
             }
-            self.said.extend(infrared::frame_of(&message).map(|frame| (begin, frame)));
-            while self.said.front().is_some_and(|(then, _)| *then + ECHO < now) {
-                self.said.pop_front();
+            self.sent.extend(infrared::frame_of(&message).map(|frame| (begin, frame)));
+            while self.sent.front().is_some_and(|(then, _)| *then + ECHO < now) {
+                self.sent.pop_front();
             }
         }
         sendings

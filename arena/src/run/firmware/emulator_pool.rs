@@ -136,8 +136,8 @@ impl PerRobot {
                 })?;
             }
             let deaf = &self.deaf;
-            let hears = |one: usize, other: usize| !deaf[one].contains(&other);
-            for (robot, command) in self.air.carry(self.now, self.robots.len(), hears) {
+            let receives = |one: usize, other: usize| !deaf[one].contains(&other);
+            for (robot, command) in self.air.carry(self.now, self.robots.len(), receives) {
                 self.robots[robot].execute(&command)?;
             }
         }

@@ -47,7 +47,7 @@ struct Emulated {
     /// The time up to which its wheels have turned.
     rolled: Duration,
     /// The motion that was last sent to the emulator.
-    told: Option<Motion>,
+    last_motion: Option<Motion>,
     is_on: bool,
     /// The pool's numbers of the robots that it is cut off from.
     deaf_to: BTreeSet<usize>,
@@ -70,8 +70,8 @@ impl EmulatedFleet {
     ) -> Result<Self, ClientError> {
         let medium = firmware.model().medium();
         // The listening robot of a bridge has the number after all others.
-        let count = firmware.robots.len() + usize::from(firmware.ear.is_some());
-        let mut pool = match emulation.shared_as() {
+        let count = firmware.robots.len() + usize::from(firmware.listener.is_some());
+        let mut pool = match emulation.shared_program_robot() {
             Some(name) => EmulatorPool::shared(program, name, count, &firmware.path)?,
             None => EmulatorPool::apart(program, count, &firmware.path)?,
         };
@@ -93,17 +93,17 @@ impl EmulatedFleet {
                 inputs: [0.0; 4],
                 led: 0,
                 rolled: Duration::ZERO,
-                told: None,
+                last_motion: None,
                 is_on: true,
                 deaf_to: BTreeSet::new(),
                 sensed: None,
                 reader: firmware.messages.clone().map(TraceEventReader::new),
             });
         }
-        if let Some(ear) = &firmware.ear {
-            let write = Command::Write { address: 0, bytes: ear.program.clone() };
+        if let Some(listener) = &firmware.listener {
+            let write = Command::Write { address: 0, bytes: listener.program.clone() };
             pool.execute_on(robots.len(), &write)?;
-            let [x, y] = ear.at.map(|mm| mm as f32);
+            let [x, y] = listener.at.map(|mm| mm as f32);
             let pose = Pose::new(x, y, 0.0);
             let there = Motion { since: Duration::ZERO, pose, speed: 0.0, turn: 0.0 };
             pool.execute_on(robots.len(), &there.command(emulation.origin()))?;
@@ -114,12 +114,12 @@ impl EmulatedFleet {
         let now = Duration::ZERO;
         let mut fleet = EmulatedFleet { emulation, medium, pool, robots, now, seed, losses: 0 };
         fleet.lose(media.link(medium).loss)?;
-        fleet.let_run()?;
+        fleet.start_programs()?;
         Ok(fleet)
     }
 
     /// Starts the programs of robots that have just been powered on; has no effect on other robots.
-    fn let_run(&mut self) -> Result<(), ClientError> {
+    fn start_programs(&mut self) -> Result<(), ClientError> {
         match &mut self.pool {
             EmulatorPool::Shared(emulator) => self.emulation.start(emulator, self.now),
             EmulatorPool::Apart(_) => Ok(()),
@@ -164,7 +164,7 @@ impl EmulatedFleet {
     fn set_power(&mut self, number: usize, on: bool) -> Result<(), ClientError> {
         self.robots[number].is_on = on;
         self.pool.execute_on(number, &Command::Power { on })?;
-        if on { self.let_run() } else { Ok(()) }
+        if on { self.start_programs() } else { Ok(()) }
     }
 
     /// Copies the state of the world to the emulator: a robot has power if it runs in the world,
@@ -189,12 +189,12 @@ impl EmulatedFleet {
     }
 
     /// Returns the longest time that the fleet may run in one call.
-    pub fn look(&self) -> Duration {
-        self.emulation.look()
+    pub fn exchange_period(&self) -> Duration {
+        self.emulation.exchange_period()
     }
 
     /// Lets the robots receive a frame of a sender that is not a robot.
-    pub fn hear(&mut self, command: &Command) -> Result<(), ClientError> {
+    pub fn receive(&mut self, command: &Command) -> Result<(), ClientError> {
         self.pool.execute(command)
     }
 
@@ -218,9 +218,9 @@ impl EmulatedFleet {
             }
             // A body without wheels gives its place to the emulator otherwise.
             let Some(motion) = robot.motion(world, *now) else { continue };
-            if robot.told.is_none_or(|told| !motion.follows(&told)) {
+            if robot.last_motion.is_none_or(|last_motion| !motion.is_predicted_by(&last_motion)) {
                 places.push((number, motion.command(robot.emulation.origin())));
-                robot.told = Some(motion);
+                robot.last_motion = Some(motion);
             }
         }
         let mut failed = None;
@@ -231,9 +231,9 @@ impl EmulatedFleet {
                     EmulatorEvent::Serial { bytes } if event.robot == robots.len() => {
                         bridge.read_line(*at, bytes);
                     }
-                    EmulatorEvent::Radio { payload, .. } => bridge.hear_nrf24(*at, payload),
+                    EmulatorEvent::Radio { payload, .. } => bridge.receive_nrf24(*at, payload),
                     EmulatorEvent::P2p { port, payload, .. } => {
-                        bridge.hear_p2p(*at, *port, payload)
+                        bridge.receive_p2p(*at, *port, payload)
                     }
                     _ => {}
                 }

@@ -18,7 +18,7 @@ use super::{EMULATED, FirmwareError, IN_WORLD, unusable};
 
 /// The longest time that robots run before the bridge forwards their frames. The delay of the
 /// bridge itself is longer.
-const LOOK_BRIDGE: Duration = Duration::from_micros(2500);
+const BRIDGE_EXCHANGE_PERIOD: Duration = Duration::from_micros(2500);
 
 /// All emulated robots: one fleet for each model.
 pub struct Fleets {
@@ -37,14 +37,14 @@ impl Fleets {
     pub fn start(
         setup: &Setup,
         world: &World<SimRobot>,
-        happenings: &EventQueue,
+        event_queue: &EventQueue,
         seed: u32,
     ) -> Result<Option<Self>, ScenarioError> {
         if setup.firmware.is_empty() {
             return Ok(None);
         }
         let join = |number| {
-            let id = happenings.id(number).expect("emulated robots are present at the start");
+            let id = event_queue.id(number).expect("emulated robots are present at the start");
             (id, setup.id(number))
         };
         let mut fleets = Vec::new();
@@ -98,9 +98,9 @@ impl Fleets {
         // A run lasts at most four weeks, so the number of ticks fits 32 bits.
         let end = tick * world.now() as u32 + tick * self.substeps / world.substeps();
         while self.now < end {
-            let looks = self.fleets.iter().map(EmulatedFleet::look);
-            let look = looks.chain(self.bridge.iter().map(|_| LOOK_BRIDGE)).min();
-            let until = look.map_or(end, |look| end.min(self.now + look));
+            let periods = self.fleets.iter().map(EmulatedFleet::exchange_period);
+            let period = periods.chain(self.bridge.iter().map(|_| BRIDGE_EXCHANGE_PERIOD)).min();
+            let until = period.map_or(end, |period| end.min(self.now + period));
             for fleet in &mut self.fleets {
                 fleet.run(world, self.bridge.as_mut(), until)?;
             }
@@ -108,7 +108,7 @@ impl Fleets {
             for sending in self.bridge.iter_mut().flat_map(|bridge| bridge.send(until)) {
                 let mut on_it =
                     self.fleets.iter_mut().filter(|fleet| fleet.medium() == sending.medium);
-                on_it.try_for_each(|fleet| fleet.hear(&sending.command))?;
+                on_it.try_for_each(|fleet| fleet.receive(&sending.command))?;
             }
         }
         Ok(())

@@ -45,11 +45,11 @@ pub struct Firmware {
     messages: Option<Arc<Table>>,
     robots: Vec<Flashed>,
     /// One more robot, which listens for a bridge.
-    ear: Option<Ear>,
+    listener: Option<ListeningRobot>,
 }
 
 /// The robot that listens for a bridge.
-struct Ear {
+struct ListeningRobot {
     /// The content of its flash, from address 0 on.
     program: Vec<u8>,
     /// The position of the robot in mm.
@@ -68,7 +68,10 @@ struct Flashed {
 
 impl Firmware {
     /// Returns the firmware for each model of the scenario with robots that run any.
-    pub fn of(scenario: &Scenario, programs: &[LoadedProgram]) -> Result<Vec<Self>, ScenarioError> {
+    pub fn for_scenario(
+        scenario: &Scenario,
+        programs: &[LoadedProgram],
+    ) -> Result<Vec<Self>, ScenarioError> {
         let mut all: Vec<Firmware> = Vec::new();
         let (media, mut number) = (media(scenario), 0);
         // The first programs are those of the groups.
@@ -99,9 +102,9 @@ impl Firmware {
                             .map_err(|error| unusable(error.to_string()))?
                             .map(Arc::new),
                     };
-                    let ear = ear(scenario, &*group.model, &*emulation)?;
+                    let listener = listening_robot(scenario, &*group.model, &*emulation)?;
                     let (model, place) = (group.model.clone(), place.clone());
-                    all.push(Firmware { model, path, place, messages, robots, ear });
+                    all.push(Firmware { model, path, place, messages, robots, listener });
                     all.len() - 1
                 }
             };
@@ -134,11 +137,11 @@ impl Firmware {
 
 /// Returns the robot that listens for the scenario's bridge; `None` if there is no bridge, or if
 /// robots of this model do not listen for one.
-fn ear(
+fn listening_robot(
     scenario: &Scenario,
     model: &dyn RobotModel,
     emulation: &dyn Emulation,
-) -> Result<Option<Ear>, ScenarioError> {
+) -> Result<Option<ListeningRobot>, ScenarioError> {
     let Some(bridge) = scenario.bridge.as_ref().filter(|_| emulation.listener().is_some()) else {
         return Ok(None);
     };
@@ -149,7 +152,7 @@ fn ear(
         let cause = ScenarioCause::NoFirmware { robots, path, reason };
         ScenarioError { cause, place: Some(Box::new(bridge.place.clone())) }
     })?;
-    Ok(Some(Ear { program, at: bridge.at }))
+    Ok(Some(ListeningRobot { program, at: bridge.at }))
 }
 
 /// Returns the reason why an emulator cannot be used.

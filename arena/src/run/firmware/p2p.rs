@@ -18,7 +18,7 @@ pub const TURN: Duration = RAMP;
 /// The strength of every signal, in -dBm.
 const RSSI: u8 = 60;
 /// A bound on the duration of a frame. The longest one takes 0.3 ms.
-const LONGEST: Duration = Duration::from_millis(1);
+const FRAME_TIME_MAX: Duration = Duration::from_millis(1);
 
 /// The radio channel, and its counters.
 #[derive(Debug)]
@@ -70,27 +70,28 @@ impl P2pAir {
     }
 
     /// Ends a turn. Returns the frames that end before the end of the next turn, with the number of
-    /// each receiver. `hears` returns true if its first robot can receive the second one.
+    /// each receiver. `receives` returns true if its first robot can receive the second one.
     pub fn carry(
         &mut self,
         now: Duration,
         robots: usize,
-        hears: impl Fn(usize, usize) -> bool,
+        receives: impl Fn(usize, usize) -> bool,
     ) -> Vec<(usize, Command)> {
-        let mut heard = Vec::new();
+        let mut received = Vec::new();
         for number in 0..self.frames.len() {
             let OnAir { sender, begin, end, port, has_arrived, .. } = self.frames[number];
             if end > now + TURN || has_arrived {
                 continue;
             }
             self.frames[number].has_arrived = true;
-            for receiver in (0..robots).filter(|other| *other != sender && hears(*other, sender)) {
+            for receiver in (0..robots).filter(|other| *other != sender && receives(*other, sender))
+            {
                 self.carried += 1;
                 // A receiver's own frames need no check: the emulator receives nothing while it
                 // transmits.
                 let overlaps = |other: &OnAir| {
                     ![sender, receiver].contains(&other.sender)
-                        && hears(receiver, other.sender)
+                        && receives(receiver, other.sender)
                         && other.begin < end
                         && begin < other.end
                 };
@@ -100,12 +101,12 @@ impl P2pAir {
                     self.lost += 1;
                 } else {
                     let payload = self.frames[number].payload.clone();
-                    heard.push((receiver, Command::P2p { at: end, port, rssi: RSSI, payload }));
+                    received.push((receiver, Command::P2p { at: end, port, rssi: RSSI, payload }));
                 }
             }
         }
-        self.frames.retain(|frame| frame.end + LONGEST > now);
-        heard
+        self.frames.retain(|frame| frame.end + FRAME_TIME_MAX > now);
+        received
     }
 }
 
@@ -121,8 +122,8 @@ mod tests {
         air.send(sender, us(at), us(330), 11, vec![sender as u8]);
     }
 
-    fn receivers(heard: &[(usize, Command)]) -> Vec<usize> {
-        heard.iter().map(|(receiver, _)| *receiver).collect()
+    fn receivers(received: &[(usize, Command)]) -> Vec<usize> {
+        received.iter().map(|(receiver, _)| *receiver).collect()
     }
 
     #[test]
@@ -130,9 +131,9 @@ mod tests {
         let mut air = P2pAir::default();
         send(&mut air, 1, 20);
         assert_eq!(air.carry(us(130), 3, |_, _| true), []);
-        let heard = air.carry(us(260), 3, |_, _| true);
-        assert_eq!(receivers(&heard), [0, 2]);
-        let Command::P2p { at, port: 11, rssi: RSSI, payload } = &heard[0].1 else { panic!() };
+        let received = air.carry(us(260), 3, |_, _| true);
+        assert_eq!(receivers(&received), [0, 2]);
+        let Command::P2p { at, port: 11, rssi: RSSI, payload } = &received[0].1 else { panic!() };
         assert_eq!((*at, payload), (us(350), &vec![1]));
         assert_eq!(air.carry(us(390), 3, |_, _| true), []);
         assert_eq!((air.carried, air.collided, air.lost), (2, 0, 0));
@@ -145,17 +146,17 @@ mod tests {
         send(&mut air, 1, 200);
         // Robot 2 receives both frames, robot 3 only the first. Both senders receive nothing while
         // they transmit, which is not modelled here.
-        let hears = |receiver: usize, sender: usize| receiver != 3 || sender == 0;
-        let mut heard = receivers(&air.carry(us(390), 4, hears));
-        heard.extend(receivers(&air.carry(us(520), 4, hears)));
-        assert_eq!(heard, [1, 3, 0]);
+        let receives = |receiver: usize, sender: usize| receiver != 3 || sender == 0;
+        let mut received = receivers(&air.carry(us(390), 4, receives));
+        received.extend(receivers(&air.carry(us(520), 4, receives)));
+        assert_eq!(received, [1, 3, 0]);
         assert_eq!(air.collided, 2);
         // Two frames that follow one another both arrive.
         let mut air = P2pAir::default();
         send(&mut air, 0, 0);
         send(&mut air, 1, 330);
-        let heard = air.carry(us(780), 3, |_, _| true);
-        assert_eq!(receivers(&heard), [1, 2, 0, 2]);
+        let received = air.carry(us(780), 3, |_, _| true);
+        assert_eq!(receivers(&received), [1, 2, 0, 2]);
     }
 
     #[test]
@@ -163,8 +164,8 @@ mod tests {
         let mut air = P2pAir::default();
         send(&mut air, 0, 20);
         send(&mut air, 0, 340);
-        let heard = air.carry(us(700), 2, |_, _| true);
-        let [(1, Command::P2p { at, .. })] = &heard[..] else { panic!("{heard:?}") };
+        let received = air.carry(us(700), 2, |_, _| true);
+        let [(1, Command::P2p { at, .. })] = &received[..] else { panic!("{received:?}") };
         assert_eq!(*at, us(670));
         send(&mut air, 0, 670);
         assert_eq!(air.carry(us(1000), 2, |_, _| true).len(), 1, "the one before had ended");
@@ -174,12 +175,12 @@ mod tests {
     fn a_share_is_lost() {
         let mut air = P2pAir::default();
         air.lose(0.3, 7);
-        let mut heard = 0;
+        let mut received = 0;
         for number in 0..10_000 {
             send(&mut air, 0, 1000 * number);
-            heard += air.carry(us(1000 * number + 400), 2, |_, _| true).len();
+            received += air.carry(us(1000 * number + 400), 2, |_, _| true).len();
         }
-        assert!((6_700..7_300).contains(&heard), "{heard}");
-        assert_eq!(air.lost as usize, 10_000 - heard);
+        assert!((6_700..7_300).contains(&received), "{received}");
+        assert_eq!(air.lost as usize, 10_000 - received);
     }
 }

@@ -20,9 +20,9 @@ pub struct Motion {
 }
 
 /// A distance in mm that the projector's code cannot show: a hundredth of a step.
-const NEAR: f32 = 0.01;
-/// An angle in radians that moves a photodiode by about [`NEAR`].
-const ASIDE: f32 = 0.001;
+const DISTANCE_TOLERANCE_MM: f32 = 0.01;
+/// An angle in radians that moves a photodiode by about [`DISTANCE_TOLERANCE_MM`].
+const ANGLE_TOLERANCE_RAD: f32 = 0.001;
 
 impl Motion {
     /// Returns the velocity along x and y in mm/s.
@@ -33,7 +33,7 @@ impl Motion {
 
     /// Returns true if the emulator, which was sent `other`, already predicts this motion. The
     /// emulator extrapolates straight and turning motion.
-    pub fn follows(&self, other: &Motion) -> bool {
+    pub fn is_predicted_by(&self, other: &Motion) -> bool {
         if (self.speed, self.turn) != (other.speed, other.turn) {
             return false;
         }
@@ -41,9 +41,9 @@ impl Motion {
         let [vx, vy] = other.velocity();
         let (x, y) = (other.pose.x + vx * seconds, other.pose.y + vy * seconds);
         let heading = other.pose.heading + other.turn * seconds;
-        (self.pose.x - x).abs() < NEAR
-            && (self.pose.y - y).abs() < NEAR
-            && wrap(self.pose.heading - heading).abs() < ASIDE
+        (self.pose.x - x).abs() < DISTANCE_TOLERANCE_MM
+            && (self.pose.y - y).abs() < DISTANCE_TOLERANCE_MM
+            && wrap(self.pose.heading - heading).abs() < ANGLE_TOLERANCE_RAD
     }
 
     /// Returns the command that places a robot. The argument is the middle of the world in the
@@ -67,25 +67,25 @@ mod tests {
     use super::*;
 
     #[test]
-    fn whoever_goes_on_as_told_needs_not_be_told_anew() {
-        let told = Motion {
+    fn a_motion_as_predicted_needs_no_command() {
+        let sent = Motion {
             since: Duration::from_millis(100),
             pose: Pose::new(10.0, 20.0, 1.0),
             speed: 200.0,
             turn: 0.0,
         };
-        let later = |pose: Pose| Motion { since: Duration::from_millis(110), pose, ..told };
+        let later = |pose: Pose| Motion { since: Duration::from_millis(110), pose, ..sent };
         let (sin, cos) = 1.0_f32.sin_cos();
         let there = Pose::new(10.0 + 2.0 * cos, 20.0 + 2.0 * sin, 1.0);
-        assert!(later(there).follows(&told));
-        assert!(!later(Pose { x: there.x + 0.1, ..there }).follows(&told));
-        assert!(!later(Pose { heading: 1.01, ..there }).follows(&told));
-        assert!(!Motion { speed: 190.0, ..later(there) }.follows(&told));
+        assert!(later(there).is_predicted_by(&sent));
+        assert!(!later(Pose { x: there.x + 0.1, ..there }).is_predicted_by(&sent));
+        assert!(!later(Pose { heading: 1.01, ..there }).is_predicted_by(&sent));
+        assert!(!Motion { speed: 190.0, ..later(there) }.is_predicted_by(&sent));
     }
 
     /// In the projector's frame y points down, and headings grow from x to y.
     #[test]
-    fn the_projectors_frame_is_upside_down() {
+    fn the_y_axis_of_the_projector_points_down() {
         let pose = Pose::new(-30.0, 40.0, core::f32::consts::FRAC_PI_2);
         let motion = Motion { since: Duration::ZERO, pose, speed: 100.0, turn: 0.5 };
         let Command::Place { x_mm, y_mm, heading_degrees, vx_mm_s, vy_mm_s, turn_degrees_s } =

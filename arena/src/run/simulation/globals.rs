@@ -14,7 +14,7 @@ impl Simulation {
         for number in robots.iter() {
             // A robot that has not joined, or whose script has no such global, is left out.
             let global = self.program(number).global(name);
-            if let (Some(global), Some(id)) = (global, self.happenings.id(number)) {
+            if let (Some(global), Some(id)) = (global, self.event_queue.id(number)) {
                 self.world.brain_mut(id).expect(JOINED).set(global, value);
             }
         }
@@ -39,7 +39,7 @@ impl Simulation {
             .iter()
             .filter_map(|(name, value)| Some((program.global(name)?, *value)))
             .collect();
-        let id = self.happenings.id(number).expect("only robots that have joined keep globals");
+        let id = self.event_queue.id(number).expect("only robots that have joined keep globals");
         let brain = self.world.brain_mut(id).expect(JOINED);
         known.into_iter().for_each(|(global, value)| brain.keep(global, value));
     }

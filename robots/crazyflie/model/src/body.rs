@@ -166,7 +166,7 @@ impl BodyModel for CrazyflieModel {
 }
 
 /// Acceleration of gravity in mm/s².
-const GRAVITY: f32 = 9810.0;
+const GRAVITY_MM_S2: f32 = 9810.0;
 
 /// Highest rate of yaw in radians per second (a choice: a full turn per second).
 const TURN: f32 = core::f32::consts::TAU;
@@ -217,7 +217,7 @@ impl Body for CrazyflieBody {
                 self.rest();
                 return;
             }
-            Flight::Off => self.velocity[2] -= GRAVITY * seconds,
+            Flight::Off => self.velocity[2] -= GRAVITY_MM_S2 * seconds,
             Flight::Velocity(wanted) => {
                 if pose.z <= 0.0 && (wanted.up <= 0.0 || wanted.up.is_nan()) {
                     self.rest();

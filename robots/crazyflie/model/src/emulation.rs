@@ -10,18 +10,18 @@ use bittybuzz_robot_spec::{NumberProfile, Robot};
 use crate::CrazyflieModel;
 
 /// Time between two positions that the robot receives, as with Lighthouse or Loco.
-const LOOK: Duration = Duration::from_millis(100);
+const EXCHANGE_PERIOD: Duration = Duration::from_millis(100);
 
 impl Emulation for CrazyflieModel {
     fn program(&self) -> &'static str {
         "bbz-emulate-stm32"
     }
 
-    fn shared_as(&self) -> Option<&'static str> {
+    fn shared_program_robot(&self) -> Option<&'static str> {
         None
     }
 
-    fn most(&self) -> u32 {
+    fn robots_max(&self) -> u32 {
         20
     }
 
@@ -45,8 +45,8 @@ impl Emulation for CrazyflieModel {
         false
     }
 
-    fn look(&self) -> Duration {
-        LOOK
+    fn exchange_period(&self) -> Duration {
+        EXCHANGE_PERIOD
     }
 
     fn sense(&self, view: &RobotView, _: u16) -> Option<Command> {

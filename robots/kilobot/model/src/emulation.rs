@@ -19,7 +19,7 @@ const EEPROM: u32 = 0x81_0000;
 
 /// The longest delay until a change of motion reaches the emulator: a Kilobot moves less than a mm
 /// in this time.
-const LOOK: Duration = Duration::from_millis(20);
+const EXCHANGE_PERIOD: Duration = Duration::from_millis(20);
 
 /// Room temperature in degrees Celsius.
 const CELSIUS: f64 = 25.0;
@@ -32,11 +32,11 @@ impl Emulation for KilobotModel {
         "bbz-emulate-avr"
     }
 
-    fn shared_as(&self) -> Option<&'static str> {
+    fn shared_program_robot(&self) -> Option<&'static str> {
         Some("kilobot")
     }
 
-    fn most(&self) -> u32 {
+    fn robots_max(&self) -> u32 {
         100
     }
 
@@ -64,8 +64,8 @@ impl Emulation for KilobotModel {
         true
     }
 
-    fn look(&self) -> Duration {
-        LOOK
+    fn exchange_period(&self) -> Duration {
+        EXCHANGE_PERIOD
     }
 
     /// Returns the script, and the duties of the calibration.

@@ -11,18 +11,18 @@ use bittybuzz_robot_spec::{Layout, Robot};
 use crate::{ProjectorFaults, ZooidModel, table};
 
 /// The longest delay until a change of motion reaches the emulator.
-const LOOK: Duration = Duration::from_micros(2500);
+const EXCHANGE_PERIOD: Duration = Duration::from_micros(2500);
 
 impl Emulation for ZooidModel {
     fn program(&self) -> &'static str {
         "bbz-emulate-m0"
     }
 
-    fn shared_as(&self) -> Option<&'static str> {
+    fn shared_program_robot(&self) -> Option<&'static str> {
         Some("zooids")
     }
 
-    fn most(&self) -> u32 {
+    fn robots_max(&self) -> u32 {
         100
     }
 
@@ -43,8 +43,8 @@ impl Emulation for ZooidModel {
         table::is_lit(pose)
     }
 
-    fn look(&self) -> Duration {
-        LOOK
+    fn exchange_period(&self) -> Duration {
+        EXCHANGE_PERIOD
     }
 
     /// Returns the script, and the range of the link as a setting if the scenario has one.

@@ -14,7 +14,7 @@ use crate::engine::statistics::LinkStatistics;
 use crate::engine::stream::Stream;
 
 /// The longest time that a frame is held back, in ticks.
-const LATEST: u32 = 5;
+const DELAY_TICKS_MAX: u32 = 5;
 
 /// A receiver of frames: a robot or an intruder.
 #[derive(Debug)]
@@ -38,18 +38,18 @@ pub(crate) struct Ether<'a> {
 }
 
 impl Ether<'_> {
-    /// Fills `heard` with the frames that ended in the last tick and arrived. `see` is called with
+    /// Fills `received` with the frames that ended in the last tick and arrived. `see` is called with
     /// the fate of each frame; an empty closure costs nothing.
-    pub(crate) fn hear(
+    pub(crate) fn receive(
         &self,
         listener: &mut Listener<'_>,
         stream: impl FnOnce() -> Stream,
         near: &mut Vec<Near>,
-        heard: &mut Vec<DeliveredFrame>,
+        received: &mut Vec<DeliveredFrame>,
         count: &mut LinkStatistics,
         mut see: impl FnMut(&Near, Fate),
     ) {
-        heard.clear();
+        received.clear();
         self.air.near(listener.id, listener.pose, self.topology, near);
         if near.is_empty() {
             return;
@@ -76,7 +76,7 @@ impl Ether<'_> {
                 None => {
                     count.received += 1;
                     let see = |fate| see(frame, fate);
-                    self.deliver(listener, frame, &mut stream, heard, count, see);
+                    self.deliver(listener, frame, &mut stream, received, count, see);
                 }
             }
         }
@@ -117,7 +117,7 @@ impl Ether<'_> {
     /// Returns a frame in reach in the form for observers.
     fn sent(&self, now: u64, near: &Near) -> SentFrame {
         let Transmissions { medium, .. } = *self.air;
-        SentFrame::heard_at(now, medium, &self.air.transmissions()[near.index as usize])
+        SentFrame::received_at(now, medium, &self.air.transmissions()[near.index as usize])
     }
 
     /// Puts a frame into the inbox once or twice, or holds it back.
@@ -126,7 +126,7 @@ impl Ether<'_> {
         listener: &mut Listener<'_>,
         near: &Near,
         stream: &mut Stream,
-        heard: &mut Vec<DeliveredFrame>,
+        received: &mut Vec<DeliveredFrame>,
         count: &mut LinkStatistics,
         see: impl FnOnce(Fate),
     ) {
@@ -136,17 +136,17 @@ impl Ether<'_> {
         let is_duplicated = stream.chance(link.duplicate);
         if is_duplicated {
             count.duplicated += 1;
-            heard.push(frame);
+            received.push(frame);
         }
         if stream.chance(link.reorder) && listener.late.is_none() {
             count.delayed += 1;
-            let due = listener.now + 1 + u64::from(stream.below(LATEST));
+            let due = listener.now + 1 + u64::from(stream.below(DELAY_TICKS_MAX));
             let frame = self.sent(listener.now, near);
             *listener.late = Some(Box::new(Late { due, frame, sighting }));
-            see(Fate::Heard { is_duplicated, held_until: Some(due) });
+            see(Fate::Received { is_duplicated, held_until: Some(due) });
         } else {
-            heard.push(frame);
-            see(Fate::Heard { is_duplicated, held_until: None });
+            received.push(frame);
+            see(Fate::Received { is_duplicated, held_until: None });
         }
     }
 
