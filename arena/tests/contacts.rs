@@ -14,7 +14,7 @@ fn deepest(world: &World<Probe>) -> f32 {
     for (i, a) in views.iter().enumerate() {
         for b in &views[..i] {
             let distance = (a.pose.x - b.pose.x).hypot(a.pose.y - b.pose.y);
-            deepest = deepest.max(a.radius + b.radius - distance);
+            deepest = deepest.max(a.radius_mm + b.radius_mm - distance);
         }
     }
     deepest
@@ -137,7 +137,7 @@ fn the_grid_finds_what_all_pairs_find() {
         let touching = views.iter().enumerate().filter(|(i, a)| {
             views.iter().enumerate().any(|(j, b)| {
                 let distance = (a.pose.x - b.pose.x).hypot(a.pose.y - b.pose.y);
-                *i != j && distance < a.radius + b.radius - OVERLAP_TOLERANCE_MM
+                *i != j && distance < a.radius_mm + b.radius_mm - OVERLAP_TOLERANCE_MM
             })
         });
         let expected = touching.count() as u64;
@@ -228,8 +228,8 @@ fn nobody_enters_an_obstacle() {
         world.tick();
         for (old, view) in before.iter().zip(world.robots()) {
             for obstacle in &obstacles {
-                let clear = distance_to(obstacle, view.pose.x, view.pose.y) - view.radius;
-                assert!(clear > -0.1 * view.radius, "{clear} mm in {obstacle:?}");
+                let clear = distance_to(obstacle, view.pose.x, view.pose.y) - view.radius_mm;
+                assert!(clear > -0.1 * view.radius_mm, "{clear} mm in {obstacle:?}");
             }
             // Nobody gets through the long wall: its ends are far from those near its middle.
             if old.pose.x.abs() < 400.0 && view.pose.x.abs() < 400.0 {

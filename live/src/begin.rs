@@ -17,7 +17,7 @@ pub fn describe(run: &Simulation) -> Value {
             "script": group.script.display().to_string(),
             "count": group.count,
             "first_id": group.first_id,
-            "radius": group.radius(),
+            "radius": group.radius_mm(),
             "slots": group.robot.vm.slots,
         })
     });

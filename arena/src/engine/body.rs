@@ -23,9 +23,9 @@ pub const BLOCK: usize = 256;
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct BodySize {
     /// Radius in mm.
-    pub radius: f32,
+    pub radius_mm: f32,
     /// Height in mm.
-    pub height: f32,
+    pub height_mm: f32,
 }
 
 /// The properties of a robot model that the world needs.
@@ -35,14 +35,14 @@ pub trait BodyModel: Debug + Send + Sync {
 
     /// Returns the speed of the fastest point of a body in mm/s. The world divides a tick into substeps in which no body moves more than
     /// half of its radius.
-    fn top_speed(&self) -> f32;
+    fn top_speed_mm_s(&self) -> f32;
 
     /// Returns the medium that carries the robots' frames.
     fn medium(&self) -> Medium;
 
     /// Returns the closing speed in mm/s above which a contact in the air is a crash. At 0 every
     /// contact in the air is a crash. `None` stands for bodies that do not crash.
-    fn crash_speed(&self) -> Option<f32> {
+    fn crash_speed_mm_s(&self) -> Option<f32> {
         None
     }
 
@@ -54,7 +54,7 @@ pub trait BodyModel: Debug + Send + Sync {
     fn check(&self) -> Result<(), SettingsError>;
 
     /// Returns a block without robots, for substeps of that length in seconds.
-    fn block(&self, substep: f32) -> Box<dyn BodyBlock>;
+    fn block(&self, substep_s: f32) -> Box<dyn BodyBlock>;
 }
 
 /// The bodies of at most [`BLOCK`] robots with consecutive ids. `index` counts from the first robot
@@ -203,8 +203,8 @@ pub struct Bodies<B: Body> {
 impl<B: Body> Bodies<B> {
     /// Returns a block without robots, for substeps of that length in seconds.
     #[must_use]
-    pub fn new(numbers: B::Numbers, substep: f32) -> Self {
-        let step = B::prepare(&numbers, substep);
+    pub fn new(numbers: B::Numbers, substep_s: f32) -> Self {
+        let step = B::prepare(&numbers, substep_s);
         Bodies { numbers, step, bodies: Vec::new() }
     }
 }
@@ -275,6 +275,6 @@ const SUBSTEPS_MAX: u32 = 50;
 
 /// Returns the number of substeps into which a tick is divided for a model.
 pub(crate) fn substeps(model: &dyn BodyModel) -> u32 {
-    let halves = model.top_speed() * TICK / (model.shape().radius / 2.0);
+    let halves = model.top_speed_mm_s() * TICK / (model.shape().radius_mm / 2.0);
     (halves.ceil() as u32).clamp(1, SUBSTEPS_MAX)
 }

@@ -181,19 +181,19 @@ impl Sensors<'_> {
     }
 
     /// Returns the distance in mm from the robot's middle to the nearest wall, obstacle or robot in
-    /// a direction relative to its heading, in radians; `None` if nothing is within `reach` mm.
+    /// a direction relative to its heading, in radians; `None` if nothing is within `reach_mm`.
     #[must_use]
-    pub fn beam(&self, direction: f32, reach: f32) -> Option<f32> {
-        self.sight.along(self.id, self.pose, Ray::towards(self.pose, direction), reach)
+    pub fn beam(&self, direction_rad: f32, reach_mm: f32) -> Option<f32> {
+        self.sight.along(self.id, self.pose, Ray::towards(self.pose, direction_rad), reach_mm)
     }
 
-    /// Returns the number of other robots within `reach` mm that use the same medium, and the
+    /// Returns the number of other robots within `reach_mm` that use the same medium, and the
     /// distance in mm and the direction in radians of the nearest one.
     #[must_use]
-    pub fn neighbors(&self, reach: f32) -> (usize, Option<[f32; 2]>) {
+    pub fn neighbors(&self, reach_mm: f32) -> (usize, Option<[f32; 2]>) {
         let medium = self.herds[usize::from(self.herd.0)].medium;
         let (mut count, mut nearest): (usize, Option<[f32; 2]>) = (0, None);
-        self.sight.crowd.within(self.id, self.pose, reach, |herd, [dx, dy, dz]| {
+        self.sight.crowd.within(self.id, self.pose, reach_mm, |herd, [dx, dy, dz]| {
             if self.herds[usize::from(herd)].medium != medium {
                 return;
             }
@@ -210,9 +210,10 @@ impl Sensors<'_> {
     /// Returns the reading, 0 to 1023, of a light sensor that faces a direction relative to the
     /// heading, in radians. With `None`, the sensor covers all directions.
     #[must_use]
-    pub fn brightness(&self, direction: Option<f32>) -> f32 {
-        let look = direction.map(|direction| self.pose.heading + direction);
-        light::brightness(self.pose, look, self.ambient, self.lights)
+    pub fn brightness(&self, direction_rad: Option<f32>) -> f32 {
+        let world_direction_rad =
+            direction_rad.map(|direction_rad| self.pose.heading + direction_rad);
+        light::brightness(self.pose, world_direction_rad, self.ambient, self.lights)
     }
 
     /// Returns the reading of the light sensor, 0 (dark) to 1023.

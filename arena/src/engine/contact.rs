@@ -50,7 +50,7 @@ struct Disc {
     x: f32,
     y: f32,
     z: f32,
-    radius: f32,
+    radius_mm: f32,
     cell: u32,
     id: u16,
     herd: u16,
@@ -67,11 +67,11 @@ pub(crate) struct Crowd {
     /// The shape of each herd.
     shapes: Vec<BodySize>,
     /// The closing speed in mm/s of each herd above which a contact in the air is a crash.
-    crash_speeds: Vec<Option<f32>>,
+    crash_speeds_mm_s: Vec<Option<f32>>,
     /// The herd of each robot.
     herds: Vec<u16>,
     /// The largest radius of a robot in mm.
-    widest: f32,
+    widest_mm: f32,
     /// True if a robot can crash.
     has_fliers: bool,
     /// The place of each robot after the last substep. `velocities` has its velocity since then in
@@ -98,9 +98,9 @@ impl Crowd {
         let mut crowd = Crowd {
             cells: Cells::new(area, f32::INFINITY, 1),
             shapes: Vec::new(),
-            crash_speeds: Vec::new(),
+            crash_speeds_mm_s: Vec::new(),
             herds: Vec::new(),
-            widest: 1.0,
+            widest_mm: 1.0,
             has_fliers: false,
             places: Vec::new(),
             velocities: Vec::new(),
@@ -120,11 +120,11 @@ impl Crowd {
     /// Makes cells for the largest robot in the world. Their number grows with the number of
     /// robots, because every tick clears all of them.
     fn resize(&mut self, area: Area) {
-        let radii = self.herds.iter().map(|herd| self.shapes[usize::from(*herd)].radius);
-        self.widest = radii.fold(1.0, f32::max);
+        let radii = self.herds.iter().map(|herd| self.shapes[usize::from(*herd)].radius_mm);
+        self.widest_mm = radii.fold(1.0, f32::max);
         self.cells = Cells::new(
             area,
-            2.0 * self.widest + CELL_MARGIN_MM,
+            2.0 * self.widest_mm + CELL_MARGIN_MM,
             CELLS_MAX.max(8 * self.herds.len()),
         );
         self.starts = vec![0; self.cells.count() + 2];
@@ -134,9 +134,9 @@ impl Crowd {
     }
 
     /// Adds the next herd.
-    pub(crate) fn add_herd(&mut self, shape: BodySize, crash_speed: Option<f32>) {
+    pub(crate) fn add_herd(&mut self, shape: BodySize, crash_speed_mm_s: Option<f32>) {
         self.shapes.push(shape);
-        self.crash_speeds.push(crash_speed);
+        self.crash_speeds_mm_s.push(crash_speed_mm_s);
     }
 
     /// Adds a robot of a herd.
@@ -145,7 +145,7 @@ impl Crowd {
         let is_new = !self.herds.iter().any(|known| self.shapes[usize::from(*known)] == shape);
         let has_doubled = self.herds.len().is_power_of_two();
         self.herds.push(herd);
-        self.has_fliers |= self.crash_speeds[usize::from(herd)].is_some();
+        self.has_fliers |= self.crash_speeds_mm_s[usize::from(herd)].is_some();
         self.touches.push(0);
         self.touched.push(0);
         if is_new || has_doubled {
@@ -221,9 +221,9 @@ impl Crowd {
     }
 
     /// Returns the distance along a ray to the first robot at the height of the ray, at most
-    /// `reach`. Robots are where they were after the last tick.
-    pub(crate) fn nearest(&self, robot: RobotId, ray: &Ray, height: f32, reach: f32) -> f32 {
-        let mut nearest = reach;
+    /// `reach_mm`. Robots are where they were after the last tick.
+    pub(crate) fn nearest(&self, robot: RobotId, ray: &Ray, height_mm: f32, reach_mm: f32) -> f32 {
+        let mut nearest = reach_mm;
         let mut walked = 0.0;
         // A robot that the ray meets is in the cell of one of these points or next to it.
         while walked < nearest + self.cells.side() {
@@ -231,11 +231,11 @@ impl Crowd {
             for row in self.cells.around(self.cells.cell_at(x, y)) {
                 let range = self.starts[row.start] as usize..self.starts[row.end] as usize;
                 for disc in &self.discs[range] {
-                    let is_level = disc.z <= height && height < disc.z + self.height(disc);
+                    let is_level = disc.z <= height_mm && height_mm < disc.z + self.height(disc);
                     if disc.id == robot.0 || !is_level {
                         continue;
                     }
-                    if let Some(distance) = ray.to_disc(disc.x, disc.y, disc.radius) {
+                    if let Some(distance) = ray.to_disc(disc.x, disc.y, disc.radius_mm) {
                         nearest = nearest.min(distance);
                     }
                 }
@@ -245,23 +245,24 @@ impl Crowd {
         nearest
     }
 
-    /// Calls `found` for every other robot whose middle is within `reach` mm of a pose, with its
+    /// Calls `found` for every other robot whose middle is within `reach_mm` of a pose, with its
     /// herd and the vector to it. Robots are where they were after the last tick.
     pub(crate) fn within(
         &self,
         robot: RobotId,
         pose: &Pose,
-        reach: f32,
+        reach_mm: f32,
         mut found: impl FnMut(u16, [f32; 3]),
     ) {
         let mut check = |disc: &Disc| {
             let way = [disc.x - pose.x, disc.y - pose.y, disc.z - pose.z];
             let squared: f32 = way.iter().map(|part| part * part).sum();
-            if disc.id != robot.0 && squared <= reach * reach {
+            if disc.id != robot.0 && squared <= reach_mm * reach_mm {
                 found(disc.herd, way);
             }
         };
-        let (low, high) = ((pose.x - reach, pose.y - reach), (pose.x + reach, pose.y + reach));
+        let (low, high) =
+            ((pose.x - reach_mm, pose.y - reach_mm), (pose.x + reach_mm, pose.y + reach_mm));
         if self.cells.covered(low, high).take(self.discs.len()).count() >= self.discs.len() {
             self.discs.iter().for_each(check);
             return;
@@ -273,7 +274,7 @@ impl Crowd {
     }
 
     fn height(&self, disc: &Disc) -> f32 {
-        self.shapes[usize::from(disc.herd)].height
+        self.shapes[usize::from(disc.herd)].height_mm
     }
 
     /// Counts the contacts of a tick.
@@ -301,7 +302,7 @@ impl Crowd {
                 x: pose.x,
                 y: pose.y,
                 z: pose.z,
-                radius: self.shapes[usize::from(herd)].radius,
+                radius_mm: self.shapes[usize::from(herd)].radius_mm,
                 cell: cell as u32,
                 id: id as u16,
                 herd,
@@ -342,13 +343,13 @@ impl Crowd {
     }
 
     fn round(&mut self, round: usize, obstacles: &Obstacles, pool: &Pool) {
-        let Crowd { cells, shapes, crash_speeds, velocities, starts, .. } = self;
-        let Crowd { widest, discs, next, awake, .. } = self;
+        let Crowd { cells, shapes, crash_speeds_mm_s, velocities, starts, .. } = self;
+        let Crowd { widest_mm, discs, next, awake, .. } = self;
         let all = round == 0;
         let mut input = RoundInput {
             cells,
             shapes,
-            crash_speeds,
+            crash_speeds_mm_s,
             velocities,
             starts,
             discs,
@@ -357,7 +358,7 @@ impl Crowd {
             all,
             are_apart: false,
         };
-        input.are_apart = all && discs.len() <= PAIRWISE_MAX && input.finds_all_apart(*widest);
+        input.are_apart = all && discs.len() <= PAIRWISE_MAX && input.finds_all_apart(*widest_mm);
         let work = |(chunk, next): (usize, &mut [Disc])| {
             for (offset, next) in next.iter_mut().enumerate() {
                 *next = input.pushed(chunk * CHUNK + offset);
@@ -392,7 +393,7 @@ impl Crowd {
 struct RoundInput<'a> {
     cells: &'a Cells,
     shapes: &'a [BodySize],
-    crash_speeds: &'a [Option<f32>],
+    crash_speeds_mm_s: &'a [Option<f32>],
     velocities: &'a [[f32; 3]],
     starts: &'a [u32],
     discs: &'a [Disc],
@@ -419,8 +420,11 @@ impl RoundInput<'_> {
             for (other_index, other) in range.clone().zip(&self.discs[range]) {
                 let (dx, dy) = (disc.x - other.x, disc.y - other.y);
                 let squared = dx * dx + dy * dy;
-                let reach = disc.radius + other.radius - OVERLAP_TOLERANCE_MM;
-                if squared >= reach * reach || other_index == index || !self.level(&disc, other) {
+                let reach_mm = disc.radius_mm + other.radius_mm - OVERLAP_TOLERANCE_MM;
+                if squared >= reach_mm * reach_mm
+                    || other_index == index
+                    || !self.level(&disc, other)
+                {
                     continue;
                 }
                 disc.touches |= ROBOT | self.crash_with(&disc, other);
@@ -430,7 +434,7 @@ impl RoundInput<'_> {
                 } else {
                     apart(disc.id, other.id)
                 };
-                let push = (reach + OVERLAP_TOLERANCE_MM - distance) / 2.0;
+                let push = (reach_mm + OVERLAP_TOLERANCE_MM - distance) / 2.0;
                 push_x += ux * push;
                 push_y += uy * push;
             }
@@ -438,7 +442,7 @@ impl RoundInput<'_> {
         let (old_x, old_y) = (disc.x, disc.y);
         disc.x += push_x;
         disc.y += push_y;
-        if let Some((x, y)) = self.obstacles.push_out(disc.x, disc.y, disc.z, disc.radius) {
+        if let Some((x, y)) = self.obstacles.push_out(disc.x, disc.y, disc.z, disc.radius_mm) {
             disc.touches |= WALL | self.crash(&disc, [disc.x - x, disc.y - y, 0.0], [0.0; 3]);
             (disc.x, disc.y) = (x, y);
         }
@@ -446,13 +450,13 @@ impl RoundInput<'_> {
         disc
     }
 
-    /// Returns true if no two discs touch. Their radii are at most `widest`.
-    fn finds_all_apart(&self, widest: f32) -> bool {
-        let reach = widest + widest - OVERLAP_TOLERANCE_MM;
+    /// Returns true if no two discs touch. Their radii are at most `widest_mm`.
+    fn finds_all_apart(&self, widest_mm: f32) -> bool {
+        let reach_mm = widest_mm + widest_mm - OVERLAP_TOLERANCE_MM;
         self.discs.iter().enumerate().all(|(place, disc)| {
             self.discs[..place].iter().all(|other| {
                 let (dx, dy) = (disc.x - other.x, disc.y - other.y);
-                dx * dx + dy * dy >= reach * reach || !self.level(disc, other)
+                dx * dx + dy * dy >= reach_mm * reach_mm || !self.level(disc, other)
             })
         })
     }
@@ -469,19 +473,19 @@ impl RoundInput<'_> {
     fn crash(&self, disc: &Disc, towards: [f32; 3], velocity: [f32; 3]) -> u8 {
         // There are no velocities while no robot can crash, and some bodies never do.
         let Some(own) = self.velocities.get(usize::from(disc.id)) else { return 0 };
-        let Some(most) = self.crash_speeds[usize::from(disc.herd)] else { return 0 };
+        let Some(limit_mm_s) = self.crash_speeds_mm_s[usize::from(disc.herd)] else { return 0 };
         if disc.z <= 0.0 {
             return 0;
         }
         let length = towards.iter().map(|part| part * part).sum::<f32>().sqrt();
         let way: f32 = (0..3).map(|axis| (own[axis] - velocity[axis]) * towards[axis]).sum();
         // A division by `length` would fail for two bodies at the same place.
-        if most == 0.0 || way > most * length { CRASH } else { 0 }
+        if limit_mm_s == 0.0 || way > limit_mm_s * length { CRASH } else { 0 }
     }
 
     /// Returns true if two bodies overlap in height.
     fn level(&self, a: &Disc, b: &Disc) -> bool {
-        let height = |disc: &Disc| self.shapes[usize::from(disc.herd)].height;
+        let height = |disc: &Disc| self.shapes[usize::from(disc.herd)].height_mm;
         a.z < b.z + height(b) && b.z < a.z + height(a)
     }
 }

@@ -20,9 +20,9 @@ pub(crate) struct Cells {
 impl Cells {
     /// Returns cells that are at least `size` mm wide, and hardly more than `most` of them. An
     /// infinite size gives a single cell.
-    pub(crate) fn new(area: Area, size: f32, most: usize) -> Self {
+    pub(crate) fn new(area: Area, size_mm: f32, most: usize) -> Self {
         let most = most.max(1) as f32;
-        let side = size.max((area.width / most * area.height).sqrt());
+        let side = size_mm.max((area.width / most * area.height).sqrt());
         // In a long, narrow world the square root alone would still give too many cells.
         let side = side.max(area.width / most).max(area.height / most).max(1.0);
         let columns = (area.width / side).ceil().max(1.0);

@@ -43,7 +43,7 @@ pub struct IntruderSettings {
     /// The herd whose link it uses.
     pub herd: HerdId,
     /// Range in mm, measured like that of the link; `None` stands for the range of the herd.
-    pub range: Option<f32>,
+    pub range_mm: Option<f32>,
     /// Mean time between the starts of two frames, in µs; `None` sends one frame directly after the
     /// other.
     pub period_us: Option<u64>,

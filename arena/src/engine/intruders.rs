@@ -17,7 +17,7 @@ impl<B: Brain> World<B> {
         settings: IntruderSettings,
         make: impl FnOnce(Stream) -> Box<dyn Intruder>,
     ) -> Result<(), AddError> {
-        let IntruderSettings { pose, herd, range, .. } = settings;
+        let IntruderSettings { pose, herd, range_mm, .. } = settings;
         let Some(Herd { medium, media, link, .. }) = self.herds.get(usize::from(herd.0)) else {
             return Err(AddError::UnknownHerd);
         };
@@ -31,9 +31,9 @@ impl<B: Brain> World<B> {
         let (medium, media) = (*medium, *media);
         let air = &mut self.air[medium as usize];
         // The loss may have changed since the herd was added.
-        let (of_herd, bodies) = (*air.link(*link), air.bodies(*link));
-        let link = LinkSettings { range: range.or(of_herd.range), ..of_herd };
-        let link = air.add_link(link, bodies, self.settings.area);
+        let (of_herd, bodies_mm) = (*air.link(*link), air.bodies_mm(*link));
+        let link = LinkSettings { range: range_mm.or(of_herd.range), ..of_herd };
+        let link = air.add_link(link, bodies_mm, self.settings.area);
         let stream = Stream::new(self.settings.seed, StreamPurpose::Intruder, id.0, 0);
         let begin_us = self.now * u64::from(TICK_US);
         let sender = (id, medium, media, link);

@@ -34,14 +34,19 @@ pub(crate) fn reading(pose: &Pose, ambient: f32, lights: &[Lamp]) -> u16 {
 
 /// Returns the reading of a sensor that faces a direction of the world. With `None`, the sensor is
 /// equally sensitive in all directions.
-pub(crate) fn brightness(pose: &Pose, look: Option<f32>, ambient: f32, lights: &[Lamp]) -> f32 {
+pub(crate) fn brightness(
+    pose: &Pose,
+    direction_rad: Option<f32>,
+    ambient: f32,
+    lights: &[Lamp],
+) -> f32 {
     let mut sum = ambient;
     for light in lights {
         let (dx, dy) = (light.x - pose.x, light.y - pose.y);
         let distance = (dx * dx + dy * dy).sqrt();
         if distance < REACH_MM {
-            let facing = look.map_or(1.0, |look| {
-                let angle = super::wrap(libm::atan2f(dy, dx) - look).abs();
+            let facing = direction_rad.map_or(1.0, |direction_rad| {
+                let angle = super::wrap(libm::atan2f(dy, dx) - direction_rad).abs();
                 1.0 - angle / core::f32::consts::PI
             });
             sum += light.intensity * libm::expf(-0.002 * distance) * facing;

@@ -68,7 +68,7 @@ impl Obstacle {
 
     /// Returns the place at which the disc just touches the obstacle; `None` if the disc does not
     /// overlap with it.
-    fn push_out(&self, x: f32, y: f32, radius: f32) -> Option<(f32, f32)> {
+    fn push_out(&self, x: f32, y: f32, radius_mm: f32) -> Option<(f32, f32)> {
         match *self {
             Obstacle::Segment { from, to } => {
                 let (along_x, along_y) = (to.0 - from.0, to.1 - from.1);
@@ -76,10 +76,10 @@ impl Obstacle {
                 let (ux, uy) =
                     if length > 0.0 { (along_x / length, along_y / length) } else { (1.0, 0.0) };
                 let at = ((x - from.0) * ux + (y - from.1) * uy).clamp(0.0, length);
-                away(x, y, from.0 + at * ux, from.1 + at * uy, radius, (-uy, ux))
+                away(x, y, from.0 + at * ux, from.1 + at * uy, radius_mm, (-uy, ux))
             }
             Obstacle::Round { x: cx, y: cy, radius: size } => {
-                away(x, y, cx, cy, radius + size, (1.0, 0.0))
+                away(x, y, cx, cy, radius_mm + size, (1.0, 0.0))
             }
             Obstacle::Box { x: cx, y: cy, width, height } => {
                 let (dx, dy) = (x - cx, y - cy);
@@ -88,13 +88,13 @@ impl Obstacle {
                     // The middle of the disc is inside of the box: push it out through the nearest
                     // side.
                     return Some(if half_x - dx.abs() < half_y - dy.abs() {
-                        (cx + (half_x + radius).copysign(dx), y)
+                        (cx + (half_x + radius_mm).copysign(dx), y)
                     } else {
-                        (x, cy + (half_y + radius).copysign(dy))
+                        (x, cy + (half_y + radius_mm).copysign(dy))
                     });
                 }
                 let nearest = (cx + dx.clamp(-half_x, half_x), cy + dy.clamp(-half_y, half_y));
-                away(x, y, nearest.0, nearest.1, radius, (1.0, 0.0))
+                away(x, y, nearest.0, nearest.1, radius_mm, (1.0, 0.0))
             }
         }
     }
@@ -107,17 +107,17 @@ fn away(
     y: f32,
     from_x: f32,
     from_y: f32,
-    distance: f32,
+    distance_mm: f32,
     normal: (f32, f32),
 ) -> Option<(f32, f32)> {
     let (dx, dy) = (x - from_x, y - from_y);
     let squared = dx * dx + dy * dy;
-    if squared >= (distance - OVERLAP_TOLERANCE_MM) * (distance - OVERLAP_TOLERANCE_MM) {
+    if squared >= (distance_mm - OVERLAP_TOLERANCE_MM) * (distance_mm - OVERLAP_TOLERANCE_MM) {
         return None;
     }
     let now = squared.sqrt();
     let (ux, uy) = if now > 0.0 { (dx / now, dy / now) } else { normal };
-    Some((from_x + ux * distance, from_y + uy * distance))
+    Some((from_x + ux * distance_mm, from_y + uy * distance_mm))
 }
 
 /// The walls around the world and all obstacles in it.
@@ -126,10 +126,10 @@ pub(crate) struct Obstacles {
     area: Area,
     /// mm by which obstacles are enlarged in the index: the greatest radius of a body plus its
     /// movement between two queries, at least [`MARGIN_MM_MIN`].
-    margin: f32,
+    margin_mm: f32,
     all: Vec<Obstacle>,
     /// The height in mm of each obstacle; bodies at that height or above pass over it.
-    heights: Vec<f32>,
+    heights_mm: Vec<f32>,
     cells: Cells,
     /// The obstacles that reach into each cell.
     members: Vec<Vec<u32>>,
@@ -152,39 +152,39 @@ impl Obstacles {
         let members = vec![Vec::new(); cells.count()];
         Obstacles {
             area,
-            margin: MARGIN_MM_MIN,
+            margin_mm: MARGIN_MM_MIN,
             all: Vec::new(),
-            heights: Vec::new(),
+            heights_mm: Vec::new(),
             cells,
             members,
         }
     }
 
     /// Enlarges the margin for bodies of that radius in mm, if necessary.
-    pub(crate) fn admit(&mut self, radius: f32) {
-        if radius + 1.0 > self.margin {
-            self.margin = radius + 1.0;
+    pub(crate) fn admit(&mut self, radius_mm: f32) {
+        if radius_mm + 1.0 > self.margin_mm {
+            self.margin_mm = radius_mm + 1.0;
             self.members.iter_mut().for_each(Vec::clear);
             let all = core::mem::take(&mut self.all);
-            let heights = core::mem::take(&mut self.heights);
-            let both = all.into_iter().zip(heights);
+            let heights_mm = core::mem::take(&mut self.heights_mm);
+            let both = all.into_iter().zip(heights_mm);
             both.for_each(|(obstacle, height)| self.add(obstacle, height));
         }
     }
 
-    pub(crate) fn add(&mut self, obstacle: Obstacle, height: f32) {
+    pub(crate) fn add(&mut self, obstacle: Obstacle, height_mm: f32) {
         // The caller knows that an obstacle with such numbers is ignored.
         let Some(obstacle) = obstacle.sound() else { return };
         let (low, high) = obstacle.bounds();
-        let low = (low.0 - self.margin, low.1 - self.margin);
-        let high = (high.0 + self.margin, high.1 + self.margin);
+        let low = (low.0 - self.margin_mm, low.1 - self.margin_mm);
+        let high = (high.0 + self.margin_mm, high.1 + self.margin_mm);
         let index = self.all.len() as u32;
         if index == 0 {
             self.cells = Cells::new(self.area, CELL_MM, CELLS_MAX);
             self.members = vec![Vec::new(); self.cells.count()];
         }
         self.all.push(obstacle);
-        self.heights.push(height);
+        self.heights_mm.push(height_mm);
         for cell in self.cells.covered(low, high) {
             self.members[cell].push(index);
         }
@@ -195,27 +195,27 @@ impl Obstacles {
     }
 
     /// Returns the obstacles that are higher than a height in mm.
-    pub(crate) fn at(&self, height: f32) -> impl Iterator<Item = &Obstacle> {
-        let all = self.all.iter().zip(&self.heights);
-        all.filter(move |(_, top)| height < **top).map(|(obstacle, _)| obstacle)
+    pub(crate) fn at(&self, height_mm: f32) -> impl Iterator<Item = &Obstacle> {
+        let all = self.all.iter().zip(&self.heights_mm);
+        all.filter(move |(_, top)| height_mm < **top).map(|(obstacle, _)| obstacle)
     }
 
     /// Returns the place to which the walls and obstacles push a disc at the height `z`; `None` if
     /// the disc is free.
-    pub(crate) fn push_out(&self, x: f32, y: f32, z: f32, radius: f32) -> Option<(f32, f32)> {
+    pub(crate) fn push_out(&self, x: f32, y: f32, z: f32, radius_mm: f32) -> Option<(f32, f32)> {
         let (mut now_x, mut now_y) = (x, y);
         if !self.all.is_empty() {
             for &member in &self.members[self.cells.cell_at(x, y)] {
-                if z >= self.heights[member as usize] {
+                if z >= self.heights_mm[member as usize] {
                     continue;
                 }
-                if let Some(free) = self.all[member as usize].push_out(now_x, now_y, radius) {
+                if let Some(free) = self.all[member as usize].push_out(now_x, now_y, radius_mm) {
                     (now_x, now_y) = free;
                 }
             }
         }
-        let reach_x = (self.area.width / 2.0 - radius).max(0.0);
-        let reach_y = (self.area.height / 2.0 - radius).max(0.0);
+        let reach_x = (self.area.width / 2.0 - radius_mm).max(0.0);
+        let reach_y = (self.area.height / 2.0 - radius_mm).max(0.0);
         now_x = now_x.clamp(-reach_x, reach_x);
         now_y = now_y.clamp(-reach_y, reach_y);
         (now_x != x || now_y != y).then_some((now_x, now_y))

@@ -23,12 +23,18 @@ impl Sight<'_> {
         self.along(robot, pose, Ray::new(pose, side), REACH_MM)
     }
 
-    /// Returns the distance in mm from a robot's middle along a ray, if something is nearer than `reach`.
-    pub(crate) fn along(&self, robot: RobotId, pose: &Pose, ray: Ray, reach: f32) -> Option<f32> {
+    /// Returns the distance in mm from a robot's middle along a ray, if something is nearer than `reach_mm`.
+    pub(crate) fn along(
+        &self,
+        robot: RobotId,
+        pose: &Pose,
+        ray: Ray,
+        reach_mm: f32,
+    ) -> Option<f32> {
         let walls = ray.to_rim(self.area);
         let obstacles = self.obstacles.at(pose.z).filter_map(|obstacle| ray.to_obstacle(obstacle));
-        let nearest = walls.into_iter().chain(obstacles).fold(reach, f32::min);
+        let nearest = walls.into_iter().chain(obstacles).fold(reach_mm, f32::min);
         let nearest = self.crowd.nearest(robot, &ray, pose.z, nearest);
-        (nearest < reach).then_some(nearest)
+        (nearest < reach_mm).then_some(nearest)
     }
 }

@@ -27,8 +27,8 @@ pub(crate) struct Ray {
 
 impl Ray {
     /// Returns the line of sight in a direction relative to the heading, in radians.
-    pub(crate) fn towards(pose: &Pose, direction: f32) -> Self {
-        let (sin, cos) = libm::sincosf(pose.heading + direction);
+    pub(crate) fn towards(pose: &Pose, direction_rad: f32) -> Self {
+        let (sin, cos) = libm::sincosf(pose.heading + direction_rad);
         Ray { x: pose.x, y: pose.y, along: (cos, sin) }
     }
 
@@ -44,16 +44,16 @@ impl Ray {
     }
 
     /// Returns the point at a distance along the line.
-    pub(crate) fn at(&self, distance: f32) -> (f32, f32) {
-        (self.x + distance * self.along.0, self.y + distance * self.along.1)
+    pub(crate) fn at(&self, distance_mm: f32) -> (f32, f32) {
+        (self.x + distance_mm * self.along.0, self.y + distance_mm * self.along.1)
     }
 
     /// Returns the distance to a disc: 0 from a point inside, `None` if the line misses the disc.
-    pub(crate) fn to_disc(self, x: f32, y: f32, radius: f32) -> Option<f32> {
+    pub(crate) fn to_disc(self, x: f32, y: f32, radius_mm: f32) -> Option<f32> {
         let (dx, dy) = (x - self.x, y - self.y);
         let ahead = dx * self.along.0 + dy * self.along.1;
         let offset = dx * self.along.1 - dy * self.along.0;
-        let half = radius * radius - offset * offset;
+        let half = radius_mm * radius_mm - offset * offset;
         if half < 0.0 || ahead + half.sqrt() < 0.0 {
             return None;
         }

@@ -27,9 +27,9 @@ pub struct RobotView {
     /// The robot's estimate of its pose, if it has one.
     pub estimate: Option<Pose>,
     /// Radius in mm.
-    pub radius: f32,
+    pub radius_mm: f32,
     /// Height in mm.
-    pub height: f32,
+    pub height_mm: f32,
     /// Colour: the sum of 1 red, 2 green, 4 blue.
     pub led: u8,
     /// The number of crashes since the world began.

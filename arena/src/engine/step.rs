@@ -143,10 +143,9 @@ impl<B: Brain> World<B> {
 
     /// Returns the robots whose bodies broke without a contact with a robot or a wall.
     fn broken(&self) -> Vec<RobotId> {
-        let robots = self
-            .cohorts
-            .iter()
-            .filter(|cohort| self.herds[usize::from(cohort.herd.0)].model.crash_speed().is_some());
+        let robots = self.cohorts.iter().filter(|cohort| {
+            self.herds[usize::from(cohort.herd.0)].model.crash_speed_mm_s().is_some()
+        });
         let broken = robots.flat_map(|cohort| {
             let broken = (0..cohort.count).filter(|index| cohort.block.is_broken(*index));
             broken.map(|index| RobotId((cohort.first + index) as u16))

@@ -96,11 +96,11 @@ impl<B: Brain> World<B> {
         let (shape, medium) = (model.shape(), model.medium());
         // The range of infrared is measured between the rims of two robots, that of radio between
         // their middles.
-        let bodies = if medium == Medium::Infrared { 2.0 * shape.radius } else { 0.0 };
+        let bodies_mm = if medium == Medium::Infrared { 2.0 * shape.radius_mm } else { 0.0 };
         let air = &mut self.air[medium as usize];
-        let link = air.add_link(*media.link(medium), bodies, self.settings.area);
-        self.obstacles.admit(shape.radius);
-        self.crowd.add_herd(shape, model.crash_speed());
+        let link = air.add_link(*media.link(medium), bodies_mm, self.settings.area);
+        self.obstacles.admit(shape.radius_mm);
+        self.crowd.add_herd(shape, model.crash_speed_mm_s());
         let has_positioning = model.has_positioning();
         self.herds.push(Herd { model, shape, medium, media, link, has_positioning });
         Ok(HerdId(number))
@@ -156,8 +156,8 @@ impl<B: Brain> World<B> {
 
     /// Adds a wall or an obstacle with a height in mm. Bodies at this height and above pass over
     /// the obstacle.
-    pub fn add_obstacle_of_height(&mut self, obstacle: Obstacle, height: f32) {
-        self.obstacles.add(obstacle, height);
+    pub fn add_obstacle_of_height(&mut self, obstacle: Obstacle, height_mm: f32) {
+        self.obstacles.add(obstacle, height_mm);
     }
 
     /// Returns all obstacles.
@@ -301,9 +301,9 @@ impl<B: Brain> World<B> {
 
     fn view(&self, index: usize) -> RobotView {
         let EngineRobot { herd, state, led, crashes, .. } = self.robots[index];
-        let BodySize { radius, height } = self.herds[usize::from(herd.0)].shape;
+        let BodySize { radius_mm, height_mm } = self.herds[usize::from(herd.0)].shape;
         let (pose, estimate) = (self.poses[index], self.estimates[index]);
-        RobotView { herd, state, pose, estimate, radius, height, led, crashes }
+        RobotView { herd, state, pose, estimate, radius_mm, height_mm, led, crashes }
     }
 
     /// Returns the visible states of all robots in the order of their ids.
@@ -335,10 +335,10 @@ impl<B: Brain> World<B> {
     /// Returns the reach of a robot's frames in mm, measured between the middles of two robots; 0
     /// if there is no such robot.
     #[must_use]
-    pub fn reach(&self, id: RobotId) -> f64 {
+    pub fn reach_mm(&self, id: RobotId) -> f64 {
         let Ok(index) = self.index(id) else { return 0.0 };
         let Herd { medium, link, .. } = self.herd_of(index);
-        f64::from(self.air[*medium as usize].reach(*link))
+        f64::from(self.air[*medium as usize].reach_mm(*link))
     }
 
     /// Returns true if frames of the sender reach the receiver: both use the same medium, they are
@@ -348,7 +348,7 @@ impl<B: Brain> World<B> {
         let (Ok(to), Ok(from)) = (self.index(receiver), self.index(sender)) else { return false };
         let (here, there) = (self.poses[to], self.poses[from]);
         let [dx, dy, dz] = [here.x - there.x, here.y - there.y, here.z - there.z].map(f64::from);
-        let reach = self.reach(sender);
+        let reach = self.reach_mm(sender);
         self.herd_of(to).medium == self.herd_of(from).medium
             && dx * dx + dy * dy + dz * dz <= reach * reach
             && self.topology.connects(receiver, sender)
@@ -416,9 +416,9 @@ impl<B: Brain> World<B> {
     }
 
     fn place(&mut self, index: usize, pose: Pose) {
-        let Herd { shape: BodySize { radius, .. }, has_positioning, .. } = *self.herd_of(index);
+        let Herd { shape: BodySize { radius_mm, .. }, has_positioning, .. } = *self.herd_of(index);
         let mut pose = Pose { z: pose.z.max(0.0), heading: super::wrap(pose.heading), ..pose };
-        if let Some((x, y)) = self.obstacles.push_out(pose.x, pose.y, pose.z, radius) {
+        if let Some((x, y)) = self.obstacles.push_out(pose.x, pose.y, pose.z, radius_mm) {
             (pose.x, pose.y) = (x, y);
         }
         self.poses[index] = pose;

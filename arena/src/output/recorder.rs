@@ -14,7 +14,7 @@ pub fn header(simulation: &Simulation) -> RecordingHeader {
     let Scenario { world, .. } = &*setup.scenario;
     let body = |number| RecordedBody {
         id: setup.id(number),
-        radius: tenths(setup.scenario.group(setup.group(number)).radius()).unsigned_abs(),
+        radius: tenths(setup.scenario.group(setup.group(number)).radius_mm()).unsigned_abs(),
     };
     RecordingHeader {
         size: world.size.map(|side| side as u32),

@@ -13,8 +13,8 @@ const PLACEMENT: u64 = 0x706c_6163_656d_656e;
 
 /// Returns the poses of all robots, in the order of the scenario.
 pub fn poses(scenario: &Scenario, seed: u64) -> Result<Vec<Pose>, ScenarioError> {
-    let widest = scenario.groups.iter().map(Group::radius).fold(0.0, f64::max);
-    let mut space = Space::new(&scenario.world, widest);
+    let widest_mm = scenario.groups.iter().map(Group::radius_mm).fold(0.0, f64::max);
+    let mut space = Space::new(&scenario.world, widest_mm);
     // Robots with a given place keep it; the others are placed at random.
     for group in &scenario.groups {
         group.standing().for_each(|robot| space.add(robot));
@@ -47,9 +47,9 @@ fn scatter(
     (at, area): ([f64; 2], [f64; 2]),
     chance: &mut Stream,
 ) -> Result<Vec<[f64; 2]>, ScenarioError> {
-    let radius = group.radius();
+    let radius_mm = group.radius_mm();
     let side = |axis: usize| {
-        let half = (scenario.world.size[axis] / 2.0 - radius).max(0.0);
+        let half = (scenario.world.size[axis] / 2.0 - radius_mm).max(0.0);
         let low = (at[axis] - area[axis] / 2.0).clamp(-half, half);
         let high = (at[axis] + area[axis] / 2.0).clamp(-half, half);
         (low, high - low)
@@ -59,18 +59,18 @@ fn scatter(
     for id in (group.first_id.into()..).take(group.count as usize) {
         let mut tries = (0..TRIES)
             .map(|_| [x.0 + x.1 * f64::from(chance.unit()), y.0 + y.1 * f64::from(chance.unit())]);
-        let Some(at) = tries.find(|point| space.is_free(*point, radius)) else {
+        let Some(at) = tries.find(|point| space.is_free(*point, radius_mm)) else {
             let (count, placed) = (group.count as usize, points.len());
             // The tolerance counts a robot that fits exactly: bodies in contact may overlap by less
             // than the engine sees.
-            let places = |side: f64| (side / (2.0 * radius) + 1e-6) as usize + 1;
-            let has_room = scenario.world.size.iter().all(|side| *side >= 2.0 * radius);
+            let places = |side: f64| (side / (2.0 * radius_mm) + 1e-6) as usize + 1;
+            let has_room = scenario.world.size.iter().all(|side| *side >= 2.0 * radius_mm);
             let grid = if has_room { places(x.1) * places(y.1) } else { 0 };
             let cause =
-                ScenarioCause::NoRoom { count, placed, grid, spacing: length_up(2.0 * radius) };
+                ScenarioCause::NoRoom { count, placed, grid, spacing: length_up(2.0 * radius_mm) };
             return Err(ScenarioError { cause, place: Some(Box::new(group.place.clone())) });
         };
-        space.add(Standing { at, radius, id });
+        space.add(Standing { at, radius_mm, id });
         points.push(at);
     }
     Ok(points)

@@ -482,7 +482,7 @@ impl Simulation {
         let settings = IntruderSettings {
             pose: Pose { z: height as f32, ..Pose::new(x as f32, y as f32, 0.0) },
             herd: self.herds[group.0],
-            range: range.map(|range| range as f32),
+            range_mm: range.map(|range| range as f32),
             period_us: rate.map(|rate| (1e6 / rate) as u64),
             until: tick_at(until),
         };

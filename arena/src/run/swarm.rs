@@ -95,19 +95,19 @@ fn nearest(members: &[SwarmMember], index: usize) -> f64 {
 
 /// Returns the number of pairs that touch.
 fn contacts(members: &[SwarmMember]) -> usize {
-    let widest = members.iter().map(|member| f64::from(member.view.radius)).fold(0.0, f64::max);
+    let widest = members.iter().map(|member| f64::from(member.view.radius_mm)).fold(0.0, f64::max);
     let mut count = 0;
     for (index, one) in members.iter().enumerate() {
-        let radius = f64::from(one.view.radius) + GAP;
-        let height = f64::from(one.view.height);
+        let radius = f64::from(one.view.radius_mm) + GAP;
+        let height = f64::from(one.view.height_mm);
         let near = members[index + 1..].iter();
         let near = near.take_while(|other| other.at[0] - one.at[0] <= radius + widest);
         count += near
             .filter(|other| {
-                let is_level = one.at[2] < other.at[2] + f64::from(other.view.height)
+                let is_level = one.at[2] < other.at[2] + f64::from(other.view.height_mm)
                     && other.at[2] < one.at[2] + height;
                 let flat = libm::hypot(one.at[0] - other.at[0], one.at[1] - other.at[1]);
-                is_level && flat <= radius + f64::from(other.view.radius)
+                is_level && flat <= radius + f64::from(other.view.radius_mm)
             })
             .count();
     }
@@ -119,7 +119,7 @@ fn contacts(members: &[SwarmMember]) -> usize {
 fn components(members: &[SwarmMember], world: &World<SimRobot>) -> usize {
     let mut parts = members.len();
     let mut parents: Vec<usize> = (0..parts).collect();
-    let reaches: Vec<f64> = members.iter().map(|member| world.reach(member.id)).collect();
+    let reaches: Vec<f64> = members.iter().map(|member| world.reach_mm(member.id)).collect();
     for (index, one) in members.iter().enumerate() {
         for (other_index, other) in members.iter().enumerate().skip(index + 1) {
             // A link needs reception in both directions, so it is no longer than the shorter reach.

@@ -115,15 +115,15 @@ pub struct Standing {
     /// The middle of the robot, in mm.
     pub at: [f64; 2],
     /// The radius of the body in mm.
-    pub radius: f64,
+    pub radius_mm: f64,
     /// The id of the robot.
     pub id: u32,
 }
 
 impl Group {
     /// Returns the radius of a robot's body in mm.
-    pub fn radius(&self) -> f64 {
-        f64::from(self.model.shape().radius)
+    pub fn radius_mm(&self) -> f64 {
+        f64::from(self.model.shape().radius_mm)
     }
 
     /// Returns the medium that carries the robots' frames.
@@ -133,9 +133,9 @@ impl Group {
 
     /// Returns the robots at their start places; none for random placement.
     pub(crate) fn standing(&self) -> impl Iterator<Item = Standing> {
-        let radius = self.radius();
+        let radius_mm = self.radius_mm();
         let points = self.placement.points(self.count);
-        points.zip(u32::from(self.first_id)..).map(move |(at, id)| Standing { at, radius, id })
+        points.zip(u32::from(self.first_id)..).map(move |(at, id)| Standing { at, radius_mm, id })
     }
 }
 

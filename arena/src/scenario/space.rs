@@ -21,10 +21,10 @@ pub struct Space<'a> {
 }
 
 impl<'a> Space<'a> {
-    /// Returns the ground of a world without robots. `widest` is the largest radius in mm of the
+    /// Returns the ground of a world without robots. `widest_mm` is the largest radius of the
     /// robots that will be added.
-    pub fn new(world: &'a WorldSection, widest: f64) -> Self {
-        Space { world, side: 2.0 * widest.max(1.0), cells: HashMap::new() }
+    pub fn new(world: &'a WorldSection, widest_mm: f64) -> Self {
+        Space { world, side: 2.0 * widest_mm.max(1.0), cells: HashMap::new() }
     }
 
     fn cell_of(&self, point: [f64; 2]) -> [i32; 2] {
@@ -36,22 +36,23 @@ impl<'a> Space<'a> {
         self.cells.entry(self.cell_of(robot.at)).or_default().push(robot);
     }
 
-    /// Returns a robot that a body at that place would overlap by more than `slack` mm.
-    pub fn robot_at(&self, at: [f64; 2], radius: f64, slack: f64) -> Option<Standing> {
+    /// Returns a robot that a body at that place would overlap by more than `slack_mm`.
+    pub fn robot_at(&self, at: [f64; 2], radius_mm: f64, slack_mm: f64) -> Option<Standing> {
         let [column, row] = self.cell_of(at);
         let around = |middle: i32| middle.saturating_sub(1)..=middle.saturating_add(1);
         let mut near = around(row).flat_map(|row| around(column).map(move |column| [column, row]));
         near.find_map(|cell| {
             let mut robots = self.cells.get(&cell)?.iter();
             let touches =
-                |other: &&Standing| distance(other.at, at) < radius + other.radius - slack;
+                |other: &&Standing| distance(other.at, at) < radius_mm + other.radius_mm - slack_mm;
             robots.find(touches).copied()
         })
     }
 
     /// Returns true if a body at that place would overlap nothing.
-    pub fn is_free(&self, at: [f64; 2], radius: f64) -> bool {
-        self.robot_at(at, radius, 0.0).is_none() && stands_in(self.world, at, radius, 0.0).is_none()
+    pub fn is_free(&self, at: [f64; 2], radius_mm: f64) -> bool {
+        self.robot_at(at, radius_mm, 0.0).is_none()
+            && stands_in(self.world, at, radius_mm, 0.0).is_none()
     }
 }
 
@@ -63,18 +64,18 @@ enum Barrier {
 }
 
 /// Returns the barrier that a body at that place would overlap. For an obstacle, an overlap of up
-/// to `slack` mm is allowed.
-fn stands_in(world: &WorldSection, at: [f64; 2], radius: f64, slack: f64) -> Option<Barrier> {
-    let is_beyond = |axis: usize| at[axis].abs() + radius - SLACK > world.size[axis] / 2.0;
+/// to `slack_mm` is allowed.
+fn stands_in(world: &WorldSection, at: [f64; 2], radius_mm: f64, slack_mm: f64) -> Option<Barrier> {
+    let is_beyond = |axis: usize| at[axis].abs() + radius_mm - SLACK_MM > world.size[axis] / 2.0;
     if is_beyond(0) || is_beyond(1) {
         return Some(Barrier::Wall);
     }
-    let is_in = |obstacle: &ObstacleSection| gap(obstacle.outline, at) < radius - slack;
+    let is_in = |obstacle: &ObstacleSection| gap(obstacle.outline, at) < radius_mm - slack_mm;
     world.obstacles.iter().any(is_in).then_some(Barrier::Obstacle)
 }
 
 /// The overlap of bodies in contact in mm, which the engine does not correct.
-const SLACK: f64 = OVERLAP_TOLERANCE_MM as f64;
+const SLACK_MM: f64 = OVERLAP_TOLERANCE_MM as f64;
 
 /// Reports the first robot of each group that would start in another robot, in an obstacle or in a
 /// wall. Robots with a random placement always get a free place. Absent robots need their place
@@ -87,24 +88,25 @@ pub fn check_starts(
 ) {
     let is_barred = |group: &Group| {
         let mut robots = group.standing();
-        let barred = robots
-            .find_map(|robot| Some((robot, stands_in(world, robot.at, robot.radius, SLACK)?)));
+        let barred = robots.find_map(|robot| {
+            Some((robot, stands_in(world, robot.at, robot.radius_mm, SLACK_MM)?))
+        });
         if let Some((robot, barrier)) = barred {
             root.reader.fail_at(&group.place, barred_by(barrier, robot, world));
         }
         barred.is_some()
     };
     let mut is_told: Vec<bool> = groups.iter().map(is_barred).collect();
-    let widest = groups.iter().map(Group::radius).fold(0.0, f64::max);
+    let widest_mm = groups.iter().map(Group::radius_mm).fold(0.0, f64::max);
     let mut check = |is_meant: &dyn Fn(&Group, usize) -> bool| {
-        let mut space = Space::new(world, widest);
+        let mut space = Space::new(world, widest_mm);
         let mut first = 0;
         for (group, is_told) in groups.iter().zip(&mut is_told) {
             for (index, robot) in group.standing().enumerate() {
                 if !is_meant(group, first + index) {
                     continue;
                 }
-                let other = space.robot_at(robot.at, robot.radius, SLACK);
+                let other = space.robot_at(robot.at, robot.radius_mm, SLACK_MM);
                 if let Some(other) = other.filter(|_| !*is_told) {
                     *is_told = true;
                     root.reader.fail_at(&group.place, overlap(group, robot, other));
@@ -139,9 +141,9 @@ pub fn check_move(
             continue;
         }
         let id = u32::from(group.first_id) + number as u32;
-        let robot = Standing { at: *at, radius: group.radius(), id };
+        let robot = Standing { at: *at, radius_mm: group.radius_mm(), id };
         if let (Some(barrier), Some(entry)) =
-            (stands_in(world, *at, robot.radius, SLACK), section.get("to"))
+            (stands_in(world, *at, robot.radius_mm, SLACK_MM), section.get("to"))
         {
             entry.fail(barred_by(barrier, robot, world));
         }
@@ -150,11 +152,11 @@ pub fn check_move(
 }
 
 fn barred_by(barrier: Barrier, robot: Standing, world: &WorldSection) -> ScenarioCause {
-    let Standing { at, radius, id } = robot;
-    let (at, radius) = (place_text(at), short(radius));
+    let Standing { at, radius_mm, id } = robot;
+    let (at, radius) = (place_text(at), short(radius_mm));
     match barrier {
         Barrier::Wall => {
-            let most = world.size.map(|side| short((side / 2.0 - robot.radius).max(0.0)));
+            let most = world.size.map(|side| short((side / 2.0 - robot.radius_mm).max(0.0)));
             ScenarioCause::InWall { id, at, radius, most }
         }
         Barrier::Obstacle => ScenarioCause::InObstacle { id, at, radius },
@@ -163,7 +165,7 @@ fn barred_by(barrier: Barrier, robot: Standing, world: &WorldSection) -> Scenari
 
 fn overlap(group: &Group, robot: Standing, other: Standing) -> ScenarioCause {
     let ids = u32::from(group.first_id)..u32::from(group.first_id) + group.count;
-    let apart = robot.radius + other.radius;
+    let apart = robot.radius_mm + other.radius_mm;
     // The spacing of this group does not affect overlaps with robots of other groups.
     let key = match group.placement {
         _ if !ids.contains(&other.id) => None,

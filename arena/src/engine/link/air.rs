@@ -62,7 +62,7 @@ struct Reach {
 pub(crate) struct Near {
     pub(crate) start: i32,
     pub(crate) index: u32,
-    pub(crate) distance: f32,
+    pub(crate) distance_mm: f32,
     pub(crate) from: RobotId,
     pub(crate) link: u16,
 }
@@ -82,9 +82,9 @@ impl Transmissions {
 
     /// Adds a link and returns its index. The range of the link does not count `bodies` mm of the
     /// distance between two middles.
-    pub(crate) fn add_link(&mut self, link: LinkSettings, bodies: f32, area: Area) -> u16 {
-        let most = link.range.map_or(f32::INFINITY, |range| range + bodies);
-        self.links.push(Reach { link, bodies, most });
+    pub(crate) fn add_link(&mut self, link: LinkSettings, bodies_mm: f32, area: Area) -> u16 {
+        let most = link.range.map_or(f32::INFINITY, |range| range + bodies_mm);
+        self.links.push(Reach { link, bodies: bodies_mm, most });
         let widest = self.links.iter().map(|reach| reach.most).fold(0.0, f32::max);
         self.cells = Cells::new(area, widest, CELLS_MAX);
         self.latest = vec![END; self.cells.count()];
@@ -100,7 +100,7 @@ impl Transmissions {
     }
 
     /// Returns the part of the distance between two middles that the bodies take, in mm.
-    pub(crate) fn bodies(&self, link: u16) -> f32 {
+    pub(crate) fn bodies_mm(&self, link: u16) -> f32 {
         self.links[usize::from(link)].bodies
     }
 
@@ -112,12 +112,12 @@ impl Transmissions {
     }
 
     /// Returns the largest distance between middles at which a frame is received, in mm.
-    pub(crate) fn reach(&self, link: u16) -> f32 {
+    pub(crate) fn reach_mm(&self, link: u16) -> f32 {
         self.links[usize::from(link)].most
     }
 
     fn reaches(&self, beam: &Beam, squared: f32) -> bool {
-        let reach = self.reach(beam.link);
+        let reach = self.reach_mm(beam.link);
         squared <= reach * reach
     }
 
@@ -239,7 +239,7 @@ impl Transmissions {
                         found.push(Near {
                             start: beam.start,
                             index: next,
-                            distance: squared.sqrt(),
+                            distance_mm: squared.sqrt(),
                             from: beam.from,
                             link: beam.link,
                         });

@@ -29,8 +29,8 @@ impl Calibration {
     pub(crate) fn new() -> Self {
         let distances = (0..(120.0 * STEPS) as u16)
             .map(|step| {
-                let gap = f32::from(step) / STEPS;
-                distance(reading(&HIGH, gap), reading(&LOW, gap))
+                let gap_mm = f32::from(step) / STEPS;
+                distance(reading(&HIGH, gap_mm), reading(&LOW, gap_mm))
             })
             .collect();
         Calibration { distances }
@@ -38,17 +38,17 @@ impl Calibration {
 
     /// Returns the distance that a robot measures for a true gap (mm, errors included): between the
     /// middles, in whole mm.
-    pub(crate) fn measure(&self, gap: f32) -> f32 {
-        let step = (gap.max(0.0) * STEPS + 0.5) as usize;
+    pub(crate) fn measure(&self, gap_mm: f32) -> f32 {
+        let step = (gap_mm.max(0.0) * STEPS + 0.5) as usize;
         f32::from(self.distances[step.min(self.distances.len() - 1)])
     }
 }
 
 /// Returns the converter's reading at a gap. Beyond the table, the last slope continues.
-fn reading(table: &[i32; 14], gap: f32) -> i32 {
-    let index = ((gap / 5.0) as usize).min(12);
+fn reading(table: &[i32; 14], gap_mm: f32) -> i32 {
+    let index = ((gap_mm / 5.0) as usize).min(12);
     let (low, high) = (table[index] as f32, table[index + 1] as f32);
-    (low + (high - low) * (gap / 5.0 - index as f32)) as i32
+    (low + (high - low) * (gap_mm / 5.0 - index as f32)) as i32
 }
 
 /// Returns kilolib's estimate of the distance. The gap comes from each gain's table, blended where

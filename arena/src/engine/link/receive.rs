@@ -154,7 +154,7 @@ impl Ether<'_> {
     fn loss(&self, frame: &Near) -> f32 {
         let LinkSettings { range, loss, .. } = self.air.link(frame.link);
         let Some(range) = range else { return loss.near };
-        let part = ((frame.distance - self.air.bodies(frame.link)) / range).clamp(0.0, 1.0);
+        let part = ((frame.distance_mm - self.air.bodies_mm(frame.link)) / range).clamp(0.0, 1.0);
         loss.near + (loss.far - loss.near) * part * part
     }
 
@@ -165,14 +165,14 @@ impl Ether<'_> {
         stream: &mut Stream,
     ) -> FrameSighting {
         if self.air.medium == Medium::Infrared {
-            let mut gap = frame.distance - self.air.bodies(frame.link);
+            let mut gap_mm = frame.distance_mm - self.air.bodies_mm(frame.link);
             let sigma = listener.media.infrared.distance_sigma;
             if sigma > 0.0 {
-                gap += sigma * stream.normal();
+                gap_mm += sigma * stream.normal();
             }
             return FrameSighting {
                 robot: None,
-                way: Some(Direction::Polar([self.calibration.measure(gap), 0.0, 0.0])),
+                way: Some(Direction::Polar([self.calibration.measure(gap_mm), 0.0, 0.0])),
             };
         }
         let Transmission { x, y, z, claim, .. } = &self.air.transmissions()[frame.index as usize];

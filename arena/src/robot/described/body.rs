@@ -83,15 +83,19 @@ impl Actuators {
 
     /// Changes both wheels so that the speed ahead or the turning rate becomes `value` and the
     /// other one stays the same.
-    fn set_wheels(&mut self, distance: f32, quantity: ActuatorQuantity, value: f32) {
+    fn set_wheels(&mut self, wheel_distance_mm: f32, quantity: ActuatorQuantity, value: f32) {
         let [left, right] = self.sides;
-        let (mut ahead, mut turn) = (f32::midpoint(left, right), (right - left) / distance);
+        let (mut ahead_mm_s, mut turn_rad_s) =
+            (f32::midpoint(left, right), (right - left) / wheel_distance_mm);
         if quantity == ActuatorQuantity::Forward {
-            ahead = value;
+            ahead_mm_s = value;
         } else {
-            turn = value.to_radians();
+            turn_rad_s = value.to_radians();
         }
-        self.sides = [ahead - turn * distance / 2.0, ahead + turn * distance / 2.0];
+        self.sides = [
+            ahead_mm_s - turn_rad_s * wheel_distance_mm / 2.0,
+            ahead_mm_s + turn_rad_s * wheel_distance_mm / 2.0,
+        ];
     }
 }
 
@@ -192,7 +196,13 @@ impl DescribedBody {
 
     /// Flies for one substep. The velocities in the robot's own frame follow the values that are
     /// set.
-    fn fly(&mut self, pose: &mut Pose, [speed, climb]: [f32; 2], lag: f32, seconds: f32) {
+    fn fly(
+        &mut self,
+        pose: &mut Pose,
+        [speed_mm_s, climb_mm_s]: [f32; 2],
+        lag_s: f32,
+        seconds: f32,
+    ) {
         let Actuators { along: [ahead, left], turn, climb: wanted, .. } = self.actuators;
         let up = match wanted {
             Climb::Speed(up) => up,
@@ -203,9 +213,9 @@ impl DescribedBody {
             return;
         }
         let fast = libm::hypotf(ahead, left);
-        let share = if fast > speed { speed / fast } else { 1.0 };
-        let goal = [ahead * share, left * share, up.clamp(-climb, climb), turn];
-        let part = if lag > 0.0 { 1.0 - libm::expf(-seconds / lag) } else { 1.0 };
+        let share = if fast > speed_mm_s { speed_mm_s / fast } else { 1.0 };
+        let goal = [ahead * share, left * share, up.clamp(-climb_mm_s, climb_mm_s), turn];
+        let part = if lag_s > 0.0 { 1.0 - libm::expf(-seconds / lag_s) } else { 1.0 };
         if self.is_falling {
             self.velocity[2] -= GRAVITY_MM_S2 * seconds;
         } else {
@@ -224,12 +234,13 @@ impl DescribedBody {
 }
 
 /// Moves along an arc, whose chord points half of the turn further than the heading.
-fn arc(pose: &mut Pose, speed: f32, rate: f32, seconds: f32) {
-    if speed == 0.0 && rate == 0.0 {
+fn arc(pose: &mut Pose, speed_mm_s: f32, rate_rad_s: f32, seconds: f32) {
+    if speed_mm_s == 0.0 && rate_rad_s == 0.0 {
         return;
     }
-    let half = rate * seconds / 2.0;
-    let chord = speed * seconds * if half.abs() > 1e-3 { libm::sinf(half) / half } else { 1.0 };
+    let half = rate_rad_s * seconds / 2.0;
+    let chord =
+        speed_mm_s * seconds * if half.abs() > 1e-3 { libm::sinf(half) / half } else { 1.0 };
     let (sin, cos) = libm::sincosf(pose.heading + half);
     pose.x += chord * cos;
     pose.y += chord * sin;

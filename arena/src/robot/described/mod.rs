@@ -58,11 +58,11 @@ impl DescribedRobot {
 impl BodyModel for DescribedRobot {
     fn shape(&self) -> BodySize {
         let spec::BodySpec { radius_mm, height_mm, .. } = self.body;
-        BodySize { radius: radius_mm as f32, height: height_mm as f32 }
+        BodySize { radius_mm: radius_mm as f32, height_mm: height_mm as f32 }
     }
 
     /// Returns the top speed with the largest gain and noise, which end at three deviations each.
-    fn top_speed(&self) -> f32 {
+    fn top_speed_mm_s(&self) -> f32 {
         let speed = match self.body.drive {
             DriveSpec::Differential { speed_mm_s, .. }
             | DriveSpec::Unicycle { speed_mm_s, .. }
@@ -77,7 +77,7 @@ impl BodyModel for DescribedRobot {
         Medium::RangeAndBearing
     }
 
-    fn crash_speed(&self) -> Option<f32> {
+    fn crash_speed_mm_s(&self) -> Option<f32> {
         match self.body.drive {
             DriveSpec::Quadrotor { crash_speed_mm_s, .. } => Some(crash_speed_mm_s as f32),
             _ => None,
@@ -93,8 +93,8 @@ impl BodyModel for DescribedRobot {
         Ok(())
     }
 
-    fn block(&self, substep: f32) -> Box<dyn BodyBlock> {
-        Box::new(Bodies::<DescribedBody>::new(self.numbers(), substep))
+    fn block(&self, substep_s: f32) -> Box<dyn BodyBlock> {
+        Box::new(Bodies::<DescribedBody>::new(self.numbers(), substep_s))
     }
 }
 
@@ -157,8 +157,8 @@ impl RobotModel for DescribedRobot {
     }
 
     fn autopilot(&self) -> Option<Box<dyn Autopilot>> {
-        let radius = self.shape().radius;
-        Some(Box::new(Senses::new(self.sensors.clone(), radius)))
+        let radius_mm = self.shape().radius_mm;
+        Some(Box::new(Senses::new(self.sensors.clone(), radius_mm)))
     }
 }
 

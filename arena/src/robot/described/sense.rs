@@ -22,9 +22,9 @@ pub struct Senses {
 }
 
 impl Senses {
-    pub fn new(sensors: Arc<[Sensor]>, radius: f32) -> Self {
+    pub fn new(sensors: Arc<[Sensor]>, radius_mm: f32) -> Self {
         let measured = sensors.iter().map(|_| None).collect();
-        Senses { sensors, radius, measured }
+        Senses { sensors, radius: radius_mm, measured }
     }
 
     /// Returns a value of a sensor: the last one, or a new one if the sensor's period is over.
@@ -86,7 +86,7 @@ impl Autopilot for Senses {
 }
 
 /// Measures all values of a sensor.
-fn measure(sensor: &Sensor, radius: f32, io: &Io<'_>, chance: &mut Stream) -> Vec<f32> {
+fn measure(sensor: &Sensor, radius_mm: f32, io: &Io<'_>, chance: &mut Stream) -> Vec<f32> {
     let sigma = sensor.noise as f32;
     let mut noisy = |value: f32| {
         let error = if sigma > 0.0 { sigma * chance.normal() } else { 0.0 };
@@ -94,11 +94,11 @@ fn measure(sensor: &Sensor, radius: f32, io: &Io<'_>, chance: &mut Stream) -> Ve
     };
     match &sensor.kind {
         SensorKind::Proximity { directions_deg, range_mm, nothing } => {
-            let range = *range_mm as f32;
+            let range_mm = *range_mm as f32;
             let beam = |direction: &f64| {
                 let along = (*direction as f32).to_radians();
-                match io.sensors.beam(along, radius + range) {
-                    Some(distance) => noisy(distance - radius).clamp(0.0, range),
+                match io.sensors.beam(along, radius_mm + range_mm) {
+                    Some(distance) => noisy(distance - radius_mm).clamp(0.0, range_mm),
                     None => *nothing as f32,
                 }
             };
@@ -111,10 +111,10 @@ fn measure(sensor: &Sensor, radius: f32, io: &Io<'_>, chance: &mut Stream) -> Ve
         // The ground of every world is white.
         SensorKind::Ground => vec![noisy(READING_MAX).clamp(0.0, READING_MAX)],
         SensorKind::RangeAndBearing { range_mm, bearing_noise_deg } => {
-            let range = *range_mm as f32;
-            let (count, nearest) = io.sensors.neighbors(range);
-            let (distance, bearing) = nearest.map_or((range, 0.0), |[distance, bearing]| {
-                (noisy(distance).clamp(0.0, range), bearing.to_degrees())
+            let range_mm = *range_mm as f32;
+            let (count, nearest) = io.sensors.neighbors(range_mm);
+            let (distance, bearing) = nearest.map_or((range_mm, 0.0), |[distance, bearing]| {
+                (noisy(distance).clamp(0.0, range_mm), bearing.to_degrees())
             });
             let error = match *bearing_noise_deg as f32 {
                 sigma if sigma > 0.0 && nearest.is_some() => sigma * chance.normal(),

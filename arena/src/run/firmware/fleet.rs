@@ -105,7 +105,7 @@ impl EmulatedFleet {
             pool.execute_on(robots.len(), &write)?;
             let [x, y] = listener.at.map(|mm| mm as f32);
             let pose = Pose::new(x, y, 0.0);
-            let there = Motion { since: Duration::ZERO, pose, speed: 0.0, turn: 0.0 };
+            let there = Motion { since: Duration::ZERO, pose, speed_mm_s: 0.0, turn_rad_s: 0.0 };
             pool.execute_on(robots.len(), &there.command(emulation.origin()))?;
         }
         if let Some(command) = emulation.air(media, seed) {
@@ -277,9 +277,9 @@ impl Emulated {
 
     /// Returns the current pose and motion of the robot; `None` for a body without wheels.
     fn motion(&self, world: &mut World<SimRobot>, now: Duration) -> Option<Motion> {
-        let [speed, turn] = world.roll(self.id, self.duties(), 0.0).expect(IN_WORLD)?;
+        let [speed_mm_s, turn_rad_s] = world.roll(self.id, self.duties(), 0.0).expect(IN_WORLD)?;
         let pose = world.robot(self.id).expect(IN_WORLD).pose;
-        Some(Motion { since: now, pose, speed, turn })
+        Some(Motion { since: now, pose, speed_mm_s, turn_rad_s })
     }
 
     /// Moves the robot in the world up to `until`, with the current duties of its motors.

@@ -14,9 +14,9 @@ pub struct Motion {
     pub since: Duration,
     pub pose: Pose,
     /// Forward speed in mm/s.
-    pub speed: f32,
+    pub speed_mm_s: f32,
     /// Turn rate in radians per second, anticlockwise.
-    pub turn: f32,
+    pub turn_rad_s: f32,
 }
 
 /// A distance in mm that the projector's code cannot show: a hundredth of a step.
@@ -28,19 +28,19 @@ impl Motion {
     /// Returns the velocity along x and y in mm/s.
     fn velocity(&self) -> [f32; 2] {
         let (sin, cos) = libm::sincosf(self.pose.heading);
-        [self.speed * cos, self.speed * sin]
+        [self.speed_mm_s * cos, self.speed_mm_s * sin]
     }
 
     /// Returns true if the emulator, which was sent `other`, already predicts this motion. The
     /// emulator extrapolates straight and turning motion.
     pub fn is_predicted_by(&self, other: &Motion) -> bool {
-        if (self.speed, self.turn) != (other.speed, other.turn) {
+        if (self.speed_mm_s, self.turn_rad_s) != (other.speed_mm_s, other.turn_rad_s) {
             return false;
         }
         let seconds = self.since.saturating_sub(other.since).as_secs_f32();
         let [vx, vy] = other.velocity();
         let (x, y) = (other.pose.x + vx * seconds, other.pose.y + vy * seconds);
-        let heading = other.pose.heading + other.turn * seconds;
+        let heading = other.pose.heading + other.turn_rad_s * seconds;
         (self.pose.x - x).abs() < DISTANCE_TOLERANCE_MM
             && (self.pose.y - y).abs() < DISTANCE_TOLERANCE_MM
             && wrap(self.pose.heading - heading).abs() < ANGLE_TOLERANCE_RAD
@@ -57,7 +57,7 @@ impl Motion {
             heading_degrees: -degrees(self.pose.heading),
             vx_mm_s: vx,
             vy_mm_s: -vy,
-            turn_degrees_s: -degrees(self.turn),
+            turn_degrees_s: -degrees(self.turn_rad_s),
         }
     }
 }
@@ -71,8 +71,8 @@ mod tests {
         let sent = Motion {
             since: Duration::from_millis(100),
             pose: Pose::new(10.0, 20.0, 1.0),
-            speed: 200.0,
-            turn: 0.0,
+            speed_mm_s: 200.0,
+            turn_rad_s: 0.0,
         };
         let later = |pose: Pose| Motion { since: Duration::from_millis(110), pose, ..sent };
         let (sin, cos) = 1.0_f32.sin_cos();
@@ -80,14 +80,14 @@ mod tests {
         assert!(later(there).is_predicted_by(&sent));
         assert!(!later(Pose { x: there.x + 0.1, ..there }).is_predicted_by(&sent));
         assert!(!later(Pose { heading: 1.01, ..there }).is_predicted_by(&sent));
-        assert!(!Motion { speed: 190.0, ..later(there) }.is_predicted_by(&sent));
+        assert!(!Motion { speed_mm_s: 190.0, ..later(there) }.is_predicted_by(&sent));
     }
 
     /// In the projector's frame y points down, and headings grow from x to y.
     #[test]
     fn the_y_axis_of_the_projector_points_down() {
         let pose = Pose::new(-30.0, 40.0, core::f32::consts::FRAC_PI_2);
-        let motion = Motion { since: Duration::ZERO, pose, speed: 100.0, turn: 0.5 };
+        let motion = Motion { since: Duration::ZERO, pose, speed_mm_s: 100.0, turn_rad_s: 0.5 };
         let Command::Place { x_mm, y_mm, heading_degrees, vx_mm_s, vy_mm_s, turn_degrees_s } =
             motion.command([500.0, 400.0])
         else {

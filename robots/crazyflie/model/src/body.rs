@@ -114,10 +114,10 @@ impl CrazyflieModel {
 impl BodyModel for CrazyflieModel {
     /// Returns the shape; the height is that of the collision cylinder of gym-pybullet-drones.
     fn shape(&self) -> BodySize {
-        BodySize { radius: self.radius, height: 25.0 }
+        BodySize { radius_mm: self.radius, height_mm: 25.0 }
     }
 
-    fn top_speed(&self) -> f32 {
+    fn top_speed_mm_s(&self) -> f32 {
         self.speed
     }
 
@@ -125,7 +125,7 @@ impl BodyModel for CrazyflieModel {
         Medium::P2p
     }
 
-    fn crash_speed(&self) -> Option<f32> {
+    fn crash_speed_mm_s(&self) -> Option<f32> {
         Some(self.crash_speed)
     }
 
@@ -157,10 +157,10 @@ impl BodyModel for CrazyflieModel {
         ])
     }
 
-    fn block(&self, substep: f32) -> Box<dyn BodyBlock> {
+    fn block(&self, substep_s: f32) -> Box<dyn BodyBlock> {
         match self.fidelity {
-            Fidelity::Kinematic => Box::new(Bodies::<CrazyflieBody>::new(*self, substep)),
-            Fidelity::Flight => Box::new(Bodies::<FlyingBody>::new(*self, substep)),
+            Fidelity::Kinematic => Box::new(Bodies::<CrazyflieBody>::new(*self, substep_s)),
+            Fidelity::Flight => Box::new(Bodies::<FlyingBody>::new(*self, substep_s)),
         }
     }
 }
@@ -169,7 +169,7 @@ impl BodyModel for CrazyflieModel {
 const GRAVITY_MM_S2: f32 = 9810.0;
 
 /// Highest rate of yaw in radians per second (a choice: a full turn per second).
-const TURN: f32 = core::f32::consts::TAU;
+const TURN_RATE_RAD_S_MAX: f32 = core::f32::consts::TAU;
 
 /// A Crazyflie's body.
 #[derive(Clone, Debug, Default)]
@@ -298,7 +298,8 @@ impl CrazyflieBody {
             *velocity += change;
         }
         if wanted.turn.is_finite() {
-            self.rate += (wanted.turn.clamp(-TURN, TURN) - self.rate) * part;
+            self.rate +=
+                (wanted.turn.clamp(-TURN_RATE_RAD_S_MAX, TURN_RATE_RAD_S_MAX) - self.rate) * part;
         }
     }
 }

@@ -11,31 +11,31 @@ use crate::keep_apart::KeepApart;
 use crate::{CrazyflieModel, Flight, FlightControls, Velocity};
 
 /// Speed of take-off, landing and flights to a place, in mm/s (robots/crazyflie/robot.toml).
-const SPEED: f32 = 500.0;
+const SPEED_MM_S: f32 = 500.0;
 /// Speed of `forward` in mm/s.
-const CRUISE: f32 = 200.0;
+const CRUISE_SPEED_MM_S: f32 = 200.0;
 /// Rate of turn of `left` and `right` in degrees per second.
-const TURN: f32 = 45.0;
+const TURN_RATE_DEG_S: f32 = 45.0;
 /// Distance in mm at which a goal is reached.
-const ARRIVED: f32 = 50.0;
+const ARRIVAL_DISTANCE_MM: f32 = 50.0;
 /// The value of `get_*` when nothing is in range. The world has no ceiling.
-const OUT_OF_RANGE: i32 = 32_767;
+const OUT_OF_RANGE_MM: i32 = 32_767;
 /// Time limit of `goTo`, and the time that take-off and landing may take in addition to their
 /// computed duration, in ms.
-const PATIENCE: u64 = 3000;
+const EXTRA_TIME_MS: u64 = 3000;
 /// Duration of `spin` in ms.
-const SPIN: u64 = 1500;
+const SPIN_MS: u64 = 1500;
 /// Voltages of a full and of a low battery in mV, and the time of flight between them in ms: 7
 /// minutes (Bitcraze's data sheet of the 2.1).
-const FULL: u64 = 4150;
-const LOW: u64 = 3200;
-const FLIGHT_TIME: u64 = 420_000;
+const FULL_MV: u64 = 4150;
+const LOW_MV: u64 = 3200;
+const FLIGHT_TIME_MS: u64 = 420_000;
 /// Voltage in mV below which the robot lands, and the time in ms after which this happens. The
 /// firmware, which does not fly yet, stops the motors then (firmware/crazyflie/src/battery.rs).
-const EMPTY: u64 = 3100;
-const EMPTY_TIME: u64 = 5000;
+const EMPTY_MV: u64 = 3100;
+const EMPTY_TIME_MS: u64 = 5000;
 /// Voltage in mV at which the nRF51 cuts all power.
-const FLAT: u64 = 3000;
+const FLAT_MV: u64 = 3000;
 
 /// The task of the robot until the next call.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
@@ -87,7 +87,8 @@ impl Pilot {
             self.task = CrazyflieTask::Grounded;
         }
         let z = here.map_or(self.height, |here| here.z);
-        let climb_to = |height: f32, most: f32| ((height - z) * 2.0).clamp(-most, most);
+        let climb_to =
+            |height_mm: f32, max_mm_s: f32| ((height_mm - z) * 2.0).clamp(-max_mm_s, max_mm_s);
         let velocity = match self.task {
             CrazyflieTask::Grounded => return Flight::Off,
             CrazyflieTask::Cruise { forward, left, turn, height, climb } => {
@@ -96,14 +97,15 @@ impl Pilot {
             CrazyflieTask::Goal { to: [x, y, height], faces_x } => {
                 let Some(here) = here else { return Flight::Velocity(Velocity::default()) };
                 let (dx, dy) = (x - here.x, y - here.y);
-                let distance = libm::hypotf(dx, dy);
+                let distance_mm = libm::hypotf(dx, dy);
                 // The robot slows down when it is a second away from the goal.
-                let share = if distance > 0.0 { distance.min(SPEED) / distance } else { 0.0 };
+                let share =
+                    if distance_mm > 0.0 { distance_mm.min(SPEED_MM_S) / distance_mm } else { 0.0 };
                 let (sine, cosine) = (libm::sinf(here.heading), libm::cosf(here.heading));
                 Velocity {
                     forward: (dx * cosine + dy * sine) * share,
                     left: (dy * cosine - dx * sine) * share,
-                    up: climb_to(height, SPEED),
+                    up: climb_to(height, SPEED_MM_S),
                     turn: if faces_x { wrap(-here.heading) } else { 0.0 },
                 }
             }
@@ -122,20 +124,25 @@ impl Pilot {
         }
     }
 
-    fn cruise(&mut self, forward: f32, left: f32, turn: f32) -> Done {
+    fn cruise(&mut self, forward_mm_s: f32, left_mm_s: f32, turn_deg_s: f32) -> Done {
         // A robot on the ground has no height to fly at, so it stays there.
         if self.task != CrazyflieTask::Grounded {
-            let height = self.height;
-            self.task = CrazyflieTask::Cruise { forward, left, turn, height, climb: SPEED };
+            self.task = CrazyflieTask::Cruise {
+                forward: forward_mm_s,
+                left: left_mm_s,
+                turn: turn_deg_s,
+                height: self.height,
+                climb: SPEED_MM_S,
+            };
         }
         Done::Nil
     }
 
     /// Begins to land.
-    fn descend(&mut self, here: Option<Pose>, now: u64, speed: f32) {
-        let height = here.map_or(self.height, |here| here.z);
-        self.deadline = now + (height / speed * 1000.0) as u64 + PATIENCE;
-        self.climb(-ARRIVED, speed);
+    fn descend(&mut self, here: Option<Pose>, now: u64, speed_mm_s: f32) {
+        let height_mm = here.map_or(self.height, |here| here.z);
+        self.deadline = now + (height_mm / speed_mm_s * 1000.0) as u64 + EXTRA_TIME_MS;
+        self.climb(-ARRIVAL_DISTANCE_MM, speed_mm_s);
     }
 
     /// Returns true if the robot has landed, or had enough time to land.
@@ -143,8 +150,14 @@ impl Pilot {
         here.is_none_or(|here| here.z < 10.0) || now >= self.deadline
     }
 
-    fn climb(&mut self, height: f32, climb: f32) {
-        self.task = CrazyflieTask::Cruise { forward: 0.0, left: 0.0, turn: 0.0, height, climb };
+    fn climb(&mut self, height_mm: f32, climb_mm_s: f32) {
+        self.task = CrazyflieTask::Cruise {
+            forward: 0.0,
+            left: 0.0,
+            turn: 0.0,
+            height: height_mm,
+            climb: climb_mm_s,
+        };
     }
 
     /// Returns the voltage of the battery in mV.
@@ -152,14 +165,15 @@ impl Pilot {
         if let Some(measured) = self.measured_mv {
             return measured.into();
         }
-        FULL.saturating_sub((FULL - LOW) * self.flown / FLIGHT_TIME).max(FLAT)
+        FULL_MV.saturating_sub((FULL_MV - LOW_MV) * self.flown / FLIGHT_TIME_MS).max(FLAT_MV)
     }
 
-    /// Lands when the battery has been empty for `EMPTY_TIME`.
+    /// Lands when the battery has been empty for `EMPTY_TIME_MS`.
     fn watch_battery(&mut self, here: Option<Pose>, battery_mv: Option<u16>, now: u64) {
-        if battery_mv.map_or_else(|| self.battery(), u64::from) >= EMPTY {
+        if battery_mv.map_or_else(|| self.battery(), u64::from) >= EMPTY_MV {
             self.empty_since = None;
-        } else if now >= *self.empty_since.get_or_insert(now) + EMPTY_TIME && !self.has_given_up {
+        } else if now >= *self.empty_since.get_or_insert(now) + EMPTY_TIME_MS && !self.has_given_up
+        {
             self.give_up_flight(here, now);
         }
     }
@@ -168,7 +182,7 @@ impl Pilot {
     fn give_up_flight(&mut self, here: Option<Pose>, now: u64) {
         self.has_given_up = true;
         if self.task != CrazyflieTask::Grounded {
-            self.descend(here, now, SPEED);
+            self.descend(here, now, SPEED_MM_S);
         }
     }
 }
@@ -219,8 +233,10 @@ impl Autopilot for Pilot {
 
 /// Returns the effect of a function that only the Crazyflie has; `None` for all others.
 pub fn effect(function: &RobotFunction) -> Option<Effect> {
-    let cruise = |forward: f32, turn: f32| -> Effect {
-        Box::new(move |call| fly(call, Done::Nil, |pilot, _| pilot.cruise(forward, 0.0, turn)))
+    let cruise = |forward_mm_s: f32, turn_deg_s: f32| -> Effect {
+        Box::new(move |call| {
+            fly(call, Done::Nil, |pilot, _| pilot.cruise(forward_mm_s, 0.0, turn_deg_s))
+        })
     };
     let range = |side: Side| -> Effect {
         Box::new(move |call| distance(call.io.sensors.range(side).map(|mm| mm as i32)))
@@ -236,7 +252,7 @@ pub fn effect(function: &RobotFunction) -> Option<Effect> {
         "hover" => Box::new(|call| {
             fly(call, Done::Nil, |pilot, CallMoment { numbers, .. }| {
                 pilot.height = numbers.float(0);
-                pilot.climb(pilot.height, SPEED);
+                pilot.climb(pilot.height, SPEED_MM_S);
                 Done::Nil
             })
         }),
@@ -248,9 +264,9 @@ pub fn effect(function: &RobotFunction) -> Option<Effect> {
                 pilot.cruise(numbers.float(0), numbers.float(1), 0.0)
             })
         }),
-        "forward" => cruise(CRUISE, 0.0),
-        "left" => cruise(0.0, TURN),
-        "right" => cruise(0.0, -TURN),
+        "forward" => cruise(CRUISE_SPEED_MM_S, 0.0),
+        "left" => cruise(0.0, TURN_RATE_DEG_S),
+        "right" => cruise(0.0, -TURN_RATE_DEG_S),
         "get_up" => Box::new(|_| distance(None)),
         "get_left" => range(Side::Left),
         "get_right" => range(Side::Right),
@@ -320,18 +336,18 @@ fn set_led(call: &mut RobotCall<'_, '_>) -> Done {
 }
 
 fn take_off(call: &mut RobotCall<'_, '_>) -> Done {
-    let height = call.numbers.float(0);
-    if height <= 0.0 {
+    let height_mm = call.numbers.float(0);
+    if height_mm <= 0.0 {
         return Done::OutOfRange;
     }
     fly(call, Done::Nil, |pilot, CallMoment { now, here, numbers, again }| {
         if !again {
-            let speed = pace(height, &numbers);
-            pilot.height = height;
-            pilot.deadline = now + (height / speed * 1000.0) as u64 + PATIENCE;
-            pilot.climb(height, speed);
+            let speed_mm_s = pace(height_mm, &numbers);
+            pilot.height = height_mm;
+            pilot.deadline = now + (height_mm / speed_mm_s * 1000.0) as u64 + EXTRA_TIME_MS;
+            pilot.climb(height_mm, speed_mm_s);
         }
-        let is_there = here.is_none_or(|here| (here.z - height).abs() < ARRIVED);
+        let is_there = here.is_none_or(|here| (here.z - height_mm).abs() < ARRIVAL_DISTANCE_MM);
         if is_there || now >= pilot.deadline { Done::Nil } else { Done::Wait }
     })
 }
@@ -340,8 +356,9 @@ fn land(call: &mut RobotCall<'_, '_>) -> Done {
     let CallMoment { now, here, numbers, again } = CallMoment::new(call);
     let pilot = pilot(call);
     if !again && pilot.task != CrazyflieTask::Grounded && !pilot.has_given_up {
-        let speed = if numbers.count() == 2 { pace(numbers.float(0), &numbers) } else { SPEED };
-        pilot.descend(here, now, speed);
+        let speed_mm_s =
+            if numbers.count() == 2 { pace(numbers.float(0), &numbers) } else { SPEED_MM_S };
+        pilot.descend(here, now, speed_mm_s);
     }
     if pilot.task != CrazyflieTask::Grounded && !pilot.is_down(here, now) {
         return Done::Wait;
@@ -354,15 +371,16 @@ fn land(call: &mut RobotCall<'_, '_>) -> Done {
 fn spin(pilot: &mut Pilot, CallMoment { now, numbers, again, .. }: CallMoment<'_>) -> Done {
     let height = numbers.float(0);
     if !again {
-        pilot.deadline = now + SPIN;
+        pilot.deadline = now + SPIN_MS;
         pilot.height = height;
         let turn = -numbers.float(1);
-        pilot.task = CrazyflieTask::Cruise { forward: 0.0, left: 0.0, turn, height, climb: SPEED };
+        pilot.task =
+            CrazyflieTask::Cruise { forward: 0.0, left: 0.0, turn, height, climb: SPEED_MM_S };
     }
     if now < pilot.deadline {
         return Done::Wait;
     }
-    pilot.climb(height, SPEED);
+    pilot.climb(height, SPEED_MM_S);
     Done::Nil
 }
 
@@ -374,13 +392,14 @@ impl Pilot {
         let height = if numbers.count() == 3 { numbers.float(2) } else { self.height };
         let to = [numbers.float(0), numbers.float(1), height];
         if !again {
-            self.deadline = now + PATIENCE;
+            self.deadline = now + EXTRA_TIME_MS;
             self.height = height;
             self.task = CrazyflieTask::Goal { to, faces_x: is_waiting };
         }
         let Some(here) = here else { return Done::Int(0) };
-        let distance = libm::hypotf(libm::hypotf(to[0] - here.x, to[1] - here.y), to[2] - here.z);
-        if distance < ARRIVED {
+        let distance_mm =
+            libm::hypotf(libm::hypotf(to[0] - here.x, to[1] - here.y), to[2] - here.z);
+        if distance_mm < ARRIVAL_DISTANCE_MM {
             return Done::Int(1);
         }
         if !is_waiting || now >= self.deadline { Done::Int(0) } else { Done::Wait }
@@ -395,16 +414,16 @@ fn start(call: &mut RobotCall<'_, '_>, from: impl FnOnce(Option<u64>, u64) -> Op
     Done::Nil
 }
 
-/// Returns a distance in mm as the robot's functions do: `OUT_OF_RANGE` for `None`.
+/// Returns a distance in mm as the robot's functions do: `OUT_OF_RANGE_MM` for `None`.
 fn distance(mm: Option<i32>) -> Done {
-    Done::Int(mm.unwrap_or(OUT_OF_RANGE))
+    Done::Int(mm.unwrap_or(OUT_OF_RANGE_MM))
 }
 
 /// Returns the speed in mm/s for a height, from the number of steps of 100 ms in the second
-/// argument; `SPEED` without such a number.
-fn pace(height: f32, numbers: &CallNumbers<'_>) -> f32 {
+/// argument; `SPEED_MM_S` without such a number.
+fn pace(height_mm: f32, numbers: &CallNumbers<'_>) -> f32 {
     match numbers.int(1) {
-        steps if numbers.count() == 2 && steps > 0 => (height / (steps as f32 * 0.1)).max(1.0),
-        _ => SPEED,
+        steps if numbers.count() == 2 && steps > 0 => (height_mm / (steps as f32 * 0.1)).max(1.0),
+        _ => SPEED_MM_S,
     }
 }

@@ -25,16 +25,16 @@ pub struct KeepApart {
 }
 
 impl KeepApart {
-    /// Returns the avoidance for robots that keep twice `radius` mm between their middles, fly at most
-    /// `speed` mm/s fast, and follow a velocity with a lag in seconds.
-    pub fn new(radius: f32, speed: f32, lag: f32) -> Self {
+    /// Returns the avoidance for robots that keep twice `radius_mm` between their middles, fly
+    /// at most `speed_mm_s` fast, and follow a velocity with a lag.
+    pub fn new(radius_mm: f32, speed_mm_s: f32, lag_s: f32) -> Self {
         let standard = AvoidanceSettings::CRAZYFLIE;
-        let radius_m = radius / 1000.0;
+        let radius_m = radius_mm / 1000.0;
         let settings = AvoidanceSettings {
             radius_m,
             height_m: standard.height_m / standard.radius_m * radius_m,
-            speed_m_s: standard.speed_m_s.min(speed / 1000.0),
-            lag_s: lag,
+            speed_m_s: standard.speed_m_s.min(speed_mm_s / 1000.0),
+            lag_s,
             ..standard
         };
         KeepApart { settings, filter: None, velocity_m_s: Vec3::ZERO }

@@ -142,10 +142,10 @@ impl KilobotModel {
 impl BodyModel for KilobotModel {
     /// Returns the shape; the height is the makers' figure for pins and board.
     fn shape(&self) -> BodySize {
-        BodySize { radius: self.radius, height: 34.4 }
+        BodySize { radius_mm: self.radius, height_mm: 34.4 }
     }
 
-    fn top_speed(&self) -> f32 {
+    fn top_speed_mm_s(&self) -> f32 {
         let most = f32::from(u8::MAX - self.dead_duty);
         let ahead = self.speed * most / f32::from(self.straight_duty - self.dead_duty);
         let turn = self.turn_rate * most / f32::from(self.turn_duty - self.dead_duty);
@@ -177,8 +177,8 @@ impl BodyModel for KilobotModel {
         ])
     }
 
-    fn block(&self, substep: f32) -> Box<dyn BodyBlock> {
-        Box::new(Bodies::<Kilobot>::new(*self, substep))
+    fn block(&self, substep_s: f32) -> Box<dyn BodyBlock> {
+        Box::new(Bodies::<Kilobot>::new(*self, substep_s))
     }
 }
 

@@ -86,10 +86,10 @@ impl ZooidModel {
 impl BodyModel for ZooidModel {
     /// Returns the shape; the height is the makers' figure.
     fn shape(&self) -> BodySize {
-        BodySize { radius: self.radius, height: 21.0 }
+        BodySize { radius_mm: self.radius, height_mm: 21.0 }
     }
 
-    fn top_speed(&self) -> f32 {
+    fn top_speed_mm_s(&self) -> f32 {
         self.speed
     }
 
@@ -112,8 +112,8 @@ impl BodyModel for ZooidModel {
         ])
     }
 
-    fn block(&self, substep: f32) -> Box<dyn BodyBlock> {
-        Box::new(Bodies::<ZooidBody>::new(*self, substep))
+    fn block(&self, substep_s: f32) -> Box<dyn BodyBlock> {
+        Box::new(Bodies::<ZooidBody>::new(*self, substep_s))
     }
 }
 
