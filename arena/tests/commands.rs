@@ -2,40 +2,39 @@
 
 use crate::busy::{rest, setup};
 use bittybuzz_arena::run::Simulation;
-use rand::rngs::SmallRng;
-use rand::{RngExt, SeedableRng};
+use bittybuzz_random::Random;
 
 /// Robots of the world: ids of Kilobots, Zooids and Crazyflies.
 const IDS: [u16; 16] = [0, 1, 2, 3, 4, 5, 6, 7, 8, 20, 21, 22, 23, 30, 31, 32];
 
 /// A command of any kind, as a person might give it.
-fn command(chance: &mut SmallRng) -> String {
-    let id = |chance: &mut SmallRng| IDS[chance.random_range(0..IDS.len())];
-    let place = |chance: &mut SmallRng| {
+fn command(chance: &mut Random) -> String {
+    let id = |chance: &mut Random| IDS[chance.below(IDS.len() as u32) as usize];
+    let place = |chance: &mut Random| {
         // The largest body, of 60 mm, has room everywhere.
-        let [x, y] = [0, 1].map(|_| chance.random_range(-440..=440));
+        let [x, y] = [0, 1].map(|_| chance.below(881) as i32 - 440);
         format!("[{x}, {y}]")
     };
     let (one, other) = (id(chance), id(chance));
-    match chance.random_range(0..20) {
+    match chance.below(20) {
         0 => format!("fail = {one}"),
         1 => format!("stop = [{one}, {other}]"),
         2 => "resume = \"all\"".to_owned(),
         3 => format!("restart = {one}"),
         4 => format!("move = {one}\nto = {}", place(chance)),
         5 => {
-            format!("move = \"0..8\"\nby = [3, -2.5]\nheading = {}", chance.random_range(-360..360))
+            format!("move = \"0..8\"\nby = [3, -2.5]\nheading = {}", chance.below(720) as i32 - 360)
         }
-        6 => format!("battery = {one}\nvolts = {}", f64::from(chance.random_range(0..50)) / 10.0),
+        6 => format!("battery = {one}\nvolts = {}", f64::from(chance.below(50)) / 10.0),
         7 => format!("light = [{}, {{ at = {}, brightness = 300 }}]", place(chance), place(chance)),
-        8 => format!("loss = 0.{}\nmedium = \"ir\"", chance.random_range(0..10)),
-        9 => format!("loss = [0, 1]\nmedium = \"{}\"", ["nrf24", "p2p"][chance.random_range(0..2)]),
+        8 => format!("loss = 0.{}\nmedium = \"ir\"", chance.below(10)),
+        9 => format!("loss = [0, 1]\nmedium = \"{}\"", ["nrf24", "p2p"][chance.below(2) as usize]),
         10 => format!("block = [{one}, {other}]"),
         11 => format!("restore = [{one}, \"all\"]"),
         12 => format!("brown_out = [{one}, {other}]"),
         13 => {
-            let kind = ["jam", "babble", "replay", "poison"][chance.random_range(0..4)];
-            let group = ["kilobot", "zooids", "crazyflie"][chance.random_range(0..3)];
+            let kind = ["jam", "babble", "replay", "poison"][chance.below(4) as usize];
+            let group = ["kilobot", "zooids", "crazyflie"][chance.below(3) as usize];
             let at = place(chance);
             format!(
                 "adversary = {{ kind = \"{kind}\", group = \"{group}\", at = {at}, until = 11, rate = 20 }}"
@@ -44,12 +43,12 @@ fn command(chance: &mut SmallRng) -> String {
         14 => format!("load = [{one}, {other}]\nscript = \"quiet.bzz\""),
         17 => format!(
             "set = [{one}, {other}]\nglobal = \"n\"\nnumber = {}",
-            chance.random_range(-500..=500)
+            chance.below(1001) as i32 - 500
         ),
         18 => "set = \"all\"\nglobal = \"heard\"\nnumber = 0.5".to_owned(),
         15 => {
-            let robots = ["kilobot", "zooids", "all", "3..6"][chance.random_range(0..4)];
-            let keep = chance.random_range(0..2) == 0;
+            let robots = ["kilobot", "zooids", "all", "3..6"][chance.below(4) as usize];
+            let keep = chance.chance(0.5);
             format!("load = \"{robots}\"\nscript = \"loud.bzz\"\nkeep = {keep}")
         }
         16 if one != other => format!("partition = [{one}, {other}] # an edge"),
@@ -59,11 +58,11 @@ fn command(chance: &mut SmallRng) -> String {
 
 /// Plays a session, and the scenario that it is written as.
 fn replay(seed: u64, folder: &str) {
-    let mut chance = SmallRng::seed_from_u64(seed);
+    let mut chance = Random::new(seed);
     let mut session = Simulation::new(setup(folder, ""), 5, 1).unwrap();
     let mut seen = Vec::new();
     while !session.is_over() {
-        for _ in 0..chance.random_range(0..5_u32).saturating_sub(2) {
+        for _ in 0..chance.below(5).saturating_sub(2) {
             let text = command(&mut chance);
             session.command(&text).unwrap_or_else(|errors| panic!("{text}: {errors:#?}"));
         }
@@ -80,18 +79,17 @@ fn replay(seed: u64, folder: &str) {
 
 /// Copies a session at a random time; the copy gets the same commands from then on.
 fn copy(seed: u64, folder: &str) {
-    let mut chance = SmallRng::seed_from_u64(seed);
+    let mut chance = Random::new(seed);
     let mut session = Simulation::new(setup(folder, ""), 5, 1).unwrap();
-    let at = chance.random_range(0..session.end());
+    let at = u64::from(chance.below(session.end() as u32));
     let mut copied: Option<Simulation> = None;
     while !session.is_over() {
         if session.now() == at {
             copied = session.snapshot();
             assert_eq!(copied.as_ref().unwrap().commands(), session.commands());
         }
-        let texts: Vec<String> = (0..chance.random_range(0..5_u32).saturating_sub(2))
-            .map(|_| command(&mut chance))
-            .collect();
+        let texts: Vec<String> =
+            (0..chance.below(5).saturating_sub(2)).map(|_| command(&mut chance)).collect();
         let mut seen = Vec::new();
         for run in [Some(&mut session), copied.as_mut()].into_iter().flatten() {
             texts.iter().for_each(|text| run.command(text).unwrap());

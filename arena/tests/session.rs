@@ -2,8 +2,7 @@
 
 use crate::busy::{rest, setup};
 use bittybuzz_arena::run::{NoWayBack, Session, Simulation};
-use rand::rngs::SmallRng;
-use rand::{RngExt, SeedableRng};
+use bittybuzz_random::Random;
 
 /// Commands of all kinds that change what happens later.
 const COMMANDS: [&str; 6] = [
@@ -33,19 +32,19 @@ fn play(session: &mut Session, mut act: impl FnMut(&mut Session)) -> Vec<u64> {
 
 #[test]
 fn every_tick_is_found_again_bit_for_bit() {
-    let mut chance = SmallRng::seed_from_u64(1);
+    let mut chance = Random::new(1);
     // Two copies leave long ways, 500 none.
     for most in [2, 7, 500] {
         let mut session = begin("session_seek", most);
         let digests = play(&mut session, |session| {
             if session.run().now() % 17 == 3 {
-                session.command(COMMANDS[chance.random_range(0..COMMANDS.len())]).unwrap();
+                session.command(COMMANDS[chance.below(COMMANDS.len() as u32) as usize]).unwrap();
             }
         });
         let commands = session.run().commands();
         let results = format!("{:?}", session.summary());
         for _ in 0..40 {
-            let tick = chance.random_range(0..=session.run().end());
+            let tick = u64::from(chance.below(session.run().end() as u32 + 1));
             session.go_to(tick).unwrap();
             assert_eq!(session.run().now(), tick);
             assert_eq!(session.run().digest(), digests[tick as usize], "{most} copies, {tick}");

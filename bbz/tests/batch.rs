@@ -8,6 +8,7 @@ use std::thread;
 use std::time::Duration;
 
 use crate::support::{Folder, finish};
+use bittybuzz_random::Random;
 use serde_json::Value;
 
 /// Robots at random places that receive each other's messages: no two seeds have the same result.
@@ -64,12 +65,10 @@ fn kill_and_resume(test: &str, runs: usize, kills: usize) {
     std::fs::remove_file(folder.path("runs.csv")).unwrap();
     let resume = [&arguments[..], &["--resume"]].concat();
     let total = runs.div_ceil(runs.div_ceil(1000));
-    // A linear congruential generator (Knuth, MMIX) chooses the times of the kills, so that every
-    // run of this test is the same.
-    let (mut random, mut goal) = (runs as u64, 0);
+    let (mut random, mut goal) = (Random::new(runs as u64), 0);
     for _ in 0..kills {
-        random = random.wrapping_mul(6364136223846793005).wrapping_add(1442695040888963407);
-        goal += 1 + (random >> 33) as usize % (2 * (total - goal) / (kills + 1)).max(1);
+        let steps_max = (2 * (total - goal) / (kills + 1)).max(1);
+        goal += 1 + random.below(steps_max as u32) as usize;
         let mut child = start(&folder, &resume, goal.min(total - 1));
         child.kill().unwrap();
         child.wait().unwrap();

@@ -1,9 +1,7 @@
 //! Random numbers: one stream for each purpose, robot and tick, so that no draw depends on the
 //! order of others.
 
-use rand::{Rng, RngExt, SeedableRng};
-use rand_distr::{Distribution, StandardNormal};
-use rand_xoshiro::SplitMix64;
+use bittybuzz_random::Random;
 
 /// The purpose of a stream. Streams of different purposes are independent.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -33,15 +31,13 @@ pub(crate) enum StreamPurpose {
 
 /// A stream of random numbers, which is identical on every machine.
 #[derive(Clone, Debug)]
-pub struct Stream(SplitMix64);
+pub struct Stream(Random);
 
 impl Stream {
     /// Returns the stream of one robot for one purpose in one tick.
     pub(crate) fn new(seed: u64, purpose: StreamPurpose, robot: u16, tick: u64) -> Self {
-        // An odd multiplier keeps different inputs different; the generator itself mixes them.
-        let place = ((purpose as u64) << 56) ^ (u64::from(robot) << 40) ^ tick;
-        let mut outer = SplitMix64::seed_from_u64(seed ^ place.wrapping_mul(0xd6e8_feb8_6659_fd93));
-        Stream(SplitMix64::seed_from_u64(outer.next_u64()))
+        let purpose = ((purpose as u64) << 56) ^ (u64::from(robot) << 40) ^ tick;
+        Stream(Random::for_purpose(seed, purpose))
     }
 
     /// Returns the stream of a robot's brain.
@@ -72,18 +68,18 @@ impl Stream {
     /// Returns a new stream that is independent of later draws from this one.
     #[must_use]
     pub fn fork(&mut self) -> Stream {
-        Stream(SplitMix64::seed_from_u64(self.0.next_u64()))
+        Stream(self.0.fork())
     }
 
     /// Returns the seed of another generator, which is independent of later draws from this one.
     #[must_use]
     pub fn seed(&mut self) -> u64 {
-        self.0.next_u64()
+        self.0.bits()
     }
 
     /// Returns a number in [0, 1).
     pub fn unit(&mut self) -> f32 {
-        self.0.random()
+        self.0.unit_f32()
     }
 
     /// Returns true with this probability.
@@ -93,12 +89,12 @@ impl Stream {
 
     /// Returns a number in 0..end.
     pub fn below(&mut self, end: u32) -> u32 {
-        ((u64::from(self.0.next_u32()) * u64::from(end)) >> 32) as u32
+        self.0.below(end)
     }
 
     /// Returns a normally distributed number with mean 0 and deviation 1.
     pub fn normal(&mut self) -> f32 {
-        StandardNormal.sample(&mut self.0)
+        self.0.normal() as f32
     }
 
     /// Returns a factor around 1 that is limited to three deviations and never negative.

@@ -16,6 +16,7 @@ use bittybuzz_compiler::compile::{Options, compile};
 use bittybuzz_compiler::include::{IncludeLoader, MemoryFiles};
 use bittybuzz_live::Live;
 use bittybuzz_page::Page;
+use bittybuzz_random::Random;
 use serde_json::Value;
 use tungstenite::client::IntoClientRequest;
 use tungstenite::http::HeaderValue;
@@ -183,11 +184,7 @@ fn a_page_steers_the_run_and_gets_samples() {
 #[test]
 fn nonsense_does_no_harm() {
     serve(|url| {
-        let mut seed = 1_u64;
-        let mut random = move || {
-            seed = seed.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1);
-            (seed >> 33) as usize
-        };
+        let mut random = Random::new(1);
         let words = [
             "{",
             "}",
@@ -207,11 +204,13 @@ fn nonsense_does_no_harm() {
             let mut socket = connect(url, None).unwrap();
             event(&mut socket, "begin");
             for _ in 0..20 {
-                let text: String =
-                    (0..random() % 8).map(|_| words[random() % words.len()]).collect();
-                let bytes: Vec<u8> = (0..random() % 300).map(|_| random() as u8).collect();
+                let text: String = (0..random.below(8))
+                    .map(|_| words[random.below(words.len() as u32) as usize])
+                    .collect();
+                let bytes: Vec<u8> =
+                    (0..random.below(300)).map(|_| random.below(256) as u8).collect();
                 let message =
-                    if random() % 2 == 0 { Message::text(text) } else { Message::binary(bytes) };
+                    if random.chance(0.5) { Message::text(text) } else { Message::binary(bytes) };
                 socket.send(message).unwrap();
             }
             socket.send(Message::text("\"commands\"")).unwrap();

@@ -68,6 +68,16 @@ impl Random {
         self.0.random()
     }
 
+    /// Returns a number from 0 (inclusive) to 1 (exclusive), drawn in single precision.
+    pub fn unit_f32(&mut self) -> f32 {
+        self.0.random()
+    }
+
+    /// Returns a number from 0 (inclusive) to `end` (exclusive).
+    pub fn below(&mut self, end: u32) -> u32 {
+        ((u64::from(self.0.next_u32()) * u64::from(end)) >> 32) as u32
+    }
+
     /// Returns true with the given probability.
     pub fn chance(&mut self, probability: f64) -> bool {
         self.unit() < probability

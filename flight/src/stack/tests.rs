@@ -2,15 +2,14 @@
 
 use super::*;
 use crate::planner::{Destination, PlanError, VelocityCommand};
-use rand::{RngExt, SeedableRng};
-use rand_xoshiro::Xoshiro256PlusPlus;
+use bittybuzz_random::Random;
 
 const SETTINGS: StackSettings = StackSettings::CRAZYFLIE_2_1_PLUS;
 
 /// A robot on the ground with noisy inertial sensors and a gyroscope with a bias.
 struct Standing {
     stack: FlightStack,
-    noise: Xoshiro256PlusPlus,
+    noise: Random,
     duties: MotorDuties,
 }
 
@@ -19,16 +18,15 @@ impl Standing {
         let at = FlightState { position_m: Vec3::new(1.0, 2.0, 0.015), ..FlightState::default() };
         Standing {
             stack: FlightStack::new(SETTINGS, &at),
-            noise: Xoshiro256PlusPlus::seed_from_u64(1),
+            noise: Random::new(1),
             duties: MotorDuties::default(),
         }
     }
 
     fn wait(&mut self, milliseconds: u32) {
         for _ in 0..milliseconds {
-            let mut noise = || {
-                Vec3::from_array(core::array::from_fn(|_| self.noise.random_range(-0.004..0.004)))
-            };
+            let mut noise =
+                || Vec3::from_array(core::array::from_fn(|_| self.noise.uniform(0.004) as f32));
             let sample = ImuSample {
                 gyro_rad_s: Vec3::new(0.01, -0.01, 0.005) + noise(),
                 accel_m_s2: Vec3::Z * GRAVITY_M_S2 + noise() * 5.0,

@@ -1,8 +1,7 @@
 //! Faults, and the flights in which they occur.
 
 use bittybuzz_crazyflie_physics::DVec3;
-use rand::{RngExt, SeedableRng};
-use rand_xoshiro::SplitMix64;
+use bittybuzz_random::Random;
 
 /// A kind of fault.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -103,7 +102,7 @@ pub struct Scenario {
     /// The offset of poses in m.
     pub jump_m: DVec3,
     /// Random numbers of the pilot.
-    pub pilot: SplitMix64,
+    pub pilot: Random,
 }
 
 impl Scenario {
@@ -119,9 +118,9 @@ impl Scenario {
             PositionSource::FlowDeck
         };
         let seed = 0x5eed_0000 + number as u64;
-        let mut random = SplitMix64::seed_from_u64(seed);
+        let mut random = Random::new(seed);
         let mut between = |least: f64, most: f64| {
-            let unit: f64 = random.random();
+            let unit = random.unit();
             least + (most - least) * unit
         };
         let (is_imu, logarithm) = (kind.is_imu_fault(), between(0.0, 1.0));
@@ -139,7 +138,7 @@ impl Scenario {
             charge: between(0.0, 0.04),
             volts: is_constant.then(|| between(2.7, 2.95)),
             jump_m: direction.normalize() * between(0.3, 3.0),
-            pilot: SplitMix64::seed_from_u64(seed ^ 0x0070_110f),
+            pilot: Random::new(seed ^ 0x0070_110f),
         }
     }
 }

@@ -9,8 +9,7 @@ use bittybuzz_flight::planner::{PositionFence, VelocityCommand};
 use bittybuzz_flight::stack::{FlightStack, StackSettings};
 use bittybuzz_flight::supervisor::SupervisorStage;
 use bittybuzz_flight::{FlightState, ImuSample, MotorDuties, Vec3};
-use rand::{RngExt, SeedableRng};
-use rand_xoshiro::SplitMix64;
+use bittybuzz_random::Random;
 
 use crate::faults::fault::{FaultKind, PositionSource, Scenario};
 use crate::faults::pilot::{COMMAND_TICKS, Pilot};
@@ -71,7 +70,7 @@ struct Room {
     duties: MotorDuties,
     /// Probability that a pose does not arrive.
     loss: f64,
-    radio: SplitMix64,
+    radio: Random,
     source: PositionSource,
 }
 
@@ -99,7 +98,7 @@ impl Room {
             stack: FlightStack::new(settings(), &at),
             duties: MotorDuties::default(),
             loss: 0.0,
-            radio: SplitMix64::seed_from_u64(scenario.seed ^ 0x7ad1),
+            radio: Random::new(scenario.seed ^ 0x7ad1),
             source: scenario.source,
             drone,
         }
@@ -160,7 +159,7 @@ impl Room {
         match self.source {
             PositionSource::MotionCapture => {
                 let Some(pose) = self.sensors.motion_capture.sample(state) else { return };
-                let unit: f64 = self.radio.random();
+                let unit = self.radio.unit();
                 if unit >= self.loss {
                     self.stack.receive_pose(&PoseMeasurement {
                         position_m: pose.position_m.as_vec3(),

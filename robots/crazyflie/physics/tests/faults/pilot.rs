@@ -4,8 +4,7 @@ use std::f32::consts::PI;
 
 use bittybuzz_flight::planner::{VelocityCommand, VelocityFrame};
 use bittybuzz_flight::{FlightState, Vec3};
-use rand::RngExt;
-use rand_xoshiro::SplitMix64;
+use bittybuzz_random::Random;
 
 /// Ticks of 1 ms between commands, as of a script that runs 10 times per second.
 pub const COMMAND_TICKS: u64 = 100;
@@ -14,19 +13,19 @@ const LEG_COMMANDS: u64 = 12;
 
 /// A pilot.
 pub struct Pilot {
-    random: SplitMix64,
+    random: Random,
     commands: u64,
     velocity_m_s: Vec3,
     height_m: f32,
 }
 
 impl Pilot {
-    pub fn new(random: SplitMix64) -> Self {
+    pub fn new(random: Random) -> Self {
         Pilot { random, commands: 0, velocity_m_s: Vec3::ZERO, height_m: 0.5 }
     }
 
     fn between(&mut self, least: f32, most: f32) -> f32 {
-        let unit: f32 = self.random.random();
+        let unit = self.random.unit_f32();
         least + (most - least) * unit
     }
 
