@@ -49,7 +49,7 @@ impl Shape {
     }
 }
 
-/// The target of a jump.
+/// The target of a jump. Only the builder that made it can use it.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Label(usize);
 
@@ -104,9 +104,9 @@ pub struct FunctionCode {
 }
 
 impl FunctionCode {
-    /// Returns the offset of a mark in `bytes`.
+    /// Returns the offset in `bytes` of a mark of this function.
     pub fn offset(&self, mark: CodeMark) -> usize {
-        self.marks.get(mark.0).copied().unwrap_or(self.bytes.len())
+        self.marks[mark.0]
     }
 }
 
@@ -197,7 +197,7 @@ impl FunctionBuilder {
     pub fn operand(&mut self, opcode: u8, operand: i32, span: Span) {
         let counted = match opcode {
             opcode::CALL | opcode::CALL_METHOD | opcode::POP_N => {
-                usize::try_from(operand).unwrap_or(0)
+                usize::try_from(operand).expect("a count of values is not negative")
             }
             _ => 0,
         };
@@ -263,9 +263,8 @@ impl FunctionBuilder {
     /// Appends `FLOAT`, `FLOAT_HALF` or `INT_WORD` with the payload of the profile.
     pub fn word(&mut self, opcode: u8, bits: u32, span: Span) {
         let bytes = bits.to_le_bytes();
-        let from = if opcode == opcode::FLOAT_HALF { self.word_bytes.saturating_sub(2) } else { 0 };
-        let trailer = bytes.get(from..self.word_bytes).unwrap_or(&bytes);
-        self.push(opcode, Argument::Value(0), trailer, (0, 0), span);
+        let from = if opcode == opcode::FLOAT_HALF { self.word_bytes - 2 } else { 0 };
+        self.push(opcode, Argument::Value(0), &bytes[from..self.word_bytes], (0, 0), span);
     }
 
     /// Pops `count` values from the stack.
@@ -350,9 +349,7 @@ impl FunctionBuilder {
 
     /// Binds a label to the next instruction.
     pub fn bind(&mut self, label: Label, span: Span) {
-        let Some(state) = self.labels.get_mut(label.0) else {
-            return self.fail(AsmErrorKind::BadLabel, span);
-        };
+        let state = &mut self.labels[label.0];
         if state.position.is_some() {
             return self.fail(AsmErrorKind::BadLabel, span);
         }
@@ -378,15 +375,13 @@ impl FunctionBuilder {
         let reachable = self.reachable;
         if reachable {
             self.jump(opcode::JUMP, entry.unwrap_or(head), span);
-            if let Some(item) = self.items.last_mut() {
-                item.enters = Some(head);
-            }
+            let jump =
+                self.items.last_mut().expect("a jump was appended, because control gets here");
+            jump.enters = Some(head);
         }
         let (position, depth) = (self.items.len(), self.depth);
-        if let Some(state) = self.labels.get_mut(head.0) {
-            *state =
-                LabelState { position: Some(position), depth: Some(depth), is_loop_head: true };
-        }
+        self.labels[head.0] =
+            LabelState { position: Some(position), depth: Some(depth), is_loop_head: true };
         self.reachable = reachable;
         head
     }
@@ -403,7 +398,7 @@ impl FunctionBuilder {
         self.check_jumps()?;
         self.shorten_jumps();
         let offsets = self.layout()?;
-        self.encode(&offsets)
+        Ok(self.encode(&offsets))
     }
 
     fn value(&mut self, operand: i32, span: Span) -> Argument {
@@ -473,26 +468,26 @@ impl FunctionBuilder {
     }
 
     fn arrive(&mut self, target: Label, depth: usize, span: Span) {
-        let mismatch = match self.labels.get_mut(target.0) {
-            None => return self.fail(AsmErrorKind::BadLabel, span),
-            Some(state) => {
-                let backward = state.position.is_some();
-                if backward && !state.is_loop_head {
-                    return self.fail(AsmErrorKind::BadLabel, span);
-                }
-                *state.depth.get_or_insert(depth) != depth
-            }
-        };
-        if mismatch {
+        let state = &mut self.labels[target.0];
+        let backward = state.position.is_some();
+        if backward && !state.is_loop_head {
+            return self.fail(AsmErrorKind::BadLabel, span);
+        }
+        if *state.depth.get_or_insert(depth) != depth {
             self.fail(AsmErrorKind::DepthMismatch, span);
         }
     }
 
-    /// Returns the first instruction after a label that was not removed.
+    /// Returns the first instruction after a label that was not removed; `None` if the label is
+    /// unbound or no instruction follows it.
     fn target(&self, label: Label) -> Option<usize> {
-        let position = self.labels.get(label.0)?.position?;
-        (position..self.items.len())
-            .find(|&at| self.items.get(at).is_some_and(|item| !item.removed))
+        let position = self.labels[label.0].position?;
+        (position..self.items.len()).find(|&at| !self.items[at].removed)
+    }
+
+    /// Returns the target of a jump after [`FunctionBuilder::check_jumps`].
+    fn checked_target(&self, label: Label) -> usize {
+        self.target(label).expect("`check_jumps` found a target, and targets are never removed")
     }
 
     fn check_jumps(&self) -> Result<(), AsmError> {
@@ -519,40 +514,32 @@ impl FunctionBuilder {
     /// removes a final `RETURN_NIL` that is unreachable after that.
     fn shorten_jumps(&mut self) {
         for at in 0..self.items.len() {
-            let Some(item) = self.items.get(at).copied() else { continue };
+            let item = self.items[at];
             let Argument::Target(label) = item.argument else { continue };
             let needed = item.enters.is_some_and(|head| self.is_repeated(head));
             if item.opcode != opcode::JUMP || needed {
                 continue;
             }
-            let Some(to) = self.target(label) else { continue };
-            let between = self.items.get(at + 1..to).unwrap_or_default();
-            let is_next = to > at && between.iter().all(|item| item.removed);
-            let returns =
-                self.items.get(to).copied().filter(|item| item.opcode == opcode::RETURN_NIL);
-            if let Some(item) = self.items.get_mut(at) {
-                if is_next {
-                    item.removed = true;
-                } else if let Some(returns) = returns {
-                    *item = returns;
-                }
+            let to = self.checked_target(label);
+            let is_next = to > at && self.items[at + 1..to].iter().all(|item| item.removed);
+            if is_next {
+                self.items[at].removed = true;
+            } else if self.items[to].opcode == opcode::RETURN_NIL {
+                self.items[at] = self.items[to];
             }
         }
-        let Some(last) = self.items.len().checked_sub(1) else { return };
-        let follows_terminator = self
-            .items
-            .get(..last)
-            .and_then(|before| before.iter().rev().find(|item| !item.removed))
+        let last = self.items.len() - 1;
+        let follows_terminator = self.items[..last]
+            .iter()
+            .rev()
+            .find(|item| !item.removed)
             .is_some_and(|item| is_terminator(item.opcode));
         let is_target = self.items.iter().any(|item| match item.argument {
             Argument::Target(label) => !item.removed && self.target(label) == Some(last),
             Argument::Value(_) => false,
         });
-        if let Some(item) = self.items.get_mut(last)
-            && item.opcode == opcode::RETURN_NIL
-            && follows_terminator
-            && !is_target
-        {
+        let item = &mut self.items[last];
+        if item.opcode == opcode::RETURN_NIL && follows_terminator && !is_target {
             item.removed = true;
         }
     }
@@ -587,21 +574,17 @@ impl FunctionBuilder {
                 return Ok(offsets);
             }
             for at in grown {
-                if let Some(item) = self.items.get_mut(at) {
-                    item.wide = true;
-                }
+                self.items[at].wide = true;
             }
         }
     }
 
     /// Returns the distance in bytes from the end of the jump at `at` to its target.
     fn distance(&self, offsets: &[usize], at: usize, label: Label) -> i64 {
-        let offset = |index: usize| offsets.get(index).map_or(0, |&offset| offset as i64);
-        let target = self.target(label).unwrap_or(self.items.len());
-        offset(target) - offset(at + 1)
+        offsets[self.checked_target(label)] as i64 - offsets[at + 1] as i64
     }
 
-    fn encode(&self, offsets: &[usize]) -> Result<FunctionCode, AsmError> {
+    fn encode(&self, offsets: &[usize]) -> FunctionCode {
         let flags = u8::from(self.shape.captures) << 6 | u8::from(self.shape.uses_self) << 7;
         let mut bytes = vec![self.shape.parameters as u8 | flags, self.deepest as u8];
         let mut lines: Vec<(usize, Span)> = Vec::new();
@@ -616,10 +599,8 @@ impl FunctionBuilder {
                 Argument::Value(_) if item.opcode < 0x40 => bytes.push(item.opcode),
                 Argument::Value(operand) => encode_operand(&mut bytes, item.opcode, operand),
                 Argument::Target(label) => {
-                    let distance = self.distance(offsets, at, label);
-                    let Ok(distance) = i16::try_from(distance) else {
-                        return Err(AsmError { kind: AsmErrorKind::JumpTooFar, span: item.span });
-                    };
+                    let distance = i16::try_from(self.distance(offsets, at, label));
+                    let distance = distance.expect("`layout` refuses jumps that are too far");
                     let [low, high] = distance.to_le_bytes();
                     if item.wide {
                         bytes.extend([item.opcode | WIDE, low, high]);
@@ -630,10 +611,8 @@ impl FunctionBuilder {
             }
             bytes.extend(item.trailer.iter().take(item.trailer_length));
         }
-        let first = HEADER_BYTES;
-        let offset = |mark: &usize| offsets.get(*mark).map_or(bytes.len(), |at| first + at);
-        let marks = self.marks.iter().map(offset).collect();
-        Ok(FunctionCode { bytes, lines, marks })
+        let marks = self.marks.iter().map(|mark| HEADER_BYTES + offsets[*mark]).collect();
+        FunctionCode { bytes, lines, marks }
     }
 }
 

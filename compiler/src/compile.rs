@@ -146,16 +146,14 @@ fn fit(generated: &Generated, image: &CompiledImage, robot: &Robot) -> Vec<Diagn
             }
             CapacityError::Flash { .. } => diagnostic(DiagnosticCode::FlashBudget, Span::default()),
             CapacityError::Globals { most, .. } => {
-                let span = generated.first_uses.get(*most).copied().unwrap_or_default();
-                diagnostic(DiagnosticCode::TooManyGlobals, span)
+                diagnostic(DiagnosticCode::TooManyGlobals, generated.first_uses[*most])
                     .label("the first that does not fit")
             }
             CapacityError::Stack { way, .. } => {
                 let Some(last) = way.calls.last() else {
-                    let entry = way.functions.first().map(|entry| usize::from(*entry));
-                    let entry = entry.and_then(|entry| generated.functions.get(entry));
-                    let span = entry.map_or(Span::default(), |entry| entry.span);
-                    return diagnostic(DiagnosticCode::CallsTooDeep, span);
+                    let entry = way.functions.first().expect("a path of calls starts at an entry");
+                    let entry = &generated.functions[usize::from(*entry)];
+                    return diagnostic(DiagnosticCode::CallsTooDeep, entry.span);
                 };
                 diagnostic(DiagnosticCode::CallsTooDeep, image.source(*last))
                     .label("the deepest call")
@@ -166,8 +164,7 @@ fn fit(generated: &Generated, image: &CompiledImage, robot: &Robot) -> Vec<Diagn
 }
 
 fn function_name(generated: &Generated, number: u16) -> String {
-    let function = generated.functions.get(usize::from(number));
-    match function.and_then(|function| function.name.as_deref()) {
+    match generated.functions[usize::from(number)].name.as_deref() {
         Some(GLOBAL_CODE) => GLOBAL_CODE.to_owned(),
         Some(name) => format!("{name}()"),
         None => "a lambda".to_owned(),

@@ -114,7 +114,8 @@ fn decode(bytes: Vec<u8>) -> Result<String, (ScriptProblem, String)> {
         let offset = error.utf8_error().valid_up_to();
         let mut bytes = error.into_bytes();
         bytes.truncate(offset);
-        (ScriptProblem::NotUtf8 { offset }, String::from_utf8(bytes).unwrap_or_default())
+        let before = String::from_utf8(bytes).expect("the bytes before the offset are valid");
+        (ScriptProblem::NotUtf8 { offset }, before)
     })
 }
 

@@ -91,7 +91,7 @@ impl<'a> Lexer<'a> {
     }
 
     fn rest(&self) -> &'a str {
-        self.text.get(self.position..).unwrap_or_default()
+        &self.text[self.position..]
     }
 
     fn peek(&self) -> Option<char> {
@@ -127,7 +127,7 @@ impl<'a> Lexer<'a> {
 
     /// Returns the text from the start of this token to the current position.
     fn read(&self) -> &'a str {
-        self.text.get(self.start..self.position).unwrap_or_default()
+        &self.text[self.start..self.position]
     }
 
     fn push(&mut self, kind: TokenKind) {

@@ -147,12 +147,8 @@ impl<'a> Parser<'a> {
 
     /// Returns the token at `position`, or the final one for every position after it.
     fn token_at(&self, position: usize) -> &'a Token {
-        static END: Token = Token {
-            kind: TokenKind::FileEnd,
-            span: Span { file: crate::source::FileId(0), start: 0, end: 0 },
-            separation: crate::token::Separation::Newline,
-        };
-        self.tokens.get(position).or(self.tokens.last()).unwrap_or(&END)
+        let token = self.tokens.get(position).or(self.tokens.last());
+        token.expect("the lexer ends every file with `FileEnd`")
     }
 
     fn kind(&self) -> &'a TokenKind {

@@ -136,31 +136,32 @@ impl<'a> Renderer<'a> {
     fn position(&self, file: FileId, offset: usize) -> LineColumn {
         let line = self.line_of(file, offset);
         let start = self.line_start(file, line);
-        let column = match self.layout(file) {
-            Some(layout) if layout.is_ascii => offset.saturating_sub(start),
-            _ => self.source(file, start..offset).chars().count(),
+        let column = if self.layout(file).is_ascii {
+            offset - start
+        } else {
+            self.source(file, start..offset).chars().count()
         };
         LineColumn { line: line as u32 + 1, column: column as u32 + 1 }
     }
 
-    fn layout(&self, file: FileId) -> Option<&Layout> {
-        self.layouts.get(file.0 as usize)
+    fn layout(&self, file: FileId) -> &Layout {
+        &self.layouts[file.0 as usize]
     }
 
     /// Returns the line, counted from 0, that contains the byte at `offset`.
     fn line_of(&self, file: FileId, offset: usize) -> usize {
-        let starts = self.layout(file).map_or(&[][..], |layout| &layout.line_starts);
-        starts.partition_point(|start| *start <= offset).saturating_sub(1)
+        // The first line starts at 0, so the count is at least 1.
+        self.layout(file).line_starts.partition_point(|start| *start <= offset) - 1
     }
 
     /// Returns the offset of a line, or the end of the file for lines after the last one.
     fn line_start(&self, file: FileId, line: usize) -> usize {
-        let start = self.layout(file).and_then(|layout| layout.line_starts.get(line).copied());
-        start.unwrap_or(self.sources.file(file).text.len())
+        let starts = &self.layout(file).line_starts;
+        starts.get(line).copied().unwrap_or(self.sources.file(file).text.len())
     }
 
     fn source(&self, file: FileId, range: Range<usize>) -> &'a str {
-        self.sources.file(file).text.get(range).unwrap_or_default()
+        &self.sources.file(file).text[range]
     }
 
     /// Returns the source text around the place of a diagnostic and around its related places.
@@ -198,15 +199,15 @@ impl<'a> Renderer<'a> {
         lines.any(|line| self.line_start(file, line + 1) - self.line_start(file, line) > most)
     }
 
-    /// Returns a piece of source text with marks, which are all in one file.
+    /// Returns a piece of source text with marks. There is at least one, and all are in one file.
     fn piece(&self, marks: &[SourceMark<'a>]) -> Element<'a> {
-        let Some(Span { file, start, .. }) = marks.first().map(|mark| mark.span) else {
-            return Level::NOTE.message("").into();
-        };
+        let Span { file, start, .. } = marks[0].span;
         let path = printable(&self.sources.path(file).display().to_string());
-        let lines = || marks.iter().map(|mark| self.lines(mark.span));
-        let first = lines().map(|lines| lines.start).min().unwrap_or(0);
-        let last = lines().map(|lines| lines.end).max().unwrap_or(first + 1);
+        let (mut first, mut last) = (usize::MAX, 0);
+        for lines in marks.iter().map(|mark| self.lines(mark.span)) {
+            first = first.min(lines.start);
+            last = last.max(lines.end);
+        }
         if self.has_longer_line(file, first..last, LONGEST_LINE) {
             let at = self.position(file, start as usize);
             let origin = Origin::path(path).line(at.line as usize).char_column(at.column as usize);

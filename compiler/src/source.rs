@@ -75,14 +75,13 @@ impl SourceMap {
 
     /// Returns the source text of a span.
     pub fn text(&self, span: Span) -> &str {
-        let text = &self.file(span.file).text;
-        text.get(span.start as usize..span.end as usize).unwrap_or_default()
+        &self.file(span.file).text[span.start as usize..span.end as usize]
     }
 
     /// Returns the line and column at which the span starts.
     pub fn line_column(&self, span: Span) -> LineColumn {
         let text = &self.file(span.file).text;
-        let before = &text[..(span.start as usize).min(text.len())];
+        let before = &text[..span.start as usize];
         let line_start = before.rfind('\n').map_or(0, |i| i + 1);
         LineColumn {
             line: before.matches('\n').count() as u32 + 1,

@@ -28,13 +28,14 @@ impl StringTable {
         &self.script
     }
 
-    /// Returns the number of a string; `None` if it is not in the table.
-    pub fn number(&self, text: &str) -> Option<u16> {
+    /// Returns the number of a string; `None` if it is not in the table. A table with more strings
+    /// than an image can count has greater numbers than fit.
+    pub fn number(&self, text: &str) -> Option<usize> {
         if let Some(number) = own_number(text) {
             return Some(number);
         }
         let index = self.script.binary_search_by(|s| s.as_str().cmp(text)).ok()?;
-        u16::try_from(index).ok()?.checked_add(builtin::string::COUNT)
+        Some(usize::from(builtin::string::COUNT) + index)
     }
 
     /// Returns for every string of the script the number of the machine's own strings that sort
@@ -46,8 +47,8 @@ impl StringTable {
 }
 
 /// Returns the number of one of the machine's own strings; `None` for other strings.
-pub fn own_number(text: &str) -> Option<u16> {
-    builtin::STRINGS.binary_search(&text).ok().and_then(|index| u16::try_from(index).ok())
+pub fn own_number(text: &str) -> Option<usize> {
+    builtin::STRINGS.binary_search(&text).ok()
 }
 
 #[cfg(test)]
@@ -58,9 +59,9 @@ mod tests {
     fn own_strings_keep_their_numbers_and_are_not_repeated() {
         let table = StringTable::new(["robot", "zebra", "distance", "apple", "zebra"]);
         assert_eq!(table.script(), ["apple", "zebra"]);
-        assert_eq!(table.number("robot"), Some(builtin::string::ROBOT));
-        assert_eq!(table.number("apple"), Some(builtin::string::COUNT));
-        assert_eq!(table.number("zebra"), Some(builtin::string::COUNT + 1));
+        assert_eq!(table.number("robot"), Some(builtin::string::ROBOT.into()));
+        assert_eq!(table.number("apple"), Some(builtin::string::COUNT.into()));
+        assert_eq!(table.number("zebra"), Some(usize::from(builtin::string::COUNT) + 1));
         assert_eq!(table.number("absent"), None);
     }
 

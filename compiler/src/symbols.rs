@@ -176,9 +176,8 @@ impl std::error::Error for SymbolsError {}
 impl Symbols {
     /// Returns the text of a `.sym` file.
     pub fn to_json(&self) -> String {
-        // Serialization fails only for maps whose keys are not strings and for failing writers;
-        // neither occurs here.
-        serde_json::to_string(self).unwrap_or_default()
+        serde_json::to_string(self)
+            .expect("only maps with keys that are not strings, and failing writers, can fail")
     }
 
     /// Reads a `.sym` file.
@@ -258,12 +257,12 @@ impl<'a> Places<'a> {
     }
 
     fn line_column(&self, file: FileId, at: u32) -> (u32, u32) {
-        let Some(lines) = self.lines.get(file.0 as usize) else { return (1, 1) };
+        let lines = &self.lines[file.0 as usize];
         let text = &self.sources.file(file).text;
-        let at = (at as usize).min(text.len());
-        let line = lines.partition_point(|start| *start <= at).max(1);
-        let start = lines.get(line - 1).copied().unwrap_or(0);
-        let column = text.get(start..at).map_or(0, |before| before.chars().count());
+        let at = at as usize;
+        // The first line starts at 0, so the count is at least 1.
+        let line = lines.partition_point(|start| *start <= at);
+        let column = text[lines[line - 1]..at].chars().count();
         (line as u32, column as u32 + 1)
     }
 }

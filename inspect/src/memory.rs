@@ -24,12 +24,15 @@ impl ScriptMemory {
         slots: usize,
     ) -> ScriptMemory {
         let stack = vm.stack_slots();
+        // A machine without an image has no globals.
         let globals = 0..vm.header().map_or(0, |header| header.globals());
         let mut held: Vec<(u16, usize)> =
             globals.map(|number| (number, vm.slots_held_by(number))).collect();
         held.retain(|(_, slots)| *slots > 0);
         held.sort_by_key(|(number, slots)| (std::cmp::Reverse(*slots), *number));
-        ScriptMemory { slots, stack, heap: vm.needed_slots().saturating_sub(stack), held }
+        let heap = vm.needed_slots().checked_sub(stack);
+        let heap = heap.expect("the slots that the script needs include the stack");
+        ScriptMemory { slots, stack, heap, held }
     }
 
     /// Counts the used slots of a machine that stopped because it ran out of memory; `None` after

@@ -72,7 +72,9 @@ pub fn neighbors<P: Profile, C: ByteCode, const SLOTS: usize>(
 ) -> Vec<InspectedNeighbor> {
     let all = vm.neighbors().map(|neighbor| InspectedNeighbor {
         id: neighbor.id,
-        place: neighbor.place.map(|place| place.map(|number| number.as_f32().unwrap_or(0.0))),
+        place: neighbor.place.map(|place| {
+            place.map(|number| number.as_f32().expect("the machine stores places as floats"))
+        }),
         steps_left: neighbor.steps_left,
         swarms: vm
             .swarms()

@@ -145,7 +145,7 @@ impl<'a, P: Profile, C: ByteCode, const SLOTS: usize> MachineReader<'a, P, C, SL
     fn capture_names(&self, function: u16, closure: Value<P>, slots: usize) -> Vec<String> {
         let functions = self.symbols.map(|symbols| &symbols.functions);
         let Some(known) = functions.and_then(|all| all.get(usize::from(function))) else {
-            let slots = u16::try_from(slots).unwrap_or(u16::MAX);
+            let slots = u16::try_from(slots).expect("an instruction counts the slots in a byte");
             let is_there = |number: &u16| !self.vm.captured(closure, *number).is_nil();
             let count = (0..slots).rev().find(is_there).map_or(0, |last| last + 1);
             return (0..count).map(|number| format!("captured {number}")).collect();
@@ -174,6 +174,7 @@ impl<'a, P: Profile, C: ByteCode, const SLOTS: usize> MachineReader<'a, P, C, SL
     }
 
     fn text(&self, value: Value<P>) -> String {
+        // A message may name a string that the image does not have.
         let bytes: Vec<u8> =
             self.vm.text(value).map_or_else(Vec::new, |text| text.bytes().collect());
         String::from_utf8_lossy(&bytes).into_owned()
@@ -197,6 +198,6 @@ fn library_name(library: Library) -> &'static str {
         Library::StigmergyObject => "stigmergy object",
         Library::Snapshot => "snapshot",
         Library::Global => "global",
-        _ => library.global_name().unwrap_or("library"),
+        _ => library.global_name().expect("scripts know the other libraries by a name"),
     }
 }

@@ -413,3 +413,22 @@ fn full_memory_is_held_by_globals() {
     let other = robot.enter(Entry::Global).expect_err("faults");
     assert_eq!(ScriptMemory::after(&other, &*robot.vm, 500), None);
 }
+
+fn counts_after_overflow<P: Profile>() {
+    for locals in 0..12 {
+        let declared: String = (0..locals).map(|number| format!("var v{number} = n ")).collect();
+        for kept in ["n", "{ .n = n }", "{ .1 = { .2 = n } }"] {
+            let script = format!(
+                "kept = nil function f(n) {{ {declared} kept = {{ .next = kept, .now = {kept} }} \
+                 var t = {{ .n = n }} f(n + 1) return t }} f(0)"
+            );
+            let (mut robot, _) = robot::<P>(&script);
+            let fault = robot.enter(Entry::Global).expect_err("the recursion has no end");
+            let memory = ScriptMemory::after(&fault, &*robot.vm, 600).expect("it was full");
+            assert!(memory.stack > 0 && memory.heap > 0, "{script}\n{memory:?}");
+            assert!(memory.stack + memory.heap <= memory.slots, "{script}\n{memory:?}");
+        }
+    }
+}
+
+in_both_profiles!(memory_is_counted_after_any_overflow, counts_after_overflow);

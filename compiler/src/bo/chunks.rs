@@ -74,34 +74,33 @@ impl Chunks {
         bounds.push(bo.code.len());
         let mut chunks = Vec::with_capacity(bounds.len());
         for (number, bound) in bounds.windows(2).enumerate() {
-            let &[start, end] = bound else { continue };
+            let (start, end) = (bound[0], bound[1]);
             let creator = match creations.get(&start) {
                 None => None,
                 Some(at) => Some(creator(bo, &bounds, number, *at)?),
             };
             chunks.push(Chunk { code: start..body_end(bo, number, start, end)?, creator });
         }
-        let chunk = |start| starts.get(&start).copied().unwrap_or(0);
         let registrations = registered
             .into_iter()
-            .map(|(name, at, start)| Registration { name, at, chunk: chunk(start) })
+            .map(|(name, at, start)| Registration { name, at, chunk: starts[&start] })
             .collect();
         Ok(Chunks { registrations, chunks, starts })
     }
 
     /// Returns the first instruction of a chunk.
     pub fn start(&self, number: usize) -> usize {
-        self.chunks.get(number).map_or(0, |chunk| chunk.code.start)
+        self.chunks[number].code.start
     }
 
     /// Returns the `done` or `ret0` at the end of a chunk.
     pub fn end(&self, number: usize) -> usize {
-        self.chunks.get(number).map_or(0, |chunk| chunk.code.end)
+        self.chunks[number].code.end
     }
 
-    /// Returns the chunk that starts at an instruction.
-    pub fn starting_at(&self, at: usize) -> Option<usize> {
-        self.starts.get(&at).copied()
+    /// Returns the chunk that starts at an instruction, to which a `pushl` refers.
+    pub fn starting_at(&self, at: usize) -> usize {
+        self.starts[&at]
     }
 }
 

@@ -37,8 +37,8 @@ impl BoListing {
                 | BoAction::Jumpnz(to) => format!(" {}", bo.offset(to)),
                 _ => String::new(),
             };
-            // Writing to a string cannot fail.
-            let _ = writeln!(text, "{}: {}{argument}", instruction.offset, instruction.mnemonic);
+            writeln!(text, "{}: {}{argument}", instruction.offset, instruction.mnemonic)
+                .expect("writing to a string cannot fail");
         }
         BoListing { text, starts }
     }

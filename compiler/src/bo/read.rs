@@ -105,12 +105,11 @@ impl BoReader<'_> {
         let mut strings = Vec::with_capacity(usize::from(count));
         for number in 0..usize::from(count) {
             let offset = self.at;
-            let rest = self.bytes.get(offset..).unwrap_or_default();
+            let rest = &self.bytes[offset..];
             let Some(length) = rest.iter().position(|byte| *byte == 0) else {
                 return Err(BoError { offset, cause: BoCause::StringCut(number) });
             };
-            let text = rest.get(..length).unwrap_or_default();
-            let Ok(text) = std::str::from_utf8(text) else {
+            let Ok(text) = std::str::from_utf8(&rest[..length]) else {
                 return Err(BoError { offset, cause: BoCause::StringNotUtf8(number) });
             };
             strings.push(text.to_owned());

@@ -48,9 +48,7 @@ pub fn recover(bo: &Bo, listing: &BoListing) -> Result<Recovered, BoError> {
     let outlines = outlines(bo, listing, &chunks, &mut names)?;
     // Lambdas of the global code capture nothing, so their parameters start at local 1, as in named
     // functions.
-    let starts_at_1 = |number: usize| {
-        chunks.chunks.get(number).is_some_and(|chunk| chunk.creator.unwrap_or(0) == 0)
-    };
+    let starts_at_1 = |number: usize| chunks.chunks[number].creator.unwrap_or(0) == 0;
     let arities = Arities::new(&outlines, &names, &ENTRIES, starts_at_1);
     let mut builder = Builder {
         bo,
@@ -72,13 +70,12 @@ pub fn recover(bo: &Bo, listing: &BoListing) -> Result<Recovered, BoError> {
         let span = function.span;
         stmts.push(Stmt { kind: StmtKind::Function { name, function }, span });
     }
-    let global = outlines.first().map_or(&[][..], |outline| &outline.nodes);
+    let global = &outlines[0].nodes;
     stmts.extend(builder.block(global)?.0);
     let strings = builder.strings;
-    let of_global_code = outlines.first().into_iter().flat_map(|outline| &outline.lambdas);
-    let doubtful = of_global_code.filter(|(chunk, in_block)| {
-        *in_block && outlines.get(*chunk).is_some_and(|outline| outline.names_self)
-    });
+    let of_global_code = outlines[0].lambdas.iter();
+    let doubtful =
+        of_global_code.filter(|(chunk, in_block)| *in_block && outlines[*chunk].names_self);
     let doubtful_lambdas = doubtful.map(|(chunk, _)| chunks.start(*chunk)).collect();
     Ok(Recovered { script: Script { stmts }, strings, doubtful_lambdas })
 }
@@ -107,7 +104,7 @@ impl Builder<'_> {
         let base = self.live;
         let start = self.chunks.start(number);
         let span = self.listing.span(start).to(self.listing.span(self.chunks.end(number)));
-        let nodes = outlines.get(number).map_or(&[][..], |outline| &outline.nodes);
+        let nodes = &outlines[number].nodes;
         let parameters = self.parameters(number, base)?;
         self.live = base + parameters;
         let params = (base..self.live)
@@ -121,7 +118,7 @@ impl Builder<'_> {
     /// Returns the number of a function's parameters.
     fn parameters(&mut self, number: usize, base: u32) -> Result<u32, BoError> {
         let start = self.chunks.start(number);
-        let Some(outline) = self.outlines.get(number) else { return Ok(0) };
+        let outline = &self.outlines[number];
         let least = match parameters(outline, base, self.listing) {
             Parameters::None(at) => return Err(self.bo.error(at, BoCause::InconsistentLocals)),
             Parameters::Exactly(count) | Parameters::AtLeast(count)
@@ -132,7 +129,7 @@ impl Builder<'_> {
             Parameters::Exactly(count) => return Ok(count),
             Parameters::AtLeast(count) => count,
         };
-        let inner = outline.lambdas.iter().filter_map(|(lambda, _)| self.outlines.get(*lambda));
+        let inner = outline.lambdas.iter().map(|(lambda, _)| &self.outlines[*lambda]);
         let highest = inner.filter_map(|lambda| lambda.reach.last()).max();
         if highest.is_none_or(|local| *local < base + least) || self.is_dead(number) {
             return Ok(least);
@@ -279,9 +276,7 @@ impl Builder<'_> {
     fn names_local(&self, expr: &tree::CheckedExpr, number: u32) -> bool {
         let mut found = match expr.kind {
             tree::CheckedExprKind::Local(local) => local.0 == number as usize,
-            tree::CheckedExprKind::Lambda(id) => {
-                self.outlines.get(id.0).is_some_and(|lambda| lambda.reach.contains(&number))
-            }
+            tree::CheckedExprKind::Lambda(id) => self.outlines[id.0].reach.contains(&number),
             _ => false,
         };
         tree::children(expr, |child| found |= self.names_local(child, number));

@@ -116,7 +116,7 @@ pub fn outlines(
         outline.height = reader.stack.highest;
         outline.reach.extend(outline.touched.keys());
         for (lambda, _) in &outline.lambdas {
-            outline.reach.extend(outlines.get(*lambda).into_iter().flat_map(|inner| &inner.reach));
+            outline.reach.extend(&outlines[*lambda].reach);
         }
         if let Some(slot) = outlines.get_mut(number) {
             *slot = outline;
@@ -259,9 +259,9 @@ impl StructureReader<'_> {
             BoAction::PushS(number) => CheckedExprKind::Str(self.bo.string(number).to_owned()),
             BoAction::PushT => CheckedExprKind::Table(Vec::new()),
             BoAction::PushL(start) => {
-                let chunk = self.chunks.starting_at(start).unwrap_or(0);
+                let chunk = self.chunks.starting_at(start);
                 self.outline.lambdas.push((chunk, self.stack.depth > 1));
-                let height = self.outlines.get(chunk).map_or(0, |lambda| lambda.height);
+                let height = self.outlines[chunk].height;
                 let kind = CheckedExprKind::Lambda(FunctionId(chunk));
                 return self
                     .stack

@@ -76,12 +76,11 @@ fn pass_self_on(program: &mut ResolvedScript, meanings: &Meanings<'_>) {
     // Lambdas come after their creators in the list, so the reverse order reaches nested lambdas
     // first.
     for number in (0..program.functions.len()).rev() {
-        let Some(function) = program.functions.get(number) else { continue };
+        let function = &program.functions[number];
+        // A function that defines itself by name has no creator to mark.
         let Some(creator) = function.creator.filter(|_| function.uses_self) else { continue };
-        if !meanings.self_is_nil(creator)
-            && let Some(creator) = program.functions.get_mut(creator.0)
-        {
-            creator.uses_self = true;
+        if !meanings.self_is_nil(creator) {
+            program.functions[creator.0].uses_self = true;
         }
     }
 }

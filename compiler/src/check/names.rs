@@ -158,13 +158,13 @@ impl<'a> Meanings<'a> {
 
     /// Returns the meaning of a name.
     pub fn of(&self, name: NameId) -> Meaning {
-        self.names.get(name.0).copied().unwrap_or(Meaning::Nil)
+        self.names[name.0]
     }
 
     /// Returns true if a function's self is always nil, because the function is never stored in a
     /// table.
     pub fn self_is_nil(&self, function: FunctionId) -> bool {
-        self.self_is_nil.get(function.0).copied().unwrap_or(false)
+        self.self_is_nil[function.0]
     }
 
     /// Returns the library that an expression certainly refers to.

@@ -71,39 +71,44 @@ struct Resolver {
     diagnostics: Vec<Diagnostic>,
 }
 
+/// The reason why there is always an innermost function.
+const FUNCTION_OPEN: &str = "the script is resolved inside the global code or a function";
+
 impl Resolver {
     fn report(&mut self, diagnostic: Diagnostic) {
         self.diagnostics.push(diagnostic);
     }
 
+    fn context(&self) -> &Context {
+        self.contexts.last().expect(FUNCTION_OPEN)
+    }
+
+    fn context_mut(&mut self) -> &mut Context {
+        self.contexts.last_mut().expect(FUNCTION_OPEN)
+    }
+
     fn function(&mut self) -> &mut CheckedFunction {
-        let id = self.contexts.last().map_or(FunctionId::GLOBAL, |context| context.function);
+        let id = self.context().function;
         &mut self.program.functions[id.0]
     }
 
     /// Returns true if the current place belongs to the global code, inside a block or not.
     fn is_global_code(&self) -> bool {
-        self.contexts.last().is_some_and(|context| context.function == FunctionId::GLOBAL)
+        self.context().function == FunctionId::GLOBAL
     }
 
     /// Returns true if a `var` here declares a global.
     fn is_top_level(&self) -> bool {
-        self.is_global_code()
-            && self.contexts.last().is_some_and(|context| context.blocks.len() == 1)
+        self.is_global_code() && self.context().blocks.len() == 1
+    }
+
+    /// Returns the names of the innermost block.
+    fn block_names(&mut self) -> &mut Vec<(String, Binding)> {
+        self.context_mut().blocks.last_mut().expect("a function's own block is never closed")
     }
 
     fn bind(&mut self, name: &str, binding: Binding) {
-        if let Some(block) = self.contexts.last_mut().and_then(|context| context.blocks.last_mut())
-        {
-            block.push((name.to_owned(), binding));
-        }
-    }
-
-    fn unbind(&mut self) {
-        if let Some(block) = self.contexts.last_mut().and_then(|context| context.blocks.last_mut())
-        {
-            block.pop();
-        }
+        self.block_names().push((name.to_owned(), binding));
     }
 
     fn declare(&mut self, name: &ast::Ident, kind: LocalKind) -> LocalId {
@@ -168,13 +173,9 @@ impl Resolver {
     }
 
     fn block(&mut self, block: &ast::Block) -> CheckedBlock {
-        if let Some(context) = self.contexts.last_mut() {
-            context.blocks.push(Vec::new());
-        }
+        self.context_mut().blocks.push(Vec::new());
         let stmts = self.stmts(&block.stmts);
-        if let Some(context) = self.contexts.last_mut() {
-            context.blocks.pop();
-        }
+        self.context_mut().blocks.pop();
         CheckedBlock { stmts, span: block.span }
     }
 
@@ -252,7 +253,7 @@ impl Resolver {
         }
         self.bind(&name.name, Binding::Unborn);
         let value = value.map(|value| self.expr(value));
-        self.unbind();
+        self.block_names().pop();
         let local = self.declare(name, LocalKind::Variable);
         self.bind(&name.name, Binding::Local(local));
         CheckedStmt { kind: CheckedStmtKind::Var { local, value }, span }
@@ -310,7 +311,8 @@ impl Resolver {
     }
 
     fn note_captured_assignment(&mut self, local: LocalId, span: Span) {
-        let Some(variable) = self.function().locals.get_mut(local.0) else { return };
+        let variable = &mut self.function().locals[local.0];
+        // The function's own variables and parameters are no copies.
         let LocalKind::Captured { assigned, .. } = &mut variable.kind else { return };
         let first = !*assigned;
         *assigned = true;

@@ -22,9 +22,8 @@ impl<'a> GeneratedFunction<'_, 'a> {
             CheckedExprKind::Name(name) => match self.generator.meanings.of(*name) {
                 Meaning::Function(function) => return self.call_script(function, args, drop, span),
                 Meaning::Builtin(number) => {
-                    if let Some(info) = builtin::info(number) {
-                        return self.call_builtin(info, args, drop, span);
-                    }
+                    let info = builtin::info(number).expect("the number is from the table");
+                    return self.call_builtin(info, args, drop, span);
                 }
                 Meaning::Robot => {
                     let text = &self.generator.program.name(*name).text;

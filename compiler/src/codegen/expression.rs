@@ -90,9 +90,10 @@ impl<'a> GeneratedFunction<'_, 'a> {
         match self.slot(local) {
             Some(slot) => self.builder.operand(opcode::LOCAL_GET, slot, span),
             None => {
-                if let LocalKind::Captured { index, .. } = self.function.local(local).kind {
-                    self.builder.operand(opcode::CAPTURE_GET, operand(index), span);
-                }
+                let LocalKind::Captured { index, .. } = self.function.local(local).kind else {
+                    unreachable!("only captured values have no slot")
+                };
+                self.builder.operand(opcode::CAPTURE_GET, operand(index), span);
             }
         }
     }
@@ -111,13 +112,11 @@ impl<'a> GeneratedFunction<'_, 'a> {
         match meaning {
             Meaning::Nil | Meaning::Global => self.builder.plain(opcode::NIL, span),
             Meaning::Function(function) => self.function_value(function, span),
-            Meaning::Builtin(number) => match builtin::info(number) {
-                Some(info) => {
-                    let number = self.generator.builtin(info);
-                    self.builder.operand(opcode::BUILTIN, number, span);
-                }
-                None => self.builder.plain(opcode::NIL, span),
-            },
+            Meaning::Builtin(number) => {
+                let info = builtin::info(number).expect("the number is from the table");
+                let number = self.generator.builtin(info);
+                self.builder.operand(opcode::BUILTIN, number, span);
+            }
             Meaning::Library(library) => self.library_value(library, span),
             Meaning::Robot => {
                 let import = self.generator.import(name);

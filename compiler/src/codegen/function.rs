@@ -56,14 +56,15 @@ pub fn shape(generator: &Generator<'_>, id: FunctionId) -> Shape {
     }
 }
 
-/// Returns the place at an offset from the frame record. Frames are far smaller than the symbols
-/// allow, so the offset always fits.
+/// Returns the place at an offset from the frame record. An offset that does not fit belongs to a
+/// frame that is too deep. The assembler refuses it, and the symbols are discarded.
 fn frame_place(offset: i32) -> LocalPlace {
     LocalPlace::Frame(i16::try_from(offset).unwrap_or(i16::MAX))
 }
 
-/// Returns the place of a captured value; there are at most
-/// [`CAPTURES_MAX`](crate::limits::CAPTURES_MAX).
+/// Returns the place of a captured value. The assembler refuses more than
+/// [`CAPTURES_MAX`](crate::limits::CAPTURES_MAX) of them, so a number that does not fit is discarded
+/// with the symbols.
 fn capture_place(index: usize) -> LocalPlace {
     LocalPlace::Capture(u16::try_from(index).unwrap_or(u16::MAX))
 }
@@ -143,9 +144,7 @@ impl<'a> GeneratedFunction<'_, 'a> {
     /// local has this slot.
     fn place(&mut self, local: LocalId) -> CodeMark {
         let depth = operand(self.builder.depth());
-        if let Some(slot) = self.slots.get_mut(local.0) {
-            *slot = depth;
-        }
+        self.slots[local.0] = depth;
         let here = self.builder.mark();
         self.locals.open(&self.function.local(local).name, frame_place(depth), here);
         here
@@ -158,7 +157,7 @@ impl<'a> GeneratedFunction<'_, 'a> {
                 Some(operand(number) - operand(self.function.parameters))
             }
             LocalKind::Variable | LocalKind::Captured { assigned: true, .. } => {
-                self.slots.get(local.0).copied()
+                Some(self.slots[local.0])
             }
             LocalKind::Captured { assigned: false, .. } => None,
         }
@@ -178,7 +177,9 @@ impl<'a> GeneratedFunction<'_, 'a> {
         let (depth, count) = (self.builder.depth(), self.locals.count());
         self.stmts(&block.stmts);
         if self.builder.is_reachable() {
-            self.builder.pop(self.builder.depth().saturating_sub(depth), end_of(block.span));
+            let declared = self.builder.depth().checked_sub(depth);
+            let declared = declared.expect("a block pops only what it pushed");
+            self.builder.pop(declared, end_of(block.span));
         }
         let end = self.builder.mark();
         self.locals.close(count, end);
@@ -289,13 +290,15 @@ impl<'a> GeneratedFunction<'_, 'a> {
                 self.expr(value);
                 self.builder.plain(opcode::INDEX_SET, span);
             }
-            // Other targets have already been reported as errors.
-            _ => {}
+            // A variable inside its own first value, of which the script was warned. It stays nil, and
+            // the value is only computed.
+            CheckedExprKind::Error => self.effect(value),
+            _ => unreachable!("the parser accepts no other target"),
         }
     }
 
     fn assign_local(&mut self, local: LocalId, value: &'a CheckedExpr, span: Span) {
-        let Some(slot) = self.slot(local) else { return };
+        let slot = self.slot(local).expect("a captured value that is assigned has a slot");
         if let CheckedExprKind::Chain { first, links } = &value.kind
             && let [CheckedLink { op, right, .. }] = links.as_slice()
             && let Some((rest, literal)) = added_literal(*op, first, right)

@@ -43,10 +43,7 @@ impl Generator<'_> {
         let Some(id) = self.program.find_name(name) else { return EntryPoint::None };
         match self.meanings.of(id) {
             Meaning::Function(function) => EntryPoint::Function(self.function(function) as u16),
-            Meaning::Global => match self.globals.get(&id) {
-                Some(number) => EntryPoint::Global(*number as u16),
-                None => EntryPoint::None,
-            },
+            Meaning::Global => EntryPoint::Global(self.global(id) as u16),
             _ => EntryPoint::None,
         }
     }
@@ -70,11 +67,11 @@ impl Generator<'_> {
     }
 
     pub fn string(&self, text: &str) -> i32 {
-        self.strings.number(text).map_or(i32::MAX, i32::from)
+        operand(self.strings.number(text).expect("the table holds all strings of the source"))
     }
 
     pub fn global(&self, name: NameId) -> i32 {
-        self.globals.get(&name).map_or(i32::MAX, |number| operand(*number))
+        operand(*self.globals.get(&name).expect("every global variable has a number"))
     }
 
     /// Returns the number of a built-in that the code uses, and records the requirements of the
@@ -133,8 +130,12 @@ impl Generator<'_> {
                     || meanings.is_assigned(library, info.name)
                     || (by_name && self.mentioned.contains(info.name));
                 let number = self.strings.number(info.name);
+                // A member whose name the script cannot produce is never looked up.
                 if let Some(string) = number.filter(|_| wanted) {
                     self.builtin(info);
+                    // A number above 65535 makes the strings more than an image can count, which
+                    // `ImageContent::write` refuses.
+                    let string = string as u16;
                     rows.push(LibraryRow { library: library as u8, string, builtin: info.number });
                 }
             }

@@ -23,8 +23,8 @@ pub fn number(program: &ResolvedScript, meanings: &Meanings<'_>) -> Vec<NameId> 
             }
         });
     }
-    let mut names: Vec<NameId> = uses.keys().copied().collect();
+    let mut counted: Vec<(NameId, usize)> = uses.into_iter().collect();
     // The sort is stable, so globals with equal counts stay in order of appearance.
-    names.sort_by_key(|id| Reverse(uses.get(id).copied().unwrap_or(0)));
-    names
+    counted.sort_by_key(|(_, count)| Reverse(*count));
+    counted.into_iter().map(|(id, _)| id).collect()
 }

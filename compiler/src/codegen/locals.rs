@@ -50,7 +50,6 @@ impl Locals {
 
     /// Ends the ranges of all open locals except the first `count`, at the end of a block.
     pub fn close(&mut self, count: usize, to: CodeMark) {
-        let count = count.min(self.open.len());
         self.closed.extend(self.open.drain(count..).map(|local| (local, to)));
     }
 

@@ -179,9 +179,9 @@ pub fn generate(
 fn first_uses(program: &ResolvedScript, globals: &[NameId]) -> Vec<Span> {
     let names = globals.iter().map(|id| program.name(*id));
     let mut spans: Vec<Span> = names
-        .filter_map(|name| {
+        .map(|name| {
             let uses = name.reads.iter().chain(&name.calls).chain(&name.writes);
-            uses.copied().min_by_key(place)
+            *uses.min_by_key(|span| place(span)).expect("the script assigns every global variable")
         })
         .collect();
     spans.sort_by_key(place);

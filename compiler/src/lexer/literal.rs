@@ -56,7 +56,7 @@ impl Lexer<'_> {
             return self.malformed("a number has at most one decimal point");
         }
         if has_exponent || text.contains('.') {
-            let value = text.parse::<f64>().unwrap_or(0.0);
+            let value: f64 = text.parse().expect("digits, one point and an exponent are a number");
             let mantissa = text.split(['e', 'E']).next().unwrap_or(text);
             let underflows = value == 0.0 && mantissa.contains(|c| matches!(c, '1'..='9'));
             if value.is_infinite() {
@@ -72,7 +72,7 @@ impl Lexer<'_> {
 
     fn hexadecimal(&mut self) {
         self.eat_while(|c| is_name_part(c) || c == '.');
-        let digits = self.read().get(2..).unwrap_or_default();
+        let digits = &self.read()["0x".len()..];
         if digits.is_empty() || !digits.chars().all(|c| c.is_ascii_hexdigit()) {
             return self.malformed("after `0x` stand hexadecimal digits only, as in `0x1F`");
         }
@@ -92,7 +92,9 @@ impl Lexer<'_> {
     fn exponent(&mut self) -> bool {
         let start = self.position;
         if self.eat("e") || self.eat("E") {
-            let _ = self.eat("+") || self.eat("-");
+            if !self.eat("+") {
+                self.eat("-");
+            }
             if self.peek().is_some_and(|c| c.is_ascii_digit()) {
                 self.eat_while(|c| c.is_ascii_digit());
                 return true;

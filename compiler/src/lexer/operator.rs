@@ -128,11 +128,11 @@ impl Lexer<'_> {
 
     /// Reads everything up to the next quote on the line as a string.
     fn typographic_string(&mut self) {
-        let opening = self.advance();
+        let opening = self.advance().expect("a quote was found here");
         let content_start = self.position;
         let is_quote = |c| TYPOGRAPHIC_QUOTES.contains(&c) || matches!(c, '"' | '\'');
         self.eat_while(|c| c != '\n' && !is_quote(c));
-        let content = self.text.get(content_start..self.position).unwrap_or_default();
+        let content = &self.text[content_start..self.position];
         let closed = self.peek().is_some_and(is_quote);
         if closed {
             self.advance();
@@ -141,7 +141,7 @@ impl Lexer<'_> {
         }
         self.report(
             DiagnosticCode::TypographicQuote,
-            format!("`{}` does not begin a string", opening.unwrap_or_default()),
+            format!("`{opening}` does not begin a string"),
             "strings stand in straight quotes, `\"` or `'`",
         );
         if closed {
@@ -152,7 +152,7 @@ impl Lexer<'_> {
 
     /// Reports consecutive unknown characters as one error.
     fn unknown(&mut self) {
-        let first = self.advance().unwrap_or_default();
+        let first = self.advance().expect("an unknown character was found here");
         self.eat_while(is_unknown);
         let text = self.read();
         let several = text.chars().nth(1).is_some();

@@ -20,8 +20,7 @@ impl Parser<'_> {
 
     /// Returns true if there is an error among the diagnostics after the first `count`.
     pub(super) fn found_error_since(&self, count: usize) -> bool {
-        let found = self.diagnostics.get(count..).unwrap_or_default();
-        found.iter().any(|diagnostic| diagnostic.severity() == Severity::Error)
+        self.diagnostics[count..].iter().any(|diagnostic| diagnostic.severity() == Severity::Error)
     }
 
     /// Reports an error about source that was parsed nevertheless, so that nothing has to be
@@ -112,10 +111,9 @@ impl Parser<'_> {
     /// parsing then continues after the closing bracket, or at the current token if there is no
     /// closing bracket.
     pub(super) fn close(&mut self, expected: &str) -> Parse<()> {
-        let Some(opening) = self.open.last().copied() else { return Ok(()) };
-        let Some(closing) = self.fixed_at(opening).and_then(FixedToken::closing) else {
-            return Ok(());
-        };
+        let opening = *self.open.last().expect("`open` comes before `close`");
+        let closing = self.fixed_at(opening).and_then(FixedToken::closing);
+        let closing = closing.expect("`open` takes only brackets");
         if self.eat(closing) {
             self.open.pop();
             return Ok(());

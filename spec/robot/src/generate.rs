@@ -18,8 +18,7 @@ use std::fmt::Write;
 /// and name of all functions.
 pub fn generate_rust(robot: &Robot) -> String {
     let mut out = String::new();
-    // Writing to a String cannot fail.
-    let _ = write(robot, &mut out);
+    write(robot, &mut out).expect("writing to a string cannot fail");
     out
 }
 

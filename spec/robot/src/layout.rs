@@ -121,7 +121,8 @@ impl Layout {
         let header = if self.script_log {
             length.to_le_bytes()
         } else {
-            let [low, high] = u16::try_from(length).ok()?.to_le_bytes();
+            let length = u16::try_from(length).expect("`most_script` is at most `u16::MAX`");
+            let [low, high] = length.to_le_bytes();
             let check = image.iter().fold(0xffff, |check, byte| crc16(check, *byte));
             let [first, second] = check.to_le_bytes();
             [low, high, first, second]
@@ -161,8 +162,7 @@ impl Layout {
     /// its first place, and `.script_copy` and `.script_copy_mark` are in the second sector.
     pub fn memory_x(&self) -> String {
         let mut out = String::new();
-        // Writing to a String cannot fail.
-        let _ = self.write_memory_x(&mut out);
+        self.write_memory_x(&mut out).expect("writing to a string cannot fail");
         out
     }
 

@@ -51,7 +51,7 @@ impl Robot {
 
     /// Returns the sizes of the memory for data about other robots.
     pub fn sizes(&self) -> Sizes {
-        let byte = |count: u32| u8::try_from(count).unwrap_or(u8::MAX);
+        let byte = |count| u8::try_from(count).expect("robot files with more are refused");
         Sizes {
             neighbors: byte(self.vm.neighbors),
             bearings: self.vm.bearings,

@@ -136,7 +136,7 @@ pub(crate) fn likely<'a, T: AsRef<str>>(name: &str, known: &'a [T]) -> Option<&'
     let length = name.chars().count();
     let most = length.max(3) / 3;
     let distance = |known: &str| {
-        let word = known.split(['.', '(']).next().unwrap_or_default();
+        let word = known.find(['.', '(']).map_or(known, |end| &known[..end]);
         // The name may be a key without its unit, such as `radius` for `radius_mm`.
         if !name.is_empty() && word.strip_prefix(name).is_some_and(|rest| rest.starts_with('_')) {
             return Some(1);

@@ -49,28 +49,28 @@ impl<'a> SourceText<'a> {
     pub fn place(&self, span: Range<usize>) -> Place {
         let at = self.boundary_before(span.start);
         let line = self.lines.partition_point(|start| *start <= at);
-        let line_start = self.lines.get(line.saturating_sub(1)).copied().unwrap_or(0);
+        // The first line starts at 0, so the count is at least 1.
+        let line_start = self.lines[line - 1];
         let line_end = self.lines.get(line).map_or(self.text.len(), |next| next - 1);
-        let line_end = match self.text.get(line_start..line_end) {
-            Some(text) if text.ends_with('\r') => line_end - 1,
-            _ => line_end,
+        let line_end = match self.text[line_start..line_end].ends_with('\r') {
+            true => line_end - 1,
+            false => line_end,
         };
         let end = self.boundary_before(span.end.clamp(at, line_end.max(at)));
-        let (from, to) = match line_end.saturating_sub(line_start) {
+        let (from, to) = match line_end - line_start {
             0..=LONGEST_EXCERPT => (line_start, line_end),
             _ => {
                 let from = self.boundary_before(at.saturating_sub(BEFORE).max(line_start));
                 (from, self.boundary_before(line_end.min(from + LONGEST_EXCERPT)))
             }
         };
-        let count =
-            |range: Range<usize>| self.text.get(range).map_or(0, |part| part.chars().count());
+        let count = |range: Range<usize>| self.text[range].chars().count();
         Place {
             path: self.path.to_owned(),
             line,
             column: count(line_start..at) + 1,
             width: count(at..end).max(1),
-            source: self.text.get(from..to).unwrap_or_default().to_owned(),
+            source: self.text[from..to].to_owned(),
             source_column: count(line_start..from) + 1,
         }
     }

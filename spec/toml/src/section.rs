@@ -93,7 +93,7 @@ impl<'a, C: Cause> Section<'a, C> {
                 "" => set.key,
                 path => set.key.strip_prefix(path)?.strip_prefix('.')?,
             };
-            Some((rest.split('.').next().unwrap_or(rest), set))
+            Some((first_word(rest), set))
         })
     }
 
@@ -190,7 +190,7 @@ impl<'a, C: Cause> Section<'a, C> {
             else {
                 continue;
             };
-            let word = rest.split('.').next().unwrap_or(rest);
+            let word = first_word(rest);
             if word.parse::<usize>().ok().is_none_or(|index| index >= items.len()) {
                 let cause =
                     TomlError::NoSuchEntry { path: format!("{below}.{word}"), count: items.len() };
@@ -200,4 +200,9 @@ impl<'a, C: Cause> Section<'a, C> {
         }
         items.iter().filter_map(|item| item.section(name)).collect()
     }
+}
+
+/// Returns the path of a key up to its first dot.
+fn first_word(path: &str) -> &str {
+    path.split_once('.').map_or(path, |(first, _)| first)
 }
