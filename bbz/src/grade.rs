@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use bittybuzz_arena::run::Simulation;
-use bittybuzz_live::{HandIn, TextFile, set_up, text_of};
+use bittybuzz_live::{CompilerMessage, HandIn, TextFile, set_up, text_of};
 use bittybuzz_toml_reader::file;
 use serde_json::{Value, json};
 
@@ -205,7 +205,7 @@ fn grade(path: &Path, desk: &Desk, scenario: &Path, text: &str) -> Result<Grade,
 }
 
 /// Returns the first errors as text, and the number of the others.
-fn first(errors: &[Value]) -> String {
+fn first(errors: &[CompilerMessage]) -> String {
     let listed = errors.len().min(MOST_ERRORS);
     let text = text_of(&errors[..listed]);
     match errors.len() - listed {

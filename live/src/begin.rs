@@ -2,61 +2,67 @@
 
 use bittybuzz_arena::run::{Program, Setup, Simulation, TICKS_PER_SECOND};
 use bittybuzz_arena::scenario::{Group, Medium, ObstacleSection, Outline, QUANTITIES};
-use serde_json::{Value, json};
 
 use crate::conditions;
+use crate::page_event::{
+    AssignmentDescription, BeginEvent, ExpectationDescription, GroupDescription, MediumDescription,
+    ObstacleDescription, QuantityNames,
+};
 
-/// Describes the world of a run. Lengths are in mm, times in seconds.
-pub fn describe(run: &Simulation) -> Value {
+/// Describes the world of a run.
+pub fn describe(run: &Simulation) -> BeginEvent {
     let setup = run.setup();
     let scenario = &setup.scenario;
-    let groups = scenario.groups.iter().map(|group| {
-        json!({
-            "name": group.name,
-            "robot": group.robot.name,
-            "script": group.script.display().to_string(),
-            "count": group.count,
-            "first_id": group.first_id,
-            "radius": group.radius_mm(),
-            "slots": group.robot.vm.slots,
-        })
+    let groups = scenario.groups.iter().map(|group| GroupDescription {
+        name: Some(group.name.clone()),
+        robot: Some(group.robot.name.clone()),
+        script: Some(group.script.display().to_string()),
+        count: group.count,
+        first_id: group.first_id,
+        radius: group.radius_mm(),
+        slots: Some(group.robot.vm.slots),
     });
-    let events = scenario.events.iter().map(|event| event.at);
     let expects = setup.expects().iter().map(|bound| {
         let expect = &bound.expect;
-        json!({ "name": expect.name, "text": expect.to_string(), "line": expect.place.line })
+        let (name, text) = (expect.name.clone(), expect.to_string());
+        ExpectationDescription { name, text, line: expect.place.line }
     });
-    json!({
-        "event": "begin",
-        "size": scenario.world.size,
-        "ticks_per_second": TICKS_PER_SECOND,
-        "end": run.end(),
-        "seed": run.seed(),
-        "groups": groups.collect::<Vec<_>>(),
-        "obstacles": scenario.world.obstacles.iter().map(obstacle).collect::<Vec<_>>(),
-        "lights": conditions::lights(run),
-        "media": media(run),
-        "events": events.collect::<Vec<_>>(),
-        "commands": conditions::commands(run),
-        "quantities": quantities(setup),
-        "expectations": expects.collect::<Vec<_>>(),
-        "assignment": scenario.assignment.as_ref().map(|one| json!({ "title": one.title, "text": one.text })),
-    })
+    let assignment = scenario.assignment.as_ref().map(|assignment| AssignmentDescription {
+        title: assignment.title.clone(),
+        text: assignment.text.clone(),
+    });
+    BeginEvent {
+        recording: None,
+        watched: None,
+        size: scenario.world.size,
+        ticks_per_second: TICKS_PER_SECOND,
+        end: run.end(),
+        seed: Some(run.seed()),
+        groups: groups.collect(),
+        obstacles: scenario.world.obstacles.iter().map(obstacle).collect(),
+        lights: conditions::lights(run),
+        media: media(run),
+        events: scenario.events.iter().map(|event| event.at).collect(),
+        commands: conditions::commands(run),
+        quantities: quantities(setup),
+        expectations: expects.collect(),
+        assignment,
+        scripts: None,
+        controls: None,
+    }
 }
 
-/// Returns the quantities that a client can choose from: those of `plot`, those of every robot,
-/// those of the swarm, and globals.
-pub fn quantities(setup: &Setup) -> Value {
-    let plot: Vec<String> =
-        setup.scenario.output.plot.iter().map(|(of, _)| of.to_string()).collect();
+/// Returns the quantities that a client can choose from.
+pub fn quantities(setup: &Setup) -> QuantityNames {
+    let plot = setup.scenario.output.plot.iter().map(|(of, _)| of.to_string()).collect();
     // Capitals in a form are placeholders, so it is not a complete name.
     let simple = QUANTITIES.iter().filter(|form| !form.contains(char::is_uppercase));
-    let (swarm, robot): (Vec<&str>, Vec<&str>) =
-        simple.copied().partition(|form| form.starts_with("swarm."));
-    let mut globals: Vec<String> = setup.programs().flat_map(globals).collect();
-    globals.sort();
-    globals.dedup();
-    json!({ "plot": plot, "robot": robot, "swarm": swarm, "global": globals })
+    let simple = simple.map(|form| (*form).to_owned());
+    let (swarm, robot) = simple.partition(|form| form.starts_with("swarm."));
+    let mut global: Vec<String> = setup.programs().flat_map(globals).collect();
+    global.sort();
+    global.dedup();
+    QuantityNames { plot, robot, swarm, global }
 }
 
 /// Returns the globals of a script that can hold a number, which excludes its functions. Names with
@@ -68,26 +74,25 @@ fn globals(program: &Program) -> Vec<String> {
     program.globals().iter().filter(is_shown).map(|name| format!("global.{name}")).collect()
 }
 
-/// Describes an obstacle with the keys of a scenario.
-fn obstacle(obstacle: &ObstacleSection) -> Value {
+fn obstacle(obstacle: &ObstacleSection) -> ObstacleDescription {
     let height = obstacle.height;
     match obstacle.outline {
-        Outline::Disc { at, radius } => json!({ "at": at, "radius": radius, "height": height }),
-        Outline::Block { at, size } => json!({ "at": at, "size": size, "height": height }),
-        Outline::Wall(from, to) => json!({ "from": from, "to": to, "height": height }),
+        Outline::Disc { at, radius } => ObstacleDescription::Disc { at, radius, height },
+        Outline::Block { at, size } => ObstacleDescription::Block { at, size, height },
+        Outline::Wall(from, to) => ObstacleDescription::Wall { from, to, height },
     }
 }
 
-/// Describes the media of the groups. `loss` is the share of frames that the scenario lets the
-/// medium lose; `null` stands for the physical model's.
-fn media(run: &Simulation) -> Vec<Value> {
+/// Describes the media of the groups.
+fn media(run: &Simulation) -> Vec<MediumDescription> {
     let scenario = &run.setup().scenario;
     let mut media: Vec<Medium> = scenario.groups.iter().map(Group::medium).collect();
     media.sort_by_key(|medium| medium.name());
     media.dedup();
     let describe = |medium: Medium| {
         let loss = scenario.media.settings(medium).loss;
-        json!({ "name": medium.name(), "loss": loss.map(|loss| [loss.near, loss.far]) })
+        let loss = loss.map(|loss| [loss.near, loss.far]);
+        MediumDescription { name: medium.name().to_owned(), loss }
     };
     media.into_iter().map(describe).collect()
 }

@@ -2,21 +2,27 @@
 //! change.
 
 use bittybuzz_arena::run::Simulation;
-use serde_json::{Value, json};
 
-/// Describes the lamps that are lit. Positions are in mm.
-pub fn lights(run: &Simulation) -> Value {
+use crate::page_event::{CommandDescription, ConditionsEvent, LightDescription};
+
+/// Describes the lamps that are lit.
+pub fn lights(run: &Simulation) -> Vec<LightDescription> {
     let lit = run.lights().iter().filter(|light| light.intensity > 0.0);
-    lit.map(|light| json!({ "at": [light.x, light.y], "brightness": light.intensity })).collect()
+    lit.map(|light| LightDescription {
+        at: [light.x.into(), light.y.into()],
+        brightness: light.intensity.into(),
+    })
+    .collect()
 }
 
 /// Describes the commands and the ticks before which they act. Commands that are pending because
 /// the run was taken back are included.
-pub fn commands(run: &Simulation) -> Value {
-    run.command_list().map(|(tick, text)| json!({ "tick": tick, "text": text })).collect()
+pub fn commands(run: &Simulation) -> Vec<CommandDescription> {
+    let describe = |(tick, text): (u64, &str)| CommandDescription { tick, text: text.to_owned() };
+    run.command_list().map(describe).collect()
 }
 
 /// Describes lamps and commands.
-pub fn describe(run: &Simulation) -> Value {
-    json!({ "event": "conditions", "lights": lights(run), "commands": commands(run) })
+pub fn describe(run: &Simulation) -> ConditionsEvent {
+    ConditionsEvent { lights: lights(run), commands: commands(run) }
 }

@@ -7,43 +7,97 @@
 //! ```
 //! Numbers with a point are floats. A switch sets 0 or 1, a button 1.
 
-use serde_json::{Value, json};
+use serde::Serialize;
 
-/// The kinds of controls, as written before the colon.
-const KINDS: [&str; 3] = ["slider", "switch", "button"];
+/// A control. In JSON, the key `kind` has the name of the variant.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+#[cfg_attr(test, derive(ts_rs::TS))]
+#[serde(tag = "kind", rename_all = "snake_case")]
+pub enum Control {
+    Slider(Slider),
+    Switch(Switch),
+    Button(Button),
+}
+
+#[derive(Debug, Clone, PartialEq, Serialize)]
+#[cfg_attr(test, derive(ts_rs::TS))]
+pub struct Slider {
+    /// The name of the global.
+    pub name: String,
+    pub least: f64,
+    pub most: f64,
+    pub step: f64,
+    /// True if the global gets floats.
+    pub is_float: bool,
+    /// The number that the script assigns to the global, if it is a literal.
+    pub value: Option<f64>,
+}
+
+#[derive(Debug, Clone, PartialEq, Serialize)]
+#[cfg_attr(test, derive(ts_rs::TS))]
+pub struct Switch {
+    /// The name of the global.
+    pub name: String,
+    /// The number that the script assigns to the global, if it is a literal.
+    pub value: Option<f64>,
+}
+
+#[derive(Debug, Clone, PartialEq, Serialize)]
+#[cfg_attr(test, derive(ts_rs::TS))]
+pub struct Button {
+    /// The name of the global.
+    pub name: String,
+    /// The number that the script assigns to the global, if it is a literal.
+    pub value: Option<f64>,
+}
+
+impl Control {
+    /// Returns the name of the global.
+    pub fn name(&self) -> &str {
+        match self {
+            Control::Slider(Slider { name, .. })
+            | Control::Switch(Switch { name, .. })
+            | Control::Button(Button { name, .. }) => name,
+        }
+    }
+}
+
+/// A comment that was meant as a control.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize)]
+#[cfg_attr(test, derive(ts_rs::TS))]
+pub struct ControlProblem {
+    pub line: u32,
+    pub problem: String,
+}
 
 const SLIDER: &str = "a slider is written as `# slider: NAME 1..50 step 1`";
 
-/// Describes the controls of a script. Each is an object with `kind` and `name`, for a slider also
-/// with `least`, `most`, `step` and `is_float`. `value` is the number that the script assigns to
-/// the global, if it is a literal. A malformed control has `line` and `problem` instead.
-pub fn describe(text: &str) -> Vec<Value> {
+/// Reads the controls of a script.
+pub fn read(text: &str) -> Vec<Result<Control, ControlProblem>> {
     let lines = text.lines().zip(1_u32..);
-    let described = lines.filter_map(|(line, number)| {
+    let controls = lines.filter_map(|(line, number)| {
         let comment = line.trim().strip_prefix('#')?.trim();
         let (kind, rest) = comment.split_once(':')?;
-        let kind = KINDS.into_iter().find(|known| *known == kind.trim())?;
-        let described = match kind {
-            "slider" => slider(rest.trim()),
-            _ => name_of(rest.trim())
-                .map(|name| json!({ "kind": kind, "name": name }))
-                .ok_or_else(|| format!("a {kind} is written as `# {kind}: NAME`")),
+        let (kind, rest) = (kind.trim(), rest.trim());
+        let name = || {
+            let name =
+                name_of(rest).ok_or_else(|| format!("a {kind} is written as `# {kind}: NAME`"))?;
+            Ok((name.to_owned(), start(text, name)))
         };
-        Some(match described {
-            Ok(mut control) => {
-                control["value"] =
-                    json!(control["name"].as_str().and_then(|name| start(text, name)));
-                control
-            }
-            Err(problem) => json!({ "line": number, "problem": problem }),
-        })
+        let control = match kind {
+            "slider" => slider(text, rest).map(Control::Slider),
+            "switch" => name().map(|(name, value)| Control::Switch(Switch { name, value })),
+            "button" => name().map(|(name, value)| Control::Button(Button { name, value })),
+            _ => return None,
+        };
+        Some(control.map_err(|problem| ControlProblem { line: number, problem }))
     });
-    described.collect()
+    controls.collect()
 }
 
-/// Reads `NAME 1..50 step 1`. The default step is 1, or a hundredth of the range if one of its ends
-/// is a float.
-fn slider(text: &str) -> Result<Value, String> {
+/// Reads `NAME 1..50 step 1` in a script. The default step is 1, or a hundredth of the range if one
+/// of its ends is a float.
+fn slider(script: &str, text: &str) -> Result<Slider, String> {
     let words: Vec<&str> = text.split_whitespace().collect();
     let (name, range, step) = match words[..] {
         [name, range] => (name, range, None),
@@ -69,9 +123,7 @@ fn slider(text: &str) -> Result<Value, String> {
                 .to_owned(),
         );
     }
-    Ok(json!({
-        "kind": "slider", "name": name, "least": least, "most": most, "step": step, "is_float": is_float,
-    }))
+    Ok(Slider { name: name.to_owned(), least, most, step, is_float, value: start(script, name) })
 }
 
 fn name_of(text: &str) -> Option<&str> {
@@ -100,15 +152,31 @@ mod tests {
     fn controls_are_read_from_comments() {
         let text = "# slider: JOIN 1..50 step 1\nJOIN = 20 # the threshold\n  #slider:GAIN -1.5..2 \nGAIN = 0.5;\n\
             # switch: ALARM\n# button: GO\n# Notes: no control.\nfunction step() { JOIN = 3 }\n";
-        let slider = json!({
-            "kind": "slider", "name": "JOIN", "least": 1.0, "most": 50.0, "step": 1.0, "is_float": false, "value": 20.0,
-        });
-        let gain = json!({
-            "kind": "slider", "name": "GAIN", "least": -1.5, "most": 2.0, "step": 0.035, "is_float": true, "value": 0.5,
-        });
-        let switch = json!({ "kind": "switch", "name": "ALARM", "value": null });
-        let button = json!({ "kind": "button", "name": "GO", "value": null });
-        assert_eq!(describe(text), [slider, gain, switch, button]);
+        let slider = Slider {
+            name: "JOIN".to_owned(),
+            least: 1.0,
+            most: 50.0,
+            step: 1.0,
+            is_float: false,
+            value: Some(20.0),
+        };
+        let gain = Slider {
+            name: "GAIN".to_owned(),
+            least: -1.5,
+            most: 2.0,
+            step: 0.035,
+            is_float: true,
+            value: Some(0.5),
+        };
+        let switch = Switch { name: "ALARM".to_owned(), value: None };
+        let button = Button { name: "GO".to_owned(), value: None };
+        let controls = [
+            Control::Slider(slider),
+            Control::Slider(gain),
+            Control::Switch(switch),
+            Control::Button(button),
+        ];
+        assert_eq!(read(text), controls.map(Ok));
     }
 
     #[test]
@@ -126,13 +194,11 @@ mod tests {
             ("# switch: two words", "`# switch: NAME`"),
             ("# button:", "`# button: NAME`"),
         ] {
-            let found = describe(&format!("x = 1\n{text}\n"));
-            assert_eq!(found.len(), 1, "{text}");
-            assert_eq!(found[0]["line"], 2, "{text}");
-            assert!(
-                found[0]["problem"].as_str().unwrap_or_default().contains(part),
-                "{text}: {found:?}"
-            );
+            let found = read(&format!("x = 1\n{text}\n"));
+            let [Err(ControlProblem { line: 2, problem })] = &found[..] else {
+                panic!("{text}: {found:?}");
+            };
+            assert!(problem.contains(part), "{text}: {problem}");
         }
     }
 }

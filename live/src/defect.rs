@@ -121,7 +121,7 @@ mod tests {
     #[test]
     fn a_defect_has_version_place_and_message() {
         let line = line!() + 1;
-        let defect = Defect::catch(|| panic!("robot {} is\nmissing", 7)).map(|()| ()).unwrap_err();
+        let defect = Defect::catch(|| panic!("robot {} is\nmissing", 7)).unwrap_err();
         let version = env!("CARGO_PKG_VERSION");
         let expected =
             format!("defect of bbz {version} at live/src/defect.rs:{line}: robot 7 is missing");
@@ -136,18 +136,18 @@ mod tests {
     #[test]
     fn a_boundary_within_a_boundary_catches_its_own_defects() {
         let outer = Defect::catch(|| {
-            let inner = Defect::catch(|| panic!("inner")).map(|()| ());
+            let inner = Defect::catch(|| panic!("inner"));
             assert_eq!(inner.unwrap_err().message, "inner");
             panic!("outer")
         });
-        assert_eq!(outer.map(|()| ()).unwrap_err().message, "outer");
+        assert_eq!(outer.unwrap_err().message, "outer");
     }
 
     #[test]
     fn a_defect_of_another_thread_keeps_its_place() {
         let defect = Defect::catch(|| {
             let thread = std::thread::spawn(|| panic!("in a thread"));
-            thread.join().map_err(panic::resume_unwind).map(|()| ()).unwrap();
+            thread.join().map_err(panic::resume_unwind).unwrap();
         });
         let text = defect.unwrap_err().to_string();
         assert!(text.contains("live/src/defect.rs:"), "{text}");

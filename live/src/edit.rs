@@ -7,8 +7,12 @@ use bittybuzz_arena::scenario::{Group, ScenarioError};
 use serde_json::{Value, json};
 
 use crate::begin;
-use crate::controls;
+use crate::compiler_message::CompilerMessage;
+use crate::controls::{self, Control};
 use crate::hand_in::TextFile;
+use crate::page_event::{
+    BeganEvent, DiagnosticsEvent, PageEvent, RanEvent, ScriptEvent, ScriptText, WrittenEvent,
+};
 use crate::set_up::{set_up, text_of};
 use crate::words;
 use crate::workshop::{Drafts, groups_with, scripts};
@@ -17,8 +21,8 @@ use crate::workshop::{Drafts, groups_with, scripts};
 pub enum NotRun {
     /// The request is not valid.
     Refused(String),
-    /// The compiler found errors. The value is the event with its messages.
-    Errors(Value),
+    /// The compiler found errors.
+    Errors(DiagnosticsEvent),
     /// The session rejected the command.
     Command(Vec<ScenarioError>),
 }
@@ -35,12 +39,11 @@ pub fn names(setup: &Setup) -> Vec<String> {
 }
 
 /// Returns the controls of all scripts, at most one for each global.
-pub fn controls(drafts: &Drafts, setup: &Setup) -> Vec<Value> {
+pub fn controls(drafts: &Drafts, setup: &Setup) -> Vec<Control> {
     let texts = scripts(setup).into_iter().filter_map(|script| drafts.text(script).ok());
-    let mut once: Vec<Value> = Vec::new();
-    for control in texts.flat_map(|text| controls::describe(&text)) {
-        let is_new = once.iter().all(|other| other["name"] != control["name"]);
-        if is_new && control.get("problem").is_none() {
+    let mut once: Vec<Control> = Vec::new();
+    for control in texts.flat_map(|text| controls::read(&text)).flatten() {
+        if once.iter().all(|other| other.name() != control.name()) {
             once.push(control);
         }
     }
@@ -58,29 +61,35 @@ pub fn is_scenario(drafts: &Drafts, setup: &Setup, name: &str) -> bool {
 }
 
 /// Returns the event with a script, or with the scenario.
-pub fn show(drafts: &Drafts, setup: &Setup, name: &str, scenario: &str) -> Result<Value, String> {
-    if is_scenario(drafts, setup, name) {
-        let file = drafts.workshop().scenario().display().to_string();
-        return Ok(
-            json!({ "event": "script", "name": name, "file": file, "text": scenario, "words": [] }),
-        );
-    }
-    let script = find(setup, name)?;
-    let text = drafts.text(&script)?;
-    let words = words::describe(groups_with(setup, &script));
-    let file = script.display().to_string();
-    Ok(json!({ "event": "script", "name": name, "file": file, "text": text, "words": words }))
+pub fn show(
+    drafts: &Drafts,
+    setup: &Setup,
+    name: &str,
+    scenario: &str,
+) -> Result<PageEvent, String> {
+    let (path, text, words) = match is_scenario(drafts, setup, name) {
+        true => (drafts.workshop().scenario().to_owned(), scenario.to_owned(), Vec::new()),
+        false => {
+            let script = find(setup, name)?;
+            let text = drafts.text(&script)?;
+            let words = words::describe(groups_with(setup, &script));
+            (script, text, words)
+        }
+    };
+    let (name, file) = (name.to_owned(), path.display().to_string());
+    Ok(PageEvent::Script(ScriptEvent { name, file, text, words }))
 }
 
 /// Returns the event with the compiler's messages about a text.
-pub fn check(drafts: &Drafts, setup: &Setup, name: &str, text: &str) -> Result<Value, String> {
+pub fn check(drafts: &Drafts, setup: &Setup, name: &str, text: &str) -> Result<PageEvent, String> {
     if is_scenario(drafts, setup, name) {
         let errors = set_up(drafts.workshop(), text, &[], &drafts.last()).err();
-        return Ok(diagnostics(name, "", errors.unwrap_or_default()));
+        // Without an error there is no message.
+        return Ok(PageEvent::Diagnostics(diagnostics(name, "", errors.unwrap_or_default())));
     }
     let script = find(setup, name)?;
     let (messages, _) = drafts.check(groups_with(setup, &script), &script, text);
-    Ok(diagnostics(name, text, messages))
+    Ok(PageEvent::Diagnostics(diagnostics(name, text, messages)))
 }
 
 /// Loads a text into robots as a draft of a script. Returns the events about it. Without `ids` it
@@ -91,7 +100,7 @@ pub fn run(
     (name, text): (&str, &str),
     ids: Option<&[u16]>,
     keep: bool,
-) -> Result<[Value; 2], NotRun> {
+) -> Result<[PageEvent; 2], NotRun> {
     let setup = session.run().setup().clone();
     let script = find(&setup, name)?;
     let groups: Vec<&Group> = match ids {
@@ -114,10 +123,8 @@ pub fn run(
     session.command(&command).map_err(NotRun::Command)?;
     let quantities = begin::quantities(session.run().setup());
     let controls = controls(drafts, &setup);
-    let ran = json!({
-        "event": "ran", "name": name, "draft": draft, "quantities": quantities, "controls": controls,
-    });
-    Ok([diagnostics, ran])
+    let ran = RanEvent { name: name.to_owned(), draft, quantities, controls };
+    Ok([PageEvent::Diagnostics(diagnostics), PageEvent::Ran(ran)])
 }
 
 /// Prepares a session with a new text of the scenario, in which the last drafts replace the texts
@@ -126,13 +133,13 @@ pub fn begin(
     drafts: &mut Drafts,
     setup: &Setup,
     text: &str,
-) -> Result<(Setup, Vec<Value>), NotRun> {
+) -> Result<(Setup, Vec<PageEvent>), NotRun> {
     let name = name_of_scenario(drafts, setup);
     let made = set_up(drafts.workshop(), text, &[], &drafts.last());
     let made = made.map_err(|errors| NotRun::Errors(diagnostics(&name, "", errors)))?;
     drafts.begin();
     let made = made.with_compiler(drafts.workshop().compiler());
-    Ok((made, vec![json!({ "event": "began", "name": name })]))
+    Ok((made, vec![PageEvent::Began(BeganEvent { name })]))
 }
 
 /// Sets up the scenario with the last drafts. `setting` is a key of the scenario, or a global, with
@@ -166,24 +173,30 @@ pub fn handed_in(drafts: &Drafts, setup: &Setup) -> Result<Vec<TextFile>, String
 }
 
 /// Writes a text to the file of a script. Returns the event about it.
-pub fn write(drafts: &mut Drafts, setup: &Setup, name: &str, text: &str) -> Result<Value, String> {
+pub fn write(
+    drafts: &mut Drafts,
+    setup: &Setup,
+    name: &str,
+    text: &str,
+) -> Result<PageEvent, String> {
     let script = find(setup, name)?;
     drafts.write(&script, text)?;
-    Ok(json!({ "event": "written", "name": name }))
+    Ok(PageEvent::Written(WrittenEvent { name: name.to_owned() }))
 }
 
 /// Returns the scripts that a saved session needs in addition to the existing files.
-pub fn needed(drafts: &Drafts, setup: &Setup) -> Value {
-    let needed = drafts.needed(setup);
-    let scripts = needed.into_iter();
-    scripts.map(|(path, text)| json!({ "name": name_of(setup, path), "text": text })).collect()
+pub fn needed(drafts: &Drafts, setup: &Setup) -> Vec<ScriptText> {
+    let script = |(path, text): (&Path, &str)| ScriptText {
+        name: name_of(setup, path),
+        text: text.to_owned(),
+    };
+    drafts.needed(setup).into_iter().map(script).collect()
 }
 
 /// Returns the event with the compiler's messages and the malformed controls in a text.
-fn diagnostics(name: &str, text: &str, messages: Vec<Value>) -> Value {
-    let controls = controls::describe(text).into_iter();
-    let problems: Vec<Value> = controls.filter(|one| one.get("problem").is_some()).collect();
-    json!({ "event": "diagnostics", "name": name, "diagnostics": messages, "problems": problems })
+fn diagnostics(name: &str, text: &str, diagnostics: Vec<CompilerMessage>) -> DiagnosticsEvent {
+    let problems = controls::read(text).into_iter().filter_map(Result::err).collect();
+    DiagnosticsEvent { name: name.to_owned(), diagnostics, problems }
 }
 
 /// Returns the path of a script relative to the folder of the scenario.

@@ -1,10 +1,12 @@
-//! Faults and log lines of a run, as JSON objects for clients.
+//! Faults and log lines of a run, as events for clients.
 
 use bittybuzz_arena::engine::LossCause;
-use bittybuzz_arena::robot::{Consequence, FaultRecord, LogLine, ProgramId};
+use bittybuzz_arena::robot::{Consequence, FaultRecord, LogLine};
 use bittybuzz_arena::run::{EventKind, ObservedEvent, Observer, Setup, Verdict};
-use serde_json::{Value, json};
 
+use crate::page_event::{
+    FaultConsequence, FaultEvent, FaultPlace, LogEvent, PageEvent, VerdictName,
+};
 use crate::watch::{MessageFate, Watch};
 
 /// Records the faults, log lines and watched messages of a tick.
@@ -12,7 +14,7 @@ pub struct Notes<'a> {
     /// The programs of the run.
     pub setup: &'a Setup,
     /// The events that the client has not taken yet.
-    pub events: &'a mut Vec<Value>,
+    pub events: &'a mut Vec<PageEvent>,
     /// The subscription of the client, which collects messages.
     pub watch: &'a mut Watch,
 }
@@ -21,13 +23,13 @@ impl Observer for Notes<'_> {
     fn see(&mut self, event: ObservedEvent<'_>) {
         let ObservedEvent { tick, robot, kind } = event;
         match kind {
-            EventKind::Log(line) => self.events.push(json!({
-                "event": "log",
-                "tick": tick,
-                "robot": robot,
-                "text": text(self.setup, line),
-            })),
-            EventKind::Fault(record) => self.events.push(fault(self.setup, robot, record)),
+            EventKind::Log(line) => {
+                let text = text(self.setup, line);
+                self.events.push(PageEvent::Log(LogEvent { tick, robot, text }));
+            }
+            EventKind::Fault(record) => {
+                self.events.push(PageEvent::Fault(fault(self.setup, robot, record)));
+            }
             EventKind::Received { receiver, .. } => {
                 self.watch.note(MessageFate::Heard, robot, receiver)
             }
@@ -40,12 +42,12 @@ impl Observer for Notes<'_> {
     }
 }
 
-/// Returns the word for a verdict.
-pub fn verdict(verdict: Verdict) -> &'static str {
+/// Returns the name of a verdict.
+pub fn verdict(verdict: Verdict) -> VerdictName {
     match verdict {
-        Verdict::Open => "open",
-        Verdict::Held => "held",
-        Verdict::Failed => "failed",
+        Verdict::Open => VerdictName::Open,
+        Verdict::Held => VerdictName::Held,
+        Verdict::Failed => VerdictName::Failed,
     }
 }
 
@@ -58,32 +60,19 @@ fn text(setup: &Setup, line: &LogLine) -> String {
 }
 
 /// Describes a fault of a robot.
-pub fn fault(setup: &Setup, robot: usize, record: &FaultRecord) -> Value {
+pub fn fault(setup: &Setup, robot: usize, record: &FaultRecord) -> FaultEvent {
     let consequence = match record.consequence {
-        Consequence::Contained => "contained",
-        Consequence::Pause(_) => "pause",
-        Consequence::Stop => "stop",
+        Consequence::Contained => FaultConsequence::Contained,
+        Consequence::Pause(_) => FaultConsequence::Pause,
+        Consequence::Stop => FaultConsequence::Stop,
     };
-    json!({
-        "event": "fault",
-        "tick": record.tick,
-        "robot": robot,
-        "code": format!("R{:04}", record.fault.code as u8),
-        "consequence": consequence,
-        "places": record.positions.iter().map(|at| place(setup, record.program, *at)).collect::<Vec<_>>(),
-    })
-}
-
-/// Returns the source of a position in the code; `null` without symbols.
-fn place(setup: &Setup, program: ProgramId, position: u16) -> Value {
-    let symbols = setup.program(program).and_then(|program| program.symbols.as_ref());
-    let Some(symbols) = symbols else { return Value::Null };
-    let function = symbols.function(position.into()).map(|function| &function.name);
-    let Some(place) = symbols.position(position.into()) else { return Value::Null };
-    json!({
-        "file": symbols.file(place.file),
-        "line": place.line,
-        "column": place.column,
-        "function": function,
-    })
+    let symbols = setup.program(record.program).and_then(|program| program.symbols.as_ref());
+    let places = record.positions.iter().map(|at| FaultPlace::find(symbols?, *at));
+    FaultEvent {
+        tick: record.tick,
+        robot,
+        code: format!("R{:04}", record.fault.code as u8),
+        consequence,
+        places: places.collect(),
+    }
 }

@@ -37,18 +37,9 @@
 //! | `"digest"` | an event has the digest of the run, in hexadecimal: runs that went the same way have the same one |
 //!
 //! # Events
-//! Each event is an object whose `event` names its kind: `begin` (the world), `state` (the tick,
-//! the pace, and whether the run is over), `conditions` (lamps and commands, when they have
-//! changed), `log`, `fault`, `expectation`, `inspection`, `messages`, `quantity`, `commands`,
-//! `scenario` (with the drafts that it needs as `scripts`), `script`, `diagnostics` (in the format
-//! of `bbz check --json`), `ran` (a draft was loaded), `written`, `explanation`, `digest`, `trials`
-//! (their progress), `trial` (one has ended), `result` (a file to hand in), `began` (a new text of
-//! the scenario was started), `refused` (a request that was not carried out) and `failed` (the run
-//! cannot go on).
-//!
-//! The events `begin` and `ran` have `controls`: the sliders, switches and buttons that scripts
-//! request in comments such as `# slider: JOIN 1..50 step 1`. A client sets the global by the
-//! command `set`.
+//! An event is a [`PageEvent`]; in JSON, its key `event` names the variant. The file
+//! bbz/page/editor/events.d.ts declares events and requests for the scripts of the page, which are
+//! checked against it.
 //!
 //! A recording supports only `play`, `pause`, `step` and `go_to`. Its `begin` has the key
 //! `recording`, and its ticks are those of its samples. Watched robots support no request; their
@@ -63,6 +54,7 @@
 //! network, draw.
 
 mod begin;
+mod compiler_message;
 mod conditions;
 mod controls;
 mod defect;
@@ -72,6 +64,7 @@ mod hand_in;
 mod inspection;
 mod live;
 mod pace;
+mod page_event;
 mod replay;
 mod request;
 mod samples;
@@ -84,9 +77,11 @@ mod watched;
 mod words;
 mod workshop;
 
+pub use compiler_message::CompilerMessage;
 pub use defect::Defect;
 pub use hand_in::{ExpectationVerdict, HandIn, TextFile};
 pub use live::Live;
+pub use page_event::{FaultPlace, PageEvent};
 pub use replay::Replay;
 pub use set_up::{set_up, text_of};
 pub use shelf::{SharedFiles, Shelf};

@@ -8,7 +8,6 @@ use bittybuzz_arena::run::{Session, Setup, Simulation, TICKS_PER_SECOND, Verdict
 use bittybuzz_arena::scenario::{Quantity, ScenarioCause, ScenarioError};
 use bittybuzz_compiler::explain::explain;
 use bittybuzz_inspect::Limits;
-use serde_json::{Value, json};
 
 use crate::begin;
 use crate::conditions;
@@ -17,6 +16,11 @@ use crate::events::{self, Notes};
 use crate::hand_in::{HandIn, TextFile};
 use crate::inspection;
 use crate::pace::{Pace, RATES};
+use crate::page_event::{
+    BeginEvent, CommandsEvent, ConditionsEvent, DigestEvent, ExpectationEvent, ExplanationEvent,
+    FailedEvent, InspectionEvent, PageEvent, ScenarioEvent, ScriptsDescription, StateEvent,
+    TrialsEvent,
+};
 use crate::request::Request;
 use crate::samples::Samples;
 use crate::source::Source;
@@ -37,7 +41,7 @@ pub struct Live {
     scenario: String,
     pace: Pace,
     samples: Samples,
-    events: Vec<Value>,
+    events: Vec<PageEvent>,
     /// The robot whose memory is sent after each sample.
     inspected: Option<usize>,
     watch: Watch,
@@ -45,7 +49,7 @@ pub struct Live {
     drafts: Option<Drafts>,
     trials: Option<Trials>,
     /// Lamps and commands, as they were last sent to the client.
-    conditions: Value,
+    conditions: ConditionsEvent,
     /// The verdicts of the expectations, as they were last sent to the client.
     verdicts: Vec<Verdict>,
     /// True if the emulation of robots failed, so that the run cannot go on.
@@ -56,6 +60,7 @@ impl Live {
     /// Returns a paused session with the text of its scenario. Its first event describes the world.
     #[must_use]
     pub fn new(session: Session, scenario: String) -> Self {
+        let conditions = conditions::describe(session.run());
         let mut live = Live {
             session,
             scenario,
@@ -66,7 +71,7 @@ impl Live {
             watch: Watch::default(),
             drafts: None,
             trials: None,
-            conditions: Value::Null,
+            conditions,
             verdicts: Vec::new(),
             has_failed: false,
         };
@@ -135,8 +140,7 @@ impl Live {
                 let text = text.trim_end().to_owned() + "\n";
                 let setup = self.session.run().setup();
                 let scripts = self.drafts.as_ref().map(|drafts| edit::needed(drafts, setup));
-                let event = json!({ "event": "scenario", "text": text, "scripts": scripts });
-                self.events.push(event);
+                self.events.push(PageEvent::Scenario(ScenarioEvent { text, scripts }));
                 return;
             }
             Request::Script { name } => {
@@ -161,7 +165,7 @@ impl Live {
             }
             Request::StopTrials => {
                 self.trials = None;
-                self.events.push(json!({ "event": "trials", "percent": 100 }));
+                self.events.push(PageEvent::Trials(TrialsEvent { percent: 100 }));
                 return;
             }
             Request::Run { name, text, robots, keep } => {
@@ -188,8 +192,8 @@ impl Live {
             Request::Explain { code } => {
                 match explain(&code) {
                     Some(text) => {
-                        let event = json!({ "event": "explanation", "code": code, "text": text });
-                        self.events.push(event);
+                        let text = text.to_owned();
+                        self.events.push(PageEvent::Explanation(ExplanationEvent { code, text }));
                     }
                     None => self.refuse(&format!("there is no message `{code}`"), None),
                 }
@@ -197,14 +201,13 @@ impl Live {
             }
             Request::Digest => {
                 let run = self.session.run();
-                // A string, because JavaScript numbers do not hold 64 bits.
-                let digest = format!("{:016x}", run.digest());
-                self.events.push(json!({ "event": "digest", "tick": run.now(), "digest": digest }));
+                let (tick, digest) = (run.now(), format!("{:016x}", run.digest()));
+                self.events.push(PageEvent::Digest(DigestEvent { tick, digest }));
                 return;
             }
             Request::Commands => {
                 let text = self.session.run().commands();
-                self.events.push(json!({ "event": "commands", "text": text }));
+                self.events.push(PageEvent::Commands(CommandsEvent { text }));
                 return;
             }
         }
@@ -212,7 +215,10 @@ impl Live {
     }
 
     /// Handles a request of the editor.
-    fn edit(&mut self, act: impl FnOnce(&mut Drafts, &mut Session) -> Result<Vec<Value>, NotRun>) {
+    fn edit(
+        &mut self,
+        act: impl FnOnce(&mut Drafts, &mut Session) -> Result<Vec<PageEvent>, NotRun>,
+    ) {
         let Some(drafts) = &mut self.drafts else {
             return self.refuse("scripts of this session cannot be edited", None);
         };
@@ -220,7 +226,7 @@ impl Live {
             Ok(events) => self.events.extend(events),
             Err(NotRun::Refused(reason)) => self.refuse(&reason, None),
             Err(NotRun::Errors(diagnostics)) => {
-                self.events.push(diagnostics);
+                self.events.push(PageEvent::Diagnostics(diagnostics));
                 self.refuse("the script has errors: the robots go on with what they have", None);
             }
             Err(NotRun::Command(errors)) => {
@@ -247,7 +253,8 @@ impl Live {
         let mut notes = Notes { setup: &setup, events: &mut self.events, watch: &mut self.watch };
         if let Err(error) = self.session.tick_observed(&mut notes) {
             self.has_failed = true;
-            self.events.push(json!({ "event": "failed", "text": error.to_string() }));
+            let text = error.to_string();
+            self.events.push(PageEvent::Failed(FailedEvent { text }));
         }
         // The observer has received the lines already.
         self.session.take_log();
@@ -351,7 +358,7 @@ impl Live {
         match trials {
             Ok(trials) => {
                 self.trials = Some(trials);
-                self.events.push(json!({ "event": "trials", "percent": 0 }));
+                self.events.push(PageEvent::Trials(TrialsEvent { percent: 0 }));
             }
             Err(reason) => self.refuse(&reason, None),
         }
@@ -363,12 +370,11 @@ impl Live {
             Pace::Rate { rate, .. } => Some(rate),
             _ => None,
         };
-        self.events.push(json!({
-            "event": "state",
-            "tick": run.now(),
-            "plays": self.pace != Pace::Still,
-            "rate": rate,
-            "over": run.is_over(),
+        self.events.push(PageEvent::State(StateEvent {
+            tick: run.now(),
+            plays: self.pace != Pace::Still,
+            rate,
+            over: run.is_over(),
         }));
     }
 
@@ -381,9 +387,8 @@ impl Live {
                 continue;
             }
             let (verdict, tick) = (events::verdict(one.verdict), one.held_at.or(one.failed_at));
-            self.events.push(json!({
-                "event": "expectation", "number": number, "verdict": verdict, "tick": tick,
-            }));
+            let event = ExpectationEvent { number, verdict, tick };
+            self.events.push(PageEvent::Expectation(event));
         }
         self.verdicts = verdicts;
     }
@@ -392,7 +397,7 @@ impl Live {
     fn tell_conditions(&mut self) {
         let conditions = conditions::describe(self.session.run());
         if self.conditions != conditions {
-            self.events.push(conditions.clone());
+            self.events.push(PageEvent::Conditions(conditions.clone()));
             self.conditions = conditions;
         }
     }
@@ -400,12 +405,15 @@ impl Live {
     fn tell_inspection(&mut self) {
         let Some(robot) = self.inspected else { return };
         let run = self.session.run();
-        let memory = run.inspect(robot, LIMITS).map(|memory| inspection::json(&memory));
+        let memory = run.inspect(robot, LIMITS).map(|memory| inspection::describe(&memory));
         let fault = run.last_fault(robot);
         let fault = fault.map(|record| events::fault(run.setup(), robot, record));
-        self.events.push(json!({
-            "event": "inspection", "robot": robot, "tick": run.now(), "memory": memory, "fault": fault,
-            "battery_mv": run.battery_mv(robot),
+        self.events.push(PageEvent::Inspection(InspectionEvent {
+            robot,
+            tick: run.now(),
+            memory,
+            fault,
+            battery_mv: run.battery_mv(robot),
         }));
     }
 
@@ -414,7 +422,7 @@ impl Live {
     }
 
     fn refuse(&mut self, text: &str, help: Option<String>) {
-        self.events.push(json!({ "event": "refused", "text": text, "help": help }));
+        self.events.push(PageEvent::refused(text, help));
     }
 }
 
@@ -425,19 +433,16 @@ impl Source for Live {
         self.samples.restart();
         self.verdicts.clear();
         self.trials = None;
-        let mut begin = begin::describe(self.session.run());
-        if let Some(drafts) = &self.drafts {
-            let setup = self.session.run().setup();
-            let (names, scenario) = (edit::names(setup), edit::name_of_scenario(drafts, setup));
-            begin["scripts"] = json!({
-                "names": names,
-                "scenario": scenario,
-                "file": drafts.workshop().scenario().display().to_string(),
-                "may_write": drafts.may_write(),
-            });
-            begin["controls"] = json!(edit::controls(drafts, self.session.run().setup()));
-        }
-        self.events = vec![begin];
+        let setup = self.session.run().setup();
+        let scripts = self.drafts.as_ref().map(|drafts| ScriptsDescription {
+            names: edit::names(setup),
+            scenario: edit::name_of_scenario(drafts, setup),
+            file: drafts.workshop().scenario().display().to_string(),
+            may_write: drafts.may_write(),
+        });
+        let controls = self.drafts.as_ref().map(|drafts| edit::controls(drafts, setup));
+        let begin = BeginEvent { scripts, controls, ..begin::describe(self.session.run()) };
+        self.events = vec![PageEvent::Begin(Box::new(begin))];
         self.conditions = conditions::describe(self.session.run());
         self.tell_verdicts();
         self.tell_state();
@@ -464,7 +469,7 @@ impl Source for Live {
         self.session.run().now()
     }
 
-    fn take_events(&mut self) -> Vec<Value> {
+    fn take_events(&mut self) -> Vec<PageEvent> {
         std::mem::take(&mut self.events)
     }
 

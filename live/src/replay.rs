@@ -6,9 +6,12 @@ use bittybuzz_arena::output::recording::{
     RecordedBody, RecordedObstacle, RecordedOutline, RecordedRobot, RecordingError,
     RecordingReader, RecordingSample,
 };
-use serde_json::{Value, json};
 
 use crate::pace::{Pace, RATES};
+use crate::page_event::{
+    BeginEvent, GroupDescription, ObstacleDescription, PageEvent, QuantityNames,
+    RecordingDescription, StateEvent,
+};
 use crate::request::Request;
 use crate::samples::Samples;
 use crate::source::Source;
@@ -34,7 +37,7 @@ pub struct Replay<'a> {
     cut: Option<RecordingError>,
     pace: Pace,
     samples: Samples,
-    events: Vec<Value>,
+    events: Vec<PageEvent>,
 }
 
 impl<'a> Replay<'a> {
@@ -120,44 +123,47 @@ impl<'a> Replay<'a> {
             Pace::Rate { rate, .. } => Some(rate),
             _ => None,
         };
-        self.events.push(json!({
-            "event": "state",
-            "tick": self.shown.tick,
-            "plays": self.pace != Pace::Still,
-            "rate": rate,
-            "over": self.next.is_none(),
+        self.events.push(PageEvent::State(StateEvent {
+            tick: self.shown.tick,
+            plays: self.pace != Pace::Still,
+            rate,
+            over: self.next.is_none(),
         }));
     }
 
     fn refuse(&mut self, text: &str) {
-        self.events.push(json!({ "event": "refused", "text": text, "help": null }));
+        self.events.push(PageEvent::refused(text, None));
     }
 }
 
-/// Describes successive robots of one size as a group. A recording has no names.
-fn group(bodies: &[RecordedBody]) -> Value {
-    let radius = bodies.first().map(|body| mm(body.radius.into()));
-    json!({
-        "name": null, "robot": null, "script": null, "count": bodies.len(),
-        "first_id": bodies.first().map(|body| body.id), "radius": radius, "slots": null,
-    })
+/// Describes successive robots of one size as a group.
+fn group(bodies: &[RecordedBody]) -> GroupDescription {
+    let first = bodies.first().expect("`chunk_by` returns no empty chunk");
+    GroupDescription {
+        name: None,
+        robot: None,
+        script: None,
+        count: bodies.len() as u32,
+        first_id: first.id,
+        radius: mm(first.radius.into()),
+        slots: None,
+    }
 }
 
-/// Describes an obstacle with the keys of a scenario.
-fn obstacle(obstacle: &RecordedObstacle) -> Value {
+fn obstacle(obstacle: &RecordedObstacle) -> ObstacleDescription {
     let height = obstacle.height.map(|height| mm(height.into()));
     match obstacle.outline {
         RecordedOutline::Disc(numbers) => {
             let [x, y, radius] = numbers.map(|tenths| mm(tenths.into()));
-            json!({ "at": [x, y], "radius": radius, "height": height })
+            ObstacleDescription::Disc { at: [x, y], radius, height }
         }
         RecordedOutline::Block(numbers) => {
-            let [x, y, width, height_of_box] = numbers.map(|tenths| mm(tenths.into()));
-            json!({ "at": [x, y], "size": [width, height_of_box], "height": height })
+            let [x, y, width, length] = numbers.map(|tenths| mm(tenths.into()));
+            ObstacleDescription::Block { at: [x, y], size: [width, length], height }
         }
         RecordedOutline::Wall(numbers) => {
             let [x, y, to_x, to_y] = numbers.map(|tenths| mm(tenths.into()));
-            json!({ "from": [x, y], "to": [to_x, to_y], "height": height })
+            ObstacleDescription::Wall { from: [x, y], to: [to_x, to_y], height }
         }
     }
 }
@@ -171,26 +177,28 @@ impl Source for Replay<'_> {
     fn begin(&mut self) {
         let header = self.reader.header();
         let groups = header.bodies.chunk_by(|one, next| one.radius == next.radius);
-        let groups: Vec<Value> = groups.map(group).collect();
-        let obstacles: Vec<Value> = header.obstacles.iter().map(obstacle).collect();
         let cut = self.cut.map(|error| error.to_string());
+        let begin = BeginEvent {
+            recording: Some(RecordingDescription { cut }),
+            watched: None,
+            size: header.size.map(f64::from),
+            ticks_per_second: self.ticks_per_second(),
+            end: self.end,
+            seed: None,
+            groups: groups.map(group).collect(),
+            obstacles: header.obstacles.iter().map(obstacle).collect(),
+            lights: Vec::new(),
+            media: Vec::new(),
+            events: Vec::new(),
+            commands: Vec::new(),
+            quantities: QuantityNames::default(),
+            expectations: Vec::new(),
+            assignment: None,
+            scripts: None,
+            controls: None,
+        };
         self.samples.restart();
-        self.events = vec![json!({
-            "event": "begin",
-            "recording": { "cut": cut },
-            "size": header.size,
-            "ticks_per_second": self.ticks_per_second(),
-            "end": self.end,
-            "seed": null,
-            "groups": groups,
-            "obstacles": obstacles,
-            "lights": [],
-            "media": [],
-            "events": [],
-            "commands": [],
-            "quantities": {},
-            "expectations": [],
-        })];
+        self.events = vec![PageEvent::Begin(Box::new(begin))];
         self.tell_state();
     }
 
@@ -248,7 +256,7 @@ impl Source for Replay<'_> {
         self.shown.tick
     }
 
-    fn take_events(&mut self) -> Vec<Value> {
+    fn take_events(&mut self) -> Vec<PageEvent> {
         std::mem::take(&mut self.events)
     }
 

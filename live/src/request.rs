@@ -6,11 +6,13 @@ use serde::Deserialize;
 // A key `do` next to the others would not work: serde would have to buffer those, and then fails to
 // return numbers if another crate enables serde_json's `arbitrary_precision`.
 #[derive(Debug, Clone, PartialEq, Deserialize)]
+#[cfg_attr(test, derive(ts_rs::TS))]
 #[serde(rename_all = "snake_case", deny_unknown_fields)]
 pub enum Request {
     /// Runs the session.
     Play {
         /// The speed as a multiple of real time; `None` is as fast as possible.
+        #[cfg_attr(test, ts(optional))]
         rate: Option<f64>,
     },
     /// Pauses the run.
@@ -63,6 +65,7 @@ pub enum Request {
         name: String,
         text: String,
         /// The ids of the robots; `None` selects all that have the script.
+        #[cfg_attr(test, ts(optional))]
         robots: Option<Vec<u16>>,
         /// True if globals that hold numbers keep them.
         #[serde(default)]

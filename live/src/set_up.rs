@@ -5,25 +5,24 @@ use bittybuzz_arena::scenario::{Backend, Group, ScenarioError};
 use bittybuzz_compiler::diagnostic::Severity;
 use bittybuzz_compiler::refusal;
 use bittybuzz_compiler::render::Renderer;
-use serde_json::{Value, json};
 use std::path::Path;
 
+use crate::compiler_message::CompilerMessage;
 use crate::workshop::{Text, Workshop};
 
 /// Compiles a scenario and its scripts for runs. `values` override values of the scenario, and
-/// `scripts` replace files. An error is a list of messages, each an object in the format of
-/// `bbz check --json`.
+/// `scripts` replace files.
 pub fn set_up(
     workshop: &dyn Workshop,
     text: &str,
     values: &[String],
     scripts: &[Text],
-) -> Result<Setup, Vec<Value>> {
+) -> Result<Setup, Vec<CompilerMessage>> {
     let scenario = workshop.parse(text, values).map_err(|errors| messages(&errors))?;
     if let Some(group) = scenario.groups.iter().find(|group| group.backend != Backend::Vm) {
         let robots = &group.robot.name;
         let text = format!("{robots} robots with backend = \"firmware\" run by `bbz sim` alone");
-        return Err(vec![message(&text)]);
+        return Err(vec![CompilerMessage::error(text)]);
     }
     let (mut programs, mut errors) = (Vec::new(), Vec::new());
     for (group, script) in scenario.programs() {
@@ -40,7 +39,7 @@ pub fn set_up(
     Setup::new(scenario, programs).map_err(|error| match error {
         SetupError::Scenario(errors) => messages(&errors),
         SetupError::Refused { cause, .. } => {
-            vec![message(&format!("a script {}", refusal::sentence(&cause)))]
+            vec![CompilerMessage::error(format!("a script {}", refusal::sentence(&cause)))]
         }
     })
 }
@@ -51,10 +50,10 @@ fn program(
     script: &Path,
     text: Option<&str>,
     group: &Group,
-) -> Result<Program, Vec<Value>> {
+) -> Result<Program, Vec<CompilerMessage>> {
     let Some(text) = text else {
         return workshop.compiler()(script, group)
-            .map_err(|report| vec![message(report.trim_end())]);
+            .map_err(|report| vec![CompilerMessage::error(report.trim_end())]);
     };
     let compiled = workshop.compile(script, text, group);
     if let Some(image) = compiled.image {
@@ -62,43 +61,23 @@ fn program(
     }
     let renderer = Renderer::new(&compiled.sources);
     let errors = compiled.diagnostics.iter().filter(|one| one.severity() == Severity::Error);
-    Err(errors.map(|one| renderer.json(one)).collect())
+    Err(errors.map(|one| CompilerMessage::of_diagnostic(&renderer, one)).collect())
 }
 
 /// Returns the mistakes of a scenario as messages.
-fn messages(errors: &[ScenarioError]) -> Vec<Value> {
-    let of = |error: &ScenarioError| {
-        let mut object = message(&error.to_string());
-        object["help"] = json!(error.help());
-        if let Some(place) = &error.place {
-            object["file"] = json!(place.path);
-            object["line"] = json!(place.line);
-            object["column"] = json!(place.column);
-            object["end_line"] = json!(place.line);
-            object["end_column"] = json!(place.column + place.width);
-        }
-        object
-    };
-    errors.iter().map(of).collect()
+fn messages(errors: &[ScenarioError]) -> Vec<CompilerMessage> {
+    errors.iter().map(CompilerMessage::of_scenario).collect()
 }
 
 /// Formats the messages of [`set_up`] as text: a line or two for each.
-pub fn text_of(errors: &[Value]) -> String {
+pub fn text_of(errors: &[CompilerMessage]) -> String {
     let texts = errors.iter().map(|error| {
-        let word = |key: &str| error[key].as_str().unwrap_or_default();
-        let place = match word("file") {
-            "" => String::new(),
-            file => format!("{file}:{}:{}: ", error["line"], error["column"]),
+        let place = match (&error.file, error.line, error.column) {
+            (Some(file), Some(line), Some(column)) => format!("{file}:{line}:{column}: "),
+            _ => String::new(),
         };
-        let help = match word("help") {
-            "" => String::new(),
-            help => format!("  help: {help}\n"),
-        };
-        format!("{place}{}\n{help}", word("message"))
+        let help = error.help.as_ref().map(|help| format!("  help: {help}\n"));
+        format!("{place}{}\n{}", error.message, help.unwrap_or_default())
     });
     texts.collect()
-}
-
-fn message(text: &str) -> Value {
-    json!({ "severity": "error", "message": text, "edits": [] })
 }

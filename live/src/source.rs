@@ -2,7 +2,7 @@
 
 use std::time::Duration;
 
-use serde_json::Value;
+use crate::page_event::PageEvent;
 
 /// A run or a recording, from a client's view: it takes requests, and returns events and samples.
 pub trait Source {
@@ -21,7 +21,7 @@ pub trait Source {
     fn tick(&self) -> u64;
 
     /// Takes the events since the last call.
-    fn take_events(&mut self) -> Vec<Value>;
+    fn take_events(&mut self) -> Vec<PageEvent>;
 
     /// Takes a sample: the state of the robots at the current tick.
     fn take_sample(&mut self) -> Vec<u8>;

@@ -5,10 +5,10 @@ use std::sync::Arc;
 
 use bittybuzz_arena::run::{Setup, Simulation};
 use bittybuzz_arena::scenario::Quantity;
-use serde_json::{Value, json};
 
 use crate::events::verdict;
 use crate::hand_in::{HandIn, seconds};
+use crate::page_event::{PageEvent, ResultEvent, TrialEvent, TrialsEvent};
 
 /// The greatest number of trials. A page is for quick experiments; `bbz sim --runs` makes larger
 /// tables.
@@ -55,10 +55,14 @@ impl Trials {
 
     /// Simulates one tick, and further ticks as long as `goes_on` returns true. Adds events.
     /// Returns false when all trials have ended.
-    pub fn advance(&mut self, events: &mut Vec<Value>, goes_on: &mut dyn FnMut() -> bool) -> bool {
+    pub fn advance(
+        &mut self,
+        events: &mut Vec<PageEvent>,
+        goes_on: &mut dyn FnMut() -> bool,
+    ) -> bool {
         loop {
             if let Err(reason) = self.tick(events) {
-                events.push(json!({ "event": "refused", "text": reason, "help": null }));
+                events.push(PageEvent::refused(reason, None));
                 self.done = self.count();
             }
             self.add_progress(events);
@@ -71,7 +75,7 @@ impl Trials {
         }
     }
 
-    fn tick(&mut self, events: &mut Vec<Value>) -> Result<(), String> {
+    fn tick(&mut self, events: &mut Vec<PageEvent>) -> Result<(), String> {
         let (number, count, seeds) = (self.done, self.count(), self.seeds.len().max(1));
         let (variant, seed) = (self.variants.get(number / seeds), self.seeds.get(number % seeds));
         let (Some(variant), Some(seed)) = (variant, seed) else { return Ok(()) };
@@ -94,7 +98,8 @@ impl Trials {
             TrialPurpose::HandIn(hand_in) => {
                 let mut hand_in = (**hand_in).clone();
                 hand_in.complete(run);
-                json!({ "event": "result", "name": hand_in.file_name(), "text": hand_in.text() })
+                let name = hand_in.file_name().display().to_string();
+                PageEvent::Result(ResultEvent { name, text: hand_in.text() })
             }
         };
         events.push(result);
@@ -103,12 +108,12 @@ impl Trials {
         Ok(())
     }
 
-    fn add_progress(&mut self, events: &mut Vec<Value>) {
+    fn add_progress(&mut self, events: &mut Vec<PageEvent>) {
         let part = self.run.as_ref().map_or(0, |run| 100 * run.now() / run.end().max(1));
         let percent = (100 * self.done as u64 + part) / self.count().max(1) as u64;
         if percent != self.shown {
             self.shown = percent;
-            events.push(json!({ "event": "trials", "percent": percent }));
+            events.push(PageEvent::Trials(TrialsEvent { percent }));
         }
     }
 }
@@ -119,23 +124,21 @@ fn sweep(
     (number, count): (usize, usize),
     Variant { value, setup }: &Variant,
     quantity: Option<&Quantity>,
-) -> Value {
+) -> PageEvent {
     let numbers = quantity.and_then(|quantity| {
         let probe = setup.probe(quantity).ok()?;
         Some(run.numbers(&probe))
     });
     let (seed, summary) = (run.seed(), run.summary());
     let convergences = &summary.convergences;
-    json!({
-        "event": "trial",
-        "number": number,
-        "count": count,
-        "value": value,
-        "seed": seed,
-        "success": summary.is_success(),
-        "verdicts": convergences.iter().map(|one| verdict(one.verdict)).collect::<Vec<_>>(),
-        // The time since which each condition was true until the end; `null` if it was false there.
-        "since": convergences.iter().map(|one| one.since.map(seconds)).collect::<Vec<_>>(),
-        "numbers": numbers,
+    PageEvent::Trial(TrialEvent {
+        number,
+        count,
+        value: value.clone(),
+        seed,
+        success: summary.is_success(),
+        verdicts: convergences.iter().map(|one| verdict(one.verdict)).collect(),
+        since: convergences.iter().map(|one| one.since.map(seconds)).collect(),
+        numbers,
     })
 }

@@ -3,7 +3,8 @@
 
 use bittybuzz_arena::run::Simulation;
 use bittybuzz_arena::scenario::Quantity;
-use serde_json::{Value, json};
+
+use crate::page_event::{MessagesEvent, PageEvent, QuantityEvent};
 
 /// The greatest number of messages of one fate in an event: more lines than this merge into a gray
 /// area.
@@ -51,21 +52,18 @@ impl Watch {
     }
 
     /// Returns the events that follow a sample.
-    pub fn take(&mut self, run: &Simulation) -> Vec<Value> {
+    pub fn take(&mut self, run: &Simulation) -> Vec<PageEvent> {
         let (mut events, tick) = (Vec::new(), run.now());
         if self.messages {
             let [heard, collided, lost] = std::mem::take(&mut self.fates);
-            events.push(json!({
-                "event": "messages", "tick": tick, "heard": heard, "collided": collided, "lost": lost,
-            }));
+            events.push(PageEvent::Messages(MessagesEvent { tick, heard, collided, lost }));
         }
         if let Some(quantity) = &self.quantity
             // Resolved again each time, because scripts may be loaded during a run.
             && let Ok(probe) = run.setup().probe(quantity)
         {
             let (name, values) = (quantity.to_string(), run.numbers(&probe));
-            events
-                .push(json!({ "event": "quantity", "tick": tick, "name": name, "values": values }));
+            events.push(PageEvent::Quantity(QuantityEvent { tick, name, values }));
         }
         events
     }

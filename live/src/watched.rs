@@ -8,8 +8,11 @@ use std::time::Duration;
 use bittybuzz_arena::output::recording::{
     RecordedBody, RecordedRobot, RecordingHeader, RobotStatus,
 };
-use serde_json::{Value, json};
 
+use crate::page_event::{
+    BeginEvent, FaultConsequence, FaultEvent, FaultPlace, GroupDescription, LogEvent, PageEvent,
+    QuantityNames, StateEvent,
+};
 use crate::samples::Samples;
 use crate::source::Source;
 
@@ -47,9 +50,8 @@ pub enum ReportContent {
         code: String,
         /// True if the fault ended only a listener or a handler.
         is_contained: bool,
-        /// The calls that led to the fault, innermost first, each an object with `file`, `line`,
-        /// `column` and `function`.
-        places: Vec<Value>,
+        /// The calls that led to the fault, innermost first; `None` without symbols.
+        places: Vec<Option<FaultPlace>>,
     },
 }
 
@@ -60,8 +62,8 @@ pub struct Watched {
     kind: [String; 2],
     robots: Vec<(u16, RobotStatus)>,
     /// The last events of the robots, for a client that connects later.
-    kept: VecDeque<Value>,
-    events: Vec<Value>,
+    kept: VecDeque<PageEvent>,
+    events: Vec<PageEvent>,
     samples: Samples,
     tick: u64,
     /// True if no more reports can come.
@@ -93,24 +95,21 @@ impl Watched {
         let now = seconds.map_or(self.tick, |seconds| (seconds * TICKS_PER_SECOND) as u64);
         self.tick = self.tick.max(now);
         let event = match content {
-            ReportContent::Line(text) => line(now, number, &text),
+            ReportContent::Line(text) => line(now, number, text),
             ReportContent::Began(text) => {
                 self.change(number, RobotStatus::Running);
-                line(now, number, &text)
+                line(now, number, text)
             }
             ReportContent::Fault { code, is_contained, places } => {
                 if !is_contained {
                     self.change(number, RobotStatus::Faulted);
                 }
-                let consequence = if is_contained { "contained" } else { "stop" };
-                json!({
-                    "event": "fault",
-                    "tick": now,
-                    "robot": number,
-                    "code": code,
-                    "consequence": consequence,
-                    "places": places,
-                })
+                let consequence = match is_contained {
+                    true => FaultConsequence::Contained,
+                    false => FaultConsequence::Stop,
+                };
+                let (tick, robot) = (now, number);
+                PageEvent::Fault(FaultEvent { tick, robot, code, consequence, places })
             }
         };
         if self.kept.len() == MOST_KEPT {
@@ -147,49 +146,55 @@ impl Watched {
     }
 
     fn add_state(&mut self) {
-        self.events.push(json!({
-            "event": "state", "tick": self.tick, "plays": !self.is_over, "rate": null, "over": self.is_over,
-        }));
+        let (tick, plays, over) = (self.tick, !self.is_over, self.is_over);
+        self.events.push(PageEvent::State(StateEvent { tick, plays, rate: None, over }));
     }
 }
 
-fn line(tick: u64, robot: usize, text: &str) -> Value {
-    json!({ "event": "log", "tick": tick, "robot": robot, "text": text })
+fn line(tick: u64, robot: usize, text: String) -> PageEvent {
+    PageEvent::Log(LogEvent { tick, robot, text })
 }
 
 impl Source for Watched {
     fn begin(&mut self) {
         self.samples.restart();
         let [robot, script] = &self.kind;
-        let groups = self.robots.iter().map(|(id, _)| {
-            json!({
-                "name": robot, "robot": robot, "script": script, "count": 1, "first_id": id, "radius": RADIUS, "slots": 0,
-            })
+        let groups = self.robots.iter().map(|(id, _)| GroupDescription {
+            name: Some(robot.clone()),
+            robot: Some(robot.clone()),
+            script: Some(script.clone()),
+            count: 1,
+            first_id: *id,
+            radius: RADIUS.into(),
+            slots: Some(0),
         });
-        let begin = json!({
-            "event": "begin",
-            "watched": true,
-            "size": self.size(),
-            "ticks_per_second": TICKS_PER_SECOND,
-            "end": 1,
-            "seed": null,
-            "groups": groups.collect::<Vec<_>>(),
-            "obstacles": [],
-            "lights": [],
-            "media": [],
-            "events": [],
-            "commands": [],
-            "quantities": { "plot": [], "robot": [], "swarm": [], "global": [] },
-            "expectations": [],
-            "assignment": null,
-        });
+        let begin = BeginEvent {
+            recording: None,
+            watched: Some(true),
+            size: self.size().map(f64::from),
+            ticks_per_second: TICKS_PER_SECOND,
+            end: 1,
+            seed: None,
+            groups: groups.collect(),
+            obstacles: Vec::new(),
+            lights: Vec::new(),
+            media: Vec::new(),
+            events: Vec::new(),
+            commands: Vec::new(),
+            quantities: QuantityNames::default(),
+            expectations: Vec::new(),
+            assignment: None,
+            scripts: None,
+            controls: None,
+        };
+        let begin = PageEvent::Begin(Box::new(begin));
         self.events = std::iter::once(begin).chain(self.kept.iter().cloned()).collect();
         self.add_state();
     }
 
     fn request(&mut self, _: &str, _: Duration) {
         let text = "these robots are watched, not steered";
-        self.events.push(json!({ "event": "refused", "text": text, "help": null }));
+        self.events.push(PageEvent::refused(text, None));
     }
 
     fn advance(&mut self, _: Duration, goes_on: &mut dyn FnMut() -> bool) -> bool {
@@ -213,7 +218,7 @@ impl Source for Watched {
         self.tick
     }
 
-    fn take_events(&mut self) -> Vec<Value> {
+    fn take_events(&mut self) -> Vec<PageEvent> {
         std::mem::take(&mut self.events)
     }
 

@@ -9,7 +9,8 @@ use bittybuzz_compiler::compile::Compiled;
 use bittybuzz_compiler::diagnostic::Severity;
 use bittybuzz_compiler::render::Renderer;
 use bittybuzz_robot_spec::Robot;
-use serde_json::Value;
+
+use crate::compiler_message::CompilerMessage;
 
 /// The files of a session, its compiler, and the permission to write.
 pub trait Workshop {
@@ -77,14 +78,13 @@ impl Drafts {
     }
 
     /// Compiles a text as a script for the robots of some groups, once for each different robot.
-    /// Returns each message once, as an object of [`Renderer::json`], and true if one of them is an
-    /// error.
+    /// Returns each message once, and true if one of them is an error.
     pub fn check<'a>(
         &self,
         groups: impl Iterator<Item = &'a Group>,
         script: &Path,
         text: &str,
-    ) -> (Vec<Value>, bool) {
+    ) -> (Vec<CompilerMessage>, bool) {
         let mut robots: Vec<&Robot> = Vec::new();
         let (mut messages, mut has_error) = (Vec::new(), false);
         for group in groups {
@@ -96,7 +96,7 @@ impl Drafts {
             let renderer = Renderer::new(&compiled.sources);
             for one in &compiled.diagnostics {
                 has_error |= one.severity() == Severity::Error;
-                let message = renderer.json(one);
+                let message = CompilerMessage::of_diagnostic(&renderer, one);
                 if !messages.contains(&message) {
                     messages.push(message);
                 }

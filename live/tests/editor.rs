@@ -13,6 +13,8 @@ use bittybuzz_compiler::include::{Files, IncludeLoader, MemoryFiles};
 use bittybuzz_live::{Live, Source, Workshop};
 use serde_json::{Value, json};
 
+use crate::taken;
+
 const SCRIPT: &str = "n = 0\nfunction step() { n = n + 1 led(n % 8) }\n";
 const RED: &str = "r = 1\nfunction step() { led(r) }\n";
 
@@ -131,7 +133,7 @@ fn start(may_write: bool) -> (Live, Rc<RefCell<Vec<String>>>) {
 fn ask(live: &mut Live, request: Value) -> Vec<Value> {
     live.take_events();
     live.request(&request.to_string(), Duration::ZERO);
-    live.take_events()
+    taken(live)
 }
 
 /// Sends a request and returns the only event that answers it.
@@ -158,7 +160,7 @@ fn scripts_are_named_from_the_folder_of_the_scenario() {
     let scripts = json!({
         "names": names, "scenario": "s.toml", "file": "x/s.toml", "may_write": false,
     });
-    assert_eq!(live.take_events()[0]["scripts"], scripts);
+    assert_eq!(taken(&mut live)[0]["scripts"], scripts);
     let script = answer(&mut live, json!({ "script": { "name": "sub/own.bzz" } }));
     assert_eq!((&script["event"], &script["text"]), (&json!("script"), &json!(SCRIPT)));
     for name in ["secret.bzz", "x/walk.bzz", "../x/walk.bzz", "/etc/passwd", "x/s.toml", ""] {
@@ -304,7 +306,7 @@ fn a_saved_session_has_the_first_text_of_a_script_that_was_written() {
 #[test]
 fn controls_are_those_of_the_last_texts() {
     let (mut live, _) = start(false);
-    assert_eq!(live.take_events()[0]["controls"], json!([]));
+    assert_eq!(taken(&mut live)[0]["controls"], json!([]));
     let text = format!("# slider: r 1..9\n{RED}# button: 9\n");
     let events =
         ask(&mut live, json!({ "run": { "name": "walk.bzz", "text": text, "keep": true } }));

@@ -12,6 +12,8 @@ use bittybuzz_compiler::include::{Files, IncludeLoader, MemoryFiles};
 use bittybuzz_live::{Live, Source};
 use serde_json::{Value, json};
 
+use crate::taken;
+
 /// In step 5 robot 7 logs, in step 8 it divides by zero.
 const SCRIPT: &str = "n = 0 t = {.a = 1, .b = {.c = 2}}\n\
     function step() {\n  n = n + 1\n  if(id == 7 and n == 5) log(\"n is \", n)\n  if(id == 7 and n == 8) led(n / 0)\n  led(n % 8)\n  forward()\n  neighbors.broadcast(\"n\", n)\n}\n";
@@ -70,7 +72,7 @@ fn now(live: &Live) -> u64 {
 /// Takes all events and returns those of a kind.
 fn events(live: &mut Live, kind: &str) -> Vec<Value> {
     let of_kind = |event: &Value| event["event"] == kind;
-    live.take_events().into_iter().filter(of_kind).collect()
+    taken(live).into_iter().filter(of_kind).collect()
 }
 
 /// Takes all events and returns the reason of the only refusal.
@@ -99,7 +101,7 @@ fn sample(live: &mut Live, known: &mut Vec<u8>) -> RecordingSample {
 #[test]
 fn the_first_event_is_the_world() {
     let mut live = live();
-    let events = live.take_events();
+    let events = taken(&mut live);
     let begin = &events[0];
     assert_eq!((&begin["event"], &begin["size"]), (&json!("begin"), &json!([800.0, 600.0])));
     assert_eq!((&begin["end"], &begin["seed"]), (&json!(100), &json!(1)));
@@ -142,7 +144,7 @@ fn a_run_follows_the_clock_at_its_rate() {
     assert!(!advance(&mut live, 1000, ms(9000)));
     let state =
         json!({ "event": "state", "tick": 100, "plays": false, "rate": null, "over": true });
-    assert_eq!(live.take_events().last(), Some(&state));
+    assert_eq!(taken(&mut live).last(), Some(&state));
 }
 
 /// A computer that is too slow for a rate falls back, and does not catch up afterwards.
@@ -181,7 +183,7 @@ fn faults_and_log_lines_wait_until_they_are_taken() {
     live.take_events();
     live.request(r#"{"play":{}}"#, ms(0));
     advance(&mut live, 30, ms(0));
-    let all = live.take_events();
+    let all = taken(&mut live);
     let of = |kind: &str| all.iter().find(|event| event["event"] == kind).unwrap();
     let line = json!({ "event": "log", "tick": 5, "robot": 1, "text": "n is 5" });
     assert_eq!(of("log"), &line);
@@ -301,10 +303,10 @@ fn messages_and_quantities_follow_each_sample() {
     assert_eq!(events(&mut live, "messages")[0]["heard"], json!([]), "they are told once");
     live.request(r#"{"watch":{"messages":false,"quantity":"global.n"}}"#, ms(0));
     live.take_sample();
-    let told = live.take_events();
-    let of = |kind: &str| told.iter().filter(|event| event["event"] == kind).count();
+    let last = taken(&mut live);
+    let of = |kind: &str| last.iter().filter(|event| event["event"] == kind).count();
     assert_eq!((of("messages"), of("quantity")), (0, 1));
-    let quantity = told.iter().find(|event| event["event"] == "quantity").unwrap();
+    let quantity = last.iter().find(|event| event["event"] == "quantity").unwrap();
     // Robot 7 had a fault in its step 8 and has restarted.
     assert_eq!(quantity["values"][0], 29.0);
     for (quantity, reason) in
@@ -333,7 +335,7 @@ fn a_global_of_a_loaded_script_can_be_watched() {
 
 #[test]
 fn a_client_can_choose_from_quantities() {
-    let begin = live().take_events().remove(0);
+    let begin = taken(&mut live()).remove(0);
     let quantities = &begin["quantities"];
     assert_eq!(quantities["plot"], json!(["global.n"]));
     assert_eq!(quantities["global"], json!(["global.n", "global.t"]), "no functions");

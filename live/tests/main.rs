@@ -2,8 +2,18 @@
 
 #![allow(clippy::unwrap_used, reason = "a failure here fails the test")]
 
+use bittybuzz_live::{PageEvent, Source};
+use serde_json::Value;
+
 mod editor;
 mod live;
 mod recorded;
 mod trials;
 mod watched;
+
+/// Takes the events of a source, as its client parses them.
+fn taken(source: &mut impl Source) -> Vec<Value> {
+    let texts = source.take_events();
+    let texts = texts.iter().map(PageEvent::to_json);
+    texts.map(|text| serde_json::from_str(&text).unwrap()).collect()
+}

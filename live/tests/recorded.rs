@@ -10,6 +10,8 @@ use bittybuzz_live::{Replay, Source};
 use proptest::prelude::*;
 use serde_json::{Value, json};
 
+use crate::taken;
+
 const ROBOT: RecordedRobot =
     RecordedRobot { x: 0, y: 0, z: 0, heading: 0, led: 0, state: RobotStatus::Running };
 
@@ -58,9 +60,9 @@ fn ask(replay: &mut Replay<'_>, request: Value) {
 fn the_first_event_is_the_world() {
     let bytes = recording(3);
     let mut replay = Replay::new(&bytes).unwrap();
-    let events = replay.take_events();
+    let events = taken(&mut replay);
     let begin = &events[0];
-    assert_eq!((&begin["size"], &begin["end"]), (&json!([800, 600]), &json!(10)));
+    assert_eq!((&begin["size"], &begin["end"]), (&json!([800.0, 600.0]), &json!(10)));
     assert_eq!(begin["ticks_per_second"], json!(10.0));
     assert_eq!(begin["recording"], json!({ "cut": null }));
     let groups = begin["groups"].as_array().unwrap();
@@ -107,7 +109,7 @@ fn it_plays_by_the_clock_and_steps_by_samples() {
     assert!(replay.advance(at(9000), &mut || turns.next().is_some()));
     assert_eq!(replay.tick(), 50);
     assert!(!replay.advance(at(9000), &mut || true));
-    let last = replay.take_events().pop().unwrap();
+    let last = taken(&mut replay).pop().unwrap();
     assert_eq!(
         (&last["tick"], &last["plays"], &last["over"]),
         (&json!(495), &json!(false), &json!(true))
@@ -120,7 +122,7 @@ fn it_plays_by_the_clock_and_steps_by_samples() {
 fn a_recording_that_is_cut_off_is_shown_up_to_there() {
     let whole = recording(3);
     let mut replay = Replay::new(&whole[..whole.len() - 2]).unwrap();
-    let begin = replay.take_events().remove(0);
+    let begin = taken(&mut replay).remove(0);
     assert_eq!((&begin["end"], &begin["recording"]["cut"]), (&json!(10), &json!("it is cut off")));
     for length in 0..whole.len() {
         match Replay::new(&whole[..length]) {
@@ -148,7 +150,7 @@ fn what_a_recording_does_not_have_is_refused() {
     ] {
         replay.take_events();
         ask(&mut replay, request.clone());
-        let events = replay.take_events();
+        let events = taken(&mut replay);
         assert_eq!((events.len(), &events[0]["event"]), (1, &json!("refused")), "{request}");
     }
 }

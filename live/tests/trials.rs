@@ -6,6 +6,8 @@ use bittybuzz_arena::run::Session;
 use bittybuzz_live::{HandIn, Live, SharedFiles, Shelf, Source};
 use serde_json::{Value, json};
 
+use crate::taken;
+
 /// Each robot adopts the greatest number that it receives.
 const SCRIPT: &str = "SEND = 1\nbest = id\nfunction step() {\n  neighbors.listen(\"best\", function(vid, value, rid) {\n    \
     if(value > best) { best = value }\n  })\n  if(SEND > 0) { neighbors.broadcast(\"best\", best) }\n}\n";
@@ -42,7 +44,7 @@ fn finish(live: &mut Live, request: Value) -> Vec<Value> {
         turns += 1;
         assert!(turns < 100_000, "the trials do not end");
     }
-    live.take_events()
+    taken(live)
 }
 
 fn of_kind<'a>(events: &'a [Value], kind: &str) -> Vec<&'a Value> {

@@ -4,8 +4,10 @@ use std::sync::mpsc::{Sender, channel};
 use std::time::Duration;
 
 use bittybuzz_arena::output::recording::{RecordingReader, RobotStatus};
-use bittybuzz_live::{ReportContent, RobotReport, Source, Watched};
+use bittybuzz_live::{FaultPlace, ReportContent, RobotReport, Source, Watched};
 use serde_json::{Value, json};
+
+use crate::taken;
 
 fn start() -> (Sender<RobotReport>, Watched) {
     let (sender, reports) = channel();
@@ -18,11 +20,16 @@ fn report(robot: u16, seconds: f64, content: ReportContent) -> RobotReport {
 
 fn events(watched: &mut Watched) -> Vec<Value> {
     while watched.advance(Duration::ZERO, &mut || true) {}
-    watched.take_events()
+    taken(watched)
 }
 
 fn fault(is_contained: bool) -> ReportContent {
-    let places = vec![json!({ "file": "blink.bzz", "line": 3, "column": 5, "function": "step" })];
+    let places = vec![Some(FaultPlace {
+        file: "blink.bzz".to_owned(),
+        line: 3,
+        column: 5,
+        function: Some("step".to_owned()),
+    })];
     ReportContent::Fault { code: "R0001".to_owned(), is_contained, places }
 }
 
@@ -76,7 +83,7 @@ fn a_page_that_comes_later_gets_the_last_events() {
     }
     events(&mut watched);
     watched.begin();
-    let got = watched.take_events();
+    let got = taken(&mut watched);
     let lines: Vec<&Value> =
         got.iter().filter(|event| event["event"] == "log").map(|event| &event["text"]).collect();
     assert_eq!((lines.len(), lines[0], lines[999]), (1000, &json!("500"), &json!("1499")));

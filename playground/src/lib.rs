@@ -24,8 +24,7 @@ use std::cell::RefCell;
 use std::time::Duration;
 
 use bittybuzz_arena::run::Session;
-use bittybuzz_live::{Live, SharedFiles, Shelf, Source};
-use serde_json::Value;
+use bittybuzz_live::{Live, PageEvent, SharedFiles, Shelf, Source};
 
 /// The number of copies of a run that are kept to go back in time. A page has some gigabytes, and a
 /// run of 20,000 robots takes 60 MB.
@@ -90,7 +89,8 @@ impl Playground {
     /// Sets the output to the events since the last call, as a JSON array.
     fn take_events(&mut self) {
         let events = self.live.as_mut().map(Source::take_events).unwrap_or_default();
-        self.output = Value::Array(events).to_string().into_bytes();
+        let events: Vec<String> = events.iter().map(PageEvent::to_json).collect();
+        self.output = format!("[{}]", events.join(",")).into_bytes();
     }
 
     /// Sets the output to a sample.

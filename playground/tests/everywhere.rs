@@ -8,7 +8,7 @@ use std::process::Command;
 use std::time::Duration;
 
 use bittybuzz_arena::run::{Session, Simulation};
-use bittybuzz_live::{Live, SharedFiles, Shelf, Source};
+use bittybuzz_live::{Live, PageEvent, SharedFiles, Shelf, Source};
 use serde_json::Value;
 
 /// The variable with the path of the module. Without it, the test does not compare with
@@ -69,7 +69,8 @@ fn session(files: &SharedFiles) -> Vec<String> {
         live.advance(now, &mut || ticks.next().is_some());
         let sample = live.take_sample();
         let sample: String = sample.iter().map(|byte| format!("{byte:02x}")).collect();
-        format!("{} {sample}", Value::Array(live.take_events()))
+        let events: Vec<String> = live.take_events().iter().map(PageEvent::to_json).collect();
+        format!("[{}] {sample}", events.join(","))
     });
     steps.collect()
 }

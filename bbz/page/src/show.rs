@@ -76,7 +76,7 @@ fn send_news(source: &mut dyn Source, client: Option<&mut Client>) {
     let sample = (client.is_ready && client.sampled != Some(tick)).then(|| source.take_sample());
     // Sending fails after a client disconnected; its `Disconnected` event follows.
     for event in source.take_events() {
-        let _ = client.messages.send(ToClient::Event(event.to_string()));
+        let _ = client.messages.send(ToClient::Event(event.to_json()));
     }
     if let Some(sample) = sample {
         client.is_ready = false;

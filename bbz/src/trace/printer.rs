@@ -13,7 +13,7 @@ use bittybuzz_comms::infrared::FaultReport;
 use bittybuzz_comms::trace::{Items, PrintedValue, Record, RecordError, Unused};
 use bittybuzz_compiler::refusal;
 #[cfg(feature = "view")]
-use bittybuzz_live::{ReportContent as Reported, RobotReport};
+use bittybuzz_live::{FaultPlace, ReportContent as Reported, RobotReport};
 use bittybuzz_robot_spec::Robot;
 use bittybuzz_vm_core::image::VERSION;
 use bittybuzz_vm_core::{Fault, ImageError};
@@ -383,8 +383,8 @@ impl<'a> TracePrinter<'a> {
         self.ending = ExitStatus::RuntimeError;
         #[cfg(feature = "view")]
         if self.format == TraceFormat::Page {
-            let object = json::fault(step, fault, self.program(), &positions, None);
-            let places = object["calls"].as_array().cloned().unwrap_or_default();
+            let symbols = self.program().symbols.as_ref();
+            let places = positions.iter().map(|at| FaultPlace::find(symbols?, *at)).collect();
             let code = fault::code(fault.code);
             return self.send(time, Reported::Fault { code, is_contained, places });
         }

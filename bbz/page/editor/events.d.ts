@@ -1,0 +1,592 @@
+// Written by `BITTYBUZZ_WRITE_DECLARATIONS=1 cargo test -p bittybuzz-live declarations` from the types of live/src/page_event.rs.
+
+export type ActivityName = "empty" | "idle" | "running" | "waiting" | "faulted" | "resting";
+
+export type AssignmentDescription = { title: string, 
+/**
+ * The task in words.
+ */
+text: string, };
+
+export type BeganEvent = { 
+/**
+ * The name of the scenario.
+ */
+name: string, };
+
+export type BeginEvent = { 
+/**
+ * Present for a recording.
+ */
+recording?: RecordingDescription, 
+/**
+ * Present, and true, for robots outside the simulator.
+ */
+watched?: boolean, 
+/**
+ * Width and height.
+ */
+size: [number, number], ticks_per_second: number, 
+/**
+ * The last tick.
+ */
+end: number, 
+/**
+ * `null` outside the simulator.
+ */
+seed: number | null, groups: Array<GroupDescription>, obstacles: Array<ObstacleDescription>, lights: Array<LightDescription>, media: Array<MediumDescription>, 
+/**
+ * The times of the scenario's events.
+ */
+events: Array<number>, commands: Array<CommandDescription>, quantities: QuantityNames, expectations: Array<ExpectationDescription>, assignment: AssignmentDescription | null, 
+/**
+ * Present if scripts can be edited.
+ */
+scripts?: ScriptsDescription, 
+/**
+ * Present if scripts can be edited.
+ */
+controls?: Array<Control>, };
+
+export type Button = { 
+/**
+ * The name of the global.
+ */
+name: string, 
+/**
+ * The number that the script assigns to the global, if it is a literal.
+ */
+value: number | null, };
+
+export type CommandDescription = { 
+/**
+ * The tick before which the command acts.
+ */
+tick: number, text: string, };
+
+export type CommandsEvent = { 
+/**
+ * The commands as `[[event]]`s of a scenario.
+ */
+text: string, };
+
+export type CompilerMessage = { severity: MessageSeverity, 
+/**
+ * The code, such as `E0201`. Messages about a scenario have none.
+ */
+code?: string, message: string, label: string | null, help: string | null, 
+/**
+ * The place, which is absent from a message about a file as a whole. Lines and columns count
+ * from 1.
+ */
+file?: string, line?: number, column?: number, end_line?: number, end_column?: number, 
+/**
+ * Other places that the message refers to.
+ */
+related: Array<RelatedPlace>, 
+/**
+ * Changes of the text that the message suggests.
+ */
+edits: Array<SuggestedEdit>, };
+
+export type ConditionsEvent = { lights: Array<LightDescription>, 
+/**
+ * All commands, including those that are pending because the run was taken back.
+ */
+commands: Array<CommandDescription>, };
+
+export type Control = { "kind": "slider" } & Slider | { "kind": "switch" } & Switch | { "kind": "button" } & Button;
+
+export type ControlProblem = { line: number, problem: string, };
+
+export type DiagnosticsEvent = { name: string, diagnostics: Array<CompilerMessage>, 
+/**
+ * The malformed controls in the text.
+ */
+problems: Array<ControlProblem>, };
+
+export type DigestEvent = { tick: number, 
+/**
+ * Hexadecimal, because JavaScript numbers do not hold 64 bits.
+ */
+digest: string, };
+
+export type EntryDescription = { key: ValueDescription, value: ValueDescription, 
+/**
+ * The id of the robot that wrote the value.
+ */
+owner: number, 
+/**
+ * The Lamport clock of the write.
+ */
+clock: number, is_own: boolean, is_unsent: boolean, };
+
+export type ExpectationDescription = { name: string | null, 
+/**
+ * The expectation in words.
+ */
+text: string, 
+/**
+ * The line of the scenario.
+ */
+line: number, };
+
+export type ExpectationEvent = { 
+/**
+ * The number of the expectation in the scenario.
+ */
+number: number, verdict: VerdictName, 
+/**
+ * The tick at which the verdict was decided.
+ */
+tick: number | null, };
+
+export type ExplanationEvent = { 
+/**
+ * The code of the message.
+ */
+code: string, 
+/**
+ * Markdown.
+ */
+text: string, };
+
+export type FailedEvent = { 
+/**
+ * The reason.
+ */
+text: string, };
+
+export type FaultConsequence = "contained" | "pause" | "stop";
+
+export type FaultEvent = { tick: number, 
+/**
+ * The number of the robot.
+ */
+robot: number, 
+/**
+ * The code of the fault, such as `R0001`.
+ */
+code: string, consequence: FaultConsequence, 
+/**
+ * The calls that led to the fault, innermost first; `null` without symbols.
+ */
+places: Array<FaultPlace | null>, };
+
+export type FaultPlace = { file: string, line: number, column: number, 
+/**
+ * The name of the function; `null` if the symbols have none.
+ */
+function: string | null, };
+
+export type FrameDescription = { 
+/**
+ * The name of the function.
+ */
+function: string, 
+/**
+ * The place of the current instruction; `null` if it is not known.
+ */
+source: FrameSource | null, locals: Array<NamedValue>, };
+
+export type FrameSource = { file: string, line: number, column: number, };
+
+export type GroupDescription = { name: string | null, 
+/**
+ * The name of the robots' model.
+ */
+robot: string | null, script: string | null, count: number, first_id: number, 
+/**
+ * The radius of a body in mm.
+ */
+radius: number, 
+/**
+ * The slots of a machine.
+ */
+slots: number | null, };
+
+export type HandlerDescription = { trigger: TriggerDescription, function: ValueDescription, };
+
+export type InspectionEvent = { 
+/**
+ * The number of the robot.
+ */
+robot: number, tick: number, 
+/**
+ * `null` if the machine runs in an emulator, or the robot has not joined yet.
+ */
+memory: MemoryDescription | null, 
+/**
+ * The last fault of the robot.
+ */
+fault: FaultEvent | null, battery_mv: number | null, };
+
+export type LightDescription = { 
+/**
+ * The position in mm.
+ */
+at: [number, number], brightness: number, };
+
+export type LogEvent = { tick: number, 
+/**
+ * The number of the robot.
+ */
+robot: number, text: string, };
+
+export type MediumDescription = { name: string, 
+/**
+ * The share of frames that the scenario lets the medium lose, for robots that touch and at the
+ * end of the range; `null` stands for the physical model's.
+ */
+loss: [number, number] | null, };
+
+export type MemoryDescription = { activity: ActivityName, globals: Array<NamedValue>, 
+/**
+ * The active functions, innermost first.
+ */
+frames: Array<FrameDescription>, neighbors: Array<NeighborDescription>, swarms: Array<SwarmDescription>, stigmergies: Array<StigmergyDescription>, handlers: Array<HandlerDescription>, queues: QueuesDescription | null, slots: SlotsDescription, 
+/**
+ * The tables and closures to which values refer by their numbers.
+ */
+objects: { [key in number]: ObjectDescription }, };
+
+export type MessageDescription = { "kind": "broadcast", robot: number, topic: ValueDescription, value: ValueDescription, } | { "kind": "entry", stigmergy: number, owner: number, clock: number, key: ValueDescription, value: ValueDescription, } | { "kind": "beacon", robot: number, } | { "kind": "digest", robot: number, digest: number, } | { "kind": "swarms", robot: number, 
+/**
+ * The numbers of swarms; true if the sender is a member.
+ */
+swarms: Array<[number, boolean]>, } | { "kind": "fragment", robot: number, number: number, index: number, is_last: boolean, } | { "kind": "foreign" } | { "kind": "malformed" };
+
+export type MessageSeverity = "error" | "warning";
+
+export type MessagesEvent = { tick: number, heard: Array<[number, number]>, collided: Array<[number, number]>, lost: Array<[number, number]>, };
+
+export type NamedValue = [string, ValueDescription];
+
+export type NeighborDescription = { id: number, 
+/**
+ * The distance in mm; `null` if the link did not measure the place.
+ */
+distance: number | null, 
+/**
+ * The azimuth in radians.
+ */
+azimuth: number | null, 
+/**
+ * The elevation in radians.
+ */
+elevation: number | null, 
+/**
+ * The number of steps after which the neighbor is removed if nothing more is received from it.
+ */
+steps_left: number, swarms: Array<number>, };
+
+export type ObjectDescription = { 
+/**
+ * Keys and values.
+ */
+entries: Array<[ValueDescription, ValueDescription]>, 
+/**
+ * The number of further entries.
+ */
+left_out: number, } | { function: string, self: ValueDescription, captures: Array<NamedValue>, } | { function: ValueDescription, self: ValueDescription, };
+
+export type ObstacleDescription = { at: [number, number], radius: number, height: number | null, } | { at: [number, number], size: [number, number], height: number | null, } | { from: [number, number], to: [number, number], height: number | null, };
+
+export type OtherValue = { "unset": boolean } | { "float": string } | { "string": number } | { "table": number } | { "closure": number } | { "function": string } | { "builtin": string } | { "robot_function": string } | { "library": string } | { "swarm": number } | { "stigmergy": number };
+
+export type PageEvent = { "event": "begin" } & BeginEvent | { "event": "state" } & StateEvent | { "event": "conditions" } & ConditionsEvent | { "event": "log" } & LogEvent | { "event": "fault" } & FaultEvent | { "event": "expectation" } & ExpectationEvent | { "event": "inspection" } & InspectionEvent | { "event": "messages" } & MessagesEvent | { "event": "quantity" } & QuantityEvent | { "event": "commands" } & CommandsEvent | { "event": "scenario" } & ScenarioEvent | { "event": "script" } & ScriptEvent | { "event": "diagnostics" } & DiagnosticsEvent | { "event": "ran" } & RanEvent | { "event": "written" } & WrittenEvent | { "event": "explanation" } & ExplanationEvent | { "event": "digest" } & DigestEvent | { "event": "trials" } & TrialsEvent | { "event": "trial" } & TrialEvent | { "event": "result" } & ResultEvent | { "event": "began" } & BeganEvent | { "event": "refused" } & RefusedEvent | { "event": "failed" } & FailedEvent;
+
+export type QuantityEvent = { tick: number, name: string, 
+/**
+ * A number for each robot, or a single one for the swarm.
+ */
+values: Array<number | null>, };
+
+export type QuantityNames = { 
+/**
+ * Those of `plot` in the scenario.
+ */
+plot: Array<string>, 
+/**
+ * Those of each robot.
+ */
+robot: Array<string>, 
+/**
+ * Those of the swarm.
+ */
+swarm: Array<string>, 
+/**
+ * Globals of the scripts.
+ */
+global: Array<string>, };
+
+export type QueueDescription = { 
+/**
+ * The number of frames that the queue can hold.
+ */
+capacity: number, messages: Array<MessageDescription>, };
+
+export type QueuesDescription = { inbox: QueueDescription, outbox: QueueDescription, };
+
+export type RanEvent = { 
+/**
+ * The script of which the text is a draft.
+ */
+name: string, 
+/**
+ * The name of the draft.
+ */
+draft: string, quantities: QuantityNames, controls: Array<Control>, };
+
+export type RecordingDescription = { 
+/**
+ * The error that ends the recording early; `null` if it is complete.
+ */
+cut: string | null, };
+
+export type RefusedEvent = { 
+/**
+ * The reason.
+ */
+text: string, help: string | null, };
+
+export type RelatedPlace = { file: string, line: number, column: number, end_line: number, end_column: number, label: string, };
+
+export type Request = { "play": { 
+/**
+ * The speed as a multiple of real time; `null` is as fast as possible.
+ */
+rate?: number, } } | "pause" | { "step": { 
+/**
+ * The number of ticks to run.
+ */
+ticks: number, } } | { "go_to": { 
+/**
+ * The tick to go to. A tick after the end means the end.
+ */
+tick: number, } } | { "command": { 
+/**
+ * The keys of an `[[event]]` without `at`.
+ */
+text: string, } } | { "inspect": { 
+/**
+ * The number of the robot in the scenario; `null` ends the subscription.
+ */
+robot: number | null, } } | { "watch": { 
+/**
+ * True to receive messages.
+ */
+messages: boolean, 
+/**
+ * The quantity, written as in `plot`.
+ */
+quantity: string | null, } } | "commands" | "scenario" | { "script": { 
+/**
+ * The path of the script relative to the folder of the scenario.
+ */
+name: string, } } | { "check": { 
+/**
+ * The script that the text would replace.
+ */
+name: string, text: string, } } | { "run": { 
+/**
+ * The script of which the text is a draft.
+ */
+name: string, text: string, 
+/**
+ * The ids of the robots; `null` selects all that have the script.
+ */
+robots?: Array<number>, 
+/**
+ * True if globals that hold numbers keep them.
+ */
+keep: boolean, } } | { "write": { 
+/**
+ * The path of the script relative to the folder of the scenario.
+ */
+name: string, text: string, } } | { "explain": { 
+/**
+ * The code of the message.
+ */
+code: string, } } | "digest" | { "sweep": { 
+/**
+ * A key of the scenario, such as `medium.ir.loss`, or a global, such as `global.JOIN`;
+ * `null` varies nothing.
+ */
+key: string | null, 
+/**
+ * The values of the key.
+ */
+values: Array<string>, 
+/**
+ * The number of seeds for each value.
+ */
+seeds: number, 
+/**
+ * The quantity that is measured at the end of each trial, written as in `plot`.
+ */
+quantity: string | null, } } | { "hand_in": { 
+/**
+ * The name of the person who hands it in.
+ */
+by: string, } } | "stop_trials";
+
+export type ResultEvent = { 
+/**
+ * The name of the file.
+ */
+name: string, 
+/**
+ * The content of the file.
+ */
+text: string, };
+
+export type ScenarioEvent = { 
+/**
+ * The scenario with all commands as its last events.
+ */
+text: string, 
+/**
+ * The scripts that it needs in addition to the existing files; `null` if scripts cannot be
+ * edited.
+ */
+scripts: Array<ScriptText> | null, };
+
+export type ScriptEvent = { name: string, 
+/**
+ * The path of the file.
+ */
+file: string, text: string, 
+/**
+ * The names that the text may use.
+ */
+words: Array<Word>, };
+
+export type ScriptText = { 
+/**
+ * The path relative to the folder of the scenario.
+ */
+name: string, text: string, };
+
+export type ScriptsDescription = { 
+/**
+ * The names of the scripts.
+ */
+names: Array<string>, 
+/**
+ * The name of the scenario.
+ */
+scenario: string, 
+/**
+ * The path of the scenario.
+ */
+file: string, 
+/**
+ * True if the client may write scripts to their files.
+ */
+may_write: boolean, };
+
+export type Slider = { 
+/**
+ * The name of the global.
+ */
+name: string, least: number, most: number, step: number, 
+/**
+ * True if the global gets floats.
+ */
+is_float: boolean, 
+/**
+ * The number that the script assigns to the global, if it is a literal.
+ */
+value: number | null, };
+
+export type SlotsDescription = { stack: number, heap: number, free: number, };
+
+export type StateEvent = { tick: number, 
+/**
+ * True while the run is not paused.
+ */
+plays: boolean, 
+/**
+ * The speed as a multiple of real time; `null` if the run is paused or has no limit.
+ */
+rate: number | null, 
+/**
+ * True at the end of the run.
+ */
+over: boolean, };
+
+export type StigmergyDescription = { number: number, entries: Array<EntryDescription>, };
+
+export type SuggestedEdit = { file: string, line: number, column: number, end_line: number, end_column: number, text: string, 
+/**
+ * True if the change is certainly right.
+ */
+certain: boolean, };
+
+export type SwarmDescription = { number: number, is_member: boolean, is_unsent: boolean, };
+
+export type Switch = { 
+/**
+ * The name of the global.
+ */
+name: string, 
+/**
+ * The number that the script assigns to the global, if it is a literal.
+ */
+value: number | null, };
+
+export type TrialEvent = { 
+/**
+ * The number of the trial, from 0.
+ */
+number: number, 
+/**
+ * The number of all trials.
+ */
+count: number, 
+/**
+ * The value of the key, as the client wrote it; `null` if no key is varied.
+ */
+value: string | null, seed: number, 
+/**
+ * True if every expectation held, and no script had an unexpected fault.
+ */
+success: boolean, verdicts: Array<VerdictName>, 
+/**
+ * The time in seconds since which each condition was true until the end; `null` if it was
+ * false there.
+ */
+since: Array<number | null>, 
+/**
+ * The quantity of each robot at the end; `null` if no quantity is measured.
+ */
+numbers: Array<number | null> | null, };
+
+export type TrialsEvent = { 
+/**
+ * 100 if no trial runs.
+ */
+percent: number, };
+
+export type TriggerDescription = { "topic": ValueDescription } | { "conflict": number } | { "lost_conflict": number };
+
+export type ValueDescription = null | number | number | string | OtherValue;
+
+export type VerdictName = "open" | "held" | "failed";
+
+export type Word = { 
+/**
+ * The table before the dot, `*` for any variable, and empty for names without a dot.
+ */
+of: string, name: string, 
+/**
+ * The form of the call, as written in the help.
+ */
+call: string, help: string, 
+/**
+ * True for functions, and false for values.
+ */
+is_called: boolean, };
+
+export type WrittenEvent = { name: string, };

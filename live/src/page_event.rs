@@ -1,0 +1,545 @@
+//! The events that a source sends to its client.
+//!
+//! The test of this module writes the same types as declarations for the scripts of the page,
+//! together with the requests of [`Request`](crate::request::Request).
+
+use bittybuzz_compiler::symbols::Symbols;
+use serde::Serialize;
+
+use crate::compiler_message::CompilerMessage;
+use crate::controls::{Control, ControlProblem};
+use crate::inspection::MemoryDescription;
+use crate::words::Word;
+
+/// An event. In JSON, the key `event` has the name of the variant.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+#[cfg_attr(test, derive(ts_rs::TS))]
+#[serde(tag = "event", rename_all = "snake_case")]
+pub enum PageEvent {
+    /// The world, before the first sample.
+    Begin(Box<BeginEvent>),
+    /// The tick, the pace, and the end of the run.
+    State(StateEvent),
+    /// Lamps and commands, after they have changed.
+    Conditions(ConditionsEvent),
+    /// A line that a robot logged.
+    Log(LogEvent),
+    /// A fault of a script.
+    Fault(FaultEvent),
+    /// A new verdict of an expectation.
+    Expectation(ExpectationEvent),
+    /// The memory of the robot that the client inspects.
+    Inspection(InspectionEvent),
+    /// The messages between robots since the last sample.
+    Messages(MessagesEvent),
+    /// The quantity that the client watches.
+    Quantity(QuantityEvent),
+    /// All commands as text.
+    Commands(CommandsEvent),
+    /// The session as a scenario.
+    Scenario(ScenarioEvent),
+    /// The text of a script or of the scenario.
+    Script(ScriptEvent),
+    /// The compiler's messages about a text.
+    Diagnostics(DiagnosticsEvent),
+    /// A draft was loaded into robots.
+    Ran(RanEvent),
+    /// A text was written to its file.
+    Written(WrittenEvent),
+    /// The explanation of a message of the compiler.
+    Explanation(ExplanationEvent),
+    /// The digest of the run.
+    Digest(DigestEvent),
+    /// The progress of trials.
+    Trials(TrialsEvent),
+    /// A trial has ended.
+    Trial(TrialEvent),
+    /// A file to hand in.
+    Result(ResultEvent),
+    /// The session restarted with a new text of the scenario.
+    Began(BeganEvent),
+    /// A request was not carried out.
+    Refused(RefusedEvent),
+    /// The run cannot go on.
+    Failed(FailedEvent),
+}
+
+impl PageEvent {
+    /// Returns the event as JSON text.
+    pub fn to_json(&self) -> String {
+        serde_json::to_string(self).expect("the keys of all maps are numbers or strings")
+    }
+
+    /// Returns the event about a request that is not carried out.
+    pub fn refused(text: impl Into<String>, help: Option<String>) -> PageEvent {
+        PageEvent::Refused(RefusedEvent { text: text.into(), help })
+    }
+}
+
+/// Lengths are in mm, times in seconds.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+#[cfg_attr(test, derive(ts_rs::TS))]
+pub struct BeginEvent {
+    /// Present for a recording.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    #[cfg_attr(test, ts(optional))]
+    pub recording: Option<RecordingDescription>,
+    /// Present, and true, for robots outside the simulator.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    #[cfg_attr(test, ts(optional))]
+    pub watched: Option<bool>,
+    /// Width and height.
+    pub size: [f64; 2],
+    pub ticks_per_second: f64,
+    /// The last tick.
+    pub end: u64,
+    /// `None` outside the simulator.
+    pub seed: Option<u32>,
+    pub groups: Vec<GroupDescription>,
+    pub obstacles: Vec<ObstacleDescription>,
+    pub lights: Vec<LightDescription>,
+    pub media: Vec<MediumDescription>,
+    /// The times of the scenario's events.
+    pub events: Vec<f64>,
+    pub commands: Vec<CommandDescription>,
+    pub quantities: QuantityNames,
+    pub expectations: Vec<ExpectationDescription>,
+    pub assignment: Option<AssignmentDescription>,
+    /// Present if scripts can be edited.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    #[cfg_attr(test, ts(optional))]
+    pub scripts: Option<ScriptsDescription>,
+    /// Present if scripts can be edited.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    #[cfg_attr(test, ts(optional))]
+    pub controls: Option<Vec<Control>>,
+}
+
+#[derive(Debug, Clone, PartialEq, Serialize)]
+#[cfg_attr(test, derive(ts_rs::TS))]
+pub struct RecordingDescription {
+    /// The error that ends the recording early; `None` if it is complete.
+    pub cut: Option<String>,
+}
+
+/// Robots with successive numbers and ids. A recording has no names.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+#[cfg_attr(test, derive(ts_rs::TS))]
+pub struct GroupDescription {
+    pub name: Option<String>,
+    /// The name of the robots' model.
+    pub robot: Option<String>,
+    pub script: Option<String>,
+    pub count: u32,
+    pub first_id: u16,
+    /// The radius of a body in mm.
+    pub radius: f64,
+    /// The slots of a machine.
+    pub slots: Option<u32>,
+}
+
+/// An obstacle with the keys of a scenario. Robots pass over it at its height and above.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+#[cfg_attr(test, derive(ts_rs::TS))]
+#[serde(untagged)]
+pub enum ObstacleDescription {
+    Disc { at: [f64; 2], radius: f64, height: Option<f64> },
+    Block { at: [f64; 2], size: [f64; 2], height: Option<f64> },
+    Wall { from: [f64; 2], to: [f64; 2], height: Option<f64> },
+}
+
+/// A lamp that is lit.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+#[cfg_attr(test, derive(ts_rs::TS))]
+pub struct LightDescription {
+    /// The position in mm.
+    pub at: [f64; 2],
+    pub brightness: f64,
+}
+
+#[derive(Debug, Clone, PartialEq, Serialize)]
+#[cfg_attr(test, derive(ts_rs::TS))]
+pub struct MediumDescription {
+    pub name: String,
+    /// The share of frames that the scenario lets the medium lose, for robots that touch and at the
+    /// end of the range; `None` stands for the physical model's.
+    pub loss: Option<[f64; 2]>,
+}
+
+#[derive(Debug, Clone, PartialEq, Serialize)]
+#[cfg_attr(test, derive(ts_rs::TS))]
+pub struct CommandDescription {
+    /// The tick before which the command acts.
+    pub tick: u64,
+    pub text: String,
+}
+
+/// The quantities that a client can choose from, by source.
+#[derive(Debug, Clone, Default, PartialEq, Serialize)]
+#[cfg_attr(test, derive(ts_rs::TS))]
+pub struct QuantityNames {
+    /// Those of `plot` in the scenario.
+    pub plot: Vec<String>,
+    /// Those of each robot.
+    pub robot: Vec<String>,
+    /// Those of the swarm.
+    pub swarm: Vec<String>,
+    /// Globals of the scripts.
+    pub global: Vec<String>,
+}
+
+#[derive(Debug, Clone, PartialEq, Serialize)]
+#[cfg_attr(test, derive(ts_rs::TS))]
+pub struct ExpectationDescription {
+    pub name: Option<String>,
+    /// The expectation in words.
+    pub text: String,
+    /// The line of the scenario.
+    pub line: usize,
+}
+
+#[derive(Debug, Clone, PartialEq, Serialize)]
+#[cfg_attr(test, derive(ts_rs::TS))]
+pub struct AssignmentDescription {
+    pub title: String,
+    /// The task in words.
+    pub text: String,
+}
+
+/// The texts that the client may edit.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+#[cfg_attr(test, derive(ts_rs::TS))]
+pub struct ScriptsDescription {
+    /// The names of the scripts.
+    pub names: Vec<String>,
+    /// The name of the scenario.
+    pub scenario: String,
+    /// The path of the scenario.
+    pub file: String,
+    /// True if the client may write scripts to their files.
+    pub may_write: bool,
+}
+
+#[derive(Debug, Clone, PartialEq, Serialize)]
+#[cfg_attr(test, derive(ts_rs::TS))]
+pub struct StateEvent {
+    pub tick: u64,
+    /// True while the run is not paused.
+    pub plays: bool,
+    /// The speed as a multiple of real time; `None` if the run is paused or has no limit.
+    pub rate: Option<f64>,
+    /// True at the end of the run.
+    pub over: bool,
+}
+
+#[derive(Debug, Clone, PartialEq, Serialize)]
+#[cfg_attr(test, derive(ts_rs::TS))]
+pub struct ConditionsEvent {
+    pub lights: Vec<LightDescription>,
+    /// All commands, including those that are pending because the run was taken back.
+    pub commands: Vec<CommandDescription>,
+}
+
+#[derive(Debug, Clone, PartialEq, Serialize)]
+#[cfg_attr(test, derive(ts_rs::TS))]
+pub struct LogEvent {
+    pub tick: u64,
+    /// The number of the robot.
+    pub robot: usize,
+    pub text: String,
+}
+
+#[derive(Debug, Clone, PartialEq, Serialize)]
+#[cfg_attr(test, derive(ts_rs::TS))]
+pub struct FaultEvent {
+    pub tick: u64,
+    /// The number of the robot.
+    pub robot: usize,
+    /// The code of the fault, such as `R0001`.
+    pub code: String,
+    pub consequence: FaultConsequence,
+    /// The calls that led to the fault, innermost first; `None` without symbols.
+    pub places: Vec<Option<FaultPlace>>,
+}
+
+/// The consequence of a fault for the script.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+#[cfg_attr(test, derive(ts_rs::TS))]
+#[serde(rename_all = "snake_case")]
+pub enum FaultConsequence {
+    /// Only a listener or a handler ended.
+    Contained,
+    /// The script restarts after a pause.
+    Pause,
+    /// The script stopped.
+    Stop,
+}
+
+/// The place of a call in its source.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize)]
+#[cfg_attr(test, derive(ts_rs::TS))]
+pub struct FaultPlace {
+    pub file: String,
+    pub line: u32,
+    pub column: u32,
+    /// The name of the function; `None` if the symbols have none.
+    pub function: Option<String>,
+}
+
+impl FaultPlace {
+    /// Returns the place of a position in the code; `None` if no source belongs to it.
+    pub fn find(symbols: &Symbols, position: u16) -> Option<FaultPlace> {
+        let place = symbols.position(position.into())?;
+        let file = symbols.file(place.file)?.to_owned();
+        let function = symbols.function(position.into()).map(|function| function.name.clone());
+        Some(FaultPlace { file, line: place.line, column: place.column, function })
+    }
+}
+
+#[derive(Debug, Clone, PartialEq, Serialize)]
+#[cfg_attr(test, derive(ts_rs::TS))]
+pub struct ExpectationEvent {
+    /// The number of the expectation in the scenario.
+    pub number: usize,
+    pub verdict: VerdictName,
+    /// The tick at which the verdict was decided.
+    pub tick: Option<u64>,
+}
+
+/// A verdict of an expectation.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+#[cfg_attr(test, derive(ts_rs::TS))]
+#[serde(rename_all = "snake_case")]
+pub enum VerdictName {
+    Open,
+    Held,
+    Failed,
+}
+
+#[derive(Debug, Clone, PartialEq, Serialize)]
+#[cfg_attr(test, derive(ts_rs::TS))]
+pub struct InspectionEvent {
+    /// The number of the robot.
+    pub robot: usize,
+    pub tick: u64,
+    /// `None` if the machine runs in an emulator, or the robot has not joined yet.
+    pub memory: Option<MemoryDescription>,
+    /// The last fault of the robot.
+    pub fault: Option<FaultEvent>,
+    pub battery_mv: Option<u16>,
+}
+
+/// Messages by their fate. Each is the number of the sender and that of the receiver.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+#[cfg_attr(test, derive(ts_rs::TS))]
+pub struct MessagesEvent {
+    pub tick: u64,
+    pub heard: Vec<[usize; 2]>,
+    pub collided: Vec<[usize; 2]>,
+    pub lost: Vec<[usize; 2]>,
+}
+
+#[derive(Debug, Clone, PartialEq, Serialize)]
+#[cfg_attr(test, derive(ts_rs::TS))]
+pub struct QuantityEvent {
+    pub tick: u64,
+    pub name: String,
+    /// A number for each robot, or a single one for the swarm.
+    pub values: Vec<Option<f64>>,
+}
+
+#[derive(Debug, Clone, PartialEq, Serialize)]
+#[cfg_attr(test, derive(ts_rs::TS))]
+pub struct CommandsEvent {
+    /// The commands as `[[event]]`s of a scenario.
+    pub text: String,
+}
+
+#[derive(Debug, Clone, PartialEq, Serialize)]
+#[cfg_attr(test, derive(ts_rs::TS))]
+pub struct ScenarioEvent {
+    /// The scenario with all commands as its last events.
+    pub text: String,
+    /// The scripts that it needs in addition to the existing files; `None` if scripts cannot be
+    /// edited.
+    pub scripts: Option<Vec<ScriptText>>,
+}
+
+#[derive(Debug, Clone, PartialEq, Serialize)]
+#[cfg_attr(test, derive(ts_rs::TS))]
+pub struct ScriptText {
+    /// The path relative to the folder of the scenario.
+    pub name: String,
+    pub text: String,
+}
+
+#[derive(Debug, Clone, PartialEq, Serialize)]
+#[cfg_attr(test, derive(ts_rs::TS))]
+pub struct ScriptEvent {
+    pub name: String,
+    /// The path of the file.
+    pub file: String,
+    pub text: String,
+    /// The names that the text may use.
+    pub words: Vec<Word>,
+}
+
+#[derive(Debug, Clone, PartialEq, Serialize)]
+#[cfg_attr(test, derive(ts_rs::TS))]
+pub struct DiagnosticsEvent {
+    pub name: String,
+    pub diagnostics: Vec<CompilerMessage>,
+    /// The malformed controls in the text.
+    pub problems: Vec<ControlProblem>,
+}
+
+#[derive(Debug, Clone, PartialEq, Serialize)]
+#[cfg_attr(test, derive(ts_rs::TS))]
+pub struct RanEvent {
+    /// The script of which the text is a draft.
+    pub name: String,
+    /// The name of the draft.
+    pub draft: String,
+    pub quantities: QuantityNames,
+    pub controls: Vec<Control>,
+}
+
+#[derive(Debug, Clone, PartialEq, Serialize)]
+#[cfg_attr(test, derive(ts_rs::TS))]
+pub struct WrittenEvent {
+    pub name: String,
+}
+
+#[derive(Debug, Clone, PartialEq, Serialize)]
+#[cfg_attr(test, derive(ts_rs::TS))]
+pub struct ExplanationEvent {
+    /// The code of the message.
+    pub code: String,
+    /// Markdown.
+    pub text: String,
+}
+
+#[derive(Debug, Clone, PartialEq, Serialize)]
+#[cfg_attr(test, derive(ts_rs::TS))]
+pub struct DigestEvent {
+    pub tick: u64,
+    /// Hexadecimal, because JavaScript numbers do not hold 64 bits.
+    pub digest: String,
+}
+
+#[derive(Debug, Clone, PartialEq, Serialize)]
+#[cfg_attr(test, derive(ts_rs::TS))]
+pub struct TrialsEvent {
+    /// 100 if no trial runs.
+    pub percent: u64,
+}
+
+#[derive(Debug, Clone, PartialEq, Serialize)]
+#[cfg_attr(test, derive(ts_rs::TS))]
+pub struct TrialEvent {
+    /// The number of the trial, from 0.
+    pub number: usize,
+    /// The number of all trials.
+    pub count: usize,
+    /// The value of the key, as the client wrote it; `None` if no key is varied.
+    pub value: Option<String>,
+    pub seed: u32,
+    /// True if every expectation held, and no script had an unexpected fault.
+    pub success: bool,
+    pub verdicts: Vec<VerdictName>,
+    /// The time in seconds since which each condition was true until the end; `None` if it was
+    /// false there.
+    pub since: Vec<Option<f64>>,
+    /// The quantity of each robot at the end; `None` if no quantity is measured.
+    pub numbers: Option<Vec<Option<f64>>>,
+}
+
+#[derive(Debug, Clone, PartialEq, Serialize)]
+#[cfg_attr(test, derive(ts_rs::TS))]
+pub struct ResultEvent {
+    /// The name of the file.
+    pub name: String,
+    /// The content of the file.
+    pub text: String,
+}
+
+#[derive(Debug, Clone, PartialEq, Serialize)]
+#[cfg_attr(test, derive(ts_rs::TS))]
+pub struct BeganEvent {
+    /// The name of the scenario.
+    pub name: String,
+}
+
+#[derive(Debug, Clone, PartialEq, Serialize)]
+#[cfg_attr(test, derive(ts_rs::TS))]
+pub struct RefusedEvent {
+    /// The reason.
+    pub text: String,
+    pub help: Option<String>,
+}
+
+#[derive(Debug, Clone, PartialEq, Serialize)]
+#[cfg_attr(test, derive(ts_rs::TS))]
+pub struct FailedEvent {
+    /// The reason.
+    pub text: String,
+}
+
+#[cfg(test)]
+#[allow(clippy::unwrap_used, reason = "a failure here fails the test")]
+mod tests {
+    use std::collections::BTreeMap;
+    use std::fs;
+
+    use ts_rs::{Config, TS, TypeVisitor};
+
+    use super::PageEvent;
+    use crate::request::Request;
+
+    /// The committed declarations.
+    const DECLARATIONS: &str =
+        concat!(env!("CARGO_MANIFEST_DIR"), "/../bbz/page/editor/events.d.ts");
+
+    /// With this variable the test writes the declarations instead of comparing them.
+    const WRITE: &str = "BITTYBUZZ_WRITE_DECLARATIONS";
+
+    /// The declarations of types and of all types that these contain, by name.
+    struct Declarations {
+        config: Config,
+        by_name: BTreeMap<String, String>,
+    }
+
+    impl TypeVisitor for Declarations {
+        fn visit<T: TS + 'static + ?Sized>(&mut self) {
+            // Types of the standard library have no declaration.
+            if T::output_path().is_some() {
+                let declaration = format!("export {}", T::decl(&self.config));
+                if self.by_name.insert(T::ident(&self.config), declaration).is_some() {
+                    return;
+                }
+            }
+            T::visit_dependencies(self);
+            T::visit_generics(self);
+        }
+    }
+
+    #[test]
+    fn the_declarations_for_the_page_are_those_of_the_events_and_requests() {
+        let config = Config::new().with_large_int("number");
+        let mut declarations = Declarations { config, by_name: BTreeMap::new() };
+        declarations.visit::<PageEvent>();
+        declarations.visit::<Request>();
+        let all: Vec<String> = declarations.by_name.into_values().collect();
+        let text = format!(
+            "// Written by `{WRITE}=1 cargo test -p bittybuzz-live declarations` from the types of live/src/page_event.rs.\n\n{}\n",
+            all.join("\n\n")
+        );
+        // The comments are those of the Rust types.
+        let text = text.replace("`None`", "`null`");
+        if std::env::var_os(WRITE).is_some() {
+            fs::write(DECLARATIONS, &text).unwrap();
+        }
+        let committed = fs::read_to_string(DECLARATIONS).unwrap();
+        assert!(committed == text, "run this test with {WRITE}=1, which writes {DECLARATIONS}");
+    }
+}
