@@ -7,21 +7,31 @@ const IMPORT = /from "\.\/([\w-]+\.js)"/g;
 // Names by which modules of the file import each other.
 const NAME = "playground/";
 
+/**
+ * @import { Texts } from "./page"
+ */
+
 // Returns a file that stands in this page, as an answer to `fetch`; `undefined` if it is elsewhere.
+/** @param {string} name */
 export function inlined(name) {
     const kept = document.getElementById(`file-${name}`);
     if (!kept) {
         return undefined;
     }
-    const bytes = Uint8Array.from(atob(kept.textContent), (letter) => letter.charCodeAt(0));
+    const bytes = Uint8Array.from(atob(kept.textContent ?? ""), (letter) => letter.charCodeAt(0));
     return new Response(new Blob([bytes]).stream().pipeThrough(new DecompressionStream("gzip")));
 }
 
 // Returns the text of the file.
+/**
+ * @param {string} scenario
+ * @param {Texts} scripts
+ */
 export async function exportPage(scenario, scripts) {
     const examples = JSON.parse(await read("examples.json"));
-    const scenarios = examples.scenarios.filter(({ path }) => path === scenario);
+    const scenarios = examples.scenarios.filter((/** @type {{ path: string }} */ { path }) => path === scenario);
     const own = { scenarios, files: { ...examples.files, ...scripts } };
+    /** @type {Record<string, string | ArrayBuffer>} */
     const files = {
         "worker.js": await read("worker.js"),
         "playground.wasm": await (inlined("playground.wasm") ?? (await fetch(address("playground.wasm")))).arrayBuffer(),
@@ -41,7 +51,7 @@ export async function exportPage(scenario, scripts) {
         const compressed = new Response(new Blob([content]).stream().pipeThrough(new CompressionStream("gzip")));
         return `<script type="application/gzip" id="file-${name}">${await base64(await compressed.blob())}</script>`;
     }));
-    return files["index.html"]
+    return String(files["index.html"])
         .replace(/<link rel="stylesheet"[^>]*>/, () => `<style>\n${files["style.css"]}</style>`)
         .replace(/<script type="module"[^>]*><\/script>/, () => [
             `<script type="importmap">${JSON.stringify({ imports })}</script>`, ...elements,
@@ -49,13 +59,19 @@ export async function exportPage(scenario, scripts) {
         ].join("\n"));
 }
 
-const address = (name) => new URL(name, import.meta.url);
+const address = (/** @type {string} */ name) => new URL(name, import.meta.url);
 
+/** @param {string} name */
 async function read(name) {
     return (inlined(name) ?? (await fetch(address(name)))).text();
 }
 
 // Adds a module and all that it imports.
+/**
+ * @param {string} name
+ * @param {Map<string, string>} modules
+ * @returns {Promise<Map<string, string>>}
+ */
 async function collect(name, modules) {
     if (!modules.has(name)) {
         // Not twice, also while it is read.
@@ -68,10 +84,14 @@ async function collect(name, modules) {
 }
 
 // FileReader takes large files, which the arguments of a function do not.
+/**
+ * @param {Blob} blob
+ * @returns {Promise<string>}
+ */
 function base64(blob) {
     return new Promise((resolve, reject) => {
         const reader = new FileReader();
-        reader.onload = () => resolve(reader.result.slice(reader.result.indexOf(",") + 1));
+        reader.onload = () => resolve(String(reader.result).replace(/^[^,]*,/, ""));
         reader.onerror = () => reject(reader.error);
         reader.readAsDataURL(blob);
     });

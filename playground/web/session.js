@@ -12,14 +12,26 @@ const FIRST = "examples/swarm/gradient.toml";
 // Characters of the longest script that the compiler reads.
 const LONGEST = 1 << 20;
 
+/**
+ * @import { Connection, FromWorker, Receiver, Texts, ToWorker } from "./page"
+ */
+
+/**
+ * @param {Receiver} receiver
+ * @returns {Connection}
+ */
 export function connect({ onEvent, onSample, onEnd }) {
     const select = element("select", { id: "example", "aria-label": texts.example, title: texts.example });
     select.onchange = () => {
         location.hash = select.value;
     };
     part("controls").before(select);
+    /** @type {Worker | null} */
     let worker = null;
+    /** @type {(message: ToWorker, transferred?: Transferable[]) => void} */
+    const send = (message, transferred = []) => worker?.postMessage(message, transferred);
     // Scripts of the address.
+    /** @type {Texts} */
     let own = {};
     const show = async () => {
         const [wanted, ...scripts] = location.hash.slice(1).split("&");
@@ -32,32 +44,32 @@ export function connect({ onEvent, onSample, onEnd }) {
             onEvent({ event: "failed", text: texts.badAddress });
             return;
         }
-        worker.postMessage({ open: select.value, files: own });
+        send({ open: select.value, files: own });
     };
     const begin = async () => {
         const [program, module, list] = await Promise.all(["worker.js", "playground.wasm", "examples.json"].map(file));
         const { scenarios, files } = JSON.parse(new TextDecoder().decode(list));
-        select.append(...scenarios.map(({ path, title }) => new Option(title, path)));
+        select.append(...scenarios.map((/** @type {{ path: string, title: string }} */ { path, title }) => new Option(title, path)));
         worker = new Worker(URL.createObjectURL(new Blob([program], { type: "text/javascript" })));
-        worker.onmessage = ({ data }) => {
-            if (data.isReady) {
+        worker.onmessage = (/** @type {MessageEvent<FromWorker>} */ { data }) => {
+            if ("isReady" in data) {
                 addEventListener("hashchange", show);
                 show();
-            } else if (data.sample) {
+            } else if ("sample" in data) {
                 onSample(data.sample);
-                worker.postMessage({ isSampled: true });
+                send({ isSampled: true });
             } else {
                 onEvent(data.event);
             }
         };
         worker.onerror = () => onEnd(texts.broken);
-        worker.postMessage({ module, files }, [module]);
+        send({ module, files }, [module]);
     };
     begin().catch(() => onEnd(texts.broken));
-    const changed = (scripts) => ({ ...own, ...scripts });
+    const changed = (/** @type {Texts} */ scripts) => ({ ...own, ...scripts });
     return {
         ask(request) {
-            worker?.postMessage({ request });
+            send({ request });
         },
         // Returns the address of this page with scripts, given as an object of files and texts.
         async link(scripts) {
@@ -69,11 +81,13 @@ export function connect({ onEvent, onSample, onEnd }) {
     };
 }
 
+/** @param {string} name */
 async function file(name) {
     const answer = inlined(name) ?? (await fetch(new URL(name, import.meta.url)));
     return answer.arrayBuffer();
 }
 
+/** @param {string} text */
 async function pack(text) {
     const compressed = new Blob([text]).stream().pipeThrough(new CompressionStream("deflate-raw"));
     const bytes = new Uint8Array(await new Response(compressed).arrayBuffer());
@@ -81,6 +95,10 @@ async function pack(text) {
     return btoa(letters).replaceAll("+", "-").replaceAll("/", "_").replaceAll("=", "");
 }
 
+/**
+ * @param {string[]} scripts
+ * @returns {Promise<Texts>}
+ */
 async function unpack(scripts) {
     const unpacked = await Promise.all(scripts.map(async (one) => {
         const [path, packed] = one.split("=");

@@ -1,25 +1,52 @@
 // Runs a session in the WebAssembly module, beside the page, which so never waits for it. Speaks as the server of `bbz sim --view` does:
 // all events, and a sample when the page has taken the last one.
 
+/**
+ * @import { FromWorker, Texts, ToWorker } from "./page"
+ */
+
+/**
+ * The functions of the module (playground/src/lib.rs).
+ * @typedef {object} Exports
+ * @property {WebAssembly.Memory} memory
+ * @property {(length: number) => number} input
+ * @property {(nameLength: number) => void} add_file
+ * @property {() => number} start
+ * @property {(now: number) => void} request
+ * @property {(now: number, most: number) => number} advance
+ * @property {() => void} take_events
+ * @property {() => void} take_sample
+ * @property {() => number} tick
+ * @property {() => number} output
+ * @property {() => number} output_length
+ */
+
 // Milliseconds that the run goes on between two looks at requests.
 const TURN = 12;
 // Milliseconds between two looks at the clock.
 const PULSE = 15;
 
 // The files of the examples, and the functions of the module.
+/** @type {Texts} */
 let files = {};
-let exports = null;
+/** @type {Exports} */
+let exports;
 
 let plays = false;
 let isReady = true;
 // The tick of the last sample; `null` if the next one is due whatever the tick.
+/** @type {number | null} */
 let sampled = null;
-let timer = null;
+let timer = 0;
+
+/** @type {(message: FromWorker, transferred?: Transferable[]) => void} */
+const report = (message, transferred = []) => postMessage(message, transferred);
 
 // After this message the next turn follows, without the 4 ms that timers wait at least.
 const soon = new MessageChannel();
 soon.port1.onmessage = () => turn();
 
+/** @param {string[]} texts */
 function write(...texts) {
     const parts = texts.map((text) => new TextEncoder().encode(text));
     const address = exports.input(parts.reduce((sum, part) => sum + part.length, 0));
@@ -38,6 +65,10 @@ function output() {
 const text = () => new TextDecoder().decode(output());
 
 // `own` are files in the place of the examples'.
+/**
+ * @param {string} scenario
+ * @param {Texts} own
+ */
 function open(scenario, own) {
     for (const [path, content] of Object.entries({ ...files, ...own })) {
         exports.add_file(write(path, content));
@@ -48,11 +79,11 @@ function open(scenario, own) {
     }
     const reason = text();
     if (Object.keys(own).length === 0) {
-        postMessage({ event: { event: "failed", text: reason } });
+        report({ event: { event: "failed", text: reason } });
     } else {
         // The example runs, and the editor has the scripts.
         open(scenario, {});
-        postMessage({ event: { event: "offered", scripts: own } });
+        report({ event: { event: "offered", scripts: own } });
     }
 }
 
@@ -75,7 +106,7 @@ function send() {
     exports.take_events();
     for (const event of JSON.parse(text())) {
         plays = event.event === "state" ? event.plays : plays;
-        postMessage({ event });
+        report({ event });
     }
     const tick = exports.tick();
     if (isReady && sampled !== tick) {
@@ -83,15 +114,16 @@ function send() {
         sampled = tick;
         exports.take_sample();
         const sample = output().slice();
-        postMessage({ sample }, [sample.buffer]);
+        report({ sample }, [sample.buffer]);
     }
 }
 
+/** @param {MessageEvent<ToWorker>} message */
 function carryOut({ data }) {
-    if (data.open) {
+    if ("open" in data) {
         open(data.open, data.files ?? {});
         sampled = null;
-    } else if (data.request) {
+    } else if ("request" in data) {
         write(JSON.stringify(data.request));
         exports.request(performance.now());
         sampled = null;
@@ -104,7 +136,8 @@ function carryOut({ data }) {
 // The first message has module and files. No module of JavaScript: a page from a file could not start it.
 onmessage = async ({ data }) => {
     files = data.files;
-    exports = (await WebAssembly.instantiate(data.module, {})).instance.exports;
+    const { instance } = await WebAssembly.instantiate(data.module, {});
+    exports = /** @type {Exports} */ (/** @type {unknown} */ (instance.exports));
     onmessage = carryOut;
-    postMessage({ isReady: true });
+    report({ isReady: true });
 };

@@ -584,6 +584,28 @@ def test_a_second_page_takes_over(page, browser, session):
     other.close()
 
 
+def test_an_event_that_the_page_does_not_know_is_an_error(browser, session):
+    page = browser.new_page()
+    sockets = []
+
+    def join(socket):
+        server = socket.connect_to_server()
+        server.on_message(socket.send)
+        socket.on_message(server.send)
+        sockets.append(socket)
+
+    page.route_web_socket(re.compile("/socket$"), join)
+    page.goto(session.url)
+    at(page, 0)
+    sockets[0].send(json.dumps({"event": "comet", "tick": 0}))
+    expect(page.locator("#status")).to_contain_text("does not know the event \"comet\"")
+    # It stays in sight, and the page goes on.
+    page.click("#step")
+    at(page, 1)
+    expect(page.locator("#status")).to_contain_text("does not know the event \"comet\"")
+    page.close()
+
+
 def test_nothing_is_left_when_the_page_is_closed(browser, session):
     page = browser.new_page()
     page.goto(session.url)

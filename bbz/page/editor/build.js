@@ -1,10 +1,10 @@
-// Bundles vendor.js with the packages that it names into one file, below their licences. Run by `cargo xtask vendor`: node build.js FILE
+// Bundles vendor.ts with the packages that it names into one file, below their licences. Run by `cargo xtask vendor`: node build.js FILE
 
 import { readFileSync, writeFileSync } from "node:fs";
 import { build } from "esbuild";
 
 const { outputFiles: [{ text }], metafile } = await build({
-    entryPoints: ["vendor.js"], bundle: true, format: "esm", minify: true, legalComments: "none", metafile: true, write: false,
+    entryPoints: ["vendor.ts"], bundle: true, format: "esm", minify: true, legalComments: "none", metafile: true, write: false,
 });
 
 // node_modules/NAME/…, node_modules/@SCOPE/NAME/…

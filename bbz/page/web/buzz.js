@@ -5,7 +5,14 @@ import { StreamLanguage } from "./vendor.js";
 const KEYWORDS = /^(?:var|function|return|if|else|for|while|and|or|not|include)\b/;
 const CONSTANTS = /^(?:nil|self|id|swarm|neighbors|stigmergy|math|string|pos)\b/;
 
-export const buzz = StreamLanguage.define({
+/**
+ * @import { Word } from "./events"
+ * @import { CompletionContext, CompletionResult } from "@codemirror/autocomplete"
+ * @import { StreamParser } from "@codemirror/language"
+ */
+
+/** @type {StreamParser<{ quote: string | null, depth: number }>} */
+const parser = {
     name: "buzz",
     // The quote that ends the string, and the number of open brackets.
     startState: () => ({ quote: null, depth: 0 }),
@@ -29,10 +36,10 @@ export const buzz = StreamLanguage.define({
             if (stream.match(/^[A-Za-z_]\w*/)) {
                 return stream.match(/^\s*\(/, false) ? "variableName.function" : "variableName";
             }
-            state.quote = stream.match(/^["']/)?.[0] ?? null;
+            state.quote = ["\"", "'"].find((quote) => stream.eat(quote)) ?? null;
             if (state.quote === null) {
-                const sign = stream.next();
-                state.depth = Math.max(state.depth + "{([".includes(sign) - "})]".includes(sign), 0);
+                const sign = stream.next() ?? "";
+                state.depth = Math.max(state.depth + Number("{([".includes(sign)) - Number("})]".includes(sign)), 0);
                 return "operator";
             }
         }
@@ -49,11 +56,17 @@ export const buzz = StreamLanguage.define({
     },
     languageData: { commentTokens: { line: "#" }, closeBrackets: { brackets: ["(", "[", "{", "\"", "'"] }, indentOnInput: /^\s*\}$/ },
     indent({ quote, depth }, textAfter, { unit }) {
-        return quote === null ? unit * Math.max(depth - /^[})\]]/.test(textAfter), 0) : null;
+        return quote === null ? unit * Math.max(depth - Number(/^[})\]]/.test(textAfter)), 0) : null;
     },
-});
+};
+
+export const buzz = StreamLanguage.define(parser);
 
 // Completes names from `words` (crate live, words.rs), and those of the text itself.
+/**
+ * @param {() => Word[]} words
+ * @returns {(context: CompletionContext) => CompletionResult | null}
+ */
 export function completing(words) {
     return (context) => {
         const before = context.matchBefore(/[\w.]*/);
@@ -63,6 +76,7 @@ export function completing(words) {
         const dot = before.text.lastIndexOf(".");
         const of = before.text.slice(0, Math.max(dot, 0));
         const hasTable = words().some((word) => word.of === of);
+        /** @type {CompletionResult["options"][number][]} */
         const options = words().filter((word) => word.of === (hasTable ? of : "*")).map(({ name, call, help, is_called }) => ({
             label: name, detail: call, info: help || undefined, type: is_called ? "function" : "property",
         }));

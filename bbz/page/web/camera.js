@@ -7,26 +7,45 @@ const ABOVE = Math.PI / 2;
 const FIRST = Math.PI / 6;
 const LIMITS = [Math.PI / 12, (5 * Math.PI) / 12];
 
+/**
+ * @import { Place } from "./page"
+ */
+
 export class Camera {
     constructor() {
         // The place on the ground in the middle of the picture in mm, and pixels for one mm.
         this.x = 0;
         this.y = 0;
         this.scale = 1;
-        this.look(false);
+        this.isTilted = false;
+        this.turn = 0;
+        this.rise = ABOVE;
+        this.depth = 1;
+        this.height = 0;
+        this.axes = [1, 0, 0, 1, 0, 0];
+        this.setTilt(false);
     }
 
     // From above, or in 3-D.
-    look(isTilted) {
+    /** @param {boolean} isTilted */
+    setTilt(isTilted) {
         this.isTilted = isTilted;
         this.set(isTilted ? Math.PI / 6 : 0, isTilted ? FIRST : ABOVE);
     }
 
     // Turns the world, and tilts it. Angles in radians.
+    /**
+     * @param {number} turn
+     * @param {number} rise
+     */
     turnBy(turn, rise) {
         this.set(this.turn + turn, Math.max(LIMITS[0], Math.min(LIMITS[1], this.rise + rise)));
     }
 
+    /**
+     * @param {number} turn
+     * @param {number} rise
+     */
     set(turn, rise) {
         [this.turn, this.rise] = [turn, rise];
         const [s, c] = [Math.sin(turn), Math.cos(turn)];
@@ -37,6 +56,11 @@ export class Camera {
     }
 
     // Pixels to the right and up from the middle of the picture.
+    /**
+     * @param {number} x
+     * @param {number} y
+     * @returns {Place}
+     */
     project(x, y, z = 0) {
         const [xRight, xUp, yRight, yUp, , zUp] = this.axes;
         const [fromX, fromY] = [(x - this.x) * this.scale, (y - this.y) * this.scale];
@@ -44,6 +68,11 @@ export class Camera {
     }
 
     // The way on the ground, in mm, of a way in the picture: pixels to the right and up.
+    /**
+     * @param {number} right
+     * @param {number} up
+     * @returns {Place}
+     */
     way(right, up) {
         const [s, c] = [Math.sin(this.turn), Math.cos(this.turn)];
         const back = up / this.depth;
@@ -51,12 +80,22 @@ export class Camera {
     }
 
     // The place in mm, at a height, of a place in the picture: pixels to the right and up from the middle.
+    /**
+     * @param {number} right
+     * @param {number} up
+     * @returns {Place}
+     */
     placeAt(right, up, z = 0) {
         const [x, y] = this.way(right, up - z * this.height * this.scale);
         return [this.x + x, this.y + y];
     }
 
     // Shows a rectangle around the middle of the world, and what is above it, as large as the picture has room.
+    /**
+     * @param {Place} size
+     * @param {number} top
+     * @param {Place} room
+     */
     fit([width, height], top, [roomWide, roomHigh]) {
         const [s, c] = [Math.sin(this.turn), Math.cos(this.turn)].map(Math.abs);
         const wide = width * c + height * s;
@@ -66,6 +105,10 @@ export class Camera {
         [this.x, this.y] = this.way(0, (above / 2) * this.scale);
     }
 
+    /**
+     * @param {number} right
+     * @param {number} down
+     */
     pan(right, down) {
         const [x, y] = this.way(right, -down);
         this.x -= x;
@@ -73,6 +116,10 @@ export class Camera {
     }
 
     // A place on the ground stays where it is in the picture.
+    /**
+     * @param {number} factor
+     * @param {Place} place
+     */
     zoom(factor, [x, y] = [this.x, this.y]) {
         this.scale *= factor;
         this.x = x + (this.x - x) / factor;
@@ -80,6 +127,11 @@ export class Camera {
     }
 
     // A number that is greater for what is farther away.
+    /**
+     * @param {number} x
+     * @param {number} y
+     * @param {number} z
+     */
     farness(x, y, z) {
         return (x * Math.sin(this.turn) + y * Math.cos(this.turn)) * this.height - z * this.depth;
     }

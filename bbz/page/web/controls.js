@@ -3,74 +3,110 @@
 import { element, part } from "./element.js";
 import { texts } from "./texts.js";
 
+/**
+ * @import { Button, CommandDescription, Control, Slider, Switch } from "./events"
+ */
+
+/**
+ * The elements of a control, and a function that shows a number in it.
+ * @typedef {{ name: string, first: number, elements: (Node | string)[], write?: (number: number) => void }} Shown
+ */
+
 export class Controls {
     // `command(text)` gives a command.
+    /** @param {(text: string) => void} command */
     constructor(command) {
         this.command = command;
+        /** @type {Shown[]} */
         this.shown = [];
     }
 
-    // `described` is the list of the event (crate live, controls.rs).
-    begin(described) {
-        this.shown = described;
-        described.forEach((one) => {
-            one.input = this[one.kind](one);
+    /** @param {Control[]} controls */
+    begin(controls) {
+        this.shown = controls.map((one) => {
+            switch (one.kind) {
+                case "slider": return this.slider(one);
+                case "switch": return this.switch(one);
+                case "button": return this.button(one);
+            }
         });
-        part("controls-of-scripts").replaceChildren(...this.shown.map(({ name, kind, input, output }) =>
-            (kind === "button" ? input : element("label", {}, element("span", {}, name), input, output ?? ""))));
+        part("controls-of-scripts").replaceChildren(...this.shown.flatMap(({ name, elements, write }) =>
+            (write ? [element("label", {}, element("span", {}, name), ...elements)] : elements)));
         part("controls-of-scripts").hidden = this.shown.length === 0;
     }
 
-    slider(one) {
-        const { least, most, step, value, is_float } = one;
-        one.output = element("output");
+    /**
+     * @param {Slider} slider
+     * @returns {Shown}
+     */
+    slider({ name, least, most, step, value, is_float }) {
+        const output = element("output");
         const input = element("input", { type: "range", min: least, max: most, step, value: value ?? least });
-        const write = () => {
-            one.output.textContent = texts.number(Number(input.value));
+        const show = () => {
+            output.textContent = texts.number(Number(input.value));
         };
-        input.addEventListener("input", write);
+        input.addEventListener("input", show);
         input.addEventListener("change", () => {
             // A float has a point also where it is whole.
-            this.set(one.name, is_float && !input.value.includes(".") ? `${input.value}.0` : input.value);
+            this.set(name, is_float && !input.value.includes(".") ? `${input.value}.0` : input.value);
         });
-        one.write = (number) => {
-            input.value = number;
-            write();
+        show();
+        const write = (/** @type {number} */ number) => {
+            input.value = String(number);
+            show();
         };
-        write();
-        return input;
+        return { name, first: value ?? least, elements: [input, output], write };
     }
 
-    switch(one) {
+    /**
+     * @param {Switch} control
+     * @returns {Shown}
+     */
+    switch({ name, value }) {
         const input = element("input", { type: "checkbox" });
-        input.checked = Boolean(one.value);
-        input.addEventListener("change", () => this.set(one.name, Number(input.checked)));
-        one.write = (number) => {
+        input.checked = Boolean(value);
+        input.addEventListener("change", () => this.set(name, Number(input.checked)));
+        const write = (/** @type {number} */ number) => {
             input.checked = Boolean(number);
         };
-        return input;
+        return { name, first: value ?? 0, elements: [input], write };
     }
 
-    button(one) {
-        return element("button", { type: "button", onclick: () => this.set(one.name, 1) }, one.name);
+    /**
+     * @param {Button} button
+     * @returns {Shown}
+     */
+    button({ name }) {
+        return { name, first: 0, elements: [element("button", { type: "button", onclick: () => this.set(name, 1) }, name)] };
     }
 
+    /**
+     * @param {string} name
+     * @param {string | number} number
+     */
     set(name, number) {
         this.command(`set = "all"\nglobal = "${name}"\nnumber = ${number}`);
     }
 
     // Shows the numbers that commands up to a tick have set, also after a way back.
+    /**
+     * @param {CommandDescription[]} commands
+     * @param {number} tick
+     */
     follow(commands, tick) {
+        /** @type {Map<string, number>} */
         const set = new Map();
         for (const { text } of commands.filter((one) => one.tick <= tick)) {
             if (/^load\b/.test(text) && !/^keep = true$/m.test(text)) {
                 set.clear();
             }
             const [, name, number] = text.match(/^set[^]*^global = "(\w+)"\s^number = (\S+)$/m) ?? [];
-            set.set(name, Number(number));
+            if (name !== undefined) {
+                set.set(name, Number(number));
+            }
         }
-        for (const { name, value, least, write } of this.shown) {
-            write?.(set.get(name) ?? value ?? least ?? 0);
+        for (const { name, first, write } of this.shown) {
+            write?.(set.get(name) ?? first);
         }
     }
 }

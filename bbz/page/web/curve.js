@@ -7,9 +7,28 @@ import { COMPARED } from "./view.js";
 // Numbers that are kept so that the curve of any robot can be shown later; 16 MB.
 const MOST_VALUES = 4e6;
 
+/**
+ * @import { QuantityEvent } from "./events"
+ * @import { View } from "./view.js"
+ */
+
+/**
+ * Extremes and quartiles, and the values of the robots if there is room for them.
+ * @typedef {{ five: number[], values: (number | null)[] | null }} Point
+ */
+
 export class Curve {
+    /** @param {View} view */
     constructor(view) {
         this.view = view;
+        this.end = 1;
+        /** @type {string | null} */
+        this.name = null;
+        this.last = 0;
+        // By tick.
+        /** @type {Map<number, Point>} */
+        this.points = new Map();
+        this.kept = 0;
         this.canvas = part("curve");
         this.changed = onFrame(() => this.draw());
         this.begin({ end: 1 });
@@ -17,6 +36,7 @@ export class Curve {
         matchMedia("(prefers-color-scheme: dark)").addEventListener("change", () => this.changed());
     }
 
+    /** @param {{ end: number }} world */
     begin(world) {
         this.end = world.end;
         this.name = null;
@@ -24,13 +44,13 @@ export class Curve {
     }
 
     clear() {
-        // By tick: extremes and quartiles, and the values of the robots.
-        this.points = new Map();
+        this.points.clear();
         this.kept = 0;
         this.changed();
     }
 
     // The values at a tick. A single one is of the whole swarm.
+    /** @param {QuantityEvent} event */
     take({ tick, name, values }) {
         if (name !== this.name) {
             this.name = name;
@@ -40,13 +60,14 @@ export class Curve {
         this.kept -= this.points.get(tick)?.values?.length ?? 0;
         const isKept = this.kept + values.length <= MOST_VALUES;
         this.kept += isKept ? values.length : 0;
-        const at = (share) => quantile(known, share);
+        const at = (/** @type {number} */ share) => quantile(known, share);
         this.points.set(tick, { five: [0, 0.25, 0.5, 0.75, 1].map(at), values: isKept ? values : null });
         this.last = tick;
         this.changed();
     }
 
     // Forgets what comes another way when the run goes on from a tick.
+    /** @param {number} tick */
     forget(tick) {
         for (const [at, { values }] of this.points) {
             if (at > tick) {
@@ -63,36 +84,38 @@ export class Curve {
         if (ticks.length === 0) {
             return;
         }
-        const points = ticks.map((tick) => this.points.get(tick));
+        const points = ticks.flatMap((tick) => this.points.get(tick) ?? []);
         const { chosen } = this.view;
         // A single number is one of the whole swarm.
+        /** @type {(robot: number | null) => (point: Point) => number | null} */
         const of = (robot) => ({ values }) => (robot === null || values?.length === 1 ? null : values?.[robot]) ?? null;
         const ofChosen = of(chosen);
-        this.describe(this.points.get(this.last) ?? points.at(-1), of);
+        this.describe(this.points.get(this.last) ?? points[points.length - 1], of);
         const known = points.flatMap(({ five }) => [five[0], five[4]]).filter(Number.isFinite);
         const [low, high] = known.reduce(([least, most], value) => [Math.min(least, value), Math.max(most, value)], [Infinity, -Infinity]);
         const { width, height, paint } = this.prepare();
         if (!(high >= low)) {
             return;
         }
-        const x = (index) => (ticks[index] / this.end) * width;
-        const y = (value) => height - 5 - ((value - low) / (high - low || 1)) * (height - 10);
+        const x = (/** @type {number} */ index) => (ticks[index] / this.end) * width;
+        const y = (/** @type {number} */ value) => height - 5 - ((value - low) / (high - low || 1)) * (height - 10);
         const style = getComputedStyle(document.documentElement);
-        const colour = (name) => style.getPropertyValue(name);
+        const colour = (/** @type {string} */ name) => style.getPropertyValue(name);
+        /** @type {(values: (number | null)[], name: string, wide: number) => void} */
         const line = (values, name, wide) => {
             paint.strokeStyle = colour(name);
             paint.lineWidth = wide;
             paint.beginPath();
             let isDown = false;
             values.forEach((value, index) => {
-                if (Number.isFinite(value)) {
+                if (value !== null && Number.isFinite(value)) {
                     isDown ? paint.lineTo(x(index), y(value)) : paint.moveTo(x(index), y(value));
                 }
                 isDown = Number.isFinite(value);
             });
             paint.stroke();
         };
-        const series = (number) => points.map(({ five }) => five[number]);
+        const series = (/** @type {number} */ number) => points.map(({ five }) => five[number]);
         paint.fillStyle = colour("--accent");
         paint.globalAlpha = 0.22;
         for (let index = 1; index < points.length; index++) {
@@ -123,24 +146,33 @@ export class Curve {
         const [width, height] = [canvas.clientWidth, canvas.clientHeight];
         canvas.width = Math.round(width * ratio);
         canvas.height = Math.round(height * ratio);
-        const paint = canvas.getContext("2d");
+        const paint = /** @type {CanvasRenderingContext2D} */ (canvas.getContext("2d"));
         paint.scale(ratio, ratio);
         return { width, height, paint };
     }
 
     // The curve in words.
+    /**
+     * @param {Point} point
+     * @param {(robot: number | null) => (point: Point) => number | null} of
+     */
     describe(point, of) {
         const { chosen, compared, robots } = this.view;
+        /** @type {(robot: number | null, name: string) => Node[]} */
         const own = (robot, name) => {
             const value = of(robot)(point);
-            return value === null ? [] : [element("span", { class: name }, texts.curveOf(robots.ids[robot], value))];
+            return robot === null || value === null ? [] : [element("span", { class: name }, texts.curveOf(robots.ids[robot], value))];
         };
-        part("curve-text").replaceChildren(texts.curve(this.name, point.five, point.values?.length ?? 2),
+        part("curve-text").replaceChildren(texts.curve(this.name ?? "", point.five, point.values?.length ?? 2),
             ...own(chosen, "mark"), ...compared.flatMap((robot, place) => own(robot, COMPARED[place].slice(2))));
     }
 }
 
 // Between the two nearest of the ascending values; NaN without any.
+/**
+ * @param {ArrayLike<number>} values
+ * @param {number} share
+ */
 export function quantile(values, share) {
     if (values.length === 0) {
         return NaN;

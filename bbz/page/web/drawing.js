@@ -3,9 +3,19 @@
 // mm around the world.
 const MARGIN = 30;
 
+/**
+ * @import { ObstacleDescription } from "./events"
+ * @import { Colour, World } from "./page"
+ * @import { View } from "./view.js"
+ */
+
 // `view` has the world, the robots and what is to be seen of them.
+/** @param {View} view */
 export function drawing(view) {
     const { world, robots, colours } = view;
+    if (!world) {
+        return "";
+    }
     const [width, height] = world.size;
     const parts = [`<rect x="${-width / 2}" y="${-height / 2}" width="${width}" height="${height}" ${paint(colours.ground)} stroke="${rgb(colours.obstacle)}" stroke-width="2"/>`];
     for (const { at: [x, y], brightness } of view.lights) {
@@ -14,8 +24,8 @@ export function drawing(view) {
     parts.push(...world.obstacles.map((obstacle) => outline(obstacle, colours.obstacle)));
     for (const { ends } of view.trails.ways) {
         for (let at = 0; at < ends.length; at += 6) {
-            const [x, y, , toX, toY] = ends.subarray(at, at + 6);
-            parts.push(segment([x, y, toX, toY].map((tenths) => tenths / 10), colours.states[0], 1));
+            const [x, y, , toX, toY] = ends.subarray(at, at + 6).map((tenths) => tenths / 10);
+            parts.push(segment([x, y, toX, toY], colours.states[0], 1));
         }
     }
     if (view.chosen !== null) {
@@ -31,12 +41,16 @@ export function drawing(view) {
     return `<svg xmlns="http://www.w3.org/2000/svg" viewBox="${box.join(" ")}">\n<g transform="scale(1,-1)">\n${parts.join("\n")}\n</g>\n${bar(world)}\n</svg>\n`;
 }
 
+/**
+ * @param {ObstacleDescription} obstacle
+ * @param {Colour} colour
+ */
 function outline(obstacle, colour) {
-    if (obstacle.from) {
+    if ("from" in obstacle) {
         return segment([...obstacle.from, ...obstacle.to], colour, 4);
     }
     const [x, y] = obstacle.at;
-    if (obstacle.radius) {
+    if ("radius" in obstacle) {
         return `<circle cx="${x}" cy="${y}" r="${obstacle.radius}" ${paint(colour)}/>`;
     }
     const [width, height] = obstacle.size;
@@ -44,6 +58,10 @@ function outline(obstacle, colour) {
 }
 
 // A disc with a line ahead, and its lit LED.
+/**
+ * @param {View} view
+ * @param {number} robot
+ */
 function body(view, robot) {
     const { robots, colours, radii } = view;
     const [x, y] = view.placeOf(robot);
@@ -59,18 +77,24 @@ function body(view, robot) {
         + "</g>";
 }
 
+/**
+ * @param {number[]} ends
+ * @param {Colour} colour
+ * @param {number} wide
+ */
 function segment([x, y, toX, toY], colour, wide) {
     return `<line x1="${x.toFixed(1)}" y1="${y.toFixed(1)}" x2="${toX.toFixed(1)}" y2="${toY.toFixed(1)}" stroke="${rgb(colour)}" stroke-width="${wide}"/>`;
 }
 
 // A bar of 1, 2 or 5 times a power of ten mm: at most a quarter of the world.
+/** @param {World} world */
 function bar({ size: [width, height] }) {
     const power = 10 ** Math.floor(Math.log10(width / 4));
-    const long = [5, 2, 1].map((times) => times * power).find((one) => one <= width / 4);
+    const long = [5, 2].map((times) => times * power).find((one) => one <= width / 4) ?? power;
     const y = height / 2 + 1.2 * MARGIN;
     return `<line x1="${-width / 2}" y1="${y}" x2="${long - width / 2}" y2="${y}" stroke="#808080" stroke-width="4"/>`
         + `<text x="${long - width / 2 + 10}" y="${y + 8}" font-family="sans-serif" font-size="24" fill="#808080">${long} mm</text>`;
 }
 
-const rgb = (colour) => `rgb(${colour.slice(0, 3).map((share) => Math.round(255 * share)).join(",")})`;
-const paint = (colour) => `fill="${rgb(colour)}"`;
+const rgb = (/** @type {Colour} */ colour) => `rgb(${colour.slice(0, 3).map((share) => Math.round(255 * share)).join(",")})`;
+const paint = (/** @type {Colour} */ colour) => `fill="${rgb(colour)}"`;

@@ -1,7 +1,7 @@
 // The editor of the scenario's scripts.
 
 import { buzz, completing } from "./buzz.js";
-import { element, part, save } from "./element.js";
+import { element, inside, part, save } from "./element.js";
 import { texts } from "./texts.js";
 import {
     autocompletion, bracketMatching, closeBrackets, closeBracketsKeymap, completionKeymap, defaultKeymap, drawSelection, EditorState,
@@ -34,12 +34,44 @@ const look = EditorView.theme({
     ".cm-button, .cm-textfield": { backgroundImage: "none", backgroundColor: "var(--panel)", color: "var(--text)", borderColor: "var(--line)" },
 });
 
+/**
+ * @import { BeganEvent, CompilerMessage, DiagnosticsEvent, ExplanationEvent, RanEvent, ScriptEvent, SuggestedEdit, Word, WrittenEvent } from "./events"
+ * @import { Ask, Texts, World } from "./page"
+ */
+
+/**
+ * A script of a world. `opened` is the text that came from the session, `kept` the one that is in a file, and `ran` the one that
+ * robots got last.
+ * @typedef {{
+ *   name: string, file: string, world: string | undefined, opened: string, kept: string, ran?: string, words: Word[], state: EditorState,
+ * }} Script
+ */
+
 export class Editor {
     // `ask(request)` asks the session, `onRun()` when robots have got another script, `chosen()` is the id of the chosen robot or null.
+    /**
+     * @param {Ask} ask
+     * @param {() => void} onRun
+     * @param {() => number | null} chosen
+     */
     constructor(ask, onRun, chosen) {
-        Object.assign(this, { ask, onRun, chosen });
+        this.ask = ask;
+        this.onRun = onRun;
+        this.chosen = chosen;
+        // The path of the scenario and its name.
+        /** @type {string | undefined} */
+        this.world = undefined;
+        /** @type {string | undefined} */
+        this.scenario = undefined;
+        this.mayWrite = false;
+        this.writes = false;
+        /** @type {Texts} */
+        this.offered = {};
+        this.timer = 0;
         // Each script by its file, also of scenarios that were left: what is written there is not lost.
+        /** @type {Map<string, Script>} */
         this.scripts = new Map();
+        /** @type {Script | null} */
         this.shown = null;
         // Styles of the editor's packages get into a shadow tree without an exception from the page's policy.
         const root = part("text").attachShadow({ mode: "open" });
@@ -47,7 +79,7 @@ export class Editor {
         part("script-name").addEventListener("change", () => this.open(part("script-name").value));
         part("run").addEventListener("click", () => this.run());
         part("write").addEventListener("click", () => this.write());
-        part("explanation").querySelector("form").addEventListener("submit", () => this.view.focus());
+        inside(part("explanation"), "form").addEventListener("submit", () => this.view.focus());
         addEventListener("beforeunload", (event) => {
             if ([...this.scripts.values()].some(({ kept, state }) => kept !== state.doc.toString())) {
                 event.preventDefault();
@@ -55,6 +87,7 @@ export class Editor {
         });
     }
 
+    /** @param {World} world */
     begin(world) {
         const { scripts } = world;
         this.keep();
@@ -68,11 +101,12 @@ export class Editor {
         part("script-name").replaceChildren(...names.map((name) => new Option(name)));
         this.shown = null;
         if (names.length > 0) {
-            part("script-name").value = names.includes(before) ? before : names[0];
+            part("script-name").value = before !== null && names.includes(before) ? before : names[0];
             this.open(part("script-name").value);
         }
     }
 
+    /** @param {string} name */
     open(name) {
         this.keep();
         this.shown = null;
@@ -86,11 +120,12 @@ export class Editor {
         }
     }
 
+    /** @param {ScriptEvent} event */
     show({ name, file, text, words }) {
         if (part("script-name").value !== name) {
             return;
         }
-        const known = this.scripts.get(file) ?? { name, file, world: this.world, opened: text, kept: text, state: this.state(text, name === this.scenario) };
+        const known = this.scripts.get(file) ?? { name, file, world: this.world, opened: text, kept: text, words, state: this.state(text, name === this.scenario) };
         this.scripts.set(file, known);
         this.shown = known;
         known.words = words;
@@ -102,37 +137,43 @@ export class Editor {
             Object.assign(known, { opened: text, kept: text });
         }
         const isScenario = name === this.scenario;
-        [part("run-on"), part("keep").parentElement].forEach((one) => {
-            one.hidden = isScenario;
-        });
+        part("run-on").hidden = isScenario;
+        /** @type {HTMLElement} */ (part("keep").parentElement).hidden = isScenario;
         part("run").title = isScenario ? texts.beginHelp : texts.runHelp;
-        this.showWrite();
+        this.showWrite(name);
         this.take();
         this.check();
     }
 
-    showWrite() {
+    /** @param {string} name */
+    showWrite(name) {
         // No server writes scenarios.
-        this.writes = this.mayWrite && this.shown.name !== this.scenario;
+        this.writes = this.mayWrite && name !== this.scenario;
         part("write").textContent = this.writes ? texts.write : texts.download;
         part("write").title = this.writes ? texts.writeHelp : texts.downloadHelp;
     }
 
     // Scripts by their files take the place of those that are shown, as if they had been typed.
+    /** @param {Texts} scripts */
     offer(scripts) {
         this.offered = scripts;
         this.take();
     }
 
     take() {
-        const text = this.offered?.[this.shown?.file];
+        const file = this.shown?.file ?? "";
+        const text = this.offered[file];
         if (text !== undefined) {
-            delete this.offered[this.shown.file];
+            delete this.offered[file];
             this.view.dispatch({ changes: { from: 0, to: this.view.state.doc.length, insert: text } });
             part("script-status").textContent = texts.offered;
         }
     }
 
+    /**
+     * @param {string} doc
+     * @param {boolean} isScenario
+     */
     state(doc, isScenario) {
         const run = () => {
             this.run();
@@ -162,6 +203,7 @@ export class Editor {
     }
 
     // `addressOf(scripts)` returns the address of this page with scripts.
+    /** @param {(scripts: Texts) => Promise<string>} addressOf */
     async link(addressOf) {
         const address = await addressOf(this.changed());
         window.history.replaceState(null, "", address);
@@ -190,17 +232,20 @@ export class Editor {
         if (this.shown) {
             clearTimeout(this.timer);
             this.shown.ran = this.text;
-            const robots = part("run-on").value === "one" ? [this.chosen()] : null;
-            this.ask({ run: { name: this.shown.name, text: this.text, robots, keep: part("keep").checked } });
+            const chosen = part("run-on").value === "one" ? this.chosen() : null;
+            const robots = chosen === null ? {} : { robots: [chosen] };
+            this.ask({ run: { name: this.shown.name, text: this.text, ...robots, keep: part("keep").checked } });
         }
     }
 
+    /** @param {RanEvent} event */
     ran({ draft }) {
         part("script-status").textContent = texts.ran(draft);
         this.onRun();
     }
 
     // Another text of the scenario.
+    /** @param {BeganEvent} event */
     began({ name }) {
         part("script-status").textContent = texts.began(name);
     }
@@ -213,11 +258,12 @@ export class Editor {
         if (this.writes) {
             this.ask({ write: { name, text: this.text } });
         } else {
-            save(new Blob([this.text], { type: "text/plain" }), name.split(/[\\/]/).pop());
+            save(new Blob([this.text], { type: "text/plain" }), name.replace(/^.*[\\/]/, ""));
             this.written({ name });
         }
     }
 
+    /** @param {WrittenEvent} event */
     written({ name }) {
         if (this.shown?.name === name) {
             this.shown.kept = this.text;
@@ -226,6 +272,7 @@ export class Editor {
     }
 
     // The chosen robot can be the only one that runs a text.
+    /** @param {number | null} id */
     choose(id) {
         const [all, one] = [new Option(texts.runOnAll, "all"), new Option(texts.runOnOne(id), "one")];
         const before = part("run-on").value;
@@ -234,17 +281,20 @@ export class Editor {
     }
 
     // The compiler's messages. The text may have changed since: places are moved into it.
+    /** @param {DiagnosticsEvent} event */
     diagnose({ name, diagnostics, problems }) {
-        if (this.shown?.name !== name) {
+        const { shown } = this;
+        if (shown?.name !== name) {
             return;
         }
         const { doc } = this.view.state;
-        const at = (line, column) => {
+        const at = (line = 1, column = 1) => {
             const { from, text } = doc.line(Math.max(1, Math.min(line, doc.lines)));
             // Columns are characters, places in the text are units of UTF-16.
             return from + [...text].slice(0, column - 1).join("").length;
         };
-        const isHere = (one) => one.file === this.shown.file;
+        const isHere = (/** @type {{ file?: string }} */ one) => one.file === shown.file;
+        /** @type {(message: CompilerMessage) => (() => void) | null} */
         const fixOf = ({ edits }) => {
             if (edits.length === 0 || !edits.every(isHere)) {
                 return null;
@@ -259,11 +309,12 @@ export class Editor {
         }));
         marks.sort((a, b) => a.from - b.from);
         this.view.dispatch(setDiagnostics(this.view.state, marks));
+        const explain = (/** @type {string} */ code) => () => this.ask({ explain: { code } });
         const lines = found.map((one) => element("li", { class: one.severity },
             // Mistakes of scenarios have no code, and some have no place.
-            ...(one.code ? [element("button", { type: "button", title: texts.explainHelp, onclick: () => this.ask({ explain: { code: one.code } }) }, one.code)] : []),
+            ...(one.code ? [element("button", { type: "button", title: texts.explainHelp, onclick: explain(one.code) }, one.code)] : []),
             ...(one.file ? [element("button", { type: "button", class: "place", title: texts.goThere, onclick: () => this.goTo(one.from) },
-                isHere(one) ? texts.line(one.line) : `${one.file}:${one.line}`)] : []),
+                isHere(one) ? texts.line(one.line ?? 1) : `${one.file}:${one.line}`)] : []),
             element("span", {}, one.message, ...(one.help ? [element("small", {}, ` ${one.help}`)] : [])),
             ...(one.fix ? [element("button", { type: "button", title: texts.fixHelp, onclick: one.fix }, texts.fix)] : [])));
         const others = problems.map(({ line, problem }) => element("li", {},
@@ -272,24 +323,32 @@ export class Editor {
         part("diagnostics").replaceChildren(...lines, ...others);
     }
 
+    /** @param {number} place in the text */
     goTo(place) {
         this.view.dispatch({ selection: { anchor: place }, effects: EditorView.scrollIntoView(place, { y: "center" }) });
         this.view.focus();
     }
 
+    /** @param {ExplanationEvent} event */
     explain({ text }) {
         const [heading, ...lines] = text.split("\n");
-        part("explanation").querySelector("h2").textContent = heading.replace(/^#+ /, "");
-        part("explanation").querySelector("div").replaceChildren(...lines.join("\n").split(/^```\w*$/m).flatMap(explained));
+        inside(part("explanation"), "h2").textContent = heading.replace(/^#+ /, "");
+        inside(part("explanation"), "div").replaceChildren(...lines.join("\n").split(/^```\w*$/m).flatMap(explained));
         part("explanation").showModal();
     }
 }
 
 // A part of an explanation: each second one is an example, the others have paragraphs with names between back quotes.
+/**
+ * @param {string} text
+ * @param {number} number
+ * @returns {HTMLElement[]}
+ */
 function explained(text, number) {
     if (number % 2 === 1) {
         return [element("pre", {}, text.trim())];
     }
+    /** @type {(piece: string, at: number) => string | Node} */
     const names = (piece, at) => (at % 2 === 1 ? element("code", {}, piece) : piece);
     return text.trim().split(/\n\n+/).map((one) => element("p", {}, ...one.split("`").map(names)));
 }

@@ -2,15 +2,41 @@
 
 import { texts } from "./texts.js";
 
-export const part = (id) => document.getElementById(id);
+/**
+ * @import { Parts } from "./page"
+ */
 
+/**
+ * @template {string} Id
+ * @param {Id} id of an element of index.html
+ */
+export function part(id) {
+    return /** @type {Id extends keyof Parts ? Parts[Id] : HTMLElement} */ (document.getElementById(id));
+}
+
+// Returns the first element inside another one that matches; index.html has it.
+/**
+ * @template {Element} [Found=HTMLElement]
+ * @param {ParentNode} parent
+ * @param {string} selector
+ */
+export function inside(parent, selector) {
+    return /** @type {Found} */ (parent.querySelector(selector));
+}
+
+/**
+ * @template {keyof HTMLElementTagNameMap} Name
+ * @param {Name} name
+ * @param {Record<string, string | number | boolean | ((event: any) => void)>} attributes listeners are named `on…`
+ * @param {(Node | string)[]} children
+ */
 export function element(name, attributes = {}, ...children) {
     const made = document.createElement(name);
     for (const [key, value] of Object.entries(attributes)) {
-        if (key.startsWith("on")) {
+        if (typeof value === "function") {
             made.addEventListener(key.slice(2), value);
         } else {
-            made.setAttribute(key, value);
+            made.setAttribute(key, String(value));
         }
     }
     made.append(...children);
@@ -18,6 +44,7 @@ export function element(name, attributes = {}, ...children) {
 }
 
 // Returns a function that has `draw` called before the next picture, once however often it was asked.
+/** @param {() => void} draw */
 export function onFrame(draw) {
     let isAsked = false;
     return () => {
@@ -32,6 +59,10 @@ export function onFrame(draw) {
 }
 
 // Gives the browser a file to keep.
+/**
+ * @param {Blob} blob
+ * @param {string} name
+ */
 export function save(blob, name) {
     const address = URL.createObjectURL(blob);
     element("a", { href: address, download: name }).click();
@@ -39,41 +70,56 @@ export function save(blob, name) {
 }
 
 // A name and a value of a list.
+/**
+ * @param {string | Node} name
+ * @param {(string | Node)[]} value
+ */
 export function row(name, ...value) {
     return element("div", {}, element("dt", {}, name), element("dd", {}, ...value));
 }
 
 // An action with an icon of index.html keeps it; its help is read out and shown.
 export function fillTexts() {
-    for (const one of document.querySelectorAll("[data-text]")) {
-        one.textContent = texts[one.dataset.text];
+    /** @type {(name: string | undefined) => string} */
+    const text = (name) => /** @type {Record<string, any>} */ (texts)[name ?? ""];
+    /** @type {(selector: string) => NodeListOf<HTMLElement>} */
+    const all = (selector) => document.querySelectorAll(selector);
+    for (const one of all("[data-text]")) {
+        one.textContent = text(one.dataset.text);
     }
-    for (const one of document.querySelectorAll("[data-help]")) {
-        one.title = texts[one.dataset.help];
+    for (const one of all("[data-help]")) {
+        one.title = text(one.dataset.help);
         if (!one.dataset.text && !one.querySelector("[data-text]")) {
             one.setAttribute("aria-label", one.title);
         }
     }
-    for (const one of document.querySelectorAll("[data-label]")) {
-        one.setAttribute("aria-label", texts[one.dataset.label]);
+    for (const one of all("[data-label]")) {
+        one.setAttribute("aria-label", text(one.dataset.label));
     }
 }
 
+/**
+ * @param {string} id
+ * @param {string} icon
+ * @param {string} text
+ */
 export function showIcon(id, icon, text) {
-    part(id).querySelector("use").setAttribute("href", `#i-${icon}`);
-    part(id).querySelector("span").textContent = text;
+    inside(part(id), "use").setAttribute("href", `#i-${icon}`);
+    inside(part(id), "span").textContent = text;
 }
 
 // Moves with the arrow keys and shows the panel of the tab.
 export class Tabs {
+    /** @param {string[]} names */
     constructor(names) {
         this.names = names;
+        this.shown = "";
         names.forEach((name) => {
             const tab = part(`tab-${name}`);
             tab.addEventListener("click", () => this.show(name));
             tab.addEventListener("keydown", ({ key }) => {
-                const step = { ArrowRight: 1, ArrowLeft: names.length - 1 }[key];
-                if (step) {
+                const step = key === "ArrowRight" ? 1 : key === "ArrowLeft" ? names.length - 1 : 0;
+                if (step > 0) {
                     let next = name;
                     do {
                         next = names[(names.indexOf(next) + step) % names.length];
@@ -87,13 +133,14 @@ export class Tabs {
         this.show(names[0]);
     }
 
+    /** @param {string} shown */
     show(shown) {
         this.shown = shown;
         document.body.dataset.tab = shown;
         for (const name of this.names) {
             const isShown = name === shown;
             part(name).hidden = !isShown;
-            part(`tab-${name}`).setAttribute("aria-selected", isShown);
+            part(`tab-${name}`).setAttribute("aria-selected", String(isShown));
             part(`tab-${name}`).tabIndex = isShown ? 0 : -1;
         }
     }

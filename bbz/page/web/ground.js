@@ -3,14 +3,33 @@
 import { element, part, row } from "./element.js";
 import { texts } from "./texts.js";
 
+/**
+ * @import { DigestEvent, LightDescription, MediumDescription } from "./events"
+ * @import { Ask, Place, World } from "./page"
+ */
+
 export class Ground {
     // `command(text)` gives a command, `ask(request)` asks for something else, `beginCut()` lets somebody draw a line.
+    /**
+     * @param {(text: string) => void} command
+     * @param {Ask} ask
+     * @param {() => void} beginCut
+     */
     constructor(command, ask, beginCut) {
-        Object.assign(this, { command, ask, beginCut });
+        this.command = command;
+        this.ask = ask;
+        this.beginCut = beginCut;
+        this.ticksPerSecond = 1;
+        this.lamps = element("section");
+        this.commands = element("section");
+        this.digest = element("output", { id: "digest" });
+        /** @type {LightDescription[]} */
+        this.lights = [];
     }
 
+    /** @param {World} world */
     begin(world) {
-        this.world = world;
+        this.ticksPerSecond = world.ticks_per_second;
         const facts = [
             row(texts.size, texts.sizeOf(...world.size)), row(texts.robots, String(world.groups.reduce((sum, { count }) => sum + count, 0))),
             row(texts.seed, String(world.seed)),
@@ -28,18 +47,20 @@ export class Ground {
     }
 
     // A slider for the share of frames that a medium loses.
+    /** @param {MediumDescription} medium */
     loss({ name, loss }) {
         const shown = element("output", {}, loss ? texts.percent(loss[0]) : texts.ofModel);
         const slider = element("input", { type: "range", min: 0, max: 100, value: loss ? 100 * loss[0] : 0, "aria-label": texts.lossOf(name) });
         slider.addEventListener("input", () => {
-            shown.textContent = texts.percent(slider.value / 100);
+            shown.textContent = texts.percent(Number(slider.value) / 100);
         });
-        slider.addEventListener("change", () => this.command(`loss = ${slider.value / 100}\nmedium = "${name}"`));
-        return element("label", { class: "loss" }, element("span", {}, texts.media[name] ?? name), slider, shown);
+        slider.addEventListener("change", () => this.command(`loss = ${Number(slider.value) / 100}\nmedium = "${name}"`));
+        return element("label", { class: "loss" }, element("span", {}, /** @type {Record<string, string>} */ (texts.media)[name] ?? name), slider, shown);
     }
 
     // Parts that do not hear each other: by a line through the world, or by ids.
     partition() {
+        /** @type {(name: "drawLine" | "heal", onclick: () => void) => Node} */
         const button = (name, onclick) => element("button", { type: "button", title: texts[`${name}Help`], onclick }, texts[name]);
         const field = element("input", { type: "text", "aria-label": texts.partLabel, placeholder: texts.partExample });
         const ids = element("form", {
@@ -54,15 +75,18 @@ export class Ground {
     }
 
     // The robots with these ids, groups of them or ranges hear only each other.
+    /** @param {(number | string)[]} robots */
     cut(robots) {
-        const text = (one) => (/^\d+$/.test(one) ? String(one) : JSON.stringify(one));
+        const text = (/** @type {number | string} */ one) => (/^\d+$/.test(String(one)) ? String(one) : JSON.stringify(one));
         this.command(`partition = [[${robots.map(text).join(", ")}]]`);
     }
 
     // Lamps and commands as they are now.
+    /** @param {Pick<World, "lights" | "commands">} conditions */
     show({ lights, commands }) {
         this.lights = lights;
         const lamps = lights.map(({ at, brightness }, lamp) => {
+            /** @type {(label: string, value: number, set: (value: number) => void) => Node} */
             const field = (label, value, set) => {
                 const input = element("input", { type: "number", step: "any", value: Math.round(value), "aria-label": label });
                 input.addEventListener("change", () => set(Number(input.value)));
@@ -80,18 +104,25 @@ export class Ground {
             this.lamps.replaceChildren(element("h3", {}, texts.lamps), ...(lamps.length > 0 ? [head, ...lamps] : [none]));
         }
         const lines = commands.map(({ tick, text }) => element("p", {},
-            element("time", {}, (tick / this.world.ticks_per_second).toFixed(1)),
+            element("time", {}, (tick / this.ticksPerSecond).toFixed(1)),
             element("code", {}, text.replaceAll("\n", ", "))));
         this.commands.replaceChildren(element("h3", {}, texts.commands), ...(lines.length > 0 ? lines : [none.cloneNode(true)]));
     }
 
+    /**
+     * @param {number} moved
+     * @param {Place} place
+     * @param {number} [brightness] as before without one
+     */
     moveLamp(moved, place, brightness) {
         const lights = this.lights.map((light, lamp) => lamp === moved ? { at: place, brightness: brightness ?? light.brightness } : light);
+        /** @type {(light: LightDescription) => string} */
         const text = ({ at: [x, y], brightness: bright }) => `{ at = [${x.toFixed(1)}, ${y.toFixed(1)}], brightness = ${bright} }`;
         this.command(`light = [${lights.map(text).join(", ")}]`);
     }
 
+    /** @param {DigestEvent} event */
     showDigest({ tick, digest }) {
-        this.digest.textContent = texts.digestAt(digest, tick / this.world.ticks_per_second);
+        this.digest.textContent = texts.digestAt(digest, tick / this.ticksPerSecond);
     }
 }

@@ -6,10 +6,24 @@ import { texts } from "./texts.js";
 // Lines that are kept.
 const MOST_LINES = 500;
 
+/**
+ * @import { Expectation } from "./page"
+ */
+
+/**
+ * A line with the tick that it is about.
+ * @typedef {HTMLElement & { tick: number }} Line
+ */
+
 export class Log {
     // `onChoose(robot)` when somebody picks the robot of a line, `onExplain(code)` when somebody asks for the meaning of an error.
+    /**
+     * @param {(robot: number) => void} onChoose
+     * @param {(code: string) => void} onExplain
+     */
     constructor(onChoose, onExplain) {
-        Object.assign(this, { onChoose, onExplain });
+        this.onChoose = onChoose;
+        this.onExplain = onExplain;
         this.clear();
     }
 
@@ -17,7 +31,15 @@ export class Log {
         part("log").replaceChildren(element("p", { class: "none" }, texts.noLog));
     }
 
-    // `code` is that of an error.
+    /**
+     * @param {number} tick
+     * @param {number} seconds
+     * @param {number} robot its number
+     * @param {number} id
+     * @param {string} text
+     * @param {string} kind
+     * @param {string} [code] that of an error
+     */
     add(tick, seconds, robot, id, text, kind, code) {
         const log = part("log");
         log.querySelector(".none")?.remove();
@@ -28,10 +50,9 @@ export class Log {
             element("button", { type: "button", title: texts.robot(id), onclick: choose }, String(id)),
             element("span", {}, text),
             ...(code ? [element("button", { type: "button", title: texts.explainHelp, onclick: () => this.onExplain(code) }, texts.explain)] : []));
-        line.tick = tick;
-        log.append(line);
+        log.append(Object.assign(line, { tick }));
         while (log.childElementCount > MOST_LINES) {
-            log.firstElementChild.remove();
+            log.firstElementChild?.remove();
         }
         if (isAtEnd) {
             log.scrollTop = log.scrollHeight;
@@ -39,14 +60,17 @@ export class Log {
     }
 
     // Forgets what comes again when the run goes on from a tick.
+    /** @param {number} tick */
     forget(tick) {
-        [...part("log").children].filter((line) => line.tick >= tick).forEach((line) => line.remove());
+        const lines = /** @type {Line[]} */ ([...part("log").children]);
+        lines.filter((line) => line.tick >= tick).forEach((line) => line.remove());
         if (!part("log").hasChildNodes()) {
             this.clear();
         }
     }
 }
 
+/** @param {Expectation[]} expectations */
 export function showTests(expectations) {
     const lines = expectations.map(({ verdict = "open", name, text }) => element("p", { class: verdict },
         element("b", {}, texts.verdicts[verdict]),

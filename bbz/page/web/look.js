@@ -4,10 +4,24 @@ import { element, part, save } from "./element.js";
 import { drawing } from "./drawing.js";
 import { texts } from "./texts.js";
 
+/**
+ * @import { QuantityEvent, QuantityNames } from "./events"
+ * @import { Ask, World } from "./page"
+ * @import { Curve } from "./curve.js"
+ * @import { View } from "./view.js"
+ */
+
 export class Look {
     // `ask(request)` asks the session for what is to be seen.
+    /**
+     * @param {View} view
+     * @param {Curve} curve
+     * @param {Ask} ask
+     */
     constructor(view, curve, ask) {
-        Object.assign(this, { view, curve, ask });
+        this.view = view;
+        this.curve = curve;
+        this.ask = ask;
         part("messages").addEventListener("change", () => this.changed());
         part("colour").addEventListener("change", () => this.changed());
         part("trails").addEventListener("change", () => {
@@ -18,17 +32,19 @@ export class Look {
         part("picture").addEventListener("click", () => {
             // A picture has to be taken before the browser clears what was drawn.
             view.draw();
-            view.canvas.toBlob((blob) => save(blob, texts.pictureAs));
+            view.canvas.toBlob((blob) => blob && save(blob, texts.pictureAs));
         });
         part("drawing").addEventListener("click", () => save(new Blob([drawing(view)], { type: "image/svg+xml" }), texts.drawingAs));
     }
 
+    /** @param {World} world */
     begin(world) {
         const before = part("colour").value;
-        const groups = Object.entries(world.quantities).filter(([, names]) => names.length > 0);
+        const entries = /** @type {[keyof QuantityNames, string[]][]} */ (Object.entries(world.quantities));
+        const groups = entries.filter(([, names]) => names.length > 0);
         part("colour").replaceChildren(new Option(texts.byState, ""), ...groups.map(([kind, names]) => {
             const group = element("optgroup", { label: texts.quantities[kind] });
-            const isElsewhere = (name) => kind !== "plot" && world.quantities.plot.includes(name);
+            const isElsewhere = (/** @type {string} */ name) => kind !== "plot" && world.quantities.plot.includes(name);
             group.append(...names.filter((name) => !isElsewhere(name)).map((name) => new Option(name)));
             return group;
         }));
@@ -57,6 +73,7 @@ export class Look {
     }
 
     // A single number is one of the whole swarm.
+    /** @param {QuantityEvent} event */
     paint(event) {
         const { values } = event;
         const known = values.filter((value) => value !== null);

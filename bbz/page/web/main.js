@@ -3,7 +3,7 @@
 import { Controls } from "./controls.js";
 import { Curve } from "./curve.js";
 import { Editor } from "./editor.js";
-import { element, fillTexts, part, row, save, showIcon, Tabs } from "./element.js";
+import { element, fillTexts, inside, part, row, save, showIcon, Tabs } from "./element.js";
 import { Ground } from "./ground.js";
 import { Log, showTests } from "./log.js";
 import { Look } from "./look.js";
@@ -16,18 +16,33 @@ import { TimeLine } from "./timeline.js";
 import { Trials } from "./trials.js";
 import { View } from "./view.js";
 
+/**
+ * @import { CommandDescription, LogEvent, StateEvent } from "./events"
+ * @import { Ask, Handlers, World } from "./page"
+ */
+
 const RATES = [0.1, 0.25, 0.5, 1, 2, 5, 10, 20, 50, 100, 1000];
 
+/** @type {World | null} */
 let world = null;
-let state = { plays: false, tick: 0, over: false };
+/** @type {StateEvent} */
+let state = { plays: false, tick: 0, rate: null, over: false };
 // A tick to go to as soon as the one before is reached; `false`: nowhere is being gone to.
+/** @type {number | boolean} */
 let wanted = false;
+let defect = "";
 
+/** @type {Ask} */
 const ask = (request) => session.ask(request);
 // Recordings, and robots elsewhere, have no more than what is seen anyway.
-const watch = (request) => world.recording || world.watched || ask(request);
-const command = (text) => {
-    part("status").textContent = "";
+/** @type {Ask} */
+const watch = (request) => {
+    if (world && !world.recording && !world.watched) {
+        ask(request);
+    }
+};
+const command = (/** @type {string} */ text) => {
+    showStatus("");
     ask({ command: { text } });
 };
 
@@ -54,7 +69,12 @@ new Pointer(view, {
 
 const session = connect({
     onEvent(event) {
-        handlers[event.event]?.(event);
+        const handler = /** @type {((known: typeof event) => void) | undefined} */ (handlers[event.event]);
+        if (handler) {
+            handler(event);
+        } else {
+            showDefect(texts.unknownEvent(event.event));
+        }
     },
     onSample(bytes) {
         const before = robots.tick;
@@ -68,51 +88,53 @@ const session = connect({
         panel.show();
     },
     onEnd(text) {
-        part("status").textContent = text;
+        showStatus(text);
         document.body.classList.add("ended");
     },
 });
 
+/** @type {Handlers} */
 const handlers = {
     begin(event) {
-        world = event;
         let first = 0;
-        for (const group of world.groups) {
-            group.first = first;
+        const groups = event.groups.map((group) => {
             first += group.count;
-        }
-        timeLine.begin(world.end);
-        world.events.forEach((seconds) => timeLine.mark("event", seconds * world.ticks_per_second, texts.eventAt(seconds)));
+            return { ...group, first: first - group.count };
+        });
+        const begun = { ...event, groups };
+        world = begun;
+        timeLine.begin(begun.end);
+        begun.events.forEach((seconds) => timeLine.mark("event", seconds * begun.ticks_per_second, texts.eventAt(seconds)));
         log.clear();
-        showTests(world.expectations);
-        trials.begin(world);
+        showTests(begun.expectations);
+        trials.begin(begun);
         // The playground has it in its list of examples.
-        part("scenario").textContent = session.link ? "" : (world.scripts?.scenario ?? "");
-        view.begin(world, robots);
-        panel.begin(world, view.chosen);
-        ground.begin(world);
-        curve.begin(world);
-        look.begin(world);
-        controls.begin(world.controls ?? []);
-        editor.begin(world);
+        part("scenario").textContent = session.link ? "" : (begun.scripts?.scenario ?? "");
+        view.begin(begun, robots);
+        panel.begin(begun, view.chosen);
+        ground.begin(begun);
+        curve.begin(begun);
+        look.begin(begun);
+        controls.begin(begun.controls ?? []);
+        editor.begin(begun);
         editor.choose(view.chosen === null ? null : robots.ids[view.chosen]);
-        document.body.classList.toggle("recorded", Boolean(world.recording));
-        document.body.classList.toggle("watched", Boolean(world.watched));
-        part("hint").lastElementChild.textContent = world.watched ? texts.hintWatched : texts.hint;
-        if (world.watched && view.chosen === null) {
+        document.body.classList.toggle("recorded", Boolean(begun.recording));
+        document.body.classList.toggle("watched", Boolean(begun.watched));
+        inside(part("hint"), "[data-text]").textContent = begun.watched ? texts.hintWatched : texts.hint;
+        if (begun.watched && view.chosen === null) {
             tabs.show("log");
         }
         if (view.chosen !== null) {
             watch({ inspect: { robot: view.chosen } });
         }
-        showCommands(world.commands);
+        showCommands(begun.commands);
     },
     state(event) {
         state = event;
         showIcon("play", event.plays ? "pause" : "play", event.plays ? texts.pause : texts.play);
-        const { cut } = world.recording ?? {};
-        part("status").textContent = cut ? texts.cut(cut) : event.over ? (world.watched ? texts.noMore : texts.over) : "";
-        controls.follow(world.commands, event.tick);
+        const cut = world?.recording?.cut;
+        showStatus(cut ? texts.cut(cut) : event.over ? (world?.watched ? texts.noMore : texts.over) : "");
+        controls.follow(world?.commands ?? [], event.tick);
         const next = wanted;
         wanted = false;
         if (typeof next === "number") {
@@ -125,12 +147,14 @@ const handlers = {
         view.changed();
         ground.show(event);
         showCommands(event.commands);
-        if (event.commands.length !== world.commands.length) {
+        if (event.commands.length !== world?.commands.length) {
             // The run goes another way from here on.
             curve.forget(robots.tick);
         }
-        world.commands = event.commands;
-        controls.follow(world.commands, robots.tick);
+        if (world) {
+            world.commands = event.commands;
+        }
+        controls.follow(event.commands, robots.tick);
     },
     log(event) {
         line(event, event.text, "");
@@ -141,12 +165,13 @@ const handlers = {
         timeLine.mark("fault", event.tick, `${texts.robot(robots.ids[event.robot])}: ${text}`);
     },
     expectation({ number, verdict, tick }) {
-        Object.assign(world.expectations[number], { verdict, tick });
-        showTests(world.expectations);
-        for (const kind of ["held", "failed"]) {
+        const expectations = world?.expectations ?? [];
+        Object.assign(expectations[number], { verdict, tick });
+        showTests(expectations);
+        for (const kind of /** @type {("held" | "failed")[]} */ (["held", "failed"])) {
             timeLine.forget(kind, -1);
-            world.expectations.filter((one) => one.verdict === kind)
-                .forEach((one) => timeLine.mark(kind, one.tick, `${texts.verdicts[kind]}: ${one.text}`));
+            expectations.filter((one) => one.verdict === kind)
+                .forEach((one) => timeLine.mark(kind, one.tick ?? 0, `${texts.verdicts[kind]}: ${one.text}`));
         }
     },
     inspection(event) {
@@ -169,7 +194,7 @@ const handlers = {
     refused({ text, help }) {
         wanted = false;
         trials.refused();
-        part("status").textContent = help ? `${text} (${help})` : text;
+        showStatus(help ? `${text} (${help})` : text);
     },
     script(event) {
         editor.show(event);
@@ -178,8 +203,10 @@ const handlers = {
         editor.diagnose(event);
     },
     ran(event) {
-        world.quantities = event.quantities;
-        look.begin(world);
+        if (world) {
+            world.quantities = event.quantities;
+            look.begin(world);
+        }
         controls.begin(event.controls);
         editor.ran(event);
     },
@@ -207,13 +234,28 @@ const handlers = {
     },
     scenario({ text, scripts }) {
         save(new Blob([text], { type: "application/toml" }), texts.savedAs);
-        scripts?.forEach((one) => save(new Blob([one.text], { type: "text/plain" }), one.name.split(/[\\/]/).pop()));
+        scripts?.forEach((one) => save(new Blob([one.text], { type: "text/plain" }), one.name.replace(/^.*[\\/]/, "")));
     },
+    // The page asks for scenarios, which have the commands.
+    commands() { },
     failed({ text }) {
-        part("status").textContent = texts.failed(text);
+        showStatus(texts.failed(text));
     },
 };
 
+/** @param {string} text */
+function showStatus(text) {
+    part("status").textContent = defect || text;
+}
+
+// A defect of bbz stays in sight.
+/** @param {string} text */
+function showDefect(text) {
+    defect = text;
+    showStatus("");
+}
+
+/** @param {number | null} robot */
 function choose(robot) {
     view.choose(robot);
     curve.changed();
@@ -227,8 +269,9 @@ function choose(robot) {
 }
 
 // Shows the curve of a robot beside others, or no more.
+/** @param {number} robot */
 function compare(robot) {
-    part("status").textContent = view.compare(robot) ? "" : texts.mostCompared;
+    showStatus(view.compare(robot) ? "" : texts.mostCompared);
     panel.showCompared(view.compared);
     curve.changed();
 }
@@ -239,6 +282,7 @@ function play() {
 }
 
 // One way at a time: who drags the time line gets to the last place.
+/** @param {number} tick */
 function goTo(tick) {
     const inside = Math.max(0, Math.min(world?.end ?? 0, tick));
     if (wanted === false) {
@@ -262,6 +306,7 @@ function showTime() {
     part("clock").textContent = world.watched ? texts.seconds(tick / world.ticks_per_second) : texts.clock(tick / world.ticks_per_second, world.end / world.ticks_per_second);
 }
 
+/** @param {CommandDescription[]} commands */
 function showCommands(commands) {
     timeLine.forget("command", -1);
     for (const { tick, text } of commands) {
@@ -269,31 +314,38 @@ function showCommands(commands) {
     }
 }
 
+/**
+ * @param {Pick<LogEvent, "tick" | "robot">} event
+ * @param {string} text
+ * @param {string} kind
+ * @param {string} [code]
+ */
 function line({ tick, robot }, text, kind, code) {
-    log.add(tick, tick / world.ticks_per_second, robot, robots.ids[robot] ?? robot, text, kind, code);
+    log.add(tick, tick / (world?.ticks_per_second ?? 1), robot, robots.ids[robot] ?? robot, text, kind, code);
 }
 
 for (const rate of RATES) {
-    part("rate").append(new Option(texts.rateOf(rate), rate, rate === 1, rate === 1));
+    part("rate").append(new Option(texts.rateOf(rate), String(rate), rate === 1, rate === 1));
 }
-part("rate").append(new Option(texts.asFast, 0));
-part("help").querySelector("dl").append(...texts.allKeys.map(([key, text]) => row(element("kbd", {}, key), text)));
+part("rate").append(new Option(texts.asFast, "0"));
+inside(part("help"), "dl").append(...texts.allKeys.map(([key, text]) => row(element("kbd", {}, key), text)));
 
-const acts = {
-    " ": play, ",": () => goTo(robots.tick - 1), ".": step, Home: () => goTo(0), "?": () => part("help").showModal(),
-};
+const [goBack, goHome, showHelp] = [() => goTo(robots.tick - 1), () => goTo(0), () => part("help").showModal()];
+/** @type {Record<string, () => void>} */
+const acts = { " ": play, ",": goBack, ".": step, Home: goHome, "?": showHelp };
 part("save").onclick = () => ask("scenario");
-part("keys").onclick = acts["?"];
+part("keys").onclick = showHelp;
 // The playground has these.
-part("link").hidden = !session.link;
-part("link").onclick = () => editor.link(session.link);
-part("export").hidden = !session.exportPage;
+const { link, exportPage } = session;
+part("link").hidden = !link;
+part("link").onclick = () => link && editor.link(link);
+part("export").hidden = !exportPage;
 part("export").onclick = async () => {
-    const text = await session.exportPage(editor.changed());
+    const text = await exportPage?.(editor.changed()) ?? "";
     save(new Blob([text], { type: "text/html" }), texts.exportedAs);
 };
-part("start").onclick = acts.Home;
-part("back").onclick = acts[","];
+part("start").onclick = goHome;
+part("back").onclick = goBack;
 part("play").onclick = play;
 part("step").onclick = step;
 part("rate").onchange = () => {
@@ -303,9 +355,10 @@ part("rate").onchange = () => {
     }
 };
 addEventListener("keydown", (event) => {
-    const isTyped = event.target.matches("input, select, textarea, #text") || event.ctrlKey || event.metaKey || event.altKey;
+    const target = /** @type {Element} */ (event.target);
+    const isTyped = target.matches("input, select, textarea, #text") || event.ctrlKey || event.metaKey || event.altKey;
     // The space bar presses a button that has the focus.
-    const isPressed = event.key === " " && event.target.matches("button, summary");
+    const isPressed = event.key === " " && target.matches("button, summary");
     if (acts[event.key] && !isTyped && !isPressed && !document.querySelector("dialog[open]")) {
         event.preventDefault();
         acts[event.key]();

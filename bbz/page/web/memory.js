@@ -3,23 +3,36 @@
 import { element, row } from "./element.js";
 import { texts } from "./texts.js";
 
+/**
+ * @import { MemoryDescription, NamedValue, QueueDescription, ValueDescription } from "./events"
+ */
+
 export class Memory {
     constructor() {
         // What somebody has folded or unfolded, by its path.
+        /** @type {Map<string, boolean>} */
         this.folds = new Map();
+        /** @type {MemoryDescription["objects"]} */
+        this.objects = {};
     }
 
     // Shows it in a part of the page, in which the focus stays where it is.
+    /**
+     * @param {HTMLElement} place
+     * @param {MemoryDescription} held
+     */
     show(place, held) {
         this.objects = held.objects;
-        const focused = place.contains(document.activeElement) ? document.activeElement.parentElement.dataset.path : null;
+        const focused = place.contains(document.activeElement) ? document.activeElement?.parentElement?.dataset.path : null;
         place.replaceChildren(...this.sections(held));
         if (focused) {
-            [...place.querySelectorAll("details")].find((one) => one.dataset.path === focused)?.firstElementChild.focus();
+            [...place.querySelectorAll("details")].find((one) => one.dataset.path === focused)?.querySelector("summary")?.focus();
         }
     }
 
+    /** @param {MemoryDescription} held */
     sections(held) {
+        /** @type {(pairs: NamedValue[], path: string) => Node[]} */
         const named = (pairs, path) => pairs.filter(([name]) => !name.includes(" "))
             .map(([name, one]) => row(name, this.value(one, `${path}.${name}`)));
         const parts = [section(texts.globals, named(held.globals, "globals"))];
@@ -46,6 +59,10 @@ export class Memory {
         return parts;
     }
 
+    /**
+     * @param {QueueDescription} queue
+     * @returns {(string | Node)[]}
+     */
     queue({ capacity, messages }) {
         const lines = messages.map((one) => element("span", { class: "message" }, texts.message(one), " ",
             ...("value" in one ? [this.value(one.value, "message")] : [])));
@@ -53,6 +70,12 @@ export class Memory {
     }
 
     // A value as text; tables unfold, each once on a path.
+    /**
+     * @param {ValueDescription} held
+     * @param {string} path
+     * @param {number[]} above the tables on the path
+     * @returns {HTMLElement}
+     */
     value(held, path, above = []) {
         if (held === null) {
             return element("span", { class: "nil" }, "nil");
@@ -67,13 +90,20 @@ export class Memory {
             return this.table(held.table, path, above);
         }
         const [kind, name] = Object.entries(held)[0];
-        const text = { unset: "nil", float: name, closure: "closure" }[kind] ?? `${kind.replace("_", " ")} ${name}`;
+        /** @type {Record<string, string>} */
+        const known = { unset: "nil", float: name, closure: "closure" };
+        const text = known[kind] ?? `${kind.replace("_", " ")} ${name}`;
         return element("span", { class: "other" }, text);
     }
 
+    /**
+     * @param {number} id
+     * @param {string} path
+     * @param {number[]} above
+     */
     table(id, path, above) {
         const object = this.objects[id];
-        if (!object?.entries || above.includes(id)) {
+        if (!object || !("entries" in object) || above.includes(id)) {
             return element("span", { class: "other" }, "{…}");
         }
         if (object.entries.length === 0) {
@@ -95,6 +125,10 @@ export class Memory {
     }
 }
 
+/**
+ * @param {string} title
+ * @param {Node[]} rows
+ */
 function section(title, rows) {
     const body = rows.length > 0 ? element("dl", {}, ...rows) : element("p", { class: "none" }, texts.none);
     return element("section", {}, element("h3", {}, title), body);

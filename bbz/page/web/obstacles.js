@@ -8,16 +8,28 @@ const EDGE_EVERY = 8;
 // The height to which obstacles are drawn that no robot gets over, as a share of the shorter side of the world.
 const TALL = 0.15;
 
+/**
+ * @import { ObstacleDescription } from "./events"
+ * @import { Colour, Place, SpacePlace } from "./page"
+ * @import { Scene } from "./scene.js"
+ */
+
 export class Obstacles {
+    /** @param {Scene} scene */
     constructor(scene) {
         this.scene = scene;
         this.edges = scene.makeLines();
+        /** @type {ObstacleDescription[]} */
         this.obstacles = [];
         // The height of the highest in mm.
         this.top = 0;
     }
 
-    // Obstacles as an event tells them, in a world of a size in mm.
+    // `size` is that of the world in mm.
+    /**
+     * @param {ObstacleDescription[]} obstacles
+     * @param {Place} size
+     */
     set(obstacles, size) {
         const tall = TALL * Math.min(...size);
         this.obstacles = obstacles;
@@ -26,15 +38,19 @@ export class Obstacles {
         this.scene.setLines(this.edges, Float32Array.from(edges.flat(2), (mm) => 10 * mm));
     }
 
+    /**
+     * @param {Colour} colour
+     * @param {boolean} isTilted
+     */
     draw(colour, isTilted) {
         const { scene } = this;
-        for (const { at, from, to, radius, size } of this.obstacles) {
-            if (from) {
-                scene.addLine(from, to, 2, colour);
-            } else if (radius) {
-                scene.add(...at, radius, radius, 0, SHAPES.disc, colour);
+        for (const obstacle of this.obstacles) {
+            if ("from" in obstacle) {
+                scene.addLine(obstacle.from, obstacle.to, 2, colour);
+            } else if ("radius" in obstacle) {
+                scene.add(...obstacle.at, obstacle.radius, obstacle.radius, 0, SHAPES.disc, colour);
             } else {
-                scene.add(...at, size[0] / 2, size[1] / 2, 0, SHAPES.box, colour);
+                scene.add(...obstacle.at, obstacle.size[0] / 2, obstacle.size[1] / 2, 0, SHAPES.box, colour);
             }
         }
         if (isTilted) {
@@ -44,27 +60,38 @@ export class Obstacles {
 }
 
 // Pairs of places in mm: the upper edge, and edges down to the ground.
+/**
+ * @param {ObstacleDescription} obstacle
+ * @param {number} height
+ * @returns {SpacePlace[][]}
+ */
 function edgesOf(obstacle, height) {
     const corners = cornersOf(obstacle);
-    const every = obstacle.radius ? EDGE_EVERY : 1;
+    const every = "radius" in obstacle ? EDGE_EVERY : 1;
     return corners.flatMap(([x, y], corner) => {
         const [nextX, nextY] = corners[(corner + 1) % corners.length];
+        /** @type {SpacePlace[]} */
         const above = [[x, y, height], [nextX, nextY, height]];
         return corner % every === 0 ? [above, [[x, y, 0], [x, y, height]]] : [above];
     });
 }
 
-function cornersOf({ at, from, to, radius, size }) {
-    if (from) {
-        return [from, to];
+/**
+ * @param {ObstacleDescription} obstacle
+ * @returns {Place[]}
+ */
+function cornersOf(obstacle) {
+    if ("from" in obstacle) {
+        return [obstacle.from, obstacle.to];
     }
-    const [x, y] = at;
-    if (radius) {
+    const [x, y] = obstacle.at;
+    if ("radius" in obstacle) {
+        const { radius } = obstacle;
         return Array.from({ length: CORNERS }, (_, corner) => {
             const angle = (2 * Math.PI * corner) / CORNERS;
             return [x + radius * Math.cos(angle), y + radius * Math.sin(angle)];
         });
     }
-    const [right, up] = [size[0] / 2, size[1] / 2];
+    const [right, up] = obstacle.size.map((length) => length / 2);
     return [[x - right, y - up], [x + right, y - up], [x + right, y + up], [x - right, y + up]];
 }

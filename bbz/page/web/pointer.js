@@ -6,12 +6,38 @@ const SLACK = 4;
 const TURN = 0.01;
 const KEY_TURN = Math.PI / 24;
 
+/**
+ * @import { Place } from "./page"
+ * @import { View } from "./view.js"
+ */
+
+/**
+ * What is done in the view: robots and lamps by their numbers, places in mm.
+ * @typedef {object} Actions
+ * @property {(robot: number | null) => void} onChoose
+ * @property {(robot: number) => void} onCompare
+ * @property {(robot: number, at: Place) => void} onMove
+ * @property {(lamp: number, at: Place) => void} onLamp
+ * @property {(from: Place, to: Place) => void} onCut
+ */
+
+/**
+ * A pressed button or finger, with the robot or lamp below it.
+ * @typedef {{ robot: number | null, lamp: number | null, x: number, y: number, hasMoved: boolean, isTurning: boolean }} Pressed
+ */
+
 export class Pointer {
-    // `onChoose(robot)` with its number or null; `onCompare(robot)`; `onMove(robot, [x, y])`, `onLamp(lamp, [x, y])` and `onCut([x, y], [x, y])` in mm.
-    constructor(view, { onChoose, onCompare, onMove, onLamp, onCut }) {
-        Object.assign(this, { view, onChoose, onCompare, onMove, onLamp, onCut });
-        // Where each finger is.
+    /**
+     * @param {View} view
+     * @param {Actions} actions
+     */
+    constructor(view, actions) {
+        this.view = view;
+        this.actions = actions;
+        // The place of each finger.
+        /** @type {Map<number, PointerEvent>} */
         this.down = new Map();
+        /** @type {Pressed | null} */
         this.pressed = null;
         const { canvas } = view;
         canvas.addEventListener("pointerdown", (event) => this.press(event));
@@ -27,6 +53,7 @@ export class Pointer {
         canvas.addEventListener("keydown", (event) => this.key(event));
     }
 
+    /** @param {PointerEvent} event */
     press(event) {
         const { view } = this;
         view.canvas.setPointerCapture(event.pointerId);
@@ -37,7 +64,7 @@ export class Pointer {
             return;
         }
         if (view.camera.isTilted && event.button === 2) {
-            this.pressed = { isTurning: true, hasMoved: true, x: event.clientX, y: event.clientY };
+            this.pressed = { robot: null, lamp: null, x: event.clientX, y: event.clientY, hasMoved: true, isTurning: true };
             return;
         }
         const at = view.toWorld(event);
@@ -46,9 +73,10 @@ export class Pointer {
             return;
         }
         const robot = view.robotAt(at);
-        this.pressed = { robot, lamp: robot === null ? view.lampAt(at) : null, x: event.clientX, y: event.clientY, hasMoved: false };
+        this.pressed = { robot, lamp: robot === null ? view.lampAt(at) : null, x: event.clientX, y: event.clientY, hasMoved: false, isTurning: false };
     }
 
+    /** @param {PointerEvent} event */
     move(event) {
         const { view, pressed, down } = this;
         if (down.size === 2 && down.has(event.pointerId)) {
@@ -76,7 +104,7 @@ export class Pointer {
             view.turnBy(right * TURN, below * TURN);
             [pressed.x, pressed.y] = [event.clientX, event.clientY];
         } else if (pressed.robot !== null || pressed.lamp !== null) {
-            view.dragged = { robot: pressed.robot, lamp: pressed.lamp, at: view.toWorld(event, view.robots.z[pressed.robot] / 10 || 0) };
+            view.dragged = { robot: pressed.robot, lamp: pressed.lamp, at: view.toWorld(event, pressed.robot === null ? 0 : view.robots.z[pressed.robot] / 10) };
             view.changed();
         } else {
             view.pan(right, below);
@@ -85,12 +113,16 @@ export class Pointer {
     }
 
     // Two fingers zoom and move at once, and turn the world in 3-D.
+    /** @param {PointerEvent} event */
     pinch(event) {
         const { view, down } = this;
         const [other] = [...down.values()].filter((one) => one.pointerId !== event.pointerId);
-        const before = down.get(event.pointerId);
+        const before = down.get(event.pointerId) ?? event;
+        /** @type {(one: PointerEvent) => number} */
         const apart = (one) => Math.hypot(one.clientX - other.clientX, one.clientY - other.clientY);
+        /** @type {(one: PointerEvent) => number} */
         const angle = (one) => Math.atan2(one.clientY - other.clientY, one.clientX - other.clientX);
+        /** @type {(one: PointerEvent) => { clientX: number, clientY: number }} */
         const middle = (one) => ({ clientX: (one.clientX + other.clientX) / 2, clientY: (one.clientY + other.clientY) / 2 });
         const [from, to] = [middle(before), middle(event)];
         view.pan(to.clientX - from.clientX, to.clientY - from.clientY);
@@ -99,38 +131,47 @@ export class Pointer {
         down.set(event.pointerId, event);
     }
 
+    /** @param {PointerEvent} event */
     release(event) {
-        const { view, pressed } = this;
+        const { view, pressed, actions } = this;
         this.down.delete(event.pointerId);
         this.pressed = null;
         if (view.cut) {
-            const line = view.cut;
+            const [from, to] = view.cut;
             [view.cut, view.isCutting] = [null, false];
             view.canvas.style.cursor = "";
             view.changed();
             if (event.type === "pointerup") {
-                this.onCut(...line);
+                actions.onCut(from, to);
             }
         }
         if (!pressed) {
             return;
         }
         if (!pressed.hasMoved) {
-            event.shiftKey && pressed.robot !== null ? this.onCompare(pressed.robot) : this.onChoose(pressed.robot);
+            event.shiftKey && pressed.robot !== null ? actions.onCompare(pressed.robot) : actions.onChoose(pressed.robot);
         } else if (view.dragged && event.type === "pointerup") {
             const { robot, lamp, at } = view.dragged;
-            robot === null ? this.onLamp(lamp, at) : this.onMove(robot, at);
+            if (robot !== null) {
+                actions.onMove(robot, at);
+            } else if (lamp !== null) {
+                actions.onLamp(lamp, at);
+            }
         }
         view.dragged = null;
         view.changed();
     }
 
+    /** @param {KeyboardEvent} event */
     key(event) {
-        const { view } = this;
-        const arrow = { ArrowLeft: [-1, 0], ArrowRight: [1, 0], ArrowUp: [0, 1], ArrowDown: [0, -1] }[event.key];
+        const { view, actions } = this;
+        /** @type {Record<string, Place>} */
+        const arrows = { ArrowLeft: [-1, 0], ArrowRight: [1, 0], ArrowUp: [0, 1], ArrowDown: [0, -1] };
+        /** @type {Place | undefined} */
+        const arrow = arrows[event.key];
         if (arrow && event.shiftKey && view.chosen !== null) {
             const [x, y] = view.placeOf(view.chosen);
-            this.onMove(view.chosen, [x + 10 * arrow[0], y + 10 * arrow[1]]);
+            actions.onMove(view.chosen, [x + 10 * arrow[0], y + 10 * arrow[1]]);
         } else if (arrow && event.ctrlKey) {
             view.turnBy(KEY_TURN * arrow[0], KEY_TURN * arrow[1]);
         } else if (arrow) {
@@ -141,11 +182,11 @@ export class Pointer {
             view.fit();
         } else if (event.key === "n" || event.key === "p") {
             const next = (view.chosen ?? -1) + (event.key === "n" ? 1 : -1);
-            this.onChoose(Math.max(0, Math.min(view.robots.count - 1, next)));
+            actions.onChoose(Math.max(0, Math.min(view.robots.count - 1, next)));
         } else if (event.key === "c" && view.chosen !== null && !event.ctrlKey && !event.metaKey) {
-            this.onCompare(view.chosen);
+            actions.onCompare(view.chosen);
         } else if (event.key === "Escape") {
-            this.onChoose(null);
+            actions.onChoose(null);
         } else {
             return;
         }

@@ -107,6 +107,7 @@ void main() {
 }`;
 
 // The bodies of all robots, or the glows of their LEDs; as points or as squares.
+/** @type {(isPoint: boolean, isGlow: boolean) => string} */
 export const robotVertex = (isPoint, isGlow) => `${HEAD}
 layout(location = 0) in vec2 corner;
 layout(location = 1) in float x; // tenths of mm
@@ -153,6 +154,7 @@ void main() {
     gl_Position = isDrawn ? vec4(middle, 0.0, 1.0) : vec4(2.0, 2.0, 2.0, 1.0);
 }`;
 
+/** @type {(isPoint: boolean, isGlow: boolean) => string} */
 export const robotFragment = (isPoint, isGlow) => `${HEAD}
 in vec2 at;
 flat in float span;
@@ -187,10 +189,16 @@ void main() {
 
 // A program and where its attributes are. They are those of each vertex, or with a divisor those of each instance.
 export class Program {
+    /**
+     * @param {WebGL2RenderingContext} gl
+     * @param {string} vertex
+     * @param {string} fragment
+     */
     constructor(gl, vertex, fragment, divisor = 0) {
         this.gl = gl;
         this.divisor = divisor;
         this.linked = link(gl, vertex, fragment);
+        /** @type {Map<string, WebGLUniformLocation | null>} */
         this.uniforms = new Map();
         this.attributes = gl.createVertexArray();
     }
@@ -200,14 +208,20 @@ export class Program {
         this.gl.bindVertexArray(this.attributes);
     }
 
+    /** @param {string} uniform */
     at(uniform) {
         if (!this.uniforms.has(uniform)) {
             this.uniforms.set(uniform, this.gl.getUniformLocation(this.linked, uniform));
         }
-        return this.uniforms.get(uniform);
+        return this.uniforms.get(uniform) ?? null;
     }
 
     // Reads attributes from a buffer: of each its place, how many numbers, and its first byte.
+    /**
+     * @param {WebGLBuffer} buffer
+     * @param {[number, number, number][]} attributes
+     * @param {number} type
+     */
     read(buffer, attributes, type, stride = 0) {
         const { gl } = this;
         gl.bindVertexArray(this.attributes);
@@ -220,20 +234,24 @@ export class Program {
     }
 }
 
+/**
+ * @param {WebGL2RenderingContext} gl
+ * @param {string[]} sources
+ */
 function link(gl, ...sources) {
     const program = gl.createProgram();
     [gl.VERTEX_SHADER, gl.FRAGMENT_SHADER].forEach((kind, index) => {
-        const shader = gl.createShader(kind);
+        const shader = /** @type {WebGLShader} */ (gl.createShader(kind));
         gl.shaderSource(shader, sources[index]);
         gl.compileShader(shader);
         if (!gl.getShaderParameter(shader, gl.COMPILE_STATUS)) {
-            throw new Error(gl.getShaderInfoLog(shader));
+            throw new Error(gl.getShaderInfoLog(shader) ?? "");
         }
         gl.attachShader(program, shader);
     });
     gl.linkProgram(program);
     if (!gl.getProgramParameter(program, gl.LINK_STATUS)) {
-        throw new Error(gl.getProgramInfoLog(program));
+        throw new Error(gl.getProgramInfoLog(program) ?? "");
     }
     return program;
 }

@@ -6,23 +6,40 @@ const OUTLINES = [3, 4, 4];
 
 export class Robots {
     constructor() {
+        /** @type {Uint8Array} */
+        this.bytes = new Uint8Array();
+        // The next byte.
+        this.at = 0;
+        this.size = [0, 0];
+        this.tickMs = 0;
         // Grows with each change.
         this.version = 0;
-        this.clear([]);
+        this.tick = 0;
+        /** @type {number[]} */
+        this.ids = [];
+        // All that is drawn, in one piece, which goes to the graphics card as it is.
+        this.shown = new Uint8Array();
+        // Tenths of mm.
+        this.x = new Int32Array();
+        this.y = new Int32Array();
+        this.z = new Int32Array();
+        // Turns of 1/65536.
+        this.heading = new Uint16Array();
+        this.led = new Uint8Array();
+        this.state = new Uint8Array();
+        this.isThere = new Uint8Array();
     }
 
+    /** @param {number[]} ids */
     clear(ids) {
         const count = ids.length;
         this.ids = ids;
         this.tick = 0;
-        // All that is drawn, in one piece, which goes to the graphics card as it is.
         const shown = new ArrayBuffer(17 * count);
         this.shown = new Uint8Array(shown);
-        // Tenths of mm.
         this.x = new Int32Array(shown, 0, count);
         this.y = new Int32Array(shown, 4 * count, count);
         this.z = new Int32Array(shown, 8 * count, count);
-        // Turns of 1/65536.
         this.heading = new Uint16Array(shown, 12 * count, count);
         this.led = new Uint8Array(shown, 14 * count, count);
         this.state = new Uint8Array(shown, 15 * count, count);
@@ -35,6 +52,7 @@ export class Robots {
     }
 
     // Takes a piece. Returns true if it begins anew.
+    /** @param {Uint8Array} bytes */
     take(bytes) {
         this.bytes = bytes;
         this.at = 0;
@@ -67,6 +85,7 @@ export class Robots {
     }
 
     // Numbers of which each is the difference from the one before.
+    /** @param {number} count */
     differences(count) {
         let last = 0;
         return Array.from({ length: count }, () => {
@@ -87,6 +106,7 @@ export class Robots {
         }
     }
 
+    /** @param {number} robot */
     change(robot) {
         const fields = this.bytes[this.at++];
         this.isThere[robot] = 1;

@@ -4,22 +4,52 @@ import { element, part, row } from "./element.js";
 import { Memory } from "./memory.js";
 import { texts } from "./texts.js";
 
+/**
+ * @import { InspectionEvent } from "./events"
+ * @import { Place, World } from "./page"
+ * @import { Robots } from "./recording.js"
+ */
+
+/** @type {("fail" | "stop" | "resume" | "restart")[]} */
 const ACTIONS = ["fail", "stop", "resume", "restart"];
 
 export class RobotPanel {
     // `command(text)` gives a command.
     // `compare(robot)` shows its curve beside others, or no more.
+    /**
+     * @param {Robots} robots
+     * @param {(text: string) => void} command
+     * @param {(robot: number) => void} compare
+     */
     constructor(robots, command, compare) {
-        Object.assign(this, { robots, command, compare });
+        this.robots = robots;
+        this.command = command;
+        this.compare = compare;
         this.memory = new Memory();
+        /** @type {World | null} */
+        this.world = null;
+        /** @type {number | null} */
+        this.robot = null;
+        /** @type {InspectionEvent | null} */
+        this.inspection = null;
+        /** @type {HTMLElement | null} */
+        this.isCompared = null;
+        this.facts = element("dl", { class: "facts" });
+        this.fault = element("p", { class: "fault", role: "alert", hidden: "" });
+        this.parts = element("div", { class: "memory" });
         this.choose(null);
     }
 
+    /**
+     * @param {World} world
+     * @param {number | null} chosen
+     */
     begin(world, chosen) {
         this.world = world;
         this.choose(chosen);
     }
 
+    /** @param {number | null} robot */
     choose(robot) {
         this.robot = robot;
         this.inspection = null;
@@ -28,10 +58,10 @@ export class RobotPanel {
             panel.replaceChildren(element("p", { class: "none" }, texts.noRobot));
             return;
         }
-        const id = this.id;
-        const act = (name) => element("button",
+        const id = this.idOf(robot);
+        const act = (/** @type {typeof ACTIONS[number]} */ name) => element("button",
             { type: "button", title: texts[`${name}Help`], onclick: () => this.command(`${name} = ${id}`) }, texts[name]);
-        const link = (name) => element("button",
+        const link = (/** @type {"block" | "restore"} */ name) => element("button",
             { type: "button", title: texts[`${name}Help`], onclick: () => this.command(`${name} = [${id}, "all"]`) }, texts[name]);
         this.facts = element("dl", { class: "facts" });
         this.fault = element("p", { class: "fault", role: "alert", hidden: "" });
@@ -43,30 +73,39 @@ export class RobotPanel {
         this.show();
     }
 
+    /** @param {(number | null)[]} compared */
     showCompared(compared) {
-        this.isCompared?.setAttribute("aria-pressed", this.robot !== null && compared.includes(this.robot));
+        this.isCompared?.setAttribute("aria-pressed", String(this.robot !== null && compared.includes(this.robot)));
     }
 
-    get id() {
-        return this.robots.ids[this.robot] ?? this.robot;
+    /** @param {number} robot */
+    idOf(robot) {
+        return this.robots.ids[robot] ?? robot;
     }
 
     // A way to move the robot without a mouse.
     place() {
-        const field = (label) => element("input", { type: "number", step: "any", required: "", "aria-label": label, placeholder: label });
+        const field = (/** @type {string} */ label) => element("input", { type: "number", step: "any", required: "", "aria-label": label, placeholder: label });
         const [x, y] = [field(texts.x), field(texts.y)];
-        const go = (event) => {
+        const go = (/** @type {Event} */ event) => {
             event.preventDefault();
-            this.move([Number(x.value), Number(y.value)]);
+            if (this.robot !== null) {
+                this.move([Number(x.value), Number(y.value)], this.robot);
+            }
         };
         return element("form", { class: "place", onsubmit: go },
             x, y, element("button", { title: texts.moveHelp }, texts.move));
     }
 
-    move([x, y], robot = this.robot) {
+    /**
+     * @param {Place} place
+     * @param {number} robot
+     */
+    move([x, y], robot) {
         this.command(`move = ${this.robots.ids[robot]}\nto = [${x.toFixed(1)}, ${y.toFixed(1)}]`);
     }
 
+    /** @param {InspectionEvent} inspection */
     inspect(inspection) {
         if (inspection.robot === this.robot) {
             this.inspection = inspection;
@@ -75,17 +114,17 @@ export class RobotPanel {
     }
 
     show() {
-        if (this.robot === null || !this.world) {
+        const { robots, robot, world } = this;
+        const group = world?.groups.find(({ first, count }) => robot !== null && robot < first + count);
+        if (robot === null || !world || !group) {
             return;
         }
-        const { robots, robot } = this;
-        const group = this.world.groups.find(({ first, count }) => robot < first + count);
         const [x, y, z] = [robots.x, robots.y, robots.z].map((axis) => axis[robot] / 10);
         const degrees = (robots.heading[robot] * 360) / 65536;
         const rows = [
             row(texts.state, element("span", { class: `state s${robots.state[robot]}` }, texts.states[robots.state[robot]])),
-            ...(this.world.recording ? [] : [row(texts.group, `${group.name} (${group.robot})`), row(texts.script, group.script)]),
-            ...(this.world.watched ? [] : [row(texts.place, texts.placeOf(x, y, z, degrees))]),
+            ...(world.recording ? [] : [row(texts.group, `${group.name} (${group.robot})`), row(texts.script, group.script ?? "")]),
+            ...(world.watched ? [] : [row(texts.place, texts.placeOf(x, y, z, degrees))]),
         ];
         const battery = this.inspection?.battery_mv ?? null;
         if (battery !== null) {
@@ -98,7 +137,7 @@ export class RobotPanel {
                 ` ${texts.memoryOf(stack + heap, stack + heap + free)}`));
         }
         this.facts.replaceChildren(...rows);
-        this.showFault();
+        this.showFault(world.ticks_per_second);
         if (memory) {
             this.memory.show(this.parts, memory);
         } else if (this.inspection) {
@@ -106,12 +145,12 @@ export class RobotPanel {
         }
     }
 
-    showFault() {
+    /** @param {number} ticksPerSecond */
+    showFault(ticksPerSecond) {
         const fault = this.inspection?.fault;
         this.fault.hidden = !fault;
         if (fault) {
-            const seconds = fault.tick / this.world.ticks_per_second;
-            this.fault.textContent = texts.faultAt(fault.code, fault.places[0], seconds);
+            this.fault.textContent = texts.faultAt(fault.code, fault.places[0], fault.tick / ticksPerSecond);
         }
     }
 

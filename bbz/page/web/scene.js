@@ -20,7 +20,14 @@ const WIDTH = 11;
 // Pixels of the radius of a glow that the body does not hide.
 const LEAST_GLOW = 1.5;
 
+/**
+ * @import { Camera } from "./camera.js"
+ * @import { Colour, Dragged, Layer, Lines, Place } from "./page"
+ * @import { Robots } from "./recording.js"
+ */
+
 export class Scene {
+    /** @param {HTMLCanvasElement} canvas */
     constructor(canvas) {
         const gl = canvas.getContext("webgl2", { alpha: false, antialias: false, depth: false });
         if (!gl) {
@@ -28,6 +35,16 @@ export class Scene {
         }
         this.gl = gl;
         this.canvas = canvas;
+        this.width = 0;
+        this.height = 0;
+        // The camera of the picture, the pixels for one mm, and the place in the middle.
+        /** @type {Pick<Camera, "x" | "y" | "scale" | "axes" | "isTilted" | "depth" | "farness">} */
+        this.camera = { x: 0, y: 0, scale: 1, axes: [1, 0, 0, 1, 0, 0], isTilted: false, depth: 1, farness: () => 0 };
+        this.scale = 1;
+        this.middle = [0, 0];
+        // The greatest radius in mm, and the number of robots that have one.
+        this.largest = 0;
+        this.sized = 0;
         const corners = gl.createBuffer();
         gl.bindBuffer(gl.ARRAY_BUFFER, corners);
         gl.bufferData(gl.ARRAY_BUFFER, new Float32Array([-1, -1, 1, -1, -1, 1, 1, 1]), gl.STATIC_DRAW);
@@ -35,6 +52,7 @@ export class Scene {
         this.segments = new Program(gl, LINE_VERTEX, LINE_FRAGMENT);
         this.fades = new Program(gl, LAYER_VERTEX, FADE_FRAGMENT);
         this.layers = new Program(gl, LAYER_VERTEX, LAYER_FRAGMENT);
+        /** @type {(isPoint: boolean, isGlow: boolean) => Program} */
         const robot = (isPoint, isGlow) => {
             const program = new Program(gl, robotVertex(isPoint, isGlow), robotFragment(isPoint, isGlow), isPoint ? 0 : 1);
             program.read(corners, [[0, 2, 0]], gl.FLOAT);
@@ -45,15 +63,17 @@ export class Scene {
         this.bodies = [robot(false, false), robot(true, false)];
         this.glows = [robot(false, true), robot(true, true)];
         this.programs = [this.shapes, this.segments, ...this.bodies, ...this.glows];
-        [, this.mostPoint] = gl.getParameter(gl.ALIASED_POINT_SIZE_RANGE);
+        /** @type {number} */
+        this.mostPoint = gl.getParameter(gl.ALIASED_POINT_SIZE_RANGE)[1];
         this.quads = { buffer: gl.createBuffer(), count: 0 };
         this.count = 0;
         this.data = new Float32Array(4 * WIDTH * 64);
         this.placed = gl.createBuffer();
         this.shapes.read(this.placed, [[1, 2, 0], [2, 2, 8], [3, 2, 16], [4, 4, 24], [5, 1, 40]], gl.FLOAT, WIDTH * 4);
         // What the graphics card has of a sample.
-        this.sample = { buffer: gl.createBuffer(), robots: null, version: null, count: 0, hasLeds: false };
+        this.sample = { buffer: gl.createBuffer(), version: -1, count: 0, hasLeds: false };
         this.radii = gl.createBuffer();
+        /** @type {{ buffer: WebGLBuffer, count: number } | null} */
         this.shares = null;
         // Robots from the farthest to the nearest, in 3-D.
         this.order = gl.createBuffer();
@@ -69,6 +89,10 @@ export class Scene {
     }
 
     // Begins a picture, as a camera sees it.
+    /**
+     * @param {Camera} camera
+     * @param {Colour} background
+     */
     begin(camera, background) {
         const { gl, canvas } = this;
         const ratio = globalThis.devicePixelRatio || 1;
@@ -82,7 +106,7 @@ export class Scene {
         this.scale = camera.scale * ratio;
         this.middle = [camera.x, camera.y];
         gl.viewport(0, 0, width, height);
-        gl.clearColor(...background);
+        this.setClearColour(background);
         gl.clear(gl.COLOR_BUFFER_BIT);
         for (const program of this.programs) {
             program.use();
@@ -92,7 +116,18 @@ export class Scene {
         }
     }
 
+    /** @param {Colour} colour */
+    setClearColour([red, green, blue, alpha]) {
+        this.gl.clearColor(red, green, blue, alpha);
+    }
+
     // Clears a rectangle around the middle of the world; `inside()` draws what is only seen there. In 3-D it is painted.
+    /**
+     * @param {number} halfWidth
+     * @param {number} halfHeight
+     * @param {Colour} colour
+     * @param {() => void} inside
+     */
     ground(halfWidth, halfHeight, colour, inside) {
         const { gl } = this;
         if (this.camera.isTilted) {
@@ -105,7 +140,7 @@ export class Scene {
         this.flush();
         gl.enable(gl.SCISSOR_TEST);
         gl.scissor(left, bottom, right - left, top - bottom);
-        gl.clearColor(...colour);
+        this.setClearColour(colour);
         gl.clear(gl.COLOR_BUFFER_BIT);
         inside();
         this.flush();
@@ -113,6 +148,12 @@ export class Scene {
     }
 
     // Lines at multiples of `step` mm, each a pixel wide.
+    /**
+     * @param {number} halfWidth
+     * @param {number} halfHeight
+     * @param {number} step
+     * @param {Colour} colour
+     */
     grid(halfWidth, halfHeight, step, colour) {
         const { isTilted, depth } = this.camera;
         const half = 0.5 / this.scale / depth;
@@ -131,12 +172,25 @@ export class Scene {
     }
 
     // A place in pixels from the lower left corner.
+    /**
+     * @param {number} x
+     * @param {number} y
+     */
     pixelOf(x, y) {
         return [(x - this.middle[0]) * this.scale + this.canvas.width / 2, (y - this.middle[1]) * this.scale + this.canvas.height / 2];
     }
 
     // Adds a shape that lies on the ground, or above it. Middle, half size and height in mm, angle in radians, colour as four numbers
     // from 0 to 1.
+    /**
+     * @param {number} x
+     * @param {number} y
+     * @param {number} halfWidth
+     * @param {number} halfHeight
+     * @param {number} angle
+     * @param {number} shape
+     * @param {Colour} colour
+     */
     add(x, y, halfWidth, halfHeight, angle, shape, colour, height = 0) {
         const at = this.count * 4 * WIDTH;
         if (at + 4 * WIDTH > this.data.length) {
@@ -163,6 +217,12 @@ export class Scene {
     }
 
     // Adds a line between two places in mm, at least `thick` mm to each side, or `pixels`.
+    /**
+     * @param {number[]} from
+     * @param {number[]} to
+     * @param {number} thick
+     * @param {Colour} colour
+     */
     addLine([x, y], [toX, toY], thick, colour, pixels = 1, height = 0) {
         const half = Math.max(thick, pixels / this.camera.scale);
         const length = Math.hypot(toX - x, toY - y);
@@ -180,15 +240,21 @@ export class Scene {
     }
 
     // Makes lines that stay the same for several pictures. They have to be set.
+    /** @returns {Lines} */
     makeLines() {
         return { buffer: this.gl.createBuffer(), count: 0 };
     }
 
+    /** @param {Lines} lines */
     dropLines(lines) {
         this.gl.deleteBuffer(lines.buffer);
     }
 
     // Six numbers for each line: x, y and z of its ends in tenths of mm.
+    /**
+     * @param {Lines} lines
+     * @param {Float32Array} ends
+     */
     setLines(lines, ends) {
         const count = ends.length / 6;
         const corners = new Float32Array(24 * count);
@@ -204,25 +270,32 @@ export class Scene {
     }
 
     // `halfWidth` in pixels of the page.
+    /**
+     * @param {Lines} lines
+     * @param {Colour} colour
+     * @param {number} halfWidth
+     */
     drawLines(lines, colour, halfWidth) {
         if (lines.count > 0) {
             const { gl, segments } = this;
             this.flush();
             segments.use();
             segments.read(lines.buffer, [[1, 3, 0], [2, 3, 12]], gl.FLOAT, 24);
-            gl.uniform4f(segments.at("paint"), ...colour);
+            gl.uniform4fv(segments.at("paint"), colour);
             gl.uniform1f(segments.at("halfWidth"), halfWidth * (globalThis.devicePixelRatio || 1));
             this.drawQuads(segments, lines.count);
         }
     }
 
     // Makes a layer: lines that stay from one picture to the next, as a share from 0 to 1 for each pixel.
+    /** @returns {Layer} */
     makeLayer() {
         const { gl } = this;
         return { texture: gl.createTexture(), frame: gl.createFramebuffer(), seen: "" };
     }
 
     // Returns true if a layer was painted for this picture's camera and canvas; else it is cleared, and all has to be painted anew.
+    /** @param {Layer} layer */
     readyLayer(layer) {
         const { gl, camera } = this;
         const { width, height } = this.canvas;
@@ -241,11 +314,17 @@ export class Scene {
     }
 
     // The next picture paints a layer anew.
+    /** @param {Layer} layer */
     clearLayer(layer) {
         layer.seen = "";
     }
 
     // Takes a share away from all pixels of a layer, and draws into it: `paint()` draws shares as shades of grey.
+    /**
+     * @param {Layer} layer
+     * @param {number} share
+     * @param {() => void} paint
+     */
     paintLayer(layer, share, paint) {
         const { gl } = this;
         this.flush();
@@ -257,6 +336,7 @@ export class Scene {
     }
 
     // Takes a share away from all pixels.
+    /** @param {number} share */
     fade(share) {
         const { gl, fades } = this;
         gl.blendEquation(gl.FUNC_REVERSE_SUBTRACT);
@@ -269,15 +349,23 @@ export class Scene {
     }
 
     // Draws a layer in one colour.
+    /**
+     * @param {Layer} layer
+     * @param {Colour} colour
+     */
     drawLayer(layer, colour) {
         const { gl, layers } = this;
         gl.bindTexture(gl.TEXTURE_2D, layer.texture);
         layers.use();
-        gl.uniform4f(layers.at("paint"), ...colour);
+        gl.uniform4fv(layers.at("paint"), colour);
         gl.drawArrays(gl.TRIANGLES, 0, 3);
     }
 
     // Squares of four corners each, in the order of their numbers.
+    /**
+     * @param {Program} program
+     * @param {number} count
+     */
     drawQuads(program, count) {
         const { gl, quads } = this;
         program.use();
@@ -291,6 +379,7 @@ export class Scene {
     }
 
     // The radii of all robots in mm.
+    /** @param {number[]} radii */
     setRadii(radii) {
         this.fill(this.radii, Float32Array.from(radii));
         this.largest = radii.reduce((most, radius) => Math.max(most, radius), 0);
@@ -298,14 +387,27 @@ export class Scene {
     }
 
     // From 0 to 1 for each robot, or something else for robots without one; `null`: by state.
+    /** @param {(number | null)[] | null} shares */
     setShares(shares) {
-        this.shares = shares && { buffer: this.shares?.buffer ?? this.gl.createBuffer(), count: shares.length };
-        if (shares) {
+        if (shares === null) {
+            this.shares = null;
+        } else {
+            this.shares = { buffer: this.shares?.buffer ?? this.gl.createBuffer(), count: shares.length };
             this.fill(this.shares.buffer, Float32Array.from(shares, (share) => (typeof share === "number" ? share : -1)));
         }
     }
 
-    // All robots of a sample: `states` and `palette` are lists of colours, `dragged` a robot on its way to another place.
+    // All robots of a sample.
+    /**
+     * @param {Robots} robots
+     * @param {object} style
+     * @param {Colour[]} style.states
+     * @param {number[][]} style.palette from 0 to 255
+     * @param {Colour} style.edge
+     * @param {number} style.leastPixels
+     * @param {Dragged | null} style.dragged
+     * @param {Colour} style.shadow
+     */
     drawRobots(robots, { states, palette, edge, leastPixels, dragged, shadow }) {
         const { gl } = this;
         this.flush();
@@ -315,6 +417,7 @@ export class Scene {
         const hasShares = this.shares !== null && this.shares.count >= count;
         const hasLeds = this.sample.hasLeds && this.shares === null;
         const radius = this.largest * this.scale;
+        /** @type {[Program[], number, Colour][]} */
         const layers = [[this.bodies, radius, [0, 0, 0, 0]]];
         if (radius * GLOW >= LEAST_GLOW && hasLeds) {
             layers.unshift([this.glows, radius * GLOW, [0, 0, 0, 0]]);
@@ -331,13 +434,14 @@ export class Scene {
             program.use();
             this.readRobots(program, robots, hasShares);
             gl.uniform2f(program.at("scale"), this.scale, leastPixels * ratio);
-            gl.uniform3f(program.at("dragged"), dragged?.robot ?? -1, ...(dragged?.at ?? [0, 0]));
+            const [x, y] = dragged?.at ?? [0, 0];
+            gl.uniform3f(program.at("dragged"), dragged?.robot ?? -1, x, y);
             gl.uniform3fv(program.at("states"), states.flatMap((colour) => colour.slice(0, 3)));
             gl.uniform3fv(program.at("palette"), palette.flat().map((part) => part / 255));
-            gl.uniform3f(program.at("edge"), ...edge.slice(0, 3));
+            gl.uniform3fv(program.at("edge"), edge.slice(0, 3));
             gl.uniform1i(program.at("hasLeds"), Number(hasLeds));
             gl.uniform1i(program.at("isShadow"), Number(tint[3] > 0));
-            gl.uniform4f(program.at("shadow"), ...tint);
+            gl.uniform4fv(program.at("shadow"), tint);
             gl.uniform1f(program.at("depth"), depth);
             if (isPoint && isTilted) {
                 gl.bindBuffer(gl.ELEMENT_ARRAY_BUFFER, this.order);
@@ -351,6 +455,10 @@ export class Scene {
     }
 
     // Puts the robots in order: what is nearer hides what is behind it.
+    /**
+     * @param {Robots} robots
+     * @param {number} count
+     */
     sort({ x, y, z }, count) {
         const { gl, camera } = this;
         const farness = Float32Array.from({ length: count }, (_, robot) => camera.farness(x[robot], y[robot], z[robot]));
@@ -361,6 +469,7 @@ export class Scene {
     }
 
     // Gives the graphics card a sample that it does not have yet.
+    /** @param {Robots} robots */
     take(robots) {
         const { gl, sample } = this;
         if (sample.version === robots.version) {
@@ -377,6 +486,11 @@ export class Scene {
         sample.hasLeds = robots.led.some((led) => led > 0);
     }
 
+    /**
+     * @param {Program} program
+     * @param {Robots} robots
+     * @param {boolean} hasShares
+     */
     readRobots(program, robots, hasShares) {
         const { gl } = this;
         const { x, y, z, heading, led, state, isThere } = robots;
@@ -385,7 +499,7 @@ export class Scene {
         program.read(buffer, [[3, 1, heading.byteOffset]], gl.UNSIGNED_SHORT);
         program.read(buffer, [[4, 1, led.byteOffset], [5, 1, state.byteOffset], [6, 1, isThere.byteOffset]], gl.UNSIGNED_BYTE);
         program.read(this.radii, [[7, 1, 0]], gl.FLOAT);
-        if (hasShares) {
+        if (hasShares && this.shares) {
             program.read(this.shares.buffer, [[8, 1, 0]], gl.FLOAT);
         } else {
             gl.disableVertexAttribArray(8);
@@ -393,6 +507,10 @@ export class Scene {
         }
     }
 
+    /**
+     * @param {WebGLBuffer} buffer
+     * @param {Float32Array<ArrayBuffer>} numbers
+     */
     fill(buffer, numbers) {
         const { gl } = this;
         gl.bindBuffer(gl.ARRAY_BUFFER, buffer);

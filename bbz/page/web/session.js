@@ -2,6 +2,14 @@
 
 import { texts } from "./texts.js";
 
+/**
+ * @import { Connection, Receiver } from "./page"
+ */
+
+/**
+ * @param {Receiver} receiver
+ * @returns {Connection}
+ */
 export function connect({ onEvent, onSample, onEnd }) {
     const url = new URL("socket", location.href);
     url.protocol = "ws:";

@@ -1,14 +1,22 @@
 // All texts of the page.
+
+/**
+ * @import { FaultPlace, MessageDescription, NeighborDescription } from "./events"
+ */
+
+const numberText = (/** @type {number} */ value) => (Number.isInteger(value) ? String(value) : value.toPrecision(4));
+
 export const texts = {
     controls: "run", play: "Play", pause: "Pause", playHelp: "Play or pause (space)",
     home: "To the beginning (Home)", back: "A tick back (,)", step: "A tick forward (.)",
-    rate: "Speed", asFast: "as fast as it can", rateOf: (rate) => `${rate} ×`,
+    rate: "Speed", asFast: "as fast as it can", rateOf: (/** @type {number} */ rate) => `${rate} ×`,
     save: "Save as scenario", saveHelp: "A scenario file that replays this session",
-    clock: (seconds, end) => `${seconds.toFixed(1)} s of ${end.toFixed(1)} s`, time: "Time of the run",
-    over: "The run is over.", cut: (reason) => `The recording ends early: ${reason}.`,
+    clock: (/** @type {number} */ seconds, /** @type {number} */ end) => `${seconds.toFixed(1)} s of ${end.toFixed(1)} s`, time: "Time of the run",
+    over: "The run is over.", cut: (/** @type {string} */ reason) => `The recording ends early: ${reason}.`,
     away: "The session has ended. Start it again in the terminal.",
     broken: "The session has failed. Load the page again.",
-    failed: (text) => `The run cannot go on: ${text}`,
+    failed: (/** @type {string} */ text) => `The run cannot go on: ${text}`,
+    unknownEvent: (/** @type {string} */ name) => `The page does not know the event "${name}" of the session: this is a defect of bbz.`,
     example: "Example",
 
     keys: "Keys", close: "Close",
@@ -25,28 +33,29 @@ export const texts = {
 
     canvas: "The world, seen from above. Keys: question mark",
     hint: "Click a robot to look into it. Drag robots, lamps or the ground; zoom with the wheel.",
-    hintWatched: "Robots that report. Where they are is not known.", noMore: "The trace has ended.", seconds: (seconds) => `${seconds.toFixed(1)} s`,
+    hintWatched: "Robots that report. Where they are is not known.", noMore: "The trace has ended.", seconds: (/** @type {number} */ seconds) => `${seconds.toFixed(1)} s`,
     look: "how the world is shown", colour: "Colour by", byState: "state", messages: "Messages", trails: "Trails",
     tilt: "3-D", tiltHelp: "Seen from a side. Turn it with the right mouse button, or Ctrl + arrows",
     picture: "Picture", pictureHelp: "Saves what is shown as a PNG file", pictureAs: "bittybuzz.png",
     drawing: "Drawing", drawingHelp: "Saves the world as an SVG file", drawingAs: "bittybuzz.svg",
     quantities: { plot: "of the scenario", robot: "each robot", swarm: "the swarm", global: "globals" },
     curveLabel: "the quantity over time",
-    curve: (name, [least, low, median, high, most], count) => {
-        const [a, b, c, d, e] = [least, low, median, high, most].map((value) => texts.number(value));
+    /** @type {(name: string, five: number[], count: number) => string} */
+    curve: (name, five, count) => {
+        const [a, b, c, d, e] = five.map(numberText);
         return count === 1 ? `${name}: ${c}` : `${name}: median ${c}, half of the robots ${b} to ${d}, all ${a} to ${e}`;
     },
-    curveOf: (id, value) => `robot ${id}: ${texts.number(value)}`,
-    number: (value) => (Number.isInteger(value) ? String(value) : value.toPrecision(4)),
+    curveOf: (/** @type {number | null} */ id, /** @type {number} */ value) => `robot ${id}: ${numberText(value)}`,
+    number: numberText,
     tabRobot: "Robot", tabScript: "Script", tabLog: "Log", tabTests: "Tests", tabGround: "World",
 
     noRobot: "No robot is chosen. Click one.",
-    robot: (id) => `Robot ${id}`,
+    robot: (/** @type {number | null} */ id) => `Robot ${id}`,
     state: "State", states: ["running", "stopped", "failed", "stopped by an error"],
     group: "Group", script: "Script", place: "Place", memory: "Memory",
-    placeOf: (x, y, z, degrees) => `(${x.toFixed(1)}, ${y.toFixed(1)}${z ? `, ${z.toFixed(1)}` : ""}) mm, ${degrees.toFixed(0)}°`,
-    battery: "Battery", volts: (millivolts) => `${(millivolts / 1000).toFixed(2)} V`,
-    memoryOf: (used, all) => `${used} of ${all} slots`,
+    placeOf: (/** @type {number} */ x, /** @type {number} */ y, /** @type {number} */ z, /** @type {number} */ degrees) => `(${x.toFixed(1)}, ${y.toFixed(1)}${z ? `, ${z.toFixed(1)}` : ""}) mm, ${degrees.toFixed(0)}°`,
+    battery: "Battery", volts: (/** @type {number} */ millivolts) => `${(millivolts / 1000).toFixed(2)} V`,
+    memoryOf: (/** @type {number} */ used, /** @type {number} */ all) => `${used} of ${all} slots`,
     fail: "Fail", failHelp: "No motor, no message, no step until it is restarted",
     stop: "Stop", stopHelp: "No motor, no message, no step until it resumes",
     resume: "Resume", resumeHelp: "A stopped robot goes on where it was",
@@ -55,67 +64,68 @@ export const texts = {
     block: "Cut off", blockHelp: "No message gets to it or from it",
     restore: "Reconnect", restoreHelp: "Its blocked links work again",
     x: "x in mm", y: "y in mm", move: "Move", moveHelp: "Moves the robot to this place",
-    fault: (code, place) => (place ? `error ${code} in ${place.file}:${place.line}` : `error ${code}`),
-    faultAt: (code, place, seconds) => `Error ${code} at ${seconds.toFixed(1)} s`
+    fault: (/** @type {string} */ code, /** @type {FaultPlace | null} */ place) => (place ? `error ${code} in ${place.file}:${place.line}` : `error ${code}`),
+    faultAt: (/** @type {string} */ code, /** @type {FaultPlace | null} */ place, /** @type {number} */ seconds) => `Error ${code} at ${seconds.toFixed(1)} s`
         + (place ? `: ${place.file}:${place.line}${place.function ? `, in ${place.function}` : ""}` : ""),
 
     globals: "Globals", frame: "In", neighbors: "Neighbours", swarms: "Swarms", stigmergy: "Stigmergy",
     queues: "Messages", inbox: "to be read", outbox: "to be sent", none: "none",
     noMemory: "Its memory is in an emulator, or it has not joined yet.",
+    /** @type {(neighbor: NeighborDescription) => string} */
     neighbor: ({ distance, azimuth }) => {
         const degrees = azimuth ? `, ${((azimuth * 180) / Math.PI).toFixed(0)}°` : "";
         return distance === null ? "heard, no place" : `${distance.toFixed(0)} mm away${degrees}`;
     },
-    swarm: (isMember) => (isMember ? "a member" : "no member"),
-    entry: (owner, clock) => `by robot ${owner}, clock ${clock}`,
-    waiting: (count, capacity) => `${count} of ${capacity}`,
-    message: (one) => `${one.kind}${one.robot === undefined ? "" : ` of ${one.robot}`}`,
-    table: (count) => (count === 1 ? "1 entry" : `${count} entries`),
-    leftOut: (count) => `… ${count} more`,
+    swarm: (/** @type {boolean} */ isMember) => (isMember ? "a member" : "no member"),
+    entry: (/** @type {number} */ owner, /** @type {number} */ clock) => `by robot ${owner}, clock ${clock}`,
+    waiting: (/** @type {number} */ count, /** @type {number} */ capacity) => `${count} of ${capacity}`,
+    message: (/** @type {MessageDescription} */ one) => ("robot" in one ? `${one.kind} of ${one.robot}` : one.kind),
+    table: (/** @type {number} */ count) => (count === 1 ? "1 entry" : `${count} entries`),
+    leftOut: (/** @type {number} */ count) => `… ${count} more`,
 
     scriptText: "text of the script", diagnostics: "messages of the compiler", help: "help",
     controlsOfScripts: "controls of the scripts",
     keep: "keep numbers", keepHelp: "Globals that hold numbers keep them, where the new text has numbers, too",
-    run: "Run", runHelp: "Robots get this text as their script (Ctrl + Enter)", ran: (name) => `The robots run ${name}.`,
+    run: "Run", runHelp: "Robots get this text as their script (Ctrl + Enter)", ran: (/** @type {string} */ name) => `The robots run ${name}.`,
     beginHelp: "The run begins anew with this text (Ctrl + Enter)",
-    runOn: "robots that run it", runOnAll: "on all that have it", runOnOne: (id) => `on robot ${id}`,
-    write: "Save", writeHelp: "Writes the text to its file", written: (name) => `${name} is saved.`,
+    runOn: "robots that run it", runOnAll: "on all that have it", runOnOne: (/** @type {number | null} */ id) => `on robot ${id}`,
+    write: "Save", writeHelp: "Writes the text to its file", written: (/** @type {string} */ name) => `${name} is saved.`,
     download: "Download", downloadHelp: "Saves the text as a file",
     link: "Link", linkHelp: "An address of this page that has the text",
-    began: (name) => `${name} has begun anew.`,
+    began: (/** @type {string} */ name) => `${name} has begun anew.`,
     linked: "The address of this page has the text now.", linkedAndCopied: "The address of this page has the text now, and is in the clipboard.",
     offered: "The script of the address does not run here: mend it.",
     badAddress: "the address has a script that cannot be read",
     exportPage: "Export", exportHelp: "This page with scenario and scripts as one file, which runs without a network", exportedAs: "bittybuzz.html",
     explain: "Explain", explainHelp: "Explains the message", goThere: "To this place", fix: "Fix", fixHelp: "Changes the text as the message says",
-    line: (line) => `line ${line}`,
+    line: (/** @type {number} */ line) => `line ${line}`,
 
     noLog: "Nothing was logged so far.", noTests: "The scenario expects nothing.",
     verdicts: { open: "open", held: "held", failed: "failed" },
 
     handIn: "Hand in", handInHelp: "Tries the scripts as they ran last, from the start, and saves a file with them and what came of it",
-    trying: "The scripts are tried …", by: "Your name", handedIn: (name) => `${name} is saved: hand it in.`,
+    trying: "The scripts are tried …", by: "Your name", handedIn: (/** @type {string} */ name) => `${name} is saved: hand it in.`,
     tryOut: "Try many times", sweepHelp: "The scenario from its start, beside this run: with the scripts as they ran last, and without your changes",
     vary: "Vary", varyNothing: "only chance", varyExample: "medium.ir.loss", values: "Values", valuesExample: "0, 0.1, 0.3",
     seeds: "Seeds for each", measure: "Show", start: "Start", stopTrials: "Stop", since: "true since, in s", expectation: "expectations",
-    percentDone: (percent) => `${percent} %`, saveTable: "Save as table", tableAs: "trials.csv",
+    percentDone: (/** @type {number} */ percent) => `${percent} %`, saveTable: "Save as table", tableAs: "trials.csv",
     sweepLabel: "what was measured, for each value", chance: "chance",
-    sweepHead: ["Value", "Trials", "Succeeded", "Median", "Half of them"], quartiles: (low, high) => `${texts.number(low)} to ${texts.number(high)}`,
+    sweepHead: ["Value", "Trials", "Succeeded", "Median", "Half of them"], quartiles: (/** @type {number} */ low, /** @type {number} */ high) => `${numberText(low)} to ${numberText(high)}`,
 
-    size: "Size", sizeOf: (width, height) => `${width} × ${height} mm`, robots: "Robots", seed: "Seed",
+    size: "Size", sizeOf: (/** @type {number} */ width, /** @type {number} */ height) => `${width} × ${height} mm`, robots: "Robots", seed: "Seed",
     losses: "Messages that get lost", media: { ir: "Infrared", nrf24: "nRF24", p2p: "P2P", rab: "Range and bearing" },
-    lossOf: (name) => `share of the messages by ${name} that get lost`,
-    percent: (share) => `${Math.round(100 * share)} %`, ofModel: "by model",
+    lossOf: (/** @type {string} */ name) => `share of the messages by ${name} that get lost`,
+    percent: (/** @type {number} */ share) => `${Math.round(100 * share)} %`, ofModel: "by model",
     partition: "Partition", partLabel: "robots that hear only each other: ids, ranges or groups", partExample: "3, 5..8",
     drawLine: "Draw a line", drawLineHelp: "Drag a line through the world: robots on one side do not hear those on the other",
     cutOff: "Cut off", cutOffHelp: "These robots and all others do not hear each other",
     heal: "Heal", healHelp: "All hear each other again",
-    lamps: "Lamps", lamp: (number) => `Lamp ${number}`, brightness: "bright",
-    lampX: (number) => `lamp ${number}: x in mm`, lampY: (number) => `lamp ${number}: y in mm`,
-    lampBrightness: (number) => `lamp ${number}: brightness, 0 to 1023`,
-    commands: "Your changes", eventAt: (seconds) => `event of the scenario at ${seconds} s`,
+    lamps: "Lamps", lamp: (/** @type {number} */ number) => `Lamp ${number}`, brightness: "bright",
+    lampX: (/** @type {number} */ number) => `lamp ${number}: x in mm`, lampY: (/** @type {number} */ number) => `lamp ${number}: y in mm`,
+    lampBrightness: (/** @type {number} */ number) => `lamp ${number}: brightness, 0 to 1023`,
+    commands: "Your changes", eventAt: (/** @type {number} */ seconds) => `event of the scenario at ${seconds} s`,
     digest: "Digest", compute: "Compute",
     digestHelp: "A number that stands for the whole state: runs that went the same way have the same one",
-    digestAt: (digest, seconds) => `${digest} at ${seconds.toFixed(1)} s`,
+    digestAt: (/** @type {string} */ digest, /** @type {number} */ seconds) => `${digest} at ${seconds.toFixed(1)} s`,
     savedAs: "session.toml",
 };

@@ -7,34 +7,48 @@ const MOST_MARKS = 400;
 
 export class TimeLine {
     // `onGo(tick)` when somebody drags the slider.
+    /** @param {(tick: number) => void} onGo */
     constructor(onGo) {
+        this.end = 1;
         this.slider = part("time");
         this.slider.addEventListener("input", () => onGo(Number(this.slider.value)));
+        // The texts of the marks by kind and tick.
+        /** @type {Map<string, Map<number, string>>} */
         this.marks = new Map();
         this.changed = onFrame(() => this.draw());
     }
 
+    /** @param {number} end */
     begin(end) {
         this.end = end;
-        this.slider.max = end;
+        this.slider.max = String(end);
         this.marks.clear();
         this.changed();
     }
 
+    /**
+     * @param {number} tick
+     * @param {boolean} isPlaying
+     */
     show(tick, isPlaying) {
         // Whoever drags it is ahead of the run.
         if (isPlaying || !this.slider.matches(":active")) {
-            this.slider.value = tick;
+            this.slider.value = String(tick);
         }
     }
 
     // Kinds are the classes of the style sheet: event, command, fault, held, failed.
+    /**
+     * @param {string} kind
+     * @param {number} tick
+     * @param {string} text
+     */
     mark(kind, tick, text) {
         const marks = this.marks.get(kind) ?? new Map();
         this.marks.set(kind, marks);
-        if (marks.has(tick)) {
+        const known = marks.get(tick);
+        if (known !== undefined) {
             // What an earlier run of the same tick has marked is there once.
-            const known = marks.get(tick);
             marks.set(tick, known.includes(text) ? known : `${known}\n${text}`);
         } else if (marks.size < MOST_MARKS) {
             marks.set(tick, text);
@@ -43,6 +57,10 @@ export class TimeLine {
     }
 
     // Forgets the marks of a kind that come after a tick.
+    /**
+     * @param {string} kind
+     * @param {number} tick
+     */
     forget(kind, tick) {
         const marks = this.marks.get(kind) ?? new Map();
         [...marks.keys()].filter((at) => at > tick).forEach((at) => marks.delete(at));

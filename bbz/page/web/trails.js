@@ -8,13 +8,22 @@ const SAMPLES = 40;
 // Lines that are painted at once when the camera moves, and that are kept.
 const MOST_LINES = 120000;
 
+/**
+ * @import { Colour, Lines } from "./page"
+ * @import { Robots } from "./recording.js"
+ * @import { Scene } from "./scene.js"
+ */
+
 export class Trails {
+    /** @param {Scene} scene */
     constructor(scene) {
         this.scene = scene;
         this.layer = scene.makeLayer();
         // The last sample: x, y and z of each robot.
+        /** @type {Int32Array[] | null} */
         this.last = null;
         // The lines from each sample to the next, with their ends: x, y and z of both in tenths of mm.
+        /** @type {{ lines: Lines, ends: Float32Array }[]} */
         this.ways = [];
         // How many of the last ones are not painted yet.
         this.pending = 0;
@@ -31,6 +40,7 @@ export class Trails {
     }
 
     // The robots have moved.
+    /** @param {Robots} robots */
     add({ x, y, z, count }) {
         const next = [x, y, z].map((axis) => axis.slice());
         if (this.last?.[0].length === count) {
@@ -44,6 +54,7 @@ export class Trails {
     }
 
     // Forgets the first samples.
+    /** @param {number} count */
     forget(count) {
         if (count > 0) {
             this.ways.splice(0, count).forEach(({ lines }) => this.scene.dropLines(lines));
@@ -51,6 +62,7 @@ export class Trails {
         }
     }
 
+    /** @param {Colour} colour */
     draw(colour) {
         const { scene, layer, ways } = this;
         if (this.isEmpty) {
@@ -69,6 +81,10 @@ export class Trails {
 }
 
 // The ends of the ways of those who have moved.
+/**
+ * @param {Int32Array[]} from
+ * @param {Int32Array[]} to
+ */
 function endsOf(from, to) {
     const ends = new Float32Array(6 * from[0].length);
     let count = 0;

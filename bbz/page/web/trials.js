@@ -7,11 +7,39 @@ import { texts } from "./texts.js";
 // Width and height of the picture, and the room for its numbers.
 const [WIDTH, HEIGHT, LEFT, BOTTOM] = [320, 150, 44, 18];
 
+/**
+ * @import { AssignmentDescription, QuantityNames, ResultEvent, TrialEvent, TrialsEvent } from "./events"
+ * @import { Ask, World } from "./page"
+ */
+
+/**
+ * The trials with one value: their number, those that succeeded, and extremes and quartiles of the number that they count as.
+ * @typedef {{ value: string | null, trials: number, successes: number, five: number[] | null }} Row
+ */
+
 export class Trials {
+    /** @param {Ask} ask */
     constructor(ask) {
         this.ask = ask;
+        /** @type {World | null} */
+        this.world = null;
+        this.vary = element("input");
+        /** @type {HTMLFormElement | null} */
+        this.form = null;
+        this.progress = element("progress");
+        this.result = element("div");
+        this.handed = element("p");
+        this.name = "";
+        /** @type {TrialEvent[]} */
+        this.done = [];
+        // The number of the expectation that trials count by; `null`: a quantity.
+        /** @type {number | null} */
+        this.measured = null;
+        /** @type {string | null} */
+        this.key = null;
     }
 
+    /** @param {World} world */
     begin(world) {
         // The same scenario begins anew when it is edited: what was filled in stays.
         const before = this.form && Object.fromEntries(new FormData(this.form));
@@ -19,42 +47,44 @@ export class Trials {
         this.showAssignment(world.assignment);
         part("trials").hidden = !world.scripts;
         this.vary = element("input", { type: "text", name: "vary", list: "keys-of-trials", placeholder: texts.varyExample });
-        const keys = element("datalist", { id: "keys-of-trials" }, ...this.keys().map((key) => new Option(key)));
-        this.form = element("form", {
+        const keys = element("datalist", { id: "keys-of-trials" }, ...this.keys(world).map((key) => new Option(key)));
+        const form = element("form", {
             class: "trials",
             onsubmit: (event) => {
                 event.preventDefault();
-                this.start();
+                this.start(form);
             },
         },
             label(texts.vary, this.vary), keys,
             label(texts.values, element("input", { type: "text", name: "values", placeholder: texts.valuesExample })),
             label(texts.seeds, element("input", { type: "number", name: "seeds", min: 1, max: 1000, value: 5, required: "" })),
-            label(texts.measure, this.measures()),
+            label(texts.measure, this.measures(world)),
             element("div", { class: "acts" },
                 element("button", { class: "main", title: texts.sweepHelp }, texts.start),
                 element("button", { type: "button", onclick: () => this.ask("stop_trials") }, texts.stopTrials)));
         for (const [name, value] of Object.entries(before ?? {})) {
-            const field = this.form.elements[name];
-            field.value = value || field.value;
-            if (field.selectedIndex < 0) {
+            const field = /** @type {HTMLInputElement | HTMLSelectElement} */ (form.elements.namedItem(name));
+            field.value = String(value) || field.value;
+            if (field instanceof HTMLSelectElement && field.selectedIndex < 0) {
                 // The edited scenario has not got that quantity.
                 field.selectedIndex = 0;
             }
         }
+        this.form = form;
         this.progress = element("progress", { max: 100, value: 0, hidden: "" });
         this.result = element("div");
         this.done = [];
         part("trials").replaceChildren(element("h3", {}, texts.tryOut), this.form, this.progress, this.result);
     }
 
+    /** @param {AssignmentDescription | null} assignment */
     showAssignment(assignment) {
         part("assignment").hidden = !assignment;
         if (!assignment) {
             return;
         }
         const name = element("input", { type: "text", "aria-label": texts.by, placeholder: texts.by, autocomplete: "name", required: "" });
-        name.value = this.name ?? "";
+        name.value = this.name;
         const form = element("form", {
             class: "place",
             onsubmit: (event) => {
@@ -73,21 +103,28 @@ export class Trials {
     }
 
     // Keys that are often varied, first those that the scripts name.
-    keys() {
-        const controls = (this.world.controls ?? []).map(({ name }) => `global.${name}`);
-        return [...controls, ...this.world.media.map(({ name }) => `medium.${name}.loss`), "robots.0.count"];
+    /** @param {World} world */
+    keys({ controls, media }) {
+        const globals = (controls ?? []).map(({ name }) => `global.${name}`);
+        return [...globals, ...media.map(({ name }) => `medium.${name}.loss`), "robots.0.count"];
     }
 
-    measures() {
-        const groups = [["since", this.world.expectations.map(({ name, text }, number) => new Option(name ?? text, `since ${number}`))],
-            ...Object.entries(this.world.quantities).map(([kind, names]) => [kind, names.map((name) => new Option(name, `end ${name}`))])];
+    /** @param {World} world */
+    measures({ expectations, quantities }) {
+        /** @type {[string, HTMLOptionElement[]][]} */
+        const groups = [["since", expectations.map(({ name, text }, number) => new Option(name ?? text, `since ${number}`))]];
+        for (const [kind, names] of Object.entries(quantities)) {
+            groups.push([kind, names.map((/** @type {string} */ name) => new Option(name, `end ${name}`))]);
+        }
         return element("select", { name: "measure" }, ...groups.filter(([, options]) => options.length > 0)
-            .map(([kind, options]) => element("optgroup", { label: texts.quantities[kind] ?? texts.since }, ...options)));
+            .map(([kind, options]) => element("optgroup", { label: /** @type {Record<string, string>} */ (texts.quantities)[kind] ?? texts.since }, ...options)));
     }
 
-    start() {
-        const { vary, values, seeds, measure } = Object.fromEntries(new FormData(this.form));
-        const [kind, ...rest] = (measure ?? "").split(" ");
+    /** @param {HTMLFormElement} form */
+    start(form) {
+        const data = new FormData(form);
+        const [vary, values, seeds, measure] = ["vary", "values", "seeds", "measure"].map((name) => String(data.get(name) ?? ""));
+        const [kind, ...rest] = measure.split(" ");
         this.measured = kind === "since" ? Number(rest[0]) : null;
         this.done = [];
         this.key = vary.trim() || null;
@@ -100,12 +137,14 @@ export class Trials {
         } });
     }
 
+    /** @param {TrialsEvent} event */
     advanced({ percent }) {
         this.progress.hidden = percent === 100;
         this.progress.value = percent;
     }
 
     // A trial is over.
+    /** @param {TrialEvent} trial */
     take(trial) {
         this.done.push(trial);
         const values = [...new Set(this.done.map(({ value }) => value))];
@@ -122,6 +161,7 @@ export class Trials {
     }
 
     // The number that a trial counts as: the mean of its robots, or the time of an expectation.
+    /** @param {TrialEvent} trial */
     number({ since, numbers }) {
         if (this.measured !== null) {
             return since[this.measured];
@@ -130,6 +170,10 @@ export class Trials {
         return known.length > 0 ? known.reduce((sum, one) => sum + one, 0) / known.length : null;
     }
 
+    /**
+     * @param {string | null} value
+     * @returns {Row}
+     */
     summary(value) {
         const trials = this.done.filter((one) => one.value === value);
         const numbers = trials.map((one) => this.number(one)).filter((one) => one !== null).sort((one, other) => one - other);
@@ -138,36 +182,44 @@ export class Trials {
     }
 
     saveTable() {
-        const quoted = (text) => `"${String(text).replaceAll("\"", "\"\"")}"`;
-        const expectations = this.world.expectations.map(({ name, text }) => name ?? text);
+        const quoted = (/** @type {string} */ text) => `"${text.replaceAll("\"", "\"\"")}"`;
+        const expectations = (this.world?.expectations ?? []).map(({ name, text }) => name ?? text);
         const head = [this.key ?? "value", "seed", "success", ...expectations.map((one) => `since ${one}`), "number"];
+        /** @type {(string | number | boolean)[][]} */
         const rows = this.done.map((one) => [one.value ?? "", one.seed, one.success, ...one.since.map((since) => since ?? ""), this.number(one) ?? ""]);
         const lines = [head, ...rows].map((row) => row.map((cell) => (typeof cell === "string" && cell !== "" ? quoted(cell) : cell)).join(","));
         save(new Blob([`${lines.join("\n")}\n`], { type: "text/csv" }), texts.tableAs);
     }
 
     refused() {
-        if (this.handed?.textContent === texts.trying) {
+        if (this.handed.textContent === texts.trying) {
             this.handed.textContent = "";
         }
     }
 
+    /** @param {ResultEvent} event */
     handIn({ name, text }) {
         save(new Blob([text], { type: "application/json" }), name);
         this.handed.textContent = texts.handedIn(name);
     }
 }
 
+/**
+ * @param {string} text
+ * @param {HTMLElement} field
+ */
 function label(text, field) {
     return element("label", {}, element("span", {}, text), field);
 }
 
 // Medians as a line, quartiles as an area, extremes as thin lines; places on the x axis are the values, if all are numbers.
+/** @param {Row[]} rows */
 function picture(rows) {
-    const known = rows.filter(({ five }) => five);
+    const known = rows.flatMap(({ value, five }) => (five ? [{ value, five }] : []));
+    /** @type {(name: string, attributes: Record<string, string | number>, ...children: (string | Node)[]) => Node} */
     const drawn = (name, attributes, ...children) => {
         const made = document.createElementNS("http://www.w3.org/2000/svg", name);
-        Object.entries(attributes).forEach(([key, value]) => made.setAttribute(key, value));
+        Object.entries(attributes).forEach(([key, value]) => made.setAttribute(key, String(value)));
         made.append(...children);
         return made;
     };
@@ -179,10 +231,11 @@ function picture(rows) {
     const places = isNumeric ? numbers : known.map((_, at) => at);
     const [left, right] = [Math.min(...places), Math.max(...places)];
     const [low, high] = [Math.min(...known.map(({ five }) => five[0])), Math.max(...known.map(({ five }) => five[4]))];
-    const x = (place) => LEFT + 8 + ((place - left) / (right - left || 1)) * (WIDTH - LEFT - 24);
-    const y = (number) => 8 + (1 - (number - low) / (high - low || 1)) * (HEIGHT - BOTTOM - 16);
+    const x = (/** @type {number} */ place) => LEFT + 8 + ((place - left) / (right - left || 1)) * (WIDTH - LEFT - 24);
+    const y = (/** @type {number} */ number) => 8 + (1 - (number - low) / (high - low || 1)) * (HEIGHT - BOTTOM - 16);
     const points = known.map(({ value, five }, at) => ({ value, x: x(places[at]), y: five.map(y) })).sort((one, other) => one.x - other.x);
-    const line = (list) => list.map((point) => point.map((one) => one.toFixed(1)).join(",")).join(" ");
+    const line = (/** @type {number[][]} */ list) => list.map((point) => point.map((one) => one.toFixed(1)).join(",")).join(" ");
+    /** @type {(text: string, at: Record<string, string | number>) => Node} */
     const name = (text, at) => drawn("text", at, text);
     return drawn("svg", { viewBox: `0 0 ${WIDTH} ${HEIGHT}`, role: "img", "aria-label": texts.sweepLabel, class: "sweep" },
         drawn("polygon", { points: line([...points.map((one) => [one.x, one.y[1]]), ...points.toReversed().map((one) => [one.x, one.y[3]])]) }),

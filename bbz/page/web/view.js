@@ -3,6 +3,7 @@
 import { Camera } from "./camera.js";
 import { part } from "./element.js";
 import { Obstacles } from "./obstacles.js";
+import { Robots } from "./recording.js";
 import { Scene, SHAPES } from "./scene.js";
 import { Trails } from "./trails.js";
 
@@ -14,11 +15,23 @@ const FLASH = 350;
 const PALETTE = [[0, 34, 78], [53, 69, 108], [102, 105, 112], [148, 142, 119], [200, 184, 102], [254, 232, 56]];
 // The colours of the robots that are compared: variables of the style sheet.
 export const COMPARED = ["--one", "--two", "--three", "--four", "--five", "--six"];
+/** @type {Messages} */
 const NO_MESSAGES = { heard: [], collided: [], lost: [] };
 // A robot of a large world is seen as a dot of two pixels.
 const LEAST_PIXELS = 1;
 
+/**
+ * @import { LightDescription, MessagesEvent } from "./events"
+ * @import { Colour, Dragged, Place, SpacePlace, World } from "./page"
+ */
+
+/**
+ * Numbers of two robots for each message: the sender and the receiver.
+ * @typedef {Pick<MessagesEvent, "heard" | "collided" | "lost">} Messages
+ */
+
 export class View {
+    /** @param {HTMLCanvasElement} canvas */
     constructor(canvas) {
         this.canvas = canvas;
         this.scene = new Scene(canvas);
@@ -26,40 +39,60 @@ export class View {
         this.obstacles = new Obstacles(this.scene);
         // A robot has been above the ground.
         this.hasFliers = false;
+        /** @type {number | null} */
         this.chosen = null;
         // Numbers of the robots whose curves are shown beside that of the chosen one, by place; `null`: a free place.
+        /** @type {(number | null)[]} */
         this.compared = Array(COMPARED.length).fill(null);
-        // A robot or lamp on its way to another place: { robot or lamp, at }.
+        /** @type {Dragged | null} */
         this.dragged = null;
+        /** @type {World | null} */
         this.world = null;
+        this.robots = new Robots();
+        /** @type {number[]} */
+        this.radii = [];
+        /** @type {LightDescription[]} */
         this.lights = [];
-        // Numbers of the robots that the chosen one has heard.
+        // Numbers of the robots from which the chosen one has received messages.
+        /** @type {number[]} */
         this.neighbors = [];
+        /** @type {SpacePlace[]} */
         this.trail = [];
         this.hasTrails = false;
         this.trails = new Trails(this.scene);
         // Lines between two robots, and when they were drawn first; `null` while the run stands still.
+        /** @type {Messages} */
         this.messages = NO_MESSAGES;
+        /** @type {number | null} */
         this.flashed = null;
-        this.lines = {};
-        for (const kind of ["lost", "heard", "links", "stems"]) {
-            this.lines[kind] = this.scene.makeLines();
-        }
+        // Receivers at which messages collided.
+        /** @type {Set<number>} */
+        this.deaf = new Set();
+        const [lost, heard, links, stems] = Array.from({ length: 4 }, () => this.scene.makeLines());
+        this.lines = { lost, heard, links, stems };
         // Messages whose lines are drawn, and the robots at their ends have not moved since; else `null`.
+        /** @type {Messages | null} */
         this.drawn = null;
         // Ends of the line that somebody draws through the world, in mm.
+        /** @type {[Place, Place] | null} */
         this.cut = null;
         this.isCutting = false;
         // From 0 to 1 for each robot; `null`: by state.
+        /** @type {(number | null)[] | null} */
         this.shares = null;
         this.isStale = true;
-        this.readColours();
-        matchMedia("(prefers-color-scheme: dark)").addEventListener("change", () => this.readColours());
+        this.isFitted = true;
+        this.colours = readColours();
+        matchMedia("(prefers-color-scheme: dark)").addEventListener("change", () => {
+            this.colours = readColours();
+            this.changed();
+        });
         // What the parts beside the canvas show.
+        /** @type {Map<string, string | number | null>} */
         this.shown = new Map();
         new ResizeObserver(() => this.resized()).observe(canvas);
         const frame = () => {
-            if ((this.isStale || this.flashed !== null) && this.world && this.robots) {
+            if ((this.isStale || this.flashed !== null) && this.world) {
                 this.isStale = false;
                 this.draw();
             }
@@ -68,6 +101,10 @@ export class View {
         requestAnimationFrame(frame);
     }
 
+    /**
+     * @param {World} world
+     * @param {Robots} robots
+     */
     begin(world, robots) {
         this.world = world;
         this.lights = world.lights;
@@ -76,7 +113,7 @@ export class View {
         this.scene.setRadii(this.radii);
         this.obstacles.set(world.obstacles, world.size);
         // A world that was edited may have fewer robots.
-        const known = (robot) => (robot !== null && robot < this.radii.length ? robot : null);
+        const known = (/** @type {number | null} */ robot) => (robot !== null && robot < this.radii.length ? robot : null);
         this.chosen = known(this.chosen);
         this.compared = this.compared.map(known);
         this.hasFliers = false;
@@ -107,6 +144,7 @@ export class View {
         this.isStale = true;
     }
 
+    /** @param {number | null} robot */
     choose(robot) {
         this.chosen = robot;
         this.neighbors = [];
@@ -115,6 +153,7 @@ export class View {
     }
 
     // Compares a robot, or no more. Returns false if there is no place for it.
+    /** @param {number} robot */
     compare(robot) {
         const place = this.compared.indexOf(robot);
         const free = place >= 0 ? place : this.compared.indexOf(null);
@@ -126,6 +165,7 @@ export class View {
     }
 
     // The robots have moved; `isAnew` if the run was taken elsewhere.
+    /** @param {boolean} isAnew */
     sampled(isAnew) {
         if (isAnew) {
             this.trail = [];
@@ -146,12 +186,17 @@ export class View {
     }
 
     // From above, or in 3-D.
+    /** @param {boolean} isTilted */
     tilt(isTilted) {
-        this.camera.look(isTilted);
+        this.camera.setTilt(isTilted);
         this.fit();
     }
 
     // Angles in radians.
+    /**
+     * @param {number} turn
+     * @param {number} rise
+     */
     turnBy(turn, rise) {
         if (this.camera.isTilted) {
             this.camera.turnBy(turn, rise);
@@ -159,41 +204,27 @@ export class View {
         }
     }
 
-    // Lists of two robots each: messages that were heard, that collided and that were lost otherwise.
+    /** @param {Messages} messages */
     showMessages({ heard, collided, lost }, isPlaying = false) {
         this.messages = { heard, collided, lost };
         this.flashed = isPlaying ? performance.now() : null;
         this.changed();
     }
 
+    /** @param {(number | null)[] | null} shares from 0 to 1 for each robot; `null`: by state */
     paint(shares) {
         this.shares = shares;
         this.scene.setShares(shares);
         this.changed();
     }
 
-    readColours() {
-        const style = getComputedStyle(document.documentElement);
-        const colour = (name) => {
-            const hex = style.getPropertyValue(name).trim().slice(1);
-            return [0, 2, 4].map((at) => parseInt(hex.slice(at, at + 2), 16) / 255).concat(1);
-        };
-        this.colours = {
-            outside: colour("--outside"), ground: colour("--ground"), grid: colour("--grid"), edge: colour("--edge"),
-            obstacle: colour("--obstacle"), light: colour("--light"), chosen: colour("--mark"), link: colour("--accent"),
-            compared: COMPARED.map(colour),
-            states: ["--running", "--stopped", "--failed", "--faulted"].map(colour),
-        };
-        this.changed();
-    }
-
     draw() {
-        const { scene, colours } = this;
-        if (scene.width === 0 || scene.height === 0) {
+        const { scene, colours, world } = this;
+        if (!world || scene.width === 0 || scene.height === 0) {
             return;
         }
         scene.begin(this.camera, colours.outside);
-        this.drawGround();
+        this.drawGround(world);
         this.drawLinks();
         this.drawRobots();
         if (this.cut) {
@@ -203,10 +234,11 @@ export class View {
         this.showScale();
     }
 
-    drawGround() {
-        const { scene, colours, world } = this;
+    /** @param {World} world */
+    drawGround(world) {
+        const { scene, colours, dragged } = this;
         const [halfWidth, halfHeight] = world.size.map((side) => side / 2);
-        const lights = this.lights.map((light, lamp) => ({ ...light, at: this.dragged?.lamp === lamp ? this.dragged.at : light.at }));
+        const lights = this.lights.map((light, lamp) => ({ ...light, at: dragged?.lamp === lamp ? dragged.at : light.at }));
         scene.ground(halfWidth, halfHeight, colours.ground, () => {
             scene.grid(halfWidth, halfHeight, this.gridStep(), colours.grid);
             for (const { at, brightness } of lights) {
@@ -243,8 +275,8 @@ export class View {
     }
 
     placeMessages() {
-        const isThere = ([from, to]) => Math.max(from, to) < this.robots.count;
-        for (const kind of ["lost", "heard"]) {
+        const isThere = (/** @type {[number, number]} */ [from, to]) => Math.max(from, to) < this.robots.count;
+        for (const kind of /** @type {("lost" | "heard")[]} */ (["lost", "heard"])) {
             const pairs = this.messages[kind].filter(isThere);
             this.setLines(kind, pairs.map(([from, to]) => [this.spaceOf(from), this.spaceOf(to)]));
         }
@@ -253,6 +285,10 @@ export class View {
     }
 
     // Lines between pairs of places in mm.
+    /**
+     * @param {keyof View["lines"]} kind
+     * @param {SpacePlace[][]} pairs
+     */
     setLines(kind, pairs) {
         this.scene.setLines(this.lines[kind], Float32Array.from(pairs.flat(2), (mm) => 10 * mm));
     }
@@ -293,22 +329,36 @@ export class View {
         }
     }
 
+    /**
+     * @param {number} robot
+     * @param {number} size
+     * @param {Colour} colour
+     */
     ring(robot, size, colour) {
         const [x, y, z] = this.spaceOf(robot);
         this.scene.add(x, y, size, size, 0, SHAPES.ring, colour, z);
     }
 
     // By its share of the shown quantity, or its state.
+    /** @param {number} robot */
     colourOf(robot) {
         const share = this.shares?.[robot];
         return typeof share === "number" ? mix(share) : this.colours.states[this.robots.state[robot]];
     }
 
+    /**
+     * @param {number} mm
+     * @returns {Place}
+     */
     dot(mm) {
         const size = Math.max(mm, 4 / this.camera.scale);
         return [size, size];
     }
 
+    /**
+     * @param {number} robot
+     * @returns {Place}
+     */
     placeOf(robot) {
         if (this.dragged?.robot === robot) {
             return this.dragged.at;
@@ -317,6 +367,10 @@ export class View {
     }
 
     // With its height.
+    /**
+     * @param {number} robot
+     * @returns {SpacePlace}
+     */
     spaceOf(robot) {
         return [...this.placeOf(robot), this.robots.z[robot] / 10];
     }
@@ -325,7 +379,7 @@ export class View {
     gridStep() {
         const least = 40 / this.camera.scale;
         const power = 10 ** Math.floor(Math.log10(least));
-        return [1, 2, 5, 10].map((times) => times * power).find((step) => step >= least);
+        return [1, 2, 5].map((times) => times * power).find((step) => step >= least) ?? 10 * power;
     }
 
     showScale() {
@@ -336,7 +390,7 @@ export class View {
         this.show("bar-text", `${step} mm`, (place, text) => {
             place.textContent = text;
         });
-        let shown = null;
+        let shown = "";
         if (this.chosen !== null) {
             const [right, up] = this.camera.project(...this.spaceOf(this.chosen));
             const away = this.radii[this.chosen] * this.camera.scale + 6;
@@ -345,8 +399,8 @@ export class View {
             shown = [this.robots.ids[this.chosen], left, top].join(" ");
         }
         this.show("name", shown, (name) => {
-            name.hidden = shown === null;
-            const [id, left, top] = shown?.split(" ") ?? ["", 0, 0];
+            name.hidden = shown === "";
+            const [id = "", left = 0, top = 0] = shown.split(" ");
             name.textContent = id;
             name.style.left = `${left}px`;
             name.style.top = `${top}px`;
@@ -354,6 +408,12 @@ export class View {
     }
 
     // Sets a part of the page only when something else is to be shown there, because the browser then computes its style anew.
+    /**
+     * @template {string | number} Value
+     * @param {string} id
+     * @param {Value} value
+     * @param {(element: HTMLElement, value: Value) => void} set
+     */
     show(id, value, set) {
         if (this.shown.get(id) !== value) {
             this.shown.set(id, value);
@@ -362,17 +422,21 @@ export class View {
     }
 
     // From a place on the screen to mm, at a height.
+    /** @param {{ clientX: number, clientY: number }} place */
     toWorld({ clientX, clientY }, z = 0) {
         const box = this.canvas.getBoundingClientRect();
         return this.camera.placeAt(clientX - box.left - box.width / 2, box.top + box.height / 2 - clientY, z);
     }
 
     // The robot that is seen nearest to a place on the ground, within some pixels.
+    /** @param {Place} place */
     robotAt([x, y]) {
         const { camera } = this;
         const [right, up] = camera.project(x, y);
-        let [found, least] = [null, Infinity];
-        for (let robot = 0; robot < (this.robots?.count ?? 0); robot++) {
+        /** @type {number | null} */
+        let found = null;
+        let least = Infinity;
+        for (let robot = 0; robot < this.robots.count; robot++) {
             const [itsRight, itsUp] = camera.project(...this.spaceOf(robot));
             const away = Math.hypot(itsRight - right, itsUp - up);
             const reach = this.radii[robot] * camera.scale + 6;
@@ -383,6 +447,7 @@ export class View {
         return found;
     }
 
+    /** @param {Place} place */
     lampAt([x, y]) {
         const found = this.lights.findIndex(({ at }) => Math.hypot(at[0] - x, at[1] - y) < Math.max(14, 12 / this.camera.scale));
         return found < 0 ? null : found;
@@ -395,6 +460,10 @@ export class View {
         this.canvas.focus();
     }
 
+    /**
+     * @param {Place} from
+     * @param {Place} to
+     */
     idsLeftOf([x, y], [toX, toY]) {
         const { robots } = this;
         return robots.ids.filter((_, robot) => {
@@ -403,6 +472,10 @@ export class View {
         });
     }
 
+    /**
+     * @param {number} right
+     * @param {number} down
+     */
     pan(right, down) {
         this.camera.pan(right, down);
         this.isFitted = false;
@@ -410,6 +483,10 @@ export class View {
     }
 
     // A place stays where it is on the screen.
+    /**
+     * @param {number} factor
+     * @param {Place} [place]
+     */
     zoom(factor, place) {
         this.camera.zoom(factor, place);
         this.isFitted = false;
@@ -417,11 +494,32 @@ export class View {
     }
 }
 
+// The colours of the style sheet.
+function readColours() {
+    const style = getComputedStyle(document.documentElement);
+    /** @type {(name: string) => Colour} */
+    const colour = (name) => {
+        const hex = style.getPropertyValue(name).trim().slice(1);
+        return [0, 2, 4].map((at) => parseInt(hex.slice(at, at + 2), 16) / 255).concat(1);
+    };
+    return {
+        outside: colour("--outside"), ground: colour("--ground"), grid: colour("--grid"), edge: colour("--edge"),
+        obstacle: colour("--obstacle"), light: colour("--light"), chosen: colour("--mark"), link: colour("--accent"),
+        compared: COMPARED.map(colour),
+        states: ["--running", "--stopped", "--failed", "--faulted"].map(colour),
+    };
+}
+
+/**
+ * @param {Colour} colour
+ * @param {number} alpha
+ */
 function fade(colour, alpha) {
     return [...colour.slice(0, 3), alpha];
 }
 
 // The colour of a share from 0 to 1.
+/** @param {number} share */
 function mix(share) {
     const at = share * (PALETTE.length - 1);
     const low = Math.min(Math.floor(at), PALETTE.length - 2);
