@@ -36,7 +36,7 @@ fn setup(name: &str, more: &str) -> Arc<Setup> {
 
 /// The quantities of all robots at a tick.
 #[derive(Clone, Debug)]
-struct Look {
+struct SwarmSample {
     tick: u64,
     number: Vec<Option<f64>>,
     steps: Vec<Option<f64>>,
@@ -45,13 +45,13 @@ struct Look {
     lists: f64,
 }
 
-impl Look {
+impl SwarmSample {
     fn of(run: &Simulation) -> Self {
         let setup = run.setup().clone();
         let numbers = |quantity: usize| run.numbers(&setup.plots()[quantity]);
         let sum = |quantity| numbers(quantity).into_iter().flatten().sum();
         let [number, steps, neighbors] = [0, 1, 2].map(numbers);
-        Look { tick: run.now(), number, steps, neighbors, words: sum(3), lists: sum(4) }
+        SwarmSample { tick: run.now(), number, steps, neighbors, words: sum(3), lists: sum(4) }
     }
 
     /// Puts of robot 0. Tick 0 has no step; the first put is in tick 100.
@@ -71,42 +71,42 @@ impl Look {
     }
 }
 
-/// Runs a world; looks just before each put, and at the end.
-fn run(name: &str, more: &str) -> (Vec<Look>, Summary) {
+/// Runs a world and takes a sample just before each put, and at the end.
+fn run(name: &str, more: &str) -> (Vec<SwarmSample>, Summary) {
     let mut run = Simulation::new(setup(name, more), 1, 1).unwrap();
-    let mut looks = Vec::new();
+    let mut samples = Vec::new();
     while !run.is_over() {
         run.tick().unwrap();
         if run.now().is_multiple_of(PUT_EVERY) {
-            looks.push(Look::of(&run));
+            samples.push(SwarmSample::of(&run));
         }
     }
-    (looks, run.summary())
+    (samples, run.summary())
 }
 
 /// Every script made all of its steps without a fault, and all agree at the end.
-fn survives((looks, summary): &(Vec<Look>, Summary)) {
+fn survives((samples, summary): &(Vec<SwarmSample>, Summary)) {
     assert_eq!(summary.fault_counts, FaultCounts::default());
-    let last = looks.last().unwrap();
+    let last = samples.last().unwrap();
     assert_eq!(last.steps, [Some(899.0); ROBOTS]);
     assert!(last.agrees(), "{last:?}");
 }
 
-fn during(looks: &[Look]) -> impl Iterator<Item = &Look> {
-    looks.iter().filter(|look| (FROM + PUT_EVERY..=UNTIL).contains(&look.tick))
+fn during(samples: &[SwarmSample]) -> impl Iterator<Item = &SwarmSample> {
+    samples.iter().filter(|sample| (FROM + PUT_EVERY..=UNTIL).contains(&sample.tick))
 }
 
-fn keeps_up((looks, _): &(Vec<Look>, Summary)) {
+fn keeps_up((samples, _): &(Vec<SwarmSample>, Summary)) {
     let mut count = 0;
-    for look in during(looks) {
-        assert!(look.keeps_up(), "{look:?}");
+    for sample in during(samples) {
+        assert!(sample.keeps_up(), "{sample:?}");
         count += 1;
     }
     assert_eq!(count, 4);
 }
 
 #[test]
-fn without_an_adversary_all_agree() {
+fn robots_agree_without_an_adversary() {
     let quiet = run("no_adversary", "");
     survives(&quiet);
     keeps_up(&quiet);
@@ -193,7 +193,7 @@ fn replay() {
 fn forged_clock() {
     let ended = run("forged_clock", &adversary("\"forged-clock\""));
     survives(&ended);
-    assert!(during(&ended.0).any(|look| !look.keeps_up()));
+    assert!(during(&ended.0).any(|sample| !sample.keeps_up()));
 }
 
 /// The limit: a value of a type that the script uses is believed, here an integer. Others are discarded.
@@ -203,8 +203,8 @@ fn poison() {
     survives(&ended);
     assert!(ended.1.unusable.malformed > 100, "{:?}", ended.1.unusable);
     let is_number = |number: &Option<f64>| number.is_some();
-    for look in during(&ended.0) {
-        assert!(look.number.iter().all(is_number), "{look:?}");
+    for sample in during(&ended.0) {
+        assert!(sample.number.iter().all(is_number), "{sample:?}");
     }
 }
 
@@ -214,8 +214,8 @@ fn invented_ids() {
     survives(&ended);
     keeps_up(&ended);
     let (quiet, _) = run("no_invented_ids", "");
-    let most = |looks: &[Look]| {
-        let counts = during(looks).flat_map(|look| look.neighbors.iter().flatten().copied());
+    let most = |samples: &[SwarmSample]| {
+        let counts = during(samples).flat_map(|sample| sample.neighbors.iter().flatten().copied());
         counts.fold(0.0, f64::max)
     };
     assert!(most(&quiet) <= 8.0);
@@ -232,13 +232,13 @@ fn held_fragments() {
     survives(&ended);
     keeps_up(&ended);
     let (quiet, _) = run("no_held_fragments", "");
-    let lists = |looks: &[Look], from: u64, until: u64| {
-        let at = |tick| looks.iter().find(|look| look.tick == tick).unwrap().lists;
+    let lists = |samples: &[SwarmSample], from: u64, until: u64| {
+        let at = |tick| samples.iter().find(|sample| sample.tick == tick).unwrap().lists;
         at(until) - at(from)
     };
-    let [held, normal] = [&ended.0, &quiet].map(|looks| lists(looks, FROM, UNTIL));
+    let [held, normal] = [&ended.0, &quiet].map(|samples| lists(samples, FROM, UNTIL));
     assert!(held < 0.8 * normal, "{held} of {normal}");
-    let [after, normal] = [&ended.0, &quiet].map(|looks| lists(looks, UNTIL, 900));
+    let [after, normal] = [&ended.0, &quiet].map(|samples| lists(samples, UNTIL, 900));
     // The room may be held for 16 s of these 30 s.
     assert!(after > 0.3 * normal, "{after} of {normal}");
 }
@@ -255,7 +255,7 @@ fn same_id() {
 
 /// An adversary hears what a robot there would hear: one that nobody reaches has nothing to replay.
 #[test]
-fn who_hears_nothing_replays_nothing() {
+fn an_adversary_out_of_range_replays_nothing() {
     let far = "[[adversary]]\nkind = \"replay\"\nat = [-450, -450]\n";
     let (alone, quiet) = (run("alone", far), run("not_alone", ""));
     assert_eq!(alone.1.statistics, quiet.1.statistics);
@@ -288,7 +288,7 @@ fn adversaries_are_deterministic() {
 
 /// A command begins what a section does.
 #[test]
-fn an_adversary_is_a_command() {
+fn a_command_can_add_an_adversary() {
     let text = "adversary = { kind = \"replay\", at = [30, 30], until = 60 }";
     let mut run = Simulation::new(setup("commanded_adversary", ""), 1, 1).unwrap();
     let mut digests = Vec::new();

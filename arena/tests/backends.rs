@@ -44,7 +44,7 @@ fn parse(text: &str) -> Result<Scenario, Vec<ScenarioError>> {
 }
 
 /// `8:1: message | help`
-fn told(error: &ScenarioError) -> String {
+fn printed(error: &ScenarioError) -> String {
     let place = error.place.as_ref().unwrap();
     let help = error.help().unwrap_or_default();
     format!("{}:{}: {error} | {help}", place.line, place.column)
@@ -54,7 +54,7 @@ fn told(error: &ScenarioError) -> String {
 fn error(text: &str) -> String {
     let errors = parse(text).err().unwrap_or_default();
     assert_eq!(errors.len(), 1, "{errors:#?}\n{text}");
-    told(&errors[0])
+    printed(&errors[0])
 }
 
 fn assert_error(parts: &[&str], place: &str, expected: &[&str]) {
@@ -81,7 +81,7 @@ fn a_group_runs_in_a_virtual_machine_or_on_its_firmware() {
 }
 
 #[test]
-fn what_nobody_emulates_is_refused() {
+fn robots_without_an_emulator_are_refused() {
     assert_error(
         &[WORLD, EMULATED, NAMELESS, "backend = \"firmware\"\n"],
         "18:11",
@@ -131,7 +131,7 @@ fn what_nobody_emulates_is_refused() {
 }
 
 #[test]
-fn loss_on_the_emulated_air_is_the_same_everywhere() {
+fn emulated_links_must_have_equal_loss() {
     let uneven = WORLD.replace("loss = 0.1", "loss = [0.1, 0.2]");
     assert_error(&[&uneven, EMULATED], "6:8", &["`loss = [near, far]` cannot be had"]);
     parse(&[&uneven, SIMULATED].concat()).unwrap();
@@ -141,7 +141,7 @@ fn loss_on_the_emulated_air_is_the_same_everywhere() {
 }
 
 #[test]
-fn missing_firmware_is_told_with_how_to_build_it() {
+fn an_error_about_missing_firmware_says_how_to_build_it() {
     assert_error(
         &[WORLD, &EMULATED.replace("zooids.elf", "none.elf")],
         "13:12",
@@ -154,35 +154,37 @@ fn missing_firmware_is_told_with_how_to_build_it() {
     let errors =
         Scenario::parse(&text, "s.toml", Path::new("/"), &[], &bittybuzz_robot_models::all())
             .unwrap_err();
-    let told: Vec<String> = errors.iter().map(told).collect();
+    let printed: Vec<String> = errors.iter().map(printed).collect();
     assert!(
-        told.iter().any(|error| error.starts_with("12:11: cannot use firmware `firmware/zooids/")
-            && error.contains("cargo xtask build zooids")),
-        "{told:#?}"
+        printed
+            .iter()
+            .any(|error| error.starts_with("12:11: cannot use firmware `firmware/zooids/")
+                && error.contains("cargo xtask build zooids")),
+        "{printed:#?}"
     );
 }
 
 #[test]
-fn light_between_emulated_kilobots_is_neither_doubled_nor_held_back() {
+fn emulated_infrared_has_no_duplication_or_reordering() {
     let kilobots = [KILOBOTS, "backend = \"firmware\"\nfirmware = \"other.elf\"\n"].concat();
     let world = WORLD.replace("nrf24", "ir");
     parse(&(world.replace("0.1", "[0.1, 0.2]") + &kilobots)).unwrap();
     let world = world.replace("loss", "duplication");
     assert_error(&[&world, &kilobots], "6:15", &["`duplication` cannot be had"]);
     let errors = script::setup_errors(&FOLDER, &[WORLD, SIMULATED, &kilobots].concat());
-    assert!(told(&errors[0]).contains("not a 32-bit ELF file"), "{errors:?}");
+    assert!(printed(&errors[0]).contains("not a 32-bit ELF file"), "{errors:?}");
 }
 
 #[test]
-fn what_is_no_firmware_is_told_before_the_run() {
+fn invalid_firmware_is_an_error_before_the_run() {
     let errors = script::setup_errors(&FOLDER, &[WORLD, EMULATED].concat());
-    let told: Vec<String> = errors.iter().map(told).collect();
-    assert_eq!(told.len(), 1, "{told:?}");
-    assert!(told[0].starts_with("12:11: cannot use firmware `"), "{told:?}");
+    let printed: Vec<String> = errors.iter().map(printed).collect();
+    assert_eq!(printed.len(), 1, "{printed:?}");
+    assert!(printed[0].starts_with("12:11: cannot use firmware `"), "{printed:?}");
 }
 
 #[test]
-fn zooids_that_would_not_hear_each_other_are_refused() {
+fn zooids_with_different_backends_are_refused() {
     assert_error(
         &[WORLD, EMULATED, SIMULATED],
         "14:1",
@@ -215,7 +217,7 @@ fn zooids_that_would_not_hear_each_other_are_refused() {
 }
 
 #[test]
-fn events_that_an_emulator_cannot_make_are_refused() {
+fn events_that_an_emulator_does_not_support_are_refused() {
     let event = |action: &str| format!("[[event]]\nat = 1\n{action}\n");
     for (action, column) in [("stop = \"zooids\"", 8), ("resume = 1", 10)] {
         let (key, _) = action.split_once(' ').unwrap();
@@ -250,7 +252,7 @@ fn events_that_an_emulator_cannot_make_are_refused() {
 }
 
 #[test]
-fn what_is_in_a_robots_memory_is_not_seen() {
+fn script_state_of_emulated_robots_cannot_be_read() {
     let expect = |robots: &str, value: &str| {
         format!("[[expect]]\nat = 1\nrobots = {robots}\nvalue = \"{value}\"\nequals = 0\n")
     };

@@ -27,7 +27,7 @@ fn a_kilobot_goes_straight_at_10_mm_per_second() {
 }
 
 #[test]
-fn a_kilobot_turns_about_a_leg_that_stays() {
+fn a_kilobot_turns_about_one_leg() {
     for (motors, side) in [((70, 0), 1.0), ((0, 70), -1.0)] {
         let mut world = World::new(exact()).unwrap();
         let id = kilobot(&mut world, 5.0, -3.0, 0.3, Probe::driving(motors.0, motors.1));
@@ -68,7 +68,7 @@ fn the_effect_is_linear_in_the_duty() {
 
 /// What both motors have in common drives, what the left has more turns left.
 #[test]
-fn unlike_motors_make_a_curve() {
+fn different_motor_gains_make_a_curve() {
     let mut world = World::new(exact()).unwrap();
     let id = kilobot(&mut world, 0.0, 0.0, 0.0, Probe::driving(77, 70));
     run(&mut world, 10);
@@ -76,7 +76,7 @@ fn unlike_motors_make_a_curve() {
 }
 
 #[test]
-fn turn_rates_differ_by_10_percent() {
+fn kilobot_turn_rates_differ_by_10_percent() {
     let mut settings =
         Settings { seed: 5, area: Area { width: 10_000.0, height: 10_000.0 }, ..exact() };
     settings.kilobot.turn_sigma = 0.1;
@@ -104,7 +104,7 @@ fn turn_rates_differ_by_10_percent() {
 
 /// 13 %: 1.3 mm/s of 10 mm/s.
 #[test]
-fn speeds_differ_by_13_percent() {
+fn kilobot_speeds_differ_by_13_percent() {
     let mut settings =
         Settings { seed: 6, area: Area { width: 10_000.0, height: 10_000.0 }, ..exact() };
     settings.kilobot.speed_sigma = KilobotModel::STANDARD.speed_sigma;
@@ -182,7 +182,7 @@ fn a_zooid_drives_arcs() {
 
 /// The projector's stripes are 0.92 mm wide, the diodes 19.6 mm apart.
 #[test]
-fn a_zooid_knows_where_it_is_to_a_stripe() {
+fn a_zooid_estimates_its_position_to_one_stripe() {
     let mut world = World::new(exact()).unwrap();
     let ids: Vec<_> = (0..200)
         .map(|i| {
@@ -206,7 +206,7 @@ fn a_zooid_knows_where_it_is_to_a_stripe() {
 
 /// What the robot knows is one frame of the projector (13.65 ms) old.
 #[test]
-fn a_moving_zooid_knows_where_it_was() {
+fn a_moving_zooid_has_a_late_position_estimate() {
     let mut world = World::new(exact()).unwrap();
     let id = zooid(&mut world, 0.0, 0.0, 60, 60);
     for _ in 0..10 {
@@ -242,7 +242,7 @@ fn a_crazyflie_follows_with_a_lag() {
 }
 
 #[test]
-fn a_crazyflie_keeps_its_limits() {
+fn a_crazyflie_respects_its_limits() {
     let settings = exact();
     let mut world = World::new(settings).unwrap();
     let id = hovering(&mut world, -1500.0, 500.0, Probe::flying(5000.0, 0.0, 0.0));
@@ -329,7 +329,7 @@ fn lighthouse_does_not_drift() {
 }
 
 #[test]
-fn without_positioning_it_knows_nothing() {
+fn a_robot_without_positioning_has_no_estimate() {
     let mut settings = exact();
     settings.crazyflie.positioning = Positioning::None;
     let mut world = World::new(settings).unwrap();

@@ -365,7 +365,7 @@ fn calls_are_as_deep_as_the_recursion() {
 
 /// A cell, which is seven slots, for each empty table that can be reached.
 #[test]
-fn tables_take_slots_and_garbage_takes_none() {
+fn the_peak_counts_tables_but_not_garbage() {
     let peak = |body: &str| {
         let script = format!("a = nil b = nil c = nil i = 0\nfunction init() {{ {body} }}\n");
         findings::<Tiny>(&script, 0).slots.unwrap().value
@@ -379,7 +379,7 @@ fn tables_take_slots_and_garbage_takes_none() {
 
 /// The peak is the least memory with which the script runs.
 #[test]
-fn a_script_runs_with_as_many_slots_as_its_peak_and_not_with_one_less() {
+fn a_script_needs_exactly_as_many_slots_as_its_peak() {
     fn check<P: Profile>() {
         let scripts = [
             "t = {} i = 0 while(i < 30) { t[i] = i i = i + 1 }",
@@ -414,7 +414,7 @@ fn entries_of_stigmergies_are_counted() {
 
 /// Slices end at the same instruction, whatever their budget: after text, in callbacks, waits and faults.
 #[test]
-fn slices_end_where_they_would_without_checks() {
+fn checks_do_not_change_the_end_of_a_slice() {
     fn check<P: Profile>(scripts: &[&str]) {
         for script in scripts {
             let (image, _) = compiled::<P>(script);
@@ -452,7 +452,7 @@ fn slices_end_where_they_would_without_checks() {
 
 /// All that can be seen of a world is the same, tick by tick.
 #[test]
-fn a_world_is_the_same_with_checks() {
+fn checks_do_not_change_the_world() {
     let plain = busy::setup("checks", "");
     let checked = Arc::into_inner(busy::setup("checks", "")).unwrap().checked(|_| None);
     let mut without = Simulation::new(plain, 5, 1).unwrap();
@@ -469,7 +469,7 @@ fn a_world_is_the_same_with_checks() {
 
 /// Text uses up the budget of a tick, so that a step lasts for several. Checks must not change how many.
 #[test]
-fn a_world_full_of_text_is_the_same_with_checks() {
+fn checks_do_not_change_a_world_that_prints_much_text() {
     let script = "s = \"0123456789\" n = 0\nfunction step() {\n  n = n + 1\n  var i = 0\n\
                   while(i < 3000) { i = i + 1 var t = string.concat(s, s, s) }\n  log(n)\n}\n";
     let folder = script::folder("checks_text", &[("s.bzz", script)]);

@@ -52,7 +52,7 @@ impl Run {
 }
 
 #[test]
-fn a_fast_clock_makes_more_steps() {
+fn a_robot_with_a_fast_clock_makes_more_steps() {
     let folder = folder("skew", &[("s.bzz", SCRIPT)]);
     for (skew, steps) in [("0", 999.0), ("10", 1099.0), ("-10", 899.0), ("0.1", 1000.0)] {
         let run = Run::of(&folder, &world(&format!("clock_skew = {skew}"), 3, 100, ""));
@@ -75,7 +75,7 @@ fn each_robot_has_a_clock_of_its_own() {
 }
 
 #[test]
-fn an_exact_clock_is_that_of_the_world() {
+fn a_clock_without_skew_is_exact() {
     let folder = folder("exact", &[("s.bzz", SCRIPT)]);
     let [without, with] =
         ["", "clock_skew = 0"].map(|keys| Run::of(&folder, &world(keys, 9, 20, "")));
@@ -84,7 +84,7 @@ fn an_exact_clock_is_that_of_the_world() {
 
 /// `delay` counts by the robot's clock: its ten seconds are 8.3 s of the world when it is fast by 20 %, 12.5 s when it is slow.
 #[test]
-fn delays_go_by_the_clock() {
+fn delays_follow_the_robot_clock() {
     let script = "function step() { delay(10000) log(\"on\") }\n";
     let folder = folder("delays", &[("s.bzz", script)]);
     for (skew, ends) in [("0", 5), ("20", 6), ("-20", 4)] {
@@ -94,7 +94,7 @@ fn delays_go_by_the_clock() {
 }
 
 #[test]
-fn a_brown_out_loses_memory_and_the_script_begins_anew() {
+fn a_brown_out_clears_memory_and_restarts_the_script() {
     let folder = folder("brown_out", &[("s.bzz", SCRIPT)]);
     let events = "[[event]]\nat = 4\nstop = 2\n[[event]]\nat = 4\nfail = 3\n[[event]]\nat = 5\nbrown_out = [1, 2, 3]\n";
     let run = Run::of(&folder, &world("", 5, 10, events));
@@ -109,7 +109,7 @@ fn a_brown_out_loses_memory_and_the_script_begins_anew() {
 
 /// Every robot has one in 5 s on average: 240 of 20 robots in a minute, with a deviation of 15.5.
 #[test]
-fn brown_outs_come_by_chance() {
+fn random_brown_outs_restart_robots() {
     let folder = folder("brown_outs", &[("s.bzz", SCRIPT)]);
     let text = world("brown_out_every = 5", 20, 60, "");
     let run = Run::of(&folder, &text);

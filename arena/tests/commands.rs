@@ -101,14 +101,14 @@ fn copy(seed: u64, folder: &str) {
 }
 
 #[test]
-fn a_session_is_a_scenario() {
+fn a_session_equals_the_scenario_of_its_commands() {
     for seed in 0..20 {
         replay(seed, "session");
     }
 }
 
 #[test]
-fn a_copied_session_goes_on() {
+fn a_copied_session_continues_equally() {
     for seed in 0..20 {
         copy(seed, "copied");
     }
@@ -117,7 +117,7 @@ fn a_copied_session_goes_on() {
 /// Half a minute: `cargo test --locked --release -p bittybuzz-arena --test arena commands:: -- --ignored`.
 #[test]
 #[ignore = "takes half a minute with optimisation"]
-fn a_thousand_sessions_are_scenarios() {
+fn a_thousand_random_sessions_equal_their_scenarios() {
     for seed in 0..1000 {
         replay(seed, "sessions");
     }
@@ -126,7 +126,7 @@ fn a_thousand_sessions_are_scenarios() {
 /// As long, by the same command.
 #[test]
 #[ignore = "takes half a minute with optimisation"]
-fn a_thousand_copied_sessions_go_on() {
+fn a_thousand_copied_sessions_continue_equally() {
     for seed in 1000..2000 {
         copy(seed, "copies");
     }
@@ -158,9 +158,9 @@ fn bad_commands_are_refused_and_change_nothing() {
         ("fail = ", "not TOML"),
     ] {
         let errors = run.command(text).unwrap_err();
-        let told: String =
+        let printed: String =
             errors.iter().map(|error| format!("{error}\n{:?}\n", error.help())).collect();
-        assert!(told.contains(reason), "{text}: {told}");
+        assert!(printed.contains(reason), "{text}: {printed}");
     }
     assert_eq!(run.commands(), "");
     let mut untouched = Simulation::new(setup, 5, 1).unwrap();

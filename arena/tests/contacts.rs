@@ -29,7 +29,7 @@ fn middle(world: &World<Probe>) -> (f64, f64) {
 }
 
 #[test]
-fn two_robots_share_the_way_apart() {
+fn overlapping_robots_move_apart_equally() {
     let mut world = World::new(exact()).unwrap();
     let a = kilobot(&mut world, -10.0, 0.0, 0.0, Probe::default());
     let b = kilobot(&mut world, 10.0, 0.0, 0.0, Probe::default());
@@ -43,7 +43,7 @@ fn two_robots_share_the_way_apart() {
 
 /// Who pushes on is in contact all the time, but has begun once.
 #[test]
-fn a_contact_begins_once() {
+fn a_lasting_contact_counts_once() {
     let mut world = World::new(exact()).unwrap();
     kilobot(&mut world, -20.0, 0.0, 0.0, Probe::driving(70, 70));
     kilobot(&mut world, 20.0, 0.0, std::f32::consts::PI, Probe::driving(70, 70));
@@ -55,7 +55,7 @@ fn a_contact_begins_once() {
 }
 
 #[test]
-fn a_heap_spreads_and_its_middle_stays() {
+fn a_heap_of_robots_spreads_around_its_middle() {
     let mut world = World::new(Settings { seed: 3, ..exact() }).unwrap();
     let mut stream = Stream::for_brain(3, 0);
     for _ in 0..300 {
@@ -72,7 +72,7 @@ fn a_heap_spreads_and_its_middle_stays() {
 }
 
 #[test]
-fn robots_at_one_place_find_apart() {
+fn robots_at_the_same_place_move_apart() {
     let mut world = World::new(exact()).unwrap();
     for _ in 0..20 {
         kilobot(&mut world, 1.0, 2.0, 0.0, Probe::default());
@@ -115,7 +115,7 @@ fn a_full_box_stays_within_its_walls() {
 
 /// Whoever overlaps with somebody, by all pairs, is in contact, and nobody else.
 #[test]
-fn the_grid_finds_what_all_pairs_find() {
+fn the_grid_finds_the_same_contacts_as_all_pairs() {
     for seed in 0..20 {
         let area = Area { width: 1500.0, height: 700.0 };
         let mut world = World::new(Settings { seed, area, ..exact() }).unwrap();
@@ -194,7 +194,7 @@ fn distance_to(obstacle: &Obstacle, x: f32, y: f32) -> f32 {
 
 /// Robots of all speeds wander among obstacles of all kinds and never get into one.
 #[test]
-fn nobody_enters_an_obstacle() {
+fn robots_cannot_enter_obstacles() {
     let area = Area { width: 1500.0, height: 1500.0 };
     let mut world = World::new(Settings { area, ..exact() }).unwrap();
     let obstacles = [
@@ -241,7 +241,7 @@ fn nobody_enters_an_obstacle() {
 }
 
 #[test]
-fn a_robot_put_into_an_obstacle_comes_out() {
+fn a_robot_placed_in_an_obstacle_is_pushed_out() {
     let mut world = World::new(exact()).unwrap();
     world.add_obstacle(Obstacle::Box { x: 0.0, y: 0.0, width: 200.0, height: 100.0 });
     let id = kilobot(&mut world, 20.0, 30.0, 0.0, Probe::default());
@@ -251,7 +251,7 @@ fn a_robot_put_into_an_obstacle_comes_out() {
 }
 
 #[test]
-fn who_flies_over_others_touches_nobody() {
+fn a_robot_flying_over_others_has_no_contact() {
     let mut world = World::new(exact()).unwrap();
     kilobot(&mut world, 0.0, 0.0, 0.0, Probe::default());
     let over = Pose { z: 300.0, ..Pose::new(0.0, 0.0, 0.0) };
@@ -262,7 +262,7 @@ fn who_flies_over_others_touches_nobody() {
 }
 
 #[test]
-fn a_robot_that_is_taken_away_arrives() {
+fn a_moved_robot_arrives_at_its_new_place() {
     let mut world = World::new(exact()).unwrap();
     let id = kilobot(&mut world, 0.0, 0.0, 0.0, Probe::default());
     world.move_to(id, Pose::new(300.0, -200.0, 1.0)).unwrap();

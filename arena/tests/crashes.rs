@@ -17,7 +17,7 @@ fn view(world: &World<Probe>, id: RobotId) -> RobotView {
 /// Two that meet head on at 300 mm/s each, 940 mm from each other, with radii of 60 mm: they touch after 820 / 600 = 1.4 s, and
 /// 1.5 s more with the lag. From 500 mm a body falls in 0.3 s.
 #[test]
-fn two_that_meet_in_the_air_crash_and_fall() {
+fn robots_that_collide_in_the_air_crash_and_fall() {
     let mut world = World::new(exact()).unwrap();
     let one = crazyflie(&mut world, -470.0, 0.0, 500.0, Probe::flying(300.0, 0.0, 0.0));
     let other = crazyflie(&mut world, 470.0, 0.0, 500.0, Probe::flying(-300.0, 0.0, 0.0));
@@ -86,7 +86,7 @@ fn contacts_below_the_crash_speed_do_no_harm() {
 
 /// A robot that is put into another one's way has no speed by that.
 #[test]
-fn moving_a_robot_is_no_speed() {
+fn moving_a_robot_by_a_command_is_no_crash() {
     let mut settings = exact();
     settings.crazyflie.crash_speed = 200.0;
     let mut world = World::new(settings).unwrap();

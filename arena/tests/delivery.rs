@@ -6,7 +6,7 @@ use bittybuzz_arena::engine::{Infrared, Loss, Medium, Pose, RobotId, RobotState}
 
 /// Azimuth and elevation as the receiver sees them, in all quadrants.
 #[test]
-fn flying_robots_see_each_other_where_they_are() {
+fn flying_robots_receive_the_direction_of_senders() {
     let mut world = World::new(exact()).unwrap();
     let at = |x, y, z, heading| Pose { z, ..Pose::new(x, y, heading) };
     let hover = || Probe { talks: true, ..Probe::flying(0.0, 0.0, 0.0) };
@@ -24,9 +24,9 @@ fn flying_robots_see_each_other_where_they_are() {
         for (other, other_pose) in
             poses.iter().enumerate().filter(|(other, _)| *other != usize::from(id.0))
         {
-            let said =
-                probe(&world, id).heard.iter().rfind(|said| usize::from(said.from()) == other);
-            let sighting = said.unwrap().sighting;
+            let frame =
+                probe(&world, id).received.iter().rfind(|frame| usize::from(frame.from()) == other);
+            let sighting = frame.unwrap().sighting;
             assert_eq!(sighting.robot, Some(RobotId(other as u16)));
             let [distance, azimuth, elevation] = sighting.place().unwrap();
             // Back from the receiver's frame to the world.
@@ -47,21 +47,21 @@ fn a_robot_on_the_left_has_a_positive_azimuth() {
     let id = world.add(RobotKind::Zooid, looks_up, Probe::default()).unwrap();
     world.add(RobotKind::Zooid, Pose::new(-300.0, 0.0, 0.0), Probe::talking()).unwrap();
     run(&mut world, 5);
-    let [distance, azimuth, elevation] = probe(&world, id).heard[0].sighting.place().unwrap();
+    let [distance, azimuth, elevation] = probe(&world, id).received[0].sighting.place().unwrap();
     close(distance, 300.0, 1.0);
     close(azimuth, std::f32::consts::FRAC_PI_2, 0.05);
     assert_eq!(elevation, 0.0);
 }
 
 #[test]
-fn without_a_position_a_sender_has_no_place() {
+fn frames_of_a_sender_without_estimate_have_no_position() {
     let mut settings = exact();
     settings.crazyflie.positioning = bittybuzz_crazyflie_model::Positioning::None;
     let mut world = World::new(settings).unwrap();
     crazyflie(&mut world, 0.0, 0.0, Probe::talking());
     let id = crazyflie(&mut world, 500.0, 0.0, Probe::default());
     run(&mut world, 5);
-    let sighting = probe(&world, id).heard[0].sighting;
+    let sighting = probe(&world, id).received[0].sighting;
     assert_eq!((sighting.robot, sighting.place()), (Some(RobotId(0)), None));
 }
 
@@ -71,16 +71,16 @@ fn partitions_and_blocked_links() {
     let a = kilobot(&mut world, 0.0, 0.0, 0.0, Probe::talking());
     let b = kilobot(&mut world, 60.0, 0.0, 0.0, Probe::talking());
     let c = kilobot(&mut world, 0.0, 60.0, 0.0, Probe::talking());
-    let heard = |world: &World<Probe>| {
-        [(a, b), (b, a), (a, c), (c, a), (b, c)].map(|(by, of)| probe(world, by).heard_from(of))
+    let received = |world: &World<Probe>| {
+        [(a, b), (b, a), (a, c), (c, a), (b, c)].map(|(by, of)| probe(world, by).received_from(of))
     };
     let mut before = [0; 5];
     let mut passed = |world: &mut World<Probe>| {
         // What is on its way arrives.
         run(world, 1);
-        before = heard(world);
+        before = received(world);
         run(world, 100);
-        let now = heard(world);
+        let now = received(world);
         [0, 1, 2, 3, 4].map(|i| now[i] > before[i])
     };
     assert_eq!(passed(&mut world), [true; 5]);
@@ -93,7 +93,7 @@ fn partitions_and_blocked_links() {
     assert_eq!(passed(&mut world), [true; 5]);
 }
 
-/// A robot in another partition is neither heard nor sensed nor does it disturb.
+/// Frames from another partition are neither received nor sensed, and do not disturb.
 #[test]
 fn a_partition_is_like_distance() {
     let mut world = World::new(busy(3)).unwrap();
@@ -108,14 +108,14 @@ fn a_partition_is_like_distance() {
 }
 
 #[test]
-fn unlike_media_do_not_meet() {
+fn robots_on_different_media_receive_nothing_from_each_other() {
     let mut world = World::new(exact()).unwrap();
     let kinds = [RobotKind::Kilobot, RobotKind::Zooid, RobotKind::Crazyflie];
     for (i, kind) in kinds.into_iter().enumerate() {
         world.add(kind, Pose::new(i as f32 * 100.0, 0.0, 0.0), Probe::talking()).unwrap();
     }
     run(&mut world, 50);
-    assert!(world.ids().all(|id| probe(&world, id).heard.is_empty()));
+    assert!(world.ids().all(|id| probe(&world, id).received.is_empty()));
     assert_eq!(world.statistics().all_links().received, 0);
 }
 
@@ -131,20 +131,20 @@ fn copies_and_delays_are_counted_and_nothing_is_lost() {
     run(&mut world, 400);
     drain(&mut world);
     let link = *world.statistics().link(Medium::Nrf24);
-    let heard = &probe(&world, listener).heard;
-    let mut numbers: Vec<_> = heard.iter().map(|said| said.number()).collect();
+    let received = &probe(&world, listener).received;
+    let mut numbers: Vec<_> = received.iter().map(|frame| frame.number()).collect();
     let overtaken = numbers.windows(2).filter(|pair| pair[1] < pair[0]).count() as u64;
     assert!(overtaken > 0 && overtaken <= link.delayed);
     numbers.sort_unstable();
     numbers.dedup();
     let given = probe(&world, speaker).given;
     assert_eq!(numbers, (0..given).collect::<Vec<_>>());
-    assert_eq!(heard.len() as u64, u64::from(given) + link.duplicated);
+    assert_eq!(received.len() as u64, u64::from(given) + link.duplicated);
     close(link.duplicated as f32 / link.received as f32, 0.2, 0.04);
 }
 
 #[test]
-fn stopped_and_failed_robots_are_silent_and_deaf() {
+fn stopped_and_failed_robots_neither_send_nor_receive() {
     let mut world = World::new(exact()).unwrap();
     let brain = Probe { motors: (70, 70), ..Probe::talking() };
     let a = kilobot(&mut world, 0.0, 0.0, 0.0, brain.clone());
@@ -152,23 +152,23 @@ fn stopped_and_failed_robots_are_silent_and_deaf() {
     run(&mut world, 20);
     world.stop(a).unwrap();
     run(&mut world, 2);
-    let (stopped, heard) = (pose(&world, a), probe(&world, b).heard_from(a));
+    let (stopped, received) = (pose(&world, a), probe(&world, b).received_from(a));
     let ticks = probe(&world, a).ticks;
     run(&mut world, 50);
-    assert_eq!((pose(&world, a), probe(&world, b).heard_from(a)), (stopped, heard));
+    assert_eq!((pose(&world, a), probe(&world, b).received_from(a)), (stopped, received));
     assert_eq!(probe(&world, a).ticks, ticks);
     world.resume(a).unwrap();
     run(&mut world, 20);
-    assert!(probe(&world, b).heard_from(a) > heard && pose(&world, a) != stopped);
+    assert!(probe(&world, b).received_from(a) > received && pose(&world, a) != stopped);
     // What it was about to send when it was stopped it sends when it goes on.
     run(&mut world, 5);
     world.stop(a).unwrap();
     world.brain_mut(a).unwrap().talks = false;
     run(&mut world, 2);
-    let heard = probe(&world, b).heard_from(a);
+    let received = probe(&world, b).received_from(a);
     world.resume(a).unwrap();
     run(&mut world, 20);
-    assert_eq!(probe(&world, b).heard_from(a), heard + 1);
+    assert_eq!(probe(&world, b).received_from(a), received + 1);
     world.fail(b).unwrap();
     world.resume(b).unwrap();
     assert_eq!(world.robot(b).unwrap().state, RobotState::Failed);
@@ -185,7 +185,7 @@ fn robots_join_while_others_run() {
     let b = kilobot(&mut world, 60.0, 0.0, 0.0, Probe::talking());
     assert_eq!((a, b, world.len()), (RobotId(0), RobotId(1), 2));
     run(&mut world, 50);
-    assert!(probe(&world, a).heard_from(b) > 0 && probe(&world, b).heard_from(a) > 0);
+    assert!(probe(&world, a).received_from(b) > 0 && probe(&world, b).received_from(a) > 0);
     assert!(world.add(RobotKind::Kilobot, Pose::new(3000.0, 0.0, 0.0), Probe::default()).is_err());
     let nowhere = Pose { x: f32::NAN, ..Pose::default() };
     assert!(world.add(RobotKind::Kilobot, nowhere, Probe::default()).is_err());
@@ -198,15 +198,15 @@ fn loss_can_change_while_the_world_runs() {
     let b = kilobot(&mut world, 60.0, 0.0, 0.0, Probe::default());
     world.set_loss(Medium::Infrared, Loss::even(1.0));
     run(&mut world, 100);
-    assert_eq!(probe(&world, b).heard_from(a), 0);
+    assert_eq!(probe(&world, b).received_from(a), 0);
     world.set_loss(Medium::Infrared, Loss::even(0.0));
     run(&mut world, 100);
-    assert!(probe(&world, b).heard_from(a) >= 18);
+    assert!(probe(&world, b).received_from(a) >= 18);
 }
 
 /// A frame is a type byte and as much as the robot's file says.
 #[test]
-fn frames_are_as_long_as_the_robots_have_them() {
+fn frame_lengths_agree_with_robot_files() {
     let links =
         [("kilobot", Medium::Infrared), ("zooids", Medium::Nrf24), ("crazyflie", Medium::P2p)];
     for (name, medium) in links {
@@ -217,17 +217,17 @@ fn frames_are_as_long_as_the_robots_have_them() {
 
 /// kilolib asks for a message when it begins to send: what a brain learns while it waits for its slot still goes out.
 #[test]
-fn frames_are_as_new_as_their_slot() {
+fn a_frame_is_written_when_its_transmission_starts() {
     for kind in [RobotKind::Kilobot, RobotKind::Zooid, RobotKind::Crazyflie] {
         let mut world = World::new(exact()).unwrap();
         let a = world.add(kind, Pose::default(), Probe::talking()).unwrap();
         let b = world.add(kind, Pose::new(80.0, 0.0, 0.0), Probe::default()).unwrap();
         run(&mut world, 300);
-        let heard = &probe(&world, b).heard;
-        assert!(heard.len() >= 55 && probe(&world, a).given as usize >= heard.len());
-        for said in heard {
+        let received = &probe(&world, b).received;
+        assert!(received.len() >= 55 && probe(&world, a).given as usize >= received.len());
+        for frame in received {
             // Heard in the tick after the one in which it ended; a frame may last across the end of one.
-            let age = said.tick + 1 - said.written();
+            let age = frame.tick + 1 - frame.written();
             assert!((1..=2).contains(&age), "{kind:?}: {age} ticks old");
         }
     }
@@ -235,7 +235,7 @@ fn frames_are_as_new_as_their_slot() {
 
 /// A busy channel takes no frame from a brain.
 #[test]
-fn who_waits_for_the_channel_keeps_its_frame() {
+fn a_robot_waiting_for_the_channel_keeps_its_frame() {
     let mut world = World::new(busy(5)).unwrap();
     for i in 0..12 {
         kilobot(&mut world, (i % 4) as f32 * 40.0, (i / 4) as f32 * 40.0, 0.0, Probe::talking());
@@ -248,7 +248,7 @@ fn who_waits_for_the_channel_keeps_its_frame() {
 
 /// A brain that writes too much or nothing.
 #[test]
-fn frames_end_where_the_link_ends_them() {
+fn frames_are_cut_to_the_maximum_of_the_link() {
     use bittybuzz_arena::engine::{Brain, Io};
     struct Writes(usize, usize);
     impl Brain for Writes {
@@ -265,7 +265,7 @@ fn frames_end_where_the_link_ends_them() {
             self.0
         }
     }
-    for (kind, length, heard) in [
+    for (kind, length, received) in [
         (RobotKind::Zooid, 0, None),
         (RobotKind::Zooid, 3, Some(3)),
         (RobotKind::Zooid, 26, Some(25)),
@@ -278,25 +278,25 @@ fn frames_end_where_the_link_ends_them() {
         for _ in 0..20 {
             world.tick();
         }
-        assert_eq!(world.brain(b).unwrap().1, heard.unwrap_or(0), "{kind:?} {length}");
-        assert_eq!(world.statistics().all_links().sent > 0, heard.is_some());
+        assert_eq!(world.brain(b).unwrap().1, received.unwrap_or(0), "{kind:?} {length}");
+        assert_eq!(world.statistics().all_links().sent > 0, received.is_some());
     }
 }
 
 /// More than an hour without a word: times in microseconds do not overflow.
 #[test]
-fn silence_may_last() {
+fn a_robot_may_send_again_after_a_long_silence() {
     let mut world = World::new(exact()).unwrap();
     let a = kilobot(&mut world, 0.0, 0.0, 0.0, Probe::default());
     let b = kilobot(&mut world, 60.0, 0.0, 0.0, Probe::default());
     run(&mut world, 40_000);
     world.brain_mut(a).unwrap().talks = true;
     run(&mut world, 10);
-    assert!(probe(&world, b).heard_from(a) >= 1);
+    assert!(probe(&world, b).received_from(a) >= 1);
 }
 
 #[test]
-fn impossible_settings_are_named() {
+fn an_error_names_the_invalid_setting() {
     let mut settings = exact();
     settings.infrared = Infrared { clock_sigma: f32::NAN, ..Infrared::STANDARD };
     let refused = World::<Probe>::new(settings).unwrap_err();

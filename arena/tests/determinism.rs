@@ -131,7 +131,7 @@ fn trace(seed: u64, threads: usize) -> Vec<u64> {
 }
 
 #[test]
-fn threads_change_nothing() {
+fn the_number_of_threads_does_not_change_a_run() {
     let alone = trace(1, 1);
     for threads in [2, 3, 8] {
         assert_eq!(trace(1, threads), alone, "{threads} threads");
@@ -139,14 +139,14 @@ fn threads_change_nothing() {
 }
 
 #[test]
-fn seeds_change_everything() {
+fn different_seeds_give_different_runs() {
     let (one, two) = (trace(1, 1), trace(2, 1));
     assert!(one.iter().zip(&two).all(|(one, two)| one != two));
 }
 
 /// Whether others are far away or not there at all makes no difference to a robot: nobody draws from anybody's chance.
 #[test]
-fn robots_far_away_change_nothing() {
+fn distant_robots_do_not_change_a_run() {
     let near = |with_others: bool| {
         let mut world = World::new(Settings { seed: 4, ..Settings::default() }).unwrap();
         let ids = [0.0, 60.0].map(|x| {
@@ -166,7 +166,7 @@ fn robots_far_away_change_nothing() {
             }
         }
         run(&mut world, 300);
-        ids.map(|id| (pose(&world, id), probe(&world, id).heard.clone()))
+        ids.map(|id| (pose(&world, id), probe(&world, id).received.clone()))
     };
     assert_eq!(near(true), near(false));
 }

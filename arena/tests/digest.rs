@@ -42,7 +42,7 @@ fn run(name: &str, script: &str, brightness: u32) -> Simulation {
 }
 
 #[test]
-fn the_memory_of_one_machine_counts() {
+fn the_digest_depends_on_script_memory() {
     for (name, script) in SCRIPTS {
         let [dark, again, bright] = [300, 300, 900].map(|brightness| run(name, script, brightness));
         let views = |run: &Simulation| [0, 1].map(|robot| run.view(robot));
@@ -54,7 +54,7 @@ fn the_memory_of_one_machine_counts() {
 
 /// A command that waits decides the ticks after it.
 #[test]
-fn a_waiting_command_counts() {
+fn the_digest_depends_on_a_waiting_command() {
     let (name, script) = SCRIPTS[0];
     let mut run = run(name, script, 300);
     let before = run.digest();

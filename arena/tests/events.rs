@@ -29,18 +29,18 @@ fn here(test: &str) -> PathBuf {
 /// The globals `steps` and `heard`, the place and the state of the second robot after each tick.
 struct Trace {
     steps: Vec<Option<f64>>,
-    heard: Vec<Option<f64>>,
+    received: Vec<Option<f64>>,
     places: Vec<[f32; 2]>,
     states: Vec<Option<RobotState>>,
 }
 
 fn trace(folder: &Path, events: &str) -> Trace {
     let mut trace =
-        Trace { steps: Vec::new(), heard: Vec::new(), places: Vec::new(), states: Vec::new() };
+        Trace { steps: Vec::new(), received: Vec::new(), places: Vec::new(), states: Vec::new() };
     run_with(folder, &scenario(events), 1, |simulation| {
         let plots = simulation.setup().plots();
         trace.steps.push(simulation.read(&plots[0], 1).number());
-        trace.heard.push(simulation.read(&plots[1], 1).number());
+        trace.received.push(simulation.read(&plots[1], 1).number());
         let view = simulation.view(1);
         trace.places.push(view.map_or([f32::NAN; 2], |view| [view.pose.x, view.pose.y]));
         trace.states.push(view.map(|view| view.state));
@@ -54,20 +54,20 @@ fn at(seconds: f64) -> usize {
 }
 
 #[test]
-fn without_events_scripts_step_ten_times_a_second_and_hear_each_other() {
+fn scripts_step_ten_times_per_second_and_receive_messages() {
     let trace = trace(&here("no_event"), "");
     // Global code and init have the first tick.
     assert_eq!(trace.steps[at(0.1)], Some(0.0));
     assert_eq!(trace.steps[at(0.2)], Some(1.0));
     assert_eq!(trace.steps[at(30.0)], Some(299.0));
     // Two frames a second.
-    let heard = trace.heard[at(30.0)].unwrap_or(0.0);
+    let heard = trace.received[at(30.0)].unwrap_or(0.0);
     assert!((40.0..=61.0).contains(&heard), "{heard}");
     assert!(trace.places[at(30.0)][1] > 100.0, "10 mm/s");
 }
 
 #[test]
-fn who_fails_does_nothing_any_more() {
+fn a_failed_robot_does_nothing() {
     let trace =
         trace(&here("fail"), "[[event]]\nat = 10\nfail = 1\n[[event]]\nat = 20\nresume = 1\n");
     assert_eq!(trace.steps[at(10.0)], Some(99.0));
@@ -78,7 +78,7 @@ fn who_fails_does_nothing_any_more() {
 }
 
 #[test]
-fn who_stops_goes_on_later() {
+fn a_stopped_robot_can_be_resumed() {
     let trace = trace(
         &here("stop"),
         "[[event]]\nat = 10\nstop = \"all\"\n[[event]]\nat = 20\nresume = \"all\"\n",
@@ -86,12 +86,12 @@ fn who_stops_goes_on_later() {
     assert_eq!(trace.steps[at(20.0)], Some(99.0));
     assert_eq!(trace.steps[at(20.1)], Some(100.0));
     assert_eq!(trace.steps[at(30.0)], Some(199.0));
-    assert_eq!(trace.heard[at(19.9)], trace.heard[at(10.1)]);
-    assert!(trace.heard[at(30.0)] > trace.heard[at(20.0)]);
+    assert_eq!(trace.received[at(19.9)], trace.received[at(10.1)]);
+    assert!(trace.received[at(30.0)] > trace.received[at(20.0)]);
 }
 
 #[test]
-fn who_joins_begins_its_script_then() {
+fn a_joining_robot_starts_its_script() {
     let test = here("join");
     let text = scenario("[[event]]\nat = 10\njoin = 1\n").replace(
         "positions = [[-30, 0], [30, 0]]",
@@ -110,7 +110,7 @@ fn who_joins_begins_its_script_then() {
 }
 
 #[test]
-fn moved_robots_are_elsewhere() {
+fn events_move_robots() {
     let events = "[[event]]\nat = 10\nmove = 1\nto = [200, -200]\nheading = 0\n\
                   [[event]]\nat = 20\nmove = [0, 1]\nby = [0, 50]\n";
     let trace = trace(&here("move"), events);
@@ -126,30 +126,30 @@ fn moved_robots_are_elsewhere() {
 fn blocked_links_carry_nothing_until_they_are_restored() {
     let events = "[[event]]\nat = 5\nblock = [0, 1]\n[[event]]\nat = 15\nrestore = [0, 1]\n";
     let trace = trace(&here("block"), events);
-    assert!(trace.heard[at(5.0)] > Some(0.0));
-    assert_eq!(trace.heard[at(5.2)], trace.heard[at(15.0)]);
-    assert!(trace.heard[at(30.0)] > trace.heard[at(15.0)]);
+    assert!(trace.received[at(5.0)] > Some(0.0));
+    assert_eq!(trace.received[at(5.2)], trace.received[at(15.0)]);
+    assert!(trace.received[at(30.0)] > trace.received[at(15.0)]);
 }
 
 #[test]
-fn parts_hear_nothing_of_each_other_until_they_heal() {
+fn a_partition_separates_robots_until_it_heals() {
     let events = "[[event]]\nat = 5\npartition = [0, 1]\n[[event]]\nat = 15\nheal = true\n";
     let trace = trace(&here("partition"), events);
-    assert!(trace.heard[at(5.0)] > Some(0.0));
-    assert_eq!(trace.heard[at(5.2)], trace.heard[at(15.0)]);
-    assert!(trace.heard[at(30.0)] > trace.heard[at(15.0)]);
+    assert!(trace.received[at(5.0)] > Some(0.0));
+    assert_eq!(trace.received[at(5.2)], trace.received[at(15.0)]);
+    assert!(trace.received[at(30.0)] > trace.received[at(15.0)]);
 }
 
 #[test]
-fn a_lossy_medium_loses() {
+fn an_event_sets_the_loss_of_a_medium() {
     let trace = trace(&here("loss"), "[[event]]\nat = 5\nloss = 1\n[[event]]\nat = 15\nloss = 0\n");
-    assert!(trace.heard[at(5.0)] > Some(0.0));
-    assert_eq!(trace.heard[at(5.2)], trace.heard[at(15.0)]);
-    assert!(trace.heard[at(30.0)] > trace.heard[at(15.0)]);
+    assert!(trace.received[at(5.0)] > Some(0.0));
+    assert_eq!(trace.received[at(5.2)], trace.received[at(15.0)]);
+    assert!(trace.received[at(30.0)] > trace.received[at(15.0)]);
 }
 
 #[test]
-fn lamps_change() {
+fn events_change_lamps() {
     let script = "seen = 0\nfunction step() { seen = light() }\n";
     let test = folder("light", &[("see.bzz", script)]);
     let text = "[world]\nsize = [1000, 1000]\nduration = 15\nambient = 20\nlights = [[100, 0]]\n\
@@ -186,7 +186,7 @@ fn events_happen_in_the_order_of_time_and_then_of_the_file() {
 
 /// Failed, stopped, faulted and running robots begin anew where they are, with new dice; their motors are off at first.
 #[test]
-fn restarted_robots_begin_anew() {
+fn restarted_robots_start_their_script_again() {
     let events = "[[event]]\nat = 5\nfail = 1\n[[event]]\nat = 10\nrestart = 1\n\
                   [[event]]\nat = 20\nstop = 1\n[[event]]\nat = 22\nrestart = \"all\"\n";
     let trace = trace(&here("restart"), events);
@@ -199,11 +199,11 @@ fn restarted_robots_begin_anew() {
     let [from, to] = [at(9.9), at(10.1)].map(|at| trace.places[at]);
     assert_eq!(from, to, "it is where it was");
     // It hears the other one again.
-    assert!(trace.heard[at(20.0)] > Some(10.0), "{:?}", trace.heard[at(20.0)]);
+    assert!(trace.received[at(20.0)] > Some(10.0), "{:?}", trace.received[at(20.0)]);
 }
 
 #[test]
-fn restarted_scripts_throw_other_dice_and_their_faults_stay_counted() {
+fn a_restart_changes_random_numbers_and_keeps_fault_counts() {
     let script = "dice = -1\nfunction init() { dice = math.rng.uniform(0, 30000) log(dice) }\n\
                   function step() { if(id == 1) dice.x = 1 }\n";
     let folder = folder("restart_fault", &[("dice.bzz", script)]);

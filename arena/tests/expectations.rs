@@ -146,7 +146,7 @@ const WORLD: &str = "[world]\nsize = [1000, 1000]\nduration = 10\n\
     [medium.ir]\nloss = 0\n";
 
 #[test]
-fn every_kind_holds_and_fails_when_it_should() {
+fn each_kind_of_expectation_can_hold_and_fail() {
     let folder = folder("expectations", &[("s.bzz", SCRIPT)]);
     let mut text = WORLD.to_owned();
     for (case, _) in CASES {
@@ -162,7 +162,7 @@ fn every_kind_holds_and_fails_when_it_should() {
 }
 
 #[test]
-fn the_time_since_when_it_is_true_for_good_is_told() {
+fn the_time_of_lasting_convergence_is_reported() {
     let folder = folder("since", &[("s.bzz", SCRIPT)]);
     let text = format!(
         "{WORLD}[[expect]]\nat = 10\nvalue = \"global.steps\"\nabove = 49\n\
@@ -179,7 +179,7 @@ fn the_time_since_when_it_is_true_for_good_is_told() {
 }
 
 #[test]
-fn a_fault_is_no_success() {
+fn a_run_with_a_fault_does_not_succeed() {
     let script = "n = 0\nfunction step() { n = n + 1 if(n == 10 and id == 1) set_motor(300, 0) }\n";
     let folder = folder("fault", &[("s.bzz", script)]);
     let text =
@@ -192,7 +192,7 @@ fn a_fault_is_no_success() {
 }
 
 #[test]
-fn names_that_no_script_has_are_told_with_their_place() {
+fn unknown_names_are_reported_with_their_place() {
     let folder = folder("names", &[("s.bzz", SCRIPT), ("other.bzz", "other = 1\n")]);
     let text = format!(
         "{WORLD}[[robots]]\nrobot = \"kilobot\"\nname = \"others\"\nscript = \"other.bzz\"\n\
@@ -201,22 +201,22 @@ fn names_that_no_script_has_are_told_with_their_place() {
          [output]\nplot = [\"global.other\", \"global.none\", \"global.state.nokey\"]\n"
     );
     let errors = setup_errors(&folder, &text);
-    let told: Vec<String> = errors
+    let printed: Vec<String> = errors
         .iter()
         .map(|error| {
             let place = error.place.as_ref().map_or((0, 0), |place| (place.line, place.column));
             format!("{place:?} {error} | {}", error.help().unwrap_or_default())
         })
         .collect();
-    assert_eq!(told.len(), 4, "{told:#?}");
-    assert!(told[0].contains("`numbr`") && told[0].contains("`number`?"), "{}", told[0]);
-    assert!(told[1].contains("`number`") && told[1].contains("other"), "{}", told[1]);
-    assert!(told[2].contains("`none`"), "{}", told[2]);
-    assert!(told[3].contains("`state.nokey`"), "{}", told[3]);
+    assert_eq!(printed.len(), 4, "{printed:#?}");
+    assert!(printed[0].contains("`numbr`") && printed[0].contains("`number`?"), "{}", printed[0]);
+    assert!(printed[1].contains("`number`") && printed[1].contains("other"), "{}", printed[1]);
+    assert!(printed[2].contains("`none`"), "{}", printed[2]);
+    assert!(printed[3].contains("`state.nokey`"), "{}", printed[3]);
 }
 
 #[test]
-fn a_robot_that_the_simulator_cannot_be_is_refused() {
+fn a_robot_without_a_model_is_refused() {
     let kilobot = bittybuzz_robot_files::shipped()[0].text;
     let large = kilobot.replace("memory = 1676", "memory = 200000");
     let slots = kilobot.lines().find(|line| line.starts_with("slots")).unwrap_or_default();

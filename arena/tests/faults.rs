@@ -43,7 +43,7 @@ fn a_script_starts_again_after_pauses_that_double() {
 }
 
 #[test]
-fn motors_stand_still_in_the_pause() {
+fn motors_stop_in_the_pause_after_a_fault() {
     let script = "n = 0\nfunction step() { n = n + 1 forward() if(n == 30) n.x = 1 }\n";
     for robot in ["kilobot", "zooids"] {
         let folder = folder(&format!("still_{robot}"), &[("s.bzz", script)]);
@@ -59,7 +59,7 @@ fn motors_stand_still_in_the_pause() {
 }
 
 #[test]
-fn a_robot_relays_in_the_pause() {
+fn a_robot_relays_messages_in_the_pause_after_a_fault() {
     let script = "s = stigmergy.create(1)\nt = 0\nheard = 0\nfunction step() {\n t = t + 1\n \
                   if(id == 0 and t == 20) s.put(\"x\", 7)\n if(id == 1) t.x = 1\n if(s.get(\"x\") == 7) heard = 1\n}\n";
     let folder = folder("relay", &[("s.bzz", script)]);
@@ -137,7 +137,7 @@ fn on_fault_stops_a_group_for_good() {
 }
 
 #[test]
-fn a_robot_file_says_what_a_fault_does() {
+fn a_robot_file_sets_the_consequence_of_a_fault() {
     let file = include_str!("../../robots/kilobot/robot.toml");
     let file = file.replacen("[vm]", "on_fault = \"stop\"\n[vm]", 1);
     let folder = folder("on_fault_file", &[("s.bzz", EVERY_THIRD), ("mine.toml", &file)]);
@@ -150,7 +150,7 @@ fn a_robot_file_says_what_a_fault_does() {
 
 /// A run with an error fails, unless an expectation counts the errors of the robot that had it.
 #[test]
-fn errors_that_are_expected_are_no_failure() {
+fn expected_errors_do_not_fail_a_run() {
     let expect = |value: &str, robots: &str| {
         format!(
             "[[expect]]\nat = 10\nvalue = \"{value}\"\nrobots = {robots}\nof = \"sum\"\nabove = 0\n"

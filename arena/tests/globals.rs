@@ -49,7 +49,7 @@ fn equals(at: u32, robots: &str, global: &str, number: &str) -> String {
 }
 
 #[test]
-fn a_global_that_is_set_before_the_first_tick_is_there_in_init() {
+fn init_sees_a_global_set_before_the_first_tick() {
     let event = "[[event]]\nat = 0\nset = [1, \"flies\"]\nglobal = \"join\"\nnumber = 20\n\n";
     let expects = [
         equals(1, "[1, \"flies\"]", "doubled", "40"),
@@ -81,7 +81,7 @@ fn a_global_is_set_during_the_run_as_an_integer_or_a_float() {
 }
 
 #[test]
-fn robots_that_have_not_joined_and_those_that_are_restarted_begin_with_the_scripts_number() {
+fn late_and_restarted_robots_start_with_the_script_value() {
     let events = "[[event]]\nat = 3\nset = \"all\"\nglobal = \"join\"\nnumber = 9\n\n\
         [[event]]\nat = 5\njoin = \"late\"\n\n\
         [[event]]\nat = 5\nrestart = 2\n\n";
@@ -94,7 +94,7 @@ fn robots_that_have_not_joined_and_those_that_are_restarted_begin_with_the_scrip
 }
 
 #[test]
-fn a_new_script_keeps_numbers_if_asked() {
+fn a_loaded_script_keeps_globals_on_request() {
     let events = "[[event]]\nat = 3\nset = 1\nglobal = \"half\"\nnumber = 0.25\n\n\
         [[event]]\nat = 5\nload = [0, 1]\nscript = \"next.bzz\"\nkeep = true\n\n\
         [[event]]\nat = 5\nload = 2\nscript = \"next.bzz\"\nkeep = false\n\n\
@@ -145,7 +145,7 @@ fn a_session_with_settings_replays_and_goes_back() {
     }
 }
 
-fn told(errors: &[ScenarioError]) -> Vec<String> {
+fn printed(errors: &[ScenarioError]) -> Vec<String> {
     let place = |error: &ScenarioError| match &error.place {
         Some(place) => format!("{}:{}", place.line, place.column),
         None => "-".to_owned(),
@@ -162,15 +162,15 @@ fn globals_that_no_script_has_are_errors() {
     let Err(SetupError::Scenario(errors)) = Setup::new(scenario, programs) else { panic!() };
     let line = WORLD.lines().count() + 4;
     let expected = format!("{line}:10 no script has a global `jion` | did you mean `join`?");
-    assert_eq!(told(&errors), [expected]);
+    assert_eq!(printed(&errors), [expected]);
     let mut live = simulation("globals_unknown_too", "");
     let errors = live.command("set = 0\nglobal = \"jion\"\nnumber = 3").unwrap_err();
-    assert_eq!(told(&errors), ["- no script has a global `jion` | did you mean `join`?"]);
+    assert_eq!(printed(&errors), ["- no script has a global `jion` | did you mean `join`?"]);
     assert_eq!(live.commands(), "");
 }
 
 #[test]
-fn what_cannot_be_set_is_explained() {
+fn an_error_explains_why_a_global_cannot_be_set() {
     let folder = folder("globals_refused", &[("counts.bzz", COUNTS)]);
     for (event, expected) in [
         ("set = 0\nglobal = \"join\"", "this [[event]] has no `number`"),
@@ -198,7 +198,7 @@ fn what_cannot_be_set_is_explained() {
         let text = format!("{WORLD}[[event]]\nat = 3\n{event}\n");
         let models = bittybuzz_robot_models::all();
         let errors = Scenario::parse(&text, "test.toml", &folder, &[], &models).unwrap_err();
-        assert!(errors[0].to_string().contains(expected), "{event}: {:?}", told(&errors));
+        assert!(errors[0].to_string().contains(expected), "{event}: {:?}", printed(&errors));
     }
     for number in ["32767", "-32768", "-4290772992.0"] {
         let mut live = simulation("globals_fit", "");

@@ -40,13 +40,13 @@ fn a_link_is_that_of_the_sender() {
         let [near_weak, far_weak] =
             [listen(110.0, -1000.0), listen(-140.0 - 2.0 * bodies, -1000.0)];
         run(&mut world, 1000);
-        let heard = |by: RobotId, of| probe(&world, by).heard_from(of) as f32;
+        let received = |by: RobotId, of| probe(&world, by).received_from(of) as f32;
         let given = |of: RobotId| probe(&world, of).given as f32;
-        close(heard(near_strong, strong_one), given(strong_one), 3.0);
-        close(heard(far_strong, strong_one), given(strong_one), 3.0);
-        assert_eq!(heard(far_weak, weak_one), 0.0, "{kind:?}");
+        close(received(near_strong, strong_one), given(strong_one), 3.0);
+        close(received(far_strong, strong_one), given(strong_one), 3.0);
+        assert_eq!(received(far_weak, weak_one), 0.0, "{kind:?}");
         // Half of the frames twice: 191 or more frames, three deviations of the share are 11 %.
-        close(heard(near_weak, weak_one) / given(weak_one), 1.0, 0.22);
+        close(received(near_weak, weak_one) / given(weak_one), 1.0, 0.22);
         // An event changes all.
         for medium in Medium::ALL {
             world.set_loss(medium, Loss::even(1.0));
@@ -59,7 +59,7 @@ fn a_link_is_that_of_the_sender() {
 }
 
 #[test]
-fn a_variant_that_reaches_further_is_heard_and_sensed_further_away() {
+fn a_longer_range_extends_reception_and_carrier_sense() {
     let mut settings = Settings { seed: 3, ..exact() };
     settings.infrared.link.range = Some(20.0);
     let mut world = World::new(settings).unwrap();
@@ -71,7 +71,7 @@ fn a_variant_that_reaches_further_is_heard_and_sensed_further_away() {
     let far = Pose::new(800.0, 0.0, 0.0);
     let b = world.add_as(strong, RobotKind::Kilobot, far, Probe::talking()).unwrap();
     run(&mut world, 200);
-    assert!(probe(&world, a).heard_from(b) > 30 && probe(&world, b).heard.is_empty());
+    assert!(probe(&world, a).received_from(b) > 30 && probe(&world, b).received.is_empty());
     let last = world.herds.last().unwrap()[2];
     let other = World::<Probe>::new(settings).unwrap().deref_mut().add(last, far, Probe::default());
     assert_eq!(other.unwrap_err(), AddError::UnknownHerd);
@@ -84,7 +84,7 @@ const WALK: &str = "r = 0\nfunction init() { neighbors.listen(\"n\", function(t,
 
 /// The fast ones go twice as far; those with worn motors go astray.
 #[test]
-fn models_are_those_of_their_group() {
+fn each_group_has_its_own_model_settings() {
     let folder = folder("models", &[("walk.bzz", WALK)]);
     let group = |name: &str, y: i32, more: &str| {
         format!(

@@ -45,7 +45,7 @@ fn inspection_between_ticks_changes_nothing() {
 }
 
 #[test]
-fn a_robot_that_is_not_there_has_nothing_to_inspect() {
+fn an_absent_robot_has_no_inspection() {
     let more = "[[robots]]\nname = \"late\"\nrobot = \"kilobot\"\nscript = \"kilobot.bzz\"\ncount = 1\npresent = false\nfirst_id = 90\n";
     let simulation = Simulation::new(setup("inspection-absent", more), 5, 1).unwrap();
     let last = simulation.robot_count() - 1;

@@ -108,7 +108,7 @@ fn heading_noise_has_a_time_constant_of_10_s() {
 /// The circle through three places in the first half minute is left by 5 mm and more. Without noise the path stays on it within
 /// the rounding of coordinates. A robot whose bias is small has a large circle, whose fit is poor: half of them will do.
 #[test]
-fn no_robot_drives_a_perfect_circle() {
+fn kilobots_do_not_drive_perfect_circles() {
     let area = Area { width: 20_000.0, height: 20_000.0 };
     let mut world = World::new(Settings { area, ..settings(5) }).unwrap();
     let place = |i: usize| ((i % 10) as f32 * 1500.0 - 6750.0, (i / 10) as f32 * 1500.0 - 6750.0);

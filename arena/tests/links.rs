@@ -11,13 +11,13 @@ fn infrared_ends_70_mm_from_rim_to_rim() {
     let inside = kilobot(&mut world, 33.0 + 69.9, 0.0, 0.0, Probe::default());
     let outside = kilobot(&mut world, -33.0 - 70.1, 0.0, 0.0, Probe::default());
     run(&mut world, 100);
-    assert!(probe(&world, inside).heard_from(speaker) >= 18);
-    assert_eq!(probe(&world, outside).heard.len(), 0);
+    assert!(probe(&world, inside).received_from(speaker) >= 18);
+    assert_eq!(probe(&world, outside).received.len(), 0);
 }
 
 /// In random worlds of all shapes, who hears whom is who is in range by all pairs.
 #[test]
-fn the_grid_connects_what_all_pairs_connect() {
+fn the_grid_delivers_the_same_frames_as_all_pairs() {
     for seed in 0..6 {
         let mut stream = Stream::for_brain(seed, 3);
         let (width, height) = (500.0 + 1500.0 * stream.unit(), 400.0 + 600.0 * stream.unit());
@@ -43,8 +43,8 @@ fn the_grid_connects_what_all_pairs_connect() {
                 let gap = (a.x - b.x).hypot(a.y - b.y) - 33.0;
                 let past = gap - settings.infrared.link.range.unwrap();
                 if past.abs() > 0.1 {
-                    let heard = probe(&world, by).heard_from(of) > 0;
-                    assert_eq!(heard, past < 0.0, "seed {seed}: {gap} mm");
+                    let received = probe(&world, by).received_from(of) > 0;
+                    assert_eq!(received, past < 0.0, "seed {seed}: {gap} mm");
                 }
             }
         }
@@ -52,7 +52,7 @@ fn the_grid_connects_what_all_pairs_connect() {
 }
 
 #[test]
-fn a_kilobot_sends_twice_a_second_and_as_often_as_it_is_told() {
+fn a_kilobot_sends_at_the_set_rate() {
     for (period, interrupts) in [(3906, 16.0), (781, 4.0), (0, 1.0)] {
         let mut settings = exact();
         settings.infrared.tx_period = period;
@@ -62,7 +62,7 @@ fn a_kilobot_sends_twice_a_second_and_as_often_as_it_is_told() {
         run(&mut world, 600);
         // The link asks the script at most once per tick.
         let expected = 60.0 / f32::max(0.032_768 * interrupts, 0.1);
-        close(probe(&world, listener).heard_from(speaker) as f32, expected, 2.0);
+        close(probe(&world, listener).received_from(speaker) as f32, expected, 2.0);
     }
 }
 
@@ -72,12 +72,12 @@ fn frames_arrive_whole_in_order_and_padded() {
     let speaker = kilobot(&mut world, 0.0, 0.0, 0.0, Probe::talking());
     let listener = kilobot(&mut world, 50.0, 0.0, 0.0, Probe::default());
     run(&mut world, 200);
-    let heard = &probe(&world, listener).heard;
-    for (number, said) in heard.iter().enumerate() {
-        assert_eq!(said.bytes.len(), 10);
-        assert_eq!((said.bytes[0], said.from(), said.bytes[9]), (5, speaker.0, 0));
-        assert_eq!(said.number(), number as u32);
-        assert_eq!(said.sighting.robot, None, "infrared does not tell who sends");
+    let received = &probe(&world, listener).received;
+    for (number, frame) in received.iter().enumerate() {
+        assert_eq!(frame.bytes.len(), 10);
+        assert_eq!((frame.bytes[0], frame.from(), frame.bytes[9]), (5, speaker.0, 0));
+        assert_eq!(frame.number(), number as u32);
+        assert_eq!(frame.sighting.robot, None, "infrared does not tell who sends");
     }
 }
 
@@ -94,7 +94,7 @@ fn hidden_terminals_collide() {
         run(&mut world, 300);
         let link = world.statistics().link(Medium::Infrared);
         assert_eq!(link.postponed, 0, "they do not sense each other");
-        assert_eq!(link.received as usize, probe(&world, middle).heard.len());
+        assert_eq!(link.received as usize, probe(&world, middle).received.len());
         assert!(link.collided % 2 == 0, "both frames are lost");
         received += link.received;
         collided += link.collided;
@@ -160,8 +160,8 @@ fn every_frame_is_accounted_for() {
         let given: u64 = world.ids().map(|id| u64::from(probe(&world, id).given)).sum();
         assert_eq!(link.sent, given, "nothing stays in a link");
         assert_eq!(link.received + link.collided + link.deaf + link.lost, 19 * link.sent);
-        let heard: usize = world.ids().map(|id| probe(&world, id).heard.len()).sum();
-        assert_eq!(heard as u64, link.received);
+        let received: usize = world.ids().map(|id| probe(&world, id).received.len()).sum();
+        assert_eq!(received as u64, link.received);
         let arrived = link.received + link.lost;
         close(link.lost as f32 / arrived as f32, 0.3, 0.02);
     }
@@ -169,7 +169,7 @@ fn every_frame_is_accounted_for() {
 
 /// Without carrier sense, frames that overlap are missed by the one who sends, and nothing else happens with two.
 #[test]
-fn p2p_is_deaf_while_it_sends() {
+fn p2p_receives_nothing_while_sending() {
     let mut settings = exact();
     settings.p2p.pause_us = [0, 1000];
     let (mut deaf, mut sent) = (0, 0);
@@ -182,7 +182,8 @@ fn p2p_is_deaf_while_it_sends() {
         let link = world.statistics().link(Medium::P2p);
         assert_eq!((link.collided, link.postponed), (0, 0));
         // If one is deaf to a frame, so is the other to the frame that it sent meanwhile.
-        let missed = |by, of| probe(&world, of).given as usize - probe(&world, by).heard_from(of);
+        let missed =
+            |by, of| probe(&world, of).given as usize - probe(&world, by).received_from(of);
         assert_eq!(missed(a, b) + missed(b, a), link.deaf as usize);
         assert_eq!(missed(a, b) == 0, missed(b, a) == 0);
         deaf += link.deaf;
@@ -204,7 +205,7 @@ fn p2p_frames_that_overlap_are_lost_to_third_parties() {
         drain(&mut world);
         let link = world.statistics().link(Medium::P2p);
         // The senders are deaf to what collides at the third.
-        assert_eq!(link.collided, link.sent - probe(&world, third).heard.len() as u64);
+        assert_eq!(link.collided, link.sent - probe(&world, third).received.len() as u64);
         assert_eq!(link.collided, link.deaf);
         collided += link.collided;
     }
@@ -213,7 +214,7 @@ fn p2p_frames_that_overlap_are_lost_to_third_parties() {
 
 /// Carrier sense leaves the 130 µs in which the nRF24 goes from listening to sending.
 #[test]
-fn nrf24_senses_but_not_in_its_first_130_us() {
+fn nrf24_senses_the_channel_except_in_the_first_130_us() {
     let mut settings = Settings { seed: 6, ..exact() };
     settings.nrf24.backoff_us = 20_000;
     let mut world = World::new(settings).unwrap();
@@ -223,10 +224,10 @@ fn nrf24_senses_but_not_in_its_first_130_us() {
     }
     run(&mut world, 200);
     let link = world.statistics().link(Medium::Nrf24);
-    let heard = link.received + link.collided;
+    let received = link.received + link.collided;
     // Up to 3 frames of each of 40 in 100 ms: 39 others begin 1.2 frames per ms; within 130 µs before or after, 26 %
     // if they were spread evenly. Without carrier sense it would be 400 µs, 38 %.
-    let part = link.collided as f32 / heard as f32;
+    let part = link.collided as f32 / received as f32;
     assert!(part > 0.05 && part < 0.32, "{part}");
     assert!(link.postponed > 0);
 }
@@ -251,11 +252,11 @@ fn loss_rises_with_distance() {
     run(&mut world, 1000);
     for (column, gap) in gaps.into_iter().enumerate() {
         let mine = || pairs.iter().filter(|pair| pair.0 == column);
-        let heard: usize = mine().map(|pair| probe(&world, pair.2).heard_from(pair.1)).sum();
+        let received: usize = mine().map(|pair| probe(&world, pair.2).received_from(pair.1)).sum();
         let sent: u32 = mine().map(|pair| probe(&world, pair.1).given - 1).sum();
         let expected = 0.1 + 0.6 * (gap / 70.0) * (gap / 70.0);
         // About 3,800 frames: three deviations are 2.4 %.
-        close(1.0 - heard as f32 / sent as f32, expected, 0.03);
+        close(1.0 - received as f32 / sent as f32, expected, 0.03);
     }
 }
 
@@ -271,14 +272,14 @@ fn distances_have_a_deviation_of_2_mm() {
     }
     run(&mut world, 8000);
     for (id, gap) in [(1, 15.0), (2, 30.0), (3, 55.0)] {
-        let heard = &probe(&world, RobotId(id)).heard;
-        let measured: Vec<_> = heard.iter().map(|said| said.distance()).collect();
+        let received = &probe(&world, RobotId(id)).received;
+        let measured: Vec<_> = received.iter().map(|frame| frame.distance()).collect();
         assert!(measured.len() > 1400 && measured.iter().all(|mm| mm.fract() == 0.0));
         let (mean, sigma) = moments(&measured);
         // Whole millimetres, truncated: up to 1 mm off, and a deviation of 0.3 mm more.
         close(mean, 33.0 + gap, 1.3);
         close(sigma, 2.0, 0.35);
-        assert!(heard.iter().all(|said| said.from() == speaker.0));
-        assert!(heard.iter().all(|said| said.sighting.place().unwrap()[1..] == [0.0, 0.0]));
+        assert!(received.iter().all(|frame| frame.from() == speaker.0));
+        assert!(received.iter().all(|frame| frame.sighting.place().unwrap()[1..] == [0.0, 0.0]));
     }
 }

@@ -69,7 +69,7 @@ fn robots_run_the_script_that_an_event_loads() {
 
 /// A line that nobody has taken yet is still one of the script that has logged it.
 #[test]
-fn a_waiting_line_keeps_its_script() {
+fn a_waiting_log_line_keeps_its_script() {
     let folder = folder("loads_lines", &[("first.bzz", FIRST), ("second.bzz", SECOND)]);
     let text = texts("[[event]]\nat = 4\nload = \"all\"\nscript = \"second.bzz\"\n");
     let (scenario, programs) = read(&folder, &text);
@@ -88,7 +88,7 @@ fn a_waiting_line_keeps_its_script() {
 }
 
 #[test]
-fn faults_tell_the_program_that_had_them() {
+fn a_fault_names_its_program() {
     let bad = "function step() { x = nothing + 1 }\n";
     let folder = folder("loads_faults", &[("first.bzz", FIRST), ("bad.bzz", bad)]);
     let summary = run(&folder, &texts("[[event]]\nat = 4\nload = 1\nscript = \"bad.bzz\"\n"));
@@ -116,7 +116,7 @@ fn an_event_may_load_the_script_of_the_group_again() {
 
 /// What is looked for has a name in the script that a command has brought.
 #[test]
-fn expectations_know_the_script_of_a_command() {
+fn expectations_read_globals_of_a_loaded_script() {
     let both = "below = nil n = 0 function step() { n = n + 1 }\n";
     let folder = folder("loads_command", &[("first.bzz", both), ("second.bzz", SECOND)]);
     let expect = "[[expect]]\nat = 10\nrobots = 1\nvalue = \"global.below\"\nequals = -69\n\n\
@@ -144,12 +144,12 @@ fn scripts_that_cannot_be_loaded_change_nothing() {
     let (scenario, programs) = read(&folder, WORLD);
     let bare = Setup::new(scenario, programs).unwrap();
     let mut simulation = Simulation::new(Arc::new(bare.clone()), 1, 1).unwrap();
-    let told = |simulation: &mut Simulation, text: &str| -> String {
+    let printed = |simulation: &mut Simulation, text: &str| -> String {
         let errors = simulation.command(text).unwrap_err();
         errors.iter().map(|error| format!("{error}\n{:?}\n", error.help())).collect()
     };
     let text = "load = 0\nscript = \"second.bzz\"";
-    assert!(told(&mut simulation, text).contains("nothing compiles scripts in this run"));
+    assert!(printed(&mut simulation, text).contains("nothing compiles scripts in this run"));
     let setup = bare.with_compiler(Arc::new(program));
     let mut simulation = Simulation::new(Arc::new(setup), 1, 1).unwrap();
     let digest = simulation.digest();
@@ -161,8 +161,8 @@ fn scripts_that_cannot_be_loaded_change_nothing() {
         ("load = 0\nscript = \"missing.bzz\"", "missing.bzz` cannot be loaded"),
         ("load = 0\nscript = \"broken.bzz\"", "there is no function `fly`"),
     ] {
-        let told = told(&mut simulation, text);
-        assert!(told.contains(reason), "{text}: {told}");
+        let printed = printed(&mut simulation, text);
+        assert!(printed.contains(reason), "{text}: {printed}");
     }
     assert_eq!((simulation.commands().as_str(), simulation.digest()), ("", digest));
     let text = "load = 0\nscript = \"changing.bzz\"";
@@ -170,12 +170,12 @@ fn scripts_that_cannot_be_loaded_change_nothing() {
     // The same again has the same text.
     simulation.command(text).unwrap();
     fs::write(folder.join("changing.bzz"), "a = 2\n").unwrap();
-    assert!(told(&mut simulation, text).contains("has changed since it was loaded"));
+    assert!(printed(&mut simulation, text).contains("has changed since it was loaded"));
     assert_eq!(simulation.commands().matches("[[event]]").count(), 2);
 }
 
 #[test]
-fn events_with_scripts_that_are_not_there_are_refused() {
+fn events_with_missing_scripts_are_refused() {
     let folder = folder("loads_missing", &[("first.bzz", FIRST), ("second.bzz", SECOND)]);
     let text = texts("[[event]]\nat = 1\nload = 0\nscript = \"secund.bzz\"\n");
     let read = bittybuzz_arena::scenario::Scenario::parse(

@@ -67,24 +67,24 @@ fn digest(files: &dyn Files, path: &Path) -> u64 {
 }
 
 #[test]
-fn a_run_from_memory_is_the_run_from_disk() {
+fn files_in_memory_give_the_same_run() {
     let (folder, memory) = both("memory", &FILES);
     let path = folder.join("worlds/mixed.toml");
     assert_eq!(digest(&memory, &path), digest(&DiskFiles, &path));
 }
 
 /// Returns errors as people read them: message, file, line and help.
-fn told(files: &dyn Files, path: &Path) -> Vec<String> {
+fn printed(files: &dyn Files, path: &Path) -> Vec<String> {
     let Err(errors) = open(files, path) else { panic!("a mistake was not found") };
-    let told = errors.iter().map(|error| {
+    let printed = errors.iter().map(|error| {
         let place = error.place.as_ref().map(|place| (place.path.clone(), place.line));
         format!("{error} {place:?} {:?}", error.help())
     });
-    told.collect()
+    printed.collect()
 }
 
 #[test]
-fn mistakes_are_reported_alike() {
+fn files_in_memory_give_the_same_errors() {
     let (folder, memory) = both("memory-mistakes", &FILES);
     let changed = [
         // A script that is missing, with one beside it that may be meant; a folder.
@@ -99,13 +99,13 @@ fn mistakes_are_reported_alike() {
         fs::write(folder.join(name), &text).unwrap();
         let memory = memory.clone().with(folder.join(name), text);
         let path = folder.join("worlds/mixed.toml");
-        let (here, there) = (told(&memory, &path), told(&DiskFiles, &path));
+        let (here, there) = (printed(&memory, &path), printed(&DiskFiles, &path));
         assert_eq!(here, there, "{new}");
         assert!((1..=count).contains(&here.len()), "{here:#?}");
         both("memory-mistakes", &FILES);
     }
     let nowhere = folder.join("worlds/nothing.toml");
-    let (here, there) = (told(&memory, &nowhere), told(&DiskFiles, &nowhere));
-    let before_reason = |told: &[String]| told[0].split(": ").next().unwrap().to_owned();
+    let (here, there) = (printed(&memory, &nowhere), printed(&DiskFiles, &nowhere));
+    let before_reason = |printed: &[String]| printed[0].split(": ").next().unwrap().to_owned();
     assert_eq!(before_reason(&here), before_reason(&there), "the system gives the reason");
 }

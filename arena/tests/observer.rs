@@ -131,7 +131,7 @@ fn check_links(counter: &Counter, statistics: &WorldStatistics) {
 }
 
 #[test]
-fn an_observer_sees_what_the_world_counts() {
+fn observed_frames_agree_with_the_statistics() {
     let mut run = Simulation::new(busy::setup("counted", TROUBLE), 5, 1).unwrap();
     let mut counter = Counter::default();
     observe(&mut run, &mut counter);
@@ -170,7 +170,7 @@ fn crowd(name: &str) -> Arc<Setup> {
 }
 
 #[test]
-fn every_loss_has_its_cause() {
+fn each_lost_frame_has_a_cause() {
     let mut run = Simulation::new(crowd("causes"), 3, 1).unwrap();
     let mut counter = Counter::default();
     observe(&mut run, &mut counter);
@@ -186,7 +186,7 @@ fn every_loss_has_its_cause() {
 
 /// A frame that nothing loses reaches everybody else: each has one fate at each robot in reach.
 #[test]
-fn every_frame_has_a_fate_at_everybody_in_reach() {
+fn each_frame_has_a_fate_at_each_robot_in_reach() {
     let mut run = Simulation::new(crowd("fates"), 3, 1).unwrap();
     #[derive(Default)]
     struct Fates(BTreeMap<(usize, u64), Vec<usize>>);
@@ -221,7 +221,7 @@ fn every_frame_has_a_fate_at_everybody_in_reach() {
 }
 
 #[test]
-fn an_observer_changes_nothing() {
+fn an_observer_does_not_change_a_run() {
     let setup = busy::setup("unchanged", TROUBLE);
     let unobserved = busy::rest(&mut Simulation::new(setup.clone(), 5, 1).unwrap());
     for threads in [1, 2] {
@@ -242,7 +242,7 @@ fn an_observer_changes_nothing() {
 }
 
 #[test]
-fn threads_change_no_event() {
+fn the_number_of_threads_does_not_change_events() {
     let setup = busy::setup("threads", TROUBLE);
     let [one, two] = [1, 2].map(|threads| {
         let mut run = Simulation::new(setup.clone(), 5, threads).unwrap();
@@ -270,7 +270,7 @@ fn a_snapshot_has_no_observer() {
 }
 
 #[test]
-fn logs_and_faults_are_those_of_the_report() {
+fn observed_logs_and_faults_agree_with_the_report() {
     let mut run = Simulation::new(busy::setup("reported", ""), 5, 1).unwrap();
     let (mut observer, mut logged) = (RecordingObserver::default(), Vec::new());
     while !run.is_over() {

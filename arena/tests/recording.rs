@@ -42,7 +42,7 @@ fn documented() -> (RecordingHeader, Vec<RecordingSample>) {
 }
 
 #[test]
-fn the_test_vector_of_the_document_holds() {
+fn the_documented_test_vector_is_read() {
     let document = include_str!("../../docs/recording.md");
     let vector = document.split("```text\n").nth(1).and_then(|rest| rest.split("```").next());
     let bytes: Vec<u8> = vector
@@ -56,7 +56,7 @@ fn the_test_vector_of_the_document_holds() {
 }
 
 #[test]
-fn every_cut_is_noticed() {
+fn a_truncated_recording_is_an_error() {
     let (header, samples) = documented();
     let file = write(&header, &samples);
     for length in 0..file.len() {
@@ -164,13 +164,13 @@ fn recording() -> impl Strategy<Value = (RecordingHeader, Vec<RecordingSample>)>
 
 proptest! {
     #[test]
-    fn what_is_written_is_read((header, samples) in recording()) {
+    fn a_written_recording_is_read_back((header, samples) in recording()) {
         let file = write(&header, &samples);
         prop_assert_eq!(read(&file), Ok((header, samples)));
     }
 
     #[test]
-    fn damage_does_no_harm((header, samples) in recording(), at in any::<prop::sample::Index>(), byte in any::<u8>()) {
+    fn a_damaged_recording_causes_no_panic((header, samples) in recording(), at in any::<prop::sample::Index>(), byte in any::<u8>()) {
         let mut file = write(&header, &samples);
         let at = at.index(file.len());
         file[at] = byte;
@@ -178,7 +178,7 @@ proptest! {
     }
 
     #[test]
-    fn any_bytes_do_no_harm(rest in vec(any::<u8>(), 0..64)) {
+    fn arbitrary_bytes_cause_no_panic(rest in vec(any::<u8>(), 0..64)) {
         let file = [b"bbzrec\x02".as_slice(), &rest].concat();
         let _ = read(&file);
     }

@@ -28,7 +28,7 @@ fn last(trace: &[(RobotView, Option<f64>)]) -> (RobotView, Option<f64>) {
 }
 
 #[test]
-fn kilobots_go_and_turn_as_calibrated() {
+fn kilobots_move_and_turn_at_calibrated_speeds() {
     // ICRA 2012: 10 mm/s, 45 degrees per second.
     let (view, r) = last(&run("kilobot", "r = 0\nforward()\nled(5)\nr = 1\n", 10));
     assert!((95.0..=100.0).contains(&view.pose.x) && view.pose.y.abs() < 1.0, "{view:?}");
@@ -42,7 +42,7 @@ fn kilobots_go_and_turn_as_calibrated() {
 }
 
 #[test]
-fn zooids_drive_to_a_place_and_know_where_they_are() {
+fn zooids_drive_to_a_goal_and_estimate_their_position() {
     let script = "r = 0\nfunction step() { r = goto(300, -200) }\n";
     let trace = run("zooids", script, 10);
     let (view, r) = last(&trace);
@@ -88,7 +88,7 @@ fn crazyflies_take_off_fly_and_land() {
 }
 
 #[test]
-fn crazyflies_see_what_is_ahead_and_lose_charge() {
+fn crazyflies_measure_ranges_and_discharge() {
     // A wall of 20 mm stands at 900 mm.
     let script = "r = 0\nfunction init() { takeoff(500) }\nfunction step() { r = get_front() }\n";
     let (view, r) = last(&run("crazyflie", script, 5));
@@ -103,13 +103,13 @@ fn crazyflies_see_what_is_ahead_and_lose_charge() {
 }
 
 #[test]
-fn a_script_that_never_ends_holds_up_nobody() {
+fn an_endless_script_does_not_delay_others() {
     let (_, r) = last(&run("kilobot", "r = 0\nfunction step() { while(1) r = r + 1 }\n", 2));
     assert!(r.is_some_and(|r| r != 0.0), "{r:?}");
 }
 
 #[test]
-fn delays_take_their_time() {
+fn delays_last_as_long_as_requested() {
     let trace = run("kilobot", "r = 0\nfunction step() { delay(1000) r = r + 1 }\n", 5);
     // The step of 0.1 s goes on at 1.1 s, in the tick that ends at 1.2 s.
     assert_eq!((trace[10].1, trace[11].1), (Some(0.0), Some(1.0)));
@@ -145,7 +145,7 @@ fn messages_of_another_script_are_counted_and_ignored() {
 
 /// A Kilobot sends every fifth step only, and what it says is of the step before, not of when its link was last free.
 #[test]
-fn broadcasts_are_of_the_last_step() {
+fn broadcasts_carry_values_of_the_last_step() {
     let script = "t = 0\nr = 0\nfunction init() {\n neighbors.listen(\"t\", function(topic, value, robot) {\n \
                   if(t - value > r) r = t - value\n })\n}\n\
                   function step() { t = t + 1 neighbors.broadcast(\"t\", t) }\n";

@@ -31,7 +31,7 @@ fn table(section: &SectionKeys) -> String {
 }
 
 #[test]
-fn the_tables_of_keys_are_those_of_the_code() {
+fn documented_keys_agree_with_the_code() {
     for section in &sections() {
         assert!(
             DOCUMENT.contains(&table(section)),
@@ -60,7 +60,7 @@ fn every_quantity_is_described() {
 }
 
 #[test]
-fn the_worked_example_is_a_scenario() {
+fn the_documented_example_is_a_valid_scenario() {
     let start = DOCUMENT.find("```toml\n").map_or(0, |at| at + "```toml\n".len());
     let text = &DOCUMENT[start..];
     let text = &text[..text.find("```").unwrap_or(0)];

@@ -1,4 +1,4 @@
-//! Every mistake of a scenario file is told with line, column and what to do.
+//! Errors of scenario files, each with its line, column and remedy.
 
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -26,7 +26,7 @@ fn errors(text: &str, set: &[&str]) -> Vec<ScenarioError> {
 }
 
 /// `s.toml:3:1: message | help`
-fn told(error: &ScenarioError) -> String {
+fn printed(error: &ScenarioError) -> String {
     let place = match &error.place {
         Some(place) => format!("{}:{}:{}", place.path, place.line, place.column),
         None => "-".to_owned(),
@@ -351,16 +351,20 @@ const FILES: &[(&str, &str, &[&str])] = &[
 
 #[track_caller]
 fn check(text: &str, place: &str, parts: &[&str]) {
-    let found: Vec<String> = errors(text, &[]).iter().map(told).collect();
+    let found: Vec<String> = errors(text, &[]).iter().map(printed).collect();
     let start = format!("s.toml:{place}: ");
-    let fits =
-        |told: &&String| told.starts_with(&start) && parts.iter().all(|part| told.contains(part));
-    assert!(found.iter().any(|told| fits(&told)), "{place} {parts:?}\nfound {found:#?}\nin {text}");
+    let fits = |printed: &&String| {
+        printed.starts_with(&start) && parts.iter().all(|part| printed.contains(part))
+    };
+    assert!(
+        found.iter().any(|printed| fits(&printed)),
+        "{place} {parts:?}\nfound {found:#?}\nin {text}"
+    );
 }
 
-/// A mistake is told alone, whatever follows from it.
+/// Only the mistake itself is reported, not its consequences.
 #[test]
-fn mistakes_have_no_consequences() {
+fn one_mistake_causes_no_further_errors() {
     let follows = "[[event]]\nat = 3\nfail = \"2..4\"\n[[event]]\nat = 3\nloss = 1\n\
                    [[expect]]\nat = 3\nrobots = \"walkers\"\nvalue = \"x\"\nabove = 3\n\
                    [[expect]]\nat = 3\nrobots = [0, 3]\nvalue = \"x\"\nabove = 3\n";
@@ -373,7 +377,7 @@ fn mistakes_have_no_consequences() {
         ("count = 5\nfirst_id = 65535\n", "12:12"),
     ] {
         let text = format!("{GROUP}name = \"walkers\"\n{line}{wrong}{follows}");
-        let found: Vec<String> = errors(&text, &[]).iter().map(told).collect();
+        let found: Vec<String> = errors(&text, &[]).iter().map(printed).collect();
         let [only] = found.as_slice() else { panic!("{wrong}{found:#?}") };
         assert!(only.starts_with(&format!("s.toml:{place}: ")), "{only}");
     }
@@ -401,14 +405,16 @@ fn every_mistake_has_a_place_and_help() {
 }
 
 #[test]
-fn one_mistake_is_one_error() {
+fn each_mistake_gives_one_error() {
     let cases = AFTER_BASE;
     for (case, ..) in cases {
-        let found: Vec<String> = errors(&format!("{BASE}{case}"), &[]).iter().map(told).collect();
+        let found: Vec<String> =
+            errors(&format!("{BASE}{case}"), &[]).iter().map(printed).collect();
         assert_eq!(found.len(), 1, "{case}\n{found:#?}");
     }
     for (case, ..) in AFTER_GROUP {
-        let found: Vec<String> = errors(&format!("{GROUP}{case}"), &[]).iter().map(told).collect();
+        let found: Vec<String> =
+            errors(&format!("{GROUP}{case}"), &[]).iter().map(printed).collect();
         assert_eq!(found.len(), 1, "{case}\n{found:#?}");
     }
 }
@@ -470,7 +476,8 @@ fn starts_that_have_no_room_are_refused() {
     let obstacles = "obstacles = [{ at = [0, 80], radius = 20 }, { at = [0, 200], size = [100, 100] }, { from = [200, 0], to = [400, 0] }]";
     let world = GROUP.replace("duration = 60", &format!("duration = 60\n{obstacles}"));
     for (case, parts) in STARTS {
-        let found: Vec<String> = errors(&format!("{world}{case}"), &[]).iter().map(told).collect();
+        let found: Vec<String> =
+            errors(&format!("{world}{case}"), &[]).iter().map(printed).collect();
         let [only] = found.as_slice() else { panic!("{case}{found:#?}") };
         assert!(only.starts_with("s.toml:5:1: "), "{only}");
         for part in *parts {
@@ -484,14 +491,15 @@ fn starts_that_have_no_room_are_refused() {
         "positions = [[483.5, -383.5], [0, 116.5], [66.5, 200], [300, -16.5]]\n",
         "present = false\npositions = [[50, 0], [50, 0]]\n[[event]]\nat = 1\njoin = 0\n[[event]]\nat = 9\njoin = 1\n",
     ] {
-        let found: Vec<String> = errors(&format!("{world}{case}"), &[]).iter().map(told).collect();
+        let found: Vec<String> =
+            errors(&format!("{world}{case}"), &[]).iter().map(printed).collect();
         assert_eq!(found, [""; 0], "{case}");
     }
     // Robots of two groups.
     let pair = format!(
         "{world}positions = [[50, 0]]\n[[robots]]\nrobot = \"zooids\"\nscript = \"walk.bzz\"\npositions = [[60, 0]]\n"
     );
-    let found: Vec<String> = errors(&pair, &[]).iter().map(told).collect();
+    let found: Vec<String> = errors(&pair, &[]).iter().map(printed).collect();
     assert_eq!(
         found,
         [
@@ -506,7 +514,7 @@ fn one_robot_is_not_moved_into_an_obstacle() {
     let world = GROUP.replace("duration = 60", &format!("duration = 60\n{obstacles}"));
     let moved = |robots: &str, to: &str| {
         let text = format!("{world}count = 3\n[[event]]\nat = 1\nmove = {robots}\nto = {to}\n");
-        errors(&text, &[]).iter().map(told).collect::<Vec<String>>()
+        errors(&text, &[]).iter().map(printed).collect::<Vec<String>>()
     };
     let [obstacle] = &moved("1", "[0, 110]")[..] else { panic!("{:?}", moved("1", "[0, 110]")) };
     assert!(
@@ -522,16 +530,16 @@ fn one_robot_is_not_moved_into_an_obstacle() {
 
 /// From a tick to four weeks: decimal fractions are not exact in binary.
 #[test]
-fn every_tick_is_a_time() {
+fn events_can_be_at_every_tick() {
     for tick in (1..200).chain([24_191_999, 24_192_000]) {
         let text = BASE.replace("duration = 60", &format!("duration = {}", f64::from(tick) / 10.0));
-        let found: Vec<String> = errors(&text, &[]).iter().map(told).collect();
+        let found: Vec<String> = errors(&text, &[]).iter().map(printed).collect();
         assert_eq!(found, [""; 0], "{tick}");
     }
 }
 
 #[test]
-fn all_mistakes_are_told_in_order() {
+fn errors_are_reported_in_order() {
     let text = r#"[world]
 size = [1000]
 duration = "long"
@@ -558,29 +566,29 @@ equals = true
 }
 
 #[test]
-fn all_mistakes_of_a_robot_file_have_their_own_places() {
+fn errors_in_a_robot_file_have_their_places() {
     let text = format!("{GROUP}[[robots]]\nrobot = \"broken.toml\"\nscript = \"walk.bzz\"\n");
     let found = errors(&text, &[]);
-    let found: Vec<String> = found.iter().map(told).collect();
+    let found: Vec<String> = found.iter().map(printed).collect();
     // Besides the unknown key, the profile is wrong.
     assert!(
-        found.len() > 1 && found.iter().all(|told| told.contains("broken.toml:")),
+        found.len() > 1 && found.iter().all(|printed| printed.contains("broken.toml:")),
         "{found:#?}"
     );
-    let unknown = |told: &&String| told.contains("broken.toml:2:1: unknown key `nmae`");
-    assert!(found.iter().any(|told| unknown(&told)), "{found:#?}");
+    let unknown = |printed: &&String| printed.contains("broken.toml:2:1: unknown key `nmae`");
+    assert!(found.iter().any(|printed| unknown(&printed)), "{found:#?}");
 }
 
 #[test]
-fn a_hundred_mistakes_are_reported_and_the_others_counted() {
+fn at_most_a_hundred_errors_are_printed() {
     let events: String =
         (0..20_000).map(|n| format!("[[event]]\nat = 1\nfail = \"g{n}\"\n")).collect();
-    let found: Vec<String> = errors(&format!("{BASE}{events}"), &[]).iter().map(told).collect();
+    let found: Vec<String> = errors(&format!("{BASE}{events}"), &[]).iter().map(printed).collect();
     assert_eq!(found.len(), 101);
     assert!(found[0].starts_with("s.toml:12:8: no group of robots is named `g0`"), "{}", found[0]);
     assert_eq!(found[100], "-: 19900 more mistakes are not shown | ");
     let keys: String = (0..200_000).map(|number| format!("key{number} = 1\n")).collect();
-    let found: Vec<String> = errors(&format!("{keys}{BASE}"), &[]).iter().map(told).collect();
+    let found: Vec<String> = errors(&format!("{keys}{BASE}"), &[]).iter().map(printed).collect();
     assert_eq!(found.last().unwrap(), "-: 199900 more mistakes are not shown | ");
 }
 
@@ -588,14 +596,14 @@ fn a_hundred_mistakes_are_reported_and_the_others_counted() {
 fn a_message_does_not_describe_a_thousand_groups() {
     let group = &GROUP[GROUP.find("[[robots]]").unwrap()..];
     let text = format!("{GROUP}{}[[event]]\nat = 1\nfail = 5000\n", group.repeat(999));
-    let found: Vec<String> = errors(&text, &[]).iter().map(told).collect();
+    let found: Vec<String> = errors(&text, &[]).iter().map(printed).collect();
     let [only] = found.as_slice() else { panic!("{found:#?}") };
     assert!(only.contains("`kilobot-24` with ids 23 to 23, 976 more groups"), "{only}");
     assert!(!only.contains("kilobot-25"), "{only}");
 }
 
 #[test]
-fn what_set_says_is_told_as_such() {
+fn errors_in_set_options_name_the_option() {
     for (set, parts) in [
         ("medium.ir.loss=2", &["--set medium.ir.loss:1:1", "`loss` cannot be 2"][..]),
         ("medium.ir.los=0.2", &["--set medium.ir.los:1:1", "did you mean `loss`?"]),
@@ -605,7 +613,7 @@ fn what_set_says_is_told_as_such() {
         ("world.seed=abc", &["`seed` must be an integer, not a string"]),
         ("robots.0.script=wakl.bzz", &["--set robots.0.script", "`walk.bzz`?"]),
     ] {
-        let found: Vec<String> = errors(BASE, &[set]).iter().map(told).collect();
+        let found: Vec<String> = errors(BASE, &[set]).iter().map(printed).collect();
         assert_eq!(found.len(), 1, "{set}: {found:#?}");
         for part in parts {
             assert!(found[0].contains(part), "{part} is not in {}", found[0]);
@@ -614,7 +622,7 @@ fn what_set_says_is_told_as_such() {
 }
 
 #[test]
-fn set_takes_the_place_of_the_file() {
+fn a_set_option_overrides_the_file() {
     let set =
         ["robots.0.count=7", "medium.ir.loss=0.25", "world.seed=9", "body.kilobot.preset=kilombo"];
     let set = set.map(str::to_owned);

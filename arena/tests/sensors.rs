@@ -21,7 +21,7 @@ fn light_falls_with_distance_and_angle() {
 }
 
 #[test]
-fn daylight_adds_and_the_converter_ends() {
+fn ambient_light_adds_up_to_the_converter_limit() {
     let mut world = World::new(Settings { ambient_light: 300.0, ..exact() }).unwrap();
     let id = kilobot(&mut world, 0.0, 0.0, 0.0, Probe::default());
     world.tick();
@@ -73,7 +73,7 @@ fn ranges_to_walls_obstacles_and_robots() {
 
 /// Marching through the grid finds the robot that all robots' circles give.
 #[test]
-fn the_grid_shows_what_all_robots_show() {
+fn the_grid_gives_the_same_ranges_as_all_pairs() {
     let mut settings = exact();
     // Some begin in each other, and shall hover all the same.
     settings.crazyflie.crash_speed = 1e5;

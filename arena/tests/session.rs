@@ -31,7 +31,7 @@ fn play(session: &mut Session, mut act: impl FnMut(&mut Session)) -> Vec<u64> {
 }
 
 #[test]
-fn every_tick_is_found_again_bit_for_bit() {
+fn going_back_to_any_tick_restores_its_state() {
     let mut chance = Random::new(1);
     // Two copies leave long ways, 500 none.
     for most in [2, 7, 500] {
@@ -58,7 +58,7 @@ fn every_tick_is_found_again_bit_for_bit() {
 
 /// The end of the run is the end of all ways.
 #[test]
-fn nothing_is_after_the_end() {
+fn a_session_cannot_go_beyond_its_end() {
     let mut session = begin("session_end", 4);
     session.go_to(u64::MAX).unwrap();
     assert_eq!(session.run().now(), session.run().end());
@@ -90,7 +90,7 @@ fn a_command_in_the_past_discards_the_later_ones() {
 
 /// A command at the tick of another one that waits comes after it.
 #[test]
-fn commands_of_one_tick_stay_together() {
+fn commands_at_the_same_tick_keep_their_order() {
     let mut session = begin("session_same", 3);
     play(&mut session, |session| {
         if session.run().now() == 10 {
@@ -105,7 +105,7 @@ fn commands_of_one_tick_stay_together() {
 
 /// A script that has changed on disk since it was loaded is not asked for again.
 #[test]
-fn a_way_back_does_not_compile_again() {
+fn going_back_does_not_compile_again() {
     let mut session = begin("session_script", 2);
     let digests = play(&mut session, |session| {
         if session.run().now() == 40 {
@@ -120,7 +120,7 @@ fn a_way_back_does_not_compile_again() {
 }
 
 #[test]
-fn there_is_no_way_before_the_beginning() {
+fn a_session_cannot_go_before_its_start() {
     let mut run = Simulation::new(setup("session_late", ""), 5, 1).unwrap();
     (0..30).for_each(|_| run.tick().unwrap());
     let mut session = Session::new(run, 4);

@@ -10,7 +10,7 @@ fn run_to(simulation: &mut Simulation, tick: u64) {
 }
 
 #[test]
-fn a_snapshot_goes_on_as_its_run() {
+fn a_snapshot_continues_like_its_run() {
     let setup = setup("snapshot", "");
     let new = || Simulation::new(setup.clone(), 5, 1).unwrap();
     let mut whole = new();
@@ -35,7 +35,7 @@ fn a_snapshot_goes_on_as_its_run() {
 }
 
 #[test]
-fn what_was_logged_and_not_yet_read_is_in_a_snapshot() {
+fn a_snapshot_keeps_unread_log_lines() {
     let mut run = Simulation::new(setup("snapshot-log", ""), 5, 1).unwrap();
     run_to(&mut run, 60);
     let mut copy = run.snapshot().unwrap();

@@ -56,7 +56,7 @@ fn overruns_before_a_restart_stay_counted() {
 }
 
 #[test]
-fn waiting_is_no_overrun() {
+fn waiting_does_not_count_as_an_overrun() {
     let script = "function step() { delay(350) }\n";
     let folder = folder("overruns_delay", &[("s.bzz", script)]);
     let summary = run(&folder, &world("kilobot", ""));
@@ -73,7 +73,7 @@ fn rated(hz: u32) -> String {
 /// Global code and `init` are due in tick 0, then a step in every second, fifth or tenth tick, to tick 99. A robot that is switched
 /// on in tick 3 counts from there: five steps per second are those of ticks 5, 7 to 99.
 #[test]
-fn steps_are_as_often_as_the_robot_file_says() {
+fn the_robot_file_sets_the_step_rate() {
     for (hz, from_start, from_tick_3) in [(10, 99, 96), (5, 49, 48), (2, 19, 19), (1, 9, 9)] {
         let scripts = [("s.bzz", "function step() { }\n"), ("mine.toml", &rated(hz))];
         let folder = folder(&format!("rate_{hz}"), &scripts);
@@ -92,7 +92,7 @@ fn steps_are_as_often_as_the_robot_file_says() {
 
 /// At two steps per second the steps are those of ticks 5, 10 and 15, of which the last never ends.
 #[test]
-fn a_slow_robot_misses_only_steps_that_are_due() {
+fn a_slow_robot_misses_only_due_steps() {
     let script = "n = 0\nfunction step() { n = n + 1 if(n == 3) while(1) n = 4 }\n";
     let folder = folder("rate_slow", &[("s.bzz", script), ("mine.toml", &rated(2))]);
     let summary = run(&folder, &world("mine.toml", ""));

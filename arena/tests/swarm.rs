@@ -88,7 +88,7 @@ fn contacts_and_parts() {
 }
 
 #[test]
-fn too_few_robots_have_no_number() {
+fn measures_of_too_few_robots_are_absent() {
     holds(
         "one",
         &(group("positions = [[0, 0]]") + &group("name = \"away\"\ncount = 3\npresent = false")),
@@ -106,7 +106,7 @@ fn too_few_robots_have_no_number() {
 
 /// Measured by all pairs.
 #[test]
-fn many_robots_are_as_all_pairs_say() {
+fn swarm_measures_agree_with_all_pairs() {
     let folder = folder("swarm_many", &[("s.bzz", STILL)]);
     let quantities = ["swarm.nearest", "swarm.contacts", "swarm.components"];
     let text = format!(
@@ -152,7 +152,7 @@ fn many_robots_are_as_all_pairs_say() {
 
 /// One column and one curve each.
 #[test]
-fn they_are_drawn_and_tabled() {
+fn swarm_measures_appear_in_pictures_and_tables() {
     let folder = folder("swarm_table", &[("s.bzz", STILL)]);
     let text = format!(
         "[world]\nsize = [500, 500]\nduration = 1\n{}[output]\nevery = 0.1\nplot = [\"x\", \"swarm.spread\"]\n",

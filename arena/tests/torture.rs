@@ -133,7 +133,7 @@ fn disturb(world: &mut World<Mad>, stream: &mut Stream) {
 }
 
 #[test]
-fn everything_at_random() {
+fn random_scenarios_run_without_a_panic() {
     for seed in 0..100 {
         let mut stream = Stream::for_brain(seed, 99);
         let settings = settings(seed, &mut stream);

@@ -189,7 +189,7 @@ mod tests {
 
     proptest! {
         #[test]
-        fn possible_forces_come_back(forces in prop::array::uniform4(0.0..THRUST_N_MAX)) {
+        fn feasible_forces_are_reproduced(forces in prop::array::uniform4(0.0..THRUST_N_MAX)) {
             let mixer = Mixer::new(&VEHICLE);
             let wrench = wrench_by_cross_products(forces);
             prop_assert!(largest_difference(&wrench, &mixer.wrench(&MotorForces(forces))) < 1e-6);
@@ -201,7 +201,7 @@ mod tests {
         }
 
         #[test]
-        fn limits_hold_and_flags_are_true(wrench in any_wrench()) {
+        fn limits_hold_and_flags_report_saturation(wrench in any_wrench()) {
             let outcome = Mixer::new(&VEHICLE).mix(&wrench);
             prop_assert!(outcome.forces.0.iter().all(|force| (0.0..=THRUST_N_MAX).contains(force)));
             let given = wrench_by_cross_products(outcome.forces.0);
@@ -268,7 +268,7 @@ mod tests {
         }
 
         #[test]
-        fn no_wrench_breaks_the_limits(
+        fn no_wrench_exceeds_the_limits(
             thrust_n in any::<f32>(), x in any::<f32>(), y in any::<f32>(), z in any::<f32>()
         ) {
             let wrench = Wrench { thrust_n, torque_n_m: Vec3::new(x, y, z) };

@@ -119,7 +119,7 @@ mod tests {
     }
 
     #[test]
-    fn seldom_rejections_and_refusals_do_not_matter() {
+    fn rare_rejections_keep_the_trust() {
         let mut trust = MeasurementTrust::<u8>::new(TrustLimits::FLOW);
         for number in 0..10_000 {
             trust.note(if number % 3 == 0 { &REJECTED } else { &EkfOutcome::Accepted });

@@ -93,7 +93,7 @@ fn late_poses_of_a_turning_robot_leave_no_lag() {
 }
 
 #[test]
-fn past_reaches_40_ms_and_not_beyond_a_reset() {
+fn the_history_spans_40_ms_and_ends_at_a_reset() {
     let mut filter = settled();
     let aged = |age_s| PositionMeasurement { age_s, ..position(Vec3::Z) };
     assert!(filter.update_position(&aged(0.04)).is_accepted());
@@ -304,7 +304,7 @@ fn flow_finds_an_unknown_velocity() {
 }
 
 #[test]
-fn range_forgives_a_tilt_within_the_cone() {
+fn a_tilt_within_the_cone_does_not_change_the_range() {
     let tilted = |tilt: f32, range_m: f32| {
         let start = FlightState {
             position_m: Vec3::Z,

@@ -101,7 +101,7 @@ mod tests {
 
     /// Processors differ in the sign and the payload of the NaN that 0/0 gives.
     #[test]
-    fn every_nan_counts_alike() {
+    fn every_nan_has_the_same_digest() {
         let nans = [NAN, 0xffc0_0000, 0x7f80_0001].map(f32::from_bits);
         let [one, others @ ..] = nans.map(|nan| digest(|digest| digest.float(nan)));
         assert_eq!(others, [one; 2]);
@@ -112,7 +112,7 @@ mod tests {
 
     /// Derived hashes of enums and lengths write `isize` and `usize`, which WebAssembly has in 32 bits.
     #[test]
-    fn lengths_and_variants_are_as_wide_on_every_machine() {
+    fn lengths_and_variants_are_hashed_in_64_bits() {
         let wide = digest(|digest| digest.write_u64(3));
         assert_eq!(digest(|digest| digest.write_usize(3)), wide);
         assert_eq!(digest(|digest| digest.write_isize(3)), wide);
@@ -120,7 +120,7 @@ mod tests {
     }
 
     #[test]
-    fn the_order_of_words_counts() {
+    fn the_digest_depends_on_the_order() {
         let of = |one: u64, other: u64| digest(|digest| (one, other).hash(digest));
         assert_ne!(of(1, 2), of(2, 1));
         assert_ne!(of(0, 1), of(0, 0));

@@ -1,4 +1,4 @@
-//! A brain for tests: does as it is told, and remembers what it heard.
+//! A brain for tests, which follows its settings and stores the frames that it receives.
 
 pub mod robots;
 
@@ -11,7 +11,7 @@ use bittybuzz_motion::drive::Wheels;
 use bittybuzz_zooids_model::Drive;
 use robots::{RobotKind, Settings, World};
 
-/// A frame as it was heard.
+/// A received frame.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Said {
     pub tick: u64,
@@ -40,7 +40,7 @@ impl Said {
     }
 }
 
-/// Does as it is told.
+/// A brain that follows these settings.
 #[derive(Clone, Debug, Default)]
 pub struct Probe {
     /// Duties of both motors or wheels.
@@ -54,7 +54,7 @@ pub struct Probe {
     /// Frames given to the link.
     pub given: u32,
     pub id: u16,
-    pub heard: Vec<Said>,
+    pub received: Vec<Said>,
     pub light: u16,
     /// Front, left, back, right.
     pub ranges: [Option<f32>; 4],
@@ -74,9 +74,9 @@ impl Probe {
         Probe { fly: Some(Velocity { forward, left, up, turn: 0.0 }), ..Probe::default() }
     }
 
-    /// How many frames of that robot it heard.
-    pub fn heard_from(&self, id: RobotId) -> usize {
-        self.heard.iter().filter(|said| said.from() == id.0).count()
+    /// Returns the number of frames received from that robot.
+    pub fn received_from(&self, id: RobotId) -> usize {
+        self.received.iter().filter(|frame| frame.from() == id.0).count()
     }
 }
 
@@ -86,7 +86,7 @@ impl Brain for Probe {
         self.light = io.sensors.light();
         self.ranges =
             [Side::Front, Side::Left, Side::Back, Side::Right].map(|side| io.sensors.range(side));
-        self.heard.extend(io.inbox.iter().map(|frame| Said {
+        self.received.extend(io.inbox.iter().map(|frame| Said {
             tick: io.now,
             bytes: frame.bytes.to_vec(),
             sighting: frame.sighting,
@@ -103,7 +103,7 @@ impl Brain for Probe {
         } else if let Some(flight) = io.controls::<Flight>() {
             *flight = self.fly.map_or(Flight::Off, Flight::Velocity);
         }
-        *io.led = (self.heard.len() % 8) as u8;
+        *io.led = (self.received.len() % 8) as u8;
     }
 
     fn has_frame(&self) -> bool {

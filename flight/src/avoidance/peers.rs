@@ -202,8 +202,8 @@ mod tests {
         }
         let estimate = table.iter().next().unwrap().velocity_m_s;
         assert!(estimate.distance(Vec3::new(0.4, 0.0, 0.0)) < 1e-3, "{estimate}");
-        let told = PeerReport { velocity_m_s: Some(Vec3::Y), ..report(1, 1.0, 5000) };
-        assert_eq!(table.update(told, Vec3::ZERO), Ok(()));
+        let sent = PeerReport { velocity_m_s: Some(Vec3::Y), ..report(1, 1.0, 5000) };
+        assert_eq!(table.update(sent, Vec3::ZERO), Ok(()));
         assert_eq!(table.iter().next().unwrap().velocity_m_s, Vec3::Y);
     }
 

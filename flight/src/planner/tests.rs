@@ -197,7 +197,7 @@ proptest! {
     }
 
     #[test]
-    fn any_bits_are_refused_or_flown(
+    fn arbitrary_bits_are_refused_or_flown(
         numbers in prop::array::uniform6(any::<f32>()), choice in 0..6, now in any::<f64>(),
     ) {
         let mut planner = Planner::<1>::new(LIMITS, fence()).unwrap();

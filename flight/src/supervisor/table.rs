@@ -287,7 +287,7 @@ fn check<'a>(start: &Start, now: &Conditions, applying: &[&'a Row]) -> Vec<&'a R
 }
 
 #[test]
-fn the_table_of_transitions_is_the_code() {
+fn the_documented_transitions_agree_with_the_code() {
     let rows = rows();
     let mut used = BTreeSet::new();
     let mut stages = BTreeSet::new();
@@ -311,7 +311,7 @@ fn the_table_of_transitions_is_the_code() {
 }
 
 #[test]
-fn the_table_of_motors_is_the_code() {
+fn the_documented_motor_states_agree_with_the_code() {
     let table = tables(2);
     for start in starts() {
         for now in conditions(start.usual) {

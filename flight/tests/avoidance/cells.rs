@@ -151,7 +151,7 @@ proptest! {
 }
 
 #[test]
-fn robots_at_one_point_part() {
+fn robots_at_the_same_point_separate() {
     for peer in [Vec3::ZERO, Vec3::new(0.0, 0.0, 0.05)] {
         let mut first = Avoidance::<10>::new(1, SETTINGS).unwrap();
         let mut second = Avoidance::<10>::new(2, SETTINGS).unwrap();
@@ -202,7 +202,7 @@ fn an_old_report_stops_but_does_not_push() {
 }
 
 #[test]
-fn walls_hold_and_push_back() {
+fn walls_limit_the_velocity_and_push_back() {
     let walls = AvoidanceSettings {
         lowest_m: Vec3::new(-1.0, -1.0, 0.2),
         highest_m: Vec3::splat(1.0),

@@ -92,7 +92,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn the_tables_fall() {
+    fn readings_fall_with_the_distance() {
         for table in [HIGH, LOW] {
             assert!(table.windows(2).all(|pair| pair[0] > pair[1]));
         }
@@ -101,7 +101,7 @@ mod tests {
     /// The measurement inverts the tables within the truncation of kilolib's whole millimetres and
     /// the converter's steps.
     #[test]
-    fn measures_what_is() {
+    fn measured_distances_are_close_to_the_true_ones() {
         let calibration = Calibration::new();
         for tenth in 0..700 {
             let gap = tenth as f32 / 10.0;
@@ -118,7 +118,7 @@ mod tests {
     }
 
     #[test]
-    fn beyond_the_table_it_goes_on() {
+    fn the_last_slope_continues_beyond_the_table() {
         assert!(Calibration::new().measure(80.0) > 33.0 + 70.0);
     }
 }

@@ -140,7 +140,7 @@ mod tests {
     }
 
     #[test]
-    fn overlapping_frames_are_lost_to_those_who_hear_both() {
+    fn overlapping_frames_are_lost_to_receivers_of_both() {
         let mut air = P2pAir::default();
         send(&mut air, 0, 20);
         send(&mut air, 1, 200);
@@ -172,7 +172,7 @@ mod tests {
     }
 
     #[test]
-    fn a_share_is_lost() {
+    fn the_given_share_of_frames_is_lost() {
         let mut air = P2pAir::default();
         air.lose(0.3, 7);
         let mut received = 0;

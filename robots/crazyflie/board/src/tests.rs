@@ -91,7 +91,7 @@ fn leds_follow_their_pins() {
 }
 
 #[test]
-fn each_motor_hangs_at_its_pin() {
+fn each_motor_has_its_pin() {
     // Motor, port and pin, alternate function, timer, channel from 1: the table of the board.
     for (number, port, pin, function, timer, channel) in [
         (1, GPIOA, 1, 1, TIM2, 2),
@@ -123,7 +123,7 @@ fn each_motor_hangs_at_its_pin() {
 }
 
 #[test]
-fn frames_go_both_ways_at_one_megabaud() {
+fn frames_pass_in_both_directions_at_one_megabaud() {
     let mut board = board();
     start_usart(&mut board, 84);
     let channel = [0xbc, 0xcf, 0x01, 0x01, 0x50, 0x52, 0x55];
@@ -136,7 +136,7 @@ fn frames_go_both_ways_at_one_megabaud() {
 }
 
 #[test]
-fn a_wrong_baud_rate_or_pin_is_not_understood() {
+fn frames_at_a_wrong_baud_rate_or_pin_are_lost() {
     let channel = [0xbc, 0xcf, 0x01, 0x01, 0x50, 0x52, 0x55];
     for divider in [80, 88] {
         let mut board = board();
@@ -231,7 +231,7 @@ fn without_a_clock_sleep_does_not_end() {
 }
 
 #[test]
-fn the_watchdog_asks_for_a_reset_which_keeps_its_cause() {
+fn the_watchdog_resets_the_chip_and_the_cause_is_kept() {
     let mut board = board();
     write(&mut board, IWDG, 0x5555);
     write(&mut board, IWDG + 0x08, 799);

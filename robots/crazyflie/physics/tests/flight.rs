@@ -101,7 +101,7 @@ fn downwash_pushes_down() {
 
 /// Nothing that a caller passes makes the state other than finite.
 #[test]
-fn senseless_inputs_leave_the_state_finite() {
+fn invalid_inputs_leave_the_state_finite() {
     let mut drone = Drone::nominal(PLUS);
     drone.set_motor_efficiency([f64::NAN, 2.0, -1.0, 1.0]);
     let bad = [f64::NAN, f64::INFINITY, -1e300, 1e300];

@@ -168,7 +168,7 @@ mod tests {
     }
 
     #[test]
-    fn checksums_are_those_of_kilolib() {
+    fn checksums_agree_with_kilolib() {
         // "9 x FF, type 0" and "9 x 00, type 0x88".
         for (data, kind, crc) in [(0xff, 0, 0x881d_u16), (0, 0x88, 0x94c7)] {
             let mut frame = [data; 12];
@@ -200,26 +200,26 @@ mod tests {
         let frame = [0, 1, 0x80, 0xff, 0x55, 0xaa, 7, 8, 9, 0, 0x12, 0x34];
         let mut decoder = PulseDecoder::default();
         for _ in 0..2 {
-            let heard: Vec<_> =
+            let received: Vec<_> =
                 pulses(&frame).into_iter().filter_map(|cycle| decoder.pulse(cycle)).collect();
-            assert_eq!(heard, [PulseOutcome::Begin, PulseOutcome::Frame(frame, 1000)]);
+            assert_eq!(received, [PulseOutcome::Begin, PulseOutcome::Frame(frame, 1000)]);
             decoder = PulseDecoder::default();
         }
         // A clock error of half a bit over a byte, 5.6 %, is too much.
         let mut slow = PulseDecoder::default();
         let stretched = pulses(&frame).into_iter().map(|cycle| cycle * 1070 / 1000);
-        let heard: Vec<_> = stretched.filter_map(|cycle| slow.pulse(cycle)).collect();
-        assert_ne!(heard.last(), Some(&PulseOutcome::Frame(frame, 1070)));
+        let received: Vec<_> = stretched.filter_map(|cycle| slow.pulse(cycle)).collect();
+        assert_ne!(received.last(), Some(&PulseOutcome::Frame(frame, 1070)));
     }
 
     #[test]
-    fn two_senders_at_once_are_no_frame() {
+    fn overlapping_senders_give_no_frame() {
         let frame = [0x55; 12];
         let mut both = pulses(&frame);
         both.extend(pulses(&frame).into_iter().map(|cycle| cycle + 700));
         both.sort_unstable();
         let mut decoder = PulseDecoder::default();
-        let heard: Vec<_> = both.into_iter().filter_map(|cycle| decoder.pulse(cycle)).collect();
-        assert_eq!(heard, [PulseOutcome::Begin, PulseOutcome::Broken]);
+        let received: Vec<_> = both.into_iter().filter_map(|cycle| decoder.pulse(cycle)).collect();
+        assert_eq!(received, [PulseOutcome::Begin, PulseOutcome::Broken]);
     }
 }

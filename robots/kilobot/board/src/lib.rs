@@ -154,7 +154,7 @@ pub struct Kilobot {
     held_until: u64,
     receiving: PulseDecoder,
     /// The first sender of the current burst, and true if other senders' pulses came in it as well.
-    heard: Option<(u16, bool)>,
+    burst_sender: Option<(u16, bool)>,
     color: [u8; 3],
     motors: [(f64, f64); 2],
     battery: u16,
@@ -193,7 +193,7 @@ impl Kilobot {
             held: Amplitude::default(),
             held_until: 0,
             receiving: PulseDecoder::default(),
-            heard: None,
+            burst_sender: None,
             color: [0; 3],
             motors: [(0.0, 0.0); 2],
             battery: 0,
@@ -311,11 +311,11 @@ impl Kilobot {
     /// Counts the frames that a program could receive, even if this one does not receive them.
     fn count_pulse(&mut self, from: u16, cycle: u64) {
         let is_going_on = self.receiving.is_busy(cycle);
-        match &mut self.heard {
+        match &mut self.burst_sender {
             Some((one, more)) if is_going_on => *more |= *one != from,
-            heard => *heard = Some((from, false)),
+            sender => *sender = Some((from, false)),
         }
-        let is_mixed = self.heard.is_some_and(|(_, more)| more);
+        let is_mixed = self.burst_sender.is_some_and(|(_, more)| more);
         match self.receiving.pulse(cycle) {
             Some(PulseOutcome::Frame(frame, _)) if is_intact(&frame) && !is_mixed => {
                 self.statistics.arrived += 1;

@@ -46,8 +46,8 @@ pub enum Gain {
 ///
 /// The calculation is that of kilolib's `estimate_distance`, but with signed numbers. It
 /// interpolates linearly between two entries, and extrapolates from the last two.
-pub fn distance(heard: Amplitudes, entry: impl Fn(Gain, u8) -> u16) -> Option<u8> {
-    let Amplitudes { high_gain: high, low_gain: low } = heard;
+pub fn distance(amplitudes: Amplitudes, entry: impl Fn(Gain, u8) -> u16) -> Option<u8> {
+    let Amplitudes { high_gain: high, low_gain: low } = amplitudes;
     let (mut between, mut weight) = (0, 0);
     if high < TOO_LOUD {
         between = gap(Gain::High, high, &entry)?;

@@ -17,8 +17,8 @@ fn table(gain: f64) -> impl Fn(u8) -> u16 {
 }
 
 fn of(high_gain: f64, low_gain: f64) -> Option<u8> {
-    let heard = Amplitudes { high_gain: high_gain as u16, low_gain: low_gain as u16 };
-    distance(heard, |gain, index| match gain {
+    let received = Amplitudes { high_gain: high_gain as u16, low_gain: low_gain as u16 };
+    distance(received, |gain, index| match gain {
         Gain::High => table(HIGH)(index),
         Gain::Low => table(LOW)(index),
     })
@@ -32,7 +32,7 @@ fn line(reading: f64, table: impl Fn(u8) -> u16) -> f64 {
 }
 
 #[test]
-fn within_the_tables_it_is_right_to_two_mm() {
+fn distances_within_the_tables_are_accurate_to_two_mm() {
     for tenth in 0..650 {
         let gap = f64::from(tenth) / 10.0;
         let is = f64::from(of(reading(gap, HIGH), reading(gap, LOW)).unwrap());
@@ -41,7 +41,7 @@ fn within_the_tables_it_is_right_to_two_mm() {
 }
 
 #[test]
-fn it_is_the_formula_rounded_towards_the_table() {
+fn the_distance_is_the_formula_rounded_towards_the_table() {
     for high in 160..700 {
         let is = f64::from(of(f64::from(high), 0.0).unwrap());
         let exact = 33.0 + line(f64::from(high), table(HIGH));
@@ -67,11 +67,11 @@ fn the_ends() {
 }
 
 #[test]
-fn a_robot_that_was_never_calibrated_knows_no_distance() {
+fn an_uncalibrated_robot_measures_no_distance() {
     let erased = |gain, index| calibration::entry(gain, index, |_| 0xff);
     for high_gain in 0..1024 {
-        let heard = Amplitudes { high_gain, low_gain: 300 };
-        assert_eq!(distance(heard, erased), None);
+        let received = Amplitudes { high_gain, low_gain: 300 };
+        assert_eq!(distance(received, erased), None);
     }
 }
 
@@ -84,8 +84,8 @@ fn any_numbers() {
             let table = |_, index: u8| if index.is_multiple_of(2) { first } else { second };
             for high_gain in values {
                 for low_gain in values {
-                    let heard = Amplitudes { high_gain, low_gain };
-                    let mm = distance(heard, table);
+                    let received = Amplitudes { high_gain, low_gain };
+                    let mm = distance(received, table);
                     assert!(mm.is_none_or(|mm| mm >= 33));
                 }
             }

@@ -56,7 +56,7 @@ fn clocks_may_differ_from_minus_five_to_plus_four_percent() {
 }
 
 #[test]
-fn what_each_pulse_is() {
+fn each_pulse_has_its_meaning() {
     let mut receiver = Receiver::new();
     let kinds: Vec<Pulse> =
         pulses(&MESSAGES[0], 5.0, 1.0).iter().map(|at| receiver.pulse(*at)).collect();
@@ -67,7 +67,7 @@ fn what_each_pulse_is() {
 }
 
 #[test]
-fn two_senders_at_once_are_no_message() {
+fn overlapping_senders_give_no_message() {
     // The lead of the second sender comes during that of the first, as a bit of a byte that must be
     // 0.
     let mut receiver = Receiver::new();
@@ -82,7 +82,7 @@ fn two_senders_at_once_are_no_message() {
 }
 
 #[test]
-fn after_a_pause_within_a_message_the_next_one_comes_through() {
+fn a_message_after_an_interrupted_one_is_received() {
     let mut receiver = Receiver::new();
     let [first, .., third, _] = MESSAGES;
     let cut = pulses(&first, 0.0, 1.0);

@@ -28,7 +28,7 @@ fn ten_ticks_a_second_for_an_hour() {
 }
 
 #[test]
-fn ticks_that_were_missed_are_skipped() {
+fn missed_ticks_are_skipped() {
     let mut ticks = Ticks::start(0);
     assert!(ticks.take(0));
     assert!(!ticks.take(780));
@@ -37,7 +37,7 @@ fn ticks_that_were_missed_are_skipped() {
 }
 
 #[test]
-fn delays_are_right_to_a_unit() {
+fn delays_are_accurate_to_one_unit() {
     for ms in [0, 1, 15, 100, 1023, 1024, 1025, 5000, 32_767, 65_535] {
         let mut delay = Delay::start(60_000, ms);
         let waited = (0..).find(|unit| delay.is_over(60_000_u16.wrapping_add(*unit as u16)));
@@ -48,7 +48,7 @@ fn delays_are_right_to_a_unit() {
 }
 
 #[test]
-fn a_motor_that_stands_is_pushed_for_fifteen_ms() {
+fn a_standing_motor_gets_full_power_for_15_ms() {
     let mut motors = MotorDuties::new();
     let now = 65_500;
     motors.set([70, 0], now);
@@ -93,7 +93,7 @@ fn two_messages_a_second() {
 
 /// A robot that had no message for longer than the clock's period sends as soon as there is one.
 #[test]
-fn after_a_long_silence_a_message_goes_at_once() {
+fn a_message_after_a_long_silence_is_sent_at_once() {
     let mut sender = Sender::start(0, 0);
     for unit in 0..200_000_u32 {
         let is_due = sender.is_due(unit as u16);

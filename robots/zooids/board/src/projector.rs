@@ -235,7 +235,7 @@ mod tests {
     }
 
     #[test]
-    fn the_code_is_that_of_the_projectors_bitmaps() {
+    fn the_code_agrees_with_the_projector_bitmaps() {
         assert_eq!(code(512, 512), ["1100000000", "1100000000"]);
         assert_eq!(code(56, 796), ["0000100100", "1010010010"]);
     }

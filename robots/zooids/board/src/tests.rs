@@ -102,7 +102,7 @@ fn command(board: &mut ZooidBoard, bytes: &[u8]) -> Vec<u8> {
 }
 
 #[test]
-fn the_radio_hangs_on_spi1_and_its_clock_on_pa8() {
+fn the_radio_uses_spi1_and_its_clock_is_on_pa8() {
     let mut board = board(0);
     let begin = board.now();
     assert_eq!(command(&mut board, &[0x05, 0xff]), [0x0e, 0x02]);
@@ -232,7 +232,7 @@ fn led_and_motors_follow_their_timers() {
 }
 
 #[test]
-fn touch_controller_and_motion_sensor_hang_on_i2c2() {
+fn touch_controller_and_motion_sensor_are_on_i2c2() {
     let mut board = board(0);
     // Wait until the touch controller answers.
     wait(&mut board, 125_000);
@@ -278,7 +278,7 @@ fn battery_and_charger() {
 }
 
 #[test]
-fn the_watchdog_wants_a_reset() {
+fn the_watchdog_requests_a_reset() {
     let mut board = board(0);
     write(&mut board, 0x4000_3000, 0xcccc);
     wait(&mut board, 409_000);

@@ -27,7 +27,7 @@ mod tests {
 
     /// SwarmUI measured the projected area: 883 steps are 812.8 mm, 558 are 508 mm.
     #[test]
-    fn the_light_ends_where_the_picture_does() {
+    fn light_covers_exactly_the_picture() {
         let [right, up] = [911.0 / 2.0 * 812.8 / 883.0, 569.0 / 2.0 * 508.0 / 558.0];
         let lit = |x: f64, y: f64| is_lit(&Pose::new(x as f32, y as f32, 0.0));
         assert!(lit(right - 0.1, up - 0.1) && lit(0.1 - right, 0.1 - up));

@@ -28,7 +28,7 @@ fn a_duty_is_the_share_in_which_the_motor_is_driven() {
 }
 
 #[test]
-fn too_much_is_all() {
+fn a_duty_above_100_percent_is_full_power() {
     assert_eq!(inputs(127), inputs(100));
     assert_eq!(inputs(-128), inputs(-100));
 }

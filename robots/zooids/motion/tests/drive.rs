@@ -68,7 +68,7 @@ fn body(noise: &mut Noise) -> Body {
 }
 
 #[test]
-fn goals_everywhere() {
+fn a_robot_reaches_goals_in_all_directions() {
     let mut noise = Noise(42);
     let (mut worst, mut slowest, mut sum) = (0.0_f64, 0.0_f64, 0.0);
     for _ in 0..60 {
@@ -90,7 +90,7 @@ fn goals_everywhere() {
 
 /// The minimum duty of unknown motors is measured on the way, for any dead band.
 #[test]
-fn the_least_duty_is_found_on_the_way() {
+fn the_minimum_duty_is_found_while_driving() {
     let mut noise = Noise(7);
     for dead in [15.0, 22.0, 25.0, 30.0, 38.0] {
         let mut body = Body { dead, ..body(&mut noise) };
@@ -114,7 +114,7 @@ fn the_search_ends() {
 
 /// A robot at its goal that is pushed a little stays there; one that is pushed farther comes back.
 #[test]
-fn it_stays_where_it_is() {
+fn a_robot_at_its_goal_stays() {
     let mut noise = Noise(9);
     let mut body = body(&mut noise);
     let mut pilot = Pilot::new(Some(22));

@@ -124,7 +124,7 @@ fn a_frame_is_read_once() {
 /// The levels of edges are not captured. A frame with black in place of white is rejected
 /// nevertheless.
 #[test]
-fn the_opposite_of_a_frame_is_none() {
+fn an_inverted_frame_is_rejected() {
     let inverse: Vec<_> = edges(700, 300, 3).iter().map(|(at, is_lit)| (*at, !is_lit)).collect();
     assert_eq!(read(&inverse), [None; 3]);
     // The frame is rejected even if there is light at the moment of reading.
@@ -137,7 +137,7 @@ fn the_opposite_of_a_frame_is_none() {
 /// A comparator may produce several edges when the light changes: any number within half a pattern,
 /// as long as the last one is correct.
 #[test]
-fn an_edge_that_bounces_is_one() {
+fn a_bouncing_edge_counts_once() {
     for bounces in 1..6_u32 {
         let edges: Vec<_> = edges(700, 300, 3)
             .into_iter()
@@ -180,7 +180,7 @@ fn one_damaged_frame_does_not_damage_the_next() {
 /// A pulse of the opposite level, at every µs of a frame, loses no frame: in the code, next to and
 /// across its edges, in the white before the frame, and while the frame is read.
 #[test]
-fn a_glitch_anywhere_loses_no_frame() {
+fn a_glitch_does_not_lose_a_frame() {
     for (column, row) in [(700, 300), (341, 682), (512, 512), (967, 796)] {
         let whole = edges(column, row, 4);
         let expected = Some(Pixel { column: column as u16, row: row as u16 });
@@ -259,7 +259,7 @@ fn a_damaged_frame_is_not_read() {
 /// Constant light, darkness and flickering lamps yield no position. A lamp that is on for 20
 /// patterns and off for 20 looks like a frame, but both photodiodes cannot be in the same pixel.
 #[test]
-fn other_light_is_none() {
+fn light_without_the_code_gives_no_frame() {
     for edges in
         [&[(0, true)][..], &[(0, true), (9000, false)], &[(0, true), (9000, false), (20_000, true)]]
     {

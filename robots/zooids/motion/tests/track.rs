@@ -65,7 +65,7 @@ fn assert_good([at_frames, always]: [(f64, f64); 2], what: &str) {
 }
 
 #[test]
-fn straight_on_in_every_direction() {
+fn tracking_straight_motion_in_every_direction() {
     for degrees in (0..360).step_by(15) {
         let heading = f64::from(degrees).to_radians();
         let (sin, cos) = heading.sin_cos();
@@ -78,7 +78,7 @@ fn straight_on_in_every_direction() {
 }
 
 #[test]
-fn around_in_circles() {
+fn tracking_circular_motion() {
     for radius in [50.0, 80.0, 150.0, 220.0] {
         for way in [1.0, -1.0] {
             let path = |time: f64| {
@@ -93,7 +93,7 @@ fn around_in_circles() {
 
 /// The robot drives ahead and back with changing speed, up to 0.3 m/s.
 #[test]
-fn never_the_same_speed() {
+fn tracking_changing_speed() {
     for (period, reach) in [(1.0, 47.0), (2.0, 95.0), (4.0, 190.0)] {
         let path = |time: f64| {
             let phase = 2.0 * PI * time / period;
@@ -116,7 +116,7 @@ fn at_rest() {
 
 /// The robot is located in the whole picture, including the corners.
 #[test]
-fn from_corner_to_corner() {
+fn tracking_from_corner_to_corner() {
     for (x, y) in [(-400.0, -240.0), (-400.0, 240.0), (400.0, -240.0), (400.0, 240.0)] {
         let truth = Truth { x, y, heading: 2.0 };
         let [(distance, _), _] = follow(0.4, |_| truth, 0.0, 5);
@@ -127,7 +127,7 @@ fn from_corner_to_corner() {
 /// Without the projector the robot is blind after a tenth of a second, also when the clock has
 /// wrapped around since.
 #[test]
-fn blind_without_light() {
+fn a_robot_without_light_has_no_position() {
     let (right, left) = (Pixel { column: 522, row: 500 }, Pixel { column: 501, row: 500 });
     let mut tracker = Tracker::new();
     assert_eq!(tracker.pose(0), None);
@@ -157,7 +157,7 @@ fn impossible_pixels() {
 /// A single wrong position is rejected, but a robot that was carried to another place is located
 /// there.
 #[test]
-fn outliers_and_abduction() {
+fn outliers_are_ignored_and_a_new_place_is_adopted() {
     let frame = (FRAME * 1e6) as u32;
     let see = |tracker: &mut Tracker, number: u32, column: u16| {
         let (right, left) = (Pixel { column: column + 21, row: 500 }, Pixel { column, row: 500 });
@@ -175,7 +175,7 @@ fn outliers_and_abduction() {
 
 /// The distance and the direction of other robots are correct for any heading.
 #[test]
-fn others_are_seen_from_the_own_nose() {
+fn positions_of_others_are_relative_to_the_own_heading() {
     for heading in (0..16).map(|n| f64::from(n) * PI / 8.0) {
         for bearing in (0..16).map(|n| f64::from(n) * PI / 8.0 + 0.01) {
             let here = TrackedPose {

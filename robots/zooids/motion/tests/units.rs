@@ -19,7 +19,7 @@ fn every_angle() {
 }
 
 #[test]
-fn lengths_there_and_back() {
+fn lengths_survive_conversion_and_back() {
     for length in (-524_287..524_287).step_by(7) {
         let length: Length = length;
         assert_eq!(f64::from(mm(length)), f64::from(length) / f64::from(MM));
@@ -28,7 +28,7 @@ fn lengths_there_and_back() {
 }
 
 #[test]
-fn lengths_that_are_none() {
+fn invalid_lengths_are_rejected() {
     assert_eq!(from_mm(0.0), Some(0));
     assert_eq!(from_mm(-0.0), Some(0));
     assert_eq!(from_mm(1e-30), Some(0));

@@ -49,7 +49,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn faults_change_the_readings() {
+    fn sensor_faults_change_the_readings() {
         let mut gate = FaultGate::new();
         assert_eq!(gate.pass(1), Some(1));
         gate.fault = Some(SensorFault::Stuck);

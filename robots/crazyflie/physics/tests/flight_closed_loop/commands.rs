@@ -194,7 +194,7 @@ fn a_landing_on_a_table_ends() {
 
 /// A robot whose start is not where the flight controller expects it.
 #[test]
-fn a_robot_elsewhere_adopts_its_place() {
+fn a_displaced_robot_adopts_the_measured_position() {
     let mut rig = Rig::with_capture(10);
     rig.drone.stand(0.0, 2.0, -1.0, 1.0);
     rig.run(2.0, |_| {});
