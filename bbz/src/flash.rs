@@ -142,7 +142,7 @@ pub fn execute(arguments: &FlashArguments) -> Result<ExitStatus, Box<dyn Problem
     if let Some(path) = &arguments.firmware {
         firmware::check(path, &layout)?;
     }
-    let file = ScratchFile::new(&arguments.file, "script.bin");
+    let file = ScratchFile::create(&arguments.file, "script.bin")?;
     let id = arguments.id.map(|id| assign(id, robot, &layout, &arguments.file)).transpose()?;
     let settings = set(&arguments.set, robot, &layout, &arguments.file)?;
     let assignments = [id, settings];
@@ -259,9 +259,10 @@ fn assign(
     robot: &Robot,
     layout: &Layout,
     script: &Path,
-) -> Result<RegionContent, FlashError> {
+) -> Result<RegionContent, Box<dyn Problem>> {
     let region = layout.id.ok_or_else(|| FlashError::NoIdRegion(robot.title.clone()))?;
-    let (section, file) = (Layout::id_section(id).to_vec(), ScratchFile::new(script, "id.bin"));
+    let section = Layout::id_section(id).to_vec();
+    let file = ScratchFile::create(script, "id.bin")?;
     Ok(RegionContent { address: region.address, section, file })
 }
 
@@ -271,25 +272,22 @@ fn set(
     robot: &Robot,
     layout: &Layout,
     script: &Path,
-) -> Result<Option<RegionContent>, FlashError> {
-    let Some(region) = layout.settings.filter(|_| !arguments.is_empty()) else {
-        let unknown = arguments.first().map(|argument| misset(argument, robot));
-        return unknown.map_or(Ok(None), Err);
-    };
+) -> Result<Option<RegionContent>, Box<dyn Problem>> {
+    let Some(first) = arguments.first() else { return Ok(None) };
+    let region = layout.settings.ok_or_else(|| misset(first, robot))?;
     let mut values = vec![None; robot.settings.len()];
     for argument in arguments {
         let given = argument.split_once('=').and_then(|(name, value)| {
-            let place = robot.settings.iter().position(|setting| setting.name == name)?;
-            let (setting, value) = (robot.settings.get(place)?, value.parse().ok()?);
-            (setting.least..=setting.most).contains(&value).then_some((place, value))
+            let mut slots = robot.settings.iter().zip(&mut values);
+            let (setting, slot) = slots.find(|(setting, _)| setting.name == name)?;
+            let value = value.parse().ok()?;
+            (setting.least..=setting.most).contains(&value).then_some((slot, value))
         });
-        let (place, value) = given.ok_or_else(|| misset(argument, robot))?;
-        if let Some(slot) = values.get_mut(place) {
-            *slot = Some(value);
-        }
+        let (slot, value) = given.ok_or_else(|| misset(argument, robot))?;
+        *slot = Some(value);
     }
-    let (section, file) =
-        (Layout::settings_section(&values), ScratchFile::new(script, "settings.bin"));
+    let section = Layout::settings_section(&values);
+    let file = ScratchFile::create(script, "settings.bin")?;
     Ok(Some(RegionContent { address: region.address, section, file }))
 }
 

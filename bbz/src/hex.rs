@@ -23,7 +23,7 @@ use crate::program::RefusedImage;
 const RAM: u32 = 0x80_0000;
 
 /// The most bytes of a program, because addresses in the hex file have 16 bits.
-const MOST: usize = 0x1_0000;
+const PROGRAM_BYTES_MAX: usize = 0x1_0000;
 
 /// Bytes in a line of a hex file.
 const LINE: usize = 16;
@@ -40,7 +40,7 @@ pub enum ProgramError {
     /// The address of missing bytes: the program has a gap, which KiloGUI would not send, or does
     /// not begin at 0.
     Gap(u32),
-    /// The program has initialised variables, whose values belong after the script.
+    /// The program has initialized variables, whose values belong after the script.
     Variables,
     /// The firmware's machine lacks a part that the script uses.
     Part {
@@ -55,7 +55,7 @@ pub enum ProgramError {
         /// Bytes of program and script.
         bytes: usize,
         /// Bytes of flash for program and script.
-        most: usize,
+        bytes_max: usize,
     },
 }
 
@@ -87,8 +87,8 @@ impl fmt::Display for ProgramError {
             ProgramError::Section(NoSection::Ambiguous) => {
                 write!(f, "has several places for a script, or data after it")
             }
-            ProgramError::TooLong { bytes, most } => {
-                write!(f, "needs {bytes} bytes with the script, the robot has room for {most}")
+            ProgramError::TooLong { bytes, bytes_max } => {
+                write!(f, "needs {bytes} bytes with the script, the robot has room for {bytes_max}")
             }
         }
     }
@@ -169,14 +169,16 @@ pub fn exchanged(
         }
     }
     let sealed = fit::sealed(image, &limited).map_err(|cause| RefusedImage::new(script, cause))?;
-    let most = robot.budget.map_or(MOST, |budget| MOST.min(budget.flash_bytes as usize));
+    let bytes_max = robot
+        .budget
+        .map_or(PROGRAM_BYTES_MAX, |budget| PROGRAM_BYTES_MAX.min(budget.flash_bytes as usize));
     let section = script_section(parts, &sealed);
-    let whole = section.map(|section| [program.get(..at).unwrap_or(&[]), &section].concat());
+    let whole = section.map(|section| [&program[..at], &section].concat());
     match whole {
-        Some(whole) if whole.len() <= most => Ok(whole),
+        Some(whole) if whole.len() <= bytes_max => Ok(whole),
         other => {
             let bytes = other.map_or(at + sealed.len(), |whole| whole.len());
-            Err(wrong(ProgramError::TooLong { bytes, most }).into())
+            Err(wrong(ProgramError::TooLong { bytes, bytes_max }).into())
         }
     }
 }
@@ -242,7 +244,7 @@ fn of_hex(bytes: &[u8]) -> Result<Vec<(u32, Vec<u8>)>, ProgramError> {
     Ok(pieces)
 }
 
-/// Returns a hex file of at most [`MOST`] bytes. KiloGUI needs its lines in ascending order without
+/// Returns a hex file of at most [`PROGRAM_BYTES_MAX`] bytes. KiloGUI needs its lines in ascending order without
 /// gaps.
 fn hex(program: &[u8]) -> Result<String, ProgramError> {
     let lines = program.chunks(LINE).zip((0_u16..).step_by(LINE));

@@ -71,7 +71,7 @@ impl Problem for ProgrammerError {
 const PROGRAM: &str = "avrdude";
 
 /// Bytes of the flash of an ATmega328P.
-const FLASH: usize = 0x8000;
+const FLASH_BYTES: usize = 0x8000;
 
 /// The value of erased memory.
 const ERASED: u8 = 0xff;
@@ -152,11 +152,11 @@ impl ProgrammingTask<'_> {
             return Err(ProgrammerError::ErasedId(self.robot.title.clone()).into());
         }
         let program = self.firmware.map(|path| self.program(path)).transpose()?;
-        let file = |content| ScratchFile::new(self.script.0, content);
-        let [lock, flash, eeprom] = ["lock.bin", "flash.bin", "eeprom.bin"].map(file);
+        let file = |content| ScratchFile::create(self.script.0, content);
+        let [lock, flash, eeprom] = [file("lock.bin")?, file("flash.bin")?, file("eeprom.bin")?];
         let read =
             self.call(&[('r', "lock", &lock), ('r', "flash", &flash), ('r', "eeprom", &eeprom)]);
-        let [new_flash, new_eeprom] = ["new-flash.bin", "new-eeprom.bin"].map(file);
+        let [new_flash, new_eeprom] = [file("new-flash.bin")?, file("new-eeprom.bin")?];
         let write = self.call(&[('w', "flash", &new_flash), ('w', "eeprom", &new_eeprom)]);
         if dry_run {
             let [read, write] = [&read, &write].map(|call| shell::line(&call.0));
@@ -167,9 +167,11 @@ impl ProgrammingTask<'_> {
         if content(&lock)?.first().is_some_and(|bits| bits & UNREADABLE == 0) {
             return Err(ProgrammerError::Locked(self.robot.title.clone()).into());
         }
-        let (old_flash, old_eeprom) = (filled(&flash, FLASH)?, filled(&eeprom, EEPROM.into())?);
-        let most = self.robot.budget.map_or(FLASH, |budget| budget.flash_bytes as usize);
-        let (application, boot_loader) = old_flash.split_at(most.min(FLASH));
+        let (old_flash, old_eeprom) =
+            (filled(&flash, FLASH_BYTES)?, filled(&eeprom, EEPROM.into())?);
+        let program_bytes_max =
+            self.robot.budget.map_or(FLASH_BYTES, |budget| budget.flash_bytes as usize);
+        let (application, boot_loader) = old_flash.split_at(program_bytes_max.min(FLASH_BYTES));
         let program = match program {
             Some(program) => program,
             None => self.exchanged(Path::new("the robot's flash"), in_flash(application))?,
@@ -202,7 +204,8 @@ impl ProgrammingTask<'_> {
     fn call(&self, operations: &[(char, &str, &ScratchFile)]) -> Avrdude {
         let mut call = Command::new(PROGRAM);
         // Robot files name chips as avrdude does.
-        call.args(["-q", "-p", self.robot.chip.as_deref().unwrap_or_default()]);
+        let chip = self.robot.chip.as_deref().expect("`is_programmed_by_isp` has compared it");
+        call.args(["-q", "-p", chip]);
         let Programmer { programmer, port } = self.programmer;
         for (option, value) in [("-c", programmer), ("-P", port)] {
             call.args(value.iter().flat_map(|value| [option, value]));
@@ -229,8 +232,8 @@ fn filled(file: &ScratchFile, length: usize) -> Result<Vec<u8>, FileError> {
 /// Returns the program in a robot's flash; the flash after the program is erased.
 fn in_flash(flash: &[u8]) -> &[u8] {
     let last = flash.iter().rposition(|byte| *byte != ERASED).map_or(0, |last| last + 1);
-    let ends = last..=flash.len().min(last + SEAL);
-    let mut programs = ends.filter_map(|end| flash.get(..end));
+    let mut programs = (last..=flash.len().min(last + SEAL)).map(|end| &flash[..end]);
+    // A program without a script is refused by the next function that searches for one.
     programs.find(|program| find_script_section(program).is_ok()).unwrap_or(flash)
 }
 

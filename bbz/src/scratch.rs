@@ -1,41 +1,41 @@
 //! Temporary files that other programs read during a command.
 
 use std::env;
-use std::fs;
-use std::path::{Path, PathBuf};
-use std::process;
+use std::io::Write;
+use std::path::Path;
+
+use tempfile::{Builder, NamedTempFile};
 
 use crate::file_error::FileError;
 
 /// A temporary file, which is removed when this value is dropped.
-pub struct ScratchFile(PathBuf);
+///
+/// The folder for temporary files belongs to all users. The name is therefore random, and the file
+/// is created only if there is nothing of that name, so that nobody can place a link there first.
+pub struct ScratchFile(NamedTempFile);
 
 impl ScratchFile {
-    /// Names a file in the temporary folder after the script and its content. Does not create it.
-    pub fn new(script: &Path, content: &str) -> Self {
+    /// Creates an empty file in the temporary folder, whose name ends with that of the script and
+    /// its content.
+    pub fn create(script: &Path, content: &str) -> Result<Self, FileError> {
+        // A path without a file name was refused when the script was opened.
         let stem = script.file_stem().unwrap_or_default().to_string_lossy();
-        ScratchFile(env::temp_dir().join(format!("bbz-{}-{stem}-{content}", process::id())))
+        let file = Builder::new().prefix("bbz-").suffix(&format!("-{stem}-{content}")).tempfile();
+        file.map(ScratchFile).map_err(|error| FileError::writing(&env::temp_dir(), error))
     }
 
     /// Returns the path of the file.
     pub fn path(&self) -> &Path {
-        &self.0
+        self.0.path()
     }
 
     /// Keeps the file on disk.
-    pub fn keep(self) {
-        std::mem::forget(self);
+    pub fn keep(mut self) {
+        self.0.disable_cleanup(true);
     }
 
     /// Writes the file.
     pub fn write(&self, bytes: &[u8]) -> Result<(), FileError> {
-        fs::write(&self.0, bytes).map_err(|error| FileError::writing(&self.0, error))
-    }
-}
-
-impl Drop for ScratchFile {
-    fn drop(&mut self) {
-        // The file may never have been written.
-        let _ = fs::remove_file(&self.0);
+        self.0.as_file().write_all(bytes).map_err(|error| FileError::writing(self.path(), error))
     }
 }

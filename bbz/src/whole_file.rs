@@ -5,9 +5,9 @@ use std::ffi::OsString;
 use std::fs::{self, File};
 use std::io::{self, BufWriter, Write};
 use std::path::{Path, PathBuf};
-use std::process;
 
 use bittybuzz_toml_reader::file;
+use tempfile::{Builder, NamedTempFile, TempPath};
 
 use crate::file_error::FileError;
 
@@ -45,9 +45,9 @@ impl Inputs {
 pub struct WholeFile {
     /// The name on the command line, for messages.
     path: PathBuf,
-    /// The temporary file and its destination; `None` for a device or pipe, which is written
-    /// directly.
-    aside: Option<(PathBuf, PathBuf)>,
+    /// The temporary file, which is removed when it is dropped, and its destination; `None` for a
+    /// device or pipe, which is written directly.
+    aside: Option<(TempPath, PathBuf)>,
     file: BufWriter<File>,
 }
 
@@ -55,32 +55,33 @@ impl WholeFile {
     /// Creates the temporary file next to its destination.
     pub fn create(path: &Path) -> Result<Self, FileError> {
         let unwritable = |error| FileError::writing(path, error);
-        // The target of a symbolic link is replaced, not the link.
-        let place = fs::canonicalize(path).unwrap_or_else(|_| path.to_owned());
         if path.is_dir() {
             return Err(unwritable(io::ErrorKind::IsADirectory.into()));
         }
+        // The target of a symbolic link is replaced, not the link. A file that does not exist yet
+        // has no other path.
+        let place = fs::canonicalize(path).unwrap_or_else(|_| path.to_owned());
         let (file, aside) = match is_stream(path) {
-            true => (File::options().write(true).open(path), None),
+            true => (File::options().write(true).open(path).map_err(unwritable)?, None),
             false => {
-                let (file, aside) = create_aside(&place);
+                let (file, aside) = create_aside(&place).map_err(unwritable)?.into_parts();
                 (file, Some((aside, place)))
             }
         };
-        let file = BufWriter::new(file.map_err(unwritable)?);
-        Ok(WholeFile { path: path.to_owned(), aside, file })
+        Ok(WholeFile { path: path.to_owned(), aside, file: BufWriter::new(file) })
     }
 
     /// Moves the complete file to its destination.
-    pub fn finish(mut self) -> Result<(), FileError> {
-        let finished = self.file.flush().and_then(|()| {
-            let Some((aside, place)) = &self.aside else { return Ok(()) };
-            self.file.get_ref().sync_all()?;
-            fs::rename(aside, place)
+    pub fn finish(self) -> Result<(), FileError> {
+        let WholeFile { path, aside, mut file } = self;
+        let finished = file.flush().and_then(|()| match aside {
+            Some((aside, place)) => {
+                file.get_ref().sync_all()?;
+                Ok(aside.persist(place)?)
+            }
+            None => Ok(()),
         });
-        finished.map_err(|error| FileError::writing(&self.path, error))?;
-        self.aside = None;
-        Ok(())
+        finished.map_err(|error| FileError::writing(&path, error))
     }
 }
 
@@ -94,29 +95,21 @@ impl Write for WholeFile {
     }
 }
 
-impl Drop for WholeFile {
-    fn drop(&mut self) {
-        if let Some((aside, _)) = &self.aside {
-            // The file may have been removed already.
-            let _ = fs::remove_file(aside);
-        }
-    }
-}
-
-/// Creates a file next to `place`, under an unused name. The file of a killed process may remain
-/// there, and its process id may be used again.
-fn create_aside(place: &Path) -> (io::Result<File>, PathBuf) {
-    let mut number = process::id();
-    loop {
-        let aside = with_suffix(place, &format!(".{number}"));
-        let file = File::create_new(&aside);
-        match &file {
-            Err(error) if error.kind() == io::ErrorKind::AlreadyExists => {
-                number = number.wrapping_add(1);
-            }
-            _ => return (file, aside),
-        }
-    }
+/// Creates a file next to `place`, under its name with a random ending.
+fn create_aside(place: &Path) -> io::Result<NamedTempFile> {
+    let (Some(folder), Some(name)) = (place.parent(), place.file_name()) else {
+        return Err(io::ErrorKind::InvalidFilename.into());
+    };
+    let folder = if folder.as_os_str().is_empty() { Path::new(".") } else { folder };
+    let mut prefix = name.to_owned();
+    prefix.push(".");
+    let mut builder = Builder::new();
+    builder.prefix(&prefix);
+    // The umask of the user decides who may read a result, as with any new file. Temporary files
+    // are otherwise readable by their owner alone.
+    #[cfg(unix)]
+    builder.permissions(std::os::unix::fs::PermissionsExt::from_mode(0o666));
+    builder.tempfile_in(folder)
 }
 
 /// Returns true for a device or pipe, which is written directly and keeps nothing.
@@ -144,16 +137,42 @@ mod tests {
     use super::*;
 
     #[test]
-    fn the_file_of_a_killed_process_is_left_alone() {
-        let folder = std::env::temp_dir().join(format!("bbz-whole-file-{}", process::id()));
-        fs::create_dir(&folder).unwrap();
-        let place = folder.join("run.bbr");
-        let left = with_suffix(&place, &format!(".{}", process::id()));
-        fs::write(&left, "left").unwrap();
+    fn a_file_of_a_killed_process_stays() {
+        let folder = tempfile::tempdir().unwrap();
+        let place = folder.path().join("run.bbr");
+        let mut killed = WholeFile::create(&place).unwrap();
+        killed.write_all(b"killed").unwrap();
+        let (aside, _) = killed.aside.as_mut().unwrap();
+        aside.disable_cleanup(true);
+        drop(killed);
         write(&place, b"new").unwrap();
         assert_eq!(fs::read(&place).unwrap(), b"new");
-        assert_eq!(fs::read(&left).unwrap(), b"left");
         assert_eq!(fs::read_dir(&folder).unwrap().count(), 2);
-        fs::remove_dir_all(&folder).unwrap();
+    }
+
+    #[test]
+    fn an_unfinished_file_is_removed() {
+        let folder = tempfile::tempdir().unwrap();
+        let place = folder.path().join("run.bbr");
+        let unfinished = WholeFile::create(&place).unwrap();
+        let names = || fs::read_dir(&folder).unwrap().map(|entry| entry.unwrap().file_name());
+        let names: Vec<String> = names().map(|name| name.into_string().unwrap()).collect();
+        assert!(matches!(&names[..], [name] if name.starts_with("run.bbr.")), "{names:?}");
+        drop(unfinished);
+        assert_eq!(fs::read_dir(&folder).unwrap().count(), 0);
+    }
+
+    /// A result is as readable as a file that any other program creates.
+    #[cfg(unix)]
+    #[test]
+    fn a_result_has_the_mode_of_the_umask() {
+        use std::os::unix::fs::PermissionsExt;
+
+        let folder = tempfile::tempdir().unwrap();
+        let [usual, result] = ["usual", "result"].map(|name| folder.path().join(name));
+        fs::write(&usual, "").unwrap();
+        write(&result, b"").unwrap();
+        let mode = |path| fs::metadata(path).unwrap().permissions().mode() & 0o7777;
+        assert_eq!(mode(&result), mode(&usual));
     }
 }

@@ -51,6 +51,27 @@ fn only_the_script_is_written() {
     assert_eq!(folder.read("written.bin"), written);
 }
 
+/// The shell places links under the name that would follow from the process id, which `exec` keeps:
+/// another user could do the same in a shared folder.
+#[test]
+fn a_link_in_the_temporary_folder_is_not_followed() {
+    let folder = Folder::with("flash_link", "s.bzz", SCRIPT);
+    folder.write("victim", "kept");
+    std::fs::create_dir(folder.path("tmp")).unwrap();
+    probe_rs::install(&folder, "");
+    let link = "ln -s ../victim tmp/bbz-$$-s-script.bin && exec \"$@\"";
+    let bbz = probe_rs::command(&folder, &FLASH);
+    let program = bbz.get_program().to_owned();
+    let mut shell = Command::new("sh");
+    shell.args(["-c", link, "sh"]).arg(program).args(FLASH).current_dir(folder.path(""));
+    shell.envs(bbz.get_envs().filter_map(|(name, value)| Some((name, value?))));
+    shell.env("TMPDIR", folder.path("tmp"));
+    let outcome = support::finish(shell.spawn().unwrap());
+    assert_eq!(outcome.status, Some(0), "{}", outcome.stderr);
+    assert_eq!(probe_rs::calls(&folder).len(), 2);
+    assert_eq!(folder.read("victim"), b"kept");
+}
+
 #[test]
 fn firmware_comes_before_the_script() {
     let folder = Folder::with("flash_firmware", "s.bzz", SCRIPT);
@@ -119,7 +140,7 @@ fn an_id_is_assigned() {
 }
 
 #[test]
-fn a_dry_run_calls_nothing_and_says_what_it_would_call() {
+fn a_dry_run_only_prints_the_calls() {
     let folder = Folder::with("flash_dry", "s.bzz", SCRIPT);
     folder.write("my robot", firmware());
     probe_rs::install(&folder, "");
@@ -136,7 +157,7 @@ fn a_dry_run_calls_nothing_and_says_what_it_would_call() {
 }
 
 #[test]
-fn what_the_robot_would_refuse_is_not_written() {
+fn unsuitable_scripts_are_not_written() {
     let folder = Folder::with("flash_checks", "s.bzz", SCRIPT);
     probe_rs::install(&folder, "");
     let flash = |arguments: &[&str]| probe_rs::bbz(&folder, &[&["flash"], arguments].concat());
@@ -244,7 +265,7 @@ fn other_firmware_is_not_written() {
 }
 
 #[test]
-fn what_goes_wrong_with_probe_rs_is_explained() {
+fn failures_of_probe_rs_have_advice() {
     let folder = Folder::with("flash_fails", "s.bzz", SCRIPT);
     let missing = folder.command(&FLASH).env("PATH", folder.path("")).spawn().unwrap();
     support::finish(missing)

@@ -134,15 +134,15 @@ mod tests {
 
     #[test]
     fn scripts_of_a_folder() {
-        let root = std::env::temp_dir().join(format!("xtask-demo-{}", std::process::id()));
+        let folder = tempfile::tempdir().unwrap();
+        let root = folder.path();
         for file in ["some/b.bzz", "some/a.bzz", "some/notes.md", "some/inner/c.bzz", "none/x"] {
             let path = root.join(file);
             fs::create_dir_all(path.parent().unwrap()).unwrap();
             fs::write(path, "").unwrap();
         }
-        assert_eq!(scripts(&root, "some").unwrap(), ["some/a.bzz", "some/b.bzz"]);
-        assert_eq!(scripts(&root, "none").unwrap_err().to_string(), "no scripts in none");
-        assert!(scripts(&root, "no/such").is_err());
-        fs::remove_dir_all(root).unwrap();
+        assert_eq!(scripts(root, "some").unwrap(), ["some/a.bzz", "some/b.bzz"]);
+        assert_eq!(scripts(root, "none").unwrap_err().to_string(), "no scripts in none");
+        assert!(scripts(root, "no/such").is_err());
     }
 }

@@ -7,17 +7,18 @@ pub mod stk500;
 
 use std::fs;
 use std::io::Read;
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 use std::process::{Child, Command, Stdio};
-use std::sync::atomic::{AtomicU32, Ordering};
 use std::thread;
 use std::time::{Duration, Instant};
+
+use tempfile::{Builder, TempDir};
 
 /// The time after which a run counts as hanging, far above the need of any test.
 const PATIENCE: Duration = Duration::from_secs(120);
 
 /// An empty folder that belongs to one test.
-pub struct Folder(PathBuf);
+pub struct Folder(TempDir);
 
 /// The outcome of a run.
 #[derive(Debug)]
@@ -32,12 +33,8 @@ impl Folder {
     /// Creates the folder of the test with that name. Each call has a folder of its own, because
     /// tests of other modules run at the same time and may use the same name.
     pub fn new(test: &str) -> Self {
-        static CALLS: AtomicU32 = AtomicU32::new(0);
-        let call = CALLS.fetch_add(1, Ordering::Relaxed).to_string();
-        let path = Path::new(env!("CARGO_TARGET_TMPDIR")).join(call).join(test);
-        let _ = fs::remove_dir_all(&path);
-        fs::create_dir_all(&path).unwrap();
-        Folder(path)
+        let folder = Builder::new().prefix(test).tempdir_in(env!("CARGO_TARGET_TMPDIR"));
+        Folder(folder.unwrap())
     }
 
     /// Creates the folder with one script in it.
@@ -48,7 +45,7 @@ impl Folder {
     }
 
     pub fn path(&self, name: &str) -> PathBuf {
-        self.0.join(name)
+        self.0.path().join(name)
     }
 
     pub fn write(&self, name: &str, bytes: impl AsRef<[u8]>) {
@@ -73,7 +70,7 @@ impl Folder {
         let mut command = Command::new(env!("CARGO_BIN_EXE_bbz"));
         command
             .args(arguments)
-            .current_dir(&self.0)
+            .current_dir(self.0.path())
             .env_remove("BUZZ_INCLUDE_PATH")
             .stdin(Stdio::null())
             .stdout(Stdio::piped())
@@ -132,12 +129,12 @@ impl Outcome {
     #[track_caller]
     pub fn fails_with(&self, status: i32, parts: &[&str]) {
         assert_eq!((self.status, self.stdout.as_str()), (Some(status), ""), "{}", self.stderr);
-        self.says(parts);
+        self.reports(parts);
     }
 
     /// Asserts that standard error contains all these texts.
     #[track_caller]
-    pub fn says(&self, parts: &[&str]) {
+    pub fn reports(&self, parts: &[&str]) {
         for part in parts {
             assert!(self.stderr.contains(part), "`{part}` is not in:\n{}", self.stderr);
         }

@@ -121,9 +121,8 @@ impl DataSpace for Memory<'_> {
 
 /// Returns the machine code of each instruction, with two others of one word after it.
 fn assemble(texts: &[String]) -> Vec<u8> {
-    let folder = std::env::temp_dir().join(format!("bbz-instructions-{}", std::process::id()));
-    fs::create_dir_all(&folder).unwrap();
-    let [source, object, binary] = ["a.s", "a.o", "a.bin"].map(|name| folder.join(name));
+    let folder = tempfile::tempdir().unwrap();
+    let [source, object, binary] = ["a.s", "a.o", "a.bin"].map(|name| folder.path().join(name));
     let mut assembly = String::new();
     for (number, text) in texts.iter().enumerate() {
         let _ = writeln!(assembly, "\t.org {}\n\t{text}\n\tnop\n\tnop", number * 8);
@@ -136,9 +135,7 @@ fn assemble(texts: &[String]) -> Vec<u8> {
     let copy =
         Command::new("avr-objcopy").args(["-O", "binary"]).arg(&object).arg(&binary).status();
     assert!(copy.unwrap().success());
-    let code = fs::read(&binary).unwrap();
-    fs::remove_dir_all(&folder).unwrap();
-    code
+    fs::read(&binary).unwrap()
 }
 
 #[test]

@@ -134,7 +134,8 @@ mod tests {
 
     #[test]
     fn files_up_to_the_limit_are_read() {
-        let path = std::env::temp_dir().join(format!("bbz-file-{}", std::process::id()));
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("file");
         fs::write(&path, b"1234").unwrap();
         assert_eq!(read(&path, 4).unwrap(), b"1234");
         assert!(matches!(read(&path, 3), Err(ReadError::TooLarge { limit: 3 })));
@@ -142,7 +143,7 @@ mod tests {
         assert!(matches!(read_text(&path, 4), Err(ReadError::NotText)));
         fs::remove_file(&path).unwrap();
         assert!(matches!(read(&path, 4), Err(ReadError::Io(_))));
-        assert!(matches!(read(&std::env::temp_dir(), 4), Err(ReadError::Folder)));
+        assert!(matches!(read(folder.path(), 4), Err(ReadError::Folder)));
     }
 
     #[test]

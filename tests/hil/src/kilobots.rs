@@ -1,11 +1,11 @@
 //! Kilobots in one emulator program, which see each other's light, and the overhead controller above them.
 
 use std::path::{Path, PathBuf};
-use std::sync::atomic::{AtomicU32, Ordering};
 use std::time::Duration;
 
 use bittybuzz_emulation::Emulator;
 use bittybuzz_tests::bbz;
+use tempfile::TempDir;
 
 use crate::{Command, Core, EmulatorEvent, TimedEvent};
 
@@ -52,30 +52,19 @@ pub fn behaviour(name: &str) -> PathBuf {
 }
 
 /// Files of a script and its firmware, deleted in the end.
-struct Files(PathBuf);
+struct Files(TempDir);
 
 impl Files {
     /// Puts the script into an image as people do.
     fn build(script: &str, image: &Path) -> Self {
-        static NUMBER: AtomicU32 = AtomicU32::new(0);
-        let number = NUMBER.fetch_add(1, Ordering::Relaxed);
-        let folder = std::env::temp_dir().join(format!("kilobots-{}-{number}", std::process::id()));
-        std::fs::create_dir_all(&folder).expect("a folder");
-        let files = Files(folder);
-        let path = files.0.join("script.bzz");
+        let files = Files(tempfile::tempdir().expect("the folder for temporary files is writable"));
+        let path = files.0.path().join("script.bzz");
         std::fs::write(&path, script).expect("a file");
         let [path, image] = [&path, image].map(|path| path.display().to_string());
         let build = ["build", &path, "--robot", "kilobot", "--firmware", &image];
         let built = bbz::run(&build, &[]);
         assert_eq!(built.status, Some(0), "{}", built.stderr);
         files
-    }
-}
-
-impl Drop for Files {
-    fn drop(&mut self) {
-        // Left behind, they harm nobody.
-        let _ = std::fs::remove_dir_all(&self.0);
     }
 }
 
@@ -98,7 +87,7 @@ impl Kilobots {
     /// So many with this script in that image, switched on.
     pub fn in_image(script: &str, image: &Path, count: usize) -> Self {
         let files = Files::build(script, image);
-        let mut robots = Kilobots::with_program(&files.0.join("script.hex"), count);
+        let mut robots = Kilobots::with_program(&files.0.path().join("script.hex"), count);
         robots.files = Some(files);
         robots
     }
@@ -125,7 +114,7 @@ impl Kilobots {
     /// The script's symbols.
     pub fn symbols(&self) -> String {
         let files = self.files.as_ref().expect("it has a script");
-        std::fs::read_to_string(files.0.join("script.sym")).expect("it was built")
+        std::fs::read_to_string(files.0.path().join("script.sym")).expect("it was built")
     }
 
     /// Gives the emulator a command for a robot.

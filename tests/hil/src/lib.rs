@@ -26,9 +26,9 @@ pub use swarm::{Member, Pose, Swarm};
 pub use table::{Place, Table};
 pub use told::TraceLog;
 
+use std::io::Write;
 use std::path::{Path, PathBuf};
 use std::sync::OnceLock;
-use std::sync::atomic::{AtomicU32, Ordering};
 use std::time::Duration;
 
 use bittybuzz_compiler::compile::{Compiled, Options, compile};
@@ -43,6 +43,7 @@ use bittybuzz_tests::bbz;
 
 use object::{Object, ObjectSymbol};
 use serde_json::Value;
+use tempfile::{Builder, NamedTempFile};
 
 /// A core around which the chip models stand.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -124,32 +125,21 @@ pub fn layout() -> Layout {
 const PATIENCE: Duration = Duration::from_secs(600);
 
 /// A script file for one test; removed with the value.
-pub struct ScriptFile {
-    path: PathBuf,
-}
+pub struct ScriptFile(NamedTempFile);
 
 impl ScriptFile {
     /// With this text.
     pub fn new(test: &str, text: &str) -> Self {
-        // Tests of other modules run at the same time and may use the same name.
-        static CALLS: AtomicU32 = AtomicU32::new(0);
-        let call = CALLS.fetch_add(1, Ordering::Relaxed);
-        let name = format!("bittybuzz-hil-{}-{call}-{test}.bzz", std::process::id());
-        let path = std::env::temp_dir().join(name);
-        std::fs::write(&path, text).expect("the folder for temporary files is writable");
-        ScriptFile { path }
+        let name = format!("-{test}.bzz");
+        let file = Builder::new().prefix("bittybuzz-hil-").suffix(&name).tempfile();
+        let mut file = file.expect("the folder for temporary files is writable");
+        file.write_all(text.as_bytes()).expect("the file was created for writing");
+        ScriptFile(file)
     }
 
     /// Where it is.
     pub fn path(&self) -> &str {
-        self.path.to_str().expect("made of text")
-    }
-}
-
-impl Drop for ScriptFile {
-    fn drop(&mut self) {
-        // A file that is left over does no harm.
-        let _ = std::fs::remove_file(&self.path);
+        self.0.path().to_str().expect("the name consists of text")
     }
 }
 

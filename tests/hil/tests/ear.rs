@@ -80,14 +80,11 @@ fn it_obeys_the_controller_who_wants_to_program_it() {
 #[test]
 fn a_trace_of_its_lines_names_file_and_line() {
     let script = ScriptFile::new("ear", "function step() {\n  x = 1 / (x0 - x0)\n}\nx0 = 1\n");
-    let symbols = std::env::temp_dir().join(format!("bittybuzz-ear-{}", std::process::id()));
-    let out = symbols.display().to_string();
+    let folder = tempfile::tempdir().unwrap();
+    let out = folder.path().join("ear").display().to_string();
     let built = bbz::run(&["build", script.path(), "--robot", "kilobot", "-o", &out], &[]);
     assert_eq!(built.status, Some(0), "{}", built.stderr);
     let text = std::fs::read_to_string(format!("{out}.sym")).unwrap();
-    for suffix in ["sym", "bbi"] {
-        std::fs::remove_file(format!("{out}.{suffix}")).unwrap();
-    }
     let known = bittybuzz_compiler::symbols::Symbols::from_json(&text).unwrap();
     let position = (0..200).rev().find(|at| known.position(*at).is_some_and(|at| at.line == 2));
     let fault = Fault {

@@ -118,8 +118,8 @@ mod tests {
 
     #[test]
     fn a_copy_is_mended_and_otherwise_left_alone() {
-        let folder = std::env::temp_dir().join(format!("copy-{}", std::process::id()));
-        let copy = Copy::new(&folder).unwrap();
+        let folder = tempfile::tempdir().unwrap();
+        let copy = Copy::new(folder.path()).unwrap();
         let [kept, changed, added] = ["Cargo.toml", "xtask/Cargo.toml", "xtask/new/file"];
         let long_ago = SystemTime::UNIX_EPOCH;
         let file = fs::File::options().write(true).open(copy.root().join(kept)).unwrap();
@@ -128,13 +128,12 @@ mod tests {
         copy.put(added, b"new").unwrap();
         copy.put("target/kept", b"built").unwrap();
         drop(copy);
-        let copy = Copy::new(&folder).unwrap();
+        let copy = Copy::new(folder.path()).unwrap();
         let original = fs::read(root().join(changed)).unwrap();
         assert_eq!(fs::read(copy.root().join(changed)).unwrap(), original);
         let modified = fs::metadata(copy.root().join(kept)).unwrap().modified().unwrap();
         assert_eq!(modified, long_ago);
         assert!(!copy.root().join("xtask/new").exists());
         assert!(copy.root().join("target/kept").exists());
-        fs::remove_dir_all(folder).unwrap();
     }
 }

@@ -66,7 +66,8 @@ mod tests {
         add(".data", SectionKind::Data, 8);
         add(".bss", SectionKind::UninitializedData, 48);
         add(".comment", SectionKind::OtherString, 1000);
-        let path = std::env::temp_dir().join(format!("xtask-elf-{}", std::process::id()));
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("program");
         fs::write(&path, object.write().unwrap()).unwrap();
         assert_eq!(footprint(&path).unwrap(), Footprint { flash: 128, ram: 56, initial: 8 });
         fs::write(&path, "#!/bin/sh").unwrap();

@@ -35,9 +35,10 @@ fn a_chip_does_what_the_host_does() {
     let (programs, too_long): (Vec<Program>, Vec<Program>) =
         programs.into_iter().partition(|program| program.size() + Header::LENGTH <= chip.room());
     let batches = batches(programs, chip.room());
-    let folder = Path::new(env!("CARGO_TARGET_TMPDIR"));
+    let folder =
+        tempfile::tempdir_in(env!("CARGO_TARGET_TMPDIR")).expect("the build folder is writable");
     let run = |(number, programs): &(usize, Vec<Program>)| {
-        let file = folder.join(format!("{}-{}-{number}", target.name, std::process::id()));
+        let file = folder.path().join(number.to_string());
         compare(&target, &chip, programs, &file)
     };
     let results = files::in_parallel(&batches, run);
