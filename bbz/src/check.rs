@@ -96,7 +96,7 @@ pub fn execute(arguments: &CheckArguments) -> Result<ExitStatus, Box<dyn Problem
         let CheckReport { objects, errors, warnings, .. } = &found;
         output::write(&format!("{}\n", json::messages(objects, *errors, *warnings)))?;
     } else {
-        found.summarise();
+        found.print_summary();
     }
     if found.denied > 0 && !arguments.json {
         let (count, are) = (
@@ -166,7 +166,7 @@ impl CheckReport {
     }
 
     /// Prints the number of messages, and the command that explains the first one.
-    fn summarise(&self) {
+    fn print_summary(&self) {
         let Some(first) = self.first else { return };
         let counts = [(self.errors, "error"), (self.warnings, "warning")];
         let parts = counts.into_iter().filter(|(count, _)| *count > 0);

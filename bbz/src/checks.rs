@@ -13,7 +13,7 @@ use crate::program::LoadedProgram;
 use crate::report::printable;
 
 /// The most places that are printed; JSON has all.
-const MOST_PLACES: usize = 20;
+const PLACES_MAX: usize = 20;
 
 /// The findings of robots with the same script and the same machine.
 pub struct CheckFindings<'a> {
@@ -35,9 +35,8 @@ impl CheckFindings<'_> {
     /// Returns the lines of the report.
     pub fn text(&self) -> Vec<String> {
         let places = self.places();
-        let mut lines: Vec<String> =
-            places.iter().take(MOST_PLACES).map(|p| self.line(p)).collect();
-        let others = places.get(MOST_PLACES..).unwrap_or_default();
+        let mut lines: Vec<String> = places.iter().take(PLACES_MAX).map(|p| self.line(p)).collect();
+        let others = places.get(PLACES_MAX..).unwrap_or_default();
         if !others.is_empty() {
             let count = others.iter().map(|(.., found)| found.count).sum();
             let noun = if others.len() == 1 { "place" } else { "places" };

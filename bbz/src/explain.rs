@@ -11,7 +11,7 @@ use crate::output;
 use crate::problem::Problem;
 
 /// The most characters by which two similar codes differ.
-const MOST_DIFFERENCES: usize = 1;
+const DIFFERENCES_MAX: usize = 1;
 
 /// `bbz explain` was asked for a code that does not exist.
 #[derive(Debug, thiserror::Error)]
@@ -63,7 +63,7 @@ pub fn execute(arguments: &ExplainArguments) -> Result<ExitStatus, Box<dyn Probl
 }
 
 /// Returns every code with its title.
-fn codes() -> impl Iterator<Item = (String, &'static str)> {
+pub fn codes() -> impl Iterator<Item = (String, &'static str)> {
     let compiler = DiagnosticCode::ALL.iter().map(|code| (code.text().to_owned(), code.title()));
     let run_time = FaultCode::ALL.iter().map(|cause| (fault::code(*cause), fault::title(*cause)));
     compiler.chain(run_time)
@@ -72,7 +72,7 @@ fn codes() -> impl Iterator<Item = (String, &'static str)> {
 /// Returns the code that was probably meant.
 fn likely(wanted: &str) -> Option<String> {
     let compared = codes().map(|(code, _)| (strsim::damerau_levenshtein(wanted, &code), code));
-    compared.min().filter(|(differences, _)| *differences <= MOST_DIFFERENCES).map(|(_, code)| code)
+    compared.min().filter(|(differences, _)| *differences <= DIFFERENCES_MAX).map(|(_, code)| code)
 }
 
 #[cfg(test)]

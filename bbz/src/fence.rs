@@ -16,6 +16,7 @@ pub struct Fence {
 impl Fence {
     /// Allows the files below `folders`. A folder that does not exist is ignored.
     pub fn new<'a>(folders: impl Iterator<Item = &'a Path>) -> Self {
+        // Nothing can be read below a folder that does not exist.
         let canonical = |folder: &Path| fs::canonicalize(working_if_empty(folder)).ok();
         Fence { folders: folders.filter_map(canonical).collect() }
     }

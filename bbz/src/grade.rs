@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use bittybuzz_arena::run::Simulation;
-use bittybuzz_live::{CompilerMessage, HandIn, TextFile, set_up, text_of};
+use bittybuzz_live::{CompilerMessage, Defect, HandIn, TextFile, set_up, text_of};
 use bittybuzz_toml_reader::file;
 use serde_json::{Value, json};
 
@@ -44,10 +44,10 @@ impl Problem for GradeError {
 }
 
 /// The most bytes of a file that is graded, which contains a scenario and scripts.
-const MOST_BYTES: u64 = 16 * 1024 * 1024;
+const BYTES_MAX: u64 = 16 * 1024 * 1024;
 
 /// The most errors of a result that are listed.
-const MOST_ERRORS: usize = 5;
+const ERRORS_MAX: usize = 5;
 
 const EXAMPLES: &str = "\
 Examples:
@@ -109,8 +109,10 @@ pub fn execute(arguments: &GradeArguments) -> Result<ExitStatus, Box<dyn Problem
     let grades: Vec<(PathBuf, Grade)> = files
         .into_iter()
         .map(|path| {
-            let grade = grade(&path, &desk, &scenario, &text).unwrap_or_else(Grade::Failed);
-            (path, grade)
+            // A script that reveals a defect does not keep the others from being graded.
+            let grade = Defect::catch(|| grade(&path, &desk, &scenario, &text));
+            let grade = grade.unwrap_or_else(|defect| Err(defect.to_string()));
+            (path, grade.unwrap_or_else(Grade::Failed))
         })
         .collect();
     let twins = twins(&grades);
@@ -157,7 +159,7 @@ fn files(folder: &Path, ending: &str) -> Result<Vec<PathBuf>, FileError> {
 
 /// Runs the scripts of a file. The error is a sentence for people.
 fn grade(path: &Path, desk: &Desk, scenario: &Path, text: &str) -> Result<Grade, String> {
-    let content = file::read_text(path, MOST_BYTES).map_err(|error| error.to_string())?;
+    let content = file::read_text(path, BYTES_MAX).map_err(|error| error.to_string())?;
     let handed_in = HandIn::read(&content)
         .map_err(|error| format!("it is no result of an assignment: {error}"))?;
     if handed_in.scripts.is_empty() {
@@ -206,7 +208,7 @@ fn grade(path: &Path, desk: &Desk, scenario: &Path, text: &str) -> Result<Grade,
 
 /// Returns the first errors as text, and the number of the others.
 fn first(errors: &[CompilerMessage]) -> String {
-    let listed = errors.len().min(MOST_ERRORS);
+    let listed = errors.len().min(ERRORS_MAX);
     let text = text_of(&errors[..listed]);
     match errors.len() - listed {
         0 => text,

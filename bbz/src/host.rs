@@ -144,7 +144,8 @@ impl<P: Profile> Host<P> for HostRobot<'_> {
         let HostClock::Real { until } = &mut self.clock else { return true };
         let now = Instant::now();
         if !again {
-            *until = Some(now + Duration::from_millis(u64::try_from(ms).unwrap_or(0)));
+            // A negative delay is over at once.
+            *until = Some(now + Duration::from_millis(ms.max(0).unsigned_abs().into()));
         }
         until.is_none_or(|until| until <= now)
     }

@@ -26,6 +26,7 @@ pub fn ending_at(image: &[u8], position: u16) -> Option<ByteCodeInstruction> {
     // The function's header of two bytes comes first.
     let mut at = usize::from(starts.filter(|start| usize::from(*start) <= position).max()?) + 2;
     while at <= position {
+        // The operands of the last instruction may be shorter than the three bytes that are decoded.
         let byte = |offset: usize| code.get(at + offset).copied().unwrap_or(0);
         let decoded = opcode::decode([byte(0), byte(1), byte(2)]);
         let trailer = opcode::info(decoded.opcode)?.trailer;

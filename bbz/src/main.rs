@@ -54,6 +54,7 @@ mod whole_file;
 
 use std::process::ExitCode;
 
+use bittybuzz_live::Defect;
 use clap::{CommandFactory, Parser, Subcommand};
 
 use exit::ExitStatus;
@@ -70,7 +71,7 @@ Examples:
   bbz robots kilobot                     list what a script can call on a robot
   bbz explain E0201                      explain a message
 
-Exit status: 0, or 1 run-time error, 2 compile error, 3 wrong command line or file.";
+Exit status: 0, or 1 run-time error, 2 compile error, 3 wrong command line or file, 101 defect of bbz.";
 
 #[derive(Debug, Parser)]
 #[command(version, about = "Checks, builds, runs and explains Buzz scripts for robots", after_help = EXAMPLES)]
@@ -113,6 +114,7 @@ enum Command {
 }
 
 fn main() -> ExitCode {
+    Defect::print_uncaught_by(report::defect);
     let command_line = match CommandLine::try_parse() {
         Ok(command_line) => command_line,
         Err(message) => {

@@ -130,8 +130,8 @@ impl ProbeRs {
             io::ErrorKind::NotFound => ProbeRsError::NotInstalled,
             _ => ProbeRsError::Start(error),
         })?;
-        let messages = child.stderr.take().map(|stderr| thread::spawn(move || pass_on(stderr)));
-        Ok(Running { child, messages })
+        let stderr = child.stderr.take().expect("standard error is a pipe");
+        Ok(Running { child, messages: thread::spawn(move || pass_on(stderr)) })
     }
 
     /// Runs probe-rs to its end; its messages and results go to standard error.
@@ -153,7 +153,8 @@ impl fmt::Display for ProbeRs {
 /// A running probe-rs.
 pub struct Running {
     child: Child,
-    messages: Option<JoinHandle<String>>,
+    /// Copies the messages, and returns them.
+    messages: JoinHandle<String>,
 }
 
 impl Running {
@@ -165,13 +166,13 @@ impl Running {
     /// Waits for the end of probe-rs; fails unless it succeeded.
     pub fn finish(mut self) -> Result<(), ProbeRsError> {
         let status = self.child.wait().map_err(ProbeRsError::Start)?;
-        let messages = self.messages.take().and_then(|thread| thread.join().ok());
+        let messages = self.messages.join().expect("copying bytes does not panic");
         if status.success() {
             return Ok(());
         }
-        Err(match messages {
-            Some(messages) if messages.contains(NO_PROBE) => ProbeRsError::NoProbe,
-            _ => ProbeRsError::Failed(status),
+        Err(match messages.contains(NO_PROBE) {
+            true => ProbeRsError::NoProbe,
+            false => ProbeRsError::Failed(status),
         })
     }
 
@@ -187,7 +188,7 @@ impl Running {
             thread::sleep(PATIENCE);
         }
         // The last messages of probe-rs are passed on before `bbz` ends.
-        self.messages.take().map(JoinHandle::join);
+        self.messages.join().expect("copying bytes does not panic");
         Ok(())
     }
 }
@@ -197,10 +198,9 @@ fn interrupt(child: &Child) {
     use nix::sys::signal::{Signal, kill};
     use nix::unistd::Pid;
 
-    if let Ok(id) = i32::try_from(child.id()) {
-        // The signal fails if probe-rs has already ended.
-        let _ = kill(Pid::from_raw(id), Signal::SIGINT);
-    }
+    let id = i32::try_from(child.id()).expect("Unix has process ids of this type");
+    // The signal fails if probe-rs has already ended.
+    let _ = kill(Pid::from_raw(id), Signal::SIGINT);
 }
 
 /// Does nothing: on other systems, Ctrl-C reaches probe-rs directly.
@@ -234,7 +234,8 @@ fn pass_on(mut pipe: impl Read) -> String {
     let mut all = Vec::new();
     let mut buffer = [0; 1024];
     while let Ok(count @ 1..) = pipe.read(&mut buffer) {
-        let part = buffer.get(..count).unwrap_or_default();
+        let part = &buffer[..count];
+        // Without a reader the messages are still kept, because they have the cause of a failure.
         let _ = io::stderr().write_all(part);
         all.extend_from_slice(part);
     }

@@ -1,5 +1,7 @@
 //! Messages on standard error.
 
+use std::backtrace::{Backtrace, BacktraceStatus};
+use std::env;
 use std::fmt;
 use std::io::Write;
 
@@ -7,12 +9,14 @@ use annotate_snippets::{AnnotationKind, Group, Level, Renderer as Style, Snippet
 use bittybuzz_compiler::diagnostic::{Diagnostic, Severity};
 use bittybuzz_compiler::render::{ColorChoice, Renderer};
 use bittybuzz_compiler::source::SourceMap;
+use bittybuzz_live::Defect;
 use bittybuzz_toml_reader::Place;
 
 use crate::problem::{Problem, ProblemMessage};
+use crate::shell;
 
 /// The most errors, and the most warnings, of a script that are printed; `--json` has all.
-const LIMIT: usize = 100;
+const MESSAGES_MAX: usize = 100;
 
 /// Prints the compiler's messages about a script.
 pub fn diagnostics(sources: &SourceMap, diagnostics: &[Diagnostic]) {
@@ -24,7 +28,7 @@ pub fn diagnostics(sources: &SourceMap, diagnostics: &[Diagnostic]) {
             Severity::Warning => &mut warnings,
         };
         *count += 1;
-        if *count > LIMIT {
+        if *count > MESSAGES_MAX {
             continue;
         }
         write(format_args!("{}", renderer.text(diagnostic, ColorChoice::Always)));
@@ -36,7 +40,7 @@ pub fn diagnostics(sources: &SourceMap, diagnostics: &[Diagnostic]) {
 
 /// Returns `2 more errors and 1 more warning are not shown`, or `None` if all are shown.
 fn not_shown(errors: usize, warnings: usize) -> Option<String> {
-    let more = |count: usize, what: &str| match count.saturating_sub(LIMIT) {
+    let more = |count: usize, what: &str| match count.saturating_sub(MESSAGES_MAX) {
         0 => None,
         1 => Some((1, format!("1 more {what}"))),
         more => Some((more, format!("{more} more {what}s"))),
@@ -55,8 +59,8 @@ pub fn count(diagnostics: &[Diagnostic]) -> (usize, usize) {
 }
 
 /// Returns a count with its noun: `1 error`, `2 errors`.
-pub fn counted(count: impl TryInto<u64>, noun: &str) -> String {
-    let count = count.try_into().unwrap_or(u64::MAX);
+pub fn counted(count: impl TryInto<u64, Error: fmt::Debug>, noun: &str) -> String {
+    let count = count.try_into().expect("a count is not negative, and has at most 64 bits");
     let plural = if count == 1 { "" } else { "s" };
     format!("{count} {noun}{plural}")
 }
@@ -65,6 +69,17 @@ pub fn counted(count: impl TryInto<u64>, noun: &str) -> String {
 pub fn problem(problem: &dyn Problem) {
     for ProblemMessage { text, place, help } in problem.messages() {
         mistake(&text, place, help);
+    }
+}
+
+/// Prints a defect of this program that no boundary has caught, and its backtrace if the environment
+/// asks for one.
+pub fn defect(defect: &Defect) {
+    let advice = Defect::advice(&shell::words(env::args_os()));
+    mistake(&defect.to_string(), None, Some(advice));
+    let backtrace = Backtrace::capture();
+    if backtrace.status() == BacktraceStatus::Captured {
+        write(format_args!("{backtrace}"));
     }
 }
 

@@ -34,7 +34,7 @@ use crate::selection::SelectionArguments;
 const TICK_HZ: u32 = 10;
 
 /// The capacities for neighbors, stigmergy entries and swarms if no robot is named.
-const MOST_SIZES: Sizes = Sizes { neighbors: 255, bearings: true, entries: 100, swarms: 8 };
+const SIZES_MAX: Sizes = Sizes { neighbors: 255, bearings: true, entries: 100, swarms: 8 };
 
 const EXAMPLES: &str = "\
 Examples:
@@ -129,7 +129,7 @@ pub fn execute(arguments: &RunArguments) -> Result<ExitStatus, Box<dyn Problem>>
         id: arguments.id,
         seed: arguments.seed,
         slots: robot.map_or(SLOTS, |robot| robot.vm.slots as usize),
-        sizes: robot.map_or(MOST_SIZES, Robot::sizes),
+        sizes: robot.map_or(SIZES_MAX, Robot::sizes),
         steps: arguments.steps,
         destroy: arguments.destroy,
         neighbors: arguments.neighbors.clone(),

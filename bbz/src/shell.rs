@@ -1,12 +1,16 @@
-//! Formats calls of other programs as shell commands.
+//! Formats calls of programs as shell commands.
 
 use std::ffi::OsStr;
 use std::process::Command;
 
 /// Returns program and arguments, quoted if necessary.
 pub fn line(call: &Command) -> String {
-    let words = [call.get_program()].into_iter().chain(call.get_args());
-    words.map(quoted).collect::<Vec<_>>().join(" ")
+    words([call.get_program()].into_iter().chain(call.get_args()))
+}
+
+/// Returns the words of a command, quoted if necessary.
+pub fn words(words: impl Iterator<Item: AsRef<OsStr>>) -> String {
+    words.map(|word| quoted(word.as_ref())).collect::<Vec<_>>().join(" ")
 }
 
 fn quoted(word: &OsStr) -> String {

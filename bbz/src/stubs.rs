@@ -1,6 +1,5 @@
 //! `bbz stubs`: writes a robot file, to start from, for the robot functions that a script calls.
 
-use std::fmt::Write;
 use std::path::{Path, PathBuf};
 
 use bittybuzz_compiler::check::missing::{Missing, MissingFunction, missing};
@@ -99,8 +98,7 @@ fn robot_file(
         "# The robot of {}. Each function is only logged: give it an effect with `sets` or `reads`.\n\n",
         one_line(script)
     );
-    // Writing to a String cannot fail.
-    let _ = write!(text, "name = \"{}\"\n\n{BODY}", robot_name(output.unwrap_or(script)));
+    text += &format!("name = \"{}\"\n\n{BODY}", robot_name(output.unwrap_or(script)));
     if missing.has_position {
         text += POSITION;
     }

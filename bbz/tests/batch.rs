@@ -105,7 +105,7 @@ fn a_signal_ends_a_batch_in_order() {
         send(signal, &child);
         let outcome = finish(child);
         assert_eq!(outcome.status, Some(130), "{}", outcome.stderr);
-        outcome.says(&["stopped by Ctrl-C or SIGTERM: 20 of 40 runs are finished", "--resume"]);
+        outcome.reports(&["stopped by Ctrl-C or SIGTERM: 20 of 40 runs are finished", "--resume"]);
         let line = "world.duration=1: 20 of 20 runs succeeded\n";
         assert!(outcome.stdout.contains(line), "{}", outcome.stdout);
         assert!(!folder.path("runs.csv").exists());
@@ -182,7 +182,7 @@ fn a_run_that_fails_is_a_row() {
     let arguments = [&["sim", "s.toml", "--csv", "runs.csv"], &set[..]].concat();
     let outcome = folder.bbz(&arguments);
     assert_eq!(outcome.status, Some(1));
-    outcome.says(&[
+    outcome.reports(&[
         "the run with seed 1",
         "no room for 60000 robots",
         "s.toml:4:",

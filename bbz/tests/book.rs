@@ -53,7 +53,7 @@ fn scripts(page: &str) -> Vec<Script> {
 }
 
 #[test]
-fn scripts_print_what_stands_below_them() {
+fn scripts_print_the_text_below_them() {
     let folder = Folder::new("book");
     let mut outputs = 0;
     let mut wrong = Vec::new();

@@ -23,7 +23,7 @@ fn writes_image_and_symbols_that_run() {
     // Text, place and calls come from the symbols.
     let fault = folder.bbz(&["run", "s.bbi", "--steps", "1"]);
     assert_eq!((fault.status, fault.stdout.as_str()), (Some(1), "hello1\n"));
-    fault.says(&["error[R0005]", "--> s.bzz:3:23", "led(7 / (id - 1))", "in `step`"]);
+    fault.reports(&["error[R0005]", "--> s.bzz:3:23", "led(7 / (id - 1))", "in `step`"]);
 }
 
 #[test]
@@ -65,7 +65,7 @@ fn profiles_are_built_as_asked() {
 }
 
 #[test]
-fn a_failure_leaves_nothing_and_spoils_nothing() {
+fn a_failed_build_changes_no_file() {
     let folder = Folder::with("build_failure", "s.bzz", "log(\n");
     folder.write("s.bbi", "an older image");
     folder.bbz(&["build", "s.bzz", "--robot", "kilobot"]).fails_with(2, &["error[E", "s.bzz:"]);
@@ -83,7 +83,7 @@ fn a_failure_leaves_nothing_and_spoils_nothing() {
 }
 
 #[test]
-fn what_a_robot_cannot_run_is_not_built() {
+fn scripts_that_exceed_a_robot_are_not_built() {
     let folder = Folder::with("build_refused", "s.bzz", "takeoff(100)\n");
     folder.bbz(&["build", "s.bzz", "--robot", "kilobot"]).fails_with(2, &["takeoff", "Kilobot"]);
     folder.bbz(&["build", "s.bzz"]).fails_with(3, &["--robot"]);
@@ -94,7 +94,7 @@ fn what_a_robot_cannot_run_is_not_built() {
 }
 
 #[test]
-fn json_tells_sizes_or_errors() {
+fn json_has_sizes_or_errors() {
     let folder = Folder::with("build_json", "s.bzz", SCRIPT);
     let built = folder.bbz(&["build", "s.bzz", "--robot", "kilobot", "--json"]);
     assert_eq!((built.status, built.stderr.as_str()), (Some(0), ""));
@@ -138,14 +138,14 @@ fn symbols_that_do_not_belong_to_the_image_are_ignored_with_a_warning() {
         assert_eq!(outcome.status, Some(0), "{reason}");
         // The tiny image carries no text.
         assert_eq!(outcome.stdout, "[string 12]2\n", "{reason}");
-        outcome.says(&["warning: ", "s.sym", reason]);
+        outcome.reports(&["warning: ", "s.sym", reason]);
     }
     // Missing symbols are no mistake; a fault then has a position.
     std::fs::remove_file(folder.path("s.sym")).unwrap();
     run().succeeds_with("[string 12]2\n");
     let fault = folder.bbz(&["run", "s.bbi", "--steps", "1"]);
     assert_eq!(fault.status, Some(1));
-    fault.says(&["error[R0005]", "position"]);
+    fault.reports(&["error[R0005]", "position"]);
 }
 
 #[test]
@@ -158,18 +158,18 @@ fn an_image_with_text_needs_no_symbols_for_it() {
 }
 
 #[test]
-fn a_source_that_has_gone_leaves_the_place() {
+fn without_its_source_a_fault_has_only_its_place() {
     let folder = Folder::with("no_source", "s.bzz", SCRIPT);
     assert_eq!(folder.bbz(&["build", "s.bzz", "--robot", "kilobot"]).status, Some(0));
     std::fs::remove_file(folder.path("s.bzz")).unwrap();
-    folder.bbz(&["run", "s.bbi", "--steps", "1"]).says(&["error[R0005]", "--> s.bzz:3:23"]);
+    folder.bbz(&["run", "s.bbi", "--steps", "1"]).reports(&["error[R0005]", "--> s.bzz:3:23"]);
     // The script was changed and is shorter now.
     folder.write("s.bzz", "\n");
-    folder.bbz(&["run", "s.bbi", "--steps", "1"]).says(&["error[R0005]", "--> s.bzz:3:23"]);
+    folder.bbz(&["run", "s.bbi", "--steps", "1"]).reports(&["error[R0005]", "--> s.bzz:3:23"]);
 }
 
 #[test]
-fn disassembly_names_what_the_symbols_know() {
+fn disassembly_shows_the_names_of_the_symbols() {
     let folder = Folder::with("disasm", "s.bzz", SCRIPT);
     assert_eq!(folder.bbz(&["build", "s.bzz", "--robot", "kilobot"]).status, Some(0));
     for arguments in [&["disasm", "s.bzz"][..], &["disasm", "s.bbi"]] {
@@ -236,7 +236,7 @@ fn a_script_is_put_into_firmware() {
 }
 
 #[test]
-fn what_is_no_firmware_for_a_script_is_refused() {
+fn unsuitable_firmware_is_refused() {
     let folder = Folder::with("build_no_hex", "s.bzz", "function step() { led(1) }");
     let whole = program(Parts::NONE);
     let gap = whole.lines().skip(1).map(|line| format!("{line}\n")).collect::<String>();

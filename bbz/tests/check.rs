@@ -19,11 +19,15 @@ fn several_files_are_counted_together() {
         .fails_with(2, &["a.bzz:1:5", "b.bzz:1:5", "1 error and 1 warning", "`bbz explain E0403`"]);
     let outcome = folder.bbz(&["check", "b.bzz", "a.bzz", "--json"]);
     assert_eq!((outcome.status, outcome.stderr.as_str()), (Some(2), ""));
-    let told: serde_json::Value = serde_json::from_str(&outcome.stdout).unwrap();
-    let codes: Vec<&str> =
-        told["diagnostics"].as_array().unwrap().iter().filter_map(|d| d["code"].as_str()).collect();
+    let output: serde_json::Value = serde_json::from_str(&outcome.stdout).unwrap();
+    let codes: Vec<&str> = output["diagnostics"]
+        .as_array()
+        .unwrap()
+        .iter()
+        .filter_map(|d| d["code"].as_str())
+        .collect();
     assert_eq!(
-        (codes, &told["errors"], &told["warnings"]),
+        (codes, &output["errors"], &output["warnings"]),
         (vec!["W0301", "E0403"], &1.into(), &1.into())
     );
     // After a missing file, the messages about the earlier files are still printed.
@@ -50,9 +54,9 @@ fn denied_warnings_are_errors() {
 fn comments_silence_warnings() {
     let codes = |test: &str, script: &str| {
         let folder = Folder::with(test, "s.bzz", script);
-        let told = folder.bbz(&["check", "s.bzz", "--json"]).stdout;
-        let told: serde_json::Value = serde_json::from_str(&told).unwrap();
-        let found = told["diagnostics"].as_array().unwrap();
+        let output = folder.bbz(&["check", "s.bzz", "--json"]).stdout;
+        let output: serde_json::Value = serde_json::from_str(&output).unwrap();
+        let found = output["diagnostics"].as_array().unwrap();
         let line = |found: &serde_json::Value| {
             format!("{} {}", found["code"].as_str().unwrap(), found["line"])
         };
@@ -88,7 +92,7 @@ fn standard_input_is_a_script() {
 }
 
 #[test]
-fn fix_mends_what_can_mean_nothing_else() {
+fn fix_corrects_unambiguous_mistakes() {
     let folder = Folder::with(
         "check_fix",
         "s.bzz",

@@ -14,7 +14,7 @@ const SCENARIO: &str = "[world]\nsize = [500, 500]\nduration = 1\n\
     [[robots]]\nname = \"pair\"\nrobot = \"kilobot\"\nscript = \"s.bzz\"\ncount = 2\nfirst_id = 7\n";
 
 #[test]
-fn a_run_reports_what_wrapped_after_its_output() {
+fn wrapped_numbers_are_reported_after_the_output() {
     let folder = Folder::with("checks_run", "s.bzz", SCRIPT);
     let arguments = ["run", "s.bzz", "--robot", "kilobot", "--steps", "5"];
     let plain = folder.bbz(&arguments);
@@ -35,10 +35,10 @@ fn a_run_reports_what_wrapped_after_its_output() {
 }
 
 #[test]
-fn a_run_without_anomalies_says_so() {
+fn a_run_without_anomalies_reports_that() {
     let folder = Folder::with("checks_none", "s.bzz", SCRIPT);
     let outcome = folder.bbz(&["run", "s.bzz", "--steps", "5", "--checks"]);
-    outcome.says(&[
+    outcome.reports(&[
         "no number wrapped, saturated, was flushed to zero, or became infinite or NaN\n",
         " of 65520 slots at ",
         "step       the cycles of instructions were not counted on this chip\n",
@@ -83,7 +83,7 @@ fn an_image_without_symbols_has_positions() {
     assert_eq!(folder.bbz(&["build", "s.bzz", "--robot", "kilobot"]).status, Some(0));
     fs::remove_file(folder.path("s.sym")).unwrap();
     let outcome = folder.bbz(&["run", "s.bbi", "--steps", "5", "--checks"]);
-    outcome.says(&["position ", " of the code: wrapped 3 times, first 182 * 182"]);
+    outcome.reports(&["position ", " of the code: wrapped 3 times, first 182 * 182"]);
 }
 
 #[test]

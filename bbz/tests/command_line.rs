@@ -184,7 +184,7 @@ fn check_reports_all_mistakes_and_only_errors_count() {
     folder.write("s.bzz", "log(unknown_thing)\n");
     let warned = folder.bbz(&["check", "s.bzz"]);
     assert_eq!((warned.status, warned.stdout.as_str()), (Some(0), ""));
-    warned.says(&["warning[W", "s.bzz:1:5"]);
+    warned.reports(&["warning[W", "s.bzz:1:5"]);
 }
 
 #[test]
@@ -234,7 +234,7 @@ fn only_scripts_can_be_checked_and_built() {
 }
 
 #[test]
-fn colours_are_for_terminals_only() {
+fn colors_are_for_terminals_only() {
     let folder = Folder::with("colours", "s.bzz", "log(1 +)\n");
     assert!(!folder.bbz(&["run", "s.bzz"]).stderr.contains('\u{1b}'));
     let forced = folder.command(&["run", "s.bzz"]).env("CLICOLOR_FORCE", "1").spawn();
@@ -348,7 +348,7 @@ help = "write the values to the log"
 "#;
 
 #[test]
-fn robots_are_listed_with_what_scripts_can_call() {
+fn robots_are_listed_with_their_functions() {
     let folder = Folder::new("robots");
     let list = folder.bbz(&["robots"]).stdout;
     for name in ["kilobot", "zooids", "crazyflie"] {

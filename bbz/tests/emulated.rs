@@ -75,7 +75,7 @@ fn message(number: u16, slice: Option<&[u8]>) -> Vec<u8> {
     bytes
 }
 
-fn told(folder: &Folder, steps: u32) -> Vec<u8> {
+fn log_of(folder: &Folder, steps: u32) -> Vec<u8> {
     let records = robot::records(&folder.read("s.bbi"), steps);
     records.iter().flat_map(|record| message(1, Some(record))).collect()
 }
@@ -111,9 +111,9 @@ fn the_script_is_written_and_the_time_runs() {
 }
 
 #[test]
-fn what_the_firmware_writes_is_decoded() {
+fn messages_of_the_firmware_are_decoded() {
     let folder = folder("emulated_decoded", "function step() { log(\"x\") }\n");
-    let bytes = [message(3, None), told(&folder, 2), message(2, None)].concat();
+    let bytes = [message(3, None), log_of(&folder, 2), message(2, None)].concat();
     // RTT is read in pieces that do not follow the boundaries of messages.
     let pieces = bytes.chunks(7).map(|piece| EmulatorEvent::Rtt { bytes: piece.to_vec() });
     write_events(&folder, pieces.collect());
@@ -169,12 +169,12 @@ fn motors_are_printed_on_request() {
 #[test]
 fn a_fault_ends_with_status_1() {
     let folder = folder("emulated_fault", "function step() {\n  log(1 / (id - id))\n}\n");
-    let bytes = [told(&folder, 1), message(2, None)].concat();
+    let bytes = [log_of(&folder, 1), message(2, None)].concat();
     for (arguments, more) in [(&[][..], true), (&["--until-fault"], false)] {
         write_events(&folder, vec![EmulatorEvent::Rtt { bytes: bytes.clone() }]);
         let outcome = emulate(&folder, &[&["--script", "s.bzz"], arguments].concat());
         assert_eq!((outcome.status, outcome.stdout.contains("low battery")), (Some(1), more));
-        outcome.says(&["error[R0005]", "s.bzz:2:7", "after 0 complete steps, at 0.000000 s"]);
+        outcome.reports(&["error[R0005]", "s.bzz:2:7", "after 0 complete steps, at 0.000000 s"]);
     }
 }
 
@@ -200,7 +200,7 @@ fn without_seconds_it_goes_on_until_ctrl_c() {
     // terminal does.
     for (test, group) in [("emulated_interrupt", ""), ("emulated_interrupt_group", "-")] {
         let folder = folder(test, "function step() { log(\"x\") }\n");
-        write_events(&folder, vec![EmulatorEvent::Rtt { bytes: told(&folder, 2) }]);
+        write_events(&folder, vec![EmulatorEvent::Rtt { bytes: log_of(&folder, 2) }]);
         let emulator = folder.path("emulator");
         let mut child = folder
             .command(&["trace", "robot.elf", "--robot", "crazyflie", "--emulate", "--emulator"])
@@ -246,7 +246,7 @@ fn the_emulator_is_found_beside_bbz_and_in_path() {
 }
 
 #[test]
-fn what_keeps_it_from_running_is_said() {
+fn failures_of_the_emulator_have_messages() {
     let folder = folder("emulated_wrong", "log(1)\n");
     folder.write("loaded", "{\"reply\":\"error\",\"message\":\"no ARM image\"}\n");
     emulate(&folder, &[]).fails_with(3, &["no ARM image"]);

@@ -158,7 +158,9 @@ fn outputs_can_be_streams() {
     assert!(outcome.stdout.starts_with("seed,"), "{}", outcome.stdout);
     if Path::new("/dev/full").exists() {
         for option in ["--csv", "--record"] {
-            folder.bbz(&["sim", "s.toml", "--headless", option, "/dev/full"]).says(&["/dev/full"]);
+            folder
+                .bbz(&["sim", "s.toml", "--headless", option, "/dev/full"])
+                .reports(&["/dev/full"]);
         }
     }
 }

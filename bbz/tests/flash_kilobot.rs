@@ -158,7 +158,7 @@ fn a_robot_that_cannot_be_read_is_not_erased() {
 }
 
 #[test]
-fn what_was_on_a_robot_is_kept_if_it_cannot_be_written() {
+fn a_failed_write_keeps_the_earlier_content() {
     let folder = Folder::with("avrdude_broken", "s.bzz", SCRIPT);
     let programmer = Programmer::with(Chip { pages_left: 5, ..used() });
     let outcome = flash(&folder, &programmer, &[]);
@@ -180,7 +180,7 @@ fn what_was_on_a_robot_is_kept_if_it_cannot_be_written() {
 }
 
 #[test]
-fn wrong_command_lines_are_told() {
+fn wrong_command_lines_are_reported() {
     let folder = Folder::with("avrdude_wrong", "s.bzz", SCRIPT);
     folder.write("k.hex", "no hex file");
     let robot = ["flash", "s.bzz", "--robot", "kilobot"];

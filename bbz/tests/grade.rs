@@ -69,7 +69,7 @@ fn results_run_again() {
 }
 
 #[test]
-fn what_is_not_as_it_was_handed_in_is_told() {
+fn results_that_differ_are_reported() {
     let ada = hand_in("Ada", SOLUTION);
     let copied = HandIn { by: "Eve\u{1b}[2J".to_owned(), ..ada.clone() };
     // Verdicts in the file do not count.

@@ -43,7 +43,7 @@ fn a_fault_in_destroy_is_a_fault() {
     let script = "function step() { log(1) }\nfunction destroy() { log(nil + step) }\n";
     let outcome = interrupt_after("destroy_fault", script, &[], "1\n");
     assert_eq!(outcome.status, Some(1));
-    outcome.says(&["R0001", "s.bzz:2:"]);
+    outcome.reports(&["R0001", "s.bzz:2:"]);
 }
 
 #[test]
@@ -51,11 +51,11 @@ fn destroy_cannot_keep_the_run_alive() {
     let script = "function step() { log(1) }\nfunction destroy() { while(1) delay(10) }\n";
     let outcome = interrupt_after("destroy_endless", script, &[], "1\n");
     assert_eq!(outcome.status, Some(0));
-    outcome.says(&["stopped by Ctrl-C", "s.bzz:2:"]);
+    outcome.reports(&["stopped by Ctrl-C", "s.bzz:2:"]);
 }
 
 #[test]
-fn an_endless_script_can_be_stopped_and_tells_where_it_was() {
+fn an_interrupted_script_reports_its_place() {
     for (test, script, line) in [
         ("endless_global", "log(\"on\")\nwhile(1) { }\n", "s.bzz:2:"),
         ("endless_delay", "log(\"on\")\ndelay(3600000)\n", "s.bzz:2:1"),
@@ -63,7 +63,7 @@ fn an_endless_script_can_be_stopped_and_tells_where_it_was() {
     ] {
         let outcome = interrupt_after(test, script, &[], "on\n");
         assert_eq!((outcome.status, outcome.stdout.as_str()), (Some(0), ""), "{test}");
-        outcome.says(&["stopped by Ctrl-C", line]);
+        outcome.reports(&["stopped by Ctrl-C", line]);
     }
 }
 
@@ -96,7 +96,7 @@ fn a_script_without_step_ends() {
 }
 
 #[test]
-fn a_reader_that_has_gone_ends_the_run() {
+fn a_closed_output_ends_the_run() {
     let script = "function step() { log(\"line\") }\n";
     let folder = Folder::with("closed_pipe", "s.bzz", script);
     let mut child = folder.command(&["run", "s.bzz"]).spawn().unwrap();

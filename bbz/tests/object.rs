@@ -95,18 +95,18 @@ fn object_files_run_and_build_like_scripts() {
 fn a_fault_names_the_instruction_or_with_the_debug_file_the_script() {
     let folder = Folder::with("object_fault", "s.bo", "");
     folder.write("s.bo", faults());
-    let said = "cannot take an integer modulo nil";
+    let message = "cannot take an integer modulo nil";
     // Line 6 of the listing: nop, pushs, pushi, pushs, gload, mod.
     let plain = folder.bbz(&["run", "s.bo"]);
-    plain.fails_with(1, &["error[R0001]", said, "--> s.bo:6:", "mod"]);
+    plain.fails_with(1, &["error[R0001]", message, "--> s.bo:6:", "mod"]);
     folder.write("script.bzz", "# comment\ny = 1 % x\n");
     folder.write("s.bdb", place(MOD_AT, 2, 6, "script.bzz"));
     let debugged = folder.bbz(&["run", "s.bo"]);
-    debugged.fails_with(1, &["error[R0001]", said, "--> script.bzz:2:6", "y = 1 % x"]);
+    debugged.fails_with(1, &["error[R0001]", message, "--> script.bzz:2:6", "y = 1 % x"]);
 }
 
 #[test]
-fn what_no_compiler_made_is_refused() {
+fn damaged_object_files_are_refused() {
     let folder = Folder::new("object_refused");
     let good = logs();
     for bytes in [&b""[..], b"\x01", b"log(1)\n", &good[..good.len() - 1], &good[..good.len() - 8]]
@@ -121,5 +121,5 @@ fn what_no_compiler_made_is_refused() {
     folder.write("s.bdb", "nonsense");
     let outcome = folder.bbz(&["run", "s.bo"]);
     assert_eq!((outcome.status, outcome.stdout.as_str()), (Some(0), "7\n"));
-    outcome.says(&["warning: `s.bo`"]);
+    outcome.reports(&["warning: `s.bo`"]);
 }

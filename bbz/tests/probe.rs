@@ -15,14 +15,14 @@ fn folder(test: &str, script: &str) -> Folder {
     let folder = Folder::with(test, "s.bzz", script);
     folder.write("robot.elf", "for probe-rs only");
     assert_eq!(folder.bbz(&["build", "s.bzz", "--robot", "crazyflie"]).status, Some(0));
-    folder.write("told", robot::lines(&robot::records(&folder.read("s.bbi"), 2)));
+    folder.write("log", robot::lines(&robot::records(&folder.read("s.bbi"), 2)));
     folder
 }
 
 #[test]
-fn what_probe_rs_prints_is_explained() {
+fn messages_of_probe_rs_are_printed() {
     let folder = folder("probe_prints", "function step() { log(\"x\") }\n");
-    probe_rs::install(&folder, "echo 'Warning: slow' >&2; cat told");
+    probe_rs::install(&folder, "echo 'Warning: slow' >&2; cat log");
     let outcome = probe_rs::bbz(&folder, &TRACE);
     assert_eq!((outcome.status, outcome.stderr.as_str()), (Some(0), "Warning: slow\n"));
     assert!(outcome.stdout.contains("start     robot 7 runs script "), "{}", outcome.stdout);
@@ -35,9 +35,9 @@ fn what_probe_rs_prints_is_explained() {
 }
 
 #[test]
-fn ctrl_c_lets_the_robot_go() {
+fn ctrl_c_detaches_from_the_robot() {
     let folder = folder("probe_interrupt", "function step() { log(\"x\") }\n");
-    let script = "trap 'echo let go >&2; exit 0' INT\ncat told\nwhile :; do sleep 0.01; done";
+    let script = "trap 'echo let go >&2; exit 0' INT\ncat log\nwhile :; do sleep 0.01; done";
     probe_rs::install(&folder, script);
     let mut child = probe_rs::command(&folder, &TRACE).spawn().unwrap();
     let mut stdout = BufReader::new(child.stdout.take().unwrap());
@@ -53,17 +53,17 @@ fn ctrl_c_lets_the_robot_go() {
 }
 
 #[test]
-fn until_fault_lets_the_robot_go() {
+fn until_fault_detaches_from_the_robot() {
     let folder = folder("probe_fault", "log(nil + id)\n");
-    let script = "trap 'echo let go >&2; exit 0' INT\ncat told\nwhile :; do sleep 0.01; done";
+    let script = "trap 'echo let go >&2; exit 0' INT\ncat log\nwhile :; do sleep 0.01; done";
     probe_rs::install(&folder, script);
     let outcome = probe_rs::bbz(&folder, &[&TRACE[..], &["--until-fault"]].concat());
     assert_eq!(outcome.status, Some(1));
-    outcome.says(&["error[R0001]", "s.bzz:1:5", "let go"]);
+    outcome.reports(&["error[R0001]", "s.bzz:1:5", "let go"]);
 }
 
 #[test]
-fn what_goes_wrong_with_probe_rs_is_explained() {
+fn failures_of_probe_rs_have_advice() {
     let folder = folder("probe_fails", "log(1)\n");
     let missing = folder.command(&TRACE).env("PATH", folder.path("")).spawn().unwrap();
     support::finish(missing).fails_with(3, &["probe-rs is not installed", "cargo install"]);

@@ -26,7 +26,7 @@ fn robot_functions_print_their_call() {
 }
 
 #[test]
-fn robot_functions_return_what_the_robot_file_promises_at_once() {
+fn robot_functions_return_the_type_of_the_robot_file_at_once() {
     let script = "log(get_up(), goTo(1, 2, 3), takeoff(500))\n";
     let expected = "get_up()\ngoTo(1, 2, 3)\ntakeoff(500)\n00[nil]\n";
     run("returns", script, &["--robot", "crazyflie"]).succeeds_with(expected);
@@ -36,7 +36,7 @@ fn robot_functions_return_what_the_robot_file_promises_at_once() {
 fn arguments_that_the_robot_would_refuse_are_refused() {
     let wrong = run("refused_type", "f = led\nf(1)\nf(\"red\")\n", &["--robot", "kilobot"]);
     assert_eq!((wrong.status, wrong.stdout.as_str()), (Some(1), "led(1)\n"));
-    wrong.says(&["error[R0001]", "a string", "s.bzz:3:1", "led takes (color: int)"]);
+    wrong.reports(&["error[R0001]", "a string", "s.bzz:3:1", "led takes (color: int)"]);
     let count = run("refused_count", "f = led\nf(1, 2)\n", &["--robot", "kilobot"]);
     count.fails_with(1, &["error[R0012]", "s.bzz:2:1", "led takes (color: int)"]);
     // The Crazyflie's led takes two arguments as well, so without --robot they are fine.
@@ -93,7 +93,7 @@ fn memory_is_the_robots() {
 }
 
 #[test]
-fn a_robot_file_of_the_users() {
+fn a_robot_file_of_the_user_is_read() {
     let folder = Folder::with("own_robot", "s.bzz", "honk(2)\nlog(honk(1))\n");
     folder.write(
         "car.toml",
@@ -113,7 +113,7 @@ fn a_fault_shows_place_line_and_calls() {
     let script = "function half(x) {\n  return 10 / x\n}\nfunction outer(x) { return half(x) + 1 }\nlog(\"before\")\nfunction step() { log(outer(2 - 2)) }\n";
     let outcome = run("fault", script, &["--steps", "3"]);
     assert_eq!((outcome.status, outcome.stdout.as_str()), (Some(1), "before\n"));
-    outcome.says(&[
+    outcome.reports(&[
         "error[R0005]: integer division by zero",
         "--> s.bzz:2:10",
         "2 |   return 10 / x",
@@ -127,7 +127,7 @@ fn a_fault_shows_place_line_and_calls() {
 }
 
 #[test]
-fn of_a_long_line_the_part_around_the_fault_is_shown() {
+fn a_long_line_is_cut_around_the_fault() {
     let fields: String = (0..200).map(|number| format!(".a{number} = 1, ")).collect();
     let script = format!("x = nil\nt = {{ {fields}.z = x + 1 }}\n");
     let column = "t = { ".len() + fields.len() + ".z = ".len() + 1;
@@ -146,7 +146,7 @@ fn a_fault_in_an_included_file_names_that_file() {
 }
 
 #[test]
-fn a_fault_says_in_which_step_it_was() {
+fn a_fault_names_its_step() {
     let script = "function step() {\n  n = n + 1\n  if(n == 57) { self.x = 1 }\n}\nn = 0\n";
     let outcome = run("fault_step", script, &["--steps", "100"]);
     outcome.fails_with(1, &["R0002", "`self` is nil", "in step 57", "in a call `t.f()`"]);
@@ -176,16 +176,16 @@ fn json_has_an_object_for_each_line() {
         assert_eq!((outcome.status, outcome.stderr.as_str()), (Some(status), ""));
         outcome.stdout.lines().map(|line| serde_json::from_str(line).unwrap()).collect()
     };
-    let told = objects("json", "n = 0\nfunction step() { n = n + 1  log(\"a\\\"\", n) }\n", 0);
-    assert_eq!((&told[0]["errors"], &told[0]["warnings"]), (&0.into(), &0.into()));
-    let printed: Vec<&str> = told.iter().filter_map(|object| object["printed"].as_str()).collect();
+    let lines = objects("json", "n = 0\nfunction step() { n = n + 1  log(\"a\\\"\", n) }\n", 0);
+    assert_eq!((&lines[0]["errors"], &lines[0]["warnings"]), (&0.into(), &0.into()));
+    let printed: Vec<&str> = lines.iter().filter_map(|object| object["printed"].as_str()).collect();
     assert_eq!(printed, ["a\"1", "a\"2", "a\"3"]);
     let end = serde_json::json!({ "ended": "complete", "steps": 3, "fault": null });
-    assert_eq!(told.last(), Some(&end));
+    assert_eq!(lines.last(), Some(&end));
     let script =
         "n = 0\nfunction f(x) { return 1 / x }\nfunction step() { n = n + 1  log(f(n - 2)) }\n";
-    let told = objects("json_fault", script, 1);
-    let end = told.last().unwrap();
+    let lines = objects("json_fault", script, 1);
+    let end = lines.last().unwrap();
     assert_eq!((&end["ended"], &end["steps"]), (&"fault".into(), &2.into()));
     let (fault, calls) = (&end["fault"], &end["fault"]["calls"]);
     assert_eq!(
@@ -197,8 +197,8 @@ fn json_has_an_object_for_each_line() {
         (&2.into(), &24.into(), &"f".into())
     );
     assert_eq!((&calls[1]["line"], &calls[1]["function"]), (&3.into(), &"step".into()));
-    let told = objects("json_error", "log(size())\n", 2);
-    assert_eq!((told.len(), &told[0]["diagnostics"][0]["code"]), (1, &"E0403".into()));
+    let lines = objects("json_error", "log(size())\n", 2);
+    assert_eq!((lines.len(), &lines[0]["diagnostics"][0]["code"]), (1, &"E0403".into()));
 }
 
 #[test]
@@ -221,7 +221,7 @@ fn a_lack_of_memory_names_the_globals_that_hold_it() {
 }
 
 #[test]
-fn every_kind_of_fault_says_what_went_wrong() {
+fn every_kind_of_fault_has_its_message() {
     // The variables keep the compiler from seeing the mistake.
     let cases = [
         ("x + 1", "R0001", "cannot add nil and an integer: `x` is nil"),
@@ -260,7 +260,7 @@ fn every_kind_of_fault_says_what_went_wrong() {
         for profile in ["full", "tiny"] {
             let outcome = folder.bbz(&["run", "s.bzz", "--profile", profile]);
             assert_eq!(outcome.status, Some(1), "{expression}: {}", outcome.stderr);
-            outcome.says(&[&format!("error[{code}]: {message}\n"), "--> s.bzz:"]);
+            outcome.reports(&[&format!("error[{code}]: {message}\n"), "--> s.bzz:"]);
         }
     }
 }
@@ -277,7 +277,7 @@ fn examples_of_run_time_errors_give_the_code_that_they_explain() {
         folder.write("s.bzz", example);
         let outcome = folder.bbz(&["run", "s.bzz"]);
         assert_eq!(outcome.status, Some(1), "{code}");
-        outcome.says(&[&format!("error[{code}]"), "--> s.bzz:"]);
+        outcome.reports(&[&format!("error[{code}]"), "--> s.bzz:"]);
         examples += 1;
     }
     assert!(examples >= 12);
@@ -309,13 +309,13 @@ fn messages_cannot_control_the_terminal() {
     folder.write("s.bzz", "message = \"\u{1b}[2J\"\nassert(0, message)\n");
     let forced = folder.command(&["run", "s.bzz"]).env("CLICOLOR_FORCE", "1").spawn().unwrap();
     let outcome = support::finish(forced);
-    outcome.says(&["R0011"]);
+    outcome.reports(&["R0011"]);
     let message = outcome.stderr.lines().next().unwrap_or_default();
     assert!(!message.contains("\u{1b}[2J"), "{message}");
 }
 
 #[test]
-fn storing_into_no_table() {
+fn storing_into_nil_is_a_fault() {
     let folder = Folder::new("storing");
     for (statement, message) in
         [("x.y = 1", "cannot set field `y` of nil"), ("x[1] = 1", "cannot set an entry of nil")]
@@ -350,7 +350,7 @@ fn a_line_may_hold_any_character() {
 fn warnings_are_printed_and_change_nothing() {
     let outcome = run("warnings", "log(undefined_thing)\n", &[]);
     assert_eq!((outcome.status, outcome.stdout.as_str()), (Some(0), "[nil]\n"));
-    outcome.says(&["warning[W", "s.bzz:1:5"]);
+    outcome.reports(&["warning[W", "s.bzz:1:5"]);
 }
 
 #[test]

@@ -58,22 +58,22 @@ fn a_fault_is_status_1_with_file_and_line() {
     let outcome = folder.bbz(&["sim", "s.toml"]);
     assert_eq!(outcome.status, Some(1));
     let stopped = "robot 1 stopped at 1.9 s, to start again after 1 s";
-    outcome.says(&["error[R0005]", "--> s.bzz:4:", stopped, "in `step`"]);
+    outcome.reports(&["error[R0005]", "--> s.bzz:4:", stopped, "in `step`"]);
     let counted = "scripts stopped by an error: 1, started again: 0\n";
     assert!(outcome.stdout.contains(counted), "{}", outcome.stdout);
     // The same fault of many robots is printed once.
     folder.write("s.bzz", "n = 0\nfunction step() { n = n + 1 if(n == 9) led(1 / 0) }\n");
     let outcome = folder.bbz(&["sim", "s.toml"]);
     assert_eq!(outcome.stderr.matches("error[").count(), 1, "{}", outcome.stderr);
-    outcome.says(&["robot 0 stopped at 0.9 s, to start again after 1 s, and 2 others"]);
+    outcome.reports(&["robot 0 stopped at 0.9 s, to start again after 1 s, and 2 others"]);
     let seconds = ["--set", "world.duration=4"];
     let outcome = folder.bbz(&[&["sim", "s.toml"], &seconds[..]].concat());
-    outcome.says(&["and 2 others; 6 times in all"]);
+    outcome.reports(&["and 2 others; 6 times in all"]);
     let counted = "scripts stopped by an error: 6, started again: 3\n";
     assert!(outcome.stdout.contains(counted), "{}", outcome.stdout);
     folder.write("s.bzz", "n = 0\nfunction step() { n = n + 1 assert(n < 9) }\n");
     let outcome = folder.bbz(&["sim", "s.toml"]);
-    outcome.says(&["robot 0 stopped at 0.9 s, and 2 others"]);
+    outcome.reports(&["robot 0 stopped at 0.9 s, and 2 others"]);
 }
 
 #[test]
@@ -88,7 +88,7 @@ fn a_script_that_an_event_loads_has_its_own_names_and_lines() {
     folder.write("s.toml", &(scenario + "\n[[event]]\nat = 1\nload = 1\nscript = \"other.bzz\"\n"));
     let outcome = folder.bbz(&["sim", "s.toml"]);
     assert_eq!(outcome.status, Some(1));
-    outcome.says(&["--> other.bzz:6:", "robot 1 stopped at 1.4 s"]);
+    outcome.reports(&["--> other.bzz:6:", "robot 1 stopped at 1.4 s"]);
     for line in ["     0.9     1  before\n", "     1.3     1  after\n"] {
         assert!(outcome.stdout.contains(line), "{line}: {}", outcome.stdout);
     }
@@ -96,7 +96,7 @@ fn a_script_that_an_event_loads_has_its_own_names_and_lines() {
     folder.write("other.bzz", "function step() { fly() }\n");
     let outcome = folder.bbz(&["sim", "s.toml"]);
     assert_eq!(outcome.status, Some(2));
-    outcome.says(&["error[E0401]", "--> other.bzz:1:"]);
+    outcome.reports(&["error[E0401]", "--> other.bzz:1:"]);
 }
 
 #[test]
@@ -113,7 +113,12 @@ fn an_error_in_a_listener_is_status_1_unless_it_is_expected() {
     let outcome = folder.bbz(&["sim", "s.toml"]);
     assert_eq!(outcome.status, Some(1));
     let note = "a listener or handler of robot 1 ended at ";
-    outcome.says(&["error[R0001]", "--> s.bzz:3:", note, "s, its script went on, and another one"]);
+    outcome.reports(&[
+        "error[R0001]",
+        "--> s.bzz:3:",
+        note,
+        "s, its script went on, and another one",
+    ]);
     assert!(
         outcome.stdout.contains("listeners and handlers ended by an error: "),
         "{}",
@@ -132,7 +137,7 @@ fn an_error_in_a_listener_is_status_1_unless_it_is_expected() {
 /// The third step of robot 1 begins in tick 3 and never ends; the steps of ticks 4 to 19 are
 /// skipped.
 #[test]
-fn a_step_that_never_ends_is_told() {
+fn an_endless_step_is_reported() {
     let folder = folder("sim_endless");
     folder.write(
         "s.bzz",
@@ -166,7 +171,7 @@ fn a_step_that_never_ends_is_told() {
 }
 
 #[test]
-fn what_is_wrong_with_scenario_or_script_is_status_2() {
+fn mistakes_of_scenario_or_script_are_status_2() {
     let folder = folder("sim_wrong");
     folder.write("s.toml", SCENARIO.replace("count", "cuont").replace("size", "seize"));
     folder.bbz(&["sim", "s.toml"]).fails_with(
@@ -393,7 +398,7 @@ fn a_signal_ends_a_run_with_a_summary_and_a_whole_recording() {
         assert!(std::process::Command::new("kill").args(kill).status().unwrap().success());
         let outcome = support::finish(child);
         assert_eq!(outcome.status, Some(1), "{signal}");
-        outcome.says(&["stopped by Ctrl-C or SIGTERM at", "of 2419200 s"]);
+        outcome.reports(&["stopped by Ctrl-C or SIGTERM at", "of 2419200 s"]);
         stdout.read_to_string(&mut printed).unwrap();
         assert!(printed.contains("OPEN    s.toml:10:"), "{printed}");
         let recording = folder.read("run.bbr");

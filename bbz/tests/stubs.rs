@@ -136,7 +136,7 @@ fn a_script_that_calls_nothing_has_a_robot_without_functions() {
 }
 
 #[test]
-fn no_robot_is_written_where_none_can_be() {
+fn a_mistake_writes_no_robot_file() {
     let folder = folder("stubs_refused");
     folder.write("wrong.bzz", "function step() { drive(1 }\n");
     let wrong = folder.bbz(&["stubs", "wrong.bzz", "-o", "out.toml"]);

@@ -28,7 +28,7 @@ fn built(test: &str, script: &str) -> Folder {
     folder
 }
 
-fn told(folder: &Folder, steps: u32) -> String {
+fn log_of(folder: &Folder, steps: u32) -> String {
     robot::lines(&robot::records(&folder.read("s.bbi"), steps))
 }
 
@@ -49,7 +49,7 @@ fn plain_is_what_run_prints() {
     let folder = built("trace_plain", LOGS);
     let run = folder.bbz(&["run", "s.bzz", "--robot", "crazyflie", "--steps", "5"]);
     assert_eq!((run.status, run.stdout.lines().count()), (Some(0), 8));
-    let lines = told(&folder, 5);
+    let lines = log_of(&folder, 5);
     for script in ["s.bzz", "s.bbi", "s.sym"] {
         trace_lines(&folder, &lines, &["--plain", "--script", script]).succeeds_with(&run.stdout);
     }
@@ -60,7 +60,7 @@ fn plain_is_what_run_prints() {
 fn text_has_time_and_step() {
     let folder = built("trace_text", "log(1)\nfunction step() { log(\"two\") }\n");
     let mut lines = String::from("Finished in 0.2s\n0.000100 INFO  boot\n");
-    lines += &told(&folder, 2);
+    lines += &log_of(&folder, 2);
     let outcome = trace_lines(&folder, &lines, &["--script", "s.bzz"]);
     let hash = outcome.stdout.split("script ").nth(1).unwrap()[..8].to_owned();
     outcome.succeeds_with(&format!(
@@ -74,7 +74,7 @@ fn text_has_time_and_step() {
 }
 
 #[test]
-fn a_fault_is_told_as_run_tells_it() {
+fn a_fault_is_reported_as_by_run() {
     let cases = [
         "function half(x) {\n  return 10 / x\n}\nfunction outer(x) { return half(x) + 1 }\nfunction step() { log(outer(2 - 2)) }\n",
         "x = nil\nlog(x + 1)\n",
@@ -87,19 +87,19 @@ fn a_fault_is_told_as_run_tells_it() {
         let folder = built(&format!("trace_fault_{number}"), script);
         let run = folder.bbz(&["run", "s.bzz", "--robot", "crazyflie", "--steps", "3"]);
         assert_eq!(run.status, Some(1), "{script}");
-        let lines = told(&folder, 3);
+        let lines = log_of(&folder, 3);
         for symbols in ["s.bzz", "s.sym"] {
             let outcome = trace_lines(&folder, &lines, &["--plain", "--script", symbols]);
             assert_eq!((outcome.status, &outcome.stdout), (Some(1), &run.stdout));
             // Only the time is printed in addition. A record has no room for every call of an
             // endless recursion.
             assert_eq!(outcome.stderr.matches("complete steps, at ").count(), 1);
-            let (said, mut expected) = (essence(&outcome.stderr), essence(&run.stderr));
+            let (message, mut expected) = (essence(&outcome.stderr), essence(&run.stderr));
             expected.retain(|line| !line.starts_with("  = note: in step "));
             if !run.stderr.contains("more calls") {
-                assert_eq!(said, expected);
+                assert_eq!(message, expected);
             } else {
-                assert_eq!(said.first(), expected.first());
+                assert_eq!(message.first(), expected.first());
             }
         }
     }
@@ -112,40 +112,40 @@ fn essence(message: &str) -> Vec<&str> {
 }
 
 #[test]
-fn a_robot_that_refuses_arguments_says_what_it_takes() {
+fn a_refused_call_lists_the_accepted_arguments() {
     let folder = built("trace_refused_arguments", "log(1)\n");
     // The compiler would refuse the call, an image of another origin has it.
     folder.write("s.bzz", "f = led\nf()\n");
     folder.bbz(&["build", "s.bzz", "--robot", "crazyflie"]);
-    let lines = told(&folder, 0);
+    let lines = log_of(&folder, 0);
     let outcome = trace_lines(&folder, &lines, &["--robot", "crazyflie", "--script", "s.bzz"]);
     assert_eq!(outcome.status, Some(1));
-    outcome.says(&["error[R0012]", "s.bzz:2:1"]);
+    outcome.reports(&["error[R0012]", "s.bzz:2:1"]);
 }
 
 #[test]
 fn without_symbols_there_are_numbers() {
     let folder = built("trace_numbers", "log(\"text\", 1)\nlog(nil + id)\n");
-    let outcome = trace_lines(&folder, &told(&folder, 0), &["--plain"]);
+    let outcome = trace_lines(&folder, &log_of(&folder, 0), &["--plain"]);
     assert_eq!(outcome.status, Some(1));
     let (before, after) = outcome.stdout.split_once("[string ").unwrap();
     assert!(before.is_empty() && after.ends_with("]1\n"), "{}", outcome.stdout);
-    outcome.says(&["--script names the script", "error[R0001]", "at position "]);
+    outcome.reports(&["--script names the script", "error[R0001]", "at position "]);
     assert_eq!(outcome.stderr.matches("--script").count(), 1);
     std::fs::remove_file(folder.path("s.sym")).unwrap();
-    let outcome = trace_lines(&folder, &told(&folder, 0), &["--plain", "--script", "s.bbi"]);
-    outcome.says(&["no symbols (.sym) next to `s.bbi`", "cannot add nil and an integer"]);
+    let outcome = trace_lines(&folder, &log_of(&folder, 0), &["--plain", "--script", "s.bbi"]);
+    outcome.reports(&["no symbols (.sym) next to `s.bbi`", "cannot add nil and an integer"]);
 }
 
 #[test]
-fn symbols_of_another_script_are_not_believed() {
+fn symbols_of_another_script_are_ignored() {
     let folder = built("trace_mismatch", "log(\"mine\")\nlog(nil + id)\n");
-    let lines = told(&folder, 0);
+    let lines = log_of(&folder, 0);
     folder.write("s.bzz", "log(\"other\")\n");
     let outcome = trace_lines(&folder, &lines, &["--plain", "--script", "s.bzz"]);
     assert_eq!(outcome.status, Some(1));
     assert!(!outcome.stdout.contains("other"), "{}", outcome.stdout);
-    outcome.says(&[
+    outcome.reports(&[
         "warning: the robot runs script ",
         "`s.bzz` is script ",
         "shown as numbers",
@@ -155,9 +155,9 @@ fn symbols_of_another_script_are_not_believed() {
 }
 
 #[test]
-fn a_trace_that_missed_the_start_says_so_once() {
+fn a_trace_that_missed_the_start_has_one_note() {
     let folder = built("trace_late", "function step() { log(\"text\") }\n");
-    let lines = told(&folder, 3);
+    let lines = log_of(&folder, 3);
     let (_, late) = lines.split_once('\n').unwrap();
     let outcome = trace_lines(&folder, late, &["--plain", "--script", "s.bzz"]);
     assert_eq!((outcome.status, outcome.stdout.as_str()), (Some(0), "text\ntext\ntext\n"));
@@ -165,7 +165,7 @@ fn a_trace_that_missed_the_start_says_so_once() {
 }
 
 #[test]
-fn every_other_record_has_its_words() {
+fn every_other_record_is_printed() {
     let folder = Folder::new("trace_words");
     let unused = trace::Unused { dropped: [7, 0], ..trace::Unused::default() };
     let records = [
@@ -194,12 +194,12 @@ fn every_other_record_has_its_words() {
     }
     let plain = trace_lines(&folder, &lines, &["--plain"]);
     assert_eq!((plain.status, plain.stdout.as_str()), (Some(0), ""));
-    plain.says(&words.map(|words| format!("warning: {words}")).each_ref().map(String::as_str));
+    plain.reports(&words.map(|words| format!("warning: {words}")).each_ref().map(String::as_str));
 }
 
 /// Counts are printed once per second, and the last ones at the end.
 #[test]
-fn floods_of_messages_do_not_flood_people() {
+fn counts_of_discarded_messages_are_printed_once_per_second() {
     let folder = Folder::new("trace_unused");
     let line = |n: u16| {
         let unused = trace::Unused { dropped: [n, 0], ..Default::default() };
@@ -207,15 +207,15 @@ fn floods_of_messages_do_not_flood_people() {
     };
     let lines: String = (1..=25).map(line).collect();
     let text = trace_lines(&folder, &lines, &[]);
-    let told = text.stdout.lines().filter_map(|line| line.split_once("messages so far: "));
-    let counts: Vec<&str> = told.filter_map(|(_, counts)| counts.split(' ').next()).collect();
+    let reports = text.stdout.lines().filter_map(|line| line.split_once("messages so far: "));
+    let counts: Vec<&str> = reports.filter_map(|(_, counts)| counts.split(' ').next()).collect();
     assert_eq!(counts, ["1", "11", "21", "25"]);
     let json = trace_lines(&folder, &lines, &["--json"]);
     assert_eq!(json.stdout.lines().count(), 25);
 }
 
 #[test]
-fn a_refused_image_is_told_in_the_words_of_build() {
+fn a_refused_image_is_reported_as_by_build() {
     let folder = built("trace_refused", "log(1)\n");
     let mut image = folder.read("s.bbi");
     image.truncate(image.len() / 2);
@@ -239,7 +239,7 @@ fn a_refused_image_is_told_in_the_words_of_build() {
 }
 
 #[test]
-fn damaged_records_are_told_and_harm_nothing() {
+fn damaged_records_are_reported_and_skipped() {
     let folder = Folder::new("trace_damaged");
     let mut lines = String::new();
     let fault = [3, 1, 0, 0, 0, 99, 0, 0, 0, 0];
@@ -263,7 +263,7 @@ fn damaged_records_are_told_and_harm_nothing() {
 
 /// Tests every record cut off at every byte, and with every byte changed.
 #[test]
-fn no_record_is_too_broken() {
+fn any_bytes_in_a_record_are_accepted() {
     let folder = built("trace_broken", "log(nil, 1, 2.5, \"x\", {})\nlog(nil + id)\n");
     let mut lines = String::new();
     for record in robot::records(&folder.read("s.bbi"), 0) {
@@ -288,7 +288,7 @@ fn json_is_an_object_per_line() {
     let script = "function f(x) { return 1 / x }\nlog(\"a\", 1)\nfunction step() { log(f(0)) }\n";
     let folder = built("trace_json", script);
     let mut lines = String::from("0.25 WARN  low battery\n");
-    lines += &told(&folder, 1);
+    lines += &log_of(&folder, 1);
     lines += &robot::lines(&[trace::overrun(4, 3).to_vec(), trace::expired(5).to_vec(), vec![99]]);
     let outcome = trace_lines(&folder, &lines, &["--json", "--script", "s.bzz"]);
     assert_eq!((outcome.status, outcome.stderr.as_str()), (Some(1), ""));
@@ -314,7 +314,7 @@ fn json_is_an_object_per_line() {
     assert_eq!(calls, ["\"s.bzz\":1:24 \"f\"", "\"s.bzz\":3:23 \"step\""]);
     assert_eq!((&objects[4]["missed"], &objects[5]["step"]), (&3.into(), &5.into()));
     // Without symbols the same fields are there, empty.
-    let outcome = trace_lines(&folder, &told(&folder, 1), &["--json"]);
+    let outcome = trace_lines(&folder, &log_of(&folder, 1), &["--json"]);
     let fault: Value = serde_json::from_str(outcome.stdout.lines().last().unwrap()).unwrap();
     assert!(fault["calls"][0]["position"].is_u64() && fault["calls"][0]["file"].is_null());
 }
@@ -322,7 +322,7 @@ fn json_is_an_object_per_line() {
 #[test]
 fn until_fault_ends_there() {
     let folder = built("trace_until", "log(1)\nlog(nil + id)\n");
-    let lines = told(&folder, 0) + "9.0 INFO later\n";
+    let lines = log_of(&folder, 0) + "9.0 INFO later\n";
     let outcome = trace_lines(&folder, &lines, &["--script", "s.bzz"]);
     assert_eq!((outcome.status, outcome.stdout.contains("later")), (Some(1), true));
     let outcome = trace_lines(&folder, &lines, &["--script", "s.bzz", "--until-fault"]);
@@ -345,7 +345,7 @@ fn a_contained_fault_is_printed_and_the_trace_goes_on() {
     let lines = robot::lines(&[record]) + "9.0 INFO later\n";
     let outcome = trace_lines(&folder, &lines, &["--script", "s.bzz", "--until-fault"]);
     assert_eq!((outcome.status, outcome.stdout.contains("later")), (Some(1), true));
-    outcome.says(&["error[R0001]", "s.bzz:3:5", "the script goes on"]);
+    outcome.reports(&["error[R0001]", "s.bzz:3:5", "the script goes on"]);
 }
 
 #[test]
@@ -384,7 +384,7 @@ fn reports_of_kilobots_are_printed_once_each() {
 }
 
 #[test]
-fn wrong_command_lines_say_what_to_do() {
+fn wrong_command_lines_have_advice() {
     let folder = Folder::with("trace_usage", "s.bzz", "log(1)\n");
     folder.write("robot.elf", "not an ELF file");
     folder.write("bad.sym", "{}");

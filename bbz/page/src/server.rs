@@ -22,7 +22,7 @@ use crate::assets;
 use crate::door::Door;
 
 /// Bytes of the longest request: the largest script that the compiler reads, 1 MiB, with each of its lines written as `\n`.
-const LONGEST_REQUEST: usize = 2 * 1024 * 1024;
+const REQUEST_BYTES_MAX: usize = 2 * 1024 * 1024;
 
 /// The page may run its own scripts and connect to its own server, and nothing else.
 const POLICY: &str = "default-src 'none'; script-src 'self'; style-src 'self'; connect-src 'self'; img-src 'self' data:; \
@@ -150,7 +150,7 @@ async fn socket(
     if !shared.door.admits(&secret, &headers) {
         return StatusCode::NOT_FOUND.into_response();
     }
-    let upgrade = upgrade.max_message_size(LONGEST_REQUEST).max_frame_size(LONGEST_REQUEST);
+    let upgrade = upgrade.max_message_size(REQUEST_BYTES_MAX).max_frame_size(REQUEST_BYTES_MAX);
     upgrade.on_upgrade(move |socket| serve(socket, shared))
 }
 

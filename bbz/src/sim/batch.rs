@@ -1,9 +1,12 @@
 //! Simulates many runs: every combination of the values of `--set`, with every seed.
 
 use std::collections::BTreeMap;
+use std::iter;
 use std::mem;
 use std::ops::Range;
 use std::path::{Path, PathBuf};
+use std::process::Command;
+use std::ptr;
 use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 use std::sync::{Arc, Mutex};
 use std::thread;
@@ -12,7 +15,8 @@ use std::time::{Duration, Instant};
 use annotate_snippets::{Group, Level};
 use bittybuzz_arena::output::{RunRow, RunTable, metrics};
 use bittybuzz_arena::run::{self, RunError, Setup, Summary};
-use bittybuzz_arena::scenario::{Scenario, ScenarioCause};
+use bittybuzz_arena::scenario::ScenarioCause;
+use bittybuzz_live::Defect;
 use rayon::prelude::*;
 
 use crate::exit::ExitStatus;
@@ -21,9 +25,10 @@ use crate::interrupt::{self, Interrupt};
 use crate::output;
 use crate::problem::Problem;
 use crate::report;
+use crate::shell;
 use crate::whole_file;
 
-use super::arguments::SimArguments;
+use super::arguments::{SEED, SimArguments};
 use super::journal::{self, Finished, Journal, Metrics};
 use super::live::PATIENCE;
 use super::open::{self, Opened};
@@ -57,14 +62,32 @@ impl Problem for BatchError {
 /// The time after which the finished runs of an incomplete part are written again.
 const WRITE_AGAIN: Duration = Duration::from_secs(10);
 
+/// A combination of the values of `--set`.
+struct Variant<'a> {
+    settings: &'a [String],
+    opened: Opened,
+    setup: Arc<Setup>,
+    /// The first run of this process in which a script had an error, with the number of the run.
+    faulty: Mutex<Option<(usize, Summary)>>,
+}
+
 /// A run of the batch.
-struct BatchRun {
-    variant: usize,
+struct BatchRun<'a> {
+    variant: &'a Variant<'a>,
     seed: u32,
 }
 
+/// A reason why a run has no metrics.
+#[derive(Debug, thiserror::Error)]
+enum RunFailure {
+    #[error(transparent)]
+    Run(#[from] RunError),
+    #[error(transparent)]
+    Defect(#[from] Defect),
+}
+
 /// The results of runs, by number.
-type Ends = BTreeMap<usize, Result<Metrics, RunError>>;
+type Ends = BTreeMap<usize, Result<Metrics, RunFailure>>;
 
 /// Runs every variant with every seed, and prints the usual results.
 pub fn run(
@@ -72,45 +95,47 @@ pub fn run(
     variants: &[Vec<String>],
 ) -> Result<ExitStatus, Box<dyn Problem>> {
     let mut opened = Vec::new();
-    for set in variants {
-        let Some(variant) = open::open(arguments, set)? else {
+    for settings in variants {
+        let Some(variant) = open::open(arguments, settings)? else {
             return Ok(ExitStatus::CompileError);
         };
-        opened.push(variant);
+        opened.push((settings, variant));
     }
-    let setups: Option<Vec<(Arc<Setup>, u32)>> = opened
-        .iter()
-        .map(|variant| {
-            // A variant may set the seed.
-            let seed = arguments.seed.unwrap_or(variant.scenario.world.seed);
-            Some((Arc::new(variant.setup()?), seed))
+    let variants: Option<Vec<Variant>> = opened
+        .into_iter()
+        .map(|(settings, opened)| {
+            let setup = Arc::new(opened.setup()?);
+            Some(Variant { settings, opened, setup, faulty: Mutex::default() })
         })
         .collect();
-    let Some(setups) = setups else { return Ok(ExitStatus::CompileError) };
-    let Some(first) = opened.first() else { return Ok(ExitStatus::Success) };
-    let columns = metrics::names(&first.scenario);
-    if opened.iter().any(|variant| metrics::names(&variant.scenario) != columns) {
+    let Some(variants) = variants else { return Ok(ExitStatus::CompileError) };
+    let first = variants.first().expect("there is one combination even of no values");
+    let columns = metrics::names(&first.opened.scenario);
+    if variants.iter().any(|variant| metrics::names(&variant.opened.scenario) != columns) {
         return Err(BatchError::DifferentColumns.into());
     }
     let seeds = arguments.runs.unwrap_or(1);
-    let runs: Vec<BatchRun> = setups
+    let runs: Vec<BatchRun> = variants
         .iter()
-        .enumerate()
-        .flat_map(|(variant, (_, first))| {
+        .flat_map(|variant| {
+            // A variant may set the seed.
+            let first = arguments.seed.unwrap_or(variant.opened.scenario.world.seed);
             (0..seeds).map(move |run| BatchRun { variant, seed: first.wrapping_add(run) })
         })
         .collect();
     let interrupt = Interrupt::install()?;
-    let (journal, finished) = journal(arguments, &opened, [runs.len(), columns.len()])?;
+    let (journal, finished) = journal(arguments, &variants, [runs.len(), columns.len()])?;
     if !finished.is_empty() {
         let title = format!("{} of {} runs were finished before", finished.len(), runs.len());
         report::print(Group::with_title(Level::NOTE.primary_title(title)));
     }
     let is_interrupted = interrupt.flag();
     let batch = Batch {
-        scenario: &first.scenario,
-        setups: &setups,
         runs: &runs,
+        simulate: &|run: &BatchRun| {
+            let is_interrupted = || is_interrupted.load(Ordering::Relaxed);
+            run::complete(&run.variant.setup, run.seed, is_interrupted)
+        },
         journal: journal.as_ref(),
         is_interrupted: &is_interrupted,
         done: AtomicUsize::new(finished.len()),
@@ -118,26 +143,21 @@ pub fn run(
             runs.len() as u64,
             arguments.headless || arguments.json,
         )),
-        faulty: Mutex::default(),
     };
     let ends = batch.simulate(finished)?;
-    let Batch { progress, faulty, .. } = batch;
-    if let Ok(progress) = progress.into_inner() {
-        progress.finish();
-    }
-    print_failures(&runs, &ends);
+    batch.progress.into_inner().expect(UNPOISONED).finish();
+    print_failures(arguments, &runs, &ends);
     let is_complete = ends.len() == runs.len();
-    let is_worldless = |end: &Result<_, RunError>| matches!(end, Err(RunError::Scenario(_)));
+    let is_worldless =
+        |end: &Result<_, RunFailure>| matches!(end, Err(RunFailure::Run(RunError::Scenario(_))));
     if is_complete && ends.values().all(is_worldless) {
         journal.map_or(Ok(()), Journal::remove)?;
         return Ok(ExitStatus::CompileError);
     }
-    let rows = ends.iter().filter_map(|(number, end)| {
-        let run = runs.get(*number)?;
-        Some(row(run, variants.get(run.variant)?, end, columns.len()))
-    });
-    let keys = variants.first().into_iter().flatten().map(|setting| parts(setting).0).collect();
-    let table = RunTable { parameters: keys, rows: rows.collect(), metrics: columns.clone() };
+    let rows: Vec<RunRow> =
+        ends.iter().map(|(number, end)| row(&runs[*number], end, columns.len())).collect();
+    let keys = first.settings.iter().map(|setting| parts(setting).0).collect();
+    let table = RunTable { parameters: keys, rows, metrics: columns.clone() };
     let kept = ends.values().filter(|end| end.is_ok()).count();
     let folder = journal.as_ref().map(|journal| journal.folder().to_owned());
     if let (Some(path), true) = (&arguments.csv, is_complete) {
@@ -150,17 +170,15 @@ pub fn run(
     if arguments.json {
         text = table::json(&table).to_string() + "\n";
     } else {
-        let faulty = faulty.into_inner().unwrap_or_default();
-        for (variant, settings) in variants.iter().enumerate() {
-            if let (Some((_, run)), Some(opened), Some((setup, _))) =
-                (faulty.get(&variant), opened.get(variant), setups.get(variant))
-            {
-                summary::faults(setup, &opened.programs, run);
+        for variant in &variants {
+            if let Some((_, run)) = &*variant.faulty.lock().expect(UNPOISONED) {
+                summary::faults(&variant.setup, &variant.opened.programs, run);
             }
-            let is_own = |number: &usize| runs.get(*number).is_some_and(|r| r.variant == variant);
+            let is_own = |number: &usize| ptr::eq(runs[*number].variant, variant);
+            // The table has a row for each end.
             let rows = ends.keys().zip(&table.rows).filter(|(number, _)| is_own(number));
             let rows: Vec<&RunRow> = rows.map(|(_, row)| row).collect();
-            table::describe(&columns, &rows, settings, &mut text);
+            table::describe(&columns, &rows, variant.settings, &mut text);
         }
     }
     output::write(&text)?;
@@ -176,11 +194,11 @@ pub fn run(
 /// Opens the journal of the table of `--csv`. A stream has none, because nothing stays in it.
 fn journal(
     arguments: &SimArguments,
-    opened: &[Opened],
+    variants: &[Variant],
     sizes: [usize; 2],
 ) -> Result<(Option<Journal>, Finished), Box<dyn Problem>> {
     let Some(path) = &arguments.csv else { return Ok((None, Finished::new())) };
-    opened.iter().try_for_each(|variant| variant.inputs().refuse(path))?;
+    variants.iter().try_for_each(|variant| variant.opened.inputs().refuse(path))?;
     if path.is_dir() {
         return Err(FileError::writing(path, std::io::ErrorKind::IsADirectory.into()).into());
     }
@@ -190,25 +208,25 @@ fn journal(
             false => Ok((None, Finished::new())),
         };
     }
-    let key = journal::key(arguments, opened)?;
+    let opened: Vec<&Opened> = variants.iter().map(|variant| &variant.opened).collect();
+    let key = journal::key(arguments, &opened)?;
     let (journal, finished) = Journal::open(path, &key, sizes, arguments.resume)?;
     Ok((Some(journal), finished))
 }
 
+/// The reason why a lock of a batch is not poisoned.
+const UNPOISONED: &str = "a thread only sets values while it holds the lock, and does not panic";
+
 /// The state that the threads of a batch share.
 struct Batch<'a> {
-    scenario: &'a Scenario,
-    /// The setup of each variant, with its first seed.
-    setups: &'a [(Arc<Setup>, u32)],
-    runs: &'a [BatchRun],
+    runs: &'a [BatchRun<'a>],
+    /// Simulates a run. Returns `None` if the batch was interrupted before the end of the run.
+    simulate: &'a (dyn Fn(&BatchRun) -> Result<Option<Summary>, RunError> + Sync),
     journal: Option<&'a Journal>,
     is_interrupted: &'a AtomicBool,
     /// The number of runs that have ended.
     done: AtomicUsize,
     progress: Mutex<Progress>,
-    /// For each variant, the first run of this process in which a script had an error, with its
-    /// number.
-    faulty: Mutex<BTreeMap<usize, (usize, Summary)>>,
 }
 
 impl Batch<'_> {
@@ -258,9 +276,9 @@ impl Batch<'_> {
                 }
             }
             let done = self.done.fetch_add(1, Ordering::Relaxed) + 1;
-            if let Ok(mut progress) = self.progress.lock() {
-                progress.set(done as u64, |_| format!("{done} of {} runs", self.runs.len()));
-            }
+            let mut progress = self.progress.lock().expect(UNPOISONED);
+            progress.set(done as u64, |_| format!("{done} of {} runs", self.runs.len()));
+            drop(progress);
             if !is_written && written.elapsed() >= WRITE_AGAIN {
                 write(&finished)?;
                 (is_written, written) = (true, Instant::now());
@@ -273,25 +291,16 @@ impl Batch<'_> {
         Ok(failed)
     }
 
-    /// Simulates a run. Returns `None` if the batch was interrupted before the end of the run.
-    fn complete(&self, number: usize) -> Result<Option<Metrics>, RunError> {
-        let run = self.runs.get(number);
-        let Some((run, (setup, _))) =
-            run.and_then(|run| Some((run, self.setups.get(run.variant)?)))
-        else {
-            return Ok(None);
-        };
-        let is_interrupted = || self.is_interrupted.load(Ordering::Relaxed);
-        let Some(summary) = run::complete(setup, run.seed, is_interrupted)? else {
-            return Ok(None);
-        };
-        let metrics = metrics::values(self.scenario, &summary);
-        if !summary.faults.is_empty()
-            && let Ok(mut faulty) = self.faulty.lock()
-        {
-            let is_first = faulty.get(&run.variant).is_none_or(|(first, _)| number < *first);
-            if is_first {
-                faulty.insert(run.variant, (number, summary));
+    /// Simulates a run. Returns `None` if the batch was interrupted before the end of the run. A
+    /// defect ends this run alone; nothing but its own state has changed.
+    fn complete(&self, number: usize) -> Result<Option<Metrics>, RunFailure> {
+        let run = &self.runs[number];
+        let Some(summary) = Defect::catch(|| (self.simulate)(run))?? else { return Ok(None) };
+        let metrics = metrics::values(&run.variant.opened.scenario, &summary);
+        if !summary.faults.is_empty() {
+            let mut faulty = run.variant.faulty.lock().expect(UNPOISONED);
+            if faulty.as_ref().is_none_or(|(first, _)| number < *first) {
+                *faulty = Some((number, summary));
             }
         }
         Ok(Some(metrics))
@@ -310,51 +319,76 @@ impl Batch<'_> {
 }
 
 /// Returns true for failures of an emulator, which Ctrl-C causes as well.
-fn is_emulators(error: &RunError) -> bool {
+fn is_emulators(error: &RunFailure) -> bool {
     match error {
-        RunError::Firmware(_) => true,
-        RunError::Scenario(error) => matches!(error.cause, ScenarioCause::Emulator { .. }),
+        RunFailure::Run(RunError::Firmware(_)) => true,
+        RunFailure::Run(RunError::Scenario(error)) => {
+            matches!(error.cause, ScenarioCause::Emulator { .. })
+        }
+        RunFailure::Defect(_) => false,
     }
 }
 
-fn row(run: &BatchRun, set: &[String], end: &Result<Metrics, RunError>, columns: usize) -> RunRow {
-    let parameters = set.iter().map(|setting| parts(setting).1).collect();
+fn row(run: &BatchRun, end: &Result<Metrics, RunFailure>, columns: usize) -> RunRow {
+    let parameters = run.variant.settings.iter().map(|setting| parts(setting).1).collect();
     let (metrics, error) = match end {
         Ok(metrics) => (metrics.clone(), None),
         // The first metric is `success`.
         Err(error) => {
-            let none = std::iter::repeat_n(None, columns.saturating_sub(1));
-            ([Some(0.0)].into_iter().chain(none).collect(), Some(error.to_string()))
+            let none = iter::repeat_n(None, columns - 1);
+            (iter::once(Some(0.0)).chain(none).collect(), Some(error.to_string()))
         }
     };
     RunRow { seed: run.seed, parameters, metrics, error }
 }
 
 /// Prints each cause of failed runs once, with the first run that it ended.
-fn print_failures(runs: &[BatchRun], ends: &Ends) {
-    let mut printed: Vec<(String, &RunError, u32, usize)> = Vec::new();
-    for (number, end) in ends {
-        let (Err(error), Some(run)) = (end, runs.get(*number)) else { continue };
+fn print_failures(arguments: &SimArguments, runs: &[BatchRun], ends: &Ends) {
+    let mut printed: Vec<(String, &RunFailure, &BatchRun, usize)> = Vec::new();
+    let failures = ends.iter().filter_map(|(number, end)| Some((number, end.as_ref().err()?)));
+    for (number, error) in failures {
         let text = error.to_string();
         match printed.iter_mut().find(|(known, ..)| *known == text) {
             Some((.., others)) => *others += 1,
-            None => printed.push((text, error, run.seed, 0)),
+            None => printed.push((text, error, &runs[*number], 0)),
         }
     }
-    for (text, error, seed, others) in printed {
+    for (text, error, run, others) in printed {
         let others = match others {
             0 => String::new(),
             1 => " (and another run)".to_owned(),
             others => format!(" (and {others} other runs)"),
         };
-        let message = format!("the run with seed {seed}{others} has ended: {text}");
+        let message = format!("the run with seed {}{others} has ended: {text}", run.seed);
         match error {
-            RunError::Scenario(error) => {
+            RunFailure::Run(RunError::Scenario(error)) => {
                 report::mistake(&message, error.place.as_deref(), error.help());
             }
-            RunError::Firmware(_) => report::mistake(&message, None, None),
+            RunFailure::Run(RunError::Firmware(_)) => report::mistake(&message, None, None),
+            RunFailure::Defect(_) => {
+                let advice = Defect::advice(&command(arguments, run));
+                report::mistake(&message, None, Some(advice));
+            }
         }
     }
+}
+
+/// Returns the command that simulates only this run.
+fn command(arguments: &SimArguments, run: &BatchRun) -> String {
+    let mut call = Command::new("bbz");
+    call.arg("sim").arg(&arguments.scenario);
+    let settings = run.variant.settings.iter().filter(|setting| parts(setting).0 != SEED);
+    settings.for_each(|setting| {
+        call.arg("--set").arg(setting);
+    });
+    call.arg("--seed").arg(run.seed.to_string());
+    for folder in &arguments.include {
+        call.arg("-I").arg(folder);
+    }
+    if let Some(program) = &arguments.emulator {
+        call.arg("--emulator").arg(program);
+    }
+    shell::line(&call)
 }
 
 /// Prints the number of finished runs of an interrupted batch, and the way to resume it.
@@ -371,4 +405,103 @@ fn print_interrupt([finished, total]: [usize; 2], folder: Option<&Path>) {
         None => "with --csv they are kept, and --resume goes on".to_owned(),
     };
     report::print(Group::with_title(Level::HELP.primary_title(help)));
+}
+
+#[cfg(test)]
+#[allow(clippy::unwrap_used, reason = "a failure here fails the test")]
+mod tests {
+    use clap::Parser;
+
+    use super::*;
+
+    const SCENARIO: &str = "[world]\nsize = [500, 500]\nduration = 1\n\
+        [[robots]]\nrobot = \"kilobot\"\nscript = \"s.bzz\"\n";
+
+    #[derive(Parser)]
+    struct CommandLine {
+        #[command(flatten)]
+        sim: SimArguments,
+    }
+
+    /// Simulates eight runs on `threads` threads, of which the third and the last have a defect.
+    /// Returns the rows of the table, and the finished runs in the journal.
+    fn simulate_with_defects(threads: usize) -> (Vec<RunRow>, Vec<usize>) {
+        let folder = tempfile::tempdir().unwrap();
+        let scenario = folder.path().join("s.toml");
+        let table = folder.path().join("runs.csv");
+        std::fs::write(&scenario, SCENARIO).unwrap();
+        std::fs::write(folder.path().join("s.bzz"), "function step() { forward() }\n").unwrap();
+        let line = [Path::new("sim"), &scenario, Path::new("--csv"), &table];
+        let arguments = CommandLine::parse_from(line).sim;
+        let opened = open::open(&arguments, &[]).unwrap().unwrap();
+        let setup = Arc::new(opened.setup().unwrap());
+        let variants = [Variant { settings: &[], opened, setup, faulty: Mutex::default() }];
+        let runs: Vec<BatchRun> =
+            (1..=8).map(|seed| BatchRun { variant: &variants[0], seed }).collect();
+        let columns = metrics::names(&variants[0].opened.scenario).len();
+        let (journal, finished) = journal(&arguments, &variants, [runs.len(), columns]).unwrap();
+        let batch = Batch {
+            runs: &runs,
+            simulate: &|run: &BatchRun| match run.seed {
+                3 | 8 => panic!("robot {} is missing", run.seed),
+                seed => run::complete(&run.variant.setup, seed, || false),
+            },
+            journal: journal.as_ref(),
+            is_interrupted: &AtomicBool::new(false),
+            done: AtomicUsize::new(0),
+            progress: Mutex::new(Progress::new(8, true)),
+        };
+        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
+        let ends = pool.install(|| batch.simulate(finished)).unwrap();
+        print_failures(&arguments, &runs, &ends);
+        let rows = ends.iter().map(|(number, end)| row(&runs[*number], end, columns)).collect();
+        let resumed = CommandLine::parse_from(line.into_iter().chain([Path::new("--resume")])).sim;
+        drop(journal);
+        let (_, kept) = self::journal(&resumed, &variants, [runs.len(), columns]).unwrap();
+        (rows, kept.into_keys().collect())
+    }
+
+    #[test]
+    fn a_defect_ends_one_run_and_the_others_are_kept() {
+        for threads in [1, 2] {
+            let (rows, kept) = simulate_with_defects(threads);
+            let version = env!("CARGO_PKG_VERSION");
+            for row in &rows {
+                let metrics = &row.metrics;
+                match row.seed {
+                    3 | 8 => {
+                        let error = row.error.as_ref().unwrap().replace('\\', "/");
+                        let start = format!("defect of bbz {version} at bbz/src/sim/batch.rs:");
+                        assert!(error.starts_with(&start), "{error}");
+                        let end = format!(": robot {} is missing", row.seed);
+                        assert!(error.ends_with(&end), "{error}");
+                        assert_eq!(metrics[0], Some(0.0));
+                        assert!(metrics[1..].iter().all(Option::is_none), "{metrics:?}");
+                    }
+                    _ => assert_eq!((&row.error, metrics[0]), (&None, Some(1.0))),
+                }
+            }
+            assert_eq!(rows.len(), 8);
+            assert_eq!(kept, [0, 1, 3, 4, 5, 6], "{threads} threads");
+        }
+    }
+
+    #[test]
+    fn the_command_of_a_defect_repeats_one_run() {
+        let folder = tempfile::tempdir().unwrap();
+        let scenario = folder.path().join("s.toml");
+        std::fs::write(&scenario, SCENARIO).unwrap();
+        std::fs::write(folder.path().join("s.bzz"), "").unwrap();
+        let path = scenario.display().to_string();
+        let line = ["sim", &path, "-I", "my scripts", "--runs", "9", "--csv", "runs.csv"];
+        let arguments = CommandLine::parse_from(line).sim;
+        let settings = ["world.duration=2".to_owned(), "world.seed=5".to_owned()];
+        let opened = open::open(&arguments, &settings).unwrap().unwrap();
+        let setup = Arc::new(opened.setup().unwrap());
+        let variant = Variant { settings: &settings, opened, setup, faulty: Mutex::default() };
+        assert_eq!(
+            command(&arguments, &BatchRun { variant: &variant, seed: 7 }),
+            format!("bbz sim {path} --set world.duration=2 --seed 7 -I 'my scripts'")
+        );
+    }
 }

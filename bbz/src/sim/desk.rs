@@ -79,8 +79,9 @@ impl Desk {
     }
 
     fn draft(&self, script: &Path) -> Option<String> {
+        // A script without a draft is read from disk.
         let bytes = self.drafts().read(script, SOURCE_BYTES_MAX).ok()?;
-        String::from_utf8(bytes).ok()
+        Some(String::from_utf8(bytes).expect("`keep` takes a text"))
     }
 
     /// Locks the drafts. They are valid even after a panic of another thread.

@@ -80,7 +80,7 @@ const PART: &str = "part-";
 
 /// The most parts of a batch. More parts would lose fewer runs when the process is killed, but take
 /// more files.
-const MOST_PARTS: usize = 1000;
+const PARTS_MAX: usize = 1000;
 
 /// The metrics of a run, in the order of the table's columns.
 pub type Metrics = Vec<Option<f64>>;
@@ -99,7 +99,7 @@ pub struct Journal {
 
 /// Returns the numbers of the runs of each part of a batch.
 pub fn parts(total: usize) -> Vec<Range<usize>> {
-    let size = total.div_ceil(MOST_PARTS).max(1);
+    let size = total.div_ceil(PARTS_MAX).max(1);
     (0..total).step_by(size).map(|first| first..total.min(first + size)).collect()
 }
 
@@ -153,6 +153,8 @@ impl Journal {
         let parts = parts(total);
         let mut finished = Finished::new();
         for number in numbers {
+            // A name of a part that the batch does not have leaves no room for runs, so each of
+            // its lines is an error.
             let part = parts.get(number).cloned().unwrap_or_default();
             finished.extend(journal.read(number, &part, metrics)?);
         }
@@ -217,6 +219,7 @@ impl Journal {
             Err(error) if error.kind() == io::ErrorKind::NotFound => Vec::new(),
             Err(error) => return Err(FileError::reading(&path, error).into()),
         };
+        // A damaged key differs from every key.
         let old: Value = serde_json::from_slice(&bytes).unwrap_or_default();
         if old == *key {
             return Ok(());
@@ -275,7 +278,7 @@ fn is_own(name: &str) -> bool {
 }
 
 /// Returns the key of a batch: everything that its rows depend on.
-pub fn key(arguments: &SimArguments, opened: &[Opened]) -> Result<Value, FileError> {
+pub fn key(arguments: &SimArguments, opened: &[&Opened]) -> Result<Value, FileError> {
     let of_file = |path: &Path| {
         let number = File::open(path).and_then(fingerprint);
         let number = number.map_err(|error| FileError::reading(path, error))?;
@@ -315,7 +318,7 @@ fn fingerprint(mut content: File) -> io::Result<u64> {
     loop {
         match content.read(&mut buffer)? {
             0 => return Ok(hasher.finish()),
-            count => hasher.write(buffer.get(..count).unwrap_or_default()),
+            count => hasher.write(&buffer[..count]),
         }
     }
 }
@@ -324,7 +327,7 @@ fn fingerprint(mut content: File) -> io::Result<u64> {
 fn differences(old: &Value, new: &Value) -> Vec<String> {
     let options = ["runs", "seed", "set"].map(|key| (key, format!("--{key}")));
     let others = [("bbz", "bbz itself".to_owned()), ("emulators", "the emulator".to_owned())];
-    let mut what: Vec<String> = others
+    let mut changed_names: Vec<String> = others
         .into_iter()
         .chain(options)
         .filter(|(key, _)| old[*key] != new[*key])
@@ -333,6 +336,6 @@ fn differences(old: &Value, new: &Value) -> Vec<String> {
     let names = [old, new].into_iter().filter_map(|key| key["files"].as_object());
     let names: BTreeSet<&String> = names.flat_map(|files| files.keys()).collect();
     let changed = names.into_iter().filter(|name| old["files"][*name] != new["files"][*name]);
-    what.extend(changed.map(|name| format!("`{name}`")));
-    what
+    changed_names.extend(changed.map(|name| format!("`{name}`")));
+    changed_names
 }

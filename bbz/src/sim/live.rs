@@ -46,8 +46,8 @@ pub fn run(arguments: &SimArguments, set: &[String]) -> Result<ExitStatus, Box<d
     let is_quiet = arguments.headless || arguments.json;
     let mut progress = Progress::new(simulation.end(), is_quiet);
     let robots = simulation.robot_count() as f64;
-    let mut keeper = Recorder::new(arguments, &simulation, &opened.inputs())?;
-    keeper.sample(&simulation)?;
+    let mut recorder = Recorder::new(arguments, &simulation, &opened.inputs())?;
+    recorder.sample(&simulation)?;
     let mut failure = None;
     while !simulation.is_over() && !interrupt.is_raised() && !output.has_failed() {
         if let Err(error) = simulation.tick() {
@@ -55,7 +55,7 @@ pub fn run(arguments: &SimArguments, set: &[String]) -> Result<ExitStatus, Box<d
             failure = (!interrupt.is_raised_within(PATIENCE)).then_some(error);
             break;
         }
-        keeper.sample(&simulation)?;
+        recorder.sample(&simulation)?;
         // The lines are taken even if they are not printed, because they would accumulate.
         let lines = simulation.take_log();
         if !lines.is_empty() && !is_quiet {
@@ -75,7 +75,7 @@ pub fn run(arguments: &SimArguments, set: &[String]) -> Result<ExitStatus, Box<d
     }
     let elapsed = progress.finish();
     let result = simulation.summary();
-    keeper.finish(&setup)?;
+    recorder.finish(&setup)?;
     output.flush();
     if interrupt.is_raised() {
         let end = opened.scenario.world.duration;

@@ -53,7 +53,7 @@ pub fn open(arguments: &SimArguments, set: &[String]) -> Result<Option<Opened>, 
     // scenario.
     let text =
         file::read_text(path, file::MOST_TEXT).map_err(|error| FileError::reading(path, error))?;
-    let folder = path.parent().unwrap_or(Path::new(""));
+    let folder = path.parent().expect("a path of a file that was read has a name");
     let scenario = match Scenario::parse(
         &text,
         &path.to_string_lossy(),
@@ -73,7 +73,7 @@ pub fn open(arguments: &SimArguments, set: &[String]) -> Result<Option<Opened>, 
         let same = scenario.programs().take(number).position(is_same);
         let program = match same {
             // The mistakes of this program were printed already.
-            Some(same) => programs.get(same).cloned().flatten(),
+            Some(same) => programs[same].clone(),
             None => LoadedProgram::open(script, include, &RobotChoice::of_group(group))?,
         };
         programs.push(program);
@@ -92,10 +92,10 @@ pub fn open(arguments: &SimArguments, set: &[String]) -> Result<Option<Opened>, 
     }
     let named = arguments.emulator.as_deref();
     let program = |model: &Arc<dyn RobotModel>| {
-        let usual = model.emulation()?.program();
-        Some((model.name(), emulator::program(named, usual)))
+        let emulation = model.emulation().expect("a scenario with firmware has an emulator for it");
+        (model.name(), emulator::program(named, emulation.program()))
     };
-    let emulators = models.iter().filter_map(program).collect();
+    let emulators = models.iter().map(program).collect();
     Ok(Some(Opened {
         path: path.clone(),
         #[cfg(feature = "view")]
@@ -139,10 +139,10 @@ impl Opened {
                 None
             }
             Err(run::SetupError::Refused { program, cause }) => {
-                let (group, script) = self.scenario.programs().nth(program.0).unzip();
-                let script = script.unwrap_or(Path::new(""));
+                let refused = self.scenario.programs().nth(program.0);
+                let (group, script) = refused.expect("the setup has the programs of the scenario");
                 let message = format!("`{}` {}", script.display(), refusal::sentence(&cause));
-                report::mistake(&message, group.map(|group| &group.place), None);
+                report::mistake(&message, Some(&group.place), None);
                 None
             }
         }

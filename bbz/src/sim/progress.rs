@@ -23,10 +23,9 @@ impl Progress {
             false => ProgressDrawTarget::stderr_with_hz(REFRESH_HZ),
         };
         let bar = ProgressBar::with_draw_target(Some(length), target);
-        let template = "{bar:30} {percent:>3} %  {msg}  {eta} left";
-        if let Ok(style) = ProgressStyle::with_template(template) {
-            bar.set_style(style.progress_chars("=> "));
-        }
+        let style = ProgressStyle::with_template("{bar:30} {percent:>3} %  {msg}  {eta} left")
+            .expect("the template is constant, and a test uses it");
+        bar.set_style(style.progress_chars("=> "));
         Progress { bar, start: Instant::now(), shown: Instant::now() }
     }
 

@@ -227,7 +227,7 @@ pub fn faults(setup: &Setup, programs: &[LoadedProgram], summary: &Summary) {
         }
         printed.push(key(fault));
         let record = &fault.record;
-        let Some(program) = programs.get(record.program.0) else { continue };
+        let program = &programs[record.program.0];
         let alike: Vec<&FaultOf> =
             summary.faults.iter().filter(|other| key(other) == key(fault)).collect();
         let memory = record.memory.as_ref().map(|memory| memory::text(memory, program));
@@ -243,7 +243,7 @@ pub fn faults(setup: &Setup, programs: &[LoadedProgram], summary: &Summary) {
 
 /// Describes the first of some faults at one place, and the number of the others.
 fn note(setup: &Setup, alike: &[&FaultOf]) -> String {
-    let Some(first) = alike.first() else { return String::new() };
+    let first = alike.first().expect("a fault is like itself");
     let (id, time) = (setup.id(first.robot), seconds(first.record.tick));
     let mut note = match first.record.consequence {
         Consequence::Contained => {

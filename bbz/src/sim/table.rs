@@ -1,35 +1,31 @@
 //! The table of a batch, for people and for programs.
 
-use std::fmt::Write;
-
 use bittybuzz_arena::output::{RunRow, RunTable, quartiles};
 use serde_json::{Map, Value, json};
 
 /// Describes the runs of a variant: the number that succeeded, and the median and quartiles of each metric that varies.
 pub fn describe(metrics: &[String], rows: &[&RunRow], settings: &[String], text: &mut String) {
     let runs = rows.len();
-    let column = |index: usize| -> Vec<f64> {
-        rows.iter().filter_map(|row| *row.metrics.get(index)?).collect()
-    };
+    let column =
+        |index: usize| -> Vec<f64> { rows.iter().filter_map(|row| row.metrics[index]).collect() };
     let succeeded: f64 = column(0).iter().sum();
     let name = if settings.is_empty() { "as in the file".to_owned() } else { settings.join(" ") };
-    let _ = writeln!(text, "{name}: {succeeded} of {runs} runs succeeded");
+    *text += &format!("{name}: {succeeded} of {runs} runs succeeded\n");
     for (index, metric) in metrics.iter().enumerate().skip(1) {
         let numbers = column(index);
         let Some([least, lower, median, upper, most]) = quartiles(&numbers) else {
-            let _ = writeln!(text, "  {metric:<24} never");
+            *text += &format!("  {metric:<24} never\n");
             continue;
         };
         let count = match numbers.len() {
             all if all == runs => String::new(),
             some => format!(", in {some} runs"),
         };
-        let _ = if least == most {
-            writeln!(text, "  {metric:<24} {}{count}", round(median))
+        *text += &if least == most {
+            format!("  {metric:<24} {}{count}\n", round(median))
         } else {
-            writeln!(
-                text,
-                "  {metric:<24} median {}, quartiles {} and {}, from {} to {}{count}",
+            format!(
+                "  {metric:<24} median {}, quartiles {} and {}, from {} to {}{count}\n",
                 round(median),
                 round(lower),
                 round(upper),

@@ -6,12 +6,12 @@ use toml_edit::{DocumentMut, Item, Table, TableLike, Value};
 /// is, including comments. The error is the value that has no place in the text.
 pub fn put_all<'a>(text: &str, values: impl Iterator<Item = &'a str>) -> Result<String, String> {
     let mut values = values.peekable();
-    if values.peek().is_none() {
-        return Ok(text.to_owned());
-    }
-    let mut document: DocumentMut = text.parse().unwrap_or_default();
+    let Some(first) = values.peek() else { return Ok(text.to_owned()) };
+    // Another reader has accepted the text as a scenario. Should this one not do so, nothing has a
+    // place in the text.
+    let mut document: DocumentMut = text.parse().map_err(|_| (*first).to_owned())?;
     for one in values {
-        let (key, value) = one.split_once('=').unwrap_or((one, ""));
+        let (key, value) = one.split_once('=').ok_or(one)?;
         let value = value.trim();
         // Words need no quotes, as in `--set` itself.
         let value = value.parse().unwrap_or_else(|_| Value::from(value));
@@ -126,8 +126,10 @@ script = \"t.bzz\"
 
     #[test]
     fn a_value_without_a_place_is_an_error() {
-        for set in ["robots.9.count=1", "robots.x.count=1", "world.size.x=1", "robots.0=1"] {
+        for set in ["robots.9.count=1", "robots.x.count=1", "world.size.x=1", "robots.0=1", "x"] {
             assert_eq!(put_all(TEXT, [set].into_iter()), Err(set.to_owned()));
         }
+        let damaged = put_all("[world", ["world.seed=7"].into_iter());
+        assert_eq!(damaged, Err("world.seed=7".to_owned()));
     }
 }

@@ -83,8 +83,8 @@ fn split(values: &str) -> Vec<&str> {
     parts.into_iter().map(str::trim).collect()
 }
 
-/// Splits `medium.ir.loss=0.1` into its key and value.
+/// Splits a setting of a variant, such as `medium.ir.loss=0.1`, into its key and value.
 pub fn parts(setting: &str) -> (String, String) {
-    let (key, value) = setting.split_once('=').unwrap_or((setting, ""));
+    let (key, value) = setting.split_once('=').expect("`variants` returns only `KEY=VALUE`");
     (key.to_owned(), value.to_owned())
 }

@@ -124,7 +124,7 @@ impl TracedEmulation<'_> {
                     // Messages after the requested end are not printed.
                     if !printer.is_over() {
                         printer
-                            .tell(&PrintedMessage { time: Some(event.at.as_secs_f64()), content });
+                            .print(&PrintedMessage { time: Some(event.at.as_secs_f64()), content });
                     }
                 }
             });

@@ -21,7 +21,7 @@ pub fn parse(line: &str) -> PrintedMessage {
     if let Some(message) = infrared::from_line(line.as_bytes()) {
         let content = match FaultReport::of(&message) {
             Some(report) => TraceContent::Report(report),
-            None => TraceContent::Heard,
+            None => TraceContent::Received,
         };
         return PrintedMessage { time: None, content };
     }
@@ -80,14 +80,14 @@ mod tests {
     }
 
     #[test]
-    fn what_a_listening_kilobot_hears() {
+    fn frames_that_a_listening_kilobot_prints() {
         let fault = FaultReport { robot: 3, script: 0x1234, fault: None, is_contained: false };
         let line = |message: [u8; infrared::MESSAGE]| {
             let digits: String = message.iter().map(|byte| format!("{byte:02x}")).collect();
             format!("ir {digits}\r")
         };
         assert_eq!(parse(&line(fault.message())).content, TraceContent::Report(fault));
-        assert_eq!(parse(&line(infrared::sealed(8, &[0; 9]))).content, TraceContent::Heard);
+        assert_eq!(parse(&line(infrared::sealed(8, &[0; 9]))).content, TraceContent::Received);
         assert!(matches!(parse("ir 12").content, TraceContent::Firmware { .. }));
     }
 
@@ -105,7 +105,7 @@ mod tests {
     }
 
     #[test]
-    fn damaged_records_are_told_apart_from_other_text() {
+    fn damaged_records_differ_from_other_text() {
         for line in ["bbz [1, 2", "bbz [1, 256]", "bbz [1, x]", "bbz [-1]"] {
             assert!(matches!(parse(line).content, TraceContent::Damaged(_)), "{line}");
         }

@@ -19,7 +19,7 @@ pub enum TraceContent {
     /// A message of a Kilobot about a fault of its script.
     Report(FaultReport),
     /// A message between Kilobots that is not about a fault.
-    Heard,
+    Received,
     /// An emulated Kilobot completed a step. It makes no steps in the pause after a fault.
     Step,
     /// A damaged record.

@@ -64,7 +64,7 @@ pub struct TracePrinter<'a> {
     script: Option<TracedScript<'a>>,
     /// Stands for a script about which nothing is known.
     unknown: LoadedProgram,
-    told: ScriptMatch,
+    script_match: ScriptMatch,
     /// True once the note was printed that symbols are missing or are not confirmed by the robot.
     noted: bool,
     robot: Option<&'a Robot>,
@@ -73,7 +73,7 @@ pub struct TracePrinter<'a> {
     /// True if a fault stopped the script, the robot refused it, or the firmware failed.
     is_stopped: bool,
     /// The time of the last line about discarded messages. `unused` has those not printed yet.
-    unused_told: Option<f64>,
+    unused_printed: Option<f64>,
     unused: Option<(Option<f64>, Unused)>,
     /// The printed reports of Kilobots, which send each report repeatedly.
     reported: Vec<FaultReport>,
@@ -98,13 +98,13 @@ impl<'a> TracePrinter<'a> {
         TracePrinter {
             script,
             unknown: LoadedProgram::unknown(),
-            told: ScriptMatch::Nothing,
+            script_match: ScriptMatch::Nothing,
             noted: false,
             robot,
             format,
             until_fault,
             is_stopped: false,
-            unused_told: None,
+            unused_printed: None,
             unused: None,
             reported: Vec::new(),
             output: ScriptOutput::new(),
@@ -146,13 +146,13 @@ impl<'a> TracePrinter<'a> {
 
     /// Prints the rest, and returns the exit status.
     pub fn finish(mut self) -> Result<ExitStatus, OutputError> {
-        self.tell_unused();
+        self.print_unused();
         self.output.finish()?;
         Ok(self.ending)
     }
 
     /// Prints a message.
-    pub fn tell(&mut self, message: &PrintedMessage) {
+    pub fn print(&mut self, message: &PrintedMessage) {
         let time = message.time;
         match &message.content {
             TraceContent::Record(bytes) => match Record::decode(bytes) {
@@ -160,7 +160,7 @@ impl<'a> TracePrinter<'a> {
                 Err(error) => self.damaged(time, damage(error), bytes),
             },
             TraceContent::Report(report) => self.report(time, report),
-            TraceContent::Heard => {}
+            TraceContent::Received => {}
             TraceContent::Step => self.step(time),
             TraceContent::Damaged(text) => {
                 self.damaged(time, "its text is damaged", text.as_bytes())
@@ -232,7 +232,7 @@ impl<'a> TracePrinter<'a> {
     /// Returns the program that the robot runs, as far as it is known.
     fn program(&self) -> &LoadedProgram {
         match &self.script {
-            Some(script) if self.told != ScriptMatch::Other => script.program,
+            Some(script) if self.script_match != ScriptMatch::Other => script.program,
             _ => &self.unknown,
         }
     }
@@ -242,11 +242,13 @@ impl<'a> TracePrinter<'a> {
         let mut warning = None;
         if let Some(TracedScript { name, program }) = &self.script {
             if program.script_hash() == Some(hash) {
-                self.told = ScriptMatch::Same;
+                self.script_match = ScriptMatch::Same;
                 text = format!("{text} (`{name}`)");
             } else {
-                self.told = ScriptMatch::Other;
-                let other = program.script_hash().unwrap_or_default();
+                self.script_match = ScriptMatch::Other;
+                let other = program.script_hash();
+                let other =
+                    other.expect("the script was opened, so its image or symbols are known");
                 warning = Some(format!(
                     "the robot runs script {hash:08x}, `{name}` is script {other:08x}"
                 ));
@@ -260,7 +262,7 @@ impl<'a> TracePrinter<'a> {
             "kind": "start",
             "robot_id": robot_id,
             "script_hash": format!("{hash:08x}"),
-            "symbols": self.told == ScriptMatch::Same,
+            "symbols": self.script_match == ScriptMatch::Same,
         });
         self.entry(time, "start", text.as_bytes(), object);
         if let Some(warning) = warning {
@@ -278,7 +280,7 @@ impl<'a> TracePrinter<'a> {
                 "strings and places are shown as numbers: there are no symbols (.sym) next to `{}`",
                 script.name
             ),
-            Some(_) if self.told != ScriptMatch::Nothing => return,
+            Some(_) if self.script_match != ScriptMatch::Nothing => return,
             None => "strings and places are shown as numbers: --script names the script".to_owned(),
             Some(script) => {
                 format!("the robot began before this trace; it is taken to run `{}`", script.name)
@@ -337,7 +339,7 @@ impl<'a> TracePrinter<'a> {
         let known = self.script.as_ref().and_then(|script| script.program.script_hash());
         if let Some(hash) = known {
             let is_same = hash as u16 == report.script;
-            self.told = if is_same { ScriptMatch::Same } else { ScriptMatch::Other };
+            self.script_match = if is_same { ScriptMatch::Same } else { ScriptMatch::Other };
             if !is_same {
                 let (robot, script) = (report.robot, report.script);
                 let text = format!("robot {robot} runs a script whose hash ends in {script:04x}");
@@ -441,15 +443,16 @@ impl<'a> TracePrinter<'a> {
     /// printed at most once per second, and at the end.
     fn unused(&mut self, time: Option<f64>, unused: Unused) {
         self.unused = Some((time, unused));
-        let is_soon = self.unused_told.zip(time).is_some_and(|(told, now)| now < told + 1.0);
+        let is_soon =
+            self.unused_printed.zip(time).is_some_and(|(printed, now)| now < printed + 1.0);
         if self.format == TraceFormat::Json || !is_soon {
-            self.tell_unused();
+            self.print_unused();
         }
     }
 
-    fn tell_unused(&mut self) {
+    fn print_unused(&mut self) {
         let Some((time, unused)) = self.unused.take() else { return };
-        self.unused_told = time;
+        self.unused_printed = time;
         let (text, object) = (unused_text(&unused), json::unused(&unused));
         self.remark(time, "unused", &text, object);
     }
@@ -488,6 +491,7 @@ impl<'a> TracePrinter<'a> {
     #[cfg(feature = "view")]
     fn send(&self, seconds: Option<f64>, content: Reported) {
         if let Some((page, _)) = &self.page {
+            // The receiver is gone once the page is closed.
             let _ = page.send(RobotReport { seconds, robot: self.reporter, content });
         }
     }

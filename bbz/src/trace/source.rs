@@ -28,7 +28,7 @@ impl Problem for LinesError {}
 const WAITING: usize = 1024;
 
 /// The most bytes of a line. A robot prints far fewer, so a longer one is not text from a robot.
-const LONGEST_LINE: u64 = 1 << 20;
+const LINE_BYTES_MAX: u64 = 1 << 20;
 
 /// Time between two checks for Ctrl-C.
 const PATIENCE: Duration = Duration::from_millis(50);
@@ -39,7 +39,7 @@ pub fn standard_input(
     interrupt: &mut Interrupt,
 ) -> Result<(), LinesError> {
     let lines = read_aside(io::stdin());
-    tell(&lines, printer, interrupt)
+    print(&lines, printer, interrupt)
 }
 
 /// Prints the bytes that probe-rs reads from the robot.
@@ -60,7 +60,7 @@ pub fn probe(
         .arg(firmware)
         .spawn()?;
     let lines = read_aside(child.take_stdout());
-    tell(&lines, printer, interrupt)?;
+    print(&lines, printer, interrupt)?;
     if printer.is_over() || interrupt.is_raised() {
         child.end()?;
     } else {
@@ -70,14 +70,14 @@ pub fn probe(
 }
 
 /// Prints lines until the input ends, the printer is over, or Ctrl-C.
-fn tell(
+fn print(
     lines: &Receiver<io::Result<String>>,
     printer: &mut TracePrinter<'_>,
     interrupt: &mut Interrupt,
 ) -> Result<(), LinesError> {
     while !printer.is_over() && !interrupt.is_raised() {
         match lines.recv_timeout(PATIENCE) {
-            Ok(line) => printer.tell(&lines::parse(&line.map_err(LinesError)?)),
+            Ok(line) => printer.print(&lines::parse(&line.map_err(LinesError)?)),
             Err(RecvTimeoutError::Timeout) => printer.flush(),
             Err(RecvTimeoutError::Disconnected) => break,
         }
@@ -105,13 +105,13 @@ fn read_aside(input: impl Read + Send + 'static) -> Receiver<io::Result<String>>
 /// Reads a line without its line break; `None` at the end of the input.
 fn read_line(input: &mut impl BufRead) -> io::Result<Option<String>> {
     let mut line = Vec::new();
-    input.take(LONGEST_LINE + 1).read_until(b'\n', &mut line)?;
+    input.take(LINE_BYTES_MAX + 1).read_until(b'\n', &mut line)?;
     if line.is_empty() {
         return Ok(None);
     }
     if line.last() == Some(&b'\n') {
         line.pop();
-    } else if line.len() as u64 > LONGEST_LINE {
+    } else if line.len() as u64 > LINE_BYTES_MAX {
         return Err(io::Error::other("a line has more than 1 MiB"));
     }
     Ok(Some(String::from_utf8_lossy(&line).into_owned()))
