@@ -26,6 +26,7 @@ mod file_error;
 mod firmware;
 mod flash;
 mod grade;
+mod guide;
 mod hex;
 mod host;
 mod instruction;
@@ -70,6 +71,7 @@ Examples:
   bbz trace robot.elf --robot crazyflie --script hello.bzz    print its log and errors
   bbz robots kilobot                     list what a script can call on a robot
   bbz explain E0201                      explain a message
+  bbz guide                              print all of this as one page, also for coding assistants
 
 Exit status: 0, or 1 run-time error, 2 compile error, 3 wrong command line or file, 101 defect of bbz.";
 
@@ -107,6 +109,8 @@ enum Command {
     Stubs(stubs::StubsArguments),
     /// Explain the code of a message
     Explain(explain::ExplainArguments),
+    /// Print the language, all functions and the commands as one page
+    Guide(guide::GuideArguments),
     /// Print the script by which a shell completes command lines of bbz
     Completions(completions::CompletionsArguments),
     /// Write the manual pages of all commands
@@ -147,6 +151,7 @@ fn execute(command: &Command) -> Result<ExitStatus, Box<dyn Problem>> {
         Command::Robots(arguments) => robots::execute(arguments),
         Command::Stubs(arguments) => stubs::execute(arguments),
         Command::Explain(arguments) => explain::execute(arguments),
+        Command::Guide(arguments) => guide::execute(arguments, CommandLine::command()),
         Command::Completions(arguments) => {
             Ok(completions::execute(arguments, CommandLine::command())?)
         }

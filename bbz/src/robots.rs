@@ -51,7 +51,7 @@ fn list(robots: &[Robot]) -> String {
 }
 
 /// Describes functions, tables, settings, signals of the lights, and limits of a robot.
-fn describe(robot: &Robot) -> String {
+pub fn describe(robot: &Robot) -> String {
     let chip = robot.chip.as_deref().unwrap_or("never flashed");
     let mut lines = vec![format!("{} (`--robot {}`): {chip}", robot.title, robot.name)];
     lines.extend(limits(robot).map(|limit| format!("  {limit}")));

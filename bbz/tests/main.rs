@@ -13,6 +13,7 @@ mod files;
 mod flash;
 mod flash_kilobot;
 mod grade;
+mod guide;
 mod interrupt;
 mod object;
 mod own_robot;
