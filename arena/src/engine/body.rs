@@ -2,7 +2,7 @@
 //!
 //! To the world, a robot is an upright cylinder that exchanges frames over a medium. A
 //! [`BodyModel`] gives the size of the bodies and makes [`BodyBlock`]s of them. The world calls a block
-//! once for all of its robots, so that a model costs one dynamic call for up to [`BLOCK`] robots
+//! once for all of its robots, so that a model costs one dynamic call for up to 256 robots
 //! instead of one for each. [`Bodies`] makes such a block out of the body of a single robot.
 
 use core::any::Any;
@@ -17,7 +17,7 @@ use super::stream::{Stream, StreamPurpose};
 
 /// The largest number of robots in a block, small enough that a few slow brains do not hold up the
 /// other threads.
-pub const BLOCK: usize = 256;
+pub(crate) const BLOCK_ROBOTS_MAX: usize = 256;
 
 /// Size of a body: an upright cylinder.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -57,7 +57,7 @@ pub trait BodyModel: Debug + Send + Sync {
     fn block(&self, substep_s: f32) -> Box<dyn BodyBlock>;
 }
 
-/// The bodies of at most [`BLOCK`] robots with consecutive ids. `index` counts from the first robot
+/// The bodies of at most 256 robots with consecutive ids. `index` counts from the first robot
 /// of the block. The `Debug` text contains the complete state, because digests of runs are computed
 /// from it.
 pub trait BodyBlock: Debug + Send + Sync {

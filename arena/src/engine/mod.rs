@@ -78,7 +78,7 @@ mod stream;
 mod world;
 mod world_digest;
 
-pub use body::{BLOCK, Bodies, Body, BodyBlock, BodyModel, BodySize, Moment};
+pub use body::{Bodies, Body, BodyBlock, BodyModel, BodySize, Moment};
 pub use brain::{Brain, Io, ReceivedFrame, Sensors, TickFrames};
 pub(crate) use digest::Digest;
 pub use error::{AddError, SettingsError, UnknownRobot};

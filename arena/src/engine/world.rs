@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use super::TICK;
-use super::body::{BLOCK, BodyModel, BodySize, Moment, substeps};
+use super::body::{BLOCK_ROBOTS_MAX, BodyModel, BodySize, Moment, substeps};
 use super::brain::Brain;
 use super::contact::Crowd;
 use super::error::{AddError, SettingsError, UnknownRobot};
@@ -120,7 +120,7 @@ impl<B: Brain> World<B> {
             return Err(AddError::UnknownHerd);
         };
         let (index, substeps) = (usize::from(id), substeps(&**model));
-        let is_open = |last: &Cohort| last.herd == herd && last.count < BLOCK;
+        let is_open = |last: &Cohort| last.herd == herd && last.count < BLOCK_ROBOTS_MAX;
         if !self.cohorts.last().is_some_and(is_open) {
             let block = model.block(TICK / self.substeps as f32);
             self.cohorts.push(Cohort { herd, first: index, count: 0, block });

@@ -2,6 +2,9 @@
 
 use std::fmt::Write;
 
+/// The reason why writing to a string succeeds.
+const WRITTEN: &str = "a string accepts all text";
+
 /// A picture that grows element by element.
 pub struct Svg {
     text: String,
@@ -21,15 +24,15 @@ impl Svg {
 
     /// Adds an element. The caller [`escape`]s all text that comes from outside.
     pub fn put(&mut self, element: std::fmt::Arguments<'_>) {
-        // Writing to a string does not fail.
-        let _ = self.text.write_fmt(element);
+        self.text.write_fmt(element).expect(WRITTEN);
     }
 
     /// Adds a line through points, in a colour.
     pub fn line(&mut self, points: impl Iterator<Item = [f64; 2]>, color: &str, width: f64) {
         let mut path = String::new();
         for (number, [x, y]) in points.enumerate() {
-            let _ = write!(path, "{}{x:.1} {y:.1}", if number == 0 { "M" } else { "L" });
+            let letter = if number == 0 { "M" } else { "L" };
+            write!(path, "{letter}{x:.1} {y:.1}").expect(WRITTEN);
         }
         if !path.is_empty() {
             self.put(format_args!(

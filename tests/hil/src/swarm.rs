@@ -2,14 +2,14 @@
 
 use std::time::Duration;
 
-use bittybuzz_arena::run::{P2pAir, TURN};
+use bittybuzz_arena::run::{P2P_EXCHANGE_PERIOD, P2pAir};
 
 use crate::told::TraceLog;
 use crate::{Command, Core, EmulatorEvent, Robot, TimedEvent};
 
-const TURN_US: u64 = TURN.as_micros() as u64;
+const P2P_EXCHANGE_PERIOD_US: u64 = P2P_EXCHANGE_PERIOD.as_micros() as u64;
 /// Between two packets of the positioning system.
-const POSE_PERIOD_US: u64 = 100_000 / TURN_US * TURN_US;
+const POSE_PERIOD_US: u64 = 100_000 / P2P_EXCHANGE_PERIOD_US * P2P_EXCHANGE_PERIOD_US;
 
 /// Where a positioning system sees a robot: x, y, z in mm, and the direction of its nose in degrees.
 pub type Pose = [f32; 4];
@@ -57,7 +57,7 @@ impl Swarm {
     pub fn run_ms(&mut self, ms: u64) {
         let end = self.now_us + 1000 * ms;
         // A robot alone has nothing to wait for.
-        let longest = if self.members.len() == 1 { POSE_PERIOD_US } else { TURN_US };
+        let longest = if self.members.len() == 1 { POSE_PERIOD_US } else { P2P_EXCHANGE_PERIOD_US };
         while self.now_us < end {
             let turn = longest.min(end - self.now_us);
             if self.now_us.is_multiple_of(POSE_PERIOD_US) {

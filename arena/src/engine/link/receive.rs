@@ -153,6 +153,7 @@ impl Ether<'_> {
     /// Returns the probability that a frame is lost on its way.
     fn loss(&self, frame: &Near) -> f32 {
         let LinkSettings { range, loss, .. } = self.air.link(frame.link);
+        // Without an end of the range, the loss is the same at any distance.
         let Some(range) = range else { return loss.near };
         let part = ((frame.distance_mm - self.air.bodies_mm(frame.link)) / range).clamp(0.0, 1.0);
         loss.near + (loss.far - loss.near) * part * part

@@ -94,8 +94,9 @@ impl Costs {
         Some(Costs { rows, functions: functions.collect(), step_period })
     }
 
+    /// Returns the costs of a plain or narrow opcode.
     fn row(&self, opcode: u8) -> OpcodeCosts {
-        self.rows.get(usize::from(opcode)).copied().unwrap_or_default()
+        self.rows[usize::from(opcode)]
     }
 
     /// Returns the case of the machine's next instruction; `None` stands for a built-in that
@@ -109,6 +110,7 @@ impl Costs {
             let row = OpcodeCosts { usual: cycles, floats: cycles, other: cycles };
             InstructionCase { row, jump: None, is_other: false, is_float: false }
         };
+        // The call of a function that does not exist ends with a fault, whose cost does not matter.
         let function =
             |number: u8| only(self.functions.get(usize::from(number)).copied().unwrap_or(0));
         let Some(instruction) = instruction else {

@@ -255,6 +255,7 @@ impl Operation {
             self.operator,
             Operator::Function(builtin::TO_INT | builtin::FLOOR..=builtin::ROUND)
         );
+        // Only a random function has no known result, and it converts nothing.
         let Exact::Real(exact) = exact else { return false };
         is_conversion && !(f64::from(P::INT_MIN)..=f64::from(P::INT_MAX)).contains(&exact)
     }

@@ -183,6 +183,7 @@ impl Bridge {
 /// Returns the sender of a frame, if the frame names it. An entry does not: it names the robot that
 /// wrote its value.
 fn sender(frame: &[u8]) -> Option<u16> {
+    // A shorter frame has no room for an id.
     let [kind, low, high, ..] = frame else { return None };
     let names_sender = FrameKind::of(*kind).is_some_and(|kind| kind != FrameKind::Entry);
     names_sender.then(|| u16::from_le_bytes([*low, *high]))

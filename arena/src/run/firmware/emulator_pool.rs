@@ -7,7 +7,7 @@ use std::time::Duration;
 use bittybuzz_emulation::message::{Command, EmulatorEvent, RobotEvent, RobotStatistics};
 use bittybuzz_emulation::{ClientError, Emulator};
 
-use super::p2p::{P2pAir, TURN};
+use super::p2p::{P2P_EXCHANGE_PERIOD, P2pAir};
 
 /// The emulator processes; robots have their number in the pool.
 pub enum EmulatorPool {
@@ -125,7 +125,7 @@ impl PerRobot {
         on_event: &mut impl FnMut(RobotEvent),
     ) -> Result<(), ClientError> {
         while self.now < until {
-            self.now = until.min(self.now + TURN);
+            self.now = until.min(self.now + P2P_EXCHANGE_PERIOD);
             for (robot, emulator) in self.robots.iter_mut().enumerate() {
                 let air = &mut self.air;
                 emulator.run_with(self.now, |timed| {

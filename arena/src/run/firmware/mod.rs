@@ -26,7 +26,7 @@ use crate::scenario::{Backend, Scenario, ScenarioCause, ScenarioError};
 use super::program::LoadedProgram;
 use super::settings::media;
 pub use fleets::Fleets;
-pub use p2p::{P2pAir, TURN};
+pub use p2p::{P2P_EXCHANGE_PERIOD, P2pAir};
 
 /// The reason why a model with firmware has emulators.
 const EMULATED: &str = "the reader of scenarios rejects firmware without an emulator";

@@ -13,8 +13,8 @@ use crate::engine::Stream;
 
 /// The time from reception to transmission (nRF51 reference manual).
 const RAMP: Duration = Duration::from_micros(130);
-/// The longest turn.
-pub const TURN: Duration = RAMP;
+/// The longest time that robots run before they exchange frames.
+pub const P2P_EXCHANGE_PERIOD: Duration = RAMP;
 /// The strength of every signal, in -dBm.
 const RSSI: u8 = 60;
 /// A bound on the duration of a frame. The longest one takes 0.3 ms.
@@ -80,7 +80,7 @@ impl P2pAir {
         let mut received = Vec::new();
         for number in 0..self.frames.len() {
             let OnAir { sender, begin, end, port, has_arrived, .. } = self.frames[number];
-            if end > now + TURN || has_arrived {
+            if end > now + P2P_EXCHANGE_PERIOD || has_arrived {
                 continue;
             }
             self.frames[number].has_arrived = true;

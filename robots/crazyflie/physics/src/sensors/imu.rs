@@ -166,13 +166,15 @@ impl Imu {
 
     /// Returns the present offset of the gyroscope in rad/s, to judge an estimate.
     #[must_use]
-    pub fn true_gyro_offset_rad_s(&self) -> DVec3 {
+    #[cfg(test)]
+    fn true_gyro_offset_rad_s(&self) -> DVec3 {
         self.gyro_offset_rad_s + self.gyro_drift_rad_s_k * self.warm_k
     }
 
     /// Returns the offset of the accelerometer in m/s², to judge an estimate.
     #[must_use]
-    pub fn true_accel_offset_m_s2(&self) -> DVec3 {
+    #[cfg(test)]
+    fn true_accel_offset_m_s2(&self) -> DVec3 {
         self.accel_offset_m_s2
     }
 
