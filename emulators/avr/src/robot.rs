@@ -195,7 +195,7 @@ impl EmulatedKilobot {
         let awake = self.core.cycle() - self.counted.slept;
         self.counted.turns.update(self.board.watchdog_restarts(), awake);
         if let Some(phase) = self.phase {
-            self.counted.steps.look(self.core.data()[usize::from(phase)]);
+            self.counted.steps.record(self.core.data()[usize::from(phase)]);
         }
         let pointer = self.core.stack_pointer();
         if pointer < RAM - 1 {

@@ -200,7 +200,7 @@ impl App {
             return robot.inbox.push(&infrared::frame(kind, data), mm.unwrap_or(0));
         }
         let was = robot.mode.state;
-        match robot.mode.obey(kind, data) {
+        match robot.mode.handle(kind, data) {
             Act::None => {}
             Act::Boot => power::boot(&registers()),
             Act::Reset => power::reset(&registers()),
@@ -240,7 +240,7 @@ impl App {
                     return robot.color;
                 }
                 let number = FaultReport::number(&robot.report);
-                let is_lit = number == 0 || self.blinker.tell(number, now);
+                let is_lit = number == 0 || self.blinker.blink(number, now);
                 return if is_lit { Color::RED } else { Color::DARK };
             }
             RobotMode::Moving => {

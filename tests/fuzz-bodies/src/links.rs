@@ -227,6 +227,6 @@ fn check_message(message: &[u8; infrared::MESSAGE], mode: &mut ModeSwitch) -> bo
     if let Some(report) = FaultReport::of(message) {
         assert_eq!(FaultReport::of(&report.message()), Some(report));
     }
-    let _ = mode.obey(kind, data);
+    let _ = mode.handle(kind, data);
     true
 }

@@ -28,7 +28,7 @@ const PUTS: [(&str, f64); 3] = [
 ];
 
 /// At 90 % the median takes at most so many times as long as without loss.
-const MOST: f64 = 20.0;
+const SLOWDOWN_MAX: f64 = 20.0;
 
 /// Median and 95 % in seconds, for each put.
 type Times = [(f64, f64); PUTS.len()];
@@ -69,9 +69,9 @@ pub fn sample() -> Result<()> {
     }
     let (first, last) = (all.first(), all.last());
     let slow = first.zip(last).is_none_or(|(without, most)| {
-        without.iter().zip(most).any(|((before, _), (after, _))| *after > MOST * before)
+        without.iter().zip(most).any(|((before, _), (after, _))| *after > SLOWDOWN_MAX * before)
     });
-    if slow { bail!("not shown: 90 % within {MOST} times") } else { Ok(()) }
+    if slow { bail!("not shown: 90 % within {SLOWDOWN_MAX} times") } else { Ok(()) }
 }
 
 fn record(loss: u32) -> Result<PathBuf> {
@@ -129,7 +129,7 @@ fn describe(times: &Times) -> String {
 
 /// Time over loss, on a logarithmic scale from 0.5 to 100 s: a full line for each median, a broken one for 95 %.
 fn plot(all: &[Times]) -> String {
-    const COLOURS: [&str; PUTS.len()] = ["#1b6ca8", "#c23b22", "#2e8b57"];
+    const COLORS: [&str; PUTS.len()] = ["#1b6ca8", "#c23b22", "#2e8b57"];
     let x = |loss: u32| 60.0 + 5.0 * f64::from(loss);
     let y = |seconds: f64| 300.0 - 270.0 * (seconds.max(0.5) / 0.5).log10() / 200.0_f64.log10();
     let mut svg = String::from(
@@ -157,7 +157,7 @@ fn plot(all: &[Times]) -> String {
         svg,
         "<text x=\"60\" y=\"20\">seconds until all 50 robots agree: median, and 95 % of the runs (broken)</text>"
     );
-    for (put, ((what, _), colour)) in PUTS.iter().zip(COLOURS).enumerate() {
+    for (put, ((what, _), color)) in PUTS.iter().zip(COLORS).enumerate() {
         for (most, dash) in [(false, ""), (true, " stroke-dasharray=\"4 3\"")] {
             let points = LOSSES.iter().zip(all).filter_map(|(loss, times)| {
                 let (median, late) = times.get(put)?;
@@ -166,11 +166,11 @@ fn plot(all: &[Times]) -> String {
             let points = points.collect::<Vec<_>>().join(" ");
             let _ = writeln!(
                 svg,
-                "<polyline points=\"{points}\" fill=\"none\" stroke=\"{colour}\" stroke-width=\"2\"{dash}/>"
+                "<polyline points=\"{points}\" fill=\"none\" stroke=\"{color}\" stroke-width=\"2\"{dash}/>"
             );
         }
         let at = 358 + 14 * put;
-        let _ = writeln!(svg, "<text x=\"60\" y=\"{at}\" fill=\"{colour}\">{what}</text>");
+        let _ = writeln!(svg, "<text x=\"60\" y=\"{at}\" fill=\"{color}\">{what}</text>");
     }
     svg.push_str("</svg>\n");
     svg

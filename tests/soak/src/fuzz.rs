@@ -198,7 +198,7 @@ enum Chunk {
 }
 
 /// Runs a target for a while on every processor, at most as often as is left; what one of them finds the others take over.
-fn chunk(name: &str, program: &Path, left: u64) -> Result<Chunk> {
+fn chunk(name: &str, program: &Path, remaining: u64) -> Result<Chunk> {
     let folder = target()?.join("soak/fuzz");
     let found = folder.join("corpus").join(name);
     fs::create_dir_all(&found)?;
@@ -206,7 +206,7 @@ fn chunk(name: &str, program: &Path, left: u64) -> Result<Chunk> {
     let known = known(&folder, name, program)?;
     let (found, known) = (found.display().to_string(), known.display().to_string());
     let workers = thread::available_parallelism().map_or(1, usize::from);
-    let share = format!("-runs={}", left.div_ceil(workers as u64));
+    let share = format!("-runs={}", remaining.div_ceil(workers as u64));
     let arguments = [CHUNK, &share, SCHEDULE, &panics, &found, &known];
     let one = || Invocation::named(name, program, &arguments).output_if(|_| true);
     let outputs = thread::scope(|scope| {
@@ -313,7 +313,7 @@ mod tests {
     }
 
     #[test]
-    fn a_panic_is_told_with_its_input() {
+    fn a_panic_is_reported_with_its_input() {
         let report = "INFO: x\n\nthread '<unnamed>' (1) panicked at a.rs:1:2:\nno such thing\nstack\n\
                       artifact_prefix='x'; Test unit written to f/panic-1\n";
         assert_eq!(
@@ -344,7 +344,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_exercised_exists() {
+    fn exercised_folders_exist() {
         let files = Sources::list().unwrap();
         let nothing = files.under(&[]).fingerprint().unwrap();
         for start in TARGETS.iter().flat_map(Target::made_of) {

@@ -25,7 +25,7 @@ const SECONDS_OF_SAMPLE: u32 = 100;
 const TICKS_PER_SECOND: u32 = 10;
 
 /// Percent of its ticks that a robot has to use. Its oscillator is up to 1.5 % slow.
-const LEAST: u32 = 98;
+const PACE_MIN_PERCENT: u32 = 98;
 
 /// The examples that CI plays, 20 s each with the build of an image: the largest images, one that waits, one that moves, and one
 /// that needs neither messages nor motors.
@@ -97,13 +97,14 @@ fn medians() -> Result<Verdict> {
     let line = cargo_test(&[&chosen[..], &["--ignored", "--nocapture"]].concat());
     let line = line.env("BITTYBUZZ_BEHAVIOURS", &behaviours.display().to_string());
     let output = line.output_if(|output| output.status.code().is_some())?;
-    let told = String::from_utf8_lossy(&output.stdout);
+    let printed = String::from_utf8_lossy(&output.stdout);
     // What the tests print of themselves.
-    let how: Vec<&str> = told.lines().filter(|line| line.contains("virtual machines")).collect();
+    let evidence: Vec<&str> =
+        printed.lines().filter(|line| line.contains("virtual machines")).collect();
     Ok(if output.status.success() {
-        Verdict::Shown(how.join("; "))
+        Verdict::Shown(evidence.join("; "))
     } else {
-        Verdict::Missing(told.into_owned())
+        Verdict::Missing(printed.into_owned())
     })
 }
 
@@ -122,15 +123,17 @@ pub fn sample() -> Result<()> {
     )
     .into_iter();
     let found = match verdicts.next().context("no script was run")?? {
-        Verdict::Missing(why) => why.contains("all: steps above") && why.contains("robot 1 had 3"),
+        Verdict::Missing(reason) => {
+            reason.contains("all: steps above") && reason.contains("robot 1 had 3")
+        }
         Verdict::Shown(_) => false,
     };
     ensure!(found, "not shown: kilobots: a script that stands still");
     for (item, verdict) in SAMPLE.iter().zip(verdicts) {
         match verdict? {
-            Verdict::Shown(how) => println!("kilobots {item}: {how}"),
-            Verdict::Missing(why) => {
-                bail!("not shown: kilobots {item} ({why})");
+            Verdict::Shown(evidence) => println!("kilobots {item}: {evidence}"),
+            Verdict::Missing(reason) => {
+                bail!("not shown: kilobots {item} ({reason})");
             }
         }
     }
@@ -159,18 +162,18 @@ fn simulation(bbz: &Path, script: &str, seconds: u32) -> Result<Invocation> {
 fn verdict(simulation: Invocation, seconds: u32) -> Result<Verdict> {
     // Its status is 1 if a script has stopped; what it prints tells why.
     let output = simulation.output_if(|output| output.status.code().is_some())?;
-    let told = String::from_utf8_lossy(&output.stdout);
+    let printed = String::from_utf8_lossy(&output.stdout);
     Ok(if output.status.success() {
-        let steps = told.lines().find(|line| line.starts_with("steps")).unwrap_or_default();
+        let steps = printed.lines().find(|line| line.starts_with("steps")).unwrap_or_default();
         Verdict::Shown(format!("{ROBOTS} robots, {seconds} s without a fault; {steps}"))
     } else {
-        Verdict::Missing(format!("{told}{}", String::from_utf8_lossy(&output.stderr)))
+        Verdict::Missing(format!("{printed}{}", String::from_utf8_lossy(&output.stderr)))
     })
 }
 
 fn text(script: &str, image: &Path, seconds: u32, paced: bool) -> String {
-    let least = seconds * TICKS_PER_SECOND * LEAST / 100;
-    let steps = format!("\n[[expect]]\nat = {seconds}\nvalue = \"steps\"\nabove = {least}\n");
+    let steps_min = seconds * TICKS_PER_SECOND * PACE_MIN_PERCENT / 100;
+    let steps = format!("\n[[expect]]\nat = {seconds}\nvalue = \"steps\"\nabove = {steps_min}\n");
     format!(
         "[world]\nsize = [1000, 1000]\nduration = {seconds}\n\n\
          [[robots]]\nrobot = \"kilobot\"\nscript = '{}'\nbackend = \"firmware\"\nfirmware = '{}'\n\
@@ -199,7 +202,7 @@ mod tests {
     }
 
     #[test]
-    fn examples_say_whom_they_are_for() {
+    fn examples_name_their_robots() {
         assert!(is_for_kilobots("# Blinks.\n#\n# Robots: kilobot, zooids\nx = 1\n"));
         assert!(!is_for_kilobots("# Flies.\n#\n# Robots: crazyflie\n"));
         assert!(!is_for_kilobots("# Blinks.\nx = 1\n# Robots: kilobot\n"));

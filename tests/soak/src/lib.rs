@@ -122,25 +122,25 @@ pub fn run(part: Option<&str>) -> Result<()> {
     let mut records = Vec::new();
     for part in parts {
         let record = Record::open(part.name, sources.under(part.made_of).fingerprint()?)?;
-        println!("{}: {} left", part.name, record.left(part).len());
+        println!("{}: {} left", part.name, record.remaining(part).len());
         records.push((part, record));
     }
     let mut missing = Vec::new();
     for (part, record) in &mut records {
-        let left = record.left(part);
-        for (number, item) in left.iter().enumerate() {
+        let remaining = record.remaining(part);
+        for (number, item) in remaining.iter().enumerate() {
             let start = Instant::now();
             match (part.run)(item)? {
-                Verdict::Shown(how) => {
-                    println!("{} {item}: {how} ({} s)", part.name, start.elapsed().as_secs());
-                    record.keep(item, &how)?;
+                Verdict::Shown(evidence) => {
+                    println!("{} {item}: {evidence} ({} s)", part.name, start.elapsed().as_secs());
+                    record.keep(item, &evidence)?;
                 }
-                Verdict::Missing(why) => {
-                    println!("{} {item}: NOT SHOWN: {why}", part.name);
-                    missing.push(format!("{} {item} ({why})", part.name));
+                Verdict::Missing(reason) => {
+                    println!("{} {item}: NOT SHOWN: {reason}", part.name);
+                    missing.push(format!("{} {item} ({reason})", part.name));
                 }
             }
-            println!("{}: {} left", part.name, left.len() - number - 1);
+            println!("{}: {} left", part.name, remaining.len() - number - 1);
         }
         record.report(part);
     }
@@ -153,24 +153,24 @@ pub fn run(part: Option<&str>) -> Result<()> {
 pub fn sample() -> Result<()> {
     for name in mutants::sample() {
         match mutants::run(&name)? {
-            Verdict::Shown(how) => println!("{name}: {how}"),
-            Verdict::Missing(why) => {
-                bail!("not shown: mutants {name} ({why})");
+            Verdict::Shown(evidence) => println!("{name}: {evidence}"),
+            Verdict::Missing(reason) => {
+                bail!("not shown: mutants {name} ({reason})");
             }
         }
     }
     for name in squeeze::SAMPLE {
         match squeeze::run(name)? {
-            Verdict::Shown(how) => println!("{name}: {how}"),
-            Verdict::Missing(why) => {
-                bail!("not shown: squeeze {name} ({why})");
+            Verdict::Shown(evidence) => println!("{name}: {evidence}"),
+            Verdict::Missing(reason) => {
+                bail!("not shown: squeeze {name} ({reason})");
             }
         }
     }
     match squeezed::run(squeezed::SAMPLE)? {
-        Verdict::Shown(how) => println!("squeezed {}: {how}", squeezed::SAMPLE),
-        Verdict::Missing(why) => {
-            bail!("not shown: squeezed ({why})");
+        Verdict::Shown(evidence) => println!("squeezed {}: {evidence}", squeezed::SAMPLE),
+        Verdict::Missing(reason) => {
+            bail!("not shown: squeezed ({reason})");
         }
     }
     kilobots::sample()?;
@@ -225,12 +225,12 @@ impl Record {
         Ok(Record { path, fingerprint, shown })
     }
 
-    fn left(&self, part: &Part) -> Vec<String> {
+    fn remaining(&self, part: &Part) -> Vec<String> {
         (part.items)().into_iter().filter(|item| !self.shown.contains_key(item)).collect()
     }
 
-    fn keep(&mut self, item: &str, how: &str) -> Result<()> {
-        self.shown.insert(item.to_owned(), how.to_owned());
+    fn keep(&mut self, item: &str, evidence: &str) -> Result<()> {
+        self.shown.insert(item.to_owned(), evidence.to_owned());
         sources::write(&self.path, text(&self.shown, self.fingerprint).as_bytes())
     }
 
@@ -244,7 +244,7 @@ impl Record {
 
 /// A line with the fingerprint, then one per item.
 fn text(shown: &BTreeMap<String, String>, fingerprint: u64) -> String {
-    let lines = shown.iter().map(|(item, how)| format!("{item}\t{how}\n"));
+    let lines = shown.iter().map(|(item, evidence)| format!("{item}\t{evidence}\n"));
     format!("{fingerprint:016x}\n{}", lines.collect::<String>())
 }
 
@@ -255,7 +255,7 @@ fn parse(text: &str, fingerprint: u64) -> BTreeMap<String, String> {
         return BTreeMap::new();
     }
     let items = lines.filter_map(|line| line.split_once('\t'));
-    items.map(|(item, how)| (item.to_owned(), how.to_owned())).collect()
+    items.map(|(item, evidence)| (item.to_owned(), evidence.to_owned())).collect()
 }
 
 #[cfg(test)]

@@ -16,11 +16,11 @@ pub fn in_pairs<Item, Prepared, Output: Send>(
     prepare: impl Fn(Item) -> Result<Prepared> + Sync,
     run: impl Fn(Prepared) -> Result<Output> + Sync,
 ) -> Vec<Result<Output>> {
-    let left = Mutex::new(items.enumerate());
+    let remaining = Mutex::new(items.enumerate());
     let next = || {
         // Held until the item is prepared.
-        let mut left = left.lock().unwrap_or_else(PoisonError::into_inner);
-        left.next().map(|(number, item)| (number, prepare(item)))
+        let mut remaining = remaining.lock().unwrap_or_else(PoisonError::into_inner);
+        remaining.next().map(|(number, item)| (number, prepare(item)))
     };
     let worker = || -> Vec<_> {
         let prepared = iter::from_fn(next);

@@ -161,7 +161,7 @@ pub fn run(item: &str) -> Result<Verdict> {
     if !unexplained.is_empty() {
         return Ok(Verdict::Missing(format!("no test finds: {}", unexplained.join("; "))));
     }
-    let found = all.found.iter().map(|(how, count)| format!("{count} {how}, "));
+    let found = all.found.iter().map(|(evidence, count)| format!("{count} {evidence}, "));
     Ok(Verdict::Shown(format!("{}{} explained", found.collect::<String>(), all.missed.len())))
 }
 
@@ -176,8 +176,8 @@ struct Outcome {
 
 impl Outcome {
     fn add(&mut self, other: Outcome) {
-        for (how, count) in other.found {
-            *self.found.entry(how).or_default() += count;
+        for (evidence, count) in other.found {
+            *self.found.entry(evidence).or_default() += count;
         }
         self.missed.extend(other.missed);
     }
@@ -218,14 +218,14 @@ impl Found {
         Ok(format!("{:016x} {name}", self.sources.under(&[file]).fingerprint()?))
     }
 
-    fn how(&self, name: &str) -> Result<Option<&str>> {
+    fn evidence(&self, name: &str) -> Result<Option<&str>> {
         Ok(self.known.get(&self.key(name)?).map(String::as_str))
     }
 
-    fn keep(&mut self, name: &str, how: &str) -> Result<()> {
+    fn keep(&mut self, name: &str, evidence: &str) -> Result<()> {
         let key = self.key(name)?;
-        self.known.insert(key.clone(), how.to_owned());
-        self.record.keep(&key, how)
+        self.known.insert(key.clone(), evidence.to_owned());
+        self.record.keep(&key, evidence)
     }
 }
 
@@ -252,34 +252,34 @@ impl Group {
         let list = worker.command(self.mistakes(&chosen)).output(0)?;
         let list = String::from_utf8_lossy(&list.stdout).into_owned();
         let mut found = Found::open(&name)?;
-        let left = |found: &Found| -> Result<Vec<String>> {
-            let mut left = Vec::new();
+        let remaining = |found: &Found| -> Result<Vec<String>> {
+            let mut remaining = Vec::new();
             for name in list.lines() {
-                if found.how(name)?.is_none() {
-                    left.push(pattern(name));
+                if found.evidence(name)?.is_none() {
+                    remaining.push(pattern(name));
                 }
             }
-            Ok(left)
+            Ok(remaining)
         };
         // 2: a mistake was missed; 3: a test did not end.
         let is_done = |output: &Output| matches!(output.status.code(), Some(0 | 2 | 3));
         for tests in [&QUICK, &LONG] {
-            let left = left(&found)?;
-            if left.is_empty() {
+            let remaining = remaining(&found)?;
+            if remaining.is_empty() {
                 break;
             }
-            worker.command(self.mutants(tests, &output, &left)).output_if(is_done)?;
-            for (file, how) in FOUND {
+            worker.command(self.mutants(tests, &output, &remaining)).output_if(is_done)?;
+            for (file, evidence) in FOUND {
                 let names = fs::read_to_string(output.join("mutants.out").join(file))?;
                 for name in names.lines() {
-                    found.keep(name, how)?;
+                    found.keep(name, evidence)?;
                 }
             }
         }
         let mut outcome = Outcome::default();
         for name in list.lines() {
-            match found.how(name)? {
-                Some(how) => *outcome.found.entry(how.to_owned()).or_default() += 1,
+            match found.evidence(name)? {
+                Some(evidence) => *outcome.found.entry(evidence.to_owned()).or_default() += 1,
                 None => outcome.missed.push(without_place(name)),
             }
         }

@@ -26,7 +26,7 @@ pub fn run(item: &str) -> Result<Verdict> {
         return Ok(Verdict::Missing("there is no such target".to_owned()));
     };
     Ok(match target.compare((what != CONFORMANCE).then_some(what)) {
-        Ok(how) => Verdict::Shown(how),
+        Ok(evidence) => Verdict::Shown(evidence),
         Err(failure) => Verdict::Missing(failure.to_string()),
     })
 }

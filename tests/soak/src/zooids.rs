@@ -88,12 +88,12 @@ fn backends() -> Result<Verdict> {
     let line = cargo_test(&[&chosen[..], &["--ignored", "--nocapture"]].concat());
     let line = line.env("BITTYBUZZ_ZOOIDS", &firmware.display().to_string());
     let output = line.output_if(|output| output.status.code().is_some())?;
-    let told = String::from_utf8_lossy(&output.stdout);
+    let printed = String::from_utf8_lossy(&output.stdout);
     // What the test prints of itself.
-    let how = told.lines().find_map(|line| Some(&line[line.find("ends: median")?..]));
-    Ok(match how {
-        Some(how) if output.status.success() => Verdict::Shown(how.to_owned()),
-        _ => Verdict::Missing(told.into_owned()),
+    let evidence = printed.lines().find_map(|line| Some(&line[line.find("ends: median")?..]));
+    Ok(match evidence {
+        Some(evidence) if output.status.success() => Verdict::Shown(evidence.to_owned()),
+        _ => Verdict::Missing(printed.into_owned()),
     })
 }
 

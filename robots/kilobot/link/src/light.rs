@@ -91,7 +91,7 @@ impl Blinker {
     }
 
     /// Returns true if the lamp that shows a fault's number is lit.
-    pub fn tell(&mut self, number: u8, now: u16) -> bool {
+    pub fn blink(&mut self, number: u8, now: u16) -> bool {
         if now.wrapping_sub(self.since) >= BLINK {
             self.since = now;
             self.phase += 1;

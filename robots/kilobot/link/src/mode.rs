@@ -55,7 +55,7 @@ impl ModeSwitch {
     }
 
     /// Handles a message of the controller, and returns the action that it requires.
-    pub fn obey(&mut self, kind: u8, data: &[u8; DATA]) -> Act {
+    pub fn handle(&mut self, kind: u8, data: &[u8; DATA]) -> Act {
         self.state = match kind {
             BOOT => return Act::Boot,
             RESET => return Act::Reset,

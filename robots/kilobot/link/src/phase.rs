@@ -42,7 +42,7 @@ impl Steps {
     }
 
     /// Records the present phase.
-    pub fn look(&mut self, phase: u8) {
+    pub fn record(&mut self, phase: u8) {
         const RUNS: u8 = Phase::Runs as u8;
         const WAITS: u8 = Phase::Waits as u8;
         match (core::mem::replace(&mut self.seen, phase), phase) {
@@ -60,7 +60,7 @@ mod tests {
 
     fn completed(phases: &[Phase]) -> u64 {
         let mut steps = Steps::default();
-        phases.iter().for_each(|phase| steps.look(*phase as u8));
+        phases.iter().for_each(|phase| steps.record(*phase as u8));
         steps.completed()
     }
 

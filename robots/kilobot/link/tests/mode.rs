@@ -24,7 +24,7 @@ fn types_of_the_messages() {
             RobotMode::Waiting,
         ));
         let mut mode = ModeSwitch::new(1, DUTIES);
-        assert_eq!(mode.obey(kind, &[5, 0, 0, 0, 0, 0, 0, 0, 0]), act, "{kind:#x}");
+        assert_eq!(mode.handle(kind, &[5, 0, 0, 0, 0, 0, 0, 0, 0]), act, "{kind:#x}");
         assert_eq!((mode.state, mode.id, mode.duties), (state, 1, DUTIES), "{kind:#x}");
     }
 }
@@ -32,7 +32,7 @@ fn types_of_the_messages() {
 #[test]
 fn calibration_is_tried_and_stored() {
     let mut mode = ModeSwitch::new(0xffff, DUTIES);
-    let calibrate = |mode: &mut ModeSwitch, data| mode.obey(0x8a, &data);
+    let calibrate = |mode: &mut ModeSwitch, data| mode.handle(0x8a, &data);
     assert_eq!(calibrate(&mut mode, [0; 9]), Act::None, "there is nothing to store");
     assert_eq!(mode.state, RobotMode::Waiting);
     assert_eq!(calibrate(&mut mode, [1, 0x34, 0x12, 0, 0, 0, 0, 0, 0]), Act::None);
@@ -59,20 +59,20 @@ fn a_robot_with_erased_id_or_duties_does_not_run() {
     let robots = [(0xffff, DUTIES)].into_iter().chain(erased.map(|duties| (1, duties)));
     for (id, duties) in robots {
         let mut mode = ModeSwitch::new(id, duties);
-        let _ = mode.obey(RUN, &[0; 9]);
+        let _ = mode.handle(RUN, &[0; 9]);
         assert_eq!(mode.state, RobotMode::Uncalibrated, "{id:#x}, {duties:?}");
         // Values from the controller are valid at once, stored or not.
-        let _ = mode.obey(CALIBRATE, &[1, 2, 0, 0, 0, 0, 0, 0, 0]);
-        let _ = mode.obey(CALIBRATE, &[2, 0, 0, 65, 0, 0, 0, 0, 0]);
-        let _ = mode.obey(CALIBRATE, &[3, 0, 0, 0, 65, 0, 0, 0, 0]);
-        let _ = mode.obey(CALIBRATE, &[4, 0, 0, 0, 0, 65, 65, 0, 0]);
-        let _ = mode.obey(RUN, &[0; 9]);
+        let _ = mode.handle(CALIBRATE, &[1, 2, 0, 0, 0, 0, 0, 0, 0]);
+        let _ = mode.handle(CALIBRATE, &[2, 0, 0, 65, 0, 0, 0, 0, 0]);
+        let _ = mode.handle(CALIBRATE, &[3, 0, 0, 0, 65, 0, 0, 0, 0]);
+        let _ = mode.handle(CALIBRATE, &[4, 0, 0, 0, 0, 65, 65, 0, 0]);
+        let _ = mode.handle(RUN, &[0; 9]);
         assert_eq!(mode.state, RobotMode::Running, "{id:#x}, {duties:?}");
     }
     // Values next to the erased ones are valid.
     for id in [0, 0x00ff, 0xff00, 0xfffe] {
         let mut mode = ModeSwitch::new(id, [0xfe; 4]);
-        let _ = mode.obey(RUN, &[0; 9]);
+        let _ = mode.handle(RUN, &[0; 9]);
         assert_eq!(mode.state, RobotMode::Running, "{id:#x}");
     }
 }
@@ -81,7 +81,7 @@ fn a_robot_with_erased_id_or_duties_does_not_run() {
 fn the_id_is_shown_bit_by_bit() {
     let mut mode = ModeSwitch::new(0b1010_0000_0000_0001, DUTIES);
     for bit in 0..=255 {
-        let _ = mode.obey(0x89, &[bit, 0, 0, 0, 0, 0, 0, 0, 0]);
+        let _ = mode.handle(0x89, &[bit, 0, 0, 0, 0, 0, 0, 0, 0]);
         let is_set = matches!(bit, 0 | 13 | 15);
         assert_eq!(mode.shown, if is_set { [61, 0] } else { [0, 0] }, "bit {bit}");
         assert_eq!(mode.state, RobotMode::Moving);
@@ -93,9 +93,9 @@ fn the_id_is_shown_bit_by_bit() {
 #[test]
 fn calibration_is_ignored_while_the_script_runs() {
     let mut mode = ModeSwitch::new(1, DUTIES);
-    let _ = mode.obey(0x88, &[0; 9]);
+    let _ = mode.handle(0x88, &[0; 9]);
     for kind in 0..=255 {
-        assert_eq!(mode.obey(0x8a, &[kind, 9, 9, 9, 9, 9, 9, 0, 0]), Act::None, "mode {kind}");
+        assert_eq!(mode.handle(0x8a, &[kind, 9, 9, 9, 9, 9, 9, 0, 0]), Act::None, "mode {kind}");
         assert_eq!(
             (mode.state, mode.id, mode.duties),
             (RobotMode::Running, 1, DUTIES),
@@ -103,7 +103,7 @@ fn calibration_is_ignored_while_the_script_runs() {
         );
     }
     // The controller pauses the script first.
-    let _ = mode.obey(0x85, &[0; 9]);
-    let _ = mode.obey(0x8a, &[1, 9, 0, 0, 0, 0, 0, 0, 0]);
-    assert_eq!((mode.obey(0x8a, &[0; 9]), mode.id), (Act::Store, 9));
+    let _ = mode.handle(0x85, &[0; 9]);
+    let _ = mode.handle(0x8a, &[1, 9, 0, 0, 0, 0, 0, 0, 0]);
+    assert_eq!((mode.handle(0x8a, &[0; 9]), mode.id), (Act::Store, 9));
 }

@@ -112,7 +112,7 @@ fn a_fault_blinks_as_often_as_its_number() {
     for number in 1..=17 {
         let mut blinker = Blinker::start(0);
         let lit: Vec<bool> =
-            (0..200_000_u32).map(|unit| blinker.tell(number, unit as u16)).collect();
+            (0..200_000_u32).map(|unit| blinker.blink(number, unit as u16)).collect();
         // A round begins after the long dark phase.
         let dark = 5 * usize::from(units(200));
         let rounds: Vec<usize> = lit
