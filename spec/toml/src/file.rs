@@ -156,6 +156,45 @@ mod tests {
         assert!(!is_given_stream(Path::new("/dev/null")) && !is_given_stream(Path::new("stdin")));
     }
 
+    /// A pipe that this process has, and its path.
+    #[cfg(target_os = "linux")]
+    fn filled_pipe(content: &[u8]) -> (io::PipeReader, PathBuf) {
+        use std::io::Write;
+        use std::os::fd::AsRawFd;
+
+        let (reader, mut writer) = io::pipe().unwrap();
+        writer.write_all(content).unwrap();
+        let path = PathBuf::from(format!("/proc/self/fd/{}", reader.as_raw_fd()));
+        (reader, path)
+    }
+
+    #[test]
+    #[cfg(target_os = "linux")]
+    fn streams_have_the_limit_of_files() {
+        let (_pipe, path) = filled_pipe(b"1234");
+        assert_eq!(read(&path, 4).unwrap(), b"1234");
+        let (_pipe, path) = filled_pipe(b"12345");
+        assert!(matches!(read(&path, 4), Err(ReadError::TooLarge { limit: 4 })));
+    }
+
+    #[test]
+    #[cfg(unix)]
+    fn relative_links_start_at_their_folder() {
+        use std::os::unix::fs::symlink;
+
+        let folder = std::env::temp_dir().join(format!("bbz-links-{}", std::process::id()));
+        fs::create_dir_all(&folder).unwrap();
+        symlink("/dev/stdin", folder.join("stream")).unwrap();
+        symlink("stream", folder.join("link")).unwrap();
+        symlink("/dev/null", folder.join("other")).unwrap();
+        assert!(is_given_stream(&folder.join("link")));
+        assert!(!is_given_stream(&folder.join("other")));
+        // A circle of links leads nowhere.
+        symlink("circle", folder.join("circle")).unwrap();
+        assert!(!is_given_stream(&folder.join("circle")));
+        fs::remove_dir_all(&folder).unwrap();
+    }
+
     #[test]
     fn messages_name_the_limit() {
         let error = ReadError::TooLarge { limit: MOST_TEXT };

@@ -123,6 +123,11 @@ fn likely_names_are_near() {
     assert_eq!(one_of("size", &["seize", "size_mm"]), "did you mean `seize`?");
     assert_eq!(one_of("range", &["orange_juice", "range_mm"]), "did you mean `range_mm`?");
     assert_eq!(one_of("distnce", &["distance(X, Y)"]), "did you mean `distance(X, Y)`?");
+    // A third of the letters may differ: two of six, but not three. One letter always may.
+    assert_eq!(one_of("radium", &["medium"]), "did you mean `medium`?");
+    assert_eq!(one_of("radiem", &["medium"]), "one of medium");
+    assert_eq!(one_of("od", &["id"]), "did you mean `id`?");
+    assert_eq!(one_of("od", &["at"]), "one of at");
     let many: Vec<String> = (0..30).map(|number| format!("{number}")).collect();
     assert!(one_of("color", &many).ends_with("22, 23 and 6 more"));
 }
@@ -155,6 +160,19 @@ fn an_unclosed_bracket_is_one_mistake() {
             )],
             "{text}"
         );
+    }
+    // A string ends with its line even if its quote is missing, so the bracket in the next line
+    // counts. In a literal string the backslash is a character, so the quote after it ends the
+    // string.
+    for (text, place) in [
+        ("speed = \"[\nsize = [1\n", "2:8"),
+        ("speed = '[\nsize = [1\n", "2:8"),
+        ("speed = ['\\', 1\nitem = '2'\n", "1:9"),
+        ("speed = '''[\\'''\nsize = [1\n", "2:8"),
+    ] {
+        let found = shown(text);
+        let last = format!("{place} this is not TOML: this `[` is never closed");
+        assert!(found.last().unwrap().starts_with(&last), "{text}\n{found:#?}");
     }
     // Mistakes before the bracket are reported too, and so are those that no bracket explains.
     let found = shown("size = \nspeed = [1\nsize = 3\n");
