@@ -9,6 +9,7 @@ mod operator;
 use crate::codes::DiagnosticCode;
 use crate::diagnostic::Diagnostic;
 use crate::source::{FileId, Span};
+use crate::steps;
 use crate::token::{FixedToken, Separation, Token, TokenKind};
 
 /// Returns the tokens of a file, the last one being [`TokenKind::FileEnd`]. Errors are added to
@@ -95,10 +96,12 @@ impl<'a> Lexer<'a> {
     }
 
     fn peek(&self) -> Option<char> {
+        steps::take(1);
         self.rest().chars().next()
     }
 
     fn peek_after(&self, skip: usize) -> Option<char> {
+        steps::take(skip);
         self.rest().chars().nth(skip)
     }
 
@@ -109,6 +112,7 @@ impl<'a> Lexer<'a> {
     }
 
     fn eat(&mut self, expected: &str) -> bool {
+        steps::take(expected.len());
         let found = self.rest().starts_with(expected);
         if found {
             self.position += expected.len();
@@ -118,7 +122,9 @@ impl<'a> Lexer<'a> {
 
     fn eat_while(&mut self, wanted: impl Fn(char) -> bool) {
         let rest = self.rest();
-        self.position += rest.find(|c| !wanted(c)).unwrap_or(rest.len());
+        let length = rest.find(|c| !wanted(c)).unwrap_or(rest.len());
+        steps::take(length);
+        self.position += length;
     }
 
     fn span_from(&self, start: usize) -> Span {
@@ -127,6 +133,7 @@ impl<'a> Lexer<'a> {
 
     /// Returns the text from the start of this token to the current position.
     fn read(&self) -> &'a str {
+        steps::take(self.position - self.start);
         &self.text[self.start..self.position]
     }
 

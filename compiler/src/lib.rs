@@ -26,6 +26,7 @@ pub mod profile;
 pub mod refusal;
 pub mod render;
 pub mod source;
+mod steps;
 pub mod strings;
 pub mod symbols;
 pub mod token;

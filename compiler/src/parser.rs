@@ -24,6 +24,7 @@ use crate::codes::DiagnosticCode;
 use crate::diagnostic::Diagnostic;
 use crate::include::{IncludeLoader, Loaded, load_file, load_text};
 use crate::source::{SourceMap, Span};
+use crate::steps;
 use crate::token::{FixedToken, Token, TokenKind, hash_tokens};
 use brackets::Brackets;
 pub use hidden::Hidden;
@@ -147,6 +148,7 @@ impl<'a> Parser<'a> {
 
     /// Returns the token at `position`, or the final one for every position after it.
     fn token_at(&self, position: usize) -> &'a Token {
+        steps::take(1);
         let token = self.tokens.get(position).or(self.tokens.last());
         token.expect("the lexer ends every file with `FileEnd`")
     }

@@ -9,6 +9,7 @@ use serde_json::{Value, json};
 
 use crate::diagnostic::{Diagnostic, Severity};
 use crate::source::{FileId, LineColumn, SourceMap, Span};
+use crate::steps;
 
 /// The length in bytes of the longest source line that is shown, because finding the part around a
 /// mark takes time that grows with the line. For longer lines, only the place is printed.
@@ -161,6 +162,7 @@ impl<'a> Renderer<'a> {
     }
 
     fn source(&self, file: FileId, range: Range<usize>) -> &'a str {
+        steps::take(range.len());
         &self.sources.file(file).text[range]
     }
 

@@ -2,6 +2,8 @@
 
 use std::path::{Path, PathBuf};
 
+use crate::steps;
+
 /// Number of a file in a [`SourceMap`].
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord, Default)]
 pub struct FileId(pub u32);
@@ -75,6 +77,7 @@ impl SourceMap {
 
     /// Returns the source text of a span.
     pub fn text(&self, span: Span) -> &str {
+        steps::take((span.end - span.start) as usize);
         &self.file(span.file).text[span.start as usize..span.end as usize]
     }
 

@@ -2,6 +2,7 @@
 
 use super::Lexer;
 use crate::codes::DiagnosticCode;
+use crate::steps;
 use crate::token::{FixedToken, TokenKind};
 
 /// The operators. A longer operator precedes those that it starts with.
@@ -83,7 +84,13 @@ impl Lexer<'_> {
         if !is_line && !self.eat("/*") {
             return false;
         }
-        let end = if is_line || self.endless_comment { None } else { self.rest().find("*/") };
+        let end = if is_line || self.endless_comment {
+            None
+        } else {
+            let end = self.rest().find("*/");
+            steps::take(end.unwrap_or(self.rest().len()));
+            end
+        };
         match end {
             Some(end) => self.position += end + 2,
             None => self.eat_while(|c| c != '\n'),

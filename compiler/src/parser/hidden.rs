@@ -7,6 +7,7 @@ use std::ops::Range;
 use crate::codes::DiagnosticCode;
 use crate::diagnostic::{Diagnostic, Severity};
 use crate::source::{FileId, SourceMap};
+use crate::steps;
 use crate::token::{FixedToken, Token, TokenKind};
 
 /// The names that syntax errors hide. A script without syntax errors hides none.
@@ -64,6 +65,7 @@ impl Hidden {
         for error in errors().filter(|error| error.code == DiagnosticCode::UnterminatedString) {
             let text = sources.file(error.span.file).text.get(error.span.start as usize..);
             let line = text.and_then(|text| text.lines().next()).unwrap_or_default();
+            steps::take(line.len());
             hidden.lost.extend(words(line));
         }
         // A missing quote may have turned lines of code into a string.

@@ -177,37 +177,6 @@ proptest! {
 }
 
 #[test]
-fn long_input_takes_linear_time() {
-    // Quadratic behaviour would take minutes on each of these.
-    let count = 150_000;
-    for piece in [
-        "@\n",
-        "\"\n",
-        "\"\n\\\"\n",
-        "/*\n",
-        "f(\n",
-        "}\n",
-        "x\n",
-        "return\na.b(1).c = 1 }\n",
-        "x = (1\n",
-        "(",
-        "else ",
-        "x y ",
-        "x = a\n(b)\n",
-        "function f() {\n",
-        "t = {.a = 1 .b = 2}\n",
-        "if(a b) {}\n",
-    ] {
-        let parsed = parse_text(&piece.repeat(count / piece.len()));
-        assert!(!parsed.diagnostics.is_empty(), "{piece:?}");
-        let renderer = Renderer::new(&parsed.sources);
-        for diagnostic in parsed.diagnostics.iter().take(100) {
-            renderer.text(diagnostic, ColorChoice::Never);
-        }
-    }
-}
-
-#[test]
 fn a_large_correct_script_is_parsed() {
     let text = "x = 1\n".repeat(1000);
     expect_tree(&text, &["(= x 1)"; 1000].join(" "));

@@ -8,6 +8,12 @@ const LONGEST_EXCERPT: usize = 400;
 /// Bytes before the place that an excerpt of a long line shows.
 const BEFORE: usize = 100;
 
+#[cfg(test)]
+thread_local! {
+    /// The bytes that were read to find places, for the test that long files take linear time.
+    pub(crate) static BYTES_READ: std::cell::Cell<usize> = const { std::cell::Cell::new(0) };
+}
+
 /// A range of characters in a line of a file.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Place {
@@ -64,7 +70,11 @@ impl<'a> SourceText<'a> {
                 (from, self.boundary_before(line_end.min(from + LONGEST_EXCERPT)))
             }
         };
-        let count = |range: Range<usize>| self.text[range].chars().count();
+        let count = |range: Range<usize>| {
+            #[cfg(test)]
+            BYTES_READ.set(BYTES_READ.get() + range.len());
+            self.text[range].chars().count()
+        };
         Place {
             path: self.path.to_owned(),
             line,
