@@ -2,7 +2,7 @@
 
 use bittybuzz_testkit::ImageParts;
 use bittybuzz_vm_core::image::{
-    CAPTURES, EntryPoint, FORM_CLASSES, FORM_FULL, FORM_LIBRARIES, MAGIC, USES_SELF,
+    BESIDE_GLOBALS, CAPTURES, EntryPoint, FORM_CLASSES, FORM_FULL, FORM_LIBRARIES, MAGIC, USES_SELF,
 };
 use bittybuzz_vm_core::number::{Full, Tiny};
 use bittybuzz_vm_core::opcode::*;
@@ -108,6 +108,53 @@ fn checks_the_header() {
         parts.libraries = vec![row];
         assert_eq!(load(&parts.build()), result, "{row:?}");
     }
+}
+
+/// Returns code of that length that leaves the stack empty.
+fn code_of(length: usize) -> Vec<u8> {
+    let mut code = [INT, 100, POP].repeat((length + 1) % 2);
+    let rest = length - 1 - code.len();
+    code.extend([NIL, POP].repeat(rest / 2));
+    code.push(END);
+    code
+}
+
+#[test]
+fn the_greatest_of_each_limit_is_accepted() {
+    let head = ImageParts::new(&[&[0, 1]]).build().len();
+    // docs/image-format.md states the limit of 0xff00 bytes.
+    let image = |length: usize| {
+        let code = code_of(length - head);
+        ImageParts::new(&[&[&[0, 1], &code[..]].concat()]).build()
+    };
+    assert_eq!(image(0xff00).len(), 0xff00);
+    assert_eq!(load(&image(0xff00)), Ok(()));
+    assert_eq!(load(&image(0xff01)), Err(ImageError::TooLong));
+    // The global code needs some of the 64 slots.
+    let globals = |count: u8| check_with(0, &[END], |parts| parts.globals = count);
+    let greatest = 64 - BESIDE_GLOBALS as u8;
+    assert_eq!(globals(greatest), Ok(()));
+    assert_eq!(globals(greatest + 1), Err(ImageError::TooManyGlobals((greatest + 1).into())));
+    assert_eq!(check(200, &[END]), Ok(()));
+    assert_eq!(check(201, &[END]), Err(ImageError::Function(0)));
+    // Self, or the first captured value, takes a slot of the closure's own frame.
+    let captures = |count: u8| {
+        let code = [&[NIL].repeat(count.into())[..], &[CLOSURE, 1, count, POP, END]].concat();
+        check_with(count, &code, |parts| parts.functions.push(vec![CAPTURES, 1, END]))
+    };
+    assert_eq!(captures(199), Ok(()));
+    assert_eq!(captures(200), Err(ImageError::Operand(200)));
+    // Each jump that is pending takes one of the 64 slots.
+    let jumps = |count: u16| {
+        let jump = |number: u16| {
+            let [low, high] = (4 * (count - 1 - number)).to_le_bytes();
+            [NIL, JUMP_FALSE | WIDE, low, high]
+        };
+        let code: Vec<u8> = (0..count).flat_map(jump).collect();
+        check(2, &[&code[..], &[END]].concat())
+    };
+    assert_eq!(jumps(64), Ok(()));
+    assert!(matches!(jumps(65), Err(ImageError::TooManyJumps(_))));
 }
 
 #[test]

@@ -319,12 +319,27 @@ fn limits() {
     assert_eq!(error(deep(201)), AsmErrorKind::TooDeep);
     accepted(builder(31), 31);
     assert_eq!(error(builder(32)), AsmErrorKind::TooManyParameters);
-    let mut b = builder(0);
-    b.operand(GLOBAL_GET, 32768, span());
-    assert_eq!(error(b), AsmErrorKind::OperandRange);
-    let mut b = deep(130);
-    b.call_native(CALL_BUILTIN, 16, 128, false, span());
-    assert_eq!(error(b), AsmErrorKind::TooManyArguments);
+    let global = |number| {
+        let mut b = builder(0);
+        b.operand(GLOBAL_GET, number, span());
+        b.finish(span()).map_err(|error| error.kind)
+    };
+    assert!(global(32767).is_ok());
+    assert_eq!(global(32768), Err(AsmErrorKind::OperandRange));
+    let call = |arguments| {
+        let mut b = deep(130);
+        b.call_native(CALL_BUILTIN, 16, arguments, false, span());
+        b.finish(span()).map_err(|error| error.kind)
+    };
+    assert!(call(127).is_ok());
+    assert_eq!(call(128), Err(AsmErrorKind::TooManyArguments));
+    let closure = |captures| {
+        let mut b = deep(200);
+        b.closure(1, captures, span());
+        b.finish(span()).map_err(|error| error.kind)
+    };
+    assert!(closure(199).is_ok());
+    assert_eq!(closure(200), Err(AsmErrorKind::TooManyArguments));
 }
 
 #[test]

@@ -1,5 +1,7 @@
 //! Locals, parameters and captured values.
 
+use std::path::Path;
+
 use bittybuzz_compiler::bo::{Warning, error::BoCause, import as import_file};
 use bittybuzz_robot_spec::NumberProfile;
 
@@ -263,6 +265,12 @@ fn locals_of_no_compiler() {
     ] {
         assert_eq!(refused(&with_body(body)), BoCause::InconsistentLocals, "{body}");
     }
-    assert_eq!(refused(&with_body("lload 1000000 / ret1")), BoCause::TooManyParameters);
+    for local in [32, 1_000_000] {
+        let body = format!("lload {local} / ret1");
+        assert_eq!(refused(&with_body(&body)), BoCause::TooManyParameters, "{local}");
+    }
+    let code = with_body("lload 31 / ret1");
+    let greatest = import_file(Path::new("test.bo"), &code, None, &recorder(NumberProfile::Full));
+    assert!(greatest.is_ok(), "{:?}", greatest.err());
     assert_eq!(refused(&with_body("pushi 1 / lstore 0")), BoCause::SelfAssigned);
 }

@@ -202,6 +202,8 @@ fn files_that_are_no_scripts() {
     assert!(parsed.diagnostics.is_empty());
     let parsed = parse_file(Path::new("nowhere.bzz"), &IncludeLoader::new(&files));
     assert_eq!(found(&parsed), ["E0303 1:1"]);
+    let parsed = parse_at("main.bzz", &" ".repeat(SOURCE_BYTES_MAX), &files);
+    assert!(parsed.diagnostics.is_empty());
     let parsed = parse_at("main.bzz", &" ".repeat(SOURCE_BYTES_MAX + 1), &files);
     assert_eq!(found(&parsed), ["E0305 1:1"]);
 }
