@@ -3,13 +3,14 @@
 use std::path::{Path, PathBuf};
 
 use bittybuzz_compiler::fit;
+use bittybuzz_isp::memories;
 use bittybuzz_robot_spec::{Layout, NumberProfile, Robot, Setting};
 use bittybuzz_vm_core::ImageError;
 use clap::Args;
 
 use crate::exit::ExitStatus;
 use crate::firmware;
-use crate::isp::{self, Programmer, ProgrammingTask};
+use crate::isp::{Programmer, ProgrammingTask};
 use crate::output::{self, OutputError};
 use crate::probe_rs::{self, ProbeRs};
 use crate::problem::Problem;
@@ -18,7 +19,7 @@ use crate::program::RefusedImage;
 use crate::scratch::ScratchFile;
 use crate::selection::RobotChoice;
 
-/// A reason why a robot cannot be flashed as the command line says.
+/// A reason why a robot cannot be flashed as the command line asks for.
 #[derive(Debug, thiserror::Error)]
 enum FlashError {
     /// Options for programmers were given, but the robot with this title is flashed through a debug
@@ -128,7 +129,7 @@ pub fn execute(arguments: &FlashArguments) -> Result<ExitStatus, Box<dyn Problem
     let selection = RobotChoice::new(Some(&arguments.robot), None)?;
     let robot =
         selection.robot.as_ref().expect("`--robot` is required, and an unknown one is an error");
-    if isp::is_programmed_by_isp(robot) {
+    if memories::is_programmed_by_isp(robot) {
         return by_programmer(arguments, &selection, robot);
     }
     if arguments.programmer.is_given() {

@@ -9,8 +9,8 @@ use std::io;
 use std::path::Path;
 use std::process::{Command, ExitStatus, Stdio};
 
-use bittybuzz_kilobot::calibration::{DUTIES, EEPROM, ERASED_DUTY, ERASED_ID, ID};
-use bittybuzz_robot_spec::{Robot, find_script_section};
+use bittybuzz_isp::memories::{self, ERASED_ID, Memories, MissingCalibration};
+use bittybuzz_robot_spec::Robot;
 
 use crate::file_error::FileError;
 use crate::hex;
@@ -70,18 +70,6 @@ impl Problem for ProgrammerError {
 
 const PROGRAM: &str = "avrdude";
 
-/// Bytes of the flash of an ATmega328P.
-const FLASH_BYTES: usize = 0x8000;
-
-/// The value of erased memory.
-const ERASED: u8 = 0xff;
-
-/// Bits of the lock byte that are all 0 if the flash cannot be read (data sheet, table 28-2).
-const UNREADABLE: u8 = 0b11;
-
-/// The length of a script's seal in bytes. The seal can end in bytes that look erased.
-const SEAL: usize = 4;
-
 /// The access to the programmer, in avrdude's terms. Without it avrdude's own settings hold.
 #[derive(Debug, Clone, Default, clap::Args)]
 pub struct Programmer {
@@ -100,30 +88,20 @@ impl Programmer {
     }
 }
 
-/// Warns if a robot with this EEPROM refuses to run scripts.
-fn warn_of_erased(cells: &[u8], title: &str) {
-    let are_erased = |address: u16, count: usize| {
-        let mut there = cells.iter().skip(address.into()).take(count);
-        there.all(|byte| *byte == ERASED_DUTY)
-    };
-    let missing = match (are_erased(ID, 2), DUTIES.iter().any(|address| are_erased(*address, 1))) {
-        (false, false) => return,
-        (true, false) => "id",
-        (false, true) => "motor duties",
+/// Warns if a robot refuses to run scripts because its calibration is incomplete.
+fn warn_of_erased(missing: MissingCalibration, title: &str) {
+    let missing = match (missing.has_no_id, missing.has_no_duties) {
         (true, true) => "id and motor duties",
+        (true, false) => "id",
+        (false, _) => "motor duties",
     };
     let text = format!("the {title} has no {missing}: it shows magenta and runs no script");
     report::warning(&text, Some("--id N gives it an id, calibration by KiloGUI an id and duties"));
 }
 
-/// Returns true if this robot is programmed with avrdude.
-pub fn is_programmed_by_isp(robot: &Robot) -> bool {
-    robot.layout.is_none() && robot.chip.as_deref() == Some("ATmega328P")
-}
-
 /// The content to write to a robot.
 pub struct ProgrammingTask<'a> {
-    /// The robot, for which [`is_programmed_by_isp`] is true.
+    /// The robot, for which [`memories::is_programmed_by_isp`] is true.
     pub robot: &'a Robot,
     /// The access to the robot.
     pub programmer: &'a Programmer,
@@ -164,33 +142,28 @@ impl ProgrammingTask<'_> {
             return Ok(());
         }
         read.run()?;
-        if content(&lock)?.first().is_some_and(|bits| bits & UNREADABLE == 0) {
+        // avrdude leaves out a lock byte with the value of erased memory, which forbids nothing.
+        if content(&lock)?.first().is_some_and(|bits| !memories::is_readable(*bits)) {
             return Err(ProgrammerError::Locked(self.robot.title.clone()).into());
         }
-        let (old_flash, old_eeprom) =
-            (filled(&flash, FLASH_BYTES)?, filled(&eeprom, EEPROM.into())?);
-        let program_bytes_max =
-            self.robot.budget.map_or(FLASH_BYTES, |budget| budget.flash_bytes as usize);
-        let (application, boot_loader) = old_flash.split_at(program_bytes_max.min(FLASH_BYTES));
+        let mut memories = Memories::new(content(&flash)?, content(&eeprom)?, self.robot);
         let program = match program {
             Some(program) => program,
-            None => self.exchanged(Path::new("the robot's flash"), in_flash(application))?,
+            None => self.exchanged(Path::new("the robot's flash"), memories.program())?,
         };
-        if boot_loader.iter().all(|byte| *byte == ERASED) {
+        if !memories.has_boot_loader() {
             let text = format!("the {} has no boot loader", self.robot.title);
             report::warning(&text, Some("KiloGUI cannot program it; an ISP programmer can"));
         }
-        let mut whole = program;
-        whole.resize(application.len(), ERASED);
-        whole.extend(boot_loader);
-        let mut cells = old_eeprom;
+        memories.set_program(&program);
         if let Some(id) = self.id {
-            let at = usize::from(ID);
-            cells.splice(at..at + 2, id.to_le_bytes());
+            memories.set_id(id);
         }
-        warn_of_erased(&cells, &self.robot.title);
-        new_flash.write(&whole)?;
-        new_eeprom.write(&cells)?;
+        if let Some(missing) = memories.missing_calibration() {
+            warn_of_erased(missing, &self.robot.title);
+        }
+        new_flash.write(&memories.flash)?;
+        new_eeprom.write(&memories.eeprom)?;
         Ok(write.run().map_err(|error| {
             // The chip may be erased already, so the files with its earlier content are kept.
             let restore = self.call(&[('w', "flash", &flash), ('w', "eeprom", &eeprom)]);
@@ -220,21 +193,6 @@ impl ProgrammingTask<'_> {
 /// Returns the bytes that avrdude has read.
 fn content(file: &ScratchFile) -> Result<Vec<u8>, FileError> {
     fs::read(file.path()).map_err(|error| FileError::reading(file.path(), error))
-}
-
-/// Returns the bytes that avrdude has read, with the erased bytes at the end that it leaves out.
-fn filled(file: &ScratchFile, length: usize) -> Result<Vec<u8>, FileError> {
-    let mut bytes = content(file)?;
-    bytes.resize(length, ERASED);
-    Ok(bytes)
-}
-
-/// Returns the program in a robot's flash; the flash after the program is erased.
-fn in_flash(flash: &[u8]) -> &[u8] {
-    let last = flash.iter().rposition(|byte| *byte != ERASED).map_or(0, |last| last + 1);
-    let mut programs = (last..=flash.len().min(last + SEAL)).map(|end| &flash[..end]);
-    // A program without a script is refused by the next function that searches for one.
-    programs.find(|program| find_script_section(program).is_ok()).unwrap_or(flash)
 }
 
 /// A call of avrdude.

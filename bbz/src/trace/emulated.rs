@@ -8,6 +8,7 @@ use bittybuzz_arena::robot::RobotModel;
 use bittybuzz_comms::infrared::FaultReport;
 use bittybuzz_emulation::message::EmulatorEvent;
 use bittybuzz_emulation::{ClientError, Emulator, Pause};
+use bittybuzz_isp::memories;
 use bittybuzz_robot_spec::Robot;
 use bittybuzz_toml_reader::file;
 use bittybuzz_trace_reader::{Table, TraceMessage, TraceReader};
@@ -16,7 +17,6 @@ use crate::emulator;
 use crate::file_error::FileError;
 use crate::hex;
 use crate::interrupt::Interrupt;
-use crate::isp;
 use crate::probe_rs;
 use crate::problem::Problem;
 use crate::program::LoadedProgram;
@@ -153,7 +153,7 @@ impl TracedEmulation<'_> {
         if program.image.is_empty() {
             return Err(EmulationError::NoImage(path.to_owned()).into());
         }
-        if isp::is_programmed_by_isp(self.robot) {
+        if memories::is_programmed_by_isp(self.robot) {
             let script = (path, program.symbols.as_ref());
             let firmware = hex::read(self.firmware)?;
             let whole =

@@ -12,14 +12,6 @@ const FOLDERS: [&str; 5] = ["arena", "bbz", "comms", "compiler", "vm-core"];
 /// The shipped robots. Their lists are spec/files and robots/models.
 const ROBOTS: [&str; 3] = ["kilobot", "zooid", "crazyflie"];
 
-/// Files and lines that may name a robot, each with the reason.
-const EXCEPTIONS: [(&str, &str); 2] = [
-    // This crate defines the place of kilolib's calibration, which avrdude reads and writes.
-    ("bbz/src/isp.rs", "use bittybuzz_kilobot::calibration::"),
-    // The Kilobot is the only robot whose firmware is replaced as a whole.
-    ("bbz/src/hex.rs", "cargo xtask build kilobot"),
-];
-
 fn sources(folder: &Path, found: &mut Vec<(String, String)>) {
     for entry in fs::read_dir(folder).unwrap().flatten() {
         let path = entry.path();
@@ -57,9 +49,8 @@ fn folders_name_no_robot() {
         let (text, _) = text.split_once("#[cfg(test)]\nmod ").unwrap_or((text, ""));
         for (number, line) in text.lines().enumerate().filter(|(_, line)| !is_document(line)) {
             let small = line.to_lowercase();
-            let is_exception = |(file, part): &(&str, &str)| path == file && line.contains(part);
             let is_named = ROBOTS.iter().any(|robot| small.contains(robot));
-            if is_named && !path.ends_with("tests.rs") && !EXCEPTIONS.iter().any(is_exception) {
+            if is_named && !path.ends_with("tests.rs") {
                 wrong.push(format!("{path}:{}: {}", number + 1, line.trim()));
             }
         }
