@@ -3,7 +3,7 @@
 //! # Principles
 //! * Results go to standard output, messages to standard error.
 //! * The exit status reports the outcome: see [`exit::ExitStatus`].
-//! * A message names the place and says what to do.
+//! * A message names the place and the remedy.
 //! * No robot is needed: a script runs on the same virtual machine as on the robots.
 //!
 //! # What it will not do

@@ -31,7 +31,7 @@ use super::open::Opened;
 
 /// A reason why finished runs cannot be kept, or read.
 #[derive(Debug, thiserror::Error)]
-pub enum JournalError {
+enum JournalError {
     /// The folder for the journal of a batch holds other files.
     #[error("`{0}` is where finished runs are kept, and holds other files")]
     Folder(PathBuf),

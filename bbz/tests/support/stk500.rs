@@ -77,7 +77,7 @@ fn serve(mut line: File, chip: &Mutex<Chip>) {
     while let Ok(command) = take(1) {
         let chip = || chip.lock().unwrap();
         let answer = match command[0] {
-            // Commands: synchronise, begin, end.
+            // Commands: synchronize, begin, end.
             0x30 | 0x50 | 0x51 => Some(vec![]),
             // Command: read a parameter of the programmer.
             0x41 => take(1).ok().map(|_| vec![2]),

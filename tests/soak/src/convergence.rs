@@ -1,5 +1,6 @@
-//! How long fifty robots take to agree, whatever their radio loses: `tests/scenarios/convergence.toml` with a thousand seeds
-//! for each loss. Draws docs/convergence.svg when all losses are there.
+//! The times until fifty robots agree, for several losses of their radio:
+//! `tests/scenarios/convergence.toml` with a thousand seeds for each loss. Draws
+//! docs/convergence.svg when the times of all losses are known.
 
 use std::fmt::Write;
 use std::path::PathBuf;
@@ -20,14 +21,15 @@ const RUNS: usize = 1000;
 /// In CI.
 const SAMPLE: usize = 20;
 
-/// What is put, when in seconds, or when what keeps it from the others ends; in the order of the scenario's expectations.
+/// The entries that robots write, each with the time in seconds from which it can spread, in the
+/// order of the scenario's expectations.
 const PUTS: [(&str, f64); 3] = [
     ("all put the same key", 1.0),
     ("both sides of a partition put, after it heals", 80.0),
     ("one robot puts", 200.0),
 ];
 
-/// At 90 % the median takes at most so many times as long as without loss.
+/// The largest quotient of the medians at a loss of 90 % and without loss.
 const SLOWDOWN_MAX: f64 = 20.0;
 
 /// Median and 95 % in seconds, for each put.
@@ -42,7 +44,7 @@ pub fn run(item: &str) -> Result<Verdict> {
         return Ok(Verdict::Missing("no such loss".to_owned()));
     };
     let path = record(loss)?;
-    let times = measure(Build::Optimised, loss, RUNS, &path)?;
+    let times = measure(Build::Optimized, loss, RUNS, &path)?;
     let all: Option<Vec<Times>> = LOSSES
         .iter()
         .map(|loss| times_of(&fs::read_to_string(&record(*loss).ok()?).ok()?, RUNS))
@@ -86,7 +88,7 @@ fn measure(build: Build, loss: u32, runs: usize, csv: &std::path::Path) -> Resul
     let set = format!("medium.nrf24.loss={}", f64::from(loss) / 100.0);
     let arguments =
         ["sim", SCENARIO, "--headless", "--runs", &runs_text, "--set", &set, "--csv", &csv_text];
-    // Its status is 1 if an expectation failed; the table says that, too.
+    // The status is 1 if an expectation failed, which the table reports as well.
     Invocation::named("bbz", &bbz, &arguments)
         .output_if(|output| matches!(output.status.code(), Some(0 | 1)))?;
     Ok(times_of(&fs::read_to_string(csv)?, runs))

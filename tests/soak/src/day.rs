@@ -10,7 +10,7 @@ pub fn items() -> Vec<String> {
 }
 
 pub fn run(_: &str) -> Result<Verdict> {
-    let bbz = Build::Optimised.simulator()?;
+    let bbz = Build::Optimized.simulator()?;
     let arguments = ["sim", "tests/scenarios/day.toml", "--headless"];
     let output = Invocation::named("bbz", &bbz, &arguments)
         .output_if(|output| output.status.code().is_some())?;

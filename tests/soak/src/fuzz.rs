@@ -1,5 +1,5 @@
-//! Runs the fuzz targets. Executions are added up over all runs and kept beside the corpora that they found, until something
-//! changes that the target exercises.
+//! Runs the fuzz targets. The executions of all runs are added up and kept next to the corpora that
+//! they found, until a file changes that the target exercises.
 
 use crate::Verdict;
 use crate::pairs::in_pairs;
@@ -23,9 +23,9 @@ const CHUNK: &str = "-max_total_time=300";
 const SAMPLE: [&str; 2] = ["-runs=10000", "-seed=1"];
 /// libFuzzer's weights of inputs take half of the time of targets that are as fast as these.
 const SCHEDULE: &str = "-entropic=0";
-/// Where the crate of the targets lies, and the inputs that they start from.
+/// The folder of the crate with the targets, and of the inputs from which they start.
 pub const FOLDER: &str = "fuzz";
-/// Where the modules lie that say what targets do.
+/// The folder of the modules that the targets call.
 const BODIES: &str = "tests/fuzz-bodies/src/";
 
 /// The target whose inputs are images.
@@ -181,8 +181,8 @@ fn cargo(arguments: &[&str], target: &Path) -> Invocation {
     Invocation::cargo(arguments).env("CARGO_TARGET_DIR", &target).in_workspace(FOLDER)
 }
 
-/// Builds targets and returns the folder of their programs. The workspace's own configuration says how they are
-/// instrumented.
+/// Builds targets and returns the folder of their programs. The configuration of their workspace has
+/// the options of the instrumentation.
 fn build(targets: &[&str]) -> Result<PathBuf> {
     let folder = target_folder()?;
     cargo(&[&["build", "--release"], targets].concat(), &folder).run()?;
@@ -229,7 +229,7 @@ fn chunk(name: &str, program: &Path, remaining: u64) -> Result<Chunk> {
     Ok(Chunk::Executed(all))
 }
 
-/// The option that says where an input is kept that makes a target panic.
+/// The option that names the folder for inputs that make a target panic.
 fn artifacts(folder: &Path, name: &str) -> String {
     format!("-artifact_prefix={}/panic-{name}-", folder.display())
 }

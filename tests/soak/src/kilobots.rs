@@ -1,5 +1,6 @@
-//! Kilobots on their firmware: every example that is for them, 100,000 ticks; none may tell of a fault, and each has to complete as many steps. And what
-//! the longer of their own examples come to, beside virtual machines.
+//! Kilobots on their firmware run each of their examples for 100,000 ticks: none may report a fault,
+//! and each has to complete as many steps. The results of the longer examples are compared with
+//! those of virtual machines.
 
 use crate::Verdict;
 use crate::pairs::in_pairs;
@@ -13,10 +14,10 @@ use fs_err as fs;
 use std::iter;
 use std::path::{Path, PathBuf};
 
-/// Where examples are; those of other folders are for other robots.
+/// The folders with examples for Kilobots.
 const FOLDERS: [&str; 3] = ["examples", "examples/kilobot", "examples/swarm"];
 
-/// Robots that hear each other.
+/// The number of robots, all in range of each other.
 const ROBOTS: u32 = 3;
 
 /// Ten ticks each.
@@ -38,7 +39,7 @@ const SAMPLE: [&str; 6] = [
     "examples/swarm/leader_election.bzz",
 ];
 
-/// Of three robots one stands still after a while, and says nothing of it.
+/// A script with which one of three robots stops after a while, without a fault.
 const STANDSTILL: &str = "\
 n = 0
 function step() {
@@ -72,14 +73,14 @@ fn of_kilobots(folder: &str) -> Vec<String> {
     scripts.filter_map(name).collect()
 }
 
-/// Whether a script completes a step in each tick: it has one, and never waits in it.
+/// Returns true if a script completes a step in each tick: it has one, and never waits in it.
 pub fn keeps_pace(text: &str) -> bool {
     let code: Vec<&str> = text.lines().filter_map(|line| line.split('#').next()).collect();
     let calls = |name: &str| code.iter().any(|line| line.contains(name));
     calls("function step(") && !calls("delay(")
 }
 
-/// What its header says.
+/// Returns true if the header of a script names the Kilobot.
 fn is_for_kilobots(text: &str) -> bool {
     let header = text.lines().take_while(|line| line.starts_with('#'));
     header
@@ -88,7 +89,7 @@ fn is_for_kilobots(text: &str) -> bool {
 }
 
 pub fn run(item: &str) -> Result<Verdict> {
-    if item == MEDIANS { medians() } else { play(Build::Optimised, item, SECONDS) }
+    if item == MEDIANS { medians() } else { play(Build::Optimized, item, SECONDS) }
 }
 
 fn medians() -> Result<Verdict> {
@@ -98,7 +99,7 @@ fn medians() -> Result<Verdict> {
     let line = line.env("BITTYBUZZ_BEHAVIOURS", &behaviours.display().to_string());
     let output = line.output_if(|output| output.status.code().is_some())?;
     let printed = String::from_utf8_lossy(&output.stdout);
-    // What the tests print of themselves.
+    // The lines that the tests print themselves.
     let evidence: Vec<&str> =
         printed.lines().filter(|line| line.contains("virtual machines")).collect();
     Ok(if output.status.success() {
@@ -160,7 +161,7 @@ fn simulation(bbz: &Path, script: &str, seconds: u32) -> Result<Invocation> {
 }
 
 fn verdict(simulation: Invocation, seconds: u32) -> Result<Verdict> {
-    // Its status is 1 if a script has stopped; what it prints tells why.
+    // The status is 1 if a script has stopped; the output has the reason.
     let output = simulation.output_if(|output| output.status.code().is_some())?;
     let printed = String::from_utf8_lossy(&output.stdout);
     Ok(if output.status.success() {

@@ -1,5 +1,5 @@
-//! Evidence that takes too long for every change. What was shown is kept under `target/soak`, so that a run which was
-//! stopped goes on where it was; it counts until the sources change that it is about.
+//! Evidence that takes too long for every change. The results are kept under `target/soak`, so that a
+//! stopped run continues; a result is valid until the sources change to which it applies.
 
 mod convergence;
 mod corpus;
@@ -33,9 +33,9 @@ use std::time::Instant;
 /// A kind of evidence.
 struct Part {
     name: &'static str,
-    /// What is to be shown.
+    /// Returns the names of all items of evidence.
     items: fn() -> Vec<String>,
-    /// Tries to show one of them.
+    /// Tries to show an item.
     run: fn(&str) -> Result<Verdict>,
     /// Path prefixes of the files that the evidence is about.
     made_of: &'static [&'static str],
@@ -58,7 +58,7 @@ const SIMULATION: &[&str] = &[
     "tests/soak/src/day.rs",
 ];
 
-/// Whether something was shown, and how.
+/// The result for an item: the evidence, or the reason why there is none.
 enum Verdict {
     Shown(String),
     Missing(String),
@@ -105,7 +105,7 @@ const PARTS: &[Part] = &[
     Part { name: "zooids", items: zooids::items, run: zooids::run, made_of: ALL },
 ];
 
-/// Seeds of random programs; CI has those from 0, and docs/testing.md tells of others.
+/// Seeds of random programs; CI has those from 0, and docs/testing.md describes others.
 const SEEDS: std::ops::Range<u64> = 10_000..20_000;
 /// Seeds that one run tries.
 const BLOCK: u64 = 500;
@@ -206,16 +206,16 @@ fn torture() -> Result<Verdict> {
     Ok(Verdict::Shown("all the same, or a clean fault".to_owned()))
 }
 
-/// What was shown of a part.
+/// The evidence of a part.
 struct Record {
     path: PathBuf,
     fingerprint: u64,
-    /// Item, and how it was shown.
+    /// The evidence of each item.
     shown: BTreeMap<String, String>,
 }
 
 impl Record {
-    /// What was kept about these sources.
+    /// Reads the evidence that was kept about these sources.
     fn open(part: &str, fingerprint: u64) -> Result<Record> {
         let path = target()?.join("soak").join(part).join("shown");
         let shown = match path.exists() {

@@ -4,25 +4,26 @@ use anyhow::Result;
 use bittybuzz_builds::shell::{Invocation, target};
 use std::path::PathBuf;
 
-/// How it is compiled.
+/// The profile with which the simulator is compiled.
 #[derive(Clone, Copy)]
 pub enum Build {
-    /// As users run it.
-    Optimised,
-    /// As tests run it, with checks of overflow. CI has most of it from the tests.
+    /// The profile of users.
+    Optimized,
+    /// The profile of tests, with checks of overflow. CI has built most of it for the tests.
     Checked,
 }
 
-/// Always together: cargo would compile their shared crates again for each choice among them.
+/// The packages, always built together: cargo would compile their shared crates again for each
+/// selection of them.
 const PROGRAMS: [&str; 3] = ["bbz", "bittybuzz-emulate-avr", "bittybuzz-emulate-m0"];
 
 impl Build {
-    /// Builds `bbz` and the emulator programs; returns where `bbz` is.
+    /// Builds `bbz` and the emulator programs; returns the path of `bbz`.
     pub fn simulator(self) -> Result<PathBuf> {
         let mut arguments = vec!["build", "--quiet"];
         arguments.extend(PROGRAMS.iter().flat_map(|name| ["--package", name]));
         let folder = match self {
-            Build::Optimised => {
+            Build::Optimized => {
                 arguments.push("--release");
                 "release"
             }

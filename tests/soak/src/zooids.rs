@@ -14,7 +14,8 @@ const CONSENSUS: &str = "examples/zooids/consensus.toml";
 const SEEDS: std::ops::Range<u32> = 1..101;
 /// Seeds of one item.
 const BLOCK: u32 = 10;
-/// A minute is asked for. What is agreed once does not change: whoever agrees earlier need not be watched so long.
+/// The simulated seconds. The scenario allows a minute, but an agreement does not change any more, so
+/// a run that agrees earlier need not go on.
 const SECONDS: &str = "15";
 
 /// The item that compares the backends.
@@ -40,7 +41,7 @@ pub fn run(item: &str) -> Result<Verdict> {
 /// A block of seeds, from the first on.
 fn consensus(first: &str) -> Result<Verdict> {
     let firmware = ZOOIDS.build(None, false)?;
-    let bbz = Build::Optimised.simulator()?;
+    let bbz = Build::Optimized.simulator()?;
     let csv = target()?.join("soak/zooids").join(format!("{first}.csv"));
     clear_table(&csv)?;
     let (runs, table) = (BLOCK.to_string(), csv.display().to_string());
@@ -50,7 +51,7 @@ fn consensus(first: &str) -> Result<Verdict> {
     let set = set.map(|set| ["--set", set]).concat();
     let seeds = ["--seed", first, "--runs", &runs, "--csv", &table];
     let arguments = [&["sim", CONSENSUS, "--headless"], &set[..], &seeds].concat();
-    // Its status is 1 if an expectation failed; the table says that, too.
+    // The status is 1 if an expectation failed, which the table reports as well.
     Invocation::named("bbz", &bbz, &arguments)
         .output_if(|output| matches!(output.status.code(), Some(0 | 1)))?;
     Ok(match agreed_since(&fs::read_to_string(&csv)?) {
@@ -59,8 +60,8 @@ fn consensus(first: &str) -> Result<Verdict> {
     })
 }
 
-/// When all robots agreed for good, in seconds, for each run; from the table that `bbz sim --csv` writes. `None` if some run
-/// failed or is missing.
+/// Returns the time in seconds since which all robots agree, for each run of a table that `bbz sim
+/// --csv` writes; `None` if some run failed or is missing.
 fn agreed_since(csv: &str) -> Option<Vec<f64>> {
     let mut lines = csv.lines();
     let names: Vec<&str> = lines.next()?.split(',').collect();
@@ -89,7 +90,7 @@ fn backends() -> Result<Verdict> {
     let line = line.env("BITTYBUZZ_ZOOIDS", &firmware.display().to_string());
     let output = line.output_if(|output| output.status.code().is_some())?;
     let printed = String::from_utf8_lossy(&output.stdout);
-    // What the test prints of itself.
+    // The line that the test prints itself.
     let evidence = printed.lines().find_map(|line| Some(&line[line.find("ends: median")?..]));
     Ok(match evidence {
         Some(evidence) if output.status.success() => Verdict::Shown(evidence.to_owned()),

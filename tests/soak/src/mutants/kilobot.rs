@@ -137,7 +137,7 @@ pub const MUTANTS: &[Mutant] = &[
         file: POWER,
         find: "unsafe { chip.CPU.osccal().write(|w| w.bits(correction)) };",
         put: "let _ = correction;",
-        breaks: "the oscillator is not corrected, and neighbours do not understand the robot",
+        breaks: "the oscillator is not corrected, and neighbors do not understand the robot",
     },
     Mutant {
         name: "charger-level",

@@ -1,4 +1,4 @@
-//! Mistakes in the models of the chips and boards: tests that pass with a wrong model would say nothing about the firmware.
+//! Mistakes in the models of the chips and boards: tests that pass with a wrong model would be no evidence about the firmware.
 
 use super::Mutant;
 
