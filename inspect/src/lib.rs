@@ -32,9 +32,9 @@ use bittybuzz_vm_core::{ByteCode, Vm};
 pub use frame::{FrameFunction, ScriptFrame, SourcePlace};
 pub use memory::ScriptMemory;
 pub use network::{Handler, HandlerTrigger, InspectedEntry, InspectedNeighbor, Stigmergy};
-pub use object::{Limits, Object, ObjectId, Objects};
+pub use object::{Limits, Object, Objects};
 pub use queue::{InspectedQueue, QueuedMessage, Queues};
-pub use value::{Named, ScriptValue};
+pub use value::{Named, ObjectId, ScriptValue};
 
 use reader::MachineReader;
 

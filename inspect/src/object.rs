@@ -2,12 +2,7 @@
 
 use std::collections::BTreeMap;
 
-use crate::value::{Named, ScriptValue};
-
-/// The identity of a table or closure. Equal ids mean the same object while the script can reach
-/// it. After that, another object may get the id.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
-pub struct ObjectId(pub u16);
+use crate::value::{Named, ObjectId, ScriptValue};
 
 /// The expanded objects by their identity.
 pub type Objects = BTreeMap<ObjectId, Object>;

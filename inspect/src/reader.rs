@@ -8,8 +8,8 @@ use bittybuzz_vm_core::inspect::{ClosureParts, ValueKind};
 use bittybuzz_vm_core::number::Profile;
 use bittybuzz_vm_core::{ByteCode, Value, Vm};
 
-use crate::object::{Limits, Object, ObjectId, Objects};
-use crate::value::{Named, ScriptValue};
+use crate::object::{Limits, Object, Objects};
+use crate::value::{Named, ObjectId, ScriptValue};
 
 /// The state of an inspection.
 pub struct MachineReader<'a, P: Profile, C: ByteCode, const SLOTS: usize> {

@@ -1,6 +1,9 @@
 //! Values of a script, with names.
 
-use crate::object::ObjectId;
+/// The identity of a table or closure. Equal ids mean the same object while the script can reach
+/// it. After that, another object may get the id.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub struct ObjectId(pub u16);
 
 /// A value of a script.
 #[derive(Debug, Clone, PartialEq)]

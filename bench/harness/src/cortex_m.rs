@@ -1,9 +1,9 @@
 //! QEMU: counts the instructions that a Cortex-M executes, and stops it at each mark.
 
+use crate::elf::address;
 use crate::error::BenchError;
 use crate::images::CompiledScript;
 use crate::marks::{MarkRecord, ReportedMark};
-use crate::program::address;
 use anyhow::Result;
 use bittybuzz_bench::Mark;
 use bittybuzz_qemu::qemu::{Qemu, QemuError};

@@ -9,10 +9,10 @@
 //! of several registers. The mean is 1.72.
 
 use crate::cortex_m;
+use crate::elf::file_offset;
 use crate::error::BenchError;
 use crate::figures::is_more;
 use crate::marks::MarkRecord;
-use crate::program::file_offset;
 use crate::report::grouped;
 use anyhow::Result;
 use bittybuzz_bench::Mark;

@@ -1,6 +1,7 @@
 //! Emulated robots that run in turns and exchange radio packets.
 
 use std::collections::BTreeSet;
+use std::io::{self, BufRead, Write};
 use std::ops::Range;
 use std::path::Path;
 use std::time::Duration;
@@ -10,15 +11,21 @@ use bittybuzz_chips::{Air, Board, LOOKAHEAD, PacketSource, RADIO_MAX, Time, Widt
 use crate::control::{CommandRefusal, probability};
 use crate::message::{Command, EmulatorEvent, Reply, RobotStatistics, TimedEvent};
 use crate::rtt::Rtt;
-use crate::server::{CommandError, EmulatedRobots, READ_MAX};
+use crate::server::{CommandError, EmulatedRobots, READ_MAX, serve_robots};
 use crate::{Control, Core, EmulatedRobot, FirmwareImage, MachineError, Pause};
 
 /// Address range of the one-time programmable area, system memory and unique id. The board answers
 /// reads there, and they have no side effect.
 const IDENTITY: Range<u32> = 0x1fff_7000..0x2000_0000;
 
+/// Runs the command loop for `count` robots with this core, which receive each other's radio
+/// packets; see [`serve_robots`].
+pub fn serve<C: Core>(count: usize, input: impl BufRead, output: impl Write) -> io::Result<()> {
+    serve_robots(&mut Fleet::<C>::new(count), input, output)
+}
+
 /// The program's robots, and the channel between them.
-pub(crate) struct Fleet<C> {
+struct Fleet<C> {
     count: usize,
     /// Empty before an image is loaded.
     members: Vec<EmulatedRobot<C>>,

@@ -7,9 +7,8 @@ use std::time::Duration;
 use bittybuzz_chips::RADIO_MAX;
 
 use crate::control::CommandRefusal;
-use crate::fleet::Fleet;
 use crate::message::{Command, OutputLine, Reply, RobotEvent, TimedEvent, parse_command};
-use crate::{Core, FirmwareImageError, MachineError, Pause};
+use crate::{FirmwareImageError, MachineError, Pause};
 
 /// The period at which events are collected, in simulated time.
 const POLL: Duration = Duration::from_millis(1);
@@ -75,12 +74,6 @@ pub enum CommandError {
     /// The emulation failed.
     #[error(transparent)]
     Machine(#[from] MachineError),
-}
-
-/// Runs the command loop for `count` robots with this core, which receive each other's radio
-/// packets; see [`serve_robots`].
-pub fn serve<C: Core>(count: usize, input: impl BufRead, output: impl Write) -> io::Result<()> {
-    serve_robots(&mut Fleet::<C>::new(count), input, output)
 }
 
 /// Runs the command loop: reads commands from `input`, one JSON object per line, and writes events

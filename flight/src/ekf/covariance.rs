@@ -6,20 +6,8 @@ use glam::{Mat3, Vec3};
 
 use super::config::{EkfNoise, EkfSigma};
 use super::measurement::EkfRefusal;
+use super::states::{ATTITUDE, GYRO_BIAS, STATES, VELOCITY};
 use super::transition::{Transition, frame_turn};
-
-/// Number of the error's states.
-pub(super) const STATES: usize = 13;
-/// Index of the position's first state.
-pub(super) const POSITION: usize = 0;
-/// Index of the velocity's first state.
-pub(super) const VELOCITY: usize = 3;
-/// Index of the first state of the attitude error.
-pub(super) const ATTITUDE: usize = 6;
-/// Index of the first state of the gyroscope's bias.
-pub(super) const GYRO_BIAS: usize = 9;
-/// Index of the accelerometer's bias.
-pub(super) const ACCEL_BIAS: usize = 12;
 
 /// Largest variance of any state, in the square of its unit.
 const VARIANCE_CAP: f32 = 100.0;

@@ -35,6 +35,7 @@ mod covariance;
 mod health;
 mod history;
 mod measurement;
+mod states;
 mod transition;
 mod update;
 
@@ -47,9 +48,10 @@ pub use measurement::{
 };
 
 use crate::{FlightState, GRAVITY_M_S2, ImuSample};
-use covariance::{ATTITUDE, POSITION, StateCovariance, VELOCITY};
+use covariance::StateCovariance;
 use health::{HealthMonitor, HealthVariances};
 use history::{PastPlacements, Placement};
+use states::{ATTITUDE, POSITION, VELOCITY};
 use transition::{Motion, Transition};
 
 /// Time after which the covariance follows the estimate, in seconds. The margin lets ten samples of

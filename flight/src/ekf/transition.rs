@@ -3,7 +3,7 @@
 use glam::{Mat3, Vec3};
 
 use super::config::Linearization;
-use super::covariance::STATES;
+use super::states::STATES;
 use crate::GRAVITY_M_S2;
 
 /// The motion during one prediction, which the map is linearized about.

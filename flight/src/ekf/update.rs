@@ -2,15 +2,14 @@
 
 use glam::{Mat3, Vec3};
 
-use super::covariance::{
-    ACCEL_BIAS, ATTITUDE, GYRO_BIAS, POSITION, STATES, SparseRow, VELOCITY, dot, entry,
-};
+use super::covariance::{SparseRow, dot, entry};
 use super::health::HealthMonitor;
 use super::history::Placement;
 use super::measurement::{
     EkfOutcome, EkfRefusal, FlowMeasurement, PoseMeasurement, PositionMeasurement, check_age,
     check_attitude, check_sigma,
 };
+use super::states::{ACCEL_BIAS, ATTITUDE, GYRO_BIAS, POSITION, STATES, VELOCITY};
 use super::{Ekf, renormalized, rotation};
 
 /// The 0.9999 quantile of χ² with one degree of freedom.

@@ -2,6 +2,7 @@
 
 #![allow(clippy::needless_range_loop)] // Indices read as the formulas do.
 
+use super::super::states::POSITION;
 use super::*;
 use crate::ekf::EkfRefusal;
 use crate::ekf::config::{EkfConfig, Linearization};

@@ -3,20 +3,9 @@
 
 use bittybuzz_chips::Time;
 
+use super::device::Device;
 use super::motion::ZooidMotion;
 use super::touch::Touch;
-
-/// A chip with registers.
-pub(super) trait Device {
-    /// Returns true if the chip answers to its address.
-    fn is_awake(&self, now: Time) -> bool;
-    /// Sets the register pointer: the next byte is read from or written to `register`.
-    fn point(&mut self, register: u8);
-    /// Writes a byte and advances the register pointer.
-    fn write(&mut self, byte: u8, now: Time);
-    /// Reads a byte and advances the register pointer.
-    fn read(&mut self, now: Time) -> u8;
-}
 
 pub(super) struct Devices {
     pub touch: Touch,

@@ -1,6 +1,7 @@
 //! The board of a Zooid (PCB version 1.3): an STM32F051, an nRF24L01+, photodiodes, touch, motion sensor, LED, motors.
 
 mod control;
+mod device;
 mod i2c;
 mod motion;
 mod projector;

@@ -3,7 +3,7 @@
 
 use bittybuzz_chips::Time;
 
-use super::i2c::Device;
+use super::device::Device;
 
 const WHO_AM_I: u8 = 0x0f;
 const CTRL1_XL: u8 = 0x10;

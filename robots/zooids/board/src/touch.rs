@@ -2,7 +2,7 @@
 
 use bittybuzz_chips::Time;
 
-use super::i2c::Device;
+use super::device::Device;
 
 const CHIP_ID: u8 = 0;
 const DETECTION_STATUS: u8 = 2;
