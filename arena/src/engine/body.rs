@@ -8,7 +8,7 @@
 use core::any::Any;
 use core::fmt::Debug;
 
-use super::TICK;
+use super::TICK_S;
 use super::error::SettingsError;
 use super::geometry::Pose;
 use super::id::RobotId;
@@ -275,6 +275,6 @@ const SUBSTEPS_MAX: u32 = 50;
 
 /// Returns the number of substeps into which a tick is divided for a model.
 pub(crate) fn substeps(model: &dyn BodyModel) -> u32 {
-    let halves = model.top_speed_mm_s() * TICK / (model.shape().radius_mm / 2.0);
+    let halves = model.top_speed_mm_s() * TICK_S / (model.shape().radius_mm / 2.0);
     (halves.ceil() as u32).clamp(1, SUBSTEPS_MAX)
 }

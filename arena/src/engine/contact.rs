@@ -24,7 +24,7 @@ use super::statistics::WorldStatistics;
 const ROUNDS_MAX: usize = 4;
 
 /// Discs that one thread takes at a time.
-const CHUNK: usize = 512;
+const CHUNK_DISCS: usize = 512;
 
 /// The number of cells up to which their memory is negligible.
 const CELLS_MAX: usize = 1000;
@@ -361,10 +361,10 @@ impl Crowd {
         input.are_apart = all && discs.len() <= PAIRWISE_MAX && input.finds_all_apart(*widest_mm);
         let work = |(chunk, next): (usize, &mut [Disc])| {
             for (offset, next) in next.iter_mut().enumerate() {
-                *next = input.pushed(chunk * CHUNK + offset);
+                *next = input.pushed(chunk * CHUNK_DISCS + offset);
             }
         };
-        pool.each(next.chunks_mut(CHUNK).enumerate(), work);
+        pool.each(next.chunks_mut(CHUNK_DISCS).enumerate(), work);
         core::mem::swap(&mut self.discs, &mut self.next);
     }
 

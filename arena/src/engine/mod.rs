@@ -104,4 +104,4 @@ pub use world::World;
 pub const TICK_US: u32 = 100_000;
 
 /// Length of a tick in seconds.
-pub const TICK: f32 = 0.1;
+pub const TICK_S: f32 = 0.1;

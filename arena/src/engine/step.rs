@@ -14,7 +14,7 @@ use super::robot::{EngineRobot, RobotState};
 use super::scratch::Scratch;
 use super::stream::{Stream, StreamPurpose};
 use super::world::World;
-use super::{TICK, TICK_US};
+use super::{TICK_S, TICK_US};
 
 /// The data that all robots share while their brains run.
 struct Surroundings<'a> {
@@ -124,7 +124,7 @@ impl<B: Brain> World<B> {
     }
 
     fn settle(&mut self) {
-        let seconds = TICK / self.substeps as f32;
+        let seconds = TICK_S / self.substeps as f32;
         self.crowd.settle(&mut self.poses, &self.obstacles, &self.pool, seconds);
     }
 
@@ -164,7 +164,8 @@ impl<B: Brain> World<B> {
         self.each(
             |CohortPart { cohort: Cohort { herd, first, block, .. }, poses, estimates, .. }| {
                 if has_positioning[usize::from(herd.0)] {
-                    let moment = Moment { seconds: TICK, seed, now, first: RobotId(*first as u16) };
+                    let moment =
+                        Moment { seconds: TICK_S, seed, now, first: RobotId(*first as u16) };
                     block.sense(0, poses, estimates, &moment);
                 }
             },

@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use super::TICK;
+use super::TICK_S;
 use super::body::{BLOCK_ROBOTS_MAX, BodyModel, BodySize, Moment, substeps};
 use super::brain::Brain;
 use super::contact::Crowd;
@@ -122,7 +122,7 @@ impl<B: Brain> World<B> {
         let (index, substeps) = (usize::from(id), substeps(&**model));
         let is_open = |last: &Cohort| last.herd == herd && last.count < BLOCK_ROBOTS_MAX;
         if !self.cohorts.last().is_some_and(is_open) {
-            let block = model.block(TICK / self.substeps as f32);
+            let block = model.block(TICK_S / self.substeps as f32);
             self.cohorts.push(Cohort { herd, first: index, count: 0, block });
             self.scratch.push(Scratch::default());
         }
@@ -141,7 +141,7 @@ impl<B: Brain> World<B> {
         if substeps > self.substeps {
             self.substeps = substeps;
             for cohort in &mut self.cohorts {
-                cohort.block.set_substep(TICK / substeps as f32);
+                cohort.block.set_substep(TICK_S / substeps as f32);
             }
         }
         self.place(index, pose);

@@ -9,11 +9,11 @@ const HEIGHT: f64 = 400.0;
 const AREA: [f64; 4] = [70.0, 885.0, 30.0, 360.0];
 
 /// The largest number of samples of a curve. If there are more, an even selection is drawn.
-const SAMPLES: usize = 2000;
+const SAMPLES_MAX: usize = 2000;
 
 /// The largest number of robots with a curve of their own. More robots are shown by their median,
 /// quartiles and extremes.
-const CURVES: usize = 50;
+const CURVES_MAX: usize = 50;
 
 /// Draws a curve for each robot, or the median, quartiles and extremes of many robots. `values` has
 /// an optional number for each robot of each sample.
@@ -50,9 +50,9 @@ pub fn chart(title: &str, times: &[f64], values: &[Vec<Option<f64>>]) -> String 
         ));
     }
     let robots = values.first().map_or(0, Vec::len);
-    let step = times.len().div_ceil(SAMPLES).max(1);
+    let step = times.len().div_ceil(SAMPLES_MAX).max(1);
     let samples = times.iter().zip(values).step_by(step);
-    if robots <= CURVES {
+    if robots <= CURVES_MAX {
         for robot in 0..robots {
             let points = samples.clone().filter_map(|(time, sample)| {
                 let value = (*sample.get(robot)?)?;

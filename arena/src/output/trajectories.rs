@@ -11,7 +11,7 @@ const MARGIN: f64 = 10.0;
 
 /// The largest number of trajectories that are drawn. If there are more robots, an even selection
 /// is drawn.
-const WAYS: usize = 500;
+const WAYS_MAX: usize = 500;
 
 /// Draws the world with obstacles and lights, and the trajectory of each robot, with a ring at its
 /// start and a dot at its end.
@@ -50,7 +50,7 @@ pub fn trajectories(world: &WorldSection, history: &History) -> String {
         }
     }
     let robots = history.places.first().map_or(0, Vec::len);
-    let step = robots.div_ceil(WAYS).max(1);
+    let step = robots.div_ceil(WAYS_MAX).max(1);
     for robot in 0..robots {
         let places = history.places.iter().filter_map(|sample| *sample.get(robot)?);
         let points: Vec<[f64; 2]> =

@@ -7,7 +7,7 @@ use super::program::ProgramId;
 
 /// The largest number of fault places that are remembered per robot. Faults at other places are
 /// only counted.
-const PLACES: usize = 8;
+const PLACES_MAX: usize = 8;
 
 /// The faults of a robot's script at one place.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -155,7 +155,7 @@ impl Faults {
             |record: &FaultRecord| (record.fault.position, record.fault.code, is_contained(record));
         if let Some(known) = self.places.iter_mut().find(|known| place(known) == place(&record)) {
             known.count += record.count;
-        } else if self.places.len() < PLACES {
+        } else if self.places.len() < PLACES_MAX {
             self.places.push(record);
         }
     }
@@ -229,6 +229,6 @@ mod tests {
         let consequences = faults.places().iter().map(|place| place.consequence);
         assert!(consequences.eq([Consequence::Contained, Consequence::Pause(10)]));
         (0..20).for_each(|position| contain(&mut faults, position));
-        assert_eq!((faults.places().len(), faults.counts().handler_faults), (PLACES, 21));
+        assert_eq!((faults.places().len(), faults.counts().handler_faults), (PLACES_MAX, 21));
     }
 }

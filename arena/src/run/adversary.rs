@@ -19,15 +19,15 @@ use crate::engine::{Intruder, Stream, TickFrames};
 use crate::scenario::AdversaryKind;
 
 /// The number of received frames that are kept for a replay.
-const KEPT: usize = 256;
+const KEPT_FRAMES_MAX: usize = 256;
 /// The number of topics, of keys and of ids that are remembered, each.
-const LEARNED: usize = 64;
+const LEARNED_MAX: usize = 64;
 /// The sender id of an adversary that has not received any id yet.
-const NOBODY: u16 = 65_535;
+const UNKNOWN_ROBOT: u16 = 65_535;
 /// The lowest invented id.
-const INVENTED: u32 = 1000;
+const INVENTED_ID_MIN: u32 = 1000;
 /// A type byte that belongs to no message.
-const NOISE: u8 = 0xff;
+const NOISE_TYPE: u8 = 0xff;
 
 /// Returns the intruder of an adversary that knows the script in `image`.
 pub fn intruder(
@@ -54,7 +54,7 @@ struct Mind<P: Profile> {
     kind: AdversaryKind,
     script: ScriptIdentity,
     stream: Stream,
-    /// Received frames, at most [`KEPT`].
+    /// Received frames, at most [`KEPT_FRAMES_MAX`].
     heard: Vec<Vec<u8>>,
     /// The latest entry of each key.
     entries: Vec<StigmergyEntry<P>>,
@@ -108,11 +108,11 @@ impl<P: Profile> Mind<P> {
 
     /// Stores a frame, and the ids, topics and keys in it.
     fn learn(&mut self, bytes: &[u8]) {
-        let place = if self.heard.len() < KEPT {
+        let place = if self.heard.len() < KEPT_FRAMES_MAX {
             self.heard.push(Vec::new());
             self.heard.len() - 1
         } else {
-            self.below(KEPT)
+            self.below(KEPT_FRAMES_MAX)
         };
         self.heard[place] = bytes.to_vec();
         let robot = match Message::<P>::decode(bytes, self.script) {
@@ -141,7 +141,7 @@ impl<P: Profile> Mind<P> {
         };
         if let Some(known) = self.entries.iter_mut().find(|known| name(known) == name(&entry)) {
             *known = entry;
-        } else if self.entries.len() < LEARNED {
+        } else if self.entries.len() < LEARNED_MAX {
             self.entries.push(entry);
         }
     }
@@ -150,7 +150,7 @@ impl<P: Profile> Mind<P> {
     /// one. `room` is the length of the link's longest frame.
     fn message(&mut self, room: usize) -> Vec<Vec<u8>> {
         match self.kind {
-            AdversaryKind::Jam => vec![vec![NOISE; room]],
+            AdversaryKind::Jam => vec![vec![NOISE_TYPE; room]],
             AdversaryKind::Babble => {
                 let length = 1 + self.below(room);
                 vec![(0..length).map(|_| self.below(256) as u8).collect()]
@@ -169,8 +169,8 @@ impl<P: Profile> Mind<P> {
                 // In turn: one message again and again, further messages of the same robot, and
                 // messages of other robots.
                 let [robot, number] = match self.count % 3 {
-                    0 => [NOBODY, 7],
-                    1 => [NOBODY, (self.count % 256) as u16],
+                    0 => [UNKNOWN_ROBOT, 7],
+                    1 => [UNKNOWN_ROBOT, (self.count % 256) as u16],
                     _ => [self.invented(), (self.count % 256) as u16],
                 };
                 self.first_fragment(robot, number as u8)
@@ -283,11 +283,11 @@ impl<P: Profile> Mind<P> {
     /// Returns an id from received frames, chosen at random.
     fn any_robot(&mut self) -> u16 {
         let place = self.below(self.robots.len());
-        self.robots.get(place).copied().unwrap_or(NOBODY)
+        self.robots.get(place).copied().unwrap_or(UNKNOWN_ROBOT)
     }
 
     fn invented(&mut self) -> u16 {
-        (INVENTED + self.stream.below(60_000)) as u16
+        (INVENTED_ID_MIN + self.stream.below(60_000)) as u16
     }
 
     /// Returns a random number below `end`; 0 if `end` is 0.
@@ -302,7 +302,7 @@ fn piece<P: Profile>() -> usize {
 }
 
 fn remember(known: &mut Vec<u16>, new: u16) {
-    if known.len() < LEARNED && !known.contains(&new) {
+    if known.len() < LEARNED_MAX && !known.contains(&new) {
         known.push(new);
     }
 }

@@ -6,7 +6,7 @@ use crate::scenario::{
 };
 
 /// The number of places that are tried for one robot before the world counts as full.
-const TRIES: usize = 2000;
+const TRIES_MAX: usize = 2000;
 
 /// Separates the random numbers of the placement from all other streams of a run's seed.
 const PLACEMENT: u64 = 0x706c_6163_656d_656e;
@@ -57,7 +57,7 @@ fn scatter(
     let (x, y) = (side(0), side(1));
     let mut points = Vec::new();
     for id in (group.first_id.into()..).take(group.count as usize) {
-        let mut tries = (0..TRIES)
+        let mut tries = (0..TRIES_MAX)
             .map(|_| [x.0 + x.1 * f64::from(chance.unit()), y.0 + y.1 * f64::from(chance.unit())]);
         let Some(at) = tries.find(|point| space.is_free(*point, radius_mm)) else {
             let (count, placed) = (group.count as usize, points.len());

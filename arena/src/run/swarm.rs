@@ -7,7 +7,7 @@ use crate::robot::SimRobot;
 
 /// The distance in mm between the rims of two robots up to which they count as touching. It
 /// includes robots that have just pushed each other apart.
-const GAP: f64 = 1.0;
+const CONTACT_GAP_MM: f64 = 1.0;
 
 /// A robot of the swarm.
 struct SwarmMember {
@@ -98,7 +98,7 @@ fn contacts(members: &[SwarmMember]) -> usize {
     let widest = members.iter().map(|member| f64::from(member.view.radius_mm)).fold(0.0, f64::max);
     let mut count = 0;
     for (index, one) in members.iter().enumerate() {
-        let radius = f64::from(one.view.radius_mm) + GAP;
+        let radius = f64::from(one.view.radius_mm) + CONTACT_GAP_MM;
         let height = f64::from(one.view.height_mm);
         let near = members[index + 1..].iter();
         let near = near.take_while(|other| other.at[0] - one.at[0] <= radius + widest);

@@ -54,7 +54,7 @@ pub enum AdversaryKind {
 
 /// Frames per second, unless the file sets a rate. The frames of a jammer follow each other without
 /// a pause.
-const RATE: f64 = 10.0;
+const DEFAULT_RATE: f64 = 10.0;
 
 #[derive(Clone, Copy, PartialEq, Eq)]
 enum Word {
@@ -139,7 +139,7 @@ fn read(
         }),
     };
     let kind = kind?;
-    let rate = rate.or((kind != AdversaryKind::Jam).then_some(RATE));
+    let rate = rate.or((kind != AdversaryKind::Jam).then_some(DEFAULT_RATE));
     Some(Adversary { kind, at: at?, height, group: group?, range, rate, until: until? })
 }
 

@@ -343,11 +343,11 @@ fn pair(entry: &Entry<'_>, robot_index: &RobotIndex) -> Option<[Selection; 2]> {
 
 /// The largest number of parts. The number of a part is one byte, and 0 is that of robots in no
 /// part.
-const PARTS: usize = 255;
+const PARTS_MAX: usize = 255;
 
 fn parts(entry: &Entry<'_>, robot_index: &RobotIndex) -> Option<Vec<Selection>> {
     let items = entry.list()?;
-    if items.is_empty() || items.len() > PARTS {
+    if items.is_empty() || items.len() > PARTS_MAX {
         let expected = "a list of 1 to 255 parts";
         entry.fail(TomlError::Length { key: entry.key.clone(), expected, found: items.len() });
         return None;

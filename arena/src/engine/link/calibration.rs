@@ -8,16 +8,18 @@
 //! result is in whole millimetres, coarser far away, with no table entry beyond the end.
 
 /// Converter readings of the high gain at gaps of 0, 5, ... 65 mm.
-const HIGH: [i32; 14] = [1020, 1015, 1008, 998, 975, 920, 850, 780, 710, 650, 600, 560, 530, 508];
+const HIGH_GAIN_READINGS: [i32; 14] =
+    [1020, 1015, 1008, 998, 975, 920, 850, 780, 710, 650, 600, 560, 530, 508];
 
 /// Converter readings of the low gain at the same gaps.
-const LOW: [i32; 14] = [880, 815, 755, 700, 650, 608, 572, 543, 520, 503, 490, 481, 474, 469];
+const LOW_GAIN_READINGS: [i32; 14] =
+    [880, 815, 755, 700, 650, 608, 572, 543, 520, 503, 490, 481, 474, 469];
 
 /// Steps per mm in [`Calibration::distances`].
-const STEPS: f32 = 8.0;
+const STEPS_PER_MM: f32 = 8.0;
 
 /// The distance between the middles of robots that touch, in mm, which kilolib adds to the gap.
-const TOUCHING: i32 = 33;
+const TOUCHING_DISTANCE_MM: i32 = 33;
 
 /// A precomputed table from the gap to the measured distance between the middles.
 #[derive(Clone, Debug)]
@@ -27,10 +29,10 @@ pub(crate) struct Calibration {
 
 impl Calibration {
     pub(crate) fn new() -> Self {
-        let distances = (0..(120.0 * STEPS) as u16)
+        let distances = (0..(120.0 * STEPS_PER_MM) as u16)
             .map(|step| {
-                let gap_mm = f32::from(step) / STEPS;
-                distance(reading(&HIGH, gap_mm), reading(&LOW, gap_mm))
+                let gap_mm = f32::from(step) / STEPS_PER_MM;
+                distance(reading(&HIGH_GAIN_READINGS, gap_mm), reading(&LOW_GAIN_READINGS, gap_mm))
             })
             .collect();
         Calibration { distances }
@@ -39,7 +41,7 @@ impl Calibration {
     /// Returns the distance that a robot measures for a true gap (mm, errors included): between the
     /// middles, in whole mm.
     pub(crate) fn measure(&self, gap_mm: f32) -> f32 {
-        let step = (gap_mm.max(0.0) * STEPS + 0.5) as usize;
+        let step = (gap_mm.max(0.0) * STEPS_PER_MM + 0.5) as usize;
         f32::from(self.distances[step.min(self.distances.len() - 1)])
     }
 }
@@ -55,21 +57,21 @@ fn reading(table: &[i32; 14], gap_mm: f32) -> i32 {
 /// both are valid.
 fn distance(high: i32, low: i32) -> u8 {
     let far = (high < 900).then(|| {
-        if high > HIGH[0] {
+        if high > HIGH_GAIN_READINGS[0] {
             return 0;
         }
         between(
-            &HIGH,
+            &HIGH_GAIN_READINGS,
             high,
-            HIGH.iter().skip(1).position(|&entry| high > entry).map_or(13, |i| i + 1),
+            HIGH_GAIN_READINGS.iter().skip(1).position(|&entry| high > entry).map_or(13, |i| i + 1),
         )
     });
     let near = (high > 700).then(|| {
-        if low > LOW[0] {
+        if low > LOW_GAIN_READINGS[0] {
             return 0;
         }
-        match LOW.iter().skip(1).position(|&entry| low > entry) {
-            Some(i) => between(&LOW, low, i + 1),
+        match LOW_GAIN_READINGS.iter().skip(1).position(|&entry| low > entry) {
+            Some(i) => between(&LOW_GAIN_READINGS, low, i + 1),
             None => 90,
         }
     });
@@ -79,7 +81,7 @@ fn distance(high: i32, low: i32) -> u8 {
         (None, Some(near)) => near,
         (None, None) => unreachable!("a reading below 900 or above 700 is each reading"),
     };
-    (TOUCHING + gap).clamp(0, 255) as u8
+    (TOUCHING_DISTANCE_MM + gap).clamp(0, 255) as u8
 }
 
 /// Returns the gap for a reading between two entries in whole mm, truncated as in kilolib.
@@ -93,7 +95,7 @@ mod tests {
 
     #[test]
     fn readings_fall_with_the_distance() {
-        for table in [HIGH, LOW] {
+        for table in [HIGH_GAIN_READINGS, LOW_GAIN_READINGS] {
             assert!(table.windows(2).all(|pair| pair[0] > pair[1]));
         }
     }
@@ -113,7 +115,8 @@ mod tests {
     #[test]
     fn blends_both_gains() {
         // At 800, halfway between 700 and 900, the result is the mean of both tables.
-        let (far, near) = (between(&HIGH, 800, 7), between(&LOW, 520, 9));
+        let (far, near) =
+            (between(&HIGH_GAIN_READINGS, 800, 7), between(&LOW_GAIN_READINGS, 520, 9));
         assert_eq!(i32::from(distance(800, 520)), 33 + (far + near) / 2);
     }
 

@@ -2,7 +2,7 @@
 
 use bittybuzz_robot_spec::{ActuatorQuantity, DriveSpec};
 
-use crate::engine::{Body, Pose, Stream, TICK, wrap};
+use crate::engine::{Body, Pose, Stream, TICK_S, wrap};
 
 /// Parameters of a described body.
 #[derive(Clone, Copy, Debug)]
@@ -46,7 +46,7 @@ const GRAVITY_MM_S2: f32 = 9810.0;
 
 /// The rate, per second, at which a flying body covers the distance to its target height, as long
 /// as its speed allows.
-const APPROACH: f32 = 2.0;
+const HEIGHT_GAIN_1_S: f32 = 2.0;
 
 impl Actuators {
     /// At rest, with the ground as the target height.
@@ -189,7 +189,7 @@ impl DescribedBody {
     fn draw(&mut self, sigma: f32, seconds: f32) {
         if sigma > 0.0 && self.left < seconds / 2.0 {
             self.noise = [(); 4].map(|()| self.chance.gain(sigma));
-            self.left += TICK;
+            self.left += TICK_S;
         }
         self.left -= seconds;
     }
@@ -206,7 +206,7 @@ impl DescribedBody {
         let Actuators { along: [ahead, left], turn, climb: wanted, .. } = self.actuators;
         let up = match wanted {
             Climb::Speed(up) => up,
-            Climb::Height(height) => (height - pose.z) * APPROACH,
+            Climb::Height(height) => (height - pose.z) * HEIGHT_GAIN_1_S,
         };
         if pose.z <= 0.0 && (up <= 0.0 || self.is_falling) {
             self.velocity = [0.0; 4];

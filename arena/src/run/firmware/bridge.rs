@@ -11,7 +11,7 @@
 //! dongles and controller are modelled here only by their delays.
 //!
 //! Messages for infrared wait in a queue like that of a robot, which drops stale and duplicate
-//! ones. The infrared channel has little capacity, so the computer sends its messages [`PAUSE`]
+//! ones. The infrared channel has little capacity, so the computer sends its messages [`LIGHT_PAUSE`]
 //! apart, which leaves time for the Kilobots' own messages.
 
 use std::collections::VecDeque;
@@ -29,23 +29,23 @@ use crate::engine::Medium;
 
 /// The delay between the computer and a dongle or a line, in each direction: one USB frame, and as
 /// long again for the program.
-const USB: Duration = Duration::from_millis(3);
+const USB_DELAY: Duration = Duration::from_millis(3);
 /// The time between two packets of a dongle.
-const DONGLE: Duration = Duration::from_millis(1);
+const DONGLE_PERIOD: Duration = Duration::from_millis(1);
 /// The duration of a packet on the controller's serial line: 132 bytes of ten bits at 38,400 baud
 /// (kilogui, serialconn.cpp).
-const SERIAL: Duration = Duration::from_micros(34_375);
+const SERIAL_TIME: Duration = Duration::from_micros(34_375);
 /// The period with which the controller repeats its last message, approximately (kilogui, ohc.c).
 /// The controller goes on repeating; the model sends each message three times.
-const REPEAT: Duration = Duration::from_micros(10_400);
+const REPEAT_PERIOD: Duration = Duration::from_micros(10_400);
 const REPEATS: u32 = 3;
 /// The time between two messages to Kilobots.
-const PAUSE: Duration = Duration::from_millis(200);
+const LIGHT_PAUSE: Duration = Duration::from_millis(200);
 /// The time after a message of the controller within which a report of the listening Kilobot counts
 /// as its echo.
-const ECHO: Duration = Duration::from_millis(500);
+const ECHO_TIME_MAX: Duration = Duration::from_millis(500);
 /// The number of messages that can wait for infrared.
-const WAITING: usize = 32;
+const WAITING_MAX: usize = 32;
 /// Strength of the Crazyradio's signal, in -dBm.
 const RSSI: u8 = 50;
 
@@ -61,7 +61,7 @@ pub struct Bridge {
     id: u16,
     /// The bytes of an incomplete line.
     line: Vec<u8>,
-    for_light: Inbox<Tiny, (), TINY_FRAME, WAITING>,
+    for_light: Inbox<Tiny, (), TINY_FRAME, WAITING_MAX>,
     /// The time when the controller is free for the next message.
     light_free: Duration,
     /// The time when each dongle is free to send.
@@ -100,7 +100,7 @@ impl Bridge {
             // Noise on the line is no message.
             let Some(frame) = message.as_ref().and_then(infrared::frame_of) else { continue };
             let is_echo = |(then, sent): &(Duration, [u8; infrared::FRAME])| {
-                *sent == frame && at < *then + ECHO
+                *sent == frame && at < *then + ECHO_TIME_MAX
             };
             if !self.sent.iter().any(is_echo) {
                 self.pass_on(at, Medium::Infrared, &frame);
@@ -132,7 +132,7 @@ impl Bridge {
             self.for_light.push(frame, ());
         }
         for radio in RADIOS.into_iter().filter(|radio| *radio != from) {
-            self.for_radio.push_back((at + USB, radio, frame.to_owned()));
+            self.for_radio.push_back((at + USB_DELAY, radio, frame.to_owned()));
         }
     }
 
@@ -143,7 +143,7 @@ impl Bridge {
         while let Some((ready, medium, frame)) = self.for_radio.pop_front() {
             let number = usize::from(medium == Medium::P2p);
             let at = ready.max(self.radio_free[number]).max(now);
-            self.radio_free[number] = at + DONGLE;
+            self.radio_free[number] = at + DONGLE_PERIOD;
             sendings
                 .extend(self.packet(medium, at, &frame).map(|command| Sending { medium, command }));
         }
@@ -152,15 +152,15 @@ impl Bridge {
         {
             // A script may send a frame that infrared cannot carry.
             let Some(message) = infrared::message_of(frame) else { continue };
-            self.light_free = now + PAUSE;
-            let begin = now + SERIAL;
+            self.light_free = now + LIGHT_PAUSE;
+            let begin = now + SERIAL_TIME;
             for repeat in 0..REPEATS {
-                let (at, payload) = (begin + REPEAT * repeat, message.to_vec());
+                let (at, payload) = (begin + REPEAT_PERIOD * repeat, message.to_vec());
                 let (medium, command) = (Medium::Infrared, Command::Radio { at, payload });
                 sendings.push(Sending { medium, command });
             }
             self.sent.extend(infrared::frame_of(&message).map(|frame| (begin, frame)));
-            while self.sent.front().is_some_and(|(then, _)| *then + ECHO < now) {
+            while self.sent.front().is_some_and(|(then, _)| *then + ECHO_TIME_MAX < now) {
                 self.sent.pop_front();
             }
         }

@@ -1,7 +1,7 @@
 //! Collision avoidance of a simulated Crazyflie: the filter of [`bittybuzz_flight::avoidance`], which
 //! receives the positions of neighbors from the frames of their messages.
 
-use bittybuzz_arena::engine::{Io, TICK, TICK_US};
+use bittybuzz_arena::engine::{Io, TICK_S, TICK_US};
 use bittybuzz_flight::Vec3;
 use bittybuzz_flight::avoidance::{Avoidance, AvoidanceSettings, PeerReport};
 
@@ -77,7 +77,7 @@ impl KeepApart {
         ) / 1000.0;
         let safe = filter.limit(position_m, self.velocity_m_s, wanted_m_s, now_ms).velocity_m_s;
         let share =
-            if settings.lag_s > 0.0 { 1.0 - libm::expf(-TICK / settings.lag_s) } else { 1.0 };
+            if settings.lag_s > 0.0 { 1.0 - libm::expf(-TICK_S / settings.lag_s) } else { 1.0 };
         self.velocity_m_s += (safe - self.velocity_m_s) * share;
         let safe = safe * 1000.0;
         Velocity {

@@ -5,7 +5,7 @@ use crate::clock::is_past;
 /// The minimum time from one message to the next: two per second (`kilo_tx_period`).
 const PERIOD: u16 = 3906;
 /// The time to the timer's next check, which is awaited while a message is being received.
-const TURN: u16 = 255;
+const CHECK_PERIOD: u16 = 255;
 
 /// The time of the next message.
 #[derive(Debug)]
@@ -32,7 +32,7 @@ impl Sender {
 
     /// Waits for the timer's next check, because a message is being received.
     pub fn wait(&mut self, now: u16) {
-        self.next = now.wrapping_add(TURN);
+        self.next = now.wrapping_add(CHECK_PERIOD);
     }
 
     /// Plans the next message after one was sent.

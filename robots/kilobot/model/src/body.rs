@@ -13,7 +13,7 @@
 
 use bittybuzz_arena::engine::{
     Bodies, Body, BodyBlock, BodyModel, BodySize, Infrared, LinkSettings, Loss, Medium, Pose,
-    SettingsError, Stream, TICK, first_wrong, not_below_0, within, wrap,
+    SettingsError, Stream, TICK_S, first_wrong, not_below_0, within, wrap,
 };
 
 /// Duties of the motors, 0 to 255. The left one turns anticlockwise, the right one clockwise.
@@ -285,7 +285,7 @@ impl Body for Kilobot {
             turn_gains: [(); 2].map(|()| build.gain(model.turn_sigma)),
             bias: model.bias_sigma * build.normal().clamp(-3.0, 3.0),
             noise: model.noise_sigma * chance.normal(),
-            left: TICK,
+            left: TICK_S,
             chance,
             heading: 0.0,
             sin: 0.0,
@@ -296,7 +296,8 @@ impl Body for Kilobot {
     fn prepare(model: &KilobotModel, seconds: f32) -> KilobotStep {
         let (sin, cos) = libm::sincosf(model.leg_angle);
         let straight = f32::from(model.straight_duty - model.dead_duty);
-        let decay = if model.noise_time > 0.0 { libm::expf(-TICK / model.noise_time) } else { 0.0 };
+        let decay =
+            if model.noise_time > 0.0 { libm::expf(-TICK_S / model.noise_time) } else { 0.0 };
         KilobotStep {
             length: seconds,
             dead: model.dead_duty,
@@ -379,7 +380,7 @@ impl Kilobot {
     fn veer(&mut self, both: f32, step: &KilobotStep) -> f32 {
         if step.fresh > 0.0 && self.left < step.length / 2.0 {
             self.noise = self.noise * step.decay + step.fresh * self.chance.normal();
-            self.left += TICK;
+            self.left += TICK_S;
         }
         self.left -= step.length;
         (self.bias + self.noise) * both * step.straight

@@ -38,7 +38,7 @@ static ARC_TANGENTS: [i16; 14] = [8192, 4836, 2555, 1297, 651, 326, 163, 81, 41,
 
 /// The limit of the coordinates of a short vector, and the number of bits by which it is scaled up.
 const SHORT: u32 = 1 << 12;
-const FINER: u32 = 7;
+const SHORT_SHIFT: u32 = 7;
 
 /// Returns the length and the direction of a vector that is shorter than 2^20; the direction is 0
 /// if the vector is zero. The error of the direction is below 0.1 degrees, and that of the length
@@ -52,7 +52,7 @@ pub fn polar(x: i32, y: i32) -> (i32, Angle) {
         return (0, Angle(0));
     }
     // Short vectors are scaled up, since the turns need more bits.
-    let finer = if x.unsigned_abs().max(y.unsigned_abs()) < SHORT { FINER } else { 0 };
+    let finer = if x.unsigned_abs().max(y.unsigned_abs()) < SHORT { SHORT_SHIFT } else { 0 };
     let (x, y) = (x << finer, y << finer);
     let (mut x, mut y, mut angle) = if x < 0 { (-x, -y, Angle::HALF) } else { (x, y, Angle(0)) };
     for (step, arc_tangent) in ARC_TANGENTS.iter().enumerate() {

@@ -23,16 +23,16 @@ pub struct Goal {
 
 /// The distance at which the robot has arrived: the goal radius of the makers' manager, 6.5 mm. A
 /// robot that stands at the goal leaves only when it is farther away.
-const ARRIVED: Length = 65 * MM / 10;
+const GOAL_RADIUS: Length = 65 * MM / 10;
 /// The distance at which a driving robot stops.
-const CLOSE: Length = 2 * MM;
+const STOP_DISTANCE: Length = 2 * MM;
 /// The distance within which a robot that has passed the goal does not turn back.
-const PASSED: Length = 5 * MM;
+const PASSED_DISTANCE: Length = 5 * MM;
 
 impl Goal {
     /// Returns true if a robot at this pose has arrived.
     pub fn is_reached(self, pose: &TrackedPose) -> bool {
-        polar(self.x - pose.x, self.y - pose.y).0 < ARRIVED
+        polar(self.x - pose.x, self.y - pose.y).0 < GOAL_RADIUS
     }
 }
 
@@ -43,18 +43,18 @@ const PERCENT: i32 = 16;
 const AHEAD_MAX: i32 = 24 * PERCENT;
 const TURN_MAX: i32 = 9 * PERCENT;
 /// The effort for turning per angle: 6 percent per radian, here in 2^-16.
-const TURN: i32 = 603;
+const TURN_GAIN: i32 = 603;
 /// The lowest effort that turns a wheel. An effort between this and one percent counts as one
 /// percent.
-const LEAST: i32 = PERCENT / 3;
+const EFFORT_MIN: i32 = PERCENT / 3;
 /// The highest duty in percent, which is that of the makers' firmware.
 const DUTY_MAX: i32 = 60;
 
 /// The angle (0.5 radians) from which on the robot turns on the spot.
-const ASIDE: u16 = 5215;
+const SPOT_TURN_ANGLE: u16 = 5215;
 
 /// The duty in percent at which the makers' calibration begins.
-const MINIMUM: u8 = 22;
+const DUTY_START: u8 = 22;
 /// The interval in µs at which the duty is raised while the wheels stand still.
 const RAISE_US: u32 = 100_000;
 /// The distance by which the robot must move, or a wheel must move while the robot turns. It is
@@ -112,14 +112,14 @@ impl Pilot {
         let (distance, bearing) = pose.sight(goal.x, goal.y);
         let is_behind = bearing.magnitude() > Angle::QUARTER.magnitude();
         self.is_there = match self.is_there {
-            true => distance < ARRIVED,
-            false => distance < CLOSE || (distance < PASSED && is_behind),
+            true => distance < GOAL_RADIUS,
+            false => distance < STOP_DISTANCE || (distance < PASSED_DISTANCE && is_behind),
         };
         if self.is_there {
             return Wheels::default();
         }
-        let turn = ((bearing.signed() * TURN) >> 16).clamp(-TURN_MAX, TURN_MAX);
-        let ahead = if bearing.magnitude() < ASIDE {
+        let turn = ((bearing.signed() * TURN_GAIN) >> 16).clamp(-TURN_MAX, TURN_MAX);
+        let ahead = if bearing.magnitude() < SPOT_TURN_ANGLE {
             // The effort is a quarter of a percent per mm.
             (distance / 4).min(AHEAD_MAX)
         } else {
@@ -136,7 +136,7 @@ impl Pilot {
             Minimum::Known(duty) => Minimum::Known(duty),
             Minimum::Unknown => {
                 let until = now.wrapping_add(RAISE_US);
-                Minimum::Sought { duty: MINIMUM, until, from: *pose }
+                Minimum::Sought { duty: DUTY_START, until, from: *pose }
             }
             Minimum::Sought { duty, until, from } => {
                 let (moved, _) = polar(pose.x - from.x, pose.y - from.y);
@@ -150,7 +150,7 @@ impl Pilot {
                     Minimum::Sought { duty: duty + 1, until: until.wrapping_add(RAISE_US), from }
                 } else {
                     // The robot does not move at all, or it is held.
-                    Minimum::Known(MINIMUM)
+                    Minimum::Known(DUTY_START)
                 }
             }
         };
@@ -160,7 +160,7 @@ impl Pilot {
             Minimum::Unknown => (0, 0),
         };
         move |effort: i32| {
-            if effort.abs() < LEAST {
+            if effort.abs() < EFFORT_MIN {
                 return 0;
             }
             let duty = ((effort.abs().max(PERCENT) + PERCENT / 2) / PERCENT + minimum).min(most);

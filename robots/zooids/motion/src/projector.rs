@@ -47,7 +47,7 @@ pub const READABLE_US: u32 = (1 + CODE + 1) * PATTERN_US;
 pub const MIDDLE_US: u32 = (1 + CODE / 2) * PATTERN_US;
 /// The time in µs from the middle of the column to [`MIDDLE_US`], and from there to the middle of
 /// the row.
-pub const ASIDE_US: u32 = COORDINATE / 2 * PATTERN_US;
+pub const AXIS_OFFSET_US: u32 = COORDINATE / 2 * PATTERN_US;
 
 /// The column and the row of a pixel, as they are projected.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

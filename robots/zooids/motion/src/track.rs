@@ -2,7 +2,7 @@
 //! to the present.
 
 use crate::angle::{Angle, polar};
-use crate::projector::{ASIDE_US, MIDDLE_US, Pixel};
+use crate::projector::{AXIS_OFFSET_US, MIDDLE_US, Pixel};
 use crate::{Length, MM};
 
 /// The time in µs without a new position after which the robot is blind.
@@ -28,7 +28,7 @@ const TOLERANCE: Length = 4 * MM;
 /// The distance from the expected position beyond which a single position is rejected. It is the
 /// sum of the error when the robot begins to drive, and of the path of the fastest robot since the
 /// last position, 0.7 mm per ms, here in 2^-8 of an estimate's steps.
-const LEAP: Length = 12 * MM;
+const JUMP_MAX: Length = 12 * MM;
 const FASTEST: i32 = 46;
 
 /// The position of the robot and the direction of its nose, where its antenna is.
@@ -75,12 +75,12 @@ fn place(Pixel { column, row }: Pixel) -> [Length; 2] {
 }
 
 /// The number of bits by which an estimate is finer than the estimated quantity.
-const FINER: u32 = 4;
+const FRACTION_BITS: u32 = 4;
 /// Speeds are in units per 2^14 µs.
-const PER_US: u32 = 14;
+const SPEED_TIME_BITS: u32 = 14;
 /// Times are rounded to 2^4 µs, so that the product with a speed does not overflow: a wheel's 0.5
 /// m/s turns the robot by 50 radians per second.
-const COARSER: u32 = 4;
+const TIME_ROUNDING_BITS: u32 = 4;
 
 /// A quantity and its speed, estimated by an alpha-beta filter. With alpha 3/4 and beta 1/2 it is
 /// critically damped: beta = 2 (2 - alpha) - 4 sqrt(1 - alpha) (Kalata 1984).
@@ -93,14 +93,17 @@ struct Estimate {
 impl Estimate {
     /// Returns the value `us` µs later.
     fn after(&self, us: i32) -> i32 {
-        self.value.wrapping_add((self.speed * (us >> COARSER)) >> (PER_US - COARSER))
+        self.value.wrapping_add(
+            (self.speed * (us >> TIME_ROUNDING_BITS)) >> (SPEED_TIME_BITS - TIME_ROUNDING_BITS),
+        )
     }
 
     /// Corrects the estimate by a measurement `us` µs after the last one, which differs by
     /// `deviation` from the expected value.
     fn correct(&mut self, us: i32, deviation: i32) {
         self.value = self.after(us).wrapping_add((3 * deviation) >> 2);
-        self.speed += (deviation << (PER_US - COARSER - 1)) / (us >> COARSER).max(1);
+        self.speed += (deviation << (SPEED_TIME_BITS - TIME_ROUNDING_BITS - 1))
+            / (us >> TIME_ROUNDING_BITS).max(1);
     }
 }
 
@@ -135,12 +138,13 @@ impl Tracker {
         };
         let us = us as i32;
         // The column was measured before the middle of the frame's code, and the row after it.
-        let aside = |estimate: &Estimate| (estimate.speed * ASIDE_US as i32) >> PER_US;
-        let x = (pose.x << FINER) + aside(&self.x) - self.x.after(us);
-        let y = (pose.y << FINER) - aside(&self.y) - self.y.after(us);
-        let expected = Angle((self.heading.after(us) >> FINER) as i16);
-        let heading = i32::from(pose.heading.minus(expected).0) << FINER;
-        let leap = (LEAP << FINER) + ((us * FASTEST) >> 8);
+        let aside =
+            |estimate: &Estimate| (estimate.speed * AXIS_OFFSET_US as i32) >> SPEED_TIME_BITS;
+        let x = (pose.x << FRACTION_BITS) + aside(&self.x) - self.x.after(us);
+        let y = (pose.y << FRACTION_BITS) - aside(&self.y) - self.y.after(us);
+        let expected = Angle((self.heading.after(us) >> FRACTION_BITS) as i16);
+        let heading = i32::from(pose.heading.minus(expected).0) << FRACTION_BITS;
+        let leap = (JUMP_MAX << FRACTION_BITS) + ((us * FASTEST) >> 8);
         if x.abs().max(y.abs()) > leap {
             if self.is_doubtful {
                 // Two positions in a row were far from the expected one: the robot was moved by
@@ -159,7 +163,7 @@ impl Tracker {
     }
 
     fn begin(&mut self, at: u32, pose: TrackedPose) {
-        let resting = |value: i32| Estimate { value: value << FINER, speed: 0 };
+        let resting = |value: i32| Estimate { value: value << FRACTION_BITS, speed: 0 };
         *self = Tracker {
             at: Some(at),
             x: resting(pose.x),
@@ -177,7 +181,7 @@ impl Tracker {
             self.at = None;
             return None;
         }
-        let after = |estimate: &Estimate| estimate.after(us as i32) >> FINER;
+        let after = |estimate: &Estimate| estimate.after(us as i32) >> FRACTION_BITS;
         Some(TrackedPose {
             x: after(&self.x),
             y: after(&self.y),

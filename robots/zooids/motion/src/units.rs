@@ -12,7 +12,7 @@ pub fn mm(length: Length) -> f32 {
 pub fn from_mm(mm: f32) -> Option<Length> {
     let bits = mm.to_bits();
     let magnitude = bits & !SIGN;
-    if magnitude >= MOST_MM.to_bits() {
+    if magnitude >= MM_MAX.to_bits() {
         return None;
     }
     // The number is the significand, an integer, times a power of two. MM is 16, so below 2^15 mm
@@ -38,7 +38,7 @@ pub fn radians(angle: Angle) -> f32 {
 const FRACTION: u32 = 23;
 const BIAS: u32 = 127;
 const SIGN: u32 = 1 << 31;
-const MOST_MM: f32 = 32_768.0;
+const MM_MAX: f32 = 32_768.0;
 
 /// Returns `value / 2^bits`.
 fn scaled(value: i32, bits: u32) -> f32 {

@@ -15,8 +15,8 @@ use crate::faults::fault::{FaultKind, PositionSource, Scenario};
 use crate::faults::pilot::{COMMAND_TICKS, Pilot};
 
 /// Corners of the fence in m.
-const FENCE_LEAST_M: Vec3 = Vec3::new(-1.0, -1.0, 0.0);
-const FENCE_MOST_M: Vec3 = Vec3::new(1.0, 1.0, 1.5);
+const FENCE_MIN_M: Vec3 = Vec3::new(-1.0, -1.0, 0.0);
+const FENCE_MAX_M: Vec3 = Vec3::new(1.0, 1.0, 1.5);
 /// Height in m below which the flow sensor may see nothing and a robot lands without it.
 const LOW_M: f64 = 0.18;
 /// Time in seconds for which the pilot flies on after a fault.
@@ -76,12 +76,12 @@ struct Room {
 
 fn settings() -> StackSettings {
     let mut settings = StackSettings::CRAZYFLIE_2_1_PLUS;
-    settings.fence = PositionFence::new(FENCE_LEAST_M, FENCE_MOST_M).expect("a box");
+    settings.fence = PositionFence::new(FENCE_MIN_M, FENCE_MAX_M).expect("a box");
     settings
 }
 
 fn outside_m(position_m: DVec3) -> f64 {
-    let nearest = position_m.clamp(FENCE_LEAST_M.as_dvec3(), FENCE_MOST_M.as_dvec3());
+    let nearest = position_m.clamp(FENCE_MIN_M.as_dvec3(), FENCE_MAX_M.as_dvec3());
     position_m.distance(nearest)
 }
 
