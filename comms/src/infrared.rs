@@ -203,6 +203,7 @@ mod tests {
             &b""[..],
             b"ir ",
             b"ir 08010",
+            b"ir 080100abcd060708090afeff0",
             b"ir 080100abcd0607080a0gfeff",
             b"rx 080100abcd06070809",
         ] {

@@ -70,6 +70,8 @@ impl<'a> Payload<'a> {
 
 #[cfg(test)]
 mod tests {
+    extern crate std;
+
     use super::*;
 
     #[test]
@@ -97,15 +99,26 @@ mod tests {
     }
 
     #[test]
-    fn what_is_something_else() {
-        // Truncated payloads, packets of a base station or of the C BittyBuzz, noise, and a message
-        // longer than the maximum are rejected.
+    fn a_received_message_has_the_same_limits() {
+        let message = [8; MESSAGE_MAX + 1];
+        for header in [&[0xb0, 7, 0][..], &[0xb1, 7, 0, 1, 0, 2, 0]] {
+            let position = (header.len() > 3).then_some([1, 2]);
+            let bytes = [header, &message].concat();
+            assert_eq!(Payload::parse(header), None);
+            assert_eq!(Payload::parse(&bytes), None);
+            let longest = Payload { robot: 7, position, message: &message[..MESSAGE_MAX] };
+            assert_eq!(Payload::parse(&bytes[..bytes.len() - 1]), Some(longest));
+        }
+    }
+
+    #[test]
+    fn other_payloads_are_rejected() {
+        // Truncated payloads, packets of a base station or of the C BittyBuzz, and noise.
         let whole = [0xb1, 7, 0, 1, 0, 2, 0, 8];
         assert!(Payload::parse(&whole).is_some());
         assert!((0..whole.len()).all(|length| Payload::parse(&whole[..length]).is_none()));
         for tag in (0..=255).filter(|tag| !(0xb0..=0xb1).contains(tag)) {
             assert_eq!(Payload::parse(&[tag, 250, 0, 0, 0, 0, 0, 8, 0]), None);
         }
-        assert_eq!(Payload::parse(&[0xb0; 4 + MESSAGE_MAX]), None);
     }
 }

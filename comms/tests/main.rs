@@ -7,3 +7,4 @@ mod packets;
 mod queue;
 mod stream;
 mod trace;
+mod trace_log;

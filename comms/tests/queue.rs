@@ -146,7 +146,7 @@ fn an_entry_replaces_one_from_before_the_end_of_the_circle() {
 }
 
 #[test]
-fn doubles_wait_once_and_are_where_they_were_seen_last() {
+fn a_duplicate_waits_once_with_its_last_sighting() {
     let mut inbox = Inbox::<Tiny, u16, 10, 3>::new(0);
     inbox.push(&beacon(1), 50);
     inbox.push(&beacon(2), 60);
@@ -235,7 +235,7 @@ fn a_broadcast_makes_those_of_earlier_steps_stale() {
 }
 
 #[test]
-fn the_older_is_known_however_long_both_wait() {
+fn the_oldest_frame_leaves_first_however_long_it_waited() {
     let mut outbox = Outbox::<Tiny, 10, 3>::new();
     for frame in [broadcast(1, 1, 1), beacon(1)] {
         outbox.push(&frame);
@@ -248,19 +248,32 @@ fn the_older_is_known_however_long_both_wait() {
     assert_eq!(popped(&mut outbox), [1, 2, 3].map(beacon));
 }
 
+/// The second frame is shorter and takes the place of the first.
 #[test]
-fn a_frame_is_copied_with_what_is_behind_it() {
+fn a_frame_is_padded_with_zeros() {
     let mut outbox = Outbox::<Tiny, 10, 1>::new();
-    for frame in [broadcast(1, 2, 3), beacon(1)] {
+    for frame in [broadcast(1, 2, -1), beacon(1)] {
         outbox.push(&frame);
         let mut room = [0xaa; 10];
         let length = outbox.pop().expect("it waits").copy_to(&mut room);
         assert_eq!(room[..length], frame);
+        assert!(room[length..].iter().all(|byte| *byte == 0), "{room:?}");
     }
 }
 
 #[test]
-fn what_is_no_frame_is_dropped() {
+fn counters_stay_at_their_greatest_value() {
+    let mut inbox = Inbox::<Tiny, (), 10, 1>::new(());
+    inbox.push(&beacon(1), ());
+    for _ in 0..=u16::MAX {
+        inbox.push(&beacon(1), ());
+        inbox.push(&[], ());
+    }
+    assert_eq!(inbox.counters(), QueueCounters { dropped: u16::MAX, duplicates: u16::MAX });
+}
+
+#[test]
+fn bytes_that_are_no_frame_are_dropped() {
     let mut inbox = Inbox::<Tiny, (), 10, 2>::new(());
     for junk in [&[][..], &[0; 10], &[3; 10], &[0x80; 10], &[8; 11]] {
         inbox.push(junk, ());

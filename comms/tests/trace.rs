@@ -1,6 +1,6 @@
 //! The records of a script's life, written by hand from the table in the module's documentation.
 
-use bittybuzz_comms::trace::{self, PrintedValue, Record, RecordError, Unused};
+use bittybuzz_comms::trace::{self, PrintedValue, RECORD_MAX, Record, RecordError, Unused};
 use bittybuzz_vm_core::{Fault, FaultCode, ImageError, NetworkCounters, Type};
 use proptest::prelude::*;
 
@@ -101,7 +101,9 @@ fn deep_faults_are_cut() {
     let bytes = trace::fault(1, &fault, (0..500).map(|call| 3 + call));
     let Ok(Record::Fault { calls, .. }) = Record::decode(&bytes) else { panic!("no fault") };
     let calls: Vec<u16> = calls.collect();
-    assert!(calls.len() >= 40 && calls.iter().copied().eq((3..).take(calls.len())));
+    // Ten bytes precede the calls, and each call takes two of the other 86.
+    assert_eq!(calls, (3..46).collect::<Vec<_>>());
+    assert_eq!(bytes.len(), RECORD_MAX);
 }
 
 #[test]

@@ -90,7 +90,29 @@ mod tests {
     }
 
     #[test]
-    fn what_makes_no_sense_is_none() {
+    fn a_pose_has_its_limits() {
+        let pose = |at: usize, value: f32| {
+            let mut numbers = [0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 1.0];
+            numbers[at] = value;
+            Crtp::parse(&packet(&numbers))
+        };
+        for at in 0..3 {
+            for limit in [1000.0_f32, -1000.0] {
+                assert!(pose(at, limit).is_some());
+                let beyond = if limit > 0.0 { limit.next_up() } else { limit.next_down() };
+                assert_eq!(pose(at, beyond), None);
+            }
+        }
+        // The square of the quaternion's length is 0.9 to 1.1.
+        for (part, is_accepted) in
+            [(0.9486, false), (0.9488, true), (1.0488, true), (1.0489, false)]
+        {
+            assert_eq!(pose(6, part).is_some(), is_accepted, "{part}");
+        }
+    }
+
+    #[test]
+    fn implausible_poses_are_rejected() {
         let good = [1.0, 2.0, 3.0, 0.0, 0.0, 0.6, 0.8];
         assert!(Crtp::parse(&packet(&good)).is_some());
         for (at, wrong) in

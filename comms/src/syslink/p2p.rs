@@ -165,16 +165,28 @@ mod tests {
     }
 
     #[test]
-    fn what_is_none() {
+    fn a_received_message_has_the_same_limits() {
+        let message = [9; SWARM_MESSAGE_MAX + 1];
+        for header in [&[0xb0, 7, 0][..], &[0xb1, 7, 0, 1, 0, 2, 0, 3, 0]] {
+            let position = (header.len() > 3).then_some(Position([1, 2, 3]));
+            let bytes = [header, &message].concat();
+            assert_eq!(SwarmFrame::parse(header), None);
+            assert_eq!(SwarmFrame::parse(&bytes), None);
+            let longest = SwarmFrame { robot: 7, position, message: &message[..SWARM_MESSAGE_MAX] };
+            assert_eq!(SwarmFrame::parse(&bytes[..bytes.len() - 1]), Some(longest));
+        }
+    }
+
+    #[test]
+    fn other_frames_are_rejected() {
         let whole = [0xb1, 7, 0, 1, 0, 2, 0, 3, 0, 9];
         assert!(SwarmFrame::parse(&whole).is_some());
-        // Truncated frames, other tags, and a message longer than the maximum are rejected.
+        // Truncated frames and other tags are rejected.
         assert!((0..whole.len()).all(|length| SwarmFrame::parse(&whole[..length]).is_none()));
         assert!((0..=255).all(|tag| {
             let known = tag == 0xb0 || tag == 0xb1;
             SwarmFrame::parse(&[&[tag], &whole[1..]].concat()).is_some() == known
         }));
-        assert_eq!(SwarmFrame::parse(&[&[0xb0, 7, 0][..], &[1; 52]].concat()), None);
     }
 
     /// The bytes follow the table at the head of this file.
@@ -193,8 +205,10 @@ mod tests {
         assert_eq!(Ping::parse(&[0xb2, 7]), None);
         assert_eq!(Ping::parse(&[0xb1, 7, 0, 1]), None);
         assert_eq!(Ping::parse(&[0xb2; P2P_MAX + 1]), None);
-        let most = ping(false, &[1; PING_MAX]);
-        assert_eq!(most.write(&mut [0; P2P_MAX]).map(<[u8]>::len), Some(P2P_MAX));
+        let longest = ping(false, &[1; PING_MAX]);
+        let mut buffer = [0; P2P_MAX];
+        let bytes = longest.write(&mut buffer).expect("it fits");
+        assert_eq!((bytes.len(), Ping::parse(bytes)), (P2P_MAX, Some(longest)));
         assert_eq!(ping(false, &[1; PING_MAX + 1]).write(&mut [0; P2P_MAX]), None);
     }
 

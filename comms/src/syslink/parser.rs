@@ -128,6 +128,8 @@ mod tests {
         }
     }
 
+    /// After a wrong checksum the parser drops one byte. To drop two would give the same frames,
+    /// because the second byte is always 0xcf, and no frame begins with it.
     #[test]
     fn a_wrong_checksum_or_length_is_counted_and_the_next_frame_found() {
         for broken in [
