@@ -16,15 +16,9 @@ use core::arch::asm;
 use bittybuzz_bench::{MEMORY, Machine, Mark, Meter, run};
 use bittybuzz_vm_core::number::Tiny;
 use bittybuzz_vm_core::{Image, Vm};
+use chip_avr::stop;
 
 use crate::flash::Flash;
-
-// avr-libc's float and memory functions are smaller and faster than those of compiler_builtins.
-#[link(name = "m", kind = "static", modifiers = "-bundle")]
-unsafe extern "C" {}
-
-#[link(name = "c", kind = "static", modifiers = "-bundle")]
-unsafe extern "C" {}
 
 #[panic_handler]
 fn panic(_: &core::panic::PanicInfo) -> ! {
@@ -65,12 +59,4 @@ extern "C" fn main() -> ! {
     let vm = unsafe { &mut *place };
     run(vm, Image::new(Flash), Flash::global(), &mut Registers);
     stop()
-}
-
-/// Ends the emulation: sleep without interrupts.
-fn stop() -> ! {
-    loop {
-        // SAFETY: the program has ended; the instructions only stop the core.
-        unsafe { asm!("cli", "sleep") };
-    }
 }

@@ -11,13 +11,7 @@ use bittybuzz_on_chip::{Batch, run_batch, slots};
 use bittybuzz_progmem as progmem;
 use bittybuzz_vm_core::number::{Profile, Tiny};
 use bittybuzz_vm_core::{ByteCode, Part, Parts, Vm};
-
-// avr-libc's float and memory functions are smaller and faster than those of compiler_builtins.
-#[link(name = "m", kind = "static", modifiers = "-bundle")]
-unsafe extern "C" {}
-
-#[link(name = "c", kind = "static", modifiers = "-bundle")]
-unsafe extern "C" {}
+use chip_avr::stop;
 
 #[panic_handler]
 fn panic(_: &core::panic::PanicInfo) -> ! {
@@ -100,12 +94,4 @@ extern "C" fn main() -> ! {
     let vm = unsafe { &mut *place };
     run_batch(vm, &Flash, |report| report.line().into_iter().for_each(send));
     stop()
-}
-
-/// Ends the emulation: sleep without interrupts.
-fn stop() -> ! {
-    loop {
-        // SAFETY: the program has ended; the instructions only stop the core.
-        unsafe { asm!("cli", "sleep") };
-    }
 }

@@ -1,44 +1,17 @@
 //! The benchmark program of Cortex-M cores, see `bittybuzz_bench`.
-//!
-//! The program sends marks by calling [`bench_mark`], where a debugger stops it and makes it return
-//! at once.
 
 #![no_std]
 #![no_main]
 
-use core::arch::naked_asm;
 use core::hint::black_box;
 
-use bittybuzz_bench::{HEADER, Machine, Mark, Meter, ROOM, run, split};
+use bittybuzz_bench::{HEADER, Machine, ROOM, run, split};
 #[cfg(feature = "full")]
 use bittybuzz_vm_core::number::Full as Numbers;
 #[cfg(not(feature = "full"))]
 use bittybuzz_vm_core::number::Tiny as Numbers;
 use bittybuzz_vm_core::{FlashArea, Image, Vm};
-
-#[panic_handler]
-fn panic(_: &core::panic::PanicInfo) -> ! {
-    // The runner detects the missing mark.
-    loop {
-        core::hint::spin_loop();
-    }
-}
-
-/// Receives the mark in R0 and the value in R1.
-#[unsafe(naked)]
-#[unsafe(no_mangle)]
-extern "C" fn bench_mark(_mark: u32, _value: u32) {
-    naked_asm!("bx lr")
-}
-
-struct Debugger;
-
-impl Meter for Debugger {
-    #[inline(always)]
-    fn mark(&mut self, mark: Mark, value: u32) {
-        bench_mark(mark as u32, value);
-    }
-}
+use debugger_cortex_m::Debugger;
 
 #[unsafe(no_mangle)]
 static BENCH_SCRIPT: [u8; ROOM] = [0; ROOM];
