@@ -3,8 +3,9 @@
 //! written only once.
 //!
 //! The build scripts write these files to cargo's `OUT_DIR`:
-//! * `robot.rs`: constants, see [`bittybuzz_robot_spec::generate_rust`], and the type `Numbers` of
-//!   the number profile (`BBZ_PROFILE`, else the robot's);
+//! * `robot.rs`: constants, see [`bittybuzz_robot_spec::generate_rust`], the sizes and periods of the
+//!   virtual machine, `is_function` for the name hashes of the robot's functions, and the type
+//!   `Numbers` of the number profile (`BBZ_PROFILE`, else the robot's);
 //! * `script.bin`: the contents of the script section, which are length and image. With a log of
 //!   scripts, `script_mark.bin` is the end of the script's place;
 //! * `memory.x`: the linker's regions.
@@ -139,7 +140,7 @@ pub fn board(robot: &str, default_script: &str, start: Start) -> Result<(), Buil
     let numbers = format!(
         "/// Numbers of scripts.\npub type Numbers = bittybuzz_vm_core::number::{numbers};\n"
     );
-    write_out("robot.rs", (bittybuzz_robot_spec::generate_rust(&robot) + &numbers).as_bytes())?;
+    write_out("robot.rs", (constants(&robot) + &numbers).as_bytes())?;
     write_out("script.bin", &section)?;
     write_out("memory.x", layout.memory_x().as_bytes())?;
     println!("cargo:rustc-link-search={}", out().display());
@@ -190,14 +191,32 @@ pub fn behind_program(robot: &str, default_script: &str) -> Result<(), BuildErro
     let image = fit::sealed(&image, &robot).map_err(refused)?;
     let section = script_section(parts, &image).ok_or(BuildError::TooLong(script))?;
     let header = section.len() - image.len();
-    let constants = format!(
+    let section_constants = format!(
         "/// Bytes before the image.\npub const SCRIPT_HEADER: usize = {header};\n\
          /// The parts of the machine, as bits.\npub const PARTS: u16 = {:#06x};\n",
         parts.bits()
     );
-    let constants = bittybuzz_robot_spec::generate_rust(&robot) + &constants;
-    write_out("robot.rs", constants.as_bytes())?;
+    write_out("robot.rs", (constants(&robot) + &section_constants).as_bytes())?;
     write_out("script.bin", &section)
+}
+
+/// Returns Rust source of the robot's constants and of what follows from them.
+fn constants(robot: &Robot) -> String {
+    let sizes = robot.sizes();
+    // Reading the robot file limits each period to a byte.
+    let vm = robot.vm;
+    let (beacon, forget, advertise) = (vm.beacon_steps, vm.forget_steps, vm.advertise_steps);
+    let code = format!(
+        "/// The sizes of the virtual machine's memory for other robots.\n\
+         pub const SIZES: bittybuzz_vm_core::Sizes = bittybuzz_vm_core::{sizes:?};\n\
+         /// The periods of the messages that the virtual machine sends on its own.\n\
+         pub const PERIODS: bittybuzz_vm_core::Periods = bittybuzz_vm_core::Periods {{\n    \
+         beacon: {beacon},\n    forget: {forget},\n    advertise: {advertise},\n}};\n\
+         /// Returns true if there is a function of this name hash.\n\
+         pub fn is_function(hash: u16) -> bool {{\n    \
+         FUNCTIONS.iter().any(|(known, _)| *known == hash)\n}}\n"
+    );
+    bittybuzz_robot_spec::generate_rust(robot) + &code
 }
 
 /// Checks the chip's name in cargo's configuration. That file cannot be generated, so it repeats

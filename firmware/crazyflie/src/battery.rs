@@ -18,7 +18,7 @@ use bittybuzz_runtime::liveness::{BEAT, Pulse};
 use embassy_time::Timer;
 
 use crate::link;
-use crate::log;
+use bittybuzz_board::log;
 
 /// The voltage in mV below which each state of charge begins.
 const LADDER_MV: [u16; 3] = [3200, 3100, 3000];

@@ -28,6 +28,7 @@
 use core::arch::naked_asm;
 use core::panic::PanicInfo;
 
+use bittybuzz_board::fault::fault_place;
 use cortex_m::peripheral::{DCB, SCB};
 use embassy_stm32::pac::{PWR, RCC, RTC};
 
@@ -232,18 +233,11 @@ extern "C" fn hard_fault(frame: *const u32) -> ! {
     motors::cut_power();
     // SAFETY: reading CFSR has no effect.
     let status = unsafe { (*SCB::PTR).cfsr.read() };
-    let (mut pc, mut lr) = (0, 0);
-    if STACK.contains(&(frame as usize)) && (frame as usize).is_multiple_of(4) {
-        // SAFETY: the eight words from here on lie within the stack's memory, and the exception
-        // wrote them.
-        unsafe {
-            lr = frame.add(5).read_volatile();
-            pc = frame.add(6).read_volatile();
-        }
-    }
+    // SAFETY: the exception wrote the frame, and the linker gave this memory to the stack.
+    let [pc, lr] = unsafe { fault_place(frame, STACK) };
     restart_after(HARD_FAULT, pc, lr, status)
 }
 
-/// The addresses at which an exception frame of eight words can begin.
-const STACK: core::ops::Range<usize> = crate::robot::STACK_ADDRESS
-    ..crate::robot::STACK_ADDRESS + crate::robot::STACK_SIZE - 7 * size_of::<u32>();
+/// The memory of the stack.
+const STACK: core::ops::Range<usize> =
+    crate::robot::STACK_ADDRESS..crate::robot::STACK_ADDRESS + crate::robot::STACK_SIZE;

@@ -2,21 +2,22 @@
 //! arm here.
 
 use bittybuzz_runtime::call::{expect_count, integer, nothing};
+use bittybuzz_runtime::mail::MailQueues;
 use bittybuzz_runtime::script::{Console, Counts, RobotHost, ScriptStopped};
 use bittybuzz_runtime::setpoint::SetpointWriter;
 use bittybuzz_vm_core::number::{Profile, Rng};
 use bittybuzz_vm_core::{
-    Axis, ByteCode, CallArguments, Periods, Refusal, Reply, RobotFault, Sighting, Value,
+    Axis, ByteCode, CallArguments, Periods, Refusal, Reply, RobotFault, Value,
 };
 use embassy_time::Instant;
 
 use crate::clock;
 use crate::leds::{Color, ScriptLeds, Status, StatusChannel};
 use crate::link::{self, swarm::MAIL};
-use crate::log;
 use crate::motors::{POWER_MAX, Powers};
 use crate::robot::{self, Numbers, function};
 use crate::section::Section;
+use bittybuzz_board::log;
 
 /// The number of steps between two status lines.
 const STATUS_STEPS: u32 = 10 * robot::TICK_HZ as u32;
@@ -84,6 +85,7 @@ impl Crazyflie {
 
 impl RobotHost<Numbers> for Crazyflie {
     const ON_FAULT_STOPS: bool = robot::ON_FAULT_STOPS;
+    const PERIODS: Periods = robot::PERIODS;
 
     fn call<C: ByteCode, const SLOTS: usize>(
         &mut self,
@@ -139,35 +141,12 @@ impl RobotHost<Numbers> for Crazyflie {
         clock::us()
     }
 
-    fn periods(&self) -> Periods {
-        // Each period fits a byte (spec/robot/src/read.rs).
-        Periods {
-            beacon: robot::BEACON_STEPS as u8,
-            forget: robot::FORGET_STEPS as u8,
-            advertise: robot::ADVERTISE_STEPS as u8,
-        }
-    }
-
-    fn receive(&mut self, frame: &mut [u8], sighting: &mut Sighting<Numbers>) -> Option<usize> {
-        MAIL.receive(frame, sighting)
-    }
-
-    fn begin_step(&mut self) {
-        MAIL.begin_step();
-    }
-
-    fn send(&mut self, frame: &[u8]) {
-        MAIL.send(frame);
-    }
-
-    fn dropped(&self) -> [u16; 2] {
-        [MAIL.unread().dropped, MAIL.unsent().dropped]
+    fn mail(&self) -> Option<&'static dyn MailQueues<Numbers>> {
+        Some(&MAIL)
     }
 
     fn report(&mut self, record: &[u8]) {
-        if log::has_room(record.len()) {
-            defmt::println!("bbz {=[u8]}", record);
-        }
+        log::write_record(record);
     }
 
     fn renew(&mut self, counts: Counts) {
@@ -198,9 +177,4 @@ impl RobotHost<Numbers> for Crazyflie {
         self.stopwatch = None;
         self.status.signal(Status::Well);
     }
-}
-
-/// Returns true if there is a function of this name hash.
-pub fn is_function(hash: u16) -> bool {
-    robot::FUNCTIONS.iter().any(|(known, _)| *known == hash)
 }

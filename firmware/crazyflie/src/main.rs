@@ -31,7 +31,6 @@ mod functions;
 mod id;
 mod leds;
 mod link;
-mod log;
 mod motors;
 mod section;
 mod watchdog;
@@ -42,19 +41,20 @@ mod robot {
     include!(concat!(env!("OUT_DIR"), "/robot.rs"));
 }
 
+use bittybuzz_board::log;
 use bittybuzz_comms::syslink::SWARM_MESSAGE_MAX;
 use bittybuzz_runtime::id::Id;
 use bittybuzz_runtime::liveness::{BEAT, LOOK, Liveness, Pulse};
 use bittybuzz_runtime::script;
 use bittybuzz_runtime::setpoint::{self, SetpointWriter};
-use bittybuzz_vm_core::{ByteCode, Image, Part, Sizes, Vm};
+use bittybuzz_vm_core::{ByteCode, Image, Part, Vm};
 use defmt_rtt as _;
 use embassy_executor::Spawner;
 use embassy_stm32::bind_interrupts;
 use embassy_time::{Duration, Timer};
 use static_cell::{ConstStaticCell, StaticCell};
 
-use functions::{Crazyflie, is_function};
+use functions::Crazyflie;
 use leds::{ScriptLeds, Status, StatusChannel, StatusLeds};
 use link::uart::Interrupts;
 use motors::{Motors, Powers};
@@ -66,21 +66,20 @@ bind_interrupts!(struct Irqs {
     USART1 => Interrupts;
 });
 
-static TASKS: Liveness = Liveness::new(7);
+bittybuzz_runtime::tasks! {
+    /// The tasks that the watchdog observes. The log prints their names.
+    #[derive(defmt::Format)]
+    enum Task { Script, Motors, Receive, Send, Swarm, Battery, Leds }
+}
+
+static TASKS: Liveness<Task> = Liveness::new();
 static SETPOINTS: setpoint::Channel<Powers> = setpoint::Channel::new();
 static STATUS: StatusChannel = StatusChannel::new();
 
 /// The room for the lines that the script prints in a slice, in bytes.
 const LOG_BYTES: usize = 1024;
 
-/// The sizes of the virtual machine's memory for other robots.
-const SIZES: Sizes = Sizes {
-    neighbors: robot::NEIGHBORS as u8,
-    bearings: robot::BEARINGS != 0,
-    entries: robot::STIGMERGY_ENTRIES as u8,
-    swarms: robot::SWARMS as u8,
-};
-const SLOTS: usize = robot::SLOTS + SIZES.slots();
+const SLOTS: usize = robot::SLOTS + robot::SIZES.slots();
 type Machine = Vm<Numbers, section::Section, SLOTS>;
 type ScriptTask = script::ScriptTask<Numbers, section::Section, Crazyflie, SLOTS>;
 
@@ -130,8 +129,9 @@ async fn main(spawner: Spawner) {
     static VM: ConstStaticCell<Machine> = ConstStaticCell::new(Vm::new());
     static SCRIPT: StaticCell<ScriptTask> = StaticCell::new();
     let vm = VM.take();
-    vm.set_network_capacity(SIZES);
-    let script = SCRIPT.init(ScriptTask::new(vm, robot_id, crazyflie, pulse(0), LOG.take()));
+    vm.set_network_capacity(robot::SIZES);
+    let script =
+        SCRIPT.init(ScriptTask::new(vm, robot_id, crazyflie, pulse(Task::Script), LOG.take()));
     if let Some(failure) = failure {
         log::error!("restarted after {}: no script runs until power-on", failure);
         STATUS.signal(Status::Stopped);
@@ -143,12 +143,16 @@ async fn main(spawner: Spawner) {
     let may_run = failure.is_none() && board.is_ok();
     // Each task is spawned once, so a place for it is free.
     spawner.spawn(defmt::unwrap!(run_script(script, may_run)));
-    spawner.spawn(defmt::unwrap!(drive_motors(motors, pulse(1))));
-    spawner.spawn(defmt::unwrap!(link::receive::receive_frames(receiver, robot_id, pulse(2))));
-    spawner.spawn(defmt::unwrap!(link::send::send_frames(sender, pulse(3))));
-    spawner.spawn(defmt::unwrap!(link::swarm::broadcast_messages(robot_id, pulse(5))));
-    spawner.spawn(defmt::unwrap!(battery::watch_battery(pulse(6))));
-    spawner.spawn(defmt::unwrap!(leds::show_status(&STATUS, status_leds, pulse(4))));
+    spawner.spawn(defmt::unwrap!(drive_motors(motors, pulse(Task::Motors))));
+    spawner.spawn(defmt::unwrap!(link::receive::receive_frames(
+        receiver,
+        robot_id,
+        pulse(Task::Receive)
+    )));
+    spawner.spawn(defmt::unwrap!(link::send::send_frames(sender, pulse(Task::Send))));
+    spawner.spawn(defmt::unwrap!(link::swarm::broadcast_messages(robot_id, pulse(Task::Swarm))));
+    spawner.spawn(defmt::unwrap!(battery::watch_battery(pulse(Task::Battery))));
+    spawner.spawn(defmt::unwrap!(leds::show_status(&STATUS, status_leds, pulse(Task::Leds))));
     spawner.spawn(defmt::unwrap!(feed_watchdog()));
 }
 
@@ -158,7 +162,7 @@ async fn run_script(script: &'static mut ScriptTask, may_run: bool) -> ! {
         let image = Image::new(section::image());
         let period = Duration::from_hz(robot::TICK_HZ as u64);
         // The robot's id makes the random numbers of robots differ.
-        let _ = script.run(image, is_function, 0, period).await;
+        let _ = script.run(image, robot::is_function, 0, period).await;
         log::info!("the script has stopped");
     }
     script.rest().await
@@ -183,7 +187,9 @@ async fn feed_watchdog() -> ! {
         if TASKS.all_live() {
             watchdog::feed();
         } else {
-            log::error!("no sign of life from task(s) {=u8:b}", TASKS.missing());
+            for task in TASKS.missing() {
+                log::error!("no sign of life from task {}", task);
+            }
         }
     }
 }

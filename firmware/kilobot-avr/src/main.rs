@@ -48,7 +48,7 @@ use bittybuzz_kilobot::distance::distance;
 use bittybuzz_kilobot::light::{Blinker, Color, of_battery};
 use bittybuzz_kilobot::mode::{Act, RobotMode};
 use bittybuzz_kilobot::sender::Sender;
-use bittybuzz_vm_core::{Sizes, Vm};
+use bittybuzz_vm_core::Vm;
 
 use chip::registers;
 use robot::KilobotHost;
@@ -61,14 +61,7 @@ unsafe extern "C" {}
 #[link(name = "c", kind = "static", modifiers = "-bundle")]
 unsafe extern "C" {}
 
-/// The sizes of the virtual machine's memory for other robots.
-const SIZES: Sizes = Sizes {
-    neighbors: toml::NEIGHBORS as u8,
-    bearings: toml::BEARINGS != 0,
-    entries: toml::STIGMERGY_ENTRIES as u8,
-    swarms: toml::SWARMS as u8,
-};
-const SLOTS: usize = toml::SLOTS + SIZES.slots();
+const SLOTS: usize = toml::SLOTS + toml::SIZES.slots();
 
 /// The virtual machine takes no more memory than the robot file promises.
 const _: () = assert!(size_of::<Machine>() <= toml::MEMORY - toml::QUEUE_MEMORY);

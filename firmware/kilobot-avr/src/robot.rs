@@ -140,12 +140,7 @@ impl Host<Tiny> for KilobotHost {
     }
 
     fn periods(&self) -> Periods {
-        // Each period fits a byte (spec/robot/src/read.rs).
-        Periods {
-            beacon: toml::BEACON_STEPS as u8,
-            forget: toml::FORGET_STEPS as u8,
-            advertise: toml::ADVERTISE_STEPS as u8,
-        }
+        toml::PERIODS
     }
 
     fn receive(&mut self, frame: &mut [u8], sighting: &mut Sighting<Tiny>) -> Option<usize> {

@@ -31,7 +31,7 @@ const OFFERED: u16 = {
         hashes[index] = FUNCTIONS[index].0;
         index += 1;
     }
-    seal::robot::<Tiny>(FEATURES, crate::SIZES, Section::PARTS, &hashes)
+    seal::robot::<Tiny>(FEATURES, toml::SIZES, Section::PARTS, &hashes)
 };
 
 /// The virtual machine of this robot.

@@ -34,7 +34,7 @@ fn address(at: usize) -> usize {
 
 impl ByteCode for Section {
     const PARTS: Parts = Parts::from_bits(toml::PARTS);
-    const SIZES: Option<Sizes> = Some(crate::SIZES);
+    const SIZES: Option<Sizes> = Some(toml::SIZES);
     const ONLY: Option<Self> = Some(Section);
 
     fn len(&self) -> usize {

@@ -21,6 +21,23 @@ const PAUSE_US: core::ops::Range<u32> = 2_000..18_000;
 
 type Shared<T> = Mutex<CriticalSectionRawMutex, RefCell<T>>;
 
+/// The queues of a link, as the script's task uses them.
+pub trait MailQueues<P: Profile> {
+    /// Takes the next received frame; see `bittybuzz_vm_core::Host::receive`. Returns `None` if
+    /// `frame` is shorter than the longest frame.
+    fn receive(&self, frame: &mut [u8], sighting: &mut Sighting<P>) -> Option<usize>;
+
+    /// Marks the beginning of a step: its broadcasts may replace waiting ones.
+    fn begin_step(&self);
+
+    /// Queues a frame of the script.
+    fn send(&self, frame: &[u8]);
+
+    /// Returns the numbers of frames that the full queues dropped since the start: received ones,
+    /// and ones to be sent.
+    fn dropped(&self) -> [u16; 2];
+}
+
 /// The queues of `IN` received frames and `OUT` frames to be sent, of at most `FRAME` bytes each.
 pub struct Mail<P: Profile, const FRAME: usize, const IN: usize, const OUT: usize> {
     inbox: Shared<Inbox<P, Sighting<P>, FRAME, IN>>,
@@ -40,31 +57,8 @@ impl<P: Profile, const FRAME: usize, const IN: usize, const OUT: usize> Mail<P, 
     }
 
     /// Adds a frame that the link received.
-    pub fn hear(&self, frame: &[u8], sighting: Sighting<P>) {
+    pub fn add_received(&self, frame: &[u8], sighting: Sighting<P>) {
         with(&self.inbox, |inbox| inbox.push(frame, sighting));
-    }
-
-    /// Takes the next received frame; see `bittybuzz_vm_core::Host::receive`. Returns `None` if
-    /// `frame` is shorter than `FRAME`.
-    pub fn receive(&self, frame: &mut [u8], sighting: &mut Sighting<P>) -> Option<usize> {
-        let frame = frame.first_chunk_mut()?;
-        with(&self.inbox, |inbox| {
-            let (heard, from) = inbox.pop()?;
-            // The fields are copied one by one, which a Cortex-M0 does in place.
-            (sighting.robot, sighting.place) = (from.robot, from.place);
-            Some(heard.copy_to(frame))
-        })?
-    }
-
-    /// Marks the beginning of a step: its broadcasts may replace waiting ones.
-    pub fn begin_step(&self) {
-        with(&self.outbox, Outbox::begin_step);
-    }
-
-    /// Queues a frame of the script.
-    pub fn send(&self, frame: &[u8]) {
-        with(&self.outbox, |outbox| outbox.push(frame));
-        self.waiting.signal(());
     }
 
     /// Returns the counts of received frames that were not read.
@@ -103,6 +97,33 @@ impl<P: Profile, const FRAME: usize, const IN: usize, const OUT: usize> Mail<P, 
     /// Takes the next frame to be sent, and returns its length.
     pub fn next_unsent(&self, frame: &mut [u8; FRAME]) -> Option<usize> {
         with(&self.outbox, |outbox| Some(outbox.pop()?.copy_to(frame)))?
+    }
+}
+
+impl<P: Profile, const FRAME: usize, const IN: usize, const OUT: usize> MailQueues<P>
+    for Mail<P, FRAME, IN, OUT>
+{
+    fn receive(&self, frame: &mut [u8], sighting: &mut Sighting<P>) -> Option<usize> {
+        let frame = frame.first_chunk_mut()?;
+        with(&self.inbox, |inbox| {
+            let (received, from) = inbox.pop()?;
+            // The fields are copied one by one, which a Cortex-M0 does in place.
+            (sighting.robot, sighting.place) = (from.robot, from.place);
+            Some(received.copy_to(frame))
+        })?
+    }
+
+    fn begin_step(&self) {
+        with(&self.outbox, Outbox::begin_step);
+    }
+
+    fn send(&self, frame: &[u8]) {
+        with(&self.outbox, |outbox| outbox.push(frame));
+        self.waiting.signal(());
+    }
+
+    fn dropped(&self) -> [u16; 2] {
+        [self.unread().dropped, self.unsent().dropped]
     }
 }
 

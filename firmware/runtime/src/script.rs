@@ -5,7 +5,7 @@
 //! on one stack and one processor. It must therefore never run for long, whatever the script does.
 //!
 //! # Slices
-//! The virtual machine runs in slices of at most 500 µs, and the task yields after each. The
+//! The virtual machine runs in slices of at most [`SLICE_MAX`], and the task yields after each. The
 //! robot's clock ends a slice; the machine reads that clock after every instruction that may take
 //! long. Ticks that come while a step is still running are skipped and counted, never queued: the
 //! steps of a slow script become less frequent, but no backlog builds up.
@@ -36,6 +36,7 @@ use embassy_futures::yield_now;
 use embassy_time::{Duration, Instant, Timer};
 
 use crate::liveness::{BEAT, Pulse};
+use crate::mail::MailQueues;
 use crate::setpoint::HOLD;
 
 mod bridge;
@@ -51,10 +52,12 @@ use ticks::Ticks;
 /// The longest time for which the script keeps the processor, including a garbage collection.
 pub const SLICE_MAX: Duration = Duration::from_micros(500);
 
-/// The time in µs after which the slice ends as soon as the clock is read. The rest of
-/// [`SLICE_MAX`] is for the work before that reading: [`CHUNK`] short instructions, and a long one
-/// with a collection of a full heap.
-const SLICE: u16 = 150;
+/// The part of [`SLICE_MAX`] for the work before the clock is read: [`CHUNK`] short instructions,
+/// and a long one with a collection of a full heap.
+const LAST_WORK: Duration = Duration::from_micros(350);
+
+/// The time in µs after which the slice ends as soon as the clock is read.
+const SLICE_US: u16 = (SLICE_MAX.as_micros() - LAST_WORK.as_micros()) as u16;
 
 /// The number of short instructions between two readings of the clock. After a long instruction the
 /// machine reads the clock at once.
@@ -79,6 +82,9 @@ pub trait RobotHost<P: Profile> {
     /// True if every fault stops the script for good.
     const ON_FAULT_STOPS: bool = false;
 
+    /// The periods of the messages that the virtual machine sends on its own.
+    const PERIODS: Periods = Periods::DEFAULT;
+
     /// Calls a robot function; see [`Host::call`](bittybuzz_vm_core::Host::call).
     fn call<C: ByteCode, const SLOTS: usize>(
         &mut self,
@@ -97,27 +103,35 @@ pub trait RobotHost<P: Profile> {
         Instant::now().as_micros() as u16
     }
 
-    /// Returns the periods of beacons and advertisements; see
-    /// [`Host::periods`](bittybuzz_vm_core::Host::periods).
-    fn periods(&self) -> Periods {
-        Periods::DEFAULT
-    }
-
-    /// Takes the next received frame; see [`Host::receive`](bittybuzz_vm_core::Host::receive).
-    fn receive(&mut self, _frame: &mut [u8], _sighting: &mut Sighting<P>) -> Option<usize> {
+    /// Returns the queues of the robot's link; `None` if the robot has no link. The next four
+    /// functions use them.
+    fn mail(&self) -> Option<&'static dyn MailQueues<P>> {
         None
     }
 
+    /// Takes the next received frame; see [`Host::receive`](bittybuzz_vm_core::Host::receive).
+    fn receive(&mut self, frame: &mut [u8], sighting: &mut Sighting<P>) -> Option<usize> {
+        self.mail()?.receive(frame, sighting)
+    }
+
     /// Marks the beginning of a step: its messages may replace waiting ones of the step before.
-    fn begin_step(&mut self) {}
+    fn begin_step(&mut self) {
+        if let Some(mail) = self.mail() {
+            mail.begin_step();
+        }
+    }
 
     /// Queues a frame for all robots in range; see [`Host::send`](bittybuzz_vm_core::Host::send).
-    fn send(&mut self, _frame: &[u8]) {}
+    fn send(&mut self, frame: &[u8]) {
+        if let Some(mail) = self.mail() {
+            mail.send(frame);
+        }
+    }
 
     /// Returns the numbers of frames that the full queues dropped since the start: received ones,
     /// and ones to be sent.
     fn dropped(&self) -> [u16; 2] {
-        [0; 2]
+        self.mail().map_or([0; 2], |mail| mail.dropped())
     }
 
     /// Sends a record to the trace. It is called between slices only.
@@ -270,7 +284,7 @@ impl<P: Profile, C: ByteCode + 'static, R: RobotHost<P>, const SLOTS: usize>
         if R::HAS_TRACE {
             self.robot.report(&trace::fault(self.counts.steps, fault, self.vm.calls()));
         }
-        self.tell_unused();
+        self.report_unused();
         stopped
     }
 
@@ -308,7 +322,7 @@ impl<P: Profile, C: ByteCode + 'static, R: RobotHost<P>, const SLOTS: usize>
             let outcome = self.slice();
             self.pulse.beat();
             let has_printed_much = self.log.is_much();
-            self.tell();
+            self.report_log();
             match outcome {
                 // The script waits on purpose, so the ticks that pass are not missed.
                 Outcome::Waiting => ticks.pass(),
@@ -353,11 +367,11 @@ impl<P: Profile, C: ByteCode + 'static, R: RobotHost<P>, const SLOTS: usize>
     /// Renews the set-points, and reports discarded messages.
     fn renew(&mut self) {
         self.robot.renew(self.counts);
-        self.tell_unused();
+        self.report_unused();
     }
 
     /// Reports the counts of discarded messages if they have changed.
-    fn tell_unused(&mut self) {
+    fn report_unused(&mut self) {
         if !R::HAS_TRACE {
             return;
         }
@@ -391,7 +405,7 @@ impl<P: Profile, C: ByteCode + 'static, R: RobotHost<P>, const SLOTS: usize>
             outcome = self.vm.run(&mut bridge, CHUNK);
             let us = self.robot.clock_us().wrapping_sub(begin);
             self.counts.longest_slice_us = self.counts.longest_slice_us.max(us.into());
-            if outcome != Outcome::Pending || us >= SLICE || self.log.is_much() {
+            if outcome != Outcome::Pending || us >= SLICE_US || self.log.is_much() {
                 break;
             }
         }
@@ -399,7 +413,7 @@ impl<P: Profile, C: ByteCode + 'static, R: RobotHost<P>, const SLOTS: usize>
     }
 
     /// Reports the lines that the script printed in the slice.
-    fn tell(&mut self) {
+    fn report_log(&mut self) {
         if R::HAS_TRACE {
             self.log.drain(|record| self.robot.report(record));
         }

@@ -7,7 +7,8 @@ use std::task::{Context, Poll, Waker};
 
 use crate::common::{advance_us, clock};
 use bittybuzz_runtime::liveness::Liveness;
-use bittybuzz_runtime::mail::Mail;
+use bittybuzz_runtime::mail::{Mail, MailQueues};
+use bittybuzz_runtime::tasks;
 use bittybuzz_vm_core::number::{Full, Rng};
 use bittybuzz_vm_core::{Sighting, Value};
 use embassy_time::Instant;
@@ -30,7 +31,7 @@ fn the_script_gets_what_was_heard_and_from_whom() {
     let mail = SmallMail::new();
     let (mut frame, mut sighting) = ([0; 20], Sighting::default());
     assert!(mail.receive(&mut frame, &mut sighting).is_none());
-    mail.hear(&broadcast(7, 1, 1), seen(7));
+    mail.add_received(&broadcast(7, 1, 1), seen(7));
     let length = mail.receive(&mut frame, &mut sighting).expect("a frame");
     assert_eq!(frame[..length], broadcast(7, 1, 1));
     assert_eq!(sighting.robot, Some(7));
@@ -44,28 +45,32 @@ fn the_script_gets_what_was_heard_and_from_whom() {
 #[test]
 fn what_there_is_no_room_for_is_counted() {
     let mail = SmallMail::new();
-    (0..100).for_each(|n| mail.hear(&broadcast(7, n, 1), seen(7)));
-    mail.hear(&broadcast(7, 99, 1), seen(7));
+    (0..100).for_each(|n| mail.add_received(&broadcast(7, n, 1), seen(7)));
+    mail.add_received(&broadcast(7, 99, 1), seen(7));
     assert_eq!((mail.unread().dropped, mail.unread().duplicates), (97, 1));
     let (mut frame, mut sighting) = ([0; 20], Sighting::default());
     let received = std::iter::from_fn(|| mail.receive(&mut frame, &mut sighting)).count();
     assert_eq!(received, 3);
     // One frame is too long, and the others are of no known type.
-    mail.hear(&[0x05; 21], seen(7));
-    mail.hear(&[0x01; 9], seen(7));
-    mail.hear(&[], seen(7));
+    mail.add_received(&[0x05; 21], seen(7));
+    mail.add_received(&[0x01; 9], seen(7));
+    mail.add_received(&[], seen(7));
     assert!(mail.receive(&mut frame, &mut sighting).is_none());
     (0..5).for_each(|n| mail.send(&broadcast(1, n, 1)));
     assert_eq!(mail.unsent().dropped, 2);
 }
 
+tasks! {
+    enum Task { Radio }
+}
+
 /// Returns the frames that are sent and their times in µs, if the script sends `frames` at 0.
 fn sent(mail: &SmallMail, seed: u16, frames: &[Vec<u8>], us: u64) -> Vec<(u64, Vec<u8>)> {
-    let liveness: &'static Liveness = Box::leak(Box::new(Liveness::new(1)));
+    let liveness: &'static Liveness<Task> = Box::leak(Box::new(Liveness::new()));
     let sent = RefCell::new(Vec::new());
     let transmit =
         |frame: &[u8]| sent.borrow_mut().push((Instant::now().as_micros(), frame.to_vec()));
-    let mut drain = pin!(mail.drain(Rng::new(0, seed), liveness.pulse(0), transmit));
+    let mut drain = pin!(mail.drain(Rng::new(0, seed), liveness.pulse(Task::Radio), transmit));
     let mut context = Context::from_waker(Waker::noop());
     frames.iter().for_each(|frame| mail.send(frame));
     let mut alive_at = 0;

@@ -7,6 +7,7 @@ use std::task::{Context, Poll, Waker};
 use crate::common::{advance_us, clock, note, now_ms, take_events};
 use bittybuzz_runtime::liveness::Liveness;
 use bittybuzz_runtime::setpoint::{Channel, HOLD, MotorDriver, SetpointWriter, drive};
+use bittybuzz_runtime::tasks;
 use embassy_time::{Duration, Timer};
 
 /// Fake motors that record their actions and steer every 20 ms.
@@ -36,6 +37,10 @@ impl MotorDriver for Steered {
     }
 }
 
+tasks! {
+    enum Task { Motors }
+}
+
 /// The motors steer until the set-point expires, half a second after it was renewed, and no command
 /// is late because of that.
 #[test]
@@ -43,9 +48,9 @@ fn a_goal_is_steered_to_until_it_expires() {
     let _turn = clock();
     take_events();
     static CHANNEL: Channel<i32> = Channel::new();
-    let liveness: &'static Liveness = Box::leak(Box::new(Liveness::new(1)));
+    let liveness: &'static Liveness<Task> = Box::leak(Box::new(Liveness::new()));
     let mut motors = Steered::default();
-    let mut task = pin!(drive(&CHANNEL, &mut motors, liveness.pulse(0)));
+    let mut task = pin!(drive(&CHANNEL, &mut motors, liveness.pulse(Task::Motors)));
     let mut context = Context::from_waker(Waker::noop());
     let mut writer = SetpointWriter::new(&CHANNEL);
     let mut alive_at = 0;

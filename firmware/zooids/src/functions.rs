@@ -6,16 +6,16 @@ use core::ops::RangeInclusive;
 use bittybuzz_motion::drive::{Goal, Wheels};
 use bittybuzz_motion::{Length, MM, units};
 use bittybuzz_runtime::call::{expect_count, integer, nothing};
+use bittybuzz_runtime::mail::MailQueues;
 use bittybuzz_runtime::script::{Console, Counts, RobotHost, ScriptStopped};
 use bittybuzz_runtime::setpoint::SetpointWriter;
 use bittybuzz_vm_core::number::Tiny;
 use bittybuzz_vm_core::{
-    Argument, Axis, ByteCode, CallArguments, Periods, Refusal, Reply, RobotFault, Sighting, Value,
+    Argument, Axis, ByteCode, CallArguments, Periods, Refusal, Reply, RobotFault, Value,
 };
 
 use crate::eyes;
 use crate::leds::{Light, LightChannel};
-use crate::log::info;
 use crate::motors::Drive;
 #[cfg(feature = "defmt")]
 use crate::radio;
@@ -23,6 +23,7 @@ use crate::radio::MAIL;
 use crate::robot::{self, function};
 use crate::sensors;
 use crate::time;
+use bittybuzz_board::log::{self, info};
 
 /// The duties of `forward()`, and of `left()` and `right()`, in percent.
 const FORWARD: i8 = 80;
@@ -55,6 +56,7 @@ impl Zooid {
 impl RobotHost<Tiny> for Zooid {
     const HAS_TRACE: bool = cfg!(feature = "defmt");
     const ON_FAULT_STOPS: bool = robot::ON_FAULT_STOPS;
+    const PERIODS: Periods = robot::PERIODS;
 
     fn call<C: ByteCode, const SLOTS: usize>(
         &mut self,
@@ -114,36 +116,12 @@ impl RobotHost<Tiny> for Zooid {
         time::clock_us()
     }
 
-    fn periods(&self) -> Periods {
-        // Each period fits a byte (spec/robot/src/read.rs).
-        Periods {
-            beacon: robot::BEACON_STEPS as u8,
-            forget: robot::FORGET_STEPS as u8,
-            advertise: robot::ADVERTISE_STEPS as u8,
-        }
+    fn mail(&self) -> Option<&'static dyn MailQueues<Tiny>> {
+        Some(&MAIL)
     }
 
-    fn receive(&mut self, frame: &mut [u8], sighting: &mut Sighting<Tiny>) -> Option<usize> {
-        MAIL.receive(frame, sighting)
-    }
-
-    fn begin_step(&mut self) {
-        MAIL.begin_step();
-    }
-
-    fn send(&mut self, frame: &[u8]) {
-        MAIL.send(frame);
-    }
-
-    fn dropped(&self) -> [u16; 2] {
-        [MAIL.unread().dropped, MAIL.unsent().dropped]
-    }
-
-    fn report(&mut self, _record: &[u8]) {
-        #[cfg(feature = "defmt")]
-        if crate::log::has_room(_record.len()) {
-            defmt::println!("bbz {=[u8]}", _record);
-        }
+    fn report(&mut self, record: &[u8]) {
+        log::write_record(record);
     }
 
     fn renew(&mut self, counts: Counts) {
@@ -182,11 +160,6 @@ impl RobotHost<Tiny> for Zooid {
     fn restart(&mut self) {
         self.light.signal(Light::Script(0));
     }
-}
-
-/// Returns true if there is a function of this name hash.
-pub fn is_function(hash: u16) -> bool {
-    robot::FUNCTIONS.iter().any(|(known, _)| *known == hash)
 }
 
 fn within(value: i32, range: RangeInclusive<i32>) -> core::result::Result<i32, RobotFault> {

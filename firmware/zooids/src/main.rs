@@ -23,7 +23,6 @@ mod failure;
 mod functions;
 mod i2c;
 mod leds;
-mod log;
 mod memory;
 mod motors;
 mod pins;
@@ -41,6 +40,7 @@ mod robot {
     include!(concat!(env!("OUT_DIR"), "/robot.rs"));
 }
 
+use bittybuzz_board::log::{error, info, warning};
 use bittybuzz_comms::nrf24::MESSAGE_MAX;
 use bittybuzz_motion::drive::Pilot;
 use bittybuzz_runtime::battery::Charge;
@@ -49,7 +49,7 @@ use bittybuzz_runtime::liveness::{Liveness, Pulse};
 use bittybuzz_runtime::script;
 use bittybuzz_runtime::setpoint::{self, SetpointWriter};
 use bittybuzz_vm_core::number::Tiny;
-use bittybuzz_vm_core::{ByteCode, Image, Part, Sizes, Vm};
+use bittybuzz_vm_core::{ByteCode, Image, Part, Vm};
 #[cfg(feature = "defmt")]
 use defmt_rtt as _;
 use embassy_executor::{SpawnError, SpawnToken, Spawner};
@@ -59,9 +59,9 @@ use static_cell::{ConstStaticCell, StaticCell};
 
 use eyes::Eyes;
 use failure::Failure;
-use functions::{Zooid, is_function};
+use functions::Zooid;
 use leds::{Led, Light, LightChannel};
-use log::{error, info, warning};
+
 use motors::{Drive, Motors};
 use radio::nrf24::Nrf24;
 use settings::setting;
@@ -70,18 +70,17 @@ use touch::Touch;
 /// The room for the lines that the script prints in a slice, in bytes. Only defmt reads it.
 const LOG_BYTES: usize = if cfg!(feature = "defmt") { 256 } else { 0 };
 
-static TASKS: Liveness = Liveness::new(5);
+bittybuzz_runtime::tasks! {
+    /// The tasks that the watchdog observes. The log prints their names.
+    #[cfg_attr(feature = "defmt", derive(defmt::Format))]
+    pub enum Task { Script, Leds, Motors, Radio, Sensors }
+}
+
+static TASKS: Liveness<Task> = Liveness::new();
 static SETPOINTS: setpoint::Channel<Drive> = setpoint::Channel::new();
 static LIGHT: LightChannel = LightChannel::new();
 
-/// The sizes of the virtual machine's memory for other robots.
-const SIZES: Sizes = Sizes {
-    neighbors: robot::NEIGHBORS as u8,
-    bearings: robot::BEARINGS != 0,
-    entries: robot::STIGMERGY_ENTRIES as u8,
-    swarms: robot::SWARMS as u8,
-};
-const SLOTS: usize = robot::SLOTS + SIZES.slots();
+const SLOTS: usize = robot::SLOTS + robot::SIZES.slots();
 type Machine = Vm<Tiny, section::Section, SLOTS>;
 type ScriptTask = script::ScriptTask<Tiny, section::Section, Zooid, SLOTS>;
 
@@ -131,8 +130,8 @@ async fn main(spawner: Spawner) {
     static VM: ConstStaticCell<Machine> = ConstStaticCell::new(Vm::new());
     static SCRIPT: StaticCell<ScriptTask> = StaticCell::new();
     let vm = VM.take();
-    vm.set_network_capacity(SIZES);
-    let script = SCRIPT.init(ScriptTask::new(vm, robot_id, zooid, pulse(0), LOG.take()));
+    vm.set_network_capacity(robot::SIZES);
+    let script = SCRIPT.init(ScriptTask::new(vm, robot_id, zooid, pulse(Task::Script), LOG.take()));
     // After any other failure the charger must not restart the robot.
     let watches_battery = matches!(failure, None | Some(Failure::FlatBattery));
     match failure {
@@ -147,10 +146,10 @@ async fn main(spawner: Spawner) {
         }
     }
     start(spawner, run_script(script, failure.is_none()));
-    start(spawner, leds::shine(&LIGHT, led, pulse(1)));
-    start(spawner, drive_motors(motors, pulse(2)));
-    start(spawner, radio::talk(radio, robot_id, pulse(3)));
-    start(spawner, sensors::sense(charger, touch, watches_battery, pulse(4)));
+    start(spawner, leds::shine(&LIGHT, led, pulse(Task::Leds)));
+    start(spawner, drive_motors(motors, pulse(Task::Motors)));
+    start(spawner, radio::talk(radio, robot_id, pulse(Task::Radio)));
+    start(spawner, sensors::sense(charger, touch, watches_battery, pulse(Task::Sensors)));
     start(spawner, watchdog::feed(watchdog, &TASKS));
 }
 
@@ -168,7 +167,7 @@ async fn run_script(script: &'static mut ScriptTask, may_run: bool) -> ! {
         let image = Image::new(section::image());
         let period = Duration::from_hz(robot::TICK_HZ as u64);
         // The robot's id makes the random numbers of robots differ.
-        let _ = script.run(image, is_function, 0, period).await;
+        let _ = script.run(image, robot::is_function, 0, period).await;
         info!("the script has stopped");
     }
     script.rest().await

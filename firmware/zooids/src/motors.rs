@@ -22,9 +22,9 @@ use embassy_stm32::pac::timer::vals::Ocm;
 use embassy_time::Instant;
 
 use crate::eyes::{self, Eyes};
-use crate::log::info;
 use crate::pins::MOTORS;
 use crate::sensors;
+use bittybuzz_board::log::info;
 
 /// 48 MHz / 12 = 4 MHz. A period of 100 steps then has 40 kHz.
 const PRESCALER: u16 = 12;

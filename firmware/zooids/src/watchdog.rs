@@ -6,7 +6,8 @@ use embassy_stm32::peripherals::IWDG;
 use embassy_stm32::wdg::IndependentWatchdog;
 use embassy_time::Timer;
 
-use crate::log::error;
+use crate::Task;
+use bittybuzz_board::log::error;
 
 /// The timeout in µs, at the 40 kHz that the driver assumes. The watchdog's own clock has 30 to 50
 /// kHz (data sheet, table 42), so the timeout is 200 to 333 ms. The watchdog is fed every 100 ms.
@@ -30,14 +31,14 @@ pub fn start() -> Watchdog {
 
 /// Runs the task that feeds the watchdog.
 #[embassy_executor::task]
-pub async fn feed(mut watchdog: Watchdog, tasks: &'static Liveness) -> ! {
+pub async fn feed(mut watchdog: Watchdog, tasks: &'static Liveness<Task>) -> ! {
     loop {
         if tasks.all_live() {
             watchdog.pet();
         }
         Timer::after(LOOK).await;
-        if tasks.missing() != 0 {
-            error!("no sign of life from task(s) {=u8:b}", tasks.missing());
+        for _task in tasks.missing() {
+            error!("no sign of life from task {}", _task);
         }
     }
 }

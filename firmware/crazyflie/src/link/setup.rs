@@ -6,7 +6,7 @@ use embassy_time::{Duration, Instant};
 
 use super::STATE;
 use super::send::send;
-use crate::log;
+use bittybuzz_board::log;
 
 /// The time between two attempts.
 const RETRY: Duration = Duration::from_millis(100);

@@ -11,9 +11,10 @@ use embassy_time::{Duration, Instant, Timer};
 
 use super::send::send;
 use super::{POSE, STATE};
+use crate::id;
 use crate::robot::{FRAME_BYTES, IN_QUEUE, Numbers, OUT_QUEUE};
 use crate::section::Section;
-use crate::{id, log};
+use bittybuzz_board::log;
 
 /// The messages that wait for the script, and those that wait for the radio.
 pub static MAIL: Mail<Numbers, FRAME_BYTES, IN_QUEUE, OUT_QUEUE> = Mail::new();
@@ -54,7 +55,7 @@ impl SwarmReceiver {
             (Some(here), Some(there)) => Some(here.place_of::<Numbers, Section>(there.mm())),
             _ => None,
         };
-        MAIL.hear(message, Sighting { robot: Some(robot), place });
+        MAIL.add_received(message, Sighting { robot: Some(robot), place });
     }
 
     /// Counts a sender that has this robot's id, and reports the first one.

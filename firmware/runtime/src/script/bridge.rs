@@ -10,7 +10,7 @@ use embassy_time::{Duration, Instant};
 use heapless::Vec;
 
 use super::log::Log;
-use super::{RobotHost, SLICE};
+use super::{RobotHost, SLICE_US};
 
 /// The contained faults that were reported, by position and cause. Faults at further places are
 /// only counted.
@@ -89,11 +89,11 @@ impl<P: Profile, R: RobotHost<P>> Host<P> for SliceHost<'_, R> {
 
     #[inline(always)]
     fn is_slice_over(&mut self) -> bool {
-        self.robot.clock_us().wrapping_sub(self.begin) >= SLICE
+        self.robot.clock_us().wrapping_sub(self.begin) >= SLICE_US
     }
 
     fn periods(&self) -> Periods {
-        self.robot.periods()
+        R::PERIODS
     }
 
     fn receive(&mut self, frame: &mut [u8], sighting: &mut Sighting<P>) -> Option<usize> {

@@ -12,6 +12,7 @@ use bittybuzz_compiler::include::{DiskFiles, IncludeLoader};
 use bittybuzz_runtime::liveness::Liveness;
 use bittybuzz_runtime::script::{Console, Counts, RobotHost, ScriptStopped, ScriptTask};
 use bittybuzz_runtime::setpoint::{Channel, MotorDriver, SetpointWriter};
+use bittybuzz_runtime::tasks;
 use bittybuzz_vm_core::hash::name_hash;
 use bittybuzz_vm_core::number::Full;
 use bittybuzz_vm_core::{Axis, ByteCode, CallArguments, Reply, RobotFault, Sighting, Sizes, Value};
@@ -160,6 +161,10 @@ impl MotorDriver for FakeMotors {
     }
 }
 
+tasks! {
+    enum Task { Script, Motors }
+}
+
 /// The sizes of the robot's memory for other robots.
 const SIZES: Sizes = Sizes { neighbors: 2, bearings: true, entries: 2, swarms: 2 };
 
@@ -201,13 +206,13 @@ pub fn run_robot<const ON_FAULT_STOPS: bool>(image: &[u8], radio: Frames, ms: u6
     let _turn = clock();
     take_events();
     let channel: &'static Channel<i32> = Box::leak(Box::new(Channel::new()));
-    let liveness: &'static Liveness = Box::leak(Box::new(Liveness::new(2)));
+    let liveness: &'static Liveness<Task> = Box::leak(Box::new(Liveness::new()));
     let image: &'static [u8] = Box::leak(image.to_vec().into_boxed_slice());
     let robot = Fake::<ON_FAULT_STOPS> { setpoint: SetpointWriter::new(channel), radio };
     let vm = Box::leak(Box::new(bittybuzz_vm_core::Vm::new()));
     vm.set_network_capacity(SIZES);
     let mut script: ScriptTask<Full, &[u8], Fake<ON_FAULT_STOPS>, 400> =
-        ScriptTask::new(vm, 7, robot, liveness.pulse(0), Box::leak(Box::new([0; 1024])));
+        ScriptTask::new(vm, 7, robot, liveness.pulse(Task::Script), Box::leak(Box::new([0; 1024])));
     let both = async {
         let _ = script
             .run(bittybuzz_vm_core::Image::new(image), is_function, 1, Duration::from_hz(10))
@@ -215,7 +220,8 @@ pub fn run_robot<const ON_FAULT_STOPS: bool>(image: &[u8], radio: Frames, ms: u6
         script.rest().await
     };
     let mut motors = FakeMotors;
-    let drive = bittybuzz_runtime::setpoint::drive(channel, &mut motors, liveness.pulse(1));
+    let drive =
+        bittybuzz_runtime::setpoint::drive(channel, &mut motors, liveness.pulse(Task::Motors));
     let (mut both, mut drive) = (pin!(both), pin!(drive));
     let mut context = Context::from_waker(Waker::noop());
     let mut alive_at = 0;

@@ -13,7 +13,8 @@ use embassy_time::{Instant, Timer};
 
 use crate::robot::{FRAME_BYTES, IN_QUEUE, OUT_QUEUE};
 use crate::settings::{chip, setting};
-use crate::{eyes, log, robot, sensors};
+use crate::{eyes, robot, sensors};
+use bittybuzz_board::log;
 use nrf24::{IRQ, Nrf24};
 
 /// The messages that wait for the script, and those that wait for the radio.
@@ -81,7 +82,7 @@ impl SwarmReceiver {
             }
             place = Some([units::mm(distance), units::radians(azimuth), 0.0].map(Value::float));
         }
-        MAIL.hear(message, Sighting { robot: Some(robot), place });
+        MAIL.add_received(message, Sighting { robot: Some(robot), place });
     }
 }
 

@@ -146,7 +146,7 @@ pub const MUTANTS: &[Mutant] = &[
     },
     Mutant {
         name: "log-without-room",
-        file: "firmware/crazyflie/src/log.rs",
+        file: "firmware/board/src/log.rs",
         find: "None => return false,",
         put: "None => {}",
         breaks: "messages that no probe has read are overwritten, and not counted",
