@@ -8,4 +8,5 @@ mod licences;
 mod locked;
 mod names;
 mod prose;
+mod runner;
 mod versions;
