@@ -1,13 +1,14 @@
 //! QEMU: counts the instructions that a Cortex-M executes, and stops it at each mark.
 
-use crate::elf::address;
 use crate::error::BenchError;
 use crate::images::CompiledScript;
 use crate::marks::{MarkRecord, ReportedMark};
 use anyhow::Result;
 use bittybuzz_bench::Mark;
+use bittybuzz_emulation::ElfSymbol;
 use bittybuzz_qemu::qemu::{Qemu, QemuError};
 use bittybuzz_qemu::registers::CoreRegisters;
+use fs_err as fs;
 use std::ffi::OsStr;
 use std::path::Path;
 
@@ -33,8 +34,9 @@ pub fn run(machine: &str, program: &Path, script: &CompiledScript) -> Result<Rep
 
 /// Runs a program, and returns all its marks.
 pub fn record(machine: &str, program: &Path, name: &str) -> Result<Vec<MarkRecord>> {
-    let mark = address(program, MARK)?;
-    let events = watch(machine, program, mark).map_err(BenchError::Qemu)?;
+    let no_symbol = || BenchError::NoSymbol { program: program.into(), symbol: MARK };
+    let mark = ElfSymbol::find(&fs::read(program)?, |name| name == MARK).ok_or_else(no_symbol)?;
+    let events = watch(machine, program, mark.address).map_err(BenchError::Qemu)?;
     events.ok_or_else(|| BenchError::Silent { name: name.to_owned() }.into())
 }
 

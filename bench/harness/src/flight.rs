@@ -9,7 +9,6 @@
 //! of several registers. The mean is 1.72.
 
 use crate::cortex_m;
-use crate::elf::file_offset;
 use crate::error::BenchError;
 use crate::figures::is_more;
 use crate::marks::MarkRecord;
@@ -21,6 +20,7 @@ use bittybuzz_bench_flight::{
 };
 use bittybuzz_builds::chip::ChipProgram;
 use bittybuzz_builds::shell::{is_installed, root, target};
+use bittybuzz_emulation::ElfSymbol;
 use fs_err as fs;
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
@@ -112,8 +112,9 @@ fn measure() -> Result<FlightCosts> {
 fn program_for(sensors: FlightSensors, linked: &Path) -> Result<PathBuf> {
     let no_symbol = || BenchError::NoSymbol { program: linked.into(), symbol: SENSORS_SYMBOL };
     let mut bytes = fs::read(linked)?;
-    let at = file_offset(&bytes, SENSORS_SYMBOL).ok_or_else(no_symbol)?;
-    *bytes.get_mut(at).ok_or_else(no_symbol)? = sensors as u8;
+    let symbol = ElfSymbol::find(&bytes, |name| name == SENSORS_SYMBOL);
+    let place = symbol.and_then(|symbol| symbol.file_range);
+    *bytes.get_mut(place.ok_or_else(no_symbol)?.start).ok_or_else(no_symbol)? = sensors as u8;
     let folder = target()?.join("bench");
     fs::create_dir_all(&folder)?;
     let path = folder.join("flight");

@@ -8,7 +8,6 @@ mod avr;
 mod catalogue;
 mod cortex_m;
 mod costs;
-mod elf;
 mod error;
 mod figures;
 mod flight;

@@ -1,16 +1,16 @@
 //! The programs that run scripts: they are linked once, and then get the image of each script.
 
-use crate::elf::file_offset;
 use crate::error::BenchError;
 use crate::images::CompiledScript;
 use crate::marks::ReportedMark;
 use crate::target::BenchTarget;
 use crate::{avr, cortex_m, host};
 use anyhow::Result;
-use bittybuzz_bench::{ROOM, SYMBOL};
+use bittybuzz_bench::SYMBOL;
 use bittybuzz_builds::board::target_of;
 use bittybuzz_builds::chip::{self, AVR_NONE};
 use bittybuzz_builds::shell::{Invocation, is_installed, target};
+use bittybuzz_emulation::ElfSymbol;
 use fs_err as fs;
 use std::path::PathBuf;
 
@@ -96,9 +96,10 @@ impl LinkedProgram {
     /// Returns the program with a script in it.
     fn with(&self, block: &[u8]) -> Result<Vec<u8>, BenchError> {
         let no_symbol = || BenchError::NoSymbol { program: self.path.clone(), symbol: SYMBOL };
-        let at = file_offset(&self.bytes, SYMBOL).ok_or_else(no_symbol)?;
+        let symbol = ElfSymbol::find(&self.bytes, |name| name == SYMBOL);
+        let room = symbol.and_then(|symbol| symbol.file_range);
         let mut bytes = self.bytes.clone();
-        let room = bytes.get_mut(at..at + ROOM).ok_or_else(no_symbol)?;
+        let room = bytes.get_mut(room.ok_or_else(no_symbol)?).ok_or_else(no_symbol)?;
         room[..block.len()].copy_from_slice(block);
         Ok(bytes)
     }

@@ -2,9 +2,11 @@
 
 use std::path::{Path, PathBuf};
 
+use object::Endianness;
 use object::elf;
 use object::read::elf::{ElfFile32, ProgramHeader};
-use object::{Endianness, Object, ObjectSymbol, SymbolKind};
+
+use crate::symbol::ElfSymbol;
 
 /// First address of the flash: the start of an image that runs without a bootloader.
 const FLASH: u32 = 0x0800_0000;
@@ -22,14 +24,7 @@ pub const AVR_FLASH_SIZE: usize = 0x8000;
 pub struct FirmwareImage {
     segments: Vec<(u32, Vec<u8>)>,
     vectors: u32,
-    symbols: Vec<Symbol>,
-}
-
-#[derive(Clone, Debug)]
-struct Symbol {
-    name: String,
-    address: u32,
-    function: bool,
+    symbols: Vec<ElfSymbol>,
 }
 
 impl FirmwareImage {
@@ -58,7 +53,11 @@ impl FirmwareImage {
             if elf.elf_header().e_machine.get(elf.endian()) != elf::EM_AVR {
                 return Err(FirmwareImageError::NotAvr);
             }
-            FirmwareImage { segments: segments(&elf, bytes)?, vectors: 0, symbols: symbols(&elf) }
+            FirmwareImage {
+                segments: segments(&elf, bytes)?,
+                vectors: 0,
+                symbols: ElfSymbol::all(&elf),
+            }
         };
         let is_flash =
             |(address, bytes): &(u32, Vec<u8>)| *address as usize + bytes.len() <= flash_size;
@@ -92,7 +91,7 @@ impl FirmwareImage {
         if vectors != FLASH && vectors != APPLICATION {
             return Err(FirmwareImageError::WrongStart { address: vectors });
         }
-        let symbols = symbols(&elf);
+        let symbols = ElfSymbol::all(&elf);
         Ok(FirmwareImage { segments, vectors, symbols })
     }
 
@@ -121,14 +120,12 @@ impl FirmwareImage {
     /// Returns the address of the function called `name`: the one with exactly this name in the
     /// symbol table, otherwise the only one whose demangled path contains `name`.
     pub fn function(&self, name: &str) -> Result<u32, FirmwareImageError> {
-        let functions = || self.symbols.iter().filter(|symbol| symbol.function);
+        let functions = || self.symbols.iter().filter(|symbol| symbol.is_function);
         if let Some(symbol) = functions().find(|symbol| symbol.name == name) {
-            return Ok(symbol.address & !1);
+            return Ok(symbol.address);
         }
         let mut found: Vec<(u32, String)> = functions()
-            .map(|symbol| {
-                (symbol.address & !1, format!("{:#}", rustc_demangle::demangle(&symbol.name)))
-            })
+            .map(|symbol| (symbol.address, format!("{:#}", rustc_demangle::demangle(&symbol.name))))
             .filter(|(_, path)| path.contains(name))
             .collect();
         found.sort();
@@ -160,17 +157,6 @@ fn segments(
         segments.push((header.p_paddr(endian), data.to_vec()));
     }
     Ok(segments)
-}
-
-fn symbols(elf: &ElfFile32<'_, Endianness>) -> Vec<Symbol> {
-    let named = elf.symbols().filter_map(|symbol| {
-        Some(Symbol {
-            name: symbol.name().ok()?.into(),
-            address: symbol.address() as u32,
-            function: symbol.kind() == SymbolKind::Text,
-        })
-    });
-    named.filter(|symbol| !symbol.name.is_empty()).collect()
 }
 
 /// Returns the content of the data records of an Intel hex file.

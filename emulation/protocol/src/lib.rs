@@ -30,6 +30,7 @@ pub mod message;
 mod robot;
 mod rtt;
 mod server;
+mod symbol;
 
 pub use client::{ClientError, Emulator, RunResult};
 pub use control::{CommandRefusal, Control, finite, lsi, memory, probability};
@@ -40,3 +41,4 @@ pub use image::{AVR_FLASH_SIZE, FirmwareImage, FirmwareImageError};
 pub use message::PauseReason as Pause;
 pub use robot::EmulatedRobot;
 pub use server::{CommandError, EmulatedRobots, READ_MAX, serve_robots};
+pub use symbol::ElfSymbol;

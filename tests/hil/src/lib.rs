@@ -37,11 +37,10 @@ pub use bittybuzz_emulation::message::{
     BoardStatistics, Command, CrazyflieStatistics, EmulatorEvent, PowerDetector, RobotEvent,
     RobotStatistics, TimedEvent, ZooidStatistics,
 };
-use bittybuzz_emulation::{Emulator, RunResult};
+use bittybuzz_emulation::{Emulator, FirmwareImage, RunResult};
 use bittybuzz_robot_spec::Layout;
 use bittybuzz_tests::bbz;
 
-use object::{Object, ObjectSymbol};
 use serde_json::Value;
 use tempfile::{Builder, NamedTempFile};
 
@@ -395,20 +394,18 @@ pub fn compiled_for(robot: &str, script: &str) -> Compiled {
     compile(Path::new("test.bzz"), script.to_owned(), &IncludeLoader::new(&DiskFiles), &options)
 }
 
-/// Address of the function in the Crazyflie's image whose symbol contains all of these, without the Thumb bit.
-pub fn address_of(parts: &[&str]) -> u32 {
-    address_in(&crazyflie(), parts)
+/// Returns the address of a function in the Crazyflie's image; see [`FirmwareImage::function`].
+pub fn address_of(function: &str) -> u32 {
+    address_in(&crazyflie(), function)
 }
 
-/// The same for another image.
-pub fn address_in(image: &Path, parts: &[&str]) -> u32 {
-    let bytes = std::fs::read(image).expect("the image is there");
-    let file = object::File::parse(bytes.as_slice()).expect("an ELF file");
-    let found: Vec<u64> = file
-        .symbols()
-        .filter(|known| known.name().is_ok_and(|name| parts.iter().all(|part| name.contains(part))))
-        .map(|known| known.address())
-        .collect();
-    assert_eq!(found.len(), 1, "{parts:?}: {found:x?}");
-    u32::try_from(found[0]).expect("32 bits") & !1
+/// Returns the address of a function in another image of a Cortex-M.
+pub fn address_in(image: &Path, function: &str) -> u32 {
+    let image = FirmwareImage::open(image).expect("the image is there");
+    image.function(function).unwrap_or_else(|error| panic!("{error}"))
+}
+
+/// Returns the path of the function that polls a task of an embassy robot's firmware.
+pub fn poll_of(task: &str) -> String {
+    format!("__{task}_task_inner_function::{{closure#0}}>>::poll")
 }

@@ -10,6 +10,7 @@ use bittybuzz_comms::infrared::message_of;
 use bittybuzz_compiler::compile::{Compiled, Options, compile};
 use bittybuzz_compiler::include::{DiskFiles, IncludeLoader};
 use bittybuzz_compiler::symbols::Symbols;
+use bittybuzz_emulation::ElfSymbol;
 use bittybuzz_hil::kilobots::behaviour;
 use bittybuzz_hil::{Command, Core, Kilobots};
 use bittybuzz_robot_spec::Robot;
@@ -18,7 +19,6 @@ use bittybuzz_vm_core::Value;
 use bittybuzz_vm_core::builtin::string;
 use bittybuzz_vm_core::message::{Message, ScriptIdentity, TINY_FRAME};
 use bittybuzz_vm_core::number::Tiny;
-use object::{Object, ObjectSymbol};
 
 const BEHAVIOURS: [&str; 7] =
     ["gradient", "broadcast", "distance", "random_walk", "foreach", "stigmergy", "swarm"];
@@ -152,16 +152,13 @@ fn dispersion_after_a_minute_is_that_of_virtual_machines() {
     compare(5, |backend, seed| dispersion(backend, seed, 600));
 }
 
-/// First address of RAM that no variable has.
+/// Returns the first address of RAM that no variable has.
 fn end_of_variables(program: &Path) -> u32 {
-    symbol(program, |name| name == "__bss_end")
+    address(program, |name| name == "__bss_end")
 }
 
-fn symbol(program: &Path, is: impl Fn(&str) -> bool) -> u32 {
-    let bytes = std::fs::read(program).unwrap();
-    let elf = object::File::parse(bytes.as_slice()).unwrap();
-    let found = elf.symbols().find(|symbol| symbol.name().is_ok_and(&is));
-    found.unwrap().address() as u32
+fn address(program: &Path, is_wanted: impl Fn(&str) -> bool) -> u32 {
+    ElfSymbol::find(&std::fs::read(program).unwrap(), is_wanted).unwrap().address
 }
 
 /// Eight robots that hear each other; what the stack has not touched after that time is still painted.
@@ -214,7 +211,7 @@ fn step_times(mut robots: Kilobots, topic: &str, value: impl Fn(i32) -> i32) -> 
         message_of(&frame[..length]).unwrap().to_vec()
     };
     robots.start();
-    let vm = symbol(&behaviour("gradient"), |name| name.ends_with("main2VM"));
+    let vm = address(&behaviour("gradient"), |name| name.ends_with("main2VM"));
     // Behind four registers of the machine and its random numbers (vm-core/src/machine/mod.rs).
     const STATE: u32 = 16;
     const RUNNING: u8 = 2;

@@ -1,8 +1,8 @@
 //! What the firmware does when it fails itself: the motors stop, the chip restarts, and no script runs after that.
 
 use bittybuzz_hil::{
-    Command, Core, EmulatorEvent, Robot, TimedEvent, address_of, is_lit, load_register, motors,
-    resets, text, trace,
+    Command, Core, EmulatorEvent, Robot, TimedEvent, TraceLog, address_of, is_lit, load_register,
+    motors, poll_of, resets, text, trace,
 };
 
 /// Motors and LEDs change with every step.
@@ -14,16 +14,16 @@ function step() {
 }
 ";
 
-/// The tasks: those that the watchdog looks after, and its own.
-const TASKS: [&str; 8] = [
-    "run_script",
-    "drive_motors",
-    "receive_frames",
-    "send_frames",
-    "broadcast_messages",
-    "watch_battery",
-    "show_status",
-    "feed_watchdog",
+/// The tasks with their names in the log. The watchdog's own task has none.
+const TASKS: [(&str, Option<&str>); 8] = [
+    ("run_script", Some("Script")),
+    ("drive_motors", Some("Motors")),
+    ("receive_frames", Some("Receive")),
+    ("send_frames", Some("Send")),
+    ("broadcast_messages", Some("Swarm")),
+    ("watch_battery", Some("Battery")),
+    ("show_status", Some("Leds")),
+    ("feed_watchdog", None),
 ];
 
 /// Nothing that a script does, and the sign of a robot that has locked itself.
@@ -33,14 +33,14 @@ fn is_locked(events: &[TimedEvent]) -> bool {
     motors(events) == [0.0; 4] && shines(&"red_right") && !script_leds.iter().any(shines)
 }
 
-fn a_dead_task_restarts_the_robot(core: Core, tasks: &[&str]) {
-    for task in tasks {
+fn a_dead_task_restarts_the_robot(core: Core, tasks: &[(&str, Option<&str>)]) {
+    for (task, name) in tasks {
         let mut robot = Robot::crazyflie(core, DRIVE);
         robot.run_ms(1000);
         assert_eq!(resets(&robot.events), []);
         assert!(motors(&robot.events).iter().all(|duty| *duty > 0.05));
         let killed = robot.now();
-        let symbol = format!("__{task}_task_inner_function::{{closure#0}}>>::poll");
+        let symbol = poll_of(task);
         robot.tell(&Command::Skip { symbol });
         robot.run_ms(600);
         let resets = resets(&robot.events);
@@ -51,6 +51,11 @@ fn a_dead_task_restarts_the_robot(core: Core, tasks: &[&str]) {
         let after: Vec<TimedEvent> =
             robot.events.iter().filter(|event| event.at >= at).cloned().collect();
         assert_eq!(motors(&after), [0.0; 4], "{task}");
+        let log = TraceLog::of_events(&robot.events).firmware;
+        let named: Vec<&str> =
+            log.iter().filter_map(|line| line.strip_prefix("no sign of life from task ")).collect();
+        assert!(named.iter().all(|named| Some(named) == name.as_ref()), "{task}: {log:?}");
+        assert_eq!(named.is_empty(), name.is_none(), "{task}: {log:?}");
     }
 }
 
@@ -69,7 +74,7 @@ fn with_code(core: Core, code: &[u16]) -> (Robot, Vec<TimedEvent>) {
     let mut robot = Robot::crazyflie(core, DRIVE);
     robot.run_ms(1000);
     let code: Vec<u8> = code.iter().flat_map(|half| half.to_le_bytes()).collect();
-    robot.write(address_of(&["show_status_task_inner", "poll"]), &code);
+    robot.write(address_of(&poll_of("show_status")), &code);
     let events = robot.run_ms(60);
     (robot, events)
 }
@@ -124,7 +129,7 @@ fn a_full_stack_stops_the_robot_on_qemu() {
 /// A mistake that the program finds itself: a jump to its panic handler, with `bx r0`.
 #[test]
 fn a_panic_stops_the_robot() {
-    let handler = address_of(&["rust_begin_unwind"]) | 1;
+    let handler = address_of("rust_begin_unwind") | 1;
     let jump = [&load_register(0, handler)[..], &[0x4700]].concat();
     the_failure_is_safe(Core::Unicorn, &jump);
 }
@@ -145,7 +150,7 @@ fn a_stuck_program_is_restarted() {
 fn after_a_failure_the_robot_is_locked_and_told() {
     let mut robot = Robot::crazyflie(Core::Unicorn, DRIVE);
     robot.run_ms(1000);
-    let address = address_of(&["show_status_task_inner", "poll"]);
+    let address = address_of(&poll_of("show_status"));
     let original = robot.read(address, 2);
     robot.write(address, &0xde00_u16.to_le_bytes());
     while resets(&robot.events).is_empty() {

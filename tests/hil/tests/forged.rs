@@ -9,6 +9,7 @@ use std::time::Duration;
 use bittybuzz_comms::infrared::{self, FaultReport};
 use bittybuzz_comms::nrf24::{PAYLOAD_MAX, Payload};
 use bittybuzz_comms::syslink::{P2P_MAX, SWARM_PORT, SwarmFrame};
+use bittybuzz_emulation::{AVR_FLASH_SIZE, FirmwareImage};
 use bittybuzz_hil::kilobots::behaviour;
 use bittybuzz_hil::{
     Command, EmulatorEvent, Kilobots, Place, Swarm, Table, TimedEvent, TraceLog, compiled_for,
@@ -21,7 +22,6 @@ use bittybuzz_vm_core::builtin::string;
 use bittybuzz_vm_core::message::ScriptIdentity;
 use bittybuzz_vm_core::message::content::ContentItem;
 use bittybuzz_vm_core::number::{Full, Profile, Tiny};
-use object::{Object, ObjectSymbol};
 
 /// Those of the forged values that the robots receive: one of each class.
 const CLASSES: [&str; 5] = ["nil", "32767", "string", "a table", "a function"];
@@ -110,9 +110,8 @@ fn told_aftermath(told: &TraceLog, events: &[TimedEvent], since: Duration) -> Af
 }
 
 fn play_on_a_kilobot(program: &Path, frames: &[Vec<u8>]) -> Aftermath {
-    let elf = std::fs::read(program).unwrap();
-    let elf = object::File::parse(elf.as_slice()).unwrap();
-    let phase = elf.symbols().find(|symbol| symbol.name() == Ok(phase::SYMBOL)).unwrap().address();
+    let image = FirmwareImage::open_avr(program, AVR_FLASH_SIZE).unwrap();
+    let phase = image.symbol(phase::SYMBOL).unwrap();
     let mut robots = Kilobots::with_program(program, 1);
     robots.start();
     robots.run_ms(WARM_MS);
@@ -126,7 +125,7 @@ fn play_on_a_kilobot(program: &Path, frames: &[Vec<u8>]) -> Aftermath {
     for _ in 0..WATCHED_MS / 20 {
         robots.run_ms(20);
         // After a restart it waits for a tick of 100 ms.
-        let phase = robots.memory(0, phase as u32, 1)[0];
+        let phase = robots.memory(0, phase, 1)[0];
         let is_pause = phase == Phase::Rests as u8 || phase == Phase::Relays as u8;
         restarts += usize::from(was_pause && !is_pause);
         was_pause = is_pause;

@@ -7,7 +7,7 @@ use bittybuzz_chips::Random;
 use bittybuzz_emulation::message::{Memory, ResetCause};
 use bittybuzz_hil::safety::{assert_locked, assert_motors_off, assert_runs, is_in_loader, reset};
 use bittybuzz_hil::{
-    Command, Core, EmulatorEvent, Robot, address_of, is_lit, load_register, motors, resets,
+    Command, Core, EmulatorEvent, Robot, address_of, is_lit, load_register, motors, poll_of, resets,
 };
 
 /// All motors turn, and every LED of the script changes.
@@ -27,7 +27,7 @@ fn chip() -> Command {
 
 /// The kinds of failure: code that fails, and why the chip restarts then.
 fn failures() -> Vec<(&'static str, Vec<u16>, &'static str)> {
-    let panic = [&load_register(0, address_of(&["rust_begin_unwind"]) | 1)[..], &[0x4700]].concat();
+    let panic = [&load_register(0, address_of("rust_begin_unwind") | 1)[..], &[0x4700]].concat();
     // NVIC_ISPR0 and NVIC_ISER0: interrupt 6, EXTI0, which has no handler. `str r1, [r0]`, `bx lr`
     let set = |address| [&load_register(0, address)[..], &[0x6001]].concat();
     let stray =
@@ -46,7 +46,7 @@ fn failures() -> Vec<(&'static str, Vec<u16>, &'static str)> {
 
 /// Where the code fails: in a task, and in the interrupt that answers each byte of the radio's processor.
 fn sites() -> [u32; 2] {
-    [address_of(&["show_status_task_inner", "poll"]), address_of(&["USART6"])]
+    [address_of(&poll_of("show_status")), address_of("USART6")]
 }
 
 /// Fails at a random moment, restores the code, and looks at the robot. Returns true if the bootloader found the line of

@@ -2,6 +2,7 @@
 //! clocks count it.
 
 use bittybuzz_hil::{Swarm, Table, TraceLog};
+use bittybuzz_runtime::script::SLICE_MAX;
 
 /// Scripts, in which `PAIRS` stands for as many entries as nearly fill the memory of the robot, `TABLES` for as many
 /// tables, and `ITEMS` for as many numbers as fit a message.
@@ -80,11 +81,8 @@ fn text(script: &str, [pairs, tables, items]: [u16; 3]) -> String {
     script.replace("TABLES", &tables.to_string()).replace("ITEMS", &items.to_string())
 }
 
-/// The limit of a slice, in µs.
-const MOST_US: u32 = 500;
-
 /// The longest slice, in µs, of a robot that reports it with every hundred steps.
-fn longest_slice(name: &str, told: &TraceLog) -> u32 {
+fn longest_slice(name: &str, told: &TraceLog) -> u64 {
     let is_overrun = |record: &String| record.starts_with("Overrun");
     assert!(told.records.iter().all(is_overrun), "{name}: {:?}", told.records);
     let longest = told.firmware.iter().rev().find_map(|line| {
@@ -102,7 +100,7 @@ fn slices_of_a_crazyflie_are_short() {
         let mut swarm = Swarm::crazyflies(&text(script, [150, 50, 34]), &[1]);
         swarm.run_ms(10_200);
         let longest = longest_slice(name, &swarm.members()[0].told);
-        assert!((1..=MOST_US).contains(&longest), "{name}: {longest} us");
+        assert!((1..=SLICE_MAX.as_micros()).contains(&longest), "{name}: {longest} us");
     }
 }
 
@@ -112,6 +110,6 @@ fn slices_of_a_zooid_are_short() {
         let mut table = Table::new(&text(script, [110, 40, 5]), &[1]);
         table.run_ms(10_200);
         let longest = longest_slice(name, &table.zooids()[0].told);
-        assert!((1..=MOST_US).contains(&longest), "{name}: {longest} us");
+        assert!((1..=SLICE_MAX.as_micros()).contains(&longest), "{name}: {longest} us");
     }
 }

@@ -2,7 +2,7 @@
 
 use std::time::Duration;
 
-use bittybuzz_hil::{Command, Place, Table, resets};
+use bittybuzz_hil::{Command, Place, Table, poll_of, resets};
 
 const SCRIPT: &str = "\
 function step() {
@@ -104,7 +104,7 @@ fn the_charger_does_not_unlock_a_robot_that_has_failed() {
     table.run_ms(1000);
     let application = bittybuzz_hil::table::layout().application;
     let firmware = table.read(0, application.address, application.size);
-    let symbol = "__talk_task_inner_function::{closure#0}>>::poll".to_owned();
+    let symbol = poll_of("talk");
     table.tell(0, &Command::Skip { symbol });
     table.run_ms(2000);
     table.write(0, application.address, &firmware);

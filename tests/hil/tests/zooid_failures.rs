@@ -4,7 +4,7 @@ use std::time::Duration;
 
 use bittybuzz_emulation::message::Memory;
 use bittybuzz_hil::table::{Zooid, zooids};
-use bittybuzz_hil::{Command, EmulatorEvent, Place, Table, address_in, resets};
+use bittybuzz_hil::{Command, EmulatorEvent, Place, Table, address_in, poll_of, resets};
 use bittybuzz_vm_core::FaultCode;
 
 /// When the red LED went on.
@@ -71,12 +71,18 @@ fn a_step_that_never_ends_stops_the_motors_only() {
 /// Whichever task dies, the watchdog restarts the robot, and no script runs until power-on.
 #[test]
 fn a_dead_task_ends_the_script() {
-    for task in ["talk", "sense", "shine", "drive_motors", "run_script"] {
+    for (task, name) in [
+        ("talk", "Radio"),
+        ("sense", "Sensors"),
+        ("shine", "Leds"),
+        ("drive_motors", "Motors"),
+        ("run_script", "Script"),
+    ] {
         let mut table = driving("function step() { set_motor(40, 40)  log(1) }");
         table.run_ms(1000);
         assert!(table.zooids()[0].motors()[0] > 0.3);
         let killed = table.now();
-        let symbol = format!("__{task}_task_inner_function::{{closure#0}}>>::poll");
+        let symbol = poll_of(task);
         table.tell(0, &Command::Skip { symbol });
         table.run_ms(1500);
         let zooid = &table.zooids()[0];
@@ -86,6 +92,10 @@ fn a_dead_task_ends_the_script() {
         assert!((at - killed).as_millis() <= 451, "{task}: {:?}", at - killed);
         assert_eq!(zooid.motors(), [0.0; 2], "{task}");
         assert!(zooid.told.log.iter().all(|(logged, _)| *logged < at), "{task}: it ran again");
+        let log = &zooid.told.firmware;
+        let named: Vec<&str> =
+            log.iter().filter_map(|line| line.strip_prefix("no sign of life from task ")).collect();
+        assert!(!named.is_empty() && named.iter().all(|named| *named == name), "{task}: {log:?}");
     }
 }
 
@@ -120,7 +130,7 @@ fn the_watchdog_is_right_on_every_chip() {
         assert!(table.zooids()[0].motors()[0] > 0.3, "{lsi_hz}");
         let begun = resets(&table.zooids()[0].events).len();
         let killed = table.now();
-        let symbol = "__shine_task_inner_function::{closure#0}>>::poll".to_owned();
+        let symbol = poll_of("shine");
         table.tell(0, &Command::Skip { symbol });
         table.run_ms(1000);
         let resets = resets(&table.zooids()[0].events);
@@ -135,8 +145,8 @@ fn the_watchdog_is_right_on_every_chip() {
 /// chip restarts, and no script runs.
 #[test]
 fn a_failure_takes_the_motors_power_first() {
-    let task = address_in(&zooids(), &["shine_task_inner", "poll"]);
-    let handler = address_in(&zooids(), &["rust_begin_unwind"]) | 1;
+    let task = address_in(&zooids(), &poll_of("shine"));
+    let handler = address_in(&zooids(), "rust_begin_unwind") | 1;
     // `ldr r0, [pc, #0]`, `bx r0` and the address, at an address that is a multiple of four (ARMv6-M A6.7.27).
     let mut panic = vec![0x4800, 0x4700, handler as u16, (handler >> 16) as u16];
     if !task.is_multiple_of(4) {

@@ -3,7 +3,7 @@
 use std::collections::BTreeSet;
 use std::time::Duration;
 
-use bittybuzz_hil::{Command, Core, Place, Table, is_lit, resets};
+use bittybuzz_hil::{Command, Core, Place, Table, is_lit, poll_of, resets};
 
 /// Logs its number and how many robots it hears, shines and drives.
 const SCRIPT: &str = "\
@@ -80,7 +80,7 @@ fn qemu_gives_power_too() {
 fn after_a_failure_power_on_helps() {
     let mut table = Table::new(SCRIPT, &[7]);
     table.run_ms(1000);
-    let symbol = "__talk_task_inner_function::{closure#0}>>::poll".to_owned();
+    let symbol = poll_of("talk");
     let application = bittybuzz_hil::table::layout().application;
     let firmware = table.read(0, application.address, application.size);
     table.tell(0, &Command::Skip { symbol });

@@ -1,8 +1,9 @@
 //! The linked program of a chip, with a batch in it.
 
+use bittybuzz_emulation::ElfSymbol;
 use bittybuzz_on_chip::SYMBOL;
+use object::Endianness;
 use object::read::elf::{ElfFile32, ProgramHeader};
-use object::{Endianness, Object, ObjectSection, ObjectSymbol};
 use std::ops::Range;
 
 /// A linked program.
@@ -16,7 +17,9 @@ impl Linked {
     /// # Panics
     /// If it is not such a program.
     pub fn new(bytes: Vec<u8>) -> Linked {
-        let room = room(&bytes).expect("an ELF file with room for a batch");
+        let symbol = ElfSymbol::find(&bytes, |name| name == SYMBOL);
+        let room = symbol.and_then(|symbol| symbol.file_range);
+        let room = room.expect("an ELF file with room for a batch");
         Linked { bytes, room }
     }
 
@@ -31,14 +34,6 @@ impl Linked {
         bytes[self.room.clone()][..batch.len()].copy_from_slice(batch);
         bytes
     }
-}
-
-fn room(elf: &[u8]) -> Option<Range<usize>> {
-    let file = object::File::parse(elf).ok()?;
-    let symbol = file.symbols().find(|known| known.name() == Ok(SYMBOL))?;
-    let section = file.section_by_index(symbol.section_index()?).ok()?;
-    let start = section.file_range()?.0 + symbol.address().checked_sub(section.address())?;
-    Some(start as usize..(start + symbol.size()) as usize)
 }
 
 /// What is written to the flash for an ELF file, from address 0.
