@@ -212,7 +212,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_no_fault_is_none() {
+    fn other_messages_are_no_fault_reports() {
         assert_eq!(FaultReport::of(&sealed(8, &[0; 9])), None);
         assert_eq!(
             FaultReport::of(&sealed(FAULT, &[1, 0, 2, 0, 99, 0, 0, 0, 0])),
@@ -253,7 +253,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_no_frame_of_a_swarm_stays_out() {
+    fn other_messages_are_no_swarm_frames() {
         assert_eq!(message_of(&[]), None);
         assert_eq!(message_of(&[8; FRAME + 1]), None);
         assert!(message_of(&[8; FRAME]).is_some());

@@ -6,7 +6,7 @@ use proptest::prelude::*;
 
 proptest! {
     #[test]
-    fn what_is_written_is_read(
+    fn written_frames_are_parsed(
         robot: u16,
         position: Option<[i16; 3]>,
         message in vec(any::<u8>(), 1..=SWARM_MESSAGE_MAX),
@@ -19,7 +19,7 @@ proptest! {
 
     /// A parsed frame has exactly one serialization.
     #[test]
-    fn what_is_read_is_written_the_same(
+    fn a_parsed_frame_has_one_serialization(
         tag in prop_oneof![Just(0xb0_u8), Just(0xb1), any::<u8>()],
         rest in vec(any::<u8>(), 0..=70),
     ) {
@@ -32,7 +32,7 @@ proptest! {
 
     /// An accepted pose has finite numbers only.
     #[test]
-    fn believed_poses_are_finite(
+    fn accepted_poses_are_finite(
         header in prop_oneof![Just(0x6d_u8), any::<u8>()],
         data in vec(any::<u8>(), 0..=32),
         numbers: [f32; 7],

@@ -6,7 +6,7 @@ use bittybuzz_tests::{bbz, files, report};
 fn shipped_scenarios_come_true() {
     bbz::path();
     let mut paths = files::with_extension("examples", "toml");
-    // Those need images of robots: tests/hil/tests/unlike.rs.
+    // Those need images of robots: tests/hil/tests/mixed_swarm.rs.
     paths.retain(|path| !path.starts_with("examples/unlike/"));
     // Those of assignments come true when somebody has done them: bbz/tests/grade.rs.
     paths.retain(|path| !path.starts_with("examples/lessons/"));

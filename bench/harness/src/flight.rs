@@ -33,9 +33,9 @@ const CYCLES_PER_INSTRUCTION: f64 = 1.75;
 /// Cycles of the Crazyflie's core per second.
 const CLOCK_HZ: f64 = 168e6;
 /// The largest share of the core that the controller may take, in percent.
-const MOST_LOAD_PERCENT: f64 = 12.0;
+const LOAD_PERCENT_MAX: f64 = 12.0;
 /// The time in µs between two samples of the inertial sensors, in which all work must end.
-const MOST_TICK_US: f64 = 1000.0;
+const TICK_US_MAX: f64 = 1000.0;
 
 /// The flights, with the names of their sensors.
 const FLIGHTS: [(FlightSensors, &str); 2] =
@@ -205,11 +205,11 @@ fn excesses(costs: &FlightCosts, before: &FlightCosts) -> Vec<String> {
     let mut excesses = Vec::new();
     for (name, cost) in costs {
         let (load, most_us) = (cost.load_percent(), cost.most_us());
-        if load > MOST_LOAD_PERCENT {
-            excesses.push(format!("flight with {name} {load:.1} % > {MOST_LOAD_PERCENT} %"));
+        if load > LOAD_PERCENT_MAX {
+            excesses.push(format!("flight with {name} {load:.1} % > {LOAD_PERCENT_MAX} %"));
         }
-        if most_us > MOST_TICK_US {
-            excesses.push(format!("flight with {name} {most_us:.0} us > {MOST_TICK_US} us"));
+        if most_us > TICK_US_MAX {
+            excesses.push(format!("flight with {name} {most_us:.0} us > {TICK_US_MAX} us"));
         }
         let before = before.get(name).map_or(0, |before| before.per_second);
         if is_more(cost.per_second, before) {
@@ -231,8 +231,8 @@ fn to_text(costs: &FlightCosts) -> String {
         let (load, most_us) = (cost.load_percent(), cost.most_us());
         let (all, most) = (grouped(cost.per_second), grouped(cost.most_in_ms));
         text +=
-            &format!("{all} per second, {load:.1} % of the core (at most {MOST_LOAD_PERCENT})\n");
-        text += &format!("{most} in one ms, {most_us:.0} us (at most {MOST_TICK_US})\n\n");
+            &format!("{all} per second, {load:.1} % of the core (at most {LOAD_PERCENT_MAX})\n");
+        text += &format!("{most} in one ms, {most_us:.0} us (at most {TICK_US_MAX})\n\n");
     }
     text
 }

@@ -10,7 +10,7 @@
 //! 3. **The machine is the same as on the robots**, with every check on; its sizes are those of
 //!    robots/bench.toml.
 //!
-//! # Neighbours
+//! # Neighbors
 //! Before each step, [`NEIGHBORS`] robots are in sight, with ids from 2 on, at 10 mm, 20 mm and so
 //! on. If the script has broadcast an integer, each of them sends an integer on the same topic: the
 //! first 0, the next 1 and so on.
@@ -52,7 +52,7 @@ pub const NEIGHBORS: u8 = 8;
 
 /// The id of the robot under test.
 const ROBOT_ID: u16 = 1;
-/// The id of the first of its neighbours.
+/// The id of the first of its neighbors.
 const FIRST_NEIGHBOR: u16 = 2;
 
 /// Instructions of a slice.
@@ -60,7 +60,7 @@ const BUDGET: u16 = u16::MAX;
 
 /// The number of slices after which an entry is aborted: several times the need of the longest
 /// script.
-const MOST_SLICES: u16 = 200;
+const SLICES_MAX: u16 = 200;
 
 /// A mark that the program sends to its caller. The numbers are the protocol between the two.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -149,7 +149,7 @@ fn count_all<P: Profile, C: ByteCode>(
     Ok(())
 }
 
-/// Brings all neighbours into sight, with their messages waiting.
+/// Brings all neighbors into sight, with their messages waiting.
 fn approach<P: Profile, C: ByteCode>(vm: &mut Machine<P, C>, robot: &mut BenchHost<P>) {
     for (robot, distance) in (FIRST_NEIGHBOR..).zip(&robot.distances) {
         vm.meet(robot, &Sighting::at(*distance), u8::MAX);
@@ -189,7 +189,7 @@ fn enter<P: Profile, C: ByteCode>(
     if !vm.begin(entry) {
         return Ok(());
     }
-    for _ in 0..MOST_SLICES {
+    for _ in 0..SLICES_MAX {
         match vm.run(robot, BUDGET) {
             Outcome::Pending => {}
             Outcome::Done => return Ok(()),
@@ -209,16 +209,16 @@ fn result<P: Profile>(value: Value<P>) -> (Mark, u32) {
     }
 }
 
-/// A robot whose functions do nothing, with the frames of its neighbours. It runs on chips without
+/// A robot whose functions do nothing, with the frames of its neighbors. It runs on chips without
 /// an allocator, so it must cost less than the host of `bittybuzz-testkit`.
 struct BenchHost<P: Profile> {
-    /// The messages of the neighbours: the first one has the script's last broadcast.
+    /// The messages of the neighbors: the first one has the script's last broadcast.
     frames: [P::Frame; NEIGHBORS as usize],
     /// The length of the last broadcast, 0 if there was none.
     length: usize,
-    /// The number of neighbours that still have to send the broadcast.
+    /// The number of neighbors that still have to send the broadcast.
     coming: u8,
-    /// The distances of the neighbours, floats in mm.
+    /// The distances of the neighbors, floats in mm.
     distances: [Value<P>; NEIGHBORS as usize],
 }
 

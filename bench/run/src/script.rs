@@ -32,7 +32,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn what_is_put_in_comes_out() {
+    fn header_and_image_are_split_again() {
         let mut bytes = [7; 20];
         bytes[..HEADER].copy_from_slice(&header(0x0102, 3));
         assert_eq!(split(&bytes), (0x0102, &[7, 7, 7][..]));

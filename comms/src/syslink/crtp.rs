@@ -11,7 +11,7 @@ const GENERIC_LOCALIZATION: u8 = 0x61;
 const EXTERNAL_POSE: u8 = 8;
 
 /// The limit of plausible coordinates, in m. A pose with a larger one is rejected as an error.
-const FARTHEST_M: f32 = 1000.0;
+const COORDINATE_MAX_M: f32 = 1000.0;
 
 /// A packet of the ground station.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -55,7 +55,7 @@ impl ExternalPose {
         let [x, y, z, quaternion @ ..] = numbers.map(f32::from_le_bytes);
         let position_m = [x, y, z];
         // A range contains no NaN, so this check rejects NaN as well.
-        let is_near = position_m.iter().all(|m| (-FARTHEST_M..=FARTHEST_M).contains(m));
+        let is_near = position_m.iter().all(|m| (-COORDINATE_MAX_M..=COORDINATE_MAX_M).contains(m));
         let square: f32 = quaternion.iter().map(|part| part * part).sum();
         (is_near && (0.9..=1.1).contains(&square))
             .then_some(ExternalPose { position_m, quaternion })

@@ -115,7 +115,7 @@ impl Setup {
     }
 
     /// Records a packet that may be an echo.
-    pub fn hear(&mut self, packet: &SyslinkPacket<'_>) {
+    pub fn process(&mut self, packet: &SyslinkPacket<'_>) {
         for (step, echoed) in self.steps().iter().zip(&mut self.echoed) {
             if step == packet {
                 *echoed = true;
@@ -168,11 +168,11 @@ mod tests {
             .concat();
         assert_eq!(sent(&mut setup), all);
         assert!(!setup.has_begun());
-        setup.hear(&SyslinkPacket::DataRate(DataRate::Megabits2));
-        setup.hear(&SyslinkPacket::Ready);
-        setup.hear(&SyslinkPacket::Power(0));
+        setup.process(&SyslinkPacket::DataRate(DataRate::Megabits2));
+        setup.process(&SyslinkPacket::Ready);
+        setup.process(&SyslinkPacket::Power(0));
         // This echo does not match: the request was damaged, or it is an old echo.
-        setup.hear(&SyslinkPacket::Channel(81));
+        setup.process(&SyslinkPacket::Channel(81));
         assert!(setup.has_begun() && !setup.can_send());
         let missing = [
             HELLO,
@@ -181,8 +181,8 @@ mod tests {
             SyslinkPacket::Address([0xe7; 5]),
         ];
         assert_eq!(sent(&mut setup), missing);
-        setup.hear(&SyslinkPacket::Channel(80));
-        setup.hear(&SyslinkPacket::Address([0xe7; 5]));
+        setup.process(&SyslinkPacket::Channel(80));
+        setup.process(&SyslinkPacket::Address([0xe7; 5]));
         assert!(setup.can_send() && setup.is_done() && !setup.is_old());
         assert_eq!(sent(&mut setup), []);
         setup.restart();
@@ -195,7 +195,7 @@ mod tests {
         let mut setup = setup();
         // Attempts without any echo do not count.
         (0..20).for_each(|_| assert_eq!(sent(&mut setup).len(), 7));
-        STEPS.iter().for_each(|step| setup.hear(step));
+        STEPS.iter().for_each(|step| setup.process(step));
         for _ in 0..10 {
             assert!(setup.can_send() && !setup.is_done());
             assert_eq!(sent(&mut setup), [SyslinkPacket::BatteryAutoupdate, SyslinkPacket::Ready]);
@@ -204,7 +204,7 @@ mod tests {
         assert_eq!(sent(&mut setup), []);
         assert!(setup.is_done() && setup.is_old());
         // The nRF51 knows RADIO_READY after all; its echoes had been lost.
-        setup.hear(&SyslinkPacket::Ready);
+        setup.process(&SyslinkPacket::Ready);
         assert!(!setup.is_old());
         setup.restart();
         assert!(!setup.is_done());

@@ -46,10 +46,11 @@ pub use event::{BoardEvent, BoardLed, Bootloader, HardwareError, ResetCause};
 pub use f051::{FlashChange, FlashContent, Transfer};
 pub use memory::MemoryContent;
 pub use nrf24::{
-    MAX_PAYLOAD as RADIO_MAX, Nrf24Packet, PowerDetector, RadioStatistics, Transmission,
+    Nrf24Packet, PAYLOAD_MAX as RADIO_MAX, PowerDetector, RadioStatistics, Transmission,
 };
 pub use nrf51::{
-    Battery, LineQuality, LinkFrame, MAX_PAYLOAD, Nrf51Settings, P2P_MAX, P2pFrame, UprightPose,
+    Battery, FRAME_PAYLOAD_MAX, LineQuality, LinkFrame, Nrf51Settings, P2P_MAX, P2pFrame,
+    UprightPose,
 };
 pub use stm32::{Lines, Width};
 pub use time::Time;

@@ -3,7 +3,7 @@
 use std::ops::RangeInclusive;
 
 use bittybuzz_chips::f405::OTP;
-use bittybuzz_chips::{Board, MAX_PAYLOAD, MemoryContent, P2P_MAX};
+use bittybuzz_chips::{Board, FRAME_PAYLOAD_MAX, MemoryContent, P2P_MAX};
 
 use crate::message::{self, BoardStatistics, Command};
 
@@ -24,7 +24,7 @@ pub trait Control: Board {
 #[non_exhaustive]
 pub enum CommandRefusal {
     /// The payload is too long for a frame of the link.
-    #[error("a frame's payload has at most {MAX_PAYLOAD} bytes, this one has {0}")]
+    #[error("a frame's payload has at most {FRAME_PAYLOAD_MAX} bytes, this one has {0}")]
     FrameTooLong(usize),
     /// The payload is too long for a P2P frame.
     #[error("a P2P frame has at most {P2P_MAX} bytes, this one has {0}")]

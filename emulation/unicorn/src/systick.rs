@@ -7,7 +7,7 @@ const TICKINT: u32 = 1 << 1;
 /// Set for the core's clock, clear for an eighth of it.
 const CLKSOURCE: u32 = 1 << 2;
 const COUNTFLAG: u32 = 1 << 16;
-const MAX: u32 = 0x00ff_ffff;
+const RELOAD_MAX: u32 = 0x00ff_ffff;
 
 #[derive(Default)]
 pub struct SysTick {
@@ -88,7 +88,7 @@ impl SysTick {
     pub fn write(&mut self, offset: u32, value: u32) {
         match offset {
             0x0 => self.control = value & (ENABLE | TICKINT | CLKSOURCE),
-            0x4 => self.reload = value & MAX,
+            0x4 => self.reload = value & RELOAD_MAX,
             // Any write clears the counter and COUNTFLAG.
             0x8 => {
                 self.left = 0;

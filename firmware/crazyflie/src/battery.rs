@@ -24,7 +24,7 @@ use bittybuzz_board::log;
 const LADDER_MV: [u16; 3] = [3200, 3100, 3000];
 
 /// The number of beats between two readings of the battery: a second.
-const LOOK_BEATS: u8 = 20;
+const READING_BEATS: u8 = 20;
 
 static CHARGE: AtomicU8 = AtomicU8::new(Charge::Enough as u8);
 
@@ -38,12 +38,12 @@ pub fn charge() -> Charge {
 pub async fn watch_battery(pulse: Pulse) -> ! {
     let mut ladder = Ladder::new(LADDER_MV, Charge::Enough);
     loop {
-        for _ in 0..LOOK_BEATS {
+        for _ in 0..READING_BEATS {
             pulse.beat();
             Timer::after(BEAT).await;
         }
         let Some(mv) = link::STATE.battery_mv() else { continue };
-        let now = ladder.look(mv, link::STATE.is_usb_powered());
+        let now = ladder.update(mv, link::STATE.is_usb_powered());
         if now != charge() {
             report(now, mv);
         }

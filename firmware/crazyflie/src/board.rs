@@ -14,7 +14,7 @@ const SLOTS: *const [[u8; SLOT]; 16] = 0x1fff_7800 as _;
 const SLOT: usize = 32;
 
 /// The maximum length of a reported device type, in bytes.
-const LONGEST: usize = 8;
+const DEVICE_TYPE_MAX: usize = 8;
 
 /// A board whose motors this firmware does not know.
 #[derive(Clone, Copy)]
@@ -33,7 +33,7 @@ impl defmt::Format for OtherBoard {
             b"RR10" => intern!("a Roadrunner"),
             _ => intern!("an unknown board"),
         };
-        let shown = self.device_type.get(..LONGEST).unwrap_or(self.device_type);
+        let shown = self.device_type.get(..DEVICE_TYPE_MAX).unwrap_or(self.device_type);
         defmt::write!(f, "{=istr} (device type {=[u8]:a})", name, shown);
     }
 }

@@ -29,7 +29,7 @@ pub struct Crazyflie {
     status: &'static StatusChannel,
     rng: Rng,
     stopwatch: Option<Instant>,
-    told_at: u32,
+    reported_at: u32,
 }
 
 type Result = core::result::Result<Reply<Numbers>, RobotFault>;
@@ -43,7 +43,7 @@ impl Crazyflie {
         robot_id: u16,
     ) -> Self {
         let rng = Rng::new(0, robot_id);
-        Crazyflie { leds, setpoint, status, rng, stopwatch: None, told_at: 0 }
+        Crazyflie { leds, setpoint, status, rng, stopwatch: None, reported_at: 0 }
     }
 
     /// Executes `led(color)` and `led(color, on)`.
@@ -151,8 +151,8 @@ impl RobotHost<Numbers> for Crazyflie {
 
     fn renew(&mut self, counts: Counts) {
         self.setpoint.renew();
-        if counts.steps.wrapping_sub(self.told_at) >= STATUS_STEPS {
-            self.told_at = counts.steps;
+        if counts.steps.wrapping_sub(self.reported_at) >= STATUS_STEPS {
+            self.reported_at = counts.steps;
             log::info!(
                 "{=u32} steps, {=u32} ticks missed, longest slice {=u32} us, link {}",
                 counts.steps,

@@ -56,14 +56,14 @@ impl ScriptLeds {
         }
     }
 
-    /// Lights exactly the colours whose bits are set.
+    /// Lights exactly the colors whose bits are set.
     pub fn show(&mut self, colors: u8) {
         for color in [Color::Red, Color::Green, Color::Blue] {
             self.set(color, colors & color as u8 != 0);
         }
     }
 
-    /// Switches one colour on or off.
+    /// Switches one color on or off.
     pub fn set(&mut self, color: Color, on: bool) {
         match color {
             Color::Red => self.red.set_level(low_if(on)),

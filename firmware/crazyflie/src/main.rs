@@ -44,7 +44,7 @@ mod robot {
 use bittybuzz_board::log;
 use bittybuzz_comms::syslink::SWARM_MESSAGE_MAX;
 use bittybuzz_runtime::id::Id;
-use bittybuzz_runtime::liveness::{BEAT, LOOK, Liveness, Pulse};
+use bittybuzz_runtime::liveness::{BEAT, CHECK_PERIOD, Liveness, Pulse};
 use bittybuzz_runtime::script;
 use bittybuzz_runtime::setpoint::{self, SetpointWriter};
 use bittybuzz_vm_core::{ByteCode, Image, Part, Vm};
@@ -183,7 +183,7 @@ async fn drive_motors(motors: Option<Motors>, pulse: Pulse) -> ! {
 async fn feed_watchdog() -> ! {
     watchdog::feed();
     loop {
-        Timer::after(LOOK).await;
+        Timer::after(CHECK_PERIOD).await;
         if TASKS.all_live() {
             watchdog::feed();
         } else {

@@ -3,22 +3,22 @@
 //! without limit.
 //!
 //! The watchdog counts the oscillator LSI, which runs at 17 to 47 kHz (data sheet, LSI oscillator
-//! characteristics). Its timeout is therefore between [`SHORTEST_MS`], which must leave time to
-//! feed the watchdog, and [`LONGEST_MS`], for which motors may turn without control.
+//! characteristics). Its timeout is therefore between [`TIMEOUT_MIN_MS`], which must leave time to
+//! feed the watchdog, and [`TIMEOUT_MAX_MS`], for which motors may turn without control.
 
-use bittybuzz_runtime::liveness::LOOK;
+use bittybuzz_runtime::liveness::CHECK_PERIOD;
 use embassy_stm32::pac;
 use embassy_stm32::pac::iwdg::vals::{Key, Pr};
 
 /// The timeout in periods of LSI / 4: 250 ms at 32 kHz.
 const PERIODS: u16 = 2_000;
-const SHORTEST_MS: u64 = PERIODS as u64 * 4 / 47;
-const LONGEST_MS: u64 = PERIODS as u64 * 4 / 17;
+const TIMEOUT_MIN_MS: u64 = PERIODS as u64 * 4 / 47;
+const TIMEOUT_MAX_MS: u64 = PERIODS as u64 * 4 / 17;
 
-/// The watchdog is fed every [`LOOK`]. At most two thirds of that are left for delays.
-const _: () = assert!(SHORTEST_MS >= LOOK.as_millis() * 5 / 3);
+/// The watchdog is fed every [`CHECK_PERIOD`]. At most two thirds of that are left for delays.
+const _: () = assert!(TIMEOUT_MIN_MS >= CHECK_PERIOD.as_millis() * 5 / 3);
 /// The motors' set-points also expire after half a second.
-const _: () = assert!(LONGEST_MS <= 500);
+const _: () = assert!(TIMEOUT_MAX_MS <= 500);
 
 /// Starts the watchdog, which only a reset stops. It needs no other clock than LSI, which it turns
 /// on itself.

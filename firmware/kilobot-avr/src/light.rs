@@ -4,7 +4,7 @@ use bittybuzz_kilobot::light::Color;
 
 use crate::chip::Chip;
 
-/// Shows a colour: green at PC3 and PC2, blue at PC5 and PC4, red at PD5 and PD4.
+/// Shows a color: green at PC3 and PC2, blue at PC5 and PC4, red at PD5 and PD4.
 #[inline(never)]
 pub fn show(chip: &Chip, color: Color) {
     let bits = swapped(color.bits);

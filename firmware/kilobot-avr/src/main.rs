@@ -220,7 +220,7 @@ impl App {
         eeprom::write(&registers(), straight_right, mode.duties[3]);
     }
 
-    /// Does the work of the robot's state, and returns the LED's colour.
+    /// Does the work of the robot's state, and returns the LED's color.
     #[inline(never)]
     fn live(&mut self, vm: &mut Machine, now: u16) -> Color {
         let robot = &mut self.robot;

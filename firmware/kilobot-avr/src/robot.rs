@@ -24,7 +24,7 @@ pub struct KilobotHost {
     pub mode: ModeSwitch,
     /// The duties of its motors.
     pub motors: MotorDuties,
-    /// The script's colour.
+    /// The script's color.
     pub color: Color,
     /// The frames that wait for the script, each with the distance in mm, or 0 if the distance is
     /// unknown.

@@ -7,7 +7,7 @@
 
 /// The number of readings in a row below a limit that lead one step down. Robots read the voltage
 /// once per second.
-const LOW_LOOKS: u8 = 5;
+const LOW_READINGS: u8 = 5;
 
 /// The phases from one flash of a low battery to the next, in units of
 /// [`PHASE`](crate::blink::PHASE): 2 s. An empty battery flashes four times as often.
@@ -54,32 +54,32 @@ impl Charge {
 pub struct Ladder {
     limits_mv: [u16; 3],
     charge: Charge,
-    low_looks: u8,
+    low_readings: u8,
 }
 
 impl Ladder {
     /// Returns a ladder at `charge`. The limits, in mV, are those below which [`Charge::Low`],
     /// [`Charge::Empty`] and [`Charge::Flat`] begin.
     pub const fn new(limits_mv: [u16; 3], charge: Charge) -> Self {
-        Ladder { limits_mv, charge, low_looks: 0 }
+        Ladder { limits_mv, charge, low_readings: 0 }
     }
 
     /// Processes one reading. The charge steps down after enough low readings in a row; with the
     /// charger it returns to [`Charge::Enough`].
-    pub fn look(&mut self, battery_mv: u16, is_charging: bool) -> Charge {
+    pub fn update(&mut self, battery_mv: u16, is_charging: bool) -> Charge {
         let step = self.charge as u8;
         let is_low = self.limits_mv.get(usize::from(step)).is_some_and(|limit| battery_mv < *limit);
         if is_charging {
             self.charge = Charge::Enough;
         }
         if is_charging || !is_low {
-            self.low_looks = 0;
+            self.low_readings = 0;
             return self.charge;
         }
-        self.low_looks += 1;
-        if self.low_looks == LOW_LOOKS {
+        self.low_readings += 1;
+        if self.low_readings == LOW_READINGS {
             self.charge = Charge::of_number(step + 1);
-            self.low_looks = 0;
+            self.low_readings = 0;
         }
         self.charge
     }
@@ -91,45 +91,45 @@ mod tests {
 
     const LIMITS_MV: [u16; 3] = [3200, 3100, 3000];
 
-    fn looks(ladder: &mut Ladder, times: usize, battery_mv: u16) -> Charge {
+    fn updated(ladder: &mut Ladder, times: usize, battery_mv: u16) -> Charge {
         let mut charge = ladder.charge;
         for _ in 0..times {
-            charge = ladder.look(battery_mv, false);
+            charge = ladder.update(battery_mv, false);
         }
         charge
     }
 
     #[test]
-    fn each_step_takes_five_low_looks_in_a_row() {
+    fn each_step_takes_five_low_readings_in_a_row() {
         let mut ladder = Ladder::new(LIMITS_MV, Charge::Enough);
-        assert_eq!(looks(&mut ladder, 4, 3199), Charge::Enough);
+        assert_eq!(updated(&mut ladder, 4, 3199), Charge::Enough);
         assert_eq!(
-            looks(&mut ladder, 1, 3200),
+            updated(&mut ladder, 1, 3200),
             Charge::Enough,
             "not below the limit: from the start"
         );
-        assert_eq!(looks(&mut ladder, 4, 3199), Charge::Enough);
-        assert_eq!(looks(&mut ladder, 1, 3199), Charge::Low);
-        assert_eq!(looks(&mut ladder, 100, 3100), Charge::Low);
+        assert_eq!(updated(&mut ladder, 4, 3199), Charge::Enough);
+        assert_eq!(updated(&mut ladder, 1, 3199), Charge::Low);
+        assert_eq!(updated(&mut ladder, 100, 3100), Charge::Low);
         // The charge falls one step at a time, even at 0 V.
-        assert_eq!(looks(&mut ladder, 5, 0), Charge::Empty);
-        assert_eq!(looks(&mut ladder, 4, 0), Charge::Empty);
-        assert_eq!(looks(&mut ladder, 1, 0), Charge::Flat);
-        assert_eq!(looks(&mut ladder, 1000, 0), Charge::Flat);
+        assert_eq!(updated(&mut ladder, 5, 0), Charge::Empty);
+        assert_eq!(updated(&mut ladder, 4, 0), Charge::Empty);
+        assert_eq!(updated(&mut ladder, 1, 0), Charge::Flat);
+        assert_eq!(updated(&mut ladder, 1000, 0), Charge::Flat);
     }
 
     #[test]
     fn only_the_charger_leads_up() {
         for charge in [Charge::Low, Charge::Empty, Charge::Flat] {
             let mut ladder = Ladder::new(LIMITS_MV, charge);
-            assert_eq!(looks(&mut ladder, 100, 4200), charge);
-            assert_eq!(ladder.look(2500, true), Charge::Enough);
+            assert_eq!(updated(&mut ladder, 100, 4200), charge);
+            assert_eq!(ladder.update(2500, true), Charge::Enough);
         }
         // Low readings from before the charger do not count.
         let mut ladder = Ladder::new(LIMITS_MV, Charge::Enough);
-        looks(&mut ladder, 4, 3000);
-        ladder.look(3000, true);
-        assert_eq!(looks(&mut ladder, 4, 3000), Charge::Enough);
+        updated(&mut ladder, 4, 3000);
+        ladder.update(3000, true);
+        assert_eq!(updated(&mut ladder, 4, 3000), Charge::Enough);
     }
 
     #[test]

@@ -12,7 +12,7 @@ use embassy_time::Duration;
 pub const BEAT: Duration = Duration::from_millis(50);
 
 /// The period of the watchdog's task. Each task shows at least one sign of life between two checks.
-pub const LOOK: Duration = Duration::from_millis(100);
+pub const CHECK_PERIOD: Duration = Duration::from_millis(100);
 
 /// The enum of the tasks of a robot. [`tasks!`](crate::tasks) implements this trait, so that no
 /// task is left out of `ALL`.

@@ -20,7 +20,7 @@ use bittybuzz_vm_core::message::crc16;
 pub const PLACE: usize = 4096;
 
 /// The length of the longest image that fits into a place, in bytes.
-pub const MOST: usize = PLACE - LENGTH - MARK;
+pub const IMAGE_MAX: usize = PLACE - LENGTH - MARK;
 
 const LENGTH: usize = size_of::<u32>();
 const MARK: usize = 8;
@@ -29,7 +29,7 @@ const MARK: usize = 8;
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct StoredScript<'a> {
     /// The part of the place for the image. Bytes beyond the length have no meaning.
-    pub bytes: &'a [u8; MOST],
+    pub bytes: &'a [u8; IMAGE_MAX],
     /// The length of the image, in bytes.
     pub length: usize,
     sequence: u32,
@@ -40,7 +40,7 @@ impl<'a> StoredScript<'a> {
     /// is compared first, because the checksum reads every byte.
     fn read(place: &'a [u8; PLACE], known: Option<StoredScript<'_>>) -> Option<Self> {
         let (length, rest) = place.split_first_chunk::<LENGTH>()?;
-        let (bytes, mark) = rest.split_first_chunk::<MOST>()?;
+        let (bytes, mark) = rest.split_first_chunk::<IMAGE_MAX>()?;
         let (sequence, check) = mark.split_first_chunk::<4>()?;
         let [low, high, not_low, not_high] = *check.first_chunk::<4>()?;
         let stored = StoredScript {
@@ -103,10 +103,10 @@ mod tests {
 
     #[test]
     fn the_longest_image_fits() {
-        let long = vec![7; MOST];
+        let long = vec![7; IMAGE_MAX];
         assert_eq!(image(&[[0xff; PLACE], place(&long)]), Some(long));
-        assert_eq!(layout().script_section(&[7; MOST + 1]), None);
-        assert_eq!(layout().most_script() as usize, MOST);
+        assert_eq!(layout().script_section(&[7; IMAGE_MAX + 1]), None);
+        assert_eq!(layout().most_script() as usize, IMAGE_MAX);
     }
 
     #[test]
@@ -144,7 +144,7 @@ mod tests {
     /// `bbz flash` writes both sectors, one after the other: it erases the sector and writes it
     /// word by word. At any loss of power the robot has the old script or the new one.
     #[test]
-    fn whenever_the_power_goes_the_old_or_the_new_script_is_there() {
+    fn a_power_failure_leaves_the_old_or_the_new_script() {
         let (old, new) = (place(b"the old script"), place(b"a new, longer script"));
         let mut flash = [old, old];
         let mut seen_new = false;

@@ -27,7 +27,7 @@ fn seen(robot: u16) -> Sighting<Full> {
 }
 
 #[test]
-fn the_script_gets_what_was_heard_and_from_whom() {
+fn the_script_gets_received_messages_and_their_senders() {
     let mail = SmallMail::new();
     let (mut frame, mut sighting) = ([0; 20], Sighting::default());
     assert!(mail.receive(&mut frame, &mut sighting).is_none());
@@ -43,7 +43,7 @@ fn the_script_gets_what_was_heard_and_from_whom() {
 /// 100 messages arrive between two steps. Three wait, the others are counted, and so are
 /// duplicates.
 #[test]
-fn what_there_is_no_room_for_is_counted() {
+fn frames_without_room_are_counted() {
     let mail = SmallMail::new();
     (0..100).for_each(|n| mail.add_received(&broadcast(7, n, 1), seen(7)));
     mail.add_received(&broadcast(7, 99, 1), seen(7));
@@ -119,7 +119,7 @@ fn robots_that_step_together_do_not_send_together() {
 /// A broadcast of an earlier step is replaced by a newer one on its topic; one of the same step is
 /// not.
 #[test]
-fn what_is_stale_is_not_sent() {
+fn stale_broadcasts_are_not_sent() {
     let _turn = clock();
     let mail = SmallMail::new();
     mail.send(&broadcast(1, 1, 1));

@@ -17,7 +17,7 @@ const FRAGILE: &str = "function init() { n = 0 motor(7) log(n) }\n\
     function step() { n = n + 1 if(n == 2) n = nil + 1 }";
 
 #[test]
-fn a_script_starts_again_after_a_pause_that_doubles() {
+fn a_script_restarts_after_a_pause_that_doubles() {
     let events = run(FRAGILE, 8000);
     let seen = with(&events, &["fault", "restart", "start again", "log", "Overrun", "Lost"]);
     let expected = [

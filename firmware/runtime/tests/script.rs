@@ -77,7 +77,7 @@ fn missed_ticks_are_skipped_not_queued() {
 }
 
 #[test]
-fn a_fault_stops_the_motors_before_it_is_told() {
+fn a_fault_stops_the_motors_before_it_is_reported() {
     let script = "function bad() { return 1 + nil }\nfunction init() { n = 0 }\n\
         function step() { motor(5) n = n + 1 if(n == 3) bad() }";
     let events = run(script, 1000);
@@ -114,7 +114,7 @@ fn a_script_without_steps_ends() {
 
 /// A script that prints without end becomes slower, and no line is lost.
 #[test]
-fn much_that_is_printed_is_told_in_portions() {
+fn long_output_is_sent_in_portions() {
     let events = run("function step() { var i = 0 while(i < 200) { log(i) i = i + 1 } }", 190);
     let logs = with(&events, "log");
     assert_eq!(logs.len(), 200);
@@ -125,7 +125,7 @@ fn much_that_is_printed_is_told_in_portions() {
 
 /// Long texts are printed without pause, and those that do not fit are counted.
 #[test]
-fn what_is_printed_too_fast_is_counted() {
+fn lines_printed_too_fast_are_counted() {
     let script = format!(
         "function init() {{ s = string.concat(\"{}\", \"b\") }}\nfunction step() {{ {} }}",
         "a".repeat(80),
@@ -138,7 +138,7 @@ fn what_is_printed_too_fast_is_counted() {
 }
 
 #[test]
-fn a_damaged_image_is_refused_and_told() {
+fn a_damaged_image_is_refused_and_reported() {
     let mut image = common::image("function step() { motor(1) }");
     image[0] ^= 1;
     let events = run_image(&image, 500);
@@ -162,7 +162,7 @@ fn messages_go_out_with_their_step() {
 
 /// A beacon of robot 9 (type 8, robot, script hash), received between two steps.
 #[test]
-fn what_was_heard_is_known_in_the_next_step() {
+fn a_received_frame_is_processed_in_the_next_step() {
     let script =
         "function step() { neighbors.foreach(function(id, data) { log(id, data.distance) }) }";
     let image = common::image(script);

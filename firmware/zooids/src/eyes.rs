@@ -14,7 +14,7 @@ static TRACKER: Mutex<CriticalSectionRawMutex, RefCell<Tracker>> =
     Mutex::new(RefCell::new(Tracker::new()));
 
 /// The time between two readings of the photodiodes while the robot does not know its position.
-const LOOK: Duration = Duration::from_millis(20);
+const SEARCH_PERIOD: Duration = Duration::from_millis(20);
 const HALF: u16 = (PATTERN_US / 2) as u16;
 const FRAME: Duration = Duration::from_micros(FRAME_US as u64);
 
@@ -56,7 +56,7 @@ impl Eyes {
         left.look();
         let Some(begun) = right.decoder.begun() else {
             // A lost frame does not shift the time of the next one.
-            self.next += if pose().is_some() { FRAME } else { LOOK };
+            self.next += if pose().is_some() { FRAME } else { SEARCH_PERIOD };
             return;
         };
         let age = (us(now) as u16).wrapping_sub(begun);

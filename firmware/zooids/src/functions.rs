@@ -36,7 +36,7 @@ const STATUS_STEPS: u32 = 10 * robot::TICK_HZ as u32;
 pub struct Zooid {
     light: &'static LightChannel,
     setpoint: SetpointWriter<Drive>,
-    told_at: u32,
+    reported_at: u32,
 }
 
 type Result = core::result::Result<Reply<Tiny>, RobotFault>;
@@ -44,7 +44,7 @@ type Result = core::result::Result<Reply<Tiny>, RobotFault>;
 impl Zooid {
     /// Returns the robot without a set-point.
     pub fn new(light: &'static LightChannel, setpoint: SetpointWriter<Drive>) -> Self {
-        Zooid { light, setpoint, told_at: 0 }
+        Zooid { light, setpoint, reported_at: 0 }
     }
 
     fn drive(&mut self, left: i8, right: i8) -> Result {
@@ -126,8 +126,8 @@ impl RobotHost<Tiny> for Zooid {
 
     fn renew(&mut self, counts: Counts) {
         self.setpoint.renew();
-        if counts.steps.wrapping_sub(self.told_at) >= STATUS_STEPS {
-            self.told_at = counts.steps;
+        if counts.steps.wrapping_sub(self.reported_at) >= STATUS_STEPS {
+            self.reported_at = counts.steps;
             info!(
                 "{=u32} steps, {=u32} ticks missed, longest slice {=u32} us",
                 counts.steps, counts.missed, counts.longest_slice_us

@@ -2,7 +2,7 @@
 //!
 //! * It blinks red the number of a fault until the script restarts.
 //! * It is lit red permanently when no script can run.
-//! * Short flashes in the script's colour show that the battery will be empty soon.
+//! * Short flashes in the script's color show that the battery will be empty soon.
 //!
 //! The timer is set up by its registers, for the reason in `motors.rs`.
 
@@ -24,7 +24,7 @@ const PRESCALER: u16 = 24;
 /// 2 MHz / 10000 = 200 Hz.
 const PERIOD: u16 = 10_000;
 /// The compare value of a lit LED. An eighth of the light is enough, since the LED is very bright
-/// (SwarmUI divides all colours by 8).
+/// (SwarmUI divides all colors by 8).
 const ON: u16 = PERIOD / 8;
 
 /// A sum of [`RED`], [`GREEN`] and [`BLUE`].
@@ -41,7 +41,7 @@ pub const BLUE: Color = 4;
 /// The state that the LED shows.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Light {
-    /// The script's colour.
+    /// The script's color.
     Script(Color),
     /// This fault stopped the script, until its restart or for good.
     Fault(u8),
@@ -62,7 +62,7 @@ impl Light {
         }
     }
 
-    /// Returns the colour in phase `phase`, in units of [`PHASE`].
+    /// Returns the color in phase `phase`, in units of [`PHASE`].
     fn color(self, phase: u32) -> Color {
         match self {
             Light::Script(color) => color,
@@ -134,7 +134,7 @@ pub async fn shine(channel: &'static LightChannel, mut led: Led, pulse: Pulse) -
     let mut next = Instant::now() + PHASE;
     loop {
         pulse.beat();
-        // A flash toggles red: it is red, or dark if the script's colour contains red.
+        // A flash toggles red: it is red, or dark if the script's color contains red.
         let change = if sensors::charge().is_flash(flash) { RED } else { 0 };
         led.show(match light {
             Light::Script(color) => color ^ change,

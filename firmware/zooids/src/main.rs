@@ -10,7 +10,7 @@
 //! | [`drive_motors`] | finds positions, drives the motors, and stops them when set-points expire |
 //! | [`radio::talk`] | exchanges swarm messages with all other robots |
 //! | [`sensors::sense`] | reads battery, charger and touch sensor |
-//! | [`leds::shine`] | shows the script's colour or a failure on the LED |
+//! | [`leds::shine`] | shows the script's color or a failure on the LED |
 //! | [`watchdog::feed`] | feeds the watchdog while all other tasks live |
 
 #![no_std]

@@ -65,7 +65,7 @@ pub fn set_charge(charge: Charge) {
 
 /// Processes a reading of the battery, and acts upon the new charge.
 fn judge(ladder: &mut Ladder) {
-    let now = ladder.look(battery_mv(), is_charging());
+    let now = ladder.update(battery_mv(), is_charging());
     match (charge(), now) {
         // The script restarts as after power-on.
         (Charge::Flat, Charge::Enough) => SCB::sys_reset(),
@@ -82,15 +82,15 @@ const BATTERY_BEATS: u8 = 20;
 pub fn begin(charger: &Input<'static>) {
     i2c::start();
     start_adc();
-    look_at_charger(charger);
-    look_at_battery();
+    read_charger(charger);
+    read_battery();
 }
 
-fn look_at_charger(charger: &Input<'static>) {
+fn read_charger(charger: &Input<'static>) {
     CHARGING.store(charger.is_low(), Ordering::Relaxed);
 }
 
-fn look_at_battery() {
+fn read_battery() {
     BATTERY_MV.store(measure_battery(), Ordering::Relaxed);
 }
 
@@ -106,13 +106,13 @@ pub async fn sense(
     let mut ladder = watches_battery.then(|| Ladder::new(LADDER_MV, charge()));
     loop {
         pulse.beat();
-        look_at_charger(&charger);
+        read_charger(&charger);
         if let Some(touched) = touch.changed() {
             TOUCHED.store(touched, Ordering::Relaxed);
         }
         beats -= 1;
         if beats == 0 {
-            look_at_battery();
+            read_battery();
             if let Some(ladder) = &mut ladder {
                 judge(ladder);
             }

@@ -1,6 +1,6 @@
 //! The independent watchdog, fed while all tasks live (RM0091 chapter 24).
 
-use bittybuzz_runtime::liveness::{LOOK, Liveness};
+use bittybuzz_runtime::liveness::{CHECK_PERIOD, Liveness};
 use embassy_stm32::pac;
 use embassy_stm32::peripherals::IWDG;
 use embassy_stm32::wdg::IndependentWatchdog;
@@ -36,7 +36,7 @@ pub async fn feed(mut watchdog: Watchdog, tasks: &'static Liveness<Task>) -> ! {
         if tasks.all_live() {
             watchdog.pet();
         }
-        Timer::after(LOOK).await;
+        Timer::after(CHECK_PERIOD).await;
         for _task in tasks.missing() {
             error!("no sign of life from task {}", _task);
         }

@@ -39,9 +39,9 @@ pub fn ear() -> PathBuf {
         .map_or_else(|| kilobot().with_file_name("bittybuzz-kilobot-ear.elf"), PathBuf::from)
 }
 
-/// The image of a behaviour of `examples/kilobot`. `BITTYBUZZ_BEHAVIOURS` names another folder than the one where `cargo xtask build
+/// The image of a behavior of `examples/kilobot`. `BITTYBUZZ_BEHAVIOURS` names another folder than the one where `cargo xtask build
 /// behaviours` puts them.
-pub fn behaviour(name: &str) -> PathBuf {
+pub fn behavior(name: &str) -> PathBuf {
     let folder = match std::env::var_os("BITTYBUZZ_BEHAVIOURS") {
         Some(folder) => PathBuf::from(folder),
         None => bbz::root().join("firmware/kilobot-avr/target/behaviours"),
@@ -118,15 +118,15 @@ impl Kilobots {
     }
 
     /// Gives the emulator a command for a robot.
-    pub fn tell(&mut self, robot: usize, command: &Command) {
-        let told = self.emulator.execute_on(robot, command);
-        told.unwrap_or_else(|error| panic!("{command:?}: {error}"));
+    pub fn execute_on(&mut self, robot: usize, command: &Command) {
+        let reply = self.emulator.execute_on(robot, command);
+        reply.unwrap_or_else(|error| panic!("{command:?}: {error}"));
     }
 
     /// The controller says something to all of them, and is done in 10 ms.
     pub fn command(&mut self, kind: u8, data: [u8; 9]) {
         let payload = [&data[..], &[kind]].concat();
-        self.tell(0, &Command::Radio { at: self.now, payload });
+        self.execute_on(0, &Command::Radio { at: self.now, payload });
         self.run_ms(10);
     }
 
@@ -166,7 +166,7 @@ impl Kilobots {
         self.emulator.statistics_of(robot).expect("it counts").core.longest_turn
     }
 
-    /// The colours that a robot has shown since a time, each with its time.
+    /// The colors that a robot has shown since a time, each with its time.
     pub fn colors(&self, robot: usize, since: Duration) -> Vec<(Duration, [u8; 3])> {
         let later = self.events[robot].iter().filter(|event| event.at >= since);
         later
@@ -177,7 +177,7 @@ impl Kilobots {
             .collect()
     }
 
-    /// The colour that a robot shows now.
+    /// The color that a robot shows now.
     pub fn color(&self, robot: usize) -> [u8; 3] {
         self.colors(robot, Duration::ZERO).last().map_or([0; 3], |(_, color)| *color)
     }

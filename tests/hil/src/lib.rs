@@ -19,12 +19,12 @@ pub mod safety;
 pub mod supply;
 mod swarm;
 pub mod table;
-mod told;
+mod trace_log;
 
 pub use kilobots::{Kilobots, ear, kilobot};
 pub use swarm::{Member, Pose, Swarm};
 pub use table::{Place, Table};
-pub use told::TraceLog;
+pub use trace_log::TraceLog;
 
 use std::io::Write;
 use std::path::{Path, PathBuf};
@@ -71,7 +71,7 @@ impl Core {
     }
 }
 
-/// Builds a program, always optimised: it plays a processor of 168 MHz.
+/// Builds a program, always optimized: it plays a processor of 168 MHz.
 fn build(package: &str, program: String) -> PathBuf {
     let test = std::env::current_exe().expect("the running test has a path");
     // TARGET/PROFILE/deps/TEST
@@ -142,7 +142,7 @@ impl ScriptFile {
     }
 }
 
-/// What `bbz trace` tells: an object per line, and its exit status.
+/// The output of `bbz trace`: an object per line, and its exit status.
 pub struct Trace {
     /// The lines.
     pub lines: Vec<Value>,
@@ -257,13 +257,13 @@ impl Robot {
     }
 
     /// Gives the emulator a command.
-    pub fn tell(&mut self, command: &Command) {
+    pub fn execute(&mut self, command: &Command) {
         self.emulator.execute(command).unwrap_or_else(|error| panic!("{command:?}: {error}"));
     }
 
     /// The radio's processor sends a frame.
     pub fn send(&mut self, kind: u8, payload: &[u8]) {
-        self.tell(&Command::Send { kind, payload: payload.to_vec() });
+        self.execute(&Command::Send { kind, payload: payload.to_vec() });
     }
 
     /// Writes to flash or RAM.

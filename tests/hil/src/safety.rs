@@ -9,7 +9,7 @@ use crate::{Command, EmulatorEvent, Robot, TimedEvent, is_lit, motors};
 /// Resets the robot, and returns when.
 pub fn reset(robot: &mut Robot, cause: ResetCause) -> Duration {
     let at = robot.now();
-    robot.tell(&Command::Reset { cause });
+    robot.execute(&Command::Reset { cause });
     robot.run_us(1);
     at
 }

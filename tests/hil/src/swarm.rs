@@ -4,7 +4,7 @@ use std::time::Duration;
 
 use bittybuzz_arena::run::{P2P_EXCHANGE_PERIOD, P2pAir};
 
-use crate::told::TraceLog;
+use crate::trace_log::TraceLog;
 use crate::{Command, Core, EmulatorEvent, Robot, TimedEvent};
 
 const P2P_EXCHANGE_PERIOD_US: u64 = P2P_EXCHANGE_PERIOD.as_micros() as u64;
@@ -27,7 +27,7 @@ pub struct Member {
     /// Its emulator.
     pub robot: Robot,
     /// The messages of its firmware and its script.
-    pub told: TraceLog,
+    pub trace_log: TraceLog,
     pose: Option<Pose>,
 }
 
@@ -37,7 +37,7 @@ impl Swarm {
         let member = |id: &u16| {
             let mut robot = Robot::crazyflie(Core::Unicorn, script);
             robot.assign_id(*id);
-            Member { robot, told: TraceLog::of_crazyflie(), pose: None }
+            Member { robot, trace_log: TraceLog::of_crazyflie(), pose: None }
         };
         let members = ids.iter().map(member).collect();
         Swarm { members, now_us: 0, air: P2pAir::default() }
@@ -61,7 +61,7 @@ impl Swarm {
         while self.now_us < end {
             let turn = longest.min(end - self.now_us);
             if self.now_us.is_multiple_of(POSE_PERIOD_US) {
-                self.tell_poses();
+                self.send_poses();
             }
             self.now_us += turn;
             for (sender, member) in self.members.iter_mut().enumerate() {
@@ -73,15 +73,15 @@ impl Swarm {
             }
             let now = Duration::from_micros(self.now_us);
             for (receiver, command) in self.air.carry(now, self.members.len(), |_, _| true) {
-                self.members[receiver].robot.tell(&command);
+                self.members[receiver].robot.execute(&command);
             }
         }
     }
 
-    fn tell_poses(&mut self) {
+    fn send_poses(&mut self) {
         for member in &mut self.members {
             if let Some([x_mm, y_mm, z_mm, yaw_degrees]) = member.pose {
-                member.robot.tell(&Command::Pose { x_mm, y_mm, z_mm, yaw_degrees });
+                member.robot.execute(&Command::Pose { x_mm, y_mm, z_mm, yaw_degrees });
             }
         }
     }
@@ -92,7 +92,7 @@ impl Member {
         let events = self.robot.run_us(us);
         for event in &events {
             if let EmulatorEvent::Rtt { bytes } = &event.event {
-                self.told.read(bytes);
+                self.trace_log.read(bytes);
             }
         }
         events
@@ -100,6 +100,6 @@ impl Member {
 
     /// The values that the script logged last.
     pub fn last_logged(&self) -> Option<&[String]> {
-        self.told.log.last().map(|(_, values)| values.as_slice())
+        self.trace_log.log.last().map(|(_, values)| values.as_slice())
     }
 }

@@ -12,7 +12,7 @@ use bittybuzz_robot_spec::Layout;
 use bittybuzz_tests::bbz;
 use bittybuzz_zooids_board::STEP_MM;
 
-use crate::told::TraceLog;
+use crate::trace_log::TraceLog;
 use crate::{
     BoardStatistics, Command, Core, EmulatorEvent, RobotStatistics, TimedEvent, ZooidStatistics,
     image_for,
@@ -103,8 +103,8 @@ impl Place {
 /// A robot of the table.
 pub struct Zooid {
     /// The messages of its firmware and its script.
-    pub told: TraceLog,
-    /// What happened on it, but for what it told.
+    pub trace_log: TraceLog,
+    /// Its events, except those of its log.
     pub events: Vec<TimedEvent>,
     /// Duties of IN1 to IN4.
     inputs: [f64; 4],
@@ -125,13 +125,13 @@ impl Zooid {
 
     /// The values that the script logged last.
     pub fn last_logged(&self) -> Option<&[String]> {
-        self.told.log.last().map(|(_, values)| values.as_slice())
+        self.trace_log.log.last().map(|(_, values)| values.as_slice())
     }
 
-    /// What it tells of itself.
+    /// Handles an event.
     fn note(&mut self, event: TimedEvent) {
         match event.event {
-            EmulatorEvent::Rtt { bytes } => self.told.read(&bytes),
+            EmulatorEvent::Rtt { bytes } => self.trace_log.read(&bytes),
             _ => {
                 match &event.event {
                     EmulatorEvent::Motor { number, duty, .. } => {
@@ -140,7 +140,7 @@ impl Zooid {
                     EmulatorEvent::Reset { cause }
                         if cause == "power_on" || cause == "brown_out" =>
                     {
-                        self.told.begin_anew();
+                        self.trace_log.restart();
                     }
                     _ => {}
                 }
@@ -187,7 +187,7 @@ impl Table {
             }
         }
         let zooid = || Zooid {
-            told: TraceLog::of_zooid(),
+            trace_log: TraceLog::of_zooid(),
             events: Vec::new(),
             inputs: [0.0; 4],
             place: None,
@@ -207,15 +207,15 @@ impl Table {
     }
 
     /// Gives the emulator a command for a robot.
-    pub fn tell(&mut self, robot: usize, command: &Command) {
-        let told = self.emulator.execute_on(robot, command);
-        told.unwrap_or_else(|error| panic!("{command:?}: {error}"));
+    pub fn execute_on(&mut self, robot: usize, command: &Command) {
+        let reply = self.emulator.execute_on(robot, command);
+        reply.unwrap_or_else(|error| panic!("{command:?}: {error}"));
     }
 
     /// Puts a robot somewhere.
     pub fn put(&mut self, robot: usize, place: Place) {
         self.zooids[robot].place = Some(place);
-        self.tell(robot, &place.command());
+        self.execute_on(robot, &place.command());
     }
 
     /// Where a robot is.
@@ -225,24 +225,24 @@ impl Table {
 
     /// A robot's light is as bad as this.
     pub fn light(&mut self, robot: usize, lose: f64, jitter_us: f64, seed: u64) {
-        self.tell(robot, &Command::Light { lose, jitter_us, glitches_per_s: 0.0, seed });
+        self.execute_on(robot, &Command::Light { lose, jitter_us, glitches_per_s: 0.0, seed });
     }
 
     /// The radios of all robots detect power on the channel in this way.
     pub fn power_detector(&mut self, reading: PowerDetector) {
         for robot in 0..self.zooids.len() {
-            self.tell(robot, &Command::PowerDetector { reading });
+            self.execute_on(robot, &Command::PowerDetector { reading });
         }
     }
 
     /// Packets are lost with this probability from now on.
     pub fn lose(&mut self, lose: f64, seed: u64) {
-        self.tell(0, &Command::Air { lose, seed });
+        self.execute_on(0, &Command::Air { lose, seed });
     }
 
     /// Somebody sends a packet at a time.
     pub fn radio(&mut self, at: Duration, payload: &[u8]) {
-        self.tell(0, &Command::Radio { at, payload: payload.to_vec() });
+        self.execute_on(0, &Command::Radio { at, payload: payload.to_vec() });
     }
 
     /// Runs for so many ms; robots that move go on as they do.
@@ -303,7 +303,7 @@ impl Table {
 
     /// Writes to a robot's flash or RAM.
     pub fn write(&mut self, robot: usize, address: u32, bytes: &[u8]) {
-        self.tell(robot, &Command::Write { address, bytes: bytes.to_vec() });
+        self.execute_on(robot, &Command::Write { address, bytes: bytes.to_vec() });
     }
 }
 

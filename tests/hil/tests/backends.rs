@@ -12,7 +12,7 @@ use bittybuzz_hil::{Core, ScriptFile, table};
 use bittybuzz_robot_spec::Robot;
 use bittybuzz_tests::bbz;
 
-/// Where a robot is in the end, and which colour it shows.
+/// Where a robot is in the end, and which color it shows.
 type End = ([f64; 2], u8);
 
 /// Runs the shipped scenario with a backend for so many ticks at most, and shows each.
@@ -105,8 +105,8 @@ fn differences(seeds: u32) -> Vec<f64> {
         let ((vm, in_vm), (firmware, in_firmware)) = (ends("vm", seed), ends("firmware", seed));
         assert!(in_vm.is_success() && in_firmware.is_success(), "{in_firmware:#?}");
         assert_eq!(vm.len(), firmware.len());
-        for ((one, colour), (other, other_colour)) in vm.into_iter().zip(firmware) {
-            assert_eq!(colour, other_colour, "seed {seed}");
+        for ((one, color), (other, other_color)) in vm.into_iter().zip(firmware) {
+            assert_eq!(color, other_color, "seed {seed}");
             differences.push((one[0] - other[0]).hypot(one[1] - other[1]));
         }
     }
@@ -263,7 +263,7 @@ fn robots_with_firmware_queue_for_the_charger() {
     assert!(summary.is_success(), "{:#?}", summary.convergences);
 }
 
-/// Every place and colour on the way, bit for bit.
+/// Every place and color on the way, bit for bit.
 fn trace(seed: u32) -> Vec<[u32; 4]> {
     let mut trace = Vec::new();
     run_with("firmware", seed, 30, |simulation| {
@@ -309,7 +309,7 @@ fn walls_hold_robots_that_run_firmware() {
 const WALL: f32 = 400.0;
 
 #[test]
-fn whoever_is_moved_knows_where_it_is() {
+fn a_moved_robot_knows_its_position() {
     let script = "function step() { log(pos.x, pos.y, pos.orientation) }";
     let group = "positions = [[100, 20], [-200, 100]]\nheading = 30";
     let event = "[[event]]\nat = 1\nmove = 1\nto = [300, -150]\nheading = -90\n";
@@ -381,7 +381,7 @@ function step() { neighbors.broadcast(\"a\", id)  log(heard) }
 
 /// More messages than queues hold: with both backends each packet was heard by a script or is counted.
 #[test]
-fn what_queues_had_no_room_for_is_counted() {
+fn frames_that_find_full_queues_are_counted() {
     let script = "\
 function init() {
   heard = 0
@@ -500,7 +500,7 @@ fn robots_start_where_the_projector_shines() {
 }
 
 #[test]
-fn an_emulator_that_is_not_there_is_told_with_how_to_get_it() {
+fn a_missing_emulator_is_reported_with_its_installation() {
     let path = bbz::root().join("tests/scenarios/backends.toml");
     let firmware = format!("robots.0.firmware={}", table::zooids().display());
     let path = path.display().to_string();

@@ -30,7 +30,7 @@ impl Run {
 
     fn battery(&mut self, volts: f32, usb_powered: bool) {
         let charging = usb_powered;
-        self.swarm.members()[0].robot.tell(&Command::Battery { volts, charging, usb_powered });
+        self.swarm.members()[0].robot.execute(&Command::Battery { volts, charging, usb_powered });
     }
 
     fn ms(&mut self, ms: u64) {
@@ -48,7 +48,7 @@ impl Run {
 
     /// Lets ten seconds pass: steps logged, and flashes of the right red LED, each 50 ms long and so far apart.
     fn ten_seconds(&mut self, apart: Duration) -> (usize, usize) {
-        let (logged, since) = (self.swarm.members()[0].told.log.len(), self.now);
+        let (logged, since) = (self.swarm.members()[0].trace_log.log.len(), self.now);
         self.ms(10_000);
         let red = flashes(self.events(), "red_right", since);
         for (_, length) in &red {
@@ -61,11 +61,11 @@ impl Run {
             let span = pair[1].0 - pair[0].0;
             assert!(span.abs_diff(apart) < Duration::from_millis(3), "{red:?}");
         }
-        (self.swarm.members()[0].told.log.len() - logged, red.len())
+        (self.swarm.members()[0].trace_log.log.len() - logged, red.len())
     }
 
     fn reported(&mut self, word: &str) -> usize {
-        let firmware = &self.swarm.members()[0].told.firmware;
+        let firmware = &self.swarm.members()[0].trace_log.firmware;
         firmware.iter().filter(|line| line.contains(word)).count()
     }
 }
@@ -125,7 +125,7 @@ fn a_robot_asks_again_until_its_power_is_cut() {
     run.ms(14_500);
     assert_eq!(run.duties(), [0.0; 4]);
     for (lose, ms, is_off) in [(1.0, 4000, false), (0.0, 1000, true)] {
-        run.swarm.members()[0].robot.tell(&Command::Link { lose, corrupt: 0.0, seed: 3 });
+        run.swarm.members()[0].robot.execute(&Command::Link { lose, corrupt: 0.0, seed: 3 });
         run.ms(ms);
         let power_off = |event: &TimedEvent| matches!(event.event, EmulatorEvent::PowerOff { .. });
         assert_eq!(run.events().iter().any(power_off), is_off);

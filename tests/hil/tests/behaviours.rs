@@ -11,7 +11,7 @@ use bittybuzz_compiler::compile::{Compiled, Options, compile};
 use bittybuzz_compiler::include::{DiskFiles, IncludeLoader};
 use bittybuzz_compiler::symbols::Symbols;
 use bittybuzz_emulation::ElfSymbol;
-use bittybuzz_hil::kilobots::behaviour;
+use bittybuzz_hil::kilobots::behavior;
 use bittybuzz_hil::{Command, Core, Kilobots};
 use bittybuzz_robot_spec::Robot;
 use bittybuzz_tests::bbz;
@@ -41,13 +41,13 @@ fn compiled(script: &Path, robot: &Robot) -> Compiled {
     compile(script, text, &IncludeLoader::new(&DiskFiles), &options)
 }
 
-/// Runs the scenario of a behaviour, and shows each tick; until there is nothing more to see.
+/// Runs the scenario of a behavior, and shows each tick; until there is nothing more to see.
 fn play(name: &str, backend: &str, seed: u32, mut look: impl FnMut(&Simulation) -> bool) -> bool {
     let path = file(name, "toml");
     let groups =
         0..Scenario::open(&path, &[], &bittybuzz_robot_models::all()).unwrap().groups.len();
     let set = groups.flat_map(|group| {
-        let firmware = behaviour(name);
+        let firmware = behavior(name);
         [
             format!("robots.{group}.backend={backend}"),
             format!("robots.{group}.firmware={}", firmware.display()),
@@ -93,7 +93,7 @@ fn swarm_comes_true() {
 /// They take minutes, as the medians below: `cargo test --locked -p bittybuzz-hil --test hil behaviours:: -- --ignored`.
 #[test]
 #[ignore = "minutes"]
-fn the_longer_ones_come_true() {
+fn the_longer_scenarios_meet_their_expectations() {
     for name in ["gradient", "random_walk", "foreach", "stigmergy"] {
         comes_true(name);
     }
@@ -166,7 +166,7 @@ fn address(program: &Path, is_wanted: impl Fn(&str) -> bool) -> u32 {
 fn variables_and_stack_leave_memory() {
     const PAINT: u8 = 0xa5;
     for name in BEHAVIOURS {
-        let program = behaviour(name);
+        let program = behavior(name);
         let end = end_of_variables(&program);
         let variables = end - RAM;
         let mut robots = Kilobots::with_program(&program, 8);
@@ -180,9 +180,9 @@ fn variables_and_stack_leave_memory() {
                 vy_mm_s: 0.0,
                 turn_degrees_s: 0.0,
             };
-            robots.tell(robot, &here);
+            robots.execute_on(robot, &here);
             let bytes = vec![PAINT; (RAM_END - end) as usize];
-            robots.tell(robot, &Command::Write { address: end, bytes });
+            robots.execute_on(robot, &Command::Write { address: end, bytes });
         }
         robots.start();
         robots.run_ms(6_000);
@@ -196,8 +196,8 @@ fn variables_and_stack_leave_memory() {
     }
 }
 
-/// The second of two robots hears eight neighbours between two steps: how long a step takes without messages, and with these, with
-/// everything that happens meanwhile. Neighbour number n says `value(n)`.
+/// The second of two robots hears eight neighbors between two steps: how long a step takes without messages, and with these, with
+/// everything that happens meanwhile. Neighbor number n says `value(n)`.
 fn step_times(mut robots: Kilobots, topic: &str, value: impl Fn(i32) -> i32) -> [Duration; 2] {
     let symbols = Symbols::from_json(&robots.symbols()).unwrap();
     let strings = string::COUNT + symbols.strings.len() as u16;
@@ -211,7 +211,7 @@ fn step_times(mut robots: Kilobots, topic: &str, value: impl Fn(i32) -> i32) -> 
         message_of(&frame[..length]).unwrap().to_vec()
     };
     robots.start();
-    let vm = address(&behaviour("gradient"), |name| name.ends_with("main2VM"));
+    let vm = address(&behavior("gradient"), |name| name.ends_with("main2VM"));
     // Behind four registers of the machine and its random numbers (vm-core/src/machine/mod.rs).
     const STATE: u32 = 16;
     const RUNNING: u8 = 2;
@@ -234,7 +234,7 @@ fn step_times(mut robots: Kilobots, topic: &str, value: impl Fn(i32) -> i32) -> 
         if round >= 4 {
             for number in 0..8 {
                 let at = robots.now();
-                robots.tell(1, &Command::Radio { at, payload: message(number) });
+                robots.execute_on(1, &Command::Radio { at, payload: message(number) });
                 robots.run_ms(8);
             }
         }
@@ -258,16 +258,16 @@ fn step_times(mut robots: Kilobots, topic: &str, value: impl Fn(i32) -> i32) -> 
 #[test]
 fn a_step_of_the_benchmarks_gradient_with_eight_messages() {
     let text = std::fs::read_to_string(bbz::root().join("bench/scripts/gradient.bzz")).unwrap();
-    let robots = Kilobots::in_image(&text, &behaviour("gradient"), 2);
+    let robots = Kilobots::in_image(&text, &behavior("gradient"), 2);
     let [_, with] = step_times(robots, "hop", |number| number);
     assert!(with <= Duration::from_millis(6), "{with:?}");
 }
 
-/// That of the example adds distances, and makes a table of each neighbour that it asks for.
+/// That of the example adds distances, and makes a table of each neighbor that it asks for.
 #[test]
 fn a_step_of_the_gradient_of_distances_with_eight_messages() {
     let text = std::fs::read_to_string(file("gradient", "bzz")).unwrap();
-    let robots = Kilobots::in_image(&text, &behaviour("gradient"), 2);
+    let robots = Kilobots::in_image(&text, &behavior("gradient"), 2);
     let [_, with] = step_times(robots, "distance", |number| 1000 - 10 * number);
     assert!(with <= Duration::from_millis(15), "{with:?}");
 }

@@ -27,8 +27,8 @@ fn slots(texts: &[&str]) -> Vec<u8> {
 fn started(otp: Vec<u8>) -> Swarm {
     let mut swarm = Swarm::crazyflies(DRIVE, &[7]);
     let robot = &mut swarm.members()[0].robot;
-    robot.tell(&Command::Otp { bytes: otp });
-    robot.tell(&Command::Reset { cause: ResetCause::PowerOn });
+    robot.execute(&Command::Otp { bytes: otp });
+    robot.execute(&Command::Reset { cause: ResetCause::PowerOn });
     swarm.run_ms(1000);
     swarm
 }
@@ -70,7 +70,7 @@ fn boards_with_other_motors_are_refused_and_named() {
     ] {
         let mut swarm = started(otp);
         let member = &mut swarm.members()[0];
-        let lines = &member.told.firmware;
+        let lines = &member.trace_log.firmware;
         assert!(lines.iter().any(|line| line.contains(name)), "{name}: {lines:?}");
         let events = &member.robot.events;
         assert_eq!(motors(events), [0.0; 4], "{name}");
@@ -89,8 +89,8 @@ fn boards_with_other_motors_are_refused_and_named() {
 fn a_board_with_other_motors_is_refused_on_qemu() {
     for (device_type, is_refused) in [("0;C21B", true), ("0;CF20", false)] {
         let mut robot = Robot::crazyflie(Core::Qemu, DRIVE);
-        robot.tell(&Command::Otp { bytes: slots(&[device_type]) });
-        robot.tell(&Command::Reset { cause: ResetCause::PowerOn });
+        robot.execute(&Command::Otp { bytes: slots(&[device_type]) });
+        robot.execute(&Command::Reset { cause: ResetCause::PowerOn });
         robot.run_ms(250);
         let is_off = motors(&robot.events) == [0.0; 4];
         assert_eq!([is_off, is_lit(&robot.events, "red_right")], [is_refused; 2], "{device_type}");

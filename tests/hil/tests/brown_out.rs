@@ -70,7 +70,7 @@ fn survives(number: u64) -> bool {
     let [first, second] = layout().script_addresses()[..] else { panic!("a log has two sectors") };
     robot.write(second, &layout().script_section(&image(OLD)).unwrap());
     robot.assign_id(OLD_ID);
-    robot.tell(&chip(memory, seed, doing != Doing::WaitingForTheCrystal));
+    robot.execute(&chip(memory, seed, doing != Doing::WaitingForTheCrystal));
     reset(&mut robot, ResetCause::PowerOn);
     match doing {
         // The firmware is ready after 3 ms or so, with the radio after 10.
@@ -79,7 +79,7 @@ fn survives(number: u64) -> bool {
         Doing::WaitingForTheCrystal => {
             robot.run_us(random.bits() % 200_000);
             assert_eq!(resets(&robot.events).len(), 1);
-            robot.tell(&chip(memory, seed, true));
+            robot.execute(&chip(memory, seed, true));
         }
         _ => {
             robot.run_us(500_000 + random.bits() % 200_000);
@@ -126,8 +126,8 @@ fn survives(number: u64) -> bool {
         let again = reset(&mut robot, ResetCause::BrownOut);
         if !is_in_loader(&robot, again) {
             assert_locked(&mut robot, at);
-            let told = messages(&robot, again);
-            assert!(told.iter().any(|line| line.contains("after a brown-out")), "{told:?}");
+            let printed = messages(&robot, again);
+            assert!(printed.iter().any(|line| line.contains("after a brown-out")), "{printed:?}");
         }
     }
 
@@ -138,24 +138,28 @@ fn survives(number: u64) -> bool {
         at = reset(&mut robot, ResetCause::PowerOn);
     }
     assert_runs(&mut robot);
-    let told = TraceLog::of_events(since(&robot, at));
-    assert!(!told.firmware.iter().any(|line| line.contains("restarted")), "{:?}", told.firmware);
-    let logged: Vec<&str> = told.log.iter().map(|(_, values)| values[0].as_str()).collect();
+    let trace_log = TraceLog::of_events(since(&robot, at));
+    assert!(
+        !trace_log.firmware.iter().any(|line| line.contains("restarted")),
+        "{:?}",
+        trace_log.firmware
+    );
+    let logged: Vec<&str> = trace_log.log.iter().map(|(_, values)| values[0].as_str()).collect();
     let expected = if doing == Doing::TakingAScript { &["1", "2"][..] } else { &["1"] };
     assert!(logged.len() >= 5, "{logged:?}");
     let same = |script: &&&str| logged.iter().all(|value| value == *script);
     assert!(expected.iter().any(|script| same(&script)), "no script runs in parts: {logged:?}");
-    let says = |text: &str| told.firmware.iter().any(|line| line.contains(text));
+    let says = |text: &str| trace_log.firmware.iter().any(|line| line.contains(text));
     let known = [OLD_ID, NEW_ID].map(|id| says(&format!("robot id {id}")) && !says("unique id"));
     match doing {
         Doing::TakingAnId => {
             assert!(
                 known[0] || known[1] || says("from the chip's unique id"),
                 "{:?}",
-                told.firmware
+                trace_log.firmware
             );
         }
-        _ => assert!(known[0], "{:?}", told.firmware),
+        _ => assert!(known[0], "{:?}", trace_log.firmware),
     }
     is_mute
 }

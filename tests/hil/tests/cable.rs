@@ -57,19 +57,25 @@ impl Load {
 
     /// After this many steps nothing of a pulled cable is to be seen but missing messages, at least one for each of so many
     /// `pulls`, of which the robot reports the number.
-    fn assert_undisturbed(&self, told: &TraceLog, events: &[TimedEvent], steps: u32, pulls: u32) {
+    fn assert_undisturbed(
+        &self,
+        trace_log: &TraceLog,
+        events: &[TimedEvent],
+        steps: u32,
+        pulls: u32,
+    ) {
         assert_eq!(resets(events), []);
-        assert_eq!(told.records, Vec::<String>::new());
+        assert_eq!(trace_log.records, Vec::<String>::new());
         let step_of = |values: &[String]| values[0].parse::<u32>().unwrap();
-        for (at, values) in &told.log {
+        for (at, values) in &trace_log.log {
             let begun = step_of(values) * STEP;
             assert!((begun..begun + self.late).contains(at), "{values:?} at {at:?}");
         }
-        assert_eq!(step_of(&told.log.last().unwrap().1), steps, "the trace goes on");
-        let status = told.firmware.iter().rfind(|line| line.contains("ticks missed"));
+        assert_eq!(step_of(&trace_log.log.last().unwrap().1), steps, "the trace goes on");
+        let status = trace_log.firmware.iter().rfind(|line| line.contains("ticks missed"));
         assert!(status.unwrap().contains(", 0 ticks missed"), "{status:?}");
-        let (lines, lost) = (u64::from(steps) * self.lines, told.lost);
-        let missing = lines - told.log.len() as u64;
+        let (lines, lost) = (u64::from(steps) * self.lines, trace_log.lost);
+        let missing = lines - trace_log.log.len() as u64;
         println!("{pulls} pulls: {missing} of {lines} lines missing, {lost} messages lost");
         let most = missing + 2 * u64::from(steps / STATUS_STEPS);
         assert!(
@@ -105,16 +111,16 @@ fn pull_the_cable_of_a_crazyflie(times: u32, seed: u64) {
     let mut random = Random::new(seed);
     for _ in 0..times {
         run(&mut swarm, random.bits() % 1000);
-        swarm.members()[0].robot.tell(&Command::Probe { attached: false });
+        swarm.members()[0].robot.execute(&Command::Probe { attached: false });
         run(&mut swarm, 700 + random.bits() % 1000);
-        swarm.members()[0].robot.tell(&Command::Probe { attached: true });
+        swarm.members()[0].robot.execute(&Command::Probe { attached: true });
     }
     let now = run(&mut swarm, 0);
     swarm.run_ms(rest(now).as_millis() as u64);
     let steps = steps_until(now + rest(now));
     let member = &swarm.members()[0];
     let events = &member.robot.events;
-    CRAZYFLIE.assert_undisturbed(&member.told, events, steps, times);
+    CRAZYFLIE.assert_undisturbed(&member.trace_log, events, steps, times);
     // Each step has sent a packet, and has set the motor anew.
     let is_message = |event: &EmulatorEvent| matches!(event, EmulatorEvent::P2p { payload, .. } if SwarmFrame::parse(payload).is_some());
     let sent = count(events, is_message);
@@ -131,15 +137,15 @@ fn pull_the_cable_of_a_zooid(times: u32, seed: u64) {
     let mut up_to = |ms: u64| Duration::from_nanos(random.bits() % (ms * 1_000_000));
     for _ in 0..times {
         table.run(up_to(700));
-        table.tell(0, &Command::Probe { attached: false });
+        table.execute_on(0, &Command::Probe { attached: false });
         table.run(Duration::from_millis(700) + up_to(1300));
-        table.tell(0, &Command::Probe { attached: true });
+        table.execute_on(0, &Command::Probe { attached: true });
     }
     table.run(rest(table.now()));
     let steps = steps_until(table.now());
     let sent = table.board(0).radio_sent;
     let zooid = &table.zooids()[0];
-    ZOOID.assert_undisturbed(&zooid.told, &zooid.events, steps, times);
+    ZOOID.assert_undisturbed(&zooid.trace_log, &zooid.events, steps, times);
     // Each step has sent a packet, and has set the right motor anew.
     let set =
         count(&zooid.events, |event| matches!(event, EmulatorEvent::Motor { number: 3 | 4, .. }));

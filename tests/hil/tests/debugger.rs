@@ -17,7 +17,7 @@ function step() {
 
 /// A halt takes from half a second to one and a half: longer than the watchdog's time with any LSI, 470 ms on the Crazyflie, 450 ms
 /// on the Zooid.
-const SHORTEST_US: u64 = 500_000;
+const HALT_MIN_US: u64 = 500_000;
 const SPREAD_US: u64 = 1_000_000;
 const HALTS: u32 = 5;
 
@@ -35,9 +35,9 @@ fn a_crazyflie_whose_core_is_halted_goes_on_afterwards() {
     let mut random = Random::new(1);
     for _ in 0..HALTS {
         robot.run_us(1 + random.bits() % 300_000);
-        robot.tell(&Command::Halt { halted: true });
-        robot.run_us(SHORTEST_US + random.bits() % SPREAD_US);
-        robot.tell(&Command::Halt { halted: false });
+        robot.execute(&Command::Halt { halted: true });
+        robot.run_us(HALT_MIN_US + random.bits() % SPREAD_US);
+        robot.execute(&Command::Halt { halted: false });
         let at = robot.now();
         robot.run_ms(1000);
         assert_eq!(resets(&robot.events), [], "halted until {at:?}");
@@ -54,9 +54,9 @@ fn a_zooid_whose_core_is_halted_goes_on_afterwards() {
     let mut random = Random::new(2);
     for _ in 0..HALTS {
         table.run(Duration::from_micros(1 + random.bits() % 300_000));
-        table.tell(0, &Command::Halt { halted: true });
-        table.run(Duration::from_micros(SHORTEST_US + random.bits() % SPREAD_US));
-        table.tell(0, &Command::Halt { halted: false });
+        table.execute_on(0, &Command::Halt { halted: true });
+        table.run(Duration::from_micros(HALT_MIN_US + random.bits() % SPREAD_US));
+        table.execute_on(0, &Command::Halt { halted: false });
         let at = table.now();
         table.run_ms(1000);
         let events = &table.zooids()[0].events;

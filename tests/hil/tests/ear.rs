@@ -29,13 +29,13 @@ fn line(message: &[u8; MESSAGE]) -> String {
 /// Somebody sends these, one right after the other, at 4.4 ms each.
 fn send(robots: &mut Kilobots, messages: &[[u8; MESSAGE]]) {
     for message in messages {
-        robots.tell(0, &Tell::Radio { at: robots.now(), payload: message.to_vec() });
+        robots.execute_on(0, &Tell::Radio { at: robots.now(), payload: message.to_vec() });
     }
     robots.run_ms(10 * messages.len() as u64 + 50);
 }
 
 #[test]
-fn every_message_is_told_as_it_came() {
+fn every_message_is_printed_unchanged() {
     let mut robots = Kilobots::with_program(&ear(), 1);
     robots.run_ms(20);
     let mut messages: Vec<[u8; MESSAGE]> =
@@ -57,19 +57,19 @@ fn a_flood_leaves_whole_lines() {
     let messages: Vec<[u8; MESSAGE]> =
         (0..40).map(|number| infrared::sealed(8, &[number; 9])).collect();
     send(&mut robots, &messages);
-    let told = lines(&robots);
-    assert!((30..=40).contains(&told.len()), "{}", told.len());
+    let printed = lines(&robots);
+    assert!((30..=40).contains(&printed.len()), "{}", printed.len());
     let known: Vec<String> = messages.iter().map(line).collect();
     let places: Vec<Option<usize>> =
-        told.iter().map(|line| known.iter().position(|known| known == line)).collect();
-    assert!(places.is_sorted() && !places.contains(&None), "{told:?}");
+        printed.iter().map(|line| known.iter().position(|known| known == line)).collect();
+    assert!(places.is_sorted() && !places.contains(&None), "{printed:?}");
 }
 
 /// KiloGUI can give it another program: it goes to the boot loader, which is not there in emulation.
 #[test]
-fn it_obeys_the_controller_who_wants_to_program_it() {
+fn the_controller_starts_programming() {
     let mut robots = Kilobots::with_program(&ear(), 1);
-    robots.tell(0, &Tell::Write { address: 0x7000, bytes: vec![0xff, 0xcf] });
+    robots.execute_on(0, &Tell::Write { address: 0x7000, bytes: vec![0xff, 0xcf] });
     robots.run_ms(20);
     send(&mut robots, &[infrared::sealed(0x80, &[0; 9])]);
     let before = lines(&robots).len();
@@ -110,9 +110,9 @@ fn a_trace_of_its_lines_names_file_and_line() {
     let lines = lines(&robots).join("\r\n") + "\r\n";
     child.stdin.take().unwrap().write_all(lines.as_bytes()).unwrap();
     let output = child.wait_with_output().unwrap();
-    let told = String::from_utf8(output.stderr).unwrap();
-    assert_eq!(output.status.code(), Some(1), "{told}");
-    assert_eq!(told.matches("error[R0005]").count(), 1, "{told}");
-    assert!(told.contains(&format!("{}:2:", script.path())), "{told}");
+    let printed = String::from_utf8(output.stderr).unwrap();
+    assert_eq!(output.status.code(), Some(1), "{printed}");
+    assert_eq!(printed.matches("error[R0005]").count(), 1, "{printed}");
+    assert!(printed.contains(&format!("{}:2:", script.path())), "{printed}");
     assert_eq!(String::from_utf8(output.stdout).unwrap(), "");
 }

@@ -41,7 +41,7 @@ fn a_dead_task_restarts_the_robot(core: Core, tasks: &[(&str, Option<&str>)]) {
         assert!(motors(&robot.events).iter().all(|duty| *duty > 0.05));
         let killed = robot.now();
         let symbol = poll_of(task);
-        robot.tell(&Command::Skip { symbol });
+        robot.execute(&Command::Skip { symbol });
         robot.run_ms(600);
         let resets = resets(&robot.events);
         let (at, cause) = *resets.first().unwrap_or_else(|| panic!("{task}: no reset"));
@@ -147,7 +147,7 @@ fn a_stuck_program_is_restarted() {
 /// A passing failure, as by a particle: the code is right again after the restart. The robot tells what happened, keeps its
 /// radio, and stays locked.
 #[test]
-fn after_a_failure_the_robot_is_locked_and_told() {
+fn after_a_failure_the_robot_is_locked_and_reports_it() {
     let mut robot = Robot::crazyflie(Core::Unicorn, DRIVE);
     robot.run_ms(1000);
     let address = address_of(&poll_of("show_status"));
@@ -171,7 +171,7 @@ fn after_a_failure_the_robot_is_locked_and_told() {
 
 /// The start tells that the image does not fly.
 #[test]
-fn the_start_tells_what_the_firmware_cannot_do() {
+fn the_start_reports_what_the_firmware_cannot_do() {
     let script = bittybuzz_hil::ScriptFile::new("start", "function step() { takeoff(500) }");
     let trace = trace(Core::Unicorn, script.path(), 0.3);
     let said: Vec<&str> = trace.of("firmware").map(|line| text(&line["text"])).collect();

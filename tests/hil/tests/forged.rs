@@ -10,7 +10,7 @@ use bittybuzz_comms::infrared::{self, FaultReport};
 use bittybuzz_comms::nrf24::{PAYLOAD_MAX, Payload};
 use bittybuzz_comms::syslink::{P2P_MAX, SWARM_PORT, SwarmFrame};
 use bittybuzz_emulation::{AVR_FLASH_SIZE, FirmwareImage};
-use bittybuzz_hil::kilobots::behaviour;
+use bittybuzz_hil::kilobots::behavior;
 use bittybuzz_hil::{
     Command, EmulatorEvent, Kilobots, Place, Swarm, Table, TimedEvent, TraceLog, compiled_for,
 };
@@ -33,7 +33,7 @@ const APART: Duration = Duration::from_millis(10);
 /// The robot is watched from then on: a hundred steps and a pause of 1 s, or pauses of 1, 2 and 4 s.
 const WATCHED_MS: u64 = 11_000;
 /// Steps after the message, of a script that starts again at most once.
-const LEAST_STEPS: u32 = 95;
+const STEPS_MIN: u32 = 95;
 
 /// What a robot did after a message.
 #[derive(Debug)]
@@ -70,7 +70,7 @@ fn survive<P: Profile>(
             let after = play(&text, &forged::frames(script, target, items));
             println!("{robot} {example} {name} = {class}: {after:?}");
             arrived += usize::from(after.has_arrived);
-            let goes_on = after.restarts >= 2 || after.steps >= LEAST_STEPS;
+            let goes_on = after.restarts >= 2 || after.steps >= STEPS_MIN;
             if !goes_on || !after.has_shown {
                 wrong.push(format!("{name} = {class}: {after:?}"));
             }
@@ -91,20 +91,23 @@ fn has_shown(events: &[TimedEvent], since: Duration) -> bool {
 }
 
 /// The aftermath on a robot that has a debug probe.
-fn told_aftermath(told: &TraceLog, events: &[TimedEvent], since: Duration) -> Aftermath {
-    // Steps are told every hundred; five were completed before the message.
-    let steps =
-        told.firmware.iter().rev().find_map(|line| line.split_once(" steps, ")?.0.parse().ok());
+fn aftermath(trace_log: &TraceLog, events: &[TimedEvent], since: Duration) -> Aftermath {
+    // Steps are printed every hundred; five were completed before the message.
+    let steps = trace_log
+        .firmware
+        .iter()
+        .rev()
+        .find_map(|line| line.split_once(" steps, ")?.0.parse().ok());
     let is = |record: &&String, start: &str| record.starts_with(start);
     Aftermath {
         steps: steps.unwrap_or(5) - 5,
-        restarts: told
+        restarts: trace_log
             .records
             .iter()
             .filter(|r| is(r, "Restart") && r.contains("pause: 0"))
             .count(),
-        has_arrived: told.unused.messages.malformed > 0
-            || told.records.iter().any(|r| is(&r, "fault") || is(&r, "contained")),
+        has_arrived: trace_log.unused.messages.malformed > 0
+            || trace_log.records.iter().any(|r| is(&r, "fault") || is(&r, "contained")),
         has_shown: has_shown(events, since),
     }
 }
@@ -118,7 +121,7 @@ fn play_on_a_kilobot(program: &Path, frames: &[Vec<u8>]) -> Aftermath {
     let since = robots.now();
     for frame in frames {
         let payload = infrared::message_of(frame).unwrap().to_vec();
-        robots.tell(0, &Command::Radio { at: robots.now(), payload });
+        robots.execute_on(0, &Command::Radio { at: robots.now(), payload });
         robots.run_for(APART);
     }
     let (mut restarts, mut was_pause) = (0, false);
@@ -155,7 +158,7 @@ fn play_on_a_zooid(script: &str, frames: &[Vec<u8>]) -> Aftermath {
     }
     table.run_ms(WATCHED_MS);
     let zooid = &table.zooids()[0];
-    told_aftermath(&zooid.told, &zooid.events, since)
+    aftermath(&zooid.trace_log, &zooid.events, since)
 }
 
 fn play_on_a_crazyflie(script: &str, frames: &[Vec<u8>]) -> Aftermath {
@@ -169,12 +172,12 @@ fn play_on_a_crazyflie(script: &str, frames: &[Vec<u8>]) -> Aftermath {
         let payload = sent.write(&mut room).unwrap().to_vec();
         let robot = &mut swarm.members()[0].robot;
         let at = robot.now();
-        robot.tell(&Command::P2p { at, port: SWARM_PORT, rssi: 60, payload });
+        robot.execute(&Command::P2p { at, port: SWARM_PORT, rssi: 60, payload });
         swarm.run_ms(APART.as_millis() as u64);
     }
     swarm.run_ms(WATCHED_MS);
     let member = &swarm.members()[0];
-    told_aftermath(&member.told, &member.robot.events, since)
+    aftermath(&member.trace_log, &member.robot.events, since)
 }
 
 /// Otherwise the messages may have been lost, and a test shows nothing.
@@ -188,7 +191,7 @@ fn a_kilobot_survives_forged_messages() {
     let arrived = played.map(|(name, target)| {
         let example = format!("examples/kilobot/{name}.bzz");
         survive::<Tiny>("kilobot", &example, &[target], |_, frames| {
-            play_on_a_kilobot(&behaviour(name), frames)
+            play_on_a_kilobot(&behavior(name), frames)
         })
     });
     assert_arrived(arrived.iter().sum());

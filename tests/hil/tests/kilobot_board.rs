@@ -62,7 +62,7 @@ fn time_does_not_leap() {
     let mut overflows = 0;
     while earlier < BYTE {
         let at = first + overflows * OVERFLOW - earlier;
-        robots.tell(0, &Command::Radio { at, payload: MESSAGE.to_vec() });
+        robots.execute_on(0, &Command::Radio { at, payload: MESSAGE.to_vec() });
         robots.run_for(at + OVERFLOW / 2 - robots.now());
         overflows += 1;
         if overflows % 3 == 0 {
@@ -88,11 +88,11 @@ fn the_watchdog_ends_a_program_that_is_stuck_within_two_seconds() {
     let duties = robots.motors(0);
     assert_ne!(duties, [0, 0]);
     let vector = robots.memory(0, VECTOR, 4);
-    robots.tell(0, &Command::Write { address: BOOT, bytes: STANDS_STILL.to_vec() });
-    robots.tell(0, &Command::Write { address: VECTOR, bytes: JUMP.to_vec() });
+    robots.execute_on(0, &Command::Write { address: BOOT, bytes: STANDS_STILL.to_vec() });
+    robots.execute_on(0, &Command::Write { address: VECTOR, bytes: JUMP.to_vec() });
     let since = robots.now();
     robots.run_ms(100);
-    robots.tell(0, &Command::Write { address: VECTOR, bytes: vector });
+    robots.execute_on(0, &Command::Write { address: VECTOR, bytes: vector });
     robots.run_ms(5_000);
     let resets: Vec<Duration> =
         resets(&robots.events[0]).into_iter().map(|(at, _)| at - since).collect();
@@ -118,7 +118,7 @@ fn the_controller_starts_the_boot_loader() {
     const SHINES: [u8; 4] = [0x00, 0xe3, 0x07, 0xb9];
     let mut robots = Kilobots::new(DRIVES, 1);
     let bytes = [&SHINES[..], &STANDS_STILL].concat();
-    robots.tell(0, &Command::Write { address: BOOT, bytes });
+    robots.execute_on(0, &Command::Write { address: BOOT, bytes });
     robots.start();
     robots.run_ms(500);
     assert_ne!(robots.motors(0), [0, 0]);

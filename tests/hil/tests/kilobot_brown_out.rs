@@ -8,7 +8,7 @@ use std::time::Duration;
 
 use bittybuzz_chips::Random;
 use bittybuzz_emulation::message::{Memory, ResetCause};
-use bittybuzz_hil::kilobots::{behaviour, kind};
+use bittybuzz_hil::kilobots::{behavior, kind};
 use bittybuzz_hil::{Command, EmulatorEvent, Kilobots, resets};
 use bittybuzz_kilobot::calibration::{DUTIES, ID};
 use bittybuzz_kilobot::controller::{SAVE, SET_ID, STRAIGHT, TURN_LEFT, TURN_RIGHT};
@@ -75,7 +75,7 @@ fn run_us(robots: &mut Kilobots, us: u64) {
 /// Lets the supply fall for a moment, and returns when.
 fn brown_out(robots: &mut Kilobots) -> Duration {
     let at = robots.now();
-    robots.tell(0, &Command::Reset { cause: ResetCause::BrownOut });
+    robots.execute_on(0, &Command::Reset { cause: ResetCause::BrownOut });
     at
 }
 
@@ -100,7 +100,7 @@ fn shown_id(robots: &mut Kilobots) -> u16 {
 
 /// A robot that runs a script and has sent a frame.
 fn broadcasting() -> Kilobots {
-    let mut robots = Kilobots::in_image(BROADCASTS, &behaviour("gradient"), 1);
+    let mut robots = Kilobots::in_image(BROADCASTS, &behavior("gradient"), 1);
     robots.start();
     robots.run_ms(600);
     assert!(!robots.sent(0).is_empty());
@@ -146,7 +146,7 @@ fn survives(number: u64) {
             robots.run_ms(100);
             let at = robots.now();
             let payload = vec![0, 0, 0, 0, 0, 0, 0, 0, 0, kind::RUN];
-            robots.tell(0, &Command::Radio { at, payload });
+            robots.execute_on(0, &Command::Radio { at, payload });
             run_us(&mut robots, below(5_500));
         }
         Doing::ShowingItsCalibration => {
@@ -168,7 +168,7 @@ fn survives(number: u64) {
             let old = eeprom(&mut robots);
             let payload = vec![SAVE, 0, 0, 0, 0, 0, 0, 0, 0, kind::CALIB];
             let at = robots.now();
-            robots.tell(0, &Command::Radio { at, payload });
+            robots.execute_on(0, &Command::Radio { at, payload });
             // The frame, and six bytes of 3.3 ms.
             run_us(&mut robots, 4_500 + below(21_000));
             wanted = Some(old);
@@ -181,8 +181,10 @@ fn survives(number: u64) {
         }
     }
     let before = wanted.unwrap_or_else(|| eeprom(&mut robots));
-    robots
-        .tell(0, &Command::Chip { lsi_hz: 128_000, crystal: true, memory, seed, debugger: false });
+    robots.execute_on(
+        0,
+        &Command::Chip { lsi_hz: 128_000, crystal: true, memory, seed, debugger: false },
+    );
 
     let first = brown_out(&mut robots);
     // A supply that is too weak falls again and again.

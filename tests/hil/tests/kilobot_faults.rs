@@ -23,7 +23,7 @@ fn trace(script: &ScriptFile, options: &[&str]) -> Outcome {
 }
 
 #[test]
-fn a_trace_tells_outputs_the_fault_and_the_restart_once() {
+fn a_trace_prints_outputs_the_fault_and_the_restart_once() {
     let script = ScriptFile::new("kilobot_trace", SCRIPT);
     let outcome = trace(&script, &["--outputs"]);
     assert_eq!(outcome.status, Some(1), "{}", outcome.stderr);

@@ -2,7 +2,7 @@
 
 use std::time::Duration;
 
-use bittybuzz_hil::kilobots::{behaviour, kind};
+use bittybuzz_hil::kilobots::{behavior, kind};
 use bittybuzz_hil::{Command, EmulatorEvent, Kilobots};
 
 const DARK: [u8; 3] = [0; 3];
@@ -13,7 +13,7 @@ const TALKS: &str = "n = 0\nfunction step() { n = n + 1 neighbors.broadcast(\"co
 
 /// Robots whose image has what the script uses.
 fn talkers(script: &str, count: usize) -> Kilobots {
-    Kilobots::in_image(script, &behaviour("gradient"), count)
+    Kilobots::in_image(script, &behavior("gradient"), count)
 }
 
 /// A message on the air.
@@ -39,7 +39,7 @@ fn sent(robots: &Kilobots, robot: usize) -> Vec<Sent> {
 /// The controller sends at a time to come.
 fn announce(robots: &mut Kilobots, at: Duration, kind: u8) {
     let payload = [&[0; 9][..], &[kind]].concat();
-    robots.tell(0, &Command::Radio { at, payload });
+    robots.execute_on(0, &Command::Radio { at, payload });
 }
 
 /// Another robot begins while one looks for others, between its first two pulses: this one gives up and tries again later.
@@ -76,7 +76,7 @@ fn a_robot_that_sees_another_begin_gives_up_and_tries_again() {
 #[test]
 fn a_robot_that_has_just_sent_receives_at_once() {
     let mut robots = talkers(TALKS, 1);
-    robots.tell(0, &Command::Battery { volts: 4.1, charging: false, usb_powered: false });
+    robots.execute_on(0, &Command::Battery { volts: 4.1, charging: false, usb_powered: false });
     robots.start();
     // A byte takes 370 us at most, after which a receiver that was misled has given up.
     for after in [60, 120, 180, 240, 300, 360] {
@@ -118,15 +118,15 @@ function step() {
 /// Near neighbors are measured by the low gain, far ones by the high gain, and between 74 and 83 mm both count. A sensor that is read
 /// between two messages, on the same converter, makes no difference.
 #[test]
-fn loudness_tells_the_distance() {
+fn loudness_gives_the_distance() {
     for sensor in ["", "x = light()", "x = battery()"] {
         for distance in [36, 50, 65, 78, 90, 98] {
             let mut robots = talkers(&MEASURES.replace("SENSOR", sensor), 2);
             for (robot, x_mm) in [(0, 0.0), (1, f64::from(distance))] {
-                robots.tell(robot, &place(x_mm));
+                robots.execute_on(robot, &place(x_mm));
             }
             // Half a step of OSCCAL: no two oscillators are alike, or both would send at the same moment each time.
-            robots.tell(1, &Command::Clock { error_ppm: 2_000.0 });
+            robots.execute_on(1, &Command::Clock { error_ppm: 2_000.0 });
             robots.start();
             robots.run_ms(3000);
             for robot in [0, 1] {
@@ -160,10 +160,10 @@ fn the_oscillator_is_corrected_as_the_robot_was_calibrated() {
         let script = MEASURES.replace("SENSOR", "led(n % 2)");
         let mut robots = talkers(&script, 2);
         for (robot, x_mm) in [(0, 0.0), (1, 60.0)] {
-            robots.tell(robot, &place(x_mm));
+            robots.execute_on(robot, &place(x_mm));
         }
-        robots.tell(0, &Command::Clock { error_ppm });
-        robots.tell(0, &Command::Write { address: 0x81_0001, bytes: vec![osccal] });
+        robots.execute_on(0, &Command::Clock { error_ppm });
+        robots.execute_on(0, &Command::Write { address: 0x81_0001, bytes: vec![osccal] });
         let start = robots.start();
         robots.run_ms(10_000);
         let steps = robots.colors(0, start).len();

@@ -4,7 +4,7 @@ use std::time::Duration;
 
 use bittybuzz_comms::infrared::{frame_of, message_of};
 use bittybuzz_compiler::symbols::Symbols;
-use bittybuzz_hil::kilobots::behaviour;
+use bittybuzz_hil::kilobots::behavior;
 use bittybuzz_hil::{Command, Kilobots};
 use bittybuzz_vm_core::Value;
 use bittybuzz_vm_core::builtin::string;
@@ -28,9 +28,9 @@ function step() {
 const NEIGHBORS: u16 = 15;
 const SECONDS: u64 = 20;
 
-/// Fifteen neighbours send so many frames a second each, in turn. Times of the steps, and how many messages the script has heard.
+/// Fifteen neighbors send so many frames a second each, in turn. Times of the steps, and how many messages the script has heard.
 fn among_neighbors(rate: u64) -> (Vec<Duration>, i32) {
-    let mut robots = Kilobots::in_image(SCRIPT, &behaviour("gradient"), 1);
+    let mut robots = Kilobots::in_image(SCRIPT, &behavior("gradient"), 1);
     let symbols = Symbols::from_json(&robots.symbols()).unwrap();
     let strings = string::COUNT + symbols.strings.len() as u16;
     let script = ScriptIdentity { hash: symbols.script_hash, strings };
@@ -47,7 +47,7 @@ fn among_neighbors(rate: u64) -> (Vec<Duration>, i32) {
         let length = Message::Broadcast { robot, topic, value }.encode(script, &mut frame).unwrap();
         let payload = message_of(&frame[..length]).unwrap().to_vec();
         let at = start + period * count as u32;
-        robots.tell(0, &Command::Radio { at: at.max(robots.now()), payload });
+        robots.execute_on(0, &Command::Radio { at: at.max(robots.now()), payload });
         robots.run_for(period);
     }
     robots.run_ms(1000);

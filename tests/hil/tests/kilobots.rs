@@ -4,7 +4,7 @@ use std::time::Duration;
 
 use bittybuzz_comms::infrared::FaultReport;
 use bittybuzz_compiler::symbols::Symbols;
-use bittybuzz_hil::kilobots::{behaviour, kind};
+use bittybuzz_hil::kilobots::{behavior, kind};
 use bittybuzz_hil::{Command, Kilobots};
 use bittybuzz_vm_core::FaultCode;
 
@@ -61,7 +61,7 @@ function step() {
 }",
         1,
     );
-    robots.tell(0, &Command::Surroundings { light: 600, celsius: 20.0 });
+    robots.execute_on(0, &Command::Surroundings { light: 600, celsius: 20.0 });
     robots.start();
     let seen = |robots: &mut Kilobots, until: u64| {
         robots.run_ms(until - (robots.now().as_millis() as u64 - 110));
@@ -109,7 +109,7 @@ function step() { while(1) { x = 1 } }",
 }
 
 #[test]
-fn a_fault_stops_the_motors_and_is_told_by_led_and_light() {
+fn a_fault_stops_the_motors_and_is_reported_by_led_and_light() {
     let script = "function init() {
   forward()
 }
@@ -182,7 +182,7 @@ fn the_controller_asks_for_battery_charge_and_id() {
     let mut robots = Kilobots::new(COUNTS, 3);
     robots.run_ms(100);
     for (volts, color) in [(4.1, GREEN), (3.0, RED)] {
-        robots.tell(0, &Command::Battery { volts, charging: false, usb_powered: false });
+        robots.execute_on(0, &Command::Battery { volts, charging: false, usb_powered: false });
         robots.command(kind::VOLTAGE, [0; 9]);
         robots.run_ms(100);
         assert_eq!(robots.color(0), color, "{volts} V");
@@ -191,7 +191,7 @@ fn the_controller_asks_for_battery_charge_and_id() {
     robots.run_ms(400);
     assert_eq!(robots.color(0), DARK);
     let since = robots.now();
-    robots.tell(0, &Command::Battery { volts: 3.7, charging: true, usb_powered: false });
+    robots.execute_on(0, &Command::Battery { volts: 3.7, charging: true, usb_powered: false });
     robots.run_ms(1000);
     let flashes = robots.colors(0, since);
     assert!(flashes.iter().filter(|(_, color)| *color == [1, 0, 0]).count() >= 4, "{flashes:?}");
@@ -271,12 +271,12 @@ fn interrupts_do_not_wait_for_long() {
 /// The controller's messages come while a step never ends, a thousand of them, and while the receiver's clock differs, so that the
 /// sender's is 5 % slower or 4.2 % faster.
 #[test]
-fn messages_are_heard_while_the_script_computes() {
+fn messages_are_received_while_the_script_computes() {
     let busy = "function step() { t = {} i = 0 while(1) { i = (i + 1) % 8 t[i] = {.a = i} } }";
     for (error_ppm, rounds) in [(0.0, 500), (-40_000.0, 100), (52_700.0, 100)] {
         let mut robots = Kilobots::new(busy, 1);
-        robots.tell(0, &Command::Clock { error_ppm });
-        robots.tell(0, &Command::Battery { volts: 4.1, charging: false, usb_powered: false });
+        robots.execute_on(0, &Command::Clock { error_ppm });
+        robots.execute_on(0, &Command::Battery { volts: 4.1, charging: false, usb_powered: false });
         robots.start();
         for round in 0..rounds {
             robots.command(kind::VOLTAGE, [0; 9]);
@@ -296,9 +296,9 @@ fn a_robot_with_erased_id_or_duties_does_not_join() {
     const MAGENTA: [u8; 3] = [3, 0, 3];
     let script = "function step() { led(2)  forward()  neighbors.broadcast(\"n\", 1) }";
     for (address, length) in [(0xb0, 2), (0x05, 1), (0x09, 1), (0x0c, 1), (0x14, 1)] {
-        let mut robots = Kilobots::in_image(script, &behaviour("broadcast"), 2);
+        let mut robots = Kilobots::in_image(script, &behavior("broadcast"), 2);
         let bytes = vec![0xff; length];
-        robots.tell(1, &Command::Write { address: 0x81_0000 + address, bytes });
+        robots.execute_on(1, &Command::Write { address: 0x81_0000 + address, bytes });
         robots.start();
         robots.run_ms(3000);
         assert_eq!((robots.color(0), robots.color(1)), (GREEN, MAGENTA), "{address:#x}");

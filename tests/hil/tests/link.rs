@@ -68,9 +68,9 @@ fn the_radio_is_set_up_once_on_qemu() {
 #[test]
 fn the_radio_is_set_up_on_a_bad_line() {
     let mut robot = Robot::crazyflie(Core::Unicorn, IDLE);
-    robot.tell(&Command::Link { lose: 0.02, corrupt: 0.02, seed: 7 });
+    robot.execute(&Command::Link { lose: 0.02, corrupt: 0.02, seed: 7 });
     robot.run_ms(3000);
-    robot.tell(&Command::Link { lose: 0.0, corrupt: 0.0, seed: 7 });
+    robot.execute(&Command::Link { lose: 0.0, corrupt: 0.0, seed: 7 });
     robot.run_ms(200);
     let before = robot.events.len();
     robot.run_ms(1000);
@@ -111,7 +111,7 @@ fn shutdown_stops_the_motors_and_is_acknowledged() {
     robot.run_ms(350);
     assert!(motors(&robot.events).iter().all(|duty| *duty > 0.1));
     let asked = robot.now();
-    robot.tell(&Command::Shutdown);
+    robot.execute(&Command::Shutdown);
     let events = robot.run_ms(20);
     let (acknowledged, _) = frames(&events, SHUTDOWN_ACK).next().expect("an acknowledgement");
     println!("acknowledged after {:?}", acknowledged - asked);
@@ -167,7 +167,7 @@ fn a_byte_takes_few_instructions() {
     let mut instructions = |frames: &[Vec<u8>]| {
         let before = robot.statistics().core.instructions;
         for frame in frames {
-            robot.tell(&Command::Bytes { bytes: frame.clone() });
+            robot.execute(&Command::Bytes { bytes: frame.clone() });
             robot.run_ms(10);
         }
         robot.statistics().core.instructions - before
@@ -203,25 +203,25 @@ fn battery_and_signal_strength_arrive() {
 
 /// While the nRF51 has no room nothing is sent, and nothing is lost then; when it has, all goes on.
 #[test]
-fn flow_control_is_obeyed() {
+fn flow_control_is_respected() {
     let mut robot = Robot::crazyflie(Core::Unicorn, IDLE);
     robot.run_ms(100);
-    robot.tell(&Command::FlowControl { full: true });
+    robot.execute(&Command::FlowControl { full: true });
     // What was under way has ended.
     robot.run_us(50);
     let packet = [&[ECHO_HEADER][..], &[7; 29]].concat();
     robot.send(RADIO_RAW, &packet);
     assert_eq!(frames(&robot.run_ms(40), RADIO_RAW).count(), 0);
-    robot.tell(&Command::FlowControl { full: false });
+    robot.execute(&Command::FlowControl { full: false });
     let events = robot.run_ms(5);
     let echoes: Vec<&[u8]> = frames(&events, RADIO_RAW).map(|(_, payload)| payload).collect();
     assert_eq!(echoes, [packet.as_slice()]);
     // In the middle of a frame: the rest follows later, and the frame is whole.
     robot.send(RADIO_RAW, &packet);
     robot.run_us(500);
-    robot.tell(&Command::FlowControl { full: true });
+    robot.execute(&Command::FlowControl { full: true });
     robot.run_ms(30);
-    robot.tell(&Command::FlowControl { full: false });
+    robot.execute(&Command::FlowControl { full: false });
     robot.run_ms(5);
     let statistics = robot.board();
     assert_eq!((statistics.peer_bad_checksums, statistics.peer_dropped), (0, 0));
@@ -235,7 +235,7 @@ fn a_line_that_stays_blocked_harms_nothing() {
         "function init() { n = 0 } function step() { n = n + 1 led(n % 8) }",
     );
     robot.run_ms(100);
-    robot.tell(&Command::FlowControl { full: true });
+    robot.execute(&Command::FlowControl { full: true });
     for number in 0..40 {
         robot.send(RADIO_RAW, &[&[ECHO_HEADER, number][..], &[9; 28]].concat());
         robot.run_ms(100);
@@ -245,7 +245,7 @@ fn a_line_that_stays_blocked_harms_nothing() {
     assert!(
         recent.iter().filter(|event| matches!(event.event, EmulatorEvent::Led { .. })).count() > 20
     );
-    robot.tell(&Command::FlowControl { full: false });
+    robot.execute(&Command::FlowControl { full: false });
     robot.run_ms(500);
     assert!(robot.ping(200, 20).is_some());
 }
@@ -289,7 +289,7 @@ fn noise(bytes: usize, seed: u64) {
             }
         }
         sent += chunk.len();
-        robot.tell(&Command::Bytes { bytes: chunk });
+        robot.execute(&Command::Bytes { bytes: chunk });
         // 1 Mbaud: 10 µs a byte.
         robot.run_ms(12);
     }

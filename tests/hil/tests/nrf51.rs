@@ -35,12 +35,12 @@ fn old_firmware() -> Command {
 /// A robot, before it is switched on.
 fn robot(script: &str, radio: &Command) -> Swarm {
     let mut swarm = Swarm::crazyflies(script, &[7]);
-    swarm.members()[0].robot.tell(radio);
+    swarm.members()[0].robot.execute(radio);
     swarm
 }
 
 fn said(member: &Member, text: &str) -> usize {
-    member.told.firmware.iter().filter(|line| line.contains(text)).count()
+    member.trace_log.firmware.iter().filter(|line| line.contains(text)).count()
 }
 
 fn sent(member: &Member, kind: u8) -> Vec<Duration> {
@@ -59,7 +59,7 @@ fn an_old_nrf51_is_set_up() {
         let mut swarm = robot(IDLE, &radio);
         swarm.run_ms(4000);
         let member = &swarm.members()[0];
-        assert_eq!(said(member, "radio ready"), 1, "{:?}", member.told.firmware);
+        assert_eq!(said(member, "radio ready"), 1, "{:?}", member.trace_log.firmware);
         assert_eq!(sent(member, CHANNEL).len(), 1);
         let asked = sent(member, READY);
         assert!((1..=most).contains(&asked.len()), "{asked:?}");
@@ -74,17 +74,17 @@ fn an_nrf51_that_restarts_is_set_up_again() {
     for radio in [old_firmware(), radio_processor(5000)] {
         let mut swarm = robot(TALKATIVE, &radio);
         swarm.run_ms(3000);
-        swarm.members()[0].robot.tell(&Command::RadioRestart);
+        swarm.members()[0].robot.execute(&Command::RadioRestart);
         for _ in 0..50 {
             let member = &mut swarm.members()[0];
             let at = member.robot.now();
             let strange = Command::P2p { at, port: 3, rssi: 60, payload: vec![1, 2, 3] };
-            member.robot.tell(&strange);
+            member.robot.execute(&strange);
             swarm.run_ms(100);
         }
         let member = &mut swarm.members()[0];
         assert_eq!(resets(&member.robot.events), []);
-        assert_eq!(said(member, "radio ready"), 2, "{radio:?}: {:?}", member.told.firmware);
+        assert_eq!(said(member, "radio ready"), 2, "{radio:?}: {:?}", member.trace_log.firmware);
         let channel = sent(member, CHANNEL);
         assert_eq!(channel.len(), 2, "{channel:?}");
         // Not before it is sure that reports have ended, and soon after.
@@ -113,7 +113,7 @@ fn no_byte_is_lost(rts_bytes: u8, ble_shutdown_us: u64, ble_masks: bool) {
             let member = &mut swarm.members()[0];
             let at = member.robot.now() + Duration::from_micros(500 + 430 * number);
             let payload = vec![number as u8; 60];
-            member.robot.tell(&Command::P2p { at, port: 3, rssi: 60, payload });
+            member.robot.execute(&Command::P2p { at, port: 3, rssi: 60, payload });
         }
     };
     // The first frame that the radio sends, or receives, shuts Bluetooth down.
@@ -121,9 +121,9 @@ fn no_byte_is_lost(rts_bytes: u8, ble_shutdown_us: u64, ble_masks: bool) {
     for pause_ms in [3, 20, 60, 90] {
         flood(&mut swarm, 500);
         swarm.run_ms(50);
-        swarm.members()[0].robot.tell(&Command::FlowControl { full: true });
+        swarm.members()[0].robot.execute(&Command::FlowControl { full: true });
         swarm.run_ms(pause_ms);
-        swarm.members()[0].robot.tell(&Command::FlowControl { full: false });
+        swarm.members()[0].robot.execute(&Command::FlowControl { full: false });
         swarm.run_ms(250);
     }
     let member = &mut swarm.members()[0];
@@ -172,7 +172,7 @@ fn no_frame_starts_a_storm_among_robots_of_one_id() {
             // The other one hears what this one answers.
             let member = &mut swarm.members()[0];
             let at = member.robot.now();
-            member.robot.tell(&Command::P2p { at, port, rssi: 60, payload });
+            member.robot.execute(&Command::P2p { at, port, rssi: 60, payload });
             let before: Vec<usize> =
                 swarm.members().iter().map(|member| member.robot.events.len()).collect();
             swarm.run_ms(20);
@@ -198,7 +198,7 @@ fn pings_are_answered_at_a_limited_rate() {
     for _ in 0..500 {
         let member = &mut swarm.members()[0];
         let at = member.robot.now();
-        member.robot.tell(&Command::P2p { at, port: SWARM_PORT, rssi: 60, payload: ping(7) });
+        member.robot.execute(&Command::P2p { at, port: SWARM_PORT, rssi: 60, payload: ping(7) });
         swarm.run_ms(2);
     }
     let answers = count_p2p(&swarm.members()[0].robot.events[before..]);
@@ -214,11 +214,11 @@ fn robots_of_one_id_notice_each_other() {
     let payload = ping(7);
     let member = &mut swarm.members()[0];
     let at = member.robot.now();
-    member.robot.tell(&Command::P2p { at, port: SWARM_PORT, rssi: 60, payload });
+    member.robot.execute(&Command::P2p { at, port: SWARM_PORT, rssi: 60, payload });
     swarm.run_ms(10_500);
     let warned = |member: &Member| said(member, "another robot has id 7, too");
     let members = swarm.members();
     assert_eq!(members.iter().map(warned).collect::<Vec<_>>()[1..], [1, 0]);
-    assert_eq!(said(&members[1], "same_id: 1"), 1, "{:?}", members[1].told.firmware);
-    assert_eq!(said(&members[2], "same_id: 0"), 1, "{:?}", members[2].told.firmware);
+    assert_eq!(said(&members[1], "same_id: 1"), 1, "{:?}", members[1].trace_log.firmware);
+    assert_eq!(said(&members[2], "same_id: 0"), 1, "{:?}", members[2].trace_log.firmware);
 }

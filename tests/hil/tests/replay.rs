@@ -157,8 +157,8 @@ fn on_image(
     }
     table.run_ms(100 * STEPS as u64 + 50 - table.now().as_millis() as u64);
     let zooid = &table.zooids()[0];
-    assert!(zooid.told.records.is_empty(), "{:?}", zooid.told.records);
-    let log = zooid.told.log.iter().map(|(_, values)| values.clone()).collect();
+    assert!(zooid.trace_log.records.is_empty(), "{:?}", zooid.trace_log.records);
+    let log = zooid.trace_log.log.iter().map(|(_, values)| values.clone()).collect();
     let answers: Trace =
         zooid.events.iter().filter_map(sent).filter(|(at, _)| *at > asked).collect();
     let messages = answers.iter().filter_map(|(_, payload)| Payload::parse(payload));

@@ -65,7 +65,7 @@ fn fails_safely(number: u64) -> bool {
     let what = format!("number {number}, {name}, {memory:?}, at {moment} µs, {site:#x}");
 
     let mut robot = Robot::crazyflie(Core::Unicorn, DRIVE);
-    robot.tell(&Command::Chip { lsi_hz: 32_000, crystal: true, memory, seed, debugger: false });
+    robot.execute(&Command::Chip { lsi_hz: 32_000, crystal: true, memory, seed, debugger: false });
     robot.run_us(moment);
     assert_eq!(resets(&robot.events), [], "{what}");
     let code: Vec<u8> = code.iter().flat_map(|half| half.to_le_bytes()).collect();
@@ -132,7 +132,7 @@ fn after_any_failure_the_robot_is_locked_at_a_thousand_moments() {
 fn power_on_ends_the_lock() {
     for memory in [Memory::Kept, Memory::Zeroed, Memory::Noise] {
         let mut robot = Robot::crazyflie(Core::Unicorn, DRIVE);
-        robot.tell(&Command::Chip {
+        robot.execute(&Command::Chip {
             lsi_hz: 32_000,
             crystal: true,
             memory,
@@ -161,7 +161,7 @@ fn the_reset_pin_alone_starts_the_script() {
 fn a_software_reset_needs_a_note_or_a_debugger() {
     for debugger in [false, true] {
         let mut robot = Robot::crazyflie(Core::Unicorn, DRIVE);
-        robot.tell(&Command::Chip {
+        robot.execute(&Command::Chip {
             lsi_hz: 32_000,
             crystal: true,
             memory: Memory::Kept,
@@ -202,7 +202,7 @@ fn a_damaged_note_locks_the_robot() {
 fn the_watchdog_does_its_work_at_any_frequency() {
     for (lsi_hz, latest_ms) in [(17_000, 471), (32_000, 251), (47_000, 171)] {
         let mut robot = Robot::crazyflie(Core::Unicorn, DRIVE);
-        robot.tell(&Command::Chip {
+        robot.execute(&Command::Chip {
             lsi_hz,
             crystal: true,
             memory: Memory::Kept,
@@ -229,7 +229,7 @@ fn the_watchdog_does_its_work_at_any_frequency() {
 #[test]
 fn a_dead_crystal_ends_in_resets_with_the_motors_off() {
     let mut robot = Robot::crazyflie(Core::Unicorn, DRIVE);
-    robot.tell(&Command::Chip {
+    robot.execute(&Command::Chip {
         lsi_hz: 32_000,
         crystal: false,
         memory: Memory::Kept,
@@ -249,10 +249,10 @@ fn a_dead_crystal_ends_in_resets_with_the_motors_off() {
 #[test]
 fn a_loader_in_the_firmwares_place_is_mute_and_safe() {
     let mut robot = Robot::crazyflie(Core::Unicorn, DRIVE);
-    robot.tell(&chip());
+    robot.execute(&chip());
     robot.run_ms(500);
     // The radio's processor has no room: PA4 is high.
-    robot.tell(&Command::FlowControl { full: true });
+    robot.execute(&Command::FlowControl { full: true });
     let at = reset(&mut robot, ResetCause::Pin);
     robot.run_ms(1_000);
     assert_motors_off(&robot, at);
@@ -262,7 +262,7 @@ fn a_loader_in_the_firmwares_place_is_mute_and_safe() {
             .iter()
             .any(|event| event.event == EmulatorEvent::Loader { name: "crtp".into() })
     );
-    robot.tell(&Command::FlowControl { full: false });
+    robot.execute(&Command::FlowControl { full: false });
     assert!(robot.ping(1, 10).is_none());
     reset(&mut robot, ResetCause::PowerOn);
     assert_runs(&mut robot);

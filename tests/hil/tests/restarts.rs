@@ -3,7 +3,7 @@
 use std::time::Duration;
 
 use bittybuzz_comms::infrared::{self, FaultReport};
-use bittybuzz_hil::kilobots::behaviour;
+use bittybuzz_hil::kilobots::behavior;
 use bittybuzz_hil::{
     Command, Core, EmulatorEvent, Kilobots, ScriptFile, Swarm, Table, TraceLog, time, trace,
 };
@@ -39,8 +39,8 @@ function step() {
 /// Two of the robot's neighbors forget it after three seconds without a message: in the pause from 4.5 to 8.5 s it sends some.
 const IN_PAUSE_MS: u64 = 8_400;
 
-fn restarts(told: &TraceLog) -> Vec<&str> {
-    let records = told.records.iter().map(String::as_str);
+fn restarts(trace_log: &TraceLog) -> Vec<&str> {
+    let records = trace_log.records.iter().map(String::as_str);
     records.filter(|record| record.starts_with("Restart")).collect()
 }
 
@@ -52,14 +52,14 @@ const RESTARTS: [&str; 5] = [
     "Restart { step: 12, pause: 40 }",
 ];
 
-fn has_contained_once(told: &TraceLog) {
+fn has_contained_once(trace_log: &TraceLog) {
     let contained: Vec<&String> =
-        told.records.iter().filter(|record| record.starts_with("contained")).collect();
-    assert_eq!(contained.len(), 1, "{:?}", told.records);
+        trace_log.records.iter().filter(|record| record.starts_with("contained")).collect();
+    assert_eq!(contained.len(), 1, "{:?}", trace_log.records);
     assert!(contained[0].contains("WrongType"), "{contained:?}");
-    assert!(told.unused.messages.failed >= 5, "{:?}", told.unused);
-    assert!(restarts(told).is_empty());
-    assert!(told.log.len() >= 18, "the script goes on: {:?}", told.log);
+    assert!(trace_log.unused.messages.failed >= 5, "{:?}", trace_log.unused);
+    assert!(restarts(trace_log).is_empty());
+    assert!(trace_log.log.len() >= 18, "the script goes on: {:?}", trace_log.log);
 }
 
 #[test]
@@ -67,7 +67,7 @@ fn a_crazyflie_starts_again_and_stays_a_neighbor() {
     let mut swarm = Swarm::crazyflies(FRAGILE, &[1, 2]);
     swarm.run_ms(IN_PAUSE_MS);
     let [first, second] = swarm.members() else { panic!("two robots") };
-    assert_eq!(restarts(&first.told), RESTARTS);
+    assert_eq!(restarts(&first.trace_log), RESTARTS);
     assert_eq!(second.last_logged(), Some(&["1".to_owned()][..]));
 }
 
@@ -76,7 +76,7 @@ fn a_zooid_starts_again_and_stays_a_neighbor() {
     let mut table = Table::new(FRAGILE, &[1, 2]);
     table.run_ms(IN_PAUSE_MS);
     let [first, second] = table.zooids() else { panic!("two robots") };
-    assert_eq!(restarts(&first.told), RESTARTS);
+    assert_eq!(restarts(&first.trace_log), RESTARTS);
     assert_eq!(second.last_logged(), Some(&["1".to_owned()][..]));
     // Red in the pause, dark at the start, then the script's color.
     let changes = |color: &str| -> Vec<(i64, bool)> {
@@ -102,14 +102,14 @@ fn a_zooid_starts_again_and_stays_a_neighbor() {
 fn a_listener_that_fails_on_a_crazyflie_is_reported_once() {
     let mut swarm = Swarm::crazyflies(POISONED, &[1, 2]);
     swarm.run_ms(2_000);
-    has_contained_once(&swarm.members()[0].told);
+    has_contained_once(&swarm.members()[0].trace_log);
 }
 
 #[test]
 fn a_listener_that_fails_on_a_zooid_is_reported_once() {
     let mut table = Table::new(POISONED, &[1, 2]);
     table.run_ms(2_000);
-    has_contained_once(&table.zooids()[0].told);
+    has_contained_once(&table.zooids()[0].trace_log);
 }
 
 /// As a person sees it: the status LED, the script's own, and a motor.
@@ -155,7 +155,7 @@ function step() {
   if(n == 5) n = n / 0
 }
 ";
-    let mut robots = Kilobots::in_image(script, &behaviour("gradient"), 1);
+    let mut robots = Kilobots::in_image(script, &behavior("gradient"), 1);
     let begin = robots.start();
     robots.run_ms(8_000);
     let mut colors = robots.colors(0, begin);
@@ -203,14 +203,14 @@ function step() {
   if(id == 1) neighbors.broadcast(\"x\", nil)
 }
 ";
-    let mut robots = Kilobots::in_image(script, &behaviour("gradient"), 2);
+    let mut robots = Kilobots::in_image(script, &behavior("gradient"), 2);
     robots.start();
     robots.run_ms(1_000);
     // Robots that were not placed do not see each other's light: this brings the broadcasts over.
     let (_, broadcast) = robots.sent(1)[0];
     for _ in 0..60 {
         let at = robots.now();
-        robots.tell(0, &Command::Radio { at, payload: broadcast.to_vec() });
+        robots.execute_on(0, &Command::Radio { at, payload: broadcast.to_vec() });
         robots.run_ms(500);
     }
     let reports: Vec<FaultReport> =

@@ -131,7 +131,7 @@ fn a_fault_stops_the_motors_and_names_its_place_on_qemu() {
     a_fault_stops_the_motors_and_names_its_place(Core::Qemu);
 }
 
-fn a_step_without_end_is_told_and_stops_the_motors(core: Core) {
+fn a_step_without_end_is_reported_and_stops_the_motors(core: Core) {
     let source = "function init() { n = 0 }\n\
         function step() { n = n + 1 set_motor(0, 30 + n) if(n == 3) while(1) { } }";
     let script = ScriptFile::new(&format!("forever-{core:?}"), source);
@@ -150,13 +150,13 @@ fn a_step_without_end_is_told_and_stops_the_motors(core: Core) {
 }
 
 #[test]
-fn a_step_without_end_is_told_and_stops_the_motors_on_unicorn() {
-    a_step_without_end_is_told_and_stops_the_motors(Core::Unicorn);
+fn a_step_without_end_is_reported_and_stops_the_motors_on_unicorn() {
+    a_step_without_end_is_reported_and_stops_the_motors(Core::Unicorn);
 }
 
 #[test]
-fn a_step_without_end_is_told_and_stops_the_motors_on_qemu() {
-    a_step_without_end_is_told_and_stops_the_motors(Core::Qemu);
+fn a_step_without_end_is_reported_and_stops_the_motors_on_qemu() {
+    a_step_without_end_is_reported_and_stops_the_motors(Core::Qemu);
 }
 
 /// No slice takes longer than [`SLICE_MAX`], whatever the script does with its own functions and with text. `slices.rs` has more.

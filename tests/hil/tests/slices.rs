@@ -82,10 +82,10 @@ fn text(script: &str, [pairs, tables, items]: [u16; 3]) -> String {
 }
 
 /// The longest slice, in µs, of a robot that reports it with every hundred steps.
-fn longest_slice(name: &str, told: &TraceLog) -> u64 {
+fn longest_slice(name: &str, trace_log: &TraceLog) -> u64 {
     let is_overrun = |record: &String| record.starts_with("Overrun");
-    assert!(told.records.iter().all(is_overrun), "{name}: {:?}", told.records);
-    let longest = told.firmware.iter().rev().find_map(|line| {
+    assert!(trace_log.records.iter().all(is_overrun), "{name}: {:?}", trace_log.records);
+    let longest = trace_log.firmware.iter().rev().find_map(|line| {
         let (_, rest) = line.split_once("longest slice ")?;
         rest.split(' ').next()?.parse().ok()
     });
@@ -99,7 +99,7 @@ fn slices_of_a_crazyflie_are_short() {
     for (name, script) in SCRIPTS {
         let mut swarm = Swarm::crazyflies(&text(script, [150, 50, 34]), &[1]);
         swarm.run_ms(10_200);
-        let longest = longest_slice(name, &swarm.members()[0].told);
+        let longest = longest_slice(name, &swarm.members()[0].trace_log);
         assert!((1..=SLICE_MAX.as_micros()).contains(&longest), "{name}: {longest} us");
     }
 }
@@ -109,7 +109,7 @@ fn slices_of_a_zooid_are_short() {
     for (name, script) in SCRIPTS {
         let mut table = Table::new(&text(script, [110, 40, 5]), &[1]);
         table.run_ms(10_200);
-        let longest = longest_slice(name, &table.zooids()[0].told);
+        let longest = longest_slice(name, &table.zooids()[0].trace_log);
         assert!((1..=SLICE_MAX.as_micros()).contains(&longest), "{name}: {longest} us");
     }
 }

@@ -39,7 +39,7 @@ fn seen(image: &Path, chip: &str, messages: &[Vec<u8>]) -> Seen {
     for step in 0..STEPS {
         if let (0, Some(message)) = (step % 2, messages.get(step / 2)) {
             let at = robots.now() + MESSAGE_AT;
-            robots.tell(0, &Command::Radio { at, payload: message.clone() });
+            robots.execute_on(0, &Command::Radio { at, payload: message.clone() });
         }
         robots.run_for(STEP);
     }

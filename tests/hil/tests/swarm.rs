@@ -27,7 +27,7 @@ fn a_positioning_system_is_believed_for_a_second() {
     assert_eq!(swarm.members()[0].last_logged().unwrap()[1..], ["nil"; 4]);
 }
 
-/// What a robot sees of its only neighbour.
+/// What a robot sees of its only neighbor.
 const LOOK: &str = "\
 function step() {
   neighbors.foreach(function(id, data) { log(id, data.distance, data.azimuth, data.elevation) })
@@ -37,7 +37,7 @@ function step() {
 /// Robot 1 stands at the origin and looks along x, robot 2 is 500 mm away and looks along y: who turns to the left by 90
 /// degrees sees everything 90 degrees farther to the right.
 #[test]
-fn neighbours_see_each_other_in_all_quadrants() {
+fn neighbors_see_each_other_in_all_quadrants() {
     for (x, y, bearing) in [
         (300.0, 400.0, 53.130),
         (-300.0, 400.0, 126.870),
@@ -52,7 +52,7 @@ fn neighbours_see_each_other_in_all_quadrants() {
         let turned = opposite - 90.0_f32;
         let turned = if turned <= -180.0 { turned + 360.0 } else { turned };
         for (member, other, azimuth) in [(0, "2", bearing), (1, "1", turned)] {
-            let seen = swarm.members()[member].last_logged().expect("a neighbour");
+            let seen = swarm.members()[member].last_logged().expect("a neighbor");
             assert_eq!(seen[0], other);
             let [distance, at, elevation] = [1, 2, 3].map(|n| seen[n].parse::<f32>().unwrap());
             assert!((distance - 500.0).abs() < 0.1, "{distance} mm");
@@ -66,12 +66,12 @@ fn neighbours_see_each_other_in_all_quadrants() {
     }
 }
 
-/// Without a position of both there is no distance, but a neighbour.
+/// Without a position of both there is no distance, but a neighbor.
 #[test]
 fn without_positions_there_is_no_distance() {
     let mut swarm = Swarm::crazyflies(LOOK, &[1, 2]);
     swarm.run_ms(3000);
-    assert_eq!(swarm.members()[0].last_logged().expect("a neighbour"), ["2", "nil", "nil", "nil"]);
+    assert_eq!(swarm.members()[0].last_logged().expect("a neighbor"), ["2", "nil", "nil", "nil"]);
     // Only one knows where it is.
     swarm.place(1, Some([100.0, 0.0, 0.0, 0.0]));
     swarm.run_ms(3000);
@@ -94,7 +94,7 @@ function step() { log(v.get(0), v.size()) }
 
 fn agreed(swarm: &mut Swarm) -> bool {
     swarm.members().iter().all(|member| {
-        assert!(member.told.records.is_empty(), "{:?}", member.told.records);
+        assert!(member.trace_log.records.is_empty(), "{:?}", member.trace_log.records);
         member.last_logged().is_some_and(|values| values == ["107", "1"])
     })
 }
@@ -103,7 +103,7 @@ fn agreed(swarm: &mut Swarm) -> bool {
 fn two_robots_agree() {
     let mut swarm = Swarm::crazyflies(AGREE, &[3, 7]);
     swarm.run_ms(2000);
-    assert!(agreed(&mut swarm), "{:?}", swarm.members()[0].told.log);
+    assert!(agreed(&mut swarm), "{:?}", swarm.members()[0].trace_log.log);
 }
 
 #[test]
@@ -112,7 +112,7 @@ fn two_robots_agree_though_most_frames_are_lost() {
     swarm.air.lose(0.7, 42);
     swarm.run_ms(30_000);
     assert!(swarm.air.lost * 2 > swarm.air.carried, "{} of {}", swarm.air.lost, swarm.air.carried);
-    assert!(agreed(&mut swarm), "{:?}", swarm.members()[0].told.log.last());
+    assert!(agreed(&mut swarm), "{:?}", swarm.members()[0].trace_log.log.last());
 }
 
 /// Tells a number with every step, and counts what the others tell.
@@ -151,7 +151,7 @@ fn sent_by(script: &str, id: u16) -> (u8, Vec<u8>) {
 }
 
 /// As the nRF51 tells the STM32 of a P2P frame.
-fn heard(port: u8, payload: &[u8]) -> Vec<u8> {
+fn received(port: u8, payload: &[u8]) -> Vec<u8> {
     syslink(0x0a, &[&[port, 60], payload].concat())
 }
 
@@ -168,13 +168,16 @@ fn syslink(kind: u8, payload: &[u8]) -> Vec<u8> {
 
 /// A number behind a word in the robot's last status line.
 fn status(member: &Member, word: &str) -> u64 {
-    let lines = member.told.firmware.iter().rev();
+    let lines = member.trace_log.firmware.iter().rev();
     let number = lines.filter_map(|line| {
         let (_, rest) = line.split_once(word)?;
         let digits: String = rest.trim_start().chars().take_while(char::is_ascii_digit).collect();
         digits.parse().ok()
     });
-    number.into_iter().next().unwrap_or_else(|| panic!("no {word}: {:?}", member.told.firmware))
+    number
+        .into_iter()
+        .next()
+        .unwrap_or_else(|| panic!("no {word}: {:?}", member.trace_log.firmware))
 }
 
 /// Where the value is in the broadcast of a number: behind the header of the P2P frame with a position, type, robot and
@@ -199,24 +202,24 @@ fn a_flood_delays_no_step_and_is_counted() {
     let payload = [&[0xb1, 1, 0], &position[..], &payload[3..]].concat();
     let mut swarm = Swarm::crazyflies(TALK, &[2]);
     swarm.run_ms(7000);
-    let length = heard(port, &payload).len();
+    let length = received(port, &payload).len();
     let sent = 2_000_000 / 10 / length as u64;
     let flood = (0..sent).flat_map(|n| {
         let value = u16::try_from(if n % 10 == 9 { n - 1 } else { n }).unwrap();
         let mut payload = payload.clone();
         payload[VALUE..VALUE + 2].copy_from_slice(&value.to_le_bytes());
         let pose = if n % 1000 == 0 { at_the_origin() } else { vec![] };
-        [pose, heard(port, &payload)].concat()
+        [pose, received(port, &payload)].concat()
     });
     let flood: Vec<u8> = flood.collect();
-    swarm.members()[0].robot.tell(&Command::Bytes { bytes: flood });
+    swarm.members()[0].robot.execute(&Command::Bytes { bytes: flood });
     swarm.run_ms(3550);
     let member = &mut swarm.members()[0];
     assert_eq!(resets(&member.robot.events), []);
-    assert!(member.told.records.is_empty(), "{:?}", member.told.records);
+    assert!(member.trace_log.records.is_empty(), "{:?}", member.trace_log.records);
     // One step in every tick, and none late.
     let (seen, steps): (Vec<_>, Vec<_>) =
-        member.told.log.iter().partition(|(_, values)| values.len() == 4);
+        member.trace_log.log.iter().partition(|(_, values)| values.len() == 4);
     // 3-4-5 on the ground, and as far down.
     let [(_, seen)] = &seen[..] else { panic!("{seen:?}") };
     let [distance, azimuth, elevation] = [1, 2, 3].map(|at| seen[at].parse::<f32>().unwrap());
@@ -231,9 +234,9 @@ fn a_flood_delays_no_step_and_is_counted() {
             "step {n} at {at} s"
         );
     }
-    let told =
-        member.told.firmware.iter().any(|line| line.starts_with("100 steps, 0 ticks missed"));
-    assert!(told, "{:?}", member.told.firmware);
+    let has_status =
+        member.trace_log.firmware.iter().any(|line| line.starts_with("100 steps, 0 ticks missed"));
+    assert!(has_status, "{:?}", member.trace_log.firmware);
     let longest = status(member, "longest slice");
     println!("{sent} messages, longest slice {longest} us");
     assert!((1..=500).contains(&longest), "{longest} us");
@@ -243,7 +246,7 @@ fn a_flood_delays_no_step_and_is_counted() {
     let doubles = status(member, "doubles:");
     // One in ten, but for the few of which the first was read meanwhile.
     assert!((sent / 10 - 20..=sent / 10).contains(&doubles), "{doubles}");
-    assert_eq!(u64::from(member.told.unused.dropped[0]), sent - taken - doubles);
+    assert_eq!(u64::from(member.trace_log.unused.dropped[0]), sent - taken - doubles);
     let statistics = member.robot.board();
     assert_eq!((statistics.overruns, statistics.peer_dropped), (0, 0));
 }
@@ -251,8 +254,10 @@ fn a_flood_delays_no_step_and_is_counted() {
 /// Fragments of many messages, as fast as the line takes them and in any order: no slice is long, and the robot steps on.
 #[test]
 fn a_storm_of_fragments_delays_nothing() {
-    let mut frames: Vec<Vec<u8>> =
-        all_sent_by(TABLES, 1).into_iter().map(|(port, payload)| heard(port, &payload)).collect();
+    let mut frames: Vec<Vec<u8>> = all_sent_by(TABLES, 1)
+        .into_iter()
+        .map(|(port, payload)| received(port, &payload))
+        .collect();
     assert!(frames.len() >= 50, "{}", frames.len());
     let whole: Vec<u8> = frames.concat();
     frames.sort();
@@ -261,24 +266,24 @@ fn a_storm_of_fragments_delays_nothing() {
     swarm.run_ms(5000);
     for flood in [whole.repeat(60), mixed.repeat(60)] {
         let us = 10 * flood.len() as u64;
-        swarm.members()[0].robot.tell(&Command::Bytes { bytes: flood });
+        swarm.members()[0].robot.execute(&Command::Bytes { bytes: flood });
         swarm.run_ms(us / 1000);
     }
     swarm.run_ms(3000);
     let member = &mut swarm.members()[0];
     assert_eq!(resets(&member.robot.events), []);
-    assert!(member.told.records.is_empty(), "{:?}", member.told.records);
-    let told =
-        member.told.firmware.iter().any(|line| line.starts_with("100 steps, 0 ticks missed"));
-    assert!(told, "{:?}", member.told.firmware);
+    assert!(member.trace_log.records.is_empty(), "{:?}", member.trace_log.records);
+    let has_status =
+        member.trace_log.firmware.iter().any(|line| line.starts_with("100 steps, 0 ticks missed"));
+    assert!(has_status, "{:?}", member.trace_log.firmware);
     let longest = status(member, "longest slice");
-    println!("longest slice {longest} us, {} tables", member.told.log.len());
+    println!("longest slice {longest} us, {} tables", member.trace_log.log.len());
     assert!((1..=500).contains(&longest), "{longest} us");
 }
 
 /// Frames of other programs, of other scripts, cut and made up, on all ports.
 #[test]
-fn what_means_nothing_is_counted_and_harms_nothing() {
+fn meaningless_frames_are_counted_and_do_no_harm() {
     let mut swarm = Swarm::crazyflies(TALK, &[2]);
     swarm.run_ms(1000);
     let (port, other_script) = sent_by(&TALK.replace("number", "thing"), 1);
@@ -296,29 +301,32 @@ fn what_means_nothing_is_counted_and_harms_nothing() {
         let frame = match next() % 4 {
             0 => {
                 foreign += 1;
-                heard(port, &other_script)
+                received(port, &other_script)
             }
             // Without a message, or with a tag that no version knows.
             1 => {
                 unknown += 1;
-                heard(port, &same_script[..(next() % 4) as usize])
+                received(port, &same_script[..(next() % 4) as usize])
             }
             2 => {
                 unknown += 1;
-                heard(port, &[&[next() as u8 & 0x7f][..], &noise[..noise.len().min(59)]].concat())
+                received(
+                    port,
+                    &[&[next() as u8 & 0x7f][..], &noise[..noise.len().min(59)]].concat(),
+                )
             }
             _ => {
                 elsewhere += 1;
-                heard((next() % 11) as u8, &noise)
+                received((next() % 11) as u8, &noise)
             }
         };
-        swarm.members()[0].robot.tell(&Command::Bytes { bytes: frame });
+        swarm.members()[0].robot.execute(&Command::Bytes { bytes: frame });
         swarm.run_ms(20);
     }
     swarm.run_ms(2000);
     let member = &mut swarm.members()[0];
     assert_eq!(resets(&member.robot.events), []);
-    assert!(member.told.records.is_empty(), "{:?}", member.told.records);
+    assert!(member.trace_log.records.is_empty(), "{:?}", member.trace_log.records);
     assert_eq!(
         member.last_logged().unwrap(),
         ["109", "0"],
@@ -327,24 +335,25 @@ fn what_means_nothing_is_counted_and_harms_nothing() {
     assert_eq!(status(member, "heard:"), foreign + unknown + elsewhere);
     assert_eq!(status(member, "unknown:"), unknown);
     // Of two equal ones in a tenth of a second the script sees one.
-    let seen = u64::from(member.told.unused.messages.foreign);
+    let seen = u64::from(member.trace_log.unused.messages.foreign);
     assert_eq!(seen + status(member, "doubles:"), foreign);
     assert!(seen >= 40, "{seen} in eighty steps");
 }
 
-/// Another robot has the same id: it is told once, and is no neighbour.
+/// Another robot has the same id: the log reports it once, and it is no neighbor.
 #[test]
-fn the_own_id_from_elsewhere_is_told_once() {
+fn another_robot_with_the_same_id_is_reported_once() {
     let script = "function step() { neighbors.broadcast(\"a\", 1) log(neighbors.count()) }";
     let (port, message) = sent_by(script, 7);
     let mut swarm = Swarm::crazyflies(script, &[7, 8]);
     for _ in 0..10 {
-        swarm.members()[0].robot.tell(&Command::Bytes { bytes: heard(port, &message) });
+        swarm.members()[0].robot.execute(&Command::Bytes { bytes: received(port, &message) });
         swarm.run_ms(200);
     }
     for (member, count) in swarm.members().iter().zip([1, 0]) {
-        let warnings = member.told.firmware.iter().filter(|line| line.contains("has id 7, too"));
-        assert_eq!(warnings.count(), count, "{:?}", member.told.firmware);
+        let warnings =
+            member.trace_log.firmware.iter().filter(|line| line.contains("has id 7, too"));
+        assert_eq!(warnings.count(), count, "{:?}", member.trace_log.firmware);
         assert_eq!(member.last_logged().unwrap(), ["1"]);
     }
 }
@@ -372,16 +381,16 @@ fn a_table_travels_in_fragments() {
     swarm.air.lose(0.2, 7);
     swarm.run_ms(6000);
     for (member, other) in swarm.members().iter().zip([2, 1]) {
-        assert!(member.told.records.is_empty(), "{:?}", member.told.records);
+        assert!(member.trace_log.records.is_empty(), "{:?}", member.trace_log.records);
         let sum: i32 = (0..12).map(|i| i * (1000 * other + i)).sum();
         let expected = [other.to_string(), "12".to_owned(), sum.to_string()];
         // Three fragments of a message arrive together with a probability of one half.
-        let heard = member.told.log.len();
+        let heard = member.trace_log.log.len();
         assert!((10..50).contains(&heard), "{heard} of 59");
         assert!(
-            member.told.log.iter().all(|(_, values)| *values == expected),
+            member.trace_log.log.iter().all(|(_, values)| *values == expected),
             "{:?}",
-            member.told.log
+            member.trace_log.log
         );
     }
 }
@@ -427,7 +436,7 @@ fn two_robots_agree_at_any_loss() {
 
 /// Five robots that step at the same instant, each with a message in every step: most are heard.
 #[test]
-fn robots_that_step_together_hear_each_other() {
+fn robots_that_step_together_receive_each_other() {
     let script = "\
 function init() {
   n = 0
@@ -457,14 +466,14 @@ function step() {
 
 /// A robot on QEMU takes over what one on Unicorn has put, and tells it.
 #[test]
-fn robots_on_unlike_cores_agree() {
+fn robots_on_different_cores_agree() {
     let (port, payload) = sent_by(AGREE, 7);
     let mut robot = Robot::crazyflie(Core::Qemu, AGREE);
     robot.assign_id(3);
     // The script has begun, and the next step is due at 200 ms.
     robot.run_ms(160);
     let at = robot.now();
-    robot.tell(&Command::P2p { at, port, rssi: 60, payload });
+    robot.execute(&Command::P2p { at, port, rssi: 60, payload });
     let events = robot.run_ms(120);
     // Type, owner, clock, ..., key 0, value 107: as in docs/wire-format.md, behind the header without a position.
     let value = 107_u32.to_le_bytes();

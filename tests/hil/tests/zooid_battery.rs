@@ -14,7 +14,7 @@ function step() {
 ";
 
 fn battery(table: &mut Table, volts: f32, charging: bool) {
-    table.tell(0, &Command::Battery { volts, charging, usb_powered: charging });
+    table.execute_on(0, &Command::Battery { volts, charging, usb_powered: charging });
 }
 
 fn flashes(table: &Table, color: &str, since: Duration) -> Vec<(Duration, Duration)> {
@@ -23,7 +23,7 @@ fn flashes(table: &Table, color: &str, since: Duration) -> Vec<(Duration, Durati
 
 /// Lets ten seconds pass: packets sent, steps logged, and flashes of red, each 50 ms long and so far apart.
 fn ten_seconds(table: &mut Table, apart: Duration) -> (u64, usize, usize) {
-    let (sent, logged) = (table.board(0).radio_sent, table.zooids()[0].told.log.len());
+    let (sent, logged) = (table.board(0).radio_sent, table.zooids()[0].trace_log.log.len());
     let since = table.now();
     table.run_ms(10_000);
     let red = flashes(table, "red", since);
@@ -34,7 +34,7 @@ fn ten_seconds(table: &mut Table, apart: Duration) -> (u64, usize, usize) {
         let span = pair[1].0 - pair[0].0;
         assert!(span.abs_diff(apart) < Duration::from_millis(3), "{red:?}");
     }
-    let logged = table.zooids()[0].told.log.len() - logged;
+    let logged = table.zooids()[0].trace_log.log.len() - logged;
     (table.board(0).radio_sent - sent, logged, red.len())
 }
 
@@ -68,7 +68,7 @@ fn a_battery_that_runs_down_warns_stops_and_switches_off() {
     assert_eq!(table.zooids()[0].motors(), [0.0; 2]);
     // The regulator has nothing left to regulate: the supply is the battery's voltage.
     assert!((logged_mv(&table) - 3250.0).abs() < 10.0, "{}", logged_mv(&table));
-    assert_eq!(flashes(&table, "green", Duration::ZERO), [], "the script's colour stays");
+    assert_eq!(flashes(&table, "green", Duration::ZERO), [], "the script's color stays");
 
     battery(&mut table, 2.9, false);
     table.run_ms(6500);
@@ -92,7 +92,7 @@ fn a_battery_that_runs_down_warns_stops_and_switches_off() {
     let causes: Vec<&str> =
         resets(&table.zooids()[0].events).into_iter().map(|(_, cause)| cause).collect();
     assert_eq!(causes, ["software"; 2]);
-    let firmware = &table.zooids()[0].told.firmware;
+    let firmware = &table.zooids()[0].trace_log.firmware;
     assert!(!firmware.iter().any(|line| line.contains("restarted after")), "{firmware:?}");
 }
 
@@ -105,16 +105,16 @@ fn the_charger_does_not_unlock_a_robot_that_has_failed() {
     let application = bittybuzz_hil::table::layout().application;
     let firmware = table.read(0, application.address, application.size);
     let symbol = poll_of("talk");
-    table.tell(0, &Command::Skip { symbol });
+    table.execute_on(0, &Command::Skip { symbol });
     table.run_ms(2000);
     table.write(0, application.address, &firmware);
     table.run_ms(1000);
-    let logged = table.zooids()[0].told.log.len();
+    let logged = table.zooids()[0].trace_log.log.len();
     let restarts = resets(&table.zooids()[0].events).len();
     for (volts, charging) in [(2.9, false), (3.7, true), (3.9, false)] {
         battery(&mut table, volts, charging);
         table.run_ms(20_000);
-        assert_eq!(table.zooids()[0].told.log.len(), logged, "{volts} V");
+        assert_eq!(table.zooids()[0].trace_log.log.len(), logged, "{volts} V");
         assert_eq!(table.zooids()[0].motors(), [0.0; 2], "{volts} V");
     }
     assert_eq!(resets(&table.zooids()[0].events).len(), restarts);

@@ -48,7 +48,7 @@ fn run_us(table: &mut Table, us: u64) {
 /// Lets the supply fall for a moment, and returns when.
 fn brown_out(table: &mut Table) -> Duration {
     let at = table.now();
-    table.tell(0, &Command::Reset { cause: ResetCause::BrownOut });
+    table.execute_on(0, &Command::Reset { cause: ResetCause::BrownOut });
     run_us(table, 1);
     at
 }
@@ -96,17 +96,17 @@ fn survives(number: u64) {
 
     let mut table = Table::new(OLD, &[OLD_ID]);
     table.put(0, Place::at(0.0, 0.0, 0.0));
-    table.tell(0, &chip(memory, seed, doing != Doing::WaitingForTheCrystal));
-    table.tell(0, &Command::Power { on: false });
+    table.execute_on(0, &chip(memory, seed, doing != Doing::WaitingForTheCrystal));
+    table.execute_on(0, &Command::Power { on: false });
     run_us(&mut table, 1_000);
-    table.tell(0, &Command::Power { on: true });
+    table.execute_on(0, &Command::Power { on: true });
     let message = |number: u64| [0xb0, 9, 0, 8, number as u8];
     match doing {
         Doing::Starting => run_us(&mut table, random.bits() % 20_000),
         // Less than the watchdog waits.
         Doing::WaitingForTheCrystal => {
             run_us(&mut table, random.bits() % 200_000);
-            table.tell(0, &chip(memory, seed, true));
+            table.execute_on(0, &chip(memory, seed, true));
         }
         Doing::RunningTheScript => run_us(&mut table, 500_000 + random.bits() % 200_000),
         // A packet is sent within 10 ms after the step.
@@ -139,11 +139,11 @@ fn survives(number: u64) {
         }
     }
 
-    let logged = table.zooids()[0].told.log.len();
+    let logged = table.zooids()[0].trace_log.log.len();
     let first = brown_out(&mut table);
     // A supply that is too weak falls again and again.
     run_us(&mut table, random.bits() % 20_000);
-    let told = table.zooids()[0].told.firmware.len();
+    let printed = table.zooids()[0].trace_log.firmware.len();
     let second = brown_out(&mut table);
     table.run_ms(1_000);
     let causes: Vec<&str> = resets(since(&table, first)).iter().map(|(_, cause)| *cause).collect();
@@ -152,20 +152,21 @@ fn survives(number: u64) {
     assert_stands(since(&table, second), second + FIRST_STEP);
 
     let zooid = &table.zooids()[0];
-    let says = |text: &str| zooid.told.firmware[told..].iter().any(|line| line.contains(text));
-    assert!(!says("restarted"), "{:?}", zooid.told.firmware);
+    let says =
+        |text: &str| zooid.trace_log.firmware[printed..].iter().any(|line| line.contains(text));
+    assert!(!says("restarted"), "{:?}", zooid.trace_log.firmware);
     let known = [OLD_ID, NEW_ID].map(|id| says(&format!("robot id {id}")) && !says("unique id"));
     match doing {
         Doing::TakingAnId => {
             let is_known = known[0] || known[1] || says("from the chip's unique id");
-            assert!(is_known, "{:?}", zooid.told.firmware);
+            assert!(is_known, "{:?}", zooid.trace_log.firmware);
         }
-        _ => assert!(known[0], "{:?}", zooid.told.firmware),
+        _ => assert!(known[0], "{:?}", zooid.trace_log.firmware),
     }
     let steps: Vec<&[String]> =
-        zooid.told.log[logged..].iter().map(|(_, values)| &values[..]).collect();
+        zooid.trace_log.log[logged..].iter().map(|(_, values)| &values[..]).collect();
     if doing == Doing::TakingAScript && steps.is_empty() {
-        assert!(zooid.told.records.iter().any(|record| record.contains("Refused")));
+        assert!(zooid.trace_log.records.iter().any(|record| record.contains("Refused")));
         assert!(is_lit(since(&table, second), "red"));
         assert_stands(since(&table, second), table.now());
         return;
@@ -203,10 +204,15 @@ fn a_script_without_its_last_bit_does_not_run() {
         let mut table = Table::new(OLD, &[OLD_ID]);
         table.put(0, Place::at(0.0, 0.0, 0.0));
         table.write(0, layout().script.address, &section);
-        table.tell(0, &Command::Reset { cause: ResetCause::BrownOut });
+        table.execute_on(0, &Command::Reset { cause: ResetCause::BrownOut });
         table.run_ms(500);
         let zooid = &table.zooids()[0];
-        assert_eq!(zooid.told.log.is_empty(), !is_whole, "bit {bit}: {:?}", zooid.told.log);
+        assert_eq!(
+            zooid.trace_log.log.is_empty(),
+            !is_whole,
+            "bit {bit}: {:?}",
+            zooid.trace_log.log
+        );
         assert_eq!(is_lit(&zooid.events, "red"), !is_whole);
         assert_eq!(zooid.motors() == [0.0; 2], !is_whole);
     }

@@ -10,12 +10,12 @@ use bittybuzz_hil::{EmulatorEvent, Table};
 
 /// Cycles in a tick of 100 ms.
 const TICK_CYCLES: f64 = 4_800_000.0;
-const NEIGHBOURS: u16 = 8;
+const NEIGHBORS: u16 = 8;
 /// The steps that are counted, and the first of them: boot and start are over.
 const STEPS: u64 = 50;
 const FIRST: u64 = 11;
 const LAST: u64 = FIRST + STEPS - 1;
-/// When in a tick the neighbours are heard: the robot's own messages are sent by then.
+/// When in a tick the neighbors are heard: the robot's own messages are sent by then.
 const HEARD_AT: Duration = Duration::from_millis(70);
 /// A step lies between these, the first before its tick.
 const BEFORE: Duration = Duration::from_millis(5);
@@ -34,10 +34,10 @@ fn ms(cycles: f64) -> f64 {
     cycles / TICK_CYCLES * 100.0
 }
 
-/// Of robot 1 with a script, when it hears so many neighbours before each step: robots 10, 11, ... with the same script. At the end of
+/// Of robot 1 with a script, when it hears so many neighbors before each step: robots 10, 11, ... with the same script. At the end of
 /// step [`LAST`] the script logs what it has counted, which has to be `counted`.
-fn cost(script: &str, neighbours: u16, counted: &str) -> Cost {
-    let payloads: Vec<Vec<u8>> = (0..neighbours).map(|n| message(script, 10 + n)).collect();
+fn cost(script: &str, neighbors: u16, counted: &str) -> Cost {
+    let payloads: Vec<Vec<u8>> = (0..neighbors).map(|n| message(script, 10 + n)).collect();
     let mut table = Table::new(script, &[1]);
     let tick = Duration::from_millis(100);
     table.run(tick * (FIRST as u32 - 1) + BEHIND);
@@ -58,10 +58,10 @@ fn cost(script: &str, neighbours: u16, counted: &str) -> Cost {
         end = cycles(tick * step as u32 + BEHIND);
         steps += end - before;
     }
-    let heard = STEPS * u64::from(neighbours);
+    let heard = STEPS * u64::from(neighbors);
     assert_eq!(table.board(0).radio_received, heard);
     let zooid = &table.zooids()[0];
-    assert!(zooid.told.records.is_empty(), "{:?}", zooid.told.records);
+    assert!(zooid.trace_log.records.is_empty(), "{:?}", zooid.trace_log.records);
     assert_eq!(zooid.last_logged().unwrap(), [counted]);
     let average = |cycles: u64| cycles as f64 / STEPS as f64;
     Cost { step: average(steps), whole: average(end - begin) }
@@ -97,7 +97,7 @@ fn eight_messages_take_little_of_a_step() {
         "if(id != 1) neighbors.broadcast(\"hop\", id)",
         "neighbors.count()",
     );
-    let (quiet, busy) = (cost(&script, 0, "0"), cost(&script, NEIGHBOURS, "8"));
+    let (quiet, busy) = (cost(&script, 0, "0"), cost(&script, NEIGHBORS, "8"));
     let (step, whole) = (busy.step - quiet.step, busy.whole - quiet.whole);
     println!("an empty step: {:.0} cycles, {:.3} ms", quiet.step, ms(quiet.step));
     println!("8 messages in a step: {step:.0} cycles, {:.3} ms; the paper: 4.45 ms", ms(step));
@@ -106,7 +106,7 @@ fn eight_messages_take_little_of_a_step() {
     assert!(step <= 9_600.0 && whole <= 38_000.0, "{step} {whole}");
 }
 
-/// The distance from a source in hops, from the broadcasts of eight neighbours: what a step costs beyond one that has nothing to do.
+/// The distance from a source in hops, from the broadcasts of eight neighbors: what a step costs beyond one that has nothing to do.
 #[test]
 fn a_gradient_takes_little_of_a_step() {
     let gradient = script(
@@ -118,8 +118,8 @@ fn a_gradient_takes_little_of_a_step() {
         "if(best < 99) r = best + 1  neighbors.broadcast(\"hop\", r)",
         "r",
     );
-    // The nearest of the neighbours is one hop from the source.
-    let busy = cost(&gradient, NEIGHBOURS, "2");
+    // The nearest of the neighbors is one hop from the source.
+    let busy = cost(&gradient, NEIGHBORS, "2");
     let idle = cost(&script("", "", "0"), 0, "0");
     for (what, cycles) in
         [("the step", busy.step - idle.step), ("with the radio", busy.whole - idle.whole)]

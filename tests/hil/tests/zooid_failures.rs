@@ -32,7 +32,7 @@ fn a_failed_assert_stops_the_motors_and_blinks_its_number() {
     assert!(table.zooids()[0].motors()[0] > 0.3);
     table.run_ms(150);
     assert_eq!(table.zooids()[0].motors(), [0.0; 2]);
-    let record = &table.zooids()[0].told.records;
+    let record = &table.zooids()[0].trace_log.records;
     assert!(!record.is_empty(), "it told of it");
     // Two rounds: as many blinks, and a pause of 1.2 s before the first comes again.
     table.run_ms(20_000);
@@ -83,7 +83,7 @@ fn a_dead_task_ends_the_script() {
         assert!(table.zooids()[0].motors()[0] > 0.3);
         let killed = table.now();
         let symbol = poll_of(task);
-        table.tell(0, &Command::Skip { symbol });
+        table.execute_on(0, &Command::Skip { symbol });
         table.run_ms(1500);
         let zooid = &table.zooids()[0];
         let (at, cause) = *resets(&zooid.events).first().expect("a reset");
@@ -91,8 +91,8 @@ fn a_dead_task_ends_the_script() {
         // 250 ms at the watchdog's nominal frequency, and a look before and after.
         assert!((at - killed).as_millis() <= 451, "{task}: {:?}", at - killed);
         assert_eq!(zooid.motors(), [0.0; 2], "{task}");
-        assert!(zooid.told.log.iter().all(|(logged, _)| *logged < at), "{task}: it ran again");
-        let log = &zooid.told.firmware;
+        assert!(zooid.trace_log.log.iter().all(|(logged, _)| *logged < at), "{task}: it ran again");
+        let log = &zooid.trace_log.firmware;
         let named: Vec<&str> =
             log.iter().filter_map(|line| line.strip_prefix("no sign of life from task ")).collect();
         assert!(!named.is_empty() && named.iter().all(|named| *named == name), "{task}: {log:?}");
@@ -102,9 +102,9 @@ fn a_dead_task_ends_the_script() {
 /// The chip's oscillators are as the data sheet allows from the next power-on.
 fn power_on_with(table: &mut Table, lsi_hz: u64, crystal: bool) {
     let memory = Memory::Kept;
-    table.tell(0, &Command::Chip { lsi_hz, crystal, memory, seed: 0, debugger: false });
-    table.tell(0, &Command::Power { on: false });
-    table.tell(0, &Command::Power { on: true });
+    table.execute_on(0, &Command::Chip { lsi_hz, crystal, memory, seed: 0, debugger: false });
+    table.execute_on(0, &Command::Power { on: false });
+    table.execute_on(0, &Command::Power { on: true });
 }
 
 /// A robot whose crystal is dead restarts without end, with its motors off, and shows that by its LED.
@@ -131,7 +131,7 @@ fn the_watchdog_is_right_on_every_chip() {
         let begun = resets(&table.zooids()[0].events).len();
         let killed = table.now();
         let symbol = poll_of("shine");
-        table.tell(0, &Command::Skip { symbol });
+        table.execute_on(0, &Command::Skip { symbol });
         table.run_ms(1000);
         let resets = resets(&table.zooids()[0].events);
         let (at, cause) = resets[begun];
@@ -187,6 +187,6 @@ fn a_failure_takes_the_motors_power_first() {
         table.run_ms(1000);
         let zooid = &table.zooids()[0];
         assert_eq!(zooid.motors(), [0.0; 2], "{name}");
-        assert!(zooid.told.log.iter().all(|(logged, _)| *logged < at), "{name}: it ran again");
+        assert!(zooid.trace_log.log.iter().all(|(logged, _)| *logged < at), "{name}: it ran again");
     }
 }

@@ -19,7 +19,7 @@ function step() {
 
 /// Numbers that were logged from a time on.
 fn logged(table: &Table, robot: usize, from: usize) -> Vec<String> {
-    let log = &table.zooids()[robot].told.log;
+    let log = &table.zooids()[robot].trace_log.log;
     log[from..].iter().map(|(_, values)| values.join(" ")).collect()
 }
 
@@ -32,14 +32,14 @@ fn is_on(table: &Table, color: &str) -> bool {
 }
 
 #[test]
-fn whoever_gets_power_again_begins_anew_with_what_is_in_its_flash() {
+fn power_on_restarts_with_the_content_of_flash() {
     for core in [Core::Own, Core::Unicorn] {
         let mut table = Table::on(core, SCRIPT, &[7]);
         table.put(0, Place::at(0.0, 0.0, 0.0));
         table.run_ms(1050);
         assert_eq!(logged(&table, 0, 0), expected(10), "{core:?}");
         assert!(is_on(&table, "red") && table.zooids()[0].motors()[0] > 0.3);
-        table.tell(0, &Command::Power { on: false });
+        table.execute_on(0, &Command::Power { on: false });
         table.run_ms(10);
         let sent = table.board(0).radio_sent;
         assert!(sent >= 8, "{sent}");
@@ -48,7 +48,7 @@ fn whoever_gets_power_again_begins_anew_with_what_is_in_its_flash() {
         assert!(["red", "green", "blue"].iter().all(|color| !is_on(&table, color)));
         assert_eq!(table.board(0).radio_sent, sent);
         assert_eq!(logged(&table, 0, 10), expected(0));
-        table.tell(0, &Command::Power { on: true });
+        table.execute_on(0, &Command::Power { on: true });
         table.run_ms(1050);
         assert_eq!(logged(&table, 0, 10), expected(10), "{core:?}");
         assert!(is_on(&table, "red") && table.zooids()[0].motors()[0] > 0.3);
@@ -65,11 +65,11 @@ fn whoever_gets_power_again_begins_anew_with_what_is_in_its_flash() {
 fn qemu_gives_power_too() {
     let mut table = Table::on(Core::Qemu, SCRIPT, &[7]);
     table.run_ms(250);
-    table.tell(0, &Command::Power { on: false });
+    table.execute_on(0, &Command::Power { on: false });
     table.run_ms(100);
     assert!(!is_on(&table, "red"));
     assert_eq!(logged(&table, 0, 0), expected(2));
-    table.tell(0, &Command::Power { on: true });
+    table.execute_on(0, &Command::Power { on: true });
     table.run_ms(250);
     assert_eq!(logged(&table, 0, 2), expected(2));
     assert!(is_on(&table, "red"));
@@ -83,16 +83,16 @@ fn after_a_failure_power_on_helps() {
     let symbol = poll_of("talk");
     let application = bittybuzz_hil::table::layout().application;
     let firmware = table.read(0, application.address, application.size);
-    table.tell(0, &Command::Skip { symbol });
+    table.execute_on(0, &Command::Skip { symbol });
     table.run_ms(2000);
-    let before = table.zooids()[0].told.log.len();
+    let before = table.zooids()[0].trace_log.log.len();
     assert!(before < 15, "it stands: {before}");
     // The flash is mended; that alone changes nothing.
     table.write(0, application.address, &firmware);
     table.run_ms(1000);
-    assert_eq!(table.zooids()[0].told.log.len(), before);
+    assert_eq!(table.zooids()[0].trace_log.log.len(), before);
     for on in [false, true] {
-        table.tell(0, &Command::Power { on });
+        table.execute_on(0, &Command::Power { on });
     }
     table.run_ms(1050);
     assert_eq!(logged(&table, 0, before), expected(10));
@@ -108,14 +108,14 @@ fn power_may_go_at_any_time() {
     for number in 0..40_u64 {
         table.run(Duration::from_micros(20_000 + 3_517 * number));
         for on in [false, true] {
-            table.tell(0, &Command::Power { on });
+            table.execute_on(0, &Command::Power { on });
         }
     }
-    let before = table.zooids()[0].told.log.len();
+    let before = table.zooids()[0].trace_log.log.len();
     table.run_ms(1050);
     assert_eq!(logged(&table, 0, before), expected(10));
     // The other one has not noticed but for what it hears.
-    let others = table.zooids()[1].told.log.iter().map(|(_, values)| values[0].clone());
+    let others = table.zooids()[1].trace_log.log.iter().map(|(_, values)| values[0].clone());
     let counted: Vec<String> = (1..=others.len()).map(|n| n.to_string()).collect();
     assert_eq!(others.collect::<Vec<_>>(), counted);
 }
@@ -137,13 +137,17 @@ function step() {
     // Whom each robot has heard in the last second.
     let mut hears = |deaf: [&[usize]; 3]| {
         for (robot, to) in deaf.into_iter().enumerate() {
-            table.tell(robot, &Command::Deaf { to: to.iter().copied().collect::<BTreeSet<_>>() });
+            table.execute_on(
+                robot,
+                &Command::Deaf { to: to.iter().copied().collect::<BTreeSet<_>>() },
+            );
         }
         table.run_ms(200);
-        let before: Vec<usize> = table.zooids().iter().map(|zooid| zooid.told.log.len()).collect();
+        let before: Vec<usize> =
+            table.zooids().iter().map(|zooid| zooid.trace_log.log.len()).collect();
         table.run_ms(1000);
         [0, 1, 2].map(|robot| {
-            let log = &table.zooids()[robot].told.log[before[robot]..];
+            let log = &table.zooids()[robot].trace_log.log[before[robot]..];
             [0, 1, 2].map(|other| log.iter().any(|(_, values)| values[other] == "1"))
         })
     };

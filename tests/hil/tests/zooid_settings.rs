@@ -28,7 +28,7 @@ function step() {
 
 /// Robots 200 mm apart; without the setting, and with one that is far enough or not.
 #[test]
-fn whoever_is_beyond_the_range_is_not_heard() {
+fn messages_from_beyond_the_range_are_discarded() {
     for (range, hears) in [(None, true), (Some(205), true), (Some(195), false)] {
         let mut table = Table::new(LISTEN, &[1, 2]);
         if let Some(range) = range {
@@ -42,7 +42,7 @@ fn whoever_is_beyond_the_range_is_not_heard() {
         // The other one has no such setting.
         assert_ne!(table.zooids()[1].last_logged().unwrap(), ["0", "0"]);
         // Who does not know where the other is hears everything.
-        table.tell(1, &bittybuzz_hil::Command::Remove);
+        table.execute_on(1, &bittybuzz_hil::Command::Remove);
         table.run_ms(2000);
         assert_ne!(table.zooids()[0].last_logged().unwrap(), ["0", "0"]);
     }
@@ -69,9 +69,9 @@ fn first_duties(minimum: Option<u16>) -> Vec<f64> {
 
 /// The wheels of the model turn from 22 percent on: one that is told so drives at once, another one tries.
 #[test]
-fn the_least_duty_is_told_or_found() {
-    let told = first_duties(Some(22));
-    assert!(told[0] > 40.0, "{told:?}");
+fn the_minimum_duty_is_set_or_measured() {
+    let set = first_duties(Some(22));
+    assert!(set[0] > 40.0, "{set:?}");
     let found = first_duties(None);
     assert!((22.0..=26.0).contains(&found[0]), "{found:?}");
     assert!(found.iter().any(|duty| *duty > 40.0), "{found:?}");

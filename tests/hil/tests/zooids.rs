@@ -10,10 +10,10 @@ use bittybuzz_vm_core::NetworkCounters;
 const COUNT: &str = "function init() { n = 0 }\nfunction step() { n = n + 1  log(n) }";
 
 /// Changes of one LED: when, and to what.
-fn led(table: &Table, robot: usize, colour: &str) -> Vec<(Duration, bool)> {
+fn led(table: &Table, robot: usize, color: &str) -> Vec<(Duration, bool)> {
     let events = table.zooids()[robot].events.iter();
     let changes = events.filter_map(|event| match &event.event {
-        EmulatorEvent::Led { name, on } if name == colour => Some((event.at, *on)),
+        EmulatorEvent::Led { name, on } if name == color => Some((event.at, *on)),
         _ => None,
     });
     changes.collect()
@@ -43,15 +43,19 @@ fn it_boots_as_the_board_wants_it() {
     };
     assert_eq!(zooid.events.iter().find(is_error), None);
     assert_eq!(resets(&zooid.events), []);
-    assert!(zooid.told.firmware[0].contains("BittyBuzz on zooids"), "{:?}", zooid.told.firmware);
-    assert!(zooid.told.firmware.iter().any(|line| line.contains("robot id 7")));
+    assert!(
+        zooid.trace_log.firmware[0].contains("BittyBuzz on zooids"),
+        "{:?}",
+        zooid.trace_log.firmware
+    );
+    assert!(zooid.trace_log.firmware.iter().any(|line| line.contains("robot id 7")));
 }
 
 #[test]
 fn it_steps_ten_times_a_second() {
     let mut table = Table::new(COUNT, &[7]);
     table.run_ms(5050);
-    let log = &table.zooids()[0].told.log;
+    let log = &table.zooids()[0].trace_log.log;
     assert_eq!(log.len(), 50);
     for (number, (at, values)) in (1_u32..).zip(log) {
         assert_eq!(values[0], number.to_string());
@@ -61,7 +65,7 @@ fn it_steps_ten_times_a_second() {
 }
 
 #[test]
-fn its_led_shows_the_scripts_colour() {
+fn its_led_shows_the_scripts_color() {
     let script = "function init() { n = 0 }\nfunction step() { n = n + 1  led(n % 8) }";
     let mut table = Table::new(script, &[7]);
     table.run_ms(1650);
@@ -69,12 +73,12 @@ fn its_led_shows_the_scripts_colour() {
     let brightest = table.board(0).brightest;
     assert!((0.1..=0.125).contains(&brightest), "{brightest}");
     // Red is bit 0, green bit 1, blue bit 2 of a number that grows ten times a second.
-    for (colour, every) in [("red", 100), ("green", 200), ("blue", 400)] {
-        let changes = led(&table, 0, colour);
-        assert_eq!(changes.len(), 1600 / every, "{colour}: {changes:?}");
+    for (color, every) in [("red", 100), ("green", 200), ("blue", 400)] {
+        let changes = led(&table, 0, color);
+        assert_eq!(changes.len(), 1600 / every, "{color}: {changes:?}");
         for pair in changes.windows(2) {
             let apart = (pair[1].0 - pair[0].0).as_millis() as i64;
-            assert!((apart - every as i64).abs() <= 3, "{colour}: {apart} ms");
+            assert!((apart - every as i64).abs() <= 3, "{color}: {apart} ms");
             assert_ne!(pair[0].1, pair[1].1);
         }
     }
@@ -99,13 +103,13 @@ fn it_knows_where_it_is() {
         let turned = (seen[2] - heading + 540.0).rem_euclid(360.0) - 180.0;
         assert!(turned.abs() < 3.0, "{seen:?}: {heading}");
     }
-    table.tell(0, &Command::Remove);
+    table.execute_on(0, &Command::Remove);
     table.run_ms(500);
     assert_eq!(table.zooids()[0].last_logged().unwrap(), ["nil"; 3]);
 }
 
 #[test]
-fn motors_turn_as_told_and_stop_when_it_is_blind() {
+fn motors_turn_as_set_and_stop_without_a_position() {
     let script = "function step() { set_motor(50, -30) }";
     let mut table = Table::new(script, &[7]);
     table.run_ms(500);
@@ -120,7 +124,7 @@ fn motors_turn_as_told_and_stop_when_it_is_blind() {
         }
     }
     let blind = table.now();
-    table.tell(0, &Command::Remove);
+    table.execute_on(0, &Command::Remove);
     table.run_ms(400);
     assert_eq!(table.zooids()[0].motors(), [0.0; 2]);
     let mut events = table.zooids()[0].events.iter();
@@ -147,7 +151,7 @@ function step() { log(v.get(0), v.size()) }
 fn agreed(table: &Table, highest: u16) -> bool {
     let wanted = (100 + highest).to_string();
     table.zooids().iter().all(|zooid| {
-        assert!(zooid.told.records.is_empty(), "{:?}", zooid.told.records);
+        assert!(zooid.trace_log.records.is_empty(), "{:?}", zooid.trace_log.records);
         zooid.last_logged().is_some_and(|values| values == [wanted.as_str(), "1"])
     })
 }
@@ -171,7 +175,7 @@ fn two_agree() {
         let mut table = row(AGREE, 2);
         table.power_detector(reading);
         table.run_ms(2000);
-        assert!(agreed(&table, 2), "{reading:?}: {:?}", table.zooids()[0].told.log);
+        assert!(agreed(&table, 2), "{reading:?}: {:?}", table.zooids()[0].trace_log.log);
         // Nobody acknowledges a broadcast.
         let sent = table.zooids().iter().map(|zooid| radio_packets(zooid).count() as u64);
         assert_eq!(sent.sum::<u64>(), table.board(0).radio_sent + table.board(1).radio_sent);
@@ -202,7 +206,7 @@ fn each_of_ten_sends_ten_packets_a_second() {
 
 /// Somebody else sends without a pause: nobody hears the robot then, but its queue does not fill up.
 #[test]
-fn a_channel_that_is_never_free_silences_nobody() {
+fn a_busy_channel_silences_no_robot() {
     for reading in READINGS {
         let mut table = row(TALK, 1);
         table.power_detector(reading);
@@ -237,7 +241,7 @@ fn ten_agree_though_packets_collide() {
         table.run_ms(5000);
         let air = table.air();
         println!("{reading:?}: {air:?}");
-        assert!(agreed(&table, 10), "{reading:?}: {:?}", table.zooids()[0].told.log.last());
+        assert!(agreed(&table, 10), "{reading:?}: {:?}", table.zooids()[0].trace_log.log.last());
         // They listen before they talk and wait for different times: few of the packets overlap.
         assert!(air.collided * 5 < air.carried, "{reading:?}: {air:?}");
         for zooid in table.zooids() {
@@ -264,7 +268,7 @@ fn ten_agree_though_half_of_the_packets_are_lost() {
         table.run_ms(30_000);
         let air = table.air();
         assert!(air.lost * 100 > air.carried * 40, "{reading:?}: {air:?}");
-        assert!(agreed(&table, 10), "{reading:?}: {:?}", table.zooids()[0].told.log.last());
+        assert!(agreed(&table, 10), "{reading:?}: {:?}", table.zooids()[0].trace_log.log.last());
     }
 }
 
@@ -296,10 +300,10 @@ fn shown(
 
 /// A number in the last status line: the one behind this word.
 fn status(zooid: &bittybuzz_hil::table::Zooid, word: &str) -> u64 {
-    let mut lines = zooid.told.firmware.iter().rev();
+    let mut lines = zooid.trace_log.firmware.iter().rev();
     let number =
         lines.find_map(|line| line.split_once(word)?.1.split([',', ' ']).nth(1)?.parse().ok());
-    number.unwrap_or_else(|| panic!("no `{word}`: {:?}", zooid.told.firmware))
+    number.unwrap_or_else(|| panic!("no `{word}`: {:?}", zooid.trace_log.firmware))
 }
 
 /// A thousand packets a second for three seconds: swarm messages of its own script from robots 10 to 59, of another one,
@@ -337,13 +341,13 @@ fn flood(reading: PowerDetector) {
     };
     let (quiet, mut table) = (run(false), run(true));
     let (board, other, zooid) = (table.board(0), &quiet.zooids()[0], &table.zooids()[0]);
-    println!("{board:?} {:?}", zooid.told.unused);
+    println!("{board:?} {:?}", zooid.trace_log.unused);
     assert_eq!(resets(&zooid.events), []);
-    assert_eq!(zooid.told.records, Vec::<String>::new());
-    let log = &zooid.told.log;
-    assert_eq!((log.len(), other.told.log.len()), (105, 105));
+    assert_eq!(zooid.trace_log.records, Vec::<String>::new());
+    let log = &zooid.trace_log.log;
+    assert_eq!((log.len(), other.trace_log.log.len()), (105, 105));
     for (number, ((at, values), (at_other, other_values))) in
-        (1_u32..).zip(log.iter().zip(&other.told.log))
+        (1_u32..).zip(log.iter().zip(&other.trace_log.log))
     {
         let late = at.as_secs_f64() - f64::from(number) * 0.1;
         assert!((0.0..0.005).contains(&late), "step {number} at {at:?}");
@@ -367,7 +371,7 @@ fn flood(reading: PowerDetector) {
     // Of every packet it is known what became of it.
     assert_eq!(board.radio_received + board.radio_overflown + board.radio_unheard, 3000);
     assert_eq!(status(zooid, "heard"), board.radio_received);
-    let unused = zooid.told.unused;
+    let unused = zooid.trace_log.unused;
     let heard: u64 = zooid.last_logged().unwrap()[0].parse().unwrap();
     let counted = status(zooid, "unknown")
         + status(zooid, "doubles")
@@ -381,7 +385,7 @@ fn flood(reading: PowerDetector) {
         messages: NetworkCounters { foreign: unused.messages.foreign, ..Default::default() },
     };
     assert_eq!(unused, others);
-    assert_eq!(other.told.unused, Unused::default());
+    assert_eq!(other.trace_log.unused, Unused::default());
 }
 
 #[test]
@@ -393,13 +397,13 @@ fn touch_and_battery_reach_the_script() {
     assert_eq!(seen[0], 0.0);
     // 3.8 V in steps of 1.6 mV.
     assert!((seen[1] - 3800.0).abs() < 5.0, "{seen:?}");
-    table.tell(0, &Command::Touch { keys: 0b010 });
-    table.tell(0, &Command::Battery { volts: 3.4, charging: false, usb_powered: false });
+    table.execute_on(0, &Command::Touch { keys: 0b010 });
+    table.execute_on(0, &Command::Battery { volts: 3.4, charging: false, usb_powered: false });
     table.run_ms(1300);
     let seen = numbers(table.zooids()[0].last_logged().unwrap());
     assert_eq!(seen[0], 1.0);
     assert!((seen[1] - 3400.0).abs() < 5.0, "{seen:?}");
-    table.tell(0, &Command::Touch { keys: 0 });
+    table.execute_on(0, &Command::Touch { keys: 0 });
     table.run_ms(300);
     assert_eq!(numbers(table.zooids()[0].last_logged().unwrap())[0], 0.0);
     let board = table.board(0);
@@ -415,7 +419,7 @@ fn while_it_is_charged_neither_motors_nor_radio_have_power() {
     let sent = table.board(0).radio_sent;
     assert!(sent >= 5, "{sent}");
     assert!(table.zooids()[0].motors()[0] > 0.3);
-    table.tell(0, &Command::Battery { volts: 4.0, charging: true, usb_powered: true });
+    table.execute_on(0, &Command::Battery { volts: 4.0, charging: true, usb_powered: true });
     table.run_ms(300);
     assert_eq!(table.zooids()[0].motors(), [0.0; 2]);
     let before = table.board(0);
@@ -427,13 +431,13 @@ fn while_it_is_charged_neither_motors_nor_radio_have_power() {
     let board = table.board(0);
     assert_eq!((board.radio_sent, board.radio_received), (sent, before.radio_received));
     assert_eq!(board.radio_unheard, before.radio_unheard + 10);
-    table.tell(0, &Command::Battery { volts: 4.1, charging: false, usb_powered: false });
+    table.execute_on(0, &Command::Battery { volts: 4.1, charging: false, usb_powered: false });
     table.run_ms(1500);
     assert!(table.board(0).radio_sent > sent + 5);
     assert!(table.zooids()[0].motors()[0] > 0.3);
 }
 
-/// What a robot sees of its only neighbour.
+/// What a robot sees of its only neighbor.
 const LOOK: &str = "\
 function step() {
   neighbors.broadcast(\"here\", 1)
@@ -442,7 +446,7 @@ function step() {
 ";
 
 #[test]
-fn neighbours_see_each_other_in_all_quadrants() {
+fn neighbors_see_each_other_in_all_quadrants() {
     let quadrants = [(120.0, 160.0), (-120.0, 160.0), (-120.0, -160.0), (120.0, -160.0)];
     for ((x, y), reading) in quadrants.into_iter().zip(READINGS.into_iter().cycle()) {
         let mut table = Table::new(LOOK, &[1, 2]);
@@ -453,7 +457,7 @@ fn neighbours_see_each_other_in_all_quadrants() {
         }
         table.run_ms(2000);
         for (robot, there) in [(0, 1), (1, 0)] {
-            let seen = numbers(table.zooids()[robot].last_logged().expect("a neighbour"));
+            let seen = numbers(table.zooids()[robot].last_logged().expect("a neighbor"));
             assert_eq!(seen[0], f64::from(there as u8 + 1));
             assert!((seen[1] - 200.0).abs() < 2.0, "{seen:?}");
             let (here, there) = (places[robot], places[there]);
@@ -467,7 +471,7 @@ fn neighbours_see_each_other_in_all_quadrants() {
 }
 
 #[test]
-fn it_drives_to_its_goal_and_tells_so() {
+fn it_drives_to_its_goal_and_reports_it() {
     let script = "function step() { log(goto(150, -90)) }";
     let mut table = Table::new(script, &[7]);
     table.put(0, Place::at(-100.0, 60.0, 120.0));
@@ -510,7 +514,7 @@ fn drive_under(glitches_per_s: f64) {
             turn,
         };
         let (lose, jitter_us) = (0.01, 10.0);
-        table.tell(0, &Command::Light { lose, jitter_us, glitches_per_s, seed });
+        table.execute_on(0, &Command::Light { lose, jitter_us, glitches_per_s, seed });
         table.put(0, Place::at(start.x, start.y, heading));
         table.run_ms(500);
         let began = table.now();
@@ -523,7 +527,7 @@ fn drive_under(glitches_per_s: f64) {
                 table.put(0, place);
             }
         }
-        for (at, values) in &table.zooids()[0].told.log {
+        for (at, values) in &table.zooids()[0].trace_log.log {
             // It has to notice that it moves.
             if *at < began + Duration::from_millis(150) {
                 continue;
@@ -573,7 +577,11 @@ function step() {
         table.put(robot, Place::at(x, 0.0, 45.0));
     }
     table.drive_ms(10_000);
-    assert!(table.zooids()[0].told.records.is_empty(), "{:?}", table.zooids()[0].told.records);
+    assert!(
+        table.zooids()[0].trace_log.records.is_empty(),
+        "{:?}",
+        table.zooids()[0].trace_log.records
+    );
     let content = table.read(0, stack.address, stack.size);
     let spare = content.iter().take_while(|byte| **byte == PAINT).count();
     println!("{} of {} bytes of stack are used", content.len() - spare, content.len());
@@ -618,7 +626,7 @@ function step() { n = n + 1  led(n % 8)  set_motor(n % 50, -30)  log(n, pos.x, p
 fn compare(one: &Table, other: &Table) {
     for (a, b) in one.zooids().iter().zip(other.zooids()) {
         let logged = |zooid: &bittybuzz_hil::table::Zooid| {
-            let values = zooid.told.log.iter().map(|(_, values)| values.clone());
+            let values = zooid.trace_log.log.iter().map(|(_, values)| values.clone());
             values.collect::<Vec<_>>()
         };
         assert_eq!(logged(a), logged(b));
@@ -651,7 +659,7 @@ function step() { n = n + 1  led(n % 8)  set_motor(40, 30)  log(n, pos.x, pos.y,
         table.run_ms(1050);
         let zooid = &table.zooids()[0];
         let logged: Vec<Vec<String>> =
-            zooid.told.log.iter().map(|(_, values)| values.clone()).collect();
+            zooid.trace_log.log.iter().map(|(_, values)| values.clone()).collect();
         (logged, zooid.motors())
     };
     let (one, other) = (run(Core::Own), run(Core::Qemu));

@@ -16,7 +16,7 @@ mod tests;
 
 use std::collections::VecDeque;
 
-pub use self::packet::{MAX_PAYLOAD, Nrf24Packet, Transmission};
+pub use self::packet::{Nrf24Packet, PAYLOAD_MAX, Transmission};
 use self::port::Exchange;
 use self::radio::RadioState;
 use self::registers::{

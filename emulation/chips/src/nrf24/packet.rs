@@ -4,7 +4,7 @@ use super::registers::Address;
 use crate::Time;
 
 /// The largest payload in bytes.
-pub const MAX_PAYLOAD: usize = 32;
+pub const PAYLOAD_MAX: usize = 32;
 
 /// The format of a packet, which its receiver must share.
 #[derive(Clone, Debug, PartialEq, Eq)]

@@ -3,7 +3,7 @@
 use super::registers::{
     FEATURE_EN_ACK_PAY, FEATURE_EN_DPL, FEATURE_EN_DYN_ACK, INTERRUPTS, PIPES, RF_CH, STATUS,
 };
-use super::{FIFO, MAX_PAYLOAD, Nrf24, Outgoing, POWER_ON};
+use super::{FIFO, Nrf24, Outgoing, PAYLOAD_MAX, POWER_ON};
 use crate::Time;
 
 const R_RX_PL_WID: u8 = 0x60;
@@ -83,7 +83,7 @@ impl Nrf24 {
     /// Handles the end of a command, when CSN goes high. Commands that take effect as a whole are
     /// executed here.
     fn finish(&mut self, command: u8, mut data: Vec<u8>, now: Time) {
-        data.truncate(MAX_PAYLOAD);
+        data.truncate(PAYLOAD_MAX);
         match command {
             // A payload that was not read completely stays in the FIFO.
             R_RX_PAYLOAD => {

@@ -182,7 +182,7 @@ impl Nrf24 {
     /// Returns a packet with this payload as this radio would transmit it now, without
     /// acknowledgement.
     pub fn packet_of(&self, payload: &[u8]) -> Nrf24Packet {
-        let payload = payload.iter().take(super::MAX_PAYLOAD).copied().collect();
+        let payload = payload.iter().take(super::PAYLOAD_MAX).copied().collect();
         let address = self.registers.transmit_address();
         // Senders other than robots do not number their packets.
         Nrf24Packet { format: self.format(), address, id: 0, no_ack: true, payload }

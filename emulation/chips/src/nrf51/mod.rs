@@ -17,7 +17,7 @@ pub use p2p::{P2P_MAX, P2pFrame};
 
 pub use peer::{BAUD, Nrf51, Nrf51Settings, PeerAction};
 pub use radio::RadioCounts;
-pub use syslink::{LinkFrame, MAX_PAYLOAD};
+pub use syslink::{FRAME_PAYLOAD_MAX, LinkFrame};
 
 /// The measurements of the power management.
 #[derive(Clone, Copy, Debug, PartialEq)]

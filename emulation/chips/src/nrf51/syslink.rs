@@ -2,7 +2,7 @@
 //! checksum over all bytes from the type on.
 
 /// Longest payload of a frame.
-pub const MAX_PAYLOAD: usize = 64;
+pub const FRAME_PAYLOAD_MAX: usize = 64;
 
 const START: [u8; 2] = [0xbc, 0xcf];
 
@@ -14,10 +14,11 @@ pub struct LinkFrame {
 }
 
 impl LinkFrame {
-    /// Creates a frame of type `kind`. Returns none if `payload` is longer than [`MAX_PAYLOAD`].
+    /// Creates a frame of type `kind`. Returns `None` if `payload` is longer than
+    /// [`FRAME_PAYLOAD_MAX`].
     pub fn new(kind: u8, payload: impl Into<Vec<u8>>) -> Option<LinkFrame> {
         let payload = payload.into();
-        (payload.len() <= MAX_PAYLOAD).then_some(LinkFrame { kind, payload })
+        (payload.len() <= FRAME_PAYLOAD_MAX).then_some(LinkFrame { kind, payload })
     }
 
     /// Returns the type byte.
@@ -70,7 +71,7 @@ impl Nrf51Parser {
         let length = usize::from(bytes.get(3).copied().unwrap_or(0));
         let misfit = match bytes.len() {
             position @ (1 | 2) => byte != START[position - 1],
-            4 => length > MAX_PAYLOAD,
+            4 => length > FRAME_PAYLOAD_MAX,
             _ => false,
         };
         if misfit {
@@ -134,7 +135,7 @@ mod tests {
 
     #[test]
     fn payloads_have_a_limit() {
-        assert!(LinkFrame::new(0, vec![0; MAX_PAYLOAD]).is_some());
-        assert_eq!(LinkFrame::new(0, vec![0; MAX_PAYLOAD + 1]), None);
+        assert!(LinkFrame::new(0, vec![0; FRAME_PAYLOAD_MAX]).is_some());
+        assert_eq!(LinkFrame::new(0, vec![0; FRAME_PAYLOAD_MAX + 1]), None);
     }
 }

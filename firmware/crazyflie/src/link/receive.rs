@@ -18,20 +18,20 @@ use crate::motors;
 #[embassy_executor::task]
 pub async fn receive_frames(mut uart: Receiver, robot_id: u16, pulse: Pulse) -> ! {
     let mut parser = SyslinkParser::new();
-    let mut keeper = RadioSetup::new(robot_id);
-    let mut ears = SwarmReceiver::new(robot_id);
+    let mut radio_setup = RadioSetup::new(robot_id);
+    let mut swarm_receiver = SwarmReceiver::new(robot_id);
     let mut buffer = [0; 64];
     loop {
         pulse.beat();
-        keeper.poll();
+        radio_setup.poll();
         let Ok(count) = with_timeout(BEAT, uart.read(&mut buffer)).await else { continue };
         for byte in buffer.iter().take(count) {
             parser.push(*byte, |frame| {
                 STATE.received.fetch_add(1, Ordering::Relaxed);
                 // Packets of types that this firmware does not use are ignored.
                 if let Ok(packet) = SyslinkPacket::received(frame) {
-                    keeper.hear(&packet);
-                    act(&packet, &mut ears);
+                    radio_setup.process(&packet);
+                    act(&packet, &mut swarm_receiver);
                 }
             });
         }
@@ -39,7 +39,7 @@ pub async fn receive_frames(mut uart: Receiver, robot_id: u16, pulse: Pulse) -> 
     }
 }
 
-fn act(packet: &SyslinkPacket<'_>, ears: &mut SwarmReceiver) {
+fn act(packet: &SyslinkPacket<'_>, swarm_receiver: &mut SwarmReceiver) {
     match packet {
         SyslinkPacket::Raw(data) => match Crtp::parse(data) {
             Some(Crtp::Echo) => send(packet),
@@ -53,7 +53,7 @@ fn act(packet: &SyslinkPacket<'_>, ears: &mut SwarmReceiver) {
             STATE.rssi.store(*rssi, Ordering::Relaxed);
             STATE.heard.fetch_add(1, Ordering::Relaxed);
             if *port == SWARM_PORT {
-                ears.hear(data);
+                swarm_receiver.process(data);
             }
         }
         SyslinkPacket::Battery(battery) => {

@@ -61,12 +61,12 @@ impl RadioSetup {
     }
 
     /// Processes a received packet, which may be a report or an echo.
-    pub fn hear(&mut self, packet: &SyslinkPacket<'_>) {
+    pub fn process(&mut self, packet: &SyslinkPacket<'_>) {
         if matches!(packet, SyslinkPacket::Battery(_)) {
             (self.reported, self.has_reported) = (Instant::now(), true);
         }
         let was_done = self.setup.is_done();
-        self.setup.hear(packet);
+        self.setup.process(packet);
         if self.setup.is_done() && !was_done {
             log::info!("radio ready");
         }

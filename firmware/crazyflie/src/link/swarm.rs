@@ -26,7 +26,7 @@ const ANSWER_PERIOD: Duration = Duration::from_millis(100);
 pub struct SwarmReceiver {
     robot_id: u16,
     /// True once the log reported that another robot has this one's id.
-    has_told: bool,
+    has_reported: bool,
     /// The time from which on the next ping may be answered.
     next_answer: Instant,
 }
@@ -34,12 +34,12 @@ pub struct SwarmReceiver {
 impl SwarmReceiver {
     /// Returns the receiver of the robot with this id.
     pub fn new(robot_id: u16) -> Self {
-        SwarmReceiver { robot_id, has_told: false, next_answer: Instant::MIN }
+        SwarmReceiver { robot_id, has_reported: false, next_answer: Instant::MIN }
     }
 
     /// Handles the data of a P2P frame on the port of swarm messages. The sender's location is
     /// computed now, because both robots may have moved by the next step.
-    pub fn hear(&mut self, data: &[u8]) {
+    pub fn process(&mut self, data: &[u8]) {
         let Some(SwarmFrame { robot, position, message }) = SwarmFrame::parse(data) else {
             match Ping::parse(data) {
                 Some(ping) if ping.is_answer => self.compare_id(ping.robot),
@@ -64,8 +64,8 @@ impl SwarmReceiver {
             return;
         }
         STATE.same_id.fetch_add(1, Ordering::Relaxed);
-        if !self.has_told {
-            self.has_told = true;
+        if !self.has_reported {
+            self.has_reported = true;
             log::warning!("another robot has id {=u16}, too: `bbz flash --id`", robot);
         }
     }

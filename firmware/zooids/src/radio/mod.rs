@@ -47,7 +47,7 @@ const FIRST: u32 = 3;
 /// The number of busy channel checks after which a frame is sent anyway, as many as IEEE 802.15.4
 /// allows (macMaxCSMABackoffs). Neither a jammed channel nor a detector that never clears may
 /// silence a robot.
-const BUSY_LOOKS: u8 = 4;
+const BUSY_CHECKS_MAX: u8 = 4;
 
 /// The receiver of swarm messages.
 struct SwarmReceiver {
@@ -55,20 +55,20 @@ struct SwarmReceiver {
     /// Messages from robots beyond this distance are discarded.
     range: Option<Length>,
     /// True once the log reported that another robot has this one's id.
-    has_told: bool,
+    has_reported: bool,
 }
 
 impl SwarmReceiver {
     /// Handles a received payload. The sender's location is computed now, because both robots may
     /// have moved by the next step.
-    fn hear(&mut self, payload: &[u8]) {
+    fn process(&mut self, payload: &[u8]) {
         count(Count::Heard);
         let Some(Payload { robot, position, message }) = Payload::parse(payload) else {
             count(Count::Unknown);
             return;
         };
-        if robot == self.robot_id && !self.has_told {
-            self.has_told = true;
+        if robot == self.robot_id && !self.has_reported {
+            self.has_reported = true;
             log::warning!("another robot has id {=u16}, too: `bbz flash --id`", robot);
         }
         let mut place = None;
@@ -90,14 +90,14 @@ impl SwarmReceiver {
 #[embassy_executor::task]
 pub async fn talk(mut radio: Nrf24, robot_id: u16, pulse: Pulse) -> ! {
     let range = setting(robot::setting::RANGE_MM).map(|mm| i32::from(mm) * MM);
-    let mut ears = SwarmReceiver { robot_id, range, has_told: false };
+    let mut receiver = SwarmReceiver { robot_id, range, has_reported: false };
     // The chip's hash is part of the seed. Robots that have the same id by mistake therefore send
     // at different times, and can detect each other.
     let mut rng = Rng::new(chip(), robot_id);
     let mut payload = [0; PAYLOAD_MAX];
     // The time of the next attempt to send.
     let mut turn: Option<Instant> = None;
-    let mut busy_looks = 0;
+    let mut busy_checks = 0;
     pulse.beat();
     radio.start().await;
     loop {
@@ -125,11 +125,11 @@ pub async fn talk(mut radio: Nrf24, robot_id: u16, pulse: Pulse) -> ! {
                     continue;
                 }
                 turn = Some(now + pause(&mut rng));
-                if busy_looks < BUSY_LOOKS && radio.is_busy().await {
-                    busy_looks += 1;
+                if busy_checks < BUSY_CHECKS_MAX && radio.is_busy().await {
+                    busy_checks += 1;
                     continue;
                 }
-                busy_looks = 0;
+                busy_checks = 0;
                 match fill(&mut payload, robot_id) {
                     Some(length) => {
                         if let Some(payload) = payload.get_mut(..length) {
@@ -146,7 +146,7 @@ pub async fn talk(mut radio: Nrf24, robot_id: u16, pulse: Pulse) -> ! {
         }
         radio.acknowledge();
         while let Some(length) = radio.receive(&mut payload) {
-            ears.hear(payload.get(..length).unwrap_or(&[]));
+            receiver.process(payload.get(..length).unwrap_or(&[]));
         }
     }
 }

@@ -20,7 +20,7 @@ use embassy_sync::blocking_mutex::raw::CriticalSectionRawMutex;
 use embassy_sync::signal::Signal;
 use embassy_time::{Duration, Instant, Timer, with_timeout};
 
-/// Signalled when the radio's interrupt line goes low.
+/// Signaled when the radio's interrupt line goes low.
 pub static IRQ: Signal<CriticalSectionRawMutex, ()> = Signal::new();
 
 // Commands (8.3.1).

@@ -45,7 +45,7 @@ unsafe fn semihosting(operation: u32, parameter: u32) {
     unsafe { asm!("bkpt #0xab", inout("r0") operation => _, in("r1") parameter, options(nostack)) };
 }
 
-fn tell(report: &Report) {
+fn print(report: &Report) {
     let mut text = [0; Report::LENGTH + 1];
     text[..Report::LENGTH].copy_from_slice(&report.line());
     // SAFETY: the text ends with a zero.
@@ -57,7 +57,7 @@ fn main() -> ! {
     // The entry macro turns this into a reference, because main runs once.
     static mut MACHINE: Vm<Numbers, &'static [u8], SLOTS> = Vm::new();
     let batch: &'static [u8] = black_box(&BATCH);
-    run_batch(MACHINE, &batch, tell);
+    run_batch(MACHINE, &batch, print);
     stop()
 }
 

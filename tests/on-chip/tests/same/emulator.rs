@@ -84,7 +84,7 @@ fn listen(mut child: Running, lines: usize) -> Vec<String> {
     told
 }
 
-/// The report in a line. simavr puts colours around it and a point in place of the newline.
+/// The report in a line. simavr puts colors around it and a point in place of the newline.
 fn report(line: &str) -> Option<String> {
     const LENGTH: usize = Report::LENGTH - 1;
     let is_report = |part: &&[u8]| {

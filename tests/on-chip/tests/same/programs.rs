@@ -15,7 +15,7 @@ pub const CONFORMANCE: &str = "tests/conformance";
 /// Instructions of a slice: each program has one of these. With one instruction, the place of every instruction counts.
 const BUDGETS: [u16; 6] = [1, 2, 3, 7, 31, 1000];
 /// Instructions after which a program is given up.
-const MOST: u32 = 300_000;
+const INSTRUCTIONS_MAX: u32 = 300_000;
 
 /// An image, and how to run it.
 pub struct Program {
@@ -29,7 +29,7 @@ impl Program {
         let budget = BUDGETS[number % BUDGETS.len()];
         let length = u16::try_from(image.len()).expect("an image has less than 64 kB");
         // Slices that wait are short ones.
-        let slices = MOST / u32::from(budget) + 100;
+        let slices = INSTRUCTIONS_MAX / u32::from(budget) + 100;
         Program { name, header: Header { length, budget, slices }, image }
     }
 

@@ -13,7 +13,7 @@ const MAIN: &str = "firmware/crazyflie/src/main.rs";
 const PLACES: &str = "firmware/runtime/src/places.rs";
 const UART: &str = "firmware/crazyflie/src/link/uart.rs";
 const SEND: &str = "firmware/crazyflie/src/link/send.rs";
-const KEEPER: &str = "firmware/crazyflie/src/link/setup.rs";
+const RADIO_SETUP: &str = "firmware/crazyflie/src/link/setup.rs";
 const SWARM: &str = "firmware/crazyflie/src/link/swarm.rs";
 const SETUP: &str = "comms/src/syslink/setup.rs";
 
@@ -251,35 +251,35 @@ pub const MUTANTS: &[Mutant] = &[
     },
     Mutant {
         name: "setup-retried-too-soon",
-        file: KEEPER,
+        file: RADIO_SETUP,
         find: "const RETRY: Duration = Duration::from_millis(100);",
         put: "const RETRY: Duration = Duration::from_millis(10);",
         breaks: "the nRF51's queue overflows while Bluetooth shuts down",
     },
     Mutant {
         name: "silence-unnoticed",
-        file: KEEPER,
+        file: RADIO_SETUP,
         find: "const SILENCE: Duration = Duration::from_millis(2000);",
         put: "const SILENCE: Duration = Duration::from_secs(2000);",
         breaks: "an nRF51 that has restarted is never set up again",
     },
     Mutant {
         name: "any-frame-is-a-report",
-        file: KEEPER,
+        file: RADIO_SETUP,
         find: "if matches!(packet, SyslinkPacket::Battery(_)) {",
         put: "if !matches!(packet, SyslinkPacket::Ready) {",
         breaks: "an nRF51 that has restarted is not set up again while it hears other robots",
     },
     Mutant {
         name: "restart-set-up-in-part",
-        file: KEEPER,
+        file: RADIO_SETUP,
         find: "            self.setup.restart();\n",
         put: "",
         breaks: "an nRF51 that has restarted counts as set up",
     },
     Mutant {
         name: "sends-in-doubt",
-        file: KEEPER,
+        file: RADIO_SETUP,
         find: "const DOUBT: Duration = Duration::from_millis(50);",
         put: "const DOUBT: Duration = Duration::from_millis(50_000);",
         breaks: "messages go to an nRF51 that has restarted, and Bluetooth's shutdown loses them",

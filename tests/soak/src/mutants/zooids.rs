@@ -211,7 +211,7 @@ pub const MUTANTS: &[Mutant] = &[
     Mutant {
         name: "busy-looks",
         file: RADIO,
-        find: "if busy_looks < BUSY_LOOKS && radio.is_busy().await {",
+        find: "if busy_checks < BUSY_CHECKS_MAX && radio.is_busy().await {",
         put: "if radio.is_busy().await {",
         breaks: "a sender that never pauses silences all robots around it",
     },

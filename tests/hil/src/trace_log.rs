@@ -1,4 +1,4 @@
-//! What a robot tells by defmt.
+//! The messages that a robot writes with defmt.
 
 use std::path::Path;
 use std::sync::{Arc, OnceLock};
@@ -10,13 +10,13 @@ use bittybuzz_trace_reader::{MessageContent, Table, TraceReader};
 use crate::table::zooids;
 use crate::{EmulatorEvent, TimedEvent, crazyflie};
 
-/// What a robot told.
+/// The messages of a robot since the test began.
 pub struct TraceLog {
-    /// What its script logged: when, and the values.
+    /// The lines that its script logged: the time and the values of each.
     pub log: Vec<(Duration, Vec<String>)>,
     /// Messages of its firmware.
     pub firmware: Vec<String>,
-    /// Messages that came to nothing, all of them since power-on.
+    /// The counts of discarded messages since power-on.
     pub unused: Unused,
     /// Messages that found no room in the robot's buffer.
     pub lost: u64,
@@ -26,27 +26,27 @@ pub struct TraceLog {
 }
 
 impl TraceLog {
-    /// Nothing yet, of a Crazyflie.
+    /// Returns the empty log of a Crazyflie.
     pub(crate) fn of_crazyflie() -> Self {
         static TABLE: OnceLock<Arc<Table>> = OnceLock::new();
         Self::new(TABLE.get_or_init(|| messages(&crazyflie())).clone())
     }
 
-    /// All that a Crazyflie told in these events.
+    /// Returns the log of a Crazyflie with these events.
     pub fn of_events(events: &[TimedEvent]) -> Self {
-        let mut told = TraceLog::of_crazyflie();
+        let mut trace_log = TraceLog::of_crazyflie();
         for event in events {
             match &event.event {
-                EmulatorEvent::Rtt { bytes } => told.read(bytes),
+                EmulatorEvent::Rtt { bytes } => trace_log.read(bytes),
                 // A record that was under way never comes.
-                EmulatorEvent::Reset { .. } => told.begin_anew(),
+                EmulatorEvent::Reset { .. } => trace_log.restart(),
                 _ => {}
             }
         }
-        told
+        trace_log
     }
 
-    /// Nothing yet, of a Zooid.
+    /// Returns the empty log of a Zooid.
     pub(crate) fn of_zooid() -> Self {
         static TABLE: OnceLock<Arc<Table>> = OnceLock::new();
         Self::new(TABLE.get_or_init(|| messages(&zooids())).clone())
@@ -57,8 +57,8 @@ impl TraceLog {
         TraceLog { log, firmware, records, unused, lost: 0, reader: TraceReader::new(table) }
     }
 
-    /// The power was gone: what was not told whole never will be.
-    pub(crate) fn begin_anew(&mut self) {
+    /// Discards an incomplete message and the counts, since the power was off.
+    pub(crate) fn restart(&mut self) {
         self.reader.restart();
         self.unused = Unused::default();
     }

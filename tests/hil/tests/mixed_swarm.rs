@@ -1,4 +1,4 @@
-//! Unlike robots in one world, each kind with its own image, and the bridge between them.
+//! Robots of several kinds in one world, each kind with its own image, and the bridge between them.
 
 use std::path::Path;
 use std::sync::Arc;
@@ -7,7 +7,7 @@ use bittybuzz_arena::run::{Program, Setup, Simulation, Summary};
 use bittybuzz_arena::scenario::{Scenario, ScenarioCause, ScenarioError};
 use bittybuzz_compiler::compile::{Options, compile};
 use bittybuzz_compiler::include::{DiskFiles, IncludeLoader};
-use bittybuzz_hil::kilobots::behaviour;
+use bittybuzz_hil::kilobots::behavior;
 use bittybuzz_hil::{Core, ScriptFile, crazyflie_tiny, ear, table};
 use bittybuzz_tests::bbz;
 
@@ -41,7 +41,7 @@ fn programs(scenario: &Scenario) -> Vec<Program> {
     scenario.groups.iter().map(compiled).collect()
 }
 
-/// Runs to the end; the robots' colours then.
+/// Runs to the end; the robots' colors then.
 fn leds(scenario: &Scenario) -> (Vec<u8>, Summary) {
     let programs = programs(scenario);
     let setup = Setup::new(scenario.clone(), programs).unwrap();
@@ -69,7 +69,7 @@ fn zooids_and_crazyflies_agree_over_a_bridge() {
     let text = std::fs::read_to_string(&script).unwrap();
     let turned = text.replace("(id * 37) % 101", "100 - (id * 37) % 101");
     assert_ne!(text, turned);
-    let turned = ScriptFile::new("unlike", &turned);
+    let turned = ScriptFile::new("mixed-swarm", &turned);
     // 77 of robot 17, a Zooid; 0 and 64 of the Crazyflies, 13 and 40 of the others.
     let (bridged, _) = leds(&scenario(Path::new(turned.path()), "[bridge]", "").unwrap());
     assert_eq!(bridged, [77 % 8; 5]);
@@ -82,7 +82,7 @@ fn kilobots_zooids_and_crazyflies_share_a_number() {
     for writer in [1, 16, 30] {
         let writes = text.replace("WRITER = 0 ", &format!("WRITER = {writer} "));
         assert_ne!(writes, text);
-        let script = ScriptFile::new(&format!("unlike-{writer}"), &writes);
+        let script = ScriptFile::new(&format!("mixed-swarm-{writer}"), &writes);
         let group = |robot: &str, firmware: &Path, id: u16, count: u16, rest: &str| {
             format!(
                 "[[robots]]\nrobot = \"{robot}\"\nscript = '{}'\nbackend = \"firmware\"\nfirmware = '{}'\n\
@@ -95,7 +95,7 @@ fn kilobots_zooids_and_crazyflies_share_a_number() {
         let text = format!(
             "[world]\nsize = [800, 500]\nduration = 8\n[bridge]\nat = [-200, 60]\nfirmware = '{}'\n{}{}{}",
             ear().display(),
-            group("kilobot", &behaviour("stigmergy"), 1, 3, &format!("{line}[-260, 0]")),
+            group("kilobot", &behavior("stigmergy"), 1, 3, &format!("{line}[-260, 0]")),
             group("zooids", &table::zooids(), 16, 2, &format!("{line}[0, -100]")),
             group(
                 "crazyflie",
@@ -115,9 +115,9 @@ fn kilobots_zooids_and_crazyflies_share_a_number() {
 
 /// Twelve robots of three kinds agree on what one of the Zooids has measured.
 #[test]
-fn the_shipped_scenario_comes_true() {
+fn the_shipped_scenario_meets_its_expectations() {
     let path = bbz::root().join("examples/unlike/consensus.toml");
-    let images = [behaviour("stigmergy"), table::zooids(), crazyflie_tiny()];
+    let images = [behavior("stigmergy"), table::zooids(), crazyflie_tiny()];
     let mut set: Vec<String> = images
         .iter()
         .enumerate()
@@ -134,7 +134,7 @@ fn the_shipped_scenario_comes_true() {
 
 /// Without a bridge each kind stays among itself.
 #[test]
-fn unlike_media_do_not_mix() {
+fn robots_on_different_links_do_not_receive_each_other() {
     let script = bbz::root().join("examples/swarm/consensus.bzz");
     let (alone, _) = leds(&scenario(&script, "", "").unwrap());
     assert_eq!(alone, [87 % 8, 87 % 8, 87 % 8, 100 % 8, 100 % 8]);
