@@ -180,7 +180,7 @@ mod tests {
     }
 
     #[test]
-    fn comments_that_are_meant_as_controls_are_problems() {
+    fn malformed_controls_are_reported_with_their_line() {
         for (text, part) in [
             ("# slider: JOIN", "`# slider: NAME 1..50 step 1`"),
             ("# slider: JOIN 1-50", "`# slider: NAME 1..50 step 1`"),

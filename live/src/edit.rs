@@ -40,6 +40,7 @@ pub fn names(setup: &Setup) -> Vec<String> {
 
 /// Returns the controls of all scripts, at most one for each global.
 pub fn controls(drafts: &Drafts, setup: &Setup) -> Vec<Control> {
+    // A file that cannot be read any more has no controls; the editor shows the error.
     let texts = scripts(setup).into_iter().filter_map(|script| drafts.text(script).ok());
     let mut once: Vec<Control> = Vec::new();
     for control in texts.flat_map(|text| controls::read(&text)).flatten() {

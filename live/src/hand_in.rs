@@ -8,7 +8,7 @@ use serde::{Deserialize, Serialize};
 use sha2::{Digest, Sha256};
 
 /// The number of characters of a name that a file name keeps.
-const LONGEST_NAME: usize = 40;
+const NAME_CHARACTERS_MAX: usize = 40;
 
 /// A text, and the path by which the scenario refers to it.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
@@ -115,15 +115,15 @@ impl HandIn {
 
     /// Returns the text of the file.
     pub fn text(&self) -> String {
-        // Serialization cannot fail for a structure of strings and numbers.
-        serde_json::to_string_pretty(self).unwrap_or_default() + "\n"
+        let text = serde_json::to_string_pretty(self);
+        text.expect("strings, numbers and lists have a form in JSON") + "\n"
     }
 
     /// Returns a name for the file, with only letters, digits and `-` from the names in it.
     pub fn file_name(&self) -> PathBuf {
         let letters = |text: &str| -> String {
             let known = |c: char| if c.is_alphanumeric() { c } else { '-' };
-            let text: String = text.trim().chars().take(LONGEST_NAME).map(known).collect();
+            let text: String = text.trim().chars().take(NAME_CHARACTERS_MAX).map(known).collect();
             text.trim_matches('-').to_lowercase()
         };
         let name = [letters(&self.assignment), letters(&self.by)].join("-");

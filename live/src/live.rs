@@ -30,7 +30,7 @@ use crate::workshop::{Drafts, Workshop};
 
 /// The limits on the tables of a robot that are shown: enough to read, and small enough to be sent
 /// often.
-const LIMITS: Limits = Limits { depth: 4, values: 500 };
+const INSPECTION_LIMITS: Limits = Limits { depth: 4, values: 500 };
 
 const NO_TRIALS: &str = "this session has no trials";
 
@@ -108,14 +108,14 @@ impl Live {
                 if let Err(error) = self.session.go_to(tick) {
                     return self.refuse(&error.to_string(), None);
                 }
-                self.tell_verdicts();
-                self.tell_conditions();
+                self.add_verdicts();
+                self.add_conditions();
             }
             Request::Command { text } => {
                 if let Err(errors) = self.session.command(&text) {
                     errors.iter().for_each(|error| self.refuse_command(error));
                 }
-                return self.tell_conditions();
+                return self.add_conditions();
             }
             Request::Inspect { robot } => {
                 if let Some(robot) =
@@ -125,7 +125,7 @@ impl Live {
                         .refuse(&format!("there is no robot with the number {robot}"), None);
                 }
                 self.inspected = robot;
-                return self.tell_inspection();
+                return self.add_inspection();
             }
             Request::Watch { messages, quantity } => {
                 match self.quantity(quantity) {
@@ -157,11 +157,11 @@ impl Live {
             Request::Sweep { key, values, seeds, quantity } => {
                 let sweep = self.quantity(quantity).map_err(|error| error.to_string());
                 let sweep = sweep.and_then(|quantity| self.sweep(key, values, seeds, quantity));
-                return self.try_out(sweep);
+                return self.start_trials(sweep);
             }
             Request::HandIn { by } => {
                 let hand_in = self.hand_in(by);
-                return self.try_out(hand_in);
+                return self.start_trials(hand_in);
             }
             Request::StopTrials => {
                 self.trials = None;
@@ -181,7 +181,7 @@ impl Live {
                 });
                 return match scenario {
                     Some(setup) => self.restart(setup, text),
-                    None => self.tell_conditions(),
+                    None => self.add_conditions(),
                 };
             }
             Request::Write { name, text } => {
@@ -211,7 +211,7 @@ impl Live {
                 return;
             }
         }
-        self.tell_state();
+        self.add_state();
     }
 
     /// Handles a request of the editor.
@@ -277,10 +277,10 @@ impl Live {
         if self.session.run().is_over() || self.has_failed {
             self.pace = Pace::Still;
         }
-        self.tell_verdicts();
-        self.tell_conditions();
+        self.add_verdicts();
+        self.add_conditions();
         if self.pace == Pace::Still {
-            self.tell_state();
+            self.add_state();
         }
         self.pace.due(self.session.run().now(), now, TICKS_PER_SECOND) > 0
     }
@@ -322,10 +322,10 @@ impl Live {
         if count == 0 {
             return Err("at least one value and one seed are needed".to_owned());
         }
-        if count > trials::MOST {
-            let most = trials::MOST;
+        if count > trials::TRIALS_MAX {
+            let max = trials::TRIALS_MAX;
             return Err(format!(
-                "{count} trials are more than {most}: `bbz sim --runs` has no such limit"
+                "{count} trials are more than {max}: `bbz sim --runs` has no such limit"
             ));
         }
         let variants = values.into_iter().map(|value| {
@@ -354,7 +354,7 @@ impl Live {
         Ok(Trials::new(TrialPurpose::HandIn(Box::new(hand_in)), vec![variant], vec![seed]))
     }
 
-    fn try_out(&mut self, trials: Result<Trials, String>) {
+    fn start_trials(&mut self, trials: Result<Trials, String>) {
         match trials {
             Ok(trials) => {
                 self.trials = Some(trials);
@@ -364,7 +364,7 @@ impl Live {
         }
     }
 
-    fn tell_state(&mut self) {
+    fn add_state(&mut self) {
         let run = self.session.run();
         let rate = match self.pace {
             Pace::Rate { rate, .. } => Some(rate),
@@ -379,10 +379,11 @@ impl Live {
     }
 
     /// Adds an event for each expectation whose verdict has changed.
-    fn tell_verdicts(&mut self) {
+    fn add_verdicts(&mut self) {
         let convergences = self.session.run().convergences();
         let verdicts: Vec<Verdict> = convergences.iter().map(|one| one.verdict).collect();
         for (number, one) in convergences.iter().enumerate() {
+            // The client takes expectations as open until it receives a verdict.
             if *self.verdicts.get(number).unwrap_or(&Verdict::Open) == one.verdict {
                 continue;
             }
@@ -394,7 +395,7 @@ impl Live {
     }
 
     /// Adds an event if lamps or commands have changed.
-    fn tell_conditions(&mut self) {
+    fn add_conditions(&mut self) {
         let conditions = conditions::describe(self.session.run());
         if self.conditions != conditions {
             self.events.push(PageEvent::Conditions(conditions.clone()));
@@ -402,10 +403,11 @@ impl Live {
         }
     }
 
-    fn tell_inspection(&mut self) {
+    fn add_inspection(&mut self) {
         let Some(robot) = self.inspected else { return };
         let run = self.session.run();
-        let memory = run.inspect(robot, LIMITS).map(|memory| inspection::describe(&memory));
+        let memory =
+            run.inspect(robot, INSPECTION_LIMITS).map(|memory| inspection::describe(&memory));
         let fault = run.last_fault(robot);
         let fault = fault.map(|record| events::fault(run.setup(), robot, record));
         self.events.push(PageEvent::Inspection(InspectionEvent {
@@ -444,8 +446,8 @@ impl Source for Live {
         let begin = BeginEvent { scripts, controls, ..begin::describe(self.session.run()) };
         self.events = vec![PageEvent::Begin(Box::new(begin))];
         self.conditions = conditions::describe(self.session.run());
-        self.tell_verdicts();
-        self.tell_state();
+        self.add_verdicts();
+        self.add_state();
     }
 
     fn request(&mut self, text: &str, now: Duration) {
@@ -474,7 +476,7 @@ impl Source for Live {
     }
 
     fn take_sample(&mut self) -> Vec<u8> {
-        self.tell_inspection();
+        self.add_inspection();
         self.events.extend(self.watch.take(self.session.run()));
         let run = self.session.run();
         self.samples.take(run.now(), &recorder::robots(run), || recorder::header(run))

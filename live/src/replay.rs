@@ -18,7 +18,7 @@ use crate::source::Source;
 
 /// The greatest number of positions in a recording from which it can be read again after a step
 /// back.
-const MOST_KEYS: usize = 256;
+const KEYS_MAX: usize = 256;
 
 /// A recording that a client plays and watches. Its ticks are those of its samples: it has no data
 /// between two of them.
@@ -62,7 +62,7 @@ impl<'a> Replay<'a> {
                         keys.push((sample.tick, here));
                     }
                     count += 1;
-                    if keys.len() > MOST_KEYS {
+                    if keys.len() > KEYS_MAX {
                         let mut number = 0;
                         keys.retain(|_| {
                             number += 1;
@@ -91,7 +91,7 @@ impl<'a> Replay<'a> {
         Ok(replay)
     }
 
-    /// Shows the next sample. Returns false at the last one.
+    /// Shows the next sample. Returns false at the last one; `cut` has the error that follows it.
     fn step(&mut self) -> bool {
         let Some(next) = self.next.take() else { return false };
         self.shown = next;
@@ -103,11 +103,10 @@ impl<'a> Replay<'a> {
     fn go_to(&mut self, tick: u64) {
         if tick < self.shown.tick {
             let at = self.keys.partition_point(|(of, _)| *of <= tick).saturating_sub(1);
-            if let Some((_, key)) = self.keys.get(at) {
-                self.reader = key.clone();
-                self.next = self.reader.next().and_then(Result::ok);
-                self.step();
-            }
+            let (_, key) = self.keys.get(at).expect("the first sample always has a copy");
+            self.reader = key.clone();
+            self.next = self.reader.next().and_then(Result::ok);
+            self.step();
         }
         while self.next.as_ref().is_some_and(|next| next.tick <= tick) {
             self.step();
@@ -115,10 +114,11 @@ impl<'a> Replay<'a> {
     }
 
     fn ticks_per_second(&self) -> f64 {
+        // A damaged recording may have ticks of 0 ms.
         1000.0 / f64::from(self.reader.header().tick_ms.max(1))
     }
 
-    fn tell_state(&mut self) {
+    fn add_state(&mut self) {
         let rate = match self.pace {
             Pace::Rate { rate, .. } => Some(rate),
             _ => None,
@@ -199,7 +199,7 @@ impl Source for Replay<'_> {
         };
         self.samples.restart();
         self.events = vec![PageEvent::Begin(Box::new(begin))];
-        self.tell_state();
+        self.add_state();
     }
 
     fn request(&mut self, text: &str, now: Duration) {
@@ -227,7 +227,7 @@ impl Source for Replay<'_> {
             Ok(_) => return self.refuse("a recording has places, LEDs and states alone"),
             Err(error) => return self.refuse(&format!("the request makes no sense: {error}")),
         }
-        self.tell_state();
+        self.add_state();
     }
 
     fn advance(&mut self, now: Duration, goes_on: &mut dyn FnMut() -> bool) -> bool {
@@ -243,7 +243,7 @@ impl Source for Replay<'_> {
         }
         if self.next.is_none() {
             self.pace = Pace::Still;
-            self.tell_state();
+            self.add_state();
         }
         let is_late = is_due(&self.next);
         if is_late {

@@ -34,8 +34,7 @@ impl Samples {
                 Ok(self.writer.insert(writer))
             }),
         };
-        // Writing to a vector cannot fail.
-        bytes.map(|writer| std::mem::take(writer.output_mut())).unwrap_or_default()
+        std::mem::take(bytes.expect("writing to a vector cannot fail").output_mut())
     }
 
     /// Makes the next piece start a new recording, for another client.

@@ -12,7 +12,7 @@ use crate::page_event::{PageEvent, ResultEvent, TrialEvent, TrialsEvent};
 
 /// The greatest number of trials. A page is for quick experiments; `bbz sim --runs` makes larger
 /// tables.
-pub const MOST: usize = 1000;
+pub const TRIALS_MAX: usize = 1000;
 
 /// The trials with one value.
 pub struct Variant {
@@ -44,7 +44,8 @@ pub struct Trials {
 }
 
 impl Trials {
-    /// Returns trials that begin with the next call of [`advance`](Self::advance).
+    /// Returns trials that begin with the next call of [`advance`](Self::advance). There is at least
+    /// one variant, and at least one seed.
     pub fn new(purpose: TrialPurpose, variants: Vec<Variant>, seeds: Vec<u32>) -> Self {
         Trials { purpose, variants, seeds, done: 0, run: None, shown: 0 }
     }
@@ -54,7 +55,7 @@ impl Trials {
     }
 
     /// Simulates one tick, and further ticks as long as `goes_on` returns true. Adds events.
-    /// Returns false when all trials have ended.
+    /// Returns false when all trials have ended, after which it must not be called.
     pub fn advance(
         &mut self,
         events: &mut Vec<PageEvent>,
@@ -76,13 +77,13 @@ impl Trials {
     }
 
     fn tick(&mut self, events: &mut Vec<PageEvent>) -> Result<(), String> {
-        let (number, count, seeds) = (self.done, self.count(), self.seeds.len().max(1));
-        let (variant, seed) = (self.variants.get(number / seeds), self.seeds.get(number % seeds));
-        let (Some(variant), Some(seed)) = (variant, seed) else { return Ok(()) };
+        let (number, count, seeds) = (self.done, self.count(), self.seeds.len());
+        let variant = self.variants.get(number / seeds).expect("a trial has not ended");
+        let seed = self.seeds[number % seeds];
         let run = match &mut self.run {
             Some(run) => run,
             none => {
-                let run = Simulation::new(variant.setup.clone(), *seed, 1);
+                let run = Simulation::new(variant.setup.clone(), seed, 1);
                 none.insert(run.map_err(|error| error.to_string())?)
             }
         };
@@ -109,8 +110,9 @@ impl Trials {
     }
 
     fn add_progress(&mut self, events: &mut Vec<PageEvent>) {
+        // Between two trials no run has a part. A run may end at its first tick.
         let part = self.run.as_ref().map_or(0, |run| 100 * run.now() / run.end().max(1));
-        let percent = (100 * self.done as u64 + part) / self.count().max(1) as u64;
+        let percent = (100 * self.done as u64 + part) / self.count() as u64;
         if percent != self.shown {
             self.shown = percent;
             events.push(PageEvent::Trials(TrialsEvent { percent }));
@@ -126,6 +128,7 @@ fn sweep(
     quantity: Option<&Quantity>,
 ) -> PageEvent {
     let numbers = quantity.and_then(|quantity| {
+        // A draft that was written after the request may lack the global.
         let probe = setup.probe(quantity).ok()?;
         Some(run.numbers(&probe))
     });

@@ -8,7 +8,7 @@ use crate::page_event::{MessagesEvent, PageEvent, QuantityEvent};
 
 /// The greatest number of messages of one fate in an event: more lines than this merge into a gray
 /// area.
-const MOST_MESSAGES: usize = 4000;
+const MESSAGES_MAX: usize = 4000;
 
 /// The fate of a message at a robot in range.
 #[derive(Clone, Copy)]
@@ -46,7 +46,7 @@ impl Watch {
             MessageFate::Collided => collided,
             MessageFate::Lost => lost,
         };
-        if self.messages && list.len() < MOST_MESSAGES {
+        if self.messages && list.len() < MESSAGES_MAX {
             list.push([sender, receiver]);
         }
     }

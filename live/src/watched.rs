@@ -20,7 +20,7 @@ use crate::source::Source;
 const TICKS_PER_SECOND: f64 = 10.0;
 
 /// The number of past events that are kept for a page that connects later.
-const MOST_KEPT: usize = 1000;
+const KEPT_EVENTS_MAX: usize = 1000;
 
 /// The radius of a robot in the picture and the distance from one to the next, in mm. The positions
 /// of the robots are not known.
@@ -112,7 +112,7 @@ impl Watched {
                 PageEvent::Fault(FaultEvent { tick, robot, code, consequence, places })
             }
         };
-        if self.kept.len() == MOST_KEPT {
+        if self.kept.len() == KEPT_EVENTS_MAX {
             self.kept.pop_front();
         }
         self.kept.push_back(event.clone());

@@ -40,6 +40,7 @@ fn of_builtin(info: &BuiltinInfo) -> Word {
     let of = match info.library {
         Library::Rng => "math.rng",
         library if library.is_object() => OBJECT,
+        // Functions without a library have no table.
         library => library.global_name().unwrap_or_default(),
     };
     let (call, help) = info.help.split_once(": ").unwrap_or((info.help, ""));

@@ -112,7 +112,7 @@ impl Drafts {
         if let Some(draft) = self.drafts.iter().find(same) {
             return draft.path.clone();
         }
-        let stem = script.file_stem().unwrap_or_default().to_string_lossy();
+        let stem = script.file_stem().expect("a script ends in `.bzz`").to_string_lossy();
         let mut number = 1;
         let path = loop {
             let path = script.with_file_name(format!("{stem}.{number}.bzz"));

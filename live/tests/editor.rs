@@ -188,7 +188,7 @@ fn names_are_those_of_all_robots_with_the_script() {
 }
 
 #[test]
-fn messages_are_those_of_all_kinds_of_robots_each_once() {
+fn each_message_is_listed_once_for_all_robot_types() {
     let (mut live, _) = start(false);
     // Both robots have `led`, a Kilobot has no `goto`, and the last name is wrong for both.
     let text = "function step() {\n  led(1)\n  goto(1, 2)\n  nonsense()\n}\n";
@@ -225,7 +225,7 @@ fn all_robots_with_the_script_get_the_draft() {
 }
 
 #[test]
-fn chosen_robots_get_the_draft_whatever_they_had() {
+fn selected_robots_run_the_draft_instead_of_any_script() {
     let (mut live, _) = start(false);
     let request = json!({ "run": { "name": "walk.bzz", "text": RED, "robots": [7, 30] } });
     ask(&mut live, request);
@@ -326,7 +326,7 @@ fn controls_are_those_of_the_last_texts() {
 }
 
 #[test]
-fn what_may_not_be_written_is_refused() {
+fn writing_without_permission_is_refused() {
     let (mut live, written) = start(false);
     let refused = answer(&mut live, json!({ "write": { "name": "walk.bzz", "text": RED } }));
     assert_eq!(refused["text"], "it is not allowed");
@@ -343,7 +343,7 @@ fn of_kind(events: &[Value], kind: &str) -> Value {
 }
 
 #[test]
-fn a_scenario_is_edited_and_begins_anew() {
+fn an_edited_scenario_restarts_the_session() {
     let (mut live, _) = start(false);
     let shown = answer(&mut live, json!({ "script": { "name": "s.toml" } }));
     assert_eq!((&shown["text"], &shown["file"]), (&json!(SCENARIO), &json!("x/s.toml")));

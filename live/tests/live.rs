@@ -149,7 +149,7 @@ fn a_run_follows_the_clock_at_its_rate() {
 
 /// A computer that is too slow for a rate falls back, and does not catch up afterwards.
 #[test]
-fn lost_time_is_not_made_up_for() {
+fn a_run_that_is_late_skips_the_lost_time() {
     let mut live = live();
     live.request(r#"{"play":{"rate":1}}"#, ms(0));
     assert!(!advance(&mut live, 5, ms(2000)), "twenty were due, and are not any more");
@@ -178,7 +178,7 @@ fn samples_are_a_recording() {
 }
 
 #[test]
-fn faults_and_log_lines_wait_until_they_are_taken() {
+fn faults_and_log_lines_are_queued_until_the_client_takes_them() {
     let mut live = live();
     live.take_events();
     live.request(r#"{"play":{}}"#, ms(0));
@@ -201,13 +201,13 @@ fn faults_and_log_lines_wait_until_they_are_taken() {
 }
 
 #[test]
-fn the_memory_of_a_robot_is_told_by_name() {
+fn an_inspection_names_the_memory_of_a_robot() {
     let mut live = live();
     live.request(r#"{"step":{"ticks":4}}"#, ms(0));
     advance(&mut live, 100, ms(0));
     live.request(r#"{"inspect":{"robot":1}}"#, ms(0));
-    let told = events(&mut live, "inspection");
-    let memory = &told[0]["memory"];
+    let answer = events(&mut live, "inspection");
+    let memory = &answer[0]["memory"];
     let globals = memory["globals"].as_array().unwrap();
     let global = |name: &str| &globals.iter().find(|pair| pair[0] == name).unwrap()[1];
     assert_eq!(global("n"), 3);
@@ -223,7 +223,7 @@ fn the_memory_of_a_robot_is_told_by_name() {
 }
 
 #[test]
-fn commands_are_kept_and_told() {
+fn commands_are_listed() {
     let (mut live, mut known) = (live(), Vec::new());
     live.request(r#"{"command":{"text":"load = 6\nscript = \"still.bzz\""}}"#, ms(0));
     live.request(r#"{"step":{"ticks":5}}"#, ms(0));
@@ -231,12 +231,12 @@ fn commands_are_kept_and_told() {
     assert_eq!(sample(&mut live, &mut known).robots[0].unwrap().led, 7);
     live.take_events();
     live.request(r#""commands""#, ms(0));
-    let told = events(&mut live, "commands");
+    let answer = events(&mut live, "commands");
     let event = "[[event]]\nat = 0\nload = 6\nscript = \"still.bzz\"\n";
-    assert_eq!(told[0]["text"], format!("{event}\n"));
+    assert_eq!(answer[0]["text"], format!("{event}\n"));
     live.request(r#""scenario""#, ms(0));
-    let told = events(&mut live, "scenario");
-    assert_eq!(told[0]["text"], format!("{SCENARIO}\n{event}"));
+    let answer = events(&mut live, "scenario");
+    assert_eq!(answer[0]["text"], format!("{SCENARIO}\n{event}"));
 }
 
 #[test]
@@ -257,7 +257,7 @@ fn a_change_of_lamps_is_an_event() {
 }
 
 #[test]
-fn the_digest_of_a_tick_is_the_same_after_a_way_back() {
+fn the_digest_of_a_tick_is_equal_after_a_step_back() {
     let mut live = live();
     let mut digest_at = |tick: u64| {
         live.request(&json!({ "go_to": { "tick": tick } }).to_string(), ms(0));
@@ -294,13 +294,13 @@ fn messages_and_quantities_follow_each_sample() {
     live.request(r#"{"step":{"ticks":30}}"#, ms(0));
     advance(&mut live, 30, ms(0));
     live.take_sample();
-    let seen = events(&mut live, "messages").remove(0);
+    let messages = events(&mut live, "messages").remove(0);
     // There are only two robots, so each frame that arrives comes from the other one.
-    let heard = seen["heard"].as_array().unwrap();
-    assert!(heard.contains(&json!([0, 1])) && heard.contains(&json!([1, 0])), "{seen}");
+    let heard = messages["heard"].as_array().unwrap();
+    assert!(heard.contains(&json!([0, 1])) && heard.contains(&json!([1, 0])), "{messages}");
     assert!(heard.iter().all(|pair| pair[0] != pair[1]));
     live.take_sample();
-    assert_eq!(events(&mut live, "messages")[0]["heard"], json!([]), "they are told once");
+    assert_eq!(events(&mut live, "messages")[0]["heard"], json!([]), "each message is sent once");
     live.request(r#"{"watch":{"messages":false,"quantity":"global.n"}}"#, ms(0));
     live.take_sample();
     let last = taken(&mut live);
@@ -345,7 +345,7 @@ fn a_client_can_choose_from_quantities() {
 }
 
 #[test]
-fn nonsense_is_refused_and_changes_nothing() {
+fn an_invalid_request_is_refused_and_changes_nothing() {
     let mut live = live();
     live.take_events();
     let digest = live.session().run().digest();
@@ -364,8 +364,8 @@ fn nonsense_is_refused_and_changes_nothing() {
         (r#"{"command":{"text":"load = 6\nscript = \"none.bzz\""}}"#, "cannot be loaded"),
     ] {
         live.request(request, ms(0));
-        let told = refusal(&mut live);
-        assert!(told.contains(reason), "{request}: {told}");
+        let reason_given = refusal(&mut live);
+        assert!(reason_given.contains(reason), "{request}: {reason_given}");
     }
     advance(&mut live, 100, ms(10_000));
     assert_eq!((now(&live), live.session().run().digest()), (0, digest));

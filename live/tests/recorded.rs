@@ -43,7 +43,7 @@ fn robots(number: u64) -> [Option<RecordedRobot>; 2] {
 }
 
 /// Takes a sample as a client would that has the bytes `known` already.
-fn seen(replay: &mut Replay<'_>, known: &mut Vec<u8>) -> RecordingSample {
+fn shown_sample(replay: &mut Replay<'_>, known: &mut Vec<u8>) -> RecordingSample {
     let bytes = replay.take_sample();
     if bytes.starts_with(b"bbzrec") {
         known.clear();
@@ -82,12 +82,12 @@ fn the_first_event_is_the_world() {
 }
 
 #[test]
-fn it_plays_by_the_clock_and_steps_by_samples() {
+fn a_recording_plays_by_the_clock_and_steps_by_samples() {
     let bytes = recording(100);
     let mut replay = Replay::new(&bytes).unwrap();
     let mut known = Vec::new();
     assert_eq!(
-        seen(&mut replay, &mut known),
+        shown_sample(&mut replay, &mut known),
         RecordingSample { tick: 0, robots: robots(0).to_vec() }
     );
     let at = Duration::from_millis;
@@ -95,7 +95,7 @@ fn it_plays_by_the_clock_and_steps_by_samples() {
     // 1.2 s at twice the real time are 24 ticks. The last sample before that is at tick 20.
     assert!(!replay.advance(at(2200), &mut || true));
     assert_eq!(
-        seen(&mut replay, &mut known),
+        shown_sample(&mut replay, &mut known),
         RecordingSample { tick: 20, robots: robots(4).to_vec() }
     );
     assert!(!replay.advance(at(2250), &mut || true));
@@ -119,14 +119,16 @@ fn it_plays_by_the_clock_and_steps_by_samples() {
 }
 
 #[test]
-fn a_recording_that_is_cut_off_is_shown_up_to_there() {
+fn a_truncated_recording_is_shown_up_to_its_end() {
     let whole = recording(3);
     let mut replay = Replay::new(&whole[..whole.len() - 2]).unwrap();
     let begin = taken(&mut replay).remove(0);
     assert_eq!((&begin["end"], &begin["recording"]["cut"]), (&json!(10), &json!("it is cut off")));
     for length in 0..whole.len() {
         match Replay::new(&whole[..length]) {
-            Ok(mut replay) => assert!(seen(&mut replay, &mut Vec::new()).robots[0].is_some()),
+            Ok(mut replay) => {
+                assert!(shown_sample(&mut replay, &mut Vec::new()).robots[0].is_some())
+            }
             Err(error) => assert!(
                 matches!(error, RecordingError::NotARecording | RecordingError::Truncated),
                 "{length}: {error}"
@@ -138,7 +140,7 @@ fn a_recording_that_is_cut_off_is_shown_up_to_there() {
 }
 
 #[test]
-fn what_a_recording_does_not_have_is_refused() {
+fn requests_that_a_recording_does_not_support_are_refused() {
     let bytes = recording(3);
     let mut replay = Replay::new(&bytes).unwrap();
     for request in [
@@ -160,7 +162,7 @@ proptest! {
 
     /// The recording can have more samples than positions to read again from.
     #[test]
-    fn any_way_through_it_shows_the_last_sample_before(
+    fn any_sequence_of_jumps_shows_the_last_sample_before_the_tick(
         ticks in proptest::collection::vec(0u64..6000, 1..20),
         samples in 1u64..1100,
     ) {
@@ -171,7 +173,7 @@ proptest! {
             ask(&mut replay, json!({ "go_to": { "tick": tick } }));
             let number = (tick / 5).min(samples - 1);
             let expected = RecordingSample { tick: 5 * number, robots: robots(number).to_vec() };
-            prop_assert_eq!(seen(&mut replay, &mut known), expected);
+            prop_assert_eq!(shown_sample(&mut replay, &mut known), expected);
         }
     }
 

@@ -103,7 +103,7 @@ fn a_global_is_varied_and_the_last_draft_runs() {
 }
 
 #[test]
-fn a_session_that_plays_goes_on_beside_trials() {
+fn a_playing_session_continues_during_trials() {
     let mut live = start();
     live.request("{\"play\":{}}", Duration::ZERO);
     let request = json!({ "sweep": { "seeds": 2 } });
@@ -113,7 +113,7 @@ fn a_session_that_plays_goes_on_beside_trials() {
 }
 
 #[test]
-fn trials_without_sense_are_refused() {
+fn invalid_trials_are_refused() {
     let mut live = start();
     let sweep = |key: &str, values: Value, seeds: u32| json!({ "sweep": { "key": key, "values": values, "seeds": seeds, "quantity": "led" } });
     for (request, reason) in [
@@ -134,7 +134,7 @@ fn trials_without_sense_are_refused() {
 }
 
 #[test]
-fn trials_are_given_up() {
+fn trials_are_canceled() {
     let mut live = start();
     live.request(&json!({ "sweep": { "seeds": 100 } }).to_string(), Duration::ZERO);
     assert!(live.advance(Duration::ZERO, &mut once()));
@@ -143,7 +143,7 @@ fn trials_are_given_up() {
 }
 
 #[test]
-fn a_result_has_what_is_needed_to_run_it_again() {
+fn a_hand_in_contains_all_that_a_second_run_needs() {
     let mut live = start();
     // Earlier commands to the session do not count, but the draft does.
     let text = SCRIPT.replace("SEND = 1", "SEND = 2");
@@ -189,7 +189,7 @@ fn hashes_are_those_of_other_programs() {
 }
 
 #[test]
-fn files_are_named_after_what_is_handed_in() {
+fn files_are_named_after_assignment_and_person() {
     let name = |by: &str, title: &str| {
         let text = || bittybuzz_live::TextFile::new(String::new(), String::new());
         let hand_in = HandIn::new(by.to_owned(), title.to_owned(), text(), Vec::new());

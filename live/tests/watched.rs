@@ -43,7 +43,7 @@ fn states(watched: &mut Watched) -> Vec<RobotStatus> {
 }
 
 #[test]
-fn robots_are_known_when_they_report() {
+fn a_robot_is_added_with_its_first_report() {
     let (sender, mut watched) = start();
     assert_eq!(events(&mut watched)[0]["groups"], json!([]));
     sender.send(report(7, 1.25, ReportContent::Began("it begins".to_owned()))).unwrap();
@@ -76,7 +76,7 @@ fn a_fault_stops_a_script_until_it_begins_again() {
 }
 
 #[test]
-fn a_page_that_comes_later_gets_the_last_events() {
+fn a_client_that_connects_later_receives_the_last_events() {
     let (sender, mut watched) = start();
     for number in 0..1500 {
         sender.send(report(7, 1.0, ReportContent::Line(number.to_string()))).unwrap();
@@ -90,7 +90,7 @@ fn a_page_that_comes_later_gets_the_last_events() {
 }
 
 #[test]
-fn nonsense_and_the_end() {
+fn requests_are_refused_and_the_end_is_an_event() {
     let (sender, mut watched) = start();
     for seconds in [f64::NAN, f64::INFINITY, -1.0, 1e300] {
         sender.send(report(u16::MAX, seconds, ReportContent::Line(String::new()))).unwrap();

@@ -88,6 +88,7 @@ impl Playground {
 
     /// Sets the output to the events since the last call, as a JSON array.
     fn take_events(&mut self) {
+        // Without a run there are no events.
         let events = self.live.as_mut().map(Source::take_events).unwrap_or_default();
         let events: Vec<String> = events.iter().map(PageEvent::to_json).collect();
         self.output = format!("[{}]", events.join(",")).into_bytes();
@@ -95,12 +96,14 @@ impl Playground {
 
     /// Sets the output to a sample.
     fn take_sample(&mut self) {
+        // Without a run the sample is empty.
         self.output = self.live.as_mut().map(Source::take_sample).unwrap_or_default();
     }
 }
 
 /// Converts a time on the page's clock.
 fn time(milliseconds: f64) -> Duration {
+    // A negative time, which no clock of a page has, counts as its start.
     Duration::try_from_secs_f64(milliseconds / 1000.0).unwrap_or_default()
 }
 

@@ -76,8 +76,8 @@ fn session(files: &SharedFiles) -> Vec<String> {
 }
 
 #[test]
-fn the_session_has_everything_to_compare() {
-    let told = session(&files()).join("\n");
+fn the_session_contains_every_part_to_compare() {
+    let printed = session(&files()).join("\n");
     for part in [
         "\"event\":\"begin\"",
         "\"event\":\"inspection\"",
@@ -87,7 +87,7 @@ fn the_session_has_everything_to_compare() {
         "\"text\":\"[[event]]\\nat = 32.1\\nfail = 4",
         "makes no sense",
     ] {
-        assert!(told.contains(part), "{part} is missing:\n{told}");
+        assert!(printed.contains(part), "{part} is missing:\n{printed}");
     }
 }
 
@@ -133,15 +133,15 @@ fn a_run_has_one_digest() {
     node.arg(tests.join("run.mjs")).arg(module).arg(folder()).arg(TICKS.to_string());
     node.arg(tests.join("session.json")).args(WORLDS).args(["emulated.toml", "missing.toml"]);
     let output = node.output().unwrap();
-    let told = String::from_utf8(output.stdout).unwrap();
-    let told: Vec<&str> = told.lines().collect();
+    let printed = String::from_utf8(output.stdout).unwrap();
+    let printed: Vec<&str> = printed.lines().collect();
     assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
     let session = session(&files);
-    let errors = WORLDS.len()..told.len() - session.len();
-    assert_eq!(told[..errors.start], lines);
-    assert_eq!(told[errors.end..], session);
+    let errors = WORLDS.len()..printed.len() - session.len();
+    assert_eq!(printed[..errors.start], lines);
+    assert_eq!(printed[errors.end..], session);
     // Errors name the file, the line and the cure.
-    let errors = told[errors].join("\n");
+    let errors = printed[errors].join("\n");
     let missing = "cannot read `missing.toml`: there is no such file";
     for part in ["emulated.toml:10:11: ", "without emulators", "backend = \"vm\"", missing] {
         assert!(errors.contains(part), "{errors}");
