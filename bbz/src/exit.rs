@@ -12,6 +12,8 @@ pub enum ExitStatus {
     CompileError = 2,
     /// A wrong command line, a file that cannot be read or written, an image that is refused.
     Usage = 3,
+    /// A defect of this program ended a session. Rust uses this number for a panic.
+    Defect = 101,
     /// Ctrl-C or SIGTERM, before all runs of a batch were finished.
     Interrupted = interrupt::KILLED as isize,
 }

@@ -1,10 +1,11 @@
 //! `bbz view`: shows a recording in a page. `bbz sim --view` uses the same page.
 
+use std::env;
 use std::path::PathBuf;
 
 use ::open as open_page;
 use bittybuzz_arena::output::recording::RecordingError;
-use bittybuzz_live::{Replay, Source};
+use bittybuzz_live::{Defect, Replay, Source};
 use bittybuzz_page::{Page, PageError};
 use bittybuzz_toml_reader::file;
 
@@ -13,6 +14,8 @@ use crate::file_error::FileError;
 use crate::interrupt::Interrupt;
 use crate::output::{OutputError, ScriptOutput};
 use crate::problem::Problem;
+use crate::report;
+use crate::shell;
 
 /// A reason why nothing can be shown in a page.
 #[derive(Debug, thiserror::Error)]
@@ -71,8 +74,24 @@ pub fn show(source: &mut dyn Source, no_browser: bool) -> Result<ExitStatus, Box
     let mut interrupt = Interrupt::install()?;
     let page = Page::open().map_err(ViewError::Page)?;
     announce(&page, no_browser)?;
-    page.show(source, || interrupt.is_raised());
-    Ok(ExitStatus::Success)
+    let shown = page.show(source, || interrupt.is_raised(), &advice());
+    Ok(ending(shown))
+}
+
+/// Returns the advice that a page shows about a defect.
+pub fn advice() -> String {
+    Defect::advice(&shell::words(env::args_os()))
+}
+
+/// Prints the defect that ended a session, if one did, and returns the exit status.
+pub fn ending(shown: Result<(), Defect>) -> ExitStatus {
+    match shown {
+        Ok(()) => ExitStatus::Success,
+        Err(defect) => {
+            report::defect(&defect);
+            ExitStatus::Defect
+        }
+    }
 }
 
 /// Prints the address of a page and opens it.

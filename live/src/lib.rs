@@ -81,7 +81,7 @@ pub use compiler_message::CompilerMessage;
 pub use defect::Defect;
 pub use hand_in::{ExpectationVerdict, HandIn, TextFile};
 pub use live::Live;
-pub use page_event::{FaultPlace, PageEvent};
+pub use page_event::{DefectEvent, FaultPlace, PageEvent};
 pub use replay::Replay;
 pub use set_up::{set_up, text_of};
 pub use shelf::{SharedFiles, Shelf};

@@ -62,6 +62,8 @@ pub enum PageEvent {
     Refused(RefusedEvent),
     /// The run cannot go on.
     Failed(FailedEvent),
+    /// A defect of the program ended the session.
+    Defect(DefectEvent),
 }
 
 impl PageEvent {
@@ -483,6 +485,15 @@ pub struct RefusedEvent {
 pub struct FailedEvent {
     /// The reason.
     pub text: String,
+}
+
+#[derive(Debug, Clone, PartialEq, Serialize)]
+#[cfg_attr(test, derive(ts_rs::TS))]
+pub struct DefectEvent {
+    /// The version, the place and the invariant that does not hold.
+    pub text: String,
+    /// Advice for the user.
+    pub help: String,
 }
 
 #[cfg(test)]

@@ -30,7 +30,7 @@ export function inlined(name) {
 export async function exportPage(scenario, scripts) {
     const examples = JSON.parse(await read("examples.json"));
     const scenarios = examples.scenarios.filter((/** @type {{ path: string }} */ { path }) => path === scenario);
-    const own = { scenarios, files: { ...examples.files, ...scripts } };
+    const own = { ...examples, scenarios, files: { ...examples.files, ...scripts } };
     /** @type {Record<string, string | ArrayBuffer>} */
     const files = {
         "worker.js": await read("worker.js"),
@@ -39,11 +39,12 @@ export async function exportPage(scenario, scripts) {
         // An exported page exports itself.
         ...Object.fromEntries(await Promise.all(["index.html", "style.css"].map(async (name) => [name, await read(name)]))),
     };
-    const modules = await collect("main.js", new Map());
-    modules.forEach((text, name) => {
+    // In the order of their names, whichever came first, so that the file is always the same.
+    const modules = [...await collect("main.js", new Map())].sort(([one], [other]) => (one < other ? -1 : 1));
+    modules.forEach(([name, text]) => {
         files[name] = text;
     });
-    const imports = Object.fromEntries(await Promise.all([...modules].map(async ([name, text]) => {
+    const imports = Object.fromEntries(await Promise.all(modules.map(async ([name, text]) => {
         const renamed = text.replace(IMPORT, `from "${NAME}$1"`);
         return [NAME + name, `data:text/javascript;charset=utf-8;base64,${await base64(new Blob([renamed]))}`];
     })));
@@ -74,7 +75,7 @@ async function read(name) {
  */
 async function collect(name, modules) {
     if (!modules.has(name)) {
-        // Not twice, also while it is read.
+        // A module that is being read is not read twice.
         modules.set(name, "");
         const text = await read(name);
         modules.set(name, text);

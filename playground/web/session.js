@@ -10,7 +10,7 @@ import { texts } from "./texts.js";
 const FIRST = "examples/swarm/gradient.toml";
 
 // Characters of the longest script that the compiler reads.
-const LONGEST = 1 << 20;
+const SCRIPT_CHARACTERS_MAX = 1 << 20;
 
 /**
  * @import { Connection, FromWorker, Receiver, Texts, ToWorker } from "./page"
@@ -48,7 +48,7 @@ export function connect({ onEvent, onSample, onEnd }) {
     };
     const begin = async () => {
         const [program, module, list] = await Promise.all(["worker.js", "playground.wasm", "examples.json"].map(file));
-        const { scenarios, files } = JSON.parse(new TextDecoder().decode(list));
+        const { scenarios, files, version } = JSON.parse(new TextDecoder().decode(list));
         select.append(...scenarios.map((/** @type {{ path: string, title: string }} */ { path, title }) => new Option(title, path)));
         worker = new Worker(URL.createObjectURL(new Blob([program], { type: "text/javascript" })));
         worker.onmessage = (/** @type {MessageEvent<FromWorker>} */ { data }) => {
@@ -62,7 +62,11 @@ export function connect({ onEvent, onSample, onEnd }) {
                 onEvent(data.event);
             }
         };
-        worker.onerror = () => onEnd(texts.broken);
+        // A broken invariant traps in the module, which has neither texts nor places of its source.
+        worker.onerror = ({ message }) => {
+            worker?.terminate();
+            onEvent({ event: "defect", text: texts.moduleDefect(version, message), help: texts.moduleAdvice });
+        };
         send({ module, files }, [module]);
     };
     begin().catch(() => onEnd(texts.broken));
@@ -105,7 +109,7 @@ async function unpack(scripts) {
         const letters = atob(packed.replaceAll("-", "+").replaceAll("_", "/"));
         const bytes = Uint8Array.from(letters, (letter) => letter.charCodeAt(0));
         const text = await new Response(new Blob([bytes]).stream().pipeThrough(new DecompressionStream("deflate-raw"))).text();
-        if (text.length > LONGEST) {
+        if (text.length > SCRIPT_CHARACTERS_MAX) {
             throw new RangeError(path);
         }
         return [decodeURIComponent(path), text];

@@ -1,4 +1,4 @@
-// Runs a session in the WebAssembly module, beside the page, which so never waits for it. Speaks as the server of `bbz sim --view` does:
+// Runs a session in the WebAssembly module in a thread of its own, so that the page never waits. It sends what the server of `bbz sim --view` sends:
 // all events, and a sample when the page has taken the last one.
 
 /**
@@ -21,9 +21,9 @@
  * @property {() => number} output_length
  */
 
-// Milliseconds that the run goes on between two looks at requests.
+// Milliseconds that the run advances before requests are handled.
 const TURN = 12;
-// Milliseconds between two looks at the clock.
+// Milliseconds between two checks of the clock.
 const PULSE = 15;
 
 // The files of the examples, and the functions of the module.
@@ -132,6 +132,11 @@ function carryOut({ data }) {
     }
     turn();
 }
+
+// An error within a promise reaches the page as one outside.
+addEventListener("unhandledrejection", ({ reason }) => {
+    throw reason;
+});
 
 // The first message has module and files. No module of JavaScript: a page from a file could not start it.
 onmessage = async ({ data }) => {

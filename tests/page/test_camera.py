@@ -86,7 +86,7 @@ def test_two_fingers_zoom_and_turn(page):  # noqa: F811
     assert difference(page, tilted, picture(page)) < 1500
 
 
-def look(page):  # noqa: F811
+def picture_with_focus(page):  # noqa: F811
     """A picture of the canvas, which has a frame while somebody uses it by the keyboard."""
     page.mouse.move(2, 2)
     page.focus("#canvas")
@@ -102,14 +102,14 @@ def test_trails_follow_the_camera(page):  # noqa: F811
     page.focus("#canvas")
     for _ in range(8):
         page.keyboard.press("+")
-    with_trails = look(page)
+    with_trails = picture_with_focus(page)
     page.keyboard.press("ArrowRight")
     assert difference(page, with_trails, picture(page)) > 1000
     page.keyboard.press("ArrowLeft")
     assert difference(page, with_trails, picture(page)) < 50, "painted anew as they were"
     page.uncheck("#trails")
-    without = look(page)
+    without = picture_with_focus(page)
     assert difference(page, with_trails, without) > 1000
     page.check("#trails")
     # The check mark has some 250 pixels.
-    assert difference(page, without, look(page)) < 500, "trails begin where they are asked for"
+    assert difference(page, without, picture_with_focus(page)) < 500, "trails begin where they are asked for"

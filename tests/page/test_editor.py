@@ -42,7 +42,7 @@ def test_the_script_is_shown(page):
     expect(page.locator("#script-name")).to_have_value("s.bzz")
 
 
-def test_an_error_is_told_explained_and_mended(page):
+def test_an_error_is_reported_explained_and_fixed(page):
     write(page, "function step() {\n  led(3\n}\n")
     expect(messages(page).first).to_contain_text("line 2")
     expect(page.locator("#text .cm-lint-marker-error")).not_to_have_count(0)
@@ -60,7 +60,7 @@ def test_an_error_is_told_explained_and_mended(page):
     expect(messages(page)).to_have_count(0)
 
 
-def test_a_suggested_change_is_made(page):
+def test_a_suggested_change_is_applied(page):
     write(page, "function step() {\n  neihgbors.broadcast(\"a\", 1)\n}\n")
     messages(page).first.get_by_role("button", name="Fix").click()
     expect(page.locator("#text .cm-content")).to_contain_text("neighbors.broadcast(\"a\", 1)")
@@ -113,10 +113,14 @@ def test_the_chosen_robot_alone_runs_a_draft_and_the_session_is_saved(page, tmp_
     go(page, 600)
     at_end = digest(page, 600)
     downloads = []
-    page.on("download", lambda download: downloads.append(download))
-    page.click("#save")
-    while len(downloads) < 2:
-        page.wait_for_timeout(20)
+
+    def is_last(download):
+        downloads.append(download)
+        return len(downloads) == 2
+
+    # The session and the draft; without them this fails with a message after 30 s.
+    with page.expect_download(is_last):
+        page.click("#save")
     folder = tmp_path / "saved"
     folder.mkdir()
     for download in downloads:
@@ -141,7 +145,6 @@ def test_without_the_option_no_file_is_written(page, session):
     assert download.value.suggested_filename == "s.bzz"
     assert download.value.path().read_text() == RED
     assert (session.folder / "s.bzz").read_text() == SCRIPT
-
 
 
 def test_controls_set_globals(page):

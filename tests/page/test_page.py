@@ -7,6 +7,7 @@ import functools
 import json
 import os
 import re
+import select
 import signal
 import subprocess
 import urllib.error
@@ -69,8 +70,19 @@ between = [0, 9]
 """
 
 
+# Seconds that a program may take on a busy computer.
+SECONDS_MAX = 120
+
+
 def bbz(*arguments):
     return [os.environ["BBZ"], *arguments]
+
+
+def address(process):
+    """The address of the page, which a program prints first."""
+    printed, _, _ = select.select([process.stdout], [], [], SECONDS_MAX)
+    assert printed, f"no address after {SECONDS_MAX} s"
+    return process.stdout.readline().strip()
 
 
 @pytest.fixture
@@ -82,11 +94,11 @@ def session(tmp_path, request):
     # Who starts the tests by nohup ignores the signal, and so would its children.
     hang_up = functools.partial(signal.signal, signal.SIGHUP, signal.SIG_DFL)
     process = subprocess.Popen(command, cwd=tmp_path, stdout=subprocess.PIPE, text=True, preexec_fn=hang_up)
-    process.url = process.stdout.readline().strip()
+    process.url = address(process)
     process.folder = tmp_path
     yield process
     process.kill()
-    process.wait()
+    process.wait(timeout=SECONDS_MAX)
 
 
 @pytest.fixture(scope="session")
@@ -168,7 +180,7 @@ def save(page, folder):
 
 def simulated(path):
     """The result of a scenario without the page."""
-    result = subprocess.run(bbz("sim", path, "--json"), capture_output=True, text=True)
+    result = subprocess.run(bbz("sim", path, "--json"), capture_output=True, text=True, timeout=SECONDS_MAX)
     return json.loads(result.stdout)
 
 
@@ -218,7 +230,7 @@ def test_the_speed_is_changed_while_it_plays(page):
     at(page, 600)
 
 
-def test_time_goes_tick_by_tick_and_back(page):
+def test_the_run_steps_tick_by_tick_and_back(page):
     for tick in (1, 2, 3):
         page.click("#step")
         at(page, tick)
@@ -229,7 +241,7 @@ def test_time_goes_tick_by_tick_and_back(page):
     at(page, 0)
 
 
-def test_a_way_back_and_forward_gives_the_same_digest(page):
+def test_a_step_back_and_forward_gives_the_same_digest(page):
     go(page, 150)
     first = digest(page, 150)
     go(page, 300)
@@ -241,7 +253,7 @@ def test_a_way_back_and_forward_gives_the_same_digest(page):
     assert digest(page, 150) == first
 
 
-def test_a_click_looks_into_a_robot(page):
+def test_a_click_inspects_a_robot(page):
     go(page, 15)
     page.mouse.click(*place(page, 40, 0))
     panel = robot(page, 7)
@@ -383,8 +395,8 @@ def test_log_lines_faults_and_expectations_are_listed(page):
 
 def test_the_keyboard_is_enough(page):
     controls = ["start", "back", "play", "step", "rate", "save", "keys"]
-    look = ["canvas", "colour", "messages", "trails", "picture", "drawing"]
-    for part in [*controls, *look, "tab-robot", "time"]:
+    display = ["canvas", "color", "messages", "trails", "picture", "drawing"]
+    for part in [*controls, *display, "tab-robot", "time"]:
         page.keyboard.press("Tab")
         expect(page.locator(f"#{part}")).to_be_focused()
         assert page.evaluate("getComputedStyle(document.activeElement).outlineStyle") == "solid", part
@@ -504,7 +516,7 @@ def test_curves_of_robots_are_compared(page):
         page.mouse.click(*place(page, x, 0))
         expect(words.locator("span").last).to_contain_text(f"robot {number}: ")
     page.keyboard.up("Shift")
-    # This chooses none of them, and each has a colour of its own.
+    # This chooses none of them, and each has a color of its own.
     expect(page.locator("#robot")).to_contain_text("No robot is chosen")
     expect(words.locator("span")).to_have_count(2)
     assert words.locator("span").evaluate_all("all => new Set(all.map((one) => getComputedStyle(one).color)).size") == 2
@@ -572,7 +584,7 @@ def test_a_picture_is_saved(page, tmp_path):
     assert path.stat().st_size > 5000
 
 
-def test_a_second_page_takes_over(page, browser, session):
+def test_a_second_page_replaces_the_first(page, browser, session):
     page.click("#step")
     at(page, 1)
     other = browser.new_page()
@@ -584,7 +596,8 @@ def test_a_second_page_takes_over(page, browser, session):
     other.close()
 
 
-def test_an_event_that_the_page_does_not_know_is_an_error(browser, session):
+def page_with_events(browser, session):
+    """A page of the session, and a function that sends it an event."""
     page = browser.new_page()
     sockets = []
 
@@ -597,7 +610,12 @@ def test_an_event_that_the_page_does_not_know_is_an_error(browser, session):
     page.route_web_socket(re.compile("/socket$"), join)
     page.goto(session.url)
     at(page, 0)
-    sockets[0].send(json.dumps({"event": "comet", "tick": 0}))
+    return page, lambda event: sockets[0].send(json.dumps(event))
+
+
+def test_an_event_that_the_page_does_not_know_is_an_error(browser, session):
+    page, send = page_with_events(browser, session)
+    send({"event": "comet", "tick": 0})
     expect(page.locator("#status")).to_contain_text("does not know the event \"comet\"")
     # It stays in sight, and the page goes on.
     page.click("#step")
@@ -606,7 +624,22 @@ def test_an_event_that_the_page_does_not_know_is_an_error(browser, session):
     page.close()
 
 
-def test_nothing_is_left_when_the_page_is_closed(browser, session):
+def test_a_defect_of_the_session_is_shown_and_texts_stay(browser, session):
+    page, send = page_with_events(browser, session)
+    page.click("#tab-script")
+    expect(page.locator("#text .cm-content")).to_contain_text("n = n + 1")
+    page.locator("#text .cm-content").click()
+    page.keyboard.insert_text("# A draft.")
+    send({"event": "defect", "text": "defect of bbz 9.9.9 at live.rs:7: no robot", "help": "report it"})
+    session.kill()
+    expect(page.locator("body")).to_have_class(re.compile("ended"))
+    # The end of the connection does not replace the message.
+    expect(page.locator("#status")).to_have_text("defect of bbz 9.9.9 at live.rs:7: no robot (report it)")
+    expect(page.locator("#text .cm-content")).to_contain_text("# A draft.")
+    page.close()
+
+
+def test_the_program_ends_with_its_page(browser, session):
     page = browser.new_page()
     page.goto(session.url)
     at(page, 0)
@@ -619,7 +652,7 @@ def test_nothing_is_left_when_the_page_is_closed(browser, session):
 
 
 @pytest.mark.parametrize("cause", [signal.SIGHUP, signal.SIGINT])
-def test_nothing_is_left_when_the_terminal_is_closed(browser, session, cause):
+def test_the_program_ends_with_its_terminal(browser, session, cause):
     page = browser.new_page()
     page.goto(session.url)
     at(page, 0)

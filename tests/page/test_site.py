@@ -14,6 +14,7 @@ import tomllib
 import pytest
 from playwright.sync_api import expect
 from test_editor import write
+from test_page import SECONDS_MAX
 
 
 @pytest.fixture(scope="module")
@@ -44,7 +45,7 @@ def page(browser, site):
 
 def digest_of(scenario):
     arguments = [os.environ["BBZ"], "sim", scenario, "--json"]
-    return json.loads(subprocess.run(arguments, capture_output=True, check=False).stdout)["digest"]
+    return json.loads(subprocess.run(arguments, capture_output=True, check=False, timeout=SECONDS_MAX).stdout)["digest"]
 
 
 def test_an_example_runs_as_on_the_command_line(page):
@@ -58,7 +59,7 @@ def test_an_example_runs_as_on_the_command_line(page):
     expect(page.locator("#digest")).to_have_text(f"{digest} at 120.0 s")
 
 
-def test_it_plays_and_goes_back(page):
+def test_an_example_plays_and_returns_to_its_start(page):
     page.locator("#rate").select_option("100")
     page.locator("#play").click()
     expect(page.locator("#play")).to_have_text("Pause")
@@ -127,6 +128,29 @@ def test_a_link_has_the_script(page, tmp_path):
     expect(page.locator("#status")).to_contain_text("the address has a script that cannot be read")
 
 
+def test_a_trap_of_the_module_is_shown_and_texts_stay(browser, site):
+    page = browser.new_page(viewport={"width": 1280, "height": 800})
+
+    def trap(route):
+        text = route.fetch().text()
+        call = "exports.request(performance.now());"
+        assert call in text
+        trapping = "if (data.request.step) { throw new WebAssembly.RuntimeError('unreachable'); } " + call
+        route.fulfill(body=text.replace(call, trapping), content_type="text/javascript")
+
+    page.route("**/worker.js", trap)
+    page.goto(site)
+    expect(page.locator("#clock")).to_have_text("0.0 s of 120.0 s")
+    write(page, "# A draft.\n", "step")
+    page.click("#step")
+    version = tomllib.load(open("Cargo.toml", "rb"))["workspace"]["package"]["version"]
+    status = page.locator("#status")
+    expect(status).to_contain_text(f"defect of bbz {version}: Uncaught RuntimeError: unreachable")
+    expect(status).to_contain_text("report this line")
+    expect(page.locator("#text .cm-content")).to_contain_text("# A draft.")
+    page.close()
+
+
 def test_a_link_with_a_mistake_opens_the_editor(page):
     write(page, "# Wrong.\nfunction step( {\n")
     page.click("#link")
@@ -187,7 +211,7 @@ def test_an_assignment_is_shared_by_its_address(page, browser):
     pupil.close()
 
 
-def test_fliers_are_seen_in_3d(page):
+def test_flying_robots_are_shown_in_3d(page):
     page.locator("#example").select_option("examples/swarm/particle_swarm.toml")
     expect(page.locator("#clock")).to_have_text("0.0 s of 120.0 s")
     tilt, canvas, name = page.locator("#tilt"), page.locator("#canvas"), page.locator("#name")

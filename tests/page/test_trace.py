@@ -3,7 +3,7 @@
 import subprocess
 
 from playwright.sync_api import expect
-from test_page import bbz
+from test_page import address, bbz
 
 
 def test_lines_of_a_robot_are_shown(browser, tmp_path):
@@ -14,7 +14,7 @@ def test_lines_of_a_robot_are_shown(browser, tmp_path):
     problems = []
     page.on("console", lambda message: problems.append(message.text))
     page.on("pageerror", lambda error: problems.append(str(error)))
-    page.goto(process.stdout.readline().strip())
+    page.goto(address(process))
     process.stdin.write("0.250000 INFO  motors are armed\n12.500000 WARN  battery is low\n")
     process.stdin.flush()
     lines = page.locator("#log p")
@@ -24,7 +24,7 @@ def test_lines_of_a_robot_are_shown(browser, tmp_path):
     # Somebody who comes later sees the same, and steers nothing.
     page.reload()
     expect(lines).to_have_count(2)
-    for part in ["controls", "save", "look", "time", "tab-script", "tab-tests", "tab-ground"]:
+    for part in ["controls", "save", "display", "time", "tab-script", "tab-tests", "tab-ground"]:
         expect(page.locator(f"#{part}")).to_be_hidden()
     lines.last.get_by_role("button").click()
     expect(page.locator("#robot h2")).to_have_text("Robot 0")

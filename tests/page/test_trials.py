@@ -7,7 +7,7 @@ import subprocess
 import pytest
 from playwright.sync_api import expect
 from test_editor import write
-from test_page import SCENARIO, SCRIPT, at, bbz, page, session, window
+from test_page import SCENARIO, SCRIPT, SECONDS_MAX, at, bbz, page, session, window
 
 __all__ = ["page", "session", "window"]
 
@@ -46,14 +46,14 @@ def test_values_are_compared(page, session, tmp_path):
     table = list(csv.DictReader(download.value.path().read_text().splitlines()))
     # The same as on the command line.
     arguments = ["sim", "s.toml", "--runs", "3", "--set", "medium.ir.loss=0.2,0.9", "--csv", "runs.csv"]
-    subprocess.run(bbz(*arguments), cwd=session.folder, capture_output=True, check=False)
+    subprocess.run(bbz(*arguments), cwd=session.folder, capture_output=True, check=False, timeout=SECONDS_MAX)
     simulated = list(csv.DictReader((session.folder / "runs.csv").read_text().splitlines()))
     assert [float(row["number"]) for row in table] == pytest.approx([float(row["mean global.n"]) for row in simulated])
     assert [row["medium.ir.loss"] for row in table] == ["0.2", "0.2", "0.2", "0.9", "0.9", "0.9"]
     at(page, 0)
 
 
-def test_a_sweep_without_sense_is_told(page, session):
+def test_an_invalid_sweep_is_reported(page, session):
     fill(page, "medium.ir.los", "0", "1", "led")
     expect(page.locator("#status")).to_contain_text("did you mean `loss`?")
     fill(page, "", "", "1000", "led")
@@ -81,7 +81,7 @@ def test_the_scenario_is_edited(page, session):
     expect(page.locator("#assignment > p")).to_have_text(["Let n be 19.", "And two.", ""])
 
 
-def test_what_is_handed_in_is_graded(page, session, tmp_path):
+def test_a_hand_in_is_graded(page, session, tmp_path):
     page.click("#tab-script")
     page.locator("#script-name").select_option("s.toml")
     write(page, TASK, "[world]")
@@ -102,7 +102,7 @@ def test_what_is_handed_in_is_graded(page, session, tmp_path):
     download.value.save_as(folder / "heard-ada.json")
     (folder / "s.toml").write_text(TASK)
     (folder / "s.bzz").write_text(SCRIPT)
-    graded = subprocess.run(bbz("grade", folder, "--json"), capture_output=True, text=True, check=False)
+    graded = subprocess.run(bbz("grade", folder, "--json"), capture_output=True, text=True, check=False, timeout=SECONDS_MAX)
     result = json.loads(graded.stdout)["results"][0]
     assert (result["by"], result["as_handed_in"]) == ("Ada", True), graded.stderr
     assert [one["held"] for one in result["expectations"]] == [False, True]

@@ -24,7 +24,7 @@ def assemble(folder, scripts):
 
 def errors(folder, project="tsconfig.json"):
     tsc = [EDITOR / "node_modules/.bin/tsc", "--project", project]
-    return subprocess.run(tsc, cwd=folder, capture_output=True, text=True, check=False).stdout
+    return subprocess.run(tsc, cwd=folder, capture_output=True, text=True, check=False, timeout=120).stdout
 
 
 @pytest.mark.parametrize("scripts", [[PAGE], [PAGE, PLAYGROUND]], ids=["page", "playground"])

@@ -4,7 +4,7 @@ import subprocess
 
 import pytest
 from playwright.sync_api import expect
-from test_page import SCENARIO, SCRIPT, at, bbz, go, place, robot
+from test_page import SCENARIO, SCRIPT, SECONDS_MAX, address, at, bbz, go, place, robot
 
 
 @pytest.fixture(scope="module")
@@ -13,7 +13,7 @@ def recording(tmp_path_factory):
     (folder / "s.bzz").write_text(SCRIPT)
     # A sample each half second.
     (folder / "s.toml").write_text(SCENARIO.replace("[output]\n", "[output]\nevery = 0.5\n"))
-    subprocess.run(bbz("sim", "s.toml", "--headless", "--record", "s.bbr"), cwd=folder, capture_output=True)
+    subprocess.run(bbz("sim", "s.toml", "--headless", "--record", "s.bbr"), cwd=folder, capture_output=True, timeout=SECONDS_MAX)
     return folder / "s.bbr"
 
 
@@ -24,7 +24,7 @@ def page(browser, recording):
     problems = []
     page.on("console", lambda message: problems.append(message.text))
     page.on("pageerror", lambda error: problems.append(str(error)))
-    page.goto(process.stdout.readline().strip())
+    page.goto(address(process))
     at(page, 0)
     yield page
     page.close()
@@ -32,7 +32,7 @@ def page(browser, recording):
     assert problems == []
 
 
-def test_it_plays_steps_and_goes_back(page):
+def test_a_recording_plays_and_steps_back(page):
     page.click("#step")
     at(page, 5)
     page.click("#back")
@@ -62,12 +62,12 @@ def test_robots_are_shown_and_nothing_can_be_changed(page):
     expect(page.locator("#status")).to_contain_text("a recording has places, LEDs and states alone")
 
 
-def test_a_recording_that_is_cut_off_says_so(browser, recording, tmp_path):
+def test_a_truncated_recording_is_reported(browser, recording, tmp_path):
     cut = tmp_path / "cut.bbr"
     cut.write_bytes(recording.read_bytes()[:-20])
     process = subprocess.Popen(bbz("view", cut, "--no-browser"), stdout=subprocess.PIPE, text=True)
     page = browser.new_page()
-    page.goto(process.stdout.readline().strip())
+    page.goto(address(process))
     expect(page.locator("#status")).to_have_text("The recording ends early: it is cut off.")
     page.close()
     process.wait(timeout=60)
@@ -75,6 +75,6 @@ def test_a_recording_that_is_cut_off_says_so(browser, recording, tmp_path):
 
 def test_a_file_that_is_no_recording_is_an_error(recording):
     scenario = recording.with_name("s.toml")
-    result = subprocess.run(bbz("view", scenario, "--no-browser"), capture_output=True, text=True)
+    result = subprocess.run(bbz("view", scenario, "--no-browser"), capture_output=True, text=True, timeout=SECONDS_MAX)
     assert result.returncode == 3
     assert "it is not a recording" in result.stderr and "--record" in result.stderr

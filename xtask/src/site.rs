@@ -73,8 +73,8 @@ pub fn module() -> Result<PathBuf> {
     Ok(target()?.join(TARGET).join(PROFILE).join("bittybuzz_playground.wasm"))
 }
 
-/// Returns the scripts, robot files and scenarios among the examples by their paths, and the titles
-/// of the scenarios that need no emulator.
+/// Returns the version of the module, the scripts, robot files and scenarios among the examples by
+/// their paths, and the titles of the scenarios that need no emulator.
 fn examples(root: &Path) -> Result<Value> {
     let mut files = Map::new();
     add(root, Path::new(EXAMPLES), &mut files)?;
@@ -88,7 +88,7 @@ fn examples(root: &Path) -> Result<Value> {
     let scenarios: Vec<Value> =
         of_vm.map(|(path, _)| json!({ "path": path, "title": title(path) })).collect();
     ensure!(!scenarios.is_empty(), "no scenarios in {EXAMPLES}");
-    Ok(json!({ "scenarios": scenarios, "files": files }))
+    Ok(json!({ "version": env!("CARGO_PKG_VERSION"), "scenarios": scenarios, "files": files }))
 }
 
 /// Adds all files in a folder and its subfolders to which scenarios may refer.

@@ -99,6 +99,16 @@ export type Control = { "kind": "slider" } & Slider | { "kind": "switch" } & Swi
 
 export type ControlProblem = { line: number, problem: string, };
 
+export type DefectEvent = { 
+/**
+ * The version, the place and the invariant that does not hold.
+ */
+text: string, 
+/**
+ * Advice for the user.
+ */
+help: string, };
+
 export type DiagnosticsEvent = { name: string, diagnostics: Array<CompilerMessage>, 
 /**
  * The malformed controls in the text.
@@ -294,7 +304,7 @@ export type ObstacleDescription = { at: [number, number], radius: number, height
 
 export type OtherValue = { "unset": boolean } | { "float": string } | { "string": number } | { "table": number } | { "closure": number } | { "function": string } | { "builtin": string } | { "robot_function": string } | { "library": string } | { "swarm": number } | { "stigmergy": number };
 
-export type PageEvent = { "event": "begin" } & BeginEvent | { "event": "state" } & StateEvent | { "event": "conditions" } & ConditionsEvent | { "event": "log" } & LogEvent | { "event": "fault" } & FaultEvent | { "event": "expectation" } & ExpectationEvent | { "event": "inspection" } & InspectionEvent | { "event": "messages" } & MessagesEvent | { "event": "quantity" } & QuantityEvent | { "event": "commands" } & CommandsEvent | { "event": "scenario" } & ScenarioEvent | { "event": "script" } & ScriptEvent | { "event": "diagnostics" } & DiagnosticsEvent | { "event": "ran" } & RanEvent | { "event": "written" } & WrittenEvent | { "event": "explanation" } & ExplanationEvent | { "event": "digest" } & DigestEvent | { "event": "trials" } & TrialsEvent | { "event": "trial" } & TrialEvent | { "event": "result" } & ResultEvent | { "event": "began" } & BeganEvent | { "event": "refused" } & RefusedEvent | { "event": "failed" } & FailedEvent;
+export type PageEvent = { "event": "begin" } & BeginEvent | { "event": "state" } & StateEvent | { "event": "conditions" } & ConditionsEvent | { "event": "log" } & LogEvent | { "event": "fault" } & FaultEvent | { "event": "expectation" } & ExpectationEvent | { "event": "inspection" } & InspectionEvent | { "event": "messages" } & MessagesEvent | { "event": "quantity" } & QuantityEvent | { "event": "commands" } & CommandsEvent | { "event": "scenario" } & ScenarioEvent | { "event": "script" } & ScriptEvent | { "event": "diagnostics" } & DiagnosticsEvent | { "event": "ran" } & RanEvent | { "event": "written" } & WrittenEvent | { "event": "explanation" } & ExplanationEvent | { "event": "digest" } & DigestEvent | { "event": "trials" } & TrialsEvent | { "event": "trial" } & TrialEvent | { "event": "result" } & ResultEvent | { "event": "began" } & BeganEvent | { "event": "refused" } & RefusedEvent | { "event": "failed" } & FailedEvent | { "event": "defect" } & DefectEvent;
 
 export type QuantityEvent = { tick: number, name: string, 
 /**

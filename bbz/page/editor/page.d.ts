@@ -5,7 +5,7 @@ import type { BeginEvent, ExpectationDescription, GroupDescription, PageEvent, R
 // Parts of index.html that are more than an HTMLElement.
 export interface Parts {
     canvas: HTMLCanvasElement;
-    colour: HTMLSelectElement;
+    color: HTMLSelectElement;
     curve: HTMLCanvasElement;
     explanation: HTMLDialogElement;
     help: HTMLDialogElement;
@@ -59,7 +59,7 @@ export type Place = [number, number];
 export type SpacePlace = [number, number, number];
 
 // Red, green, blue and opacity from 0 to 1.
-export type Colour = number[];
+export type Color = number[];
 
 // Lines that stay the same for several pictures.
 export interface Lines {

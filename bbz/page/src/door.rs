@@ -33,6 +33,7 @@ impl Door {
     /// an `Origin`, comes from the server's own page. The check of `Host` is needed because a site
     /// can let its name resolve to this computer; its requests then carry that name as `Host`.
     pub fn admits(&self, secret: &str, headers: &HeaderMap) -> bool {
+        // A value that is not text names no host.
         let text = |name| headers.get(name).map(|value| value.to_str().unwrap_or_default());
         let is_own = |host: &str| self.hosts.iter().any(|own| own == host);
         let comes_from = |origin: &str| origin.strip_prefix("http://").is_some_and(is_own);

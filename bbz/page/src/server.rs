@@ -68,7 +68,7 @@ impl std::error::Error for PageError {}
 
 /// A page that is being served.
 pub struct Page {
-    url: String,
+    pub(crate) url: String,
     /// The events of all clients, each with the client's number.
     pub(crate) events: Receiver<(u64, ClientEvent)>,
 }

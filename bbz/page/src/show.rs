@@ -3,7 +3,7 @@
 use std::sync::mpsc::RecvTimeoutError;
 use std::time::{Duration, Instant};
 
-use bittybuzz_live::Source;
+use bittybuzz_live::{Defect, DefectEvent, PageEvent, Source};
 use tokio::sync::mpsc::UnboundedSender;
 
 use crate::server::{ClientEvent, Page, ToClient};
@@ -30,16 +30,35 @@ struct Client {
 
 impl Page {
     /// Shows a session or a recording until the page has been closed for some seconds or
-    /// `is_interrupted` returns true. Waits without limit for a page that was never opened.
-    pub fn show(&self, source: &mut dyn Source, mut is_interrupted: impl FnMut() -> bool) {
+    /// `is_interrupted` returns true. Waits without limit for a page that was never opened. A defect
+    /// ends the session, and the page shows it with `help`; texts that were edited stay there.
+    pub fn show(
+        &self,
+        source: &mut dyn Source,
+        is_interrupted: impl FnMut() -> bool,
+        help: &str,
+    ) -> Result<(), Defect> {
+        let mut client = None;
+        let shown = Defect::catch(|| self.serve_client(source, is_interrupted, &mut client));
+        if let (Err(defect), Some(client)) = (&shown, client) {
+            self.report(defect, help, client);
+        }
+        shown
+    }
+
+    fn serve_client(
+        &self,
+        source: &mut dyn Source,
+        mut is_interrupted: impl FnMut() -> bool,
+        client: &mut Option<Client>,
+    ) {
         let start = Instant::now();
-        let mut client: Option<Client> = None;
         let mut closed_at: Option<Instant> = None;
         while !is_interrupted() && closed_at.is_none_or(|closed| closed.elapsed() < LINGER) {
             let now = start.elapsed();
             let turn = Instant::now();
             let is_late = source.advance(now, &mut || turn.elapsed() < TURN);
-            send_news(source, client.as_mut());
+            send_changes(source, client.as_mut());
             let wait = if is_late { Duration::ZERO } else { PULSE };
             let mut next = self.events.recv_timeout(wait);
             while let Ok((number, event)) = next {
@@ -47,7 +66,7 @@ impl Page {
                 match (event, current) {
                     (ClientEvent::Connected(messages), _) => {
                         source.begin();
-                        client = Some(Client { number, messages, is_ready: true, sampled: None });
+                        *client = Some(Client { number, messages, is_ready: true, sampled: None });
                         closed_at = None;
                     }
                     (ClientEvent::Request(text), Some(client)) => {
@@ -56,7 +75,7 @@ impl Page {
                     }
                     (ClientEvent::SampleSent, Some(client)) => client.is_ready = true,
                     (ClientEvent::Disconnected, Some(_)) => {
-                        client = None;
+                        *client = None;
                         closed_at = Some(Instant::now());
                     }
                     // The event comes from a client that was replaced.
@@ -65,12 +84,29 @@ impl Page {
                 next = self.events.try_recv().map_err(|_| RecvTimeoutError::Timeout);
             }
         }
-        send_news(source, client.as_mut());
+        send_changes(source, client.as_mut());
+    }
+
+    /// Sends a defect as the last event to a client, and waits until the client has received it.
+    fn report(&self, defect: &Defect, help: &str, client: Client) {
+        let event = DefectEvent { text: defect.to_string(), help: help.to_owned() };
+        let event = ToClient::Event(PageEvent::Defect(event).to_json());
+        // Sending fails if the client has disconnected, and then nobody waits for the event.
+        let _ = client.messages.send(event);
+        // The server closes the connection after the last message of this channel.
+        drop(client.messages);
+        let deadline = Instant::now() + LINGER;
+        let wait = || self.events.recv_timeout(deadline.saturating_duration_since(Instant::now()));
+        while let Ok((number, event)) = wait() {
+            if number == client.number && matches!(event, ClientEvent::Disconnected) {
+                return;
+            }
+        }
     }
 }
 
 /// Sends all new events, and a sample if the last one was sent. Without a client the events wait for the next one.
-fn send_news(source: &mut dyn Source, client: Option<&mut Client>) {
+fn send_changes(source: &mut dyn Source, client: Option<&mut Client>) {
     let Some(client) = client else { return };
     let tick = source.tick();
     let sample = (client.is_ready && client.sampled != Some(tick)).then(|| source.take_sample());
@@ -82,5 +118,71 @@ fn send_news(source: &mut dyn Source, client: Option<&mut Client>) {
         client.is_ready = false;
         client.sampled = Some(tick);
         let _ = client.messages.send(ToClient::Sample(sample));
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::sync::mpsc::channel;
+    use std::thread;
+
+    use tokio::sync::mpsc::unbounded_channel;
+
+    use super::*;
+
+    /// A source whose requests find a broken invariant.
+    struct BrokenSource;
+
+    impl Source for BrokenSource {
+        fn begin(&mut self) {}
+
+        fn request(&mut self, _: &str, _: Duration) {
+            panic!("robot 7 is missing");
+        }
+
+        fn advance(&mut self, _: Duration, _: &mut dyn FnMut() -> bool) -> bool {
+            false
+        }
+
+        fn tick(&self) -> u64 {
+            0
+        }
+
+        fn take_events(&mut self) -> Vec<PageEvent> {
+            Vec::new()
+        }
+
+        fn take_sample(&mut self) -> Vec<u8> {
+            Vec::new()
+        }
+    }
+
+    #[test]
+    fn a_defect_ends_the_session_and_the_page_shows_it() {
+        let (sender, events) = channel();
+        let page = Page { url: String::new(), events };
+        let (to_client, mut messages) = unbounded_channel();
+        sender.send((0, ClientEvent::Connected(to_client))).unwrap();
+        sender.send((0, ClientEvent::Request("\"pause\"".to_owned()))).unwrap();
+        let client = thread::spawn(move || {
+            let mut received = Vec::new();
+            while let Some(message) = messages.blocking_recv() {
+                if let ToClient::Event(text) = message {
+                    received.push(serde_json::from_str(&text).unwrap());
+                }
+            }
+            sender.send((0, ClientEvent::Disconnected)).unwrap();
+            received
+        });
+        let shown = page.show(&mut BrokenSource, || false, "run `bbz sim s.toml --view`");
+        let received: Vec<serde_json::Value> = client.join().unwrap();
+        let [event] = &received[..] else { panic!("{received:?}") };
+        assert_eq!(event["event"], "defect");
+        assert_eq!(event["help"], "run `bbz sim s.toml --view`");
+        let text = event["text"].as_str().unwrap();
+        assert_eq!(text, shown.unwrap_err().to_string());
+        let version = env!("CARGO_PKG_VERSION");
+        assert!(text.contains(version) && text.contains("show.rs:"), "{text}");
+        assert!(text.ends_with("robot 7 is missing"), "{text}");
     }
 }

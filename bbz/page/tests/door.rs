@@ -23,10 +23,10 @@ use tungstenite::http::HeaderValue;
 use tungstenite::{Message, WebSocket};
 
 /// The longest wait for an answer, which takes milliseconds otherwise.
-const LONGEST_WAIT: Duration = Duration::from_secs(60);
+const WAIT_MAX: Duration = Duration::from_secs(60);
 
 /// Bytes of the longest request that the server reads.
-const LONGEST_REQUEST: usize = 2 * 1024 * 1024;
+const REQUEST_BYTES_MAX: usize = 2 * 1024 * 1024;
 
 const SCENARIO: &str = "[world]\nsize = [500, 500]\nduration = 1000\n\
     [[robots]]\nrobot = \"kilobot\"\nscript = \"s.bzz\"\ncount = 3\n";
@@ -54,10 +54,10 @@ fn serve(visit: impl FnOnce(&str)) {
     let url = page.url().to_owned();
     let is_over = Arc::new(AtomicBool::new(false));
     let flag = is_over.clone();
-    let server = thread::spawn(move || page.show(&mut live(), || flag.load(Ordering::Relaxed)));
+    let server = thread::spawn(move || page.show(&mut live(), || flag.load(Ordering::Relaxed), ""));
     visit(&url);
     is_over.store(true, Ordering::Relaxed);
-    server.join().unwrap();
+    server.join().unwrap().unwrap();
 }
 
 /// Returns the status and the whole text of an answer.
@@ -65,7 +65,7 @@ fn get(url: &str, path: &str, host: &str, more: &str) -> (u16, String) {
     let authority = url.strip_prefix("http://").unwrap().split('/').next().unwrap();
     let host = if host.is_empty() { authority } else { host };
     let mut stream = TcpStream::connect(authority).unwrap();
-    stream.set_read_timeout(Some(LONGEST_WAIT)).unwrap();
+    stream.set_read_timeout(Some(WAIT_MAX)).unwrap();
     write!(stream, "GET {path} HTTP/1.1\r\nHost: {host}\r\nConnection: close\r\n{more}\r\n")
         .unwrap();
     let mut answer = String::new();
@@ -82,7 +82,7 @@ fn connect(url: &str, origin: Option<&str>) -> Result<WebSocket<TcpStream>, Stri
     }
     let stream = TcpStream::connect(authority).unwrap();
     // A missing answer fails the test instead of blocking it.
-    stream.set_read_timeout(Some(LONGEST_WAIT)).unwrap();
+    stream.set_read_timeout(Some(WAIT_MAX)).unwrap();
     let connected = tungstenite::client(request, stream);
     connected.map(|(socket, _)| socket).map_err(|error| error.to_string())
 }
@@ -155,7 +155,7 @@ fn a_socket_of_another_site_is_refused() {
 }
 
 #[test]
-fn a_page_steers_the_run_and_gets_samples() {
+fn a_client_controls_the_run_and_receives_samples() {
     serve(|url| {
         let mut socket = connect(url, None).unwrap();
         event(&mut socket, "begin");
@@ -182,7 +182,7 @@ fn a_page_steers_the_run_and_gets_samples() {
 
 /// The session answers the next request after any input.
 #[test]
-fn nonsense_does_no_harm() {
+fn invalid_requests_do_not_end_the_session() {
     serve(|url| {
         let mut random = Random::new(1);
         let words = [
@@ -218,12 +218,12 @@ fn nonsense_does_no_harm() {
         }
         let mut socket = connect(url, None).unwrap();
         let request = "\"commands\"";
-        let longest = format!("{}{request}", " ".repeat(LONGEST_REQUEST - request.len()));
+        let longest = format!("{}{request}", " ".repeat(REQUEST_BYTES_MAX - request.len()));
         socket.send(Message::text(longest)).unwrap();
         event(&mut socket, "commands");
         // After a request that is too long, the socket is closed and the session continues.
         let mut socket = connect(url, None).unwrap();
-        let _ = socket.send(Message::text("x".repeat(LONGEST_REQUEST + 1)));
+        let _ = socket.send(Message::text("x".repeat(REQUEST_BYTES_MAX + 1)));
         assert!(!is_timeout(&end(&mut socket)), "the server keeps the socket");
         let mut socket = connect(url, None).unwrap();
         assert_eq!(event(&mut socket, "begin")["end"], 10_000);

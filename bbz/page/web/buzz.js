@@ -1,4 +1,4 @@
-// Buzz in the editor: its words in colours, and names that complete themselves.
+// Buzz in the editor: its words in colors, and names that complete themselves.
 
 import { StreamLanguage } from "./vendor.js";
 

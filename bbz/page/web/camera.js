@@ -1,11 +1,11 @@
-// From where the world is seen: from above, or in 3-D from a side.
+// The direction from which the world is shown: from above, or in 3-D from a side.
 //
 // There is no perspective, so that lengths can be compared all over the picture.
 
 const ABOVE = Math.PI / 2;
 // The angle between the ground and the line of sight in 3-D: at first, and its limits.
 const FIRST = Math.PI / 6;
-const LIMITS = [Math.PI / 12, (5 * Math.PI) / 12];
+const RISE_RANGE = [Math.PI / 12, (5 * Math.PI) / 12];
 
 /**
  * @import { Place } from "./page"
@@ -39,7 +39,7 @@ export class Camera {
      * @param {number} rise
      */
     turnBy(turn, rise) {
-        this.set(this.turn + turn, Math.max(LIMITS[0], Math.min(LIMITS[1], this.rise + rise)));
+        this.set(this.turn + turn, Math.max(RISE_RANGE[0], Math.min(RISE_RANGE[1], this.rise + rise)));
     }
 
     /**
@@ -49,7 +49,7 @@ export class Camera {
     set(turn, rise) {
         [this.turn, this.rise] = [turn, rise];
         const [s, c] = [Math.sin(turn), Math.cos(turn)];
-        // How long one mm to the back is in the picture, and one mm of height.
+        // The length of one mm to the back in the picture, and of one mm of height.
         [this.depth, this.height] = this.isTilted ? [Math.sin(rise), Math.cos(rise)] : [1, 0];
         // The ways of x, y and z in the picture: right and up.
         this.axes = [c, s * this.depth, -s, c * this.depth, 0, this.height];

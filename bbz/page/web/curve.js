@@ -5,7 +5,7 @@ import { texts } from "./texts.js";
 import { COMPARED } from "./view.js";
 
 // Numbers that are kept so that the curve of any robot can be shown later; 16 MB.
-const MOST_VALUES = 4e6;
+const VALUES_MAX = 4e6;
 
 /**
  * @import { QuantityEvent } from "./events"
@@ -58,7 +58,7 @@ export class Curve {
         }
         const known = Float64Array.from(values.filter((value) => value !== null)).sort();
         this.kept -= this.points.get(tick)?.values?.length ?? 0;
-        const isKept = this.kept + values.length <= MOST_VALUES;
+        const isKept = this.kept + values.length <= VALUES_MAX;
         this.kept += isKept ? values.length : 0;
         const at = (/** @type {number} */ share) => quantile(known, share);
         this.points.set(tick, { five: [0, 0.25, 0.5, 0.75, 1].map(at), values: isKept ? values : null });
@@ -100,10 +100,10 @@ export class Curve {
         const x = (/** @type {number} */ index) => (ticks[index] / this.end) * width;
         const y = (/** @type {number} */ value) => height - 5 - ((value - low) / (high - low || 1)) * (height - 10);
         const style = getComputedStyle(document.documentElement);
-        const colour = (/** @type {string} */ name) => style.getPropertyValue(name);
+        const color = (/** @type {string} */ name) => style.getPropertyValue(name);
         /** @type {(values: (number | null)[], name: string, wide: number) => void} */
         const line = (values, name, wide) => {
-            paint.strokeStyle = colour(name);
+            paint.strokeStyle = color(name);
             paint.lineWidth = wide;
             paint.beginPath();
             let isDown = false;
@@ -116,7 +116,7 @@ export class Curve {
             paint.stroke();
         };
         const series = (/** @type {number} */ number) => points.map(({ five }) => five[number]);
-        paint.fillStyle = colour("--accent");
+        paint.fillStyle = color("--accent");
         paint.globalAlpha = 0.22;
         for (let index = 1; index < points.length; index++) {
             const [[, from1, , from3], [, to1, , to3]] = [points[index - 1].five, points[index].five];

@@ -1,4 +1,4 @@
-// How the world is looked at: a quantity as colours and curve, messages as lines, pictures.
+// Options of the display: a quantity as colors and curve, messages as lines, pictures.
 
 import { element, part, save } from "./element.js";
 import { drawing } from "./drawing.js";
@@ -11,7 +11,7 @@ import { texts } from "./texts.js";
  * @import { View } from "./view.js"
  */
 
-export class Look {
+export class DisplayOptions {
     // `ask(request)` asks the session for what is to be seen.
     /**
      * @param {View} view
@@ -23,7 +23,7 @@ export class Look {
         this.curve = curve;
         this.ask = ask;
         part("messages").addEventListener("change", () => this.changed());
-        part("colour").addEventListener("change", () => this.changed());
+        part("color").addEventListener("change", () => this.changed());
         part("trails").addEventListener("change", () => {
             view.hasTrails = part("trails").checked;
             view.sampled(true);
@@ -39,20 +39,20 @@ export class Look {
 
     /** @param {World} world */
     begin(world) {
-        const before = part("colour").value;
+        const before = part("color").value;
         const entries = /** @type {[keyof QuantityNames, string[]][]} */ (Object.entries(world.quantities));
         const groups = entries.filter(([, names]) => names.length > 0);
-        part("colour").replaceChildren(new Option(texts.byState, ""), ...groups.map(([kind, names]) => {
+        part("color").replaceChildren(new Option(texts.byState, ""), ...groups.map(([kind, names]) => {
             const group = element("optgroup", { label: texts.quantities[kind] });
             const isElsewhere = (/** @type {string} */ name) => kind !== "plot" && world.quantities.plot.includes(name);
             group.append(...names.filter((name) => !isElsewhere(name)).map((name) => new Option(name)));
             return group;
         }));
-        part("colour").disabled = groups.length === 0;
+        part("color").disabled = groups.length === 0;
         // The same script in another world still has it.
-        part("colour").value = before;
-        if (part("colour").selectedIndex < 0) {
-            part("colour").value = "";
+        part("color").value = before;
+        if (part("color").selectedIndex < 0) {
+            part("color").value = "";
         }
         this.changed();
     }
@@ -63,7 +63,7 @@ export class Look {
     }
 
     changed() {
-        const quantity = part("colour").value || null;
+        const quantity = part("color").value || null;
         const messages = part("messages").checked;
         this.view.showMessages({ heard: [], collided: [], lost: [] });
         this.view.paint(null);

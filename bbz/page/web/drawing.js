@@ -5,32 +5,32 @@ const MARGIN = 30;
 
 /**
  * @import { ObstacleDescription } from "./events"
- * @import { Colour, World } from "./page"
+ * @import { Color, World } from "./page"
  * @import { View } from "./view.js"
  */
 
 // `view` has the world, the robots and what is to be seen of them.
 /** @param {View} view */
 export function drawing(view) {
-    const { world, robots, colours } = view;
+    const { world, robots, colors } = view;
     if (!world) {
         return "";
     }
     const [width, height] = world.size;
-    const parts = [`<rect x="${-width / 2}" y="${-height / 2}" width="${width}" height="${height}" ${paint(colours.ground)} stroke="${rgb(colours.obstacle)}" stroke-width="2"/>`];
+    const parts = [`<rect x="${-width / 2}" y="${-height / 2}" width="${width}" height="${height}" ${paint(colors.ground)} stroke="${rgb(colors.obstacle)}" stroke-width="2"/>`];
     for (const { at: [x, y], brightness } of view.lights) {
-        parts.push(`<circle cx="${x}" cy="${y}" r="14" ${paint(colours.light)} opacity="${Math.max(0.3, Math.min(1, brightness / 1023))}"/>`);
+        parts.push(`<circle cx="${x}" cy="${y}" r="14" ${paint(colors.light)} opacity="${Math.max(0.3, Math.min(1, brightness / 1023))}"/>`);
     }
-    parts.push(...world.obstacles.map((obstacle) => outline(obstacle, colours.obstacle)));
+    parts.push(...world.obstacles.map((obstacle) => outline(obstacle, colors.obstacle)));
     for (const { ends } of view.trails.ways) {
         for (let at = 0; at < ends.length; at += 6) {
             const [x, y, , toX, toY] = ends.subarray(at, at + 6).map((tenths) => tenths / 10);
-            parts.push(segment([x, y, toX, toY], colours.states[0], 1));
+            parts.push(segment([x, y, toX, toY], colors.states[0], 1));
         }
     }
     if (view.chosen !== null) {
         const from = view.placeOf(view.chosen);
-        view.neighbors.forEach((robot) => parts.push(segment([...from, ...view.placeOf(robot)], colours.link, 2)));
+        view.neighbors.forEach((robot) => parts.push(segment([...from, ...view.placeOf(robot)], colors.link, 2)));
     }
     for (let robot = 0; robot < robots.count; robot++) {
         if (robots.isThere[robot]) {
@@ -43,18 +43,18 @@ export function drawing(view) {
 
 /**
  * @param {ObstacleDescription} obstacle
- * @param {Colour} colour
+ * @param {Color} color
  */
-function outline(obstacle, colour) {
+function outline(obstacle, color) {
     if ("from" in obstacle) {
-        return segment([...obstacle.from, ...obstacle.to], colour, 4);
+        return segment([...obstacle.from, ...obstacle.to], color, 4);
     }
     const [x, y] = obstacle.at;
     if ("radius" in obstacle) {
-        return `<circle cx="${x}" cy="${y}" r="${obstacle.radius}" ${paint(colour)}/>`;
+        return `<circle cx="${x}" cy="${y}" r="${obstacle.radius}" ${paint(color)}/>`;
     }
     const [width, height] = obstacle.size;
-    return `<rect x="${x - width / 2}" y="${y - height / 2}" width="${width}" height="${height}" ${paint(colour)}/>`;
+    return `<rect x="${x - width / 2}" y="${y - height / 2}" width="${width}" height="${height}" ${paint(color)}/>`;
 }
 
 // A disc with a line ahead, and its lit LED.
@@ -63,27 +63,27 @@ function outline(obstacle, colour) {
  * @param {number} robot
  */
 function body(view, robot) {
-    const { robots, colours, radii } = view;
+    const { robots, colors, radii } = view;
     const [x, y] = view.placeOf(robot);
     const radius = radii[robot];
     const angle = (robots.heading[robot] / 65536) * 2 * Math.PI;
     const led = robots.led[robot];
     const lit = [led & 1, (led >> 1) & 1, (led >> 2) & 1].map((on) => on * 0.85 + 0.1);
-    const edge = view.chosen === robot ? colours.chosen : colours.edge;
+    const edge = view.chosen === robot ? colors.chosen : colors.edge;
     return `<g><title>${robots.ids[robot]}</title>`
-        + `<circle cx="${x}" cy="${y}" r="${radius * 0.94}" ${paint(view.colourOf(robot))} stroke="${rgb(edge)}" stroke-width="${radius * 0.12}"/>`
+        + `<circle cx="${x}" cy="${y}" r="${radius * 0.94}" ${paint(view.colorOf(robot))} stroke="${rgb(edge)}" stroke-width="${radius * 0.12}"/>`
         + (led > 0 && !view.shares ? `<circle cx="${x}" cy="${y}" r="${radius * 0.62}" ${paint(lit)}/>` : "")
-        + segment([0.4, 1].flatMap((share) => [x + share * radius * Math.cos(angle), y + share * radius * Math.sin(angle)]), colours.edge, radius * 0.28)
+        + segment([0.4, 1].flatMap((share) => [x + share * radius * Math.cos(angle), y + share * radius * Math.sin(angle)]), colors.edge, radius * 0.28)
         + "</g>";
 }
 
 /**
  * @param {number[]} ends
- * @param {Colour} colour
+ * @param {Color} color
  * @param {number} wide
  */
-function segment([x, y, toX, toY], colour, wide) {
-    return `<line x1="${x.toFixed(1)}" y1="${y.toFixed(1)}" x2="${toX.toFixed(1)}" y2="${toY.toFixed(1)}" stroke="${rgb(colour)}" stroke-width="${wide}"/>`;
+function segment([x, y, toX, toY], color, wide) {
+    return `<line x1="${x.toFixed(1)}" y1="${y.toFixed(1)}" x2="${toX.toFixed(1)}" y2="${toY.toFixed(1)}" stroke="${rgb(color)}" stroke-width="${wide}"/>`;
 }
 
 // A bar of 1, 2 or 5 times a power of ten mm: at most a quarter of the world.
@@ -96,5 +96,5 @@ function bar({ size: [width, height] }) {
         + `<text x="${long - width / 2 + 10}" y="${y + 8}" font-family="sans-serif" font-size="24" fill="#808080">${long} mm</text>`;
 }
 
-const rgb = (/** @type {Colour} */ colour) => `rgb(${colour.slice(0, 3).map((share) => Math.round(255 * share)).join(",")})`;
-const paint = (/** @type {Colour} */ colour) => `fill="${rgb(colour)}"`;
+const rgb = (/** @type {Color} */ color) => `rgb(${color.slice(0, 3).map((share) => Math.round(255 * share)).join(",")})`;
+const paint = (/** @type {Color} */ color) => `fill="${rgb(color)}"`;

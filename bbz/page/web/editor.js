@@ -9,16 +9,16 @@ import {
     indentUnit, keymap, lineNumbers, lintGutter, lintKeymap, searchKeymap, setDiagnostics, syntaxHighlighting, tags,
 } from "./vendor.js";
 
-// Milliseconds between the last key and a look at the text by the compiler.
+// Milliseconds from the last key until the compiler checks the text.
 const PAUSE = 150;
 
-const colours = HighlightStyle.define([
+const colors = HighlightStyle.define([
     { tag: tags.keyword, color: "var(--accent)", fontWeight: "600" }, { tag: tags.comment, color: "var(--soft)", fontStyle: "italic" },
     { tag: tags.string, color: "var(--held)" }, { tag: [tags.number, tags.atom], color: "var(--number)" },
     { tag: tags.function(tags.variableName), color: "var(--accent)" },
 ]);
 
-const look = EditorView.theme({
+const theme = EditorView.theme({
     "&": { height: "100%", fontSize: ".85rem", backgroundColor: "var(--panel)", color: "var(--text)" },
     ".cm-scroller": { fontFamily: "ui-monospace, \"Cascadia Mono\", \"DejaVu Sans Mono\", monospace", lineHeight: "1.5" },
     ".cm-content": { caretColor: "var(--text)" },
@@ -183,7 +183,7 @@ export class Editor {
             doc,
             extensions: [
                 lineNumbers(), foldGutter(), history(), drawSelection(), indentOnInput(), bracketMatching(), closeBrackets(), highlightActiveLine(),
-                highlightSelectionMatches(), lintGutter(), look, syntaxHighlighting(colours), indentUnit.of("    "),
+                highlightSelectionMatches(), lintGutter(), theme, syntaxHighlighting(colors), indentUnit.of("    "),
                 ...(isScenario ? [] : [buzz, autocompletion({ override: [completing(() => this.shown?.words ?? [])] })]),
                 keymap.of([
                     { key: "Mod-Enter", run }, ...closeBracketsKeymap, ...defaultKeymap, ...searchKeymap, ...historyKeymap, ...foldKeymap,

@@ -9,7 +9,7 @@ import { texts } from "./texts.js";
  */
 
 export class Ground {
-    // `command(text)` gives a command, `ask(request)` asks for something else, `beginCut()` lets somebody draw a line.
+    // `command(text)` gives a command, `ask(request)` asks for something else, `beginCut()` lets the user draw a line.
     /**
      * @param {(text: string) => void} command
      * @param {Ask} ask
@@ -58,7 +58,7 @@ export class Ground {
         return element("label", { class: "loss" }, element("span", {}, /** @type {Record<string, string>} */ (texts.media)[name] ?? name), slider, shown);
     }
 
-    // Parts that do not hear each other: by a line through the world, or by ids.
+    // Parts that receive nothing from each other: by a line through the world, or by ids.
     partition() {
         /** @type {(name: "drawLine" | "heal", onclick: () => void) => Node} */
         const button = (name, onclick) => element("button", { type: "button", title: texts[`${name}Help`], onclick }, texts[name]);
@@ -74,7 +74,7 @@ export class Ground {
             element("div", { class: "acts" }, button("drawLine", this.beginCut), button("heal", () => this.command("heal = true"))), ids);
     }
 
-    // The robots with these ids, groups of them or ranges hear only each other.
+    // The robots with these ids, groups of them or ranges receive only from each other.
     /** @param {(number | string)[]} robots */
     cut(robots) {
         const text = (/** @type {number | string} */ one) => (/^\d+$/.test(String(one)) ? String(one) : JSON.stringify(one));

@@ -1,10 +1,10 @@
-// What robots logged and where scripts failed; what is expected of them.
+// The lines that robots logged, the faults of scripts, and the expectations.
 
 import { element, part } from "./element.js";
 import { texts } from "./texts.js";
 
 // Lines that are kept.
-const MOST_LINES = 500;
+const LINES_MAX = 500;
 
 /**
  * @import { Expectation } from "./page"
@@ -16,7 +16,7 @@ const MOST_LINES = 500;
  */
 
 export class Log {
-    // `onChoose(robot)` when somebody picks the robot of a line, `onExplain(code)` when somebody asks for the meaning of an error.
+    // `onChoose(robot)` when the user chooses the robot of a line, `onExplain(code)` when the user asks for the meaning of an error.
     /**
      * @param {(robot: number) => void} onChoose
      * @param {(code: string) => void} onExplain
@@ -51,7 +51,7 @@ export class Log {
             element("span", {}, text),
             ...(code ? [element("button", { type: "button", title: texts.explainHelp, onclick: () => this.onExplain(code) }, texts.explain)] : []));
         log.append(Object.assign(line, { tick }));
-        while (log.childElementCount > MOST_LINES) {
+        while (log.childElementCount > LINES_MAX) {
             log.firstElementChild?.remove();
         }
         if (isAtEnd) {

@@ -6,7 +6,7 @@ import { Editor } from "./editor.js";
 import { element, fillTexts, inside, part, row, save, showIcon, Tabs } from "./element.js";
 import { Ground } from "./ground.js";
 import { Log, showTests } from "./log.js";
-import { Look } from "./look.js";
+import { DisplayOptions } from "./display.js";
 import { Pointer } from "./pointer.js";
 import { Robots } from "./recording.js";
 import { RobotPanel } from "./robot.js";
@@ -55,7 +55,7 @@ const log = new Log(choose, (code) => ask({ explain: { code } }));
 const ground = new Ground(command, ask, () => view.beginCut());
 const controls = new Controls(command);
 const curve = new Curve(view);
-const look = new Look(view, curve, watch);
+const display = new DisplayOptions(view, curve, watch);
 const editor = new Editor(ask, () => state.plays || play(), () => (view.chosen === null ? null : robots.ids[view.chosen]));
 const trials = new Trials(ask);
 const timeLine = new TimeLine(goTo);
@@ -83,7 +83,7 @@ const session = connect({
             log.forget(robots.tick);
         }
         view.sampled(isAnew);
-        look.sampled();
+        display.sampled();
         showTime();
         panel.show();
     },
@@ -114,7 +114,7 @@ const handlers = {
         panel.begin(begun, view.chosen);
         ground.begin(begun);
         curve.begin(begun);
-        look.begin(begun);
+        display.begin(begun);
         controls.begin(begun.controls ?? []);
         editor.begin(begun);
         editor.choose(view.chosen === null ? null : robots.ids[view.chosen]);
@@ -177,8 +177,8 @@ const handlers = {
     inspection(event) {
         panel.inspect(event);
         if (event.robot === view.chosen) {
-            const heard = new Set(panel.neighbors);
-            view.neighbors = robots.ids.flatMap((id, number) => (heard.has(id) ? [number] : []));
+            const senders = new Set(panel.neighbors);
+            view.neighbors = robots.ids.flatMap((id, number) => (senders.has(id) ? [number] : []));
             view.changed();
         }
     },
@@ -186,7 +186,7 @@ const handlers = {
         view.showMessages(event, state.plays);
     },
     quantity(event) {
-        look.paint(event);
+        display.paint(event);
     },
     digest(event) {
         ground.showDigest(event);
@@ -205,7 +205,7 @@ const handlers = {
     ran(event) {
         if (world) {
             world.quantities = event.quantities;
-            look.begin(world);
+            display.begin(world);
         }
         controls.begin(event.controls);
         editor.ran(event);
@@ -238,6 +238,10 @@ const handlers = {
     },
     // The page asks for scenarios, which have the commands.
     commands() { },
+    // Texts that were edited stay in the page.
+    defect({ text, help }) {
+        showDefect(`${text} (${help})`);
+    },
     failed({ text }) {
         showStatus(texts.failed(text));
     },
@@ -268,10 +272,10 @@ function choose(robot) {
     watch({ inspect: { robot } });
 }
 
-// Shows the curve of a robot beside others, or no more.
+// Shows the curve of a robot next to others, or hides it.
 /** @param {number} robot */
 function compare(robot) {
-    showStatus(view.compare(robot) ? "" : texts.mostCompared);
+    showStatus(view.compare(robot) ? "" : texts.comparedMax);
     panel.showCompared(view.compared);
     curve.changed();
 }
@@ -281,7 +285,7 @@ function play() {
     ask(state.plays ? "pause" : { play: rate > 0 ? { rate } : {} });
 }
 
-// One way at a time: who drags the time line gets to the last place.
+// One jump at a time: a drag of the time line leads to its last place.
 /** @param {number} tick */
 function goTo(tick) {
     const inside = Math.max(0, Math.min(world?.end ?? 0, tick));

@@ -1,4 +1,4 @@
-// What a robot's machine holds, as text that can be unfolded.
+// The memory of a robot's machine, as text that can be unfolded.
 
 import { element, row } from "./element.js";
 import { texts } from "./texts.js";
@@ -9,7 +9,7 @@ import { texts } from "./texts.js";
 
 export class Memory {
     constructor() {
-        // What somebody has folded or unfolded, by its path.
+        // The parts that the user has folded or unfolded, by path.
         /** @type {Map<string, boolean>} */
         this.folds = new Map();
         /** @type {MemoryDescription["objects"]} */

@@ -10,7 +10,7 @@ const TALL = 0.15;
 
 /**
  * @import { ObstacleDescription } from "./events"
- * @import { Colour, Place, SpacePlace } from "./page"
+ * @import { Color, Place, SpacePlace } from "./page"
  * @import { Scene } from "./scene.js"
  */
 
@@ -39,22 +39,22 @@ export class Obstacles {
     }
 
     /**
-     * @param {Colour} colour
+     * @param {Color} color
      * @param {boolean} isTilted
      */
-    draw(colour, isTilted) {
+    draw(color, isTilted) {
         const { scene } = this;
         for (const obstacle of this.obstacles) {
             if ("from" in obstacle) {
-                scene.addLine(obstacle.from, obstacle.to, 2, colour);
+                scene.addLine(obstacle.from, obstacle.to, 2, color);
             } else if ("radius" in obstacle) {
-                scene.add(...obstacle.at, obstacle.radius, obstacle.radius, 0, SHAPES.disc, colour);
+                scene.add(...obstacle.at, obstacle.radius, obstacle.radius, 0, SHAPES.disc, color);
             } else {
-                scene.add(...obstacle.at, obstacle.size[0] / 2, obstacle.size[1] / 2, 0, SHAPES.box, colour);
+                scene.add(...obstacle.at, obstacle.size[0] / 2, obstacle.size[1] / 2, 0, SHAPES.box, color);
             }
         }
         if (isTilted) {
-            scene.drawLines(this.edges, colour, 1);
+            scene.drawLines(this.edges, color, 1);
         }
     }
 }

@@ -1,4 +1,4 @@
-// What the mouse, fingers and keys do in the view.
+// The actions of the mouse, fingers and keys in the view.
 
 // Pixels that a click may move.
 const SLACK = 4;
@@ -12,7 +12,7 @@ const KEY_TURN = Math.PI / 24;
  */
 
 /**
- * What is done in the view: robots and lamps by their numbers, places in mm.
+ * Actions in the view: robots and lamps by their numbers, places in mm.
  * @typedef {object} Actions
  * @property {(robot: number | null) => void} onChoose
  * @property {(robot: number) => void} onCompare

@@ -2,7 +2,7 @@
 
 // Radius of the glow of an LED, in radii of the body.
 export const GLOW = 2.2;
-// Colours from the lowest share to the highest.
+// Colors from the lowest share to the highest.
 const STEPS = 6;
 
 const HEAD = `#version 300 es
@@ -25,11 +25,11 @@ layout(location = 5) in float height;
 ${PROJECT}
 out vec2 at;
 flat out float shape;
-flat out vec4 colour;
+flat out vec4 color;
 void main() {
     at = vec2(gl_VertexID & 1, (gl_VertexID >> 1) & 1) * 2.6 - 1.3;
     shape = angleAndShape.y;
-    colour = paint;
+    color = paint;
     float s = sin(angleAndShape.x), c = cos(angleAndShape.x);
     vec2 place = middle + mat2(c, s, -s, c) * (at * extent);
     gl_Position = vec4(project(vec3(place, height)), 0.0, 1.0);
@@ -38,7 +38,7 @@ void main() {
 export const SHAPE_FRAGMENT = `${HEAD}
 in vec2 at;
 flat in float shape;
-flat in vec4 colour;
+flat in vec4 color;
 out vec4 result;
 float cover(float distance) {
     return clamp(0.5 - distance / max(fwidth(distance), 1e-5), 0.0, 1.0);
@@ -55,7 +55,7 @@ void main() {
     } else {
         share = cover(abs(r - 1.12) - 0.09);
     }
-    result = vec4(colour.rgb, colour.a * share);
+    result = vec4(color.rgb, color.a * share);
 }`;
 
 export const LINE_VERTEX = `${HEAD}
@@ -89,7 +89,7 @@ void main() {
     gl_Position = vec4(vec2(gl_VertexID & 1, gl_VertexID >> 1) * 4.0 - 1.0, 0.0, 1.0);
 }`;
 
-// One colour.
+// One color.
 export const FADE_FRAGMENT = `${HEAD}
 uniform vec4 paint;
 out vec4 result;
@@ -97,7 +97,7 @@ void main() {
     result = paint;
 }`;
 
-// A layer in one colour.
+// A layer in one color.
 export const LAYER_FRAGMENT = `${HEAD}
 uniform sampler2D layer;
 uniform vec4 paint;
@@ -131,7 +131,7 @@ out vec2 at;
 flat out float span;
 flat out float pixel;
 flat out vec2 ahead;
-flat out vec4 colour;
+flat out vec4 color;
 flat out vec4 lamp;
 void main() {
     int lit = hasLeds ? int(led) : 0;
@@ -139,7 +139,7 @@ void main() {
     float along = clamp(share, 0.0, 1.0) * ${(STEPS - 1).toFixed(1)};
     int low = min(int(along), ${STEPS - 2});
     vec3 ofShare = mix(palette[low], palette[low + 1], along - float(low));
-    colour = vec4(share < 0.0 ? states[clamp(int(state), 0, 3)] : ofShare, 1.0);
+    color = vec4(share < 0.0 ? states[clamp(int(state), 0, 3)] : ofShare, 1.0);
     float size = ${isGlow ? `radius * ${GLOW.toFixed(2)} * scale.x` : "max(radius * scale.x, scale.y)"};
     // An edge fades over a pixel, half of it outside.
     pixel = 1.0 / size;
@@ -160,10 +160,10 @@ in vec2 at;
 flat in float span;
 flat in float pixel;
 flat in vec2 ahead;
-flat in vec4 colour;
+flat in vec4 color;
 flat in vec4 lamp;
-uniform vec3 edge; // colour of outlines
-uniform vec4 shadow; // colour, if it is one
+uniform vec3 edge; // color of outlines
+uniform vec4 shadow; // color, if it is one
 uniform float depth; // length of one mm to the back, in a picture of one mm
 out vec4 result;
 float cover(float distance) {
@@ -172,7 +172,7 @@ float cover(float distance) {
 void main() {
     vec2 here = ${isPoint ? "(gl_PointCoord * 2.0 - 1.0) * vec2(span, -span)" : "at"};
     ${isGlow ? `
-    // Near a bell curve, for less: glows are most of the pixels that a swarm fills.
+    // This is nearly a bell curve, and costs less: glows are most of the pixels that a swarm fills.
     float low = max(1.0 - dot(here, here), 0.0);
     result = vec4(lamp.rgb, 0.5 * low * low * low);` : `
     if (shadow.a > 0.0) {
@@ -180,7 +180,7 @@ void main() {
         return;
     }
     float r = length(here);
-    vec3 inside = mix(colour.rgb, lamp.rgb, lamp.a * cover(r - 0.62));
+    vec3 inside = mix(color.rgb, lamp.rgb, lamp.a * cover(r - 0.62));
     // A notch shows the way ahead.
     float nose = max(abs(ahead.x * here.y - ahead.y * here.x) - 0.14, 0.4 - dot(ahead, here));
     inside = mix(inside, edge, max(cover(nose), cover(0.88 - r)));

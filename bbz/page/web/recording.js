@@ -1,7 +1,7 @@
 // Samples of a session: the bytes of a recording (docs/recording.md), piece by piece.
 
 const MAGIC = [0x62, 0x62, 0x7a, 0x72, 0x65, 0x63, 2];
-// How many numbers a disc, a box along the axes, and a wall have, before the height.
+// The count of numbers of a disc, a box along the axes, and a wall, before the height.
 const OUTLINES = [3, 4, 4];
 
 export class Robots {
@@ -51,7 +51,7 @@ export class Robots {
         return this.ids.length;
     }
 
-    // Takes a piece. Returns true if it begins anew.
+    // Takes a piece. Returns true if it starts a new recording.
     /** @param {Uint8Array} bytes */
     take(bytes) {
         this.bytes = bytes;

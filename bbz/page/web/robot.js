@@ -15,7 +15,7 @@ const ACTIONS = ["fail", "stop", "resume", "restart"];
 
 export class RobotPanel {
     // `command(text)` gives a command.
-    // `compare(robot)` shows its curve beside others, or no more.
+    // `compare(robot)` shows its curve next to others, or hides it.
     /**
      * @param {Robots} robots
      * @param {(text: string) => void} command
@@ -154,7 +154,7 @@ export class RobotPanel {
         }
     }
 
-    // The robots that the chosen one has heard lately.
+    // The robots from which the chosen one has received messages lately.
     get neighbors() {
         return this.inspection?.memory?.neighbors.map(({ id }) => id) ?? [];
     }

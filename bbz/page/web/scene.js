@@ -15,14 +15,14 @@ import {
 
 export const SHAPES = { disc: 0, box: 1, light: 2, ring: 3 };
 
-// Numbers of a shape: middle, half size, angle, kind, colour, height.
+// Numbers of a shape: middle, half size, angle, kind, color, height.
 const WIDTH = 11;
 // Pixels of the radius of a glow that the body does not hide.
-const LEAST_GLOW = 1.5;
+const GLOW_PIXELS_MIN = 1.5;
 
 /**
  * @import { Camera } from "./camera.js"
- * @import { Colour, Dragged, Layer, Lines, Place } from "./page"
+ * @import { Color, Dragged, Layer, Lines, Place } from "./page"
  * @import { Robots } from "./recording.js"
  */
 
@@ -59,18 +59,18 @@ export class Scene {
             gl.vertexAttribDivisor(0, 0);
             return program;
         };
-        // As squares, as points.
+        // Programs for squares, and for points.
         this.bodies = [robot(false, false), robot(true, false)];
         this.glows = [robot(false, true), robot(true, true)];
         this.programs = [this.shapes, this.segments, ...this.bodies, ...this.glows];
         /** @type {number} */
-        this.mostPoint = gl.getParameter(gl.ALIASED_POINT_SIZE_RANGE)[1];
+        this.pointSizeMax = gl.getParameter(gl.ALIASED_POINT_SIZE_RANGE)[1];
         this.quads = { buffer: gl.createBuffer(), count: 0 };
         this.count = 0;
         this.data = new Float32Array(4 * WIDTH * 64);
         this.placed = gl.createBuffer();
         this.shapes.read(this.placed, [[1, 2, 0], [2, 2, 8], [3, 2, 16], [4, 4, 24], [5, 1, 40]], gl.FLOAT, WIDTH * 4);
-        // What the graphics card has of a sample.
+        // The part of a sample that the graphics card has.
         this.sample = { buffer: gl.createBuffer(), version: -1, count: 0, hasLeds: false };
         this.radii = gl.createBuffer();
         /** @type {{ buffer: WebGLBuffer, count: number } | null} */
@@ -91,7 +91,7 @@ export class Scene {
     // Begins a picture, as a camera sees it.
     /**
      * @param {Camera} camera
-     * @param {Colour} background
+     * @param {Color} background
      */
     begin(camera, background) {
         const { gl, canvas } = this;
@@ -106,7 +106,7 @@ export class Scene {
         this.scale = camera.scale * ratio;
         this.middle = [camera.x, camera.y];
         gl.viewport(0, 0, width, height);
-        this.setClearColour(background);
+        this.setClearColor(background);
         gl.clear(gl.COLOR_BUFFER_BIT);
         for (const program of this.programs) {
             program.use();
@@ -116,8 +116,8 @@ export class Scene {
         }
     }
 
-    /** @param {Colour} colour */
-    setClearColour([red, green, blue, alpha]) {
+    /** @param {Color} color */
+    setClearColor([red, green, blue, alpha]) {
         this.gl.clearColor(red, green, blue, alpha);
     }
 
@@ -125,13 +125,13 @@ export class Scene {
     /**
      * @param {number} halfWidth
      * @param {number} halfHeight
-     * @param {Colour} colour
+     * @param {Color} color
      * @param {() => void} inside
      */
-    ground(halfWidth, halfHeight, colour, inside) {
+    ground(halfWidth, halfHeight, color, inside) {
         const { gl } = this;
         if (this.camera.isTilted) {
-            this.add(0, 0, halfWidth, halfHeight, 0, SHAPES.box, colour);
+            this.add(0, 0, halfWidth, halfHeight, 0, SHAPES.box, color);
             inside();
             return this.flush();
         }
@@ -140,7 +140,7 @@ export class Scene {
         this.flush();
         gl.enable(gl.SCISSOR_TEST);
         gl.scissor(left, bottom, right - left, top - bottom);
-        this.setClearColour(colour);
+        this.setClearColor(color);
         gl.clear(gl.COLOR_BUFFER_BIT);
         inside();
         this.flush();
@@ -152,9 +152,9 @@ export class Scene {
      * @param {number} halfWidth
      * @param {number} halfHeight
      * @param {number} step
-     * @param {Colour} colour
+     * @param {Color} color
      */
-    grid(halfWidth, halfHeight, step, colour) {
+    grid(halfWidth, halfHeight, step, color) {
         const { isTilted, depth } = this.camera;
         const half = 0.5 / this.scale / depth;
         const sides = [this.canvas.width, this.canvas.height];
@@ -166,7 +166,7 @@ export class Scene {
                 // The middle of a pixel, so that the line is sharp.
                 const pixel = Math.floor(this.pixelOf(line * step, line * step)[axis]) + 0.5;
                 const at = isTilted ? line * step : (pixel - sides[axis] / 2) / this.scale + this.middle[axis];
-                axis === 0 ? this.add(at, 0, half, halfHeight, 0, SHAPES.box, colour) : this.add(0, at, halfWidth, half, 0, SHAPES.box, colour);
+                axis === 0 ? this.add(at, 0, half, halfHeight, 0, SHAPES.box, color) : this.add(0, at, halfWidth, half, 0, SHAPES.box, color);
             }
         });
     }
@@ -180,7 +180,7 @@ export class Scene {
         return [(x - this.middle[0]) * this.scale + this.canvas.width / 2, (y - this.middle[1]) * this.scale + this.canvas.height / 2];
     }
 
-    // Adds a shape that lies on the ground, or above it. Middle, half size and height in mm, angle in radians, colour as four numbers
+    // Adds a shape that lies on the ground, or above it. Middle, half size and height in mm, angle in radians, color as four numbers
     // from 0 to 1.
     /**
      * @param {number} x
@@ -189,9 +189,9 @@ export class Scene {
      * @param {number} halfHeight
      * @param {number} angle
      * @param {number} shape
-     * @param {Colour} colour
+     * @param {Color} color
      */
-    add(x, y, halfWidth, halfHeight, angle, shape, colour, height = 0) {
+    add(x, y, halfWidth, halfHeight, angle, shape, color, height = 0) {
         const at = this.count * 4 * WIDTH;
         if (at + 4 * WIDTH > this.data.length) {
             const larger = new Float32Array(this.data.length * 2);
@@ -205,10 +205,10 @@ export class Scene {
         data[at + 3] = halfHeight;
         data[at + 4] = angle;
         data[at + 5] = shape;
-        data[at + 6] = colour[0];
-        data[at + 7] = colour[1];
-        data[at + 8] = colour[2];
-        data[at + 9] = colour[3];
+        data[at + 6] = color[0];
+        data[at + 7] = color[1];
+        data[at + 8] = color[2];
+        data[at + 9] = color[3];
         data[at + 10] = height;
         for (let corner = 1; corner < 4; corner++) {
             data.copyWithin(at + corner * WIDTH, at, at + WIDTH);
@@ -221,13 +221,13 @@ export class Scene {
      * @param {number[]} from
      * @param {number[]} to
      * @param {number} thick
-     * @param {Colour} colour
+     * @param {Color} color
      */
-    addLine([x, y], [toX, toY], thick, colour, pixels = 1, height = 0) {
+    addLine([x, y], [toX, toY], thick, color, pixels = 1, height = 0) {
         const half = Math.max(thick, pixels / this.camera.scale);
         const length = Math.hypot(toX - x, toY - y);
         const angle = Math.atan2(toY - y, toX - x);
-        this.add((x + toX) / 2, (y + toY) / 2, length / 2, half, angle, SHAPES.box, colour, height);
+        this.add((x + toX) / 2, (y + toY) / 2, length / 2, half, angle, SHAPES.box, color, height);
     }
 
     // Draws the shapes so far, below all that follows.
@@ -272,16 +272,16 @@ export class Scene {
     // `halfWidth` in pixels of the page.
     /**
      * @param {Lines} lines
-     * @param {Colour} colour
+     * @param {Color} color
      * @param {number} halfWidth
      */
-    drawLines(lines, colour, halfWidth) {
+    drawLines(lines, color, halfWidth) {
         if (lines.count > 0) {
             const { gl, segments } = this;
             this.flush();
             segments.use();
             segments.read(lines.buffer, [[1, 3, 0], [2, 3, 12]], gl.FLOAT, 24);
-            gl.uniform4fv(segments.at("paint"), colour);
+            gl.uniform4fv(segments.at("paint"), color);
             gl.uniform1f(segments.at("halfWidth"), halfWidth * (globalThis.devicePixelRatio || 1));
             this.drawQuads(segments, lines.count);
         }
@@ -294,7 +294,7 @@ export class Scene {
         return { texture: gl.createTexture(), frame: gl.createFramebuffer(), seen: "" };
     }
 
-    // Returns true if a layer was painted for this picture's camera and canvas; else it is cleared, and all has to be painted anew.
+    // Returns true if a layer was painted for this picture's camera and canvas; else it is cleared, and all has to be painted again.
     /** @param {Layer} layer */
     readyLayer(layer) {
         const { gl, camera } = this;
@@ -313,7 +313,7 @@ export class Scene {
         return false;
     }
 
-    // The next picture paints a layer anew.
+    // The next picture paints a layer again.
     /** @param {Layer} layer */
     clearLayer(layer) {
         layer.seen = "";
@@ -348,16 +348,16 @@ export class Scene {
         gl.blendFunc(gl.SRC_ALPHA, gl.ONE_MINUS_SRC_ALPHA);
     }
 
-    // Draws a layer in one colour.
+    // Draws a layer in one color.
     /**
      * @param {Layer} layer
-     * @param {Colour} colour
+     * @param {Color} color
      */
-    drawLayer(layer, colour) {
+    drawLayer(layer, color) {
         const { gl, layers } = this;
         gl.bindTexture(gl.TEXTURE_2D, layer.texture);
         layers.use();
-        gl.uniform4fv(layers.at("paint"), colour);
+        gl.uniform4fv(layers.at("paint"), color);
         gl.drawArrays(gl.TRIANGLES, 0, 3);
     }
 
@@ -401,14 +401,14 @@ export class Scene {
     /**
      * @param {Robots} robots
      * @param {object} style
-     * @param {Colour[]} style.states
+     * @param {Color[]} style.states
      * @param {number[][]} style.palette from 0 to 255
-     * @param {Colour} style.edge
-     * @param {number} style.leastPixels
+     * @param {Color} style.edge
+     * @param {number} style.pixelsMin
      * @param {Dragged | null} style.dragged
-     * @param {Colour} style.shadow
+     * @param {Color} style.shadow
      */
-    drawRobots(robots, { states, palette, edge, leastPixels, dragged, shadow }) {
+    drawRobots(robots, { states, palette, edge, pixelsMin, dragged, shadow }) {
         const { gl } = this;
         this.flush();
         this.take(robots);
@@ -417,9 +417,9 @@ export class Scene {
         const hasShares = this.shares !== null && this.shares.count >= count;
         const hasLeds = this.sample.hasLeds && this.shares === null;
         const radius = this.largest * this.scale;
-        /** @type {[Program[], number, Colour][]} */
+        /** @type {[Program[], number, Color][]} */
         const layers = [[this.bodies, radius, [0, 0, 0, 0]]];
-        if (radius * GLOW >= LEAST_GLOW && hasLeds) {
+        if (radius * GLOW >= GLOW_PIXELS_MIN && hasLeds) {
             layers.unshift([this.glows, radius * GLOW, [0, 0, 0, 0]]);
         }
         const { isTilted, depth } = this.camera;
@@ -429,14 +429,14 @@ export class Scene {
         }
         for (const [programs, pixels, tint] of layers) {
             // Half a pixel of the edge is beyond the radius.
-            const isPoint = 2 * pixels + 2 < this.mostPoint;
+            const isPoint = 2 * pixels + 2 < this.pointSizeMax;
             const program = programs[Number(isPoint)];
             program.use();
             this.readRobots(program, robots, hasShares);
-            gl.uniform2f(program.at("scale"), this.scale, leastPixels * ratio);
+            gl.uniform2f(program.at("scale"), this.scale, pixelsMin * ratio);
             const [x, y] = dragged?.at ?? [0, 0];
             gl.uniform3f(program.at("dragged"), dragged?.robot ?? -1, x, y);
-            gl.uniform3fv(program.at("states"), states.flatMap((colour) => colour.slice(0, 3)));
+            gl.uniform3fv(program.at("states"), states.flatMap((color) => color.slice(0, 3)));
             gl.uniform3fv(program.at("palette"), palette.flat().map((part) => part / 255));
             gl.uniform3fv(program.at("edge"), edge.slice(0, 3));
             gl.uniform1i(program.at("hasLeds"), Number(hasLeds));

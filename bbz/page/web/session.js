@@ -1,4 +1,4 @@
-// The connection to the session: a WebSocket beside the page.
+// The connection to the session: a WebSocket of the page's server.
 
 import { texts } from "./texts.js";
 

@@ -2,11 +2,11 @@
 
 import { element, onFrame, part } from "./element.js";
 
-// Marks of one kind; more would not be told apart.
-const MOST_MARKS = 400;
+// The greatest number of marks of one kind: more cannot be distinguished.
+const MARKS_MAX = 400;
 
 export class TimeLine {
-    // `onGo(tick)` when somebody drags the slider.
+    // `onGo(tick)` when the user drags the slider.
     /** @param {(tick: number) => void} onGo */
     constructor(onGo) {
         this.end = 1;
@@ -31,7 +31,7 @@ export class TimeLine {
      * @param {boolean} isPlaying
      */
     show(tick, isPlaying) {
-        // Whoever drags it is ahead of the run.
+        // A slider that is dragged is ahead of the run.
         if (isPlaying || !this.slider.matches(":active")) {
             this.slider.value = String(tick);
         }
@@ -48,9 +48,9 @@ export class TimeLine {
         this.marks.set(kind, marks);
         const known = marks.get(tick);
         if (known !== undefined) {
-            // What an earlier run of the same tick has marked is there once.
+            // A mark that an earlier run of the same tick has made is there once.
             marks.set(tick, known.includes(text) ? known : `${known}\n${text}`);
-        } else if (marks.size < MOST_MARKS) {
+        } else if (marks.size < MARKS_MAX) {
             marks.set(tick, text);
         }
         this.changed();

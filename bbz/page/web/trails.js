@@ -6,10 +6,10 @@
 // Samples after which a part of a trail is gone.
 const SAMPLES = 40;
 // Lines that are painted at once when the camera moves, and that are kept.
-const MOST_LINES = 120000;
+const LINES_MAX = 120000;
 
 /**
- * @import { Colour, Lines } from "./page"
+ * @import { Color, Lines } from "./page"
  * @import { Robots } from "./recording.js"
  * @import { Scene } from "./scene.js"
  */
@@ -25,7 +25,7 @@ export class Trails {
         // The lines from each sample to the next, with their ends: x, y and z of both in tenths of mm.
         /** @type {{ lines: Lines, ends: Float32Array }[]} */
         this.ways = [];
-        // How many of the last ones are not painted yet.
+        // The number of the last ones that are not painted yet.
         this.pending = 0;
     }
 
@@ -48,7 +48,7 @@ export class Trails {
             this.scene.setLines(lines, ends);
             this.ways.push({ lines, ends });
             this.pending += 1;
-            this.forget(this.ways.length - Math.max(2, Math.min(SAMPLES, Math.floor(MOST_LINES / count))));
+            this.forget(this.ways.length - Math.max(2, Math.min(SAMPLES, Math.floor(LINES_MAX / count))));
         }
         this.last = next;
     }
@@ -62,8 +62,8 @@ export class Trails {
         }
     }
 
-    /** @param {Colour} colour */
-    draw(colour) {
+    /** @param {Color} color */
+    draw(color) {
         const { scene, layer, ways } = this;
         if (this.isEmpty) {
             return;
@@ -76,7 +76,7 @@ export class Trails {
             }));
         }
         this.pending = 0;
-        scene.drawLayer(layer, colour);
+        scene.drawLayer(layer, color);
     }
 }
 

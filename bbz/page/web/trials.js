@@ -1,4 +1,4 @@
-// What is to be reached, what somebody hands in, and trials beside the run.
+// The assignment, the hand-in, and trials next to the run.
 
 import { quantile } from "./curve.js";
 import { element, part, save } from "./element.js";
@@ -41,7 +41,7 @@ export class Trials {
 
     /** @param {World} world */
     begin(world) {
-        // The same scenario begins anew when it is edited: what was filled in stays.
+        // An edited scenario restarts: the values of the form stay.
         const before = this.form && Object.fromEntries(new FormData(this.form));
         this.world = world;
         this.showAssignment(world.assignment);

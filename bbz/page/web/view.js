@@ -1,4 +1,4 @@
-// What is seen of the world.
+// The view of the world.
 
 import { Camera } from "./camera.js";
 import { part } from "./element.js";
@@ -11,18 +11,18 @@ import { Trails } from "./trails.js";
 const TRAIL = 400;
 // Milliseconds for which a message is seen while the run goes on.
 const FLASH = 350;
-// From low to high, as bright as the number is great (the colours of Cividis, for all eyes).
+// From low to high, as bright as the number is great (the colors of Cividis, for all eyes).
 const PALETTE = [[0, 34, 78], [53, 69, 108], [102, 105, 112], [148, 142, 119], [200, 184, 102], [254, 232, 56]];
-// The colours of the robots that are compared: variables of the style sheet.
+// The colors of the robots that are compared: variables of the style sheet.
 export const COMPARED = ["--one", "--two", "--three", "--four", "--five", "--six"];
 /** @type {Messages} */
 const NO_MESSAGES = { heard: [], collided: [], lost: [] };
 // A robot of a large world is seen as a dot of two pixels.
-const LEAST_PIXELS = 1;
+const BODY_PIXELS_MIN = 1;
 
 /**
  * @import { LightDescription, MessagesEvent } from "./events"
- * @import { Colour, Dragged, Place, SpacePlace, World } from "./page"
+ * @import { Color, Dragged, Place, SpacePlace, World } from "./page"
  */
 
 /**
@@ -41,7 +41,7 @@ export class View {
         this.hasFliers = false;
         /** @type {number | null} */
         this.chosen = null;
-        // Numbers of the robots whose curves are shown beside that of the chosen one, by place; `null`: a free place.
+        // Numbers of the robots whose curves are shown next to that of the chosen one, by place; `null`: a free place.
         /** @type {(number | null)[]} */
         this.compared = Array(COMPARED.length).fill(null);
         /** @type {Dragged | null} */
@@ -73,7 +73,7 @@ export class View {
         // Messages whose lines are drawn, and the robots at their ends have not moved since; else `null`.
         /** @type {Messages | null} */
         this.drawn = null;
-        // Ends of the line that somebody draws through the world, in mm.
+        // Ends of the line that the user draws through the world, in mm.
         /** @type {[Place, Place] | null} */
         this.cut = null;
         this.isCutting = false;
@@ -82,12 +82,12 @@ export class View {
         this.shares = null;
         this.isStale = true;
         this.isFitted = true;
-        this.colours = readColours();
+        this.colors = readColors();
         matchMedia("(prefers-color-scheme: dark)").addEventListener("change", () => {
-            this.colours = readColours();
+            this.colors = readColors();
             this.changed();
         });
-        // What the parts beside the canvas show.
+        // The values that the parts next to the canvas show.
         /** @type {Map<string, string | number | null>} */
         this.shown = new Map();
         new ResizeObserver(() => this.resized()).observe(canvas);
@@ -219,16 +219,16 @@ export class View {
     }
 
     draw() {
-        const { scene, colours, world } = this;
+        const { scene, colors, world } = this;
         if (!world || scene.width === 0 || scene.height === 0) {
             return;
         }
-        scene.begin(this.camera, colours.outside);
+        scene.begin(this.camera, colors.outside);
         this.drawGround(world);
         this.drawLinks();
         this.drawRobots();
         if (this.cut) {
-            scene.addLine(...this.cut, 0, colours.chosen, 1.5);
+            scene.addLine(...this.cut, 0, colors.chosen, 1.5);
         }
         scene.flush();
         this.showScale();
@@ -236,21 +236,21 @@ export class View {
 
     /** @param {World} world */
     drawGround(world) {
-        const { scene, colours, dragged } = this;
+        const { scene, colors, dragged } = this;
         const [halfWidth, halfHeight] = world.size.map((side) => side / 2);
         const lights = this.lights.map((light, lamp) => ({ ...light, at: dragged?.lamp === lamp ? dragged.at : light.at }));
-        scene.ground(halfWidth, halfHeight, colours.ground, () => {
-            scene.grid(halfWidth, halfHeight, this.gridStep(), colours.grid);
+        scene.ground(halfWidth, halfHeight, colors.ground, () => {
+            scene.grid(halfWidth, halfHeight, this.gridStep(), colors.grid);
             for (const { at, brightness } of lights) {
                 // The law of the sensor: half of it after 350 mm.
-                scene.add(...at, 700, 700, 0, SHAPES.light, fade(colours.light, 0.35 * Math.min(1, brightness / 1023)));
+                scene.add(...at, 700, 700, 0, SHAPES.light, fade(colors.light, 0.35 * Math.min(1, brightness / 1023)));
             }
         });
         for (const { at } of lights) {
-            scene.add(...at, ...this.dot(9), 0, SHAPES.disc, colours.light);
-            scene.add(...at, ...this.dot(14), 0, SHAPES.ring, fade(colours.light, 0.8));
+            scene.add(...at, ...this.dot(9), 0, SHAPES.disc, colors.light);
+            scene.add(...at, ...this.dot(14), 0, SHAPES.ring, fade(colors.light, 0.8));
         }
-        this.obstacles.draw(colours.obstacle, this.camera.isTilted);
+        this.obstacles.draw(colors.obstacle, this.camera.isTilted);
     }
 
     drawMessages() {
@@ -264,13 +264,13 @@ export class View {
             // Somebody who is dragged has another place in the next picture.
             this.drawn = this.dragged ? null : this.messages;
         }
-        const { scene, lines, colours } = this;
-        scene.drawLines(lines.lost, fade(colours.states[3], 0.5 * (1 - age)), 0.8);
-        scene.drawLines(lines.heard, fade(colours.link, 0.5 * (1 - age)), 0.8);
-        const colour = fade(colours.states[3], 0.9 * (1 - age));
+        const { scene, lines, colors } = this;
+        scene.drawLines(lines.lost, fade(colors.states[3], 0.5 * (1 - age)), 0.8);
+        scene.drawLines(lines.heard, fade(colors.link, 0.5 * (1 - age)), 0.8);
+        const color = fade(colors.states[3], 0.9 * (1 - age));
         for (const robot of this.deaf) {
             const size = this.radii[robot] * 1.5;
-            this.ring(robot, size, colour);
+            this.ring(robot, size, color);
         }
     }
 
@@ -280,7 +280,7 @@ export class View {
             const pairs = this.messages[kind].filter(isThere);
             this.setLines(kind, pairs.map(([from, to]) => [this.spaceOf(from), this.spaceOf(to)]));
         }
-        // Robots at which messages collide hear none of them.
+        // Robots at which messages collide receive none of them.
         this.deaf = new Set(this.messages.collided.filter(isThere).map(([, to]) => to));
     }
 
@@ -294,56 +294,56 @@ export class View {
     }
 
     drawLinks() {
-        this.trails.draw(fade(this.colours.states[0], 0.9));
+        this.trails.draw(fade(this.colors.states[0], 0.9));
         this.drawMessages();
-        const { scene, colours, trail, lines } = this;
+        const { scene, colors, trail, lines } = this;
         // Older parts of the trail are paler.
         for (let index = 1; index < trail.length; index++) {
             const [from, to] = [trail[index - 1], trail[index]];
-            scene.addLine(from, to, 0, fade(colours.chosen, (0.7 * index) / trail.length), 1, to[2]);
+            scene.addLine(from, to, 0, fade(colors.chosen, (0.7 * index) / trail.length), 1, to[2]);
         }
         if (this.chosen !== null) {
             const from = this.spaceOf(this.chosen);
             this.setLines("links", this.neighbors.map((robot) => [from, this.spaceOf(robot)]));
-            scene.drawLines(lines.links, fade(colours.link, 0.75), 1);
+            scene.drawLines(lines.links, fade(colors.link, 0.75), 1);
         }
         if (this.camera.isTilted) {
             const fliers = [...this.robots.z.keys()].filter((robot) => this.robots.isThere[robot] && this.robots.z[robot] > 0);
             this.setLines("stems", fliers.map((robot) => [[...this.placeOf(robot), 0], this.spaceOf(robot)]));
-            scene.drawLines(lines.stems, fade(colours.states[0], 0.6), 0.5);
+            scene.drawLines(lines.stems, fade(colors.states[0], 0.6), 0.5);
         }
     }
 
     drawRobots() {
-        const { scene, colours, robots, dragged } = this;
-        scene.drawRobots(robots, { states: colours.states, palette: PALETTE, edge: colours.edge, leastPixels: LEAST_PIXELS, dragged, shadow: fade(colours.edge, 0.3) });
+        const { scene, colors, robots, dragged } = this;
+        scene.drawRobots(robots, { states: colors.states, palette: PALETTE, edge: colors.edge, pixelsMin: BODY_PIXELS_MIN, dragged, shadow: fade(colors.edge, 0.3) });
         this.compared.forEach((robot, place) => {
             if (robot !== null && robots.isThere[robot]) {
                 const size = Math.max(this.radii[robot], 4 / this.camera.scale) * 1.35;
-                this.ring(robot, size, colours.compared[place]);
+                this.ring(robot, size, colors.compared[place]);
             }
         });
         if (this.chosen !== null && robots.isThere[this.chosen]) {
             const size = Math.max(this.radii[this.chosen], 4 / this.camera.scale) * 1.15;
-            this.ring(this.chosen, size, colours.chosen);
+            this.ring(this.chosen, size, colors.chosen);
         }
     }
 
     /**
      * @param {number} robot
      * @param {number} size
-     * @param {Colour} colour
+     * @param {Color} color
      */
-    ring(robot, size, colour) {
+    ring(robot, size, color) {
         const [x, y, z] = this.spaceOf(robot);
-        this.scene.add(x, y, size, size, 0, SHAPES.ring, colour, z);
+        this.scene.add(x, y, size, size, 0, SHAPES.ring, color, z);
     }
 
     // By its share of the shown quantity, or its state.
     /** @param {number} robot */
-    colourOf(robot) {
+    colorOf(robot) {
         const share = this.shares?.[robot];
-        return typeof share === "number" ? mix(share) : this.colours.states[this.robots.state[robot]];
+        return typeof share === "number" ? mix(share) : this.colors.states[this.robots.state[robot]];
     }
 
     /**
@@ -407,7 +407,7 @@ export class View {
         });
     }
 
-    // Sets a part of the page only when something else is to be shown there, because the browser then computes its style anew.
+    // Sets a part of the page only when something else is to be shown there, because the browser then computes its style again.
     /**
      * @template {string | number} Value
      * @param {string} id
@@ -494,31 +494,31 @@ export class View {
     }
 }
 
-// The colours of the style sheet.
-function readColours() {
+// The colors of the style sheet.
+function readColors() {
     const style = getComputedStyle(document.documentElement);
-    /** @type {(name: string) => Colour} */
-    const colour = (name) => {
+    /** @type {(name: string) => Color} */
+    const color = (name) => {
         const hex = style.getPropertyValue(name).trim().slice(1);
         return [0, 2, 4].map((at) => parseInt(hex.slice(at, at + 2), 16) / 255).concat(1);
     };
     return {
-        outside: colour("--outside"), ground: colour("--ground"), grid: colour("--grid"), edge: colour("--edge"),
-        obstacle: colour("--obstacle"), light: colour("--light"), chosen: colour("--mark"), link: colour("--accent"),
-        compared: COMPARED.map(colour),
-        states: ["--running", "--stopped", "--failed", "--faulted"].map(colour),
+        outside: color("--outside"), ground: color("--ground"), grid: color("--grid"), edge: color("--edge"),
+        obstacle: color("--obstacle"), light: color("--light"), chosen: color("--mark"), link: color("--accent"),
+        compared: COMPARED.map(color),
+        states: ["--running", "--stopped", "--failed", "--faulted"].map(color),
     };
 }
 
 /**
- * @param {Colour} colour
+ * @param {Color} color
  * @param {number} alpha
  */
-function fade(colour, alpha) {
-    return [...colour.slice(0, 3), alpha];
+function fade(color, alpha) {
+    return [...color.slice(0, 3), alpha];
 }
 
-// The colour of a share from 0 to 1.
+// The color of a share from 0 to 1.
 /** @param {number} share */
 function mix(share) {
     const at = share * (PALETTE.length - 1);

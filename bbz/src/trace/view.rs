@@ -37,8 +37,10 @@ pub fn show(
     thread::scope(|scope| {
         let is_over = is_pressed.clone();
         let shown = scope.spawn(move || {
-            page.show(&mut watched, || is_over.load(Ordering::Relaxed));
+            let over = || is_over.load(Ordering::Relaxed);
+            let shown = page.show(&mut watched, over, &view::advice());
             is_closed.store(true, Ordering::Relaxed);
+            shown
         });
         let listened = listen(&mut printer, &mut interrupt);
         if listened.is_err() {
@@ -50,7 +52,12 @@ pub fn show(
         while !shown.is_finished() && !interrupt.is_raised() {
             interrupt.wait(PATIENCE);
         }
+        let shown = shown.join().expect("`show` catches the panics of a session");
         listened?;
-        Ok(ending?)
+        let ending = ending?;
+        Ok(match view::ending(shown) {
+            ExitStatus::Success => ending,
+            defect => defect,
+        })
     })
 }
