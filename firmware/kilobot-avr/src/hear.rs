@@ -91,11 +91,11 @@ fn TIMER1_CAPT() {
         Pulse::Inside => {}
         Pulse::First => {
             expect_by(&chip, at);
-            receiver.heard.amplitudes.high_gain = adc::finish(&chip);
+            receiver.received.amplitudes.high_gain = adc::finish(&chip);
             adc::listen_quiet(&chip);
         }
         Pulse::Second => {
-            receiver.heard.amplitudes.low_gain = adc::finish(&chip);
+            receiver.received.amplitudes.low_gain = adc::finish(&chip);
             adc::listen_loud(&chip);
         }
         Pulse::Start => expect_by(&chip, at),
@@ -105,7 +105,7 @@ fn TIMER1_CAPT() {
             let guard = unsafe { CriticalSection::new() };
             let heard = HEARD.borrow(guard);
             if heard.get().is_none() {
-                heard.set(Some(receiver.heard));
+                heard.set(Some(receiver.received));
             }
         }
         Pulse::Stray => end(&chip),

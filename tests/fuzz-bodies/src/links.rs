@@ -157,7 +157,7 @@ pub fn ir(data: &[u8]) -> bool {
             }
             now = now.wrapping_add(after);
             if receiver.pulse(now) == Pulse::Last {
-                understood |= check_message(&receiver.heard.message, &mut mode);
+                understood |= check_message(&receiver.received.message, &mut mode);
             }
         }
     }
@@ -168,7 +168,7 @@ pub fn ir(data: &[u8]) -> bool {
         now = now.wrapping_add(after);
         pulse = receiver.pulse(now);
     }
-    assert_eq!((pulse, receiver.heard.message), (Pulse::Last, message));
+    assert_eq!((pulse, receiver.received.message), (Pulse::Last, message));
     understood
 }
 

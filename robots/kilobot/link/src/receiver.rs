@@ -65,15 +65,15 @@ pub struct Receiver {
     value: u8,
     /// The message, which is complete from [`Pulse::Last`] to the next [`Pulse::Start`]. The caller
     /// measures the amplitudes.
-    pub heard: ReceivedMessage,
+    pub received: ReceivedMessage,
 }
 
 impl Receiver {
     /// Returns a receiver that waits for a message.
     pub const fn new() -> Self {
         let amplitudes = Amplitudes { high_gain: 0, low_gain: 0 };
-        let heard = ReceivedMessage { message: [0; MESSAGE], amplitudes };
-        Receiver { place: IDLE, start: 0, value: 0, heard }
+        let received = ReceivedMessage { message: [0; MESSAGE], amplitudes };
+        Receiver { place: IDLE, start: 0, value: 0, received }
     }
 
     /// Returns true if a message is being received.
@@ -110,7 +110,7 @@ impl Receiver {
             return Pulse::Inside;
         }
         let byte = usize::from(place / 2);
-        match self.heard.message.get_mut(byte.wrapping_sub(1)) {
+        match self.received.message.get_mut(byte.wrapping_sub(1)) {
             Some(room) => *room = self.value,
             None if self.value == 0 => return Pulse::Second,
             None => {

@@ -26,7 +26,7 @@ fn pulses(message: &[u8; MESSAGE], start: f64, rate: f64) -> Vec<u16> {
 
 fn receive(receiver: &mut Receiver, pulses: &[u16]) -> Option<[u8; MESSAGE]> {
     let last = pulses.iter().map(|at| receiver.pulse(*at)).last();
-    (last == Some(Pulse::Last)).then_some(receiver.heard.message)
+    (last == Some(Pulse::Last)).then_some(receiver.received.message)
 }
 
 const MESSAGES: [[u8; MESSAGE]; 4] = [
