@@ -42,12 +42,12 @@ impl Random {
 
     /// Creates the generator of item `number` of several items that share a seed. Each item has its
     /// own sequence.
-    pub fn of(seed: u64, number: u64) -> Self {
+    pub fn for_item(seed: u64, number: u64) -> Self {
         Random::new(seed ^ number.wrapping_mul(0xd134_2543_de82_ef95)).fork()
     }
 
     /// Creates the generator of a purpose among several that share a seed. Purposes have independent
-    /// sequences, which also differ from those of [`Random::of`].
+    /// sequences, which also differ from those of [`Random::for_item`].
     pub fn for_purpose(seed: u64, purpose: u64) -> Self {
         // An odd multiplier keeps different inputs different; the generator itself mixes them.
         Random::new(seed ^ purpose.wrapping_mul(0xd6e8_feb8_6659_fd93)).fork()

@@ -180,7 +180,7 @@ impl InfraredAir {
     fn random(&self, which: usize, robot: usize, from: usize, at: Time) -> Random {
         // The random numbers of readings and of losses are independent even with equal seeds.
         let number = (which as u64) << 32 | (robot as u64) << 16 | from as u64;
-        Random::of(self.seeds[which] ^ at.picos(), number)
+        Random::for_item(self.seeds[which] ^ at.picos(), number)
     }
 
     fn is_lost(&self, robot: usize, from: usize, burst: Time) -> bool {

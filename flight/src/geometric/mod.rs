@@ -150,7 +150,7 @@ impl GeometricController {
         let charge = settings.position_integral_1_s3 * position_error
             + settings.velocity_integral_1_s2 * velocity_error;
         let followed = lift - planned - self.lift_integral_m_s2;
-        self.charge_lift(charge * share(followed, feedback), dt_s);
+        self.charge_lift(charge * followed_share(followed, feedback), dt_s);
 
         let up = attitude.z_axis;
         let lead = settings.thrust_lag_s * planned_rate.dot(up);
@@ -252,7 +252,7 @@ fn charged(integral: Vec3, charge: Vec3, limit: Vec3, is_cut: [bool; 3]) -> Vec3
 }
 
 /// Returns the part of each component of `wanted` that `followed` has, within 0 and 1.
-fn share(followed: Vec3, wanted: Vec3) -> Vec3 {
+fn followed_share(followed: Vec3, wanted: Vec3) -> Vec3 {
     let part = |followed: f32, wanted: f32| {
         // Differences of this size are rounding.
         if (followed - wanted).abs() < 1e-4 { 1.0 } else { (followed / wanted).clamp(0.0, 1.0) }

@@ -182,7 +182,7 @@ impl VelocityFilter {
         let change = (target - self.lead_m_s).clamp_length_max(most_change);
         let mut next = *self;
         if step_s > 0.0 {
-            next.follow(step_s, change / step_s, limits);
+            next.integrate(step_s, change / step_s, limits);
         }
         let is_lead_allowed = limits.allow_velocity(self.lead_m_s);
         if is_lead_allowed && next.bound_is_inside(limits, &fence) {
@@ -209,16 +209,16 @@ impl VelocityFilter {
         let until_zero_s = step_s.min(speed / limits.acceleration_m_s2);
         if until_zero_s > 0.0 {
             let ramp = self.lead_m_s * (-limits.acceleration_m_s2 / speed);
-            self.follow(until_zero_s, ramp, limits);
+            self.integrate(until_zero_s, ramp, limits);
         }
         if step_s > until_zero_s {
             self.lead_m_s = Vec3::ZERO;
-            self.follow(step_s - until_zero_s, Vec3::ZERO, limits);
+            self.integrate(step_s - until_zero_s, Vec3::ZERO, limits);
         }
     }
 
     /// Moves the reference while the lead changes at a constant rate.
-    fn follow(&mut self, step_s: f32, ramp_m_s2: Vec3, limits: &FlightLimits) {
+    fn integrate(&mut self, step_s: f32, ramp_m_s2: Vec3, limits: &FlightLimits) {
         let rate = limits.lag_rate_s();
         let lead = self.lead_m_s + ramp_m_s2 * step_s;
         let lag = ramp_m_s2 / rate;

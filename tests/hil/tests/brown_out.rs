@@ -62,7 +62,7 @@ fn cut_short(robot: &mut Robot, address: u32, new: &[u8], random: &mut Random) {
 fn survives(number: u64) -> bool {
     let doing = Doing::of(number);
     let memory = [Memory::Kept, Memory::Zeroed, Memory::Noise][(number / 7 % 3) as usize];
-    let mut random = Random::of(2027, number);
+    let mut random = Random::for_item(2027, number);
     let seed = random.bits();
     println!("number {number}, {doing:?}, {memory:?}");
 

@@ -111,7 +111,7 @@ fn broadcasting() -> Kilobots {
 fn survives(number: u64) {
     let doing = ALL[(number % 7) as usize];
     let memory = [Memory::Kept, Memory::Zeroed, Memory::Noise][(number / 7 % 3) as usize];
-    let mut random = Random::of(2029, number);
+    let mut random = Random::for_item(2029, number);
     let seed = random.bits();
     println!("number {number}, {doing:?}, {memory:?}");
     let mut below = |bound: u64| random.bits() % bound;

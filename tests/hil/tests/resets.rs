@@ -53,7 +53,7 @@ fn sites() -> [u32; 2] {
 /// the radio's processor low and chose another program, which is safe and mute.
 fn fails_safely(number: u64) -> bool {
     let failures = failures();
-    let mut random = Random::of(2026, number);
+    let mut random = Random::for_item(2026, number);
     let mut below = |bound: u64| random.bits() % bound;
     let (name, code, cause) = &failures[below(failures.len() as u64) as usize];
     // In an interrupt that never reads its byte no other interrupt would have its turn.

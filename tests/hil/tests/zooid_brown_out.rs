@@ -90,7 +90,7 @@ fn cut_short(table: &mut Table, address: u32, new: &[u8], random: &mut Random) {
 fn survives(number: u64) {
     let doing = Doing::of(number);
     let memory = [Memory::Kept, Memory::Zeroed, Memory::Noise][(number / 7 % 3) as usize];
-    let mut random = Random::of(2028, number);
+    let mut random = Random::for_item(2028, number);
     let seed = random.bits();
     println!("number {number}, {doing:?}, {memory:?}");
 

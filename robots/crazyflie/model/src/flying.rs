@@ -172,8 +172,8 @@ impl FlyingBody {
         self.controls.flight = Flight::Off;
     }
 
-    /// Follows the world, which has moved the body: a short way is a push, a long one a person.
-    fn follow(&mut self, pose: &Pose, radius_m: f64) {
+    /// Adopts the pose to which the world moved the body: a short way is a push, a long one a person.
+    fn adopt_world_pose(&mut self, pose: &Pose, radius_m: f64) {
         let there = DVec3::new(
             f64::from(pose.x) / 1000.0,
             f64::from(pose.y) / 1000.0,
@@ -245,7 +245,7 @@ impl Body for FlyingBody {
         if pose.z > 0.0 {
             let moved = Pose { z: 0.0, ..*pose };
             body.pose = moved;
-            body.follow(pose, 0.0);
+            body.adopt_world_pose(pose, 0.0);
         }
         body
     }
@@ -275,7 +275,7 @@ impl Body for FlyingBody {
 
     fn step(&mut self, pose: &mut Pose, step: &FlyingStep) {
         if *pose != self.pose {
-            self.follow(pose, step.radius_m);
+            self.adopt_world_pose(pose, step.radius_m);
         }
         self.command();
         self.behind_s += step.seconds;
@@ -310,7 +310,7 @@ impl Body for FlyingBody {
         _: impl FnOnce() -> Stream,
     ) -> Option<Pose> {
         if seconds == 0.0 && *pose != self.pose {
-            self.follow(pose, f64::from(model.radius) / 1000.0);
+            self.adopt_world_pose(pose, f64::from(model.radius) / 1000.0);
         }
         let state = self.stack.state();
         let ahead = state.attitude * Vec3::X;

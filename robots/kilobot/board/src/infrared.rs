@@ -37,7 +37,7 @@ impl Amplitude {
     }
 
     /// Returns the amplitude of two lights that are on at once.
-    pub fn with(self, other: Self) -> Self {
+    pub fn plus(self, other: Self) -> Self {
         Amplitude {
             high: (self.high + other.high).min(READING_MAX),
             low: (self.low + other.low).min(READING_MAX),

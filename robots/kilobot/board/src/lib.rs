@@ -298,7 +298,7 @@ impl Kilobot {
             self.seen.push((light.from, light.amplitude));
             if self.is_listening() {
                 let held = if cycle < self.held_until { self.held } else { Amplitude::default() };
-                self.held = held.with(light.amplitude);
+                self.held = held.plus(light.amplitude);
                 self.held_until = cycle + self.chip.clock.cycles_of(HELD);
                 self.count_pulse(light.from, cycle);
             } else {
@@ -341,7 +341,7 @@ impl Kilobot {
     /// Returns the converter's reading for a sample.
     fn measure(&self, sample: AdcSample) -> u16 {
         let noise = || {
-            let mut random = Random::of(self.seed, sample.at);
+            let mut random = Random::for_item(self.seed, sample.at);
             (random.bits() % (2 * NOISE + 1)) as i32 - NOISE as i32
         };
         let noisy = |reading: f64| (reading as i32 + noise()).clamp(0, 1023) as u16;

@@ -160,7 +160,7 @@ impl Diodes {
     /// that it has at the beginning.
     fn show(&mut self, pose: Option<(Time, TablePose)>) {
         let begin = begin_of(self.frame);
-        let mut random = Random::of(self.light.seed, self.frame);
+        let mut random = Random::for_item(self.light.seed, self.frame);
         self.frame += 1;
         self.edges.clear();
         self.next = 0;
